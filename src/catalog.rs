@@ -1,0 +1,21 @@
+//! The parametric object catalog: what things are called, how large they are, what they are made of,
+//! and functions that build their meshes.
+//!
+//! Data live in `config/catalog/*.toml` and `config/materials.toml` and enter the binary by
+//! `include_str!`; each category names a generator in one of the family modules below. Same recipe,
+//! same mesh, on any day.
+
+mod category;
+mod recipe;
+pub mod substance;
+pub mod texture;
+pub mod dining;
+pub mod office;
+pub mod workbench;
+pub mod crafting;
+pub mod tables;
+
+pub use category::{Affordance, Category, Facing, SizeRange, Zone, categories, category};
+pub use recipe::{Generator, Order, Recipe, build};
+pub use substance::{Substance, substance};
+pub use tables::{TableModel, build_table, table_models};

@@ -1,0 +1,1 @@
+//! Procedural textures: wood grain, labels, pages, ceramics.

@@ -1,0 +1,34 @@
+//! Shapes and numbers every other module shares: poses, pictures, meshes, cameras, outlines, seeds.
+//!
+//! Geometry never reads a file, a clock or a global random number, so it needs no mocks: the same
+//! arguments give the same answer on any day and with any number of threads. Lengths are meters,
+//! angles radians, numbers `f64`; the world frame is right-handed with +z up, its origin at the
+//! center of the table top (see `ARCHITECTURE.md`, "Frames").
+
+pub mod seed;
+pub mod pose;
+pub mod camera;
+pub mod image;
+pub mod mask;
+pub mod interrupt;
+pub mod material;
+pub mod textured_mesh;
+pub mod solid;
+pub mod shapes;
+pub mod outline;
+pub mod hull;
+pub mod physical;
+
+pub use camera::Camera;
+pub use hull::ConvexHull;
+pub use image::Image;
+pub use interrupt::{Interrupt, Interrupted};
+pub use mask::Mask;
+pub use material::{Material, Rgb, Texture};
+pub use outline::Outline;
+pub use physical::{Friction, MassProperties};
+pub use pose::Pose;
+pub use solid::Solid;
+pub use textured_mesh::{FaceGroup, TexturedMesh};
+
+pub use glam::{DMat3, DQuat, DVec2, DVec3, Vec2, Vec3};

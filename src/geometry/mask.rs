@@ -1,0 +1,144 @@
+//! A set of pixels, kept as COCO run lengths in files.
+
+use serde::{Deserialize, Serialize};
+
+/// One bit a pixel, rows from the top.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "RunLengths", into = "RunLengths")]
+pub struct Mask {
+    width_px: u32,
+    height_px: u32,
+    bits: Vec<bool>,
+}
+
+/// Uncompressed COCO run-length encoding: columns from the left, each from the top, runs alternating
+/// from background; `size` is [height, width].
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct RunLengths {
+    pub size: [u32; 2],
+    pub counts: Vec<u32>,
+}
+
+/// Run lengths that do not fill the picture exactly.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("run lengths do not add up to height x width (at most 2^28 pixels)")]
+pub struct InvalidRunLengths;
+
+impl Mask {
+    /// No pixel set.
+    pub fn empty(width_px: u32, height_px: u32) -> Self {
+        Self { width_px, height_px, bits: vec![false; width_px as usize * height_px as usize] }
+    }
+
+    /// The pixels for which `inside(x, y)` holds.
+    pub fn from_fn(width_px: u32, height_px: u32, inside: impl Fn(u32, u32) -> bool) -> Self {
+        let bits = (0..height_px).flat_map(|y| (0..width_px).map(move |x| (x, y)));
+        Self { width_px, height_px, bits: bits.map(|(x, y)| inside(x, y)).collect() }
+    }
+
+    pub fn width_px(&self) -> u32 {
+        self.width_px
+    }
+
+    pub fn height_px(&self) -> u32 {
+        self.height_px
+    }
+
+    /// Row-major bits.
+    pub fn bits(&self) -> &[bool] {
+        &self.bits
+    }
+
+    /// Whether the pixel is set; outside the picture nothing is.
+    pub fn contains(&self, x: u32, y: u32) -> bool {
+        x < self.width_px && y < self.height_px && self.bits[(y * self.width_px + x) as usize]
+    }
+
+    /// Sets or clears a pixel inside the picture.
+    pub fn set(&mut self, x: u32, y: u32, inside: bool) {
+        self.bits[(y * self.width_px + x) as usize] = inside;
+    }
+
+    /// Number of set pixels.
+    pub fn area_px(&self) -> usize {
+        self.bits.iter().filter(|&&bit| bit).count()
+    }
+
+    /// Box of the set pixels, `[x0, y0, x1, y1]`, x1 and y1 exclusive; `None` if there is none.
+    pub fn bbox_px(&self) -> Option<[u32; 4]> {
+        let mut found: Option<[u32; 4]> = None;
+        for (y, row) in self.bits.chunks_exact(self.width_px.max(1) as usize).enumerate() {
+            let (Some(first), Some(last)) = (row.iter().position(|&b| b), row.iter().rposition(|&b| b))
+            else {
+                continue;
+            };
+            let (x0, x1, y) = (first as u32, last as u32 + 1, y as u32);
+            found = Some(found.map_or([x0, y, x1, y + 1], |b| [b[0].min(x0), b[1], b[2].max(x1), y + 1]));
+        }
+        found
+    }
+
+    /// Intersection over union with a mask of the same size; 0 where both are empty.
+    pub fn iou(&self, other: &Mask) -> f64 {
+        let (mut both, mut either) = (0_usize, 0_usize);
+        for (&a, &b) in self.bits.iter().zip(&other.bits) {
+            both += usize::from(a && b);
+            either += usize::from(a || b);
+        }
+        if either == 0 { 0.0 } else { both as f64 / either as f64 }
+    }
+}
+
+impl From<Mask> for RunLengths {
+    fn from(mask: Mask) -> Self {
+        let (mut counts, mut current, mut run) = (Vec::new(), false, 0);
+        for x in 0..mask.width_px {
+            for y in 0..mask.height_px {
+                if mask.contains(x, y) != current {
+                    counts.push(run);
+                    (current, run) = (!current, 0);
+                }
+                run += 1;
+            }
+        }
+        counts.push(run);
+        Self { size: [mask.height_px, mask.width_px], counts }
+    }
+}
+
+impl TryFrom<RunLengths> for Mask {
+    type Error = InvalidRunLengths;
+    fn try_from(runs: RunLengths) -> Result<Self, InvalidRunLengths> {
+        let [height_px, width_px] = runs.size;
+        let pixels = u64::from(height_px) * u64::from(width_px);
+        if pixels > 1 << 28 || runs.counts.iter().map(|&c| u64::from(c)).sum::<u64>() != pixels {
+            return Err(InvalidRunLengths);
+        }
+        let mut mask = Mask::empty(width_px, height_px);
+        let (mut at, mut inside) = (0_u32, false);
+        for count in runs.counts {
+            if inside {
+                (at..at + count).for_each(|k| mask.set(k / height_px, k % height_px, true));
+            }
+            at += count;
+            inside = !inside;
+        }
+        Ok(mask)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn run_lengths_go_there_and_back() {
+        let mask = Mask::from_fn(7, 5, |x, y| (x + 2 * y) % 3 == 0 && x > 0);
+        let runs = RunLengths::from(mask.clone());
+        assert_eq!(Mask::try_from(runs), Ok(mask.clone()));
+        assert_eq!(mask.bbox_px(), Some([1, 0, 7, 5]));
+        assert!((mask.iou(&mask) - 1.0).abs() < 1e-12);
+        let short = RunLengths { size: [2, 2], counts: vec![3] };
+        assert_eq!(Mask::try_from(short), Err(InvalidRunLengths));
+    }
+}

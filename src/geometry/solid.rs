@@ -1,0 +1,142 @@
+//! A closed triangle shell with texture coordinates: what the shape functions make and
+//! [`TexturedMesh::add`](super::TexturedMesh::add) dresses in a material.
+
+use std::collections::BTreeMap;
+
+use glam::{DQuat, DVec3, Vec2, Vec3};
+
+/// One closed shell. Vertices are split at creases and texture seams; positions at a split are equal
+/// to the bit, so welding by value closes the shell.
+#[derive(Clone, Debug, PartialEq, Default)]
+pub struct Solid {
+    pub positions: Vec<DVec3>,
+    pub normals: Vec<Vec3>,
+    pub uvs: Vec<Vec2>,
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// Angle between two faces above which their common edge is drawn sharp.
+pub const CREASE_ANGLE_RAD: f64 = 0.7;
+
+impl Solid {
+    /// Builds the shell from corners (position, uv), dropping triangles without area, and computes
+    /// normals: at each corner the angle-weighted mean of the faces meeting at that position whose
+    /// normals lie within [`CREASE_ANGLE_RAD`] of this face's.
+    pub fn from_corners(positions: &[DVec3], uvs: &[Vec2], triangles: &[[u32; 3]]) -> Self {
+        let bits = |p: DVec3| (p + DVec3::ZERO).to_array().map(f64::to_bits);
+        let corner = |t: &[u32; 3], k: usize| positions[t[k] as usize];
+        let kept: Vec<([u32; 3], DVec3)> = triangles
+            .iter()
+            .filter(|t| {
+                let [a, b, c] = [0, 1, 2].map(|k| bits(corner(t, k)));
+                a != b && b != c && c != a
+            })
+            .map(|t| {
+                let normal = (corner(t, 1) - corner(t, 0)).cross(corner(t, 2) - corner(t, 0));
+                (*t, normal.normalize_or_zero())
+            })
+            .collect();
+        let mut faces_at: BTreeMap<[u64; 3], Vec<(usize, f64)>> = BTreeMap::new();
+        for (index, (t, _)) in kept.iter().enumerate() {
+            for k in 0..3 {
+                let (p, q, r) = (corner(t, k), corner(t, (k + 1) % 3), corner(t, (k + 2) % 3));
+                let angle =
+                    (q - p).normalize_or_zero().dot((r - p).normalize_or_zero()).clamp(-1.0, 1.0).acos();
+                faces_at.entry(bits(p)).or_default().push((index, angle));
+            }
+        }
+        let crease_cosine = CREASE_ANGLE_RAD.cos();
+        let mut solid = Solid::default();
+        let mut known: BTreeMap<(u32, [i64; 3]), u32> = BTreeMap::new();
+        for (t, face_normal) in &kept {
+            let mut triangle = [0; 3];
+            for k in 0..3 {
+                let around = &faces_at[&bits(corner(t, k))];
+                let mut normal = DVec3::ZERO;
+                for &(other, angle) in around {
+                    if kept[other].1.dot(*face_normal) >= crease_cosine {
+                        normal += angle * kept[other].1;
+                    }
+                }
+                let normal = normal.normalize_or(*face_normal);
+                let quantized = (normal * 1e4).round().to_array().map(|c| c as i64);
+                triangle[k] = *known.entry((t[k], quantized)).or_insert_with(|| {
+                    solid.positions.push(corner(t, k));
+                    solid.normals.push(normal.as_vec3());
+                    solid.uvs.push(uvs[t[k] as usize]);
+                    solid.positions.len() as u32 - 1
+                });
+            }
+            solid.triangles.push(triangle);
+        }
+        solid
+    }
+
+    /// The same solid moved.
+    pub fn translated(mut self, offset_m: DVec3) -> Self {
+        self.positions.iter_mut().for_each(|p| *p += offset_m);
+        self
+    }
+
+    /// The same solid turned about the origin.
+    pub fn rotated(mut self, rotation: DQuat) -> Self {
+        let rotation_f32 = rotation.as_quat();
+        self.positions.iter_mut().for_each(|p| *p = rotation * *p);
+        self.normals.iter_mut().for_each(|n| *n = rotation_f32 * *n);
+        self
+    }
+
+    /// The same solid scaled per axis by positive factors.
+    pub fn scaled(mut self, scale: DVec3) -> Self {
+        let inverse = (1.0 / scale).as_vec3();
+        self.positions.iter_mut().for_each(|p| *p *= scale);
+        self.normals.iter_mut().for_each(|n| *n = (*n * inverse).normalize_or_zero());
+        self
+    }
+
+    /// Replaces the texture coordinates by a box projection: one texture repeat each
+    /// `meters_per_repeat`, projected along each face's dominant normal axis. For wood, stone, cloth.
+    pub fn with_box_uvs(mut self, meters_per_repeat: f64) -> Self {
+        for ((uv, p), n) in self.uvs.iter_mut().zip(&self.positions).zip(&self.normals) {
+            let q = *p / meters_per_repeat;
+            let a = n.abs();
+            let flat = if a.z >= a.x && a.z >= a.y {
+                glam::DVec2::new(q.x, q.y)
+            } else if a.x >= a.y {
+                glam::DVec2::new(q.y, q.z)
+            } else {
+                glam::DVec2::new(q.x, q.z)
+            };
+            *uv = flat.as_vec2();
+        }
+        self
+    }
+
+    /// Signed volume, m^3; positive where the faces look outward.
+    pub fn volume_m3(&self) -> f64 {
+        self.triangles
+            .iter()
+            .map(|t| {
+                let [a, b, c] = t.map(|v| self.positions[v as usize]);
+                a.dot(b.cross(c)) / 6.0
+            })
+            .sum()
+    }
+
+    /// Whether every edge (by welded position) is used once in each direction.
+    pub fn is_watertight(&self) -> bool {
+        let bits = |v: u32| (self.positions[v as usize] + DVec3::ZERO).to_array().map(f64::to_bits);
+        let mut balance: BTreeMap<([u64; 3], [u64; 3]), i32> = BTreeMap::new();
+        for t in &self.triangles {
+            for k in 0..3 {
+                let (a, b) = (bits(t[k]), bits(t[(k + 1) % 3]));
+                if a < b {
+                    *balance.entry((a, b)).or_default() += 1;
+                } else {
+                    *balance.entry((b, a)).or_default() -= 1;
+                }
+            }
+        }
+        !self.triangles.is_empty() && balance.values().all(|&count| count == 0)
+    }
+}

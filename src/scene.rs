@@ -1,0 +1,21 @@
+//! What stages speak about: requests, descriptions, the table, instances, the finished scene.
+//!
+//! Types here know geometry and nothing of transport or rows. A value that exists is valid: names are
+//! checked, sizes positive, supports form a tree rooted at the table.
+
+pub mod name;
+pub mod request;
+pub mod description;
+pub mod table;
+pub mod instance;
+pub mod certificate;
+pub mod finished;
+
+pub use crate::geometry::{Friction, MassProperties};
+pub use certificate::Certificate;
+pub use description::{ObjectSpec, Relation, RelationKind, SceneDescription};
+pub use finished::Scene;
+pub use instance::{Instance, Provenance, Support};
+pub use name::InstanceId;
+pub use request::{Input, SceneRequest};
+pub use table::{Table, TableShape, TableSpec};

@@ -1,0 +1,79 @@
+//! The certificate: what was measured about a scene, against which thresholds, and the verdict.
+
+use serde::{Deserialize, Serialize};
+
+use super::InstanceId;
+
+/// Everything `certify` measured. Rates are fractions.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Certificate {
+    pub verdict: Verdict,
+    /// One sentence per failed check; empty for a pass.
+    pub reasons: Vec<String>,
+    pub metrics: Metrics,
+    pub thresholds: Thresholds,
+    pub objects: Vec<ObjectCertificate>,
+    /// Pairs that collide, with their depth.
+    pub collisions: Vec<Collision>,
+}
+
+/// May the scene be used?
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    Pass,
+    Quarantine,
+}
+
+/// The paper's four physical metrics (Sec. Experiments), as fractions.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Metrics {
+    /// Colliding pairs over all pairs, the table included, on the visual meshes.
+    pub col_o: f64,
+    /// Whether any pair collides (0 or 1 for one scene).
+    pub col_s: f64,
+    /// Objects whose center of mass projects into their support region.
+    pub ss: f64,
+    /// Objects that stay within 3 cm and 30 degrees over 5 s, from the poses `place` gave.
+    pub dss_aligned: f64,
+    /// The same from the poses of the bundle.
+    pub dss_shipped: f64,
+}
+
+/// The numbers the verdict compares with.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Thresholds {
+    pub penetration_m: f64,
+    pub contact_gap_m: f64,
+    pub support_dilation_m: f64,
+    pub dss_displacement_m: f64,
+    pub dss_rotation_rad: f64,
+    pub dss_duration_s: f64,
+}
+
+/// Per-object findings.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ObjectCertificate {
+    pub name: InstanceId,
+    /// Signed distance of the projected center of mass inside its support region, meters.
+    pub support_margin_m: f64,
+    /// Displacement of the origin over the shipped settle.
+    pub settle_displacement_m: f64,
+    pub settle_rotation_rad: f64,
+    /// From the pose `place` gave to the shipped one.
+    pub displacement_from_aligned_m: f64,
+    pub rotation_from_aligned_rad: f64,
+    pub inside_outline: bool,
+    pub watertight: bool,
+    pub hulls: u32,
+    /// Largest distance by which a hull sticks out of the visual mesh, meters.
+    pub hull_excess_m: f64,
+}
+
+/// One colliding pair.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Collision {
+    pub a: String,
+    pub b: String,
+    pub depth_m: f64,
+}

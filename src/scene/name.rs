@@ -1,0 +1,85 @@
+//! Names that are safe in every format and every file system.
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+/// Stable name of an instance: `[a-z][a-z0-9_]{0,62}`, unique in its scene (`mug_1`). Seeds, keys and
+/// files are derived from it, never from a position in a list.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub struct InstanceId(String);
+
+/// The text was no valid name.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{0:?} is not a name of the form [a-z][a-z0-9_]{{0,62}}")]
+pub struct InvalidName(String);
+
+impl InstanceId {
+    /// Accepts `[a-z][a-z0-9_]{0,62}`.
+    pub fn new(name: &str) -> Result<Self, InvalidName> {
+        let mut characters = name.chars();
+        let valid = characters.next().is_some_and(|c| c.is_ascii_lowercase())
+            && name.len() <= 63
+            && characters.all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_');
+        if valid { Ok(Self(name.to_owned())) } else { Err(InvalidName(name.to_owned())) }
+    }
+
+    /// The `number`-th instance of a label: letters and digits kept, everything else folded to `_`.
+    pub fn numbered(label: &str, number: usize) -> Self {
+        let mut stem = String::new();
+        for c in label.chars().flat_map(char::to_lowercase).take(48) {
+            if c.is_ascii_alphanumeric() {
+                stem.push(c);
+            } else if !stem.is_empty() && !stem.ends_with('_') {
+                stem.push('_');
+            }
+        }
+        let stem = stem.trim_matches('_');
+        let stem = if stem.starts_with(|c: char| c.is_ascii_lowercase()) {
+            stem.to_owned()
+        } else {
+            format!("object_{stem}").trim_end_matches('_').to_owned()
+        };
+        Self(format!("{stem}_{number}"))
+    }
+
+    pub fn as_str(&self) -> &str {
+        &self.0
+    }
+}
+
+impl fmt::Display for InstanceId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl TryFrom<String> for InstanceId {
+    type Error = InvalidName;
+    fn try_from(name: String) -> Result<Self, InvalidName> {
+        Self::new(&name)
+    }
+}
+
+impl From<InstanceId> for String {
+    fn from(id: InstanceId) -> Self {
+        id.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn any_label_becomes_a_valid_name() {
+        for label in
+            ["Coffee mug", "../../etc", "", "7up \"can\"", "Tasse à café", "<b>🍎</b>", &"x".repeat(300)]
+        {
+            let id = InstanceId::numbered(label, 3);
+            assert_eq!(InstanceId::new(id.as_str()), Ok(id.clone()), "{label:?}");
+        }
+        assert!(InstanceId::new("Mug").is_err() && InstanceId::new("a/b").is_err());
+    }
+}
