@@ -1,0 +1,81 @@
+//! What is seen in a picture: the camera, the table, the objects, and where each one shows.
+
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+use super::{InstanceId, TableShape};
+use crate::geometry::{Camera, Mask, Rgb};
+
+/// Open-vocabulary recognition of a reference picture.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Recognition {
+    /// Intrinsics and pose relative to the table frame (its height above the table is up to scale
+    /// until the anchor is known).
+    pub camera: Camera,
+    pub table: RecognizedTable,
+    /// The table is not among them.
+    pub objects: Vec<RecognizedObject>,
+}
+
+/// The table as recognized.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RecognizedTable {
+    pub label: String,
+    pub shape: TableShape,
+    /// Catalog model that looks like it.
+    pub model: String,
+    /// Commonsense extents: width, depth of the top, height above the floor; meters.
+    pub size_m: DVec3,
+    pub color: Option<Rgb>,
+    pub material: Option<String>,
+    pub seed: u64,
+}
+
+/// One object as recognized.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RecognizedObject {
+    pub id: InstanceId,
+    pub label: String,
+    pub category: String,
+    /// Commonsense extents as it stands: width, depth, height; meters.
+    pub size_m: DVec3,
+    pub color: Option<Rgb>,
+    pub material: Option<String>,
+    pub seed: u64,
+    /// What it stands on or in, as far as it can be told from picture and words.
+    pub stands_on: StandsOn,
+}
+
+/// Stacking relation of one object.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(tag = "kind", content = "object", rename_all = "snake_case")]
+pub enum StandsOn {
+    Table,
+    On(InstanceId),
+    In(InstanceId),
+}
+
+impl StandsOn {
+    /// The supporting object; `None` = the table.
+    pub fn object(&self) -> Option<&InstanceId> {
+        match self {
+            Self::Table => None,
+            Self::On(id) | Self::In(id) => Some(id),
+        }
+    }
+}
+
+/// One instance's pixels in the reference picture.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct InstanceMask {
+    pub id: InstanceId,
+    /// Pixels where it shows.
+    pub visible: Mask,
+}
+
+/// One instance's box in the top view, pixels: x0, y0, x1, y1.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TopBox {
+    pub id: InstanceId,
+    pub box_px: [f64; 4],
+}
