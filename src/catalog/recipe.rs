@@ -64,3 +64,181 @@ pub fn build(recipe: &Recipe) -> Option<TexturedMesh> {
     };
     Some(generator(&mut order).seated())
 }
+
+#[cfg(test)]
+mod tests {
+    use std::collections::{BTreeMap, BTreeSet};
+
+    use super::*;
+    use crate::catalog::{categories, substance};
+    use crate::geometry::seed::child_seed;
+
+    fn recipe(category: &Category, seed: u64) -> Recipe {
+        let mut rng = child_rng(seed, "size");
+        Recipe {
+            category: category.name.clone(),
+            size_m: category.size.sample(&mut rng),
+            color: None,
+            material: None,
+            seed: child_seed(seed, "mesh"),
+        }
+    }
+
+    /// Runs `judge` over every category and a few seeds; lists everything it objects to.
+    fn every_mesh(judge: impl Fn(&Recipe, &TexturedMesh) -> Option<String>) {
+        let mut objections = Vec::new();
+        for category in categories() {
+            for seed in 0..6 {
+                let recipe = recipe(category, seed);
+                match build(&recipe) {
+                    Some(mesh) => objections.extend(
+                        judge(&recipe, &mesh).map(|why| format!("{} ({seed}): {why}", category.name)),
+                    ),
+                    None => objections.push(format!("{}: no generator", category.name)),
+                }
+            }
+        }
+        assert!(objections.is_empty(), "{} objections:\n{}", objections.len(), objections.join("\n"));
+    }
+
+    fn welded(p: DVec3) -> [u64; 3] {
+        (p + DVec3::ZERO).to_array().map(f64::to_bits)
+    }
+
+    /// Signed volume and center of mass of the (possibly overlapping) shells.
+    fn mass_center(mesh: &TexturedMesh) -> (f64, DVec3) {
+        let (mut volume, mut moment) = (0.0, DVec3::ZERO);
+        for t in mesh.triangles() {
+            let [a, b, c] = t.map(|v| mesh.positions[v as usize]);
+            let tetrahedron = a.dot(b.cross(c)) / 6.0;
+            volume += tetrahedron;
+            moment += tetrahedron * (a + b + c) / 4.0;
+        }
+        (volume, moment / volume)
+    }
+
+    #[test]
+    fn the_data_are_consistent() {
+        let mut names = BTreeSet::new();
+        for category in categories() {
+            let name = &category.name;
+            assert!(names.insert(name.clone()), "{name} twice");
+            assert!(substance(&category.substance).is_some(), "{name}: substance {}", category.substance);
+            assert!(!category.palette.is_empty() && !category.families.is_empty(), "{name}: empty list");
+            assert!(
+                category.size.low_m.cmpgt(DVec3::ZERO).all()
+                    && category.size.low_m.cmple(category.size.high_m).all(),
+                "{name}: size {:?}",
+                category.size
+            );
+            for color in &category.palette {
+                let digits = color.strip_prefix('#').expect("palette colors start with #");
+                assert!(
+                    digits.len() == 6 && u32::from_str_radix(digits, 16).is_ok(),
+                    "{name}: color {color}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn shells_are_closed_with_outward_faces() {
+        every_mesh(|_, mesh| {
+            let mut balance: BTreeMap<([u64; 3], [u64; 3]), i32> = BTreeMap::new();
+            for t in mesh.triangles() {
+                for k in 0..3 {
+                    let a = welded(mesh.positions[t[k] as usize]);
+                    let b = welded(mesh.positions[t[(k + 1) % 3] as usize]);
+                    let (edge, sign) = if a < b { ((a, b), 1) } else { ((b, a), -1) };
+                    *balance.entry(edge).or_default() += sign;
+                }
+            }
+            let open = balance.values().filter(|&&count| count != 0).count();
+            let (volume_m3, _) = mass_center(mesh);
+            (open > 0 || volume_m3 <= 0.0).then(|| format!("{open} open edges, volume {volume_m3:e} m^3"))
+        });
+    }
+
+    #[test]
+    fn normals_agree_with_the_faces() {
+        every_mesh(|_, mesh| {
+            let not_unit = mesh.normals.iter().filter(|n| (n.length() - 1.0).abs() > 1e-3).count();
+            let against = mesh
+                .triangles()
+                .filter(|t| {
+                    let [a, b, c] = t.map(|v| mesh.positions[v as usize]);
+                    let face = (b - a).cross(c - a).normalize_or_zero().as_vec3();
+                    t.iter().any(|&v| mesh.normals[v as usize].dot(face) < -0.1)
+                })
+                .count();
+            (not_unit > 0 || against > 0)
+                .then(|| format!("{not_unit} normals not unit, {against} faces against their normals"))
+        });
+    }
+
+    #[test]
+    fn extents_and_budget_are_kept() {
+        every_mesh(|recipe, mesh| {
+            let error = (mesh.size_m() / recipe.size_m - 1.0).abs();
+            let base_m = mesh.bounds().0.z.abs();
+            let count = mesh.triangle_count();
+            let parallel =
+                mesh.uvs.len() == mesh.positions.len() && mesh.normals.len() == mesh.positions.len();
+            let finite =
+                mesh.positions.iter().all(|p| p.is_finite()) && mesh.uvs.iter().all(|uv| uv.is_finite());
+            (error.max_element() > 0.06
+                || base_m > 1e-9
+                || !(300..=6000).contains(&count)
+                || !parallel
+                || !finite)
+                .then(|| {
+                    format!(
+                        "size error {error:.3}, base {base_m:e}, {count} triangles, parallel {parallel}, finite {finite}"
+                    )
+                })
+        });
+    }
+
+    #[test]
+    fn textures_are_powers_of_two_and_materials_are_named_apart() {
+        every_mesh(|_, mesh| {
+            let names: BTreeSet<&str> = mesh.materials.iter().map(|m| m.name.as_str()).collect();
+            let odd = mesh.materials.iter().filter_map(|m| m.base_color_texture.as_ref()).find(|t| {
+                [t.width_px(), t.height_px()].iter().any(|s| !s.is_power_of_two() || !(64..=512).contains(s))
+            });
+            (names.len() != mesh.materials.len() || odd.is_some()).then(|| {
+                format!("materials {names:?}, odd texture {:?}", odd.map(|t| (t.width_px(), t.height_px())))
+            })
+        });
+    }
+
+    /// The center of mass lies over the feet, well away from their edge: the tilt at which it would
+    /// pass over the edge is at least four degrees.
+    #[test]
+    fn everything_stands() {
+        every_mesh(|_, mesh| {
+            let (_, center) = mass_center(mesh);
+            let feet: Vec<DVec3> =
+                mesh.positions.iter().copied().filter(|p| p.z < 2e-4).map(|p| p - center).collect();
+            // Reach of the feet beyond the center of mass, the least over all directions.
+            let reach_m = (0..72)
+                .map(|k| {
+                    let angle = f64::from(k) * std::f64::consts::TAU / 72.0;
+                    let (sin, cos) = angle.sin_cos();
+                    feet.iter().map(|p| p.x * cos + p.y * sin).fold(f64::NEG_INFINITY, f64::max)
+                })
+                .fold(f64::INFINITY, f64::min);
+            let tilt_deg = reach_m.atan2(center.z).to_degrees();
+            (tilt_deg < 4.0).then(|| {
+                format!("tips over at {tilt_deg:.1} degrees ({reach_m:.4} m, center {:.4} m up)", center.z)
+            })
+        });
+    }
+
+    #[test]
+    fn the_same_recipe_gives_the_same_mesh() {
+        every_mesh(|recipe, mesh| {
+            (build(recipe).as_ref() != Some(mesh)).then(|| "two builds differ".to_owned())
+        });
+    }
+}

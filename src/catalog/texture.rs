@@ -1,1 +1,35 @@
-//! Procedural textures: wood grain, labels, pages, ceramics.
+//! Procedural textures and looks: wood grain, labels, pages, metal, ceramics, cloth, stone, lettering.
+//!
+//! Pictures are drawn from colors and a seeded generator, sizes are powers of two between 64 and 512
+//! pixels, and all but labels, pages and screens repeat without a seam. Row 0 is the top of a picture;
+//! texture coordinates have v = 0 at the bottom.
+
+mod noise;
+mod drawing;
+mod lettering;
+mod wood;
+mod metal;
+mod ceramic;
+mod fabric;
+mod stone;
+mod checker;
+mod label;
+mod page;
+mod food;
+mod look;
+mod mapping;
+
+pub use ceramic::{ceramic_speckle, glaze_band, striped_band};
+pub use checker::{checker, stripes};
+pub use drawing::{fill_disc, fill_rectangle, frame_rectangle, paint};
+pub use fabric::{fabric_weave, wicker};
+pub use food::{banana_skin, citrus_peel, crust, fruit_skin, sprinkles};
+pub use label::{label, wrap_label};
+pub use lettering::{draw_text, text_width_px};
+pub use look::{is_look, material_look};
+pub use mapping::{mapped_from_above, mapped_from_front, wrapped_around};
+pub use metal::brushed_metal;
+pub use noise::Noise;
+pub use page::{book_spread, printed_page};
+pub use stone::{granite, marble};
+pub use wood::{wood_grain, wood_planks};

@@ -1,0 +1,51 @@
+//! Value noise that repeats: a lattice of random numbers, smoothly interpolated, wrapped at its edges.
+
+use rand::RngExt;
+
+use crate::geometry::seed::Rng;
+
+/// Smooth random numbers 0..1 over the unit square; opposite edges match.
+#[derive(Clone, Debug)]
+pub struct Noise {
+    columns: usize,
+    rows: usize,
+    values: Vec<f32>,
+}
+
+impl Noise {
+    /// `columns` x `rows` bumps over the square (both at least 1).
+    pub fn new(columns: usize, rows: usize, rng: &mut Rng) -> Self {
+        let values = (0..columns * rows).map(|_| rng.random_range(0.0..1.0)).collect();
+        Self { columns, rows, values }
+    }
+
+    /// The value at (u, v); any real coordinates.
+    pub fn at(&self, u: f32, v: f32) -> f32 {
+        let x = u.rem_euclid(1.0) * self.columns as f32;
+        let y = v.rem_euclid(1.0) * self.rows as f32;
+        let (i, j) = (x.floor() as usize, y.floor() as usize);
+        let ease = |t: f32| t * t * (3.0 - 2.0 * t);
+        let (fx, fy) = (ease(x - x.floor()), ease(y - y.floor()));
+        let value = |i: usize, j: usize| self.values[(j % self.rows) * self.columns + i % self.columns];
+        let low = value(i, j) + (value(i + 1, j) - value(i, j)) * fx;
+        let high = value(i, j + 1) + (value(i + 1, j + 1) - value(i, j + 1)) * fx;
+        low + (high - low) * fy
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::seed::child_rng;
+
+    #[test]
+    fn opposite_edges_match_and_values_stay_in_range() {
+        let noise = Noise::new(5, 3, &mut child_rng(1, "noise"));
+        for k in 0..20 {
+            let t = k as f32 / 20.0;
+            assert!((noise.at(0.0, t) - noise.at(1.0, t)).abs() < 1e-5);
+            assert!((noise.at(t, 0.0) - noise.at(t, 1.0)).abs() < 1e-5);
+            assert!((0.0..=1.0).contains(&noise.at(t, 0.3)));
+        }
+    }
+}
