@@ -75,6 +75,13 @@ impl TexturedMesh {
         self
     }
 
+    /// The same mesh with every position rounded to the nearest `f32`, so that formats with
+    /// single-precision positions carry it without loss. Idempotent.
+    pub fn snap_to_f32(mut self) -> Self {
+        self.positions.iter_mut().for_each(|p| *p = p.as_vec3().as_dvec3());
+        self
+    }
+
     /// Moves the center of the bottom face of the axis-aligned box to the origin: the canonical origin.
     pub fn seated(self) -> Self {
         let (low, high) = self.bounds();
