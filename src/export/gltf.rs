@@ -1,0 +1,16 @@
+//! Binary glTF 2.0: one file per mesh, one for the scene, and the way back.
+//!
+//! glTF is Y-up. Meshes are stored as authored (z up) under a root node that turns them
+//! ([`ROOT_ROTATION_XYZW`]): front (-y) becomes glTF's +Z. Texture pictures are stored with their rows
+//! reversed instead of flipping v, because `1 - v` would not come back to the bit.
+
+mod document;
+mod read;
+mod write;
+
+pub use read::{GltfError, read_mesh_glb};
+pub use write::{write_mesh_glb, write_scene_glb};
+
+/// `gltf_from_world`: a quarter turn about -x takes z up to y up.
+pub const ROOT_ROTATION_XYZW: [f64; 4] =
+    [-std::f64::consts::FRAC_1_SQRT_2, 0.0, 0.0, std::f64::consts::FRAC_1_SQRT_2];

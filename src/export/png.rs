@@ -1,0 +1,109 @@
+//! Pictures as PNG bytes and back.
+//!
+//! Lossless; opaque pictures are stored without an alpha channel. The encoder runs single-threaded
+//! with fixed filters and the fast deflate level, so equal pictures give equal bytes.
+
+use std::io::Cursor;
+
+use image::codecs::png::{CompressionType, FilterType, PngEncoder};
+use image::{ExtendedColorType, ImageDecoder, ImageEncoder, ImageFormat, ImageReader, Limits};
+
+use crate::geometry::Image;
+
+/// Largest side of a picture that is decoded, pixels.
+pub const MAX_SIDE_PX: u32 = 16_384;
+/// Largest amount of memory a decoder may ask for, bytes.
+const MAX_DECODED_BYTES: u64 = 512 << 20;
+
+/// Why bytes were not read as a picture.
+#[derive(Debug, thiserror::Error)]
+pub enum PictureError {
+    #[error("these bytes are no picture of an accepted format (PNG, JPEG, WebP)")]
+    UnknownFormat,
+    #[error(
+        "the picture is {width_px} x {height_px} pixels; decoding stops at {MAX_SIDE_PX} a side or \
+         {budget_px} in all"
+    )]
+    TooLarge { width_px: u32, height_px: u32, budget_px: u64 },
+    #[error("the picture could not be decoded; send an intact file")]
+    Broken(#[source] image::ImageError),
+}
+
+/// Losslessly compressed bytes. A picture without pixels, which PNG cannot express, becomes one
+/// transparent pixel.
+pub fn encode_png(picture: &Image) -> Vec<u8> {
+    let (width_px, height_px) = (picture.width_px(), picture.height_px());
+    if width_px == 0 || height_px == 0 {
+        return encode_png(&Image::filled(1, 1, [0; 4]));
+    }
+    let mut bytes = Vec::new();
+    let encoder = PngEncoder::new_with_quality(&mut bytes, CompressionType::Fast, FilterType::Adaptive);
+    let rgba = picture.as_rgba();
+    let written = if rgba.chunks_exact(4).all(|pixel| pixel[3] == 255) {
+        let rgb: Vec<u8> = rgba.chunks_exact(4).flat_map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect();
+        encoder.write_image(&rgb, width_px, height_px, ExtendedColorType::Rgb8)
+    } else {
+        encoder.write_image(rgba, width_px, height_px, ExtendedColorType::Rgba8)
+    };
+    written.expect("the buffer matches the size and memory accepts every write");
+    bytes
+}
+
+/// The picture in PNG bytes; other formats are refused.
+pub fn decode_png(bytes: &[u8]) -> Result<Image, PictureError> {
+    decode(bytes, &[ImageFormat::Png], u64::MAX)
+}
+
+/// The picture in PNG, JPEG or WebP bytes, at most `budget_px` pixels.
+pub fn decode_picture(bytes: &[u8], budget_px: u64) -> Result<Image, PictureError> {
+    decode(bytes, &[ImageFormat::Png, ImageFormat::Jpeg, ImageFormat::WebP], budget_px)
+}
+
+fn decode(bytes: &[u8], accepted: &[ImageFormat], budget_px: u64) -> Result<Image, PictureError> {
+    let format = image::guess_format(bytes).map_err(|_| PictureError::UnknownFormat)?;
+    if !accepted.contains(&format) {
+        return Err(PictureError::UnknownFormat);
+    }
+    let mut limits = Limits::default();
+    limits.max_image_width = Some(MAX_SIDE_PX);
+    limits.max_image_height = Some(MAX_SIDE_PX);
+    limits.max_alloc = Some(MAX_DECODED_BYTES);
+    let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
+    reader.limits(limits);
+    let decoder = reader.into_decoder().map_err(PictureError::Broken)?;
+    let (width_px, height_px) = decoder.dimensions();
+    if width_px > MAX_SIDE_PX
+        || height_px > MAX_SIDE_PX
+        || u64::from(width_px) * u64::from(height_px) > budget_px
+    {
+        return Err(PictureError::TooLarge { width_px, height_px, budget_px });
+    }
+    let decoded = image::DynamicImage::from_decoder(decoder).map_err(PictureError::Broken)?.into_rgba8();
+    Image::from_rgba(width_px, height_px, decoded.into_raw()).ok_or(PictureError::UnknownFormat)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pictures_survive_with_and_without_alpha() {
+        for alpha in [255, 128] {
+            let mut picture = Image::filled(7, 5, [10, 20, 30, alpha]);
+            picture.set_pixel(3, 2, [255, 0, 7, 255]);
+            let bytes = encode_png(&picture);
+            assert_eq!(bytes, encode_png(&picture));
+            assert_eq!(decode_png(&bytes).expect("our own file"), picture);
+            assert!(matches!(decode_picture(&bytes, 34), Err(PictureError::TooLarge { .. })));
+        }
+    }
+
+    #[test]
+    fn broken_bytes_are_errors() {
+        let bytes = encode_png(&Image::filled(9, 9, [1, 2, 3, 255]));
+        for length in 0..bytes.len() - 12 {
+            assert!(decode_png(&bytes[..length]).is_err(), "{length} bytes");
+        }
+        assert!(matches!(decode_png(b"GIF89a"), Err(PictureError::UnknownFormat)));
+    }
+}
