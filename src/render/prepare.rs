@@ -1,0 +1,205 @@
+//! Turns meshes into triangles on the screen, clipped at the near plane and sorted into bands.
+//!
+//! Work is cut into fixed pieces that rayon may run in any order; their results are kept in list order,
+//! so the triangle order, and with it every tie in depth, does not depend on the number of threads.
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use super::RenderObject;
+use super::projection::{Lens, NEAR_M, Projection};
+
+/// Everything a draw needs to know about where its triangles came from.
+pub struct SourceTriangle {
+    /// Into [`Prepared::camera_points`].
+    pub vertices: [u32; 3],
+    /// Index of the object.
+    pub object: u32,
+    /// Material in the object's mesh.
+    pub material: u32,
+}
+
+/// A triangle on the screen.
+#[derive(Clone, Copy)]
+pub struct ScreenTriangle {
+    pub x: [f32; 3],
+    pub y: [f32; 3],
+    pub key: [f32; 3],
+    /// Into [`Prepared::sources`].
+    pub source: u32,
+}
+
+/// Which triangles to keep.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Keep {
+    All,
+    Opaque,
+    Transparent,
+}
+
+/// The scene's triangles in camera coordinates; independent of picture size and sampling.
+pub struct Prepared {
+    /// Vertex positions in the camera's frame, all objects one after the other.
+    pub camera_points: Vec<Vec3>,
+    /// First vertex of each object in `camera_points`.
+    pub first_vertex: Vec<u32>,
+    pub sources: Vec<SourceTriangle>,
+}
+
+/// Screen triangles, and for each band the ones that touch it, nearest list order first.
+pub struct Binned {
+    pieces: Vec<Piece>,
+}
+
+struct Piece {
+    triangles: Vec<ScreenTriangle>,
+    bands: Vec<Vec<u32>>,
+}
+
+impl Prepared {
+    /// Moves every vertex into the camera's frame and lists the triangles.
+    pub fn new(objects: &[RenderObject], projection: &Projection) -> Self {
+        let per_object: Vec<Vec<Vec3>> = objects
+            .par_iter()
+            .map(|object| {
+                let world_from_object = glam::DAffine3::from_rotation_translation(
+                    object.world_from_object.rotation,
+                    object.world_from_object.translation_m,
+                );
+                let camera_from_object = projection.camera_from_world * world_from_object;
+                object
+                    .mesh
+                    .positions
+                    .iter()
+                    .map(|&p| camera_from_object.transform_point3(p).as_vec3())
+                    .collect()
+            })
+            .collect();
+        let mut first_vertex = Vec::with_capacity(objects.len());
+        let mut camera_points = Vec::with_capacity(per_object.iter().map(Vec::len).sum());
+        for points in per_object {
+            first_vertex.push(camera_points.len() as u32);
+            camera_points.extend(points);
+        }
+        let mut sources = Vec::with_capacity(objects.iter().map(|object| object.mesh.triangle_count()).sum());
+        for (index, object) in objects.iter().enumerate() {
+            let base = first_vertex[index];
+            for group in &object.mesh.groups {
+                sources.extend(group.triangles.iter().map(|t| SourceTriangle {
+                    vertices: t.map(|v| v + base),
+                    object: index as u32,
+                    material: group.material as u32,
+                }));
+            }
+        }
+        Self { camera_points, first_vertex, sources }
+    }
+
+    /// Projects, clips and bins the triangles for a picture of `width_px` x `height_px` samples.
+    pub fn bin(
+        &self,
+        objects: &[RenderObject],
+        projection: &Projection,
+        band_rows: usize,
+        keep: Keep,
+    ) -> Binned {
+        const PIECE: usize = 8192;
+        let band_count = projection.height_px.div_ceil(band_rows);
+        let pieces = self
+            .sources
+            .par_chunks(PIECE)
+            .enumerate()
+            .map(|(piece, sources)| {
+                let mut out = Piece { triangles: Vec::new(), bands: vec![Vec::new(); band_count] };
+                for (offset, source) in sources.iter().enumerate() {
+                    if keep != Keep::All {
+                        let mesh = objects[source.object as usize].mesh;
+                        let opaque = mesh.materials[source.material as usize].opacity >= 0.999;
+                        if opaque != (keep == Keep::Opaque) {
+                            continue;
+                        }
+                    }
+                    let corners = source.vertices.map(|v| self.camera_points[v as usize]);
+                    let id = (piece * PIECE + offset) as u32;
+                    clip_and_project(corners, &projection.lens, |x, y, key| {
+                        out.push(ScreenTriangle { x, y, key, source: id }, projection, band_rows);
+                    });
+                }
+                out
+            })
+            .collect();
+        Binned { pieces }
+    }
+}
+
+impl Piece {
+    fn push(&mut self, t: ScreenTriangle, projection: &Projection, band_rows: usize) {
+        let Some((y0, y1)) = covered(t.y, projection.height_px) else { return };
+        if covered(t.x, projection.width_px).is_none() {
+            return;
+        }
+        let index = self.triangles.len() as u32;
+        self.triangles.push(t);
+        for band in y0 / band_rows..=y1 / band_rows {
+            self.bands[band].push(index);
+        }
+    }
+}
+
+impl Binned {
+    /// Triangles that touch the band, in list order.
+    pub fn band(&self, band: usize) -> impl Iterator<Item = &ScreenTriangle> + '_ {
+        self.pieces
+            .iter()
+            .flat_map(move |piece| piece.bands[band].iter().map(|&index| &piece.triangles[index as usize]))
+    }
+
+    /// Whether no triangle touches any band.
+    pub fn is_empty(&self) -> bool {
+        self.pieces.iter().all(|piece| piece.triangles.is_empty())
+    }
+}
+
+/// First and last pixel whose center lies within the span of the coordinates; `None` if there is none.
+#[inline]
+pub fn covered(c: [f32; 3], size: usize) -> Option<(usize, usize)> {
+    let low = c[0].min(c[1]).min(c[2]);
+    let high = c[0].max(c[1]).max(c[2]);
+    let first = (low - 0.5).ceil().max(0.0);
+    let last = (high - 0.5).floor().min(size as f32 - 1.0);
+    // Written so that a NaN coordinate drops the triangle.
+    if first <= last { Some((first as usize, last as usize)) } else { None }
+}
+
+/// Calls `emit` with the pixel positions and keys of the part of the triangle in front of the near plane.
+#[inline]
+fn clip_and_project(corners: [Vec3; 3], lens: &Lens, mut emit: impl FnMut([f32; 3], [f32; 3], [f32; 3])) {
+    let near = if lens.perspective { NEAR_M } else { 0.0 };
+    let behind = corners.map(|p| p.z < near);
+    match behind.iter().filter(|&&b| b).count() {
+        0 => {
+            let [a, b, c] = corners.map(|p| lens.project(p));
+            emit([a[0], b[0], c[0]], [a[1], b[1], c[1]], [a[2], b[2], c[2]]);
+        }
+        3 => {}
+        _ => {
+            let mut kept: Vec<[f32; 3]> = Vec::with_capacity(4);
+            for k in 0..3 {
+                let (p, q) = (corners[k], corners[(k + 1) % 3]);
+                if p.z >= near {
+                    kept.push(lens.project(p));
+                }
+                if (p.z < near) != (q.z < near) {
+                    let t = (near - p.z) / (q.z - p.z);
+                    let mut cut = p + t * (q - p);
+                    cut.z = near;
+                    kept.push(lens.project(cut));
+                }
+            }
+            for k in 2..kept.len() {
+                let (a, b, c) = (kept[0], kept[k - 1], kept[k]);
+                emit([a[0], b[0], c[0]], [a[1], b[1], c[1]], [a[2], b[2], c[2]]);
+            }
+        }
+    }
+}
