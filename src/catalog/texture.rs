@@ -27,7 +27,7 @@ pub use food::{banana_skin, citrus_peel, crust, fruit_skin, sprinkles};
 pub use label::{label, wrap_label};
 pub use lettering::{draw_text, text_width_px};
 pub use look::{is_look, material_look};
-pub use mapping::{mapped_from_above, mapped_from_front, wrapped_around};
+pub use mapping::{mapped_from_above, mapped_from_front, mapped_on_box, wrapped_around};
 pub use metal::brushed_metal;
 pub use noise::Noise;
 pub use page::{book_spread, printed_page};

@@ -10,7 +10,7 @@ use crate::geometry::{Rgb, Texture};
 pub fn ceramic_speckle(color: Rgb, rng: &mut Rng) -> Texture {
     let (cloud, specks) = (Noise::new(4, 4, rng), Noise::new(64, 64, rng));
     paint(256, 256, |u, v| {
-        let speck = if specks.at(u, v) > 0.86 { 0.55 } else { 1.0 };
+        let speck = 1.0 - 0.5 * ((specks.at(u, v) - 0.86) / 0.06).clamp(0.0, 1.0);
         color.scaled((0.96 + 0.07 * cloud.at(u, v)) * speck)
     })
 }

@@ -18,10 +18,10 @@ pub fn fruit_skin(color: Rgb, blush: Rgb, rng: &mut Rng) -> Texture {
 
 /// Dimpled peel; repeats.
 pub fn citrus_peel(color: Rgb, rng: &mut Rng) -> Texture {
-    let (pits, tone) = (Noise::new(64, 40, rng), Noise::new(5, 4, rng));
+    let (pits, tone) = (Noise::new(110, 60, rng), Noise::new(5, 4, rng));
     paint(256, 128, |u, v| {
-        let pit = (pits.at(u, v) - 0.68).max(0.0);
-        color.scaled(0.97 + 0.08 * tone.at(u, v) - 0.6 * pit)
+        let pit = (pits.at(u, v) - 0.7).max(0.0);
+        color.scaled(0.97 + 0.08 * tone.at(u, v) - 0.45 * pit)
     })
 }
 

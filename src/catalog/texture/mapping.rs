@@ -23,6 +23,28 @@ pub fn wrapped_around(mut solid: Solid) -> Solid {
     solid
 }
 
+/// One upright picture on each face of a boxlike solid (by each vertex's dominant normal), stretched over
+/// the solid's box; never mirrored.
+pub fn mapped_on_box(mut solid: Solid) -> Solid {
+    let spans = [0, 1, 2].map(|axis| span(solid.positions.iter().map(|p| p.to_array()[axis])));
+    for ((uv, p), n) in solid.uvs.iter_mut().zip(&solid.positions).zip(&solid.normals) {
+        let fraction = [0, 1, 2].map(|axis| {
+            let (low, high) = spans[axis];
+            ((p.to_array()[axis] - low) / (high - low).max(1e-9)) as f32
+        });
+        let [x, y, z] = fraction;
+        let a = n.abs();
+        *uv = if a.z >= a.x && a.z >= a.y {
+            Vec2::new(x, y)
+        } else if a.x >= a.y {
+            Vec2::new(if n.x > 0.0 { y } else { 1.0 - y }, z)
+        } else {
+            Vec2::new(if n.y < 0.0 { x } else { 1.0 - x }, z)
+        };
+    }
+    solid
+}
+
 fn mapped(mut solid: Solid, plane: impl Fn([f64; 3]) -> (f64, f64)) -> Solid {
     let (u_low, u_high) = span(solid.positions.iter().map(|p| plane(p.to_array()).0));
     let (v_low, v_high) = span(solid.positions.iter().map(|p| plane(p.to_array()).1));
