@@ -9,7 +9,7 @@ mod finish;
 pub(in crate::catalog) mod grain;
 mod frames;
 mod pedestals;
-mod shapes;
+pub(in crate::catalog) mod shapes;
 
 use glam::{DVec2, DVec3};
 
@@ -100,8 +100,8 @@ impl Draft {
 
     /// The top: `edge` raised to the table's height, grain along x.
     fn add_top(&mut self, edge: &[DVec2]) {
-        let top = crate::geometry::shapes::slab(edge, self.finish.thickness_m, EASED_EDGE_M)
-            .translated(DVec3::new(0.0, 0.0, self.underside_m()));
+        let slab = crate::geometry::shapes::slab(edge, self.finish.thickness_m, EASED_EDGE_M);
+        let top = shapes::with_flat_ends(slab).translated(DVec3::new(0.0, 0.0, self.underside_m()));
         self.mesh.add(grain::along(top, DVec3::X), &self.finish.top);
     }
 
@@ -290,6 +290,39 @@ mod tests {
             }
         }
         assert!(build_table("hovering_table", DVec3::ONE, None, None, 1).is_none());
+    }
+
+    #[test]
+    fn faces_of_every_part_look_outward() {
+        // Parts are convex or nearly so: seen from a part's middle, most of its area faces away. An
+        // inside-out part would turn that around.
+        for model in table_models() {
+            let mesh = build_table(model.name, model.high_m, None, None, 2).expect("a known model").mesh;
+            let mut part_of: Vec<usize> = (0..mesh.positions.len()).collect();
+            let mut by_position = BTreeMap::new();
+            for (v, p) in mesh.positions.iter().enumerate() {
+                part_of[v] = *by_position.entry((*p + DVec3::ZERO).to_array().map(f64::to_bits)).or_insert(v);
+            }
+            let find = |part_of: &[usize], mut v: usize| {
+                while part_of[v] != v {
+                    v = part_of[v];
+                }
+                v
+            };
+            for t in mesh.triangles() {
+                for k in 0..2 {
+                    let (a, b) = (find(&part_of, t[k] as usize), find(&part_of, t[k + 1] as usize));
+                    part_of[a.max(b)] = a.min(b);
+                }
+            }
+            let mut volume_m3: BTreeMap<usize, f64> = BTreeMap::new();
+            for t in mesh.triangles() {
+                let [a, b, c] = t.map(|v| mesh.positions[v as usize]);
+                *volume_m3.entry(find(&part_of, t[0] as usize)).or_default() += a.dot(b.cross(c)) / 6.0;
+            }
+            assert!(volume_m3.len() > 3, "{}: {} parts", model.name, volume_m3.len());
+            assert!(volume_m3.values().all(|&v| v > 0.0), "{}: {volume_m3:?}", model.name);
+        }
     }
 
     #[test]

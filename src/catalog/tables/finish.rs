@@ -2,6 +2,7 @@
 
 use rand::RngExt;
 
+use crate::catalog::texture::{marble, wood_grain, wood_planks};
 use crate::geometry::seed::Rng;
 use crate::geometry::{Material, Rgb};
 
@@ -49,32 +50,35 @@ impl Finish {
                 let sheet = Material::metal("steel", color.unwrap_or(Rgb::hex(0xb4_b8_bc)), 0.38);
                 (sheet, dark.clone())
             }
-            "white" => painted(color.unwrap_or(Rgb::hex(0xee_ed_e8)), rng),
-            "black" => painted(color.unwrap_or(Rgb::hex(0x2a_2a_2c)), rng),
-            "painted" => painted(color.unwrap_or(Rgb::hex(0xee_ed_e8)), rng),
-            wood => {
-                let wood = timber(wood, color, rng);
-                (wood.clone(), wood)
-            }
+            "white" | "painted" => painted(color.unwrap_or(Rgb::hex(0xee_ed_e8))),
+            "black" => painted(color.unwrap_or(Rgb::hex(0x2a_2a_2c))),
+            wood => timber(wood, color, rng),
         };
         Self { top, frame, metal: steel, thickness_m }
     }
 }
 
-fn stone(color: Option<Rgb>, _rng: &mut Rng) -> Material {
-    Material::plain("marble", color.unwrap_or(Rgb::hex(0xe6_e4_e0)), 0.25)
+fn stone(color: Option<Rgb>, rng: &mut Rng) -> Material {
+    let base = color.unwrap_or(Rgb::hex(0xee_ec_e8));
+    let dark = base.0.iter().sum::<f32>() < 1.2;
+    let vein = if dark { Rgb::hex(0xd8_d4_cc) } else { Rgb::hex(0x84_84_8a) };
+    Material::textured("marble", marble(base, vein, rng), 0.22)
 }
 
-fn painted(color: Rgb, _rng: &mut Rng) -> (Material, Material) {
+fn painted(color: Rgb) -> (Material, Material) {
     (Material::plain("paint", color, 0.45), Material::plain("frame_paint", color.scaled(0.92), 0.5))
 }
 
-fn timber(name: &str, color: Option<Rgb>, _rng: &mut Rng) -> Material {
+/// Boards glued up to a top, and plain grain for the frame.
+fn timber(name: &str, color: Option<Rgb>, rng: &mut Rng) -> (Material, Material) {
     let usual = match name {
-        "walnut" => Rgb::hex(0x6b_48_30),
-        "pine" => Rgb::hex(0xd8_b2_78),
-        "birch" => Rgb::hex(0xe2_cd_a6),
-        _ => Rgb::hex(0xb9_8b_55),
+        "walnut" => Rgb::hex(0x6e_49_30),
+        "pine" => Rgb::hex(0xd9_b2_78),
+        "birch" => Rgb::hex(0xe0_c8_9c),
+        _ => Rgb::hex(0xb8_8a_56),
     };
-    Material::plain(name, color.unwrap_or(usual), 0.55)
+    let color = color.unwrap_or(usual);
+    let top = Material::textured(name, wood_planks(color, 4, rng), 0.5);
+    let frame = Material::textured(&format!("{name}_frame"), wood_grain(color.scaled(0.93), rng), 0.55);
+    (top, frame)
 }

@@ -36,7 +36,7 @@ pub fn round_leg(foot: DVec3, head: DVec3, foot_radius_m: f64, head_radius_m: f6
 /// ends cut vertically.
 pub fn bar(from: DVec3, to: DVec3, width_m: f64, height_m: f64) -> Solid {
     let forward = (to - from).truncate().normalize_or(DVec2::X);
-    let side = -forward.perp();
+    let side = forward.perp();
     let ring = |center: DVec3| -> Vec<DVec3> {
         rectangle(width_m, height_m)
             .iter()
@@ -52,4 +52,17 @@ pub fn column(profile: &[(f64, f64)]) -> Solid {
     points.extend(profile.iter().map(|&(r, z)| DVec2::new(r, z)));
     points.push(DVec2::new(0.0, profile[profile.len() - 1].1));
     lathe(&points, 40)
+}
+
+/// The solid with exactly vertical normals on its horizontal faces, which rounded edges would
+/// otherwise bend (shading then shows the triangles of a large flat cap).
+pub fn with_flat_ends(mut solid: Solid) -> Solid {
+    for t in &solid.triangles {
+        let [a, b, c] = t.map(|v| solid.positions[v as usize]);
+        let normal = (b - a).cross(c - a).normalize_or_zero();
+        if normal.z.abs() > 0.999_999 {
+            t.iter().for_each(|&v| solid.normals[v as usize] = normal.as_vec3());
+        }
+    }
+    solid
 }
