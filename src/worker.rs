@@ -1,1 +1,144 @@
-//! (in progress)
+//! The worker: claim a job, build its scene, finish it.
+//!
+//! Every process start is a new owner. While a job runs, the heartbeat (a thread of its own, so no
+//! computation can starve it) extends the lease, hears of cancellations and of lost leases, and stops
+//! the build through its interrupt. Shutting down stops claiming, lets running stages finish and commit,
+//! gives jobs back uncharged and only then returns. At start every lease in the data directory belongs
+//! to a dead process (the store's lock says so), so those jobs are taken over at once.
+
+pub mod build;
+pub mod backoff;
+mod heartbeat;
+mod turn;
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use serde::{Deserialize, Serialize};
+use tokio::sync::Semaphore;
+use tokio_util::sync::CancellationToken;
+use tokio_util::task::TaskTracker;
+use uuid::Uuid;
+
+use crate::pipeline::checkpoint::StageRuntime;
+use crate::store::{Store, StoreError};
+
+pub use build::{BuildScene, BuiltScene, JobContext};
+
+use heartbeat::Heartbeat;
+
+/// Section `[worker]`.
+#[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct Settings {
+    /// Jobs worked on at the same time (1..=64). More overlaps waiting; the CPU pool is shared.
+    pub concurrency: usize,
+    /// Threads of the CPU pool; 0 = one per core. Does not change results.
+    pub cpu_threads: usize,
+    /// Instances of one stage worked on at the same time (1..=64). Does not change results.
+    pub fan_out: usize,
+    /// How long a claim lasts without a heartbeat, seconds (5..=3600). More leaves a dead worker's job
+    /// waiting longer; less risks taking a slow worker's job away.
+    pub lease_secs: u64,
+    /// Time between heartbeats, seconds; at most a third of the lease.
+    pub heartbeat_secs: u64,
+    /// Longest sleep before the queue is looked at again, milliseconds.
+    pub poll_ms: u64,
+    /// Tries since the last new checkpoint before a job that keeps failing is failed (1..=100).
+    pub max_attempts: u32,
+    /// Mean of the first retry's delay is half of this, milliseconds; it doubles with every attempt.
+    pub backoff_base_ms: u64,
+    /// Largest delay of a retry, milliseconds.
+    pub backoff_cap_ms: u64,
+    /// How long a shutdown waits for running stages to finish before it interrupts them, seconds.
+    pub drain_grace_secs: u64,
+    /// Longest time one stage (of one instance) may take, seconds.
+    pub stage_timeout_secs: u64,
+}
+
+/// Takes jobs from the store and builds them.
+#[derive(Clone)]
+pub struct Worker {
+    store: Store,
+    runtime: StageRuntime,
+    build: BuildScene,
+    settings: Arc<Settings>,
+    owner: Arc<str>,
+}
+
+impl Worker {
+    pub fn new(store: Store, runtime: StageRuntime, build: BuildScene, settings: Settings) -> Self {
+        let owner = Uuid::new_v4().to_string();
+        Self { store, runtime, build, settings: Arc::new(settings), owner: owner.into() }
+    }
+
+    /// Works until `shutdown`, then drains.
+    pub async fn run(self, shutdown: CancellationToken) -> Result<(), StoreError> {
+        let orphans = self.store.expire_leases_of_others(&self.owner).await?;
+        if orphans > 0 {
+            tracing::info!(orphans, "taking over jobs of a worker that died");
+        }
+        let heartbeat = Heartbeat::start(
+            self.store.clone(),
+            Duration::from_secs(self.settings.lease_secs),
+            Duration::from_secs(self.settings.heartbeat_secs),
+        )?;
+        let slots = Arc::new(Semaphore::new(self.settings.concurrency.max(1)));
+        let turns = TaskTracker::new();
+        loop {
+            let slot = tokio::select! {
+                biased;
+                () = shutdown.cancelled() => break,
+                slot = slots.clone().acquire_owned() => match slot {
+                    Ok(slot) => slot,
+                    Err(_) => break,
+                },
+            };
+            let mut changes = self.store.changes();
+            let lease = Duration::from_secs(self.settings.lease_secs);
+            match self.store.claim(&self.owner, lease, self.settings.max_attempts).await {
+                Ok(Some(claim)) => {
+                    let turn = turn::Turn {
+                        store: self.store.clone(),
+                        runtime: self.runtime.clone(),
+                        build: self.build.clone(),
+                        settings: self.settings.clone(),
+                        heartbeat: heartbeat.clone(),
+                    };
+                    turns.spawn(async move {
+                        turn.take(claim).await;
+                        drop(slot);
+                    });
+                    continue;
+                }
+                Ok(None) => {}
+                Err(error) => tracing::error!(%error, "cannot claim a job; trying again"),
+            }
+            drop(slot);
+            tokio::select! {
+                () = shutdown.cancelled() => break,
+                _ = changes.changed() => {}
+                () = tokio::time::sleep(Duration::from_millis(self.settings.poll_ms)) => {}
+            }
+        }
+        self.drain(&heartbeat, turns).await;
+        Ok(())
+    }
+
+    /// Running stages finish and commit; those that take too long are interrupted; every job is given
+    /// back. What does not stop even then is left to the lease.
+    async fn drain(&self, heartbeat: &Heartbeat, turns: TaskTracker) {
+        turns.close();
+        if !turns.is_empty() {
+            tracing::info!(jobs = turns.len(), "draining");
+        }
+        heartbeat.drain();
+        let grace = Duration::from_secs(self.settings.drain_grace_secs);
+        if tokio::time::timeout(grace, turns.wait()).await.is_err() {
+            heartbeat.interrupt_all();
+            if tokio::time::timeout(Duration::from_secs(10), turns.wait()).await.is_err() {
+                tracing::warn!(jobs = turns.len(), "stages ignored the interrupt; their leases will run out");
+            }
+        }
+    }
+}

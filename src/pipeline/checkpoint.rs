@@ -1,0 +1,337 @@
+//! A stage is a function of its key; what it returned is found again instead of computed again.
+//!
+//! ```ignore
+//! let reference = checkpoints.run(reference::STAGE, reference::Inputs { .. }, reference::run).await?;
+//! let meshes = checkpoints.run_each(reconstruct::STAGE, inputs_by_instance, reconstruct::run).await?;
+//! ```
+//!
+//! A stage function captures nothing (checked at compile time), and the very struct it receives is what
+//! is hashed, so the key cannot forget an input. The output is stored as a JSON blob and handed on as it
+//! reads back, so a resumed job sees exactly what an undisturbed one saw. Blob first, row second: the row
+//! is the commit point, written under the job's lease. A blob or a row that is missing or unreadable is
+//! a warning and a second run. Two jobs that want the same key at the same time compute it once.
+
+pub mod artifact;
+pub mod context;
+pub mod cpu;
+mod key;
+
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, Weak};
+use std::time::{Duration, Instant};
+
+use futures::{StreamExt, stream};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use tokio_util::task::AbortOnDropHandle;
+
+use super::error::{StageError, StageErrorClass};
+use crate::scene::InstanceId;
+use crate::store::checkpoints::{Checkpoint, StageKey};
+use crate::store::{Lease, Store};
+
+pub use crate::geometry::Interrupt;
+pub use artifact::ArtifactRef;
+pub use context::StageContext;
+pub use cpu::Cpu;
+
+/// A stage's name and the version of its meaning. Raise the version when the same inputs give other
+/// outputs than before.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Stage {
+    /// `[a-z][a-z_]*`; also the folder of its artifacts.
+    pub name: &'static str,
+    pub version: u32,
+}
+
+/// What every job of the process shares: the store, the CPU pool, the keys being computed right now.
+#[derive(Clone)]
+pub struct StageRuntime {
+    store: Store,
+    cpu: Cpu,
+    /// What the results depend on besides their inputs (`cpu`, a SIMD class); part of every key.
+    backend: Arc<str>,
+    /// Instances of one stage worked on at the same time.
+    fan_out: usize,
+    /// Longest time one stage (of one instance) may take.
+    stage_timeout: Duration,
+    in_progress: Arc<Mutex<InProgress>>,
+}
+
+/// Keys being computed; whoever holds the inner lock computes, the others wait and then find the row.
+type InProgress = BTreeMap<(String, String), Weak<tokio::sync::Mutex<()>>>;
+
+/// One job's right to run stages.
+#[derive(Clone, Debug)]
+pub struct JobScope {
+    pub lease: Lease,
+    pub tenant_id: String,
+    /// From the stage of the first name on, keys are salted with the second text.
+    pub salt: Option<(String, String)>,
+    /// Stop now: polled inside stages.
+    pub interrupt: Interrupt,
+    /// Stop at the next stage: found work is still handed out, nothing new is started.
+    pub drain: Interrupt,
+}
+
+/// The checkpoint as an argument: runs stages for one job, with what the stages need (`S`).
+pub struct Checkpoints<S = ()> {
+    runtime: StageRuntime,
+    job: Arc<JobScope>,
+    salted: Arc<AtomicBool>,
+    services: Arc<S>,
+}
+
+impl<S> Clone for Checkpoints<S> {
+    fn clone(&self) -> Self {
+        Self {
+            runtime: self.runtime.clone(),
+            job: self.job.clone(),
+            salted: self.salted.clone(),
+            services: self.services.clone(),
+        }
+    }
+}
+
+impl StageRuntime {
+    /// `backend` names everything about this machine that changes results.
+    pub fn new(store: Store, cpu: Cpu, backend: &str, fan_out: usize, stage_timeout: Duration) -> Self {
+        Self {
+            store,
+            cpu,
+            backend: backend.into(),
+            fan_out: fan_out.max(1),
+            stage_timeout,
+            in_progress: Arc::default(),
+        }
+    }
+
+    /// The checkpoints of one job.
+    pub fn open(&self, job: JobScope) -> Checkpoints {
+        Checkpoints {
+            runtime: self.clone(),
+            job: Arc::new(job),
+            salted: Arc::default(),
+            services: Arc::new(()),
+        }
+    }
+
+    /// The lock of a key.
+    fn claim_of(&self, key: &StageKey) -> Arc<tokio::sync::Mutex<()>> {
+        let mut in_progress = self.in_progress.lock().expect("no code panics while it holds this lock");
+        in_progress.retain(|_, lock| lock.strong_count() > 0);
+        let slot = in_progress.entry((key.tenant_id.clone(), key.key.to_string())).or_default();
+        slot.upgrade().unwrap_or_else(|| {
+            let lock = Arc::new(tokio::sync::Mutex::new(()));
+            *slot = Arc::downgrade(&lock);
+            lock
+        })
+    }
+}
+
+impl<S: Send + Sync + 'static> Checkpoints<S> {
+    /// The same checkpoints for stages that need `services` (the ports).
+    pub fn with_services<T>(self, services: Arc<T>) -> Checkpoints<T> {
+        Checkpoints { runtime: self.runtime, job: self.job, salted: self.salted, services }
+    }
+
+    pub fn services(&self) -> &S {
+        &self.services
+    }
+
+    pub fn interrupt(&self) -> &Interrupt {
+        &self.job.interrupt
+    }
+
+    /// The output of `function` for `inputs`: found, or computed and committed.
+    pub async fn run<I, O, F, Fut>(&self, stage: Stage, inputs: I, function: F) -> Result<O, StageError>
+    where
+        I: Serialize + Send + Sync + 'static,
+        O: Serialize + DeserializeOwned + Send + 'static,
+        F: Fn(StageContext<S>, Arc<I>) -> Fut + Copy + Send + 'static,
+        Fut: Future<Output = Result<O, StageError>> + Send + 'static,
+    {
+        self.clone().run_one(stage, None, Arc::new(inputs), function).await
+    }
+
+    /// The same for every instance, a bounded number at a time, one key each; outputs in input order.
+    /// When instances fail, the others are finished (and kept) before the first failure is returned.
+    pub async fn run_each<I, O, F, Fut>(
+        &self,
+        stage: Stage,
+        inputs: Vec<(InstanceId, I)>,
+        function: F,
+    ) -> Result<Vec<O>, StageError>
+    where
+        I: Serialize + Send + Sync + 'static,
+        O: Serialize + DeserializeOwned + Send + 'static,
+        F: Fn(StageContext<S>, Arc<I>) -> Fut + Copy + Send + 'static,
+        Fut: Future<Output = Result<O, StageError>> + Send + 'static,
+    {
+        let turns: Vec<_> = inputs
+            .into_iter()
+            .map(|(id, inputs)| self.clone().run_one(stage, Some(id), Arc::new(inputs), function))
+            .collect();
+        let results: Vec<Result<O, StageError>> =
+            stream::iter(turns).buffered(self.runtime.fan_out).collect().await;
+        let mut outputs = Vec::with_capacity(results.len());
+        let mut failure: Option<StageError> = None;
+        for result in results {
+            match result {
+                Ok(output) => outputs.push(output),
+                Err(error) => {
+                    let says_less = |kept: &StageError| kept.class == StageErrorClass::Interrupted;
+                    if failure.as_ref().is_none_or(says_less) {
+                        failure = Some(error);
+                    }
+                }
+            }
+        }
+        failure.map_or(Ok(outputs), Err)
+    }
+
+    async fn run_one<I, O, F, Fut>(
+        self,
+        stage: Stage,
+        instance: Option<InstanceId>,
+        inputs: Arc<I>,
+        function: F,
+    ) -> Result<O, StageError>
+    where
+        I: Serialize + Send + Sync + 'static,
+        O: Serialize + DeserializeOwned + Send + 'static,
+        F: Fn(StageContext<S>, Arc<I>) -> Fut + Copy + Send + 'static,
+        Fut: Future<Output = Result<O, StageError>> + Send + 'static,
+    {
+        const { assert!(size_of::<F>() == 0, "a stage function captures nothing: pass it as an input") };
+        let store = &self.runtime.store;
+        let key = self.key(stage, instance.as_ref(), &*inputs)?;
+        let lock = self.runtime.claim_of(&key);
+        let _computing = loop {
+            self.job.interrupt.check()?;
+            if let Ok(guard) = tokio::time::timeout(Duration::from_millis(50), lock.lock()).await {
+                break guard;
+            }
+        };
+        if let Some((output, checkpoint)) = self.find(&key).await? {
+            store.stage_finished(&self.job.lease, &key, &checkpoint, true).await?;
+            return Ok(output);
+        }
+        self.job.drain.check()?;
+        store.stage_started(&self.job.lease, &key).await?;
+        let context = StageContext::new(
+            stage,
+            instance,
+            store.clone(),
+            self.job.clone(),
+            self.runtime.cpu.clone(),
+            self.services.clone(),
+        );
+        let artifacts = context.artifacts();
+        let started = Instant::now();
+        let output = self.compute(stage, function(context, inputs)).await?;
+        let elapsed_ms = i64::try_from(started.elapsed().as_millis()).unwrap_or(i64::MAX);
+        metrics::histogram!("tabletopgen_stage_seconds", "stage" => stage.name)
+            .record(started.elapsed().as_secs_f64());
+
+        let bytes = key::encode(stage, &output)?;
+        // What the next stage gets is what a resumed job would read.
+        let output = decode(&bytes).map_err(|error| {
+            StageError::permanent(
+                "output_not_storable",
+                format!("stage {} returned a value that does not survive JSON (not a number?)", stage.name),
+            )
+            .because(error)
+        })?;
+        let checkpoint =
+            Checkpoint { output: store.blobs().put(bytes).await?, artifacts: artifacts.sorted(), elapsed_ms };
+        store.stage_finished(&self.job.lease, &key, &checkpoint, false).await?;
+        Ok(output)
+    }
+
+    /// Runs the stage as a task of its own: a panic is an error, and letting go of the job stops it.
+    async fn compute<O, Fut>(&self, stage: Stage, work: Fut) -> Result<O, StageError>
+    where
+        O: Send + 'static,
+        Fut: Future<Output = Result<O, StageError>> + Send + 'static,
+    {
+        let task = AbortOnDropHandle::new(tokio::spawn(work));
+        match tokio::time::timeout(self.runtime.stage_timeout, task).await {
+            Ok(Ok(Err(_))) if self.job.interrupt.check().is_err() => Err(StageError::interrupted()),
+            Ok(Ok(result)) => result,
+            Ok(Err(died)) => {
+                Err(StageError::crashed(format!("stage {} died: {}", stage.name, cpu::panic_text(died))))
+            }
+            Err(_) => {
+                // Nothing of this attempt may go on in the background.
+                self.job.interrupt.raise();
+                Err(StageError::transient(
+                    "stage_timeout",
+                    format!(
+                        "stage {} took longer than worker.stage_timeout_secs = {}",
+                        stage.name,
+                        self.runtime.stage_timeout.as_secs()
+                    ),
+                ))
+            }
+        }
+    }
+
+    fn key<I: Serialize>(
+        &self,
+        stage: Stage,
+        instance: Option<&InstanceId>,
+        inputs: &I,
+    ) -> Result<StageKey, StageError> {
+        let salt = self.job.salt.as_ref().and_then(|(from, salt)| {
+            if from == stage.name {
+                self.salted.store(true, Ordering::Relaxed);
+            }
+            self.salted.load(Ordering::Relaxed).then_some(salt.as_str())
+        });
+        let instance = instance.map_or("", InstanceId::as_str);
+        Ok(StageKey {
+            tenant_id: self.job.tenant_id.clone(),
+            stage: stage.name.to_owned(),
+            version: stage.version,
+            instance: instance.to_owned(),
+            key: key::digest(stage, inputs, instance, &self.runtime.backend, &self.job.tenant_id, salt)?,
+        })
+    }
+
+    /// The stored output, if all of it is still there.
+    async fn find<O: DeserializeOwned>(&self, key: &StageKey) -> Result<Option<(O, Checkpoint)>, StageError> {
+        let store = &self.runtime.store;
+        let Some(checkpoint) = store.checkpoint(key).await? else { return Ok(None) };
+        let missing = |what: &str| {
+            tracing::warn!(
+                stage = key.stage,
+                instance = key.instance,
+                what,
+                "stored work is gone; running again"
+            );
+        };
+        let Some(bytes) = store.blobs().get(&checkpoint.output).await? else {
+            missing("output");
+            return Ok(None);
+        };
+        for artifact in &checkpoint.artifacts {
+            if !store.blobs().contains(&artifact.digest).await? {
+                missing(&artifact.name);
+                return Ok(None);
+            }
+        }
+        match decode(&bytes) {
+            Ok(output) => Ok(Some((output, checkpoint))),
+            Err(error) => {
+                missing(&format!("readable output ({error})"));
+                Ok(None)
+            }
+        }
+    }
+}
+
+fn decode<O: DeserializeOwned>(bytes: &[u8]) -> Result<O, serde_json::Error> {
+    serde_json::from_slice(bytes)
+}

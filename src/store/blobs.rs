@@ -1,0 +1,135 @@
+//! Immutable bytes under their digest, in an object store (a local directory by default).
+//!
+//! Bytes are always put again, even when they are there: a collector that saw the old copy as garbage
+//! cannot take it away from the row that is about to refer to it. A local put is durable when it
+//! returns (file and directories are synced) unless the settings say otherwise.
+
+use std::ops::Range;
+use std::path::Path;
+use std::sync::Arc;
+
+use bytes::Bytes;
+use futures::stream::BoxStream;
+use futures::{StreamExt, TryStreamExt};
+use object_store::local::LocalFileSystem;
+use object_store::path::Path as ObjectPath;
+use object_store::{GetOptions, GetRange, ObjectStore, ObjectStoreExt};
+
+use super::{Digest, StoreError};
+
+/// Handle on the blobs; cloning shares it.
+#[derive(Clone)]
+pub struct Blobs {
+    objects: Arc<dyn ObjectStore>,
+}
+
+impl Blobs {
+    /// Blobs below a local directory, which is created.
+    pub fn local(root: &Path, fsync: bool) -> Result<Self, StoreError> {
+        std::fs::create_dir_all(root)
+            .map_err(|source| StoreError::DataDir { path: root.to_owned(), source })?;
+        let files = LocalFileSystem::new_with_prefix(root)
+            .map_err(|source| StoreError::Blob { name: root.display().to_string(), doing: "opened", source })?
+            .with_fsync(fsync);
+        Ok(Self { objects: Arc::new(files) })
+    }
+
+    /// Stores `bytes`; when this returns they can be referred to.
+    pub async fn put(&self, bytes: impl Into<Bytes>) -> Result<Digest, StoreError> {
+        let bytes: Bytes = bytes.into();
+        let digest = if bytes.len() > 1 << 20 {
+            let copy = bytes.clone();
+            match tokio::task::spawn_blocking(move || Digest::of(&copy)).await {
+                Ok(digest) => digest,
+                Err(_) => Digest::of(&bytes),
+            }
+        } else {
+            Digest::of(&bytes)
+        };
+        self.objects
+            .put(&path_of(&digest), bytes.into())
+            .await
+            .map_err(|source| failed(&digest, "written", source))?;
+        Ok(digest)
+    }
+
+    /// The bytes, or `None` where there are none under that name or they are not what the name says.
+    pub async fn get(&self, digest: &Digest) -> Result<Option<Bytes>, StoreError> {
+        let found = match self.objects.get(&path_of(digest)).await {
+            Ok(found) => found,
+            Err(object_store::Error::NotFound { .. }) => return Ok(None),
+            Err(source) => return Err(failed(digest, "opened", source)),
+        };
+        let bytes = found.bytes().await.map_err(|source| failed(digest, "read", source))?;
+        if Digest::of(&bytes) == *digest {
+            Ok(Some(bytes))
+        } else {
+            tracing::warn!(%digest, "a blob's bytes do not match its name; treating it as missing");
+            Ok(None)
+        }
+    }
+
+    /// Part of the bytes as a stream (`end` exclusive, all of it when `None`), unverified.
+    pub async fn stream(
+        &self,
+        digest: &Digest,
+        range: Option<Range<u64>>,
+    ) -> Result<Option<BoxStream<'static, Result<Bytes, StoreError>>>, StoreError> {
+        let options = GetOptions { range: range.map(GetRange::Bounded), ..GetOptions::default() };
+        let found = match self.objects.get_opts(&path_of(digest), options).await {
+            Ok(found) => found,
+            Err(object_store::Error::NotFound { .. }) => return Ok(None),
+            Err(source) => return Err(failed(digest, "opened", source)),
+        };
+        let digest = digest.clone();
+        Ok(Some(found.into_stream().map_err(move |source| failed(&digest, "read", source)).boxed()))
+    }
+
+    /// Whether there are bytes under that name.
+    pub async fn contains(&self, digest: &Digest) -> Result<bool, StoreError> {
+        match self.objects.head(&path_of(digest)).await {
+            Ok(_) => Ok(true),
+            Err(object_store::Error::NotFound { .. }) => Ok(false),
+            Err(source) => Err(failed(digest, "looked up", source)),
+        }
+    }
+}
+
+fn path_of(digest: &Digest) -> ObjectPath {
+    let hex = digest.as_str();
+    ObjectPath::from(format!("sha256/{}/{hex}", &hex[..2]))
+}
+
+fn failed(digest: &Digest, doing: &'static str, source: object_store::Error) -> StoreError {
+    StoreError::Blob { name: digest.to_string(), doing, source }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[tokio::test]
+    async fn bytes_come_back_whole_in_parts_or_not_at_all() {
+        let directory = tempfile::tempdir().expect("temporary directory");
+        let blobs = Blobs::local(directory.path(), true).expect("opens");
+        let digest = blobs.put(&b"hello table"[..]).await.expect("puts");
+        assert_eq!(blobs.put(&b"hello table"[..]).await.expect("puts again"), digest);
+        assert_eq!(blobs.get(&digest).await.expect("reads").as_deref(), Some(&b"hello table"[..]));
+        let part: Vec<Bytes> = blobs
+            .stream(&digest, Some(6..9))
+            .await
+            .expect("opens")
+            .expect("is there")
+            .try_collect()
+            .await
+            .expect("reads");
+        assert_eq!(part.concat(), b"tab");
+        assert_eq!(blobs.get(&Digest::of(b"other")).await.expect("answers"), None);
+
+        // A blob somebody damaged is as good as gone.
+        let hex = digest.as_str();
+        std::fs::write(directory.path().join("sha256").join(&hex[..2]).join(hex), b"hello cable")
+            .expect("damages the file");
+        assert_eq!(blobs.get(&digest).await.expect("answers"), None);
+    }
+}

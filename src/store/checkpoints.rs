@@ -1,0 +1,243 @@
+//! Rows of finished stages, keyed by everything that can influence the stage's result.
+//!
+//! A finished stage is written once and found by every later job of the tenant with the same key. Each
+//! job also has its own stage rows (what it did, what it found, how long it took) and events; all of one
+//! stage's rows are one transaction under the job's lease.
+
+use serde_json::json;
+use sqlx::{Row, SqliteConnection};
+
+use super::artifacts::FileRow;
+use super::queue::guard;
+use super::{Digest, Lease, Store, StoreError, database, events};
+
+/// Which stage of which job, for which instance (empty = the whole scene).
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct StageKey {
+    pub tenant_id: String,
+    pub stage: String,
+    pub version: u32,
+    pub instance: String,
+    pub key: Digest,
+}
+
+/// A finished stage.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Checkpoint {
+    /// Blob with the stage's output.
+    pub output: Digest,
+    /// What the stage put.
+    pub artifacts: Vec<FileRow>,
+    /// How long computing it took, milliseconds.
+    pub elapsed_ms: i64,
+}
+
+impl Store {
+    /// The finished stage of that key. An unreadable row counts as none.
+    pub async fn checkpoint(&self, stage: &StageKey) -> Result<Option<Checkpoint>, StoreError> {
+        let row = sqlx::query(
+            "SELECT output, artifacts, elapsed_ms FROM checkpoints WHERE tenant_id = ? AND key = ?",
+        )
+        .bind(&stage.tenant_id)
+        .bind(stage.key.as_str())
+        .fetch_optional(&self.readers)
+        .await?;
+        let Some(row) = row else { return Ok(None) };
+        let output: String = row.try_get("output")?;
+        let artifacts: String = row.try_get("artifacts")?;
+        match (Digest::parse(&output), read_artifacts(&artifacts)) {
+            (Ok(output), Some(artifacts)) => {
+                Ok(Some(Checkpoint { output, artifacts, elapsed_ms: row.try_get("elapsed_ms")? }))
+            }
+            _ => {
+                tracing::warn!(stage = stage.stage, key = %stage.key, "a checkpoint row is unreadable");
+                Ok(None)
+            }
+        }
+    }
+
+    /// Says that a job starts to compute a stage.
+    pub async fn stage_started(&self, lease: &Lease, stage: &StageKey) -> Result<(), StoreError> {
+        let (lease, stage) = (lease.clone(), stage.clone());
+        self.writer
+            .write("start a stage", move |connection| {
+                Box::pin(async move {
+                    guard(connection, &lease).await?;
+                    let now = database::now_ms(connection).await?;
+                    sqlx::query(
+                        "INSERT INTO stages (job_id, stage, instance, key, state, epoch, runs, started_at)
+                         VALUES (?, ?, ?, ?, 'running', ?, 1, ?)
+                         ON CONFLICT DO UPDATE SET key = excluded.key, state = 'running', cached = 0,
+                             epoch = excluded.epoch, runs = runs + 1, elapsed_ms = NULL,
+                             started_at = excluded.started_at",
+                    )
+                    .bind(&lease.job_id)
+                    .bind(&stage.stage)
+                    .bind(&stage.instance)
+                    .bind(stage.key.as_str())
+                    .bind(lease.epoch)
+                    .bind(now)
+                    .execute(&mut *connection)
+                    .await?;
+                    let data = about(&stage, json!({}));
+                    events::append(connection, &lease.job_id, now, "stage_started", &data).await
+                })
+            })
+            .await?;
+        self.announce();
+        Ok(())
+    }
+
+    /// Commits a stage: the checkpoint (when it is new), the job's stage row, the scene's artifacts, the
+    /// event. A new checkpoint starts the attempt counter again.
+    pub async fn stage_finished(
+        &self,
+        lease: &Lease,
+        stage: &StageKey,
+        checkpoint: &Checkpoint,
+        cached: bool,
+    ) -> Result<(), StoreError> {
+        let (lease, stage, checkpoint) = (lease.clone(), stage.clone(), checkpoint.clone());
+        self.writer
+            .write("commit a stage", move |connection| {
+                Box::pin(async move { commit(connection, &lease, &stage, &checkpoint, cached).await })
+            })
+            .await?;
+        self.announce();
+        Ok(())
+    }
+
+    /// Forgets a checkpoint whose blobs are gone, so that it is computed again.
+    pub async fn forget_checkpoint(&self, stage: &StageKey) -> Result<(), StoreError> {
+        let stage = stage.clone();
+        self.writer
+            .write("forget a checkpoint", move |connection| {
+                Box::pin(async move {
+                    sqlx::query("DELETE FROM checkpoints WHERE tenant_id = ? AND key = ?")
+                        .bind(&stage.tenant_id)
+                        .bind(stage.key.as_str())
+                        .execute(connection)
+                        .await?;
+                    Ok(())
+                })
+            })
+            .await
+    }
+
+    /// Appends an event of the running stage's own (progress).
+    pub async fn note(&self, lease: &Lease, stage: &str, message: String) -> Result<(), StoreError> {
+        let (lease, data) = (lease.clone(), json!({ "stage": stage, "message": message }));
+        self.writer
+            .write("note progress", move |connection| {
+                Box::pin(async move {
+                    guard(connection, &lease).await?;
+                    let now = database::now_ms(connection).await?;
+                    events::append(connection, &lease.job_id, now, "stage_progress", &data).await
+                })
+            })
+            .await?;
+        self.announce();
+        Ok(())
+    }
+}
+
+async fn commit(
+    connection: &mut SqliteConnection,
+    lease: &Lease,
+    stage: &StageKey,
+    checkpoint: &Checkpoint,
+    cached: bool,
+) -> Result<(), StoreError> {
+    guard(connection, lease).await?;
+    let now = database::now_ms(connection).await?;
+    if !cached {
+        sqlx::query(
+            "INSERT INTO checkpoints (tenant_id, key, stage, version, instance, output, artifacts, elapsed_ms,
+                                      created_at)
+             VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)
+             ON CONFLICT DO UPDATE SET output = excluded.output, artifacts = excluded.artifacts,
+                 elapsed_ms = excluded.elapsed_ms, created_at = excluded.created_at",
+        )
+        .bind(&stage.tenant_id)
+        .bind(stage.key.as_str())
+        .bind(&stage.stage)
+        .bind(stage.version)
+        .bind(&stage.instance)
+        .bind(checkpoint.output.as_str())
+        .bind(write_artifacts(&checkpoint.artifacts))
+        .bind(checkpoint.elapsed_ms)
+        .bind(now)
+        .execute(&mut *connection)
+        .await?;
+        sqlx::query("UPDATE jobs SET attempt = 0 WHERE id = ?")
+            .bind(&lease.job_id)
+            .execute(&mut *connection)
+            .await?;
+    }
+    // A stage that this job itself computed before a restart keeps its time; it is "cached" now.
+    sqlx::query(
+        "INSERT INTO stages (job_id, stage, instance, key, state, cached, epoch, elapsed_ms, started_at)
+         VALUES (?1, ?2, ?3, ?4, 'finished', ?5, ?6, ?7, ?8)
+         ON CONFLICT DO UPDATE SET key = excluded.key, state = 'finished', cached = excluded.cached,
+             epoch = excluded.epoch, elapsed_ms = excluded.elapsed_ms",
+    )
+    .bind(&lease.job_id)
+    .bind(&stage.stage)
+    .bind(&stage.instance)
+    .bind(stage.key.as_str())
+    .bind(cached)
+    .bind(lease.epoch)
+    .bind(checkpoint.elapsed_ms)
+    .bind(now)
+    .execute(&mut *connection)
+    .await?;
+    let scene_id: String = sqlx::query_scalar("SELECT scene_id FROM jobs WHERE id = ?")
+        .bind(&lease.job_id)
+        .fetch_one(&mut *connection)
+        .await?;
+    for artifact in &checkpoint.artifacts {
+        sqlx::query(
+            "INSERT INTO artifacts (scene_id, name, stage, job_id, digest, media_type, size, created_at)
+             VALUES (?, ?, ?, ?, ?, ?, ?, ?)
+             ON CONFLICT DO UPDATE SET stage = excluded.stage, job_id = excluded.job_id,
+                 digest = excluded.digest, media_type = excluded.media_type, size = excluded.size,
+                 created_at = excluded.created_at",
+        )
+        .bind(&scene_id)
+        .bind(&artifact.name)
+        .bind(&stage.stage)
+        .bind(&lease.job_id)
+        .bind(artifact.digest.as_str())
+        .bind(&artifact.media_type)
+        .bind(artifact.size as i64)
+        .bind(now)
+        .execute(&mut *connection)
+        .await?;
+    }
+    let data = about(stage, json!({ "elapsed_ms": checkpoint.elapsed_ms, "cached": cached }));
+    events::append(connection, &lease.job_id, now, "stage_finished", &data).await
+}
+
+/// Event data that names the stage, and the instance where there is one.
+fn about(stage: &StageKey, more: serde_json::Value) -> serde_json::Value {
+    let mut data = json!({ "stage": stage.stage });
+    if !stage.instance.is_empty() {
+        data["instance"] = json!(stage.instance);
+    }
+    if let (Some(data), serde_json::Value::Object(more)) = (data.as_object_mut(), more) {
+        data.extend(more);
+    }
+    data
+}
+
+fn write_artifacts(artifacts: &[FileRow]) -> String {
+    let list: Vec<_> =
+        artifacts.iter().map(|a| json!([a.name, a.digest.as_str(), a.media_type, a.size])).collect();
+    json!(list).to_string()
+}
+
+fn read_artifacts(text: &str) -> Option<Vec<FileRow>> {
+    let list: Vec<(String, Digest, String, u64)> = serde_json::from_str(text).ok()?;
+    let file = |(name, digest, media_type, size)| FileRow { name, digest, media_type, size };
+    Some(list.into_iter().map(file).collect())
+}

@@ -1,0 +1,162 @@
+//! The heartbeat: extends the leases of running jobs from a thread of its own, and stops a job whose
+//! lease is lost, that was cancelled, or whose worker shuts down.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, MutexGuard};
+use std::time::{Duration, Instant};
+
+use tokio_util::sync::{CancellationToken, DropGuard};
+
+use crate::job::JobState;
+use crate::pipeline::checkpoint::Interrupt;
+use crate::store::{Lease, Store, StoreError};
+
+/// Why a job's interrupt was raised.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum StopReason {
+    Cancelled,
+    Draining,
+    LeaseLost,
+}
+
+/// Handle on the heartbeat; cloning shares it, dropping the last one ends the thread.
+#[derive(Clone)]
+pub(super) struct Heartbeat {
+    shared: Arc<Shared>,
+    _stop: Arc<DropGuard>,
+}
+
+#[derive(Default)]
+struct Shared {
+    jobs: Mutex<Jobs>,
+}
+
+#[derive(Default)]
+struct Jobs {
+    running: BTreeMap<String, Running>,
+    draining: bool,
+}
+
+struct Running {
+    lease: Lease,
+    interrupt: Interrupt,
+    drain: Interrupt,
+    reason: Option<StopReason>,
+    renewed: Instant,
+}
+
+impl Running {
+    /// The first reason stays.
+    fn stop(&mut self, reason: StopReason) {
+        self.reason.get_or_insert(reason);
+        self.interrupt.raise();
+    }
+}
+
+impl Heartbeat {
+    pub(super) fn start(store: Store, lease: Duration, interval: Duration) -> Result<Self, StoreError> {
+        let shared = Arc::new(Shared::default());
+        let stop = CancellationToken::new();
+        let guard = stop.clone().drop_guard();
+        let jobs = shared.clone();
+        let failed = |source| StoreError::DataDir { path: "heartbeat thread".into(), source };
+        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(failed)?;
+        std::thread::Builder::new()
+            .name("heartbeat".into())
+            .spawn(move || runtime.block_on(beat(store, jobs, lease, interval, stop)))
+            .map_err(failed)?;
+        Ok(Self { shared, _stop: Arc::new(guard) })
+    }
+
+    /// Takes a claimed job under care.
+    pub(super) fn watch(&self, lease: Lease, interrupt: Interrupt, drain: Interrupt) {
+        let mut jobs = self.shared.lock();
+        if jobs.draining {
+            drain.raise();
+        }
+        let running =
+            Running { lease: lease.clone(), interrupt, drain, reason: None, renewed: Instant::now() };
+        jobs.running.insert(lease.job_id, running);
+    }
+
+    /// Lets go of a job; says why it was stopped, if it was.
+    pub(super) fn release(&self, job_id: &str) -> Option<StopReason> {
+        let mut jobs = self.shared.lock();
+        let draining = jobs.draining.then_some(StopReason::Draining);
+        jobs.running.remove(job_id).and_then(|running| running.reason).or(draining)
+    }
+
+    /// From now on no job starts another stage.
+    pub(super) fn drain(&self) {
+        let mut jobs = self.shared.lock();
+        jobs.draining = true;
+        for running in jobs.running.values() {
+            running.drain.raise();
+        }
+    }
+
+    /// Stops what is still running.
+    pub(super) fn interrupt_all(&self) {
+        for running in self.shared.lock().running.values_mut() {
+            running.stop(StopReason::Draining);
+        }
+    }
+}
+
+impl Shared {
+    fn lock(&self) -> MutexGuard<'_, Jobs> {
+        self.jobs.lock().expect("no code panics while it holds this lock")
+    }
+}
+
+async fn beat(
+    store: Store,
+    shared: Arc<Shared>,
+    lease: Duration,
+    interval: Duration,
+    stop: CancellationToken,
+) {
+    let mut cancellations = store.cancellations();
+    loop {
+        tokio::select! {
+            () = stop.cancelled() => return,
+            () = tokio::time::sleep(interval) => {}
+            _ = cancellations.changed() => {}
+        }
+        let leases: Vec<Lease> =
+            shared.lock().running.values().map(|running| running.lease.clone()).collect();
+        if leases.is_empty() {
+            continue;
+        }
+        let asked = Instant::now();
+        // A store that hangs must not keep us from noticing that the lease has run out.
+        let answer = tokio::time::timeout(lease, store.renew(leases, lease)).await;
+        let mut jobs = shared.lock();
+        match answer {
+            Ok(Ok(states)) => {
+                for (renewed, state) in states {
+                    let Some(running) = jobs.running.get_mut(&renewed.job_id) else { continue };
+                    // Claimed again by this very process meanwhile: not the lease that was asked about.
+                    if running.lease != renewed {
+                        continue;
+                    }
+                    match state {
+                        Some(JobState::Cancelling) => {
+                            running.renewed = asked;
+                            running.stop(StopReason::Cancelled);
+                        }
+                        Some(_) => running.renewed = asked,
+                        None => running.stop(StopReason::LeaseLost),
+                    }
+                }
+            }
+            Ok(Err(error)) => tracing::error!(%error, "cannot extend leases"),
+            Err(_) => tracing::error!("the store did not answer the heartbeat in time"),
+        }
+        for running in jobs.running.values_mut() {
+            if running.renewed.elapsed() > lease {
+                running.stop(StopReason::LeaseLost);
+            }
+        }
+    }
+}

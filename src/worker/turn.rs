@@ -1,0 +1,124 @@
+//! One turn with one job: build it, and write down how that ended.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use tracing::Instrument;
+use uuid::Uuid;
+
+use super::heartbeat::{Heartbeat, StopReason};
+use super::{BuildScene, JobContext, Settings, backoff};
+use crate::job::{Failure, FailureClass, JobState, SceneRequest};
+use crate::pipeline::checkpoint::{Interrupt, JobScope, StageRuntime};
+use crate::pipeline::error::StageError;
+use crate::store::queue::{Claim, Outcome};
+use crate::store::{Lease, Store, StoreError};
+
+pub(super) struct Turn {
+    pub(super) store: Store,
+    pub(super) runtime: StageRuntime,
+    pub(super) build: BuildScene,
+    pub(super) settings: Arc<Settings>,
+    pub(super) heartbeat: Heartbeat,
+}
+
+impl Turn {
+    /// Works on the claimed job until its turn is over.
+    pub(super) async fn take(self, claim: Claim) {
+        let span = tracing::info_span!("job", id = claim.lease.job_id, epoch = claim.lease.epoch);
+        async {
+            let lease = claim.lease.clone();
+            if let Some(outcome) = self.outcome(claim).await {
+                self.finish(&lease, outcome).await;
+            }
+        }
+        .instrument(span)
+        .await;
+    }
+
+    /// Builds the scene; `None` when the job is somebody else's by now.
+    async fn outcome(&self, claim: Claim) -> Option<Outcome> {
+        if claim.state == JobState::Cancelling {
+            return Some(Outcome::Stopped);
+        }
+        let request: SceneRequest = match serde_json::from_value(claim.request.clone()) {
+            Ok(request) => request,
+            Err(error) => {
+                tracing::error!(%error, "the stored request cannot be read");
+                return Some(Outcome::Failed(Failure {
+                    class: FailureClass::Permanent,
+                    code: "request_unreadable".into(),
+                    message: "the stored request belongs to another version; submit it again".into(),
+                }));
+            }
+        };
+        let (interrupt, drain) = (Interrupt::default(), Interrupt::default());
+        let job_id = claim.lease.job_id.clone();
+        self.heartbeat.watch(claim.lease.clone(), interrupt.clone(), drain.clone());
+        let checkpoints = self.runtime.open(JobScope {
+            lease: claim.lease,
+            tenant_id: claim.tenant_id,
+            salt: claim.salt,
+            interrupt: interrupt.clone(),
+            drain,
+        });
+        let context =
+            JobContext { job_id: job_id.clone(), scene_id: claim.scene_id, request, checkpoints, interrupt };
+        // A task of its own: a panic in the pipeline is an outcome, not the end of the worker.
+        let built = tokio::spawn((self.build)(context).in_current_span()).await;
+        let stopped = self.heartbeat.release(&job_id);
+        let error = match built {
+            Ok(Ok(built)) => return Some(Outcome::Built(Box::new(built))),
+            Ok(Err(error)) => error,
+            Err(died) => StageError::crashed("the pipeline panicked").because(died),
+        };
+        if let Some(outcome) = backoff::outcome_of(&error, claim.attempt, jitter(), &self.settings) {
+            tracing::warn!(code = error.code, error = error.chain(), "the job's turn failed");
+            return Some(outcome);
+        }
+        match stopped {
+            Some(StopReason::Cancelled) => Some(Outcome::Stopped),
+            Some(StopReason::Draining) => Some(Outcome::Released),
+            Some(StopReason::LeaseLost) => {
+                tracing::warn!("the lease was lost; leaving the job alone");
+                None
+            }
+            // Cancelled between two heartbeats, or a bug: the store's fence and table decide.
+            None => Some(Outcome::Retry {
+                failure: Failure {
+                    class: FailureClass::Transient,
+                    code: "stopped_early".into(),
+                    message: "the job stopped without a reason; trying again".into(),
+                },
+                delay: Duration::ZERO,
+                charged: true,
+                max_attempts: self.settings.max_attempts,
+            }),
+        }
+    }
+
+    /// Writes the outcome down. A store that does not answer is tried a few times; then the lease runs
+    /// out and somebody takes over from the last checkpoint.
+    async fn finish(&self, lease: &Lease, outcome: Outcome) {
+        for pause_ms in [100, 1000, 5000] {
+            match self.store.finish(lease, outcome.clone()).await {
+                Ok(state) => {
+                    metrics::counter!("tabletopgen_job_turns_total", "state" => state.as_str()).increment(1);
+                    tracing::info!(%state, "the job's turn is over");
+                    return;
+                }
+                Err(StoreError::LeaseLost { .. }) => {
+                    tracing::warn!("the lease was lost; the result is dropped");
+                    return;
+                }
+                Err(error) => tracing::error!(%error, "cannot finish the job; trying again"),
+            }
+            tokio::time::sleep(Duration::from_millis(pause_ms)).await;
+        }
+    }
+}
+
+/// Uniform in 0..1; not a seed of anything.
+fn jitter() -> f64 {
+    (Uuid::new_v4().as_u128() >> 75) as f64 / (1_u64 << 53) as f64
+}
