@@ -1,4 +1,96 @@
 //! Formats: a finished scene becomes bytes. Pure: the same scene gives the same bytes on any day.
+//!
+//! [`write_formats`] checks the scene once ([`body`]), writes every format from the same values, reads
+//! the files back with independent little readers ([`parity`]) and refuses to hand out a bundle in which
+//! a format tells another mass, pose or hull than the scene. [`zip_bundle`] packs.
 
 pub mod png;
 pub mod gltf;
+pub mod settings;
+pub mod assets;
+pub mod body;
+pub mod surface;
+pub mod number;
+pub mod xml;
+pub mod wavefront;
+pub mod usd;
+pub mod urdf;
+pub mod mjcf;
+pub mod glb;
+pub mod parity;
+pub mod manifest;
+pub mod readme;
+pub mod archive;
+#[cfg(test)]
+mod specimen;
+
+pub use archive::{Formats, zip_bundle};
+pub use assets::{Assets, BodyAsset, BundleFile, Pictures};
+pub use body::Body;
+pub use settings::ExportSettings;
+
+use serde::Serialize;
+
+use crate::scene::{Certificate, Scene};
+
+/// The JSON schema of `scene.json`, shipped with every bundle.
+pub const SCENE_SCHEMA: &str = include_str!("../schemas/scene.schema.json");
+
+/// Why a scene was not written.
+#[derive(Debug, thiserror::Error)]
+pub enum ExportError {
+    #[error("the assets do not match the scene: {0}")]
+    AssetsMismatch(String),
+    #[error("the body {body} cannot be written: {reason}")]
+    UnusableBody { body: String, reason: String },
+    #[error("the name {0:?} is used twice or reserved for a file of the bundle")]
+    NameTaken(String),
+    #[error("{format} was written but tells another scene when it is read back: {difference}")]
+    Parity { format: &'static str, difference: String },
+    #[error("{format} was written but could not be read back: {reason}")]
+    Unreadable { format: &'static str, reason: String },
+    #[error("the archive could not be packed")]
+    Archive(#[from] zip::result::ZipError),
+    #[error("a JSON file of the bundle could not be written")]
+    Json(#[from] serde_json::Error),
+}
+
+/// `report.json`: the certificate and what reading the formats back showed.
+#[derive(Serialize)]
+struct Report<'a> {
+    scene: &'a str,
+    #[serde(flatten)]
+    certificate: &'a Certificate,
+    parity: parity::ParityReport,
+}
+
+/// Every file of the bundle, sorted by path. Fails if the assets are not the scene's, or if a format,
+/// read back, differs from the scene.
+pub fn write_formats(
+    scene: &Scene,
+    certificate: &Certificate,
+    assets: &Assets,
+    pictures: &Pictures,
+    settings: &ExportSettings,
+) -> Result<Vec<BundleFile>, ExportError> {
+    let bodies = body::bodies(scene, assets)?;
+    let mut files = vec![
+        BundleFile::json("scene.json", &scene, "scene")?,
+        BundleFile::text("scene.schema.json", SCENE_SCHEMA.to_owned(), "schema", "application/schema+json"),
+    ];
+    files.extend(pictures.files());
+    // Formats are independent of one another, so they are written side by side, in a fixed order.
+    let ((usd, urdf), (mjcf, glb)) = rayon::join(
+        || rayon::join(|| usd::write(scene, &bodies, pictures, settings), || urdf::write(&bodies)),
+        || rayon::join(|| mjcf::write(scene, &bodies, settings), || glb::write(&bodies)),
+    );
+    files.extend(usd.into_iter().chain(urdf).chain(mjcf).chain(glb));
+    let parity = parity::read_back(&bodies, &files)?;
+    files.push(BundleFile::json("report.json", &Report { scene: &scene.id, certificate, parity }, "report")?);
+    files.push(readme::write(scene, &bodies));
+    files.sort_by(|a, b| a.path.cmp(&b.path));
+    let manifest = manifest::write(scene, assets, &files, settings)?;
+    files.push(manifest);
+    files.sort_by(|a, b| a.path.cmp(&b.path));
+    Ok(files)
+}

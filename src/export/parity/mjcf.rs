@@ -1,0 +1,48 @@
+//! Reads `mjcf/scene.xml`.
+
+use std::collections::BTreeMap;
+
+use crate::geometry::Pose;
+
+use super::xml_tree::Element;
+use super::{Files, ReadBody, ReadResult, ReadScene, points, quaternion_wxyz, tensor, vector};
+
+pub fn read(files: &Files<'_>) -> ReadResult<ReadScene> {
+    let root = Element::parse(files.text("mjcf/scene.xml")?)?;
+    let mut corners = BTreeMap::new();
+    for mesh in root.child("asset")?.all("mesh") {
+        match mesh.optional("vertex") {
+            Some(vertex) => {
+                corners.insert(mesh.attribute("name")?, points(vertex)?);
+            }
+            None => {
+                files.bytes(&format!("mjcf/assets/{}", mesh.attribute("file")?))?;
+            }
+        }
+    }
+    let mut scene = ReadScene::new();
+    for body in root.child("worldbody")?.all("body") {
+        let inertial = body.child("inertial")?;
+        let axes = quaternion_wxyz(inertial.attribute("quat")?)?;
+        let (mut hulls, mut friction) = (Vec::new(), f64::NAN);
+        for geom in body.all("geom").filter(|geom| geom.optional("contype") != Some("0")) {
+            let mesh = geom.attribute("mesh")?;
+            hulls.push(corners.get(mesh).cloned().ok_or_else(|| format!("the mesh {mesh} is missing"))?);
+            friction = vector(geom.attribute("friction")?)?.x;
+        }
+        let read = ReadBody {
+            mass_kg: inertial.number("mass")?,
+            center_of_mass_m: vector(inertial.attribute("pos")?)?,
+            inertia_tensor_kg_m2: tensor(vector(inertial.attribute("diaginertia")?)?, axes),
+            dynamic_friction: friction,
+            world_from_object: Pose {
+                translation_m: vector(body.attribute("pos")?)?,
+                rotation: quaternion_wxyz(body.attribute("quat")?)?,
+            },
+            movable: Some(body.child("freejoint").is_ok()),
+            hulls,
+        };
+        scene.insert(body.attribute("name")?.to_owned(), read);
+    }
+    Ok(scene)
+}

@@ -1,0 +1,27 @@
+//! Settings of the writers: section `[export]`.
+
+use serde::{Deserialize, Serialize};
+
+/// What files say about the world beyond the scene itself. Defaults stand in `config/default.toml`.
+#[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct ExportSettings {
+    /// Author named in asset metadata; any text.
+    pub author: String,
+    /// SPDX identifier of the licence of the bundle's own files and of assets that name none.
+    pub licence: String,
+    /// Date written into asset metadata, `YYYY-MM-DD`. A setting and not a clock: bundles are the same on
+    /// any day.
+    pub date: String,
+    /// Gravity of the simulation files, m/s^2, positive downward.
+    pub gravity_m_s2: f64,
+    /// Step of the MJCF file, seconds, 0.0005..0.005; smaller is stiffer and slower.
+    pub mujoco_timestep_s: f64,
+    /// MuJoCo's ratio of frictional to normal constraint impedance, 1..100; larger creeps less and
+    /// converges more slowly.
+    pub mujoco_impratio: f64,
+    /// Intensity of the USD dome light; brighter is larger.
+    pub usd_dome_intensity: f64,
+    /// Intensity of the USD sun.
+    pub usd_sun_intensity: f64,
+}
