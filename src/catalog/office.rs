@@ -8,6 +8,8 @@ mod pictures;
 mod computers;
 mod handhelds;
 mod reading;
+mod writing;
+mod appliances;
 
 use super::Generator;
 
@@ -27,4 +29,15 @@ pub const GENERATORS: &[(&str, Generator)] = &[
     ("paper_stack", reading::paper_stack),
     ("sticky_notes", reading::sticky_notes),
     ("bookend", reading::bookend),
+    ("pen", writing::pen),
+    ("pencil", writing::pencil),
+    ("pen_holder", writing::pen_holder),
+    ("stapler", writing::stapler),
+    ("tape_dispenser", writing::tape_dispenser),
+    ("file_tray", writing::file_tray),
+    ("headphones", appliances::headphones),
+    ("speaker", appliances::speaker),
+    ("desk_lamp", appliances::desk_lamp),
+    ("desk_fan", appliances::desk_fan),
+    ("desk_clock", appliances::desk_clock),
 ];

@@ -6,7 +6,9 @@ use glam::{DMat3, DQuat, DVec2, DVec3};
 use crate::catalog::Order;
 use crate::catalog::tables::shapes::with_flat_ends;
 use crate::catalog::texture::{is_look, material_look};
-use crate::geometry::shapes::{inset, lathe, loft, prism, rounded_rectangle, slab, sweep};
+use crate::geometry::shapes::{
+    circle, inset, lathe, loft, loft_closed, prism, rounded_rectangle, slab, sweep,
+};
 use crate::geometry::{Material, Rgb, Solid, TexturedMesh, Vec3};
 
 pub use crate::catalog::tables::shapes::board;
@@ -86,13 +88,6 @@ pub fn turned(profile: &[(f64, f64)], sides: usize) -> Solid {
     lathe(&points, sides)
 }
 
-/// A body of revolution whose axis runs from `from` toward `direction`.
-pub fn turned_toward(profile: &[(f64, f64)], sides: usize, from: DVec3, direction: DVec3) -> Solid {
-    turned(profile, sides)
-        .rotated(DQuat::from_rotation_arc(DVec3::Z, direction.normalize_or(DVec3::Z)))
-        .translated(from)
-}
-
 /// Pushes everything below `floor_m` up to it: a facet to rest on, for bodies without overhangs there.
 pub fn rested(solid: Solid, floor_m: f64) -> Solid {
     let positions: Vec<DVec3> = solid.positions.iter().map(|p| at(p.x, p.y, p.z.max(floor_m))).collect();
@@ -119,6 +114,25 @@ pub fn key_cap(center: DVec3, size_m: DVec3, taper_m: f64) -> Solid {
 pub fn button(outline: &[DVec2], low_m: f64, high_m: f64, edge_m: f64) -> Solid {
     let ring = |by: f64, z: f64| -> Vec<DVec3> { inset(outline, by).iter().map(|p| p.extend(z)).collect() };
     with_flat_ends(loft(&[ring(0.0, low_m), ring(0.0, high_m - edge_m), ring(edge_m, high_m)]))
+}
+
+/// A straight-walled vessel on z = 0: `outline` up to `height_m`, walls and floor of the given thickness.
+pub fn cup(outline: &[DVec2], height_m: f64, wall_m: f64, floor_m: f64) -> Solid {
+    let inner = inset(outline, wall_m);
+    let ring = |line: &[DVec2], z: f64| -> Vec<DVec3> { line.iter().map(|p| p.extend(z)).collect() };
+    loft(&[ring(outline, 0.0), ring(outline, height_m), ring(&inner, height_m), ring(&inner, floor_m)])
+}
+
+/// A ring about +z whose section is the closed (radius, z) polygon `section`, counter-clockwise.
+pub fn hoop(section: &[(f64, f64)], sides: usize) -> Solid {
+    let rings: Vec<Vec<DVec3>> =
+        section.iter().map(|&(r, z)| circle(r, sides).iter().map(|p| p.extend(z)).collect()).collect();
+    loft_closed(&rings)
+}
+
+/// Turns a solid drawn along +z so that +z becomes `direction`, then moves its origin to `from`.
+pub fn pointed(solid: Solid, from: DVec3, direction: DVec3) -> Solid {
+    solid.rotated(DQuat::from_rotation_arc(DVec3::Z, direction.normalize_or(DVec3::Z))).translated(from)
 }
 
 /// The outline moved by `offset_m`.
