@@ -1,0 +1,69 @@
+//! How large every object is: a draw from its category's range, then what the text says.
+
+use super::draft::Draft;
+use super::measures;
+use crate::geometry::seed::child_rng;
+use crate::scene::RelationKind;
+
+/// Sets every size. An object's draw depends on the seed and its name only.
+pub(super) fn size(draft: &mut Draft) {
+    for k in 0..draft.objects.len() {
+        let category = draft.category(k);
+        let object = &draft.objects[k];
+        let mut rng = child_rng(draft.seed, object.id.as_str());
+        let typical = category.size.typical_m();
+        let (low, high) = (category.size.low_m, category.size.high_m);
+        let looks = &object.looks;
+        let mut size = category.size.sample(&mut rng);
+        if (looks.scale - 1.0).abs() > 1e-9 {
+            // "small" starts from the smaller half, "large" from the larger; a little beyond the range.
+            let end = if looks.scale < 1.0 { low } else { high };
+            size = (0.5 * (size + end) * looks.scale.sqrt()).clamp(0.8 * low, 1.25 * high);
+        }
+        for &(axis, factor) in &looks.stretches {
+            let k = match axis {
+                'x' => 0,
+                'y' => 1,
+                'z' => 2,
+                _ => usize::from(size.y > size.x),
+            };
+            size[k] = (size[k] * factor).clamp(0.8 * low[k], 1.25 * high[k]);
+        }
+        if !looks.measures.is_empty() {
+            size = measures::apply(&looks.measures, size, typical);
+        }
+        // Round things stay round.
+        if category.symmetry_order == 0 && looks.measures.len() < 2 {
+            let width = 0.5 * (size.x + size.y);
+            let round = (typical.x - typical.y).abs() < 1e-6;
+            if round {
+                (size.x, size.y) = (width, width);
+            }
+        }
+        draft.objects[k].size_m = size;
+    }
+    largest_at_the_bottom(draft);
+}
+
+/// In a pile the larger ones lie below.
+fn largest_at_the_bottom(draft: &mut Draft) {
+    for bottom in 0..draft.objects.len() {
+        let mut pile = vec![bottom];
+        while let Some(next) = (0..draft.objects.len()).find(|&o| {
+            !pile.contains(&o)
+                && draft.objects[o].relations.contains(&(RelationKind::StackedOn, pile.last().copied()))
+        }) {
+            pile.push(next);
+        }
+        let is_bottom = !draft.objects[bottom].relations.iter().any(|(k, _)| *k == RelationKind::StackedOn);
+        let alike = pile.iter().all(|&o| draft.objects[o].category == draft.objects[bottom].category);
+        if pile.len() < 2 || !is_bottom || !alike {
+            continue;
+        }
+        let mut sizes: Vec<_> = pile.iter().map(|&o| draft.objects[o].size_m).collect();
+        sizes.sort_by(|a, b| (b.x * b.y).total_cmp(&(a.x * a.y)));
+        for (&object, size) in pile.iter().zip(sizes) {
+            draft.objects[object].size_m = size;
+        }
+    }
+}
