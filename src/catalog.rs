@@ -7,6 +7,7 @@
 
 mod category;
 mod recipe;
+mod assembly;
 pub mod substance;
 pub mod texture;
 pub mod dining;
