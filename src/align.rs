@@ -1,1 +1,8 @@
-//! (in progress)
+//! Where things stand: yaw from a silhouette, layout from a top view, the upright pose of a raw mesh.
+//!
+//! Pure functions of meshes, masks, cameras and boxes; nothing here knows a job, a file or a model.
+//! Angles are radians about world +z; lengths meters; pictures count pixels from the top-left corner.
+
+pub mod canonicalize;
+pub mod dro;
+pub mod tsa;

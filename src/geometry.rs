@@ -10,6 +10,8 @@ pub mod pose;
 pub mod camera;
 pub mod image;
 pub mod mask;
+pub mod distance_transform;
+pub mod sobel;
 pub mod interrupt;
 pub mod material;
 pub mod textured_mesh;

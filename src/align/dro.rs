@@ -1,0 +1,156 @@
+//! DRO, the rotation optimizer: the yaw at which an instance's mesh casts the outline seen in the picture.
+//!
+//! Method: TabletopGen, section "pose", and the supplement. The mesh is placed on the instance's own
+//! viewing ray with the full intrinsics, its silhouette and the mask are cropped to their boxes, padded
+//! to squares and compared at 256 x 256: `loss = w_sil * L_sil + w_edge * L_edge` with
+//!
+//! - `L_sil = 1 - sum(S^ S) / sum(S + S^ - S S^)`, the soft intersection over union;
+//! - `L_edge = sum(D_S E^) / sum(E^) / side`, the one-sided chamfer distance: `E^` the Sobel magnitude of
+//!   the rendered silhouette, `D_S` the distance to the mask's contour.
+//!
+//! Pixels of other instances (`unknown`) and beyond the picture say nothing: they have no weight, make
+//! no contour, and a side of the box that touches them does not bind the crop.
+//!
+//! Search: 72 yaws on coarse pictures, then golden sections around the 8 best. From the coarse curve the
+//! order of rotational symmetry is read, see [`symmetry`]. Only the outline is used: an object whose
+//! outline does not tell front from back gets a low confidence.
+//!
+//! Guarantees: same input, same answer with any number of threads; accurate to about 0.3 degrees on a
+//! clean mask 100 pixels wide. Cost: about 170 silhouettes, 0.1 to 0.2 s of one core for 5,000
+//! triangles. Not for objects lying across the picture's border with less than half in view.
+
+mod crop;
+mod loss;
+mod outline_mesh;
+mod placement;
+mod search;
+mod settings;
+mod silhouette;
+pub mod symmetry;
+
+pub use settings::DroSettings;
+
+use std::f64::consts::TAU;
+
+use rayon::prelude::*;
+
+use crate::geometry::pose::wrap_angle_rad;
+use crate::geometry::{Camera, Interrupt, Interrupted, Mask, TexturedMesh};
+use crop::Crop;
+use loss::Comparison;
+use outline_mesh::OutlineMesh;
+
+/// One instance and what the picture shows of it.
+#[derive(Clone, Copy, Debug)]
+pub struct RotationProblem<'a> {
+    /// Canonical frame, meters, at about its real size.
+    pub mesh: &'a TexturedMesh,
+    pub camera: &'a Camera,
+    /// Visible pixels of the instance; as large as the camera's picture.
+    pub mask: &'a Mask,
+    /// Pixels that may hide it: those of other instances. As large as the camera's picture.
+    pub unknown: &'a Mask,
+}
+
+/// The yaw and how sure it is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RotationEstimate {
+    /// About world +z, canonical for the symmetry: within half a period of 0; 0 where any angle does.
+    pub yaw_rad: f64,
+    /// Loss at that yaw, fine comparison.
+    pub loss: f64,
+    /// (yaw, loss) of the coarse search, in the order of yaw from 0.
+    pub curve: Vec<(f64, f64)>,
+    /// (yaw, loss) of the refined candidates, best first.
+    pub top: Vec<(f64, f64)>,
+    /// Order of the outline's rotational symmetry: 1 = none, n = every 360/n degrees, 0 = any angle.
+    pub symmetry_order: u32,
+    /// 0..1: how well the outlines agree, and how much worse the best other yaw is.
+    pub confidence: f64,
+}
+
+/// Why no yaw could be estimated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum DroError {
+    #[error("estimating a yaw: the instance's mask is empty; segment it again or leave the instance out")]
+    EmptyMask,
+    #[error("estimating a yaw: the mesh has no triangles; reconstruct it again")]
+    EmptyMesh,
+    #[error("estimating a yaw: the masks are not as large as the camera's picture")]
+    DifferentSizes,
+    #[error(transparent)]
+    Interrupted(#[from] Interrupted),
+}
+
+/// Finds the yaw whose silhouette fits the mask best.
+pub fn estimate_yaw(
+    problem: &RotationProblem,
+    settings: &DroSettings,
+    interrupt: &Interrupt,
+) -> Result<RotationEstimate, DroError> {
+    let camera = problem.camera;
+    for mask in [problem.mask, problem.unknown] {
+        if (mask.width_px(), mask.height_px()) != (camera.width_px, camera.height_px) {
+            return Err(DroError::DifferentSizes);
+        }
+    }
+    let mesh = OutlineMesh::new(problem.mesh, settings.outline_cells);
+    if mesh.triangles.is_empty() {
+        return Err(DroError::EmptyMesh);
+    }
+    let bbox = problem.mask.bbox_px().ok_or(DroError::EmptyMask)?;
+    let coarse_crop = Crop::new(problem.mask, problem.unknown, bbox, settings.coarse_px as usize);
+    let coarse = Comparison::new(&mesh, camera, coarse_crop, settings);
+    let curve = coarse_curve(&coarse, settings.coarse_yaws, interrupt)?;
+
+    let fine_crop = Crop::new(problem.mask, problem.unknown, bbox, settings.fine_px as usize);
+    let fine = Comparison::new(&mesh, camera, fine_crop, settings);
+    let step_rad = TAU / curve.len() as f64;
+    let mut top = search::candidates(&curve, settings.keep as usize)
+        .into_par_iter()
+        .map(|yaw_rad| {
+            search::golden_section(yaw_rad - step_rad, yaw_rad + step_rad, settings.tolerance_rad, |yaw_rad| {
+                interrupt.check().map(|()| fine.loss(yaw_rad))
+            })
+        })
+        .collect::<Result<Vec<_>, Interrupted>>()?;
+    top.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let (best_rad, loss) = top.first().copied().ok_or(DroError::EmptyMesh)?;
+    let symmetry_order = symmetry::order_of(&curve, settings);
+    let yaw_rad = symmetry::representative(best_rad, symmetry_order);
+    top.iter_mut().for_each(|candidate| candidate.0 = wrap_angle_rad(candidate.0));
+    let confidence = confidence(&top, symmetry_order, step_rad, settings);
+    Ok(RotationEstimate { yaw_rad, loss, curve, top, symmetry_order, confidence })
+}
+
+fn coarse_curve(
+    comparison: &Comparison,
+    yaws: u32,
+    interrupt: &Interrupt,
+) -> Result<Vec<(f64, f64)>, Interrupted> {
+    (0..yaws.max(8))
+        .into_par_iter()
+        .map(|k| {
+            let yaw_rad = TAU * f64::from(k) / f64::from(yaws.max(8));
+            interrupt.check().map(|()| (yaw_rad, comparison.loss(yaw_rad)))
+        })
+        .collect()
+}
+
+/// Agreement of the best times its lead over the best candidate that is a different pose.
+fn confidence(top: &[(f64, f64)], symmetry_order: u32, step_rad: f64, settings: &DroSettings) -> f64 {
+    let Some(&(best_rad, best)) = top.first() else { return 0.0 };
+    let fit = (1.0 - best / settings.hopeless_loss).clamp(0.0, 1.0);
+    if symmetry_order == 0 {
+        return fit;
+    }
+    let lead = top
+        .iter()
+        .filter(|c| symmetry::representative(c.0 - best_rad, symmetry_order).abs() > 2.0 * step_rad)
+        .map(|c| c.1 - best)
+        .fold(settings.hopeless_loss, f64::min);
+    fit * lead / (lead + settings.clear_lead)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,83 @@
+//! Where the object stands while its yaw is tried: on its own viewing ray, feet on the table.
+
+use glam::{DVec2, DVec3};
+
+use super::crop::Crop;
+use super::outline_mesh::OutlineMesh;
+use crate::geometry::{Camera, Pose};
+
+/// World position of the object's origin such that its middle lies on the ray through the middle of the
+/// mask's box: on the table (z = 0) where the ray meets it within reason, else at the distance at which
+/// it looks as large as the box.
+pub fn on_viewing_ray(mesh: &OutlineMesh, camera: &Camera, crop: &Crop) -> DVec3 {
+    let size = mesh.bounds.1 - mesh.bounds.0;
+    let middle_z = 0.5 * size.z;
+    let eye = camera.world_from_camera.translation_m;
+    let center = crop.center_px;
+    let direction = camera.ray_direction_in_world(center);
+    let box_px = (crop.high_px - crop.low_px).max_element();
+    let distance_by_size = camera.fx * size.max_element() / box_px.max(1.0);
+    let on_table = camera
+        .meet_plane(center, middle_z)
+        .filter(|p| (0.2..5.0).contains(&((*p - eye).length() / distance_by_size.max(1e-6))));
+    let middle = on_table.unwrap_or(eye + distance_by_size * direction);
+    middle - DVec3::new(0.0, 0.0, middle_z)
+}
+
+/// Pixel positions of all vertices with the object at `origin` turned by `yaw_rad`, and their box; `None`
+/// if a vertex lies behind the camera.
+pub fn projected(
+    mesh: &OutlineMesh,
+    camera: &Camera,
+    origin: DVec3,
+    yaw_rad: f64,
+    pixels: &mut Vec<DVec2>,
+) -> Option<(DVec2, DVec2)> {
+    let middle = 0.5 * (mesh.bounds.0 + mesh.bounds.1);
+    let seat = DVec3::new(middle.x, middle.y, mesh.bounds.0.z);
+    let camera_from_object = camera.world_from_camera.inverse() * Pose::upright(origin, yaw_rad);
+    let matrix = glam::DMat3::from_quat(camera_from_object.rotation);
+    pixels.clear();
+    let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+    for &p in &mesh.positions {
+        let q = matrix * (p - seat) + camera_from_object.translation_m;
+        if q.z <= 1e-6 {
+            return None;
+        }
+        let pixel = DVec2::new(camera.fx * q.x / q.z + camera.cx, camera.fy * q.y / q.z + camera.cy);
+        (low, high) = (low.min(pixel), high.max(pixel));
+        pixels.push(pixel);
+    }
+    Some((low, high))
+}
+
+/// Scale and offset that bring the rendered box onto the mask's box: `crop = scale * pixel + offset`.
+///
+/// An axis whose two sides are the object's own fixes the scale (both: the larger side, as a padded
+/// tight crop does); one own side fixes the position. Where nothing is own, size and place stay as
+/// rendered.
+pub fn fit(crop: &Crop, low: DVec2, high: DVec2) -> (f64, DVec2) {
+    let [left, top, right, bottom] = crop.own_sides;
+    let (rendered, seen) = ((high - low).max(DVec2::splat(1e-6)), crop.high_px - crop.low_px);
+    let ratio = seen / rendered;
+    let zoom = match (left && right, top && bottom) {
+        (true, true) => seen.max_element() / rendered.max_element(),
+        (true, false) => ratio.x,
+        (false, true) => ratio.y,
+        // Hidden on both axes: the object is at least as large as what is seen of it.
+        (false, false) => ratio.max_element().max(1.0),
+    };
+    let place = |own_low: bool, own_high: bool, seen: (f64, f64), rendered: (f64, f64)| {
+        match (own_low, own_high) {
+            (true, false) => seen.0 - zoom * rendered.0,
+            (false, true) => seen.1 - zoom * rendered.1,
+            _ => 0.5 * (seen.0 + seen.1) - 0.5 * zoom * (rendered.0 + rendered.1),
+        }
+    };
+    let shift = DVec2::new(
+        place(left, right, (crop.low_px.x, crop.high_px.x), (low.x, high.x)),
+        place(top, bottom, (crop.low_px.y, crop.high_px.y), (low.y, high.y)),
+    );
+    let half = 0.5 * crop.side_px as f64;
+    (crop.scale * zoom, crop.scale * (shift - crop.center_px) + half)
+}

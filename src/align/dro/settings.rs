@@ -1,0 +1,36 @@
+//! Knobs of the rotation optimizer.
+
+use serde::{Deserialize, Serialize};
+
+/// Search effort and weights of [`estimate_yaw`](super::estimate_yaw).
+#[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct DroSettings {
+    /// Weight of the silhouette term, 0..; the paper's 0.5.
+    pub silhouette_weight: f64,
+    /// Weight of the edge term, 0..; the paper's 0.5.
+    pub edge_weight: f64,
+    /// Yaws of the coarse search, 8..720, evenly spaced over a turn; the paper's 72.
+    pub coarse_yaws: u32,
+    /// Coarse candidates that are refined, 1..; the paper's 8.
+    pub keep: u32,
+    /// Side of the square crop in the coarse search, pixels, a multiple of 32.
+    pub coarse_px: u32,
+    /// Side of the square crop in the refinement, pixels, a multiple of 32; the paper's 256.
+    pub fine_px: u32,
+    /// Width of the interval at which the refinement stops, radians; less costs a silhouette per factor
+    /// 1.6.
+    pub tolerance_rad: f64,
+    /// Detail of the silhouette: vertices closer than the mesh's largest extent divided by this are
+    /// merged when there are more than 20,000 triangles.
+    pub outline_cells: u32,
+    /// Spread of the loss curve below which any yaw is as good, loss units; more calls more objects round.
+    pub flat_spread: f64,
+    /// Deviation of the loss curve from its shifted copy, as a share of its spread, up to which it counts
+    /// as periodic; more calls more objects symmetric.
+    pub periodic_share: f64,
+    /// Loss at which the outlines have nothing in common: confidence 0.
+    pub hopeless_loss: f64,
+    /// Lead over the next pose at which the lead counts for one half, loss units.
+    pub clear_lead: f64,
+}
