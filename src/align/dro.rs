@@ -109,9 +109,12 @@ pub fn estimate_yaw(
     let mut top = search::candidates(&curve, settings.keep as usize)
         .into_par_iter()
         .map(|yaw_rad| {
-            search::golden_section(yaw_rad - step_rad, yaw_rad + step_rad, settings.tolerance_rad, |yaw_rad| {
-                interrupt.check().map(|()| fine.loss(yaw_rad))
-            })
+            search::golden_section(
+                yaw_rad - step_rad,
+                yaw_rad + step_rad,
+                settings.tolerance_rad,
+                |yaw_rad| interrupt.check().map(|()| fine.loss(yaw_rad)),
+            )
         })
         .collect::<Result<Vec<_>, Interrupted>>()?;
     top.sort_by(|a, b| a.1.total_cmp(&b.1));

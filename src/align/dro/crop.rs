@@ -85,8 +85,7 @@ fn sample(mask: &Mask, unknown: &Mask, p: DVec2) -> (f64, f64) {
     for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
         let weight = (if dx == 0 { 1.0 - t.x } else { t.x }) * (if dy == 0 { 1.0 - t.y } else { t.y });
         let (x, y) = (low.x as i64 + dx, low.y as i64 + dy);
-        let outside =
-            x < 0 || y < 0 || x >= i64::from(mask.width_px()) || y >= i64::from(mask.height_px());
+        let outside = x < 0 || y < 0 || x >= i64::from(mask.width_px()) || y >= i64::from(mask.height_px());
         if outside {
             hidden += weight;
         } else if mask.contains(x as u32, y as u32) {
@@ -124,12 +123,7 @@ fn own_sides(mask: &Mask, unknown: &Mask, [x0, y0, x1, y1]: [u32; 4]) -> [bool; 
     };
     let column = |x: u32| (y0..y1).map(|y| (x, y)).collect();
     let row = |y: u32| (x0..x1).map(|x| (x, y)).collect();
-    [
-        own(column(x0), (-1, 0)),
-        own(row(y0), (0, -1)),
-        own(column(x1 - 1), (1, 0)),
-        own(row(y1 - 1), (0, 1)),
-    ]
+    [own(column(x0), (-1, 0)), own(row(y0), (0, -1)), own(column(x1 - 1), (1, 0)), own(row(y1 - 1), (0, 1))]
 }
 
 /// Distance to the pixels where the mask ends on something known.

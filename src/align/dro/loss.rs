@@ -65,8 +65,7 @@ impl<'a> Comparison<'a> {
         let camera = &self.camera;
         let shift_px = self.crop.center_px - wanted;
         if shift_px.length() > 0.5 {
-            let shift =
-                DVec3::new(shift_px.x * depth / camera.fx, shift_px.y * depth / camera.fy, 0.0);
+            let shift = DVec3::new(shift_px.x * depth / camera.fx, shift_px.y * depth / camera.fy, 0.0);
             let origin = self.origin + camera.world_from_camera.transform_vector(shift);
             (low, high) = projected(self.mesh, camera, origin, yaw_rad, pixels)?;
         }
@@ -95,7 +94,8 @@ impl<'a> Comparison<'a> {
             let mask = &self.crop.mask[y * side..(y + 1) * side];
             let distance = &self.crop.distance_px[y * side..(y + 1) * side];
             // f32 lanes within a row, f64 across rows.
-            let (mut row_common, mut row_drawn, mut row_far, mut row_edges) = (0.0_f32, 0.0_f32, 0.0_f32, 0.0_f32);
+            let (mut row_common, mut row_drawn, mut row_far, mut row_edges) =
+                (0.0_f32, 0.0_f32, 0.0_f32, 0.0_f32);
             for x in 0..side {
                 row_common += here[x] * mask[x];
                 row_drawn += here[x] * known[x];
@@ -117,9 +117,6 @@ impl<'a> Comparison<'a> {
             edges += f64::from(row_edges);
         }
         let union = self.crop.mask_area + drawn - common;
-        Terms {
-            silhouette: 1.0 - common / union.max(1e-9),
-            edge: far / edges.max(1e-9) / side as f64,
-        }
+        Terms { silhouette: 1.0 - common / union.max(1e-9), edge: far / edges.max(1e-9) / side as f64 }
     }
 }

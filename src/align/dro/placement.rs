@@ -67,13 +67,12 @@ pub fn fit(crop: &Crop, low: DVec2, high: DVec2) -> (f64, DVec2) {
         // Hidden on both axes: the object is at least as large as what is seen of it.
         (false, false) => ratio.max_element().max(1.0),
     };
-    let place = |own_low: bool, own_high: bool, seen: (f64, f64), rendered: (f64, f64)| {
-        match (own_low, own_high) {
+    let place =
+        |own_low: bool, own_high: bool, seen: (f64, f64), rendered: (f64, f64)| match (own_low, own_high) {
             (true, false) => seen.0 - zoom * rendered.0,
             (false, true) => seen.1 - zoom * rendered.1,
             _ => 0.5 * (seen.0 + seen.1) - 0.5 * zoom * (rendered.0 + rendered.1),
-        }
-    };
+        };
     let shift = DVec2::new(
         place(left, right, (crop.low_px.x, crop.high_px.x), (low.x, high.x)),
         place(top, bottom, (crop.low_px.y, crop.high_px.y), (low.y, high.y)),

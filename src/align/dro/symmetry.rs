@@ -12,7 +12,8 @@ use crate::geometry::pose::wrap_angle_rad;
 /// 0 = any angle, n = every 360/n degrees, 1 = none. `curve` covers a turn evenly.
 pub fn order_of(curve: &[(f64, f64)], settings: &DroSettings) -> u32 {
     let losses: Vec<f64> = curve.iter().map(|c| c.1).collect();
-    let (low, high) = losses.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &v| (l.min(v), h.max(v)));
+    let (low, high) =
+        losses.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &v| (l.min(v), h.max(v)));
     let spread = high - low;
     if !spread.is_finite() || spread < settings.flat_spread {
         return 0;
@@ -31,7 +32,10 @@ pub fn order_of(curve: &[(f64, f64)], settings: &DroSettings) -> u32 {
             .sum();
         (total / n).sqrt() / spread
     };
-    [12, 10, 8, 6, 5, 4, 3, 2].into_iter().find(|&order| deviation(order) < settings.periodic_share).unwrap_or(1)
+    [12, 10, 8, 6, 5, 4, 3, 2]
+        .into_iter()
+        .find(|&order| deviation(order) < settings.periodic_share)
+        .unwrap_or(1)
 }
 
 /// The equivalent yaw within half a period of 0; 0 where any angle does.

@@ -1,0 +1,1 @@
+//! The upright pose of a raw mesh (in progress).

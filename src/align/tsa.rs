@@ -1,0 +1,1 @@
+//! Layout from a top view (in progress).
