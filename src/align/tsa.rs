@@ -1,1 +1,186 @@
-//! Layout from a top view (in progress).
+//! TSA, top-view spatial alignment: from one box per object on a straight-down picture to metric places.
+//!
+//! Method: TabletopGen, section "pose", and the supplement. With `r_phys = w / h` of an object's
+//! footprint as it is turned, `r_img` the aspect ratio and `A_px` the area of its box,
+//!
+//! - `e = |ln r_phys - ln r_img|`, `RMA = A_px / (1 + (e / tau)^2)`: large boxes whose shape is believable
+//!   score high;
+//! - the *anchor* is the highest score, the table excluded; its size gives the scene's one scale
+//!   `alpha = sqrt(w h / A_px)` in meters per pixel;
+//! - whatever deviates strongly from its box at that scale is rescaled to the box (in practice mostly the
+//!   table), and every object is moved so that the middle of its turned mesh's box meets the middle of its
+//!   box on the picture.
+//!
+//! The footprint is that of the turned mesh, not of its turned box: [`footprint`] measures it. World
+//! origin: the middle of the table's box; +x to the right, +y up the picture (image y points down).
+//! The picture must be orthographic. Exact up to the boxes: a box off by a pixel moves its object by
+//! half a pixel, and the anchor's box everything in proportion to its distance from the middle.
+
+mod settings;
+
+pub use settings::TsaSettings;
+
+use glam::DVec2;
+
+use crate::geometry::TexturedMesh;
+
+/// A box on the picture: x0, y0, x1, y1 in pixels, y down.
+pub type BoxPx = [f64; 4];
+
+/// Lowest and highest corner, relative to the object's origin, of a turned mesh seen from above, meters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Footprint {
+    pub low_m: DVec2,
+    pub high_m: DVec2,
+}
+
+/// One object: what the picture shows and what common sense says.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TsaInstance {
+    pub box_px: BoxPx,
+    /// At its commonsense size, turned by its yaw.
+    pub footprint: Footprint,
+    /// Whether it may set the scale; false where its size or its yaw is a guess.
+    pub may_anchor: bool,
+}
+
+/// A top view, read.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TsaProblem {
+    pub table_box_px: BoxPx,
+    /// Commonsense width and depth of the table top, meters.
+    pub table_size_m: DVec2,
+    pub instances: Vec<TsaInstance>,
+    /// Known scale of the picture; overrules the anchor.
+    pub meters_per_px: Option<f64>,
+}
+
+/// Where everything stands and how large it is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LayoutEstimate {
+    pub alpha_m_per_px: f64,
+    /// Index of the instance that set the scale; `None` where it was given, or where no instance could.
+    pub anchor: Option<usize>,
+    /// RMA score of each instance, square pixels.
+    pub rma_scores: Vec<f64>,
+    /// Width and depth of the table top by its box, meters.
+    pub table_size_m: DVec2,
+    /// Whether that differs strongly from its commonsense size.
+    pub table_rescaled: bool,
+    pub instances: Vec<InstanceLayout>,
+}
+
+/// Where one object stands and how large it is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct InstanceLayout {
+    /// Factor on the commonsense size, the same for all axes; 1 unless `rescaled`.
+    pub scale: f64,
+    /// World position of the object's origin.
+    pub xy_m: DVec2,
+    /// Whether the commonsense size deviated strongly from the box.
+    pub rescaled: bool,
+    /// `|ln r_phys - ln r_img|`: how little the box's shape is the footprint's.
+    pub aspect_error: f64,
+}
+
+/// Why boxes make no layout.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum TsaError {
+    #[error("aligning the top view: the table's box has no area; detect it again")]
+    NoTableBox,
+    #[error("aligning the top view: the box of instance {0} has no area; detect it again")]
+    NoBox(usize),
+    #[error("aligning the top view: instance {0} has no footprint; its mesh or its size is empty")]
+    NoFootprint(usize),
+    #[error("aligning the top view: {0} meters per pixel is no scale; give a positive number")]
+    NoScale(f64),
+}
+
+/// Footprint of a canonical mesh turned by `yaw_rad` about +z.
+pub fn footprint(mesh: &TexturedMesh, yaw_rad: f64) -> Footprint {
+    let (sin, cos) = yaw_rad.sin_cos();
+    let turned = mesh.positions.iter().map(|p| DVec2::new(cos * p.x - sin * p.y, sin * p.x + cos * p.y));
+    let (low_m, high_m) =
+        turned.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
+    if low_m.is_finite() {
+        Footprint { low_m, high_m }
+    } else {
+        Footprint { low_m: DVec2::ZERO, high_m: DVec2::ZERO }
+    }
+}
+
+/// Reads the layout off the boxes.
+pub fn align_top_view(problem: &TsaProblem, settings: &TsaSettings) -> Result<LayoutEstimate, TsaError> {
+    let table_px = size(problem.table_box_px).ok_or(TsaError::NoTableBox)?;
+    let mut measured = Vec::with_capacity(problem.instances.len());
+    for (index, instance) in problem.instances.iter().enumerate() {
+        let box_px = size(instance.box_px).ok_or(TsaError::NoBox(index))?;
+        let extent_m = instance.footprint.high_m - instance.footprint.low_m;
+        if !(extent_m.min_element() > 0.0 && extent_m.is_finite()) {
+            return Err(TsaError::NoFootprint(index));
+        }
+        let aspect_error = ((extent_m.x / extent_m.y).ln() - (box_px.x / box_px.y).ln()).abs();
+        measured.push((box_px, extent_m, aspect_error));
+    }
+    let rma_scores: Vec<f64> = measured
+        .iter()
+        .map(|(box_px, _, e)| box_px.element_product() / (1.0 + (e / settings.tau).powi(2)))
+        .collect();
+    let by_size = |box_px: DVec2, extent_m: DVec2| {
+        (extent_m.element_product() / box_px.element_product()).sqrt()
+    };
+    let (anchor, alpha) = match problem.meters_per_px {
+        Some(given) if given > 0.0 && given.is_finite() => (None, given),
+        Some(given) => return Err(TsaError::NoScale(given)),
+        None => match highest(&rma_scores, &problem.instances) {
+            Some(index) => (Some(index), by_size(measured[index].0, measured[index].1)),
+            None => (None, by_size(table_px, problem.table_size_m)),
+        },
+    };
+    if !(alpha > 0.0 && alpha.is_finite()) {
+        return Err(TsaError::NoScale(alpha));
+    }
+    let origin_px = middle(problem.table_box_px);
+    let instances = problem
+        .instances
+        .iter()
+        .zip(&measured)
+        .map(|(instance, &(box_px, extent_m, aspect_error))| {
+            let by_box = alpha / by_size(box_px, extent_m);
+            let rescaled = by_box.ln().abs() > settings.strong_deviation;
+            let scale = if rescaled { by_box } else { 1.0 };
+            let offset_px = middle(instance.box_px) - origin_px;
+            let center_m = alpha * DVec2::new(offset_px.x, -offset_px.y);
+            let own_middle_m = 0.5 * (instance.footprint.low_m + instance.footprint.high_m);
+            InstanceLayout { scale, xy_m: center_m - scale * own_middle_m, rescaled, aspect_error }
+        })
+        .collect();
+    let table_size_m = alpha * table_px;
+    let table_rescaled = (table_size_m / problem.table_size_m)
+        .to_array()
+        .iter()
+        .any(|ratio| ratio.ln().abs().is_nan() || ratio.ln().abs() > settings.strong_deviation);
+    Ok(LayoutEstimate { alpha_m_per_px: alpha, anchor, rma_scores, table_size_m, table_rescaled, instances })
+}
+
+fn highest(scores: &[f64], instances: &[TsaInstance]) -> Option<usize> {
+    let mut best: Option<usize> = None;
+    for (index, instance) in instances.iter().enumerate() {
+        if instance.may_anchor && best.is_none_or(|b| scores[index] > scores[b]) {
+            best = Some(index);
+        }
+    }
+    best
+}
+
+fn size([x0, y0, x1, y1]: BoxPx) -> Option<DVec2> {
+    let size = DVec2::new(x1 - x0, y1 - y0);
+    (size.is_finite() && size.min_element() > 0.0).then_some(size)
+}
+
+fn middle([x0, y0, x1, y1]: BoxPx) -> DVec2 {
+    0.5 * DVec2::new(x0 + x1, y0 + y1)
+}
+
+#[cfg(test)]
+mod tests;
