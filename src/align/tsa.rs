@@ -126,9 +126,8 @@ pub fn align_top_view(problem: &TsaProblem, settings: &TsaSettings) -> Result<La
         .iter()
         .map(|(box_px, _, e)| box_px.element_product() / (1.0 + (e / settings.tau).powi(2)))
         .collect();
-    let by_size = |box_px: DVec2, extent_m: DVec2| {
-        (extent_m.element_product() / box_px.element_product()).sqrt()
-    };
+    let by_size =
+        |box_px: DVec2, extent_m: DVec2| (extent_m.element_product() / box_px.element_product()).sqrt();
     let (anchor, alpha) = match problem.meters_per_px {
         Some(given) if given > 0.0 && given.is_finite() => (None, given),
         Some(given) => return Err(TsaError::NoScale(given)),
