@@ -20,6 +20,13 @@ pub mod shapes;
 pub mod outline;
 pub mod hull;
 pub mod physical;
+pub mod shells;
+pub mod mass_properties;
+pub mod mesh_solid;
+pub mod convex_hull;
+pub mod decompose;
+pub mod collision_shape;
+pub mod cast;
 
 pub use camera::Camera;
 pub use hull::ConvexHull;

@@ -1,0 +1,204 @@
+//! The convex hull of a cloud of points, with a bound on its corners and a least thickness.
+//!
+//! Physics engines want few corners (a GPU rigid-body engine takes 64) and no hull without volume. Corners
+//! are chosen greedily: start with the extremes of 26 directions, then always add the point that sticks
+//! out farthest. When corners run out with points still outside by `e`, the hull grows by e / 2 so that a
+//! curved surface is missed by at most e / 2 on either side, but never beyond the cloud's box: flat
+//! bottoms stay where they are. Meters, any frame. Milliseconds for a thousand points.
+
+use glam::DVec3;
+use parry3d_f64::transformation::try_convex_hull;
+
+use super::ConvexHull;
+
+/// Hull of `points` with at most `max_vertices` corners, at least `min_thickness_m` thick; `None` for
+/// fewer than three distinct points or points on a line.
+pub fn convex_hull(points: &[DVec3], max_vertices: usize, min_thickness_m: f64) -> Option<ConvexHull> {
+    let thick = thickened(points, min_thickness_m)?;
+    let full = hull_of(&thick)?;
+    if full.points.len() <= max_vertices {
+        return Some(full);
+    }
+    simplified(&full.points, max_vertices)
+}
+
+/// Largest signed distance of the point above a face of the hull: negative inside (then the depth).
+pub fn distance_above(planes: &[(DVec3, f64)], point: DVec3) -> f64 {
+    planes.iter().map(|(normal, offset)| normal.dot(point) - offset).fold(f64::NEG_INFINITY, f64::max)
+}
+
+/// Outward unit normal and offset of each face.
+pub fn planes(hull: &ConvexHull) -> Vec<(DVec3, f64)> {
+    hull.triangles
+        .iter()
+        .filter_map(|t| {
+            let [a, b, c] = t.map(|v| hull.points[v as usize]);
+            let normal = (b - a).cross(c - a).try_normalize()?;
+            Some((normal, normal.dot(a)))
+        })
+        .collect()
+}
+
+fn hull_of(points: &[DVec3]) -> Option<ConvexHull> {
+    // Nearly equal or nearly coplanar points can defeat the incremental hull; a coarser grid removes them.
+    [0.0, 1e-7, 1e-6, 1e-5, 1e-4].into_iter().find_map(|grid_m| {
+        let snapped = if grid_m > 0.0 { snapped(points, grid_m) } else { points.to_vec() };
+        let (points, triangles) = try_convex_hull(&snapped).ok()?;
+        let hull = ConvexHull { points, triangles };
+        is_sound(&hull, &snapped).then_some(hull)
+    })
+}
+
+/// The points rounded to a grid, each once, in an order that does not depend on theirs.
+fn snapped(points: &[DVec3], grid_m: f64) -> Vec<DVec3> {
+    let mut cells: Vec<[i64; 3]> =
+        points.iter().map(|p| (*p / grid_m).round().to_array().map(|c| c as i64)).collect();
+    cells.sort_unstable();
+    cells.dedup();
+    cells.into_iter().map(|c| DVec3::from_array(c.map(|x| x as f64 * grid_m))).collect()
+}
+
+/// Whether the faces close up, enclose volume and leave no point outside.
+fn is_sound(hull: &ConvexHull, points: &[DVec3]) -> bool {
+    let (low, high) = points
+        .iter()
+        .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), &p| (low.min(p), high.max(p)));
+    let tolerance_m = 1e-5 + 1e-6 * (high - low).length();
+    let faces = planes(hull);
+    hull.triangles.len() + 4 == 2 * hull.points.len()
+        && hull.volume_m3() > 0.0
+        && points.iter().all(|&p| distance_above(&faces, p) < tolerance_m)
+}
+
+fn simplified(points: &[DVec3], max_vertices: usize) -> Option<ConvexHull> {
+    let mut chosen: Vec<usize> = Vec::new();
+    for k in 0..27 {
+        let direction =
+            DVec3::new(f64::from(k % 3) - 1.0, f64::from(k / 3 % 3) - 1.0, f64::from(k / 9) - 1.0);
+        let farthest = (0..points.len())
+            .max_by(|&a, &b| points[a].dot(direction).total_cmp(&points[b].dot(direction)))?;
+        if direction != DVec3::ZERO && !chosen.contains(&farthest) && chosen.len() < max_vertices {
+            chosen.push(farthest);
+        }
+    }
+    loop {
+        let corners: Vec<DVec3> = chosen.iter().map(|&k| points[k]).collect();
+        let hull = hull_of(&corners)?;
+        let faces = planes(&hull);
+        let (farthest, outside) = points
+            .iter()
+            .enumerate()
+            .map(|(k, &p)| (k, distance_above(&faces, p)))
+            .max_by(|a, b| a.1.total_cmp(&b.1))?;
+        if outside < 1e-9 || chosen.contains(&farthest) {
+            return Some(hull);
+        }
+        if chosen.len() >= max_vertices {
+            return Some(grown(&hull, 0.5 * outside, points).unwrap_or(hull));
+        }
+        chosen.push(farthest);
+    }
+}
+
+/// Corners moved outward by `distance_m` along their mean face normal, inside the box of `points`.
+fn grown(hull: &ConvexHull, distance_m: f64, points: &[DVec3]) -> Option<ConvexHull> {
+    let mut normals = vec![DVec3::ZERO; hull.points.len()];
+    for t in &hull.triangles {
+        let [a, b, c] = t.map(|v| hull.points[v as usize]);
+        let area = (b - a).cross(c - a);
+        for &v in t {
+            normals[v as usize] += area;
+        }
+    }
+    let (low, high) = points
+        .iter()
+        .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), &p| (low.min(p), high.max(p)));
+    let moved: Vec<DVec3> = hull
+        .points
+        .iter()
+        .zip(&normals)
+        .map(|(&p, n)| (p + distance_m * n.normalize_or_zero()).clamp(low, high))
+        .collect();
+    hull_of(&moved)
+}
+
+/// Adds copies of the points where the cloud is thinner than `least_m` along its thinnest direction. A
+/// cloud that lies flat (thin along z) grows upward only, so that it rests where it rested.
+fn thickened(points: &[DVec3], least_m: f64) -> Option<Vec<DVec3>> {
+    let first = *points.first()?;
+    let farthest = |from: &dyn Fn(DVec3) -> f64| {
+        points.iter().copied().max_by(|a, b| from(*a).total_cmp(&from(*b))).unwrap_or(first)
+    };
+    let a = farthest(&|p| (p - first).length_squared());
+    let along = (a - first).try_normalize()?;
+    let off = |p: DVec3| (p - first).reject_from_normalized(along);
+    let b = farthest(&|p| off(p).length_squared());
+    if off(b).length() < 1e-7 {
+        return None;
+    }
+    let mut directions = vec![DVec3::Z, DVec3::X, DVec3::Y, along.cross(off(b)).normalize()];
+    if let Some(hull) = hull_of(points) {
+        directions.extend(planes(&hull).into_iter().map(|(normal, _)| normal));
+    }
+    let extent = |d: DVec3| {
+        let (low, high) = points
+            .iter()
+            .map(|p| p.dot(d))
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
+        high - low
+    };
+    let (direction, thin) =
+        directions.into_iter().map(|d| (d, extent(d))).min_by(|a, b| a.1.total_cmp(&b.1))?;
+    let mut thick = points.to_vec();
+    let missing = least_m - thin;
+    if missing > 0.0 {
+        if direction.z.abs() > 0.9 {
+            thick.extend(points.iter().map(|&p| p + missing * DVec3::Z));
+        } else {
+            thick.iter_mut().for_each(|p| *p -= 0.5 * missing * direction);
+            thick.extend(points.iter().map(|&p| p + 0.5 * missing * direction));
+        }
+    }
+    Some(thick)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::shapes::{block, cylinder, sphere};
+
+    #[test]
+    fn a_block_keeps_its_eight_corners() {
+        let hull = convex_hull(&block(DVec3::new(0.2, 0.1, 0.05)).positions, 64, 0.001).expect("a block");
+        assert_eq!((hull.points.len(), hull.triangles.len()), (8, 12));
+        assert!((hull.volume_m3() - 0.001).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_round_thing_loses_corners_and_little_else() {
+        let ball = sphere(0.04, 64);
+        let hull = convex_hull(&ball.positions, 64, 0.001).expect("a ball");
+        assert!(hull.points.len() <= 64);
+        let faces = planes(&hull);
+        let worst = ball.positions.iter().map(|&p| distance_above(&faces, p)).fold(0.0, f64::max);
+        assert!(worst < 0.0015, "the ball sticks out by {worst}");
+        let reach =
+            hull.points.iter().map(|p| (*p - DVec3::new(0.0, 0.0, 0.04)).length()).fold(0.0, f64::max);
+        assert!(reach < 0.0415, "the hull reaches {reach}");
+        let can = convex_hull(&cylinder(0.03, 0.1, 0.002, 64).positions, 64, 0.001).expect("a can");
+        let lowest = can.points.iter().map(|p| p.z).fold(f64::INFINITY, f64::min);
+        assert!(lowest.abs() < 1e-12, "the bottom stays flat at 0, not {lowest}");
+        assert!(can.points.iter().filter(|p| p.z < 1e-9).count() >= 8);
+    }
+
+    #[test]
+    fn a_sheet_of_paper_becomes_a_millimeter_thick_upward() {
+        let sheet: Vec<DVec3> = block(DVec3::new(0.2, 0.3, 0.0001)).positions;
+        let hull = convex_hull(&sheet, 64, 0.001).expect("a sheet");
+        let z = |f: fn(f64, f64) -> f64, start| hull.points.iter().map(|p| p.z).fold(start, f);
+        assert!(z(f64::min, 1.0).abs() < 1e-12 && (z(f64::max, -1.0) - 0.001).abs() < 1e-9);
+        let flat: Vec<DVec3> = sheet.iter().map(|p| p.with_z(0.0)).collect();
+        assert!(convex_hull(&flat, 64, 0.001).is_some());
+        assert!(convex_hull(&[DVec3::ZERO, DVec3::X, DVec3::X * 2.0], 64, 0.001).is_none());
+    }
+}

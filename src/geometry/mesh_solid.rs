@@ -1,0 +1,194 @@
+//! A visual mesh as a solid one can ask how deep a point lies in it.
+//!
+//! Each closed shell of the mesh becomes a triangle mesh with a bounding-volume hierarchy and
+//! pseudo-normals (Baerentzen and Aanaes, "Signed distance computation using the angle weighted
+//! pseudonormal", 2005; parry's implementation). The solid is the union of the outward shells without
+//! the cavities that inward shells bound; shells may overlap. Depths are exact for one shell and a lower
+//! bound where shells overlap. Object frame, meters. A query costs a few microseconds.
+
+use glam::DVec3;
+use parry3d_f64::query::{PointQueryWithLocation, Ray, RayCast};
+use parry3d_f64::shape::{TriMesh, TriMeshFlags};
+
+use super::TexturedMesh;
+use super::shells::{Shell, shells};
+
+/// Solid enclosed by the closed shells of a mesh.
+pub struct MeshSolid {
+    shells: Vec<SolidShell>,
+    low: DVec3,
+    high: DVec3,
+    watertight: bool,
+}
+
+struct SolidShell {
+    surface: TriMesh,
+    low: DVec3,
+    high: DVec3,
+    /// Its faces look away from the volume it bounds; else it bounds a cavity.
+    outward: bool,
+}
+
+/// Why a mesh is no solid.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum SolidError {
+    #[error("the mesh has no triangle with area, so it bounds no solid; repair or replace it")]
+    Empty,
+    #[error("shell {shell} of the mesh cannot be indexed ({reason}); repair or replace the mesh")]
+    Unusable { shell: usize, reason: String },
+}
+
+impl MeshSolid {
+    pub fn new(mesh: &TexturedMesh) -> Result<Self, SolidError> {
+        Self::from_shells(&shells(mesh))
+    }
+
+    /// From shells welded already.
+    pub fn from_shells(shells: &[Shell]) -> Result<Self, SolidError> {
+        let watertight = !shells.is_empty() && shells.iter().all(Shell::is_closed);
+        let mut parts = Vec::with_capacity(shells.len());
+        for (index, shell) in shells.iter().enumerate() {
+            let unusable = |reason: String| SolidError::Unusable { shell: index, reason };
+            let surface =
+                TriMesh::with_flags(shell.points.clone(), shell.triangles.clone(), TriMeshFlags::ORIENTED)
+                    .map_err(|error| unusable(error.to_string()))?;
+            let (low, high) = shell.bounds();
+            parts.push(SolidShell { surface, low, high, outward: shell.volume_m3() >= 0.0 });
+        }
+        let first = parts.first().ok_or(SolidError::Empty)?;
+        let (low, high) =
+            parts.iter().fold((first.low, first.high), |(low, high), s| (low.min(s.low), high.max(s.high)));
+        Ok(Self { shells: parts, low, high, watertight })
+    }
+
+    /// Lowest and highest corner of the axis-aligned box in the object's frame.
+    pub fn bounds(&self) -> (DVec3, DVec3) {
+        (self.low, self.high)
+    }
+
+    /// Whether every shell is closed.
+    pub fn is_watertight(&self) -> bool {
+        self.watertight
+    }
+
+    /// Distance to the surface: positive inside the solid, negative outside.
+    pub fn depth_m(&self, point: DVec3) -> f64 {
+        self.depth_above(point, f64::NEG_INFINITY)
+    }
+
+    /// As [`depth_m`](Self::depth_m), but points outside by more than `-floor_m` (a negative number)
+    /// may be answered with `f64::NEG_INFINITY` without looking closer.
+    pub fn depth_above(&self, point: DVec3, floor_m: f64) -> f64 {
+        self.locate(point, floor_m).map_or(f64::NEG_INFINITY, |found| found.depth_m)
+    }
+
+    /// Depth of a point with the nearest surface point of the shell that decides it.
+    fn locate(&self, point: DVec3, floor_m: f64) -> Option<Located> {
+        let reach = -floor_m;
+        let mut inside: Option<Located> = None;
+        let mut cavity: Option<Located> = None;
+        for (index, shell) in self.shells.iter().enumerate() {
+            let outside_box = (shell.low - point).max(point - shell.high).max(DVec3::ZERO).length();
+            if outside_box > reach {
+                continue;
+            }
+            let (projection, _) = shell.surface.project_local_point_and_get_location(point, false);
+            let distance = (projection.point - point).length();
+            let depth_m = if projection.is_inside { distance } else { -distance };
+            let here = Located { depth_m, shell: index, surface_point: projection.point };
+            if shell.outward {
+                if inside.is_none_or(|best| here.depth_m > best.depth_m) {
+                    inside = Some(here);
+                }
+            } else if cavity.is_none_or(|best| here.depth_m < best.depth_m) {
+                cavity = Some(here);
+            }
+        }
+        match (inside, cavity) {
+            (Some(solid), Some(hole)) if hole.depth_m < solid.depth_m => Some(hole),
+            (solid, _) => solid,
+        }
+    }
+
+    /// For a point inside: (depth, thickness of the wall it lies in), the wall measured from the
+    /// nearest surface point through the point to the far side. `None` outside.
+    pub fn depth_and_wall_m(&self, point: DVec3) -> Option<(f64, f64)> {
+        let found = self.locate(point, 0.0).filter(|found| found.depth_m > 0.0)?;
+        let inward = (point - found.surface_point).normalize_or_zero();
+        let beyond = self.shells[found.shell]
+            .surface
+            .cast_local_ray(&Ray::new(point, inward), f64::MAX, true)
+            .unwrap_or(0.0);
+        Some((found.depth_m, found.depth_m + beyond))
+    }
+
+    /// Corners of every triangle, shell after shell.
+    pub fn triangles(&self) -> impl Iterator<Item = [DVec3; 3]> + '_ {
+        self.shells.iter().flat_map(|shell| shell.surface.triangles().map(|t| [t.a, t.b, t.c]))
+    }
+}
+
+#[derive(Clone, Copy)]
+struct Located {
+    depth_m: f64,
+    shell: usize,
+    surface_point: DVec3,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::shapes::{block, shell_of_revolution, sphere};
+    use crate::geometry::{Material, Rgb, Solid};
+    use glam::DVec2;
+    use proptest::prelude::*;
+
+    fn mesh(solids: impl IntoIterator<Item = Solid>) -> TexturedMesh {
+        let mut mesh = TexturedMesh::default();
+        for solid in solids {
+            mesh.add(solid, &Material::plain("plain", Rgb::hex(0x80_80_80), 0.5));
+        }
+        mesh
+    }
+
+    #[test]
+    fn a_mug_is_solid_in_its_wall_and_empty_in_its_cavity() {
+        let profile = [DVec2::new(0.04, 0.0), DVec2::new(0.04, 0.1)];
+        let mug = MeshSolid::new(&mesh([shell_of_revolution(&profile, 0.004, 0.006, 128)])).expect("a mug");
+        assert!(mug.is_watertight());
+        assert!(mug.depth_m(DVec3::new(0.0, 0.0, 0.05)) < -0.035);
+        let (depth, wall) = mug.depth_and_wall_m(DVec3::new(0.0385, 0.0, 0.05)).expect("in the wall");
+        assert!((depth - 0.0015).abs() < 1e-4 && (wall - 0.004).abs() < 1e-4, "{depth} {wall}");
+        assert!((mug.depth_m(DVec3::new(0.0, 0.0, 0.003)) - 0.003).abs() < 1e-6);
+        assert_eq!(mug.depth_and_wall_m(DVec3::new(0.1, 0.0, 0.0)), None);
+        assert_eq!(mug.depth_above(DVec3::new(0.1, 0.0, 0.0), -0.001), f64::NEG_INFINITY);
+    }
+
+    #[test]
+    fn overlapping_shells_are_a_union_and_inward_shells_are_cavities() {
+        let cube = block(DVec3::splat(0.1));
+        let shifted = cube.clone().translated(DVec3::new(0.06, 0.0, 0.0));
+        let pair = MeshSolid::new(&mesh([cube.clone(), shifted])).expect("two cubes");
+        assert!(pair.depth_m(DVec3::new(0.03, 0.0, 0.05)) > 0.019);
+        let mut hole = block(DVec3::splat(0.05)).translated(DVec3::new(0.0, 0.0, 0.025));
+        hole.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+        let hollow = MeshSolid::new(&mesh([cube, hole])).expect("a hollow cube");
+        assert!((hollow.depth_m(DVec3::new(0.0, 0.0, 0.05)) + 0.025).abs() < 1e-9);
+        assert!((hollow.depth_m(DVec3::new(0.0, 0.0, 0.01)) - 0.01).abs() < 1e-9);
+    }
+
+    #[test]
+    fn an_empty_mesh_is_no_solid() {
+        assert_eq!(MeshSolid::new(&TexturedMesh::default()).err(), Some(SolidError::Empty));
+    }
+
+    proptest! {
+        #[test]
+        fn depth_in_a_ball_is_radius_minus_distance(x in -0.2..0.2_f64, y in -0.2..0.2_f64, z in -0.1..0.3_f64) {
+            let ball = MeshSolid::new(&mesh([sphere(0.1, 96)])).expect("a ball");
+            let point = DVec3::new(x, y, z);
+            let expected = 0.1 - (point - DVec3::new(0.0, 0.0, 0.1)).length();
+            prop_assert!((ball.depth_m(point) - expected).abs() < 2e-4);
+        }
+    }
+}
