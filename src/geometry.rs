@@ -27,6 +27,7 @@ pub mod convex_hull;
 pub mod decompose;
 pub mod collision_shape;
 pub mod cast;
+pub mod collide;
 
 pub use camera::Camera;
 pub use hull::ConvexHull;

@@ -5,6 +5,12 @@
 
 pub mod body;
 pub mod settle;
+pub mod metrics;
+pub mod resolve;
+#[cfg(test)]
+mod test_bodies;
 
 pub use body::Body;
+pub use metrics::{CertifySettings, Collisions, Stability, SupportFinding, collisions, stability, support};
+pub use resolve::{ResolveError, ResolveProblem, ResolveSettings, Resolved, SupportedBy, resolve};
 pub use settle::{SettleError, SettleSettings, Settled, settle};

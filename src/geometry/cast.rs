@@ -75,6 +75,82 @@ pub fn drop_height(
     best_z.is_finite().then_some(best_z)
 }
 
+/// Shortest way along the horizontal unit vector `direction` after which `object`, as if slid in from far
+/// away, stands clear of `other` by `clearance_m`; 0 if it is clear where it is, seen along that way.
+/// Never leaves it in a cavity.
+pub fn slide_distance(object: &Supporter, other: &Supporter, direction: DVec2, clearance_m: f64) -> f64 {
+    let along = direction.extend(0.0);
+    let boxes = object.shape.part_boxes(&object.world_from_object);
+    let other_boxes = other.shape.part_boxes(&other.world_from_object);
+    let pose = to_parry(&other.world_from_object);
+    let across = direction.perp();
+    let span = |b: &(DVec3, DVec3), axis: DVec2| {
+        let middle = 0.5 * (b.0 + b.1).truncate().dot(axis);
+        let half = 0.5 * (b.1 - b.0).truncate().dot(axis.abs());
+        (middle - half, middle + half)
+    };
+    let mut far = 0.0_f64;
+    for (part, low_high) in object.shape.parts().iter().zip(&boxes) {
+        let (own_start, _) = span(low_high, direction);
+        let own_across = span(low_high, across);
+        for (obstacle, other_box) in other.shape.parts().iter().zip(&other_boxes) {
+            let (_, other_end) = span(other_box, direction);
+            let other_across = span(other_box, across);
+            let needed = other_end - own_start + clearance_m;
+            let passes = low_high.0.z > other_box.1.z + clearance_m
+                || other_box.0.z > low_high.1.z + clearance_m
+                || own_across.0 > other_across.1 + clearance_m
+                || other_across.0 > own_across.1 + clearance_m;
+            if passes || needed <= far {
+                continue;
+            }
+            let start_m = needed + 0.01;
+            let start = Pose {
+                translation_m: object.world_from_object.translation_m + start_m * along,
+                rotation: object.world_from_object.rotation,
+            };
+            let options = ShapeCastOptions {
+                max_time_of_impact: start_m - far,
+                target_distance: clearance_m,
+                ..ShapeCastOptions::default()
+            };
+            let hit = cast_shapes(
+                &to_parry(&start),
+                -along,
+                part.polyhedron.as_ref(),
+                &pose,
+                DVec3::ZERO,
+                obstacle.polyhedron.as_ref(),
+                options,
+            );
+            if let Ok(Some(hit)) = hit {
+                far = far.max(start_m - hit.time_of_impact);
+            }
+        }
+    }
+    far
+}
+
+/// Whether any two parts come closer than `clearance_m` (0 = overlap or touch).
+pub fn are_closer(a: &Supporter, b: &Supporter, clearance_m: f64) -> bool {
+    let (a_boxes, b_boxes) =
+        (a.shape.part_boxes(&a.world_from_object), b.shape.part_boxes(&b.world_from_object));
+    let (a_pose, b_pose) = (to_parry(&a.world_from_object), to_parry(&b.world_from_object));
+    a.shape.parts().iter().zip(&a_boxes).any(|(x, x_box)| {
+        b.shape.parts().iter().zip(&b_boxes).any(|(y, y_box)| {
+            let gap = (x_box.0 - y_box.1).max(y_box.0 - x_box.1).max_element();
+            gap < clearance_m
+                && parry3d_f64::query::distance(
+                    &a_pose,
+                    x.polyhedron.as_ref(),
+                    &b_pose,
+                    y.polyhedron.as_ref(),
+                )
+                .is_ok_and(|found| found.distance < clearance_m)
+        })
+    })
+}
+
 /// A slab under z = 0, as wide as asked: the plain table top for casts.
 pub fn floor_hull(half_width_m: f64, thickness_m: f64) -> ConvexHull {
     let corner = |k: usize| {
@@ -160,6 +236,23 @@ mod tests {
         let rim = drop_height(&ball, DQuat::IDENTITY, DVec2::new(0.5, 0.0) + along.truncate(), &on);
         let rim = rim.expect("the rim");
         assert!((rim - 0.35).abs() < 5e-4, "{rim}");
+    }
+
+    #[test]
+    fn sliding_clears_the_shape_and_its_cavity() {
+        let (open_box, ball) = (open_box(), shape(&[sphere(0.03, 48)]));
+        let obstacle = Supporter { shape: &open_box, world_from_object: Pose::IDENTITY };
+        let at = |x: f64, z: f64| Supporter {
+            shape: &ball,
+            world_from_object: Pose::upright(DVec3::new(x, 0.0, z), 0.0),
+        };
+        // Hovering in the cavity it must leave all the way: half the box plus its radius.
+        let out = slide_distance(&at(0.0, 0.05), &obstacle, DVec2::X, 0.001);
+        assert!((out - 0.131).abs() < 2e-4, "{out}");
+        assert!(!are_closer(&at(out, 0.05), &obstacle, 0.0009));
+        assert!(are_closer(&at(out - 0.001, 0.05), &obstacle, 0.0009));
+        assert_eq!(slide_distance(&at(0.0, 0.152), &obstacle, DVec2::X, 0.001), 0.0);
+        assert_eq!(slide_distance(&at(0.2, 0.05), &obstacle, DVec2::X, 0.001), 0.0);
     }
 
     proptest! {

@@ -84,7 +84,7 @@ impl MeshSolid {
 
     /// Depth of a point with the nearest surface point of the shell that decides it.
     fn locate(&self, point: DVec3, floor_m: f64) -> Option<Located> {
-        let reach = -floor_m;
+        let reach = (-floor_m).max(0.0);
         let mut inside: Option<Located> = None;
         let mut cavity: Option<Located> = None;
         for (index, shell) in self.shells.iter().enumerate() {

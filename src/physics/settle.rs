@@ -211,48 +211,9 @@ fn insert(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::cast::floor_hull;
-    use crate::geometry::convex_hull::convex_hull;
-    use crate::geometry::mass_properties::solid_mass_properties;
     use crate::geometry::shapes::{block, sphere};
-    use crate::geometry::{Friction, Material, Rgb, Solid, TexturedMesh};
+    use crate::physics::test_bodies::{body, settle_settings as settings, table};
     use glam::DQuat;
-
-    pub(super) fn settings() -> SettleSettings {
-        SettleSettings {
-            duration_s: 5.0,
-            steps_per_s: 240.0,
-            solver_iterations: 8,
-            contact_frequency_hz: 350.0,
-            length_unit_m: 0.02,
-            allowed_penetration_m: 0.0001,
-            rolling_damping_per_s_m: 10_000.0,
-            damping_per_s: 0.05,
-            rest_speed_m_s: 0.0005,
-            rest_time_s: 0.25,
-        }
-    }
-
-    fn body(name: &str, solid: Solid, pose: Pose) -> Body {
-        let mut mesh = TexturedMesh::default();
-        let hull = convex_hull(&solid.positions, 64, 0.001).expect("a solid");
-        mesh.add(solid, &Material::plain("plain", Rgb::hex(0x80_80_80), 0.5));
-        Body {
-            name: name.into(),
-            hulls: vec![hull],
-            world_from_object: pose,
-            mass: solid_mass_properties(&mesh, 700.0).expect("a solid"),
-            friction: Friction { static_coefficient: 0.5, dynamic_coefficient: 0.4 },
-            restitution: 0.2,
-            rolling_friction_m: 0.0003,
-            fixed: false,
-        }
-    }
-
-    fn table() -> Body {
-        let floor = block(DVec3::new(2.0, 2.0, 0.03)).translated(DVec3::new(0.0, 0.0, -0.03));
-        Body { hulls: vec![floor_hull(1.0, 0.03)], fixed: true, ..body("table", floor, Pose::IDENTITY) }
-    }
 
     fn at(x: f64, y: f64, z: f64) -> Pose {
         Pose::upright(DVec3::new(x, y, z), 0.4)

@@ -1,0 +1,330 @@
+//! From the poses an image suggests to poses that can be: apart, on their supporters, inside the table's
+//! outline, at rest.
+//!
+//! The paper leaves collisions as they come; this repair is ours. Rounds of: drop everything onto its
+//! supporter in support order ([`mod@place`]), push what overlaps apart the shortest horizontal way and
+//! back inside the outline ([`mod@separate`]), settle under gravity and take the settled poses. A round is
+//! accepted when five more seconds change nothing, no visual meshes interpenetrate, everything is still
+//! carried by its supporter and inside the outline; else the next round starts with more clearance
+//! and nudges what failed toward its supporter's middle. What cannot be resolved is an error that names the
+//! objects. Children move with their supporters; contained things use the true shapes.
+//!
+//! World frame, meters, radians. Deterministic. A fraction of a second for twenty objects.
+
+mod place;
+mod separate;
+mod tree;
+
+use glam::DVec2;
+use serde::{Deserialize, Serialize};
+
+use super::metrics::{CertifySettings, collisions, stability};
+use super::settle::{SettleError, SettleSettings, angle_between_rad, settle};
+use super::{Body, Settled};
+use crate::geometry::cast::{Supporter, are_closer};
+use crate::geometry::collide::{PlacedSolid, convex_hull_2d, depth_in_convex_m};
+use crate::geometry::collision_shape::CollisionShape;
+use crate::geometry::mesh_solid::MeshSolid;
+use crate::geometry::{Interrupt, Interrupted, Outline, Pose};
+
+use tree::Tree;
+
+/// Section `[resolve]`.
+#[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct ResolveSettings {
+    /// Gap kept between neighbors, meters, one value a round, growing. More values: more tries.
+    pub clearances_m: Vec<f64>,
+    /// Passes of pushing apart before a round falls back on free places, 1..1000.
+    pub separation_passes: usize,
+    /// Directions tried for each push, 4..64. More: shorter moves, more time.
+    pub directions: usize,
+    /// Distance everything keeps from the table's edge, meters.
+    pub outline_margin_m: f64,
+    /// A contained thing must reach down into its container by this share of the cavity's depth, 0..1.
+    pub container_depth_share: f64,
+    /// A settled scene may move this much in the time of the check, meters.
+    pub rest_displacement_m: f64,
+    /// And turn this much, radians.
+    pub rest_rotation_rad: f64,
+    /// Settles in a row before something that keeps moving fails the round, 1..10.
+    pub settles: usize,
+    /// Turning further than this from the wanted pose is falling over, radians.
+    pub fallen_rotation_rad: f64,
+}
+
+/// Who carries a body.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SupportedBy {
+    /// Index of the supporter among the bodies.
+    pub parent: usize,
+    /// In it (a spoon in a mug) rather than on it.
+    pub inside: bool,
+}
+
+/// A scene to resolve. All slices have the same order and length.
+#[derive(Clone, Copy)]
+pub struct ResolveProblem<'a> {
+    /// `world_from_object` is the wanted pose; its height matters little, it is dropped anyway.
+    pub bodies: &'a [Body],
+    /// Their visual meshes.
+    pub solids: &'a [&'a MeshSolid],
+    /// `None` for the table, which is fixed, and for nothing else.
+    pub supports: &'a [Option<SupportedBy>],
+    /// Edge of the table's top in the world's xy plane.
+    pub outline: &'a Outline,
+}
+
+/// Poses that hold.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Resolved {
+    /// `world_from_object` in the order of the bodies.
+    pub poses: Vec<Pose>,
+    /// From the wanted pose: horizontal distance, meters, and angle, radians.
+    pub displacements_m: Vec<f64>,
+    pub rotations_rad: Vec<f64>,
+    /// Rounds it took.
+    pub rounds: usize,
+    /// What was done, one sentence each.
+    pub log: Vec<String>,
+}
+
+/// Why a scene cannot be.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ResolveError {
+    #[error("resolving: {problem}; give one table without a supporter and every object a chain down to it")]
+    BadSupport { problem: String },
+    #[error("resolving: no room on the table for {}; use a larger table or fewer objects", names.join(", "))]
+    NoRoom { names: Vec<String> },
+    #[error("resolving: {} after {rounds} rounds; remove or replace the named objects", reasons.join("; "))]
+    Unresolved { rounds: usize, reasons: Vec<String>, names: Vec<String> },
+    #[error("resolving: {0}")]
+    Settle(#[from] SettleError),
+    #[error(transparent)]
+    Interrupted(#[from] Interrupted),
+}
+
+impl ResolveError {
+    /// The objects at fault.
+    pub fn names(&self) -> &[String] {
+        match self {
+            Self::NoRoom { names } | Self::Unresolved { names, .. } => names,
+            _ => &[],
+        }
+    }
+}
+
+/// What the steps of a round share.
+struct Scene<'a> {
+    problem: ResolveProblem<'a>,
+    shapes: Vec<CollisionShape>,
+    tree: Tree,
+    settings: &'a ResolveSettings,
+}
+
+impl Scene<'_> {
+    fn placed<'b>(&'b self, body: usize, poses: &[Pose]) -> Supporter<'b> {
+        Supporter { shape: &self.shapes[body], world_from_object: poses[body] }
+    }
+
+    fn name(&self, body: usize) -> &str {
+        &self.problem.bodies[body].name
+    }
+
+    /// Outline of a body seen from above.
+    fn footprint(&self, body: usize, poses: &[Pose]) -> Vec<DVec2> {
+        let points: Vec<DVec2> = self.shapes[body].points(&poses[body]).map(|p| p.truncate()).collect();
+        convex_hull_2d(&points)
+    }
+}
+
+/// Something a round left wrong.
+struct Fault {
+    body: usize,
+    reason: String,
+    /// Moving it toward its supporter's middle may help.
+    nudge: bool,
+}
+
+/// Finds poses that hold, near the wanted ones.
+pub fn resolve(
+    problem: ResolveProblem,
+    settings: &ResolveSettings,
+    settle_settings: &SettleSettings,
+    certify: &CertifySettings,
+    interrupt: &Interrupt,
+) -> Result<Resolved, ResolveError> {
+    let tree = Tree::new(problem.bodies, problem.supports)?;
+    let shapes = problem
+        .bodies
+        .iter()
+        .map(|body| {
+            CollisionShape::new(&body.hulls)
+                .map_err(|source| SettleError::BrokenHull { name: body.name.clone(), source })
+        })
+        .collect::<Result<Vec<_>, _>>()?;
+    let scene = Scene { problem, shapes, tree, settings };
+    let wanted: Vec<Pose> = problem.bodies.iter().map(|b| b.world_from_object).collect();
+    let (mut plan, mut log) = (wanted.clone(), Vec::new());
+    let mut nudges = vec![0_usize; wanted.len()];
+    let mut faults: Vec<Fault> = Vec::new();
+    let rounds = settings.clearances_m.len();
+    for (round, &clearance_m) in settings.clearances_m.iter().enumerate() {
+        interrupt.check()?;
+        for fault in faults.iter().filter(|fault| fault.nudge) {
+            nudges[fault.body] += 1;
+        }
+        // Dropping changes heights and pushing changes what lies below, so they take turns.
+        for _ in 0..3 {
+            place::drop_all(&scene, &mut plan, &nudges, &mut log, interrupt)?;
+            if !separate::push_apart(&scene, &mut plan, clearance_m, &mut log, interrupt)? {
+                break;
+            }
+        }
+        let settled = settle_until_nothing_moves(&scene, &plan, settle_settings, certify, interrupt)?;
+        faults = find_faults(&scene, &plan, &settled, round + 1 == rounds, certify, interrupt)?;
+        if faults.is_empty() {
+            return Ok(finish(&scene, &wanted, &plan, settled.poses, round + 1, log));
+        }
+        log.extend(faults.iter().map(|fault| format!("round {}: {}", round + 1, fault.reason)));
+    }
+    let mut names: Vec<String> = faults.iter().map(|f| scene.name(f.body).to_owned()).collect();
+    names.dedup();
+    let reasons = faults.into_iter().map(|fault| fault.reason).collect();
+    Err(ResolveError::Unresolved { rounds, reasons, names })
+}
+
+/// Settles, and settles again from there, until the stability check finds nothing moving.
+fn settle_until_nothing_moves(
+    scene: &Scene,
+    plan: &[Pose],
+    settle_settings: &SettleSettings,
+    certify: &CertifySettings,
+    interrupt: &Interrupt,
+) -> Result<Settled, ResolveError> {
+    let mut bodies = scene.problem.bodies.to_vec();
+    bodies.iter_mut().zip(plan).for_each(|(body, pose)| body.world_from_object = *pose);
+    let mut settled = settle(&bodies, settle_settings, interrupt)?;
+    for _ in 0..scene.settings.settles {
+        bodies.iter_mut().zip(&settled.poses).for_each(|(body, pose)| body.world_from_object = *pose);
+        let check = stability(&bodies, certify, settle_settings, interrupt)?;
+        settled.at_rest = check.movements.iter().all(|m| {
+            m.displacement_m <= scene.settings.rest_displacement_m
+                && m.rotation_rad <= scene.settings.rest_rotation_rad
+        });
+        if settled.at_rest {
+            break;
+        }
+        settled.poses = settle(&bodies, settle_settings, interrupt)?.poses;
+    }
+    Ok(settled)
+}
+
+fn find_faults(
+    scene: &Scene,
+    plan: &[Pose],
+    settled: &Settled,
+    last_round: bool,
+    certify: &CertifySettings,
+    interrupt: &Interrupt,
+) -> Result<Vec<Fault>, ResolveError> {
+    let (poses, settings) = (&settled.poses, scene.settings);
+    let mut faults = Vec::new();
+    for &body in &scene.tree.order {
+        let Some(support) = scene.tree.support[body] else { continue };
+        let name = scene.name(body);
+        let mut fault = |reason: String, nudge: bool| faults.push(Fault { body, reason, nudge });
+        let outside = scene
+            .footprint(body, poses)
+            .iter()
+            .map(|&p| -scene.problem.outline.depth_inside_m(p))
+            .fold(f64::NEG_INFINITY, f64::max);
+        if outside > 0.0 {
+            fault(format!("{name} reaches {:.0} mm over the table's edge", 1e3 * outside), false);
+        }
+        let parent = support.parent;
+        if support.inside {
+            if !place::reaches_in(scene, body, parent, poses) {
+                fault(format!("{name} does not stay in {}", scene.name(parent)), true);
+            }
+        } else if !touches_group(scene, body, parent, poses, certify.contact_gap_m) {
+            fault(format!("{name} fell off {}", scene.name(parent)), true);
+        }
+        let turned = angle_between_rad(&plan[body], &poses[body]);
+        if !support.inside && turned > settings.fallen_rotation_rad && !last_round {
+            fault(format!("{name} turned by {:.0} degrees while settling", turned.to_degrees()), false);
+        }
+    }
+    if !settled.at_rest {
+        let (body, speed) = (0..poses.len())
+            .map(|k| (k, settled.displacements_m[k]))
+            .fold((0, 0.0), |worst, next| if next.1 > worst.1 { next } else { worst });
+        let reason = format!("{} does not come to rest ({:.0} mm so far)", scene.name(body), 1e3 * speed);
+        faults.push(Fault { body, reason, nudge: true });
+    }
+    let solids: Vec<PlacedSolid> = scene
+        .problem
+        .solids
+        .iter()
+        .zip(poses)
+        .map(|(solid, pose)| PlacedSolid { solid, world_from_object: *pose })
+        .collect();
+    for pair in collisions(&solids, certify, interrupt)?.colliding {
+        let body = if pair.a == scene.tree.table { pair.b } else { pair.a };
+        let (a, b) = (scene.name(pair.a), scene.name(pair.b));
+        let reason = format!("{a} and {b} overlap by {:.1} mm", 1e3 * pair.depth_m);
+        faults.push(Fault { body, reason, nudge: false });
+    }
+    Ok(faults)
+}
+
+/// Whether a body touches its supporter, or something its supporter carries.
+fn touches_group(scene: &Scene, body: usize, parent: usize, poses: &[Pose], gap_m: f64) -> bool {
+    let own = scene.placed(body, poses);
+    let carried_by_parent = |other: usize| {
+        other == parent
+            || (parent != scene.tree.table
+                && other != body
+                && scene.tree.is_below(other, parent)
+                && !scene.tree.is_below(other, body))
+    };
+    (0..poses.len())
+        .filter(|&other| carried_by_parent(other))
+        .any(|other| are_closer(&own, &scene.placed(other, poses), gap_m))
+}
+
+fn finish(
+    scene: &Scene,
+    wanted: &[Pose],
+    plan: &[Pose],
+    poses: Vec<Pose>,
+    rounds: usize,
+    mut log: Vec<String>,
+) -> Resolved {
+    let displacements_m: Vec<f64> = poses
+        .iter()
+        .zip(wanted)
+        .map(|(p, w)| (p.translation_m - w.translation_m).truncate().length())
+        .collect();
+    let rotations_rad: Vec<f64> = poses.iter().zip(wanted).map(|(p, w)| angle_between_rad(p, w)).collect();
+    for (body, pose) in poses.iter().enumerate() {
+        let turned = angle_between_rad(&plan[body], pose);
+        if turned > scene.settings.fallen_rotation_rad {
+            log.push(format!(
+                "{} came to rest turned by {:.0} degrees",
+                scene.name(body),
+                turned.to_degrees()
+            ));
+        }
+    }
+    Resolved { poses, displacements_m, rotations_rad, rounds, log }
+}
+
+/// Depth of the projected center of mass inside the supporter's outline, meters.
+fn depth_over_parent_m(scene: &Scene, body: usize, parent: usize, poses: &[Pose]) -> f64 {
+    let center = poses[body].transform_point(scene.problem.bodies[body].mass.center_of_mass_m).truncate();
+    depth_in_convex_m(&scene.footprint(parent, poses), center)
+}
+
+#[cfg(test)]
+mod tests;
