@@ -160,7 +160,8 @@ fn check_mass(mass: &MassProperties) -> Result<(), String> {
     if !(mass.mass_kg.is_finite() && mass.mass_kg > 0.0) {
         return Err(format!("its mass is {} kg", mass.mass_kg));
     }
-    if !mass.center_of_mass_m.is_finite() || !(moments.is_finite() && moments.min_element() > 0.0) {
+    let finite = mass.center_of_mass_m.is_finite() && moments.is_finite();
+    if !finite || moments.min_element() <= 0.0 {
         return Err("its center of mass or inertia is not finite and positive".to_owned());
     }
     if moments.max_element() > (moments.element_sum() - moments.max_element()) * (1.0 + 1e-6) {

@@ -171,7 +171,7 @@ fn compare(bodies: &[Body], read: &ReadScene) -> Result<FormatParity, String> {
             (&mut parity.hull_corner_m, corner_m, Tolerances::LENGTH_M),
         ];
         for (k, (worst, difference, tolerance)) in differences.into_iter().enumerate() {
-            if !(difference <= tolerance) {
+            if difference.is_nan() || difference > tolerance {
                 let names = ["mass", "center of mass", "inertia", "friction", "position", "rotation", "hull"];
                 return Err(format!("{}: {} differs by {difference}", body.name, names[k]));
             }

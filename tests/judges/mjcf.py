@@ -1,0 +1,86 @@
+"""MuJoCo loads the scene, finds the scene's masses, and everything stays where it is for five seconds."""
+
+import math
+from pathlib import Path
+
+import mujoco
+import numpy as np
+
+from verdict import Verdict, bodies, differs, inertia_tensor, read_scene
+
+DURATION_S = 5.0
+DISPLACEMENT_M = 0.03
+TURN_RAD = math.radians(30)
+
+
+def judge(bundle: Path) -> Verdict:
+    verdict = Verdict("mjcf")
+    scene = read_scene(bundle)
+    try:
+        model = mujoco.MjModel.from_xml_path(str(bundle / "mjcf" / "scene.xml"))
+    except ValueError as error:
+        verdict.complaints.append(f"MuJoCo does not load it: {error}")
+        return verdict
+    sleep = getattr(mujoco.mjtEnableBit, "mjENBL_SLEEP", None)
+    if sleep is not None:
+        model.opt.enableflags &= ~int(sleep)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    for body in bodies(scene):
+        check_body(verdict, model, data, body)
+    if verdict.complaints:
+        return verdict
+    depth = max((-contact.dist for contact in data.contact), default=0.0)
+
+    movable = [model.body(instance["name"]).id for instance in scene["instances"]]
+    start, turn = data.xpos.copy(), data.xquat.copy()
+    for _ in range(round(DURATION_S / model.opt.timestep)):
+        mujoco.mj_step(model, data)
+        if not np.isfinite(data.qpos).all() or data.warning[mujoco.mjtWarning.mjWARN_BADQACC].number:
+            verdict.complaints.append(f"the simulation diverges at {data.time:.3f} s")
+            return verdict
+    moved = np.linalg.norm(data.xpos - start, axis=1)
+    dots = np.clip(np.abs(np.sum(data.xquat * turn, axis=1)), 0.0, 1.0)
+    turned = 2 * np.arccos(dots)
+    failed = [b for b in movable if moved[b] >= DISPLACEMENT_M or turned[b] >= TURN_RAD]
+    verdict.facts = {
+        "movable": len(movable),
+        "stable": len(movable) - len(failed),
+        "dss": 1.0 if not movable else 1.0 - len(failed) / len(movable),
+        "largest_displacement_mm": round(1e3 * max((moved[b] for b in movable), default=0.0), 3),
+        "largest_turn_deg": round(math.degrees(max((turned[b] for b in movable), default=0.0)), 3),
+        "start_depth_mm": round(1e3 * depth, 3),
+        "unstable": {
+            model.body(b).name: [round(1e3 * moved[b], 1), round(math.degrees(turned[b]), 1)] for b in failed
+        },
+    }
+    return verdict
+
+
+def check_body(verdict, model, data, body):
+    name = body["name"]
+    found = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, name)
+    if found < 0:
+        verdict.complaints.append(f"there is no body {name}")
+        return
+    free = any(model.jnt_type[j] == mujoco.mjtJoint.mjJNT_FREE for j in range(model.njnt) if model.jnt_bodyid[j] == found)
+    if free != body["movable"]:
+        verdict.complaints.append(f"{name}: a free joint is {'there' if free else 'missing'}")
+    axes = np.zeros(9)
+    mujoco.mju_quat2Mat(axes, model.body_iquat[found])
+    axes = axes.reshape(3, 3)
+    pose = np.eye(4)
+    pose[:3, :3], pose[:3, 3] = data.xmat[found].reshape(3, 3), data.xpos[found]
+    collides = [g for g in range(model.ngeom) if model.geom_bodyid[g] == found and model.geom_contype[g]]
+    pairs = {
+        "mass": (model.body_mass[found], body["mass_kg"], 1e-12),
+        "center of mass": (model.body_ipos[found], body["center_of_mass_m"], 1e-6),
+        "inertia": (axes @ np.diag(model.body_inertia[found]) @ axes.T, inertia_tensor(body), 1e-12),
+        "pose": (pose, body["world_from_object"], 1e-6),
+        "number of hulls": (len(collides), body["hulls"], 0.0),
+    }
+    for geom in collides:
+        pairs[f"friction of geom {geom}"] = (model.geom_friction[geom][0], body["friction"]["dynamic"], 1e-6)
+    for what, (got, wanted, absolute) in pairs.items():
+        if differs(got, wanted, absolute=absolute):
+            verdict.complaints.append(f"{name}: {what} is {got}, not {wanted}")

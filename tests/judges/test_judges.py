@@ -1,0 +1,195 @@
+"""Do the judges reject what they should? Breaks a good bundle in known ways.
+
+    target/judges/bin/python tests/judges/test_judges.py GOOD_BUNDLE_DIR
+
+The bundle needs two movable bodies that stand apart on the table.
+"""
+
+import importlib
+import json
+import re
+import shutil
+import struct
+import sys
+import tempfile
+from pathlib import Path
+
+import manifold3d
+import numpy as np
+import trimesh
+
+import collisions
+
+
+def edit_text(path, change):
+    before = path.read_text(encoding="utf-8")
+    after = change(before)
+    assert before != after, f"the change leaves {path} as it was"
+    path.write_text(after, encoding="utf-8")
+
+
+def edit_scene(bundle, change):
+    scene = json.loads((bundle / "scene.json").read_text(encoding="utf-8"))
+    change(scene)
+    (bundle / "scene.json").write_text(json.dumps(scene), encoding="utf-8")
+    return scene
+
+
+def edit_glb(path, change):
+    data = path.read_bytes()
+    (length,) = struct.unpack_from("<I", data, 12)
+    document = json.loads(data[20 : 20 + length])
+    change(document)
+    text = json.dumps(document).encode()
+    text += b" " * (-len(text) % 4)
+    rest = data[20 + length :]
+    header = struct.pack("<4sIII4s", b"glTF", 2, 20 + len(text) + len(rest), len(text), b"JSON")
+    path.write_bytes(header + text + rest)
+
+
+def first(bundle):
+    return json.loads((bundle / "scene.json").read_text(encoding="utf-8"))["instances"][0]["name"]
+
+
+def one_on_the_other(bundle):
+    def change(scene):
+        a, b = scene["instances"][:2]
+        a["translation_m"], a["rotation_xyzw"] = b["translation_m"], b["rotation_xyzw"]
+
+    edit_scene(bundle, change)
+
+
+def lifted(bundle):
+    """Lifts a body by 20 cm in scene and MJCF alike: consistent, but it falls."""
+
+    def change(scene):
+        instance = scene["instances"][0]
+        old = instance["translation_m"]
+        new = [old[0], old[1], old[2] + 0.2]
+        instance["translation_m"] = new
+        number = lambda v: np.format_float_positional(v, trim="-") if v else "0"
+        name = instance["name"]
+        edit_text(
+            bundle / "mjcf/scene.xml",
+            lambda text: text.replace(
+                f'<body name="{name}" pos="{" ".join(map(number, old))}"',
+                f'<body name="{name}" pos="{" ".join(map(number, new))}"',
+            ),
+        )
+
+    edit_scene(bundle, change)
+
+
+def hole(document):
+    indices = document["meshes"][0]["primitives"][0]["indices"]
+    document["accessors"][indices]["count"] -= 3
+
+
+def index_out_of_range(document):
+    position = document["meshes"][0]["primitives"][0]["attributes"]["POSITION"]
+    document["accessors"][position]["count"] -= 1
+
+
+BREAKS = {
+    "schema": [
+        lambda b: edit_scene(b, lambda s: s.update(surprise=1)),
+        lambda b: edit_scene(b, lambda s: s["instances"][0].update(mass_kg=-1)),
+        lambda b: edit_scene(b, lambda s: s["instances"][0]["support"].update(parent=s["instances"][0]["name"])),
+        lambda b: (b / "README.md").unlink(),
+        lambda b: (b / "extra.txt").write_text("?"),
+        lambda b: edit_text(b / "mjcf/scene.xml", lambda t: t + " "),
+    ],
+    "usd": [
+        lambda b: edit_text(b / "usd/scene.usda", lambda t: t.replace('upAxis = "Z"', 'upAxis = "Y"')),
+        lambda b: edit_text(b / "usd/scene.usda", lambda t: t.replace("rigidBodyEnabled = 0", "rigidBodyEnabled = 1")),
+        lambda b: edit_text(prop(b), lambda t: t.replace('"convexHull"', '"convexDecomposition"')),
+        lambda b: edit_text(prop(b), lambda t: t.replace("float physics:mass = ", "float physics:mass = 1")),
+        lambda b: edit_text(prop(b), lambda t: re.sub(r"extent = .*", "extent = [(-9, -9, -9), (9, 9, 9)]", t, count=1)),
+        lambda b: edit_text(prop(b), lambda t: t.replace("float physics:dynamicFriction", "float physics:someFriction")),
+        # Only OpenUSD's own validators see this one.
+        lambda b: edit_text(prop(b), lambda t: t.replace('prepend apiSchemas = ["MaterialBindingAPI"]', "")),
+    ],
+    "mjcf": [
+        lambda b: edit_text(b / "mjcf/scene.xml", lambda t: t.replace("<freejoint", "<!-- <freejoint", 1).replace("<inertial", " --> <inertial", 2).replace(" --> <inertial", "<inertial", 1)),
+        lambda b: edit_text(b / "mjcf/scene.xml", lambda t: t.replace('<inertial pos="', '<inertial pos="1')),
+        lambda b: edit_text(b / "mjcf/scene.xml", lambda t: t.replace("</mujoco>", "")),
+    ],
+    "urdf": [
+        lambda b: (b / f"urdf/{first(b)}/hull_00.obj").unlink(),
+        lambda b: edit_text(b / f"urdf/{first(b)}/{first(b)}.urdf", lambda t: t.replace('<mass value="', '<mass value="1')),
+        lambda b: edit_text(b / "urdf/scene.urdf", lambda t: t.replace('<origin xyz="', '<origin xyz="1')),
+    ],
+    "glb": [
+        lambda b: edit_glb(b / f"glb/{first(b)}.glb", index_out_of_range),
+        lambda b: edit_glb(b / "glb/scene.glb", lambda d: d["nodes"][1].update(translation=[0, 0, 1])),
+        lambda b: edit_glb(b / f"glb/{first(b)}.glb", lambda d: d["nodes"][0].update(scale=[2, 2, 2])),
+    ],
+    "collisions": [one_on_the_other, lambda b: edit_glb(b / f"glb/{first(b)}.glb", hole)],
+    "readme": [lambda b: edit_text(b / "README.md", lambda t: t.replace("mjcf/scene.xml", "mjcf/none.xml"))],
+}
+
+
+def prop(bundle):
+    return bundle / f"usd/assets/{first(bundle)}/simready_usd/{first(bundle)}.usda"
+
+
+def solid(mesh, at=(0, 0, 0)):
+    mesh = mesh.copy()
+    mesh.apply_translation(at)
+    part = manifold3d.Mesh(
+        vert_properties=np.asarray(mesh.vertices, dtype=np.float32), tri_verts=np.asarray(mesh.faces, dtype=np.uint32)
+    )
+    return collisions.Solid(manifold3d.Manifold(part))
+
+
+def check_depths():
+    """Known depths: 1 mm counts in thick solids, a quarter of the wall in thin ones, insides always."""
+    block = trimesh.creation.box((0.1, 0.1, 0.1))
+    plate = trimesh.creation.box((0.1, 0.1, 0.002))
+    ball = trimesh.creation.icosphere(subdivisions=3, radius=0.01)
+    cup = trimesh.creation.annulus(0.02, 0.025, 0.08)
+    cases = [
+        ("blocks 0.5 mm deep only touch", block, block, (0, 0, 0.0995), False),
+        ("blocks 2 mm deep collide", block, block, (0, 0, 0.098), True),
+        ("blocks apart", block, block, (0, 0, 0.11), False),
+        ("a plate of 2 mm entered by 0.3 mm only touches", block, plate, (0, 0, 0.0507), False),
+        ("a plate of 2 mm entered by 0.8 mm collides", block, plate, (0, 0, 0.0502), True),
+        ("a ball in a tube does not collide", cup, ball, (0, 0, 0), False),
+        ("a ball in the tube's wall does", cup, ball, (0.015, 0, 0), True),
+        ("a ball inside a block is contained", block, ball, (0, 0, 0), True),
+    ]
+    for what, a, b, at, expected in cases:
+        depth = collisions.collision_depth(solid(a), solid(b, at))
+        assert (depth is not None) == expected, f"{what}: depth {depth}"
+    return len(cases)
+
+
+def main():
+    good = Path(sys.argv[1]).resolve()
+    for name in BREAKS:
+        verdict = importlib.import_module(name).judge(good)
+        assert verdict.accepted, f"{name} rejects the good bundle: {verdict.complaints}"
+    broken = 0
+    for name, breaks in BREAKS.items():
+        for k, spoil in enumerate(breaks):
+            with tempfile.TemporaryDirectory() as folder:
+                bundle = Path(folder) / "bundle"
+                shutil.copytree(good, bundle)
+                spoil(bundle)
+                try:
+                    accepted = importlib.import_module(name).judge(bundle).accepted
+                except Exception:
+                    accepted = False  # judge.py counts an exception as a rejection
+                assert not accepted, f"{name} accepts break {k}"
+                broken += 1
+    with tempfile.TemporaryDirectory() as folder:
+        bundle = Path(folder) / "bundle"
+        shutil.copytree(good, bundle)
+        lifted(bundle)
+        verdict = importlib.import_module("mjcf").judge(bundle)
+        assert verdict.accepted and verdict.facts["dss"] < 1.0, f"a falling body counts as stable: {verdict}"
+    print(f"the judges reject all {broken} broken bundles and tell all {check_depths()} depths")
+
+
+if __name__ == "__main__":
+    main()

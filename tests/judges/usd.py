@@ -1,0 +1,107 @@
+"""OpenUSD opens the stage and every prop; all of its validators are silent; physics is the scene's."""
+
+from pathlib import Path
+
+from pxr import Usd, UsdGeom, UsdPhysics, UsdShade, UsdValidation
+
+from verdict import Verdict, bodies, differs, inertia_tensor, read_scene, rotation
+
+_context = None
+
+
+def validate(stage) -> list:
+    global _context
+    if _context is None:
+        validators = UsdValidation.ValidationRegistry().GetOrLoadAllValidators()
+        _context = UsdValidation.ValidationContext(validators)
+    return [f"{error.GetName()}: {error.GetMessage()}" for error in _context.Validate(stage)]
+
+
+def judge(bundle: Path) -> Verdict:
+    verdict = Verdict("usd")
+    scene = read_scene(bundle)
+    files = sorted((bundle / "usd").glob("scene.usd*"))
+    if len(files) != 1:
+        verdict.complaints.append(f"usd/scene.usd[a] should be one file, found {len(files)}")
+        return verdict
+    for path in files + sorted((bundle / "usd" / "assets").glob("*/simready_usd/*.usd*")):
+        stage = Usd.Stage.Open(str(path))
+        if not stage or not stage.GetDefaultPrim():
+            verdict.complaints.append(f"{path.relative_to(bundle)} does not open or has no default prim")
+            continue
+        if UsdGeom.GetStageUpAxis(stage) != "Z" or UsdGeom.GetStageMetersPerUnit(stage) != 1.0:
+            verdict.complaints.append(f"{path.relative_to(bundle)} is not z up in meters")
+        if UsdPhysics.GetStageKilogramsPerUnit(stage) != 1.0:
+            verdict.complaints.append(f"{path.relative_to(bundle)} is not in kilograms")
+        errors = validate(stage)
+        verdict.complaints += [f"{path.relative_to(bundle)}: {error}" for error in errors]
+        for prim in stage.Traverse():
+            check_extent(verdict, path.relative_to(bundle), prim)
+    stage = Usd.Stage.Open(str(files[0]))
+    root = stage.GetDefaultPrim().GetPath()
+    hulls = 0
+    for body in bodies(scene):
+        prim = stage.GetPrimAtPath(root.AppendChild(body["name"]))
+        if not prim or not prim.HasAPI(UsdPhysics.RigidBodyAPI) or not prim.HasAPI(UsdPhysics.MassAPI):
+            verdict.complaints.append(f"{body['name']} is no rigid body with a mass on the stage")
+            continue
+        hulls += check_body(verdict, body, prim)
+    if not any(prim.IsA(UsdPhysics.Scene) for prim in stage.Traverse()):
+        verdict.complaints.append("there is no physics scene")
+    verdict.facts = {"bodies": len(scene["instances"]) + 1, "hulls": hulls}
+    return verdict
+
+
+def check_extent(verdict, path, prim):
+    if prim.IsA(UsdGeom.Mesh):
+        told = UsdGeom.Boundable(prim).GetExtentAttr().Get()
+        computed = UsdGeom.PointBased.ComputeExtent(UsdGeom.PointBased(prim).GetPointsAttr().Get())
+        if told is None or differs(told, computed, 0.0, 1e-10):
+            verdict.complaints.append(f"{path}: the extent of {prim.GetPath()} is {told}, not {computed}")
+
+
+def check_body(verdict, body, prim) -> int:
+    name = body["name"]
+    if UsdPhysics.RigidBodyAPI(prim).GetRigidBodyEnabledAttr().Get() != body["movable"]:
+        verdict.complaints.append(f"{name}: rigidBodyEnabled should be {body['movable']}")
+    mass = UsdPhysics.MassAPI(prim)
+    axes = mass.GetPrincipalAxesAttr().Get()
+    frame = rotation([*axes.GetImaginary(), axes.GetReal()])
+    moments = mass.GetDiagonalInertiaAttr().Get()
+    pairs = {
+        "mass": (mass.GetMassAttr().Get(), body["mass_kg"]),
+        "center of mass": (list(mass.GetCenterOfMassAttr().Get()), body["center_of_mass_m"]),
+        "inertia": (frame @ [[moments[0], 0, 0], [0, moments[1], 0], [0, 0, moments[2]]] @ frame.T, inertia_tensor(body)),
+    }
+    world = UsdGeom.Xformable(prim).ComputeLocalToWorldTransform(0)
+    pairs["pose"] = ([list(row) for row in world.GetTranspose()], body["world_from_object"])
+    for what, (found, wanted) in pairs.items():
+        if differs(found, wanted, absolute=1e-6 if what in ("pose", "center of mass") else 1e-12):
+            verdict.complaints.append(f"{name}: {what} is not the scene's")
+    hulls = 0
+    for child in Usd.PrimRange(prim):
+        if child != prim and child.HasAPI(UsdPhysics.RigidBodyAPI):
+            verdict.complaints.append(f"{name}: a rigid body is nested at {child.GetPath()}")
+        if child.HasAPI(UsdPhysics.CollisionAPI):
+            hulls += 1
+            approximation = UsdPhysics.MeshCollisionAPI(child).GetApproximationAttr().Get()
+            purpose = UsdGeom.Imageable(child).ComputePurpose()
+            if approximation != "convexHull" or purpose != "guide":
+                verdict.complaints.append(f"{child.GetPath()}: {approximation}, purpose {purpose}")
+            check_material(verdict, body, child)
+    if hulls != body["hulls"]:
+        verdict.complaints.append(f"{name}: {hulls} hulls instead of {body['hulls']}")
+    return hulls
+
+
+def check_material(verdict, body, collider):
+    material, _ = UsdShade.MaterialBindingAPI(collider).ComputeBoundMaterial("physics")
+    contact = UsdPhysics.MaterialAPI(material.GetPrim()) if material else None
+    wanted = [body["friction"]["static"], body["friction"]["dynamic"], body["restitution"]]
+    found = contact and [
+        contact.GetStaticFrictionAttr().Get(),
+        contact.GetDynamicFrictionAttr().Get(),
+        contact.GetRestitutionAttr().Get(),
+    ]
+    if not found or differs(found, wanted):
+        verdict.complaints.append(f"{collider.GetPath()}: friction and restitution are {found}, not {wanted}")
