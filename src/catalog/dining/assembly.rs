@@ -6,9 +6,9 @@ use std::f64::consts::PI;
 use glam::{DVec2, DVec3};
 
 use crate::catalog::Order;
-use crate::catalog::texture::{is_look, material_look};
-use crate::geometry::shapes::{ellipse, lathe, loft, rounded_rectangle, sweep};
-use crate::geometry::{Material, Solid, TexturedMesh};
+use crate::catalog::texture::{is_look, material_look, wrapped_around};
+use crate::geometry::shapes::{circle, ellipse, lathe, loft, loft_closed, rounded_rectangle, sweep};
+use crate::geometry::{Material, Solid, TexturedMesh, Vec2};
 
 /// Points from pairs.
 pub(super) fn points(pairs: &[(f64, f64)]) -> Vec<DVec2> {
@@ -129,6 +129,23 @@ pub(super) fn add_by(
         }
         mesh.add(part, material);
     }
+}
+
+/// A paper band around a turned body of `radius_m`, from z = `low_m` to `high_m`, its picture's middle in
+/// front; 0.6 mm proud of the body, 1.3 mm thick.
+pub(super) fn label_band(radius_m: f64, low_m: f64, high_m: f64, segments: usize) -> Solid {
+    let (inner, outer) = (radius_m - 0.0007, radius_m + 0.0006);
+    let rings: Vec<Vec<DVec3>> = [(inner, low_m), (outer, low_m), (outer, high_m), (inner, high_m)]
+        .iter()
+        .map(|&(r, z)| circle(r, segments).into_iter().map(|p| p.extend(z)).collect())
+        .collect();
+    wrapped_around(loft_closed(&rings))
+}
+
+/// The solid with its picture repeated `u` x `v` times.
+pub(super) fn repeated(mut solid: Solid, u: f32, v: f32) -> Solid {
+    solid.uvs.iter_mut().for_each(|uv| *uv *= Vec2::new(u, v));
+    solid
 }
 
 /// A loop handle in the x-z plane toward +x: half an ellipse from (`radius_m`, z + height/2) to
