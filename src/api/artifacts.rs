@@ -1,0 +1,35 @@
+//! `/scenes/{scene_id}/artifacts`: what every stage put aside for people to look at.
+
+use axum::Json;
+use axum::extract::{Path, State};
+use axum::http::HeaderMap;
+use axum::response::{IntoResponse, Response};
+use serde_json::json;
+
+use super::Api;
+use super::download::{Download, respond};
+use super::error::Problem;
+use super::scenes::find;
+use super::wire::ArtifactView;
+
+/// `GET /scenes/{scene_id}/artifacts`.
+pub async fn list(State(api): State<Api>, Path(scene_id): Path<String>) -> Result<Response, Problem> {
+    find(&api, &scene_id).await?;
+    let rows = api.store.artifacts(&scene_id).await?;
+    let views: Vec<ArtifactView> = rows.into_iter().map(|row| ArtifactView::new(&scene_id, row)).collect();
+    Ok(Json(json!({ "artifacts": views })).into_response())
+}
+
+/// `GET /scenes/{scene_id}/artifacts/{*name}`.
+pub async fn download(
+    State(api): State<Api>,
+    Path((scene_id, name)): Path<(String, String)>,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    find(&api, &scene_id).await?;
+    let artifact = api.store.artifact(&scene_id, &name).await?;
+    let file = artifact.ok_or_else(|| Problem::not_found("artifact", &name))?.file;
+    let what =
+        Download { digest: &file.digest, size: file.size, media_type: &file.media_type, file_name: None };
+    respond(&api, &headers, what).await
+}

@@ -1,0 +1,171 @@
+//! `/scenes/{scene_id}/bundle`: the archive, whole or by format.
+//!
+//! The whole archive comes from the pipeline. One format's archive is cut from it entry by entry (same
+//! names, same compressed bytes), once; then it is a blob like the other.
+
+use std::io::Cursor;
+
+use axum::extract::{Path, RawQuery, State};
+use axum::http::HeaderMap;
+use axum::response::Response;
+use bytes::Bytes;
+use zip::result::ZipResult;
+use zip::{ZipArchive, ZipWriter};
+
+use super::Api;
+use super::download::{Download, respond};
+use super::error::{Problem, ProblemType};
+use super::scenes::find;
+use super::wire::{parameter, query};
+use crate::job::SceneState;
+use crate::store::artifacts::ArchiveRow;
+use crate::store::scenes::SceneRow;
+
+/// Formats with a folder of their own in the bundle; everything outside these folders is in every archive.
+const FORMATS: [&str; 5] = ["usd", "urdf", "mjcf", "sdf", "glb"];
+
+/// `GET /scenes/{scene_id}/bundle`.
+pub async fn download(
+    State(api): State<Api>,
+    Path(scene_id): Path<String>,
+    RawQuery(raw_query): RawQuery,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    let parameters = query(raw_query.as_deref(), &["format", "quarantined"])?;
+    let format = parameters.get("format").map_or("all", String::as_str);
+    if format != "all" && !FORMATS.contains(&format) {
+        return Err(parameter("format", "must be usd, urdf, mjcf, sdf, glb or all"));
+    }
+    let quarantined = match parameters.get("quarantined").map(String::as_str) {
+        None | Some("false") => false,
+        Some("true") => true,
+        Some(_) => return Err(parameter("quarantined", "must be `true` or `false`")),
+    };
+    let scene = find(&api, &scene_id).await?;
+    check_state(&scene, quarantined)?;
+    let archive = archive(&api, &scene_id, format).await?;
+    let suffix = if format == "all" { String::new() } else { format!("-{format}") };
+    let what = Download {
+        digest: &archive.digest,
+        size: archive.size,
+        media_type: "application/zip",
+        file_name: Some(format!("scene-{scene_id}{suffix}.zip")),
+    };
+    respond(&api, &headers, what).await
+}
+
+fn check_state(scene: &SceneRow, quarantined: bool) -> Result<(), Problem> {
+    let conflict = |code, detail: &str| Err(Problem::new(ProblemType::Conflict, code, detail));
+    match (scene.state, scene.failure_code.as_deref()) {
+        (SceneState::Ready, _) => Ok(()),
+        (SceneState::Failed, Some("quarantined")) if quarantined => Ok(()),
+        (SceneState::Failed, Some("quarantined")) => conflict(
+            "scene_quarantined",
+            "its certificate says quarantine; to inspect it anyway, ask with ?quarantined=true",
+        ),
+        (SceneState::Failed, _) => {
+            conflict("scene_failed", "this scene has no bundle; see its failure, then retry its job")
+        }
+        (SceneState::Pending | SceneState::Deleted, _) => {
+            conflict("scene_not_ready", "this scene is not finished; follow its job's events")
+        }
+    }
+}
+
+async fn archive(api: &Api, scene_id: &str, format: &str) -> Result<ArchiveRow, Problem> {
+    if let Some(archive) = api.store.archive(scene_id, format).await?
+        && api.store.blobs().contains(&archive.digest).await?
+    {
+        return Ok(archive);
+    }
+    let gone = || {
+        Problem::new(
+            ProblemType::Internal,
+            "stored_data_missing",
+            "the bundle's bytes are gone; submit the scene again with the same seed",
+        )
+    };
+    if format == "all" {
+        return Err(gone());
+    }
+    let all = api.store.archive(scene_id, "all").await?.ok_or_else(gone)?;
+    let bytes = api.store.blobs().get(&all.digest).await?.ok_or_else(gone)?;
+    let wanted = format.to_owned();
+    let cut = tokio::task::spawn_blocking(move || only(&bytes, &wanted)).await;
+    let part = match cut {
+        Ok(Ok(part)) => part,
+        _ => {
+            return Err(Problem::new(
+                ProblemType::Internal,
+                "bundle_unreadable",
+                "the bundle cannot be read",
+            ));
+        }
+    };
+    let Some(part) = part else {
+        return Err(Problem::new(
+            ProblemType::NotFound,
+            "format_not_in_bundle",
+            format!("this bundle has no {format}; ask with format=all for what it has"),
+        ));
+    };
+    let size = part.len() as u64;
+    let archive = ArchiveRow { digest: api.store.blobs().put(part).await?, size };
+    api.store.record_archive(scene_id, format, archive.clone()).await?;
+    Ok(archive)
+}
+
+/// The entries of one format and of no format; `None` when the format has none.
+fn only(archive: &[u8], format: &str) -> ZipResult<Option<Bytes>> {
+    let mut all = ZipArchive::new(Cursor::new(archive))?;
+    let mut part = ZipWriter::new(Cursor::new(Vec::new()));
+    let mut found = false;
+    for index in 0..all.len() {
+        let entry = all.by_index_raw(index)?;
+        // `scene-<id>/mjcf/scene.xml`: the folder below the bundle's own decides.
+        let name = entry.name()?;
+        let folder = name.split('/').find(|folder| !folder.starts_with("scene-"));
+        let folder = folder.unwrap_or_default().to_owned();
+        if folder == format {
+            found = true;
+        } else if FORMATS.contains(&folder.as_str()) {
+            continue;
+        }
+        part.raw_copy_file(entry)?;
+    }
+    let bytes = part.finish()?.into_inner();
+    Ok(found.then(|| Bytes::from(bytes)))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::{Read, Write};
+
+    use super::*;
+    use zip::write::SimpleFileOptions;
+
+    #[test]
+    fn one_format_and_what_belongs_to_all() {
+        let mut all = ZipWriter::new(Cursor::new(Vec::new()));
+        for path in ["scene.json", "mjcf/scene.xml", "usd/scene.usda", "preview/hero.png"] {
+            all.start_file(format!("scene-12ab/{path}"), SimpleFileOptions::default()).expect("starts");
+            all.write_all(path.as_bytes()).expect("writes");
+        }
+        let all = all.finish().expect("finishes").into_inner();
+        let part = only(&all, "mjcf").expect("reads").expect("has it");
+        assert_eq!(part, only(&all, "mjcf").expect("reads").expect("has it"));
+        let mut part = ZipArchive::new(Cursor::new(&part[..])).expect("is an archive");
+        let names: Vec<String> = part.file_names().map(|name| name.expect("UTF-8").into_owned()).collect();
+        assert_eq!(
+            names,
+            ["scene.json", "mjcf/scene.xml", "preview/hero.png"].map(|p| format!("scene-12ab/{p}"))
+        );
+        let mut text = String::new();
+        part.by_name("scene-12ab/mjcf/scene.xml")
+            .expect("is there")
+            .read_to_string(&mut text)
+            .expect("reads");
+        assert_eq!(text, "mjcf/scene.xml");
+        assert!(only(&all, "sdf").expect("reads").is_none());
+    }
+}

@@ -1,0 +1,204 @@
+//! Refusals as RFC 9457 problem documents.
+//!
+//! `type` comes from a closed list, `code` is stable and finer, `detail` says what to change, `errors`
+//! points into the body. The request id is added on the way out (see `layers`).
+
+use axum::http::{StatusCode, Uri, header};
+use axum::response::{IntoResponse, Response};
+use serde::Serialize;
+use serde_json::json;
+
+use crate::store::StoreError;
+
+/// The closed list of problem types; each has one status.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ProblemType {
+    /// 400: the request cannot be read.
+    MalformedRequest,
+    /// 422: it can be read, and a value in it will not do.
+    InvalidRequest,
+    NotFound,
+    MethodNotAllowed,
+    RequestTimeout,
+    /// 409: not in this state.
+    Conflict,
+    Gone,
+    PayloadTooLarge,
+    UnsupportedMediaType,
+    RangeNotSatisfiable,
+    Internal,
+    Unavailable,
+}
+
+impl ProblemType {
+    pub const ALL: [Self; 12] = [
+        Self::MalformedRequest,
+        Self::InvalidRequest,
+        Self::NotFound,
+        Self::MethodNotAllowed,
+        Self::RequestTimeout,
+        Self::Conflict,
+        Self::Gone,
+        Self::PayloadTooLarge,
+        Self::UnsupportedMediaType,
+        Self::RangeNotSatisfiable,
+        Self::Internal,
+        Self::Unavailable,
+    ];
+
+    /// Status, name in the type's URI, title.
+    fn facts(self) -> (StatusCode, &'static str, &'static str) {
+        match self {
+            Self::MalformedRequest => {
+                (StatusCode::BAD_REQUEST, "malformed-request", "The request cannot be read")
+            }
+            Self::InvalidRequest => {
+                (StatusCode::UNPROCESSABLE_ENTITY, "invalid-request", "The request is not valid")
+            }
+            Self::NotFound => (StatusCode::NOT_FOUND, "not-found", "There is no such thing"),
+            Self::MethodNotAllowed => {
+                (StatusCode::METHOD_NOT_ALLOWED, "method-not-allowed", "Not with this method")
+            }
+            Self::RequestTimeout => {
+                (StatusCode::REQUEST_TIMEOUT, "request-timeout", "The request took too long to arrive")
+            }
+            Self::Conflict => (StatusCode::CONFLICT, "conflict", "Not in this state"),
+            Self::Gone => (StatusCode::GONE, "gone", "It was deleted"),
+            Self::PayloadTooLarge => {
+                (StatusCode::PAYLOAD_TOO_LARGE, "payload-too-large", "The request is too large")
+            }
+            Self::UnsupportedMediaType => {
+                (StatusCode::UNSUPPORTED_MEDIA_TYPE, "unsupported-media-type", "Not in this format")
+            }
+            Self::RangeNotSatisfiable => {
+                (StatusCode::RANGE_NOT_SATISFIABLE, "range-not-satisfiable", "The range is outside")
+            }
+            Self::Internal => (StatusCode::INTERNAL_SERVER_ERROR, "internal", "Something broke here"),
+            Self::Unavailable => (StatusCode::SERVICE_UNAVAILABLE, "unavailable", "Not now"),
+        }
+    }
+
+    pub fn status(self) -> StatusCode {
+        self.facts().0
+    }
+
+    /// `urn:tabletopgen:problem:<name>`.
+    pub fn uri(self) -> String {
+        format!("urn:tabletopgen:problem:{}", self.facts().1)
+    }
+}
+
+/// Where in the body, and what is wrong there.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct FieldError {
+    /// JSON pointer, such as `/options/table/size_m`.
+    pub pointer: String,
+    pub detail: String,
+}
+
+impl FieldError {
+    pub fn new(pointer: impl Into<String>, detail: impl Into<String>) -> Self {
+        Self { pointer: pointer.into(), detail: detail.into() }
+    }
+}
+
+/// A refusal. Handlers return it as their error.
+#[derive(Clone, Debug)]
+pub struct Problem {
+    pub kind: ProblemType,
+    /// Stable, `[a-z0-9_]+`.
+    pub code: &'static str,
+    /// What is wrong and what to change.
+    pub detail: String,
+    pub errors: Vec<FieldError>,
+}
+
+impl Problem {
+    pub fn new(kind: ProblemType, code: &'static str, detail: impl Into<String>) -> Self {
+        Self { kind, code, detail: detail.into(), errors: Vec::new() }
+    }
+
+    /// A body that can be read but not accepted.
+    pub fn invalid(errors: Vec<FieldError>) -> Self {
+        let places: Vec<&str> = errors.iter().map(|error| error.pointer.as_str()).collect();
+        let detail = format!("correct {} and send it again", places.join(", "));
+        Self { kind: ProblemType::InvalidRequest, code: "invalid_body", detail, errors }
+    }
+
+    pub fn not_found(what: &str, id: &str) -> Self {
+        let shown: String = id.chars().take(80).collect();
+        Self::new(ProblemType::NotFound, "not_found", format!("there is no {what} {shown:?}"))
+    }
+
+    /// The document, with the id of the request it answers.
+    pub fn document(&self, request_id: &str) -> serde_json::Value {
+        let (status, _, title) = self.kind.facts();
+        let mut document = json!({
+            "type": self.kind.uri(),
+            "title": title,
+            "status": status.as_u16(),
+            "code": self.code,
+            "detail": self.detail,
+            "request_id": request_id,
+        });
+        if !self.errors.is_empty() {
+            document["errors"] = json!(self.errors);
+        }
+        document
+    }
+}
+
+impl IntoResponse for Problem {
+    /// The body is written by the outermost layer, which knows the request id.
+    fn into_response(self) -> Response {
+        let mut response = self.kind.status().into_response();
+        if self.kind == ProblemType::Unavailable {
+            response.headers_mut().insert(header::RETRY_AFTER, header::HeaderValue::from_static("5"));
+        }
+        response.extensions_mut().insert(self);
+        response
+    }
+}
+
+impl From<StoreError> for Problem {
+    fn from(error: StoreError) -> Self {
+        let mut chain = error.to_string();
+        let mut cause = std::error::Error::source(&error);
+        while let Some(source) = cause {
+            chain = format!("{chain}: {source}");
+            cause = source.source();
+        }
+        tracing::error!(error = chain, "the store failed a request");
+        match error {
+            StoreError::Corrupt { .. } | StoreError::InvalidDigest(_) => Self::new(
+                ProblemType::Internal,
+                "stored_data_unreadable",
+                "stored data cannot be read; the log has the details under this request id",
+            ),
+            _ => Self::new(
+                ProblemType::Unavailable,
+                "store_unavailable",
+                "the store does not answer; send the request again in a few seconds",
+            ),
+        }
+    }
+}
+
+/// Fallback for unknown paths.
+pub async fn no_such_route(uri: Uri) -> Problem {
+    let path: String = uri.path().chars().take(80).collect();
+    Problem::new(
+        ProblemType::NotFound,
+        "no_such_route",
+        format!("there is nothing at {path:?}; /openapi.yaml lists every path"),
+    )
+}
+
+/// Fallback for known paths with another method.
+pub async fn method_not_allowed() -> Problem {
+    Problem::new(
+        ProblemType::MethodNotAllowed,
+        "method_not_allowed",
+        "this path does not take that method; the Allow header and /openapi.yaml say which it takes",
+    )
+}

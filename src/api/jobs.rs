@@ -1,0 +1,104 @@
+//! `/jobs`: show, stages, cancel, retry.
+
+use axum::Json;
+use axum::extract::{Path, Request, State};
+use axum::http::{HeaderValue, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use serde::Deserialize;
+use serde_json::json;
+
+use super::Api;
+use super::error::{FieldError, Problem, ProblemType};
+use super::submission::{json_bytes, media_type, parse};
+use super::wire::{JobView, StageView};
+use crate::store::DEFAULT_TENANT;
+use crate::store::jobs::{JobRow, Retried};
+use crate::store::queue::CancelRequest;
+
+/// `GET /jobs/{job_id}`.
+pub async fn show(State(api): State<Api>, Path(job_id): Path<String>) -> Result<Response, Problem> {
+    Ok(Json(JobView::new(find(&api, &job_id).await?)).into_response())
+}
+
+/// `GET /jobs/{job_id}/stages`.
+pub async fn stages(State(api): State<Api>, Path(job_id): Path<String>) -> Result<Response, Problem> {
+    find(&api, &job_id).await?;
+    let rows = api.store.stages(&job_id).await?;
+    let views: Vec<StageView> = rows.into_iter().map(StageView::new).collect();
+    Ok(Json(json!({ "stages": views })).into_response())
+}
+
+/// `POST /jobs/{job_id}/cancel`.
+pub async fn cancel(State(api): State<Api>, Path(job_id): Path<String>) -> Result<Response, Problem> {
+    match api.store.cancel(DEFAULT_TENANT, &job_id).await? {
+        CancelRequest::Accepted(_) => {
+            let job = find(&api, &job_id).await?;
+            Ok((StatusCode::ACCEPTED, Json(JobView::new(job))).into_response())
+        }
+        CancelRequest::TooLate(state) => Err(Problem::new(
+            ProblemType::Conflict,
+            "job_already_ended",
+            format!("this job has {state} already; there is nothing to cancel"),
+        )),
+        CancelRequest::NotFound => Err(Problem::not_found("job", &job_id)),
+    }
+}
+
+/// The optional body of a retry.
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+struct RetryBody {
+    from_stage: Option<String>,
+}
+
+/// `POST /jobs/{job_id}/retry`.
+pub async fn retry(
+    State(api): State<Api>,
+    Path(job_id): Path<String>,
+    request: Request,
+) -> Result<Response, Problem> {
+    let kind = media_type(request.headers());
+    let bytes = json_bytes(&api, request.into_body()).await?;
+    let body: RetryBody = match (bytes.is_empty(), kind.as_str()) {
+        (true, _) => RetryBody::default(),
+        (false, "application/json") => parse(&bytes)?,
+        (false, _) => {
+            return Err(Problem::new(
+                ProblemType::UnsupportedMediaType,
+                "body_format",
+                "send application/json such as {\"from_stage\": \"reference\"}, or no body",
+            ));
+        }
+    };
+    let conflict = |code, detail| Err(Problem::new(ProblemType::Conflict, code, detail));
+    match api.store.retry(DEFAULT_TENANT, &job_id, body.from_stage).await? {
+        Retried::Created { job_id, .. } => {
+            let view = JobView::new(find(&api, &job_id).await?);
+            let location = HeaderValue::from_str(&view.links.this);
+            let mut response = (StatusCode::ACCEPTED, Json(view)).into_response();
+            if let Ok(location) = location {
+                response.headers_mut().insert(header::LOCATION, location);
+            }
+            Ok(response)
+        }
+        Retried::NotFound => Err(Problem::not_found("job", &job_id)),
+        Retried::StillActive => conflict(
+            "job_still_active",
+            "a job of this scene has not ended; cancel it first, or wait for it".to_owned(),
+        ),
+        Retried::SceneIs(state) => conflict(
+            "scene_not_retryable",
+            format!("the scene is {}; submit a new one with another seed", state.as_str()),
+        ),
+        Retried::NoSuchStage => Err(Problem::invalid(vec![FieldError::new(
+            "/from_stage",
+            "the job never came to that stage; GET its stages for the names",
+        )])),
+    }
+}
+
+/// A job that is there.
+pub(super) async fn find(api: &Api, job_id: &str) -> Result<JobRow, Problem> {
+    let job = api.store.job(DEFAULT_TENANT, job_id).await?;
+    job.ok_or_else(|| Problem::not_found("job", job_id))
+}

@@ -1,0 +1,306 @@
+//! What `POST /scenes` accepts: JSON, or multipart with the picture as a file, checked in full.
+
+use std::collections::BTreeMap;
+
+use axum::body::{Body, to_bytes};
+use axum::extract::{FromRequest, Multipart, Request};
+use axum::http::{HeaderMap, header};
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
+use bytes::Bytes;
+use serde::Deserialize;
+use serde_json::{Value, json};
+use serde_path_to_error::Segment;
+use uuid::Uuid;
+
+use super::error::{FieldError, Problem, ProblemType};
+use super::picture::Picture;
+use super::{Api, picture};
+use crate::scene::request::{MAX_SEED, RequestOptions};
+use crate::scene::{Input, SceneRequest};
+use crate::store::Digest;
+
+/// The JSON body (or the `request` field of a multipart one).
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+struct SceneBody {
+    text: Option<String>,
+    image: Option<ImageSource>,
+    seed: Option<u64>,
+    labels: BTreeMap<String, String>,
+    options: RequestOptions,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ImageSource {
+    base64: Option<String>,
+    url: Option<String>,
+}
+
+/// A submission that may be enqueued.
+#[derive(Debug)]
+pub struct Submission {
+    pub request: SceneRequest,
+    pub labels: BTreeMap<String, String>,
+    /// To be stored before the request that names it.
+    pub picture: Option<Picture>,
+    /// The same for the same content, whatever its form; a seed drawn here does not count.
+    pub body_digest: Digest,
+}
+
+/// Reads and checks a request's body.
+pub async fn read(api: &Api, request: Request) -> Result<Submission, Problem> {
+    let limit = std::time::Duration::from_secs(api.settings.body_timeout_secs);
+    let (body, file) = tokio::time::timeout(limit, receive(api, request)).await.map_err(|_| {
+        Problem::new(
+            ProblemType::RequestTimeout,
+            "body_too_slow",
+            format!("the body did not arrive within {} seconds", limit.as_secs()),
+        )
+    })??;
+    check(api, body, file).await
+}
+
+async fn receive(api: &Api, request: Request) -> Result<(SceneBody, Option<Bytes>), Problem> {
+    let kind = media_type(request.headers());
+    match kind.as_str() {
+        "application/json" => Ok((parse(&json_bytes(api, request.into_body()).await?)?, None)),
+        "multipart/form-data" => receive_multipart(request).await,
+        _ => Err(Problem::new(
+            ProblemType::UnsupportedMediaType,
+            "body_format",
+            "send application/json, or multipart/form-data with a file field `image`",
+        )),
+    }
+}
+
+async fn receive_multipart(request: Request) -> Result<(SceneBody, Option<Bytes>), Problem> {
+    let refused = |status: axum::http::StatusCode, text: String| {
+        if status == axum::http::StatusCode::PAYLOAD_TOO_LARGE {
+            Problem::new(ProblemType::PayloadTooLarge, "body_too_large", "send a smaller picture")
+        } else {
+            Problem::new(ProblemType::MalformedRequest, "malformed_multipart", text)
+        }
+    };
+    let mut parts = Multipart::from_request(request, &())
+        .await
+        .map_err(|error| refused(error.status(), error.body_text()))?;
+    let (mut body, mut file) = (None, None);
+    while let Some(part) = parts.next_field().await.map_err(|e| refused(e.status(), e.body_text()))? {
+        let name = part.name().unwrap_or_default().to_owned();
+        let bytes = part.bytes().await.map_err(|e| refused(e.status(), e.body_text()))?;
+        let twice = match name.as_str() {
+            "image" => file.replace(bytes).is_some(),
+            "request" => body.replace(parse(&bytes)?).is_some(),
+            _ => {
+                let shown: String = name.chars().take(40).collect();
+                return Err(Problem::new(
+                    ProblemType::InvalidRequest,
+                    "unknown_field",
+                    format!("the form's fields are `image` and `request`; {shown:?} is not known"),
+                ));
+            }
+        };
+        if twice {
+            return Err(Problem::new(
+                ProblemType::InvalidRequest,
+                "repeated_field",
+                format!("the form's field {name:?} comes twice; send it once"),
+            ));
+        }
+    }
+    Ok((body.unwrap_or_default(), file))
+}
+
+/// A JSON body within the limit.
+pub async fn json_bytes(api: &Api, body: Body) -> Result<Bytes, Problem> {
+    to_bytes(body, api.settings.max_body_bytes).await.map_err(|error| {
+        if std::error::Error::source(&error)
+            .is_some_and(|source| source.is::<http_body_util::LengthLimitError>())
+        {
+            Problem::new(
+                ProblemType::PayloadTooLarge,
+                "body_too_large",
+                format!("send at most {} bytes", api.settings.max_body_bytes),
+            )
+        } else {
+            Problem::new(ProblemType::MalformedRequest, "body_incomplete", "the body ended too early")
+        }
+    })
+}
+
+/// The media type without parameters, in lower case.
+pub fn media_type(headers: &HeaderMap) -> String {
+    let text = headers.get(header::CONTENT_TYPE).and_then(|kind| kind.to_str().ok()).unwrap_or_default();
+    text.split(';').next().unwrap_or_default().trim().to_ascii_lowercase()
+}
+
+/// A typed value out of JSON, or the place where it stops being one.
+pub fn parse<T: for<'de> Deserialize<'de>>(bytes: &[u8]) -> Result<T, Problem> {
+    let malformed = |error: serde_json::Error| {
+        Problem::new(ProblemType::MalformedRequest, "malformed_json", format!("the body is no JSON: {error}"))
+    };
+    let value: Value = serde_json::from_slice(bytes).map_err(malformed)?;
+    serde_path_to_error::deserialize(value).map_err(|error| {
+        let mut pointer = String::new();
+        for segment in error.path() {
+            match segment {
+                Segment::Seq { index } => pointer.push_str(&format!("/{index}")),
+                Segment::Map { key } => {
+                    pointer.push('/');
+                    pointer.push_str(&key.replace('~', "~0").replace('/', "~1"));
+                }
+                Segment::Enum { .. } | Segment::Unknown => {}
+            }
+        }
+        let detail: String = error.inner().to_string().chars().take(300).collect();
+        Problem::invalid(vec![FieldError::new(pointer, detail)])
+    })
+}
+
+async fn check(api: &Api, body: SceneBody, file: Option<Bytes>) -> Result<Submission, Problem> {
+    let mut errors = Vec::new();
+    let mut wrong = |pointer: &str, detail: String| errors.push(FieldError::new(pointer, detail));
+    if body.seed.is_some_and(|seed| seed > MAX_SEED) {
+        wrong("/seed", format!("must be at most {MAX_SEED}"));
+    }
+    check_labels(&body.labels, &mut wrong);
+    check_options(&body.options, &mut wrong);
+    let (mut text, mut picture_bytes) = (None, file);
+    match (body.text, body.image) {
+        (Some(given), None) if picture_bytes.is_none() => {
+            match check_text(&given, api.settings.max_text_chars) {
+                Ok(checked) => text = Some(checked),
+                Err(detail) => wrong("/text", detail),
+            }
+        }
+        (None, Some(source)) if picture_bytes.is_none() => match picture_of(source) {
+            Ok(bytes) => picture_bytes = Some(bytes),
+            Err((pointer, detail)) => wrong(pointer, detail.to_owned()),
+        },
+        (None, None) if picture_bytes.is_some() => {}
+        (None, None) => wrong("", "give exactly one of `text` and `image`; there is none".into()),
+        _ => wrong("", "give exactly one of `text` and `image`; there are two".into()),
+    }
+    if !errors.is_empty() {
+        return Err(Problem::invalid(errors));
+    }
+    let picture = match picture_bytes {
+        Some(bytes) => Some(picture::check(api, bytes).await?),
+        None => None,
+    };
+    let input = match (text, &picture) {
+        (Some(text), _) => Input::Text { text },
+        (None, Some(picture)) => {
+            Input::Image { sha256: picture.digest.to_string(), media_type: picture.media_type.to_owned() }
+        }
+        (None, None) => {
+            return Err(Problem::invalid(vec![FieldError::new(
+                "",
+                "give exactly one of `text` and `image`",
+            )]));
+        }
+    };
+    let content =
+        json!({ "input": input, "seed": body.seed, "labels": body.labels, "options": body.options });
+    let body_digest = Digest::of(content.to_string().as_bytes());
+    let seed = body.seed.unwrap_or_else(draw_seed);
+    let request = SceneRequest { version: SceneRequest::VERSION, input, seed, options: body.options };
+    let errors = (api.validate)(&request);
+    if !errors.is_empty() {
+        return Err(Problem::invalid(errors));
+    }
+    Ok(Submission { request, labels: body.labels, picture, body_digest })
+}
+
+/// A seed nobody asked for; it is reported with the scene.
+fn draw_seed() -> u64 {
+    // The version's four bits are the same in every one; the others are random.
+    let random = Uuid::new_v4().as_u128();
+    ((random ^ (random >> 64)) as u64) & MAX_SEED
+}
+
+fn check_text(text: &str, max_chars: usize) -> Result<String, String> {
+    let text = text.trim();
+    let length = text.chars().count();
+    if length == 0 {
+        Err("is empty; describe a table and what lies on it".into())
+    } else if length > max_chars {
+        Err(format!("has {length} characters; say it in at most {max_chars}"))
+    } else if text.chars().any(|c| c.is_control() && !matches!(c, '\n' | '\r' | '\t')) {
+        Err("contains control characters; remove them".into())
+    } else {
+        Ok(text.to_owned())
+    }
+}
+
+fn picture_of(source: ImageSource) -> Result<Bytes, (&'static str, &'static str)> {
+    match (source.base64, source.url) {
+        (Some(text), None) => STANDARD
+            .decode(text.trim())
+            .map(Bytes::from)
+            .map_err(|_| ("/image/base64", "is no base64; encode the file's bytes with padding")),
+        (None, Some(_)) => {
+            Err(("/image/url", "pictures are not fetched; send the bytes as `base64` or as multipart"))
+        }
+        _ => Err(("/image", "give `base64`")),
+    }
+}
+
+fn check_labels(labels: &BTreeMap<String, String>, wrong: &mut impl FnMut(&str, String)) {
+    if labels.len() > 32 {
+        wrong("/labels", "has more than 32 entries".into());
+    }
+    for (key, value) in labels.iter().take(33) {
+        let key_is_fine = (1..=63).contains(&key.len())
+            && key.bytes().all(|b| b.is_ascii_alphanumeric() || matches!(b, b'_' | b'-' | b'.'));
+        if !key_is_fine {
+            wrong("/labels", "keys have 1 to 63 letters, digits, `_`, `-` or `.`".into());
+        } else if value.chars().count() > 255 || value.chars().any(char::is_control) {
+            wrong(&format!("/labels/{key}"), "values have at most 255 characters, none of control".into());
+        }
+    }
+}
+
+fn check_options(options: &RequestOptions, wrong: &mut impl FnMut(&str, String)) {
+    if options.max_objects.is_some_and(|count| !(1..=64).contains(&count)) {
+        wrong("/options/max_objects", "must be from 1 to 64".into());
+    }
+    if let Some(anchor) = &options.metric_anchor {
+        if !(0.001..=10.0).contains(&anchor.width_m) {
+            wrong("/options/metric_anchor/width_m", "must be from 0.001 to 10 meters".into());
+        }
+        if !(1..=100).contains(&anchor.object.chars().count()) {
+            wrong("/options/metric_anchor/object", "must have 1 to 100 characters".into());
+        }
+    }
+    if let Some(table) = &options.table {
+        if let Some(size) = table.size_m {
+            for (axis, extent, low, high) in
+                [("0", size.x, 0.2, 5.0), ("1", size.y, 0.2, 5.0), ("2", size.z, 0.1, 2.0)]
+            {
+                if !(low..=high).contains(&extent) {
+                    wrong(
+                        &format!("/options/table/size_m/{axis}"),
+                        format!("must be from {low} to {high} meters"),
+                    );
+                }
+            }
+        }
+        for (name, word) in [("model", &table.model), ("material", &table.material), ("color", &table.color)]
+        {
+            if word.as_ref().is_some_and(|word| !(1..=63).contains(&word.chars().count())) {
+                wrong(&format!("/options/table/{name}"), "must have 1 to 63 characters".into());
+            }
+        }
+    }
+    if options.set.len() > 64 {
+        wrong("/options/set", "has more than 64 entries".into());
+    }
+    for (key, value) in options.set.iter().take(65) {
+        if key.len() > 100 || value.len() > 1000 {
+            wrong("/options/set", "keys have at most 100 bytes and values at most 1000".into());
+        }
+    }
+}
