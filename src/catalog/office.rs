@@ -10,6 +10,9 @@ mod handhelds;
 mod reading;
 mod writing;
 mod appliances;
+mod decor;
+mod curios;
+mod plants;
 
 use super::Generator;
 
@@ -40,4 +43,15 @@ pub const GENERATORS: &[(&str, Generator)] = &[
     ("desk_lamp", appliances::desk_lamp),
     ("desk_fan", appliances::desk_fan),
     ("desk_clock", appliances::desk_clock),
+    ("potted_plant", plants::potted_plant),
+    ("cactus", plants::cactus),
+    ("vase", decor::vase),
+    ("candle", decor::candle),
+    ("coaster", decor::coaster),
+    ("eyeglasses", curios::eyeglasses),
+    ("globe", curios::globe),
+    ("picture_frame", decor::picture_frame),
+    ("tissue_box", decor::tissue_box),
+    ("hourglass", curios::hourglass),
+    ("rubiks_cube", curios::rubiks_cube),
 ];

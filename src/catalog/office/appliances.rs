@@ -8,7 +8,7 @@ use super::parts::*;
 use super::pictures::{clock_dial, grille};
 use crate::catalog::Order;
 use crate::catalog::tables::grain::along_repeating;
-use crate::catalog::texture::{is_look, mapped_from_front, material_look};
+use crate::catalog::texture::mapped_from_front;
 use crate::geometry::shapes::{
     circle, cylinder, ellipsoid, loft, ring, rounded_rectangle, shell_of_revolution, sphere, superellipse,
     tube,
@@ -244,10 +244,8 @@ pub fn desk_clock(order: &mut Order) -> TexturedMesh {
     let face = Rgb::hex([0xf6_f2_e6, 0xfd_fd_fb, 0x22_25_2a][order.pick(3)]);
     let ink = if face.0[0] > 0.5 { Rgb::hex(0x1c_1c_1e) } else { Rgb::hex(0xf0_ee_e6) };
     let dial = Material::textured("dial", clock_dial(face, ink, &mut order.rng), 0.4);
-    let metal = match order.material {
-        Some(name) if is_look(name) => material_look(name, order.color, &mut order.rng),
-        _ => Material::metal("bells", [Rgb::hex(0xc9_cb_cd), Rgb::hex(0xc9_a2_4c)][order.pick(2)], 0.22),
-    };
+    let bells = [Rgb::hex(0xc9_cb_cd), Rgb::hex(0xc9_a2_4c)][order.pick(2)];
+    let metal = look_or(order, |_| Material::metal("bells", bells, 0.22));
     let (w, d, h) = (size.x, size.y, size.z);
     let radius = 0.46 * w;
     let center = at(0.0, 0.0, 0.06 * h + radius);

@@ -35,9 +35,14 @@ pub fn steel() -> Material {
 
 /// The look of the main body: what the order's material asks for, else `roughness` on its color.
 pub fn body_look(order: &mut Order, roughness: f32) -> Material {
+    look_or(order, |order| Material::plain("body", order.color, roughness))
+}
+
+/// The look that the order's material asks for, or `usual` where it asks for none.
+pub fn look_or(order: &mut Order, usual: impl FnOnce(&mut Order) -> Material) -> Material {
     match order.material {
         Some(name) if is_look(name) => material_look(name, order.color, &mut order.rng),
-        _ => Material::plain("body", order.color, roughness),
+        _ => usual(order),
     }
 }
 
@@ -128,6 +133,39 @@ pub fn hoop(section: &[(f64, f64)], sides: usize) -> Solid {
     let rings: Vec<Vec<DVec3>> =
         section.iter().map(|&(r, z)| circle(r, sides).iter().map(|p| p.extend(z)).collect()).collect();
     loft_closed(&rings)
+}
+
+/// [`loft`] with the rings turned around if they came clockwise, so that faces look outward.
+pub fn skin(rings: &[Vec<DVec3>]) -> Solid {
+    let solid = loft(rings);
+    if solid.volume_m3() > 0.0 {
+        return solid;
+    }
+    let turned: Vec<Vec<DVec3>> = rings.iter().map(|r| r.iter().rev().copied().collect()).collect();
+    loft(&turned)
+}
+
+/// A smooth open curve through (radius, z) points, `steps` segments between neighbors (Catmull-Rom).
+pub fn curve(points: &[(f64, f64)], steps: usize) -> Vec<(f64, f64)> {
+    let n = points.len();
+    let point = |k: usize| p2(points[k].0, points[k].1);
+    let mut line: Vec<(f64, f64)> = (0..n - 1)
+        .flat_map(|k| {
+            let [a, b, c, d] =
+                [point(k.saturating_sub(1)), point(k), point(k + 1), point((k + 2).min(n - 1))];
+            (0..steps).map(move |s| {
+                let t = s as f64 / steps as f64;
+                let q = 0.5
+                    * (2.0 * b
+                        + (c - a) * t
+                        + (2.0 * a - 5.0 * b + 4.0 * c - d) * t * t
+                        + (3.0 * b - a - 3.0 * c + d) * t * t * t);
+                (q.x, q.y)
+            })
+        })
+        .collect();
+    line.push(points[n - 1]);
+    line
 }
 
 /// Turns a solid drawn along +z so that +z becomes `direction`, then moves its origin to `from`.

@@ -368,7 +368,7 @@ pub fn earth(sea: Rgb, rng: &mut Rng) -> Texture {
         let wobble = 4.0 * (tone.at(u, v) - 0.5);
         let inside = LANDS.iter().any(|land| contains(land, longitude + wobble, latitude - wobble));
         let grid = (longitude / 30.0 + 12.0).fract() < 0.02 || (latitude / 30.0 + 6.0).fract() < 0.03;
-        if latitude < -70.0 || latitude > 80.0 {
+        if !(-70.0..=80.0).contains(&latitude) {
             Rgb::hex(0xee_ee_ea)
         } else if inside {
             let dry = (1.0 - (latitude.abs() - 23.0).abs() / 22.0).clamp(0.0, 1.0);

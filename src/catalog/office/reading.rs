@@ -10,7 +10,7 @@ use super::pictures::{book_cover, note, page_edges};
 use crate::catalog::Order;
 use crate::catalog::tables::grain::along_repeating;
 use crate::catalog::texture::{mapped_from_above, printed_page};
-use crate::geometry::shapes::{loft, rectangle, ring, rounded_rectangle};
+use crate::geometry::shapes::{rectangle, ring, rounded_rectangle};
 use crate::geometry::{DVec2, DVec3, Material, Rgb, TexturedMesh};
 
 const PAPER: Rgb = Rgb::hex(0xf1_ea_d8);
@@ -202,12 +202,7 @@ pub fn sticky_notes(order: &mut Order) -> TexturedMesh {
             points
         })
         .collect();
-    let mut curled = loft(&rings);
-    if curled.volume_m3() < 0.0 {
-        let flipped: Vec<Vec<DVec3>> = rings.iter().map(|r| r.iter().rev().copied().collect()).collect();
-        curled = loft(&flipped);
-    }
-    mesh.add(mapped_from_above(curled), &written);
+    mesh.add(mapped_from_above(skin(&rings)), &written);
     fitted(mesh, size)
 }
 
