@@ -69,6 +69,8 @@ pub fn build(recipe: &Recipe) -> Option<TexturedMesh> {
 mod tests {
     use std::collections::{BTreeMap, BTreeSet};
 
+    use rayon::prelude::*;
+
     use super::*;
     use crate::catalog::{categories, substance};
     use crate::geometry::seed::child_seed;
@@ -84,20 +86,25 @@ mod tests {
         }
     }
 
-    /// Runs `judge` over every category and a few seeds; lists everything it objects to.
-    fn every_mesh(judge: impl Fn(&Recipe, &TexturedMesh) -> Option<String>) {
-        let mut objections = Vec::new();
-        for category in categories() {
-            for seed in 0..6 {
-                let recipe = recipe(category, seed);
-                match build(&recipe) {
-                    Some(mesh) => objections.extend(
-                        judge(&recipe, &mesh).map(|why| format!("{} ({seed}): {why}", category.name)),
-                    ),
-                    None => objections.push(format!("{}: no generator", category.name)),
-                }
+    type Judge = fn(&Recipe, &TexturedMesh) -> Option<String>;
+
+    /// Builds every recipe, in parallel, and lists everything the judges object to, in order.
+    fn objections(recipes: &[Recipe], judges: &[Judge]) -> Vec<String> {
+        let judge_one = |recipe: &Recipe| -> Vec<String> {
+            let name = format!("{} ({:?}, {:x})", recipe.category, recipe.material, recipe.seed & 0xffff);
+            match build(recipe) {
+                Some(mesh) => judges
+                    .iter()
+                    .filter_map(|judge| judge(recipe, &mesh))
+                    .map(|why| format!("{name}: {why}"))
+                    .collect(),
+                None => vec![format!("{name}: no generator")],
             }
-        }
+        };
+        recipes.par_iter().flat_map_iter(judge_one).collect()
+    }
+
+    fn assert_none(objections: &[String]) {
         assert!(objections.is_empty(), "{} objections:\n{}", objections.len(), objections.join("\n"));
     }
 
@@ -141,104 +148,140 @@ mod tests {
         }
     }
 
-    #[test]
-    fn shells_are_closed_with_outward_faces() {
-        every_mesh(|_, mesh| {
-            let mut balance: BTreeMap<([u64; 3], [u64; 3]), i32> = BTreeMap::new();
-            for t in mesh.triangles() {
-                for k in 0..3 {
-                    let a = welded(mesh.positions[t[k] as usize]);
-                    let b = welded(mesh.positions[t[(k + 1) % 3] as usize]);
-                    let (edge, sign) = if a < b { ((a, b), 1) } else { ((b, a), -1) };
-                    *balance.entry(edge).or_default() += sign;
-                }
+    /// After welding, every edge is used once in each direction, and the faces look outward.
+    fn closed(_: &Recipe, mesh: &TexturedMesh) -> Option<String> {
+        let mut balance: BTreeMap<([u64; 3], [u64; 3]), i32> = BTreeMap::new();
+        for t in mesh.triangles() {
+            for k in 0..3 {
+                let a = welded(mesh.positions[t[k] as usize]);
+                let b = welded(mesh.positions[t[(k + 1) % 3] as usize]);
+                let (edge, sign) = if a < b { ((a, b), 1) } else { ((b, a), -1) };
+                *balance.entry(edge).or_default() += sign;
             }
-            let open = balance.values().filter(|&&count| count != 0).count();
-            let (volume_m3, _) = mass_center(mesh);
-            (open > 0 || volume_m3 <= 0.0).then(|| format!("{open} open edges, volume {volume_m3:e} m^3"))
-        });
+        }
+        let open = balance.values().filter(|&&count| count != 0).count();
+        let (volume_m3, _) = mass_center(mesh);
+        (open > 0 || volume_m3 <= 0.0).then(|| format!("{open} open edges, volume {volume_m3:e} m^3"))
     }
 
-    #[test]
-    fn normals_agree_with_the_faces() {
-        every_mesh(|_, mesh| {
-            let not_unit = mesh.normals.iter().filter(|n| (n.length() - 1.0).abs() > 1e-3).count();
-            let against = mesh
-                .triangles()
-                .filter(|t| {
-                    let [a, b, c] = t.map(|v| mesh.positions[v as usize]);
-                    let face = (b - a).cross(c - a).normalize_or_zero().as_vec3();
-                    t.iter().any(|&v| mesh.normals[v as usize].dot(face) < -0.1)
-                })
-                .count();
-            (not_unit > 0 || against > 0)
-                .then(|| format!("{not_unit} normals not unit, {against} faces against their normals"))
-        });
-    }
-
-    #[test]
-    fn extents_and_budget_are_kept() {
-        every_mesh(|recipe, mesh| {
-            let error = (mesh.size_m() / recipe.size_m - 1.0).abs();
-            let base_m = mesh.bounds().0.z.abs();
-            let count = mesh.triangle_count();
-            let parallel =
-                mesh.uvs.len() == mesh.positions.len() && mesh.normals.len() == mesh.positions.len();
-            let finite =
-                mesh.positions.iter().all(|p| p.is_finite()) && mesh.uvs.iter().all(|uv| uv.is_finite());
-            (error.max_element() > 0.06
-                || base_m > 1e-9
-                || !(300..=6000).contains(&count)
-                || !parallel
-                || !finite)
-                .then(|| {
-                    format!(
-                        "size error {error:.3}, base {base_m:e}, {count} triangles, parallel {parallel}, finite {finite}"
-                    )
-                })
-        });
-    }
-
-    #[test]
-    fn textures_are_powers_of_two_and_materials_are_named_apart() {
-        every_mesh(|_, mesh| {
-            let names: BTreeSet<&str> = mesh.materials.iter().map(|m| m.name.as_str()).collect();
-            let odd = mesh.materials.iter().filter_map(|m| m.base_color_texture.as_ref()).find(|t| {
-                [t.width_px(), t.height_px()].iter().any(|s| !s.is_power_of_two() || !(64..=512).contains(s))
-            });
-            (names.len() != mesh.materials.len() || odd.is_some()).then(|| {
-                format!("materials {names:?}, odd texture {:?}", odd.map(|t| (t.width_px(), t.height_px())))
+    /// Normals are unit and look the way their faces do.
+    fn normals_agree(_: &Recipe, mesh: &TexturedMesh) -> Option<String> {
+        let not_unit = mesh.normals.iter().filter(|n| (n.length() - 1.0).abs() > 1e-3).count();
+        let against = mesh
+            .triangles()
+            .filter(|t| {
+                let [a, b, c] = t.map(|v| mesh.positions[v as usize]);
+                let face = (b - a).cross(c - a).normalize_or_zero().as_vec3();
+                t.iter().any(|&v| mesh.normals[v as usize].dot(face) < -0.1)
             })
+            .count();
+        (not_unit > 0 || against > 0)
+            .then(|| format!("{not_unit} normals not unit, {against} faces against their normals"))
+    }
+
+    /// The ordered extents, base on z = 0, 300 to 6000 triangles, finite numbers.
+    fn in_size_and_budget(recipe: &Recipe, mesh: &TexturedMesh) -> Option<String> {
+        let error = (mesh.size_m() / recipe.size_m - 1.0).abs();
+        let base_m = mesh.bounds().0.z.abs();
+        let count = mesh.triangle_count();
+        let parallel = mesh.uvs.len() == mesh.positions.len() && mesh.normals.len() == mesh.positions.len();
+        let finite = mesh.positions.iter().all(|p| p.is_finite()) && mesh.uvs.iter().all(|uv| uv.is_finite());
+        (error.max_element() > 0.06
+            || base_m > 1e-9
+            || !(300..=6000).contains(&count)
+            || !parallel
+            || !finite)
+            .then(|| {
+                format!(
+                    "size error {error:.3}, base {base_m:e}, {count} triangles, parallel {parallel}, finite {finite}"
+                )
+            })
+    }
+
+    /// Textures are powers of two, materials have different names.
+    fn dressed(_: &Recipe, mesh: &TexturedMesh) -> Option<String> {
+        let names: BTreeSet<&str> = mesh.materials.iter().map(|m| m.name.as_str()).collect();
+        let odd = mesh.materials.iter().filter_map(|m| m.base_color_texture.as_ref()).find(|t| {
+            [t.width_px(), t.height_px()].iter().any(|s| !s.is_power_of_two() || !(64..=512).contains(s))
         });
+        (names.len() != mesh.materials.len() || odd.is_some()).then(|| {
+            format!("materials {names:?}, odd texture {:?}", odd.map(|t| (t.width_px(), t.height_px())))
+        })
     }
 
     /// The center of mass lies over the feet, well away from their edge: the tilt at which it would
     /// pass over the edge is at least four degrees.
-    #[test]
-    fn everything_stands() {
-        every_mesh(|_, mesh| {
-            let (_, center) = mass_center(mesh);
-            let feet: Vec<DVec3> =
-                mesh.positions.iter().copied().filter(|p| p.z < 2e-4).map(|p| p - center).collect();
-            // Reach of the feet beyond the center of mass, the least over all directions.
-            let reach_m = (0..72)
-                .map(|k| {
-                    let angle = f64::from(k) * std::f64::consts::TAU / 72.0;
-                    let (sin, cos) = angle.sin_cos();
-                    feet.iter().map(|p| p.x * cos + p.y * sin).fold(f64::NEG_INFINITY, f64::max)
-                })
-                .fold(f64::INFINITY, f64::min);
-            let tilt_deg = reach_m.atan2(center.z).to_degrees();
-            (tilt_deg < 4.0).then(|| {
-                format!("tips over at {tilt_deg:.1} degrees ({reach_m:.4} m, center {:.4} m up)", center.z)
+    fn stands(_: &Recipe, mesh: &TexturedMesh) -> Option<String> {
+        let (_, center) = mass_center(mesh);
+        let feet: Vec<DVec3> =
+            mesh.positions.iter().copied().filter(|p| p.z < 2e-4).map(|p| p - center).collect();
+        // Reach of the feet beyond the center of mass, the least over all directions.
+        let reach_m = (0..72)
+            .map(|k| {
+                let angle = f64::from(k) * std::f64::consts::TAU / 72.0;
+                let (sin, cos) = angle.sin_cos();
+                feet.iter().map(|p| p.x * cos + p.y * sin).fold(f64::NEG_INFINITY, f64::max)
             })
-        });
+            .fold(f64::INFINITY, f64::min);
+        let tilt_deg = reach_m.atan2(center.z).to_degrees();
+        (tilt_deg < 4.0).then(|| {
+            format!("tips over at {tilt_deg:.1} degrees ({reach_m:.4} m, center {:.4} m up)", center.z)
+        })
+    }
+
+    /// Building it again gives the same bytes.
+    fn repeats(recipe: &Recipe, mesh: &TexturedMesh) -> Option<String> {
+        (build(recipe).as_ref() != Some(mesh)).then(|| "two builds differ".to_owned())
+    }
+
+    /// The shape looks the same after a turn by its symmetry: every vertex lands within 4 % of the
+    /// largest extent of another one.
+    fn symmetric(recipe: &Recipe, mesh: &TexturedMesh) -> Option<String> {
+        let order = category(&recipe.category)?.symmetry_order;
+        let turn_rad = match order {
+            0 => 0.7,
+            1 => return None,
+            n => std::f64::consts::TAU / f64::from(n),
+        };
+        let turn = glam::DQuat::from_rotation_z(turn_rad);
+        let stride = mesh.positions.len().div_ceil(300);
+        let worst_m = mesh
+            .positions
+            .iter()
+            .step_by(stride)
+            .map(|p| {
+                let turned = turn * *p;
+                mesh.positions.iter().map(|q| q.distance_squared(turned)).fold(f64::INFINITY, f64::min)
+            })
+            .fold(0.0, f64::max)
+            .sqrt();
+        let share = worst_m / mesh.size_m().max_element();
+        (share > 0.04)
+            .then(|| format!("symmetry order {order}, but a vertex is off by {share:.3} of the size"))
     }
 
     #[test]
-    fn the_same_recipe_gives_the_same_mesh() {
-        every_mesh(|recipe, mesh| {
-            (build(recipe).as_ref() != Some(mesh)).then(|| "two builds differ".to_owned())
-        });
+    fn every_category_builds_sound_meshes() {
+        let recipes: Vec<Recipe> =
+            categories().iter().flat_map(|category| (0..5).map(move |seed| recipe(category, seed))).collect();
+        let judges: [Judge; 7] =
+            [closed, normals_agree, in_size_and_budget, dressed, stands, repeats, symmetric];
+        assert_none(&objections(&recipes, &judges));
+    }
+
+    #[test]
+    fn any_material_and_color_can_be_asked_for() {
+        let recipes: Vec<Recipe> = categories()
+            .iter()
+            .zip(
+                ["oak", "steel", "glass", "ceramic", "plastic", "marble", "leather", "wicker"].iter().cycle(),
+            )
+            .map(|(category, material)| Recipe {
+                material: Some((*material).to_owned()),
+                color: Some(Rgb::hex(0x20_90_40)),
+                ..recipe(category, 9)
+            })
+            .collect();
+        assert_none(&objections(&recipes, &[closed, in_size_and_budget, dressed, stands]));
     }
 }
