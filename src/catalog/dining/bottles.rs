@@ -216,7 +216,7 @@ pub(super) fn jar(order: &mut Order) -> TexturedMesh {
     add_by(&mut mesh, vessel(&outside, wall, 0.005, 36), &[&clear, &rim], |c, _| usize::from(c.z > 0.97 * h));
     let jam = cylinder(r - wall + 0.0006, fill * h, 0.004, 36).translated(DVec3::Z * 0.0045);
     mesh.add(jam, &Material::plain("filling", order.color, 0.25));
-    let names = ["JAM", "HONEY", "TEA", "SUGAR", "BEANS"];
+    let names = ["JAM", "JELLY", "BERRY", "FRUIT"];
     let word = names[order.pick(names.len())];
     let print = wrap_label(Rgb::hex(0xf4_ee_dc), order.color.scaled(0.9), word, &mut order.rng);
     mesh.add(label_band(r, 0.2 * h, 0.6 * h, 36), &Material::textured("label", print, 0.8));
