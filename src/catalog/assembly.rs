@@ -72,7 +72,7 @@ pub(super) fn plastic(color: Rgb) -> Material {
 
 /// Black rubber or matt plastic.
 pub(super) fn black() -> Material {
-    Material::plain("black", Rgb::hex(0x22_23_25), 0.6)
+    Material::plain("black", Rgb::hex(0x222325), 0.6)
 }
 
 /// Plane points from pairs.

@@ -54,7 +54,7 @@ pub(super) fn toolbox(order: &mut Order) -> TexturedMesh {
         thing.put(rounded_block(DVec3::new(22.0, 8.0, 16.0), 3.0, 1.5), [x, -97.0, 82.0], &metal);
     }
     let badge =
-        Material::textured("badge", label(Rgb::hex(0xf0_ee_e6), order.color, "TOOLS", &mut order.rng), 0.5);
+        Material::textured("badge", label(Rgb::hex(0xf0eee6), order.color, "TOOLS", &mut order.rng), 0.5);
     thing.put(front_plate(86.0, 44.0, 3.0), [0.0, -92.6, 56.0], &badge);
     thing.put(rounded_block(DVec3::new(22.0, 8.0, 18.0), 3.0, 1.0), [0.0, -95.0, 96.0], &metal);
     thing.fitted(order.size_m)
@@ -91,11 +91,8 @@ pub(super) fn storage_bin(order: &mut Order) -> TexturedMesh {
     let lean = |solid| crate::catalog::assembly::pitched(solid, 5.0);
     thing.put(lean(front_plate(70.0, 26.0, 4.0)), [0.0, -83.8, 24.0], &holder);
     let word = ["M6", "NUTS", "BOLTS", "MISC"][order.pick(4)];
-    let card = Material::textured(
-        "card",
-        label(Rgb::hex(0xf6_f4_ec), Rgb::hex(0x30_50_78), word, &mut order.rng),
-        0.8,
-    );
+    let card =
+        Material::textured("card", label(Rgb::hex(0xf6f4ec), Rgb::hex(0x305078), word, &mut order.rng), 0.8);
     thing.put(lean(front_plate(60.0, 20.0, 2.0)), [0.0, -85.6, 24.2], &card);
     thing.fitted(order.size_m)
 }
@@ -123,7 +120,7 @@ pub(super) fn paint_can(order: &mut Order) -> TexturedMesh {
         (0.0, 116.5),
     ]);
     thing.put(lathe(&tin, 48), [0.0; 3], &metal);
-    let accents = [0xf2_f0_ea, 0x2a_2c_30, 0xe8_c0_3a];
+    let accents = [0xf2f0ea, 0x2a2c30, 0xe8c03a];
     let ground = Rgb::hex(accents[order.pick(3)]);
     let paper = Material::textured("label", wrap_label(ground, order.color, "PAINT", &mut order.rng), 0.5);
     thing.put(wrapped_around(prism(&circle(53.1, 48), 92.0)), [0.0, 0.0, 13.0], &paper);
@@ -166,7 +163,7 @@ pub(super) fn paint_can(order: &mut Order) -> TexturedMesh {
         ],
         5,
     );
-    let wire = Material::metal("bail", Rgb::hex(0x9a_9c_a0), 0.35);
+    let wire = Material::metal("bail", Rgb::hex(0x9a9ca0), 0.35);
     thing.put(tube(&bail, 1.5, 10), [0.0; 3], &wire);
     for x in [-59.0, 59.0] {
         thing.put(ellipsoid(DVec3::splat(6.0), 12), [x, 0.0, 95.0], &wire);
@@ -178,7 +175,7 @@ pub(super) fn paint_can(order: &mut Order) -> TexturedMesh {
 pub(super) fn oil_can(order: &mut Order) -> TexturedMesh {
     let mut thing = Assembly::new();
     let tin = main_look(order, "plastic");
-    let brass = Material::metal("brass", Rgb::hex(0xc9_a2_4c), 0.28);
+    let brass = Material::metal("brass", Rgb::hex(0xc9a24c), 0.28);
     let dome = points(&[
         (0.0, 0.0),
         (40.0, 0.0),
@@ -197,7 +194,7 @@ pub(super) fn oil_can(order: &mut Order) -> TexturedMesh {
     thing.put(lathe(&dome, 44), [0.0; 3], &tin);
     let paper = Material::textured(
         "label",
-        wrap_label(Rgb::hex(0xf0_e6_c8), order.color.scaled(0.8), "OIL", &mut order.rng),
+        wrap_label(Rgb::hex(0xf0e6c8), order.color.scaled(0.8), "OIL", &mut order.rng),
         0.5,
     );
     thing.put(wrapped_around(prism(&circle(40.7, 44), 23.0)), [0.0, 0.0, 8.0], &paper);
@@ -228,7 +225,7 @@ pub(super) fn oil_can(order: &mut Order) -> TexturedMesh {
 pub(super) fn glue_bottle(order: &mut Order) -> TexturedMesh {
     let mut thing = Assembly::new();
     let body = main_look(order, "plastic");
-    let accent = Rgb::hex([0xe8_6a_1c, 0x2a_5c_a8, 0xc8_2c_32][order.pick(3)]);
+    let accent = Rgb::hex([0xe86a1c, 0x2a5ca8, 0xc82c32][order.pick(3)]);
     let shape = [
         (0.0, 0.0, 0.0, 54.0, 34.0),
         (3.0, 0.0, 0.0, 60.0, 39.0),
@@ -243,7 +240,7 @@ pub(super) fn glue_bottle(order: &mut Order) -> TexturedMesh {
     thing.put(column(&shape, 2.4, 44), [0.0; 3], &body);
     let paper = Material::textured(
         "label",
-        wrap_label(Rgb::hex(0x24_4f_9a).mix(accent, 0.0), accent, "GLUE", &mut order.rng),
+        wrap_label(Rgb::hex(0x244f9a).mix(accent, 0.0), accent, "GLUE", &mut order.rng),
         0.45,
     );
     let sleeve = column(&[(0.0, 0.0, 0.0, 63.0, 41.0), (66.0, 0.0, 0.0, 62.6, 40.6)], 2.4, 44);

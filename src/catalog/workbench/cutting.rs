@@ -13,7 +13,7 @@ use crate::geometry::{Material, Rgb, TexturedMesh};
 /// Hand saw lying flat: toothed blade, closed wooden grip at -y.
 pub(super) fn hand_saw(order: &mut Order) -> TexturedMesh {
     let mut thing = Assembly::new();
-    let blade_look = Material::metal("blade", Rgb::hex(0xb8_bc_c0), 0.25);
+    let blade_look = Material::metal("blade", Rgb::hex(0xb8bcc0), 0.25);
     let mut blade = vec![(-46.0, -70.0), (40.0, -70.0)];
     let (from, to, count) = (-30.0, 286.0, 46);
     for k in 0..count {
@@ -25,7 +25,7 @@ pub(super) fn hand_saw(order: &mut Order) -> TexturedMesh {
     thing.put(prism(&points(&blade), 1.8), [0.0; 3], &blade_look);
     let handle_look = match (order.material, order.pick(2)) {
         (Some(_), _) => main_look(order, "beech"),
-        (None, 0) => wood(order, 0xb0_7a_44),
+        (None, 0) => wood(order, 0xb07a44),
         _ => plastic(order.color),
     };
     let outline = smooth(
@@ -53,7 +53,7 @@ pub(super) fn hand_saw(order: &mut Order) -> TexturedMesh {
     };
     let handle = pierced(&outline, (0.0, -98.0), hole, 22.0, 4.0, 48);
     thing.put(grain_along_y(handle.with_box_uvs(160.0)), [0.0; 3], &handle_look);
-    let brass = Material::metal("brass", Rgb::hex(0xc9_a2_4c), 0.3);
+    let brass = Material::metal("brass", Rgb::hex(0xc9a24c), 0.3);
     for (x, y) in [(-34.0, -50.0), (0.0, -56.0), (34.0, -50.0)] {
         thing.put(cylinder(6.5, 3.0, 0.6, 24), [x, y, 20.0], &brass);
     }
@@ -65,7 +65,7 @@ pub(super) fn utility_knife(order: &mut Order) -> TexturedMesh {
     let mut thing = Assembly::new();
     let shell = main_look(order, "plastic");
     let metal = steel(order);
-    let gray = Material::metal("nose", Rgb::hex(0x8a_8d_92), 0.4);
+    let gray = Material::metal("nose", Rgb::hex(0x8a8d92), 0.4);
     let outline = smooth(
         &points(&[
             (-13.0, -74.0),
@@ -110,7 +110,7 @@ pub(super) fn chisel(order: &mut Order) -> TexturedMesh {
     let mut thing = Assembly::new();
     let handle_look = match (order.material, order.pick(2)) {
         (Some(_), _) => main_look(order, "beech"),
-        (None, 0) => wood(order, 0xc8_96_52),
+        (None, 0) => wood(order, 0xc89652),
         _ => plastic(order.color),
     };
     let floor = -12.6;
@@ -127,15 +127,15 @@ pub(super) fn chisel(order: &mut Order) -> TexturedMesh {
         (0.0, 116.0),
     ]);
     thing.put(resting(along_y(lathe(&handle, 36)), floor), [0.0, -118.0, 0.0], &handle_look);
-    let hoop = Material::metal("hoop", Rgb::hex(0xb8_ba_be), 0.3);
+    let hoop = Material::metal("hoop", Rgb::hex(0xb8babe), 0.3);
     thing.put(resting(along_y(cylinder(14.0, 8.0, 1.0, 32)), floor), [0.0, -117.0, 0.0], &hoop);
-    let brass = Material::metal("ferrule", Rgb::hex(0xc9_a2_4c), 0.28);
+    let brass = Material::metal("ferrule", Rgb::hex(0xc9a24c), 0.28);
     thing.put(
         along_y(lathe(&points(&[(0.0, 0.0), (11.2, 0.0), (10.0, 14.0), (0.0, 14.0)]), 32)),
         [0.0, -8.0, 0.0],
         &brass,
     );
-    let blade = Material::metal("blade", Rgb::hex(0xc4_c6_ca), 0.22);
+    let blade = Material::metal("blade", Rgb::hex(0xc4c6ca), 0.22);
     let width = [13.0, 20.0, 25.0][order.pick(3)];
     let shape = [
         (4.0, 0.0, 0.0, 9.0, 9.0),
@@ -155,7 +155,7 @@ pub(super) fn hand_plane(order: &mut Order) -> TexturedMesh {
     let bright = steel(order);
     let timber = match order.material {
         Some(_) => main_look(order, "walnut"),
-        None => wood(order, 0x7a_3f_24),
+        None => wood(order, 0x7a3f24),
     };
     let sole = smooth(
         &points(&[
@@ -208,9 +208,9 @@ pub(super) fn hand_plane(order: &mut Order) -> TexturedMesh {
         &points(&[(-22.0, 0.0), (22.0, 0.0), (22.0, 40.0), (15.0, 86.0), (-15.0, 86.0), (-22.0, 40.0)]),
         8.0,
     );
-    let chrome = Material::metal("lever_cap", Rgb::hex(0xd6_d8_dc), 0.2);
+    let chrome = Material::metal("lever_cap", Rgb::hex(0xd6d8dc), 0.2);
     thing.put(pitched(cap, 135.0), [0.0, 28.0, 12.0], &chrome);
-    let brass = Material::metal("brass", Rgb::hex(0xc9_a2_4c), 0.28);
+    let brass = Material::metal("brass", Rgb::hex(0xc9a24c), 0.28);
     thing.put(along_y(cylinder(11.0, 7.0, 1.2, 28)), [0.0, -46.0, 40.0], &brass);
     let knob = points(&[
         (0.0, 0.0),

@@ -14,11 +14,11 @@ use crate::geometry::{Material, Rgb, TexturedMesh};
 /// Claw hammer on its side, head at +y.
 pub(super) fn hammer(order: &mut Order) -> TexturedMesh {
     let mut thing = Assembly::new();
-    let head = Material { roughness: 0.35, ..Material::metal("head", Rgb::hex(0x8c_90_94), 0.35) };
+    let head = Material { roughness: 0.35, ..Material::metal("head", Rgb::hex(0x8c9094), 0.35) };
     if order.pick(2) == 0 || order.material.is_some() {
         let handle = match order.material {
             Some(_) => main_look(order, "oak"),
-            None => wood(order, 0xc4_94_58),
+            None => wood(order, 0xc49458),
         };
         let shaft = [
             (-165.0, 0.0, 15.0, 24.0, 20.0),
@@ -41,7 +41,7 @@ pub(super) fn hammer(order: &mut Order) -> TexturedMesh {
         ribs.push((-34.0, 0.0, 15.0, 26.0, 24.0));
         thing.put(resting(bar(&ribs, 3.0, 28), 0.8), [0.0; 3], &grip);
         let shaft = [(-40.0, 0.0, 15.0, 20.0, 18.0), (143.0, 0.0, 15.0, 20.0, 16.0)];
-        thing.put(bar(&shaft, 4.0, 24), [0.0; 3], &Material::metal("shaft", Rgb::hex(0xc4_c6_c8), 0.3));
+        thing.put(bar(&shaft, 4.0, 24), [0.0; 3], &Material::metal("shaft", Rgb::hex(0xc4c6c8), 0.3));
     }
     thing.put(rounded_block(DVec3::new(38.0, 34.0, 28.4), 5.0, 2.0), [0.0, 122.0, 0.8], &head);
     let poll = lathe(
@@ -78,7 +78,7 @@ pub(super) fn hammer(order: &mut Order) -> TexturedMesh {
 pub(super) fn screwdriver(order: &mut Order) -> TexturedMesh {
     let mut thing = Assembly::new();
     let grip = main_look(order, "plastic");
-    let metal = Material::metal("shaft", Rgb::hex(0xc8_ca_cc), 0.25);
+    let metal = Material::metal("shaft", Rgb::hex(0xc8cacc), 0.25);
     let handle = [
         (0.0, 0.0),
         (8.0, 0.0),
@@ -100,7 +100,7 @@ pub(super) fn screwdriver(order: &mut Order) -> TexturedMesh {
     thing.put(resting(along_y(lobed(&pads, 6, 0.07, 48)), floor), [0.0, -106.0, 0.0], &black());
     thing.put(along_y(cylinder(7.0, 6.0, 1.0, 24)), [0.0, -110.0, 0.0], &black());
     thing.put(along_y(cylinder(3.4, 96.0, 0.0, 20)), [0.0, -2.0, 0.0], &metal);
-    let dark = Material::metal("tip", Rgb::hex(0x4a_4c_50), 0.4);
+    let dark = Material::metal("tip", Rgb::hex(0x4a4c50), 0.4);
     let tip = if order.pick(2) == 0 {
         bar(
             &[
@@ -150,7 +150,7 @@ pub(super) fn nut(order: &mut Order) -> TexturedMesh {
         let z = 12.0 - 2.1 * f64::from(k);
         thread.extend([(bore - 1.5, z), (bore - 1.5, z - 0.4), (bore - 0.3, z - 1.2)]);
     }
-    let inside = Material { roughness: 0.5, ..Material::metal("thread", Rgb::hex(0x80_82_86), 0.5) };
+    let inside = Material { roughness: 0.5, ..Material::metal("thread", Rgb::hex(0x808286), 0.5) };
     thing.put(turned_ring(&thread, 36), [0.0; 3], &inside);
     // A raised washer face on both sides.
     let face =
@@ -170,7 +170,7 @@ fn hardware(order: &mut Order) -> Material {
 pub(super) fn power_drill(order: &mut Order) -> TexturedMesh {
     let mut thing = Assembly::new();
     let (shell, dark) = (main_look(order, "plastic"), black());
-    let gray = Material::plain("gray", Rgb::hex(0x55_58_5c), 0.5);
+    let gray = Material::plain("gray", Rgb::hex(0x55585c), 0.5);
     thing.put(rounded_block(DVec3::new(74.0, 112.0, 40.0), 12.0, 4.0), [0.0, -12.0, 0.0], &dark);
     thing.put(rounded_block(DVec3::new(66.0, 98.0, 12.0), 10.0, 3.0), [0.0, -12.0, 36.0], &shell);
     let grip = [
@@ -215,7 +215,7 @@ pub(super) fn power_drill(order: &mut Order) -> TexturedMesh {
     thing.put(across_x(&trigger, 16.0, 2.0), [0.0; 3], &dark);
     let badge = Material::textured(
         "badge",
-        label(Rgb::hex(0x2a_2b_2e), Rgb::hex(0xf2_f0_ea), "20V", &mut order.rng),
+        label(Rgb::hex(0x2a2b2e), Rgb::hex(0xf2f0ea), "20V", &mut order.rng),
         0.5,
     );
     thing.put(side_plate(44.0, 26.0, 3.0), [29.4, 14.0, 170.0], &badge);

@@ -93,7 +93,7 @@ pub(super) fn adjustable_wrench(order: &mut Order) -> TexturedMesh {
         thing.put(
             slab(&panel, 2.0, 0.4),
             [0.0, 0.0, 10.3],
-            &Material::metal("panel", Rgb::hex(0x60_63_68), 0.55),
+            &Material::metal("panel", Rgb::hex(0x606368), 0.55),
         );
     }
     let head = points(&[
@@ -123,7 +123,7 @@ pub(super) fn adjustable_wrench(order: &mut Order) -> TexturedMesh {
     let window = rounded_block(DVec3::new(20.0, 11.0, 2.0), 2.0, 0.3);
     thing.put(window, [6.0, 48.0, 13.5], &black());
     let worm = [(0.0, -8.0), (4.6, -8.0), (5.2, -6.0), (5.2, 6.0), (4.6, 8.0), (0.0, 8.0)];
-    let worm_metal = Material::metal("worm", Rgb::hex(0x9a_9c_a0), 0.35);
+    let worm_metal = Material::metal("worm", Rgb::hex(0x9a9ca0), 0.35);
     thing.put(along_x(lobed(&worm, 12, 0.09, 48)), [6.0, 48.0, 12.5], &worm_metal);
     thing.fitted(order.size_m)
 }
@@ -131,7 +131,7 @@ pub(super) fn adjustable_wrench(order: &mut Order) -> TexturedMesh {
 /// Combination or long-nose pliers with dipped grips, jaws at +y.
 pub(super) fn pliers(order: &mut Order) -> TexturedMesh {
     let mut thing = Assembly::new();
-    let metal = Material::metal("steel", Rgb::hex(0xa8_aa_ae), 0.3);
+    let metal = Material::metal("steel", Rgb::hex(0xa8aaae), 0.3);
     let grip = main_look(order, "plastic");
     let long_nose = order.pick(2) == 0;
     let open = 0.7;
@@ -151,7 +151,7 @@ pub(super) fn pliers(order: &mut Order) -> TexturedMesh {
     };
     thing.put_pair(&slab(&jaw, 12.0, 1.6), [0.0; 3], &metal);
     let tooth = prism(&rectangle(4.2, 1.4), 2.2);
-    let dark = Material::metal("teeth", Rgb::hex(0x40_42_46), 0.5);
+    let dark = Material::metal("teeth", Rgb::hex(0x404246), 0.5);
     let count = if long_nose { 9 } else { 6 };
     for k in 0..count {
         thing.put(tooth.clone(), [0.0, 48.0 + 4.2 * f64::from(k), 10.4], &dark);
@@ -169,7 +169,7 @@ pub(super) fn c_clamp(order: &mut Order) -> TexturedMesh {
         Some(_) => main_look(order, "cast_iron"),
         None => Material::plain("enamel", order.color, 0.4),
     };
-    let bright = Material::metal("spindle", Rgb::hex(0xb4_b6_ba), 0.3);
+    let bright = Material::metal("spindle", Rgb::hex(0xb4b6ba), 0.3);
     let frame = points(&[
         (-42.0, -62.0),
         (-20.0, -70.0),
@@ -222,15 +222,15 @@ pub(super) fn c_clamp(order: &mut Order) -> TexturedMesh {
 fn metal_look(order: &mut Order) -> Material {
     match order.material {
         Some(_) => main_look(order, "steel"),
-        None => Material::metal("chrome", Rgb::hex(0xc6_c8_cc).mix(order.color, 0.05), 0.26),
+        None => Material::metal("chrome", Rgb::hex(0xc6c8cc).mix(order.color, 0.05), 0.26),
     }
 }
 
 /// A gray plate with the size and a maker's word pressed into it.
 fn stamped(size: &str) -> Texture {
-    let mut image = Image::filled(256, 64, Rgb::hex(0xa6_a8_ac).to_rgba8());
+    let mut image = Image::filled(256, 64, Rgb::hex(0xa6a8ac).to_rgba8());
     let text = format!("{size} CRV");
     let x = (256 - text_width_px(&text, 5)) / 2;
-    draw_text(&mut image, &text, x, 15, 5, Rgb::hex(0x3a_3c_40));
+    draw_text(&mut image, &text, x, 15, 5, Rgb::hex(0x3a3c40));
     std::sync::Arc::new(image)
 }

@@ -39,13 +39,13 @@ pub(super) fn tape_measure(order: &mut Order) -> TexturedMesh {
     let length = ["3M", "5M", "8M"][order.pick(3)];
     let badge = Material::textured(
         "badge",
-        label(Rgb::hex(0xf4_f1_e8), order.color.scaled(0.85), length, &mut order.rng),
+        label(Rgb::hex(0xf4f1e8), order.color.scaled(0.85), length, &mut order.rng),
         0.5,
     );
     let disc = pitched(prism(&circle(23.0, 40), 3.0), 90.0);
     thing.put(disc.clone(), [-3.0, -17.2, 33.0], &badge);
     thing.put(yawed(disc, 180.0), [-3.0, 17.2, 33.0], &badge);
-    let tape = Material::textured("tape", ticks(Rgb::hex(0xf2_cf_3a), Rgb::hex(0x22_22_24), 6), 0.4);
+    let tape = Material::textured("tape", ticks(Rgb::hex(0xf2cf3a), Rgb::hex(0x222224), 6), 0.4);
     thing.put(print_plate(34.0, 25.0, 1.4), [47.0, 0.0, 4.6], &tape);
     thing.put(rounded_block(DVec3::new(1.8, 24.0, 9.0), 0.7, 0.5), [63.0, 0.0, 0.3], &metal);
     thing.put(rounded_block(DVec3::new(7.0, 12.0, 1.4), 0.6, 0.4), [60.0, 0.0, 5.6], &metal);
@@ -53,7 +53,7 @@ pub(super) fn tape_measure(order: &mut Order) -> TexturedMesh {
     thing.put(
         crate::catalog::assembly::rolled(button, 52.0),
         [33.0, 0.0, 46.0],
-        &Material::plain("lock", Rgb::hex(0xc8_32_28), 0.45),
+        &Material::plain("lock", Rgb::hex(0xc83228), 0.45),
     );
     thing.put(rounded_block(DVec3::new(18.0, 2.0, 44.0), 0.9, 0.6), [-2.0, 22.0, 12.0], &metal);
     thing.put(rounded_block(DVec3::new(18.0, 6.0, 5.0), 1.0, 0.6), [-2.0, 20.0, 51.0], &metal);
@@ -96,9 +96,9 @@ pub(super) fn spirit_level(order: &mut Order) -> TexturedMesh {
     for y in [-197.0, 197.0] {
         thing.put(rounded_block(DVec3::new(27.0, 12.0, 54.0), 3.0, 1.5), [0.0, y, 0.0], &black());
     }
-    let fluid = Material { opacity: 0.85, ..Material::plain("fluid", Rgb::hex(0xc8_e0_3a), 0.1) };
-    let line = Material::plain("line", Rgb::hex(0x1c_1d_1f), 0.5);
-    let bubble = Material::plain("bubble", Rgb::hex(0xf4_fa_d8), 0.1);
+    let fluid = Material { opacity: 0.85, ..Material::plain("fluid", Rgb::hex(0xc8e03a), 0.1) };
+    let line = Material::plain("line", Rgb::hex(0x1c1d1f), 0.5);
+    let bubble = Material::plain("bubble", Rgb::hex(0xf4fad8), 0.1);
     thing.put(rounded_block(DVec3::new(25.0, 74.0, 18.0), 3.0, 1.2), [0.0, 0.0, 36.5], &black());
     thing.put(
         along_y(lathe(&points(&[(0.0, -27.0), (6.0, -27.0), (8.0, 0.0), (6.0, 27.0), (0.0, 27.0)]), 28)),
@@ -123,12 +123,12 @@ pub(super) fn spirit_level(order: &mut Order) -> TexturedMesh {
         }
     }
     let badge =
-        Material::textured("badge", label(order.color, Rgb::hex(0xf4_f4_f0), "LEVEL", &mut order.rng), 0.5);
+        Material::textured("badge", label(order.color, Rgb::hex(0xf4f4f0), "LEVEL", &mut order.rng), 0.5);
     for (x, turn) in [(6.2, 0.0), (-6.2, 180.0)] {
         thing.put(yawed(side_plate(56.0, 26.0, 2.0), turn), [x, -70.0, 26.0], &badge);
     }
     // Inch marks along both flanges of the top.
-    let scale = Material::textured("scale", ticks(Rgb::hex(0xe8_e6_dc), Rgb::hex(0x22_22_24), 12), 0.5);
+    let scale = Material::textured("scale", ticks(Rgb::hex(0xe8e6dc), Rgb::hex(0x222224), 12), 0.5);
     for y in [-112.0, 112.0] {
         thing.put(yawed(print_plate(146.0, 9.0, 1.6), 90.0), [-5.0, y, 51.0], &scale);
     }
@@ -138,17 +138,17 @@ pub(super) fn spirit_level(order: &mut Order) -> TexturedMesh {
 /// Multimeter on its back: display, range dial, keys, jacks.
 pub(super) fn multimeter(order: &mut Order) -> TexturedMesh {
     let mut thing = Assembly::new();
-    let (holster, dark) = (plastic(order.color), Material::plain("case", Rgb::hex(0x2c_2e_32), 0.5));
+    let (holster, dark) = (plastic(order.color), Material::plain("case", Rgb::hex(0x2c2e32), 0.5));
     thing.put(rounded_block(DVec3::new(86.0, 166.0, 30.0), 14.0, 5.0), [0.0; 3], &holster);
     thing.put(rounded_block(DVec3::new(94.0, 34.0, 31.0), 10.0, 5.0), [0.0, 60.0, 0.0], &holster);
     thing.put(rounded_block(DVec3::new(94.0, 34.0, 31.0), 10.0, 5.0), [0.0, -60.0, 0.0], &holster);
     thing.put(rounded_block(DVec3::new(72.0, 148.0, 10.0), 8.0, 1.5), [0.0, 0.0, 25.0], &dark);
-    let bezel = Material::plain("bezel", Rgb::hex(0x14_15_17), 0.3);
+    let bezel = Material::plain("bezel", Rgb::hex(0x141517), 0.3);
     thing.put(rounded_block(DVec3::new(64.0, 42.0, 4.0), 4.0, 1.0), [0.0, 47.0, 33.0], &bezel);
     let reading = ["12.47", "230.1", "1.503", "0.998"][order.pick(4)];
     let display = Material::textured("display", display_picture(reading), 0.25);
     thing.put(print_plate(56.0, 33.0, 2.0), [0.0, 47.0, 35.6], &display);
-    let keys = [0xd8_d9_da, 0xd8_d9_da, 0xe8_b0_2c, 0xd8_d9_da];
+    let keys = [0xd8d9da, 0xd8d9da, 0xe8b02c, 0xd8d9da];
     for (k, color) in (0..4).zip(keys) {
         let key = Material::plain("key", Rgb::hex(color), 0.5);
         thing.put(
@@ -159,17 +159,17 @@ pub(super) fn multimeter(order: &mut Order) -> TexturedMesh {
     }
     let dial = Material::textured("dial", dial_picture(order.color), 0.5);
     thing.put(prism(&circle(26.0, 48), 3.0), [0.0, -16.0, 32.8], &dial);
-    let knob = Material::plain("knob", Rgb::hex(0x4a_4d_52), 0.45);
+    let knob = Material::plain("knob", Rgb::hex(0x4a4d52), 0.45);
     thing.put(cylinder(14.0, 7.0, 1.5, 36), [0.0, -16.0, 35.0], &knob);
     let turn = [0.0, 35.0, -50.0, 80.0][order.pick(4)];
     thing.put(yawed(rounded_block(DVec3::new(7.0, 27.0, 6.0), 3.0, 1.5), turn), [0.0, -16.0, 40.0], &knob);
     thing.put(
         yawed(rounded_block(DVec3::new(2.0, 9.0, 1.4), 0.6, 0.3).translated(DVec3::Y * 8.0), turn),
         [0.0, -16.0, 45.2],
-        &Material::plain("pointer", Rgb::hex(0xf6_f6_f2), 0.5),
+        &Material::plain("pointer", Rgb::hex(0xf6f6f2), 0.5),
     );
     let jack = [(2.8, 0.0), (6.4, 0.0), (6.4, 3.0), (5.4, 4.4), (2.8, 4.4)];
-    for (x, color) in [(-24.0, 0xc8_32_28), (-8.0, 0xc8_32_28), (8.0, 0x18_19_1b), (24.0, 0xc8_32_28)] {
+    for (x, color) in [(-24.0, 0xc83228), (-8.0, 0xc83228), (8.0, 0x18191b), (24.0, 0xc83228)] {
         let rim = Material::plain("jack", Rgb::hex(color), 0.4);
         thing.put(turned_ring(&jack, 24), [x, -59.0, 33.0], &rim);
     }
@@ -177,7 +177,7 @@ pub(super) fn multimeter(order: &mut Order) -> TexturedMesh {
 }
 
 fn display_picture(reading: &str) -> Texture {
-    let (ground, ink) = (Rgb::hex(0xb4_c2_a4), Rgb::hex(0x1c_22_1c));
+    let (ground, ink) = (Rgb::hex(0xb4c2a4), Rgb::hex(0x1c221c));
     let mut image = Image::filled(256, 128, ground.to_rgba8());
     draw_text(&mut image, reading, 18, 34, 7, ink);
     draw_text(&mut image, "V", 228, 44, 4, ink);
@@ -191,8 +191,8 @@ fn display_picture(reading: &str) -> Texture {
 
 /// Ranges around a selector, colored sectors.
 fn dial_picture(accent: Rgb) -> Texture {
-    let mut image = Image::filled(256, 256, Rgb::hex(0x2c_2e_32).to_rgba8());
-    let white = Rgb::hex(0xf0_f0_ec);
+    let mut image = Image::filled(256, 256, Rgb::hex(0x2c2e32).to_rgba8());
+    let white = Rgb::hex(0xf0f0ec);
     for k in 0..12_i32 {
         let angle = f64::from(k) * std::f64::consts::TAU / 12.0;
         let at = |r: f64| (128.0 + r * angle.cos(), 128.0 + r * angle.sin());

@@ -75,20 +75,20 @@ pub(super) fn flashlight(order: &mut Order) -> TexturedMesh {
     thing.put(lay(lathe(&tube_profile, 40)), [0.0; 3], &body);
     let knurl = [(0.0, 30.0), (13.6, 30.0), (14.2, 31.5), (14.2, 74.0), (13.6, 75.5), (0.0, 75.5)];
     thing.put(lay(lobed(&knurl, 24, 0.025, 72)), [0.0; 3], &black());
-    let reflector = Material::metal("reflector", Rgb::hex(0xe6_e7_e8), 0.12);
+    let reflector = Material::metal("reflector", Rgb::hex(0xe6e7e8), 0.12);
     thing.put(
         lay(lathe(&points(&[(0.0, 148.0), (20.4, 148.0), (20.4, 151.0), (0.0, 151.0)]), 36)),
         [0.0; 3],
         &reflector,
     );
-    let lens = Material::plain("lens", Rgb::hex(0xff_f6_cf), 0.08);
+    let lens = Material::plain("lens", Rgb::hex(0xfff6cf), 0.08);
     thing.put(
         lay(lathe(&points(&[(0.0, 149.0), (17.0, 149.0), (17.0, 152.0), (10.0, 153.4), (0.0, 154.0)]), 36)),
         [0.0; 3],
         &lens,
     );
     let button = pitched(rounded_block(DVec3::new(9.0, 17.0, 6.0), 4.0, 1.4), 2.9);
-    thing.put(button, [0.0, 87.0, 15.2], &Material::plain("button", Rgb::hex(0xc8_42_2c), 0.6));
+    thing.put(button, [0.0, 87.0, 15.2], &Material::plain("button", Rgb::hex(0xc8422c), 0.6));
     thing.put(
         pitched(rounded_block(DVec3::new(13.0, 24.0, 4.0), 5.0, 1.0), 2.9),
         [0.0, 87.0, 14.0],
@@ -103,13 +103,13 @@ pub(super) fn wire_spool(order: &mut Order) -> TexturedMesh {
     let mut thing = Assembly::new();
     let flange = match (order.material, order.pick(3)) {
         (Some(_), _) => main_look(order, "wood"),
-        (None, 0) => wood(order, 0xc8_a0_68),
+        (None, 0) => wood(order, 0xc8a068),
         (None, 1) => black(),
-        _ => plastic(Rgb::hex(0xe6_e2_d8)),
+        _ => plastic(Rgb::hex(0xe6e2d8)),
     };
     let bare = order.pick(3) == 0;
     let wire = if bare {
-        Material::metal("copper", Rgb::hex(0xc8_74_42), 0.3)
+        Material::metal("copper", Rgb::hex(0xc87442), 0.3)
     } else {
         Material::plain("insulation", order.color, 0.35)
     };
