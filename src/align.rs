@@ -3,6 +3,7 @@
 //! Pure functions of meshes, masks, cameras and boxes; nothing here knows a job, a file or a model.
 //! Angles are radians about world +z; lengths meters; pictures count pixels from the top-left corner.
 
+mod appearance;
 pub mod canonicalize;
 pub mod dro;
 pub mod tsa;

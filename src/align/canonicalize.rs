@@ -1,1 +1,140 @@
-//! The upright pose of a raw mesh (in progress).
+//! Which way is up: the one of 24 axis-aligned rotations that stands a raw mesh as the picture shows it.
+//!
+//! A generated mesh comes unit-sized in any of 24 orientations. Three kinds of evidence are added up as
+//! costs, the least wins:
+//!
+//! - *extents*: width, depth and height as common sense gives them against the turned mesh's, up to one
+//!   common factor (tells lying from standing);
+//! - *picture*: with each of the six up directions the mesh is turned through a full circle on the
+//!   instance's viewing ray; the best silhouette and, there, the colors count (tells upside down);
+//! - *example*: where a typical mesh of its kind is known in the canonical frame, how alike the turned mesh
+//!   fills its box (names the front, breaks ties).
+//!
+//! The four rotations that share an up direction cast the same outlines, so between them only extents and
+//! example decide; where neither does (a cube without an example) the first in the list is taken, and the
+//! yaw found later is relative to it. Cost: 6 x 24 small silhouettes and some forty 64 x 64 paintings,
+//! 0.1 to 0.3 s of one core.
+
+mod evidence;
+mod likeness;
+mod settings;
+mod turns;
+
+pub use settings::CanonicalizeSettings;
+
+use glam::{DQuat, DVec3};
+use rayon::prelude::*;
+
+use super::dro::DroSettings;
+use crate::geometry::{Camera, Image, Interrupt, Interrupted, Mask, TexturedMesh};
+
+/// A raw mesh and what is known of the instance.
+#[derive(Clone, Copy, Debug)]
+pub struct UprightProblem<'a> {
+    /// As generated: any size, any of the 24 axis-aligned orientations.
+    pub raw_mesh: &'a TexturedMesh,
+    pub camera: &'a Camera,
+    /// Complete silhouette of the instance, as large as the camera's picture.
+    pub mask: &'a Mask,
+    /// Picture of the instance and the part of the camera's picture it shows (x0, y0, x1, y1 pixels);
+    /// transparent pixels do not count.
+    pub picture: Option<(&'a Image, [f64; 4])>,
+    /// Commonsense extents as it stands: width, depth, height, meters.
+    pub size_m: DVec3,
+    /// A typical mesh of its kind in the canonical frame, any size.
+    pub example: Option<&'a TexturedMesh>,
+}
+
+/// How the raw mesh is to be turned, and how sure that is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CanonicalPose {
+    /// `canonical_from_raw`, one of the 24.
+    pub rotation: DQuat,
+    /// Common factor that brings the turned mesh nearest to `size_m`.
+    pub scale: f64,
+    /// Cost of each of the 24 rotations, best first.
+    pub scores: Vec<(DQuat, f64)>,
+    /// 0..1: lead of the best over the best with another up direction.
+    pub confidence: f64,
+}
+
+/// Why no rotation could be found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum CanonicalizeError {
+    #[error("standing a mesh up: it has no triangles or no extent; reconstruct it again")]
+    EmptyMesh,
+    #[error("standing a mesh up: the instance's mask is empty or not as large as the camera's picture")]
+    NoMask,
+    #[error("standing a mesh up: its commonsense size is not positive; measure it again")]
+    NoSize,
+    #[error(transparent)]
+    Interrupted(#[from] Interrupted),
+}
+
+/// Finds the rotation that stands the mesh as the picture shows it.
+pub fn upright(
+    problem: &UprightProblem,
+    settings: &CanonicalizeSettings,
+    dro: &DroSettings,
+    interrupt: &Interrupt,
+) -> Result<CanonicalPose, CanonicalizeError> {
+    let raw_size = problem.raw_mesh.size_m();
+    if problem.raw_mesh.triangle_count() == 0 || raw_size.max_element() <= 0.0 || !raw_size.is_finite() {
+        return Err(CanonicalizeError::EmptyMesh);
+    }
+    if !(problem.size_m.min_element() > 0.0 && problem.size_m.is_finite()) {
+        return Err(CanonicalizeError::NoSize);
+    }
+    let camera = problem.camera;
+    let fits = (problem.mask.width_px(), problem.mask.height_px()) == (camera.width_px, camera.height_px);
+    let bbox = problem.mask.bbox_px().filter(|_| fits).ok_or(CanonicalizeError::NoMask)?;
+
+    let turns = turns::axis_aligned();
+    let extent_costs: Vec<f64> =
+        turns.iter().map(|t| evidence::extent_cost(raw_size, *t, problem.size_m, settings)).collect();
+    let least = extent_costs.iter().copied().fold(f64::INFINITY, f64::min);
+    let example_costs: Vec<f64> = match problem.example {
+        Some(example) => likeness::costs(problem.raw_mesh, &turns, example),
+        None => vec![0.0; turns.len()],
+    };
+    // One look per up direction that the extents leave possible.
+    let ups: Vec<DVec3> = turns::up_directions();
+    let picture_costs = ups
+        .par_iter()
+        .map(|&up| {
+            let mut possible: Vec<usize> =
+                (0..turns.len()).filter(|&k| turns::raw_up(turns[k]).dot(up) > 0.5).collect();
+            possible.sort_by(|&a, &b| extent_costs[a].total_cmp(&extent_costs[b]));
+            let turn = possible[0];
+            if extent_costs[turn] > least + settings.hopeless_extent_cost {
+                return Ok(None);
+            }
+            evidence::picture_cost(problem, turns[turn], bbox, settings, dro, interrupt).map(Some)
+        })
+        .collect::<Result<Vec<Option<f64>>, Interrupted>>()?;
+    // An up direction nobody looked at is as bad as the worst that was seen.
+    let worst = picture_costs.iter().flatten().copied().fold(0.0, f64::max);
+    let mut scores: Vec<(DQuat, f64)> = turns
+        .iter()
+        .enumerate()
+        .map(|(k, &turn)| {
+            let up = ups.iter().position(|up| turns::raw_up(turn).dot(*up) > 0.5).unwrap_or(0);
+            let seen = picture_costs[up].unwrap_or(worst);
+            (turn, extent_costs[k] + seen + settings.example_weight * example_costs[k])
+        })
+        .collect();
+    scores.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let (rotation, cost) = scores[0];
+    let other = scores
+        .iter()
+        .find(|(turn, _)| turns::raw_up(*turn).dot(turns::raw_up(rotation)) < 0.5)
+        .map_or(f64::INFINITY, |s| s.1);
+    let lead = other - cost;
+    let turned = turns::turned_size(raw_size, rotation);
+    let scale = (problem.size_m.element_product() / turned.element_product().max(1e-30)).cbrt();
+    let confidence = lead / (lead + settings.clear_lead);
+    Ok(CanonicalPose { rotation, scale, scores, confidence })
+}
+
+#[cfg(test)]
+mod tests;

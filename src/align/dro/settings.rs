@@ -29,6 +29,14 @@ pub struct DroSettings {
     /// Deviation of the loss curve from its shifted copy, as a share of its spread, up to which it counts
     /// as periodic; more calls more objects symmetric.
     pub periodic_share: f64,
+    /// Loss above the best up to which an outline counts as the same and colors decide; more lets colors
+    /// overrule worse outlines.
+    pub same_outline: f64,
+    /// Weight of the color disagreement (0..2) against the loss among such outlines.
+    pub appearance_weight: f64,
+    /// Difference of color disagreement below which two poses look alike; more calls more objects
+    /// symmetric.
+    pub flat_appearance: f64,
     /// Loss at which the outlines have nothing in common: confidence 0.
     pub hopeless_loss: f64,
     /// Lead over the next pose at which the lead counts for one half, loss units.

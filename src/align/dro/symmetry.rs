@@ -18,6 +18,15 @@ pub fn order_of(curve: &[(f64, f64)], settings: &DroSettings) -> u32 {
     if !spread.is_finite() || spread < settings.flat_spread {
         return 0;
     }
+    periodic_order(curve, settings.periodic_share)
+}
+
+/// Highest order at which the closed curve repeats to within `share` of its spread (root mean square);
+/// 1 if it does not.
+pub fn periodic_order(curve: &[(f64, f64)], share: f64) -> u32 {
+    let losses: Vec<f64> = curve.iter().map(|c| c.1).collect();
+    let (low, high) = range(&losses);
+    let spread = high - low;
     let n = losses.len() as f64;
     let deviation = |order: u32| {
         let shift = n / f64::from(order);
@@ -32,10 +41,11 @@ pub fn order_of(curve: &[(f64, f64)], settings: &DroSettings) -> u32 {
             .sum();
         (total / n).sqrt() / spread
     };
-    [12, 10, 8, 6, 5, 4, 3, 2]
-        .into_iter()
-        .find(|&order| deviation(order) < settings.periodic_share)
-        .unwrap_or(1)
+    [12, 10, 8, 6, 5, 4, 3, 2].into_iter().find(|&order| deviation(order) < share).unwrap_or(1)
+}
+
+fn range(values: &[f64]) -> (f64, f64) {
+    values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &v| (l.min(v), h.max(v)))
 }
 
 /// The equivalent yaw within half a period of 0; 0 where any angle does.

@@ -16,6 +16,9 @@ pub fn settings() -> DroSettings {
         outline_cells: 128,
         flat_spread: 0.012,
         periodic_share: 0.03,
+        same_outline: 0.012,
+        appearance_weight: 0.05,
+        flat_appearance: 0.06,
         hopeless_loss: 0.3,
         clear_lead: 0.01,
     }
@@ -47,7 +50,7 @@ fn seen(mesh: &TexturedMesh, at: DVec3, yaw_rad: f64) -> Mask {
 
 fn estimated(mesh: &TexturedMesh, mask: &Mask, unknown: &Mask) -> RotationEstimate {
     let camera = camera();
-    let problem = RotationProblem { mesh, camera: &camera, mask, unknown };
+    let problem = RotationProblem { mesh, camera: &camera, mask, unknown, picture: None };
     estimate_yaw(&problem, &settings(), &Interrupt::default()).expect("estimated")
 }
 
@@ -136,8 +139,45 @@ fn threads_do_not_change_the_answer_and_requests_to_stop_are_heard() {
     let interrupt = Interrupt::default();
     interrupt.raise();
     let camera = camera();
-    let problem = RotationProblem { mesh: &mesh, camera: &camera, mask: &mask, unknown: &none };
+    let problem =
+        RotationProblem { mesh: &mesh, camera: &camera, mask: &mask, unknown: &none, picture: None };
     assert!(matches!(estimate_yaw(&problem, &settings(), &interrupt), Err(DroError::Interrupted(_))));
     let nothing = RotationProblem { mask: &none, ..problem };
     assert_eq!(estimate_yaw(&nothing, &settings(), &Interrupt::default()), Err(DroError::EmptyMask));
+}
+
+#[test]
+fn colors_tell_poses_with_the_same_outline_apart() {
+    let mut mesh = TexturedMesh::default();
+    use crate::geometry::{Material, Rgb, shapes};
+    use crate::render::{Background, Lighting, RenderScene, RenderSettings, render};
+    mesh.add(shapes::block(DVec3::new(0.12, 0.2, 0.04)), &Material::plain("white", Rgb::hex(0xe0e0e0), 0.6));
+    let badge = shapes::block(DVec3::new(0.08, 0.04, 0.0405)).translated(DVec3::new(0.0, 0.07, 0.0));
+    mesh.add(badge, &Material::plain("red", Rgb::hex(0xb02020), 0.6));
+    for yaw_rad in [0.6, 0.6 - std::f64::consts::PI] {
+        let object =
+            RenderObject { mesh: &mesh, world_from_object: Pose::upright(DVec3::ZERO, yaw_rad), id: 1 };
+        let scene = RenderScene {
+            objects: vec![object],
+            lighting: Lighting::studio(-0.5, 0.9, 0.4),
+            background: Background::light(),
+        };
+        let quick =
+            RenderSettings { supersampling: 1, shadow_map_px: 256, sky_directions: 0, sky_map_px: 32 };
+        let frame = render(&scene, &View::Perspective(camera()), &quick);
+        let (mask, none) = (frame.mask(1), Mask::empty(WIDTH_PX, HEIGHT_PX));
+        let camera = camera();
+        let problem = RotationProblem {
+            mesh: &mesh,
+            camera: &camera,
+            mask: &mask,
+            unknown: &none,
+            picture: Some(&frame.color),
+        };
+        let estimate = estimate_yaw(&problem, &settings(), &Interrupt::default()).expect("estimated");
+        assert!(error_deg(&estimate, yaw_rad, 1) < 0.5, "{yaw_rad}: {}", estimate.yaw_rad);
+        assert_eq!(estimate.symmetry_order, 1);
+        let blind = estimated(&mesh, &mask, &none);
+        assert_eq!(blind.symmetry_order, 2);
+    }
 }

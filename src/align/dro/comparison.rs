@@ -1,4 +1,4 @@
-//! The loss of one yaw: silhouette and edge terms between the rendered mesh and the crop.
+//! A mesh against a crop: the loss of one yaw, its silhouette and edge terms.
 
 use std::cell::RefCell;
 
@@ -54,22 +54,9 @@ impl<'a> Comparison<'a> {
         self.silhouette_weight * terms.silhouette + self.edge_weight * terms.edge
     }
 
+    /// Draws the mesh at that yaw into `coverage`; `None` if it reaches behind the camera.
     fn draw(&self, yaw_rad: f64, pixels: &mut Vec<DVec2>, coverage: &mut Vec<f32>) -> Option<()> {
-        let (mut low, mut high) = projected(self.mesh, self.camera, self.origin, yaw_rad, pixels)?;
-        // Once more with the rendered box's middle moved to where the mask's is: the silhouette is then
-        // seen from the right direction.
-        let (zoom, offset) = fit(&self.crop, low, high);
-        let half = 0.5 * self.crop.side_px as f64;
-        let wanted = (DVec2::splat(half) - offset) / zoom;
-        let (_, depth) = self.camera.project(self.origin)?;
-        let camera = &self.camera;
-        let shift_px = self.crop.center_px - wanted;
-        if shift_px.length() > 0.5 {
-            let shift = DVec3::new(shift_px.x * depth / camera.fx, shift_px.y * depth / camera.fy, 0.0);
-            let origin = self.origin + camera.world_from_camera.transform_vector(shift);
-            (low, high) = projected(self.mesh, camera, origin, yaw_rad, pixels)?;
-        }
-        let (zoom, offset) = fit(&self.crop, low, high);
+        let (_, zoom, offset) = self.placed(yaw_rad, pixels)?;
         let corner = |v: u32| {
             let p = zoom * pixels[v as usize] + offset;
             [p.x as f32, p.y as f32]
@@ -81,6 +68,47 @@ impl<'a> Comparison<'a> {
         coverage.resize(self.crop.side_px * self.crop.side_px, 0.0);
         picture.coverage(coverage);
         Some(())
+    }
+
+    /// World position of the object's origin at that yaw, and the map `zoom * pixel + offset` from the
+    /// camera's picture, where `pixels` receives the vertices, to the crop.
+    fn placed(&self, yaw_rad: f64, pixels: &mut Vec<DVec2>) -> Option<(DVec3, f64, DVec2)> {
+        let (mut origin, camera) = (self.origin, self.camera);
+        let (mut low, mut high) = projected(self.mesh, camera, origin, yaw_rad, pixels)?;
+        // Once more with the rendered box's middle moved to where the mask's is: the silhouette is then
+        // seen from the right direction.
+        let (zoom, offset) = fit(&self.crop, low, high);
+        let half = 0.5 * self.crop.side_px as f64;
+        let shift_px = self.crop.center_px - (DVec2::splat(half) - offset) / zoom;
+        if shift_px.length() > 0.5 {
+            let (_, depth) = camera.project(origin)?;
+            let shift = DVec3::new(shift_px.x * depth / camera.fx, shift_px.y * depth / camera.fy, 0.0);
+            origin += camera.world_from_camera.transform_vector(shift);
+            (low, high) = projected(self.mesh, camera, origin, yaw_rad, pixels)?;
+        }
+        let (zoom, offset) = fit(&self.crop, low, high);
+        Some((origin, zoom, offset))
+    }
+
+    /// Where the object's origin stands at that yaw, and the camera whose whole picture is the crop.
+    pub fn crop_camera(&self, yaw_rad: f64) -> Option<(DVec3, Camera)> {
+        let (origin, zoom, offset) = SCRATCH.with_borrow_mut(|(pixels, _)| self.placed(yaw_rad, pixels))?;
+        let camera = self.camera;
+        let side_px = self.crop.side_px as u32;
+        let cropped = Camera {
+            width_px: side_px,
+            height_px: side_px,
+            fx: zoom * camera.fx,
+            fy: zoom * camera.fy,
+            cx: zoom * camera.cx + offset.x,
+            cy: zoom * camera.cy + offset.y,
+            world_from_camera: camera.world_from_camera,
+        };
+        Some((origin, cropped))
+    }
+
+    pub fn crop(&self) -> &Crop {
+        &self.crop
     }
 
     fn terms(&self, coverage: &[f32]) -> Terms {

@@ -1,0 +1,119 @@
+//! Whether a mesh in a pose has the colors of the picture where the picture shows it.
+//!
+//! The mesh is painted small under a plain studio light with the camera's own intrinsics, cropped like
+//! the picture; the two are compared by the correlation of their colors over the pixels both have
+//! (brightness and contrast drop out, so exposure and white balance do not matter). It tells a front
+//! from a back that cast the same outline; it is too coarse to refine an angle with.
+
+use glam::{DVec2, Vec3};
+
+use super::dro::comparison::Comparison;
+use super::dro::crop::Crop;
+use crate::geometry::{Image, Pose, TexturedMesh};
+use crate::render::{Background, Lighting, RenderObject, RenderScene, RenderSettings, View, render};
+
+/// Side of the compared pictures, pixels.
+pub const SIDE_PX: usize = 64;
+
+/// The instance's colors as the picture shows them, cropped like its mask.
+pub struct PictureCrop {
+    /// sRGB 0..255; `None` where the instance is not seen.
+    colors: Vec<Option<Vec3>>,
+}
+
+impl PictureCrop {
+    /// `shown_px` is the part of the camera's picture that `picture` shows: x0, y0, x1, y1.
+    pub fn new(picture: &Image, shown_px: [f64; 4], crop: &Crop) -> Self {
+        let side = crop.side_px;
+        let low = DVec2::new(shown_px[0], shown_px[1]);
+        let size = DVec2::new(shown_px[2], shown_px[3]) - low;
+        let own = DVec2::new(f64::from(picture.width_px()), f64::from(picture.height_px()));
+        let points = (own.x / size.x / crop.scale).ceil().clamp(1.0, 6.0) as usize;
+        let half = 0.5 * side as f64;
+        let color_at = |x: usize, y: usize| {
+            let (mut sum, mut count) = (Vec3::ZERO, 0.0);
+            for (u, v) in (0..points * points).map(|k| (k % points, k / points)) {
+                let offset = DVec2::new(u as f64 + 0.5, v as f64 + 0.5) / points as f64;
+                let p = (DVec2::new(x as f64, y as f64) + offset - half) / crop.scale + crop.center_px;
+                let q = (p - low) / size * own;
+                if q.x < 0.0 || q.y < 0.0 || q.x >= own.x || q.y >= own.y {
+                    continue;
+                }
+                let [r, g, b, a] = picture.pixel(q.x as u32, q.y as u32);
+                if a >= 128 {
+                    sum += Vec3::new(f32::from(r), f32::from(g), f32::from(b));
+                    count += 1.0;
+                }
+            }
+            (count > 0.0).then(|| sum / count)
+        };
+        let colors = (0..side * side)
+            .map(|k| if crop.mask[k] > 0.75 { color_at(k % side, k / side) } else { None })
+            .collect();
+        Self { colors }
+    }
+
+    /// 0 where the colors vary alike, 1 where they have nothing in common, up to 2 where they are
+    /// opposite. A picture or a mesh of one flat color says nothing: 1.
+    pub fn disagreement(&self, mesh: &TexturedMesh, comparison: &Comparison, yaw_rad: f64) -> f64 {
+        let Some((origin, camera)) = comparison.crop_camera(yaw_rad) else { return 2.0 };
+        let away = camera.azimuth_rad();
+        let mut lighting = Lighting::studio(away - 0.6, 0.9, 0.5);
+        lighting.key_color *= 0.8;
+        let scene = RenderScene {
+            objects: vec![RenderObject { mesh, world_from_object: Pose::upright(origin, yaw_rad), id: 1 }],
+            lighting,
+            background: Background::light(),
+        };
+        let settings =
+            RenderSettings { supersampling: 1, shadow_map_px: 0, sky_directions: 0, sky_map_px: 32 };
+        let frame = render(&scene, &View::Perspective(camera), &settings);
+        let pairs: Vec<(Vec3, Vec3)> = self
+            .colors
+            .iter()
+            .zip(frame.ids.iter().zip(frame.color.as_rgba().chunks_exact(4)))
+            .filter(|(_, (id, _))| **id == 1)
+            .filter_map(|(seen, (_, rgba))| {
+                seen.map(|s| (s, Vec3::new(f32::from(rgba[0]), f32::from(rgba[1]), f32::from(rgba[2]))))
+            })
+            .collect();
+        1.0 - correlation(&pairs)
+    }
+}
+
+/// Correlation of the colors' deviations from their means, all channels together.
+fn correlation(pairs: &[(Vec3, Vec3)]) -> f64 {
+    if pairs.len() < 8 {
+        return 0.0;
+    }
+    let scale = 1.0 / pairs.len() as f32;
+    let (mean_a, mean_b) =
+        pairs.iter().fold((Vec3::ZERO, Vec3::ZERO), |(a, b), pair| (a + pair.0 * scale, b + pair.1 * scale));
+    let (mut ab, mut aa, mut bb) = (0.0_f64, 0.0_f64, 0.0_f64);
+    for (a, b) in pairs {
+        let (a, b) = (*a - mean_a, *b - mean_b);
+        ab += f64::from(a.dot(b));
+        aa += f64::from(a.length_squared());
+        bb += f64::from(b.length_squared());
+    }
+    // Two gray levels of noise count as nothing.
+    let floor = 4.0 * 3.0 * pairs.len() as f64;
+    if aa < floor || bb < floor { 0.0 } else { ab / (aa * bb).sqrt() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn brightness_and_contrast_drop_out() {
+        let colors: Vec<Vec3> =
+            (0..60).map(|k| Vec3::new((k * 37 % 200) as f32, (k * 11 % 90) as f32, k as f32)).collect();
+        let pairs: Vec<(Vec3, Vec3)> = colors.iter().map(|&c| (c, c * 0.6 + 20.0)).collect();
+        assert!((correlation(&pairs) - 1.0).abs() < 1e-4);
+        let inverted: Vec<(Vec3, Vec3)> = colors.iter().map(|&c| (c, 255.0 - c)).collect();
+        assert!((correlation(&inverted) + 1.0).abs() < 1e-4);
+        let flat: Vec<(Vec3, Vec3)> = colors.iter().map(|&c| (c, Vec3::splat(90.0))).collect();
+        assert_eq!(correlation(&flat), 0.0);
+    }
+}

@@ -1,0 +1,62 @@
+//! What extents and picture say about a rotation.
+
+use std::f64::consts::TAU;
+
+use glam::{DQuat, DVec3};
+
+use super::turns::turned_size;
+use super::{CanonicalizeSettings, UprightProblem};
+use crate::align::appearance::{PictureCrop, SIDE_PX};
+use crate::align::dro::DroSettings;
+use crate::align::dro::comparison::Comparison;
+use crate::align::dro::crop::Crop;
+use crate::align::dro::outline_mesh::OutlineMesh;
+use crate::geometry::{Interrupt, Interrupted, Mask};
+
+/// Root mean square difference of the logarithms of the extents, common factor removed, weighted.
+pub fn extent_cost(raw_size: DVec3, turn: DQuat, size_m: DVec3, settings: &CanonicalizeSettings) -> f64 {
+    let turned = turned_size(raw_size, turn).max(DVec3::splat(1e-3 * raw_size.max_element()));
+    let difference =
+        DVec3::new((turned.x / size_m.x).ln(), (turned.y / size_m.y).ln(), (turned.z / size_m.z).ln());
+    let mean = difference.element_sum() / 3.0;
+    settings.extent_weight * ((difference - mean).length_squared() / 3.0).sqrt()
+}
+
+/// Least cost over a full turn of the mesh stood up by `turn`: silhouette loss plus weighted color
+/// disagreement at the best silhouettes.
+pub fn picture_cost(
+    problem: &UprightProblem,
+    turn: DQuat,
+    bbox: [u32; 4],
+    settings: &CanonicalizeSettings,
+    dro: &DroSettings,
+    interrupt: &Interrupt,
+) -> Result<f64, Interrupted> {
+    let raw_size = problem.raw_mesh.size_m();
+    let turned = turned_size(raw_size, turn);
+    let scale = (problem.size_m.element_product() / turned.element_product().max(1e-30)).cbrt();
+    let mesh = problem.raw_mesh.clone().rotated(turn).scaled(DVec3::splat(scale)).seated();
+    let outline = OutlineMesh::new(&mesh, dro.outline_cells);
+    let unknown = Mask::empty(problem.mask.width_px(), problem.mask.height_px());
+    let crop = Crop::new(problem.mask, &unknown, bbox, settings.side_px as usize);
+    let comparison = Comparison::new(&outline, problem.camera, crop, dro);
+    let count = settings.yaws.max(4);
+    let mut yaws = Vec::with_capacity(count as usize);
+    for k in 0..count {
+        interrupt.check()?;
+        let yaw_rad = TAU * f64::from(k) / f64::from(count);
+        yaws.push((yaw_rad, comparison.loss(yaw_rad)));
+    }
+    yaws.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let Some((picture, shown_px)) = problem.picture else { return Ok(yaws[0].1) };
+    let crop = Crop::new(problem.mask, &unknown, bbox, SIDE_PX);
+    let comparison = Comparison::new(&outline, problem.camera, crop, dro);
+    let picture = PictureCrop::new(picture, shown_px, comparison.crop());
+    let mut least = f64::INFINITY;
+    for &(yaw_rad, loss) in yaws.iter().take(settings.looks.max(1) as usize) {
+        interrupt.check()?;
+        let colors = picture.disagreement(&mesh, &comparison, yaw_rad);
+        least = least.min(loss + settings.appearance_weight * colors);
+    }
+    Ok(least)
+}
