@@ -13,7 +13,6 @@
 
 pub mod artifact;
 pub mod context;
-pub mod cpu;
 mod key;
 
 use std::collections::BTreeMap;
@@ -24,9 +23,11 @@ use std::time::{Duration, Instant};
 use futures::{StreamExt, stream};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use tokio::task::JoinError;
 use tokio_util::task::AbortOnDropHandle;
 
 use super::error::{StageError, StageErrorClass};
+use crate::provider::call::{Cpu, panic_text};
 use crate::scene::InstanceId;
 use crate::store::checkpoints::{Checkpoint, StageKey};
 use crate::store::{Lease, Store};
@@ -34,7 +35,6 @@ use crate::store::{Lease, Store};
 pub use crate::geometry::Interrupt;
 pub use artifact::ArtifactRef;
 pub use context::StageContext;
-pub use cpu::Cpu;
 
 /// A stage's name and the version of its meaning. Raise the version when the same inputs give other
 /// outputs than before.
@@ -261,7 +261,7 @@ impl<S: Send + Sync + 'static> Checkpoints<S> {
             Ok(Ok(Err(_))) if self.job.interrupt.check().is_err() => Err(StageError::interrupted()),
             Ok(Ok(result)) => result,
             Ok(Err(died)) => {
-                Err(StageError::crashed(format!("stage {} died: {}", stage.name, cpu::panic_text(died))))
+                Err(StageError::crashed(format!("stage {} died: {}", stage.name, died_of(died))))
             }
             Err(_) => {
                 // Nothing of this attempt may go on in the background.
@@ -330,6 +330,11 @@ impl<S: Send + Sync + 'static> Checkpoints<S> {
             }
         }
     }
+}
+
+/// What a dead task said.
+fn died_of(died: JoinError) -> String {
+    died.try_into_panic().map_or_else(|_| "it was aborted".into(), |panic| panic_text(&*panic))
 }
 
 fn decode<O: DeserializeOwned>(bytes: &[u8]) -> Result<O, serde_json::Error> {

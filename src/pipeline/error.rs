@@ -5,6 +5,8 @@ use std::error::Error;
 use std::time::Duration;
 
 use crate::geometry::Interrupted;
+use crate::provider::ProviderError;
+use crate::provider::call::Died;
 use crate::store::StoreError;
 
 /// Whether trying again can help.
@@ -107,6 +109,28 @@ impl StageError {
 impl From<Interrupted> for StageError {
     fn from(_: Interrupted) -> Self {
         Self::interrupted()
+    }
+}
+
+impl From<Died> for StageError {
+    fn from(died: Died) -> Self {
+        Self::crashed(died.to_string())
+    }
+}
+
+impl From<ProviderError> for StageError {
+    fn from(error: ProviderError) -> Self {
+        let message = error.to_string();
+        match error {
+            ProviderError::Unsupported { .. } => Self::refused("unsupported", message),
+            ProviderError::Rejected { code, .. } => Self::permanent(code, message),
+            ProviderError::Transient { .. } => Self::transient("provider_unavailable", message),
+            ProviderError::RateLimited { retry_after, .. } => {
+                Self::rate_limited("provider_busy", message, retry_after)
+            }
+            ProviderError::Died { .. } => Self::crashed(message),
+            ProviderError::Interrupted(_) => Self::interrupted(),
+        }
     }
 }
 

@@ -8,8 +8,9 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::artifact::{ArtifactRef, Artifacts, is_valid_name};
-use super::{Cpu, Interrupt, JobScope, Stage};
+use super::{Interrupt, JobScope, Stage};
 use crate::pipeline::error::StageError;
+use crate::provider::call::{Call, Cpu};
 use crate::scene::InstanceId;
 use crate::store::{Digest, Store};
 
@@ -80,7 +81,12 @@ impl<S> StageContext<S> {
         W: FnOnce() -> T + Send + 'static,
     {
         self.job.interrupt.check()?;
-        self.cpu.run(work).await
+        Ok(self.cpu.run(work).await?)
+    }
+
+    /// What a port is called with.
+    pub fn call(&self) -> Call {
+        Call { cpu: self.cpu.clone(), interrupt: self.job.interrupt.clone() }
     }
 
     /// Stores bytes under `<stage>/[<instance>/]<name>`; they appear among the scene's artifacts once
