@@ -9,6 +9,7 @@ mod category;
 mod recipe;
 mod assembly;
 pub mod substance;
+pub mod physical;
 pub mod texture;
 pub mod dining;
 pub mod office;
@@ -18,5 +19,6 @@ pub mod tables;
 
 pub use category::{Affordance, Category, Facing, SizeRange, Zone, categories, category};
 pub use recipe::{Generator, Order, Recipe, build};
+pub use physical::{PhysicalProperties, physical_properties};
 pub use substance::{Substance, substance};
 pub use tables::{TableModel, build_table, table_models};
