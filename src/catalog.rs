@@ -18,7 +18,7 @@ pub mod crafting;
 pub mod tables;
 
 pub use category::{Affordance, Category, Facing, SizeRange, Zone, categories, category};
-pub use recipe::{Generator, Order, Recipe, build};
 pub use physical::{PhysicalProperties, physical_properties};
+pub use recipe::{Generator, Order, Recipe, build};
 pub use substance::{Substance, substance};
 pub use tables::{TableModel, build_table, table_models};

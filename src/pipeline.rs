@@ -1,3 +1,144 @@
-//! (in progress)
+//! The product on one screen: a request walks through twelve stages and becomes a certified bundle.
+//!
+//! Each line of [`build_scene`] is a stage, each stage one file below. A stage is a plain function of the
+//! struct it receives; [`checkpoint`] finds its result again or computes and commits it.
+
 pub mod checkpoint;
 pub mod error;
+mod carry;
+pub mod services;
+pub mod reference;
+pub mod recognize;
+pub mod segment;
+pub mod complete;
+pub mod reconstruct;
+pub mod canonicalize;
+pub mod decompose;
+pub mod rotate;
+pub mod place;
+pub mod resolve;
+pub mod preview;
+pub mod certify;
+pub mod bundle;
+
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use crate::align::canonicalize::CanonicalizeSettings;
+use crate::align::dro::DroSettings;
+use crate::align::tsa::TsaSettings;
+use crate::export::ExportSettings;
+use crate::geometry::decompose::DecomposeSettings;
+use crate::physics::{CertifySettings, ResolveSettings, SettleSettings};
+use crate::provider::Ports;
+use crate::scene::SceneRequest;
+use crate::store::artifacts::BuiltRows;
+use checkpoint::{Checkpoints, StageContext};
+use error::StageError;
+use services::Services;
+
+/// What a stage function gets besides its inputs.
+pub type Context = StageContext<Services>;
+
+/// The stages in the order a scene travels.
+pub const STAGES: [&str; 12] = [
+    "reference",
+    "recognize",
+    "segment",
+    "complete",
+    "reconstruct",
+    "canonicalize",
+    "decompose",
+    "rotate",
+    "place",
+    "resolve",
+    "certify",
+    "bundle",
+];
+
+/// Settings of the stages themselves; the ports carry their own.
+#[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
+pub struct Settings {
+    pub canonicalize: CanonicalizeSettings,
+    pub decompose: DecomposeSettings,
+    pub dro: DroSettings,
+    pub tsa: TsaSettings,
+    pub settle: SettleSettings,
+    pub resolve: ResolveSettings,
+    pub certify: CertifySettings,
+    pub fidelity: certify::FidelitySettings,
+    pub preview: preview::PreviewSettings,
+    pub export: ExportSettings,
+}
+
+/// Builds the scene of a request: every stage is found or computed, and the last one leaves a bundle.
+pub async fn build_scene(
+    request: SceneRequest,
+    checkpoints: Checkpoints,
+    ports: Ports,
+    settings: Arc<Settings>,
+) -> Result<BuiltRows, StageError> {
+    let identity = certify::SceneIdentity::new(&request, &ports, &settings)?;
+    let stages = checkpoints.with_services(Arc::new(Services::new(ports.clone())));
+    let shared = Arc::new(request);
+
+    let inputs = reference::Inputs::new(&shared, &ports);
+    let reference = stages.run(reference::STAGE, inputs, reference::run).await?;
+
+    let inputs = recognize::Inputs::new(&shared, &reference, &ports);
+    let recognition = Arc::new(stages.run(recognize::STAGE, inputs, recognize::run).await?);
+
+    let inputs = segment::Inputs::new(&reference, &recognition, &ports);
+    let masks = stages.run(segment::STAGE, inputs, segment::run).await?;
+
+    let inputs = complete::inputs(&reference, &recognition, &masks, &ports);
+    let completions = stages.run_each(complete::STAGE, inputs, complete::run).await?;
+
+    let inputs = reconstruct::inputs(&shared, &reference, &recognition, &completions, &ports);
+    let raw = stages.run_each(reconstruct::STAGE, inputs, reconstruct::run).await?;
+
+    let inputs = canonicalize::inputs(&recognition, &completions, &raw, &ports, &settings);
+    let canonical = stages.run_each(canonicalize::STAGE, inputs, canonicalize::run).await?;
+
+    let inputs = decompose::inputs(&recognition, &raw, &canonical, &settings)?;
+    let hulls = stages.run_each(decompose::STAGE, inputs, decompose::run).await?;
+
+    let inputs = rotate::inputs(&reference, &recognition, &masks, &canonical, &settings);
+    let yaws = stages.run_each(rotate::STAGE, inputs, rotate::run).await?;
+
+    let inputs = place::Inputs::new(
+        &shared,
+        &reference,
+        &recognition,
+        &masks,
+        &raw,
+        &canonical,
+        &hulls,
+        &yaws,
+        &ports,
+        &settings,
+    )?;
+    let layout = stages.run(place::STAGE, inputs, place::run).await?;
+
+    let inputs = resolve::Inputs::new(&recognition, &layout, &settings);
+    let resolved = stages.run(resolve::STAGE, inputs, resolve::run).await?;
+
+    let inputs = certify::Inputs::new(
+        identity,
+        &reference,
+        &recognition,
+        &masks,
+        &raw,
+        &hulls,
+        &yaws,
+        &layout,
+        &resolved,
+        &ports,
+        &settings,
+    )?;
+    let certified = stages.run(certify::STAGE, inputs, certify::run).await?;
+
+    let bundle = stages.run(bundle::STAGE, bundle::Inputs { certified }, bundle::run).await?;
+    Ok(bundle.into_rows())
+}

@@ -1,5 +1,7 @@
 //! What a catalog mesh weighs and how it rubs: the category's substance, or the material asked for.
 
+use serde::{Deserialize, Serialize};
+
 use super::{Substance, category, substance};
 use crate::geometry::mass_properties::{MassError, shell_mass_properties, solid_mass_properties};
 use crate::geometry::{Friction, MassProperties, TexturedMesh};
@@ -19,7 +21,7 @@ const FINISHES: &[(&str, &str)] = &[
 ];
 
 /// Everything a simulation asks of a body besides its shape.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PhysicalProperties {
     pub mass: MassProperties,
     pub friction: Friction,

@@ -54,6 +54,36 @@ impl Formats {
     }
 }
 
+/// Files in one piece for the store: a line of JSON (path, role, media type and length of each), then
+/// their bytes in that order.
+pub fn shelve(files: &[BundleFile]) -> Vec<u8> {
+    let index: Vec<ShelfEntry> =
+        files.iter().map(|f| (f.path.clone(), f.role.clone(), f.media_type.clone(), f.bytes.len())).collect();
+    let mut shelf = serde_json::json!(index).to_string().into_bytes();
+    shelf.push(b'\n');
+    files.iter().for_each(|file| shelf.extend_from_slice(&file.bytes));
+    shelf
+}
+
+/// Path, role, media type, length in bytes.
+type ShelfEntry = (String, String, String, usize);
+
+/// The files that [`shelve`] put in one piece.
+pub fn unshelve(shelf: &[u8]) -> Result<Vec<BundleFile>, ExportError> {
+    let broken = || ExportError::AssetsMismatch("the stored files of the bundle are incomplete".to_owned());
+    let end = shelf.iter().position(|byte| *byte == b'\n').ok_or_else(broken)?;
+    let index: Vec<ShelfEntry> = serde_json::from_slice(&shelf[..end])?;
+    let mut at = end + 1;
+    let mut files = Vec::with_capacity(index.len());
+    for (path, role, media_type, length) in index {
+        let stop = at.checked_add(length).ok_or_else(broken)?;
+        let bytes = shelf.get(at..stop).ok_or_else(broken)?.to_vec();
+        at = stop;
+        files.push(BundleFile { path, bytes, role, media_type });
+    }
+    Ok(files)
+}
+
 /// The archive's bytes. Entries lie under `scene-<id>/`, sorted by path; equal files give equal bytes.
 pub fn zip_bundle(files: &[BundleFile], filter: Formats) -> Result<Vec<u8>, ExportError> {
     #[derive(Deserialize)]

@@ -244,7 +244,9 @@ fn specimen() -> (Scene, Certificate, Assets, Pictures) {
             dss_displacement_m: 0.03,
             dss_rotation_rad: 30_f64.to_radians(),
             dss_duration_s: 5.0,
+            silhouette_iou: 0.3,
         },
+        fidelity: crate::scene::certificate::Fidelity { silhouette_iou: 0.9, appearance: 0.95 },
         objects: Vec::new(),
         collisions: Vec::new(),
     };

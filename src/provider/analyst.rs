@@ -3,11 +3,10 @@
 
 use std::sync::Arc;
 
-use glam::DVec3;
-
 use super::{Adapter, Answer, Call, Completion, Reference};
-use crate::align::canonicalize::CanonicalPose;
-use crate::geometry::{Camera, Mask, TexturedMesh};
+use crate::align::canonicalize::{CanonicalPose, CanonicalizeSettings};
+use crate::align::dro::DroSettings;
+use crate::geometry::{Camera, TexturedMesh};
 use crate::scene::request::RequestOptions;
 use crate::scene::{Recognition, RecognizedObject, SceneDescription};
 
@@ -44,10 +43,9 @@ pub struct UprightQuestion {
     /// As generated: any size, any of the 24 axis-aligned orientations.
     pub raw_mesh: Arc<TexturedMesh>,
     pub object: RecognizedObject,
+    /// Of the reference picture.
     pub camera: Camera,
-    /// Complete silhouette of the instance, as large as the camera's picture.
-    pub mask: Mask,
     pub completion: Completion,
-    /// Commonsense extents as it stands: width, depth, height, meters.
-    pub size_m: DVec3,
+    pub canonicalize: CanonicalizeSettings,
+    pub dro: DroSettings,
 }

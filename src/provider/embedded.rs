@@ -2,3 +2,7 @@
 
 pub mod analyst;
 pub mod layout;
+pub mod orientation;
+pub mod scene_analyst;
+pub mod known_segmenter;
+pub mod mesh_generator;

@@ -2,8 +2,8 @@
 //! Hunyuan3D-3.0.
 
 use super::{Adapter, Answer, Call, Completion};
-use crate::geometry::{Camera, TexturedMesh};
-use crate::scene::RecognizedObject;
+use crate::geometry::{Camera, Outline, TexturedMesh};
+use crate::scene::{RecognizedObject, RecognizedTable};
 
 /// Makes meshes.
 pub trait MeshGenerator: Send + Sync {
@@ -12,6 +12,21 @@ pub trait MeshGenerator: Send + Sync {
     /// The instance as a mesh of unit size (its longest edge is 1) in any of the 24 axis-aligned
     /// orientations.
     fn reconstruct<'a>(&'a self, call: &'a Call, request: ReconstructionRequest) -> Answer<'a, RawMesh>;
+
+    /// The table at its commonsense size.
+    fn table<'a>(&'a self, call: &'a Call, table: RecognizedTable) -> Answer<'a, RawTable>;
+}
+
+/// A table as generated: upright and metric, since tables come as models and not from pictures alone.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RawTable {
+    /// World frame: top surface at z = 0, feet at -height.
+    pub mesh: TexturedMesh,
+    /// Edge of the top surface.
+    pub outline_m: Outline,
+    pub made_by: String,
+    /// SPDX identifier.
+    pub licence: String,
 }
 
 /// One instance to be made a mesh of.

@@ -11,6 +11,7 @@ pub struct Certificate {
     /// One sentence per failed check; empty for a pass.
     pub reasons: Vec<String>,
     pub metrics: Metrics,
+    pub fidelity: Fidelity,
     pub thresholds: Thresholds,
     pub objects: Vec<ObjectCertificate>,
     /// Pairs that collide, with their depth.
@@ -49,14 +50,17 @@ pub struct Thresholds {
     pub dss_displacement_m: f64,
     pub dss_rotation_rad: f64,
     pub dss_duration_s: f64,
+    /// Least mean silhouette IoU with the reference picture.
+    pub silhouette_iou: f64,
 }
 
 /// Per-object findings.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ObjectCertificate {
     pub name: InstanceId,
-    /// Signed distance of the projected center of mass inside its support region, meters.
-    pub support_margin_m: f64,
+    /// Signed distance of the projected center of mass inside its support region, meters; `None` where it
+    /// touches nothing.
+    pub support_margin_m: Option<f64>,
     /// Displacement of the origin over the shipped settle.
     pub settle_displacement_m: f64,
     pub settle_rotation_rad: f64,
@@ -68,6 +72,18 @@ pub struct ObjectCertificate {
     pub hulls: u32,
     /// Largest distance by which a hull sticks out of the visual mesh, meters.
     pub hull_excess_m: f64,
+    /// Intersection over union of its pixels in the reference picture and in the finished scene seen from
+    /// the same camera, 0..1.
+    pub silhouette_iou: f64,
+}
+
+/// How much the finished scene looks like the reference picture, seen from the same camera.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Fidelity {
+    /// Mean of the objects' silhouette IoUs, 0..1.
+    pub silhouette_iou: f64,
+    /// Dot product of the two pictures' feature vectors, -1..1.
+    pub appearance: f64,
 }
 
 /// One colliding pair.

@@ -1,0 +1,101 @@
+//! Stage 6, for each instance: the mesh upright, facing its front, at its commonsense size, seated on the
+//! origin.
+
+use std::sync::Arc;
+
+use glam::{DQuat, DVec3};
+use serde::{Deserialize, Serialize};
+
+use super::checkpoint::{ArtifactRef, Stage};
+use super::error::StageError;
+use super::reference::CompletionRef;
+use super::{Context, Settings, carry, preview, reconstruct, reference};
+use crate::align::canonicalize::CanonicalizeSettings;
+use crate::align::dro::DroSettings;
+use crate::geometry::Camera;
+use crate::provider::{Adapter, Ports, UprightQuestion};
+use crate::scene::{InstanceId, Recognition, RecognizedObject};
+
+pub const STAGE: Stage = Stage { name: "canonicalize", version: 1 };
+
+#[derive(Serialize)]
+pub struct Inputs {
+    raw: ArtifactRef,
+    object: RecognizedObject,
+    camera: Camera,
+    completion: CompletionRef,
+    canonicalize: CanonicalizeSettings,
+    dro: DroSettings,
+    analyst: Adapter,
+}
+
+/// The mesh in its canonical frame.
+#[derive(Clone, Serialize, Deserialize)]
+pub struct Output {
+    /// Meters; +z up, +y its back, origin at the center of the bottom face of its box.
+    pub mesh: ArtifactRef,
+    /// `canonical_from_raw`.
+    pub rotation_xyzw: DQuat,
+    /// Factor that took the raw mesh to meters.
+    pub scale: f64,
+    pub size_m: DVec3,
+    /// 0..1: how clearly this rotation stood out.
+    pub confidence: f64,
+}
+
+/// One entry per recognized object, in order.
+pub fn inputs(
+    recognition: &Recognition,
+    completions: &[CompletionRef],
+    raw: &[reconstruct::Output],
+    ports: &Ports,
+    settings: &Settings,
+) -> Vec<(InstanceId, Inputs)> {
+    recognition
+        .objects
+        .iter()
+        .zip(completions)
+        .zip(raw)
+        .map(|((object, completion), raw)| {
+            let inputs = Inputs {
+                raw: raw.mesh.clone(),
+                object: object.clone(),
+                camera: recognition.camera,
+                completion: completion.clone(),
+                canonicalize: settings.canonicalize.clone(),
+                dro: settings.dro.clone(),
+                analyst: ports.analyst.adapter(),
+            };
+            (object.id.clone(), inputs)
+        })
+        .collect()
+}
+
+pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageError> {
+    let raw_mesh = carry::mesh(&context, &inputs.raw).await?;
+    let question = UprightQuestion {
+        raw_mesh: raw_mesh.clone(),
+        object: inputs.object.clone(),
+        camera: inputs.camera,
+        completion: reference::completion(&context, &inputs.completion).await?,
+        canonicalize: inputs.canonicalize.clone(),
+        dro: inputs.dro.clone(),
+    };
+    let call = context.call();
+    let pose = context.services().ports.analyst.upright(&call, question).await?;
+    let (rotation, scale) = (pose.rotation, pose.scale);
+    let (mesh, drawn) = context
+        .cpu(move || {
+            let mesh = (*raw_mesh).clone().rotated(rotation).scaled(DVec3::splat(scale)).seated();
+            let mesh = mesh.snap_to_f32();
+            let drawn = preview::thumbnail(&mesh);
+            (mesh, drawn)
+        })
+        .await?;
+    carry::put_picture(&context, "canonical.png", drawn).await?;
+    let size_m = mesh.size_m();
+    let mesh = carry::put_mesh(&context, "canonical.glb", mesh).await?;
+    let output = Output { mesh, rotation_xyzw: rotation, scale, size_m, confidence: pose.confidence };
+    context.put_json("canonical.json", &output).await?;
+    Ok(output)
+}

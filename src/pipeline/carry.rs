@@ -1,0 +1,77 @@
+//! How meshes, hulls and pictures travel between stages: as GLB, JSON and PNG bytes in the store.
+
+use std::sync::Arc;
+
+use super::Context;
+use super::checkpoint::ArtifactRef;
+use super::error::StageError;
+use crate::export::gltf::{read_mesh_glb, write_mesh_glb};
+use crate::export::png::{decode_png, encode_png};
+use crate::geometry::{ConvexHull, Image, Material, Rgb, Solid, TexturedMesh, Vec2};
+use crate::render::overlay::distinct_color;
+
+/// Stores a picture as PNG.
+pub async fn put_picture(context: &Context, name: &str, picture: Image) -> Result<ArtifactRef, StageError> {
+    let bytes = context.cpu(move || encode_png(&picture)).await?;
+    context.put(name, "image/png", bytes).await
+}
+
+/// A picture an earlier stage stored.
+pub async fn picture(context: &Context, artifact: &ArtifactRef) -> Result<Arc<Image>, StageError> {
+    let decoded = &context.services().decoded;
+    if let Some(picture) = decoded.picture(&artifact.digest) {
+        return Ok(picture);
+    }
+    let bytes = context.get(artifact).await?;
+    let read = context.cpu(move || decode_png(&bytes)).await?;
+    let picture = Arc::new(read.map_err(|error| unreadable(artifact, error))?);
+    decoded.keep_picture(&artifact.digest, &picture);
+    Ok(picture)
+}
+
+/// Stores a mesh as GLB; positions are rounded to single precision, which the format holds.
+pub async fn put_mesh(context: &Context, name: &str, mesh: TexturedMesh) -> Result<ArtifactRef, StageError> {
+    let bytes = context.cpu(move || write_mesh_glb(&mesh.snap_to_f32())).await?;
+    context.put(name, "model/gltf-binary", bytes).await
+}
+
+/// A mesh an earlier stage stored.
+pub async fn mesh(context: &Context, artifact: &ArtifactRef) -> Result<Arc<TexturedMesh>, StageError> {
+    let decoded = &context.services().decoded;
+    if let Some(mesh) = decoded.mesh(&artifact.digest) {
+        return Ok(mesh);
+    }
+    let bytes = context.get(artifact).await?;
+    let read = context.cpu(move || read_mesh_glb(&bytes)).await?;
+    let mesh = Arc::new(read.map_err(|error| unreadable(artifact, error))?);
+    decoded.keep_mesh(&artifact.digest, &mesh);
+    Ok(mesh)
+}
+
+/// Stores hulls twice: as numbers for the next stage, and as a colored mesh for people.
+pub async fn put_hulls(context: &Context, hulls: &[ConvexHull]) -> Result<ArtifactRef, StageError> {
+    put_mesh(context, "hulls.glb", colored(hulls)).await?;
+    context.put_json("hulls.json", &hulls).await
+}
+
+/// Hulls an earlier stage stored.
+pub async fn hulls(context: &Context, artifact: &ArtifactRef) -> Result<Vec<ConvexHull>, StageError> {
+    context.get_json(artifact).await
+}
+
+/// Every hull in a color of its own.
+fn colored(hulls: &[ConvexHull]) -> TexturedMesh {
+    let mut mesh = TexturedMesh::default();
+    for (index, hull) in hulls.iter().enumerate() {
+        let [r, g, b, _] = distinct_color(index).map(|c| f32::from(c) / 255.0);
+        let material = Material::plain(&format!("hull_{index}"), Rgb([r, g, b]), 0.8);
+        let uvs = vec![Vec2::ZERO; hull.points.len()];
+        mesh.add(Solid::from_corners(&hull.points, &uvs, &hull.triangles), &material);
+    }
+    mesh
+}
+
+fn unreadable(artifact: &ArtifactRef, error: impl std::error::Error + Send + Sync + 'static) -> StageError {
+    StageError::permanent("artifact_unreadable", format!("artifact {} cannot be read", artifact.name))
+        .because(error)
+}

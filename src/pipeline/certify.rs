@@ -1,0 +1,222 @@
+//! Stage 11: the certificate. What was built is measured (collisions, support, stability, containment,
+//! likeness to the picture), painted, written in every format and read back.
+
+mod measure;
+mod write;
+
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+use serde_json::json;
+
+use super::checkpoint::{ArtifactRef, Stage};
+use super::error::StageError;
+use super::preview::PreviewSettings;
+use super::resolve::{Loaded, ResolvedBody, load};
+use super::{Context, Settings, carry, decompose, place, reconstruct, reference, resolve, rotate, segment};
+use crate::export::ExportSettings;
+use crate::geometry::Outline;
+use crate::physics::{CertifySettings, SettleSettings};
+use crate::provider::{Adapter, Ports};
+use crate::scene::certificate::{Metrics, Verdict};
+use crate::scene::{InstanceMask, Provenance, Recognition, SceneRequest};
+use crate::store::Digest;
+
+pub const STAGE: Stage = Stage { name: "certify", version: 1 };
+
+/// Section `[fidelity]`.
+#[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct FidelitySettings {
+    /// Least mean silhouette IoU of the finished scene with the reference picture, 0..1; a scene below it is
+    /// quarantined. More quarantines more scenes; 0 accepts whatever stands still.
+    pub least_silhouette_iou: f64,
+}
+
+/// The scene's id, from everything that decides its bytes.
+#[derive(Clone, Debug, Serialize)]
+pub struct SceneIdentity {
+    id: String,
+    request: SceneRequest,
+}
+
+impl SceneIdentity {
+    /// Digest of request, adapters, settings and version.
+    pub fn new(request: &SceneRequest, ports: &Ports, settings: &Settings) -> Result<Self, StageError> {
+        let adapters = [
+            ports.analyst.adapter(),
+            ports.painter.adapter(),
+            ports.segmenter.adapter(),
+            ports.mesh_generator.adapter(),
+            ports.feature_extractor.adapter(),
+        ];
+        let decides = json!({
+            "request": request, "adapters": adapters, "settings": settings,
+            "version": env!("CARGO_PKG_VERSION"),
+        });
+        let digest = Digest::of(decides.to_string().as_bytes());
+        Ok(Self { id: digest.as_str()[..20].to_owned(), request: request.clone() })
+    }
+}
+
+#[derive(Serialize)]
+pub struct Inputs {
+    identity: SceneIdentity,
+    picture: ArtifactRef,
+    recognition: Arc<Recognition>,
+    masks: Vec<InstanceMask>,
+    /// The table first.
+    bodies: Vec<BodyParts>,
+    table: place::PlacedTable,
+    resolve_log: Vec<String>,
+    unrecognized_terms: Vec<String>,
+    certify: CertifySettings,
+    settle: SettleSettings,
+    fidelity: FidelitySettings,
+    preview: PreviewSettings,
+    export: ExportSettings,
+    feature_extractor: Adapter,
+}
+
+/// One body with everything the stages found out about it.
+#[derive(Serialize)]
+struct BodyParts {
+    resolved: ResolvedBody,
+    mesh: ArtifactRef,
+    hulls: ArtifactRef,
+    /// Largest distance by which a hull sticks out of the mesh, meters.
+    hull_excess_m: f64,
+    scale: f64,
+    symmetry_order: u32,
+    /// Index of the supporter and whether it stands in it; `None` for the table.
+    support: Option<(usize, bool)>,
+    provenance: Provenance,
+}
+
+/// The certified scene: its files lie in one blob.
+#[derive(Clone, Serialize, Deserialize)]
+pub struct Output {
+    /// Every file of the bundle, see [`crate::export::archive::shelve`].
+    pub files: ArtifactRef,
+    pub verdict: Verdict,
+    pub reasons: Vec<String>,
+    pub metrics: Metrics,
+    /// What the API tells of the scene.
+    pub summary: serde_json::Value,
+}
+
+impl Inputs {
+    #[expect(clippy::too_many_arguments, reason = "the certificate is about what all stages did")]
+    pub fn new(
+        identity: SceneIdentity,
+        reference: &reference::Output,
+        recognition: &Arc<Recognition>,
+        masks: &segment::Output,
+        raw: &[reconstruct::Output],
+        hulls: &[decompose::Output],
+        yaws: &[rotate::Output],
+        layout: &place::Output,
+        resolved: &resolve::Output,
+        ports: &Ports,
+        settings: &Settings,
+    ) -> Result<Self, StageError> {
+        let missing = || StageError::permanent("table_missing", "certifying: there is no table; run again");
+        let provenance = |raw: &reconstruct::Output, more: Option<String>| Provenance {
+            mesh_by: raw.made_by.clone(),
+            licence: raw.licence.clone(),
+            notes: raw.notes.iter().cloned().chain(more).collect(),
+        };
+        let (table, objects) = resolved.bodies.split_first().ok_or_else(missing)?;
+        let mut bodies = vec![BodyParts {
+            resolved: table.clone(),
+            mesh: layout.table.mesh.clone(),
+            hulls: layout.table.hulls.clone(),
+            hull_excess_m: hulls.last().ok_or_else(missing)?.max_excess_m,
+            scale: 1.0,
+            symmetry_order: 1,
+            support: None,
+            provenance: provenance(raw.last().ok_or_else(missing)?, None),
+        }];
+        for (index, ((resolved, placed), yaw)) in objects.iter().zip(&layout.instances).zip(yaws).enumerate()
+        {
+            let rescaled = (placed.scale != 1.0)
+                .then(|| format!("rescaled by {:.2} to the box of the top view", placed.scale));
+            let support = layout.support_of(index);
+            bodies.push(BodyParts {
+                resolved: resolved.clone(),
+                mesh: placed.mesh.clone(),
+                hulls: placed.hulls.clone(),
+                hull_excess_m: placed.scale * hulls[index].max_excess_m,
+                scale: placed.scale,
+                symmetry_order: yaw.symmetry_order,
+                support: Some(support),
+                provenance: provenance(&raw[index], rescaled),
+            });
+        }
+        Ok(Self {
+            identity,
+            picture: reference.picture.clone(),
+            recognition: recognition.clone(),
+            masks: masks.masks.clone(),
+            bodies,
+            table: layout.table.clone(),
+            resolve_log: resolved.log.clone(),
+            unrecognized_terms: reference.unrecognized_terms.clone(),
+            certify: settings.certify.clone(),
+            settle: settings.settle.clone(),
+            fidelity: settings.fidelity.clone(),
+            preview: settings.preview.clone(),
+            export: settings.export.clone(),
+            feature_extractor: ports.feature_extractor.adapter(),
+        })
+    }
+
+    fn outline(&self) -> &Outline {
+        &self.table.outline_m
+    }
+}
+
+pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageError> {
+    let mut loaded: Vec<Loaded> = Vec::with_capacity(inputs.bodies.len());
+    for body in &inputs.bodies {
+        loaded.push(load(&context, &body.mesh, &body.hulls).await?);
+    }
+    let loaded = Arc::new(loaded);
+    let reference = carry::picture(&context, &inputs.picture).await?;
+
+    let (given, geometry) = (inputs.clone(), loaded.clone());
+    let reference_bytes = context.get(&inputs.picture).await?;
+    let pictures = context.cpu(move || write::paint(&given, &geometry, &reference, &reference_bytes)).await?;
+    let seen = vec![carry::picture(&context, &inputs.picture).await?, pictures.scene_view.clone()];
+    let call = context.call();
+    let features = context.services().ports.feature_extractor.features(&call, seen).await?;
+    let appearance = match features.as_slice() {
+        [a, b] => a.iter().zip(b).map(|(a, b)| f64::from(a * b)).sum(),
+        _ => 0.0,
+    };
+
+    let (given, interrupt) = (inputs.clone(), context.interrupt().clone());
+    let certified = context
+        .cpu(move || {
+            let certificate =
+                measure::certificate(&given, &loaded, &pictures.silhouette_ious, appearance, &interrupt)?;
+            write::files(&given, &loaded, certificate, pictures.pictures)
+        })
+        .await??;
+    context.put_json("report.json", &certified.certificate).await?;
+    let certificate = &certified.certificate;
+    let summary = json!({
+        "objects": inputs.recognition.objects.len(),
+        "table": inputs.recognition.table.label,
+        "unrecognized_terms": inputs.unrecognized_terms,
+        "fidelity": certificate.fidelity,
+        "resolve": inputs.resolve_log,
+    });
+    Ok(Output {
+        files: context.put("files.shelf", "application/octet-stream", certified.shelf).await?,
+        verdict: certificate.verdict,
+        reasons: certificate.reasons.clone(),
+        metrics: certificate.metrics,
+        summary,
+    })
+}

@@ -1,0 +1,164 @@
+//! The scene as one value, its pictures, and the files of every format.
+
+use std::collections::BTreeMap;
+use std::f64::consts::{FRAC_PI_2, PI};
+use std::sync::Arc;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::Inputs;
+use crate::export::archive::shelve;
+use crate::export::png::encode_png;
+use crate::export::{Assets, BodyAsset, Pictures, write_formats};
+use crate::geometry::Image;
+use crate::pipeline::error::StageError;
+use crate::pipeline::preview::{self, Shown};
+use crate::pipeline::resolve::Loaded;
+use crate::render::overlay::side_by_side;
+use crate::scene::finished::Frame;
+use crate::scene::instance::{Picture, SupportRelation};
+use crate::scene::{Certificate, Instance, InstanceId, Scene, Support, Table};
+
+/// Pictures of the scene, and how much they are like the reference picture.
+pub(super) struct Painted {
+    pub pictures: Pictures,
+    /// The scene from the camera of the reference picture.
+    pub scene_view: Arc<Image>,
+    /// Of each object, in order.
+    pub silhouette_ious: Vec<f64>,
+}
+
+/// The certificate with the files that were written.
+pub(super) struct Certified {
+    pub certificate: Certificate,
+    pub shelf: Vec<u8>,
+}
+
+/// Paints all previews.
+pub(super) fn paint(inputs: &Inputs, loaded: &[Loaded], reference: &Image, reference_png: &[u8]) -> Painted {
+    let bodies: Vec<Shown> = loaded
+        .iter()
+        .zip(&inputs.bodies)
+        .map(|(geometry, body)| Shown { mesh: &geometry.mesh, world_from_object: body.resolved.settled })
+        .collect();
+    let settings = &inputs.preview;
+    let view = preview::reference_view(&bodies, &inputs.recognition.camera, settings);
+    let silhouette_ious: Vec<f64> =
+        inputs.masks.iter().zip(2..).map(|(mask, id)| mask.visible.iou(&view.mask(id))).collect();
+    let sides = [("front", 0.0), ("right", FRAC_PI_2), ("back", PI), ("left", -FRAC_PI_2)];
+    let sides_png = sides
+        .par_iter()
+        .map(|(name, azimuth_rad)| {
+            ((*name).to_owned(), encode_png(&preview::side(&bodies, *azimuth_rad, settings)))
+        })
+        .collect();
+    let thumbnails: BTreeMap<String, Vec<u8>> = loaded
+        .par_iter()
+        .zip(&inputs.bodies)
+        .map(|(geometry, body)| (body.resolved.name.clone(), encode_png(&preview::thumbnail(&geometry.mesh))))
+        .collect();
+    let (hero_png, top_png) = rayon::join(
+        || encode_png(&preview::hero(&bodies, settings)),
+        || encode_png(&preview::top(&bodies, settings)),
+    );
+    let pictures = Pictures {
+        hero_png,
+        top_png,
+        sides_png,
+        reference_png: reference_png.to_vec(),
+        beside_png: encode_png(&side_by_side(&[reference, &view.color])),
+        thumbnails,
+    };
+    Painted { pictures, scene_view: Arc::new(view.color), silhouette_ious }
+}
+
+/// Writes every format and reads it back.
+pub(super) fn files(
+    inputs: &Inputs,
+    loaded: &[Loaded],
+    certificate: Certificate,
+    pictures: Pictures,
+) -> Result<Certified, StageError> {
+    let scene = scene(inputs, loaded, &certificate)?;
+    let asset = |index: usize, label: &str, category: &str| {
+        let physical = &inputs.bodies[index].resolved.physical;
+        BodyAsset {
+            name: inputs.bodies[index].resolved.name.clone(),
+            label: label.to_owned(),
+            category: category.to_owned(),
+            visual: (*loaded[index].mesh).clone(),
+            hulls: loaded[index].hulls.clone(),
+            rolling_friction_m: physical.rolling_friction_m,
+            torsional_friction_m: physical.torsional_friction_m,
+        }
+    };
+    let objects = inputs.recognition.objects.iter().zip(1..);
+    let assets = Assets {
+        table: asset(0, &inputs.recognition.table.label, "table"),
+        instances: objects.map(|(object, index)| asset(index, &object.label, &object.category)).collect(),
+    };
+    let files = write_formats(&scene, &certificate, &assets, &pictures, &inputs.export)
+        .map_err(|error| StageError::permanent("export_failed", format!("writing the bundle: {error}")))?;
+    Ok(Certified { certificate, shelf: shelve(&files) })
+}
+
+/// The one value every format is written from.
+fn scene(inputs: &Inputs, loaded: &[Loaded], certificate: &Certificate) -> Result<Scene, StageError> {
+    let invalid =
+        |error: crate::scene::name::InvalidName| StageError::permanent("invalid_name", error.to_string());
+    let hulls = |index: usize| u32::try_from(loaded[index].hulls.len()).unwrap_or(u32::MAX);
+    let table_body = &inputs.bodies[0].resolved;
+    let recognized = &inputs.recognition.table;
+    let table = Table {
+        name: table_body.name.clone(),
+        label: recognized.label.clone(),
+        shape: recognized.shape,
+        outline_m: inputs.table.outline_m.clone(),
+        height_m: inputs.table.size_m.z,
+        model: recognized.model.clone(),
+        size_m: loaded[0].mesh.size_m(),
+        mass: table_body.physical.mass,
+        friction: table_body.physical.friction,
+        restitution: table_body.physical.restitution,
+        hulls: hulls(0),
+        mesh: format!("glb/{}.glb", table_body.name),
+    };
+    let mut instances = Vec::with_capacity(inputs.recognition.objects.len());
+    for (index, object) in inputs.recognition.objects.iter().enumerate() {
+        let body = &inputs.bodies[index + 1];
+        let (parent, inside) = body.support.unwrap_or((0, false));
+        instances.push(Instance {
+            name: InstanceId::new(&body.resolved.name).map_err(invalid)?,
+            label: object.label.clone(),
+            category: object.category.clone(),
+            picture: Picture { bbox_px: inputs.masks[index].visible.bbox_px().unwrap_or_default() },
+            world_from_object: body.resolved.settled,
+            yaw_rad: body.resolved.settled.yaw_rad(),
+            symmetry_order: body.symmetry_order,
+            scale: DVec3::splat(body.scale),
+            size_m: loaded[index + 1].mesh.size_m(),
+            mass: body.resolved.physical.mass,
+            friction: body.resolved.physical.friction,
+            restitution: body.resolved.physical.restitution,
+            support: Support {
+                parent: inputs.bodies[parent].resolved.name.clone(),
+                relation: if inside { SupportRelation::In } else { SupportRelation::On },
+            },
+            hulls: hulls(index + 1),
+            mesh: format!("glb/{}.glb", body.resolved.name),
+            provenance: body.provenance.clone(),
+        });
+    }
+    Ok(Scene {
+        format: Scene::FORMAT.to_owned(),
+        id: inputs.identity.id.clone(),
+        seed: inputs.identity.request.seed,
+        request: inputs.identity.request.clone(),
+        frame: Frame::world(),
+        camera: inputs.recognition.camera,
+        table,
+        instances,
+        metrics: certificate.metrics,
+    })
+}

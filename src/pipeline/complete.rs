@@ -1,0 +1,66 @@
+//! Stage 4, for each instance: a clean picture of it, without what hides it.
+
+use std::sync::Arc;
+
+use serde::Serialize;
+
+use super::checkpoint::{ArtifactRef, Stage};
+use super::error::StageError;
+use super::reference::CompletionRef;
+use super::{Context, reference, segment};
+use crate::geometry::Mask;
+use crate::provider::{Adapter, CompletionRequest, Ports};
+use crate::scene::{InstanceId, Recognition, RecognizedObject};
+
+pub const STAGE: Stage = Stage { name: "complete", version: 1 };
+
+#[derive(Serialize)]
+pub struct Inputs {
+    picture: ArtifactRef,
+    known: Option<ArtifactRef>,
+    object: RecognizedObject,
+    visible: Mask,
+    others: Mask,
+    alone: Option<CompletionRef>,
+    painter: Adapter,
+}
+
+/// One entry per recognized object, in order.
+pub fn inputs(
+    reference: &reference::Output,
+    recognition: &Recognition,
+    masks: &segment::Output,
+    ports: &Ports,
+) -> Vec<(InstanceId, Inputs)> {
+    let of = |(object, mask): (&RecognizedObject, &crate::scene::InstanceMask)| {
+        let drawn = reference.alone.iter().find(|alone| alone.id == object.id);
+        let inputs = Inputs {
+            picture: reference.picture.clone(),
+            known: reference.known.clone(),
+            object: object.clone(),
+            visible: mask.visible.clone(),
+            others: masks.others(&object.id),
+            alone: drawn.map(|alone| alone.completion.clone()),
+            painter: ports.painter.adapter(),
+        };
+        (object.id.clone(), inputs)
+    };
+    recognition.objects.iter().zip(&masks.masks).map(of).collect()
+}
+
+pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<CompletionRef, StageError> {
+    let alone = match &inputs.alone {
+        Some(stored) => Some(reference::completion(&context, stored).await?),
+        None => None,
+    };
+    let request = CompletionRequest {
+        reference: reference::seen(&context, &inputs.picture, inputs.known.as_ref()).await?,
+        object: inputs.object.clone(),
+        visible: inputs.visible.clone(),
+        others: inputs.others.clone(),
+        alone,
+    };
+    let call = context.call();
+    let completion = context.services().ports.painter.complete(&call, request).await?;
+    reference::put_completion(&context, "completed.png", completion).await
+}

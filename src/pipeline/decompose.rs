@@ -1,0 +1,75 @@
+//! Stage 7, for each instance and the table: convex hulls that cover the mesh and leave its cavities open.
+
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use super::checkpoint::{ArtifactRef, Stage};
+use super::error::StageError;
+use super::{Context, Settings, canonicalize, carry, reconstruct};
+use crate::geometry::decompose::{DecomposeError, DecomposeSettings, decompose};
+use crate::scene::{InstanceId, Recognition};
+
+pub const STAGE: Stage = Stage { name: "decompose", version: 1 };
+
+#[derive(Serialize)]
+pub struct Inputs {
+    mesh: ArtifactRef,
+    decompose: DecomposeSettings,
+}
+
+/// The collision geometry of one mesh.
+#[derive(Clone, Serialize, Deserialize)]
+pub struct Output {
+    pub hulls: ArtifactRef,
+    pub count: u32,
+    /// Largest distance by which a hull sticks out of the mesh, meters.
+    pub max_excess_m: f64,
+    /// Sum of the hulls' volumes (overlaps count twice) and of the mesh's shells, m^3.
+    pub hull_volume_m3: f64,
+    pub mesh_volume_m3: f64,
+    pub watertight: bool,
+}
+
+/// The objects in the order of recognition, then the table.
+pub fn inputs(
+    recognition: &Recognition,
+    raw: &[reconstruct::Output],
+    canonical: &[canonicalize::Output],
+    settings: &Settings,
+) -> Result<Vec<(InstanceId, Inputs)>, StageError> {
+    let of = |mesh: &ArtifactRef| Inputs { mesh: mesh.clone(), decompose: settings.decompose.clone() };
+    let table = raw.last().ok_or_else(|| {
+        StageError::permanent("table_missing", "decomposing: no mesh of the table was made; run again")
+    })?;
+    let table_id =
+        InstanceId::new("table").map_err(|error| StageError::permanent("invalid_name", error.to_string()))?;
+    Ok(recognition
+        .objects
+        .iter()
+        .zip(canonical)
+        .map(|(object, canonical)| (object.id.clone(), of(&canonical.mesh)))
+        .chain(std::iter::once((table_id, of(&table.mesh))))
+        .collect())
+}
+
+pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageError> {
+    let mesh = carry::mesh(&context, &inputs.mesh).await?;
+    let (settings, interrupt) = (inputs.decompose.clone(), context.interrupt().clone());
+    let name = context.instance().map_or_else(String::new, ToString::to_string);
+    let found = context.cpu(move || decompose(&mesh, &settings, &interrupt)).await?;
+    let found = found.map_err(|error| match error {
+        DecomposeError::Interrupted(interrupted) => interrupted.into(),
+        other => StageError::permanent("no_collision_geometry", format!("{name}: {other}")),
+    })?;
+    let output = Output {
+        hulls: carry::put_hulls(&context, &found.hulls).await?,
+        count: u32::try_from(found.hulls.len()).unwrap_or(u32::MAX),
+        max_excess_m: found.max_excess_m,
+        hull_volume_m3: found.hull_volume_m3,
+        mesh_volume_m3: found.mesh_volume_m3,
+        watertight: found.watertight,
+    };
+    context.put_json("report.json", &output).await?;
+    Ok(output)
+}

@@ -1,0 +1,216 @@
+//! Stage 9: the metric layout. The top view gives one box per object; the alignment turns boxes, yaws and
+//! commonsense sizes into places and scales; each object is then let down onto what carries it.
+
+mod layout;
+
+use std::sync::Arc;
+
+use glam::{DVec2, DVec3};
+use serde::{Deserialize, Serialize};
+
+use super::checkpoint::{ArtifactRef, Stage};
+use super::error::StageError;
+use super::{Context, Settings, canonicalize, carry, decompose, reconstruct, reference, rotate, segment};
+use crate::align::tsa::TsaSettings;
+use crate::geometry::{Image, Outline, Pose};
+use crate::provider::{Adapter, Ports, TopBoxes, TopViewRequest};
+use crate::render::overlay::{distinct_color, draw_box, draw_text};
+use crate::scene::request::MetricAnchor;
+use crate::scene::{InstanceId, InstanceMask, Recognition, RecognizedObject, SceneRequest, StandsOn};
+
+pub const STAGE: Stage = Stage { name: "place", version: 1 };
+
+#[derive(Serialize)]
+pub struct Inputs {
+    picture: ArtifactRef,
+    known: Option<ArtifactRef>,
+    painted: Option<reference::TopRef>,
+    recognition: Arc<Recognition>,
+    masks: Arc<Vec<InstanceMask>>,
+    instances: Vec<Instance>,
+    table: Table,
+    metric_anchor: Option<MetricAnchor>,
+    tsa: TsaSettings,
+    painter: Adapter,
+    segmenter: Adapter,
+}
+
+/// One object, as far as it is known.
+#[derive(Clone, Serialize)]
+pub(super) struct Instance {
+    pub object: RecognizedObject,
+    pub mesh: ArtifactRef,
+    pub size_m: DVec3,
+    pub hulls: ArtifactRef,
+    pub yaw_rad: f64,
+    pub confidence: f64,
+}
+
+#[derive(Clone, Serialize)]
+pub(super) struct Table {
+    pub mesh: ArtifactRef,
+    pub hulls: ArtifactRef,
+    pub outline_m: Outline,
+    /// Width and depth of the top, height above the floor.
+    pub size_m: DVec3,
+}
+
+/// Where everything stands, before anything is repaired.
+#[derive(Clone, Serialize, Deserialize)]
+pub struct Output {
+    pub alpha_m_per_px: f64,
+    /// The object that set the scale; `None` where it was given, or where the table did.
+    pub anchor: Option<InstanceId>,
+    pub table: PlacedTable,
+    /// In the order of the recognized objects.
+    pub instances: Vec<PlacedInstance>,
+}
+
+#[derive(Clone, Serialize, Deserialize)]
+pub struct PlacedTable {
+    pub mesh: ArtifactRef,
+    pub hulls: ArtifactRef,
+    pub outline_m: Outline,
+    pub size_m: DVec3,
+    /// Whether the top view overruled its commonsense size.
+    pub rescaled: bool,
+}
+
+#[derive(Clone, Serialize, Deserialize)]
+pub struct PlacedInstance {
+    pub id: InstanceId,
+    /// With the scale baked in.
+    pub mesh: ArtifactRef,
+    pub hulls: ArtifactRef,
+    pub size_m: DVec3,
+    /// Factor on the commonsense size; 1 unless the top view overruled it.
+    pub scale: f64,
+    pub world_from_object: Pose,
+    pub stands_on: StandsOn,
+    /// `A_px / (1 + (e / tau)^2)`, square pixels.
+    pub rma_score: f64,
+}
+
+impl Inputs {
+    #[expect(clippy::too_many_arguments, reason = "the layout is where all earlier stages meet")]
+    pub fn new(
+        request: &SceneRequest,
+        reference: &reference::Output,
+        recognition: &Arc<Recognition>,
+        masks: &segment::Output,
+        raw: &[reconstruct::Output],
+        canonical: &[canonicalize::Output],
+        hulls: &[decompose::Output],
+        yaws: &[rotate::Output],
+        ports: &Ports,
+        settings: &Settings,
+    ) -> Result<Self, StageError> {
+        let (table, table_hulls) = raw.last().zip(hulls.last()).ok_or_else(no_table)?;
+        let instances = recognition
+            .objects
+            .iter()
+            .zip(canonical)
+            .zip(hulls)
+            .zip(yaws)
+            .map(|(((object, canonical), hulls), yaw)| Instance {
+                object: object.clone(),
+                mesh: canonical.mesh.clone(),
+                size_m: canonical.size_m,
+                hulls: hulls.hulls.clone(),
+                yaw_rad: yaw.yaw_rad,
+                confidence: yaw.confidence,
+            })
+            .collect();
+        Ok(Self {
+            picture: reference.picture.clone(),
+            known: reference.known.clone(),
+            painted: reference.top.clone(),
+            recognition: recognition.clone(),
+            masks: Arc::new(masks.masks.clone()),
+            instances,
+            table: Table {
+                mesh: table.mesh.clone(),
+                hulls: table_hulls.hulls.clone(),
+                outline_m: table.outline_m.clone().ok_or_else(no_table)?,
+                size_m: recognition.table.size_m,
+            },
+            metric_anchor: request.options.metric_anchor.clone(),
+            tsa: settings.tsa.clone(),
+            painter: ports.painter.adapter(),
+            segmenter: ports.segmenter.adapter(),
+        })
+    }
+}
+
+impl Output {
+    /// What carries the instance at `index`, counted with the table first, and whether it stands in it.
+    pub fn support_of(&self, index: usize) -> (usize, bool) {
+        let stands_on = &self.instances[index].stands_on;
+        let parent = stands_on.object().and_then(|id| self.instances.iter().position(|i| &i.id == id));
+        (parent.map_or(0, |parent| parent + 1), matches!(stands_on, StandsOn::In(_)))
+    }
+}
+
+fn no_table() -> StageError {
+    StageError::permanent("table_missing", "placing: no table was reconstructed; run again")
+}
+
+pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageError> {
+    let (call, ports) = (context.call(), &context.services().ports);
+    let painted = match &inputs.painted {
+        Some(stored) => Some(reference::top(&context, stored).await?),
+        None => None,
+    };
+    let request = TopViewRequest {
+        reference: reference::seen(&context, &inputs.picture, inputs.known.as_ref()).await?,
+        recognition: inputs.recognition.clone(),
+        masks: inputs.masks.clone(),
+        painted,
+    };
+    let top = ports.painter.top_view(&call, request).await?;
+    let boxes = ports.segmenter.top_boxes(&call, top.clone(), inputs.recognition.clone()).await?;
+    let output = layout::lay_out(&context, &inputs, &boxes).await?;
+    let drawn = {
+        let (picture, output) = (top.picture.clone(), output.clone());
+        context.cpu(move || annotated(picture, &boxes, &output)).await?
+    };
+    carry::put_picture(&context, "top.png", top.picture).await?;
+    carry::put_picture(&context, "top_annotated.png", drawn).await?;
+    context.put_json("layout.json", &output).await?;
+    context.put_json("support_tree.json", &support_tree(&output)).await?;
+    Ok(output)
+}
+
+/// The top view with every box, the anchor's thick.
+fn annotated(mut picture: Image, boxes: &TopBoxes, output: &Output) -> Image {
+    let rounded = |b: [f64; 4]| b.map(|side| side.round().max(0.0) as u32);
+    draw_box(&mut picture, rounded(boxes.table_px), [90, 90, 96, 255], 2);
+    for (index, (found, placed)) in boxes.objects.iter().zip(&output.instances).enumerate() {
+        let thick = if output.anchor.as_ref() == Some(&placed.id) { 4 } else { 1 };
+        draw_box(&mut picture, rounded(found.box_px), distinct_color(index), thick);
+        let at = DVec2::new(found.box_px[0], found.box_px[1] - 10.0);
+        draw_text(&mut picture, at.x as i64, at.y as i64, placed.id.as_str(), 1, [20, 20, 24, 255]);
+    }
+    picture
+}
+
+/// Who carries whom, the table at the root: `{"table": [{"mug_1": []}, ...]}` as nested lists.
+fn support_tree(output: &Output) -> serde_json::Value {
+    fn carried_by(output: &Output, parent: Option<&InstanceId>) -> Vec<serde_json::Value> {
+        let carried = output.instances.iter().filter(|i| i.stands_on.object() == parent);
+        carried
+            .map(|instance| {
+                let relation = match &instance.stands_on {
+                    StandsOn::In(_) => "in",
+                    StandsOn::On(_) | StandsOn::Table => "on",
+                };
+                serde_json::json!({
+                    "name": instance.id,
+                    "relation": relation,
+                    "carries": carried_by(output, Some(&instance.id)),
+                })
+            })
+            .collect()
+    }
+    serde_json::json!({ "name": "table", "carries": carried_by(output, None) })
+}

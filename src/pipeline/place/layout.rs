@@ -1,0 +1,213 @@
+//! From boxes to poses: scale, places, and heights by letting each object down onto what carries it.
+
+use glam::{DQuat, DVec2, DVec3};
+
+use super::{Inputs, Output, PlacedInstance, PlacedTable};
+use crate::align::tsa::{TsaInstance, TsaProblem, align_top_view, footprint};
+use crate::geometry::cast::{Supporter, drop_height};
+use crate::geometry::collision_shape::CollisionShape;
+use crate::geometry::{ConvexHull, Outline, Pose, TexturedMesh};
+use crate::pipeline::checkpoint::ArtifactRef;
+use crate::pipeline::error::StageError;
+use crate::pipeline::{Context, carry};
+use crate::provider::TopBoxes;
+use crate::scene::StandsOn;
+
+/// Yaws surer than this may set the scene's scale.
+const ANCHOR_CONFIDENCE: f64 = 0.05;
+
+/// The layout of the boxes, with meshes and hulls at their final size.
+pub(super) async fn lay_out(
+    context: &Context,
+    inputs: &Inputs,
+    boxes: &TopBoxes,
+) -> Result<Output, StageError> {
+    let mut footprints = Vec::with_capacity(inputs.instances.len());
+    for instance in &inputs.instances {
+        let mesh = carry::mesh(context, &instance.mesh).await?;
+        let yaw_rad = instance.yaw_rad;
+        footprints.push(context.cpu(move || footprint(&mesh, yaw_rad)).await?);
+    }
+    let instances = inputs
+        .instances
+        .iter()
+        .zip(&boxes.objects)
+        .zip(&footprints)
+        .map(|((instance, found), &footprint)| TsaInstance {
+            box_px: found.box_px,
+            footprint,
+            // What leans in a container shows another footprint than its upright mesh.
+            may_anchor: instance.confidence >= ANCHOR_CONFIDENCE
+                && !matches!(instance.object.stands_on, StandsOn::In(_)),
+        })
+        .collect();
+    let problem = TsaProblem {
+        table_box_px: boxes.table_px,
+        table_size_m: inputs.table.size_m.truncate(),
+        instances,
+        meters_per_px: given_scale(inputs, boxes)?,
+    };
+    let found = align_top_view(&problem, &inputs.tsa)
+        .map_err(|error| StageError::permanent("no_layout", error.to_string()))?;
+    let table = place_table(context, inputs, found.table_rescaled.then_some(found.table_size_m)).await?;
+
+    let mut placed = Vec::with_capacity(inputs.instances.len());
+    for ((instance, layout), &rma_score) in
+        inputs.instances.iter().zip(&found.instances).zip(&found.rma_scores)
+    {
+        let leans = matches!(instance.object.stands_on, StandsOn::In(_));
+        let scale = if leans { 1.0 } else { layout.scale };
+        let (mesh, hulls) = resized(
+            context,
+            &instance.mesh,
+            &instance.hulls,
+            DVec3::splat(scale),
+            instance.object.id.as_str(),
+        )
+        .await?;
+        placed.push(PlacedInstance {
+            id: instance.object.id.clone(),
+            mesh,
+            hulls,
+            size_m: scale * instance.size_m,
+            scale,
+            world_from_object: Pose::upright(layout.xy_m.extend(0.0), instance.yaw_rad),
+            stands_on: instance.object.stands_on.clone(),
+            rma_score,
+        });
+    }
+    let anchor = found.anchor.map(|index| inputs.instances[index].object.id.clone());
+    let mut output = Output { alpha_m_per_px: found.alpha_m_per_px, anchor, table, instances: placed };
+    let_down(context, &mut output).await?;
+    Ok(output)
+}
+
+/// The scale that the request's known length gives, if it names one.
+fn given_scale(inputs: &Inputs, boxes: &TopBoxes) -> Result<Option<f64>, StageError> {
+    let Some(anchor) = &inputs.metric_anchor else { return Ok(None) };
+    if anchor.object == "table" {
+        let width_px = boxes.table_px[2] - boxes.table_px[0];
+        return Ok(Some(anchor.width_m / width_px.max(1e-9)));
+    }
+    let named = |name: &str, label: &str| name == anchor.object || label.eq_ignore_ascii_case(&anchor.object);
+    let at = inputs
+        .instances
+        .iter()
+        .position(|instance| named(instance.object.id.as_str(), &instance.object.label))
+        .ok_or_else(|| {
+            let names: Vec<&str> = inputs.instances.iter().map(|i| i.object.label.as_str()).collect();
+            StageError::permanent(
+                "metric_anchor_unknown",
+                format!(
+                    "the metric anchor {:?} is none of the objects: name one of {}, or `table`",
+                    anchor.object,
+                    names.join(", ")
+                ),
+            )
+        })?;
+    let (instance, found) = (&inputs.instances[at], &boxes.objects[at]);
+    // The box's sides are the turned footprint's; its area scales with the square of the known length.
+    let (sin, cos) = instance.yaw_rad.sin_cos();
+    let (w, d) = (instance.size_m.x, instance.size_m.y);
+    let turned = DVec2::new(w * cos.abs() + d * sin.abs(), w * sin.abs() + d * cos.abs());
+    let area_px = (found.box_px[2] - found.box_px[0]) * (found.box_px[3] - found.box_px[1]);
+    let factor = anchor.width_m / instance.size_m.x.max(1e-9);
+    Ok(Some(factor * (turned.x * turned.y / area_px.max(1e-9)).sqrt()))
+}
+
+/// The table, stretched in the plane where the top view overruled its size.
+async fn place_table(
+    context: &Context,
+    inputs: &Inputs,
+    measured_m: Option<DVec2>,
+) -> Result<PlacedTable, StageError> {
+    let table = &inputs.table;
+    let stretch = measured_m.map_or(DVec2::ONE, |size| size / table.size_m.truncate());
+    let (mesh, hulls) = resized(context, &table.mesh, &table.hulls, stretch.extend(1.0), "table").await?;
+    let corners = table.outline_m.corners().iter().map(|corner| *corner * stretch).collect();
+    let outline_m = Outline::new(corners).map_err(|error| {
+        StageError::permanent("table_outline", format!("placing the table: {error}; give its size"))
+    })?;
+    let size_m = table.size_m * stretch.extend(1.0);
+    Ok(PlacedTable { mesh, hulls, outline_m, size_m, rescaled: measured_m.is_some() })
+}
+
+/// Mesh and hulls scaled about the object's origin; the same artifacts where the scale is 1.
+async fn resized(
+    context: &Context,
+    mesh: &ArtifactRef,
+    hulls: &ArtifactRef,
+    scale: DVec3,
+    name: &str,
+) -> Result<(ArtifactRef, ArtifactRef), StageError> {
+    if scale == DVec3::ONE {
+        return Ok((mesh.clone(), hulls.clone()));
+    }
+    let original = carry::mesh(context, mesh).await?;
+    let larger: TexturedMesh = context.cpu(move || (*original).clone().scaled(scale)).await?;
+    let mut parts: Vec<ConvexHull> = carry::hulls(context, hulls).await?;
+    parts.iter_mut().flat_map(|hull| &mut hull.points).for_each(|point| *point *= scale);
+    let mesh = carry::put_mesh(context, &format!("resized/{name}.glb"), larger).await?;
+    let hulls = context.put_json(&format!("resized/{name}_hulls.json"), &parts).await?;
+    Ok((mesh, hulls))
+}
+
+/// `t_z`: supporters first, each object straight down onto all that stands already.
+async fn let_down(context: &Context, output: &mut Output) -> Result<(), StageError> {
+    let broken = |what: &str, error: String| {
+        StageError::permanent("no_collision_geometry", format!("placing {what}: {error}"))
+    };
+    let table_hulls = carry::hulls(context, &output.table.hulls).await?;
+    let table = CollisionShape::new(&table_hulls).map_err(|e| broken("the table", e.to_string()))?;
+    let mut shapes = Vec::with_capacity(output.instances.len());
+    for instance in &output.instances {
+        let hulls = carry::hulls(context, &instance.hulls).await?;
+        let shape = CollisionShape::new(&hulls).map_err(|e| broken(instance.id.as_str(), e.to_string()))?;
+        shapes.push(shape);
+    }
+    let order = supporters_first(output);
+    let mut poses: Vec<Pose> = output.instances.iter().map(|i| i.world_from_object).collect();
+    let supports: Vec<Option<usize>> = output
+        .instances
+        .iter()
+        .map(|i| i.stands_on.object().and_then(|id| output.instances.iter().position(|o| &o.id == id)))
+        .collect();
+    let poses = context
+        .cpu(move || {
+            for index in order {
+                let below = match supports[index] {
+                    Some(parent) => Supporter { shape: &shapes[parent], world_from_object: poses[parent] },
+                    None => Supporter { shape: &table, world_from_object: Pose::IDENTITY },
+                };
+                let xy_m = poses[index].translation_m.truncate();
+                let rotation: DQuat = poses[index].rotation;
+                // Beside its supporter (a box misread by a few pixels) it is left at the table's height;
+                // resolving moves it back.
+                let z_m = drop_height(&shapes[index], rotation, xy_m, &[below]).unwrap_or(0.0);
+                poses[index].translation_m.z = z_m;
+            }
+            poses
+        })
+        .await?;
+    for (instance, pose) in output.instances.iter_mut().zip(poses) {
+        instance.world_from_object = pose;
+    }
+    Ok(())
+}
+
+/// Indices such that whatever carries something comes before it.
+fn supporters_first(output: &Output) -> Vec<usize> {
+    let depth = |mut index: usize| {
+        let mut steps = 0;
+        while let Some(parent) = output.instances[index].stands_on.object() {
+            match output.instances.iter().position(|other| &other.id == parent) {
+                Some(next) if steps <= output.instances.len() => (index, steps) = (next, steps + 1),
+                _ => break,
+            }
+        }
+        steps
+    };
+    let mut order: Vec<usize> = (0..output.instances.len()).collect();
+    order.sort_by_key(|&index| depth(index));
+    order
+}

@@ -1,0 +1,142 @@
+//! Pictures of the finished scene: hero, top, four sides, the view of the reference picture, thumbnails.
+
+use glam::{DVec2, DVec3};
+use serde::{Deserialize, Serialize};
+
+use crate::geometry::{Camera, Image, Pose, TexturedMesh};
+use crate::render::{
+    Background, Frame, Lighting, RenderObject, RenderScene, RenderSettings, TopView, View, render,
+};
+
+/// Section `[preview]`.
+#[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct PreviewSettings {
+    /// Width of the hero picture, pixels, 64..4096; more shows more and takes longer.
+    pub hero_width_px: u32,
+    /// Width of the side and top views, pixels, 64..4096.
+    pub side_width_px: u32,
+    /// Quality of all of them.
+    pub render: RenderSettings,
+}
+
+/// One body to be shown.
+pub struct Shown<'a> {
+    pub mesh: &'a TexturedMesh,
+    pub world_from_object: Pose,
+}
+
+/// Horizontal field of view of all previews but the reference view, radians (about 30 degrees).
+const FOV_X_RAD: f64 = 0.52;
+
+/// The bodies in a studio; ids count from 1 in the order given. The floor lies under the lowest point.
+fn studio<'a>(bodies: &[Shown<'a>], azimuth_rad: f64) -> RenderScene<'a> {
+    let objects = bodies
+        .iter()
+        .zip(1..)
+        .map(|(body, id)| RenderObject { mesh: body.mesh, world_from_object: body.world_from_object, id })
+        .collect();
+    let (low, _) = bounds(bodies);
+    RenderScene {
+        objects,
+        // The key light stands to the left of whoever looks.
+        lighting: Lighting::studio(azimuth_rad - 0.7, 0.95, 0.6),
+        background: Background::light_with_floor(low.z),
+    }
+}
+
+/// Box of all bodies in the world.
+fn bounds(bodies: &[Shown]) -> (DVec3, DVec3) {
+    bodies
+        .iter()
+        .flat_map(|body| body.mesh.positions.iter().map(|p| body.world_from_object.transform_point(*p)))
+        .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)))
+}
+
+/// The whole scene, three quarters from the front.
+pub fn hero(bodies: &[Shown], settings: &PreviewSettings) -> Image {
+    let (width_px, height_px) = (settings.hero_width_px, settings.hero_width_px * 3 / 4);
+    orbit(bodies, width_px, height_px, 0.42, 0.52, settings)
+}
+
+/// One of the sides: azimuth 0 = from the front edge, pi/2 = from +x.
+pub fn side(bodies: &[Shown], azimuth_rad: f64, settings: &PreviewSettings) -> Image {
+    let (width_px, height_px) = (settings.side_width_px, settings.side_width_px * 3 / 4);
+    orbit(bodies, width_px, height_px, azimuth_rad, 0.3, settings)
+}
+
+/// Everything from an azimuth and elevation, filling the frame.
+fn orbit(
+    bodies: &[Shown],
+    width_px: u32,
+    height_px: u32,
+    azimuth_rad: f64,
+    elevation_rad: f64,
+    settings: &PreviewSettings,
+) -> Image {
+    let camera = framing(bodies, width_px, height_px, azimuth_rad, elevation_rad);
+    render(&studio(bodies, azimuth_rad), &View::Perspective(camera), &settings.render).color
+}
+
+/// The nearest camera on that ray that sees everything with a small margin.
+fn framing(bodies: &[Shown], width_px: u32, height_px: u32, azimuth_rad: f64, elevation_rad: f64) -> Camera {
+    let (low, high) = bounds(bodies);
+    let mut target = 0.5 * (low + high);
+    let mut distance_m = 2.5 * (high - low).length().max(1e-3);
+    let camera = |target, distance| {
+        Camera::orbit(width_px, height_px, FOV_X_RAD, target, azimuth_rad, elevation_rad, distance)
+    };
+    // Center what is seen, then come closer or go back until it fills nine tenths of the frame.
+    for _ in 0..6 {
+        let now = camera(target, distance_m);
+        let seen = bodies.iter().flat_map(|body| {
+            let stride = body.mesh.positions.len().div_ceil(500).max(1);
+            body.mesh.positions.iter().step_by(stride).filter_map(|p| {
+                now.project(body.world_from_object.transform_point(*p)).map(|(pixel, _)| pixel)
+            })
+        });
+        let (low_px, high_px) =
+            seen.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
+        if !low_px.is_finite() {
+            distance_m *= 2.0;
+            continue;
+        }
+        let frame = DVec2::new(f64::from(width_px), f64::from(height_px));
+        let off_px = 0.5 * (low_px + high_px) - 0.5 * frame;
+        let meters_per_px = distance_m / now.fx;
+        let right = now.world_from_camera.transform_vector(DVec3::X);
+        let down = now.world_from_camera.transform_vector(DVec3::Y);
+        target += meters_per_px * (off_px.x * right + off_px.y * down);
+        distance_m *= ((high_px - low_px) / (0.9 * frame)).max_element().clamp(0.4, 2.5);
+    }
+    camera(target, distance_m)
+}
+
+/// Straight from above, orthographic.
+pub fn top(bodies: &[Shown], settings: &PreviewSettings) -> Image {
+    let (low, high) = bounds(bodies);
+    let size = 1.06 * (high - low).truncate();
+    let width_px = settings.side_width_px;
+    let height_px = ((f64::from(width_px) * size.y / size.x).round() as u32).clamp(64, 4 * width_px);
+    let view = TopView {
+        width_px,
+        height_px,
+        meters_per_px: (size.x / f64::from(width_px)).max(size.y / f64::from(height_px)),
+        center_m: 0.5 * (low + high).truncate(),
+        eye_z_m: high.z + 0.1,
+    };
+    render(&studio(bodies, 0.0), &View::Orthographic(view), &settings.render).color
+}
+
+/// The scene from the camera of the reference picture; ids count from 1 in the order of the bodies.
+pub fn reference_view(bodies: &[Shown], camera: &Camera, settings: &PreviewSettings) -> Frame {
+    render(&studio(bodies, camera.azimuth_rad()), &View::Perspective(*camera), &settings.render)
+}
+
+/// One mesh, 256 x 256 pixels.
+pub fn thumbnail(mesh: &TexturedMesh) -> Image {
+    let bodies = [Shown { mesh, world_from_object: Pose::IDENTITY }];
+    let camera = framing(&bodies, 256, 256, 0.5, 0.5);
+    let quality = RenderSettings { supersampling: 1, shadow_map_px: 256, sky_directions: 8, sky_map_px: 64 };
+    render(&studio(&bodies, 0.5), &View::Perspective(camera), &quality).color
+}

@@ -1,0 +1,112 @@
+//! Stage 2: what the picture shows: camera, table, objects with their commonsense sizes, and what stands
+//! on what.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+use serde::Serialize;
+
+use super::checkpoint::{ArtifactRef, Stage};
+use super::error::StageError;
+use super::{Context, carry, reference};
+use crate::geometry::{Image, Pose};
+use crate::provider::{Adapter, Ports};
+use crate::render::overlay::{draw_axes, draw_polyline};
+use crate::scene::request::RequestOptions;
+use crate::scene::{Recognition, SceneRequest, StandsOn};
+
+pub const STAGE: Stage = Stage { name: "recognize", version: 1 };
+
+#[derive(Serialize)]
+pub struct Inputs {
+    picture: ArtifactRef,
+    known: Option<ArtifactRef>,
+    seed: u64,
+    options: RequestOptions,
+    analyst: Adapter,
+}
+
+impl Inputs {
+    pub fn new(request: &SceneRequest, reference: &reference::Output, ports: &Ports) -> Self {
+        Self {
+            picture: reference.picture.clone(),
+            known: reference.known.clone(),
+            seed: request.seed,
+            options: reference::shaping_options(request),
+            analyst: ports.analyst.adapter(),
+        }
+    }
+}
+
+pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Recognition, StageError> {
+    let (call, ports) = (context.call(), &context.services().ports);
+    let seen = reference::seen(&context, &inputs.picture, inputs.known.as_ref()).await?;
+    let recognition =
+        ports.analyst.recognize(&call, seen.clone(), inputs.seed, inputs.options.clone()).await?;
+    check(&recognition, &seen.picture)?;
+    context.put_json("recognition.json", &recognition).await?;
+    let told = recognition.clone();
+    let drawn = context.cpu(move || drawn_on(&seen.picture, &told)).await?;
+    carry::put_picture(&context, "camera.png", drawn).await?;
+    Ok(recognition)
+}
+
+/// Ports answer data, and data is checked: unique names, positive sizes, supports that end at the table.
+fn check(recognition: &Recognition, picture: &Image) -> Result<(), StageError> {
+    let wrong = |what: String| {
+        StageError::permanent("recognition_inconsistent", format!("recognizing the picture: {what}"))
+    };
+    let camera = &recognition.camera;
+    if (camera.width_px, camera.height_px) != (picture.width_px(), picture.height_px()) {
+        return Err(wrong("the camera belongs to a picture of another size".into()));
+    }
+    if recognition.objects.is_empty() {
+        return Err(StageError::permanent(
+            "nothing_on_the_table",
+            "no object was found on the table; send a picture of a table with things on it",
+        ));
+    }
+    for (index, object) in recognition.objects.iter().enumerate() {
+        let id = &object.id;
+        if id.as_str() == "table" || recognition.objects[..index].iter().any(|other| &other.id == id) {
+            return Err(wrong(format!("the name {id} is taken twice")));
+        }
+        if !(object.size_m.min_element() > 0.0 && object.size_m.is_finite()) {
+            return Err(wrong(format!("{id} has no size")));
+        }
+        let (mut below, mut steps) = (object.stands_on.object(), 0);
+        while let Some(next) = below {
+            let Some(found) = recognition.objects.iter().find(|other| &other.id == next) else {
+                return Err(wrong(format!("{id} stands on {next}, which is not there")));
+            };
+            steps += 1;
+            if steps > recognition.objects.len() {
+                return Err(wrong(format!("{id} stands, in the end, on itself")));
+            }
+            below = match &found.stands_on {
+                StandsOn::Table => None,
+                StandsOn::On(id) | StandsOn::In(id) => Some(id),
+            };
+        }
+    }
+    let size = recognition.table.size_m;
+    if !(size.min_element() > 0.0 && size.is_finite()) {
+        return Err(wrong("the table has no size".into()));
+    }
+    Ok(())
+}
+
+/// The picture with the world's axes and the box of the table top, as the camera sees them.
+fn drawn_on(picture: &Image, recognition: &Recognition) -> Image {
+    let (camera, size) = (&recognition.camera, recognition.table.size_m);
+    let mut drawn = picture.clone();
+    let corners: Option<Vec<_>> = [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)]
+        .iter()
+        .map(|(x, y)| camera.project(DVec3::new(x * size.x, y * size.y, 0.0)).map(|(pixel, _)| pixel))
+        .collect();
+    if let Some(corners) = corners {
+        draw_polyline(&mut drawn, &corners, true, [0, 110, 220, 255], 1.5);
+    }
+    draw_axes(&mut drawn, camera, &Pose::IDENTITY, 0.15, 3.0);
+    drawn
+}

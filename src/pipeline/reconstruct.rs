@@ -1,0 +1,116 @@
+//! Stage 5, for each instance and the table: a textured mesh of it.
+
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use super::checkpoint::{ArtifactRef, Stage};
+use super::error::StageError;
+use super::reference::CompletionRef;
+use super::{Context, carry, reference};
+use crate::geometry::seed::child_seed;
+use crate::geometry::{Camera, Outline};
+use crate::provider::{Adapter, Ports, ReconstructionRequest};
+use crate::scene::{InstanceId, Recognition, RecognizedObject, RecognizedTable, SceneRequest};
+
+pub const STAGE: Stage = Stage { name: "reconstruct", version: 1 };
+
+/// Name of the table among the instances of this stage.
+const TABLE: &str = "table";
+
+#[derive(Serialize)]
+pub struct Inputs {
+    subject: Subject,
+    mesh_generator: Adapter,
+}
+
+#[derive(Serialize)]
+#[serde(rename_all = "snake_case")]
+enum Subject {
+    Object(Box<Object>),
+    Table(RecognizedTable),
+}
+
+#[derive(Serialize)]
+struct Object {
+    object: RecognizedObject,
+    completion: CompletionRef,
+    camera: Camera,
+    painted: bool,
+    seed: u64,
+}
+
+/// A mesh as generated.
+#[derive(Clone, Serialize, Deserialize)]
+pub struct Output {
+    /// An object's: unit-sized, in any of 24 orientations. The table's: metric, in the world frame.
+    pub mesh: ArtifactRef,
+    /// Edge of the table's top; `None` for objects.
+    pub outline_m: Option<Outline>,
+    pub made_by: String,
+    pub licence: String,
+    pub notes: Vec<String>,
+}
+
+/// The objects in the order of recognition, then the table.
+pub fn inputs(
+    request: &SceneRequest,
+    reference: &reference::Output,
+    recognition: &Recognition,
+    completions: &[CompletionRef],
+    ports: &Ports,
+) -> Vec<(InstanceId, Inputs)> {
+    let mesh_generator = ports.mesh_generator.adapter();
+    let mut inputs: Vec<(InstanceId, Inputs)> = recognition
+        .objects
+        .iter()
+        .zip(completions)
+        .map(|(object, completion)| {
+            let subject = Subject::Object(Box::new(Object {
+                object: object.clone(),
+                completion: completion.clone(),
+                camera: recognition.camera,
+                painted: reference.known.is_some(),
+                seed: child_seed(child_seed(request.seed, "reconstruct"), object.id.as_str()),
+            }));
+            (object.id.clone(), Inputs { subject, mesh_generator: mesh_generator.clone() })
+        })
+        .collect();
+    if let Ok(id) = InstanceId::new(TABLE) {
+        inputs.push((id, Inputs { subject: Subject::Table(recognition.table.clone()), mesh_generator }));
+    }
+    inputs
+}
+
+pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageError> {
+    let (call, generator) = (context.call(), &context.services().ports.mesh_generator);
+    match &inputs.subject {
+        Subject::Object(subject) => {
+            let request = ReconstructionRequest {
+                object: subject.object.clone(),
+                completion: reference::completion(&context, &subject.completion).await?,
+                camera: subject.camera,
+                painted: subject.painted,
+                seed: subject.seed,
+            };
+            let raw = generator.reconstruct(&call, request).await?;
+            Ok(Output {
+                mesh: carry::put_mesh(&context, "raw.glb", raw.mesh).await?,
+                outline_m: None,
+                made_by: raw.made_by,
+                licence: raw.licence,
+                notes: raw.notes,
+            })
+        }
+        Subject::Table(table) => {
+            let raw = generator.table(&call, table.clone()).await?;
+            Ok(Output {
+                mesh: carry::put_mesh(&context, "mesh.glb", raw.mesh).await?,
+                outline_m: Some(raw.outline_m),
+                made_by: raw.made_by,
+                licence: raw.licence,
+                notes: Vec::new(),
+            })
+        }
+    }
+}

@@ -1,0 +1,101 @@
+//! Stage 3: the pixels of each recognized object in the reference picture.
+
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use super::checkpoint::{ArtifactRef, Stage};
+use super::error::StageError;
+use super::{Context, carry, reference};
+use crate::geometry::{Image, Mask};
+use crate::provider::{Adapter, Ports};
+use crate::render::overlay::{distinct_color, draw_mask_outline, draw_text, tint_mask};
+use crate::scene::{InstanceId, InstanceMask, Recognition};
+
+pub const STAGE: Stage = Stage { name: "segment", version: 1 };
+
+#[derive(Serialize)]
+pub struct Inputs {
+    picture: ArtifactRef,
+    known: Option<ArtifactRef>,
+    recognition: Arc<Recognition>,
+    segmenter: Adapter,
+}
+
+/// In the order of the recognized objects.
+#[derive(Clone, Serialize, Deserialize)]
+pub struct Output {
+    pub masks: Vec<InstanceMask>,
+}
+
+impl Inputs {
+    pub fn new(reference: &reference::Output, recognition: &Arc<Recognition>, ports: &Ports) -> Self {
+        Self {
+            picture: reference.picture.clone(),
+            known: reference.known.clone(),
+            recognition: recognition.clone(),
+            segmenter: ports.segmenter.adapter(),
+        }
+    }
+}
+
+impl Output {
+    /// Pixels of all other instances: they may hide this one.
+    pub fn others(&self, id: &InstanceId) -> Mask {
+        let Some(first) = self.masks.first() else { return Mask::empty(0, 0) };
+        let (width_px, height_px) = (first.visible.width_px(), first.visible.height_px());
+        let mut union = Mask::empty(width_px, height_px);
+        for other in self.masks.iter().filter(|mask| &mask.id != id) {
+            for (at, _) in other.visible.bits().iter().enumerate().filter(|(_, inside)| **inside) {
+                union.set(at as u32 % width_px, at as u32 / width_px, true);
+            }
+        }
+        union
+    }
+}
+
+pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageError> {
+    let (call, ports) = (context.call(), &context.services().ports);
+    let seen = reference::seen(&context, &inputs.picture, inputs.known.as_ref()).await?;
+    let masks = ports.segmenter.segment(&call, seen.clone(), inputs.recognition.clone()).await?;
+    let output = Output { masks };
+    check(&output, &inputs.recognition, &seen.picture)?;
+    context.put_json("masks.json", &output.masks).await?;
+    let shown = output.clone();
+    let drawn = context.cpu(move || drawn_on(&seen.picture, &shown.masks)).await?;
+    carry::put_picture(&context, "masks.png", drawn).await?;
+    Ok(output)
+}
+
+fn check(output: &Output, recognition: &Recognition, picture: &Image) -> Result<(), StageError> {
+    let size = (picture.width_px(), picture.height_px());
+    let named = recognition.objects.iter().map(|object| &object.id).eq(output.masks.iter().map(|m| &m.id));
+    if !named || output.masks.iter().any(|m| (m.visible.width_px(), m.visible.height_px()) != size) {
+        return Err(StageError::permanent(
+            "masks_inconsistent",
+            "segmenting the picture: the masks are not those of the recognized objects",
+        ));
+    }
+    match output.masks.iter().find(|mask| mask.visible.area_px() == 0) {
+        Some(hidden) => Err(StageError::permanent(
+            "object_not_visible",
+            format!("segmenting the picture: {} shows nowhere; use another seed or picture", hidden.id),
+        )),
+        None => Ok(()),
+    }
+}
+
+fn drawn_on(picture: &Image, masks: &[InstanceMask]) -> Image {
+    let mut drawn = picture.clone();
+    for (index, mask) in masks.iter().enumerate() {
+        tint_mask(&mut drawn, &mask.visible, distinct_color(index), 0.35);
+        draw_mask_outline(&mut drawn, &mask.visible, distinct_color(index), 1);
+    }
+    for mask in masks {
+        if let Some([x0, y0, ..]) = mask.visible.bbox_px() {
+            let (x, y) = (i64::from(x0), i64::from(y0) - 10);
+            draw_text(&mut drawn, x, y, mask.id.as_str(), 1, [20, 20, 24, 255]);
+        }
+    }
+    drawn
+}

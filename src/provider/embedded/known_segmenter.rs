@@ -1,0 +1,71 @@
+//! The embedded segmenter: masks and boxes of pictures our own painter painted, which knows them.
+
+use std::sync::Arc;
+
+use crate::geometry::Mask;
+use crate::provider::{
+    Adapter, Answer, Call, Port, ProviderError, Reference, Segmenter, TopBoxes, TopPicture,
+};
+use crate::scene::{InstanceMask, Recognition, TopBox};
+
+/// Answers from what the painter knows.
+pub struct EmbeddedSegmenter;
+
+impl Segmenter for EmbeddedSegmenter {
+    fn adapter(&self) -> Adapter {
+        Adapter::new("embedded/known", "1", &serde_json::json!({}))
+    }
+
+    fn segment<'a>(
+        &'a self,
+        _call: &'a Call,
+        reference: Reference,
+        _recognition: Arc<Recognition>,
+    ) -> Answer<'a, Vec<InstanceMask>> {
+        Box::pin(async move {
+            match reference.known {
+                Some(known) => Ok(known.masks.clone()),
+                None => Err(unknown("it cannot segment pictures nobody here painted")),
+            }
+        })
+    }
+
+    fn top_boxes<'a>(
+        &'a self,
+        _call: &'a Call,
+        top: TopPicture,
+        _recognition: Arc<Recognition>,
+    ) -> Answer<'a, TopBoxes> {
+        Box::pin(async move {
+            let known = top.known.ok_or_else(|| unknown("it finds boxes only on top views made here"))?;
+            let table_px = bounds_px(&known.table)
+                .ok_or_else(|| rejected("the table does not show on the top view".into()))?;
+            let objects = known
+                .objects
+                .iter()
+                .map(|mask| {
+                    let box_px = bounds_px(&mask.visible)
+                        .ok_or_else(|| rejected(format!("{} does not show on the top view", mask.id)))?;
+                    Ok(TopBox { id: mask.id.clone(), box_px })
+                })
+                .collect::<Result<_, ProviderError>>()?;
+            Ok(TopBoxes { table_px, objects })
+        })
+    }
+}
+
+fn bounds_px(mask: &Mask) -> Option<[f64; 4]> {
+    mask.bbox_px().map(|corners| corners.map(f64::from))
+}
+
+fn unknown(reason: &str) -> ProviderError {
+    ProviderError::Unsupported {
+        port: Port::Segmenter,
+        adapter: "embedded/known".into(),
+        reason: reason.into(),
+    }
+}
+
+fn rejected(reason: String) -> ProviderError {
+    ProviderError::Rejected { port: Port::Segmenter, code: "not_on_top_view", reason }
+}

@@ -1,0 +1,75 @@
+//! The embedded mesh generator: the parametric catalog for pictures our own painter painted.
+//!
+//! Meshes come as a remote generator's would: unit-sized, in a seeded one of the 24 axis-aligned
+//! orientations. Whoever wants them upright has to find out how.
+
+use crate::catalog::{self, Recipe};
+use crate::provider::{
+    Adapter, Answer, Call, MeshGenerator, Port, ProviderError, RawMesh, RawTable, ReconstructionRequest,
+};
+use crate::scene::RecognizedTable;
+
+use super::orientation::turned;
+
+/// Answers from the catalog.
+pub struct EmbeddedMeshGenerator;
+
+const CATALOG: &str = "embedded/catalog";
+
+/// Licence of meshes made by our own generators.
+const LICENCE: &str = "CC0-1.0";
+
+impl MeshGenerator for EmbeddedMeshGenerator {
+    fn adapter(&self) -> Adapter {
+        Adapter::new(CATALOG, env!("CARGO_PKG_VERSION"), &serde_json::json!({}))
+    }
+
+    fn reconstruct<'a>(&'a self, call: &'a Call, request: ReconstructionRequest) -> Answer<'a, RawMesh> {
+        Box::pin(call.compute(Port::MeshGenerator, move |_| {
+            let object = &request.object;
+            let recipe = Recipe {
+                category: object.category.clone(),
+                size_m: object.size_m,
+                color: object.color,
+                material: object.material.clone(),
+                seed: object.seed,
+            };
+            let mesh = catalog::build(&recipe).filter(|_| request.painted).ok_or_else(|| {
+                ProviderError::Unsupported {
+                    port: Port::MeshGenerator,
+                    adapter: CATALOG.into(),
+                    reason: format!("{:?} is no category of the catalog", object.category),
+                }
+            })?;
+            Ok(RawMesh {
+                mesh: turned(mesh, request.seed),
+                made_by: CATALOG.into(),
+                licence: LICENCE.into(),
+                notes: Vec::new(),
+            })
+        }))
+    }
+
+    fn table<'a>(&'a self, call: &'a Call, table: RecognizedTable) -> Answer<'a, RawTable> {
+        Box::pin(call.compute(Port::MeshGenerator, move |_| {
+            let built = catalog::build_table(
+                &table.model,
+                table.size_m,
+                table.color,
+                table.material.as_deref(),
+                table.seed,
+            );
+            let built = built.ok_or_else(|| ProviderError::Unsupported {
+                port: Port::MeshGenerator,
+                adapter: CATALOG.into(),
+                reason: format!("{:?} is no table model of the catalog", table.model),
+            })?;
+            Ok(RawTable {
+                mesh: built.mesh,
+                outline_m: built.outline_m,
+                made_by: CATALOG.into(),
+                licence: LICENCE.into(),
+            })
+        }))
+    }
+}

@@ -1,0 +1,114 @@
+//! The embedded scene analyst: a grammar over the catalog for texts, what the painter knows for pictures it
+//! painted, geometric evidence for standing meshes up.
+
+use serde::{Deserialize, Serialize};
+
+use super::analyst::{self, DescribeError, DescribeOptions};
+use crate::align::canonicalize::{CanonicalPose, CanonicalizeError, UprightProblem, upright};
+use crate::catalog::{self, Recipe};
+use crate::geometry::TexturedMesh;
+use crate::provider::{Adapter, Answer, Call, Port, ProviderError, Reference, SceneAnalyst, UprightQuestion};
+use crate::scene::request::RequestOptions;
+use crate::scene::{Recognition, RecognizedObject, SceneDescription};
+
+/// Answers without a model.
+pub struct EmbeddedAnalyst {
+    pub settings: analyst::Settings,
+}
+
+/// Most objects of a scene whose request does not say.
+const USUAL_MAX_OBJECTS: u32 = 64;
+
+/// What decides the answers.
+#[derive(Serialize, Deserialize)]
+struct Identity {
+    analyst: analyst::Settings,
+}
+
+impl SceneAnalyst for EmbeddedAnalyst {
+    fn adapter(&self) -> Adapter {
+        Adapter::new("embedded/grammar", "1", &Identity { analyst: self.settings.clone() })
+    }
+
+    fn describe<'a>(
+        &'a self,
+        call: &'a Call,
+        text: String,
+        seed: u64,
+        options: RequestOptions,
+    ) -> Answer<'a, SceneDescription> {
+        let settings = self.settings.clone();
+        Box::pin(call.compute(Port::Analyst, move |_| {
+            let options = DescribeOptions {
+                max_objects: options.max_objects.unwrap_or(USUAL_MAX_OBJECTS) as usize,
+                table: options.table,
+            };
+            analyst::describe(&text, seed, &options, &settings).map_err(rejected)
+        }))
+    }
+
+    fn recognize<'a>(
+        &'a self,
+        _call: &'a Call,
+        reference: Reference,
+        _seed: u64,
+        _options: RequestOptions,
+    ) -> Answer<'a, Recognition> {
+        Box::pin(async move {
+            match reference.known {
+                Some(known) => Ok(known.recognition.clone()),
+                None => Err(ProviderError::Unsupported {
+                    port: Port::Analyst,
+                    adapter: "embedded/grammar".into(),
+                    reason: "it cannot read pictures it did not paint".into(),
+                }),
+            }
+        })
+    }
+
+    fn upright<'a>(&'a self, call: &'a Call, question: UprightQuestion) -> Answer<'a, CanonicalPose> {
+        Box::pin(call.compute(Port::Analyst, move |interrupt| {
+            let example = typical(&question.object);
+            let problem = UprightProblem {
+                raw_mesh: &question.raw_mesh,
+                camera: &question.camera,
+                mask: &question.completion.silhouette,
+                picture: Some((&question.completion.picture, question.completion.shown_px)),
+                size_m: question.object.size_m,
+                example: example.as_ref(),
+            };
+            upright(&problem, &question.canonicalize, &question.dro, interrupt).map_err(|error| match error {
+                CanonicalizeError::Interrupted(interrupted) => interrupted.into(),
+                other => ProviderError::Rejected {
+                    port: Port::Analyst,
+                    code: "not_upright",
+                    reason: format!("{}: {other}", question.object.id),
+                },
+            })
+        }))
+    }
+}
+
+/// Stable code and message of a text that became no description.
+fn rejected(error: DescribeError) -> ProviderError {
+    let code = match error {
+        DescribeError::Empty => "text_empty",
+        DescribeError::TooLong { .. } => "text_too_long",
+        DescribeError::NothingRecognized { .. } => "nothing_recognized",
+        DescribeError::TooManyObjects { .. } => "too_many_objects",
+        DescribeError::UnknownTableModel { .. } => "unknown_table_model",
+    };
+    ProviderError::Rejected { port: Port::Analyst, code, reason: error.to_string() }
+}
+
+/// A typical mesh of the object's kind, not the object itself: usual size, another seed.
+fn typical(object: &RecognizedObject) -> Option<TexturedMesh> {
+    let category = catalog::category(&object.category)?;
+    catalog::build(&Recipe {
+        category: category.name.clone(),
+        size_m: category.size.typical_m(),
+        color: object.color,
+        material: object.material.clone(),
+        seed: 0,
+    })
+}
