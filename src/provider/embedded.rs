@@ -2,6 +2,7 @@
 
 pub mod analyst;
 pub mod layout;
+pub mod painter;
 pub mod orientation;
 pub mod scene_analyst;
 pub mod known_segmenter;

@@ -34,6 +34,7 @@ use serde::{Deserialize, Serialize};
 use self::draft::Draft;
 use self::grammar::Reading;
 use self::lexicon::{Lexicon, Meaning};
+pub(in crate::provider) use self::table_choice::shape_of as table_shape;
 use self::themes::Theme;
 use crate::catalog::{categories, table_models};
 use crate::geometry::Rgb;

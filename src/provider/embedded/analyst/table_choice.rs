@@ -82,7 +82,7 @@ pub(super) fn choose(
     })
 }
 
-pub(super) fn shape_of(word: &str) -> Option<TableShape> {
+pub(crate) fn shape_of(word: &str) -> Option<TableShape> {
     Some(match word {
         "rectangular" => TableShape::Rectangular,
         "square" => TableShape::Square,
