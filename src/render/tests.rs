@@ -1,3 +1,5 @@
+//! The fast renderer against the slow one, and what light must do.
+
 use glam::{DVec2, DVec3};
 
 use super::*;

@@ -1,3 +1,5 @@
+//! Catalog meshes, turned any of the 24 ways, are stood up again; what cannot be says why.
+
 use super::*;
 use crate::catalog::{Recipe, build, category};
 use crate::geometry::Pose;

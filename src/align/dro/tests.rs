@@ -1,3 +1,5 @@
+//! Known yaws come back from rendered pictures; symmetry, occlusion and wrong sizes do not mislead.
+
 use glam::DVec3;
 
 use super::*;

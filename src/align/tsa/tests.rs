@@ -1,3 +1,5 @@
+//! Scores by hand, layouts drawn and found again.
+
 use glam::DVec3;
 use proptest::prelude::*;
 

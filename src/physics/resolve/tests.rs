@@ -1,3 +1,5 @@
+//! Small layouts with a known way out, and some without one.
+
 use glam::{DQuat, DVec3};
 
 use super::*;

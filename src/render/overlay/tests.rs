@@ -1,3 +1,5 @@
+//! Lines, boxes, text and sheets land on the pixels they should.
+
 use glam::DVec2;
 
 use super::*;

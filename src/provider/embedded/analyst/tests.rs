@@ -1,3 +1,5 @@
+//! Sentences and what must be read from them.
+
 use glam::DVec3;
 
 use super::*;
