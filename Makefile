@@ -1,0 +1,34 @@
+# make demo    a sentence and a picture become two scenes under out/
+# make test    everything: formatting, lints, tests, and independent programs that judge sample scenes
+# make bars    the promises of the README measured in full; writes docs/results/
+# make build   the release binary
+#
+# Needed: a Rust toolchain, a C compiler, make, Python 3.11 with venv. What else is needed is fetched from
+# the package registries by cargo, pip and npm, the first time only.
+
+TARGET_DIR := $(abspath $(or $(CARGO_TARGET_DIR),target))
+export CARGO_TARGET_DIR := $(TARGET_DIR)
+CARGO ?= cargo
+export PYTHONDONTWRITEBYTECODE := 1
+
+.PHONY: help build demo test bars
+
+help:
+	@sed -n 's/^# //p' Makefile | head -4
+
+build:
+	@scripts/prerequisites.sh demo >/dev/null
+	$(CARGO) build --release --locked
+
+demo: build
+	@python="$$(scripts/prerequisites.sh demo)" && "$$python" scripts/demo.py --binary "$(TARGET_DIR)/release/tabletopgen"
+
+test:
+	@python="$$(scripts/prerequisites.sh)" && "$$python" scripts/test.py --target-dir "$(TARGET_DIR)"
+
+# BARS names those to run, of: sentences generate_time determinism kill
+BARS ?= sentences generate_time determinism kill
+bars: build
+	@python="$$(scripts/prerequisites.sh)" && for bar in $(BARS); do \
+	    "$$python" -m bars.$$bar --target-dir "$(TARGET_DIR)" || exit 1; done
+bars: export PYTHONPATH := scripts

@@ -1,0 +1,1 @@
+"""The promises of the README, each measured in full and written to docs/results/."""

@@ -1,0 +1,46 @@
+"""Twelve objects: how long `generate` takes from an empty data directory, and where the time goes.
+
+    PYTHONPATH=scripts python3 -m bars.generate_time [--target-dir target] [--runs 9]
+"""
+
+import statistics
+
+from bars.page import arguments, table, write
+from bars.run import run
+from generating import generate
+from sentences import sentences
+
+BAR_SECONDS = 5.0
+SENTENCE = "kitchen_prep"
+
+
+def main() -> bool:
+    given = arguments(__doc__.splitlines()[0], runs=9)
+    sentence = next(s for s in sentences() if s.name == SENTENCE)
+    runs = []
+    for k in range(given.runs):
+        made = generate(given.binary, given.work / "generate_time", sentence.text, sentence.seed)
+        print(f"run {k + 1}: {made.seconds:.2f} s", flush=True)
+        runs.append(made)
+    seconds = sorted(made.seconds for made in runs)
+    median = statistics.median(seconds)
+    rows = []
+    for stage in runs[0].told["stages"]:
+        name = stage["stage"]
+        spent = [sum(s["elapsed_ms"] for s in made.told["stages"] if s["stage"] == name) for made in runs]
+        if all(row[0] != name for row in rows):
+            rows.append([name, f"{statistics.median(spent):.0f}", f"{min(spent):.0f}", f"{max(spent):.0f}"])
+    body = (
+        f"Median {median:.2f} s over {len(runs)} runs (fastest {seconds[0]:.2f} s, slowest {seconds[-1]:.2f} s), whole "
+        f"process, from an empty data directory; the bar is {BAR_SECONDS:.0f} s on two cores.\n\n"
+        f"Sentence ({sentence.objects} objects, seed {sentence.seed}): {sentence.text}\n\n"
+        "Stages that work on one instance at a time are summed over instances, which run side by side, so these "
+        "columns add up to more than the whole.\n\n"
+        + table(["stage", "median ms", "least ms", "most ms"], rows)
+    )
+    write("generate_time", "Time of one scene", body)
+    return median <= BAR_SECONDS
+
+
+if __name__ == "__main__":
+    run(main)

@@ -1,0 +1,77 @@
+"""A page of results: what was run, on which commit and machine, and a table."""
+
+import argparse
+import hashlib
+import os
+import platform
+import subprocess
+import time
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent.parent
+RESULTS = ROOT / "docs" / "results"
+
+
+def arguments(description: str, **more) -> argparse.Namespace:
+    """The options every bar has; `more` are options of its own with their defaults."""
+    parser = argparse.ArgumentParser(description=description)
+    parser.add_argument("--target-dir", type=Path, default=ROOT / "target")
+    for name, default in more.items():
+        parser.add_argument("--" + name.replace("_", "-"), type=type(default), default=default)
+    given = parser.parse_args()
+    given.target_dir = given.target_dir.resolve()
+    given.binary = given.target_dir / "release" / "tabletopgen"
+    given.work = given.target_dir / "bars"
+    given.work.mkdir(parents=True, exist_ok=True)
+    return given
+
+
+def table(columns, rows) -> str:
+    cells = [[str(cell) for cell in row] for row in rows]
+    number = [all(row[k][:1].isdigit() for row in cells) and bool(cells) for k in range(len(columns))]
+    lines = ["| " + " | ".join(columns) + " |", "| " + " | ".join("---:" if n else "---" for n in number) + " |"]
+    return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in cells])
+
+
+def write(bar: str, title: str, body: str):
+    """docs/results/BAR.md, with the command and the commit that made it."""
+    RESULTS.mkdir(parents=True, exist_ok=True)
+    made = f"`make bars BARS={bar}` at commit {commit()} on {time.strftime('%Y-%m-%d', time.gmtime())}, {machine()}."
+    path = RESULTS / f"{bar}.md"
+    path.write_text(f"# {title}\n\n{made}\n\n{body.rstrip()}\n", encoding="utf-8")
+    print(f"{body}\n\nwritten to {path.relative_to(ROOT)}", flush=True)
+
+
+def commit() -> str:
+    found = git("rev-parse", "--short=12", "HEAD")
+    changed = git("status", "--porcelain", "--", ".", ":!docs/results")
+    return (found or "(no git)") + (" with uncommitted changes" if changed else "")
+
+
+def source_digest() -> str:
+    """Of everything that decides the program's bytes and its answers."""
+    whole = hashlib.sha256()
+    for name in ("src", "config", "schemas", "migrations", "Cargo.lock", "Cargo.toml", "rust-toolchain.toml"):
+        path = ROOT / name
+        files = [path] if path.is_file() else sorted(p for p in path.rglob("*") if p.is_file())
+        for file in files:
+            whole.update(file.relative_to(ROOT).as_posix().encode() + b"\0" + file.read_bytes())
+    return whole.hexdigest()[:16]
+
+
+def machine() -> str:
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+        model = next(line.split(":")[1].strip() for line in lines if line.startswith("model name"))
+    except (OSError, StopIteration):
+        model = platform.processor() or platform.machine()
+    return f"{len(os.sched_getaffinity(0)) if hasattr(os, 'sched_getaffinity') else os.cpu_count()} cores of {model}"
+
+
+def git(*words) -> str:
+    run = subprocess.run(["git", "-C", str(ROOT), *words], capture_output=True, text=True)
+    return run.stdout.strip() if run.returncode == 0 else ""
+
+
+def percent(fraction, digits=1) -> str:
+    return f"{100 * fraction:.{digits}f} %"

@@ -1,0 +1,119 @@
+"""`make demo`: a sentence and a picture go in, two bundles come out. Standard library only.
+
+    python3 scripts/demo.py --binary target/release/tabletopgen [--out out] [--text T] [--picture F] [--seed N]
+
+Starts the server on its embedded defaults (any free port, temporary data), submits both, shows what
+happens, downloads and unpacks both bundles, prints their certificates and stops the server.
+"""
+
+import argparse
+import errno
+import shutil
+import signal
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from server import Problem, Server, loopback_works
+from unpacking import print_certificate, unpack
+
+TEXT = "A wooden desk with a laptop, a mug with two pencils in it, three books stacked on each other, a plate with two apples and a potted plant"
+# Two bundles, their archives and the server's data take some 100 MB.
+NEEDED_BYTES = 500_000_000
+JOB_SECONDS = 600
+
+
+def main() -> int:
+    root = Path(__file__).resolve().parent.parent
+    parser = argparse.ArgumentParser(description="Make two scenes through the server and unpack them.")
+    parser.add_argument("--binary", type=Path, default=root / "target/release/tabletopgen")
+    parser.add_argument("--out", type=Path, default=root / "out")
+    parser.add_argument("--text", default=TEXT)
+    parser.add_argument("--picture", type=Path, default=root / "docs/demo_table.png")
+    parser.add_argument("--seed", type=int, default=7)
+    arguments = parser.parse_args()
+    signal.signal(signal.SIGTERM, lambda *_: (_ for _ in ()).throw(KeyboardInterrupt()))
+    log = arguments.out / "server.log"
+    try:
+        make_room(arguments.out)
+        picture = read_picture(arguments.picture)
+        loopback_works()
+        log.unlink(missing_ok=True)
+        with tempfile.TemporaryDirectory(prefix="tabletopgen-demo-", ignore_cleanup_errors=True) as data:
+            with Server(arguments.binary, Path(data), log) as server:
+                version = server.json("GET", "/version")["version"]
+                print(f"tabletopgen {version} listens on http://127.0.0.1:{server.port} (until this demo ends)\n")
+                print(f"the sentence: {arguments.text}")
+                make(server, server.submit_text(arguments.text, arguments.seed), arguments.out, "sentence")
+                print(f"the picture: {arguments.picture} ({len(picture)} bytes, nothing else is known about it)")
+                make(server, server.submit_picture(picture, arguments.seed), arguments.out, "picture")
+        print(f"done; look at {arguments.out}/sentence/preview and {arguments.out}/picture/preview,")
+        print("or load a scene as the README.md beside it says; the server has stopped")
+        return 0
+    except KeyboardInterrupt:
+        print("\nstopped; the server is gone and its temporary data too", file=sys.stderr)
+        return 130
+    except Problem as problem:
+        print(f"\nthe demo did not finish: {problem}", file=sys.stderr)
+    except OSError as error:
+        if error.errno in (errno.ENOSPC, errno.EDQUOT):
+            print(f"\nthe demo did not finish: the disk is full ({error.filename or arguments.out})", file=sys.stderr)
+        else:
+            print(f"\nthe demo did not finish: {error}", file=sys.stderr)
+    return 1
+
+
+def make_room(out: Path):
+    out.mkdir(parents=True, exist_ok=True)
+    for folder in (out, Path(tempfile.gettempdir())):
+        free = shutil.disk_usage(folder).free
+        if free < NEEDED_BYTES:
+            raise Problem(f"{folder} has {free // 10**6} MB left and {NEEDED_BYTES // 10**6} MB are needed; free some")
+
+
+def read_picture(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise Problem(f"the picture {path} cannot be read: {error.strerror}")
+
+
+def make(server, scene, out: Path, name: str):
+    """Follows the scene's job to its end, then downloads and unpacks the bundle."""
+    start = time.monotonic()
+    follow(server, scene["job"]["id"], start)
+    scene = server.json("GET", f"/scenes/{scene['id']}")
+    if scene["state"] != "ready":
+        failure = scene["failure"] or {"message": "no reason was given", "code": scene["state"]}
+        raise Problem(f"no scene came of the {name}: {failure['message']} ({failure['code']})\n{server.words()}")
+    took = time.monotonic() - start
+    content = server.download(scene["links"]["bundle"], out / f"{name}.zip")
+    folder = unpack(out / f"{name}.zip", out / name)
+    print(f"  {took:.1f} s; {len(content) / 1e6:.1f} MB in {out / name}.zip, unpacked to {folder}\n  certificate")
+    print_certificate(folder)
+    print(flush=True)
+
+
+def follow(server, job_id, start):
+    """A line as each stage begins and ends, as the server's events tell it."""
+    current, work_ms, instances = None, 0, 0
+    for event in server.events(job_id, deadline=time.monotonic() + JOB_SECONDS):
+        kind, data = event["kind"], event["data"]
+        at = f"  {time.monotonic() - start:6.2f} s  "
+        if kind == "stage_started" and data["stage"] != current:
+            current, work_ms, instances = data["stage"], 0, 0
+            print(f"{at}{current:<13} ...", flush=True)
+        elif kind == "stage_finished":
+            work_ms += data["elapsed_ms"]
+            instances += 1
+            of = f"{data['instance']} ({instances})" if "instance" in data else "done"
+            print(f"{at}{data['stage']:<13} {of}, {work_ms} ms of work", flush=True)
+        elif kind == "stage_progress":
+            print(f"{at}{data['stage']:<13} {data['message']}", flush=True)
+        elif kind == "job_retrying":
+            print(f"{at}trying again: {data['failure']['message']}", flush=True)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

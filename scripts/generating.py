@@ -1,0 +1,66 @@
+"""`tabletopgen generate` as the scripts call it, and fingerprints of what it writes."""
+
+import hashlib
+import json
+import os
+import shutil
+import subprocess
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+from server import Problem
+
+
+@dataclass
+class Generated:
+    folder: Path
+    seconds: float
+    told: dict
+
+
+def generate(binary: Path, out: Path, text: str, seed: int, threads=None, environment=None, seconds=600) -> Generated:
+    """Makes one scene from a sentence in an empty data directory; `told` is what `--json` printed."""
+    if out.exists():
+        shutil.rmtree(out)
+    out.parent.mkdir(parents=True, exist_ok=True)
+    command = [str(binary), "generate", "--text", text, "--seed", str(seed), "--out", str(out), "--json"]
+    command += ["--threads", str(threads)] if threads else []
+    start = time.perf_counter()
+    try:
+        run = subprocess.run(
+            command, capture_output=True, text=True, timeout=seconds, env=dict(os.environ, **(environment or {}))
+        )
+    except subprocess.TimeoutExpired:
+        raise Problem(f"{text!r} was not done within {seconds} s")
+    except OSError as error:
+        raise Problem(f"{binary} does not start: {error.strerror}; build it with `make build`")
+    took = time.perf_counter() - start
+    if run.returncode != 0:
+        last = "\n  ".join((run.stderr or run.stdout).strip().splitlines()[-12:])
+        raise Problem(f"{text!r} gave no scene (exit code {run.returncode}):\n  {last}")
+    try:
+        told = json.loads(run.stdout)
+    except ValueError:
+        raise Problem(f"--json did not print JSON but {run.stdout[:200]!r}")
+    return Generated(out, took, told)
+
+
+def fingerprint(folder: Path) -> str:
+    """One digest over the names and bytes of every file below the folder."""
+    whole = hashlib.sha256()
+    for path in sorted(p for p in folder.rglob("*") if p.is_file()):
+        name = path.relative_to(folder).as_posix()
+        whole.update(f"{name}\0{hashlib.sha256(path.read_bytes()).hexdigest()}\n".encode())
+    return whole.hexdigest()
+
+
+def differing_files(a: Path, b: Path) -> list:
+    """Files that only one of two folders has, or that differ."""
+    names = {p.relative_to(f).as_posix() for f in (a, b) for p in f.rglob("*") if p.is_file()}
+
+    def content(folder, name):
+        path = folder / name
+        return path.read_bytes() if path.is_file() else None
+
+    return sorted(name for name in names if content(a, name) != content(b, name))

@@ -1,0 +1,43 @@
+"""Runs tests/judges, in the environment that tests/judges/setup.sh makes."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+from server import Problem
+
+JUDGES = Path(__file__).resolve().parent.parent / "tests" / "judges"
+
+
+def start_setup(environment: Path) -> subprocess.Popen:
+    """Makes the environment, beside whatever else is going on; finish with `finish_setup`."""
+    return subprocess.Popen(
+        ["sh", str(JUDGES / "setup.sh")],
+        env=dict(os.environ, JUDGES_VENV=str(environment), PYTHON=sys.executable),
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
+
+
+def finish_setup(setup: subprocess.Popen):
+    words, _ = setup.communicate()
+    if setup.returncode != 0:
+        raise Problem(words.strip() or f"tests/judges/setup.sh ended with exit code {setup.returncode}")
+
+
+def judge(environment: Path, bundles, dss_bar=0.95) -> dict:
+    """The findings of judge.py; look at `accepted`."""
+    command = [str(environment / "bin/python"), str(JUDGES / "judge.py"), "--json", "--dss-bar", str(dss_bar)]
+    run = subprocess.run(command + [str(bundle) for bundle in bundles], capture_output=True, text=True)
+    if run.returncode not in (0, 1):
+        raise Problem(f"judge.py did not run:\n{run.stderr.strip()[-2000:]}")
+    return json.loads(run.stdout)
+
+
+def complaints(findings: dict, bundle: Path) -> list:
+    verdicts = findings["bundles"][str(bundle.resolve())]
+    return [f"{judge}: {words}" for judge, verdict in verdicts.items() for words in verdict["complaints"]]

@@ -1,0 +1,153 @@
+"""`make test`: everything, from formatting to independent programs that judge what comes out.
+
+    python3 scripts/test.py [--target-dir target]
+
+Stops at the first step that fails and says which; the last line is a summary either way.
+"""
+
+import argparse
+import os
+import re
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+from generating import differing_files, generate
+from judging import JUDGES, complaints, finish_setup, judge, start_setup
+from sentences import differences, sentences
+from server import Problem
+
+ROOT = Path(__file__).resolve().parent.parent
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description="Run every test.")
+    parser.add_argument("--target-dir", type=Path, default=ROOT / "target")
+    target = parser.parse_args().target_dir.resolve()
+    environment = target / "judges"
+    start, done = time.monotonic(), []
+    # The judges' environment comes over the network while the compiler works.
+    setup = start_setup(environment)
+
+    def finish_environment():
+        finish_setup(setup)
+        return "ready"
+
+    steps = [
+        ("formatting", lambda: cargo("fmt", "--check")),
+        ("clippy", lambda: cargo("clippy", "--locked", "--all-targets", "--", "-D", "warnings")),
+        ("cargo test", cargo_test),
+        ("judges' environment", finish_environment),
+        ("sample scenes", lambda: make_sample(target)),
+        ("judges", lambda: judge_sample(target, environment)),
+        ("judges' own test", lambda: test_judges(target, environment)),
+    ]
+    code = 1
+    try:
+        for name, step in steps:
+            print(f"== {name}", flush=True)
+            began = time.monotonic()
+            done.append(f"{name}: {step()}")
+            print(f"== {done[-1]} ({time.monotonic() - began:.0f} s)", flush=True)
+        code = 0
+    except Problem as problem:
+        print(f"== {name} FAILED: {problem}", flush=True)
+        done.append(f"{name} FAILED")
+    except KeyboardInterrupt:
+        done.append(f"{name} interrupted")
+    finally:
+        if setup.poll() is None:
+            setup.terminate()
+            setup.wait()
+    minutes = (time.monotonic() - start) / 60
+    print(f"make test: {'all passed' if code == 0 else 'FAILED'} in {minutes:.1f} min ({'; '.join(done)})")
+    return code
+
+
+def run(command, environment=None, collect=False) -> list:
+    """Streams a command's output; its lines, if they are wanted."""
+    lines = []
+    with subprocess.Popen(
+        [str(part) for part in command],
+        cwd=ROOT,
+        env=dict(os.environ, **(environment or {})),
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE if collect else None,
+        stderr=None,
+        text=True,
+    ) as process:
+        for line in process.stdout or ():
+            sys.stdout.write(line)
+            lines.append(line)
+        code = process.wait()
+    sys.stdout.flush()
+    if code != 0:
+        raise Problem(f"`{' '.join(map(str, command))}` ended with exit code {code}; see above")
+    return lines
+
+
+def cargo(*arguments) -> str:
+    run([os.environ.get("CARGO", "cargo"), *arguments])
+    return "clean"
+
+
+def cargo_test() -> str:
+    lines = run([os.environ.get("CARGO", "cargo"), "test", "--locked", "--no-fail-fast"], collect=True)
+    results = [re.match(r"test result: ok\. (\d+) passed; \d+ failed; (\d+) ignored", line) for line in lines]
+    counts = [(int(found[1]), int(found[2])) for found in results if found]
+    passed, ignored = sum(c[0] for c in counts), sum(c[1] for c in counts)
+    if passed == 0:
+        raise Problem("no test ran")
+    return f"{passed} passed, {ignored} ignored"
+
+
+def make_sample(target: Path) -> str:
+    # The development build is optimized and there already; building for release would take longer.
+    binary = target / "debug" / "tabletopgen"
+    slowest = 0.0
+    for sentence in chosen():
+        made = generate(binary, sample_folder(target, sentence), sentence.text, sentence.seed, threads=2)
+        slowest = max(slowest, made.seconds)
+        wrong = differences(sentence, made.folder)
+        print(f"   {sentence.name}: {sentence.objects} objects in {made.seconds:.1f} s {'; '.join(wrong)}", flush=True)
+        if wrong:
+            raise Problem(f"{sentence.name} holds {'; '.join(wrong)}")
+        if sentence.threads:
+            again = generate(binary, target / "sample" / "one_thread", sentence.text, sentence.seed, threads=1)
+            if differing := differing_files(made.folder, again.folder):
+                raise Problem(f"one thread and two give other bytes: {', '.join(differing[:10])}")
+            print(f"   {sentence.name}: the same bytes with one thread and with two", flush=True)
+    return f"{len(chosen())} scenes as asked for, the slowest in {slowest:.1f} s"
+
+
+def chosen():
+    return [sentence for sentence in sentences() if sentence.sample]
+
+
+def sample_folder(target: Path, sentence) -> Path:
+    return target / "sample" / sentence.name
+
+
+def judge_sample(target: Path, environment: Path) -> str:
+    bundles = [sample_folder(target, sentence) for sentence in chosen()]
+    findings = judge(environment, bundles)
+    for bundle in bundles:
+        verdicts = findings["bundles"][str(bundle.resolve())]
+        words = [f"{name} {v['facts'].get('seconds', 0):.1f} s" for name, v in verdicts.items()]
+        print(f"   {bundle.name}: {', '.join(words)}", flush=True)
+        for complaint in complaints(findings, bundle)[:20]:
+            print(f"     - {complaint}", flush=True)
+    if not findings["accepted"]:
+        raise Problem(f"not every judge accepts, or too few bodies rest ({findings['dss_mujoco']:.3f} of them)")
+    return f"all accept {len(bundles)} bundles; in MuJoCo {100 * findings['dss_mujoco']:.1f} % rest"
+
+
+def test_judges(target: Path, environment: Path) -> str:
+    bundle = sample_folder(target, chosen()[0])
+    lines = run([environment / "bin/python", JUDGES / "test_judges.py", bundle], collect=True)
+    return lines[-1].strip() if lines else "silent"
+
+
+if __name__ == "__main__":
+    sys.exit(main())
