@@ -1,1 +1,34 @@
-//! (in progress)
+//! Reading a picture nobody here painted, by classical means: colors, lines, ellipses, one camera model.
+//!
+//! [`read_picture`] walks these steps, each in its own file: the plain backdrop is learned from the border;
+//! the table top is the evenest large surface before it, its edge a quadrilateral or an ellipse; the
+//! camera is the one that sees a level rectangle or circle there; what is neither bare top nor shadow nor
+//! the table's own rim and legs is a thing; each thing becomes the simplest solid with its outline. It is
+//! made for product pictures (plain light backdrop, level camera, whole table) and refuses rather than
+//! guesses: [`VisionError`] says what was not found. [`descriptor`] is the classical form of `Phi`.
+//!
+//! Vision knows pictures and geometry, neither jobs nor ports; nothing here is random.
+
+mod settings;
+mod error;
+mod pixels;
+mod regions;
+mod polygon;
+mod minimize;
+mod backdrop;
+mod surface;
+mod outline;
+mod camera_fit;
+mod instances;
+mod silhouette;
+pub mod solid_fit;
+mod reading;
+pub mod descriptor;
+
+pub use error::VisionError;
+pub use reading::{ObjectReading, PictureReading, TableReading, TopShape, read_picture};
+pub use settings::VisionSettings;
+pub use solid_fit::{SolidFit, SolidKind, fit_solid};
+
+#[cfg(test)]
+pub(crate) mod tests;

@@ -1,0 +1,65 @@
+//! Why a picture was not read.
+
+use crate::geometry::Interrupted;
+
+/// What was not found in a picture, and what to send instead. Nothing is made up in its place.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum VisionError {
+    #[error(
+        "reading the picture: {width_px} x {height_px} pixels are too few to tell things apart; send one \
+         of at least 160 pixels a side"
+    )]
+    TooSmall { width_px: u32, height_px: u32 },
+    #[error(
+        "reading the picture: no table top could be told from the background, because only {percent:.0} % \
+         of the border shows one plain backdrop; send a picture of the whole table before a plain light wall"
+    )]
+    BackdropNotPlain { percent: f64 },
+    #[error(
+        "reading the picture: no table top could be told from the background: no even surface fills at \
+         least {percent:.0} % of it; send a picture that shows the whole table, before a backdrop of \
+         another color"
+    )]
+    NoTop { percent: f64 },
+    #[error(
+        "reading the picture: the surface found is neither a rectangle nor a circle (it covers {percent:.0} \
+         % of the nearer of the two); send a rectangular or round table whose edge shows all around"
+    )]
+    OutlineUnclear { percent: f64 },
+    #[error(
+        "reading the picture: no camera shows a level rectangular or round table with the outline found \
+         ({residual_px:.0} pixels off); hold the camera level and show the whole table"
+    )]
+    CameraUnclear { residual_px: f64 },
+    #[error("reading the picture: the table top was found, but nothing could be told apart on it")]
+    NoObjects,
+    #[error(
+        "reading the picture: what stands on the table could not be told apart: one outline covers \
+         {percent:.0} % of the top; set the objects apart, or use a top of another color than theirs"
+    )]
+    ObjectsNotSeparated { percent: f64 },
+    #[error(
+        "reading the picture: {count} separate things were found on the table, more than can be believed \
+         (a patterned top?); use a plain top or fewer objects"
+    )]
+    TooManyObjects { count: usize },
+    #[error(transparent)]
+    Interrupted(#[from] Interrupted),
+}
+
+impl VisionError {
+    /// Stable name of the reason, `[a-z_]+`.
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::TooSmall { .. } => "picture_too_small",
+            Self::BackdropNotPlain { .. } => "backdrop_not_plain",
+            Self::NoTop { .. } => "no_table_top",
+            Self::OutlineUnclear { .. } => "table_outline_unclear",
+            Self::CameraUnclear { .. } => "camera_unclear",
+            Self::NoObjects => "no_objects",
+            Self::ObjectsNotSeparated { .. } => "objects_not_separated",
+            Self::TooManyObjects { .. } => "too_many_objects",
+            Self::Interrupted(_) => "interrupted",
+        }
+    }
+}

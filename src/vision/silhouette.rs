@@ -1,0 +1,115 @@
+//! A mask reduced to a few rows, against which outlines are held quickly.
+
+use glam::DVec2;
+
+/// Rows of a mask's crop with running sums, so that an interval's overlap takes two look-ups.
+pub(in crate::vision) struct Silhouette {
+    /// Position of the crop's corner and the side of a cell, pixels.
+    origin: DVec2,
+    cell_px: f64,
+    columns: usize,
+    rows: usize,
+    /// Set cells left of each column, per row.
+    sums: Vec<f32>,
+    area: f32,
+}
+
+impl Silhouette {
+    /// Of pixel indices in a picture `width` wide, at most `side` cells a side, with a margin of a quarter.
+    pub fn new(indices: &[usize], width: usize, side: usize) -> Self {
+        let (mut low, mut high) = ([usize::MAX; 2], [0_usize; 2]);
+        for &index in indices {
+            let p = [index % width, index / width];
+            (0..2).for_each(|k| (low[k], high[k]) = (low[k].min(p[k]), high[k].max(p[k] + 1)));
+        }
+        let extent = [0, 1].map(|k| high[k].saturating_sub(low[k]).max(1) as f64);
+        let cell_px = (1.5 * extent[0].max(extent[1]) / side as f64).max(1.0);
+        let origin = DVec2::new(low[0] as f64, low[1] as f64) - 0.25 * DVec2::from_array(extent);
+        let count = |k: usize| (1.5 * extent[k] / cell_px).ceil() as usize + 1;
+        let (columns, rows) = (count(0), count(1));
+        let mut cells = vec![0.0_f32; columns * rows];
+        let share = 1.0 / (cell_px * cell_px) as f32;
+        for &index in indices {
+            let p = DVec2::new((index % width) as f64 + 0.5, (index / width) as f64 + 0.5) - origin;
+            let (c, r) = ((p.x / cell_px) as usize, (p.y / cell_px) as usize);
+            cells[r.min(rows - 1) * columns + c.min(columns - 1)] += share;
+        }
+        let mut sums = Vec::with_capacity((columns + 1) * rows);
+        for row in cells.chunks_exact(columns) {
+            let mut sum = 0.0;
+            sums.push(0.0);
+            for cell in row {
+                sum += cell.min(1.0);
+                sums.push(sum);
+            }
+        }
+        let area = sums.chunks_exact(columns + 1).map(|row| row[columns]).sum();
+        Self { origin, cell_px, columns, rows, sums, area }
+    }
+
+    /// Intersection over union with a shape that is the union, row by row, of the span covered by convex
+    /// polygons (pixels, any orientation).
+    pub fn overlap(&self, polygons: &[Vec<DVec2>]) -> f64 {
+        let mut spans = vec![(f64::INFINITY, f64::NEG_INFINITY); self.rows];
+        let mut outside = 0.0;
+        for polygon in polygons {
+            for k in 0..polygon.len() {
+                let a = (polygon[k] - self.origin) / self.cell_px;
+                let b = (polygon[(k + 1) % polygon.len()] - self.origin) / self.cell_px;
+                let (top, bottom) = if a.y <= b.y { (a, b) } else { (b, a) };
+                // What reaches beyond the crop is far from any mask.
+                if top.y < -0.5 || bottom.y > self.rows as f64 + 0.5 {
+                    outside += (bottom.y.min(1e4) - top.y.max(-1e4)).min(50.0);
+                }
+                let first = (top.y - 0.5).ceil().max(0.0) as usize;
+                for (row, span) in spans.iter_mut().enumerate().skip(first) {
+                    let y = row as f64 + 0.5;
+                    if y > bottom.y {
+                        break;
+                    }
+                    let t = if bottom.y > top.y { (y - top.y) / (bottom.y - top.y) } else { 0.5 };
+                    let x = top.x + t * (bottom.x - top.x);
+                    *span = (span.0.min(x), span.1.max(x));
+                }
+            }
+        }
+        let (mut both, mut own) = (0.0, 0.0);
+        for (row, &(x0, x1)) in spans.iter().enumerate() {
+            if x1 > x0 {
+                own += (x1 - x0) as f32;
+                both += self.sum_to(row, x1) - self.sum_to(row, x0);
+            }
+        }
+        let either = f64::from(own + self.area - both) + outside;
+        f64::from(both) / either.max(1e-9)
+    }
+
+    fn sum_to(&self, row: usize, x: f64) -> f32 {
+        let x = x.clamp(0.0, self.columns as f64);
+        let whole = (x as usize).min(self.columns - 1);
+        let at = row * (self.columns + 1) + whole;
+        let rest = (x - whole as f64) as f32;
+        self.sums[at] + rest * (self.sums[at + 1] - self.sums[at])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_square_overlaps_itself_and_half_of_its_neighbor() {
+        let indices: Vec<usize> = (0..40).flat_map(|y| (0..40).map(move |x| (y + 30) * 200 + x + 50)).collect();
+        let silhouette = Silhouette::new(&indices, 200, 60);
+        let square = |x: f64| {
+            vec![vec![
+                DVec2::new(x, 30.0),
+                DVec2::new(x + 40.0, 30.0),
+                DVec2::new(x + 40.0, 70.0),
+                DVec2::new(x, 70.0),
+            ]]
+        };
+        assert!((silhouette.overlap(&square(50.0)) - 1.0).abs() < 0.02);
+        assert!((silhouette.overlap(&square(70.0)) - 1.0 / 3.0).abs() < 0.03);
+    }
+}

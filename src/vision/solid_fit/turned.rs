@@ -1,0 +1,97 @@
+//! Turned bodies: a frustum first, then a profile of rings.
+
+use std::f64::consts::TAU;
+
+use glam::DVec2;
+
+use super::{Seen, SolidFit, SolidKind, projected_hull};
+use crate::geometry::Camera;
+use crate::vision::minimize::climb;
+use crate::vision::silhouette::Silhouette;
+
+/// Corners of a projected ring.
+const AROUND: u32 = 20;
+/// Rings of the profile.
+const RINGS: usize = 12;
+
+pub(super) fn fit(seen: &Seen, silhouette: &Silhouette, camera: &Camera) -> Option<SolidFit> {
+    let radius = (0.5 * (seen.high_px.x - seen.low_px.x) * seen.unit_per_px).max(1e-4);
+    let score = |q: &[f64; 5]| {
+        if q[2] <= 1e-4 || q[3] <= 1e-4 || q[4] <= 5e-4 {
+            return -1.0;
+        }
+        let rings = [DVec2::new(q[2], 0.0), DVec2::new(q[3], q[4])];
+        silhouette.overlap(&outlines(DVec2::new(q[0], q[1]), &rings, camera))
+    };
+    let mut best: Option<([f64; 5], f64)> = None;
+    for (start_radius, flatness) in [(radius, 1.0), (radius, 0.1), (0.6 * radius, 1.0)] {
+        let center = seen.contact + start_radius * seen.away;
+        let height = (flatness * seen.height_over(center + start_radius * seen.away, camera)).max(0.05 * radius);
+        let start = [center.x, center.y, start_radius, start_radius, height];
+        let step = 0.3 * radius;
+        let found = climb(start, [step, step, step, step, 0.3 * height.max(radius)], 6, score);
+        if best.is_none_or(|b| found.1 > b.1) {
+            best = Some(found);
+        }
+    }
+    let ([x, y, bottom, top, height], frustum_overlap) = best?;
+    let center = DVec2::new(x, y);
+    // A profile only where the frustum leaves something to gain and the outline is that of a turned body.
+    let mut profile = vec![DVec2::new(bottom, 0.0), DVec2::new(top, height)];
+    let mut overlap = frustum_overlap;
+    if frustum_overlap < 0.93 && seen.mirror_symmetry > 0.85 {
+        let start: [f64; RINGS] = std::array::from_fn(|k| {
+            let t = k as f64 / (RINGS - 1) as f64;
+            bottom + t * (top - bottom)
+        });
+        let rings = |radii: &[f64; RINGS], height: f64| -> Vec<DVec2> {
+            let z = |k: usize| height * k as f64 / (RINGS - 1) as f64;
+            radii.iter().enumerate().map(|(k, r)| DVec2::new(*r, z(k))).collect()
+        };
+        let mut height = height;
+        let mut radii = start;
+        for _ in 0..2 {
+            let body = |radii: &[f64; RINGS]| {
+                if radii.iter().any(|r| *r < 0.02 * radius) {
+                    return -1.0;
+                }
+                // Rough profiles are unlikely.
+                let bends: f64 = radii.windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]).abs()).sum();
+                silhouette.overlap(&outlines(center, &rings(radii, height), camera)) - 0.01 * bends / radius
+            };
+            radii = climb(radii, [0.25 * radius; RINGS], 4, body).0;
+            let taller = |q: &[f64; 1]| {
+                if q[0] <= 1e-4 {
+                    return -1.0;
+                }
+                silhouette.overlap(&outlines(center, &rings(&radii, q[0]), camera))
+            };
+            height = climb([height], [0.1 * height], 5, taller).0[0];
+        }
+        let found = rings(&radii, height);
+        let gained = silhouette.overlap(&outlines(center, &found, camera));
+        if gained > frustum_overlap + 0.02 {
+            (profile, overlap) = (found, gained);
+        }
+    }
+    let widest = profile.iter().map(|p| p.x).fold(0.0, f64::max);
+    let height = profile.last()?.y;
+    Some(SolidFit {
+        kind: SolidKind::Turned { profile },
+        center,
+        yaw_rad: 0.0,
+        size: DVec2::splat(2.0 * widest).extend(height),
+        overlap,
+    })
+}
+
+/// Outlines whose union is the silhouette: one per pair of neighboring rings.
+fn outlines(center: DVec2, rings: &[DVec2], camera: &Camera) -> Vec<Vec<DVec2>> {
+    let ring = |p: DVec2| {
+        (0..AROUND).map(move |k| {
+            let angle = TAU * f64::from(k) / f64::from(AROUND);
+            (center + p.x * DVec2::from_angle(angle)).extend(p.y)
+        })
+    };
+    rings.windows(2).map(|pair| projected_hull(camera, ring(pair[0]).chain(ring(pair[1])))).collect()
+}

@@ -1,0 +1,4 @@
+//! Pictures painted from the catalog, read back.
+
+mod painted;
+mod read;

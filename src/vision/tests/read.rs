@@ -1,0 +1,108 @@
+//! How near the reading comes to the truth.
+
+use glam::DVec2;
+
+use super::painted::{Painted, scenes, settings};
+use crate::geometry::{Image, Interrupt, Mask};
+use crate::render::overlay::{distinct_color, draw_polyline, tint_mask};
+use crate::vision::{PictureReading, TopShape, read_picture};
+
+/// Figures of one picture.
+#[derive(Debug)]
+struct Figures {
+    elevation_error_deg: f64,
+    azimuth_error_deg: f64,
+    outline_iou: f64,
+    found: usize,
+    wanted: usize,
+    read: usize,
+    /// Median distance of the found objects' middles, meters.
+    position_error_m: f64,
+}
+
+fn box_iou(a: &Mask, b: &Mask) -> f64 {
+    let (Some(a), Some(b)) = (a.bbox_px(), b.bbox_px()) else { return 0.0 };
+    let span = |k: usize| f64::from(a[k + 2].min(b[k + 2])) - f64::from(a[k].max(b[k]));
+    let both = span(0).max(0.0) * span(1).max(0.0);
+    let area = |c: [u32; 4]| f64::from(c[2] - c[0]) * f64::from(c[3] - c[1]);
+    both / (area(a) + area(b) - both)
+}
+
+/// The reading drawn onto its picture.
+pub(crate) fn overlay(picture: &Image, reading: &PictureReading) -> Image {
+    let mut image = picture.clone();
+    for (k, object) in reading.objects.iter().enumerate() {
+        tint_mask(&mut image, &object.mask, distinct_color(k), 0.45);
+        for z in [0.0, object.solid.size.z] {
+            let ring: Option<Vec<DVec2>> =
+                object.solid.footprint().iter().map(|p| reading.camera.project(p.extend(z)).map(|q| q.0)).collect();
+            draw_polyline(&mut image, &ring.unwrap_or_default(), true, distinct_color(k), 2.0);
+        }
+    }
+    draw_polyline(&mut image, &reading.table.outline_px, true, [255, 0, 255, 255], 2.0);
+    image
+}
+
+fn compare(painted: &Painted, reading: &PictureReading) -> Figures {
+    let width_m = {
+        let (low, high) = painted.outline_px.iter().fold((f64::MAX, f64::MIN), |(l, h), p| {
+            let met = painted.camera.meet_plane(*p, 0.0).expect("on the table");
+            (l.min(met.x), h.max(met.x))
+        });
+        high - low
+    };
+    let hull = &reading.table.outline_px;
+    let top = Mask::from_fn(painted.top.width_px(), painted.top.height_px(), |x, y| {
+        crate::vision::polygon::contains(hull, DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5))
+    });
+    let degrees = |a: f64, b: f64| (a - b).to_degrees();
+    let mut errors = Vec::new();
+    for (_, mask, middle, _) in &painted.objects {
+        let best = reading.objects.iter().max_by(|a, b| box_iou(&a.mask, mask).total_cmp(&box_iou(&b.mask, mask)));
+        if let Some(object) = best.filter(|o| box_iou(&o.mask, mask) >= 0.5) {
+            // A round table turns with the camera.
+            let turn = if reading.table.shape == TopShape::Circle { painted.camera.azimuth_rad() } else { 0.0 };
+            let place = DVec2::from_angle(turn).rotate(width_m * object.solid.center);
+            errors.push((place - *middle).length());
+        }
+    }
+    errors.sort_by(f64::total_cmp);
+    Figures {
+        elevation_error_deg: degrees(reading.camera.elevation_rad(), painted.camera.elevation_rad()),
+        azimuth_error_deg: degrees(reading.camera.azimuth_rad(), painted.camera.azimuth_rad()),
+        outline_iou: top.iou(&painted.top),
+        found: errors.len(),
+        wanted: painted.objects.len(),
+        read: reading.objects.len(),
+        position_error_m: errors.get(errors.len() / 2).copied().unwrap_or(f64::NAN),
+    }
+}
+
+#[test]
+fn painted_tables_are_read() {
+    let directory = std::env::var_os("TABLETOPGEN_VISION_OVERLAYS");
+    for (name, painted) in scenes() {
+        let started = std::time::Instant::now();
+        let result = read_picture(&painted.picture, &settings(), &Interrupt::default());
+        let seconds = started.elapsed().as_secs_f64();
+        if let Some(directory) = &directory {
+            let image = match &result {
+                Ok(reading) => overlay(&painted.picture, reading),
+                Err(_) => painted.picture.clone(),
+            };
+            let path = std::path::Path::new(directory).join(format!("{name}.png"));
+            std::fs::write(path, crate::export::png::encode_png(&image)).expect("the directory is writable");
+        }
+        match result {
+            Ok(reading) => {
+                eprintln!("{name}: {seconds:.2} s {:?} height {:?}", compare(&painted, &reading), reading.table.height);
+                for object in &reading.objects {
+                    let kind = format!("{:?}", object.solid.kind);
+                    let kind = kind.split(' ').next().unwrap_or("").to_owned();
+                    eprintln!("    {kind} {:.3} size {:.3} on {:?}", object.solid.overlap, object.solid.size, object.stands_on);
+                }
+            }
+            Err(error) => eprintln!("{name}: {seconds:.2} s {error}"),
+        }
+    }
+}
