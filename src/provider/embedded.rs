@@ -7,3 +7,50 @@ pub mod orientation;
 pub mod scene_analyst;
 pub mod known_segmenter;
 pub mod mesh_generator;
+pub mod descriptor;
+
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use super::Ports;
+use crate::geometry::decompose::DecomposeSettings;
+use crate::physics::{CertifySettings, ResolveSettings, SettleSettings};
+use crate::render::RenderSettings;
+use crate::vision::VisionSettings;
+use crate::vision::descriptor::DescriptorSettings;
+
+/// Settings of all embedded adapters.
+#[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
+pub struct EmbeddedSettings {
+    pub analyst: analyst::Settings,
+    pub layout: layout::LayoutSettings,
+    pub painter: painter::PainterSettings,
+    pub vision: VisionSettings,
+    pub descriptor: DescriptorSettings,
+    pub render: RenderSettings,
+    pub decompose: DecomposeSettings,
+    pub settle: SettleSettings,
+    pub resolve: ResolveSettings,
+    pub certify: CertifySettings,
+}
+
+/// An embedded adapter for every port.
+pub fn ports(settings: &EmbeddedSettings) -> Ports {
+    let settings = settings.clone();
+    Ports {
+        analyst: Arc::new(scene_analyst::EmbeddedAnalyst { settings: settings.analyst }),
+        painter: Arc::new(painter::EmbeddedPainter {
+            layout: settings.layout,
+            painter: settings.painter,
+            render: settings.render,
+            decompose: settings.decompose,
+            settle: settings.settle,
+            resolve: settings.resolve,
+            certify: settings.certify,
+        }),
+        segmenter: Arc::new(known_segmenter::EmbeddedSegmenter),
+        mesh_generator: Arc::new(mesh_generator::EmbeddedMeshGenerator),
+        feature_extractor: Arc::new(descriptor::EmbeddedFeatureExtractor { settings: settings.descriptor }),
+    }
+}

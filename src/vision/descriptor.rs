@@ -100,10 +100,7 @@ fn squared(picture: &Image, side: u32) -> Option<(Image, Vec<bool>)> {
     }
     let [x0, y0, x1, y1] = bounds?;
     let extent = f64::from((x1 - x0 + 1).max(y1 - y0 + 1));
-    let corner = [
-        0.5 * (f64::from(x0 + x1 + 1) - extent),
-        0.5 * (f64::from(y0 + y1 + 1) - extent),
-    ];
+    let corner = [0.5 * (f64::from(x0 + x1 + 1) - extent), 0.5 * (f64::from(y0 + y1 + 1) - extent)];
     let step = extent / f64::from(side);
     let samples = step.ceil().clamp(1.0, 8.0) as u32;
     let mut crop = Image::filled(side, side, [255; 4]);
@@ -116,8 +113,10 @@ fn squared(picture: &Image, side: u32) -> Option<(Image, Vec<bool>)> {
                     corner + (f64::from(cell) + (f64::from(sub) + 0.5) / f64::from(samples)) * step
                 };
                 let (px, py) = (at(corner[0], x, k % samples), at(corner[1], y, k / samples));
-                let inside =
-                    px >= 0.0 && py >= 0.0 && px < f64::from(picture.width_px()) && py < f64::from(picture.height_px());
+                let inside = px >= 0.0
+                    && py >= 0.0
+                    && px < f64::from(picture.width_px())
+                    && py < f64::from(picture.height_px());
                 if inside {
                     let p = picture.pixel(px as u32, py as u32);
                     if p[3] >= 128 {

@@ -56,8 +56,7 @@ pub(in crate::vision) fn find(
         })
         .collect();
     let from_edge = distance_transform(&edge, w, h);
-    let core: Vec<bool> =
-        (0..pixels.len()).map(|k| differs[k] && from_edge[k] > EDGE_BAND_PX).collect();
+    let core: Vec<bool> = (0..pixels.len()).map(|k| differs[k] && from_edge[k] > EDGE_BAND_PX).collect();
     let core = opened(&core, w, h, 1.0);
     let near_core = grown(&core, w, h, EDGE_BAND_PX + 1.5);
     let all: Vec<bool> = (0..pixels.len()).map(|k| differs[k] && (core[k] || near_core[k])).collect();

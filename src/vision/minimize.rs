@@ -129,7 +129,8 @@ mod tests {
         let rosenbrock = |p: &[f64; 2]| Some(vec![10.0 * (p[1] - p[0] * p[0]), 1.0 - p[0]]);
         let (at, cost) = least_squares([-1.2, 1.0], [1e-6; 2], rosenbrock).expect("finite");
         assert!((at[0] - 1.0).abs() < 1e-4 && (at[1] - 1.0).abs() < 1e-4 && cost < 1e-8);
-        let (top, score) = climb([0.0, 0.0], [0.5, 0.5], 12, |p| -(p[0] - 3.0).powi(2) - (p[1] + 1.0).powi(2));
+        let (top, score) =
+            climb([0.0, 0.0], [0.5, 0.5], 12, |p| -(p[0] - 3.0).powi(2) - (p[1] + 1.0).powi(2));
         assert!((top[0] - 3.0).abs() < 1e-3 && (top[1] + 1.0).abs() < 1e-3 && score > -1e-5);
     }
 }

@@ -6,10 +6,10 @@
 
 use glam::DVec2;
 
+use super::VisionSettings;
 use super::pixels::Pixels;
 use super::polygon::{area, crossing, enclosed_by, hull_of_pixels, overlap};
 use super::surface::{Candidate, Surface};
-use super::VisionSettings;
 
 /// Shape of the top as seen.
 #[derive(Clone, Debug, PartialEq)]
@@ -72,8 +72,8 @@ pub(in crate::vision) fn read(
     let quad = enclosed_by(&hull, 4)
         .and_then(|corners| <[DVec2; 4]>::try_from(corners).ok())
         .map(|corners| Seen::Quad(on_the_edge(pixels, &candidate.surface, corners, settings)));
-    let ellipse = moments(&hull)
-        .map(|e| Seen::Ellipse(ellipse_on_the_edge(pixels, &candidate.surface, e, settings)));
+    let ellipse =
+        moments(&hull).map(|e| Seen::Ellipse(ellipse_on_the_edge(pixels, &candidate.surface, e, settings)));
     [quad, ellipse]
         .into_iter()
         .flatten()
@@ -117,9 +117,8 @@ fn step_at(
     settings: &VisionSettings,
 ) -> Option<f64> {
     const REACH: i32 = 9;
-    let bare: Vec<bool> = (-REACH..=REACH)
-        .map(|d| is_bare(pixels, surface, p + f64::from(d) * outward, settings))
-        .collect();
+    let bare: Vec<bool> =
+        (-REACH..=REACH).map(|d| is_bare(pixels, surface, p + f64::from(d) * outward, settings)).collect();
     let total = bare.iter().filter(|&&b| b).count() as i32;
     // Bare before the split and not bare after it.
     let (mut best, mut best_score, mut before) = (0, i32::MIN, 0);
@@ -240,7 +239,8 @@ fn ellipse_on_the_edge(
         if points.len() < 60 {
             break;
         }
-        let start = [ellipse.center.x, ellipse.center.y, ellipse.semi_axes.x, ellipse.semi_axes.y, ellipse.angle_rad];
+        let start =
+            [ellipse.center.x, ellipse.center.y, ellipse.semi_axes.x, ellipse.semi_axes.y, ellipse.angle_rad];
         let fitted = super::minimize::least_squares(start, [0.1, 0.1, 0.1, 0.1, 1e-4], |q| {
             let e = Ellipse {
                 center: DVec2::new(q[0], q[1]),
@@ -257,11 +257,8 @@ fn ellipse_on_the_edge(
             (q[2] > 3.0 && q[3] > 3.0).then(|| points.iter().map(residual).collect())
         });
         let Some((q, _)) = fitted else { break };
-        ellipse = Ellipse {
-            center: DVec2::new(q[0], q[1]),
-            semi_axes: DVec2::new(q[2], q[3]),
-            angle_rad: q[4],
-        };
+        ellipse =
+            Ellipse { center: DVec2::new(q[0], q[1]), semi_axes: DVec2::new(q[2], q[3]), angle_rad: q[4] };
     }
     ellipse
 }

@@ -85,9 +85,7 @@ mod tests {
 
     #[test]
     fn white_gray_and_red_have_their_lab_values() {
-        let lab = |rgb: [u8; 3]| {
-            Pixels::new(&Image::filled(4, 4, [rgb[0], rgb[1], rgb[2], 255]), 64).lab[0]
-        };
+        let lab = |rgb: [u8; 3]| Pixels::new(&Image::filled(4, 4, [rgb[0], rgb[1], rgb[2], 255]), 64).lab[0];
         assert!(distance(lab([255, 255, 255]), [100.0, 0.0, 0.0]) < 0.2);
         assert!(distance(lab([119, 119, 119]), [50.0, 0.0, 0.0]) < 0.3);
         assert!(distance(lab([255, 0, 0]), [53.2, 80.1, 67.2]) < 0.5);

@@ -165,12 +165,7 @@ fn whole_picture(camera: &Camera, width_px: u32, height_px: u32, scale: f64) -> 
 }
 
 /// Height of the top above the floor: the lowest foreground pixel is taken for a foot near the front edge.
-fn table_height(
-    pixels: &Pixels,
-    foreground: &[bool],
-    found: &camera_fit::Found,
-    seen: &Seen,
-) -> Option<f64> {
+fn table_height(pixels: &Pixels, foreground: &[bool], found: &camera_fit::Found, seen: &Seen) -> Option<f64> {
     let w = pixels.width;
     let row = |y: usize| foreground[y * w..(y + 1) * w].iter().filter(|&&f| f).count();
     let lowest = (0..pixels.height).rev().find(|&y| row(y) >= 3)?;
@@ -263,4 +258,3 @@ fn mean_color(pixels: &Pixels, indices: &[usize]) -> Rgb {
         if light <= 0.003_130_8 { 12.92 * light } else { 1.055 * light.powf(1.0 / 2.4) - 0.055 }
     }))
 }
-

@@ -104,8 +104,7 @@ mod tests {
 
     #[test]
     fn parts_holes_and_thin_things() {
-        let (bits, w, h) =
-            picture(&["........", ".#####..", ".#...#..", ".#...#.#", ".#####.#", "........"]);
+        let (bits, w, h) = picture(&["........", ".#####..", ".#...#..", ".#...#.#", ".#####.#", "........"]);
         assert_eq!(parts(&bits, w, h).iter().map(Vec::len).collect::<Vec<_>>(), vec![14, 2]);
         assert_eq!(area(&filled(&bits, w, h, 100)), 14 + 6 + 2);
         assert_eq!(area(&filled(&bits, w, h, 5)), 16);

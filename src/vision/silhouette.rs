@@ -99,7 +99,8 @@ mod tests {
 
     #[test]
     fn a_square_overlaps_itself_and_half_of_its_neighbor() {
-        let indices: Vec<usize> = (0..40).flat_map(|y| (0..40).map(move |x| (y + 30) * 200 + x + 50)).collect();
+        let indices: Vec<usize> =
+            (0..40).flat_map(|y| (0..40).map(move |x| (y + 30) * 200 + x + 50)).collect();
         let silhouette = Silhouette::new(&indices, 200, 60);
         let square = |x: f64| {
             vec![vec![

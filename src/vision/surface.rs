@@ -121,8 +121,7 @@ fn grow(
         let inside: Vec<usize> = bare.iter().copied().filter(|&index| chosen[index]).collect();
         let model = Surface::of(pixels, &inside)?;
         for index in 0..pixels.len() {
-            chosen[index] = foreground[index]
-                && model.distance(pixels, index) < settings.surface_sigmas;
+            chosen[index] = foreground[index] && model.distance(pixels, index) < settings.surface_sigmas;
         }
         surface = Some((model, bare));
     }

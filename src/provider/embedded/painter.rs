@@ -189,9 +189,8 @@ fn arrange(
     let mut best: Option<(Arrangement, Viewpoint)> = None;
     for number in 0..settings.painter.arrangements.max(1) {
         let seed = child_seed(seed, &format!("arrangement {number}"));
-        let found = timed("arrangement", || {
-            arrangement::arrange(table, props, bodies, seed, settings, interrupt)
-        });
+        let found =
+            timed("arrangement", || arrangement::arrange(table, props, bodies, seed, settings, interrupt));
         let arrangement = match found {
             Ok(arrangement) => arrangement,
             Err(ProviderError::Interrupted(interrupted)) => return Err(interrupted.into()),
@@ -205,9 +204,8 @@ fn arrange(
             view::choose(table, props, &arrangement, seed, &settings.painter, interrupt)
         })?;
         let enough = viewpoint.least_visible_share >= settings.painter.least_visible_share;
-        let better = best
-            .as_ref()
-            .is_none_or(|(_, known)| viewpoint.least_visible_share > known.least_visible_share);
+        let better =
+            best.as_ref().is_none_or(|(_, known)| viewpoint.least_visible_share > known.least_visible_share);
         if better {
             best = Some((arrangement, viewpoint));
         }

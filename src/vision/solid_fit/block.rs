@@ -68,7 +68,8 @@ pub(super) fn fit(
         for (slim, flatness) in [(0.8, 1.0), (0.3, 1.0), (0.8, 0.1)] {
             let (width, depth) = (0.85 * across, slim * across);
             let center = seen.contact + 0.5 * depth * seen.away;
-            let height = (flatness * seen.height_over(seen.contact + depth * seen.away, camera)).max(0.03 * across);
+            let height =
+                (flatness * seen.height_over(seen.contact + depth * seen.away, camera)).max(0.03 * across);
             let start = [center.x, center.y, width, depth, height, view_yaw + turn];
             let step = 0.25 * across;
             let found = climb(start, [step, step, step, step, 0.25 * height.max(across), 0.3], 5, score);

@@ -50,9 +50,7 @@ fn simplified(corners: &[DVec2], tolerance_px: f64) -> Vec<DVec2> {
         return corners.to_vec();
     }
     let far = (0..corners.len())
-        .max_by(|&i, &j| {
-            (corners[i] - corners[0]).length().total_cmp(&(corners[j] - corners[0]).length())
-        })
+        .max_by(|&i, &j| (corners[i] - corners[0]).length().total_cmp(&(corners[j] - corners[0]).length()))
         .unwrap_or(0);
     let mut kept = vec![false; corners.len()];
     (kept[0], kept[far]) = (true, true);
@@ -60,9 +58,8 @@ fn simplified(corners: &[DVec2], tolerance_px: f64) -> Vec<DVec2> {
     while let Some((i, j)) = spans.pop() {
         let (a, b) = (corners[i], corners[j % corners.len()]);
         let along = (b - a).normalize_or_zero();
-        let farthest = (i + 1..j)
-            .map(|k| (k, along.perp_dot(corners[k] - a).abs()))
-            .max_by(|x, y| x.1.total_cmp(&y.1));
+        let farthest =
+            (i + 1..j).map(|k| (k, along.perp_dot(corners[k] - a).abs())).max_by(|x, y| x.1.total_cmp(&y.1));
         if let Some((k, distance)) = farthest
             && distance > tolerance_px
         {

@@ -26,7 +26,8 @@ pub(super) fn fit(seen: &Seen, silhouette: &Silhouette, camera: &Camera) -> Opti
     let mut best: Option<([f64; 5], f64)> = None;
     for (start_radius, flatness) in [(radius, 1.0), (radius, 0.1), (0.6 * radius, 1.0)] {
         let center = seen.contact + start_radius * seen.away;
-        let height = (flatness * seen.height_over(center + start_radius * seen.away, camera)).max(0.05 * radius);
+        let height =
+            (flatness * seen.height_over(center + start_radius * seen.away, camera)).max(0.05 * radius);
         let start = [center.x, center.y, start_radius, start_radius, height];
         let step = 0.3 * radius;
         let found = climb(start, [step, step, step, step, 0.3 * height.max(radius)], 6, score);

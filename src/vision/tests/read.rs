@@ -34,8 +34,12 @@ pub(crate) fn overlay(picture: &Image, reading: &PictureReading) -> Image {
     for (k, object) in reading.objects.iter().enumerate() {
         tint_mask(&mut image, &object.mask, distinct_color(k), 0.45);
         for z in [0.0, object.solid.size.z] {
-            let ring: Option<Vec<DVec2>> =
-                object.solid.footprint().iter().map(|p| reading.camera.project(p.extend(z)).map(|q| q.0)).collect();
+            let ring: Option<Vec<DVec2>> = object
+                .solid
+                .footprint()
+                .iter()
+                .map(|p| reading.camera.project(p.extend(z)).map(|q| q.0))
+                .collect();
             draw_polyline(&mut image, &ring.unwrap_or_default(), true, distinct_color(k), 2.0);
         }
     }
@@ -58,10 +62,12 @@ fn compare(painted: &Painted, reading: &PictureReading) -> Figures {
     let degrees = |a: f64, b: f64| (a - b).to_degrees();
     let mut errors = Vec::new();
     for (_, mask, middle, _) in &painted.objects {
-        let best = reading.objects.iter().max_by(|a, b| box_iou(&a.mask, mask).total_cmp(&box_iou(&b.mask, mask)));
+        let best =
+            reading.objects.iter().max_by(|a, b| box_iou(&a.mask, mask).total_cmp(&box_iou(&b.mask, mask)));
         if let Some(object) = best.filter(|o| box_iou(&o.mask, mask) >= 0.5) {
             // A round table turns with the camera.
-            let turn = if reading.table.shape == TopShape::Circle { painted.camera.azimuth_rad() } else { 0.0 };
+            let turn =
+                if reading.table.shape == TopShape::Circle { painted.camera.azimuth_rad() } else { 0.0 };
             let place = DVec2::from_angle(turn).rotate(width_m * object.solid.center);
             errors.push((place - *middle).length());
         }
@@ -95,11 +101,18 @@ fn painted_tables_are_read() {
         }
         match result {
             Ok(reading) => {
-                eprintln!("{name}: {seconds:.2} s {:?} height {:?}", compare(&painted, &reading), reading.table.height);
+                eprintln!(
+                    "{name}: {seconds:.2} s {:?} height {:?}",
+                    compare(&painted, &reading),
+                    reading.table.height
+                );
                 for object in &reading.objects {
                     let kind = format!("{:?}", object.solid.kind);
                     let kind = kind.split(' ').next().unwrap_or("").to_owned();
-                    eprintln!("    {kind} {:.3} size {:.3} on {:?}", object.solid.overlap, object.solid.size, object.stands_on);
+                    eprintln!(
+                        "    {kind} {:.3} size {:.3} on {:?}",
+                        object.solid.overlap, object.solid.size, object.stands_on
+                    );
                 }
             }
             Err(error) => eprintln!("{name}: {seconds:.2} s {error}"),

@@ -53,13 +53,12 @@ pub(super) fn stow(
         // Its foot stands opposite to where it leans.
         let foot_m = 0.5 * opening_m - radius(thing) - 0.002;
         let foot = middle - toward * (0.55 * foot_m).max(0.0);
-        let lowest =
-            things[thing]
-                .mesh
-                .positions
-                .iter()
-                .map(|p| lean * *p)
-                .fold(DVec3::INFINITY, |low, p| if p.z < low.z { p } else { low });
+        let lowest = things[thing]
+            .mesh
+            .positions
+            .iter()
+            .map(|p| lean * *p)
+            .fold(DVec3::INFINITY, |low, p| if p.z < low.z { p } else { low });
         let xy_m = foot - lowest.truncate();
         stowed.push((Placement { xy_m, yaw_rad: 0.0 }, lean, thing));
     }

@@ -25,8 +25,8 @@ pub(super) fn arrange(
     interrupt: &Interrupt,
 ) -> Result<Arrangement, ProviderError> {
     let things = things(props);
-    let poses = layout::arrange(&things, &table.outline, seed, &settings.layout, interrupt)
-        .map_err(error::layout)?;
+    let poses =
+        layout::arrange(&things, &table.outline, seed, &settings.layout, interrupt).map_err(error::layout)?;
     let mut movable = bodies.bodies.clone();
     for (body, pose) in movable.iter_mut().skip(1).zip(&poses) {
         body.world_from_object = *pose;

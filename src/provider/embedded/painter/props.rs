@@ -2,8 +2,8 @@
 
 use rayon::prelude::*;
 
-use super::table::PaintedTable;
 use super::error;
+use super::table::PaintedTable;
 use crate::catalog::{self, Category, PhysicalProperties, Recipe, category, physical_properties};
 use crate::geometry::decompose::{DecomposeError, DecomposeSettings, decompose};
 use crate::geometry::mesh_solid::MeshSolid;

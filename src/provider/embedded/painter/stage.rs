@@ -5,9 +5,7 @@ use super::props::Prop;
 use super::table::PaintedTable;
 use super::view::Viewpoint;
 use crate::geometry::{Camera, Pose};
-use crate::render::{
-    Background, Frame, Lighting, RenderObject, RenderScene, RenderSettings, View, render,
-};
+use crate::render::{Background, Frame, Lighting, RenderObject, RenderScene, RenderSettings, View, render};
 
 /// Id of the table in painted frames; prop k has id k + [`FIRST_PROP`].
 pub(super) const TABLE: u32 = 1;

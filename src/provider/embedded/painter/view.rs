@@ -98,9 +98,8 @@ fn framed_points(table: &PaintedTable, props: &[Prop], arrangement: &Arrangement
 
 /// The camera at these angles whose frame the points just fill.
 fn framed(points: &[DVec3], angles: Angles, settings: &PainterSettings) -> Camera {
-    let (low, high) = points
-        .iter()
-        .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), &p| (l.min(p), h.max(p)));
+    let (low, high) =
+        points.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), &p| (l.min(p), h.max(p)));
     let (mut target_m, mut distance_m) = (0.5 * (low + high), 2.0 * (high - low).length());
     let (width, height) = (f64::from(settings.width_px), f64::from(settings.height_px));
     let wanted = 1.0 - 2.0 * settings.frame_margin;
@@ -162,7 +161,11 @@ fn visible_shares(
         .iter()
         .zip(&arrangement.poses)
         .enumerate()
-        .map(|(k, (prop, pose))| RenderObject { mesh: &prop.mesh, world_from_object: *pose, id: k as u32 + 2 })
+        .map(|(k, (prop, pose))| RenderObject {
+            mesh: &prop.mesh,
+            world_from_object: *pose,
+            id: k as u32 + 2,
+        })
         .collect();
     let mut all = vec![RenderObject { mesh: &table.mesh, world_from_object: Pose::IDENTITY, id: 1 }];
     all.extend(&placed);
