@@ -32,6 +32,7 @@ use crate::export::ExportSettings;
 use crate::geometry::decompose::DecomposeSettings;
 use crate::physics::{CertifySettings, ResolveSettings, SettleSettings};
 use crate::provider::Ports;
+use crate::render::RenderSettings;
 use crate::scene::SceneRequest;
 use crate::store::artifacts::BuiltRows;
 use checkpoint::{Checkpoints, StageContext};
@@ -60,6 +61,7 @@ pub const STAGES: [&str; 12] = [
 /// Settings of the stages themselves; the ports carry their own.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 pub struct Settings {
+    pub render: RenderSettings,
     pub canonicalize: CanonicalizeSettings,
     pub decompose: DecomposeSettings,
     pub dro: DroSettings,

@@ -18,6 +18,7 @@ use crate::export::ExportSettings;
 use crate::geometry::Outline;
 use crate::physics::{CertifySettings, SettleSettings};
 use crate::provider::{Adapter, Ports};
+use crate::render::RenderSettings;
 use crate::scene::certificate::{Metrics, Verdict};
 use crate::scene::{InstanceMask, Provenance, Recognition, SceneRequest};
 use crate::store::Digest;
@@ -74,6 +75,7 @@ pub struct Inputs {
     settle: SettleSettings,
     fidelity: FidelitySettings,
     preview: PreviewSettings,
+    render: RenderSettings,
     export: ExportSettings,
     feature_extractor: Adapter,
 }
@@ -166,6 +168,7 @@ impl Inputs {
             settle: settings.settle.clone(),
             fidelity: settings.fidelity.clone(),
             preview: settings.preview.clone(),
+            render: settings.render.clone(),
             export: settings.export.clone(),
             feature_extractor: ports.feature_extractor.adapter(),
         })

@@ -16,8 +16,13 @@ pub struct PreviewSettings {
     pub hero_width_px: u32,
     /// Width of the side and top views, pixels, 64..4096.
     pub side_width_px: u32,
-    /// Quality of all of them.
-    pub render: RenderSettings,
+}
+
+/// Sizes and quality.
+#[derive(Clone, Copy)]
+pub struct Quality<'a> {
+    pub preview: &'a PreviewSettings,
+    pub render: &'a RenderSettings,
 }
 
 /// One body to be shown.
@@ -54,15 +59,15 @@ fn bounds(bodies: &[Shown]) -> (DVec3, DVec3) {
 }
 
 /// The whole scene, three quarters from the front.
-pub fn hero(bodies: &[Shown], settings: &PreviewSettings) -> Image {
-    let (width_px, height_px) = (settings.hero_width_px, settings.hero_width_px * 3 / 4);
-    orbit(bodies, width_px, height_px, 0.42, 0.52, settings)
+pub fn hero(bodies: &[Shown], quality: Quality) -> Image {
+    let (width_px, height_px) = (quality.preview.hero_width_px, quality.preview.hero_width_px * 3 / 4);
+    orbit(bodies, width_px, height_px, 0.42, 0.52, quality)
 }
 
 /// One of the sides: azimuth 0 = from the front edge, pi/2 = from +x.
-pub fn side(bodies: &[Shown], azimuth_rad: f64, settings: &PreviewSettings) -> Image {
-    let (width_px, height_px) = (settings.side_width_px, settings.side_width_px * 3 / 4);
-    orbit(bodies, width_px, height_px, azimuth_rad, 0.3, settings)
+pub fn side(bodies: &[Shown], azimuth_rad: f64, quality: Quality) -> Image {
+    let (width_px, height_px) = (quality.preview.side_width_px, quality.preview.side_width_px * 3 / 4);
+    orbit(bodies, width_px, height_px, azimuth_rad, 0.3, quality)
 }
 
 /// Everything from an azimuth and elevation, filling the frame.
@@ -72,10 +77,10 @@ fn orbit(
     height_px: u32,
     azimuth_rad: f64,
     elevation_rad: f64,
-    settings: &PreviewSettings,
+    quality: Quality,
 ) -> Image {
     let camera = framing(bodies, width_px, height_px, azimuth_rad, elevation_rad);
-    render(&studio(bodies, azimuth_rad), &View::Perspective(camera), &settings.render).color
+    render(&studio(bodies, azimuth_rad), &View::Perspective(camera), quality.render).color
 }
 
 /// The nearest camera on that ray that sees everything with a small margin.
@@ -113,10 +118,10 @@ fn framing(bodies: &[Shown], width_px: u32, height_px: u32, azimuth_rad: f64, el
 }
 
 /// Straight from above, orthographic.
-pub fn top(bodies: &[Shown], settings: &PreviewSettings) -> Image {
+pub fn top(bodies: &[Shown], quality: Quality) -> Image {
     let (low, high) = bounds(bodies);
     let size = 1.06 * (high - low).truncate();
-    let width_px = settings.side_width_px;
+    let width_px = quality.preview.side_width_px;
     let height_px = ((f64::from(width_px) * size.y / size.x).round() as u32).clamp(64, 4 * width_px);
     let view = TopView {
         width_px,
@@ -125,18 +130,18 @@ pub fn top(bodies: &[Shown], settings: &PreviewSettings) -> Image {
         center_m: 0.5 * (low + high).truncate(),
         eye_z_m: high.z + 0.1,
     };
-    render(&studio(bodies, 0.0), &View::Orthographic(view), &settings.render).color
+    render(&studio(bodies, 0.0), &View::Orthographic(view), quality.render).color
 }
 
 /// The scene from the camera of the reference picture; ids count from 1 in the order of the bodies.
-pub fn reference_view(bodies: &[Shown], camera: &Camera, settings: &PreviewSettings) -> Frame {
-    render(&studio(bodies, camera.azimuth_rad()), &View::Perspective(*camera), &settings.render)
+pub fn reference_view(bodies: &[Shown], camera: &Camera, quality: Quality) -> Frame {
+    render(&studio(bodies, camera.azimuth_rad()), &View::Perspective(*camera), quality.render)
 }
 
 /// One mesh, 256 x 256 pixels.
 pub fn thumbnail(mesh: &TexturedMesh) -> Image {
     let bodies = [Shown { mesh, world_from_object: Pose::IDENTITY }];
     let camera = framing(&bodies, 256, 256, 0.5, 0.5);
-    let quality = RenderSettings { supersampling: 1, shadow_map_px: 256, sky_directions: 8, sky_map_px: 64 };
-    render(&studio(&bodies, 0.5), &View::Perspective(camera), &quality).color
+    let settings = RenderSettings { supersampling: 1, shadow_map_px: 256, sky_directions: 8, sky_map_px: 64 };
+    render(&studio(&bodies, 0.5), &View::Perspective(camera), &settings).color
 }

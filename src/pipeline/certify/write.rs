@@ -13,7 +13,7 @@ use crate::export::png::encode_png;
 use crate::export::{Assets, BodyAsset, Pictures, write_formats};
 use crate::geometry::Image;
 use crate::pipeline::error::StageError;
-use crate::pipeline::preview::{self, Shown};
+use crate::pipeline::preview::{self, Quality, Shown};
 use crate::pipeline::resolve::Loaded;
 use crate::render::overlay::side_by_side;
 use crate::scene::finished::Frame;
@@ -42,15 +42,15 @@ pub(super) fn paint(inputs: &Inputs, loaded: &[Loaded], reference: &Image, refer
         .zip(&inputs.bodies)
         .map(|(geometry, body)| Shown { mesh: &geometry.mesh, world_from_object: body.resolved.settled })
         .collect();
-    let settings = &inputs.preview;
-    let view = preview::reference_view(&bodies, &inputs.recognition.camera, settings);
+    let quality = Quality { preview: &inputs.preview, render: &inputs.render };
+    let view = preview::reference_view(&bodies, &inputs.recognition.camera, quality);
     let silhouette_ious: Vec<f64> =
         inputs.masks.iter().zip(2..).map(|(mask, id)| mask.visible.iou(&view.mask(id))).collect();
     let sides = [("front", 0.0), ("right", FRAC_PI_2), ("back", PI), ("left", -FRAC_PI_2)];
     let sides_png = sides
         .par_iter()
         .map(|(name, azimuth_rad)| {
-            ((*name).to_owned(), encode_png(&preview::side(&bodies, *azimuth_rad, settings)))
+            ((*name).to_owned(), encode_png(&preview::side(&bodies, *azimuth_rad, quality)))
         })
         .collect();
     let thumbnails: BTreeMap<String, Vec<u8>> = loaded
@@ -59,8 +59,8 @@ pub(super) fn paint(inputs: &Inputs, loaded: &[Loaded], reference: &Image, refer
         .map(|(geometry, body)| (body.resolved.name.clone(), encode_png(&preview::thumbnail(&geometry.mesh))))
         .collect();
     let (hero_png, top_png) = rayon::join(
-        || encode_png(&preview::hero(&bodies, settings)),
-        || encode_png(&preview::top(&bodies, settings)),
+        || encode_png(&preview::hero(&bodies, quality)),
+        || encode_png(&preview::top(&bodies, quality)),
     );
     let pictures = Pictures {
         hero_png,
