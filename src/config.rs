@@ -1,1 +1,83 @@
-//! (in progress)
+//! The configuration: a typed mirror of `config/default.toml`.
+//!
+//! Four layers, later ones win: the built-in defaults, a TOML file, environment variables
+//! `TABLETOPGEN__SECTION__KEY`, and `section.key=value` arguments. Only keys of `default.toml` exist; a
+//! value must have its default's type and lie in the range written beside the default. Every complaint
+//! names the key, where it came from, and what would do. No setting has a default anywhere else.
+//!
+//! Adding a section takes two steps: the section in `default.toml`, the field in [`Config`].
+
+pub mod error;
+pub mod keys;
+pub mod value;
+pub mod layers;
+mod nearest;
+mod rules;
+
+use serde::{Deserialize, Serialize};
+
+use crate::align::canonicalize::CanonicalizeSettings;
+use crate::align::dro::DroSettings;
+use crate::align::tsa::TsaSettings;
+use crate::export::ExportSettings;
+use crate::geometry::decompose::DecomposeSettings;
+use crate::physics::metrics::CertifySettings;
+use crate::physics::resolve::ResolveSettings;
+use crate::physics::settle::SettleSettings;
+use crate::provider::embedded::analyst;
+use crate::render::RenderSettings;
+use crate::{api, store, worker};
+
+pub use error::{ConfigError, ConfigErrors};
+pub use layers::{Origin, Resolved, Sources};
+
+/// Every setting; sections in the order of `default.toml`.
+#[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct Config {
+    pub server: api::Settings,
+    pub store: store::Settings,
+    pub worker: worker::Settings,
+    pub log: LogSettings,
+    pub analyst: analyst::Settings,
+    pub render: RenderSettings,
+    pub canonicalize: CanonicalizeSettings,
+    pub decompose: DecomposeSettings,
+    pub dro: DroSettings,
+    pub tsa: TsaSettings,
+    pub settle: SettleSettings,
+    pub resolve: ResolveSettings,
+    pub certify: CertifySettings,
+    pub export: ExportSettings,
+}
+
+/// Sections about the process; all others shape a scene, and a request may override those.
+pub const PROCESS_SECTIONS: [&str; 4] = ["server", "store", "worker", "log"];
+
+/// Section `[log]`.
+#[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct LogSettings {
+    pub format: LogFormat,
+    /// `tracing` directives: which lines are written. More detail costs time and disk.
+    pub filter: String,
+}
+
+/// Form of the log's lines.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "snake_case")]
+pub enum LogFormat {
+    /// For people.
+    Text,
+    /// One JSON object a line.
+    Json,
+}
+
+/// Whether a key (`section.name`) shapes a scene, so that a request may override it.
+pub fn shapes_scenes(key: &str) -> bool {
+    let section = key.split('.').next().unwrap_or_default();
+    !PROCESS_SECTIONS.contains(&section)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,100 @@
+//! Rules between keys, and forms a range cannot express.
+
+use super::Config;
+
+/// Every broken rule: the key to change, and why.
+pub(super) fn broken(config: &Config) -> Vec<(&'static str, String)> {
+    let mut found = Vec::new();
+    let mut rule = |key: &'static str, holds: bool, detail: String| {
+        if !holds {
+            found.push((key, detail));
+        }
+    };
+    let Config { server, worker, log, analyst, render, canonicalize, dro, settle, resolve, export, .. } =
+        config;
+
+    rule(
+        "server.listen",
+        server
+            .listen
+            .rsplit_once(':')
+            .is_some_and(|(host, port)| !host.is_empty() && port.parse::<u16>().is_ok()),
+        format!("{:?} is no address with a port, such as 127.0.0.1:8080 or [::1]:0", server.listen),
+    );
+    rule(
+        "server.max_body_bytes",
+        server.max_body_bytes / 4 * 3 >= server.max_image_bytes,
+        format!(
+            "{} bytes of body hold no base64 picture of server.max_image_bytes = {}; a third more is needed",
+            server.max_body_bytes, server.max_image_bytes
+        ),
+    );
+    rule(
+        "worker.heartbeat_secs",
+        worker.heartbeat_secs * 3 <= worker.lease_secs,
+        format!(
+            "{} is more than a third of worker.lease_secs = {}; a slow worker would lose its jobs",
+            worker.heartbeat_secs, worker.lease_secs
+        ),
+    );
+    rule(
+        "worker.backoff_cap_ms",
+        worker.backoff_cap_ms >= worker.backoff_base_ms,
+        format!("{} is less than worker.backoff_base_ms = {}", worker.backoff_cap_ms, worker.backoff_base_ms),
+    );
+    rule(
+        "log.filter",
+        log.filter.parse::<tracing_subscriber::filter::EnvFilter>().is_ok(),
+        format!("{:?} cannot be read as tracing directives; try `info`", log.filter),
+    );
+    rule(
+        "analyst.most_objects",
+        analyst.most_objects >= analyst.fewest_objects,
+        format!("{} is less than analyst.fewest_objects = {}", analyst.most_objects, analyst.fewest_objects),
+    );
+    rule(
+        "render.shadow_map_px",
+        render.shadow_map_px == 0 || render.shadow_map_px >= 128,
+        format!("{} is neither 0 nor at least 128", render.shadow_map_px),
+    );
+    for (key, side) in [
+        ("canonicalize.side_px", canonicalize.side_px),
+        ("dro.coarse_px", dro.coarse_px),
+        ("dro.fine_px", dro.fine_px),
+    ] {
+        rule(key, side.is_multiple_of(32), format!("{side} is no multiple of 32"));
+    }
+    rule(
+        "dro.silhouette_weight",
+        dro.silhouette_weight + dro.edge_weight > 0.0,
+        "it and dro.edge_weight are both 0; then every yaw is as good".into(),
+    );
+    rule(
+        "settle.contact_frequency_hz",
+        settle.contact_frequency_hz <= settle.steps_per_s * settle.solver_iterations as f64 / 4.0,
+        format!(
+            "{} is more than a quarter of settle.steps_per_s times settle.solver_iterations; stacks would buzz",
+            settle.contact_frequency_hz
+        ),
+    );
+    rule(
+        "resolve.clearances_m",
+        resolve.clearances_m.is_sorted(),
+        "the gaps must grow from round to round".into(),
+    );
+    rule("export.date", is_date(&export.date), format!("{:?} is no date such as 2026-01-31", export.date));
+    found
+}
+
+/// `YYYY-MM-DD`.
+fn is_date(text: &str) -> bool {
+    let digits = |range: std::ops::Range<usize>| {
+        text.get(range).filter(|part| part.bytes().all(|b| b.is_ascii_digit()))?.parse::<u32>().ok()
+    };
+    text.len() == 10
+        && text.as_bytes()[4] == b'-'
+        && text.as_bytes()[7] == b'-'
+        && digits(0..4).is_some()
+        && digits(5..7).is_some_and(|month| (1..=12).contains(&month))
+        && digits(8..10).is_some_and(|day| (1..=31).contains(&day))
+}

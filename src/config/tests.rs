@@ -1,0 +1,138 @@
+//! The default file is complete and sound; layers win in their order; complaints say what would do.
+
+use super::keys::{Allowed, keys};
+use super::*;
+
+fn arguments(set: &[(&str, &str)]) -> Sources {
+    let arguments = set.iter().map(|(key, text)| (key.to_string(), text.to_string(), "--set")).collect();
+    Sources { arguments, ..Sources::default() }
+}
+
+fn complaint(set: &[(&str, &str)]) -> String {
+    layers::load(arguments(set)).expect_err("is refused").to_string()
+}
+
+#[test]
+fn every_key_is_described_and_every_number_has_a_range() {
+    for (path, key) in keys() {
+        assert!(key.meaning.ends_with('.'), "{path}: {:?} is no sentence", key.meaning);
+        assert!(!key.unit.is_empty(), "{path} has no unit");
+        let element = key.default.as_array().and_then(|list| list.first()).unwrap_or(&key.default);
+        let number = element.is_integer() || element.is_float();
+        assert_eq!(matches!(key.allowed, Allowed::Range { .. }), number, "range of {path}");
+        assert!(value::fit(key, key.default.clone()).is_ok(), "the default of {path} is outside its range");
+    }
+}
+
+#[test]
+fn defaults_are_a_valid_configuration_and_mirror_every_field() {
+    let resolved = layers::load(Sources::default()).expect("the defaults are valid");
+    let mirrored = toml::Table::try_from(&resolved.config).expect("is TOML");
+    let fields: Vec<String> = keys::flatten(&mirrored).into_iter().map(|(path, _)| path).collect();
+    assert_eq!(fields.iter().collect::<std::collections::BTreeSet<_>>().len(), keys().len());
+    for field in fields {
+        assert!(keys().contains_key(&field), "{field} is missing in default.toml");
+    }
+}
+
+#[test]
+fn later_layers_win_and_are_remembered() {
+    let directory = tempfile::tempdir().expect("temporary directory");
+    let path = directory.path().join("site.toml");
+    std::fs::write(&path, "[worker]\nfan_out = 3\npoll_ms = 50\nmax_attempts = 9\n[tsa]\ntau = 1\n")
+        .expect("writes");
+    let resolved = layers::load(Sources {
+        file: Some(path.clone()),
+        environment: vec![
+            ("TABLETOPGEN__WORKER__POLL_MS".into(), "60".into()),
+            ("TABLETOPGEN__WORKER__MAX_ATTEMPTS".into(), "8".into()),
+            ("HOME".into(), "/home/somebody".into()),
+        ],
+        arguments: vec![("worker.max_attempts".into(), "7".into(), "--set")],
+    })
+    .expect("is valid");
+    let Config { worker, tsa, .. } = &resolved.config;
+    assert_eq!((worker.fan_out, worker.poll_ms, worker.max_attempts, tsa.tau), (3, 60, 7, 1.0));
+    assert_eq!(resolved.origin("worker.fan_out"), &Origin::File(path));
+    assert_eq!(resolved.origin("worker.poll_ms").to_string(), "environment TABLETOPGEN__WORKER__POLL_MS");
+    assert_eq!(resolved.origin("worker.max_attempts"), &Origin::Argument("--set".into()));
+    assert_eq!(resolved.origin("worker.lease_secs"), &Origin::Default);
+}
+
+#[test]
+fn complaints_name_key_value_and_what_would_do() {
+    let text = complaint(&[("worker.concurency", "2")]);
+    assert!(text.contains("worker.concurency") && text.contains("nearest is worker.concurrency"), "{text}");
+    let text = complaint(&[("worker.concurrency", "100")]);
+    assert_eq!(text, "worker.concurrency (--set): 100 is outside its range, from 1 to 64 (jobs)");
+    assert!(complaint(&[("worker.concurrency", "two")]).contains("\"two\" is not a whole number"));
+    assert!(complaint(&[("tsa.tau", "NaN")]).contains("outside its range"));
+    assert!(complaint(&[("log.format", "yaml")]).contains("not one of text, json"));
+    assert!(complaint(&[("store.fsync", "yes")]).contains("true or false"));
+    assert!(complaint(&[("resolve.clearances_m", "0.1, 7")]).contains("7 is outside"));
+    assert!(complaint(&[("resolve.clearances_m", "[]")]).contains("empty"));
+    assert!(complaint(&[("worker", "2")]).contains("no such key"));
+    let text = complaint(&[("worker.heartbeat_secs", "20")]);
+    assert!(text.contains("worker.lease_secs = 30"), "{text}");
+    for (key, value) in [
+        ("server.listen", "8080"),
+        ("server.max_body_bytes", "20000000"),
+        ("worker.backoff_cap_ms", "10"),
+        ("log.filter", "tabletopgen=[what"),
+        ("analyst.most_objects", "3"),
+        ("render.shadow_map_px", "5"),
+        ("dro.fine_px", "250"),
+        ("settle.contact_frequency_hz", "500"),
+        ("resolve.clearances_m", "0.2, 0.1"),
+        ("export.date", "2026-1-31"),
+    ] {
+        assert!(complaint(&[(key, value)]).starts_with(key), "{key} = {value}");
+    }
+}
+
+#[test]
+fn everything_that_is_wrong_is_said_at_once() {
+    let text = complaint(&[("worker.fan_out", "0"), ("nothing", "1"), ("tsa.tau", "x")]);
+    assert_eq!(text.lines().count(), 3, "{text}");
+}
+
+#[test]
+fn files_are_read_with_the_same_care() {
+    let directory = tempfile::tempdir().expect("temporary directory");
+    let path = directory.path().join("site.toml");
+    let refused = |text: &str| {
+        std::fs::write(&path, text).expect("writes");
+        let sources = Sources { file: Some(path.clone()), ..Sources::default() };
+        layers::load(sources).expect_err("is refused").to_string()
+    };
+    assert!(refused("[worker]\nfan_out = 1.5").contains("1.5 is not a whole number"));
+    assert!(refused("[worker]\nfan_uot = 1").contains("worker.fan_out"));
+    assert!(refused("[walker]\nfan_out = 1").contains("worker.fan_out"));
+    assert!(refused("[worker\n").contains("is no TOML"));
+    let missing = Sources { file: Some(directory.path().join("none.toml")), ..Sources::default() };
+    assert!(layers::load(missing).expect_err("is refused").to_string().contains("cannot be read"));
+}
+
+#[test]
+fn a_request_changes_scenes_and_nothing_else() {
+    let resolved = layers::load(Sources::default()).expect("valid");
+    let set = |pairs: &[(&str, &str)]| pairs.iter().map(|(k, v)| (k.to_string(), v.to_string())).collect();
+    let own =
+        resolved.with(&set(&[("decompose.resolution", "64"), ("resolve.clearances_m", "[0.001, 0.002]")]));
+    let own = own.expect("is valid").config;
+    assert_eq!((own.decompose.resolution, own.resolve.clearances_m.len()), (64, 2));
+    assert_eq!(
+        Config {
+            decompose: resolved.config.decompose.clone(),
+            resolve: resolved.config.resolve.clone(),
+            ..own
+        },
+        resolved.config
+    );
+    let errors = resolved
+        .with(&set(&[("server.listen", "0.0.0.0:80"), ("decompose.resolution", "7"), ("tsa.tua", "1")]))
+        .expect_err("is refused");
+    let keys: Vec<&str> = errors.0.iter().map(|error| error.key.as_str()).collect();
+    assert_eq!(keys, ["decompose.resolution", "server.listen", "tsa.tua"]);
+    assert!(errors.0[1].detail.contains("cannot be set for one scene"));
+}
