@@ -8,6 +8,7 @@
 
 pub mod error;
 pub mod digest;
+pub mod outage;
 pub mod blobs;
 mod writer;
 mod database;
@@ -29,8 +30,10 @@ use tokio::sync::watch;
 pub use blobs::Blobs;
 pub use digest::Digest;
 pub use error::StoreError;
+pub use outage::Outage;
 pub use queue::Lease;
 
+use outage::{Health, Part};
 use writer::Writer;
 
 /// Section `[store]`.
@@ -57,6 +60,7 @@ pub struct Store {
     blobs: Blobs,
     changed: Arc<watch::Sender<u64>>,
     cancelled: Arc<watch::Sender<u64>>,
+    health: Health,
     /// Released when the last handle goes.
     _lock: Arc<File>,
 }
@@ -68,15 +72,17 @@ impl Store {
             .map_err(|source| StoreError::DataDir { path: data_dir.to_owned(), source })?;
         let lock = lock(data_dir)?;
         let path: PathBuf = data_dir.join("tabletopgen.sqlite");
-        let writer = Writer::start(&path, settings).await?;
+        let health = Health::new();
+        let writer = Writer::start(&path, settings, health.clone()).await?;
         let readers = database::readers(&path, settings).await?;
-        let blobs = Blobs::local(&data_dir.join("blobs"), settings.fsync)?;
+        let blobs = Blobs::local(&data_dir.join("blobs"), settings.fsync, health.clone())?;
         Ok(Self {
             readers,
             writer,
             blobs,
             changed: Arc::new(watch::Sender::new(0)),
             cancelled: Arc::new(watch::Sender::new(0)),
+            health,
             _lock: Arc::new(lock),
         })
     }
@@ -96,9 +102,17 @@ impl Store {
         self.cancelled.subscribe()
     }
 
-    /// The database answers a read and a write.
+    /// Why storage takes no writes at present, and when that changes; `None` while it does.
+    pub fn outage(&self) -> watch::Receiver<Option<Outage>> {
+        self.health.outage()
+    }
+
+    /// The database answers a read and a write; while there is an outage, something is really written.
     pub async fn is_healthy(&self) -> Result<(), StoreError> {
         sqlx::query("SELECT 1 FROM jobs LIMIT 1").fetch_optional(&self.readers).await?;
+        if self.health.is_failing(Part::Blobs) {
+            self.blobs.put(vec![0; 64 << 10]).await?;
+        }
         self.writer.write("check the writer", |_| Box::pin(async { Ok(()) })).await
     }
 

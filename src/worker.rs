@@ -15,13 +15,13 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
-use tokio::sync::Semaphore;
+use tokio::sync::{Semaphore, watch};
 use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 use uuid::Uuid;
 
 use crate::pipeline::checkpoint::StageRuntime;
-use crate::store::{Store, StoreError};
+use crate::store::{Outage, Store, StoreError};
 
 pub use build::{BuildScene, BuiltScene, JobContext};
 
@@ -64,12 +64,19 @@ pub struct Worker {
     build: BuildScene,
     settings: Arc<Settings>,
     owner: Arc<str>,
+    only: Option<Arc<str>>,
 }
 
 impl Worker {
     pub fn new(store: Store, runtime: StageRuntime, build: BuildScene, settings: Settings) -> Self {
         let owner = Uuid::new_v4().to_string();
-        Self { store, runtime, build, settings: Arc::new(settings), owner: owner.into() }
+        Self { store, runtime, build, settings: Arc::new(settings), owner: owner.into(), only: None }
+    }
+
+    /// A worker that takes this job and leaves every other alone.
+    pub fn only(mut self, job_id: &str) -> Self {
+        self.only = Some(job_id.into());
+        self
     }
 
     /// Works until `shutdown`, then drains.
@@ -85,6 +92,7 @@ impl Worker {
         )?;
         let slots = Arc::new(Semaphore::new(self.settings.concurrency.max(1)));
         let turns = TaskTracker::new();
+        let mut failed_claims = 0;
         loop {
             let slot = tokio::select! {
                 biased;
@@ -96,7 +104,9 @@ impl Worker {
             };
             let mut changes = self.store.changes();
             let lease = Duration::from_secs(self.settings.lease_secs);
-            match self.store.claim(&self.owner, lease, self.settings.max_attempts).await {
+            let only = self.only.as_deref();
+            let mut pause = Duration::from_millis(self.settings.poll_ms);
+            match self.store.claim(&self.owner, lease, self.settings.max_attempts, only).await {
                 Ok(Some(claim)) => {
                     let turn = turn::Turn {
                         store: self.store.clone(),
@@ -109,20 +119,46 @@ impl Worker {
                         turn.take(claim).await;
                         drop(slot);
                     });
+                    failed_claims = 0;
                     continue;
                 }
-                Ok(None) => {}
-                Err(error) => tracing::error!(%error, "cannot claim a job; trying again"),
+                Ok(None) => failed_claims = 0,
+                Err(error) => {
+                    failed_claims += 1;
+                    pause = pause.max(backoff::full_delay(failed_claims, &self.settings));
+                    // The store itself reports outages, once.
+                    if error.outage().is_none() {
+                        let (error, pause_secs) = (error.chain(), pause.as_secs_f32());
+                        tracing::error!(error, pause_secs, "cannot claim a job; trying again later");
+                    }
+                }
             }
             drop(slot);
             tokio::select! {
                 () = shutdown.cancelled() => break,
-                _ = changes.changed() => {}
-                () = tokio::time::sleep(Duration::from_millis(self.settings.poll_ms)) => {}
+                () = self.something_new(&mut changes, failed_claims > 0) => {}
+                () = tokio::time::sleep(pause) => {}
             }
         }
         self.drain(&heartbeat, turns).await;
         Ok(())
+    }
+
+    /// Returns when it is worth looking at the queue again: a job changed, or an outage ended.
+    async fn something_new(&self, changes: &mut watch::Receiver<u64>, claims_fail: bool) {
+        if !claims_fail {
+            // An error means that the store is gone; then the pause decides.
+            if changes.changed().await.is_err() {
+                std::future::pending::<()>().await;
+            }
+            return;
+        }
+        let mut outage = self.store.outage();
+        if outage.wait_for(Option::<Outage>::is_some).await.is_err()
+            || outage.wait_for(Option::<Outage>::is_none).await.is_err()
+        {
+            std::future::pending::<()>().await;
+        }
     }
 
     /// Running stages finish and commit; those that take too long are interrupted; every job is given

@@ -8,7 +8,7 @@ use axum::response::{IntoResponse, Response};
 use serde::Serialize;
 use serde_json::json;
 
-use crate::store::StoreError;
+use crate::store::{Outage, StoreError};
 
 /// The closed list of problem types; each has one status.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -125,6 +125,15 @@ impl Problem {
         Self { kind: ProblemType::InvalidRequest, code: "invalid_body", detail, errors }
     }
 
+    /// Nothing new can be stored.
+    pub fn storage_full() -> Self {
+        Self::new(
+            ProblemType::Unavailable,
+            "storage_full",
+            "the server's disk is full; nothing was enqueued. Send it again when its operator has freed space",
+        )
+    }
+
     pub fn not_found(what: &str, id: &str) -> Self {
         let shown: String = id.chars().take(80).collect();
         Self::new(ProblemType::NotFound, "not_found", format!("there is no {what} {shown:?}"))
@@ -162,14 +171,13 @@ impl IntoResponse for Problem {
 
 impl From<StoreError> for Problem {
     fn from(error: StoreError) -> Self {
-        let mut chain = error.to_string();
-        let mut cause = std::error::Error::source(&error);
-        while let Some(source) = cause {
-            chain = format!("{chain}: {source}");
-            cause = source.source();
+        // The store itself reports outages, once.
+        match error.outage() {
+            Some(_) => tracing::debug!(error = error.chain(), "the store failed a request"),
+            None => tracing::error!(error = error.chain(), "the store failed a request"),
         }
-        tracing::error!(error = chain, "the store failed a request");
         match error {
+            _ if error.outage() == Some(Outage::Full) => Self::storage_full(),
             StoreError::Corrupt { .. } | StoreError::InvalidDigest(_) => Self::new(
                 ProblemType::Internal,
                 "stored_data_unreadable",

@@ -8,7 +8,7 @@ use std::io::Cursor;
 use bytes::Bytes;
 use image::{ImageFormat, ImageReader, Limits};
 
-use super::Api;
+use super::Settings;
 use super::error::{Problem, ProblemType};
 use crate::store::Digest;
 
@@ -23,9 +23,9 @@ pub struct Picture {
     pub media_type: &'static str,
 }
 
-/// Checks a picture; refuses with what to change.
-pub async fn check(api: &Api, bytes: Bytes) -> Result<Picture, Problem> {
-    let limit = api.settings.max_image_bytes;
+/// Checks a picture (decoding it, so it blocks); refuses with what to change.
+pub fn check(bytes: Bytes, settings: &Settings) -> Result<Picture, Problem> {
+    let limit = settings.max_image_bytes;
     if bytes.len() > limit {
         return Err(Problem::new(
             ProblemType::PayloadTooLarge,
@@ -33,16 +33,10 @@ pub async fn check(api: &Api, bytes: Bytes) -> Result<Picture, Problem> {
             format!("the picture has {} bytes; send one of at most {limit}", bytes.len()),
         ));
     }
-    let max_pixels = api.settings.max_image_pixels;
-    let turn = api.decoders.clone().acquire_owned().await;
-    let checked = tokio::task::spawn_blocking(move || {
-        let _turn = turn;
-        check_now(bytes, max_pixels)
-    });
-    checked.await.unwrap_or_else(|_| Err(unreadable("its decoder gave up")))
+    look(bytes, settings.max_image_pixels)
 }
 
-fn check_now(bytes: Bytes, max_pixels: u64) -> Result<Picture, Problem> {
+fn look(bytes: Bytes, max_pixels: u64) -> Result<Picture, Problem> {
     let (format, media_type) = sniff(&bytes).ok_or_else(|| {
         Problem::new(
             ProblemType::UnsupportedMediaType,
@@ -85,7 +79,8 @@ fn sniff(bytes: &[u8]) -> Option<(ImageFormat, &'static str)> {
     }
 }
 
-fn unreadable(reason: &str) -> Problem {
+/// A picture whose bytes cannot be decoded.
+pub(super) fn unreadable(reason: &str) -> Problem {
     let reason: String = reason.chars().take(200).collect();
     invalid("image_unreadable", format!("the picture is damaged ({reason}); save it again and send that"))
 }
@@ -105,7 +100,7 @@ mod tests {
     }
 
     fn code(bytes: Vec<u8>, max_pixels: u64) -> &'static str {
-        check_now(bytes.into(), max_pixels).map_or_else(|problem| problem.code, |_| "fine")
+        look(bytes.into(), max_pixels).map_or_else(|problem| problem.code, |_| "fine")
     }
 
     #[test]

@@ -8,6 +8,7 @@ use serde_json::json;
 
 use super::Api;
 use super::error::{Problem, ProblemType};
+use crate::store::Outage;
 
 /// The contract, as it lies in the repository.
 pub const OPENAPI: &str = include_str!("../../openapi.yaml");
@@ -23,6 +24,14 @@ pub async fn readyz(State(api): State<Api>) -> Result<Response, Problem> {
         return Err(Problem::new(ProblemType::Unavailable, "shutting_down", "the process is shutting down"));
     }
     api.store.is_healthy().await?;
+    match *api.store.outage().borrow() {
+        None => {}
+        Some(Outage::Full) => return Err(Problem::storage_full()),
+        Some(Outage::Other) => {
+            let detail = "the data directory cannot be written; the log says why";
+            return Err(Problem::new(ProblemType::Unavailable, "store_unavailable", detail));
+        }
+    }
     Ok(Json(json!({ "status": "ready" })).into_response())
 }
 

@@ -1,4 +1,6 @@
 //! What `POST /scenes` accepts: JSON, or multipart with the picture as a file, checked in full.
+//!
+//! The check is a function of its own ([`accept`]), so that every way in refuses the same things.
 
 use std::collections::BTreeMap;
 
@@ -15,7 +17,7 @@ use uuid::Uuid;
 
 use super::error::{FieldError, Problem, ProblemType};
 use super::picture::Picture;
-use super::{Api, picture};
+use super::{Api, Settings, Validate, picture};
 use crate::scene::request::{MAX_SEED, RequestOptions};
 use crate::scene::{Input, SceneRequest};
 use crate::store::Digest;
@@ -36,6 +38,18 @@ struct SceneBody {
 struct ImageSource {
     base64: Option<String>,
     url: Option<String>,
+}
+
+/// What somebody asks for, unchecked.
+#[derive(Clone, Debug, Default)]
+pub struct Draft {
+    pub text: Option<String>,
+    /// The bytes of a picture file.
+    pub picture: Option<Bytes>,
+    /// Drawn when absent.
+    pub seed: Option<u64>,
+    pub labels: BTreeMap<String, String>,
+    pub options: RequestOptions,
 }
 
 /// A submission that may be enqueued.
@@ -160,58 +174,74 @@ pub fn parse<T: for<'de> Deserialize<'de>>(bytes: &[u8]) -> Result<T, Problem> {
 }
 
 async fn check(api: &Api, body: SceneBody, file: Option<Bytes>) -> Result<Submission, Problem> {
-    let mut errors = Vec::new();
-    let mut wrong = |pointer: &str, detail: String| errors.push(FieldError::new(pointer, detail));
-    if body.seed.is_some_and(|seed| seed > MAX_SEED) {
-        wrong("/seed", format!("must be at most {MAX_SEED}"));
-    }
-    check_labels(&body.labels, &mut wrong);
-    check_options(&body.options, &mut wrong);
-    let (mut text, mut picture_bytes) = (None, file);
-    match (body.text, body.image) {
-        (Some(given), None) if picture_bytes.is_none() => {
-            match check_text(&given, api.settings.max_text_chars) {
-                Ok(checked) => text = Some(checked),
-                Err(detail) => wrong("/text", detail),
-            }
-        }
-        (None, Some(source)) if picture_bytes.is_none() => match picture_of(source) {
-            Ok(bytes) => picture_bytes = Some(bytes),
-            Err((pointer, detail)) => wrong(pointer, detail.to_owned()),
+    let mut picture = file;
+    match (body.image, &picture) {
+        (Some(source), None) => match picture_of(source) {
+            Ok(bytes) => picture = Some(bytes),
+            Err((pointer, detail)) => return Err(Problem::invalid(vec![FieldError::new(pointer, detail)])),
         },
-        (None, None) if picture_bytes.is_some() => {}
-        (None, None) => wrong("", "give exactly one of `text` and `image`; there is none".into()),
-        _ => wrong("", "give exactly one of `text` and `image`; there are two".into()),
-    }
-    if !errors.is_empty() {
-        return Err(Problem::invalid(errors));
-    }
-    let picture = match picture_bytes {
-        Some(bytes) => Some(picture::check(api, bytes).await?),
-        None => None,
-    };
-    let input = match (text, &picture) {
-        (Some(text), _) => Input::Text { text },
-        (None, Some(picture)) => {
-            Input::Image { sha256: picture.digest.to_string(), media_type: picture.media_type.to_owned() }
-        }
-        (None, None) => {
+        (Some(_), Some(_)) => {
             return Err(Problem::invalid(vec![FieldError::new(
                 "",
-                "give exactly one of `text` and `image`",
+                "the picture is there twice; send it as the form's `image` or in `request`",
             )]));
         }
+        (None, _) => {}
+    }
+    let draft =
+        Draft { text: body.text, picture, seed: body.seed, labels: body.labels, options: body.options };
+    // Pictures are decoded a few at a time.
+    let turn = match &draft.picture {
+        Some(_) => api.decoders.clone().acquire_owned().await.ok(),
+        None => None,
     };
-    let content =
-        json!({ "input": input, "seed": body.seed, "labels": body.labels, "options": body.options });
-    let body_digest = Digest::of(content.to_string().as_bytes());
-    let seed = body.seed.unwrap_or_else(draw_seed);
-    let request = SceneRequest { version: SceneRequest::VERSION, input, seed, options: body.options };
-    let errors = (api.validate)(&request);
+    let (settings, validate) = (api.settings.clone(), api.validate.clone());
+    let accepted = tokio::task::spawn_blocking(move || {
+        let _turn = turn;
+        accept(draft, &settings, &validate)
+    });
+    accepted.await.unwrap_or_else(|_| Err(picture::unreadable("its decoder gave up")))
+}
+
+/// Checks a draft in full; what comes back may be enqueued. Decodes the picture, so it blocks.
+pub fn accept(draft: Draft, settings: &Settings, validate: &Validate) -> Result<Submission, Problem> {
+    let mut errors = Vec::new();
+    let mut wrong = |pointer: &str, detail: String| errors.push(FieldError::new(pointer, detail));
+    if draft.seed.is_some_and(|seed| seed > MAX_SEED) {
+        wrong("/seed", format!("must be at most {MAX_SEED}"));
+    }
+    check_labels(&draft.labels, &mut wrong);
+    check_options(&draft.options, &mut wrong);
+    let mut text = None;
+    match (&draft.text, &draft.picture) {
+        (Some(given), None) => match check_text(given, settings.max_text_chars) {
+            Ok(checked) => text = Some(checked),
+            Err(detail) => wrong("/text", detail),
+        },
+        (None, Some(_)) => {}
+        (None, None) => wrong("", "give exactly one of `text` and `image`; there is none".into()),
+        (Some(_), Some(_)) => wrong("", "give exactly one of `text` and `image`; there are two".into()),
+    }
     if !errors.is_empty() {
         return Err(Problem::invalid(errors));
     }
-    Ok(Submission { request, labels: body.labels, picture, body_digest })
+    let picture = draft.picture.map(|bytes| picture::check(bytes, settings)).transpose()?;
+    let input = match &picture {
+        Some(picture) => {
+            Input::Image { sha256: picture.digest.to_string(), media_type: picture.media_type.to_owned() }
+        }
+        None => Input::Text { text: text.unwrap_or_default() },
+    };
+    let content =
+        json!({ "input": input, "seed": draft.seed, "labels": draft.labels, "options": draft.options });
+    let body_digest = Digest::of(content.to_string().as_bytes());
+    let seed = draft.seed.unwrap_or_else(draw_seed);
+    let request = SceneRequest { version: SceneRequest::VERSION, input, seed, options: draft.options };
+    let errors = validate(&request);
+    if !errors.is_empty() {
+        return Err(Problem::invalid(errors));
+    }
+    Ok(Submission { request, labels: draft.labels, picture, body_digest })
 }
 
 /// A seed nobody asked for; it is reported with the scene.

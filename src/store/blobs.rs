@@ -15,23 +15,25 @@ use object_store::local::LocalFileSystem;
 use object_store::path::Path as ObjectPath;
 use object_store::{GetOptions, GetRange, ObjectStore, ObjectStoreExt};
 
+use super::outage::{Health, Part};
 use super::{Digest, StoreError};
 
 /// Handle on the blobs; cloning shares it.
 #[derive(Clone)]
 pub struct Blobs {
     objects: Arc<dyn ObjectStore>,
+    health: Health,
 }
 
 impl Blobs {
     /// Blobs below a local directory, which is created.
-    pub fn local(root: &Path, fsync: bool) -> Result<Self, StoreError> {
+    pub(super) fn local(root: &Path, fsync: bool, health: Health) -> Result<Self, StoreError> {
         std::fs::create_dir_all(root)
             .map_err(|source| StoreError::DataDir { path: root.to_owned(), source })?;
         let files = LocalFileSystem::new_with_prefix(root)
             .map_err(|source| StoreError::Blob { name: root.display().to_string(), doing: "opened", source })?
             .with_fsync(fsync);
-        Ok(Self { objects: Arc::new(files) })
+        Ok(Self { objects: Arc::new(files), health })
     }
 
     /// Stores `bytes`; when this returns they can be referred to.
@@ -46,11 +48,17 @@ impl Blobs {
         } else {
             Digest::of(&bytes)
         };
-        self.objects
-            .put(&path_of(&digest), bytes.into())
-            .await
-            .map_err(|source| failed(&digest, "written", source))?;
-        Ok(digest)
+        match self.objects.put(&path_of(&digest), bytes.into()).await {
+            Ok(_) => {
+                self.health.succeeded(Part::Blobs);
+                Ok(digest)
+            }
+            Err(source) => {
+                let error = failed(&digest, "written", source);
+                self.health.failed(Part::Blobs, &error);
+                Err(error)
+            }
+        }
     }
 
     /// The bytes, or `None` where there are none under that name or they are not what the name says.
@@ -111,7 +119,7 @@ mod tests {
     #[tokio::test]
     async fn bytes_come_back_whole_in_parts_or_not_at_all() {
         let directory = tempfile::tempdir().expect("temporary directory");
-        let blobs = Blobs::local(directory.path(), true).expect("opens");
+        let blobs = Blobs::local(directory.path(), true, Health::new()).expect("opens");
         let digest = blobs.put(&b"hello table"[..]).await.expect("puts");
         assert_eq!(blobs.put(&b"hello table"[..]).await.expect("puts again"), digest);
         assert_eq!(blobs.get(&digest).await.expect("reads").as_deref(), Some(&b"hello table"[..]));

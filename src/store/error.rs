@@ -1,6 +1,9 @@
 //! What can go wrong with what survives a restart.
 
+use std::error::Error;
 use std::path::PathBuf;
+
+use super::outage::Outage;
 
 /// Each says what was attempted, on what, and what to do where somebody can do something.
 #[derive(Debug, thiserror::Error)]
@@ -17,7 +20,7 @@ pub enum StoreError {
     #[error("the database failed to {doing}")]
     Sql { doing: &'static str, source: sqlx::Error },
     #[error("the database's transaction could not be committed while it tried to {doing}: {reason}")]
-    Commit { doing: &'static str, reason: String },
+    Commit { doing: &'static str, reason: String, outage: Option<Outage> },
     #[error("the database's writer has stopped; restart the process")]
     WriterStopped,
     #[error("job {job_id} is no longer leased to this worker; its result is dropped")]
@@ -37,6 +40,33 @@ impl From<sqlx::Error> for StoreError {
 }
 
 impl StoreError {
+    /// Why no write can succeed now, where that is what the error says; `None` for a bug or a refusal.
+    pub fn outage(&self) -> Option<Outage> {
+        match self {
+            Self::Sql { source, .. } => sql_outage(source),
+            Self::Commit { outage, .. } => *outage,
+            Self::Blob { source, .. } => Some(io_outage(source)),
+            Self::DataDir { source, .. } => Some(io_outage(source)),
+            Self::WriterStopped => Some(Outage::Other),
+            Self::Locked { .. }
+            | Self::Migrate(_)
+            | Self::LeaseLost { .. }
+            | Self::Corrupt { .. }
+            | Self::InvalidDigest(_) => None,
+        }
+    }
+
+    /// Message and causes on one line, for the log.
+    pub fn chain(&self) -> String {
+        let mut text = self.to_string();
+        let mut cause = self.source();
+        while let Some(error) = cause {
+            text = format!("{text}: {error}");
+            cause = error.source();
+        }
+        text
+    }
+
     /// Names the operation on an SQL error that does not name one yet.
     pub(super) fn while_doing(self, doing: &'static str) -> Self {
         match self {
@@ -44,4 +74,36 @@ impl StoreError {
             other => other,
         }
     }
+}
+
+/// Result codes of SQLite (their low byte) that mean the file cannot be written, not that the statement
+/// is wrong: BUSY, LOCKED, READONLY, IOERR, CORRUPT, FULL, CANTOPEN, NOTADB.
+fn sql_outage(error: &sqlx::Error) -> Option<Outage> {
+    match error {
+        sqlx::Error::Database(error) => {
+            let code: i64 = error.code()?.parse().ok()?;
+            match code & 0xff {
+                13 => Some(Outage::Full),
+                5 | 6 | 8 | 10 | 11 | 14 | 26 => Some(Outage::Other),
+                _ => None,
+            }
+        }
+        sqlx::Error::Io(error) => Some(io_outage(error)),
+        sqlx::Error::PoolTimedOut | sqlx::Error::PoolClosed | sqlx::Error::WorkerCrashed => {
+            Some(Outage::Other)
+        }
+        _ => None,
+    }
+}
+
+fn io_outage(error: &(dyn Error + 'static)) -> Outage {
+    let mut cause = Some(error);
+    while let Some(error) = cause {
+        let kind = error.downcast_ref::<std::io::Error>().map(std::io::Error::kind);
+        if matches!(kind, Some(std::io::ErrorKind::StorageFull | std::io::ErrorKind::QuotaExceeded)) {
+            return Outage::Full;
+        }
+        cause = error.source();
+    }
+    Outage::Other
 }

@@ -69,18 +69,20 @@ pub enum CancelRequest {
 
 impl Store {
     /// Takes the next job: one whose lease ran out, else the queue's first by priority and age. A job
-    /// whose worker died `max_attempts` times without reaching a new checkpoint is failed instead.
+    /// whose worker died `max_attempts` times without reaching a new checkpoint is failed instead. With
+    /// `only`, no other job is looked at.
     pub async fn claim(
         &self,
         owner: &str,
         lease: Duration,
         max_attempts: u32,
+        only: Option<&str>,
     ) -> Result<Option<Claim>, StoreError> {
-        let owner = owner.to_owned();
+        let (owner, only) = (owner.to_owned(), only.map(str::to_owned));
         let claim = self
             .writer
             .write("claim a job", move |connection| {
-                Box::pin(claim(connection, owner, lease, i64::from(max_attempts)))
+                Box::pin(claim(connection, owner, lease, i64::from(max_attempts), only))
             })
             .await?;
         if claim.is_some() {
@@ -148,14 +150,17 @@ async fn claim(
     owner: String,
     lease: Duration,
     max_attempts: i64,
+    only: Option<String>,
 ) -> Result<Option<Claim>, StoreError> {
     let now = database::now_ms(connection).await?;
     loop {
         let orphan: Option<(String, i64)> = sqlx::query_as(
             "SELECT id, attempt FROM jobs
-             WHERE state IN ('running', 'cancelling') AND lease_until <= ? ORDER BY lease_until LIMIT 1",
+             WHERE state IN ('running', 'cancelling') AND lease_until <= ?1 AND (?2 IS NULL OR id = ?2)
+             ORDER BY lease_until LIMIT 1",
         )
         .bind(now)
+        .bind(&only)
         .fetch_optional(&mut *connection)
         .await?;
         if let Some((job_id, attempt)) = &orphan
@@ -175,10 +180,12 @@ async fn claim(
             Some((job_id, _)) => Some(job_id),
             None => {
                 sqlx::query_scalar(
-                    "SELECT id FROM jobs WHERE state = 'queued' AND not_before <= ?
+                    "SELECT id FROM jobs
+                     WHERE state = 'queued' AND not_before <= ?1 AND (?2 IS NULL OR id = ?2)
                      ORDER BY priority DESC, id LIMIT 1",
                 )
                 .bind(now)
+                .bind(&only)
                 .fetch_optional(&mut *connection)
                 .await?
             }

@@ -1,11 +1,13 @@
 //! How a failed turn ends: by its class, for good or back to the queue with a delay (exponential, full
-//! jitter, so that jobs that failed together do not come back together).
+//! jitter, so that jobs that failed together do not come back together). What the store could not write
+//! is not the job's fault: it burns no attempt, and waits long.
 
 use std::time::Duration;
 
 use super::Settings;
 use crate::job::{Failure, FailureClass};
 use crate::pipeline::error::{StageError, StageErrorClass};
+use crate::store::StoreError;
 use crate::store::queue::Outcome;
 
 /// The outcome of a stage's error in attempt `attempt` (from 1); `None` where the worker itself stopped
@@ -24,8 +26,12 @@ pub fn outcome_of(error: &StageError, attempt: i64, fraction: f64, settings: &Se
     if !class.is_retryable() {
         return Some(Outcome::Failed(failure));
     }
-    let jittered = delay(attempt, fraction, settings);
+    let jittered = full_delay(attempt, settings).mul_f64(fraction);
+    let by_store = error.cause.as_ref().and_then(|cause| cause.downcast_ref::<StoreError>());
     let (delay, charged) = match error.class {
+        _ if by_store.is_some_and(|error| error.outage().is_some()) => {
+            (Duration::from_millis(settings.backoff_cap_ms).mul_f64(0.5 + 0.5 * fraction), false)
+        }
         // Its provider said when; waiting is not failing.
         StageErrorClass::RateLimited { retry_after: Some(after) } => (after.max(jittered), false),
         StageErrorClass::RateLimited { retry_after: None } => (jittered, false),
@@ -34,16 +40,17 @@ pub fn outcome_of(error: &StageError, attempt: i64, fraction: f64, settings: &Se
     Some(Outcome::Retry { failure, delay, charged, max_attempts: settings.max_attempts })
 }
 
-/// `fraction` of `min(cap, base * 2^(attempt - 1))`.
-fn delay(attempt: i64, fraction: f64, settings: &Settings) -> Duration {
+/// `min(cap, base * 2^(attempt - 1))`.
+pub(super) fn full_delay(attempt: i64, settings: &Settings) -> Duration {
     let doublings = u32::try_from(attempt.saturating_sub(1)).unwrap_or(0).min(20);
     let ceiling = settings.backoff_base_ms.saturating_mul(1 << doublings).min(settings.backoff_cap_ms);
-    Duration::from_secs_f64(ceiling as f64 / 1000.0 * fraction)
+    Duration::from_millis(ceiling)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::store::Outage;
 
     fn settings() -> Settings {
         Settings {
@@ -63,9 +70,13 @@ mod tests {
 
     #[test]
     fn delays_double_up_to_the_cap_and_jitter_spreads_them() {
-        let seconds = |attempt, fraction| delay(attempt, fraction, &settings()).as_secs_f64();
-        assert_eq!([1, 2, 3, 4, 90].map(|attempt| seconds(attempt, 1.0)), [1.0, 2.0, 4.0, 5.0, 5.0]);
-        assert_eq!(seconds(2, 0.25), 0.5);
+        let seconds = |attempt| full_delay(attempt, &settings()).as_secs_f64();
+        assert_eq!([1, 2, 3, 4, 90].map(seconds), [1.0, 2.0, 4.0, 5.0, 5.0]);
+        let error = StageError::transient("t", "m");
+        let Some(Outcome::Retry { delay, .. }) = outcome_of(&error, 2, 0.25, &settings()) else {
+            panic!("is tried again")
+        };
+        assert_eq!(delay, Duration::from_millis(500));
     }
 
     #[test]
@@ -80,6 +91,12 @@ mod tests {
         assert!(matches!(
             outcome(StageError::rate_limited("r", "m", Some(patience))),
             Some(Outcome::Retry { charged: false, delay, .. }) if delay == patience
+        ));
+        // A disk that is full is nobody's attempt.
+        let full = StoreError::Commit { doing: "x", reason: "y".into(), outage: Some(Outage::Full) };
+        assert!(matches!(
+            outcome(StageError::from(full)),
+            Some(Outcome::Retry { charged: false, delay, .. }) if delay >= Duration::from_millis(2500)
         ));
         for error in [
             StageError::permanent("p", "m"),

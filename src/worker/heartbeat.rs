@@ -150,7 +150,9 @@ async fn beat(
                     }
                 }
             }
-            Ok(Err(error)) => tracing::error!(%error, "cannot extend leases"),
+            // The store itself reports outages, once.
+            Ok(Err(error)) if error.outage().is_some() => tracing::debug!(%error, "cannot extend leases"),
+            Ok(Err(error)) => tracing::error!(error = error.chain(), "cannot extend leases"),
             Err(_) => tracing::error!("the store did not answer the heartbeat in time"),
         }
         for running in jobs.running.values_mut() {

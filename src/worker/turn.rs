@@ -111,10 +111,11 @@ impl Turn {
                     tracing::warn!("the lease was lost; the result is dropped");
                     return;
                 }
-                Err(error) => tracing::error!(%error, "cannot finish the job; trying again"),
+                Err(error) => tracing::debug!(error = error.chain(), "cannot finish the job; trying again"),
             }
             tokio::time::sleep(Duration::from_millis(pause_ms)).await;
         }
+        tracing::warn!("the end of the job's turn could not be written down; its lease will run out");
     }
 }
 

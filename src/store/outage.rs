@@ -1,0 +1,127 @@
+//! Whether storage takes writes, said once: when it stops, and when it works again.
+//!
+//! A full disk fails every write of every job and every request. Whoever writes reports here; the log
+//! gets one line with what to do instead of one a second, and whoever repeats writes waits for the end.
+//! The database and the blobs are told apart: either may work while the other does not.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use tokio::sync::watch;
+
+use super::StoreError;
+
+/// Why storage takes no writes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outage {
+    /// No space left.
+    Full,
+    /// Read-only, unreachable, locked by somebody else, broken.
+    Other,
+}
+
+/// Which part reports.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Part {
+    Database,
+    Blobs,
+}
+
+/// What storage last said of itself; cloning shares it.
+#[derive(Clone)]
+pub(super) struct Health {
+    parts: [Arc<watch::Sender<Option<Failing>>>; 2],
+    outage: Arc<watch::Sender<Option<Outage>>>,
+}
+
+#[derive(Clone, Debug)]
+struct Failing {
+    why: Outage,
+    since: Instant,
+    tries: u64,
+}
+
+impl Health {
+    pub(super) fn new() -> Self {
+        Self {
+            parts: [(); 2].map(|()| Arc::new(watch::Sender::new(None))),
+            outage: Arc::new(watch::Sender::new(None)),
+        }
+    }
+
+    /// The present outage, and its changes.
+    pub(super) fn outage(&self) -> watch::Receiver<Option<Outage>> {
+        self.outage.subscribe()
+    }
+
+    pub(super) fn is_failing(&self, part: Part) -> bool {
+        self.parts[part as usize].borrow().is_some()
+    }
+
+    /// A write failed.
+    pub(super) fn failed(&self, part: Part, error: &StoreError) {
+        let Some(why) = error.outage() else { return };
+        let mut first = false;
+        self.parts[part as usize].send_modify(|failing| {
+            first = failing.is_none();
+            let failing = failing.get_or_insert(Failing { why, since: Instant::now(), tries: 0 });
+            failing.tries += 1;
+        });
+        if first {
+            let advice = match why {
+                Outage::Full => "the disk of the data directory is full; free space on it",
+                Outage::Other => "see that the data directory can be written",
+            };
+            tracing::error!(
+                error = error.chain(),
+                "storage takes no writes: {advice}. Jobs wait meanwhile; the next line about this says when \
+                 it works again"
+            );
+        }
+        self.publish();
+    }
+
+    /// A write that changed something succeeded.
+    pub(super) fn succeeded(&self, part: Part) {
+        if !self.is_failing(part) {
+            return;
+        }
+        if let Some(Failing { since, tries, .. }) = self.parts[part as usize].send_replace(None) {
+            let seconds = since.elapsed().as_secs();
+            tracing::info!(seconds, failed_tries = tries, "storage takes writes again");
+        }
+        self.publish();
+    }
+
+    fn publish(&self) {
+        let now = self.parts.iter().find_map(|part| part.borrow().as_ref().map(|failing| failing.why));
+        self.outage.send_if_modified(|known| std::mem::replace(known, now) != now);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn full() -> StoreError {
+        StoreError::Commit { doing: "test", reason: "disk full".into(), outage: Some(Outage::Full) }
+    }
+
+    #[test]
+    fn an_outage_lasts_until_the_part_that_failed_works() {
+        let health = Health::new();
+        let seen = health.outage();
+        health.failed(Part::Database, &StoreError::WriterStopped);
+        health.failed(Part::Database, &StoreError::LeaseLost { job_id: "j".into() });
+        assert_eq!(*seen.borrow(), Some(Outage::Other), "a lost lease is none");
+        health.succeeded(Part::Database);
+        assert_eq!(*seen.borrow(), None);
+
+        health.failed(Part::Blobs, &full());
+        health.failed(Part::Blobs, &full());
+        health.succeeded(Part::Database);
+        assert_eq!(*seen.borrow(), Some(Outage::Full));
+        health.succeeded(Part::Blobs);
+        assert_eq!(*seen.borrow(), None);
+    }
+}
