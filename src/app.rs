@@ -1,1 +1,72 @@
-//! (in progress)
+//! The wiring: configuration in, running parts out. Nothing else knows which adapter answers which port.
+//!
+//! Two programs are made of the same parts: the server ([`service`]), and a worker for one job inside
+//! the calling process ([`local`]). Both open a data directory, build scenes through the worker, and
+//! refuse the same requests.
+
+pub mod logging;
+pub mod scenes;
+pub mod service;
+pub mod local;
+
+use std::path::Path;
+use std::time::Duration;
+
+/// The configuration; whoever else needs it takes it from here.
+pub use crate::config;
+
+use crate::config::Config;
+use crate::pipeline::checkpoint::StageRuntime;
+use crate::provider::Cpu;
+use crate::store::{Store, StoreError};
+use crate::worker::{BuildScene, Worker};
+
+/// Why the program could not start or go on.
+#[derive(Debug, thiserror::Error)]
+pub enum AppError {
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    #[error("cannot listen on {address}; choose another with --listen (port 0 takes a free one)")]
+    Listen { address: String, source: std::io::Error },
+    #[error("cannot start the CPU pool of {threads} threads; set worker.cpu_threads to fewer")]
+    CpuPool { threads: usize, source: rayon::ThreadPoolBuildError },
+    #[error("the worker ended although nobody asked it to: {reason}")]
+    WorkerEnded { reason: String },
+}
+
+impl AppError {
+    /// Message and causes on one line.
+    pub fn chain(&self) -> String {
+        let mut text = self.to_string();
+        let mut cause = std::error::Error::source(self);
+        while let Some(error) = cause {
+            text = format!("{text}: {error}");
+            cause = error.source();
+        }
+        text
+    }
+}
+
+/// Opens a data directory.
+pub async fn open(data_dir: &Path, config: &Config) -> Result<Store, AppError> {
+    Ok(Store::open(data_dir, &config.store).await?)
+}
+
+/// A worker on the store.
+pub fn worker(store: &Store, config: &Config, build: BuildScene) -> Result<Worker, AppError> {
+    let threads = config.worker.cpu_threads;
+    let cpu = Cpu::new(threads).map_err(|source| AppError::CpuPool { threads, source })?;
+    let stage_timeout = Duration::from_secs(config.worker.stage_timeout_secs);
+    let runtime = StageRuntime::new(store.clone(), cpu, BACKEND, config.worker.fan_out, stage_timeout);
+    Ok(Worker::new(store.clone(), runtime, build, config.worker.clone()))
+}
+
+/// What results depend on besides inputs and settings, as part of every checkpoint's key: floating point
+/// differs between architectures in the last bit, and nothing else here differs between machines.
+const BACKEND: &str = if cfg!(target_arch = "x86_64") {
+    "cpu-x86_64"
+} else if cfg!(target_arch = "aarch64") {
+    "cpu-aarch64"
+} else {
+    "cpu-other"
+};

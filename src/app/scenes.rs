@@ -1,0 +1,79 @@
+//! The pipeline as the worker takes it, and the check of a request's own settings.
+
+use std::sync::Arc;
+
+use futures::FutureExt;
+
+use crate::api::{FieldError, Validate};
+use crate::config::{Config, Resolved};
+use crate::pipeline::error::StageError;
+use crate::pipeline::{self, Settings};
+use crate::provider::Ports;
+use crate::provider::embedded::{self, EmbeddedSettings};
+use crate::scene::SceneRequest;
+use crate::worker::{BuildScene, JobContext};
+
+/// Builds scenes with the embedded adapters, each with the settings its request asks for.
+pub fn build_scene(resolved: &Resolved) -> BuildScene {
+    let resolved = Arc::new(resolved.clone());
+    // Adapters hold tables and catalogs; jobs without settings of their own share them.
+    let shared = (embedded::ports(&adapters(&resolved.config)), Arc::new(stages(&resolved.config)));
+    Arc::new(move |context: JobContext| {
+        let (resolved, shared) = (resolved.clone(), shared.clone());
+        async move {
+            let JobContext { request, checkpoints, .. } = context;
+            let (ports, settings) = match request.options.set.is_empty() {
+                true => shared,
+                false => own(&resolved, &request)?,
+            };
+            pipeline::build_scene(request, checkpoints, ports, settings).await
+        }
+        .boxed()
+    })
+}
+
+/// Checks `options.set` against the configuration.
+pub fn validate(resolved: &Resolved) -> Validate {
+    let resolved = resolved.clone();
+    Arc::new(move |request: &SceneRequest| {
+        if request.options.set.is_empty() {
+            return Vec::new();
+        }
+        let errors = resolved.with(&request.options.set).err().map_or_else(Vec::new, |errors| errors.0);
+        let place = |key: &str| format!("/options/set/{}", key.replace('~', "~0").replace('/', "~1"));
+        errors.into_iter().map(|error| FieldError::new(place(&error.key), error.detail)).collect()
+    })
+}
+
+/// The settings of one request; it was checked when it came, but the server may have been configured
+/// anew since.
+fn own(resolved: &Resolved, request: &SceneRequest) -> Result<(Ports, Arc<Settings>), StageError> {
+    let resolved = resolved.with(&request.options.set).map_err(|errors| {
+        StageError::permanent(
+            "settings_invalid",
+            format!("the request's own settings do not fit this server any more: {errors}"),
+        )
+    })?;
+    Ok((embedded::ports(&adapters(&resolved.config)), Arc::new(stages(&resolved.config))))
+}
+
+/// What the stages need of the configuration.
+fn stages(config: &Config) -> Settings {
+    let config = config.clone();
+    Settings {
+        render: config.render,
+        canonicalize: config.canonicalize,
+        decompose: config.decompose,
+        dro: config.dro,
+        tsa: config.tsa,
+        settle: config.settle,
+        resolve: config.resolve,
+        certify: config.certify,
+        export: config.export,
+    }
+}
+
+/// What the embedded adapters need of the configuration.
+fn adapters(config: &Config) -> EmbeddedSettings {
+    EmbeddedSettings { analyst: config.analyst.clone() }
+}

@@ -1,0 +1,79 @@
+//! The certificate as a small table for people.
+
+use std::fmt::Write as _;
+
+use super::outcome::Outcome;
+use crate::scene::certificate::ObjectCertificate;
+
+/// Verdict, metrics and objects of a finished scene, and where it lies.
+pub fn table(outcome: &Outcome, total_ms: u128) -> String {
+    let mut text = String::new();
+    let verdict = if outcome.passed { "PASS" } else { "QUARANTINE" };
+    // Writing to a string cannot fail.
+    let _ = writeln!(text, "scene {}  seed {}  {verdict}", outcome.scene_id, outcome.seed);
+    let percent = |name: &str| {
+        let share = outcome.metrics[name].as_f64();
+        share.map_or_else(|| "?".to_owned(), |share| format!("{:.1} %", share * 100.0))
+    };
+    let scene_collides = match outcome.metrics["col_s"].as_f64() {
+        Some(0.0) => "no",
+        Some(_) => "yes",
+        None => "?",
+    };
+    for (name, meaning, value) in [
+        ("Col_O", "pairs that collide", percent("col_o").as_str()),
+        ("Col_S", "anything collides", scene_collides),
+        ("SS", "supported from below", &percent("ss")),
+        ("DSS", "stay put for 5 s of gravity", &percent("dss_shipped")),
+        ("", "the same before they were settled", &percent("dss_aligned")),
+    ] {
+        let _ = writeln!(text, "  {name:<6} {meaning:<34} {value:>8}");
+    }
+    if let Some(certificate) = &outcome.certificate {
+        objects(&mut text, &certificate.objects);
+        for reason in &certificate.reasons {
+            let _ = writeln!(text, "  quarantined: {reason}");
+        }
+    }
+    if !outcome.passed {
+        let _ = writeln!(text, "  the bundle was written to be inspected; do not train on it");
+    }
+    let _ = writeln!(text, "{}  {:.2} s", outcome.paths.bundle, total_ms as f64 / 1000.0);
+    text
+}
+
+/// One line an object: how far inside its support, how far it moved, its hulls.
+fn objects(text: &mut String, objects: &[ObjectCertificate]) {
+    if objects.is_empty() {
+        return;
+    }
+    let name_of = |object: &ObjectCertificate| object.name.as_str().to_owned();
+    let width = objects.iter().map(|object| name_of(object).len()).max().unwrap_or(0).max(6);
+    let _ = writeln!(
+        text,
+        "  {:<width$} {:>10} {:>10} {:>7} {:>6}  ",
+        "object", "margin mm", "settle mm", "turn", "hulls"
+    );
+    for object in objects {
+        let mut flaws = Vec::new();
+        if !object.inside_outline {
+            flaws.push("over the edge");
+        }
+        if !object.watertight {
+            flaws.push("not watertight");
+        }
+        if object.support_margin_m < 0.0 {
+            flaws.push("not supported");
+        }
+        let line = format!(
+            "  {:<width$} {:>10.1} {:>10.2} {:>6.1}° {:>6}  {}",
+            name_of(object),
+            object.support_margin_m * 1000.0,
+            object.settle_displacement_m * 1000.0,
+            object.settle_rotation_rad.to_degrees(),
+            object.hulls,
+            flaws.join(", ")
+        );
+        let _ = writeln!(text, "{}", line.trim_end());
+    }
+}

@@ -1,0 +1,63 @@
+//! How the program ends, for scripts.
+
+use std::fmt;
+use std::process::ExitCode;
+
+/// Exit codes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Exit {
+    /// 0: done; a generated scene passed its certificate.
+    Success = 0,
+    /// 1: something around the program failed: disk, network, permissions.
+    Error = 1,
+    /// 2: the arguments, the configuration or the input will not do; nothing was begun.
+    Usage = 2,
+    /// 3: the scene was made and its bundle written, and its certificate says quarantine.
+    Quarantined = 3,
+    /// 4: the scene could not be made.
+    JobFailed = 4,
+    /// 130: stopped with Ctrl-C or by SIGTERM.
+    Interrupted = 130,
+}
+
+impl From<Exit> for ExitCode {
+    fn from(exit: Exit) -> Self {
+        Self::from(exit as u8)
+    }
+}
+
+/// Why the program ends early: the code, and what a person should read.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub struct Failure {
+    pub exit: Exit,
+    pub message: String,
+}
+
+impl Failure {
+    pub fn new(exit: Exit, message: impl Into<String>) -> Self {
+        Self { exit, message: message.into() }
+    }
+
+    /// Arguments that will not do.
+    pub fn usage(message: impl Into<String>) -> Self {
+        Self::new(Exit::Usage, message)
+    }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.message)
+    }
+}
+
+impl From<crate::app::AppError> for Failure {
+    fn from(error: crate::app::AppError) -> Self {
+        Self::new(Exit::Error, error.chain())
+    }
+}
+
+impl From<crate::app::config::ConfigErrors> for Failure {
+    fn from(errors: crate::app::config::ConfigErrors) -> Self {
+        Self::usage(format!("the configuration will not do:\n{errors}"))
+    }
+}

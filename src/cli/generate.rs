@@ -1,0 +1,243 @@
+//! `generate`: one scene, here and now, by the server's code path.
+//!
+//! Everything that can be refused is refused before the work: arguments, settings, the input, the
+//! folder. Settings given with `--set` that shape scenes become the request's own, so the bundle tells
+//! them.
+
+use std::path::{Path, PathBuf};
+
+use clap::{ArgGroup, Args};
+use tokio_util::sync::CancellationToken;
+
+use super::folder::{self, Folder};
+use super::options::ConfigOptions;
+use super::outcome::{self, Outcome};
+use super::progress::Progress;
+use super::{Exit, Failure, certificate, runtime, signals, terminal};
+use crate::api::submission::{Draft, Submission, accept};
+use crate::app::config::keys::keys;
+use crate::app::config::{Config, Origin, Resolved, shapes_scenes};
+use crate::app::local::{self, Ended};
+use crate::app::{self, logging, scenes};
+use crate::job::JobState;
+use crate::scene::request::{MAX_SEED, RequestOptions};
+use crate::store::{Outage, Store};
+use crate::worker::BuildScene;
+
+/// Arguments of `generate`.
+#[derive(Debug, Args)]
+#[command(group(ArgGroup::new("input").required(true).args(["text", "image"])))]
+pub struct Arguments {
+    /// What stands on the table, in words
+    #[arg(long, value_name = "TEXT")]
+    text: Option<String>,
+    /// A picture of a table: PNG, JPEG or WebP
+    #[arg(long, value_name = "FILE")]
+    image: Option<PathBuf>,
+    /// Same input and seed: same scene, to the byte [default: drawn, and told]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(..=MAX_SEED))]
+    seed: Option<u64>,
+    /// Folder for the bundle [default: out/<short id>]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Write into a folder that holds other things
+    #[arg(long)]
+    force: bool,
+    /// Also write what every stage put aside, under DIR/artifacts/<stage>/
+    #[arg(long)]
+    artifacts: bool,
+    /// Refuse a scene of more objects (1 to 64)
+    #[arg(long, value_name = "N")]
+    max_objects: Option<u32>,
+    /// Keep and reuse finished stages in this data directory instead of a temporary one
+    #[arg(long, value_name = "DIR")]
+    data_dir: Option<PathBuf>,
+    /// Threads that compute [default: one per core]; the scene does not depend on it
+    #[arg(long, value_name = "N")]
+    threads: Option<usize>,
+    /// Print one JSON document instead of the table, and no progress
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    options: ConfigOptions,
+}
+
+/// Makes the scene, writes its bundle, prints its certificate.
+pub fn run(mut arguments: Arguments) -> Result<Exit, Failure> {
+    let (own, process) = std::mem::take(&mut arguments.options.set)
+        .into_iter()
+        .partition::<Vec<_>, _>(|(key, _)| keys().contains_key(key) && shapes_scenes(key));
+    arguments.options.set = process;
+    let threads = arguments.threads.map(|n| ("worker.cpu_threads".to_owned(), n.to_string(), "--threads"));
+    let mut resolved = arguments.options.load(threads.into_iter().collect())?;
+    adapt(&mut resolved, arguments.data_dir.is_some());
+    logging::start(&resolved.config.log);
+
+    let draft = Draft {
+        text: arguments.text.clone(),
+        picture: arguments.image.as_deref().map(|path| read_picture(path, &resolved.config)).transpose()?,
+        seed: arguments.seed,
+        labels: Default::default(),
+        options: RequestOptions {
+            max_objects: arguments.max_objects,
+            set: own.into_iter().collect(),
+            ..RequestOptions::default()
+        },
+    };
+    let submission = accept(draft, &resolved.config.server, &scenes::validate(&resolved)).map_err(refused)?;
+    let out = arguments.out.clone().unwrap_or_else(|| PathBuf::from("out"));
+    // The default folder holds one folder per bundle, so it may hold anything itself.
+    let folder = folder::prepare(&out, arguments.force || arguments.out.is_none())?;
+    let done = runtime().and_then(|runtime| {
+        let build = scenes::build_scene(&resolved);
+        runtime.block_on(make(&arguments, &resolved.config, build, submission, folder))
+    });
+    if let (Err(failure), true) = (&done, arguments.json) {
+        terminal::print(&outcome::failure_document(failure));
+    }
+    done
+}
+
+/// Defaults that differ without a server: nothing temporary is worth waiting for the disk, and the log
+/// keeps to what is wrong.
+fn adapt(resolved: &mut Resolved, keeps_data: bool) {
+    if !keeps_data && *resolved.origin("store.fsync") == Origin::Default {
+        resolved.config.store.fsync = false;
+    }
+    if *resolved.origin("log.filter") == Origin::Default {
+        resolved.config.log.filter = "error".to_owned();
+    }
+}
+
+async fn make(
+    arguments: &Arguments,
+    config: &Config,
+    build: BuildScene,
+    submission: Submission,
+    folder: Folder,
+) -> Result<Exit, Failure> {
+    let started = std::time::Instant::now();
+    let stop = signals::stop_on_signal("stopping; again to stop at once")?;
+    let temporary = match &arguments.data_dir {
+        Some(_) => None,
+        None => Some(tempfile::Builder::new().prefix("tabletopgen-").tempdir().map_err(|error| {
+            let place = std::env::temp_dir();
+            let advice = "set TMPDIR or --data-dir to a directory that can be written";
+            Failure::new(
+                Exit::Error,
+                format!("cannot make a directory in {}: {error}; {advice}", place.display()),
+            )
+        })?),
+    };
+    let data_dir = match (&temporary, &arguments.data_dir) {
+        (Some(temporary), _) => temporary.path(),
+        (None, given) => given.as_deref().unwrap_or(Path::new("data")),
+    };
+    let store = app::open(data_dir, config).await?;
+    let seed = submission.request.seed;
+    let mut progress = Progress::new(arguments.json);
+    if !arguments.json {
+        terminal::note(&format!("seed {seed}"));
+    }
+    let ended = follow(&store, config, build, submission, stop.clone(), &mut progress).await;
+    let place = progress.place().to_owned();
+    let kept = match temporary {
+        None => {
+            format!("; finished stages are kept in {}: the same command goes on there", data_dir.display())
+        }
+        Some(_) => String::new(),
+    };
+    let outcome = match ended? {
+        Ended::Storage(why) => {
+            folder.abandon();
+            return Err(storage_failure(why, data_dir));
+        }
+        Ended::Job { job, .. } if job.state == JobState::Cancelled => {
+            folder.abandon();
+            let message = format!("interrupted {place}; no bundle was written (seed {seed}){kept}");
+            return Err(Failure::new(Exit::Interrupted, message));
+        }
+        Ended::Job { job, scene } if job.state == JobState::Succeeded => {
+            Outcome::write(&store, &scene, seed, progress.into_times(), arguments.target(folder)).await?
+        }
+        Ended::Job { job, .. } => {
+            folder.abandon();
+            let message = job.failure_message.unwrap_or_default();
+            let code = job.failure_code.unwrap_or_default();
+            return Err(Failure::new(Exit::JobFailed, format!("{message} ({code}, {place}, seed {seed})")));
+        }
+    };
+    let total_ms = started.elapsed().as_millis();
+    match arguments.json {
+        true => terminal::print(&outcome.document(total_ms)),
+        false => terminal::print(&certificate::table(&outcome, total_ms)),
+    }
+    Ok(if outcome.passed { Exit::Success } else { Exit::Quarantined })
+}
+
+async fn follow(
+    store: &Store,
+    config: &Config,
+    build: BuildScene,
+    submission: Submission,
+    stop: CancellationToken,
+    progress: &mut Progress,
+) -> Result<Ended, Failure> {
+    Ok(local::run(store, config, build, submission, stop, |event| progress.see(event)).await?)
+}
+
+impl Arguments {
+    fn target(&self, folder: Folder) -> outcome::Target {
+        outcome::Target { folder, named: self.out.is_some(), force: self.force, artifacts: self.artifacts }
+    }
+}
+
+fn read_picture(path: &Path, config: &Config) -> Result<bytes::Bytes, Failure> {
+    let unreadable = |error: std::io::Error| {
+        Failure::usage(format!("cannot read the picture {}: {error}", path.display()))
+    };
+    let about = std::fs::metadata(path).map_err(unreadable)?;
+    let limit = config.server.max_image_bytes;
+    if !about.is_file() {
+        return Err(Failure::usage(format!("the picture {} is not a file", path.display())));
+    }
+    if about.len() > limit as u64 {
+        return Err(Failure::usage(format!(
+            "the picture {} has {} bytes; give one of at most {limit}",
+            path.display(),
+            about.len()
+        )));
+    }
+    Ok(std::fs::read(path).map_err(unreadable)?.into())
+}
+
+/// A refusal in the words of the command line.
+fn refused(problem: crate::api::Problem) -> Failure {
+    if problem.errors.is_empty() {
+        return Failure::usage(problem.detail);
+    }
+    let lines = problem.errors.iter().map(|error| {
+        let option = match error.pointer.as_str() {
+            "/options/max_objects" => "--max-objects".to_owned(),
+            "" => "input".to_owned(),
+            pointer => match pointer.strip_prefix("/options/set/") {
+                Some(key) => format!("--set {}", key.replace("~1", "/").replace("~0", "~")),
+                None => pointer.replacen('/', "--", 1),
+            },
+        };
+        let gap = if error.detail.starts_with(|c: char| c.is_lowercase()) { " " } else { ": " };
+        format!("{option}{gap}{}", error.detail)
+    });
+    Failure::usage(lines.collect::<Vec<_>>().join("\n"))
+}
+
+fn storage_failure(why: Outage, data_dir: &Path) -> Failure {
+    let message = match why {
+        Outage::Full => format!(
+            "the disk of {} is full; free space there, or choose another with --data-dir or TMPDIR",
+            data_dir.display()
+        ),
+        Outage::Other => format!("{} cannot be written; see the log above", data_dir.display()),
+    };
+    Failure::new(Exit::Error, message)
+}

@@ -1,0 +1,43 @@
+//! Options several commands share: the configuration and what overrides it.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::Failure;
+use crate::app::config::{self, Resolved, Sources};
+
+/// Where settings come from.
+#[derive(Clone, Debug, Default, Args)]
+pub struct ConfigOptions {
+    /// TOML file laid over the defaults
+    #[arg(long, value_name = "FILE")]
+    pub config: Option<PathBuf>,
+    /// Override one setting, such as decompose.resolution=64 (repeatable; `check-config` lists them all)
+    #[arg(long, value_name = "KEY=VALUE", value_parser = assignment)]
+    pub set: Vec<(String, String)>,
+}
+
+impl ConfigOptions {
+    /// The configuration out of all layers; `more` are options that stand for a setting.
+    pub fn load(&self, more: Vec<(String, String, &'static str)>) -> Result<Resolved, Failure> {
+        let arguments = self.set.iter().map(|(key, value)| (key.clone(), value.clone(), "--set"));
+        let sources = Sources {
+            file: self.config.clone(),
+            // A variable that is no UTF-8 cannot be one of ours.
+            environment: std::env::vars_os()
+                .filter_map(|(name, value)| Some((name.into_string().ok()?, value.into_string().ok()?)))
+                .collect(),
+            arguments: arguments.chain(more).collect(),
+        };
+        Ok(config::layers::load(sources)?)
+    }
+}
+
+/// `key=value`.
+fn assignment(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((key, value)) if !key.trim().is_empty() => Ok((key.trim().to_owned(), value.trim().to_owned())),
+        _ => Err("give key=value, such as worker.fan_out=2".to_owned()),
+    }
+}
