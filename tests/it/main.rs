@@ -1,0 +1,18 @@
+//! Tests of the service and of the command line, from outside: servers on free ports, temporary data
+//! directories, and builds of scenes small enough that a test takes milliseconds.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+mod script;
+mod server;
+mod contract;
+mod submissions;
+mod listing;
+mod downloads;
+mod events;
+mod lifecycle;
+mod restarts;
+mod leases;
+mod outages;
+mod slow_clients;
+mod commands;
