@@ -3,6 +3,7 @@
 pub mod analyst;
 pub mod layout;
 pub mod painter;
+pub mod photograph;
 pub mod orientation;
 pub mod scene_analyst;
 pub mod known_segmenter;

@@ -107,23 +107,34 @@ impl View {
     fn circle(&self, ellipse: &Ellipse, elevation_rad: f64) -> Option<Found> {
         let wide = ellipse.semi_axes.max_element();
         let eye = self.first_eye(ellipse.center, 2.0 * wide, elevation_rad)?;
+        let on_edge = |k: u32| 0.5 * DVec2::from_angle(std::f64::consts::TAU * f64::from(k) / 180.0);
+        let seen = extremes((0..180).map(|k| ellipse.at(std::f64::consts::TAU * f64::from(k) / 180.0)));
+        // Four unknowns, four extremes; points on the curve would also be met by a circle shrunk to one.
         let residuals = |q: &[f64; 4]| {
             let camera = self.camera(0.0, q[0], DVec3::new(q[1], q[2], q[3]))?;
-            (0..24)
-                .map(|k| {
-                    let on_edge = 0.5 * DVec2::from_angle(std::f64::consts::TAU * f64::from(k) / 24.0);
-                    let p = camera.project(on_edge.extend(0.0))?.0;
-                    let d = DVec2::from_angle(-ellipse.angle_rad).rotate(p - ellipse.center);
-                    let r = (d / ellipse.semi_axes).length();
-                    Some((r - 1.0) * d.length() / r.max(1e-9))
-                })
-                .collect()
+            let points: Option<Vec<DVec2>> =
+                (0..180).map(|k| camera.project(on_edge(k).extend(0.0)).map(|(p, _)| p)).collect();
+            let own = extremes(points?.into_iter());
+            Some(own.iter().zip(seen).map(|(a, b)| a - b).collect())
         };
         let start = [elevation_rad, eye.x, eye.y, eye.z];
-        let (q, cost) = least_squares(start, [1e-5; 4], residuals)?;
+        let (q, _) = least_squares(start, [1e-5; 4], residuals)?;
         let camera = self.camera(0.0, q[0], DVec3::new(q[1], q[2], q[3]))?;
-        Some(Found { camera, depth: 1.0, residual_px: (cost / 24.0).sqrt() })
+        let error = |k: u32| {
+            let d = camera.project(on_edge(k).extend(0.0))?.0 - ellipse.center;
+            let r = (DVec2::from_angle(-ellipse.angle_rad).rotate(d) / ellipse.semi_axes).length();
+            Some(((r - 1.0) * d.length() / r.max(1e-9)).powi(2))
+        };
+        let squares: Option<f64> = (0..180).map(error).sum();
+        Some(Found { camera, depth: 1.0, residual_px: (squares? / 180.0).sqrt() })
     }
+}
+
+/// Least and greatest x and y.
+fn extremes(points: impl Iterator<Item = DVec2>) -> [f64; 4] {
+    let (low, high) =
+        points.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(l, h), p| (l.min(p), h.max(p)));
+    [low.x, low.y, high.x, high.y]
 }
 
 #[cfg(test)]

@@ -4,12 +4,14 @@
 //! that encloses it, the ellipse the one with its moments; each is moved onto the step from bare top to
 //! anything else, wherever bare top shows just inside, and refitted with outliers trimmed.
 
+mod rim;
+
 use glam::DVec2;
 
-use super::VisionSettings;
 use super::pixels::Pixels;
 use super::polygon::{area, crossing, enclosed_by, hull_of_pixels, overlap};
 use super::surface::{Candidate, Surface};
+use super::VisionSettings;
 
 /// Shape of the top as seen.
 #[derive(Clone, Debug, PartialEq)]
@@ -57,6 +59,28 @@ impl Ellipse {
         let along = DVec2::from_angle(self.angle_rad);
         self.center + self.semi_axes.x * t.cos() * along + self.semi_axes.y * t.sin() * along.perp()
     }
+
+    /// The ellipse near this one that runs through the points, wrong ones pulling little.
+    fn through(&self, points: &[DVec2]) -> Option<Self> {
+        let of = |q: &[f64; 5]| Ellipse {
+            center: DVec2::new(q[0], q[1]),
+            semi_axes: DVec2::new(q[2], q[3]),
+            angle_rad: q[4],
+        };
+        let start = [self.center.x, self.center.y, self.semi_axes.x, self.semi_axes.y, self.angle_rad];
+        let residuals = |q: &[f64; 5]| {
+            let e = of(q);
+            let error = |p: &DVec2| {
+                let d = DVec2::from_angle(-e.angle_rad).rotate(*p - e.center);
+                let r = (d / e.semi_axes).length();
+                let error = (r - 1.0) * d.length() / r.max(1e-9);
+                error / (1.0 + (error / 3.0).powi(2)).sqrt()
+            };
+            (q[2] > 3.0 && q[3] > 3.0).then(|| points.iter().map(error).collect())
+        };
+        let steps = [0.1, 0.1, 0.1, 0.1, 1e-4];
+        super::minimize::least_squares(start, steps, residuals).map(|(q, _)| of(&q))
+    }
 }
 
 /// The better of both readings of a candidate's pixels.
@@ -71,9 +95,11 @@ pub(in crate::vision) fn read(
     }
     let quad = enclosed_by(&hull, 4)
         .and_then(|corners| <[DVec2; 4]>::try_from(corners).ok())
-        .map(|corners| Seen::Quad(on_the_edge(pixels, &candidate.surface, corners, settings)));
-    let ellipse =
-        moments(&hull).map(|e| Seen::Ellipse(ellipse_on_the_edge(pixels, &candidate.surface, e, settings)));
+        .map(|corners| on_the_edge(pixels, &candidate.surface, corners, settings))
+        .map(|corners| Seen::Quad(rim::off_quad(pixels, corners)));
+    let ellipse = moments(&hull)
+        .map(|e| ellipse_on_the_edge(pixels, &candidate.surface, e, settings))
+        .map(|e| Seen::Ellipse(rim::off_ellipse(pixels, e)));
     [quad, ellipse]
         .into_iter()
         .flatten()
@@ -117,8 +143,9 @@ fn step_at(
     settings: &VisionSettings,
 ) -> Option<f64> {
     const REACH: i32 = 9;
-    let bare: Vec<bool> =
-        (-REACH..=REACH).map(|d| is_bare(pixels, surface, p + f64::from(d) * outward, settings)).collect();
+    let bare: Vec<bool> = (-REACH..=REACH)
+        .map(|d| is_bare(pixels, surface, p + f64::from(d) * outward, settings))
+        .collect();
     let total = bare.iter().filter(|&&b| b).count() as i32;
     // Bare before the split and not bare after it.
     let (mut best, mut best_score, mut before) = (0, i32::MIN, 0);
@@ -239,26 +266,7 @@ fn ellipse_on_the_edge(
         if points.len() < 60 {
             break;
         }
-        let start =
-            [ellipse.center.x, ellipse.center.y, ellipse.semi_axes.x, ellipse.semi_axes.y, ellipse.angle_rad];
-        let fitted = super::minimize::least_squares(start, [0.1, 0.1, 0.1, 0.1, 1e-4], |q| {
-            let e = Ellipse {
-                center: DVec2::new(q[0], q[1]),
-                semi_axes: DVec2::new(q[2], q[3]),
-                angle_rad: q[4],
-            };
-            let residual = |p: &DVec2| {
-                let d = DVec2::from_angle(-e.angle_rad).rotate(*p - e.center);
-                let r = ((d.x / e.semi_axes.x).powi(2) + (d.y / e.semi_axes.y).powi(2)).sqrt();
-                // About pixels, bounded so that wrong steps pull little.
-                let error = (r - 1.0) * d.length() / r.max(1e-9);
-                error / (1.0 + (error / 3.0).powi(2)).sqrt()
-            };
-            (q[2] > 3.0 && q[3] > 3.0).then(|| points.iter().map(residual).collect())
-        });
-        let Some((q, _)) = fitted else { break };
-        ellipse =
-            Ellipse { center: DVec2::new(q[0], q[1]), semi_axes: DVec2::new(q[2], q[3]), angle_rad: q[4] };
+        ellipse = ellipse.through(&points).unwrap_or(ellipse);
     }
     ellipse
 }

@@ -1,13 +1,14 @@
 //! A picture of a table, read: camera, top, things.
 
 use glam::{DVec2, DVec3};
+use rayon::prelude::*;
 
 use super::outline::{self, Hypothesis, Seen};
 use super::pixels::Pixels;
 use super::solid_fit::{self, InnerEdges, SolidFit, SolidKind};
 use super::surface::{self, Candidate};
 use super::{VisionError, VisionSettings, backdrop, camera_fit, instances};
-use crate::geometry::{Camera, Image, Interrupt, Mask, Pose, Rgb};
+use crate::geometry::{Camera, Image, Interrupt, Interrupted, Mask, Pose, Rgb};
 
 /// What a picture shows; lengths in widths of the table top, frame as everywhere (origin at the middle of
 /// the top, +z up, +x to the right and +y away from somebody at the front edge).
@@ -72,29 +73,28 @@ pub fn read_picture(
     interrupt.check()?;
     let foreground = backdrop::foreground(&pixels, settings)?;
     interrupt.check()?;
-    let (candidate, hypothesis) = table_top(&pixels, &foreground, settings, interrupt)?;
-    let limit_px = settings.max_outline_residual * pixels.width.max(pixels.height) as f64;
-    let found = camera_fit::fit(&hypothesis.seen, pixels.width, pixels.height, settings.fov_x_rad)
-        .filter(|found| found.residual_px <= limit_px)
-        .ok_or(VisionError::CameraUnclear { residual_px: limit_px })?;
+    let Top { candidate, hypothesis, found } = table_top(&pixels, &foreground, settings, interrupt)?;
     let polygon = hypothesis.seen.polygon();
     let surface = &candidate.surface;
     let things = instances::find(&pixels, &foreground, surface, &polygon, settings)?;
     let edges = InnerEdges::new(&pixels);
-    let mut objects = Vec::with_capacity(things.len());
-    for thing in &things {
-        interrupt.check()?;
-        let whole = solid_fit::without_holes(thing, pixels.width, pixels.height);
-        let Some(solid) = solid_fit::fit(&whole, &found.camera, Some(&edges)) else { continue };
-        let mut bits = vec![false; pixels.len()];
-        thing.iter().for_each(|&index| bits[index] = true);
-        objects.push(ObjectReading {
-            mask: pixels.enlarged(&bits, width_px, height_px),
-            solid,
-            color: mean_color(&pixels, thing),
-            stands_on: None,
-        });
-    }
+    let read = things
+        .par_iter()
+        .map(|thing| {
+            interrupt.check()?;
+            let whole = solid_fit::without_holes(thing, pixels.width, pixels.height);
+            let Some(solid) = solid_fit::fit(&whole, &found.camera, Some(&edges)) else { return Ok(None) };
+            let mut bits = vec![false; pixels.len()];
+            thing.iter().for_each(|&index| bits[index] = true);
+            Ok(Some(ObjectReading {
+                mask: pixels.enlarged(&bits, width_px, height_px),
+                solid,
+                color: mean_color(&pixels, thing),
+                stands_on: None,
+            }))
+        })
+        .collect::<Result<Vec<_>, Interrupted>>()?;
+    let mut objects: Vec<ObjectReading> = read.into_iter().flatten().collect();
     if objects.is_empty() {
         return Err(VisionError::NoObjects);
     }
@@ -129,26 +129,73 @@ impl PictureReading {
     }
 }
 
-/// The candidate surface whose outline is cleanest and largest.
+/// A way to read the picture's top.
+struct Top {
+    candidate: Candidate,
+    hypothesis: Hypothesis,
+    found: camera_fit::Found,
+}
+
+/// Radii by which bare parts are opened before their outline is read, as shares of the copy's width: legs and
+/// aprons of the top's color hang on by less than the top is wide.
+const OPENINGS: [f64; 3] = [0.0, 0.03, 0.06];
+
+/// The reading whose outline is cleanest and largest, among those that some camera sees.
 fn table_top(
     pixels: &Pixels,
     foreground: &[bool],
     settings: &VisionSettings,
     interrupt: &Interrupt,
-) -> Result<(Candidate, Hypothesis), VisionError> {
+) -> Result<Top, VisionError> {
     let percent = 100.0 * settings.min_table_share;
     let smallest = settings.min_table_share * pixels.len() as f64;
-    let value = |h: &Hypothesis| h.clean * h.fit * h.area.sqrt();
-    let best = surface::candidates(pixels, foreground, settings, interrupt)?
-        .into_iter()
-        .filter_map(|candidate| outline::read(pixels, &candidate, settings).map(|h| (candidate, h)))
-        .filter(|(_, h)| h.area >= smallest)
-        .max_by(|a, b| value(&a.1).total_cmp(&value(&b.1)))
-        .ok_or(VisionError::NoTop { percent })?;
-    if best.1.fit < settings.min_outline_fit {
-        return Err(VisionError::OutlineUnclear { percent: 100.0 * best.1.fit });
+    let limit_px = settings.max_outline_residual * pixels.width.max(pixels.height) as f64;
+    let mut refusal = VisionError::NoTop { percent };
+    let mut best: Option<(f64, Top)> = None;
+    for candidate in surface::candidates(pixels, foreground, settings, interrupt)? {
+        for share in OPENINGS {
+            interrupt.check()?;
+            let Some(candidate) = candidate.opened(pixels, (share * pixels.width as f64) as f32) else { continue };
+            let Some(hypothesis) = outline::read(pixels, &candidate, settings) else { continue };
+            if hypothesis.area < smallest || covered(pixels, foreground, &hypothesis.seen) < LEAST_COVERED {
+                continue;
+            }
+            if hypothesis.fit < settings.min_outline_fit {
+                refusal = VisionError::OutlineUnclear { percent: 100.0 * hypothesis.fit };
+                continue;
+            }
+            let seen = &hypothesis.seen;
+            let Some(found) = camera_fit::fit(seen, pixels.width, pixels.height, settings.fov_x_rad)
+                .filter(|found| found.residual_px <= limit_px)
+            else {
+                refusal = VisionError::CameraUnclear { residual_px: limit_px };
+                continue;
+            };
+            let doubt = (found.residual_px / limit_px).powi(2);
+            let value = hypothesis.clean * hypothesis.fit * hypothesis.area.sqrt() / (1.0 + doubt);
+            if best.as_ref().is_none_or(|(most, _)| value > *most) {
+                best = Some((value, Top { candidate, hypothesis, found }));
+            }
+        }
     }
-    Ok(best)
+    best.map(|(_, top)| top).ok_or(refusal)
+}
+
+/// Least share of a top that is not backdrop.
+const LEAST_COVERED: f64 = 0.95;
+
+/// Share of the outline's inside that is not backdrop.
+fn covered(pixels: &Pixels, foreground: &[bool], seen: &Seen) -> f64 {
+    let polygon = seen.polygon();
+    let (mut inside, mut covered) = (0_usize, 0_usize);
+    for index in 0..pixels.len() {
+        let (x, y) = pixels.place(index);
+        if super::polygon::contains(&polygon, DVec2::new(x as f64 + 0.5, y as f64 + 0.5)) {
+            inside += 1;
+            covered += usize::from(foreground[index]);
+        }
+    }
+    covered as f64 / inside.max(1) as f64
 }
 
 /// The camera of the reduced copy, for the picture itself.
@@ -165,7 +212,12 @@ fn whole_picture(camera: &Camera, width_px: u32, height_px: u32, scale: f64) -> 
 }
 
 /// Height of the top above the floor: the lowest foreground pixel is taken for a foot near the front edge.
-fn table_height(pixels: &Pixels, foreground: &[bool], found: &camera_fit::Found, seen: &Seen) -> Option<f64> {
+fn table_height(
+    pixels: &Pixels,
+    foreground: &[bool],
+    found: &camera_fit::Found,
+    seen: &Seen,
+) -> Option<f64> {
     let w = pixels.width;
     let row = |y: usize| foreground[y * w..(y + 1) * w].iter().filter(|&&f| f).count();
     let lowest = (0..pixels.height).rev().find(|&y| row(y) >= 3)?;
@@ -175,7 +227,7 @@ fn table_height(pixels: &Pixels, foreground: &[bool], found: &camera_fit::Found,
     let feet: Vec<DVec2> = match seen {
         Seen::Quad(_) => [-1.0, 1.0].map(|s| DVec2::new(0.45 * s, -0.45 * found.depth)).to_vec(),
         // A pedestal's foot reaches about two thirds out; legs a little farther.
-        Seen::Ellipse(_) => vec![DVec2::new(0.0, -0.33)],
+        Seen::Ellipse(_) => vec![DVec2::new(0.0, -0.4)],
     };
     let row_at = |height: f64| {
         let rows = feet.iter().filter_map(|f| found.camera.project(f.extend(-height)));
@@ -257,4 +309,36 @@ fn mean_color(pixels: &Pixels, indices: &[usize]) -> Rgb {
         let light = (s / indices.len().max(1) as f64) as f32;
         if light <= 0.003_130_8 { 12.92 * light } else { 1.055 * light.powf(1.0 / 2.4) - 0.055 }
     }))
+}
+
+
+/// The picture with the outline that was found drawn on it, for looking at refusals.
+#[cfg(test)]
+pub(in crate::vision) fn outlined(picture: &Image, settings: &VisionSettings) -> Image {
+    let mut image = picture.clone();
+    let pixels = Pixels::new(picture, settings.work_px);
+    let Ok(foreground) = backdrop::foreground(&pixels, settings) else { return image };
+    let stop = Interrupt::default();
+    let all = surface::candidates(&pixels, &foreground, settings, &stop).unwrap_or_default();
+    let opened = all.iter().flat_map(|candidate| {
+        OPENINGS.iter().filter_map(|share| candidate.opened(&pixels, (share * pixels.width as f64) as f32))
+    });
+    for candidate in opened {
+        let mut bare = vec![false; pixels.len()];
+        candidate.bare.iter().for_each(|&k| bare[k] = true);
+        let mask = pixels.enlarged(
+            &bare,
+            picture.width_px(),
+            picture.height_px(),
+        );
+        crate::render::overlay::tint_mask(&mut image, &mask, [0, 255, 255, 255], 0.3);
+        if let Some(found) = outline::read(&pixels, &candidate, settings) {
+            let polygon: Vec<DVec2> = found.seen.polygon().iter().map(|p| *p / pixels.scale).collect();
+            crate::render::overlay::draw_polyline(&mut image, &polygon, true, [255, 0, 0, 255], 2.0);
+            let text = format!("fit {:.3} clean {:.3}", found.fit, found.clean);
+            let at = polygon.iter().sum::<DVec2>() / polygon.len() as f64;
+            crate::render::overlay::draw_text(&mut image, at.x as i64, at.y as i64, &text, 2, [255, 0, 0, 255]);
+        }
+    }
+    image
 }

@@ -16,9 +16,10 @@ use glam::{DVec2, DVec3};
 
 pub(in crate::vision) use block::InnerEdges;
 
+use super::pixels::Pixels;
 use super::regions;
 use super::silhouette::Silhouette;
-use crate::geometry::{Camera, Mask};
+use crate::geometry::{Camera, Image, Mask};
 
 /// What kind of solid an object is read as; lengths in the camera's unit, frame with its origin at the
 /// middle of the base, +z up.
@@ -86,11 +87,16 @@ impl SolidFit {
 }
 
 /// Reads the set pixels of a mask as large as the camera's picture; `None` where it is empty or does not
-/// meet the table plane.
-pub fn fit_solid(mask: &Mask, camera: &Camera) -> Option<SolidFit> {
-    let indices: Vec<usize> =
+/// meet the table plane. `picture`, as large, shows edges inside the silhouette.
+pub fn fit_solid(mask: &Mask, camera: &Camera, picture: Option<&Image>) -> Option<SolidFit> {
+    let (width, height) = (mask.width_px() as usize, mask.height_px() as usize);
+    if (mask.width_px(), mask.height_px()) != (camera.width_px, camera.height_px) {
+        return None;
+    }
+    let set: Vec<usize> =
         mask.bits().iter().enumerate().filter(|(_, inside)| **inside).map(|(index, _)| index).collect();
-    fit(&indices, camera, None)
+    let edges = picture.map(|picture| InnerEdges::new(&Pixels::new(picture, u32::MAX)));
+    fit(&without_holes(&set, width, height), camera, edges.as_ref())
 }
 
 /// As [`fit_solid`], of pixel indices, with the edges inside the silhouette where they are known.
@@ -101,7 +107,7 @@ pub(in crate::vision) fn fit(
 ) -> Option<SolidFit> {
     let width = camera.width_px as usize;
     let seen = Seen::new(indices, camera)?;
-    let silhouette = Silhouette::new(indices, width, 64);
+    let silhouette = Silhouette::new(indices, width, 48);
     let turned = turned::fit(&seen, &silhouette, camera);
     let block = block::fit(&seen, &silhouette, camera, edges);
     let outline = contour::around(indices, width, 1.2);
@@ -110,8 +116,8 @@ pub(in crate::vision) fn fit(
     let candidates = [
         turned.map(|fit| (fit.overlap, fit)),
         block.map(|fit| (fit.overlap - 0.01, fit)),
-        flat.map(|(fit, doubt)| (0.86 - doubt, fit)),
-        upright.map(|fit| (0.78 + 0.06 * seen.mirror_symmetry, fit)),
+        flat.map(|(fit, doubt)| (0.8 - doubt, fit)),
+        upright.map(|fit| (0.66 + 0.06 * seen.mirror_symmetry, fit)),
     ];
     candidates.into_iter().flatten().max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, fit)| fit)
 }

@@ -7,7 +7,7 @@
 
 use super::minimize::solve;
 use super::pixels::Pixels;
-use super::regions::{closed, opened, parts};
+use super::regions::{closed, filled, opened, parts};
 use super::{VisionError, VisionSettings};
 use crate::geometry::Interrupt;
 
@@ -27,6 +27,22 @@ pub(in crate::vision) struct Candidate {
     pub surface: Surface,
     /// Bare pixels, in one or a few large parts.
     pub bare: Vec<usize>,
+}
+
+impl Candidate {
+    /// The largest part left after thin parts are opened away; `None` where little is.
+    pub fn opened(&self, pixels: &Pixels, radius: f32) -> Option<Self> {
+        if radius < 1.0 {
+            return Some(Self { surface: self.surface.clone(), bare: self.bare.clone() });
+        }
+        let (w, h) = (pixels.width, pixels.height);
+        let mut bits = vec![false; pixels.len()];
+        self.bare.iter().for_each(|&index| bits[index] = true);
+        // Things standing on the top are no reason to open it up around them.
+        let bits = opened(&filled(&bits, w, h, usize::MAX), w, h, radius);
+        let bare = parts(&bits, w, h).into_iter().max_by_key(Vec::len)?;
+        (4 * bare.len() > self.bare.len()).then(|| Self { surface: self.surface.clone(), bare })
+    }
 }
 
 /// Candidates from the commonest colors of the foreground, at most four.

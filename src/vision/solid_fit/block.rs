@@ -1,6 +1,6 @@
 //! Boxes.
 
-use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
+use std::f64::consts::FRAC_PI_2;
 
 use glam::{DVec2, DVec3};
 
@@ -64,8 +64,8 @@ pub(super) fn fit(
         silhouette.overlap(&[projected_hull(camera, corners(q).into_iter())])
     };
     let mut best: Option<(Parameters, f64)> = None;
-    for turn in [0.0, 0.5, -0.5, FRAC_PI_4] {
-        for (slim, flatness) in [(0.8, 1.0), (0.3, 1.0), (0.8, 0.1)] {
+    for turn in [0.0, 0.45, -0.45] {
+        for (slim, flatness) in [(0.5, 1.0), (0.8, 0.1)] {
             let (width, depth) = (0.85 * across, slim * across);
             let center = seen.contact + 0.5 * depth * seen.away;
             let height =
@@ -135,14 +135,14 @@ fn settled_by_edges(
     };
     let tallest = found[4] + found[3].max(found[2]);
     let mut best = (found, overlap + 0.15 * support(&found));
-    for k in 0..12 {
-        let height = tallest * (0.01 + 0.99 * (f64::from(k) / 11.0).powi(2));
+    for k in 0..9 {
+        let height = tallest * (0.01 + 0.99 * (f64::from(k) / 8.0).powi(2));
         let mut start = found;
         start[4] = height;
         let fixed = |q: &[f64; 5]| score(&[q[0], q[1], q[2], q[3], height, q[4]]);
         let step = 0.2 * across;
         let begin = [start[0], start[1], start[2], start[3], start[5]];
-        let (q, there) = climb(begin, [step, step, step, step, 0.1], 5, fixed);
+        let (q, there) = climb(begin, [step, step, step, step, 0.1], 4, fixed);
         let candidate = [q[0], q[1], q[2], q[3], height, q[4]];
         let value = there + 0.15 * support(&candidate);
         if there > overlap - 0.03 && value > best.1 {

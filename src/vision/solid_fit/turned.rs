@@ -24,23 +24,25 @@ pub(super) fn fit(seen: &Seen, silhouette: &Silhouette, camera: &Camera) -> Opti
         silhouette.overlap(&outlines(DVec2::new(q[0], q[1]), &rings, camera))
     };
     let mut best: Option<([f64; 5], f64)> = None;
-    for (start_radius, flatness) in [(radius, 1.0), (radius, 0.1), (0.6 * radius, 1.0)] {
+    for (start_radius, foot, flatness) in
+        [(radius, 1.0, 1.0), (radius, 1.0, 0.1), (radius, 0.5, 0.6), (0.6 * radius, 1.0, 1.0)]
+    {
         let center = seen.contact + start_radius * seen.away;
-        let height =
-            (flatness * seen.height_over(center + start_radius * seen.away, camera)).max(0.05 * radius);
-        let start = [center.x, center.y, start_radius, start_radius, height];
+        let height = (flatness * seen.height_over(center + start_radius * seen.away, camera)).max(0.05 * radius);
+        let start = [center.x, center.y, foot * start_radius, start_radius, height];
         let step = 0.3 * radius;
         let found = climb(start, [step, step, step, step, 0.3 * height.max(radius)], 6, score);
         if best.is_none_or(|b| found.1 > b.1) {
             best = Some(found);
         }
     }
-    let ([x, y, bottom, top, height], frustum_overlap) = best?;
-    let center = DVec2::new(x, y);
+    let ([x, y, bottom, top, frustum_height], frustum_overlap) = best?;
+    let mut height = frustum_height;
+    let mut center = DVec2::new(x, y);
     // A profile only where the frustum leaves something to gain and the outline is that of a turned body.
-    let mut profile = vec![DVec2::new(bottom, 0.0), DVec2::new(top, height)];
+    let mut profile = vec![DVec2::new(bottom, 0.0), DVec2::new(top, frustum_height)];
     let mut overlap = frustum_overlap;
-    if frustum_overlap < 0.93 && seen.mirror_symmetry > 0.85 {
+    if frustum_overlap < 0.93 && seen.mirror_symmetry > 0.6 {
         let start: [f64; RINGS] = std::array::from_fn(|k| {
             let t = k as f64 / (RINGS - 1) as f64;
             bottom + t * (top - bottom)
@@ -49,7 +51,6 @@ pub(super) fn fit(seen: &Seen, silhouette: &Silhouette, camera: &Camera) -> Opti
             let z = |k: usize| height * k as f64 / (RINGS - 1) as f64;
             radii.iter().enumerate().map(|(k, r)| DVec2::new(*r, z(k))).collect()
         };
-        let mut height = height;
         let mut radii = start;
         for _ in 0..2 {
             let body = |radii: &[f64; RINGS]| {
@@ -61,18 +62,22 @@ pub(super) fn fit(seen: &Seen, silhouette: &Silhouette, camera: &Camera) -> Opti
                 silhouette.overlap(&outlines(center, &rings(radii, height), camera)) - 0.01 * bends / radius
             };
             radii = climb(radii, [0.25 * radius; RINGS], 4, body).0;
-            let taller = |q: &[f64; 1]| {
-                if q[0] <= 1e-4 {
+            let placed = |q: &[f64; 3]| {
+                if q[2] <= 1e-4 {
                     return -1.0;
                 }
-                silhouette.overlap(&outlines(center, &rings(&radii, q[0]), camera))
+                silhouette.overlap(&outlines(DVec2::new(q[0], q[1]), &rings(&radii, q[2]), camera))
             };
-            height = climb([height], [0.1 * height], 5, taller).0[0];
+            let step = 0.1 * radius;
+            let [x, y, taller] = climb([center.x, center.y, height], [step, step, 0.1 * height], 5, placed).0;
+            (center, height) = (DVec2::new(x, y), taller);
         }
         let found = rings(&radii, height);
         let gained = silhouette.overlap(&outlines(center, &found, camera));
         if gained > frustum_overlap + 0.02 {
             (profile, overlap) = (found, gained);
+        } else {
+            center = DVec2::new(x, y);
         }
     }
     let widest = profile.iter().map(|p| p.x).fold(0.0, f64::max);

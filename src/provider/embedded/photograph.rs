@@ -1,0 +1,57 @@
+//! What the embedded adapters answer for a picture nobody here painted.
+//!
+//! All of it rests on [`vision::read_picture`](crate::vision::read_picture), which is read again by each
+//! question (it is deterministic). Things get no names: labels are `object`, sizes are what the outline says
+//! at the scale of a table of usual height. A picture that cannot be read is refused with a stable code.
+
+mod recognize;
+mod segment;
+mod complete;
+mod top_view;
+mod reconstruct;
+mod texture;
+
+pub use complete::complete;
+pub use recognize::recognize;
+pub use reconstruct::reconstruct;
+pub use segment::segment;
+pub use top_view::top_view;
+
+use serde::{Deserialize, Serialize};
+
+use crate::geometry::{Image, Interrupt};
+use crate::provider::{Port, ProviderError};
+use crate::vision::{PictureReading, VisionError, VisionSettings, read_picture};
+
+/// Category of everything that is seen and not named.
+pub const UNNAMED_CATEGORY: &str = "object";
+
+/// Knobs of the photograph case.
+#[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct PhotographSettings {
+    pub vision: VisionSettings,
+    /// Height every table is taken to have, meters, 0.4..1.0; it sets the scene's scale where the feet show
+    /// and nothing else is known. Usual: 0.74.
+    pub table_height_m: f64,
+    /// Longer side of the rectified top view, pixels, 256..2048; more keeps finer texture. Usual: 768.
+    pub top_view_px: u32,
+    /// Longer side of a texture cut from the picture, pixels, 64..2048. Usual: 512.
+    pub texture_px: u32,
+}
+
+/// Reads the picture for a port.
+fn read(
+    picture: &Image,
+    settings: &PhotographSettings,
+    port: Port,
+    interrupt: &Interrupt,
+) -> Result<PictureReading, ProviderError> {
+    read_picture(picture, &settings.vision, interrupt).map_err(|error| match error {
+        VisionError::Interrupted(interrupted) => ProviderError::Interrupted(interrupted),
+        other => ProviderError::Rejected { port, code: other.code(), reason: other.to_string() },
+    })
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,114 @@
+//! A mesh from one view: the simplest solid with the object's outline, dressed in its picture.
+//!
+//! Solid, never hollow: a cup comes out filled. The side that was not seen mirrors the seen one, light and
+//! shadow of the picture stay in the texture. Silhouettes that no simple body fits become their outline
+//! with a guessed depth.
+
+use glam::{DQuat, DVec2, DVec3};
+
+use super::PhotographSettings;
+use super::texture::{Projection, subdivided};
+use crate::geometry::shapes::{block, lathe, prism};
+use crate::geometry::{Image, Interrupt, Pose, Solid};
+use crate::provider::embedded::orientation::turned;
+use crate::provider::{Completion, Port, ProviderError, RawMesh, ReconstructionRequest};
+use crate::vision::{SolidFit, SolidKind, fit_solid};
+
+/// Steps around a turned body.
+const AROUND: usize = 48;
+
+/// Reconstructs the request's instance.
+pub fn reconstruct(
+    request: &ReconstructionRequest,
+    settings: &PhotographSettings,
+    interrupt: &Interrupt,
+) -> Result<RawMesh, ProviderError> {
+    interrupt.check()?;
+    let completion = &request.completion;
+    let canvas = on_canvas(completion, request.camera.width_px, request.camera.height_px);
+    let fit = fit_solid(&completion.silhouette, &request.camera, Some(&canvas)).ok_or_else(|| ProviderError::Rejected {
+        port: Port::MeshGenerator,
+        code: "nothing_visible",
+        reason: format!(
+            "no solid can be fitted to {}: its silhouette is empty or above the horizon; leave it out or use a \
+             remote mesh generator",
+            request.object.id
+        ),
+    })?;
+    interrupt.check()?;
+    let (solid, how) = body(&fit);
+    let (solid, how) = if solid.is_watertight() && solid.volume_m3() > 0.0 {
+        (solid, how)
+    } else {
+        // An outline that crosses itself encloses nothing.
+        (block(fit.size.max(DVec3::splat(1e-4))), "box")
+    };
+    let finer = match how {
+        "box" => 3,
+        "turned body" => 0,
+        _ => 1,
+    };
+    let (positions, triangles) = subdivided(&solid, finer);
+    let projection = Projection {
+        camera: &request.camera,
+        completion,
+        world_from_solid: Pose::upright(fit.center.extend(0.0), fit.yaw_rad),
+        size: fit.size,
+        texture_px: settings.texture_px,
+    };
+    let mesh = projection.dress(&positions, &triangles);
+    // The recognized extents were measured with the whole picture at hand.
+    let stretch = request.object.size_m / mesh.size_m().max(DVec3::splat(1e-9));
+    let sound = stretch.is_finite() && stretch.min_element() > 0.0;
+    let mesh = if sound { mesh.scaled(stretch) } else { mesh };
+    let mut notes = vec![
+        format!("single view: {how}, outline overlap {:.2}", fit.overlap),
+        "solid inside; unseen side mirrored; the picture's light is in the texture".to_owned(),
+    ];
+    if completion.completed_share > 0.0 {
+        notes.push(format!("{:.0} % of its outline was hidden", 100.0 * completion.completed_share));
+    }
+    Ok(RawMesh {
+        mesh: turned(mesh, request.seed).snap_to_f32(),
+        made_by: "embedded/photograph".to_owned(),
+        licence: "LicenseRef-input-picture".to_owned(),
+        notes,
+    })
+}
+
+/// The solid in its own frame, base on z = 0, and what to call it.
+fn body(fit: &SolidFit) -> (Solid, &'static str) {
+    match &fit.kind {
+        SolidKind::Turned { profile } => {
+            let mut closed = vec![DVec2::ZERO];
+            closed.extend(profile);
+            closed.push(DVec2::new(0.0, fit.size.z));
+            (lathe(&closed, AROUND), "turned body")
+        }
+        SolidKind::Block => (block(fit.size), "box"),
+        SolidKind::Flat { outline } => (prism(outline, fit.size.z), "flat outline"),
+        SolidKind::Upright { outline } => {
+            let raised = prism(outline, fit.size.y).rotated(DQuat::from_rotation_x(std::f64::consts::FRAC_PI_2));
+            (raised.translated(DVec3::new(0.0, 0.5 * fit.size.y, 0.0)), "upright outline")
+        }
+    }
+}
+
+/// The completed picture where it lay in the picture it was cut from.
+fn on_canvas(completion: &Completion, width_px: u32, height_px: u32) -> Image {
+    let mut canvas = Image::filled(width_px, height_px, [0; 4]);
+    let [x0, y0, x1, y1] = completion.shown_px;
+    let (own_x, own_y) = (f64::from(completion.picture.width_px()), f64::from(completion.picture.height_px()));
+    let (low_x, high_x) = (x0.max(0.0) as u32, (x1.ceil().max(0.0) as u32).min(width_px));
+    let (low_y, high_y) = (y0.max(0.0) as u32, (y1.ceil().max(0.0) as u32).min(height_px));
+    for y in low_y..high_y {
+        for x in low_x..high_x {
+            let u = (f64::from(x) + 0.5 - x0) / (x1 - x0) * own_x;
+            let v = (f64::from(y) + 0.5 - y0) / (y1 - y0) * own_y;
+            if u >= 0.0 && v >= 0.0 && u < own_x && v < own_y {
+                canvas.set_pixel(x, y, completion.picture.pixel(u as u32, v as u32));
+            }
+        }
+    }
+    canvas
+}

@@ -1,0 +1,36 @@
+//! The pixels of each thing.
+
+use super::{PhotographSettings, read};
+use crate::geometry::{Image, Interrupt};
+use crate::provider::{Port, ProviderError};
+use crate::scene::{InstanceMask, Recognition};
+
+/// Masks of the recognized objects, in their order. The recognition must be this picture's, made with the
+/// same settings.
+pub fn segment(
+    picture: &Image,
+    recognition: &Recognition,
+    settings: &PhotographSettings,
+    interrupt: &Interrupt,
+) -> Result<Vec<InstanceMask>, ProviderError> {
+    let reading = read(picture, settings, Port::Segmenter, interrupt)?;
+    if reading.objects.len() != recognition.objects.len() {
+        return Err(ProviderError::Unsupported {
+            port: Port::Segmenter,
+            adapter: "embedded/photograph".into(),
+            reason: format!(
+                "{} things were recognized and {} are found; it only follows its own recognition, use a remote \
+                 segmenter with another analyst",
+                recognition.objects.len(),
+                reading.objects.len()
+            ),
+        });
+    }
+    let masks = reading.objects.into_iter().map(|object| object.mask);
+    Ok(recognition
+        .objects
+        .iter()
+        .zip(masks)
+        .map(|(object, visible)| InstanceMask { id: object.id.clone(), visible })
+        .collect())
+}

@@ -1,0 +1,1 @@
+//! A painted picture, taken for a photograph, all the way to meshes.
