@@ -24,8 +24,15 @@ use crate::geometry::decompose::DecomposeSettings;
 use crate::physics::metrics::CertifySettings;
 use crate::physics::resolve::ResolveSettings;
 use crate::physics::settle::SettleSettings;
+use crate::pipeline::certify::FidelitySettings;
+use crate::pipeline::preview::PreviewSettings;
 use crate::provider::embedded::analyst;
+use crate::provider::embedded::layout::LayoutSettings;
+use crate::provider::embedded::painter::PainterSettings;
+use crate::provider::embedded::photograph::SizeSettings;
 use crate::render::RenderSettings;
+use crate::vision::VisionSettings;
+use crate::vision::descriptor::DescriptorSettings;
 use crate::{api, store, worker};
 
 pub use error::{ConfigError, ConfigErrors};
@@ -40,6 +47,11 @@ pub struct Config {
     pub worker: worker::Settings,
     pub log: LogSettings,
     pub analyst: analyst::Settings,
+    pub layout: LayoutSettings,
+    pub painter: PainterSettings,
+    pub vision: VisionSettings,
+    pub photograph: SizeSettings,
+    pub descriptor: DescriptorSettings,
     pub render: RenderSettings,
     pub canonicalize: CanonicalizeSettings,
     pub decompose: DecomposeSettings,
@@ -48,6 +60,8 @@ pub struct Config {
     pub settle: SettleSettings,
     pub resolve: ResolveSettings,
     pub certify: CertifySettings,
+    pub fidelity: FidelitySettings,
+    pub preview: PreviewSettings,
     pub export: ExportSettings,
 }
 

@@ -9,6 +9,7 @@ use crate::config::{Config, Resolved};
 use crate::pipeline::error::StageError;
 use crate::pipeline::{self, Settings};
 use crate::provider::Ports;
+use crate::provider::embedded::photograph::PhotographSettings;
 use crate::provider::embedded::{self, EmbeddedSettings};
 use crate::scene::SceneRequest;
 use crate::worker::{BuildScene, JobContext};
@@ -69,11 +70,25 @@ fn stages(config: &Config) -> Settings {
         settle: config.settle,
         resolve: config.resolve,
         certify: config.certify,
+        fidelity: config.fidelity,
+        preview: config.preview,
         export: config.export,
     }
 }
 
 /// What the embedded adapters need of the configuration.
 fn adapters(config: &Config) -> EmbeddedSettings {
-    EmbeddedSettings { analyst: config.analyst.clone() }
+    let config = config.clone();
+    EmbeddedSettings {
+        analyst: config.analyst,
+        layout: config.layout,
+        painter: config.painter,
+        photograph: PhotographSettings { vision: config.vision, sizes: config.photograph },
+        descriptor: config.descriptor,
+        render: config.render,
+        decompose: config.decompose,
+        settle: config.settle,
+        resolve: config.resolve,
+        certify: config.certify,
+    }
 }

@@ -6,7 +6,7 @@ pub mod painter;
 pub mod photograph;
 pub mod orientation;
 pub mod scene_analyst;
-pub mod known_segmenter;
+pub mod segmenter;
 pub mod mesh_generator;
 pub mod descriptor;
 
@@ -18,7 +18,6 @@ use super::Ports;
 use crate::geometry::decompose::DecomposeSettings;
 use crate::physics::{CertifySettings, ResolveSettings, SettleSettings};
 use crate::render::RenderSettings;
-use crate::vision::VisionSettings;
 use crate::vision::descriptor::DescriptorSettings;
 
 /// Settings of all embedded adapters.
@@ -27,7 +26,7 @@ pub struct EmbeddedSettings {
     pub analyst: analyst::Settings,
     pub layout: layout::LayoutSettings,
     pub painter: painter::PainterSettings,
-    pub vision: VisionSettings,
+    pub photograph: photograph::PhotographSettings,
     pub descriptor: DescriptorSettings,
     pub render: RenderSettings,
     pub decompose: DecomposeSettings,
@@ -40,8 +39,12 @@ pub struct EmbeddedSettings {
 pub fn ports(settings: &EmbeddedSettings) -> Ports {
     let settings = settings.clone();
     Ports {
-        analyst: Arc::new(scene_analyst::EmbeddedAnalyst { settings: settings.analyst }),
+        analyst: Arc::new(scene_analyst::EmbeddedAnalyst {
+            settings: settings.analyst,
+            photograph: settings.photograph.clone(),
+        }),
         painter: Arc::new(painter::EmbeddedPainter {
+            photograph: settings.photograph,
             layout: settings.layout,
             painter: settings.painter,
             render: settings.render,
@@ -50,8 +53,10 @@ pub fn ports(settings: &EmbeddedSettings) -> Ports {
             resolve: settings.resolve,
             certify: settings.certify,
         }),
-        segmenter: Arc::new(known_segmenter::EmbeddedSegmenter),
-        mesh_generator: Arc::new(mesh_generator::EmbeddedMeshGenerator),
+        segmenter: Arc::new(segmenter::EmbeddedSegmenter { photograph: settings.photograph.clone() }),
+        mesh_generator: Arc::new(mesh_generator::EmbeddedMeshGenerator {
+            photograph: settings.photograph.clone(),
+        }),
         feature_extractor: Arc::new(descriptor::EmbeddedFeatureExtractor { settings: settings.descriptor }),
     }
 }

@@ -1,4 +1,5 @@
-//! The embedded mesh generator: the parametric catalog for pictures our own painter painted.
+//! The embedded mesh generator: the parametric catalog for pictures our own painter painted, reconstruction
+//! from one view for photographs.
 //!
 //! Meshes come as a remote generator's would: unit-sized, in a seeded one of the 24 axis-aligned
 //! orientations. Whoever wants them upright has to find out how.
@@ -10,9 +11,12 @@ use crate::provider::{
 use crate::scene::RecognizedTable;
 
 use super::orientation::turned;
+use super::photograph::{self, PhotographSettings};
 
-/// Answers from the catalog.
-pub struct EmbeddedMeshGenerator;
+/// Answers from the catalog, or from the one view there is.
+pub struct EmbeddedMeshGenerator {
+    pub photograph: PhotographSettings,
+}
 
 const CATALOG: &str = "embedded/catalog";
 
@@ -21,11 +25,15 @@ const LICENCE: &str = "CC0-1.0";
 
 impl MeshGenerator for EmbeddedMeshGenerator {
     fn adapter(&self) -> Adapter {
-        Adapter::new(CATALOG, env!("CARGO_PKG_VERSION"), &serde_json::json!({}))
+        Adapter::new("embedded/mesh_generator", env!("CARGO_PKG_VERSION"), &self.photograph)
     }
 
     fn reconstruct<'a>(&'a self, call: &'a Call, request: ReconstructionRequest) -> Answer<'a, RawMesh> {
-        Box::pin(call.compute(Port::MeshGenerator, move |_| {
+        let settings = self.photograph.clone();
+        Box::pin(call.compute(Port::MeshGenerator, move |interrupt| {
+            if !request.painted {
+                return photograph::reconstruct(&request, &settings, interrupt);
+            }
             let object = &request.object;
             let recipe = Recipe {
                 category: object.category.clone(),
@@ -34,7 +42,7 @@ impl MeshGenerator for EmbeddedMeshGenerator {
                 material: object.material.clone(),
                 seed: object.seed,
             };
-            let mesh = catalog::build(&recipe).filter(|_| request.painted).ok_or_else(|| {
+            let mesh = catalog::build(&recipe).ok_or_else(|| {
                 ProviderError::Unsupported {
                     port: Port::MeshGenerator,
                     adapter: CATALOG.into(),

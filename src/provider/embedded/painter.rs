@@ -4,7 +4,7 @@
 //! into poses that hold ([`crate::physics::resolve`]), looks for a camera from which every object shows, and
 //! paints a product picture. Since the painter is a program it also hands out what it knows: labels, masks,
 //! camera (`known`), the poses (`truth`), each object drawn alone, and the view from above. Pictures it
-//! did not paint it can neither complete nor see from above: that is an `Unsupported` error.
+//! did not paint are completed and seen from above by [`super::photograph`].
 //!
 //! Guarantees: same description, seed and settings, same bytes; the recognized sizes, colors, materials and
 //! seeds build exactly the painted meshes. Cost: about a second for twelve objects on two cores.
@@ -27,6 +27,7 @@ use futures::FutureExt;
 use serde::{Deserialize, Serialize};
 
 use super::layout::LayoutSettings;
+use super::photograph::{self, PhotographSettings};
 use crate::geometry::Interrupt;
 use crate::geometry::decompose::DecomposeSettings;
 use crate::geometry::seed::child_seed;
@@ -73,6 +74,7 @@ pub struct PainterSettings {
 
 /// Adapter `embedded/painter`.
 pub struct EmbeddedPainter {
+    pub photograph: PhotographSettings,
     pub layout: LayoutSettings,
     pub painter: PainterSettings,
     pub render: RenderSettings,
@@ -95,6 +97,7 @@ impl EmbeddedPainter {
             settle: self.settle.clone(),
             resolve: self.resolve.clone(),
             certify: self.certify.clone(),
+            photograph: self.photograph.clone(),
         }
     }
 }
@@ -109,6 +112,7 @@ struct Settings {
     settle: SettleSettings,
     resolve: ResolveSettings,
     certify: CertifySettings,
+    photograph: PhotographSettings,
 }
 
 impl Painter for EmbeddedPainter {
@@ -126,24 +130,21 @@ impl Painter for EmbeddedPainter {
         call.compute(Port::Painter, move |interrupt| paint(&description, seed, &settings, interrupt)).boxed()
     }
 
-    fn complete<'a>(&'a self, _: &'a Call, request: CompletionRequest) -> Answer<'a, Completion> {
-        let answer = request.alone.ok_or_else(|| not_painted_here("redraw an instance of"));
-        async move { answer }.boxed()
+    fn complete<'a>(&'a self, call: &'a Call, request: CompletionRequest) -> Answer<'a, Completion> {
+        let work = move |interrupt: &Interrupt| match request.alone {
+            Some(alone) => Ok(alone),
+            None => photograph::complete(&request, interrupt),
+        };
+        call.compute(Port::Painter, work).boxed()
     }
 
-    fn top_view<'a>(&'a self, _: &'a Call, request: TopViewRequest) -> Answer<'a, TopPicture> {
-        let answer = request.painted.ok_or_else(|| not_painted_here("see from above"));
-        async move { answer }.boxed()
-    }
-}
-
-fn not_painted_here(task: &str) -> ProviderError {
-    ProviderError::Unsupported {
-        port: Port::Painter,
-        adapter: EmbeddedPainter::NAME.to_owned(),
-        reason: format!(
-            "it can {task} pictures it painted itself only; configure another painter for photographs"
-        ),
+    fn top_view<'a>(&'a self, call: &'a Call, request: TopViewRequest) -> Answer<'a, TopPicture> {
+        let settings = self.photograph.clone();
+        let work = move |interrupt: &Interrupt| match request.painted {
+            Some(painted) => Ok(painted),
+            None => photograph::top_view(&request, &settings, interrupt),
+        };
+        call.compute(Port::Painter, work).boxed()
     }
 }
 

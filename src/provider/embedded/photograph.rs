@@ -26,11 +26,17 @@ use crate::vision::{PictureReading, VisionError, VisionSettings, read_picture};
 /// Category of everything that is seen and not named.
 pub const UNNAMED_CATEGORY: &str = "object";
 
-/// Knobs of the photograph case.
+/// Everything that decides how a photograph is answered for.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
-#[serde(deny_unknown_fields)]
 pub struct PhotographSettings {
     pub vision: VisionSettings,
+    pub sizes: SizeSettings,
+}
+
+/// Section `[photograph]`.
+#[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct SizeSettings {
     /// Height every table is taken to have, meters, 0.4..1.0; it sets the scene's scale where the feet show
     /// and nothing else is known. Usual: 0.74.
     pub table_height_m: f64,

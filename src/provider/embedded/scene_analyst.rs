@@ -1,9 +1,10 @@
 //! The embedded scene analyst: a grammar over the catalog for texts, what the painter knows for pictures it
-//! painted, geometric evidence for standing meshes up.
+//! painted, classical vision for photographs, geometric evidence for standing meshes up.
 
 use serde::{Deserialize, Serialize};
 
 use super::analyst::{self, DescribeError, DescribeOptions};
+use super::photograph::{self, PhotographSettings};
 use crate::align::canonicalize::{CanonicalPose, CanonicalizeError, UprightProblem, upright};
 use crate::catalog::{self, Recipe};
 use crate::geometry::TexturedMesh;
@@ -14,6 +15,7 @@ use crate::scene::{Recognition, RecognizedObject, SceneDescription};
 /// Answers without a model.
 pub struct EmbeddedAnalyst {
     pub settings: analyst::Settings,
+    pub photograph: PhotographSettings,
 }
 
 /// Most objects of a scene whose request does not say.
@@ -23,11 +25,13 @@ const USUAL_MAX_OBJECTS: u32 = 64;
 #[derive(Serialize, Deserialize)]
 struct Identity {
     analyst: analyst::Settings,
+    photograph: PhotographSettings,
 }
 
 impl SceneAnalyst for EmbeddedAnalyst {
     fn adapter(&self) -> Adapter {
-        Adapter::new("embedded/grammar", "1", &Identity { analyst: self.settings.clone() })
+        let identity = Identity { analyst: self.settings.clone(), photograph: self.photograph.clone() };
+        Adapter::new("embedded/grammar", "1", &identity)
     }
 
     fn describe<'a>(
@@ -49,21 +53,16 @@ impl SceneAnalyst for EmbeddedAnalyst {
 
     fn recognize<'a>(
         &'a self,
-        _call: &'a Call,
+        call: &'a Call,
         reference: Reference,
-        _seed: u64,
-        _options: RequestOptions,
+        seed: u64,
+        options: RequestOptions,
     ) -> Answer<'a, Recognition> {
-        Box::pin(async move {
-            match reference.known {
-                Some(known) => Ok(known.recognition.clone()),
-                None => Err(ProviderError::Unsupported {
-                    port: Port::Analyst,
-                    adapter: "embedded/grammar".into(),
-                    reason: "it cannot read pictures it did not paint".into(),
-                }),
-            }
-        })
+        let settings = self.photograph.clone();
+        Box::pin(call.compute(Port::Analyst, move |interrupt| match &reference.known {
+            Some(known) => Ok(known.recognition.clone()),
+            None => photograph::recognize(&reference.picture, seed, &options, &settings, interrupt),
+        }))
     }
 
     fn upright<'a>(&'a self, call: &'a Call, question: UprightQuestion) -> Answer<'a, CanonicalPose> {

@@ -137,13 +137,13 @@ fn table_size(
     let wanted = options.table.as_ref().and_then(|table| table.size_m);
     let anchor = options.metric_anchor.as_ref().filter(|anchor| anchor.object == "table");
     let usual_m = 0.5 * (model.low_m.x + model.high_m.x);
-    let by_feet_m = reading.table.height.map(|height| settings.table_height_m / height);
+    let by_feet_m = reading.table.height.map(|height| settings.sizes.table_height_m / height);
     let width_m = wanted
         .map(|size| size.x)
         .or(anchor.map(|anchor| anchor.width_m))
         .or(by_feet_m.map(|width| width.clamp(0.75 * model.low_m.x, 1.25 * model.high_m.x)))
         .unwrap_or(usual_m);
-    let height_m = wanted.map_or(settings.table_height_m, |size| size.z);
+    let height_m = wanted.map_or(settings.sizes.table_height_m, |size| size.z);
     DVec3::new(width_m, width_m * reading.table.depth, height_m)
 }
 

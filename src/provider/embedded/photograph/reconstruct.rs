@@ -54,7 +54,7 @@ pub fn reconstruct(
         completion,
         world_from_solid: Pose::upright(fit.center.extend(0.0), fit.yaw_rad),
         size: fit.size,
-        texture_px: settings.texture_px,
+        texture_px: settings.sizes.texture_px,
     };
     let mesh = projection.dress(&positions, &triangles);
     // The recognized extents were measured with the whole picture at hand.

@@ -98,7 +98,7 @@ fn view_of(outline: &Outline, settings: &PhotographSettings) -> TopView {
     let (low, high) = outline.bounds();
     let margin = MARGIN * (high - low).max_element();
     let extent = high - low + DVec2::splat(2.0 * margin);
-    let meters_per_px = extent.max_element() / f64::from(settings.top_view_px.max(16));
+    let meters_per_px = extent.max_element() / f64::from(settings.sizes.top_view_px.max(16));
     TopView {
         width_px: (extent.x / meters_per_px).ceil() as u32,
         height_px: (extent.y / meters_per_px).ceil() as u32,

@@ -1,33 +1,38 @@
-//! The embedded segmenter: masks and boxes of pictures our own painter painted, which knows them.
+//! The embedded segmenter: masks of pictures our own painter painted, which knows them, and of photographs by
+//! classical vision; boxes on top views made here.
 
 use std::sync::Arc;
 
+use super::photograph::{self, PhotographSettings};
 use crate::geometry::Mask;
 use crate::provider::{
     Adapter, Answer, Call, Port, ProviderError, Reference, Segmenter, TopBoxes, TopPicture,
 };
 use crate::scene::{InstanceMask, Recognition, TopBox};
 
-/// Answers from what the painter knows.
-pub struct EmbeddedSegmenter;
+/// Answers from what the painter knows, or by looking.
+pub struct EmbeddedSegmenter {
+    pub photograph: PhotographSettings,
+}
+
+const NAME: &str = "embedded/segmenter";
 
 impl Segmenter for EmbeddedSegmenter {
     fn adapter(&self) -> Adapter {
-        Adapter::new("embedded/known", "1", &serde_json::json!({}))
+        Adapter::new(NAME, "1", &self.photograph)
     }
 
     fn segment<'a>(
         &'a self,
-        _call: &'a Call,
+        call: &'a Call,
         reference: Reference,
-        _recognition: Arc<Recognition>,
+        recognition: Arc<Recognition>,
     ) -> Answer<'a, Vec<InstanceMask>> {
-        Box::pin(async move {
-            match reference.known {
-                Some(known) => Ok(known.masks.clone()),
-                None => Err(unknown("it cannot segment pictures nobody here painted")),
-            }
-        })
+        let settings = self.photograph.clone();
+        Box::pin(call.compute(Port::Segmenter, move |interrupt| match &reference.known {
+            Some(known) => Ok(known.masks.clone()),
+            None => photograph::segment(&reference.picture, &recognition, &settings, interrupt),
+        }))
     }
 
     fn top_boxes<'a>(
@@ -61,7 +66,7 @@ fn bounds_px(mask: &Mask) -> Option<[f64; 4]> {
 fn unknown(reason: &str) -> ProviderError {
     ProviderError::Unsupported {
         port: Port::Segmenter,
-        adapter: "embedded/known".into(),
+        adapter: NAME.into(),
         reason: reason.into(),
     }
 }
