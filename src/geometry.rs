@@ -28,6 +28,8 @@ pub mod decompose;
 pub mod collision_shape;
 pub mod cast;
 pub mod collide;
+pub mod contact_hull;
+pub mod contact_patch;
 
 pub use camera::Camera;
 pub use hull::ConvexHull;

@@ -1,17 +1,16 @@
-//! The method's physical metrics: collisions on visual meshes, support, stability under gravity.
+//! The method's physical metrics: collisions on visual meshes and stability under gravity (support has its
+//! own file), and the thresholds of all three.
 //!
 //! Definitions follow the method (Sec. Interactive Simulation of the paper, made exact): see each
 //! function. Rates are fractions. World frame, meters, radians, seconds.
 
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::Body;
 use super::settle::{SettleError, SettleSettings, simulate_to_the_end};
-use crate::geometry::collide::{
-    CollisionRule, PlacedSolid, contact_points, convex_hull_2d, depth_in_convex_m, penetration,
-};
+use crate::geometry::collide::{CollisionRule, PlacedSolid, penetration};
 use crate::geometry::{Interrupt, Interrupted};
 
 /// Section `[certify]`: the thresholds of the certificate.
@@ -106,7 +105,7 @@ pub fn collisions(
     Ok(Collisions { pairs: pairs.len(), colliding: colliding.into_iter().flatten().collect() })
 }
 
-fn world_box(placed: &PlacedSolid) -> (DVec3, DVec3) {
+pub(super) fn world_box(placed: &PlacedSolid) -> (DVec3, DVec3) {
     let (low, high) = placed.solid.bounds();
     (0..8)
         .map(|k| {
@@ -115,50 +114,6 @@ fn world_box(placed: &PlacedSolid) -> (DVec3, DVec3) {
             placed.world_from_object.transform_point(corner)
         })
         .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)))
-}
-
-/// How well one object is supported.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SupportFinding {
-    /// Signed distance of the projected center of mass inside the dilated support region, meters;
-    /// `f64::NEG_INFINITY` where nothing is touched.
-    pub margin_m: f64,
-    /// Number of contact points found.
-    pub contacts: usize,
-}
-
-impl SupportFinding {
-    pub fn is_supported(&self) -> bool {
-        self.margin_m >= 0.0
-    }
-}
-
-/// SS of one object: is the center of mass above the hull of all contacts (gap at most 1 mm) with all
-/// its supporters, projected and dilated by 2 mm? Supporters are `parent` (every contact counts) and any
-/// other thing it touches from above.
-pub fn support(
-    solids: &[PlacedSolid],
-    object: usize,
-    parent: Option<usize>,
-    center_of_mass_m: DVec3,
-    settings: &CertifySettings,
-    interrupt: &Interrupt,
-) -> Result<SupportFinding, Interrupted> {
-    let gap = settings.contact_gap_m;
-    let (low, high) = world_box(&solids[object]);
-    let mut points: Vec<DVec2> = Vec::new();
-    for (other, solid) in solids.iter().enumerate() {
-        let (other_low, other_high) = world_box(solid);
-        if other == object || (low - other_high).max(other_low - high).max_element() > gap {
-            continue;
-        }
-        let slope = (Some(other) != parent).then_some(settings.carrying_slope);
-        let found = contact_points(&solids[object], solid, gap, slope, interrupt)?;
-        points.extend(found.iter().map(|p| p.truncate()));
-    }
-    let center = solids[object].world_from_object.transform_point(center_of_mass_m).truncate();
-    let margin_m = depth_in_convex_m(&convex_hull_2d(&points), center) + settings.support_dilation_m;
-    Ok(SupportFinding { margin_m, contacts: points.len() })
 }
 
 /// How far one body moved.
@@ -232,41 +187,6 @@ mod tests {
         assert_eq!(found.colliding.iter().map(|c| (c.a, c.b)).collect::<Vec<_>>(), [(0, 3), (1, 2)]);
         assert!((found.colliding[0].depth_m - 0.01).abs() < 1e-6);
         assert!((found.col_o() - 2.0 / 6.0).abs() < 1e-12 && found.col_s() == 1.0);
-    }
-
-    #[test]
-    fn the_margin_is_the_distance_to_the_edge_it_hangs_over_plus_two_millimeters() {
-        let (top, cube) = (
-            solid(block(DVec3::new(1.0, 1.0, 0.03)).translated(DVec3::new(0.0, 0.0, -0.03))),
-            solid(block(DVec3::splat(0.05))),
-        );
-        let center = DVec3::new(0.0, 0.0, 0.025);
-        let margin = |x, z| {
-            let scene = [at(&top, 0.0, 0.0), at(&cube, x, z)];
-            support(&scene, 1, Some(0), center, &certify_settings(), &Interrupt::default())
-                .expect("no interrupt")
-        };
-        assert!((margin(0.0, 0.0).margin_m - 0.027).abs() < 1e-6);
-        assert!((margin(0.49, 0.0).margin_m - 0.012).abs() < 1e-3, "{:?}", margin(0.49, 0.0));
-        assert!(!margin(0.505, 0.0).is_supported() && margin(0.5, 0.0).is_supported());
-        assert_eq!(margin(0.0, 0.01).contacts, 0);
-        assert!(!margin(0.0, 0.01).is_supported());
-    }
-
-    #[test]
-    fn a_bridge_counts_both_piers_and_not_its_neighbor() {
-        let (pier, beam) = (solid(block(DVec3::splat(0.05))), solid(block(DVec3::new(0.3, 0.04, 0.02))));
-        let mut scene = vec![at(&pier, -0.1, 0.0), at(&pier, 0.1, 0.0), at(&beam, 0.0, 0.05)];
-        let center = DVec3::new(0.0, 0.0, 0.01);
-        let margin = |scene: &[PlacedSolid]| {
-            support(scene, 2, Some(0), center, &certify_settings(), &Interrupt::default())
-                .expect("no interrupt")
-                .margin_m
-        };
-        assert!((margin(&scene) - 0.022).abs() < 1e-6, "half the beam's width plus 2 mm");
-        // Without the second pier a block standing beside it does not carry.
-        scene[1] = at(&pier, 0.1755, 0.05);
-        assert!(margin(&scene) < 0.0);
     }
 
     #[test]

@@ -1,26 +1,22 @@
 //! Bodies under gravity until they rest, or for a given time.
 //!
-//! Rapier (f64, one thread, sleeping off): each body is a compound of its convex hulls with explicit
-//! mass, center of mass and inertia; Coulomb friction; implicit time stepping with small steps. Lengths are
-//! declared to be those of household things (`length_unit_m`), since the engine's tolerances are made
-//! for things of a meter: penetration is corrected below a tenth of a millimeter. Rolling resistance, which the
-//! engine lacks, is angular damping in proportion to the rolling friction.
+//! Rapier (f64, sleeping off): each body is the set of its convex hulls with explicit mass, center of mass
+//! and inertia; contacts of our own ([`super::contacts`]); Coulomb friction; implicit time stepping with
+//! small steps. Lengths are declared to be those of household things (`length_unit_m`), since the engine's
+//! tolerances are made for things of a meter: penetration is corrected below a tenth of a millimeter. Rolling
+//! resistance, which the engine lacks, is angular damping in proportion to the rolling friction. Bodies
+//! that cannot meet are simulated apart and in parallel ([`mod@islands`]).
 //!
-//! Guarantees: same input, same bytes. Cost: about 5 ms of CPU per simulated second for ten bodies.
+//! Guarantees: same input, same bytes, with any number of threads.
 
-use glam::DVec3;
-use rapier3d_f64::prelude::{
-    ColliderBuilder, FrictionModel, MassProperties as RapierMass, PhysicsWorld, RigidBodyBuilder,
-    RigidBodyHandle, SharedShape,
-};
+mod islands;
+mod world;
+
 use serde::{Deserialize, Serialize};
 
 use super::Body;
-use crate::geometry::collision_shape::{BrokenHull, CollisionShape, from_parry, to_parry};
+use crate::geometry::collision_shape::BrokenHull;
 use crate::geometry::{Interrupt, Interrupted, Pose};
-
-/// Standard gravity, m/s^2.
-pub const GRAVITY_M_S2: f64 = 9.81;
 
 /// Section `[settle]`.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
@@ -83,7 +79,7 @@ pub fn settle(
     settings: &SettleSettings,
     interrupt: &Interrupt,
 ) -> Result<Settled, SettleError> {
-    simulate(bodies, settings, true, interrupt)
+    islands::simulate(bodies, settings, true, interrupt)
 }
 
 /// Simulates `duration_s` to the end, resting or not.
@@ -92,72 +88,7 @@ pub fn simulate_to_the_end(
     settings: &SettleSettings,
     interrupt: &Interrupt,
 ) -> Result<Settled, SettleError> {
-    simulate(bodies, settings, false, interrupt)
-}
-
-fn simulate(
-    bodies: &[Body],
-    settings: &SettleSettings,
-    may_end_early: bool,
-    interrupt: &Interrupt,
-) -> Result<Settled, SettleError> {
-    let mut world = PhysicsWorld::new();
-    world.gravity = DVec3::new(0.0, 0.0, -GRAVITY_M_S2);
-    let parameters = &mut world.integration_parameters;
-    parameters.dt = 1.0 / settings.steps_per_s;
-    parameters.num_solver_iterations = settings.solver_iterations;
-    parameters.length_unit = settings.length_unit_m;
-    parameters.normalized_allowed_linear_error = settings.allowed_penetration_m / settings.length_unit_m;
-    parameters.contact_softness.natural_frequency = settings.contact_frequency_hz;
-    parameters.static_contact_softness.natural_frequency = settings.contact_frequency_hz;
-    parameters.friction_model = FrictionModel::Coulomb;
-    let handles = bodies
-        .iter()
-        .map(|body| insert(&mut world, body, settings))
-        .collect::<Result<Vec<RigidBodyHandle>, SettleError>>()?;
-    let reach_m: Vec<f64> = bodies
-        .iter()
-        .map(|b| {
-            let center = b.mass.center_of_mass_m;
-            b.hulls.iter().flat_map(|h| &h.points).map(|p| (*p - center).length()).fold(0.0, f64::max)
-        })
-        .collect();
-
-    let steps = (settings.duration_s * settings.steps_per_s).round().max(1.0) as usize;
-    let steps_at_rest = (settings.rest_time_s * settings.steps_per_s).round().max(1.0) as usize;
-    let (mut rested, mut done) = (0, 0);
-    while done < steps && !(may_end_early && rested >= steps_at_rest) {
-        if done % 8 == 0 {
-            interrupt.check()?;
-        }
-        world.step();
-        done += 1;
-        let resting = handles.iter().zip(&reach_m).zip(bodies).all(|((&handle, reach), body)| {
-            let moving = &world.bodies[handle];
-            body.fixed
-                || moving.linvel().length() + reach * moving.angvel().length() < settings.rest_speed_m_s
-        });
-        rested = if resting { rested + 1 } else { 0 };
-    }
-
-    let mut settled = Settled {
-        poses: Vec::with_capacity(bodies.len()),
-        displacements_m: Vec::with_capacity(bodies.len()),
-        rotations_rad: Vec::with_capacity(bodies.len()),
-        at_rest: rested >= steps_at_rest.min(steps),
-        simulated_s: done as f64 / settings.steps_per_s,
-    };
-    for (body, &handle) in bodies.iter().zip(&handles) {
-        let pose =
-            if body.fixed { body.world_from_object } else { from_parry(world.bodies[handle].position()) };
-        if !pose.translation_m.is_finite() || !pose.rotation.is_finite() {
-            return Err(SettleError::Diverged { name: body.name.clone() });
-        }
-        settled.displacements_m.push((pose.translation_m - body.world_from_object.translation_m).length());
-        settled.rotations_rad.push(angle_between_rad(&pose, &body.world_from_object));
-        settled.poses.push(pose);
-    }
-    Ok(settled)
+    islands::simulate(bodies, settings, false, interrupt)
 }
 
 /// Angle of the rotation that takes one pose's axes to the other's, radians in 0..pi.
@@ -166,54 +97,13 @@ pub fn angle_between_rad(a: &Pose, b: &Pose) -> f64 {
     2.0 * q.xyz().length().atan2(q.w.abs())
 }
 
-fn insert(
-    world: &mut PhysicsWorld,
-    body: &Body,
-    settings: &SettleSettings,
-) -> Result<RigidBodyHandle, SettleError> {
-    let shape = CollisionShape::new(&body.hulls)
-        .map_err(|source| SettleError::BrokenHull { name: body.name.clone(), source })?;
-    let positive = body.mass.mass_kg > 0.0 && body.mass.inertia_diagonal_kg_m2.min_element() > 0.0;
-    if !body.fixed && !positive {
-        return Err(SettleError::BadMass { name: body.name.clone() });
-    }
-    let builder = if body.fixed { RigidBodyBuilder::fixed() } else { RigidBodyBuilder::dynamic() };
-    let rigid = builder
-        .pose(to_parry(&body.world_from_object))
-        .additional_mass_properties(RapierMass::with_principal_inertia_frame(
-            body.mass.center_of_mass_m,
-            body.mass.mass_kg,
-            body.mass.inertia_diagonal_kg_m2,
-            body.mass.principal_axes_xyzw,
-        ))
-        .linear_damping(settings.damping_per_s)
-        .angular_damping(settings.damping_per_s + settings.rolling_damping_per_s_m * body.rolling_friction_m)
-        .can_sleep(false);
-    let handle = world.insert_body(rigid);
-    let mut parts: Vec<_> =
-        shape.parts().iter().map(|part| (to_parry(&Pose::IDENTITY), part.polyhedron.clone())).collect();
-    let shape: SharedShape = match parts.pop() {
-        Some((_, only)) if parts.is_empty() => only,
-        Some(last) => {
-            parts.push(last);
-            SharedShape::compound(parts)
-        }
-        None => return Ok(handle),
-    };
-    let collider = ColliderBuilder::new(shape)
-        .density(0.0)
-        .friction(body.friction.dynamic_coefficient)
-        .restitution(body.restitution);
-    world.insert_collider(collider, Some(handle));
-    Ok(handle)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::geometry::shapes::{block, sphere};
     use crate::physics::test_bodies::{body, settle_settings as settings, table};
     use glam::DQuat;
+    use glam::DVec3;
 
     fn at(x: f64, y: f64, z: f64) -> Pose {
         Pose::upright(DVec3::new(x, y, z), 0.4)

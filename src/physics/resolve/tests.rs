@@ -7,7 +7,8 @@ use crate::geometry::decompose::{DecomposeSettings, decompose};
 use crate::geometry::mass_properties::solid_mass_properties;
 use crate::geometry::shapes::{block, cylinder, rounded_block, shell_of_revolution, sphere};
 use crate::geometry::{Friction, Solid};
-use crate::physics::metrics::{collisions, support};
+use crate::physics::metrics::collisions;
+use crate::physics::support;
 use crate::physics::test_bodies::{body, certify_settings, mesh, settle_settings, table, table_solid};
 
 fn settings() -> ResolveSettings {
@@ -93,8 +94,8 @@ impl Scenery {
         assert_eq!(found.colliding, [], "{:?}", resolved.log);
         for k in 1..self.bodies.len() {
             let parent = self.supports[k].map(|s| s.parent);
-            let center = self.bodies[k].mass.center_of_mass_m;
-            let finding = support(&placed, k, parent, center, &certify, &interrupt).expect("no interrupt");
+            let finding =
+                support(&placed, &self.bodies, k, parent, &certify, &interrupt).expect("no interrupt");
             assert!(finding.is_supported(), "{} {finding:?} {:?}", self.bodies[k].name, resolved.poses[k]);
             for p in self.bodies[k].hulls.iter().flat_map(|h| &h.points) {
                 assert!(outline.contains(resolved.poses[k].transform_point(*p).truncate()));

@@ -1,0 +1,289 @@
+//! Contacts between two bodies of many hulls, as the simulation wants them: few, well spread, and the same
+//! from step to step.
+//!
+//! The engine's own contacts consider four consecutive corners of a facet, so that a round foot rests
+//! on one quarter of its rim and walks, and a mat on a large table may rest on nothing at all. Here every
+//! pair of hulls gives its whole patch ([`mod@crate::geometry::contact_patch`]); patches of the two bodies that share a direction
+//! are one contact plane; of its points those are kept that span it ([`spanning`]), at most
+//! [`TOUCHING_POINTS`] of those that touch and [`NEAR_POINTS`] of those about to. Impulses of the last step are
+//! carried over to the nearest point.
+
+use glam::{DVec2, DVec3};
+use rapier3d_f64::geometry::{ContactData, ContactManifold, ContactManifoldData, TrackedContact};
+use rapier3d_f64::math::Pose as RapierPose;
+use rapier3d_f64::parry::query::details::{
+    ContactManifoldsWorkspace, NormalConstraints, ShapeCastOptions, TypedWorkspaceData, WorkspaceData,
+};
+use rapier3d_f64::parry::query::{
+    ClosestPoints, Contact, NonlinearRigidMotion, PersistentQueryDispatcher, QueryDispatcher, ShapeCastHit,
+    ShapeDistance, ShapeIntersection, Unsupported,
+};
+use rapier3d_f64::parry::shape::{PackedFeatureId, Shape};
+
+use super::hull_set::HullSet;
+use crate::geometry::collide::convex_hull_2d;
+use crate::geometry::contact_patch::{ContactPatch, PatchPoint};
+
+/// Most touching points kept of one contact plane.
+const TOUCHING_POINTS: usize = 8;
+
+/// Most points kept that are near but do not touch yet.
+const NEAR_POINTS: usize = 4;
+
+/// Points this much farther than the deepest one still touch, meters.
+const TOUCHING_M: f64 = 3e-5;
+
+/// Patches whose normals differ by less (as a cosine, 1.8 degrees) are one contact plane.
+const SAME_PLANE: f64 = 0.9995;
+
+/// A point this close to one of the last step is the same point, meters.
+const SAME_POINT_M: f64 = 5e-4;
+
+/// The solver takes the points of a plane in groups of this many.
+const MANIFOLD_POINTS: usize = 4;
+
+/// Answers the engine's questions about pairs of [`HullSet`]s.
+pub struct HullContacts;
+
+/// Tells the engine that the number of contact planes changes from step to step.
+struct Composite;
+
+impl WorkspaceData for Composite {
+    fn as_typed_workspace_data(&self) -> TypedWorkspaceData<'_> {
+        TypedWorkspaceData::Custom
+    }
+
+    fn clone_dyn(&self) -> Box<dyn WorkspaceData> {
+        Box::new(Composite)
+    }
+}
+
+impl PersistentQueryDispatcher<ContactManifoldData, ContactData> for HullContacts {
+    fn contact_manifolds(
+        &self,
+        a_from_b: &RapierPose,
+        a: &dyn Shape,
+        b: &dyn Shape,
+        prediction: f64,
+        manifolds: &mut Vec<ContactManifold>,
+        workspace: &mut Option<ContactManifoldsWorkspace>,
+    ) -> Result<(), Unsupported> {
+        let (Some(a), Some(b)) = (a.as_shape::<HullSet>(), b.as_shape::<HullSet>()) else {
+            return Err(Unsupported);
+        };
+        workspace.get_or_insert_with(|| ContactManifoldsWorkspace(Box::new(Composite)));
+        let mut known: Vec<Known> = manifolds
+            .iter()
+            .flat_map(|m| m.points.iter().map(|p| Known { at: p.local_p1, normal: m.local_n1, data: p.data }))
+            .collect();
+        let planes = contact_planes(&a.patches(b, a_from_b, prediction));
+        manifolds.clear();
+        for plane in &planes {
+            for group in plane.groups(&known) {
+                let mut manifold = ContactManifold::new();
+                manifold.local_n1 = plane.normal;
+                manifold.local_n2 = a_from_b.rotation.inverse() * -plane.normal;
+                for point in group {
+                    let mut contact = TrackedContact::new(
+                        point.on_a,
+                        a_from_b.inverse_transform_point(point.on_b),
+                        PackedFeatureId::UNKNOWN,
+                        PackedFeatureId::UNKNOWN,
+                        point.gap_m,
+                    );
+                    contact.data = take_known(&mut known, &point, plane.normal);
+                    manifold.points.push(contact);
+                }
+                manifolds.push(manifold);
+            }
+        }
+        Ok(())
+    }
+
+    fn contact_manifold_convex_convex(
+        &self,
+        _: &RapierPose,
+        _: &dyn Shape,
+        _: &dyn Shape,
+        _: Option<&dyn NormalConstraints>,
+        _: Option<&dyn NormalConstraints>,
+        _: f64,
+        _: &mut ContactManifold,
+    ) -> Result<(), Unsupported> {
+        Err(Unsupported)
+    }
+}
+
+/// A point of the last step with its impulses.
+struct Known {
+    at: DVec3,
+    normal: DVec3,
+    data: ContactData,
+}
+
+impl Known {
+    fn is(&self, point: &PatchPoint, normal: DVec3) -> bool {
+        self.at.distance_squared(point.on_a) < SAME_POINT_M * SAME_POINT_M && self.normal.dot(normal) > 0.98
+    }
+}
+
+/// The impulses of the nearest known point, which is used up.
+fn take_known(known: &mut Vec<Known>, point: &PatchPoint, normal: DVec3) -> ContactData {
+    let nearest = known.iter().enumerate().filter(|(_, k)| k.is(point, normal)).min_by(|(_, k), (_, l)| {
+        k.at.distance_squared(point.on_a).total_cmp(&l.at.distance_squared(point.on_a))
+    });
+    match nearest {
+        Some((index, _)) => known.swap_remove(index).data,
+        None => ContactData::default(),
+    }
+}
+
+/// Points that share a direction.
+struct ContactPlane {
+    normal: DVec3,
+    points: Vec<PatchPoint>,
+}
+
+fn contact_planes(patches: &[ContactPatch]) -> Vec<ContactPlane> {
+    let mut planes: Vec<ContactPlane> = Vec::new();
+    for patch in patches {
+        match planes.iter_mut().find(|plane| plane.normal.dot(patch.normal) > SAME_PLANE) {
+            Some(plane) => plane.points.extend(&patch.points),
+            None => planes.push(ContactPlane { normal: patch.normal, points: patch.points.clone() }),
+        }
+    }
+    planes
+}
+
+impl ContactPlane {
+    /// The points worth keeping, in groups the solver can take. Points the last step knew are preferred.
+    fn groups(&self, known: &[Known]) -> Vec<Vec<PatchPoint>> {
+        let deepest_m = self.points.iter().map(|p| p.gap_m).fold(f64::INFINITY, f64::min);
+        let (touching, near): (Vec<PatchPoint>, Vec<PatchPoint>) =
+            self.points.iter().partition(|p| p.gap_m <= deepest_m + TOUCHING_M);
+        let (u, v) = self.normal.any_orthonormal_pair();
+        let flat = |p: &PatchPoint| DVec2::new(p.on_a.dot(u), p.on_a.dot(v));
+        let is_known = |p: &PatchPoint| known.iter().any(|k| k.is(p, self.normal));
+        let kept = spanning(&touching, TOUCHING_POINTS, flat, is_known);
+        let mut groups = dealt(kept);
+        if !near.is_empty() {
+            // Near points matter only where they reach beyond those that touch.
+            let inner = convex_hull_2d(&touching.iter().map(flat).collect::<Vec<_>>());
+            let outer: Vec<PatchPoint> = near
+                .into_iter()
+                .filter(|p| crate::geometry::collide::depth_in_convex_m(&inner, flat(p)) < -SAME_POINT_M)
+                .collect();
+            groups.extend(dealt(spanning(&outer, NEAR_POINTS, flat, is_known)));
+        }
+        groups
+    }
+}
+
+/// At most `count` of the points, chosen so that they span what all of them span: corners of their convex
+/// hull, thinned by leaving out the corner whose loss costs the least area; corners known from the
+/// last step count four times.
+fn spanning(
+    points: &[PatchPoint],
+    count: usize,
+    flat: impl Fn(&PatchPoint) -> DVec2,
+    is_known: impl Fn(&PatchPoint) -> bool,
+) -> Vec<PatchPoint> {
+    let corners = convex_hull_2d(&points.iter().map(&flat).collect::<Vec<_>>());
+    let mut kept: Vec<(DVec2, PatchPoint, f64)> = Vec::with_capacity(corners.len());
+    for corner in corners {
+        // Several hulls may meet at a corner; the deepest point counts.
+        let here = points
+            .iter()
+            .filter(|p| flat(p).distance_squared(corner) < 1e-14)
+            .min_by(|p, q| p.gap_m.total_cmp(&q.gap_m));
+        if let Some(point) = here {
+            kept.push((corner, *point, if is_known(point) { 4.0 } else { 1.0 }));
+        }
+    }
+    while kept.len() > 2 {
+        let n = kept.len();
+        let loss = |k: usize| {
+            let (a, b, c) = (kept[(k + n - 1) % n].0, kept[k].0, kept[(k + 1) % n].0);
+            kept[k].2 * (b - a).perp_dot(c - b).abs()
+        };
+        let (least, cost) = (0..n)
+            .map(|k| (k, loss(k)))
+            .fold((0, f64::INFINITY), |best, next| if next.1 < best.1 { next } else { best });
+        // Slivers go even where there is room.
+        if n <= count && cost > 1e-9 {
+            break;
+        }
+        kept.remove(least);
+    }
+    kept.into_iter().map(|(_, point, _)| point).collect()
+}
+
+/// Points in groups of four, dealt like cards so that each group spans the plane.
+fn dealt(points: Vec<PatchPoint>) -> Vec<Vec<PatchPoint>> {
+    let hands = points.len().div_ceil(MANIFOLD_POINTS);
+    let mut groups = vec![Vec::with_capacity(MANIFOLD_POINTS); hands];
+    for (k, point) in points.into_iter().enumerate() {
+        groups[k % hands].push(point);
+    }
+    groups
+}
+
+/// The engine asks for nothing but contacts here: no joints, no rays, no continuous collision.
+impl QueryDispatcher for HullContacts {
+    fn intersection_test(
+        &self,
+        _: &RapierPose,
+        _: &dyn Shape,
+        _: &dyn Shape,
+    ) -> Result<ShapeIntersection, Unsupported> {
+        Err(Unsupported)
+    }
+
+    fn distance(&self, _: &RapierPose, _: &dyn Shape, _: &dyn Shape) -> Result<ShapeDistance, Unsupported> {
+        Err(Unsupported)
+    }
+
+    fn contact(
+        &self,
+        _: &RapierPose,
+        _: &dyn Shape,
+        _: &dyn Shape,
+        _: f64,
+    ) -> Result<Option<Contact>, Unsupported> {
+        Err(Unsupported)
+    }
+
+    fn closest_points(
+        &self,
+        _: &RapierPose,
+        _: &dyn Shape,
+        _: &dyn Shape,
+        _: f64,
+    ) -> Result<ClosestPoints, Unsupported> {
+        Err(Unsupported)
+    }
+
+    fn cast_shapes(
+        &self,
+        _: &RapierPose,
+        _: DVec3,
+        _: &dyn Shape,
+        _: &dyn Shape,
+        _: ShapeCastOptions,
+    ) -> Result<Option<ShapeCastHit>, Unsupported> {
+        Err(Unsupported)
+    }
+
+    fn cast_shapes_nonlinear(
+        &self,
+        _: &NonlinearRigidMotion,
+        _: &dyn Shape,
+        _: &NonlinearRigidMotion,
+        _: &dyn Shape,
+        _: f64,
+        _: f64,
+        _: bool,
+    ) -> Result<Option<ShapeCastHit>, Unsupported> {
+        Err(Unsupported)
+    }
+}

@@ -1,0 +1,149 @@
+//! SS: does what an object touches carry it?
+//!
+//! Contacts are what is closer than the gap: surface points of the visual meshes, and the corners of the
+//! contact patches of the hulls, since hulls carry in every simulator and may stand off the visual surface by
+//! a fraction of a millimeter. World frame, meters.
+
+use glam::DVec2;
+
+use super::metrics::{CertifySettings, world_box};
+use super::{Body, hull_set::HullSet};
+use crate::geometry::collide::{PlacedSolid, contact_points, convex_hull_2d, depth_in_convex_m};
+use crate::geometry::collision_shape::to_parry;
+use crate::geometry::{Interrupt, Interrupted};
+
+/// How well one object is supported.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SupportFinding {
+    /// Signed distance of the projected center of mass inside the dilated support region, meters;
+    /// `f64::NEG_INFINITY` where nothing is touched.
+    pub margin_m: f64,
+    /// Number of contact points found.
+    pub contacts: usize,
+}
+
+impl SupportFinding {
+    pub fn is_supported(&self) -> bool {
+        self.margin_m >= 0.0
+    }
+}
+
+/// SS of one object: is the center of mass above the hull of all contacts (gap at most 1 mm) with all
+/// its supporters, projected and dilated by 2 mm? Supporters are `parent` (every contact counts) and any
+/// other thing it touches from above. `solids` give the poses; `bodies`, in the same order, the hulls and the
+/// center of mass.
+pub fn support(
+    solids: &[PlacedSolid],
+    bodies: &[Body],
+    object: usize,
+    parent: Option<usize>,
+    settings: &CertifySettings,
+    interrupt: &Interrupt,
+) -> Result<SupportFinding, Interrupted> {
+    let gap_m = settings.contact_gap_m;
+    let (low, high) = world_box(&solids[object]);
+    let own_pose = solids[object].world_from_object;
+    let own_hulls = HullSet::new(&bodies[object].hulls);
+    let mut points: Vec<DVec2> = Vec::new();
+    for (other, solid) in solids.iter().enumerate() {
+        let (other_low, other_high) = world_box(solid);
+        // Hulls may stick out of the visual mesh a little.
+        let apart_m = (low - other_high).max(other_low - high).max_element();
+        if other == object || apart_m > 5.0 * gap_m {
+            continue;
+        }
+        let slope = (Some(other) != parent).then_some(settings.carrying_slope);
+        let found = contact_points(&solids[object], solid, gap_m, slope, interrupt)?;
+        points.extend(found.iter().map(|p| p.truncate()));
+        let own_from_other = to_parry(&(own_pose.inverse() * solid.world_from_object));
+        for patch in own_hulls.patches(&HullSet::new(&bodies[other].hulls), &own_from_other, gap_m) {
+            let down = -own_pose.transform_vector(patch.normal).z;
+            if slope.is_none_or(|slope| down >= slope) {
+                points.extend(patch.points.iter().map(|p| own_pose.transform_point(p.on_a).truncate()));
+            }
+        }
+    }
+    let center = own_pose.transform_point(bodies[object].mass.center_of_mass_m).truncate();
+    let margin_m = depth_in_convex_m(&convex_hull_2d(&points), center) + settings.support_dilation_m;
+    Ok(SupportFinding { margin_m, contacts: points.len() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::mesh_solid::MeshSolid;
+    use crate::geometry::shapes::block;
+    use crate::geometry::{Pose, Solid};
+    use crate::physics::test_bodies::{body, certify_settings, mesh};
+    use glam::DVec3;
+
+    struct Scenery {
+        solids: Vec<MeshSolid>,
+        bodies: Vec<Body>,
+    }
+
+    impl Scenery {
+        fn new(solids: &[(&str, Solid, DVec3)]) -> Self {
+            let bodies = solids
+                .iter()
+                .map(|(name, solid, at)| body(name, solid.clone(), Pose::upright(*at, 0.0)))
+                .collect();
+            let solids =
+                solids.iter().map(|(_, s, _)| MeshSolid::new(&mesh(s.clone())).expect("a solid")).collect();
+            Self { solids, bodies }
+        }
+
+        fn finding(&self, object: usize) -> SupportFinding {
+            let placed: Vec<PlacedSolid> = self
+                .solids
+                .iter()
+                .zip(&self.bodies)
+                .map(|(solid, body)| PlacedSolid { solid, world_from_object: body.world_from_object })
+                .collect();
+            support(&placed, &self.bodies, object, Some(0), &certify_settings(), &Interrupt::default())
+                .expect("no interrupt")
+        }
+    }
+
+    #[test]
+    fn the_margin_is_the_distance_to_the_edge_it_hangs_over_plus_two_millimeters() {
+        let top = block(DVec3::new(1.0, 1.0, 0.03)).translated(DVec3::new(0.0, 0.0, -0.03));
+        let margin = |x, z| {
+            let cube = block(DVec3::splat(0.05));
+            Scenery::new(&[("top", top.clone(), DVec3::ZERO), ("cube", cube, DVec3::new(x, 0.0, z))])
+                .finding(1)
+        };
+        assert!((margin(0.0, 0.0).margin_m - 0.027).abs() < 1e-6);
+        assert!((margin(0.49, 0.0).margin_m - 0.012).abs() < 1e-3, "{:?}", margin(0.49, 0.0));
+        assert!(!margin(0.505, 0.0).is_supported() && margin(0.5, 0.0).is_supported());
+        assert_eq!(margin(0.0, 0.01).contacts, 0);
+        assert!(!margin(0.0, 0.01).is_supported());
+    }
+
+    #[test]
+    fn a_bridge_counts_both_piers_and_not_its_neighbor() {
+        let (pier, beam) = (block(DVec3::splat(0.05)), block(DVec3::new(0.3, 0.04, 0.02)));
+        let mut scene = Scenery::new(&[
+            ("pier", pier.clone(), DVec3::new(-0.1, 0.0, 0.0)),
+            ("other_pier", pier, DVec3::new(0.1, 0.0, 0.0)),
+            ("beam", beam, DVec3::new(0.0, 0.0, 0.05)),
+        ]);
+        assert!((scene.finding(2).margin_m - 0.022).abs() < 1e-6, "half the beam's width plus 2 mm");
+        // Without the second pier a block standing beside it does not carry.
+        scene.bodies[1].world_from_object.translation_m = DVec3::new(0.1755, 0.0, 0.05);
+        assert!(scene.finding(2).margin_m < 0.0);
+    }
+
+    #[test]
+    fn what_stands_on_hulls_alone_is_supported() {
+        // The coaster's hull is half a millimeter thicker than its mesh, so the visual gap is too wide.
+        let (coaster, mug) = (block(DVec3::new(0.1, 0.1, 0.004)), block(DVec3::splat(0.06)));
+        let mut scene =
+            Scenery::new(&[("coaster", coaster, DVec3::ZERO), ("mug", mug, DVec3::new(0.0, 0.0, 0.0055))]);
+        assert_eq!(scene.finding(1).contacts, 0);
+        for p in &mut scene.bodies[0].hulls[0].points {
+            p.z *= 0.0055 / 0.004;
+        }
+        assert!((scene.finding(1).margin_m - 0.032).abs() < 1e-6, "{:?}", scene.finding(1));
+    }
+}
