@@ -44,7 +44,7 @@ pub fn ports(settings: &EmbeddedSettings) -> Ports {
             photograph: settings.photograph.clone(),
         }),
         painter: Arc::new(painter::EmbeddedPainter {
-            photograph: settings.photograph,
+            photograph: settings.photograph.clone(),
             layout: settings.layout,
             painter: settings.painter,
             render: settings.render,

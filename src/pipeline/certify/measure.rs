@@ -47,7 +47,7 @@ pub(super) fn certificate(
         || {
             rayon::join(
                 || collisions(&placed, &inputs.certify, interrupt),
-                || supports(inputs, &placed, interrupt),
+                || supports(inputs, &placed, &shipped, interrupt),
             )
         },
     );
@@ -141,6 +141,7 @@ fn still(inputs: &Inputs, bodies: &[Body], interrupt: &Interrupt) -> Result<Stab
 fn supports(
     inputs: &Inputs,
     placed: &[PlacedSolid],
+    bodies: &[Body],
     interrupt: &Interrupt,
 ) -> Result<Vec<SupportFinding>, StageError> {
     (1..placed.len())
@@ -148,8 +149,7 @@ fn supports(
         .map(|index| {
             let body = &inputs.bodies[index];
             let parent = body.support.map(|(parent, _)| parent);
-            let center_of_mass_m = body.resolved.physical.mass.center_of_mass_m;
-            Ok(support(placed, index, parent, center_of_mass_m, &inputs.certify, interrupt)?)
+            Ok(support(placed, bodies, index, parent, &inputs.certify, interrupt)?)
         })
         .collect()
 }
