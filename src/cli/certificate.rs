@@ -62,13 +62,14 @@ fn objects(text: &mut String, objects: &[ObjectCertificate]) {
         if !object.watertight {
             flaws.push("not watertight");
         }
-        if object.support_margin_m.is_none_or(|margin_m| margin_m < 0.0) {
+        if object.support_margin_m.is_none_or(|margin| margin < 0.0) {
             flaws.push("not supported");
         }
+        let margin = object.support_margin_m.map_or("-".to_owned(), |m| format!("{:.1}", m * 1000.0));
         let line = format!(
-            "  {:<width$} {:>10.1} {:>10.2} {:>6.1}° {:>6}  {}",
+            "  {:<width$} {:>10} {:>10.2} {:>6.1}° {:>6}  {}",
             name_of(object),
-            object.support_margin_m.map_or(f64::NEG_INFINITY, |margin_m| 1000.0 * margin_m),
+            margin,
             object.settle_displacement_m * 1000.0,
             object.settle_rotation_rad.to_degrees(),
             object.hulls,

@@ -7,9 +7,9 @@ use super::folder::Folder;
 use super::progress::StageTime;
 use super::{Exit, Failure};
 use crate::scene::Certificate;
-use crate::store::artifacts::FileRow;
+
 use crate::store::scenes::SceneRow;
-use crate::store::{Store, StoreError};
+use crate::store::{Digest, Store, StoreError};
 
 /// Where the bundle goes.
 pub struct Target {
@@ -54,9 +54,14 @@ impl Outcome {
         target: Target,
     ) -> Result<Self, Failure> {
         let stored = |error: StoreError| Failure::new(Exit::Error, error.chain());
-        let files = store.bundle_files(&scene.id).await.map_err(stored)?;
-        let scene_id = match files.iter().find(|file| file.name == "scene.json") {
-            Some(file) => id_of(&bytes(store, file).await?)?,
+        let archive = store.archive(&scene.id, "all").await.map_err(stored)?;
+        let archive = match archive {
+            Some(row) => bytes(store, &row.digest, "the bundle").await?,
+            None => return Err(Failure::new(Exit::Error, "the finished scene has no bundle; a bug")),
+        };
+        let files = unpacked(&archive)?;
+        let scene_id = match files.iter().find(|(name, _)| name == "scene.json") {
+            Some((_, bytes)) => id_of(bytes)?,
             None => return Err(Failure::new(Exit::Error, "the finished bundle has no scene.json; a bug")),
         };
         let Target { mut folder, named, force, artifacts } = target;
@@ -66,20 +71,19 @@ impl Outcome {
         }
         folder.clear()?;
         // The manifest goes first: a folder that was left half way is recognized as a bundle.
-        let manifest_first = |file: &&FileRow| file.name != "manifest.json";
-        let mut ordered: Vec<&FileRow> = files.iter().collect();
-        ordered.sort_by_key(manifest_first);
+        let mut ordered: Vec<&(String, Vec<u8>)> = files.iter().collect();
+        ordered.sort_by_key(|(name, _)| name != "manifest.json");
         let mut certificate = None;
-        for file in ordered {
-            let bytes = bytes(store, file).await?;
-            if file.name == "report.json" {
-                certificate = serde_json::from_slice(&bytes).ok();
+        for (name, bytes) in ordered {
+            if name == "report.json" {
+                certificate = serde_json::from_slice(bytes).ok();
             }
-            folder.write(&file.name, &bytes)?;
+            folder.write(name, bytes)?;
         }
         if artifacts {
             for row in store.artifacts(&scene.id).await.map_err(stored)? {
-                folder.write(&format!("artifacts/{}", row.file.name), &bytes(store, &row.file).await?)?;
+                let bytes = bytes(store, &row.file.digest, &row.file.name).await?;
+                folder.write(&format!("artifacts/{}", row.file.name), &bytes)?;
             }
         }
         let path = |name: &str| folder.path().join(name).display().to_string();
@@ -135,11 +139,27 @@ pub fn failure_document(failure: &Failure) -> String {
     format!("{document:#}\n")
 }
 
-async fn bytes(store: &Store, file: &FileRow) -> Result<bytes::Bytes, Failure> {
-    let gone =
-        || Failure::new(Exit::Error, format!("the stored bytes of {} are gone; run it again", file.name));
-    let found = store.blobs().get(&file.digest).await;
+async fn bytes(store: &Store, digest: &Digest, what: &str) -> Result<bytes::Bytes, Failure> {
+    let gone = || Failure::new(Exit::Error, format!("the stored bytes of {what} are gone; run it again"));
+    let found = store.blobs().get(digest).await;
     found.map_err(|error| Failure::new(Exit::Error, error.chain()))?.ok_or_else(gone)
+}
+
+/// Path below the archive's one folder, and bytes, of every file.
+fn unpacked(archive: &[u8]) -> Result<Vec<(String, Vec<u8>)>, Failure> {
+    let damaged = |error: &dyn std::fmt::Display| {
+        Failure::new(Exit::Error, format!("the stored bundle cannot be unpacked: {error}; run it again"))
+    };
+    let mut archive = zip::ZipArchive::new(std::io::Cursor::new(archive)).map_err(|e| damaged(&e))?;
+    let mut files = Vec::with_capacity(archive.len());
+    for index in 0..archive.len() {
+        let mut entry = archive.by_index(index).map_err(|e| damaged(&e))?;
+        let name = entry.name().split_once('/').map_or("", |(_, name)| name).to_owned();
+        let mut bytes = Vec::new();
+        std::io::Read::read_to_end(&mut entry, &mut bytes).map_err(|e| damaged(&e))?;
+        files.push((name, bytes));
+    }
+    Ok(files)
 }
 
 fn id_of(scene: &[u8]) -> Result<String, Failure> {

@@ -10,8 +10,8 @@ pub(super) fn broken(config: &Config) -> Vec<(&'static str, String)> {
             found.push((key, detail));
         }
     };
-    let Config { server, worker, log, analyst, render, canonicalize, dro, settle, resolve, export, .. } =
-        config;
+    let Config { server, worker, log, analyst, layout, painter, descriptor, render, .. } = config;
+    let Config { canonicalize, dro, settle, resolve, export, .. } = config;
 
     rule(
         "server.listen",
@@ -51,6 +51,21 @@ pub(super) fn broken(config: &Config) -> Vec<(&'static str, String)> {
         "analyst.most_objects",
         analyst.most_objects >= analyst.fewest_objects,
         format!("{} is less than analyst.fewest_objects = {}", analyst.most_objects, analyst.fewest_objects),
+    );
+    rule(
+        "layout.least_gap_m",
+        layout.least_gap_m <= layout.gap_m,
+        format!("{} is more than layout.gap_m = {}", layout.least_gap_m, layout.gap_m),
+    );
+    rule(
+        "painter.elevation_rad",
+        painter.elevation_rad.is_sorted(),
+        "the lowest elevation comes first".into(),
+    );
+    rule(
+        "descriptor.side_px",
+        descriptor.side_px.is_multiple_of(descriptor.patches),
+        format!("{} is no multiple of descriptor.patches = {}", descriptor.side_px, descriptor.patches),
     );
     rule(
         "render.shadow_map_px",
