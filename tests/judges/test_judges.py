@@ -14,11 +14,11 @@ import sys
 import tempfile
 from pathlib import Path
 
-import manifold3d
 import numpy as np
 import trimesh
 
 import collisions
+import solids
 
 
 def edit_text(path, change):
@@ -134,12 +134,11 @@ def prop(bundle):
 
 
 def solid(mesh, at=(0, 0, 0)):
-    mesh = mesh.copy()
-    mesh.apply_translation(at)
-    part = manifold3d.Mesh(
-        vert_properties=np.asarray(mesh.vertices, dtype=np.float32), tri_verts=np.asarray(mesh.faces, dtype=np.uint32)
-    )
-    return collisions.Solid(manifold3d.Manifold(part))
+    pose = np.eye(4)
+    pose[:3, 3] = at
+    found, reason = solids.solid_of(mesh.vertices, mesh.faces, pose)
+    assert found, reason
+    return found
 
 
 def check_depths():
@@ -148,6 +147,9 @@ def check_depths():
     plate = trimesh.creation.box((0.1, 0.1, 0.002))
     ball = trimesh.creation.icosphere(subdivisions=3, radius=0.01)
     cup = trimesh.creation.annulus(0.02, 0.025, 0.08)
+    pair = trimesh.util.concatenate([block, block.copy().apply_translation((0.06, 0.02, 0.03))])
+    touching = trimesh.util.concatenate([block, block.copy().apply_translation((0.1, 0.1, 0))])
+    turned = block.copy().apply_transform(trimesh.transformations.rotation_matrix(0.7, (0, 0, 1)))
     cases = [
         ("blocks 0.5 mm deep only touch", block, block, (0, 0, 0.0995), False),
         ("blocks 2 mm deep collide", block, block, (0, 0, 0.098), True),
@@ -157,6 +159,12 @@ def check_depths():
         ("a ball in a tube does not collide", cup, ball, (0, 0, 0), False),
         ("a ball in the tube's wall does", cup, ball, (0.015, 0, 0), True),
         ("a ball inside a block is contained", block, ball, (0, 0, 0), True),
+        ("a block in its own place is contained", block, block, (0, 0, 0), True),
+        ("a ball inside two shells that overlap is contained", pair, ball, (0.03, 0.01, 0.015), True),
+        ("a ball 0.5 mm inside two shells that overlap only touches", pair, ball, (0.03, 0.01, -0.0595), False),
+        ("a ball between shells that share an edge collides", touching, ball, (0.05, 0.05, 0), True),
+        ("a turned block on a block touches", block, turned, (0, 0, 0.1 - 2e-4), False),
+        ("a plate pushed into a ball's side collides", ball, plate, (0.05, 0, 0.009), True),
     ]
     for what, a, b, at, expected in cases:
         depth = collisions.collision_depth(solid(a), solid(b, at))
