@@ -109,10 +109,10 @@ def make_sample(target: Path) -> str:
     for sentence in chosen():
         made = generate(binary, sample_folder(target, sentence), sentence.text, sentence.seed, threads=2)
         slowest = max(slowest, made.seconds)
-        wrong = differences(sentence, made.folder)
+        wrong = differences(sentence, made.folder) + made.told["reasons"]
         print(f"   {sentence.name}: {sentence.objects} objects in {made.seconds:.1f} s {'; '.join(wrong)}", flush=True)
         if wrong:
-            raise Problem(f"{sentence.name} holds {'; '.join(wrong)}")
+            raise Problem(f"{sentence.name}: {'; '.join(wrong)}")
         if sentence.threads:
             again = generate(binary, target / "sample" / "one_thread", sentence.text, sentence.seed, threads=1)
             if differing := differing_files(made.folder, again.folder):

@@ -48,8 +48,9 @@ use self::view::Viewpoint;
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct PainterSettings {
-    /// Size of the reference picture, pixels, 64..4096. More: finer masks, time in proportion.
+    /// Width of the reference picture, pixels, 64..4096. More: finer masks, time in proportion.
     pub width_px: u32,
+    /// Its height, pixels, 64..4096.
     pub height_px: u32,
     /// Horizontal field of view, radians, 0.2..1.5. More: stronger perspective.
     pub fov_x_rad: f64,

@@ -1,1 +1,2 @@
+//! Scenes painted from sentences show what the painter says they show.
 
