@@ -1,2 +1,1 @@
-//! Scenes painted from sentences show what the painter says they show.
 
