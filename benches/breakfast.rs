@@ -1,0 +1,141 @@
+//! The scene every bench works on: a breakfast of thirteen things, as the embedded painter paints it.
+//!
+//! Shipped settings, one seed, no files: what a bench measures is what a job does.
+
+// Each bench takes what it needs.
+#![allow(dead_code)]
+
+use std::sync::Arc;
+
+use tabletopgen::catalog::{self, Recipe, physical_properties};
+use tabletopgen::config::{self, Config, Sources};
+use tabletopgen::geometry::decompose::decompose;
+use tabletopgen::geometry::mesh_solid::MeshSolid;
+use tabletopgen::geometry::{Interrupt, Outline, Pose, TexturedMesh};
+use tabletopgen::physics::{Body, SupportedBy};
+use tabletopgen::provider::embedded::analyst::{self, DescribeOptions};
+use tabletopgen::provider::embedded::painter::EmbeddedPainter;
+use tabletopgen::provider::{Call, Cpu, Painter, Painting, PaintingAside};
+use tabletopgen::scene::{RecognizedObject, SceneDescription, StandsOn};
+
+pub const TEXT: &str = "A breakfast table with a bowl of three apples, a plate with a croissant on it, a glass of \
+                        water, a milk carton, a cereal box, a mug with a spoon in it and two eggs";
+pub const SEED: u64 = 22;
+
+/// The settings the program ships with.
+pub fn config() -> Config {
+    config::layers::load(Sources::default()).expect("the shipped defaults are valid").config
+}
+
+pub fn describe(config: &Config) -> SceneDescription {
+    let options = DescribeOptions { max_objects: 64, table: None };
+    analyst::describe(TEXT, SEED, &options, &config.analyst).expect("every word is known")
+}
+
+pub fn painter(config: &Config) -> EmbeddedPainter {
+    EmbeddedPainter {
+        layout: config.layout.clone(),
+        painter: config.painter.clone(),
+        render: config.render.clone(),
+        decompose: config.decompose.clone(),
+        settle: config.settle.clone(),
+        resolve: config.resolve.clone(),
+        certify: config.certify.clone(),
+    }
+}
+
+/// One core, so that figures compare between machines.
+pub fn call() -> Call {
+    Call { cpu: Cpu::new(1).expect("a pool of one thread"), interrupt: Interrupt::default() }
+}
+
+pub fn paint(painter: &EmbeddedPainter, call: &Call, description: &Arc<SceneDescription>) -> Painting {
+    let painting = painter.reference(call, description.clone(), SEED);
+    futures::executor::block_on(painting).expect("the breakfast can be painted")
+}
+
+/// The painted scene with meshes and poses.
+pub struct Breakfast {
+    pub config: Config,
+    pub painting: Painting,
+    pub table: TexturedMesh,
+    pub outline: Outline,
+    /// In the order of [`Self::objects`].
+    pub meshes: Vec<TexturedMesh>,
+    pub poses: Vec<Pose>,
+}
+
+impl Breakfast {
+    pub fn new() -> Self {
+        let config = config();
+        let painting = paint(&painter(&config), &call(), &Arc::new(describe(&config)));
+        let aside = painting.aside.as_ref().expect("our painter knows what it painted");
+        let seen = &aside.known.recognition.table;
+        let table =
+            catalog::build_table(&seen.model, seen.size_m, seen.color, seen.material.as_deref(), seen.seed)
+                .expect("a table of the catalog");
+        let meshes = aside.known.recognition.objects.iter().map(mesh).collect();
+        let truth = &aside.truth.instances;
+        let poses = truth.iter().map(|i| Pose::new(i.translation_m, i.rotation_xyzw)).collect();
+        Self { table: table.mesh, outline: table.outline_m, meshes, poses, config, painting }
+    }
+
+    pub fn aside(&self) -> &PaintingAside {
+        self.painting.aside.as_ref().expect("our painter knows what it painted")
+    }
+
+    pub fn objects(&self) -> &[RecognizedObject] {
+        &self.aside().known.recognition.objects
+    }
+
+    /// The table first, then the objects, where they stand; and their solids.
+    pub fn bodies(&self) -> (Vec<Body>, Vec<MeshSolid>) {
+        let table = std::iter::once(("table", "table", None, &self.table, Pose::IDENTITY));
+        let objects = self.objects().iter().zip(&self.meshes).zip(&self.poses).map(|((o, mesh), pose)| {
+            (o.id.as_str(), o.category.as_str(), o.material.as_deref(), mesh, *pose)
+        });
+        let made = table.chain(objects).map(|(name, category, material, mesh, world_from_object)| {
+            let hulls =
+                decompose(mesh, &self.config.decompose, &Interrupt::default()).expect("catalog meshes do");
+            let physical = physical_properties(mesh, category, material).expect("catalog meshes are closed");
+            let body = Body {
+                name: name.to_owned(),
+                hulls: hulls.hulls,
+                world_from_object,
+                mass: physical.mass,
+                friction: physical.friction,
+                restitution: physical.restitution,
+                rolling_friction_m: physical.rolling_friction_m,
+                fixed: name == "table",
+            };
+            (body, MeshSolid::new(mesh).expect("catalog meshes are closed"))
+        });
+        made.unzip()
+    }
+
+    /// Who carries each body, in the order of [`Self::bodies`].
+    pub fn supports(&self) -> Vec<Option<SupportedBy>> {
+        let index = |of: &StandsOn| match of.object() {
+            None => 0,
+            Some(id) => {
+                1 + self.objects().iter().position(|o| o.id == *id).expect("a carrier is on the table")
+            }
+        };
+        let carried = self.objects().iter().map(|object| {
+            let inside = matches!(object.stands_on, StandsOn::In(_));
+            Some(SupportedBy { parent: index(&object.stands_on), inside })
+        });
+        std::iter::once(None).chain(carried).collect()
+    }
+}
+
+fn mesh(object: &RecognizedObject) -> TexturedMesh {
+    let recipe = Recipe {
+        category: object.category.clone(),
+        size_m: object.size_m,
+        color: object.color,
+        material: object.material.clone(),
+        seed: object.seed,
+    };
+    catalog::build(&recipe).expect("a kind of the catalog")
+}

@@ -1,0 +1,45 @@
+//! The painter: a whole reference painting, and the arrangement alone.
+
+mod breakfast;
+
+use std::hint::black_box;
+use std::sync::Arc;
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use tabletopgen::catalog::category;
+use tabletopgen::geometry::Interrupt;
+use tabletopgen::provider::embedded::layout::{Thing, arrange};
+
+fn bench(criterion: &mut Criterion) {
+    let scene = breakfast::Breakfast::new();
+    let description = Arc::new(breakfast::describe(&scene.config));
+    let index = |id| description.objects.iter().position(|object| object.id == *id);
+    let things: Vec<Thing> = description
+        .objects
+        .iter()
+        .zip(&scene.meshes)
+        .map(|(object, mesh)| Thing {
+            name: object.id.to_string(),
+            category: category(&object.category).expect("a kind of the catalog"),
+            mesh,
+            relations: object
+                .relations
+                .iter()
+                .map(|relation| (relation.kind, relation.target.as_ref().and_then(index)))
+                .collect(),
+        })
+        .collect();
+    let interrupt = Interrupt::default();
+    criterion.bench_function("paint/arrange", |b| {
+        b.iter(|| {
+            arrange(black_box(&things), &scene.outline, breakfast::SEED, &scene.config.layout, &interrupt)
+        })
+    });
+    let (painter, call) = (breakfast::painter(&scene.config), breakfast::call());
+    criterion.bench_function("paint/whole", |b| {
+        b.iter(|| breakfast::paint(black_box(&painter), &call, &description))
+    });
+}
+
+criterion_group! { name = benches; config = Criterion::default().sample_size(10); targets = bench }
+criterion_main!(benches);
