@@ -72,6 +72,7 @@ pub const PROCESS_SECTIONS: [&str; 4] = ["server", "store", "worker", "log"];
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct LogSettings {
+    /// Lines for people, or JSON for machines.
     pub format: LogFormat,
     /// `tracing` directives: which lines are written. More detail costs time and disk.
     pub filter: String,

@@ -1,0 +1,135 @@
+//! Writing: every format from one scene and read back, and the archive.
+
+mod breakfast;
+
+use std::hint::black_box;
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use tabletopgen::export::{Assets, BodyAsset, Formats, Pictures, write_formats, zip_bundle};
+use tabletopgen::physics::Body;
+use tabletopgen::scene::certificate::{Metrics, Thresholds, Verdict};
+use tabletopgen::scene::finished::Frame;
+use tabletopgen::scene::instance::{Picture, SupportRelation};
+use tabletopgen::scene::request::RequestOptions;
+use tabletopgen::scene::{
+    Certificate, Input, Instance, InstanceId, Provenance, Scene, SceneRequest, Support, Table,
+};
+
+use breakfast::{Breakfast, SEED, TEXT};
+
+fn bench(criterion: &mut Criterion) {
+    let scene = Breakfast::new();
+    let (bodies, _) = scene.bodies();
+    let (finished, certificate) = (finished(&scene, &bodies), certificate(&scene));
+    let assets = Assets {
+        table: asset("table", &scene.table, &bodies[0]),
+        instances: scene
+            .objects()
+            .iter()
+            .zip(&scene.meshes)
+            .zip(&bodies[1..])
+            .map(|((object, mesh), body)| asset(&object.category, mesh, body))
+            .collect(),
+    };
+    let (pictures, settings) = (Pictures::default(), &scene.config.export);
+    let write = || write_formats(black_box(&finished), &certificate, &assets, &pictures, settings);
+    let files = write().expect("the breakfast can be written");
+    criterion.bench_function("export/formats", |b| b.iter(write));
+    criterion.bench_function("export/archive", |b| b.iter(|| zip_bundle(black_box(&files), Formats::All)));
+}
+
+fn asset(category: &str, visual: &tabletopgen::geometry::TexturedMesh, body: &Body) -> BodyAsset {
+    BodyAsset {
+        name: body.name.clone(),
+        label: body.name.clone(),
+        category: category.to_owned(),
+        visual: visual.clone().snap_to_f32(),
+        hulls: body.hulls.clone(),
+        rolling_friction_m: body.rolling_friction_m,
+        torsional_friction_m: 0.003,
+    }
+}
+
+fn finished(scene: &Breakfast, bodies: &[Body]) -> Scene {
+    let seen = &scene.aside().known.recognition;
+    let parents = scene.supports();
+    let instances = scene.objects().iter().zip(&scene.meshes).zip(1..).map(|((object, mesh), k)| {
+        let body: &Body = &bodies[k];
+        let carrier = parents[k].expect("only the table has none");
+        Instance {
+            name: InstanceId::new(&body.name).expect("a name"),
+            label: object.label.clone(),
+            category: object.category.clone(),
+            picture: Picture { bbox_px: [0, 0, 1, 1] },
+            world_from_object: body.world_from_object,
+            yaw_rad: body.world_from_object.yaw_rad(),
+            symmetry_order: 1,
+            scale: glam::DVec3::ONE,
+            size_m: mesh.size_m(),
+            mass: body.mass,
+            friction: body.friction,
+            restitution: body.restitution,
+            support: Support {
+                parent: bodies[carrier.parent].name.clone(),
+                relation: if carrier.inside { SupportRelation::In } else { SupportRelation::On },
+            },
+            hulls: body.hulls.len() as u32,
+            mesh: format!("glb/{}.glb", body.name),
+            provenance: Provenance { mesh_by: "bench".into(), licence: "CC0-1.0".into(), notes: Vec::new() },
+        }
+    });
+    let table = &bodies[0];
+    Scene {
+        format: Scene::FORMAT.into(),
+        id: "bench".into(),
+        seed: SEED,
+        request: SceneRequest {
+            version: SceneRequest::VERSION,
+            input: Input::Text { text: TEXT.into() },
+            seed: SEED,
+            options: RequestOptions::default(),
+        },
+        frame: Frame::world(),
+        camera: seen.camera,
+        table: Table {
+            name: "table".into(),
+            label: seen.table.label.clone(),
+            shape: seen.table.shape,
+            outline_m: scene.outline.clone(),
+            height_m: seen.table.size_m.z,
+            model: seen.table.model.clone(),
+            size_m: scene.table.size_m(),
+            mass: table.mass,
+            friction: table.friction,
+            restitution: table.restitution,
+            hulls: table.hulls.len() as u32,
+            mesh: "glb/table.glb".into(),
+        },
+        instances: instances.collect(),
+        metrics: METRICS,
+    }
+}
+
+const METRICS: Metrics = Metrics { col_o: 0.0, col_s: 0.0, ss: 1.0, dss_aligned: 1.0, dss_shipped: 1.0 };
+
+fn certificate(scene: &Breakfast) -> Certificate {
+    let certify = &scene.config.certify;
+    Certificate {
+        verdict: Verdict::Pass,
+        reasons: Vec::new(),
+        metrics: METRICS,
+        thresholds: Thresholds {
+            penetration_m: certify.penetration_m,
+            contact_gap_m: certify.contact_gap_m,
+            support_dilation_m: certify.support_dilation_m,
+            dss_displacement_m: certify.dss_displacement_m,
+            dss_rotation_rad: certify.dss_rotation_rad,
+            dss_duration_s: certify.dss_duration_s,
+        },
+        objects: Vec::new(),
+        collisions: Vec::new(),
+    }
+}
+
+criterion_group! { name = benches; config = Criterion::default().sample_size(10); targets = bench }
+criterion_main!(benches);
