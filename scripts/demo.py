@@ -33,7 +33,8 @@ def main() -> int:
     parser.add_argument("--picture", type=Path, default=root / "docs/demo_table.png")
     parser.add_argument("--seed", type=int, default=7)
     arguments = parser.parse_args()
-    signal.signal(signal.SIGTERM, lambda *_: (_ for _ in ()).throw(KeyboardInterrupt()))
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, signal.default_int_handler)
     log = arguments.out / "server.log"
     try:
         make_room(arguments.out)

@@ -25,6 +25,10 @@ for candidate in "${PYTHON:-}" python3.11 python3; do
 done
 [ -n "$python" ] || missing "Python 3.11 (one of the judges has no packages for later versions); install it or set PYTHON to it"
 if [ "${1:-}" != demo ]; then
+    for tool in fmt clippy; do
+        "${CARGO:-cargo}" $tool --version >/dev/null 2>&1 ||
+            missing "cargo $tool; run: rustup component add rustfmt clippy"
+    done
     "$python" -c 'import ensurepip, venv' 2>/dev/null ||
         missing "the venv module of $python (Debian: apt install python3.11-venv)"
 fi

@@ -8,6 +8,7 @@ import http.client
 import json
 import os
 import re
+import shutil
 import signal
 import socket
 import subprocess
@@ -19,6 +20,7 @@ from pathlib import Path
 # A cold start makes the database and checks the catalog; both take well under a second.
 START_SECONDS = 60
 STOP_SECONDS = 45
+FULL_BYTES = 5_000_000
 ENDED = ("job_succeeded", "job_failed", "job_cancelled")
 
 
@@ -38,8 +40,9 @@ class Server:
         self.start()
         return self
 
-    def __exit__(self, *_):
-        self.stop()
+    def __exit__(self, kind, *_):
+        # Somebody at the keyboard does not want to wait for stages to finish.
+        self.stop(5 if kind is KeyboardInterrupt else STOP_SECONDS)
 
     def start(self):
         """Returns when the server takes work."""
@@ -89,16 +92,19 @@ class Server:
                     self.port = int(found.group(1))
                     announced.set()
 
-    def stop(self):
-        """Asks it to end (it drains first), then insists."""
+    def stop(self, patience=STOP_SECONDS):
+        """Asks it to end (it drains first), then insists; it is gone afterwards in any case."""
         if self.process is None or self.process.poll() is not None:
             return
-        self.process.send_signal(signal.SIGTERM)
         try:
-            self.process.wait(STOP_SECONDS)
+            self.process.send_signal(signal.SIGTERM)
+            self.process.wait(patience)
         except subprocess.TimeoutExpired:
             self.kill()
-            raise Problem(f"the server did not stop within {STOP_SECONDS} s of SIGTERM and was killed\n{self.words()}")
+            if patience == STOP_SECONDS:
+                raise Problem(f"the server did not stop within {patience} s of SIGTERM and was killed\n{self.words()}")
+        finally:
+            self.kill()
 
     def kill(self):
         """kill -9, and waits until the process is gone."""
@@ -119,6 +125,12 @@ class Server:
         if code is not None:
             how = f"by signal {signal.Signals(-code).name}" if code < 0 else f"with exit code {code}"
             raise Problem(f"the server ended {how} {when}\n{self.words()}")
+
+    def _check_disk(self):
+        """A server whose disk is full waits for room; nobody else need wait with it."""
+        free = shutil.disk_usage(self.data).free
+        if free < FULL_BYTES:
+            raise Problem(f"the disk of {self.data} is full ({free // 1000} kB left); free some space, or set TMPDIR")
 
     def request(self, method, path, body=None, headers=None, timeout=60):
         """(status, headers, bytes)."""
@@ -190,6 +202,7 @@ class Server:
                 raise Problem(f"the events of job {job_id} were refused: {refusal(response.read())}")
             data = []
             while line := response.readline():
+                self._check_disk()
                 if deadline is not None and time.monotonic() > deadline:
                     raise Problem(f"job {job_id} was not done in time\n{self.words()}")
                 line = line.rstrip(b"\r\n")

@@ -318,7 +318,7 @@ pub(super) fn whisk(order: &mut Order) -> TexturedMesh {
     let turn = DQuat::from_rotation_x(tilt);
     let parts: Vec<_> = parts.into_iter().map(|(solid, look)| (solid.rotated(turn), look)).collect();
     let low = |solid: &Solid| solid.positions.iter().map(|p| p.z).fold(f64::INFINITY, f64::min);
-    let floor = low(&parts[0].0).max(low(&parts[4].0)) + 0.0004;
+    let floor = low(&parts[1].0).max(low(&parts[4].0)) + 0.0004;
     let mut mesh = TexturedMesh::default();
     for (solid, look) in parts {
         mesh.add(flattened(solid, floor), look);
