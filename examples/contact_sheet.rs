@@ -1,0 +1,237 @@
+//! Paints every category and every table model of the catalog, labelled, onto sheets, and a few sentences
+//! as whole scenes: `cargo run --release --example contact_sheet -- OUT_DIR [things|scenes] [SENTENCE]...`.
+//!
+//! With `RUST_LOG=tabletopgen=debug` the painter says how long each of its steps takes.
+
+use std::error::Error;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Instant;
+
+use rayon::prelude::*;
+use tabletopgen::catalog::{Recipe, build, build_table, categories, table_models};
+use tabletopgen::export::png::encode_png;
+use tabletopgen::geometry::decompose::DecomposeSettings;
+use tabletopgen::geometry::{Camera, DVec3, Image, Interrupt, Pose, TexturedMesh};
+use tabletopgen::physics::{CertifySettings, ResolveSettings, SettleSettings};
+use tabletopgen::provider::embedded::analyst::{self, DescribeOptions, describe};
+use tabletopgen::provider::embedded::layout::LayoutSettings;
+use tabletopgen::provider::embedded::painter::{EmbeddedPainter, PainterSettings};
+use tabletopgen::provider::{Call, Cpu, Painter};
+use tabletopgen::render::overlay::sheet;
+use tabletopgen::render::{Background, Lighting, RenderObject, RenderScene, RenderSettings, View, render};
+
+/// Four families, and tables of other shapes.
+const SENTENCES: &[&str] = &[
+    "an office desk",
+    "a dinner for two",
+    "a workbench with a hammer, three screwdrivers, pliers and a wrench",
+    "a sewing table",
+    "a round breakfast table",
+    "a hobby desk",
+    "a stack of three books with a mug on top, a desk lamp and four pencils in a pen holder",
+    "tea time on an oval table",
+    "a triangular table with a bowl of apples, a vase and two candles",
+    "game night",
+    "a kidney-shaped table with a laptop, a mouse to its right and a mug with a spoon in it",
+    "a painting table",
+    "a mechanic's bench",
+    "kitchen table with a cutting board, two tomatoes on the board, a frying pan and four eggs in a bowl",
+    "coffee table in the living room",
+    "four plates around a vase, each with a fork and a knife",
+];
+
+const RENDER: RenderSettings =
+    RenderSettings { supersampling: 2, shadow_map_px: 1024, sky_directions: 24, sky_map_px: 192 };
+
+fn main() -> Result<(), Box<dyn Error>> {
+    tracing_subscriber::fmt().with_env_filter(tracing_subscriber::EnvFilter::from_default_env()).init();
+    let mut arguments = std::env::args().skip(1);
+    let out: PathBuf = arguments.next().ok_or("say where to write: contact_sheet OUT_DIR")?.into();
+    let what = arguments.next();
+    std::fs::create_dir_all(&out)?;
+    if what.as_deref() != Some("scenes") {
+        things(&out)?;
+    }
+    if what.as_deref() != Some("things") {
+        let own: Vec<String> = arguments.collect();
+        let sentences: Vec<&str> =
+            if own.is_empty() { SENTENCES.to_vec() } else { own.iter().map(String::as_str).collect() };
+        let failures = scenes(&out, &sentences)?;
+        if failures > 0 {
+            return Err(format!("{failures} sentences were not painted").into());
+        }
+    }
+    Ok(())
+}
+
+/// One sheet per family of categories and one of tables.
+fn things(out: &Path) -> Result<(), Box<dyn Error>> {
+    let families = ["dining_kitchen", "office_living", "workbench_utility", "crafting_hobby"];
+    for family in families {
+        let kinds: Vec<_> = categories().iter().filter(|kind| kind.families[0] == family).collect();
+        let pictures: Vec<Option<(Image, String)>> = kinds
+            .par_iter()
+            .map(|kind| {
+                let size_m = kind.size.typical_m();
+                let recipe =
+                    Recipe { category: kind.name.clone(), size_m, color: None, material: None, seed: 7 };
+                build(&recipe).map(|mesh| (portrait(&mesh, 0.0), kind.label.clone()))
+            })
+            .collect();
+        write_sheet(&out.join(format!("catalog_{family}.png")), &pictures)?;
+    }
+    let tables: Vec<Option<(Image, String)>> = table_models()
+        .par_iter()
+        .map(|model| {
+            let size_m = 0.5 * (model.low_m + model.high_m);
+            build_table(model.name, size_m, None, None, 3)
+                .map(|table| (portrait(&table.mesh, -size_m.z), model.label.to_owned()))
+        })
+        .collect();
+    write_sheet(&out.join("catalog_tables.png"), &tables)
+}
+
+fn write_sheet(path: &Path, pictures: &[Option<(Image, String)>]) -> Result<(), Box<dyn Error>> {
+    let cells: Vec<(&Image, &str)> =
+        pictures.iter().flatten().map(|(p, label)| (p, label.as_str())).collect();
+    std::fs::write(path, encode_png(&sheet(&cells, 8, 200)))?;
+    Ok(())
+}
+
+/// The mesh from the front left, filling the frame.
+fn portrait(mesh: &TexturedMesh, floor_z_m: f64) -> Image {
+    let (low, high) = mesh.bounds();
+    let middle: DVec3 = 0.5 * (low + high);
+    let distance_m = 1.75 * (high - low).length();
+    let camera = Camera::orbit(400, 400, 0.6, middle, -0.5, 0.6, distance_m);
+    let scene = RenderScene {
+        objects: vec![RenderObject { mesh, world_from_object: Pose::IDENTITY, id: 1 }],
+        lighting: Lighting::studio(0.9, 0.95, 0.7),
+        background: Background::light_with_floor(floor_z_m),
+    };
+    render(&scene, &View::Perspective(camera), &RENDER).color
+}
+
+/// The painter with the settings of a usual server.
+fn painter() -> EmbeddedPainter {
+    EmbeddedPainter {
+        layout: LayoutSettings {
+            attempts: 60,
+            candidates: 90,
+            gap_m: 0.018,
+            least_gap_m: 0.005,
+            edge_margin_m: 0.02,
+            jitter_rad: 0.05,
+            whim: 0.5,
+        },
+        painter: PainterSettings {
+            width_px: 960,
+            height_px: 720,
+            fov_x_rad: 0.61,
+            elevation_rad: [0.5, 1.1],
+            azimuth_rad: 0.42,
+            frame_margin: 0.05,
+            views: 8,
+            least_visible_share: 0.3,
+            arrangements: 4,
+            alone_px: 320,
+            top_px: 800,
+        },
+        render: RENDER,
+        decompose: DecomposeSettings {
+            convex_tolerance_m: 0.0005,
+            resolution: 48,
+            concavity: 0.002,
+            max_hulls_per_shell: 32,
+            max_vertices: 64,
+            min_thickness_m: 0.001,
+            merge_tolerance: 0.01,
+            excess_spacing_m: 0.004,
+        },
+        settle: SettleSettings {
+            duration_s: 5.0,
+            steps_per_s: 240.0,
+            solver_iterations: 8,
+            contact_frequency_hz: 350.0,
+            length_unit_m: 0.02,
+            allowed_penetration_m: 0.0001,
+            rolling_damping_per_s_m: 10_000.0,
+            damping_per_s: 0.05,
+            rest_speed_m_s: 0.0005,
+            rest_time_s: 0.25,
+        },
+        resolve: ResolveSettings {
+            clearances_m: vec![0.0005, 0.001, 0.002, 0.004],
+            separation_passes: 60,
+            directions: 16,
+            outline_margin_m: 0.002,
+            container_depth_share: 0.3,
+            rest_displacement_m: 0.001,
+            rest_rotation_rad: 0.01,
+            settles: 3,
+            fallen_rotation_rad: 0.5236,
+        },
+        certify: CertifySettings {
+            penetration_m: 0.001,
+            wall_share: 0.25,
+            least_wall_m: 0.0004,
+            sample_spacing_m: 0.001,
+            contact_gap_m: 0.001,
+            support_dilation_m: 0.002,
+            carrying_slope: 0.2,
+            dss_displacement_m: 0.03,
+            dss_rotation_rad: 0.5236,
+            dss_duration_s: 5.0,
+        },
+    }
+}
+
+/// Paints each sentence; the number of those that failed.
+fn scenes(out: &Path, sentences: &[&str]) -> Result<usize, Box<dyn Error>> {
+    let painter = painter();
+    let call = Call { cpu: Cpu::new(0)?, interrupt: Interrupt::default() };
+    let settings = analyst::Settings {
+        max_text_chars: 4000,
+        fewest_objects: 8,
+        most_objects: 15,
+        kinds_that_close_a_text: 3,
+        table_area_per_footprint: 3.0,
+    };
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+    let mut failures = 0;
+    let mut report = String::new();
+    for (number, sentence) in sentences.iter().enumerate() {
+        let seed = number as u64 + 1;
+        let described =
+            describe(sentence, seed, &DescribeOptions { max_objects: 64, table: None }, &settings)?;
+        let count = described.objects.len();
+        let start = Instant::now();
+        let painted = runtime.block_on(painter.reference(&call, Arc::new(described), seed));
+        let seconds = start.elapsed().as_secs_f64();
+        match painted {
+            Ok(painting) => {
+                std::fs::write(out.join(format!("scene_{number:02}.png")), encode_png(&painting.picture))?;
+                if let Some(aside) = &painting.aside {
+                    std::fs::write(out.join(format!("top_{number:02}.png")), encode_png(&aside.top.picture))?;
+                    let alone: Vec<(&Image, &str)> = aside
+                        .alone
+                        .iter()
+                        .map(|alone| (&alone.completion.picture, alone.id.as_str()))
+                        .collect();
+                    std::fs::write(
+                        out.join(format!("alone_{number:02}.png")),
+                        encode_png(&sheet(&alone, 6, 200)),
+                    )?;
+                }
+                report += &format!("{number:02} {seconds:6.2} s {count:3} objects  {sentence}\n");
+            }
+            Err(error) => {
+                failures += 1;
+                report += &format!("{number:02} {seconds:6.2} s {count:3} objects  {sentence}: {error}\n");
+            }
+        }
+    }
+    std::fs::write(out.join("scenes.txt"), report)?;
+    Ok(failures)
+}
