@@ -154,7 +154,8 @@ fn unpacked(archive: &[u8]) -> Result<Vec<(String, Vec<u8>)>, Failure> {
     let mut files = Vec::with_capacity(archive.len());
     for index in 0..archive.len() {
         let mut entry = archive.by_index(index).map_err(|e| damaged(&e))?;
-        let name = entry.name().split_once('/').map_or("", |(_, name)| name).to_owned();
+        let path = entry.name().map_err(|e| damaged(&e))?.into_owned();
+        let name = path.split_once('/').map_or("", |(_, name)| name).to_owned();
         let mut bytes = Vec::new();
         std::io::Read::read_to_end(&mut entry, &mut bytes).map_err(|e| damaged(&e))?;
         files.push((name, bytes));
