@@ -120,7 +120,11 @@ impl Problem {
 
     /// A body that can be read but not accepted.
     pub fn invalid(errors: Vec<FieldError>) -> Self {
-        let places: Vec<&str> = errors.iter().map(|error| error.pointer.as_str()).collect();
+        let place = |error: &FieldError| match error.pointer.as_str() {
+            "" => "the body".to_owned(),
+            pointer => pointer.to_owned(),
+        };
+        let places: Vec<String> = errors.iter().map(place).collect();
         let detail = format!("correct {} and send it again", places.join(", "));
         Self { kind: ProblemType::InvalidRequest, code: "invalid_body", detail, errors }
     }

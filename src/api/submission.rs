@@ -156,6 +156,12 @@ pub fn parse<T: for<'de> Deserialize<'de>>(bytes: &[u8]) -> Result<T, Problem> {
         Problem::new(ProblemType::MalformedRequest, "malformed_json", format!("the body is no JSON: {error}"))
     };
     let value: Value = serde_json::from_slice(bytes).map_err(malformed)?;
+    // Serde reads a list as a struct's fields in order; the contract does not.
+    for pointer in ["", "/image", "/options", "/options/table", "/options/metric_anchor"] {
+        if value.pointer(pointer).is_some_and(Value::is_array) {
+            return Err(Problem::invalid(vec![FieldError::new(pointer, "must be an object, not a list")]));
+        }
+    }
     serde_path_to_error::deserialize(value).map_err(|error| {
         let mut pointer = String::new();
         for segment in error.path() {

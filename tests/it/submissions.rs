@@ -116,7 +116,9 @@ async fn bad_json_is_refused_with_advice_and_nothing_is_enqueued() {
         (0..33).map(|i| (format!("k{i}"), json!("v"))).collect::<serde_json::Map<_, _>>().into();
     for (body, status, code, pointer) in [
         (json!({}), 422, "invalid_body", ""),
-        (json!([1]), 422, "invalid_body", ""),
+        (json!(["a mug"]), 422, "invalid_body", ""),
+        (json!("a mug"), 422, "invalid_body", ""),
+        (json!({ "text": "a", "options": [] }), 422, "invalid_body", "/options"),
         (json!({ "text": "a", "image": { "base64": small } }), 422, "invalid_body", ""),
         (json!({ "text": "  \n " }), 422, "invalid_body", "/text"),
         (json!({ "text": long }), 422, "invalid_body", "/text"),
