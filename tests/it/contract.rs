@@ -40,7 +40,7 @@ fn the_document_lists_every_problem_type() {
 
 #[test]
 fn references_lead_somewhere() {
-    fn walk(value: &Value) {
+    fn walk(value: &'static Value) {
         if let Some(target) = value["$ref"].as_str() {
             assert!(!resolve(value).is_null(), "{target}");
         }

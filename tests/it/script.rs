@@ -11,7 +11,8 @@ use serde::{Deserialize, Serialize};
 use tabletopgen::pipeline::checkpoint::{ArtifactRef, Stage, StageContext};
 use tabletopgen::pipeline::error::StageError;
 use tabletopgen::scene::{InstanceId, SceneRequest};
-use tabletopgen::worker::{ArchiveRow, BuildScene, BuiltScene, FileRow, JobContext};
+use tabletopgen::store::artifacts::{ArchiveRow, FileRow};
+use tabletopgen::worker::{BuildScene, BuiltScene, JobContext};
 use tokio::sync::Semaphore;
 
 pub const ALPHA: Stage = Stage { name: "alpha", version: 1 };
