@@ -27,8 +27,8 @@ pub use error::{Port, ProviderError};
 pub use feature_extractor::FeatureExtractor;
 pub use mesh_generator::{MeshGenerator, RawMesh, RawTable, ReconstructionRequest};
 pub use painter::{
-    Alone, Completion, CompletionRequest, KnownPicture, KnownTop, Painter, Painting, PaintingAside, Reference,
-    TopPicture, TopViewRequest, Truth, TruthInstance,
+    Alone, Completion, CompletionRequest, KnownPicture, KnownTop, Painter, Painting, PaintingAside,
+    Reference, TopPicture, TopViewRequest, Truth, TruthInstance,
 };
 pub use segmenter::{Segmenter, TopBoxes};
 

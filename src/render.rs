@@ -12,6 +12,7 @@
 
 mod bands;
 mod environment;
+mod floor_light;
 mod frame;
 mod light_map;
 pub mod lighting;

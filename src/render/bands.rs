@@ -78,11 +78,11 @@ pub fn paint(scene: &RenderScene, view: &View, settings: &RenderSettings) -> Fra
             let mut linear = match &opaque {
                 Some(opaque) => {
                     let band = draw(opaque, index, width, rows, samples as usize);
-                    let mut linear = shaded(&band, &fine, &shader);
+                    let mut linear = shaded(&band, &fine, &shader, samples as usize);
                     blend_glass(&mut linear, &band, &glass, index, &fine.lens, &shader);
                     linear
                 }
-                None => shaded(&front, &fine, &shader),
+                None => shaded(&front, &fine, &shader, 1),
             };
             linear.iter_mut().for_each(|c| *c = compress(*c));
             strip.rgba = averaged(&linear, width, rows, samples as usize);
@@ -133,25 +133,49 @@ fn measured(
     strip
 }
 
-/// Linear color of each sample of the band, glass left out.
-fn shaded(band: &Band, projection: &Projection, shader: &Shader) -> Vec<Vec3> {
+/// Linear color of each sample of the band, glass left out. Light and texture vary slowly over one surface
+/// and textures are filtered to a pixel's size, so a pixel that shows one surface is shaded once; only pixels
+/// on an edge are shaded at every sample.
+fn shaded(band: &Band, projection: &Projection, shader: &Shader, samples: usize) -> Vec<Vec3> {
     let lens = &projection.lens;
-    let mut linear = Vec::with_capacity(band.width_px * band.rows);
-    for row in 0..band.rows {
+    let (width, stride) = (band.width_px / samples, band.width_px);
+    let mut linear = vec![Vec3::ZERO; stride * band.rows];
+    let color = |x: usize, row: usize, across: usize| {
         let y = band.first_row + row;
-        for x in 0..band.width_px {
-            let (px, py) = (x as f32 + 0.5, y as f32 + 0.5);
-            let (source, key) = band.at(x, row);
-            let turn_rad = grain(x, y);
-            linear.push(if source == NOTHING {
-                shader.backdrop(py / projection.height_px as f32, lens, px, py, turn_rad)
-            } else {
-                let surface = shader.surface(source, lens, px, py);
-                shader.color(&surface, lens.pixel_size_m(lens.depth_of(key)), turn_rad)
-            });
+        let middle = 0.5 * across as f32;
+        let (px, py) = (x as f32 + middle, y as f32 + middle);
+        let (source, key) = band.at(x + across / 2, row + across / 2);
+        let turn_rad = grain(x / across, y / across);
+        if source == NOTHING {
+            shader.backdrop(py / projection.height_px as f32, lens, px, py, turn_rad)
+        } else {
+            let surface = shader.surface(source, lens, px, py);
+            shader.color(&surface, across as f32 * lens.pixel_size_m(lens.depth_of(key)), turn_rad)
+        }
+    };
+    for row in (0..band.rows).step_by(samples) {
+        for x in (0..width).map(|x| x * samples) {
+            let once = samples > 1 && shows_one_surface(band, shader, x, row, samples);
+            let whole = once.then(|| color(x, row, samples));
+            for v in row..row + samples {
+                for u in x..x + samples {
+                    linear[v * stride + u] = whole.unwrap_or_else(|| color(u, v, 1));
+                }
+            }
         }
     }
     linear
+}
+
+/// Whether all samples of the pixel see the backdrop, or one smooth piece of one material.
+fn shows_one_surface(band: &Band, shader: &Shader, x: usize, row: usize, samples: usize) -> bool {
+    let (first, _) = band.at(x, row);
+    (row..row + samples).all(|v| {
+        (x..x + samples).all(|u| {
+            let (source, _) = band.at(u, v);
+            source == first || (source != NOTHING && first != NOTHING && shader.continues(first, source))
+        })
+    })
 }
 
 /// Lays the see-through triangles over the samples, farthest first.

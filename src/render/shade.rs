@@ -7,6 +7,7 @@
 use glam::{Mat3A, Vec2, Vec3, Vec3A};
 
 use super::environment::Environment;
+use super::floor_light::FloorLight;
 use super::prepare::Prepared;
 use super::projection::Lens;
 use super::texture_map::TextureMap;
@@ -29,6 +30,7 @@ pub struct Shader<'a> {
     prepared: &'a Prepared,
     environment: Environment,
     background: Background,
+    floor_light: Option<FloorLight>,
     world_from_camera: glam::Affine3A,
     world_from_object: Vec<Mat3A>,
     looks: Vec<Look>,
@@ -80,9 +82,14 @@ impl<'a> Shader<'a> {
         use rayon::prelude::*;
         let textures = known.par_iter().map(|texture| TextureMap::new(texture)).collect();
         let turn = |object: &RenderObject| Mat3A::from_quat(object.world_from_object.rotation.as_quat());
+        let floor_light = scene
+            .background
+            .floor
+            .map(|floor| FloorLight::new(&scene.objects, &environment, floor.z_m as f32));
         Self {
             objects: &scene.objects,
             prepared,
+            floor_light,
             environment,
             background: scene.background,
             world_from_camera,
@@ -136,6 +143,20 @@ impl<'a> Shader<'a> {
             uv_density: uv_area / cross.length().max(1e-20),
             look: self.first_look[object] + source.material as usize,
         }
+    }
+
+    /// Whether two triangles belong to one smooth piece of one material: same object, same material, and
+    /// planes within about 15 degrees.
+    pub fn continues(&self, a: u32, b: u32) -> bool {
+        let (a, b) = (&self.prepared.sources[a as usize], &self.prepared.sources[b as usize]);
+        if a.object != b.object || a.material != b.material {
+            return false;
+        }
+        let normal = |source: &super::prepare::SourceTriangle| {
+            let [p, q, r] = source.vertices.map(|v| self.prepared.camera_points[v as usize]);
+            (q - p).cross(r - p).normalize_or_zero()
+        };
+        normal(a).dot(normal(b)) > 0.965
     }
 
     /// Linear light leaving an opaque surface point toward the eye.
@@ -224,7 +245,8 @@ impl<'a> Shader<'a> {
         let up = Vec3A::Z;
         let key = lighting.key_color * self.environment.toward_key.z.max(0.0);
         let reaching = self.environment.key_visibility(point, up, turn_rad);
-        let arriving = key * reaching + self.environment.sky_light(point, up).diffuse;
+        let sky = self.floor_light.as_ref().map_or(lighting.sky_color, |light| light.at(point));
+        let arriving = key * reaching + sky;
         color * (arriving / (key + lighting.sky_color).max(Vec3::splat(1e-3))).min(Vec3::ONE)
     }
 }

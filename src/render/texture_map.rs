@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
+use super::light_map::floor;
 use super::tone::{LINEAR_OF_SRGB, encode_srgb};
 use crate::geometry::{Image, Texture};
 
@@ -46,12 +47,11 @@ impl TextureMap {
 #[inline]
 fn bilinear(image: &Image, uv: glam::Vec2) -> Vec3 {
     let (width, height) = (image.width_px() as usize, image.height_px() as usize);
-    let x = (uv.x - uv.x.floor()) * width as f32 - 0.5;
-    let y = (1.0 - (uv.y - uv.y.floor())) * height as f32 - 0.5;
-    let (fx, fy) = (x.floor(), y.floor());
-    let (tx, ty) = (x - fx, y - fy);
-    let wrap = |c: f32, size: usize| {
-        let c = c as i64;
+    let x = (uv.x - floor(uv.x) as f32) * width as f32 - 0.5;
+    let y = (1.0 - (uv.y - floor(uv.y) as f32)) * height as f32 - 0.5;
+    let (fx, fy) = (floor(x), floor(y));
+    let (tx, ty) = (x - fx as f32, y - fy as f32);
+    let wrap = |c: i32, size: usize| {
         if c < 0 {
             size - 1
         } else if c as usize >= size {
@@ -60,8 +60,8 @@ fn bilinear(image: &Image, uv: glam::Vec2) -> Vec3 {
             c as usize
         }
     };
-    let (x0, x1) = (wrap(fx, width), wrap(fx + 1.0, width));
-    let (y0, y1) = (wrap(fy, height), wrap(fy + 1.0, height));
+    let (x0, x1) = (wrap(fx, width), wrap(fx + 1, width));
+    let (y0, y1) = (wrap(fy, height), wrap(fy + 1, height));
     let bytes = image.as_rgba();
     let texel = |x: usize, y: usize| {
         let at = (y * width + x) * 4;

@@ -132,8 +132,7 @@ impl View {
 
 /// Least and greatest x and y.
 fn extremes(points: impl Iterator<Item = DVec2>) -> [f64; 4] {
-    let (low, high) =
-        points.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(l, h), p| (l.min(p), h.max(p)));
+    let (low, high) = points.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(l, h), p| (l.min(p), h.max(p)));
     [low.x, low.y, high.x, high.y]
 }
 

@@ -8,10 +8,10 @@ mod rim;
 
 use glam::DVec2;
 
+use super::VisionSettings;
 use super::pixels::Pixels;
 use super::polygon::{area, crossing, enclosed_by, hull_of_pixels, overlap};
 use super::surface::{Candidate, Surface};
-use super::VisionSettings;
 
 /// Shape of the top as seen.
 #[derive(Clone, Debug, PartialEq)]
@@ -143,9 +143,8 @@ fn step_at(
     settings: &VisionSettings,
 ) -> Option<f64> {
     const REACH: i32 = 9;
-    let bare: Vec<bool> = (-REACH..=REACH)
-        .map(|d| is_bare(pixels, surface, p + f64::from(d) * outward, settings))
-        .collect();
+    let bare: Vec<bool> =
+        (-REACH..=REACH).map(|d| is_bare(pixels, surface, p + f64::from(d) * outward, settings)).collect();
     let total = bare.iter().filter(|&&b| b).count() as i32;
     // Bare before the split and not bare after it.
     let (mut best, mut best_score, mut before) = (0, i32::MIN, 0);

@@ -155,7 +155,9 @@ fn table_top(
     for candidate in surface::candidates(pixels, foreground, settings, interrupt)? {
         for share in OPENINGS {
             interrupt.check()?;
-            let Some(candidate) = candidate.opened(pixels, (share * pixels.width as f64) as f32) else { continue };
+            let Some(candidate) = candidate.opened(pixels, (share * pixels.width as f64) as f32) else {
+                continue;
+            };
             let Some(hypothesis) = outline::read(pixels, &candidate, settings) else { continue };
             if hypothesis.area < smallest || covered(pixels, foreground, &hypothesis.seen) < LEAST_COVERED {
                 continue;
@@ -212,12 +214,7 @@ fn whole_picture(camera: &Camera, width_px: u32, height_px: u32, scale: f64) -> 
 }
 
 /// Height of the top above the floor: the lowest foreground pixel is taken for a foot near the front edge.
-fn table_height(
-    pixels: &Pixels,
-    foreground: &[bool],
-    found: &camera_fit::Found,
-    seen: &Seen,
-) -> Option<f64> {
+fn table_height(pixels: &Pixels, foreground: &[bool], found: &camera_fit::Found, seen: &Seen) -> Option<f64> {
     let w = pixels.width;
     let row = |y: usize| foreground[y * w..(y + 1) * w].iter().filter(|&&f| f).count();
     let lowest = (0..pixels.height).rev().find(|&y| row(y) >= 3)?;
@@ -311,7 +308,6 @@ fn mean_color(pixels: &Pixels, indices: &[usize]) -> Rgb {
     }))
 }
 
-
 /// The picture with the outline that was found drawn on it, for looking at refusals.
 #[cfg(test)]
 pub(in crate::vision) fn outlined(picture: &Image, settings: &VisionSettings) -> Image {
@@ -326,18 +322,21 @@ pub(in crate::vision) fn outlined(picture: &Image, settings: &VisionSettings) ->
     for candidate in opened {
         let mut bare = vec![false; pixels.len()];
         candidate.bare.iter().for_each(|&k| bare[k] = true);
-        let mask = pixels.enlarged(
-            &bare,
-            picture.width_px(),
-            picture.height_px(),
-        );
+        let mask = pixels.enlarged(&bare, picture.width_px(), picture.height_px());
         crate::render::overlay::tint_mask(&mut image, &mask, [0, 255, 255, 255], 0.3);
         if let Some(found) = outline::read(&pixels, &candidate, settings) {
             let polygon: Vec<DVec2> = found.seen.polygon().iter().map(|p| *p / pixels.scale).collect();
             crate::render::overlay::draw_polyline(&mut image, &polygon, true, [255, 0, 0, 255], 2.0);
             let text = format!("fit {:.3} clean {:.3}", found.fit, found.clean);
             let at = polygon.iter().sum::<DVec2>() / polygon.len() as f64;
-            crate::render::overlay::draw_text(&mut image, at.x as i64, at.y as i64, &text, 2, [255, 0, 0, 255]);
+            crate::render::overlay::draw_text(
+                &mut image,
+                at.x as i64,
+                at.y as i64,
+                &text,
+                2,
+                [255, 0, 0, 255],
+            );
         }
     }
     image

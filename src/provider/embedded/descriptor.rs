@@ -39,8 +39,7 @@ mod tests {
 
     #[tokio::test]
     async fn every_picture_gets_its_unit_vector() {
-        let settings =
-            DescriptorSettings { patches: 4, side_px: 32, orientations: 6, color_share: 0.5 };
+        let settings = DescriptorSettings { patches: 4, side_px: 32, orientations: 6, color_share: 0.5 };
         let extractor = EmbeddedFeatureExtractor { settings };
         assert_eq!(extractor.adapter().name, "embedded/descriptor");
         let call = Call { cpu: Cpu::new(2).expect("a pool"), interrupt: Interrupt::default() };

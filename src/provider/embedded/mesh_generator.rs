@@ -42,12 +42,10 @@ impl MeshGenerator for EmbeddedMeshGenerator {
                 material: object.material.clone(),
                 seed: object.seed,
             };
-            let mesh = catalog::build(&recipe).ok_or_else(|| {
-                ProviderError::Unsupported {
-                    port: Port::MeshGenerator,
-                    adapter: CATALOG.into(),
-                    reason: format!("{:?} is no category of the catalog", object.category),
-                }
+            let mesh = catalog::build(&recipe).ok_or_else(|| ProviderError::Unsupported {
+                port: Port::MeshGenerator,
+                adapter: CATALOG.into(),
+                reason: format!("{:?} is no category of the catalog", object.category),
             })?;
             Ok(RawMesh {
                 mesh: turned(mesh, request.seed),

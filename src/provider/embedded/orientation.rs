@@ -44,7 +44,10 @@ mod tests {
     #[test]
     fn the_longest_edge_becomes_one_and_seeds_differ() {
         let mut mesh = TexturedMesh::default();
-        mesh.add(shapes::block(DVec3::new(0.3, 0.2, 0.1)), &Material::plain("paint", Rgb::hex(0x808080), 0.5));
+        mesh.add(
+            shapes::block(DVec3::new(0.3, 0.2, 0.1)),
+            &Material::plain("paint", Rgb::hex(0x808080), 0.5),
+        );
         let sizes: Vec<DVec3> = (0..12).map(|seed| turned(mesh.clone(), seed).size_m()).collect();
         assert!(sizes.iter().all(|size| (size.max_element() - 1.0).abs() < 1e-9));
         assert!(sizes.iter().any(|size| (*size - sizes[0]).length() > 0.1));

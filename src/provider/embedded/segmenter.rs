@@ -64,11 +64,7 @@ fn bounds_px(mask: &Mask) -> Option<[f64; 4]> {
 }
 
 fn unknown(reason: &str) -> ProviderError {
-    ProviderError::Unsupported {
-        port: Port::Segmenter,
-        adapter: NAME.into(),
-        reason: reason.into(),
-    }
+    ProviderError::Unsupported { port: Port::Segmenter, adapter: NAME.into(), reason: reason.into() }
 }
 
 fn rejected(reason: String) -> ProviderError {

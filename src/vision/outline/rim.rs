@@ -24,7 +24,8 @@ pub(super) fn off_quad(pixels: &Pixels, corners: [DVec2; 4]) -> [DVec2; 4] {
         if outward.y < 0.35 {
             return (a, b);
         }
-        let points: Vec<DVec2> = (0..200).map(|j| a + (b - a) * (0.06 + 0.88 * f64::from(j) / 199.0)).collect();
+        let points: Vec<DVec2> =
+            (0..200).map(|j| a + (b - a) * (0.06 + 0.88 * f64::from(j) / 199.0)).collect();
         let up = DVec2::new(0.0, -rim_height(pixels, &points, HIGHEST_RIM * size).unwrap_or(0.0));
         (a + up, b + up)
     });
@@ -56,7 +57,9 @@ fn rim_height(pixels: &Pixels, points: &[DVec2], highest: f64) -> Option<f64> {
         .map(|d| {
             let seen: Vec<[f32; 3]> = points
                 .iter()
-                .filter_map(|p| pixels.index_at(*p - DVec2::new(0.0, d as f64)).map(|index| pixels.lab[index]))
+                .filter_map(|p| {
+                    pixels.index_at(*p - DVec2::new(0.0, d as f64)).map(|index| pixels.lab[index])
+                })
                 .collect();
             std::array::from_fn(|c| {
                 let mut values: Vec<f32> = seen.iter().map(|lab| lab[c]).collect();

@@ -28,7 +28,8 @@ pub(super) fn fit(seen: &Seen, silhouette: &Silhouette, camera: &Camera) -> Opti
         [(radius, 1.0, 1.0), (radius, 1.0, 0.1), (radius, 0.5, 0.6), (0.6 * radius, 1.0, 1.0)]
     {
         let center = seen.contact + start_radius * seen.away;
-        let height = (flatness * seen.height_over(center + start_radius * seen.away, camera)).max(0.05 * radius);
+        let height =
+            (flatness * seen.height_over(center + start_radius * seen.away, camera)).max(0.05 * radius);
         let start = [center.x, center.y, foot * start_radius, start_radius, height];
         let step = 0.3 * radius;
         let found = climb(start, [step, step, step, step, 0.3 * height.max(radius)], 6, score);

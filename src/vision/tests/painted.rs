@@ -93,8 +93,7 @@ pub(crate) fn paint(setting: &Setting) -> Painted {
     };
     let distance = (0..80).map(|k| 1.2 * 1.04_f64.powi(k)).find(|&d| corners(&camera_at(d))).unwrap_or(8.0);
     let camera = camera_at(distance);
-    let mut objects =
-        vec![RenderObject { mesh: &table.mesh, world_from_object: Pose::IDENTITY, id: 1 }];
+    let mut objects = vec![RenderObject { mesh: &table.mesh, world_from_object: Pose::IDENTITY, id: 1 }];
     objects.extend(meshes.iter().enumerate().map(|(k, (mesh, pose))| RenderObject {
         mesh,
         world_from_object: *pose,
@@ -103,7 +102,8 @@ pub(crate) fn paint(setting: &Setting) -> Painted {
     let background =
         if setting.floor { Background::light_with_floor(-setting.size_m.z) } else { Background::light() };
     let scene = RenderScene { objects, lighting: Lighting::studio(azimuth - 0.6, 0.95, 0.6), background };
-    let quality = RenderSettings { supersampling: 2, shadow_map_px: 1024, sky_directions: 12, sky_map_px: 192 };
+    let quality =
+        RenderSettings { supersampling: 2, shadow_map_px: 1024, sky_directions: 12, sky_map_px: 192 };
     let frame = render(&scene, &View::Perspective(camera), &quality);
     let outline_px: Vec<DVec2> = table
         .outline_m
@@ -170,7 +170,10 @@ pub(crate) fn scenes() -> Vec<(&'static str, Painted)> {
     vec![
         ("dining_35", paint(&base)),
         ("dining_55", paint(&Setting { elevation_deg: 55.0, azimuth_deg: 12.0, floor: false, ..base })),
-        ("dining_walnut_45", paint(&Setting { material: "walnut", elevation_deg: 45.0, azimuth_deg: -20.0, ..base })),
+        (
+            "dining_walnut_45",
+            paint(&Setting { material: "walnut", elevation_deg: 45.0, azimuth_deg: -20.0, ..base }),
+        ),
         (
             "desk_40",
             paint(&Setting {

@@ -34,7 +34,8 @@ pub fn complete(request: &CompletionRequest, interrupt: &Interrupt) -> Result<Co
     // Twice the axis: pixel columns x and axis - 1 - x are mirror images.
     let mut mirror: Option<u32> = None;
     if hidden_border(visible, &request.others) > HIDDEN_BORDER {
-        let axes = (2 * x0 + (x1 - x0) / 2..=2 * x1 - (x1 - x0) / 2).map(|axis| (axis, symmetry(visible, &request.others, axis)));
+        let axes = (2 * x0 + (x1 - x0) / 2..=2 * x1 - (x1 - x0) / 2)
+            .map(|axis| (axis, symmetry(visible, &request.others, axis)));
         let best = axes.max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)));
         if let Some((axis, symmetry)) = best
             && symmetry >= LEAST_SYMMETRY

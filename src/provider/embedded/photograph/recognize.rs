@@ -102,7 +102,9 @@ fn table_model(
     let wanted = options.table.as_ref();
     let usual = match reading.table.shape {
         TopShape::Circle => "round_table",
-        TopShape::Rectangle if reading.table.depth >= SQUARE_FROM && reading.table.depth <= 1.0 / SQUARE_FROM => {
+        TopShape::Rectangle
+            if reading.table.depth >= SQUARE_FROM && reading.table.depth <= 1.0 / SQUARE_FROM =>
+        {
             "square_table"
         }
         TopShape::Rectangle => "dining_table",
@@ -120,9 +122,7 @@ fn table_model(
     let model = table_models().iter().find(|model| model.name == name && seen.contains(&model.shape));
     let model = model.ok_or_else(|| differs(format!("the table model {name}")))?;
     match wanted.and_then(|table| table.shape) {
-        Some(shape) if !seen.contains(&word_of(shape)) => {
-            Err(differs(format!("a {} table", word_of(shape))))
-        }
+        Some(shape) if !seen.contains(&word_of(shape)) => Err(differs(format!("a {} table", word_of(shape)))),
         _ => Ok(model),
     }
 }

@@ -88,7 +88,8 @@ fn body(fit: &SolidFit) -> (Solid, &'static str) {
         SolidKind::Block => (block(fit.size), "box"),
         SolidKind::Flat { outline } => (prism(outline, fit.size.z), "flat outline"),
         SolidKind::Upright { outline } => {
-            let raised = prism(outline, fit.size.y).rotated(DQuat::from_rotation_x(std::f64::consts::FRAC_PI_2));
+            let raised =
+                prism(outline, fit.size.y).rotated(DQuat::from_rotation_x(std::f64::consts::FRAC_PI_2));
             (raised.translated(DVec3::new(0.0, 0.5 * fit.size.y, 0.0)), "upright outline")
         }
     }
@@ -98,7 +99,8 @@ fn body(fit: &SolidFit) -> (Solid, &'static str) {
 fn on_canvas(completion: &Completion, width_px: u32, height_px: u32) -> Image {
     let mut canvas = Image::filled(width_px, height_px, [0; 4]);
     let [x0, y0, x1, y1] = completion.shown_px;
-    let (own_x, own_y) = (f64::from(completion.picture.width_px()), f64::from(completion.picture.height_px()));
+    let (own_x, own_y) =
+        (f64::from(completion.picture.width_px()), f64::from(completion.picture.height_px()));
     let (low_x, high_x) = (x0.max(0.0) as u32, (x1.ceil().max(0.0) as u32).min(width_px));
     let (low_y, high_y) = (y0.max(0.0) as u32, (y1.ceil().max(0.0) as u32).min(height_px));
     for y in low_y..high_y {

@@ -42,7 +42,8 @@ impl Projection<'_> {
     /// Dresses the triangles: those that face the camera in the picture, those that look down in the
     /// picture's lowest colors, the others in what their mirror image across the view shows.
     pub fn dress(&self, positions: &[DVec3], triangles: &[[u32; 3]]) -> TexturedMesh {
-        let eye = self.world_from_solid.inverse().transform_point(self.camera.world_from_camera.translation_m);
+        let eye =
+            self.world_from_solid.inverse().transform_point(self.camera.world_from_camera.translation_m);
         let away = -eye.truncate().normalize_or(-DVec2::Y);
         let mut corners = Vec::with_capacity(3 * triangles.len());
         let mut uvs = Vec::with_capacity(3 * triangles.len());

@@ -64,13 +64,14 @@ fn footprints(request: &TopViewRequest, interrupt: &Interrupt) -> Result<Vec<Out
         .zip(request.masks.par_iter())
         .map(|(object, mask)| {
             interrupt.check()?;
-            let corners = fit_solid(&mask.visible, &recognition.camera, Some(&request.reference.picture)).map(|solid| {
-                // A thing on another was fitted as if on the table: draw it toward the eye.
-                let raised_m = raised(recognition, object);
-                let nearer = ((eye_m.z - raised_m) / eye_m.z).clamp(0.2, 1.0);
-                let eye = eye_m.truncate();
-                solid.footprint().into_iter().map(|p| eye + nearer * (p - eye)).collect::<Vec<_>>()
-            });
+            let corners = fit_solid(&mask.visible, &recognition.camera, Some(&request.reference.picture))
+                .map(|solid| {
+                    // A thing on another was fitted as if on the table: draw it toward the eye.
+                    let raised_m = raised(recognition, object);
+                    let nearer = ((eye_m.z - raised_m) / eye_m.z).clamp(0.2, 1.0);
+                    let eye = eye_m.truncate();
+                    solid.footprint().into_iter().map(|p| eye + nearer * (p - eye)).collect::<Vec<_>>()
+                });
             corners.and_then(|corners| Outline::new(corners).ok()).ok_or_else(|| ProviderError::Rejected {
                 port: Port::Painter,
                 code: "nothing_visible",

@@ -1,0 +1,76 @@
+//! Sky light on the backdrop's floor, on a coarse grid and blurred.
+//!
+//! The sky is sampled in a few directions, each with hard shadows; on a plain floor their edges would show
+//! as faint shards. Ambient shadows far below a table are soft, so the grid loses nothing.
+
+use glam::{Vec2, Vec3, Vec3A};
+use rayon::prelude::*;
+
+use super::RenderObject;
+use super::environment::Environment;
+
+/// Nodes along each side of the grid.
+const SIDE: usize = 96;
+/// Passes of a 5 x 5 mean; three come close to a Gaussian.
+const BLURS: usize = 3;
+
+/// Diffuse sky light at the nodes of a square grid on the floor.
+pub struct FloorLight {
+    low: Vec2,
+    cell_m: f32,
+    nodes: Vec<Vec3>,
+}
+
+impl FloorLight {
+    /// The light at height `z_m` under and around the objects.
+    pub fn new(objects: &[RenderObject], environment: &Environment, z_m: f32) -> Self {
+        let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+        for object in objects {
+            let (a, b) = object.mesh.bounds();
+            let radius = 0.5 * (b - a).length() as f32;
+            let middle = object.world_from_object.transform_point(0.5 * (a + b)).as_vec3();
+            (low, high) = (low.min(middle - radius), high.max(middle + radius));
+        }
+        if !low.is_finite() {
+            (low, high) = (Vec3::splat(-0.5), Vec3::splat(0.5));
+        }
+        // Shadows of the lowest sky directions reach far; beyond one height they are faint.
+        let reach = (high.z - z_m).max(0.1);
+        let middle = 0.5 * (low + high).truncate();
+        let half = 0.5 * (high - low).truncate().max_element() + reach;
+        let cell_m = 2.0 * half / (SIDE - 1) as f32;
+        let low = middle - Vec2::splat(half);
+        let nodes = (0..SIDE * SIDE)
+            .into_par_iter()
+            .map(|k| {
+                let xy = low + cell_m * Vec2::new((k % SIDE) as f32, (k / SIDE) as f32);
+                environment.sky_light(Vec3A::new(xy.x, xy.y, z_m), Vec3A::Z).diffuse
+            })
+            .collect();
+        let mut light = Self { low, cell_m, nodes };
+        (0..BLURS).for_each(|_| light.blur());
+        light
+    }
+
+    fn blur(&mut self) {
+        let near = |k: usize| k.saturating_sub(2)..(k + 3).min(SIDE);
+        self.nodes = (0..SIDE * SIDE)
+            .map(|k| {
+                let around = near(k / SIDE).flat_map(|y| near(k % SIDE).map(move |x| y * SIDE + x));
+                let (sum, count) =
+                    around.fold((Vec3::ZERO, 0.0_f32), |(sum, n), at| (sum + self.nodes[at], n + 1.0));
+                sum / count
+            })
+            .collect();
+    }
+
+    /// Bilinear; beyond the grid its edge goes on.
+    pub fn at(&self, point: Vec3A) -> Vec3 {
+        let last = (SIDE - 1) as f32;
+        let p = ((Vec2::new(point.x, point.y) - self.low) / self.cell_m).clamp(Vec2::ZERO, Vec2::splat(last));
+        let (x, y) = ((p.x as usize).min(SIDE - 2), (p.y as usize).min(SIDE - 2));
+        let (tx, ty) = (p.x - x as f32, p.y - y as f32);
+        let node = |x: usize, y: usize| self.nodes[y * SIDE + x];
+        node(x, y).lerp(node(x + 1, y), tx).lerp(node(x, y + 1).lerp(node(x + 1, y + 1), tx), ty)
+    }
+}
