@@ -34,6 +34,7 @@ pub fn describe(config: &Config) -> SceneDescription {
 
 pub fn painter(config: &Config) -> EmbeddedPainter {
     EmbeddedPainter {
+        photograph: config.photograph.clone(),
         layout: config.layout.clone(),
         painter: config.painter.clone(),
         render: config.render.clone(),

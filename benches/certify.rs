@@ -25,8 +25,7 @@ fn bench(criterion: &mut Criterion) {
     criterion.bench_function("certify/support", |b| {
         b.iter(|| {
             let found = (1..placed.len()).filter(|&k| {
-                let center = bodies[k].mass.center_of_mass_m;
-                support(black_box(&placed), k, carriers[k], center, &config.certify, &interrupt)
+                support(black_box(&placed), &bodies, k, carriers[k], &config.certify, &interrupt)
                     .is_ok_and(|finding| finding.is_supported())
             });
             found.count()
