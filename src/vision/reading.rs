@@ -174,7 +174,7 @@ fn table_top(
                 continue;
             };
             let doubt = (found.residual_px / limit_px).powi(2);
-            let value = hypothesis.clean * hypothesis.fit * hypothesis.area.sqrt() / (1.0 + doubt);
+            let value = hypothesis.clean * hypothesis.fit * hypothesis.area / (1.0 + doubt);
             if best.as_ref().is_none_or(|(most, _)| value > *most) {
                 best = Some((value, Top { candidate, hypothesis, found }));
             }
@@ -183,8 +183,8 @@ fn table_top(
     best.map(|(_, top)| top).ok_or(refusal)
 }
 
-/// Least share of a top that is not backdrop.
-const LEAST_COVERED: f64 = 0.95;
+/// Least share of a top that is not backdrop; gray things on it may look like shadows on the backdrop.
+const LEAST_COVERED: f64 = 0.85;
 
 /// Share of the outline's inside that is not backdrop.
 fn covered(pixels: &Pixels, foreground: &[bool], seen: &Seen) -> f64 {

@@ -108,7 +108,7 @@ pub(in crate::vision) fn fit(
     let width = camera.width_px as usize;
     let seen = Seen::new(indices, camera)?;
     let silhouette = Silhouette::new(indices, width, 48);
-    let turned = turned::fit(&seen, &silhouette, camera);
+    let turned = turned_with_or_without_handle(indices, &seen, &silhouette, camera);
     let block = block::fit(&seen, &silhouette, camera, edges);
     let outline = contour::around(indices, width, 1.2);
     let flat = flat::lying(&outline, camera);
@@ -122,14 +122,44 @@ pub(in crate::vision) fn fit(
     candidates.into_iter().flatten().max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, fit)| fit)
 }
 
+/// Handles and spouts spoil the outline of a turned body: what is left without thin parts may fit better.
+fn turned_with_or_without_handle(
+    indices: &[usize],
+    seen: &Seen,
+    silhouette: &Silhouette,
+    camera: &Camera,
+) -> Option<SolidFit> {
+    let whole = turned::fit(seen, silhouette, camera)?;
+    if whole.overlap > 0.9 {
+        return Some(whole);
+    }
+    let (width, height) = (camera.width_px as usize, camera.height_px as usize);
+    let extent = seen.high_px - seen.low_px;
+    let mut bits = vec![false; width * height];
+    indices.iter().for_each(|&index| bits[index] = true);
+    let core = regions::opened(&bits, width, height, (0.18 * extent.min_element()) as f32);
+    let core: Vec<usize> = (0..core.len()).filter(|&index| core[index]).collect();
+    let without = Seen::new(&core, camera)
+        .and_then(|seen| turned::fit(&seen, &Silhouette::new(&core, width, 48), camera))
+        .map(|fit| SolidFit { overlap: fit.overlap * core.len() as f64 / indices.len() as f64, ..fit })
+        .filter(|fit| fit.overlap > whole.overlap);
+    Some(without.unwrap_or(whole))
+}
+
 /// First measures of a silhouette.
 pub(in crate::vision) struct Seen {
     /// Where its lowest pixels meet the table, and the unit direction away from the camera there.
     pub contact: DVec2,
     pub away: DVec2,
+    /// Column of the contact.
+    pub contact_px_x: f64,
     /// Box in pixels.
     pub low_px: DVec2,
     pub high_px: DVec2,
+    /// Tangent of the angle under which the contact is looked down upon.
+    pub steepness: f64,
+    /// Height of an upright line over the contact that ends at the top row.
+    pub rise: f64,
     /// Length on the table plane at the contact per pixel, across the view.
     pub unit_per_px: f64,
     /// Overlap with its own left-right mirror image, 0..1.
@@ -159,18 +189,28 @@ impl Seen {
             x >= 0.0 && x < width as f64 && inside.contains(&(p.y as usize * width + x as usize))
         });
         let both = mirrored.count() as f64;
-        Some(Self {
+        let mut seen = Self {
             contact: contact.truncate(),
             away,
+            steepness: eye.z / (contact - eye).truncate().length().max(1e-6),
+            rise: 0.0,
+            contact_px_x: middle,
             low_px,
             high_px,
             unit_per_px: depth / camera.fx,
             mirror_symmetry: both / (2.0 * indices.len() as f64 - both).max(1.0),
-        })
+        };
+        seen.rise = seen.height_over(seen.contact, camera);
+        Some(seen)
+    }
+
+    /// The point `across` to the right of the contact and `beyond` it.
+    pub fn place(&self, across: f64, beyond: f64) -> DVec2 {
+        self.contact + across * DVec2::new(self.away.y, -self.away.x) + beyond * self.away
     }
 
     /// Height at which an upright line through `base` ends at the silhouette's top row.
-    pub fn height_over(&self, base: DVec2, camera: &Camera) -> f64 {
+    fn height_over(&self, base: DVec2, camera: &Camera) -> f64 {
         let (mut low, mut high) = (0.0, 4.0);
         for _ in 0..40 {
             let middle = 0.5 * (low + high);

@@ -1,4 +1,4 @@
 //! Pictures painted from the catalog, read back.
 
-mod painted;
+pub(crate) mod painted;
 mod read;

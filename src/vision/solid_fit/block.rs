@@ -57,30 +57,65 @@ pub(super) fn fit(
 ) -> Option<SolidFit> {
     let across = ((seen.high_px.x - seen.low_px.x) * seen.unit_per_px).max(1e-4);
     let view_yaw = (-seen.away.x).atan2(seen.away.y);
+    // As for turned bodies: parameters that each move one side of the outline.
+    let half_beyond = |width: f64, depth: f64, yaw: f64| {
+        let turn = yaw - view_yaw;
+        0.5 * (width * turn.sin()).abs() + 0.5 * (depth * turn.cos()).abs()
+    };
+    let boxed = |q: &[f64; 6]| {
+        let [side, beyond, width, depth, rise, yaw] = *q;
+        let half = half_beyond(width, depth, yaw);
+        let center = seen.place(side, beyond + half);
+        [center.x, center.y, width, depth, rise - (beyond + 2.0 * half) * seen.steepness, yaw]
+    };
     let score = |q: &Parameters| {
-        if q[2] <= 2e-3 * across || q[3] <= 2e-3 * across || q[4] <= 5e-4 {
+        if q[2] <= 0.01 * across || q[3] <= 0.01 * across || q[4] <= 0.01 * across {
             return -1.0;
         }
         silhouette.overlap(&[projected_hull(camera, corners(q).into_iter())])
     };
-    let mut best: Option<(Parameters, f64)> = None;
+    let mut best: Option<([f64; 6], f64)> = None;
+    let deepest = 0.97 * seen.rise / seen.steepness;
     for turn in [0.0, 0.45, -0.45] {
-        for (slim, flatness) in [(0.5, 1.0), (0.8, 0.1)] {
-            let (width, depth) = (0.85 * across, slim * across);
-            let center = seen.contact + 0.5 * depth * seen.away;
-            let height =
-                (flatness * seen.height_over(seen.contact + depth * seen.away, camera)).max(0.03 * across);
-            let start = [center.x, center.y, width, depth, height, view_yaw + turn];
-            let step = 0.25 * across;
-            let found = climb(start, [step, step, step, step, 0.25 * height.max(across), 0.3], 5, score);
+        for share in [0.35, 0.9] {
+            let width = 0.85 * across;
+            // So deep that the top face reaches this share of the way up the outline.
+            let spread = (width * f64::sin(turn)).abs();
+            let depth = ((share * deepest - spread) / f64::cos(turn)).max(0.05 * across);
+            let yaw = view_yaw + turn;
+            let rise = seen.rise.max(2.0 * half_beyond(width, depth, yaw) * seen.steepness + 0.02 * across);
+            let side = 0.5 * (seen.low_px.x + seen.high_px.x);
+            let side = (side - seen.contact_px_x) * seen.unit_per_px;
+            let step = 0.12 * across;
+            let start = [side, 0.0, width, depth, rise, yaw];
+            let found = climb(start, [step, step, step, step, step, 0.2], 5, |q| score(&boxed(q)));
             if best.is_none_or(|b| found.1 > b.1) {
                 best = Some(found);
             }
         }
     }
-    let (mut found, overlap) = best?;
+    let (parameters, overlap) = best?;
+    let mut found = boxed(&parameters);
     if let Some(edges) = edges {
-        found = settled_by_edges(found, overlap, across, camera, edges, score);
+        let [side, beyond, width, _, rise, yaw] = parameters;
+        let mut value = overlap + 0.15 * support(&found, camera, edges);
+        for k in 0..8 {
+            // The same outline, the upper edge of its front at another height.
+            let share = 0.08 + 0.9 * f64::from(k) / 7.0;
+            let turn = yaw - view_yaw;
+            let other = (share * deepest - (width * turn.sin()).abs()) / turn.cos().abs().max(0.2);
+            if other <= 0.02 * across {
+                continue;
+            }
+            let free = |q: &[f64; 4]| score(&boxed(&[q[0], q[1], q[2], other, q[3], yaw]));
+            let step = 0.06 * across;
+            let (q, there) = climb([side, beyond, width, rise], [step; 4], 3, free);
+            let candidate = boxed(&[q[0], q[1], q[2], other, q[3], yaw]);
+            let merit = there + 0.15 * support(&candidate, camera, edges);
+            if there > overlap - 0.03 && merit > value {
+                (found, value) = (candidate, merit);
+            }
+        }
     }
     let overlap = score(&found);
     let [x, y, width, depth, height, yaw] = found;
@@ -96,60 +131,34 @@ pub(super) fn fit(
     })
 }
 
-/// Depth against height: among boxes with nearly the same outline the one whose inner edges show.
-fn settled_by_edges(
-    found: Parameters,
-    overlap: f64,
-    across: f64,
-    camera: &Camera,
-    edges: &InnerEdges,
-    score: impl Fn(&Parameters) -> f64,
-) -> Parameters {
-    let support = |q: &Parameters| {
-        let c = corners(q);
-        let eye = camera.world_from_camera.translation_m;
-        // Upper edges of the walls that face the camera, and the upright edge between two such walls.
-        let faces: Vec<bool> = (0..4)
-            .map(|k| {
-                let (a, b) = (c[k], c[(k + 1) % 4]);
-                let outward = -(b - a).truncate().perp();
-                outward.dot((eye - a).truncate()) > 0.0
-            })
-            .collect();
-        let mut total = (0.0, 0.0);
-        let mut add = |a: DVec3, b: DVec3| {
-            if let (Some((a, _)), Some((b, _))) = (camera.project(a), camera.project(b)) {
-                let length = (b - a).length();
-                total = (total.0 + length * edges.along(a, b), total.1 + length);
-            }
-        };
-        for k in 0..4 {
-            if faces[k] {
-                add(c[k + 4], c[(k + 1) % 4 + 4]);
-                if faces[(k + 1) % 4] {
-                    add(c[(k + 1) % 4], c[(k + 1) % 4 + 4]);
-                }
-            }
+/// How strong the picture's edges are where the box would show its own.
+fn support(q: &Parameters, camera: &Camera, edges: &InnerEdges) -> f64 {
+    let c = corners(q);
+    let eye = camera.world_from_camera.translation_m;
+    // Upper edges of the walls that face the camera, and the upright edge between two such walls.
+    let faces: Vec<bool> = (0..4)
+        .map(|k| {
+            let (a, b) = (c[k], c[(k + 1) % 4]);
+            let outward = -(b - a).truncate().perp();
+            outward.dot((eye - a).truncate()) > 0.0
+        })
+        .collect();
+    let mut total = (0.0, 0.0);
+    let mut add = |a: DVec3, b: DVec3| {
+        if let (Some((a, _)), Some((b, _))) = (camera.project(a), camera.project(b)) {
+            let length = (b - a).length();
+            total = (total.0 + length * edges.along(a, b), total.1 + length);
         }
-        if total.1 > 0.0 { total.0 / total.1 } else { 0.0 }
     };
-    let tallest = found[4] + found[3].max(found[2]);
-    let mut best = (found, overlap + 0.15 * support(&found));
-    for k in 0..9 {
-        let height = tallest * (0.01 + 0.99 * (f64::from(k) / 8.0).powi(2));
-        let mut start = found;
-        start[4] = height;
-        let fixed = |q: &[f64; 5]| score(&[q[0], q[1], q[2], q[3], height, q[4]]);
-        let step = 0.2 * across;
-        let begin = [start[0], start[1], start[2], start[3], start[5]];
-        let (q, there) = climb(begin, [step, step, step, step, 0.1], 4, fixed);
-        let candidate = [q[0], q[1], q[2], q[3], height, q[4]];
-        let value = there + 0.15 * support(&candidate);
-        if there > overlap - 0.03 && value > best.1 {
-            best = (candidate, value);
+    for k in 0..4 {
+        if faces[k] {
+            add(c[k + 4], c[(k + 1) % 4 + 4]);
+            if faces[(k + 1) % 4] {
+                add(c[(k + 1) % 4], c[(k + 1) % 4 + 4]);
+            }
         }
     }
-    best.0
+    if total.1 > 0.0 { total.0 / total.1 } else { 0.0 }
 }
 
 /// Base corners counter-clockwise, then those above them.

@@ -16,30 +16,34 @@ const RINGS: usize = 12;
 
 pub(super) fn fit(seen: &Seen, silhouette: &Silhouette, camera: &Camera) -> Option<SolidFit> {
     let radius = (0.5 * (seen.high_px.x - seen.low_px.x) * seen.unit_per_px).max(1e-4);
+    // Parameters that each move one side of the outline: where the front of the foot is (across, beyond), the
+    // radii, and the height at which an upright line over that front would meet the top row.
+    let frustum = |q: &[f64; 5]| {
+        let [across, beyond, bottom, top, rise] = *q;
+        let height = rise - (beyond + bottom + top) * seen.steepness;
+        (seen.place(across, beyond + bottom), DVec2::new(bottom, 0.0), DVec2::new(top, height))
+    };
     let score = |q: &[f64; 5]| {
-        if q[2] <= 1e-4 || q[3] <= 1e-4 || q[4] <= 5e-4 {
+        let (center, bottom, top) = frustum(q);
+        if bottom.x <= 0.02 * radius || top.x <= 0.02 * radius || top.y <= 0.03 * radius {
             return -1.0;
         }
-        let rings = [DVec2::new(q[2], 0.0), DVec2::new(q[3], q[4])];
-        silhouette.overlap(&outlines(DVec2::new(q[0], q[1]), &rings, camera))
+        silhouette.overlap(&outlines(center, &[bottom, top], camera))
     };
     let mut best: Option<([f64; 5], f64)> = None;
-    for (start_radius, foot, flatness) in
-        [(radius, 1.0, 1.0), (radius, 1.0, 0.1), (radius, 0.5, 0.6), (0.6 * radius, 1.0, 1.0)]
-    {
-        let center = seen.contact + start_radius * seen.away;
-        let height =
-            (flatness * seen.height_over(center + start_radius * seen.away, camera)).max(0.05 * radius);
-        let start = [center.x, center.y, foot * start_radius, start_radius, height];
-        let step = 0.3 * radius;
-        let found = climb(start, [step, step, step, step, 0.3 * height.max(radius)], 6, score);
+    for (foot, mouth) in [(1.0, 1.0), (0.55, 1.0), (1.0, 0.5)] {
+        let (bottom, top) = (foot * radius, mouth * radius);
+        let rise = seen.rise.max((bottom + top) * seen.steepness + 0.06 * radius);
+        let step = 0.15 * radius;
+        let found = climb([0.0, 0.0, bottom, top, rise], [step; 5], 6, score);
         if best.is_none_or(|b| found.1 > b.1) {
             best = Some(found);
         }
     }
-    let ([x, y, bottom, top, frustum_height], frustum_overlap) = best?;
-    let mut height = frustum_height;
-    let mut center = DVec2::new(x, y);
+    let (parameters, frustum_overlap) = best?;
+    let (first_center, foot, mouth) = frustum(&parameters);
+    let (bottom, top, frustum_height) = (foot.x, mouth.x, mouth.y);
+    let (mut center, mut height) = (first_center, frustum_height);
     // A profile only where the frustum leaves something to gain and the outline is that of a turned body.
     let mut profile = vec![DVec2::new(bottom, 0.0), DVec2::new(top, frustum_height)];
     let mut overlap = frustum_overlap;
@@ -78,7 +82,7 @@ pub(super) fn fit(seen: &Seen, silhouette: &Silhouette, camera: &Camera) -> Opti
         if gained > frustum_overlap + 0.02 {
             (profile, overlap) = (found, gained);
         } else {
-            center = DVec2::new(x, y);
+            center = first_center;
         }
     }
     let widest = profile.iter().map(|p| p.x).fold(0.0, f64::max);

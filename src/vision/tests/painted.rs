@@ -27,6 +27,7 @@ pub(crate) fn settings() -> VisionSettings {
 }
 
 /// What is to be painted.
+#[derive(Clone, Copy)]
 pub(crate) struct Setting<'a> {
     pub table: &'a str,
     pub material: &'a str,
@@ -128,9 +129,9 @@ pub(crate) fn paint(setting: &Setting) -> Painted {
     Painted { picture: frame.color, camera, top, outline_px, objects: known }
 }
 
-/// The scenes of the test: rectangular and round, low and high, with and without floor shadow.
-pub(crate) fn scenes() -> Vec<(&'static str, Painted)> {
-    let dining: &[(&str, f64, f64, f64)] = &[
+/// A setting of the test: rectangular and round, low and high, with and without floor shadow.
+pub(crate) fn settings_to_paint() -> Vec<(&'static str, Setting<'static>)> {
+    const DINING: &[(&str, f64, f64, f64)] = &[
         ("mug", -0.35, 0.1, 30.0),
         ("plate", 0.0, -0.05, 0.0),
         ("wine_bottle", 0.35, 0.22, 0.0),
@@ -138,76 +139,58 @@ pub(crate) fn scenes() -> Vec<(&'static str, Painted)> {
         ("apple", -0.15, 0.25, 0.0),
         ("book", -0.45, -0.2, 20.0),
     ];
-    let office: &[(&str, f64, f64, f64)] = &[
+    const OFFICE: &[(&str, f64, f64, f64)] = &[
         ("laptop", 0.0, 0.05, 0.0),
         ("mug", 0.4, 0.1, -40.0),
         ("notebook", -0.42, -0.05, 15.0),
         ("potted_plant", -0.45, 0.22, 0.0),
         ("stapler", 0.38, -0.2, 60.0),
     ];
-    let round: &[(&str, f64, f64, f64)] = &[
-        ("teapot", 0.0, 0.15, 20.0),
+    const ROUND: &[(&str, f64, f64, f64)] = &[
+        ("teapot", 0.05, 0.15, 20.0),
         ("teacup", -0.25, -0.05, 0.0),
         ("teacup", 0.25, -0.05, 120.0),
         ("plate", 0.0, -0.25, 0.0),
-        ("bread_loaf", -0.2, 0.28, 30.0),
+        ("bread_loaf", -0.25, 0.25, 30.0),
     ];
-    let known = |list: &[(&'static str, f64, f64, f64)]| -> Vec<(&'static str, f64, f64, f64)> {
-        list.iter().filter(|o| category(o.0).is_some()).copied().collect()
-    };
-    let (dining, office, round) = (known(dining), known(office), known(round));
     let base = Setting {
         table: "dining_table",
         material: "oak",
         size_m: DVec3::new(1.4, 0.8, 0.74),
-        objects: &dining,
+        objects: DINING,
         azimuth_deg: 0.0,
         elevation_deg: 35.0,
         floor: true,
         width_px: 1024,
         height_px: 768,
     };
+    let desk = Setting {
+        table: "desk",
+        material: "birch",
+        objects: OFFICE,
+        elevation_deg: 40.0,
+        size_m: DVec3::new(1.3, 0.7, 0.74),
+        width_px: 1024,
+        height_px: 1024,
+        ..base
+    };
+    let round = Setting {
+        table: "round_table",
+        material: "walnut",
+        objects: ROUND,
+        elevation_deg: 45.0,
+        size_m: DVec3::new(1.0, 1.0, 0.74),
+        ..base
+    };
     vec![
-        ("dining_35", paint(&base)),
-        ("dining_55", paint(&Setting { elevation_deg: 55.0, azimuth_deg: 12.0, floor: false, ..base })),
-        (
-            "dining_walnut_45",
-            paint(&Setting { material: "walnut", elevation_deg: 45.0, azimuth_deg: -20.0, ..base }),
-        ),
-        (
-            "desk_40",
-            paint(&Setting {
-                table: "desk",
-                material: "birch",
-                objects: &office,
-                elevation_deg: 40.0,
-                size_m: DVec3::new(1.3, 0.7, 0.74),
-                width_px: 1024,
-                height_px: 1024,
-                ..base
-            }),
-        ),
-        (
-            "round_45",
-            paint(&Setting {
-                table: "round_table",
-                material: "walnut",
-                objects: &round,
-                elevation_deg: 45.0,
-                size_m: DVec3::new(1.0, 1.0, 0.74),
-                ..base
-            }),
-        ),
+        ("dining_35", base),
+        ("dining_55", Setting { elevation_deg: 55.0, azimuth_deg: 12.0, floor: false, ..base }),
+        ("walnut_45", Setting { material: "walnut", elevation_deg: 45.0, azimuth_deg: -20.0, ..base }),
+        ("desk_40", desk),
+        ("round_45", round),
         (
             "round_30",
-            paint(&Setting {
-                table: "round_table",
-                material: "pine",
-                objects: &round,
-                elevation_deg: 30.0,
-                size_m: DVec3::new(1.1, 1.1, 0.74),
-                ..base
-            }),
+            Setting { material: "pine", elevation_deg: 30.0, size_m: DVec3::new(1.1, 1.1, 0.74), ..round },
         ),
     ]
 }

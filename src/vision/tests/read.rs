@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use super::painted::{Painted, scenes, settings};
+use super::painted::{Painted, paint, settings, settings_to_paint};
 use crate::geometry::{Image, Interrupt, Mask};
 use crate::render::overlay::{distinct_color, draw_polyline, tint_mask};
 use crate::vision::{PictureReading, TopShape, read_picture};
@@ -87,11 +87,15 @@ fn compare(painted: &Painted, reading: &PictureReading) -> Figures {
 #[test]
 fn painted_tables_are_read() {
     let directory = std::env::var_os("TABLETOPGEN_VISION_OVERLAYS");
-    for (name, painted) in scenes() {
+    let only = std::env::var("TABLETOPGEN_VISION_ONLY").unwrap_or_default();
+    for (name, setting) in settings_to_paint().into_iter().filter(|(name, _)| name.contains(&only)) {
+        let painted = paint(&setting);
         let started = std::time::Instant::now();
         let result = read_picture(&painted.picture, &settings(), &Interrupt::default());
         let seconds = started.elapsed().as_secs_f64();
         if let Some(directory) = &directory {
+            let plain = std::path::Path::new(directory).join(format!("{name}_plain.png"));
+            std::fs::write(plain, crate::export::png::encode_png(&painted.picture)).expect("writable");
             let image = match &result {
                 Ok(reading) => overlay(&painted.picture, reading),
                 Err(_) => crate::vision::reading::outlined(&painted.picture, &settings()),
@@ -116,6 +120,49 @@ fn painted_tables_are_read() {
                 }
             }
             Err(error) => eprintln!("{name}: {seconds:.2} s {error}"),
+        }
+    }
+}
+
+/// Reads every PNG and JPEG of a directory and writes overlays beside the others:
+/// `TABLETOPGEN_PICTURES=dir TABLETOPGEN_VISION_OVERLAYS=dir cargo test --lib -- --ignored pictures_of_a`.
+#[test]
+#[ignore = "needs a directory of pictures"]
+fn pictures_of_a_directory_are_read_or_refused() {
+    let from = std::env::var_os("TABLETOPGEN_PICTURES").expect("TABLETOPGEN_PICTURES names a directory");
+    let directory = std::env::var_os("TABLETOPGEN_VISION_OVERLAYS").expect("a directory for overlays");
+    let mut paths: Vec<_> = std::fs::read_dir(from)
+        .expect("a directory")
+        .filter_map(|entry| entry.ok().map(|e| e.path()))
+        .collect();
+    paths.sort();
+    for path in paths {
+        let stem = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+        let Ok(picture) =
+            crate::export::png::decode_picture(&std::fs::read(&path).expect("readable"), 1 << 26)
+        else {
+            continue;
+        };
+        let started = std::time::Instant::now();
+        let result = read_picture(&picture, &settings(), &Interrupt::default());
+        let seconds = started.elapsed().as_secs_f64();
+        let image = match &result {
+            Ok(reading) => overlay(&picture, reading),
+            Err(_) => crate::vision::reading::outlined(&picture, &settings()),
+        };
+        let to = std::path::Path::new(&directory).join(format!("{stem}.png"));
+        std::fs::write(to, crate::export::png::encode_png(&image)).expect("the directory is writable");
+        match result {
+            Ok(reading) => {
+                let outline: Vec<[f64; 2]> = reading.table.outline_px.iter().map(|p| p.to_array()).collect();
+                let boxes: Vec<_> = reading.objects.iter().filter_map(|o| o.mask.bbox_px()).collect();
+                let elevation = reading.camera.elevation_rad().to_degrees();
+                let record = serde_json::json!({
+                    "name": stem, "seconds": seconds, "elevation": elevation, "outline": outline, "boxes": boxes,
+                });
+                eprintln!("RECORD {record}");
+            }
+            Err(error) => eprintln!("REFUSED {stem} {seconds:.2} {error}"),
         }
     }
 }

@@ -9,7 +9,7 @@ use glam::{DQuat, DVec2, DVec3};
 use super::PhotographSettings;
 use super::texture::{Projection, subdivided};
 use crate::geometry::shapes::{block, lathe, prism};
-use crate::geometry::{Image, Interrupt, Pose, Solid};
+use crate::geometry::{Image, Interrupt, Pose, Solid, TexturedMesh};
 use crate::provider::embedded::orientation::turned;
 use crate::provider::{Completion, Port, ProviderError, RawMesh, ReconstructionRequest};
 use crate::vision::{SolidFit, SolidKind, fit_solid};
@@ -24,9 +24,7 @@ pub fn reconstruct(
     interrupt: &Interrupt,
 ) -> Result<RawMesh, ProviderError> {
     interrupt.check()?;
-    let completion = &request.completion;
-    let canvas = on_canvas(completion, request.camera.width_px, request.camera.height_px);
-    let fit = fit_solid(&completion.silhouette, &request.camera, Some(&canvas)).ok_or_else(|| ProviderError::Rejected {
+    let (mesh, fit, how) = stood_up(request, settings).ok_or_else(|| ProviderError::Rejected {
         port: Port::MeshGenerator,
         code: "nothing_visible",
         reason: format!(
@@ -36,6 +34,30 @@ pub fn reconstruct(
         ),
     })?;
     interrupt.check()?;
+    let mut notes = vec![
+        format!("single view: {how}, outline overlap {:.2}", fit.overlap),
+        "solid inside; unseen side mirrored; the picture's light is in the texture".to_owned(),
+    ];
+    let hidden = request.completion.completed_share;
+    if hidden > 0.0 {
+        notes.push(format!("{:.0} % of its outline was hidden", 100.0 * hidden));
+    }
+    Ok(RawMesh {
+        mesh: turned(mesh, request.seed).snap_to_f32(),
+        made_by: "embedded/photograph".to_owned(),
+        licence: "LicenseRef-input-picture".to_owned(),
+        notes,
+    })
+}
+
+/// The mesh as it stands, base on z = 0, with the extents recognized; the fit behind it and its name.
+pub(super) fn stood_up(
+    request: &ReconstructionRequest,
+    settings: &PhotographSettings,
+) -> Option<(TexturedMesh, SolidFit, &'static str)> {
+    let completion = &request.completion;
+    let canvas = on_canvas(completion, request.camera.width_px, request.camera.height_px);
+    let fit = fit_solid(&completion.silhouette, &request.camera, Some(&canvas))?;
     let (solid, how) = body(&fit);
     let (solid, how) = if solid.is_watertight() && solid.volume_m3() > 0.0 {
         (solid, how)
@@ -61,19 +83,7 @@ pub fn reconstruct(
     let stretch = request.object.size_m / mesh.size_m().max(DVec3::splat(1e-9));
     let sound = stretch.is_finite() && stretch.min_element() > 0.0;
     let mesh = if sound { mesh.scaled(stretch) } else { mesh };
-    let mut notes = vec![
-        format!("single view: {how}, outline overlap {:.2}", fit.overlap),
-        "solid inside; unseen side mirrored; the picture's light is in the texture".to_owned(),
-    ];
-    if completion.completed_share > 0.0 {
-        notes.push(format!("{:.0} % of its outline was hidden", 100.0 * completion.completed_share));
-    }
-    Ok(RawMesh {
-        mesh: turned(mesh, request.seed).snap_to_f32(),
-        made_by: "embedded/photograph".to_owned(),
-        licence: "LicenseRef-input-picture".to_owned(),
-        notes,
-    })
+    Some((mesh, fit, how))
 }
 
 /// The solid in its own frame, base on z = 0, and what to call it.
