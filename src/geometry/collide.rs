@@ -4,7 +4,9 @@
 //! deeper in the other's solid than min(1 mm, a quarter of the local wall). Samples come from splitting
 //! triangles; since depth changes by at most a meter per meter, a triangle whose middle is shallower than
 //! its radius can hide nothing and is dropped, so only the overlap is ever sampled (branch and bound; the
-//! deepest sample is found exactly). One solid inside the other is found the same way. World frame, meters.
+//! deepest sample is found exactly). One solid inside the other is found the same way. A wrap of 26 planes
+//! around the solid bounds depths from above without asking it, so flat faces that touch cost next to
+//! nothing. World frame, meters.
 
 use glam::{DVec2, DVec3};
 
@@ -63,12 +65,17 @@ fn deepest_in(
     let least_m = rule.wall_share * rule.least_wall_m;
     let (low, high) = solid.solid.bounds();
     let (low, high) = (low + least_m, high - least_m);
+    let wrap = Wrap::new(solid.solid);
     let mut stack: Vec<[DVec3; 3]> = Vec::new();
     let mut looked = 0_u32;
     for triangle in surface.solid.triangles() {
         stack.push(triangle.map(|p| here_from_surface.transform_point(p)));
         while let Some([a, b, c]) = stack.pop() {
-            if a.max(b).max(c).cmplt(low).any() || a.min(b).min(c).cmpgt(high).any() {
+            let bound = worst.map_or(least_m, |w| w.depth_m.max(least_m));
+            if a.max(b).max(c).cmplt(low).any()
+                || a.min(b).min(c).cmpgt(high).any()
+                || wrap.deepest_m([a, b, c]) <= bound
+            {
                 continue;
             }
             looked += 1;
@@ -77,7 +84,6 @@ fn deepest_in(
             }
             let middle = (a + b + c) / 3.0;
             let radius = (a - middle).length().max((b - middle).length()).max((c - middle).length());
-            let bound = worst.map_or(least_m, |w| w.depth_m.max(least_m));
             let depth = solid.solid.depth_above(middle, bound - radius - 1e-9);
             if depth + radius <= bound {
                 continue;
@@ -112,20 +118,51 @@ fn quarters(a: DVec3, b: DVec3, c: DVec3) -> [[DVec3; 3]; 4] {
     [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
 }
 
-/// Points of `object`'s surface within `gap_m` of `supporter` (or inside it), world frame; enough of them
-/// that their convex hull is that of the whole contact within half a millimeter. With `least_slope` only
+/// The tightest 26 planes around a solid: extents along the edges, face and corner diagonals of a cube.
+struct Wrap {
+    planes: Vec<(DVec3, f64)>,
+}
+
+impl Wrap {
+    fn new(solid: &MeshSolid) -> Self {
+        let mut planes: Vec<(DVec3, f64)> = (0..27)
+            .map(|k| DVec3::new(f64::from(k % 3) - 1.0, f64::from(k / 3 % 3) - 1.0, f64::from(k / 9) - 1.0))
+            .filter_map(|direction| Some((direction.try_normalize()?, f64::NEG_INFINITY)))
+            .collect();
+        for p in solid.triangles().flatten() {
+            for (normal, offset_m) in &mut planes {
+                *offset_m = offset_m.max(normal.dot(p));
+            }
+        }
+        Self { planes }
+    }
+
+    /// No point of the triangle lies deeper in the solid than this: whoever leaves the wrap has left the
+    /// solid before.
+    fn deepest_m(&self, corners: [DVec3; 3]) -> f64 {
+        let depth = |(normal, offset): &(DVec3, f64)| {
+            corners.iter().map(|p| offset - normal.dot(*p)).fold(f64::NEG_INFINITY, f64::max)
+        };
+        self.planes.iter().map(depth).fold(f64::INFINITY, f64::min)
+    }
+}
+
+/// Points of `object`'s surface within `gap_m` of `supporter` (or inside it), seen from above: those that
+/// together with `known` points span the whole contact within half a millimeter. With `least_slope` only
 /// points the supporter carries from below: a step down must go toward its inside by at least this share of
-/// the step (1 = straight onto it, 0 = along its side).
-pub fn contact_points(
+/// the step (1 = straight onto it, 0 = along its side). World frame; the answer is a convex hull.
+pub fn contact_region(
     object: &PlacedSolid,
     supporter: &PlacedSolid,
     gap_m: f64,
     least_slope: Option<f64>,
+    known: &[DVec2],
     interrupt: &Interrupt,
-) -> Result<Vec<DVec3>, Interrupted> {
+) -> Result<Vec<DVec2>, Interrupted> {
     let here_from_object = supporter.world_from_object.inverse() * object.world_from_object;
     let (low, high) = supporter.solid.bounds();
     let (low, high) = (low - gap_m, high + gap_m);
+    let wrap = Wrap::new(supporter.solid);
     let step = supporter.world_from_object.inverse().transform_vector(-0.5 * gap_m * DVec3::Z);
     let touches = |p: DVec3| {
         let depth_m = supporter.solid.depth_above(p, -gap_m);
@@ -133,13 +170,19 @@ pub fn contact_points(
             && least_slope
                 .is_none_or(|slope| supporter.solid.depth_m(p + step) - depth_m >= slope * step.length())
     };
-    let mut found = Vec::new();
+    let flat = |p: DVec3| supporter.world_from_object.transform_point(p).truncate();
+    let mut region = convex_hull_2d(known);
     let mut stack: Vec<[DVec3; 3]> = Vec::new();
     let mut looked = 0_u32;
     for triangle in object.solid.triangles() {
         stack.push(triangle.map(|p| here_from_object.transform_point(p)));
         while let Some([a, b, c]) = stack.pop() {
-            if a.max(b).max(c).cmplt(low).any() || a.min(b).min(c).cmpgt(high).any() {
+            if a.max(b).max(c).cmplt(low).any()
+                || a.min(b).min(c).cmpgt(high).any()
+                || wrap.deepest_m([a, b, c]) < -gap_m
+                // What is spanned already can add nothing.
+                || [a, b, c].iter().all(|&p| depth_in_convex_m(&region, flat(p)) >= -1e-6)
+            {
                 continue;
             }
             looked += 1;
@@ -147,7 +190,12 @@ pub fn contact_points(
                 interrupt.check()?;
             }
             let corners = [a, b, c].map(touches);
-            found.extend([a, b, c].into_iter().zip(corners).filter(|(_, on)| *on).map(|(p, _)| p));
+            let new = [a, b, c].into_iter().zip(corners).filter(|(_, on)| *on).map(|(p, _)| flat(p));
+            let spanned = region.len();
+            region.extend(new);
+            if region.len() > spanned {
+                region = convex_hull_2d(&region);
+            }
             if corners.iter().all(|&on| on) {
                 continue;
             }
@@ -158,7 +206,7 @@ pub fn contact_points(
             }
         }
     }
-    Ok(found.into_iter().map(|p| supporter.world_from_object.transform_point(p)).collect())
+    Ok(region)
 }
 
 /// Counter-clockwise convex hull of points in the plane (Andrew's monotone chain), without repeats.
@@ -259,10 +307,11 @@ mod tests {
             world_from_object: Pose { translation_m: DVec3::new(0.3, 0.1, z), rotation: DQuat::IDENTITY },
         };
         let on = |z| {
-            contact_points(&placed(&cube, z), &at(&table, 0.0, 0.0, 0.0), 0.001, None, &Interrupt::default())
+            let table = at(&table, 0.0, 0.0, 0.0);
+            contact_region(&placed(&cube, z), &table, 0.001, None, &[], &Interrupt::default())
                 .expect("no interrupt")
         };
-        let hull = convex_hull_2d(&on(0.0009).iter().map(|p| p.truncate()).collect::<Vec<_>>());
+        let hull = on(0.0009);
         let center = DVec2::new(0.3, 0.1);
         assert!((depth_in_convex_m(&hull, center) - 0.025).abs() < 1e-6);
         assert!((depth_in_convex_m(&hull, center + DVec2::new(0.03, 0.0)) + 0.005).abs() < 1e-6);

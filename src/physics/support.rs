@@ -8,7 +8,7 @@ use glam::DVec2;
 
 use super::metrics::{CertifySettings, world_box};
 use super::{Body, hull_set::HullSet};
-use crate::geometry::collide::{PlacedSolid, contact_points, convex_hull_2d, depth_in_convex_m};
+use crate::geometry::collide::{PlacedSolid, contact_region, convex_hull_2d, depth_in_convex_m};
 use crate::geometry::collision_shape::to_parry;
 use crate::geometry::{Interrupt, Interrupted};
 
@@ -18,7 +18,7 @@ pub struct SupportFinding {
     /// Signed distance of the projected center of mass inside the dilated support region, meters;
     /// `f64::NEG_INFINITY` where nothing is touched.
     pub margin_m: f64,
-    /// Number of contact points found.
+    /// Corners of the support region; 0 where nothing is touched.
     pub contacts: usize,
 }
 
@@ -53,8 +53,6 @@ pub fn support(
             continue;
         }
         let slope = (Some(other) != parent).then_some(settings.carrying_slope);
-        let found = contact_points(&solids[object], solid, gap_m, slope, interrupt)?;
-        points.extend(found.iter().map(|p| p.truncate()));
         let own_from_other = to_parry(&(own_pose.inverse() * solid.world_from_object));
         for patch in own_hulls.patches(&HullSet::new(&bodies[other].hulls), &own_from_other, gap_m) {
             let down = -own_pose.transform_vector(patch.normal).z;
@@ -62,6 +60,7 @@ pub fn support(
                 points.extend(patch.points.iter().map(|p| own_pose.transform_point(p.on_a).truncate()));
             }
         }
+        points = contact_region(&solids[object], solid, gap_m, slope, &points, interrupt)?;
     }
     let center = own_pose.transform_point(bodies[object].mass.center_of_mass_m).truncate();
     let margin_m = depth_in_convex_m(&convex_hull_2d(&points), center) + settings.support_dilation_m;
