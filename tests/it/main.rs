@@ -16,3 +16,4 @@ mod leases;
 mod outages;
 mod slow_clients;
 mod commands;
+mod truth;
