@@ -7,7 +7,7 @@
 //! bound where shells overlap. Object frame, meters. A query costs a few microseconds.
 
 use glam::DVec3;
-use parry3d_f64::query::{PointQueryWithLocation, Ray, RayCast};
+use parry3d_f64::query::{PointQuery, PointQueryWithLocation, Ray, RayCast};
 use parry3d_f64::shape::{TriMesh, TriMeshFlags};
 
 use super::TexturedMesh;
@@ -82,14 +82,45 @@ impl MeshSolid {
         self.locate(point, floor_m).map_or(f64::NEG_INFINITY, |found| found.depth_m)
     }
 
+    /// Distance of a point outside the solid; 0 inside. Faster than [`depth_m`](Self::depth_m), as it
+    /// looks no farther than the nearest shell found.
+    pub fn outside_m(&self, point: DVec3) -> f64 {
+        let mut nearest = f64::INFINITY;
+        for shell in self.shells.iter().filter(|shell| shell.outward) {
+            if shell.box_distance_m(point) >= nearest {
+                continue;
+            }
+            let found = shell.surface.project_local_point_with_max_dist(point, false, nearest);
+            if let Some(projection) = found {
+                let distance = (projection.point - point).length();
+                nearest = if projection.is_inside { 0.0 } else { nearest.min(distance) };
+            }
+            if nearest == 0.0 {
+                break;
+            }
+        }
+        let in_hole = self.shells.iter().filter(|shell| !shell.outward).map(|hole| {
+            if hole.box_distance_m(point) > 0.0 {
+                return 0.0;
+            }
+            let projection = hole.surface.project_local_point(point, false);
+            if projection.is_inside { 0.0 } else { (projection.point - point).length() }
+        });
+        in_hole.fold(nearest, f64::max)
+    }
+
     /// Depth of a point with the nearest surface point of the shell that decides it.
     fn locate(&self, point: DVec3, floor_m: f64) -> Option<Located> {
         let reach = (-floor_m).max(0.0);
         let mut inside: Option<Located> = None;
         let mut cavity: Option<Located> = None;
         for (index, shell) in self.shells.iter().enumerate() {
-            let outside_box = (shell.low - point).max(point - shell.high).max(DVec3::ZERO).length();
+            let outside_box = shell.box_distance_m(point);
             if outside_box > reach {
+                continue;
+            }
+            // A shell farther away than the best one so far decides nothing.
+            if shell.outward && inside.is_some_and(|best| -outside_box < best.depth_m && outside_box > 0.0) {
                 continue;
             }
             let (projection, _) = shell.surface.project_local_point_and_get_location(point, false);
@@ -125,6 +156,13 @@ impl MeshSolid {
     /// Corners of every triangle, shell after shell.
     pub fn triangles(&self) -> impl Iterator<Item = [DVec3; 3]> + '_ {
         self.shells.iter().flat_map(|shell| shell.surface.triangles().map(|t| [t.a, t.b, t.c]))
+    }
+}
+
+impl SolidShell {
+    /// Distance of a point outside the shell's box; 0 in it.
+    fn box_distance_m(&self, point: DVec3) -> f64 {
+        (self.low - point).max(point - self.high).max(DVec3::ZERO).length()
     }
 }
 

@@ -19,6 +19,18 @@ pub struct Shell {
     pub triangles: Vec<[u32; 3]>,
 }
 
+/// Height above a neighbor's plane up to which two faces count as flat, meters: above the rounding of
+/// single-precision positions.
+pub const CONVEX_M: f64 = 1e-6;
+
+#[derive(PartialEq, Eq, PartialOrd, Ord)]
+struct Edge {
+    a: u32,
+    b: u32,
+    forward: bool,
+    triangle: u32,
+}
+
 impl Shell {
     /// Signed enclosed volume, m^3: negative for the wall of a cavity, whose faces look inward.
     pub fn volume_m3(&self) -> f64 {
@@ -37,19 +49,44 @@ impl Shell {
         self.points.iter().fold((first, first), |(low, high), &p| (low.min(p), high.max(p)))
     }
 
-    /// Whether every edge is used as often in one direction as in the other.
+    /// Whether every edge is used by two triangles, once in each direction: a closed surface in which no
+    /// parts share an edge.
     pub fn is_closed(&self) -> bool {
-        let mut edges: Vec<(u32, u32, i32)> = self
-            .triangles
-            .iter()
-            .flat_map(|t| (0..3).map(|k| (t[k], t[(k + 1) % 3])))
-            .map(|(a, b)| if a < b { (a, b, 1) } else { (b, a, -1) })
-            .collect();
-        edges.sort_unstable();
+        let edges = self.edges();
         !edges.is_empty()
             && edges
-                .chunk_by(|x, y| (x.0, x.1) == (y.0, y.1))
-                .all(|same| same.iter().map(|e| e.2).sum::<i32>() == 0)
+                .chunk_by(|x, y| (x.a, x.b) == (y.a, y.b))
+                .all(|same| matches!(same, [x, y] if x.forward != y.forward))
+    }
+
+    /// Whether a closed shell bounds a convex solid: at every edge the neighbor bends away, or toward
+    /// by less than [`CONVEX_M`].
+    pub fn is_convex(&self) -> bool {
+        let normal = |t: u32| {
+            let [a, b, c] = self.triangles[t as usize].map(|v| self.points[v as usize]);
+            ((b - a).cross(c - a).normalize_or_zero(), a)
+        };
+        self.edges().chunk_by(|x, y| (x.a, x.b) == (y.a, y.b)).all(|same| match same {
+            [x, y] => [(x, y), (y, x)].into_iter().all(|(x, y)| {
+                let (n, at) = normal(x.triangle);
+                let [a, b, c] = self.triangles[y.triangle as usize].map(|v| self.points[v as usize]);
+                [a, b, c].into_iter().all(|p| n.dot(p - at) <= CONVEX_M)
+            }),
+            _ => false,
+        })
+    }
+
+    /// Every triangle's edges, those of one pair of corners together.
+    fn edges(&self) -> Vec<Edge> {
+        let mut edges: Vec<Edge> = self
+            .triangles
+            .iter()
+            .enumerate()
+            .flat_map(|(index, t)| (0..3).map(move |k| (index as u32, t[k], t[(k + 1) % 3])))
+            .map(|(triangle, a, b)| Edge { a: a.min(b), b: a.max(b), forward: a < b, triangle })
+            .collect();
+        edges.sort_unstable();
+        edges
     }
 }
 

@@ -1,0 +1,87 @@
+//! Where to cut a piece that is not convex.
+//!
+//! Candidates go through the worst notch, and the best is the one that leaves the least concavity
+//! (see `concavity`): planes that continue large faces which look into air (the floor of a tray, a wall of a
+//! box: cutting there leaves exact slabs), planes through the deepest point that contain its normal
+//! (across a bent bar, along the crease of two lumps), and planes that halve the piece.
+
+use std::collections::BTreeMap;
+use std::f64::consts::PI;
+
+use glam::DVec3;
+
+use super::concavity::{Directions, Sample, concavity_after_cut, samples, weight};
+use super::piece::Piece;
+use super::plane::Plane;
+
+/// Continued faces tried.
+const FACE_PLANES: usize = 7;
+/// Turns tried of a plane that contains the normal at a notch.
+const TURNS: usize = 4;
+/// Concave bits shallower than this share of the tolerance are left out.
+const SHALLOW: f64 = 0.1;
+/// A child should not be a sliver: penalty of the most lopsided cut, share of the concavity.
+const LOPSIDED: f64 = 0.1;
+
+/// Planes to cut the piece along, the best first; each has surface on both sides.
+pub(super) fn ranked_cuts(piece: &Piece, worst_at: DVec3, tolerance_m: f64) -> Vec<Plane> {
+    let directions = Directions::of(piece);
+    let samples = samples(piece, &directions);
+    let is_concave: Vec<bool> = samples.iter().map(|s| s.depth_m > SHALLOW * tolerance_m).collect();
+    let concave: Vec<Sample> =
+        samples.iter().zip(&is_concave).filter(|(_, c)| **c).map(|(s, _)| *s).collect();
+    let before: f64 = concave.iter().map(|s| weight(s.area_m2, s.depth_m, tolerance_m)).sum();
+    let (low, high) = bounds(&piece.points);
+    let mut ranked: Vec<(f64, Plane)> = Vec::new();
+    for plane in candidates(&concave, worst_at, tolerance_m, low, high) {
+        let Some(after) = concavity_after_cut(piece, &directions, &plane, tolerance_m, &is_concave) else {
+            continue;
+        };
+        let along = plane.normal.abs();
+        let middle = plane.height_m(0.5 * (low + high)).abs() / (0.5 * (high - low)).dot(along).max(1e-9);
+        ranked.push((after + LOPSIDED * before * middle.min(1.0), plane));
+    }
+    ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+    ranked.into_iter().map(|(_, plane)| plane).collect()
+}
+
+fn candidates(concave: &[Sample], worst_at: DVec3, tolerance_m: f64, low: DVec3, high: DVec3) -> Vec<Plane> {
+    let mut planes = continued_faces(concave, tolerance_m, (high - low).max_element());
+    let deepest = concave.iter().max_by(|a, b| a.depth_m.total_cmp(&b.depth_m));
+    let nearest = concave
+        .iter()
+        .min_by(|a, b| a.point.distance_squared(worst_at).total_cmp(&b.point.distance_squared(worst_at)));
+    for sample in deepest.into_iter().chain(nearest) {
+        let side =
+            if sample.normal.z.abs() > 0.99 { DVec3::X } else { DVec3::Z.cross(sample.normal).normalize() };
+        let up = sample.normal.cross(side);
+        planes.extend((0..TURNS).map(|k| {
+            let angle = PI * k as f64 / TURNS as f64;
+            Plane::through(sample.point, angle.cos() * side + angle.sin() * up)
+        }));
+    }
+    let middle = 0.5 * (low + high);
+    planes.extend([DVec3::X, DVec3::Y, DVec3::Z].map(|axis| Plane::through(middle, axis)));
+    planes.extend([DVec3::X, DVec3::Y, DVec3::Z].map(|axis| Plane::through(worst_at, axis)));
+    planes
+}
+
+/// Planes of the faces with the most concavity in them.
+fn continued_faces(concave: &[Sample], tolerance_m: f64, size_m: f64) -> Vec<Plane> {
+    let cell_m = (0.02 * size_m).max(1e-4);
+    let mut weights: BTreeMap<[i64; 4], (f64, Plane)> = BTreeMap::new();
+    for sample in concave {
+        let plane = Plane::through(sample.point, sample.normal);
+        let normal = (sample.normal * 12.0).round();
+        let offset = (plane.offset_m / cell_m).round();
+        let key = [normal.x, normal.y, normal.z, offset].map(|x| x as i64);
+        weights.entry(key).or_insert((0.0, plane)).0 += weight(sample.area_m2, sample.depth_m, tolerance_m);
+    }
+    let mut planes: Vec<(f64, Plane)> = weights.into_values().collect();
+    planes.sort_by(|a, b| b.0.total_cmp(&a.0));
+    planes.into_iter().take(FACE_PLANES).map(|(_, plane)| plane).collect()
+}
+
+fn bounds(points: &[DVec3]) -> (DVec3, DVec3) {
+    points.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), &p| (low.min(p), high.max(p)))
+}

@@ -1,0 +1,85 @@
+//! Distance to a solid, looked up: a grid of exact distances, filled where it is asked.
+//!
+//! A decomposition asks ten thousands of times how far a point lies outside the solid, mostly in the same
+//! places. Grid corners are measured when first needed and interpolated in between; the error is a small
+//! fraction of the spacing next to the surface and less away from it. Which thread measures a corner
+//! does not matter, as all get the same number. Object frame, meters.
+
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use glam::{DVec3, UVec3};
+
+use crate::geometry::mesh_solid::MeshSolid;
+
+/// Most grid corners; larger solids are measured directly.
+const MOST_CORNERS: usize = 3_000_000;
+/// Grid steps along the longest edge of the solid.
+const STEPS: f64 = 96.0;
+/// Coarsest grid, meters.
+const COARSEST_M: f64 = 0.003;
+
+pub(super) struct Field<'a> {
+    solid: &'a MeshSolid,
+    low: DVec3,
+    step_m: f64,
+    size: UVec3,
+    /// Bits of the depth as `f32`; [`UNKNOWN`] until asked.
+    depths: Vec<AtomicU32>,
+}
+
+/// A NaN no computation gives.
+const UNKNOWN: u32 = 0x7fc1_2345;
+
+impl<'a> Field<'a> {
+    pub(super) fn new(solid: &'a MeshSolid) -> Self {
+        let (low, high) = solid.bounds();
+        let step_m = ((high - low).max_element() / STEPS).clamp(1e-5, COARSEST_M);
+        let low = low - DVec3::splat(step_m);
+        let size = ((high - low) / step_m).ceil().as_uvec3() + UVec3::splat(2);
+        let count = size.x as usize * size.y as usize * size.z as usize;
+        let depths = if count <= MOST_CORNERS {
+            std::iter::repeat_with(|| AtomicU32::new(UNKNOWN)).take(count).collect()
+        } else {
+            Vec::new()
+        };
+        Self { solid, low, step_m, size, depths }
+    }
+
+    /// Distance of the point outside the solid; at most 0 inside.
+    pub(super) fn outside_m(&self, point: DVec3) -> f64 {
+        let at = (point - self.low) / self.step_m;
+        let inner = at.cmpge(DVec3::ZERO).all() && (at + 1.0).cmplt(self.size.as_dvec3()).all();
+        if self.depths.is_empty() || !inner {
+            return self.solid.outside_m(point);
+        }
+        let cell = at.floor();
+        let f = at - cell;
+        let cell = cell.as_uvec3();
+        let mut sum = 0.0;
+        for k in 0..8_u32 {
+            let corner = UVec3::new(k & 1, (k >> 1) & 1, k >> 2);
+            let along = |f: f64, upper: u32| if upper == 1 { f } else { 1.0 - f };
+            let weight = along(f.x, corner.x) * along(f.y, corner.y) * along(f.z, corner.z);
+            sum += weight * self.depth_at(cell + corner);
+        }
+        -sum
+    }
+
+    /// Whether the point lies in the solid and not on its surface, measured exactly.
+    pub(super) fn is_inside(&self, point: DVec3) -> bool {
+        const ON_SURFACE_M: f64 = 1e-5;
+        self.solid.depth_m(point) > ON_SURFACE_M
+    }
+
+    fn depth_at(&self, corner: UVec3) -> f64 {
+        let index = (corner.z as usize * self.size.y as usize + corner.y as usize) * self.size.x as usize
+            + corner.x as usize;
+        let known = self.depths[index].load(Ordering::Relaxed);
+        if known != UNKNOWN {
+            return f64::from(f32::from_bits(known));
+        }
+        let depth = self.solid.depth_m(self.low + self.step_m * corner.as_dvec3()) as f32;
+        self.depths[index].store(depth.to_bits(), Ordering::Relaxed);
+        f64::from(depth)
+    }
+}
