@@ -140,13 +140,11 @@ fn painter() -> EmbeddedPainter {
         },
         render: RENDER,
         decompose: DecomposeSettings {
-            convex_tolerance_m: 0.0005,
-            resolution: 48,
-            concavity: 0.002,
-            max_hulls_per_shell: 32,
+            tolerance_m: 0.0015,
+            max_hulls: 32,
+            max_pieces: 48,
             max_vertices: 64,
             min_thickness_m: 0.001,
-            merge_tolerance: 0.01,
             excess_spacing_m: 0.004,
         },
         settle: SettleSettings {

@@ -2,6 +2,7 @@
 
 use super::draft::Draft;
 use super::measures;
+use crate::catalog::Affordance;
 use crate::geometry::seed::child_rng;
 use crate::scene::RelationKind;
 
@@ -43,6 +44,55 @@ pub(super) fn size(draft: &mut Draft) {
         draft.objects[k].size_m = size;
     }
     largest_at_the_bottom(draft);
+    containers_hold_their_contents(draft);
+}
+
+/// Largest factor by which a container outgrows its usual size for what is in it.
+const MOST_GROWTH: f64 = 1.7;
+
+/// Share of a container's outer width that is free at the height where round things lie.
+const FREE_WIDTH: f64 = 0.76;
+
+/// A bowl of three apples is a fruit bowl: containers whose size the text leaves open grow until their
+/// contents lie side by side. Slender things stand and lean; they need no floor.
+fn containers_hold_their_contents(draft: &mut Draft) {
+    for host in 0..draft.objects.len() {
+        let looks = &draft.objects[host].looks;
+        let open = looks.measures.is_empty() && looks.stretches.is_empty();
+        if !open || !draft.category(host).affords(Affordance::Container) {
+            continue;
+        }
+        let widths: Vec<f64> = draft
+            .objects
+            .iter()
+            .filter(|object| {
+                object
+                    .relations
+                    .iter()
+                    .any(|(kind, to)| *to == Some(host) && matches!(kind, RelationKind::In | RelationKind::On))
+            })
+            .filter_map(|object| {
+                let mut extents = object.size_m.to_array();
+                extents.sort_by(f64::total_cmp);
+                (extents[2] <= 2.5 * extents[1]).then(|| (extents[1] * extents[2]).sqrt())
+            })
+            .collect();
+        if widths.is_empty() {
+            continue;
+        }
+        let mean_m = widths.iter().sum::<f64>() / widths.len() as f64;
+        let size = &mut draft.objects[host].size_m;
+        let needed_m = enclosing_circle(widths.len()) * mean_m / FREE_WIDTH;
+        let growth = (needed_m / size.x.min(size.y)).clamp(1.0, MOST_GROWTH);
+        *size *= glam::DVec3::new(growth, growth, growth.sqrt());
+    }
+}
+
+/// Diameter of the smallest circle that holds `count` circles of diameter 1 (Graham et al., "Dense
+/// packings of congruent circles in a circle", 1998, rounded up).
+fn enclosing_circle(count: usize) -> f64 {
+    const KNOWN: [f64; 8] = [0.0, 1.0, 2.0, 2.155, 2.415, 2.702, 3.0, 3.0];
+    KNOWN.get(count).copied().unwrap_or_else(|| 1.17 * (count as f64).sqrt())
 }
 
 /// In a pile the larger ones lie below.
