@@ -23,6 +23,8 @@ mod ground;
 mod group;
 mod arena;
 mod container;
+#[cfg(test)]
+mod tests;
 
 use glam::{DQuat, DVec2};
 use serde::{Deserialize, Serialize};

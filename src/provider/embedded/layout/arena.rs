@@ -81,10 +81,10 @@ impl Grouping<'_> {
             .map(|(kind, _)| *kind)
             .collect();
         let ties: Vec<&Tie> = board.ties_of(group).collect();
-        if let Ground::Table { outline, margin_m, seats } = board.ground
+        if let Ground::Table { seats, .. } = board.ground
             && let Some((_, seat)) = seats.iter().find(|(thing, _)| *thing == own.root)
         {
-            let mut at = seat.placement(&root.footprint, outline, margin_m + 0.004);
+            let mut at = *seat;
             let drift = 0.03 + 0.002 * f64::from(number);
             at.xy_m.x += drift * self.rng.random_range(-1.0..1.0);
             at.xy_m.y += drift * self.rng.random_range(-1.0..1.0);

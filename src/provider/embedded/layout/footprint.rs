@@ -100,8 +100,13 @@ impl Footprint {
             .fold(f64::NEG_INFINITY, f64::max)
     }
 
-    /// Distance it keeps from the outline's edge; negative where it reaches over.
+    /// Distance it keeps from the outline's edge, at least; negative where it reaches over.
     pub fn depth_inside_m(&self, outline: &Outline) -> f64 {
+        let middle_m = outline.depth_inside_m(self.center);
+        // Far from the edge the circle around it is answer enough.
+        if middle_m < 0.0 || middle_m - self.radius_m > 0.1 {
+            return middle_m - self.radius_m;
+        }
         let count = self.corners.len();
         let edges = (0..count).flat_map(|k| {
             let (a, b) = (self.corners[k], self.corners[(k + 1) % count]);

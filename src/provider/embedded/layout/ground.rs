@@ -3,8 +3,7 @@
 use glam::DVec2;
 use rand::RngExt;
 
-use super::seats::Seat;
-use super::{Footprint, Relief};
+use super::{Footprint, Placement, Relief};
 use crate::catalog::Zone;
 use crate::geometry::Outline;
 use crate::geometry::seed::Rng;
@@ -15,7 +14,7 @@ pub(super) enum Ground<'a> {
     Table {
         outline: &'a Outline,
         margin_m: f64,
-        seats: Vec<(usize, Seat)>,
+        seats: Vec<(usize, Placement)>,
     },
     /// In the supporter's frame.
     Top {

@@ -52,10 +52,11 @@ impl Grouping<'_> {
     pub fn arrange_on(&mut self, outline: &Outline) -> Result<Vec<(Placement, Group)>, usize> {
         let roots: Vec<usize> = (0..self.things.len()).filter(|&k| self.carriers[k].is_none()).collect();
         let groups = roots.into_iter().map(|root| self.gather(root)).collect::<Result<Vec<_>, _>>()?;
+        let margin_m = self.settings.edge_margin_m;
         let ground = Ground::Table {
             outline,
-            margin_m: self.settings.edge_margin_m,
-            seats: seats::seats(self.wishes, self.carriers, outline),
+            margin_m,
+            seats: seats::seats(self.wishes, self.carriers, self.things, outline, margin_m + 0.004),
         };
         let placements = self.place_all(&ground, &groups)?;
         Ok(placements.into_iter().zip(groups).collect())

@@ -8,13 +8,17 @@ use crate::geometry::{Pose, TexturedMesh};
 use crate::render::{RenderObject, TopView, View, render_geometry};
 
 /// Cells along the longer side.
-const CELLS: u32 = 64;
+const CELLS: u32 = 44;
 
 /// Heights of the top surface above the mesh's origin, object frame, meters; `None` beside the thing.
 pub(super) struct Relief {
     view: TopView,
     heights_m: Vec<Option<f64>>,
+    /// Of the rim and of the cavity's floor.
     highest_m: f64,
+    lowest_m: f64,
+    /// Middles of the cavity's cells with their distance to its wall.
+    room: Vec<(DVec2, f64)>,
 }
 
 impl Relief {
@@ -33,8 +37,23 @@ impl Relief {
         };
         let object = RenderObject { mesh, world_from_object: Pose::IDENTITY, id: 1 };
         let seen = render_geometry(&[object], &View::Orthographic(view));
-        let heights_m = seen.depth_m.iter().map(|&d| d.is_finite().then(|| eye_z_m - f64::from(d))).collect();
-        Self { view, heights_m, highest_m: high.z }
+        let heights_m: Vec<Option<f64>> =
+            seen.depth_m.iter().map(|&d| d.is_finite().then(|| eye_z_m - f64::from(d))).collect();
+        let lowest_m = heights_m.iter().flatten().copied().fold(f64::INFINITY, f64::min);
+        let mut relief = Self { view, heights_m, highest_m: high.z, lowest_m, room: Vec::new() };
+        relief.room = relief.cavity();
+        relief
+    }
+
+    fn cavity(&self) -> Vec<(DVec2, f64)> {
+        let level = self.lowest_m + 0.45 * (self.highest_m - self.lowest_m);
+        let deep = |height: Option<f64>| height.is_some_and(|z| z < level);
+        let (open, walls): (Vec<_>, Vec<_>) = self.cells().partition(|(_, height)| deep(*height));
+        let margin = 0.5 * self.view.meters_per_px;
+        let to_wall = |at: DVec2| {
+            walls.iter().map(|(wall, _)| wall.distance_squared(at)).fold(f64::INFINITY, f64::min).sqrt()
+        };
+        open.iter().map(|(at, _)| (*at, to_wall(*at).min(self.to_edge_m(*at)) - margin)).collect()
     }
 
     /// Middle of every cell with the height there.
@@ -54,9 +73,10 @@ impl Relief {
         let inside = |p: DVec2| crate::geometry::collide::depth_in_convex_m(footprint.corners(), p) >= 0.0;
         let (mut under, mut low, mut high) = (0_usize, f64::INFINITY, f64::NEG_INFINITY);
         let half = 0.5 * footprint.size_m().min_element();
+        let (least, most) = footprint.bounds();
         for (at, height) in self.cells() {
             let Some(height) = height else { continue };
-            if !inside(at) {
+            if at.cmplt(least).any() || at.cmpgt(most).any() || !inside(at) {
                 continue;
             }
             under += 1;
@@ -74,18 +94,6 @@ impl Relief {
     /// can be from the walls and from those before it. With the depth to the wall each has left, negative
     /// where it will lie on others.
     pub fn places_inside(&self, radii_m: &[f64]) -> Vec<(DVec2, f64)> {
-        let floor = self.heights_m.iter().flatten().copied().fold(f64::INFINITY, f64::min);
-        let level = floor + 0.45 * (self.highest_m - floor);
-        let deep = |height: Option<f64>| height.is_some_and(|z| z < level);
-        let (open, walls): (Vec<_>, Vec<_>) = self.cells().partition(|(_, height)| deep(*height));
-        let margin = 0.5 * self.view.meters_per_px;
-        let room: Vec<(DVec2, f64)> = open
-            .iter()
-            .map(|(at, _)| {
-                let to_wall = walls.iter().map(|(w, _)| w.distance(*at)).fold(f64::INFINITY, f64::min);
-                (*at, to_wall.min(self.to_edge_m(*at)) - margin)
-            })
-            .collect();
         let mut taken: Vec<(DVec2, f64)> = Vec::new();
         let mut places = Vec::new();
         for &radius in radii_m {
@@ -95,7 +103,7 @@ impl Relief {
                 // Snug beside the others rather than in the very middle once there are others.
                 (to_wall - radius).min(to_others)
             };
-            let best = room.iter().max_by(|a, b| left(a).total_cmp(&left(b)));
+            let best = self.room.iter().max_by(|a, b| left(a).total_cmp(&left(b)));
             let (at, depth) = best.map_or((self.view.center_m, -1.0), |cell| (cell.0, left(cell)));
             taken.push((at, radius));
             places.push((at, depth));
@@ -112,8 +120,7 @@ impl Relief {
 
     /// Narrowest width of the cavity's opening and how deep it is, meters.
     pub fn opening(&self) -> (f64, f64) {
-        let floor = self.heights_m.iter().flatten().copied().fold(f64::INFINITY, f64::min);
         let widest = self.places_inside(&[0.0]).first().map_or(0.0, |place| 2.0 * place.1);
-        (widest.max(0.0), (self.highest_m - floor).max(0.0))
+        (widest.max(0.0), (self.highest_m - self.lowest_m).max(0.0))
     }
 }

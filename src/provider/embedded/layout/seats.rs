@@ -4,27 +4,31 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use glam::DVec2;
 
-use super::Footprint;
+use super::tree::Carrier;
+use super::{Footprint, Placement, Prepared, Thing};
 use crate::geometry::Outline;
 use crate::scene::RelationKind;
-
-use super::tree::Carrier;
-use super::{Placement, Thing};
 
 /// Width of one place with its cutlery, meters.
 const PLACE_WIDTH_M: f64 = 0.46;
 
 /// One place: somebody sits outside the edge and looks inward.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Seat {
+struct Seat {
     /// Yaw of what faces the person; 0 = at the front edge.
-    pub yaw_rad: f64,
+    yaw_rad: f64,
     /// To the person's right of the middle, meters.
-    pub sideways_m: f64,
+    sideways_m: f64,
 }
 
-/// A seat for each plate that stands on the table and has no place of its own.
-pub(super) fn seats(things: &[Thing], carriers: &[Option<Carrier>], outline: &Outline) -> Vec<(usize, Seat)> {
+/// A place for each plate that stands on the table and has none of its own.
+pub(super) fn seats(
+    things: &[Thing],
+    carriers: &[Option<Carrier>],
+    prepared: &[Prepared],
+    outline: &Outline,
+    margin_m: f64,
+) -> Vec<(usize, Placement)> {
     let free = |k: usize| {
         carriers[k].is_none() && things[k].category.name == "plate" && things[k].relations.is_empty()
     };
@@ -40,7 +44,8 @@ pub(super) fn seats(things: &[Thing], carriers: &[Option<Carrier>], outline: &Ou
     let (low, high) = outline.bounds();
     let size = high - low;
     let places = places(plates.len(), size, directed);
-    plates.into_iter().zip(places).collect()
+    let placement = |plate: usize, seat: Seat| seat.placement(&prepared[plate].footprint, outline, margin_m);
+    plates.into_iter().zip(places).map(|(plate, seat)| (plate, placement(plate, seat))).collect()
 }
 
 fn places(count: usize, size: DVec2, directed: bool) -> Vec<Seat> {
@@ -75,7 +80,7 @@ fn places(count: usize, size: DVec2, directed: bool) -> Vec<Seat> {
 
 impl Seat {
     /// Where a plate of that footprint stands: as near to the person as the margin to the edge allows.
-    pub fn placement(&self, plate: &Footprint, outline: &Outline, margin_m: f64) -> Placement {
+    fn placement(&self, plate: &Footprint, outline: &Outline, margin_m: f64) -> Placement {
         let (low, high) = outline.bounds();
         let inward = DVec2::from_angle(self.yaw_rad + FRAC_PI_2);
         let right = -inward.perp();
