@@ -35,7 +35,12 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE")]
     image: Option<PathBuf>,
     /// Same input and seed: same scene, to the byte [default: drawn, and told]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(..=MAX_SEED))]
+    #[arg(
+        long,
+        value_name = "N",
+        allow_negative_numbers = true,
+        value_parser = clap::value_parser!(u64).range(..=MAX_SEED)
+    )]
     seed: Option<u64>,
     /// Folder for the bundle [default: out/<short id>]
     #[arg(long, value_name = "DIR")]

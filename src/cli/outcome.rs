@@ -7,7 +7,6 @@ use super::folder::Folder;
 use super::progress::StageTime;
 use super::{Exit, Failure};
 use crate::scene::Certificate;
-
 use crate::store::scenes::SceneRow;
 use crate::store::{Digest, Store, StoreError};
 

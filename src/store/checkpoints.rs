@@ -169,7 +169,8 @@ async fn commit(
         .bind(now)
         .execute(&mut *connection)
         .await?;
-        sqlx::query("UPDATE jobs SET attempt = 0 WHERE id = ?")
+        // The try that got here is the first since.
+        sqlx::query("UPDATE jobs SET attempt = 1 WHERE id = ?")
             .bind(&lease.job_id)
             .execute(&mut *connection)
             .await?;

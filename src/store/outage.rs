@@ -94,8 +94,11 @@ impl Health {
     }
 
     fn publish(&self) {
-        let now = self.parts.iter().find_map(|part| part.borrow().as_ref().map(|failing| failing.why));
-        self.outage.send_if_modified(|known| std::mem::replace(known, now) != now);
+        // Looked up under the lock of what is published: whoever publishes last publishes what is so.
+        self.outage.send_if_modified(|known| {
+            let now = self.parts.iter().find_map(|part| part.borrow().as_ref().map(|failing| failing.why));
+            std::mem::replace(known, now) != now
+        });
     }
 }
 

@@ -133,7 +133,7 @@ async fn only_what_is_charged_counts() {
     let held = claim(&store, "worker", HOUR).await;
     store.stage_finished(&held.lease, &stage(), &finished(), false).await.unwrap();
     store.finish(&held.lease, retry(true)).await.unwrap();
-    assert_eq!(claim(&store, "worker", HOUR).await.attempt, 1);
+    assert_eq!(claim(&store, "worker", HOUR).await.attempt, 2);
 }
 
 #[tokio::test]

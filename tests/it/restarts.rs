@@ -36,7 +36,7 @@ async fn a_drain_finishes_the_stage_releases_the_job_uncharged_and_a_restart_goe
     let server = Server::on(directory, &second, &[]).await;
     let view = server.job_is(&job, "succeeded").await;
     assert_eq!(second.runs(), ["omega"]);
-    assert_eq!(view["attempt"], 0);
+    assert_eq!(view["attempt"], 1);
     assert!(server.kinds(&job).await.contains(&"job_released".to_owned()));
 }
 
