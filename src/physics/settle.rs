@@ -82,7 +82,8 @@ pub fn settle(
     islands::simulate(bodies, settings, true, interrupt)
 }
 
-/// Simulates `duration_s` to the end, resting or not.
+/// Simulates `duration_s` to the end; an island whose drift can no longer matter is taken to stay (it is
+/// watched over a quarter of a second, and ten times its drift may not add up to a tenth of a millimeter).
 pub fn simulate_to_the_end(
     bodies: &[Body],
     settings: &SettleSettings,

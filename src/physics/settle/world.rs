@@ -24,6 +24,13 @@ const RECYCLE_M: f64 = 1e-5;
 /// Contacts of moving bodies are looked for this far ahead, meters.
 const LOOK_AHEAD_M: f64 = 0.02;
 
+/// Length of the windows in which drift is watched, seconds.
+const WINDOW_S: f64 = 0.25;
+
+/// Bodies at rest are not simulated on when ten times the drift of the last window, kept up to the end,
+/// would move no point of them by this much, meters: a three-hundredth of what counts as moving.
+const DRIFT_TO_THE_END_M: f64 = 1e-4;
+
 /// How a simulation ended.
 #[derive(Clone, Debug)]
 pub(super) struct Run {
@@ -35,7 +42,8 @@ pub(super) struct Run {
     pub simulated_s: f64,
 }
 
-/// Simulates the bodies, to the end or until all rest.
+/// Simulates the bodies: until all rest, or to the end. What has come to rest for good is not simulated on
+/// (see [`DRIFT_TO_THE_END_M`]); a pose that creeps is.
 pub(super) fn run(
     bodies: &[&Body],
     settings: &SettleSettings,
@@ -55,6 +63,8 @@ pub(super) fn run(
 
     let steps = (settings.duration_s * settings.steps_per_s).round().max(1.0) as usize;
     let steps_at_rest = (settings.rest_time_s * settings.steps_per_s).round().max(1.0) as usize;
+    let window = (WINDOW_S * settings.steps_per_s).round().max(1.0) as usize;
+    let mut window_start = start.clone();
     let (mut rested, mut done, mut excursion_m) = (0, 0, 0.0_f64);
     while done < steps && !(may_end_early && rested >= steps_at_rest) {
         if done % 8 == 0 {
@@ -73,6 +83,22 @@ pub(super) fn run(
             excursion_m = excursion_m.max(way_m);
         }
         rested = if resting { rested + 1 } else { 0 };
+        if done % window == 0 {
+            let mut drift_m = 0.0_f64;
+            for (k, &handle) in handles.iter().enumerate() {
+                let moving = &world.bodies[handle];
+                let (center, rotation) = (moving.center_of_mass(), moving.position().rotation);
+                let turned = window_start[k].1.conjugate() * rotation;
+                let way_m = (center - window_start[k].0).length() + 2.0 * reach_m[k] * turned.xyz().length();
+                // Not a number is not at rest.
+                drift_m = if way_m <= drift_m { drift_m } else { way_m };
+                window_start[k] = (center, rotation);
+            }
+            let windows_left = (steps - done) as f64 / window as f64;
+            if rested >= window && 10.0 * drift_m * windows_left < DRIFT_TO_THE_END_M {
+                break;
+            }
+        }
     }
     let poses = bodies
         .iter()
