@@ -287,3 +287,91 @@ impl QueryDispatcher for HullContacts {
         Err(Unsupported)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::{DQuat, DVec3};
+
+    use crate::geometry::convex_hull::convex_hull;
+    use crate::geometry::shapes::{block, cylinder, prism, rounded_rectangle, shell_of_revolution};
+    use crate::geometry::{Interrupt, Pose};
+    use crate::physics::settle::simulate_to_the_end;
+    use crate::physics::test_bodies::{body, settle_settings, table};
+    use crate::physics::{Body, Settled};
+
+    fn five_seconds(bodies: &[Body]) -> Settled {
+        simulate_to_the_end(bodies, &settle_settings(), &Interrupt::default()).expect("a simulation")
+    }
+
+    /// Nothing moved by more than a tenth of a millimeter or turned by more than a milliradian.
+    fn assert_still(settled: &Settled) {
+        for (k, (way_m, turned_rad)) in settled.displacements_m.iter().zip(&settled.rotations_rad).enumerate()
+        {
+            assert!(*way_m < 1e-4 && *turned_rad < 1e-3, "{k} moved {way_m} m and turned {turned_rad}");
+        }
+    }
+
+    #[test]
+    fn a_round_mug_does_not_walk() {
+        let mug = |name, x| {
+            body(name, cylinder(0.04, 0.09, 0.001, 48), Pose::upright(DVec3::new(x, 0.1, 0.0), 0.2))
+        };
+        assert_still(&five_seconds(&[table(), mug("mug", 0.0), mug("other", 0.3)]));
+    }
+
+    #[test]
+    fn a_mug_of_many_wedges_does_not_walk_either() {
+        // Sixteen wedges share the foot: many facets in one plane.
+        let whole = shell_of_revolution(
+            &[glam::DVec2::new(0.03, 0.0), glam::DVec2::new(0.04, 0.09)],
+            0.004,
+            0.006,
+            48,
+        );
+        let mut mug = body("mug", whole, Pose::upright(DVec3::new(0.1, 0.0, 0.0), 0.0));
+        mug.hulls = (0..16)
+            .map(|k| {
+                let turn = DQuat::from_rotation_z(std::f64::consts::TAU * f64::from(k) / 16.0);
+                let wedge = [(0.02, 0.0), (0.03, 0.0), (0.034, 0.09), (0.04, 0.09)];
+                let half = (std::f64::consts::PI / 16.0).tan();
+                let corners: Vec<DVec3> = wedge
+                    .iter()
+                    .flat_map(|&(r, z)| [-1.0, 1.0].map(|side| turn * DVec3::new(r, side * half * r, z)))
+                    .collect();
+                convex_hull(&corners, 64, 0.001).expect("a wedge")
+            })
+            .collect();
+        assert_still(&five_seconds(&[table(), mug]));
+    }
+
+    #[test]
+    fn a_mat_stays_on_a_table_with_round_corners() {
+        // Seventeen corners at each end of the top: four in a row say nothing about its middle.
+        let mut top = table();
+        let outline = rounded_rectangle(1.4, 0.8, 0.05, 16);
+        let solid = prism(&outline, 0.03).translated(DVec3::new(0.0, 0.0, -0.03));
+        top.hulls = vec![convex_hull(&solid.positions, 255, 0.001).expect("a top")];
+        let mat =
+            body("mat", block(DVec3::new(0.3, 0.22, 0.0015)), Pose::upright(DVec3::new(0.2, -0.1, 0.0), 0.3));
+        let settled = five_seconds(&[top, mat]);
+        assert_still(&settled);
+        assert!(settled.poses[1].translation_m.z.abs() < 2e-4);
+    }
+
+    #[test]
+    fn a_loaded_plate_does_not_tilt() {
+        let plate = body("plate", cylinder(0.12, 0.01, 0.001, 40), Pose::upright(DVec3::ZERO, 0.0));
+        let load = body("load", block(DVec3::splat(0.05)), Pose::upright(DVec3::new(0.06, 0.03, 0.01), 0.7));
+        assert_still(&five_seconds(&[table(), plate, load]));
+    }
+
+    #[test]
+    fn a_can_on_its_side_rests_on_a_facet() {
+        let lying = Pose {
+            translation_m: DVec3::new(0.0, 0.05, 0.0299),
+            rotation: DQuat::from_rotation_x(std::f64::consts::FRAC_PI_2),
+        };
+        let settled = five_seconds(&[table(), body("can", cylinder(0.03, 0.1, 0.0, 24), lying)]);
+        assert!(settled.at_rest && settled.displacements_m[1] < 0.006, "{settled:?}");
+    }
+}

@@ -3,23 +3,27 @@
 //!
 //! The paper leaves collisions as they come; this repair is ours. Rounds of: drop everything onto its
 //! supporter in support order ([`mod@place`]), push what overlaps apart the shortest horizontal way and
-//! back inside the outline ([`mod@separate`]), settle under gravity and take the settled poses. A round is
-//! accepted when five more seconds change nothing, no visual meshes interpenetrate, everything is still
-//! carried by its supporter and inside the outline; else the next round starts with more clearance
-//! and nudges what failed toward its supporter's middle. What cannot be resolved is an error that names the
-//! objects. Children move with their supporters; contained things use the true shapes.
+//! back inside the outline ([`mod@separate`]), settle under gravity and take the settled poses. Contained things
+//! find their place one by one ([`mod@contain`]). A round is accepted when no visual meshes interpenetrate,
+//! everything is still with its supporter, supported and inside the outline, and five more seconds change
+//! nothing; else the next round starts with more clearance, nudges what failed toward its supporter's middle or
+//! tries other places in its container. What cannot be resolved is an error that names the objects. Children
+//! move with their supporters; contained things use the true shapes.
 //!
 //! World frame, meters, radians. Deterministic. A fraction of a second for twenty objects.
 
 mod place;
+mod contain;
 mod separate;
 mod tree;
 
 use glam::DVec2;
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::metrics::{CertifySettings, collisions, stability};
 use super::settle::{SettleError, SettleSettings, angle_between_rad, settle};
+use super::support::{SupportFinding, support};
 use super::{Body, Settled};
 use crate::geometry::cast::{Supporter, are_closer};
 use crate::geometry::collide::{PlacedSolid, convex_hull_2d, depth_in_convex_m};
@@ -120,6 +124,8 @@ struct Scene<'a> {
     shapes: Vec<CollisionShape>,
     tree: Tree,
     settings: &'a ResolveSettings,
+    settle: &'a SettleSettings,
+    certify: &'a CertifySettings,
 }
 
 impl Scene<'_> {
@@ -163,7 +169,7 @@ pub fn resolve(
                 .map_err(|source| SettleError::BrokenHull { name: body.name.clone(), source })
         })
         .collect::<Result<Vec<_>, _>>()?;
-    let scene = Scene { problem, shapes, tree, settings };
+    let scene = Scene { problem, shapes, tree, settings, settle: settle_settings, certify };
     let wanted: Vec<Pose> = problem.bodies.iter().map(|b| b.world_from_object).collect();
     let (mut plan, mut log) = (wanted.clone(), Vec::new());
     let mut nudges = vec![0_usize; wanted.len()];
@@ -175,14 +181,16 @@ pub fn resolve(
             nudges[fault.body] += 1;
         }
         // Dropping changes heights and pushing changes what lies below, so they take turns.
+        let mut seated = vec![None; plan.len()];
         for _ in 0..3 {
-            place::drop_all(&scene, &mut plan, &nudges, &mut log, interrupt)?;
+            place::drop_all(&scene, &mut plan, &nudges, &mut seated, &mut log, interrupt)?;
             if !separate::push_apart(&scene, &mut plan, clearance_m, &mut log, interrupt)? {
                 break;
             }
         }
-        let settled = settle_until_nothing_moves(&scene, &plan, settle_settings, certify, interrupt)?;
-        faults = find_faults(&scene, &plan, &settled, round + 1 == rounds, certify, interrupt)?;
+        let last = round + 1 == rounds;
+        let (settled, found) = settle_and_judge(&scene, &plan, last, interrupt)?;
+        faults = found;
         if faults.is_empty() {
             return Ok(finish(&scene, &wanted, &plan, settled.poses, round + 1, log));
         }
@@ -194,41 +202,53 @@ pub fn resolve(
     Err(ResolveError::Unresolved { rounds, reasons, names })
 }
 
-/// Settles, and settles again from there, until the stability check finds nothing moving.
-fn settle_until_nothing_moves(
+/// Settles and looks for faults; where there are none, checks that nothing moves any more, and settles again
+/// from there while something does.
+fn settle_and_judge(
     scene: &Scene,
     plan: &[Pose],
-    settle_settings: &SettleSettings,
-    certify: &CertifySettings,
+    last_round: bool,
     interrupt: &Interrupt,
-) -> Result<Settled, ResolveError> {
+) -> Result<(Settled, Vec<Fault>), ResolveError> {
     let mut bodies = scene.problem.bodies.to_vec();
     bodies.iter_mut().zip(plan).for_each(|(body, pose)| body.world_from_object = *pose);
-    let mut settled = settle(&bodies, settle_settings, interrupt)?;
+    let mut settled = settle(&bodies, scene.settle, interrupt)?;
+    let mut moving = Vec::new();
     for _ in 0..scene.settings.settles {
+        let faults = find_faults(scene, plan, &settled.poses, last_round, interrupt)?;
+        if !faults.is_empty() {
+            return Ok((settled, faults));
+        }
         bodies.iter_mut().zip(&settled.poses).for_each(|(body, pose)| body.world_from_object = *pose);
-        let check = stability(&bodies, certify, settle_settings, interrupt)?;
-        settled.at_rest = check.movements.iter().all(|m| {
-            m.displacement_m <= scene.settings.rest_displacement_m
-                && m.rotation_rad <= scene.settings.rest_rotation_rad
-        });
-        if settled.at_rest {
+        let check = stability(&bodies, scene.certify, scene.settle, interrupt)?;
+        moving = (0..bodies.len())
+            .filter(|&k| {
+                let movement = check.movements[k];
+                movement.displacement_m > scene.settings.rest_displacement_m
+                    || movement.rotation_rad > scene.settings.rest_rotation_rad
+            })
+            .map(|body| {
+                let way_mm = 1e3 * check.movements[body].displacement_m;
+                let reason = format!("{} does not come to rest ({way_mm:.1} mm)", scene.name(body));
+                Fault { body, reason, nudge: true }
+            })
+            .collect();
+        if moving.is_empty() {
             break;
         }
-        settled.poses = settle(&bodies, settle_settings, interrupt)?.poses;
+        settled.poses = settle(&bodies, scene.settle, interrupt)?.poses;
     }
-    Ok(settled)
+    Ok((settled, moving))
 }
 
 fn find_faults(
     scene: &Scene,
     plan: &[Pose],
-    settled: &Settled,
+    poses: &[Pose],
     last_round: bool,
-    certify: &CertifySettings,
     interrupt: &Interrupt,
 ) -> Result<Vec<Fault>, ResolveError> {
-    let (poses, settings) = (&settled.poses, scene.settings);
+    let (settings, certify) = (scene.settings, scene.certify);
     let mut faults = Vec::new();
     for &body in &scene.tree.order {
         let Some(support) = scene.tree.support[body] else { continue };
@@ -244,7 +264,7 @@ fn find_faults(
         }
         let parent = support.parent;
         if support.inside {
-            if !place::reaches_in(scene, body, parent, poses) {
+            if !contain::reaches_in(scene, body, parent, poses) {
                 fault(format!("{name} does not stay in {}", scene.name(parent)), true);
             }
         } else if !touches_group(scene, body, parent, poses, certify.contact_gap_m) {
@@ -255,13 +275,6 @@ fn find_faults(
             fault(format!("{name} turned by {:.0} degrees while settling", turned.to_degrees()), false);
         }
     }
-    if !settled.at_rest {
-        let (body, speed) = (0..poses.len())
-            .map(|k| (k, settled.displacements_m[k]))
-            .fold((0, 0.0), |worst, next| if next.1 > worst.1 { next } else { worst });
-        let reason = format!("{} does not come to rest ({:.0} mm so far)", scene.name(body), 1e3 * speed);
-        faults.push(Fault { body, reason, nudge: true });
-    }
     let solids: Vec<PlacedSolid> = scene
         .problem
         .solids
@@ -269,6 +282,19 @@ fn find_faults(
         .zip(poses)
         .map(|(solid, pose)| PlacedSolid { solid, world_from_object: *pose })
         .collect();
+    let movable: Vec<usize> = scene.tree.order.iter().copied().filter(|&k| k != scene.tree.table).collect();
+    let findings: Vec<SupportFinding> = movable
+        .par_iter()
+        .map(|&body| {
+            let parent = scene.tree.support[body].map(|s| s.parent);
+            support(&solids, scene.problem.bodies, body, parent, certify, interrupt)
+        })
+        .collect::<Result<_, Interrupted>>()?;
+    for (&body, finding) in movable.iter().zip(&findings).filter(|(_, finding)| !finding.is_supported()) {
+        let over_mm = 1e3 * (certify.support_dilation_m - finding.margin_m);
+        let reason = format!("{} hangs {over_mm:.0} mm over what carries it", scene.name(body));
+        faults.push(Fault { body, reason, nudge: true });
+    }
     for pair in collisions(&solids, certify, interrupt)?.colliding {
         let body = if pair.a == scene.tree.table { pair.b } else { pair.a };
         let (a, b) = (scene.name(pair.a), scene.name(pair.b));

@@ -1,20 +1,20 @@
 //! Dropping bodies onto and into their supporters.
 
-use std::f64::consts::{FRAC_PI_2, TAU};
+use glam::{DQuat, DVec2};
 
-use glam::{DQuat, DVec2, DVec3};
-
-use super::{ResolveError, Scene, depth_over_parent_m};
-use crate::geometry::cast::{Supporter, drop_height, floor_hull};
-use crate::geometry::collision_shape::CollisionShape;
+use super::{ResolveError, Scene, contain, depth_over_parent_m};
+use crate::geometry::cast::{Supporter, drop_height};
 use crate::geometry::{Interrupt, Pose};
 
-/// Drops every body onto its supporter, supporters first. `nudges[k]` quarters of the way to the
-/// supporter's middle are gone before body k is dropped (for contained ones: that many places are skipped).
+/// Drops every body onto its supporter, supporters first; what it carries moves with it. `nudges[k]`
+/// quarters of the way to the supporter's middle are gone before body k is dropped (contained ones try other
+/// places instead). `seated` remembers where in its container a body found its place
+/// (`container_from_body`), so that it keeps it when the container is moved; begin with `None`s.
 pub(super) fn drop_all(
     scene: &Scene,
     poses: &mut [Pose],
     nudges: &[usize],
+    seated: &mut [Option<Pose>],
     log: &mut Vec<String>,
     interrupt: &Interrupt,
 ) -> Result<(), ResolveError> {
@@ -31,13 +31,24 @@ pub(super) fn drop_all(
                 other == parent || (parent != scene.tree.table && scene.tree.is_below(other, parent))
             })
             .collect();
-        let supporters: Vec<Supporter> = below.iter().map(|&other| scene.placed(other, poses)).collect();
+        let before = poses[body];
         let pose = if support.inside && parent != scene.tree.table {
-            into(scene, body, parent, &supporters, poses, nudges[body])
+            match seated[body] {
+                Some(parent_from_body) => poses[parent] * parent_from_body,
+                None => {
+                    let pose = contain::into(scene, body, parent, &below, poses, nudges[body], interrupt)?;
+                    seated[body] = Some(poses[parent].inverse() * pose);
+                    pose
+                }
+            }
         } else {
+            let supporters: Vec<Supporter> = below.iter().map(|&other| scene.placed(other, poses)).collect();
             onto(scene, body, parent, &supporters, poses, nudges[body])
         };
-        let before = poses[body];
+        let motion = pose * before.inverse();
+        for carried in scene.tree.branch(body) {
+            poses[carried] = motion * poses[carried];
+        }
         poses[body] = pose;
         let moved_m = (pose.translation_m - before.translation_m).truncate().length();
         if moved_m > 0.001 {
@@ -49,7 +60,7 @@ pub(super) fn drop_all(
     Ok(())
 }
 
-fn middle_of(scene: &Scene, body: usize, poses: &[Pose]) -> DVec2 {
+pub(super) fn middle_of(scene: &Scene, body: usize, poses: &[Pose]) -> DVec2 {
     let (low, high) = scene.shapes[body].bounds(&poses[body]);
     0.5 * (low + high).truncate()
 }
@@ -87,140 +98,14 @@ fn onto(
     pose
 }
 
-/// Lowest point of the body after a drop there.
-fn dropped(scene: &Scene, body: usize, rotation: DQuat, xy: DVec2, supporters: &[Supporter]) -> Option<Pose> {
-    let z = drop_height(&scene.shapes[body], rotation, xy, supporters)?;
-    Some(Pose { translation_m: xy.extend(z), rotation })
-}
-
-/// Height of the rim and of the deepest reachable point of the cavity.
-fn rim_and_floor(scene: &Scene, parent: usize, poses: &[Pose]) -> (f64, f64) {
-    let (low, high) = scene.shapes[parent].bounds(&poses[parent]);
-    let middle = 0.5 * (low + high).truncate();
-    let mut probe_hull = floor_hull(0.001, 0.002);
-    probe_hull.points.iter_mut().for_each(|p| p.z += 0.002);
-    let Ok(probe) = CollisionShape::new(&[probe_hull]) else { return (high.z, low.z) };
-    let under = [scene.placed(parent, poses)];
-    let reach = 0.25 * (high - low).truncate();
-    let floor = (0..9)
-        .filter_map(|k| {
-            let at = middle + reach * DVec2::new(f64::from(k % 3) - 1.0, f64::from(k / 3) - 1.0);
-            drop_height(&probe, DQuat::IDENTITY, at, &under)
-        })
-        .fold(high.z, f64::min);
-    (high.z, floor)
-}
-
-/// Whether the body reaches into its container as far as it must, its weight above the container's outline.
-pub(super) fn reaches_in(scene: &Scene, body: usize, parent: usize, poses: &[Pose]) -> bool {
-    let (rim, floor) = rim_and_floor(scene, parent, poses);
-    let (low, _) = scene.shapes[body].bounds(&poses[body]);
-    let (parent_low, parent_high) = scene.shapes[parent].bounds(&poses[parent]);
-    // The point that goes deepest must be between the walls, not beside them.
-    let deepest = scene.shapes[body]
-        .points(&poses[body])
-        .fold(DVec3::INFINITY, |deep, p| if p.z < deep.z { p } else { deep });
-    let between = deepest.x > parent_low.x
-        && deepest.x < parent_high.x
-        && deepest.y > parent_low.y
-        && deepest.y < parent_high.y;
-    between && low.z <= rim - scene.settings.container_depth_share * (rim - floor)
-}
-
-fn into(
+/// The body dropped there.
+pub(super) fn dropped(
     scene: &Scene,
     body: usize,
-    parent: usize,
+    rotation: DQuat,
+    xy: DVec2,
     supporters: &[Supporter],
-    poses: &[Pose],
-    skip: usize,
-) -> Pose {
-    let wanted = poses[body];
-    let mut trial = poses.to_vec();
-    let mut fits = |pose: Pose| {
-        trial[body] = pose;
-        reaches_in(scene, body, parent, &trial)
-    };
-    let (low, high) = scene.shapes[parent].bounds(&poses[parent]);
-    let middle = 0.5 * (low + high).truncate();
-    let offset = center_offset(scene, body, wanted.rotation);
-    let around = |share: f64, count: u32| {
-        let reach = share * 0.5 * (high - low).truncate();
-        (0..count).map(move |k| middle + reach * DVec2::from_angle(TAU * f64::from(k) / f64::from(count)))
-    };
-    // As it is: where it is, then ever nearer to the middle, then around the middle.
-    let own = wanted.translation_m.truncate() + offset;
-    let nearer = (0..=4).map(|k| own.lerp(middle, 0.25 * f64::from(k)));
-    let lying: Vec<DVec2> = nearer.chain(around(0.3, 6)).chain(around(0.55, 8)).collect();
-    let mut skipped = 0;
-    for at in lying {
-        let Some(pose) = dropped(scene, body, wanted.rotation, at - offset, supporters) else { continue };
-        if fits(pose) {
-            if skipped == skip {
-                return pose;
-            }
-            skipped += 1;
-        }
-    }
-    // Stood up and leaning, as people put spoons into mugs; the flattest lean that goes in.
-    let mut best: Option<Pose> = None;
-    for lean_deg in [40.0, 32.0, 25.0, 19.0, 14.0, 9.0, 4.0, 0.0] {
-        for rotation in leaning(scene, body, wanted.rotation, f64::to_radians(lean_deg)) {
-            let foot = foot_offset(scene, body, rotation);
-            let lean_toward = -(center_offset(scene, body, rotation) - foot).normalize_or_zero();
-            let reach = 0.5 * (high - low).truncate().min_element();
-            for share in [0.5, 0.3, 0.1, -0.15] {
-                // The foot stands opposite to where it leans.
-                let at = middle + lean_toward * (share * reach) - foot;
-                let Some(pose) = dropped(scene, body, rotation, at, supporters) else { continue };
-                if fits(pose) {
-                    if skipped == skip {
-                        return pose;
-                    }
-                    skipped += 1;
-                    best = Some(pose);
-                }
-            }
-        }
-    }
-    best.or_else(|| dropped(scene, body, wanted.rotation, middle - offset, supporters)).unwrap_or(wanted)
-}
-
-/// From the origin to the middle of the turned body's box, seen from above.
-fn center_offset(scene: &Scene, body: usize, rotation: DQuat) -> DVec2 {
-    let (low, high) = scene.shapes[body].bounds(&Pose { translation_m: DVec3::ZERO, rotation });
-    0.5 * (low + high).truncate()
-}
-
-/// From the origin to the lowest point of the turned body, seen from above.
-fn foot_offset(scene: &Scene, body: usize, rotation: DQuat) -> DVec2 {
-    scene.shapes[body]
-        .points(&Pose { translation_m: DVec3::ZERO, rotation })
-        .fold(DVec3::INFINITY, |low, p| if p.z < low.z { p } else { low })
-        .truncate()
-}
-
-/// Rotations that stand the body's longest axis up and lean it by `lean_rad` toward where that axis
-/// pointed before: first with the end up that pointed away from the front edge's viewer, then the other.
-fn leaning(scene: &Scene, body: usize, rotation: DQuat, lean_rad: f64) -> [DQuat; 2] {
-    let (low, high) = scene.shapes[body].bounds(&Pose::IDENTITY);
-    let size = high - low;
-    let own = if size.x >= size.y && size.x >= size.z {
-        DVec3::X
-    } else if size.y >= size.z {
-        DVec3::Y
-    } else {
-        DVec3::Z
-    };
-    [own, -own].map(|axis| {
-        let now = rotation * axis;
-        let flat = now.with_z(0.0).try_normalize().unwrap_or(DVec3::X);
-        let target = DVec3::Z * lean_rad.cos() + flat * lean_rad.sin();
-        let turn = if now.dot(target) < -1.0 + 1e-9 {
-            DQuat::from_axis_angle(flat.cross(DVec3::Z).normalize_or(DVec3::Y), 2.0 * FRAC_PI_2)
-        } else {
-            DQuat::from_rotation_arc(now, target)
-        };
-        (turn * rotation).normalize()
-    })
+) -> Option<Pose> {
+    let z = drop_height(&scene.shapes[body], rotation, xy, supporters)?;
+    Some(Pose { translation_m: xy.extend(z), rotation })
 }
