@@ -15,6 +15,7 @@ use tabletopgen::geometry::{Interrupt, Outline, Pose, TexturedMesh};
 use tabletopgen::physics::{Body, SupportedBy};
 use tabletopgen::provider::embedded::analyst::{self, DescribeOptions};
 use tabletopgen::provider::embedded::painter::EmbeddedPainter;
+use tabletopgen::provider::embedded::photograph::PhotographSettings;
 use tabletopgen::provider::{Call, Cpu, Painter, Painting, PaintingAside};
 use tabletopgen::scene::{RecognizedObject, SceneDescription, StandsOn};
 
@@ -34,7 +35,7 @@ pub fn describe(config: &Config) -> SceneDescription {
 
 pub fn painter(config: &Config) -> EmbeddedPainter {
     EmbeddedPainter {
-        photograph: config.photograph.clone(),
+        photograph: PhotographSettings { vision: config.vision.clone(), sizes: config.photograph.clone() },
         layout: config.layout.clone(),
         painter: config.painter.clone(),
         render: config.render.clone(),
@@ -77,7 +78,10 @@ impl Breakfast {
                 .expect("a table of the catalog");
         let meshes = aside.known.recognition.objects.iter().map(mesh).collect();
         let truth = &aside.truth.instances;
-        let poses = truth.iter().map(|i| Pose::new(i.translation_m, i.rotation_xyzw)).collect();
+        let poses = truth
+            .iter()
+            .map(|i| Pose { translation_m: i.translation_m, rotation: i.rotation_xyzw })
+            .collect();
         Self { table: table.mesh, outline: table.outline_m, meshes, poses, config, painting }
     }
 

@@ -9,11 +9,12 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use tabletopgen::catalog::category;
 use tabletopgen::geometry::Interrupt;
 use tabletopgen::provider::embedded::layout::{Thing, arrange};
+use tabletopgen::scene::InstanceId;
 
 fn bench(criterion: &mut Criterion) {
     let scene = breakfast::Breakfast::new();
     let description = Arc::new(breakfast::describe(&scene.config));
-    let index = |id| description.objects.iter().position(|object| object.id == *id);
+    let index = |id: &InstanceId| description.objects.iter().position(|object| object.id == *id);
     let things: Vec<Thing> = description
         .objects
         .iter()

@@ -15,7 +15,14 @@ fn bench(criterion: &mut Criterion) {
     let scene = breakfast::Breakfast::new();
     let yaws: Vec<f64> = scene.poses.iter().map(|pose| pose.yaw_rad().unwrap_or_default()).collect();
     criterion.bench_function("place/footprints", |b| {
-        b.iter(|| scene.meshes.iter().zip(&yaws).map(|(mesh, yaw)| footprint(black_box(mesh), *yaw)).count())
+        b.iter(|| {
+            scene
+                .meshes
+                .iter()
+                .zip(&yaws)
+                .map(|(mesh, yaw)| footprint(black_box(mesh), *yaw))
+                .collect::<Vec<_>>()
+        })
     });
     let table_size_m = scene.aside().known.recognition.table.size_m.truncate();
     let corner = 0.5 * table_size_m;

@@ -12,7 +12,7 @@ fn bench(criterion: &mut Criterion) {
     let scene = breakfast::Breakfast::new();
     let (known, interrupt) = (&scene.aside().known, Interrupt::default());
     let camera = &known.recognition.camera;
-    let nothing_hides = Mask::new(camera.width_px, camera.height_px);
+    let nothing_hides = Mask::empty(camera.width_px, camera.height_px);
     let problems: Vec<RotationProblem> = scene
         .meshes
         .iter()
