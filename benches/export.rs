@@ -7,7 +7,7 @@ use std::hint::black_box;
 use criterion::{Criterion, criterion_group, criterion_main};
 use tabletopgen::export::{Assets, BodyAsset, Formats, Pictures, write_formats, zip_bundle};
 use tabletopgen::physics::Body;
-use tabletopgen::scene::certificate::{Metrics, Thresholds, Verdict};
+use tabletopgen::scene::certificate::{Metrics, Fidelity, Thresholds, Verdict};
 use tabletopgen::scene::finished::Frame;
 use tabletopgen::scene::instance::{Picture, SupportRelation};
 use tabletopgen::scene::request::RequestOptions;
@@ -125,7 +125,9 @@ fn certificate(scene: &Breakfast) -> Certificate {
             dss_displacement_m: certify.dss_displacement_m,
             dss_rotation_rad: certify.dss_rotation_rad,
             dss_duration_s: certify.dss_duration_s,
+            silhouette_iou: scene.config.fidelity.least_silhouette_iou,
         },
+        fidelity: Fidelity { silhouette_iou: 1.0, appearance: 1.0 },
         objects: Vec::new(),
         collisions: Vec::new(),
     }

@@ -122,9 +122,9 @@ fn a_request_changes_scenes_and_nothing_else() {
     let resolved = layers::load(Sources::default()).expect("valid");
     let set = |pairs: &[(&str, &str)]| pairs.iter().map(|(k, v)| (k.to_string(), v.to_string())).collect();
     let own =
-        resolved.with(&set(&[("decompose.resolution", "64"), ("resolve.clearances_m", "[0.001, 0.002]")]));
+        resolved.with(&set(&[("decompose.max_hulls", "24"), ("resolve.clearances_m", "[0.001, 0.002]")]));
     let own = own.expect("is valid").config;
-    assert_eq!((own.decompose.resolution, own.resolve.clearances_m.len()), (64, 2));
+    assert_eq!((own.decompose.max_hulls, own.resolve.clearances_m.len()), (24, 2));
     assert_eq!(
         Config {
             decompose: resolved.config.decompose.clone(),

@@ -323,7 +323,7 @@ mod tests {
         let point = DVec2::new(0.0, 1.0);
         assert_eq!(depth_in_convex_m(&[], point), f64::NEG_INFINITY);
         assert_eq!(depth_in_convex_m(&[DVec2::ZERO], point), -1.0);
-        assert_eq!(depth_in_convex_m(&[DVec2::ZERO, DVec2::new(0.0, 2.0)], point), 0.0_f64 * -1.0);
+        assert_eq!(depth_in_convex_m(&[DVec2::ZERO, DVec2::new(0.0, 2.0)], point), -0.0);
     }
 
     /// Slow reference: every triangle of both surfaces sampled evenly, no pruning.

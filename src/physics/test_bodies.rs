@@ -64,7 +64,7 @@ pub fn certify_settings() -> CertifySettings {
         support_dilation_m: 0.002,
         carrying_slope: 0.2,
         dss_displacement_m: 0.03,
-        dss_rotation_rad: 0.5236,
+        dss_rotation_rad: 30_f64.to_radians(),
         dss_duration_s: 5.0,
     }
 }

@@ -6,7 +6,7 @@
 
 use super::minimize::solve;
 use super::pixels::{Pixels, distance};
-use super::regions::{area, opened};
+use super::regions::{opened};
 use super::{VisionError, VisionSettings};
 
 /// Width of the border band, as a share of the shorter side.
@@ -113,9 +113,4 @@ impl Backdrop {
         let (l, a, b) = (l?, a?, b?);
         Some(Self { coefficients: std::array::from_fn(|k| [l[k], a[k], b[k]]) })
     }
-}
-
-/// Share of the copy that is foreground, 0..1.
-pub(in crate::vision) fn share(foreground: &[bool]) -> f64 {
-    area(foreground) as f64 / foreground.len().max(1) as f64
 }

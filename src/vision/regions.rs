@@ -88,14 +88,13 @@ pub(in crate::vision) fn filled(bits: &[bool], width: usize, height: usize, larg
     out
 }
 
-/// Number of set pixels.
-pub(in crate::vision) fn area(bits: &[bool]) -> usize {
-    bits.iter().filter(|&&b| b).count()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn area(bits: &[bool]) -> usize {
+        bits.iter().filter(|&&b| b).count()
+    }
 
     fn picture(rows: &[&str]) -> (Vec<bool>, usize, usize) {
         let bits = rows.iter().flat_map(|row| row.bytes().map(|b| b == b'#')).collect();

@@ -220,9 +220,4 @@ impl Surface {
         let allowed = settings.shadow_hue * (1.0 + 0.5 * -mean.min(0.0));
         mean < 0.05 && mean > settings.shadow_darkest.ln() && stray < allowed
     }
-
-    /// Mean CIELAB color over the picture's middle.
-    pub fn lab(&self) -> [f64; 3] {
-        self.mean[0]
-    }
 }

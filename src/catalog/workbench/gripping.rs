@@ -140,7 +140,7 @@ pub(super) fn pliers(order: &mut Order) -> TexturedMesh {
         &[(7.0, 6.0, 6.5), (13.0, -14.0, 6.5), (20.0, -48.0, 6.5), (21.0, -78.0, 6.5), (15.0, -112.0, 6.5)],
         5,
     );
-    let rounded = |t: f64| if t < 0.04 || t > 0.99 { 0.8 } else { 1.0 - 0.12 * (t - 0.5).abs() };
+    let rounded = |t: f64| if !(0.04..=0.99).contains(&t) { 0.8 } else { 1.0 - 0.12 * (t - 0.5).abs() };
     thing.put_pair(&sweep(&handle, &section, DVec3::Z, rounded), [0.0; 3], &grip);
     let neck = curve(&[(-2.0, 30.0, 6.5), (4.0, 18.0, 6.5), (8.5, 2.0, 6.5), (14.0, -20.0, 6.5)], 4);
     thing.put_pair(&sweep(&neck, &superellipse(9.0, 9.0, 4.0, 16), DVec3::Z, |_| 1.0), [0.0; 3], &metal);

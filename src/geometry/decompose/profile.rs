@@ -73,13 +73,16 @@ fn deepest_corner(polygon: &[DVec2]) -> Option<(usize, f64)> {
     deepest.filter(|&(_, depth)| depth > 0.0)
 }
 
-fn best_split(polygon: &[DVec2], corner: usize) -> Option<(Vec<DVec2>, Vec<DVec2>)> {
+/// The two polygons a cut makes.
+type Halves = (Vec<DVec2>, Vec<DVec2>);
+
+fn best_split(polygon: &[DVec2], corner: usize) -> Option<Halves> {
     let n = polygon.len();
     let at = polygon[corner];
     let back = (at - polygon[(corner + n - 1) % n]).normalize_or_zero();
     let ahead = (at - polygon[(corner + 1) % n]).normalize_or_zero();
     let across = (back + ahead).normalize_or(back.perp());
-    let mut best: Option<(f64, (Vec<DVec2>, Vec<DVec2>))> = None;
+    let mut best: Option<(f64, Halves)> = None;
     for direction in [back, ahead, across, DVec2::X, DVec2::NEG_X, DVec2::Y, DVec2::NEG_Y] {
         let Some((parts, length)) = split(polygon, corner, direction) else { continue };
         let depth = |part: &[DVec2]| deepest_corner(part).map_or(0.0, |(_, depth)| depth);
@@ -92,8 +95,7 @@ fn best_split(polygon: &[DVec2], corner: usize) -> Option<(Vec<DVec2>, Vec<DVec2
 }
 
 /// Cuts from a corner in a direction that points inside; also how long the cut is.
-#[expect(clippy::type_complexity, reason = "two polygons and a length")]
-fn split(polygon: &[DVec2], corner: usize, direction: DVec2) -> Option<((Vec<DVec2>, Vec<DVec2>), f64)> {
+fn split(polygon: &[DVec2], corner: usize, direction: DVec2) -> Option<(Halves, f64)> {
     let n = polygon.len();
     let at = polygon[corner];
     let (before, after) = (polygon[(corner + n - 1) % n], polygon[(corner + 1) % n]);

@@ -21,7 +21,7 @@ fn settings() -> ResolveSettings {
         rest_displacement_m: 0.001,
         rest_rotation_rad: 0.01,
         settles: 3,
-        fallen_rotation_rad: 0.5236,
+        fallen_rotation_rad: 30_f64.to_radians(),
     }
 }
 

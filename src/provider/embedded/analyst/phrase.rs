@@ -125,7 +125,7 @@ pub(super) fn noun_phrase(lexicon: &Lexicon, tokens: &[Token], at: usize) -> Opt
             p += length;
             continue;
         }
-        let Some(w) = word(tokens, p) else { return None };
+        let w = word(tokens, p)?;
         let known = lexicon.longest_at(tokens, p);
         match w {
             "no" | "zero" => phrase.negated = true,
@@ -241,11 +241,11 @@ fn finish(
     // and before a table any thing does ("electronics bench").
     while let Some((next, more)) = lexicon.longest_at(tokens, end)
         && !next.plural
-        && match (&entry.meanings[0], &next.meanings[0]) {
-            (Meaning::Vague(_) | Meaning::Table(_), Meaning::Category(_)) => true,
-            (Meaning::Vague(_) | Meaning::Category(_), Meaning::Table(_)) => true,
-            _ => false,
-        }
+        && matches!(
+            (&entry.meanings[0], &next.meanings[0]),
+            (Meaning::Vague(_) | Meaning::Table(_), Meaning::Category(_))
+                | (Meaning::Vague(_) | Meaning::Category(_), Meaning::Table(_))
+        )
     {
         said.extend(tokens[p..end].iter().filter_map(Token::word).map(str::to_owned));
         p = end;
@@ -489,8 +489,7 @@ fn modifier(lexicon: &Lexicon, tokens: &[Token], at: usize, looks: &mut Looks) -
 /// Whether a thing follows directly, past further modifiers.
 fn adjective_position(lexicon: &Lexicon, tokens: &[Token], at: usize) -> bool {
     let vocabulary = lexicon.vocabulary;
-    let mut p = at;
-    for _ in 0..6 {
+    for p in at..at + 6 {
         let Some(w) = word(tokens, p) else { return false };
         if lexicon.longest_at(tokens, p).is_some() {
             return true;
@@ -505,7 +504,6 @@ fn adjective_position(lexicon: &Lexicon, tokens: &[Token], at: usize) -> bool {
         if !look && (GLUE.contains(&w) || !vocabulary.grammar.stop.contains(w)) {
             return false;
         }
-        p += 1;
     }
     false
 }
@@ -565,7 +563,7 @@ pub(super) fn quantity(lexicon: &Lexicon, tokens: &[Token], at: usize) -> Option
                 let first = *vocabulary.numbers.get(w)?;
                 let second = word(tokens, p + 1).and_then(|next| vocabulary.numbers.get(next)).copied();
                 match second {
-                    Some(unit) if first >= 20 && first < 100 && unit < 10 => Some((first + unit, 2)),
+                    Some(unit) if (20..100).contains(&first) && unit < 10 => Some((first + unit, 2)),
                     Some(100) if first < 10 => Some((first * 100, 2)),
                     _ => Some((first, 1)),
                 }

@@ -91,9 +91,9 @@ fn kind_of(draft: &Draft, reading: &Reading, link: &Link, from: usize, to: usize
                 && !(cutlery && !contents && host.name != "mug")
             {
                 In
-            } else if carrier && (contents || (small && served)) {
-                On
-            } else if contents && host.affords(Affordance::Support) {
+            } else if (carrier && (contents || (small && served)))
+                || (contents && host.affords(Affordance::Support))
+            {
                 On
             } else {
                 NextTo

@@ -125,7 +125,7 @@ pub(super) fn choose_theme<'t>(
             .iter()
             .map(|(name, families)| {
                 let typical = theme.items.iter().any(|item| item.names().any(|n| n == *name));
-                let family = families.iter().any(|family| *family == theme.family);
+                let family = families.contains(&theme.family);
                 f64::from(u8::from(typical)) + 0.5 * f64::from(u8::from(family))
             })
             .sum();

@@ -73,12 +73,8 @@ pub(super) fn tokenize(text: &str) -> Vec<Token> {
 fn pause(tokens: &mut Vec<Token>, mark: Token) {
     match tokens.last_mut() {
         None => {}
-        Some(last @ Token::Pause) => {
-            if mark == Token::End {
-                *last = Token::End;
-            }
-        }
-        Some(Token::End) => {}
+        Some(last @ Token::Pause) if mark == Token::End => *last = Token::End,
+        Some(Token::Pause | Token::End) => {}
         Some(_) => tokens.push(mark),
     }
 }

@@ -9,6 +9,14 @@ use crate::scene::{RelationKind, StandsOn};
 
 fn painter() -> EmbeddedPainter {
     EmbeddedPainter {
+        photograph: PhotographSettings {
+            vision: crate::vision::tests::painted::settings(),
+            sizes: crate::provider::embedded::photograph::SizeSettings {
+                table_height_m: 0.74,
+                top_view_px: 256,
+                texture_px: 256,
+            },
+        },
         layout: LayoutSettings {
             attempts: 60,
             candidates: 60,
@@ -33,13 +41,11 @@ fn painter() -> EmbeddedPainter {
         },
         render: RenderSettings { supersampling: 1, shadow_map_px: 256, sky_directions: 6, sky_map_px: 64 },
         decompose: DecomposeSettings {
-            convex_tolerance_m: 0.0005,
-            resolution: 40,
-            concavity: 0.002,
-            max_hulls_per_shell: 32,
+            tolerance_m: 0.0015,
+            max_hulls: 32,
+            max_pieces: 48,
             max_vertices: 64,
             min_thickness_m: 0.001,
-            merge_tolerance: 0.01,
             excess_spacing_m: 0.01,
         },
         settle: SettleSettings {
@@ -63,7 +69,7 @@ fn painter() -> EmbeddedPainter {
             rest_displacement_m: 0.001,
             rest_rotation_rad: 0.01,
             settles: 3,
-            fallen_rotation_rad: 0.5236,
+            fallen_rotation_rad: 30_f64.to_radians(),
         },
         certify: CertifySettings {
             penetration_m: 0.001,
@@ -74,7 +80,7 @@ fn painter() -> EmbeddedPainter {
             support_dilation_m: 0.002,
             carrying_slope: 0.2,
             dss_displacement_m: 0.03,
-            dss_rotation_rad: 0.5236,
+            dss_rotation_rad: 30_f64.to_radians(),
             dss_duration_s: 5.0,
         },
     }

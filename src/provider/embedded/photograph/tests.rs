@@ -15,7 +15,8 @@ use crate::scene::request::{MetricAnchor, RequestOptions};
 use crate::vision::tests::painted::{paint, settings as vision_settings, settings_to_paint};
 
 fn settings() -> PhotographSettings {
-    PhotographSettings { vision: vision_settings(), table_height_m: 0.74, top_view_px: 512, texture_px: 512 }
+    let sizes = SizeSettings { table_height_m: 0.74, top_view_px: 512, texture_px: 512 };
+    PhotographSettings { vision: vision_settings(), sizes }
 }
 
 fn is_watertight(mesh: &TexturedMesh) -> bool {
