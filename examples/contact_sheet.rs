@@ -10,13 +10,13 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 use tabletopgen::catalog::{Recipe, build, build_table, categories, table_models};
+use tabletopgen::config::layers::load;
+use tabletopgen::config::Sources;
 use tabletopgen::export::png::encode_png;
-use tabletopgen::geometry::decompose::DecomposeSettings;
 use tabletopgen::geometry::{Camera, DVec3, Image, Interrupt, Pose, TexturedMesh};
-use tabletopgen::physics::{CertifySettings, ResolveSettings, SettleSettings};
-use tabletopgen::provider::embedded::analyst::{self, DescribeOptions, describe};
-use tabletopgen::provider::embedded::layout::LayoutSettings;
-use tabletopgen::provider::embedded::painter::{EmbeddedPainter, PainterSettings};
+use tabletopgen::provider::embedded::analyst::{DescribeOptions, describe};
+use tabletopgen::provider::embedded::painter::EmbeddedPainter;
+use tabletopgen::provider::embedded::photograph::PhotographSettings;
 use tabletopgen::provider::{Call, Cpu, Painter};
 use tabletopgen::render::overlay::sheet;
 use tabletopgen::render::{Background, Lighting, RenderObject, RenderScene, RenderSettings, View, render};
@@ -113,96 +113,27 @@ fn portrait(mesh: &TexturedMesh, floor_z_m: f64) -> Image {
     render(&scene, &View::Perspective(camera), &RENDER).color
 }
 
-/// The painter with the settings of a usual server.
-fn painter() -> EmbeddedPainter {
-    EmbeddedPainter {
-        layout: LayoutSettings {
-            attempts: 60,
-            candidates: 90,
-            gap_m: 0.018,
-            least_gap_m: 0.005,
-            edge_margin_m: 0.02,
-            jitter_rad: 0.05,
-            whim: 0.5,
-        },
-        painter: PainterSettings {
-            width_px: 960,
-            height_px: 720,
-            fov_x_rad: 0.61,
-            elevation_rad: [0.5, 1.1],
-            azimuth_rad: 0.42,
-            frame_margin: 0.05,
-            views: 8,
-            least_visible_share: 0.3,
-            arrangements: 4,
-            alone_px: 320,
-            top_px: 800,
-        },
-        render: RENDER,
-        decompose: DecomposeSettings {
-            tolerance_m: 0.0015,
-            max_hulls: 32,
-            max_pieces: 48,
-            max_vertices: 64,
-            min_thickness_m: 0.001,
-            excess_spacing_m: 0.004,
-        },
-        settle: SettleSettings {
-            duration_s: 5.0,
-            steps_per_s: 240.0,
-            solver_iterations: 8,
-            contact_frequency_hz: 350.0,
-            length_unit_m: 0.02,
-            allowed_penetration_m: 0.0001,
-            rolling_damping_per_s_m: 10_000.0,
-            damping_per_s: 0.05,
-            rest_speed_m_s: 0.0005,
-            rest_time_s: 0.25,
-        },
-        resolve: ResolveSettings {
-            clearances_m: vec![0.0005, 0.001, 0.002, 0.004],
-            separation_passes: 60,
-            directions: 16,
-            outline_margin_m: 0.002,
-            container_depth_share: 0.3,
-            rest_displacement_m: 0.001,
-            rest_rotation_rad: 0.01,
-            settles: 3,
-            fallen_rotation_rad: 0.5236,
-        },
-        certify: CertifySettings {
-            penetration_m: 0.001,
-            wall_share: 0.25,
-            least_wall_m: 0.0004,
-            sample_spacing_m: 0.001,
-            contact_gap_m: 0.001,
-            support_dilation_m: 0.002,
-            carrying_slope: 0.2,
-            dss_displacement_m: 0.03,
-            dss_rotation_rad: 0.5236,
-            dss_duration_s: 5.0,
-        },
-    }
-}
-
 /// Paints each sentence; the number of those that failed.
 fn scenes(out: &Path, sentences: &[&str]) -> Result<usize, Box<dyn Error>> {
-    let painter = painter();
-    let call = Call { cpu: Cpu::new(0)?, interrupt: Interrupt::default() };
-    let settings = analyst::Settings {
-        max_text_chars: 4000,
-        fewest_objects: 8,
-        most_objects: 15,
-        kinds_that_close_a_text: 3,
-        table_area_per_footprint: 3.0,
+    let config = load(Sources::default())?.config;
+    let painter = EmbeddedPainter {
+        photograph: PhotographSettings { vision: config.vision, sizes: config.photograph },
+        layout: config.layout,
+        painter: config.painter,
+        render: config.render,
+        decompose: config.decompose,
+        settle: config.settle,
+        resolve: config.resolve,
+        certify: config.certify,
     };
+    let call = Call { cpu: Cpu::new(0)?, interrupt: Interrupt::default() };
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
     let mut failures = 0;
     let mut report = String::new();
     for (number, sentence) in sentences.iter().enumerate() {
         let seed = number as u64 + 1;
         let described =
-            describe(sentence, seed, &DescribeOptions { max_objects: 64, table: None }, &settings)?;
+            describe(sentence, seed, &DescribeOptions { max_objects: 64, table: None }, &config.analyst)?;
         let count = described.objects.len();
         let start = Instant::now();
         let painted = runtime.block_on(painter.reference(&call, Arc::new(described), seed));

@@ -198,7 +198,7 @@ impl Grouping<'_> {
             if tie.link.firm && !tie.link.holds(&from.0, &to.0, to.1, self.slack) {
                 return None;
             }
-            cost += tie.link.cost(&from.0, &to.0, to.1).min(2.5);
+            cost += tie.link.cost(&from.0, &to.0, to.1).min(5.0);
         }
         Some(cost)
     }
@@ -269,9 +269,13 @@ impl Board<'_> {
             self.visit(tie.to, by_size, seen, order);
         }
         order.push(group);
-        for &other in by_size {
-            if self.ties.iter().any(|tie| tie.to == group && tie.from == other) {
-                self.visit(other, by_size, seen, order);
+        // What must lie right beside it comes before what may stand farther off.
+        for close in [true, false] {
+            for &other in by_size {
+                let tied = |tie: &&Tie| tie.to == group && tie.from == other;
+                if self.ties.iter().filter(tied).any(|tie| tie.link.is_at_a_side() == close) {
+                    self.visit(other, by_size, seen, order);
+                }
             }
         }
     }

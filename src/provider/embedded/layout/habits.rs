@@ -14,6 +14,8 @@ use crate::geometry::seed::Rng;
 
 /// Beyond and to the right of a plate, where glasses stand.
 const UPPER_RIGHT: Spot = Spot::Toward(0.9);
+/// And where bowls do.
+const UPPER_LEFT: Spot = Spot::Toward(2.25);
 
 /// A category stands at a spot of the first of the targets that is there.
 struct Habit {
@@ -42,7 +44,7 @@ const HABITS: &[Habit] = &[
     at_place("wine_glass", UPPER_RIGHT, &["plate"]),
     at_place("drinking_glass", UPPER_RIGHT, &["plate"]),
     at_place("mug", UPPER_RIGHT, &["plate"]),
-    at_place("bowl", LEFT, &["plate"]),
+    at_place("bowl", UPPER_LEFT, &["plate"]),
     habit("pepper_mill", Spot::Beside, &["salt_shaker"]),
     habit("salt_shaker", Spot::Beside, &["pepper_mill"]),
     habit("pen", RIGHT, &["notebook", "paper_stack", "sticky_notes"]),

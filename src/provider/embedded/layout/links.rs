@@ -90,6 +90,11 @@ impl Spot {
 }
 
 impl Link {
+    /// Straight to the left, right, front or back.
+    pub fn is_at_a_side(&self) -> bool {
+        [LEFT, RIGHT, FRONT, BEHIND].contains(&self.spot)
+    }
+
     fn turned_by(&self, to_yaw_rad: f64) -> f64 {
         if self.turns { to_yaw_rad } else { 0.0 }
     }

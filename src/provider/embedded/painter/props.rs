@@ -1,16 +1,20 @@
 //! The things on the table: their meshes, and their bodies for the simulation.
 
+use std::collections::BTreeSet;
+
 use rayon::prelude::*;
 
 use super::error;
 use super::table::PaintedTable;
 use crate::catalog::{self, Category, PhysicalProperties, Recipe, category, physical_properties};
+use crate::geometry::convex_hull::convex_hull;
 use crate::geometry::decompose::{DecomposeError, DecomposeSettings, decompose};
 use crate::geometry::mesh_solid::MeshSolid;
-use crate::geometry::{Interrupt, Pose, TexturedMesh};
+use crate::geometry::shells::shells;
+use crate::geometry::{ConvexHull, Interrupt, Pose, TexturedMesh};
 use crate::physics::Body;
 use crate::provider::ProviderError;
-use crate::scene::ObjectSpec;
+use crate::scene::{InstanceId, ObjectSpec};
 
 /// One object of the description with its mesh.
 pub(super) struct Prop<'a> {
@@ -45,22 +49,32 @@ pub(super) fn build(objects: &[ObjectSpec]) -> Result<Vec<Prop<'_>>, ProviderErr
         .collect()
 }
 
-/// Hulls, mass and solid of the table and of every prop, in parallel.
+/// Hulls, mass and solid of the table and of every prop, in parallel. Only what carries something gets
+/// hulls with cavities: the poses are settled again by whoever builds the scene.
 pub(super) fn bodies(
     table: &PaintedTable,
     props: &[Prop],
     settings: &DecomposeSettings,
     interrupt: &Interrupt,
 ) -> Result<Bodies, ProviderError> {
+    let carried: BTreeSet<&InstanceId> = props.iter().filter_map(|prop| prop.spec.supporter()).collect();
+    let carries = |spec: &ObjectSpec| carried.contains(&spec.id);
     let table_material = table.recognized.material.as_deref();
     let mut made: Vec<(Body, MeshSolid)> = (0..=props.len())
         .into_par_iter()
         .map(|index| match index.checked_sub(1).map(|k| &props[k]) {
-            None => body("table", &table.mesh, "table", table_material, settings, interrupt),
+            None => {
+                let hulls = shell_hulls(&table.mesh, settings);
+                body("table", &table.mesh, "table", table_material, hulls)
+            }
             Some(prop) => {
                 let spec = prop.spec;
-                let material = spec.material.as_deref();
-                body(spec.id.as_str(), &prop.mesh, &spec.category, material, settings, interrupt)
+                let hulls = if carries(spec) {
+                    cut_hulls(prop, settings, interrupt)?
+                } else {
+                    shell_hulls(&prop.mesh, settings)
+                };
+                body(spec.id.as_str(), &prop.mesh, &spec.category, spec.material.as_deref(), hulls)
             }
         })
         .collect::<Result<_, ProviderError>>()?;
@@ -71,19 +85,38 @@ pub(super) fn bodies(
     Ok(Bodies { bodies, solids })
 }
 
+/// One hull per closed shell: enough for what carries nothing, and some hundred times cheaper than cutting
+/// cavities open.
+fn shell_hulls(mesh: &TexturedMesh, settings: &DecomposeSettings) -> Vec<ConvexHull> {
+    shells(mesh)
+        .iter()
+        .filter(|shell| shell.volume_m3() > 0.0)
+        .filter_map(|shell| {
+            convex_hull(&shell.points, settings.max_vertices as usize, settings.min_thickness_m)
+        })
+        .collect()
+}
+
+/// Hulls that leave cavities and hollows open.
+fn cut_hulls(
+    prop: &Prop,
+    settings: &DecomposeSettings,
+    interrupt: &Interrupt,
+) -> Result<Vec<ConvexHull>, ProviderError> {
+    match decompose(&prop.mesh, settings, interrupt) {
+        Ok(decomposition) => Ok(decomposition.hulls),
+        Err(DecomposeError::Interrupted(interrupted)) => Err(interrupted.into()),
+        Err(error) => Err(error::broken(prop.spec.id.as_str(), &error)),
+    }
+}
+
 fn body(
     name: &str,
     mesh: &TexturedMesh,
     category: &str,
     material: Option<&str>,
-    settings: &DecomposeSettings,
-    interrupt: &Interrupt,
+    hulls: Vec<ConvexHull>,
 ) -> Result<(Body, MeshSolid), ProviderError> {
-    let hulls = match decompose(mesh, settings, interrupt) {
-        Ok(decomposition) => decomposition.hulls,
-        Err(DecomposeError::Interrupted(interrupted)) => return Err(interrupted.into()),
-        Err(error) => return Err(error::broken(name, &error)),
-    };
     let PhysicalProperties { mass, friction, restitution, rolling_friction_m, .. } =
         physical_properties(mesh, category, material).map_err(|error| error::broken(name, &error))?;
     let body = Body {
