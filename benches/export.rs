@@ -7,7 +7,7 @@ use std::hint::black_box;
 use criterion::{Criterion, criterion_group, criterion_main};
 use tabletopgen::export::{Assets, BodyAsset, Formats, Pictures, write_formats, zip_bundle};
 use tabletopgen::physics::Body;
-use tabletopgen::scene::certificate::{Metrics, Fidelity, Thresholds, Verdict};
+use tabletopgen::scene::certificate::{Fidelity, Metrics, Thresholds, Verdict};
 use tabletopgen::scene::finished::Frame;
 use tabletopgen::scene::instance::{Picture, SupportRelation};
 use tabletopgen::scene::request::RequestOptions;

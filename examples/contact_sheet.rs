@@ -10,8 +10,8 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 use tabletopgen::catalog::{Recipe, build, build_table, categories, table_models};
-use tabletopgen::config::layers::load;
 use tabletopgen::config::Sources;
+use tabletopgen::config::layers::load;
 use tabletopgen::export::png::encode_png;
 use tabletopgen::geometry::{Camera, DVec3, Image, Interrupt, Pose, TexturedMesh};
 use tabletopgen::provider::embedded::analyst::{DescribeOptions, describe};

@@ -51,7 +51,8 @@ pub struct ResolveSettings {
     pub rest_displacement_m: f64,
     /// And turn this much, radians.
     pub rest_rotation_rad: f64,
-    /// Settles in a row before something that keeps moving fails the round, 1..10.
+    /// Checks of five seconds, each followed by another settling, before something that keeps moving fails the
+    /// round, 0..10; 0 takes the first rest pose without a check.
     pub settles: usize,
     /// Turning further than this from the wanted pose is falling over, radians.
     pub fallen_rotation_rad: f64,
@@ -214,10 +215,16 @@ fn settle_and_judge(
     bodies.iter_mut().zip(plan).for_each(|(body, pose)| body.world_from_object = *pose);
     let mut settled = settle(&bodies, scene.settle, interrupt)?;
     let mut moving = Vec::new();
-    for _ in 0..scene.settings.settles {
-        let faults = find_faults(scene, plan, &settled.poses, last_round, interrupt)?;
-        if !faults.is_empty() {
-            return Ok((settled, faults));
+    let faults = find_faults(scene, plan, &settled.poses, last_round, interrupt)?;
+    if !faults.is_empty() {
+        return Ok((settled, faults));
+    }
+    for again in 0..scene.settings.settles {
+        if again > 0 {
+            let faults = find_faults(scene, plan, &settled.poses, last_round, interrupt)?;
+            if !faults.is_empty() {
+                return Ok((settled, faults));
+            }
         }
         bodies.iter_mut().zip(&settled.poses).for_each(|(body, pose)| body.world_from_object = *pose);
         let check = stability(&bodies, scene.certify, scene.settle, interrupt)?;

@@ -6,7 +6,7 @@
 
 use super::minimize::solve;
 use super::pixels::{Pixels, distance};
-use super::regions::{opened};
+use super::regions::opened;
 use super::{VisionError, VisionSettings};
 
 /// Width of the border band, as a share of the shorter side.

@@ -96,7 +96,8 @@ impl EmbeddedPainter {
             render: self.render.clone(),
             decompose: self.decompose.clone(),
             settle: self.settle.clone(),
-            resolve: self.resolve.clone(),
+            // A picture is taken of the first rest pose; whether it lasts is for the finished scene to show.
+            resolve: ResolveSettings { settles: 0, ..self.resolve.clone() },
             certify: self.certify.clone(),
             photograph: self.photograph.clone(),
         }

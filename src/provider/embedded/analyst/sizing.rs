@@ -66,10 +66,9 @@ fn containers_hold_their_contents(draft: &mut Draft) {
             .objects
             .iter()
             .filter(|object| {
-                object
-                    .relations
-                    .iter()
-                    .any(|(kind, to)| *to == Some(host) && matches!(kind, RelationKind::In | RelationKind::On))
+                object.relations.iter().any(|(kind, to)| {
+                    *to == Some(host) && matches!(kind, RelationKind::In | RelationKind::On)
+                })
             })
             .filter_map(|object| {
                 let mut extents = object.size_m.to_array();
