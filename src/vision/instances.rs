@@ -33,11 +33,14 @@ pub(in crate::vision) fn find(
     };
     let top: Vec<bool> = (0..pixels.len()).map(|index| contains(outline, center(index))).collect();
     let lowest = lowest_rows(&top, w, h);
+    // Backdrop inside the outline (a corner read too far out) is no thing; white things are holes in it.
+    let in_front = filled(foreground, w, h, usize::MAX);
     let differs: Vec<bool> = (0..pixels.len())
         .map(|index| {
             let (x, y) = pixels.place(index);
             if top[index] {
-                surface.distance(pixels, index) > settings.surface_sigmas
+                in_front[index]
+                    && surface.distance(pixels, index) > settings.surface_sigmas
                     && !surface.is_shadow(pixels, index, settings)
             } else {
                 foreground[index] && (y as f64) < lowest[x]
