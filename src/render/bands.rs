@@ -142,9 +142,10 @@ fn shaded(band: &Band, projection: &Projection, shader: &Shader, samples: usize)
     let mut linear = vec![Vec3::ZERO; stride * band.rows];
     let color = |x: usize, row: usize, across: usize| {
         let y = band.first_row + row;
-        let middle = 0.5 * across as f32;
-        let (px, py) = (x as f32 + middle, y as f32 + middle);
-        let (source, key) = band.at(x + across / 2, row + across / 2);
+        // The sample nearest the middle: its triangle is sure to be hit there.
+        let middle = across / 2;
+        let (px, py) = ((x + middle) as f32 + 0.5, (y + middle) as f32 + 0.5);
+        let (source, key) = band.at(x + middle, row + middle);
         let turn_rad = grain(x / across, y / across);
         if source == NOTHING {
             shader.backdrop(py / projection.height_px as f32, lens, px, py, turn_rad)
