@@ -138,7 +138,13 @@ async fn make(
         (Some(temporary), _) => temporary.path(),
         (None, given) => given.as_deref().unwrap_or(Path::new("data")),
     };
-    let store = app::open(data_dir, config).await?;
+    let store = match app::open(data_dir, config).await {
+        Ok(store) => store,
+        Err(error) => {
+            folder.abandon();
+            return Err(error.into());
+        }
+    };
     let seed = submission.request.seed;
     let mut progress = Progress::new(arguments.json);
     if !arguments.json {

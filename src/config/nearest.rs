@@ -42,6 +42,6 @@ mod tests {
         assert_eq!(nearest("worker.concurency"), "worker.concurrency");
         assert_eq!(nearest("concurrency"), "worker.concurrency");
         assert_eq!(nearest("server.fsync"), "store.fsync");
-        assert_eq!(nearest("decompose.max_hulls"), "decompose.max_hulls_per_shell");
+        assert_eq!(nearest("decompose.hulls"), "decompose.max_hulls");
     }
 }
