@@ -36,7 +36,7 @@ async fn a_text_becomes_a_scene() {
     let server = Server::start(&Script::new(&[])).await;
     let body = json!({
         "text": "  two mugs on a round table ", "labels": { "set": "a1" },
-        "options": { "table": { "shape": "round" }, "set": { "decompose.resolution": "64" } },
+        "options": { "table": { "shape": "round" }, "set": { "decompose.max_hulls": "24" } },
     });
     let reply = server.post("/scenes", body).await;
     assert_eq!(reply.status, 202);
@@ -44,7 +44,7 @@ async fn a_text_becomes_a_scene() {
     let id = scene["id"].as_str().unwrap();
     assert_eq!(reply.header("location"), format!("/scenes/{id}"));
     assert_eq!(scene["request"]["input"]["text"], "two mugs on a round table");
-    assert_eq!(scene["request"]["options"]["set"]["decompose.resolution"], "64");
+    assert_eq!(scene["request"]["options"]["set"]["decompose.max_hulls"], "24");
     assert!(scene["seed"].as_u64().is_some_and(|seed| seed < 1 << 53), "a seed is drawn and told");
     let job = scene["job"]["id"].as_str().unwrap();
     server.job_is(job, "succeeded").await;
@@ -163,16 +163,16 @@ async fn bad_json_is_refused_with_advice_and_nothing_is_enqueued() {
             "/options/metric_anchor/width_m",
         ),
         (
-            json!({ "text": "a", "options": { "set": { "decompose.resolution": "7" } } }),
+            json!({ "text": "a", "options": { "set": { "decompose.max_hulls": "0" } } }),
             422,
             "invalid_body",
-            "/options/set/decompose.resolution",
+            "/options/set/decompose.max_hulls",
         ),
         (
-            json!({ "text": "a", "options": { "set": { "decompose.reslution": "64" } } }),
+            json!({ "text": "a", "options": { "set": { "decompose.max_huls": "24" } } }),
             422,
             "invalid_body",
-            "/options/set/decompose.reslution",
+            "/options/set/decompose.max_huls",
         ),
         (
             json!({ "text": "a", "options": { "set": { "server.listen": "0.0.0.0:1" } } }),
@@ -202,9 +202,9 @@ async fn bad_json_is_refused_with_advice_and_nothing_is_enqueued() {
             assert_eq!(pointers, [pointer], "{shown}: {problem}");
         }
     }
-    let suggestion = json!({ "text": "a", "options": { "set": { "decompose.reslution": "64" } } });
+    let suggestion = json!({ "text": "a", "options": { "set": { "decompose.max_huls": "24" } } });
     let detail = server.post("/scenes", suggestion).await.json()["errors"][0]["detail"].to_string();
-    assert!(detail.contains("decompose.resolution"), "{detail}");
+    assert!(detail.contains("decompose.max_hulls"), "{detail}");
     nothing_enqueued(&server).await;
 }
 

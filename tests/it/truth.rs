@@ -46,12 +46,14 @@ async fn a_scrambled_truth_changes_no_other_file() {
     let pool = sqlx::SqlitePool::connect(&url).await.unwrap();
     let forgotten = sqlx::query("DELETE FROM checkpoints WHERE stage != 'reference'");
     assert!(forgotten.execute(&pool).await.unwrap().rows_affected() >= 11);
+    let lie = String::from_utf8(truth.clone()).unwrap().replace(['1', '2', '3'], "7");
+    let (told, lied) = (Digest::of(&truth).to_string(), Digest::of(lie.as_bytes()).to_string());
+    let folder = data.path().join("blobs/sha256").join(&lied[..2]);
+    std::fs::create_dir_all(&folder).unwrap();
+    std::fs::write(folder.join(&lied), &lie).unwrap();
+    let exchanged = sqlx::query("UPDATE checkpoints SET artifacts = replace(artifacts, ?, ?)");
+    exchanged.bind(told).bind(lied).execute(&pool).await.unwrap();
     pool.close().await;
-    let digest = Digest::of(&truth).to_string();
-    let blob = data.path().join("blobs/sha256").join(&digest[..2]).join(&digest);
-    assert_eq!(std::fs::read(&blob).unwrap(), truth);
-    let lie = String::from_utf8(truth).unwrap().replace(['1', '2', '3'], "7");
-    std::fs::write(blob, &lie).unwrap();
 
     let mut after = generate(data.path(), second.path());
     assert_eq!(after.remove(Path::new(TRUTH)), Some(lie.into_bytes()));
