@@ -3,8 +3,8 @@
 //!
 //! Things rise above the top, so they are looked for inside its outline and above it, never below its
 //! lower edge, where rim and legs are. A thing outside the outline must hang together with the top's
-//! region. Known limits: things of the top's color are eaten as bare top, things that touch in the picture
-//! are split only where the joint is narrow, dark things may be taken for shadows.
+//! region. Known limits: things of the top's color are eaten as bare top, things that touch in the picture are
+//! one thing, dark things may be taken for shadows.
 
 use glam::DVec2;
 
