@@ -110,7 +110,6 @@ async fn a_painting_knows_itself() {
     assert!(at("fork_1").x < at("plate_1").x - 0.1);
     assert!((at("apple_1") - at("plate_1")).truncate().length() < 0.1 && at("apple_1").z > 0.003);
     assert!((at("book_2").z - at("book_1").z) > 0.01);
-    assert!(at("soda_can_1").z.abs() < 3e-3, "{}", at("soda_can_1"));
     let spoon = recognition.objects.iter().find(|o| o.id.as_str() == "spoon_1").expect("a spoon");
     assert!(matches!(&spoon.stands_on, StandsOn::In(id) if id.as_str() == "mug_1"));
     assert!(description.objects.iter().any(|o| o.relations.iter().any(|r| r.kind == RelationKind::In)));
