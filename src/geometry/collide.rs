@@ -147,6 +147,11 @@ impl Wrap {
     }
 }
 
+/// No point of the triangle is farther from its nearest corner than this.
+fn reach_m([a, b, c]: [DVec3; 3]) -> f64 {
+    (b - a).length().max((c - b).length()).max((a - c).length()) / 3.0_f64.sqrt()
+}
+
 /// Points of `object`'s surface within `gap_m` of `supporter` (or inside it), seen from above: those that
 /// together with `known` points span the whole contact within half a millimeter. With `least_slope` only
 /// points the supporter carries from below: a step down must go toward its inside by at least this share of
@@ -164,45 +169,67 @@ pub fn contact_region(
     let (low, high) = (low - gap_m, high + gap_m);
     let wrap = Wrap::new(supporter.solid);
     let step = supporter.world_from_object.inverse().transform_vector(-0.5 * gap_m * DVec3::Z);
-    let touches = |p: DVec3| {
-        let depth_m = supporter.solid.depth_above(p, -gap_m);
-        depth_m >= -gap_m
-            && least_slope
-                .is_none_or(|slope| supporter.solid.depth_m(p + step) - depth_m >= slope * step.length())
+    let carries = |p: DVec3, depth_m: f64| {
+        least_slope.is_none_or(|slope| supporter.solid.depth_m(p + step) - depth_m >= slope * step.length())
     };
     let flat = |p: DVec3| supporter.world_from_object.transform_point(p).truncate();
     let mut region = convex_hull_2d(known);
-    let mut stack: Vec<[DVec3; 3]> = Vec::new();
+    // Corners with their depths (minus infinity: too far to matter).
+    let mut stack: Vec<[(DVec3, f64); 3]> = Vec::new();
     let mut looked = 0_u32;
     for triangle in object.solid.triangles() {
-        stack.push(triangle.map(|p| here_from_object.transform_point(p)));
-        while let Some([a, b, c]) = stack.pop() {
-            if a.max(b).max(c).cmplt(low).any()
+        let corners = triangle.map(|p| here_from_object.transform_point(p));
+        // What looks up is carried by nobody, and a thing lying on it would be searched in vain.
+        let outward = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+        if least_slope.is_some() && outward.dot(step) < 0.0 {
+            continue;
+        }
+        let outside = |[a, b, c]: [DVec3; 3], region: &[DVec2]| {
+            a.max(b).max(c).cmplt(low).any()
                 || a.min(b).min(c).cmpgt(high).any()
                 || wrap.deepest_m([a, b, c]) < -gap_m
                 // What is spanned already can add nothing.
-                || [a, b, c].iter().all(|&p| depth_in_convex_m(&region, flat(p)) >= -1e-6)
-            {
+                || [a, b, c].iter().all(|&p| is_spanned(region, flat(p)))
+        };
+        if outside(corners, &region) {
+            continue;
+        }
+        let floor_m = -gap_m - reach_m(corners);
+        stack.push(corners.map(|p| (p, supporter.solid.depth_above(p, floor_m))));
+        while let Some(corners) = stack.pop() {
+            let [a, b, c] = corners.map(|(p, _)| p);
+            if outside([a, b, c], &region) {
                 continue;
             }
             looked += 1;
-            if looked.is_multiple_of(1024) {
+            if looked.is_multiple_of(256) {
                 interrupt.check()?;
             }
-            let corners = [a, b, c].map(touches);
-            let new = [a, b, c].into_iter().zip(corners).filter(|(_, on)| *on).map(|(p, _)| flat(p));
+            let on = corners.map(|(p, depth_m)| depth_m >= -gap_m && carries(p, depth_m));
             let spanned = region.len();
-            region.extend(new);
+            region.extend(corners.iter().zip(on).filter(|(_, on)| *on).map(|((p, _), _)| flat(*p)));
             if region.len() > spanned {
                 region = convex_hull_2d(&region);
             }
-            if corners.iter().all(|&on| on) {
+            let deepest_m = corners.iter().map(|(_, depth_m)| *depth_m).fold(f64::NEG_INFINITY, f64::max);
+            let reach_m = reach_m([a, b, c]);
+            if on.iter().all(|&on| on) || reach_m < 0.0005 || deepest_m + reach_m < -gap_m {
                 continue;
             }
-            let middle = (a + b + c) / 3.0;
-            let radius = (a - middle).length().max((b - middle).length()).max((c - middle).length());
-            if radius > 0.0005 && supporter.solid.depth_above(middle, -gap_m - radius) + radius >= -gap_m {
-                stack.extend(quarters(a, b, c));
+            let floor_m = -gap_m - reach_m;
+            let known = |p: DVec3| corners.iter().find(|(q, _)| *q == p).map(|(_, depth_m)| *depth_m);
+            // Neighboring quarters share their new corners.
+            let mut new: Vec<(DVec3, f64)> = Vec::with_capacity(3);
+            for quarter in quarters(a, b, c) {
+                stack.push(quarter.map(|p| {
+                    let measured = known(p).or_else(|| new.iter().find(|(q, _)| *q == p).map(|(_, d)| *d));
+                    let depth_m = measured.unwrap_or_else(|| {
+                        let depth_m = supporter.solid.depth_above(p, floor_m);
+                        new.push((p, depth_m));
+                        depth_m
+                    });
+                    (p, depth_m)
+                }));
             }
         }
     }
@@ -233,6 +260,16 @@ pub fn convex_hull_2d(points: &[DVec2]) -> Vec<DVec2> {
     let mut hull = half(&mut sorted.iter().copied());
     hull.extend(half(&mut sorted.iter().rev().copied()));
     hull
+}
+
+/// Whether the point lies in a convex counter-clockwise polygon, or within rounding of its edge.
+fn is_spanned(polygon: &[DVec2], point: DVec2) -> bool {
+    const ROUNDING_M2: f64 = 1e-9;
+    polygon.len() >= 3
+        && (0..polygon.len()).all(|k| {
+            let (a, b) = (polygon[k], polygon[(k + 1) % polygon.len()]);
+            (b - a).perp_dot(point - a) >= -ROUNDING_M2
+        })
 }
 
 /// Signed distance of the point to a convex counter-clockwise polygon (or a segment, or a point):
