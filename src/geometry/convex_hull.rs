@@ -14,8 +14,12 @@ use super::ConvexHull;
 /// Hull of `points` with at most `max_vertices` corners, at least `min_thickness_m` thick; `None` for
 /// fewer than three distinct points or points on a line.
 pub fn convex_hull(points: &[DVec3], max_vertices: usize, min_thickness_m: f64) -> Option<ConvexHull> {
-    let thick = thickened(points, min_thickness_m)?;
-    let full = hull_of(&thick)?;
+    let full = hull_of(points).filter(|hull| is_thick(hull, min_thickness_m));
+    let full = match full {
+        Some(full) => full,
+        None if min_thickness_m > 0.0 => hull_of(&thickened(points, min_thickness_m)?)?,
+        None => return None,
+    };
     if full.points.len() <= max_vertices {
         return Some(full);
     }
@@ -37,6 +41,20 @@ pub fn planes(hull: &ConvexHull) -> Vec<(DVec3, f64)> {
             Some((normal, normal.dot(a)))
         })
         .collect()
+}
+
+/// Whether the hull is surely thicker than that everywhere: its width is at least twice the radius of the
+/// largest ball in it, and that is at least volume / area.
+fn is_thick(hull: &ConvexHull, least_m: f64) -> bool {
+    let area: f64 = hull
+        .triangles
+        .iter()
+        .map(|t| {
+            let [a, b, c] = t.map(|v| hull.points[v as usize]);
+            0.5 * (b - a).cross(c - a).length()
+        })
+        .sum();
+    2.0 * hull.volume_m3() >= least_m * area
 }
 
 fn hull_of(points: &[DVec3]) -> Option<ConvexHull> {
@@ -61,7 +79,7 @@ fn snapped(points: &[DVec3], grid_m: f64) -> Vec<DVec3> {
 /// Whether the faces close up, enclose volume and leave no point outside. Where points and faces are many, a
 /// part of the points is looked at.
 fn is_sound(hull: &ConvexHull, points: &[DVec3]) -> bool {
-    const LOOKS: usize = 100_000;
+    const LOOKS: usize = 20_000;
     let (low, high) = points
         .iter()
         .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), &p| (low.min(p), high.max(p)));

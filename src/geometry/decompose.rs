@@ -54,7 +54,8 @@ pub struct DecomposeSettings {
     /// Most hulls of a mesh, 1..256. When the tolerance asks for more, hulls go on being joined, those
     /// that stick out the least first. More: closer fit, slower contact.
     pub max_hulls: u32,
-    /// Most pieces one shell is cut into before joining, 1..512. More: closer fit of lumpy things, slower.
+    /// Most pieces concave shells are cut into before joining, together, 1..512 (a shell gets an even share, and
+    /// at least eight). More: closer fit of lumpy things, slower.
     pub max_pieces: u32,
     /// Most corners of a hull, 8..255. 64 is what GPU engines accept.
     pub max_vertices: u32,
@@ -101,10 +102,12 @@ pub fn decompose(
     }
     let solid = MeshSolid::from_shells(&shells)?;
     let field = Field::new(&solid);
-    let per_shell: Vec<Vec<Fitted>> = shells
-        .par_iter()
-        .filter(|shell| shell.volume_m3() >= 0.0)
-        .map(|shell| hulls_of_shell(shell, &field, settings, interrupt))
+    let outward: Vec<usize> = (0..shells.len()).filter(|&k| shells[k].volume_m3() >= 0.0).collect();
+    let concave = outward.iter().filter(|&&k| !shells[k].is_convex()).count();
+    let most_pieces = (settings.max_pieces as usize / concave.max(1)).max(FEWEST_PIECES);
+    let per_shell: Vec<Vec<Fitted>> = outward
+        .into_par_iter()
+        .map(|k| hulls_of_shell(&shells[k], k, most_pieces, &field, settings, interrupt))
         .collect::<Result<_, Interrupted>>()?;
     let pieces = without_enclosed(per_shell.into_iter().flatten().collect());
     let joined = merged(pieces, &field, settings, interrupt)?;
@@ -130,8 +133,13 @@ pub fn decompose(
     })
 }
 
+/// Pieces that even one of many concave shells may be cut into.
+const FEWEST_PIECES: usize = 8;
+
 fn hulls_of_shell(
     shell: &Shell,
+    index: usize,
+    most_pieces: usize,
     solid: &Field,
     settings: &DecomposeSettings,
     interrupt: &Interrupt,
@@ -141,7 +149,7 @@ fn hulls_of_shell(
         if let Some(turned) = Turned::recognize(shell) {
             return turned_hulls(&turned, solid, settings, interrupt);
         }
-        return cut_apart(shell, solid, settings, settings.max_pieces as usize, interrupt);
+        return cut_apart(shell, index, solid, settings, most_pieces, interrupt);
     }
     let hull = convex_hull(&shell.points, usize::MAX, settings.min_thickness_m);
     Ok(hull.map(|hull| Fitted { hull, excess_m: 0.0 }).into_iter().collect())

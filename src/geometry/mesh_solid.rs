@@ -109,6 +109,13 @@ impl MeshSolid {
         in_hole.fold(nearest, f64::max)
     }
 
+    /// As [`depth_m`](Self::depth_m), for one shell alone.
+    pub fn depth_in_shell_m(&self, shell: usize, point: DVec3) -> f64 {
+        let projection = self.shells[shell].surface.project_local_point(point, false);
+        let distance = (projection.point - point).length();
+        if projection.is_inside { distance } else { -distance }
+    }
+
     /// Depth of a point with the nearest surface point of the shell that decides it.
     fn locate(&self, point: DVec3, floor_m: f64) -> Option<Located> {
         let reach = (-floor_m).max(0.0);

@@ -77,7 +77,7 @@ pub(super) fn excess(
 }
 
 /// Samples of a hull, unless it has more faces.
-const MOST_SAMPLES: usize = 500;
+const MOST_SAMPLES: usize = 300;
 
 /// A triangle still to be looked into and the most that a point of it can be outside.
 struct Open {

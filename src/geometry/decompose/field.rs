@@ -14,7 +14,7 @@ use crate::geometry::mesh_solid::MeshSolid;
 /// Most grid corners; larger solids are measured directly.
 const MOST_CORNERS: usize = 3_000_000;
 /// Grid steps along the longest edge of the solid.
-const STEPS: f64 = 96.0;
+const STEPS: f64 = 64.0;
 /// Coarsest grid, meters.
 const COARSEST_M: f64 = 0.003;
 
@@ -65,10 +65,10 @@ impl<'a> Field<'a> {
         -sum
     }
 
-    /// Whether the point lies in the solid and not on its surface, measured exactly.
-    pub(super) fn is_inside(&self, point: DVec3) -> bool {
+    /// Whether the point lies in a shell and not on its surface, measured exactly.
+    pub(super) fn is_inside(&self, shell: usize, point: DVec3) -> bool {
         const ON_SURFACE_M: f64 = 1e-5;
-        self.solid.depth_m(point) > ON_SURFACE_M
+        self.solid.depth_in_shell_m(shell, point) > ON_SURFACE_M
     }
 
     fn depth_at(&self, corner: UVec3) -> f64 {

@@ -19,9 +19,10 @@ struct Leaf {
 }
 
 /// Hulls of the pieces of a closed shell: always the piece whose hull sticks out the farthest is cut next,
-/// until none exceeds the tolerance or there are `most` pieces.
+/// until none exceeds the tolerance or there are `most` pieces. `index` is the shell's in the solid.
 pub(super) fn cut_apart(
     shell: &Shell,
+    index: usize,
     solid: &Field,
     settings: &DecomposeSettings,
     most: usize,
@@ -30,15 +31,14 @@ pub(super) fn cut_apart(
     let spacing_m = settings.excess_spacing_m;
     // A piece nobody can build a hull of is no piece: the cut that makes it is not taken.
     let leaf = |piece: Piece| -> Result<Option<Leaf>, Interrupted> {
-        let Some(hull) = convex_hull(&piece.spanning_points(), usize::MAX, 0.1 * settings.min_thickness_m)
-        else {
+        let Some(hull) = convex_hull(&piece.spanning_points(), usize::MAX, 0.0) else {
             return Ok(None);
         };
         let known_m = 0.5 * settings.tolerance_m;
         let excess = excess(&hull, solid, spacing_m, known_m, f64::INFINITY, interrupt)?;
         Ok(Some(Leaf { piece, hull, excess, whole: false }))
     };
-    let is_inside = |p| solid.is_inside(p);
+    let is_inside = |p| solid.is_inside(index, p);
     let mut leaves: Vec<Leaf> = leaf(Piece::new(shell))?.into_iter().collect();
     while leaves.len() < most {
         let worst = (0..leaves.len())
