@@ -17,4 +17,4 @@ pub use body::Body;
 pub use metrics::{CertifySettings, Collisions, Stability, collisions, stability};
 pub use resolve::{ResolveError, ResolveProblem, ResolveSettings, Resolved, SupportedBy, resolve};
 pub use settle::{SettleError, SettleSettings, Settled, settle};
-pub use support::{SupportFinding, support};
+pub use support::{SupportFinding, support, support_by_hulls};

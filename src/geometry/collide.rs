@@ -2,9 +2,8 @@
 //!
 //! The verdict is the method's: a pair collides when a surface sample (spacing at most 1 mm) of one lies
 //! deeper in the other's solid than min(1 mm, a quarter of the local wall). Samples come from splitting
-//! triangles; since depth changes by at most a meter per meter, a triangle whose middle is shallower than
-//! its radius can hide nothing and is dropped, so only the overlap is ever sampled (branch and bound; the
-//! deepest sample is found exactly). One solid inside the other is found the same way. A wrap of 26 planes
+//! triangles; one that cannot reach deep enough, because it is too small or lies on a face, can hide nothing
+//! and is dropped, so only the overlap is ever sampled (branch and bound; the deepest sample is found exactly). One solid inside the other is found the same way. A wrap of 26 planes
 //! around the solid bounds depths from above without asking it, so flat faces that touch cost next to
 //! nothing. World frame, meters.
 
@@ -84,11 +83,10 @@ fn deepest_in(
             }
             let middle = (a + b + c) / 3.0;
             let radius = (a - middle).length().max((b - middle).length()).max((c - middle).length());
-            let depth = solid.solid.depth_above(middle, bound - radius - 1e-9);
-            if depth + radius <= bound {
+            if solid.solid.deepest_possible_m([a, b, c]) <= bound {
                 continue;
             }
-            if depth > bound
+            if solid.solid.depth_m(middle) > bound
                 && let Some((depth_m, wall_m)) = solid.solid.depth_and_wall_m(middle)
                 && depth_m > rule.penetration_m.min(rule.wall_share * wall_m.max(rule.least_wall_m))
             {

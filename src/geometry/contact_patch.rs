@@ -5,7 +5,9 @@
 //! since the difference of two nearly equal points says little about a direction. The patch is the overlap,
 //! seen along that direction, of what either hull turns to the other within the reach; the gap at each corner
 //! is the exact distance between the two surfaces along the direction. So a plate has as many contacts
-//! as its rim has corners, whichever way its facets are cut, and an edge on a facet has two.
+//! as its rim has corners, whichever way its facets are cut, and an edge on a facet has two. Corners of
+//! either hull inside the overlap belong to the patch as well: a block with rounded edges stands on
+//! the corners of its flat face, which lie inside the outline of its rounding.
 //!
 //! Frame of the first hull, meters. About 5 microseconds for hulls of 64 corners.
 
@@ -14,11 +16,14 @@ use parry3d_f64::math::Pose as ParryPose;
 use parry3d_f64::query::details::contact_support_map_support_map_with_params;
 use parry3d_f64::query::gjk::{GJKResult, VoronoiSimplex};
 
-use super::collide::convex_hull_2d;
+use super::collide::{convex_hull_2d, depth_in_convex_m};
 use super::contact_hull::ContactHull;
 
 /// Gaps below this are too small to tell a direction from, meters.
 const NEAR_M: f64 = 1e-4;
+
+/// Corners of a hull this close to the overlap's edge are its corners, meters.
+const SAME_CORNER_M: f64 = 1e-7;
 
 /// A facet's normal is preferred if it separates worse by no more than this, meters.
 const FACET_PREFERENCE_M: f64 = 3e-6;
@@ -82,24 +87,31 @@ pub fn contact_patch(
     }
     let (u, v) = normal.any_orthonormal_pair();
     let flat = |p: DVec3| DVec2::new(p.dot(u), p.dot(v));
-    let facing = |points: &[DVec3], side: f64| {
+    let facing = |points: &[DVec3], side: f64| -> Vec<DVec3> {
         let most = points.iter().map(|p| side * p.dot(normal)).fold(f64::NEG_INFINITY, f64::max);
-        let near: Vec<DVec2> =
-            points.iter().filter(|p| side * p.dot(normal) >= most - reach_m).map(|&p| flat(p)).collect();
-        convex_hull_2d(&near)
+        points.iter().copied().filter(|p| side * p.dot(normal) >= most - reach_m).collect()
     };
-    let (a_face, b_face) = (facing(&a.points, 1.0), facing(&b_points, -1.0));
+    let outline = |points: &[DVec3]| convex_hull_2d(&points.iter().map(|&p| flat(p)).collect::<Vec<_>>());
+    let (a_near, b_near) = (facing(&a.points, 1.0), facing(&b_points, -1.0));
+    let (a_face, b_face) = (outline(&a_near), outline(&b_near));
     let surfaces = Surfaces::new(a, b, a_from_b, normal);
     let point_at = |at: DVec2| {
         let base = at.x * u + at.y * v;
         let (on_a, on_b) = (surfaces.height_of_a(base), surfaces.height_of_b(base));
         PatchPoint { on_a: base + on_a * normal, on_b: base + on_b * normal, gap_m: on_b - on_a }
     };
-    let mut points: Vec<PatchPoint> = overlap(&a_face, &b_face)
-        .into_iter()
-        .map(point_at)
-        .filter(|point| point.gap_m <= reach_m && point.gap_m.is_finite())
-        .collect();
+    let mut points: Vec<PatchPoint> = overlap(&a_face, &b_face).into_iter().map(point_at).collect();
+    let within =
+        |face: &[DVec2], p: DVec3| face.len() > 2 && depth_in_convex_m(face, flat(p)) > SAME_CORNER_M;
+    for &p in a_near.iter().filter(|&&p| within(&b_face, p)) {
+        let on_b = p + (surfaces.height_of_b(p - p.dot(normal) * normal) - p.dot(normal)) * normal;
+        points.push(PatchPoint { on_a: p, on_b, gap_m: (on_b - p).dot(normal) });
+    }
+    for &p in b_near.iter().filter(|&&p| within(&a_face, p)) {
+        let on_a = p + (surfaces.height_of_a(p - p.dot(normal) * normal) - p.dot(normal)) * normal;
+        points.push(PatchPoint { on_a, on_b: p, gap_m: (p - on_a).dot(normal) });
+    }
+    points.retain(|point| point.gap_m <= reach_m && point.gap_m.is_finite());
     // The deepest point may lie inside the patch (a blunt tip on a facet).
     let least_m = points.iter().map(|point| point.gap_m).fold(f64::INFINITY, f64::min);
     if least_m > gap_m + 2e-6

@@ -148,6 +148,30 @@ impl MeshSolid {
         }
     }
 
+    /// No point of the triangle lies deeper in the solid than this. In each shell the depth is at most the
+    /// distance to any one face, whose maximum over a triangle lies at a corner; so a triangle that lies on
+    /// a face costs one question, however large it is.
+    pub fn deepest_possible_m(&self, corners: [DVec3; 3]) -> f64 {
+        let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
+        let radius = corners.iter().map(|p| (*p - middle).length()).fold(0.0, f64::max);
+        let in_shell = |shell: &SolidShell| {
+            let (projection, (face, _)) = shell.surface.project_local_point_and_get_location(middle, false);
+            let distance = (projection.point - middle).length();
+            let most_m = if projection.is_inside { radius + distance } else { radius - distance };
+            if most_m <= 0.0 {
+                return most_m;
+            }
+            let face = shell.surface.triangle(face);
+            let off_face_m = corners.iter().map(|&p| (face.project_local_point(p, true).point - p).length());
+            most_m.min(off_face_m.fold(0.0, f64::max))
+        };
+        let outward = self.shells.iter().filter(|shell| shell.outward);
+        outward
+            .filter(|shell| shell.box_distance_m(middle) <= radius)
+            .map(in_shell)
+            .fold(f64::NEG_INFINITY, f64::max)
+    }
+
     /// For a point inside: (depth, thickness of the wall it lies in), the wall measured from the
     /// nearest surface point through the point to the far side. `None` outside.
     pub fn depth_and_wall_m(&self, point: DVec3) -> Option<(f64, f64)> {
@@ -228,6 +252,19 @@ mod tests {
     }
 
     proptest! {
+        #[test]
+        fn no_point_of_a_triangle_is_deeper_than_possible(
+            at in prop::array::uniform9(-0.08..0.08_f64), u in 0.0..1.0_f64, v in 0.0..1.0_f64,
+        ) {
+            let cube = block(DVec3::splat(0.1));
+            let shifted = cube.clone().translated(DVec3::new(0.06, 0.0, 0.0));
+            let solid = MeshSolid::new(&mesh([cube, shifted])).expect("two cubes");
+            let [a, b, c] = [0, 3, 6].map(|k| DVec3::new(at[k], at[k + 1], at[k + 2]));
+            let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
+            let depth_m = solid.depth_m(a + u * (b - a) + v * (c - a));
+            prop_assert!(depth_m <= solid.deepest_possible_m([a, b, c]) + 1e-12 || depth_m < 0.0);
+        }
+
         #[test]
         fn depth_in_a_ball_is_radius_minus_distance(x in -0.2..0.2_f64, y in -0.2..0.2_f64, z in -0.1..0.3_f64) {
             let ball = MeshSolid::new(&mesh([sphere(0.1, 96)])).expect("a ball");

@@ -1,11 +1,13 @@
 //! The closed shells of a visual mesh.
 //!
 //! A [`TexturedMesh`] splits its vertices at creases and texture seams. Welding positions that are
-//! equal to the bit joins them again; the connected parts of the welded surface are its shells (the
-//! body of a mug, its handle). Shells come in the order of their first triangle, vertices in the order
-//! of first use, so the same mesh gives the same bytes.
+//! equal to the bit joins them again; the parts connected by edges are its shells (the body of a mug, its
+//! handle). Where several parts share an edge (the two wings of a bow tie), each triangle goes on with the
+//! one across its own inside, so that parts that merely touch stay apart. Shells come in the order of their
+//! first triangle, vertices in the order of first use, so the same mesh gives the same bytes.
 
 use std::collections::HashMap;
+use std::f64::consts::TAU;
 
 use glam::DVec3;
 
@@ -22,6 +24,10 @@ pub struct Shell {
 /// Height above a neighbor's plane up to which two faces count as flat, meters: above the rounding of
 /// single-precision positions.
 pub const CONVEX_M: f64 = 1e-6;
+
+/// Faces at a shared edge whose directions differ by less lie on each other, radians: edges of a tenth of a
+/// millimeter, stored in single precision, are no more exact.
+const SAME_FACE_RAD: f64 = 0.02;
 
 #[derive(PartialEq, Eq, PartialOrd, Ord)]
 struct Edge {
@@ -111,36 +117,68 @@ pub fn shells(mesh: &TexturedMesh) -> Vec<Shell> {
         .filter(|t| t[0] != t[1] && t[1] != t[2] && t[2] != t[0])
         .collect();
 
-    let mut parent: Vec<u32> = (0..points.len() as u32).collect();
-    for t in &triangles {
-        let a = root(&mut parent, t[0]);
-        for &v in &t[1..] {
-            let b = root(&mut parent, v);
+    let whole = Shell { points, triangles };
+    let mut parent: Vec<u32> = (0..whole.triangles.len() as u32).collect();
+    for same in whole.edges().chunk_by(|x, y| (x.a, x.b) == (y.a, y.b)) {
+        for (t, mate) in across_the_inside(&whole, same) {
+            let (a, b) = (root(&mut parent, t), root(&mut parent, mate));
             parent[b as usize] = a;
         }
     }
-    const NONE: u32 = u32::MAX;
-    let mut shell_of_root = vec![NONE; points.len()];
-    let mut index_in_shell = vec![NONE; points.len()];
+    let mut shell_of_root: HashMap<u32, usize> = HashMap::new();
+    let mut index_in_shell: HashMap<(usize, u32), u32> = HashMap::with_capacity(whole.points.len());
     let mut shells: Vec<Shell> = Vec::new();
-    for t in &triangles {
-        let r = root(&mut parent, t[0]) as usize;
-        if shell_of_root[r] == NONE {
-            shell_of_root[r] = shells.len() as u32;
+    for (index, t) in whole.triangles.iter().enumerate() {
+        let number = *shell_of_root.entry(root(&mut parent, index as u32)).or_insert(shells.len());
+        if number == shells.len() {
             shells.push(Shell::default());
         }
-        let shell = &mut shells[shell_of_root[r] as usize];
+        let shell = &mut shells[number];
         let triangle = t.map(|v| {
-            let index = &mut index_in_shell[v as usize];
-            if *index == NONE {
-                *index = shell.points.len() as u32;
-                shell.points.push(points[v as usize]);
-            }
-            *index
+            *index_in_shell.entry((number, v)).or_insert_with(|| {
+                shell.points.push(whole.points[v as usize]);
+                shell.points.len() as u32 - 1
+            })
         });
         shell.triangles.push(triangle);
     }
     shells
+}
+
+/// Pairs of triangles that go on into each other at an edge they all share: of several that meet there, those
+/// with only inside between them.
+fn across_the_inside(whole: &Shell, same: &[Edge]) -> Vec<(u32, u32)> {
+    if let [x, y] = same {
+        return vec![(x.triangle, y.triangle)];
+    }
+    let Some(first) = same.first() else { return Vec::new() };
+    let (a, b) = (whole.points[first.a as usize], whole.points[first.b as usize]);
+    let axis = (b - a).normalize_or_zero();
+    let (u, v) = if axis == DVec3::ZERO { (DVec3::X, DVec3::Y) } else { axis.any_orthonormal_pair() };
+    // Which way a triangle leaves the edge, as an angle around it.
+    let angle = |edge: &Edge| {
+        let away = whole.triangles[edge.triangle as usize]
+            .iter()
+            .find(|&&corner| corner != edge.a && corner != edge.b)
+            .map_or(DVec3::ZERO, |&corner| whole.points[corner as usize] - a);
+        away.dot(v).atan2(away.dot(u))
+    };
+    // The inside lies clockwise of a triangle that runs along the axis. Faces that lie on each other have none
+    // between them.
+    let between = |forward: &Edge, backward: &Edge| {
+        let turn = (angle(forward) - angle(backward)).rem_euclid(TAU);
+        if turn < SAME_FACE_RAD { TAU } else { turn }
+    };
+    let mut waiting: Vec<&Edge> = same.iter().filter(|edge| !edge.forward).collect();
+    let mut pairs = Vec::with_capacity(waiting.len());
+    for forward in same.iter().filter(|edge| edge.forward) {
+        let nearest = (0..waiting.len())
+            .min_by(|&x, &y| between(forward, waiting[x]).total_cmp(&between(forward, waiting[y])));
+        if let Some(nearest) = nearest {
+            pairs.push((forward.triangle, waiting.remove(nearest).triangle));
+        }
+    }
+    pairs
 }
 
 fn root(parent: &mut [u32], mut v: u32) -> u32 {
@@ -154,8 +192,9 @@ fn root(parent: &mut [u32], mut v: u32) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::shapes::{block, tube};
+    use crate::geometry::shapes::{block, prism, tube};
     use crate::geometry::{Material, Rgb};
+    use glam::DVec2;
 
     #[test]
     fn a_block_and_a_bar_are_two_closed_shells() {
@@ -174,5 +213,21 @@ mod tests {
         let mut open = shells[0].clone();
         open.triangles.pop();
         assert!(!open.is_closed());
+    }
+
+    #[test]
+    fn what_touches_along_an_edge_or_a_face_stays_two_closed_shells() {
+        let plain = Material::plain("plain", Rgb::hex(0x80_80_80), 0.5);
+        let wing = prism(&[DVec2::ZERO, DVec2::new(0.1, -0.05), DVec2::new(0.1, 0.05)], 0.02);
+        let turned = wing.clone().rotated(glam::DQuat::from_xyzw(0.0, 0.0, 1.0, 0.0));
+        let cube = block(DVec3::splat(0.1));
+        let on_top = block(DVec3::splat(0.1)).translated(DVec3::new(0.0, 0.0, 0.1));
+        for pair in [[wing, turned], [cube, on_top]] {
+            let mut mesh = TexturedMesh::default();
+            pair.into_iter().for_each(|solid| mesh.add(solid, &plain));
+            let shells = shells(&mesh);
+            assert_eq!(shells.len(), 2);
+            assert!(shells.iter().all(|shell| shell.is_closed() && shell.volume_m3() > 0.0));
+        }
     }
 }

@@ -4,9 +4,12 @@
 //! The engine's own contacts consider four consecutive corners of a facet, so that a round foot rests
 //! on one quarter of its rim and walks, and a mat on a large table may rest on nothing at all. Here every
 //! pair of hulls gives its whole patch ([`mod@crate::geometry::contact_patch`]); patches of the two bodies that share a direction
-//! are one contact plane; of its points those are kept that span it ([`spanning`]), at most
-//! [`TOUCHING_POINTS`] of those that touch and [`NEAR_POINTS`] of those about to. Impulses of the last step are
-//! carried over to the nearest point.
+//! are one contact plane; of its points those are kept that are lowest when the bodies tilt a little this way
+//! or that ([`TILTS_RAD`]): a corner that is left out is found only when it is deep already, and the push
+//! that follows keeps the body rocking and walking. Impulses of the last step are carried over to the
+//! nearest point.
+
+use std::f64::consts::TAU;
 
 use glam::{DVec2, DVec3};
 use rapier3d_f64::geometry::{ContactData, ContactManifold, ContactManifoldData, TrackedContact};
@@ -21,17 +24,18 @@ use rapier3d_f64::parry::query::{
 use rapier3d_f64::parry::shape::{PackedFeatureId, Shape};
 
 use super::hull_set::HullSet;
-use crate::geometry::collide::convex_hull_2d;
 use crate::geometry::contact_patch::{ContactPatch, PatchPoint};
 
-/// Most touching points kept of one contact plane.
-const TOUCHING_POINTS: usize = 8;
+/// A plane keeps the points that come first when the bodies tilt by this much against each other, radians,
+/// toward each of [`DIRECTIONS`] directions: the small tilt finds the corners of what touches, the large
+/// one those that touch next when it rocks.
+const TILTS_RAD: [f64; 2] = [0.002, 0.02];
 
-/// Most points kept that are near but do not touch yet.
-const NEAR_POINTS: usize = 4;
+/// See [`TILTS_RAD`].
+const DIRECTIONS: usize = 8;
 
-/// Points this much farther than the deepest one still touch, meters.
-const TOUCHING_M: f64 = 3e-5;
+/// A point of the last step is kept where another is not lower by more than this, meters.
+const LOYALTY_M: f64 = 2e-6;
 
 /// Patches whose normals differ by less (as a cosine, 1.8 degrees) are one contact plane.
 const SAME_PLANE: f64 = 0.9995;
@@ -158,64 +162,31 @@ fn contact_planes(patches: &[ContactPatch]) -> Vec<ContactPlane> {
 impl ContactPlane {
     /// The points worth keeping, in groups the solver can take. Points the last step knew are preferred.
     fn groups(&self, known: &[Known]) -> Vec<Vec<PatchPoint>> {
-        let deepest_m = self.points.iter().map(|p| p.gap_m).fold(f64::INFINITY, f64::min);
-        let (touching, near): (Vec<PatchPoint>, Vec<PatchPoint>) =
-            self.points.iter().partition(|p| p.gap_m <= deepest_m + TOUCHING_M);
         let (u, v) = self.normal.any_orthonormal_pair();
         let flat = |p: &PatchPoint| DVec2::new(p.on_a.dot(u), p.on_a.dot(v));
         let is_known = |p: &PatchPoint| known.iter().any(|k| k.is(p, self.normal));
-        let kept = spanning(&touching, TOUCHING_POINTS, flat, is_known);
-        let mut groups = dealt(kept);
-        if !near.is_empty() {
-            // Near points matter only where they reach beyond those that touch.
-            let inner = convex_hull_2d(&touching.iter().map(flat).collect::<Vec<_>>());
-            let outer: Vec<PatchPoint> = near
-                .into_iter()
-                .filter(|p| crate::geometry::collide::depth_in_convex_m(&inner, flat(p)) < -SAME_POINT_M)
-                .collect();
-            groups.extend(dealt(spanning(&outer, NEAR_POINTS, flat, is_known)));
-        }
-        groups
-    }
-}
-
-/// At most `count` of the points, chosen so that they span what all of them span: corners of their convex
-/// hull, thinned by leaving out the corner whose loss costs the least area; corners known from the
-/// last step count four times.
-fn spanning(
-    points: &[PatchPoint],
-    count: usize,
-    flat: impl Fn(&PatchPoint) -> DVec2,
-    is_known: impl Fn(&PatchPoint) -> bool,
-) -> Vec<PatchPoint> {
-    let corners = convex_hull_2d(&points.iter().map(&flat).collect::<Vec<_>>());
-    let mut kept: Vec<(DVec2, PatchPoint, f64)> = Vec::with_capacity(corners.len());
-    for corner in corners {
-        // Several hulls may meet at a corner; the deepest point counts.
-        let here = points
+        let points: Vec<(DVec2, f64, &PatchPoint)> = self
+            .points
             .iter()
-            .filter(|p| flat(p).distance_squared(corner) < 1e-14)
-            .min_by(|p, q| p.gap_m.total_cmp(&q.gap_m));
-        if let Some(point) = here {
-            kept.push((corner, *point, if is_known(point) { 4.0 } else { 1.0 }));
+            .map(|p| (flat(p), if is_known(p) { p.gap_m - LOYALTY_M } else { p.gap_m }, p))
+            .collect();
+        let mut kept: Vec<(DVec2, PatchPoint)> = Vec::with_capacity(TILTS_RAD.len() * DIRECTIONS);
+        for tilt_rad in TILTS_RAD {
+            for k in 0..DIRECTIONS {
+                let slope = tilt_rad * DVec2::from_angle(TAU * k as f64 / DIRECTIONS as f64);
+                let first = points
+                    .iter()
+                    .map(|&(at, gap_m, point)| (gap_m - slope.dot(at), at, point))
+                    .min_by(|a, b| a.0.total_cmp(&b.0));
+                if let Some((_, at, point)) = first
+                    && kept.iter().all(|(other, _)| other.distance_squared(at) > SAME_POINT_M * SAME_POINT_M)
+                {
+                    kept.push((at, *point));
+                }
+            }
         }
+        dealt(kept.into_iter().map(|(_, point)| point).collect())
     }
-    while kept.len() > 2 {
-        let n = kept.len();
-        let loss = |k: usize| {
-            let (a, b, c) = (kept[(k + n - 1) % n].0, kept[k].0, kept[(k + 1) % n].0);
-            kept[k].2 * (b - a).perp_dot(c - b).abs()
-        };
-        let (least, cost) = (0..n)
-            .map(|k| (k, loss(k)))
-            .fold((0, f64::INFINITY), |best, next| if next.1 < best.1 { next } else { best });
-        // Slivers go even where there is room.
-        if n <= count && cost > 1e-9 {
-            break;
-        }
-        kept.remove(least);
-    }
-    kept.into_iter().map(|(_, point, _)| point).collect()
 }
 
 /// Points in groups of four, dealt like cards so that each group spans the plane.
@@ -293,7 +264,9 @@ mod tests {
     use glam::{DQuat, DVec3};
 
     use crate::geometry::convex_hull::convex_hull;
-    use crate::geometry::shapes::{block, cylinder, prism, rounded_rectangle, shell_of_revolution};
+    use crate::geometry::shapes::{
+        block, cylinder, prism, rounded_block, rounded_rectangle, shell_of_revolution,
+    };
     use crate::geometry::{Interrupt, Pose};
     use crate::physics::settle::simulate_to_the_end;
     use crate::physics::test_bodies::{body, settle_settings, table};
@@ -363,6 +336,18 @@ mod tests {
         let plate = body("plate", cylinder(0.12, 0.01, 0.001, 40), Pose::upright(DVec3::ZERO, 0.0));
         let load = body("load", block(DVec3::splat(0.05)), Pose::upright(DVec3::new(0.06, 0.03, 0.01), 0.7));
         assert_still(&five_seconds(&[table(), plate, load]));
+    }
+
+    #[test]
+    fn a_rounded_block_does_not_rock_and_walk() {
+        // The rim of the rounding lies outside the face it stands on, a little higher.
+        for (size, radius) in [(DVec3::splat(0.018), 0.002), (DVec3::new(0.19, 0.06, 0.28), 0.003)] {
+            let block = rounded_block(size, radius, radius);
+            let lowest = block.positions.iter().map(|p| p.z).fold(f64::INFINITY, f64::min);
+            let at = Pose::upright(DVec3::new(0.1, 0.05, -lowest), 0.3);
+            let fallen = five_seconds(&[table(), body("block", block, at)]);
+            assert!(fallen.displacements_m[1] < 5e-4 && fallen.rotations_rad[1] < 0.01, "{fallen:?}");
+        }
     }
 
     #[test]

@@ -282,6 +282,10 @@ fn find_faults(
             fault(format!("{name} turned by {:.0} degrees while settling", turned.to_degrees()), false);
         }
     }
+    // What follows costs a hundred times more.
+    if !faults.is_empty() {
+        return Ok(faults);
+    }
     let solids: Vec<PlacedSolid> = scene
         .problem
         .solids
@@ -293,8 +297,7 @@ fn find_faults(
     let findings: Vec<SupportFinding> = movable
         .par_iter()
         .map(|&body| {
-            let parent = scene.tree.support[body].map(|s| s.parent);
-            support(&solids, scene.problem.bodies, body, parent, certify, interrupt)
+            support(&solids, scene.problem.bodies, body, &scene.tree.carriers(body), certify, interrupt)
         })
         .collect::<Result<_, Interrupted>>()?;
     for (&body, finding) in movable.iter().zip(&findings).filter(|(_, finding)| !finding.is_supported()) {

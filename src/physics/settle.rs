@@ -3,9 +3,9 @@
 //! Rapier (f64, sleeping off): each body is the set of its convex hulls with explicit mass, center of mass
 //! and inertia; contacts of our own ([`super::contacts`]); Coulomb friction; implicit time stepping with
 //! small steps. Lengths are declared to be those of household things (`length_unit_m`), since the engine's
-//! tolerances are made for things of a meter: penetration is corrected below a tenth of a millimeter. Rolling
-//! resistance, which the engine lacks, is angular damping in proportion to the rolling friction. Bodies
-//! that cannot meet are simulated apart and in parallel ([`mod@islands`]).
+//! tolerances are made for things of a meter. Rolling and spinning resistance, which the engine lacks, are
+//! added as dry friction after each step. Bodies that cannot meet are simulated apart and in parallel
+//! ([`mod@islands`]).
 //!
 //! Guarantees: same input, same bytes, with any number of threads.
 
@@ -33,10 +33,6 @@ pub struct SettleSettings {
     pub contact_frequency_hz: f64,
     /// Typical size of things, meters, 0.01..1: scales the engine's tolerances.
     pub length_unit_m: f64,
-    /// Penetration the engine leaves alone, meters, 0..0.0002.
-    pub allowed_penetration_m: f64,
-    /// Angular damping per meter of rolling friction, 1/(s m). More: round things stop sooner.
-    pub rolling_damping_per_s_m: f64,
     /// Damping of linear and angular velocity of everything, 1/s, 0..1.
     pub damping_per_s: f64,
     /// Speed under which a body counts as resting, m/s (a point at its edge).

@@ -46,8 +46,6 @@ pub fn settle_settings() -> SettleSettings {
         solver_iterations: 8,
         contact_frequency_hz: 350.0,
         length_unit_m: 0.02,
-        allowed_penetration_m: 0.0001,
-        rolling_damping_per_s_m: 10_000.0,
         damping_per_s: 0.05,
         rest_speed_m_s: 0.0005,
         rest_time_s: 0.25,

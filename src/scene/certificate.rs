@@ -58,8 +58,8 @@ pub struct Thresholds {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ObjectCertificate {
     pub name: InstanceId,
-    /// Signed distance of the projected center of mass inside its support region, meters; `None` where it
-    /// touches nothing.
+    /// Signed distance of the projected center of mass inside its support region, meters (where positive, at
+    /// least this: the search ends with the first contacts that carry); `None` where it touches nothing.
     pub support_margin_m: Option<f64>,
     /// Displacement of the origin over the shipped settle.
     pub settle_displacement_m: f64,

@@ -1,7 +1,7 @@
 #!/bin/sh
 # Makes the judges' environment under target/judges: a Python venv with requirements.txt and, through the
 # Node.js that comes with it, the Khronos glTF validator. Does nothing (and needs no network) when the
-# environment was made from the same files. Prints nothing when all is well.
+# environment was made from the same files in the same place. Prints nothing when all is well.
 set -eu
 
 here=$(CDPATH= cd -- "$(dirname -- "$0")" && pwd)
@@ -21,22 +21,27 @@ if [ -z "$python" ]; then
     exit 3
 fi
 
-stamp=$("$python" - "$here/requirements.txt" "$gltf_validator" <<'PY'
-import hashlib, sys
-print(hashlib.sha256(open(sys.argv[1], "rb").read() + sys.argv[2].encode()).hexdigest())
+# The scripts of a venv name its interpreter by an absolute path: one that was moved is made anew.
+stamp=$("$python" - "$here/requirements.txt" "$gltf_validator" "$venv" <<'PY'
+import hashlib, os, sys
+requirements, validator, venv = sys.argv[1:]
+told = open(requirements, "rb").read() + validator.encode() + os.path.realpath(venv).encode()
+print(hashlib.sha256(told).hexdigest())
 PY
 )
 if [ -f "$venv/stamp" ] && [ "$(cat "$venv/stamp")" = "$stamp" ] && [ -x "$venv/bin/python" ]; then
     exit 0
 fi
 
-rm -f "$venv/stamp"
+if [ -f "$venv/pyvenv.cfg" ]; then
+    rm -rf "$venv"
+fi
 if ! "$python" -c 'import ensurepip, venv' 2>/dev/null; then
     echo "missing prerequisite: the venv module of $python (Debian: apt install python3.11-venv)" >&2
     exit 3
 fi
 mkdir -p "$venv"
-[ -x "$venv/bin/python" ] && [ -x "$venv/bin/pip" ] || "$python" -m venv "$venv"
+"$python" -m venv "$venv"
 if ! "$venv/bin/python" -m pip install --quiet --disable-pip-version-check -r "$here/requirements.txt"; then
     echo "missing prerequisite: PyPI could not deliver tests/judges/requirements.txt (see above)" >&2
     exit 3

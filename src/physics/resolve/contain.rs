@@ -2,9 +2,10 @@
 //! in its holder.
 //!
 //! Places are tried one after the other, first as the thing is and near where it was wanted, then stood up and
-//! leaning: it is dropped there, let go under gravity while everything else stands still, and the place is
-//! taken if it then reaches in and what it touches carries it. So heaped things have their three contacts and
-//! leaning ones touch floor and rim before the whole scene is settled.
+//! leaning: it is dropped there and let go under gravity while everything else stands still, then, if that
+//! leads nowhere, together with what lies in the container already (the third apple pushes the first two
+//! aside). The place is taken if all that moved then reaches in and what it touches carries it. So heaped things have their three contacts
+//! and leaning ones touch floor and rim before the whole scene is settled.
 
 use std::f64::consts::{PI, TAU};
 
@@ -13,18 +14,21 @@ use rand::RngExt;
 
 use super::place::{dropped, middle_of};
 use super::{ResolveError, Scene};
-use crate::geometry::cast::{Supporter, drop_height, floor_hull};
+use crate::geometry::cast::{Supporter, are_closer, drop_height, floor_hull};
 use crate::geometry::collide::PlacedSolid;
 use crate::geometry::collision_shape::CollisionShape;
 use crate::geometry::seed::child_rng;
 use crate::geometry::{Interrupt, Pose};
-use crate::physics::{Body, SettleSettings, settle, support};
+use crate::physics::{Body, SettleSettings, settle, support_by_hulls};
 
 /// Longest time a thing is given to come to rest in its container, seconds.
 const RELAX_S: f64 = 1.5;
 
 /// Places tried under gravity before the best one is taken.
 const TRIES: usize = 10;
+
+/// Free space around what is slid in below a handle, meters.
+const SLIDING_GAP_M: f64 = 0.0005;
 
 /// Angles between a stood-up thing and the vertical, degrees: the flattest that goes in is taken.
 const LEANS_DEG: [f64; 8] = [40.0, 32.0, 25.0, 19.0, 14.0, 9.0, 4.0, 0.0];
@@ -63,8 +67,9 @@ pub(super) fn reaches_in(scene: &Scene, body: usize, parent: usize, poses: &[Pos
     between && low.z <= rim - scene.settings.container_depth_share * (rim - floor)
 }
 
-/// A pose for the body in its container among the bodies `below`. `nudges` counts how often a place
-/// failed: so many good places are passed over, and places are shaken.
+/// Poses for the body in its container among the bodies `below`, and for those of them that share the
+/// container and make room. `nudges` counts how often a place failed: so many good places are passed over,
+/// and places are shaken.
 pub(super) fn into(
     scene: &Scene,
     body: usize,
@@ -73,78 +78,132 @@ pub(super) fn into(
     poses: &[Pose],
     nudges: usize,
     interrupt: &Interrupt,
-) -> Result<Pose, ResolveError> {
+) -> Result<Vec<(usize, Pose)>, ResolveError> {
     let supporters: Vec<Supporter> = below.iter().map(|&other| scene.placed(other, poses)).collect();
+    let heap: Vec<usize> = scene.tree.heap(body).into_iter().filter(|k| below.contains(k)).collect();
     let mut trial = poses.to_vec();
-    let mut fits = |pose: Pose| {
-        trial[body] = pose;
-        reaches_in(scene, body, parent, &trial)
+    let mut fits = |moved: &[(usize, Pose)]| {
+        moved.iter().for_each(|&(k, pose)| trial[k] = pose);
+        moved.iter().all(|&(k, _)| reaches_in(scene, k, parent, &trial))
     };
-    let (mut tries, mut skipped, mut best) = (0, 0, None::<(f64, Pose)>);
-    for (rotation, xy) in places(scene, body, parent, poses, nudges) {
-        interrupt.check()?;
-        let Some(pose) = dropped(scene, body, rotation, xy, &supporters).filter(|&pose| fits(pose)) else {
-            continue;
-        };
-        if skipped < nudges.min(4) {
-            skipped += 1;
-            best.get_or_insert((f64::NEG_INFINITY, pose));
-            continue;
-        }
-        let (calm, margin_m) = relaxed(scene, body, parent, below, poses, pose, interrupt)?;
-        if !fits(calm) {
-            best.get_or_insert((f64::NEG_INFINITY, pose));
-        } else if margin_m >= 0.0 {
-            return Ok(calm);
-        } else if best.is_none_or(|(known, _)| margin_m > known) {
-            best = Some((margin_m, calm));
-        }
-        tries += 1;
-        if tries == TRIES {
-            break;
+    let (mut skipped, mut best) = (0, None::<(f64, Vec<(usize, Pose)>)>);
+    // What lies there stays where it is if possible, and makes room if not; what failed once is done the
+    // other way round.
+    let mut ways = vec![&[][..], &heap[..]];
+    ways.dedup();
+    if nudges % 2 == 1 {
+        ways.reverse();
+    }
+    for yielding in ways {
+        let mut tries = 0;
+        for (rotation, xy) in places(scene, body, parent, poses, nudges) {
+            interrupt.check()?;
+            let Some(mut pose) = dropped(scene, body, rotation, xy, &supporters) else { continue };
+            // A heap that makes room may carry it on top at first.
+            let may_sink = !yielding.is_empty() && falls_in(scene, body, parent, poses, &pose);
+            if !fits(&[(body, pose)]) && !may_sink {
+                match slid_in(scene, body, parent, pose, &supporters, poses) {
+                    Some(below_handle) if fits(&[(body, below_handle)]) => pose = below_handle,
+                    _ => continue,
+                }
+            }
+            if skipped < nudges.min(4) {
+                skipped += 1;
+                best.get_or_insert_with(|| (f64::NEG_INFINITY, vec![(body, pose)]));
+                continue;
+            }
+            let (calm, margin_m) = relaxed(scene, body, yielding, below, poses, pose, interrupt)?;
+            if !fits(&calm) {
+                best.get_or_insert_with(|| (f64::NEG_INFINITY, vec![(body, pose)]));
+            } else if margin_m >= 0.0 {
+                return Ok(calm);
+            } else if best.as_ref().is_none_or(|(known, _)| margin_m > *known) {
+                best = Some((margin_m, calm));
+            }
+            tries += 1;
+            if tries == TRIES {
+                break;
+            }
         }
     }
     let wanted = poses[body];
     let middle = middle_of(scene, parent, poses) - center_offset(scene, body, wanted.rotation);
-    Ok(best
-        .map(|(_, pose)| pose)
-        .or_else(|| dropped(scene, body, wanted.rotation, middle, &supporters))
-        .unwrap_or(wanted))
+    Ok(best.map(|(_, found)| found).unwrap_or_else(|| {
+        let fallback = dropped(scene, body, wanted.rotation, middle, &supporters).unwrap_or(wanted);
+        vec![(body, fallback)]
+    }))
 }
 
-/// Where the body comes to rest from `pose` while the others stand still, and its support margin there,
-/// meters (negative while it still moves).
-fn relaxed(
+/// The lowest free place straight below `above`: in a basket with a handle, under the handle.
+fn slid_in(
     scene: &Scene,
     body: usize,
     parent: usize,
+    above: Pose,
+    supporters: &[Supporter],
+    poses: &[Pose],
+) -> Option<Pose> {
+    const STEPS: u32 = 40;
+    let (floor, rim) = scene.shapes[parent].bounds(&poses[parent]);
+    let (low, _) = scene.shapes[body].bounds(&above);
+    (0..STEPS).find_map(|step| {
+        let wanted_low_z = floor.z + (rim.z - floor.z) * f64::from(step) / f64::from(STEPS);
+        let mut pose = above;
+        pose.translation_m.z += (wanted_low_z - low.z).min(0.0);
+        let own = Supporter { shape: &scene.shapes[body], world_from_object: pose };
+        supporters.iter().all(|other| !are_closer(&own, other, SLIDING_GAP_M)).then_some(pose)
+    })
+}
+
+/// Whether what lies at `pose` is above the inside of the container: its weight well within the walls.
+fn falls_in(scene: &Scene, body: usize, parent: usize, poses: &[Pose], pose: &Pose) -> bool {
+    let (low, high) = scene.shapes[parent].bounds(&poses[parent]);
+    let (middle, half) = (0.5 * (low + high).truncate(), 0.5 * (high - low).truncate());
+    let center = pose.transform_point(scene.problem.bodies[body].mass.center_of_mass_m).truncate();
+    ((center - middle) / half).length() < 0.6
+}
+
+/// Where the body and what is `yielding` come to rest from `pose` while the others stand still, and the
+/// least support margin among them, meters (negative while something still moves).
+fn relaxed(
+    scene: &Scene,
+    body: usize,
+    yielding: &[usize],
     below: &[usize],
     poses: &[Pose],
     pose: Pose,
     interrupt: &Interrupt,
-) -> Result<(Pose, f64), ResolveError> {
+) -> Result<(Vec<(usize, Pose)>, f64), ResolveError> {
     let at = |k: usize, pose: Pose, fixed: bool| Body {
         world_from_object: pose,
         fixed,
         ..scene.problem.bodies[k].clone()
     };
-    let mut bodies: Vec<Body> = below.iter().map(|&other| at(other, poses[other], true)).collect();
+    let mut bodies: Vec<Body> =
+        below.iter().map(|&other| at(other, poses[other], !yielding.contains(&other))).collect();
     bodies.push(at(body, pose, false));
     let settings = SettleSettings { duration_s: RELAX_S, ..scene.settle.clone() };
     let settled = settle(&bodies, &settings, interrupt)?;
-    let calm = settled.poses[below.len()];
+    let members: Vec<usize> = below.iter().copied().chain([body]).collect();
+    let free: Vec<usize> = (0..members.len()).filter(|&k| !bodies[k].fixed).collect();
+    let calm: Vec<(usize, Pose)> = free.iter().map(|&k| (members[k], settled.poses[k])).collect();
     if !settled.at_rest {
         return Ok((calm, -1.0));
     }
-    let solids: Vec<PlacedSolid> = below
+    let solids: Vec<PlacedSolid> = members
         .iter()
-        .chain([&body])
         .zip(&settled.poses)
         .map(|(&k, pose)| PlacedSolid { solid: scene.problem.solids[k], world_from_object: *pose })
         .collect();
-    let carrier = below.iter().position(|&other| other == parent);
-    let finding = support(&solids, &bodies, below.len(), carrier, scene.certify, interrupt)?;
-    Ok((calm, finding.margin_m))
+    let mut least_m = f64::INFINITY;
+    for &k in &free {
+        let heap = scene.tree.carriers(members[k]);
+        let carriers: Vec<usize> =
+            (0..members.len()).filter(|&other| heap.contains(&members[other])).collect();
+        let finding = support_by_hulls(&solids, &bodies, k, &carriers, scene.certify);
+        least_m = least_m.min(finding.margin_m);
+    }
+    Ok((calm, least_m))
 }
 
 /// Rotations and positions (of the origin, seen from above) to try, best first.

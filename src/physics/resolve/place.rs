@@ -31,29 +31,33 @@ pub(super) fn drop_all(
                 other == parent || (parent != scene.tree.table && scene.tree.is_below(other, parent))
             })
             .collect();
-        let before = poses[body];
-        let pose = if support.inside && parent != scene.tree.table {
+        let mut moves = Vec::with_capacity(1);
+        if support.inside && parent != scene.tree.table {
             match seated[body] {
-                Some(parent_from_body) => poses[parent] * parent_from_body,
+                Some(parent_from_body) => moves.push((body, poses[parent] * parent_from_body)),
                 None => {
-                    let pose = contain::into(scene, body, parent, &below, poses, nudges[body], interrupt)?;
-                    seated[body] = Some(poses[parent].inverse() * pose);
-                    pose
+                    moves = contain::into(scene, body, parent, &below, poses, nudges[body], interrupt)?;
+                    for &(moved, pose) in &moves {
+                        seated[moved] = Some(poses[parent].inverse() * pose);
+                    }
                 }
             }
         } else {
             let supporters: Vec<Supporter> = below.iter().map(|&other| scene.placed(other, poses)).collect();
-            onto(scene, body, parent, &supporters, poses, nudges[body])
-        };
-        let motion = pose * before.inverse();
-        for carried in scene.tree.branch(body) {
-            poses[carried] = motion * poses[carried];
+            moves.push((body, onto(scene, body, parent, &supporters, poses, nudges[body])));
         }
-        poses[body] = pose;
-        let moved_m = (pose.translation_m - before.translation_m).truncate().length();
-        if moved_m > 0.001 {
-            let (name, to) = (scene.name(body), scene.name(parent));
-            log.push(format!("{name} moved {:.0} mm to come to rest with {to}", 1e3 * moved_m));
+        for (moved, pose) in moves {
+            let before = poses[moved];
+            let motion = pose * before.inverse();
+            for carried in scene.tree.branch(moved) {
+                poses[carried] = motion * poses[carried];
+            }
+            poses[moved] = pose;
+            let way_m = (pose.translation_m - before.translation_m).truncate().length();
+            if way_m > 0.001 {
+                let (name, to) = (scene.name(moved), scene.name(parent));
+                log.push(format!("{name} moved {:.0} mm to come to rest with {to}", 1e3 * way_m));
+            }
         }
         placed.push(body);
     }

@@ -91,9 +91,12 @@ impl Scenery {
         let found = collisions(&placed, &certify, &interrupt).expect("no interrupt");
         assert_eq!(found.colliding, [], "{:?}", resolved.log);
         for k in 1..self.bodies.len() {
-            let parent = self.supports[k].map(|s| s.parent);
+            let own = self.supports[k].expect("only the table has no supporter");
+            let shares = |other: usize| own.inside && other != k && self.supports[other] == Some(own);
+            let carriers: Vec<usize> =
+                (0..self.bodies.len()).filter(|&other| other == own.parent || shares(other)).collect();
             let finding =
-                support(&placed, &self.bodies, k, parent, &certify, &interrupt).expect("no interrupt");
+                support(&placed, &self.bodies, k, &carriers, &certify, &interrupt).expect("no interrupt");
             assert!(finding.is_supported(), "{} {finding:?} {:?}", self.bodies[k].name, resolved.poses[k]);
             for p in self.bodies[k].hulls.iter().flat_map(|h| &h.points) {
                 assert!(outline.contains(resolved.poses[k].transform_point(*p).truncate()));

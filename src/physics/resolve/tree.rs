@@ -48,6 +48,18 @@ impl Tree {
         path
     }
 
+    /// Others that lie in the same container; empty for what stands on something.
+    pub fn heap(&self, body: usize) -> Vec<usize> {
+        let own = self.support[body].filter(|support| support.inside);
+        let shares = |other: &usize| *other != body && own.is_some() && self.support[*other] == own;
+        (0..self.support.len()).filter(shares).collect()
+    }
+
+    /// What a body stands on or in, and what lies in the same container.
+    pub fn carriers(&self, body: usize) -> Vec<usize> {
+        self.support[body].map(|support| support.parent).into_iter().chain(self.heap(body)).collect()
+    }
+
     /// The two bodies with one supporter whose branches hold `a` and `b`; `None` where one carries the
     /// other.
     pub fn branches(&self, a: usize, b: usize) -> Option<(usize, usize)> {

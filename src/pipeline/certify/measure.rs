@@ -147,11 +147,17 @@ fn supports(
     (1..placed.len())
         .into_par_iter()
         .map(|index| {
-            let body = &inputs.bodies[index];
-            let parent = body.support.map(|(parent, _)| parent);
-            Ok(support(placed, bodies, index, parent, &inputs.certify, interrupt)?)
+            let carriers = carriers(inputs, index);
+            Ok(support(placed, bodies, index, &carriers, &inputs.certify, interrupt)?)
         })
         .collect()
+}
+
+/// What an object stands on or in, and what lies in the same container.
+fn carriers(inputs: &Inputs, index: usize) -> Vec<usize> {
+    let Some(support) = inputs.bodies[index].support else { return Vec::new() };
+    let shares = |other: usize| support.1 && other != index && inputs.bodies[other].support == Some(support);
+    (0..inputs.bodies.len()).filter(|&other| other == support.0 || shares(other)).collect()
 }
 
 fn is_inside(inputs: &Inputs, geometry: &Loaded, world_from_object: &Pose) -> bool {

@@ -40,6 +40,8 @@ pub(super) enum LinkKind {
     Relation(RelationKind),
     /// "A with B": B in, on or beside A, as their kinds suggest.
     With,
+    /// "A with B on the left": the same, and on that side if beside it.
+    WithAtSide(RelationKind),
     /// One at the left, one at the right.
     Flank,
 }
@@ -343,7 +345,7 @@ impl Reader<'_, '_> {
     /// "X and Y" when they are alike in kind.
     fn attached(&self) -> Vec<usize> {
         let Some((&last, before)) = self.subject.split_last() else { return Vec::new() };
-        let [other] = before else { return vec![last] };
+        let [.., other] = before else { return vec![last] };
         let bare = |m: usize| self.reading.links.iter().all(|link| link.from != m && link.to != m);
         let group = |m: usize| match self.reading.mentions[m].meanings.first() {
             Some(Meaning::Category(index)) => Some(self.lexicon.categories[*index].group.as_str()),
@@ -372,6 +374,22 @@ impl Reader<'_, '_> {
             _ => return None,
         };
         self.at += start + 2 + usize::from(matches!(self.word(start + 2), Some("side" | "hand")));
+        Some(kind)
+    }
+
+    /// "on the left" in "a plate with a fork on the left": of the plate, not of the table.
+    fn side_of_host(&mut self) -> Option<RelationKind> {
+        let of_host = matches!(self.word(0), Some("to" | "on" | "at")) && self.word(1) == Some("the");
+        let kind = match self.word(2).filter(|_| of_host)? {
+            "left" => RelationKind::LeftOf,
+            "right" => RelationKind::RightOf,
+            _ => return None,
+        };
+        let length = 3 + usize::from(matches!(self.word(3), Some("side" | "hand")));
+        if self.word(length) == Some("of") {
+            return None;
+        }
+        self.at += length;
         Some(kind)
     }
 
@@ -612,7 +630,7 @@ impl Reader<'_, '_> {
         // "a desk with ...", or a sentence that begins with "with": ordinary things.
         let Some(&host) = hosts.last() else { return };
         let mut first = true;
-        let mut items: Vec<usize> = Vec::new();
+        let mut items: Vec<(usize, LinkKind)> = Vec::new();
         while let Some((mut phrase, end)) = noun_phrase(self.lexicon, self.tokens, self.at) {
             if matches!(phrase.head, Head::It | Head::Them) {
                 break;
@@ -635,9 +653,13 @@ impl Reader<'_, '_> {
             if of && let Some(&vessel) = list.last() {
                 self.contents_of(vessel);
             }
+            let kind = match self.side_of_host() {
+                Some(side) if kind == LinkKind::With => LinkKind::WithAtSide(side),
+                _ => kind,
+            };
             for &item in &list {
                 self.reading.mentions[item].contents = open_plural;
-                items.push(item);
+                items.push((item, kind));
             }
             self.details_of_with(&list, host);
             first = false;
@@ -666,7 +688,7 @@ impl Reader<'_, '_> {
             self.at += 1;
             each = true;
         }
-        for &item in &items {
+        for &(item, kind) in &items {
             let tied = self.reading.links.iter().any(|link| link.from == item && hosts.contains(&link.to));
             for (k, &host) in hosts.iter().enumerate() {
                 if each {

@@ -53,8 +53,12 @@ const MOST_GROWTH: f64 = 1.7;
 /// Share of a container's outer width that is free at the height where round things lie.
 const FREE_WIDTH: f64 = 0.76;
 
-/// A bowl of three apples is a fruit bowl: containers whose size the text leaves open grow until their
-/// contents lie side by side. Slender things stand and lean; they need no floor.
+/// Share of a container's outer length that is free for something long.
+const FREE_LENGTH: f64 = 0.85;
+
+/// A bowl of three apples is a fruit bowl, and a basket with a baguette is a long one: containers whose size
+/// the text leaves open grow until their contents lie side by side. In what is deeper than it is wide (a mug, a
+/// pen holder) slender things stand and lean; they need no floor.
 fn containers_hold_their_contents(draft: &mut Draft) {
     for host in 0..draft.objects.len() {
         let looks = &draft.objects[host].looks;
@@ -62,28 +66,32 @@ fn containers_hold_their_contents(draft: &mut Draft) {
         if !open || !draft.category(host).affords(Affordance::Container) {
             continue;
         }
-        let widths: Vec<f64> = draft
-            .objects
-            .iter()
-            .filter(|object| {
-                object.relations.iter().any(|(kind, to)| {
-                    *to == Some(host) && matches!(kind, RelationKind::In | RelationKind::On)
-                })
-            })
-            .filter_map(|object| {
-                let mut extents = object.size_m.to_array();
-                extents.sort_by(f64::total_cmp);
-                (extents[2] <= 2.5 * extents[1]).then(|| (extents[1] * extents[2]).sqrt())
-            })
-            .collect();
-        if widths.is_empty() {
-            continue;
+        let inside = |kind: &RelationKind, to: &Option<usize>| {
+            *to == Some(host) && matches!(kind, RelationKind::In | RelationKind::On)
+        };
+        let (mut widths, mut longest_m) = (Vec::new(), 0.0_f64);
+        for object in &draft.objects {
+            if !object.relations.iter().any(|(kind, to)| inside(kind, to)) {
+                continue;
+            }
+            let mut extents = object.size_m.to_array();
+            extents.sort_by(f64::total_cmp);
+            if extents[2] <= 2.5 * extents[1] {
+                widths.push((extents[1] * extents[2]).sqrt());
+            } else {
+                longest_m = longest_m.max(extents[2]);
+            }
         }
-        let mean_m = widths.iter().sum::<f64>() / widths.len() as f64;
         let size = &mut draft.objects[host].size_m;
-        let needed_m = enclosing_circle(widths.len()) * mean_m / FREE_WIDTH;
-        let growth = (needed_m / size.x.min(size.y)).clamp(1.0, MOST_GROWTH);
-        *size *= glam::DVec3::new(growth, growth, growth.sqrt());
+        if !widths.is_empty() {
+            let mean_m = widths.iter().sum::<f64>() / widths.len() as f64;
+            let needed_m = enclosing_circle(widths.len()) * mean_m / FREE_WIDTH;
+            let growth = (needed_m / size.x.min(size.y)).clamp(1.0, MOST_GROWTH);
+            *size *= glam::DVec3::new(growth, growth, growth.sqrt());
+        }
+        if size.x > 1.1 * size.z && size.x > 1.1 * size.y {
+            size.x *= (longest_m / FREE_LENGTH / size.x).clamp(1.0, MOST_GROWTH);
+        }
     }
 }
 

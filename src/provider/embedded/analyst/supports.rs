@@ -71,6 +71,12 @@ fn kind_of(draft: &Draft, reading: &Reading, link: &Link, from: usize, to: usize
     match link.kind {
         LinkKind::Relation(kind) => kind,
         LinkKind::Flank => NextTo,
+        LinkKind::WithAtSide(side) => {
+            match kind_of(draft, reading, &Link { kind: LinkKind::With, ..*link }, from, to) {
+                NextTo => side,
+                kind => kind,
+            }
+        }
         LinkKind::With => {
             let contents = reading.mentions[link.from].contents;
             let carrier = CARRIERS.contains(&host.name.as_str());

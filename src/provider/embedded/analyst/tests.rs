@@ -156,6 +156,16 @@ const SENTENCES: &[(&str, &str, &[&str])] = &[
         "1 monitor, 1 mouse, 1 mug, 3 pen, 1 pen_holder, 1 sticky_notes",
         &["pen_3 in pen_holder_1"],
     ),
+    (
+        "four plates, each with a fork on the left and a knife on the right, four wine glasses and a basket",
+        "4 plate, 4 fork, 4 knife, 4 wine_glass, 1 basket",
+        &["fork_4 left_of plate_4", "knife_1 right_of plate_1", "knife_4 right_of plate_4"],
+    ),
+    (
+        "a cutting board, two tomatoes and a cucumber on the cutting board, a jar",
+        "1 cutting_board, 2 tomato, 1 cucumber, 1 jar",
+        &["tomato_2 on cutting_board_1", "cucumber_1 on cutting_board_1"],
+    ),
     ("a mug holder and a zorblax next to a stapler", "1 stapler", &["? mug holder, zorblax"]),
     (
         "An apple and a banana in a bowl",
