@@ -1,7 +1,7 @@
 //! Stands every category of the catalog alone on a table, as it is made, and says what does not stay, is not
 //! watertight or is slow to cut: `cargo run --release --example catalog_at_rest -- [CATEGORY]...`.
 //!
-//! A line a category: watertight, hulls, milliseconds to cut them, and how far it moved and turned while it
+//! A line a category: watertight, hulls, how far they stick out, milliseconds to cut them, and how far it moved and turned while it
 //! settled and in the five seconds after. The exit code tells whether everything is closed and stays.
 
 use std::process::ExitCode;
@@ -53,8 +53,8 @@ fn stand(category: &Category, seed: u64, config: &Config) -> (bool, String) {
     let mesh = build(&recipe).expect("a category of the catalog");
     let watertight = MeshSolid::new(&mesh).is_ok_and(|solid| solid.is_watertight());
     let began = Instant::now();
-    let hulls = match decompose(&mesh, &config.decompose, &Interrupt::default()) {
-        Ok(found) => found.hulls,
+    let (hulls, excess_m) = match decompose(&mesh, &config.decompose, &Interrupt::default()) {
+        Ok(found) => (found.hulls, found.max_excess_m),
         Err(error) => return (false, format!("{label} cannot be cut: {error}")),
     };
     let cut_ms = 1e3 * began.elapsed().as_secs_f64();
@@ -88,9 +88,10 @@ fn stand(category: &Category, seed: u64, config: &Config) -> (bool, String) {
             .expect("it settled before");
     let stays = movements[1].displacement_m < MOST_M && movements[1].rotation_rad < MOST_RAD;
     let words = format!(
-        "{} {label} {} {count:3} hulls {cut_ms:6.0} ms; settled {:5.1} mm {:5.1} deg{}; then {:6.2} mm {:5.2} deg",
+        "{} {label} {} {count:3} hulls {:4.1} mm off {cut_ms:6.0} ms; settled {:5.1} mm {:5.1} deg{}; then {:6.2} mm {:5.2} deg",
         if watertight && stays { "good" } else { "BAD " },
         if watertight { "closed" } else { "LEAKS " },
+        1e3 * excess_m,
         1e3 * settled.displacements_m[1],
         settled.rotations_rad[1].to_degrees(),
         if settled.at_rest { "" } else { " RESTLESS" },

@@ -101,13 +101,15 @@ pub fn contact_patch(
         PatchPoint { on_a: base + on_a * normal, on_b: base + on_b * normal, gap_m: on_b - on_a }
     };
     let mut points: Vec<PatchPoint> = overlap(&a_face, &b_face).into_iter().map(point_at).collect();
+    // Those on the outlines are corners of the overlap already.
     let within =
         |face: &[DVec2], p: DVec3| face.len() > 2 && depth_in_convex_m(face, flat(p)) > SAME_CORNER_M;
-    for &p in a_near.iter().filter(|&&p| within(&b_face, p)) {
+    let inner = |p: &&DVec3| within(&a_face, **p) && within(&b_face, **p);
+    for &p in a_near.iter().filter(inner) {
         let on_b = p + (surfaces.height_of_b(p - p.dot(normal) * normal) - p.dot(normal)) * normal;
         points.push(PatchPoint { on_a: p, on_b, gap_m: (on_b - p).dot(normal) });
     }
-    for &p in b_near.iter().filter(|&&p| within(&a_face, p)) {
+    for &p in b_near.iter().filter(inner) {
         let on_a = p + (surfaces.height_of_a(p - p.dot(normal) * normal) - p.dot(normal)) * normal;
         points.push(PatchPoint { on_a, on_b: p, gap_m: (p - on_a).dot(normal) });
     }

@@ -54,8 +54,8 @@ pub struct DecomposeSettings {
     /// Most hulls of a mesh, 1..256. When the tolerance asks for more, hulls go on being joined, those
     /// that stick out the least first. More: closer fit, slower contact.
     pub max_hulls: u32,
-    /// Most pieces concave shells are cut into before joining, together, 1..512 (a shell gets an even share, and
-    /// at least eight). More: closer fit of lumpy things, slower.
+    /// Most pieces concave shells are cut into before joining, together, 1..512 (the worst is always cut
+    /// next). More: closer fit of lumpy things, slower.
     pub max_pieces: u32,
     /// Most corners of a hull, 8..255. 64 is what GPU engines accept.
     pub max_vertices: u32,
@@ -103,13 +103,26 @@ pub fn decompose(
     let solid = MeshSolid::from_shells(&shells)?;
     let field = Field::new(&solid);
     let outward: Vec<usize> = (0..shells.len()).filter(|&k| shells[k].volume_m3() >= 0.0).collect();
-    let concave = outward.iter().filter(|&&k| !shells[k].is_convex()).count();
-    let most_pieces = (settings.max_pieces as usize / concave.max(1)).max(FEWEST_PIECES);
-    let per_shell: Vec<Vec<Fitted>> = outward
-        .into_par_iter()
-        .map(|k| hulls_of_shell(&shells[k], k, most_pieces, &field, settings, interrupt))
-        .collect::<Result<_, Interrupted>>()?;
-    let pieces = without_enclosed(per_shell.into_iter().flatten().collect());
+    let ways: Vec<Way> = outward.iter().map(|&k| Way::of(&shells[k], settings)).collect();
+    let concave: Vec<(usize, &Shell)> = outward
+        .iter()
+        .zip(&ways)
+        .filter(|(_, way)| matches!(way, Way::CutApart))
+        .map(|(&k, _)| (k, &shells[k]))
+        .collect();
+    let mut found: Vec<Fitted> = ways
+        .par_iter()
+        .map(|way| match way {
+            Way::Convex(hull) => Ok(hull.iter().cloned().collect()),
+            Way::Turned(turned) => turned_hulls(turned, &field, settings, interrupt),
+            Way::CutApart => Ok(Vec::new()),
+        })
+        .collect::<Result<Vec<Vec<Fitted>>, Interrupted>>()?
+        .into_iter()
+        .flatten()
+        .collect();
+    found.extend(cut_apart(&concave, &field, settings, interrupt)?);
+    let pieces = without_enclosed(found);
     let joined = merged(pieces, &field, settings, interrupt)?;
     let finished: Vec<Fitted> = joined
         .into_par_iter()
@@ -133,26 +146,22 @@ pub fn decompose(
     })
 }
 
-/// Pieces that even one of many concave shells may be cut into.
-const FEWEST_PIECES: usize = 8;
+/// How a shell is covered.
+enum Way {
+    /// By one hull; none where it is flat.
+    Convex(Option<Fitted>),
+    Turned(Turned),
+    CutApart,
+}
 
-fn hulls_of_shell(
-    shell: &Shell,
-    index: usize,
-    most_pieces: usize,
-    solid: &Field,
-    settings: &DecomposeSettings,
-    interrupt: &Interrupt,
-) -> Result<Vec<Fitted>, Interrupted> {
-    interrupt.check()?;
-    if shell.is_closed() && !shell.is_convex() {
-        if let Some(turned) = Turned::recognize(shell) {
-            return turned_hulls(&turned, solid, settings, interrupt);
+impl Way {
+    fn of(shell: &Shell, settings: &DecomposeSettings) -> Self {
+        if shell.is_closed() && !shell.is_convex() {
+            return Turned::recognize(shell).map_or(Self::CutApart, Self::Turned);
         }
-        return cut_apart(shell, index, solid, settings, most_pieces, interrupt);
+        let hull = convex_hull(&shell.points, usize::MAX, settings.min_thickness_m);
+        Self::Convex(hull.map(|hull| Fitted { hull, excess_m: 0.0 }))
     }
-    let hull = convex_hull(&shell.points, usize::MAX, settings.min_thickness_m);
-    Ok(hull.map(|hull| Fitted { hull, excess_m: 0.0 }).into_iter().collect())
 }
 
 /// Hulls of a turned body, the tolerance relaxed until there are few enough of them.

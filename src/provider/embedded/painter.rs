@@ -73,6 +73,9 @@ pub struct PainterSettings {
     pub top_px: u32,
 }
 
+/// Things are let go for at most this long before they are painted, seconds.
+const LONGEST_SETTLING_S: f64 = 2.0;
+
 /// Adapter `embedded/painter`.
 pub struct EmbeddedPainter {
     pub photograph: PhotographSettings,
@@ -95,7 +98,10 @@ impl EmbeddedPainter {
             painter: self.painter.clone(),
             render: self.render.clone(),
             decompose: self.decompose.clone(),
-            settle: self.settle.clone(),
+            settle: SettleSettings {
+                duration_s: self.settle.duration_s.min(LONGEST_SETTLING_S),
+                ..self.settle.clone()
+            },
             // A picture is taken of the first rest pose; whether it lasts is for the finished scene to show.
             resolve: ResolveSettings { settles: 0, ..self.resolve.clone() },
             certify: self.certify.clone(),
