@@ -21,11 +21,19 @@ fn bench(criterion: &mut Criterion) {
     criterion.bench_function("certify/collisions", |b| {
         b.iter(|| collisions(black_box(&placed), &config.certify, &interrupt))
     });
-    let carriers: Vec<Option<usize>> = scene.supports().iter().map(|s| s.map(|s| s.parent)).collect();
+    let supports = scene.supports();
+    let carriers: Vec<Vec<usize>> = (0..supports.len())
+        .map(|k| {
+            let shares = |other: &usize| {
+                *other != k && supports[k].is_some_and(|own| own.inside) && supports[*other] == supports[k]
+            };
+            supports[k].map(|own| own.parent).into_iter().chain((0..supports.len()).filter(shares)).collect()
+        })
+        .collect();
     criterion.bench_function("certify/support", |b| {
         b.iter(|| {
             let found = (1..placed.len()).filter(|&k| {
-                support(black_box(&placed), &bodies, k, carriers[k], &config.certify, &interrupt)
+                support(black_box(&placed), &bodies, k, &carriers[k], &config.certify, &interrupt)
                     .is_ok_and(|finding| finding.is_supported())
             });
             found.count()

@@ -81,7 +81,7 @@ impl Worker {
 
     /// Works until `shutdown`, then drains.
     pub async fn run(self, shutdown: CancellationToken) -> Result<(), StoreError> {
-        let orphans = self.store.expire_leases_of_others(&self.owner).await?;
+        let Some(orphans) = self.take_over(&shutdown).await? else { return Ok(()) };
         if orphans > 0 {
             tracing::info!(orphans, "taking over jobs of a worker that died");
         }
@@ -142,6 +142,22 @@ impl Worker {
         }
         self.drain(&heartbeat, turns).await;
         Ok(())
+    }
+
+    /// Ends the leases of workers that died, as soon as storage takes writes; `None` if told to stop before.
+    async fn take_over(&self, shutdown: &CancellationToken) -> Result<Option<u64>, StoreError> {
+        let mut failed = 0;
+        loop {
+            match self.store.expire_leases_of_others(&self.owner).await {
+                // The store itself reports outages, once.
+                Err(error) if error.outage().is_some() => failed += 1,
+                found => return found.map(Some),
+            }
+            tokio::select! {
+                () = shutdown.cancelled() => return Ok(None),
+                () = tokio::time::sleep(backoff::full_delay(failed, &self.settings)) => {}
+            }
+        }
     }
 
     /// Returns when it is worth looking at the queue again: a job changed, or an outage ended.
