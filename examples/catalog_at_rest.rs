@@ -4,6 +4,7 @@
 //! A line a category: watertight, hulls, how far they stick out, milliseconds to cut them, and how far it moved and turned while it
 //! settled and in the five seconds after. The exit code tells whether everything is closed and stays.
 
+use std::io::Write;
 use std::process::ExitCode;
 use std::time::Instant;
 
@@ -34,10 +35,11 @@ fn main() -> ExitCode {
     let mut lines: Vec<(bool, String)> =
         tried.par_iter().map(|(category, seed)| stand(category, *seed, &config)).collect();
     lines.sort();
-    lines.iter().for_each(|(_, line)| println!("{line}"));
     let bad = lines.iter().filter(|(good, _)| !good).count();
-    println!("{bad} of {} move, leak or cannot be cut", lines.len());
-    if bad == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+    lines.push((true, format!("{bad} of {} move, leak or cannot be cut", lines.len())));
+    let mut out = std::io::stdout().lock();
+    let told = lines.iter().try_for_each(|(_, line)| writeln!(out, "{line}"));
+    if bad == 0 && told.is_ok() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
 /// Whether it is closed and stays, and its line.
