@@ -51,6 +51,7 @@ impl Reader<'_, '_> {
             if of && let Some(&vessel) = list.last() {
                 self.contents_of(vessel);
             }
+            let told_from = self.at;
             let kind = match self.side_of_host() {
                 Some(side) if kind == LinkKind::With => LinkKind::WithAtSide(side),
                 _ => kind,
@@ -60,6 +61,7 @@ impl Reader<'_, '_> {
                 items.push((item, kind));
             }
             self.details_of_with(&list, host);
+            let has_place = self.at > told_from;
             first = false;
             // "a fork each".
             if self.word(0) == Some("each") {
@@ -71,7 +73,11 @@ impl Reader<'_, '_> {
             let ahead = 1 + usize::from(comma && self.word(1) == Some("and"));
             let continues = match noun_phrase(self.lexicon, self.tokens, self.at + ahead) {
                 // "and next to it a lamp" begins something else.
-                Some((next, _)) if matches!(next.head, Head::Things(_)) => {
+                Some((next, next_end)) if matches!(next.head, Head::Things(_)) => {
+                    // "a mug with a spoon in it and two eggs": what has no place of its own now stands alone.
+                    if has_place && !each && !self.place_word_at(next_end) {
+                        break;
+                    }
                     let bare = next.count.is_none() && next.plural;
                     // "each with a fork and a knife, four glasses": "and" closed the list.
                     (and && !comma) || (comma && bare && open_plural) || (comma && each && !closed)
@@ -103,6 +109,14 @@ impl Reader<'_, '_> {
             }
         }
         self.salient = Some(host);
+    }
+
+    fn place_word_at(&self, at: usize) -> bool {
+        let word = self.tokens.get(at).and_then(Token::word);
+        matches!(
+            word,
+            Some("in" | "on" | "to" | "at" | "inside" | "atop" | "next" | "beside" | "behind" | "under")
+        )
     }
 
     fn all_singular(&self) -> bool {
