@@ -3,9 +3,9 @@
 //! The verdict is the method's: a pair collides when a surface sample (spacing at most 1 mm) of one lies
 //! deeper in the other's solid than min(1 mm, a quarter of the local wall). Samples come from splitting
 //! triangles; one that cannot reach deep enough, because it is too small or lies on a face, can hide nothing
-//! and is dropped, so only the overlap is ever sampled (branch and bound; the deepest sample is found exactly). One solid inside the other is found the same way. A wrap of 26 planes
-//! around the solid bounds depths from above without asking it, so flat faces that touch cost next to
-//! nothing. World frame, meters.
+//! and is dropped, so only the overlap is ever sampled (branch and bound; the deepest sample is found
+//! exactly). One solid inside the other is found the same way. A wrap of 26 planes around the solid bounds
+//! depths from above without asking it, so flat faces that touch cost next to nothing. World frame, meters.
 
 use glam::{DVec2, DVec3};
 

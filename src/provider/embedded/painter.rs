@@ -7,7 +7,8 @@
 //! did not paint are completed and seen from above by [`super::photograph`].
 //!
 //! Guarantees: same description, seed and settings, same bytes; the recognized sizes, colors, materials and
-//! seeds build exactly the painted meshes. Cost: about a second for twelve objects on two cores.
+//! seeds build exactly the painted meshes. Cost: 2.4 s for twelve objects on two cores, as measured in
+//! `docs/results/generate_time.md`; what lies in containers may take several arrangements.
 
 mod table;
 mod props;
