@@ -3,8 +3,8 @@
 //!
 //! The engine's own contacts consider four consecutive corners of a facet, so that a round foot rests
 //! on one quarter of its rim and walks, and a mat on a large table may rest on nothing at all. Here every
-//! pair of hulls gives its whole patch ([`mod@crate::geometry::contact_patch`]); patches of the two bodies that share a direction
-//! are one contact plane; of its points those are kept that are lowest when the bodies tilt a little this way
+//! pair of hulls gives its whole patch ([`mod@crate::geometry::contact_patch`]); patches of the two bodies that
+//! share a direction are one contact plane; of its points those are kept that are lowest when the bodies tilt a little this way
 //! or that ([`TILTS_RAD`]): a corner that is left out is found only when it is deep already, and the push
 //! that follows keeps the body rocking and walking. Impulses of the last step are carried over to the
 //! nearest point.

@@ -4,8 +4,8 @@
 //! Places are tried one after the other, first as the thing is and near where it was wanted, then stood up and
 //! leaning: it is dropped there and let go under gravity while everything else stands still, then, if that
 //! leads nowhere, together with what lies in the container already (the third apple pushes the first two
-//! aside). The place is taken if all that moved then reaches in and what it touches carries it. So heaped things have their three contacts
-//! and leaning ones touch floor and rim before the whole scene is settled.
+//! aside). The place is taken if all that moved then reaches in and what it touches carries it. So heaped
+//! things have their three contacts and leaning ones touch floor and rim before the whole scene is settled.
 
 use std::f64::consts::{PI, TAU};
 
