@@ -5,7 +5,7 @@ mod breakfast;
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use tabletopgen::export::{Assets, BodyAsset, Formats, Pictures, write_formats, zip_bundle};
+use tabletopgen::export::{Assets, BodyAsset, Pictures, write_formats, zip_bundle};
 use tabletopgen::physics::Body;
 use tabletopgen::scene::certificate::{Fidelity, Metrics, Thresholds, Verdict};
 use tabletopgen::scene::finished::Frame;
@@ -35,7 +35,7 @@ fn bench(criterion: &mut Criterion) {
     let write = || write_formats(black_box(&finished), &certificate, &assets, &pictures, settings);
     let files = write().expect("the breakfast can be written");
     criterion.bench_function("export/formats", |b| b.iter(write));
-    criterion.bench_function("export/archive", |b| b.iter(|| zip_bundle(black_box(&files), Formats::All)));
+    criterion.bench_function("export/archive", |b| b.iter(|| zip_bundle(black_box(&files))));
 }
 
 fn asset(category: &str, visual: &tabletopgen::geometry::TexturedMesh, body: &Body) -> BodyAsset {

@@ -24,7 +24,7 @@ pub mod archive;
 #[cfg(test)]
 mod specimen;
 
-pub use archive::{Formats, zip_bundle};
+pub use archive::zip_bundle;
 pub use assets::{Assets, BodyAsset, BundleFile, Pictures};
 pub use body::Body;
 pub use settings::ExportSettings;

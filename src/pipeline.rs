@@ -132,6 +132,7 @@ pub async fn build_scene(
         &recognition,
         &masks,
         &raw,
+        &canonical,
         &hulls,
         &yaws,
         &layout,

@@ -11,6 +11,7 @@
 //! pixel centers at +0.5), depth along the optical axis in meters, numbers `f32`.
 
 mod bands;
+mod diorama;
 mod environment;
 mod floor_light;
 mod frame;
@@ -23,10 +24,12 @@ mod raster;
 pub mod reference;
 mod settings;
 mod shade;
+mod sky;
 mod texture_map;
 mod tone;
 mod view;
 
+pub use diorama::Diorama;
 pub use frame::{Frame, GeometryFrame};
 pub use lighting::{Background, Floor, Lighting};
 pub use settings::RenderSettings;
@@ -54,10 +57,9 @@ pub struct RenderScene<'a> {
 /// Paints the scene: color, depth, normals and ids.
 ///
 /// Glass (opacity below 1) counts as a surface for depth, normals and ids; in color what lies behind
-/// shines through. Cost: about one microsecond per four triangles plus a quarter microsecond per pixel
-/// and sample, on one thread.
+/// shines through. Several pictures of one scene are cheaper as a [`Diorama`].
 pub fn render(scene: &RenderScene, view: &View, settings: &RenderSettings) -> Frame {
-    bands::paint(scene, view, settings)
+    Diorama::new(scene.objects.clone(), settings).frame(scene.lighting, scene.background, view, true)
 }
 
 /// Depth and ids only: no light, no color.

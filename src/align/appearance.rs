@@ -10,7 +10,7 @@ use glam::{DVec2, Vec3};
 use super::dro::comparison::Comparison;
 use super::dro::crop::Crop;
 use crate::geometry::{Image, Pose, TexturedMesh};
-use crate::render::{Background, Lighting, RenderObject, RenderScene, RenderSettings, View, render};
+use crate::render::{Background, Diorama, Lighting, RenderObject, RenderSettings, View};
 
 /// Side of the compared pictures, pixels.
 pub const SIDE_PX: usize = 64;
@@ -60,14 +60,11 @@ impl PictureCrop {
         let away = camera.azimuth_rad();
         let mut lighting = Lighting::studio(away - 0.6, 0.9, 0.5);
         lighting.key_color *= 0.8;
-        let scene = RenderScene {
-            objects: vec![RenderObject { mesh, world_from_object: Pose::upright(origin, yaw_rad), id: 1 }],
-            lighting,
-            background: Background::light(),
-        };
+        let object = RenderObject { mesh, world_from_object: Pose::upright(origin, yaw_rad), id: 1 };
         let settings =
             RenderSettings { supersampling: 1, shadow_map_px: 0, sky_directions: 0, sky_map_px: 32 };
-        let frame = render(&scene, &View::Perspective(camera), &settings);
+        let view = View::Perspective(camera);
+        let frame = Diorama::new(vec![object], &settings).paint(lighting, Background::light(), &view);
         let pairs: Vec<(Vec3, Vec3)> = self
             .colors
             .iter()

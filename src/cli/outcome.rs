@@ -1,5 +1,7 @@
 //! What came of a scene: its bundle on disk, and the document that `--json` prints.
 
+use futures::TryStreamExt;
+use rayon::prelude::*;
 use serde::Serialize;
 use serde_json::{Value, json};
 
@@ -55,7 +57,8 @@ impl Outcome {
         let stored = |error: StoreError| Failure::new(Exit::Error, error.chain());
         let archive = store.archive(&scene.id, "all").await.map_err(stored)?;
         let archive = match archive {
-            Some(row) => bytes(store, &row.digest, "the bundle").await?,
+            // Each entry has a checksum, which unpacking compares.
+            Some(row) => unverified(store, &row.digest, "the bundle").await?,
             None => return Err(Failure::new(Exit::Error, "the finished scene has no bundle; a bug")),
         };
         let files = unpacked(&archive)?;
@@ -70,15 +73,11 @@ impl Outcome {
         }
         folder.clear()?;
         // The manifest goes first: a folder that was left half way is recognized as a bundle.
-        let mut ordered: Vec<&(String, Vec<u8>)> = files.iter().collect();
-        ordered.sort_by_key(|(name, _)| name != "manifest.json");
-        let mut certificate = None;
-        for (name, bytes) in ordered {
-            if name == "report.json" {
-                certificate = serde_json::from_slice(bytes).ok();
-            }
-            folder.write(name, bytes)?;
-        }
+        let (first, rest): (Vec<_>, Vec<_>) = files.iter().partition(|(name, _)| name == "manifest.json");
+        first.iter().try_for_each(|(name, bytes)| folder.write(name, bytes))?;
+        rest.par_iter().try_for_each(|(name, bytes)| folder.write(name, bytes))?;
+        let report = files.iter().find(|(name, _)| name == "report.json");
+        let certificate = report.and_then(|(_, bytes)| serde_json::from_slice(bytes).ok());
         if artifacts {
             for row in store.artifacts(&scene.id).await.map_err(stored)? {
                 let bytes = bytes(store, &row.file.digest, &row.file.name).await?;
@@ -139,9 +138,25 @@ pub fn failure_document(failure: &Failure) -> String {
 }
 
 async fn bytes(store: &Store, digest: &Digest, what: &str) -> Result<bytes::Bytes, Failure> {
-    let gone = || Failure::new(Exit::Error, format!("the stored bytes of {what} are gone; run it again"));
     let found = store.blobs().get(digest).await;
-    found.map_err(|error| Failure::new(Exit::Error, error.chain()))?.ok_or_else(gone)
+    found.map_err(|error| Failure::new(Exit::Error, error.chain()))?.ok_or_else(|| gone(what))
+}
+
+/// The same as [`bytes`], not compared with the digest.
+async fn unverified(store: &Store, digest: &Digest, what: &str) -> Result<Vec<u8>, Failure> {
+    let failed = |error: StoreError| Failure::new(Exit::Error, error.chain());
+    let Some(mut parts) = store.blobs().stream(digest, None).await.map_err(failed)? else {
+        return Err(gone(what));
+    };
+    let mut bytes = Vec::new();
+    while let Some(part) = parts.try_next().await.map_err(failed)? {
+        bytes.extend_from_slice(&part);
+    }
+    Ok(bytes)
+}
+
+fn gone(what: &str) -> Failure {
+    Failure::new(Exit::Error, format!("the stored bytes of {what} are gone; run it again"))
 }
 
 /// Path below the archive's one folder, and bytes, of every file.
@@ -149,17 +164,21 @@ fn unpacked(archive: &[u8]) -> Result<Vec<(String, Vec<u8>)>, Failure> {
     let damaged = |error: &dyn std::fmt::Display| {
         Failure::new(Exit::Error, format!("the stored bundle cannot be unpacked: {error}; run it again"))
     };
-    let mut archive = zip::ZipArchive::new(std::io::Cursor::new(archive)).map_err(|e| damaged(&e))?;
-    let mut files = Vec::with_capacity(archive.len());
-    for index in 0..archive.len() {
-        let mut entry = archive.by_index(index).map_err(|e| damaged(&e))?;
-        let path = entry.name().map_err(|e| damaged(&e))?.into_owned();
-        let name = path.split_once('/').map_or("", |(_, name)| name).to_owned();
-        let mut bytes = Vec::new();
-        std::io::Read::read_to_end(&mut entry, &mut bytes).map_err(|e| damaged(&e))?;
-        files.push((name, bytes));
-    }
-    Ok(files)
+    let archive = zip::ZipArchive::new(std::io::Cursor::new(archive)).map_err(|e| damaged(&e))?;
+    (0..archive.len())
+        .into_par_iter()
+        .map_init(
+            || archive.clone(),
+            |archive, index| {
+                let mut entry = archive.by_index(index).map_err(|e| damaged(&e))?;
+                let path = entry.name().map_err(|e| damaged(&e))?.into_owned();
+                let name = path.split_once('/').map_or("", |(_, name)| name).to_owned();
+                let mut bytes = Vec::new();
+                std::io::Read::read_to_end(&mut entry, &mut bytes).map_err(|e| damaged(&e))?;
+                Ok((name, bytes))
+            },
+        )
+        .collect()
 }
 
 fn id_of(scene: &[u8]) -> Result<String, Failure> {

@@ -2,7 +2,10 @@
 //!
 //! The manifest describes the full bundle; an archive of one format carries it unchanged.
 
-use serde::Serialize;
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use crate::scene::{Provenance, Scene};
@@ -79,7 +82,7 @@ pub fn write(
         generator: Generator { name: "tabletopgen", version: env!("CARGO_PKG_VERSION") },
         assets: std::iter::once(table).chain(instances).collect(),
         files: files
-            .iter()
+            .par_iter()
             .map(|file| File {
                 path: &file.path,
                 sha256: hexadecimal(&Sha256::digest(&file.bytes)),
@@ -90,6 +93,31 @@ pub fn write(
             .collect(),
     };
     BundleFile::json("manifest.json", &manifest, "manifest")
+}
+
+/// What a manifest tells of a file.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+pub struct ToldFile {
+    /// 64 lower-case hexadecimal digits.
+    pub sha256: String,
+    pub size: u64,
+    pub media_type: String,
+}
+
+/// The files that a written manifest tells, by path.
+pub fn read(bytes: &[u8]) -> Result<BTreeMap<String, ToldFile>, ExportError> {
+    #[derive(Deserialize)]
+    struct Told {
+        files: Vec<Entry>,
+    }
+    #[derive(Deserialize)]
+    struct Entry {
+        path: String,
+        #[serde(flatten)]
+        file: ToldFile,
+    }
+    let told: Told = serde_json::from_slice(bytes)?;
+    Ok(told.files.into_iter().map(|entry| (entry.path, entry.file)).collect())
 }
 
 fn hexadecimal(bytes: &[u8]) -> String {

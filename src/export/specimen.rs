@@ -2,12 +2,12 @@
 
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::sync::Arc;
 
 use glam::{DQuat, DVec2, DVec3};
 
 use crate::geometry::{
-    Camera, ConvexHull, Friction, Image, MassProperties, Material, Outline, Pose, Rgb, TexturedMesh, shapes,
+    Camera, ConvexHull, Friction, Image, MassProperties, Material, Outline, Pose, Rgb, Texture, TexturedMesh,
+    shapes,
 };
 use crate::scene::certificate::{Metrics, Thresholds, Verdict};
 use crate::scene::finished::Frame;
@@ -94,7 +94,7 @@ fn box_mass(mass_kg: f64, size: DVec3, center_of_mass_m: DVec3) -> MassPropertie
     }
 }
 
-fn checkered(color: [u8; 4]) -> Arc<Image> {
+fn checkered(color: [u8; 4]) -> Texture {
     let mut picture = Image::filled(64, 64, color);
     for y in 0..64 {
         for x in 0..64 {
@@ -103,7 +103,7 @@ fn checkered(color: [u8; 4]) -> Arc<Image> {
             }
         }
     }
-    Arc::new(picture)
+    Texture::new(picture)
 }
 
 /// A table of five boxes, a mug in which a ball rests on nothing but the floor, a turned box beside it.
@@ -291,7 +291,7 @@ fn threads_and_repetition_do_not_change_a_byte() {
     };
     let one = with_threads(1);
     assert_eq!(one, with_threads(3));
-    let zip = |files: &[BundleFile]| zip_bundle(files, Formats::All).expect("packs");
+    let zip = |files: &[BundleFile]| zip_bundle(files).expect("packs");
     assert_eq!(zip(&one), zip(&one.iter().rev().cloned().collect::<Vec<_>>()));
 }
 
@@ -339,19 +339,30 @@ fn a_format_that_tells_another_scene_is_refused() {
 }
 
 #[test]
-fn archives_hold_the_format_asked_for() {
+fn an_archive_is_what_its_manifest_tells() {
     let files = files();
-    let bytes = zip_bundle(&files, "mjcf".parse().expect("a format")).expect("packs");
-    let mut archive = zip::ZipArchive::new(std::io::Cursor::new(bytes)).expect("our own archive");
-    let names: Vec<String> = archive.file_names().map(|name| name.expect("UTF-8").into_owned()).collect();
-    assert!(names.contains(&"scene-specimen0001/scene.json".to_owned()));
-    assert!(names.contains(&"scene-specimen0001/mjcf/scene.xml".to_owned()));
-    assert!(!names.iter().any(|name| name.contains("/usd/") || name.contains("/glb/")));
+    let bytes = zip_bundle(&files).expect("packs");
+    let told = archive::told_files(&bytes).expect("is");
+    assert_eq!(told.len(), files.len() - 1);
+    let mut archive = zip::ZipArchive::new(std::io::Cursor::new(&bytes)).expect("our own archive");
     let mut content = String::new();
     let mut entry = archive.by_name("scene-specimen0001/mjcf/scene.xml").expect("there");
     std::io::Read::read_to_string(&mut entry, &mut content).expect("text");
     assert_eq!(content, text(&files, "mjcf/scene.xml"));
-    assert!("dae".parse::<Formats>().is_err());
+
+    let told_error = |change: fn(&mut Vec<BundleFile>)| {
+        let mut files = files.clone();
+        change(&mut files);
+        archive::told_files(&zip_bundle(&files).expect("packs")).expect_err("differs").to_string()
+    };
+    let stray = BundleFile::text("notes.txt", String::new(), "notes", "text/plain");
+    assert!(told_error(|files| files.retain(|file| file.path != "report.json")).contains("report.json"));
+    assert!(told_error(|files| files.retain(|file| file.path != "manifest.json")).contains("manifest.json"));
+    assert!(told_error(|files| files[3].bytes.push(b' ')).contains(&files[3].path));
+    let mut more = files.clone();
+    more.push(stray);
+    let error = archive::told_files(&zip_bundle(&more).expect("packs")).expect_err("differs");
+    assert!(error.to_string().contains("notes.txt"), "{error}");
 }
 
 #[test]

@@ -59,6 +59,11 @@ impl Mask {
         self.bits[(y * self.width_px + x) as usize] = inside;
     }
 
+    /// Sets the pixels that a mask of the same size has set.
+    pub fn unite(&mut self, other: &Mask) {
+        self.bits.iter_mut().zip(&other.bits).for_each(|(bit, &more)| *bit |= more);
+    }
+
     /// Number of set pixels.
     pub fn area_px(&self) -> usize {
         self.bits.iter().filter(|&&bit| bit).count()
@@ -91,18 +96,32 @@ impl Mask {
 
 impl From<Mask> for RunLengths {
     fn from(mask: Mask) -> Self {
-        let (mut counts, mut current, mut run) = (Vec::new(), false, 0);
-        for x in 0..mask.width_px {
-            for y in 0..mask.height_px {
-                if mask.contains(x, y) != current {
-                    counts.push(run);
-                    (current, run) = (!current, 0);
-                }
-                run += 1;
+        let (width, height) = (mask.width_px as usize, mask.height_px);
+        // Where a pixel differs from the one before it, down the columns one after the other. Rows are
+        // compared as they lie in memory; most of them are equal.
+        let mut changes: Vec<u32> = Vec::new();
+        let mut last = false;
+        for x in 0..width.min(mask.bits.len()) {
+            if mask.bits[x] != last {
+                changes.push(x as u32 * height);
+            }
+            last = mask.bits[mask.bits.len() - width + x];
+        }
+        for (y, (above, row)) in
+            mask.bits.chunks_exact(width.max(1)).zip(mask.bits.chunks_exact(width.max(1)).skip(1)).enumerate()
+        {
+            for (block, (a, b)) in
+                above.chunks(32).zip(row.chunks(32)).enumerate().filter(|(_, (a, b))| a != b)
+            {
+                let differing = a.iter().zip(b).enumerate().filter(|(_, (a, b))| a != b);
+                changes.extend(differing.map(|(k, _)| (32 * block + k) as u32 * height + y as u32 + 1));
             }
         }
-        counts.push(run);
-        Self { size: [mask.height_px, mask.width_px], counts }
+        changes.sort_unstable();
+        changes.push(mask.width_px * height);
+        let starts = std::iter::once(0).chain(changes.iter().copied());
+        let counts = changes.iter().zip(starts).map(|(end, start)| end - start).collect();
+        Self { size: [height, mask.width_px], counts }
     }
 }
 
@@ -138,6 +157,14 @@ mod tests {
         assert_eq!(Mask::try_from(runs), Ok(mask.clone()));
         assert_eq!(mask.bbox_px(), Some([1, 0, 7, 5]));
         assert!((mask.iou(&mask) - 1.0).abs() < 1e-12);
+        let empty = Mask::empty(4, 3);
+        assert_eq!(RunLengths::from(empty.clone()), RunLengths { size: [3, 4], counts: vec![12] });
+        for bits in 0..1 << 6 {
+            let mask = Mask::from_fn(3, 2, |x, y| bits >> (3 * y + x) & 1 == 1);
+            let runs = RunLengths::from(mask.clone());
+            assert!(runs.counts[1..].iter().all(|&count| count > 0), "{bits:b}: {runs:?}");
+            assert_eq!(Mask::try_from(runs), Ok(mask));
+        }
         let short = RunLengths { size: [2, 2], counts: vec![3] };
         assert_eq!(Mask::try_from(short), Err(InvalidRunLengths));
     }

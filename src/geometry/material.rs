@@ -1,10 +1,8 @@
 //! How a surface looks: the metallic-roughness model that glTF, UsdPreviewSurface and our renderer share.
 
-use std::sync::Arc;
-
 use serde::{Deserialize, Serialize};
 
-use super::Image;
+use super::Texture;
 
 /// sRGB-encoded color, each channel 0..1.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -46,10 +44,6 @@ impl Rgb {
         [r, g, b, 255]
     }
 }
-
-/// A base-color picture that repeats in both directions; v = 0 is the picture's *bottom* row
-/// (the convention of USD and OBJ; the glTF writer flips).
-pub type Texture = Arc<Image>;
 
 /// Metallic-roughness material.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,4 +1,4 @@
-//! Stage 12: the certified files become one archive.
+//! Stage 12: what is in the certified archive, checked against its manifest, becomes the scene that is served.
 
 use std::sync::Arc;
 
@@ -8,13 +8,12 @@ use super::Context;
 use super::certify;
 use super::checkpoint::{ArtifactRef, Stage};
 use super::error::StageError;
-use crate::export::archive::unshelve;
-use crate::export::{Formats, zip_bundle};
+use crate::export::archive::told_files;
 use crate::scene::certificate::{Metrics, Verdict};
 use crate::store::Digest;
 use crate::store::artifacts::{ArchiveRow, BuiltRows, FileRow};
 
-pub const STAGE: Stage = Stage { name: "bundle", version: 1 };
+pub const STAGE: Stage = Stage { name: "bundle", version: 2 };
 
 #[derive(Serialize)]
 pub struct Inputs {
@@ -42,28 +41,21 @@ struct File {
 }
 
 pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageError> {
-    let shelf = context.get(&inputs.certified.files).await?;
-    let packed = context
-        .cpu(move || {
-            let files = unshelve(&shelf)?;
-            let listed: Vec<File> = files
-                .iter()
-                .map(|file| File {
-                    path: file.path.clone(),
-                    digest: Digest::of(&file.bytes),
-                    media_type: file.media_type.clone(),
-                    size: file.bytes.len() as u64,
-                })
-                .collect();
-            Ok((zip_bundle(&files, Formats::All)?, listed))
+    let archive = context.get(&inputs.certified.archive).await?;
+    let listed = context.cpu(move || told_files(&archive)).await?;
+    let unusable =
+        |why: String| StageError::permanent("bundle_failed", format!("listing the bundle's files: {why}"));
+    let listed = listed.map_err(|error| unusable(error.to_string()))?;
+    let files = listed
+        .into_iter()
+        .map(|(path, told)| {
+            let digest = Digest::parse(&told.sha256).map_err(|error| unusable(error.to_string()))?;
+            Ok(File { path, digest, media_type: told.media_type, size: told.size })
         })
-        .await?;
-    let (archive, files) = packed.map_err(|error: crate::export::ExportError| {
-        StageError::permanent("bundle_failed", format!("packing the bundle: {error}"))
-    })?;
+        .collect::<Result<_, StageError>>()?;
     let certified = &inputs.certified;
     Ok(Output {
-        archive: context.put("scene.zip", "application/zip", archive).await?,
+        archive: certified.archive.clone(),
         files,
         verdict: certified.verdict,
         reasons: certified.reasons.clone(),

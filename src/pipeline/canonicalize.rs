@@ -16,7 +16,7 @@ use crate::geometry::Camera;
 use crate::provider::{Adapter, Ports, UprightQuestion};
 use crate::scene::{InstanceId, Recognition, RecognizedObject};
 
-pub const STAGE: Stage = Stage { name: "canonicalize", version: 1 };
+pub const STAGE: Stage = Stage { name: "canonicalize", version: 2 };
 
 #[derive(Serialize)]
 pub struct Inputs {
@@ -34,6 +34,8 @@ pub struct Inputs {
 pub struct Output {
     /// Meters; +z up, +y its back, origin at the center of the bottom face of its box.
     pub mesh: ArtifactRef,
+    /// The mesh alone, 256 x 256 pixels.
+    pub picture: ArtifactRef,
     /// `canonical_from_raw`.
     pub rotation_xyzw: DQuat,
     /// Factor that took the raw mesh to meters.
@@ -92,10 +94,11 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
             (mesh, drawn)
         })
         .await?;
-    carry::put_picture(&context, "canonical.png", drawn).await?;
+    let picture = carry::put_picture(&context, "canonical.png", drawn).await?;
     let size_m = mesh.size_m();
     let mesh = carry::put_mesh(&context, "canonical.glb", mesh).await?;
-    let output = Output { mesh, rotation_xyzw: rotation, scale, size_m, confidence: pose.confidence };
+    let confidence = pose.confidence;
+    let output = Output { mesh, picture, rotation_xyzw: rotation, scale, size_m, confidence };
     context.put_json("canonical.json", &output).await?;
     Ok(output)
 }

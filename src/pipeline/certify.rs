@@ -13,7 +13,10 @@ use super::checkpoint::{ArtifactRef, Stage};
 use super::error::StageError;
 use super::preview::PreviewSettings;
 use super::resolve::{Loaded, ResolvedBody, load};
-use super::{Context, Settings, carry, decompose, place, reconstruct, reference, resolve, rotate, segment};
+use super::{
+    Context, Settings, canonicalize, carry, decompose, place, reconstruct, reference, resolve, rotate,
+    segment,
+};
 use crate::export::ExportSettings;
 use crate::geometry::Outline;
 use crate::physics::{CertifySettings, SettleSettings};
@@ -23,7 +26,7 @@ use crate::scene::certificate::{Metrics, Verdict};
 use crate::scene::{InstanceMask, Provenance, Recognition, SceneRequest};
 use crate::store::Digest;
 
-pub const STAGE: Stage = Stage { name: "certify", version: 1 };
+pub const STAGE: Stage = Stage { name: "certify", version: 2 };
 
 /// Section `[fidelity]`.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
@@ -85,6 +88,8 @@ pub struct Inputs {
 struct BodyParts {
     resolved: ResolvedBody,
     mesh: ArtifactRef,
+    /// The mesh alone, drawn before it was rescaled, which no picture of it shows; the table's is drawn here.
+    thumbnail: Option<ArtifactRef>,
     hulls: ArtifactRef,
     /// Largest distance by which a hull sticks out of the mesh, meters.
     hull_excess_m: f64,
@@ -95,11 +100,11 @@ struct BodyParts {
     provenance: Provenance,
 }
 
-/// The certified scene: its files lie in one blob.
+/// The certified scene.
 #[derive(Clone, Serialize, Deserialize)]
 pub struct Output {
-    /// Every file of the bundle, see [`crate::export::archive::shelve`].
-    pub files: ArtifactRef,
+    /// Every file of the bundle.
+    pub archive: ArtifactRef,
     pub verdict: Verdict,
     pub reasons: Vec<String>,
     pub metrics: Metrics,
@@ -115,6 +120,7 @@ impl Inputs {
         recognition: &Arc<Recognition>,
         masks: &segment::Output,
         raw: &[reconstruct::Output],
+        canonical: &[canonicalize::Output],
         hulls: &[decompose::Output],
         yaws: &[rotate::Output],
         layout: &place::Output,
@@ -132,6 +138,7 @@ impl Inputs {
         let mut bodies = vec![BodyParts {
             resolved: table.clone(),
             mesh: layout.table.mesh.clone(),
+            thumbnail: None,
             hulls: layout.table.hulls.clone(),
             hull_excess_m: hulls.last().ok_or_else(missing)?.max_excess_m,
             scale: 1.0,
@@ -147,6 +154,7 @@ impl Inputs {
             bodies.push(BodyParts {
                 resolved: resolved.clone(),
                 mesh: placed.mesh.clone(),
+                thumbnail: Some(canonical[index].picture.clone()),
                 hulls: placed.hulls.clone(),
                 hull_excess_m: placed.scale * hulls[index].max_excess_m,
                 scale: placed.scale,
@@ -186,11 +194,27 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
     }
     let loaded = Arc::new(loaded);
     let reference = carry::picture(&context, &inputs.picture).await?;
+    let mut drawn =
+        write::Drawn { reference_png: context.get(&inputs.picture).await?, thumbnails: Vec::new() };
+    for body in &inputs.bodies {
+        drawn.thumbnails.push(match &body.thumbnail {
+            Some(thumbnail) => Some(context.get(thumbnail).await?),
+            None => None,
+        });
+    }
 
-    let (given, geometry) = (inputs.clone(), loaded.clone());
-    let reference_bytes = context.get(&inputs.picture).await?;
-    let pictures = context.cpu(move || write::paint(&given, &geometry, &reference, &reference_bytes)).await?;
-    let seen = vec![carry::picture(&context, &inputs.picture).await?, pictures.scene_view.clone()];
+    let (given, geometry, picture) = (inputs.clone(), loaded.clone(), reference.clone());
+    let interrupt = context.interrupt().clone();
+    let (pictures, measured) = context
+        .cpu(move || {
+            rayon::join(
+                || write::paint(&given, &geometry, &picture, &drawn),
+                || measure::measure(&given, &geometry, &interrupt),
+            )
+        })
+        .await?;
+    let measured = measured?;
+    let seen = vec![reference, pictures.scene_view.clone()];
     let call = context.call();
     let features = context.services().ports.feature_extractor.features(&call, seen).await?;
     let appearance = match features.as_slice() {
@@ -198,11 +222,11 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
         _ => 0.0,
     };
 
-    let (given, interrupt) = (inputs.clone(), context.interrupt().clone());
+    let given = inputs.clone();
     let certified = context
         .cpu(move || {
             let certificate =
-                measure::certificate(&given, &loaded, &pictures.silhouette_ious, appearance, &interrupt)?;
+                measure::certificate(&given, &loaded, &measured, &pictures.silhouette_ious, appearance)?;
             write::files(&given, &loaded, certificate, pictures.pictures)
         })
         .await??;
@@ -216,7 +240,7 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
         "resolve": inputs.resolve_log,
     });
     Ok(Output {
-        files: context.put("files.shelf", "application/octet-stream", certified.shelf).await?,
+        archive: context.put("scene.zip", "application/zip", certified.archive).await?,
         verdict: certificate.verdict,
         reasons: certificate.reasons.clone(),
         metrics: certificate.metrics,

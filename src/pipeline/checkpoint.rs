@@ -171,13 +171,19 @@ impl<S: Send + Sync + 'static> Checkpoints<S> {
     {
         let turns: Vec<_> = inputs
             .into_iter()
-            .map(|(id, inputs)| self.clone().run_one(stage, Some(id), Arc::new(inputs), function))
+            .enumerate()
+            .map(|(index, (id, inputs))| {
+                let turn = self.clone().run_one(stage, Some(id), Arc::new(inputs), function);
+                async move { (index, turn.await) }
+            })
             .collect();
-        let results: Vec<Result<O, StageError>> =
-            stream::iter(turns).buffered(self.runtime.fan_out).collect().await;
+        // A slow one keeps no other from starting.
+        let mut results: Vec<(usize, Result<O, StageError>)> =
+            stream::iter(turns).buffer_unordered(self.runtime.fan_out).collect().await;
+        results.sort_by_key(|(index, _)| *index);
         let mut outputs = Vec::with_capacity(results.len());
         let mut failure: Option<StageError> = None;
-        for result in results {
+        for (_, result) in results {
             match result {
                 Ok(output) => outputs.push(output),
                 Err(error) => {

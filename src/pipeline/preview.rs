@@ -4,9 +4,7 @@ use glam::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::{Camera, Image, Pose, TexturedMesh};
-use crate::render::{
-    Background, Frame, Lighting, RenderObject, RenderScene, RenderSettings, TopView, View, render,
-};
+use crate::render::{Background, Diorama, Frame, Lighting, RenderObject, RenderSettings, TopView, View};
 
 /// Section `[preview]`.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
@@ -18,13 +16,6 @@ pub struct PreviewSettings {
     pub side_width_px: u32,
 }
 
-/// Sizes and quality.
-#[derive(Clone, Copy)]
-pub struct Quality<'a> {
-    pub preview: &'a PreviewSettings,
-    pub render: &'a RenderSettings,
-}
-
 /// One body to be shown.
 pub struct Shown<'a> {
     pub mesh: &'a TexturedMesh,
@@ -34,19 +25,100 @@ pub struct Shown<'a> {
 /// Horizontal field of view of all previews but the reference view, radians (about 30 degrees).
 const FOV_X_RAD: f64 = 0.52;
 
-/// The bodies in a studio; ids count from 1 in the order given. The floor lies under the lowest point.
-fn studio<'a>(bodies: &[Shown<'a>], azimuth_rad: f64) -> RenderScene<'a> {
-    let objects = bodies
-        .iter()
-        .zip(1..)
-        .map(|(body, id)| RenderObject { mesh: body.mesh, world_from_object: body.world_from_object, id })
-        .collect();
-    let (low, _) = bounds(bodies);
-    RenderScene {
-        objects,
-        // The key light stands to the left of whoever looks.
-        lighting: Lighting::studio(azimuth_rad - 0.7, 0.95, 0.6),
-        background: Background::light_with_floor(low.z),
+/// The bodies in a studio, ready to be painted from every side; ids count from 1 in the order given. The
+/// floor lies under the lowest point.
+pub struct Studio<'a> {
+    bodies: &'a [Shown<'a>],
+    diorama: Diorama<'a>,
+    low_m: DVec3,
+    high_m: DVec3,
+}
+
+impl<'a> Studio<'a> {
+    pub fn new(bodies: &'a [Shown<'a>], quality: &RenderSettings) -> Self {
+        let objects = bodies
+            .iter()
+            .zip(1..)
+            .map(|(body, id)| RenderObject { mesh: body.mesh, world_from_object: body.world_from_object, id })
+            .collect();
+        let (low_m, high_m) = bounds(bodies);
+        Self { bodies, diorama: Diorama::new(objects, quality), low_m, high_m }
+    }
+
+    /// The key light stands to the left of whoever looks from that azimuth.
+    fn paint(&self, azimuth_rad: f64, view: &View) -> Frame {
+        let lighting = Lighting::studio(azimuth_rad - 0.7, 0.95, 0.6);
+        self.diorama.paint(lighting, Background::light_with_floor(self.low_m.z), view)
+    }
+
+    /// The whole scene, three quarters from the front.
+    pub fn hero(&self, settings: &PreviewSettings) -> Image {
+        self.orbit(settings.hero_width_px, settings.hero_width_px * 3 / 4, 0.42, 0.52)
+    }
+
+    /// One of the sides: azimuth 0 = from the front edge, pi/2 = from +x.
+    pub fn side(&self, azimuth_rad: f64, settings: &PreviewSettings) -> Image {
+        self.orbit(settings.side_width_px, settings.side_width_px * 3 / 4, azimuth_rad, 0.3)
+    }
+
+    /// Everything from an azimuth and elevation, filling the frame.
+    fn orbit(&self, width_px: u32, height_px: u32, azimuth_rad: f64, elevation_rad: f64) -> Image {
+        let camera = self.framing(width_px, height_px, azimuth_rad, elevation_rad);
+        self.paint(azimuth_rad, &View::Perspective(camera)).color
+    }
+
+    /// Straight from above, orthographic.
+    pub fn top(&self, settings: &PreviewSettings) -> Image {
+        let size = 1.06 * (self.high_m - self.low_m).truncate();
+        let width_px = settings.side_width_px;
+        let height_px = ((f64::from(width_px) * size.y / size.x).round() as u32).clamp(64, 4 * width_px);
+        let view = TopView {
+            width_px,
+            height_px,
+            meters_per_px: (size.x / f64::from(width_px)).max(size.y / f64::from(height_px)),
+            center_m: 0.5 * (self.low_m + self.high_m).truncate(),
+            eye_z_m: self.high_m.z + 0.1,
+        };
+        self.paint(0.0, &View::Orthographic(view)).color
+    }
+
+    /// The scene from the camera of the reference picture; ids count from 1 in the order of the bodies.
+    pub fn reference_view(&self, camera: &Camera) -> Frame {
+        self.paint(camera.azimuth_rad(), &View::Perspective(*camera))
+    }
+
+    /// The nearest camera on that ray that sees everything with a small margin.
+    fn framing(&self, width_px: u32, height_px: u32, azimuth_rad: f64, elevation_rad: f64) -> Camera {
+        let (low, high) = (self.low_m, self.high_m);
+        let mut target = 0.5 * (low + high);
+        let mut distance_m = 2.5 * (high - low).length().max(1e-3);
+        let camera = |target, distance| {
+            Camera::orbit(width_px, height_px, FOV_X_RAD, target, azimuth_rad, elevation_rad, distance)
+        };
+        // Center what is seen, then come closer or go back until it fills nine tenths of the frame.
+        for _ in 0..6 {
+            let now = camera(target, distance_m);
+            let seen = self.bodies.iter().flat_map(|body| {
+                let stride = body.mesh.positions.len().div_ceil(500).max(1);
+                body.mesh.positions.iter().step_by(stride).filter_map(|p| {
+                    now.project(body.world_from_object.transform_point(*p)).map(|(pixel, _)| pixel)
+                })
+            });
+            let (low_px, high_px) =
+                seen.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
+            if !low_px.is_finite() {
+                distance_m *= 2.0;
+                continue;
+            }
+            let frame = DVec2::new(f64::from(width_px), f64::from(height_px));
+            let off_px = 0.5 * (low_px + high_px) - 0.5 * frame;
+            let meters_per_px = distance_m / now.fx;
+            let right = now.world_from_camera.transform_vector(DVec3::X);
+            let down = now.world_from_camera.transform_vector(DVec3::Y);
+            target += meters_per_px * (off_px.x * right + off_px.y * down);
+            distance_m *= ((high_px - low_px) / (0.9 * frame)).max_element().clamp(0.4, 2.5);
+        }
+        camera(target, distance_m)
     }
 }
 
@@ -58,90 +130,9 @@ fn bounds(bodies: &[Shown]) -> (DVec3, DVec3) {
         .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)))
 }
 
-/// The whole scene, three quarters from the front.
-pub fn hero(bodies: &[Shown], quality: Quality) -> Image {
-    let (width_px, height_px) = (quality.preview.hero_width_px, quality.preview.hero_width_px * 3 / 4);
-    orbit(bodies, width_px, height_px, 0.42, 0.52, quality)
-}
-
-/// One of the sides: azimuth 0 = from the front edge, pi/2 = from +x.
-pub fn side(bodies: &[Shown], azimuth_rad: f64, quality: Quality) -> Image {
-    let (width_px, height_px) = (quality.preview.side_width_px, quality.preview.side_width_px * 3 / 4);
-    orbit(bodies, width_px, height_px, azimuth_rad, 0.3, quality)
-}
-
-/// Everything from an azimuth and elevation, filling the frame.
-fn orbit(
-    bodies: &[Shown],
-    width_px: u32,
-    height_px: u32,
-    azimuth_rad: f64,
-    elevation_rad: f64,
-    quality: Quality,
-) -> Image {
-    let camera = framing(bodies, width_px, height_px, azimuth_rad, elevation_rad);
-    render(&studio(bodies, azimuth_rad), &View::Perspective(camera), quality.render).color
-}
-
-/// The nearest camera on that ray that sees everything with a small margin.
-fn framing(bodies: &[Shown], width_px: u32, height_px: u32, azimuth_rad: f64, elevation_rad: f64) -> Camera {
-    let (low, high) = bounds(bodies);
-    let mut target = 0.5 * (low + high);
-    let mut distance_m = 2.5 * (high - low).length().max(1e-3);
-    let camera = |target, distance| {
-        Camera::orbit(width_px, height_px, FOV_X_RAD, target, azimuth_rad, elevation_rad, distance)
-    };
-    // Center what is seen, then come closer or go back until it fills nine tenths of the frame.
-    for _ in 0..6 {
-        let now = camera(target, distance_m);
-        let seen = bodies.iter().flat_map(|body| {
-            let stride = body.mesh.positions.len().div_ceil(500).max(1);
-            body.mesh.positions.iter().step_by(stride).filter_map(|p| {
-                now.project(body.world_from_object.transform_point(*p)).map(|(pixel, _)| pixel)
-            })
-        });
-        let (low_px, high_px) =
-            seen.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
-        if !low_px.is_finite() {
-            distance_m *= 2.0;
-            continue;
-        }
-        let frame = DVec2::new(f64::from(width_px), f64::from(height_px));
-        let off_px = 0.5 * (low_px + high_px) - 0.5 * frame;
-        let meters_per_px = distance_m / now.fx;
-        let right = now.world_from_camera.transform_vector(DVec3::X);
-        let down = now.world_from_camera.transform_vector(DVec3::Y);
-        target += meters_per_px * (off_px.x * right + off_px.y * down);
-        distance_m *= ((high_px - low_px) / (0.9 * frame)).max_element().clamp(0.4, 2.5);
-    }
-    camera(target, distance_m)
-}
-
-/// Straight from above, orthographic.
-pub fn top(bodies: &[Shown], quality: Quality) -> Image {
-    let (low, high) = bounds(bodies);
-    let size = 1.06 * (high - low).truncate();
-    let width_px = quality.preview.side_width_px;
-    let height_px = ((f64::from(width_px) * size.y / size.x).round() as u32).clamp(64, 4 * width_px);
-    let view = TopView {
-        width_px,
-        height_px,
-        meters_per_px: (size.x / f64::from(width_px)).max(size.y / f64::from(height_px)),
-        center_m: 0.5 * (low + high).truncate(),
-        eye_z_m: high.z + 0.1,
-    };
-    render(&studio(bodies, 0.0), &View::Orthographic(view), quality.render).color
-}
-
-/// The scene from the camera of the reference picture; ids count from 1 in the order of the bodies.
-pub fn reference_view(bodies: &[Shown], camera: &Camera, quality: Quality) -> Frame {
-    render(&studio(bodies, camera.azimuth_rad()), &View::Perspective(*camera), quality.render)
-}
-
 /// One mesh, 256 x 256 pixels.
 pub fn thumbnail(mesh: &TexturedMesh) -> Image {
+    let quality = RenderSettings { supersampling: 1, shadow_map_px: 256, sky_directions: 8, sky_map_px: 64 };
     let bodies = [Shown { mesh, world_from_object: Pose::IDENTITY }];
-    let camera = framing(&bodies, 256, 256, 0.5, 0.5);
-    let settings = RenderSettings { supersampling: 1, shadow_map_px: 256, sky_directions: 8, sky_map_px: 64 };
-    render(&studio(&bodies, 0.5), &View::Perspective(camera), &settings).color
+    Studio::new(&bodies, &quality).orbit(256, 256, 0.5, 0.5)
 }

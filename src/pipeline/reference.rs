@@ -106,12 +106,13 @@ async fn painted(context: &Context, inputs: &Inputs, text: &str) -> Result<Outpu
         output.known = Some(context.put_json("known.json", &known).await?);
         // Nothing reads it again: it is not part of the output, so no stage can take it as input.
         context.put_json("truth.json", &truth).await?;
-        for drawn in alone {
+        let stored = alone.into_iter().map(|drawn| async move {
             let name = format!("alone/{}.png", drawn.id);
             let completion = put_completion(context, &name, drawn.completion).await?;
-            output.alone.push(AloneRef { id: drawn.id, completion });
-        }
-        output.top = Some(put_top(context, top).await?);
+            Ok::<_, StageError>(AloneRef { id: drawn.id, completion })
+        });
+        let (alone, top) = futures::try_join!(futures::future::try_join_all(stored), put_top(context, top))?;
+        (output.alone, output.top) = (alone, Some(top));
     }
     Ok(output)
 }

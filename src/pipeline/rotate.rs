@@ -12,7 +12,7 @@ use crate::geometry::{Camera, Mask};
 use crate::render::overlay::{Curve, plot_curves};
 use crate::scene::{InstanceId, Recognition};
 
-pub const STAGE: Stage = Stage { name: "rotate", version: 1 };
+pub const STAGE: Stage = Stage { name: "rotate", version: 2 };
 
 #[derive(Serialize)]
 pub struct Inputs {

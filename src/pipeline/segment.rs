@@ -43,13 +43,8 @@ impl Output {
     /// Pixels of all other instances: they may hide this one.
     pub fn others(&self, id: &InstanceId) -> Mask {
         let Some(first) = self.masks.first() else { return Mask::empty(0, 0) };
-        let (width_px, height_px) = (first.visible.width_px(), first.visible.height_px());
-        let mut union = Mask::empty(width_px, height_px);
-        for other in self.masks.iter().filter(|mask| &mask.id != id) {
-            for (at, _) in other.visible.bits().iter().enumerate().filter(|(_, inside)| **inside) {
-                union.set(at as u32 % width_px, at as u32 / width_px, true);
-            }
-        }
+        let mut union = Mask::empty(first.visible.width_px(), first.visible.height_px());
+        self.masks.iter().filter(|mask| &mask.id != id).for_each(|other| union.unite(&other.visible));
         union
     }
 }

@@ -4,16 +4,31 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::environment::Environment;
+use super::lighting::{Background, Lighting};
 use super::prepare::{Binned, Keep, Prepared};
 use super::projection::{Lens, Projection};
 use super::raster::{Band, NOTHING};
 use super::shade::Shader;
-use super::tone::{compress, encode_srgb};
-use super::{Frame, GeometryFrame, RenderObject, RenderScene, RenderSettings, View};
+use super::sky::{Sky, SkyNearby};
+use super::tone::compress;
+use super::{Frame, GeometryFrame, RenderObject, RenderSettings, View};
 use crate::geometry::Image;
+use crate::geometry::srgb::encode_srgb;
 
 /// Pixel rows of a band.
 const BAND_ROWS: usize = 16;
+/// Pixels along each side of a block that shares sky light; divides [`BAND_ROWS`].
+const SKY_BLOCK_PX: usize = 2;
+/// Color samples along each side of a pixel, and in all.
+const MOST_SUPERSAMPLING: u32 = 4;
+const MOST_SAMPLES: usize = (MOST_SUPERSAMPLING * MOST_SUPERSAMPLING) as usize;
+
+/// What light there is, and what is seen beyond the objects.
+pub struct Light<'a> {
+    pub sky: &'a Sky,
+    pub lighting: Lighting,
+    pub background: Background,
+}
 
 /// Depth and ids.
 pub fn measure(objects: &[RenderObject], view: &View) -> GeometryFrame {
@@ -46,18 +61,15 @@ fn draw(binned: &Binned, index: usize, width: usize, rows: usize, samples: usize
     band
 }
 
-/// One band's share of a [`Frame`].
-struct Strip {
-    rgba: Vec<u8>,
-    depth_m: Vec<f32>,
-    normals: Vec<[f32; 3]>,
-    ids: Vec<u32>,
-}
-
-/// Color, depth, normals and ids.
-pub fn paint(scene: &RenderScene, view: &View, settings: &RenderSettings) -> Frame {
-    let objects = &scene.objects[..];
-    let samples = settings.supersampling.clamp(1, 4);
+/// Color, depth and ids, and normals if wanted.
+pub fn paint(
+    objects: &[RenderObject],
+    light: &Light,
+    view: &View,
+    settings: &RenderSettings,
+    normals: bool,
+) -> Frame {
+    let samples = settings.supersampling.clamp(1, MOST_SUPERSAMPLING);
     let projection = Projection::new(view, 1);
     let fine = Projection::new(view, samples);
     let prepared = Prepared::new(objects, &projection);
@@ -66,101 +78,107 @@ pub fn paint(scene: &RenderScene, view: &View, settings: &RenderSettings) -> Fra
     let glass = prepared.bin(objects, &fine, fine_rows, Keep::Transparent);
     let shares_geometry = samples == 1 && glass.is_empty();
     let opaque = (!shares_geometry).then(|| prepared.bin(objects, &fine, fine_rows, Keep::Opaque));
-    let environment = Environment::new(objects, scene.lighting, settings);
-    let shader = Shader::new(scene, &prepared, environment, projection.world_from_camera());
     let (width, height) = (projection.width_px, projection.height_px);
-    let strips: Vec<Strip> = (0..height.div_ceil(BAND_ROWS))
-        .into_par_iter()
-        .map(|index| {
-            let rows = BAND_ROWS.min(height - index * BAND_ROWS);
+    // A shadow map finer than the picture shows nothing more.
+    let shadow_map_px = settings.shadow_map_px.min(width.max(height) as u32);
+    let environment = Environment::new(objects, light.sky, light.lighting, shadow_map_px);
+    let world_from_camera = projection.world_from_camera();
+    let shader = Shader::new(objects, &prepared, environment, light.background, world_from_camera);
+    let mut rgba = vec![0; width * height * 4];
+    let mut depth_m = vec![f32::INFINITY; width * height];
+    let mut ids = vec![0; width * height];
+    let band_pixels = BAND_ROWS * width.max(1);
+    let directions: Vec<Vec<[f32; 3]>> = rgba
+        .par_chunks_mut(4 * band_pixels)
+        .zip(depth_m.par_chunks_mut(band_pixels))
+        .zip(ids.par_chunks_mut(band_pixels))
+        .enumerate()
+        .map(|(index, ((rgba, depth_m), ids))| {
+            let rows = ids.len() / width;
             let front = draw(&geometry, index, width, rows, 1);
-            let mut strip = measured(&front, &projection.lens, &shader, &prepared, objects);
-            let mut linear = match &opaque {
+            for k in 0..ids.len() {
+                let (source, key) = front.at(k % width, k / width);
+                if source != NOTHING {
+                    depth_m[k] = projection.lens.depth_of(key);
+                    ids[k] = objects[prepared.sources[source as usize].object as usize].id;
+                }
+            }
+            let linear = match &opaque {
                 Some(opaque) => {
                     let band = draw(opaque, index, width, rows, samples as usize);
                     let mut linear = shaded(&band, &fine, &shader, samples as usize);
-                    blend_glass(&mut linear, &band, &glass, index, &fine.lens, &shader);
+                    blend_glass(&mut linear, &band, &glass, index, &fine, &shader, samples as usize);
                     linear
                 }
                 None => shaded(&front, &fine, &shader, 1),
             };
-            linear.iter_mut().for_each(|c| *c = compress(*c));
-            strip.rgba = averaged(&linear, width, rows, samples as usize);
-            strip
+            average(&linear, width, samples as usize, rgba);
+            if normals { directions_of(&front, &projection.lens, &shader) } else { Vec::new() }
         })
         .collect();
-    let mut rgba = Vec::with_capacity(width * height * 4);
-    let mut depth_m = Vec::with_capacity(width * height);
-    let mut normals = Vec::with_capacity(width * height);
-    let mut ids = Vec::with_capacity(width * height);
-    for strip in strips {
-        rgba.extend_from_slice(&strip.rgba);
-        depth_m.extend_from_slice(&strip.depth_m);
-        normals.extend_from_slice(&strip.normals);
-        ids.extend_from_slice(&strip.ids);
-    }
     let color = Image::from_rgba(width as u32, height as u32, rgba).expect("the bands fill the picture");
-    Frame { color, depth_m, normals, ids }
+    Frame { color, depth_m, normals: normals.then(|| directions.concat()), ids }
 }
 
-fn measured(
-    band: &Band,
-    lens: &Lens,
-    shader: &Shader,
-    prepared: &Prepared,
-    objects: &[RenderObject],
-) -> Strip {
-    let count = band.width_px * band.rows;
-    let mut strip = Strip {
-        rgba: Vec::new(),
-        depth_m: vec![f32::INFINITY; count],
-        normals: vec![[0.0; 3]; count],
-        ids: vec![0; count],
-    };
-    for row in 0..band.rows {
-        for x in 0..band.width_px {
-            let (source, key) = band.at(x, row);
-            if source == NOTHING {
-                continue;
+/// The band's normals, zero where there is background.
+fn directions_of(band: &Band, lens: &Lens, shader: &Shader) -> Vec<[f32; 3]> {
+    (0..band.width_px * band.rows)
+        .map(|k| {
+            let (x, row) = (k % band.width_px, k / band.width_px);
+            match band.at(x, row) {
+                (NOTHING, _) => [0.0; 3],
+                (source, _) => {
+                    let y = (band.first_row + row) as f32 + 0.5;
+                    shader.normal(source, lens, x as f32 + 0.5, y).to_array()
+                }
             }
-            let at = row * band.width_px + x;
-            let y = (band.first_row + row) as f32 + 0.5;
-            strip.depth_m[at] = lens.depth_of(key);
-            strip.ids[at] = objects[prepared.sources[source as usize].object as usize].id;
-            strip.normals[at] = shader.surface(source, lens, x as f32 + 0.5, y).normal.to_array();
-        }
-    }
-    strip
+        })
+        .collect()
 }
 
 /// Linear color of each sample of the band, glass left out. Light and texture vary slowly over one surface
-/// and textures are filtered to a pixel's size, so a pixel that shows one surface is shaded once; only pixels
-/// on an edge are shaded at every sample.
+/// and textures are filtered to a pixel's size, so each surface in a pixel is shaded once. Sky light varies more
+/// slowly still: blocks of pixels share it.
 fn shaded(band: &Band, projection: &Projection, shader: &Shader, samples: usize) -> Vec<Vec3> {
     let lens = &projection.lens;
-    let (width, stride) = (band.width_px / samples, band.width_px);
+    let stride = band.width_px;
     let mut linear = vec![Vec3::ZERO; stride * band.rows];
-    let color = |x: usize, row: usize, across: usize| {
+    let color = |x: usize, row: usize, across: usize, nearby: &mut SkyNearby| {
         let y = band.first_row + row;
         // The sample nearest the middle: its triangle is sure to be hit there.
         let middle = across / 2;
         let (px, py) = ((x + middle) as f32 + 0.5, (y + middle) as f32 + 0.5);
         let (source, key) = band.at(x + middle, row + middle);
-        let turn_rad = grain(x / across, y / across);
+        let turn = grain(x / across, y / across);
         if source == NOTHING {
-            shader.backdrop(py / projection.height_px as f32, lens, px, py, turn_rad)
+            shader.backdrop(py / projection.height_px as f32, lens, px, py, turn)
         } else {
             let surface = shader.surface(source, lens, px, py);
-            shader.color(&surface, across as f32 * lens.pixel_size_m(lens.depth_of(key)), turn_rad)
+            shader.color(&surface, across as f32 * lens.pixel_size_m(lens.depth_of(key)), turn, nearby)
         }
     };
-    for row in (0..band.rows).step_by(samples) {
-        for x in (0..width).map(|x| x * samples) {
-            let once = samples > 1 && shows_one_surface(band, shader, x, row, samples);
-            let whole = once.then(|| color(x, row, samples));
-            for v in row..row + samples {
-                for u in x..x + samples {
-                    linear[v * stride + u] = whole.unwrap_or_else(|| color(u, v, 1));
+    let block = SKY_BLOCK_PX * samples;
+    for (top, left) in
+        (0..band.rows).step_by(block).flat_map(|y| (0..stride).step_by(block).map(move |x| (y, x)))
+    {
+        let mut nearby = SkyNearby::default();
+        for row in (top..(top + block).min(band.rows)).step_by(samples) {
+            for x in (left..(left + block).min(stride)).step_by(samples) {
+                if samples == 1 {
+                    linear[row * stride + x] = color(x, row, 1, &mut nearby);
+                } else if shows_one_surface(band, shader, x, row, samples) {
+                    let whole = color(x, row, samples, &mut nearby);
+                    (row..row + samples).for_each(|v| linear[v * stride + x..][..samples].fill(whole));
+                } else {
+                    let mut known: [(u32, Vec3); MOST_SAMPLES] = [(NOTHING, Vec3::ZERO); MOST_SAMPLES];
+                    for k in 0..samples * samples {
+                        let (u, v) = (x + k % samples, row + k / samples);
+                        let (source, _) = band.at(u, v);
+                        let alike = |other: &&(u32, Vec3)| is_one_surface(shader, other.0, source);
+                        let shown = known[..k].iter().find(alike).map(|(_, shown)| *shown);
+                        known[k] = (source, shown.unwrap_or_else(|| color(u, v, 1, &mut nearby)));
+                        linear[v * stride + u] = known[k].1;
+                    }
                 }
             }
         }
@@ -174,48 +192,68 @@ fn shows_one_surface(band: &Band, shader: &Shader, x: usize, row: usize, samples
     (row..row + samples).all(|v| {
         (x..x + samples).all(|u| {
             let (source, _) = band.at(u, v);
-            source == first || (source != NOTHING && first != NOTHING && shader.continues(first, source))
+            is_one_surface(shader, first, source)
         })
     })
 }
 
-/// Lays the see-through triangles over the samples, farthest first.
-fn blend_glass(linear: &mut [Vec3], band: &Band, glass: &Binned, index: usize, lens: &Lens, shader: &Shader) {
+/// Whether two samples see the backdrop, or one smooth piece of one material.
+fn is_one_surface(shader: &Shader, a: u32, b: u32) -> bool {
+    a == b || (a != NOTHING && b != NOTHING && shader.continues(a, b))
+}
+
+/// Lays the see-through triangles over the samples, farthest first. A triangle is shaded once in a pixel.
+fn blend_glass(
+    linear: &mut [Vec3],
+    band: &Band,
+    glass: &Binned,
+    index: usize,
+    projection: &Projection,
+    shader: &Shader,
+    samples: usize,
+) {
+    let lens = &projection.lens;
     let mut triangles: Vec<_> = glass.band(index).collect();
     triangles.sort_by(|a, b| (a.key[0] + a.key[1] + a.key[2]).total_cmp(&(b.key[0] + b.key[1] + b.key[2])));
-    for t in triangles {
+    // For each pixel of a row: row and triangle it was shaded for, and the result.
+    let nothing = (usize::MAX, usize::MAX, Vec3::ZERO, Vec3::ZERO);
+    let mut known = vec![nothing; if triangles.is_empty() { 0 } else { band.width_px / samples }];
+    for (number, t) in triangles.into_iter().enumerate() {
         band.each_pixel_in_front(t, |x, row, key| {
-            let y = band.first_row + row;
-            let surface = shader.surface(t.source, lens, x as f32 + 0.5, y as f32 + 0.5);
-            let pixel_size_m = lens.pixel_size_m(lens.depth_of(key));
-            let (added, passed) = shader.glass(&surface, pixel_size_m, grain(x, y));
+            let known = &mut known[x / samples];
+            if (known.0, known.1) != (row / samples, number) {
+                let y = band.first_row + row;
+                let surface = shader.surface(t.source, lens, x as f32 + 0.5, y as f32 + 0.5);
+                let pixel_size_m = samples as f32 * lens.pixel_size_m(lens.depth_of(key));
+                let (added, passed) = shader.glass(&surface, pixel_size_m, grain(x / samples, y / samples));
+                *known = (row / samples, number, added, passed);
+            }
             let behind = &mut linear[row * band.width_px + x];
-            *behind = *behind * passed + added;
+            *behind = *behind * known.3 + known.2;
         });
     }
 }
 
-/// A pixel's own turn of the sampling pattern (interleaved gradient noise, Jimenez 2014).
+/// A pixel's own turn of the sampling pattern, 0..1 (interleaved gradient noise, Jimenez 2014).
 #[inline]
 fn grain(x: usize, y: usize) -> f32 {
     let mixed = 0.067_110_56 * (x & 1023) as f32 + 0.005_837_15 * (y & 1023) as f32;
-    let noise = (52.982_918 * mixed.fract()).fract();
-    noise * std::f32::consts::TAU
+    (52.982_918 * mixed.fract()).fract()
 }
 
-fn averaged(linear: &[Vec3], width: usize, rows: usize, samples: usize) -> Vec<u8> {
+/// Means of each pixel's samples as sRGB, highlights bent first.
+fn average(linear: &[Vec3], width: usize, samples: usize, rgba: &mut [u8]) {
     let scale = 1.0 / (samples * samples) as f32;
-    let mut rgba = Vec::with_capacity(width * rows * 4);
-    for row in 0..rows {
-        for x in 0..width {
-            let mut sum = Vec3::ZERO;
-            for v in 0..samples {
-                let start = (row * samples + v) * width * samples + x * samples;
-                linear[start..start + samples].iter().for_each(|c| sum += *c);
-            }
-            let mean = sum * scale;
-            rgba.extend([encode_srgb(mean.x), encode_srgb(mean.y), encode_srgb(mean.z), 255]);
+    for (row, pixels) in rgba.chunks_exact_mut(4 * width.max(1)).enumerate() {
+        for (x, pixel) in pixels.chunks_exact_mut(4).enumerate() {
+            let line = |v: usize| &linear[((row * samples + v) * width + x) * samples..][..samples];
+            let first = line(0)[0];
+            let mean = if (0..samples).all(|v| line(v).iter().all(|c| *c == first)) {
+                compress(first)
+            } else {
+                (0..samples).flat_map(line).map(|c| compress(*c)).sum::<Vec3>() * scale
+            };
+            pixel.copy_from_slice(&[encode_srgb(mean.x), encode_srgb(mean.y), encode_srgb(mean.z), 255]);
         }
     }
-    rgba
 }

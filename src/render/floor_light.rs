@@ -44,7 +44,8 @@ impl FloorLight {
             .into_par_iter()
             .map(|k| {
                 let xy = low + cell_m * Vec2::new((k % SIDE) as f32, (k / SIDE) as f32);
-                environment.sky_light(Vec3A::new(xy.x, xy.y, z_m), Vec3A::Z).diffuse
+                environment
+                    .diffuse(Vec3A::Z, environment.sky.seen_from(Vec3A::new(xy.x, xy.y, z_m), Vec3A::Z))
             })
             .collect();
         let mut light = Self { low, cell_m, nodes };
@@ -52,16 +53,20 @@ impl FloorLight {
         light
     }
 
+    /// A 5 x 5 mean, as means along rows and then along columns.
     fn blur(&mut self) {
-        let near = |k: usize| k.saturating_sub(2)..(k + 3).min(SIDE);
-        self.nodes = (0..SIDE * SIDE)
-            .map(|k| {
-                let around = near(k / SIDE).flat_map(|y| near(k % SIDE).map(move |x| y * SIDE + x));
-                let (sum, count) =
-                    around.fold((Vec3::ZERO, 0.0_f32), |(sum, n), at| (sum + self.nodes[at], n + 1.0));
-                sum / count
-            })
-            .collect();
+        for (stride, other) in [(1, SIDE), (SIDE, 1)] {
+            let line = |start: usize| {
+                let nodes = &self.nodes;
+                (0..SIDE).map(move |k| {
+                    let near = k.saturating_sub(2)..(k + 3).min(SIDE);
+                    let count = near.len() as f32;
+                    (start + k * stride, near.map(|n| nodes[start + n * stride]).sum::<Vec3>() / count)
+                })
+            };
+            let means: Vec<(usize, Vec3)> = (0..SIDE).flat_map(|k| line(k * other)).collect();
+            means.into_iter().for_each(|(at, mean)| self.nodes[at] = mean);
+        }
     }
 
     /// Bilinear; beyond the grid its edge goes on.

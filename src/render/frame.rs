@@ -8,8 +8,9 @@ pub struct Frame {
     pub color: Image,
     /// Meters along the optical axis at the pixel's center; infinite where there is background.
     pub depth_m: Vec<f32>,
-    /// Unit, in the world, turned toward the eye; zero where there is background.
-    pub normals: Vec<[f32; 3]>,
+    /// Unit, in the world, turned toward the eye; zero where there is background. `None` where they were
+    /// not asked for.
+    pub normals: Option<Vec<[f32; 3]>>,
     /// Id of the object in front at the pixel's center; 0 = background.
     pub ids: Vec<u32>,
 }

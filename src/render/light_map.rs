@@ -2,10 +2,12 @@
 //!
 //! Soft shadows follow Fernando, "Percentage-closer soft shadows" (2005): average the blockers around
 //! the receiver, take the penumbra's width from their distance, filter the comparison over it. A dilated
-//! coarse map of the highest blockers answers most pixels (plainly lit) with one look.
+//! coarse map of the highest blockers answers most pixels (plainly lit) with one look; the others look at
+//! eight texels at a time.
 
 use glam::{Affine3A, DAffine3, DMat3, DVec3, Vec3, Vec3A};
 use rayon::prelude::*;
+use wide::f32x8;
 
 use super::RenderObject;
 use super::prepare::{Keep, Prepared};
@@ -24,22 +26,34 @@ pub struct LightMap {
     /// Highest key within reach of each coarse block.
     coarse: Vec<f32>,
     coarse_width: usize,
+    /// Highest key of each fine block.
+    fine: Vec<f32>,
     /// Furthest a blocker that matters may lie sideways, texels.
     reach: f32,
+    /// Texels the penumbra widens by for each meter to the blocker.
+    spread: f32,
 }
 
 const COARSE: usize = 16;
-/// Samples of a penumbra, and every how many of them look for blockers.
-const TAPS: usize = 32;
-const SEARCH_STEP: usize = 2;
+const FINE: usize = 8;
+/// Up to this radius the fine blocks around a receiver are looked at before its texels, texels.
+const FEW_BLOCKS: f32 = 12.0;
+/// Empty texels around what is drawn.
+const BORDER: f32 = 4.0;
+/// Samples of a penumbra, in groups of eight; the first groups look for blockers.
+const TAP_GROUPS: usize = 4;
+const SEARCH_GROUPS: usize = 2;
+/// Penumbras narrower than this are smoothed between texels, texels.
+const NARROW: f32 = 2.0;
 
 impl LightMap {
-    /// Looks at the objects from `toward_light`; `radius_rad` is the light's angular radius.
+    /// Looks at the objects from `toward_light`. `radius_rad` is the angular radius of a light whose soft
+    /// shadows will be asked for; without it the map answers [`Self::openness`] only.
     pub fn new(
         objects: &[RenderObject],
         toward_light: DVec3,
         longest_side_px: u32,
-        radius_rad: f64,
+        radius_rad: Option<f64>,
     ) -> Option<Self> {
         let forward = -toward_light.normalize_or(DVec3::Z);
         let helper = if forward.z.abs() > 0.9 { DVec3::Y } else { DVec3::Z };
@@ -60,10 +74,11 @@ impl LightMap {
         if !extent.is_finite() || longest_side_px == 0 {
             return None;
         }
-        let inner = f64::from(longest_side_px.max(32)) - 8.0;
+        let border = f64::from(BORDER);
+        let inner = f64::from(longest_side_px.max(32)) - 2.0 * border;
         let texels_per_m = inner / extent.x.max(extent.y).max(1e-3);
         let (width, height) =
-            ((extent.x * texels_per_m) as usize + 8, (extent.y * texels_per_m) as usize + 8);
+            [extent.x, extent.y].map(|length| (length * texels_per_m + 2.0 * border) as usize).into();
         let shift = DVec3::new(-low.x, -low.y, -low.z + 0.01);
         let camera_from_world = DAffine3::from_translation(shift) * DAffine3::from_mat3(light_from_world);
         let projection = Projection {
@@ -74,12 +89,13 @@ impl LightMap {
                 perspective: false,
                 scale_x: texels_per_m as f32,
                 scale_y: texels_per_m as f32,
-                center_x: 4.0,
-                center_y: 4.0,
+                center_x: BORDER,
+                center_y: BORDER,
             },
         };
         let keys = draw(objects, &projection);
-        let reach = ((extent.z * radius_rad.tan() * texels_per_m) as f32).clamp(1.0, 40.0);
+        let widening = radius_rad.map_or(0.0, f64::tan) * texels_per_m;
+        let reach = ((extent.z * widening) as f32).clamp(1.0, 40.0);
         let mut map = Self {
             light_from_world: camera_from_world.as_affine3a(),
             width,
@@ -89,21 +105,33 @@ impl LightMap {
             keys,
             coarse: Vec::new(),
             coarse_width: width.div_ceil(COARSE),
+            fine: Vec::new(),
             reach,
+            spread: widening as f32,
         };
-        map.coarse = map.dilated_blocks();
+        if radius_rad.is_some() {
+            map.coarse = map.dilated_blocks();
+            map.fine = map.highest_in_blocks(FINE);
+        }
         Some(map)
+    }
+
+    /// Highest key in blocks of `size` texels each way.
+    fn highest_in_blocks(&self, size: usize) -> Vec<f32> {
+        let columns = self.width.div_ceil(size);
+        let mut blocks = vec![f32::NEG_INFINITY; columns * self.height.div_ceil(size)];
+        for (y, row) in self.keys.chunks_exact(self.width).enumerate() {
+            for (x, chunk) in row.chunks(size).enumerate() {
+                let block = &mut blocks[(y / size) * columns + x];
+                *block = chunk.iter().fold(*block, |high, &key| high.max(key));
+            }
+        }
+        blocks
     }
 
     fn dilated_blocks(&self) -> Vec<f32> {
         let (columns, rows) = (self.coarse_width, self.height.div_ceil(COARSE));
-        let mut blocks = vec![f32::NEG_INFINITY; columns * rows];
-        for (y, row) in self.keys.chunks_exact(self.width).enumerate() {
-            for (x, chunk) in row.chunks(COARSE).enumerate() {
-                let block = &mut blocks[(y / COARSE) * columns + x];
-                *block = chunk.iter().fold(*block, |high, &key| high.max(key));
-            }
-        }
+        let blocks = self.highest_in_blocks(COARSE);
         let around = ((self.reach + 2.0) / COARSE as f32).ceil() as usize;
         let mut dilated = blocks.clone();
         for y in 0..rows {
@@ -118,10 +146,24 @@ impl LightMap {
         dilated
     }
 
+    /// At least the highest key within `radius` texels.
+    #[inline]
+    fn highest_within(&self, x: f32, y: f32, radius: f32) -> f32 {
+        let block = |c: f32, size: usize| (c.max(0.0) as usize).min(size - 1) / FINE;
+        let columns = self.width.div_ceil(FINE);
+        let (left, right) = (block(x - radius, self.width), block(x + radius, self.width));
+        let mut highest = f32::NEG_INFINITY;
+        for row in block(y - radius, self.height)..=block(y + radius, self.height) {
+            let blocks = &self.fine[row * columns + left..=row * columns + right];
+            highest = blocks.iter().fold(highest, |high, &key| high.max(key));
+        }
+        highest
+    }
+
     #[inline]
     fn texel_and_key(&self, point_in_world: Vec3A) -> (f32, f32, f32) {
         let p = self.light_from_world.transform_point3a(point_in_world);
-        (p.x * self.texels_per_m + 4.0, p.y * self.texels_per_m + 4.0, -p.z)
+        (p.x * self.texels_per_m + BORDER, p.y * self.texels_per_m + BORDER, -p.z)
     }
 
     #[inline]
@@ -155,15 +197,9 @@ impl LightMap {
         self.lit_share(x, y, key + 0.5 * self.texel_m)
     }
 
-    /// Share of a round light of the given angular radius that reaches the point. `turn_rad` rotates the
-    /// sampling pattern, so that what is left of it looks like grain and not like bands.
-    pub fn soft_visibility(
-        &self,
-        point_in_world: Vec3A,
-        normal: Vec3A,
-        radius_rad: f32,
-        turn_rad: f32,
-    ) -> f32 {
+    /// Share of the round light that reaches the point. `turn` (0..1) rotates the sampling pattern, so that
+    /// what is left of it looks like grain and not like bands.
+    pub fn soft_visibility(&self, point_in_world: Vec3A, normal: Vec3A, turn: f32) -> f32 {
         let (x, y, key) = self.texel_and_key(point_in_world + normal * (1.2 * self.texel_m));
         if x < -self.reach
             || y < -self.reach
@@ -177,36 +213,61 @@ impl LightMap {
             (y.max(0.0) as usize / COARSE).min(self.coarse.len() / self.coarse_width - 1),
         );
         let bias = 0.6 * self.texel_m;
-        let highest = self.coarse[by * self.coarse_width + bx];
+        let mut highest = self.coarse[by * self.coarse_width + bx];
         if highest <= key + bias {
             return 1.0;
         }
-        let spread = radius_rad.tan() * self.texels_per_m;
-        let search = ((highest - key) * spread).clamp(1.0, self.reach);
-        let (sin, cos) = turn_rad.sin_cos();
-        let (mut sum, mut count) = (0.0, 0.0_f32);
-        for &(dx, dy) in DISK.iter().step_by(SEARCH_STEP) {
-            let (u, v) = (dx * cos - dy * sin, dx * sin + dy * cos);
-            // A blocker must stand above the cone of the surface itself as seen from this offset.
-            let found = self.key_at(floor(x + u * search), floor(y + v * search));
-            if found > key + bias {
-                sum += found;
-                count += 1.0;
+        let reach = |highest: f32| ((highest - key) * self.spread).clamp(1.0, self.reach);
+        if reach(highest) <= FEW_BLOCKS {
+            highest = self.highest_within(x, y, reach(highest) + 1.0);
+            if highest <= key + bias {
+                return 1.0;
             }
         }
-        if count == 0.0 {
+        let disk = &DISKS[(turn * TURNS as f32) as usize % TURNS];
+        let (x, y, lit_up_to) = (f32x8::splat(x), f32x8::splat(y), f32x8::splat(key + bias));
+        let search = f32x8::splat(reach(highest));
+        let (mut sum, mut count) = (f32x8::ZERO, 0);
+        for (dx, dy) in &disk.wide[..SEARCH_GROUPS] {
+            // A blocker must stand above the cone of the surface itself as seen from this offset.
+            let found = self.keys_at(x + *dx * search, y + *dy * search);
+            let blocks = found.simd_gt(lit_up_to);
+            sum += found & blocks;
+            count += blocks.to_bitmask().count_ones();
+        }
+        if count == 0 {
             return 1.0;
         }
-        if count as usize == TAPS / SEARCH_STEP {
+        if count as usize == 8 * SEARCH_GROUPS {
             return 0.0;
         }
-        let width = ((sum / count - key) * spread).clamp(0.8, self.reach);
-        let mut lit = 0.0;
-        for &(dx, dy) in &DISK[..] {
-            let (u, v) = (dx * cos - dy * sin, dx * sin + dy * cos);
-            lit += self.lit_share(x + u * width, y + v * width, key + bias);
+        let blocker = sum.reduce_add() / count as f32;
+        let width = ((blocker - key) * self.spread).clamp(0.8, self.reach);
+        let radius = f32x8::splat(width);
+        if width < NARROW {
+            let (dx, dy) = disk.narrow;
+            let (u, v) = ((x + dx * radius).to_array(), (y + dy * radius).to_array());
+            let lit: f32 = (0..8).map(|k| self.lit_share(u[k], v[k], key + bias)).sum();
+            return lit / 8.0;
         }
-        lit / TAPS as f32
+        let mut lit = 0;
+        for (dx, dy) in &disk.wide {
+            let found = self.keys_at(x + *dx * radius, y + *dy * radius);
+            lit += found.simd_le(lit_up_to).to_bitmask().count_ones();
+        }
+        lit as f32 / (8 * TAP_GROUPS) as f32
+    }
+
+    /// Keys at eight positions; beyond the map there is nothing, as in its border.
+    #[inline]
+    fn keys_at(&self, x: f32x8, y: f32x8) -> f32x8 {
+        let within = |c: f32x8, size: usize| {
+            c.fast_max(f32x8::ZERO).fast_min(f32x8::splat((size - 1) as f32)).fast_trunc_int().to_array()
+        };
+        let (columns, rows) = (within(x, self.width), within(y, self.height));
+        let at: [f32; 8] =
+            std::array::from_fn(|k| self.keys[rows[k] as usize * self.width + columns[k] as usize]);
+        f32x8::from(at)
     }
 }
 
@@ -217,13 +278,38 @@ pub(super) fn floor(x: f32) -> i32 {
     truncated - i32::from(truncated as f32 > x)
 }
 
-/// Points spread evenly over the unit disk (Vogel's spiral).
-static DISK: std::sync::LazyLock<[(f32, f32); TAPS]> = std::sync::LazyLock::new(|| {
-    std::array::from_fn(|k| {
-        let radius = ((k as f32 + 0.5) / TAPS as f32).sqrt();
-        let angle = k as f32 * 2.399_963_2;
-        (radius * angle.cos(), radius * angle.sin())
-    })
+/// Rotations of the sampling pattern.
+const TURNS: usize = 64;
+
+/// Points spread evenly over the unit disk, eight at a time, in one of their rotations.
+struct Disk {
+    narrow: (f32x8, f32x8),
+    /// The first half covers the disk, too.
+    wide: [(f32x8, f32x8); TAP_GROUPS],
+}
+
+static DISKS: std::sync::LazyLock<Vec<Disk>> = std::sync::LazyLock::new(|| {
+    const COUNT: usize = 8 * TAP_GROUPS;
+    let even_then_odd: Vec<usize> = (0..COUNT).step_by(2).chain((1..COUNT).step_by(2)).collect();
+    (0..TURNS)
+        .map(|turn| {
+            // Vogel's spiral.
+            let lanes = |of: usize, index: &dyn Fn(usize) -> usize| {
+                let point = |lane: usize| {
+                    let k = index(lane) as f32;
+                    let radius = ((k + 0.5) / of as f32).sqrt();
+                    let angle = k * 2.399_963_2 + turn as f32 / TURNS as f32 * std::f32::consts::TAU;
+                    (radius * angle.cos(), radius * angle.sin())
+                };
+                let points: [(f32, f32); 8] = std::array::from_fn(point);
+                (f32x8::from(points.map(|p| p.0)), f32x8::from(points.map(|p| p.1)))
+            };
+            Disk {
+                narrow: lanes(8, &|lane| lane),
+                wide: std::array::from_fn(|group| lanes(COUNT, &|lane| even_then_odd[8 * group + lane])),
+            }
+        })
+        .collect()
 });
 
 fn draw(objects: &[RenderObject], projection: &Projection) -> Vec<f32> {

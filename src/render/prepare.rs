@@ -165,10 +165,16 @@ impl Binned {
 pub fn covered(c: [f32; 3], size: usize) -> Option<(usize, usize)> {
     let low = c[0].min(c[1]).min(c[2]);
     let high = c[0].max(c[1]).max(c[2]);
-    let first = (low - 0.5).ceil().max(0.0);
-    let last = (high - 0.5).floor().min(size as f32 - 1.0);
-    // Written so that a NaN coordinate drops the triangle.
-    if first <= last { Some((first as usize, last as usize)) } else { None }
+    let (low, high) = ((low - 0.5).max(0.0), (high - 0.5).min(size as f32 - 1.0));
+    // Written so that a NaN coordinate drops the triangle; rounding by hand, since without SSE 4.1 the
+    // library's is a call.
+    if high >= 0.0 && low <= high {
+        let first = low as usize + usize::from((low as usize as f32) < low);
+        let last = high as usize;
+        (first <= last).then_some((first, last))
+    } else {
+        None
+    }
 }
 
 /// Calls `emit` with the pixel positions and keys of the part of the triangle in front of the near plane.

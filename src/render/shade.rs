@@ -8,10 +8,11 @@ use glam::{Mat3A, Vec2, Vec3, Vec3A};
 
 use super::environment::Environment;
 use super::floor_light::FloorLight;
-use super::prepare::Prepared;
+use super::prepare::{Prepared, SourceTriangle};
 use super::projection::Lens;
+use super::sky::{SkyNearby, SkyShare};
 use super::texture_map::TextureMap;
-use super::{Background, RenderObject, RenderScene};
+use super::{Background, RenderObject};
 use crate::geometry::Texture;
 
 /// A material as the shader wants it.
@@ -28,14 +29,27 @@ struct Look {
 pub struct Shader<'a> {
     objects: &'a [RenderObject<'a>],
     prepared: &'a Prepared,
-    environment: Environment,
+    environment: Environment<'a>,
     background: Background,
     floor_light: Option<FloorLight>,
     world_from_camera: glam::Affine3A,
     world_from_object: Vec<Mat3A>,
     looks: Vec<Look>,
     first_look: Vec<usize>,
-    textures: Vec<TextureMap>,
+    textures: Vec<TextureMap<'a>>,
+    /// Of each source triangle, unit, in the camera's frame, by its winding.
+    facings: Vec<Vec3>,
+}
+
+/// Where a pixel's ray meets the plane of a triangle.
+struct Hit {
+    object: usize,
+    /// In the mesh.
+    vertices: [usize; 3],
+    weights: [f32; 3],
+    in_camera: Vec3,
+    /// Sides from the first corner, camera's frame.
+    sides: [Vec3; 2],
 }
 
 /// A point of a triangle seen through a pixel.
@@ -54,18 +68,19 @@ pub struct Surface {
 
 impl<'a> Shader<'a> {
     pub fn new(
-        scene: &'a RenderScene<'a>,
+        objects: &'a [RenderObject<'a>],
         prepared: &'a Prepared,
-        environment: Environment,
+        environment: Environment<'a>,
+        background: Background,
         world_from_camera: glam::Affine3A,
     ) -> Self {
-        let mut known: Vec<&Texture> = Vec::new();
+        let mut known: Vec<&'a Texture> = Vec::new();
         let (mut looks, mut first_look) = (Vec::new(), Vec::new());
-        for object in &scene.objects {
+        for object in objects {
             first_look.push(looks.len());
             for material in &object.mesh.materials {
                 let texture = material.base_color_texture.as_ref().map(|texture| {
-                    known.iter().position(|k| std::sync::Arc::ptr_eq(k, texture)).unwrap_or_else(|| {
+                    known.iter().position(|k| k.is_clone_of(texture)).unwrap_or_else(|| {
                         known.push(texture);
                         known.len() - 1
                     })
@@ -82,27 +97,28 @@ impl<'a> Shader<'a> {
         use rayon::prelude::*;
         let textures = known.par_iter().map(|texture| TextureMap::new(texture)).collect();
         let turn = |object: &RenderObject| Mat3A::from_quat(object.world_from_object.rotation.as_quat());
-        let floor_light = scene
-            .background
-            .floor
-            .map(|floor| FloorLight::new(&scene.objects, &environment, floor.z_m as f32));
+        let floor_light =
+            background.floor.map(|floor| FloorLight::new(objects, &environment, floor.z_m as f32));
+        let facing = |source: &SourceTriangle| {
+            let [p, q, r] = source.vertices.map(|v| prepared.camera_points[v as usize]);
+            (q - p).cross(r - p).normalize_or_zero()
+        };
         Self {
-            objects: &scene.objects,
+            objects,
             prepared,
             floor_light,
             environment,
-            background: scene.background,
+            background,
             world_from_camera,
-            world_from_object: scene.objects.iter().map(turn).collect(),
+            world_from_object: objects.iter().map(turn).collect(),
             looks,
             first_look,
             textures,
+            facings: prepared.sources.iter().map(facing).collect(),
         }
     }
 
-    /// The point of the triangle on the ray through a sample position.
-    pub fn surface(&self, source: u32, lens: &Lens, x: f32, y: f32) -> Surface {
-        let source = &self.prepared.sources[source as usize];
+    fn hit(&self, source: &SourceTriangle, lens: &Lens, x: f32, y: f32) -> Hit {
         let [a, b, c] = source.vertices.map(|v| self.prepared.camera_points[v as usize]);
         let (origin, direction) = lens.ray(x, y);
         let (e1, e2) = (b - a, c - a);
@@ -112,66 +128,89 @@ impl<'a> Shader<'a> {
         let from_a = origin - a;
         let u = (from_a.dot(across) * inverse).clamp(0.0, 1.0);
         let v = (direction.dot(from_a.cross(e1)) * inverse).clamp(0.0, 1.0 - u);
-        let in_camera = a + u * e1 + v * e2;
         let object = source.object as usize;
-        let mesh = self.objects[object].mesh;
         let first = self.prepared.first_vertex[object];
-        let [i, j, k] = source.vertices.map(|v| (v - first) as usize);
-        let w = 1.0 - u - v;
-        let smooth = w * mesh.normals[i] + u * mesh.normals[j] + v * mesh.normals[k];
-        let point = self.world_from_camera.transform_point3a(Vec3A::from(in_camera));
-        let away = if lens.perspective { in_camera } else { direction };
-        let toward_eye = -self.world_from_camera.transform_vector3a(Vec3A::from(away)).normalize_or_zero();
-        let cross = e1.cross(e2);
-        let mut flat_normal =
-            self.world_from_camera.transform_vector3a(Vec3A::from(cross)).normalize_or_zero();
-        if flat_normal.dot(toward_eye) < 0.0 {
-            flat_normal = -flat_normal;
+        Hit {
+            object,
+            vertices: source.vertices.map(|v| (v - first) as usize),
+            weights: [1.0 - u - v, u, v],
+            in_camera: a + u * e1 + v * e2,
+            sides: [e1, e2],
         }
-        let mut normal = (self.world_from_object[object] * Vec3A::from(smooth)).normalize_or(flat_normal);
-        if normal.dot(flat_normal) < 0.0 {
-            normal = -normal;
-        }
-        let (uv_i, uv_j, uv_k) = (mesh.uvs[i], mesh.uvs[j], mesh.uvs[k]);
-        let uv_area = (uv_j - uv_i).perp_dot(uv_k - uv_i).abs();
+    }
+
+    /// Unit, smooth, turned to the side of `flat_normal`.
+    fn smooth_normal(&self, hit: &Hit, flat_normal: Vec3A) -> Vec3A {
+        let normals = &self.objects[hit.object].mesh.normals;
+        let smooth = (0..3).fold(Vec3::ZERO, |sum, k| sum + hit.weights[k] * normals[hit.vertices[k]]);
+        let normal = (self.world_from_object[hit.object] * Vec3A::from(smooth)).normalize_or(flat_normal);
+        if normal.dot(flat_normal) < 0.0 { -normal } else { normal }
+    }
+
+    /// Unit, from the surface point back along the ray.
+    fn toward_eye(&self, in_camera: Vec3, lens: &Lens) -> Vec3A {
+        let away = if lens.perspective { in_camera } else { Vec3::Z };
+        -self.world_from_camera.transform_vector3a(Vec3A::from(away)).normalize_or_zero()
+    }
+
+    /// Unit, of the flat triangle, turned toward the eye.
+    fn flat_normal(&self, source: u32, toward_eye: Vec3A) -> Vec3A {
+        let facing = Vec3A::from(self.facings[source as usize]);
+        let normal = self.world_from_camera.transform_vector3a(facing);
+        if normal.dot(toward_eye) < 0.0 { -normal } else { normal }
+    }
+
+    /// Unit, smooth, turned toward the eye: what [`Self::surface`] has as its normal, and no more.
+    pub fn normal(&self, source: u32, lens: &Lens, x: f32, y: f32) -> Vec3A {
+        let hit = self.hit(&self.prepared.sources[source as usize], lens, x, y);
+        self.smooth_normal(&hit, self.flat_normal(source, self.toward_eye(hit.in_camera, lens)))
+    }
+
+    /// The point of the triangle on the ray through a sample position.
+    pub fn surface(&self, source: u32, lens: &Lens, x: f32, y: f32) -> Surface {
+        let triangle = &self.prepared.sources[source as usize];
+        let hit = self.hit(triangle, lens, x, y);
+        let toward_eye = self.toward_eye(hit.in_camera, lens);
+        let flat_normal = self.flat_normal(source, toward_eye);
+        let uvs = hit.vertices.map(|v| self.objects[hit.object].mesh.uvs[v]);
+        let uv_area = (uvs[1] - uvs[0]).perp_dot(uvs[2] - uvs[0]).abs();
+        let area = hit.sides[0].cross(hit.sides[1]).length();
         Surface {
-            point,
-            normal,
+            point: self.world_from_camera.transform_point3a(Vec3A::from(hit.in_camera)),
+            normal: self.smooth_normal(&hit, flat_normal),
             flat_normal,
             toward_eye,
-            uv: w * uv_i + u * uv_j + v * uv_k,
-            uv_density: uv_area / cross.length().max(1e-20),
-            look: self.first_look[object] + source.material as usize,
+            uv: (0..3).fold(Vec2::ZERO, |sum, k| sum + hit.weights[k] * uvs[k]),
+            uv_density: uv_area / area.max(1e-20),
+            look: self.first_look[hit.object] + triangle.material as usize,
         }
     }
 
     /// Whether two triangles belong to one smooth piece of one material: same object, same material, and
     /// planes within about 15 degrees.
     pub fn continues(&self, a: u32, b: u32) -> bool {
-        let (a, b) = (&self.prepared.sources[a as usize], &self.prepared.sources[b as usize]);
-        if a.object != b.object || a.material != b.material {
-            return false;
-        }
-        let normal = |source: &super::prepare::SourceTriangle| {
-            let [p, q, r] = source.vertices.map(|v| self.prepared.camera_points[v as usize]);
-            (q - p).cross(r - p).normalize_or_zero()
-        };
-        normal(a).dot(normal(b)) > 0.965
+        let (p, q) = (&self.prepared.sources[a as usize], &self.prepared.sources[b as usize]);
+        p.object == q.object
+            && p.material == q.material
+            && self.facings[a as usize].dot(self.facings[b as usize]) > 0.965
     }
 
-    /// Linear light leaving an opaque surface point toward the eye.
-    pub fn color(&self, s: &Surface, pixel_size_m: f32, turn_rad: f32) -> Vec3 {
+    /// Linear light leaving an opaque surface point toward the eye. `nearby` carries sky light over from
+    /// the pixels around it, `turn` (0..1) is the pixel's turn of the shadow's sampling pattern.
+    pub fn color(&self, s: &Surface, pixel_size_m: f32, turn: f32, nearby: &mut SkyNearby) -> Vec3 {
         let look = &self.looks[s.look];
         let albedo = self.albedo(s, look, pixel_size_m);
-        let (diffuse, specular) = self.reflected(s, look, albedo, turn_rad);
+        let seen = nearby.at(self.environment.sky, s.point, s.flat_normal, pixel_size_m);
+        let (diffuse, specular) = self.reflected(s, look, albedo, turn, seen);
         (diffuse + specular) * self.environment.lighting.exposure
     }
 
     /// A see-through surface: what it adds, and the factor on what lies behind.
-    pub fn glass(&self, s: &Surface, pixel_size_m: f32, turn_rad: f32) -> (Vec3, Vec3) {
+    pub fn glass(&self, s: &Surface, pixel_size_m: f32, turn: f32) -> (Vec3, Vec3) {
         let look = &self.looks[s.look];
         let albedo = self.albedo(s, look, pixel_size_m);
-        let (diffuse, specular) = self.reflected(s, look, albedo, turn_rad);
+        let seen = self.environment.sky.seen_from(s.point, s.flat_normal);
+        let (diffuse, specular) = self.reflected(s, look, albedo, turn, seen);
         let facing = s.normal.dot(s.toward_eye).clamp(0.0, 1.0);
         let grazing = (1.0 - facing).powi(3);
         let solid = look.opacity + (1.0 - look.opacity) * 0.35 * grazing;
@@ -188,7 +227,7 @@ impl<'a> Shader<'a> {
         look.base_color * texture.sample(s.uv, 0.5 * texels.max(1.0).log2() - 0.25)
     }
 
-    fn reflected(&self, s: &Surface, look: &Look, albedo: Vec3, turn_rad: f32) -> (Vec3, Vec3) {
+    fn reflected(&self, s: &Surface, look: &Look, albedo: Vec3, turn: f32, seen: SkyShare) -> (Vec3, Vec3) {
         let lighting = &self.environment.lighting;
         let (n, v, l) = (s.normal, s.toward_eye, self.environment.toward_key);
         let nv = n.dot(v).clamp(0.02, 1.0);
@@ -198,7 +237,7 @@ impl<'a> Shader<'a> {
         let mut diffuse = Vec3::ZERO;
         let mut specular = Vec3::ZERO;
         if nl > 0.0 {
-            let reaching = self.environment.key_visibility(s.point, s.flat_normal, turn_rad);
+            let reaching = self.environment.key_visibility(s.point, s.flat_normal, turn);
             if reaching > 0.0 {
                 let key = lighting.key_color * (nl * reaching);
                 let h = (l + v).normalize_or_zero();
@@ -214,23 +253,22 @@ impl<'a> Shader<'a> {
                 specular += fresnel * key * shine.min(12.0);
             }
         }
-        let sky = self.environment.sky_light(s.point, s.flat_normal);
         let up = 0.5 + 0.5 * n.z;
         let up_flat = 0.5 + 0.5 * s.flat_normal.z;
         // Occlusion is that of the flat face (a smooth normal would leak through it); its brightness is
         // carried over to the smooth one.
         let smooth_over_flat = (lighting.sky_color * up + lighting.ground_color * (1.0 - up))
             / (lighting.sky_color * up_flat + lighting.ground_color * (1.0 - up_flat)).max(Vec3::splat(1e-3));
-        diffuse += matte * sky.diffuse * smooth_over_flat;
+        diffuse += matte * self.environment.diffuse(s.flat_normal, seen) * smooth_over_flat;
         let r = 2.0 * n.dot(v) * n - v;
         let surroundings = self.environment.mirrored(r, look.roughness);
-        let occlusion = (0.25 + 0.75 * sky.openness).min(1.0);
+        let occlusion = (0.25 + 0.75 * seen.open).min(1.0);
         specular += surroundings * mirror_share(f0, look.roughness, nv) * occlusion;
         (diffuse, specular)
     }
 
     /// The backdrop at height `fraction` of the picture (0 = top), dimmed by shadows on its floor.
-    pub fn backdrop(&self, fraction: f32, lens: &Lens, x: f32, y: f32, turn_rad: f32) -> Vec3 {
+    pub fn backdrop(&self, fraction: f32, lens: &Lens, x: f32, y: f32, turn: f32) -> Vec3 {
         let color = self.background.top_color.lerp(self.background.bottom_color, fraction);
         let Some(floor) = self.background.floor else { return color };
         let (origin, direction) = lens.ray(x, y);
@@ -244,7 +282,7 @@ impl<'a> Shader<'a> {
         let lighting = &self.environment.lighting;
         let up = Vec3A::Z;
         let key = lighting.key_color * self.environment.toward_key.z.max(0.0);
-        let reaching = self.environment.key_visibility(point, up, turn_rad);
+        let reaching = self.environment.key_visibility(point, up, turn);
         let sky = self.floor_light.as_ref().map_or(lighting.sky_color, |light| light.at(point));
         let arriving = key * reaching + sky;
         color * (arriving / (key + lighting.sky_color).max(Vec3::splat(1e-3))).min(Vec3::ONE)

@@ -1,28 +1,19 @@
-//! Textures ready to sample: a pyramid of halved pictures (averaged in linear light), looked up
-//! trilinearly with repetition.
-
-use std::sync::Arc;
+//! Textures sampled trilinearly with repetition.
 
 use glam::Vec3;
 
 use super::light_map::floor;
-use super::tone::{LINEAR_OF_SRGB, encode_srgb};
+use crate::geometry::srgb::LINEAR_OF_SRGB;
 use crate::geometry::{Image, Texture};
 
 /// One texture and its halved versions.
-pub struct TextureMap {
-    levels: Vec<Arc<Image>>,
+pub struct TextureMap<'a> {
+    levels: Vec<&'a Image>,
 }
 
-impl TextureMap {
-    pub fn new(texture: &Texture) -> Self {
-        let mut levels = vec![texture.clone()];
-        while let Some(last) = levels.last()
-            && (last.width_px() > 1 || last.height_px() > 1)
-        {
-            levels.push(Arc::new(halved(last)));
-        }
-        Self { levels }
+impl<'a> TextureMap<'a> {
+    pub fn new(texture: &'a Texture) -> Self {
+        Self { levels: std::iter::once(&**texture).chain(texture.halved()).collect() }
     }
 
     /// Number of texels of the full picture.
@@ -36,11 +27,11 @@ impl TextureMap {
         let level = level.clamp(0.0, last as f32);
         let fine = level as usize;
         let blend = level - fine as f32;
-        let color = bilinear(&self.levels[fine], uv);
+        let color = bilinear(self.levels[fine], uv);
         if blend < 0.02 || fine == last {
             return color;
         }
-        color.lerp(bilinear(&self.levels[fine + 1], uv), blend)
+        color.lerp(bilinear(self.levels[fine + 1], uv), blend)
     }
 }
 
@@ -74,24 +65,4 @@ fn bilinear(image: &Image, uv: glam::Vec2) -> Vec3 {
     let upper = texel(x0, y0).lerp(texel(x1, y0), tx);
     let lower = texel(x0, y1).lerp(texel(x1, y1), tx);
     upper.lerp(lower, ty)
-}
-
-fn halved(image: &Image) -> Image {
-    let (width, height) = (image.width_px() as usize, image.height_px() as usize);
-    let (half_width, half_height) = ((width / 2).max(1), (height / 2).max(1));
-    let bytes = image.as_rgba();
-    let mut rgba = Vec::with_capacity(half_width * half_height * 4);
-    for y in 0..half_height {
-        for x in 0..half_width {
-            let (x0, y0) = ((2 * x).min(width - 1), (2 * y).min(height - 1));
-            let (x1, y1) = ((2 * x + 1).min(width - 1), (2 * y + 1).min(height - 1));
-            let corners = [(x0, y0), (x1, y0), (x0, y1), (x1, y1)].map(|(x, y)| (y * width + x) * 4);
-            for channel in 0..3 {
-                let sum: f32 = corners.iter().map(|at| LINEAR_OF_SRGB[bytes[at + channel] as usize]).sum();
-                rgba.push(encode_srgb(0.25 * sum));
-            }
-            rgba.push(255);
-        }
-    }
-    Image::from_rgba(half_width as u32, half_height as u32, rgba).expect("exactly width x height x 4 bytes")
 }

@@ -22,24 +22,40 @@ pub fn extent_cost(raw_size: DVec3, turn: DQuat, size_m: DVec3, settings: &Canon
     settings.extent_weight * ((difference - mean).length_squared() / 3.0).sqrt()
 }
 
+/// The instance as the picture shows it, cropped for silhouettes and for colors.
+pub struct Seen {
+    silhouette: Crop,
+    colors: Option<(Crop, PictureCrop)>,
+}
+
+impl Seen {
+    /// `bbox` is the box of the problem's mask.
+    pub fn new(problem: &UprightProblem, bbox: [u32; 4], settings: &CanonicalizeSettings) -> Self {
+        let unknown = Mask::empty(problem.mask.width_px(), problem.mask.height_px());
+        let colors = problem.picture.map(|(picture, shown_px)| {
+            let crop = Crop::new(problem.mask, &unknown, bbox, SIDE_PX);
+            let colors = PictureCrop::new(picture, shown_px, &crop);
+            (crop, colors)
+        });
+        Self { silhouette: Crop::new(problem.mask, &unknown, bbox, settings.side_px as usize), colors }
+    }
+}
+
 /// Least cost over a full turn of the mesh stood up by `turn`: silhouette loss plus weighted color
-/// disagreement at the best silhouettes.
+/// disagreement at the best silhouettes. `raw_outline` is that of the raw mesh.
 pub fn picture_cost(
     problem: &UprightProblem,
+    raw_outline: &OutlineMesh,
+    seen: &Seen,
     turn: DQuat,
-    bbox: [u32; 4],
     settings: &CanonicalizeSettings,
     dro: &DroSettings,
     interrupt: &Interrupt,
 ) -> Result<f64, Interrupted> {
-    let raw_size = problem.raw_mesh.size_m();
-    let turned = turned_size(raw_size, turn);
+    let turned = turned_size(problem.raw_mesh.size_m(), turn);
     let scale = (problem.size_m.element_product() / turned.element_product().max(1e-30)).cbrt();
-    let mesh = problem.raw_mesh.clone().rotated(turn).scaled(DVec3::splat(scale)).seated();
-    let outline = OutlineMesh::new(&mesh, dro.outline_cells);
-    let unknown = Mask::empty(problem.mask.width_px(), problem.mask.height_px());
-    let crop = Crop::new(problem.mask, &unknown, bbox, settings.side_px as usize);
-    let comparison = Comparison::new(&outline, problem.camera, crop, dro);
+    let outline = raw_outline.stood_up(turn, scale);
+    let comparison = Comparison::new(&outline, problem.camera, &seen.silhouette, dro);
     let count = settings.yaws.max(4);
     let mut yaws = Vec::with_capacity(count as usize);
     for k in 0..count {
@@ -48,13 +64,16 @@ pub fn picture_cost(
         yaws.push((yaw_rad, comparison.loss(yaw_rad)));
     }
     yaws.sort_by(|a, b| a.1.total_cmp(&b.1));
-    let Some((picture, shown_px)) = problem.picture else { return Ok(yaws[0].1) };
-    let crop = Crop::new(problem.mask, &unknown, bbox, SIDE_PX);
+    let Some((crop, picture)) = &seen.colors else { return Ok(yaws[0].1) };
     let comparison = Comparison::new(&outline, problem.camera, crop, dro);
-    let picture = PictureCrop::new(picture, shown_px, comparison.crop());
+    let mesh = problem.raw_mesh.clone().rotated(turn).scaled(DVec3::splat(scale)).seated();
     let mut least = f64::INFINITY;
     for &(yaw_rad, loss) in yaws.iter().take(settings.looks.max(1) as usize) {
         interrupt.check()?;
+        // Colors add to the loss: no outline from here on can be the best.
+        if loss >= least {
+            break;
+        }
         let colors = picture.disagreement(&mesh, &comparison, yaw_rad);
         least = least.min(loss + settings.appearance_weight * colors);
     }

@@ -10,15 +10,22 @@ const CELLS: usize = 8;
 /// Unlikeness 0..1 of the mesh to the example under each rotation: half the L1 distance between their
 /// surface areas per cell of the box, both boxes stretched to the unit cube.
 pub fn costs(mesh: &TexturedMesh, turns: &[DQuat], example: &TexturedMesh) -> Vec<f64> {
-    let wanted = histogram(&samples(example), DQuat::IDENTITY);
-    let points = samples(mesh);
-    turns
-        .iter()
-        .map(|&turn| {
-            let found = histogram(&points, turn);
-            0.5 * wanted.iter().zip(&found).map(|(a, b)| (a - b).abs()).sum::<f64>()
+    let (wanted, found) = (histogram(&samples(example)), histogram(&samples(mesh)));
+    turns.iter().map(|&turn| 0.5 * distance(&wanted, &found, turn)).collect()
+}
+
+/// L1 distance between the cells and the others after an axis-aligned rotation, which takes cells to cells.
+fn distance(wanted: &[f64], found: &[f64], turn: DQuat) -> f64 {
+    let middle = 0.5 * (CELLS - 1) as f64;
+    let back = turn.conjugate();
+    (0..wanted.len())
+        .map(|k| {
+            let cell = DVec3::new((k % CELLS) as f64, (k / CELLS % CELLS) as f64, (k / CELLS / CELLS) as f64);
+            let from = (back * (cell - middle) + middle).round();
+            let at = (from.z as usize * CELLS + from.y as usize) * CELLS + from.x as usize;
+            (wanted[k] - found[at]).abs()
         })
-        .collect()
+        .sum()
 }
 
 /// Points spread over the surface with the area they stand for; coordinates from the middle of the
@@ -50,12 +57,12 @@ fn samples(mesh: &TexturedMesh) -> Vec<(DVec3, f64)> {
     points
 }
 
-/// Share of the area in each cell after the rotation, spread linearly over the neighboring cells.
-fn histogram(points: &[(DVec3, f64)], turn: DQuat) -> Vec<f64> {
+/// Share of the area in each cell, x fastest, spread linearly over the neighboring cells.
+fn histogram(points: &[(DVec3, f64)]) -> Vec<f64> {
     let mut cells = vec![0.0; CELLS * CELLS * CELLS];
     let total: f64 = points.iter().map(|p| p.1).sum::<f64>().max(1e-30);
     for (p, area) in points {
-        let at = (turn * *p + 0.5) * CELLS as f64 - 0.5;
+        let at = (*p + 0.5) * CELLS as f64 - 0.5;
         let low = at.floor();
         let t = at - low;
         for corner in 0..8 {

@@ -62,6 +62,10 @@ pub fn choose(
         1 => {
             let mut chosen = (best.0, f64::INFINITY);
             for &(yaw_rad, loss) in top.iter().filter(|c| c.1 <= best.1 + settings.same_outline) {
+                // Colors add to the loss: no outline from here on can be chosen.
+                if loss >= chosen.1 {
+                    break;
+                }
                 let value = loss + settings.appearance_weight * colors.disagreement(yaw_rad, interrupt)?;
                 if value < chosen.1 {
                     chosen = (yaw_rad, value);

@@ -3,26 +3,39 @@
 use std::cell::RefCell;
 
 use glam::{DVec2, DVec3};
+use wide::f32x8;
 
 use super::DroSettings;
 use super::crop::Crop;
 use super::outline_mesh::OutlineMesh;
 use super::placement::{fit, on_viewing_ray, projected};
-use super::silhouette::BitPicture;
+use super::silhouette::{BLOCK_PX, BitPicture, Block, COVERAGE_MARGIN};
 use crate::geometry::Camera;
 
 /// A mesh to be compared with a crop.
 pub struct Comparison<'a> {
     mesh: &'a OutlineMesh,
     camera: &'a Camera,
-    crop: Crop,
+    crop: &'a Crop,
     origin: DVec3,
     silhouette_weight: f64,
     edge_weight: f64,
 }
 
+/// What one comparison after another works in.
+#[derive(Default)]
+struct Scratch {
+    /// Of the mesh's vertices in the camera's picture.
+    pixels: Vec<DVec2>,
+    /// Of the mesh's triangles: whether they run clockwise in the picture.
+    clockwise: Vec<bool>,
+    picture: BitPicture,
+    coverage: Vec<f32>,
+    blocks: Vec<Block>,
+}
+
 thread_local! {
-    static SCRATCH: RefCell<(Vec<DVec2>, Vec<f32>)> = const { RefCell::new((Vec::new(), Vec::new())) };
+    static SCRATCH: RefCell<Scratch> = RefCell::default();
 }
 
 /// The two terms of the loss, before weighting.
@@ -33,8 +46,8 @@ pub struct Terms {
 }
 
 impl<'a> Comparison<'a> {
-    pub fn new(mesh: &'a OutlineMesh, camera: &'a Camera, crop: Crop, settings: &DroSettings) -> Self {
-        let origin = on_viewing_ray(mesh, camera, &crop);
+    pub fn new(mesh: &'a OutlineMesh, camera: &'a Camera, crop: &'a Crop, settings: &DroSettings) -> Self {
+        let origin = on_viewing_ray(mesh, camera, crop);
         Self {
             mesh,
             camera,
@@ -47,26 +60,34 @@ impl<'a> Comparison<'a> {
 
     /// Weighted loss at that yaw; a mesh that reaches behind the camera has nothing in common.
     pub fn loss(&self, yaw_rad: f64) -> f64 {
-        let terms = SCRATCH.with_borrow_mut(|(pixels, coverage)| {
-            self.draw(yaw_rad, pixels, coverage).map(|()| self.terms(coverage))
-        });
-        let terms = terms.unwrap_or(Terms { silhouette: 1.0, edge: 1.0 });
+        let terms = SCRATCH
+            .with_borrow_mut(|scratch| self.draw(yaw_rad, scratch).map(|()| self.terms(scratch)))
+            .unwrap_or(Terms { silhouette: 1.0, edge: 1.0 });
         self.silhouette_weight * terms.silhouette + self.edge_weight * terms.edge
     }
 
-    /// Draws the mesh at that yaw into `coverage`; `None` if it reaches behind the camera.
-    fn draw(&self, yaw_rad: f64, pixels: &mut Vec<DVec2>, coverage: &mut Vec<f32>) -> Option<()> {
+    /// Draws the mesh at that yaw; `None` if it reaches behind the camera.
+    fn draw(&self, yaw_rad: f64, scratch: &mut Scratch) -> Option<()> {
+        let Scratch { pixels, clockwise, picture, coverage, blocks } = scratch;
         let (_, zoom, offset) = self.placed(yaw_rad, pixels)?;
-        let corner = |v: u32| {
-            let p = zoom * pixels[v as usize] + offset;
-            [p.x as f32, p.y as f32]
+        let corner = |v: u32| (zoom * pixels[v as usize] + offset).as_vec2().to_array();
+        picture.clear(self.crop.side_px);
+        let Some(edges) = &self.mesh.edges else {
+            self.mesh.triangles.iter().for_each(|t| picture.fill(t.map(corner)));
+            picture.coverage(coverage, blocks);
+            return Some(());
         };
-        let mut picture = BitPicture::new(self.crop.side_px);
-        for t in &self.mesh.triangles {
-            picture.fill(t.map(corner));
-        }
-        coverage.resize(self.crop.side_px * self.crop.side_px, 0.0);
-        picture.coverage(coverage);
+        clockwise.clear();
+        clockwise.extend(self.mesh.triangles.iter().map(|t| {
+            let [a, b, c] = t.map(|v| pixels[v as usize]);
+            (b - a).perp_dot(c - a) > 0.0
+        }));
+        picture.fill_contour(edges.iter().filter_map(|edge| {
+            let layers =
+                i32::from(clockwise[edge.along as usize]) - i32::from(clockwise[edge.against as usize]);
+            (layers != 0).then(|| (corner(edge.ends[0]), corner(edge.ends[1]), layers))
+        }));
+        picture.coverage(coverage, blocks);
         Some(())
     }
 
@@ -77,7 +98,7 @@ impl<'a> Comparison<'a> {
         let (mut low, mut high) = projected(self.mesh, camera, origin, yaw_rad, pixels)?;
         // Once more with the rendered box's middle moved to where the mask's is: the silhouette is then
         // seen from the right direction.
-        let (zoom, offset) = fit(&self.crop, low, high);
+        let (zoom, offset) = fit(self.crop, low, high);
         let half = 0.5 * self.crop.side_px as f64;
         let shift_px = self.crop.center_px - (DVec2::splat(half) - offset) / zoom;
         if shift_px.length() > 0.5 {
@@ -86,13 +107,14 @@ impl<'a> Comparison<'a> {
             origin += camera.world_from_camera.transform_vector(shift);
             (low, high) = projected(self.mesh, camera, origin, yaw_rad, pixels)?;
         }
-        let (zoom, offset) = fit(&self.crop, low, high);
+        let (zoom, offset) = fit(self.crop, low, high);
         Some((origin, zoom, offset))
     }
 
     /// Where the object's origin stands at that yaw, and the camera whose whole picture is the crop.
     pub fn crop_camera(&self, yaw_rad: f64) -> Option<(DVec3, Camera)> {
-        let (origin, zoom, offset) = SCRATCH.with_borrow_mut(|(pixels, _)| self.placed(yaw_rad, pixels))?;
+        let (origin, zoom, offset) =
+            SCRATCH.with_borrow_mut(|scratch| self.placed(yaw_rad, &mut scratch.pixels))?;
         let camera = self.camera;
         let side_px = self.crop.side_px as u32;
         let cropped = Camera {
@@ -107,44 +129,74 @@ impl<'a> Comparison<'a> {
         Some((origin, cropped))
     }
 
-    pub fn crop(&self) -> &Crop {
-        &self.crop
-    }
-
-    fn terms(&self, coverage: &[f32]) -> Terms {
-        let side = self.crop.side_px;
+    /// Compares what was drawn with the crop, a block of eight pixels at a time; only blocks at the outline
+    /// have edges.
+    fn terms(&self, scratch: &Scratch) -> Terms {
+        let Scratch { coverage, blocks, .. } = scratch;
+        let crop = self.crop;
+        let side = crop.side_px;
+        let across = side / BLOCK_PX;
         let (mut common, mut drawn) = (0.0_f64, 0.0_f64);
         let (mut far, mut edges) = (0.0_f64, 0.0_f64);
         for y in 0..side {
-            let row = |v: usize| &coverage[v * side..(v + 1) * side];
-            let (above, here, below) = (row(y.saturating_sub(1)), row(y), row((y + 1).min(side - 1)));
-            let known = &self.crop.known[y * side..(y + 1) * side];
-            let mask = &self.crop.mask[y * side..(y + 1) * side];
-            let distance = &self.crop.distance_px[y * side..(y + 1) * side];
+            let (above, below) = (y.saturating_sub(1), (y + 1).min(side - 1));
             // f32 lanes within a row, f64 across rows.
-            let (mut row_common, mut row_drawn, mut row_far, mut row_edges) =
-                (0.0_f32, 0.0_f32, 0.0_f32, 0.0_f32);
-            for x in 0..side {
-                row_common += here[x] * mask[x];
-                row_drawn += here[x] * known[x];
-            }
-            for x in 1..side - 1 {
-                let dx = (above[x + 1] - above[x - 1])
-                    + 2.0 * (here[x + 1] - here[x - 1])
-                    + (below[x + 1] - below[x - 1]);
-                let dy = (below[x - 1] - above[x - 1])
-                    + 2.0 * (below[x] - above[x])
-                    + (below[x + 1] - above[x + 1]);
-                let edge = (dx * dx + dy * dy).sqrt() * known[x];
-                row_far += edge * distance[x];
+            let (mut row_common, mut row_drawn) = (f32x8::ZERO, f32x8::ZERO);
+            let (mut row_far, mut row_edges) = (f32x8::ZERO, f32x8::ZERO);
+            for block in 0..across {
+                let here = blocks[y * across + block];
+                let x = block * BLOCK_PX;
+                let at = y * side + x;
+                let known = eight(&crop.known[at..]);
+                if here != Block::Empty {
+                    let cover = eight(&coverage[COVERAGE_MARGIN + at..]);
+                    row_common += cover * eight(&crop.mask[at..]);
+                    row_drawn += cover * known;
+                }
+                let (left, right) = (block.saturating_sub(1), (block + 1).min(across - 1));
+                let even = here != Block::Mixed
+                    && [above, y, below]
+                        .iter()
+                        .all(|v| (left..=right).all(|u| blocks[v * across + u] == here));
+                if even {
+                    continue;
+                }
+                // The picture's first and last column have no neighbor on one side.
+                let inner = match (block == 0, block + 1 == across) {
+                    (false, false) => known,
+                    (first, last) => {
+                        let mut lanes = known.to_array();
+                        lanes[0] *= f32::from(u8::from(!first));
+                        lanes[BLOCK_PX - 1] *= f32::from(u8::from(!last));
+                        f32x8::from(lanes)
+                    }
+                };
+                let from = |row: usize, offset: usize| {
+                    eight(&coverage[COVERAGE_MARGIN + row * side + x + offset - 1..])
+                };
+                let (a, b, c) = (from(above, 0), from(above, 1), from(above, 2));
+                let (d, f) = (from(y, 0), from(y, 2));
+                let (g, h, i) = (from(below, 0), from(below, 1), from(below, 2));
+                let dx = (c - a) + (f - d) + (f - d) + (i - g);
+                let dy = (g - a) + (h - b) + (h - b) + (i - c);
+                let edge = (dx * dx + dy * dy).sqrt() * inner;
+                row_far += edge * eight(&crop.distance_px[at..]);
                 row_edges += edge;
             }
-            common += f64::from(row_common);
-            drawn += f64::from(row_drawn);
-            far += f64::from(row_far);
-            edges += f64::from(row_edges);
+            common += f64::from(row_common.reduce_add());
+            drawn += f64::from(row_drawn.reduce_add());
+            far += f64::from(row_far.reduce_add());
+            edges += f64::from(row_edges.reduce_add());
         }
-        let union = self.crop.mask_area + drawn - common;
+        let union = crop.mask_area + drawn - common;
         Terms { silhouette: 1.0 - common / union.max(1e-9), edge: far / edges.max(1e-9) / side as f64 }
     }
+}
+
+/// The first eight numbers.
+#[inline]
+fn eight(numbers: &[f32]) -> f32x8 {
+    let mut lanes = [0.0; BLOCK_PX];
+    lanes.copy_from_slice(&numbers[..BLOCK_PX]);
+    f32x8::from(lanes)
 }

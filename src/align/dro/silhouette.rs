@@ -1,20 +1,102 @@
-//! Silhouettes of triangle soups as bits: a row of the picture is a few machine words, a triangle ors
-//! its spans into them. Twice as fine as the picture in both directions, so counting bits gives each
-//! pixel's coverage in quarters.
+//! Silhouettes as bits: a row of the picture is a few machine words. Twice as fine as the picture in both
+//! directions, so counting bits gives each pixel's coverage in quarters.
+//!
+//! A closed surface is drawn by its contour: the edges at which it turns away from the eye, each with the
+//! number of layers that end there; what has a layer is inside (nonzero winding). A surface with a border
+//! is drawn triangle by triangle. Both set the same bits of a closed surface.
 
 /// Coverage of a square picture, built bit by bit.
+#[derive(Default)]
 pub struct BitPicture {
     side_bits: usize,
     words: usize,
     bits: Vec<u64>,
+    crossings: Crossings,
+}
+
+/// Where contour lines cross the rows' middles, by row.
+#[derive(Default)]
+struct Crossings {
+    /// Most recent crossing of each row; `u32::MAX` = none.
+    newest: Vec<u32>,
+    /// Bit from which on it counts, layers that begin there, the crossing before it.
+    all: Vec<(u32, i32, u32)>,
+    /// Those of one row, sorted.
+    row: Vec<(u32, i32)>,
+}
+
+/// What eight pixels beside each other show.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Block {
+    Empty,
+    Full,
+    Mixed,
+}
+
+/// Pixels of a [`Block`]; two bits each, four to a word.
+pub const BLOCK_PX: usize = 8;
+const BLOCKS_PER_WORD: usize = 4;
+/// Pixels before the first and after the last, so that eight beside any pixel can be read at once.
+pub const COVERAGE_MARGIN: usize = 8;
+
+/// Smallest whole number at least `x`, within `0..=limit`; without SSE 4.1 the library's ceil is a call.
+#[inline]
+fn ceil_within(x: f32, limit: usize) -> usize {
+    let x = x.clamp(0.0, limit as f32);
+    let truncated = x as usize;
+    truncated + usize::from((truncated as f32) < x)
 }
 
 impl BitPicture {
-    /// An empty picture of `side_px` pixels (a multiple of 32), two bits each way.
-    pub fn new(side_px: usize) -> Self {
-        let side_bits = 2 * side_px;
-        let words = side_bits.div_ceil(64);
-        Self { side_bits, words, bits: vec![0; words * side_bits] }
+    /// Empties the picture and makes it `side_px` pixels wide and high (a multiple of 32), two bits each way.
+    pub fn clear(&mut self, side_px: usize) {
+        self.side_bits = 2 * side_px;
+        self.words = self.side_bits.div_ceil(64);
+        self.bits.clear();
+        self.bits.resize(self.words * self.side_bits, 0);
+    }
+
+    /// Sets the bits inside closed contours: lines with the number of layers to one side of them (any side,
+    /// as long as it is the same for all).
+    pub fn fill_contour(&mut self, lines: impl Iterator<Item = ([f32; 2], [f32; 2], i32)>) {
+        let crossings = &mut self.crossings;
+        crossings.newest.clear();
+        crossings.newest.resize(self.side_bits, u32::MAX);
+        crossings.all.clear();
+        for (a, b, layers) in lines {
+            let (a, b) = (a.map(|c| 2.0 * c), b.map(|c| 2.0 * c));
+            let (upper, lower, layers) = if a[1] <= b[1] { (a, b, layers) } else { (b, a, -layers) };
+            let first = ceil_within(upper[1] - 0.5, self.side_bits);
+            let end = ceil_within(lower[1] - 0.5, self.side_bits);
+            let slope = (lower[0] - upper[0]) / (lower[1] - upper[1]);
+            for y in first..end {
+                let x = upper[0] + (y as f32 + 0.5 - upper[1]) * slope;
+                let bit = ceil_within(x - 0.5, self.side_bits) as u32;
+                crossings.all.push((bit, layers, crossings.newest[y]));
+                crossings.newest[y] = crossings.all.len() as u32 - 1;
+            }
+        }
+        let mut row = std::mem::take(&mut self.crossings.row);
+        for y in 0..self.side_bits {
+            row.clear();
+            let mut next = self.crossings.newest[y];
+            while let Some(&(bit, layers, before)) = self.crossings.all.get(next as usize) {
+                row.push((bit, layers));
+                next = before;
+            }
+            row.sort_unstable();
+            let (mut depth, mut from) = (0, 0);
+            for &(bit, layers) in &row {
+                if depth == 0 {
+                    from = bit;
+                }
+                depth += layers;
+                if depth == 0 {
+                    self.set(y, from as usize, bit as usize);
+                }
+            }
+        }
+        self.crossings.row = row;
     }
 
     /// Sets the bits whose centers lie in the triangle (pixel coordinates; any orientation).
@@ -32,28 +114,31 @@ impl BitPicture {
         if before(p[1], p[0]) {
             p.swap(0, 1);
         }
-        let first = (p[0].1 - 0.5).ceil().max(0.0);
-        let end = (p[2].1 - 0.5).ceil().min(self.side_bits as f32);
-        if first < end {
-            let slope = |a: (f32, f32), b: (f32, f32)| (b.0 - a.0) / (b.1 - a.1);
-            let (long, upper, lower) = (slope(p[0], p[2]), slope(p[0], p[1]), slope(p[1], p[2]));
-            for y in first as usize..end as usize {
-                let center = y as f32 + 0.5;
-                let x_long = p[0].0 + (center - p[0].1) * long;
-                let x_short = if center < p[1].1 {
-                    p[0].0 + (center - p[0].1) * upper
-                } else {
-                    p[1].0 + (center - p[1].1) * lower
-                };
-                self.span(y, x_long.min(x_short), x_long.max(x_short));
-            }
+        let first = ceil_within(p[0].1 - 0.5, self.side_bits);
+        let end = ceil_within(p[2].1 - 0.5, self.side_bits);
+        if first >= end {
+            return;
+        }
+        let slope = |a: (f32, f32), b: (f32, f32)| (b.0 - a.0) / (b.1 - a.1);
+        let (long, upper, lower) = (slope(p[0], p[2]), slope(p[0], p[1]), slope(p[1], p[2]));
+        for y in first..end {
+            let center = y as f32 + 0.5;
+            let x_long = p[0].0 + (center - p[0].1) * long;
+            let x_short = if center < p[1].1 {
+                p[0].0 + (center - p[0].1) * upper
+            } else {
+                p[1].0 + (center - p[1].1) * lower
+            };
+            let (left, right) = (x_long.min(x_short), x_long.max(x_short));
+            let (from, to) =
+                (ceil_within(left - 0.5, self.side_bits), ceil_within(right - 0.5, self.side_bits));
+            self.set(y, from, to);
         }
     }
 
+    /// Sets the bits `from..to` of a row.
     #[inline]
-    fn span(&mut self, y: usize, left: f32, right: f32) {
-        let from = (left - 0.5).ceil().max(0.0) as usize;
-        let to = (right - 0.5).ceil().clamp(0.0, self.side_bits as f32) as usize;
+    fn set(&mut self, y: usize, from: usize, to: usize) {
         if from >= to {
             return;
         }
@@ -70,28 +155,35 @@ impl BitPicture {
         }
     }
 
-    /// Coverage 0..1 of each pixel, row-major, written into `out`.
-    pub fn coverage(&self, out: &mut [f32]) {
+    /// Coverage 0..1 of each pixel, between margins of [`COVERAGE_MARGIN`], and what each block of a row shows,
+    /// both row-major.
+    pub fn coverage(&self, pixels: &mut Vec<f32>, blocks: &mut Vec<Block>) {
         const COUNTS: [u8; 4] = [0, 1, 1, 2];
         let side_px = self.side_bits / 2;
-        for (y, row) in out.chunks_exact_mut(side_px).enumerate() {
+        pixels.resize(side_px * side_px + 2 * COVERAGE_MARGIN, 0.0);
+        blocks.clear();
+        for (y, row) in pixels[COVERAGE_MARGIN..].chunks_exact_mut(side_px).take(side_px).enumerate() {
             let upper = &self.bits[2 * y * self.words..(2 * y + 1) * self.words];
             let lower = &self.bits[(2 * y + 1) * self.words..(2 * y + 2) * self.words];
-            for (word, pixels) in row.chunks_mut(32).enumerate() {
-                let (mut a, mut b) = (upper[word], lower[word]);
+            for (block, pixels) in row.chunks_exact_mut(BLOCK_PX).enumerate() {
+                let (word, shift) = (block / BLOCKS_PER_WORD, block % BLOCKS_PER_WORD * 2 * BLOCK_PX);
+                let (mut a, mut b) = ((upper[word] >> shift) as u16, (lower[word] >> shift) as u16);
                 if a | b == 0 {
                     pixels.fill(0.0);
+                    blocks.push(Block::Empty);
                     continue;
                 }
-                if a & b == u64::MAX {
+                if a & b == u16::MAX {
                     pixels.fill(1.0);
+                    blocks.push(Block::Full);
                     continue;
                 }
                 for pixel in pixels {
-                    *pixel = 0.25 * f32::from(COUNTS[(a & 3) as usize] + COUNTS[(b & 3) as usize]);
+                    *pixel = 0.25 * f32::from(COUNTS[usize::from(a & 3)] + COUNTS[usize::from(b & 3)]);
                     a >>= 2;
                     b >>= 2;
                 }
+                blocks.push(Block::Mixed);
             }
         }
     }
@@ -101,17 +193,57 @@ impl BitPicture {
 mod tests {
     use super::*;
 
+    fn drawn(side_px: usize, draw: impl FnOnce(&mut BitPicture)) -> Vec<f32> {
+        let mut picture = BitPicture::default();
+        picture.clear(side_px);
+        draw(&mut picture);
+        let (mut coverage, mut blocks) = (Vec::new(), Vec::new());
+        picture.coverage(&mut coverage, &mut blocks);
+        let coverage = coverage[COVERAGE_MARGIN..COVERAGE_MARGIN + side_px * side_px].to_vec();
+        for (pixels, block) in coverage.chunks(BLOCK_PX).zip(blocks) {
+            let (low, high) = pixels.iter().fold((1.0_f32, 0.0_f32), |(l, h), &p| (l.min(p), h.max(p)));
+            let told = match block {
+                Block::Empty => high == 0.0,
+                Block::Full => low == 1.0,
+                Block::Mixed => high > 0.0 && low < 1.0,
+            };
+            assert!(told, "{block:?} {pixels:?}");
+        }
+        coverage
+    }
+
     #[test]
     fn two_triangles_make_a_square_of_the_right_area() {
-        let mut picture = BitPicture::new(32);
-        let corner = |x: f32, y: f32| [x, y];
-        let (a, b, c, d) = (corner(3.2, 4.1), corner(20.7, 4.1), corner(20.7, 25.6), corner(3.2, 25.6));
-        picture.fill([a, b, c]);
-        picture.fill([c, d, a]);
-        let mut coverage = vec![0.0; 32 * 32];
-        picture.coverage(&mut coverage);
+        let (a, b, c, d) = ([3.2, 4.1], [20.7, 4.1], [20.7, 25.6], [3.2, 25.6]);
+        let coverage = drawn(32, |picture| {
+            picture.fill([a, b, c]);
+            picture.fill([c, d, a]);
+        });
         let area: f32 = coverage.iter().sum();
         assert!((area - 17.5 * 21.5).abs() < 12.0, "{area}");
         assert_eq!((coverage[10 * 32 + 10], coverage[10 * 32 + 2], coverage[10 * 32 + 21]), (1.0, 0.0, 0.0));
+    }
+
+    #[test]
+    fn a_contour_fills_what_its_triangles_do_and_leaves_holes() {
+        let corners = [[2.3, 3.1], [50.7, 8.4], [61.2, 40.9], [30.1, 62.5], [5.5, 44.4]];
+        let hole = [[20.2, 20.1], [20.9, 35.3], [33.8, 30.2]];
+        let around = |p: &[[f32; 2]], layers: i32| -> Vec<([f32; 2], [f32; 2], i32)> {
+            (0..p.len()).map(|k| (p[k], p[(k + 1) % p.len()], layers)).collect()
+        };
+        let triangles = drawn(64, |picture| {
+            (1..4).for_each(|k| picture.fill([corners[0], corners[k], corners[k + 1]]));
+        });
+        let contour = drawn(64, |picture| picture.fill_contour(around(&corners, 1).into_iter()));
+        assert_eq!(contour, triangles);
+        // Counted twice it is still inside; a hole in one layer only is none.
+        let twice = drawn(64, |picture| {
+            picture.fill_contour(around(&corners, 2).into_iter().chain(around(&hole, 1)));
+        });
+        assert_eq!(twice, triangles);
+        let pierced = drawn(64, |picture| {
+            picture.fill_contour(around(&corners, 1).into_iter().chain(around(&hole, 1)));
+        });
+        assert_eq!((pierced[28 * 64 + 24], pierced[10 * 64 + 24]), (0.0, 1.0));
     }
 }

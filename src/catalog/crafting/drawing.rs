@@ -1,8 +1,6 @@
 //! Things to draw and write with: ruler, glue stick, cutting mat, crayons, color pencil, marker. Model
 //! millimeters.
 
-use std::sync::Arc;
-
 use glam::DVec3;
 
 use crate::catalog::Order;
@@ -78,7 +76,7 @@ fn scale_print(ground: Option<&Image>, tone: Rgb) -> Texture {
             draw_text(&mut image, &text, x - text_width_px(&text, 2) / 2, 28, 2, ink);
         }
     }
-    Arc::new(image)
+    Texture::new(image)
 }
 
 /// Glue stick standing on its turning foot, cap on.
@@ -136,7 +134,7 @@ pub(super) fn cutting_mat(order: &mut Order) -> TexturedMesh {
         fill_rectangle(&mut image, left + k, top + height - k * 58 / 100, 2, 2, ink);
     }
     draw_text(&mut image, "A4", 446, 40, 3, ink);
-    let print = Material::textured("grid", Arc::new(image), 0.75);
+    let print = Material::textured("grid", Texture::new(image), 0.75);
     thing.put(print_plate(292.0, 212.0, 1.4), [0.0, 0.0, 2.1], &print);
     thing.fitted(order.size_m)
 }
@@ -230,7 +228,7 @@ pub(super) fn color_pencil(order: &mut Order) -> TexturedMesh {
     thing.put(along_y(cylinder(1.6, 1.5, 0.2, 20)), [0.0, -89.6, 0.0], &end);
     let mut print = Image::filled(256, 64, order.color.to_rgba8());
     draw_text(&mut print, "COLOR", 40, 11, 6, Rgb::hex(0xf0d890));
-    let stamp = Material::textured("stamp", Arc::new(print), 0.3);
+    let stamp = Material::textured("stamp", Texture::new(print), 0.3);
     thing.put(yawed(print_plate(30.0, 3.0, 1.2), -90.0), [0.0, -40.0, 2.5], &stamp);
     thing.fitted(order.size_m)
 }
@@ -296,5 +294,5 @@ pub(super) fn beads_picture(colors: &[Rgb], order: &mut Order) -> Texture {
         fill_disc(&mut image, x, y, 8, color);
         fill_disc(&mut image, x - 2, y - 3, 2, color.mix(Rgb([1.0; 3]), 0.55));
     }
-    Arc::new(image)
+    Texture::new(image)
 }

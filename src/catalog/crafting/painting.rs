@@ -1,7 +1,5 @@
 //! Paints and what they are used on: bottle, brush, palette, watercolor set, canvas. Model millimeters.
 
-use std::sync::Arc;
-
 use glam::DVec3;
 
 use crate::catalog::Order;
@@ -260,7 +258,7 @@ fn abstract_picture(order: &mut Order) -> Texture {
         fill_rectangle(&mut image, x, 0, 4, 256, Rgb::hex(0x1c1c20));
         fill_rectangle(&mut image, 0, y, 256, 4, Rgb::hex(0x1c1c20));
     }
-    Arc::new(image)
+    Texture::new(image)
 }
 
 fn flowers(order: &mut Order) -> Texture {
@@ -285,5 +283,5 @@ fn flowers(order: &mut Order) -> Texture {
     }
     fill_rectangle(&mut image, 92, 150, 72, 76, Rgb::hex(0x3a5a92));
     fill_rectangle(&mut image, 84, 144, 88, 12, Rgb::hex(0x4a6ca8));
-    Arc::new(image)
+    Texture::new(image)
 }

@@ -1,9 +1,7 @@
 //! Needlework: thread, yarn, sewing machine, pin cushion, button, embroidery hoop. Model millimeters.
 
-use std::f64::consts::{FRAC_PI_2, PI, TAU};
-use std::sync::Arc;
-
 use glam::{DQuat, DVec2, DVec3};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use crate::catalog::Order;
 use crate::catalog::assembly::{
@@ -162,7 +160,7 @@ pub(super) fn sewing_machine(order: &mut Order) -> TexturedMesh {
     thing.put(
         front_plate(108.0, 27.0, 3.0),
         [-50.0, -51.6, 232.0],
-        &Material::textured("name", Arc::new(name), 0.5),
+        &Material::textured("name", Texture::new(name), 0.5),
     );
     thing.put(rounded_block(DVec3::new(10.0, 14.0, 40.0), 3.0, 1.5), [-134.0, -54.0, 180.0], &metal);
     // Spool on its pin and the thread to the needle.
@@ -201,7 +199,7 @@ fn stitch_chart() -> Texture {
         }
         draw_text(&mut image, &format!("{}", row + 1), 8, y, 2, Rgb::hex(0xc03040));
     }
-    Arc::new(image)
+    Texture::new(image)
 }
 
 /// Tomato pin cushion with colored pins.
@@ -360,5 +358,5 @@ fn embroidery(order: &mut Order) -> Texture {
         let (x, y) = (128.0 + 98.0 * angle.cos(), 128.0 + 98.0 * angle.sin());
         fill_disc(&mut image, x as i32, y as i32, 4, petal_color.scaled(0.8));
     }
-    Arc::new(image)
+    Texture::new(image)
 }

@@ -1,7 +1,5 @@
 //! Games and toys: dice, chess pawn, playing cards, building brick, teddy bear. Model millimeters.
 
-use std::sync::Arc;
-
 use glam::{DQuat, DVec3, Vec2};
 
 use crate::catalog::Order;
@@ -96,7 +94,7 @@ fn pips(values: [i32; 6], ground: Rgb, ink: Rgb) -> Texture {
             dot(1, 0);
         }
     }
-    Arc::new(image)
+    Texture::new(image)
 }
 
 /// Staunton pawn on a felt foot.
@@ -175,7 +173,7 @@ fn card_back(color: Rgb) -> Texture {
     }
     fill_disc(&mut image, 64, 64, 18, light);
     fill_disc(&mut image, 64, 64, 13, color);
-    Arc::new(image)
+    Texture::new(image)
 }
 
 /// Hearts, diamonds, clubs, spades.
@@ -188,7 +186,7 @@ fn card_face(suit: usize, rank: &str) -> Texture {
         let left = x - 6 * rank.len() as i32 * 2 + 3;
         draw_text(&mut image, rank, left, y - 32, 4, ink);
     }
-    Arc::new(image)
+    Texture::new(image)
 }
 
 fn symbol(image: &mut Image, suit: usize, x: i32, y: i32, size: i32, ink: Rgb) {

@@ -20,7 +20,7 @@ use crate::geometry::{Image, Material, Rgb, Solid, Texture, TexturedMesh};
 fn pictured(base: &Texture, draw: impl Fn(&mut Image)) -> Texture {
     let mut image: Image = (**base).clone();
     draw(&mut image);
-    std::sync::Arc::new(image)
+    Texture::new(image)
 }
 
 fn front_or_side(n: DVec3) -> usize {
@@ -100,7 +100,7 @@ pub(super) fn cereal_box(order: &mut Order) -> TexturedMesh {
     let accent = if color.0[2] > color.0[0] { Rgb::hex(0xf2_c2_3a) } else { Rgb::hex(0xf8_f2_e2) };
     let words = ["FLAKES", "OATS", "CRUNCH", "LOOPS", "MUESLI"];
     let word = words[order.pick(words.len())];
-    let blank: Texture = std::sync::Arc::new(Image::filled(256, 256, color.to_rgba8()));
+    let blank: Texture = Texture::new(Image::filled(256, 256, color.to_rgba8()));
     let scale = (228 / text_width_px(word, 1)).min(8);
     let sunny = order.pick(2) == 0;
     let front = pictured(&blank, |image| {

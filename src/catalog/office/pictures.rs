@@ -1,9 +1,7 @@
 //! Pictures that desk things wear: screens, dials, covers, photographs, the map on a globe.
 
-use std::f32::consts::TAU;
-use std::sync::Arc;
-
 use rand::RngExt;
+use std::f32::consts::TAU;
 
 use crate::catalog::texture::{
     Noise, draw_text, fill_disc, fill_rectangle, frame_rectangle, paint, text_width_px,
@@ -75,7 +73,7 @@ pub fn desktop(rng: &mut Rng) -> Texture {
     for k in 0..7 {
         fill_rectangle(&mut image, 180 + 24 * k, 241, 13, 12, Rgb::hex(APP_COLORS[k as usize]));
     }
-    Arc::new(image)
+    Texture::new(image)
 }
 
 /// A telephone's or tablet's home screen: clock, rows of app icons, a dock; 256 x 512 px.
@@ -104,7 +102,7 @@ pub fn home_screen(columns: i32, rows: i32, rng: &mut Rng) -> Texture {
         let color = Rgb::hex(APP_COLORS[column as usize]);
         fill_rectangle(&mut image, 24 + 56 * column, 448, 40, 40, color);
     }
-    Arc::new(image)
+    Texture::new(image)
 }
 
 /// A clock's dial with numerals, ticks and hands; 256 px, twelve at the top.
@@ -135,7 +133,7 @@ pub fn clock_dial(face: Rgb, ink: Rgb, rng: &mut Rng) -> Texture {
         }
     }
     fill_disc(&mut image, 128, 128, 9, ink);
-    Arc::new(image)
+    Texture::new(image)
 }
 
 /// A liquid-crystal display showing `text`; 256 x 64 px.
@@ -143,7 +141,7 @@ pub fn lcd(text: &str) -> Texture {
     let mut image = Image::filled(256, 64, Rgb::hex(0xb5_c4_a8).to_rgba8());
     let scale = 5;
     draw_text(&mut image, text, 246 - text_width_px(text, scale), 15, scale, Rgb::hex(0x20_28_20));
-    Arc::new(image)
+    Texture::new(image)
 }
 
 /// A book's front: title block, rules, emblem; 256 px.
@@ -188,7 +186,7 @@ pub fn book_cover(color: Rgb, rng: &mut Rng) -> Texture {
             }
         }
     }
-    Arc::new(image)
+    Texture::new(image)
 }
 
 /// Edges of a block of pages: fine lines along u; 64 x 128 px.
@@ -211,7 +209,7 @@ pub fn note(paper: Rgb, rng: &mut Rng) -> Texture {
             x += rng.random_range(6..12);
         }
     }
-    Arc::new(image)
+    Texture::new(image)
 }
 
 /// Blossoms scattered over a ground color; 256 px, repeats.
@@ -234,7 +232,7 @@ pub fn blossoms(ground: Rgb, petal: Rgb, rng: &mut Rng) -> Texture {
         }
         fill_disc(&mut image, x, y, 6, Rgb::hex(0xf2_c8_3f));
     }
-    Arc::new(image)
+    Texture::new(image)
 }
 
 /// Expanded-metal lattice: dark openings between strands of `color`; 64 px, repeats.

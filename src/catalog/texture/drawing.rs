@@ -1,8 +1,6 @@
 //! Painting pictures: a function of (u, v), filled rectangles, frames, discs. Pixels from the top left;
 //! what falls outside the picture is cut off.
 
-use std::sync::Arc;
-
 use crate::geometry::{Image, Rgb, Texture};
 
 /// A picture whose pixel centers get `color(u, v)`; u runs right, v runs *up*, both 0..1.
@@ -15,7 +13,7 @@ pub fn paint(width_px: u32, height_px: u32, mut color: impl FnMut(f32, f32) -> R
             image.set_pixel(x, y, color(u, v).to_rgba8());
         }
     }
-    Arc::new(image)
+    Texture::new(image)
 }
 
 /// Fills the rectangle with its top left corner at (x, y).

@@ -1,7 +1,5 @@
 //! Product labels: bands, an emblem, a made-up word, small print.
 
-use std::sync::Arc;
-
 use rand::RngExt;
 
 use super::{draw_text, fill_disc, fill_rectangle, frame_rectangle, text_width_px};
@@ -13,7 +11,7 @@ use crate::geometry::{Image, Rgb, Texture};
 pub fn label(background: Rgb, accent: Rgb, word: &str, rng: &mut Rng) -> Texture {
     let mut image = Image::filled(256, 256, background.to_rgba8());
     front(&mut image, 0, background, accent, word, rng);
-    Arc::new(image)
+    Texture::new(image)
 }
 
 /// A label of 512 x 256 px that runs once around: the front of [`label`] in the middle (u = 0.5),
@@ -33,7 +31,7 @@ pub fn wrap_label(background: Rgb, accent: Rgb, word: &str, rng: &mut Rng) -> Te
         fill_rectangle(&mut image, x, 96, bar, 58, Rgb([0.05; 3]));
         x += bar + rng.random_range(2..5);
     }
-    Arc::new(image)
+    Texture::new(image)
 }
 
 fn front(image: &mut Image, left: i32, background: Rgb, accent: Rgb, word: &str, rng: &mut Rng) {

@@ -1,7 +1,5 @@
 //! Printed pages: a heading, lines of words, sometimes a picture.
 
-use std::sync::Arc;
-
 use rand::RngExt;
 
 use super::fill_rectangle;
@@ -12,7 +10,7 @@ use crate::geometry::{Image, Rgb, Texture};
 pub fn printed_page(paper: Rgb, rng: &mut Rng) -> Texture {
     let mut image = Image::filled(256, 256, paper.to_rgba8());
     page(&mut image, 0, paper, rng);
-    Arc::new(image)
+    Texture::new(image)
 }
 
 /// Two facing pages with a gutter shadow, 512 x 256 px.
@@ -25,7 +23,7 @@ pub fn book_spread(paper: Rgb, rng: &mut Rng) -> Texture {
         fill_rectangle(&mut image, 255 - step, 0, 1, 256, shade);
         fill_rectangle(&mut image, 256 + step, 0, 1, 256, shade);
     }
-    Arc::new(image)
+    Texture::new(image)
 }
 
 fn page(image: &mut Image, left: i32, paper: Rgb, rng: &mut Rng) {

@@ -232,5 +232,5 @@ fn stamped(size: &str) -> Texture {
     let text = format!("{size} CRV");
     let x = (256 - text_width_px(&text, 5)) / 2;
     draw_text(&mut image, &text, x, 15, 5, Rgb::hex(0x3a3c40));
-    std::sync::Arc::new(image)
+    Texture::new(image)
 }

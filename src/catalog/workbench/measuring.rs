@@ -1,7 +1,5 @@
 //! Things that measure: tape measure, spirit level, multimeter. Model millimeters.
 
-use std::sync::Arc;
-
 use glam::DVec3;
 
 use crate::catalog::Order;
@@ -71,7 +69,7 @@ fn ticks(ground: Rgb, ink: Rgb, groups: i32) -> Texture {
     for k in 0..groups {
         draw_text(&mut image, &format!("{}", k + 1), k * 256 / groups + 12, 14, 5, ink);
     }
-    Arc::new(image)
+    Texture::new(image)
 }
 
 /// Spirit level on its edge along y: I-beam, top vial and two plumb vials.
@@ -186,7 +184,7 @@ fn display_picture(reading: &str) -> Texture {
     for k in 0..24 {
         fill_rectangle(&mut image, 18 + 9 * k, 108, 5, if k < 15 { 12 } else { 4 }, ink);
     }
-    Arc::new(image)
+    Texture::new(image)
 }
 
 /// Ranges around a selector, colored sectors.
@@ -203,5 +201,5 @@ fn dial_picture(accent: Rgb) -> Texture {
         let text = ["V", "A", "MA", "R"][(k % 4) as usize];
         draw_text(&mut image, text, x as i32 - 8, y as i32 - 8, 2, white);
     }
-    Arc::new(image)
+    Texture::new(image)
 }

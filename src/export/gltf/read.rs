@@ -417,7 +417,7 @@ impl Reader<'_> {
             return Err(missing);
         };
         if let Some(known) = slot {
-            return Ok(Texture::clone(known));
+            return Ok(known.clone());
         }
         let view = image
             .buffer_view
@@ -425,7 +425,7 @@ impl Reader<'_> {
         let picture: Image = decode_picture(self.view(view)?.1, *budget_px)?;
         *budget_px -= u64::from(picture.width_px()) * u64::from(picture.height_px());
         let texture = Texture::new(upside_down(&picture));
-        *slot = Some(Texture::clone(&texture));
+        *slot = Some(texture.clone());
         Ok(texture)
     }
 }

@@ -3,8 +3,6 @@
 //! Every face group becomes a primitive; the primitives of a mesh share its vertex arrays. Equal
 //! textures and equal meshes are stored once. Groups without triangles are left out.
 
-use std::sync::Arc;
-
 use crate::export::png::encode_png;
 use crate::geometry::{Image, Material, Pose, Texture, TexturedMesh};
 
@@ -137,8 +135,7 @@ impl GlbFile {
 
     /// Index of the texture in the document; textures, images and `self.textures` go in step.
     fn add_texture(&mut self, texture: &Texture) -> usize {
-        let same = |known: &Texture| Arc::ptr_eq(known, texture) || known == texture;
-        if let Some(index) = self.textures.iter().position(same) {
+        if let Some(index) = self.textures.iter().position(|known| known == texture) {
             return index;
         }
         let view = self.add_view(&encode_png(&upside_down(texture)), None);
@@ -157,7 +154,7 @@ impl GlbFile {
         }
         let source = Some(self.document.images.len() - 1);
         self.document.textures.push(doc::Texture { sampler: Some(0), source });
-        self.textures.push(Arc::clone(texture));
+        self.textures.push(texture.clone());
         self.textures.len() - 1
     }
 

@@ -7,7 +7,7 @@ use crate::geometry::collide::PlacedSolid;
 use crate::geometry::mesh_solid::MeshSolid;
 use crate::geometry::{Interrupt, Pose};
 use crate::physics::settle::SettleError;
-use crate::physics::{Body, Stability, SupportFinding, collisions, stability, support};
+use crate::physics::{Body, Collisions, Stability, SupportFinding, collisions, stability, support};
 use crate::pipeline::error::StageError;
 use crate::pipeline::resolve::{Loaded, body};
 use crate::scene::InstanceId;
@@ -18,14 +18,22 @@ use crate::scene::certificate::{
 /// How far a footprint may reach over the outline before the object counts as outside, meters.
 const OUTLINE_TOLERANCE_M: f64 = 0.001;
 
-/// Measures everything; `silhouette_ious` are those of the objects, in order.
-pub(super) fn certificate(
+/// What physics and geometry say of the scene; bodies in order, the table first.
+pub(super) struct Measured {
+    watertight: Vec<bool>,
+    from_shipped: Stability,
+    from_aligned: Stability,
+    found: Collisions,
+    /// Of the objects.
+    supports: Vec<SupportFinding>,
+}
+
+/// Collisions, support, and stability from the shipped and from the aligned poses.
+pub(super) fn measure(
     inputs: &Inputs,
     loaded: &[Loaded],
-    silhouette_ious: &[f64],
-    appearance: f64,
     interrupt: &Interrupt,
-) -> Result<Certificate, StageError> {
+) -> Result<Measured, StageError> {
     let solids: Vec<MeshSolid> = loaded
         .par_iter()
         .zip(&inputs.bodies)
@@ -51,8 +59,24 @@ pub(super) fn certificate(
             )
         },
     );
-    let (from_shipped, from_aligned, found, supports) = (from_shipped?, from_aligned?, found?, supports?);
+    Ok(Measured {
+        watertight: solids.iter().map(MeshSolid::is_watertight).collect(),
+        from_shipped: from_shipped?,
+        from_aligned: from_aligned?,
+        found: found?,
+        supports: supports?,
+    })
+}
 
+/// The certificate; `silhouette_ious` are those of the objects, in order.
+pub(super) fn certificate(
+    inputs: &Inputs,
+    loaded: &[Loaded],
+    measured: &Measured,
+    silhouette_ious: &[f64],
+    appearance: f64,
+) -> Result<Certificate, StageError> {
+    let Measured { watertight, from_shipped, from_aligned, found, supports } = measured;
     let supported = supports.iter().filter(|finding| finding.is_supported()).count();
     let metrics = Metrics {
         col_o: found.col_o(),
@@ -83,7 +107,7 @@ pub(super) fn certificate(
                 .length(),
             rotation_from_aligned_rad: body.resolved.rotation_rad,
             inside_outline: is_inside(inputs, geometry, &body.resolved.settled),
-            watertight: solids[index + 1].is_watertight(),
+            watertight: watertight[index + 1],
             hulls: u32::try_from(geometry.hulls.len()).unwrap_or(u32::MAX),
             hull_excess_m: body.hull_excess_m,
             silhouette_iou: silhouette_ious[index],
@@ -91,7 +115,7 @@ pub(super) fn certificate(
     }
     let mean = silhouette_ious.iter().sum::<f64>() / silhouette_ious.len().max(1) as f64;
     let fidelity = Fidelity { silhouette_iou: mean, appearance };
-    let reasons = reasons(inputs, &collisions, &supports, &from_shipped, &objects, &fidelity);
+    let reasons = reasons(inputs, &collisions, supports, from_shipped, &objects, &fidelity);
     Ok(Certificate {
         verdict: if reasons.is_empty() { Verdict::Pass } else { Verdict::Quarantine },
         reasons,

@@ -1,19 +1,18 @@
 //! The scene as one value, its pictures, and the files of every format.
 
-use std::collections::BTreeMap;
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
 
+use bytes::Bytes;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::Inputs;
-use crate::export::archive::shelve;
+use super::{BodyParts, Inputs};
 use crate::export::png::encode_png;
-use crate::export::{Assets, BodyAsset, Pictures, write_formats};
+use crate::export::{Assets, BodyAsset, Pictures, write_formats, zip_bundle};
 use crate::geometry::Image;
 use crate::pipeline::error::StageError;
-use crate::pipeline::preview::{self, Quality, Shown};
+use crate::pipeline::preview::{self, Shown, Studio};
 use crate::pipeline::resolve::Loaded;
 use crate::render::overlay::side_by_side;
 use crate::scene::finished::Frame;
@@ -29,51 +28,69 @@ pub(super) struct Painted {
     pub silhouette_ious: Vec<f64>,
 }
 
-/// The certificate with the files that were written.
+/// Pictures that earlier stages drew, as PNG.
+pub(super) struct Drawn {
+    pub reference_png: Bytes,
+    /// Of each body, where there is one.
+    pub thumbnails: Vec<Option<Bytes>>,
+}
+
+/// The certificate with the archive that was written.
 pub(super) struct Certified {
     pub certificate: Certificate,
-    pub shelf: Vec<u8>,
+    pub archive: Vec<u8>,
 }
 
 /// Paints all previews.
-pub(super) fn paint(inputs: &Inputs, loaded: &[Loaded], reference: &Image, reference_png: &[u8]) -> Painted {
+pub(super) fn paint(inputs: &Inputs, loaded: &[Loaded], reference: &Image, drawn: &Drawn) -> Painted {
     let bodies: Vec<Shown> = loaded
         .iter()
         .zip(&inputs.bodies)
         .map(|(geometry, body)| Shown { mesh: &geometry.mesh, world_from_object: body.resolved.settled })
         .collect();
-    let quality = Quality { preview: &inputs.preview, render: &inputs.render };
-    let view = preview::reference_view(&bodies, &inputs.recognition.camera, quality);
-    let silhouette_ious: Vec<f64> =
-        inputs.masks.iter().zip(2..).map(|(mask, id)| mask.visible.iou(&view.mask(id))).collect();
+    let studio = Studio::new(&bodies, &inputs.render);
     let sides = [("front", 0.0), ("right", FRAC_PI_2), ("back", PI), ("left", -FRAC_PI_2)];
-    let sides_png = sides
-        .par_iter()
-        .map(|(name, azimuth_rad)| {
-            ((*name).to_owned(), encode_png(&preview::side(&bodies, *azimuth_rad, quality)))
-        })
-        .collect();
-    let thumbnails: BTreeMap<String, Vec<u8>> = loaded
-        .par_iter()
-        .zip(&inputs.bodies)
-        .map(|(geometry, body)| (body.resolved.name.clone(), encode_png(&preview::thumbnail(&geometry.mesh))))
-        .collect();
-    let (hero_png, top_png) = rayon::join(
-        || encode_png(&preview::hero(&bodies, quality)),
-        || encode_png(&preview::top(&bodies, quality)),
-    );
-    let pictures = Pictures {
-        hero_png,
-        top_png,
-        sides_png,
-        reference_png: reference_png.to_vec(),
-        beside_png: encode_png(&side_by_side(&[reference, &view.color])),
-        thumbnails,
+    let side = |(name, azimuth_rad): &(&str, f64)| {
+        ((*name).to_owned(), encode_png(&studio.side(*azimuth_rad, &inputs.preview)))
     };
-    Painted { pictures, scene_view: Arc::new(view.color), silhouette_ious }
+    let thumbnail = |((geometry, body), drawn): ((&Loaded, &BodyParts), &Option<Bytes>)| {
+        let picture = match drawn {
+            Some(drawn) => drawn.to_vec(),
+            None => encode_png(&preview::thumbnail(&geometry.mesh)),
+        };
+        (body.resolved.name.clone(), picture)
+    };
+    let view = || {
+        let view = studio.reference_view(&inputs.recognition.camera);
+        let masks = inputs.masks.par_iter().zip(2..inputs.masks.len() as u32 + 2);
+        let ious: Vec<f64> = masks.map(|(mask, id)| mask.visible.iou(&view.mask(id))).collect();
+        let beside_png = encode_png(&side_by_side(&[reference, &view.color]));
+        (view.color, ious, beside_png)
+    };
+    let (((scene_view, silhouette_ious, beside_png), hero_png), (sides_png, (top_png, thumbnails))) =
+        rayon::join(
+            || rayon::join(view, || encode_png(&studio.hero(&inputs.preview))),
+            || {
+                rayon::join(
+                    || sides.par_iter().map(side).collect(),
+                    || {
+                        rayon::join(
+                            || encode_png(&studio.top(&inputs.preview)),
+                            || {
+                                let bodies = loaded.par_iter().zip(&inputs.bodies).zip(&drawn.thumbnails);
+                                bodies.map(thumbnail).collect()
+                            },
+                        )
+                    },
+                )
+            },
+        );
+    let reference_png = drawn.reference_png.to_vec();
+    let pictures = Pictures { hero_png, top_png, sides_png, reference_png, beside_png, thumbnails };
+    Painted { pictures, scene_view: Arc::new(scene_view), silhouette_ious }
 }
 
-/// Writes every format and reads it back.
+/// Writes every format, reads it back and packs it.
 pub(super) fn files(
     inputs: &Inputs,
     loaded: &[Loaded],
@@ -98,9 +115,10 @@ pub(super) fn files(
         table: asset(0, &inputs.recognition.table.label, "table"),
         instances: objects.map(|(object, index)| asset(index, &object.label, &object.category)).collect(),
     };
-    let files = write_formats(&scene, &certificate, &assets, &pictures, &inputs.export)
+    let archive = write_formats(&scene, &certificate, &assets, &pictures, &inputs.export)
+        .and_then(|files| zip_bundle(&files))
         .map_err(|error| StageError::permanent("export_failed", format!("writing the bundle: {error}")))?;
-    Ok(Certified { certificate, shelf: shelve(&files) })
+    Ok(Certified { certificate, archive })
 }
 
 /// The one value every format is written from.

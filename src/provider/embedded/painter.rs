@@ -7,7 +7,7 @@
 //! did not paint are completed and seen from above by [`super::photograph`].
 //!
 //! Guarantees: same description, seed and settings, same bytes; the recognized sizes, colors, materials and
-//! seeds build exactly the painted meshes. Cost: 2.4 s for twelve objects on two cores, as measured in
+//! seeds build exactly the painted meshes. Cost: for twelve objects see the stage `reference` in
 //! `docs/results/generate_time.md`; what lies in containers may take several arrangements.
 
 mod table;
@@ -91,7 +91,7 @@ pub struct EmbeddedPainter {
 
 impl EmbeddedPainter {
     const NAME: &str = "embedded/painter";
-    const MODEL: &str = "1";
+    const MODEL: &str = "2";
 
     fn settings(&self) -> Settings {
         Settings {
@@ -168,13 +168,19 @@ fn paint(
     let props = timed("meshes", || props::build(&description.objects))?;
     let bodies = timed("bodies", || props::bodies(&table, &props, &settings.decompose, interrupt))?;
     let (arrangement, viewpoint) = arrange(&table, &props, &bodies, seed, settings, interrupt)?;
-    let stage = stage::Stage::new(&table, &props, &arrangement, &viewpoint);
+    let stage = stage::Stage::new(&table, &props, &arrangement, &viewpoint, &settings.render);
     interrupt.check()?;
-    let frame = timed("picture", || stage.paint(&settings.render));
-    interrupt.check()?;
-    let masks = known::masks(&frame, &props);
-    let alone = timed("alone", || alone::draw(&stage, &props, &masks, settings, interrupt))?;
-    let top = timed("top view", || overhead::paint(&stage, &props, &table, settings, interrupt))?;
+    let (seen, top) = rayon::join(
+        || {
+            let frame = timed("picture", || stage.paint());
+            interrupt.check()?;
+            let masks = known::masks(&frame, &props);
+            let alone = timed("alone", || alone::draw(&stage, &props, &masks, settings, interrupt))?;
+            Ok::<_, ProviderError>((frame, masks, alone))
+        },
+        || timed("top view", || overhead::paint(&stage, &props, &table, settings, interrupt)),
+    );
+    let ((frame, masks, alone), top) = (seen?, top?);
     Ok(Painting {
         aside: Some(PaintingAside {
             known: known::picture(&table, &props, &viewpoint, &frame, masks),

@@ -8,7 +8,7 @@ use super::stage::{Stage, TABLE};
 use super::table::PaintedTable;
 use crate::geometry::Interrupt;
 use crate::provider::{KnownTop, ProviderError, TopPicture};
-use crate::render::{Background, RenderScene, TopView, View, render, render_geometry};
+use crate::render::{TopView, View, render_geometry};
 use crate::scene::InstanceMask;
 
 /// Free border around the table, as a share of its longer side.
@@ -23,12 +23,7 @@ pub(super) fn paint(
     interrupt: &Interrupt,
 ) -> Result<TopPicture, ProviderError> {
     let view = View::Orthographic(view_of(stage, table, settings.painter.top_px));
-    let scene = RenderScene {
-        objects: stage.objects.clone(),
-        lighting: stage.lighting,
-        background: Background { floor: None, ..stage.background },
-    };
-    let picture = render(&scene, &view, &settings.render).color;
+    let picture = stage.paint_from(&view).color;
     interrupt.check()?;
     let alone = |index: usize| {
         let object = stage.objects[index];

@@ -5,14 +5,15 @@ use super::props::Prop;
 use super::table::PaintedTable;
 use super::view::Viewpoint;
 use crate::geometry::{Camera, Pose};
-use crate::render::{Background, Frame, Lighting, RenderObject, RenderScene, RenderSettings, View, render};
+use crate::render::{Background, Diorama, Frame, Lighting, RenderObject, RenderSettings, View};
 
 /// Id of the table in painted frames; prop k has id k + [`FIRST_PROP`].
 pub(super) const TABLE: u32 = 1;
 pub(super) const FIRST_PROP: u32 = 2;
 
-/// Everything in its place.
+/// Everything in its place, ready to be painted.
 pub(super) struct Stage<'a> {
+    diorama: Diorama<'a>,
     /// The table, then the props in order.
     pub objects: Vec<RenderObject<'a>>,
     pub camera: Camera,
@@ -26,6 +27,7 @@ impl<'a> Stage<'a> {
         props: &'a [Prop],
         arrangement: &Arrangement,
         viewpoint: &Viewpoint,
+        quality: &RenderSettings,
     ) -> Self {
         let mut objects =
             vec![RenderObject { mesh: &table.mesh, world_from_object: Pose::IDENTITY, id: TABLE }];
@@ -33,6 +35,7 @@ impl<'a> Stage<'a> {
             RenderObject { mesh: &prop.mesh, world_from_object: *pose, id: k as u32 + FIRST_PROP }
         }));
         Self {
+            diorama: Diorama::new(objects.clone(), quality),
             objects,
             camera: viewpoint.camera,
             lighting: viewpoint.lighting,
@@ -41,13 +44,13 @@ impl<'a> Stage<'a> {
     }
 
     /// The reference picture.
-    pub fn paint(&self, settings: &RenderSettings) -> Frame {
-        let scene = RenderScene {
-            objects: self.objects.clone(),
-            lighting: self.lighting,
-            background: self.background,
-        };
-        render(&scene, &View::Perspective(self.camera), settings)
+    pub fn paint(&self) -> Frame {
+        self.diorama.paint(self.lighting, self.background, &View::Perspective(self.camera))
+    }
+
+    /// The same light without a floor, from elsewhere.
+    pub fn paint_from(&self, view: &View) -> Frame {
+        self.diorama.paint(self.lighting, Background { floor: None, ..self.background }, view)
     }
 
     /// The props alone, in order.

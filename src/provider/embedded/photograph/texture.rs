@@ -1,10 +1,8 @@
 //! A picture projected onto a mesh from the camera that took it; the unseen side wears its mirror image.
 
-use std::sync::Arc;
-
 use glam::{DVec2, DVec3, Vec2};
 
-use crate::geometry::{Camera, Image, Material, Pose, Solid, TexturedMesh};
+use crate::geometry::{Camera, Image, Material, Pose, Solid, Texture, TexturedMesh};
 use crate::provider::Completion;
 use crate::render::overlay::fitted;
 
@@ -68,7 +66,7 @@ impl Projection<'_> {
         }
         let solid = Solid::from_corners(&corners, &uvs, &split);
         let mut mesh = TexturedMesh::default();
-        mesh.add(solid, &Material::textured("picture", Arc::new(self.texture()), 0.6));
+        mesh.add(solid, &Material::textured("picture", Texture::new(self.texture()), 0.6));
         mesh
     }
 

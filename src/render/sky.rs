@@ -1,0 +1,83 @@
+//! Light from the sky: which of a few directions are open at a point. It depends on the objects alone, so
+//! all pictures of one scene share it.
+
+use glam::Vec3A;
+use rayon::prelude::*;
+
+use super::light_map::{LightMap, sky_directions};
+use super::{RenderObject, RenderSettings};
+
+/// One occlusion map per direction.
+pub struct Sky {
+    directions: Vec<(Vec3A, LightMap)>,
+}
+
+/// How much of the sky a surface point sees.
+#[derive(Clone, Copy, Debug)]
+pub struct SkyShare {
+    /// Of the light that would arrive at a surface of that normal, the share that does, 0..1.
+    pub arriving: f32,
+    /// Share of the directions that are open, 0..1.
+    pub open: f32,
+}
+
+impl Sky {
+    /// Looks at the objects from every direction.
+    pub fn new(objects: &[RenderObject], settings: &RenderSettings) -> Self {
+        let directions = sky_directions(settings.sky_directions.min(64))
+            .into_par_iter()
+            .filter_map(|d| {
+                let map = LightMap::new(objects, d.as_dvec3(), settings.sky_map_px.clamp(32, 1024), None)?;
+                Some((Vec3A::from(d), map))
+            })
+            .collect();
+        Self { directions }
+    }
+
+    /// What a surface point sees of it; all of it where there are no maps.
+    pub fn seen_from(&self, point: Vec3A, normal: Vec3A) -> SkyShare {
+        if self.directions.is_empty() {
+            return SkyShare { arriving: 1.0, open: 1.0 };
+        }
+        let (mut lit, mut all, mut open) = (0.0_f32, 1e-4_f32, 0.0_f32);
+        for (direction, map) in &self.directions {
+            let share = map.openness(point, normal);
+            let weight = normal.dot(*direction).max(0.0);
+            lit += weight * share;
+            all += weight;
+            open += share;
+        }
+        SkyShare { arriving: lit / all, open: open / self.directions.len() as f32 }
+    }
+}
+
+/// The sky's share at one place, for its neighborhood on the same smooth surface: it varies more slowly
+/// than pixels do.
+#[derive(Default)]
+pub struct SkyNearby(Option<(Vec3A, Vec3A, SkyShare)>);
+
+/// Cosine of the angle between normals, distance, and distance from the plane in pixels, up to which a place
+/// is in the neighborhood.
+const SAME_DIRECTION: f32 = 0.965;
+const NEAR_PX: f32 = 3.0;
+const SAME_PLANE_PX: f32 = 0.5;
+
+impl SkyNearby {
+    /// The sky's share at a point: that of the neighborhood if the point lies in it, else worked out, and
+    /// the point's neighborhood is the one from now on.
+    #[inline]
+    pub fn at(&mut self, sky: &Sky, point: Vec3A, normal: Vec3A, pixel_size_m: f32) -> SkyShare {
+        if let Some((near, direction, share)) = self.0 {
+            let offset = point - near;
+            if normal.dot(direction) > SAME_DIRECTION
+                && offset.length_squared() < (NEAR_PX * pixel_size_m).powi(2)
+                && offset.dot(direction).abs() < SAME_PLANE_PX * pixel_size_m
+            {
+                return share;
+            }
+        }
+        let share = sky.seen_from(point, normal);
+        self.0 = Some((point, normal, share));
+        share
+    }
+}
