@@ -4,7 +4,9 @@ use glam::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::{Camera, Image, Pose, TexturedMesh};
-use crate::render::{Background, Diorama, Frame, Lighting, RenderObject, RenderSettings, TopView, View};
+use crate::render::{
+    Background, Diorama, Frame, GeometryFrame, Lighting, RenderObject, RenderSettings, TopView, View,
+};
 
 /// Section `[preview]`.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
@@ -12,7 +14,8 @@ use crate::render::{Background, Diorama, Frame, Lighting, RenderObject, RenderSe
 pub struct PreviewSettings {
     /// Width of the hero picture, pixels, 64..4096; more shows more and takes longer.
     pub hero_width_px: u32,
-    /// Width of the side and top views, pixels, 64..4096.
+    /// Width of the side and top views and of either half of the picture beside the reference, pixels,
+    /// 64..4096.
     pub side_width_px: u32,
 }
 
@@ -82,9 +85,25 @@ impl<'a> Studio<'a> {
         self.paint(0.0, &View::Orthographic(view)).color
     }
 
-    /// The scene from the camera of the reference picture; ids count from 1 in the order of the bodies.
-    pub fn reference_view(&self, camera: &Camera) -> Frame {
-        self.paint(camera.azimuth_rad(), &View::Perspective(*camera))
+    /// What the camera of the reference picture sees where; ids count from 1 in the order of the bodies.
+    pub fn reference_geometry(&self, camera: &Camera) -> GeometryFrame {
+        self.diorama.measure(&View::Perspective(*camera))
+    }
+
+    /// The scene from the camera of the reference picture, as wide as a side view.
+    pub fn reference_view(&self, camera: &Camera, settings: &PreviewSettings) -> Image {
+        let share = f64::from(settings.side_width_px) / f64::from(camera.width_px);
+        let height_px = (share * f64::from(camera.height_px)).round().max(1.0);
+        let small = Camera {
+            width_px: settings.side_width_px,
+            height_px: height_px as u32,
+            fx: share * camera.fx,
+            fy: share * camera.fy,
+            cx: share * camera.cx,
+            cy: share * camera.cy,
+            ..*camera
+        };
+        self.paint(camera.azimuth_rad(), &View::Perspective(small)).color
     }
 
     /// The nearest camera on that ray that sees everything with a small margin.

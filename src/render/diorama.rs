@@ -2,7 +2,7 @@
 
 use super::bands::{self, Light};
 use super::sky::Sky;
-use super::{Background, Frame, Lighting, RenderObject, RenderSettings, View};
+use super::{Background, Frame, GeometryFrame, Lighting, RenderObject, RenderSettings, View};
 
 /// Objects in their places with what depends on nothing else: how much of the sky reaches where. Painting a
 /// scene from seven sides makes that once.
@@ -21,6 +21,11 @@ impl<'a> Diorama<'a> {
     /// The same picture as [`super::render`] of these objects, without normals.
     pub fn paint(&self, lighting: Lighting, background: Background, view: &View) -> Frame {
         self.frame(lighting, background, view, false)
+    }
+
+    /// Depth and ids alone, as [`super::render_geometry`] gives them.
+    pub fn measure(&self, view: &View) -> GeometryFrame {
+        bands::measure(&self.objects, view)
     }
 
     pub(super) fn frame(

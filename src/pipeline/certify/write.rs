@@ -14,7 +14,7 @@ use crate::geometry::Image;
 use crate::pipeline::error::StageError;
 use crate::pipeline::preview::{self, Shown, Studio};
 use crate::pipeline::resolve::Loaded;
-use crate::render::overlay::side_by_side;
+use crate::render::overlay::{fitted, side_by_side};
 use crate::scene::finished::Frame;
 use crate::scene::instance::{Picture, SupportRelation};
 use crate::scene::{Certificate, Instance, InstanceId, Scene, Support, Table};
@@ -60,12 +60,15 @@ pub(super) fn paint(inputs: &Inputs, loaded: &[Loaded], reference: &Image, drawn
         };
         (body.resolved.name.clone(), picture)
     };
+    let camera = &inputs.recognition.camera;
     let view = || {
-        let view = studio.reference_view(&inputs.recognition.camera);
+        let seen = studio.reference_geometry(camera);
         let masks = inputs.masks.par_iter().zip(2..inputs.masks.len() as u32 + 2);
-        let ious: Vec<f64> = masks.map(|(mask, id)| mask.visible.iou(&view.mask(id))).collect();
-        let beside_png = encode_png(&side_by_side(&[reference, &view.color]));
-        (view.color, ious, beside_png)
+        let ious: Vec<f64> = masks.map(|(mask, id)| mask.visible.iou(&seen.mask(id))).collect();
+        let scene_view = studio.reference_view(camera, &inputs.preview);
+        let small = fitted(reference, scene_view.width_px(), scene_view.height_px());
+        let beside_png = encode_png(&side_by_side(&[&small, &scene_view]));
+        (scene_view, ious, beside_png)
     };
     let (((scene_view, silhouette_ious, beside_png), hero_png), (sides_png, (top_png, thumbnails))) =
         rayon::join(
