@@ -1,11 +1,11 @@
-//! The rotation optimizer: yaw of one object, and of all of a table one after the other.
+//! The rotation optimizer: yaw of one object by either solver, and of all of a table one after the other.
 
 mod breakfast;
 
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use tabletopgen::align::dro::{RotationProblem, estimate_yaw};
+use tabletopgen::align::dro::{DroSettings, DroSolver, RotationProblem, estimate_yaw};
 use tabletopgen::geometry::{Interrupt, Mask};
 
 fn bench(criterion: &mut Criterion) {
@@ -25,10 +25,13 @@ fn bench(criterion: &mut Criterion) {
             picture: Some(&scene.painting.picture),
         })
         .collect();
-    let turn = |problem: &RotationProblem| estimate_yaw(black_box(problem), &scene.config.dro, &interrupt);
-    criterion.bench_function("rotate/bowl", |b| b.iter(|| turn(&problems[0])));
+    let turn = |problem: &RotationProblem, settings| estimate_yaw(black_box(problem), settings, &interrupt);
+    let golden = DroSettings { solver: DroSolver::Golden, ..scene.config.dro.clone() };
+    let paper = DroSettings { solver: DroSolver::Paper, ..golden.clone() };
+    criterion.bench_function("rotate/bowl", |b| b.iter(|| turn(&problems[0], &golden)));
+    criterion.bench_function("rotate/bowl_as_the_paper", |b| b.iter(|| turn(&problems[0], &paper)));
     criterion.bench_function("rotate/whole_table", |b| {
-        b.iter(|| problems.iter().map(turn).filter(Result::is_ok).count())
+        b.iter(|| problems.iter().map(|problem| turn(problem, &golden)).filter(Result::is_ok).count())
     });
 }
 

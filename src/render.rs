@@ -5,7 +5,8 @@
 //! masks and alignment. Both need no GPU, no display and no system library. The inner loops are eight
 //! lanes wide (`wide`), the picture is cut into horizontal bands that run on rayon; the result is the
 //! same to the byte with any number of threads. [`reference`] is the slow, obvious version the fast one
-//! is tested against; [`overlay`] draws boxes, outlines, curves and labels onto finished pictures.
+//! is tested against; [`overlay`] draws boxes, outlines, curves and labels onto finished pictures;
+//! [`soft`] draws silhouettes blurred at their outline, with derivatives, for fitting poses by descent.
 //!
 //! Frames and units: world frame as everywhere (meters, +z up), cameras as [`Camera`] (OpenCV axes,
 //! pixel centers at +0.5), depth along the optical axis in meters, numbers `f32`.
@@ -25,6 +26,7 @@ pub mod reference;
 mod settings;
 mod shade;
 mod sky;
+pub mod soft;
 mod texture_map;
 mod tone;
 mod view;

@@ -68,6 +68,7 @@ fn complaints_name_key_value_and_what_would_do() {
     assert!(complaint(&[("worker.concurrency", "two")]).contains("\"two\" is not a whole number"));
     assert!(complaint(&[("tsa.tau", "NaN")]).contains("outside its range"));
     assert!(complaint(&[("log.format", "yaml")]).contains("not one of text, json"));
+    assert!(complaint(&[("dro.solver", "newton")]).contains("not one of golden, paper"));
     assert!(complaint(&[("store.fsync", "yes")]).contains("true or false"));
     assert!(complaint(&[("resolve.clearances_m", "0.1, 7")]).contains("7 is outside"));
     assert!(complaint(&[("resolve.clearances_m", "[]")]).contains("empty"));

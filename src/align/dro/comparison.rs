@@ -12,14 +12,18 @@ use super::placement::{fit, on_viewing_ray, projected};
 use super::silhouette::{BLOCK_PX, BitPicture, Block, COVERAGE_MARGIN};
 use crate::geometry::Camera;
 
+/// Distance of the rendered box's middle from the mask's up to which the object stays where it is, pixels.
+pub(super) const NEAR_MIDDLE_PX: f64 = 0.5;
+
 /// A mesh to be compared with a crop.
 pub struct Comparison<'a> {
-    mesh: &'a OutlineMesh,
-    camera: &'a Camera,
-    crop: &'a Crop,
-    origin: DVec3,
-    silhouette_weight: f64,
-    edge_weight: f64,
+    pub(super) mesh: &'a OutlineMesh,
+    pub(super) camera: &'a Camera,
+    pub(super) crop: &'a Crop,
+    /// Where the object stands at first, world frame.
+    pub(super) origin: DVec3,
+    pub(super) silhouette_weight: f64,
+    pub(super) edge_weight: f64,
 }
 
 /// What one comparison after another works in.
@@ -98,17 +102,27 @@ impl<'a> Comparison<'a> {
         let (mut low, mut high) = projected(self.mesh, camera, origin, yaw_rad, pixels)?;
         // Once more with the rendered box's middle moved to where the mask's is: the silhouette is then
         // seen from the right direction.
-        let (zoom, offset) = fit(self.crop, low, high);
-        let half = 0.5 * self.crop.side_px as f64;
-        let shift_px = self.crop.center_px - (DVec2::splat(half) - offset) / zoom;
-        if shift_px.length() > 0.5 {
-            let (_, depth) = camera.project(origin)?;
-            let shift = DVec3::new(shift_px.x * depth / camera.fx, shift_px.y * depth / camera.fy, 0.0);
-            origin += camera.world_from_camera.transform_vector(shift);
+        let shift_px = self.off_middle_px(low, high);
+        if shift_px.length() > NEAR_MIDDLE_PX {
+            origin += camera.world_from_camera.transform_vector(self.shift_in_camera(shift_px)?);
             (low, high) = projected(self.mesh, camera, origin, yaw_rad, pixels)?;
         }
         let (zoom, offset) = fit(self.crop, low, high);
         Some((origin, zoom, offset))
+    }
+
+    /// From the middle of a rendered box to where the mask's is, pixels of the camera's picture.
+    pub(super) fn off_middle_px(&self, low: DVec2, high: DVec2) -> DVec2 {
+        let (zoom, offset) = fit(self.crop, low, high);
+        let half = 0.5 * self.crop.side_px as f64;
+        self.crop.center_px - (DVec2::splat(half) - offset) / zoom
+    }
+
+    /// The motion of the object that moves its picture by so many pixels, camera frame, meters; `None`
+    /// where it stands behind the camera. Linear.
+    pub(super) fn shift_in_camera(&self, shift_px: DVec2) -> Option<DVec3> {
+        let (_, depth) = self.camera.project(self.origin)?;
+        Some(DVec3::new(shift_px.x * depth / self.camera.fx, shift_px.y * depth / self.camera.fy, 0.0))
     }
 
     /// Where the object's origin stands at that yaw, and the camera whose whole picture is the crop.

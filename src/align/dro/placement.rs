@@ -24,6 +24,12 @@ pub fn on_viewing_ray(mesh: &OutlineMesh, camera: &Camera, crop: &Crop) -> DVec3
     middle - DVec3::new(0.0, 0.0, middle_z)
 }
 
+/// Middle of the bottom of the mesh's box, object frame: what stands at the origin and is turned about.
+pub fn seat(mesh: &OutlineMesh) -> DVec3 {
+    let middle = 0.5 * (mesh.bounds.0 + mesh.bounds.1);
+    DVec3::new(middle.x, middle.y, mesh.bounds.0.z)
+}
+
 /// Pixel positions of all vertices with the object at `origin` turned by `yaw_rad`, and their box; `None`
 /// if a vertex lies behind the camera.
 pub fn projected(
@@ -33,8 +39,7 @@ pub fn projected(
     yaw_rad: f64,
     pixels: &mut Vec<DVec2>,
 ) -> Option<(DVec2, DVec2)> {
-    let middle = 0.5 * (mesh.bounds.0 + mesh.bounds.1);
-    let seat = DVec3::new(middle.x, middle.y, mesh.bounds.0.z);
+    let seat = seat(mesh);
     let camera_from_object = camera.world_from_camera.inverse() * Pose::upright(origin, yaw_rad);
     let matrix = glam::DMat3::from_quat(camera_from_object.rotation);
     pixels.clear();

@@ -2,6 +2,15 @@
 
 use crate::geometry::Interrupted;
 
+/// What a search of a whole turn found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Found {
+    /// (yaw in radians, loss) of the coarse search, in the order of yaw from 0.
+    pub curve: Vec<(f64, f64)>,
+    /// (yaw in radians, loss) of the refined, best first; yaws not wrapped.
+    pub top: Vec<(f64, f64)>,
+}
+
 /// The yaws at which to look closer: local minima of the closed curve, lowest first, then the lowest
 /// others; `keep` in all.
 pub fn candidates(curve: &[(f64, f64)], keep: usize) -> Vec<f64> {

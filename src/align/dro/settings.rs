@@ -6,6 +6,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct DroSettings {
+    /// How the yaw is searched for.
+    pub solver: DroSolver,
     /// Weight of the silhouette term, 0..; the paper's 0.5.
     pub silhouette_weight: f64,
     /// Weight of the edge term, 0..; the paper's 0.5.
@@ -14,13 +16,17 @@ pub struct DroSettings {
     pub coarse_yaws: u32,
     /// Coarse candidates that are refined, 1..; the paper's 8.
     pub keep: u32,
-    /// Side of the square crop in the coarse search, pixels, a multiple of 32.
+    /// Side of the square crop in the coarse search of golden sections, pixels, a multiple of 32.
     pub coarse_px: u32,
-    /// Side of the square crop in the refinement, pixels, a multiple of 32; the paper's 256.
+    /// Side of the square crop in the refinement, and wherever `solver` is [`DroSolver::Paper`], pixels, a
+    /// multiple of 32; the paper's 256.
     pub fine_px: u32,
-    /// Width of the interval at which the refinement stops, radians; less costs a silhouette per factor
-    /// 1.6.
+    /// Width of the interval at which golden sections stop, radians; less costs a silhouette per factor 1.6.
     pub tolerance_rad: f64,
+    /// Blur of the silhouette where `solver` is [`DroSolver::Paper`], squared pixels of the fine crop,
+    /// above 0; more pulls from farther away and blurs thin parts. 1.6 is the 1e-4 usual in PyTorch3D at
+    /// 256 pixels.
+    pub soft_sigma_px2: f64,
     /// Detail of the silhouette: vertices closer than the mesh's largest extent divided by this are
     /// merged when there are more than 20,000 triangles.
     pub outline_cells: u32,
@@ -41,4 +47,14 @@ pub struct DroSettings {
     pub hopeless_loss: f64,
     /// Lead over the next pose at which the lead counts for one half, loss units.
     pub clear_lead: f64,
+}
+
+/// How a yaw is searched for.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "snake_case")]
+pub enum DroSolver {
+    /// Golden sections on hard silhouettes.
+    Golden,
+    /// The paper's: Adam on soft silhouettes.
+    Paper,
 }

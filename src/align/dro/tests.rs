@@ -1,5 +1,7 @@
 //! Known yaws come back from rendered pictures; symmetry, occlusion and wrong sizes do not mislead.
 
+mod solvers;
+
 use glam::DVec3;
 
 use super::*;
@@ -8,6 +10,7 @@ use crate::render::{RenderObject, View, render_geometry};
 
 pub fn settings() -> DroSettings {
     DroSettings {
+        solver: DroSolver::Golden,
         silhouette_weight: 0.5,
         edge_weight: 0.5,
         coarse_yaws: 72,
@@ -15,6 +18,7 @@ pub fn settings() -> DroSettings {
         coarse_px: 96,
         fine_px: 256,
         tolerance_rad: 0.002,
+        soft_sigma_px2: 1.6,
         outline_cells: 128,
         flat_spread: 0.012,
         periodic_share: 0.03,

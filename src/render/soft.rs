@@ -1,0 +1,161 @@
+//! Soft silhouettes with derivatives: how much of each pixel a projected mesh covers, blurred, and how that
+//! changes with up to a few parameters (yaw, azimuth, elevation, field of view).
+//!
+//! Method: Liu et al., "Soft Rasterizer" (ICCV 2019), eq. 1: coverage `D = sigmoid(+-d^2 / sigma)`, plus
+//! inside, `d` the pixel center's distance to the primitive's boundary, pixels. Derivatives go forward with
+//! the primal: one parameter, one more plane.
+//!
+//! Their primitive is the triangle, and eq. 3 aggregates `S = 1 - prod(1 - D_j)`. On a fine mesh that has
+//! two faults: at an edge inside the object every face has D = 1/2, so the product dents, and beyond the
+//! outline every triangle within reach adds to it, front and back, so the outline moves out with the number
+//! of triangles; the Sobel picture then shows the mesh and not the object. Here the primitive is the union
+//! of all triangles: `d` is the distance to its outline. The product has then one factor. Of a single
+//! triangle both are the same function; outside, both take the nearest triangle's D, theirs adds more of it.
+//! What is computed does not depend on how the surface is cut into triangles, and as sigma goes to 0 it goes
+//! to 1 at pixel centers inside the silhouette and to 0 outside.
+//!
+//! Steps: the hard picture (fill.rs), the outline cut exactly where it disappears behind something
+//! (outline.rs, crossing.rs), the distance to it within reach (band.rs); loss.rs compares with a mask. The
+//! derivative is that of the distance to the outline's nearest point, which moves with the vertices or, where
+//! two lines cross, with both. Which pieces are outline is not differentiated and need not be: where that
+//! changes the coverage is continuous, except when the last of a gap or hole closes; inside such a gap's
+//! blur it jumps.
+//!
+//! Inputs: vertices in pixel coordinates (pixel centers at .5), f32. Guarantees: the same bits with any
+//! number of threads; within 1e-3 of [`mod@reference`]; cut off where the sigmoid is within 1e-4 of 0 or 1.
+//! Cost: 1 to 1.5 ms of a slow core for 5,000 triangles, closed, on 256 x 256 pixels, about 1 ms more where
+//! they are not closed. Not for parts, or gaps, thinner than sqrt(sigma): at their outline the coverage is
+//! 1/2 however thin they are, so they are drawn about sqrt(sigma) wide. Not for color: what lies inside the
+//! outline is one.
+
+mod band;
+mod bins;
+mod crossing;
+mod fill;
+pub mod loss;
+mod outline;
+pub mod reference;
+mod surface;
+
+pub use surface::Surface;
+
+/// Number of pixels beside each other that are computed together.
+pub const BLOCK_PX: usize = 8;
+
+/// A projected vertex and how it moves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MovingPoint<const N: usize> {
+    /// Position, pixels: x to the right, y down.
+    pub at_px: [f32; 2],
+    /// Its derivative with respect to each parameter, pixels per unit of the parameter.
+    pub slopes: [[f32; 2]; N],
+}
+
+/// Size of a picture. Its width is whole blocks of [`BLOCK_PX`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Grid {
+    pub blocks_across: usize,
+    pub height_px: usize,
+}
+
+impl Grid {
+    /// A square picture, its side rounded up to whole blocks.
+    pub fn square(side_px: usize) -> Self {
+        let blocks_across = side_px.div_ceil(BLOCK_PX);
+        Self { blocks_across, height_px: blocks_across * BLOCK_PX }
+    }
+
+    pub fn width_px(self) -> usize {
+        self.blocks_across * BLOCK_PX
+    }
+
+    pub fn pixels(self) -> usize {
+        self.width_px() * self.height_px
+    }
+}
+
+/// A soft silhouette and what drawing the next one needs; keep it to save allocations.
+#[derive(Debug)]
+pub struct SoftSilhouette<const N: usize> {
+    grid: Grid,
+    coverage: Vec<f32>,
+    slopes: [Vec<f32>; N],
+    near_outline: Vec<bool>,
+    /// Squared distance to the outline where within reach, pixels^2.
+    nearest_px2: Vec<f32>,
+    /// Of each triangle, on the screen.
+    clockwise: Vec<bool>,
+    fill: fill::Fill,
+    outline: outline::Outline<N>,
+}
+
+impl<const N: usize> Default for SoftSilhouette<N> {
+    fn default() -> Self {
+        Self {
+            grid: Grid { blocks_across: 0, height_px: 0 },
+            coverage: Vec::new(),
+            slopes: std::array::from_fn(|_| Vec::new()),
+            near_outline: Vec::new(),
+            nearest_px2: Vec::new(),
+            clockwise: Vec::new(),
+            fill: fill::Fill::default(),
+            outline: outline::Outline::default(),
+        }
+    }
+}
+
+impl<const N: usize> SoftSilhouette<N> {
+    /// Draws the surface with its vertices at `points`, in place of what was drawn before. `sigma_px2` is the
+    /// blur, above 0: the coverage falls from 1/2 to 1/4 within 1.05 sqrt(sigma). Less is sharper and has
+    /// derivatives on fewer pixels; PyTorch3D's usual 1e-4 is 1.6 pixels^2 on 256 x 256.
+    pub fn draw(&mut self, surface: &Surface, points: &[MovingPoint<N>], grid: Grid, sigma_px2: f32) {
+        self.grid = grid;
+        surface.find_clockwise(points, &mut self.clockwise);
+        self.fill.draw(surface, points, &self.clockwise, grid, &mut self.coverage);
+        self.outline.trace(surface, points, &self.clockwise, grid, band::reach_px(sigma_px2));
+        self.nearest_px2.clear();
+        self.nearest_px2.resize(grid.pixels(), f32::INFINITY);
+        for plane in &mut self.slopes {
+            plane.clear();
+            plane.resize(grid.pixels(), 0.0);
+        }
+        self.near_outline.clear();
+        self.near_outline.resize(grid.blocks_across * grid.height_px, false);
+        band::soften(
+            self.outline.pieces(),
+            grid,
+            sigma_px2,
+            band::Planes {
+                coverage: &mut self.coverage,
+                slopes: self.slopes.each_mut().map(Vec::as_mut_slice),
+                nearest_px2: &mut self.nearest_px2,
+                near_outline: &mut self.near_outline,
+            },
+        );
+    }
+
+    pub fn grid(&self) -> Grid {
+        self.grid
+    }
+
+    /// 0..1, row-major.
+    pub fn coverage(&self) -> &[f32] {
+        &self.coverage
+    }
+
+    /// Derivatives of the coverage, one plane per parameter, row-major.
+    pub fn slopes(&self) -> &[Vec<f32>; N] {
+        &self.slopes
+    }
+
+    /// Of each block of a row: whether the outline is within reach. Elsewhere coverage is 0 or 1 throughout
+    /// the block and the slopes are 0. Row-major.
+    pub fn near_outline(&self) -> &[bool] {
+        &self.near_outline
+    }
+}
+
+#[cfg(test)]
+mod tests;
+#[cfg(test)]
+mod turntable;

@@ -1,0 +1,115 @@
+//! What lies where: numbered things sorted into the square cells of a picture.
+
+/// Side of a cell, pixels.
+pub const CELL_PX: f32 = 8.0;
+
+/// Cells of a picture and of a margin around it, each with the numbers of what touches it, ascending.
+#[derive(Debug, Default)]
+pub struct Bins {
+    margin_px: f32,
+    across: usize,
+    down: usize,
+    /// Of each cell, where its list begins; one more at the end.
+    starts: Vec<u32>,
+    entries: Vec<u32>,
+    /// (cell, number) as they come.
+    pairs: Vec<(u32, u32)>,
+}
+
+impl Bins {
+    pub fn clear(&mut self, width_px: usize, height_px: usize, margin_px: f32) {
+        let cells = |px: usize| ((px as f32 + 2.0 * margin_px) / CELL_PX).ceil() as usize;
+        self.margin_px = margin_px;
+        (self.across, self.down) = (cells(width_px), cells(height_px));
+        self.pairs.clear();
+    }
+
+    /// Column (or row) of a coordinate, not bounded.
+    #[inline]
+    fn line(&self, x: f32) -> i32 {
+        // Shifted so that truncation rounds down; far away is far enough.
+        let x = ((x + self.margin_px) / CELL_PX).clamp(-1000.0, 1e6);
+        (x + 1024.0) as i32 - 1024
+    }
+
+    /// Cells that a box touches: columns and rows.
+    #[inline]
+    fn range(&self, low: [f32; 2], high: [f32; 2]) -> Option<([usize; 2], [usize; 2])> {
+        let (x0, y0) = (self.line(low[0]).max(0), self.line(low[1]).max(0));
+        let x1 = self.line(high[0]).min(self.across as i32 - 1);
+        let y1 = self.line(high[1]).min(self.down as i32 - 1);
+        (x0 <= x1 && y0 <= y1).then_some(([x0 as usize, x1 as usize], [y0 as usize, y1 as usize]))
+    }
+
+    /// Enters a number in all cells a box touches.
+    #[inline]
+    pub fn add_box(&mut self, number: u32, low: [f32; 2], high: [f32; 2]) {
+        let Some((columns, rows)) = self.range(low, high) else { return };
+        for y in rows[0]..=rows[1] {
+            for x in columns[0]..=columns[1] {
+                self.pairs.push(((y * self.across + x) as u32, number));
+            }
+        }
+    }
+
+    /// Enters a number in the cells a line passes, and in those it nearly touches.
+    pub fn add_line(&mut self, number: u32, a: [f32; 2], b: [f32; 2]) {
+        const SLACK_PX: f32 = 0.01;
+        let [low_y, high_y] = [a[1].min(b[1]) - SLACK_PX, a[1].max(b[1]) + SLACK_PX];
+        let [low_x, high_x] = [a[0].min(b[0]) - SLACK_PX, a[0].max(b[0]) + SLACK_PX];
+        let Some((_, rows)) = self.range([low_x, low_y], [high_x, high_y]) else { return };
+        for y in rows[0]..=rows[1] {
+            // The part of the line within the row of cells.
+            let top = y as f32 * CELL_PX - self.margin_px - SLACK_PX;
+            let bottom = top + CELL_PX + 2.0 * SLACK_PX;
+            let at = |y: f32| a[0] + (b[0] - a[0]) * ((y - a[1]) / (b[1] - a[1])).clamp(0.0, 1.0);
+            let (u, v) = if (b[1] - a[1]).abs() < 1e-6 { (a[0], b[0]) } else { (at(top), at(bottom)) };
+            let first = self.line(u.min(v) - SLACK_PX).max(0);
+            let last = self.line(u.max(v) + SLACK_PX).min(self.across as i32 - 1);
+            for x in first..=last {
+                self.pairs.push(((y * self.across) as u32 + x as u32, number));
+            }
+        }
+    }
+
+    /// Sorts what was entered; call before asking.
+    pub fn finish(&mut self) {
+        let cells = self.across * self.down;
+        self.starts.clear();
+        self.starts.resize(cells + 1, 0);
+        for &(cell, _) in &self.pairs {
+            self.starts[cell as usize + 1] += 1;
+        }
+        for cell in 0..cells {
+            self.starts[cell + 1] += self.starts[cell];
+        }
+        self.entries.clear();
+        self.entries.resize(self.pairs.len(), 0);
+        // Numbers come in ascending order, so the lists are ascending too. The starts move while the lists
+        // are filled and are moved back after.
+        for &(cell, number) in &self.pairs {
+            let at = &mut self.starts[cell as usize];
+            self.entries[*at as usize] = number;
+            *at += 1;
+        }
+        self.starts.copy_within(0..cells, 1);
+        self.starts[0] = 0;
+    }
+
+    pub fn cells(&self) -> usize {
+        self.across * self.down
+    }
+
+    /// What touches a cell.
+    #[inline]
+    pub fn in_cell(&self, cell: usize) -> &[u32] {
+        &self.entries[self.starts[cell] as usize..self.starts[cell + 1] as usize]
+    }
+
+    /// The cell of a position; `None` beyond the margin.
+    #[inline]
+    pub fn cell_of(&self, p: [f32; 2]) -> Option<usize> {
+        let ([x, _], [y, _]) = self.range(p, p)?;
+        Some(y * self.across + x)
+    }
+}

@@ -1,0 +1,213 @@
+//! The outline of a projected surface: the parts of its edges beyond which there is nothing.
+//!
+//! An edge can be outline only if all its triangles lie to the same side of it in the picture: there a closed
+//! surface turns away from the eye, or an open one ends. Such contour edges are cut where they cross each
+//! other; between two cuts a piece is outline throughout or nowhere, and one look at what lies just beyond
+//! its middle says which. In f64, from the f32 vertices: a piece of a few thousandths of a pixel taken for
+//! outline hardly changes the coverage, but it may move quite unlike what it stands for.
+//!
+//! Cost: crossings are looked for, and what lies beyond, within small cells, so in practice it grows with the
+//! number of triangles.
+
+use super::bins::Bins;
+use super::crossing::{MovingLine, cross, minus};
+use super::{Grid, MovingPoint, Surface};
+
+/// How far beyond a piece one looks, pixels: above rounding, below what could be seen. Gaps narrower than
+/// this are closed.
+const BEYOND_PX: f64 = 1e-6;
+
+/// The outline's pieces, and what tracing the next one needs.
+#[derive(Debug)]
+pub struct Outline<const N: usize> {
+    pieces: Vec<Piece<N>>,
+    contour: Vec<ContourEdge<N>>,
+    cuts: Vec<Cut>,
+    lines: Bins,
+    triangles: Bins,
+}
+
+impl<const N: usize> Default for Outline<N> {
+    fn default() -> Self {
+        Self {
+            pieces: Vec::new(),
+            contour: Vec::new(),
+            cuts: Vec::new(),
+            lines: Bins::default(),
+            triangles: Bins::default(),
+        }
+    }
+}
+
+/// A straight piece of the outline.
+#[derive(Clone, Copy, Debug)]
+pub struct Piece<const N: usize> {
+    pub ends: [MovingPoint<N>; 2],
+}
+
+/// An edge with all its triangles to one side.
+#[derive(Clone, Copy, Debug)]
+struct ContourEdge<const N: usize> {
+    vertices: [u32; 2],
+    line: MovingLine<N>,
+    /// Its part in and near the picture, shares of the way.
+    shown: (f64, f64),
+    /// Whether the triangles lie to the left of the way from the first end to the second.
+    left: bool,
+}
+
+/// Where one contour edge is crossed by another.
+#[derive(Clone, Copy, Debug)]
+struct Cut {
+    /// Number of the edge that is cut, and the share of its way.
+    edge: u32,
+    at: f64,
+    other: u32,
+    other_at: f64,
+}
+
+impl<const N: usize> Outline<N> {
+    pub fn pieces(&self) -> &[Piece<N>] {
+        &self.pieces
+    }
+
+    /// Finds the pieces within `margin_px` of the picture, and perhaps some beyond. `clockwise` of each
+    /// triangle.
+    pub fn trace(
+        &mut self,
+        surface: &Surface,
+        points: &[MovingPoint<N>],
+        clockwise: &[bool],
+        grid: Grid,
+        margin_px: f32,
+    ) {
+        self.pieces.clear();
+        self.find_contour(surface, points, clockwise, grid, margin_px);
+        self.find_cuts(grid, margin_px);
+        self.triangles.clear(grid.width_px(), grid.height_px, margin_px);
+        for (index, t) in surface.triangles.iter().enumerate() {
+            // Of a closed surface each ray meets as many of one orientation as of the other: one will do.
+            if surface.closed && !clockwise[index] {
+                continue;
+            }
+            let [a, b, c] = t.map(|v| points[v as usize].at_px);
+            let low = [a[0].min(b[0]).min(c[0]), a[1].min(b[1]).min(c[1])];
+            let high = [a[0].max(b[0]).max(c[0]), a[1].max(b[1]).max(c[1])];
+            self.triangles.add_box(index as u32, low, high);
+        }
+        self.triangles.finish();
+        self.keep_visible(surface, points);
+    }
+
+    fn find_contour(
+        &mut self,
+        surface: &Surface,
+        points: &[MovingPoint<N>],
+        clockwise: &[bool],
+        grid: Grid,
+        margin_px: f32,
+    ) {
+        self.contour.clear();
+        let margin_px = f64::from(margin_px);
+        let low = [-margin_px; 2];
+        let high = [grid.width_px() as f64 + margin_px, grid.height_px as f64 + margin_px];
+        for edge in &surface.edges {
+            let sides = surface.sides(edge);
+            // A triangle that runs clockwise on the screen along the edge lies to its right, which with y
+            // down is the positive side.
+            let left = |s: &super::surface::Side| clockwise[s.triangle as usize] == s.back;
+            let first = left(&sides[0]);
+            if sides[1..].iter().any(|s| left(s) != first) {
+                continue;
+            }
+            let line = MovingLine::between(edge.ends.map(|v| &points[v as usize]));
+            if let Some(shown) = line.clip(low, high) {
+                self.contour.push(ContourEdge { vertices: edge.ends, line, shown, left: first });
+            }
+        }
+    }
+
+    fn find_cuts(&mut self, grid: Grid, margin_px: f32) {
+        self.lines.clear(grid.width_px(), grid.height_px, margin_px);
+        for (index, edge) in self.contour.iter().enumerate() {
+            let [a, b] = [edge.shown.0, edge.shown.1].map(|t| edge.line.at(t).at_px_f32());
+            self.lines.add_line(index as u32, a, b);
+        }
+        self.lines.finish();
+        self.cuts.clear();
+        for cell in 0..self.lines.cells() {
+            let here = self.lines.in_cell(cell);
+            for (k, &i) in here.iter().enumerate() {
+                let e = &self.contour[i as usize];
+                for &j in &here[k + 1..] {
+                    let f = &self.contour[j as usize];
+                    if e.vertices.iter().any(|v| f.vertices.contains(v)) {
+                        continue;
+                    }
+                    let Some((s, u)) = e.line.crossing(&f.line) else { continue };
+                    // Two lines may meet in several cells' lists but cross in one.
+                    if self.lines.cell_of(e.line.at(s).at_px_f32()) == Some(cell) {
+                        self.cuts.push(Cut { edge: i, at: s, other: j, other_at: u });
+                        self.cuts.push(Cut { edge: j, at: u, other: i, other_at: s });
+                    }
+                }
+            }
+        }
+        self.cuts.sort_unstable_by(|a, b| a.edge.cmp(&b.edge).then(a.at.total_cmp(&b.at)));
+    }
+
+    /// Keeps the pieces with nothing beyond; pieces that continue each other become one.
+    fn keep_visible(&mut self, surface: &Surface, points: &[MovingPoint<N>]) {
+        let mut cuts = self.cuts.as_slice();
+        for (index, edge) in self.contour.iter().enumerate() {
+            let own = cuts.partition_point(|c| c.edge as usize <= index);
+            let (mine, rest) = cuts.split_at(own);
+            cuts = rest;
+            let [dx, dy] = edge.line.direction();
+            let outward = if edge.left { 1.0 } else { -1.0 } * BEYOND_PX / dx.hypot(dy).max(1e-30);
+            let beyond = [-dy * outward, dx * outward];
+            // Ends of the piece in the making: `None` = the edge's own.
+            let (mut start, mut from): (Option<&Cut>, f64) = (None, edge.shown.0);
+            let mut begun = false;
+            let mut before: Option<&Cut> = None;
+            for end in mine.iter().map(Some).chain([None]) {
+                let to = end.map_or(edge.shown.1, |c| c.at.clamp(from, edge.shown.1));
+                let [x, y] = edge.line.at(0.5 * (from + to)).at_px;
+                let open = !self.covered([x + beyond[0], y + beyond[1]], surface, points);
+                if open && !begun {
+                    (begun, start) = (true, before);
+                }
+                if begun && !open {
+                    self.pieces.push(self.piece(edge, start, before));
+                    begun = false;
+                }
+                (before, from) = (end, to);
+            }
+            if begun {
+                self.pieces.push(self.piece(edge, start, None));
+            }
+        }
+    }
+
+    fn piece(&self, edge: &ContourEdge<N>, start: Option<&Cut>, end: Option<&Cut>) -> Piece<N> {
+        let cut = |c: &Cut| {
+            let other = &self.contour[c.other as usize];
+            edge.line.crossing_point(c.at, &other.line, c.other_at)
+        };
+        let first = start.map_or_else(|| edge.line.at(edge.shown.0), cut);
+        let last = end.map_or_else(|| edge.line.at(edge.shown.1), cut);
+        Piece { ends: [first, last].map(|end| end.rounded()) }
+    }
+
+    /// Whether any triangle covers the position. What lies beyond the margin is called covered: it does not
+    /// matter.
+    fn covered(&self, p: [f64; 2], surface: &Surface, points: &[MovingPoint<N>]) -> bool {
+        let Some(cell) = self.triangles.cell_of(p.map(|c| c as f32)) else { return true };
+        self.triangles.in_cell(cell).iter().any(|&t| {
+            let [a, b, c] =
+                surface.triangles[t as usize].map(|v| minus(points[v as usize].at_px.map(f64::from), p));
+            let sides = [cross(a, b), cross(b, c), cross(c, a)];
+            sides.iter().all(|s| *s >= 0.0) || sides.iter().all(|s| *s <= 0.0)
+        })
+    }
+}
