@@ -55,6 +55,20 @@ fn packed_alone(name: &str, file: &BundleFile) -> Result<Vec<u8>, ZipError> {
     Ok(archive.finish()?.into_inner())
 }
 
+/// What `manifest.json` would tell of itself, if it could.
+pub fn manifest_itself(archive: &[u8]) -> Result<(String, manifest::ToldFile), ExportError> {
+    let mut archive = ZipArchive::new(Cursor::new(archive))?;
+    for index in 0..archive.len() {
+        let mut entry = archive.by_index(index)?;
+        if entry.name()?.split_once('/').is_some_and(|(_, path)| path == manifest::PATH) {
+            let mut bytes = Vec::new();
+            entry.read_to_end(&mut bytes).map_err(ZipError::from)?;
+            return Ok((manifest::PATH.to_owned(), manifest::told_of(&bytes, "application/json")));
+        }
+    }
+    Err(ExportError::AssetsMismatch("the packed bundle has no manifest.json".to_owned()))
+}
+
 /// What an archive's manifest tells of each file in it, by path, with `manifest.json` itself left out. An
 /// entry it does not tell of, one that is missing, or one of another size is an error.
 pub fn told_files(archive: &[u8]) -> Result<BTreeMap<String, manifest::ToldFile>, ExportError> {
@@ -66,7 +80,7 @@ pub fn told_files(archive: &[u8]) -> Result<BTreeMap<String, manifest::ToldFile>
         let mut entry = archive.by_index(index)?;
         let name = entry.name()?.into_owned();
         let path = name.split_once('/').map_or("", |(_, path)| path).to_owned();
-        if path == "manifest.json" {
+        if path == manifest::PATH {
             let mut bytes = Vec::new();
             entry.read_to_end(&mut bytes).map_err(ZipError::from)?;
             told = Some(manifest::read(&bytes)?);

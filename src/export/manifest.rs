@@ -12,6 +12,9 @@ use crate::scene::{Provenance, Scene};
 
 use super::{Assets, BundleFile, ExportError, ExportSettings};
 
+/// Where it lies in the bundle.
+pub const PATH: &str = "manifest.json";
+
 #[derive(Serialize)]
 struct Manifest<'a> {
     format: &'static str,
@@ -92,7 +95,7 @@ pub fn write(
             })
             .collect(),
     };
-    BundleFile::json("manifest.json", &manifest, "manifest")
+    BundleFile::json(PATH, &manifest, "manifest")
 }
 
 /// What a manifest tells of a file.
@@ -102,6 +105,15 @@ pub struct ToldFile {
     pub sha256: String,
     pub size: u64,
     pub media_type: String,
+}
+
+/// What a manifest would tell of such bytes.
+pub fn told_of(bytes: &[u8], media_type: &str) -> ToldFile {
+    ToldFile {
+        sha256: hexadecimal(&Sha256::digest(bytes)),
+        size: bytes.len() as u64,
+        media_type: media_type.to_owned(),
+    }
 }
 
 /// The files that a written manifest tells, by path.

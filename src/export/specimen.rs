@@ -366,6 +366,18 @@ fn an_archive_is_what_its_manifest_tells() {
 }
 
 #[test]
+fn the_manifest_was_missing_from_the_files_of_a_scene() {
+    let files = files();
+    let (path, told) = archive::manifest_itself(&zip_bundle(&files).expect("packs")).expect("has one");
+    let bytes = text(&files, &path).as_bytes();
+    assert_eq!(path, "manifest.json");
+    assert_eq!(told, manifest::told_of(bytes, "application/json"));
+    assert_eq!((told.size, told.sha256.len()), (bytes.len() as u64, 64));
+    let without: Vec<BundleFile> = files.into_iter().filter(|file| file.path != path).collect();
+    assert!(archive::manifest_itself(&zip_bundle(&without).expect("packs")).is_err());
+}
+
+#[test]
 fn unsound_bodies_are_named() {
     let error = |change: fn(&mut Scene, &mut Assets)| {
         let (mut scene, certificate, mut assets, pictures) = specimen();

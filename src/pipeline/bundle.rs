@@ -1,4 +1,5 @@
-//! Stage 12: what is in the certified archive, checked against its manifest, becomes the scene that is served.
+//! Stage 12: what is in the certified archive, checked against its manifest, becomes the scene that is
+//! served.
 
 use std::sync::Arc;
 
@@ -8,7 +9,8 @@ use super::Context;
 use super::certify;
 use super::checkpoint::{ArtifactRef, Stage};
 use super::error::StageError;
-use crate::export::archive::told_files;
+use crate::export::ExportError;
+use crate::export::archive::{manifest_itself, told_files};
 use crate::scene::certificate::{Metrics, Verdict};
 use crate::store::Digest;
 use crate::store::artifacts::{ArchiveRow, BuiltRows, FileRow};
@@ -42,10 +44,16 @@ struct File {
 
 pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageError> {
     let archive = context.get(&inputs.certified.archive).await?;
-    let listed = context.cpu(move || told_files(&archive)).await?;
+    let listed = context
+        .cpu(move || {
+            let mut listed = told_files(&archive)?;
+            listed.extend([manifest_itself(&archive)?]);
+            Ok(listed)
+        })
+        .await?;
     let unusable =
         |why: String| StageError::permanent("bundle_failed", format!("listing the bundle's files: {why}"));
-    let listed = listed.map_err(|error| unusable(error.to_string()))?;
+    let listed = listed.map_err(|error: ExportError| unusable(error.to_string()))?;
     let files = listed
         .into_iter()
         .map(|(path, told)| {

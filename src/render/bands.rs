@@ -44,13 +44,7 @@ pub fn measure(objects: &[RenderObject], view: &View) -> GeometryFrame {
         .enumerate()
         .for_each(|(index, (depth_m, ids))| {
             let band = draw(&binned, index, width, depth_m.len() / width, 1);
-            for k in 0..ids.len() {
-                let (source, key) = band.at(k % width, k / width);
-                if source != NOTHING {
-                    depth_m[k] = projection.lens.depth_of(key);
-                    ids[k] = objects[prepared.sources[source as usize].object as usize].id;
-                }
-            }
+            note_front(&band, &projection.lens, &prepared, objects, depth_m, ids);
         });
     GeometryFrame { width_px: width as u32, height_px: height as u32, depth_m, ids }
 }
@@ -59,6 +53,24 @@ fn draw(binned: &Binned, index: usize, width: usize, rows: usize, samples: usize
     let mut band = Band::new(index * BAND_ROWS * samples, rows * samples, width * samples);
     binned.band(index).for_each(|t| band.draw(t, 0xffff));
     band
+}
+
+/// Writes depth and id of what is in front at each of the band's pixels; the others stay as they are.
+fn note_front(
+    band: &Band,
+    lens: &Lens,
+    prepared: &Prepared,
+    objects: &[RenderObject],
+    depth_m: &mut [f32],
+    ids: &mut [u32],
+) {
+    for k in 0..ids.len() {
+        let (source, key) = band.at(k % band.width_px, k / band.width_px);
+        if source != NOTHING {
+            depth_m[k] = lens.depth_of(key);
+            ids[k] = objects[prepared.sources[source as usize].object as usize].id;
+        }
+    }
 }
 
 /// Color, depth and ids, and normals if wanted.
@@ -96,13 +108,7 @@ pub fn paint(
         .map(|(index, ((rgba, depth_m), ids))| {
             let rows = ids.len() / width;
             let front = draw(&geometry, index, width, rows, 1);
-            for k in 0..ids.len() {
-                let (source, key) = front.at(k % width, k / width);
-                if source != NOTHING {
-                    depth_m[k] = projection.lens.depth_of(key);
-                    ids[k] = objects[prepared.sources[source as usize].object as usize].id;
-                }
-            }
+            note_front(&front, &projection.lens, &prepared, objects, depth_m, ids);
             let linear = match &opaque {
                 Some(opaque) => {
                     let band = draw(opaque, index, width, rows, samples as usize);
@@ -137,8 +143,8 @@ fn directions_of(band: &Band, lens: &Lens, shader: &Shader) -> Vec<[f32; 3]> {
 }
 
 /// Linear color of each sample of the band, glass left out. Light and texture vary slowly over one surface
-/// and textures are filtered to a pixel's size, so each surface in a pixel is shaded once. Sky light varies more
-/// slowly still: blocks of pixels share it.
+/// and textures are filtered to a pixel's size, so each surface in a pixel is shaded once. Sky light varies
+/// more slowly still: blocks of pixels share it.
 fn shaded(band: &Band, projection: &Projection, shader: &Shader, samples: usize) -> Vec<Vec3> {
     let lens = &projection.lens;
     let stride = band.width_px;

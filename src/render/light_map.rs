@@ -13,6 +13,7 @@ use super::RenderObject;
 use super::prepare::{Keep, Prepared};
 use super::projection::{Lens, Projection};
 use super::raster::Band;
+use crate::geometry::rounding::floor;
 
 /// Depth of everything as seen from one direction.
 pub struct LightMap {
@@ -269,13 +270,6 @@ impl LightMap {
             std::array::from_fn(|k| self.keys[rows[k] as usize * self.width + columns[k] as usize]);
         f32x8::from(at)
     }
-}
-
-/// Largest whole number at most `x`; without SSE 4.1 the library's floor is a call.
-#[inline]
-pub(super) fn floor(x: f32) -> i32 {
-    let truncated = x as i32;
-    truncated - i32::from(truncated as f32 > x)
 }
 
 /// Rotations of the sampling pattern.

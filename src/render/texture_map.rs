@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::light_map::floor;
+use crate::geometry::rounding::floor;
 use crate::geometry::srgb::LINEAR_OF_SRGB;
 use crate::geometry::{Image, Texture};
 

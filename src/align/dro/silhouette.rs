@@ -5,6 +5,8 @@
 //! number of layers that end there; what has a layer is inside (nonzero winding). A surface with a border
 //! is drawn triangle by triangle. Both set the same bits of a closed surface.
 
+use crate::geometry::rounding::ceil_within;
+
 /// Coverage of a square picture, built bit by bit.
 #[derive(Default)]
 pub struct BitPicture {
@@ -38,14 +40,6 @@ pub const BLOCK_PX: usize = 8;
 const BLOCKS_PER_WORD: usize = 4;
 /// Pixels before the first and after the last, so that eight beside any pixel can be read at once.
 pub const COVERAGE_MARGIN: usize = 8;
-
-/// Smallest whole number at least `x`, within `0..=limit`; without SSE 4.1 the library's ceil is a call.
-#[inline]
-fn ceil_within(x: f32, limit: usize) -> usize {
-    let x = x.clamp(0.0, limit as f32);
-    let truncated = x as usize;
-    truncated + usize::from((truncated as f32) < x)
-}
 
 impl BitPicture {
     /// Empties the picture and makes it `side_px` pixels wide and high (a multiple of 32), two bits each way.

@@ -6,20 +6,13 @@
 //! cracks: an edge's crossing with a row is computed alike for all that share the edge, from its upper end.
 
 use super::{Grid, MovingPoint, Surface};
+use crate::geometry::rounding::ceil_within;
 
 /// What drawing one picture after another works in.
 #[derive(Debug, Default)]
 pub struct Fill {
     /// Of each pixel: layers that begin there, less those that end.
     begins: Vec<i32>,
-}
-
-/// Smallest whole number at least `x`, within `0..=limit`; without SSE 4.1 the library's ceil is a call.
-#[inline]
-fn ceil_within(x: f32, limit: usize) -> usize {
-    let x = x.clamp(0.0, limit as f32);
-    let truncated = x as usize;
-    truncated + usize::from((truncated as f32) < x)
 }
 
 impl Fill {
