@@ -26,6 +26,7 @@ pub mod reference;
 mod settings;
 mod shade;
 mod sky;
+mod sky_group;
 pub mod soft;
 mod texture_map;
 mod tone;
@@ -61,7 +62,7 @@ pub struct RenderScene<'a> {
 /// Glass (opacity below 1) counts as a surface for depth, normals and ids; in color what lies behind
 /// shines through. Several pictures of one scene are cheaper as a [`Diorama`].
 pub fn render(scene: &RenderScene, view: &View, settings: &RenderSettings) -> Frame {
-    Diorama::new(scene.objects.clone(), settings).frame(scene.lighting, scene.background, view, true)
+    Diorama::new(scene.objects.clone(), settings).paint_with_normals(scene.lighting, scene.background, view)
 }
 
 /// Depth and ids only: no light, no color.

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::geometry::{Camera, Image, Pose, TexturedMesh};
 use crate::render::{
-    Background, Diorama, Frame, GeometryFrame, Lighting, RenderObject, RenderSettings, TopView, View,
+    Background, Diorama, GeometryFrame, Lighting, RenderObject, RenderSettings, TopView, View,
 };
 
 /// Section `[preview]`.
@@ -49,9 +49,9 @@ impl<'a> Studio<'a> {
     }
 
     /// The key light stands to the left of whoever looks from that azimuth.
-    fn paint(&self, azimuth_rad: f64, view: &View) -> Frame {
+    fn paint(&self, azimuth_rad: f64, view: &View) -> Image {
         let lighting = Lighting::studio(azimuth_rad - 0.7, 0.95, 0.6);
-        self.diorama.paint(lighting, Background::light_with_floor(self.low_m.z), view)
+        self.diorama.color(lighting, Background::light_with_floor(self.low_m.z), view)
     }
 
     /// The whole scene, three quarters from the front.
@@ -67,7 +67,7 @@ impl<'a> Studio<'a> {
     /// Everything from an azimuth and elevation, filling the frame.
     fn orbit(&self, width_px: u32, height_px: u32, azimuth_rad: f64, elevation_rad: f64) -> Image {
         let camera = self.framing(width_px, height_px, azimuth_rad, elevation_rad);
-        self.paint(azimuth_rad, &View::Perspective(camera)).color
+        self.paint(azimuth_rad, &View::Perspective(camera))
     }
 
     /// Straight from above, orthographic.
@@ -82,7 +82,7 @@ impl<'a> Studio<'a> {
             center_m: 0.5 * (self.low_m + self.high_m).truncate(),
             eye_z_m: self.high_m.z + 0.1,
         };
-        self.paint(0.0, &View::Orthographic(view)).color
+        self.paint(0.0, &View::Orthographic(view))
     }
 
     /// What the camera of the reference picture sees where; ids count from 1 in the order of the bodies.
@@ -103,7 +103,7 @@ impl<'a> Studio<'a> {
             cy: share * camera.cy,
             ..*camera
         };
-        self.paint(camera.azimuth_rad(), &View::Perspective(small)).color
+        self.paint(camera.azimuth_rad(), &View::Perspective(small))
     }
 
     /// The nearest camera on that ray that sees everything with a small margin.

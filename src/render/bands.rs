@@ -11,7 +11,7 @@ use super::raster::{Band, NOTHING};
 use super::shade::Shader;
 use super::sky::{Sky, SkyNearby};
 use super::tone::compress;
-use super::{Frame, GeometryFrame, RenderObject, RenderSettings, View};
+use super::{GeometryFrame, RenderObject, RenderSettings, View};
 use crate::geometry::Image;
 use crate::geometry::srgb::encode_srgb;
 
@@ -30,23 +30,47 @@ pub struct Light<'a> {
     pub background: Background,
 }
 
+/// What is wanted of a picture besides its color.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Besides {
+    Nothing,
+    Geometry,
+    GeometryAndNormals,
+}
+
+/// What is in front at the pixel centers, row by row from the top; a list that was not wanted is empty.
+#[derive(Default)]
+pub struct Front {
+    /// Meters along the optical axis, infinite where there is background.
+    pub depth_m: Vec<f32>,
+    /// Id of the object, 0 = background.
+    pub ids: Vec<u32>,
+    /// Unit, in the world, turned toward the eye; zero where there is background.
+    pub normals: Vec<[f32; 3]>,
+}
+
 /// Depth and ids.
 pub fn measure(objects: &[RenderObject], view: &View) -> GeometryFrame {
     let projection = Projection::new(view, 1);
     let prepared = Prepared::new(objects, &projection);
     let binned = prepared.bin(objects, &projection, BAND_ROWS, Keep::All);
     let (width, height) = (projection.width_px, projection.height_px);
-    let mut depth_m = vec![f32::INFINITY; width * height];
-    let mut ids = vec![0; width * height];
-    depth_m
+    let mut frame = GeometryFrame {
+        width_px: width as u32,
+        height_px: height as u32,
+        depth_m: vec![f32::INFINITY; width * height],
+        ids: vec![0; width * height],
+    };
+    frame
+        .depth_m
         .par_chunks_mut(BAND_ROWS * width.max(1))
-        .zip(ids.par_chunks_mut(BAND_ROWS * width.max(1)))
+        .zip(frame.ids.par_chunks_mut(BAND_ROWS * width.max(1)))
         .enumerate()
         .for_each(|(index, (depth_m, ids))| {
             let band = draw(&binned, index, width, depth_m.len() / width, 1);
             note_front(&band, &projection.lens, &prepared, objects, depth_m, ids);
         });
-    GeometryFrame { width_px: width as u32, height_px: height as u32, depth_m, ids }
+    frame
 }
 
 fn draw(binned: &Binned, index: usize, width: usize, rows: usize, samples: usize) -> Band {
@@ -73,23 +97,24 @@ fn note_front(
     }
 }
 
-/// Color, depth and ids, and normals if wanted.
+/// Color, and what is wanted besides.
 pub fn paint(
     objects: &[RenderObject],
     light: &Light,
     view: &View,
     settings: &RenderSettings,
-    normals: bool,
-) -> Frame {
+    besides: Besides,
+) -> (Image, Front) {
     let samples = settings.supersampling.clamp(1, MOST_SUPERSAMPLING);
     let projection = Projection::new(view, 1);
     let fine = Projection::new(view, samples);
     let prepared = Prepared::new(objects, &projection);
-    let geometry = prepared.bin(objects, &projection, BAND_ROWS, Keep::All);
-    let fine_rows = BAND_ROWS * samples as usize;
-    let glass = prepared.bin(objects, &fine, fine_rows, Keep::Transparent);
-    let shares_geometry = samples == 1 && glass.is_empty();
-    let opaque = (!shares_geometry).then(|| prepared.bin(objects, &fine, fine_rows, Keep::Opaque));
+    let samples = samples as usize;
+    let opaque = prepared.bin(objects, &fine, BAND_ROWS * samples, Keep::Opaque);
+    let glass = prepared.bin(objects, &fine, BAND_ROWS * samples, Keep::Transparent);
+    // Where color is sampled at pixel centers and nothing is see-through, one drawing serves both.
+    let apart = besides != Besides::Nothing && (samples > 1 || !glass.is_empty());
+    let all = apart.then(|| prepared.bin(objects, &projection, BAND_ROWS, Keep::All));
     let (width, height) = (projection.width_px, projection.height_px);
     // A shadow map finer than the picture shows nothing more.
     let shadow_map_px = settings.shadow_map_px.min(width.max(height) as u32);
@@ -97,37 +122,40 @@ pub fn paint(
     let world_from_camera = projection.world_from_camera();
     let shader = Shader::new(objects, &prepared, environment, light.background, world_from_camera);
     let mut rgba = vec![0; width * height * 4];
-    let mut depth_m = vec![f32::INFINITY; width * height];
-    let mut ids = vec![0; width * height];
-    let band_pixels = BAND_ROWS * width.max(1);
-    let directions: Vec<Vec<[f32; 3]>> = rgba
-        .par_chunks_mut(4 * band_pixels)
-        .zip(depth_m.par_chunks_mut(band_pixels))
-        .zip(ids.par_chunks_mut(band_pixels))
+    let bands: Vec<Front> = rgba
+        .par_chunks_mut(4 * BAND_ROWS * width.max(1))
         .enumerate()
-        .map(|(index, ((rgba, depth_m), ids))| {
-            let rows = ids.len() / width;
-            let front = draw(&geometry, index, width, rows, 1);
-            note_front(&front, &projection.lens, &prepared, objects, depth_m, ids);
-            let linear = match &opaque {
-                Some(opaque) => {
-                    let band = draw(opaque, index, width, rows, samples as usize);
-                    let mut linear = shaded(&band, &fine, &shader, samples as usize);
-                    blend_glass(&mut linear, &band, &glass, index, &fine, &shader, samples as usize);
-                    linear
-                }
-                None => shaded(&front, &fine, &shader, 1),
+        .map(|(index, rgba)| {
+            let rows = rgba.len() / (4 * width);
+            let band = draw(&opaque, index, width, rows, samples);
+            let mut linear = shaded(&band, &fine, &shader, samples);
+            blend_glass(&mut linear, &band, &glass, index, &fine, &shader, samples);
+            average(&linear, width, samples, rgba);
+            if besides == Besides::Nothing {
+                return Front::default();
+            }
+            let drawn = all.as_ref().map(|all| draw(all, index, width, rows, 1));
+            let band = drawn.as_ref().unwrap_or(&band);
+            let (mut depth_m, mut ids) = (vec![f32::INFINITY; rows * width], vec![0; rows * width]);
+            note_front(band, &projection.lens, &prepared, objects, &mut depth_m, &mut ids);
+            let normals = match besides {
+                Besides::GeometryAndNormals => normals_of(band, &projection.lens, &shader),
+                _ => Vec::new(),
             };
-            average(&linear, width, samples as usize, rgba);
-            if normals { directions_of(&front, &projection.lens, &shader) } else { Vec::new() }
+            Front { depth_m, ids, normals }
         })
         .collect();
-    let color = Image::from_rgba(width as u32, height as u32, rgba).expect("the bands fill the picture");
-    Frame { color, depth_m, normals: normals.then(|| directions.concat()), ids }
+    let mut front = Front::default();
+    for band in bands {
+        front.depth_m.extend(band.depth_m);
+        front.ids.extend(band.ids);
+        front.normals.extend(band.normals);
+    }
+    (Image::from_rgba(width as u32, height as u32, rgba).expect("the bands fill the picture"), front)
 }
 
 /// The band's normals, zero where there is background.
-fn directions_of(band: &Band, lens: &Lens, shader: &Shader) -> Vec<[f32; 3]> {
+fn normals_of(band: &Band, lens: &Lens, shader: &Shader) -> Vec<[f32; 3]> {
     (0..band.width_px * band.rows)
         .map(|k| {
             let (x, row) = (k % band.width_px, k / band.width_px);

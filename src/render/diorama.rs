@@ -1,8 +1,9 @@
 //! Objects ready to be painted from many sides and in any light.
 
-use super::bands::{self, Light};
+use super::bands::{self, Besides, Front, Light};
 use super::sky::Sky;
 use super::{Background, Frame, GeometryFrame, Lighting, RenderObject, RenderSettings, View};
+use crate::geometry::Image;
 
 /// Objects in their places with what depends on nothing else: how much of the sky reaches where. Painting a
 /// scene from seven sides makes that once.
@@ -18,9 +19,22 @@ impl<'a> Diorama<'a> {
         Self { objects, sky, settings: settings.clone() }
     }
 
+    /// The color of the same picture as [`super::render`] of these objects.
+    pub fn color(&self, lighting: Lighting, background: Background, view: &View) -> Image {
+        self.painted(lighting, background, view, Besides::Nothing).0
+    }
+
     /// The same picture as [`super::render`] of these objects, without normals.
     pub fn paint(&self, lighting: Lighting, background: Background, view: &View) -> Frame {
-        self.frame(lighting, background, view, false)
+        let (color, Front { depth_m, ids, .. }) = self.painted(lighting, background, view, Besides::Geometry);
+        Frame { color, depth_m, normals: None, ids }
+    }
+
+    /// The same picture with normals.
+    pub fn paint_with_normals(&self, lighting: Lighting, background: Background, view: &View) -> Frame {
+        let (color, Front { depth_m, ids, normals }) =
+            self.painted(lighting, background, view, Besides::GeometryAndNormals);
+        Frame { color, depth_m, normals: Some(normals), ids }
     }
 
     /// Depth and ids alone, as [`super::render_geometry`] gives them.
@@ -28,14 +42,14 @@ impl<'a> Diorama<'a> {
         bands::measure(&self.objects, view)
     }
 
-    pub(super) fn frame(
+    fn painted(
         &self,
         lighting: Lighting,
         background: Background,
         view: &View,
-        normals: bool,
-    ) -> Frame {
+        besides: Besides,
+    ) -> (Image, Front) {
         let light = Light { sky: &self.sky, lighting, background };
-        bands::paint(&self.objects, &light, view, &self.settings, normals)
+        bands::paint(&self.objects, &light, view, &self.settings, besides)
     }
 }

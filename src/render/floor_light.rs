@@ -17,7 +17,7 @@ const BLURS: usize = 3;
 /// Diffuse sky light at the nodes of a square grid on the floor.
 pub struct FloorLight {
     low: Vec2,
-    cell_m: f32,
+    nodes_per_m: f32,
     nodes: Vec<Vec3>,
 }
 
@@ -48,7 +48,7 @@ impl FloorLight {
                     .diffuse(Vec3A::Z, environment.sky.seen_from(Vec3A::new(xy.x, xy.y, z_m), Vec3A::Z))
             })
             .collect();
-        let mut light = Self { low, cell_m, nodes };
+        let mut light = Self { low, nodes_per_m: 1.0 / cell_m, nodes };
         (0..BLURS).for_each(|_| light.blur());
         light
     }
@@ -72,7 +72,8 @@ impl FloorLight {
     /// Bilinear; beyond the grid its edge goes on.
     pub fn at(&self, point: Vec3A) -> Vec3 {
         let last = (SIDE - 1) as f32;
-        let p = ((Vec2::new(point.x, point.y) - self.low) / self.cell_m).clamp(Vec2::ZERO, Vec2::splat(last));
+        let p = ((Vec2::new(point.x, point.y) - self.low) * self.nodes_per_m)
+            .clamp(Vec2::ZERO, Vec2::splat(last));
         let (x, y) = ((p.x as usize).min(SIDE - 2), (p.y as usize).min(SIDE - 2));
         let (tx, ty) = (p.x - x as f32, p.y - y as f32);
         let node = |x: usize, y: usize| self.nodes[y * SIDE + x];

@@ -5,7 +5,7 @@
 //! coarse map of the highest blockers answers most pixels (plainly lit) with one look; the others look at
 //! eight texels at a time.
 
-use glam::{Affine3A, DAffine3, DMat3, DVec3, Vec3, Vec3A};
+use glam::{Affine3A, DAffine3, DMat3, DVec3, Mat3A, Vec3, Vec3A};
 use rayon::prelude::*;
 use wide::f32x8;
 
@@ -18,12 +18,12 @@ use crate::geometry::rounding::floor;
 /// Depth of everything as seen from one direction.
 pub struct LightMap {
     light_from_world: Affine3A,
-    width: usize,
-    height: usize,
+    pub(super) width: usize,
+    pub(super) height: usize,
     texels_per_m: f32,
-    texel_m: f32,
+    pub(super) texel_m: f32,
     /// Nearest key (minus meters along the light) per texel; minus infinity = nothing.
-    keys: Vec<f32>,
+    pub(super) keys: Vec<f32>,
     /// Highest key within reach of each coarse block.
     coarse: Vec<f32>,
     coarse_width: usize,
@@ -49,7 +49,7 @@ const NARROW: f32 = 2.0;
 
 impl LightMap {
     /// Looks at the objects from `toward_light`. `radius_rad` is the angular radius of a light whose soft
-    /// shadows will be asked for; without it the map answers [`Self::openness`] only.
+    /// shadows will be asked for; without it the map has its keys only.
     pub fn new(
         objects: &[RenderObject],
         toward_light: DVec3,
@@ -161,6 +161,13 @@ impl LightMap {
         highest
     }
 
+    /// Texel position and meters along the light of a point in the world: matrix and shift.
+    pub(super) fn texel_from_world(&self) -> (Mat3A, Vec3A) {
+        let scale = Vec3A::new(self.texels_per_m, self.texels_per_m, 1.0);
+        let Affine3A { matrix3, translation } = self.light_from_world;
+        (Mat3A::from_diagonal(scale.into()) * matrix3, scale * translation + Vec3A::new(BORDER, BORDER, 0.0))
+    }
+
     #[inline]
     fn texel_and_key(&self, point_in_world: Vec3A) -> (f32, f32, f32) {
         let p = self.light_from_world.transform_point3a(point_in_world);
@@ -185,17 +192,6 @@ impl LightMap {
         let upper = lit(0, 0) * (1.0 - tx) + lit(1, 0) * tx;
         let lower = lit(0, 1) * (1.0 - tx) + lit(1, 1) * tx;
         upper * (1.0 - ty) + lower * ty
-    }
-
-    /// Share of the light that reaches the point unblocked, hard edges smoothed over a texel: for one
-    /// direction of many.
-    #[inline]
-    pub fn openness(&self, point_in_world: Vec3A, normal: Vec3A) -> f32 {
-        let (x, y, key) = self.texel_and_key(point_in_world + normal * self.texel_m);
-        if x < 0.0 || y < 0.0 || x >= self.width as f32 || y >= self.height as f32 {
-            return 1.0;
-        }
-        self.lit_share(x, y, key + 0.5 * self.texel_m)
     }
 
     /// Share of the round light that reaches the point. `turn` (0..1) rotates the sampling pattern, so that
@@ -251,12 +247,20 @@ impl LightMap {
             let lit: f32 = (0..8).map(|k| self.lit_share(u[k], v[k], key + bias)).sum();
             return lit / 8.0;
         }
-        let mut lit = 0;
-        for (dx, dy) in &disk.wide {
-            let found = self.keys_at(x + *dx * radius, y + *dy * radius);
-            lit += found.simd_le(lit_up_to).to_bitmask().count_ones();
+        let lit_among = |groups: &[(f32x8, f32x8)]| {
+            let lit = |(dx, dy): &(f32x8, f32x8)| {
+                let found = self.keys_at(x + *dx * radius, y + *dy * radius);
+                found.simd_le(lit_up_to).to_bitmask().count_ones()
+            };
+            groups.iter().map(lit).sum::<u32>()
+        };
+        // Where all of the first half agree, the second would.
+        let (few, more) = disk.wide.split_at(TAP_GROUPS / 2);
+        match lit_among(few) {
+            0 => 0.0,
+            lit if lit as usize == 8 * few.len() => 1.0,
+            lit => (lit + lit_among(more)) as f32 / (8 * TAP_GROUPS) as f32,
         }
-        lit as f32 / (8 * TAP_GROUPS) as f32
     }
 
     /// Keys at eight positions; beyond the map there is nothing, as in its border.

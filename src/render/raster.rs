@@ -23,6 +23,9 @@ pub struct Band {
     sources: Vec<f32>,
 }
 
+/// Rows wider than this are cut to the span that the triangle covers, pixels.
+const WIDE_PX: usize = 16;
+
 /// One triangle made ready for a row loop.
 pub struct Edges {
     /// Start, and extent along x and y, of each edge; turned so that inside is positive.
@@ -35,6 +38,12 @@ pub struct Edges {
     key_dy: f32,
     key_low: f32,
     key_high: f32,
+}
+
+/// Lowest and highest pixel center of two ranges in a row.
+struct Span {
+    touched: (f32, f32),
+    inside: (f32, f32),
 }
 
 impl Edges {
@@ -76,7 +85,30 @@ impl Edges {
         Some(edges)
     }
 
-    /// Mask and keys of eight pixel centers `(px, py)`.
+    /// Where the row through `py` meets the triangle, and where it is sure to be inside, as ranges of pixel
+    /// centers: what is tested between them decides, so both keep a distance from the edges that no rounding
+    /// reaches.
+    fn span(&self, py: f32) -> Span {
+        let mut span = Span { touched: (f32::MIN, f32::MAX), inside: (f32::MIN, f32::MAX) };
+        for ((sx, sy), (ex, ey)) in self.start.iter().zip(self.extent) {
+            let offset = (py - sy) * (ex / ey);
+            let margin = 1.0 + 1e-5 * (sx.abs() + offset.abs());
+            let (before, after) = (sx + offset - margin, sx + offset + margin);
+            if !margin.is_finite() {
+                // A level edge: no column says on which side of it the row runs.
+                span.inside = (f32::MAX, f32::MIN);
+            } else if ey > 0.0 {
+                span.touched.1 = span.touched.1.min(after);
+                span.inside.1 = span.inside.1.min(before);
+            } else {
+                span.touched.0 = span.touched.0.max(before);
+                span.inside.0 = span.inside.0.max(after);
+            }
+        }
+        span
+    }
+
+    /// Mask of eight pixel centers `(px, py)`.
     #[inline]
     fn test(&self, px: f32x8, py: f32) -> f32x8 {
         let value = |k: usize| {
@@ -136,10 +168,20 @@ impl Band {
         for y in y0.max(self.first_row)..=y1 {
             let py = y as f32 + 0.5;
             let row = (y - self.first_row) * self.stride;
-            let mut x = x0;
-            while x <= x1 {
+            let (mut x, mut last, mut sure) = (x0, x1, (f32::MAX, f32::MIN));
+            if x1 - x0 > WIDE_PX {
+                let span = edges.span(py);
+                x = x.max(span.touched.0 as usize);
+                last = last.min(span.touched.1 as usize);
+                sure = span.inside;
+            }
+            while x <= last {
                 let px = f32x8::splat(x as f32) + f32x8::from(LANES);
-                let mut inside = edges.test(px, py);
+                let mut inside = if x as f32 >= sure.0 && (x + 8) as f32 <= sure.1 {
+                    f32x8::splat(f32::from_bits(u32::MAX))
+                } else {
+                    edges.test(px, py)
+                };
                 if screen != 0xffff {
                     let bits = screen >> (4 * (y & 3));
                     let lanes = std::array::from_fn(|lane| {

@@ -32,6 +32,8 @@ pub struct Shader<'a> {
     environment: Environment<'a>,
     background: Background,
     floor_light: Option<FloorLight>,
+    /// One over the light that reaches a floor which nothing shades.
+    per_open_floor: Vec3,
     world_from_camera: glam::Affine3A,
     world_from_object: Vec<Mat3A>,
     looks: Vec<Look>,
@@ -99,6 +101,8 @@ impl<'a> Shader<'a> {
         let turn = |object: &RenderObject| Mat3A::from_quat(object.world_from_object.rotation.as_quat());
         let floor_light =
             background.floor.map(|floor| FloorLight::new(objects, &environment, floor.z_m as f32));
+        let lighting = &environment.lighting;
+        let open_floor = lighting.key_color * environment.toward_key.z.max(0.0) + lighting.sky_color;
         let facing = |source: &SourceTriangle| {
             let [p, q, r] = source.vertices.map(|v| prepared.camera_points[v as usize]);
             (q - p).cross(r - p).normalize_or_zero()
@@ -107,6 +111,7 @@ impl<'a> Shader<'a> {
             objects,
             prepared,
             floor_light,
+            per_open_floor: open_floor.max(Vec3::splat(1e-3)).recip(),
             environment,
             background,
             world_from_camera,
@@ -280,12 +285,10 @@ impl<'a> Shader<'a> {
         }
         let point = origin + t * direction;
         let lighting = &self.environment.lighting;
-        let up = Vec3A::Z;
         let key = lighting.key_color * self.environment.toward_key.z.max(0.0);
-        let reaching = self.environment.key_visibility(point, up, turn);
+        let reaching = self.environment.key_visibility(point, Vec3A::Z, turn);
         let sky = self.floor_light.as_ref().map_or(lighting.sky_color, |light| light.at(point));
-        let arriving = key * reaching + sky;
-        color * (arriving / (key + lighting.sky_color).max(Vec3::splat(1e-3))).min(Vec3::ONE)
+        color * ((key * reaching + sky) * self.per_open_floor).min(Vec3::ONE)
     }
 }
 

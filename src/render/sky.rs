@@ -5,11 +5,13 @@ use glam::Vec3A;
 use rayon::prelude::*;
 
 use super::light_map::{LightMap, sky_directions};
+use super::sky_group::SkyGroup;
 use super::{RenderObject, RenderSettings};
 
 /// One occlusion map per direction.
 pub struct Sky {
-    directions: Vec<(Vec3A, LightMap)>,
+    groups: Vec<SkyGroup>,
+    directions: usize,
 }
 
 /// How much of the sky a surface point sees.
@@ -24,30 +26,31 @@ pub struct SkyShare {
 impl Sky {
     /// Looks at the objects from every direction.
     pub fn new(objects: &[RenderObject], settings: &RenderSettings) -> Self {
-        let directions = sky_directions(settings.sky_directions.min(64))
+        let directions: Vec<(Vec3A, LightMap)> = sky_directions(settings.sky_directions.min(64))
             .into_par_iter()
             .filter_map(|d| {
                 let map = LightMap::new(objects, d.as_dvec3(), settings.sky_map_px.clamp(32, 1024), None)?;
                 Some((Vec3A::from(d), map))
             })
             .collect();
-        Self { directions }
+        Self { groups: directions.chunks(8).map(SkyGroup::new).collect(), directions: directions.len() }
     }
 
     /// What a surface point sees of it; all of it where there are no maps.
     pub fn seen_from(&self, point: Vec3A, normal: Vec3A) -> SkyShare {
-        if self.directions.is_empty() {
+        if self.groups.is_empty() {
             return SkyShare { arriving: 1.0, open: 1.0 };
         }
         let (mut lit, mut all, mut open) = (0.0_f32, 1e-4_f32, 0.0_f32);
-        for (direction, map) in &self.directions {
-            let share = map.openness(point, normal);
-            let weight = normal.dot(*direction).max(0.0);
-            lit += weight * share;
-            all += weight;
-            open += share;
+        for group in &self.groups {
+            let shares = group.shares(point, normal);
+            lit += shares.lit;
+            all += shares.all;
+            open += shares.open;
         }
-        SkyShare { arriving: lit / all, open: open / self.directions.len() as f32 }
+        // Left-over lanes of the last group are open.
+        open -= (8 * self.groups.len() - self.directions) as f32;
+        SkyShare { arriving: lit / all, open: open / self.directions as f32 }
     }
 }
 

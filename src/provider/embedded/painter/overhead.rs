@@ -23,7 +23,7 @@ pub(super) fn paint(
     interrupt: &Interrupt,
 ) -> Result<TopPicture, ProviderError> {
     let view = View::Orthographic(view_of(stage, table, settings.painter.top_px));
-    let picture = stage.paint_from(&view).color;
+    let picture = stage.color_from(&view);
     interrupt.check()?;
     let alone = |index: usize| {
         let object = stage.objects[index];

@@ -4,7 +4,7 @@ use super::arrangement::Arrangement;
 use super::props::Prop;
 use super::table::PaintedTable;
 use super::view::Viewpoint;
-use crate::geometry::{Camera, Pose};
+use crate::geometry::{Camera, Image, Pose};
 use crate::render::{Background, Diorama, Frame, Lighting, RenderObject, RenderSettings, View};
 
 /// Id of the table in painted frames; prop k has id k + [`FIRST_PROP`].
@@ -49,8 +49,8 @@ impl<'a> Stage<'a> {
     }
 
     /// The same light without a floor, from elsewhere.
-    pub fn paint_from(&self, view: &View) -> Frame {
-        self.diorama.paint(self.lighting, Background { floor: None, ..self.background }, view)
+    pub fn color_from(&self, view: &View) -> Image {
+        self.diorama.color(self.lighting, Background { floor: None, ..self.background }, view)
     }
 
     /// The props alone, in order.
