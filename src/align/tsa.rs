@@ -6,23 +6,31 @@
 //! - `e = |ln r_phys - ln r_img|`, `RMA = A_px / (1 + (e / tau)^2)`: large boxes whose shape is believable
 //!   score high;
 //! - the *anchor* is the highest score, the table excluded; its size gives the scene's one scale
-//!   `alpha = sqrt(w h / A_px)` in meters per pixel;
+//!   `alpha = sqrt(w h / A_px)` in meters per pixel ([`TsaScale::Anchor`], the paper's);
+//! - or all objects vote on that scale, weighted by the believability of their shapes
+//!   ([`TsaScale::Consensus`], [`consensus`]);
 //! - whatever deviates strongly from its box at that scale is rescaled to the box (in practice mostly the
 //!   table), and every object is moved so that the middle of its turned mesh's box meets the middle of its
-//!   box on the picture.
+//!   box on the picture. Votes that scatter more than their boxes' shapes explain come from inexact sizes;
+//!   then a consensus also draws each size toward its box, as far as the box is the better witness.
 //!
 //! The footprint is that of the turned mesh, not of its turned box: [`footprint`] measures it. World
 //! origin: the middle of the table's box; +x to the right, +y up the picture (image y points down).
 //! The picture must be orthographic. Exact up to the boxes: a box off by a pixel moves its object by
 //! half a pixel, and the anchor's box everything in proportion to its distance from the middle.
 
+mod consensus;
 mod settings;
 
-pub use settings::TsaSettings;
+pub use consensus::{Consensus, Vote};
+pub use settings::{TsaScale, TsaSettings};
 
 use glam::DVec2;
 
 use crate::geometry::TexturedMesh;
+
+/// Sizes are not corrected by less than a hundredth.
+const NEGLIGIBLE_LOG_SCALE: f64 = 0.01;
 
 /// A box on the picture: x0, y0, x1, y1 in pixels, y down.
 pub type BoxPx = [f64; 4];
@@ -59,8 +67,11 @@ pub struct TsaProblem {
 #[derive(Clone, Debug, PartialEq)]
 pub struct LayoutEstimate {
     pub alpha_m_per_px: f64,
-    /// Index of the instance that set the scale; `None` where it was given, or where no instance could.
+    /// Index of the instance that set the scale; `None` where it was given, where all voted on it, or where
+    /// no instance could.
     pub anchor: Option<usize>,
+    /// What the instances agreed on; `None` where they were not asked, or where none could say.
+    pub consensus: Option<Consensus>,
     /// RMA score of each instance, square pixels.
     pub rma_scores: Vec<f64>,
     /// Width and depth of the table top by its box, meters.
@@ -73,7 +84,8 @@ pub struct LayoutEstimate {
 /// Where one object stands and how large it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InstanceLayout {
-    /// Factor on the commonsense size, the same for all axes; 1 unless `rescaled`.
+    /// Factor on the commonsense size, the same for all axes; 1 unless `rescaled` or drawn toward the box by
+    /// a consensus.
     pub scale: f64,
     /// World position of the object's origin.
     pub xy_m: DVec2,
@@ -119,38 +131,28 @@ pub fn align_top_view(problem: &TsaProblem, settings: &TsaSettings) -> Result<La
         if !(extent_m.min_element() > 0.0 && extent_m.is_finite()) {
             return Err(TsaError::NoFootprint(index));
         }
-        let aspect_error = ((extent_m.x / extent_m.y).ln() - (box_px.x / box_px.y).ln()).abs();
-        measured.push((box_px, extent_m, aspect_error));
+        let aspect_error = (extent_m.x / extent_m.y).ln() - (box_px.x / box_px.y).ln();
+        measured.push(Measured { box_px, extent_m, aspect_error });
     }
-    let rma_scores: Vec<f64> = measured
-        .iter()
-        .map(|(box_px, _, e)| box_px.element_product() / (1.0 + (e / settings.tau).powi(2)))
-        .collect();
-    let by_size =
-        |box_px: DVec2, extent_m: DVec2| (extent_m.element_product() / box_px.element_product()).sqrt();
-    let (anchor, alpha) = match problem.meters_per_px {
-        Some(given) if given > 0.0 && given.is_finite() => (None, given),
-        Some(given) => return Err(TsaError::NoScale(given)),
-        None => match highest(&rma_scores, &problem.instances) {
-            Some(index) => (Some(index), by_size(measured[index].0, measured[index].1)),
-            None => (None, by_size(table_px, problem.table_size_m)),
-        },
-    };
-    if !(alpha > 0.0 && alpha.is_finite()) {
-        return Err(TsaError::NoScale(alpha));
-    }
+    let rma_scores: Vec<f64> = measured.iter().map(|m| m.area_px() * m.believability(settings)).collect();
+    let Scale { alpha, anchor, consensus } = scale_of(problem, &measured, &rma_scores, table_px, settings)?;
     let origin_px = middle(problem.table_box_px);
     let instances = problem
         .instances
         .iter()
         .zip(&measured)
-        .map(|(instance, &(box_px, extent_m, aspect_error))| {
-            let by_box = alpha / by_size(box_px, extent_m);
-            let rescaled = by_box.ln().abs() > settings.strong_deviation;
-            let scale = if rescaled { by_box } else { 1.0 };
+        .map(|(instance, measured)| {
+            let off = (alpha / measured.alpha()).ln();
+            let rescaled = off.abs() > settings.strong_deviation;
+            let drawn = match &consensus {
+                Some(consensus) if instance.may_anchor => toward_box(off, consensus),
+                _ => 0.0,
+            };
+            let scale = if rescaled { off } else { drawn }.exp();
             let offset_px = middle(instance.box_px) - origin_px;
             let center_m = alpha * DVec2::new(offset_px.x, -offset_px.y);
             let own_middle_m = 0.5 * (instance.footprint.low_m + instance.footprint.high_m);
+            let aspect_error = measured.aspect_error.abs();
             InstanceLayout { scale, xy_m: center_m - scale * own_middle_m, rescaled, aspect_error }
         })
         .collect();
@@ -159,7 +161,88 @@ pub fn align_top_view(problem: &TsaProblem, settings: &TsaSettings) -> Result<La
         .to_array()
         .iter()
         .any(|ratio| ratio.ln().abs().is_nan() || ratio.ln().abs() > settings.strong_deviation);
-    Ok(LayoutEstimate { alpha_m_per_px: alpha, anchor, rma_scores, table_size_m, table_rescaled, instances })
+    Ok(LayoutEstimate {
+        alpha_m_per_px: alpha,
+        anchor,
+        consensus,
+        rma_scores,
+        table_size_m,
+        table_rescaled,
+        instances,
+    })
+}
+
+/// A box beside the footprint it should show.
+struct Measured {
+    box_px: DVec2,
+    extent_m: DVec2,
+    /// `ln r_phys - ln r_img`.
+    aspect_error: f64,
+}
+
+impl Measured {
+    fn area_px(&self) -> f64 {
+        self.box_px.element_product()
+    }
+
+    /// Meters per pixel at which the footprint's area fills the box's.
+    fn alpha(&self) -> f64 {
+        (self.extent_m.element_product() / self.area_px()).sqrt()
+    }
+
+    /// 1 for a box of the footprint's shape, less the less alike they are.
+    fn believability(&self, settings: &TsaSettings) -> f64 {
+        1.0 / (1.0 + (self.aspect_error / settings.tau).powi(2))
+    }
+}
+
+/// Meters per pixel, and where they come from.
+struct Scale {
+    alpha: f64,
+    anchor: Option<usize>,
+    consensus: Option<Consensus>,
+}
+
+fn scale_of(
+    problem: &TsaProblem,
+    measured: &[Measured],
+    rma_scores: &[f64],
+    table_px: DVec2,
+    settings: &TsaSettings,
+) -> Result<Scale, TsaError> {
+    let (mut anchor, mut agreed) = (None, None);
+    let alpha = match (problem.meters_per_px, settings.scale) {
+        (Some(given), _) => Some(given),
+        (None, TsaScale::Anchor) => {
+            anchor = highest(rma_scores, &problem.instances);
+            anchor.map(|index| measured[index].alpha())
+        }
+        (None, TsaScale::Consensus) => {
+            let voters = measured.iter().zip(&problem.instances).filter(|(_, instance)| instance.may_anchor);
+            let vote = |(measured, _): (&Measured, &TsaInstance)| Vote {
+                log_alpha: measured.alpha().ln(),
+                log_aspect_error: measured.aspect_error,
+                weight: measured.believability(settings),
+            };
+            agreed = consensus::consensus(&voters.map(vote).collect::<Vec<_>>(), settings.size_spread);
+            agreed.map(|consensus| consensus.log_alpha.exp())
+        }
+    };
+    let by_table = || (problem.table_size_m.element_product() / table_px.element_product()).sqrt();
+    let alpha = alpha.unwrap_or_else(by_table);
+    if !(alpha > 0.0 && alpha.is_finite()) {
+        return Err(TsaError::NoScale(alpha));
+    }
+    Ok(Scale { alpha, anchor, consensus: agreed })
+}
+
+/// The mean of commonsense and measured log size, each weighted by how exact it is; `off` is the measured
+/// one relative to the other. Corrections that nobody would see are none.
+fn toward_box(off: f64, consensus: &Consensus) -> f64 {
+    let box_variance = consensus.box_spread.powi(2) + consensus.log_alpha_error.powi(2);
+    let size_variance = consensus.size_spread.powi(2);
+    let drawn = off * size_variance / (size_variance + box_variance).max(f64::MIN_POSITIVE);
+    if drawn.abs() < NEGLIGIBLE_LOG_SCALE { 0.0 } else { drawn }
 }
 
 fn highest(scores: &[f64], instances: &[TsaInstance]) -> Option<usize> {

@@ -11,14 +11,14 @@ use serde::{Deserialize, Serialize};
 use super::checkpoint::{ArtifactRef, Stage};
 use super::error::StageError;
 use super::{Context, Settings, canonicalize, carry, decompose, reconstruct, reference, rotate, segment};
-use crate::align::tsa::TsaSettings;
+use crate::align::tsa::{Consensus, TsaSettings};
 use crate::geometry::{Image, Outline, Pose};
 use crate::provider::{Adapter, Ports, TopBoxes, TopViewRequest};
 use crate::render::overlay::{distinct_color, draw_box, draw_text};
 use crate::scene::request::MetricAnchor;
 use crate::scene::{InstanceId, InstanceMask, Recognition, RecognizedObject, SceneRequest, StandsOn};
 
-pub const STAGE: Stage = Stage { name: "place", version: 1 };
+pub const STAGE: Stage = Stage { name: "place", version: 2 };
 
 #[derive(Serialize)]
 pub struct Inputs {
@@ -59,8 +59,10 @@ pub(super) struct Table {
 #[derive(Clone, Serialize, Deserialize)]
 pub struct Output {
     pub alpha_m_per_px: f64,
-    /// The object that set the scale; `None` where it was given, or where the table did.
+    /// The object that set the scale; `None` where it was given, where all voted, or where the table did.
     pub anchor: Option<InstanceId>,
+    /// What the objects agreed on; `None` where they did not vote.
+    pub consensus: Option<Consensus>,
     pub table: PlacedTable,
     /// In the order of the recognized objects.
     pub instances: Vec<PlacedInstance>,
@@ -83,7 +85,7 @@ pub struct PlacedInstance {
     pub mesh: ArtifactRef,
     pub hulls: ArtifactRef,
     pub size_m: DVec3,
-    /// Factor on the commonsense size; 1 unless the top view overruled it.
+    /// Factor on the commonsense size; 1 unless the top view knows better.
     pub scale: f64,
     pub world_from_object: Pose,
     pub stands_on: StandsOn,

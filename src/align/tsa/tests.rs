@@ -7,7 +7,7 @@ use super::*;
 use crate::geometry::{Material, Rgb, shapes};
 
 fn settings() -> TsaSettings {
-    TsaSettings { tau: 0.25, strong_deviation: 0.3 }
+    TsaSettings { scale: TsaScale::Anchor, tau: 0.25, strong_deviation: 0.3, size_spread: 0.1 }
 }
 
 fn plain(w: f64, h: f64) -> Footprint {
@@ -50,6 +50,39 @@ fn scores_by_hand() {
     let alone = TsaProblem { instances: vec![doubtful], ..problem };
     let layout = align_top_view(&alone, &settings()).expect("aligned");
     assert!(layout.anchor.is_none() && (layout.alpha_m_per_px - 0.001).abs() < 1e-12);
+}
+
+/// Ten blocks on boxes of their true size; the first is three times the area of any other and its
+/// commonsense size is a quarter too large, the others' are a little off.
+#[test]
+fn one_large_wrong_size_does_not_set_the_scale_of_a_consensus() {
+    let alpha = 0.002;
+    let off = [1.25, 0.97, 1.04, 1.0, 0.95, 1.02, 0.99, 1.05, 0.96, 1.01];
+    let instances = off.iter().enumerate().map(|(k, off)| {
+        let (w, d) = if k == 0 { (0.36, 0.24) } else { (0.18, 0.1 + 0.01 * k as f64) };
+        let at = DVec2::new(100.0 * k as f64, 0.0);
+        let corner = at + DVec2::new(w, d) / alpha;
+        instance([at.x, at.y, corner.x, corner.y], plain(off * w, off * d))
+    });
+    let problem = TsaProblem {
+        table_box_px: [0.0, 0.0, 1100.0, 500.0],
+        table_size_m: DVec2::new(2.2, 1.0),
+        instances: instances.collect(),
+        meters_per_px: None,
+    };
+    let with = |scale| {
+        align_top_view(&problem, &TsaSettings { scale, ..settings() }).expect("aligned").alpha_m_per_px
+    };
+    assert!((with(TsaScale::Anchor) / alpha - 1.25).abs() < 1e-9);
+    assert!((with(TsaScale::Consensus) / alpha - 1.0).abs() < 0.02);
+    // Boxes of exactly the right shape are the better witness of every size.
+    let voted = align_top_view(&problem, &TsaSettings { scale: TsaScale::Consensus, ..settings() });
+    let voted = voted.expect("aligned");
+    for (found, off) in voted.instances.iter().zip(off) {
+        assert!((found.scale * off - 1.0).abs() < 0.03, "{} of {off}", found.scale);
+    }
+    let consensus = voted.consensus.expect("they voted");
+    assert!((0.02..0.08).contains(&consensus.size_spread) && consensus.log_alpha_error < 0.02);
 }
 
 #[test]
@@ -110,11 +143,15 @@ proptest! {
             instances,
             meters_per_px: None,
         };
-        let layout = align_top_view(&problem, &settings()).expect("aligned");
-        prop_assert!((layout.alpha_m_per_px / alpha - 1.0).abs() < 1e-9);
-        prop_assert!(!layout.table_rescaled);
-        for (found, &(x, y, ..)) in layout.instances.iter().zip(&things) {
-            prop_assert!((found.xy_m - DVec2::new(x, y)).length() < 1e-6 && !found.rescaled);
+        for scale in [TsaScale::Anchor, TsaScale::Consensus] {
+            let settings = TsaSettings { scale, ..settings() };
+            let layout = align_top_view(&problem, &settings).expect("aligned");
+            prop_assert!((layout.alpha_m_per_px / alpha - 1.0).abs() < 1e-9);
+            prop_assert!(!layout.table_rescaled);
+            for (found, &(x, y, ..)) in layout.instances.iter().zip(&things) {
+                prop_assert!((found.xy_m - DVec2::new(x, y)).length() < 1e-6 && !found.rescaled);
+                prop_assert!((found.scale - 1.0).abs() < 1e-9);
+            }
         }
     }
 }

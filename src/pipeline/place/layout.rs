@@ -77,7 +77,13 @@ pub(super) async fn lay_out(
         });
     }
     let anchor = found.anchor.map(|index| inputs.instances[index].object.id.clone());
-    let mut output = Output { alpha_m_per_px: found.alpha_m_per_px, anchor, table, instances: placed };
+    let mut output = Output {
+        alpha_m_per_px: found.alpha_m_per_px,
+        anchor,
+        consensus: found.consensus,
+        table,
+        instances: placed,
+    };
     let_down(context, &mut output).await?;
     Ok(output)
 }
