@@ -30,19 +30,26 @@ impl PictureCrop {
         let own = DVec2::new(f64::from(picture.width_px()), f64::from(picture.height_px()));
         let points = (own.x / size.x / crop.scale).ceil().clamp(1.0, 6.0) as usize;
         let half = 0.5 * side as f64;
+        // Pixels of the picture under the points of the crop's columns, and of its rows; `None` beyond it.
+        let under = |center_px: f64, low_px: f64, size_px: f64, own_px: f64| -> Vec<Option<u32>> {
+            let at = |k: usize| {
+                let offset = ((k % points) as f64 + 0.5) / points as f64;
+                let p = ((k / points) as f64 + offset - half) / crop.scale + center_px;
+                (p - low_px) / size_px * own_px
+            };
+            (0..side * points).map(at).map(|q| (0.0..own_px).contains(&q).then_some(q as u32)).collect()
+        };
+        let columns = under(crop.center_px.x, low.x, size.x, own.x);
+        let rows = under(crop.center_px.y, low.y, size.y, own.y);
         let color_at = |x: usize, y: usize| {
             let (mut sum, mut count) = (Vec3::ZERO, 0.0);
-            for (u, v) in (0..points * points).map(|k| (k % points, k / points)) {
-                let offset = DVec2::new(u as f64 + 0.5, v as f64 + 0.5) / points as f64;
-                let p = (DVec2::new(x as f64, y as f64) + offset - half) / crop.scale + crop.center_px;
-                let q = (p - low) / size * own;
-                if q.x < 0.0 || q.y < 0.0 || q.x >= own.x || q.y >= own.y {
-                    continue;
-                }
-                let [r, g, b, a] = picture.pixel(q.x as u32, q.y as u32);
-                if a >= 128 {
-                    sum += Vec3::new(f32::from(r), f32::from(g), f32::from(b));
-                    count += 1.0;
+            for v in rows[y * points..(y + 1) * points].iter().flatten() {
+                for u in columns[x * points..(x + 1) * points].iter().flatten() {
+                    let [r, g, b, a] = picture.pixel(*u, *v);
+                    if a >= 128 {
+                        sum += Vec3::new(f32::from(r), f32::from(g), f32::from(b));
+                        count += 1.0;
+                    }
                 }
             }
             (count > 0.0).then(|| sum / count)

@@ -1,25 +1,40 @@
 //! Exact Euclidean distance to the nearest marked pixel.
 //!
 //! Felzenszwalb and Huttenlocher, "Distance transforms of sampled functions" (2012): the lower envelope
-//! of parabolas, columns first, rows second. Linear in the number of pixels.
+//! of parabolas along the rows, after steps to the nearest mark along the columns. Linear in the number of
+//! pixels.
 
 /// Distance in pixels from each pixel center to the nearest marked one (row-major); infinite
 /// everywhere if none is marked.
 pub fn distance_transform(marked: &[bool], width_px: usize, height_px: usize) -> Vec<f32> {
-    const FAR: f32 = 1e20;
-    let mut squared: Vec<f32> = marked.iter().map(|&m| if m { 0.0 } else { FAR }).collect();
+    let mut squared = squared_in_columns(marked, width_px, height_px);
     if width_px == 0 || height_px == 0 {
         return squared;
     }
-    let mut envelope = Envelope::new(width_px.max(height_px));
-    let mut column = vec![0.0; height_px];
-    for x in 0..width_px {
-        (0..height_px).for_each(|y| column[y] = squared[y * width_px + x]);
-        envelope.transform(&mut column);
-        (0..height_px).for_each(|y| squared[y * width_px + x] = column[y]);
-    }
+    let mut envelope = Envelope::new(width_px);
     squared.chunks_exact_mut(width_px).for_each(|row| envelope.transform(row));
     squared.into_iter().map(|d| if d >= 0.5 * FAR { f32::INFINITY } else { d.sqrt() }).collect()
+}
+
+/// Stands for the square of an infinite distance.
+const FAR: f32 = 1e20;
+
+/// Squared distance to the nearest marked pixel of the same column, [`FAR`] where it has none. Whole rows at a
+/// time, down and up again.
+fn squared_in_columns(marked: &[bool], width_px: usize, height_px: usize) -> Vec<f32> {
+    // Steps to the nearest mark above; columns without one count on from far more than any height.
+    const NONE: f32 = 1e10;
+    let mut steps: Vec<f32> = marked.iter().map(|&m| if m { 0.0 } else { NONE }).collect();
+    for y in 1..height_px {
+        let (above, row) = steps[(y - 1) * width_px..(y + 1) * width_px].split_at_mut(width_px);
+        row.iter_mut().zip(above).for_each(|(here, above)| *here = here.min(*above + 1.0));
+    }
+    for y in (1..height_px).rev() {
+        let (row, below) = steps[(y - 1) * width_px..(y + 1) * width_px].split_at_mut(width_px);
+        row.iter_mut().zip(below).for_each(|(here, below)| *here = here.min(*below + 1.0));
+    }
+    steps.iter_mut().for_each(|d| *d = if *d < NONE { *d * *d } else { FAR });
+    steps
 }
 
 /// Scratch space of the one-dimensional transform.

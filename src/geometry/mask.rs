@@ -134,13 +134,27 @@ impl TryFrom<RunLengths> for Mask {
             return Err(InvalidRunLengths);
         }
         let mut mask = Mask::empty(width_px, height_px);
-        let (mut at, mut inside) = (0_u32, false);
+        if pixels == 0 {
+            return Ok(mask);
+        }
+        // Marks where a pixel differs from the one above it, and in the top row what is inside; then row after
+        // row takes over the one above.
+        let (width, height) = (width_px as usize, height_px as usize);
+        let (mut at, mut inside, mut next_column) = (0, false, 0);
         for count in runs.counts {
-            if inside {
-                (at..at + count).for_each(|k| mask.set(k / height_px, k % height_px, true));
+            let end = at + count as usize;
+            while next_column * height < end {
+                mask.bits[next_column] = inside;
+                next_column += 1;
             }
-            at += count;
-            inside = !inside;
+            if end < width * height && !end.is_multiple_of(height) {
+                mask.bits[end % height * width + end / height] ^= true;
+            }
+            (at, inside) = (end, !inside);
+        }
+        for y in 1..height {
+            let (above, row) = mask.bits[(y - 1) * width..(y + 1) * width].split_at_mut(width);
+            row.iter_mut().zip(above).for_each(|(bit, above)| *bit ^= *above);
         }
         Ok(mask)
     }
@@ -165,6 +179,9 @@ mod tests {
             assert!(runs.counts[1..].iter().all(|&count| count > 0), "{bits:b}: {runs:?}");
             assert_eq!(Mask::try_from(runs), Ok(mask));
         }
+        // Runs of no pixels, as other writers leave them.
+        let split = RunLengths { size: [2, 2], counts: vec![0, 1, 0, 1, 1, 0, 1, 0] };
+        assert_eq!(Mask::try_from(split), Ok(Mask::from_fn(2, 2, |x, _| x == 0)));
         let short = RunLengths { size: [2, 2], counts: vec![3] };
         assert_eq!(Mask::try_from(short), Err(InvalidRunLengths));
     }

@@ -1,10 +1,13 @@
 //! The picture's side of the comparison: the mask's square crop, its contour's distance field, and
 //! which pixels and which sides of its box say something.
 
+mod window;
+
 use glam::DVec2;
 
 use crate::geometry::Mask;
 use crate::geometry::distance_transform::distance_transform;
+use window::{Axis, Window};
 
 /// Share of the crop's side left free on each side of the box.
 const MARGIN: f64 = 0.04;
@@ -39,26 +42,17 @@ impl Crop {
         let center_px = 0.5 * (low_px + high_px);
         let scale = side_px as f64 * (1.0 - 2.0 * MARGIN) / size.max_element();
         let own_sides = own_sides(mask, unknown, bbox);
-        let mut soft = vec![0.0; side_px * side_px];
-        let mut known = vec![1.0; side_px * side_px];
         // Points per crop pixel and axis: enough that no picture pixel is skipped.
         let points = (1.0 / scale).ceil().clamp(1.0, 8.0) as usize;
-        let half = 0.5 * side_px as f64;
-        for y in 0..side_px {
-            for x in 0..side_px {
-                let (mut inside, mut seen) = (0.0, 0.0);
-                for (u, v) in (0..points * points).map(|k| (k % points, k / points)) {
-                    let offset = DVec2::new(u as f64 + 0.5, v as f64 + 0.5) / points as f64;
-                    let p = (DVec2::new(x as f64, y as f64) + offset - half) / scale + center_px;
-                    let (set, hidden) = sample(mask, unknown, p);
-                    inside += set;
-                    seen += 1.0 - hidden;
-                }
-                let count = (points * points) as f64;
-                known[y * side_px + x] = if seen / count > 0.5 { 1.0 } else { 0.0 };
-                soft[y * side_px + x] = (inside / count) as f32 * known[y * side_px + x];
-            }
-        }
+        let columns = Axis::new(side_px, points, scale, center_px.x);
+        let rows = Axis::new(side_px, points, scale, center_px.y);
+        let mut soft = Vec::with_capacity(side_px * side_px);
+        let mut known = Vec::with_capacity(side_px * side_px);
+        Window::new(mask, unknown, &columns, &rows).each_crop_pixel(|own, seen| {
+            let is_known = if seen > 0.5 { 1.0 } else { 0.0 };
+            soft.push(own as f32 * is_known);
+            known.push(is_known);
+        });
         let distance_px = contour_distance(&soft, &known, side_px);
         let mask_area = soft.iter().map(|&s| f64::from(s)).sum();
         Self {
@@ -74,27 +68,6 @@ impl Crop {
             mask_area,
         }
     }
-}
-
-/// Mask and unknown at a picture position, bilinear between pixel centers. Beyond the picture all is
-/// unknown.
-fn sample(mask: &Mask, unknown: &Mask, p: DVec2) -> (f64, f64) {
-    let q = p - 0.5;
-    let (low, t) = (q.floor(), q - q.floor());
-    let (mut set, mut hidden) = (0.0, 0.0);
-    for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
-        let weight = (if dx == 0 { 1.0 - t.x } else { t.x }) * (if dy == 0 { 1.0 - t.y } else { t.y });
-        let (x, y) = (low.x as i64 + dx, low.y as i64 + dy);
-        let outside = x < 0 || y < 0 || x >= i64::from(mask.width_px()) || y >= i64::from(mask.height_px());
-        if outside {
-            hidden += weight;
-        } else if mask.contains(x as u32, y as u32) {
-            set += weight;
-        } else if unknown.contains(x as u32, y as u32) {
-            hidden += weight;
-        }
-    }
-    (set, hidden)
 }
 
 /// A side is the object's own unless a good part of the pixels along it border on something unknown.
