@@ -9,7 +9,7 @@ use super::DroSettings;
 use super::crop::Crop;
 use super::outline_mesh::OutlineMesh;
 use super::placement::{fit, on_viewing_ray, projected};
-use super::silhouette::{BLOCK_PX, BitPicture, Block, COVERAGE_MARGIN};
+use super::silhouette::{BLOCK_PX, BitPicture, Coverage, each};
 use crate::geometry::Camera;
 
 /// Distance of the rendered box's middle from the mask's up to which the object stays where it is, pixels.
@@ -34,8 +34,7 @@ struct Scratch {
     /// Of the mesh's triangles: whether they run clockwise in the picture.
     clockwise: Vec<bool>,
     picture: BitPicture,
-    coverage: Vec<f32>,
-    blocks: Vec<Block>,
+    coverage: Coverage,
 }
 
 thread_local! {
@@ -72,13 +71,13 @@ impl<'a> Comparison<'a> {
 
     /// Draws the mesh at that yaw; `None` if it reaches behind the camera.
     fn draw(&self, yaw_rad: f64, scratch: &mut Scratch) -> Option<()> {
-        let Scratch { pixels, clockwise, picture, coverage, blocks } = scratch;
+        let Scratch { pixels, clockwise, picture, coverage } = scratch;
         let (_, zoom, offset) = self.placed(yaw_rad, pixels)?;
         let corner = |v: u32| (zoom * pixels[v as usize] + offset).as_vec2().to_array();
         picture.clear(self.crop.side_px);
         let Some(edges) = &self.mesh.edges else {
             self.mesh.triangles.iter().for_each(|t| picture.fill(t.map(corner)));
-            picture.coverage(coverage, blocks);
+            picture.cover(coverage);
             return Some(());
         };
         clockwise.clear();
@@ -91,7 +90,7 @@ impl<'a> Comparison<'a> {
                 i32::from(clockwise[edge.along as usize]) - i32::from(clockwise[edge.against as usize]);
             (layers != 0).then(|| (corner(edge.ends[0]), corner(edge.ends[1]), layers))
         }));
-        picture.coverage(coverage, blocks);
+        picture.cover(coverage);
         Some(())
     }
 
@@ -146,59 +145,41 @@ impl<'a> Comparison<'a> {
     /// Compares what was drawn with the crop, a block of eight pixels at a time; only blocks at the outline
     /// have edges.
     fn terms(&self, scratch: &Scratch) -> Terms {
-        let Scratch { coverage, blocks, .. } = scratch;
-        let crop = self.crop;
+        let (coverage, crop) = (&scratch.coverage, self.crop);
         let side = crop.side_px;
-        let across = side / BLOCK_PX;
         let (mut common, mut drawn) = (0.0_f64, 0.0_f64);
         let (mut far, mut edges) = (0.0_f64, 0.0_f64);
-        for y in 0..side {
-            let (above, below) = (y.saturating_sub(1), (y + 1).min(side - 1));
+        let rows = coverage.rows();
+        for y in rows.start.saturating_sub(1)..(rows.end + 1).min(side) {
             // f32 lanes within a row, f64 across rows.
             let (mut row_common, mut row_drawn) = (f32x8::ZERO, f32x8::ZERO);
+            each(coverage.covered(y) & crop.known_blocks[y], |block| {
+                let x = block * BLOCK_PX;
+                let (at, cover) = (y * side + x, eight(coverage.from(y, x + 1)));
+                row_common += cover * eight(&crop.mask[at..]);
+                row_drawn += cover * eight(&crop.known[at..]);
+            });
+            common += f64::from(row_common.reduce_add());
+            drawn += f64::from(row_drawn.reduce_add());
+            let outline = coverage.outline(y) & crop.known_blocks[y];
+            if outline == 0 {
+                continue;
+            }
+            let (above, below) = (y.saturating_sub(1), (y + 1).min(side - 1));
             let (mut row_far, mut row_edges) = (f32x8::ZERO, f32x8::ZERO);
-            for block in 0..across {
-                let here = blocks[y * across + block];
+            each(outline, |block| {
                 let x = block * BLOCK_PX;
                 let at = y * side + x;
-                let known = eight(&crop.known[at..]);
-                if here != Block::Empty {
-                    let cover = eight(&coverage[COVERAGE_MARGIN + at..]);
-                    row_common += cover * eight(&crop.mask[at..]);
-                    row_drawn += cover * known;
-                }
-                let (left, right) = (block.saturating_sub(1), (block + 1).min(across - 1));
-                let even = here != Block::Mixed
-                    && [above, y, below]
-                        .iter()
-                        .all(|v| (left..=right).all(|u| blocks[v * across + u] == here));
-                if even {
-                    continue;
-                }
-                // The picture's first and last column have no neighbor on one side.
-                let inner = match (block == 0, block + 1 == across) {
-                    (false, false) => known,
-                    (first, last) => {
-                        let mut lanes = known.to_array();
-                        lanes[0] *= f32::from(u8::from(!first));
-                        lanes[BLOCK_PX - 1] *= f32::from(u8::from(!last));
-                        f32x8::from(lanes)
-                    }
-                };
-                let from = |row: usize, offset: usize| {
-                    eight(&coverage[COVERAGE_MARGIN + row * side + x + offset - 1..])
-                };
+                let from = |row: usize, offset: usize| eight(coverage.from(row, x + offset));
                 let (a, b, c) = (from(above, 0), from(above, 1), from(above, 2));
                 let (d, f) = (from(y, 0), from(y, 2));
                 let (g, h, i) = (from(below, 0), from(below, 1), from(below, 2));
                 let dx = (c - a) + (f - d) + (f - d) + (i - g);
                 let dy = (g - a) + (h - b) + (h - b) + (i - c);
-                let edge = (dx * dx + dy * dy).sqrt() * inner;
+                let edge = (dx * dx + dy * dy).sqrt() * eight(&crop.inner[at..]);
                 row_far += edge * eight(&crop.distance_px[at..]);
                 row_edges += edge;
-            }
-            common += f64::from(row_common.reduce_add());
-            drawn += f64::from(row_drawn.reduce_add());
+            });
             far += f64::from(row_far.reduce_add());
             edges += f64::from(row_edges.reduce_add());
         }

@@ -5,6 +5,7 @@ mod window;
 
 use glam::DVec2;
 
+use super::silhouette::{BLOCK_PX, BlockRow};
 use crate::geometry::Mask;
 use crate::geometry::distance_transform::distance_transform;
 use window::{Axis, Window};
@@ -27,6 +28,10 @@ pub struct Crop {
     pub mask: Vec<f32>,
     /// 1 where the picture shows what is there, 0 where something else hides it.
     pub known: Vec<f32>,
+    /// Blocks of each row in which any pixel is known.
+    pub known_blocks: Vec<BlockRow>,
+    /// `known` without the first and the last column, which have no neighbor on one side.
+    pub inner: Vec<f32>,
     /// Distance to the mask's own contour, crop pixels.
     pub distance_px: Vec<f32>,
     /// Sum of `mask`.
@@ -54,6 +59,14 @@ impl Crop {
             known.push(is_known);
         });
         let distance_px = contour_distance(&soft, &known, side_px);
+        let blocks = |row: &[f32]| {
+            let known = |(block, pixels): (usize, &[f32])| BlockRow::from(pixels.contains(&1.0)) << block;
+            row.chunks(BLOCK_PX).enumerate().map(known).sum()
+        };
+        let mut inner = known.clone();
+        for row in inner.chunks_exact_mut(side_px) {
+            (row[0], row[side_px - 1]) = (0.0, 0.0);
+        }
         let mask_area = soft.iter().map(|&s| f64::from(s)).sum();
         Self {
             side_px,
@@ -62,6 +75,8 @@ impl Crop {
             own_sides,
             scale,
             center_px,
+            known_blocks: known.chunks_exact(side_px).map(blocks).collect(),
+            inner,
             mask: soft,
             known,
             distance_px,

@@ -5,9 +5,13 @@
 //! number of layers that end there; what has a layer is inside (nonzero winding). A surface with a border
 //! is drawn triangle by triangle. Both set the same bits of a closed surface.
 
+mod coverage;
+
+pub use coverage::{BLOCK_PX, BlockRow, Coverage, each};
+
 use crate::geometry::rounding::ceil_within;
 
-/// Coverage of a square picture, built bit by bit.
+/// A square picture, built bit by bit.
 #[derive(Default)]
 pub struct BitPicture {
     side_bits: usize,
@@ -27,22 +31,9 @@ struct Crossings {
     row: Vec<(u32, i32)>,
 }
 
-/// What eight pixels beside each other show.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Block {
-    Empty,
-    Full,
-    Mixed,
-}
-
-/// Pixels of a [`Block`]; two bits each, four to a word.
-pub const BLOCK_PX: usize = 8;
-const BLOCKS_PER_WORD: usize = 4;
-/// Pixels before the first and after the last, so that eight beside any pixel can be read at once.
-pub const COVERAGE_MARGIN: usize = 8;
-
 impl BitPicture {
-    /// Empties the picture and makes it `side_px` pixels wide and high (a multiple of 32), two bits each way.
+    /// Empties the picture and makes it `side_px` pixels wide and high (a multiple of 32, at most
+    /// 1024), two bits each way.
     pub fn clear(&mut self, side_px: usize) {
         self.side_bits = 2 * side_px;
         self.words = self.side_bits.div_ceil(64);
@@ -149,37 +140,9 @@ impl BitPicture {
         }
     }
 
-    /// Coverage 0..1 of each pixel, between margins of [`COVERAGE_MARGIN`], and what each block of a row shows,
-    /// both row-major.
-    pub fn coverage(&self, pixels: &mut Vec<f32>, blocks: &mut Vec<Block>) {
-        const COUNTS: [u8; 4] = [0, 1, 1, 2];
-        let side_px = self.side_bits / 2;
-        pixels.resize(side_px * side_px + 2 * COVERAGE_MARGIN, 0.0);
-        blocks.clear();
-        for (y, row) in pixels[COVERAGE_MARGIN..].chunks_exact_mut(side_px).take(side_px).enumerate() {
-            let upper = &self.bits[2 * y * self.words..(2 * y + 1) * self.words];
-            let lower = &self.bits[(2 * y + 1) * self.words..(2 * y + 2) * self.words];
-            for (block, pixels) in row.chunks_exact_mut(BLOCK_PX).enumerate() {
-                let (word, shift) = (block / BLOCKS_PER_WORD, block % BLOCKS_PER_WORD * 2 * BLOCK_PX);
-                let (mut a, mut b) = ((upper[word] >> shift) as u16, (lower[word] >> shift) as u16);
-                if a | b == 0 {
-                    pixels.fill(0.0);
-                    blocks.push(Block::Empty);
-                    continue;
-                }
-                if a & b == u16::MAX {
-                    pixels.fill(1.0);
-                    blocks.push(Block::Full);
-                    continue;
-                }
-                for pixel in pixels {
-                    *pixel = 0.25 * f32::from(COUNTS[usize::from(a & 3)] + COUNTS[usize::from(b & 3)]);
-                    a >>= 2;
-                    b >>= 2;
-                }
-                blocks.push(Block::Mixed);
-            }
-        }
+    /// Coverage of its pixels.
+    pub fn cover(&self, coverage: &mut Coverage) {
+        coverage.cover(self.side_bits / 2, &self.bits, self.words);
     }
 }
 
@@ -191,19 +154,34 @@ mod tests {
         let mut picture = BitPicture::default();
         picture.clear(side_px);
         draw(&mut picture);
-        let (mut coverage, mut blocks) = (Vec::new(), Vec::new());
-        picture.coverage(&mut coverage, &mut blocks);
-        let coverage = coverage[COVERAGE_MARGIN..COVERAGE_MARGIN + side_px * side_px].to_vec();
-        for (pixels, block) in coverage.chunks(BLOCK_PX).zip(blocks) {
-            let (low, high) = pixels.iter().fold((1.0_f32, 0.0_f32), |(l, h), &p| (l.min(p), h.max(p)));
-            let told = match block {
-                Block::Empty => high == 0.0,
-                Block::Full => low == 1.0,
-                Block::Mixed => high > 0.0 && low < 1.0,
-            };
-            assert!(told, "{block:?} {pixels:?}");
+        let mut coverage = Coverage::default();
+        picture.cover(&mut coverage);
+        let pixels: Vec<f32> = (0..side_px).flat_map(|y| coverage.from(y, 1)[..side_px].to_vec()).collect();
+        // What was covered before leaves nothing behind.
+        let mut used = Coverage::default();
+        let mut other = BitPicture::default();
+        other.clear(side_px);
+        other.fill([[0.3, 1.2], [0.9 * side_px as f32, 3.0], [2.0, side_px as f32]]);
+        other.cover(&mut used);
+        picture.cover(&mut used);
+        for (y, row) in pixels.chunks(side_px).enumerate() {
+            assert_eq!(used.from(y, 1)[..side_px], *row);
+            for (block, pixels) in row.chunks(BLOCK_PX).enumerate() {
+                assert_eq!(coverage.covered(y) >> block & 1 == 1, pixels.iter().any(|p| *p > 0.0));
+                let even = (y.max(1) - 1..(y + 2).min(side_px)).all(|v| {
+                    let from = (block * BLOCK_PX).max(BLOCK_PX) - BLOCK_PX;
+                    let to = ((block + 2) * BLOCK_PX).min(side_px);
+                    let all = &pixels_of(&coverage, v, side_px)[from..to];
+                    all.iter().all(|p| *p == pixels[0] && p.fract() == 0.0)
+                });
+                assert_eq!(coverage.outline(y) >> block & 1 == 0, even, "{y} {block}");
+            }
         }
-        coverage
+        pixels
+    }
+
+    fn pixels_of(coverage: &Coverage, y: usize, side_px: usize) -> Vec<f32> {
+        coverage.from(y, 1)[..side_px].to_vec()
     }
 
     #[test]
