@@ -12,9 +12,10 @@
 //!
 //! The four rotations that share an up direction cast the same outlines, so between them only extents and
 //! example decide; where neither does (a cube without an example) the first in the list is taken, and the
-//! yaw found later is relative to it. Cost: 6 x 24 small silhouettes and up to thirty 64 x 64
-//! paintings, about 0.05 s of one core for the catalog's meshes.
+//! yaw found later is relative to it. Cost: 6 x 24 small silhouettes and five to thirty
+//! 64 x 64 paintings, about 0.02 s of one core for the catalog's meshes.
 
+mod contest;
 mod evidence;
 mod likeness;
 mod settings;
@@ -24,6 +25,9 @@ pub use settings::CanonicalizeSettings;
 
 use glam::{DQuat, DVec3};
 use rayon::prelude::*;
+
+use contest::Candidates;
+use evidence::Standing;
 
 use super::dro::DroSettings;
 use super::dro::outline_mesh::OutlineMesh;
@@ -53,8 +57,8 @@ pub struct CanonicalPose {
     pub rotation: DQuat,
     /// Common factor that brings the turned mesh nearest to `size_m`.
     pub scale: f64,
-    /// Cost of each of the 24 rotations, best first.
-    pub scores: Vec<(DQuat, f64)>,
+    /// Cost of that rotation, in units of the silhouette loss.
+    pub cost: f64,
     /// 0..1: lead of the best over the best with another up direction.
     pub confidence: f64,
 }
@@ -101,42 +105,31 @@ pub fn upright(
     let outline = OutlineMesh::new(problem.raw_mesh, dro.outline_cells);
     let seen = evidence::Seen::new(problem, bbox, settings);
     // One look per up direction that the extents leave possible.
-    let ups: Vec<DVec3> = turns::up_directions();
-    let picture_costs = ups
+    let ups = turns::up_directions()
         .par_iter()
         .map(|&up| {
-            let mut possible: Vec<usize> =
+            let rotations: Vec<usize> =
                 (0..turns.len()).filter(|&k| turns::raw_up(turns[k]).dot(up) > 0.5).collect();
-            possible.sort_by(|&a, &b| extent_costs[a].total_cmp(&extent_costs[b]));
-            let turn = possible[0];
-            if extent_costs[turn] > least + settings.hopeless_extent_cost {
-                return Ok(None);
-            }
-            evidence::picture_cost(problem, &outline, &seen, turns[turn], settings, dro, interrupt).map(Some)
+            let standing = rotations
+                .iter()
+                .copied()
+                .min_by(|&a, &b| extent_costs[a].total_cmp(&extent_costs[b]))
+                .filter(|&k| extent_costs[k] <= least + settings.hopeless_extent_cost)
+                .map(|k| Standing::new(problem, &outline, &seen, turns[k], settings, dro, interrupt))
+                .transpose()?;
+            let costs = |&k: &usize| (k, extent_costs[k], settings.example_weight * example_costs[k]);
+            Ok(Candidates { rotations: rotations.iter().map(costs).collect(), standing })
         })
-        .collect::<Result<Vec<Option<f64>>, Interrupted>>()?;
-    // An up direction nobody looked at is as bad as the worst that was seen.
-    let worst = picture_costs.iter().flatten().copied().fold(0.0, f64::max);
-    let mut scores: Vec<(DQuat, f64)> = turns
-        .iter()
-        .enumerate()
-        .map(|(k, &turn)| {
-            let up = ups.iter().position(|up| turns::raw_up(turn).dot(*up) > 0.5).unwrap_or(0);
-            let seen = picture_costs[up].unwrap_or(worst);
-            (turn, extent_costs[k] + seen + settings.example_weight * example_costs[k])
-        })
-        .collect();
-    scores.sort_by(|a, b| a.1.total_cmp(&b.1));
-    let (rotation, cost) = scores[0];
-    let other = scores
-        .iter()
-        .find(|(turn, _)| turns::raw_up(*turn).dot(turns::raw_up(rotation)) < 0.5)
-        .map_or(f64::INFINITY, |s| s.1);
-    let lead = other - cost;
+        .collect::<Result<Vec<Candidates>, Interrupted>>()?;
+    let [best, other] = contest::best_two(&ups, |standing, matters| {
+        standing.picture_cost(problem, &seen, settings, dro, matters, interrupt)
+    })?;
+    let (rotation, cost) = (turns[best.rotation], best.cost);
+    let lead = other.cost - cost;
     let turned = turns::turned_size(raw_size, rotation);
     let scale = (problem.size_m.element_product() / turned.element_product().max(1e-30)).cbrt();
     let confidence = lead / (lead + settings.clear_lead);
-    Ok(CanonicalPose { rotation, scale, scores, confidence })
+    Ok(CanonicalPose { rotation, scale, cost, confidence })
 }
 
 #[cfg(test)]

@@ -22,6 +22,9 @@ pub fn extent_cost(raw_size: DVec3, turn: DQuat, size_m: DVec3, settings: &Canon
     settings.extent_weight * ((difference - mean).length_squared() / 3.0).sqrt()
 }
 
+/// More than rounding takes from a color disagreement of 0.
+const ROUNDING: f64 = 1e-9;
+
 /// The instance as the picture shows it, cropped for silhouettes and for colors.
 pub struct Seen {
     silhouette: Crop,
@@ -41,41 +44,70 @@ impl Seen {
     }
 }
 
-/// Least cost over a full turn of the mesh stood up by `turn`: silhouette loss plus weighted color
-/// disagreement at the best silhouettes. `raw_outline` is that of the raw mesh.
-pub fn picture_cost(
-    problem: &UprightProblem,
-    raw_outline: &OutlineMesh,
-    seen: &Seen,
+/// A mesh stood up one way, its outline compared with the picture's over a full turn.
+pub struct Standing {
     turn: DQuat,
-    settings: &CanonicalizeSettings,
-    dro: &DroSettings,
-    interrupt: &Interrupt,
-) -> Result<f64, Interrupted> {
-    let turned = turned_size(problem.raw_mesh.size_m(), turn);
-    let scale = (problem.size_m.element_product() / turned.element_product().max(1e-30)).cbrt();
-    let outline = raw_outline.stood_up(turn, scale);
-    let comparison = Comparison::new(&outline, problem.camera, &seen.silhouette, dro);
-    let count = settings.yaws.max(4);
-    let mut yaws = Vec::with_capacity(count as usize);
-    for k in 0..count {
-        interrupt.check()?;
-        let yaw_rad = TAU * f64::from(k) / f64::from(count);
-        yaws.push((yaw_rad, comparison.loss(yaw_rad)));
-    }
-    yaws.sort_by(|a, b| a.1.total_cmp(&b.1));
-    let Some((crop, picture)) = &seen.colors else { return Ok(yaws[0].1) };
-    let comparison = Comparison::new(&outline, problem.camera, crop, dro);
-    let mesh = problem.raw_mesh.clone().rotated(turn).scaled(DVec3::splat(scale)).seated();
-    let mut least = f64::INFINITY;
-    for &(yaw_rad, loss) in yaws.iter().take(settings.looks.max(1) as usize) {
-        interrupt.check()?;
-        // Colors add to the loss: no outline from here on can be the best.
-        if loss >= least {
-            break;
+    scale: f64,
+    outline: OutlineMesh,
+    /// (yaw in radians, silhouette loss), best first.
+    yaws: Vec<(f64, f64)>,
+}
+
+impl Standing {
+    /// The mesh stood up by `turn`. `raw_outline` is that of the raw mesh.
+    pub fn new(
+        problem: &UprightProblem,
+        raw_outline: &OutlineMesh,
+        seen: &Seen,
+        turn: DQuat,
+        settings: &CanonicalizeSettings,
+        dro: &DroSettings,
+        interrupt: &Interrupt,
+    ) -> Result<Self, Interrupted> {
+        let turned = turned_size(problem.raw_mesh.size_m(), turn);
+        let scale = (problem.size_m.element_product() / turned.element_product().max(1e-30)).cbrt();
+        let outline = raw_outline.stood_up(turn, scale);
+        let comparison = Comparison::new(&outline, problem.camera, &seen.silhouette, dro);
+        let count = settings.yaws.max(4);
+        let mut yaws = Vec::with_capacity(count as usize);
+        for k in 0..count {
+            interrupt.check()?;
+            let yaw_rad = TAU * f64::from(k) / f64::from(count);
+            yaws.push((yaw_rad, comparison.loss(yaw_rad)));
         }
-        let colors = picture.disagreement(&mesh, &comparison, yaw_rad);
-        least = least.min(loss + settings.appearance_weight * colors);
+        yaws.sort_by(|a, b| a.1.total_cmp(&b.1));
+        Ok(Self { turn, scale, outline, yaws })
     }
-    Ok(least)
+
+    /// What [`Self::picture_cost`] is at least.
+    pub fn least_cost(&self) -> f64 {
+        self.yaws[0].1 - ROUNDING
+    }
+
+    /// Least cost over the turn: silhouette loss plus weighted color disagreement at the best silhouettes.
+    /// Exact where `matters` holds for it; `matters` must hold for every cost below one it holds for.
+    pub fn picture_cost(
+        &self,
+        problem: &UprightProblem,
+        seen: &Seen,
+        settings: &CanonicalizeSettings,
+        dro: &DroSettings,
+        matters: &dyn Fn(f64) -> bool,
+        interrupt: &Interrupt,
+    ) -> Result<f64, Interrupted> {
+        let Some((crop, picture)) = &seen.colors else { return Ok(self.yaws[0].1) };
+        let comparison = Comparison::new(&self.outline, problem.camera, crop, dro);
+        let mesh = problem.raw_mesh.clone().rotated(self.turn).scaled(DVec3::splat(self.scale)).seated();
+        let mut least = f64::INFINITY;
+        for &(yaw_rad, loss) in self.yaws.iter().take(settings.looks.max(1) as usize) {
+            interrupt.check()?;
+            // Colors add to the loss: no outline from here on can be the best.
+            if loss >= least || !matters(loss - ROUNDING) {
+                break;
+            }
+            let colors = picture.disagreement(&mesh, &comparison, yaw_rad);
+            least = least.min(loss + settings.appearance_weight * colors);
+        }
+        Ok(least)
+    }
 }

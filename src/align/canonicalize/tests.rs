@@ -89,7 +89,7 @@ fn up_is_found_for_the_catalog() {
         .enumerate()
         .filter_map(|(k, name)| {
             let (left, pose) = left_over(&built(name, 5), 7 * k + 3, None);
-            ((left * DVec3::Z).z < 0.9).then_some((name, pose.scores[0].1, pose.confidence))
+            ((left * DVec3::Z).z < 0.9).then_some((name, pose.cost, pose.confidence))
         })
         .collect();
     assert!(wrong.is_empty(), "{wrong:?}");
