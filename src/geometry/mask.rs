@@ -71,16 +71,22 @@ impl Mask {
 
     /// Box of the set pixels, `[x0, y0, x1, y1]`, x1 and y1 exclusive; `None` if there is none.
     pub fn bbox_px(&self) -> Option<[u32; 4]> {
-        let mut found: Option<[u32; 4]> = None;
-        for (y, row) in self.bits.chunks_exact(self.width_px.max(1) as usize).enumerate() {
-            let (Some(first), Some(last)) = (row.iter().position(|&b| b), row.iter().rposition(|&b| b))
-            else {
-                continue;
-            };
-            let (x0, x1, y) = (first as u32, last as u32 + 1, y as u32);
-            found = Some(found.map_or([x0, y, x1, y + 1], |b| [b[0].min(x0), b[1], b[2].max(x1), y + 1]));
+        let width = self.width_px.max(1) as usize;
+        let rows = || self.bits.chunks_exact(width).enumerate().filter(|(_, row)| any(row));
+        let (y0, first) = rows().next()?;
+        let (y1, _) = rows().next_back()?;
+        let mut x0 = first.iter().position(|&b| b)?;
+        let mut x1 = first.iter().rposition(|&b| b)? + 1;
+        for row in self.bits[y0 * width..(y1 + 1) * width].chunks_exact(width) {
+            // Few rows reach farther than those before.
+            if any(&row[..x0]) {
+                x0 = row.iter().position(|&b| b).unwrap_or(x0);
+            }
+            if any(&row[x1..]) {
+                x1 = row.iter().rposition(|&b| b).map_or(x1, |last| last + 1);
+            }
         }
-        found
+        Some([x0, y0, x1, y1 + 1].map(|edge| edge as u32))
     }
 
     /// Intersection over union with a mask of the same size; 0 where both are empty.
@@ -92,6 +98,11 @@ impl Mask {
         }
         if either == 0 { 0.0 } else { both as f64 / either as f64 }
     }
+}
+
+/// Whether any bit is set, without a branch a bit.
+fn any(bits: &[bool]) -> bool {
+    bits.chunks(64).any(|bits| bits.iter().fold(false, |any, &bit| any | bit))
 }
 
 impl From<Mask> for RunLengths {
@@ -177,7 +188,14 @@ mod tests {
             let mask = Mask::from_fn(3, 2, |x, y| bits >> (3 * y + x) & 1 == 1);
             let runs = RunLengths::from(mask.clone());
             assert!(runs.counts[1..].iter().all(|&count| count > 0), "{bits:b}: {runs:?}");
-            assert_eq!(Mask::try_from(runs), Ok(mask));
+            assert_eq!(Mask::try_from(runs), Ok(mask.clone()));
+            let set =
+                || (0..2).flat_map(|y| (0..3).map(move |x| (x, y))).filter(|&(x, y)| mask.contains(x, y));
+            let of = |x: u32, y: u32| [x, y, x + 1, y + 1];
+            let bbox = set()
+                .map(|(x, y)| of(x, y))
+                .reduce(|a, b| [a[0].min(b[0]), a[1].min(b[1]), a[2].max(b[2]), a[3].max(b[3])]);
+            assert_eq!(mask.bbox_px(), bbox);
         }
         // Runs of no pixels, as other writers leave them.
         let split = RunLengths { size: [2, 2], counts: vec![0, 1, 0, 1, 1, 0, 1, 0] };

@@ -63,16 +63,20 @@ fn histogram(points: &[(DVec3, f64)]) -> Vec<f64> {
     let total: f64 = points.iter().map(|p| p.1).sum::<f64>().max(1e-30);
     for (p, area) in points {
         let at = (*p + 0.5) * CELLS as f64 - 0.5;
-        let low = at.floor();
-        let t = at - low;
-        for corner in 0..8 {
-            let pick = |bit: usize, low: f64, t: f64| {
-                let up = corner >> bit & 1 == 1;
-                let cell = (low as i64 + i64::from(up)).clamp(0, CELLS as i64 - 1) as usize;
-                (cell, if up { t } else { 1.0 - t })
-            };
-            let ((x, wx), (y, wy), (z, wz)) = (pick(0, low.x, t.x), pick(1, low.y, t.y), pick(2, low.z, t.z));
-            cells[(z * CELLS + y) * CELLS + x] += area / total * wx * wy * wz;
+        // Cells on both sides and their weights, along one axis.
+        let beside = |at: f64| {
+            let low = at as i64 - i64::from((at as i64) as f64 > at);
+            let t = at - low as f64;
+            [(low, 1.0 - t), (low + 1, t)].map(|(cell, w)| (cell.clamp(0, CELLS as i64 - 1) as usize, w))
+        };
+        let (xs, ys, zs) = (beside(at.x), beside(at.y), beside(at.z));
+        let share = area / total;
+        for (z, wz) in zs {
+            for (y, wy) in ys {
+                for (x, wx) in xs {
+                    cells[(z * CELLS + y) * CELLS + x] += share * wx * wy * wz;
+                }
+            }
         }
     }
     cells

@@ -9,7 +9,7 @@ mod coverage;
 
 pub use coverage::{BLOCK_PX, BlockRow, Coverage, each};
 
-use crate::geometry::rounding::ceil_within;
+use crate::geometry::rounding::{ceil_within, floor};
 
 /// A square picture, built bit by bit.
 #[derive(Default)]
@@ -17,19 +17,13 @@ pub struct BitPicture {
     side_bits: usize,
     words: usize,
     bits: Vec<u64>,
-    crossings: Crossings,
+    /// Where contour lines cross the rows' middles: of each row the bit from which on a crossing counts, in
+    /// the upper half, and the layers that begin there, above [`NO_LAYERS`].
+    crossings: Vec<Vec<u32>>,
 }
 
-/// Where contour lines cross the rows' middles, by row.
-#[derive(Default)]
-struct Crossings {
-    /// Most recent crossing of each row; `u32::MAX` = none.
-    newest: Vec<u32>,
-    /// Bit from which on it counts, layers that begin there, the crossing before it.
-    all: Vec<(u32, i32, u32)>,
-    /// Those of one row, sorted.
-    row: Vec<(u32, i32)>,
-}
+/// No layers begin: what crossings count from, so that they need no sign.
+const NO_LAYERS: u32 = 1 << 15;
 
 impl BitPicture {
     /// Empties the picture and makes it `side_px` pixels wide and high (a multiple of 32, at most
@@ -42,46 +36,44 @@ impl BitPicture {
     }
 
     /// Sets the bits inside closed contours: lines with the number of layers to one side of them (any side,
-    /// as long as it is the same for all).
+    /// as long as it is the same for all; fewer than 2^15).
     pub fn fill_contour(&mut self, lines: impl Iterator<Item = ([f32; 2], [f32; 2], i32)>) {
-        let crossings = &mut self.crossings;
-        crossings.newest.clear();
-        crossings.newest.resize(self.side_bits, u32::MAX);
-        crossings.all.clear();
+        let mut crossings = std::mem::take(&mut self.crossings);
+        crossings.resize(self.side_bits, Vec::new());
+        let (mut top, mut bottom) = (self.side_bits, 0);
         for (a, b, layers) in lines {
             let (a, b) = (a.map(|c| 2.0 * c), b.map(|c| 2.0 * c));
             let (upper, lower, layers) = if a[1] <= b[1] { (a, b, layers) } else { (b, a, -layers) };
             let first = ceil_within(upper[1] - 0.5, self.side_bits);
             let end = ceil_within(lower[1] - 0.5, self.side_bits);
+            if first >= end {
+                continue;
+            }
+            (top, bottom) = (top.min(first), bottom.max(end));
             let slope = (lower[0] - upper[0]) / (lower[1] - upper[1]);
-            for y in first..end {
+            let begins = NO_LAYERS.wrapping_add_signed(layers);
+            let last_bit = self.side_bits as f32;
+            for (y, row) in (first..end).zip(&mut crossings[first..end]) {
                 let x = upper[0] + (y as f32 + 0.5 - upper[1]) * slope;
-                let bit = ceil_within(x - 0.5, self.side_bits) as u32;
-                crossings.all.push((bit, layers, crossings.newest[y]));
-                crossings.newest[y] = crossings.all.len() as u32 - 1;
+                let bit = -floor(-(x - 0.5).clamp(0.0, last_bit));
+                row.push((bit as u32) << 16 | begins);
             }
         }
-        let mut row = std::mem::take(&mut self.crossings.row);
-        for y in 0..self.side_bits {
-            row.clear();
-            let mut next = self.crossings.newest[y];
-            while let Some(&(bit, layers, before)) = self.crossings.all.get(next as usize) {
-                row.push((bit, layers));
-                next = before;
-            }
+        for (y, row) in (top..bottom).zip(crossings.iter_mut().skip(top)) {
             row.sort_unstable();
             let (mut depth, mut from) = (0, 0);
-            for &(bit, layers) in &row {
+            for crossing in row.drain(..) {
+                let bit = crossing >> 16;
                 if depth == 0 {
                     from = bit;
                 }
-                depth += layers;
+                depth += (crossing & 0xffff).cast_signed() - NO_LAYERS.cast_signed();
                 if depth == 0 {
                     self.set(y, from as usize, bit as usize);
                 }
             }
         }
-        self.crossings.row = row;
+        self.crossings = crossings;
     }
 
     /// Sets the bits whose centers lie in the triangle (pixel coordinates; any orientation).

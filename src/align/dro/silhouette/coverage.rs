@@ -47,6 +47,11 @@ impl Coverage {
                 if a | b == 0 {
                     continue;
                 }
+                if a & b == u64::MAX {
+                    let blocks = ((1 << BLOCKS_PER_WORD) - 1) << (BLOCKS_PER_WORD * word);
+                    (empty, full) = (empty & !blocks, full | blocks);
+                    continue;
+                }
                 for k in 0..BLOCKS_PER_WORD {
                     let bit = 1 << (BLOCKS_PER_WORD * word + k);
                     let (a, b) = ((a >> (16 * k)) as u16, (b >> (16 * k)) as u16);
