@@ -6,9 +6,15 @@
 //! curved surface is missed by at most e / 2 on either side, but never beyond the cloud's box: flat
 //! bottoms stay where they are. Meters, any frame. Milliseconds for a thousand points.
 
+mod quick_hull;
+
+use std::borrow::Cow;
+
 use glam::DVec3;
 use parry3d_f64::transformation::try_convex_hull;
+use wide::f64x4;
 
+use self::quick_hull::quick_hull;
 use super::ConvexHull;
 
 /// Hull of `points` with at most `max_vertices` corners, at least `min_thickness_m` thick; `None` for
@@ -43,6 +49,33 @@ pub fn planes(hull: &ConvexHull) -> Vec<(DVec3, f64)> {
         .collect()
 }
 
+/// Planes four at a time: one point is held against many of them.
+struct FlatPlanes(Vec<[f64x4; 4]>);
+
+impl FlatPlanes {
+    fn of(planes: &[(DVec3, f64)]) -> Self {
+        // Nothing is above a plane that is infinitely far.
+        let at =
+            |chunk: &[(DVec3, f64)], k: usize| chunk.get(k).copied().unwrap_or((DVec3::ZERO, f64::INFINITY));
+        let four = |chunk: &[(DVec3, f64)]| {
+            let four = [0, 1, 2, 3].map(|k| at(chunk, k));
+            let axis = |axis: usize| f64x4::from(four.map(|(normal, _)| normal[axis]));
+            [axis(0), axis(1), axis(2), f64x4::from(four.map(|(_, offset)| offset))]
+        };
+        Self(planes.chunks(4).map(four).collect())
+    }
+
+    /// As [`distance_above`], the same number.
+    fn distance_above(&self, point: DVec3) -> f64 {
+        let [x, y, z] = point.to_array().map(f64x4::splat);
+        let mut most = f64x4::splat(f64::NEG_INFINITY);
+        for [normal_x, normal_y, normal_z, offset] in &self.0 {
+            most = (*normal_x * x + *normal_y * y + *normal_z * z - *offset).fast_max(most);
+        }
+        most.to_array().into_iter().fold(f64::NEG_INFINITY, f64::max)
+    }
+}
+
 /// Whether the hull is surely thicker than that everywhere: its width is at least twice the radius of the
 /// largest ball in it, and that is at least volume / area.
 fn is_thick(hull: &ConvexHull, least_m: f64) -> bool {
@@ -60,8 +93,8 @@ fn is_thick(hull: &ConvexHull, least_m: f64) -> bool {
 fn hull_of(points: &[DVec3]) -> Option<ConvexHull> {
     // Nearly equal or nearly coplanar points can defeat the incremental hull; a coarser grid removes them.
     [0.0, 1e-7, 1e-6, 1e-5, 1e-4].into_iter().find_map(|grid_m| {
-        let snapped = if grid_m > 0.0 { snapped(points, grid_m) } else { points.to_vec() };
-        let (points, triangles) = try_convex_hull(&snapped).ok()?;
+        let snapped = if grid_m > 0.0 { Cow::Owned(snapped(points, grid_m)) } else { Cow::Borrowed(points) };
+        let (points, triangles) = quick_hull(&snapped).or_else(|| try_convex_hull(&snapped).ok())?;
         let hull = ConvexHull { points, triangles };
         is_sound(&hull, &snapped).then_some(hull)
     })
@@ -86,9 +119,10 @@ fn is_sound(hull: &ConvexHull, points: &[DVec3]) -> bool {
     let tolerance_m = 1e-5 + 1e-6 * (high - low).length();
     let faces = planes(hull);
     let stride = (points.len() * faces.len()).div_ceil(LOOKS).max(1);
+    let faces = FlatPlanes::of(&faces);
     hull.triangles.len() + 4 == 2 * hull.points.len()
         && hull.volume_m3() > 0.0
-        && points.iter().step_by(stride).all(|&p| distance_above(&faces, p) < tolerance_m)
+        && points.iter().step_by(stride).all(|&p| faces.distance_above(p) < tolerance_m)
 }
 
 fn simplified(points: &[DVec3], max_vertices: usize) -> Option<ConvexHull> {
@@ -105,11 +139,11 @@ fn simplified(points: &[DVec3], max_vertices: usize) -> Option<ConvexHull> {
     loop {
         let corners: Vec<DVec3> = chosen.iter().map(|&k| points[k]).collect();
         let hull = hull_of(&corners)?;
-        let faces = planes(&hull);
+        let faces = FlatPlanes::of(&planes(&hull));
         let (farthest, outside) = points
             .iter()
             .enumerate()
-            .map(|(k, &p)| (k, distance_above(&faces, p)))
+            .map(|(k, &p)| (k, faces.distance_above(p)))
             .max_by(|a, b| a.1.total_cmp(&b.1))?;
         if outside < 1e-9 || chosen.contains(&farthest) {
             return Some(hull);
