@@ -10,7 +10,7 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use super::concavity::{Directions, Sample, concavity_after_cut, samples, weight};
+use super::concavity::{Directions, Reaches, Sample, concavity_after_cut, samples, weight};
 use super::piece::Piece;
 use super::plane::Plane;
 
@@ -26,7 +26,8 @@ const LOPSIDED: f64 = 0.1;
 /// Planes to cut the piece along, the best first; each has surface on both sides.
 pub(super) fn ranked_cuts(piece: &Piece, worst_at: DVec3, tolerance_m: f64) -> Vec<Plane> {
     let directions = Directions::of(piece);
-    let samples = samples(piece, &directions);
+    let reaches = Reaches::of(piece, &directions);
+    let samples = samples(piece, &directions, &reaches);
     let is_concave: Vec<bool> = samples.iter().map(|s| s.depth_m > SHALLOW * tolerance_m).collect();
     let concave: Vec<Sample> =
         samples.iter().zip(&is_concave).filter(|(_, c)| **c).map(|(s, _)| *s).collect();
@@ -34,7 +35,8 @@ pub(super) fn ranked_cuts(piece: &Piece, worst_at: DVec3, tolerance_m: f64) -> V
     let (low, high) = bounds(&piece.points);
     let mut ranked: Vec<(f64, Plane)> = Vec::new();
     for plane in candidates(&concave, worst_at, tolerance_m, low, high) {
-        let Some(after) = concavity_after_cut(piece, &directions, &plane, tolerance_m, &is_concave) else {
+        let Some(after) = concavity_after_cut(piece, &directions, &reaches, &plane, tolerance_m, &is_concave)
+        else {
             continue;
         };
         let along = plane.normal.abs();

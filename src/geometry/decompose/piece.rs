@@ -67,6 +67,11 @@ impl Piece {
         &self.cell
     }
 
+    /// Corners of the cell inside the solid.
+    pub(super) fn inner(&self) -> &[DVec3] {
+        &self.inner
+    }
+
     /// Points whose convex hull is that of the solid in the cell.
     pub(super) fn spanning_points(&self) -> Vec<DVec3> {
         self.points.iter().chain(&self.inner).copied().collect()
