@@ -16,6 +16,7 @@
 
 mod concavity;
 mod cut;
+mod depth;
 mod excess;
 mod field;
 mod fitted;

@@ -21,12 +21,14 @@ pub struct MeshSolid {
     watertight: bool,
 }
 
-struct SolidShell {
-    surface: TriMesh,
+/// One shell of a solid.
+pub(in crate::geometry) struct SolidShell {
+    /// With pseudo-normals.
+    pub surface: TriMesh,
     low: DVec3,
     high: DVec3,
     /// Its faces look away from the volume it bounds; else it bounds a cavity.
-    outward: bool,
+    pub outward: bool,
 }
 
 /// Why a mesh is no solid.
@@ -184,6 +186,11 @@ impl MeshSolid {
         Some((found.depth_m, found.depth_m + beyond))
     }
 
+    /// The shells in their order.
+    pub(in crate::geometry) fn shells(&self) -> &[SolidShell] {
+        &self.shells
+    }
+
     /// Corners of every triangle, shell after shell.
     pub fn triangles(&self) -> impl Iterator<Item = [DVec3; 3]> + '_ {
         self.shells.iter().flat_map(|shell| shell.surface.triangles().map(|t| [t.a, t.b, t.c]))
@@ -192,7 +199,7 @@ impl MeshSolid {
 
 impl SolidShell {
     /// Distance of a point outside the shell's box; 0 in it.
-    fn box_distance_m(&self, point: DVec3) -> f64 {
+    pub(in crate::geometry) fn box_distance_m(&self, point: DVec3) -> f64 {
         (self.low - point).max(point - self.high).max(DVec3::ZERO).length()
     }
 }

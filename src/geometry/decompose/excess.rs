@@ -34,6 +34,7 @@ pub(super) fn excess(
         hull.triangles.iter().map(|t| t.map(|v| hull.points[v as usize])).collect();
     let most = MOST_SAMPLES.max(2 * fresh.len());
     let mut taken = 0;
+    let mut nearby = solid.nearby();
     loop {
         for corners in fresh.drain(..) {
             let [a, b, c] = corners;
@@ -48,7 +49,7 @@ pub(super) fn excess(
                 continue;
             }
             taken += 1;
-            let outside = solid.outside_m(middle);
+            let outside = solid.outside_m(middle, &mut nearby);
             if outside > worst.distance_m {
                 worst = Excess { distance_m: outside, at: middle };
                 if outside > enough_m {

@@ -9,6 +9,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use glam::{DVec3, UVec3};
 
+use super::depth::ShellDepth;
 use crate::geometry::mesh_solid::MeshSolid;
 
 /// Most grid corners; larger solids are measured directly.
@@ -20,11 +21,20 @@ const COARSEST_M: f64 = 0.003;
 
 pub(super) struct Field<'a> {
     solid: &'a MeshSolid,
+    shells: Vec<ShellDepth<'a>>,
     low: DVec3,
     step_m: f64,
     size: UVec3,
     /// Bits of the depth as `f32`; [`UNKNOWN`] until asked.
     depths: Vec<AtomicU32>,
+}
+
+/// What the last question found, for the next one close by.
+pub(super) struct Nearby {
+    /// The nearest triangle of each shell.
+    triangles: Vec<u32>,
+    /// Room for the boxes still to be looked into, kept to be used again.
+    open: Vec<(f32, u32)>,
 }
 
 /// A NaN no computation gives.
@@ -42,11 +52,18 @@ impl<'a> Field<'a> {
         } else {
             Vec::new()
         };
-        Self { solid, low, step_m, size, depths }
+        let far = low.abs().max((low + step_m * size.as_dvec3()).abs()).max_element();
+        let shells = solid.shells().iter().map(|shell| ShellDepth::new(&shell.surface, far)).collect();
+        Self { solid, shells, low, step_m, size, depths }
     }
 
-    /// Distance of the point outside the solid; at most 0 inside.
-    pub(super) fn outside_m(&self, point: DVec3) -> f64 {
+    /// Nothing known yet of the neighborhood.
+    pub(super) fn nearby(&self) -> Nearby {
+        Nearby { triangles: vec![0; self.shells.len()], open: Vec::new() }
+    }
+
+    /// Distance of the point outside the solid; at most 0 inside. Faster where `nearby` knows a point close by.
+    pub(super) fn outside_m(&self, point: DVec3, nearby: &mut Nearby) -> f64 {
         let at = (point - self.low) / self.step_m;
         let inner = at.cmpge(DVec3::ZERO).all() && (at + 1.0).cmplt(self.size.as_dvec3()).all();
         if self.depths.is_empty() || !inner {
@@ -60,7 +77,7 @@ impl<'a> Field<'a> {
             let corner = UVec3::new(k & 1, (k >> 1) & 1, k >> 2);
             let along = |f: f64, upper: u32| if upper == 1 { f } else { 1.0 - f };
             let weight = along(f.x, corner.x) * along(f.y, corner.y) * along(f.z, corner.z);
-            sum += weight * self.depth_at(cell + corner);
+            sum += weight * self.depth_at(cell + corner, nearby);
         }
         -sum
     }
@@ -71,15 +88,34 @@ impl<'a> Field<'a> {
         self.solid.depth_in_shell_m(shell, point) > ON_SURFACE_M
     }
 
-    fn depth_at(&self, corner: UVec3) -> f64 {
+    fn depth_at(&self, corner: UVec3, nearby: &mut Nearby) -> f64 {
         let index = (corner.z as usize * self.size.y as usize + corner.y as usize) * self.size.x as usize
             + corner.x as usize;
         let known = self.depths[index].load(Ordering::Relaxed);
         if known != UNKNOWN {
             return f64::from(f32::from_bits(known));
         }
-        let depth = self.solid.depth_m(self.low + self.step_m * corner.as_dvec3()) as f32;
+        let depth = self.depth_m(self.low + self.step_m * corner.as_dvec3(), nearby) as f32;
         self.depths[index].store(depth.to_bits(), Ordering::Relaxed);
         f64::from(depth)
+    }
+
+    /// As [`MeshSolid::depth_m`].
+    fn depth_m(&self, point: DVec3, nearby: &mut Nearby) -> f64 {
+        let (mut solid_m, mut hole_m) = (f64::NEG_INFINITY, f64::INFINITY);
+        for (index, (shell, depth)) in self.solid.shells().iter().zip(&self.shells).enumerate() {
+            let outside_box_m = shell.box_distance_m(point);
+            // A shell farther away than the best one so far decides nothing.
+            if shell.outward && outside_box_m > 0.0 && -outside_box_m < solid_m {
+                continue;
+            }
+            let here_m = depth.depth_m(point, &mut nearby.triangles[index], &mut nearby.open);
+            if shell.outward {
+                solid_m = solid_m.max(here_m);
+            } else {
+                hole_m = hole_m.min(here_m);
+            }
+        }
+        solid_m.min(hole_m)
     }
 }

@@ -99,7 +99,8 @@ impl<'a> Pool<'a> {
             let stride = points.len().div_ceil(LOOKS).max(1);
             points.iter().step_by(stride).copied()
         };
-        some(a).any(|p| some(b).any(|q| self.solid.outside_m(0.5 * (p + q)) > allowed_m))
+        let mut nearby = self.solid.nearby();
+        some(a).any(|p| some(b).any(|q| self.solid.outside_m(0.5 * (p + q), &mut nearby) > allowed_m))
     }
 
     /// Joins the best pair as long as one is allowed and more than `least` hulls are left.
