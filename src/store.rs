@@ -43,10 +43,22 @@ pub struct Settings {
     /// Wait for the disk at every commit and blob. `false` is faster and loses the newest work when the
     /// machine (not just the process) stops; meant for temporary data directories.
     pub fsync: bool,
+    /// Where blobs are kept.
+    pub blobs: BlobPlace,
     /// Connections that read at the same time (1..=64). More lets more API requests read at once.
     pub readers: u32,
     /// How long a statement waits for a locked database before it fails, milliseconds.
     pub busy_timeout_ms: u64,
+}
+
+/// Where blobs are kept.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "snake_case")]
+pub enum BlobPlace {
+    /// Files in the data directory.
+    Files,
+    /// The process's memory: what they held is computed again after a restart.
+    Memory,
 }
 
 /// Tenant of every row until there are keys that say otherwise.
@@ -75,7 +87,10 @@ impl Store {
         let health = Health::new();
         let writer = Writer::start(&path, settings, health.clone()).await?;
         let readers = database::readers(&path, settings).await?;
-        let blobs = Blobs::local(&data_dir.join("blobs"), settings.fsync, health.clone())?;
+        let blobs = match settings.blobs {
+            BlobPlace::Files => Blobs::local(&data_dir.join("blobs"), settings.fsync, health.clone())?,
+            BlobPlace::Memory => Blobs::in_memory(health.clone()),
+        };
         Ok(Self {
             readers,
             writer,

@@ -21,7 +21,7 @@ use crate::app::local::{self, Ended};
 use crate::app::{self, logging, scenes};
 use crate::job::JobState;
 use crate::scene::request::{MAX_SEED, RequestOptions};
-use crate::store::{Outage, Store};
+use crate::store::{BlobPlace, Outage, Store};
 use crate::worker::BuildScene;
 
 /// Arguments of `generate`.
@@ -103,11 +103,14 @@ pub fn run(mut arguments: Arguments) -> Result<Exit, Failure> {
     done
 }
 
-/// Defaults that differ without a server: nothing temporary is worth waiting for the disk, and the log
-/// keeps to what is wrong.
+/// Defaults that differ without a server: nothing temporary is worth waiting for the disk, or writing to it
+/// what is read once, and the log keeps to what is wrong.
 fn adapt(resolved: &mut Resolved, keeps_data: bool) {
     if !keeps_data && *resolved.origin("store.fsync") == Origin::Default {
         resolved.config.store.fsync = false;
+    }
+    if !keeps_data && *resolved.origin("store.blobs") == Origin::Default {
+        resolved.config.store.blobs = BlobPlace::Memory;
     }
     if *resolved.origin("log.filter") == Origin::Default {
         resolved.config.log.filter = "error".to_owned();

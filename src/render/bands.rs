@@ -17,6 +17,9 @@ use crate::geometry::srgb::encode_srgb;
 
 /// Pixel rows of a band.
 const BAND_ROWS: usize = 16;
+/// Samples of color, depth or id that are worth a task of their own: handing out less costs more than it
+/// gains.
+const TASK_SAMPLES: usize = 1 << 14;
 /// Pixels along each side of a block that shares sky light; divides [`BAND_ROWS`].
 const SKY_BLOCK_PX: usize = 2;
 /// Color samples along each side of a pixel, and in all.
@@ -66,11 +69,16 @@ pub fn measure(objects: &[RenderObject], view: &View) -> GeometryFrame {
         .par_chunks_mut(BAND_ROWS * width.max(1))
         .zip(frame.ids.par_chunks_mut(BAND_ROWS * width.max(1)))
         .enumerate()
+        .with_min_len(bands_of_a_task(width, 1))
         .for_each(|(index, (depth_m, ids))| {
             let band = draw(&binned, index, width, depth_m.len() / width, 1);
             note_front(&band, &projection.lens, &prepared, objects, depth_m, ids);
         });
     frame
+}
+
+fn bands_of_a_task(width: usize, samples: usize) -> usize {
+    TASK_SAMPLES.div_ceil((BAND_ROWS * width * samples * samples).max(1))
 }
 
 fn draw(binned: &Binned, index: usize, width: usize, rows: usize, samples: usize) -> Band {
@@ -125,6 +133,7 @@ pub fn paint(
     let bands: Vec<Front> = rgba
         .par_chunks_mut(4 * BAND_ROWS * width.max(1))
         .enumerate()
+        .with_min_len(bands_of_a_task(width, samples))
         .map(|(index, rgba)| {
             let rows = rgba.len() / (4 * width);
             let band = draw(&opaque, index, width, rows, samples);

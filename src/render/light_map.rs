@@ -312,22 +312,26 @@ static DISKS: std::sync::LazyLock<Vec<Disk>> = std::sync::LazyLock::new(|| {
 
 fn draw(objects: &[RenderObject], projection: &Projection) -> Vec<f32> {
     const BAND_ROWS: usize = 64;
+    /// Less is not worth a task of its own.
+    const TASK_TEXELS: usize = 1 << 16;
     let prepared = Prepared::new(objects, projection);
     let opaque = prepared.bin(objects, projection, BAND_ROWS, Keep::Opaque);
     let glass = prepared.bin(objects, projection, BAND_ROWS, Keep::Transparent);
     let (width, height) = (projection.width_px, projection.height_px);
-    let bands: Vec<Vec<f32>> = (0..height.div_ceil(BAND_ROWS))
-        .into_par_iter()
-        .map(|index| {
-            let first_row = index * BAND_ROWS;
-            let mut band = Band::new(first_row, BAND_ROWS.min(height - first_row), width);
+    let mut keys = vec![f32::NEG_INFINITY; width * height];
+    keys.par_chunks_mut((BAND_ROWS * width).max(1))
+        .enumerate()
+        .with_min_len(TASK_TEXELS.div_ceil((BAND_ROWS * width).max(1)))
+        .for_each(|(index, keys)| {
+            let mut band = Band::new(index * BAND_ROWS, keys.len() / width, width);
             opaque.band(index).for_each(|t| band.draw(t, 0xffff));
             // Glass stops a third of the light: every third texel of a regular screen.
             glass.band(index).for_each(|t| band.draw(t, 0b1000_0010_1000_0010));
-            (0..band.rows).flat_map(|row| band.key_row(row).to_vec()).collect()
-        })
-        .collect();
-    bands.concat()
+            for (row, keys) in keys.chunks_exact_mut(width).enumerate() {
+                keys.copy_from_slice(band.key_row(row));
+            }
+        });
+    keys
 }
 
 /// Sky directions spread evenly over the upper hemisphere, none nearer than 8 degrees to the horizon.

@@ -1,4 +1,4 @@
-//! Immutable bytes under their digest, in an object store (a local directory by default).
+//! Immutable bytes under their digest, in an object store: a local directory, or this process's memory.
 //!
 //! Bytes are always put again, even when they are there: a collector that saw the old copy as garbage
 //! cannot take it away from the row that is about to refer to it. A local put is durable when it
@@ -12,6 +12,7 @@ use bytes::Bytes;
 use futures::stream::BoxStream;
 use futures::{StreamExt, TryStreamExt};
 use object_store::local::LocalFileSystem;
+use object_store::memory::InMemory;
 use object_store::path::Path as ObjectPath;
 use object_store::{GetOptions, GetRange, ObjectStore, ObjectStoreExt};
 
@@ -22,6 +23,8 @@ use super::{Digest, StoreError};
 #[derive(Clone)]
 pub struct Blobs {
     objects: Arc<dyn ObjectStore>,
+    /// Whether somebody else may have changed the bytes meanwhile.
+    reachable: bool,
     health: Health,
 }
 
@@ -33,7 +36,12 @@ impl Blobs {
         let files = LocalFileSystem::new_with_prefix(root)
             .map_err(|source| StoreError::Blob { name: root.display().to_string(), doing: "opened", source })?
             .with_fsync(fsync);
-        Ok(Self { objects: Arc::new(files), health })
+        Ok(Self { objects: Arc::new(files), reachable: true, health })
+    }
+
+    /// Blobs that are gone with the process.
+    pub(super) fn in_memory(health: Health) -> Self {
+        Self { objects: Arc::new(InMemory::new()), reachable: false, health }
     }
 
     /// Stores `bytes`; when this returns they can be referred to.
@@ -69,7 +77,7 @@ impl Blobs {
             Err(source) => return Err(failed(digest, "opened", source)),
         };
         let bytes = found.bytes().await.map_err(|source| failed(digest, "read", source))?;
-        if Digest::of(&bytes) == *digest {
+        if !self.reachable || Digest::of(&bytes) == *digest {
             Ok(Some(bytes))
         } else {
             tracing::warn!(%digest, "a blob's bytes do not match its name; treating it as missing");
@@ -139,5 +147,19 @@ mod tests {
         std::fs::write(directory.path().join("sha256").join(&hex[..2]).join(hex), b"hello cable")
             .expect("damages the file");
         assert_eq!(blobs.get(&digest).await.expect("answers"), None);
+    }
+
+    #[tokio::test]
+    async fn bytes_in_memory_come_back_and_leave_no_file() {
+        let blobs = Blobs::in_memory(Health::new());
+        let digest = blobs.put(&b"hello table"[..]).await.expect("puts");
+        assert_eq!(digest, Digest::of(b"hello table"));
+        assert_eq!(blobs.get(&digest).await.expect("reads").as_deref(), Some(&b"hello table"[..]));
+        let part = blobs.stream(&digest, Some(6..9)).await.expect("opens").expect("is there");
+        assert_eq!(part.try_collect::<Vec<Bytes>>().await.expect("reads").concat(), b"tab");
+        let other = Digest::of(b"other");
+        assert_eq!(blobs.get(&other).await.expect("answers"), None);
+        assert!(blobs.contains(&digest).await.expect("answers"));
+        assert!(!blobs.contains(&other).await.expect("answers"));
     }
 }

@@ -202,7 +202,7 @@ fn branches(surface: &TriMesh) -> Vec<Branch> {
     let mut awaiting: Vec<usize> = Vec::new();
     surface.bvh().traverse(|node| {
         let index = branches.len();
-        if index % 2 == 0
+        if index.is_multiple_of(2)
             && let Some(parent) = awaiting.pop()
         {
             branches[parent].child = index as u32;
