@@ -23,6 +23,7 @@ mod prepare;
 mod projection;
 mod raster;
 pub mod reference;
+mod scenery;
 mod settings;
 mod shade;
 mod sky;
@@ -67,7 +68,7 @@ pub fn render(scene: &RenderScene, view: &View, settings: &RenderSettings) -> Fr
 
 /// Depth and ids only: no light, no color.
 pub fn render_geometry(objects: &[RenderObject], view: &View) -> GeometryFrame {
-    bands::measure(objects, view)
+    bands::measure(&scenery::Scenery::new(objects.to_vec()), view)
 }
 
 #[cfg(test)]

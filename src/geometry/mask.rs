@@ -32,8 +32,9 @@ impl Mask {
 
     /// The pixels for which `inside(x, y)` holds.
     pub fn from_fn(width_px: u32, height_px: u32, inside: impl Fn(u32, u32) -> bool) -> Self {
-        let bits = (0..height_px).flat_map(|y| (0..width_px).map(move |x| (x, y)));
-        Self { width_px, height_px, bits: bits.map(|(x, y)| inside(x, y)).collect() }
+        let mut bits = Vec::with_capacity(width_px as usize * height_px as usize);
+        (0..height_px).for_each(|y| bits.extend((0..width_px).map(|x| inside(x, y))));
+        Self { width_px, height_px, bits }
     }
 
     pub fn width_px(&self) -> u32 {

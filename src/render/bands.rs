@@ -5,13 +5,14 @@ use rayon::prelude::*;
 
 use super::environment::Environment;
 use super::lighting::{Background, Lighting};
-use super::prepare::{Binned, Keep, Prepared};
+use super::prepare::{Binned, Prepared};
 use super::projection::{Lens, Projection};
 use super::raster::{Band, NOTHING};
+use super::scenery::{Keep, Scenery};
 use super::shade::Shader;
 use super::sky::{Sky, SkyNearby};
 use super::tone::compress;
-use super::{GeometryFrame, RenderObject, RenderSettings, View};
+use super::{GeometryFrame, RenderSettings, View};
 use crate::geometry::Image;
 use crate::geometry::srgb::encode_srgb;
 
@@ -53,10 +54,9 @@ pub struct Front {
 }
 
 /// Depth and ids.
-pub fn measure(objects: &[RenderObject], view: &View) -> GeometryFrame {
+pub fn measure(scenery: &Scenery, view: &View) -> GeometryFrame {
     let projection = Projection::new(view, 1);
-    let prepared = Prepared::new(objects, &projection);
-    let binned = prepared.bin(objects, &projection, BAND_ROWS, Keep::All);
+    let binned = Prepared::new(scenery, &projection).bin(&projection, BAND_ROWS, Keep::All);
     let (width, height) = (projection.width_px, projection.height_px);
     let mut frame = GeometryFrame {
         width_px: width as u32,
@@ -72,7 +72,7 @@ pub fn measure(objects: &[RenderObject], view: &View) -> GeometryFrame {
         .with_min_len(bands_of_a_task(width, 1))
         .for_each(|(index, (depth_m, ids))| {
             let band = draw(&binned, index, width, depth_m.len() / width, 1);
-            note_front(&band, &projection.lens, &prepared, objects, depth_m, ids);
+            note_front(&band, &projection.lens, scenery, depth_m, ids);
         });
     frame
 }
@@ -88,26 +88,19 @@ fn draw(binned: &Binned, index: usize, width: usize, rows: usize, samples: usize
 }
 
 /// Writes depth and id of what is in front at each of the band's pixels; the others stay as they are.
-fn note_front(
-    band: &Band,
-    lens: &Lens,
-    prepared: &Prepared,
-    objects: &[RenderObject],
-    depth_m: &mut [f32],
-    ids: &mut [u32],
-) {
+fn note_front(band: &Band, lens: &Lens, scenery: &Scenery, depth_m: &mut [f32], ids: &mut [u32]) {
     for k in 0..ids.len() {
         let (source, key) = band.at(k % band.width_px, k / band.width_px);
         if source != NOTHING {
             depth_m[k] = lens.depth_of(key);
-            ids[k] = objects[prepared.sources[source as usize].object as usize].id;
+            ids[k] = scenery.objects[scenery.triangles[source as usize].object as usize].id;
         }
     }
 }
 
 /// Color, and what is wanted besides.
 pub fn paint(
-    objects: &[RenderObject],
+    scenery: &Scenery,
     light: &Light,
     view: &View,
     settings: &RenderSettings,
@@ -116,19 +109,19 @@ pub fn paint(
     let samples = settings.supersampling.clamp(1, MOST_SUPERSAMPLING);
     let projection = Projection::new(view, 1);
     let fine = Projection::new(view, samples);
-    let prepared = Prepared::new(objects, &projection);
+    let prepared = Prepared::new(scenery, &projection);
     let samples = samples as usize;
-    let opaque = prepared.bin(objects, &fine, BAND_ROWS * samples, Keep::Opaque);
-    let glass = prepared.bin(objects, &fine, BAND_ROWS * samples, Keep::Transparent);
+    let opaque = prepared.bin(&fine, BAND_ROWS * samples, Keep::Opaque);
+    let glass = prepared.bin(&fine, BAND_ROWS * samples, Keep::Transparent);
     // Where color is sampled at pixel centers and nothing is see-through, one drawing serves both.
     let apart = besides != Besides::Nothing && (samples > 1 || !glass.is_empty());
-    let all = apart.then(|| prepared.bin(objects, &projection, BAND_ROWS, Keep::All));
+    let all = apart.then(|| prepared.bin(&projection, BAND_ROWS, Keep::All));
     let (width, height) = (projection.width_px, projection.height_px);
     // A shadow map finer than the picture shows nothing more.
     let shadow_map_px = settings.shadow_map_px.min(width.max(height) as u32);
-    let environment = Environment::new(objects, light.sky, light.lighting, shadow_map_px);
+    let environment = Environment::new(scenery, light.sky, light.lighting, shadow_map_px);
     let world_from_camera = projection.world_from_camera();
-    let shader = Shader::new(objects, &prepared, environment, light.background, world_from_camera);
+    let shader = Shader::new(scenery, &prepared, environment, light.background, world_from_camera);
     let mut rgba = vec![0; width * height * 4];
     let bands: Vec<Front> = rgba
         .par_chunks_mut(4 * BAND_ROWS * width.max(1))
@@ -146,7 +139,7 @@ pub fn paint(
             let drawn = all.as_ref().map(|all| draw(all, index, width, rows, 1));
             let band = drawn.as_ref().unwrap_or(&band);
             let (mut depth_m, mut ids) = (vec![f32::INFINITY; rows * width], vec![0; rows * width]);
-            note_front(band, &projection.lens, &prepared, objects, &mut depth_m, &mut ids);
+            note_front(band, &projection.lens, scenery, &mut depth_m, &mut ids);
             let normals = match besides {
                 Besides::GeometryAndNormals => normals_of(band, &projection.lens, &shader),
                 _ => Vec::new(),

@@ -1,6 +1,7 @@
 //! Objects ready to be painted from many sides and in any light.
 
 use super::bands::{self, Besides, Front, Light};
+use super::scenery::Scenery;
 use super::sky::Sky;
 use super::{Background, Frame, GeometryFrame, Lighting, RenderObject, RenderSettings, View};
 use crate::geometry::Image;
@@ -8,15 +9,16 @@ use crate::geometry::Image;
 /// Objects in their places with what depends on nothing else: how much of the sky reaches where. Painting a
 /// scene from seven sides makes that once.
 pub struct Diorama<'a> {
-    objects: Vec<RenderObject<'a>>,
+    scenery: Scenery<'a>,
     sky: Sky,
     settings: RenderSettings,
 }
 
 impl<'a> Diorama<'a> {
     pub fn new(objects: Vec<RenderObject<'a>>, settings: &RenderSettings) -> Self {
-        let sky = Sky::new(&objects, settings);
-        Self { objects, sky, settings: settings.clone() }
+        let scenery = Scenery::new(objects);
+        let sky = Sky::new(&scenery, settings);
+        Self { scenery, sky, settings: settings.clone() }
     }
 
     /// The color of the same picture as [`super::render`] of these objects.
@@ -39,7 +41,7 @@ impl<'a> Diorama<'a> {
 
     /// Depth and ids alone, as [`super::render_geometry`] gives them.
     pub fn measure(&self, view: &View) -> GeometryFrame {
-        bands::measure(&self.objects, view)
+        bands::measure(&self.scenery, view)
     }
 
     fn painted(
@@ -50,6 +52,6 @@ impl<'a> Diorama<'a> {
         besides: Besides,
     ) -> (Image, Front) {
         let light = Light { sky: &self.sky, lighting, background };
-        bands::paint(&self.objects, &light, view, &self.settings, besides)
+        bands::paint(&self.scenery, &light, view, &self.settings, besides)
     }
 }

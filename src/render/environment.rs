@@ -3,9 +3,10 @@
 
 use glam::{Vec3, Vec3A};
 
+use super::Lighting;
 use super::light_map::LightMap;
+use super::scenery::Scenery;
 use super::sky::{Sky, SkyShare};
-use super::{Lighting, RenderObject};
 
 /// Light arriving at points of the scene.
 pub struct Environment<'a> {
@@ -19,10 +20,10 @@ pub struct Environment<'a> {
 }
 
 impl<'a> Environment<'a> {
-    pub fn new(objects: &[RenderObject], sky: &'a Sky, lighting: Lighting, shadow_map_px: u32) -> Self {
+    pub fn new(scenery: &Scenery, sky: &'a Sky, lighting: Lighting, shadow_map_px: u32) -> Self {
         let shadow_map_px = shadow_map_px.min(4096);
         let key_map =
-            LightMap::new(objects, lighting.toward_key, shadow_map_px, Some(lighting.key_radius_rad));
+            LightMap::new(scenery, lighting.toward_key, shadow_map_px, Some(lighting.key_radius_rad));
         let key = Vec3A::from(lighting.toward_key.as_vec3());
         let side_box = Vec3A::new(-key.y, key.x, 0.35).normalize_or_zero();
         let rim_box = Vec3A::new(-key.x, -key.y, 0.6).normalize_or_zero();
@@ -53,9 +54,11 @@ impl<'a> Environment<'a> {
         let below = (0.7 * wall).lerp(ground, (-2.0 * direction.z).clamp(0.0, 1.0));
         let base = below.lerp(above, blend(direction.z));
         let sharp = 1.0 / (0.06 + 0.9 * roughness * roughness);
+        let brightness = 0.4 * sharp.sqrt();
         let lamp = |toward: Vec3A, size: f32| {
+            // A sixteenth power falls off like the exponential function, without calling it.
             let near = (direction.dot(toward) - 1.0) * sharp / size;
-            (0.4 * sharp.sqrt() * near.exp()).min(1.0)
+            (brightness * (1.0 + near / 16.0).max(0.0).powi(16)).min(1.0)
         };
         base + self.lighting.key_color * (0.9 * lamp(self.side_box, 1.5) + 0.7 * lamp(self.rim_box, 1.0))
     }

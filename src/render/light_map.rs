@@ -9,10 +9,10 @@ use glam::{Affine3A, DAffine3, DMat3, DVec3, Mat3A, Vec3, Vec3A};
 use rayon::prelude::*;
 use wide::f32x8;
 
-use super::RenderObject;
-use super::prepare::{Keep, Prepared};
+use super::prepare::Prepared;
 use super::projection::{Lens, Projection};
 use super::raster::Band;
+use super::scenery::{Keep, Scenery};
 use crate::geometry::rounding::floor;
 
 /// Depth of everything as seen from one direction.
@@ -51,7 +51,7 @@ impl LightMap {
     /// Looks at the objects from `toward_light`. `radius_rad` is the angular radius of a light whose soft
     /// shadows will be asked for; without it the map has its keys only.
     pub fn new(
-        objects: &[RenderObject],
+        scenery: &Scenery,
         toward_light: DVec3,
         longest_side_px: u32,
         radius_rad: Option<f64>,
@@ -62,7 +62,7 @@ impl LightMap {
         let down = forward.cross(right);
         let light_from_world = DMat3::from_cols(right, down, forward).transpose();
         let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        for object in objects {
+        for object in &scenery.objects {
             let (a, b) = object.mesh.bounds();
             for corner in 0..8 {
                 let pick = |bit: u32, a: f64, b: f64| if corner >> bit & 1 == 1 { b } else { a };
@@ -94,7 +94,7 @@ impl LightMap {
                 center_y: BORDER,
             },
         };
-        let keys = draw(objects, &projection);
+        let keys = draw(scenery, &projection);
         let widening = radius_rad.map_or(0.0, f64::tan) * texels_per_m;
         let reach = ((extent.z * widening) as f32).clamp(1.0, 40.0);
         let mut map = Self {
@@ -310,13 +310,13 @@ static DISKS: std::sync::LazyLock<Vec<Disk>> = std::sync::LazyLock::new(|| {
         .collect()
 });
 
-fn draw(objects: &[RenderObject], projection: &Projection) -> Vec<f32> {
+fn draw(scenery: &Scenery, projection: &Projection) -> Vec<f32> {
     const BAND_ROWS: usize = 64;
     /// Less is not worth a task of its own.
     const TASK_TEXELS: usize = 1 << 16;
-    let prepared = Prepared::new(objects, projection);
-    let opaque = prepared.bin(objects, projection, BAND_ROWS, Keep::Opaque);
-    let glass = prepared.bin(objects, projection, BAND_ROWS, Keep::Transparent);
+    let prepared = Prepared::new(scenery, projection);
+    let opaque = prepared.bin(projection, BAND_ROWS, Keep::Opaque);
+    let glass = prepared.bin(projection, BAND_ROWS, Keep::Transparent);
     let (width, height) = (projection.width_px, projection.height_px);
     let mut keys = vec![f32::NEG_INFINITY; width * height];
     keys.par_chunks_mut((BAND_ROWS * width).max(1))

@@ -3,21 +3,11 @@
 //! Work is cut into fixed pieces that rayon may run in any order; their results are kept in list order,
 //! so the triangle order, and with it every tie in depth, does not depend on the number of threads.
 
-use glam::Vec3;
+use glam::{Vec3, Vec3A};
 use rayon::prelude::*;
 
-use super::RenderObject;
 use super::projection::{Lens, NEAR_M, Projection};
-
-/// Everything a draw needs to know about where its triangles came from.
-pub struct SourceTriangle {
-    /// Into [`Prepared::camera_points`].
-    pub vertices: [u32; 3],
-    /// Index of the object.
-    pub object: u32,
-    /// Material in the object's mesh.
-    pub material: u32,
-}
+use super::scenery::{Keep, Scenery};
 
 /// A triangle on the screen.
 #[derive(Clone, Copy)]
@@ -25,25 +15,15 @@ pub struct ScreenTriangle {
     pub x: [f32; 3],
     pub y: [f32; 3],
     pub key: [f32; 3],
-    /// Into [`Prepared::sources`].
+    /// Into [`Scenery::triangles`].
     pub source: u32,
 }
 
-/// Which triangles to keep.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub enum Keep {
-    All,
-    Opaque,
-    Transparent,
-}
-
-/// The scene's triangles in camera coordinates; independent of picture size and sampling.
-pub struct Prepared {
-    /// Vertex positions in the camera's frame, all objects one after the other.
+/// The scene's points as one eye sees them; independent of picture size and sampling.
+pub struct Prepared<'a> {
+    scenery: &'a Scenery<'a>,
+    /// [`Scenery::points_in_world`] in the camera's frame.
     pub camera_points: Vec<Vec3>,
-    /// First vertex of each object in `camera_points`.
-    pub first_vertex: Vec<u32>,
-    pub sources: Vec<SourceTriangle>,
 }
 
 /// Screen triangles, and for each band the ones that touch it, nearest list order first.
@@ -56,73 +36,30 @@ struct Piece {
     bands: Vec<Vec<u32>>,
 }
 
-impl Prepared {
-    /// Moves every vertex into the camera's frame and lists the triangles.
-    pub fn new(objects: &[RenderObject], projection: &Projection) -> Self {
-        let per_object: Vec<Vec<Vec3>> = objects
-            .par_iter()
-            .map(|object| {
-                let world_from_object = glam::DAffine3::from_rotation_translation(
-                    object.world_from_object.rotation,
-                    object.world_from_object.translation_m,
-                );
-                let camera_from_object = projection.camera_from_world * world_from_object;
-                object
-                    .mesh
-                    .positions
-                    .iter()
-                    .map(|&p| camera_from_object.transform_point3(p).as_vec3())
-                    .collect()
-            })
-            .collect();
-        let mut first_vertex = Vec::with_capacity(objects.len());
-        let mut camera_points = Vec::with_capacity(per_object.iter().map(Vec::len).sum());
-        for points in per_object {
-            first_vertex.push(camera_points.len() as u32);
-            camera_points.extend(points);
-        }
-        let mut sources = Vec::with_capacity(objects.iter().map(|object| object.mesh.triangle_count()).sum());
-        for (index, object) in objects.iter().enumerate() {
-            let base = first_vertex[index];
-            for group in &object.mesh.groups {
-                sources.extend(group.triangles.iter().map(|t| SourceTriangle {
-                    vertices: t.map(|v| v + base),
-                    object: index as u32,
-                    material: group.material as u32,
-                }));
-            }
-        }
-        Self { camera_points, first_vertex, sources }
+impl<'a> Prepared<'a> {
+    /// Moves every point into the camera's frame.
+    pub fn new(scenery: &'a Scenery<'a>, projection: &Projection) -> Self {
+        let camera_from_world = projection.camera_from_world.as_affine3a();
+        let seen = |p: &Vec3A| Vec3::from(camera_from_world.transform_point3a(*p));
+        Self { scenery, camera_points: scenery.points_in_world.iter().map(seen).collect() }
     }
 
-    /// Projects, clips and bins the triangles for a picture of `width_px` x `height_px` samples.
-    pub fn bin(
-        &self,
-        objects: &[RenderObject],
-        projection: &Projection,
-        band_rows: usize,
-        keep: Keep,
-    ) -> Binned {
+    /// Projects, clips and bins the triangles for a picture of `projection`'s size in samples.
+    pub fn bin(&self, projection: &Projection, band_rows: usize, keep: Keep) -> Binned {
         const PIECE: usize = 8192;
         let band_count = projection.height_px.div_ceil(band_rows);
-        let pieces = self
-            .sources
-            .par_chunks(PIECE)
-            .enumerate()
-            .map(|(piece, sources)| {
+        let lens = &projection.lens;
+        let drawn = self.scenery.drawn(keep);
+        let pieces = (0..drawn.len().div_ceil(PIECE))
+            .into_par_iter()
+            .map(|piece| {
                 let mut out = Piece { triangles: Vec::new(), bands: vec![Vec::new(); band_count] };
-                for (offset, source) in sources.iter().enumerate() {
-                    if keep != Keep::All {
-                        let mesh = objects[source.object as usize].mesh;
-                        let opaque = mesh.materials[source.material as usize].opacity >= 0.999;
-                        if opaque != (keep == Keep::Opaque) {
-                            continue;
-                        }
-                    }
-                    let corners = source.vertices.map(|v| self.camera_points[v as usize]);
-                    let id = (piece * PIECE + offset) as u32;
-                    clip_and_project(corners, &projection.lens, |x, y, key| {
-                        out.push(ScreenTriangle { x, y, key, source: id }, projection, band_rows);
+                for place in piece * PIECE..((piece + 1) * PIECE).min(drawn.len()) {
+                    let source = drawn.at(place);
+                    let vertices = self.scenery.triangles[source as usize].vertices;
+                    let corners = vertices.map(|v| self.camera_points[v as usize]);
+                    clip_and_project(corners, lens, |x, y, key| {
+                        out.push(ScreenTriangle { x, y, key, source }, projection, band_rows);
                     });
                 }
                 out

@@ -8,8 +8,9 @@ use glam::{Mat3A, Vec2, Vec3, Vec3A};
 
 use super::environment::Environment;
 use super::floor_light::FloorLight;
-use super::prepare::{Prepared, SourceTriangle};
+use super::prepare::Prepared;
 use super::projection::Lens;
+use super::scenery::{Scenery, SourceTriangle};
 use super::sky::{SkyNearby, SkyShare};
 use super::texture_map::TextureMap;
 use super::{Background, RenderObject};
@@ -27,8 +28,8 @@ struct Look {
 
 /// Everything needed to color a point of the scene.
 pub struct Shader<'a> {
-    objects: &'a [RenderObject<'a>],
-    prepared: &'a Prepared,
+    scenery: &'a Scenery<'a>,
+    camera_points: &'a [Vec3],
     environment: Environment<'a>,
     background: Background,
     floor_light: Option<FloorLight>,
@@ -39,8 +40,8 @@ pub struct Shader<'a> {
     looks: Vec<Look>,
     first_look: Vec<usize>,
     textures: Vec<TextureMap<'a>>,
-    /// Of each source triangle, unit, in the camera's frame, by its winding.
-    facings: Vec<Vec3>,
+    /// Of each triangle, unit, in the world, by its winding.
+    facings: &'a [Vec3A],
 }
 
 /// Where a pixel's ray meets the plane of a triangle.
@@ -70,7 +71,7 @@ pub struct Surface {
 
 impl<'a> Shader<'a> {
     pub fn new(
-        objects: &'a [RenderObject<'a>],
+        scenery: &'a Scenery<'a>,
         prepared: &'a Prepared,
         environment: Environment<'a>,
         background: Background,
@@ -78,7 +79,7 @@ impl<'a> Shader<'a> {
     ) -> Self {
         let mut known: Vec<&'a Texture> = Vec::new();
         let (mut looks, mut first_look) = (Vec::new(), Vec::new());
-        for object in objects {
+        for object in &scenery.objects {
             first_look.push(looks.len());
             for material in &object.mesh.materials {
                 let texture = material.base_color_texture.as_ref().map(|texture| {
@@ -100,31 +101,27 @@ impl<'a> Shader<'a> {
         let textures = known.par_iter().map(|texture| TextureMap::new(texture)).collect();
         let turn = |object: &RenderObject| Mat3A::from_quat(object.world_from_object.rotation.as_quat());
         let floor_light =
-            background.floor.map(|floor| FloorLight::new(objects, &environment, floor.z_m as f32));
+            background.floor.map(|floor| FloorLight::new(&scenery.objects, &environment, floor.z_m as f32));
         let lighting = &environment.lighting;
         let open_floor = lighting.key_color * environment.toward_key.z.max(0.0) + lighting.sky_color;
-        let facing = |source: &SourceTriangle| {
-            let [p, q, r] = source.vertices.map(|v| prepared.camera_points[v as usize]);
-            (q - p).cross(r - p).normalize_or_zero()
-        };
         Self {
-            objects,
-            prepared,
+            scenery,
+            camera_points: &prepared.camera_points,
             floor_light,
             per_open_floor: open_floor.max(Vec3::splat(1e-3)).recip(),
             environment,
             background,
             world_from_camera,
-            world_from_object: objects.iter().map(turn).collect(),
+            world_from_object: scenery.objects.iter().map(turn).collect(),
             looks,
             first_look,
             textures,
-            facings: prepared.sources.iter().map(facing).collect(),
+            facings: scenery.facings(),
         }
     }
 
     fn hit(&self, source: &SourceTriangle, lens: &Lens, x: f32, y: f32) -> Hit {
-        let [a, b, c] = source.vertices.map(|v| self.prepared.camera_points[v as usize]);
+        let [a, b, c] = source.vertices.map(|v| self.camera_points[v as usize]);
         let (origin, direction) = lens.ray(x, y);
         let (e1, e2) = (b - a, c - a);
         let across = direction.cross(e2);
@@ -134,7 +131,7 @@ impl<'a> Shader<'a> {
         let u = (from_a.dot(across) * inverse).clamp(0.0, 1.0);
         let v = (direction.dot(from_a.cross(e1)) * inverse).clamp(0.0, 1.0 - u);
         let object = source.object as usize;
-        let first = self.prepared.first_vertex[object];
+        let first = self.scenery.first_vertex[object];
         Hit {
             object,
             vertices: source.vertices.map(|v| (v - first) as usize),
@@ -146,7 +143,7 @@ impl<'a> Shader<'a> {
 
     /// Unit, smooth, turned to the side of `flat_normal`.
     fn smooth_normal(&self, hit: &Hit, flat_normal: Vec3A) -> Vec3A {
-        let normals = &self.objects[hit.object].mesh.normals;
+        let normals = &self.scenery.objects[hit.object].mesh.normals;
         let smooth = (0..3).fold(Vec3::ZERO, |sum, k| sum + hit.weights[k] * normals[hit.vertices[k]]);
         let normal = (self.world_from_object[hit.object] * Vec3A::from(smooth)).normalize_or(flat_normal);
         if normal.dot(flat_normal) < 0.0 { -normal } else { normal }
@@ -160,24 +157,23 @@ impl<'a> Shader<'a> {
 
     /// Unit, of the flat triangle, turned toward the eye.
     fn flat_normal(&self, source: u32, toward_eye: Vec3A) -> Vec3A {
-        let facing = Vec3A::from(self.facings[source as usize]);
-        let normal = self.world_from_camera.transform_vector3a(facing);
+        let normal = self.facings[source as usize];
         if normal.dot(toward_eye) < 0.0 { -normal } else { normal }
     }
 
     /// Unit, smooth, turned toward the eye: what [`Self::surface`] has as its normal, and no more.
     pub fn normal(&self, source: u32, lens: &Lens, x: f32, y: f32) -> Vec3A {
-        let hit = self.hit(&self.prepared.sources[source as usize], lens, x, y);
+        let hit = self.hit(&self.scenery.triangles[source as usize], lens, x, y);
         self.smooth_normal(&hit, self.flat_normal(source, self.toward_eye(hit.in_camera, lens)))
     }
 
     /// The point of the triangle on the ray through a sample position.
     pub fn surface(&self, source: u32, lens: &Lens, x: f32, y: f32) -> Surface {
-        let triangle = &self.prepared.sources[source as usize];
+        let triangle = &self.scenery.triangles[source as usize];
         let hit = self.hit(triangle, lens, x, y);
         let toward_eye = self.toward_eye(hit.in_camera, lens);
         let flat_normal = self.flat_normal(source, toward_eye);
-        let uvs = hit.vertices.map(|v| self.objects[hit.object].mesh.uvs[v]);
+        let uvs = hit.vertices.map(|v| self.scenery.objects[hit.object].mesh.uvs[v]);
         let uv_area = (uvs[1] - uvs[0]).perp_dot(uvs[2] - uvs[0]).abs();
         let area = hit.sides[0].cross(hit.sides[1]).length();
         Surface {
@@ -194,7 +190,7 @@ impl<'a> Shader<'a> {
     /// Whether two triangles belong to one smooth piece of one material: same object, same material, and
     /// planes within about 15 degrees.
     pub fn continues(&self, a: u32, b: u32) -> bool {
-        let (p, q) = (&self.prepared.sources[a as usize], &self.prepared.sources[b as usize]);
+        let (p, q) = (&self.scenery.triangles[a as usize], &self.scenery.triangles[b as usize]);
         p.object == q.object
             && p.material == q.material
             && self.facings[a as usize].dot(self.facings[b as usize]) > 0.965

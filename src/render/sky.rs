@@ -4,9 +4,10 @@
 use glam::Vec3A;
 use rayon::prelude::*;
 
+use super::RenderSettings;
 use super::light_map::{LightMap, sky_directions};
+use super::scenery::Scenery;
 use super::sky_group::SkyGroup;
-use super::{RenderObject, RenderSettings};
 
 /// One occlusion map per direction.
 pub struct Sky {
@@ -25,11 +26,11 @@ pub struct SkyShare {
 
 impl Sky {
     /// Looks at the objects from every direction.
-    pub fn new(objects: &[RenderObject], settings: &RenderSettings) -> Self {
+    pub fn new(scenery: &Scenery, settings: &RenderSettings) -> Self {
         let directions: Vec<(Vec3A, LightMap)> = sky_directions(settings.sky_directions.min(64))
             .into_par_iter()
             .filter_map(|d| {
-                let map = LightMap::new(objects, d.as_dvec3(), settings.sky_map_px.clamp(32, 1024), None)?;
+                let map = LightMap::new(scenery, d.as_dvec3(), settings.sky_map_px.clamp(32, 1024), None)?;
                 Some((Vec3A::from(d), map))
             })
             .collect();
