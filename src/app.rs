@@ -8,6 +8,7 @@ pub mod logging;
 pub mod scenes;
 pub mod service;
 pub mod local;
+pub mod evaluation;
 
 use std::path::Path;
 use std::time::Duration;

@@ -8,6 +8,7 @@ pub mod options;
 pub mod terminal;
 pub mod signals;
 pub mod generate;
+pub mod evaluate;
 pub mod progress;
 pub mod folder;
 pub mod outcome;
@@ -34,6 +35,8 @@ struct Cli {
 enum Command {
     /// Make one scene here and now, without a server.
     Generate(generate::Arguments),
+    /// Run a benchmark set and write its tables.
+    Evaluate(evaluate::Arguments),
     /// Run the job server.
     Serve(serve::Arguments),
     /// Bring a data directory's database up to date; `serve` does so by itself.
@@ -55,6 +58,7 @@ pub fn main() -> ExitCode {
     };
     let done = match command {
         Command::Generate(arguments) => generate::run(arguments),
+        Command::Evaluate(arguments) => evaluate::run(arguments),
         Command::Serve(arguments) => serve::run(arguments),
         Command::Migrate(arguments) => migrate::run(arguments),
         Command::CheckConfig(arguments) => check_config::run(arguments),

@@ -22,6 +22,7 @@ pub mod pipeline;
 pub mod scene;
 pub mod provider;
 pub mod export;
+pub mod evaluate;
 
 // 5. The toolbox: meshes and numbers, nothing of jobs.
 pub mod catalog;

@@ -5,7 +5,7 @@
 
 pub mod checkpoint;
 pub mod error;
-mod carry;
+pub mod carry;
 pub mod services;
 pub mod reference;
 pub mod recognize;

@@ -59,7 +59,7 @@ fn own(resolved: &Resolved, request: &SceneRequest) -> Result<(Ports, Arc<Settin
 }
 
 /// What the stages need of the configuration.
-fn stages(config: &Config) -> Settings {
+pub(super) fn stages(config: &Config) -> Settings {
     let config = config.clone();
     Settings {
         render: config.render,
@@ -77,7 +77,7 @@ fn stages(config: &Config) -> Settings {
 }
 
 /// What the embedded adapters need of the configuration.
-fn adapters(config: &Config) -> EmbeddedSettings {
+pub(super) fn adapters(config: &Config) -> EmbeddedSettings {
     let config = config.clone();
     EmbeddedSettings {
         analyst: config.analyst,

@@ -105,7 +105,7 @@ pub fn run(mut arguments: Arguments) -> Result<Exit, Failure> {
 
 /// Defaults that differ without a server: nothing temporary is worth waiting for the disk, or writing to it
 /// what is read once, and the log keeps to what is wrong.
-fn adapt(resolved: &mut Resolved, keeps_data: bool) {
+pub(super) fn adapt(resolved: &mut Resolved, keeps_data: bool) {
     if !keeps_data && *resolved.origin("store.fsync") == Origin::Default {
         resolved.config.store.fsync = false;
     }

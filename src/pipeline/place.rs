@@ -1,7 +1,7 @@
 //! Stage 9: the metric layout. The top view gives one box per object; the alignment turns boxes, yaws and
 //! commonsense sizes into places and scales; each object is then let down onto what carries it.
 
-mod layout;
+pub mod layout;
 
 use std::sync::Arc;
 

@@ -17,3 +17,4 @@ mod outages;
 mod slow_clients;
 mod commands;
 mod truth;
+mod evaluate;

@@ -139,7 +139,7 @@ async fn place_table(
 }
 
 /// Mesh and hulls scaled about the object's origin; the same artifacts where the scale is 1.
-async fn resized(
+pub async fn resized(
     context: &Context,
     mesh: &ArtifactRef,
     hulls: &ArtifactRef,
@@ -159,7 +159,7 @@ async fn resized(
 }
 
 /// `t_z`: supporters first, each object straight down onto all that stands already.
-async fn let_down(context: &Context, output: &mut Output) -> Result<(), StageError> {
+pub async fn let_down(context: &Context, output: &mut Output) -> Result<(), StageError> {
     let broken = |what: &str, error: String| {
         StageError::permanent("no_collision_geometry", format!("placing {what}: {error}"))
     };

@@ -1,0 +1,63 @@
+//! What a benchmark runs stages with: a job of its own in a data directory of its own, and no worker.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Duration;
+
+use serde_json::json;
+
+use super::{AppError, BACKEND};
+use crate::config::Config;
+use crate::evaluate::layout::LayoutBench;
+use crate::pipeline::checkpoint::{Checkpoints, Interrupt, JobScope, StageRuntime};
+use crate::provider::Cpu;
+use crate::scene::SceneRequest;
+use crate::store::scenes::{NewScene, Submitted};
+use crate::store::{DEFAULT_TENANT, StoreError};
+
+/// Nobody else works in the directory, so the claim never has to be renewed.
+const LEASE: Duration = Duration::from_secs(30 * 24 * 3600);
+
+/// The layout benchmark with the settings that `generate` would have.
+pub fn layout_bench(config: &Config) -> LayoutBench {
+    LayoutBench { embedded: super::scenes::adapters(config), stages: Arc::new(super::scenes::stages(config)) }
+}
+
+/// The pool all computation of a run shares.
+pub fn cpu(config: &Config) -> Result<Cpu, AppError> {
+    let threads = config.worker.cpu_threads;
+    Cpu::new(threads).map_err(|source| AppError::CpuPool { threads, source })
+}
+
+/// Submits the request in the data directory, claims its job, and gives its checkpoints.
+pub async fn checkpoints(
+    data_dir: &Path,
+    config: &Config,
+    cpu: &Cpu,
+    interrupt: &Interrupt,
+    request: &SceneRequest,
+) -> Result<Checkpoints, AppError> {
+    let store = super::open(data_dir, config).await?;
+    let new = NewScene {
+        tenant_id: DEFAULT_TENANT.to_owned(),
+        request: json!(request),
+        labels: Default::default(),
+        idempotency: None,
+    };
+    let lost =
+        |reason: &str| AppError::Store(StoreError::Corrupt { table: "jobs", reason: reason.to_owned() });
+    let Submitted::Created { job_id, .. } = store.submit(new).await? else {
+        return Err(lost("a submission without a key was not new"));
+    };
+    let claim = store.claim("evaluation", LEASE, 1, Some(&job_id)).await?;
+    let claim = claim.ok_or_else(|| lost("the job just submitted cannot be claimed"))?;
+    let stage_timeout = Duration::from_secs(config.worker.stage_timeout_secs);
+    let runtime = StageRuntime::new(store, cpu.clone(), BACKEND, config.worker.fan_out, stage_timeout);
+    Ok(runtime.open(JobScope {
+        lease: claim.lease,
+        tenant_id: claim.tenant_id,
+        salt: claim.salt,
+        interrupt: interrupt.clone(),
+        drain: Interrupt::default(),
+    }))
+}

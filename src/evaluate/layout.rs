@@ -1,0 +1,321 @@
+//! The layout benchmark on one scene: paint, spoil, run the stages, compare.
+//!
+//! The evaluator paints the scene itself and keeps the truth. The stages get the painting through a painter that has
+//! painted already ([`super::painted`]), spoiled where the difficulty says so, and never see the truth: it is neither
+//! in what the ports know nor in any stage's inputs.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex};
+
+use glam::DQuat;
+use serde::{Deserialize, Serialize};
+
+use super::ablation::{self, Ablation, Colliding, Instead};
+use super::alignment::{Rotated, rotate_all};
+use super::jittered_boxes::JitteredBoxes;
+use super::look_alikes::{LookAlikes, look_alikes, true_scene};
+use super::noise::Noise;
+use super::painted::PaintedAlready;
+use super::scenes::{BenchmarkScene, Family, Outline};
+use super::score::{Compared, ObjectScore};
+use super::watched_meshes::WatchedMeshes;
+use crate::catalog::{Recipe, build, build_table};
+use crate::geometry::seed::child_seed;
+use crate::geometry::{Interrupt, Pose, TexturedMesh};
+use crate::pipeline::Settings;
+use crate::pipeline::checkpoint::Checkpoints;
+use crate::pipeline::error::StageError;
+use crate::pipeline::place;
+use crate::pipeline::rotate;
+use crate::provider::embedded::{self, EmbeddedSettings};
+use crate::provider::{Call, MeshGenerator, Painting, Ports, Segmenter, Truth};
+use crate::scene::{InstanceId, Recognition, RecognizedObject, SceneRequest};
+
+/// How hard the stages' task is made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Difficulty {
+    /// Exact masks, boxes, sizes, meshes and camera.
+    Clean,
+    /// [`Noise::NOISY`].
+    Noisy,
+    /// [`Noise::NOISY_CAMERA`].
+    NoisyCamera,
+}
+
+/// Settings of the adapters and of the stages, as `generate` has them.
+#[derive(Clone)]
+pub struct LayoutBench {
+    pub embedded: EmbeddedSettings,
+    pub stages: Arc<Settings>,
+}
+
+/// What came of one scene.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SceneScore {
+    pub scene: String,
+    pub family: Family,
+    pub outline: Outline,
+    pub text: String,
+    pub seed: u64,
+    /// The object that set the scale.
+    pub anchor: Option<InstanceId>,
+    pub objects: Vec<ObjectScore>,
+    pub ablation: Ablation,
+}
+
+impl Difficulty {
+    pub fn noise(self) -> Option<Noise> {
+        match self {
+            Self::Clean => None,
+            Self::Noisy => Some(Noise::NOISY),
+            Self::NoisyCamera => Some(Noise::NOISY_CAMERA),
+        }
+    }
+
+    /// As tables name it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Clean => "clean",
+            Self::Noisy => "noisy",
+            Self::NoisyCamera => "noisy, camera off",
+        }
+    }
+}
+
+/// A painting and what the stages get to see of it.
+struct Painted {
+    truth: Truth,
+    /// As it was painted, not as the stages see it.
+    recognition: Recognition,
+    /// Of each object, its visible over its whole silhouette.
+    visible_shares: Vec<f64>,
+    seen: Arc<Painting>,
+}
+
+impl LayoutBench {
+    /// The request the stages are run for.
+    pub fn request(scene: &BenchmarkScene) -> SceneRequest {
+        SceneRequest {
+            version: SceneRequest::VERSION,
+            input: crate::scene::Input::Text { text: scene.text.to_owned() },
+            seed: scene.seed,
+            options: scene.options(),
+        }
+    }
+
+    /// Scores a scene; `checkpoints` are those of a job with [`Self::request`].
+    pub async fn score(
+        &self,
+        scene: &BenchmarkScene,
+        difficulty: Difficulty,
+        checkpoints: Checkpoints,
+        call: &Call,
+    ) -> Result<SceneScore, StageError> {
+        let noise = difficulty.noise();
+        let mut settings = self.embedded.clone();
+        if let Some(noise) = noise {
+            settings.painter = noise.painter(&settings.painter);
+        }
+        let ports = embedded::ports(&settings);
+        let painted = self.paint(scene, noise, &ports, call).await?;
+        let alikes = list_look_alikes(&painted, call).await?;
+        let turned = Arc::new(Mutex::new(BTreeMap::new()));
+        let ports = watched(ports, &painted, noise, scene.seed, &turned);
+        let rotated = rotate_all(Self::request(scene), checkpoints, ports, self.stages.clone()).await?;
+        let layout = rotated.placed(&rotated.yaws).await?;
+        let turned = turned.lock().map(|known| known.clone()).unwrap_or_default();
+        let compared = compare(&painted, &rotated, &layout, &turned, &alikes)?;
+        let ablation = self.ablate(scene, &rotated, &layout, &compared).await?;
+        Ok(SceneScore {
+            scene: scene.name.clone(),
+            family: scene.family,
+            outline: scene.outline,
+            text: scene.text.to_owned(),
+            seed: scene.seed,
+            anchor: layout.anchor.clone(),
+            objects: compared.iter().map(Compared::score).collect(),
+            ablation,
+        })
+    }
+
+    async fn paint(
+        &self,
+        scene: &BenchmarkScene,
+        noise: Option<Noise>,
+        ports: &Ports,
+        call: &Call,
+    ) -> Result<Painted, StageError> {
+        let options = scene.options();
+        let description = ports.analyst.describe(call, scene.text.to_owned(), scene.seed, options).await?;
+        let painting = ports.painter.reference(call, Arc::new(description), scene.seed).await?;
+        let aside = painting.aside.as_ref().ok_or_else(|| unscored(scene, "its painter tells no truth"))?;
+        Ok(Painted {
+            truth: aside.truth.clone(),
+            recognition: aside.known.recognition.clone(),
+            visible_shares: aside.alone.iter().map(|drawn| 1.0 - drawn.completion.completed_share).collect(),
+            seen: Arc::new(noise.map_or_else(|| painting.clone(), |n| n.spoiled(&painting, scene.seed))),
+        })
+    }
+
+    async fn ablate(
+        &self,
+        scene: &BenchmarkScene,
+        rotated: &Rotated,
+        full: &place::Output,
+        compared: &[Compared<'_>],
+    ) -> Result<Ablation, StageError> {
+        let seed = child_seed(scene.seed, "ablation");
+        let guessed: Vec<rotate::Output> = compared
+            .iter()
+            .map(|object| rotate::Output {
+                yaw_rad: ablation::guessed_yaw_rad(object.true_yaw_rad(), seed, &object.truth.name),
+                ..object.yaw.clone()
+            })
+            .collect();
+        let without_dro = rotated.placed(&guessed).await?;
+        let instead: Vec<Instead> = compared
+            .iter()
+            .map(|object| {
+                let true_xy_m = object.truth.translation_m.truncate();
+                ablation::guessed_place(true_xy_m, object.scale(), seed, &object.truth.name)
+            })
+            .collect();
+        let without_tsa = moved(rotated, full, instead.clone()).await?;
+        // The sizes the alignment gave with guessed yaws are not those it gave with its own.
+        let both =
+            instead.iter().zip(&full.instances).zip(&without_dro.instances).map(|((place, a), b)| Instead {
+                factor: place.factor * (a.size_m.element_product() / b.size_m.element_product()).cbrt(),
+                ..*place
+            });
+        let without_both = moved(rotated, &without_dro, both.collect()).await?;
+        Ok(Ablation {
+            full: self.colliding(rotated, full.clone()).await?,
+            without_dro: self.colliding(rotated, without_dro).await?,
+            without_tsa: self.colliding(rotated, without_tsa).await?,
+            without_both: self.colliding(rotated, without_both).await?,
+        })
+    }
+
+    async fn colliding(&self, rotated: &Rotated, layout: place::Output) -> Result<Colliding, StageError> {
+        let inputs = ablation::Overlaps { layout, certify: self.stages.certify.clone() };
+        rotated.stages().run(ablation::COLLIDE, inputs, ablation::colliding).await
+    }
+}
+
+async fn moved(
+    rotated: &Rotated,
+    layout: &place::Output,
+    instead: Vec<Instead>,
+) -> Result<place::Output, StageError> {
+    let moves = ablation::Moves { layout: layout.clone(), instead };
+    rotated.stages().run(ablation::MOVE, moves, ablation::moved).await
+}
+
+/// The ports that the stages ask.
+fn watched(
+    ports: Ports,
+    painted: &Painted,
+    noise: Option<Noise>,
+    scene_seed: u64,
+    turned: &Arc<Mutex<BTreeMap<InstanceId, DQuat>>>,
+) -> Ports {
+    let seed = child_seed(scene_seed, "noise");
+    let objects = painted.recognition.objects.iter().map(|object| (object.id.clone(), object.clone()));
+    let generator: Arc<dyn MeshGenerator> = Arc::new(WatchedMeshes {
+        generator: ports.mesh_generator,
+        painted: objects.collect(),
+        noise,
+        seed,
+        turned: turned.clone(),
+    });
+    let segmenter: Arc<dyn Segmenter> = match noise {
+        Some(noise) => Arc::new(JitteredBoxes { segmenter: ports.segmenter, noise, seed }),
+        None => ports.segmenter,
+    };
+    let painter = PaintedAlready { painter: ports.painter, painting: painted.seen.clone(), noise };
+    Ports { painter: Arc::new(painter), segmenter, mesh_generator: generator, ..ports }
+}
+
+/// The yaws that look the same in the true picture, of each object in order.
+async fn list_look_alikes(painted: &Painted, call: &Call) -> Result<Vec<LookAlikes>, StageError> {
+    let (recognition, truth) = (painted.recognition.clone(), painted.truth.clone());
+    let interrupt = call.interrupt.clone();
+    call.cpu.run(move || looked_at(&recognition, &truth, &interrupt)).await?
+}
+
+fn looked_at(
+    recognition: &Recognition,
+    truth: &Truth,
+    interrupt: &Interrupt,
+) -> Result<Vec<LookAlikes>, StageError> {
+    let gone = |what: &str| {
+        StageError::permanent("not_in_catalog", format!("evaluating: the catalog builds no {what} any more"))
+    };
+    let table = &recognition.table;
+    let top = build_table(&table.model, table.size_m, table.color, table.material.as_deref(), table.seed)
+        .ok_or_else(|| gone(&table.model))?;
+    let meshes: Vec<TexturedMesh> = recognition
+        .objects
+        .iter()
+        .map(|object| as_painted(object).ok_or_else(|| gone(&object.category)))
+        .collect::<Result<_, StageError>>()?;
+    let poses =
+        truth.instances.iter().map(|t| Pose { translation_m: t.translation_m, rotation: t.rotation_xyzw });
+    let scene = true_scene(recognition.camera, &top.mesh, meshes.iter().zip(poses));
+    let mut listed = Vec::with_capacity(meshes.len());
+    for (index, instance) in truth.instances.iter().enumerate() {
+        listed.push(match instance.symmetry_order {
+            // Its yaw is not scored.
+            0 => LookAlikes::none(0),
+            _ => look_alikes(&scene, index + 1, interrupt)?,
+        });
+    }
+    Ok(listed)
+}
+
+fn as_painted(object: &RecognizedObject) -> Option<TexturedMesh> {
+    build(&Recipe {
+        category: object.category.clone(),
+        size_m: object.size_m,
+        color: object.color,
+        material: object.material.clone(),
+        seed: object.seed,
+    })
+}
+
+fn compare<'a>(
+    painted: &'a Painted,
+    rotated: &'a Rotated,
+    layout: &'a place::Output,
+    turned: &BTreeMap<InstanceId, DQuat>,
+    alikes: &'a [LookAlikes],
+) -> Result<Vec<Compared<'a>>, StageError> {
+    let lost = |id: &InstanceId, what: &str| {
+        StageError::permanent("not_compared", format!("evaluating {id}: {what}; a bug of the evaluation"))
+    };
+    let mut compared = Vec::with_capacity(painted.truth.instances.len());
+    for (index, truth) in painted.truth.instances.iter().enumerate() {
+        let found = |id: &InstanceId| *id == truth.name;
+        let (placed, object) = (&layout.instances[index], &painted.recognition.objects[index]);
+        if !found(&placed.id) || !found(&object.id) {
+            return Err(lost(&truth.name, "the layout is in another order"));
+        }
+        let turned = *turned.get(&truth.name).ok_or_else(|| lost(&truth.name, "no mesh was asked for"))?;
+        compared.push(Compared {
+            category: &object.category,
+            truth,
+            placed,
+            canonical: &rotated.canonical[index],
+            yaw: &rotated.yaws[index],
+            turned,
+            look_alikes: &alikes[index],
+            visible_share: painted.visible_shares[index],
+        });
+    }
+    Ok(compared)
+}
+
+fn unscored(scene: &BenchmarkScene, what: &str) -> StageError {
+    StageError::permanent("not_scored", format!("evaluating {}: {what}", scene.name))
+}

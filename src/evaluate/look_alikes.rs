@@ -1,0 +1,244 @@
+//! Which yaws of an object cannot be told apart in the true picture.
+//!
+//! The object is turned about the vertical axis through its frame's origin, everything else stays, and the part of the
+//! picture around it is painted again: with the painted meshes, poses and camera, in plain studio light without cast
+//! shadows (so that a shadow alone tells no yaws apart). A yaw is *indistinguishable* where under 1 % of as many
+//! pixels as the object shows in the true picture change by more than 8 of 255 in any channel.
+//!
+//! Every multiple of 5 degrees is painted, and the whole degrees around those that come near. Cost: some hundred small
+//! paintings an object, about 0.1 s.
+
+use glam::{DQuat, DVec2, DVec3};
+use rayon::prelude::*;
+
+use crate::geometry::{Camera, Interrupt, Interrupted, Pose, TexturedMesh};
+use crate::render::{Background, Diorama, Lighting, RenderObject, RenderSettings, View};
+
+/// Share of the visible pixels that may change.
+pub const CHANGED_SHARE: f64 = 0.01;
+
+/// A pixel changed where a channel did by more than this, of 255.
+pub const CHANGED_LEVELS: u8 = 8;
+
+/// Whole degrees in a turn.
+const DEGREES: usize = 360;
+/// Step of the first look, degrees.
+const STEP: usize = 5;
+/// Share at a multiple of the step below which its neighborhood is looked at.
+const NEAR_SHARE: f64 = 0.10;
+
+/// The true scene, as it was painted.
+pub struct TrueScene<'a> {
+    pub camera: Camera,
+    /// The table, then the objects in order, with ids from 1.
+    pub objects: Vec<RenderObject<'a>>,
+}
+
+/// Turns from the true pose, whole degrees, at which an object looks as in the true picture.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LookAlikes {
+    /// Ascending; 0 is always among them.
+    degrees: Vec<usize>,
+    /// Pixels it shows in the true picture.
+    pub visible_px: usize,
+}
+
+impl LookAlikes {
+    /// Only the true yaw.
+    pub fn none(visible_px: usize) -> Self {
+        Self { degrees: vec![0], visible_px }
+    }
+
+    /// Distance from a turn away from the true pose to the nearest that looks the same, degrees, 0..180. Between
+    /// neighboring degrees that both look the same it is 0.
+    pub fn distance_deg(&self, turn_deg: f64) -> f64 {
+        let turn = turn_deg.rem_euclid(DEGREES as f64);
+        let listed = |degree: usize| self.degrees.binary_search(&(degree % DEGREES)).is_ok();
+        if listed(turn.floor() as usize) && listed(turn.ceil() as usize) {
+            return 0.0;
+        }
+        let apart = |degree: usize| {
+            let off = (turn - degree as f64).abs();
+            off.min(DEGREES as f64 - off)
+        };
+        self.degrees.iter().map(|&degree| apart(degree)).fold(180.0, f64::min)
+    }
+
+    /// Whether every yaw that was looked at looks the same.
+    pub fn is_any(&self) -> bool {
+        (0..DEGREES).step_by(STEP).all(|degree| self.degrees.binary_search(&degree).is_ok())
+    }
+
+    /// Number of separate stretches of yaws that look the same.
+    pub fn stretches(&self) -> usize {
+        let starts = self
+            .degrees
+            .iter()
+            .filter(|&&degree| self.degrees.binary_search(&((degree + DEGREES - 1) % DEGREES)).is_err());
+        starts.count().max(1)
+    }
+}
+
+/// The yaws at which the object at `index` of `scene.objects` looks as it does in the true picture.
+pub fn look_alikes(
+    scene: &TrueScene,
+    index: usize,
+    interrupt: &Interrupt,
+) -> Result<LookAlikes, Interrupted> {
+    let subject = scene.objects[index];
+    let camera = windowed(&scene.camera, swept(&subject));
+    let view = View::Perspective(camera);
+    let lighting = Lighting::studio(scene.camera.azimuth_rad() - 0.6, 0.9, 0.5);
+    let settings = RenderSettings { supersampling: 2, shadow_map_px: 0, sky_directions: 0, sky_map_px: 32 };
+    let near: Vec<RenderObject> = scene
+        .objects
+        .iter()
+        .enumerate()
+        .filter(|(k, o)| *k == index || shows(o, &camera))
+        .map(|(_, o)| *o)
+        .collect();
+    let paint = |degree: usize| {
+        let turn = DQuat::from_rotation_z((degree as f64).to_radians());
+        let turned =
+            Pose { rotation: turn * subject.world_from_object.rotation, ..subject.world_from_object };
+        let objects = near
+            .iter()
+            .map(|o| if o.id == subject.id { RenderObject { world_from_object: turned, ..*o } } else { *o })
+            .collect();
+        Diorama::new(objects, &settings).paint(lighting, Background::light(), &view)
+    };
+    let truth = paint(0);
+    let visible_px = truth.ids.iter().filter(|&&id| id == subject.id).count();
+    let changed_share = |degree: usize| {
+        interrupt.check()?;
+        let pixels = truth
+            .color
+            .as_rgba()
+            .chunks_exact(4)
+            .zip(paint(degree).color.as_rgba().chunks_exact(4))
+            .filter(|(a, b)| (0..3).any(|c| a[c].abs_diff(b[c]) > CHANGED_LEVELS))
+            .count();
+        Ok::<f64, Interrupted>(pixels as f64 / visible_px.max(1) as f64)
+    };
+    let mut shares: Vec<Option<f64>> = vec![None; DEGREES];
+    shares[0] = Some(0.0);
+    let fill = |shares: &mut Vec<Option<f64>>, degrees: Vec<usize>| {
+        let found: Vec<(usize, f64)> = degrees
+            .into_par_iter()
+            .map(|degree| Ok((degree, changed_share(degree)?)))
+            .collect::<Result<_, Interrupted>>()?;
+        found.into_iter().for_each(|(degree, share)| shares[degree] = Some(share));
+        Ok::<(), Interrupted>(())
+    };
+    fill(&mut shares, (STEP..DEGREES).step_by(STEP).collect())?;
+    let close: Vec<usize> = (0..DEGREES)
+        .filter(|degree| shares[*degree].is_none())
+        .filter(|degree| {
+            let (below, above) = (degree / STEP * STEP, (degree / STEP + 1) * STEP % DEGREES);
+            [below, above].iter().any(|&knot| shares[knot].is_some_and(|share| share < NEAR_SHARE))
+        })
+        .collect();
+    fill(&mut shares, close)?;
+    let alike = |share: &Option<f64>| share.is_some_and(|share| share < CHANGED_SHARE);
+    let degrees = (0..DEGREES).filter(|&degree| alike(&shares[degree])).collect();
+    Ok(LookAlikes { degrees, visible_px })
+}
+
+/// Points around everything the object sweeps when it is turned about its own vertical axis.
+fn swept(object: &RenderObject) -> Vec<DVec3> {
+    let origin = object.world_from_object.translation_m;
+    let turned = object.mesh.positions.iter().map(|p| object.world_from_object.rotation * *p);
+    let (radius_m, low_m, high_m) = turned.fold((0.0_f64, 0.0_f64, 0.0_f64), |(r, low, high), p| {
+        (r.max(p.truncate().length()), low.min(p.z), high.max(p.z))
+    });
+    (0..16)
+        .map(|k| 1.03 * radius_m * DVec2::from_angle(std::f64::consts::TAU * f64::from(k) / 16.0))
+        .flat_map(|xy| [origin + xy.extend(low_m), origin + xy.extend(high_m)])
+        .collect()
+}
+
+/// The camera cut down to the part of its picture that shows these points.
+fn windowed(camera: &Camera, points: Vec<DVec3>) -> Camera {
+    let frame = DVec2::new(f64::from(camera.width_px), f64::from(camera.height_px));
+    let (low, high) = pixel_box(camera, points).unwrap_or((DVec2::ZERO, frame));
+    let low = (low - 2.0).floor().clamp(DVec2::ZERO, frame - 1.0);
+    let size = ((high + 2.0).ceil().clamp(DVec2::ZERO, frame) - low).max(DVec2::ONE);
+    Camera {
+        width_px: size.x as u32,
+        height_px: size.y as u32,
+        cx: camera.cx - low.x,
+        cy: camera.cy - low.y,
+        ..*camera
+    }
+}
+
+/// Whether the object may show in the camera's picture.
+fn shows(object: &RenderObject, camera: &Camera) -> bool {
+    let (low, high) = object.mesh.bounds();
+    let corners = (0..8).map(|k| {
+        let pick = |bit: usize, l: f64, h: f64| if k >> bit & 1 == 0 { l } else { h };
+        let corner = DVec3::new(pick(0, low.x, high.x), pick(1, low.y, high.y), pick(2, low.z, high.z));
+        object.world_from_object.transform_point(corner)
+    });
+    pixel_box(camera, corners.collect()).is_none_or(|(low, high)| {
+        high.min_element() >= 0.0
+            && low.x <= f64::from(camera.width_px)
+            && low.y <= f64::from(camera.height_px)
+    })
+}
+
+/// Box of the points on the picture; `None` if one lies behind the camera.
+fn pixel_box(camera: &Camera, points: Vec<DVec3>) -> Option<(DVec2, DVec2)> {
+    points.into_iter().try_fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), point| {
+        camera.project(point).map(|(pixel, _)| (low.min(pixel), high.max(pixel)))
+    })
+}
+
+/// A scene of the table and objects, in order.
+pub fn true_scene<'a>(
+    camera: Camera,
+    table: &'a TexturedMesh,
+    objects: impl Iterator<Item = (&'a TexturedMesh, Pose)>,
+) -> TrueScene<'a> {
+    let all = std::iter::once((table, Pose::IDENTITY)).chain(objects);
+    let placed =
+        all.zip(1..).map(|((mesh, world_from_object), id)| RenderObject { mesh, world_from_object, id });
+    TrueScene { camera, objects: placed.collect() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::catalog::{Recipe, build, build_table, category};
+
+    fn of(name: &str) -> LookAlikes {
+        let size_m = category(name).expect("known").size.typical_m();
+        let recipe = Recipe { category: name.into(), size_m, color: None, material: None, seed: 5 };
+        let mesh = build(&recipe).expect("builds");
+        let table = build_table("desk", DVec3::new(1.0, 0.6, 0.74), None, None, 1).expect("a desk").mesh;
+        let camera = Camera::orbit(960, 720, 0.61, DVec3::ZERO, 0.1, 0.8, 1.6);
+        let pose = Pose::upright(DVec3::new(0.1, 0.05, 0.0), 0.4);
+        let scene = true_scene(camera, &table, std::iter::once((&mesh, pose)));
+        look_alikes(&scene, 1, &Interrupt::default()).expect("not interrupted")
+    }
+
+    #[test]
+    fn a_saucer_looks_the_same_all_around_and_a_mug_does_not() {
+        assert!(of("saucer").is_any());
+        let mug = of("mug");
+        assert!(!mug.is_any());
+        assert!(mug.distance_deg(90.0) > 40.0 && mug.distance_deg(0.0) == 0.0);
+    }
+
+    #[test]
+    fn distances_go_around_and_stretches_count_as_one() {
+        let alikes = LookAlikes { degrees: vec![0, 1, 179, 180, 181, 359], visible_px: 100 };
+        assert_eq!(alikes.stretches(), 2);
+        for (turn, distance) in
+            [(0.5, 0.0), (-0.4, 0.0), (-3.0, 2.0), (175.0, 4.0), (180.7, 0.0), (90.0, 89.0)]
+        {
+            assert!((alikes.distance_deg(turn) - distance).abs() < 1e-9, "{turn}");
+        }
+        assert!((LookAlikes::none(9).distance_deg(-170.0) - 170.0).abs() < 1e-9);
+    }
+}

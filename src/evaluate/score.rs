@@ -1,0 +1,144 @@
+//! How far the layout lies from what was painted, object by object.
+//!
+//! Compared is the layout of `place`, before anything is repaired, with the settled poses of the painting:
+//!
+//! - *yaw*: the rotation that takes the painted pose to the placed one, its twist about world +z, as a distance to the
+//!   nearest yaw that looks the same in the true picture ([`super::look_alikes`]); 180 degrees where the mesh was
+//!   stood on another side than the painted one stands on;
+//! - *position*: horizontal distance between the origins of the two objects' frames (the center of the bottom face of
+//!   the mesh's own box), world frame, meters;
+//! - *scale*: `|s - 1|` with `s` the cube root of the ratio of the volumes of the placed and the painted mesh's box.
+//!
+//! Not every object has a yaw: see [`Standing`]. What leans has no position of its own either, since the stages place
+//! what they take to stand upright; its scale counts.
+
+use glam::{DQuat, DVec3};
+use serde::{Deserialize, Serialize};
+
+use super::look_alikes::LookAlikes;
+use crate::pipeline::canonicalize;
+use crate::pipeline::place::PlacedInstance;
+use crate::pipeline::rotate;
+use crate::provider::TruthInstance;
+use crate::scene::{InstanceId, StandsOn};
+
+/// An object leans where its own vertical is farther than this from the world's, radians.
+pub const LEANING_RAD: f64 = 10.0 * std::f64::consts::PI / 180.0;
+
+/// A mesh stands on another side where its vertical is farther than this from the painted one's, radians.
+const WRONG_SIDE_RAD: f64 = std::f64::consts::FRAC_PI_4;
+
+/// Whether an object's yaw is scored, or why not.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Standing {
+    Scored,
+    /// Its kind has rotational symmetry of order 0: any yaw is right.
+    OrderZero,
+    /// It leans or lies tilted (a pen in a holder), so that its pose is not a yaw.
+    Leaning,
+    /// Its kind has a front, but every yaw looks the same in the true picture.
+    AnyLooksTheSame,
+}
+
+/// One object of one scene.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ObjectScore {
+    pub name: InstanceId,
+    pub category: String,
+    /// Whether it lies or stands in a container.
+    pub contained: bool,
+    pub standing: Standing,
+    /// Where scored, degrees.
+    pub yaw_error_deg: Option<f64>,
+    /// Twist from the painted to the placed pose, degrees in (-180, 180], before look-alikes.
+    pub turn_deg: f64,
+    pub wrong_side: bool,
+    /// Unless it leans, meters.
+    pub position_error_m: Option<f64>,
+    pub scale_error: f64,
+    /// Pixels it shows, and their share of its whole silhouette.
+    pub visible_px: usize,
+    pub visible_share: f64,
+    /// Separate stretches of yaws that look the same.
+    pub look_alikes: usize,
+    /// What the rotation optimizer said.
+    pub estimated_order: u32,
+    pub confidence: f64,
+    pub loss: f64,
+    /// How clearly its rotation to upright stood out.
+    pub upright_confidence: f64,
+}
+
+/// Everything known of one object.
+pub struct Compared<'a> {
+    pub category: &'a str,
+    pub truth: &'a TruthInstance,
+    pub placed: &'a PlacedInstance,
+    pub canonical: &'a canonicalize::Output,
+    pub yaw: &'a rotate::Output,
+    /// `raw_from_painted`.
+    pub turned: DQuat,
+    pub look_alikes: &'a LookAlikes,
+    pub visible_share: f64,
+}
+
+impl Compared<'_> {
+    /// Rotation of the placed object's painted frame in the world.
+    fn placed_rotation(&self) -> DQuat {
+        self.placed.world_from_object.rotation * self.canonical_from_painted()
+    }
+
+    fn canonical_from_painted(&self) -> DQuat {
+        self.canonical.rotation_xyzw * self.turned
+    }
+
+    /// The yaw that `rotate` should have found: that of the canonical frame, radians.
+    pub fn true_yaw_rad(&self) -> f64 {
+        twist_rad(self.truth.rotation_xyzw * self.canonical_from_painted().inverse())
+    }
+
+    /// Placed over painted size, the cube root of the ratio of the boxes' volumes.
+    pub fn scale(&self) -> f64 {
+        (self.placed.size_m.element_product() / self.truth.size_m.element_product().max(1e-30)).cbrt()
+    }
+
+    /// The scores of the object.
+    pub fn score(&self) -> ObjectScore {
+        let tilt_rad = (self.truth.rotation_xyzw * DVec3::Z).angle_between(DVec3::Z);
+        let placed_from_painted = self.placed_rotation() * self.truth.rotation_xyzw.inverse();
+        let wrong_side = (placed_from_painted * DVec3::Z).angle_between(DVec3::Z) > WRONG_SIDE_RAD;
+        let turn_deg = twist_rad(placed_from_painted).to_degrees();
+        let standing = match () {
+            () if self.truth.symmetry_order == 0 => Standing::OrderZero,
+            () if tilt_rad > LEANING_RAD => Standing::Leaning,
+            () if self.look_alikes.is_any() => Standing::AnyLooksTheSame,
+            () => Standing::Scored,
+        };
+        let yaw_error_deg = if wrong_side { 180.0 } else { self.look_alikes.distance_deg(turn_deg) };
+        let off_m = self.placed.world_from_object.translation_m - self.truth.translation_m;
+        ObjectScore {
+            name: self.truth.name.clone(),
+            category: self.category.to_owned(),
+            contained: matches!(self.placed.stands_on, StandsOn::In(_)),
+            standing,
+            yaw_error_deg: (standing == Standing::Scored).then_some(yaw_error_deg),
+            turn_deg,
+            wrong_side,
+            position_error_m: (tilt_rad <= LEANING_RAD).then(|| off_m.truncate().length()),
+            scale_error: (self.scale() - 1.0).abs(),
+            visible_px: self.look_alikes.visible_px,
+            visible_share: self.visible_share,
+            look_alikes: self.look_alikes.stretches(),
+            estimated_order: self.yaw.symmetry_order,
+            confidence: self.yaw.confidence,
+            loss: self.yaw.loss,
+            upright_confidence: self.canonical.confidence,
+        }
+    }
+}
+
+/// Twist about +z, in (-pi, pi].
+fn twist_rad(rotation: DQuat) -> f64 {
+    crate::geometry::pose::wrap_angle_rad(2.0 * rotation.z.atan2(rotation.w))
+}
