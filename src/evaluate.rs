@@ -16,6 +16,7 @@ pub mod jittered_boxes;
 pub mod alignment;
 pub mod layout;
 pub mod look_alikes;
+pub mod true_world;
 pub mod score;
 pub mod ablation;
 pub mod statistics;

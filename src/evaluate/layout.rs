@@ -13,15 +13,14 @@ use serde::{Deserialize, Serialize};
 use super::ablation::{self, Ablation, Colliding, Instead};
 use super::alignment::{Rotated, rotate_all};
 use super::jittered_boxes::JitteredBoxes;
-use super::look_alikes::{LookAlikes, look_alikes, true_scene};
+use super::look_alikes::LookAlikes;
 use super::noise::Noise;
 use super::painted::PaintedAlready;
 use super::scenes::{BenchmarkScene, Family, Outline};
 use super::score::{Compared, ObjectScore};
+use super::true_world::{Look, TrueWorld};
 use super::watched_meshes::WatchedMeshes;
-use crate::catalog::{Recipe, build, build_table};
 use crate::geometry::seed::child_seed;
-use crate::geometry::{Interrupt, Pose, TexturedMesh};
 use crate::pipeline::Settings;
 use crate::pipeline::checkpoint::Checkpoints;
 use crate::pipeline::error::StageError;
@@ -29,7 +28,7 @@ use crate::pipeline::place;
 use crate::pipeline::rotate;
 use crate::provider::embedded::{self, EmbeddedSettings};
 use crate::provider::{Call, MeshGenerator, Painting, Ports, Segmenter, Truth};
-use crate::scene::{InstanceId, Recognition, RecognizedObject, SceneRequest};
+use crate::scene::{InstanceId, Recognition, SceneRequest};
 
 /// How hard the stages' task is made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -88,8 +87,8 @@ struct Painted {
     truth: Truth,
     /// As it was painted, not as the stages see it.
     recognition: Recognition,
-    /// Of each object, its visible over its whole silhouette.
-    visible_shares: Vec<f64>,
+    /// Of each object, its visible pixels, and their share of its whole silhouette.
+    visible: Vec<(usize, f64)>,
     seen: Arc<Painting>,
 }
 
@@ -119,13 +118,13 @@ impl LayoutBench {
         }
         let ports = embedded::ports(&settings);
         let painted = self.paint(scene, noise, &ports, call).await?;
-        let alikes = list_look_alikes(&painted, call).await?;
         let turned = Arc::new(Mutex::new(BTreeMap::new()));
         let ports = watched(ports, &painted, noise, scene.seed, &turned);
         let rotated = rotate_all(Self::request(scene), checkpoints, ports, self.stages.clone()).await?;
         let layout = rotated.placed(&rotated.yaws).await?;
         let turned = turned.lock().map(|known| known.clone()).unwrap_or_default();
-        let compared = compare(&painted, &rotated, &layout, &turned, &alikes)?;
+        let mut compared = compare(&painted, &rotated, &layout, &turned)?;
+        find_look_alikes(&painted, &mut compared, call).await?;
         let ablation = self.ablate(scene, &rotated, &layout, &compared).await?;
         Ok(SceneScore {
             scene: scene.name.clone(),
@@ -153,7 +152,13 @@ impl LayoutBench {
         Ok(Painted {
             truth: aside.truth.clone(),
             recognition: aside.known.recognition.clone(),
-            visible_shares: aside.alone.iter().map(|drawn| 1.0 - drawn.completion.completed_share).collect(),
+            visible: aside
+                .known
+                .masks
+                .iter()
+                .zip(&aside.alone)
+                .map(|(mask, drawn)| (mask.visible.area_px(), 1.0 - drawn.completion.completed_share))
+                .collect(),
             seen: Arc::new(noise.map_or_else(|| painting.clone(), |n| n.spoiled(&painting, scene.seed))),
         })
     }
@@ -237,51 +242,23 @@ fn watched(
     Ports { painter: Arc::new(painter), segmenter, mesh_generator: generator, ..ports }
 }
 
-/// The yaws that look the same in the true picture, of each object in order.
-async fn list_look_alikes(painted: &Painted, call: &Call) -> Result<Vec<LookAlikes>, StageError> {
-    let (recognition, truth) = (painted.recognition.clone(), painted.truth.clone());
-    let interrupt = call.interrupt.clone();
-    call.cpu.run(move || looked_at(&recognition, &truth, &interrupt)).await?
-}
-
-fn looked_at(
-    recognition: &Recognition,
-    truth: &Truth,
-    interrupt: &Interrupt,
-) -> Result<Vec<LookAlikes>, StageError> {
-    let gone = |what: &str| {
-        StageError::permanent("not_in_catalog", format!("evaluating: the catalog builds no {what} any more"))
-    };
-    let table = &recognition.table;
-    let top = build_table(&table.model, table.size_m, table.color, table.material.as_deref(), table.seed)
-        .ok_or_else(|| gone(&table.model))?;
-    let meshes: Vec<TexturedMesh> = recognition
-        .objects
+/// Looks at every object whose yaw is scored: turned on from its true pose, or, where its mesh was stood on another side,
+/// from the pose it was given.
+async fn find_look_alikes(
+    painted: &Painted,
+    compared: &mut [Compared<'_>],
+    call: &Call,
+) -> Result<(), StageError> {
+    let world = Arc::new(TrueWorld::new(&painted.recognition, &painted.truth)?);
+    let looks: Vec<Look> = compared
         .iter()
-        .map(|object| as_painted(object).ok_or_else(|| gone(&object.category)))
-        .collect::<Result<_, StageError>>()?;
-    let poses =
-        truth.instances.iter().map(|t| Pose { translation_m: t.translation_m, rotation: t.rotation_xyzw });
-    let scene = true_scene(recognition.camera, &top.mesh, meshes.iter().zip(poses));
-    let mut listed = Vec::with_capacity(meshes.len());
-    for (index, instance) in truth.instances.iter().enumerate() {
-        listed.push(match instance.symmetry_order {
-            // Its yaw is not scored.
-            0 => LookAlikes::none(0),
-            _ => look_alikes(&scene, index + 1, interrupt)?,
-        });
-    }
-    Ok(listed)
-}
-
-fn as_painted(object: &RecognizedObject) -> Option<TexturedMesh> {
-    build(&Recipe {
-        category: object.category.clone(),
-        size_m: object.size_m,
-        color: object.color,
-        material: object.material.clone(),
-        seed: object.seed,
-    })
+        .enumerate()
+        .filter(|(_, object)| object.truth.symmetry_order != 0)
+        .map(|(index, object)| Look { object: index, rotation: object.look_from() })
+        .collect();
+    let found = world.look(looks.clone(), call).await?;
+    looks.iter().zip(found).for_each(|(look, alikes)| compared[look.object].look_alikes = alikes);
+    Ok(())
 }
 
 fn compare<'a>(
@@ -289,7 +266,6 @@ fn compare<'a>(
     rotated: &'a Rotated,
     layout: &'a place::Output,
     turned: &BTreeMap<InstanceId, DQuat>,
-    alikes: &'a [LookAlikes],
 ) -> Result<Vec<Compared<'a>>, StageError> {
     let lost = |id: &InstanceId, what: &str| {
         StageError::permanent("not_compared", format!("evaluating {id}: {what}; a bug of the evaluation"))
@@ -309,8 +285,9 @@ fn compare<'a>(
             canonical: &rotated.canonical[index],
             yaw: &rotated.yaws[index],
             turned,
-            look_alikes: &alikes[index],
-            visible_share: painted.visible_shares[index],
+            look_alikes: LookAlikes::only_itself(),
+            visible_px: painted.visible[index].0,
+            visible_share: painted.visible[index].1,
         });
     }
     Ok(compared)

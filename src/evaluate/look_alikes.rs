@@ -1,18 +1,19 @@
 //! Which yaws of an object cannot be told apart in the true picture.
 //!
-//! The object is turned about the vertical axis through its frame's origin, everything else stays, and the part of the
+//! The object is turned about the vertical axis through its true origin, everything else stays, and the part of the
 //! picture around it is painted again: with the painted meshes, poses and camera, in plain studio light without cast
 //! shadows (so that a shadow alone tells no yaws apart). A yaw is *indistinguishable* where under 1 % of as many
 //! pixels as the object shows in the true picture change by more than 8 of 255 in any channel.
 //!
-//! Every multiple of 5 degrees is painted, and the whole degrees around those that come near. Cost: some hundred small
-//! paintings an object, about 0.1 s.
+//! Every multiple of 5 degrees is painted, roughly (one sample a pixel) where that is enough to see that it differs, and
+//! the whole degrees around those that come near. The part is painted at most 160 pixels wide or high; more is reduced.
+//! Cost: some hundred small paintings an object, about 0.2 s.
 
-use glam::{DQuat, DVec2, DVec3};
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use crate::geometry::{Camera, Interrupt, Interrupted, Pose, TexturedMesh};
-use crate::render::{Background, Diorama, Lighting, RenderObject, RenderSettings, View};
+use crate::geometry::{Camera, Interrupt, Interrupted, Pose};
+use crate::render::{Background, Diorama, Frame, Lighting, RenderObject, RenderSettings, View};
 
 /// Share of the visible pixels that may change.
 pub const CHANGED_SHARE: f64 = 0.01;
@@ -26,6 +27,10 @@ const DEGREES: usize = 360;
 const STEP: usize = 5;
 /// Share at a multiple of the step below which its neighborhood is looked at.
 const NEAR_SHARE: f64 = 0.10;
+/// Share above which a rough painting is enough: its edges flicker by less than that.
+const FAR_SHARE: f64 = 0.35;
+/// Longest side of the paintings, pixels.
+const MOST_PX: f64 = 160.0;
 
 /// The true scene, as it was painted.
 pub struct TrueScene<'a> {
@@ -34,22 +39,20 @@ pub struct TrueScene<'a> {
     pub objects: Vec<RenderObject<'a>>,
 }
 
-/// Turns from the true pose, whole degrees, at which an object looks as in the true picture.
+/// Turns from a pose, whole degrees, at which an object looks as in the true picture.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LookAlikes {
-    /// Ascending; 0 is always among them.
+    /// Ascending; 0 is among them where the pose is the true one.
     degrees: Vec<usize>,
-    /// Pixels it shows in the true picture.
-    pub visible_px: usize,
 }
 
 impl LookAlikes {
     /// Only the true yaw.
-    pub fn none(visible_px: usize) -> Self {
-        Self { degrees: vec![0], visible_px }
+    pub fn only_itself() -> Self {
+        Self { degrees: vec![0] }
     }
 
-    /// Distance from a turn away from the true pose to the nearest that looks the same, degrees, 0..180. Between
+    /// Distance from a turn to the nearest that looks the same, degrees, 0..180; 180 where none does. Between
     /// neighboring degrees that both look the same it is 0.
     pub fn distance_deg(&self, turn_deg: f64) -> f64 {
         let turn = turn_deg.rem_euclid(DEGREES as f64);
@@ -71,25 +74,29 @@ impl LookAlikes {
 
     /// Number of separate stretches of yaws that look the same.
     pub fn stretches(&self) -> usize {
+        if self.degrees.len() == DEGREES {
+            return 1;
+        }
         let starts = self
             .degrees
             .iter()
             .filter(|&&degree| self.degrees.binary_search(&((degree + DEGREES - 1) % DEGREES)).is_err());
-        starts.count().max(1)
+        starts.count()
     }
 }
 
-/// The yaws at which the object at `index` of `scene.objects` looks as it does in the true picture.
+/// The turns from `start` at which the object at `index` of `scene.objects` looks as it does in the true picture.
 pub fn look_alikes(
     scene: &TrueScene,
     index: usize,
+    start: Pose,
     interrupt: &Interrupt,
 ) -> Result<LookAlikes, Interrupted> {
     let subject = scene.objects[index];
-    let camera = windowed(&scene.camera, swept(&subject));
+    let axis_m = subject.world_from_object.translation_m;
+    let camera = windowed(&scene.camera, swept(&subject, start));
     let view = View::Perspective(camera);
     let lighting = Lighting::studio(scene.camera.azimuth_rad() - 0.6, 0.9, 0.5);
-    let settings = RenderSettings { supersampling: 2, shadow_map_px: 0, sky_directions: 0, sky_map_px: 32 };
     let near: Vec<RenderObject> = scene
         .objects
         .iter()
@@ -97,31 +104,32 @@ pub fn look_alikes(
         .filter(|(k, o)| *k == index || shows(o, &camera))
         .map(|(_, o)| *o)
         .collect();
-    let paint = |degree: usize| {
-        let turn = DQuat::from_rotation_z((degree as f64).to_radians());
-        let turned =
-            Pose { rotation: turn * subject.world_from_object.rotation, ..subject.world_from_object };
+    let paint = |world_from_subject: Pose, supersampling: u32| {
+        let settings = RenderSettings { supersampling, shadow_map_px: 0, sky_directions: 0, sky_map_px: 32 };
         let objects = near
             .iter()
-            .map(|o| if o.id == subject.id { RenderObject { world_from_object: turned, ..*o } } else { *o })
+            .map(|o| {
+                if o.id == subject.id {
+                    RenderObject { world_from_object: world_from_subject, ..*o }
+                } else {
+                    *o
+                }
+            })
             .collect();
         Diorama::new(objects, &settings).paint(lighting, Background::light(), &view)
     };
-    let truth = paint(0);
+    let (truth, rough_truth) = (paint(subject.world_from_object, 2), paint(subject.world_from_object, 1));
     let visible_px = truth.ids.iter().filter(|&&id| id == subject.id).count();
     let changed_share = |degree: usize| {
         interrupt.check()?;
-        let pixels = truth
-            .color
-            .as_rgba()
-            .chunks_exact(4)
-            .zip(paint(degree).color.as_rgba().chunks_exact(4))
-            .filter(|(a, b)| (0..3).any(|c| a[c].abs_diff(b[c]) > CHANGED_LEVELS))
-            .count();
-        Ok::<f64, Interrupted>(pixels as f64 / visible_px.max(1) as f64)
+        let turn = Pose::upright(DVec3::ZERO, (degree as f64).to_radians());
+        let turned = turn * Pose { translation_m: start.translation_m - axis_m, ..start };
+        let turned = Pose { translation_m: turned.translation_m + axis_m, ..turned };
+        let share = |a: &Frame, b: &Frame| changed_px(a, b) as f64 / visible_px.max(1) as f64;
+        let rough = share(&rough_truth, &paint(turned, 1));
+        Ok::<f64, Interrupted>(if rough > FAR_SHARE { rough } else { share(&truth, &paint(turned, 2)) })
     };
     let mut shares: Vec<Option<f64>> = vec![None; DEGREES];
-    shares[0] = Some(0.0);
     let fill = |shares: &mut Vec<Option<f64>>, degrees: Vec<usize>| {
         let found: Vec<(usize, f64)> = degrees
             .into_par_iter()
@@ -130,7 +138,7 @@ pub fn look_alikes(
         found.into_iter().for_each(|(degree, share)| shares[degree] = Some(share));
         Ok::<(), Interrupted>(())
     };
-    fill(&mut shares, (STEP..DEGREES).step_by(STEP).collect())?;
+    fill(&mut shares, (0..DEGREES).step_by(STEP).collect())?;
     let close: Vec<usize> = (0..DEGREES)
         .filter(|degree| shares[*degree].is_none())
         .filter(|degree| {
@@ -141,33 +149,48 @@ pub fn look_alikes(
     fill(&mut shares, close)?;
     let alike = |share: &Option<f64>| share.is_some_and(|share| share < CHANGED_SHARE);
     let degrees = (0..DEGREES).filter(|&degree| alike(&shares[degree])).collect();
-    Ok(LookAlikes { degrees, visible_px })
+    Ok(LookAlikes { degrees })
 }
 
-/// Points around everything the object sweeps when it is turned about its own vertical axis.
-fn swept(object: &RenderObject) -> Vec<DVec3> {
-    let origin = object.world_from_object.translation_m;
-    let turned = object.mesh.positions.iter().map(|p| object.world_from_object.rotation * *p);
-    let (radius_m, low_m, high_m) = turned.fold((0.0_f64, 0.0_f64, 0.0_f64), |(r, low, high), p| {
-        (r.max(p.truncate().length()), low.min(p.z), high.max(p.z))
-    });
+/// Pixels that differ by more than [`CHANGED_LEVELS`] in some channel.
+fn changed_px(a: &Frame, b: &Frame) -> usize {
+    let pixels = a.color.as_rgba().chunks_exact(4).zip(b.color.as_rgba().chunks_exact(4));
+    pixels.filter(|(a, b)| (0..3).any(|c| a[c].abs_diff(b[c]) > CHANGED_LEVELS)).count()
+}
+
+/// Points around everything the object sweeps when it is turned about the vertical axis through its true origin, in its
+/// true pose and from `start`.
+fn swept(object: &RenderObject, start: Pose) -> Vec<DVec3> {
+    let axis_m = object.world_from_object.translation_m;
+    let (mut radius_m, mut low_m, mut high_m) = (0.0_f64, 0.0_f64, 0.0_f64);
+    for pose in [object.world_from_object, start] {
+        for point in &object.mesh.positions {
+            let p = pose.transform_point(*point) - axis_m;
+            (radius_m, low_m, high_m) =
+                (radius_m.max(p.truncate().length()), low_m.min(p.z), high_m.max(p.z));
+        }
+    }
     (0..16)
         .map(|k| 1.03 * radius_m * DVec2::from_angle(std::f64::consts::TAU * f64::from(k) / 16.0))
-        .flat_map(|xy| [origin + xy.extend(low_m), origin + xy.extend(high_m)])
+        .flat_map(|xy| [axis_m + xy.extend(low_m), axis_m + xy.extend(high_m)])
         .collect()
 }
 
-/// The camera cut down to the part of its picture that shows these points.
+/// The camera cut down to the part of its picture that shows these points, reduced to [`MOST_PX`].
 fn windowed(camera: &Camera, points: Vec<DVec3>) -> Camera {
     let frame = DVec2::new(f64::from(camera.width_px), f64::from(camera.height_px));
     let (low, high) = pixel_box(camera, points).unwrap_or((DVec2::ZERO, frame));
     let low = (low - 2.0).floor().clamp(DVec2::ZERO, frame - 1.0);
     let size = ((high + 2.0).ceil().clamp(DVec2::ZERO, frame) - low).max(DVec2::ONE);
+    let scale = (MOST_PX / size.max_element()).min(1.0);
+    let size = (scale * size).ceil();
     Camera {
         width_px: size.x as u32,
         height_px: size.y as u32,
-        cx: camera.cx - low.x,
-        cy: camera.cy - low.y,
+        fx: scale * camera.fx,
+        fy: scale * camera.fy,
+        cx: scale * (camera.cx - low.x),
+        cy: scale * (camera.cy - low.y),
         ..*camera
     }
 }
@@ -194,18 +217,6 @@ fn pixel_box(camera: &Camera, points: Vec<DVec3>) -> Option<(DVec2, DVec2)> {
     })
 }
 
-/// A scene of the table and objects, in order.
-pub fn true_scene<'a>(
-    camera: Camera,
-    table: &'a TexturedMesh,
-    objects: impl Iterator<Item = (&'a TexturedMesh, Pose)>,
-) -> TrueScene<'a> {
-    let all = std::iter::once((table, Pose::IDENTITY)).chain(objects);
-    let placed =
-        all.zip(1..).map(|((mesh, world_from_object), id)| RenderObject { mesh, world_from_object, id });
-    TrueScene { camera, objects: placed.collect() }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -218,8 +229,11 @@ mod tests {
         let table = build_table("desk", DVec3::new(1.0, 0.6, 0.74), None, None, 1).expect("a desk").mesh;
         let camera = Camera::orbit(960, 720, 0.61, DVec3::ZERO, 0.1, 0.8, 1.6);
         let pose = Pose::upright(DVec3::new(0.1, 0.05, 0.0), 0.4);
-        let scene = true_scene(camera, &table, std::iter::once((&mesh, pose)));
-        look_alikes(&scene, 1, &Interrupt::default()).expect("not interrupted")
+        let objects = vec![
+            RenderObject { mesh: &table, world_from_object: Pose::IDENTITY, id: 1 },
+            RenderObject { mesh: &mesh, world_from_object: pose, id: 2 },
+        ];
+        look_alikes(&TrueScene { camera, objects }, 1, pose, &Interrupt::default()).expect("not interrupted")
     }
 
     #[test]
@@ -232,13 +246,15 @@ mod tests {
 
     #[test]
     fn distances_go_around_and_stretches_count_as_one() {
-        let alikes = LookAlikes { degrees: vec![0, 1, 179, 180, 181, 359], visible_px: 100 };
+        let alikes = LookAlikes { degrees: vec![0, 1, 179, 180, 181, 359] };
         assert_eq!(alikes.stretches(), 2);
         for (turn, distance) in
             [(0.5, 0.0), (-0.4, 0.0), (-3.0, 2.0), (175.0, 4.0), (180.7, 0.0), (90.0, 89.0)]
         {
             assert!((alikes.distance_deg(turn) - distance).abs() < 1e-9, "{turn}");
         }
-        assert!((LookAlikes::none(9).distance_deg(-170.0) - 170.0).abs() < 1e-9);
+        let nothing = LookAlikes { degrees: Vec::new() };
+        assert_eq!(nothing.distance_deg(0.0), 180.0);
+        assert!((LookAlikes::only_itself().distance_deg(-170.0) - 170.0).abs() < 1e-9);
     }
 }

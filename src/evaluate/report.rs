@@ -167,7 +167,7 @@ impl Report {
             text,
             "`tabletopgen evaluate --set layout`, tabletopgen {}: {} scenes in the set. Errors are those of `place`, before \
              anything is repaired, against the settled poses of the painting; yaws against the nearest that looks the \
-             same in the true picture, 180 degrees for a mesh stood on a wrong side.\n\nIn the ablation a removed \
+             same in the true picture, 180 degrees for a mesh stood on a side on which none does.\n\nIn the ablation a removed \
              stage is replaced by the truth with noise: yaws within {:.0} degrees; places within {:.0} mm and sizes \
              within {:.0} %.\n",
             self.version,

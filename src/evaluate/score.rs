@@ -3,8 +3,9 @@
 //! Compared is the layout of `place`, before anything is repaired, with the settled poses of the painting:
 //!
 //! - *yaw*: the rotation that takes the painted pose to the placed one, its twist about world +z, as a distance to the
-//!   nearest yaw that looks the same in the true picture ([`super::look_alikes`]); 180 degrees where the mesh was
-//!   stood on another side than the painted one stands on;
+//!   nearest yaw that looks the same in the true picture ([`super::look_alikes`]). Where the mesh was stood on another
+//!   side than the painted one stands on, the yaws are those of the mesh as it was stood (a nut looks the same upside
+//!   down), and 180 degrees where none looks the same;
 //! - *position*: horizontal distance between the origins of the two objects' frames (the center of the bottom face of
 //!   the mesh's own box), world frame, meters;
 //! - *scale*: `|s - 1|` with `s` the cube root of the ratio of the volumes of the placed and the painted mesh's box.
@@ -46,8 +47,11 @@ pub enum Standing {
 pub struct ObjectScore {
     pub name: InstanceId,
     pub category: String,
-    /// Whether it lies or stands in a container.
+    /// Whether it lies or stands in a container, or on another object.
     pub contained: bool,
+    pub stacked: bool,
+    /// Of its own vertical from the world's as it was painted, degrees.
+    pub tilt_deg: f64,
     pub standing: Standing,
     /// Where scored, degrees.
     pub yaw_error_deg: Option<f64>,
@@ -79,7 +83,9 @@ pub struct Compared<'a> {
     pub yaw: &'a rotate::Output,
     /// `raw_from_painted`.
     pub turned: DQuat,
-    pub look_alikes: &'a LookAlikes,
+    /// Turns from [`Self::look_from`].
+    pub look_alikes: LookAlikes,
+    pub visible_px: usize,
     pub visible_share: f64,
 }
 
@@ -91,6 +97,20 @@ impl Compared<'_> {
 
     fn canonical_from_painted(&self) -> DQuat {
         self.canonical.rotation_xyzw * self.turned
+    }
+
+    /// World rotation from the painted to the placed pose.
+    fn placed_from_painted(&self) -> DQuat {
+        self.placed_rotation() * self.truth.rotation_xyzw.inverse()
+    }
+
+    fn wrong_side(&self) -> bool {
+        (self.placed_from_painted() * DVec3::Z).angle_between(DVec3::Z) > WRONG_SIDE_RAD
+    }
+
+    /// `world_from_painted` from which turns are counted: the true one, or, stood on another side, the placed one.
+    pub fn look_from(&self) -> DQuat {
+        if self.wrong_side() { self.placed_rotation() } else { self.truth.rotation_xyzw }
     }
 
     /// The yaw that `rotate` should have found: that of the canonical frame, radians.
@@ -106,28 +126,29 @@ impl Compared<'_> {
     /// The scores of the object.
     pub fn score(&self) -> ObjectScore {
         let tilt_rad = (self.truth.rotation_xyzw * DVec3::Z).angle_between(DVec3::Z);
-        let placed_from_painted = self.placed_rotation() * self.truth.rotation_xyzw.inverse();
-        let wrong_side = (placed_from_painted * DVec3::Z).angle_between(DVec3::Z) > WRONG_SIDE_RAD;
-        let turn_deg = twist_rad(placed_from_painted).to_degrees();
+        let wrong_side = self.wrong_side();
+        let turn_deg = twist_rad(self.placed_from_painted()).to_degrees();
         let standing = match () {
             () if self.truth.symmetry_order == 0 => Standing::OrderZero,
             () if tilt_rad > LEANING_RAD => Standing::Leaning,
             () if self.look_alikes.is_any() => Standing::AnyLooksTheSame,
             () => Standing::Scored,
         };
-        let yaw_error_deg = if wrong_side { 180.0 } else { self.look_alikes.distance_deg(turn_deg) };
+        let yaw_error_deg = self.look_alikes.distance_deg(if wrong_side { 0.0 } else { turn_deg });
         let off_m = self.placed.world_from_object.translation_m - self.truth.translation_m;
         ObjectScore {
             name: self.truth.name.clone(),
             category: self.category.to_owned(),
             contained: matches!(self.placed.stands_on, StandsOn::In(_)),
+            stacked: matches!(self.placed.stands_on, StandsOn::On(_)),
+            tilt_deg: tilt_rad.to_degrees(),
             standing,
             yaw_error_deg: (standing == Standing::Scored).then_some(yaw_error_deg),
             turn_deg,
             wrong_side,
             position_error_m: (tilt_rad <= LEANING_RAD).then(|| off_m.truncate().length()),
             scale_error: (self.scale() - 1.0).abs(),
-            visible_px: self.look_alikes.visible_px,
+            visible_px: self.visible_px,
             visible_share: self.visible_share,
             look_alikes: self.look_alikes.stretches(),
             estimated_order: self.yaw.symmetry_order,
