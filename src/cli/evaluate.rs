@@ -3,7 +3,9 @@
 //! Scenes are worked on side by side, one per core, each in a temporary data directory that is gone when the scene is
 //! scored. Files are written at the end and whole: an interrupted run leaves none.
 
+use std::fs::Permissions;
 use std::io::Write;
+use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -239,7 +241,9 @@ fn files(out: &Path) -> (PathBuf, PathBuf) {
 /// Writes a file so that it is there whole or not at all.
 fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let mut file = tempfile::NamedTempFile::new_in(folder).map_err(|error| unwritable(path, &error))?;
+    // Temporary files are their owner's alone; a result is as readable as any file (the umask still counts).
+    let made = tempfile::Builder::new().permissions(Permissions::from_mode(0o666)).tempfile_in(folder);
+    let mut file = made.map_err(|error| unwritable(path, &error))?;
     file.write_all(bytes).map_err(|error| unwritable(path, &error))?;
     file.persist(path).map_err(|error| unwritable(path, &error.error))?;
     Ok(())
