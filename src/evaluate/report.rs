@@ -123,12 +123,10 @@ impl Section {
     fn not_built(&self) -> String {
         match self.difficulty {
             Difficulty::Clean => String::new(),
-            Difficulty::Noisy => "\nNot built: the robust scale estimator (these are the numbers of the single anchor); camera \
-                                  refinement (the camera is exact here).\n"
-                .to_owned(),
-            Difficulty::NoisyCamera => "\nNot built: the robust scale estimator (these are the numbers of the single anchor); \
-                                        camera refinement (the camera's error stays in).\n"
-                .to_owned(),
+            Difficulty::Noisy => "\nNot built: camera refinement (the camera is exact here).\n".to_owned(),
+            Difficulty::NoisyCamera => {
+                "\nNot built: camera refinement (the camera's error stays in).\n".to_owned()
+            }
         }
     }
 

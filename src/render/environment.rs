@@ -54,11 +54,9 @@ impl<'a> Environment<'a> {
         let below = (0.7 * wall).lerp(ground, (-2.0 * direction.z).clamp(0.0, 1.0));
         let base = below.lerp(above, blend(direction.z));
         let sharp = 1.0 / (0.06 + 0.9 * roughness * roughness);
-        let brightness = 0.4 * sharp.sqrt();
         let lamp = |toward: Vec3A, size: f32| {
-            // A sixteenth power falls off like the exponential function, without calling it.
             let near = (direction.dot(toward) - 1.0) * sharp / size;
-            (brightness * (1.0 + near / 16.0).max(0.0).powi(16)).min(1.0)
+            (0.4 * sharp.sqrt() * near.exp()).min(1.0)
         };
         base + self.lighting.key_color * (0.9 * lamp(self.side_box, 1.5) + 0.7 * lamp(self.rim_box, 1.0))
     }
