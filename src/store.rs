@@ -1,10 +1,10 @@
 //! What survives a restart: jobs, checkpoints, blobs.
 //!
 //! One data directory holds `tabletopgen.sqlite` (scenes, jobs, events, checkpoints) and `blobs/`
-//! (immutable bytes named by their digest), unless the settings keep those in memory. Blobs are written and synced before the row that refers to
-//! them; the row is the commit point. One process at a time may use a data directory: it holds an
-//! exclusive lock on `lock` for as long as it lives, so every lease found at start belongs to the dead.
-//! The store never looks inside blobs or requests.
+//! (immutable bytes named by their digest), unless the settings keep those in memory. Blobs are written
+//! and synced before the row that refers to them; the row is the commit point. One process at a time may
+//! use a data directory: it holds an exclusive lock on `lock` for as long as it lives, so every lease
+//! found at start belongs to the dead. The store never looks inside blobs or requests.
 
 pub mod error;
 pub mod digest;
