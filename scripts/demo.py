@@ -13,6 +13,7 @@ import signal
 import sys
 import tempfile
 import time
+from collections import Counter
 from pathlib import Path
 
 from server import Problem, Server, loopback_works
@@ -98,18 +99,19 @@ def make(server, scene, out: Path, name: str):
 
 def follow(server, job_id, start):
     """A line as each stage begins and ends, as the server's events tell it."""
-    current, work_ms, instances = None, 0, 0
+    work_ms, instances = Counter(), Counter()
     for event in server.events(job_id, deadline=time.monotonic() + JOB_SECONDS):
         kind, data = event["kind"], event["data"]
         at = f"  {time.monotonic() - start:6.2f} s  "
-        if kind == "stage_started" and data["stage"] != current:
-            current, work_ms, instances = data["stage"], 0, 0
-            print(f"{at}{current:<13} ...", flush=True)
+        stage = data.get("stage")
+        if kind == "stage_started" and stage not in work_ms:
+            work_ms[stage] = 0
+            print(f"{at}{stage:<13} ...", flush=True)
         elif kind == "stage_finished":
-            work_ms += data["elapsed_ms"]
-            instances += 1
-            of = f"{data['instance']} ({instances})" if "instance" in data else "done"
-            print(f"{at}{data['stage']:<13} {of}, {work_ms} ms of work", flush=True)
+            work_ms[stage] += data["elapsed_ms"]
+            instances[stage] += 1
+            of = f"{data['instance']} ({instances[stage]})" if "instance" in data else "done"
+            print(f"{at}{stage:<13} {of}, {work_ms[stage]} ms of work", flush=True)
         elif kind == "stage_progress":
             print(f"{at}{data['stage']:<13} {data['message']}", flush=True)
         elif kind == "job_retrying":

@@ -36,7 +36,7 @@ use crate::render::RenderSettings;
 use crate::scene::SceneRequest;
 use crate::store::artifacts::BuiltRows;
 use checkpoint::{Checkpoints, StageContext};
-use error::StageError;
+use error::{StageError, StageErrorClass};
 use services::Services;
 
 /// What a stage function gets besides its inputs.
@@ -58,6 +58,9 @@ pub const STAGES: [&str; 12] = [
     "bundle",
 ];
 
+/// Of these, the ones that run at the same time.
+pub const SIDE_BY_SIDE: [&str; 2] = ["decompose", "rotate"];
+
 /// Settings of the stages themselves; the ports carry their own.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 pub struct Settings {
@@ -72,6 +75,15 @@ pub struct Settings {
     pub fidelity: certify::FidelitySettings,
     pub preview: preview::PreviewSettings,
     pub export: ExportSettings,
+}
+
+/// Two results, or the failure of one; an interruption tells less than any other failure.
+fn both<A, B>(results: (Result<A, StageError>, Result<B, StageError>)) -> Result<(A, B), StageError> {
+    match results {
+        (Ok(a), Ok(b)) => Ok((a, b)),
+        (Err(error), Ok(_)) | (Ok(_), Err(error)) => Err(error),
+        (Err(a), Err(b)) => Err(if a.class == StageErrorClass::Interrupted { b } else { a }),
+    }
 }
 
 /// Builds the scene of a request: every stage is found or computed, and the last one leaves a bundle.
@@ -103,11 +115,12 @@ pub async fn build_scene(
     let inputs = canonicalize::inputs(&recognition, &completions, &raw, &ports, &settings);
     let canonical = stages.run_each(canonicalize::STAGE, inputs, canonicalize::run).await?;
 
+    // Neither needs the other: side by side, a slow instance of one stage leaves no processor idle.
     let inputs = decompose::inputs(&recognition, &raw, &canonical, &settings)?;
-    let hulls = stages.run_each(decompose::STAGE, inputs, decompose::run).await?;
-
+    let hulls = stages.run_each(decompose::STAGE, inputs, decompose::run);
     let inputs = rotate::inputs(&reference, &recognition, &masks, &canonical, &settings);
-    let yaws = stages.run_each(rotate::STAGE, inputs, rotate::run).await?;
+    let yaws = stages.run_each(rotate::STAGE, inputs, rotate::run);
+    let (hulls, yaws) = both(futures::join!(hulls, yaws))?;
 
     let inputs = place::Inputs::new(
         &shared,

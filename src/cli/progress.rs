@@ -8,6 +8,7 @@ use std::io::{IsTerminal, Write};
 use serde::Serialize;
 
 use super::terminal;
+use crate::pipeline::SIDE_BY_SIDE;
 use crate::store::events::Event;
 
 /// One stage, as far as events tell.
@@ -115,9 +116,13 @@ impl Progress {
         &mut self.stages[index]
     }
 
-    /// Writes the lines of stages with nothing under way, except that of `current`.
+    /// Writes the lines of stages with nothing under way, except that of `current` and of what may run beside
+    /// it.
     fn close_all_but(&mut self, current: &str) {
-        let over = |time: &StageTime| !time.shown && time.stage != current && time.done == time.begun;
+        let over = |time: &StageTime| {
+            let beside = [time.stage.as_str(), current].iter().all(|stage| SIDE_BY_SIDE.contains(stage));
+            !time.shown && time.stage != current && !beside && time.done == time.begun
+        };
         let lines: Vec<String> = self.stages.iter().filter(|time| over(time)).map(line_of).collect();
         self.stages.iter_mut().filter(|time| over(time)).for_each(|time| time.shown = true);
         lines.iter().for_each(|line| self.line(line));
@@ -181,5 +186,22 @@ mod tests {
         );
         assert_eq!(line_of(&times[1]), "reconstruct        2/2     0.03 s");
         assert!(line_of(&times[2]).ends_with("0.00 s  found, not computed"));
+    }
+
+    #[test]
+    fn a_stage_is_not_over_while_the_one_beside_it_runs() {
+        let mut progress = Progress::new(true);
+        let mut see = |kind: &str, stage: &str, instance: &str| {
+            let data = json!({ "stage": stage, "instance": instance, "elapsed_ms": 5, "cached": false });
+            progress.see(&Event { seq: 0, at_ms: 0, kind: kind.into(), data });
+            progress.stages.iter().filter(|time| time.shown).map(line_of).collect::<Vec<_>>()
+        };
+        for (stage, instance) in [("decompose", "mug_1"), ("rotate", "mug_1"), ("decompose", "mug_2")] {
+            see("stage_started", stage, instance);
+            assert!(see("stage_finished", stage, instance).is_empty());
+        }
+        let shown = see("stage_started", "place", "");
+        assert_eq!(shown.len(), 2);
+        assert!(shown[0].contains("decompose") && shown[0].contains("2/2"), "{shown:?}");
     }
 }

@@ -152,7 +152,8 @@ impl<S: Send + Sync + 'static> Checkpoints<S> {
         F: Fn(StageContext<S>, Arc<I>) -> Fut + Copy + Send + 'static,
         Fut: Future<Output = Result<O, StageError>> + Send + 'static,
     {
-        self.clone().run_one(stage, None, Arc::new(inputs), function).await
+        let key = self.key(stage, None, &inputs)?;
+        self.clone().run_one(stage, None, key, Arc::new(inputs), function).await
     }
 
     /// The same for every instance, a bounded number at a time, one key each; outputs in input order.
@@ -169,14 +170,17 @@ impl<S: Send + Sync + 'static> Checkpoints<S> {
         F: Fn(StageContext<S>, Arc<I>) -> Fut + Copy + Send + 'static,
         Fut: Future<Output = Result<O, StageError>> + Send + 'static,
     {
-        let turns: Vec<_> = inputs
+        // All keys before any work: of stages that run side by side, the first one's are made before the
+        // second one's, and so are the same on every run.
+        let turns = inputs
             .into_iter()
             .enumerate()
             .map(|(index, (id, inputs))| {
-                let turn = self.clone().run_one(stage, Some(id), Arc::new(inputs), function);
-                async move { (index, turn.await) }
+                let key = self.key(stage, Some(&id), &inputs)?;
+                let turn = self.clone().run_one(stage, Some(id), key, Arc::new(inputs), function);
+                Ok(async move { (index, turn.await) })
             })
-            .collect();
+            .collect::<Result<Vec<_>, StageError>>()?;
         // A slow one keeps no other from starting.
         let mut results: Vec<(usize, Result<O, StageError>)> =
             stream::iter(turns).buffer_unordered(self.runtime.fan_out).collect().await;
@@ -201,6 +205,7 @@ impl<S: Send + Sync + 'static> Checkpoints<S> {
         self,
         stage: Stage,
         instance: Option<InstanceId>,
+        key: StageKey,
         inputs: Arc<I>,
         function: F,
     ) -> Result<O, StageError>
@@ -212,7 +217,6 @@ impl<S: Send + Sync + 'static> Checkpoints<S> {
     {
         const { assert!(size_of::<F>() == 0, "a stage function captures nothing: pass it as an input") };
         let store = &self.runtime.store;
-        let key = self.key(stage, instance.as_ref(), &*inputs)?;
         let lock = self.runtime.claim_of(&key);
         let _computing = loop {
             self.job.interrupt.check()?;
