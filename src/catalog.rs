@@ -8,6 +8,7 @@
 mod category;
 mod recipe;
 mod assembly;
+mod stock;
 pub mod substance;
 pub mod physical;
 pub mod texture;
@@ -19,6 +20,6 @@ pub mod tables;
 
 pub use category::{Affordance, Category, Facing, SizeRange, Zone, categories, category};
 pub use physical::{PhysicalProperties, physical_properties};
-pub use recipe::{Generator, Order, Recipe, build};
+pub use recipe::{Generator, Order, Recipe, build, stocked};
 pub use substance::{Substance, substance};
-pub use tables::{TableModel, build_table, table_models};
+pub use tables::{TableModel, build_table, stocked_table, table_models};

@@ -1,9 +1,12 @@
 //! From a recipe to a mesh.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
 
+use super::stock::Stock;
 use super::{Category, category};
 use crate::geometry::seed::{Rng, child_rng};
 use crate::geometry::{Rgb, TexturedMesh};
@@ -63,6 +66,12 @@ pub fn build(recipe: &Recipe) -> Option<TexturedMesh> {
         rng,
     };
     Some(generator(&mut order).seated())
+}
+
+/// The same mesh as [`build`], from stock if it was ordered lately.
+pub fn stocked(recipe: &Recipe) -> Option<Arc<TexturedMesh>> {
+    static STOCK: Stock<TexturedMesh> = Stock::empty();
+    STOCK.get(recipe, || build(recipe))
 }
 
 #[cfg(test)]

@@ -11,9 +11,12 @@ mod frames;
 mod pedestals;
 pub(in crate::catalog) mod shapes;
 
+use std::sync::Arc;
+
 use glam::{DVec2, DVec3};
 
 use self::finish::Finish;
+use super::stock::Stock;
 use crate::geometry::seed::child_rng;
 use crate::geometry::{Outline, Rgb, Solid, TexturedMesh};
 
@@ -79,6 +82,18 @@ pub fn build_table(
         mesh: draft.mesh.translated(DVec3::new(0.0, 0.0, -size_m.z)),
         outline_m: Outline::new(flat).ok()?,
     })
+}
+
+/// The same table as [`build_table`], from stock if it was ordered lately.
+pub fn stocked_table(
+    name: &str,
+    size_m: DVec3,
+    color: Option<Rgb>,
+    material: Option<&str>,
+    seed: u64,
+) -> Option<Arc<BuiltTable>> {
+    static STOCK: Stock<BuiltTable> = Stock::empty();
+    STOCK.get(&(name, size_m, color, material, seed), || build_table(name, size_m, color, material, seed))
 }
 
 /// A table under construction: standing on z = 0, centered on the z axis.

@@ -42,13 +42,13 @@ impl MeshGenerator for EmbeddedMeshGenerator {
                 material: object.material.clone(),
                 seed: object.seed,
             };
-            let mesh = catalog::build(&recipe).ok_or_else(|| ProviderError::Unsupported {
+            let mesh = catalog::stocked(&recipe).ok_or_else(|| ProviderError::Unsupported {
                 port: Port::MeshGenerator,
                 adapter: CATALOG.into(),
                 reason: format!("{:?} is no category of the catalog", object.category),
             })?;
             Ok(RawMesh {
-                mesh: turned(mesh, request.seed),
+                mesh: turned((*mesh).clone(), request.seed),
                 made_by: CATALOG.into(),
                 licence: LICENCE.into(),
                 notes: Vec::new(),
@@ -58,7 +58,7 @@ impl MeshGenerator for EmbeddedMeshGenerator {
 
     fn table<'a>(&'a self, call: &'a Call, table: RecognizedTable) -> Answer<'a, RawTable> {
         Box::pin(call.compute(Port::MeshGenerator, move |_| {
-            let built = catalog::build_table(
+            let built = catalog::stocked_table(
                 &table.model,
                 table.size_m,
                 table.color,
@@ -71,8 +71,8 @@ impl MeshGenerator for EmbeddedMeshGenerator {
                 reason: format!("{:?} is no table model of the catalog", table.model),
             })?;
             Ok(RawTable {
-                mesh: built.mesh,
-                outline_m: built.outline_m,
+                mesh: built.mesh.clone(),
+                outline_m: built.outline_m.clone(),
                 made_by: CATALOG.into(),
                 licence: LICENCE.into(),
             })

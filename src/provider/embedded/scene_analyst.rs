@@ -1,6 +1,8 @@
 //! The embedded scene analyst: a grammar over the catalog for texts, what the painter knows for pictures it
 //! painted, classical vision for photographs, geometric evidence for standing meshes up.
 
+use std::sync::Arc;
+
 use serde::{Deserialize, Serialize};
 
 use super::analyst::{self, DescribeError, DescribeOptions};
@@ -74,7 +76,7 @@ impl SceneAnalyst for EmbeddedAnalyst {
                 mask: &question.completion.silhouette,
                 picture: Some((&question.completion.picture, question.completion.shown_px)),
                 size_m: question.object.size_m,
-                example: example.as_ref(),
+                example: example.as_deref(),
             };
             upright(&problem, &question.canonicalize, &question.dro, interrupt).map_err(|error| match error {
                 CanonicalizeError::Interrupted(interrupted) => interrupted.into(),
@@ -101,9 +103,9 @@ fn rejected(error: DescribeError) -> ProviderError {
 }
 
 /// A typical mesh of the object's kind, not the object itself: usual size, another seed.
-fn typical(object: &RecognizedObject) -> Option<TexturedMesh> {
+fn typical(object: &RecognizedObject) -> Option<Arc<TexturedMesh>> {
     let category = catalog::category(&object.category)?;
-    catalog::build(&Recipe {
+    catalog::stocked(&Recipe {
         category: category.name.clone(),
         size_m: category.size.typical_m(),
         color: object.color,

@@ -1,6 +1,7 @@
 //! The things on the table: their meshes, and their bodies for the simulation.
 
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
 use rayon::prelude::*;
 
@@ -21,7 +22,7 @@ pub(super) struct Prop<'a> {
     pub spec: &'a ObjectSpec,
     pub category: &'static Category,
     /// Canonical frame.
-    pub mesh: TexturedMesh,
+    pub mesh: Arc<TexturedMesh>,
 }
 
 /// Bodies and solids: the table first, then the props in their order.
@@ -44,7 +45,7 @@ pub(super) fn build(objects: &[ObjectSpec]) -> Result<Vec<Prop<'_>>, ProviderErr
                 material: spec.material.clone(),
                 seed: spec.seed,
             };
-            Ok(Prop { spec, category, mesh: catalog::build(&recipe).ok_or_else(unknown)? })
+            Ok(Prop { spec, category, mesh: catalog::stocked(&recipe).ok_or_else(unknown)? })
         })
         .collect()
 }

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::error;
-use crate::catalog::{TableModel, build_table, table_models};
+use crate::catalog::{TableModel, stocked_table, table_models};
 use crate::geometry::seed::child_seed;
 use crate::geometry::{Outline, TexturedMesh};
 use crate::provider::ProviderError;
@@ -38,7 +38,7 @@ pub fn paint_table(spec: &TableSpec, seed: u64) -> Result<PaintedTable, Provider
         material: spec.material.clone(),
         seed: child_seed(seed, "table") & MAX_SEED,
     };
-    let built = build_table(
+    let built = stocked_table(
         &recognized.model,
         size_m,
         recognized.color,
@@ -46,5 +46,5 @@ pub fn paint_table(spec: &TableSpec, seed: u64) -> Result<PaintedTable, Provider
         recognized.seed,
     )
     .ok_or_else(unknown)?;
-    Ok(PaintedTable { recognized, mesh: built.mesh, outline: built.outline_m })
+    Ok(PaintedTable { recognized, mesh: built.mesh.clone(), outline: built.outline_m.clone() })
 }

@@ -8,7 +8,7 @@ use glam::DVec2;
 use rayon::prelude::*;
 
 use super::PhotographSettings;
-use crate::catalog::build_table;
+use crate::catalog::stocked_table;
 use crate::geometry::{Camera, Image, Interrupt, Interrupted, Mask, Outline};
 use crate::provider::{KnownTop, Port, ProviderError, TopPicture, TopViewRequest};
 use crate::render::TopView;
@@ -27,13 +27,14 @@ pub fn top_view(
     let recognition = &*request.recognition;
     let camera = &recognition.camera;
     let table = &recognition.table;
-    let outline = build_table(&table.model, table.size_m, table.color, table.material.as_deref(), table.seed)
-        .map(|built| built.outline_m)
-        .ok_or_else(|| ProviderError::Rejected {
-            port: Port::Painter,
-            code: "no_table_model",
-            reason: format!("there is no table model {}; recognize the picture again", table.model),
-        })?;
+    let outline =
+        stocked_table(&table.model, table.size_m, table.color, table.material.as_deref(), table.seed)
+            .map(|built| built.outline_m.clone())
+            .ok_or_else(|| ProviderError::Rejected {
+                port: Port::Painter,
+                code: "no_table_model",
+                reason: format!("there is no table model {}; recognize the picture again", table.model),
+            })?;
     let footprints = footprints(request, interrupt)?;
     let view = view_of(&outline, settings);
     let painted = rectified(&request.reference.picture, camera, &view, interrupt)?;
