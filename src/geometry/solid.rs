@@ -1,7 +1,7 @@
 //! A closed triangle shell with texture coordinates: what the shape functions make and
 //! [`TexturedMesh::add`](super::TexturedMesh::add) dresses in a material.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 
 use glam::{DQuat, DVec3, Vec2, Vec3};
 
@@ -18,17 +18,37 @@ pub struct Solid {
 /// Angle between two faces above which their common edge is drawn sharp.
 pub const CREASE_ANGLE_RAD: f64 = 0.7;
 
+/// Equal positions, numbered.
+struct Places {
+    /// Of each position.
+    at: Vec<u32>,
+    count: usize,
+}
+
+impl Places {
+    fn of(positions: &[DVec3]) -> Self {
+        let mut known: HashMap<[u64; 3], u32> = HashMap::with_capacity(positions.len());
+        let number = |p: &DVec3| {
+            let next = known.len() as u32;
+            // Adding zero turns -0.0 into 0.0, which compare equal but differ in bits.
+            *known.entry((*p + DVec3::ZERO).to_array().map(f64::to_bits)).or_insert(next)
+        };
+        let at = positions.iter().map(number).collect();
+        Self { at, count: known.len() }
+    }
+}
+
 impl Solid {
     /// Builds the shell from corners (position, uv), dropping triangles without area, and computes
     /// normals: at each corner the angle-weighted mean of the faces meeting at that position whose
     /// normals lie within [`CREASE_ANGLE_RAD`] of this face's.
     pub fn from_corners(positions: &[DVec3], uvs: &[Vec2], triangles: &[[u32; 3]]) -> Self {
-        let bits = |p: DVec3| (p + DVec3::ZERO).to_array().map(f64::to_bits);
+        let places = Places::of(positions);
         let corner = |t: &[u32; 3], k: usize| positions[t[k] as usize];
         let kept: Vec<([u32; 3], DVec3)> = triangles
             .iter()
             .filter(|t| {
-                let [a, b, c] = [0, 1, 2].map(|k| bits(corner(t, k)));
+                let [a, b, c] = t.map(|v| places.at[v as usize]);
                 a != b && b != c && c != a
             })
             .map(|t| {
@@ -36,37 +56,45 @@ impl Solid {
                 (*t, normal.normalize_or_zero())
             })
             .collect();
-        let mut faces_at: BTreeMap<[u64; 3], Vec<(usize, f64)>> = BTreeMap::new();
-        for (index, (t, _)) in kept.iter().enumerate() {
+        // Faces at each place with their angle there, one place after the other.
+        let mut first = vec![0_u32; places.count + 1];
+        kept.iter().flat_map(|(t, _)| t).for_each(|v| first[places.at[*v as usize] as usize + 1] += 1);
+        (0..places.count).for_each(|place| first[place + 1] += first[place]);
+        let mut faces_at = vec![(DVec3::ZERO, 0.0); 3 * kept.len()];
+        let mut next = first.clone();
+        for (t, normal) in &kept {
             for k in 0..3 {
                 let (p, q, r) = (corner(t, k), corner(t, (k + 1) % 3), corner(t, (k + 2) % 3));
                 let angle =
                     (q - p).normalize_or_zero().dot((r - p).normalize_or_zero()).clamp(-1.0, 1.0).acos();
-                faces_at.entry(bits(p)).or_default().push((index, angle));
+                let next = &mut next[places.at[t[k] as usize] as usize];
+                faces_at[*next as usize] = (*normal, angle);
+                *next += 1;
             }
         }
         let crease_cosine = CREASE_ANGLE_RAD.cos();
         let mut solid = Solid::default();
-        let mut known: BTreeMap<(u32, [i64; 3]), u32> = BTreeMap::new();
+        // Of each vertex given: the normals it got, with the vertices made for them.
+        let mut made: Vec<Vec<([i64; 3], u32)>> = vec![Vec::new(); positions.len()];
         for (t, face_normal) in &kept {
-            let mut triangle = [0; 3];
-            for k in 0..3 {
-                let around = &faces_at[&bits(corner(t, k))];
-                let mut normal = DVec3::ZERO;
-                for &(other, angle) in around {
-                    if kept[other].1.dot(*face_normal) >= crease_cosine {
-                        normal += angle * kept[other].1;
-                    }
-                }
+            let triangle = [0, 1, 2].map(|k| {
+                let place = places.at[t[k] as usize] as usize;
+                let around = &faces_at[first[place] as usize..first[place + 1] as usize];
+                let near = around.iter().filter(|(normal, _)| normal.dot(*face_normal) >= crease_cosine);
+                let normal = near.fold(DVec3::ZERO, |sum, (normal, angle)| sum + *angle * *normal);
                 let normal = normal.normalize_or(*face_normal);
                 let quantized = (normal * 1e4).round().to_array().map(|c| c as i64);
-                triangle[k] = *known.entry((t[k], quantized)).or_insert_with(|| {
-                    solid.positions.push(corner(t, k));
-                    solid.normals.push(normal.as_vec3());
-                    solid.uvs.push(uvs[t[k] as usize]);
-                    solid.positions.len() as u32 - 1
-                });
-            }
+                let made = &mut made[t[k] as usize];
+                if let Some((_, vertex)) = made.iter().find(|(known, _)| *known == quantized) {
+                    return *vertex;
+                }
+                let vertex = solid.positions.len() as u32;
+                made.push((quantized, vertex));
+                solid.positions.push(corner(t, k));
+                solid.normals.push(normal.as_vec3());
+                solid.uvs.push(uvs[t[k] as usize]);
+                vertex
+            });
             solid.triangles.push(triangle);
         }
         solid
