@@ -1,14 +1,16 @@
 //! A set of pixels, kept as COCO run lengths in files.
 
+use std::sync::Arc;
+
 use serde::{Deserialize, Serialize};
 
-/// One bit a pixel, rows from the top.
+/// One bit a pixel, rows from the top. Clones share their pixels until one of them is changed.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "RunLengths", into = "RunLengths")]
 pub struct Mask {
     width_px: u32,
     height_px: u32,
-    bits: Vec<bool>,
+    bits: Arc<Vec<bool>>,
 }
 
 /// Uncompressed COCO run-length encoding: columns from the left, each from the top, runs alternating
@@ -27,14 +29,20 @@ pub struct InvalidRunLengths;
 impl Mask {
     /// No pixel set.
     pub fn empty(width_px: u32, height_px: u32) -> Self {
-        Self { width_px, height_px, bits: vec![false; width_px as usize * height_px as usize] }
+        Self::from_bits(width_px, height_px, vec![false; width_px as usize * height_px as usize])
+    }
+
+    /// From row-major bits, as many as the picture has pixels.
+    pub fn from_bits(width_px: u32, height_px: u32, bits: Vec<bool>) -> Self {
+        assert_eq!(bits.len(), width_px as usize * height_px as usize, "a mask has one bit a pixel");
+        Self { width_px, height_px, bits: Arc::new(bits) }
     }
 
     /// The pixels for which `inside(x, y)` holds.
     pub fn from_fn(width_px: u32, height_px: u32, inside: impl Fn(u32, u32) -> bool) -> Self {
         let mut bits = Vec::with_capacity(width_px as usize * height_px as usize);
         (0..height_px).for_each(|y| bits.extend((0..width_px).map(|x| inside(x, y))));
-        Self { width_px, height_px, bits }
+        Self::from_bits(width_px, height_px, bits)
     }
 
     pub fn width_px(&self) -> u32 {
@@ -57,12 +65,12 @@ impl Mask {
 
     /// Sets or clears a pixel inside the picture.
     pub fn set(&mut self, x: u32, y: u32, inside: bool) {
-        self.bits[(y * self.width_px + x) as usize] = inside;
+        Arc::make_mut(&mut self.bits)[(y * self.width_px + x) as usize] = inside;
     }
 
     /// Sets the pixels that a mask of the same size has set.
     pub fn unite(&mut self, other: &Mask) {
-        self.bits.iter_mut().zip(&other.bits).for_each(|(bit, &more)| *bit |= more);
+        Arc::make_mut(&mut self.bits).iter_mut().zip(&*other.bits).for_each(|(bit, &more)| *bit |= more);
     }
 
     /// Number of set pixels.
@@ -93,7 +101,7 @@ impl Mask {
     /// Intersection over union with a mask of the same size; 0 where both are empty.
     pub fn iou(&self, other: &Mask) -> f64 {
         let (mut both, mut either) = (0_usize, 0_usize);
-        for (&a, &b) in self.bits.iter().zip(&other.bits) {
+        for (&a, &b) in self.bits.iter().zip(&*other.bits) {
             both += usize::from(a && b);
             either += usize::from(a || b);
         }
@@ -145,9 +153,9 @@ impl TryFrom<RunLengths> for Mask {
         if pixels > 1 << 28 || runs.counts.iter().map(|&c| u64::from(c)).sum::<u64>() != pixels {
             return Err(InvalidRunLengths);
         }
-        let mut mask = Mask::empty(width_px, height_px);
+        let mut bits = vec![false; pixels as usize];
         if pixels == 0 {
-            return Ok(mask);
+            return Ok(Mask::from_bits(width_px, height_px, bits));
         }
         // Marks where a pixel differs from the one above it, and in the top row what is inside; then row after
         // row takes over the one above.
@@ -156,19 +164,19 @@ impl TryFrom<RunLengths> for Mask {
         for count in runs.counts {
             let end = at + count as usize;
             while next_column * height < end {
-                mask.bits[next_column] = inside;
+                bits[next_column] = inside;
                 next_column += 1;
             }
             if end < width * height && !end.is_multiple_of(height) {
-                mask.bits[end % height * width + end / height] ^= true;
+                bits[end % height * width + end / height] ^= true;
             }
             (at, inside) = (end, !inside);
         }
         for y in 1..height {
-            let (above, row) = mask.bits[(y - 1) * width..(y + 1) * width].split_at_mut(width);
+            let (above, row) = bits[(y - 1) * width..(y + 1) * width].split_at_mut(width);
             row.iter_mut().zip(above).for_each(|(bit, above)| *bit ^= *above);
         }
-        Ok(mask)
+        Ok(Mask::from_bits(width_px, height_px, bits))
     }
 }
 

@@ -56,10 +56,12 @@ impl<'a> Prepared<'a> {
                 let mut out = Piece { triangles: Vec::new(), bands: vec![Vec::new(); band_count] };
                 for place in piece * PIECE..((piece + 1) * PIECE).min(drawn.len()) {
                     let source = drawn.at(place);
-                    let vertices = self.scenery.triangles[source as usize].vertices;
-                    let corners = vertices.map(|v| self.camera_points[v as usize]);
+                    let triangle = &self.scenery.triangles[source as usize];
+                    let corners = triangle.vertices.map(|v| self.camera_points[v as usize]);
                     clip_and_project(corners, lens, |x, y, key| {
-                        out.push(ScreenTriangle { x, y, key, source }, projection, band_rows);
+                        if !(triangle.one_sided && is_seen_from_behind(x, y)) {
+                            out.push(ScreenTriangle { x, y, key, source }, projection, band_rows);
+                        }
                     });
                 }
                 out
@@ -112,6 +114,14 @@ pub fn covered(c: [f32; 3], size: usize) -> Option<(usize, usize)> {
     } else {
         None
     }
+}
+
+/// Whether the corners run clockwise in a picture whose y grows downward.
+#[inline]
+fn is_seen_from_behind(x: [f32; 3], y: [f32; 3]) -> bool {
+    let side = |k: usize| (f64::from(x[k]) - f64::from(x[0]), f64::from(y[k]) - f64::from(y[0]));
+    let ((x1, y1), (x2, y2)) = (side(1), side(2));
+    x1 * y2 - y1 * x2 > 0.0
 }
 
 /// Calls `emit` with the pixel positions and keys of the part of the triangle in front of the near plane.

@@ -7,6 +7,8 @@ use glam::Vec3A;
 use rayon::prelude::*;
 
 use super::RenderObject;
+use super::one_sided::shows_no_backs;
+use crate::geometry::Material;
 
 /// A triangle, and where it comes from.
 pub struct SourceTriangle {
@@ -16,6 +18,8 @@ pub struct SourceTriangle {
     pub object: u32,
     /// Material in the object's mesh.
     pub material: u32,
+    /// It is never in front where it is seen from behind, see [`shows_no_backs`].
+    pub one_sided: bool,
 }
 
 /// Which triangles to draw.
@@ -40,8 +44,9 @@ pub struct Scenery<'a> {
     facings: OnceLock<Vec<Vec3A>>,
 }
 
-/// Materials at least this opaque hide what lies behind them.
-const OPAQUE: f32 = 0.999;
+fn is_opaque(material: &Material) -> bool {
+    material.opacity >= 0.999
+}
 
 impl<'a> Scenery<'a> {
     /// Moves every vertex into the world and lists the triangles.
@@ -63,16 +68,19 @@ impl<'a> Scenery<'a> {
         let count = objects.iter().map(|object| object.mesh.triangle_count()).sum();
         let mut triangles = Vec::with_capacity(count);
         let (mut opaque, mut transparent) = (Vec::with_capacity(count), Vec::new());
+        let no_backs: Vec<bool> =
+            objects.par_iter().map(|object| shows_no_backs(object.mesh, is_opaque)).collect();
         for (index, object) in objects.iter().enumerate() {
             let base = first_vertex[index];
             for group in &object.mesh.groups {
                 let next = triangles.len() as u32;
+                let hides = is_opaque(&object.mesh.materials[group.material]);
                 triangles.extend(group.triangles.iter().map(|t| SourceTriangle {
                     vertices: t.map(|v| v + base),
                     object: index as u32,
                     material: group.material as u32,
+                    one_sided: hides && no_backs[index],
                 }));
-                let hides = object.mesh.materials[group.material].opacity >= OPAQUE;
                 let kept = if hides { &mut opaque } else { &mut transparent };
                 kept.extend(next..triangles.len() as u32);
             }

@@ -1,6 +1,6 @@
 //! Where the picture is taken from.
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
 use crate::geometry::Camera;
 
@@ -51,6 +51,35 @@ impl View {
         match self {
             View::Perspective(camera) => camera.height_px,
             View::Orthographic(top) => top.height_px,
+        }
+    }
+
+    /// Pixel position (centers at +0.5) of a point in the world; `None` behind the camera.
+    pub fn project(&self, point_in_world: DVec3) -> Option<DVec2> {
+        match self {
+            View::Perspective(camera) => camera.project(point_in_world).map(|(pixel, _)| pixel),
+            View::Orthographic(top) => Some(top.pixel_from_world(point_in_world.truncate())),
+        }
+    }
+
+    /// The part of the picture whose upper left corner is `low_px` and that is `size_px` wide and high.
+    pub fn window(&self, low_px: [u32; 2], size_px: [u32; 2]) -> View {
+        let [width_px, height_px] = size_px;
+        let low = DVec2::from(low_px.map(f64::from));
+        match self {
+            View::Perspective(camera) => View::Perspective(Camera {
+                width_px,
+                height_px,
+                cx: camera.cx - low.x,
+                cy: camera.cy - low.y,
+                ..*camera
+            }),
+            View::Orthographic(top) => View::Orthographic(TopView {
+                width_px,
+                height_px,
+                center_m: top.world_from_pixel(low + 0.5 * DVec2::from(size_px.map(f64::from))),
+                ..*top
+            }),
         }
     }
 }

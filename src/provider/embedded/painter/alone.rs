@@ -1,6 +1,5 @@
 //! Each object drawn without the others, from the camera of the reference picture.
 
-use glam::DVec2;
 use rayon::prelude::*;
 
 use super::Settings;
@@ -8,7 +7,7 @@ use super::props::Prop;
 use super::stage::Stage;
 use crate::geometry::{Camera, Image, Interrupt, Mask};
 use crate::provider::{Alone, Completion, ProviderError};
-use crate::render::{Background, Diorama, RenderObject, RenderSettings, View, render_geometry};
+use crate::render::{Background, Diorama, RenderObject, RenderSettings, View, silhouette};
 use crate::scene::InstanceMask;
 
 /// Free border around the silhouette, as a share of its longer side.
@@ -27,7 +26,7 @@ pub(super) fn draw(
         .map(|k| {
             interrupt.check()?;
             let object = stage.props()[k];
-            let silhouette = silhouette(&stage.camera, object);
+            let silhouette = silhouette(object, &View::Perspective(stage.camera));
             let (picture, shown_px) = close_up(stage, object, &silhouette, settings);
             let whole = silhouette.area_px();
             let missing = silhouette
@@ -41,36 +40,6 @@ pub(super) fn draw(
             Ok(Alone { id: props[k].spec.id.clone(), completion })
         })
         .collect()
-}
-
-/// Its pixels in the camera's picture if nothing hid it; drawn in the window around it only.
-fn silhouette(camera: &Camera, object: RenderObject) -> Mask {
-    let (width_px, height_px) = (camera.width_px, camera.height_px);
-    let mut corners =
-        object.mesh.positions.iter().map(|p| camera.project(object.world_from_object.transform_point(*p)));
-    let window = corners.try_fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), corner| {
-        corner.map(|(pixel, _)| (low.min(pixel), high.max(pixel)))
-    });
-    // What reaches behind the camera may be anywhere.
-    let (low, high) = window.unwrap_or((DVec2::ZERO, DVec2::INFINITY));
-    let frame = DVec2::new(f64::from(width_px), f64::from(height_px));
-    let low = low.floor().clamp(DVec2::ZERO, frame);
-    let size = high.ceil().clamp(low, frame) - low;
-    let windowed = Camera {
-        width_px: size.x as u32,
-        height_px: size.y as u32,
-        cx: camera.cx - low.x,
-        cy: camera.cy - low.y,
-        ..*camera
-    };
-    let seen = render_geometry(&[object], &View::Perspective(windowed));
-    let (left, top) = (low.x as u32, low.y as u32);
-    let mut mask = Mask::empty(width_px, height_px);
-    for (k, _) in seen.ids.iter().enumerate().filter(|(_, id)| **id == object.id) {
-        let k = k as u32;
-        mask.set(left + k % windowed.width_px, top + k / windowed.width_px, true);
-    }
-    mask
 }
 
 /// The part of the picture around the silhouette, enlarged, transparent beside the object.

@@ -8,7 +8,7 @@ use super::stage::{Stage, TABLE};
 use super::table::PaintedTable;
 use crate::geometry::Interrupt;
 use crate::provider::{KnownTop, ProviderError, TopPicture};
-use crate::render::{TopView, View, render_geometry};
+use crate::render::{TopView, View, silhouette};
 use crate::scene::InstanceMask;
 
 /// Free border around the table, as a share of its longer side.
@@ -25,10 +25,7 @@ pub(super) fn paint(
     let view = View::Orthographic(view_of(stage, table, settings.painter.top_px));
     let picture = stage.color_from(&view);
     interrupt.check()?;
-    let alone = |index: usize| {
-        let object = stage.objects[index];
-        render_geometry(&[object], &view).mask(object.id)
-    };
+    let alone = |index: usize| silhouette(stage.objects[index], &view);
     let objects = (0..props.len())
         .into_par_iter()
         .map(|k| {
