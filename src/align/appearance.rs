@@ -9,11 +9,33 @@ use glam::{DVec2, Vec3};
 
 use super::dro::comparison::Comparison;
 use super::dro::crop::Crop;
-use crate::geometry::{Image, Pose, TexturedMesh};
-use crate::render::{Background, Diorama, Lighting, RenderObject, RenderSettings, View};
+use crate::geometry::{Camera, Image, Pose, TexturedMesh};
+use crate::render::{Background, Diorama, Frame, Lighting, RenderObject, RenderSettings, View};
 
 /// Side of the compared pictures, pixels.
 pub const SIDE_PX: usize = 64;
+
+/// A mesh to be painted at many yaws.
+pub struct Model<'a>(Diorama<'a>);
+
+impl<'a> Model<'a> {
+    pub fn new(mesh: &'a TexturedMesh) -> Self {
+        let settings =
+            RenderSettings { supersampling: 1, shadow_map_px: 0, sky_directions: 0, sky_map_px: 32 };
+        let object = RenderObject { mesh, world_from_object: Pose::IDENTITY, id: 1 };
+        Self(Diorama::new(vec![object], &settings))
+    }
+
+    /// The mesh in that upright pose, id 1, under a light that stands beside the camera. Light and mesh do not
+    /// change when both turn about the vertical, so the camera goes around the mesh instead.
+    fn painted(&self, world_from_object: &Pose, camera: Camera) -> Frame {
+        let object_from_camera = world_from_object.inverse() * camera.world_from_camera;
+        let camera = Camera { world_from_camera: object_from_camera, ..camera };
+        let mut lighting = Lighting::studio(camera.azimuth_rad() - 0.6, 0.9, 0.5);
+        lighting.key_color *= 0.8;
+        self.0.paint(lighting, Background::light(), &View::Perspective(camera))
+    }
+}
 
 /// The instance's colors as the picture shows them, cropped like its mask.
 pub struct PictureCrop {
@@ -61,17 +83,11 @@ impl PictureCrop {
     }
 
     /// 0 where the colors vary alike, 1 where they have nothing in common, up to 2 where they are
-    /// opposite. A picture or a mesh of one flat color says nothing: 1.
-    pub fn disagreement(&self, mesh: &TexturedMesh, comparison: &Comparison, yaw_rad: f64) -> f64 {
+    /// opposite. A picture or a mesh of one flat color says nothing: 1. `model` is the comparison's mesh in its
+    /// colors.
+    pub fn disagreement(&self, model: &Model, comparison: &Comparison, yaw_rad: f64) -> f64 {
         let Some((origin, camera)) = comparison.crop_camera(yaw_rad) else { return 2.0 };
-        let away = camera.azimuth_rad();
-        let mut lighting = Lighting::studio(away - 0.6, 0.9, 0.5);
-        lighting.key_color *= 0.8;
-        let object = RenderObject { mesh, world_from_object: Pose::upright(origin, yaw_rad), id: 1 };
-        let settings =
-            RenderSettings { supersampling: 1, shadow_map_px: 0, sky_directions: 0, sky_map_px: 32 };
-        let view = View::Perspective(camera);
-        let frame = Diorama::new(vec![object], &settings).paint(lighting, Background::light(), &view);
+        let frame = model.painted(&Pose::upright(origin, yaw_rad), camera);
         let pairs: Vec<(Vec3, Vec3)> = self
             .colors
             .iter()

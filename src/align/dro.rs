@@ -50,7 +50,7 @@ use std::f64::consts::TAU;
 
 use rayon::prelude::*;
 
-use super::appearance::{PictureCrop, SIDE_PX};
+use super::appearance::{Model, PictureCrop, SIDE_PX};
 use crate::geometry::pose::wrap_angle_rad;
 use crate::geometry::{Camera, Image, Interrupt, Interrupted, Mask, TexturedMesh};
 use comparison::Comparison;
@@ -147,7 +147,8 @@ pub fn estimate_yaw(
         let comparison = Comparison::new(&mesh, camera, &crop, settings);
         let shown_px = [0.0, 0.0, f64::from(camera.width_px), f64::from(camera.height_px)];
         let picture = PictureCrop::new(picture, shown_px, &crop);
-        let colors = choice::Colors { mesh: problem.mesh, comparison: &comparison, picture: &picture };
+        let colors =
+            choice::Colors { model: Model::new(problem.mesh), comparison: &comparison, picture: &picture };
         (yaw_rad, symmetry_order) = choice::choose(&colors, &top, outline_order, settings, interrupt)?;
     }
     let yaw_rad = symmetry::representative(yaw_rad, symmetry_order);

@@ -6,7 +6,7 @@ use glam::{DQuat, DVec3};
 
 use super::turns::turned_size;
 use super::{CanonicalizeSettings, UprightProblem};
-use crate::align::appearance::{PictureCrop, SIDE_PX};
+use crate::align::appearance::{Model, PictureCrop, SIDE_PX};
 use crate::align::dro::DroSettings;
 use crate::align::dro::comparison::Comparison;
 use crate::align::dro::crop::Crop;
@@ -98,6 +98,7 @@ impl Standing {
         let Some((crop, picture)) = &seen.colors else { return Ok(self.yaws[0].1) };
         let comparison = Comparison::new(&self.outline, problem.camera, crop, dro);
         let mesh = problem.raw_mesh.clone().rotated(self.turn).scaled(DVec3::splat(self.scale)).seated();
+        let model = Model::new(&mesh);
         let mut least = f64::INFINITY;
         for &(yaw_rad, loss) in self.yaws.iter().take(settings.looks.max(1) as usize) {
             interrupt.check()?;
@@ -105,7 +106,7 @@ impl Standing {
             if loss >= least || !matters(loss - ROUNDING) {
                 break;
             }
-            let colors = picture.disagreement(&mesh, &comparison, yaw_rad);
+            let colors = picture.disagreement(&model, &comparison, yaw_rad);
             least = least.min(loss + settings.appearance_weight * colors);
         }
         Ok(least)

@@ -5,19 +5,21 @@
 
 use std::f64::consts::TAU;
 
+use rayon::prelude::*;
+
 use super::DroSettings;
 use super::comparison::Comparison;
 use super::search::golden_section;
 use super::symmetry;
-use crate::align::appearance::PictureCrop;
-use crate::geometry::{Interrupt, Interrupted, TexturedMesh};
+use crate::align::appearance::{Model, PictureCrop};
+use crate::geometry::{Interrupt, Interrupted};
 
 /// Yaws tried where the outline says nothing.
 const TURNS: u32 = 36;
 
 /// Everything a color comparison needs.
 pub struct Colors<'a> {
-    pub mesh: &'a TexturedMesh,
+    pub model: Model<'a>,
     pub comparison: &'a Comparison<'a>,
     pub picture: &'a PictureCrop,
 }
@@ -25,7 +27,7 @@ pub struct Colors<'a> {
 impl Colors<'_> {
     fn disagreement(&self, yaw_rad: f64, interrupt: &Interrupt) -> Result<f64, Interrupted> {
         interrupt.check()?;
-        Ok(self.picture.disagreement(self.mesh, self.comparison, yaw_rad))
+        Ok(self.picture.disagreement(&self.model, self.comparison, yaw_rad))
     }
 }
 
@@ -42,13 +44,19 @@ pub fn choose(
     match outline_order {
         0 => {
             let step_rad = TAU / f64::from(TURNS);
-            let mut curve = Vec::new();
-            for k in 0..TURNS {
+            let look = |k: u32| {
                 let yaw_rad = f64::from(k) * step_rad;
-                curve.push((yaw_rad, colors.disagreement(yaw_rad, interrupt)?));
+                colors.disagreement(yaw_rad, interrupt).map(|value| (yaw_rad, value))
+            };
+            // What shows at all shows over half a turn: where a third of the yaws are all but alike, all are.
+            let (few, more): (Vec<u32>, Vec<u32>) = (0..TURNS).partition(|k| k.is_multiple_of(3));
+            let mut curve = few.into_par_iter().map(look).collect::<Result<Vec<_>, Interrupted>>()?;
+            if relief(&curve) < 0.5 * settings.flat_appearance {
+                return Ok((0.0, 0));
             }
-            let (low, high) = range(curve.iter().map(|c| c.1));
-            if high - low < settings.flat_appearance {
+            curve.extend(more.into_par_iter().map(look).collect::<Result<Vec<_>, Interrupted>>()?);
+            curve.sort_by(|a, b| a.0.total_cmp(&b.0));
+            if relief(&curve) < settings.flat_appearance {
                 return Ok((0.0, 0));
             }
             let order = symmetry::periodic_order(&curve, 2.0 * settings.periodic_share);
@@ -92,6 +100,9 @@ pub fn choose(
     }
 }
 
-fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
-    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)))
+/// Highest value less the lowest.
+fn relief(curve: &[(f64, f64)]) -> f64 {
+    let range = |(low, high): (f64, f64), v: f64| (low.min(v), high.max(v));
+    let (low, high) = curve.iter().map(|c| c.1).fold((f64::INFINITY, f64::NEG_INFINITY), range);
+    high - low
 }
