@@ -214,20 +214,23 @@ fn settle_and_judge(
     let mut bodies = scene.problem.bodies.to_vec();
     bodies.iter_mut().zip(plan).for_each(|(body, pose)| body.world_from_object = *pose);
     let mut settled = settle(&bodies, scene.settle, interrupt)?;
-    let mut moving = Vec::new();
-    let faults = find_faults(scene, plan, &settled.poses, last_round, interrupt)?;
-    if !faults.is_empty() {
+    if scene.settings.settles == 0 {
+        let faults = find_faults(scene, plan, &settled.poses, last_round, interrupt)?;
         return Ok((settled, faults));
     }
-    for again in 0..scene.settings.settles {
-        if again > 0 {
-            let faults = find_faults(scene, plan, &settled.poses, last_round, interrupt)?;
-            if !faults.is_empty() {
-                return Ok((settled, faults));
-            }
-        }
+    let mut moving = Vec::new();
+    for _ in 0..scene.settings.settles {
         bodies.iter_mut().zip(&settled.poses).for_each(|(body, pose)| body.world_from_object = *pose);
-        let check = stability(&bodies, scene.certify, scene.settle, interrupt)?;
+        // Faults are rare, and one island of bodies is often simulated long after all others.
+        let (faults, check) = rayon::join(
+            || find_faults(scene, plan, &settled.poses, last_round, interrupt),
+            || stability(&bodies, scene.certify, scene.settle, interrupt),
+        );
+        let faults = faults?;
+        if !faults.is_empty() {
+            return Ok((settled, faults));
+        }
+        let check = check?;
         moving = (0..bodies.len())
             .filter(|&k| {
                 let movement = check.movements[k];

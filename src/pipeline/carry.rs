@@ -7,6 +7,7 @@ use super::checkpoint::ArtifactRef;
 use super::error::StageError;
 use crate::export::gltf::{read_mesh_glb, write_mesh_glb};
 use crate::export::png::{decode_png, encode_png};
+use crate::geometry::mesh_solid::{MeshSolid, SolidError};
 use crate::geometry::{ConvexHull, Image, Material, Rgb, Solid, TexturedMesh, Vec2};
 use crate::render::overlay::distinct_color;
 
@@ -19,13 +20,13 @@ pub async fn put_picture(context: &Context, name: &str, picture: Image) -> Resul
 /// A picture an earlier stage stored.
 pub async fn picture(context: &Context, artifact: &ArtifactRef) -> Result<Arc<Image>, StageError> {
     let decoded = &context.services().decoded;
-    if let Some(picture) = decoded.picture(&artifact.digest) {
+    if let Some(picture) = decoded.pictures.find(&artifact.digest) {
         return Ok(picture);
     }
     let bytes = context.get(artifact).await?;
     let read = context.cpu(move || decode_png(&bytes)).await?;
     let picture = Arc::new(read.map_err(|error| unreadable(artifact, error))?);
-    decoded.keep_picture(&artifact.digest, &picture);
+    decoded.pictures.keep(&artifact.digest, &picture);
     Ok(picture)
 }
 
@@ -38,14 +39,31 @@ pub async fn put_mesh(context: &Context, name: &str, mesh: TexturedMesh) -> Resu
 /// A mesh an earlier stage stored.
 pub async fn mesh(context: &Context, artifact: &ArtifactRef) -> Result<Arc<TexturedMesh>, StageError> {
     let decoded = &context.services().decoded;
-    if let Some(mesh) = decoded.mesh(&artifact.digest) {
+    if let Some(mesh) = decoded.meshes.find(&artifact.digest) {
         return Ok(mesh);
     }
     let bytes = context.get(artifact).await?;
     let read = context.cpu(move || read_mesh_glb(&bytes)).await?;
     let mesh = Arc::new(read.map_err(|error| unreadable(artifact, error))?);
-    decoded.keep_mesh(&artifact.digest, &mesh);
+    decoded.meshes.keep(&artifact.digest, &mesh);
     Ok(mesh)
+}
+
+/// A mesh as a solid; `Err` says why it is none.
+pub async fn solid(
+    context: &Context,
+    artifact: &ArtifactRef,
+) -> Result<Result<Arc<MeshSolid>, SolidError>, StageError> {
+    let decoded = &context.services().decoded;
+    if let Some(solid) = decoded.solids.find(&artifact.digest) {
+        return Ok(Ok(solid));
+    }
+    let mesh = mesh(context, artifact).await?;
+    let made = context.cpu(move || MeshSolid::new(&mesh)).await?.map(Arc::new);
+    if let Ok(solid) = &made {
+        decoded.solids.keep(&artifact.digest, solid);
+    }
+    Ok(made)
 }
 
 /// Stores hulls twice: as numbers for the next stage, and as a colored mesh for people.

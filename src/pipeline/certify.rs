@@ -188,11 +188,8 @@ impl Inputs {
 }
 
 pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageError> {
-    let mut loaded: Vec<Loaded> = Vec::with_capacity(inputs.bodies.len());
-    for body in &inputs.bodies {
-        loaded.push(load(&context, &body.mesh, &body.hulls).await?);
-    }
-    let loaded = Arc::new(loaded);
+    let parts = inputs.bodies.iter().map(|body| load(&context, &body.resolved.name, &body.mesh, &body.hulls));
+    let loaded: Arc<Vec<Loaded>> = Arc::new(futures::future::try_join_all(parts).await?);
     let reference = carry::picture(&context, &inputs.picture).await?;
     let mut drawn =
         write::Drawn { reference_png: context.get(&inputs.picture).await?, thumbnails: Vec::new() };

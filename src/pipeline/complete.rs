@@ -10,7 +10,7 @@ use super::reference::CompletionRef;
 use super::{Context, reference, segment};
 use crate::geometry::Mask;
 use crate::provider::{Adapter, CompletionRequest, Ports};
-use crate::scene::{InstanceId, Recognition, RecognizedObject};
+use crate::scene::{InstanceId, InstanceMask, Recognition, RecognizedObject};
 
 pub const STAGE: Stage = Stage { name: "complete", version: 1 };
 
@@ -32,20 +32,20 @@ pub fn inputs(
     masks: &segment::Output,
     ports: &Ports,
 ) -> Vec<(InstanceId, Inputs)> {
-    let of = |(object, mask): (&RecognizedObject, &crate::scene::InstanceMask)| {
+    let of = |((object, mask), others): ((&RecognizedObject, &InstanceMask), Mask)| {
         let drawn = reference.alone.iter().find(|alone| alone.id == object.id);
         let inputs = Inputs {
             picture: reference.picture.clone(),
             known: reference.known.clone(),
             object: object.clone(),
             visible: mask.visible.clone(),
-            others: masks.others(&object.id),
+            others,
             alone: drawn.map(|alone| alone.completion.clone()),
             painter: ports.painter.adapter(),
         };
         (object.id.clone(), inputs)
     };
-    recognition.objects.iter().zip(&masks.masks).map(of).collect()
+    recognition.objects.iter().zip(&masks.masks).zip(masks.others()).map(of).collect()
 }
 
 pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<CompletionRef, StageError> {

@@ -205,9 +205,19 @@ pub(super) async fn seen(
     picture: &ArtifactRef,
     known: Option<&ArtifactRef>,
 ) -> Result<Reference, StageError> {
-    let known: Option<KnownPicture> = match known {
-        Some(artifact) => Some(context.get_json(artifact).await?),
+    let known = match known {
+        Some(artifact) => Some(known_picture(context, artifact).await?),
         None => None,
     };
-    Ok(Reference { picture: carry::picture(context, picture).await?, known: known.map(Arc::new) })
+    Ok(Reference { picture: carry::picture(context, picture).await?, known })
+}
+
+async fn known_picture(context: &Context, artifact: &ArtifactRef) -> Result<Arc<KnownPicture>, StageError> {
+    let decoded = &context.services().decoded.known;
+    if let Some(known) = decoded.find(&artifact.digest) {
+        return Ok(known);
+    }
+    let known = Arc::new(context.get_json(artifact).await?);
+    decoded.keep(&artifact.digest, &known);
+    Ok(known)
 }

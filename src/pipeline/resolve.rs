@@ -99,22 +99,28 @@ impl Inputs {
 /// Geometry of one body, loaded.
 pub(super) struct Loaded {
     pub mesh: Arc<TexturedMesh>,
+    pub solid: Arc<MeshSolid>,
     pub hulls: Vec<ConvexHull>,
 }
 
 pub(super) async fn load(
     context: &Context,
+    name: &str,
     mesh: &ArtifactRef,
     hulls: &ArtifactRef,
 ) -> Result<Loaded, StageError> {
-    Ok(Loaded { mesh: carry::mesh(context, mesh).await?, hulls: carry::hulls(context, hulls).await? })
+    let solid = carry::solid(context, mesh).await?;
+    let no_solid = |error| StageError::permanent("no_solid", format!("{name}: {error}"));
+    Ok(Loaded {
+        mesh: carry::mesh(context, mesh).await?,
+        solid: solid.map_err(no_solid)?,
+        hulls: carry::hulls(context, hulls).await?,
+    })
 }
 
 pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageError> {
-    let mut loaded = Vec::with_capacity(inputs.bodies.len());
-    for part in &inputs.bodies {
-        loaded.push(load(&context, &part.mesh, &part.hulls).await?);
-    }
+    let parts = inputs.bodies.iter().map(|part| load(&context, &part.name, &part.mesh, &part.hulls));
+    let loaded = futures::future::try_join_all(parts).await?;
     let (given, interrupt) = (inputs.clone(), context.interrupt().clone());
     let solved = context.cpu(move || solve(&given, &loaded, &interrupt)).await??;
     context.put_json("poses.json", &solved).await?;
@@ -127,7 +133,6 @@ fn solve(
     interrupt: &crate::geometry::Interrupt,
 ) -> Result<Output, StageError> {
     let mut bodies = Vec::with_capacity(loaded.len());
-    let mut solids = Vec::with_capacity(loaded.len());
     let mut physical = Vec::with_capacity(loaded.len());
     for (part, geometry) in inputs.bodies.iter().zip(loaded) {
         let failed = |error: String| {
@@ -135,7 +140,6 @@ fn solve(
         };
         let properties = physical_properties(&geometry.mesh, &part.category, part.material.as_deref())
             .map_err(|error| failed(error.to_string()))?;
-        solids.push(MeshSolid::new(&geometry.mesh).map_err(|error| failed(error.to_string()))?);
         bodies.push(body(&part.name, geometry, part.aligned, &properties, part.support.is_none()));
         physical.push(properties);
     }
@@ -144,7 +148,7 @@ fn solve(
         .iter()
         .map(|part| part.support.map(|(parent, inside)| SupportedBy { parent, inside }))
         .collect();
-    let solids: Vec<&MeshSolid> = solids.iter().collect();
+    let solids: Vec<&MeshSolid> = loaded.iter().map(|geometry| &*geometry.solid).collect();
     let problem =
         ResolveProblem { bodies: &bodies, solids: &solids, supports: &supports, outline: &inputs.outline_m };
     let Resolved { poses, displacements_m, rotations_rad, rounds, log } =

@@ -59,13 +59,14 @@ pub fn inputs(
         .iter()
         .zip(canonical)
         .zip(&masks.masks)
-        .map(|((object, canonical), mask)| {
+        .zip(masks.others())
+        .map(|(((object, canonical), mask), others)| {
             let inputs = Inputs {
                 mesh: canonical.mesh.clone(),
                 picture: reference.picture.clone(),
                 camera: recognition.camera,
                 visible: mask.visible.clone(),
-                others: masks.others(&object.id),
+                others,
                 dro: settings.dro.clone(),
             };
             (object.id.clone(), inputs)

@@ -10,7 +10,7 @@ use super::{Context, carry, reference};
 use crate::geometry::{Image, Mask};
 use crate::provider::{Adapter, Ports};
 use crate::render::overlay::{distinct_color, draw_mask_outline, draw_text, tint_mask};
-use crate::scene::{InstanceId, InstanceMask, Recognition};
+use crate::scene::{InstanceMask, Recognition};
 
 pub const STAGE: Stage = Stage { name: "segment", version: 1 };
 
@@ -40,12 +40,23 @@ impl Inputs {
 }
 
 impl Output {
-    /// Pixels of all other instances: they may hide this one.
-    pub fn others(&self, id: &InstanceId) -> Mask {
-        let Some(first) = self.masks.first() else { return Mask::empty(0, 0) };
-        let mut union = Mask::empty(first.visible.width_px(), first.visible.height_px());
-        self.masks.iter().filter(|mask| &mask.id != id).for_each(|other| union.unite(&other.visible));
-        union
+    /// For each instance the pixels of all others: they may hide it.
+    pub fn others(&self) -> Vec<Mask> {
+        let Some(first) = self.masks.first() else { return Vec::new() };
+        let none = Mask::empty(first.visible.width_px(), first.visible.height_px());
+        // What is before an instance in the list, united with what is after it.
+        let mut others = Vec::with_capacity(self.masks.len());
+        let mut before = none.clone();
+        for mask in &self.masks {
+            others.push(before.clone());
+            before.unite(&mask.visible);
+        }
+        let mut after = none;
+        for (others, mask) in others.iter_mut().zip(&self.masks).rev() {
+            others.unite(&after);
+            after.unite(&mask.visible);
+        }
+        others
     }
 }
 
@@ -93,4 +104,24 @@ fn drawn_on(picture: &Image, masks: &[InstanceMask]) -> Image {
         }
     }
     drawn
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::InstanceId;
+
+    #[test]
+    fn others_are_all_pixels_of_all_other_instances() {
+        let mask = |name: &str, from: u32, to: u32| InstanceMask {
+            id: InstanceId::new(name).expect("a name"),
+            visible: Mask::from_fn(9, 2, |x, _| (from..to).contains(&x)),
+        };
+        // The second lies over the first and the third.
+        let output = Output { masks: vec![mask("a", 0, 3), mask("b", 2, 6), mask("c", 5, 7)] };
+        let columns = |mask: &Mask| (0..9).filter(|&x| mask.contains(x, 1)).collect::<Vec<u32>>();
+        let others: Vec<Vec<u32>> = output.others().iter().map(columns).collect();
+        assert_eq!(others, [vec![2, 3, 4, 5, 6], vec![0, 1, 2, 5, 6], vec![0, 1, 2, 3, 4, 5]]);
+        assert!(Output { masks: Vec::new() }.others().is_empty());
+    }
 }

@@ -3,8 +3,9 @@
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex};
 
+use crate::geometry::mesh_solid::MeshSolid;
 use crate::geometry::{Image, TexturedMesh};
-use crate::provider::Ports;
+use crate::provider::{KnownPicture, Ports};
 use crate::store::Digest;
 
 /// Shared by all stages of one job.
@@ -19,32 +20,35 @@ impl Services {
     }
 }
 
-/// Meshes and pictures by the digest of their bytes, so that six stages decode a mesh once. Bytes named
-/// by content always decode to the same value, so this changes no result.
+/// Artifacts by the digest of their bytes, so that six stages decode a mesh once. Bytes named by content always
+/// decode to the same value, so this changes no result.
 #[derive(Default)]
 pub(super) struct Decoded {
-    meshes: Mutex<HashMap<String, Arc<TexturedMesh>>>,
-    pictures: Mutex<HashMap<String, Arc<Image>>>,
+    pub meshes: Values<TexturedMesh>,
+    /// Of the meshes with these digests.
+    pub solids: Values<MeshSolid>,
+    pub pictures: Values<Image>,
+    /// What the painter knows of a picture.
+    pub known: Values<KnownPicture>,
 }
 
-impl Decoded {
-    pub(super) fn mesh(&self, digest: &Digest) -> Option<Arc<TexturedMesh>> {
-        self.meshes.lock().ok()?.get(digest.as_str()).cloned()
+/// Values of one kind.
+pub(super) struct Values<T>(Mutex<HashMap<Digest, Arc<T>>>);
+
+impl<T> Default for Values<T> {
+    fn default() -> Self {
+        Self(Mutex::default())
+    }
+}
+
+impl<T> Values<T> {
+    pub(super) fn find(&self, digest: &Digest) -> Option<Arc<T>> {
+        self.0.lock().ok()?.get(digest).cloned()
     }
 
-    pub(super) fn keep_mesh(&self, digest: &Digest, mesh: &Arc<TexturedMesh>) {
-        if let Ok(mut meshes) = self.meshes.lock() {
-            meshes.insert(digest.as_str().to_owned(), mesh.clone());
-        }
-    }
-
-    pub(super) fn picture(&self, digest: &Digest) -> Option<Arc<Image>> {
-        self.pictures.lock().ok()?.get(digest.as_str()).cloned()
-    }
-
-    pub(super) fn keep_picture(&self, digest: &Digest, picture: &Arc<Image>) {
-        if let Ok(mut pictures) = self.pictures.lock() {
-            pictures.insert(digest.as_str().to_owned(), picture.clone());
+    pub(super) fn keep(&self, digest: &Digest, value: &Arc<T>) {
+        if let Ok(mut values) = self.0.lock() {
+            values.insert(digest.clone(), value.clone());
         }
     }
 }

@@ -4,7 +4,6 @@ use rayon::prelude::*;
 
 use super::Inputs;
 use crate::geometry::collide::PlacedSolid;
-use crate::geometry::mesh_solid::MeshSolid;
 use crate::geometry::{Interrupt, Pose};
 use crate::physics::settle::SettleError;
 use crate::physics::{Body, Collisions, Stability, SupportFinding, collisions, stability, support};
@@ -34,19 +33,13 @@ pub(super) fn measure(
     loaded: &[Loaded],
     interrupt: &Interrupt,
 ) -> Result<Measured, StageError> {
-    let solids: Vec<MeshSolid> = loaded
-        .par_iter()
-        .zip(&inputs.bodies)
-        .map(|(geometry, body)| {
-            MeshSolid::new(&geometry.mesh).map_err(|error| {
-                StageError::permanent("no_solid", format!("certifying {}: {error}", body.resolved.name))
-            })
-        })
-        .collect::<Result<_, StageError>>()?;
-    let placed: Vec<PlacedSolid> = solids
+    let placed: Vec<PlacedSolid> = loaded
         .iter()
         .zip(&inputs.bodies)
-        .map(|(solid, body)| PlacedSolid { solid, world_from_object: body.resolved.settled })
+        .map(|(geometry, body)| PlacedSolid {
+            solid: &geometry.solid,
+            world_from_object: body.resolved.settled,
+        })
         .collect();
     let shipped = bodies(inputs, loaded, |body| body.resolved.settled);
     let aligned = bodies(inputs, loaded, |body| body.resolved.aligned);
@@ -60,7 +53,7 @@ pub(super) fn measure(
         },
     );
     Ok(Measured {
-        watertight: solids.iter().map(MeshSolid::is_watertight).collect(),
+        watertight: loaded.iter().map(|geometry| geometry.solid.is_watertight()).collect(),
         from_shipped: from_shipped?,
         from_aligned: from_aligned?,
         found: found?,
