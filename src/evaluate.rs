@@ -1,8 +1,8 @@
 //! Benchmarks of the pipeline against what is known of painted scenes.
 //!
 //! One set so far, `layout` ([`layout`]): 78 painted scenes ([`scenes`]) go through the pipeline's own stages up to
-//! `place` ([`alignment`]), as they are or spoiled ([`noise`]); the layout is compared with the truth ([`score`])
-//! modulo yaws that look the same ([`look_alikes`]), and collisions are counted with stages taken out ([`ablation`]).
+//! `place` ([`crate::pipeline::Rotated`]), as they are or spoiled ([`noise`]); the layout is compared with the truth
+//! ([`score`]) modulo yaws that look the same ([`look_alikes`]), and collisions are counted with stages taken out ([`ablation`]).
 //! No stage reads the truth: what the stages see goes through ports that stand before the real ones ([`painted`],
 //! [`watched_meshes`], [`jittered_boxes`]).
 //!
@@ -13,7 +13,6 @@ pub mod noise;
 pub mod painted;
 pub mod watched_meshes;
 pub mod jittered_boxes;
-pub mod alignment;
 pub mod layout;
 pub mod look_alikes;
 pub mod true_world;

@@ -1,7 +1,7 @@
 //! The product on one screen: a request walks through twelve stages and becomes a certified bundle.
 //!
-//! Each line of [`build_scene`] is a stage, each stage one file below. A stage is a plain function of the
-//! struct it receives; [`checkpoint`] finds its result again or computes and commits it.
+//! Each line of [`rotate_all`] and then of [`build_scene`] is a stage, each stage one file below. A stage is a
+//! plain function of the struct it receives; [`checkpoint`] finds its result again or computes and commits it.
 
 pub mod checkpoint;
 pub mod error;
@@ -33,7 +33,7 @@ use crate::geometry::decompose::DecomposeSettings;
 use crate::physics::{CertifySettings, ResolveSettings, SettleSettings};
 use crate::provider::Ports;
 use crate::render::RenderSettings;
-use crate::scene::SceneRequest;
+use crate::scene::{Recognition, SceneRequest};
 use crate::store::artifacts::BuiltRows;
 use checkpoint::{Checkpoints, StageContext};
 use error::{StageError, StageErrorClass};
@@ -86,21 +86,35 @@ fn both<A, B>(results: (Result<A, StageError>, Result<B, StageError>)) -> Result
     }
 }
 
-/// Builds the scene of a request: every stage is found or computed, and the last one leaves a bundle.
-pub async fn build_scene(
+/// What the stages before `place` leave. `place` can be run on it with other yaws, as the benchmark does.
+pub struct Rotated {
+    request: Arc<SceneRequest>,
+    ports: Ports,
+    settings: Arc<Settings>,
+    stages: Checkpoints<Services>,
+    reference: reference::Output,
+    pub recognition: Arc<Recognition>,
+    masks: segment::Output,
+    raw: Vec<reconstruct::Output>,
+    pub canonical: Vec<canonicalize::Output>,
+    hulls: Vec<decompose::Output>,
+    pub yaws: Vec<rotate::Output>,
+}
+
+/// From the request to objects with hulls and yaws: every stage up to `rotate` is found or computed.
+pub async fn rotate_all(
     request: SceneRequest,
     checkpoints: Checkpoints,
     ports: Ports,
     settings: Arc<Settings>,
-) -> Result<BuiltRows, StageError> {
-    let identity = certify::SceneIdentity::new(&request, &ports, &settings)?;
+) -> Result<Rotated, StageError> {
     let stages = checkpoints.with_services(Arc::new(Services::new(ports.clone())));
-    let shared = Arc::new(request);
+    let request = Arc::new(request);
 
-    let inputs = reference::Inputs::new(&shared, &ports);
+    let inputs = reference::Inputs::new(&request, &ports);
     let reference = stages.run(reference::STAGE, inputs, reference::run).await?;
 
-    let inputs = recognize::Inputs::new(&shared, &reference, &ports);
+    let inputs = recognize::Inputs::new(&request, &reference, &ports);
     let recognition = Arc::new(stages.run(recognize::STAGE, inputs, recognize::run).await?);
 
     let inputs = segment::Inputs::new(&reference, &recognition, &ports);
@@ -109,7 +123,7 @@ pub async fn build_scene(
     let inputs = complete::inputs(&reference, &recognition, &masks, &ports);
     let completions = stages.run_each(complete::STAGE, inputs, complete::run).await?;
 
-    let inputs = reconstruct::inputs(&shared, &reference, &recognition, &completions, &ports);
+    let inputs = reconstruct::inputs(&request, &reference, &recognition, &completions, &ports);
     let raw = stages.run_each(reconstruct::STAGE, inputs, reconstruct::run).await?;
 
     let inputs = canonicalize::inputs(&recognition, &completions, &raw, &ports, &settings);
@@ -122,36 +136,74 @@ pub async fn build_scene(
     let yaws = stages.run_each(rotate::STAGE, inputs, rotate::run);
     let (hulls, yaws) = both(futures::join!(hulls, yaws))?;
 
-    let inputs = place::Inputs::new(
-        &shared,
-        &reference,
-        &recognition,
-        &masks,
-        &raw,
-        &canonical,
-        &hulls,
-        &yaws,
-        &ports,
-        &settings,
-    )?;
-    let layout = stages.run(place::STAGE, inputs, place::run).await?;
+    Ok(Rotated {
+        request,
+        ports,
+        settings,
+        stages,
+        reference,
+        recognition,
+        masks,
+        raw,
+        canonical,
+        hulls,
+        yaws,
+    })
+}
 
-    let inputs = resolve::Inputs::new(&recognition, &layout, &settings);
+impl Rotated {
+    /// The metric layout with these yaws, one per object in order.
+    pub async fn placed(&self, yaws: &[rotate::Output]) -> Result<place::Output, StageError> {
+        let inputs = place::Inputs::new(
+            &self.request,
+            &self.reference,
+            &self.recognition,
+            &self.masks,
+            &self.raw,
+            &self.canonical,
+            &self.hulls,
+            yaws,
+            &self.ports,
+            &self.settings,
+        )?;
+        self.stages.run(place::STAGE, inputs, place::run).await
+    }
+
+    /// Runs further stages, the caller's own, with the same store.
+    pub fn stages(&self) -> &Checkpoints<Services> {
+        &self.stages
+    }
+}
+
+/// Builds the scene of a request: every stage is found or computed, and the last one leaves a bundle.
+pub async fn build_scene(
+    request: SceneRequest,
+    checkpoints: Checkpoints,
+    ports: Ports,
+    settings: Arc<Settings>,
+) -> Result<BuiltRows, StageError> {
+    let identity = certify::SceneIdentity::new(&request, &ports, &settings)?;
+    let objects = rotate_all(request, checkpoints, ports, settings).await?;
+    let (stages, settings) = (&objects.stages, &objects.settings);
+
+    let layout = objects.placed(&objects.yaws).await?;
+
+    let inputs = resolve::Inputs::new(&objects.recognition, &layout, settings);
     let resolved = stages.run(resolve::STAGE, inputs, resolve::run).await?;
 
     let inputs = certify::Inputs::new(
         identity,
-        &reference,
-        &recognition,
-        &masks,
-        &raw,
-        &canonical,
-        &hulls,
-        &yaws,
+        &objects.reference,
+        &objects.recognition,
+        &objects.masks,
+        &objects.raw,
+        &objects.canonical,
+        &objects.hulls,
+        &objects.yaws,
         &layout,
         &resolved,
-        &ports,
-        &settings,
+        &objects.ports,
+        settings,
     )?;
     let certified = stages.run(certify::STAGE, inputs, certify::run).await?;
 
