@@ -22,6 +22,7 @@ fn bench(criterion: &mut Criterion) {
             camera,
             mask: &seen.visible,
             unknown: &nothing_hides,
+            seat_height_m: 0.0,
             picture: Some(&scene.painting.picture),
         })
         .collect();

@@ -9,21 +9,24 @@
 //!   the rendered silhouette, `D_S` the distance to the mask's contour.
 //!
 //! Pixels of other instances (`unknown`) and beyond the picture say nothing: they have no weight, make
-//! no contour, and a side of the box that touches them does not bind the crop.
+//! no contour, and a side of the box beyond which they reach does not bind the crop.
 //!
 //! Search, one of two ([`DroSolver`]):
 //!
-//! - golden: 72 yaws on coarse pictures, then golden sections around the 8 best, to the end for those that may
-//!   still be the best, on hard silhouettes;
+//! - golden: 72 yaws on coarse pictures, then golden sections around the 8 lowest minima, to the end for those
+//!   that may still be the best, on hard silhouettes;
 //! - paper: the published one, 72 yaws, then 140 steps of Adam from each of the 8 best, on silhouettes soft
 //!   at the outline ([`crate::render::soft`]), which have derivatives.
 //!
+//! The object stands on the table or on what carries it (`seat_height_m`), in the clean case to the millimeter.
+//! Where a part of it is hidden, golden also searches for its place (`hidden.rs`).
+//!
 //! From the coarse curve the order of rotational symmetry is read, see [`symmetry`]. Where several poses cast
-//! the same outline (a book, a labeled jar) the picture's colors choose among them, if a picture is given;
-//! they do not refine.
+//! the same outline (a book, a labeled jar) the picture's colors choose among them, if a picture is given
+//! (`choice.rs`). What symmetry is left is told, and does not change the yaw that was chosen.
 //!
 //! Guarantees: same input, same answer with any number of threads; accurate to about 0.3 degrees on a clean
-//! mask 100 pixels wide. Cost: golden some 140 silhouettes;
+//! mask 100 pixels wide. Cost: golden some 140 silhouettes, four times that where a part is hidden;
 //! paper 1192 soft ones, some 20 times as long and no more exact: on the dozen catalog objects of the tests
 //! (1,000 to 4,000 triangles; the ignored test `what_the_solvers_cost`, one thread, dev profile) 0.04 to
 //! 0.15 s against 0.9 to 2.0 s, off by 0.11 against 0.13 degrees in the median and by 0.60 against 0.40 at
@@ -34,30 +37,34 @@
 mod choice;
 pub(super) mod comparison;
 pub(super) mod crop;
+mod hidden;
 mod moving_placement;
 pub(super) mod outline_mesh;
 mod paper;
 mod placement;
 mod search;
 mod settings;
+mod seat;
 mod silhouette;
+mod simplex;
 mod soft_comparison;
 pub mod symmetry;
 
+pub use seat::seat_height_m;
 pub use settings::{DroSettings, DroSolver};
 
 use std::f64::consts::TAU;
 
 use rayon::prelude::*;
 
-use super::appearance::{Model, PictureCrop, SIDE_PX};
+use super::appearance::SIDE_PX;
 use crate::geometry::pose::wrap_angle_rad;
 use crate::geometry::{Camera, Image, Interrupt, Interrupted, Mask, TexturedMesh};
 use comparison::Comparison;
 use crop::Crop;
 use outline_mesh::OutlineMesh;
 use paper::PaperSearch;
-use search::Found;
+use search::{Candidate, Found};
 use soft_comparison::SoftComparison;
 
 /// Width of the interval at which the first refinement stops, in steps of the coarse search.
@@ -73,6 +80,8 @@ pub struct RotationProblem<'a> {
     pub mask: &'a Mask,
     /// Pixels that may hide it: those of other instances. As large as the camera's picture.
     pub unknown: &'a Mask,
+    /// Of what it stands on above the table, world z, meters; 0 on the table itself.
+    pub seat_height_m: f64,
     /// The camera's picture; where it is given its colors choose among poses with the same outline.
     pub picture: Option<&'a Image>,
 }
@@ -80,8 +89,11 @@ pub struct RotationProblem<'a> {
 /// The yaw and how sure it is.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RotationEstimate {
-    /// About world +z, canonical for the symmetry: within half a period of 0; 0 where any angle does.
+    /// About world +z, in (-pi, pi]: of those with the same outline the one that the colors prefer, however
+    /// slightly; [`Self::representative_yaw_rad`] where they prefer none.
     pub yaw_rad: f64,
+    /// The yaw canonical for the symmetry: within half a period of 0; 0 where any angle does.
+    pub representative_yaw_rad: f64,
     /// Loss at that yaw, fine comparison; the paper solver's is that of blurred silhouettes, which is larger.
     pub loss: f64,
     /// (yaw, loss) of the coarse search, in the order of yaw from 0.
@@ -126,33 +138,36 @@ pub fn estimate_yaw(
     }
     let bbox = problem.mask.bbox_px().ok_or(DroError::EmptyMask)?;
     let fine_crop = Crop::new(problem.mask, problem.unknown, bbox, settings.fine_px as usize);
-    let Found { curve, mut top } = match settings.solver {
+    let Found { curve, top } = match settings.solver {
         DroSolver::Golden => {
             let coarse_crop = Crop::new(problem.mask, problem.unknown, bbox, settings.coarse_px as usize);
-            let coarse = Comparison::new(&mesh, camera, &coarse_crop, settings);
-            let fine = Comparison::new(&mesh, camera, &fine_crop, settings);
-            by_golden_sections(&coarse, &fine, settings, interrupt)?
+            let coarse = Comparison::new(&mesh, camera, problem.seat_height_m, &coarse_crop, settings);
+            let fine = Comparison::new(&mesh, camera, problem.seat_height_m, &fine_crop, settings);
+            if fine_crop.own_sides == [true; 4] {
+                by_golden_sections(&coarse, &fine, settings, interrupt)?
+            } else {
+                hidden::by_moving_about(&coarse, &fine, settings, interrupt)?
+            }
         }
         DroSolver::Paper => {
-            let fine = SoftComparison::new(&mesh, camera, &fine_crop, settings);
+            let fine = SoftComparison::new(&mesh, camera, problem.seat_height_m, &fine_crop, settings);
             by_descent(&fine, settings, interrupt)?
         }
     };
     let step_rad = TAU / curve.len() as f64;
-    let (best_rad, loss) = top.first().copied().ok_or(DroError::EmptyMesh)?;
+    let best = *top.first().ok_or(DroError::EmptyMesh)?;
+    let (best_rad, loss) = (best.yaw_rad, best.loss);
     let outline_order = symmetry::order_of(&curve, settings);
-    let (mut yaw_rad, mut symmetry_order) = (best_rad, outline_order);
+    let (mut yaw_rad, mut symmetry_order) =
+        (symmetry::representative(best_rad, outline_order), outline_order);
     if let Some(picture) = problem.picture {
-        let crop = Crop::new(problem.mask, problem.unknown, bbox, SIDE_PX);
-        let comparison = Comparison::new(&mesh, camera, &crop, settings);
-        let shown_px = [0.0, 0.0, f64::from(camera.width_px), f64::from(camera.height_px)];
-        let picture = PictureCrop::new(picture, shown_px, &crop);
-        let colors =
-            choice::Colors { model: Model::new(problem.mesh), comparison: &comparison, picture: &picture };
-        (yaw_rad, symmetry_order) = choice::choose(&colors, &top, outline_order, settings, interrupt)?;
+        let colors = choice::Colors::new(problem, picture, &mesh, bbox, SIDE_PX, settings);
+        let outlines = choice::Outlines { curve: &curve, top: &top, order: outline_order };
+        let chosen = choice::choose(&colors, &outlines, settings, interrupt)?;
+        (yaw_rad, symmetry_order) = (chosen.yaw_rad, chosen.symmetry_order);
     }
-    let yaw_rad = symmetry::representative(yaw_rad, symmetry_order);
-    top.iter_mut().for_each(|candidate| candidate.0 = wrap_angle_rad(candidate.0));
+    let yaw_rad = wrap_angle_rad(yaw_rad);
+    let top: Vec<(f64, f64)> = top.iter().map(|c| (wrap_angle_rad(c.yaw_rad), c.loss)).collect();
     // Descents may all end at one yaw. Their curve is of the same loss and knows the other poses; that of the
     // golden sections is of a coarser one, but theirs begin at different minima.
     let poses = match settings.solver {
@@ -160,7 +175,8 @@ pub fn estimate_yaw(
         DroSolver::Paper => [top.as_slice(), &curve].concat(),
     };
     let confidence = confidence(&poses, outline_order, step_rad, settings);
-    Ok(RotationEstimate { yaw_rad, loss, curve, top, symmetry_order, confidence })
+    let representative_yaw_rad = symmetry::representative(yaw_rad, symmetry_order);
+    Ok(RotationEstimate { yaw_rad, representative_yaw_rad, loss, curve, top, symmetry_order, confidence })
 }
 
 fn by_golden_sections(
@@ -193,6 +209,7 @@ fn by_golden_sections(
         })
         .collect::<Result<Vec<_>, Interrupted>>()?;
     top.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let top = top.into_iter().map(|(yaw_rad, loss)| Candidate { yaw_rad, loss, place: None }).collect();
     Ok(Found { curve, top })
 }
 

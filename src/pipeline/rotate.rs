@@ -7,12 +7,14 @@ use serde::{Deserialize, Serialize};
 use super::checkpoint::{ArtifactRef, Stage};
 use super::error::StageError;
 use super::{Context, Settings, canonicalize, carry, reference, segment};
-use crate::align::dro::{DroError, DroSettings, RotationEstimate, RotationProblem, estimate_yaw};
+use crate::align::dro::{
+    DroError, DroSettings, RotationEstimate, RotationProblem, estimate_yaw, seat_height_m,
+};
 use crate::geometry::{Camera, Mask};
 use crate::render::overlay::{Curve, plot_curves};
-use crate::scene::{InstanceId, Recognition};
+use crate::scene::{InstanceId, InstanceMask, Recognition, StandsOn};
 
-pub const STAGE: Stage = Stage { name: "rotate", version: 2 };
+pub const STAGE: Stage = Stage { name: "rotate", version: 3 };
 
 #[derive(Serialize)]
 pub struct Inputs {
@@ -20,7 +22,10 @@ pub struct Inputs {
     picture: ArtifactRef,
     camera: Camera,
     visible: Mask,
-    others: Mask,
+    /// Pixels of the instances that may hide it.
+    hiders: Mask,
+    /// Meshes of everything below it, nearest first.
+    below: Vec<ArtifactRef>,
     dro: DroSettings,
 }
 
@@ -28,6 +33,8 @@ pub struct Inputs {
 #[derive(Clone, Serialize, Deserialize)]
 pub struct Output {
     pub yaw_rad: f64,
+    /// The yaw that is canonical for the symmetry: another pose of the same look, within half a period of 0.
+    pub representative_yaw_rad: f64,
     pub loss: f64,
     /// 1 = none, n = every 360/n degrees, 0 = any angle.
     pub symmetry_order: u32,
@@ -51,22 +58,24 @@ pub fn inputs(
     reference: &reference::Output,
     recognition: &Recognition,
     masks: &segment::Output,
-    canonical: &[canonicalize::Output],
+    canonical_meshes: &[canonicalize::Output],
     settings: &Settings,
 ) -> Vec<(InstanceId, Inputs)> {
+    let instances_at = instances_at(&masks.masks);
     recognition
         .objects
         .iter()
-        .zip(canonical)
+        .zip(canonical_meshes)
         .zip(&masks.masks)
-        .zip(masks.others())
-        .map(|(((object, canonical), mask), others)| {
+        .map(|((object, canonical), mask)| {
+            let below = below(recognition, &object.id);
             let inputs = Inputs {
                 mesh: canonical.mesh.clone(),
                 picture: reference.picture.clone(),
                 camera: recognition.camera,
                 visible: mask.visible.clone(),
-                others,
+                hiders: hiders(&masks.masks, &instances_at, &object.id, &below),
+                below: below.iter().map(|(index, _)| canonical_meshes[*index].mesh.clone()).collect(),
                 dro: settings.dro.clone(),
             };
             (object.id.clone(), inputs)
@@ -74,9 +83,52 @@ pub fn inputs(
         .collect()
 }
 
+/// Indices of what is below the object, nearest first, and whether it stands *on* each, all the way up.
+fn below(recognition: &Recognition, id: &InstanceId) -> Vec<(usize, bool)> {
+    let objects = &recognition.objects;
+    let position = |id: &InstanceId| objects.iter().position(|object| &object.id == id);
+    let mut found: Vec<(usize, bool)> = Vec::new();
+    let (mut at, mut on_all) = (position(id), true);
+    // A circle of supporters ends after one round.
+    while let Some(index) = at.filter(|_| found.len() < objects.len()) {
+        let stands_on = &objects[index].stands_on;
+        on_all &= matches!(stands_on, StandsOn::On(_));
+        at = stands_on.object().and_then(position);
+        found.extend(at.map(|index| (index, on_all)));
+    }
+    found
+}
+
+/// How many instances each pixel belongs to.
+fn instances_at(masks: &[InstanceMask]) -> Vec<u16> {
+    let pixels = masks.first().map_or(0, |first| first.visible.bits().len());
+    let mut counts = vec![0; pixels];
+    for mask in masks {
+        counts.iter_mut().zip(mask.visible.bits()).for_each(|(count, bit)| *count += u16::from(*bit));
+    }
+    counts
+}
+
+/// Pixels of other instances, less those it stands on: what is below is not in front. A container is both.
+fn hiders(masks: &[InstanceMask], instances_at: &[u16], id: &InstanceId, below: &[(usize, bool)]) -> Mask {
+    let Some(first) = masks.first() else { return Mask::empty(0, 0) };
+    let mut others = instances_at.to_vec();
+    for (index, mask) in masks.iter().enumerate() {
+        if &mask.id == id || below.contains(&(index, true)) {
+            others.iter_mut().zip(mask.visible.bits()).for_each(|(count, bit)| *count -= u16::from(*bit));
+        }
+    }
+    let hidden = others.into_iter().map(|count| count > 0).collect();
+    Mask::from_bits(first.visible.width_px(), first.visible.height_px(), hidden)
+}
+
 pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageError> {
     let mesh = carry::mesh(&context, &inputs.mesh).await?;
     let picture = carry::picture(&context, &inputs.picture).await?;
+    let mut below = Vec::with_capacity(inputs.below.len());
+    for supporter in &inputs.below {
+        below.push(carry::mesh(&context, supporter).await?);
+    }
     let interrupt = context.interrupt().clone();
     let given = inputs.clone();
     let estimate = context
@@ -85,7 +137,8 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
                 mesh: &mesh,
                 camera: &given.camera,
                 mask: &given.visible,
-                unknown: &given.others,
+                unknown: &given.hiders,
+                seat_height_m: seat_height_m(below.iter().map(AsRef::as_ref)),
                 picture: Some(&picture),
             };
             estimate_yaw(&problem, &given.dro, &interrupt)
@@ -98,6 +151,7 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
     })?;
     let output = Output {
         yaw_rad: estimate.yaw_rad,
+        representative_yaw_rad: estimate.representative_yaw_rad,
         loss: estimate.loss,
         symmetry_order: estimate.symmetry_order,
         confidence: estimate.confidence,
@@ -123,4 +177,20 @@ fn curve_of(name: &str, estimate: &RotationEstimate) -> crate::geometry::Image {
     );
     let curve = Curve { points: &points, marks: &[chosen], color: [30, 90, 200, 255] };
     plot_curves(480, 240, &title, &[curve])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_it_stands_on_does_not_hide_it_and_a_container_may() {
+        let mask = |name: &str, column: u32| InstanceMask {
+            id: InstanceId::new(name).expect("a name"),
+            visible: Mask::from_fn(4, 1, |x, _| x == column),
+        };
+        let masks = [mask("mug_1", 0), mask("coaster_1", 1), mask("tray_1", 2), mask("vase_1", 3)];
+        let hidden = hiders(&masks, &instances_at(&masks), &masks[0].id, &[(1, true), (2, false)]);
+        assert_eq!(hidden.bits(), [false, false, true, true]);
+    }
 }

@@ -67,7 +67,7 @@ impl Standing {
         let turned = turned_size(problem.raw_mesh.size_m(), turn);
         let scale = (problem.size_m.element_product() / turned.element_product().max(1e-30)).cbrt();
         let outline = raw_outline.stood_up(turn, scale);
-        let comparison = Comparison::new(&outline, problem.camera, &seen.silhouette, dro);
+        let comparison = Comparison::new(&outline, problem.camera, 0.0, &seen.silhouette, dro);
         let count = settings.yaws.max(4);
         let mut yaws = Vec::with_capacity(count as usize);
         for k in 0..count {
@@ -96,7 +96,7 @@ impl Standing {
         interrupt: &Interrupt,
     ) -> Result<f64, Interrupted> {
         let Some((crop, picture)) = &seen.colors else { return Ok(self.yaws[0].1) };
-        let comparison = Comparison::new(&self.outline, problem.camera, crop, dro);
+        let comparison = Comparison::new(&self.outline, problem.camera, 0.0, crop, dro);
         let mesh = problem.raw_mesh.clone().rotated(self.turn).scaled(DVec3::splat(self.scale)).seated();
         let model = Model::new(&mesh);
         let mut least = f64::INFINITY;

@@ -8,7 +8,7 @@ use wide::f32x8;
 use super::DroSettings;
 use super::crop::Crop;
 use super::outline_mesh::OutlineMesh;
-use super::placement::{fit, on_viewing_ray, projected};
+use super::placement::{Standing, fit, projected};
 use super::silhouette::{BLOCK_PX, BitPicture, Coverage, each};
 use crate::geometry::Camera;
 
@@ -16,14 +16,17 @@ use crate::geometry::Camera;
 pub(super) const NEAR_MIDDLE_PX: f64 = 0.5;
 
 /// A mesh to be compared with a crop.
+#[derive(Clone, Copy)]
 pub struct Comparison<'a> {
     pub(super) mesh: &'a OutlineMesh,
     pub(super) camera: &'a Camera,
     pub(super) crop: &'a Crop,
-    /// Where the object stands at first, world frame.
-    pub(super) origin: DVec3,
+    /// Where the object stands at first.
+    pub(super) standing: Standing,
     pub(super) silhouette_weight: f64,
     pub(super) edge_weight: f64,
+    /// Where the object stands; `None` where its box is to fit the mask's.
+    place: Option<Place>,
 }
 
 /// What one comparison after another works in.
@@ -41,6 +44,15 @@ thread_local! {
     static SCRATCH: RefCell<Scratch> = RefCell::default();
 }
 
+/// Where an object stands in the picture and how large it looks there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// Of the middle of its box, pixels of the camera's picture.
+    pub middle_px: DVec2,
+    /// Logarithm of the factor on its size in the picture.
+    pub log_zoom: f64,
+}
+
 /// The two terms of the loss, before weighting.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Terms {
@@ -49,36 +61,69 @@ pub struct Terms {
 }
 
 impl<'a> Comparison<'a> {
-    pub fn new(mesh: &'a OutlineMesh, camera: &'a Camera, crop: &'a Crop, settings: &DroSettings) -> Self {
-        let origin = on_viewing_ray(mesh, camera, crop);
+    /// `seat_height_m` is that of what the object stands on, world z.
+    pub fn new(
+        mesh: &'a OutlineMesh,
+        camera: &'a Camera,
+        seat_height_m: f64,
+        crop: &'a Crop,
+        settings: &DroSettings,
+    ) -> Self {
+        let standing = Standing::on_viewing_ray(mesh, camera, seat_height_m, crop);
         Self {
             mesh,
             camera,
             crop,
-            origin,
+            standing,
             silhouette_weight: settings.silhouette_weight,
             edge_weight: settings.edge_weight,
+            place: None,
         }
+    }
+
+    /// Where the box of the mesh at that yaw fits the mask's; `None` if it reaches behind the camera.
+    pub fn fitted(&self, yaw_rad: f64) -> Option<Place> {
+        let (origin, zoom, offset) =
+            SCRATCH.with_borrow_mut(|scratch| self.placed(yaw_rad, &mut scratch.pixels))?;
+        let (middle_px, _) = self.camera.project(origin + self.standing.middle_from_origin)?;
+        let half = 0.5 * self.crop.side_px as f64;
+        let seen_px = self.crop.center_px + (zoom * middle_px + offset - half) / self.crop.scale;
+        Some(Place { middle_px: seen_px, log_zoom: (zoom / self.crop.scale).ln() })
+    }
+
+    /// The same with the object at that place.
+    pub fn standing_at(&self, place: Option<Place>) -> Self {
+        Self { place, ..*self }
     }
 
     /// Weighted loss at that yaw; a mesh that reaches behind the camera has nothing in common.
     pub fn loss(&self, yaw_rad: f64) -> f64 {
-        let terms = SCRATCH
-            .with_borrow_mut(|scratch| self.draw(yaw_rad, scratch).map(|()| self.terms(scratch)))
-            .unwrap_or(Terms { silhouette: 1.0, edge: 1.0 });
+        let terms =
+            SCRATCH.with_borrow_mut(|scratch| self.draw(yaw_rad, scratch).map(|()| self.terms(scratch)));
+        self.weighted(terms)
+    }
+
+    fn weighted(&self, terms: Option<Terms>) -> f64 {
+        let terms = terms.unwrap_or(Terms { silhouette: 1.0, edge: 1.0 });
         self.silhouette_weight * terms.silhouette + self.edge_weight * terms.edge
     }
 
     /// Draws the mesh at that yaw; `None` if it reaches behind the camera.
     fn draw(&self, yaw_rad: f64, scratch: &mut Scratch) -> Option<()> {
+        let (_, zoom, offset) = self.placed(yaw_rad, &mut scratch.pixels)?;
+        self.rasterize(zoom, offset, scratch);
+        Some(())
+    }
+
+    /// Draws the vertices' pixels of the camera's picture, mapped to the crop by `zoom * pixel + offset`.
+    fn rasterize(&self, zoom: f64, offset: DVec2, scratch: &mut Scratch) {
         let Scratch { pixels, clockwise, picture, coverage } = scratch;
-        let (_, zoom, offset) = self.placed(yaw_rad, pixels)?;
         let corner = |v: u32| (zoom * pixels[v as usize] + offset).as_vec2().to_array();
         picture.clear(self.crop.side_px);
         let Some(edges) = &self.mesh.edges else {
             self.mesh.triangles.iter().for_each(|t| picture.fill(t.map(corner)));
             picture.cover(coverage);
-            return Some(());
+            return;
         };
         clockwise.clear();
         clockwise.extend(self.mesh.triangles.iter().map(|t| {
@@ -91,19 +136,27 @@ impl<'a> Comparison<'a> {
             (layers != 0).then(|| (corner(edge.ends[0]), corner(edge.ends[1]), layers))
         }));
         picture.cover(coverage);
-        Some(())
     }
 
     /// World position of the object's origin at that yaw, and the map `zoom * pixel + offset` from the
     /// camera's picture, where `pixels` receives the vertices, to the crop.
     fn placed(&self, yaw_rad: f64, pixels: &mut Vec<DVec2>) -> Option<(DVec3, f64, DVec2)> {
-        let (mut origin, camera) = (self.origin, self.camera);
+        let (mut origin, camera) = (self.standing.origin, self.camera);
+        if let Some(place) = self.place {
+            origin = self.standing.under(camera, place.middle_px)?;
+            projected(self.mesh, camera, origin, yaw_rad, pixels)?;
+            let (scale, zoom) = (self.crop.scale, place.log_zoom.exp());
+            let half = 0.5 * self.crop.side_px as f64;
+            let (middle_px, _) = camera.project(origin + self.standing.middle_from_origin)?;
+            let offset = scale * (place.middle_px - self.crop.center_px - zoom * middle_px) + half;
+            return Some((origin, scale * zoom, offset));
+        }
         let (mut low, mut high) = projected(self.mesh, camera, origin, yaw_rad, pixels)?;
         // Once more with the rendered box's middle moved to where the mask's is: the silhouette is then
         // seen from the right direction.
         let shift_px = self.off_middle_px(low, high);
         if shift_px.length() > NEAR_MIDDLE_PX {
-            origin += camera.world_from_camera.transform_vector(self.shift_in_camera(shift_px)?);
+            origin = self.standing.moved(camera, shift_px)?;
             (low, high) = projected(self.mesh, camera, origin, yaw_rad, pixels)?;
         }
         let (zoom, offset) = fit(self.crop, low, high);
@@ -115,13 +168,6 @@ impl<'a> Comparison<'a> {
         let (zoom, offset) = fit(self.crop, low, high);
         let half = 0.5 * self.crop.side_px as f64;
         self.crop.center_px - (DVec2::splat(half) - offset) / zoom
-    }
-
-    /// The motion of the object that moves its picture by so many pixels, camera frame, meters; `None`
-    /// where it stands behind the camera. Linear.
-    pub(super) fn shift_in_camera(&self, shift_px: DVec2) -> Option<DVec3> {
-        let (_, depth) = self.camera.project(self.origin)?;
-        Some(DVec3::new(shift_px.x * depth / self.camera.fx, shift_px.y * depth / self.camera.fy, 0.0))
     }
 
     /// Where the object's origin stands at that yaw, and the camera whose whole picture is the crop.

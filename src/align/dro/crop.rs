@@ -13,6 +13,15 @@ use window::{Axis, Window};
 /// Share of the crop's side left free on each side of the box.
 const MARGIN: f64 = 0.04;
 
+/// How far beyond the box hiders are followed, pixels.
+const BEYOND_PX: i64 = 2;
+
+/// Pixels beyond a side from which on a hider reaches beyond it.
+const BEYOND_LEAST: usize = 2;
+
+/// Share of the mask's border pixels at something unknown up to which nothing of it is taken to be hidden.
+const DOUBTFUL_SHARE: f64 = 0.03;
+
 /// A mask cropped to its box, padded to a square, resized.
 pub struct Crop {
     pub side_px: usize,
@@ -85,33 +94,56 @@ impl Crop {
     }
 }
 
-/// A side is the object's own unless a good part of the pixels along it border on something unknown.
+/// A side is the object's own unless what hides part of the object reaches beyond it: unknown pixels connected
+/// with the mask's border by unknown pixels, the picture's border included. That the outermost pixels border on
+/// something known is not enough: of a candlestick whose foot is hidden the outermost are the candle's.
 fn own_sides(mask: &Mask, unknown: &Mask, [x0, y0, x1, y1]: [u32; 4]) -> [bool; 4] {
-    let hidden = |x: i64, y: i64| {
-        x < 0
-            || y < 0
-            || x >= i64::from(mask.width_px())
-            || y >= i64::from(mask.height_px())
-            || unknown.contains(x as u32, y as u32)
-    };
-    // Pixels of the outermost two lines, and whether what lies beyond or beside them is hidden.
-    let own = |pixels: Vec<(u32, u32)>, step: (i64, i64)| {
-        let (mut all, mut doubtful) = (0, 0);
-        for (x, y) in pixels.into_iter().filter(|&(x, y)| mask.contains(x, y)) {
-            let (x, y) = (i64::from(x), i64::from(y));
-            let beside = [(1, 1), (2, 2)].iter().any(|&(a, b)| {
-                hidden(x + a * step.0, y + b * step.1)
-                    || hidden(x + a * step.1, y + b * step.0)
-                    || hidden(x - a * step.1, y - b * step.0)
-            });
-            all += 1;
-            doubtful += usize::from(beside);
+    let (width, height) = (i64::from(mask.width_px()), i64::from(mask.height_px()));
+    let hidden =
+        |x: i64, y: i64| x < 0 || y < 0 || x >= width || y >= height || unknown.contains(x as u32, y as u32);
+    // The window in which hiders are followed: the box and a line around it.
+    let [left, top, right, bottom] = [x0, y0, x1, y1].map(i64::from);
+    let (low_x, low_y) = (left - BEYOND_PX, top - BEYOND_PX);
+    let (columns, rows) = (right - left + 2 * BEYOND_PX, bottom - top + 2 * BEYOND_PX);
+    let at = |x: i64, y: i64| ((y - low_y) * columns + (x - low_x)) as usize;
+    let within = |x: i64, y: i64| (0..columns).contains(&(x - low_x)) && (0..rows).contains(&(y - low_y));
+    let around = |x: i64, y: i64| [(x - 1, y), (x + 1, y), (x, y - 1), (x, y + 1)];
+    let mut reached = vec![false; (columns * rows) as usize];
+    let mut open = Vec::new();
+    let (mut border, mut doubtful) = (0, 0);
+    for y in top..bottom {
+        for x in (left..right).filter(|&x| mask.contains(x as u32, y as u32)) {
+            let (mut outer, mut unsure) = (false, false);
+            for (u, v) in around(x, y) {
+                let own = (left..right).contains(&u)
+                    && (top..bottom).contains(&v)
+                    && mask.contains(u as u32, v as u32);
+                let is_hidden = !own && hidden(u, v);
+                (outer, unsure) = (outer || !own, unsure || is_hidden);
+                if is_hidden && !reached[at(u, v)] {
+                    reached[at(u, v)] = true;
+                    open.push((u, v));
+                }
+            }
+            border += usize::from(outer);
+            doubtful += usize::from(unsure);
         }
-        doubtful * 4 <= all
-    };
-    let column = |x: u32| (y0..y1).map(|y| (x, y)).collect();
-    let row = |y: u32| (x0..x1).map(|x| (x, y)).collect();
-    [own(column(x0), (-1, 0)), own(row(y0), (0, -1)), own(column(x1 - 1), (1, 0)), own(row(y1 - 1), (0, 1))]
+    }
+    if (doubtful as f64) < DOUBTFUL_SHARE * border as f64 {
+        return [true; 4];
+    }
+    let mut beyond = [0; 4];
+    while let Some((x, y)) = open.pop() {
+        let past = [x < left, y < top, x >= right, y >= bottom];
+        beyond.iter_mut().zip(past).for_each(|(count, past)| *count += usize::from(past));
+        for (u, v) in around(x, y) {
+            if within(u, v) && !reached[at(u, v)] && hidden(u, v) {
+                reached[at(u, v)] = true;
+                open.push((u, v));
+            }
+        }
+    }
+    beyond.map(|count| count < BEYOND_LEAST)
 }
 
 /// Distance to the pixels where the mask ends on something known.

@@ -64,14 +64,17 @@ pub fn moving_points(
     pixels: &mut Vec<MovingPixel>,
     points: &mut Vec<MovingPoint<1>>,
 ) -> Option<()> {
-    let mut seen = project(comparison, comparison.origin, DVec3::ZERO, yaw_rad, pixels)?;
+    let mut seen = project(comparison, comparison.standing.origin, DVec3::ZERO, yaw_rad, pixels)?;
     let off_middle_px = |(low, high): (DVec2, DVec2)| comparison.off_middle_px(low, high);
     let shift_px = off_middle_px(seen.after(0.0));
     if shift_px.length() > NEAR_MIDDLE_PX {
-        let shift = comparison.shift_in_camera(shift_px)?;
-        let origin = comparison.origin + comparison.camera.world_from_camera.transform_vector(shift);
-        let shift_slope_px = slope_at_0(|step_rad| off_middle_px(seen.after(step_rad)));
-        let origin_slope = comparison.shift_in_camera(shift_slope_px)?;
+        let camera = comparison.camera;
+        let origin = comparison.standing.moved(camera, shift_px)?;
+        let moved = |step_rad| {
+            let shift_px = off_middle_px(seen.after(step_rad));
+            comparison.standing.moved(camera, shift_px).unwrap_or(origin)
+        };
+        let origin_slope = camera.world_from_camera.inverse().transform_vector(slope_at_0(moved));
         seen = project(comparison, origin, origin_slope, yaw_rad, pixels)?;
     }
     let to_crop = |step_rad: f64| {

@@ -14,7 +14,7 @@ use std::f64::consts::TAU;
 
 use rayon::prelude::*;
 
-use super::search::Found;
+use super::search::{Candidate, Found};
 
 /// Effort and step size.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,6 +57,7 @@ pub fn search<E: Send>(
         .map(|yaw_rad| adam(settings, yaw_rad, &loss))
         .collect::<Result<Vec<_>, E>>()?;
     top.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let top = top.into_iter().map(|(yaw_rad, loss)| Candidate { yaw_rad, loss, place: None }).collect();
     Ok(Found { curve, top })
 }
 
@@ -115,11 +116,11 @@ mod tests {
             Ok::<_, Infallible>(dips(yaw_rad))
         })
         .expect("cannot fail");
-        let (yaw_rad, loss) = found.top[0];
+        let Candidate { yaw_rad, loss, .. } = found.top[0];
         assert!((yaw_rad - 1.234).abs() < 1e-3, "{yaw_rad}");
         assert!((loss - 0.2).abs() < 1e-5, "{loss}");
         assert_eq!((calls.into_inner(), found.curve.len(), found.top.len()), (1192, 72, 8));
-        assert!(found.top.is_sorted_by(|a, b| a.1 <= b.1));
+        assert!(found.top.is_sorted_by(|a, b| a.loss <= b.loss));
     }
 
     #[test]

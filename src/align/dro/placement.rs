@@ -1,4 +1,4 @@
-//! Where the object stands while its yaw is tried: on its own viewing ray, feet on the table.
+//! Where the object stands while its yaw is tried: on its own viewing ray, on what carries it.
 
 use glam::{DVec2, DVec3};
 
@@ -6,22 +6,59 @@ use super::crop::Crop;
 use super::outline_mesh::OutlineMesh;
 use crate::geometry::{Camera, Pose};
 
-/// World position of the object's origin such that its middle lies on the ray through the middle of the
-/// mask's box: on the table (z = 0) where the ray meets it within reason, else at the distance at which
-/// it looks as large as the box.
-pub fn on_viewing_ray(mesh: &OutlineMesh, camera: &Camera, crop: &Crop) -> DVec3 {
-    let size = mesh.bounds.1 - mesh.bounds.0;
-    let middle_z = 0.5 * size.z;
-    let eye = camera.world_from_camera.translation_m;
-    let center = crop.center_px;
-    let direction = camera.ray_direction_in_world(center);
-    let box_px = (crop.high_px - crop.low_px).max_element();
-    let distance_by_size = camera.fx * size.max_element() / box_px.max(1.0);
-    let on_table = camera
-        .meet_plane(center, middle_z)
-        .filter(|p| (0.2..5.0).contains(&((*p - eye).length() / distance_by_size.max(1e-6))));
-    let middle = on_table.unwrap_or(eye + distance_by_size * direction);
-    middle - DVec3::new(0.0, 0.0, middle_z)
+/// Where an object stands before its picture is compared, and how it moves when its picture is to move.
+#[derive(Clone, Copy, Debug)]
+pub struct Standing {
+    /// World position of the middle of the bottom of its box.
+    pub origin: DVec3,
+    /// From there to the middle of its box.
+    pub middle_from_origin: DVec3,
+    /// World z of the box's middle where the object stays on what it stands on; else it stays at its depth.
+    level_m: Option<f64>,
+}
+
+impl Standing {
+    /// The object's middle lies on the ray through the middle of the mask's box: on what it stands on (at that
+    /// world z) where the ray meets it within reason, else at the distance at which it looks as large as the
+    /// box.
+    pub fn on_viewing_ray(mesh: &OutlineMesh, camera: &Camera, seat_height_m: f64, crop: &Crop) -> Self {
+        let size = mesh.bounds.1 - mesh.bounds.0;
+        let middle_from_origin = DVec3::new(0.0, 0.0, 0.5 * size.z);
+        let middle_z = seat_height_m + middle_from_origin.z;
+        let eye = camera.world_from_camera.translation_m;
+        let center = crop.center_px;
+        let direction = camera.ray_direction_in_world(center);
+        let box_px = (crop.high_px - crop.low_px).max_element();
+        let distance_by_size = camera.fx * size.max_element() / box_px.max(1.0);
+        let on_seat = camera
+            .meet_plane(center, middle_z)
+            .filter(|p| (0.2..5.0).contains(&((*p - eye).length() / distance_by_size.max(1e-6))));
+        let middle = on_seat.unwrap_or(eye + distance_by_size * direction);
+        Self { origin: middle - middle_from_origin, middle_from_origin, level_m: on_seat.map(|_| middle_z) }
+    }
+
+    /// World position of the origin with the middle's picture moved by so many pixels; `None` where that is
+    /// behind the camera.
+    pub fn moved(&self, camera: &Camera, shift_px: DVec2) -> Option<DVec3> {
+        let (middle_px, _) = camera.project(self.origin + self.middle_from_origin)?;
+        self.under(camera, middle_px + shift_px)
+    }
+
+    /// World position of the origin with the middle seen at that pixel; `None` where that is behind the camera.
+    pub fn under(&self, camera: &Camera, middle_px: DVec2) -> Option<DVec3> {
+        let middle = self.origin + self.middle_from_origin;
+        let (now_px, depth) = camera.project(middle)?;
+        let at_its_depth = || {
+            let shift_px = middle_px - now_px;
+            let shift = DVec3::new(shift_px.x * depth / camera.fx, shift_px.y * depth / camera.fy, 0.0);
+            middle + camera.world_from_camera.transform_vector(shift)
+        };
+        // Near the horizon a pixel is many meters: there it does not follow the ray.
+        let eye = camera.world_from_camera.translation_m;
+        let near = |p: &DVec3| (0.5..2.0).contains(&((*p - eye).length() / (middle - eye).length()));
+        let on_seat = self.level_m.and_then(|z| camera.meet_plane(middle_px, z)).filter(near);
+        Some(on_seat.unwrap_or_else(at_its_depth) - self.middle_from_origin)
+    }
 }
 
 /// Middle of the bottom of the mesh's box, object frame: what stands at the origin and is turned about.

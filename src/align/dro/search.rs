@@ -1,5 +1,6 @@
 //! One-dimensional search: where to look closer, and golden sections.
 
+use super::comparison::Place;
 use crate::geometry::Interrupted;
 
 /// What a search of a whole turn found.
@@ -7,23 +8,35 @@ use crate::geometry::Interrupted;
 pub struct Found {
     /// (yaw in radians, loss) of the coarse search, in the order of yaw from 0.
     pub curve: Vec<(f64, f64)>,
-    /// (yaw in radians, loss) of the refined, best first; yaws not wrapped.
-    pub top: Vec<(f64, f64)>,
+    /// The refined, best first.
+    pub top: Vec<Candidate>,
 }
 
-/// The yaws at which to look closer: local minima of the closed curve, lowest first, then the lowest
-/// others; `keep` in all.
+/// A pose that was looked at closer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Candidate {
+    /// Not wrapped.
+    pub yaw_rad: f64,
+    pub loss: f64,
+    /// Where it stands; `None` where its box fits the mask's.
+    pub place: Option<Place>,
+}
+
+/// The yaws at which to look closer: local minima of the closed curve, lowest first, `keep` at most. Their
+/// neighbors lead to the same minima.
 pub fn candidates(curve: &[(f64, f64)], keep: usize) -> Vec<f64> {
     let n = curve.len();
     let is_minimum = |k: usize| {
         let here = curve[k].1;
         here <= curve[(k + n - 1) % n].1 && here < curve[(k + 1) % n].1
     };
-    let mut order: Vec<usize> = (0..n).collect();
-    order.sort_by(|&a, &b| {
-        is_minimum(b).cmp(&is_minimum(a)).then(curve[a].1.total_cmp(&curve[b].1)).then(a.cmp(&b))
-    });
-    order.into_iter().take(keep.max(1)).map(|k| curve[k].0).collect()
+    let mut minima: Vec<usize> = (0..n).filter(|&k| is_minimum(k)).collect();
+    if minima.is_empty() {
+        // A flat curve.
+        minima.extend(n.checked_sub(1));
+    }
+    minima.sort_by(|&a, &b| curve[a].1.total_cmp(&curve[b].1).then(a.cmp(&b)));
+    minima.into_iter().take(keep.max(1)).map(|k| curve[k].0).collect()
 }
 
 /// Place and value of a minimum of `f` between `low` and `high`, to within `tolerance` (Kiefer 1953).
@@ -62,9 +75,10 @@ mod tests {
     }
 
     #[test]
-    fn minima_come_before_mere_neighbors_of_the_lowest() {
+    fn minima_are_looked_at_and_not_their_neighbors() {
         let losses = [0.5, 0.1, 0.2, 0.6, 0.4, 0.7];
         let curve: Vec<(f64, f64)> = losses.iter().enumerate().map(|(k, &l)| (k as f64, l)).collect();
-        assert_eq!(candidates(&curve, 3), vec![1.0, 4.0, 2.0]);
+        assert_eq!(candidates(&curve, 3), vec![1.0, 4.0]);
+        assert_eq!(candidates(&[(0.0, 0.3); 4], 3).len(), 1);
     }
 }

@@ -14,7 +14,8 @@ pub struct DroSettings {
     pub edge_weight: f64,
     /// Yaws of the coarse search, 8..720, evenly spaced over a turn; the paper's 72.
     pub coarse_yaws: u32,
-    /// Coarse candidates that are refined, 1..; the paper's 8.
+    /// Coarse candidates that are refined, 1..; the paper's 8. Golden sections begin at minima only, of which there
+    /// may be fewer.
     pub keep: u32,
     /// Side of the square crop in the coarse search of golden sections, pixels, a multiple of 32.
     pub coarse_px: u32,
@@ -35,13 +36,13 @@ pub struct DroSettings {
     /// Deviation of the loss curve from its shifted copy, as a share of its spread, up to which it counts
     /// as periodic; more calls more objects symmetric.
     pub periodic_share: f64,
-    /// Loss above the best up to which an outline counts as the same and colors decide; more lets colors
-    /// overrule worse outlines.
+    /// Loss above the best up to which an outline counts as the same and colors decide, among minima and along
+    /// stretches; more lets colors overrule worse outlines.
     pub same_outline: f64,
     /// Weight of the color disagreement (0..2) against the loss among such outlines.
     pub appearance_weight: f64,
     /// Difference of color disagreement below which two poses look alike; more calls more objects
-    /// symmetric.
+    /// symmetric. The yaw is the one colors prefer all the same.
     pub flat_appearance: f64,
     /// Loss at which the outlines have nothing in common: confidence 0.
     pub hopeless_loss: f64,

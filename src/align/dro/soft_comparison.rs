@@ -39,9 +39,16 @@ thread_local! {
 }
 
 impl<'a> SoftComparison<'a> {
-    pub fn new(mesh: &'a OutlineMesh, camera: &'a Camera, crop: &'a Crop, settings: &DroSettings) -> Self {
+    /// `seat_height_m` is that of what the object stands on, world z.
+    pub fn new(
+        mesh: &'a OutlineMesh,
+        camera: &'a Camera,
+        seat_height_m: f64,
+        crop: &'a Crop,
+        settings: &DroSettings,
+    ) -> Self {
         Self {
-            comparison: Comparison::new(mesh, camera, crop, settings),
+            comparison: Comparison::new(mesh, camera, seat_height_m, crop, settings),
             surface: Surface::new(&mesh.triangles),
             sigma_px2: settings.soft_sigma_px2 as f32,
         }

@@ -56,7 +56,7 @@ fn seen(mesh: &TexturedMesh, at: DVec3, yaw_rad: f64) -> Mask {
 
 fn estimated(mesh: &TexturedMesh, mask: &Mask, unknown: &Mask) -> RotationEstimate {
     let camera = camera();
-    let problem = RotationProblem { mesh, camera: &camera, mask, unknown, picture: None };
+    let problem = RotationProblem { mesh, camera: &camera, mask, unknown, seat_height_m: 0.0, picture: None };
     estimate_yaw(&problem, &settings(), &Interrupt::default()).expect("estimated")
 }
 
@@ -104,7 +104,7 @@ fn a_plate_has_no_yaw_and_says_so() {
     let mesh = built("saucer");
     let estimate =
         estimated(&mesh, &seen(&mesh, DVec3::new(0.1, 0.0, 0.0), 0.7), &Mask::empty(WIDTH_PX, HEIGHT_PX));
-    assert_eq!((estimate.symmetry_order, estimate.yaw_rad), (0, 0.0));
+    assert_eq!((estimate.symmetry_order, estimate.representative_yaw_rad), (0, 0.0));
 }
 
 #[test]
@@ -133,6 +133,44 @@ fn what_hides_part_of_it_is_no_outline() {
 }
 
 #[test]
+fn what_stands_on_others_is_seen_from_its_own_height() {
+    let mesh = built("mug");
+    let (camera, none) = (camera(), Mask::empty(WIDTH_PX, HEIGHT_PX));
+    for yaw_rad in [-2.1, 0.3, 2.4] {
+        let mask = seen(&mesh, DVec3::new(0.12, -0.05, 0.12), yaw_rad);
+        let problem = RotationProblem {
+            mesh: &mesh,
+            camera: &camera,
+            mask: &mask,
+            unknown: &none,
+            seat_height_m: 0.12,
+            picture: None,
+        };
+        let estimate = estimate_yaw(&problem, &settings(), &Interrupt::default()).expect("estimated");
+        assert!(error_deg(&estimate, yaw_rad, 1) < 0.5, "{yaw_rad}: {}", estimate.yaw_rad);
+    }
+}
+
+#[test]
+fn the_candle_of_a_holder_whose_foot_is_hidden_is_not_taken_for_its_side() {
+    use crate::geometry::{Material, Rgb, shapes};
+    let mut mesh = TexturedMesh::default();
+    let brass = Material::plain("brass", Rgb::hex(0xb09040), 0.4);
+    mesh.add(shapes::block(DVec3::new(0.16, 0.1, 0.02)), &brass);
+    mesh.add(shapes::block(DVec3::new(0.04, 0.04, 0.14)).translated(DVec3::new(0.04, 0.02, 0.02)), &brass);
+    for yaw_rad in [0.4, 2.9, -1.3] {
+        let whole = seen(&mesh, DVec3::new(-0.03, 0.04, 0.0), yaw_rad);
+        let [x0, y0, x1, y1] = whole.bbox_px().expect("in view");
+        // Something stands before the lower left.
+        let hides = |x: u32, y: u32| x < x0 + 2 * (x1 - x0) / 5 && y > y0 + (y1 - y0) / 2;
+        let unknown = Mask::from_fn(WIDTH_PX, HEIGHT_PX, hides);
+        let visible = Mask::from_fn(WIDTH_PX, HEIGHT_PX, |x, y| whole.contains(x, y) && !hides(x, y));
+        let estimate = estimated(&mesh, &visible, &unknown);
+        assert!(error_deg(&estimate, yaw_rad, 1) < 1.0, "{yaw_rad}: {}", estimate.yaw_rad);
+    }
+}
+
+#[test]
 fn threads_do_not_change_the_answer_and_requests_to_stop_are_heard() {
     let mesh = built("mug");
     let mask = seen(&mesh, DVec3::ZERO, 1.0);
@@ -145,8 +183,14 @@ fn threads_do_not_change_the_answer_and_requests_to_stop_are_heard() {
     let interrupt = Interrupt::default();
     interrupt.raise();
     let camera = camera();
-    let problem =
-        RotationProblem { mesh: &mesh, camera: &camera, mask: &mask, unknown: &none, picture: None };
+    let problem = RotationProblem {
+        mesh: &mesh,
+        camera: &camera,
+        mask: &mask,
+        unknown: &none,
+        seat_height_m: 0.0,
+        picture: None,
+    };
     assert!(matches!(estimate_yaw(&problem, &settings(), &interrupt), Err(DroError::Interrupted(_))));
     let nothing = RotationProblem { mask: &none, ..problem };
     assert_eq!(estimate_yaw(&nothing, &settings(), &Interrupt::default()), Err(DroError::EmptyMask));
@@ -154,12 +198,22 @@ fn threads_do_not_change_the_answer_and_requests_to_stop_are_heard() {
 
 #[test]
 fn colors_tell_poses_with_the_same_outline_apart() {
+    half_turns_of_a_block_with_a_badge(0xb02020, 1);
+}
+
+#[test]
+fn a_faint_badge_is_called_symmetric_and_its_yaw_is_not_folded_away() {
+    half_turns_of_a_block_with_a_badge(0xdad8d8, 2);
+}
+
+/// Both half turns come back, and the order that is told.
+fn half_turns_of_a_block_with_a_badge(color: u32, order: u32) {
     let mut mesh = TexturedMesh::default();
     use crate::geometry::{Material, Rgb, shapes};
     use crate::render::{Background, Lighting, RenderScene, RenderSettings, render};
     mesh.add(shapes::block(DVec3::new(0.12, 0.2, 0.04)), &Material::plain("white", Rgb::hex(0xe0e0e0), 0.6));
     let badge = shapes::block(DVec3::new(0.08, 0.04, 0.0405)).translated(DVec3::new(0.0, 0.07, 0.0));
-    mesh.add(badge, &Material::plain("red", Rgb::hex(0xb02020), 0.6));
+    mesh.add(badge, &Material::plain("red", Rgb::hex(color), 0.6));
     for yaw_rad in [0.6, 0.6 - std::f64::consts::PI] {
         let object =
             RenderObject { mesh: &mesh, world_from_object: Pose::upright(DVec3::ZERO, yaw_rad), id: 1 };
@@ -178,11 +232,14 @@ fn colors_tell_poses_with_the_same_outline_apart() {
             camera: &camera,
             mask: &mask,
             unknown: &none,
+            seat_height_m: 0.0,
             picture: Some(&frame.color),
         };
         let estimate = estimate_yaw(&problem, &settings(), &Interrupt::default()).expect("estimated");
         assert!(error_deg(&estimate, yaw_rad, 1) < 0.5, "{yaw_rad}: {}", estimate.yaw_rad);
-        assert_eq!(estimate.symmetry_order, 1);
+        assert_eq!(estimate.symmetry_order, order);
+        let canonical = symmetry::representative(yaw_rad, order) - estimate.representative_yaw_rad;
+        assert!(canonical.abs() < 0.01);
         let blind = estimated(&mesh, &mask, &none);
         assert_eq!(blind.symmetry_order, 2);
     }

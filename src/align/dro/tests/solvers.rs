@@ -8,7 +8,8 @@ fn paper() -> DroSettings {
 
 fn solved(mesh: &TexturedMesh, mask: &Mask, settings: &DroSettings) -> RotationEstimate {
     let (camera, none) = (camera(), Mask::empty(WIDTH_PX, HEIGHT_PX));
-    let problem = RotationProblem { mesh, camera: &camera, mask, unknown: &none, picture: None };
+    let problem =
+        RotationProblem { mesh, camera: &camera, mask, unknown: &none, seat_height_m: 0.0, picture: None };
     estimate_yaw(&problem, settings, &Interrupt::default()).expect("estimated")
 }
 
@@ -29,7 +30,7 @@ fn the_soft_loss_has_the_derivative_it_says() {
         let unknown = if hidden { Mask::from_fn(WIDTH_PX, HEIGHT_PX, hides) } else { none.clone() };
         let crop = Crop::new(&mask, &unknown, mask.bbox_px().expect("in view"), 256);
         let outline = OutlineMesh::new(&mesh, 128);
-        let soft = SoftComparison::new(&outline, &camera, &crop, &paper());
+        let soft = SoftComparison::new(&outline, &camera, 0.0, &crop, &paper());
         let pairs: Vec<(f64, f64)> = (0..5)
             .map(|k| {
                 let yaw_rad = 0.23 + 1.31 * f64::from(k);
@@ -77,8 +78,14 @@ fn threads_do_not_change_the_paper_solver_s_answer_and_requests_to_stop_are_hear
     let (interrupt, camera) = (Interrupt::default(), camera());
     interrupt.raise();
     let unknown = Mask::empty(WIDTH_PX, HEIGHT_PX);
-    let problem =
-        RotationProblem { mesh: &mesh, camera: &camera, mask: &mask, unknown: &unknown, picture: None };
+    let problem = RotationProblem {
+        mesh: &mesh,
+        camera: &camera,
+        mask: &mask,
+        unknown: &unknown,
+        seat_height_m: 0.0,
+        picture: None,
+    };
     assert!(matches!(estimate_yaw(&problem, &paper(), &interrupt), Err(DroError::Interrupted(_))));
 }
 
