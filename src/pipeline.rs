@@ -127,13 +127,15 @@ pub async fn rotate_all(
     let raw = stages.run_each(reconstruct::STAGE, inputs, reconstruct::run).await?;
 
     let inputs = canonicalize::inputs(&recognition, &completions, &raw, &ports, &settings);
-    let canonical = stages.run_each(canonicalize::STAGE, inputs, canonicalize::run).await?;
+    let canonical = stages
+        .run_each_by(canonicalize::STAGE, inputs, canonicalize::Inputs::effort, canonicalize::run)
+        .await?;
 
     // Neither needs the other: side by side, a slow instance of one stage leaves no processor idle.
     let inputs = decompose::inputs(&recognition, &raw, &canonical, &settings)?;
-    let hulls = stages.run_each(decompose::STAGE, inputs, decompose::run);
+    let hulls = stages.run_each_by(decompose::STAGE, inputs, decompose::Inputs::effort, decompose::run);
     let inputs = rotate::inputs(&reference, &recognition, &masks, &canonical, &settings);
-    let yaws = stages.run_each(rotate::STAGE, inputs, rotate::run);
+    let yaws = stages.run_each_by(rotate::STAGE, inputs, rotate::Inputs::effort, rotate::run);
     let (hulls, yaws) = both(futures::join!(hulls, yaws))?;
 
     Ok(Rotated {

@@ -73,6 +73,13 @@ pub fn inputs(
         .collect()
 }
 
+impl Inputs {
+    /// Grows with the time it takes.
+    pub fn effort(&self) -> u64 {
+        self.raw.size
+    }
+}
+
 pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageError> {
     let raw_mesh = carry::mesh(&context, &inputs.raw).await?;
     let question = UprightQuestion {

@@ -170,17 +170,37 @@ impl<S: Send + Sync + 'static> Checkpoints<S> {
         F: Fn(StageContext<S>, Arc<I>) -> Fut + Copy + Send + 'static,
         Fut: Future<Output = Result<O, StageError>> + Send + 'static,
     {
+        self.run_each_by(stage, inputs, |_| 0, function).await
+    }
+
+    /// The same; the instances with the most `effort` are begun first, so that none of them is still at work
+    /// when all others are done.
+    pub async fn run_each_by<I, O, F, Fut>(
+        &self,
+        stage: Stage,
+        inputs: Vec<(InstanceId, I)>,
+        effort: fn(&I) -> u64,
+        function: F,
+    ) -> Result<Vec<O>, StageError>
+    where
+        I: Serialize + Send + Sync + 'static,
+        O: Serialize + DeserializeOwned + Send + 'static,
+        F: Fn(StageContext<S>, Arc<I>) -> Fut + Copy + Send + 'static,
+        Fut: Future<Output = Result<O, StageError>> + Send + 'static,
+    {
         // All keys before any work: of stages that run side by side, the first one's are made before the
         // second one's, and so are the same on every run.
-        let turns = inputs
+        let mut turns = inputs
             .into_iter()
             .enumerate()
             .map(|(index, (id, inputs))| {
-                let key = self.key(stage, Some(&id), &inputs)?;
+                let (key, effort) = (self.key(stage, Some(&id), &inputs)?, effort(&inputs));
                 let turn = self.clone().run_one(stage, Some(id), key, Arc::new(inputs), function);
-                Ok(async move { (index, turn.await) })
+                Ok((effort, async move { (index, turn.await) }))
             })
             .collect::<Result<Vec<_>, StageError>>()?;
+        turns.sort_by_key(|(effort, _)| std::cmp::Reverse(*effort));
+        let turns = turns.into_iter().map(|(_, turn)| turn);
         // A slow one keeps no other from starting.
         let mut results: Vec<(usize, Result<O, StageError>)> =
             stream::iter(turns).buffer_unordered(self.runtime.fan_out).collect().await;

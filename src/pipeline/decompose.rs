@@ -53,6 +53,13 @@ pub fn inputs(
         .collect())
 }
 
+impl Inputs {
+    /// Grows with the time it takes.
+    pub fn effort(&self) -> u64 {
+        self.mesh.size
+    }
+}
+
 pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageError> {
     let mesh = carry::mesh(&context, &inputs.mesh).await?;
     let (settings, interrupt) = (inputs.decompose.clone(), context.interrupt().clone());

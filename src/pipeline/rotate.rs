@@ -122,6 +122,13 @@ fn hiders(masks: &[InstanceMask], instances_at: &[u16], id: &InstanceId, below: 
     Mask::from_bits(first.visible.width_px(), first.visible.height_px(), hidden)
 }
 
+impl Inputs {
+    /// Grows with the time it takes.
+    pub fn effort(&self) -> u64 {
+        self.mesh.size
+    }
+}
+
 pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageError> {
     let mesh = carry::mesh(&context, &inputs.mesh).await?;
     let picture = carry::picture(&context, &inputs.picture).await?;
