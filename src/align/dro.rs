@@ -14,7 +14,7 @@
 //! Search, one of two ([`DroSolver`]):
 //!
 //! - golden: 72 yaws on coarse pictures, then golden sections around the 8 lowest minima, to the end for those
-//!   that may still be the best, on hard silhouettes;
+//!   that may still be the best, then yaw, place and size together (`polish.rs`), on hard silhouettes;
 //! - paper: the published one, 72 yaws, then 140 steps of Adam from each of the 8 best, on silhouettes soft
 //!   at the outline ([`crate::render::soft`]), which have derivatives.
 //!
@@ -26,7 +26,7 @@
 //! (`choice.rs`). What symmetry is left is told, and does not change the yaw that was chosen.
 //!
 //! Guarantees: same input, same answer with any number of threads; accurate to about 0.3 degrees on a clean
-//! mask 100 pixels wide. Cost: golden some 140 silhouettes, four times that where a part is hidden;
+//! mask 100 pixels wide. Cost: golden some 150 silhouettes, three times that where a part is hidden;
 //! paper 1192 soft ones, some 20 times as long and no more exact: on the dozen catalog objects of the tests
 //! (1,000 to 4,000 triangles; the ignored test `what_the_solvers_cost`, one thread, dev profile) 0.04 to
 //! 0.15 s against 0.9 to 2.0 s, off by 0.11 against 0.13 degrees in the median and by 0.60 against 0.40 at
@@ -42,6 +42,7 @@ mod moving_placement;
 pub(super) mod outline_mesh;
 mod paper;
 mod placement;
+mod polish;
 mod search;
 mod settings;
 mod seat;
@@ -64,11 +65,15 @@ use comparison::Comparison;
 use crop::Crop;
 use outline_mesh::OutlineMesh;
 use paper::PaperSearch;
+use polish::polished;
 use search::{Candidate, Found};
 use soft_comparison::SoftComparison;
 
 /// Width of the interval at which the first refinement stops, in steps of the coarse search.
 const ROUGH_SHARE: f64 = 0.2;
+
+/// First step of the last refinement, in steps of the coarse search.
+const POLISH_SHARE: f64 = 0.3;
 
 /// One instance and what the picture shows of it.
 #[derive(Clone, Copy, Debug)]
@@ -138,12 +143,13 @@ pub fn estimate_yaw(
     }
     let bbox = problem.mask.bbox_px().ok_or(DroError::EmptyMask)?;
     let fine_crop = Crop::new(problem.mask, problem.unknown, bbox, settings.fine_px as usize);
+    let part_hidden = fine_crop.own_sides != [true; 4];
     let Found { curve, top } = match settings.solver {
         DroSolver::Golden => {
             let coarse_crop = Crop::new(problem.mask, problem.unknown, bbox, settings.coarse_px as usize);
             let coarse = Comparison::new(&mesh, camera, problem.seat_height_m, &coarse_crop, settings);
             let fine = Comparison::new(&mesh, camera, problem.seat_height_m, &fine_crop, settings);
-            if fine_crop.own_sides == [true; 4] {
+            if !part_hidden {
                 by_golden_sections(&coarse, &fine, settings, interrupt)?
             } else {
                 hidden::by_moving_about(&coarse, &fine, settings, interrupt)?
@@ -162,7 +168,8 @@ pub fn estimate_yaw(
         (symmetry::representative(best_rad, outline_order), outline_order);
     if let Some(picture) = problem.picture {
         let colors = choice::Colors::new(problem, picture, &mesh, bbox, SIDE_PX, settings);
-        let outlines = choice::Outlines { curve: &curve, top: &top, order: outline_order };
+        let place = best.place.filter(|_| part_hidden);
+        let outlines = choice::Outlines { curve: &curve, top: &top, order: outline_order, place };
         let chosen = choice::choose(&colors, &outlines, settings, interrupt)?;
         (yaw_rad, symmetry_order) = (chosen.yaw_rad, chosen.symmetry_order);
     }
@@ -209,7 +216,16 @@ fn by_golden_sections(
         })
         .collect::<Result<Vec<_>, Interrupted>>()?;
     top.sort_by(|a, b| a.1.total_cmp(&b.1));
-    let top = top.into_iter().map(|(yaw_rad, loss)| Candidate { yaw_rad, loss, place: None }).collect();
+    let best = top.first().map_or(0.0, |c| c.1);
+    let top = top
+        .into_par_iter()
+        .map(|(yaw_rad, loss)| {
+            interrupt.check()?;
+            let candidate = Candidate { yaw_rad, loss, place: None };
+            let may_be_chosen = loss <= best + settings.same_outline;
+            Ok(if may_be_chosen { polished(fine, candidate, POLISH_SHARE * step_rad) } else { candidate })
+        })
+        .collect::<Result<Vec<_>, Interrupted>>()?;
     Ok(Found { curve, top })
 }
 

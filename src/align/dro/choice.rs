@@ -66,6 +66,8 @@ pub struct Outlines<'a> {
     pub top: &'a [Candidate],
     /// Order of its symmetry.
     pub order: u32,
+    /// Where it stands at any yaw if a part of it is hidden; else where about its box fits the mask's.
+    pub place: Option<Place>,
 }
 
 /// The chosen yaw and the order of the symmetry that outline and colors share.
@@ -199,8 +201,14 @@ fn along(
         let value = |k: usize| outlines.curve[k % outlines.curve.len()].1;
         value(at as usize) * (1.0 - at.fract()) + value(at as usize + 1) * at.fract()
     };
+    let fitted = |yaw_rad: f64| colors.comparison(None).fitted(yaw_rad);
+    // Where the best stands beside where its box fits: so do the others, unless a part is hidden.
+    let off = best.place.zip(fitted(best.yaw_rad)).map(|(place, fitted)| place.beside(fitted));
+    let place_at = |yaw_rad: f64| {
+        outlines.place.or_else(|| off.zip(fitted(yaw_rad)).map(|(off, fitted)| fitted.moved(off)))
+    };
     let look_at = |colors: &Colors, yaw_rad: f64| {
-        colors.look(&Candidate { yaw_rad, loss: loss_at(yaw_rad), place: best.place }, interrupt)
+        colors.look(&Candidate { yaw_rad, loss: loss_at(yaw_rad), place: place_at(yaw_rad) }, interrupt)
     };
     let look = |yaw_rad: f64| look_at(colors, yaw_rad);
     let stride = yaws.len().div_ceil(TURNS);
@@ -235,7 +243,8 @@ fn along(
     let reach_rad = if looked.len() > even { step_rad } else { stride as f64 * step_rad };
     let sharp = colors.sharper();
     let sharply = |yaw_rad: f64| {
-        let candidate = Candidate { yaw_rad, loss: sharp.loss(yaw_rad, best.place), place: best.place };
+        let candidate =
+            Candidate { yaw_rad, loss: sharp.loss(yaw_rad, place_at(yaw_rad)), place: place_at(yaw_rad) };
         Ok((yaw_rad, sharp.look(&candidate, interrupt)?.value(settings)))
     };
     let mut best_yaws: Vec<f64> = Vec::new();

@@ -53,6 +53,18 @@ pub struct Place {
     pub log_zoom: f64,
 }
 
+impl Place {
+    /// From the other to this.
+    pub fn beside(self, other: Self) -> Self {
+        Self { middle_px: self.middle_px - other.middle_px, log_zoom: self.log_zoom - other.log_zoom }
+    }
+
+    /// This, moved on by as much.
+    pub fn moved(self, by: Self) -> Self {
+        Self { middle_px: self.middle_px + by.middle_px, log_zoom: self.log_zoom + by.log_zoom }
+    }
+}
+
 /// The two terms of the loss, before weighting.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Terms {

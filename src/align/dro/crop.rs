@@ -20,7 +20,7 @@ const BEYOND_PX: i64 = 2;
 const BEYOND_LEAST: usize = 2;
 
 /// Share of the mask's border pixels at something unknown up to which nothing of it is taken to be hidden.
-const DOUBTFUL_SHARE: f64 = 0.03;
+const DOUBTFUL_SHARE: f64 = 0.05;
 
 /// A mask cropped to its box, padded to a square, resized.
 pub struct Crop {
