@@ -56,6 +56,7 @@ pub use settings::{DroSettings, DroSolver};
 
 use std::f64::consts::TAU;
 
+use glam::DVec2;
 use rayon::prelude::*;
 
 use super::appearance::SIDE_PX;
@@ -99,6 +100,9 @@ pub struct RotationEstimate {
     pub yaw_rad: f64,
     /// The yaw canonical for the symmetry: within half a period of 0; 0 where any angle does.
     pub representative_yaw_rad: f64,
+    /// Where the camera sees the object's origin, world, meters, were it as large as it looks from there;
+    /// `None` where its ray meets nothing it could stand on.
+    pub seen_m: Option<DVec2>,
     /// Loss at that yaw, fine comparison; the paper solver's is that of blurred silhouettes, which is larger.
     pub loss: f64,
     /// (yaw, loss) of the coarse search, in the order of yaw from 0.
@@ -174,6 +178,9 @@ pub fn estimate_yaw(
         (yaw_rad, symmetry_order) = (chosen.yaw_rad, chosen.symmetry_order);
     }
     let yaw_rad = wrap_angle_rad(yaw_rad);
+    let seen_m = Comparison::new(&mesh, camera, problem.seat_height_m, &fine_crop, settings)
+        .standing_at(best.place.filter(|_| part_hidden))
+        .seen_m(yaw_rad);
     let top: Vec<(f64, f64)> = top.iter().map(|c| (wrap_angle_rad(c.yaw_rad), c.loss)).collect();
     // Descents may all end at one yaw. Their curve is of the same loss and knows the other poses; that of the
     // golden sections is of a coarser one, but theirs begin at different minima.
@@ -183,7 +190,16 @@ pub fn estimate_yaw(
     };
     let confidence = confidence(&poses, outline_order, step_rad, settings);
     let representative_yaw_rad = symmetry::representative(yaw_rad, symmetry_order);
-    Ok(RotationEstimate { yaw_rad, representative_yaw_rad, loss, curve, top, symmetry_order, confidence })
+    Ok(RotationEstimate {
+        yaw_rad,
+        representative_yaw_rad,
+        seen_m,
+        loss,
+        curve,
+        top,
+        symmetry_order,
+        confidence,
+    })
 }
 
 fn by_golden_sections(

@@ -15,22 +15,31 @@
 //!   then a consensus also draws each size toward its box, as far as the box is the better witness.
 //!
 //! The footprint is that of the turned mesh, not of its turned box: [`footprint`] measures it. World
-//! origin: the middle of the table's box; +x to the right, +y up the picture (image y points down).
+//! origin: the middle of the table's box ([`TsaOrigin::Table`], the paper's), or where that and the places at
+//! which the reference camera saw the objects agree best ([`TsaOrigin::Sightings`], [`sightings`]); +x to the
+//! right, +y up the picture (image y points down).
 //! The picture must be orthographic. Exact up to the boxes: a box off by a pixel moves its object by
 //! half a pixel, and the anchor's box everything in proportion to its distance from the middle.
 
 mod consensus;
 mod settings;
+mod sightings;
 
 pub use consensus::{Consensus, Vote};
-pub use settings::{TsaScale, TsaSettings};
+pub use settings::{TsaOrigin, TsaScale, TsaSettings};
+pub use sightings::Registered;
 
 use glam::DVec2;
 
+use self::sightings::{ByBoxes, Sighting};
 use crate::geometry::TexturedMesh;
 
 /// Sizes are not corrected by less than a hundredth.
 const NEGLIGIBLE_LOG_SCALE: f64 = 0.01;
+/// Standard error of the logarithm of a scale that the request gives.
+const GIVEN_SCALE_ERROR: f64 = 0.001;
+/// How far a box's sides are off, as shares of its extent, where nothing tells.
+const USUAL_BOX_SPREAD: f64 = 0.01;
 
 /// A box on the picture: x0, y0, x1, y1 in pixels, y down.
 pub type BoxPx = [f64; 4];
@@ -50,6 +59,8 @@ pub struct TsaInstance {
     pub footprint: Footprint,
     /// Whether it may set the scale; false where its size or its yaw is a guess.
     pub may_anchor: bool,
+    /// Middle of its footprint as the reference camera sees it, world, meters, where that is known.
+    pub seen_m: Option<DVec2>,
 }
 
 /// A top view, read.
@@ -72,6 +83,8 @@ pub struct LayoutEstimate {
     pub anchor: Option<usize>,
     /// What the instances agreed on; `None` where they were not asked, or where none could say.
     pub consensus: Option<Consensus>,
+    /// How the boxes were laid on what the reference camera saw; `None` where they were not.
+    pub registered: Option<Registered>,
     /// RMA score of each instance, square pixels.
     pub rma_scores: Vec<f64>,
     /// Width and depth of the table top by its box, meters.
@@ -135,8 +148,21 @@ pub fn align_top_view(problem: &TsaProblem, settings: &TsaSettings) -> Result<La
         measured.push(Measured { box_px, extent_m, aspect_error });
     }
     let rma_scores: Vec<f64> = measured.iter().map(|m| m.area_px() * m.believability(settings)).collect();
-    let Scale { alpha, anchor, consensus } = scale_of(problem, &measured, &rma_scores, table_px, settings)?;
-    let origin_px = middle(problem.table_box_px);
+    let Scale { mut alpha, anchor, mut consensus } =
+        scale_of(problem, &measured, &rma_scores, table_px, settings)?;
+    let registered = match settings.origin {
+        TsaOrigin::Sightings => register(problem, alpha, consensus.as_ref(), table_px, settings),
+        TsaOrigin::Table => None,
+    };
+    if let Some(registered) = &registered {
+        alpha = registered.log_alpha.exp();
+        if let Some(consensus) = &mut consensus {
+            consensus.log_alpha = registered.log_alpha;
+            consensus.log_alpha_error = registered.log_alpha_error;
+        }
+    }
+    let origin_m = registered.map_or(DVec2::ZERO, |registered| registered.origin_m);
+    let table_middle_px = middle(problem.table_box_px);
     let instances = problem
         .instances
         .iter()
@@ -149,8 +175,7 @@ pub fn align_top_view(problem: &TsaProblem, settings: &TsaSettings) -> Result<La
                 _ => 0.0,
             };
             let scale = if rescaled { off } else { drawn }.exp();
-            let offset_px = middle(instance.box_px) - origin_px;
-            let center_m = alpha * DVec2::new(offset_px.x, -offset_px.y);
+            let center_m = origin_m + alpha * upward(middle(instance.box_px) - table_middle_px);
             let own_middle_m = 0.5 * (instance.footprint.low_m + instance.footprint.high_m);
             let aspect_error = measured.aspect_error.abs();
             InstanceLayout { scale, xy_m: center_m - scale * own_middle_m, rescaled, aspect_error }
@@ -165,6 +190,7 @@ pub fn align_top_view(problem: &TsaProblem, settings: &TsaSettings) -> Result<La
         alpha_m_per_px: alpha,
         anchor,
         consensus,
+        registered,
         rma_scores,
         table_size_m,
         table_rescaled,
@@ -236,6 +262,32 @@ fn scale_of(
     Ok(Scale { alpha, anchor, consensus: agreed })
 }
 
+/// Lays the boxes on what the reference camera saw.
+fn register(
+    problem: &TsaProblem,
+    alpha: f64,
+    consensus: Option<&Consensus>,
+    table_px: DVec2,
+    settings: &TsaSettings,
+) -> Option<Registered> {
+    let table_middle_px = middle(problem.table_box_px);
+    let sighting = |instance: &TsaInstance| {
+        let offset_px = upward(middle(instance.box_px) - table_middle_px);
+        instance.seen_m.map(|seen_m| Sighting { offset_px, seen_m })
+    };
+    let sightings: Vec<Sighting> = problem.instances.iter().filter_map(sighting).collect();
+    let log_alpha_error = match (problem.meters_per_px, consensus) {
+        (Some(_), _) => GIVEN_SCALE_ERROR,
+        (None, Some(consensus)) => consensus.log_alpha_error,
+        (None, None) => settings.size_spread,
+    };
+    // The box's two sides err independently, and its middle by their mean.
+    let side_error = consensus.map_or(USUAL_BOX_SPREAD, |consensus| consensus.box_spread);
+    let origin_error_m = (side_error / 2.0_f64.sqrt() * alpha * table_px).max(DVec2::splat(alpha));
+    let boxes = ByBoxes { log_alpha: alpha.ln(), log_alpha_error, origin_error_m };
+    sightings::register(&sightings, &boxes, settings.camera_spread)
+}
+
 /// The mean of commonsense and measured log size, each weighted by how exact it is; `off` is the measured
 /// one relative to the other. Corrections that nobody would see are none.
 fn toward_box(off: f64, consensus: &Consensus) -> f64 {
@@ -258,6 +310,11 @@ fn highest(scores: &[f64], instances: &[TsaInstance]) -> Option<usize> {
 fn size([x0, y0, x1, y1]: BoxPx) -> Option<DVec2> {
     let size = DVec2::new(x1 - x0, y1 - y0);
     (size.is_finite() && size.min_element() > 0.0).then_some(size)
+}
+
+/// An offset on the picture, its y turned up.
+fn upward(offset_px: DVec2) -> DVec2 {
+    DVec2::new(offset_px.x, -offset_px.y)
 }
 
 fn middle([x0, y0, x1, y1]: BoxPx) -> DVec2 {

@@ -172,6 +172,7 @@ impl LayoutBench {
             .iter()
             .map(|object| rotate::Output {
                 yaw_rad: ablation::guessed_yaw_rad(object.true_yaw_rad(), seed, &object.truth.name),
+                seen_m: None,
                 ..object.yaw.clone()
             })
             .collect();

@@ -11,14 +11,14 @@ use serde::{Deserialize, Serialize};
 use super::checkpoint::{ArtifactRef, Stage};
 use super::error::StageError;
 use super::{Context, Settings, canonicalize, carry, decompose, reconstruct, reference, rotate, segment};
-use crate::align::tsa::{Consensus, TsaSettings};
+use crate::align::tsa::{Consensus, Registered, TsaSettings};
 use crate::geometry::{Image, Outline, Pose};
 use crate::provider::{Adapter, Ports, TopBoxes, TopViewRequest};
 use crate::render::overlay::{distinct_color, draw_box, draw_text};
 use crate::scene::request::MetricAnchor;
 use crate::scene::{InstanceId, InstanceMask, Recognition, RecognizedObject, SceneRequest, StandsOn};
 
-pub const STAGE: Stage = Stage { name: "place", version: 2 };
+pub const STAGE: Stage = Stage { name: "place", version: 3 };
 
 #[derive(Serialize)]
 pub struct Inputs {
@@ -44,6 +44,8 @@ pub(super) struct Instance {
     pub hulls: ArtifactRef,
     pub yaw_rad: f64,
     pub confidence: f64,
+    /// Where the reference camera sees its origin, world, meters.
+    pub seen_m: Option<DVec2>,
 }
 
 #[derive(Clone, Serialize)]
@@ -63,6 +65,8 @@ pub struct Output {
     pub anchor: Option<InstanceId>,
     /// What the objects agreed on; `None` where they did not vote.
     pub consensus: Option<Consensus>,
+    /// How the boxes were laid on what the reference camera saw; `None` where they were not.
+    pub registered: Option<Registered>,
     pub table: PlacedTable,
     /// In the order of the recognized objects.
     pub instances: Vec<PlacedInstance>,
@@ -121,6 +125,7 @@ impl Inputs {
                 hulls: hulls.hulls.clone(),
                 yaw_rad: yaw.yaw_rad,
                 confidence: yaw.confidence,
+                seen_m: yaw.seen_m.filter(|_| !matches!(object.stands_on, StandsOn::In(_))),
             })
             .collect();
         Ok(Self {

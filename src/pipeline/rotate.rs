@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
 use super::checkpoint::{ArtifactRef, Stage};
@@ -14,7 +15,7 @@ use crate::geometry::{Camera, Mask};
 use crate::render::overlay::{Curve, plot_curves};
 use crate::scene::{InstanceId, InstanceMask, Recognition, StandsOn};
 
-pub const STAGE: Stage = Stage { name: "rotate", version: 3 };
+pub const STAGE: Stage = Stage { name: "rotate", version: 4 };
 
 #[derive(Serialize)]
 pub struct Inputs {
@@ -35,6 +36,8 @@ pub struct Output {
     pub yaw_rad: f64,
     /// The yaw that is canonical for the symmetry: another pose of the same look, within half a period of 0.
     pub representative_yaw_rad: f64,
+    /// Where the camera of the reference picture sees its origin, world, meters; `None` where it does not say.
+    pub seen_m: Option<DVec2>,
     pub loss: f64,
     /// 1 = none, n = every 360/n degrees, 0 = any angle.
     pub symmetry_order: u32,
@@ -159,6 +162,7 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
     let output = Output {
         yaw_rad: estimate.yaw_rad,
         representative_yaw_rad: estimate.representative_yaw_rad,
+        seen_m: estimate.seen_m,
         loss: estimate.loss,
         symmetry_order: estimate.symmetry_order,
         confidence: estimate.confidence,

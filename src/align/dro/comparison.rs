@@ -103,6 +103,13 @@ impl<'a> Comparison<'a> {
         Some(Place { middle_px: seen_px, log_zoom: (zoom / self.crop.scale).ln() })
     }
 
+    /// World position of the object's origin, by where the mask is and how large it is; `None` where the camera
+    /// does not say.
+    pub fn seen_m(&self, yaw_rad: f64) -> Option<DVec2> {
+        let place = self.place.or_else(|| self.fitted(yaw_rad))?;
+        self.standing.seen_m(self.camera, place.middle_px, place.log_zoom.exp())
+    }
+
     /// The same with the object at that place.
     pub fn standing_at(&self, place: Option<Place>) -> Self {
         Self { place, ..*self }

@@ -17,6 +17,9 @@ pub struct Standing {
     level_m: Option<f64>,
 }
 
+/// Sizes are not taken to be off by more than this factor.
+const LEAST_ZOOM: f64 = 0.6;
+
 impl Standing {
     /// The object's middle lies on the ray through the middle of the mask's box: on what it stands on (at that
     /// world z) where the ray meets it within reason, else at the distance at which it looks as large as the
@@ -35,6 +38,14 @@ impl Standing {
             .filter(|p| (0.2..5.0).contains(&((*p - eye).length() / distance_by_size.max(1e-6))));
         let middle = on_seat.unwrap_or(eye + distance_by_size * direction);
         Self { origin: middle - middle_from_origin, middle_from_origin, level_m: on_seat.map(|_| middle_z) }
+    }
+
+    /// World position of the origin, straight below the middle that is seen at that pixel, of an object `zoom` times
+    /// as large as it is taken to be; `None` where it does not stand on anything the camera sees.
+    pub fn seen_m(&self, camera: &Camera, middle_px: DVec2, zoom: f64) -> Option<DVec2> {
+        let half_height_m = self.middle_from_origin.z;
+        let middle_z = self.level_m? + (zoom.clamp(LEAST_ZOOM, 1.0 / LEAST_ZOOM) - 1.0) * half_height_m;
+        camera.meet_plane(middle_px, middle_z).map(|middle| middle.truncate())
     }
 
     /// World position of the origin with the middle's picture moved by so many pixels; `None` where that is

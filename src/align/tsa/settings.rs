@@ -17,6 +17,21 @@ pub struct TsaSettings {
     /// Standard deviation of the logarithm of a commonsense size, above 0, where too few objects tell it
     /// themselves; more draws their sizes further toward their boxes.
     pub size_spread: f64,
+    /// What tells where the world's origin is on the top view.
+    pub origin: TsaOrigin,
+    /// Standard deviation of the logarithm of the reference camera's scale, above 0; more trusts boxes and sizes
+    /// over distances that the camera saw.
+    pub camera_spread: f64,
+}
+
+/// What tells where the world's origin is on the top view.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "snake_case")]
+pub enum TsaOrigin {
+    /// The table's box, and where the reference camera sees each object.
+    Sightings,
+    /// The paper's: the middle of the table's box alone.
+    Table,
 }
 
 /// Who sets the scale of the top view.

@@ -7,7 +7,14 @@ use super::*;
 use crate::geometry::{Material, Rgb, shapes};
 
 fn settings() -> TsaSettings {
-    TsaSettings { scale: TsaScale::Anchor, tau: 0.25, strong_deviation: 0.3, size_spread: 0.1 }
+    TsaSettings {
+        scale: TsaScale::Anchor,
+        tau: 0.25,
+        strong_deviation: 0.3,
+        size_spread: 0.1,
+        origin: TsaOrigin::Table,
+        camera_spread: 0.05,
+    }
 }
 
 fn plain(w: f64, h: f64) -> Footprint {
@@ -16,7 +23,7 @@ fn plain(w: f64, h: f64) -> Footprint {
 }
 
 fn instance(box_px: BoxPx, footprint: Footprint) -> TsaInstance {
-    TsaInstance { box_px, footprint, may_anchor: true }
+    TsaInstance { box_px, footprint, may_anchor: true, seen_m: None }
 }
 
 #[test]

@@ -39,6 +39,7 @@ pub(super) async fn lay_out(
             // What leans in a container shows another footprint than its upright mesh.
             may_anchor: instance.confidence >= ANCHOR_CONFIDENCE
                 && !matches!(instance.object.stands_on, StandsOn::In(_)),
+            seen_m: instance.seen_m.map(|origin_m| origin_m + 0.5 * (footprint.low_m + footprint.high_m)),
         })
         .collect();
     let problem = TsaProblem {
@@ -81,6 +82,7 @@ pub(super) async fn lay_out(
         alpha_m_per_px: found.alpha_m_per_px,
         anchor,
         consensus: found.consensus,
+        registered: found.registered,
         table,
         instances: placed,
     };
