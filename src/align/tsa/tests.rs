@@ -92,6 +92,38 @@ fn one_large_wrong_size_does_not_set_the_scale_of_a_consensus() {
     assert!((0.02..0.08).contains(&consensus.size_spread) && consensus.log_alpha_error < 0.02);
 }
 
+/// The table's box is read 3 % of its width too far right; the camera saw every object where it is.
+#[test]
+fn a_table_box_that_is_off_moves_nothing_that_the_camera_saw() {
+    let alpha = 0.002;
+    let at_m = |k: usize| DVec2::new(-0.4 + 0.1 * k as f64, 0.07 * (k % 3) as f64 - 0.1);
+    let instances = (0..9).map(|k| {
+        let extent = DVec2::new(0.06, 0.04 + 0.005 * k as f64);
+        let low_px = DVec2::new(500.0 + at_m(k).x / alpha, 300.0 - at_m(k).y / alpha) - 0.5 * extent / alpha;
+        let high_px = low_px + extent / alpha;
+        let seen = instance([low_px.x, low_px.y, high_px.x, high_px.y], plain(extent.x, extent.y));
+        TsaInstance { seen_m: Some(at_m(k)), ..seen }
+    });
+    let problem = TsaProblem {
+        table_box_px: [18.0, 50.0, 1018.0, 550.0],
+        table_size_m: DVec2::new(2.0, 1.0),
+        instances: instances.collect(),
+        meters_per_px: None,
+    };
+    let worst_m = |origin| {
+        let settings = TsaSettings { origin, scale: TsaScale::Consensus, ..settings() };
+        let layout = align_top_view(&problem, &settings).expect("aligned");
+        (0..9).map(|k| (layout.instances[k].xy_m - at_m(k)).length()).fold(0.0, f64::max)
+    };
+    assert!((worst_m(TsaOrigin::Table) - 0.036).abs() < 1e-3);
+    assert!(worst_m(TsaOrigin::Sightings) < 0.004, "{}", worst_m(TsaOrigin::Sightings));
+    // Whom the camera did not see stands by the table's box.
+    let unseen = problem.instances.iter().map(|seen| TsaInstance { seen_m: None, ..*seen }).collect();
+    let unseen = TsaProblem { instances: unseen, ..problem.clone() };
+    let settings = TsaSettings { origin: TsaOrigin::Sightings, scale: TsaScale::Consensus, ..settings() };
+    assert_eq!(align_top_view(&unseen, &settings).expect("aligned").registered, None);
+}
+
 #[test]
 fn what_makes_no_layout_says_which() {
     let good = TsaProblem {
