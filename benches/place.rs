@@ -37,6 +37,7 @@ fn bench(criterion: &mut Criterion) {
             box_px: box_px(footprint.low_m + at, footprint.high_m + at),
             footprint,
             may_anchor: true,
+            seen_m: Some(at + 0.5 * (footprint.low_m + footprint.high_m)),
         }
     });
     let problem = TsaProblem {

@@ -7,10 +7,10 @@ use crate::geometry::Mask;
 
 /// The object's pixels in the picture of that view; drawn in the window around it only.
 pub fn silhouette(object: RenderObject, view: &View) -> Mask {
-    let corners =
+    let mut corners =
         object.mesh.positions.iter().map(|p| view.project(object.world_from_object.transform_point(*p)));
-    let window = corners.fold(Some((DVec2::INFINITY, DVec2::NEG_INFINITY)), |window, corner| {
-        window.zip(corner).map(|((low, high), pixel)| (low.min(pixel), high.max(pixel)))
+    let window = corners.try_fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), corner| {
+        corner.map(|pixel| (low.min(pixel), high.max(pixel)))
     });
     // What reaches behind the camera may be anywhere.
     let (low, high) = window.unwrap_or((DVec2::ZERO, DVec2::INFINITY));
