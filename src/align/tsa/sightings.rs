@@ -5,13 +5,14 @@
 //! what it stands on. Scale and origin of the top view are those at which its boxes come to lie where the
 //! camera sees the objects, as far as the camera is the better witness:
 //!
-//! `min  sum_i rho(|alpha q_i + t - kappa c_i| / s) + (ln alpha - ln alpha_0)^2 / 2 e^2 + |t / o|^2 / 2
+//! `min  sum_i rho(|alpha / kappa q_i + t - c_i| / s) + (ln alpha - ln alpha_0)^2 / 2 e^2 + |t / o|^2 / 2
 //!       + (ln kappa)^2 / 2 k^2`
 //!
 //! with `q_i` a box's middle in pixels from the table's, `c_i` the place by the camera, `rho` Huber's loss
 //! (1964, k = 1.5), `s` the scatter measured by the median, `e` and `o` what the boxes leave open, and `k` how
-//! far a camera's own scale may be off (its distance, too, comes from believed sizes). Gauss-Newton with
-//! reweighting; four unknowns. Beyond the paper, which knows boxes only. Not for fewer than three objects:
+//! far a camera's own scale may be off (its distance, too, comes from believed sizes). Places are compared in the
+//! camera's meters: in the boxes' own, making everything smaller would make them agree better. Gauss-Newton
+//! with reweighting; four unknowns. Beyond the paper, which knows boxes only. Not for fewer than three objects:
 //! nothing then tells how far the two views scatter.
 
 use glam::{DMat4, DVec2, DVec4};
@@ -70,9 +71,9 @@ pub fn register(sightings: &[Sighting], boxes: &ByBoxes, camera_spread: f64) -> 
         precision(boxes.origin_error_m.x),
         precision(boxes.origin_error_m.y),
     );
+    let by_camera = |found: DVec4| (boxes.log_alpha + found.x - found.y).exp();
     let residual = |sighting: &Sighting, found: DVec4| {
-        let alpha = (boxes.log_alpha + found.x).exp();
-        alpha * sighting.offset_px + DVec2::new(found.z, found.w) - found.y.exp() * sighting.seen_m
+        by_camera(found) * sighting.offset_px + DVec2::new(found.z, found.w) - sighting.seen_m
     };
     let start_shift = |of: fn(DVec2) -> f64| {
         -median(sightings.iter().map(|sighting| of(residual(sighting, DVec4::ZERO))).collect())
@@ -88,11 +89,10 @@ pub fn register(sightings: &[Sighting], boxes: &ByBoxes, camera_spread: f64) -> 
             let r = residual(sighting, found);
             let (far, near) = (r.length(), HUBER_K * scatter_m);
             let weight = precision(scatter_m) * if far > near { near / far } else { 1.0 };
-            let by_alpha = (boxes.log_alpha + found.x).exp() * sighting.offset_px;
-            let by_kappa = -found.y.exp() * sighting.seen_m;
+            let by_alpha = by_camera(found) * sighting.offset_px;
             let rows = [
-                (DVec4::new(by_alpha.x, by_kappa.x, 1.0, 0.0), r.x),
-                (DVec4::new(by_alpha.y, by_kappa.y, 0.0, 1.0), r.y),
+                (DVec4::new(by_alpha.x, -by_alpha.x, 1.0, 0.0), r.x),
+                (DVec4::new(by_alpha.y, -by_alpha.y, 0.0, 1.0), r.y),
             ];
             for (row, r) in rows {
                 information += weight * DMat4::from_cols(row.x * row, row.y * row, row.z * row, row.w * row);
@@ -108,7 +108,7 @@ pub fn register(sightings: &[Sighting], boxes: &ByBoxes, camera_spread: f64) -> 
     Some(Registered {
         log_alpha: boxes.log_alpha + found.x,
         log_alpha_error: information.inverse().x_axis.x.max(0.0).sqrt(),
-        origin_m: DVec2::new(found.z, found.w),
+        origin_m: found.y.exp() * DVec2::new(found.z, found.w),
         scatter_m,
     })
 }
