@@ -3,7 +3,7 @@
 //!
 //! Building is a pure function of the order, so what is handed out is the same with and without stock.
 
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
 
 use serde::Serialize;
@@ -13,11 +13,11 @@ const SHELVES: usize = 64;
 
 /// Things by what was ordered.
 pub(super) struct Stock<T> {
-    kept: Mutex<Option<Kept<T>>>,
+    kept: Mutex<Kept<T>>,
 }
 
 struct Kept<T> {
-    by_order: HashMap<String, Thing<T>>,
+    by_order: BTreeMap<String, Thing<T>>,
     /// Counts orders.
     now: u64,
 }
@@ -29,7 +29,7 @@ struct Thing<T> {
 
 impl<T> Stock<T> {
     pub(super) const fn empty() -> Self {
-        Self { kept: Mutex::new(None) }
+        Self { kept: Mutex::new(Kept { by_order: BTreeMap::new(), now: 0 }) }
     }
 
     /// What was built for the same order, or what `build` makes of it. Two who order at the same time may both
@@ -47,7 +47,7 @@ impl<T> Stock<T> {
 
     fn find(&self, order: &str) -> Option<Arc<T>> {
         let mut kept = self.kept.lock().ok()?;
-        let kept = kept.as_mut()?;
+        let kept = &mut *kept;
         kept.now += 1;
         let thing = kept.by_order.get_mut(order)?;
         thing.ordered_at = kept.now;
@@ -56,9 +56,9 @@ impl<T> Stock<T> {
 
     fn keep(&self, order: String, built: Arc<T>) {
         let Ok(mut kept) = self.kept.lock() else { return };
-        let kept = kept.get_or_insert_with(|| Kept { by_order: HashMap::new(), now: 0 });
         kept.now += 1;
-        kept.by_order.insert(order, Thing { built, ordered_at: kept.now });
+        let ordered_at = kept.now;
+        kept.by_order.insert(order, Thing { built, ordered_at });
         if kept.by_order.len() > SHELVES {
             let longest_ago = kept.by_order.iter().min_by_key(|(_, thing)| thing.ordered_at);
             if let Some(order) = longest_ago.map(|(order, _)| order.clone()) {

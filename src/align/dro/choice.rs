@@ -96,22 +96,7 @@ impl<'a> Colors<'a> {
         settings: &'a DroSettings,
     ) -> Self {
         let model = Arc::new(Model::new(problem.mesh));
-        Self::of(model, problem, picture, outline, bbox, side_px, settings)
-    }
-
-    fn of(
-        model: Arc<Model<'a>>,
-        problem: &'a RotationProblem<'a>,
-        picture: &'a Image,
-        outline: &'a OutlineMesh,
-        bbox: [u32; 4],
-        side_px: usize,
-        settings: &'a DroSettings,
-    ) -> Self {
-        let camera = problem.camera;
-        let crop = Crop::new(problem.mask, problem.unknown, bbox, side_px);
-        let shown_px = [0.0, 0.0, f64::from(camera.width_px), f64::from(camera.height_px)];
-        let cropped = PictureCrop::new(picture, shown_px, &crop);
+        let (crop, cropped) = cropped(problem, picture, bbox, side_px);
         Self { problem, picture, outline, settings, model, crop, cropped }
     }
 
@@ -119,9 +104,8 @@ impl<'a> Colors<'a> {
     fn sharper(&self) -> Self {
         let [low, high] = [self.crop.low_px, self.crop.high_px];
         let bbox = [low.x, low.y, high.x, high.y].map(|side| side as u32);
-        let side_px = 2 * self.crop.side_px;
-        let model = self.model.clone();
-        Self::of(model, self.problem, self.picture, self.outline, bbox, side_px, self.settings)
+        let (crop, cropped) = cropped(self.problem, self.picture, bbox, 2 * self.crop.side_px);
+        Self { crop, cropped, model: self.model.clone(), ..*self }
     }
 
     fn comparison(&self, place: Option<Place>) -> Comparison<'_> {
@@ -144,6 +128,20 @@ impl<'a> Colors<'a> {
         let disagreement = self.disagreement(candidate, interrupt)?;
         Ok(Looked { yaw_rad: candidate.yaw_rad, loss: candidate.loss, disagreement })
     }
+}
+
+/// Mask and picture, cropped alike.
+fn cropped(
+    problem: &RotationProblem,
+    picture: &Image,
+    bbox: [u32; 4],
+    side_px: usize,
+) -> (Crop, PictureCrop) {
+    let camera = problem.camera;
+    let crop = Crop::new(problem.mask, problem.unknown, bbox, side_px);
+    let shown_px = [0.0, 0.0, f64::from(camera.width_px), f64::from(camera.height_px)];
+    let colors = PictureCrop::new(picture, shown_px, &crop);
+    (crop, colors)
 }
 
 impl Looked {
