@@ -1,4 +1,4 @@
-"""Ten sentences: everything asked for is there, nothing collides, everything stands, every judge accepts.
+"""The sentences: everything asked for is there, nothing collides, everything stands, every judge accepts.
 
     PYTHONPATH=scripts python3 -m bars.sentences [--target-dir target]
 """
@@ -61,7 +61,7 @@ def main() -> bool:
         f"{movable} movable bodies are where they were after 5 s in MuJoCo (the bar is 95 %).\n\n"
         + table(columns, rows) + ("\n\n" + "\n".join(notes) if notes else "") + f"\n\nThe sentences:\n\n{asked}"
     )
-    write("sentences", "Ten sentences", body)
+    write("sentences", "The sentences of scripts/sentences.toml", body)
     return failures == 0 and share >= 0.95
 
 

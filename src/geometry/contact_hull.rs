@@ -12,6 +12,12 @@ use super::ConvexHull;
 /// Normals closer than this belong to one facet, as 1 - cosine (a tenth of a milliradian).
 const SAME_FACET: f64 = 5e-9;
 
+/// A facet whose normal is closer to a direction than this faces it, as a cosine (20 milliradians).
+const FACES: f64 = 0.9998;
+
+/// Corners this close to a facet's plane are its corners, meters.
+const ON_FACET_M: f64 = 1e-6;
+
 /// Corners and facet planes of a convex hull.
 #[derive(Clone, Debug)]
 pub struct ContactHull {
@@ -52,6 +58,18 @@ impl ContactHull {
             .iter()
             .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), &p| (low.min(p), high.max(p)));
         Self { points: hull.points.clone(), planes, low, high }
+    }
+
+    /// Corners of the facet that faces the unit vector best; empty where none does within [`FACES`].
+    pub(crate) fn facet_facing(&self, direction: DVec3) -> Vec<DVec3> {
+        let faces = |plane: &&Plane| plane.normal.dot(direction);
+        match self.planes.iter().max_by(|a, b| faces(a).total_cmp(&faces(b))) {
+            Some(plane) if faces(&plane) > FACES => {
+                let on_it = |p: &&DVec3| plane.normal.dot(**p) > plane.offset_m - ON_FACET_M;
+                self.points.iter().filter(on_it).copied().collect()
+            }
+            _ => Vec::new(),
+        }
     }
 
     /// Largest extent along the unit vector.

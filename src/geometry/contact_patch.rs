@@ -6,8 +6,9 @@
 //! seen along that direction, of what either hull turns to the other within the reach; the gap at each corner
 //! is the exact distance between the two surfaces along the direction. So a plate has as many contacts
 //! as its rim has corners, whichever way its facets are cut, and an edge on a facet has two. Corners of
-//! either hull inside the overlap belong to the patch as well: a block with rounded edges stands on
-//! the corners of its flat face, which lie inside the outline of its rounding.
+//! either hull inside the overlap belong to the patch as well, and so do those of the overlap of the two flat
+//! faces: a block with rounded edges stands on the corners of its flat face, which lie inside the outline
+//! of its rounding, and two such blocks, turned a little, touch where edges of flat faces cross.
 //!
 //! Frame of the first hull, meters. Time grows with the corners times the facets of the two hulls.
 
@@ -101,6 +102,22 @@ pub fn contact_patch(
         PatchPoint { on_a: base + on_a * normal, on_b: base + on_b * normal, gap_m: on_b - on_a }
     };
     let mut points: Vec<PatchPoint> = overlap(&a_face, &b_face).into_iter().map(point_at).collect();
+    // Where edges are rounded the outlines are those of the roundings, which hang a little higher; what carries
+    // is where the two flat faces overlap, and its corners are mostly crossings of their edges.
+    let turned_back = |direction: DVec3| a_from_b.rotation.inverse() * direction;
+    let a_facet = a.facet_facing(normal);
+    let b_facet = b.facet_facing(turned_back(-normal));
+    if a_facet.len() < a_near.len() || b_facet.len() < b_near.len() {
+        let b_facet: Vec<DVec3> = b_facet.into_iter().map(|p| *a_from_b * p).collect();
+        let known = points.len();
+        for corner in overlap(&outline(&a_facet), &outline(&b_facet)).into_iter().map(point_at) {
+            let is_same =
+                |p: &PatchPoint| p.on_a.distance_squared(corner.on_a) < SAME_CORNER_M * SAME_CORNER_M;
+            if !points[..known].iter().any(is_same) {
+                points.push(corner);
+            }
+        }
+    }
     // Those on the outlines are corners of the overlap already.
     let within =
         |face: &[DVec2], p: DVec3| face.len() > 2 && depth_in_convex_m(face, flat(p)) > SAME_CORNER_M;
@@ -262,7 +279,7 @@ mod tests {
     use crate::geometry::Solid;
     use crate::geometry::collision_shape::to_parry;
     use crate::geometry::convex_hull::convex_hull;
-    use crate::geometry::shapes::{block, cylinder, sphere};
+    use crate::geometry::shapes::{block, cylinder, rounded_block, sphere};
     use glam::DQuat;
     use proptest::prelude::*;
 
@@ -308,6 +325,21 @@ mod tests {
         let pose = to_parry(&Pose { translation_m: DVec3::new(0.06, 0.0, 0.04), rotation: DQuat::IDENTITY });
         let patch = contact_patch(&small, &large, &pose, 4e-4, None).expect("it lies there");
         assert!((area(&patch) - 0.01 * 0.04).abs() < 1e-9);
+    }
+
+    #[test]
+    fn rounded_boards_turned_a_little_touch_where_their_flat_faces_do() {
+        // Only corners of the roundings were found, on one side, and the upper board sank in on the other.
+        let lower = hull(rounded_block(DVec3::new(0.16, 0.23, 0.0025), 0.0012, 0.0008));
+        let upper = hull(rounded_block(DVec3::new(0.155, 0.225, 0.0025), 0.0012, 0.0008));
+        let turned = Pose::upright(DVec3::new(0.0005, -0.0007, 0.0025), 0.06);
+        let patch = contact_patch(&lower, &upper, &to_parry(&turned), 4e-5, None).expect("it lies there");
+        let carries = |p: &&PatchPoint| p.gap_m.abs() < 1e-7;
+        for (x, y) in [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)] {
+            let in_corner = |p: &PatchPoint| p.on_a.x * x > 0.06 && p.on_a.y * y > 0.09;
+            let found = patch.points.iter().filter(carries).any(in_corner);
+            assert!(found, "nothing carries at ({x}, {y}): {:?}", patch.points);
+        }
     }
 
     #[test]

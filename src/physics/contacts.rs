@@ -268,7 +268,7 @@ mod tests {
         block, cylinder, prism, rounded_block, rounded_rectangle, shell_of_revolution,
     };
     use crate::geometry::{Interrupt, Pose};
-    use crate::physics::settle::simulate_to_the_end;
+    use crate::physics::settle::{settle, simulate_to_the_end};
     use crate::physics::test_bodies::{body, settle_settings, table};
     use crate::physics::{Body, Settled};
 
@@ -349,6 +349,25 @@ mod tests {
             bodies[1].world_from_object = five_seconds(&bodies).poses[1];
             assert_still(&five_seconds(&bodies));
         }
+    }
+
+    #[test]
+    fn a_stack_of_boards_turned_a_little_does_not_buzz() {
+        // Three books lay down on each other, buzzed, and the top one walked off by a millimeter a second.
+        let sizes =
+            [DVec3::new(0.16, 0.23, 0.03), DVec3::new(0.155, 0.235, 0.033), DVec3::new(0.14, 0.21, 0.026)];
+        let mut bodies = vec![table()];
+        let mut height_m = 0.0;
+        for (k, size) in sizes.into_iter().enumerate() {
+            let at = DVec3::new(0.001 * k as f64, -0.0015 * k as f64, height_m);
+            let pose = Pose::upright(at, -0.2 - 0.05 * k as f64);
+            bodies.push(body(&format!("book_{k}"), rounded_block(size, 0.0012, 0.0008), pose));
+            height_m += size.z;
+        }
+        let rest = settle(&bodies, &settle_settings(), &Interrupt::default()).expect("a simulation");
+        assert!(rest.at_rest && rest.simulated_s < 1.0, "{rest:?}");
+        bodies.iter_mut().zip(&rest.poses).for_each(|(body, pose)| body.world_from_object = *pose);
+        assert_still(&five_seconds(&bodies));
     }
 
     #[test]

@@ -26,7 +26,7 @@ use crate::scene::certificate::{Metrics, Verdict};
 use crate::scene::{InstanceMask, Provenance, Recognition, SceneRequest};
 use crate::store::Digest;
 
-pub const STAGE: Stage = Stage { name: "certify", version: 2 };
+pub const STAGE: Stage = Stage { name: "certify", version: 3 };
 
 /// Section `[fidelity]`.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]

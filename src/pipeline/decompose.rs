@@ -10,7 +10,7 @@ use super::{Context, Settings, canonicalize, carry, reconstruct};
 use crate::geometry::decompose::{DecomposeError, DecomposeSettings, decompose};
 use crate::scene::{InstanceId, Recognition};
 
-pub const STAGE: Stage = Stage { name: "decompose", version: 1 };
+pub const STAGE: Stage = Stage { name: "decompose", version: 2 };
 
 #[derive(Serialize)]
 pub struct Inputs {

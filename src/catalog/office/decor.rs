@@ -138,12 +138,12 @@ pub fn candle(order: &mut Order) -> TexturedMesh {
     let wick = [center + DVec3::Z * (top - 0.012), center + DVec3::Z * (h - 0.007), tip];
     mesh.add(tube(&wick, 0.0012, 10), &plain("wick", 0x25_22_20, 0.9));
     let finger = 0.5 * (w - 2.0 * radius) + 0.004;
-    let loop_center = at(0.5 * w - finger, 0.0, 0.016);
+    let loop_center = at(0.5 * w - finger, 0.0, finger.max(0.016));
     let handle = ring(finger - 0.0022, 0.0022, 32, 8)
         .translated(DVec3::NEG_Z * 0.0022)
         .rotated(DQuat::from_rotation_x(0.5 * PI))
         .translated(loop_center);
-    mesh.add(rested(handle, 0.0), &holder);
+    mesh.add(handle, &holder);
     fitted(mesh, size)
 }
 
