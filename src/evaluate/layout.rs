@@ -121,7 +121,7 @@ impl LayoutBench {
         let layout = rotated.placed(&rotated.yaws).await?;
         let turned = turned.lock().map(|known| known.clone()).unwrap_or_default();
         let mut compared = compare(&painted, &rotated, &layout, &turned)?;
-        find_look_alikes(&painted, &mut compared, call).await?;
+        find_look_alikes(&painted, &mut compared, noise.is_some(), call).await?;
         let ablation = self.ablate(scene, &rotated, &layout, &compared).await?;
         Ok(SceneScore {
             scene: scene.name.clone(),
@@ -241,10 +241,11 @@ fn watched(
 }
 
 /// Looks at every object whose yaw is scored: turned on from its true pose, or, where its mesh was stood on another side,
-/// from the pose it was given.
+/// from the pose it was given. `repictured`: the stages' meshes wear other pictures than the painted ones.
 async fn find_look_alikes(
     painted: &Painted,
     compared: &mut [Compared<'_>],
+    repictured: bool,
     call: &Call,
 ) -> Result<(), StageError> {
     let world = Arc::new(TrueWorld::new(&painted.recognition, &painted.truth)?);
@@ -256,6 +257,10 @@ async fn find_look_alikes(
         .collect();
     let found = world.look(looks.clone(), call).await?;
     looks.iter().zip(found).for_each(|(look, alikes)| compared[look.object].look_alikes = alikes);
+    if repictured {
+        let plain = Arc::new(world.without_pictures()).look(looks.clone(), call).await?;
+        looks.iter().zip(plain).for_each(|(look, alikes)| compared[look.object].plain_alikes = Some(alikes));
+    }
     Ok(())
 }
 
@@ -284,6 +289,7 @@ fn compare<'a>(
             yaw: &rotated.yaws[index],
             turned,
             look_alikes: LookAlikes::only_itself(),
+            plain_alikes: None,
             visible_px: painted.visible[index].0,
             visible_share: painted.visible[index].1,
         });

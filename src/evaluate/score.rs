@@ -10,6 +10,10 @@
 //!   the mesh's own box), world frame, meters;
 //! - *scale*: `|s - 1|` with `s` the cube root of the ratio of the volumes of the placed and the painted mesh's box.
 //!
+//! Where the meshes that the stages get wear other pictures than the painted ones, the yaw of a coaster is nothing they
+//! could know. There yaws are scored once more, as distances to the nearest that looks the same once every material
+//! has one color ([`ObjectScore::plain_yaw_error_deg`]).
+//!
 //! Not every object has a yaw: see [`Standing`]. What leans has no position of its own either, since the stages place
 //! what they take to stand upright; its scale counts.
 
@@ -55,6 +59,9 @@ pub struct ObjectScore {
     pub standing: Standing,
     /// Where scored, degrees.
     pub yaw_error_deg: Option<f64>,
+    /// The same where materials have one color each, pictures on them being other ones; `None` also where every yaw
+    /// then looks the same, and where pictures were left alone.
+    pub plain_yaw_error_deg: Option<f64>,
     /// Twist from the painted to the placed pose, degrees in (-180, 180], before look-alikes.
     pub turn_deg: f64,
     pub wrong_side: bool,
@@ -85,6 +92,8 @@ pub struct Compared<'a> {
     pub turned: DQuat,
     /// Turns from [`Self::look_from`].
     pub look_alikes: LookAlikes,
+    /// The same where materials have one color each, if that was looked at.
+    pub plain_alikes: Option<LookAlikes>,
     pub visible_px: usize,
     pub visible_share: f64,
 }
@@ -134,7 +143,10 @@ impl Compared<'_> {
             () if self.look_alikes.is_any() => Standing::AnyLooksTheSame,
             () => Standing::Scored,
         };
-        let yaw_error_deg = self.look_alikes.distance_deg(if wrong_side { 0.0 } else { turn_deg });
+        let looked_from_deg = if wrong_side { 0.0 } else { turn_deg };
+        let yaw_error_deg = self.look_alikes.distance_deg(looked_from_deg);
+        let plain =
+            self.plain_alikes.as_ref().filter(|plain| standing == Standing::Scored && !plain.is_any());
         let off_m = self.placed.world_from_object.translation_m - self.truth.translation_m;
         ObjectScore {
             name: self.truth.name.clone(),
@@ -144,6 +156,7 @@ impl Compared<'_> {
             tilt_deg: tilt_rad.to_degrees(),
             standing,
             yaw_error_deg: (standing == Standing::Scored).then_some(yaw_error_deg),
+            plain_yaw_error_deg: plain.map(|plain| plain.distance_deg(looked_from_deg)),
             turn_deg,
             wrong_side,
             position_error_m: (tilt_rad <= LEANING_RAD).then(|| off_m.truncate().length()),

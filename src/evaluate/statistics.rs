@@ -21,6 +21,8 @@ pub struct Summary {
     pub objects: usize,
     /// Degrees; `None` where no object's yaw is scored.
     pub yaw_deg: Option<Quantiles>,
+    /// Of the yaws that shapes and materials' colors tell, where pictures on them are other ones; degrees.
+    pub plain_yaw_deg: Option<Quantiles>,
     /// Meters.
     pub position_m: Option<Quantiles>,
     /// Shares.
@@ -75,6 +77,7 @@ pub fn summary(scenes: &[&SceneScore]) -> Summary {
         scenes: scenes.len(),
         objects: objects.len(),
         yaw_deg: quantiles(objects.iter().filter_map(|o| o.yaw_error_deg).collect()),
+        plain_yaw_deg: quantiles(objects.iter().filter_map(|o| o.plain_yaw_error_deg).collect()),
         position_m: quantiles(objects.iter().filter_map(|o| o.position_error_m).collect()),
         scale: quantiles(objects.iter().map(|o| o.scale_error).collect()),
         order_zero_share: share(order_zero, objects.len()),

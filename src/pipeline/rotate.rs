@@ -15,7 +15,7 @@ use crate::geometry::{Camera, Mask};
 use crate::render::overlay::{Curve, plot_curves};
 use crate::scene::{InstanceId, InstanceMask, Recognition, StandsOn};
 
-pub const STAGE: Stage = Stage { name: "rotate", version: 4 };
+pub const STAGE: Stage = Stage { name: "rotate", version: 5 };
 
 #[derive(Serialize)]
 pub struct Inputs {
