@@ -5,7 +5,8 @@
 //! camera is the one that sees a level rectangle or circle there; what is neither bare top nor shadow nor
 //! the table's own rim and legs is a thing; each thing becomes the simplest solid with its outline. It is
 //! made for product pictures (plain light backdrop, level camera, whole table) and refuses rather than
-//! guesses: [`VisionError`] says what was not found. [`descriptor`] is the classical form of `Phi`.
+//! guesses: [`VisionError`] says what was not found. [`descriptor`] is the classical form of `Phi`, [`dinov2`] the
+//! learned one, which is given its weights.
 //!
 //! Vision knows pictures and geometry, neither jobs nor ports; nothing here is random.
 
@@ -24,6 +25,7 @@ mod silhouette;
 pub mod solid_fit;
 mod reading;
 pub mod descriptor;
+pub mod dinov2;
 
 pub use error::VisionError;
 pub use reading::{ObjectReading, PictureReading, TableReading, TopShape, read_picture};
