@@ -7,7 +7,7 @@ use std::hint::black_box;
 use criterion::{Criterion, criterion_group, criterion_main};
 use tabletopgen::export::{Assets, BodyAsset, Pictures, write_formats, zip_bundle};
 use tabletopgen::physics::Body;
-use tabletopgen::scene::certificate::{Fidelity, Metrics, Thresholds, Verdict};
+use tabletopgen::scene::certificate::{Appearance, Fidelity, Metrics, Thresholds, Verdict};
 use tabletopgen::scene::finished::Frame;
 use tabletopgen::scene::instance::{Picture, SupportRelation};
 use tabletopgen::scene::request::RequestOptions;
@@ -127,7 +127,10 @@ fn certificate(scene: &Breakfast) -> Certificate {
             dss_duration_s: certify.dss_duration_s,
             silhouette_iou: scene.config.fidelity.least_silhouette_iou,
         },
-        fidelity: Fidelity { silhouette_iou: 1.0, appearance: 1.0 },
+        fidelity: Fidelity {
+            silhouette_iou: 1.0,
+            appearance: Appearance { extractor: "none".into(), model: "1".into(), similarity: 1.0 },
+        },
         objects: Vec::new(),
         collisions: Vec::new(),
     }

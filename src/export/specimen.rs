@@ -9,7 +9,7 @@ use crate::geometry::{
     Camera, ConvexHull, Friction, Image, MassProperties, Material, Outline, Pose, Rgb, Texture, TexturedMesh,
     shapes,
 };
-use crate::scene::certificate::{Metrics, Thresholds, Verdict};
+use crate::scene::certificate::{Appearance, Fidelity, Metrics, Thresholds, Verdict};
 use crate::scene::finished::Frame;
 use crate::scene::instance::{Picture, SupportRelation};
 use crate::scene::request::RequestOptions;
@@ -246,7 +246,10 @@ fn specimen() -> (Scene, Certificate, Assets, Pictures) {
             dss_duration_s: 5.0,
             silhouette_iou: 0.3,
         },
-        fidelity: crate::scene::certificate::Fidelity { silhouette_iou: 0.9, appearance: 0.95 },
+        fidelity: Fidelity {
+            silhouette_iou: 0.9,
+            appearance: Appearance { extractor: "specimen".into(), model: "1".into(), similarity: 0.95 },
+        },
         objects: Vec::new(),
         collisions: Vec::new(),
     };

@@ -22,11 +22,11 @@ use crate::geometry::Outline;
 use crate::physics::{CertifySettings, SettleSettings};
 use crate::provider::{Adapter, Ports};
 use crate::render::RenderSettings;
-use crate::scene::certificate::{Metrics, Verdict};
+use crate::scene::certificate::{Appearance, Metrics, Verdict};
 use crate::scene::{InstanceMask, Provenance, Recognition, SceneRequest};
 use crate::store::Digest;
 
-pub const STAGE: Stage = Stage { name: "certify", version: 3 };
+pub const STAGE: Stage = Stage { name: "certify", version: 4 };
 
 /// Section `[fidelity]`.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
@@ -214,10 +214,12 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
     let seen = vec![reference, pictures.scene_view.clone()];
     let call = context.call();
     let features = context.services().ports.feature_extractor.features(&call, seen).await?;
-    let appearance = match features.as_slice() {
+    let similarity = match features.as_slice() {
         [a, b] => a.iter().zip(b).map(|(a, b)| f64::from(a * b)).sum(),
         _ => 0.0,
     };
+    let Adapter { name: extractor, model, .. } = inputs.feature_extractor.clone();
+    let appearance = Appearance { extractor, model, similarity };
 
     let given = inputs.clone();
     let certified = context

@@ -78,12 +78,22 @@ pub struct ObjectCertificate {
 }
 
 /// How much the finished scene looks like the reference picture, seen from the same camera.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Fidelity {
     /// Mean of the objects' silhouette IoUs, 0..1.
     pub silhouette_iou: f64,
+    pub appearance: Appearance,
+}
+
+/// How alike two pictures look to a feature extractor; the scores of different ones are not comparable.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Appearance {
+    /// Name of the adapter that gave the features.
+    pub extractor: String,
+    /// Its version, with the digest of its weights where it has some.
+    pub model: String,
     /// Dot product of the two pictures' feature vectors, -1..1.
-    pub appearance: f64,
+    pub similarity: f64,
 }
 
 /// One colliding pair.

@@ -11,7 +11,7 @@ use crate::pipeline::error::StageError;
 use crate::pipeline::resolve::{Loaded, body};
 use crate::scene::InstanceId;
 use crate::scene::certificate::{
-    Certificate, Collision, Fidelity, Metrics, ObjectCertificate, Thresholds, Verdict,
+    Appearance, Certificate, Collision, Fidelity, Metrics, ObjectCertificate, Thresholds, Verdict,
 };
 
 /// How far a footprint may reach over the outline before the object counts as outside, meters.
@@ -67,7 +67,7 @@ pub(super) fn certificate(
     loaded: &[Loaded],
     measured: &Measured,
     silhouette_ious: &[f64],
-    appearance: f64,
+    appearance: Appearance,
 ) -> Result<Certificate, StageError> {
     let Measured { watertight, from_shipped, from_aligned, found, supports } = measured;
     let supported = supports.iter().filter(|finding| finding.is_supported()).count();
