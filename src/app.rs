@@ -5,6 +5,7 @@
 //! refuse the same requests.
 
 pub mod logging;
+pub mod features;
 pub mod scenes;
 pub mod service;
 pub mod local;

@@ -30,6 +30,7 @@ use crate::provider::embedded::analyst;
 use crate::provider::embedded::layout::LayoutSettings;
 use crate::provider::embedded::painter::PainterSettings;
 use crate::provider::embedded::photograph::SizeSettings;
+use crate::provider::feature_extractor::FeatureSettings;
 use crate::render::RenderSettings;
 use crate::vision::VisionSettings;
 use crate::vision::descriptor::DescriptorSettings;
@@ -46,6 +47,7 @@ pub struct Config {
     pub store: store::Settings,
     pub worker: worker::Settings,
     pub log: LogSettings,
+    pub features: FeatureSettings,
     pub analyst: analyst::Settings,
     pub layout: LayoutSettings,
     pub painter: PainterSettings,
@@ -65,8 +67,9 @@ pub struct Config {
     pub export: ExportSettings,
 }
 
-/// Sections about the process; all others shape a scene, and a request may override those.
-pub const PROCESS_SECTIONS: [&str; 4] = ["server", "store", "worker", "log"];
+/// Sections about the process; all others shape a scene, and a request may override those. Features shape scenes too, but
+/// name files of this machine, which are not a request's to choose.
+pub const PROCESS_SECTIONS: [&str; 5] = ["server", "store", "worker", "log", "features"];
 
 /// Section `[log]`.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]

@@ -40,8 +40,8 @@ pub type Answer<'a, T> = BoxFuture<'a, Result<T, ProviderError>>;
 pub struct Adapter {
     /// `embedded/grammar`, `openai/chat`.
     pub name: String,
-    /// Raised by hand when the same question gets another answer than before; a remote adapter's is its
-    /// model's name.
+    /// Raised by hand when the same question gets another answer than before; with the digest of its weights, where
+    /// it has some; a remote adapter's is its model's name.
     pub model: String,
     /// The adapter's settings.
     pub settings: serde_json::Value,

@@ -4,8 +4,9 @@ use std::sync::Arc;
 
 use futures::FutureExt;
 
+use super::features::Features;
 use crate::api::{FieldError, Validate};
-use crate::config::{Config, Resolved};
+use crate::config::{Config, ConfigErrors, Resolved};
 use crate::pipeline::error::StageError;
 use crate::pipeline::{self, Settings};
 use crate::provider::Ports;
@@ -14,23 +15,25 @@ use crate::provider::embedded::{self, EmbeddedSettings};
 use crate::scene::SceneRequest;
 use crate::worker::{BuildScene, JobContext};
 
-/// Builds scenes with the embedded adapters, each with the settings its request asks for.
-pub fn build_scene(resolved: &Resolved) -> BuildScene {
+/// Builds scenes with the embedded adapters, each with the settings its request asks for. Weights are read here, so that
+/// those that will not do are found before any work.
+pub fn build_scene(resolved: &Resolved) -> Result<BuildScene, ConfigErrors> {
+    let features = Features::load(resolved)?;
     let resolved = Arc::new(resolved.clone());
     // Adapters hold tables and catalogs; jobs without settings of their own share them.
-    let shared = (embedded::ports(&adapters(&resolved.config)), Arc::new(stages(&resolved.config)));
-    Arc::new(move |context: JobContext| {
-        let (resolved, shared) = (resolved.clone(), shared.clone());
+    let shared = assembled(&resolved, &features);
+    Ok(Arc::new(move |context: JobContext| {
+        let (resolved, features, shared) = (resolved.clone(), features.clone(), shared.clone());
         async move {
             let JobContext { request, checkpoints, .. } = context;
             let (ports, settings) = match request.options.set.is_empty() {
                 true => shared,
-                false => own(&resolved, &request)?,
+                false => own(&resolved, &features, &request)?,
             };
             pipeline::build_scene(request, checkpoints, ports, settings).await
         }
         .boxed()
-    })
+    }))
 }
 
 /// Checks `options.set` against the configuration.
@@ -48,14 +51,23 @@ pub fn validate(resolved: &Resolved) -> Validate {
 
 /// The settings of one request; it was checked when it came, but the server may have been configured
 /// anew since.
-fn own(resolved: &Resolved, request: &SceneRequest) -> Result<(Ports, Arc<Settings>), StageError> {
+fn own(
+    resolved: &Resolved,
+    features: &Features,
+    request: &SceneRequest,
+) -> Result<(Ports, Arc<Settings>), StageError> {
     let resolved = resolved.with(&request.options.set).map_err(|errors| {
         StageError::permanent(
             "settings_invalid",
             format!("the request's own settings do not fit this server any more: {errors}"),
         )
     })?;
-    Ok((embedded::ports(&adapters(&resolved.config)), Arc::new(stages(&resolved.config))))
+    Ok(assembled(&resolved, features))
+}
+
+fn assembled(resolved: &Resolved, features: &Features) -> (Ports, Arc<Settings>) {
+    let ports = embedded::ports(&adapters(&resolved.config));
+    (features.answer(ports), Arc::new(stages(&resolved.config)))
 }
 
 /// What the stages need of the configuration.

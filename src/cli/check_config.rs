@@ -8,6 +8,7 @@ use super::options::ConfigOptions;
 use super::{Exit, Failure, terminal};
 use crate::app::config::keys::Allowed;
 use crate::app::config::{Origin, Resolved};
+use crate::app::features::Features;
 
 /// Arguments of `check-config`.
 #[derive(Debug, Args)]
@@ -22,6 +23,8 @@ pub struct Arguments {
 /// Prints the configuration, or fails with everything that is wrong with it.
 pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
     let resolved = arguments.options.load(Vec::new())?;
+    // Weights that will not do are as wrong as a value out of its range.
+    Features::load(&resolved)?;
     terminal::print(&if arguments.json { as_json(&resolved) } else { as_toml(&resolved) });
     Ok(Exit::Success)
 }

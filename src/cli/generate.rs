@@ -90,13 +90,12 @@ pub fn run(mut arguments: Arguments) -> Result<Exit, Failure> {
         },
     };
     let submission = accept(draft, &resolved.config.server, &scenes::validate(&resolved)).map_err(refused)?;
+    let build = scenes::build_scene(&resolved)?;
     let out = arguments.out.clone().unwrap_or_else(|| PathBuf::from("out"));
     // The default folder holds one folder per bundle, so it may hold anything itself.
     let folder = folder::prepare(&out, arguments.force || arguments.out.is_none())?;
-    let done = runtime().and_then(|runtime| {
-        let build = scenes::build_scene(&resolved);
-        runtime.block_on(make(&arguments, &resolved.config, build, submission, folder))
-    });
+    let done = runtime()
+        .and_then(|runtime| runtime.block_on(make(&arguments, &resolved.config, build, submission, folder)));
     if let (Err(failure), true) = (&done, arguments.json) {
         terminal::print(&outcome::failure_document(failure));
     }

@@ -29,9 +29,9 @@ pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
     let listen = arguments.listen.map(|address| ("server.listen".to_owned(), address, "--listen"));
     let resolved = arguments.options.load(listen.into_iter().collect())?;
     logging::start(&resolved.config.log);
+    let build = scenes::build_scene(&resolved)?;
     runtime()?.block_on(async {
         let stop = signals::stop_on_signal("draining: running stages finish, jobs go back to the queue")?;
-        let build = scenes::build_scene(&resolved);
         let service = service::start(&resolved, &arguments.data_dir, build).await?;
         tracing::info!(address = %service.address, data_dir = %arguments.data_dir.display(), "serving");
         terminal::print(&format!("listening on http://{}\n", service.address));

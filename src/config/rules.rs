@@ -1,6 +1,7 @@
 //! Rules between keys, and forms a range cannot express.
 
 use super::Config;
+use crate::provider::feature_extractor::FeatureAdapter;
 
 /// Every broken rule: the key to change, and why.
 pub(super) fn broken(config: &Config) -> Vec<(&'static str, String)> {
@@ -11,7 +12,7 @@ pub(super) fn broken(config: &Config) -> Vec<(&'static str, String)> {
         }
     };
     let Config { server, worker, log, analyst, layout, painter, descriptor, render, .. } = config;
-    let Config { canonicalize, dro, settle, resolve, export, .. } = config;
+    let Config { canonicalize, dro, settle, resolve, export, features, .. } = config;
 
     rule(
         "server.listen",
@@ -46,6 +47,11 @@ pub(super) fn broken(config: &Config) -> Vec<(&'static str, String)> {
         "log.filter",
         log.filter.parse::<tracing_subscriber::filter::EnvFilter>().is_ok(),
         format!("{:?} cannot be read as tracing directives; try `info`", log.filter),
+    );
+    rule(
+        "features.adapter",
+        features.adapter == FeatureAdapter::Descriptor || !features.weights.is_empty(),
+        "dinov2 needs weights; name their folder or file in features.weights, or use descriptor".into(),
     );
     rule(
         "analyst.most_objects",

@@ -69,6 +69,7 @@ fn complaints_name_key_value_and_what_would_do() {
     assert!(complaint(&[("tsa.tau", "NaN")]).contains("outside its range"));
     assert!(complaint(&[("log.format", "yaml")]).contains("not one of text, json"));
     assert!(complaint(&[("dro.solver", "newton")]).contains("not one of golden, paper"));
+    assert!(complaint(&[("features.adapter", "clip")]).contains("not one of descriptor, dinov2"));
     assert!(complaint(&[("store.fsync", "yes")]).contains("true or false"));
     assert!(complaint(&[("resolve.clearances_m", "0.1, 7")]).contains("7 is outside"));
     assert!(complaint(&[("resolve.clearances_m", "[]")]).contains("empty"));
@@ -80,6 +81,7 @@ fn complaints_name_key_value_and_what_would_do() {
         ("server.max_body_bytes", "20000000"),
         ("worker.backoff_cap_ms", "10"),
         ("log.filter", "tabletopgen=[what"),
+        ("features.adapter", "dinov2"),
         ("analyst.most_objects", "3"),
         ("layout.least_gap_m", "0.05"),
         ("painter.elevation_rad", "1.2, 0.5"),
@@ -135,9 +137,16 @@ fn a_request_changes_scenes_and_nothing_else() {
         resolved.config
     );
     let errors = resolved
-        .with(&set(&[("server.listen", "0.0.0.0:80"), ("decompose.resolution", "7"), ("tsa.tua", "1")]))
+        .with(&set(&[
+            ("server.listen", "0.0.0.0:80"),
+            ("decompose.resolution", "7"),
+            ("features.weights", "/etc"),
+            ("tsa.tua", "1"),
+        ]))
         .expect_err("is refused");
     let keys: Vec<&str> = errors.0.iter().map(|error| error.key.as_str()).collect();
-    assert_eq!(keys, ["decompose.resolution", "server.listen", "tsa.tua"]);
-    assert!(errors.0[1].detail.contains("cannot be set for one scene"));
+    assert_eq!(keys, ["decompose.resolution", "features.weights", "server.listen", "tsa.tua"]);
+    for error in &errors.0[1..3] {
+        assert!(error.detail.contains("cannot be set for one scene"), "{error}");
+    }
 }

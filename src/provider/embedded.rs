@@ -1,4 +1,5 @@
-//! Embedded adapters of the ports: real algorithms that need no key, no network and no GPU.
+//! Embedded adapters of the ports: real algorithms that need no key, no network and no GPU. All but [`dinov2`], which
+//! wants weights, are always there.
 
 pub mod analyst;
 pub mod layout;
@@ -9,6 +10,7 @@ pub mod scene_analyst;
 pub mod segmenter;
 pub mod mesh_generator;
 pub mod descriptor;
+pub mod dinov2;
 
 use std::sync::Arc;
 
@@ -35,7 +37,7 @@ pub struct EmbeddedSettings {
     pub certify: CertifySettings,
 }
 
-/// An embedded adapter for every port.
+/// An embedded adapter for every port, of those that need no weights.
 pub fn ports(settings: &EmbeddedSettings) -> Ports {
     let settings = settings.clone();
     Ports {

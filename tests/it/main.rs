@@ -18,3 +18,4 @@ mod slow_clients;
 mod commands;
 mod truth;
 mod evaluate;
+mod features;
