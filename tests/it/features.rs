@@ -32,7 +32,7 @@ fn weights_that_will_not_do_are_said_before_the_work() {
     std::fs::copy(swiglu, broken.join("model.safetensors")).unwrap();
     let missing = home.path().join("missing");
     for (weights, says) in [
-        (&missing, "config.json: No such file"),
+        (&missing, "missing: No such file"),
         (&broken, "broken/model.safetensors: tensor embeddings.patch_embeddings.projection.weight has shape"),
     ] {
         for command in [

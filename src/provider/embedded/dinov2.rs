@@ -38,8 +38,8 @@ pub enum LoadWeightsError {
 impl Dinov2FeatureExtractor {
     /// Reads `model.safetensors` and `config.json` in a folder, or a safetensors file and the `config.json` beside it.
     pub fn load(weights: &Path) -> Result<Self, LoadWeightsError> {
-        let model_path =
-            if weights.is_dir() { weights.join("model.safetensors") } else { weights.to_owned() };
+        let about = std::fs::metadata(weights).map_err(unreadable(weights))?;
+        let model_path = if about.is_dir() { weights.join("model.safetensors") } else { weights.to_owned() };
         let config_path = model_path.with_file_name("config.json");
         let config = read(&config_path)?;
         let tensors = read(&model_path)?;
@@ -87,7 +87,11 @@ impl From<Dinov2Error> for ProviderError {
 }
 
 fn read(path: &Path) -> Result<Vec<u8>, LoadWeightsError> {
-    std::fs::read(path).map_err(|source| LoadWeightsError::Unreadable { path: path.to_owned(), source })
+    std::fs::read(path).map_err(unreadable(path))
+}
+
+fn unreadable(path: &Path) -> impl FnOnce(io::Error) -> LoadWeightsError {
+    move |source| LoadWeightsError::Unreadable { path: path.to_owned(), source }
 }
 
 /// In lowercase hexadecimal digits.
@@ -175,6 +179,8 @@ mod tests {
         };
         let text = complaint();
         assert!(text.contains("cannot read") && text.contains("config.json"), "{text}");
+        let nowhere = Dinov2FeatureExtractor::load(&folder.path().join("nowhere")).err().expect("is refused");
+        assert!(nowhere.to_string().contains("nowhere: No such file"), "{nowhere}");
         std::fs::copy(golden().join("config.json"), folder.path().join("config.json")).expect("copies");
         assert!(complaint().contains("model.safetensors: No such file"), "{}", complaint());
         std::fs::write(folder.path().join("model.safetensors"), "what").expect("writes");
