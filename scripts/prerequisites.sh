@@ -31,5 +31,16 @@ if [ "${1:-}" != demo ]; then
     done
     "$python" -c 'import ensurepip, venv' 2>/dev/null ||
         missing "the venv module of $python (Debian: apt install python3.11-venv)"
+    # Whether it also works is for the tests to find out, which then fail.
+    [ "${TABLETOPGEN_GPU_TESTS:-require}" != require ] || "$python" -c '
+import ctypes, sys
+def loads(name):
+    try:
+        return bool(ctypes.CDLL(name))
+    except OSError:
+        return False
+sys.exit(sys.platform == "linux" and not (loads("libEGL.so.1") or loads("libvulkan.so.1")))
+' || missing "an OpenGL or Vulkan driver for the tests of the GPU kernels, a software one will do (Debian: apt install \
+libegl1 libgl1-mesa-dri, or mesa-vulkan-drivers); TABLETOPGEN_GPU_TESTS=optional does without"
 fi
 command -v "$python"

@@ -55,6 +55,7 @@ pub use seat::seat_height_m;
 pub use settings::{DroSettings, DroSolver};
 
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 use glam::DVec2;
 use rayon::prelude::*;
@@ -62,13 +63,14 @@ use rayon::prelude::*;
 use super::appearance::SIDE_PX;
 use crate::geometry::pose::wrap_angle_rad;
 use crate::geometry::{Camera, Image, Interrupt, Interrupted, Mask, TexturedMesh};
+use crate::render::soft::gpu::{Gpu, GpuError};
 use comparison::Comparison;
 use crop::Crop;
 use outline_mesh::OutlineMesh;
 use paper::PaperSearch;
 use polish::polished;
 use search::{Candidate, Found};
-use soft_comparison::SoftComparison;
+use soft_comparison::{GpuComparison, SoftComparison};
 
 /// Width of the interval at which the first refinement stops, in steps of the coarse search.
 const ROUGH_SHARE: f64 = 0.2;
@@ -117,7 +119,7 @@ pub struct RotationEstimate {
 }
 
 /// Why no yaw could be estimated.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum DroError {
     #[error("estimating a yaw: the instance's mask is empty; segment it again or leave the instance out")]
     EmptyMask,
@@ -126,11 +128,24 @@ pub enum DroError {
     #[error("estimating a yaw: the masks are not as large as the camera's picture")]
     DifferentSizes,
     #[error(transparent)]
+    Gpu(#[from] GpuError),
+    #[error(transparent)]
     Interrupted(#[from] Interrupted),
 }
 
-/// Finds the yaw whose silhouette fits the mask best.
+/// Finds the yaw whose silhouette fits the mask best, on the CPU.
 pub fn estimate_yaw(
+    problem: &RotationProblem,
+    settings: &DroSettings,
+    interrupt: &Interrupt,
+) -> Result<RotationEstimate, DroError> {
+    estimate_yaw_on(None, problem, settings, interrupt)
+}
+
+/// The same; the paper solver's silhouettes are drawn on the GPU, if one is given. Where that fails the CPU is not
+/// tried: its answer is another in the last bits, so the caller must know.
+pub fn estimate_yaw_on(
+    gpu: Option<&Arc<Gpu>>,
     problem: &RotationProblem,
     settings: &DroSettings,
     interrupt: &Interrupt,
@@ -161,7 +176,7 @@ pub fn estimate_yaw(
         }
         DroSolver::Paper => {
             let fine = SoftComparison::new(&mesh, camera, problem.seat_height_m, &fine_crop, settings);
-            by_descent(&fine, settings, interrupt)?
+            by_descent(&fine, gpu, settings, interrupt)?
         }
     };
     let step_rad = TAU / curve.len() as f64;
@@ -247,15 +262,23 @@ fn by_golden_sections(
 
 fn by_descent(
     fine: &SoftComparison,
+    gpu: Option<&Arc<Gpu>>,
     settings: &DroSettings,
     interrupt: &Interrupt,
-) -> Result<Found, Interrupted> {
+) -> Result<Found, DroError> {
     let effort = PaperSearch {
         coarse_yaws: settings.coarse_yaws.max(8),
         keep: settings.keep,
         ..PaperSearch::PUBLISHED
     };
-    paper::search(&effort, |yaw_rad| interrupt.check().map(|()| fine.loss(yaw_rad)))
+    let Some(gpu) = gpu else {
+        return Ok(paper::search(&effort, |yaws_rad| fine.losses(yaws_rad, interrupt))?);
+    };
+    let mut comparison = GpuComparison::new(fine, gpu)?;
+    paper::search(&effort, |yaws_rad| {
+        interrupt.check()?;
+        Ok(comparison.losses(yaws_rad)?)
+    })
 }
 
 fn coarse_curve(

@@ -32,6 +32,7 @@ mod band;
 mod bins;
 mod crossing;
 mod fill;
+pub mod gpu;
 pub mod loss;
 mod outline;
 pub mod reference;

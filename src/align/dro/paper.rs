@@ -5,14 +5,12 @@
 //! unit, here radians, and on what is kept of a run, here the best value seen. Adam's steps are about as
 //! long as the learning rate however small the derivative, 1.7 degrees, and shrink only as it changes sign.
 //!
-//! The loss is a closure, `yaw_rad -> (loss, d loss / d yaw_rad)`, so the search knows no pictures; its
-//! failures (an interrupt) end the search. Cost: `coarse_yaws + keep * steps` calls, 1192 as in the paper.
-//! Yaws and descents run side by side; the same answer with any number of threads. Not where speed matters:
-//! the golden sections of search.rs take a seventh of the calls.
+//! The loss is a closure, for many yaws `yaw_rad -> (loss, d loss / d yaw_rad)`, so the search knows no pictures;
+//! its failures (an interrupt) end the search. Cost: `coarse_yaws + keep * steps` losses, 1192 as in the paper,
+//! in `1 + steps` calls: descents take their steps together, so that a GPU has something to do. Not where speed
+//! matters: the golden sections of search.rs take a seventh of the losses.
 
 use std::f64::consts::TAU;
-
-use rayon::prelude::*;
 
 use super::search::{Candidate, Found};
 
@@ -40,25 +38,25 @@ const BETA_2: f64 = 0.999;
 const EPSILON: f64 = 1e-8;
 
 /// Searches a whole turn.
-pub fn search<E: Send>(
+pub fn search<E>(
     settings: &PaperSearch,
-    loss: impl Fn(f64) -> Result<(f64, f64), E> + Sync,
+    mut losses: impl FnMut(&[f64]) -> Result<Vec<(f64, f64)>, E>,
 ) -> Result<Found, E> {
     let yaws = settings.coarse_yaws.max(1);
-    let curve = (0..yaws)
-        .into_par_iter()
-        .map(|k| {
-            let yaw_rad = TAU * f64::from(k) / f64::from(yaws);
-            loss(yaw_rad).map(|(value, _)| (yaw_rad, value))
-        })
-        .collect::<Result<Vec<_>, E>>()?;
-    let mut top = lowest(&curve, settings.keep as usize)
-        .into_par_iter()
-        .map(|yaw_rad| adam(settings, yaw_rad, &loss))
-        .collect::<Result<Vec<_>, E>>()?;
-    top.sort_by(|a, b| a.1.total_cmp(&b.1));
-    let top = top.into_iter().map(|(yaw_rad, loss)| Candidate { yaw_rad, loss, place: None }).collect();
-    Ok(Found { curve, top })
+    let yaws_rad: Vec<f64> = (0..yaws).map(|k| TAU * f64::from(k) / f64::from(yaws)).collect();
+    let found = losses(&yaws_rad)?;
+    let curve: Vec<(f64, f64)> = yaws_rad.into_iter().zip(found).map(|(yaw, loss)| (yaw, loss.0)).collect();
+    let mut descents: Vec<Adam> =
+        lowest(&curve, settings.keep as usize).into_iter().map(Adam::from).collect();
+    for _ in 0..settings.steps.max(1) {
+        let yaws_rad: Vec<f64> = descents.iter().map(|descent| descent.yaw_rad).collect();
+        for (descent, (value, slope)) in descents.iter_mut().zip(losses(&yaws_rad)?) {
+            descent.step(settings.learning_rate_rad, value, slope);
+        }
+    }
+    descents.sort_by(|a, b| a.best.1.total_cmp(&b.best.1));
+    let best = |descent: Adam| Candidate { yaw_rad: descent.best.0, loss: descent.best.1, place: None };
+    Ok(Found { curve, top: descents.into_iter().map(best).collect() })
 }
 
 /// The yaws with the lowest losses, lowest first; `keep` of them, at least one.
@@ -68,89 +66,93 @@ pub fn lowest(curve: &[(f64, f64)], keep: usize) -> Vec<f64> {
     order.into_iter().take(keep.max(1)).map(|c| c.0).collect()
 }
 
-/// Descends from a yaw; the lowest (yaw, loss) seen, the start included. `steps` calls: the last step's end
-/// is not looked at.
-pub fn adam<E>(
-    settings: &PaperSearch,
-    from_rad: f64,
-    mut loss: impl FnMut(f64) -> Result<(f64, f64), E>,
-) -> Result<(f64, f64), E> {
-    let (mut yaw_rad, mut best) = (from_rad, (from_rad, f64::INFINITY));
-    let (mut mean, mut square) = (0.0, 0.0);
-    let (mut decay_1, mut decay_2) = (1.0, 1.0);
-    for _ in 0..settings.steps.max(1) {
-        let (value, slope) = loss(yaw_rad)?;
-        if value < best.1 {
-            best = (yaw_rad, value);
-        }
-        mean = BETA_1 * mean + (1.0 - BETA_1) * slope;
-        square = BETA_2 * square + (1.0 - BETA_2) * slope * slope;
-        // Both averages began at 0; dividing by what they have seen of their weights corrects that.
-        decay_1 *= BETA_1;
-        decay_2 *= BETA_2;
-        let (mean, square) = (mean / (1.0 - decay_1), square / (1.0 - decay_2));
-        yaw_rad -= settings.learning_rate_rad * mean / (square.sqrt() + EPSILON);
+/// A descent under way.
+struct Adam {
+    yaw_rad: f64,
+    /// The lowest (yaw, loss) seen, the start included; the last step's end is not looked at.
+    best: (f64, f64),
+    /// Decaying averages of the derivative and of its square.
+    mean: f64,
+    square: f64,
+    /// What is left of the averages' beginning at 0.
+    decay_1: f64,
+    decay_2: f64,
+}
+
+impl Adam {
+    fn from(yaw_rad: f64) -> Self {
+        let best = (yaw_rad, f64::INFINITY);
+        Self { yaw_rad, best, mean: 0.0, square: 0.0, decay_1: 1.0, decay_2: 1.0 }
     }
-    Ok(best)
+
+    /// Moves on from where the loss and its derivative are these.
+    fn step(&mut self, learning_rate_rad: f64, value: f64, slope: f64) {
+        if value < self.best.1 {
+            self.best = (self.yaw_rad, value);
+        }
+        self.mean = BETA_1 * self.mean + (1.0 - BETA_1) * slope;
+        self.square = BETA_2 * self.square + (1.0 - BETA_2) * slope * slope;
+        // Both averages began at 0; dividing by what they have seen of their weights corrects that.
+        self.decay_1 *= BETA_1;
+        self.decay_2 *= BETA_2;
+        let (mean, square) = (self.mean / (1.0 - self.decay_1), self.square / (1.0 - self.decay_2));
+        self.yaw_rad -= learning_rate_rad * mean / (square.sqrt() + EPSILON);
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use std::convert::Infallible;
-    use std::sync::atomic::{AtomicUsize, Ordering};
 
     use super::*;
 
     /// A dip at 1.234 among shallower ones, smooth and periodic.
-    fn dips(yaw_rad: f64) -> (f64, f64) {
+    fn dips(yaw_rad: &f64) -> (f64, f64) {
         let x = yaw_rad - 1.234;
         let value = 1.0 - 0.5 * x.cos() - 0.3 * (4.0 * x).cos();
         (value, 0.5 * x.sin() + 1.2 * (4.0 * x).sin())
     }
 
     #[test]
-    fn finds_the_lowest_dip_in_as_many_calls_as_the_paper() {
-        let calls = AtomicUsize::new(0);
-        let found = search(&PaperSearch::PUBLISHED, |yaw_rad| {
-            calls.fetch_add(1, Ordering::Relaxed);
-            Ok::<_, Infallible>(dips(yaw_rad))
+    fn finds_the_lowest_dip_in_as_many_losses_as_the_paper() {
+        let (mut losses, mut calls) = (0, 0);
+        let found = search(&PaperSearch::PUBLISHED, |yaws_rad| {
+            (losses, calls) = (losses + yaws_rad.len(), calls + 1);
+            Ok::<_, Infallible>(yaws_rad.iter().map(dips).collect())
         })
         .expect("cannot fail");
         let Candidate { yaw_rad, loss, .. } = found.top[0];
         assert!((yaw_rad - 1.234).abs() < 1e-3, "{yaw_rad}");
         assert!((loss - 0.2).abs() < 1e-5, "{loss}");
-        assert_eq!((calls.into_inner(), found.curve.len(), found.top.len()), (1192, 72, 8));
+        assert_eq!((losses, calls, found.curve.len(), found.top.len()), (1192, 141, 72, 8));
         assert!(found.top.is_sorted_by(|a, b| a.loss <= b.loss));
     }
 
     #[test]
     fn the_first_step_is_as_long_as_the_learning_rate() {
-        let mut seen = Vec::new();
-        let settings = PaperSearch { steps: 2, ..PaperSearch::PUBLISHED };
-        let best = adam(&settings, 0.5, |yaw_rad| {
-            seen.push(yaw_rad);
-            Ok::<_, Infallible>((yaw_rad, 7.0))
-        });
-        assert!((seen[1] - (0.5 - 3e-2)).abs() < 1e-9, "{seen:?}");
-        assert_eq!(best, Ok((seen[1], seen[1])));
+        let mut descent = Adam::from(0.5);
+        descent.step(3e-2, 0.5, 7.0);
+        assert!((descent.yaw_rad - (0.5 - 3e-2)).abs() < 1e-9, "{}", descent.yaw_rad);
+        let there = descent.yaw_rad;
+        descent.step(3e-2, 0.4, 7.0);
+        assert_eq!(descent.best, (there, 0.4));
     }
 
     #[test]
     fn keeps_the_best_seen_where_descent_climbs() {
         // The derivative lies: every step leads uphill.
-        let best = adam(&PaperSearch::PUBLISHED, 0.1, |yaw_rad| Ok::<_, Infallible>((yaw_rad.abs(), -1.0)));
-        assert_eq!(best, Ok((0.1, 0.1)));
+        let mut descent = Adam::from(0.1);
+        (0..140).for_each(|_| descent.step(3e-2, descent.yaw_rad.abs(), -1.0));
+        assert_eq!(descent.best, (0.1, 0.1));
     }
 
     #[test]
     fn a_failure_ends_the_search() {
-        let calls = AtomicUsize::new(0);
-        let found = search(&PaperSearch::PUBLISHED, |_| {
-            let earlier = calls.fetch_add(1, Ordering::Relaxed);
-            if earlier >= 80 { Err("interrupted") } else { Ok((0.0, 1.0)) }
+        let mut calls = 0;
+        let found = search(&PaperSearch::PUBLISHED, |yaws_rad| {
+            calls += 1;
+            if calls > 3 { Err("interrupted") } else { Ok(vec![(0.0, 1.0); yaws_rad.len()]) }
         });
-        assert_eq!(found, Err("interrupted"));
-        // Each of the eight descents fails at its next call.
-        assert!(calls.into_inner() <= 80 + 8);
+        assert_eq!((found, calls), (Err("interrupted"), 4));
     }
 }

@@ -4,16 +4,23 @@
 //! ([`crate::render::soft`]) so that the loss has a derivative. Blurred, even the true silhouette differs
 //! from the mask: its loss is not 0, and larger for thin objects.
 //!
-//! Guarantees: the same bits with any number of threads. Cost: that of a soft silhouette.
+//! Yaws are compared many at a time, side by side on the CPU or together on a GPU.
+//!
+//! Guarantees: the same bits with any number of threads; a GPU's differ from the CPU's and from another GPU's.
+//! Cost: that of a soft silhouette each.
 
 use std::cell::RefCell;
+use std::sync::Arc;
+
+use rayon::prelude::*;
 
 use super::DroSettings;
 use super::comparison::Comparison;
 use super::crop::Crop;
 use super::moving_placement::{MovingPixel, moving_points};
 use super::outline_mesh::OutlineMesh;
-use crate::geometry::Camera;
+use crate::geometry::{Camera, Interrupt, Interrupted};
+use crate::render::soft::gpu::{Gpu, GpuError, GpuSilhouettes};
 use crate::render::soft::loss::{SoftTerms, Target, terms};
 use crate::render::soft::{Grid, MovingPoint, SoftSilhouette, Surface};
 
@@ -54,6 +61,11 @@ impl<'a> SoftComparison<'a> {
         }
     }
 
+    /// [`Self::loss`] of every yaw.
+    pub fn losses(&self, yaws_rad: &[f64], interrupt: &Interrupt) -> Result<Vec<(f64, f64)>, Interrupted> {
+        yaws_rad.par_iter().map(|&yaw_rad| interrupt.check().map(|()| self.loss(yaw_rad))).collect()
+    }
+
     /// Weighted loss at that yaw and its derivative, per radian; a mesh that reaches behind the camera has
     /// nothing in common.
     pub fn loss(&self, yaw_rad: f64) -> (f64, f64) {
@@ -62,6 +74,10 @@ impl<'a> SoftComparison<'a> {
         let mut scratch = SCRATCH.take();
         let terms = self.terms(yaw_rad, &mut scratch).unwrap_or(SoftTerms::HOPELESS);
         SCRATCH.set(scratch);
+        self.weighted(&terms)
+    }
+
+    fn weighted(&self, terms: &SoftTerms<1>) -> (f64, f64) {
         let loss = terms.weighted(self.comparison.silhouette_weight, self.comparison.edge_weight);
         (loss.value, loss.slopes[0])
     }
@@ -69,15 +85,55 @@ impl<'a> SoftComparison<'a> {
     fn terms(&self, yaw_rad: f64, scratch: &mut Scratch) -> Option<SoftTerms<1>> {
         let Scratch { pixels, points, drawn } = scratch;
         moving_points(&self.comparison, yaw_rad, pixels, points)?;
+        drawn.draw(&self.surface, points, self.grid(), self.sigma_px2);
+        Some(terms(drawn, &self.target()))
+    }
+
+    fn grid(&self) -> Grid {
+        Grid::square(self.comparison.crop.side_px)
+    }
+
+    fn target(&self) -> Target<'a> {
         let crop = self.comparison.crop;
-        drawn.draw(&self.surface, points, Grid::square(crop.side_px), self.sigma_px2);
-        let target = Target {
+        Target {
             mask: &crop.mask,
             known: &crop.known,
             distance_px: &crop.distance_px,
             mask_area_px2: crop.mask_area,
             side_px: crop.side_px as f64,
-        };
-        Some(terms(drawn, &target))
+        }
+    }
+}
+
+/// The same on a GPU.
+pub struct GpuComparison<'a> {
+    soft: &'a SoftComparison<'a>,
+    silhouettes: GpuSilhouettes<1>,
+}
+
+impl<'a> GpuComparison<'a> {
+    pub fn new(soft: &'a SoftComparison<'a>, gpu: &Arc<Gpu>) -> Result<Self, GpuError> {
+        let (grid, sigma_px2) = (soft.grid(), soft.sigma_px2);
+        let mut silhouettes = GpuSilhouettes::new(gpu.clone(), soft.surface.clone(), grid, sigma_px2)?;
+        silhouettes.aim_at(&soft.target())?;
+        Ok(Self { soft, silhouettes })
+    }
+
+    /// Of every yaw the weighted loss and its derivative, as [`SoftComparison::loss`].
+    pub fn losses(&mut self, yaws_rad: &[f64]) -> Result<Vec<(f64, f64)>, GpuError> {
+        let comparison = &self.soft.comparison;
+        let poses: Vec<Option<Vec<MovingPoint<1>>>> = yaws_rad
+            .par_iter()
+            .map_init(Vec::new, |pixels, &yaw_rad| {
+                let mut points = Vec::new();
+                moving_points(comparison, yaw_rad, pixels, &mut points).map(|()| points)
+            })
+            .collect();
+        let in_view: Vec<bool> = poses.iter().map(Option::is_some).collect();
+        let poses: Vec<Vec<MovingPoint<1>>> = poses.into_iter().flatten().collect();
+        let mut terms = self.silhouettes.terms(&poses)?.into_iter();
+        let mut next = |in_view| if in_view { terms.next() } else { None };
+        let loss = |in_view| self.soft.weighted(&next(in_view).unwrap_or(SoftTerms::HOPELESS));
+        Ok(in_view.into_iter().map(loss).collect())
     }
 }

@@ -34,18 +34,9 @@ impl Fill {
         }
         self.begins.clear();
         self.begins.resize(grid.pixels(), 0);
-        for edge in &surface.edges {
-            // Clockwise triangles that run along the edge, less those that run back.
-            let layers: i32 = surface
-                .sides(edge)
-                .iter()
-                .filter(|side| clockwise[side.triangle as usize])
-                .map(|side| if side.back { -1 } else { 1 })
-                .sum();
-            if layers != 0 {
-                self.begin_along(edge.ends.map(corner), layers, grid);
-            }
-        }
+        each_line(surface, points, clockwise, |upper, lower, layers| {
+            self.begin_along(upper, lower, layers, grid);
+        });
         let width = grid.width_px();
         for (row, begins) in picture.chunks_exact_mut(width).zip(self.begins.chunks_exact(width)) {
             let mut layers = 0;
@@ -56,8 +47,7 @@ impl Fill {
         }
     }
 
-    fn begin_along(&mut self, [a, b]: [[f32; 2]; 2], layers: i32, grid: Grid) {
-        let (upper, lower, layers) = if a[1] <= b[1] { (a, b, layers) } else { (b, a, -layers) };
+    fn begin_along(&mut self, upper: [f32; 2], lower: [f32; 2], layers: i32, grid: Grid) {
         let first = ceil_within(upper[1] - 0.5, grid.height_px);
         let end = ceil_within(lower[1] - 0.5, grid.height_px);
         let (width, slope) = (grid.width_px(), (lower[0] - upper[0]) / (lower[1] - upper[1]));
@@ -67,6 +57,34 @@ impl Fill {
             if column < width {
                 self.begins[y * width + column] += layers;
             }
+        }
+    }
+}
+
+/// The lines at which layers begin or end: upper end, lower end, layers that begin to their right. Where none
+/// is left over a position it is outside.
+pub fn each_line<const N: usize>(
+    surface: &Surface,
+    points: &[MovingPoint<N>],
+    clockwise: &[bool],
+    mut line: impl FnMut([f32; 2], [f32; 2], i32),
+) {
+    for edge in &surface.edges {
+        // Of a closed surface each ray meets as many triangles of one orientation as of the other, and the
+        // clockwise ones will do; of any other all count, the others turned over.
+        let layers: i32 = surface
+            .sides(edge)
+            .iter()
+            .map(|side| match (clockwise[side.triangle as usize], side.back) {
+                (false, _) if surface.closed => 0,
+                (clockwise, back) if clockwise == back => -1,
+                _ => 1,
+            })
+            .sum();
+        if layers != 0 {
+            let [a, b] = edge.ends.map(|v| points[v as usize].at_px);
+            let (upper, lower, layers) = if a[1] <= b[1] { (a, b, layers) } else { (b, a, -layers) };
+            line(upper, lower, layers);
         }
     }
 }

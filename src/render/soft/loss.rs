@@ -17,7 +17,7 @@ use super::{BLOCK_PX, Grid, SoftSilhouette};
 
 /// `eps` of the magnitude, squared Sobel units (a full edge is 4): bends the edge map below 1/1000 of a
 /// full edge.
-const EDGE_EPSILON: f32 = 1e-6;
+pub(super) const EDGE_EPSILON: f32 = 1e-6;
 
 /// Areas and edge sums below this are nothing, pixels.
 const NOTHING: f64 = 1e-9;
@@ -71,28 +71,50 @@ impl<const N: usize> SoftTerms<N> {
 /// Compares a silhouette with a target of its size.
 pub fn terms<const N: usize>(drawn: &SoftSilhouette<N>, target: &Target) -> SoftTerms<N> {
     let grid = drawn.grid();
-    let nothing = Sloped { value: 0.0, slopes: [0.0; N] };
-    let (mut common, mut covered, mut far, mut edges) = (nothing, nothing, nothing, nothing);
+    let mut sums = LossSums::NOTHING;
     for y in 0..grid.height_px {
         let mut row = RowSums::new();
         row.add_overlap(drawn, target, grid, y);
         row.add_edges(drawn, target, grid, y);
-        row.common.add_to(&mut common);
-        row.covered.add_to(&mut covered);
-        row.far.add_to(&mut far);
-        row.edges.add_to(&mut edges);
+        row.common.add_to(&mut sums.common);
+        row.covered.add_to(&mut sums.covered);
+        row.far.add_to(&mut sums.far);
+        row.edges.add_to(&mut sums.edges);
     }
-    let union = Sloped {
-        value: target.mask_area_px2 + covered.value - common.value,
-        slopes: from_fn(|k| covered.slopes[k] - common.slopes[k]),
+    sums.terms(target.mask_area_px2, target.side_px)
+}
+
+/// The four sums over the picture that the two terms are made of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct LossSums<const N: usize> {
+    /// Coverage times mask.
+    pub common: Sloped<N>,
+    /// Coverage where known.
+    pub covered: Sloped<N>,
+    /// Edge magnitude times distance.
+    pub far: Sloped<N>,
+    /// Edge magnitude.
+    pub edges: Sloped<N>,
+}
+
+impl<const N: usize> LossSums<N> {
+    pub const NOTHING: Self = {
+        let nothing = Sloped { value: 0.0, slopes: [0.0; N] };
+        Self { common: nothing, covered: nothing, far: nothing, edges: nothing }
     };
-    let (overlap, distance) = (ratio(&common, &union), ratio(&far, &edges));
-    SoftTerms {
-        silhouette: Sloped { value: 1.0 - overlap.value, slopes: overlap.slopes.map(|s| -s) },
-        edge: Sloped {
-            value: distance.value / target.side_px,
-            slopes: distance.slopes.map(|s| s / target.side_px),
-        },
+
+    /// Both as in [`Target`].
+    pub fn terms(&self, mask_area_px2: f64, side_px: f64) -> SoftTerms<N> {
+        let Self { common, covered, far, edges } = self;
+        let union = Sloped {
+            value: mask_area_px2 + covered.value - common.value,
+            slopes: from_fn(|k| covered.slopes[k] - common.slopes[k]),
+        };
+        let (overlap, distance) = (ratio(common, &union), ratio(far, edges));
+        SoftTerms {
+            silhouette: Sloped { value: 1.0 - overlap.value, slopes: overlap.slopes.map(|s| -s) },
+            edge: Sloped { value: distance.value / side_px, slopes: distance.slopes.map(|s| s / side_px) },
+        }
     }
 }
 
@@ -123,15 +145,11 @@ impl<const N: usize> Lanes<N> {
     }
 }
 
-/// The four sums of the two terms over one row.
+/// [`LossSums`] over one row.
 struct RowSums<const N: usize> {
-    /// Coverage times mask.
     common: Lanes<N>,
-    /// Coverage where known.
     covered: Lanes<N>,
-    /// Edge magnitude times distance.
     far: Lanes<N>,
-    /// Edge magnitude.
     edges: Lanes<N>,
 }
 

@@ -65,6 +65,32 @@ fn both_solvers_find_the_same_yaws() {
     }
 }
 
+/// On whatever adapter there is; the tests of [`crate::render::soft::gpu`] say when there is none.
+#[test]
+fn a_gpu_finds_the_paper_solver_s_yaw_and_a_lost_one_is_an_error() {
+    use crate::render::soft::gpu::{DeviceChoice, Gpu};
+    let Ok(Some(gpu)) = Gpu::open(DeviceChoice::Gpu) else { return };
+    let (mesh, camera, none) = (built("mug"), camera(), Mask::empty(WIDTH_PX, HEIGHT_PX));
+    let mask = seen(&mesh, DVec3::ZERO, 1.0);
+    let problem = RotationProblem {
+        mesh: &mesh,
+        camera: &camera,
+        mask: &mask,
+        unknown: &none,
+        seat_height_m: 0.0,
+        picture: None,
+    };
+    let quick = DroSettings { coarse_yaws: 24, keep: 2, ..paper() };
+    let on = |gpu| estimate_yaw_on(gpu, &problem, &quick, &Interrupt::default());
+    let (on_gpu, on_cpu) = (on(Some(&gpu)).expect("estimated"), on(None).expect("estimated"));
+    for ((yaw_rad, loss), expected) in on_gpu.curve.iter().zip(&on_cpu.curve) {
+        assert!(*yaw_rad == expected.0 && (loss - expected.1).abs() < 1e-5, "{loss} {expected:?}");
+    }
+    assert!((on_gpu.yaw_rad - on_cpu.yaw_rad).abs() < 2e-3, "{} {}", on_gpu.yaw_rad, on_cpu.yaw_rad);
+    gpu.give_up("asked to by a test");
+    assert!(matches!(on(Some(&gpu)), Err(DroError::Gpu(_))));
+}
+
 #[test]
 fn threads_do_not_change_the_paper_solver_s_answer_and_requests_to_stop_are_heard() {
     let mesh = built("mug");

@@ -1,0 +1,85 @@
+//! Soft silhouettes of one mesh in many poses, compared with a mask: on the CPU and on each adapter there is.
+
+use std::f64::consts::TAU;
+use std::hint::black_box;
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use glam::DVec2;
+use rayon::prelude::*;
+use tabletopgen::render::soft::gpu::{DeviceChoice, Gpu, GpuSilhouettes};
+use tabletopgen::render::soft::loss::{SoftTerms, Target, terms};
+use tabletopgen::render::soft::{Grid, MovingPoint, SoftSilhouette, Surface};
+use wgpu::Backends;
+
+/// The paper's crop and PyTorch3D's usual blur on it.
+const SIDE_PX: usize = 256;
+const SIGMA_PX2: f32 = 1.6;
+
+/// A closed ring with waves, seen askew: rings and quads around, two triangles a quad, 4,608 in all.
+const AROUND: u32 = 96;
+const ACROSS: u32 = 24;
+
+fn ring() -> Surface {
+    let at = |u: u32, v: u32| u % AROUND * ACROSS + v % ACROSS;
+    let quads = (0..AROUND).flat_map(|u| (0..ACROSS).map(move |v| (u, v)));
+    let triangles = quads.flat_map(|(u, v)| {
+        let [a, b, c, d] = [at(u, v), at(u + 1, v), at(u + 1, v + 1), at(u, v + 1)];
+        [[a, b, c], [a, c, d]]
+    });
+    Surface::new(&triangles.collect::<Vec<_>>())
+}
+
+/// Its vertices at a yaw, from 40 degrees above, without perspective.
+fn points(yaw_rad: f64) -> Vec<MovingPoint<1>> {
+    let (sin_e, cos_e) = 0.7_f64.sin_cos();
+    let vertices = (0..AROUND).flat_map(|u| (0..ACROSS).map(move |v| (u, v)));
+    vertices
+        .map(|(u, v)| {
+            let (a, b) = (TAU * f64::from(u) / f64::from(AROUND), TAU * f64::from(v) / f64::from(ACROSS));
+            let radius = 70.0 + (25.0 + 6.0 * (5.0 * a).sin()) * b.cos();
+            let (p, z) = (DVec2::new(1.2 * radius * a.cos(), radius * a.sin()), 30.0 * b.sin());
+            let turned = DVec2::from_angle(yaw_rad).rotate(p);
+            let seen = |p: DVec2, z: f64| DVec2::new(p.x, -p.y * sin_e - z * cos_e);
+            let at_px = seen(turned, z) + 0.5 * SIDE_PX as f64;
+            let slope = seen(turned.perp(), 0.0);
+            MovingPoint { at_px: at_px.as_vec2().into(), slopes: [slope.as_vec2().into()] }
+        })
+        .collect()
+}
+
+fn bench(criterion: &mut Criterion) {
+    let (surface, grid) = (ring(), Grid::square(SIDE_PX));
+    let drawn = |points: &[MovingPoint<1>]| {
+        let mut drawn = SoftSilhouette::default();
+        drawn.draw(&surface, points, grid, SIGMA_PX2);
+        drawn
+    };
+    let mask = drawn(&points(0.3)).coverage().to_vec();
+    let (known, distance_px) = (vec![1.0; grid.pixels()], vec![3.0; grid.pixels()]);
+    let mask_area_px2 = mask.iter().map(|&m| f64::from(m)).sum();
+    let side_px = SIDE_PX as f64;
+    let target = Target { mask: &mask, known: &known, distance_px: &distance_px, mask_area_px2, side_px };
+    let coarse: Vec<_> = (0..72).map(|k| points(TAU * f64::from(k) / 72.0)).collect();
+    let devices = [("vulkan", Backends::VULKAN), ("gl", Backends::GL)]
+        .map(|(name, backend)| (name, Gpu::open_among(backend, DeviceChoice::Gpu)));
+    for (name, poses) in [("one", &coarse[..1]), ("eight", &coarse[..8]), ("whole_turn", &coarse[..])] {
+        criterion.bench_function(&format!("soft/{name}_on_the_cpu"), |b| {
+            b.iter(|| {
+                let compared = |points: &Vec<MovingPoint<1>>| terms(&drawn(points), &target);
+                black_box(poses).par_iter().map(compared).collect::<Vec<SoftTerms<1>>>()
+            })
+        });
+        for (backend, gpu) in &devices {
+            let Ok(gpu) = gpu else { continue };
+            let batch = GpuSilhouettes::new(gpu.clone(), surface.clone(), grid, SIGMA_PX2);
+            let mut batch = batch.expect("the kernels compile");
+            batch.aim_at(&target).expect("the mask fits");
+            criterion.bench_function(&format!("soft/{name}_on_{backend}"), |b| {
+                b.iter(|| batch.terms(black_box(poses)))
+            });
+        }
+    }
+}
+
+criterion_group! { name = benches; config = Criterion::default().sample_size(10); targets = bench }
+criterion_main!(benches);
