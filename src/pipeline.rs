@@ -134,6 +134,13 @@ pub async fn rotate_all(
     // Neither needs the other: side by side, a slow instance of one stage leaves no processor idle.
     let inputs = decompose::inputs(&recognition, &raw, &canonical, &settings)?;
     let hulls = stages.run_each_by(decompose::STAGE, inputs, decompose::Inputs::effort, decompose::run);
+    let recognition = match rotate::camera::Inputs::new(&recognition, &masks, &raw, &canonical, &settings) {
+        Some(inputs) => {
+            let refined = stages.run(rotate::camera::STAGE, inputs, rotate::camera::run).await?;
+            Arc::new(rotate::camera::seen_by(&recognition, &refined))
+        }
+        None => recognition,
+    };
     let inputs = rotate::inputs(&reference, &recognition, &masks, &canonical, &settings);
     let yaws = stages.run_each_by(rotate::STAGE, inputs, rotate::Inputs::effort, rotate::run);
     let (hulls, yaws) = both(futures::join!(hulls, yaws))?;

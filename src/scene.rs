@@ -18,6 +18,8 @@ pub use description::{ObjectSpec, Relation, RelationKind, SceneDescription};
 pub use finished::Scene;
 pub use instance::{Instance, Provenance, Support};
 pub use name::InstanceId;
-pub use recognition::{InstanceMask, Recognition, RecognizedObject, RecognizedTable, StandsOn, TopBox};
+pub use recognition::{
+    CameraKnowledge, InstanceMask, Recognition, RecognizedObject, RecognizedTable, StandsOn, TopBox,
+};
 pub use request::{Input, SceneRequest};
 pub use table::{Table, TableShape, TableSpec};

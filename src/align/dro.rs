@@ -43,11 +43,11 @@ pub(super) mod outline_mesh;
 mod paper;
 mod placement;
 mod polish;
-mod search;
+pub(super) mod search;
 mod settings;
 mod seat;
 mod silhouette;
-mod simplex;
+pub(super) mod simplex;
 mod soft_comparison;
 pub mod symmetry;
 

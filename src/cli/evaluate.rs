@@ -61,8 +61,8 @@ enum SetName {
 enum Difficulties {
     Clean,
     Noisy,
-    /// The noisy set with the camera's error left in, which nothing takes out yet
-    NoisyCamera,
+    /// The noisy set with an exact camera
+    NoisyExactCamera,
     /// clean, then noisy
     Both,
 }
@@ -72,7 +72,7 @@ impl Difficulties {
         match self {
             Self::Clean => &[Difficulty::Clean],
             Self::Noisy => &[Difficulty::Noisy],
-            Self::NoisyCamera => &[Difficulty::NoisyCamera],
+            Self::NoisyExactCamera => &[Difficulty::NoisyExactCamera],
             Self::Both => &[Difficulty::Clean, Difficulty::Noisy],
         }
     }

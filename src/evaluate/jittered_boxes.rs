@@ -6,6 +6,7 @@ use futures::FutureExt;
 use rand::RngExt;
 
 use super::noise::Noise;
+use crate::geometry::Mask;
 use crate::geometry::seed::{Rng, child_rng};
 use crate::provider::{Adapter, Answer, Call, Reference, Segmenter, TopBoxes, TopPicture};
 use crate::scene::{InstanceMask, Recognition};
@@ -31,6 +32,10 @@ impl Segmenter for JitteredBoxes {
         recognition: Arc<Recognition>,
     ) -> Answer<'a, Vec<InstanceMask>> {
         self.segmenter.segment(call, reference, recognition)
+    }
+
+    fn table<'a>(&'a self, call: &'a Call, reference: Reference) -> Answer<'a, Option<Mask>> {
+        self.segmenter.table(call, reference)
     }
 
     fn top_boxes<'a>(

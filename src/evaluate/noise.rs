@@ -15,6 +15,7 @@ use serde::{Deserialize, Serialize};
 use crate::geometry::seed::{child_rng, child_seed};
 use crate::provider::embedded::painter::PainterSettings;
 use crate::provider::{Painting, PaintingAside};
+use crate::scene::CameraKnowledge;
 
 /// Amplitudes; uniform within them unless said otherwise.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -53,8 +54,7 @@ pub struct Noise {
 }
 
 impl Noise {
-    /// The noisy set. The camera is exact: its error is meant to be taken out again by refining the camera, which no
-    /// stage does yet.
+    /// The noisy set.
     pub const NOISY: Self = Self {
         mask_erosion_px: 2.5,
         mask_erosion_share: 0.3,
@@ -69,13 +69,12 @@ impl Noise {
         light_cast_share: 0.06,
         highest_elevation_rad: 0.78,
         least_visible_share: 0.6,
-        elevation_rad: 0.0,
-        azimuth_rad: 0.0,
+        elevation_rad: 5.0 * DEGREE_RAD,
+        azimuth_rad: 2.0 * DEGREE_RAD,
     };
 
-    /// The noisy set with the camera's error left in: up to 5 degrees of elevation and 2 of azimuth.
-    pub const NOISY_CAMERA: Self =
-        Self { elevation_rad: 5.0 * DEGREE_RAD, azimuth_rad: 2.0 * DEGREE_RAD, ..Self::NOISY };
+    /// The noisy set with an exact camera: what the camera's error costs although it is refined is the difference.
+    pub const NOISY_EXACT_CAMERA: Self = Self { elevation_rad: 0.0, azimuth_rad: 0.0, ..Self::NOISY };
 
     /// The painter's settings with lower cameras.
     pub fn painter(&self, settings: &PainterSettings) -> PainterSettings {
@@ -93,7 +92,12 @@ impl Noise {
         light::relight(&mut spoiled.picture, self, seed, None);
         let whole_px = [f64::from(painting.picture.width_px()), f64::from(painting.picture.height_px())];
         let Some(PaintingAside { known, alone, .. }) = &mut spoiled.aside else { return spoiled };
-        known.recognition.camera = camera::misjudged(&known.recognition.camera, self, seed);
+        if self.elevation_rad > 0.0 || self.azimuth_rad > 0.0 {
+            known.recognition.camera = camera::misjudged(&known.recognition.camera, self, seed);
+            known.recognition.camera_is = CameraKnowledge::Judged;
+        }
+        known.table_mask =
+            masks::worn(&known.table_mask, self, self.mask_holes, child_seed(seed, "mask table"));
         for object in &mut known.recognition.objects {
             let reach = (1.0 + self.size_share).ln();
             let mut rng = child_rng(seed, &format!("size {}", object.id));

@@ -58,6 +58,16 @@ impl Camera {
         Self::look_at(width_px, height_px, fov_x_rad, target_m + distance_m * offset, target_m)
     }
 
+    /// The same camera on another way around the world's origin: turned about +z, which adds to its azimuth, and about
+    /// its own rightward axis, which adds to its elevation. The origin keeps its distance and its pixel.
+    pub fn orbited(&self, azimuth_rad: f64, elevation_rad: f64) -> Self {
+        let right = self.world_from_camera.transform_vector(DVec3::X);
+        // Tilting the rig about its rightward axis by a negative angle lifts the camera.
+        let rotation = DQuat::from_rotation_z(azimuth_rad) * DQuat::from_axis_angle(right, -elevation_rad);
+        let turn = Pose { translation_m: DVec3::ZERO, rotation };
+        Self { world_from_camera: turn * self.world_from_camera, ..*self }
+    }
+
     /// Pixel coordinates and depth along the optical axis (meters) of a world point; `None` behind.
     pub fn project(&self, point_in_world: DVec3) -> Option<(DVec2, f64)> {
         let p = self.world_from_camera.inverse().transform_point(point_in_world);

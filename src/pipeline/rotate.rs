@@ -1,5 +1,7 @@
 //! Stage 8, for each instance: its yaw, by the rotation optimizer.
 
+pub mod camera;
+
 use std::sync::Arc;
 
 use glam::DVec2;

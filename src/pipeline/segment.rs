@@ -12,7 +12,7 @@ use crate::provider::{Adapter, Ports};
 use crate::render::overlay::{distinct_color, draw_mask_outline, draw_text, tint_mask};
 use crate::scene::{InstanceMask, Recognition};
 
-pub const STAGE: Stage = Stage { name: "segment", version: 1 };
+pub const STAGE: Stage = Stage { name: "segment", version: 2 };
 
 #[derive(Serialize)]
 pub struct Inputs {
@@ -26,6 +26,8 @@ pub struct Inputs {
 #[derive(Clone, Serialize, Deserialize)]
 pub struct Output {
     pub masks: Vec<InstanceMask>,
+    /// Pixels of the table; `None` where nobody looked for it.
+    pub table: Option<Mask>,
 }
 
 impl Inputs {
@@ -64,7 +66,8 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
     let (call, ports) = (context.call(), &context.services().ports);
     let seen = reference::seen(&context, &inputs.picture, inputs.known.as_ref()).await?;
     let masks = ports.segmenter.segment(&call, seen.clone(), inputs.recognition.clone()).await?;
-    let output = Output { masks };
+    let table = ports.segmenter.table(&call, seen.clone()).await?;
+    let output = Output { masks, table };
     check(&output, &inputs.recognition, &seen.picture)?;
     context.put_json("masks.json", &output.masks).await?;
     let shown = output.clone();
@@ -80,6 +83,12 @@ fn check(output: &Output, recognition: &Recognition, picture: &Image) -> Result<
         return Err(StageError::permanent(
             "masks_inconsistent",
             "segmenting the picture: the masks are not those of the recognized objects",
+        ));
+    }
+    if output.table.as_ref().is_some_and(|m| (m.width_px(), m.height_px()) != size) {
+        return Err(StageError::permanent(
+            "masks_inconsistent",
+            "segmenting the picture: the table's mask belongs to a picture of another size",
         ));
     }
     match output.masks.iter().find(|mask| mask.visible.area_px() == 0) {
@@ -118,10 +127,10 @@ mod tests {
             visible: Mask::from_fn(9, 2, |x, _| (from..to).contains(&x)),
         };
         // The second lies over the first and the third.
-        let output = Output { masks: vec![mask("a", 0, 3), mask("b", 2, 6), mask("c", 5, 7)] };
+        let output = Output { masks: vec![mask("a", 0, 3), mask("b", 2, 6), mask("c", 5, 7)], table: None };
         let columns = |mask: &Mask| (0..9).filter(|&x| mask.contains(x, 1)).collect::<Vec<u32>>();
         let others: Vec<Vec<u32>> = output.others().iter().map(columns).collect();
         assert_eq!(others, [vec![2, 3, 4, 5, 6], vec![0, 1, 2, 5, 6], vec![0, 1, 2, 3, 4, 5]]);
-        assert!(Output { masks: Vec::new() }.others().is_empty());
+        assert!(Output { masks: Vec::new(), table: None }.others().is_empty());
     }
 }

@@ -4,6 +4,7 @@
 use std::sync::Arc;
 
 use super::{Adapter, Answer, Call, Reference, TopPicture};
+use crate::geometry::Mask;
 use crate::scene::{InstanceMask, Recognition, TopBox};
 
 /// Finds the pixels of things.
@@ -17,6 +18,9 @@ pub trait Segmenter: Send + Sync {
         reference: Reference,
         recognition: Arc<Recognition>,
     ) -> Answer<'a, Vec<InstanceMask>>;
+
+    /// Where the table shows, whole with its legs; `None` where nobody looked for it.
+    fn table<'a>(&'a self, call: &'a Call, reference: Reference) -> Answer<'a, Option<Mask>>;
 
     /// One box per object, and the table's, on the top view.
     fn top_boxes<'a>(

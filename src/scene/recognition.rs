@@ -12,9 +12,23 @@ pub struct Recognition {
     /// Intrinsics and pose relative to the table frame (its height above the table is up to scale
     /// until the anchor is known).
     pub camera: Camera,
+    /// What the camera's angles come from.
+    pub camera_is: CameraKnowledge,
     pub table: RecognizedTable,
     /// The table is not among them.
     pub objects: Vec<RecognizedObject>,
+}
+
+/// How well a recognized camera is known.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum CameraKnowledge {
+    /// Exactly: its picture was painted with it.
+    Known,
+    /// Read off lines in the picture.
+    Measured,
+    /// A model said so; its angles may be some degrees off.
+    Judged,
 }
 
 /// The table as recognized.

@@ -44,6 +44,9 @@ pub struct DroSettings {
     /// Difference of color disagreement below which two poses look alike; more calls more objects
     /// symmetric. The yaw is the one colors prefer all the same.
     pub flat_appearance: f64,
+    /// Whether a camera that a model judged is refined first, by the silhouettes of the table and of all objects;
+    /// cameras that are known or measured stay.
+    pub refine_camera: bool,
     /// Loss at which the outlines have nothing in common: confidence 0.
     pub hopeless_loss: f64,
     /// Lead over the next pose at which the lead counts for one half, loss units.

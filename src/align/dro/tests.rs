@@ -25,6 +25,7 @@ pub fn settings() -> DroSettings {
         same_outline: 0.012,
         appearance_weight: 0.05,
         flat_appearance: 0.06,
+        refine_camera: true,
         hopeless_loss: 0.3,
         clear_lead: 0.01,
     }

@@ -1,11 +1,10 @@
 //! A camera whose angles are misjudged.
 
-use glam::DQuat;
 use rand::RngExt;
 
 use super::Noise;
+use crate::geometry::Camera;
 use crate::geometry::seed::child_rng;
-use crate::geometry::{Camera, Pose};
 
 /// The camera turned about the world's origin (the middle of the table top): about +z by the error of the azimuth,
 /// about its own rightward axis by that of the elevation. It keeps its distance and its intrinsics.
@@ -13,11 +12,7 @@ pub fn misjudged(camera: &Camera, noise: &Noise, seed: u64) -> Camera {
     let mut rng = child_rng(seed, "camera noise");
     let azimuth_rad = noise.azimuth_rad * rng.random_range(-1.0..1.0);
     let elevation_rad = noise.elevation_rad * rng.random_range(-1.0..1.0);
-    let right = camera.world_from_camera.transform_vector(glam::DVec3::X);
-    // Tilting the rig about its rightward axis by a negative angle lifts the camera.
-    let turn = DQuat::from_rotation_z(azimuth_rad) * DQuat::from_axis_angle(right, -elevation_rad);
-    let turned = Pose { translation_m: glam::DVec3::ZERO, rotation: turn };
-    Camera { world_from_camera: turned * camera.world_from_camera, ..*camera }
+    camera.orbited(azimuth_rad, elevation_rad)
 }
 
 #[cfg(test)]
@@ -29,9 +24,9 @@ mod tests {
     fn errors_stay_within_their_amplitudes_and_the_middle_of_the_table_stays_in_place() {
         let camera = Camera::orbit(960, 720, 0.61, DVec3::ZERO, 0.2, 0.8, 1.6);
         for seed in 0..50 {
-            let off = misjudged(&camera, &Noise::NOISY_CAMERA, seed);
-            assert!((off.elevation_rad() - 0.8).abs() <= Noise::NOISY_CAMERA.elevation_rad + 1e-9);
-            assert!((off.azimuth_rad() - 0.2).abs() <= Noise::NOISY_CAMERA.azimuth_rad + 1e-9);
+            let off = misjudged(&camera, &Noise::NOISY, seed);
+            assert!((off.elevation_rad() - 0.8).abs() <= Noise::NOISY.elevation_rad + 1e-9);
+            assert!((off.azimuth_rad() - 0.2).abs() <= Noise::NOISY.azimuth_rad + 1e-9);
             let (pixel, _) = off.project(DVec3::ZERO).expect("in front");
             assert!((pixel - glam::DVec2::new(480.0, 360.0)).length() < 1e-6);
         }

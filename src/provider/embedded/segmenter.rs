@@ -35,6 +35,10 @@ impl Segmenter for EmbeddedSegmenter {
         }))
     }
 
+    fn table<'a>(&'a self, _call: &'a Call, reference: Reference) -> Answer<'a, Option<Mask>> {
+        Box::pin(async move { Ok(reference.known.as_ref().map(|known| known.table_mask.clone())) })
+    }
+
     fn top_boxes<'a>(
         &'a self,
         _call: &'a Call,

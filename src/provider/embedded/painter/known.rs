@@ -7,7 +7,9 @@ use super::table::PaintedTable;
 use super::view::Viewpoint;
 use crate::provider::{KnownPicture, Truth, TruthInstance};
 use crate::render::Frame;
-use crate::scene::{InstanceMask, ObjectSpec, Recognition, RecognizedObject, RelationKind, StandsOn};
+use crate::scene::{
+    CameraKnowledge, InstanceMask, ObjectSpec, Recognition, RecognizedObject, RelationKind, StandsOn,
+};
 
 /// Visible pixels of each prop, in order.
 pub(super) fn masks(frame: &Frame, props: &[Prop]) -> Vec<InstanceMask> {
@@ -32,6 +34,7 @@ pub(super) fn picture(
     KnownPicture {
         recognition: Recognition {
             camera: viewpoint.camera,
+            camera_is: CameraKnowledge::Known,
             table: table.recognized.clone(),
             objects: props.iter().map(|prop| recognized(prop.spec)).collect(),
         },

@@ -8,7 +8,9 @@ use crate::geometry::seed::child_seed;
 use crate::geometry::{Image, Interrupt, Rgb};
 use crate::provider::{Port, ProviderError};
 use crate::scene::request::RequestOptions;
-use crate::scene::{InstanceId, Recognition, RecognizedObject, RecognizedTable, StandsOn, TableShape};
+use crate::scene::{
+    CameraKnowledge, InstanceId, Recognition, RecognizedObject, RecognizedTable, StandsOn, TableShape,
+};
 use crate::vision::{PictureReading, TopShape};
 
 /// Depth over width from which a rectangle is taken for a square.
@@ -66,6 +68,7 @@ pub fn recognize(
         .collect();
     Ok(Recognition {
         camera: reading.camera,
+        camera_is: CameraKnowledge::Measured,
         table: RecognizedTable {
             label: model.label.to_owned(),
             shape: shape_of(model),
