@@ -4,11 +4,11 @@
 //! look at the same point from the same distance ([`Camera::orbited`]). The paper refines it together with the yaw
 //! of one object; here all silhouettes share it. Two kinds of witness, with the loss of [`super::dro`]:
 //!
-//! - the *table*, whose frame is the world: it shows both angles ([`by_table`]). Its depth and height are believed
+//! - the *table*, whose frame is the world: it shows both angles (`by_table`). Its depth and height are believed
 //!   sizes, and its place and size in the picture depend on where exactly the camera looks: these five numbers are
 //!   searched for as well, near what they are believed to be;
 //! - the *objects*, their boxes fitted to the masks' so that sizes and places do not count, each at the yaw that suits
-//!   it best: a turned camera and turned objects look the same, so they show the elevation alone ([`by_objects`]). A
+//!   it best: a turned camera and turned objects look the same, so they show the elevation alone (`by_objects`). A
 //!   mesh of the wrong shape has its least loss anywhere; the elevation is the one at which the losses' excess, each
 //!   bounded, is least in sum, so that one bad mesh has a bounded say.
 //!
@@ -17,7 +17,7 @@
 //!
 //! Guarantees: same input, same answer with any number of threads; never farther from the given camera than
 //! [`REACH_RAD`]. Cost: 540 silhouettes for the table, some 300 coarse ones an object. Not for pictures of which the
-//! camera is known: a few tenths of a degree may be lost there.
+//! camera is known: a third of a degree is lost there where masks are eroded (`docs/results/layout.md`).
 
 use std::f64::consts::TAU;
 
