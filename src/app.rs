@@ -12,6 +12,7 @@ pub mod local;
 pub mod evaluation;
 
 use std::path::Path;
+use std::sync::Arc;
 use std::time::Duration;
 
 /// The configuration; whoever else needs it takes it from here.
@@ -20,6 +21,7 @@ pub use crate::config;
 use crate::config::Config;
 use crate::pipeline::checkpoint::StageRuntime;
 use crate::provider::Cpu;
+use crate::render::soft::gpu::Compute;
 use crate::store::{Store, StoreError};
 use crate::worker::{BuildScene, Worker};
 
@@ -59,12 +61,15 @@ pub fn worker(store: &Store, config: &Config, build: BuildScene) -> Result<Worke
     let threads = config.worker.cpu_threads;
     let cpu = Cpu::new(threads).map_err(|source| AppError::CpuPool { threads, source })?;
     let stage_timeout = Duration::from_secs(config.worker.stage_timeout_secs);
-    let runtime = StageRuntime::new(store.clone(), cpu, BACKEND, config.worker.fan_out, stage_timeout);
+    let compute = Arc::new(Compute::new(&config.compute));
+    let runtime =
+        StageRuntime::new(store.clone(), cpu, compute, BACKEND, config.worker.fan_out, stage_timeout);
     Ok(Worker::new(store.clone(), runtime, build, config.worker.clone()))
 }
 
 /// What results depend on besides inputs and settings, as part of every checkpoint's key: floating point
-/// differs between architectures in the last bit, and nothing else here differs between machines.
+/// differs between architectures in the last bit, and nothing else here differs between machines. A GPU differs
+/// too; the stages that use one have its name among their inputs.
 const BACKEND: &str = if cfg!(target_arch = "x86_64") {
     "cpu-x86_64"
 } else if cfg!(target_arch = "aarch64") {

@@ -32,6 +32,7 @@ use crate::provider::embedded::painter::PainterSettings;
 use crate::provider::embedded::photograph::SizeSettings;
 use crate::provider::feature_extractor::FeatureSettings;
 use crate::render::RenderSettings;
+use crate::render::soft::gpu::ComputeSettings;
 use crate::vision::VisionSettings;
 use crate::vision::descriptor::DescriptorSettings;
 use crate::{api, store, worker};
@@ -46,6 +47,7 @@ pub struct Config {
     pub server: api::Settings,
     pub store: store::Settings,
     pub worker: worker::Settings,
+    pub compute: ComputeSettings,
     pub log: LogSettings,
     pub features: FeatureSettings,
     pub analyst: analyst::Settings,
@@ -69,7 +71,7 @@ pub struct Config {
 
 /// Sections about the process; all others shape a scene, and a request may override those. Features shape scenes too, but
 /// name files of this machine, which are not a request's to choose.
-pub const PROCESS_SECTIONS: [&str; 5] = ["server", "store", "worker", "log", "features"];
+pub const PROCESS_SECTIONS: [&str; 6] = ["server", "store", "worker", "compute", "log", "features"];
 
 /// Section `[log]`.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]

@@ -108,7 +108,8 @@ pub async fn rotate_all(
     ports: Ports,
     settings: Arc<Settings>,
 ) -> Result<Rotated, StageError> {
-    let stages = checkpoints.with_services(Arc::new(Services::new(ports.clone())));
+    let services = Services::new(ports.clone(), checkpoints.device().clone());
+    let stages = checkpoints.with_services(Arc::new(services));
     let request = Arc::new(request);
 
     let inputs = reference::Inputs::new(&request, &ports);
@@ -141,7 +142,8 @@ pub async fn rotate_all(
         }
         None => recognition,
     };
-    let inputs = rotate::inputs(&reference, &recognition, &masks, &canonical, &settings);
+    let gpu = rotate::gpu(stages.services(), &settings).await;
+    let inputs = rotate::inputs(&reference, &recognition, &masks, &canonical, &settings, gpu);
     let yaws = stages.run_each_by(rotate::STAGE, inputs, rotate::Inputs::effort, rotate::run);
     let (hulls, yaws) = both(futures::join!(hulls, yaws))?;
 

@@ -11,6 +11,7 @@ use crate::config::Config;
 use crate::evaluate::layout::LayoutBench;
 use crate::pipeline::checkpoint::{Checkpoints, Interrupt, JobScope, StageRuntime};
 use crate::provider::Cpu;
+use crate::render::soft::gpu::Compute;
 use crate::scene::SceneRequest;
 use crate::store::scenes::{NewScene, Submitted};
 use crate::store::{DEFAULT_TENANT, StoreError};
@@ -52,7 +53,9 @@ pub async fn checkpoints(
     let claim = store.claim("evaluation", LEASE, 1, Some(&job_id)).await?;
     let claim = claim.ok_or_else(|| lost("the job just submitted cannot be claimed"))?;
     let stage_timeout = Duration::from_secs(config.worker.stage_timeout_secs);
-    let runtime = StageRuntime::new(store, cpu.clone(), BACKEND, config.worker.fan_out, stage_timeout);
+    let compute = Arc::new(Compute::new(&config.compute));
+    let runtime =
+        StageRuntime::new(store, cpu.clone(), compute, BACKEND, config.worker.fan_out, stage_timeout);
     Ok(runtime.open(JobScope {
         lease: claim.lease,
         tenant_id: claim.tenant_id,

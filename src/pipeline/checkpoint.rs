@@ -28,6 +28,7 @@ use tokio_util::task::AbortOnDropHandle;
 
 use super::error::{StageError, StageErrorClass};
 use crate::provider::call::{Cpu, panic_text};
+use crate::render::soft::gpu::Compute;
 use crate::scene::InstanceId;
 use crate::store::checkpoints::{Checkpoint, StageKey};
 use crate::store::{Lease, Store};
@@ -45,11 +46,12 @@ pub struct Stage {
     pub version: u32,
 }
 
-/// What every job of the process shares: the store, the CPU pool, the keys being computed right now.
+/// What every job of the process shares: the store, the CPU pool, the device, the keys being computed right now.
 #[derive(Clone)]
 pub struct StageRuntime {
     store: Store,
     cpu: Cpu,
+    compute: Arc<Compute>,
     /// What the results depend on besides their inputs (`cpu`, a SIMD class); part of every key.
     backend: Arc<str>,
     /// Instances of one stage worked on at the same time.
@@ -96,10 +98,18 @@ impl<S> Clone for Checkpoints<S> {
 
 impl StageRuntime {
     /// `backend` names everything about this machine that changes results.
-    pub fn new(store: Store, cpu: Cpu, backend: &str, fan_out: usize, stage_timeout: Duration) -> Self {
+    pub fn new(
+        store: Store,
+        cpu: Cpu,
+        compute: Arc<Compute>,
+        backend: &str,
+        fan_out: usize,
+        stage_timeout: Duration,
+    ) -> Self {
         Self {
             store,
             cpu,
+            compute,
             backend: backend.into(),
             fan_out: fan_out.max(1),
             stage_timeout,
@@ -134,6 +144,11 @@ impl<S: Send + Sync + 'static> Checkpoints<S> {
     /// The same checkpoints for stages that need `services` (the ports).
     pub fn with_services<T>(self, services: Arc<T>) -> Checkpoints<T> {
         Checkpoints { runtime: self.runtime, job: self.job, salted: self.salted, services }
+    }
+
+    /// What the process computes on.
+    pub fn device(&self) -> &Arc<Compute> {
+        &self.runtime.compute
     }
 
     pub fn services(&self) -> &S {

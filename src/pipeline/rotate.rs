@@ -9,12 +9,14 @@ use serde::{Deserialize, Serialize};
 
 use super::checkpoint::{ArtifactRef, Stage};
 use super::error::StageError;
+use super::services::Services;
 use super::{Context, Settings, canonicalize, carry, reference, segment};
 use crate::align::dro::{
-    DroError, DroSettings, RotationEstimate, RotationProblem, estimate_yaw, seat_height_m,
+    DroError, DroSettings, DroSolver, RotationEstimate, RotationProblem, estimate_yaw_on, seat_height_m,
 };
 use crate::geometry::{Camera, Mask};
 use crate::render::overlay::{Curve, plot_curves};
+use crate::render::soft::gpu::LARGEST_SIDE_PX;
 use crate::scene::{InstanceId, InstanceMask, Recognition, StandsOn};
 
 pub const STAGE: Stage = Stage { name: "rotate", version: 5 };
@@ -30,6 +32,9 @@ pub struct Inputs {
     /// Meshes of everything below it, nearest first.
     below: Vec<ArtifactRef>,
     dro: DroSettings,
+    /// Name of the GPU; absent where the CPU does it all.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    gpu: Option<String>,
 }
 
 /// The yaw and how sure it is.
@@ -58,13 +63,25 @@ struct Told<'a> {
     curve: &'a [(f64, f64)],
 }
 
-/// One entry per recognized object, in order.
+/// Name of the GPU that will be used, if one will.
+pub async fn gpu(services: &Services, settings: &Settings) -> Option<String> {
+    if settings.dro.solver != DroSolver::Paper || settings.dro.fine_px as usize > LARGEST_SIDE_PX {
+        return None;
+    }
+    let compute = services.compute.clone();
+    // The first time drivers are loaded.
+    let looking = tokio::task::spawn_blocking(move || compute.gpu().map(|gpu| gpu.name().to_owned()));
+    looking.await.ok().flatten()
+}
+
+/// One entry per recognized object, in order; `gpu` as [`gpu`] told it.
 pub fn inputs(
     reference: &reference::Output,
     recognition: &Recognition,
     masks: &segment::Output,
     canonical_meshes: &[canonicalize::Output],
     settings: &Settings,
+    gpu: Option<String>,
 ) -> Vec<(InstanceId, Inputs)> {
     let instances_at = instances_at(&masks.masks);
     recognition
@@ -82,6 +99,7 @@ pub fn inputs(
                 hiders: hiders(&masks.masks, &instances_at, &object.id, &below),
                 below: below.iter().map(|(index, _)| canonical_meshes[*index].mesh.clone()).collect(),
                 dro: settings.dro.clone(),
+                gpu: gpu.clone(),
             };
             (object.id.clone(), inputs)
         })
@@ -142,7 +160,7 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
         below.push(carry::mesh(&context, supporter).await?);
     }
     let interrupt = context.interrupt().clone();
-    let given = inputs.clone();
+    let (given, compute) = (inputs.clone(), context.services().compute.clone());
     let estimate = context
         .cpu(move || {
             let problem = RotationProblem {
@@ -153,12 +171,19 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
                 seat_height_m: seat_height_m(below.iter().map(AsRef::as_ref)),
                 picture: Some(&picture),
             };
-            estimate_yaw(&problem, &given.dro, &interrupt)
+            // A GPU that was given up since fails: the key says that it is the GPU's result.
+            let gpu = given.gpu.as_ref().and_then(|_| compute.opened());
+            estimate_yaw_on(gpu.as_ref(), &problem, &given.dro, &interrupt)
         })
         .await?;
     let name = context.instance().map_or_else(String::new, ToString::to_string);
     let estimate = estimate.map_err(|error| match error {
         DroError::Interrupted(interrupted) => interrupted.into(),
+        // The next try finds the device given up, and makes keys of the CPU's.
+        DroError::Gpu(error) => {
+            tracing::warn!(%error, "the GPU failed; this process goes on with the CPU");
+            StageError::transient("gpu_failed", format!("{name}: {error}; trying again on the CPU"))
+        }
         other => StageError::permanent("no_yaw", format!("{name}: {other}")),
     })?;
     let output = Output {

@@ -1,4 +1,4 @@
-//! What stages are handed besides their inputs: the ports, and what this job has decoded already.
+//! What stages are handed besides their inputs: the ports, the device, and what this job has decoded already.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex};
@@ -6,17 +6,20 @@ use std::sync::{Arc, Mutex};
 use crate::geometry::mesh_solid::MeshSolid;
 use crate::geometry::{Image, TexturedMesh};
 use crate::provider::{KnownPicture, Ports};
+use crate::render::soft::gpu::Compute;
 use crate::store::Digest;
 
 /// Shared by all stages of one job.
 pub struct Services {
     pub ports: Ports,
+    /// What it computes on changes results: stages that use it have its name in their inputs.
+    pub compute: Arc<Compute>,
     pub(super) decoded: Decoded,
 }
 
 impl Services {
-    pub fn new(ports: Ports) -> Self {
-        Self { ports, decoded: Decoded::default() }
+    pub fn new(ports: Ports, compute: Arc<Compute>) -> Self {
+        Self { ports, compute, decoded: Decoded::default() }
     }
 }
 
