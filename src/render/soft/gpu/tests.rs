@@ -114,9 +114,12 @@ fn several_parameters_or_none_agree_too() {
             .iter()
             .map(|p| MovingPoint { at_px: p.at_px, slopes: [p.slopes[0], p.at_px, [1.0, 0.0]] })
             .collect();
-        let drawn = silhouettes(&gpu, surface.clone(), grid, 1.6).draw(&[still.clone()]).expect("drawn");
+        let drawn =
+            silhouettes(&gpu, surface.clone(), grid, 1.6).draw(std::slice::from_ref(&still)).expect("drawn");
         assert!(differences(&drawn[0], &on_cpu(&surface, &still, grid, 1.6)).0 < 1e-5);
-        let drawn = silhouettes(&gpu, surface.clone(), grid, 1.6).draw(&[swelling.clone()]).expect("drawn");
+        let drawn = silhouettes(&gpu, surface.clone(), grid, 1.6)
+            .draw(std::slice::from_ref(&swelling))
+            .expect("drawn");
         let (apart, off) = differences(&drawn[0], &on_cpu(&surface, &swelling, grid, 1.6));
         assert!(apart < 1e-5 && off < 2e-3, "{}: {apart} {off}", gpu.name());
     }
