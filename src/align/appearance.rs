@@ -160,8 +160,9 @@ mod tests {
     fn a_cover_in_other_colors_is_a_cover() {
         // A white book was stood on its front since the mesh's cover was green and its back a plain orange.
         let cover = |ink: f32, paper: f32| -> Vec<Option<Vec3>> {
-            let in_title =
-                |k: usize| (10..14).contains(&(k / 32)) && (6..26).contains(&(k % 32)) && !k.is_multiple_of(3);
+            let in_title = |k: usize| {
+                (10..14).contains(&(k / 32)) && (6..26).contains(&(k % 32)) && !k.is_multiple_of(3)
+            };
             (0..32 * 32).map(|k| Some(Vec3::splat(if in_title(k) { ink } else { paper }))).collect()
         };
         let seen = Structure::new(&cover(30.0, 220.0), 32);
