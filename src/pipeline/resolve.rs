@@ -17,7 +17,7 @@ use crate::physics::{
 };
 use crate::scene::{Recognition, RecognizedObject};
 
-pub const STAGE: Stage = Stage { name: "resolve", version: 2 };
+pub const STAGE: Stage = Stage { name: "resolve", version: 3 };
 
 #[derive(Serialize)]
 pub struct Inputs {

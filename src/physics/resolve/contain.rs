@@ -30,6 +30,9 @@ const TRIES: usize = 10;
 /// Free space around what is slid in below a handle, meters.
 const SLIDING_GAP_M: f64 = 0.0005;
 
+/// A contained thing reaches no farther below its container's lowest point than a contact is soft, meters.
+const BELOW_BOTTOM_M: f64 = 0.0005;
+
 /// Angles between a stood-up thing and the vertical, degrees: the flattest that goes in is taken.
 const LEANS_DEG: [f64; 8] = [40.0, 32.0, 25.0, 19.0, 14.0, 9.0, 4.0, 0.0];
 
@@ -51,6 +54,41 @@ fn rim_and_floor(scene: &Scene, parent: usize, poses: &[Pose]) -> (f64, f64) {
     (high.z, floor)
 }
 
+/// Where a container is open and deep, seen from above: a mug's cup without its handle.
+struct Cavity {
+    middle: DVec2,
+    /// Half its extents.
+    half: DVec2,
+}
+
+/// Probes on a grid; those that go down at least half as deep as the deepest show the cavity. The whole box where none
+/// does.
+fn cavity(scene: &Scene, parent: usize, poses: &[Pose]) -> Cavity {
+    const PROBES: u32 = 13;
+    let (low, high) = scene.shapes[parent].bounds(&poses[parent]);
+    let whole = Cavity { middle: 0.5 * (low + high).truncate(), half: 0.5 * (high - low).truncate() };
+    let mut probe_hull = floor_hull(0.001, 0.002);
+    probe_hull.points.iter_mut().for_each(|p| p.z += 0.002);
+    let Ok(probe) = CollisionShape::new(&[probe_hull]) else { return whole };
+    let under = [scene.placed(parent, poses)];
+    let step = (high - low).truncate() / f64::from(PROBES);
+    let depths: Vec<(DVec2, f64)> = (0..PROBES * PROBES)
+        .filter_map(|k| {
+            let cell = DVec2::new(f64::from(k % PROBES), f64::from(k / PROBES)) + 0.5;
+            let at = low.truncate() + step * cell;
+            drop_height(&probe, DQuat::IDENTITY, at, &under).map(|z| (at, high.z - z))
+        })
+        .collect();
+    let deepest = depths.iter().map(|(_, depth)| *depth).fold(0.0, f64::max);
+    let deep = depths.iter().filter(|(_, depth)| *depth >= 0.5 * deepest).map(|(at, _)| *at);
+    let (near, far) =
+        deep.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(near, far), at| (near.min(at), far.max(at)));
+    if near.x > far.x {
+        return whole;
+    }
+    Cavity { middle: 0.5 * (near + far), half: 0.5 * (far - near + step) }
+}
+
 /// Whether the body reaches into its container as far as it must, its weight above the container's outline.
 pub(super) fn reaches_in(scene: &Scene, body: usize, parent: usize, poses: &[Pose]) -> bool {
     let (rim, floor) = rim_and_floor(scene, parent, poses);
@@ -60,10 +98,12 @@ pub(super) fn reaches_in(scene: &Scene, body: usize, parent: usize, poses: &[Pos
     let deepest = scene.shapes[body]
         .points(&poses[body])
         .fold(DVec3::INFINITY, |deep, p| if p.z < deep.z { p } else { deep });
+    // Nor through a handle's loop, below everything the container stands on.
     let between = deepest.x > parent_low.x
         && deepest.x < parent_high.x
         && deepest.y > parent_low.y
-        && deepest.y < parent_high.y;
+        && deepest.y < parent_high.y
+        && deepest.z > parent_low.z - BELOW_BOTTOM_M;
     between && low.z <= rim - scene.settings.container_depth_share * (rim - floor)
 }
 
@@ -209,8 +249,7 @@ fn relaxed(
 /// Rotations and positions (of the origin, seen from above) to try, best first.
 fn places(scene: &Scene, body: usize, parent: usize, poses: &[Pose], nudges: usize) -> Vec<(DQuat, DVec2)> {
     let wanted = poses[body];
-    let (low, high) = scene.shapes[parent].bounds(&poses[parent]);
-    let (middle, half) = (0.5 * (low + high).truncate(), 0.5 * (high - low).truncate());
+    let Cavity { middle, half } = cavity(scene, parent, poses);
     let mut rng = child_rng(nudges as u64, scene.name(body));
     // The first attempt is exact; later ones are shaken by up to a tenth of the container and 30 degrees.
     let mut shaken = |rotation: DQuat, xy: DVec2| {
