@@ -3,7 +3,8 @@
 # make bars    the promises of the README measured in full; writes docs/results/
 # make build   the release binary
 #
-# Needed: a Rust toolchain, a C compiler, make, Python 3.11 with venv. What else is needed is fetched from
+# Needed: a Rust toolchain, a C compiler, make, Python 3.11 with venv; for `make test` an OpenGL (EGL) or Vulkan driver,
+# or TABLETOPGEN_GPU_TESTS=optional. What else is needed is fetched from
 # the package registries by cargo, pip and npm, the first time only.
 
 TARGET_DIR := $(abspath $(or $(CARGO_TARGET_DIR),target))

@@ -13,7 +13,7 @@ const REACH_PX: usize = 2;
 /// Gradients up to this are noise, gray levels a pixel.
 const QUIET_PER_PX: f32 = 2.0;
 
-/// Mean square below which a picture has no lines: one of twenty pixels on a line of one level.
+/// Mean square of the gathered lines below which a picture has none to compare, gray levels a pixel.
 const NO_LINES: f64 = 0.02;
 
 /// Of each pixel the strength of its lines, and twice their direction as a vector; `None` where the object is not

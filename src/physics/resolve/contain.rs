@@ -36,13 +36,18 @@ const BELOW_BOTTOM_M: f64 = 0.0005;
 /// Angles between a stood-up thing and the vertical, degrees: the flattest that goes in is taken.
 const LEANS_DEG: [f64; 8] = [40.0, 32.0, 25.0, 19.0, 14.0, 9.0, 4.0, 0.0];
 
+/// What is let down into a container to find its bottom: 2 mm wide, its lowest point at its origin.
+fn probe() -> Option<CollisionShape> {
+    let mut hull = floor_hull(0.001, 0.002);
+    hull.points.iter_mut().for_each(|p| p.z += 0.002);
+    CollisionShape::new(&[hull]).ok()
+}
+
 /// Height of the rim and of the deepest reachable point of the cavity.
 fn rim_and_floor(scene: &Scene, parent: usize, poses: &[Pose]) -> (f64, f64) {
     let (low, high) = scene.shapes[parent].bounds(&poses[parent]);
     let middle = 0.5 * (low + high).truncate();
-    let mut probe_hull = floor_hull(0.001, 0.002);
-    probe_hull.points.iter_mut().for_each(|p| p.z += 0.002);
-    let Ok(probe) = CollisionShape::new(&[probe_hull]) else { return (high.z, low.z) };
+    let Some(probe) = probe() else { return (high.z, low.z) };
     let under = [scene.placed(parent, poses)];
     let reach = 0.25 * (high - low).truncate();
     let floor = (0..9)
@@ -54,7 +59,7 @@ fn rim_and_floor(scene: &Scene, parent: usize, poses: &[Pose]) -> (f64, f64) {
     (high.z, floor)
 }
 
-/// Where a container is open and deep, seen from above: a mug's cup without its handle.
+/// Where a container is open and deep, seen from above: a mug's cup without its handle. World xy, meters.
 struct Cavity {
     middle: DVec2,
     /// Half its extents.
@@ -67,9 +72,7 @@ fn cavity(scene: &Scene, parent: usize, poses: &[Pose]) -> Cavity {
     const PROBES: u32 = 13;
     let (low, high) = scene.shapes[parent].bounds(&poses[parent]);
     let whole = Cavity { middle: 0.5 * (low + high).truncate(), half: 0.5 * (high - low).truncate() };
-    let mut probe_hull = floor_hull(0.001, 0.002);
-    probe_hull.points.iter_mut().for_each(|p| p.z += 0.002);
-    let Ok(probe) = CollisionShape::new(&[probe_hull]) else { return whole };
+    let Some(probe) = probe() else { return whole };
     let under = [scene.placed(parent, poses)];
     let step = (high - low).truncate() / f64::from(PROBES);
     let depths: Vec<(DVec2, f64)> = (0..PROBES * PROBES)
@@ -94,11 +97,10 @@ pub(super) fn reaches_in(scene: &Scene, body: usize, parent: usize, poses: &[Pos
     let (rim, floor) = rim_and_floor(scene, parent, poses);
     let (low, _) = scene.shapes[body].bounds(&poses[body]);
     let (parent_low, parent_high) = scene.shapes[parent].bounds(&poses[parent]);
-    // The point that goes deepest must be between the walls, not beside them.
+    // The point that goes deepest must be between the walls, neither beside them nor, through a handle's loop, below.
     let deepest = scene.shapes[body]
         .points(&poses[body])
         .fold(DVec3::INFINITY, |deep, p| if p.z < deep.z { p } else { deep });
-    // Nor through a handle's loop, below everything the container stands on.
     let between = deepest.x > parent_low.x
         && deepest.x < parent_high.x
         && deepest.y > parent_low.y
