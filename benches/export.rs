@@ -132,6 +132,7 @@ fn certificate(scene: &Breakfast) -> Certificate {
             appearance: Appearance { extractor: "none".into(), model: "1".into(), similarity: 1.0 },
         },
         objects: Vec::new(),
+        scale_error: None,
         collisions: Vec::new(),
     }
 }

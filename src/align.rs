@@ -4,6 +4,7 @@
 //! Angles are radians about world +z; lengths meters; pictures count pixels from the top-left corner.
 
 mod appearance;
+pub mod beside;
 pub mod camera;
 pub mod canonicalize;
 pub mod dro;

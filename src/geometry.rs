@@ -33,6 +33,7 @@ pub mod cast;
 pub mod collide;
 pub mod contact_hull;
 pub mod contact_patch;
+pub mod rotational_symmetry;
 
 pub use camera::Camera;
 pub use hull::ConvexHull;

@@ -135,17 +135,21 @@ pub async fn rotate_all(
     // Neither needs the other: side by side, a slow instance of one stage leaves no processor idle.
     let inputs = decompose::inputs(&recognition, &raw, &canonical, &settings)?;
     let hulls = stages.run_each_by(decompose::STAGE, inputs, decompose::Inputs::effort, decompose::run);
-    let recognition = match rotate::camera::Inputs::new(&recognition, &masks, &raw, &canonical, &settings) {
-        Some(inputs) => {
-            let refined = stages.run(rotate::camera::STAGE, inputs, rotate::camera::run).await?;
-            Arc::new(rotate::camera::seen_by(&recognition, &refined))
-        }
-        None => recognition,
+    let rotated = async {
+        let recognition = match rotate::camera::Inputs::new(&recognition, &masks, &raw, &canonical, &settings)
+        {
+            Some(inputs) => {
+                let refined = stages.run(rotate::camera::STAGE, inputs, rotate::camera::run).await?;
+                Arc::new(rotate::camera::seen_by(&recognition, &refined))
+            }
+            None => recognition.clone(),
+        };
+        let gpu = rotate::gpu(stages.services(), &settings).await;
+        let inputs = rotate::inputs(&reference, &recognition, &masks, &canonical, &settings, gpu);
+        let yaws = stages.run_each_by(rotate::STAGE, inputs, rotate::Inputs::effort, rotate::run).await?;
+        Ok((recognition, yaws))
     };
-    let gpu = rotate::gpu(stages.services(), &settings).await;
-    let inputs = rotate::inputs(&reference, &recognition, &masks, &canonical, &settings, gpu);
-    let yaws = stages.run_each_by(rotate::STAGE, inputs, rotate::Inputs::effort, rotate::run);
-    let (hulls, yaws) = both(futures::join!(hulls, yaws))?;
+    let (hulls, (recognition, yaws)) = both(futures::join!(hulls, rotated))?;
 
     Ok(Rotated {
         request,

@@ -38,7 +38,7 @@ impl<'a> Model<'a> {
 
     /// The mesh in that upright pose, id 1, under a light that stands beside the camera. Light and mesh do not
     /// change when both turn about the vertical, so the camera goes around the mesh instead.
-    fn painted(&self, world_from_object: &Pose, camera: Camera) -> Frame {
+    pub(super) fn painted(&self, world_from_object: &Pose, camera: Camera) -> Frame {
         let object_from_camera = world_from_object.inverse() * camera.world_from_camera;
         let camera = Camera { world_from_camera: object_from_camera, ..camera };
         let mut lighting = Lighting::studio(camera.azimuth_rad() - 0.6, 0.9, 0.5);

@@ -21,7 +21,8 @@
 //! The object stands on the table or on what carries it (`seat_height_m`), in the clean case to the millimeter.
 //! Where a part of it is hidden, golden also searches for its place (`hidden.rs`).
 //!
-//! From the coarse curve the order of rotational symmetry is read, see [`symmetry`]. Where several poses cast
+//! The order of rotational symmetry is read from the coarse curve ([`symmetry`]) and from the mesh
+//! ([`RotationalSymmetry`]); what both have is told. Where several poses cast
 //! the same outline (a book, a labeled jar) the picture's colors choose among them, if a picture is given
 //! (`choice.rs`). What symmetry is left is told, and does not change the yaw that was chosen.
 //!
@@ -62,6 +63,7 @@ use rayon::prelude::*;
 
 use super::appearance::SIDE_PX;
 use crate::geometry::pose::wrap_angle_rad;
+use crate::geometry::rotational_symmetry::RotationalSymmetry;
 use crate::geometry::{Camera, Image, Interrupt, Interrupted, Mask, TexturedMesh};
 use crate::render::soft::gpu::{Gpu, GpuError};
 use comparison::Comparison;
@@ -111,9 +113,11 @@ pub struct RotationEstimate {
     pub curve: Vec<(f64, f64)>,
     /// (yaw, loss) of the refined candidates, best first.
     pub top: Vec<(f64, f64)>,
-    /// Order of the rotational symmetry of outline and, where a picture is given, colors: 1 = none, n =
-    /// every 360/n degrees, 0 = any angle.
+    /// Order of the rotational symmetry that shape, outline and, where a picture is given, colors have in common:
+    /// 1 = none, n = every 360/n degrees, 0 = any angle.
     pub symmetry_order: u32,
+    /// Of the shape alone, with the axis, in the mesh's frame.
+    pub shape_symmetry: RotationalSymmetry,
     /// 0..1: how well the outlines agree, and how much worse the best other yaw is.
     pub confidence: f64,
 }
@@ -204,6 +208,9 @@ pub fn estimate_yaw_on(
         DroSolver::Paper => [top.as_slice(), &curve].concat(),
     };
     let confidence = confidence(&poses, outline_order, step_rad, settings);
+    // What this camera cannot tell apart need not be the same: a symmetry is one of the shape too.
+    let shape_symmetry = RotationalSymmetry::of(problem.mesh);
+    let symmetry_order = shape_symmetry.order_with(symmetry_order);
     let representative_yaw_rad = symmetry::representative(yaw_rad, symmetry_order);
     Ok(RotationEstimate {
         yaw_rad,
@@ -213,6 +220,7 @@ pub fn estimate_yaw_on(
         curve,
         top,
         symmetry_order,
+        shape_symmetry,
         confidence,
     })
 }

@@ -14,7 +14,7 @@ use crate::provider::Cpu;
 use crate::render::soft::gpu::Compute;
 use crate::scene::SceneRequest;
 use crate::store::scenes::{NewScene, Submitted};
-use crate::store::{DEFAULT_TENANT, StoreError};
+use crate::store::{DEFAULT_TENANT, Store, StoreError};
 
 /// Nobody else works in the directory, so the claim never has to be renewed.
 const LEASE: Duration = Duration::from_secs(30 * 24 * 3600);
@@ -30,14 +30,21 @@ pub fn cpu(config: &Config) -> Result<Cpu, AppError> {
     Cpu::new(threads).map_err(|source| AppError::CpuPool { threads, source })
 }
 
-/// Submits the request in the data directory, claims its job, and gives its checkpoints.
-pub async fn checkpoints(
+/// A scene that is worked on without a worker.
+pub struct Opened {
+    pub checkpoints: Checkpoints,
+    pub store: Store,
+    pub scene_id: String,
+}
+
+/// Submits the request in the data directory and claims its job.
+pub async fn opened(
     data_dir: &Path,
     config: &Config,
     cpu: &Cpu,
     interrupt: &Interrupt,
     request: &SceneRequest,
-) -> Result<Checkpoints, AppError> {
+) -> Result<Opened, AppError> {
     let store = super::open(data_dir, config).await?;
     let new = NewScene {
         tenant_id: DEFAULT_TENANT.to_owned(),
@@ -47,7 +54,7 @@ pub async fn checkpoints(
     };
     let lost =
         |reason: &str| AppError::Store(StoreError::Corrupt { table: "jobs", reason: reason.to_owned() });
-    let Submitted::Created { job_id, .. } = store.submit(new).await? else {
+    let Submitted::Created { job_id, scene_id, .. } = store.submit(new).await? else {
         return Err(lost("a submission without a key was not new"));
     };
     let claim = store.claim("evaluation", LEASE, 1, Some(&job_id)).await?;
@@ -55,12 +62,13 @@ pub async fn checkpoints(
     let stage_timeout = Duration::from_secs(config.worker.stage_timeout_secs);
     let compute = Arc::new(Compute::new(&config.compute));
     let runtime =
-        StageRuntime::new(store, cpu.clone(), compute, BACKEND, config.worker.fan_out, stage_timeout);
-    Ok(runtime.open(JobScope {
+        StageRuntime::new(store.clone(), cpu.clone(), compute, BACKEND, config.worker.fan_out, stage_timeout);
+    let checkpoints = runtime.open(JobScope {
         lease: claim.lease,
         tenant_id: claim.tenant_id,
         salt: claim.salt,
         interrupt: interrupt.clone(),
         drain: Interrupt::default(),
-    }))
+    });
+    Ok(Opened { checkpoints, store, scene_id })
 }

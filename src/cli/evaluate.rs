@@ -13,8 +13,10 @@ use clap::{Args, ValueEnum};
 use futures::{StreamExt, stream};
 
 use super::options::ConfigOptions;
-use super::{Exit, Failure, generate, runtime, signals, terminal};
+use super::outcome::write_artifacts;
+use super::{Exit, Failure, folder, generate, runtime, signals, terminal};
 use crate::app::config::Config;
+use crate::app::evaluation::Opened;
 use crate::app::{AppError, evaluation, logging};
 use crate::evaluate::layout::{Difficulty, LayoutBench, SceneScore};
 use crate::evaluate::report::{Report, Section};
@@ -38,6 +40,12 @@ pub struct Arguments {
     /// Folder for layout.md and layout.json, or one of these files; the other is written beside it
     #[arg(long, value_name = "PATH", default_value = "out/evaluate")]
     out: PathBuf,
+    /// Only scenes whose names begin so, such as office_living or office_living_07
+    #[arg(long, value_name = "NAME")]
+    scene: Option<String>,
+    /// Also write what every stage put aside, under DIR/<difficulty>/<scene>/artifacts/<stage>/
+    #[arg(long, value_name = "DIR")]
+    artifacts: Option<PathBuf>,
     /// Threads that compute [default: one per core]; the scores do not depend on it
     #[arg(long, value_name = "N")]
     threads: Option<usize>,
@@ -84,6 +92,7 @@ struct Bench {
     layout: LayoutBench,
     cpu: Cpu,
     interrupt: Interrupt,
+    artifacts: Option<PathBuf>,
 }
 
 /// Why a scene has no score.
@@ -111,9 +120,17 @@ pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
         cpu: evaluation::cpu(&resolved.config)?,
         config: resolved.config,
         interrupt: Interrupt::default(),
+        artifacts: arguments.artifacts,
     };
-    let all = scenes();
+    let mut all = scenes();
     let set_size = all.len();
+    if let Some(start) = &arguments.scene {
+        all.retain(|scene| scene.name.starts_with(start.as_str()));
+        if all.is_empty() {
+            let message = format!("--scene {start}: no scene of the set is named so; try office_living");
+            return Err(Failure::usage(message));
+        }
+    }
     let chosen = match arguments.scenes {
         Some(count) => spread(all, count as usize),
         None => all,
@@ -211,11 +228,16 @@ async fn score(
     })?;
     bench.interrupt.check().map_err(|_| stopped())?;
     let request = LayoutBench::request(scene);
-    let stages =
-        evaluation::checkpoints(directory.path(), &bench.config, &bench.cpu, &bench.interrupt, &request);
-    let stages = stages.await.map_err(|error: AppError| Unscored::Stop(error.into()))?;
+    let opened = evaluation::opened(directory.path(), &bench.config, &bench.cpu, &bench.interrupt, &request);
+    let Opened { checkpoints, store, scene_id } =
+        opened.await.map_err(|error: AppError| Unscored::Stop(error.into()))?;
     let call = Call { cpu: bench.cpu.clone(), interrupt: bench.interrupt.clone() };
-    let scored = bench.layout.score(scene, difficulty, stages, &call).await;
+    let scored = bench.layout.score(scene, difficulty, checkpoints, &call).await;
+    if let Some(artifacts) = &bench.artifacts {
+        let folder = artifacts.join(difficulty.name().replace(", ", "-").replace(' ', "-")).join(&scene.name);
+        let folder = folder::prepare(&folder, true).map_err(Unscored::Stop)?;
+        write_artifacts(&store, &scene_id, &folder).await.map_err(Unscored::Stop)?;
+    }
     scored.map_err(|error| match bench.interrupt.check() {
         Err(_) => stopped(),
         Ok(()) => Unscored::Scene(error),

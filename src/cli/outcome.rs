@@ -79,10 +79,7 @@ impl Outcome {
         let report = files.iter().find(|(name, _)| name == "report.json");
         let certificate = report.and_then(|(_, bytes)| serde_json::from_slice(bytes).ok());
         if artifacts {
-            for row in store.artifacts(&scene.id).await.map_err(stored)? {
-                let bytes = bytes(store, &row.file.digest, &row.file.name).await?;
-                folder.write(&format!("artifacts/{}", row.file.name), &bytes)?;
-            }
+            write_artifacts(store, &scene.id, &folder).await?;
         }
         let path = |name: &str| folder.path().join(name).display().to_string();
         let paths = Paths {
@@ -135,6 +132,16 @@ pub fn failure_document(failure: &Failure) -> String {
         "failure": { "kind": kind, "message": failure.message, "exit_code": failure.exit as u8 },
     });
     format!("{document:#}\n")
+}
+
+/// Writes every artifact that the scene's stages left so far below `artifacts/`.
+pub async fn write_artifacts(store: &Store, scene_id: &str, folder: &Folder) -> Result<(), Failure> {
+    let rows = store.artifacts(scene_id).await;
+    for row in rows.map_err(|error| Failure::new(Exit::Error, error.chain()))? {
+        let bytes = bytes(store, &row.file.digest, &row.file.name).await?;
+        folder.write(&format!("artifacts/{}", row.file.name), &bytes)?;
+    }
+    Ok(())
 }
 
 async fn bytes(store: &Store, digest: &Digest, what: &str) -> Result<bytes::Bytes, Failure> {

@@ -251,6 +251,7 @@ fn specimen() -> (Scene, Certificate, Assets, Pictures) {
             appearance: Appearance { extractor: "specimen".into(), model: "1".into(), similarity: 0.95 },
         },
         objects: Vec::new(),
+        scale_error: None,
         collisions: Vec::new(),
     };
     let picture = encode_png(&checkered([1, 2, 3, 255]));

@@ -26,7 +26,7 @@ use crate::scene::certificate::{Appearance, Metrics, Verdict};
 use crate::scene::{InstanceMask, Provenance, Recognition, SceneRequest};
 use crate::store::Digest;
 
-pub const STAGE: Stage = Stage { name: "certify", version: 4 };
+pub const STAGE: Stage = Stage { name: "certify", version: 5 };
 
 /// Section `[fidelity]`.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
@@ -72,6 +72,10 @@ pub struct Inputs {
     /// The table first.
     bodies: Vec<BodyParts>,
     table: place::PlacedTable,
+    /// Of the objects, in order.
+    yaws: Vec<rotate::Output>,
+    /// Standard error of the scene's scale, as a share of it, where the objects voted on it.
+    scale_error: Option<f64>,
     resolve_log: Vec<String>,
     unrecognized_terms: Vec<String>,
     certify: CertifySettings,
@@ -170,6 +174,8 @@ impl Inputs {
             masks: masks.masks.clone(),
             bodies,
             table: layout.table.clone(),
+            yaws: yaws.to_vec(),
+            scale_error: layout.consensus.map(|consensus| consensus.log_alpha_error),
             resolve_log: resolved.log.clone(),
             unrecognized_terms: reference.unrecognized_terms.clone(),
             certify: settings.certify.clone(),

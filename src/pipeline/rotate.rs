@@ -11,15 +11,17 @@ use super::checkpoint::{ArtifactRef, Stage};
 use super::error::StageError;
 use super::services::Services;
 use super::{Context, Settings, canonicalize, carry, reference, segment};
+use crate::align::beside::beside;
 use crate::align::dro::{
     DroError, DroSettings, DroSolver, RotationEstimate, RotationProblem, estimate_yaw_on, seat_height_m,
 };
+use crate::geometry::rotational_symmetry::RotationalSymmetry;
 use crate::geometry::{Camera, Mask};
 use crate::render::overlay::{Curve, plot_curves};
 use crate::render::soft::gpu::LARGEST_SIDE_PX;
 use crate::scene::{InstanceId, InstanceMask, Recognition, StandsOn};
 
-pub const STAGE: Stage = Stage { name: "rotate", version: 5 };
+pub const STAGE: Stage = Stage { name: "rotate", version: 6 };
 
 #[derive(Serialize)]
 pub struct Inputs {
@@ -48,8 +50,12 @@ pub struct Output {
     pub loss: f64,
     /// 1 = none, n = every 360/n degrees, 0 = any angle.
     pub symmetry_order: u32,
+    /// Of the shape alone, with its axis in the object's frame.
+    pub shape_symmetry: RotationalSymmetry,
     /// 0..1.
     pub confidence: f64,
+    /// (yaw in radians, loss), refined, best first.
+    pub candidates: Vec<(f64, f64)>,
 }
 
 /// `yaw.json`: the output with what it was chosen from.
@@ -57,8 +63,6 @@ pub struct Output {
 struct Told<'a> {
     #[serde(flatten)]
     output: &'a Output,
-    /// (yaw in radians, loss), refined, best first.
-    candidates: &'a [(f64, f64)],
     /// (yaw in radians, loss) of the coarse search.
     curve: &'a [(f64, f64)],
 }
@@ -173,11 +177,13 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
             };
             // A GPU that was given up since fails: the key says that it is the GPU's result.
             let gpu = given.gpu.as_ref().and_then(|_| compute.opened());
-            estimate_yaw_on(gpu.as_ref(), &problem, &given.dro, &interrupt)
+            let estimate = estimate_yaw_on(gpu.as_ref(), &problem, &given.dro, &interrupt)?;
+            let sheet = beside(&problem, &estimate, &given.dro);
+            Ok((estimate, sheet))
         })
         .await?;
     let name = context.instance().map_or_else(String::new, ToString::to_string);
-    let estimate = estimate.map_err(|error| match error {
+    let (estimate, sheet) = estimate.map_err(|error| match error {
         DroError::Interrupted(interrupted) => interrupted.into(),
         // The next try finds the device given up, and makes keys of the CPU's.
         DroError::Gpu(error) => {
@@ -192,12 +198,17 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
         seen_m: estimate.seen_m,
         loss: estimate.loss,
         symmetry_order: estimate.symmetry_order,
+        shape_symmetry: estimate.shape_symmetry,
         confidence: estimate.confidence,
+        candidates: estimate.top.clone(),
     };
-    let told = Told { output: &output, candidates: &estimate.top, curve: &estimate.curve };
+    let told = Told { output: &output, curve: &estimate.curve };
     context.put_json("yaw.json", &told).await?;
     let drawn = context.cpu(move || curve_of(&name, &estimate)).await?;
     carry::put_picture(&context, "loss_curve.png", drawn).await?;
+    if let Some(sheet) = sheet {
+        carry::put_picture(&context, "beside.png", sheet).await?;
+    }
     Ok(output)
 }
 

@@ -14,6 +14,9 @@ pub struct Certificate {
     pub fidelity: Fidelity,
     pub thresholds: Thresholds,
     pub objects: Vec<ObjectCertificate>,
+    /// Standard error of the scene's scale, as a share of it: how far boxes and sizes contradict each other; `None`
+    /// where the scale was given, or was set by one object or the table.
+    pub scale_error: Option<f64>,
     /// Pairs that collide, with their depth.
     pub collisions: Vec<Collision>,
 }
@@ -75,6 +78,26 @@ pub struct ObjectCertificate {
     /// Intersection over union of its pixels in the reference picture and in the finished scene seen from
     /// the same camera, 0..1.
     pub silhouette_iou: f64,
+    pub rotation: RotationFinding,
+}
+
+/// The yaw that `rotate` found, and how sure it is.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RotationFinding {
+    /// About world +z.
+    pub yaw_rad: f64,
+    /// The yaw that is canonical for the symmetry: another pose of the same look, within half a period of 0.
+    pub representative_yaw_rad: f64,
+    /// Of shape and look: 1 = none, n = every 360/n degrees, 0 = any angle.
+    pub symmetry_order: u32,
+    /// Of the shape alone.
+    pub shape_symmetry_order: u32,
+    /// Where the axis of the shape's symmetry meets the object's xy plane.
+    pub symmetry_axis_m: [f64; 2],
+    /// 0..1: how well the outlines agree, and how much worse the best other yaw is.
+    pub confidence: f64,
+    /// (yaw in radians, loss) of the refined candidates, best first; colors may choose another than the first.
+    pub candidates: Vec<(f64, f64)>,
 }
 
 /// How much the finished scene looks like the reference picture, seen from the same camera.

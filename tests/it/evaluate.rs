@@ -28,9 +28,9 @@ async fn scored(scene: &BenchmarkScene, difficulty: Difficulty, threads: usize) 
     let (home, interrupt) = (tempfile::tempdir().unwrap(), Interrupt::default());
     let cpu = evaluation::cpu(&config).unwrap();
     let request = LayoutBench::request(scene);
-    let stages = evaluation::checkpoints(home.path(), &config, &cpu, &interrupt, &request).await.unwrap();
+    let opened = evaluation::opened(home.path(), &config, &cpu, &interrupt, &request).await.unwrap();
     let call = Call { cpu, interrupt };
-    evaluation::layout_bench(&config).score(scene, difficulty, stages, &call).await.unwrap()
+    evaluation::layout_bench(&config).score(scene, difficulty, opened.checkpoints, &call).await.unwrap()
 }
 
 #[tokio::test]

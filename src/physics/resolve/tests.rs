@@ -1,11 +1,13 @@
 //! Small layouts with a known way out, and some without one.
 
+use std::f64::consts::PI;
+
 use glam::{DQuat, DVec3};
 
 use super::*;
 use crate::geometry::decompose::{DecomposeSettings, decompose};
 use crate::geometry::mass_properties::solid_mass_properties;
-use crate::geometry::shapes::{block, cylinder, rounded_block, shell_of_revolution, sphere};
+use crate::geometry::shapes::{block, cylinder, rounded_block, shell_of_revolution, sphere, tube};
 use crate::geometry::{Friction, Solid};
 use crate::physics::metrics::collisions;
 use crate::physics::support;
@@ -195,6 +197,41 @@ fn a_spoon_goes_into_the_mug_and_an_apple_into_the_bowl() {
     assert!(lowest(spoon) < 0.06 && lowest(apple) < 0.03, "{} {}", lowest(spoon), lowest(apple));
     let off = (resolved.poses[apple].translation_m - resolved.poses[dish].translation_m).truncate().length();
     assert!(off < 0.06);
+}
+
+/// The mug with a loop handle toward +x, wide enough for a spoon to hang through.
+fn mug_with_handle() -> Solid {
+    let path: Vec<DVec3> = (0..=16)
+        .map(|k| PI * (0.5 - f64::from(k) / 16.0))
+        .map(|angle| DVec3::new(0.035 + 0.04 * angle.cos(), 0.0, 0.045 + 0.03 * angle.sin()))
+        .collect();
+    let (mut mug, handle) = (mug(), tube(&path, 0.004, 12));
+    let first = mug.positions.len() as u32;
+    mug.positions.extend(handle.positions);
+    mug.normals.extend(handle.normals);
+    mug.uvs.extend(handle.uvs);
+    mug.triangles.extend(handle.triangles.iter().map(|corners| corners.map(|corner| first + corner)));
+    mug
+}
+
+#[test]
+fn a_spoon_does_not_hang_through_the_handle_of_the_mug() {
+    for at in [DVec2::new(0.055, 0.0), DVec2::new(0.02, 0.01)] {
+        let mut scenery = Scenery::new();
+        let cup = scenery.add("hollow_mug", mug_with_handle(), 0.0, 0.0, 0, false);
+        let bar = rounded_block(DVec3::new(0.17, 0.012, 0.004), 0.004, 0.001);
+        let spoon = scenery.add("spoon", bar, at.x, at.y, cup, true);
+        let resolved = scenery.resolve_on(&square(0.5)).expect("it fits");
+        scenery.check(&resolved, &square(0.5));
+        let deepest = scenery.bodies[spoon]
+            .hulls
+            .iter()
+            .flat_map(|hull| &hull.points)
+            .map(|p| resolved.poses[spoon].transform_point(*p))
+            .fold(DVec3::INFINITY, |deep, p| if p.z < deep.z { p } else { deep });
+        let off_m = (deepest - resolved.poses[cup].translation_m).truncate().length();
+        assert!(off_m < 0.04 && deepest.z > 0.0, "wanted at {at}, its tip is at {deepest}");
+    }
 }
 
 #[test]

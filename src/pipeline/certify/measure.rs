@@ -9,9 +9,11 @@ use crate::physics::settle::SettleError;
 use crate::physics::{Body, Collisions, Stability, SupportFinding, collisions, stability, support};
 use crate::pipeline::error::StageError;
 use crate::pipeline::resolve::{Loaded, body};
+use crate::pipeline::rotate;
 use crate::scene::InstanceId;
 use crate::scene::certificate::{
-    Appearance, Certificate, Collision, Fidelity, Metrics, ObjectCertificate, Thresholds, Verdict,
+    Appearance, Certificate, Collision, Fidelity, Metrics, ObjectCertificate, RotationFinding, Thresholds,
+    Verdict,
 };
 
 /// How far a footprint may reach over the outline before the object counts as outside, meters.
@@ -104,6 +106,7 @@ pub(super) fn certificate(
             hulls: u32::try_from(geometry.hulls.len()).unwrap_or(u32::MAX),
             hull_excess_m: body.hull_excess_m,
             silhouette_iou: silhouette_ious[index],
+            rotation: rotation_finding(&inputs.yaws[index]),
         });
     }
     let mean = silhouette_ious.iter().sum::<f64>() / silhouette_ious.len().max(1) as f64;
@@ -124,8 +127,21 @@ pub(super) fn certificate(
             silhouette_iou: inputs.fidelity.least_silhouette_iou,
         },
         objects,
+        scale_error: inputs.scale_error,
         collisions,
     })
+}
+
+fn rotation_finding(yaw: &rotate::Output) -> RotationFinding {
+    RotationFinding {
+        yaw_rad: yaw.yaw_rad,
+        representative_yaw_rad: yaw.representative_yaw_rad,
+        symmetry_order: yaw.symmetry_order,
+        shape_symmetry_order: yaw.shape_symmetry.order,
+        symmetry_axis_m: yaw.shape_symmetry.axis_m.to_array(),
+        confidence: yaw.confidence,
+        candidates: yaw.candidates.clone(),
+    }
 }
 
 fn bodies(inputs: &Inputs, loaded: &[Loaded], pose: impl Fn(&super::BodyParts) -> Pose) -> Vec<Body> {

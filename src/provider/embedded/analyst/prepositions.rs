@@ -109,6 +109,14 @@ pub(super) fn preposition_at(tokens: &[Token], at: usize) -> Option<(Preposition
         .max_by_key(|(_, length)| *length)
 }
 
+/// "on top of each other", "beside one another": the relation and the number of words.
+pub(super) fn reciprocal_at(tokens: &[Token], at: usize) -> Option<(RelationKind, usize)> {
+    let (preposition, length) = preposition_at(tokens, at)?;
+    let other =
+        ["each other", "one another"].iter().find_map(|phrase| spoken_at(tokens, at + length, phrase))?;
+    Some((preposition.kind, length + other))
+}
+
 /// Number of words of `phrase` if it is spoken at `at`.
 fn spoken_at(tokens: &[Token], at: usize, phrase: &str) -> Option<usize> {
     let mut length = 0;

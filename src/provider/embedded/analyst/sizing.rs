@@ -57,8 +57,8 @@ const FREE_WIDTH: f64 = 0.76;
 const FREE_LENGTH: f64 = 0.85;
 
 /// A bowl of three apples is a fruit bowl, and a basket with a baguette is a long one: containers whose size
-/// the text leaves open grow until their contents lie side by side. In what is deeper than it is wide (a mug, a
-/// pen holder) slender things stand and lean; they need no floor.
+/// the text leaves open grow until their contents lie side by side. Only carriers grow in length for what is long: in a
+/// mug or a pen holder slender things stand and lean.
 fn containers_hold_their_contents(draft: &mut Draft) {
     for host in 0..draft.objects.len() {
         let looks = &draft.objects[host].looks;
@@ -82,6 +82,7 @@ fn containers_hold_their_contents(draft: &mut Draft) {
                 longest_m = longest_m.max(extents[2]);
             }
         }
+        let is_carrier = draft.category(host).group == "carrier";
         let size = &mut draft.objects[host].size_m;
         if !widths.is_empty() {
             let mean_m = widths.iter().sum::<f64>() / widths.len() as f64;
@@ -89,7 +90,7 @@ fn containers_hold_their_contents(draft: &mut Draft) {
             let growth = (needed_m / size.x.min(size.y)).clamp(1.0, MOST_GROWTH);
             *size *= glam::DVec3::new(growth, growth, growth.sqrt());
         }
-        if size.x > 1.1 * size.z && size.x > 1.1 * size.y {
+        if is_carrier {
             size.x *= (longest_m / FREE_LENGTH / size.x).clamp(1.0, MOST_GROWTH);
         }
     }

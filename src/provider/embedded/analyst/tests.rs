@@ -119,6 +119,11 @@ const SENTENCES: &[(&str, &str, &[&str])] = &[
         &["book_3 stacked_on book_2", "mug_1 on book_3"],
     ),
     ("two plates, each with a fork and a knife", "2 plate, 2 fork, 2 knife", &["fork_2 next_to plate_2"]),
+    (
+        "a mug with two pencils in it, three books stacked on each other, two plates next to each other",
+        "1 mug, 2 pencil, 3 book, 2 plate",
+        &["pencil_2 in mug_1", "book_3 stacked_on book_2", "!book_1 next_to", "!plate_1"],
+    ),
     ("Two coasters with a mug on each", "2 coaster, 2 mug", &["mug_2 on coaster_2"]),
     (
         "a mug with a spoon in it next to a red book",
@@ -196,5 +201,17 @@ fn sentences_are_read() {
                 }
             }
         }
+    }
+}
+
+#[test]
+fn a_mug_does_not_grow_in_length_for_the_spoon_in_it() {
+    for seed in 0..20 {
+        let description = describe_seed("a mug with a spoon in it", seed);
+        let size_of = |name: &str| {
+            description.objects.iter().find(|object| object.id.as_str() == name).expect("named").size_m
+        };
+        let mug = categories().iter().find(|category| category.name == "mug").expect("known");
+        assert!(size_of("mug_1").x <= mug.size.high_m.x, "seed {seed}: {}", size_of("mug_1"));
     }
 }
