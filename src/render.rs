@@ -6,7 +6,8 @@
 //! lanes wide (`wide`), the picture is cut into horizontal bands that run on rayon; the result is the
 //! same to the byte with any number of threads. [`reference`] is the slow, obvious version the fast one
 //! is tested against; [`overlay`] draws boxes, outlines, curves and labels onto finished pictures;
-//! [`soft`] draws silhouettes blurred at their outline, with derivatives, for fitting poses by descent.
+//! [`gpu`] paints the same pictures on a GPU, within a stated tolerance; [`soft`] draws silhouettes blurred at
+//! their outline, with derivatives, for fitting poses by descent.
 //!
 //! Frames and units: world frame as everywhere (meters, +z up), cameras as [`Camera`] (OpenCV axes,
 //! pixel centers at +0.5), depth along the optical axis in meters, numbers `f32`.
@@ -16,8 +17,10 @@ mod diorama;
 mod environment;
 mod floor_light;
 mod frame;
+pub mod gpu;
 mod light_map;
 pub mod lighting;
+mod looks;
 mod one_sided;
 pub mod overlay;
 mod prepare;

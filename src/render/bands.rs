@@ -24,7 +24,7 @@ const TASK_SAMPLES: usize = 1 << 14;
 /// Pixels along each side of a block that shares sky light; divides [`BAND_ROWS`].
 const SKY_BLOCK_PX: usize = 2;
 /// Color samples along each side of a pixel, and in all.
-const MOST_SUPERSAMPLING: u32 = 4;
+pub const MOST_SUPERSAMPLING: u32 = 4;
 const MOST_SAMPLES: usize = (MOST_SUPERSAMPLING * MOST_SUPERSAMPLING) as usize;
 
 /// What light there is, and what is seen beyond the objects.
@@ -117,9 +117,7 @@ pub fn paint(
     let apart = besides != Besides::Nothing && (samples > 1 || !glass.is_empty());
     let all = apart.then(|| prepared.bin(&projection, BAND_ROWS, Keep::All));
     let (width, height) = (projection.width_px, projection.height_px);
-    // A shadow map finer than the picture shows nothing more.
-    let shadow_map_px = settings.shadow_map_px.min(width.max(height) as u32);
-    let environment = Environment::new(scenery, light.sky, light.lighting, shadow_map_px);
+    let environment = Environment::new(scenery, light.sky, light.lighting, shadow_map_px(settings, view));
     let world_from_camera = projection.world_from_camera();
     let shader = Shader::new(scenery, &prepared, environment, light.background, world_from_camera);
     let mut rgba = vec![0; width * height * 4];
@@ -154,6 +152,11 @@ pub fn paint(
         front.normals.extend(band.normals);
     }
     (Image::from_rgba(width as u32, height as u32, rgba).expect("the bands fill the picture"), front)
+}
+
+/// Side of the key light's map for that picture: one finer than the picture shows nothing more.
+pub fn shadow_map_px(settings: &RenderSettings, view: &View) -> u32 {
+    settings.shadow_map_px.min(view.width_px().max(view.height_px()))
 }
 
 /// The band's normals, zero where there is background.

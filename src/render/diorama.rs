@@ -9,9 +9,9 @@ use crate::geometry::Image;
 /// Objects in their places with what depends on nothing else: how much of the sky reaches where. Painting a
 /// scene from seven sides makes that once.
 pub struct Diorama<'a> {
-    scenery: Scenery<'a>,
-    sky: Sky,
-    settings: RenderSettings,
+    pub(super) scenery: Scenery<'a>,
+    pub(super) sky: Sky,
+    pub(super) settings: RenderSettings,
 }
 
 impl<'a> Diorama<'a> {

@@ -14,9 +14,9 @@ pub struct Environment<'a> {
     pub toward_key: Vec3A,
     pub sky: &'a Sky,
     /// Toward two soft boxes beside the key that give metal and glaze their highlights.
-    side_box: Vec3A,
-    rim_box: Vec3A,
-    key_map: Option<LightMap>,
+    pub side_box: Vec3A,
+    pub rim_box: Vec3A,
+    pub key_map: Option<LightMap>,
 }
 
 impl<'a> Environment<'a> {
@@ -28,6 +28,12 @@ impl<'a> Environment<'a> {
         let side_box = Vec3A::new(-key.y, key.x, 0.35).normalize_or_zero();
         let rim_box = Vec3A::new(-key.x, -key.y, 0.6).normalize_or_zero();
         Self { lighting, toward_key: key, sky, side_box, rim_box, key_map }
+    }
+
+    /// One over the light that reaches a floor which nothing shades.
+    pub fn per_open_floor(&self) -> Vec3 {
+        let open = self.lighting.key_color * self.toward_key.z.max(0.0) + self.lighting.sky_color;
+        open.max(Vec3::splat(1e-3)).recip()
     }
 
     /// Share of the key light that reaches a surface point.

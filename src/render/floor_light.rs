@@ -10,15 +10,16 @@ use super::RenderObject;
 use super::environment::Environment;
 
 /// Nodes along each side of the grid.
-const SIDE: usize = 96;
+pub const SIDE: usize = 96;
 /// Passes of a 5 x 5 mean; three come close to a Gaussian.
 const BLURS: usize = 3;
 
 /// Diffuse sky light at the nodes of a square grid on the floor.
 pub struct FloorLight {
-    low: Vec2,
-    nodes_per_m: f32,
-    nodes: Vec<Vec3>,
+    pub low: Vec2,
+    pub nodes_per_m: f32,
+    /// Row by row, [`SIDE`] in each.
+    pub nodes: Vec<Vec3>,
 }
 
 impl FloorLight {

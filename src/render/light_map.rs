@@ -17,35 +17,35 @@ use crate::geometry::rounding::floor;
 
 /// Depth of everything as seen from one direction.
 pub struct LightMap {
-    light_from_world: Affine3A,
+    pub(super) light_from_world: Affine3A,
     pub(super) width: usize,
     pub(super) height: usize,
-    texels_per_m: f32,
+    pub(super) texels_per_m: f32,
     pub(super) texel_m: f32,
     /// Nearest key (minus meters along the light) per texel; minus infinity = nothing.
     pub(super) keys: Vec<f32>,
     /// Highest key within reach of each coarse block.
-    coarse: Vec<f32>,
-    coarse_width: usize,
+    pub(super) coarse: Vec<f32>,
+    pub(super) coarse_width: usize,
     /// Highest key of each fine block.
-    fine: Vec<f32>,
+    pub(super) fine: Vec<f32>,
     /// Furthest a blocker that matters may lie sideways, texels.
-    reach: f32,
+    pub(super) reach: f32,
     /// Texels the penumbra widens by for each meter to the blocker.
-    spread: f32,
+    pub(super) spread: f32,
 }
 
-const COARSE: usize = 16;
-const FINE: usize = 8;
+pub const COARSE: usize = 16;
+pub const FINE: usize = 8;
 /// Up to this radius the fine blocks around a receiver are looked at before its texels, texels.
-const FEW_BLOCKS: f32 = 12.0;
+pub const FEW_BLOCKS: f32 = 12.0;
 /// Empty texels around what is drawn.
-const BORDER: f32 = 4.0;
+pub const BORDER: f32 = 4.0;
 /// Samples of a penumbra, in groups of eight; the first groups look for blockers.
-const TAP_GROUPS: usize = 4;
-const SEARCH_GROUPS: usize = 2;
+pub const TAP_GROUPS: usize = 4;
+pub const SEARCH_GROUPS: usize = 2;
 /// Penumbras narrower than this are smoothed between texels, texels.
-const NARROW: f32 = 2.0;
+pub const NARROW: f32 = 2.0;
 
 impl LightMap {
     /// Looks at the objects from `toward_light`. `radius_rad` is the angular radius of a light whose soft
@@ -277,7 +277,7 @@ impl LightMap {
 }
 
 /// Rotations of the sampling pattern.
-const TURNS: usize = 64;
+pub const TURNS: usize = 64;
 
 /// Points spread evenly over the unit disk, eight at a time, in one of their rotations.
 struct Disk {
@@ -309,6 +309,17 @@ static DISKS: std::sync::LazyLock<Vec<Disk>> = std::sync::LazyLock::new(|| {
         })
         .collect()
 });
+
+/// The sampling patterns as numbers: of each turn the points of a narrow penumbra, then those of a wide one, x and y.
+pub fn sampling_patterns() -> Vec<f32> {
+    let group = |(x, y): &(f32x8, f32x8)| {
+        let (x, y) = (x.to_array(), y.to_array());
+        (0..8).flat_map(move |lane| [x[lane], y[lane]])
+    };
+    let disk =
+        |disk: &Disk| std::iter::once(&disk.narrow).chain(&disk.wide).flat_map(group).collect::<Vec<_>>();
+    DISKS.iter().flat_map(disk).collect()
+}
 
 fn draw(scenery: &Scenery, projection: &Projection) -> Vec<f32> {
     const BAND_ROWS: usize = 64;

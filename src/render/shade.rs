@@ -8,23 +8,13 @@ use glam::{Mat3A, Vec2, Vec3, Vec3A};
 
 use super::environment::Environment;
 use super::floor_light::FloorLight;
+use super::looks::{Look, Looks};
 use super::prepare::Prepared;
 use super::projection::Lens;
 use super::scenery::{Scenery, SourceTriangle};
 use super::sky::{SkyNearby, SkyShare};
 use super::texture_map::TextureMap;
 use super::{Background, RenderObject};
-use crate::geometry::Texture;
-
-/// A material as the shader wants it.
-struct Look {
-    /// Linear light.
-    base_color: Vec3,
-    texture: Option<usize>,
-    roughness: f32,
-    metalness: f32,
-    opacity: f32,
-}
 
 /// Everything needed to color a point of the scene.
 pub struct Shader<'a> {
@@ -37,8 +27,7 @@ pub struct Shader<'a> {
     per_open_floor: Vec3,
     world_from_camera: glam::Affine3A,
     world_from_object: Vec<Mat3A>,
-    looks: Vec<Look>,
-    first_look: Vec<usize>,
+    looks: Looks<'a>,
     textures: Vec<TextureMap<'a>>,
     /// Of each triangle, unit, in the world, by its winding.
     facings: &'a [Vec3A],
@@ -77,44 +66,22 @@ impl<'a> Shader<'a> {
         background: Background,
         world_from_camera: glam::Affine3A,
     ) -> Self {
-        let mut known: Vec<&'a Texture> = Vec::new();
-        let (mut looks, mut first_look) = (Vec::new(), Vec::new());
-        for object in &scenery.objects {
-            first_look.push(looks.len());
-            for material in &object.mesh.materials {
-                let texture = material.base_color_texture.as_ref().map(|texture| {
-                    known.iter().position(|k| k.is_clone_of(texture)).unwrap_or_else(|| {
-                        known.push(texture);
-                        known.len() - 1
-                    })
-                });
-                looks.push(Look {
-                    base_color: Vec3::from(material.base_color.to_linear()),
-                    texture,
-                    roughness: material.roughness.clamp(0.03, 1.0),
-                    metalness: material.metalness.clamp(0.0, 1.0),
-                    opacity: material.opacity.clamp(0.0, 1.0),
-                });
-            }
-        }
+        let looks = Looks::new(&scenery.objects);
         use rayon::prelude::*;
-        let textures = known.par_iter().map(|texture| TextureMap::new(texture)).collect();
+        let textures = looks.textures.par_iter().map(|texture| TextureMap::new(texture)).collect();
         let turn = |object: &RenderObject| Mat3A::from_quat(object.world_from_object.rotation.as_quat());
         let floor_light =
             background.floor.map(|floor| FloorLight::new(&scenery.objects, &environment, floor.z_m as f32));
-        let lighting = &environment.lighting;
-        let open_floor = lighting.key_color * environment.toward_key.z.max(0.0) + lighting.sky_color;
         Self {
             scenery,
             camera_points: &prepared.camera_points,
             floor_light,
-            per_open_floor: open_floor.max(Vec3::splat(1e-3)).recip(),
+            per_open_floor: environment.per_open_floor(),
             environment,
             background,
             world_from_camera,
             world_from_object: scenery.objects.iter().map(turn).collect(),
             looks,
-            first_look,
             textures,
             facings: scenery.facings(),
         }
@@ -183,7 +150,7 @@ impl<'a> Shader<'a> {
             toward_eye,
             uv: (0..3).fold(Vec2::ZERO, |sum, k| sum + hit.weights[k] * uvs[k]),
             uv_density: uv_area / area.max(1e-20),
-            look: self.first_look[hit.object] + triangle.material as usize,
+            look: self.looks.number(hit.object, triangle.material as usize),
         }
     }
 
@@ -199,7 +166,7 @@ impl<'a> Shader<'a> {
     /// Linear light leaving an opaque surface point toward the eye. `nearby` carries sky light over from
     /// the pixels around it, `turn` (0..1) is the pixel's turn of the shadow's sampling pattern.
     pub fn color(&self, s: &Surface, pixel_size_m: f32, turn: f32, nearby: &mut SkyNearby) -> Vec3 {
-        let look = &self.looks[s.look];
+        let look = self.looks.look(s.look);
         let albedo = self.albedo(s, look, pixel_size_m);
         let seen = nearby.at(self.environment.sky, s.point, s.flat_normal, pixel_size_m);
         let (diffuse, specular) = self.reflected(s, look, albedo, turn, seen);
@@ -208,7 +175,7 @@ impl<'a> Shader<'a> {
 
     /// A see-through surface: what it adds, and the factor on what lies behind.
     pub fn glass(&self, s: &Surface, pixel_size_m: f32, turn: f32) -> (Vec3, Vec3) {
-        let look = &self.looks[s.look];
+        let look = self.looks.look(s.look);
         let albedo = self.albedo(s, look, pixel_size_m);
         let seen = self.environment.sky.seen_from(s.point, s.flat_normal);
         let (diffuse, specular) = self.reflected(s, look, albedo, turn, seen);

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::RenderSettings;
 use super::light_map::{LightMap, sky_directions};
 use super::scenery::Scenery;
-use super::sky_group::SkyGroup;
+use super::sky_group::{SkyGroup, SkyMap};
 
 /// One occlusion map per direction.
 pub struct Sky {
@@ -37,6 +37,11 @@ impl Sky {
         Self { groups: directions.chunks(8).map(SkyGroup::new).collect(), directions: directions.len() }
     }
 
+    /// Every direction with its map, in order.
+    pub fn maps(&self) -> impl Iterator<Item = SkyMap<'_>> {
+        self.groups.iter().flat_map(SkyGroup::maps).take(self.directions)
+    }
+
     /// What a surface point sees of it; all of it where there are no maps.
     pub fn seen_from(&self, point: Vec3A, normal: Vec3A) -> SkyShare {
         if self.groups.is_empty() {
@@ -62,9 +67,9 @@ pub struct SkyNearby(Option<(Vec3A, Vec3A, SkyShare)>);
 
 /// Cosine of the angle between normals, distance, and distance from the plane in pixels, up to which a place
 /// is in the neighborhood.
-const SAME_DIRECTION: f32 = 0.965;
-const NEAR_PX: f32 = 3.0;
-const SAME_PLANE_PX: f32 = 0.5;
+pub const SAME_DIRECTION: f32 = 0.965;
+pub const NEAR_PX: f32 = 3.0;
+pub const SAME_PLANE_PX: f32 = 0.5;
 
 impl SkyNearby {
     /// The sky's share at a point: that of the neighborhood if the point lies in it, else worked out, and

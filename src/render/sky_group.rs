@@ -1,6 +1,6 @@
 //! Eight directions of the sky, looked at together: one lane a direction.
 
-use glam::Vec3A;
+use glam::{Affine3A, Mat3, Vec3, Vec3A};
 use wide::f32x8;
 
 use super::light_map::LightMap;
@@ -18,6 +18,19 @@ pub struct SkyGroup {
     /// First key of each map.
     starts: [usize; 8],
     keys: Vec<f32>,
+}
+
+/// One direction with its occlusion map.
+pub struct SkyMap<'a> {
+    /// Unit, from the scene, in the world.
+    pub toward: Vec3,
+    /// Texel position, and meters along the light, of a point in the world.
+    pub texel_from_world: Affine3A,
+    pub texel_m: f32,
+    pub width: usize,
+    pub height: usize,
+    /// Nearest key per texel; minus infinity = nothing.
+    pub keys: &'a [f32],
 }
 
 /// What the directions of a group say about a point.
@@ -63,6 +76,30 @@ impl SkyGroup {
             starts,
             keys,
         }
+    }
+
+    /// The maps of its lanes, the left-over ones too.
+    pub fn maps(&self) -> impl Iterator<Item = SkyMap<'_>> {
+        (0..8).map(|k| {
+            let lane = |lanes: &f32x8| lanes.as_array()[k];
+            let vector =
+                |lanes: &[f32x8; 3]| Vec3::from_array(std::array::from_fn(|axis| lane(&lanes[axis])));
+            let rows = self.texel_from_world.each_ref().map(vector);
+            let texel_from_world = Affine3A::from_mat3_translation(
+                Mat3::from_cols_array_2d(&rows.map(|row| row.to_array())).transpose(),
+                vector(&self.texel_shift),
+            );
+            let (width, height) = (self.row_lengths[k], lane(&self.last[1]) as usize + 2);
+            let keys = self.keys.get(self.starts[k]..self.starts[k] + width * height).unwrap_or(&[]);
+            SkyMap {
+                toward: vector(&self.toward),
+                texel_from_world,
+                texel_m: lane(&self.texel_m),
+                width,
+                height,
+                keys,
+            }
+        })
     }
 
     /// Of each direction the share of light that reaches the point, hard edges smoothed over a texel.

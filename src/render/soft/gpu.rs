@@ -6,10 +6,10 @@
 //! eight rows come back. A GPU therefore speeds up the part of the work that grows with the picture and not the
 //! part that grows with the mesh.
 //!
-//! Portable: storage buffers and 32-bit integer atomics within a workgroup only, the limits of OpenGL ES 3.1
-//! ([`wgpu::Limits::downlevel_defaults`]), no render targets, no float atomics, no subgroups. Ties and sums are in
-//! a fixed order, so one device gives the same bits every time. Other devices, and the CPU, give other bits: whoever
-//! keeps results keeps [`Gpu::name`] with them.
+//! The device is that of [`crate::render::gpu`]. Portable: storage buffers and 32-bit integer atomics within a
+//! workgroup only, the limits of OpenGL ES 3.1 ([`wgpu::Limits::downlevel_defaults`]), no render targets, no float
+//! atomics, no subgroups. Ties and sums are in a fixed order, so one device gives the same bits every time. Other
+//! devices, and the CPU, give other bits: whoever keeps results keeps [`Gpu::name`] with them.
 //!
 //! Guarantees, tested on software adapters: within 1e-5 of the CPU in coverage and 1e-6 in the terms of the loss, and
 //! in slopes within 1e-3 of the largest but for pixels with two nearest points, where the slope jumps and either
@@ -19,56 +19,12 @@
 //! what no GPU takes away. Not for software adapters where speed matters: lavapipe took some 10 to 25 times as
 //! long as the CPU path on two busy cores, llvmpipe's OpenGL 30 times.
 
-mod adapters;
-mod compute;
-mod device;
 mod job;
 mod pictures;
 
-use serde::{Deserialize, Serialize};
-
-pub use compute::Compute;
-pub use device::Gpu;
+pub use crate::render::gpu::{Compute, ComputeSettings, DeviceChoice, Gpu, GpuError};
 pub use job::LARGEST_SIDE_PX;
 pub use pictures::{Drawn, GpuSilhouettes};
-
-/// Which device computes.
-#[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
-#[serde(deny_unknown_fields)]
-pub struct ComputeSettings {
-    /// Where kernels run that have a GPU version.
-    pub device: DeviceChoice,
-}
-
-/// Where kernels run that have a GPU version.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize, PartialEq, Eq)]
-#[serde(rename_all = "snake_case")]
-pub enum DeviceChoice {
-    /// On a GPU if there is one; software adapters, which gain nothing, do not count.
-    Auto,
-    /// On the CPU.
-    Cpu,
-    /// On whatever adapter there is, also a software one.
-    Gpu,
-}
-
-/// Why something could not be computed on a GPU; the CPU can.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum GpuError {
-    #[error(
-        "looking for a GPU: {looked_at}; install a Vulkan or OpenGL driver, or set compute.device to cpu"
-    )]
-    NoAdapter { looked_at: String },
-    #[error("opening {adapter}: {reason}; update its driver or set compute.device to cpu")]
-    NotOpened { adapter: String, reason: String },
-    #[error(
-        "a picture {side_px} pixels wide or high on a GPU: at most {} fit; use a smaller one",
-        LARGEST_SIDE_PX
-    )]
-    TooLarge { side_px: usize },
-    #[error("{attempted} on {adapter}: {reason}")]
-    Failed { attempted: &'static str, adapter: String, reason: String },
-}
 
 #[cfg(test)]
 mod tests;

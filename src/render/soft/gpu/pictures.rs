@@ -1,22 +1,18 @@
 //! One mesh in many poses on a GPU: its silhouettes, or how well they fit a mask.
 
-use std::sync::{Arc, mpsc};
-use std::time::Duration;
+use std::sync::Arc;
 
 use rayon::prelude::*;
-use wgpu::{Buffer, BufferDescriptor, BufferUsages, CommandEncoder, MapMode, PollType};
+use wgpu::{Buffer, BufferUsages, CommandEncoder};
 
-use super::GpuError;
-use super::device::Gpu;
 use super::job::{DrawBuffers, Kernels, LARGEST_SIDE_PX, Packed, Traced, Tracer, job_bytes, strips};
+use crate::render::gpu::transfer::{INPUT, OUTPUT, READ_BACK, buffer, bytes_of, fetched, grow, read_back};
+use crate::render::gpu::{Gpu, GpuError};
 use crate::render::soft::loss::{LossSums, Sloped, SoftTerms, Target};
 use crate::render::soft::{Grid, MovingPoint, Surface};
 
 /// Most memory for the planes of the poses of one dispatch; more poses take several.
 const PLANES_BYTES: usize = 32 << 20;
-
-/// Longest wait for one dispatch; a device that takes longer hangs.
-const LONGEST_WAIT: Duration = Duration::from_secs(60);
 
 /// A mesh whose silhouettes are drawn on a GPU.
 pub struct GpuSilhouettes<const N: usize> {
@@ -49,18 +45,14 @@ pub struct Drawn<const N: usize> {
     pub slopes: [Vec<f32>; N],
 }
 
-const INPUT: BufferUsages = BufferUsages::STORAGE.union(BufferUsages::COPY_DST);
-const OUTPUT: BufferUsages = BufferUsages::STORAGE.union(BufferUsages::COPY_SRC);
-const READ_BACK: BufferUsages = BufferUsages::MAP_READ.union(BufferUsages::COPY_DST);
-
 impl<const N: usize> GpuSilhouettes<N> {
     /// `sigma_px2` as for [`SoftSilhouette::draw`](crate::render::soft::SoftSilhouette::draw).
     pub fn new(gpu: Arc<Gpu>, surface: Surface, grid: Grid, sigma_px2: f32) -> Result<Self, GpuError> {
         let side_px = grid.width_px().max(grid.height_px);
         if side_px > LARGEST_SIDE_PX {
-            return Err(GpuError::TooLarge { side_px });
+            return Err(GpuError::TooLarge { side_px, largest_px: LARGEST_SIDE_PX });
         }
-        let kernels = gpu.kernels(N)?;
+        let kernels = gpu.kernels(N, |device| Kernels::new(device, N))?;
         let buffers = gpu.guarded("allocating buffers", || {
             let job = job_bytes(grid, sigma_px2);
             let buffers = Buffers {
@@ -179,50 +171,9 @@ impl<const N: usize> GpuSilhouettes<N> {
         self.kernels.draw(&gpu.device, &mut encoder, &drawn, self.grid);
         let bytes = then(self, &mut encoder, count);
         gpu.queue.submit([encoder.finish()]);
-        fetched(&gpu, &self.buffers.read_back, bytes)
+        let words = fetched(&gpu, &self.buffers.read_back, bytes)?;
+        Ok(words.into_iter().map(f32::from_bits).collect())
     }
-}
-
-/// Copies what was computed to where it can be read; the number of bytes.
-fn read_back(gpu: &Gpu, encoder: &mut CommandEncoder, from: &Buffer, to: &mut Buffer, bytes: usize) -> usize {
-    grow(gpu, to, bytes, READ_BACK);
-    encoder.copy_buffer_to_buffer(from, 0, to, 0, bytes as u64);
-    bytes
-}
-
-/// Waits for what was submitted and reads it.
-fn fetched(gpu: &Gpu, from: &Buffer, bytes: usize) -> Result<Vec<f32>, String> {
-    let slice = from.slice(..bytes as u64);
-    let (told, mapped) = mpsc::channel();
-    slice.map_async(MapMode::Read, move |result| {
-        let _ = told.send(result);
-    });
-    let waited = PollType::Wait { submission_index: None, timeout: Some(LONGEST_WAIT) };
-    gpu.device.poll(waited).map_err(|error| error.to_string())?;
-    let answer = mapped.try_recv().map_err(|_| "the device did not answer".to_owned())?;
-    answer.map_err(|error| error.to_string())?;
-    let view = slice.get_mapped_range().map_err(|error| error.to_string())?;
-    let number = |b: &[u8]| f32::from_ne_bytes([b[0], b[1], b[2], b[3]]);
-    let numbers = view.chunks_exact(4).map(number).collect();
-    drop(view);
-    from.unmap();
-    Ok(numbers)
-}
-
-/// A buffer of at least that size; an empty one cannot be bound.
-fn buffer(gpu: &Gpu, bytes: usize, usage: BufferUsages) -> Buffer {
-    let size = bytes.next_power_of_two().max(256) as u64;
-    gpu.device.create_buffer(&BufferDescriptor { label: None, size, usage, mapped_at_creation: false })
-}
-
-fn grow(gpu: &Gpu, held: &mut Buffer, bytes: usize, usage: BufferUsages) {
-    if held.size() < bytes as u64 {
-        *held = buffer(gpu, bytes, usage);
-    }
-}
-
-fn bytes_of(numbers: &[f32]) -> Vec<u8> {
-    numbers.iter().flat_map(|number| number.to_ne_bytes()).collect()
 }
 
 /// The sums of a picture from those of its strips.

@@ -9,27 +9,12 @@ use rand_chacha::ChaCha8Rng;
 use wgpu::{Backends, BufferDescriptor, BufferUsages};
 
 use super::*;
+use crate::render::gpu::tests::devices;
 use crate::render::soft::loss::terms;
 use crate::render::soft::turntable::{Turntable, random_object};
 use crate::render::soft::{Grid, MovingPoint, SoftSilhouette, Surface};
 
 const SIDE_PX: usize = 64;
-
-/// A device of each backend that has one.
-fn devices() -> Vec<Arc<Gpu>> {
-    let backends = [Backends::VULKAN, Backends::GL, Backends::METAL, Backends::DX12];
-    let opened = backends.map(|backend| Gpu::open_among(backend, DeviceChoice::Gpu));
-    let failures: Vec<String> =
-        opened.iter().filter_map(|o| o.as_ref().err()).map(ToString::to_string).collect();
-    let devices: Vec<_> = opened.into_iter().flatten().collect();
-    if devices.is_empty() {
-        let told = format!("GPU test SKIPPED, no adapter: {}", failures.join("; "));
-        assert!(std::env::var("TABLETOPGEN_GPU_TESTS").as_deref() != Ok("require"), "{told}");
-        // Past the harness, which hides what passing tests print.
-        writeln!(std::io::stderr().lock(), "{told}").expect("standard error");
-    }
-    devices
-}
 
 fn silhouettes<const N: usize>(
     gpu: &Arc<Gpu>,
@@ -279,7 +264,7 @@ fn auto_does_not_take_software() {
 fn too_large_a_picture_is_an_error_and_leaves_the_device_as_it_was() {
     for gpu in devices() {
         let refused = GpuSilhouettes::<0>::new(gpu.clone(), Surface::new(&[]), Grid::square(1032), 1.0);
-        assert_eq!(refused.err(), Some(GpuError::TooLarge { side_px: 1032 }));
+        assert_eq!(refused.err(), Some(GpuError::TooLarge { side_px: 1032, largest_px: LARGEST_SIDE_PX }));
         assert_eq!(gpu.given_up(), None);
     }
 }

@@ -1,5 +1,6 @@
 //! An opened GPU: one for the process, shared by everything that computes on it.
 
+use std::any::{Any, TypeId};
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -8,17 +9,16 @@ use wgpu::{
     MemoryHints, Queue,
 };
 
-use super::job::Kernels;
 use super::{DeviceChoice, GpuError, adapters};
 
 /// A device, what it has compiled, and what went wrong with it.
 #[derive(Debug)]
 pub struct Gpu {
     name: String,
-    pub(super) device: Device,
-    pub(super) queue: Queue,
-    /// By the number of parameters.
-    kernels: Mutex<BTreeMap<usize, Arc<Kernels>>>,
+    pub(in crate::render) device: Device,
+    pub(in crate::render) queue: Queue,
+    /// By their type and the number they were compiled for.
+    kernels: Mutex<BTreeMap<(TypeId, usize), Arc<dyn Any + Send + Sync>>>,
     /// One caller at a time: OpenGL's one context may be waited for only so long, then `wgpu` panics.
     turn: Mutex<()>,
     /// The first thing that went wrong outside of any error scope.
@@ -61,8 +61,8 @@ impl Gpu {
         let adapter = adapters::best(instance, backends, choice)?;
         let name = adapters::described(&adapter.get_info());
         let descriptor = DeviceDescriptor {
-            label: Some("soft silhouettes"),
-            required_limits: Limits::downlevel_defaults(),
+            label: Some("tabletopgen"),
+            required_limits: with_large_buffers(&adapter.limits()),
             memory_hints: MemoryHints::Performance,
             ..DeviceDescriptor::default()
         };
@@ -95,7 +95,7 @@ impl Gpu {
     }
 
     /// Runs what talks to the device, alone, and gathers every error it causes; an error gives the device up.
-    pub(super) fn guarded<T>(
+    pub(in crate::render) fn guarded<T>(
         &self,
         attempted: &'static str,
         work: impl FnOnce() -> Result<T, String>,
@@ -122,16 +122,36 @@ impl Gpu {
         }
     }
 
-    /// The kernels for pictures with so many parameters, compiled at the first call.
-    pub(super) fn kernels(&self, parameters: usize) -> Result<Arc<Kernels>, GpuError> {
+    /// Kernels of that type, compiled for that number at the first call.
+    pub(in crate::render) fn kernels<K: Any + Send + Sync>(
+        &self,
+        number: usize,
+        compile: impl FnOnce(&Device) -> K,
+    ) -> Result<Arc<K>, GpuError> {
         let mut all = lock(&self.kernels);
-        if let Some(kernels) = all.get(&parameters) {
-            return Ok(kernels.clone());
+        let key = (TypeId::of::<K>(), number);
+        if let Some(kernels) = all.get(&key).and_then(|kernels| kernels.clone().downcast().ok()) {
+            return Ok(kernels);
         }
-        let kernels =
-            self.guarded("compiling kernels", || Ok(Arc::new(Kernels::new(&self.device, parameters))))?;
-        all.insert(parameters, kernels.clone());
+        let kernels = self.guarded("compiling kernels", || Ok(Arc::new(compile(&self.device))))?;
+        all.insert(key, kernels.clone());
         Ok(kernels)
+    }
+
+    /// Most bytes of one storage buffer.
+    pub(in crate::render) fn largest_buffer_bytes(&self) -> usize {
+        let limits = self.device.limits();
+        let bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+        usize::try_from(bytes).unwrap_or(usize::MAX)
+    }
+}
+
+/// What OpenGL ES 3.1 promises, but buffers as large as the adapter has them: textures of a scene may take more.
+fn with_large_buffers(of_adapter: &Limits) -> Limits {
+    Limits {
+        max_storage_buffer_binding_size: of_adapter.max_storage_buffer_binding_size,
+        max_buffer_size: of_adapter.max_buffer_size,
+        ..Limits::downlevel_defaults()
     }
 }
 

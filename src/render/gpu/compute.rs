@@ -22,14 +22,14 @@ impl Compute {
         self.gpu_or(Gpu::open)
     }
 
-    pub(super) fn gpu_or(
+    pub(in crate::render) fn gpu_or(
         &self,
         open: impl FnOnce(DeviceChoice) -> Result<Option<Arc<Gpu>>, GpuError>,
     ) -> Option<Arc<Gpu>> {
         let opened = self.opened.get_or_init(|| match open(self.choice) {
             Ok(gpu) => {
                 let device = gpu.as_ref().map_or("the CPU", |gpu| gpu.name());
-                tracing::info!(device, "soft silhouettes have their device");
+                tracing::info!(device, "kernels have their device");
                 gpu
             }
             // Without a GPU the CPU is what `auto` means.

@@ -1,0 +1,123 @@
+// Soft shadows of the key light, light_map.rs's: percentage-closer, with coarse blocks that answer most points.
+
+// The map's keys, its dilated coarse blocks, its fine blocks; then the floor's nodes.
+@group(0) @binding(3) var<storage, read> light: array<u32>;
+
+const DISK_WORDS = 16u * (1u + TAP_GROUPS);
+
+fn light_f32(at: u32) -> f32 {
+    return bitcast<f32>(light[at]);
+}
+
+fn block_of(c: f32, size: u32) -> u32 {
+    return min(u32(max(c, 0.0)), size - 1u) / FINE;
+}
+
+// At least the highest key within `radius` texels.
+fn highest_within(p: vec2<f32>, radius: f32) -> f32 {
+    let columns = (job.map_width + FINE - 1u) / FINE;
+    let left = block_of(p.x - radius, job.map_width);
+    let right = block_of(p.x + radius, job.map_width);
+    let bottom = block_of(p.y + radius, job.map_height);
+    var highest = LEAST;
+    for (var row = block_of(p.y - radius, job.map_height); row <= bottom; row++) {
+        for (var column = left; column <= right; column++) {
+            highest = max(highest, light_f32(job.fine_at + row * columns + column));
+        }
+    }
+    return highest;
+}
+
+// Beyond the map there is nothing, as in its border.
+fn map_key(p: vec2<f32>) -> f32 {
+    let last = vec2(f32(job.map_width), f32(job.map_height)) - 1.0;
+    let texel = vec2<u32>(clamp(p, vec2(0.0), last));
+    return light_f32(texel.y * job.map_width + texel.x);
+}
+
+fn is_lit(x: i32, y: i32, key: f32) -> f32 {
+    if x < 0 || y < 0 || u32(x) >= job.map_width || u32(y) >= job.map_height {
+        return 1.0;
+    }
+    return select(0.0, 1.0, light_f32(u32(y) * job.map_width + u32(x)) <= key);
+}
+
+// Share of the four texels around a position that let light through to `key`, bilinearly.
+fn lit_share(p: vec2<f32>, key: f32) -> f32 {
+    let low = vec2<i32>(floor(p - 0.5));
+    let t = p - 0.5 - vec2<f32>(low);
+    let upper = mix(is_lit(low.x, low.y, key), is_lit(low.x + 1, low.y, key), t.x);
+    let lower = mix(is_lit(low.x, low.y + 1, key), is_lit(low.x + 1, low.y + 1, key), t.x);
+    return mix(upper, lower, t.y);
+}
+
+fn disk_point(disk: u32, k: u32) -> vec2<f32> {
+    return vec2(scene_f32(disk + 2u * k), scene_f32(disk + 2u * k + 1u));
+}
+
+// Share of the round light that reaches the point; `turn` (0..1) rotates the sampling pattern.
+fn key_visibility(point: vec3<f32>, normal: vec3<f32>, turn: f32) -> f32 {
+    if job.map_width == 0u {
+        return 1.0;
+    }
+    let in_light = moved(job.light_from_world, point + normal * (1.2 * job.texel_m));
+    let p = in_light.xy * job.texels_per_m + BORDER;
+    let key = -in_light.z;
+    let size = vec2(f32(job.map_width), f32(job.map_height));
+    if any(p < vec2(-job.reach)) || any(p >= size + job.reach) {
+        return 1.0;
+    }
+    let block = min(
+        vec2<u32>(max(p, vec2(0.0))) / COARSE,
+        vec2(job.coarse_width - 1u, job.coarse_height - 1u),
+    );
+    let lit_up_to = key + 0.6 * job.texel_m;
+    var highest = light_f32(job.coarse_at + block.y * job.coarse_width + block.x);
+    if highest <= lit_up_to {
+        return 1.0;
+    }
+    var search = clamp((highest - key) * job.spread, 1.0, job.reach);
+    if search <= FEW_BLOCKS {
+        highest = highest_within(p, search + 1.0);
+        if highest <= lit_up_to {
+            return 1.0;
+        }
+        search = clamp((highest - key) * job.spread, 1.0, job.reach);
+    }
+    // The points of a narrow penumbra are the first eight.
+    let disk = job.disks_at + (u32(turn * f32(TURNS)) % TURNS) * DISK_WORDS;
+    let wide = disk + 16u;
+    var sum = 0.0;
+    var count = 0u;
+    for (var k = 0u; k < 8u * SEARCH_GROUPS; k++) {
+        let found = map_key(p + search * disk_point(wide, k));
+        if found > lit_up_to {
+            sum += found;
+            count++;
+        }
+    }
+    if count == 0u {
+        return 1.0;
+    }
+    if count == 8u * SEARCH_GROUPS {
+        return 0.0;
+    }
+    let width = clamp((sum / f32(count) - key) * job.spread, 0.8, job.reach);
+    if width < NARROW {
+        var lit = 0.0;
+        for (var k = 0u; k < 8u; k++) {
+            lit += lit_share(p + width * disk_point(disk, k), lit_up_to);
+        }
+        return lit / 8.0;
+    }
+    // Where all of the first half agree, the second would.
+    let few = 4u * TAP_GROUPS;
+    var lit = 0u;
+    for (var k = 0u; k < 2u * few; k++) {
+        if k == few && (lit == 0u || lit == few) {
+            return f32(lit) / f32(few);
+        }
+        lit += select(0u, 1u, map_key(p + width * disk_point(wide, k)) <= lit_up_to);
+    }
+    return f32(lit) / f32(2u * few);
+}

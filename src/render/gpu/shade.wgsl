@@ -1,0 +1,147 @@
+// The color of a surface point: Lambert and GGX under key light, sky and surroundings, shade.rs's.
+
+struct Look {
+    base_color: vec3<f32>,
+    roughness: f32,
+    metalness: f32,
+    opacity: f32,
+    // Where it lies; 0: none.
+    texture: u32,
+}
+
+struct Surface {
+    point: vec3<f32>,
+    // Unit, smooth, turned toward the eye.
+    normal: vec3<f32>,
+    // Unit, of the flat triangle, turned toward the eye.
+    flat_normal: vec3<f32>,
+    toward_eye: vec3<f32>,
+    uv: vec2<f32>,
+    // Texture repeats squared per square meter.
+    uv_density: f32,
+    look: u32,
+}
+
+struct Reflected {
+    diffuse: vec3<f32>,
+    specular: vec3<f32>,
+}
+
+// Linear light: what is added, and the factor on what lies behind.
+struct Shown {
+    added: vec3<f32>,
+    passed: vec3<f32>,
+}
+
+fn look_at(index: u32) -> Look {
+    let at = job.looks_at + index * LOOK_WORDS;
+    return Look(
+        scene_vec3(at), scene_f32(at + 3u), scene_f32(at + 4u), scene_f32(at + 5u), scene[at + 6u],
+    );
+}
+
+fn uv_of(vertex: u32) -> vec2<f32> {
+    let at = vertex * VERTEX_WORDS + 6u;
+    return vec2(scene_f32(at), scene_f32(at + 1u));
+}
+
+fn surface_at(index: u32, p: vec2<f32>) -> Surface {
+    let triangle = triangle_at(index);
+    let found = hit(triangle, p);
+    let eye = toward_eye(found.in_camera);
+    let flat_normal = turned_toward(triangle.facing, eye);
+    let a = uv_of(triangle.vertices.x);
+    let b = uv_of(triangle.vertices.y);
+    let c = uv_of(triangle.vertices.z);
+    let uv_area = abs((b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x));
+    let area = length(cross(found.sides[0], found.sides[1]));
+    return Surface(
+        moved(job.world_from_camera, found.in_camera),
+        smooth_normal(triangle, found.weights, flat_normal),
+        flat_normal,
+        eye,
+        found.weights.x * a + found.weights.y * b + found.weights.z * c,
+        uv_area / max(area, 1e-20),
+        triangle.look,
+    );
+}
+
+// Whether two triangles belong to one smooth piece of one material.
+fn continues(a: u32, b: u32) -> bool {
+    let p = triangle_at(a);
+    let q = triangle_at(b);
+    return p.look == q.look && dot(p.facing, q.facing) > 0.965;
+}
+
+fn albedo_of(s: Surface, look: Look, pixel_size_m: f32) -> vec3<f32> {
+    if look.texture == 0u {
+        return look.base_color;
+    }
+    let facing = max(dot(s.flat_normal, s.toward_eye), 0.05);
+    let texels = s.uv_density * scene_f32(look.texture) * pixel_size_m * pixel_size_m / facing;
+    return look.base_color * texture_color(look.texture, s.uv, 0.5 * log2(max(texels, 1.0)) - 0.25);
+}
+
+fn fifth(x: f32) -> f32 {
+    return x * x * x * x * x;
+}
+
+// Share of the surroundings a surface mirrors (Karis 2014).
+fn mirror_share(f0: vec3<f32>, roughness: f32, nv: f32) -> vec3<f32> {
+    let r = vec4(
+        1.0 - roughness,
+        0.0425 - 0.0275 * roughness,
+        1.04 - 0.572 * roughness,
+        0.022 * roughness - 0.04,
+    );
+    let a004 = min(r.x * r.x, exp2(-9.28 * nv)) * r.x + r.y;
+    return f0 * (-1.04 * a004 + r.z) + max(1.04 * a004 + r.w, 0.0);
+}
+
+// Cosine to the key light; a smooth normal does not carry it far beyond the flat face's.
+fn key_cosine(s: Surface) -> f32 {
+    return max(min(dot(s.normal, job.toward_key), 2.0 * dot(s.flat_normal, job.toward_key)), 0.0);
+}
+
+// `nl` is the cosine to the key light, `reaching` the share of it that reaches the point.
+fn reflected(s: Surface, look: Look, albedo: vec3<f32>, nl: f32, reaching: f32, seen: SkyShare) -> Reflected {
+    let n = s.normal;
+    let v = s.toward_eye;
+    let l = job.toward_key;
+    let nv = clamp(dot(n, v), 0.02, 1.0);
+    let f0 = mix(vec3(0.04), albedo, look.metalness);
+    let matte = albedo * (1.0 - look.metalness);
+    var light = Reflected(vec3(0.0), vec3(0.0));
+    if nl > 0.0 && reaching > 0.0 {
+        let key = job.key_color * (nl * reaching);
+        let h = unit_or(l + v, vec3(0.0));
+        // A light of finite size blurs the highlight (Karis 2013).
+        let alpha = min(look.roughness * look.roughness + 0.4 * job.key_radius_rad, 1.0);
+        let a2 = alpha * alpha;
+        let nh = clamp(dot(n, h), 0.0, 1.0);
+        let d = nh * nh * (a2 - 1.0) + 1.0;
+        let smith = nl * sqrt(nv * nv * (1.0 - a2) + a2) + nv * sqrt(nl * nl * (1.0 - a2) + a2);
+        let shine = 0.5 * a2 / (d * d * max(smith, 1e-4));
+        let fresnel = f0 + (vec3(1.0) - f0) * fifth(1.0 - clamp(dot(v, h), 0.0, 1.0));
+        light.diffuse += matte * key;
+        light.specular += fresnel * key * min(shine, 12.0);
+    }
+    let up = 0.5 + 0.5 * n.z;
+    let up_flat = 0.5 + 0.5 * s.flat_normal.z;
+    // Occlusion is that of the flat face; its brightness is carried over to the smooth one.
+    let smooth_over_flat = (job.sky_color * up + job.ground_color * (1.0 - up))
+        / max(job.sky_color * up_flat + job.ground_color * (1.0 - up_flat), vec3(1e-3));
+    light.diffuse += matte * diffuse_light(s.flat_normal, seen) * smooth_over_flat;
+    let surroundings = mirrored(2.0 * dot(n, v) * n - v, look.roughness);
+    let occlusion = min(0.25 + 0.75 * seen.open, 1.0);
+    light.specular += surroundings * mirror_share(f0, look.roughness, nv) * occlusion;
+    return light;
+}
+
+// A see-through surface: what it adds, and the factor on what lies behind.
+fn glass(s: Surface, look: Look, albedo: vec3<f32>, light: Reflected) -> Shown {
+    let grazing = 1.0 - clamp(dot(s.normal, s.toward_eye), 0.0, 1.0);
+    let solid = look.opacity + (1.0 - look.opacity) * 0.35 * (grazing * grazing * grazing);
+    let tint = mix(vec3(1.0), albedo, 0.35 + 0.3 * look.opacity);
+    return Shown((light.diffuse * solid * 0.8 + light.specular) * job.exposure, tint * (1.0 - solid));
+}
