@@ -206,6 +206,7 @@ pub async fn build_scene(
     let inputs = resolve::Inputs::new(&objects.recognition, &layout, settings);
     let resolved = stages.run(resolve::STAGE, inputs, resolve::run).await?;
 
+    let gpu = stages.services().gpu_name().await;
     let inputs = certify::Inputs::new(
         identity,
         &objects.reference,
@@ -219,6 +220,7 @@ pub async fn build_scene(
         &resolved,
         &objects.ports,
         settings,
+        gpu,
     )?;
     let certified = stages.run(certify::STAGE, inputs, certify::run).await?;
 

@@ -85,6 +85,9 @@ pub struct Inputs {
     render: RenderSettings,
     export: ExportSettings,
     feature_extractor: Adapter,
+    /// Name of the GPU that paints the previews; absent where the CPU does.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    gpu: Option<String>,
 }
 
 /// One body with everything the stages found out about it.
@@ -131,6 +134,7 @@ impl Inputs {
         resolved: &resolve::Output,
         ports: &Ports,
         settings: &Settings,
+        gpu: Option<String>,
     ) -> Result<Self, StageError> {
         let missing = || StageError::permanent("table_missing", "certifying: there is no table; run again");
         let provenance = |raw: &reconstruct::Output, more: Option<String>| Provenance {
@@ -185,6 +189,7 @@ impl Inputs {
             render: settings.render.clone(),
             export: settings.export.clone(),
             feature_extractor: ports.feature_extractor.adapter(),
+            gpu,
         })
     }
 
@@ -208,15 +213,22 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
 
     let (given, geometry, picture) = (inputs.clone(), loaded.clone(), reference.clone());
     let interrupt = context.interrupt().clone();
+    // One that was given up since fails: the key says that the previews are the GPU's.
+    let gpu = inputs.gpu.as_ref().and_then(|_| context.services().compute.opened());
     let (pictures, measured) = context
         .cpu(move || {
             rayon::join(
-                || write::paint(&given, &geometry, &picture, &drawn),
+                || write::paint(&given, &geometry, &picture, &drawn, gpu),
                 || measure::measure(&given, &geometry, &interrupt),
             )
         })
         .await?;
     let measured = measured?;
+    // The next try finds the device given up, and makes a key of the CPU's.
+    let pictures = pictures.map_err(|error| {
+        tracing::warn!(%error, "the GPU failed; this process goes on with the CPU");
+        StageError::transient("gpu_failed", format!("previews: {error}; trying again on the CPU"))
+    })?;
     let seen = vec![reference, pictures.scene_view.clone()];
     let call = context.call();
     let features = context.services().ports.feature_extractor.features(&call, seen).await?;

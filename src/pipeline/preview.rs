@@ -1,9 +1,12 @@
 //! Pictures of the finished scene: hero, top, four sides, the view of the reference picture, thumbnails.
 
+use std::sync::Arc;
+
 use glam::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::{Camera, Image, Pose, TexturedMesh};
+use crate::render::gpu::{Gpu, GpuDiorama, GpuError};
 use crate::render::{
     Background, Diorama, GeometryFrame, Lighting, RenderObject, RenderSettings, TopView, View,
 };
@@ -29,10 +32,12 @@ pub struct Shown<'a> {
 const FOV_X_RAD: f64 = 0.52;
 
 /// The bodies in a studio, ready to be painted from every side; ids count from 1 in the order given. The
-/// floor lies under the lowest point.
+/// floor lies under the lowest point. On a GPU, if it is put on one: a picture that does not fit there is the CPU's,
+/// with a line in the log, and an error means that the device is broken.
 pub struct Studio<'a> {
     bodies: &'a [Shown<'a>],
-    diorama: Diorama<'a>,
+    diorama: Arc<Diorama<'a>>,
+    on_gpu: Option<GpuDiorama<'a>>,
     low_m: DVec3,
     high_m: DVec3,
 }
@@ -45,33 +50,53 @@ impl<'a> Studio<'a> {
             .map(|(body, id)| RenderObject { mesh: body.mesh, world_from_object: body.world_from_object, id })
             .collect();
         let (low_m, high_m) = bounds(bodies);
-        Self { bodies, diorama: Diorama::new(objects, quality), low_m, high_m }
+        let diorama = Arc::new(Diorama::new(objects, quality));
+        Self { bodies, diorama, on_gpu: None, low_m, high_m }
+    }
+
+    /// The same, painted by the GPU.
+    pub fn on(mut self, gpu: Arc<Gpu>) -> Result<Self, GpuError> {
+        self.on_gpu = unless_unfit(GpuDiorama::new(gpu, self.diorama.clone()))?;
+        Ok(self)
     }
 
     /// The key light stands to the left of whoever looks from that azimuth.
-    fn paint(&self, azimuth_rad: f64, view: &View) -> Image {
+    fn paint(&self, azimuth_rad: f64, view: &View) -> Result<Image, GpuError> {
+        let (lighting, background) = self.light(azimuth_rad);
+        let painted = self.on_gpu.as_ref().map(|on_gpu| on_gpu.color(lighting, background, view));
+        let painted = painted.map_or(Ok(None), unless_unfit)?;
+        Ok(painted.unwrap_or_else(|| self.diorama.color(lighting, background, view)))
+    }
+
+    fn light(&self, azimuth_rad: f64) -> (Lighting, Background) {
         let lighting = Lighting::studio(azimuth_rad - 0.7, 0.95, 0.6);
-        self.diorama.color(lighting, Background::light_with_floor(self.low_m.z), view)
+        (lighting, Background::light_with_floor(self.low_m.z))
     }
 
     /// The whole scene, three quarters from the front.
-    pub fn hero(&self, settings: &PreviewSettings) -> Image {
+    pub fn hero(&self, settings: &PreviewSettings) -> Result<Image, GpuError> {
         self.orbit(settings.hero_width_px, settings.hero_width_px * 3 / 4, 0.42, 0.52)
     }
 
     /// One of the sides: azimuth 0 = from the front edge, pi/2 = from +x.
-    pub fn side(&self, azimuth_rad: f64, settings: &PreviewSettings) -> Image {
+    pub fn side(&self, azimuth_rad: f64, settings: &PreviewSettings) -> Result<Image, GpuError> {
         self.orbit(settings.side_width_px, settings.side_width_px * 3 / 4, azimuth_rad, 0.3)
     }
 
     /// Everything from an azimuth and elevation, filling the frame.
-    fn orbit(&self, width_px: u32, height_px: u32, azimuth_rad: f64, elevation_rad: f64) -> Image {
+    fn orbit(
+        &self,
+        width_px: u32,
+        height_px: u32,
+        azimuth_rad: f64,
+        elevation_rad: f64,
+    ) -> Result<Image, GpuError> {
         let camera = self.framing(width_px, height_px, azimuth_rad, elevation_rad);
         self.paint(azimuth_rad, &View::Perspective(camera))
     }
 
     /// Straight from above, orthographic.
-    pub fn top(&self, settings: &PreviewSettings) -> Image {
+    pub fn top(&self, settings: &PreviewSettings) -> Result<Image, GpuError> {
         let size = 1.06 * (self.high_m - self.low_m).truncate();
         let width_px = settings.side_width_px;
         let height_px = ((f64::from(width_px) * size.y / size.x).round() as u32).clamp(64, 4 * width_px);
@@ -85,13 +110,14 @@ impl<'a> Studio<'a> {
         self.paint(0.0, &View::Orthographic(view))
     }
 
-    /// What the camera of the reference picture sees where; ids count from 1 in the order of the bodies.
+    /// What the camera of the reference picture sees where, always by the CPU; ids count from 1 in the order of
+    /// the bodies.
     pub fn reference_geometry(&self, camera: &Camera) -> GeometryFrame {
         self.diorama.measure(&View::Perspective(*camera))
     }
 
     /// The scene from the camera of the reference picture, as wide as a side view.
-    pub fn reference_view(&self, camera: &Camera, settings: &PreviewSettings) -> Image {
+    pub fn reference_view(&self, camera: &Camera, settings: &PreviewSettings) -> Result<Image, GpuError> {
         let share = f64::from(settings.side_width_px) / f64::from(camera.width_px);
         let height_px = (share * f64::from(camera.height_px)).round().max(1.0);
         let small = Camera {
@@ -149,9 +175,23 @@ fn bounds(bodies: &[Shown]) -> (DVec3, DVec3) {
         .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)))
 }
 
-/// One mesh, 256 x 256 pixels.
+/// What a GPU made; nothing, and a line in the log, where it cannot make that of this scene and would say so again.
+fn unless_unfit<T>(made: Result<T, GpuError>) -> Result<Option<T>, GpuError> {
+    match made {
+        Err(error) if !error.is_of_the_device() => {
+            tracing::warn!(%error, "a preview is painted on the CPU");
+            Ok(None)
+        }
+        made => made.map(Some),
+    }
+}
+
+/// One mesh, 256 x 256 pixels, on the CPU.
 pub fn thumbnail(mesh: &TexturedMesh) -> Image {
     let quality = RenderSettings { supersampling: 1, shadow_map_px: 256, sky_directions: 8, sky_map_px: 64 };
     let bodies = [Shown { mesh, world_from_object: Pose::IDENTITY }];
-    Studio::new(&bodies, &quality).orbit(256, 256, 0.5, 0.5)
+    let studio = Studio::new(&bodies, &quality);
+    let (lighting, background) = studio.light(0.5);
+    let camera = studio.framing(256, 256, 0.5, 0.5);
+    studio.diorama.color(lighting, background, &View::Perspective(camera))
 }

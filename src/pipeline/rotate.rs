@@ -72,10 +72,7 @@ pub async fn gpu(services: &Services, settings: &Settings) -> Option<String> {
     if settings.dro.solver != DroSolver::Paper || settings.dro.fine_px as usize > LARGEST_SIDE_PX {
         return None;
     }
-    let compute = services.compute.clone();
-    // The first time drivers are loaded.
-    let looking = tokio::task::spawn_blocking(move || compute.gpu().map(|gpu| gpu.name().to_owned()));
-    looking.await.ok().flatten()
+    services.gpu_name().await
 }
 
 /// One entry per recognized object, in order; `gpu` as [`gpu`] told it.

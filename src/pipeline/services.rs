@@ -21,6 +21,13 @@ impl Services {
     pub fn new(ports: Ports, compute: Arc<Compute>) -> Self {
         Self { ports, compute, decoded: Decoded::default() }
     }
+
+    /// Name of the GPU, if there is one that is to be used. The first time drivers are loaded.
+    pub async fn gpu_name(&self) -> Option<String> {
+        let compute = self.compute.clone();
+        let looking = tokio::task::spawn_blocking(move || compute.gpu().map(|gpu| gpu.name().to_owned()));
+        looking.await.ok().flatten()
+    }
 }
 
 /// Artifacts by the digest of their bytes, so that six stages decode a mesh once. Bytes named by content always

@@ -14,6 +14,7 @@ use crate::geometry::Image;
 use crate::pipeline::error::StageError;
 use crate::pipeline::preview::{self, Shown, Studio};
 use crate::pipeline::resolve::Loaded;
+use crate::render::gpu::{Gpu, GpuError};
 use crate::render::overlay::{fitted, side_by_side};
 use crate::scene::finished::Frame;
 use crate::scene::instance::{Picture, SupportRelation};
@@ -42,16 +43,27 @@ pub(super) struct Certified {
 }
 
 /// Paints all previews.
-pub(super) fn paint(inputs: &Inputs, loaded: &[Loaded], reference: &Image, drawn: &Drawn) -> Painted {
+/// What is an error here has broken the device.
+pub(super) fn paint(
+    inputs: &Inputs,
+    loaded: &[Loaded],
+    reference: &Image,
+    drawn: &Drawn,
+    gpu: Option<Arc<Gpu>>,
+) -> Result<Painted, GpuError> {
     let bodies: Vec<Shown> = loaded
         .iter()
         .zip(&inputs.bodies)
         .map(|(geometry, body)| Shown { mesh: &geometry.mesh, world_from_object: body.resolved.settled })
         .collect();
     let studio = Studio::new(&bodies, &inputs.render);
+    let studio = match gpu {
+        Some(gpu) => studio.on(gpu)?,
+        None => studio,
+    };
     let sides = [("front", 0.0), ("right", FRAC_PI_2), ("back", PI), ("left", -FRAC_PI_2)];
-    let side = |(name, azimuth_rad): &(&str, f64)| {
-        ((*name).to_owned(), encode_png(&studio.side(*azimuth_rad, &inputs.preview)))
+    let side = |(name, azimuth_rad): &(&str, f64)| -> Result<_, GpuError> {
+        Ok(((*name).to_owned(), encode_png(&studio.side(*azimuth_rad, &inputs.preview)?)))
     };
     let thumbnail = |((geometry, body), drawn): ((&Loaded, &BodyParts), &Option<Bytes>)| {
         let picture = match drawn {
@@ -61,36 +73,42 @@ pub(super) fn paint(inputs: &Inputs, loaded: &[Loaded], reference: &Image, drawn
         (body.resolved.name.clone(), picture)
     };
     let camera = &inputs.recognition.camera;
-    let view = || {
+    let view = || -> Result<_, GpuError> {
         let seen = studio.reference_geometry(camera);
         let masks = inputs.masks.par_iter().zip(2..inputs.masks.len() as u32 + 2);
         let ious: Vec<f64> = masks.map(|(mask, id)| mask.visible.iou(&seen.mask(id))).collect();
-        let scene_view = studio.reference_view(camera, &inputs.preview);
+        let scene_view = studio.reference_view(camera, &inputs.preview)?;
         let small = fitted(reference, scene_view.width_px(), scene_view.height_px());
         let beside_png = encode_png(&side_by_side(&[&small, &scene_view]));
-        (scene_view, ious, beside_png)
+        Ok((scene_view, ious, beside_png))
     };
-    let (((scene_view, silhouette_ious, beside_png), hero_png), (sides_png, (top_png, thumbnails))) =
-        rayon::join(
-            || rayon::join(view, || encode_png(&studio.hero(&inputs.preview))),
-            || {
-                rayon::join(
-                    || sides.par_iter().map(side).collect(),
-                    || {
-                        rayon::join(
-                            || encode_png(&studio.top(&inputs.preview)),
-                            || {
-                                let bodies = loaded.par_iter().zip(&inputs.bodies).zip(&drawn.thumbnails);
-                                bodies.map(thumbnail).collect()
-                            },
-                        )
-                    },
-                )
-            },
-        );
-    let reference_png = drawn.reference_png.to_vec();
-    let pictures = Pictures { hero_png, top_png, sides_png, reference_png, beside_png, thumbnails };
-    Painted { pictures, scene_view: Arc::new(scene_view), silhouette_ious }
+    let ((seen, hero), (sides_png, (top, thumbnails))) = rayon::join(
+        || rayon::join(view, || studio.hero(&inputs.preview).map(|picture| encode_png(&picture))),
+        || {
+            rayon::join(
+                || sides.par_iter().map(side).collect::<Result<Vec<_>, GpuError>>(),
+                || {
+                    rayon::join(
+                        || studio.top(&inputs.preview).map(|picture| encode_png(&picture)),
+                        || {
+                            let bodies = loaded.par_iter().zip(&inputs.bodies).zip(&drawn.thumbnails);
+                            bodies.map(thumbnail).collect()
+                        },
+                    )
+                },
+            )
+        },
+    );
+    let (scene_view, silhouette_ious, beside_png) = seen?;
+    let pictures = Pictures {
+        hero_png: hero?,
+        top_png: top?,
+        sides_png: sides_png?,
+        reference_png: drawn.reference_png.to_vec(),
+        beside_png,
+        thumbnails,
+    };
+    Ok(Painted { pictures, scene_view: Arc::new(scene_view), silhouette_ious })
 }
 
 /// Writes every format, reads it back and packs it.
