@@ -25,19 +25,23 @@
 //! number of threads; within 1e-3 of [`mod@reference`]; cut off where the sigmoid is within 1e-4 of 0 or 1.
 //! Cost: 1 to 1.5 ms of a slow core for 5,000 triangles, closed, on 256 x 256 pixels, about 1 ms more where
 //! they are not closed. Not for parts, or gaps, thinner than sqrt(sigma): at their outline the coverage is
-//! 1/2 however thin they are, so they are drawn about sqrt(sigma) wide. Not for color: what lies inside the
-//! outline is one.
+//! 1/2 however thin they are, so they are drawn about sqrt(sigma) wide. What lies inside the outline is one
+//! here; its colors are drawn by [`color`].
 
 mod band;
 mod bins;
+pub mod color;
 mod crossing;
 mod fill;
 pub mod gpu;
 pub mod loss;
+mod nearest;
 mod outline;
+mod paint;
 pub mod reference;
 mod surface;
 
+pub use paint::Paint;
 pub use surface::Surface;
 
 /// Number of pixels beside each other that are computed together.

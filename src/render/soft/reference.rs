@@ -4,6 +4,8 @@
 //! It finds the outline in another way than the fast one: every edge of every face, moved a hair outward,
 //! less what each other face covers of it. No neighbors, no cells, no crossings of edges.
 
+pub mod color;
+
 use glam::DVec2;
 
 /// How far beyond an edge it looks, pixels: far below what matters, far above rounding.

@@ -9,6 +9,9 @@ use rand::{Rng, RngExt};
 use super::loss::Target;
 use super::{MovingPoint, Surface, reference};
 
+/// From the camera to the turntable's axis, meters.
+const DISTANCE: f64 = 3.0;
+
 /// An object about a meter large and a camera that sees it whole, whatever the yaw.
 pub struct Turntable {
     pub positions: Vec<DVec3>,
@@ -37,19 +40,31 @@ impl Turntable {
         Surface::new(&self.triangles)
     }
 
-    /// Pixel positions and their derivatives by yaw.
-    pub fn projected(&self, yaw_rad: f64) -> Vec<(DVec2, DVec2)> {
+    /// Positions in the camera's frame (along +z, y down) and their derivatives by yaw.
+    pub fn in_camera(&self, yaw_rad: f64) -> Vec<(DVec3, DVec3)> {
         let (sin, cos) = yaw_rad.sin_cos();
         let (sin_e, cos_e) = self.elevation_rad.sin_cos();
-        let (side, distance) = (self.side_px as f64, 3.0);
-        let focal_px = 1.15 * side;
         let seen = |p: DVec3| DVec3::new(p.x, p.y * sin_e - p.z * cos_e, p.y * cos_e + p.z * sin_e);
         self.positions
             .iter()
             .map(|&p| {
                 let turned = DVec3::new(cos * p.x - sin * p.y, sin * p.x + cos * p.y, p.z);
                 let moving = DVec3::new(-turned.y, turned.x, 0.0);
-                let (q, v) = (seen(turned) + DVec3::Z * distance, seen(moving));
+                (seen(turned) + DVec3::Z * DISTANCE, seen(moving))
+            })
+            .collect()
+    }
+
+    pub fn focal_px(&self) -> f64 {
+        1.15 * self.side_px as f64
+    }
+
+    /// Pixel positions and their derivatives by yaw.
+    pub fn projected(&self, yaw_rad: f64) -> Vec<(DVec2, DVec2)> {
+        let (side, focal_px) = (self.side_px as f64, self.focal_px());
+        self.in_camera(yaw_rad)
+            .into_iter()
+            .map(|(q, v)| {
                 let at = focal_px * q.truncate() / q.z;
                 (at + 0.5 * side, (focal_px * v.truncate() - at * v.z) / q.z)
             })

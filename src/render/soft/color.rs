@@ -1,0 +1,311 @@
+//! Soft pictures with derivatives: the nearest surface's texture under a studio light, fading in from the soft
+//! outline, and how that changes with up to a few parameters.
+//!
+//! Method: the color aggregation of Liu et al., "Soft Rasterizer" (ICCV 2019), eq. 2, with the nearest face alone: the
+//! hard picture's color inside, since mixing in what lies behind makes solid things transparent. Of a pixel whose
+//! center the surface covers, with mean soft coverage S over its square,
+//!
+//! - weight `T = max(0, 2 S - 1)`: 0 on the outline and beyond, 1 away from it inside, so that no color has to be made
+//!   up for what lies outside, and nothing jumps as the outline passes a pixel;
+//! - color `sqrt(albedo * (ground + (sky - ground) * (1 + n.up) / 2 + key * max(0, n.l)))`: Lambert and a hemisphere,
+//!   n interpolated between the corners. The square root of linear light is close to what sRGB encodes, and cheap.
+//!
+//! What is kept is `T * color`, premultiplied: over a background B the picture is `T * color + (1 - T) * B`.
+//!
+//! Derivatives go forward with the primal, one parameter, one more plane per channel. They are those of the surface
+//! point that is seen through the fixed pixel: perspective-correct coordinates of the moving triangle there, texture
+//! by u, v and level (paint.rs), normal and light. Exact but where another face becomes nearest: across an edge within
+//! a smooth surface the color is continuous, at an occlusion *inside* the object it jumps, and that jump is not
+//! in any derivative here; nor is the Lambert term's bend where the light grazes.
+//!
+//! Inputs: vertices in pixels as for the silhouette, their reciprocal depths (any unit), the light's directions in the
+//! mesh's frame. `shrink` pixels of the silhouette, squared, make one of the picture. Guarantees: the same bits always;
+//! against [`super::reference::color`] see the tests. Cost: 0.1 to 0.2 microseconds a covered pixel and a few dozen
+//! nanoseconds a triangle. Not for looking at: no shadows, no gloss, no glass.
+
+use glam::{Vec2, Vec3};
+
+use super::nearest::{NOTHING, Nearest};
+use super::paint::Paint;
+use super::{BLOCK_PX, Grid, MovingPoint, SoftSilhouette, Surface};
+
+/// The studio's key, ceiling and floor, as light on a white surface.
+pub(super) const KEY: f32 = 0.55;
+pub(super) const SKY: f32 = 0.53;
+pub(super) const GROUND: f32 = 0.24;
+
+/// Linear light below which the root is bent, so that black has a derivative.
+pub(super) const DARK: f32 = 1e-4;
+
+/// Red, green, blue and weight.
+pub const CHANNELS: usize = 4;
+
+/// A vertex's reciprocal depth and its derivatives.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MovingKey<const N: usize> {
+    pub key: f32,
+    pub slopes: [f32; N],
+}
+
+/// A unit vector in the mesh's frame and its derivatives.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MovingDirection<const N: usize> {
+    pub at: Vec3,
+    pub slopes: [Vec3; N],
+}
+
+/// A fixed studio as the turning mesh sees it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StudioLight<const N: usize> {
+    pub toward_key: MovingDirection<N>,
+    pub up: MovingDirection<N>,
+}
+
+/// What is drawn: a surface where its silhouette was drawn, with what colors need besides.
+pub struct Painted<'a, const N: usize> {
+    pub surface: &'a Surface,
+    /// Of the silhouette's vertices, in its pixels.
+    pub points: &'a [MovingPoint<N>],
+    pub keys: &'a [MovingKey<N>],
+    /// Of the surface's triangles.
+    pub paint: &'a Paint,
+    pub light: &'a StudioLight<N>,
+    pub silhouette: &'a SoftSilhouette<N>,
+    /// Silhouette pixels along a pixel of the picture, 1..
+    pub shrink: usize,
+}
+
+/// A soft picture, premultiplied; keep it to save allocations.
+#[derive(Debug)]
+pub struct SoftPicture<const N: usize> {
+    grid: Grid,
+    planes: [Vec<f32>; CHANNELS],
+    slopes: [[Vec<f32>; CHANNELS]; N],
+    /// Of each block of a row: whether any weight is above 0.
+    shown: Vec<bool>,
+    nearest: Nearest,
+    scaled: Vec<MovingPoint<N>>,
+}
+
+impl<const N: usize> Default for SoftPicture<N> {
+    fn default() -> Self {
+        Self {
+            grid: Grid { blocks_across: 0, height_px: 0 },
+            planes: Default::default(),
+            slopes: std::array::from_fn(|_| Default::default()),
+            shown: Vec::new(),
+            nearest: Nearest::default(),
+            scaled: Vec::new(),
+        }
+    }
+}
+
+impl SoftPicture<0> {
+    /// Of something else than a mesh: premultiplied red, green, blue (square roots of linear light) and weight,
+    /// row-major, `grid.pixels()` each.
+    pub fn still(grid: Grid, planes: [Vec<f32>; CHANNELS]) -> Self {
+        let shown =
+            planes[CHANNELS - 1].chunks(BLOCK_PX).map(|block| block.iter().any(|w| *w > 0.0)).collect();
+        Self { grid, planes, shown, ..Self::default() }
+    }
+}
+
+impl<const N: usize> SoftPicture<N> {
+    /// Draws in place of what was drawn before. The silhouette's sides must be whole numbers of blocks of the shrunk
+    /// picture; what is left over is cut off.
+    pub fn draw(&mut self, painted: &Painted<N>) {
+        let (fine, shrink) = (painted.silhouette.grid(), painted.shrink.max(1));
+        self.grid = Grid { blocks_across: fine.blocks_across / shrink, height_px: fine.height_px / shrink };
+        let (grid, pixels) = (self.grid, self.grid.pixels());
+        for plane in self.planes.iter_mut().chain(self.slopes.iter_mut().flatten()) {
+            plane.clear();
+            plane.resize(pixels, 0.0);
+        }
+        self.shown.clear();
+        self.shown.resize(grid.blocks_across * grid.height_px, false);
+        let per_shrink = 1.0 / shrink as f32;
+        self.scaled.clear();
+        self.scaled.extend(painted.points.iter().map(|point| MovingPoint {
+            at_px: point.at_px.map(|c| c * per_shrink),
+            slopes: point.slopes.map(|slope| slope.map(|c| c * per_shrink)),
+        }));
+        let key = |v: u32| painted.keys[v as usize].key;
+        self.nearest.draw(&painted.surface.triangles, &self.scaled, key, grid);
+        let mut seen: Option<SeenFace<N>> = None;
+        for at in 0..pixels {
+            let number = self.nearest.faces[at];
+            if number == NOTHING {
+                continue;
+            }
+            let (x, y) = (at % grid.width_px(), at / grid.width_px());
+            let (weight, weight_slopes) = weight(painted.silhouette, x, y, shrink);
+            if weight <= 0.0 {
+                continue;
+            }
+            let face = match &seen {
+                Some(face) if face.number == number => face,
+                _ => &*seen.insert(SeenFace::new(painted, &self.scaled, number)),
+            };
+            let (color, color_slopes) = face.color(painted, Vec2::new(x as f32 + 0.5, y as f32 + 0.5));
+            self.shown[at / BLOCK_PX] = true;
+            let premultiplied = (weight * color).extend(weight).to_array();
+            for (plane, value) in self.planes.iter_mut().zip(premultiplied) {
+                plane[at] = value;
+            }
+            for k in 0..N {
+                let slope = weight * color_slopes[k] + weight_slopes[k] * color;
+                let slope = slope.extend(weight_slopes[k]).to_array();
+                for (plane, value) in self.slopes[k].iter_mut().zip(slope) {
+                    plane[at] = value;
+                }
+            }
+        }
+    }
+
+    pub fn grid(&self) -> Grid {
+        self.grid
+    }
+
+    /// Premultiplied red, green, blue, square roots of linear light, and the weight, 0..1; row-major.
+    pub fn planes(&self) -> &[Vec<f32>; CHANNELS] {
+        &self.planes
+    }
+
+    /// Their derivatives by each parameter.
+    pub fn slopes(&self) -> &[[Vec<f32>; CHANNELS]; N] {
+        &self.slopes
+    }
+
+    /// Of each block of a row: whether anything is seen there. Elsewhere all is 0.
+    pub fn shown(&self) -> &[bool] {
+        &self.shown
+    }
+
+    /// Of each pixel the nearest triangle; `u32::MAX` where there is none.
+    pub fn faces(&self) -> &[u32] {
+        &self.nearest.faces
+    }
+}
+
+/// `max(0, 2 S - 1)` of the mean coverage over a square of the silhouette's pixels, and its derivatives.
+#[inline]
+fn weight<const N: usize>(drawn: &SoftSilhouette<N>, x: usize, y: usize, shrink: usize) -> (f32, [f32; N]) {
+    let width = drawn.grid().width_px();
+    let (mut coverage, mut slopes) = (0.0, [0.0; N]);
+    for row in y * shrink..(y + 1) * shrink {
+        let pixels = row * width + x * shrink..row * width + (x + 1) * shrink;
+        coverage += drawn.coverage()[pixels.clone()].iter().sum::<f32>();
+        for (slope, plane) in slopes.iter_mut().zip(drawn.slopes()) {
+            *slope += plane[pixels.clone()].iter().sum::<f32>();
+        }
+    }
+    let gain = 2.0 / (shrink * shrink) as f32;
+    (gain * coverage - 1.0, slopes.map(|slope| gain * slope))
+}
+
+/// A triangle on the screen and how it moves.
+struct SeenFace<const N: usize> {
+    number: u32,
+    from: Vec2,
+    sides: [Vec2; 2],
+    /// Twice the area, signed, pixels^2.
+    area: f32,
+    keys: [f32; 3],
+    level: f32,
+    moves: [FaceSlopes; N],
+}
+
+/// A triangle's derivatives by one parameter.
+#[derive(Clone, Copy)]
+struct FaceSlopes {
+    from: Vec2,
+    sides: [Vec2; 2],
+    area: f32,
+    keys: [f32; 3],
+    level: f32,
+}
+
+impl<const N: usize> SeenFace<N> {
+    fn new(painted: &Painted<N>, points: &[MovingPoint<N>], number: u32) -> Self {
+        let corners = painted.surface.triangles[number as usize];
+        let [a, b, c] = corners.map(|v| &points[v as usize]);
+        let keys = corners.map(|v| &painted.keys[v as usize]);
+        let from = Vec2::from(a.at_px);
+        let sides = [Vec2::from(b.at_px) - from, Vec2::from(c.at_px) - from];
+        let area = sides[0].perp_dot(sides[1]);
+        let face = &painted.paint.faces[number as usize];
+        let look = &painted.paint.looks[face.look];
+        let [u, v] = [face.uvs[1] - face.uvs[0], face.uvs[2] - face.uvs[0]];
+        let texels = u.perp_dot(v).abs() * look.area_texels();
+        let level = 0.5 * (texels / area.abs()).log2();
+        let last = look.levels.len().saturating_sub(1) as f32;
+        let between = level > 0.0 && level < last;
+        let moves = std::array::from_fn(|k| {
+            let [p, q, r] = [a, b, c].map(|point| Vec2::from(point.slopes[k]));
+            let moving = [q - p, r - p];
+            let grows = moving[0].perp_dot(sides[1]) + sides[0].perp_dot(moving[1]);
+            FaceSlopes {
+                from: p,
+                sides: moving,
+                area: grows,
+                keys: keys.map(|key| key.slopes[k]),
+                level: if between { -0.5 * std::f32::consts::LOG2_E * grows / area } else { 0.0 },
+            }
+        });
+        // `max` takes the number where the triangle has no area in the texture or on the screen.
+        let level = level.max(0.0).min(last);
+        Self { number, from, sides, area, keys: keys.map(|key| key.key), level, moves }
+    }
+
+    /// What is seen through a pixel position, and its derivatives.
+    #[inline]
+    fn color(&self, painted: &Painted<N>, at: Vec2) -> (Vec3, [Vec3; N]) {
+        let face = &painted.paint.faces[self.number as usize];
+        let look = &painted.paint.looks[face.look];
+        let [e1, e2] = self.sides;
+        let (per_area, d) = (1.0 / self.area, at - self.from);
+        // Shares of the corners on the screen, then in space (perspective-correct).
+        let (b1, b2) = (d.perp_dot(e2) * per_area, e1.perp_dot(d) * per_area);
+        let [k0, k1, k2] = self.keys;
+        let per_key = 1.0 / ((1.0 - b1 - b2) * k0 + b1 * k1 + b2 * k2);
+        let (w1, w2) = (b1 * k1 * per_key, b2 * k2 * per_key);
+        let [u1, u2] = [face.uvs[1] - face.uvs[0], face.uvs[2] - face.uvs[0]];
+        let [n1, n2] = [face.normals[1] - face.normals[0], face.normals[2] - face.normals[0]];
+        let texel = look.sample(face.uvs[0] + w1 * u1 + w2 * u2, self.level);
+        let across = face.normals[0] + w1 * n1 + w2 * n2;
+        let per_length = across.length_recip();
+        let normal = across * per_length;
+        let StudioLight { toward_key, up } = painted.light;
+        let facing = normal.dot(toward_key.at);
+        let lit = facing > 0.0;
+        let light =
+            GROUND + (SKY - GROUND) * (0.5 + 0.5 * normal.dot(up.at)) + KEY * if lit { facing } else { 0.0 };
+        let albedo = look.base_color * texel.color;
+        let linear = albedo * light + DARK;
+        let color = Vec3::new(linear.x.sqrt(), linear.y.sqrt(), linear.z.sqrt());
+        let slopes = std::array::from_fn(|k| {
+            let m = &self.moves[k];
+            let b1_slope = (d.perp_dot(m.sides[1]) - m.from.perp_dot(e2) - b1 * m.area) * per_area;
+            let b2_slope = (m.sides[0].perp_dot(d) - e1.perp_dot(m.from) - b2 * m.area) * per_area;
+            let key_slope = b1_slope * (k1 - k0)
+                + b2_slope * (k2 - k0)
+                + (1.0 - b1 - b2) * m.keys[0]
+                + b1 * m.keys[1]
+                + b2 * m.keys[2];
+            let w1_slope = (b1_slope * k1 + b1 * m.keys[1] - w1 * key_slope) * per_key;
+            let w2_slope = (b2_slope * k2 + b2 * m.keys[2] - w2 * key_slope) * per_key;
+            let uv_slope = w1_slope * u1 + w2_slope * u2;
+            let texel_slope = texel.by_u * uv_slope.x + texel.by_v * uv_slope.y + texel.by_level * m.level;
+            let across_slope = w1_slope * n1 + w2_slope * n2;
+            let normal_slope = (across_slope - normal * normal.dot(across_slope)) * per_length;
+            let facing_slope = normal_slope.dot(toward_key.at) + normal.dot(toward_key.slopes[k]);
+            let up_slope = normal_slope.dot(up.at) + normal.dot(up.slopes[k]);
+            let light_slope = 0.5 * (SKY - GROUND) * up_slope + KEY * if lit { facing_slope } else { 0.0 };
+            (look.base_color * texel_slope * light + albedo * light_slope) * (0.5 / color)
+        });
+        (color, slopes)
+    }
+}
+
+#[cfg(test)]
+mod tests;
