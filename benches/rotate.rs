@@ -30,7 +30,11 @@ fn bench(criterion: &mut Criterion) {
     let golden = DroSettings { solver: DroSolver::Golden, ..scene.config.dro.clone() };
     let paper = DroSettings { solver: DroSolver::Paper, ..golden.clone() };
     criterion.bench_function("rotate/bowl", |b| b.iter(|| turn(&problems[0], &golden)));
+    let outline_only = DroSettings { descriptor_weight: 0.0, ..paper.clone() };
     criterion.bench_function("rotate/bowl_as_the_paper", |b| b.iter(|| turn(&problems[0], &paper)));
+    criterion.bench_function("rotate/bowl_as_the_paper_without_appearance", |b| {
+        b.iter(|| turn(&problems[0], &outline_only))
+    });
     criterion.bench_function("rotate/whole_table", |b| {
         b.iter(|| problems.iter().map(|problem| turn(problem, &golden)).filter(Result::is_ok).count())
     });

@@ -1,14 +1,17 @@
-//! Soft silhouettes of one mesh in many poses, compared with a mask: on the CPU and on each adapter there is.
+//! Soft silhouettes of one mesh in many poses, compared with a mask: on the CPU and on each adapter there is; and the
+//! soft picture in its colors.
 
 use std::f64::consts::TAU;
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use glam::DVec2;
+use glam::{DVec2, Vec2, Vec3};
 use rayon::prelude::*;
+use tabletopgen::geometry::{FaceGroup, Image, Material, Rgb, TexturedMesh};
+use tabletopgen::render::soft::color::{MovingDirection, MovingKey, Painted, SoftPicture, StudioLight};
 use tabletopgen::render::soft::gpu::{DeviceChoice, Gpu, GpuSilhouettes};
 use tabletopgen::render::soft::loss::{SoftTerms, Target, terms};
-use tabletopgen::render::soft::{Grid, MovingPoint, SoftSilhouette, Surface};
+use tabletopgen::render::soft::{Grid, MovingPoint, Paint, SoftSilhouette, Surface};
 use wgpu::Backends;
 
 /// The paper's crop and PyTorch3D's usual blur on it.
@@ -47,6 +50,65 @@ fn points(yaw_rad: f64) -> Vec<MovingPoint<1>> {
         .collect()
 }
 
+/// The ring with a checkered texture wound around it; where it is does not matter to its colors.
+fn colored(surface: &Surface) -> TexturedMesh {
+    let mut texture = Image::filled(256, 256, [220, 200, 180, 255]);
+    for (x, y) in (0..256).flat_map(|y| (0..256).map(move |x| (x, y))) {
+        if (x / 32 + y / 32) % 2 == 0 {
+            texture.set_pixel(x, y, [60, 40, 120, 255]);
+        }
+    }
+    let mut material = Material::plain("checks", Rgb::hex(0xffffff), 0.5);
+    material.base_color_texture = Some(texture.into());
+    let vertices = || (0..AROUND).flat_map(|u| (0..ACROSS).map(move |v| (u as f32, v as f32)));
+    let angles = |u: f32, v: f32| {
+        (std::f32::consts::TAU * u / AROUND as f32, std::f32::consts::TAU * v / ACROSS as f32)
+    };
+    let normal = |(u, v)| {
+        let (a, b) = angles(u, v);
+        Vec3::new(a.cos() * b.cos(), a.sin() * b.cos(), b.sin())
+    };
+    let normals: Vec<Vec3> = vertices().map(normal).collect();
+    TexturedMesh {
+        positions: normals.iter().map(|n| n.as_dvec3()).collect(),
+        normals,
+        uvs: vertices().map(|(u, v)| Vec2::new(u / AROUND as f32, v / ACROSS as f32)).collect(),
+        groups: vec![FaceGroup { material: 0, triangles: surface.triangles.clone() }],
+        materials: vec![material],
+    }
+}
+
+/// The colors of one pose, its silhouette drawn already, at half its resolution.
+fn bench_color(criterion: &mut Criterion) {
+    let (surface, grid, points) = (ring(), Grid::square(SIDE_PX), points(0.3));
+    let mut silhouette = SoftSilhouette::default();
+    silhouette.draw(&surface, &points, grid, SIGMA_PX2);
+    let faces: Vec<u32> = (0..surface.triangles.len() as u32).collect();
+    let paint = Paint::new(&colored(&surface), &faces, &surface);
+    // Without perspective a key is any number that falls with depth: lower on the screen is nearer.
+    let key = |point: &MovingPoint<1>| MovingKey {
+        key: 1.0 + 1e-3 * point.at_px[1],
+        slopes: [1e-3 * point.slopes[0][1]],
+    };
+    let keys: Vec<MovingKey<1>> = points.iter().map(key).collect();
+    let still = |at: Vec3| MovingDirection { at, slopes: [Vec3::ZERO] };
+    let light = StudioLight { toward_key: still(Vec3::new(-0.48, -0.6, 0.64)), up: still(Vec3::Z) };
+    let mut picture = SoftPicture::default();
+    criterion.bench_function("soft/one_in_color_on_the_cpu", |b| {
+        b.iter(|| {
+            picture.draw(&Painted {
+                surface: &surface,
+                points: black_box(&points),
+                keys: &keys,
+                paint: &paint,
+                light: &light,
+                silhouette: &silhouette,
+                shrink: 2,
+            });
+        })
+    });
+}
+
 fn bench(criterion: &mut Criterion) {
     let (surface, grid) = (ring(), Grid::square(SIDE_PX));
     let drawn = |points: &[MovingPoint<1>]| {
@@ -81,5 +143,5 @@ fn bench(criterion: &mut Criterion) {
     }
 }
 
-criterion_group! { name = benches; config = Criterion::default().sample_size(10); targets = bench }
+criterion_group! { name = benches; config = Criterion::default().sample_size(10); targets = bench, bench_color }
 criterion_main!(benches);

@@ -6,6 +6,7 @@
 //! lines ([`structure`]), which stays when a generator paints a white book green. It tells a front from a
 //! back that cast the same outline; it is too coarse to refine an angle with.
 
+pub mod descriptor;
 mod structure;
 
 use glam::{DVec2, Vec3};
@@ -92,6 +93,11 @@ impl PictureCrop {
             .collect();
         let structure = Structure::new(&colors, side);
         Self { colors, structure }
+    }
+
+    /// sRGB 0..255 of the crop's pixels; `None` where the instance is not seen.
+    pub fn colors(&self) -> &[Option<Vec3>] {
+        &self.colors
     }
 
     /// 0 where colors and lines vary alike, 1 where they have nothing in common, up to 2 where they are

@@ -30,6 +30,7 @@
 
 mod band;
 mod bins;
+mod breaks;
 pub mod color;
 mod crossing;
 mod fill;

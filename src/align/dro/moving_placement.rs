@@ -11,15 +11,26 @@ use super::comparison::{Comparison, NEAR_MIDDLE_PX};
 use super::placement::{fit, seat};
 use crate::geometry::Pose;
 use crate::render::soft::MovingPoint;
+use crate::render::soft::color::MovingKey;
 
 /// Half the step of the central differences, radians: far above rounding, far below what bends.
 const STEP_RAD: f64 = 1e-6;
 
-/// A vertex in the camera's picture, pixels, and its derivative, pixels per radian.
+/// A vertex in the camera's picture, pixels, its depth, meters, and their derivatives, per radian.
 #[derive(Clone, Copy, Debug)]
 pub struct MovingPixel {
     at_px: DVec2,
     slope: DVec2,
+    depth_m: f64,
+    depth_slope: f64,
+}
+
+impl MovingPixel {
+    /// Its reciprocal depth; the crop does not change it.
+    pub fn key(&self) -> MovingKey<1> {
+        let key = 1.0 / self.depth_m;
+        MovingKey { key: key as f32, slopes: [(-self.depth_slope * key * key) as f32] }
+    }
 }
 
 /// The vertices' box in the camera's picture and its derivative.
@@ -131,6 +142,8 @@ fn project(
         let pixel = MovingPixel {
             at_px: focal_px * q.truncate() / q.z + DVec2::new(camera.cx, camera.cy),
             slope: focal_px * (q_slope.truncate() - q.truncate() * (q_slope.z / q.z)) / q.z,
+            depth_m: q.z,
+            depth_slope: q_slope.z,
         };
         seen.hold(pixel);
         pixels.push(pixel);

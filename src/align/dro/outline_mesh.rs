@@ -12,6 +12,8 @@ pub struct OutlineMesh {
     pub positions: Vec<DVec3>,
     /// Wound as in the mesh.
     pub triangles: Vec<[u32; 3]>,
+    /// Of each, its number among all triangles of the mesh.
+    pub faces: Vec<u32>,
     /// Where the surface is closed: its edges. What is seen of a closed surface is bounded by the edges at
     /// which it turns away, a few hundred lines instead of thousands of triangles.
     pub edges: Option<Vec<Edge>>,
@@ -57,13 +59,12 @@ impl OutlineMesh {
                 index
             })
             .collect();
-        let triangles: Vec<[u32; 3]> = mesh
-            .triangles()
-            .map(|t| t.map(|v| merged[v as usize]))
-            .filter(|[a, b, c]| a != b && b != c && c != a)
-            .collect();
+        let (faces, triangles): (Vec<u32>, Vec<[u32; 3]>) = (0..)
+            .zip(mesh.triangles().map(|t| t.map(|v| merged[v as usize])))
+            .filter(|(_, [a, b, c])| a != b && b != c && c != a)
+            .unzip();
         let positions = sums.iter().zip(&counts).map(|(sum, count)| *sum / *count).collect();
-        Self { positions, edges: closed_edges(&triangles), triangles, bounds }
+        Self { positions, edges: closed_edges(&triangles), triangles, faces, bounds }
     }
 
     /// The same mesh turned, scaled evenly, and moved so that the middle of the bottom of its box is the
@@ -78,6 +79,7 @@ impl OutlineMesh {
         Self {
             positions,
             triangles: self.triangles.clone(),
+            faces: self.faces.clone(),
             edges: self.edges.clone(),
             bounds: (low - seat, high - seat),
         }

@@ -4,7 +4,11 @@
 //! ([`crate::render::soft`]) so that the loss has a derivative. Blurred, even the true silhouette differs
 //! from the mask: its loss is not 0, and larger for thin objects.
 //!
-//! Yaws are compared many at a time, side by side on the CPU or together on a GPU.
+//! Where the picture is known its appearance is a third term ([`AppearanceTerm`]); without it the loss is that of
+//! the outline alone.
+//!
+//! Yaws are compared many at a time, side by side on the CPU or together on a GPU; a GPU knows the outline's two
+//! terms only.
 //!
 //! Guarantees: the same bits with any number of threads; a GPU's differ from the CPU's and from another GPU's.
 //! Cost: that of a soft silhouette each.
@@ -15,13 +19,14 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::DroSettings;
+use super::appearance_term::{AppearanceRoom, AppearanceTerm, NOTHING_IN_COMMON, SeenMesh};
 use super::comparison::Comparison;
 use super::crop::Crop;
 use super::moving_placement::{MovingPixel, moving_points};
 use super::outline_mesh::OutlineMesh;
 use crate::geometry::{Camera, Interrupt, Interrupted};
 use crate::render::soft::gpu::{Gpu, GpuError, GpuSilhouettes};
-use crate::render::soft::loss::{SoftTerms, Target, terms};
+use crate::render::soft::loss::{Sloped, SoftTerms, Target, terms};
 use crate::render::soft::{Grid, MovingPoint, SoftSilhouette, Surface};
 
 /// A mesh to be compared with a crop.
@@ -29,6 +34,8 @@ pub struct SoftComparison<'a> {
     comparison: Comparison<'a>,
     surface: Surface,
     sigma_px2: f32,
+    /// Where the picture is known.
+    appearance: Option<AppearanceTerm>,
 }
 
 /// What one comparison after another works in.
@@ -39,6 +46,7 @@ struct Scratch {
     /// The same in the crop.
     points: Vec<MovingPoint<1>>,
     drawn: SoftSilhouette<1>,
+    appearance: AppearanceRoom,
 }
 
 thread_local! {
@@ -58,7 +66,22 @@ impl<'a> SoftComparison<'a> {
             comparison: Comparison::new(mesh, camera, seat_height_m, crop, settings),
             surface: Surface::new(&mesh.triangles),
             sigma_px2: settings.soft_sigma_px2 as f32,
+            appearance: None,
         }
+    }
+
+    /// The same with a third term in the loss.
+    pub fn with_appearance(self, term: AppearanceTerm) -> Self {
+        Self { appearance: Some(term), ..self }
+    }
+
+    /// The mesh's triangles.
+    pub fn surface(&self) -> &Surface {
+        &self.surface
+    }
+
+    pub fn sees_colors(&self) -> bool {
+        self.appearance.is_some()
     }
 
     /// [`Self::loss`] of every yaw.
@@ -69,12 +92,20 @@ impl<'a> SoftComparison<'a> {
     /// Weighted loss at that yaw and its derivative, per radian; a mesh that reaches behind the camera has
     /// nothing in common.
     pub fn loss(&self, yaw_rad: f64) -> (f64, f64) {
-        // Taken out, not borrowed: drawing waits for other threads, and meanwhile this one may begin
-        // another yaw.
-        let mut scratch = SCRATCH.take();
-        let terms = self.terms(yaw_rad, &mut scratch).unwrap_or(SoftTerms::HOPELESS);
-        SCRATCH.set(scratch);
-        self.weighted(&terms)
+        let (outline, appearance) = self.terms(yaw_rad);
+        let (loss, slope) = self.weighted(&outline);
+        match (&self.appearance, appearance) {
+            (Some(term), Some(found)) => {
+                (loss + term.weight * found.value, slope + term.weight * found.slopes[0])
+            }
+            _ => (loss, slope),
+        }
+    }
+
+    /// The outline's part of the loss at that yaw, and the appearance term before weighting, 0 without a picture.
+    pub fn parts(&self, yaw_rad: f64) -> (f64, f64) {
+        let (outline, appearance) = self.terms(yaw_rad);
+        (self.weighted(&outline).0, appearance.map_or(0.0, |found| found.value))
     }
 
     fn weighted(&self, terms: &SoftTerms<1>) -> (f64, f64) {
@@ -82,11 +113,23 @@ impl<'a> SoftComparison<'a> {
         (loss.value, loss.slopes[0])
     }
 
-    fn terms(&self, yaw_rad: f64, scratch: &mut Scratch) -> Option<SoftTerms<1>> {
-        let Scratch { pixels, points, drawn } = scratch;
+    fn terms(&self, yaw_rad: f64) -> (SoftTerms<1>, Option<Sloped<1>>) {
+        // Taken out, not borrowed: drawing waits for other threads, and meanwhile this one may begin
+        // another yaw.
+        let mut scratch = SCRATCH.take();
+        let hopeless = (SoftTerms::HOPELESS, self.appearance.as_ref().map(|_| NOTHING_IN_COMMON));
+        let terms = self.terms_within(yaw_rad, &mut scratch).unwrap_or(hopeless);
+        SCRATCH.set(scratch);
+        terms
+    }
+
+    fn terms_within(&self, yaw_rad: f64, scratch: &mut Scratch) -> Option<(SoftTerms<1>, Option<Sloped<1>>)> {
+        let Scratch { pixels, points, drawn, appearance } = scratch;
         moving_points(&self.comparison, yaw_rad, pixels, points)?;
         drawn.draw(&self.surface, points, self.grid(), self.sigma_px2);
-        Some(terms(drawn, &self.target()))
+        let outline = terms(drawn, &self.target());
+        let seen = SeenMesh { surface: &self.surface, pixels, points, silhouette: drawn, yaw_rad };
+        Some((outline, self.appearance.as_ref().map(|term| term.compare(&seen, appearance))))
     }
 
     fn grid(&self) -> Grid {

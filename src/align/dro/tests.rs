@@ -13,6 +13,7 @@ pub fn settings() -> DroSettings {
         solver: DroSolver::Golden,
         silhouette_weight: 0.5,
         edge_weight: 0.5,
+        descriptor_weight: 0.1,
         coarse_yaws: 72,
         keep: 8,
         coarse_px: 96,

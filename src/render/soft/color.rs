@@ -14,9 +14,9 @@
 //!
 //! Derivatives go forward with the primal, one parameter, one more plane per channel. They are those of the surface
 //! point that is seen through the fixed pixel: perspective-correct coordinates of the moving triangle there, texture
-//! by u, v and level (paint.rs), normal and light. Exact but where another face becomes nearest: across an edge within
-//! a smooth surface the color is continuous, at an occlusion *inside* the object it jumps, and that jump is not
-//! in any derivative here; nor is the Lambert term's bend where the light grazes.
+//! by u, v and level (paint.rs), normal and light. Where the color breaks off inside the object, at an occlusion or the
+//! border of a material, the two colors are mixed by how far the nearer one's edge reaches (breaks.rs), and the edge's
+//! motion is part of the derivative.
 //!
 //! Inputs: vertices in pixels as for the silhouette, their reciprocal depths (any unit), the light's directions in the
 //! mesh's frame. `shrink` pixels of the silhouette, squared, make one of the picture. Guarantees: the same bits always;
@@ -25,6 +25,7 @@
 
 use glam::{Vec2, Vec3};
 
+use super::breaks::{Breaks, Mixture};
 use super::nearest::{NOTHING, Nearest};
 use super::paint::Paint;
 use super::{BLOCK_PX, Grid, MovingPoint, SoftSilhouette, Surface};
@@ -36,6 +37,9 @@ pub(super) const GROUND: f32 = 0.24;
 
 /// Linear light below which the root is bent, so that black has a derivative.
 pub(super) const DARK: f32 = 1e-4;
+
+/// Differences of color up to which faces that run through each other need no mixing.
+const FAINT: f32 = 0.01;
 
 /// Red, green, blue and weight.
 pub const CHANNELS: usize = 4;
@@ -85,6 +89,16 @@ pub struct SoftPicture<const N: usize> {
     shown: Vec<bool>,
     nearest: Nearest,
     scaled: Vec<MovingPoint<N>>,
+    breaks: Breaks,
+    mixed: Vec<Mixed<N>>,
+}
+
+/// What is added to a pixel's color.
+#[derive(Debug)]
+struct Mixed<const N: usize> {
+    pixel: usize,
+    color: Vec3,
+    slopes: [Vec3; N],
 }
 
 impl<const N: usize> Default for SoftPicture<N> {
@@ -96,21 +110,21 @@ impl<const N: usize> Default for SoftPicture<N> {
             shown: Vec::new(),
             nearest: Nearest::default(),
             scaled: Vec::new(),
+            breaks: Breaks::default(),
+            mixed: Vec::new(),
         }
     }
 }
 
-impl SoftPicture<0> {
-    /// Of something else than a mesh: premultiplied red, green, blue (square roots of linear light) and weight,
-    /// row-major, `grid.pixels()` each.
-    pub fn still(grid: Grid, planes: [Vec<f32>; CHANNELS]) -> Self {
-        let shown =
-            planes[CHANNELS - 1].chunks(BLOCK_PX).map(|block| block.iter().any(|w| *w > 0.0)).collect();
-        Self { grid, planes, shown, ..Self::default() }
-    }
-}
-
 impl<const N: usize> SoftPicture<N> {
+    /// Of anything else than a mesh: premultiplied red, green, blue (square roots of linear light) and weight, and
+    /// their derivatives; row-major, `grid.pixels()` each.
+    pub fn of_planes(grid: Grid, planes: [Vec<f32>; CHANNELS], slopes: [[Vec<f32>; CHANNELS]; N]) -> Self {
+        let seen = |block: &[f32]| block.iter().any(|weight| *weight > 0.0);
+        let shown = planes[CHANNELS - 1].chunks(BLOCK_PX).map(seen).collect();
+        Self { grid, planes, slopes, shown, ..Self::default() }
+    }
+
     /// Draws in place of what was drawn before. The silhouette's sides must be whole numbers of blocks of the shrunk
     /// picture; what is left over is cut off.
     pub fn draw(&mut self, painted: &Painted<N>) {
@@ -131,33 +145,90 @@ impl<const N: usize> SoftPicture<N> {
         }));
         let key = |v: u32| painted.keys[v as usize].key;
         self.nearest.draw(&painted.surface.triangles, &self.scaled, key, grid);
+        self.color(painted);
+        self.soften_breaks(painted);
+        self.premultiply();
+    }
+
+    /// Weight and color of each pixel that shows a triangle, not yet multiplied.
+    fn color(&mut self, painted: &Painted<N>) {
+        let grid = self.grid;
         let mut seen: Option<SeenFace<N>> = None;
-        for at in 0..pixels {
+        for at in 0..grid.pixels() {
             let number = self.nearest.faces[at];
             if number == NOTHING {
                 continue;
             }
             let (x, y) = (at % grid.width_px(), at / grid.width_px());
-            let (weight, weight_slopes) = weight(painted.silhouette, x, y, shrink);
-            if weight <= 0.0 {
-                continue;
-            }
+            let (weight, weight_slopes) = weight(painted.silhouette, x, y, painted.shrink);
             let face = match &seen {
                 Some(face) if face.number == number => face,
                 _ => &*seen.insert(SeenFace::new(painted, &self.scaled, number)),
             };
             let (color, color_slopes) = face.color(painted, Vec2::new(x as f32 + 0.5, y as f32 + 0.5));
             self.shown[at / BLOCK_PX] = true;
-            let premultiplied = (weight * color).extend(weight).to_array();
-            for (plane, value) in self.planes.iter_mut().zip(premultiplied) {
+            for (plane, value) in self.planes.iter_mut().zip(color.extend(weight).to_array()) {
                 plane[at] = value;
             }
             for k in 0..N {
-                let slope = weight * color_slopes[k] + weight_slopes[k] * color;
-                let slope = slope.extend(weight_slopes[k]).to_array();
+                let slope = color_slopes[k].extend(weight_slopes[k]).to_array();
                 for (plane, value) in self.slopes[k].iter_mut().zip(slope) {
                     plane[at] = value;
                 }
+            }
+        }
+    }
+
+    /// Mixes the colors of pixels beside breaks, all from what they were before.
+    fn soften_breaks(&mut self, painted: &Painted<N>) {
+        self.breaks.find(painted.surface, painted.paint, &painted.silhouette.clockwise);
+        self.mixed.clear();
+        let (planes, slopes, mixed) = (&self.planes, &self.slopes, &mut self.mixed);
+        let color =
+            |planes: &[Vec<f32>; CHANNELS], at: usize| Vec3::new(planes[0][at], planes[1][at], planes[2][at]);
+        let jump = |planes, mixture: &Mixture<N>| color(planes, mixture.with) - color(planes, mixture.pixel);
+        let parts = (painted.surface, painted.paint);
+        // Faces that run through each other meet where their depths do.
+        let meet = |pixels: [usize; 2], axis: usize| {
+            let faces = pixels.map(|at| self.nearest.faces[at]);
+            let apart = color(planes, pixels[0]) - color(planes, pixels[1]);
+            if apart.abs().max_element() < FAINT || painted.paint.share_an_edge(faces) {
+                return None;
+            }
+            let (x, y) = (pixels[0] % self.grid.width_px(), pixels[0] / self.grid.width_px());
+            let center = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
+            let [one, other] = faces.map(|face| SeenFace::new(painted, &self.scaled, face));
+            meeting(&one, &other, center, axis)
+        };
+        self.breaks.each_mixture(parts, &self.scaled, &self.nearest, self.grid, meet, |mixture| {
+            let jumps = jump(planes, &mixture);
+            mixed.push(Mixed {
+                pixel: mixture.pixel,
+                color: mixture.share * jumps,
+                slopes: std::array::from_fn(|k| {
+                    mixture.slopes[k] * jumps + mixture.share * jump(&slopes[k], &mixture)
+                }),
+            });
+        });
+        for Mixed { pixel, color, slopes } in &self.mixed {
+            (0..3).for_each(|c| self.planes[c][*pixel] += color[c]);
+            for (planes, slope) in self.slopes.iter_mut().zip(slopes) {
+                (0..3).for_each(|c| planes[c][*pixel] += slope[c]);
+            }
+        }
+    }
+
+    fn premultiply(&mut self) {
+        let pixels = |block: usize| block * BLOCK_PX..(block + 1) * BLOCK_PX;
+        let shown = self.shown.iter().enumerate().filter(|(_, shown)| **shown);
+        for at in shown.flat_map(|(block, _)| pixels(block)) {
+            let weight = self.planes[3][at];
+            for channel in 0..3 {
+                for slopes in &mut self.slopes {
+                    slopes[channel][at] =
+                        weight * slopes[channel][at] + slopes[3][at] * self.planes[channel][at];
+                }
+                self.planes[channel][at] *= weight;
             }
         }
     }
@@ -181,9 +252,14 @@ impl<const N: usize> SoftPicture<N> {
         &self.shown
     }
 
-    /// Of each pixel the nearest triangle; `u32::MAX` where there is none.
+    /// Of each pixel the nearest triangle; `u32::MAX` where nothing is seen.
     pub fn faces(&self) -> &[u32] {
         &self.nearest.faces
+    }
+
+    /// The pixels whose color is mixed with that of one beside it, some more than once.
+    pub fn mixed(&self) -> impl Iterator<Item = usize> {
+        self.mixed.iter().map(|mixed| mixed.pixel)
     }
 }
 
@@ -200,7 +276,32 @@ fn weight<const N: usize>(drawn: &SoftSilhouette<N>, x: usize, y: usize, shrink:
         }
     }
     let gain = 2.0 / (shrink * shrink) as f32;
-    (gain * coverage - 1.0, slopes.map(|slope| gain * slope))
+    let weight = gain * coverage - 1.0;
+    if weight > 0.0 { (weight, slopes.map(|slope| gain * slope)) } else { (0.0, [0.0; N]) }
+}
+
+/// How far along the axis from a pixel center, where the first is nearer, to the next, where the second is, their planes
+/// meet, pixels, and how that changes; `None` where they do not or their line runs rather along the axis.
+fn meeting<const N: usize>(
+    one: &SeenFace<N>,
+    other: &SeenFace<N>,
+    center: Vec2,
+    axis: usize,
+) -> Option<(f32, [f32; N])> {
+    let lead = |at: Vec2| {
+        let ((a, a_slopes), (b, b_slopes)) = (one.key(at), other.key(at));
+        (a - b, std::array::from_fn::<f32, N, _>(|k| a_slopes[k] - b_slopes[k]))
+    };
+    let beside = [Vec2::X, Vec2::Y].map(|step| center + step);
+    let (here, there, across) = (lead(center), lead(beside[axis]), lead(beside[1 - axis]));
+    let (along, aside) = ((there.0 - here.0).abs(), (across.0 - here.0).abs());
+    let steep = if axis == 0 { along >= aside } else { along > aside };
+    if !steep || here.0 < 0.0 || there.0 > 0.0 || along <= 0.0 {
+        return None;
+    }
+    let reach = here.0 / (here.0 - there.0);
+    let slope = |k: usize| (here.1[k] - reach * (here.1[k] - there.1[k])) / (here.0 - there.0);
+    Some((reach, std::array::from_fn(slope)))
 }
 
 /// A triangle on the screen and how it moves.
@@ -223,6 +324,30 @@ struct FaceSlopes {
     area: f32,
     keys: [f32; 3],
     level: f32,
+}
+
+impl FaceSlopes {
+    /// Of the second and third corner's share on the screen, `d` from the first.
+    #[inline]
+    fn share_slopes(&self, [e1, e2]: [Vec2; 2], d: Vec2, per_area: f32) -> [f32; 2] {
+        let (b1, b2) = (d.perp_dot(e2) * per_area, e1.perp_dot(d) * per_area);
+        [
+            (d.perp_dot(self.sides[1]) - self.from.perp_dot(e2) - b1 * self.area) * per_area,
+            (self.sides[0].perp_dot(d) - e1.perp_dot(self.from) - b2 * self.area) * per_area,
+        ]
+    }
+
+    /// Of the key there.
+    #[inline]
+    fn key_slope(&self, [e1, e2]: [Vec2; 2], keys: [f32; 3], d: Vec2, per_area: f32) -> f32 {
+        let (b1, b2) = (d.perp_dot(e2) * per_area, e1.perp_dot(d) * per_area);
+        let [b1_slope, b2_slope] = self.share_slopes([e1, e2], d, per_area);
+        b1_slope * (keys[1] - keys[0])
+            + b2_slope * (keys[2] - keys[0])
+            + (1.0 - b1 - b2) * self.keys[0]
+            + b1 * self.keys[1]
+            + b2 * self.keys[2]
+    }
 }
 
 impl<const N: usize> SeenFace<N> {
@@ -257,6 +382,15 @@ impl<const N: usize> SeenFace<N> {
         Self { number, from, sides, area, keys: keys.map(|key| key.key), level, moves }
     }
 
+    /// Its plane's key at a pixel position, and its derivatives.
+    fn key(&self, at: Vec2) -> (f32, [f32; N]) {
+        let ([e1, e2], [k0, k1, k2]) = (self.sides, self.keys);
+        let (per_area, d) = (1.0 / self.area, at - self.from);
+        let (b1, b2) = (d.perp_dot(e2) * per_area, e1.perp_dot(d) * per_area);
+        let slopes = std::array::from_fn(|k| self.moves[k].key_slope([e1, e2], self.keys, d, per_area));
+        (k0 + b1 * (k1 - k0) + b2 * (k2 - k0), slopes)
+    }
+
     /// What is seen through a pixel position, and its derivatives.
     #[inline]
     fn color(&self, painted: &Painted<N>, at: Vec2) -> (Vec3, [Vec3; N]) {
@@ -285,13 +419,8 @@ impl<const N: usize> SeenFace<N> {
         let color = Vec3::new(linear.x.sqrt(), linear.y.sqrt(), linear.z.sqrt());
         let slopes = std::array::from_fn(|k| {
             let m = &self.moves[k];
-            let b1_slope = (d.perp_dot(m.sides[1]) - m.from.perp_dot(e2) - b1 * m.area) * per_area;
-            let b2_slope = (m.sides[0].perp_dot(d) - e1.perp_dot(m.from) - b2 * m.area) * per_area;
-            let key_slope = b1_slope * (k1 - k0)
-                + b2_slope * (k2 - k0)
-                + (1.0 - b1 - b2) * m.keys[0]
-                + b1 * m.keys[1]
-                + b2 * m.keys[2];
+            let [b1_slope, b2_slope] = m.share_slopes([e1, e2], d, per_area);
+            let key_slope = m.key_slope([e1, e2], self.keys, d, per_area);
             let w1_slope = (b1_slope * k1 + b1 * m.keys[1] - w1 * key_slope) * per_key;
             let w2_slope = (b2_slope * k2 + b2 * m.keys[2] - w2 * key_slope) * per_key;
             let uv_slope = w1_slope * u1 + w2_slope * u2;

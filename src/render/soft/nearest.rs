@@ -15,7 +15,7 @@ pub const NOTHING: u32 = u32::MAX;
 #[derive(Debug, Default)]
 pub struct Nearest {
     pub faces: Vec<u32>,
-    keys: Vec<f32>,
+    pub keys: Vec<f32>,
 }
 
 impl Nearest {

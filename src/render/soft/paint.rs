@@ -11,6 +11,8 @@
 
 use glam::{Vec2, Vec3};
 
+use super::Surface;
+use super::breaks::{alike, creases};
 use crate::geometry::rounding::floor;
 use crate::geometry::srgb::LINEAR_OF_SRGB;
 use crate::geometry::{Image, TexturedMesh};
@@ -22,6 +24,10 @@ const FINEST_TEXELS: u32 = 512;
 pub struct Paint {
     pub(super) faces: Vec<Face>,
     pub(super) looks: Vec<Look>,
+    /// Of each triangle, among the surface's edges.
+    pub(super) edges_of: Vec<[u32; 3]>,
+    /// Of each edge: whether the colors to its two sides are unrelated.
+    pub(super) creases: Vec<bool>,
 }
 
 /// A triangle's corners.
@@ -56,8 +62,8 @@ pub(super) struct Sample {
 }
 
 impl Paint {
-    /// `faces` are the numbers, among all triangles of the mesh, of those that make up the surface, in its order.
-    pub fn new(mesh: &TexturedMesh, faces: &[u32]) -> Self {
+    /// `faces` are the numbers, among all triangles of the mesh, of the surface's, in its order.
+    pub fn new(mesh: &TexturedMesh, faces: &[u32], surface: &Surface) -> Self {
         let all: Vec<(usize, [u32; 3])> = mesh
             .groups
             .iter()
@@ -75,7 +81,17 @@ impl Paint {
             base_color: Vec3::from(material.base_color.to_linear()),
             levels: material.base_color_texture.iter().flat_map(|texture| levels(texture)).collect(),
         });
-        Self { faces: faces.iter().map(face).collect(), looks: looks.collect() }
+        let faces: Vec<Face> = faces.iter().map(face).collect();
+        let (edges_of, creases) = creases(surface, |a, b| alike(&faces, a, b));
+        Self { looks: looks.collect(), faces, edges_of, creases }
+    }
+}
+
+impl Paint {
+    /// Whether two triangles are neighbors.
+    pub(super) fn share_an_edge(&self, faces: [u32; 2]) -> bool {
+        let [one, other] = faces.map(|face| &self.edges_of[face as usize]);
+        one.iter().any(|edge| other.contains(edge))
     }
 }
 

@@ -1,5 +1,7 @@
 //! Soft pictures agree with the slow reference in color and derivative.
 
+use std::collections::BTreeSet;
+
 use glam::{DMat3, DVec2, DVec3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -68,7 +70,7 @@ impl Model {
             up: MovingDirection { at: Vec3::Z, slopes: [Vec3::ZERO] },
         };
         let faces: Vec<u32> = (0..surface.triangles.len() as u32).collect();
-        let paint = Paint::new(&self.mesh, &faces);
+        let paint = Paint::new(&self.mesh, &faces, &surface);
         let mut picture = SoftPicture::default();
         picture.draw(&Painted {
             surface: &surface,
@@ -82,18 +84,49 @@ impl Model {
         picture
     }
 
-    /// The reference's color and weight of each pixel.
-    fn slowly(&self, yaw_rad: f64) -> Vec<(Option<SeenPoint>, f64)> {
-        let in_camera: Vec<DVec3> = self.object.in_camera(yaw_rad).iter().map(|q| q.0).collect();
+    /// One half of the object in a material of its own, without a texture.
+    fn paint_in_halves(&mut self) {
+        let side = |t: &&[u32; 3]| t.iter().map(|&v| self.object.positions[v as usize].x).sum::<f64>() > 0.0;
+        let (left, right) = self.object.triangles.iter().partition(side);
+        let groups = [(0, left), (1, right)].map(|(material, triangles)| FaceGroup { material, triangles });
+        self.object.triangles = groups.iter().flat_map(|group| group.triangles.clone()).collect();
+        self.mesh.groups = groups.to_vec();
+        let plain = |name, color| Material::plain(name, Rgb::hex(color), 0.5);
+        self.mesh.materials = vec![plain("pale", 0xf0e0d0), plain("dark", 0x302040)];
+    }
+
+    fn view<'a>(&'a self, in_camera: &'a [DVec3], yaw_rad: f64) -> SlowView<'a> {
         let side = SIDE_PX / SHRINK;
-        let view = SlowView {
+        SlowView {
             mesh: &self.mesh,
-            in_camera: &in_camera,
+            in_camera,
             focal_px: self.object.focal_px() / SHRINK as f64,
             center_px: DVec2::splat(0.5 * side as f64),
             toward_key: Self::toward_key(yaw_rad).0,
             up: DVec3::Z,
+        }
+    }
+
+    /// Mean over `fine` times `fine` samples a pixel of what is seen, summed over the picture.
+    fn each_sample(&self, yaw_rad: f64, fine: usize, of: impl Fn(f64, f64, DVec3) -> f64) -> f64 {
+        let in_camera: Vec<DVec3> = self.object.in_camera(yaw_rad).iter().map(|q| q.0).collect();
+        let (view, side) = (self.view(&in_camera, yaw_rad), SIDE_PX / SHRINK * fine);
+        let sample = |at: usize| {
+            let [x, y] = [at % side, at / side].map(|c| (c as f64 + 0.5) / fine as f64);
+            view.at(DVec2::new(x, y)).map_or(0.0, |seen| of(x, y, seen.color))
         };
+        (0..side * side).map(sample).sum::<f64>() / (fine * fine) as f64
+    }
+
+    fn weights(&self, yaw_rad: f64) -> Vec<f64> {
+        self.slowly(yaw_rad).iter().map(|slow| slow.1).collect()
+    }
+
+    /// The reference's color and weight of each pixel.
+    fn slowly(&self, yaw_rad: f64) -> Vec<(Option<SeenPoint>, f64)> {
+        let in_camera: Vec<DVec3> = self.object.in_camera(yaw_rad).iter().map(|q| q.0).collect();
+        let side = SIDE_PX / SHRINK;
+        let view = self.view(&in_camera, yaw_rad);
         let sigma_px2 = f64::from(SIGMA_PX2);
         let soft = reference::coverage(&self.object.faces(yaw_rad), SIDE_PX, SIDE_PX, sigma_px2);
         (0..side * side)
@@ -113,7 +146,7 @@ fn premultiplied((seen, weight): &(Option<SeenPoint>, f64)) -> [f64; CHANNELS] {
     (*weight * seen.map_or(DVec3::ZERO, |seen| seen.color)).extend(*weight).to_array()
 }
 
-/// 15 objects. Left out are pixels where rounding decides which face is nearest.
+/// 15 objects. Left out are pixels where rounding decides which face is nearest, and those mixed at breaks.
 #[test]
 fn agrees_with_the_reference() {
     let mut rng = ChaCha8Rng::seed_from_u64(7);
@@ -122,7 +155,8 @@ fn agrees_with_the_reference() {
         let model = model(&mut rng, kind);
         let yaw_rad = rng.random_range(0.0..6.3);
         let (drawn, exact) = (model.drawn(yaw_rad), model.slowly(yaw_rad));
-        for (at, slow) in exact.iter().enumerate() {
+        let mixed: BTreeSet<usize> = drawn.mixed().collect();
+        for (at, slow) in exact.iter().enumerate().filter(|(at, _)| !mixed.contains(at)) {
             let weight = f64::from(drawn.planes()[CHANNELS - 1][at]);
             if weight == 0.0 && slow.1 < 1e-3 {
                 continue;
@@ -138,13 +172,13 @@ fn agrees_with_the_reference() {
         }
     }
     eprintln!("{compared} pixels, {left_out} left out, worst {worst:.5}");
-    assert!(compared > 2000 && left_out * 200 < compared, "{compared} {left_out}");
+    assert!(compared > 1500 && left_out * 200 < compared, "{compared} {left_out}");
     // Found: 0.00008.
     assert!(worst < 5e-4, "{worst}");
 }
 
 /// Each channel of each pixel against central differences of the reference. Left out are pixels where another face
-/// becomes nearest within the step or by rounding: at an occlusion the picture jumps.
+/// becomes nearest within the step or by rounding, and those mixed at breaks, which the next test judges.
 #[test]
 fn derivatives_agree_with_central_differences_of_the_reference() {
     const STEP_RAD: f64 = 1e-6;
@@ -155,9 +189,10 @@ fn derivatives_agree_with_central_differences_of_the_reference() {
         let yaw_rad = rng.random_range(0.0..6.3);
         let drawn = model.drawn(yaw_rad);
         let [behind, ahead] = [-STEP_RAD, STEP_RAD].map(|step| model.slowly(yaw_rad + step));
+        let mixed: BTreeSet<usize> = drawn.mixed().collect();
         let mut pairs = Vec::new();
         for (at, (low, high)) in behind.iter().zip(&ahead).enumerate() {
-            if drawn.planes()[CHANNELS - 1][at] == 0.0 {
+            if mixed.contains(&at) || drawn.planes()[CHANNELS - 1][at] == 0.0 {
                 continue;
             }
             let face = |slow: &(Option<SeenPoint>, f64)| slow.0.map(|seen| seen.face as u32);
@@ -186,7 +221,48 @@ fn derivatives_agree_with_central_differences_of_the_reference() {
         at(0.999),
         at(1.0)
     );
-    assert!(errors.len() > 8000 && left_out * 200 < errors.len());
+    assert!(errors.len() > 6000 && left_out * 200 < errors.len());
     // Found: 0.000001, 0.0023, 0.0065, 0.02; those in the blur's reach are off most.
     assert!(at(0.5) < 1e-4 && at(0.99) < 1e-2 && at(0.999) < 3e-2, "{} {}", at(0.99), at(0.999));
+}
+
+/// Whole pictures, breaks included: the gray of a picture under a smooth window, its derivative against central
+/// differences of the reference's, which is sampled 144 times a pixel and knows no edges. The
+/// objects' halves are pale and dark.
+#[test]
+fn breaks_move_as_in_the_finely_sampled_reference() {
+    const STEP_RAD: f64 = 0.02;
+    let mut rng = ChaCha8Rng::seed_from_u64(9);
+    let mut errors = Vec::new();
+    for kind in [0, 2, 3, 4, 0, 2, 3, 4] {
+        let mut model = model(&mut rng, kind);
+        model.paint_in_halves();
+        let yaw_rad = rng.random_range(0.0..6.3);
+        let window = |x: f64, y: f64| (-((x - 14.0).powi(2) + (y - 18.0).powi(2)) / 40.0).exp();
+        let side = SIDE_PX / SHRINK;
+        let drawn = model.drawn(yaw_rad);
+        let told: f64 = (0..side * side)
+            .map(|at| {
+                let here = window((at % side) as f64 + 0.5, (at / side) as f64 + 0.5);
+                here * (0..3).map(|c| f64::from(drawn.slopes()[0][c][at])).sum::<f64>()
+            })
+            .sum();
+        let total = |yaw_rad: f64| {
+            let weights = model.weights(yaw_rad);
+            model.each_sample(yaw_rad, 12, |x, y, color| {
+                let at = (y as usize) * side + x as usize;
+                weights[at] * window(x.floor() + 0.5, y.floor() + 0.5) * color.element_sum()
+            })
+        };
+        let difference = (total(yaw_rad + STEP_RAD) - total(yaw_rad - STEP_RAD)) / (2.0 * STEP_RAD);
+        errors.push((told, difference));
+    }
+    let size = errors.iter().map(|e| e.1 * e.1).sum::<f64>().sqrt();
+    let off = errors.iter().map(|e| (e.0 - e.1).powi(2)).sum::<f64>().sqrt();
+    // Found: 17.6 of 84.9, nearly all of it in one picture of crossing boxes.
+    assert!(off < 0.25 * size, "{off} of {size}: {errors:?}");
+    let mut shares: Vec<f64> = errors.iter().map(|e| (e.0 - e.1).abs() / e.1.abs().max(10.0)).collect();
+    shares.sort_by(f64::total_cmp);
+    // Found: 0.2 in the upper middle.
+    assert!(shares[errors.len() / 2] < 0.25, "{shares:?}");
 }

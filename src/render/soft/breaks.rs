@@ -1,0 +1,207 @@
+//! Where the color of a soft picture breaks off inside the object, and how the break moves: at edges where the surface
+//! turns away before something farther, and at those where material, texture or normal end.
+//!
+//! Method: the antialiasing of Laine et al., "Modular primitives for high-performance differentiable rendering" (2020),
+//! section 3.6. Of two pixels side by side that show different triangles, the edge of the nearer triangle (here, or of
+//! its neighbors) that passes between their centers says how far the nearer color reaches: the pixel that it reaches
+//! into, or falls short of, is mixed with the other by how much. As the edge passes a center nothing jumps, and the
+//! mixture's derivative is the jump of the color times the speed of the edge. Edges nearer to upright mix pixels in
+//! rows, the others pixels in columns.
+//!
+//! Guarantees: the same bits always. Cost: a pass over the edges, and one over the pixels beside breaks. Not for
+//! triangles much smaller than a pixel, whose neighbors' neighbors may have the edge, and corners: there the color jumps
+//! as in the hard picture, without a derivative. Surfaces that run through each other break where their depths meet;
+//! the caller says where.
+
+use glam::{Vec2, Vec3};
+
+use super::nearest::{NOTHING, Nearest};
+use super::paint::Paint;
+use super::{Grid, MovingPoint, Surface};
+
+/// Which edges break the color; keep it to save allocations.
+#[derive(Debug, Default)]
+pub struct Breaks {
+    /// Of each edge.
+    breaks: Vec<bool>,
+    /// Of each triangle: whether such an edge is its own, and whether it is its own or a neighbor's.
+    own: Vec<bool>,
+    near: Vec<bool>,
+}
+
+/// By how much a pixel is mixed with one beside it, and the derivatives.
+pub struct Mixture<const N: usize> {
+    pub pixel: usize,
+    pub with: usize,
+    pub share: f32,
+    pub slopes: [f32; N],
+}
+
+impl Breaks {
+    /// Finds them; `clockwise` of each triangle on the screen.
+    pub fn find(&mut self, surface: &Surface, paint: &Paint, clockwise: &[bool]) {
+        let triangles = surface.triangles.len();
+        self.breaks.clear();
+        self.own.clear();
+        self.own.resize(triangles, false);
+        for (edge, crease) in surface.edges.iter().zip(&paint.creases) {
+            let sides = surface.sides(edge);
+            let turns = |pair: &[super::surface::Side]| {
+                clockwise[pair[0].triangle as usize] != clockwise[pair[1].triangle as usize]
+            };
+            let breaks = *crease || sides.windows(2).any(turns);
+            self.breaks.push(breaks);
+            if breaks {
+                sides.iter().for_each(|side| self.own[side.triangle as usize] = true);
+            }
+        }
+        self.near.clear();
+        self.near.extend_from_slice(&self.own);
+        for face in (0..triangles).filter(|&face| self.own[face]) {
+            for &edge in &paint.edges_of[face] {
+                let sides = surface.sides(&surface.edges[edge as usize]);
+                sides.iter().for_each(|side| self.near[side.triangle as usize] = true);
+            }
+        }
+    }
+
+    /// Calls `mix` for each pixel that is mixed, `points` being the vertices in the picture's pixels. Where no edge is
+    /// found `meet` says, of two pixels and the axis from one to the other, how far from the first the break is.
+    pub fn each_mixture<const N: usize>(
+        &self,
+        (surface, paint): (&Surface, &Paint),
+        points: &[MovingPoint<N>],
+        nearest: &Nearest,
+        grid: Grid,
+        meet: impl Fn([usize; 2], usize) -> Option<(f32, [f32; N])>,
+        mut mix: impl FnMut(Mixture<N>),
+    ) {
+        let (width, height) = (grid.width_px(), grid.height_px);
+        for at in 0..width * height {
+            let here = nearest.faces[at];
+            if here == NOTHING {
+                continue;
+            }
+            let (x, y) = (at % width, at / width);
+            let center = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
+            for (axis, beside) in [(0, at + 1), (1, at + width)] {
+                if (axis == 0 && x + 1 == width) || (axis == 1 && y + 1 == height) {
+                    continue;
+                }
+                let there = nearest.faces[beside];
+                if there == NOTHING || there == here {
+                    continue;
+                }
+                // On a slope the farther surface may be nearer a pixel on: then the edge is the other's.
+                let here_is_nearer = nearest.keys[at] >= nearest.keys[beside];
+                let faces = if here_is_nearer { [here, there] } else { [there, here] };
+                let edge = faces
+                    .into_iter()
+                    .filter(|&face| self.near[face as usize])
+                    .find_map(|face| self.crossing(surface, paint, points, face, center, axis));
+                let Some((reach, slopes)) = edge.or_else(|| meet([at, beside], axis)) else { continue };
+                // By this much of a pixel the color here reaches beyond the border between the two.
+                let beyond = reach - 0.5;
+                if beyond > 0.0 {
+                    mix(Mixture { pixel: beside, with: at, share: beyond, slopes });
+                } else {
+                    mix(Mixture { pixel: at, with: beside, share: -beyond, slopes: slopes.map(|s| -s) });
+                }
+            }
+        }
+    }
+
+    /// How far along the axis from a pixel center to the next an edge that breaks the color passes, pixels, and how
+    /// that changes: of the triangle's own edges the first that does, then of its neighbors'.
+    fn crossing<const N: usize>(
+        &self,
+        surface: &Surface,
+        paint: &Paint,
+        points: &[MovingPoint<N>],
+        face: u32,
+        center: Vec2,
+        axis: usize,
+    ) -> Option<(f32, [f32; N])> {
+        let own = &paint.edges_of[face as usize];
+        let crossed = |edges: &[u32; 3]| {
+            edges
+                .iter()
+                .filter(|&&edge| self.breaks[edge as usize])
+                .find_map(|&edge| crossed(surface.edges[edge as usize].ends, points, center, axis))
+        };
+        crossed(own).or_else(|| {
+            let sides = own.iter().flat_map(|&edge| surface.sides(&surface.edges[edge as usize]));
+            let beside = sides.map(|side| side.triangle).filter(|&other| other != face);
+            beside
+                .filter(|&other| self.own[other as usize])
+                .find_map(|other| crossed(&paint.edges_of[other as usize]))
+        })
+    }
+}
+
+#[inline]
+fn crossed<const N: usize>(
+    ends: [u32; 2],
+    points: &[MovingPoint<N>],
+    center: Vec2,
+    axis: usize,
+) -> Option<(f32, [f32; N])> {
+    let [a, b] = ends.map(|v| &points[v as usize]);
+    let across = 1 - axis;
+    let (along, rise) = (b.at_px[axis] - a.at_px[axis], b.at_px[across] - a.at_px[across]);
+    let level = center[across];
+    // Steep edges for rows, level ones for columns, those at 45 degrees for rows; and only if they pass this one.
+    let steep = if axis == 0 { rise.abs() >= along.abs() } else { rise.abs() > along.abs() };
+    if !steep || (a.at_px[across] <= level) == (b.at_px[across] <= level) {
+        return None;
+    }
+    let share = (level - a.at_px[across]) / rise;
+    let reach = a.at_px[axis] + share * along - center[axis];
+    if !(0.0..=1.0).contains(&reach) {
+        return None;
+    }
+    let slopes = std::array::from_fn(|k| {
+        let [from, to] = [a.slopes[k], b.slopes[k]];
+        let moving = |axis: usize| from[axis] + share * (to[axis] - from[axis]);
+        moving(axis) - moving(across) * along / rise
+    });
+    Some((reach, slopes))
+}
+
+/// Of each triangle its edges, and of each edge whether material, texture or normals differ to its two sides.
+pub fn creases(
+    surface: &Surface,
+    same: impl Fn((u32, u32), (u32, u32)) -> bool,
+) -> (Vec<[u32; 3]>, Vec<bool>) {
+    let mut edges_of = vec![[u32::MAX; 3]; surface.triangles.len()];
+    let mut creases = Vec::with_capacity(surface.edges.len());
+    for (number, edge) in (0..).zip(&surface.edges) {
+        let sides = surface.sides(edge);
+        for side in sides {
+            let edges = &mut edges_of[side.triangle as usize];
+            if let Some(free) = edges.iter_mut().find(|edge| **edge == u32::MAX) {
+                *free = number;
+            }
+        }
+        let corner = |triangle: u32, vertex: u32| {
+            let corners = surface.triangles[triangle as usize];
+            (triangle, corners.iter().position(|&v| v == vertex).unwrap_or(0) as u32)
+        };
+        let smooth = sides.len() == 2
+            && edge.ends.iter().all(|&v| same(corner(sides[0].triangle, v), corner(sides[1].triangle, v)));
+        creases.push(!smooth);
+    }
+    (edges_of, creases)
+}
+
+/// Whether two corners look alike: material, texture coordinates, normals.
+pub fn alike(paint: &[super::paint::Face], a: (u32, u32), b: (u32, u32)) -> bool {
+    /// Cosine of the angle between normals up to which the light is continuous for the eye.
+    const SMOOTH: f32 = 0.98;
+    const SAME_UV: f32 = 1e-4;
+    let (s, t) = (&paint[a.0 as usize], &paint[b.0 as usize]);
+    let normals: [Vec3; 2] = [s.normals[a.1 as usize], t.normals[b.1 as usize]];
+    s.look == t.look
+        && normals[0].dot(normals[1]) > SMOOTH
+        && s.uvs[a.1 as usize].distance(t.uvs[b.1 as usize]) < SAME_UV
+}
