@@ -227,8 +227,8 @@ impl<const N: usize> DescriptorRoom<N> {
                 plane[at..at + BLOCK_PX].copy_from_slice(&lanes.to_array());
             };
             store(&mut self.gray, gray.value - weight.value * value);
-            for k in 0..N {
-                let slope = gray.slopes[k] - weight.slopes[k] * value - weight.value * slopes[k];
+            for (k, &mean_slope) in slopes.iter().enumerate() {
+                let slope = gray.slopes[k] - weight.slopes[k] * value - weight.value * mean_slope;
                 store(&mut self.gray_slopes[k], slope);
             }
         }

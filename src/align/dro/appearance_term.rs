@@ -2,7 +2,8 @@
 //! derivative by yaw.
 //!
 //! `I_render` is the mesh with its texture under a studio light that stands beside the camera, drawn softly
-//! ([`crate::render::soft::color`]) in the crop of the silhouette, at a quarter of its resolution (at half, yaws took two to three times as long to compare); `I_instance` the picture in
+//! ([`crate::render::soft::color`]) in the crop of the silhouette, at a quarter of its resolution (at half, yaws took up to
+//! twice as long to compare); `I_instance` the picture in
 //! the same crop, faded in from the mask's own contour by the same function of the distance as the render from its
 //! outline. `Phi` is [`crate::align::appearance::descriptor`]. Pixels of other instances and beyond the picture
 //! do not count on either side.

@@ -79,7 +79,7 @@ impl Paint {
         };
         let looks = mesh.materials.iter().map(|material| Look {
             base_color: Vec3::from(material.base_color.to_linear()),
-            levels: material.base_color_texture.iter().flat_map(|texture| levels(texture)).collect(),
+            levels: material.base_color_texture.iter().flat_map(levels).collect(),
         });
         let faces: Vec<Face> = faces.iter().map(face).collect();
         let (edges_of, creases) = creases(surface, |a, b| alike(&faces, a, b));
