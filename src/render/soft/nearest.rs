@@ -2,8 +2,8 @@
 //!
 //! A depth buffer, row by row of each triangle. Depth enters as its reciprocal, the *key*, which is linear on the
 //! screen and larger where nearer. Of equal keys the first triangle's counts, so the picture is always the same. An
-//! edge's crossing with a row is computed alike for all that share the edge. Both sides of a triangle are seen. Cost: a
-//! few dozen nanoseconds a triangle, more for large ones.
+//! edge's crossing with a row is computed alike for all that share the edge. Both sides of a triangle are seen. Cost: grows
+//! with the triangles and the pixels they cover, hidden ones included.
 
 use super::{Grid, MovingPoint};
 use crate::geometry::rounding::ceil_within;
