@@ -17,7 +17,7 @@ use crate::scene::request::RequestOptions;
 use crate::scene::{Input, InstanceId, SceneRequest};
 use crate::store::Digest;
 
-pub const STAGE: Stage = Stage { name: "reference", version: 3 };
+pub const STAGE: Stage = Stage { name: "reference", version: 4 };
 
 /// Largest side of the reference picture, pixels; larger pictures are reduced, smaller ones stay.
 const MAX_SIDE_PX: u32 = 1280;
