@@ -65,14 +65,16 @@ impl Breaks {
         }
     }
 
-    /// Calls `mix` for each pixel that is mixed, `points` being the vertices in the picture's pixels. Where no edge is
-    /// found `meet` says, of two pixels and the axis from one to the other, how far from the first the break is.
+    /// Calls `mix` for each pixel that is mixed, `points` being the vertices in the picture's pixels; pairs whose colors
+    /// do not differ (`differ`) are passed over. Where no edge is found `meet` says, of two pixels and the axis from
+    /// one to the other, how far from the first the break is.
     pub fn each_mixture<const N: usize>(
         &self,
         (surface, paint): (&Surface, &Paint),
         points: &[MovingPoint<N>],
         nearest: &Nearest,
         grid: Grid,
+        differ: impl Fn([usize; 2]) -> bool,
         meet: impl Fn([usize; 2], usize) -> Option<(f32, [f32; N])>,
         mut mix: impl FnMut(Mixture<N>),
     ) {
@@ -89,7 +91,7 @@ impl Breaks {
                     continue;
                 }
                 let there = nearest.faces[beside];
-                if there == NOTHING || there == here {
+                if there == NOTHING || there == here || !differ([at, beside]) {
                     continue;
                 }
                 // On a slope the farther surface may be nearer a pixel on: then the edge is the other's.

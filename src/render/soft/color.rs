@@ -38,7 +38,7 @@ pub(super) const GROUND: f32 = 0.24;
 /// Linear light below which the root is bent, so that black has a derivative.
 pub(super) const DARK: f32 = 1e-4;
 
-/// Differences of color up to which faces that run through each other need no mixing.
+/// Differences of color up to which pixels need no mixing.
 const FAINT: f32 = 0.01;
 
 /// Red, green, blue and weight.
@@ -191,8 +191,7 @@ impl<const N: usize> SoftPicture<N> {
         // Faces that run through each other meet where their depths do.
         let meet = |pixels: [usize; 2], axis: usize| {
             let faces = pixels.map(|at| self.nearest.faces[at]);
-            let apart = color(planes, pixels[0]) - color(planes, pixels[1]);
-            if apart.abs().max_element() < FAINT || painted.paint.share_an_edge(faces) {
+            if painted.paint.share_an_edge(faces) {
                 return None;
             }
             let (x, y) = (pixels[0] % self.grid.width_px(), pixels[0] / self.grid.width_px());
@@ -200,7 +199,10 @@ impl<const N: usize> SoftPicture<N> {
             let [one, other] = faces.map(|face| SeenFace::new(painted, &self.scaled, face));
             meeting(&one, &other, center, axis)
         };
-        self.breaks.each_mixture(parts, &self.scaled, &self.nearest, self.grid, meet, |mixture| {
+        let differ = |[one, other]: [usize; 2]| {
+            (color(planes, one) - color(planes, other)).abs().max_element() >= FAINT
+        };
+        self.breaks.each_mixture(parts, &self.scaled, &self.nearest, self.grid, differ, meet, |mixture| {
             let jumps = jump(planes, &mixture);
             mixed.push(Mixed {
                 pixel: mixture.pixel,
