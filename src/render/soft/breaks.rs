@@ -17,7 +17,7 @@ use glam::{Vec2, Vec3};
 
 use super::nearest::{NOTHING, Nearest};
 use super::paint::Paint;
-use super::{Grid, MovingPoint, Surface};
+use super::{MovingPoint, Surface};
 
 /// Which edges break the color; keep it to save allocations.
 #[derive(Debug, Default)]
@@ -73,13 +73,12 @@ impl Breaks {
         (surface, paint): (&Surface, &Paint),
         points: &[MovingPoint<N>],
         nearest: &Nearest,
-        grid: Grid,
         differ: impl Fn([usize; 2]) -> bool,
         meet: impl Fn([usize; 2], usize) -> Option<(f32, [f32; N])>,
         mut mix: impl FnMut(Mixture<N>),
     ) {
-        let (width, height) = (grid.width_px(), grid.height_px);
-        for at in 0..width * height {
+        let (width, pixels) = (nearest.width_px, nearest.faces.len());
+        for at in 0..pixels {
             let here = nearest.faces[at];
             if here == NOTHING {
                 continue;
@@ -87,7 +86,7 @@ impl Breaks {
             let (x, y) = (at % width, at / width);
             let center = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
             for (axis, beside) in [(0, at + 1), (1, at + width)] {
-                if (axis == 0 && x + 1 == width) || (axis == 1 && y + 1 == height) {
+                if (axis == 0 && x + 1 == width) || beside >= pixels {
                     continue;
                 }
                 let there = nearest.faces[beside];

@@ -202,7 +202,7 @@ impl<const N: usize> SoftPicture<N> {
         let differ = |[one, other]: [usize; 2]| {
             (color(planes, one) - color(planes, other)).abs().max_element() >= FAINT
         };
-        self.breaks.each_mixture(parts, &self.scaled, &self.nearest, self.grid, differ, meet, |mixture| {
+        self.breaks.each_mixture(parts, &self.scaled, &self.nearest, differ, meet, |mixture| {
             let jumps = jump(planes, &mixture);
             mixed.push(Mixed {
                 pixel: mixture.pixel,

@@ -14,6 +14,7 @@ pub const NOTHING: u32 = u32::MAX;
 /// Of each pixel the nearest triangle and its key.
 #[derive(Debug, Default)]
 pub struct Nearest {
+    pub width_px: usize,
     pub faces: Vec<u32>,
     pub keys: Vec<f32>,
 }
@@ -27,6 +28,7 @@ impl Nearest {
         keys: impl Fn(u32) -> f32,
         grid: Grid,
     ) {
+        self.width_px = grid.width_px();
         self.faces.clear();
         self.faces.resize(grid.pixels(), NOTHING);
         self.keys.clear();
