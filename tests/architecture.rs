@@ -111,7 +111,6 @@ const WIRING: &[&str] = &["app", "cli"];
 const MAX_LINES: usize = 600;
 const LONG_FILES: &[(&str, usize)] = &[
     // One grammar is read as one: its rules call each other in a circle.
-    ("src/provider/embedded/analyst/grammar.rs", 860),
     ("src/provider/embedded/analyst/phrase.rs", 640),
 ];
 
