@@ -21,7 +21,7 @@ pub use crate::config;
 use crate::config::Config;
 use crate::pipeline::checkpoint::StageRuntime;
 use crate::provider::Cpu;
-use crate::render::soft::gpu::Compute;
+use crate::render::gpu::Compute;
 use crate::store::{Store, StoreError};
 use crate::worker::{BuildScene, Worker};
 

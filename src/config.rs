@@ -32,7 +32,7 @@ use crate::provider::embedded::painter::PainterSettings;
 use crate::provider::embedded::photograph::SizeSettings;
 use crate::provider::feature_extractor::FeatureSettings;
 use crate::render::RenderSettings;
-use crate::render::soft::gpu::ComputeSettings;
+use crate::render::gpu::ComputeSettings;
 use crate::vision::VisionSettings;
 use crate::vision::descriptor::DescriptorSettings;
 use crate::{api, store, worker};

@@ -73,7 +73,7 @@ use super::appearance::SIDE_PX;
 use crate::geometry::pose::wrap_angle_rad;
 use crate::geometry::rotational_symmetry::RotationalSymmetry;
 use crate::geometry::{Camera, Image, Interrupt, Interrupted, Mask, TexturedMesh};
-use crate::render::soft::gpu::{Gpu, GpuError};
+use crate::render::gpu::{Gpu, GpuError};
 use appearance_term::AppearanceTerm;
 use comparison::Comparison;
 use crop::Crop;

@@ -11,7 +11,7 @@ use crate::config::Config;
 use crate::evaluate::layout::LayoutBench;
 use crate::pipeline::checkpoint::{Checkpoints, Interrupt, JobScope, StageRuntime};
 use crate::provider::Cpu;
-use crate::render::soft::gpu::Compute;
+use crate::render::gpu::Compute;
 use crate::scene::SceneRequest;
 use crate::store::scenes::{NewScene, Submitted};
 use crate::store::{DEFAULT_TENANT, Store, StoreError};

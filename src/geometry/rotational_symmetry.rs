@@ -23,10 +23,10 @@ use super::collide::convex_hull_2d;
 /// Points that are turned.
 const POINTS: usize = 320;
 
-/// Orders that are tried, highest first; even ones include their divisors.
+/// Orders that are tried, highest first; what bears one bears its divisors.
 const ORDERS: [u32; 8] = [12, 10, 8, 6, 5, 4, 3, 2];
 
-/// Turns no order above has in common: a surface that bears them all bears any.
+/// Turns, of a whole one, that no order above bears: a surface that bears them all bears any.
 const ODD_TURNS: [f64; 3] = [0.0713, 0.1937, 0.4111];
 
 /// Root mean square distance up to which turned points lie on the surface, as a share of the surface's largest radius.
@@ -139,7 +139,8 @@ fn spread(positions: &[DVec3], triangles: &[[u32; 3]]) -> Option<Vec<Spot>> {
     for triangle in triangles {
         let [a, b, c] = corners(triangle);
         let own = area(triangle);
-        // One point for every `step` of area; within a triangle by the golden ratio's low-discrepancy sequence.
+        // One point for every `step` of area; within a triangle by the R2 sequence
+        // (Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018).
         while points.len() < POINTS && (points.len() as f64 + 0.5) * step < before + own {
             let k = points.len() as f64;
             let (u, v) = ((k * 0.754_877_666).fract(), (k * 0.569_840_291).fract());

@@ -28,7 +28,7 @@ use tokio_util::task::AbortOnDropHandle;
 
 use super::error::{StageError, StageErrorClass};
 use crate::provider::call::{Cpu, panic_text};
-use crate::render::soft::gpu::Compute;
+use crate::render::gpu::Compute;
 use crate::scene::InstanceId;
 use crate::store::checkpoints::{Checkpoint, StageKey};
 use crate::store::{Lease, Store};

@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex};
 use crate::geometry::mesh_solid::MeshSolid;
 use crate::geometry::{Image, TexturedMesh};
 use crate::provider::{KnownPicture, Ports};
-use crate::render::soft::gpu::Compute;
+use crate::render::gpu::Compute;
 use crate::store::Digest;
 
 /// Shared by all stages of one job.

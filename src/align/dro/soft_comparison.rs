@@ -25,7 +25,8 @@ use super::crop::Crop;
 use super::moving_placement::{MovingPixel, moving_points};
 use super::outline_mesh::OutlineMesh;
 use crate::geometry::{Camera, Interrupt, Interrupted};
-use crate::render::soft::gpu::{Gpu, GpuError, GpuSilhouettes};
+use crate::render::gpu::{Gpu, GpuError};
+use crate::render::soft::gpu::GpuSilhouettes;
 use crate::render::soft::loss::{Sloped, SoftTerms, Target, terms};
 use crate::render::soft::{Grid, MovingPoint, SoftSilhouette, Surface};
 

@@ -9,20 +9,19 @@
 //! The device is that of [`crate::render::gpu`]. Portable: storage buffers and 32-bit integer atomics within a
 //! workgroup only, the limits of OpenGL ES 3.1 ([`wgpu::Limits::downlevel_defaults`]), no render targets, no float
 //! atomics, no subgroups. Ties and sums are in a fixed order, so one device gives the same bits every time. Other
-//! devices, and the CPU, give other bits: whoever keeps results keeps [`Gpu::name`] with them.
+//! devices, and the CPU, give other bits: whoever keeps results keeps [`Gpu::name`](crate::render::gpu::Gpu::name) with them.
 //!
 //! Guarantees, tested on software adapters: within 1e-5 of the CPU in coverage and 1e-6 in the terms of the loss, and
 //! in slopes within 1e-3 of the largest but for pixels with two nearest points, where the slope jumps and either
 //! side's is right.
 //! Validation errors, exhausted memory and lost devices are errors, not panics; after one the device is given up
-//! ([`Gpu::given_up`]). Cost: tracing, a tenth of the CPU's time for a mesh of 300 triangles on 256 x 256 pixels, is
+//! ([`Gpu::given_up`](crate::render::gpu::Gpu::given_up)). Cost: tracing, a tenth of the CPU's time for a mesh of 300 triangles on 256 x 256 pixels, is
 //! what no GPU takes away. Not for software adapters where speed matters: lavapipe took some 10 to 25 times as
 //! long as the CPU path on two busy cores, llvmpipe's OpenGL 30 times.
 
 mod job;
 mod pictures;
 
-pub use crate::render::gpu::{Compute, ComputeSettings, DeviceChoice, Gpu, GpuError};
 pub use job::LARGEST_SIDE_PX;
 pub use pictures::{Drawn, GpuSilhouettes};
 

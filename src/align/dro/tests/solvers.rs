@@ -69,7 +69,7 @@ fn both_solvers_find_the_same_yaws() {
 /// On whatever adapter there is; the tests of [`crate::render::soft::gpu`] say when there is none.
 #[test]
 fn a_gpu_finds_the_paper_solver_s_yaw_and_a_lost_one_is_an_error() {
-    use crate::render::soft::gpu::{DeviceChoice, Gpu};
+    use crate::render::gpu::{DeviceChoice, Gpu};
     let Ok(Some(gpu)) = Gpu::open(DeviceChoice::Gpu) else { return };
     let (mesh, camera, none) = (built("mug"), camera(), Mask::empty(WIDTH_PX, HEIGHT_PX));
     let mask = seen(&mesh, DVec3::ZERO, 1.0);

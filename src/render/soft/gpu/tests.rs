@@ -10,6 +10,7 @@ use wgpu::{Backends, BufferDescriptor, BufferUsages};
 
 use super::*;
 use crate::render::gpu::tests::devices;
+use crate::render::gpu::{Compute, ComputeSettings, DeviceChoice, Gpu, GpuError};
 use crate::render::soft::loss::terms;
 use crate::render::soft::turntable::{Turntable, random_object};
 use crate::render::soft::{Grid, MovingPoint, SoftSilhouette, Surface};

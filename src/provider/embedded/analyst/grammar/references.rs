@@ -1,8 +1,8 @@
 //! What a phrase speaks about: something new, something said before ("the mug", "it", "each plate"), the table.
 
-use super::super::lexicon::Meaning;
-use super::super::phrase::{Determiner, Head, Looks, NounPhrase};
 use super::{Mention, Reader};
+use crate::provider::embedded::analyst::lexicon::Meaning;
+use crate::provider::embedded::analyst::phrase::{Determiner, Head, Looks, NounPhrase};
 
 /// What a noun phrase turned out to be.
 pub(super) enum Reference {

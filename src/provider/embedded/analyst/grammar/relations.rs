@@ -1,11 +1,11 @@
 //! What stands where: places of the table top, prepositions with their objects and without, before their subject
 //! and after it.
 
-use super::super::phrase::{Determiner, Head, noun_phrase};
-use super::super::prepositions::{Preposition, place_at, preposition_at};
-use super::super::tokens::Token;
 use super::{Link, LinkKind, Reader, Reference};
 use crate::provider::embedded::analyst::lexicon::Meaning;
+use crate::provider::embedded::analyst::phrase::{Determiner, Head, noun_phrase};
+use crate::provider::embedded::analyst::prepositions::{Preposition, place_at, preposition_at};
+use crate::provider::embedded::analyst::tokens::Token;
 use crate::scene::RelationKind;
 
 impl Reader<'_, '_> {
