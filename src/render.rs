@@ -15,11 +15,13 @@
 mod bands;
 mod diorama;
 mod environment;
+mod film;
 mod floor_light;
 mod frame;
 pub mod gpu;
 mod light_map;
 pub mod lighting;
+mod lit_band;
 mod looks;
 mod one_sided;
 pub mod overlay;

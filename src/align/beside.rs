@@ -16,7 +16,7 @@ use crate::geometry::{Image, Mask, Pose};
 use crate::render::overlay::{draw_mask_outline, sheet};
 
 /// Side of a cell, pixels.
-const CELL_PX: u32 = 240;
+const CELL_PX: u32 = 192;
 
 /// Candidates closer than this show the same, radians.
 const SAME_RAD: f64 = TAU / 36.0;

@@ -40,7 +40,10 @@ pub fn encode_png(picture: &Image) -> Vec<u8> {
     let encoder = PngEncoder::new_with_quality(&mut bytes, CompressionType::Fast, FilterType::Adaptive);
     let rgba = picture.as_rgba();
     let written = if rgba.chunks_exact(4).all(|pixel| pixel[3] == 255) {
-        let rgb: Vec<u8> = rgba.chunks_exact(4).flat_map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect();
+        let mut rgb = vec![0; rgba.len() / 4 * 3];
+        rgb.chunks_exact_mut(3)
+            .zip(rgba.chunks_exact(4))
+            .for_each(|(to, from)| to.copy_from_slice(&from[..3]));
         encoder.write_image(&rgb, width_px, height_px, ExtendedColorType::Rgb8)
     } else {
         encoder.write_image(rgba, width_px, height_px, ExtendedColorType::Rgba8)

@@ -67,14 +67,20 @@ impl RotationalSymmetry {
         let Ok(surface) = TriMesh::new(mesh.positions.clone(), triangles) else { return none };
         let points = outer(&surface, spots);
         let radius_m = points.iter().map(|p| p.truncate().distance(axis_m)).fold(0.0, f64::max);
-        // Root mean square distance from the surface after a turn, as a share of the radius.
+        let most_squares = points.len() as f64 * (TOLERANCE * radius_m).powi(2);
+        // Root mean square distance from the surface after a turn, as a share of the radius; infinite where it is sure
+        // to be beyond the tolerance.
         let off = |turn: f64| {
             let rotation = DMat2::from_angle(TAU * turn);
-            let squares = points.iter().map(|p| {
+            let mut squares = 0.0;
+            for p in &points {
                 let turned = (rotation * (p.truncate() - axis_m) + axis_m).extend(p.z);
-                surface.project_local_point(turned, false).point.distance_squared(turned)
-            });
-            (squares.sum::<f64>() / points.len() as f64).sqrt() / radius_m
+                squares += surface.project_local_point(turned, false).point.distance_squared(turned);
+                if squares > most_squares {
+                    return f64::INFINITY;
+                }
+            }
+            (squares / points.len() as f64).sqrt() / radius_m
         };
         if ODD_TURNS.into_iter().all(|turn| off(turn) <= TOLERANCE) {
             return Self { order: 0, axis_m };

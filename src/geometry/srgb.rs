@@ -23,8 +23,26 @@ static SRGB_OF_ROOT: LazyLock<[u8; 4097]> = LazyLock::new(|| {
 /// sRGB byte of linear light, clamped to 0..1.
 #[inline]
 pub fn encode_srgb(linear: f32) -> u8 {
-    let root = linear.clamp(0.0, 1.0).sqrt();
-    SRGB_OF_ROOT[(root * 4096.0 + 0.5) as usize]
+    SrgbEncoder::default().byte(linear)
+}
+
+/// The same for inner loops: whether its table is there is asked once.
+#[derive(Clone, Copy)]
+pub struct SrgbEncoder(&'static [u8; 4097]);
+
+impl Default for SrgbEncoder {
+    fn default() -> Self {
+        Self(&SRGB_OF_ROOT)
+    }
+}
+
+impl SrgbEncoder {
+    /// As [`encode_srgb`].
+    #[inline]
+    pub fn byte(self, linear: f32) -> u8 {
+        let root = linear.clamp(0.0, 1.0).sqrt();
+        self.0[(root * 4096.0 + 0.5) as usize]
+    }
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use std::ops::Deref;
 use std::sync::{Arc, OnceLock};
 
 use super::Image;
-use super::srgb::{LINEAR_OF_SRGB, encode_srgb};
+use super::srgb::{LINEAR_OF_SRGB, SrgbEncoder};
 
 /// A base-color picture that repeats in both directions; v = 0 is the picture's *bottom* row
 /// (the convention of USD and OBJ; the glTF writer flips). Clones share one picture.
@@ -68,6 +68,7 @@ fn halved(image: &Image) -> Image {
     let (width, height) = (image.width_px() as usize, image.height_px() as usize);
     let (half_width, half_height) = ((width / 2).max(1), (height / 2).max(1));
     let bytes = image.as_rgba();
+    let (linear, srgb) = (&*LINEAR_OF_SRGB, SrgbEncoder::default());
     let mut rgba = Vec::with_capacity(half_width * half_height * 4);
     for y in 0..half_height {
         let (upper, lower) = ((2 * y).min(height - 1) * width, (2 * y + 1).min(height - 1) * width);
@@ -75,8 +76,8 @@ fn halved(image: &Image) -> Image {
             let (left, right) = ((2 * x).min(width - 1), (2 * x + 1).min(width - 1));
             let corners = [upper + left, upper + right, lower + left, lower + right].map(|k| 4 * k);
             for channel in 0..3 {
-                let sum: f32 = corners.iter().map(|at| LINEAR_OF_SRGB[bytes[at + channel] as usize]).sum();
-                rgba.push(encode_srgb(0.25 * sum));
+                let sum: f32 = corners.iter().map(|at| linear[bytes[at + channel] as usize]).sum();
+                rgba.push(srgb.byte(0.25 * sum));
             }
             rgba.push(255);
         }
@@ -87,6 +88,7 @@ fn halved(image: &Image) -> Image {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::srgb::encode_srgb;
 
     #[test]
     fn levels_halve_down_to_one_texel_of_the_mean_light() {

@@ -6,8 +6,8 @@
 use glam::{Vec2, Vec3, Vec3A};
 use rayon::prelude::*;
 
-use super::RenderObject;
 use super::environment::Environment;
+use super::scenery::Scenery;
 
 /// Nodes along each side of the grid.
 pub const SIDE: usize = 96;
@@ -24,12 +24,11 @@ pub struct FloorLight {
 
 impl FloorLight {
     /// The light at height `z_m` under and around the objects.
-    pub fn new(objects: &[RenderObject], environment: &Environment, z_m: f32) -> Self {
+    pub fn new(scenery: &Scenery, environment: &Environment, z_m: f32) -> Self {
         let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-        for object in objects {
-            let (a, b) = object.mesh.bounds();
-            let radius = 0.5 * (b - a).length() as f32;
-            let middle = object.world_from_object.transform_point(0.5 * (a + b)).as_vec3();
+        for (object, (a, b)) in scenery.objects.iter().zip(&scenery.bounds) {
+            let radius = 0.5 * (*b - *a).length() as f32;
+            let middle = object.world_from_object.transform_point(0.5 * (*a + *b)).as_vec3();
             (low, high) = (low.min(middle - radius), high.max(middle + radius));
         }
         if !low.is_finite() {

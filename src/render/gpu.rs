@@ -39,6 +39,7 @@ mod diorama;
 mod job;
 mod kernels;
 mod light_words;
+mod nodes;
 mod scene_words;
 pub(super) mod transfer;
 mod words;

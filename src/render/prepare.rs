@@ -26,6 +26,14 @@ pub struct Prepared<'a> {
     pub camera_points: Vec<Vec3>,
 }
 
+/// The same on the screen.
+pub struct Projected<'a> {
+    prepared: &'a Prepared<'a>,
+    projection: &'a Projection,
+    /// Of each point position and key; meaningless where it lies behind the eye.
+    screen_points: Vec<[f32; 3]>,
+}
+
 /// Screen triangles, and for each band the ones that touch it, nearest list order first.
 pub struct Binned {
     pieces: Vec<Piece>,
@@ -44,25 +52,41 @@ impl<'a> Prepared<'a> {
         Self { scenery, camera_points: scenery.points_in_world.iter().map(seen).collect() }
     }
 
-    /// Projects, clips and bins the triangles for a picture of `projection`'s size in samples.
-    pub fn bin(&self, projection: &Projection, band_rows: usize, keep: Keep) -> Binned {
+    /// Projects every point for a picture of `projection`'s size in samples.
+    pub fn projected(&'a self, projection: &'a Projection) -> Projected<'a> {
+        let screen_points = self.camera_points.iter().map(|p| projection.lens.project(*p)).collect();
+        Projected { prepared: self, projection, screen_points }
+    }
+}
+
+impl Projected<'_> {
+    /// Clips and bins the triangles.
+    pub fn bin(&self, band_rows: usize, keep: Keep) -> Binned {
         const PIECE: usize = 8192;
+        let Self { prepared: Prepared { scenery, camera_points }, projection, screen_points } = self;
         let band_count = projection.height_px.div_ceil(band_rows);
         let lens = &projection.lens;
-        let drawn = self.scenery.drawn(keep);
+        let near_m = if lens.perspective { NEAR_M } else { 0.0 };
+        let drawn = scenery.drawn(keep);
         let pieces = (0..drawn.len().div_ceil(PIECE))
             .into_par_iter()
             .map(|piece| {
                 let mut out = Piece { triangles: Vec::new(), bands: vec![Vec::new(); band_count] };
                 for place in piece * PIECE..((piece + 1) * PIECE).min(drawn.len()) {
                     let source = drawn.at(place);
-                    let triangle = &self.scenery.triangles[source as usize];
-                    let corners = triangle.vertices.map(|v| self.camera_points[v as usize]);
-                    clip_and_project(corners, lens, |x, y, key| {
+                    let triangle = &scenery.triangles[source as usize];
+                    let corners = triangle.vertices.map(|v| camera_points[v as usize]);
+                    let mut keep = |[a, b, c]: [[f32; 3]; 3]| {
+                        let [x, y, key] = [0, 1, 2].map(|axis| [a[axis], b[axis], c[axis]]);
                         if !(triangle.one_sided && is_seen_from_behind(x, y)) {
                             out.push(ScreenTriangle { x, y, key, source }, projection, band_rows);
                         }
-                    });
+                    };
+                    match corners.iter().filter(|p| p.z < near_m).count() {
+                        0 => keep(triangle.vertices.map(|v| screen_points[v as usize])),
+                        3 => {}
+                        _ => clipped(corners, near_m, lens, keep),
+                    }
                 }
                 out
             })
@@ -124,35 +148,22 @@ fn is_seen_from_behind(x: [f32; 3], y: [f32; 3]) -> bool {
     x1 * y2 - y1 * x2 > 0.0
 }
 
-/// Calls `emit` with the pixel positions and keys of the part of the triangle in front of the near plane.
-#[inline]
-fn clip_and_project(corners: [Vec3; 3], lens: &Lens, mut emit: impl FnMut([f32; 3], [f32; 3], [f32; 3])) {
-    let near = if lens.perspective { NEAR_M } else { 0.0 };
-    let behind = corners.map(|p| p.z < near);
-    match behind.iter().filter(|&&b| b).count() {
-        0 => {
-            let [a, b, c] = corners.map(|p| lens.project(p));
-            emit([a[0], b[0], c[0]], [a[1], b[1], c[1]], [a[2], b[2], c[2]]);
+/// Calls `emit` with the corners on the screen of the triangles that make up the part in front of the near plane.
+fn clipped(corners: [Vec3; 3], near_m: f32, lens: &Lens, mut emit: impl FnMut([[f32; 3]; 3])) {
+    let mut kept: Vec<[f32; 3]> = Vec::with_capacity(4);
+    for k in 0..3 {
+        let (p, q) = (corners[k], corners[(k + 1) % 3]);
+        if p.z >= near_m {
+            kept.push(lens.project(p));
         }
-        3 => {}
-        _ => {
-            let mut kept: Vec<[f32; 3]> = Vec::with_capacity(4);
-            for k in 0..3 {
-                let (p, q) = (corners[k], corners[(k + 1) % 3]);
-                if p.z >= near {
-                    kept.push(lens.project(p));
-                }
-                if (p.z < near) != (q.z < near) {
-                    let t = (near - p.z) / (q.z - p.z);
-                    let mut cut = p + t * (q - p);
-                    cut.z = near;
-                    kept.push(lens.project(cut));
-                }
-            }
-            for k in 2..kept.len() {
-                let (a, b, c) = (kept[0], kept[k - 1], kept[k]);
-                emit([a[0], b[0], c[0]], [a[1], b[1], c[1]], [a[2], b[2], c[2]]);
-            }
+        if (p.z < near_m) != (q.z < near_m) {
+            let t = (near_m - p.z) / (q.z - p.z);
+            let mut cut = p + t * (q - p);
+            cut.z = near_m;
+            kept.push(lens.project(cut));
         }
+    }
+    for k in 2..kept.len() {
+        emit([kept[0], kept[k - 1], kept[k]]);
     }
 }

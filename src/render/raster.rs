@@ -152,6 +152,12 @@ impl Band {
         (self.sources[k].to_bits(), self.keys[k])
     }
 
+    /// What [`Self::at`] has as source indices at `count` columns from `x` on, as bits of floats.
+    #[inline]
+    pub fn sources(&self, x: usize, row: usize, count: usize) -> &[f32] {
+        &self.sources[row * self.stride + x..][..count]
+    }
+
     /// Depth keys of the band's row `row`.
     pub fn key_row(&self, row: usize) -> &[f32] {
         &self.keys[row * self.stride..row * self.stride + self.width_px]

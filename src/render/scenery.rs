@@ -3,7 +3,7 @@
 
 use std::sync::OnceLock;
 
-use glam::Vec3A;
+use glam::{DVec3, Vec3A};
 use rayon::prelude::*;
 
 use super::RenderObject;
@@ -33,6 +33,8 @@ pub enum Keep {
 /// Placed objects, opened up.
 pub struct Scenery<'a> {
     pub objects: Vec<RenderObject<'a>>,
+    /// Box of each object's mesh, in its own frame: lowest and highest corner.
+    pub bounds: Vec<(DVec3, DVec3)>,
     /// Vertices of all objects, one after the other.
     pub points_in_world: Vec<Vec3A>,
     /// First vertex of each object.
@@ -85,8 +87,9 @@ impl<'a> Scenery<'a> {
                 kept.extend(next..triangles.len() as u32);
             }
         }
+        let bounds = objects.iter().map(|object| object.mesh.bounds()).collect();
         let facings = OnceLock::new();
-        Self { objects, points_in_world, first_vertex, triangles, opaque, transparent, facings }
+        Self { objects, bounds, points_in_world, first_vertex, triangles, opaque, transparent, facings }
     }
 
     /// The triangles to draw.

@@ -71,7 +71,7 @@ impl<'a> Shader<'a> {
         let textures = looks.textures.par_iter().map(|texture| TextureMap::new(texture)).collect();
         let turn = |object: &RenderObject| Mat3A::from_quat(object.world_from_object.rotation.as_quat());
         let floor_light =
-            background.floor.map(|floor| FloorLight::new(&scenery.objects, &environment, floor.z_m as f32));
+            background.floor.map(|floor| FloorLight::new(scenery, &environment, floor.z_m as f32));
         Self {
             scenery,
             camera_points: &prepared.camera_points,

@@ -9,11 +9,14 @@ use crate::geometry::{Image, Texture};
 /// One texture and its halved versions.
 pub struct TextureMap<'a> {
     levels: Vec<&'a Image>,
+    /// Linear light of each sRGB byte.
+    linear: &'static [f32; 256],
 }
 
 impl<'a> TextureMap<'a> {
     pub fn new(texture: &'a Texture) -> Self {
-        Self { levels: std::iter::once(&**texture).chain(texture.halved()).collect() }
+        let levels = std::iter::once(&**texture).chain(texture.halved()).collect();
+        Self { levels, linear: &LINEAR_OF_SRGB }
     }
 
     /// Number of texels of the full picture.
@@ -27,16 +30,16 @@ impl<'a> TextureMap<'a> {
         let level = level.clamp(0.0, last as f32);
         let fine = level as usize;
         let blend = level - fine as f32;
-        let color = bilinear(self.levels[fine], uv);
+        let color = bilinear(self.levels[fine], self.linear, uv);
         if blend < 0.02 || fine == last {
             return color;
         }
-        color.lerp(bilinear(self.levels[fine + 1], uv), blend)
+        color.lerp(bilinear(self.levels[fine + 1], self.linear, uv), blend)
     }
 }
 
 #[inline]
-fn bilinear(image: &Image, uv: glam::Vec2) -> Vec3 {
+fn bilinear(image: &Image, linear: &[f32; 256], uv: glam::Vec2) -> Vec3 {
     let (width, height) = (image.width_px() as usize, image.height_px() as usize);
     let x = (uv.x - floor(uv.x) as f32) * width as f32 - 0.5;
     let y = (1.0 - (uv.y - floor(uv.y) as f32)) * height as f32 - 0.5;
@@ -55,12 +58,8 @@ fn bilinear(image: &Image, uv: glam::Vec2) -> Vec3 {
     let (y0, y1) = (wrap(fy, height), wrap(fy + 1, height));
     let bytes = image.as_rgba();
     let texel = |x: usize, y: usize| {
-        let at = (y * width + x) * 4;
-        Vec3::new(
-            LINEAR_OF_SRGB[bytes[at] as usize],
-            LINEAR_OF_SRGB[bytes[at + 1] as usize],
-            LINEAR_OF_SRGB[bytes[at + 2] as usize],
-        )
+        let rgb = &bytes[(y * width + x) * 4..][..3];
+        Vec3::new(linear[rgb[0] as usize], linear[rgb[1] as usize], linear[rgb[2] as usize])
     };
     let upper = texel(x0, y0).lerp(texel(x1, y0), tx);
     let lower = texel(x0, y1).lerp(texel(x1, y1), tx);

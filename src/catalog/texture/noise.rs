@@ -21,22 +21,45 @@ impl Noise {
 
     /// The value at (u, v); any real coordinates.
     pub fn at(&self, u: f32, v: f32) -> f32 {
-        let x = u.rem_euclid(1.0) * self.columns as f32;
-        let y = v.rem_euclid(1.0) * self.rows as f32;
-        let (i, j) = (x.floor() as usize, y.floor() as usize);
+        let x = wrapped(u) * self.columns as f32;
+        let y = wrapped(v) * self.rows as f32;
+        let (i, j) = (x as usize, y as usize);
         let ease = |t: f32| t * t * (3.0 - 2.0 * t);
-        let (fx, fy) = (ease(x - x.floor()), ease(y - y.floor()));
-        let value = |i: usize, j: usize| self.values[(j % self.rows) * self.columns + i % self.columns];
+        let (fx, fy) = (ease(x - i as f32), ease(y - j as f32));
+        let node = |k: usize, count: usize| if k < count { k } else { k % count };
+        let value =
+            |i: usize, j: usize| self.values[node(j, self.rows) * self.columns + node(i, self.columns)];
         let low = value(i, j) + (value(i + 1, j) - value(i, j)) * fx;
         let high = value(i, j + 1) + (value(i + 1, j + 1) - value(i, j + 1)) * fx;
         low + (high - low) * fy
     }
 }
 
+/// The coordinate in 0..=1 at the same place of the pattern: `rem_euclid(1.0)` without a call, for textures ask this
+/// millions of times.
+#[inline]
+fn wrapped(c: f32) -> f32 {
+    /// From here on there are whole numbers only.
+    const WHOLE: f32 = 8_388_608.0;
+    if c.abs() >= WHOLE {
+        return 0.0;
+    }
+    let rest = c - (c as i32) as f32;
+    if rest < 0.0 { rest + 1.0 } else { rest }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::geometry::seed::child_rng;
+
+    #[test]
+    fn wrapping_is_the_euclidean_remainder() {
+        for c in [0.0, -0.0, 0.25, 1.0, 7.75, -0.25, -3.0, -1e-9, 8_388_607.5, -8_388_607.5, 1e12, -1e30_f32]
+        {
+            assert_eq!(wrapped(c), c.rem_euclid(1.0), "{c}");
+        }
+    }
 
     #[test]
     fn opposite_edges_match_and_values_stay_in_range() {

@@ -9,7 +9,7 @@ use wgpu::{
     MemoryHints, Queue,
 };
 
-use super::{DeviceChoice, GpuError, adapters};
+use super::{DeviceChoice, GpuError, adapters, nodes};
 
 /// A device, what it has compiled, and what went wrong with it.
 #[derive(Debug)]
@@ -26,8 +26,12 @@ pub struct Gpu {
 }
 
 impl Gpu {
-    /// Opens the best adapter; `None` where the choice is the CPU.
+    /// Opens the best adapter; `None` where the choice is the CPU. For `auto`, drivers are loaded only where the system
+    /// has a device node for them: software renderers alone take a quarter of a second to load, to be refused.
     pub fn open(choice: DeviceChoice) -> Result<Option<Arc<Self>>, GpuError> {
+        if choice == DeviceChoice::Auto && !nodes::may_have_hardware() {
+            return Err(GpuError::NoAdapter { looked_at: "there is no graphics device in /dev".into() });
+        }
         // OpenGL's libraries are loaded only where there is nothing better, software comes last.
         let hardware = [(Backends::PRIMARY, DeviceChoice::Auto), (Backends::GL, DeviceChoice::Auto)];
         let any = [(Backends::PRIMARY, DeviceChoice::Gpu), (Backends::GL, DeviceChoice::Gpu)];

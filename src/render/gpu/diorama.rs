@@ -112,7 +112,7 @@ impl<'a> GpuDiorama<'a> {
     fn light(&self, lighting: Lighting, background: Background, view: &View) -> PictureLight<'_> {
         let Diorama { scenery, sky, settings } = &*self.diorama;
         let environment = Environment::new(scenery, sky, lighting, shadow_map_px(settings, view));
-        let light = |floor: Floor| FloorLight::new(&scenery.objects, &environment, floor.z_m as f32);
+        let light = |floor: Floor| FloorLight::new(scenery, &environment, floor.z_m as f32);
         let floor = background.floor.map(light);
         PictureLight { environment, floor, background }
     }

@@ -89,6 +89,10 @@ fn paste(page: &mut Image, picture: &Image, x: u32, y: u32) {
     for v in 0..picture.height_px().min(page.height_px().saturating_sub(y)) {
         for u in 0..picture.width_px().min(page.width_px().saturating_sub(x)) {
             let color = picture.pixel(u, v);
+            if color[3] == 255 {
+                page.set_pixel(x + u, y + v, color);
+                continue;
+            }
             super::blend(page, i64::from(x + u), i64::from(y + v), color, f64::from(color[3]) / 255.0);
         }
     }
