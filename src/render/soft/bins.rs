@@ -1,7 +1,7 @@
 //! What lies where: numbered things sorted into the square cells of a picture.
 
 /// Side of a cell, pixels.
-pub const CELL_PX: f32 = 8.0;
+pub const CELL_PX: f32 = 4.0;
 
 /// Cells of a picture and of a margin around it, each with the numbers of what touches it, ascending.
 #[derive(Debug, Default)]

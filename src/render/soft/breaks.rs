@@ -78,12 +78,13 @@ impl Breaks {
         mut mix: impl FnMut(Mixture<N>),
     ) {
         let (width, pixels) = (nearest.width_px, nearest.faces.len());
-        for at in 0..pixels {
+        let rows = pixels.checked_div(width).unwrap_or(0);
+        for (y, x) in (0..rows).flat_map(|y| (0..width).map(move |x| (y, x))) {
+            let at = y * width + x;
             let here = nearest.faces[at];
             if here == NOTHING {
                 continue;
             }
-            let (x, y) = (at % width, at / width);
             let center = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
             for (axis, beside) in [(0, at + 1), (1, at + width)] {
                 if (axis == 0 && x + 1 == width) || beside >= pixels {

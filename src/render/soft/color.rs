@@ -154,12 +154,12 @@ impl<const N: usize> SoftPicture<N> {
     fn color(&mut self, painted: &Painted<N>) {
         let grid = self.grid;
         let mut seen: Option<SeenFace<N>> = None;
-        for at in 0..grid.pixels() {
+        for (y, x) in (0..grid.height_px).flat_map(|y| (0..grid.width_px()).map(move |x| (y, x))) {
+            let at = y * grid.width_px() + x;
             let number = self.nearest.faces[at];
             if number == NOTHING {
                 continue;
             }
-            let (x, y) = (at % grid.width_px(), at / grid.width_px());
             let (weight, weight_slopes) = weight(painted.silhouette, x, y, painted.shrink);
             let face = match &seen {
                 Some(face) if face.number == number => face,

@@ -72,10 +72,11 @@ impl<const N: usize> SoftTerms<N> {
 pub fn terms<const N: usize>(drawn: &SoftSilhouette<N>, target: &Target) -> SoftTerms<N> {
     let grid = drawn.grid();
     let mut sums = LossSums::NOTHING;
+    let mut near = NearRow::default();
     for y in 0..grid.height_px {
         let mut row = RowSums::new();
         row.add_overlap(drawn, target, grid, y);
-        row.add_edges(drawn, target, grid, y);
+        row.add_edges(drawn, target, grid, y, near.of(drawn, y));
         row.common.add_to(&mut sums.common);
         row.covered.add_to(&mut sums.covered);
         row.far.add_to(&mut sums.far);
@@ -160,6 +161,30 @@ fn load(plane: &[f32], at: usize) -> f32x8 {
     f32x8::from(lanes)
 }
 
+/// Which blocks of a row can have edges; keep it to save allocations.
+#[derive(Default)]
+struct NearRow {
+    /// In the row, the one above or the one below.
+    column: Vec<bool>,
+    near: Vec<bool>,
+}
+
+impl NearRow {
+    /// Of each block of row `y`, whether one of the nine around it is near the outline.
+    fn of<const N: usize>(&mut self, drawn: &SoftSilhouette<N>, y: usize) -> &[bool] {
+        let Grid { blocks_across: across, height_px } = drawn.grid();
+        let row = |y: usize| &drawn.near_outline()[y * across..][..across];
+        let rows = row(y.saturating_sub(1)).iter().zip(row(y)).zip(row((y + 1).min(height_px - 1)));
+        self.column.clear();
+        self.column.extend(rows.map(|((above, here), below)| above | here | below));
+        self.near.clear();
+        let column = &self.column;
+        let beside = |block: usize| column[block.saturating_sub(1)] | column[(block + 1).min(across - 1)];
+        self.near.extend((0..across).map(|block| column[block] | beside(block)));
+        &self.near
+    }
+}
+
 /// Three rows of a plane around a block: its Sobel derivatives along x and y.
 struct Sobel<'a> {
     rows: [&'a [f32]; 3],
@@ -209,6 +234,10 @@ impl<const N: usize> RowSums<N> {
     fn add_overlap(&mut self, drawn: &SoftSilhouette<N>, target: &Target, grid: Grid, y: usize) {
         for block in y * grid.blocks_across..(y + 1) * grid.blocks_across {
             let at = block * BLOCK_PX;
+            // Away from the outline a block is covered throughout or not at all, and nothing adds nothing.
+            if !drawn.near_outline()[block] && drawn.coverage()[at] == 0.0 {
+                continue;
+            }
             let coverage = load(drawn.coverage(), at);
             let (mask, known) = (load(target.mask, at), load(target.known, at));
             self.common.value += coverage * mask;
@@ -223,18 +252,13 @@ impl<const N: usize> RowSums<N> {
         }
     }
 
-    fn add_edges(&mut self, drawn: &SoftSilhouette<N>, target: &Target, grid: Grid, y: usize) {
+    /// `near` of each block of the row as [`NearRow::of`] tells it.
+    fn add_edges(&mut self, drawn: &SoftSilhouette<N>, target: &Target, grid: Grid, y: usize, near: &[bool]) {
         let across = grid.blocks_across;
         let epsilon = f32x8::splat(EDGE_EPSILON);
         let soft = Sobel::new(drawn.coverage(), grid, y);
         let moving: [Sobel; N] = from_fn(|k| Sobel::new(&drawn.slopes()[k], grid, y));
-        // A block can have edges only if one of the nine around it is near the outline.
-        let near = |block: usize| {
-            let columns = block.saturating_sub(1)..(block + 2).min(across);
-            (y.saturating_sub(1)..(y + 2).min(grid.height_px))
-                .any(|v| drawn.near_outline()[v * across..][columns.clone()].contains(&true))
-        };
-        for block in (0..across).filter(|&block| near(block)) {
+        for block in (0..across).filter(|&block| near[block]) {
             let at = y * grid.width_px() + block * BLOCK_PX;
             let mut known = load(target.known, at).to_array();
             if block == 0 {

@@ -17,6 +17,9 @@ use super::{Grid, MovingPoint, Surface};
 /// this are closed.
 const BEYOND_PX: f64 = 1e-6;
 
+/// Lines whose extents are farther apart than twice this do not cross, pixels: far above rounding.
+const APART_PX: f32 = 1e-3;
+
 /// The outline's pieces, and what tracing the next one needs.
 #[derive(Debug)]
 pub struct Outline<const N: usize> {
@@ -24,7 +27,11 @@ pub struct Outline<const N: usize> {
     contour: Vec<ContourEdge<N>>,
     cuts: Vec<Cut>,
     lines: Bins,
+    /// Of each contour edge's part in and near the picture, a little widened.
+    line_extents: Vec<Extent>,
     triangles: Bins,
+    /// Of each triangle that was entered.
+    triangle_extents: Vec<Extent>,
 }
 
 impl<const N: usize> Default for Outline<N> {
@@ -34,7 +41,9 @@ impl<const N: usize> Default for Outline<N> {
             contour: Vec::new(),
             cuts: Vec::new(),
             lines: Bins::default(),
+            line_extents: Vec::new(),
             triangles: Bins::default(),
+            triangle_extents: Vec::new(),
         }
     }
 }
@@ -66,6 +75,35 @@ struct Cut {
     other_at: f64,
 }
 
+/// The box around something, pixels.
+#[derive(Clone, Copy, Debug, Default)]
+struct Extent {
+    low: [f32; 2],
+    high: [f32; 2],
+}
+
+impl Extent {
+    fn around<const K: usize>(points: [[f32; 2]; K]) -> Self {
+        let bound = |axis: usize, of: fn(f32, f32) -> f32| points.map(|p| p[axis]).into_iter().reduce(of);
+        let both = |of: fn(f32, f32) -> f32| [0, 1].map(|axis| bound(axis, of).unwrap_or(0.0));
+        Self { low: both(f32::min), high: both(f32::max) }
+    }
+
+    fn widened(self, by: f32) -> Self {
+        Self { low: self.low.map(|c| c - by), high: self.high.map(|c| c + by) }
+    }
+
+    /// Whether the two have a point in common.
+    #[inline]
+    fn meets(&self, other: &Self) -> bool {
+        // Without short cuts: which side they are apart on cannot be foreseen.
+        (self.low[0] <= other.high[0])
+            & (self.low[1] <= other.high[1])
+            & (self.high[0] >= other.low[0])
+            & (self.high[1] >= other.low[1])
+    }
+}
+
 impl<const N: usize> Outline<N> {
     pub fn pieces(&self) -> &[Piece<N>] {
         &self.pieces
@@ -85,15 +123,16 @@ impl<const N: usize> Outline<N> {
         self.find_contour(surface, points, clockwise, grid, margin_px);
         self.find_cuts(grid, margin_px);
         self.triangles.clear(grid.width_px(), grid.height_px, margin_px);
+        self.triangle_extents.clear();
+        self.triangle_extents.resize(surface.triangles.len(), Extent::default());
         for (index, t) in surface.triangles.iter().enumerate() {
             // Of a closed surface each ray meets as many of one orientation as of the other: one will do.
             if surface.closed && !clockwise[index] {
                 continue;
             }
-            let [a, b, c] = t.map(|v| points[v as usize].at_px);
-            let low = [a[0].min(b[0]).min(c[0]), a[1].min(b[1]).min(c[1])];
-            let high = [a[0].max(b[0]).max(c[0]), a[1].max(b[1]).max(c[1])];
-            self.triangles.add_box(index as u32, low, high);
+            let extent = Extent::around(t.map(|v| points[v as usize].at_px));
+            self.triangles.add_box(index as u32, extent.low, extent.high);
+            self.triangle_extents[index] = extent;
         }
         self.triangles.finish();
         self.keep_visible(surface, points);
@@ -129,17 +168,22 @@ impl<const N: usize> Outline<N> {
 
     fn find_cuts(&mut self, grid: Grid, margin_px: f32) {
         self.lines.clear(grid.width_px(), grid.height_px, margin_px);
+        self.line_extents.clear();
         for (index, edge) in self.contour.iter().enumerate() {
             let [a, b] = [edge.shown.0, edge.shown.1].map(|t| edge.line.at(t).at_px_f32());
             self.lines.add_line(index as u32, a, b);
+            self.line_extents.push(Extent::around([a, b]).widened(APART_PX));
         }
         self.lines.finish();
         self.cuts.clear();
         for cell in 0..self.lines.cells() {
             let here = self.lines.in_cell(cell);
             for (k, &i) in here.iter().enumerate() {
-                let e = &self.contour[i as usize];
+                let (e, extent) = (&self.contour[i as usize], &self.line_extents[i as usize]);
                 for &j in &here[k + 1..] {
+                    if !extent.meets(&self.line_extents[j as usize]) {
+                        continue;
+                    }
                     let f = &self.contour[j as usize];
                     if e.vertices.iter().any(|v| f.vertices.contains(v)) {
                         continue;
@@ -202,8 +246,14 @@ impl<const N: usize> Outline<N> {
     /// Whether any triangle covers the position. What lies beyond the margin is called covered: it does not
     /// matter.
     fn covered(&self, p: [f64; 2], surface: &Surface, points: &[MovingPoint<N>]) -> bool {
-        let Some(cell) = self.triangles.cell_of(p.map(|c| c as f32)) else { return true };
+        // Rounding keeps order, so what is within a triangle's extent stays within.
+        let rounded = p.map(|c| c as f32);
+        let Some(cell) = self.triangles.cell_of(rounded) else { return true };
+        let here = Extent { low: rounded, high: rounded };
         self.triangles.in_cell(cell).iter().any(|&t| {
+            if !self.triangle_extents[t as usize].meets(&here) {
+                return false;
+            }
             let [a, b, c] =
                 surface.triangles[t as usize].map(|v| minus(points[v as usize].at_px.map(f64::from), p));
             let sides = [cross(a, b), cross(b, c), cross(c, a)];
