@@ -29,7 +29,8 @@
 //! The order of rotational symmetry is read from the coarse curve ([`symmetry`]) and from the mesh
 //! ([`RotationalSymmetry`]); what both have is told. Where several poses cast
 //! the same outline (a book, a labeled jar) the picture's colors choose among them, if a picture is given
-//! (`choice.rs`); the paper solver with appearance in its loss has chosen already, and its symmetry is that of both. What symmetry is left is told, and does not change the yaw that was chosen.
+//! (`choice.rs`); the paper solver with appearance in its loss has chosen already, and its symmetry is that of both.
+//! What symmetry is left is told, and does not change the yaw that was chosen.
 //!
 //! Guarantees: same input, same answer with any number of threads; accurate to about 0.3 degrees on a clean
 //! mask 100 pixels wide. Cost: golden some 150 silhouettes, three times that where a part is hidden;

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::environment::Environment;
 use super::lighting::{Background, Lighting};
-use super::lit_band::{LitBand, MOST_SAMPLES_ALONG};
+use super::lit_band::{LitBand, MOST_SUPERSAMPLING};
 use super::prepare::{Binned, Prepared};
 use super::projection::{Lens, Projection};
 use super::raster::{Band, NOTHING};
@@ -19,8 +19,6 @@ const BAND_ROWS: usize = 16;
 /// Samples of color, depth or id that are worth a task of their own: handing out less costs more than it
 /// gains.
 const TASK_SAMPLES: usize = 1 << 14;
-/// Color samples along each side of a pixel.
-pub const MOST_SUPERSAMPLING: u32 = MOST_SAMPLES_ALONG as u32;
 
 /// What light there is, and what is seen beyond the objects.
 pub struct Light<'a> {

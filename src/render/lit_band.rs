@@ -11,9 +11,9 @@ use super::shade::Shader;
 use super::sky::SkyNearby;
 
 /// Most color samples along each side of a pixel, and in all.
-pub const MOST_SAMPLES_ALONG: usize = 4;
-const MOST_SAMPLES: usize = MOST_SAMPLES_ALONG * MOST_SAMPLES_ALONG;
-/// Pixels along each side of a block that shares sky light.
+pub const MOST_SUPERSAMPLING: u32 = 4;
+const MOST_SAMPLES: usize = (MOST_SUPERSAMPLING * MOST_SUPERSAMPLING) as usize;
+/// Pixels along each side of a block that shares sky light; bands are whole blocks high, so none is cut.
 const SKY_BLOCK_PX: usize = 2;
 
 /// Linear light at the samples of a pixel.

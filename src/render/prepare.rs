@@ -76,16 +76,16 @@ impl Projected<'_> {
                     let source = drawn.at(place);
                     let triangle = &scenery.triangles[source as usize];
                     let corners = triangle.vertices.map(|v| camera_points[v as usize]);
-                    let mut keep = |[a, b, c]: [[f32; 3]; 3]| {
+                    let mut enter = |[a, b, c]: [[f32; 3]; 3]| {
                         let [x, y, key] = [0, 1, 2].map(|axis| [a[axis], b[axis], c[axis]]);
                         if !(triangle.one_sided && is_seen_from_behind(x, y)) {
                             out.push(ScreenTriangle { x, y, key, source }, projection, band_rows);
                         }
                     };
                     match corners.iter().filter(|p| p.z < near_m).count() {
-                        0 => keep(triangle.vertices.map(|v| screen_points[v as usize])),
+                        0 => enter(triangle.vertices.map(|v| screen_points[v as usize])),
                         3 => {}
-                        _ => clipped(corners, near_m, lens, keep),
+                        _ => clipped(corners, near_m, lens, enter),
                     }
                 }
                 out

@@ -15,6 +15,7 @@ mod tokens;
 mod vocabulary;
 mod lexicon;
 mod measures;
+mod quantity;
 mod phrase;
 mod prepositions;
 mod grammar;

@@ -30,7 +30,9 @@ impl Gpu {
     /// has a device node for them: software renderers alone take a quarter of a second to load, to be refused.
     pub fn open(choice: DeviceChoice) -> Result<Option<Arc<Self>>, GpuError> {
         if choice == DeviceChoice::Auto && !nodes::may_have_hardware() {
-            return Err(GpuError::NoAdapter { looked_at: "there is no graphics device in /dev".into() });
+            return Err(GpuError::NoAdapter {
+                looked_at: "there is no graphics device in /dev, so no driver was asked".into(),
+            });
         }
         // OpenGL's libraries are loaded only where there is nothing better, software comes last.
         let hardware = [(Backends::PRIMARY, DeviceChoice::Auto), (Backends::GL, DeviceChoice::Auto)];

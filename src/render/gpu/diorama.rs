@@ -12,9 +12,10 @@ use super::transfer::{INPUT, OUTPUT, READ_BACK, fetched, sized};
 use super::words::Words;
 use super::{Gpu, GpuError};
 use crate::geometry::Image;
-use crate::render::bands::{Besides, Front, MOST_SUPERSAMPLING, shadow_map_px};
+use crate::render::bands::{Besides, Front, shadow_map_px};
 use crate::render::environment::Environment;
 use crate::render::floor_light::FloorLight;
+use crate::render::lit_band::MOST_SUPERSAMPLING;
 use crate::render::projection::Projection;
 use crate::render::{Background, Diorama, Floor, Frame, GeometryFrame, Lighting, View};
 

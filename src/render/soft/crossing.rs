@@ -97,6 +97,7 @@ impl<const N: usize> MovingLine<N> {
 
     /// Shares of the way between which the line lies in a box (Liang and Barsky 1984).
     pub fn clip(&self, low: [f64; 2], high: [f64; 2]) -> Option<(f64, f64)> {
+        // Most lines lie inside: for them no division is needed.
         let within = |p: [f64; 2]| (0..2).all(|axis| (low[axis]..=high[axis]).contains(&p[axis]));
         if self.ends.iter().all(|end| within(end.at_px)) {
             return Some((0.0, 1.0));

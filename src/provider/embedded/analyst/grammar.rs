@@ -11,7 +11,8 @@ mod with_list;
 use super::lexicon::{Lexicon, Meaning};
 use super::phrase::{Determiner, Head, Looks, NounPhrase, noun_phrase, predicate};
 use super::prepositions::{place_at, preposition_at, reciprocal_at};
-use super::tokens::Token;
+use super::quantity::quantity;
+use super::tokens::{Token, word};
 use crate::scene::RelationKind;
 use references::{Reference, merge};
 
@@ -118,7 +119,7 @@ pub(super) fn read(lexicon: &Lexicon, tokens: &[Token]) -> Reading {
 
 impl Reader<'_, '_> {
     fn word(&self, ahead: usize) -> Option<&str> {
-        self.tokens.get(self.at + ahead).and_then(Token::word)
+        word(self.tokens, self.at + ahead)
     }
 
     fn step(&mut self) {
@@ -236,7 +237,7 @@ impl Reader<'_, '_> {
         if self.word(0) != Some("for") {
             return false;
         }
-        let Some(([low, _], length)) = super::phrase::quantity(self.lexicon, self.tokens, self.at + 1) else {
+        let Some(([low, _], length)) = quantity(self.lexicon, self.tokens, self.at + 1) else {
             return false;
         };
         let after = self.tokens.get(self.at + 1 + length);

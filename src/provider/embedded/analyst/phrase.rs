@@ -6,7 +6,8 @@
 
 use super::lexicon::{Entry, Lexicon, Meaning};
 use super::measures::{Measure, read_measures};
-use super::tokens::Token;
+use super::quantity::quantity;
+use super::tokens::{Token, word};
 use crate::geometry::Rgb;
 
 /// How a phrase refers.
@@ -63,11 +64,6 @@ pub(super) struct NounPhrase {
     pub head: Head,
     /// Modifiers and head as the text has them, in the singular where it is.
     pub words: String,
-}
-
-/// A word a quantity may not swallow ("some" before "of").
-fn word(tokens: &[Token], at: usize) -> Option<&str> {
-    tokens.get(at).and_then(Token::word)
 }
 
 /// Parses the noun phrase at `at`; returns it with the position after it. `None` where none starts.
@@ -549,56 +545,6 @@ pub(super) fn predicate(lexicon: &Lexicon, tokens: &[Token], at: usize) -> Optio
     // What continues as a noun phrase was no predicate ("there are red mugs").
     let ends = word(tokens, p).is_none_or(|w| GLUE.contains(&w));
     (found && ends).then_some((looks, p))
-}
-
-/// The count at `at`: digits, number words, "a dozen", "two or three", "2 to 4".
-pub(super) fn quantity(lexicon: &Lexicon, tokens: &[Token], at: usize) -> Option<([u32; 2], usize)> {
-    let vocabulary = lexicon.vocabulary;
-    let single = |p: usize| -> Option<(u32, usize)> {
-        match tokens.get(p)? {
-            Token::Number(number) => {
-                (number.fract() == 0.0 && *number >= 0.0).then_some((number.min(1e6) as u32, 1))
-            }
-            Token::Word(w) => {
-                let first = *vocabulary.numbers.get(w)?;
-                let second = word(tokens, p + 1).and_then(|next| vocabulary.numbers.get(next)).copied();
-                match second {
-                    Some(unit) if (20..100).contains(&first) && unit < 10 => Some((first + unit, 2)),
-                    Some(100) if first < 10 => Some((first * 100, 2)),
-                    _ => Some((first, 1)),
-                }
-            }
-            _ => None,
-        }
-    };
-    if let Some((low, length)) = single(at) {
-        if word(tokens, at + length) == Some("dozen") {
-            let of = usize::from(word(tokens, at + length + 1) == Some("of"));
-            return Some(([low.saturating_mul(12); 2], length + 1 + of));
-        }
-        if matches!(word(tokens, at + length), Some("or" | "to"))
-            && let Some((high, more)) = single(at + length + 1)
-            && high > low
-        {
-            return Some(([low, high], length + 1 + more));
-        }
-        let of = usize::from(word(tokens, at + length) == Some("of"));
-        return Some(([low, low], length + of));
-    }
-    let mut phrase = String::new();
-    let mut best = None;
-    for k in 0..4 {
-        let Some(w) = word(tokens, at + k) else { break };
-        if k > 0 {
-            phrase.push(' ');
-        }
-        phrase.push_str(w);
-        if let Some(&range) = vocabulary.quantities.get(&phrase) {
-            let of = usize::from(word(tokens, at + k + 1) == Some("of") && !phrase.ends_with(" of"));
-            best = Some((range, k + 1 + of));
-        }
-    }
-    best
 }
 
 /// "X of Y" where the lexicon knows "Y X" (Y also in the singular, or fused).

@@ -129,6 +129,11 @@ fn fold(c: char) -> Option<char> {
     })
 }
 
+/// The word at a position; `None` where there is something else or nothing.
+pub(super) fn word(tokens: &[Token], at: usize) -> Option<&str> {
+    tokens.get(at).and_then(Token::word)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
