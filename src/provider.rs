@@ -30,7 +30,7 @@ pub use painter::{
     Alone, Completion, CompletionRequest, KnownPicture, KnownTop, Painter, Painting, PaintingAside,
     Reference, TopPicture, TopViewRequest, Truth, TruthInstance,
 };
-pub use segmenter::{Segmenter, TopBoxes};
+pub use segmenter::{Segmentation, Segmenter, TopBoxes};
 
 /// What a port answers with: a future that ends in a value or in a reason.
 pub type Answer<'a, T> = BoxFuture<'a, Result<T, ProviderError>>;

@@ -19,7 +19,8 @@ pub use finished::Scene;
 pub use instance::{Instance, Provenance, Support};
 pub use name::InstanceId;
 pub use recognition::{
-    CameraKnowledge, InstanceMask, Recognition, RecognizedObject, RecognizedTable, StandsOn, TopBox,
+    CameraKnowledge, InstanceMask, MaskEdges, Recognition, RecognizedObject, RecognizedTable, StandsOn,
+    TopBox,
 };
 pub use request::{Input, SceneRequest};
 pub use table::{Table, TableShape, TableSpec};

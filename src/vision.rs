@@ -6,7 +6,7 @@
 //! the table's own rim and legs is a thing; each thing becomes the simplest solid with its outline. It is
 //! made for product pictures (plain light backdrop, level camera, whole table) and refuses rather than
 //! guesses: [`VisionError`] says what was not found. [`descriptor`] is the classical form of `Phi`, [`dinov2`] the
-//! learned one, which is given its weights.
+//! learned one, which is given its weights. [`mask_repair`] mends masks that a network drew.
 //!
 //! Vision knows pictures and geometry, neither jobs nor ports; nothing here is random.
 
@@ -23,6 +23,7 @@ mod camera_fit;
 mod instances;
 mod silhouette;
 pub mod solid_fit;
+pub mod mask_repair;
 mod reading;
 pub mod descriptor;
 pub mod dinov2;

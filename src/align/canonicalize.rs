@@ -8,14 +8,17 @@
 //! - *picture*: with each of the six up directions the mesh is turned through a full circle on the
 //!   instance's viewing ray; the best silhouette and, there, the colors count (tells upside down);
 //! - *example*: where a typical mesh of its kind is known in the canonical frame, how alike the turned mesh
-//!   fills its box (names the front, breaks ties).
+//!   fills its box (names the front, breaks ties), and how alike what is drawn on both is spread over their boxes
+//!   (tells a cover from a back).
 //!
 //! The four rotations that share an up direction cast the same outlines, so between them only extents and
 //! example decide; where neither does (a cube without an example) the first in the list is taken, and the
 //! yaw found later is relative to it. Cost: 6 x 24 small silhouettes and five to thirty 64 x 64
 //! paintings, about 0.03 s of one core for the catalog's meshes.
 
+mod cells;
 mod contest;
+mod detail;
 mod evidence;
 mod likeness;
 mod settings;
@@ -99,7 +102,13 @@ pub fn upright(
         turns.iter().map(|t| evidence::extent_cost(raw_size, *t, problem.size_m, settings)).collect();
     let least = extent_costs.iter().copied().fold(f64::INFINITY, f64::min);
     let example_costs: Vec<f64> = match problem.example {
-        Some(example) => likeness::costs(problem.raw_mesh, &turns, example),
+        Some(example) => {
+            let shapes = likeness::costs(problem.raw_mesh, &turns, example);
+            let details = detail::costs(problem.raw_mesh, &turns, example);
+            let weighted =
+                |(shape, detail)| settings.example_weight * shape + settings.detail_weight * detail;
+            shapes.into_iter().zip(details).map(weighted).collect()
+        }
         None => vec![0.0; turns.len()],
     };
     let outline = OutlineMesh::new(problem.raw_mesh, dro.outline_cells);
@@ -120,7 +129,7 @@ pub fn upright(
                 .transpose()
         })
         .collect::<Result<Vec<Option<Standing>>, Interrupted>>()?;
-    let costs = |&k: &usize| (k, extent_costs[k], settings.example_weight * example_costs[k]);
+    let costs = |&k: &usize| (k, extent_costs[k], example_costs[k]);
     let candidates: Vec<Candidates> = ups
         .iter()
         .zip(&standing)

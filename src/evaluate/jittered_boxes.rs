@@ -8,8 +8,8 @@ use rand::RngExt;
 use super::noise::Noise;
 use crate::geometry::Mask;
 use crate::geometry::seed::{Rng, child_rng};
-use crate::provider::{Adapter, Answer, Call, Reference, Segmenter, TopBoxes, TopPicture};
-use crate::scene::{InstanceMask, Recognition};
+use crate::provider::{Adapter, Answer, Call, Reference, Segmentation, Segmenter, TopBoxes, TopPicture};
+use crate::scene::Recognition;
 
 /// Wraps `segmenter`; masks stay as they are.
 pub struct JitteredBoxes {
@@ -30,7 +30,7 @@ impl Segmenter for JitteredBoxes {
         call: &'a Call,
         reference: Reference,
         recognition: Arc<Recognition>,
-    ) -> Answer<'a, Vec<InstanceMask>> {
+    ) -> Answer<'a, Segmentation> {
         self.segmenter.segment(call, reference, recognition)
     }
 

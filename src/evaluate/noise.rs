@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 use crate::geometry::seed::{child_rng, child_seed};
 use crate::provider::embedded::painter::PainterSettings;
 use crate::provider::{Painting, PaintingAside};
-use crate::scene::CameraKnowledge;
+use crate::scene::{CameraKnowledge, MaskEdges};
 
 /// Amplitudes; uniform within them unless said otherwise.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -102,6 +102,9 @@ impl Noise {
             let reach = (1.0 + self.size_share).ln();
             let mut rng = child_rng(seed, &format!("size {}", object.id));
             object.size_m *= (reach * rng.random_range(-1.0..1.0_f64)).exp();
+        }
+        if self.mask_erosion_px > 0.0 || self.mask_holes > 0 {
+            known.mask_edges = MaskEdges::Rough;
         }
         for mask in &mut known.masks {
             let seed = child_seed(seed, &format!("mask {}", mask.id));

@@ -16,7 +16,7 @@ use crate::geometry::Camera;
 use crate::provider::{Adapter, Ports, UprightQuestion};
 use crate::scene::{InstanceId, Recognition, RecognizedObject};
 
-pub const STAGE: Stage = Stage { name: "canonicalize", version: 4 };
+pub const STAGE: Stage = Stage { name: "canonicalize", version: 5 };
 
 #[derive(Serialize)]
 pub struct Inputs {

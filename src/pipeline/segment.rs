@@ -1,4 +1,6 @@
 //! Stage 3: the pixels of each recognized object in the reference picture.
+//!
+//! Masks that a model drew are regrown to the edges the picture shows ([`mask_repair`]).
 
 use std::sync::Arc;
 
@@ -10,9 +12,10 @@ use super::{Context, carry, reference};
 use crate::geometry::{Image, Mask};
 use crate::provider::{Adapter, Ports};
 use crate::render::overlay::{distinct_color, draw_mask_outline, draw_text, tint_mask};
-use crate::scene::{InstanceMask, Recognition};
+use crate::scene::{InstanceId, InstanceMask, MaskEdges, Recognition};
+use crate::vision::mask_repair;
 
-pub const STAGE: Stage = Stage { name: "segment", version: 2 };
+pub const STAGE: Stage = Stage { name: "segment", version: 3 };
 
 #[derive(Serialize)]
 pub struct Inputs {
@@ -65,10 +68,18 @@ impl Output {
 pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageError> {
     let (call, ports) = (context.call(), &context.services().ports);
     let seen = reference::seen(&context, &inputs.picture, inputs.known.as_ref()).await?;
-    let masks = ports.segmenter.segment(&call, seen.clone(), inputs.recognition.clone()).await?;
+    let found = ports.segmenter.segment(&call, seen.clone(), inputs.recognition.clone()).await?;
+    check_masks(&found.masks, &inputs.recognition, &seen.picture)?;
+    let masks = match found.edges {
+        MaskEdges::Sharp => found.masks,
+        MaskEdges::Rough => {
+            let picture = seen.picture.clone();
+            context.cpu(move || with_edges_of(&picture, found.masks)).await?
+        }
+    };
     let table = ports.segmenter.table(&call, seen.clone()).await?;
     let output = Output { masks, table };
-    check(&output, &inputs.recognition, &seen.picture)?;
+    check_table(&output, &seen.picture)?;
     context.put_json("masks.json", &output.masks).await?;
     let shown = output.clone();
     let drawn = context.cpu(move || drawn_on(&seen.picture, &shown.masks)).await?;
@@ -76,27 +87,39 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
     Ok(output)
 }
 
-fn check(output: &Output, recognition: &Recognition, picture: &Image) -> Result<(), StageError> {
+fn with_edges_of(picture: &Image, masks: Vec<InstanceMask>) -> Vec<InstanceMask> {
+    let (ids, visible): (Vec<InstanceId>, Vec<Mask>) =
+        masks.into_iter().map(|mask| (mask.id, mask.visible)).unzip();
+    let repaired = mask_repair::repaired(picture, &visible);
+    ids.into_iter().zip(repaired).map(|(id, visible)| InstanceMask { id, visible }).collect()
+}
+
+fn check_masks(masks: &[InstanceMask], recognition: &Recognition, picture: &Image) -> Result<(), StageError> {
     let size = (picture.width_px(), picture.height_px());
-    let named = recognition.objects.iter().map(|object| &object.id).eq(output.masks.iter().map(|m| &m.id));
-    if !named || output.masks.iter().any(|m| (m.visible.width_px(), m.visible.height_px()) != size) {
+    let named = recognition.objects.iter().map(|object| &object.id).eq(masks.iter().map(|m| &m.id));
+    if !named || masks.iter().any(|m| (m.visible.width_px(), m.visible.height_px()) != size) {
         return Err(StageError::permanent(
             "masks_inconsistent",
             "segmenting the picture: the masks are not those of the recognized objects",
         ));
     }
-    if output.table.as_ref().is_some_and(|m| (m.width_px(), m.height_px()) != size) {
-        return Err(StageError::permanent(
-            "masks_inconsistent",
-            "segmenting the picture: the table's mask belongs to a picture of another size",
-        ));
-    }
-    match output.masks.iter().find(|mask| mask.visible.area_px() == 0) {
+    match masks.iter().find(|mask| mask.visible.area_px() == 0) {
         Some(hidden) => Err(StageError::permanent(
             "object_not_visible",
             format!("segmenting the picture: {} shows nowhere; use another seed or picture", hidden.id),
         )),
         None => Ok(()),
+    }
+}
+
+fn check_table(output: &Output, picture: &Image) -> Result<(), StageError> {
+    let size = (picture.width_px(), picture.height_px());
+    match &output.table {
+        Some(table) if (table.width_px(), table.height_px()) != size => Err(StageError::permanent(
+            "masks_inconsistent",
+            "segmenting the picture: the table's mask belongs to a picture of another size",
+        )),
+        _ => Ok(()),
     }
 }
 
@@ -118,7 +141,6 @@ fn drawn_on(picture: &Image, masks: &[InstanceMask]) -> Image {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::InstanceId;
 
     #[test]
     fn others_are_all_pixels_of_all_other_instances() {

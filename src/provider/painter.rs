@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Adapter, Answer, Call};
 use crate::geometry::{Image, Mask};
-use crate::scene::{InstanceId, InstanceMask, Recognition, RecognizedObject, SceneDescription};
+use crate::scene::{InstanceId, InstanceMask, MaskEdges, Recognition, RecognizedObject, SceneDescription};
 
 /// Paints pictures.
 pub trait Painter: Send + Sync {
@@ -57,6 +57,8 @@ pub struct KnownPicture {
     pub recognition: Recognition,
     /// Visible pixels of each object, in the order of `recognition.objects`; empty where it is hidden.
     pub masks: Vec<InstanceMask>,
+    /// How closely `masks` follow the picture.
+    pub mask_edges: MaskEdges,
     /// Visible pixels of the table.
     pub table_mask: Mask,
 }

@@ -5,19 +5,19 @@ use std::sync::Arc;
 
 use super::{Adapter, Answer, Call, Reference, TopPicture};
 use crate::geometry::Mask;
-use crate::scene::{InstanceMask, Recognition, TopBox};
+use crate::scene::{InstanceMask, MaskEdges, Recognition, TopBox};
 
 /// Finds the pixels of things.
 pub trait Segmenter: Send + Sync {
     fn adapter(&self) -> Adapter;
 
-    /// Where each recognized object shows, in the order of `recognition.objects`.
+    /// Where each recognized object shows.
     fn segment<'a>(
         &'a self,
         call: &'a Call,
         reference: Reference,
         recognition: Arc<Recognition>,
-    ) -> Answer<'a, Vec<InstanceMask>>;
+    ) -> Answer<'a, Segmentation>;
 
     /// Where the table shows, whole with its legs; `None` where nobody looked for it.
     fn table<'a>(&'a self, call: &'a Call, reference: Reference) -> Answer<'a, Option<Mask>>;
@@ -29,6 +29,14 @@ pub trait Segmenter: Send + Sync {
         top: TopPicture,
         recognition: Arc<Recognition>,
     ) -> Answer<'a, TopBoxes>;
+}
+
+/// Masks of a picture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Segmentation {
+    /// In the order of `recognition.objects`.
+    pub masks: Vec<InstanceMask>,
+    pub edges: MaskEdges,
 }
 
 /// Boxes on a top view, pixels, y down: x0, y0, x1, y1.

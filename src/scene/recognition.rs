@@ -87,6 +87,16 @@ pub struct InstanceMask {
     pub visible: Mask,
 }
 
+/// How closely masks follow the picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum MaskEdges {
+    /// To the pixel: the picture was painted with them, or every pixel was looked at.
+    Sharp,
+    /// A model drew them: edges may be eaten into, thin parts gone, insides holed.
+    Rough,
+}
+
 /// One instance's box in the top view, pixels: x0, y0, x1, y1.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TopBox {

@@ -20,6 +20,9 @@ pub struct CanonicalizeSettings {
     pub looks: u32,
     /// Cost per unit of unlikeness to the example (0..1); more trusts the example.
     pub example_weight: f64,
+    /// Cost per unit of unlikeness (0..1) of where colors vary on the mesh and on the example; more trusts what is
+    /// drawn on things to tell their sides apart.
+    pub detail_weight: f64,
     /// Lead over the next up direction at which the confidence is one half.
     pub clear_lead: f64,
 }

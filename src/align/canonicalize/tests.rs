@@ -14,6 +14,7 @@ fn settings() -> CanonicalizeSettings {
         appearance_weight: 0.08,
         looks: 5,
         example_weight: 0.25,
+        detail_weight: 0.05,
         clear_lead: 0.02,
     }
 }

@@ -148,11 +148,19 @@ pub(super) fn repeated(mut solid: Solid, u: f32, v: f32) -> Solid {
     solid
 }
 
-/// A loop handle in the x-z plane toward +x: half an ellipse from (`radius_m`, z + height/2) to
-/// (`radius_m`, z - height/2) reaching `reach_m` outward (to the bar's middle), flat-oval bar of
-/// `thick_m` x `wide_m`.
+/// Distance of the middle of a turned wall from the axis at a height; `outside` as in [`vessel`].
+pub(super) fn wall_radius_m(outside: &[DVec2], wall_m: f64, z_m: f64) -> f64 {
+    let above = outside.iter().position(|p| p.y > z_m).unwrap_or(outside.len() - 1).max(1);
+    let (low, high) = (outside[above - 1], outside[above]);
+    let share = ((z_m - low.y) / (high.y - low.y).max(1e-9)).clamp(0.0, 1.0);
+    low.lerp(high, share).x - 0.5 * wall_m
+}
+
+/// A loop handle in the x-z plane toward +x: half an ellipse, sheared so that it ends at the distances
+/// `roots_m` from the axis, z + height/2 and z - height/2, and reaches `reach_m` farther outward (to the bar's
+/// middle); flat-oval bar of `thick_m` x `wide_m`.
 pub(super) fn loop_handle(
-    radius_m: f64,
+    roots_m: [f64; 2],
     reach_m: f64,
     z_m: f64,
     height_m: f64,
@@ -163,7 +171,8 @@ pub(super) fn loop_handle(
         .map(|k| {
             let angle = PI * (0.5 - f64::from(k) / 16.0);
             let bulge = angle.cos().powf(0.75);
-            DVec3::new(radius_m + reach_m * bulge, 0.0, z_m + 0.5 * height_m * angle.sin())
+            let root_m = roots_m[1] + 0.5 * (roots_m[0] - roots_m[1]) * (1.0 + angle.sin());
+            DVec3::new(root_m + reach_m * bulge, 0.0, z_m + 0.5 * height_m * angle.sin())
         })
         .collect();
     sweep(&path, &ellipse(thick_m, wide_m, 14), DVec3::Y, |_| 1.0)
@@ -202,10 +211,18 @@ mod tests {
     use super::*;
 
     #[test]
+    fn the_middle_of_a_wall_is_where_it_was_turned() {
+        let cone = points(&[(0.02, 0.0), (0.04, 0.1)]);
+        for (z_m, radius_m) in [(0.0, 0.018), (0.05, 0.028), (0.1, 0.038), (0.3, 0.038)] {
+            assert!((wall_radius_m(&cone, 0.004, z_m) - radius_m).abs() < 1e-12, "{z_m}");
+        }
+    }
+
+    #[test]
     fn vessels_handles_and_ribbons_are_closed() {
         let bowl = vessel(&spline(&[(0.04, 0.0), (0.07, 0.03), (0.08, 0.06)], 5), 0.003, 0.004, 32);
         assert!(bowl.is_watertight() && bowl.volume_m3() > 0.0);
-        let grip = loop_handle(0.04, 0.03, 0.05, 0.06, 0.007, 0.01);
+        let grip = loop_handle([0.04, 0.038], 0.03, 0.05, 0.06, 0.007, 0.01);
         assert!(grip.is_watertight() && grip.volume_m3() > 0.0);
         let bar = ribbon(&[[-0.1, 0.0, 0.02, 0.003], [0.0, 0.01, 0.01, 0.003], [0.1, 0.0, 0.02, 0.003]], 6);
         assert!(bar.is_watertight() && bar.volume_m3() > 0.0, "{}", bar.volume_m3());

@@ -81,7 +81,7 @@ pub(super) fn teapot(order: &mut Order) -> TexturedMesh {
     );
     let last = spout.len() - 1;
     mesh.add(mouth(spout[last], spout[last] - spout[last - 1], 0.29 * wide), &dark);
-    let grip = loop_handle(0.85 * r, 0.5 * spare + 0.15 * r - 0.0045, 0.44 * h, 0.48 * h, 0.009, 0.013);
+    let grip = loop_handle([0.85 * r; 2], 0.5 * spare + 0.15 * r - 0.0045, 0.44 * h, 0.48 * h, 0.009, 0.013);
     mesh.add(grip.rotated(DQuat::from_rotation_z(PI)), &plain);
     fitted(mesh, order.size_m)
 }
@@ -207,7 +207,7 @@ pub(super) fn pitcher(order: &mut Order) -> TexturedMesh {
         Material::plain("handle", color, 0.25)
     };
     let reach = (long - d - 0.4 * lip).max(0.02);
-    let grip = loop_handle(0.8 * r, reach + 0.2 * r - 0.004, 0.58 * h, 0.56 * h, 0.009, 0.015);
+    let grip = loop_handle([0.8 * r; 2], reach + 0.2 * r - 0.004, 0.58 * h, 0.56 * h, 0.009, 0.015);
     mesh.add(grip, &grip_look);
     fitted(mesh, order.size_m)
 }

@@ -2,7 +2,9 @@
 
 use glam::{DVec2, DVec3};
 
-use super::assembly::{add_by, fitted, fitted_round, look, loop_handle, points, spline, vessel};
+use super::assembly::{
+    add_by, fitted, fitted_round, look, loop_handle, points, spline, vessel, wall_radius_m,
+};
 use crate::catalog::Order;
 use crate::catalog::texture::{ceramic_speckle, paint, striped_band, stripes, wrap_label, wrapped_around};
 use crate::geometry::shapes::{lathe, ring};
@@ -68,16 +70,18 @@ pub(super) fn mug(order: &mut Order) -> TexturedMesh {
         None => Material::plain("inner_glaze", order.color.mix(CREAM, 0.85), 0.2),
     };
     let mut mesh = TexturedMesh::default();
-    let body = wrapped_around(vessel(&profile, 0.0042, 0.006, 48));
+    let wall_m = 0.0042;
+    let body = wrapped_around(vessel(&profile, wall_m, 0.006, 48));
     add_by(&mut mesh, body, &[&outside, &inside], |center, normal| {
         usize::from(
             normal.dot(DVec3::new(center.x, center.y, 0.0)) < -1e-6 || (normal.z > 0.5 && center.z < 0.5 * h),
         )
     });
-    let reach = size.x - size.y;
+    let [upper, lower] = [0.81 * h, 0.19 * h].map(|z_m| wall_radius_m(&profile, wall_m, z_m));
     let plain = Material::plain("handle", order.color, 0.25);
     let grip = if order.material.is_some() { &outside } else { &plain };
-    mesh.add(loop_handle(0.86 * r, reach + 0.14 * r - 0.0035, 0.5 * h, 0.62 * h, 0.0075, 0.0115), grip);
+    let reach = size.x - 0.5 * size.y - 0.5 * (upper + lower) - 0.0035;
+    mesh.add(loop_handle([upper, lower], reach, 0.5 * h, 0.62 * h, 0.0075, 0.0115), grip);
     fitted(mesh, size)
 }
 
@@ -101,15 +105,15 @@ pub(super) fn teacup(order: &mut Order) -> TexturedMesh {
     let body = look(order, usual);
     let painted = Material::textured("flowers", flowers(color, &mut order.rng), 0.18);
     let mut mesh = TexturedMesh::default();
-    let cup = wrapped_around(vessel(&profile, 0.003, 0.0055, 48));
+    let wall_m = 0.003;
+    let cup = wrapped_around(vessel(&profile, wall_m, 0.0055, 48));
     add_by(&mut mesh, cup, &[&body, &painted, &gold], |center, normal| {
         let outward = normal.dot(DVec3::new(center.x, center.y, 0.0)) > 0.0;
         if center.z > 0.965 * h { 2 } else { usize::from(outward && center.z > 0.2 * h) }
     });
-    mesh.add(
-        loop_handle(0.84 * r, size.x - size.y + 0.16 * r - 0.0025, 0.58 * h, 0.5 * h, 0.005, 0.0075),
-        &body,
-    );
+    let [upper, lower] = [0.83 * h, 0.33 * h].map(|z_m| wall_radius_m(&profile, wall_m, z_m));
+    let reach = size.x - 0.5 * size.y - 0.5 * (upper + lower) - 0.0025;
+    mesh.add(loop_handle([upper, lower], reach, 0.58 * h, 0.5 * h, 0.005, 0.0075), &body);
     fitted(mesh, size)
 }
 

@@ -6,9 +6,9 @@ use std::sync::Arc;
 use super::photograph::{self, PhotographSettings};
 use crate::geometry::Mask;
 use crate::provider::{
-    Adapter, Answer, Call, Port, ProviderError, Reference, Segmenter, TopBoxes, TopPicture,
+    Adapter, Answer, Call, Port, ProviderError, Reference, Segmentation, Segmenter, TopBoxes, TopPicture,
 };
-use crate::scene::{InstanceMask, Recognition, TopBox};
+use crate::scene::{MaskEdges, Recognition, TopBox};
 
 /// Answers from what the painter knows, or by looking.
 pub struct EmbeddedSegmenter {
@@ -27,11 +27,14 @@ impl Segmenter for EmbeddedSegmenter {
         call: &'a Call,
         reference: Reference,
         recognition: Arc<Recognition>,
-    ) -> Answer<'a, Vec<InstanceMask>> {
+    ) -> Answer<'a, Segmentation> {
         let settings = self.photograph.clone();
-        Box::pin(call.compute(Port::Segmenter, move |interrupt| match &reference.known {
-            Some(known) => Ok(known.masks.clone()),
-            None => photograph::segment(&reference.picture, &recognition, &settings, interrupt),
+        Box::pin(call.compute(Port::Segmenter, move |interrupt| {
+            match &reference.known {
+                Some(known) => Ok(Segmentation { masks: known.masks.clone(), edges: known.mask_edges }),
+                None => photograph::segment(&reference.picture, &recognition, &settings, interrupt)
+                    .map(|masks| Segmentation { masks, edges: MaskEdges::Sharp }),
+            }
         }))
     }
 

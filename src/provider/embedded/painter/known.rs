@@ -8,7 +8,8 @@ use super::view::Viewpoint;
 use crate::provider::{KnownPicture, Truth, TruthInstance};
 use crate::render::Frame;
 use crate::scene::{
-    CameraKnowledge, InstanceMask, ObjectSpec, Recognition, RecognizedObject, RelationKind, StandsOn,
+    CameraKnowledge, InstanceMask, MaskEdges, ObjectSpec, Recognition, RecognizedObject, RelationKind,
+    StandsOn,
 };
 
 /// Visible pixels of each prop, in order.
@@ -39,6 +40,7 @@ pub(super) fn picture(
             objects: props.iter().map(|prop| recognized(prop.spec)).collect(),
         },
         masks,
+        mask_edges: MaskEdges::Sharp,
         table_mask: frame.mask(TABLE),
     }
 }
