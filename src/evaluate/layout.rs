@@ -325,8 +325,32 @@ async fn find_look_alikes(
     let found = world.look(looks.clone(), call).await?;
     looks.iter().zip(found).for_each(|(look, alikes)| compared[look.object].look_alikes = alikes);
     if repictured {
-        let plain = Arc::new(world.without_pictures()).look(looks.clone(), call).await?;
-        looks.iter().zip(plain).for_each(|(look, alikes)| compared[look.object].plain_alikes = Some(alikes));
+        find_what_only_pictures_tell(&world, &looks, compared, call).await?;
+    }
+    Ok(())
+}
+
+/// Yaws are ambiguous to people who see no pictures where they look the same and lie farther apart than this, degrees.
+const AMBIGUOUS_DEG: f64 = 10.0;
+
+/// Looks at the same objects once more, turned on from their true poses and without the pictures on them.
+async fn find_what_only_pictures_tell(
+    world: &Arc<TrueWorld>,
+    looks: &[Look],
+    compared: &mut [Compared<'_>],
+    call: &Call,
+) -> Result<(), StageError> {
+    let as_painted = |look: &Look| Look { rotation: compared[look.object].truth.rotation_xyzw, ..*look };
+    let on_its_side: Vec<Look> = looks.iter().map(as_painted).collect();
+    let wrong = |look: &&Look| compared[look.object].wrong_side();
+    let not_looked_at: Vec<Look> = on_its_side.iter().filter(wrong).copied().collect();
+    let mut pictured: BTreeMap<usize, LookAlikes> =
+        looks.iter().map(|look| (look.object, compared[look.object].look_alikes.clone())).collect();
+    let found = world.look(not_looked_at.clone(), call).await?;
+    pictured.extend(not_looked_at.iter().map(|look| look.object).zip(found));
+    let plain = Arc::new(world.without_pictures()).look(on_its_side, call).await?;
+    for (look, plain) in looks.iter().zip(plain) {
+        compared[look.object].only_pictures_tell = !plain.are_near(&pictured[&look.object], AMBIGUOUS_DEG);
     }
     Ok(())
 }
@@ -356,7 +380,7 @@ fn compare<'a>(
             yaw: &rotated.yaws[index],
             turned,
             look_alikes: LookAlikes::only_itself(),
-            plain_alikes: None,
+            only_pictures_tell: false,
             visible_px: painted.visible[index].0,
             visible_share: painted.visible[index].1,
         });

@@ -67,6 +67,11 @@ impl LookAlikes {
         self.degrees.iter().map(|&degree| apart(degree)).fold(180.0, f64::min)
     }
 
+    /// Whether every turn of these is at most so far from one of the others.
+    pub fn are_near(&self, others: &Self, reach_deg: f64) -> bool {
+        self.degrees.iter().all(|&degree| others.distance_deg(degree as f64) <= reach_deg)
+    }
+
     /// Whether every yaw that was looked at looks the same.
     pub fn is_any(&self) -> bool {
         (0..DEGREES).step_by(STEP).all(|degree| self.degrees.binary_search(&degree).is_ok())
@@ -252,6 +257,8 @@ mod tests {
         {
             assert!((alikes.distance_deg(turn) - distance).abs() < 1e-9, "{turn}");
         }
+        assert!(alikes.are_near(&LookAlikes { degrees: vec![5, 175] }, 6.0));
+        assert!(!LookAlikes { degrees: vec![0, 90] }.are_near(&alikes, 10.0));
         let nothing = LookAlikes { degrees: Vec::new() };
         assert_eq!(nothing.distance_deg(0.0), 180.0);
         assert!((LookAlikes::only_itself().distance_deg(-170.0) - 170.0).abs() < 1e-9);

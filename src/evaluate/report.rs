@@ -8,6 +8,7 @@ use super::ablation::{PLACE_NOISE_M, SIZE_NOISE_SHARE, YAW_NOISE_RAD};
 use super::layout::{CameraScore, Difficulty, SceneScore};
 use super::noise::Noise;
 use super::scenes::Family;
+use super::score::Standing;
 use super::statistics::{Quantiles, Summary, summary};
 
 /// Worst objects that are named for each difficulty.
@@ -91,13 +92,17 @@ impl Section {
             percent(self.all.hidden_share),
             percent(self.all.most_hidden),
         );
-        if let (Some(all), Some(plain)) = (self.all.yaw_deg, self.all.plain_yaw_deg) {
+        if let Some(with_them) = self.all.pictured_yaw_deg.filter(|_| self.all.only_pictures_tell_share > 0.0)
+        {
             let _ = writeln!(
                 text,
-                "\nThe meshes wear other pictures than what was painted, so the yaw of a coaster is nothing that could be \
-                 known. Of the {} yaws scored above, shapes and the materials' mean colors tell {}: median {:.2}, 95 % \
-                 {:.2} degrees.",
-                all.count, plain.count, plain.median, plain.p95
+                "\nThe meshes wear other pictures than what was painted. Of the objects {} have a yaw that only such \
+                 pictures tell: once every material has one color, a yaw more than 10 degrees off looks the same. They are \
+                 left out above. With them, {} yaws: median {:.2}, 95 % {:.2} degrees.",
+                percent(self.all.only_pictures_tell_share),
+                with_them.count,
+                with_them.median,
+                with_them.p95
             );
         }
         text += &self.paintings();
@@ -173,6 +178,7 @@ impl Section {
             .scenes
             .iter()
             .flat_map(|scene| scene.objects.iter().map(move |object| (&scene.scene, object)))
+            .filter(|(_, object)| object.standing == Standing::Scored)
             .filter_map(|(scene, object)| object.yaw_error_deg.map(|error| (error, scene, object)))
             .collect();
         objects.sort_by(|a, b| b.0.total_cmp(&a.0));

@@ -10,12 +10,8 @@
 //!   the mesh's own box), world frame, meters;
 //! - *scale*: `|s - 1|` with `s` the cube root of the ratio of the volumes of the placed and the painted mesh's box.
 //!
-//! Where the meshes that the stages get wear other pictures than the painted ones, the yaw of a coaster is nothing they
-//! could know. There yaws are scored once more, as distances to the nearest that looks the same once every material
-//! has one color ([`ObjectScore::plain_yaw_error_deg`]).
-//!
-//! Not every object has a yaw: see [`Standing`]. What leans has no position of its own either, since the stages place
-//! what they take to stand upright; its scale counts.
+//! Not every object has a yaw, or one that could be known: see [`Standing`]. What leans has no position of its own
+//! either, since the stages place what they take to stand upright; its scale counts.
 
 use glam::{DQuat, DVec3};
 use serde::{Deserialize, Serialize};
@@ -44,6 +40,9 @@ pub enum Standing {
     Leaning,
     /// Its kind has a front, but every yaw looks the same in the true picture.
     AnyLooksTheSame,
+    /// Nothing but pictures on it tells its yaw to within 10 degrees (a printed coaster, a labeled bottle): once every
+    /// material has one color, other yaws look the same; and the mesh that the stages get wears other pictures.
+    OnlyPicturesTell,
 }
 
 /// One object of one scene.
@@ -57,11 +56,8 @@ pub struct ObjectScore {
     /// Of its own vertical from the world's as it was painted, degrees.
     pub tilt_deg: f64,
     pub standing: Standing,
-    /// Where scored, degrees.
+    /// Where scored, or where only pictures tell it; degrees.
     pub yaw_error_deg: Option<f64>,
-    /// The same where materials have one color each, pictures on them being other ones; `None` also where every yaw
-    /// then looks the same, and where pictures were left alone.
-    pub plain_yaw_error_deg: Option<f64>,
     /// Twist from the painted to the placed pose, degrees in (-180, 180], before look-alikes.
     pub turn_deg: f64,
     pub wrong_side: bool,
@@ -92,8 +88,8 @@ pub struct Compared<'a> {
     pub turned: DQuat,
     /// Turns from [`Self::look_from`].
     pub look_alikes: LookAlikes,
-    /// The same where materials have one color each, if that was looked at.
-    pub plain_alikes: Option<LookAlikes>,
+    /// Whether the mesh wears other pictures than what was painted and nothing else tells the yaw.
+    pub only_pictures_tell: bool,
     pub visible_px: usize,
     pub visible_share: f64,
 }
@@ -113,7 +109,8 @@ impl Compared<'_> {
         self.placed_rotation() * self.truth.rotation_xyzw.inverse()
     }
 
-    fn wrong_side(&self) -> bool {
+    /// Whether it stands on another side than it was painted on.
+    pub fn wrong_side(&self) -> bool {
         (self.placed_from_painted() * DVec3::Z).angle_between(DVec3::Z) > WRONG_SIDE_RAD
     }
 
@@ -141,12 +138,12 @@ impl Compared<'_> {
             () if self.truth.symmetry_order == 0 => Standing::OrderZero,
             () if tilt_rad > LEANING_RAD => Standing::Leaning,
             () if self.look_alikes.is_any() => Standing::AnyLooksTheSame,
+            () if self.only_pictures_tell => Standing::OnlyPicturesTell,
             () => Standing::Scored,
         };
         let looked_from_deg = if wrong_side { 0.0 } else { turn_deg };
         let yaw_error_deg = self.look_alikes.distance_deg(looked_from_deg);
-        let plain =
-            self.plain_alikes.as_ref().filter(|plain| standing == Standing::Scored && !plain.is_any());
+        let has_yaw = matches!(standing, Standing::Scored | Standing::OnlyPicturesTell);
         let off_m = self.placed.world_from_object.translation_m - self.truth.translation_m;
         ObjectScore {
             name: self.truth.name.clone(),
@@ -155,8 +152,7 @@ impl Compared<'_> {
             stacked: matches!(self.placed.stands_on, StandsOn::On(_)),
             tilt_deg: tilt_rad.to_degrees(),
             standing,
-            yaw_error_deg: (standing == Standing::Scored).then_some(yaw_error_deg),
-            plain_yaw_error_deg: plain.map(|plain| plain.distance_deg(looked_from_deg)),
+            yaw_error_deg: has_yaw.then_some(yaw_error_deg),
             turn_deg,
             wrong_side,
             position_error_m: (tilt_rad <= LEANING_RAD).then(|| off_m.truncate().length()),

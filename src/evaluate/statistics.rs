@@ -21,8 +21,8 @@ pub struct Summary {
     pub objects: usize,
     /// Degrees; `None` where no object's yaw is scored.
     pub yaw_deg: Option<Quantiles>,
-    /// Of the yaws that shapes and materials' colors tell, where pictures on them are other ones; degrees.
-    pub plain_yaw_deg: Option<Quantiles>,
+    /// The same with the yaws that only pictures tell, which the stages' meshes do not wear.
+    pub pictured_yaw_deg: Option<Quantiles>,
     /// Meters.
     pub position_m: Option<Quantiles>,
     /// Shares.
@@ -31,9 +31,11 @@ pub struct Summary {
     pub order_zero_share: f64,
     /// Share of the other objects whose yaw is not scored.
     pub excluded_share: f64,
-    /// Share of all objects that lean, and of those with a front all of whose yaws look the same.
+    /// Share of all objects that lean, of those with a front all of whose yaws look the same, and of those whose yaw only
+    /// pictures tell.
     pub leaning_share: f64,
     pub look_the_same_share: f64,
+    pub only_pictures_tell_share: f64,
     /// Meshes that were stood on another side, among those whose yaw is scored.
     pub wrong_sides: usize,
     /// Share of the objects that are hidden by more than a tenth, and the largest share of one that is hidden.
@@ -72,18 +74,21 @@ pub fn summary(scenes: &[&SceneScore]) -> Summary {
     let standing = |what: Standing| objects.iter().filter(|o| o.standing == what).count();
     let order_zero = standing(Standing::OrderZero);
     let (leaning, same) = (standing(Standing::Leaning), standing(Standing::AnyLooksTheSame));
+    let pictures = standing(Standing::OnlyPicturesTell);
+    let scored = objects.iter().filter(|o| o.standing == Standing::Scored);
     let wrong_side = |o: &&&ObjectScore| o.wrong_side && o.standing == Standing::Scored;
     Summary {
         scenes: scenes.len(),
         objects: objects.len(),
-        yaw_deg: quantiles(objects.iter().filter_map(|o| o.yaw_error_deg).collect()),
-        plain_yaw_deg: quantiles(objects.iter().filter_map(|o| o.plain_yaw_error_deg).collect()),
+        yaw_deg: quantiles(scored.filter_map(|o| o.yaw_error_deg).collect()),
+        pictured_yaw_deg: quantiles(objects.iter().filter_map(|o| o.yaw_error_deg).collect()),
         position_m: quantiles(objects.iter().filter_map(|o| o.position_error_m).collect()),
         scale: quantiles(objects.iter().map(|o| o.scale_error).collect()),
         order_zero_share: share(order_zero, objects.len()),
-        excluded_share: share(leaning + same, objects.len() - order_zero),
+        excluded_share: share(leaning + same + pictures, objects.len() - order_zero),
         leaning_share: share(leaning, objects.len()),
         look_the_same_share: share(same, objects.len()),
+        only_pictures_tell_share: share(pictures, objects.len()),
         wrong_sides: objects.iter().filter(wrong_side).count(),
         hidden_share: share(objects.iter().filter(|o| o.visible_share < 0.9).count(), objects.len()),
         most_hidden: objects.iter().map(|o| 1.0 - o.visible_share).fold(0.0, f64::max),
