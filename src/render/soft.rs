@@ -35,6 +35,7 @@ pub mod color;
 mod crossing;
 mod fill;
 pub mod gpu;
+mod inside;
 pub mod loss;
 mod nearest;
 mod outline;
@@ -117,8 +118,11 @@ impl<const N: usize> SoftSilhouette<N> {
     pub fn draw(&mut self, surface: &Surface, points: &[MovingPoint<N>], grid: Grid, sigma_px2: f32) {
         self.grid = grid;
         surface.find_clockwise(points, &mut self.clockwise);
-        self.fill.draw(surface, points, &self.clockwise, grid, &mut self.coverage);
-        self.outline.trace(surface, points, &self.clockwise, grid, band::reach_px(sigma_px2));
+        self.fill.count(surface, points, &self.clockwise, grid);
+        self.coverage.clear();
+        self.coverage.extend(self.fill.layers().iter().map(|&layers| if layers != 0 { 1.0 } else { 0.0 }));
+        let seen = outline::Layered { surface, points, clockwise: &self.clockwise, fill: &self.fill };
+        self.outline.trace(&seen, grid, band::reach_px(sigma_px2));
         self.nearest_px2.clear();
         self.nearest_px2.resize(grid.pixels(), f32::INFINITY);
         for plane in &mut self.slopes {

@@ -3,6 +3,9 @@
 /// Side of a cell, pixels.
 pub const CELL_PX: f32 = 4.0;
 
+/// Lines this near to a cell are entered in it, pixels.
+pub const SLACK_PX: f32 = 0.01;
+
 /// Cells of a picture and of a margin around it, each with the numbers of what touches it, ascending.
 #[derive(Debug, Default)]
 pub struct Bins {
@@ -17,9 +20,10 @@ pub struct Bins {
 }
 
 impl Bins {
+    /// The margin is at least `margin_px`, in whole cells.
     pub fn clear(&mut self, width_px: usize, height_px: usize, margin_px: f32) {
-        let cells = |px: usize| ((px as f32 + 2.0 * margin_px) / CELL_PX).ceil() as usize;
-        self.margin_px = margin_px;
+        self.margin_px = (margin_px / CELL_PX).ceil() * CELL_PX;
+        let cells = |px: usize| ((px as f32 + 2.0 * self.margin_px) / CELL_PX).ceil() as usize;
         (self.across, self.down) = (cells(width_px), cells(height_px));
         self.pairs.clear();
     }
@@ -41,23 +45,40 @@ impl Bins {
         (x0 <= x1 && y0 <= y1).then_some(([x0 as usize, x1 as usize], [y0 as usize, y1 as usize]))
     }
 
-    /// Enters a number in all cells a box touches.
+    /// Enters a number in all cells a box touches that are `wanted`; whether there are any.
     #[inline]
-    pub fn add_box(&mut self, number: u32, low: [f32; 2], high: [f32; 2]) {
-        let Some((columns, rows)) = self.range(low, high) else { return };
+    pub fn add_box(&mut self, number: u32, low: [f32; 2], high: [f32; 2], wanted: &[bool]) -> bool {
+        let Some((columns, rows)) = self.range(low, high) else { return false };
+        let before = self.pairs.len();
         for y in rows[0]..=rows[1] {
-            for x in columns[0]..=columns[1] {
-                self.pairs.push(((y * self.across + x) as u32, number));
+            let first = y * self.across;
+            for x in (columns[0]..=columns[1]).filter(|x| wanted[first + x]) {
+                self.pairs.push(((first + x) as u32, number));
             }
         }
+        self.pairs.len() > before
     }
 
     /// Enters a number in the cells a line passes, and in those it nearly touches.
     pub fn add_line(&mut self, number: u32, a: [f32; 2], b: [f32; 2]) {
-        const SLACK_PX: f32 = 0.01;
+        let mut pairs = std::mem::take(&mut self.pairs);
+        self.each_on_line(a, b, |cell| pairs.push((cell as u32, number)));
+        self.pairs = pairs;
+    }
+
+    /// Those cells.
+    #[inline]
+    pub fn each_on_line(&self, a: [f32; 2], b: [f32; 2], mut each: impl FnMut(usize)) {
         let [low_y, high_y] = [a[1].min(b[1]) - SLACK_PX, a[1].max(b[1]) + SLACK_PX];
         let [low_x, high_x] = [a[0].min(b[0]) - SLACK_PX, a[0].max(b[0]) + SLACK_PX];
-        let Some((_, rows)) = self.range([low_x, low_y], [high_x, high_y]) else { return };
+        let Some((columns, rows)) = self.range([low_x, low_y], [high_x, high_y]) else { return };
+        // Most lines are short: their box has one row or one column, and they pass all of it.
+        if columns[0] == columns[1] || rows[0] == rows[1] {
+            for y in rows[0]..=rows[1] {
+                (columns[0]..=columns[1]).for_each(|x| each(y * self.across + x));
+            }
+            return;
+        }
         for y in rows[0]..=rows[1] {
             // The part of the line within the row of cells.
             let top = y as f32 * CELL_PX - self.margin_px - SLACK_PX;
@@ -66,9 +87,7 @@ impl Bins {
             let (u, v) = if (b[1] - a[1]).abs() < 1e-6 { (a[0], b[0]) } else { (at(top), at(bottom)) };
             let first = self.line(u.min(v) - SLACK_PX).max(0);
             let last = self.line(u.max(v) + SLACK_PX).min(self.across as i32 - 1);
-            for x in first..=last {
-                self.pairs.push(((y * self.across) as u32 + x as u32, number));
-            }
+            (first..=last).for_each(|x| each(y * self.across + x as usize));
         }
     }
 
@@ -98,6 +117,17 @@ impl Bins {
 
     pub fn cells(&self) -> usize {
         self.across * self.down
+    }
+
+    /// (cell, number) as they were entered.
+    pub fn entered(&self) -> &[(u32, u32)] {
+        &self.pairs
+    }
+
+    /// The corner of a cell where x and y are lowest.
+    #[inline]
+    pub fn corner_of(&self, cell: usize) -> [f32; 2] {
+        [cell % self.across, cell / self.across].map(|k| k as f32 * CELL_PX - self.margin_px)
     }
 
     /// What touches a cell.

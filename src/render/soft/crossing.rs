@@ -73,7 +73,16 @@ impl<const N: usize> MovingLine<N> {
         let (r, q) = (self.direction(), other.direction());
         let across = cross(r, q);
         let apart = minus(other.ends[0].at_px, self.ends[0].at_px);
-        let (s, u) = (cross(apart, q) / across, cross(apart, r) / across);
+        let (along, along_other) = (cross(apart, q), cross(apart, r));
+        // Most do not cross: for them no division is needed.
+        let surely_beyond = |along: f64| {
+            let along = along * across.signum();
+            (along < -2.0 * SLACK * across.abs()) | (along > (1.0 + 2.0 * SLACK) * across.abs())
+        };
+        if surely_beyond(along) | surely_beyond(along_other) {
+            return None;
+        }
+        let (s, u) = (along / across, along_other / across);
         let within = |t: f64| (-SLACK..=1.0 + SLACK).contains(&t);
         (within(s) && within(u)).then_some((s, u))
     }

@@ -9,8 +9,10 @@
 //! Cost: crossings are looked for, and what lies beyond, within small cells, so in practice it grows with the
 //! number of triangles.
 
-use super::bins::Bins;
+use super::bins::{Bins, CELL_PX};
 use super::crossing::{MovingLine, cross, minus};
+use super::fill::Fill;
+use super::inside::{Inside, StepLine, WIDENED_PX};
 use super::{Grid, MovingPoint, Surface};
 
 /// How far beyond a piece one looks, pixels: above rounding, below what could be seen. Gaps narrower than
@@ -29,9 +31,26 @@ pub struct Outline<const N: usize> {
     lines: Bins,
     /// Of each contour edge's part in and near the picture, a little widened.
     line_extents: Vec<Extent>,
+    /// The same edges.
+    steps: Vec<StepLine>,
+    /// Cells that other steps pass.
+    doubtful: Vec<usize>,
+    inside: Inside,
+    /// Cells in which triangles are looked for.
+    open: Vec<bool>,
     triangles: Bins,
     /// Of each triangle that was entered.
     triangle_extents: Vec<Extent>,
+}
+
+/// A surface on the screen.
+pub struct Layered<'a, const N: usize> {
+    pub surface: &'a Surface,
+    pub points: &'a [MovingPoint<N>],
+    /// Of each triangle.
+    pub clockwise: &'a [bool],
+    /// Its layers, of the same picture.
+    pub fill: &'a Fill,
 }
 
 impl<const N: usize> Default for Outline<N> {
@@ -42,6 +61,10 @@ impl<const N: usize> Default for Outline<N> {
             cuts: Vec::new(),
             lines: Bins::default(),
             line_extents: Vec::new(),
+            steps: Vec::new(),
+            doubtful: Vec::new(),
+            inside: Inside::default(),
+            open: Vec::new(),
             triangles: Bins::default(),
             triangle_extents: Vec::new(),
         }
@@ -109,74 +132,53 @@ impl<const N: usize> Outline<N> {
         &self.pieces
     }
 
-    /// Finds the pieces within `margin_px` of the picture, and perhaps some beyond. `clockwise` of each
-    /// triangle.
-    pub fn trace(
-        &mut self,
-        surface: &Surface,
-        points: &[MovingPoint<N>],
-        clockwise: &[bool],
-        grid: Grid,
-        margin_px: f32,
-    ) {
+    /// Finds the pieces within `margin_px` of the picture, and perhaps some beyond.
+    pub fn trace(&mut self, seen: &Layered<N>, grid: Grid, margin_px: f32) {
         self.pieces.clear();
-        self.find_contour(surface, points, clockwise, grid, margin_px);
-        self.find_cuts(grid, margin_px);
-        self.triangles.clear(grid.width_px(), grid.height_px, margin_px);
-        self.triangle_extents.clear();
-        self.triangle_extents.resize(surface.triangles.len(), Extent::default());
-        for (index, t) in surface.triangles.iter().enumerate() {
-            // Of a closed surface each ray meets as many of one orientation as of the other: one will do.
-            if surface.closed && !clockwise[index] {
-                continue;
-            }
-            let extent = Extent::around(t.map(|v| points[v as usize].at_px));
-            self.triangles.add_box(index as u32, extent.low, extent.high);
-            self.triangle_extents[index] = extent;
-        }
-        self.triangles.finish();
-        self.keep_visible(surface, points);
+        self.find_contour(seen, grid, margin_px);
+        self.inside.find(&self.lines, &self.steps, &self.doubtful, seen.fill.layers(), grid);
+        self.find_cuts();
+        self.find_triangles(seen, grid, margin_px);
+        self.keep_visible(seen);
     }
 
-    fn find_contour(
-        &mut self,
-        surface: &Surface,
-        points: &[MovingPoint<N>],
-        clockwise: &[bool],
-        grid: Grid,
-        margin_px: f32,
-    ) {
+    fn find_contour(&mut self, seen: &Layered<N>, grid: Grid, margin_px: f32) {
+        let (surface, points) = (seen.surface, seen.points);
         self.contour.clear();
+        self.steps.clear();
+        self.doubtful.clear();
+        self.lines.clear(grid.width_px(), grid.height_px, margin_px);
+        self.line_extents.clear();
         let margin_px = f64::from(margin_px);
         let low = [-margin_px; 2];
         let high = [grid.width_px() as f64 + margin_px, grid.height_px as f64 + margin_px];
-        for edge in &surface.edges {
-            let sides = surface.sides(edge);
+        // An edge with all triangles to one side is a step.
+        for step in seen.fill.steps() {
+            let edge = &surface.edges[step.edge as usize];
+            let line = MovingLine::between(edge.ends.map(|v| &points[v as usize]));
+            let Some(shown) = line.clip(low, high) else { continue };
+            let [a, b] = [shown.0, shown.1].map(|t| line.at(t).at_px_f32());
             // A triangle that runs clockwise on the screen along the edge lies to its right, which with y
             // down is the positive side.
-            let left = |s: &super::surface::Side| clockwise[s.triangle as usize] == s.back;
-            let first = left(&sides[0]);
-            if sides[1..].iter().any(|s| left(s) != first) {
+            let left = |s: &super::surface::Side| seen.clockwise[s.triangle as usize] == s.back;
+            let sides = surface.sides(edge);
+            if sides[1..].iter().any(|s| left(s) != left(&sides[0])) {
+                let doubtful = &mut self.doubtful;
+                self.lines.each_on_line(a, b, |cell| doubtful.push(cell));
                 continue;
             }
-            let line = MovingLine::between(edge.ends.map(|v| &points[v as usize]));
-            if let Some(shown) = line.clip(low, high) {
-                self.contour.push(ContourEdge { vertices: edge.ends, line, shown, left: first });
-            }
-        }
-    }
-
-    fn find_cuts(&mut self, grid: Grid, margin_px: f32) {
-        self.lines.clear(grid.width_px(), grid.height_px, margin_px);
-        self.line_extents.clear();
-        for (index, edge) in self.contour.iter().enumerate() {
-            let [a, b] = [edge.shown.0, edge.shown.1].map(|t| edge.line.at(t).at_px_f32());
-            self.lines.add_line(index as u32, a, b);
+            self.lines.add_line(self.contour.len() as u32, a, b);
             self.line_extents.push(Extent::around([a, b]).widened(APART_PX));
+            self.steps.push(StepLine::new(line.at(0.0).at_px, line.direction(), step.layers));
+            self.contour.push(ContourEdge { vertices: edge.ends, line, shown, left: left(&sides[0]) });
         }
         self.lines.finish();
+    }
+
+    /// Where contour edges cross, but in cells that are covered.
+    fn find_cuts(&mut self) {
         self.cuts.clear();
-        for cell in 0..self.lines.cells() {
+        for cell in (0..self.lines.cells()).filter(|&cell| !self.inside.covered()[cell]) {
             let here = self.lines.in_cell(cell);
             for (k, &i) in here.iter().enumerate() {
                 let (e, extent) = (&self.contour[i as usize], &self.line_extents[i as usize]);
@@ -200,13 +202,47 @@ impl<const N: usize> Outline<N> {
         self.cuts.sort_unstable_by(|a, b| a.edge.cmp(&b.edge).then(a.at.total_cmp(&b.at)));
     }
 
+    /// Those in cells that contour edges pass and that are not covered for sure.
+    fn find_triangles(&mut self, seen: &Layered<N>, grid: Grid, margin_px: f32) {
+        let surface = seen.surface;
+        self.open.clear();
+        self.open.extend(
+            (0..self.lines.cells())
+                .map(|cell| !self.inside.covered()[cell] && !self.lines.in_cell(cell).is_empty()),
+        );
+        self.triangles.clear(grid.width_px(), grid.height_px, margin_px);
+        self.triangle_extents.resize(surface.triangles.len(), Extent::default());
+        for (index, t) in surface.triangles.iter().enumerate() {
+            // Of a closed surface each ray meets as many of one orientation as of the other: one will do.
+            if surface.closed && !seen.clockwise[index] {
+                continue;
+            }
+            let extent = Extent::around(t.map(|v| seen.points[v as usize].at_px));
+            if self.triangles.add_box(index as u32, extent.low, extent.high, &self.open) {
+                self.triangle_extents[index] = extent;
+            }
+        }
+        self.triangles.finish();
+    }
+
     /// Keeps the pieces with nothing beyond; pieces that continue each other become one.
-    fn keep_visible(&mut self, surface: &Surface, points: &[MovingPoint<N>]) {
-        let mut cuts = self.cuts.as_slice();
+    fn keep_visible(&mut self, seen: &Layered<N>) {
+        let (mut cuts, mut entered) = (self.cuts.as_slice(), self.lines.entered());
+        // The edge's parts within cells that are covered, shares of the way.
+        let mut hidden: Vec<(f64, f64)> = Vec::new();
         for (index, edge) in self.contour.iter().enumerate() {
             let own = cuts.partition_point(|c| c.edge as usize <= index);
             let (mine, rest) = cuts.split_at(own);
             cuts = rest;
+            let own = entered.iter().take_while(|(_, number)| *number as usize == index).count();
+            let (cells, rest) = entered.split_at(own);
+            entered = rest;
+            hidden.clear();
+            let covered = cells.iter().map(|c| c.0 as usize).filter(|&cell| self.inside.covered()[cell]);
+            hidden.extend(covered.filter_map(|cell| self.part_within(cell, edge)));
+            if hidden.len() == cells.len() {
+                continue;
+            }
             let [dx, dy] = edge.line.direction();
             let outward = if edge.left { 1.0 } else { -1.0 } * BEYOND_PX / dx.hypot(dy).max(1e-30);
             let beyond = [-dy * outward, dx * outward];
@@ -216,8 +252,11 @@ impl<const N: usize> Outline<N> {
             let mut before: Option<&Cut> = None;
             for end in mine.iter().map(Some).chain([None]) {
                 let to = end.map_or(edge.shown.1, |c| c.at.clamp(from, edge.shown.1));
-                let [x, y] = edge.line.at(0.5 * (from + to)).at_px;
-                let open = !self.covered([x + beyond[0], y + beyond[1]], surface, points);
+                // Cuts in covered cells are not known, but what ends there has something beyond.
+                let open = !hidden.iter().any(|part| part.0 < to && from < part.1) && {
+                    let [x, y] = edge.line.at(0.5 * (from + to)).at_px;
+                    !self.covered([x + beyond[0], y + beyond[1]], seen)
+                };
                 if open && !begun {
                     (begun, start) = (true, before);
                 }
@@ -233,6 +272,12 @@ impl<const N: usize> Outline<N> {
         }
     }
 
+    fn part_within(&self, cell: usize, edge: &ContourEdge<N>) -> Option<(f64, f64)> {
+        let corner = self.lines.corner_of(cell).map(f64::from);
+        let high = corner.map(|c| c + f64::from(CELL_PX) + WIDENED_PX);
+        edge.line.clip(corner.map(|c| c - WIDENED_PX), high)
+    }
+
     fn piece(&self, edge: &ContourEdge<N>, start: Option<&Cut>, end: Option<&Cut>) -> Piece<N> {
         let cut = |c: &Cut| {
             let other = &self.contour[c.other as usize];
@@ -245,17 +290,20 @@ impl<const N: usize> Outline<N> {
 
     /// Whether any triangle covers the position. What lies beyond the margin is called covered: it does not
     /// matter.
-    fn covered(&self, p: [f64; 2], surface: &Surface, points: &[MovingPoint<N>]) -> bool {
+    fn covered(&self, p: [f64; 2], seen: &Layered<N>) -> bool {
         // Rounding keeps order, so what is within a triangle's extent stays within.
         let rounded = p.map(|c| c as f32);
         let Some(cell) = self.triangles.cell_of(rounded) else { return true };
+        if self.inside.covered()[cell] {
+            return true;
+        }
         let here = Extent { low: rounded, high: rounded };
         self.triangles.in_cell(cell).iter().any(|&t| {
             if !self.triangle_extents[t as usize].meets(&here) {
                 return false;
             }
-            let [a, b, c] =
-                surface.triangles[t as usize].map(|v| minus(points[v as usize].at_px.map(f64::from), p));
+            let corner = |v: u32| minus(seen.points[v as usize].at_px.map(f64::from), p);
+            let [a, b, c] = seen.surface.triangles[t as usize].map(corner);
             let sides = [cross(a, b), cross(b, c), cross(c, a)];
             sides.iter().all(|s| *s >= 0.0) || sides.iter().all(|s| *s <= 0.0)
         })

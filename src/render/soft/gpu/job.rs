@@ -7,7 +7,7 @@ use wgpu::{
 };
 
 use crate::render::soft::loss::EDGE_EPSILON;
-use crate::render::soft::outline::Outline;
+use crate::render::soft::outline::{Layered, Outline};
 use crate::render::soft::{Grid, MovingPoint, Surface, band, fill};
 
 /// Largest width and height of a picture: a row's counts must fit a workgroup's memory.
@@ -137,6 +137,7 @@ pub struct Traced {
 #[derive(Debug, Default)]
 pub struct Tracer<const N: usize> {
     clockwise: Vec<bool>,
+    fill: fill::Fill,
     outline: Outline<N>,
 }
 
@@ -150,7 +151,8 @@ impl<const N: usize> Tracer<N> {
     ) -> Traced {
         surface.find_clockwise(points, &mut self.clockwise);
         let mut lines = Vec::new();
-        fill::each_line(surface, points, &self.clockwise, |upper, lower, layers| {
+        self.fill.count(surface, points, &self.clockwise, grid);
+        fill::each_line(surface, points, self.fill.steps(), |upper, lower, layers| {
             // Such a line begins nothing: it crosses no row.
             if lower[1] > upper[1] && lower[1] > 0.0 && upper[1] < grid.height_px as f32 {
                 let slope = (lower[0] - upper[0]) / (lower[1] - upper[1]);
@@ -158,7 +160,8 @@ impl<const N: usize> Tracer<N> {
                 lines.push([x, y, slope, end, layers as u32, 0]);
             }
         });
-        self.outline.trace(surface, points, &self.clockwise, grid, band::reach_px(sigma_px2));
+        let seen = Layered { surface, points, clockwise: &self.clockwise, fill: &self.fill };
+        self.outline.trace(&seen, grid, band::reach_px(sigma_px2));
         let pieces = self.outline.pieces().iter().flat_map(|piece| {
             let [a, b] = piece.ends;
             let quad = |a: [f32; 2], b: [f32; 2]| [a[0], a[1], b[0], b[1]];
