@@ -7,10 +7,14 @@ pub fn floor(x: f32) -> i32 {
     truncated - i32::from(truncated as f32 > x)
 }
 
-/// Smallest whole number at least `x`, within `0..=limit`.
+/// Smallest whole number at least `x`, within `0..=limit`; 0 where there is no number. `limit` is below 2^22.
 #[inline]
 pub fn ceil_within(x: f32, limit: usize) -> usize {
-    let x = x.clamp(0.0, limit as f32);
-    let truncated = x as usize;
-    truncated + usize::from((truncated as f32) < x)
+    // The sum's last place is 1: what is left of it is the nearest whole number, without a conversion and its checks.
+    const SHIFT: f32 = 8_388_608.0;
+    let x = if x > 0.0 { x } else { 0.0 };
+    let x = if x < limit as f32 { x } else { limit as f32 };
+    let shifted = x + SHIFT;
+    let nearest = (shifted.to_bits() - SHIFT.to_bits()) as usize;
+    nearest + usize::from(shifted - SHIFT < x)
 }

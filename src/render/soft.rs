@@ -116,21 +116,16 @@ impl<const N: usize> SoftSilhouette<N> {
     /// blur, above 0: the coverage falls from 1/2 to 1/4 within 1.05 sqrt(sigma). Less is sharper and has
     /// derivatives on fewer pixels; PyTorch3D's usual 1e-4 is 1.6 pixels^2 on 256 x 256.
     pub fn draw(&mut self, surface: &Surface, points: &[MovingPoint<N>], grid: Grid, sigma_px2: f32) {
-        self.grid = grid;
+        if self.grid != grid {
+            *self = Self { grid, ..Self::default() };
+        }
         surface.find_clockwise(points, &mut self.clockwise);
         self.fill.count(surface, points, &self.clockwise, grid);
         self.coverage.clear();
         self.coverage.extend(self.fill.layers().iter().map(|&layers| if layers != 0 { 1.0 } else { 0.0 }));
         let seen = outline::Layered { surface, points, clockwise: &self.clockwise, fill: &self.fill };
         self.outline.trace(&seen, grid, band::reach_px(sigma_px2));
-        self.nearest_px2.clear();
-        self.nearest_px2.resize(grid.pixels(), f32::INFINITY);
-        for plane in &mut self.slopes {
-            plane.clear();
-            plane.resize(grid.pixels(), 0.0);
-        }
-        self.near_outline.clear();
-        self.near_outline.resize(grid.blocks_across * grid.height_px, false);
+        self.clear_planes();
         band::soften(
             self.outline.pieces(),
             grid,
@@ -142,6 +137,20 @@ impl<const N: usize> SoftSilhouette<N> {
                 near_outline: &mut self.near_outline,
             },
         );
+    }
+
+    /// Undoes what the last outline left, which is all there is but for the coverage.
+    fn clear_planes(&mut self) {
+        let grid = self.grid;
+        self.nearest_px2.resize(grid.pixels(), f32::INFINITY);
+        self.slopes.iter_mut().for_each(|plane| plane.resize(grid.pixels(), 0.0));
+        for (block, near) in self.near_outline.iter_mut().enumerate().filter(|(_, near)| **near) {
+            let pixels = block * BLOCK_PX..(block + 1) * BLOCK_PX;
+            self.nearest_px2[pixels.clone()].fill(f32::INFINITY);
+            self.slopes.iter_mut().for_each(|plane| plane[pixels.clone()].fill(0.0));
+            *near = false;
+        }
+        self.near_outline.resize(grid.blocks_across * grid.height_px, false);
     }
 
     pub fn grid(&self) -> Grid {

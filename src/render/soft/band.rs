@@ -106,15 +106,18 @@ impl<const N: usize> Band<'_, N> {
         }
         let [dx, dy] = [b[0] - a[0], b[1] - a[1]];
         let per_length2 = 1.0 / (dx * dx + dy * dy).max(1e-12);
+        let per_rise = 1.0 / dy;
+        // Of what is looked at the distances decide; by this much more makes up for rounding.
+        let widely = reach + 1e-3 + 1e-6 * (dx.abs() + dy.abs());
         let first = (low - top - 0.5).max(0.0) as usize;
         let end = ((high - top + 0.5).max(0.0) as usize).min(self.rows);
         for row in first..end {
             let y = top + row as f32 + 0.5;
             // Columns: those of the part of the piece within reach of the row.
-            let share = |y: f32| ((y - a[1]) / dy).clamp(0.0, 1.0);
-            let (t, u) = if dy.abs() < 1e-6 { (0.0, 1.0) } else { (share(y - reach), share(y + reach)) };
+            let share = |y: f32| ((y - a[1]) * per_rise).clamp(0.0, 1.0);
+            let (t, u) = if dy.abs() < 1e-6 { (0.0, 1.0) } else { (share(y - widely), share(y + widely)) };
             let (left, right) = (a[0] + t * dx, a[0] + u * dx);
-            let (left, right) = (left.min(right) - reach, left.max(right) + reach);
+            let (left, right) = (left.min(right) - widely, left.max(right) + widely);
             if right <= 0.0 {
                 continue;
             }

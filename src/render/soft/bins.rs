@@ -45,16 +45,27 @@ impl Bins {
         (x0 <= x1 && y0 <= y1).then_some(([x0 as usize, x1 as usize], [y0 as usize, y1 as usize]))
     }
 
-    /// Enters a number in all cells a box touches that are `wanted`; whether there are any.
+    /// Column and row of a position, not bounded.
     #[inline]
-    pub fn add_box(&mut self, number: u32, low: [f32; 2], high: [f32; 2], wanted: &[bool]) -> bool {
-        let Some((columns, rows)) = self.range(low, high) else { return false };
+    pub fn place_of(&self, p: [f32; 2]) -> [i32; 2] {
+        p.map(|c| self.line(c))
+    }
+
+    /// Enters a number in all cells of the box around those places that are `wanted`; whether there are any.
+    #[inline]
+    pub fn add_between(&mut self, number: u32, places: [[i32; 2]; 3], wanted: &[bool]) -> bool {
+        let [[ax, ay], [bx, by], [cx, cy]] = places;
+        let (x0, x1) = (ax.min(bx).min(cx).max(0), ax.max(bx).max(cx).min(self.across as i32 - 1));
+        let (y0, y1) = (ay.min(by).min(cy).max(0), ay.max(by).max(cy).min(self.down as i32 - 1));
+        if x0 > x1 {
+            return false;
+        }
         let before = self.pairs.len();
-        for y in rows[0]..=rows[1] {
-            let first = y * self.across;
-            for x in (columns[0]..=columns[1]).filter(|x| wanted[first + x]) {
-                self.pairs.push(((first + x) as u32, number));
-            }
+        for y in y0..=y1 {
+            let first = y as usize * self.across;
+            let row = &wanted[first + x0 as usize..=first + x1 as usize];
+            let here = (first as u32 + x0 as u32..).zip(row).filter(|(_, wanted)| **wanted);
+            self.pairs.extend(here.map(|(cell, _)| (cell, number)));
         }
         self.pairs.len() > before
     }

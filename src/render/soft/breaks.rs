@@ -44,12 +44,16 @@ impl Breaks {
         self.breaks.clear();
         self.own.clear();
         self.own.resize(triangles, false);
-        for (edge, crease) in surface.edges.iter().zip(&paint.creases) {
+        for ((edge, &pair), &crease) in surface.edges.iter().zip(&surface.pairs).zip(&paint.creases) {
+            if !crease && Surface::passes_smoothly(pair, clockwise) {
+                self.breaks.push(false);
+                continue;
+            }
             let sides = surface.sides(edge);
             let turns = |pair: &[super::surface::Side]| {
                 clockwise[pair[0].triangle as usize] != clockwise[pair[1].triangle as usize]
             };
-            let breaks = *crease || sides.windows(2).any(turns);
+            let breaks = crease || sides.windows(2).any(turns);
             self.breaks.push(breaks);
             if breaks {
                 sides.iter().for_each(|side| self.own[side.triangle as usize] = true);
@@ -150,11 +154,15 @@ fn crossed<const N: usize>(
 ) -> Option<(f32, [f32; N])> {
     let [a, b] = ends.map(|v| &points[v as usize]);
     let across = 1 - axis;
-    let (along, rise) = (b.at_px[axis] - a.at_px[axis], b.at_px[across] - a.at_px[across]);
     let level = center[across];
-    // Steep edges for rows, level ones for columns, those at 45 degrees for rows; and only if they pass this one.
+    // Only those that pass this row or column, which most do not.
+    if (a.at_px[across] <= level) == (b.at_px[across] <= level) {
+        return None;
+    }
+    // Steep edges for rows, level ones for columns, those at 45 degrees for rows.
+    let (along, rise) = (b.at_px[axis] - a.at_px[axis], b.at_px[across] - a.at_px[across]);
     let steep = if axis == 0 { rise.abs() >= along.abs() } else { rise.abs() > along.abs() };
-    if !steep || (a.at_px[across] <= level) == (b.at_px[across] <= level) {
+    if !steep {
         return None;
     }
     let share = (level - a.at_px[across]) / rise;

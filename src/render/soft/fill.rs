@@ -52,7 +52,12 @@ impl Fill {
 
     fn find_steps(&mut self, surface: &Surface, clockwise: &[bool]) {
         self.steps.clear();
-        for (number, edge) in (0..).zip(&surface.edges) {
+        for (number, &pair) in (0..).zip(&surface.pairs) {
+            // There layers neither begin nor end.
+            if Surface::passes_smoothly(pair, clockwise) {
+                continue;
+            }
+            let edge = &surface.edges[number as usize];
             // Of a closed surface each ray meets as many triangles of one orientation as of the other, and the
             // clockwise ones will do; of any other all count, the others turned over.
             let layers: i32 = surface

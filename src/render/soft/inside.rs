@@ -1,50 +1,81 @@
 //! Which cells of a picture the surface surely covers throughout: no outline need be looked for there.
 //!
-//! Of the layers over a pixel center one knows how many are left elsewhere in its cell at the least: on the straight way
-//! there each step that passes the cell is crossed once at most, and takes layers away only if the center lies to the
-//! side that has them. Where some are left for one of a few centers, the cell is covered, and so is [`WIDENED_PX`]
-//! around it. Cells may be covered without being found so; those beyond the picture never are.
+//! Of the layers over a pixel's center one knows how many are left elsewhere in its square at the least: on the straight
+//! way there each step that passes the square is crossed once at most, and takes layers away only if the center lies to
+//! the side that has them. A cell is covered if some are left in all its squares. Cells may be covered without
+//! being found so; those beyond the picture never are. Cost: two vectors for each step in each cell with no empty center.
+
+use wide::f32x8;
 
 use super::Grid;
 use super::bins::{Bins, CELL_PX, SLACK_PX};
-use super::crossing::{cross, minus};
 
 /// How far beyond a cell's border the surface covers too, pixels: what passes nearer was entered in the cell.
-pub const WIDENED_PX: f64 = 0.5 * SLACK_PX as f64;
+pub const WIDENED_PX: f32 = 0.5 * SLACK_PX;
 
-/// Pixel centers this near to a step count as lying to either side of it: layers are counted in single precision.
-const NEAR_PX: f64 = 1e-3;
+/// Half a pixel, widened.
+const HALF_PX: f32 = 0.5 + WIDENED_PX;
 
-/// Pixels along a cell's side.
+/// Centers this near to a step may lie to either side of it, pixels: above the rounding of single precision.
+const NEAR_PX: f32 = 1e-3;
+
+/// Steps up to this length have no direction to rely on, pixels.
+const SHORT_PX: f32 = 0.02;
+
+/// Pixels along a cell's side, and two rows of them: column and row of each.
 const CELL: usize = CELL_PX as usize;
-
-/// The pixels of a cell that are tried.
-const TRIED: [[usize; 2]; 5] = [[0, 0], [CELL - 1, CELL - 1], [CELL - 1, 0], [0, CELL - 1], [1, 2]];
+const COLUMNS: [f32; 2 * CELL] = [0.0, 1.0, 2.0, 3.0, 0.0, 1.0, 2.0, 3.0];
+const ROWS: [f32; 2 * CELL] = [0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0];
 
 /// A step as this file needs it.
 #[derive(Clone, Copy, Debug)]
 pub struct StepLine {
-    from_px: [f64; 2],
-    direction_px: [f64; 2],
-    /// To its left, or if negative to its right.
-    layers: i32,
-    /// Area between the step and a position that is [`NEAR_PX`] away.
-    near_px2: f64,
+    from_px: [f32; 2],
+    direction_px: [f32; 2],
+    /// Centers whose squares it touches, if it is long.
+    low_px: [f32; 2],
+    high_px: [f32; 2],
+    /// Area between such a center and the step, signed, where layers may be lost.
+    least_px2: f32,
+    most_px2: f32,
+    layers: f32,
 }
 
 impl StepLine {
-    pub fn new(from_px: [f64; 2], direction_px: [f64; 2], layers: i32) -> Self {
-        let [dx, dy] = direction_px;
-        Self { from_px, direction_px, layers, near_px2: NEAR_PX * (dx * dx + dy * dy).sqrt() }
+    /// `layers` lie to its left or, if negative, to its right.
+    pub fn between(a: [f32; 2], b: [f32; 2], layers: i32) -> Self {
+        let [dx, dy] = [b[0] - a[0], b[1] - a[1]];
+        let reach_px2 = (HALF_PX + NEAR_PX) * (dx.abs() + dy.abs());
+        let length_px = (dx * dx + dy * dy).sqrt();
+        let near_px2 = if length_px < SHORT_PX { reach_px2 } else { NEAR_PX * length_px };
+        // With y down the left is the negative side.
+        let (least_px2, most_px2) = if layers > 0 { (-reach_px2, near_px2) } else { (-near_px2, reach_px2) };
+        Self {
+            from_px: a,
+            direction_px: [dx, dy],
+            low_px: [0, 1].map(|axis| a[axis].min(b[axis]) - HALF_PX - NEAR_PX),
+            high_px: [0, 1].map(|axis| a[axis].max(b[axis]) + HALF_PX + NEAR_PX),
+            least_px2,
+            most_px2,
+            layers: layers.unsigned_abs() as f32,
+        }
     }
 
-    /// Layers that are lost on the way from there over the step.
+    /// What may be lost on the way from a center to elsewhere in its square; of eight centers in two rows, the first
+    /// of them given.
     #[inline]
-    fn lost_from(&self, p: [f64; 2]) -> i32 {
-        let to_the_right = cross(self.direction_px, minus(p, self.from_px));
-        let on_the_other_side =
-            if self.layers > 0 { to_the_right > self.near_px2 } else { to_the_right < -self.near_px2 };
-        if on_the_other_side { 0 } else { self.layers.abs() }
+    fn lost(&self, first_px: [f32; 2]) -> f32x8 {
+        let [dx, dy] = self.direction_px;
+        let (columns, rows) = (f32x8::from(COLUMNS), f32x8::from(ROWS));
+        let at_first = dx * (first_px[1] - self.from_px[1]) - dy * (first_px[0] - self.from_px[0]);
+        let area = f32x8::splat(at_first) + f32x8::splat(dx) * rows - f32x8::splat(dy) * columns;
+        let within = |lanes: f32x8, low: f32, high: f32| {
+            lanes.simd_ge(f32x8::splat(low)) & lanes.simd_le(f32x8::splat(high))
+        };
+        let lost = within(area, self.least_px2, self.most_px2)
+            & within(columns, self.low_px[0] - first_px[0], self.high_px[0] - first_px[0])
+            & within(rows, self.low_px[1] - first_px[1], self.high_px[1] - first_px[1]);
+        lost & f32x8::splat(self.layers)
     }
 }
 
@@ -81,15 +112,13 @@ fn surely_covered(corner: [f32; 2], here: &[u32], steps: &[StepLine], layers: &[
     if (0..CELL).any(|row| layers[first + row * width..][..CELL].contains(&0)) {
         return false;
     }
-    TRIED.iter().any(|&[column, row]| {
-        let center = [x as f64 + column as f64 + 0.5, y as f64 + row as f64 + 0.5];
-        let mut left = layers[first + row * width + column];
+    (0..CELL).step_by(2).all(|row| {
+        let pixels = |k: usize| first + (row + k / CELL) * width + k % CELL;
+        let mut left = f32x8::from(std::array::from_fn(|k| layers[pixels(k)] as f32));
+        let first_px = [corner[0] + 0.5, corner[1] + row as f32 + 0.5];
         for &step in here {
-            left -= steps[step as usize].lost_from(center);
-            if left <= 0 {
-                return false;
-            }
+            left -= steps[step as usize].lost(first_px);
         }
-        true
+        left.simd_gt(f32x8::ZERO).all()
     })
 }

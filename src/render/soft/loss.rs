@@ -197,7 +197,7 @@ impl<'a> Sobel<'a> {
         Self { rows: [row(y.saturating_sub(1)), row(y), row((y + 1).min(grid.height_px - 1))] }
     }
 
-    #[inline]
+    #[inline(always)]
     fn at(&self, block: usize) -> (f32x8, f32x8) {
         let x = block * BLOCK_PX;
         let around = self.rows.map(|row| (left_of(row, x), load(row, x), right_of(row, x)));

@@ -11,12 +11,18 @@ use crate::geometry::rounding::ceil_within;
 /// No triangle.
 pub const NOTHING: u32 = u32::MAX;
 
+/// By how much rounding may move a row's first and last pixel, pixels and share of the coordinates.
+const SLIP_PX: f32 = 1e-3;
+const SLIP_SHARE: f32 = 1e-6;
+
 /// Of each pixel the nearest triangle and its key.
 #[derive(Debug, Default)]
 pub struct Nearest {
     pub width_px: usize,
     pub faces: Vec<u32>,
     pub keys: Vec<f32>,
+    /// Of each vertex x, y and key.
+    corners: Vec<[f32; 3]>,
 }
 
 impl Nearest {
@@ -33,18 +39,31 @@ impl Nearest {
         self.faces.resize(grid.pixels(), NOTHING);
         self.keys.clear();
         self.keys.resize(grid.pixels(), 0.0);
+        let mut corners = std::mem::take(&mut self.corners);
+        corners.clear();
+        corners.extend((0..).zip(points).map(|(v, point)| [point.at_px[0], point.at_px[1], keys(v)]));
         for (number, t) in triangles.iter().enumerate() {
-            let corners = t.map(|v| {
-                let [x, y] = points[v as usize].at_px;
-                [x, y, keys(v)]
-            });
-            self.add(number as u32, corners, grid);
+            self.add(number as u32, t.map(|v| corners[v as usize]), grid);
         }
+        self.corners = corners;
     }
 
     #[inline]
     fn add(&mut self, number: u32, corners: [[f32; 3]; 3], grid: Grid) {
         let (width, height) = (grid.width_px(), grid.height_px);
+        // Most triangles are so small that they pass between the centers.
+        let [xs, ys] = [0, 1].map(|axis| corners.map(|p| p[axis]));
+        let least = |c: [f32; 3]| lesser(lesser(c[0], c[1]), c[2]);
+        let most = |c: [f32; 3]| -least(c.map(|c| -c));
+        let (first, end) = (ceil_within(least(ys) - 0.5, height), ceil_within(most(ys) - 0.5, height));
+        if first >= end {
+            return;
+        }
+        let (left, right) = (least(xs), most(xs));
+        let slip = SLIP_PX + SLIP_SHARE * (left.abs() + right.abs());
+        if ceil_within(left - slip - 0.5, width) >= ceil_within(right + slip - 0.5, width) {
+            return;
+        }
         let mut p = corners;
         let before = |a: [f32; 3], b: [f32; 3]| (a[1], a[0]) < (b[1], b[0]);
         if before(p[1], p[0]) {
@@ -55,11 +74,6 @@ impl Nearest {
         }
         if before(p[1], p[0]) {
             p.swap(0, 1);
-        }
-        let first = ceil_within(p[0][1] - 0.5, height);
-        let end = ceil_within(p[2][1] - 0.5, height);
-        if first >= end {
-            return;
         }
         let slope = |a: [f32; 3], b: [f32; 3]| (b[0] - a[0]) / (b[1] - a[1]);
         let (long, upper, lower) = (slope(p[0], p[2]), slope(p[0], p[1]), slope(p[1], p[2]));
@@ -80,14 +94,24 @@ impl Nearest {
             };
             let from = ceil_within(x_long.min(x_short) - 0.5, width);
             let to = ceil_within(x_long.max(x_short) - 0.5, width);
+            if from >= to {
+                continue;
+            }
             let at_row = p[0][2] + (center - p[0][1]) * key_dy;
-            for x in from..to {
+            let row = y * width + from..y * width + to;
+            let pixels = self.keys[row.clone()].iter_mut().zip(&mut self.faces[row]);
+            for (x, (nearest, face)) in (from..to).zip(pixels) {
                 let key = at_row + (x as f32 + 0.5 - p[0][0]) * key_dx;
-                let at = y * width + x;
-                if key > self.keys[at] {
-                    (self.keys[at], self.faces[at]) = (key, number);
+                if key > *nearest {
+                    (*nearest, *face) = (key, number);
                 }
             }
         }
     }
+}
+
+/// As a single instruction.
+#[inline]
+fn lesser(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
 }

@@ -38,6 +38,8 @@ pub struct Outline<const N: usize> {
     inside: Inside,
     /// Cells in which triangles are looked for.
     open: Vec<bool>,
+    /// Where each vertex lies among the cells.
+    point_cells: Vec<[i32; 2]>,
     triangles: Bins,
     /// Of each triangle that was entered.
     triangle_extents: Vec<Extent>,
@@ -65,6 +67,7 @@ impl<const N: usize> Default for Outline<N> {
             doubtful: Vec::new(),
             inside: Inside::default(),
             open: Vec::new(),
+            point_cells: Vec::new(),
             triangles: Bins::default(),
             triangle_extents: Vec::new(),
         }
@@ -169,7 +172,7 @@ impl<const N: usize> Outline<N> {
             }
             self.lines.add_line(self.contour.len() as u32, a, b);
             self.line_extents.push(Extent::around([a, b]).widened(APART_PX));
-            self.steps.push(StepLine::new(line.at(0.0).at_px, line.direction(), step.layers));
+            self.steps.push(StepLine::between(a, b, step.layers));
             self.contour.push(ContourEdge { vertices: edge.ends, line, shown, left: left(&sides[0]) });
         }
         self.lines.finish();
@@ -212,14 +215,16 @@ impl<const N: usize> Outline<N> {
         );
         self.triangles.clear(grid.width_px(), grid.height_px, margin_px);
         self.triangle_extents.resize(surface.triangles.len(), Extent::default());
+        self.point_cells.clear();
+        self.point_cells.extend(seen.points.iter().map(|point| self.triangles.place_of(point.at_px)));
         for (index, t) in surface.triangles.iter().enumerate() {
             // Of a closed surface each ray meets as many of one orientation as of the other: one will do.
             if surface.closed && !seen.clockwise[index] {
                 continue;
             }
-            let extent = Extent::around(t.map(|v| seen.points[v as usize].at_px));
-            if self.triangles.add_box(index as u32, extent.low, extent.high, &self.open) {
-                self.triangle_extents[index] = extent;
+            let places = t.map(|v| self.point_cells[v as usize]);
+            if self.triangles.add_between(index as u32, places, &self.open) {
+                self.triangle_extents[index] = Extent::around(t.map(|v| seen.points[v as usize].at_px));
             }
         }
         self.triangles.finish();
@@ -230,6 +235,7 @@ impl<const N: usize> Outline<N> {
         let (mut cuts, mut entered) = (self.cuts.as_slice(), self.lines.entered());
         // The edge's parts within cells that are covered, shares of the way.
         let mut hidden: Vec<(f64, f64)> = Vec::new();
+        let mut last_found = None;
         for (index, edge) in self.contour.iter().enumerate() {
             let own = cuts.partition_point(|c| c.edge as usize <= index);
             let (mine, rest) = cuts.split_at(own);
@@ -237,12 +243,13 @@ impl<const N: usize> Outline<N> {
             let own = entered.iter().take_while(|(_, number)| *number as usize == index).count();
             let (cells, rest) = entered.split_at(own);
             entered = rest;
-            hidden.clear();
-            let covered = cells.iter().map(|c| c.0 as usize).filter(|&cell| self.inside.covered()[cell]);
-            hidden.extend(covered.filter_map(|cell| self.part_within(cell, edge)));
-            if hidden.len() == cells.len() {
+            let covered = |cell: &usize| self.inside.covered()[*cell];
+            let cells = cells.iter().map(|c| c.0 as usize);
+            if cells.clone().all(|cell| covered(&cell)) {
                 continue;
             }
+            hidden.clear();
+            hidden.extend(cells.filter(covered).filter_map(|cell| self.part_within(cell, edge)));
             let [dx, dy] = edge.line.direction();
             let outward = if edge.left { 1.0 } else { -1.0 } * BEYOND_PX / dx.hypot(dy).max(1e-30);
             let beyond = [-dy * outward, dx * outward];
@@ -255,7 +262,7 @@ impl<const N: usize> Outline<N> {
                 // Cuts in covered cells are not known, but what ends there has something beyond.
                 let open = !hidden.iter().any(|part| part.0 < to && from < part.1) && {
                     let [x, y] = edge.line.at(0.5 * (from + to)).at_px;
-                    !self.covered([x + beyond[0], y + beyond[1]], seen)
+                    !self.covered([x + beyond[0], y + beyond[1]], seen, &mut last_found)
                 };
                 if open && !begun {
                     (begun, start) = (true, before);
@@ -274,8 +281,8 @@ impl<const N: usize> Outline<N> {
 
     fn part_within(&self, cell: usize, edge: &ContourEdge<N>) -> Option<(f64, f64)> {
         let corner = self.lines.corner_of(cell).map(f64::from);
-        let high = corner.map(|c| c + f64::from(CELL_PX) + WIDENED_PX);
-        edge.line.clip(corner.map(|c| c - WIDENED_PX), high)
+        let widened = f64::from(WIDENED_PX);
+        edge.line.clip(corner.map(|c| c - widened), corner.map(|c| c + f64::from(CELL_PX) + widened))
     }
 
     fn piece(&self, edge: &ContourEdge<N>, start: Option<&Cut>, end: Option<&Cut>) -> Piece<N> {
@@ -289,8 +296,8 @@ impl<const N: usize> Outline<N> {
     }
 
     /// Whether any triangle covers the position. What lies beyond the margin is called covered: it does not
-    /// matter.
-    fn covered(&self, p: [f64; 2], seen: &Layered<N>) -> bool {
+    /// matter. Positions come along edges: what covered the last often covers the next.
+    fn covered(&self, p: [f64; 2], seen: &Layered<N>, last_found: &mut Option<u32>) -> bool {
         // Rounding keeps order, so what is within a triangle's extent stays within.
         let rounded = p.map(|c| c as f32);
         let Some(cell) = self.triangles.cell_of(rounded) else { return true };
@@ -298,7 +305,7 @@ impl<const N: usize> Outline<N> {
             return true;
         }
         let here = Extent { low: rounded, high: rounded };
-        self.triangles.in_cell(cell).iter().any(|&t| {
+        let covers = |t: u32| {
             if !self.triangle_extents[t as usize].meets(&here) {
                 return false;
             }
@@ -306,6 +313,11 @@ impl<const N: usize> Outline<N> {
             let [a, b, c] = seen.surface.triangles[t as usize].map(corner);
             let sides = [cross(a, b), cross(b, c), cross(c, a)];
             sides.iter().all(|s| *s >= 0.0) || sides.iter().all(|s| *s <= 0.0)
-        })
+        };
+        if last_found.is_some_and(covers) {
+            return true;
+        }
+        *last_found = self.triangles.in_cell(cell).iter().copied().find(|&t| covers(t));
+        last_found.is_some()
     }
 }

@@ -12,7 +12,13 @@ pub struct Surface {
     pub(super) edges: Vec<Edge>,
     /// Of all edges, one after another.
     pub(super) sides: Vec<Side>,
+    /// Of each edge the two triangles that run along it in opposite directions, if there are just these; else
+    /// [`OTHERWISE`]. So are nearly all, and of them this is all one asks in most poses.
+    pub(super) pairs: Vec<[u32; 2]>,
 }
+
+/// Not two triangles that run along an edge in opposite directions.
+pub(super) const OTHERWISE: [u32; 2] = [u32::MAX; 2];
 
 /// An edge of at least one triangle.
 #[derive(Clone, Copy, Debug)]
@@ -46,15 +52,20 @@ impl Surface {
         }
         all.sort_unstable();
         let mut edges = Vec::with_capacity(all.len() / 2);
+        let mut pairs = Vec::with_capacity(all.len() / 2);
         let (mut first, mut closed) = (0, true);
         for group in all.chunk_by(|s, t| (s.0, s.1) == (t.0, t.1)) {
             let end = first + group.len() as u32;
             edges.push(Edge { ends: [group[0].0, group[0].1], first, end });
             closed &= 2 * group.iter().filter(|s| s.3).count() == group.len();
+            pairs.push(match group {
+                [s, t] if s.3 != t.3 => [s.2, t.2],
+                _ => OTHERWISE,
+            });
             first = end;
         }
         let sides = all.iter().map(|s| Side { triangle: s.2, back: s.3 }).collect();
-        Self { triangles, closed, edges, sides }
+        Self { triangles, closed, edges, sides, pairs }
     }
 
     /// Of each triangle: whether it runs clockwise on the screen (y down). One without area does not, for
@@ -69,6 +80,12 @@ impl Surface {
             let [a, b, c] = t.map(|v| points[v as usize].at_px.map(f64::from));
             (b[0] - a[0]) * (c[1] - a[1]) > (b[1] - a[1]) * (c[0] - a[0])
         }));
+    }
+
+    /// Whether both triangles of an ordinary edge run the same way on the screen.
+    #[inline]
+    pub(super) fn passes_smoothly(pair: [u32; 2], clockwise: &[bool]) -> bool {
+        pair != OTHERWISE && clockwise[pair[0] as usize] == clockwise[pair[1] as usize]
     }
 
     pub(super) fn sides(&self, edge: &Edge) -> &[Side] {
