@@ -21,8 +21,8 @@ pub struct Step {
 #[derive(Debug, Default)]
 pub struct Fill {
     steps: Vec<Step>,
-    /// Of each pixel. In between: layers that begin there, less those that end.
-    layers: Vec<i32>,
+    /// Of each pixel; there are not thousands over one. In between: layers that begin there, less those that end.
+    layers: Vec<i16>,
 }
 
 impl Fill {
@@ -39,7 +39,7 @@ impl Fill {
         self.layers.resize(grid.pixels(), 0);
         let layers = &mut self.layers;
         each_line(surface, points, &self.steps, |upper, lower, begin| {
-            begin_along(upper, lower, begin, grid, layers);
+            begin_along(upper, lower, begin as i16, grid, layers);
         });
         for row in layers.chunks_exact_mut(grid.width_px()) {
             let mut sum = 0;
@@ -80,7 +80,7 @@ impl Fill {
     }
 
     /// Over each pixel's center, row-major; of a closed surface those that face one way.
-    pub fn layers(&self) -> &[i32] {
+    pub fn layers(&self) -> &[i16] {
         &self.layers
     }
 }
@@ -100,7 +100,7 @@ pub fn each_line<const N: usize>(
     }
 }
 
-fn begin_along(upper: [f32; 2], lower: [f32; 2], begin: i32, grid: Grid, layers: &mut [i32]) {
+fn begin_along(upper: [f32; 2], lower: [f32; 2], begin: i16, grid: Grid, layers: &mut [i16]) {
     let first = ceil_within(upper[1] - 0.5, grid.height_px);
     let end = ceil_within(lower[1] - 0.5, grid.height_px);
     let (width, slope) = (grid.width_px(), (lower[0] - upper[0]) / (lower[1] - upper[1]));

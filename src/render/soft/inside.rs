@@ -87,7 +87,7 @@ pub struct Inside {
 
 impl Inside {
     /// Looks at all cells that steps pass: `lines` has them sorted by cell. `doubtful` cells are passed by more than that.
-    pub fn find(&mut self, lines: &Bins, steps: &[StepLine], doubtful: &[usize], layers: &[i32], grid: Grid) {
+    pub fn find(&mut self, lines: &Bins, steps: &[StepLine], doubtful: &[usize], layers: &[i16], grid: Grid) {
         self.covered.clear();
         self.covered.extend((0..lines.cells()).map(|cell| {
             let here = lines.in_cell(cell);
@@ -102,7 +102,7 @@ impl Inside {
     }
 }
 
-fn surely_covered(corner: [f32; 2], here: &[u32], steps: &[StepLine], layers: &[i32], grid: Grid) -> bool {
+fn surely_covered(corner: [f32; 2], here: &[u32], steps: &[StepLine], layers: &[i16], grid: Grid) -> bool {
     let [x, y] = corner.map(|c| c as i32);
     let (width, height) = (grid.width_px(), grid.height_px);
     if x < 0 || y < 0 || x as usize + CELL > width || y as usize + CELL > height {
@@ -114,7 +114,7 @@ fn surely_covered(corner: [f32; 2], here: &[u32], steps: &[StepLine], layers: &[
     }
     (0..CELL).step_by(2).all(|row| {
         let pixels = |k: usize| first + (row + k / CELL) * width + k % CELL;
-        let mut left = f32x8::from(std::array::from_fn(|k| layers[pixels(k)] as f32));
+        let mut left = f32x8::from(std::array::from_fn(|k| f32::from(layers[pixels(k)])));
         let first_px = [corner[0] + 0.5, corner[1] + row as f32 + 0.5];
         for &step in here {
             left -= steps[step as usize].lost(first_px);

@@ -200,8 +200,8 @@ impl<'a> Sobel<'a> {
     #[inline(always)]
     fn at(&self, block: usize) -> (f32x8, f32x8) {
         let x = block * BLOCK_PX;
-        let around = self.rows.map(|row| (left_of(row, x), load(row, x), right_of(row, x)));
-        let [above, here, below] = around;
+        let around = |row: &[f32]| (left_of(row, x), load(row, x), right_of(row, x));
+        let (above, here, below) = (around(self.rows[0]), around(self.rows[1]), around(self.rows[2]));
         let two = f32x8::splat(2.0);
         let dx = (above.2 - above.0) + two * (here.2 - here.0) + (below.2 - below.0);
         let dy = (below.0 - above.0) + two * (below.1 - above.1) + (below.2 - above.2);

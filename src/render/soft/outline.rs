@@ -311,8 +311,9 @@ impl<const N: usize> Outline<N> {
             }
             let corner = |v: u32| minus(seen.points[v as usize].at_px.map(f64::from), p);
             let [a, b, c] = seen.surface.triangles[t as usize].map(corner);
-            let sides = [cross(a, b), cross(b, c), cross(c, a)];
-            sides.iter().all(|s| *s >= 0.0) || sides.iter().all(|s| *s <= 0.0)
+            // Without short cuts, as in `meets`.
+            let [s, t, u] = [cross(a, b), cross(b, c), cross(c, a)];
+            ((s >= 0.0) & (t >= 0.0) & (u >= 0.0)) | ((s <= 0.0) & (t <= 0.0) & (u <= 0.0))
         };
         if last_found.is_some_and(covers) {
             return true;
