@@ -145,11 +145,13 @@ pub(super) fn nut(order: &mut Order) -> TexturedMesh {
     let metal = hardware(order);
     let bore = [9.2, 10.0][order.pick(2)];
     thing.put(pierced(&regular_polygon(18.0, 6), (0.0, 0.0), |_| bore, 15.0, 1.3, 48), [0.0; 3], &metal);
+    // The same from both sides, as a nut is.
     let mut thread = vec![(bore + 1.4, 1.6), (bore + 1.4, 13.4), (bore - 0.4, 13.0)];
     for k in 0..5 {
-        let z = 12.0 - 2.1 * f64::from(k);
-        thread.extend([(bore - 1.5, z), (bore - 1.5, z - 0.4), (bore - 0.3, z - 1.2)]);
+        let crest = 11.7 - 2.1 * f64::from(k);
+        thread.extend([(bore - 0.3, crest + 1.0), (bore - 1.5, crest + 0.2), (bore - 1.5, crest - 0.2)]);
     }
+    thread.extend([(bore - 0.3, 2.3), (bore - 0.4, 2.0)]);
     let inside = Material { roughness: 0.5, ..Material::metal("thread", Rgb::hex(0x808286), 0.5) };
     thing.put(turned_ring(&thread, 36), [0.0; 3], &inside);
     // A raised washer face on both sides.
