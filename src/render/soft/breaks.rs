@@ -15,18 +15,72 @@
 
 use glam::{Vec2, Vec3};
 
+use super::fill::Step;
 use super::nearest::{NOTHING, Nearest};
 use super::paint::Paint;
+use super::surface::{OTHERWISE, Side};
 use super::{MovingPoint, Surface};
 
 /// Which edges break the color; keep it to save allocations.
 #[derive(Debug, Default)]
 pub struct Breaks {
-    /// Of each edge.
+    marks: Marks,
+}
+
+/// Some edges and the triangles at them.
+#[derive(Clone, Debug, Default)]
+struct Marks {
+    /// Of each edge: whether it breaks the color.
     breaks: Vec<bool>,
     /// Of each triangle: whether such an edge is its own, and whether it is its own or a neighbor's.
     own: Vec<bool>,
     near: Vec<bool>,
+}
+
+/// What of the breaks is the same at any yaw.
+#[derive(Debug, Default)]
+pub struct Creases {
+    marks: Marks,
+    /// Edges that are no creases and of whose turning a silhouette's steps do not tell for sure.
+    others: Vec<u32>,
+}
+
+impl Creases {
+    /// `creases` of each edge: whether the colors to its two sides are unrelated.
+    pub fn new(surface: &Surface, creases: Vec<bool>, paint: &Paint) -> Self {
+        let triangles = surface.triangles.len();
+        let mut found = Self::default();
+        found.marks.breaks.resize(surface.edges.len(), false);
+        found.marks.own.resize(triangles, false);
+        found.marks.near.resize(triangles, false);
+        for ((edge, crease), &pair) in (0..).zip(creases).zip(&surface.pairs) {
+            match crease {
+                true => found.marks.mark(edge, surface, paint),
+                false if pair == OTHERWISE => found.others.push(edge),
+                false => {}
+            }
+        }
+        found
+    }
+}
+
+impl Marks {
+    fn copy_from(&mut self, other: &Self) {
+        self.breaks.clone_from(&other.breaks);
+        self.own.clone_from(&other.own);
+        self.near.clone_from(&other.near);
+    }
+
+    fn mark(&mut self, edge: u32, surface: &Surface, paint: &Paint) {
+        self.breaks[edge as usize] = true;
+        for side in surface.sides(&surface.edges[edge as usize]) {
+            let own = &mut self.own[side.triangle as usize];
+            if !std::mem::replace(own, true) {
+                self.near[side.triangle as usize] = true;
+                paint.beside(side.triangle).iter().for_each(|&other| self.near[other as usize] = true);
+            }
+        }
+    }
 }
 
 /// By how much a pixel is mixed with one beside it, and the derivatives.
@@ -38,33 +92,17 @@ pub struct Mixture<const N: usize> {
 }
 
 impl Breaks {
-    /// Finds them; `clockwise` of each triangle on the screen.
-    pub fn find(&mut self, surface: &Surface, paint: &Paint, clockwise: &[bool]) {
-        let triangles = surface.triangles.len();
-        self.breaks.clear();
-        self.own.clear();
-        self.own.resize(triangles, false);
-        for ((edge, &pair), &crease) in surface.edges.iter().zip(&surface.pairs).zip(&paint.creases) {
-            if !crease && Surface::passes_smoothly(pair, clockwise) {
-                self.breaks.push(false);
-                continue;
-            }
-            let sides = surface.sides(edge);
-            let turns = |pair: &[super::surface::Side]| {
-                clockwise[pair[0].triangle as usize] != clockwise[pair[1].triangle as usize]
-            };
-            let breaks = crease || sides.windows(2).any(turns);
-            self.breaks.push(breaks);
-            if breaks {
-                sides.iter().for_each(|side| self.own[side.triangle as usize] = true);
-            }
-        }
-        self.near.clear();
-        self.near.extend_from_slice(&self.own);
-        for face in (0..triangles).filter(|&face| self.own[face]) {
-            for &edge in &paint.edges_of[face] {
-                let sides = surface.sides(&surface.edges[edge as usize]);
-                sides.iter().for_each(|side| self.near[side.triangle as usize] = true);
+    /// Finds them; `clockwise` of each triangle on the screen, `steps` the silhouette's.
+    pub fn find(&mut self, surface: &Surface, paint: &Paint, clockwise: &[bool], steps: &[Step]) {
+        self.marks.copy_from(&paint.creases.marks);
+        // An ordinary edge where the surface turns is a step.
+        let others = paint.creases.others.iter().copied();
+        for edge in steps.iter().map(|step| step.edge).chain(others) {
+            let turns =
+                |pair: &[Side]| clockwise[pair[0].triangle as usize] != clockwise[pair[1].triangle as usize];
+            let sides = surface.sides(&surface.edges[edge as usize]);
+            if !self.marks.breaks[edge as usize] && sides.windows(2).any(turns) {
+                self.marks.mark(edge, surface, paint);
             }
         }
     }
@@ -103,7 +141,7 @@ impl Breaks {
                 let faces = if here_is_nearer { [here, there] } else { [there, here] };
                 let edge = faces
                     .into_iter()
-                    .filter(|&face| self.near[face as usize])
+                    .filter(|&face| self.marks.near[face as usize])
                     .find_map(|face| self.crossing(surface, paint, points, face, center, axis));
                 let Some((reach, slopes)) = edge.or_else(|| meet([at, beside], axis)) else { continue };
                 // By this much of a pixel the color here reaches beyond the border between the two.
@@ -128,20 +166,15 @@ impl Breaks {
         center: Vec2,
         axis: usize,
     ) -> Option<(f32, [f32; N])> {
-        let own = &paint.edges_of[face as usize];
-        let crossed = |edges: &[u32; 3]| {
-            edges
+        let crossed = |face: u32| {
+            let breaking = |edge: &&u32| self.marks.breaks[**edge as usize];
+            paint.edges_of[face as usize]
                 .iter()
-                .filter(|&&edge| self.breaks[edge as usize])
+                .filter(breaking)
                 .find_map(|&edge| crossed(surface.edges[edge as usize].ends, points, center, axis))
         };
-        crossed(own).or_else(|| {
-            let sides = own.iter().flat_map(|&edge| surface.sides(&surface.edges[edge as usize]));
-            let beside = sides.map(|side| side.triangle).filter(|&other| other != face);
-            beside
-                .filter(|&other| self.own[other as usize])
-                .find_map(|other| crossed(&paint.edges_of[other as usize]))
-        })
+        let beside = || paint.beside(face).iter().filter(|&&other| self.marks.own[other as usize]);
+        crossed(face).or_else(|| beside().find_map(|&other| crossed(other)))
     }
 }
 

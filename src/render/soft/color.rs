@@ -181,7 +181,8 @@ impl<const N: usize> SoftPicture<N> {
 
     /// Mixes the colors of pixels beside breaks, all from what they were before.
     fn soften_breaks(&mut self, painted: &Painted<N>) {
-        self.breaks.find(painted.surface, painted.paint, &painted.silhouette.clockwise);
+        let silhouette = painted.silhouette;
+        self.breaks.find(painted.surface, painted.paint, &silhouette.clockwise, silhouette.fill.steps());
         self.mixed.clear();
         let (planes, slopes, mixed) = (&self.planes, &self.slopes, &mut self.mixed);
         let color =
@@ -196,7 +197,7 @@ impl<const N: usize> SoftPicture<N> {
             }
             let (x, y) = (pixels[0] % self.grid.width_px(), pixels[0] / self.grid.width_px());
             let center = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
-            let [one, other] = faces.map(|face| SeenFace::new(painted, &self.scaled, face));
+            let [one, other] = faces.map(|face| SeenFace::plane(painted, &self.scaled, face));
             meeting(&one, &other, center, axis)
         };
         let differ = |[one, other]: [usize; 2]| {
@@ -306,7 +307,7 @@ fn meeting<const N: usize>(
     Some((reach, std::array::from_fn(slope)))
 }
 
-/// A triangle on the screen and how it moves.
+/// A triangle on the screen and how it moves; of a mere plane the texture's levels are 0.
 struct SeenFace<const N: usize> {
     number: u32,
     from: Vec2,
@@ -354,19 +355,30 @@ impl FaceSlopes {
 
 impl<const N: usize> SeenFace<N> {
     fn new(painted: &Painted<N>, points: &[MovingPoint<N>], number: u32) -> Self {
+        let mut seen = Self::plane(painted, points, number);
+        let face = &painted.paint.faces[number as usize];
+        let look = &painted.paint.looks[face.look];
+        let [u, v] = [face.uvs[1] - face.uvs[0], face.uvs[2] - face.uvs[0]];
+        let texels = u.perp_dot(v).abs() * look.area_texels();
+        let level = 0.5 * (texels / seen.area.abs()).log2();
+        let last = look.levels.len().saturating_sub(1) as f32;
+        if level > 0.0 && level < last {
+            let area = seen.area;
+            seen.moves.iter_mut().for_each(|m| m.level = -0.5 * std::f32::consts::LOG2_E * m.area / area);
+        }
+        // `max` takes the number where the triangle has no area in the texture or on the screen.
+        seen.level = level.max(0.0).min(last);
+        seen
+    }
+
+    /// Without what the texture needs.
+    fn plane(painted: &Painted<N>, points: &[MovingPoint<N>], number: u32) -> Self {
         let corners = painted.surface.triangles[number as usize];
         let [a, b, c] = corners.map(|v| &points[v as usize]);
         let keys = corners.map(|v| &painted.keys[v as usize]);
         let from = Vec2::from(a.at_px);
         let sides = [Vec2::from(b.at_px) - from, Vec2::from(c.at_px) - from];
         let area = sides[0].perp_dot(sides[1]);
-        let face = &painted.paint.faces[number as usize];
-        let look = &painted.paint.looks[face.look];
-        let [u, v] = [face.uvs[1] - face.uvs[0], face.uvs[2] - face.uvs[0]];
-        let texels = u.perp_dot(v).abs() * look.area_texels();
-        let level = 0.5 * (texels / area.abs()).log2();
-        let last = look.levels.len().saturating_sub(1) as f32;
-        let between = level > 0.0 && level < last;
         let moves = std::array::from_fn(|k| {
             let [p, q, r] = [a, b, c].map(|point| Vec2::from(point.slopes[k]));
             let moving = [q - p, r - p];
@@ -376,12 +388,10 @@ impl<const N: usize> SeenFace<N> {
                 sides: moving,
                 area: grows,
                 keys: keys.map(|key| key.slopes[k]),
-                level: if between { -0.5 * std::f32::consts::LOG2_E * grows / area } else { 0.0 },
+                level: 0.0,
             }
         });
-        // `max` takes the number where the triangle has no area in the texture or on the screen.
-        let level = level.max(0.0).min(last);
-        Self { number, from, sides, area, keys: keys.map(|key| key.key), level, moves }
+        Self { number, from, sides, area, keys: keys.map(|key| key.key), level: 0.0, moves }
     }
 
     /// Its plane's key at a pixel position, and its derivatives.

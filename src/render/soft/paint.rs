@@ -12,7 +12,7 @@
 use glam::{Vec2, Vec3};
 
 use super::Surface;
-use super::breaks::{alike, creases};
+use super::breaks::{Creases, alike, creases};
 use crate::geometry::rounding::floor;
 use crate::geometry::srgb::LINEAR_OF_SRGB;
 use crate::geometry::{Image, TexturedMesh};
@@ -26,8 +26,11 @@ pub struct Paint {
     pub(super) looks: Vec<Look>,
     /// Of each triangle, among the surface's edges.
     pub(super) edges_of: Vec<[u32; 3]>,
-    /// Of each edge: whether the colors to its two sides are unrelated.
-    pub(super) creases: Vec<bool>,
+    /// Where colors break off at any yaw.
+    pub(super) creases: Creases,
+    /// Of each triangle those beside it, of all triangles one after another, and where each one's begin.
+    beside: Vec<u32>,
+    beside_starts: Vec<u32>,
 }
 
 /// A triangle's corners.
@@ -83,11 +86,31 @@ impl Paint {
         });
         let faces: Vec<Face> = faces.iter().map(face).collect();
         let (edges_of, creases) = creases(surface, |a, b| alike(&faces, a, b));
-        Self { looks: looks.collect(), faces, edges_of, creases }
+        let (mut beside, mut beside_starts) = (Vec::new(), vec![0]);
+        for (face, edges) in (0..).zip(&edges_of) {
+            let sides = edges.iter().flat_map(|&edge| surface.sides(&surface.edges[edge as usize]));
+            beside.extend(sides.map(|side| side.triangle).filter(|&other| other != face));
+            beside_starts.push(beside.len() as u32);
+        }
+        let mut paint = Self {
+            looks: looks.collect(),
+            faces,
+            edges_of,
+            creases: Creases::default(),
+            beside,
+            beside_starts,
+        };
+        paint.creases = Creases::new(surface, creases, &paint);
+        paint
     }
-}
 
-impl Paint {
+    /// The triangles that have an edge in common with one, edge by edge.
+    #[inline]
+    pub(super) fn beside(&self, face: u32) -> &[u32] {
+        let bounds = &self.beside_starts[face as usize..][..2];
+        &self.beside[bounds[0] as usize..bounds[1] as usize]
+    }
+
     /// Whether two triangles are neighbors.
     pub(super) fn share_an_edge(&self, faces: [u32; 2]) -> bool {
         let [one, other] = faces.map(|face| &self.edges_of[face as usize]);
