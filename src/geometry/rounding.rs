@@ -18,3 +18,15 @@ pub fn ceil_within(x: f32, limit: usize) -> usize {
     let nearest = (shifted.to_bits() - SHIFT.to_bits()) as usize;
     nearest + usize::from(shifted - SHIFT < x)
 }
+
+/// Largest whole number at most `x`, within `low..=high`, which are within 2^22 of 0; `low` where there is no number.
+#[inline]
+pub fn floor_within(x: f32, low: f32, high: f32) -> i32 {
+    // As above, with half as large a number more so that what is below 0 keeps its place.
+    const SHIFT: f32 = 12_582_912.0;
+    let x = if x > low { x } else { low };
+    let x = if x < high { x } else { high };
+    let shifted = x + SHIFT;
+    let nearest = shifted.to_bits().wrapping_sub(SHIFT.to_bits()) as i32;
+    nearest - i32::from(shifted - SHIFT > x)
+}

@@ -61,17 +61,26 @@ impl<'a, const N: usize> Planes<'a, N> {
 
 /// Softens the hard picture along the outline. Pieces are taken in their order in every band, so ties are
 /// decided alike with any number of threads.
-pub fn soften<const N: usize>(pieces: &[Piece<N>], grid: Grid, sigma_px2: f32, planes: Planes<N>) {
+pub fn soften<'a, const N: usize>(pieces: &'a [Piece<N>], grid: Grid, sigma_px2: f32, planes: Planes<'a, N>) {
     let mut bands = Vec::with_capacity(grid.height_px.div_ceil(BAND_ROWS));
     let (mut rest, mut first_row) = (planes, 0);
     while first_row < grid.height_px {
         let rows = BAND_ROWS.min(grid.height_px - first_row);
         let (band, others) = rest.split(rows, grid.blocks_across);
-        bands.push(Band { first_row, rows, blocks_across: grid.blocks_across, planes: band });
+        let pieces = Vec::with_capacity(pieces.len());
+        bands.push(Band { first_row, rows, blocks_across: grid.blocks_across, planes: band, pieces });
         (rest, first_row) = (others, first_row + rows);
     }
+    let reach = reach_px(sigma_px2);
+    for piece in pieces {
+        let [a, b] = piece.ends.map(|end| end.at_px[1]);
+        // A row more to both sides than it can reach.
+        let first = (a.min(b) - reach - 1.0).max(0.0) as usize / BAND_ROWS;
+        let end = ((a.max(b) + reach + 1.0).max(0.0) as usize / BAND_ROWS + 1).min(bands.len());
+        (first..end).for_each(|band| bands[band].pieces.push(piece));
+    }
     bands.into_par_iter().for_each(|mut band| {
-        pieces.iter().for_each(|piece| band.approach(piece, reach_px(sigma_px2)));
+        std::mem::take(&mut band.pieces).into_iter().for_each(|piece| band.approach(piece, reach));
         band.finish(sigma_px2);
     });
 }
@@ -81,6 +90,8 @@ struct Band<'a, const N: usize> {
     rows: usize,
     blocks_across: usize,
     planes: Planes<'a, N>,
+    /// Those that may be within reach, in their order.
+    pieces: Vec<&'a Piece<N>>,
 }
 
 #[inline]

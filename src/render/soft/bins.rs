@@ -1,5 +1,7 @@
 //! What lies where: numbered things sorted into the square cells of a picture.
 
+use crate::geometry::rounding::floor_within;
+
 /// Side of a cell, pixels.
 pub const CELL_PX: f32 = 4.0;
 
@@ -31,9 +33,8 @@ impl Bins {
     /// Column (or row) of a coordinate, not bounded.
     #[inline]
     fn line(&self, x: f32) -> i32 {
-        // Shifted so that truncation rounds down; far away is far enough.
-        let x = ((x + self.margin_px) / CELL_PX).clamp(-1000.0, 1e6);
-        (x + 1024.0) as i32 - 1024
+        // Far away is far enough.
+        floor_within((x + self.margin_px) / CELL_PX, -1000.0, 1e6)
     }
 
     /// Cells that a box touches: columns and rows.

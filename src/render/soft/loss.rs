@@ -154,7 +154,7 @@ struct RowSums<const N: usize> {
     edges: Lanes<N>,
 }
 
-#[inline]
+#[inline(always)]
 fn load(plane: &[f32], at: usize) -> f32x8 {
     let mut lanes = [0.0; BLOCK_PX];
     lanes.copy_from_slice(&plane[at..at + BLOCK_PX]);
@@ -200,8 +200,8 @@ impl<'a> Sobel<'a> {
     #[inline(always)]
     fn at(&self, block: usize) -> (f32x8, f32x8) {
         let x = block * BLOCK_PX;
-        let around = |row: &[f32]| (left_of(row, x), load(row, x), right_of(row, x));
-        let (above, here, below) = (around(self.rows[0]), around(self.rows[1]), around(self.rows[2]));
+        let [above, here, below] = self.rows;
+        let (above, here, below) = (around(above, x), around(here, x), around(below, x));
         let two = f32x8::splat(2.0);
         let dx = (above.2 - above.0) + two * (here.2 - here.0) + (below.2 - below.0);
         let dy = (below.0 - above.0) + two * (below.1 - above.1) + (below.2 - above.2);
@@ -209,8 +209,14 @@ impl<'a> Sobel<'a> {
     }
 }
 
+/// A block's pixels, those to their left and those to their right: left, own, right.
+#[inline(always)]
+fn around(row: &[f32], x: usize) -> (f32x8, f32x8, f32x8) {
+    (left_of(row, x), load(row, x), right_of(row, x))
+}
+
 /// The pixels to the left of a block's own; at the border the border pixel itself.
-#[inline]
+#[inline(always)]
 fn left_of(row: &[f32], x: usize) -> f32x8 {
     if x > 0 {
         return load(row, x - 1);
@@ -218,7 +224,7 @@ fn left_of(row: &[f32], x: usize) -> f32x8 {
     f32x8::from(from_fn(|k: usize| row[k.saturating_sub(1)]))
 }
 
-#[inline]
+#[inline(always)]
 fn right_of(row: &[f32], x: usize) -> f32x8 {
     if x + BLOCK_PX < row.len() {
         return load(row, x + 1);

@@ -28,6 +28,10 @@ pub struct Outline<const N: usize> {
     pieces: Vec<Piece<N>>,
     contour: Vec<ContourEdge<N>>,
     cuts: Vec<Cut>,
+    /// The same as they were found.
+    found: Vec<Cut>,
+    /// Of each edge where its cuts begin.
+    cut_starts: Vec<u32>,
     lines: Bins,
     /// Of each contour edge's part in and near the picture, a little widened.
     line_extents: Vec<Extent>,
@@ -61,6 +65,8 @@ impl<const N: usize> Default for Outline<N> {
             pieces: Vec::new(),
             contour: Vec::new(),
             cuts: Vec::new(),
+            found: Vec::new(),
+            cut_starts: Vec::new(),
             lines: Bins::default(),
             line_extents: Vec::new(),
             steps: Vec::new(),
@@ -92,7 +98,7 @@ struct ContourEdge<const N: usize> {
 }
 
 /// Where one contour edge is crossed by another.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Cut {
     /// Number of the edge that is cut, and the share of its way.
     edge: u32,
@@ -180,7 +186,7 @@ impl<const N: usize> Outline<N> {
 
     /// Where contour edges cross, but in cells that are covered.
     fn find_cuts(&mut self) {
-        self.cuts.clear();
+        self.found.clear();
         for cell in (0..self.lines.cells()).filter(|&cell| !self.inside.covered()[cell]) {
             let here = self.lines.in_cell(cell);
             for (k, &i) in here.iter().enumerate() {
@@ -196,13 +202,38 @@ impl<const N: usize> Outline<N> {
                     let Some((s, u)) = e.line.crossing(&f.line) else { continue };
                     // Two lines may meet in several cells' lists but cross in one.
                     if self.lines.cell_of(e.line.at(s).at_px_f32()) == Some(cell) {
-                        self.cuts.push(Cut { edge: i, at: s, other: j, other_at: u });
-                        self.cuts.push(Cut { edge: j, at: u, other: i, other_at: s });
+                        self.found.push(Cut { edge: i, at: s, other: j, other_at: u });
+                        self.found.push(Cut { edge: j, at: u, other: i, other_at: s });
                     }
                 }
             }
         }
-        self.cuts.sort_unstable_by(|a, b| a.edge.cmp(&b.edge).then(a.at.total_cmp(&b.at)));
+        self.sort_cuts();
+    }
+
+    /// By edge, then along it. Edges have few cuts each: sorted into their places first, hardly any is left to sort.
+    fn sort_cuts(&mut self) {
+        let starts = &mut self.cut_starts;
+        starts.clear();
+        starts.resize(self.contour.len() + 1, 0);
+        self.found.iter().for_each(|cut| starts[cut.edge as usize + 1] += 1);
+        (0..self.contour.len()).for_each(|edge| starts[edge + 1] += starts[edge]);
+        self.cuts.clear();
+        self.cuts.resize(self.found.len(), Cut::default());
+        for cut in &self.found {
+            // The starts end up as the next edge's.
+            let end = &mut starts[cut.edge as usize];
+            let mut at = *end as usize;
+            *end += 1;
+            while at > 0
+                && self.cuts[at - 1].edge == cut.edge
+                && self.cuts[at - 1].at.total_cmp(&cut.at).is_gt()
+            {
+                self.cuts[at] = self.cuts[at - 1];
+                at -= 1;
+            }
+            self.cuts[at] = *cut;
+        }
     }
 
     /// Those in cells that contour edges pass and that are not covered for sure.
