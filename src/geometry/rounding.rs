@@ -30,3 +30,34 @@ pub fn floor_within(x: f32, low: f32, high: f32) -> i32 {
     let nearest = shifted.to_bits().wrapping_sub(SHIFT.to_bits()) as i32;
     nearest - i32::from(shifted - SHIFT > x)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Whole numbers, halves and their neighbors, on both sides of 0 and beyond all bounds.
+    fn numbers() -> impl Iterator<Item = f32> {
+        let near = |x: f32| [x.next_down(), x, x.next_up()];
+        let halves = (-4096..=4096).map(|k| 0.5 * k as f32);
+        let far = [-1e30, -4e6, 4e6, 1e30, f32::INFINITY, f32::NEG_INFINITY];
+        halves.chain(far).flat_map(near)
+    }
+
+    #[test]
+    fn rounds_as_the_library_within_bounds() {
+        for x in numbers() {
+            assert_eq!(ceil_within(x, 777), x.ceil().clamp(0.0, 777.0) as usize, "{x}");
+            for (low, high) in [(-1000.0, 1e6), (-4e6, 4e6), (3.0, 9.0)] {
+                assert_eq!(floor_within(x, low, high), x.floor().clamp(low, high) as i32, "{x}");
+            }
+            if x.abs() < 1e9 {
+                assert_eq!(floor(x), x.floor() as i32, "{x}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_no_number_is_the_lowest() {
+        assert_eq!((ceil_within(f32::NAN, 9), floor_within(f32::NAN, -3.0, 9.0)), (0, -3));
+    }
+}
