@@ -1,4 +1,4 @@
-//! Rounding in inner loops of pictures. Without SSE 4.1 the library's `floor` and `ceil` are calls.
+//! Rounding and comparing in inner loops of pictures. Without SSE 4.1 the library's `floor` and `ceil` are calls.
 
 /// Largest whole number at most `x`.
 #[inline]
@@ -29,6 +29,18 @@ pub fn floor_within(x: f32, low: f32, high: f32) -> i32 {
     let shifted = x + SHIFT;
     let nearest = shifted.to_bits().wrapping_sub(SHIFT.to_bits()) as i32;
     nearest - i32::from(shifted - SHIFT > x)
+}
+
+/// The lesser of two numbers as a single instruction; the second where either is none.
+#[inline]
+pub fn lesser(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
+}
+
+/// The greater, likewise.
+#[inline]
+pub fn greater(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
 }
 
 #[cfg(test)]

@@ -11,7 +11,7 @@ use wide::bytemuck::cast;
 use wide::{f32x4, u32x4};
 
 use super::{Grid, MovingPoint};
-use crate::geometry::rounding::ceil_within;
+use crate::geometry::rounding::{ceil_within, lesser};
 
 /// No triangle.
 pub const NOTHING: u32 = u32::MAX;
@@ -141,10 +141,4 @@ impl Nearest {
         sorted[2 - swap_02 - swap_12] = triangle[2];
         sorted.map(|v| self.corners[v as usize])
     }
-}
-
-/// As a single instruction.
-#[inline]
-fn lesser(a: f32, b: f32) -> f32 {
-    if a < b { a } else { b }
 }

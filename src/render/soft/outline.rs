@@ -14,6 +14,7 @@ use super::crossing::{MovingLine, cross, minus};
 use super::fill::Fill;
 use super::inside::{Inside, StepLine, WIDENED_PX};
 use super::{Grid, MovingPoint, Surface};
+use crate::geometry::rounding::{greater, lesser};
 
 /// How far beyond a piece one looks, pixels: above rounding, below what could be seen. Gaps narrower than
 /// this are closed.
@@ -35,6 +36,8 @@ pub struct Outline<const N: usize> {
     lines: Bins,
     /// Of each contour edge's part in and near the picture, a little widened.
     line_extents: Vec<Extent>,
+    /// Of those in one cell their part within it.
+    parts: Vec<Extent>,
     /// The same edges.
     steps: Vec<StepLine>,
     /// Cells that other steps pass.
@@ -69,6 +72,7 @@ impl<const N: usize> Default for Outline<N> {
             cut_starts: Vec::new(),
             lines: Bins::default(),
             line_extents: Vec::new(),
+            parts: Vec::new(),
             steps: Vec::new(),
             doubtful: Vec::new(),
             inside: Inside::default(),
@@ -116,13 +120,24 @@ struct Extent {
 
 impl Extent {
     fn around<const K: usize>(points: [[f32; 2]; K]) -> Self {
-        let bound = |axis: usize, of: fn(f32, f32) -> f32| points.map(|p| p[axis]).into_iter().reduce(of);
-        let both = |of: fn(f32, f32) -> f32| [0, 1].map(|axis| bound(axis, of).unwrap_or(0.0));
-        Self { low: both(f32::min), high: both(f32::max) }
+        let mut around = Self { low: [f32::INFINITY; 2], high: [f32::NEG_INFINITY; 2] };
+        for p in points {
+            around.low = [lesser(p[0], around.low[0]), lesser(p[1], around.low[1])];
+            around.high = [greater(p[0], around.high[0]), greater(p[1], around.high[1])];
+        }
+        around
     }
 
     fn widened(self, by: f32) -> Self {
         Self { low: self.low.map(|c| c - by), high: self.high.map(|c| c + by) }
+    }
+
+    /// The part within the other; turned about where there is none.
+    fn within(&self, other: &Self) -> Self {
+        let [x, y] = [0, 1].map(|axis| {
+            [greater(self.low[axis], other.low[axis]), lesser(self.high[axis], other.high[axis])]
+        });
+        Self { low: [x[0], y[0]], high: [x[1], y[1]] }
     }
 
     /// Whether the two have a point in common.
@@ -189,10 +204,18 @@ impl<const N: usize> Outline<N> {
         self.found.clear();
         for cell in (0..self.lines.cells()).filter(|&cell| !self.inside.covered()[cell]) {
             let here = self.lines.in_cell(cell);
-            for (k, &i) in here.iter().enumerate() {
-                let (e, extent) = (&self.contour[i as usize], &self.line_extents[i as usize]);
-                for &j in &here[k + 1..] {
-                    if !extent.meets(&self.line_extents[j as usize]) {
+            if here.len() < 2 {
+                continue;
+            }
+            // Two lines may meet in several cells' lists but cross in one.
+            let corner = self.lines.corner_of(cell);
+            let square = Extent { low: corner, high: corner.map(|c| c + CELL_PX) }.widened(APART_PX);
+            self.parts.clear();
+            self.parts.extend(here.iter().map(|&i| self.line_extents[i as usize].within(&square)));
+            for (k, (&i, part)) in here.iter().zip(&self.parts).enumerate() {
+                let e = &self.contour[i as usize];
+                for (&j, other) in here[k + 1..].iter().zip(&self.parts[k + 1..]) {
+                    if !part.meets(other) {
                         continue;
                     }
                     let f = &self.contour[j as usize];
@@ -200,7 +223,6 @@ impl<const N: usize> Outline<N> {
                         continue;
                     }
                     let Some((s, u)) = e.line.crossing(&f.line) else { continue };
-                    // Two lines may meet in several cells' lists but cross in one.
                     if self.lines.cell_of(e.line.at(s).at_px_f32()) == Some(cell) {
                         self.found.push(Cut { edge: i, at: s, other: j, other_at: u });
                         self.found.push(Cut { edge: j, at: u, other: i, other_at: s });
