@@ -17,8 +17,9 @@ pub struct Bins {
     /// Of each cell, where its list begins; one more at the end.
     starts: Vec<u32>,
     entries: Vec<u32>,
-    /// (cell, number) as they come.
+    /// (cell, number) as they come, and how many there are; more is room.
     pairs: Vec<(u32, u32)>,
+    entered: usize,
 }
 
 impl Bins {
@@ -27,7 +28,7 @@ impl Bins {
         self.margin_px = (margin_px / CELL_PX).ceil() * CELL_PX;
         let cells = |px: usize| ((px as f32 + 2.0 * self.margin_px) / CELL_PX).ceil() as usize;
         (self.across, self.down) = (cells(width_px), cells(height_px));
-        self.pairs.clear();
+        self.entered = 0;
     }
 
     /// Column (or row) of a coordinate, not bounded.
@@ -61,20 +62,30 @@ impl Bins {
         if x0 > x1 {
             return false;
         }
-        let before = self.pairs.len();
-        for y in y0..=y1 {
-            let first = y as usize * self.across;
-            let row = &wanted[first + x0 as usize..=first + x1 as usize];
-            let here = (first as u32 + x0 as u32..).zip(row).filter(|(_, wanted)| **wanted);
-            self.pairs.extend(here.map(|(cell, _)| (cell, number)));
+        let (across, before) = ((x1 - x0 + 1) as usize, self.entered);
+        let most = before + across * (y1 - y0 + 1).max(0) as usize;
+        if most > self.pairs.len() {
+            self.pairs.resize(2 * most, (0, 0));
         }
-        self.pairs.len() > before
+        // All are written, one over the other until one is wanted: which ones are cannot be foreseen.
+        let mut entered = before;
+        for y in y0..=y1 {
+            let first = y as usize * self.across + x0 as usize;
+            for (cell, &wanted) in (first as u32..).zip(&wanted[first..first + across]) {
+                self.pairs[entered] = (cell, number);
+                entered += usize::from(wanted);
+            }
+        }
+        self.entered = entered;
+        entered > before
     }
 
     /// Enters a number in the cells a line passes, and in those it nearly touches.
     pub fn add_line(&mut self, number: u32, a: [f32; 2], b: [f32; 2]) {
         let mut pairs = std::mem::take(&mut self.pairs);
+        pairs.truncate(self.entered);
         self.each_on_line(a, b, |cell| pairs.push((cell as u32, number)));
+        self.entered = pairs.len();
         self.pairs = pairs;
     }
 
@@ -108,17 +119,18 @@ impl Bins {
         let cells = self.across * self.down;
         self.starts.clear();
         self.starts.resize(cells + 1, 0);
-        for &(cell, _) in &self.pairs {
+        let entered = &self.pairs[..self.entered];
+        for &(cell, _) in entered {
             self.starts[cell as usize + 1] += 1;
         }
         for cell in 0..cells {
             self.starts[cell + 1] += self.starts[cell];
         }
         self.entries.clear();
-        self.entries.resize(self.pairs.len(), 0);
+        self.entries.resize(entered.len(), 0);
         // Numbers come in ascending order, so the lists are ascending too. The starts move while the lists
         // are filled and are moved back after.
-        for &(cell, number) in &self.pairs {
+        for &(cell, number) in entered {
             let at = &mut self.starts[cell as usize];
             self.entries[*at as usize] = number;
             *at += 1;
@@ -133,7 +145,7 @@ impl Bins {
 
     /// (cell, number) as they were entered.
     pub fn entered(&self) -> &[(u32, u32)] {
-        &self.pairs
+        &self.pairs[..self.entered]
     }
 
     /// The corner of a cell where x and y are lowest.
