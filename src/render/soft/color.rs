@@ -291,19 +291,20 @@ fn meeting<const N: usize>(
     center: Vec2,
     axis: usize,
 ) -> Option<(f32, [f32; N])> {
-    let lead = |at: Vec2| {
-        let ((a, a_slopes), (b, b_slopes)) = (one.key(at), other.key(at));
-        (a - b, std::array::from_fn::<f32, N, _>(|k| a_slopes[k] - b_slopes[k]))
-    };
+    let lead = |at: Vec2| one.key(at) - other.key(at);
     let beside = [Vec2::X, Vec2::Y].map(|step| center + step);
     let (here, there, across) = (lead(center), lead(beside[axis]), lead(beside[1 - axis]));
-    let (along, aside) = ((there.0 - here.0).abs(), (across.0 - here.0).abs());
+    let (along, aside) = ((there - here).abs(), (across - here).abs());
     let steep = if axis == 0 { along >= aside } else { along > aside };
-    if !steep || here.0 < 0.0 || there.0 > 0.0 || along <= 0.0 {
+    if !steep || here < 0.0 || there > 0.0 || along <= 0.0 {
         return None;
     }
-    let reach = here.0 / (here.0 - there.0);
-    let slope = |k: usize| (here.1[k] - reach * (here.1[k] - there.1[k])) / (here.0 - there.0);
+    let reach = here / (here - there);
+    let slope = |k: usize| {
+        let lead_slope = |at: Vec2| one.key_slope(k, at) - other.key_slope(k, at);
+        let (here_slope, there_slope) = (lead_slope(center), lead_slope(beside[axis]));
+        (here_slope - reach * (here_slope - there_slope)) / (here - there)
+    };
     Some((reach, std::array::from_fn(slope)))
 }
 
@@ -394,13 +395,17 @@ impl<const N: usize> SeenFace<N> {
         Self { number, from, sides, area, keys: keys.map(|key| key.key), level: 0.0, moves }
     }
 
-    /// Its plane's key at a pixel position, and its derivatives.
-    fn key(&self, at: Vec2) -> (f32, [f32; N]) {
+    /// Its plane's key at a pixel position.
+    fn key(&self, at: Vec2) -> f32 {
         let ([e1, e2], [k0, k1, k2]) = (self.sides, self.keys);
         let (per_area, d) = (1.0 / self.area, at - self.from);
         let (b1, b2) = (d.perp_dot(e2) * per_area, e1.perp_dot(d) * per_area);
-        let slopes = std::array::from_fn(|k| self.moves[k].key_slope([e1, e2], self.keys, d, per_area));
-        (k0 + b1 * (k1 - k0) + b2 * (k2 - k0), slopes)
+        k0 + b1 * (k1 - k0) + b2 * (k2 - k0)
+    }
+
+    /// Its derivative by one parameter.
+    fn key_slope(&self, k: usize, at: Vec2) -> f32 {
+        self.moves[k].key_slope(self.sides, self.keys, at - self.from, 1.0 / self.area)
     }
 
     /// What is seen through a pixel position, and its derivatives.
