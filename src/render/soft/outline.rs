@@ -31,8 +31,8 @@ pub struct Outline<const N: usize> {
     cuts: Vec<Cut>,
     /// The same as they were found.
     found: Vec<Cut>,
-    /// Of each edge where its cuts begin.
-    cut_starts: Vec<u32>,
+    /// Of each edge where its cuts end.
+    cut_ends: Vec<u32>,
     lines: Bins,
     /// Of each contour edge's part in and near the picture, a little widened.
     line_extents: Vec<Extent>,
@@ -69,7 +69,7 @@ impl<const N: usize> Default for Outline<N> {
             contour: Vec::new(),
             cuts: Vec::new(),
             found: Vec::new(),
-            cut_starts: Vec::new(),
+            cut_ends: Vec::new(),
             lines: Bins::default(),
             line_extents: Vec::new(),
             parts: Vec::new(),
@@ -235,7 +235,7 @@ impl<const N: usize> Outline<N> {
 
     /// By edge, then along it. Edges have few cuts each: sorted into their places first, hardly any is left to sort.
     fn sort_cuts(&mut self) {
-        let starts = &mut self.cut_starts;
+        let starts = &mut self.cut_ends;
         starts.clear();
         starts.resize(self.contour.len() + 1, 0);
         self.found.iter().for_each(|cut| starts[cut.edge as usize + 1] += 1);
@@ -243,7 +243,7 @@ impl<const N: usize> Outline<N> {
         self.cuts.clear();
         self.cuts.resize(self.found.len(), Cut::default());
         for cut in &self.found {
-            // The starts end up as the next edge's.
+            // The starts end up as the ends.
             let end = &mut starts[cut.edge as usize];
             let mut at = *end as usize;
             *end += 1;
@@ -285,14 +285,15 @@ impl<const N: usize> Outline<N> {
 
     /// Keeps the pieces with nothing beyond; pieces that continue each other become one.
     fn keep_visible(&mut self, seen: &Layered<N>) {
-        let (mut cuts, mut entered) = (self.cuts.as_slice(), self.lines.entered());
+        let mut entered = self.lines.entered();
+        let mut first_cut = 0;
         // The edge's parts within cells that are covered, shares of the way.
         let mut hidden: Vec<(f64, f64)> = Vec::new();
         let mut last_found = None;
         for (index, edge) in self.contour.iter().enumerate() {
-            let own = cuts.partition_point(|c| c.edge as usize <= index);
-            let (mine, rest) = cuts.split_at(own);
-            cuts = rest;
+            let end_cut = self.cut_ends[index] as usize;
+            let mine = &self.cuts[first_cut..end_cut];
+            first_cut = end_cut;
             let own = entered.iter().take_while(|(_, number)| *number as usize == index).count();
             let (cells, rest) = entered.split_at(own);
             entered = rest;
@@ -304,7 +305,8 @@ impl<const N: usize> Outline<N> {
             hidden.clear();
             hidden.extend(cells.filter(covered).filter_map(|cell| self.part_within(cell, edge)));
             let [dx, dy] = edge.line.direction();
-            let outward = if edge.left { 1.0 } else { -1.0 } * BEYOND_PX / dx.hypot(dy).max(1e-30);
+            let outward =
+                if edge.left { 1.0 } else { -1.0 } * BEYOND_PX / (dx * dx + dy * dy).sqrt().max(1e-30);
             let beyond = [-dy * outward, dx * outward];
             // Ends of the piece in the making: `None` = the edge's own.
             let (mut start, mut from): (Option<&Cut>, f64) = (None, edge.shown.0);
