@@ -4,14 +4,18 @@
 //! a leaf, a ring. The picture still shows it. Masks grow, all at once and pixel by pixel, into pixels that no mask
 //! claims and whose color is nearer to that of the mask beside them than to that of the ground around, where the ground
 //! may be darker than elsewhere: shadows are nobody's. What has grown farther than erosion reaches stays only where it
-//! is thin.
+//! is thin. Then threads grow ([`threads`]).
 //!
 //! Cost: a few passes over the picture and some hundred operations for each pixel along the edges.
+
+mod ground;
+mod threads;
 
 use std::collections::VecDeque;
 
 use glam::Vec3;
 
+use self::ground::Ground;
 use crate::geometry::distance_transform::distance_transform;
 use crate::geometry::{Image, Mask};
 
@@ -24,15 +28,6 @@ const THIN_PX: f32 = 4.0;
 /// Thin parts grow by at most so many pixels.
 const LONGEST_PX: u16 = 96;
 
-/// Ground is looked at in squares of so many pixels to each side, the first that shows enough of it.
-const AROUND_PX: [usize; 3] = [14, 32, 72];
-
-/// Pixels of ground that are enough to tell its color.
-const ENOUGH_GROUND_PX: f32 = 30.0;
-
-/// Shades of the ground: the darkest shadow on it, and the brightest light.
-const SHADES: [f32; 2] = [0.3, 1.15];
-
 /// Distance from the ground's color, over all shades of it, up to which a pixel is ground, sRGB levels.
 const GROUND_LEVELS: f32 = 12.0;
 
@@ -42,7 +37,7 @@ const BESIDE_PX: usize = 2;
 /// Share of a grown pixel's own color in the color that grows on from it.
 const FOLLOWED: f32 = 0.15;
 
-/// How much farther from the mask than from the ground a color may be: where thin parts mix with the ground.
+/// How much farther from the mask than from the ground a color may be: where edges mix with the ground.
 const LENIENCE: f32 = 1.25;
 
 /// No mask.
@@ -58,6 +53,7 @@ pub fn repaired(picture: &Image, masks: &[Mask]) -> Vec<Mask> {
     }
     let mut growth = Growth::new(picture, masks);
     growth.grow();
+    growth.grow_threads();
     growth.without_thick_spurs(masks)
 }
 
@@ -114,9 +110,10 @@ impl Growth {
                 self.neighbors(from).filter(|&n| self.reached[n].owner == NOBODY).collect();
             for at in open {
                 let own = self.colors[at];
-                let Some(from_ground) = self.ground.distance(at % self.width, at / self.width, own) else {
+                let Some(ground) = self.ground.nearest(at % self.width, at / self.width, own) else {
                     continue;
                 };
+                let from_ground = own.distance(ground);
                 if from_ground > GROUND_LEVELS && own.distance(parent.color) < LENIENCE * from_ground {
                     let color = parent.color.lerp(own, FOLLOWED);
                     self.reached[at] = Reached { owner: parent.owner, steps: parent.steps + 1, color };
@@ -124,6 +121,39 @@ impl Growth {
                 }
             }
         }
+    }
+
+    /// The up to eight pixels around one.
+    fn around(&self, at: usize) -> impl Iterator<Item = usize> + use<> {
+        let (x, y, width, height) = (at % self.width, at / self.width, self.width, self.height);
+        let (left, right) = (x.saturating_sub(1), (x + 2).min(width));
+        let (top, bottom) = (y.saturating_sub(1), (y + 2).min(height));
+        (top..bottom).flat_map(move |v| (left..right).map(move |u| v * width + u)).filter(move |&n| n != at)
+    }
+
+    /// Connected pixels of one owner among those that are `wanted`.
+    fn parts(&self, wanted: impl Fn(usize) -> bool) -> Vec<Vec<usize>> {
+        let mut seen = vec![false; self.reached.len()];
+        let mut parts = Vec::new();
+        for start in 0..self.reached.len() {
+            if seen[start] || !wanted(start) {
+                continue;
+            }
+            let owner = self.reached[start].owner;
+            let (mut part, mut next) = (vec![start], 0);
+            seen[start] = true;
+            while next < part.len() {
+                for at in self.around(part[next]) {
+                    if !seen[at] && wanted(at) && self.reached[at].owner == owner {
+                        seen[at] = true;
+                        part.push(at);
+                    }
+                }
+                next += 1;
+            }
+            parts.push(part);
+        }
+        parts
     }
 
     fn neighbors(&self, at: usize) -> impl Iterator<Item = usize> + use<> {
@@ -161,86 +191,22 @@ impl Growth {
             (0..width * height).map(|at| grown.iter().any(|bits| bits[at])).collect()
         };
         let from_masks_px = distance_transform(&taken(&grown), width, height);
-        for (at, reached) in self.reached.iter().enumerate().filter(|(_, r)| r.steps > 0) {
+        for (at, reached) in self.reached.iter().enumerate().filter(|(_, r)| r.steps > 0 && r.owner != NOBODY)
+        {
             grown[usize::from(reached.owner)][at] = true;
         }
         let outside: Vec<bool> = taken(&grown).iter().map(|bit| !bit).collect();
         let inward_px = distance_transform(&outside, width, height);
-        let mut seen = vec![false; width * height];
-        for start in 0..width * height {
-            let far = |at: usize| self.reached[at].steps > 0 && from_masks_px[at] > EROSION_PX;
-            if seen[start] || !far(start) {
-                continue;
-            }
-            let owner = self.reached[start].owner;
-            let (mut part, mut next) = (vec![start], 0);
-            seen[start] = true;
-            while next < part.len() {
-                for at in self.neighbors(part[next]) {
-                    if !seen[at] && far(at) && self.reached[at].owner == owner {
-                        seen[at] = true;
-                        part.push(at);
-                    }
-                }
-                next += 1;
-            }
+        let far = |at: usize| {
+            self.reached[at].steps > 0 && self.reached[at].owner != NOBODY && from_masks_px[at] > EROSION_PX
+        };
+        for part in self.parts(far) {
             if part.iter().any(|&at| inward_px[at] > THIN_PX) {
-                part.iter().for_each(|&at| grown[usize::from(owner)][at] = false);
+                let owner = usize::from(self.reached[part[0]].owner);
+                part.iter().for_each(|&at| grown[owner][at] = false);
             }
         }
         grown.into_iter().map(|bits| Mask::from_bits(width as u32, height as u32, bits)).collect()
-    }
-}
-
-/// Mean colors of what no mask is near.
-struct Ground {
-    width: usize,
-    height: usize,
-    /// Sums over all pixels above and to the left: red, green, blue, number; one row and one column more than pixels.
-    sums: Vec<[f64; 4]>,
-}
-
-impl Ground {
-    fn new(colors: &[Vec3], claimed: &[bool], width: usize, height: usize) -> Self {
-        let from_masks_px = distance_transform(claimed, width, height);
-        let mut sums = vec![[0.0; 4]; (width + 1) * (height + 1)];
-        for y in 0..height {
-            let mut row = [0.0; 4];
-            for x in 0..width {
-                let at = y * width + x;
-                if from_masks_px[at] > EROSION_PX {
-                    let c = colors[at];
-                    let own = [c.x, c.y, c.z, 1.0].map(f64::from);
-                    (0..4).for_each(|k| row[k] += own[k]);
-                }
-                let above = sums[y * (width + 1) + x + 1];
-                sums[(y + 1) * (width + 1) + x + 1] = std::array::from_fn(|k| above[k] + row[k]);
-            }
-        }
-        Self { width, height, sums }
-    }
-
-    /// Distance of a color from the nearest shade of the ground around a pixel, in any of the four directions that show
-    /// enough of it, sRGB levels; `None` where none does.
-    fn distance(&self, x: usize, y: usize, color: Vec3) -> Option<f32> {
-        let from = |mean: Vec3| {
-            let shade = color.dot(mean) / mean.length_squared().max(1.0);
-            color.distance(mean * shade.clamp(SHADES[0], SHADES[1]))
-        };
-        AROUND_PX.into_iter().find_map(|reach| {
-            let (x0, x1) = (x.saturating_sub(reach), (x + reach + 1).min(self.width));
-            let (y0, y1) = (y.saturating_sub(reach), (y + reach + 1).min(self.height));
-            let quarters = [[x0, y0, x + 1, y + 1], [x, y0, x1, y + 1], [x0, y, x + 1, y1], [x, y, x1, y1]];
-            quarters.into_iter().filter_map(|part| self.mean(part)).map(from).reduce(f32::min)
-        })
-    }
-
-    /// Mean color of the ground in the pixels from x0, y0 to before x1, y1.
-    fn mean(&self, [x0, y0, x1, y1]: [usize; 4]) -> Option<Vec3> {
-        let at = |x: usize, y: usize| self.sums[y * (self.width + 1) + x];
-        let [a, b, c, d] = [at(x0, y0), at(x1, y0), at(x0, y1), at(x1, y1)];
-        let [red, green, blue, count] = std::array::from_fn(|k| (d[k] - b[k] - c[k] + a[k]) as f32);
-        (count >= ENOUGH_GROUND_PX).then(|| Vec3::new(red, green, blue) / count)
     }
 }
 
@@ -281,6 +247,25 @@ mod tests {
         let eroded = mask(|x, y| within(x, 32, 58) && within(y, 33, 68) && !hole(x, y));
         let repaired = repaired(&picture, &[eroded]);
         assert_eq!(repaired[0], mask(|x, y| spool(x, y) || thread(x, y)));
+    }
+
+    #[test]
+    fn a_thread_that_covers_no_pixel_whole_and_leaves_at_a_rim_of_another_color_is_found() {
+        // The end of a spool's winding leaves behind its white rim; on the wood it was half the wood's color.
+        let (rim, winding) = (
+            |x: u32, y: u32| within(x, 30, 60) && within(y, 30, 40),
+            |x: u32, y: u32| within(x, 34, 56) && within(y, 40, 70),
+        );
+        let thread = |x: u32, y: u32| within(x, 60, 84) && y == 35 + (x - 60) / 2;
+        let half: [u8; 3] = std::array::from_fn(|k| ((u32::from(WOOD[k]) + [40, 70, 190][k]) / 2) as u8);
+        let picture = painted(|x, y| match () {
+            () if rim(x, y) => [240, 238, 230],
+            () if winding(x, y) => [40, 70, 190],
+            () if thread(x, y) => half,
+            () => WOOD,
+        });
+        let repaired = repaired(&picture, &[mask(|x, y| rim(x, y) || winding(x, y))]);
+        assert_eq!(repaired[0], mask(|x, y| rim(x, y) || winding(x, y) || thread(x, y)));
     }
 
     #[test]
