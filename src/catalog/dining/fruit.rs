@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use glam::{DQuat, DVec2, DVec3};
 
-use super::assembly::{add_by, counter_clockwise, deformed, fitted, flattened, spline};
+use super::assembly::{add_by, counter_clockwise, deformed, fitted, fitted_round, flattened, spline};
 use crate::catalog::Order;
 use crate::catalog::texture::{banana_skin, ceramic_speckle, citrus_peel, fruit_skin};
 use crate::geometry::shapes::{circle, lathe, loft, prism, smooth, sweep, tube};
@@ -39,20 +39,19 @@ fn leaf(foot: DVec3, length: f64, yaw_rad: f64) -> Solid {
     blade.rotated(DQuat::from_rotation_z(yaw_rad)).translated(foot)
 }
 
-/// A pointed star of sepals lying on the top of a fruit, drooping toward its tips.
+/// A pointed star of sepals lying on the top of a fruit, drooping toward its tips; the same from as many sides.
 fn calyx(sepals: usize, radius: f64, droop: f64, top_z: f64) -> Solid {
-    let outline: Vec<DVec2> = (0..sepals * 4)
-        .map(|k| {
-            let angle = TAU * k as f64 / (sepals * 4) as f64;
-            let r = [1.0, 0.42, 0.26, 0.42][k % 4] * radius;
-            r * DVec2::from_angle(angle)
-        })
-        .collect();
-    deformed(prism(&outline, 0.0016), |p| {
-        let t = p.truncate().length() / radius;
-        DVec3::new(p.x, p.y, p.z - droop * t * t)
-    })
-    .translated(DVec3::Z * top_z)
+    let thickness = 0.0016;
+    let star = |share: f64, lift: f64| -> Vec<DVec3> {
+        (0..sepals * 4)
+            .map(|k| {
+                let angle = TAU * k as f64 / (sepals * 4) as f64;
+                let r = [1.0, 0.42, 0.26, 0.42][k % 4] * share;
+                (r * radius * DVec2::from_angle(angle)).extend(top_z + lift - droop * r * r)
+            })
+            .collect()
+    };
+    loft(&[star(0.0, 0.0), star(1.0, 0.0), star(1.0, thickness), star(0.5, thickness), star(0.0, thickness)])
 }
 
 pub(super) fn apple(order: &mut Order) -> TexturedMesh {
@@ -250,8 +249,8 @@ pub(super) fn tomato(order: &mut Order) -> TexturedMesh {
     let mut mesh = TexturedMesh::default();
     mesh.add(flattened(body, 0.01 * h), &Material::textured("skin", skin, 0.18));
     mesh.add(calyx(6, 0.7 * r, 0.02 * h, 0.99 * h), &green);
-    mesh.add(stem(DVec3::Z * 0.92 * h, 0.21 * h, 0.002, 0.12 * r), &green);
-    fitted(mesh, order.size_m)
+    mesh.add(stem(DVec3::Z * 0.92 * h, 0.21 * h, 0.002, 0.0), &green);
+    fitted_round(mesh, order.size_m)
 }
 
 pub(super) fn egg(order: &mut Order) -> TexturedMesh {

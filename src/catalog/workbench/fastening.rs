@@ -149,9 +149,9 @@ pub(super) fn nut(order: &mut Order) -> TexturedMesh {
     let mut thread = vec![(bore + 1.4, 1.6), (bore + 1.4, 13.4), (bore - 0.4, 13.0)];
     for k in 0..5 {
         let crest = 11.7 - 2.1 * f64::from(k);
-        thread.extend([(bore - 0.3, crest + 1.0), (bore - 1.5, crest + 0.2), (bore - 1.5, crest - 0.2)]);
+        thread.extend([(bore - 0.3, crest + 1.05), (bore - 1.5, crest + 0.2), (bore - 1.5, crest - 0.2)]);
     }
-    thread.extend([(bore - 0.3, 2.3), (bore - 0.4, 2.0)]);
+    thread.extend([(bore - 0.3, 2.25), (bore - 0.4, 2.0)]);
     let inside = Material { roughness: 0.5, ..Material::metal("thread", Rgb::hex(0x808286), 0.5) };
     thing.put(turned_ring(&thread, 36), [0.0; 3], &inside);
     // A raised washer face on both sides.

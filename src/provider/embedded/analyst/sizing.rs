@@ -33,13 +33,11 @@ pub(super) fn size(draft: &mut Draft) {
         if !looks.measures.is_empty() {
             size = measures::apply(&looks.measures, size, typical);
         }
-        // Round things stay round.
-        if category.symmetry_order == 0 && looks.measures.len() < 2 {
-            let width = 0.5 * (size.x + size.y);
-            let round = (typical.x - typical.y).abs() < 1e-6;
-            if round {
-                (size.x, size.y) = (width, width);
-            }
+        // What is as deep as wide, round or square, stays so.
+        let as_deep_as_wide = low.x == low.y && high.x == high.y;
+        if as_deep_as_wide && looks.stretches.is_empty() && looks.measures.len() < 2 {
+            size.x = 0.5 * (size.x + size.y);
+            size.y = size.x;
         }
         draft.objects[k].size_m = size;
     }
