@@ -114,9 +114,11 @@ impl Compared<'_> {
         (self.placed_from_painted() * DVec3::Z).angle_between(DVec3::Z) > WRONG_SIDE_RAD
     }
 
-    /// `world_from_painted` from which turns are counted: the true one, or, stood on another side, the placed one.
+    /// `world_from_painted` from which turns are counted: the true one, or, stood on another side, that side in the
+    /// true heading.
     pub fn look_from(&self) -> DQuat {
-        if self.wrong_side() { self.placed_rotation() } else { self.truth.rotation_xyzw }
+        let painted = self.truth.rotation_xyzw;
+        if self.wrong_side() { in_heading_of(painted, self.canonical_from_painted()) } else { painted }
     }
 
     /// The yaw that `rotate` should have found: that of the canonical frame, radians.
@@ -141,7 +143,7 @@ impl Compared<'_> {
             () if self.only_pictures_tell => Standing::OnlyPicturesTell,
             () => Standing::Scored,
         };
-        let looked_from_deg = if wrong_side { 0.0 } else { turn_deg };
+        let looked_from_deg = twist_rad(self.placed_rotation() * self.look_from().inverse()).to_degrees();
         let yaw_error_deg = self.look_alikes.distance_deg(looked_from_deg);
         let has_yaw = matches!(standing, Standing::Scored | Standing::OnlyPicturesTell);
         let off_m = self.placed.world_from_object.translation_m - self.truth.translation_m;
@@ -168,7 +170,45 @@ impl Compared<'_> {
     }
 }
 
+/// An object stood on the side that `canonical_from_painted` turns down, its frame in the heading of `painted`: yaws that
+/// look the same are then whole degrees away for what is the same from both sides.
+fn in_heading_of(painted: DQuat, canonical_from_painted: DQuat) -> DQuat {
+    DQuat::from_rotation_z(twist_rad(painted)) * canonical_from_painted
+}
+
 /// Twist about +z, in (-pi, pi].
 fn twist_rad(rotation: DQuat) -> f64 {
     crate::geometry::pose::wrap_angle_rad(2.0 * rotation.z.atan2(rotation.w))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::catalog::{Recipe, build, build_table, category};
+    use crate::evaluate::look_alikes::{TrueScene, look_alikes};
+    use crate::geometry::{Camera, Interrupt, Pose};
+    use crate::render::RenderObject;
+
+    #[test]
+    fn a_nut_upside_down_looks_like_itself_at_every_sixth_of_a_turn() {
+        // Turned on in whole degrees from where it was placed, half a degree off, none looked the same.
+        let size_m = category("nut").expect("known").size.typical_m();
+        let recipe = Recipe { category: "nut".into(), size_m, color: None, material: None, seed: 5 };
+        let nut = build(&recipe).expect("builds");
+        let table = build_table("desk", DVec3::new(1.0, 0.6, 0.74), None, None, 1).expect("a desk").mesh;
+        let painted = Pose::upright(DVec3::new(0.1, 0.05, 0.0), 0.4321);
+        let objects = vec![
+            RenderObject { mesh: &table, world_from_object: Pose::IDENTITY, id: 1 },
+            RenderObject { mesh: &nut, world_from_object: painted, id: 2 },
+        ];
+        let camera = Camera::orbit(960, 720, 0.61, DVec3::ZERO, 0.1, 0.8, 1.6);
+        let upside_down = DQuat::from_rotation_x(std::f64::consts::PI);
+        let rotation = in_heading_of(painted.rotation, upside_down);
+        let lift_m = nut.size_m().z * DVec3::Z;
+        let start = Pose { translation_m: painted.translation_m + lift_m, rotation };
+        let scene = TrueScene { camera, objects };
+        let alikes = look_alikes(&scene, 1, start, &Interrupt::default()).expect("not interrupted");
+        assert_eq!(alikes.stretches(), 6);
+        assert!((0..6).all(|sixth| alikes.distance_deg(60.0 * f64::from(sixth)) <= 1.0));
+    }
 }
