@@ -27,6 +27,7 @@ pub mod shells;
 pub mod mass_properties;
 pub mod mesh_solid;
 pub mod convex_hull;
+pub mod decimate;
 pub mod decompose;
 pub mod collision_shape;
 pub mod cast;

@@ -35,8 +35,10 @@ pub struct Noise {
     pub size_share: f64,
     /// Each axis of a mesh is stretched by a factor of its own, 1 plus or minus this.
     pub stretch_share: f64,
-    /// Corners of a mesh are merged on a grid of this many cells along each axis of its box.
-    pub mesh_cells: u32,
+    /// A mesh is decimated to this share of its triangles, or as near to that as its creases and parts allow.
+    pub kept_triangles: f64,
+    /// Decimation moves corners by about this at most, as a share of the mesh's longest extent.
+    pub mesh_off_share: f64,
     /// Each color channel of a material is multiplied by 1 plus or minus this.
     pub recolor_share: f64,
     /// Brightness of the picture changes linearly across it by up to this share at its border.
@@ -63,7 +65,8 @@ impl Noise {
         box_share: 0.03,
         size_share: 0.25,
         stretch_share: 0.05,
-        mesh_cells: 40,
+        kept_triangles: 0.33,
+        mesh_off_share: 0.01,
         recolor_share: 0.2,
         light_slope_share: 0.15,
         light_cast_share: 0.06,
