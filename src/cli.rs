@@ -9,6 +9,7 @@ pub mod terminal;
 pub mod signals;
 pub mod generate;
 pub mod evaluate;
+pub mod paint_pictures;
 pub mod progress;
 pub mod folder;
 pub mod outcome;
@@ -37,6 +38,8 @@ enum Command {
     Generate(generate::Arguments),
     /// Run a benchmark set and write its tables.
     Evaluate(evaluate::Arguments),
+    /// Paint pictures of tables with the truth about them, to train and to judge readers of pictures.
+    PaintPictures(paint_pictures::Arguments),
     /// Run the job server.
     Serve(serve::Arguments),
     /// Bring a data directory's database up to date; `serve` does so by itself.
@@ -59,6 +62,7 @@ pub fn main() -> ExitCode {
     let done = match command {
         Command::Generate(arguments) => generate::run(arguments),
         Command::Evaluate(arguments) => evaluate::run(arguments),
+        Command::PaintPictures(arguments) => paint_pictures::run(arguments),
         Command::Serve(arguments) => serve::run(arguments),
         Command::Migrate(arguments) => migrate::run(arguments),
         Command::CheckConfig(arguments) => check_config::run(arguments),

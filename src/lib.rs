@@ -31,6 +31,7 @@ pub mod vision;
 pub mod render;
 pub mod align;
 pub mod physics;
+pub mod synthetic;
 
 // 6. What survives a restart.
 pub mod store;

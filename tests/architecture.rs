@@ -74,6 +74,8 @@ const TABLE: &[Row] = &[
     Row { module: "catalog", may_import: &["geometry"], must_not_know: NO_WORLD },
     Row { module: "vision", may_import: &["geometry", "render", "catalog"], must_not_know: NO_WORLD },
     Row { module: "align", may_import: &["geometry", "render"], must_not_know: NO_WORLD },
+    // Beside the toolbox, not of it: nothing that makes scenes may use it.
+    Row { module: "synthetic", may_import: &["geometry", "render", "catalog"], must_not_know: NO_WORLD },
     Row { module: "scene", may_import: &["geometry"], must_not_know: NO_WORLD },
     Row { module: "export", may_import: &["scene", "geometry"], must_not_know: NO_TOKIO },
     Row { module: "provider", may_import: &["scene", "TOOLBOX"], must_not_know: NO_ROWS_NO_HTTP },
@@ -87,7 +89,7 @@ const TABLE: &[Row] = &[
     // Ports of its own stand before the real ones; what a job is, app knows.
     Row {
         module: "evaluate",
-        may_import: &["pipeline", "provider", "scene", "TOOLBOX"],
+        may_import: &["pipeline", "provider", "scene", "synthetic", "TOOLBOX"],
         must_not_know: NO_WORLD_BUT_FUTURES,
     },
     Row { module: "worker", may_import: &["job", "pipeline", "store"], must_not_know: NO_ROWS_NO_HTTP },

@@ -116,7 +116,7 @@ impl Draft {
     /// The top: `edge` raised to the table's height, grain along x.
     fn add_top(&mut self, edge: &[DVec2]) {
         let slab = crate::geometry::shapes::slab(edge, self.finish.thickness_m, EASED_EDGE_M);
-        let top = shapes::with_flat_ends(slab).translated(DVec3::new(0.0, 0.0, self.underside_m()));
+        let top = slab.with_flat_ends().translated(DVec3::new(0.0, 0.0, self.underside_m()));
         self.mesh.add(grain::along(top, DVec3::X), &self.finish.top);
     }
 

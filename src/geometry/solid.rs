@@ -140,6 +140,19 @@ impl Solid {
         self
     }
 
+    /// The same solid with exactly vertical normals on its horizontal faces, which rounded edges would
+    /// otherwise bend (shading then shows the triangles of a large flat cap).
+    pub fn with_flat_ends(mut self) -> Self {
+        for t in &self.triangles {
+            let [a, b, c] = t.map(|v| self.positions[v as usize]);
+            let normal = (b - a).cross(c - a).normalize_or_zero();
+            if normal.z.abs() > 0.999_999 {
+                t.iter().for_each(|&v| self.normals[v as usize] = normal.as_vec3());
+            }
+        }
+        self
+    }
+
     /// Signed volume, m^3; positive where the faces look outward.
     pub fn volume_m3(&self) -> f64 {
         self.triangles

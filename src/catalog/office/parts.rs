@@ -4,7 +4,6 @@
 use glam::{DMat3, DQuat, DVec2, DVec3};
 
 use crate::catalog::Order;
-use crate::catalog::tables::shapes::with_flat_ends;
 use crate::catalog::texture::{is_look, material_look};
 use crate::geometry::shapes::{
     circle, inset, lathe, loft, loft_closed, prism, rounded_rectangle, slab, sweep,
@@ -51,17 +50,18 @@ pub fn rounded(low: DVec3, high: DVec3, corner_m: f64, edge_m: f64) -> Solid {
     let size = high - low;
     let outline = rounded_rectangle(size.x, size.y, corner_m.max(1.05 * edge_m), 5);
     let middle = 0.5 * (low + high);
-    with_flat_ends(slab(&outline, size.z, edge_m)).translated(at(middle.x, middle.y, low.z))
+    slab(&outline, size.z, edge_m).with_flat_ends().translated(at(middle.x, middle.y, low.z))
 }
 
 /// `outline` raised between two heights, edges rounded.
 pub fn plate(outline: &[DVec2], low_m: f64, high_m: f64, edge_m: f64) -> Solid {
-    with_flat_ends(slab(outline, high_m - low_m, edge_m)).translated(at(0.0, 0.0, low_m))
+    slab(outline, high_m - low_m, edge_m).with_flat_ends().translated(at(0.0, 0.0, low_m))
 }
 
 /// An outline in the x-z plane (counter-clockwise seen from the front, -y) given a depth.
 pub fn upright(outline_xz: &[DVec2], front_y_m: f64, back_y_m: f64, edge_m: f64) -> Solid {
-    with_flat_ends(slab(outline_xz, back_y_m - front_y_m, edge_m))
+    slab(outline_xz, back_y_m - front_y_m, edge_m)
+        .with_flat_ends()
         .rotated(DQuat::from_rotation_x(0.5 * std::f64::consts::PI))
         .translated(at(0.0, back_y_m, 0.0))
 }
@@ -70,7 +70,7 @@ pub fn upright(outline_xz: &[DVec2], front_y_m: f64, back_y_m: f64, edge_m: f64)
 pub fn side_on(outline_yz: &[DVec2], left_x_m: f64, right_x_m: f64, edge_m: f64) -> Solid {
     let turn = DQuat::from_mat3(&DMat3::from_cols(DVec3::Y, DVec3::Z, DVec3::X));
     let solid = if edge_m > 0.0 {
-        with_flat_ends(slab(outline_yz, right_x_m - left_x_m, edge_m))
+        slab(outline_yz, right_x_m - left_x_m, edge_m).with_flat_ends()
     } else {
         prism(outline_yz, right_x_m - left_x_m)
     };
@@ -118,7 +118,7 @@ pub fn key_cap(center: DVec3, size_m: DVec3, taper_m: f64) -> Solid {
 /// A button or lid: `outline` from `low_m` up to `high_m`, only its upper edge chamfered by `edge_m`.
 pub fn button(outline: &[DVec2], low_m: f64, high_m: f64, edge_m: f64) -> Solid {
     let ring = |by: f64, z: f64| -> Vec<DVec3> { inset(outline, by).iter().map(|p| p.extend(z)).collect() };
-    with_flat_ends(loft(&[ring(0.0, low_m), ring(0.0, high_m - edge_m), ring(edge_m, high_m)]))
+    loft(&[ring(0.0, low_m), ring(0.0, high_m - edge_m), ring(edge_m, high_m)]).with_flat_ends()
 }
 
 /// A straight-walled vessel on z = 0: `outline` up to `height_m`, walls and floor of the given thickness.

@@ -53,16 +53,3 @@ pub fn column(profile: &[(f64, f64)]) -> Solid {
     points.push(DVec2::new(0.0, profile[profile.len() - 1].1));
     lathe(&points, 40)
 }
-
-/// The solid with exactly vertical normals on its horizontal faces, which rounded edges would
-/// otherwise bend (shading then shows the triangles of a large flat cap).
-pub fn with_flat_ends(mut solid: Solid) -> Solid {
-    for t in &solid.triangles {
-        let [a, b, c] = t.map(|v| solid.positions[v as usize]);
-        let normal = (b - a).cross(c - a).normalize_or_zero();
-        if normal.z.abs() > 0.999_999 {
-            t.iter().for_each(|&v| solid.normals[v as usize] = normal.as_vec3());
-        }
-    }
-    solid
-}
