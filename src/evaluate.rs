@@ -1,6 +1,8 @@
 //! Benchmarks of the pipeline against what is known of painted scenes.
 //!
-//! One set so far, `layout` ([`layout`]): 78 painted scenes ([`scenes`]) go through the pipeline's own stages up to
+//! `pictures` ([`pictures`]): painted pictures whose truth is withheld are read, and the reading is compared.
+//!
+//! `layout` ([`layout`]): 78 painted scenes ([`scenes`]) go through the pipeline's own stages up to
 //! `place` ([`crate::pipeline::Rotated`]), as they are or spoiled ([`noise`]); the layout is compared with the truth
 //! ([`score`]) modulo yaws that look the same ([`look_alikes`]), and collisions are counted with stages taken out ([`ablation`]).
 //! No stage reads the truth: what the stages see goes through ports that stand before the real ones ([`painted`],
@@ -20,3 +22,4 @@ pub mod score;
 pub mod ablation;
 pub mod statistics;
 pub mod report;
+pub mod pictures;

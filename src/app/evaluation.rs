@@ -9,6 +9,7 @@ use serde_json::json;
 use super::{AppError, BACKEND};
 use crate::config::Config;
 use crate::evaluate::layout::LayoutBench;
+use crate::evaluate::pictures::PictureBench;
 use crate::pipeline::checkpoint::{Checkpoints, Interrupt, JobScope, StageRuntime};
 use crate::provider::Cpu;
 use crate::render::gpu::Compute;
@@ -22,6 +23,11 @@ const LEASE: Duration = Duration::from_secs(30 * 24 * 3600);
 /// The layout benchmark with the settings that `generate` would have.
 pub fn layout_bench(config: &Config) -> LayoutBench {
     LayoutBench { embedded: super::scenes::adapters(config), stages: Arc::new(super::scenes::stages(config)) }
+}
+
+/// The picture benchmark with the settings that `generate` would have.
+pub fn picture_bench(config: &Config) -> PictureBench {
+    PictureBench { vision: config.vision.clone() }
 }
 
 /// The pool all computation of a run shares.

@@ -1,7 +1,10 @@
 //! `evaluate`: runs a benchmark set and writes its tables.
 //!
-//! Scenes are worked on side by side, one per core, each in a temporary data directory that is gone when the scene is
-//! scored. Files are written at the end and whole: an interrupted run leaves none.
+//! Scenes of the layout set are worked on side by side, one per core, each in a temporary data directory that is gone
+//! when the scene is scored; so are pictures of the picture set ([`pictures`]), which need none. Files are written at the
+//! end and whole: an interrupted run leaves none.
+
+mod pictures;
 
 use std::fs::Permissions;
 use std::io::Write;
@@ -31,19 +34,20 @@ pub struct Arguments {
     /// The benchmark set
     #[arg(long = "set", value_name = "NAME", value_enum)]
     set_name: SetName,
-    /// What the stages get to see: exact knowledge, spoiled knowledge, or one after the other
+    /// Layout: what the stages get to see: exact knowledge, spoiled knowledge, or one after the other
     #[arg(long, value_enum, default_value_t = Difficulties::Both)]
     difficulty: Difficulties,
-    /// Only so many scenes, spread over the set [default: all]
+    /// Only so many scenes, spread over the set, or so many pictures, the first [default: all]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     scenes: Option<u32>,
-    /// Folder for layout.md and layout.json, or one of these files; the other is written beside it
+    /// Folder for <set>.md and <set>.json, or one of these files; the other is written beside it
     #[arg(long, value_name = "PATH", default_value = "out/evaluate")]
     out: PathBuf,
-    /// Only scenes whose names begin so, such as office_living or office_living_07
+    /// Layout: only scenes whose names begin so, such as office_living or office_living_07
     #[arg(long, value_name = "NAME")]
     scene: Option<String>,
-    /// Also write what every stage put aside, under DIR/<difficulty>/<scene>/artifacts/<stage>/
+    /// Layout: also write what every stage put aside, under DIR/<difficulty>/<scene>/artifacts/<stage>/. Pictures: also
+    /// write each picture beside what was painted and what was read, DIR/<number>.png
     #[arg(long, value_name = "DIR")]
     artifacts: Option<PathBuf>,
     /// Threads that compute [default: one per core]; the scores do not depend on it
@@ -62,6 +66,17 @@ pub struct Arguments {
 enum SetName {
     /// 78 painted scenes: yaw, position and scale of the layout against the truth
     Layout,
+    /// 200 painted pictures of things, tops and backdrops of their own: what `generate --image` reads in them
+    Pictures,
+}
+
+impl SetName {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Layout => "layout",
+            Self::Pictures => "pictures",
+        }
+    }
 }
 
 /// Which difficulties are run.
@@ -110,17 +125,41 @@ pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
     let mut resolved = options.load(threads.into_iter().collect())?;
     generate::adapt(&mut resolved, false);
     logging::start(&resolved.config.log);
-    let SetName::Layout = arguments.set_name;
-    let (markdown, json) = files(&arguments.out);
+    let (markdown, json) = files(&arguments.out, arguments.set_name.name());
     if let Some(folder) = markdown.parent() {
         std::fs::create_dir_all(folder).map_err(|error| unwritable(folder, &error))?;
     }
+    let started = Instant::now();
+    let Finished { table, document, complete } = match arguments.set_name {
+        SetName::Layout => layout(&arguments, resolved.config)?,
+        SetName::Pictures => pictures::run(&arguments, &resolved.config)?,
+    };
+    write_whole(&markdown, table.as_bytes())?;
+    write_whole(&json, document.as_bytes())?;
+    terminal::print(&if arguments.json { document + "\n" } else { table });
+    terminal::note(&format!(
+        "{:.0} s; written to {} and {}",
+        started.elapsed().as_secs_f64(),
+        markdown.display(),
+        json.display()
+    ));
+    Ok(if complete { Exit::Success } else { Exit::JobFailed })
+}
+
+/// What a run says, and whether every scene has a score.
+struct Finished {
+    table: String,
+    document: String,
+    complete: bool,
+}
+
+fn layout(arguments: &Arguments, config: Config) -> Result<Finished, Failure> {
     let bench = Bench {
-        layout: evaluation::layout_bench(&resolved.config),
-        cpu: evaluation::cpu(&resolved.config)?,
-        config: resolved.config,
+        layout: evaluation::layout_bench(&config),
+        cpu: evaluation::cpu(&config)?,
+        config,
         interrupt: Interrupt::default(),
-        artifacts: arguments.artifacts,
+        artifacts: arguments.artifacts.clone(),
     };
     let mut all = scenes();
     let set_size = all.len();
@@ -135,23 +174,15 @@ pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
         Some(count) => spread(all, count as usize),
         None => all,
     };
-    let started = Instant::now();
     let sections = runtime()?.block_on(sections(&bench, arguments.difficulty.list(), &chosen))?;
     let report = Report { set: "layout", version: env!("CARGO_PKG_VERSION"), set_size, sections };
-    let document = serde_json::to_string_pretty(&report)
-        .map_err(|error| Failure::new(Exit::Error, format!("the report has no JSON form: {error}; a bug")))?;
-    let table = report.markdown();
-    write_whole(&markdown, table.as_bytes())?;
-    write_whole(&json, document.as_bytes())?;
-    terminal::print(&if arguments.json { document + "\n" } else { table });
-    terminal::note(&format!(
-        "{:.0} s; written to {} and {}",
-        started.elapsed().as_secs_f64(),
-        markdown.display(),
-        json.display()
-    ));
-    let unscored = report.sections.iter().any(|section| !section.failed.is_empty());
-    Ok(if unscored { Exit::JobFailed } else { Exit::Success })
+    let complete = report.sections.iter().all(|section| section.failed.is_empty());
+    Ok(Finished { table: report.markdown(), document: json_of(&report)?, complete })
+}
+
+fn json_of(report: &impl serde::Serialize) -> Result<String, Failure> {
+    serde_json::to_string_pretty(report)
+        .map_err(|error| Failure::new(Exit::Error, format!("the report has no JSON form: {error}; a bug")))
 }
 
 async fn sections(
@@ -254,9 +285,9 @@ fn told(score: &SceneScore) -> String {
 }
 
 /// Markdown and JSON file for what `--out` says.
-fn files(out: &Path) -> (PathBuf, PathBuf) {
+fn files(out: &Path, set: &str) -> (PathBuf, PathBuf) {
     let named = out.extension().is_some_and(|extension| extension == "md" || extension == "json");
-    let stem = if named { out.with_extension("") } else { out.join("layout") };
+    let stem = if named { out.with_extension("") } else { out.join(set) };
     (stem.with_extension("md"), stem.with_extension("json"))
 }
 

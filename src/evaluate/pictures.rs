@@ -1,0 +1,69 @@
+//! The picture benchmark: painted pictures of the test split are read, and what was read is compared with what was painted.
+//!
+//! The reader gets the picture and nothing else. The test split shows no category, finish or backdrop that any other
+//! split shows ([`crate::synthetic::split`]). What is compared is in [`score`], what a reader says in [`reading`].
+
+pub mod reading;
+pub mod score;
+pub mod rectangle;
+pub mod report;
+pub mod sheet;
+
+use serde::Serialize;
+
+use self::reading::TableRead;
+use self::score::PictureScore;
+use crate::geometry::{Interrupt, Interrupted};
+use crate::synthetic::{Painting, Split, paint};
+use crate::vision::{VisionError, VisionSettings, read_picture};
+
+/// Pictures of the set.
+pub const SET_SIZE: u32 = 200;
+
+/// Longer side of the set's pictures, pixels.
+pub const SIZE_PX: u32 = 1024;
+
+/// Reads pictures as `generate --image` does, and compares.
+#[derive(Clone, Debug)]
+pub struct PictureBench {
+    pub vision: VisionSettings,
+}
+
+/// What came of one picture.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PictureResult {
+    pub number: u64,
+    /// Stable name of why it was refused, if it was.
+    pub refused: Option<String>,
+    pub score: PictureScore,
+}
+
+impl PictureBench {
+    /// Picture `number` of the set.
+    pub fn painted(number: u64) -> Painting {
+        paint(Split::Test, number, SIZE_PX)
+    }
+
+    /// Reads a painting and compares; the reading comes along for those who want to see it. Refusals are scored as
+    /// readings of nothing.
+    pub fn read(
+        &self,
+        painting: &Painting,
+        interrupt: &Interrupt,
+    ) -> Result<(PictureResult, Option<TableRead>), Interrupted> {
+        let read = match read_picture(&painting.picture, &self.vision, interrupt) {
+            Ok(reading) => Ok(TableRead::from(&reading)),
+            Err(VisionError::Interrupted(interrupted)) => return Err(interrupted),
+            Err(error) => Err(error.code().to_owned()),
+        };
+        let score = score::score(&painting.truth, &painting.labels, read.as_ref().ok());
+        let (read, refused) = match read {
+            Ok(read) => (Some(read), None),
+            Err(code) => (None, Some(code)),
+        };
+        Ok((PictureResult { number: painting.truth.number, refused, score }, read))
+    }
+}
+
+#[cfg(test)]
+mod tests;
