@@ -2,6 +2,7 @@
 # make test    everything: formatting, lints, tests, and independent programs that judge sample scenes
 # make bars    the promises of the README measured in full; writes docs/results/
 # make build   the release binary
+# make train   pictures are painted and the network that reads pictures is trained on them; hours
 #
 # Needed: a Rust toolchain, a C compiler, make, Python 3.11 with venv; for `make test` an OpenGL (EGL) or Vulkan driver,
 # or TABLETOPGEN_GPU_TESTS=optional. What else is needed is fetched from
@@ -12,10 +13,10 @@ export CARGO_TARGET_DIR := $(TARGET_DIR)
 CARGO ?= cargo
 export PYTHONDONTWRITEBYTECODE := 1
 
-.PHONY: help build demo test bars
+.PHONY: help build demo test bars train
 
 help:
-	@sed -n 's/^# //p' Makefile | head -4
+	@sed -n 's/^# //p' Makefile | head -5
 
 build:
 	@scripts/prerequisites.sh demo >/dev/null
@@ -26,6 +27,16 @@ demo: build
 
 test:
 	@python="$$(scripts/prerequisites.sh)" && "$$python" scripts/test.py --target-dir "$(TARGET_DIR)"
+
+# TRAINING is where pictures, frames, environment and network go; PICTURES how many are learned from
+TRAINING ?= out/training
+PICTURES ?= 20000
+train: build
+	"$(TARGET_DIR)/release/tabletopgen" paint-pictures --split validation --count 800 --out "$(TRAINING)/painted"
+	"$(TARGET_DIR)/release/tabletopgen" paint-pictures --split training --count $(PICTURES) --out "$(TRAINING)/painted"
+	@python="$$(scripts/prerequisites.sh demo)" && { test -d "$(TRAINING)/venv" || "$$python" -m venv "$(TRAINING)/venv"; }
+	"$(TRAINING)/venv/bin/python" -m pip install --quiet -r training/requirements.txt
+	"$(TRAINING)/venv/bin/python" training/train.py --painted "$(TRAINING)/painted" --out "$(TRAINING)/network"
 
 # BARS names those to run, of: sentences generate_time determinism kill
 BARS ?= sentences generate_time determinism kill

@@ -1,0 +1,56 @@
+"""What the network should answer, from label and flag maps; all on the maps' grid."""
+
+import torch
+from torch.nn import functional as F
+
+from frames import CONTACT, FIRST_OBJECT, IGNORED, OUTLINE
+
+#: Standard deviation of the bump at an object's center, map pixels.
+CENTER_SIGMA = 2.5
+#: Most objects of a picture.
+MOST_OBJECTS = 17
+#: Offsets are counted in this many map pixels.
+OFFSET_UNIT = 8.0
+
+
+def targets(labels, flags):
+    """Of labels and flags (N, H, W): a dictionary of maps, and where they count."""
+    n, h, w = labels.shape
+    labels = labels.long()
+    counts = labels != IGNORED
+    is_object = counts & (labels >= FIRST_OBJECT)
+    ids = torch.where(is_object, labels - FIRST_OBJECT + 1, 0)
+    kinds = torch.where(is_object, FIRST_OBJECT, labels).clamp(max=FIRST_OBJECT)
+    ys, xs = torch.meshgrid(torch.arange(h), torch.arange(w), indexing="ij")
+    # Middle of the visible pixels of every object, by sums over ids.
+    slots = MOST_OBJECTS + 1
+    flat = (ids + slots * torch.arange(n)[:, None, None]).flatten()
+    total = lambda values: torch.zeros(n * slots).index_add_(0, flat, values.expand(n, h, w).flatten().float())
+    area = total(torch.ones(1)).clamp(min=1)
+    cx, cy = total(xs) / area, total(ys) / area
+    at = lambda middle: middle[flat].view(n, h, w)
+    offset = torch.stack([at(cx) - xs, at(cy) - ys], 1) / OFFSET_UNIT
+    # Bumps: the nearest center wins.
+    shown = (torch.zeros(n * slots).index_add_(0, flat, torch.ones(flat.shape)) > 0).view(n, slots)[:, 1:]
+    cx, cy = cx.view(n, slots)[:, 1:], cy.view(n, slots)[:, 1:]
+    far = torch.where(shown, 0.0, 1e6)
+    squared = (xs - cx[:, :, None, None]) ** 2 + (ys - cy[:, :, None, None]) ** 2 + far[:, :, None, None]
+    center = torch.exp(-0.5 * squared.amin(1) / CENTER_SIGMA**2)
+    # Border: a pixel of an object beside one of another object.
+    wide = F.pad(ids, (1, 1, 1, 1), value=-1)
+    border = torch.zeros_like(is_object)
+    for dy in (0, 1, 2):
+        for dx in (0, 1, 2):
+            other = wide[:, dy : dy + h, dx : dx + w]
+            border |= (other > 0) & (other != ids) & is_object
+    return {
+        "kinds": kinds.clamp(max=FIRST_OBJECT),
+        "counts": counts,
+        "outline": (flags & OUTLINE) > 0,
+        "contact": (flags & CONTACT) > 0,
+        "border": border,
+        "center": center,
+        "offset": offset,
+        "is_object": is_object,
+        "area": torch.where(is_object, area[flat].view(n, h, w), torch.ones(1)),
+    }

@@ -1,0 +1,109 @@
+"""python -m unittest discover training: what is wanted of the network can be read back, and what is written is the network."""
+
+import unittest
+
+import numpy as np
+import torch
+from torch.nn import functional as F
+
+from frames import FIRST_OBJECT, IGNORED, MAP_HEIGHT, MAP_WIDTH, TOP, maps, placement
+from network import BLOCKS, MAPS, TableNetwork, WIDTHS, folded
+from scores import compared, grouped
+from targets import targets
+from train import numbers_of
+
+
+def scene():
+    """A label map with two touching boxes, one apart, one too small to count, and padding."""
+    labels = torch.full((1, MAP_HEIGHT, MAP_WIDTH), TOP, dtype=torch.uint8)
+    labels[:, :, -10:] = IGNORED
+    labels[0, 20:40, 20:40], labels[0, 20:40, 40:70] = FIRST_OBJECT, FIRST_OBJECT + 1
+    labels[0, 80:100, 100:110], labels[0, 60:62, 60:62] = FIRST_OBJECT + 2, FIRST_OBJECT + 3
+    return labels, torch.zeros_like(labels)
+
+
+def ideal(want):
+    """Maps that say exactly what is wanted."""
+    kinds = 20.0 * F.one_hot(want["kinds"], 4).permute(0, 3, 1, 2).float()
+    flat = lambda name: 20.0 * (2.0 * want[name].float()[:, None] - 1.0)
+    return torch.cat([kinds, flat("outline"), flat("border"), flat("contact"), want["center"][:, None], want["offset"]], 1)
+
+
+def repeated(tensors, x):
+    """The network from its written tensors alone."""
+    conv = lambda name, x, stride=1: F.conv2d(x, tensors[f"{name}.weight"], tensors[f"{name}.bias"], stride, tensors[f"{name}.weight"].shape[-1] // 2)
+    block = lambda name, x: F.relu(x + conv(f"{name}.widen", F.relu(conv(f"{name}.narrow", x))))
+    linear = lambda name, x: F.linear(x, tensors[f"{name}.weight"], tensors[f"{name}.bias"])
+    skips = []
+    for level, count in enumerate(BLOCKS):
+        x = F.relu(conv(f"down.{level}", x, 2))
+        for k in range(count):
+            x = block(f"blocks.{level}.{k}", x)
+        skips.append(x)
+    mean = x.mean((2, 3))
+    x = F.relu(x + conv("spread", mean[:, :, None, None]))
+    for level in reversed(range(len(WIDTHS) - 1)):
+        x = conv(f"across.{level}", x).repeat_interleave(2, 2).repeat_interleave(2, 3)
+        x = block(f"up.{level}", F.relu(x + skips[level]))
+    return conv("maps", x), linear("camera", F.relu(linear("camera_hidden", mean)))
+
+
+class Training(unittest.TestCase):
+    def test_what_is_wanted_is_read_back(self):
+        labels, flags = scene()
+        want = targets(labels, flags)
+        ids = grouped(ideal(want)[0])
+        self.assertEqual(compared(ids, labels[0]), (3, 3, 0))
+        self.assertEqual(len(ids[(labels[0] == FIRST_OBJECT)].unique()), 1)
+        self.assertTrue(want["border"][0, 30, 39] and want["border"][0, 30, 40] and not want["border"][0, 30, 30])
+
+    def test_what_is_spoiled_is_seen(self):
+        labels, flags = scene()
+        spoiled = ideal(targets(labels, flags))[0]
+        spoiled[:, 70:110, 90:120] = 0.0
+        spoiled[TOP, 70:110, 90:120] = 20.0
+        self.assertEqual(compared(grouped(spoiled), labels[0]), (3, 2, 0))
+        invented = ideal(targets(labels, flags))[0]
+        invented[FIRST_OBJECT, 100:112, 20:40] = 40.0
+        invented[-3, 106, 30] = 1.0
+        self.assertEqual(compared(grouped(invented), labels[0]), (3, 3, 1))
+
+    def test_written_tensors_are_the_network(self):
+        torch.manual_seed(3)
+        model = TableNetwork()
+        for name, buffer in model.named_buffers():
+            if name.endswith("running_mean"):
+                buffer.normal_(0.0, 0.2)
+            elif name.endswith("running_var"):
+                buffer.uniform_(0.5, 2.0)
+        model.eval()
+        x = torch.rand(2, 3, 64, 96) * 2 - 1
+        with torch.no_grad():
+            for ours, theirs in zip(repeated(folded(model), x), model(x)):
+                torch.testing.assert_close(ours, theirs, rtol=1e-4, atol=1e-4)
+        self.assertEqual(model(x)[0].shape[1], sum(n for _, n in MAPS))
+
+    def test_every_picture_once_an_epoch(self):
+        seen = np.concatenate([numbers_of(step, 4, 10, 7) for step in range(5)])
+        self.assertEqual(sorted(seen[:10]), list(range(10)))
+        self.assertEqual(sorted(seen[10:]), list(range(10)))
+        self.assertFalse((seen[:10] == seen[10:]).all())
+        np.testing.assert_array_equal(numbers_of(3, 4, 10, 7), numbers_of(3, 4, 10, 7))
+
+    def test_maps_lie_where_the_frame_shows_the_picture(self):
+        labels = np.zeros((300, 400), np.uint8)
+        labels[:, 200:] = FIRST_OBJECT
+        outline = [[0, 0], [200, 0], [200, 300], [0, 300]]
+        thing = {"contact_px": [[250, 100], [350, 100], [350, 200], [250, 200]]}
+        label, flags = maps(labels, {"table": {"outline_px": outline}, "objects": [thing]})
+        _, (x, y), shown = placement(400, 300)
+        self.assertEqual((x, y, shown), (0, 8, (320, 240)))
+        self.assertTrue((label[: y // 2] == IGNORED).all() and (label[y // 2 : -y // 2] != IGNORED).all())
+        self.assertEqual(label[60, 79], 0)
+        self.assertEqual(label[60, 80], FIRST_OBJECT)
+        self.assertTrue(flags[60, 40] & 1 and not flags[60, 120] & 1)
+        self.assertTrue((flags & 2).any() and not (flags[:, :80] & 2).any())
+
+
+if __name__ == "__main__":
+    unittest.main()

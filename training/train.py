@@ -1,0 +1,230 @@
+"""Trains the network that reads pictures of tables, and writes its weights.
+
+    python training/train.py --painted out/painted --out out/network
+
+`--painted` has the folders `training` and `validation` that `tabletopgen paint-pictures` wrote. Whatever `--out` holds of an
+earlier run with the same numbers is gone on with: frames are packed once, a checkpoint is written every --every steps and
+again at the end. The run is seeded; the order of the pictures depends on the seed and the step alone. Written are
+`checkpoint.pt`, `history.json`, `history.png` (losses and scores on validation pictures, whose categories, tops and backdrops
+no training picture shows) and `weights.safetensors`.
+"""
+
+import argparse
+import json
+import math
+import os
+import time
+from pathlib import Path
+
+import numpy as np
+import torch
+from safetensors.torch import save_file
+from torch.nn import functional as F
+
+from frames import pack
+from network import TableNetwork, folded, split
+from scores import compared, grouped
+from targets import targets
+
+#: Weights of the losses.
+WEIGHTS = {"kinds": 1.0, "outline": 0.5, "border": 0.5, "contact": 0.3, "center": 30.0, "offset": 0.4, "camera": 0.5}
+
+
+def batch(frames, numbers, generator=None):
+    """Frames -1..1, labels, flags, cameras; with a generator mirrored, and their colors changed, at random."""
+    numbers = np.sort(numbers)
+    take = lambda array: torch.from_numpy(np.ascontiguousarray(array[numbers]))
+    pictures = take(frames.pictures).permute(0, 3, 1, 2).float() / 255
+    labels, flags, cameras = take(frames.labels), take(frames.flags), take(frames.cameras)
+    if generator is not None:
+        random = lambda *shape: torch.rand(shape, generator=generator)
+        mirrored = random(len(numbers)) < 0.5
+        turned = lambda t: torch.where(mirrored.view(-1, *[1] * (t.dim() - 1)), t.flip(-1), t)
+        pictures, labels, flags = turned(pictures), turned(labels), turned(flags)
+        gain = 1 + 0.3 * (random(len(numbers), 1, 1, 1) - 0.5) + 0.12 * (random(len(numbers), 3, 1, 1) - 0.5)
+        gamma = torch.exp(0.5 * (random(len(numbers), 1, 1, 1) - 0.5))
+        pictures = (pictures.clamp(min=1e-3) ** gamma * gain).clamp(0, 1)
+        gray = pictures.mean(1, keepdim=True)
+        pictures = torch.lerp(pictures, gray, 0.5 * random(len(numbers), 1, 1, 1) * (random(len(numbers), 1, 1, 1) < 0.3))
+    return (2 * pictures - 1).contiguous(memory_format=torch.channels_last), labels, flags, cameras
+
+
+def losses(maps, camera, want, cameras):
+    """Each loss by its name, not weighted."""
+    by_name = split(maps)
+    counts = want["counts"].float()
+    mean = lambda value, where: (value * where).sum() / where.sum().clamp(min=1)
+    said = lambda name: by_name[name][:, 0]
+    # Small things count for more than their area.
+    emphasis = counts * torch.where(want["is_object"], (400 / want["area"]).clamp(1, 6), 1.0)
+    yes_or_no = lambda name, rare: mean(
+        F.binary_cross_entropy_with_logits(said(name), want[name].float(), reduction="none") * (1 + rare * want[name]), counts
+    )
+    on_objects = want["is_object"].float() * emphasis
+    return {
+        "kinds": mean(F.cross_entropy(by_name["kinds"], want["kinds"].clamp(max=3), reduction="none"), emphasis),
+        "outline": yes_or_no("outline", 0.0),
+        "border": yes_or_no("border", 4.0),
+        "contact": yes_or_no("contact", 4.0),
+        "center": mean((said("center") - want["center"]) ** 2, counts),
+        "offset": mean(F.smooth_l1_loss(by_name["offset"], want["offset"], reduction="none", beta=0.1).sum(1), on_objects),
+        "camera": F.smooth_l1_loss(camera, cameras, beta=0.05),
+    }
+
+
+@torch.no_grad()
+def validated(model, frames, count, half):
+    """Losses and scores on the first `count` pictures."""
+    model.eval()
+    sums, outline_right, elevation, totals = {}, 0, [], np.zeros(3, int)
+    count = min(count, len(frames))
+    for first in range(0, count, 16):
+        pictures, labels, flags, cameras = batch(frames, np.arange(first, min(first + 16, count)))
+        with torch.autocast("cpu", torch.bfloat16, enabled=half):
+            maps, camera = model(pictures)
+        maps, camera = maps.float(), camera.float()
+        want = targets(labels, flags)
+        for name, value in losses(maps, camera, want, cameras).items():
+            sums[name] = sums.get(name, 0.0) + float(value) * len(labels)
+        inside = (split(maps)["outline"][:, 0] > 0) & want["counts"]
+        outline = want["outline"] & want["counts"]
+        overlap = (inside & outline).flatten(1).sum(1) / (inside | outline).flatten(1).sum(1).clamp(min=1)
+        outline_right += int((overlap >= 0.9).sum())
+        elevation += (camera[:, 0] - cameras[:, 0]).abs().rad2deg().tolist()
+        for own, label in zip(maps, labels):
+            totals += compared(grouped(own), label)
+    painted, found, invented = totals.tolist()
+    model.train()
+    return {
+        **{f"loss_{name}": value / count for name, value in sums.items()},
+        "recall": found / max(painted, 1),
+        "precision": found / max(found + invented, 1),
+        "right_outlines": outline_right / count,
+        "elevation_median_deg": float(np.median(elevation)),
+    }
+
+
+def learning_rate(step, steps, peak):
+    """Rises over the first twentieth, falls as a cosine to a hundredth."""
+    warm = max(steps // 20, 1)
+    if step < warm:
+        return peak * (step + 1) / warm
+    return peak * (0.01 + 0.99 * 0.5 * (1 + math.cos(math.pi * (step - warm) / max(steps - warm, 1))))
+
+
+def numbers_of(step, size, count, seed):
+    """Pictures of a step: each epoch shows every picture once, in an order of its own."""
+    chosen = []
+    for k in range(step * size, (step + 1) * size):
+        epoch, place = divmod(k, count)
+        chosen.append(order(count, seed, epoch)[place])
+    return np.array(chosen)
+
+
+_orders = {}
+
+
+def order(count, seed, epoch):
+    if (count, seed, epoch) not in _orders:
+        _orders.clear()
+        _orders[count, seed, epoch] = np.random.default_rng([seed, epoch]).permutation(count)
+    return _orders[count, seed, epoch]
+
+
+def replace(path, write):
+    """Writes a file so that it is there whole or as it was."""
+    part = Path(f"{path}.part")
+    write(part)
+    os.replace(part, path)
+
+
+def plot(history, path):
+    import matplotlib
+
+    matplotlib.use("Agg")
+    from matplotlib import pyplot
+
+    figure, (left, right) = pyplot.subplots(1, 2, figsize=(12, 4.5))
+    steps = [entry["step"] for entry in history]
+    for name in WEIGHTS:
+        left.plot(steps, [WEIGHTS[name] * entry["training"][name] for entry in history], label=name)
+    left.set(title="weighted losses, training", xlabel="step", yscale="log")
+    for name in ("recall", "precision", "right_outlines"):
+        right.plot(steps, [entry["validation"][name] for entry in history], label=name)
+    right.set(title="validation", xlabel="step", ylim=(0, 1))
+    for axes in (left, right):
+        axes.legend()
+        axes.grid(alpha=0.3)
+    figure.tight_layout()
+    figure.savefig(path, format="png", dpi=110)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--painted", type=Path, required=True)
+    parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--steps", type=int, default=20000)
+    parser.add_argument("--batch", type=int, default=16)
+    parser.add_argument("--rate", type=float, default=2e-3)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--every", type=int, default=500, help="steps between checkpoints and scores")
+    parser.add_argument("--validate", type=int, default=400, help="validation pictures of a score")
+    parser.add_argument("--threads", type=int, default=os.cpu_count())
+    parser.add_argument("--full-precision", action="store_true", help="no bfloat16 in convolutions")
+    arguments = parser.parse_args()
+    torch.set_num_threads(arguments.threads)
+    torch.manual_seed(arguments.seed)
+    arguments.out.mkdir(parents=True, exist_ok=True)
+    training = pack(arguments.painted / "training", arguments.out / "frames" / "training", arguments.threads)
+    validation = pack(arguments.painted / "validation", arguments.out / "frames" / "validation", arguments.threads)
+    half = not arguments.full_precision
+
+    model = TableNetwork().to(memory_format=torch.channels_last)
+    optimizer = torch.optim.AdamW(model.parameters(), lr=arguments.rate, weight_decay=1e-4)
+    step, history = 0, []
+    checkpoint = arguments.out / "checkpoint.pt"
+    run = {"steps": arguments.steps, "batch": arguments.batch, "rate": arguments.rate, "seed": arguments.seed, "pictures": len(training)}
+    if checkpoint.is_file():
+        state = torch.load(checkpoint, weights_only=True)
+        if state["run"] != run:
+            parser.error(f"{checkpoint} is of another run ({state['run']}, not {run}); name another --out")
+        model.load_state_dict(state["model"])
+        optimizer.load_state_dict(state["optimizer"])
+        step, history = state["step"], json.loads(state["history"])
+    parameters = sum(p.numel() for p in model.parameters())
+    print(f"{parameters} parameters, {len(training)} training and {len(validation)} validation pictures, from step {step}", flush=True)
+
+    running, since, started = {}, 0, time.monotonic()
+    while step < arguments.steps:
+        for group in optimizer.param_groups:
+            group["lr"] = learning_rate(step, arguments.steps, arguments.rate)
+        generator = torch.Generator().manual_seed(arguments.seed * 1_000_003 + step)
+        numbers = numbers_of(step, arguments.batch, len(training), arguments.seed)
+        pictures, labels, flags, cameras = batch(training, numbers, generator)
+        with torch.autocast("cpu", torch.bfloat16, enabled=half):
+            maps, camera = model(pictures)
+        parts = losses(maps.float(), camera.float(), targets(labels, flags), cameras)
+        loss = sum(WEIGHTS[name] * value for name, value in parts.items())
+        optimizer.zero_grad(set_to_none=True)
+        loss.backward()
+        torch.nn.utils.clip_grad_norm_(model.parameters(), 5.0)
+        optimizer.step()
+        step, since = step + 1, since + 1
+        for name, value in parts.items():
+            running[name] = running.get(name, 0.0) + float(value.detach())
+        if step % arguments.every == 0 or step == arguments.steps:
+            rate = since * arguments.batch / (time.monotonic() - started)
+            scores = validated(model, validation, arguments.validate, half)
+            history.append({"step": step, "training": {n: v / since for n, v in running.items()}, "validation": scores})
+            state = {"run": run, "model": model.state_dict(), "optimizer": optimizer.state_dict(), "step": step, "history": json.dumps(history)}
+            replace(checkpoint, lambda path: torch.save(state, path))
+            replace(arguments.out / "history.json", lambda path: path.write_text(json.dumps(history, indent=1)))
+            replace(arguments.out / "history.png", lambda path: plot(history, path))
+            replace(arguments.out / "weights.safetensors", lambda path: save_file(folded(model), path))
+            told = ", ".join(f"{name} {value:.3f}" for name, value in scores.items() if not name.startswith("loss_"))
+            print(f"step {step}/{arguments.steps}, {rate:.1f} pictures/s: {told}", flush=True)
+            running, since, started = {}, 0, time.monotonic()
+
+
+if __name__ == "__main__":
+    main()
