@@ -18,4 +18,5 @@ mod slow_clients;
 mod commands;
 mod truth;
 mod evaluate;
+mod pictures;
 mod features;
