@@ -6,7 +6,8 @@
 //! the table's own rim and legs is a thing; each thing becomes the simplest solid with its outline. It is
 //! made for product pictures (plain light backdrop, level camera, whole table) and refuses rather than
 //! guesses: [`VisionError`] says what was not found. [`descriptor`] is the classical form of `Phi`, [`dinov2`] the
-//! learned one, which is given its weights. [`mask_repair`] mends masks that a network drew.
+//! learned one, which is given its weights. [`mask_repair`] mends masks that a network drew. [`network`] looks at frames
+//! with weights that `training/` wrote; no reading asks it yet, and none come with the program.
 //!
 //! Vision knows pictures and geometry, neither jobs nor ports; nothing here is random.
 
@@ -27,6 +28,7 @@ pub mod mask_repair;
 mod reading;
 pub mod descriptor;
 pub mod dinov2;
+pub mod network;
 
 pub use error::VisionError;
 pub use reading::{ObjectReading, PictureReading, TableReading, TopShape, read_picture};

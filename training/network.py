@@ -41,16 +41,16 @@ class Block(nn.Module):
 
 
 class TableNetwork(nn.Module):
-    def __init__(self):
+    def __init__(self, widths=WIDTHS, blocks=BLOCKS):
         super().__init__()
-        inputs = (3, *WIDTHS[:-1])
-        self.down = nn.ModuleList(Convolution(i, o, 3, 2) for i, o in zip(inputs, WIDTHS))
-        self.blocks = nn.ModuleList(nn.Sequential(*(Block(w) for _ in range(n))) for w, n in zip(WIDTHS, BLOCKS))
-        self.across = nn.ModuleList(Convolution(o, i, 1) for i, o in zip(WIDTHS[:-1], WIDTHS[1:]))
-        self.up = nn.ModuleList(Block(w) for w in WIDTHS[:-1])
-        self.spread = Convolution(WIDTHS[-1], WIDTHS[-1], 1)
-        self.maps = nn.Conv2d(WIDTHS[0], sum(n for _, n in MAPS), 3, 1, 1)
-        self.camera_hidden = nn.Linear(WIDTHS[-1], 64)
+        inputs = (3, *widths[:-1])
+        self.down = nn.ModuleList(Convolution(i, o, 3, 2) for i, o in zip(inputs, widths))
+        self.blocks = nn.ModuleList(nn.Sequential(*(Block(w) for _ in range(n))) for w, n in zip(widths, blocks))
+        self.across = nn.ModuleList(Convolution(o, i, 1) for i, o in zip(widths[:-1], widths[1:]))
+        self.up = nn.ModuleList(Block(w) for w in widths[:-1])
+        self.spread = Convolution(widths[-1], widths[-1], 1)
+        self.maps = nn.Conv2d(widths[0], sum(n for _, n in MAPS), 3, 1, 1)
+        self.camera_hidden = nn.Linear(widths[-1], 64)
         self.camera = nn.Linear(64, CAMERA)
 
     def forward(self, x):
