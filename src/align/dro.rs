@@ -35,8 +35,8 @@
 //! Guarantees: same input, same answer with any number of threads; accurate to about 0.3 degrees on a clean
 //! mask 100 pixels wide. Cost: golden some 150 silhouettes, three times that where a part is hidden;
 //! paper 1192 soft ones, 40 times as long and more, and no more exact: on eight catalog objects (1,200 to 5,100 triangles, one
-//! thread, the picture given; `docs/results/solvers.md`, by the ignored test `what_the_solvers_cost`) 0.01 to 0.05 s
-//! against 1.1 to 3.1 s of CPU time, off by 0.05 against 0.09 degrees in the median and by 0.20 against 0.54 at worst (a
+//! thread, the picture given; `docs/results/solvers.md`, by the ignored test `what_the_solvers_cost`) 0.01 to 0.07 s
+//! against 0.9 to 2.8 s of CPU time, off by 0.04 against 0.08 degrees in the median and by 0.20 against 0.54 at worst (a
 //! computer mouse). Golden is the
 //! default; paper is there to compare with. Blur makes the paper solver's losses larger
 //! and its confidences lower, by 0.04 to 0.22 there, most for thin things. Not for objects lying across the
