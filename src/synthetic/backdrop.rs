@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3, Vec3};
 use rand::RngExt;
 
 use super::Split;
-use super::draw::{any_color, chance, hsv, pale, uniform, weighted, wood_color};
+use super::draw::{any_color, chance, hsv, of_split, pale, uniform, weighted, wood_color};
 use crate::catalog::texture::Noise;
 use crate::geometry::seed::Rng;
 use crate::geometry::{Camera, Rgb};
@@ -35,7 +35,7 @@ pub enum Kind {
     Shelves,
 }
 
-const KINDS: &[(Kind, Split, f64)] = &[
+pub(super) const KINDS: &[(Kind, Split, f64)] = &[
     (Kind::Plain, Split::Training, 5.0),
     (Kind::Gradient, Split::Training, 2.0),
     (Kind::Room, Split::Training, 1.4),
@@ -49,18 +49,6 @@ const KINDS: &[(Kind, Split, f64)] = &[
 
 #[cfg(test)]
 impl Kind {
-    pub const ALL: [Kind; 9] = [
-        Kind::Plain,
-        Kind::Gradient,
-        Kind::Room,
-        Kind::Blurred,
-        Kind::Sweep,
-        Kind::Paneled,
-        Kind::Spotlit,
-        Kind::Corner,
-        Kind::Shelves,
-    ];
-
     /// The split whose pictures show it.
     pub fn split(self) -> Split {
         KINDS.iter().find(|(kind, _, _)| *kind == self).expect("every kind is in the list").1
@@ -99,12 +87,7 @@ pub(super) struct Backdrop {
 
 impl Backdrop {
     pub(super) fn draw(split: Split, rng: &mut Rng) -> Self {
-        let own: Vec<(Kind, f64)> = KINDS
-            .iter()
-            .filter(|(_, of, _)| *of == split)
-            .map(|(kind, _, weight)| (*kind, *weight))
-            .collect();
-        let kind = weighted(rng, &own);
+        let kind = of_split(rng, split, KINDS);
         let plain = matches!(kind, Kind::Plain | Kind::Gradient | Kind::Sweep | Kind::Spotlit);
         let color = |rng: &mut Rng| {
             let color = match weighted(rng, &[(0, 8.0), (1, 1.6), (2, 0.9), (3, 1.0)]) {

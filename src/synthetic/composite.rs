@@ -9,7 +9,7 @@ mod standing;
 use glam::DVec3;
 
 use super::Split;
-use super::draw::{uniform, weighted};
+use super::draw::{of_split, uniform};
 use crate::geometry::seed::Rng;
 use crate::geometry::{Material, Rgb, Solid, TexturedMesh};
 
@@ -40,7 +40,7 @@ pub enum Kind {
     Rack,
 }
 
-const KINDS: &[(Kind, Split, f64)] = &[
+pub(super) const KINDS: &[(Kind, Split, f64)] = &[
     (Kind::Turned, Split::Training, 1.5),
     (Kind::Boxy, Split::Training, 2.5),
     (Kind::Lumps, Split::Training, 1.0),
@@ -56,20 +56,6 @@ const KINDS: &[(Kind, Split, f64)] = &[
 
 #[cfg(test)]
 impl Kind {
-    pub const ALL: [Kind; 11] = [
-        Kind::Turned,
-        Kind::Boxy,
-        Kind::Lumps,
-        Kind::Sheet,
-        Kind::Tool,
-        Kind::Wire,
-        Kind::Jumble,
-        Kind::Stepped,
-        Kind::Lamp,
-        Kind::Figure,
-        Kind::Rack,
-    ];
-
     /// The split whose pictures show it.
     pub fn split(self) -> Split {
         KINDS.iter().find(|(kind, _, _)| *kind == self).expect("every kind is in the list").1
@@ -96,12 +82,7 @@ impl Kind {
 
     /// One of the split's kinds.
     pub(super) fn draw(split: Split, rng: &mut Rng) -> Self {
-        let own: Vec<(Kind, f64)> = KINDS
-            .iter()
-            .filter(|(_, of, _)| *of == split)
-            .map(|(kind, _, weight)| (*kind, *weight))
-            .collect();
-        weighted(rng, &own)
+        of_split(rng, split, KINDS)
     }
 
     /// Whether other things may be put on it.

@@ -2,6 +2,7 @@
 
 use rand::RngExt;
 
+use super::Split;
 use crate::geometry::Rgb;
 use crate::geometry::seed::Rng;
 
@@ -36,6 +37,12 @@ pub(super) fn weighted<T: Copy>(rng: &mut Rng, items: &[(T, f64)]) -> T {
         }
     }
     items[items.len() - 1].0
+}
+
+/// One of the items that the split may show, each as often as its weight says; at least one must be there.
+pub(super) fn of_split<T: Copy>(rng: &mut Rng, split: Split, items: &[(T, Split, f64)]) -> T {
+    let own = items.iter().filter(|(_, of, _)| *of == split).map(|(item, _, weight)| (*item, *weight));
+    weighted(rng, &own.collect::<Vec<_>>())
 }
 
 /// sRGB from hue 0..1, saturation 0..1 and value 0..1.

@@ -1,6 +1,6 @@
 //! What a top is made of.
 
-use super::draw::{any_color, chance, pale, pick, uniform, weighted, wood_color};
+use super::draw::{any_color, chance, of_split, pale, pick, uniform, weighted, wood_color};
 use super::{Split, pattern};
 use crate::catalog::texture::{
     brushed_metal, checker, fabric_weave, granite, marble, stripes, wicker, wood_grain, wood_planks,
@@ -57,7 +57,7 @@ pub(super) enum Mapping {
 }
 
 /// Every finish with how often its split draws it.
-const FINISHES: &[(Finish, Split, f64)] = &[
+pub(super) const FINISHES: &[(Finish, Split, f64)] = &[
     (Finish::White, Split::Training, 3.0),
     (Finish::Paint, Split::Training, 1.2),
     (Finish::DarkGloss, Split::Training, 1.0),
@@ -87,34 +87,6 @@ const FINISHES: &[(Finish, Split, f64)] = &[
 
 #[cfg(test)]
 impl Finish {
-    pub const ALL: [Finish; 25] = [
-        Finish::White,
-        Finish::Paint,
-        Finish::DarkGloss,
-        Finish::Planks,
-        Finish::Grain,
-        Finish::Staves,
-        Finish::Marble,
-        Finish::Granite,
-        Finish::Cloth,
-        Finish::Checks,
-        Finish::Metal,
-        Finish::Slats,
-        Finish::Glass,
-        Finish::Terrazzo,
-        Finish::Stripes,
-        Finish::Wicker,
-        Finish::SatinWhite,
-        Finish::BasketParquet,
-        Finish::Laminate,
-        Finish::Tiles,
-        Finish::Inlay,
-        Finish::Cement,
-        Finish::Plaid,
-        Finish::Burl,
-        Finish::Lacquer,
-    ];
-
     /// The split whose pictures show it.
     pub fn split(self) -> Split {
         FINISHES.iter().find(|(finish, _, _)| *finish == self).expect("every finish is in the list").1
@@ -155,12 +127,7 @@ impl Finish {
 
     /// One of the split's finishes.
     pub(super) fn draw(split: Split, rng: &mut Rng) -> Self {
-        let own: Vec<(Finish, f64)> = FINISHES
-            .iter()
-            .filter(|(_, of, _)| *of == split)
-            .map(|(finish, _, weight)| (*finish, *weight))
-            .collect();
-        weighted(rng, &own)
+        of_split(rng, split, FINISHES)
     }
 
     /// Whether things on it may mirror in it.

@@ -110,15 +110,18 @@ fn pictures_show_only_what_their_split_may() {
         for object in truth.objects.iter().filter(|object| !object.is_composite) {
             assert_eq!(Split::of_category(&object.name), truth.split, "{} {}", named(&painting), object.name);
         }
-        let finishes = finish::Finish::ALL.iter().filter(|finish| finish.split() == truth.split);
+        let finishes =
+            finish::FINISHES.iter().map(|(finish, ..)| finish).filter(|finish| finish.split() == truth.split);
         assert!(
             finishes.into_iter().any(|finish| finish.name() == truth.table.finish),
             "{}",
             truth.table.finish
         );
-        let mut backdrops = backdrop::Kind::ALL.iter().filter(|kind| kind.split() == truth.split);
+        let mut backdrops =
+            backdrop::KINDS.iter().map(|(kind, ..)| kind).filter(|kind| kind.split() == truth.split);
         assert!(backdrops.any(|kind| kind.name() == truth.backdrop), "{}", truth.backdrop);
-        let mut composites = composite::Kind::ALL.iter().filter(|kind| kind.split() == truth.split);
+        let mut composites =
+            composite::KINDS.iter().map(|(kind, ..)| kind).filter(|kind| kind.split() == truth.split);
         let own: Vec<&str> = composites.by_ref().map(|kind| kind.name()).collect();
         let odd =
             truth.objects.iter().find(|object| object.is_composite && !own.contains(&object.name.as_str()));

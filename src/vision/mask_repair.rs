@@ -67,6 +67,11 @@ struct Reached {
     color: Vec3,
 }
 
+impl Reached {
+    /// By nobody.
+    const NOT: Self = Self { owner: NOBODY, steps: 0, color: Vec3::ZERO };
+}
+
 struct Growth {
     width: usize,
     height: usize,
@@ -87,7 +92,7 @@ impl Growth {
         }
         let claimed: Vec<bool> = owners.iter().map(|&owner| owner != NOBODY).collect();
         let ground = Ground::new(&colors, &claimed, width, height);
-        let reached = owners.iter().map(|&owner| Reached { owner, steps: 0, color: Vec3::ZERO }).collect();
+        let reached = owners.iter().map(|&owner| Reached { owner, ..Reached::NOT }).collect();
         Self { width, height, colors, reached, ground }
     }
 
@@ -191,15 +196,12 @@ impl Growth {
             (0..width * height).map(|at| grown.iter().any(|bits| bits[at])).collect()
         };
         let from_masks_px = distance_transform(&taken(&grown), width, height);
-        for (at, reached) in self.reached.iter().enumerate().filter(|(_, r)| r.steps > 0 && r.owner != NOBODY)
-        {
+        for (at, reached) in self.reached.iter().enumerate().filter(|(_, r)| r.steps > 0) {
             grown[usize::from(reached.owner)][at] = true;
         }
         let outside: Vec<bool> = taken(&grown).iter().map(|bit| !bit).collect();
         let inward_px = distance_transform(&outside, width, height);
-        let far = |at: usize| {
-            self.reached[at].steps > 0 && self.reached[at].owner != NOBODY && from_masks_px[at] > EROSION_PX
-        };
+        let far = |at: usize| self.reached[at].steps > 0 && from_masks_px[at] > EROSION_PX;
         for part in self.parts(far) {
             if part.iter().any(|&at| inward_px[at] > THIN_PX) {
                 let owner = usize::from(self.reached[part[0]].owner);

@@ -50,7 +50,7 @@ impl Growth {
             let thin = part.iter().all(|&at| inward_px[at] <= THREAD_PX);
             let leads_away = part.iter().any(|&at| from_before_px[at] >= THREAD_END_PX);
             if !(thin && leads_away) {
-                part.iter().for_each(|&at| self.reached[at].owner = NOBODY);
+                part.iter().for_each(|&at| self.reached[at] = Reached::NOT);
             }
         }
     }
