@@ -10,7 +10,7 @@ from frames import FIRST_OBJECT, IGNORED, MAP_HEIGHT, MAP_WIDTH, TOP, maps, plac
 from network import BLOCKS, MAPS, TableNetwork, WIDTHS, folded
 from scores import compared, grouped
 from targets import targets
-from train import numbers_of
+from train import RISE, falls_from, learning_rate, numbers_of
 
 
 def scene():
@@ -89,6 +89,12 @@ class Training(unittest.TestCase):
         self.assertEqual(sorted(seen[10:]), list(range(10)))
         self.assertFalse((seen[:10] == seen[10:]).all())
         np.testing.assert_array_equal(numbers_of(3, 4, 10, 7), numbers_of(3, 4, 10, 7))
+
+    def test_a_longer_run_begins_as_a_shorter_one(self):
+        before = range(falls_from(4000))
+        self.assertEqual([learning_rate(k, 4000, 1.0) for k in before], [learning_rate(k, 9000, 1.0) for k in before])
+        self.assertEqual([learning_rate(k, 4000, 1.0) for k in (RISE, falls_from(4000), 3999)], [1.0, 1.0, 0.01])
+        self.assertAlmostEqual(learning_rate(3400, 4000, 1.0), 0.5)
 
     def test_maps_lie_where_the_frame_shows_the_picture(self):
         labels = np.zeros((300, 400), np.uint8)

@@ -4,14 +4,13 @@
 
 `--painted` has the folders `training` and `validation` that `tabletopgen paint-pictures` wrote. Whatever `--out` holds of an
 earlier run with the same numbers is gone on with: frames are packed once, a checkpoint is written every --every steps and
-again at the end. The run is seeded; the order of the pictures depends on the seed and the step alone. Written are
+again at the end; --steps may be another as long as the learning rate has not begun to fall. The run is seeded; the order of the pictures depends on the seed and the step alone. Written are
 `checkpoint.pt`, `history.json`, `history.png` (losses and scores on validation pictures, whose categories, tops and backdrops
 no training picture shows) and `weights.safetensors`.
 """
 
 import argparse
 import json
-import math
 import os
 import time
 from pathlib import Path
@@ -104,12 +103,20 @@ def validated(model, frames, count, half):
     }
 
 
+#: Steps over which the learning rate rises, and the share of all steps over which it falls.
+RISE, FALL = 300, 0.3
+
+
+def falls_from(steps):
+    """The step from which the learning rate falls; what comes before does not depend on how many steps there are."""
+    return round((1 - FALL) * steps)
+
+
 def learning_rate(step, steps, peak):
-    """Rises over the first twentieth, falls as a cosine to a hundredth."""
-    warm = max(steps // 20, 1)
-    if step < warm:
-        return peak * (step + 1) / warm
-    return peak * (0.01 + 0.99 * 0.5 * (1 + math.cos(math.pi * (step - warm) / max(steps - warm, 1))))
+    """Rises, stays, and falls in a straight line to a hundredth."""
+    rising = min((step + 1) / RISE, 1.0)
+    falling = min((steps - step) / max(steps - falls_from(steps), 1), 1.0)
+    return peak * rising * max(falling, 0.01)
 
 
 def numbers_of(step, size, count, seed):
@@ -183,11 +190,16 @@ def main():
     optimizer = torch.optim.AdamW(model.parameters(), lr=arguments.rate, weight_decay=1e-4)
     step, history = 0, []
     checkpoint = arguments.out / "checkpoint.pt"
-    run = {"steps": arguments.steps, "batch": arguments.batch, "rate": arguments.rate, "seed": arguments.seed, "pictures": len(training)}
+    run = {"batch": arguments.batch, "rate": arguments.rate, "seed": arguments.seed, "pictures": len(training)}
     if checkpoint.is_file():
         state = torch.load(checkpoint, weights_only=True)
         if state["run"] != run:
             parser.error(f"{checkpoint} is of another run ({state['run']}, not {run}); name another --out")
+        if arguments.steps != state["steps"] and state["step"] > falls_from(min(arguments.steps, state["steps"])):
+            parser.error(
+                f"{checkpoint} has done {state['step']} of {state['steps']} steps, and the rate of {arguments.steps} steps would "
+                f"have been another by then; give --steps {state['steps']}, or name another --out"
+            )
         model.load_state_dict(state["model"])
         optimizer.load_state_dict(state["optimizer"])
         step, history = state["step"], json.loads(state["history"])
@@ -216,7 +228,7 @@ def main():
             rate = since * arguments.batch / (time.monotonic() - started)
             scores = validated(model, validation, arguments.validate, half)
             history.append({"step": step, "training": {n: v / since for n, v in running.items()}, "validation": scores})
-            state = {"run": run, "model": model.state_dict(), "optimizer": optimizer.state_dict(), "step": step, "history": json.dumps(history)}
+            state = {"run": run, "steps": arguments.steps, "model": model.state_dict(), "optimizer": optimizer.state_dict(), "step": step, "history": json.dumps(history)}
             replace(checkpoint, lambda path: torch.save(state, path))
             replace(arguments.out / "history.json", lambda path: path.write_text(json.dumps(history, indent=1)))
             replace(arguments.out / "history.png", lambda path: plot(history, path))
