@@ -6,6 +6,7 @@
 
 pub mod logging;
 pub mod features;
+mod network;
 pub mod scenes;
 pub mod service;
 pub mod local;

@@ -22,4 +22,6 @@ pub use category::{Affordance, Category, Facing, SizeRange, Zone, categories, ca
 pub use physical::{PhysicalProperties, physical_properties};
 pub use recipe::{Generator, Order, Recipe, build, stocked};
 pub use substance::{Substance, substance};
-pub use tables::{TableModel, build_table, stocked_table, table_models};
+pub use tables::{
+    BuiltTable, OUTLINED_TABLE, TableModel, build_outlined_table, build_table, stocked_table, table_models,
+};

@@ -33,8 +33,8 @@ use crate::provider::embedded::photograph::SizeSettings;
 use crate::provider::feature_extractor::FeatureSettings;
 use crate::render::RenderSettings;
 use crate::render::gpu::ComputeSettings;
-use crate::vision::VisionSettings;
 use crate::vision::descriptor::DescriptorSettings;
+use crate::vision::{NetworkReadingSettings, VisionSettings};
 use crate::{api, store, worker};
 
 pub use error::{ConfigError, ConfigErrors};
@@ -50,6 +50,7 @@ pub struct Config {
     pub compute: ComputeSettings,
     pub log: LogSettings,
     pub features: FeatureSettings,
+    pub network: NetworkSettings,
     pub analyst: analyst::Settings,
     pub layout: LayoutSettings,
     pub painter: PainterSettings,
@@ -69,9 +70,19 @@ pub struct Config {
     pub export: ExportSettings,
 }
 
-/// Sections about the process; all others shape a scene, and a request may override those. Features shape scenes too, but
+/// Sections about the process; all others shape a scene, and a request may override those. Features and network shape scenes too, but
 /// name files of this machine, which are not a request's to choose.
-pub const PROCESS_SECTIONS: [&str; 6] = ["server", "store", "worker", "compute", "log", "features"];
+pub const PROCESS_SECTIONS: [&str; 7] =
+    ["server", "store", "worker", "compute", "log", "features", "network"];
+
+/// Section `[network]`.
+#[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
+pub struct NetworkSettings {
+    /// Safetensors file of a network that reads pictures; empty = they are read by classical means.
+    pub weights: String,
+    #[serde(flatten)]
+    pub reading: NetworkReadingSettings,
+}
 
 /// Section `[log]`.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]

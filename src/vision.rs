@@ -7,7 +7,8 @@
 //! made for product pictures (plain light backdrop, level camera, whole table) and refuses rather than
 //! guesses: [`VisionError`] says what was not found. [`descriptor`] is the classical form of `Phi`, [`dinov2`] the
 //! learned one, which is given its weights. [`mask_repair`] mends masks that a network drew. [`network`] looks at frames
-//! with weights that `training/` wrote; no reading asks it yet, and none come with the program.
+//! with weights that `training/` wrote; none come with the program. Where there are some, [`read_with_network`] reads by them
+//! instead.
 //!
 //! Vision knows pictures and geometry, neither jobs nor ports; nothing here is random.
 
@@ -22,15 +23,18 @@ mod surface;
 mod outline;
 mod camera_fit;
 mod instances;
+mod contour;
 mod silhouette;
 pub mod solid_fit;
 pub mod mask_repair;
 mod reading;
+mod learned;
 pub mod descriptor;
 pub mod dinov2;
 pub mod network;
 
 pub use error::VisionError;
+pub use learned::{NetworkReadingSettings, read_with_network};
 pub use reading::{ObjectReading, PictureReading, TableReading, TopShape, read_picture};
 pub use settings::VisionSettings;
 pub use solid_fit::{SolidFit, SolidKind, fit_solid};

@@ -7,11 +7,12 @@ use std::time::Duration;
 use serde_json::json;
 
 use super::{AppError, BACKEND};
-use crate::config::Config;
+use crate::config::{Config, ConfigErrors, Resolved};
 use crate::evaluate::layout::LayoutBench;
 use crate::evaluate::pictures::PictureBench;
 use crate::pipeline::checkpoint::{Checkpoints, Interrupt, JobScope, StageRuntime};
 use crate::provider::Cpu;
+use crate::provider::embedded::photograph::PictureReader;
 use crate::render::gpu::Compute;
 use crate::scene::SceneRequest;
 use crate::store::scenes::{NewScene, Submitted};
@@ -26,8 +27,9 @@ pub fn layout_bench(config: &Config) -> LayoutBench {
 }
 
 /// The picture benchmark with the settings that `generate` would have.
-pub fn picture_bench(config: &Config) -> PictureBench {
-    PictureBench { vision: config.vision.clone() }
+pub fn picture_bench(resolved: &Resolved) -> Result<PictureBench, ConfigErrors> {
+    let settings = super::scenes::adapters(&resolved.config).photograph;
+    Ok(PictureBench { reader: PictureReader { network: super::network::load(resolved)?, settings } })
 }
 
 /// The pool all computation of a run shares.

@@ -5,30 +5,38 @@ use std::sync::Arc;
 use futures::FutureExt;
 
 use super::features::Features;
+use super::network;
 use crate::api::{FieldError, Validate};
 use crate::config::{Config, ConfigErrors, Resolved};
 use crate::pipeline::error::StageError;
 use crate::pipeline::{self, Settings};
 use crate::provider::Ports;
-use crate::provider::embedded::photograph::PhotographSettings;
+use crate::provider::embedded::photograph::{PhotographSettings, ReadingNetwork};
 use crate::provider::embedded::{self, EmbeddedSettings};
 use crate::scene::SceneRequest;
 use crate::worker::{BuildScene, JobContext};
 
+/// What was read from files of weights when the program started.
+#[derive(Clone)]
+struct Models {
+    features: Features,
+    network: Option<Arc<ReadingNetwork>>,
+}
+
 /// Builds scenes with the embedded adapters, each with the settings its request asks for. Weights are read here, so that
 /// those that will not do are found before any work.
 pub fn build_scene(resolved: &Resolved) -> Result<BuildScene, ConfigErrors> {
-    let features = Features::load(resolved)?;
+    let models = Models { features: Features::load(resolved)?, network: network::load(resolved)? };
     let resolved = Arc::new(resolved.clone());
     // Adapters hold tables and catalogs; jobs without settings of their own share them.
-    let shared = assembled(&resolved, &features);
+    let shared = assembled(&resolved, &models);
     Ok(Arc::new(move |context: JobContext| {
-        let (resolved, features, shared) = (resolved.clone(), features.clone(), shared.clone());
+        let (resolved, models, shared) = (resolved.clone(), models.clone(), shared.clone());
         async move {
             let JobContext { request, checkpoints, .. } = context;
             let (ports, settings) = match request.options.set.is_empty() {
                 true => shared,
-                false => own(&resolved, &features, &request)?,
+                false => own(&resolved, &models, &request)?,
             };
             pipeline::build_scene(request, checkpoints, ports, settings).await
         }
@@ -53,7 +61,7 @@ pub fn validate(resolved: &Resolved) -> Validate {
 /// anew since.
 fn own(
     resolved: &Resolved,
-    features: &Features,
+    models: &Models,
     request: &SceneRequest,
 ) -> Result<(Ports, Arc<Settings>), StageError> {
     let resolved = resolved.with(&request.options.set).map_err(|errors| {
@@ -62,12 +70,12 @@ fn own(
             format!("the request's own settings do not fit this server any more: {errors}"),
         )
     })?;
-    Ok(assembled(&resolved, features))
+    Ok(assembled(&resolved, models))
 }
 
-fn assembled(resolved: &Resolved, features: &Features) -> (Ports, Arc<Settings>) {
-    let ports = embedded::ports(&adapters(&resolved.config));
-    (features.answer(ports), Arc::new(stages(&resolved.config)))
+fn assembled(resolved: &Resolved, models: &Models) -> (Ports, Arc<Settings>) {
+    let ports = embedded::ports(&adapters(&resolved.config), models.network.clone());
+    (models.features.answer(ports), Arc::new(stages(&resolved.config)))
 }
 
 /// What the stages need of the configuration.

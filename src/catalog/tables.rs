@@ -8,6 +8,7 @@
 mod finish;
 pub(in crate::catalog) mod grain;
 mod frames;
+mod outlined;
 mod pedestals;
 pub(in crate::catalog) mod shapes;
 
@@ -80,6 +81,31 @@ pub fn build_table(
     let flat = crate::geometry::shapes::inset(&edge, EASED_EDGE_M);
     Some(BuiltTable {
         mesh: draft.mesh.translated(DVec3::new(0.0, 0.0, -size_m.z)),
+        outline_m: Outline::new(flat).ok()?,
+    })
+}
+
+/// Name of the model that [`build_outlined_table`] builds; it cannot be ordered by name, for it wants an outline.
+pub const OUTLINED_TABLE: &str = "outlined_table";
+
+/// Builds a table whose top has this edge, centered on its axis-aligned box, on three legs or more; finish as in
+/// [`build_table`]. `None` where the edge is so narrow somewhere that nothing is left inside its rounding.
+pub fn build_outlined_table(
+    edge: &Outline,
+    height_m: f64,
+    legs: usize,
+    color: Option<Rgb>,
+    material: Option<&str>,
+    seed: u64,
+) -> Option<BuiltTable> {
+    let (low, high) = edge.bounds();
+    let mut rng = child_rng(seed, OUTLINED_TABLE);
+    let finish = Finish::choose(OUTLINED_TABLE, color, material, &mut rng);
+    let mut draft = Draft::new((high - low).extend(height_m), finish);
+    outlined::outlined_table(&mut draft, edge, legs.max(3));
+    let flat = crate::geometry::shapes::inset(edge.corners(), EASED_EDGE_M);
+    Some(BuiltTable {
+        mesh: draft.mesh.translated(DVec3::new(0.0, 0.0, -height_m)),
         outline_m: Outline::new(flat).ok()?,
     })
 }
@@ -305,6 +331,30 @@ mod tests {
             }
         }
         assert!(build_table("hovering_table", DVec3::ONE, None, None, 1).is_none());
+    }
+
+    #[test]
+    fn an_outlined_table_has_its_outline_and_stands_under_it() {
+        let bean = crate::geometry::shapes::smooth(
+            &[(-0.5, 0.0), (-0.4, -0.3), (0.0, -0.1), (0.4, -0.3), (0.5, 0.0), (0.0, 0.3)]
+                .map(|(x, y)| DVec2::new(x, y)),
+            8,
+        );
+        let (low, high) = bean.iter().fold((bean[0], bean[0]), |(l, h), p| (l.min(*p), h.max(*p)));
+        let edge = Outline::new(bean.iter().map(|p| *p - 0.5 * (low + high)).collect()).expect("a bean");
+        for legs in [3, 4] {
+            let table = build_outlined_table(&edge, 0.7, legs, None, None, 3).expect("a table");
+            let (lowest, highest) = table.mesh.bounds();
+            assert!(highest.z.abs() < 1e-9 && (lowest.z + 0.7).abs() < 1e-9, "{lowest} {highest}");
+            assert!(
+                ((highest - lowest).truncate() - (high - low)).length() < 1e-6,
+                "legs reach beyond the top"
+            );
+            assert!(is_closed(&table.mesh));
+            assert!((table.outline_m.area_m2() / edge.area_m2() - 1.0).abs() < 0.03);
+            let feet = table.mesh.positions.iter().filter(|p| p.z < -0.7 + 1e-6);
+            assert!(feet.clone().count() >= 3 * legs && feet.clone().all(|p| edge.contains(p.truncate())));
+        }
     }
 
     #[test]

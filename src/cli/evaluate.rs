@@ -132,7 +132,7 @@ pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
     let started = Instant::now();
     let Finished { table, document, complete } = match arguments.set_name {
         SetName::Layout => layout(&arguments, resolved.config)?,
-        SetName::Pictures => pictures::run(&arguments, &resolved.config)?,
+        SetName::Pictures => pictures::run(&arguments, &resolved)?,
     };
     write_whole(&markdown, table.as_bytes())?;
     write_whole(&json, document.as_bytes())?;

@@ -148,7 +148,7 @@ impl LayoutBench {
         if let Some(noise) = noise {
             settings.painter = noise.painter(&settings.painter);
         }
-        let ports = embedded::ports(&settings);
+        let ports = embedded::ports(&settings, None);
         let painted = self.paint(scene, noise, &ports, call).await?;
         let turned = Arc::new(Mutex::new(BTreeMap::new()));
         let ports = watched(ports, &painted, noise, scene.seed, &turned);

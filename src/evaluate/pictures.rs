@@ -14,8 +14,9 @@ use serde::Serialize;
 use self::reading::TableRead;
 use self::score::PictureScore;
 use crate::geometry::{Interrupt, Interrupted};
+use crate::provider::embedded::photograph::PictureReader;
 use crate::synthetic::{Painting, Split, paint};
-use crate::vision::{VisionError, VisionSettings, read_picture};
+use crate::vision::VisionError;
 
 /// Pictures of the set.
 pub const SET_SIZE: u32 = 200;
@@ -24,9 +25,9 @@ pub const SET_SIZE: u32 = 200;
 pub const SIZE_PX: u32 = 1024;
 
 /// Reads pictures as `generate --image` does, and compares.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub struct PictureBench {
-    pub vision: VisionSettings,
+    pub reader: PictureReader,
 }
 
 /// What came of one picture.
@@ -51,7 +52,7 @@ impl PictureBench {
         painting: &Painting,
         interrupt: &Interrupt,
     ) -> Result<(PictureResult, Option<TableRead>), Interrupted> {
-        let read = match read_picture(&painting.picture, &self.vision, interrupt) {
+        let read = match self.reader.reading(&painting.picture, interrupt) {
             Ok(reading) => Ok(TableRead::from(&reading)),
             Err(VisionError::Interrupted(interrupted)) => return Err(interrupted),
             Err(error) => Err(error.code().to_owned()),

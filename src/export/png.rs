@@ -6,7 +6,8 @@
 use std::io::Cursor;
 
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
-use image::{ExtendedColorType, ImageDecoder, ImageEncoder, ImageFormat, ImageReader, Limits};
+use image::metadata::Orientation;
+use image::{DynamicImage, ExtendedColorType, ImageDecoder, ImageEncoder, ImageFormat, ImageReader, Limits};
 
 use crate::geometry::Image;
 
@@ -57,12 +58,34 @@ pub fn decode_png(bytes: &[u8]) -> Result<Image, PictureError> {
     decode(bytes, &[ImageFormat::Png], u64::MAX)
 }
 
-/// The picture in PNG, JPEG or WebP bytes, at most `budget_px` pixels.
+/// The picture in PNG, JPEG or WebP bytes, at most `budget_px` pixels, as it is stored (textures of glTF ignore EXIF).
 pub fn decode_picture(bytes: &[u8], budget_px: u64) -> Result<Image, PictureError> {
     decode(bytes, &[ImageFormat::Png, ImageFormat::Jpeg, ImageFormat::WebP], budget_px)
 }
 
+/// As [`decode_picture`], turned as the EXIF orientation says, which is how people see it.
+pub fn decode_photograph(bytes: &[u8], budget_px: u64) -> Result<Image, PictureError> {
+    let (decoded, orientation) =
+        decoded(bytes, &[ImageFormat::Png, ImageFormat::Jpeg, ImageFormat::WebP], budget_px)?;
+    picture(decoded, orientation)
+}
+
 fn decode(bytes: &[u8], accepted: &[ImageFormat], budget_px: u64) -> Result<Image, PictureError> {
+    let (decoded, _) = decoded(bytes, accepted, budget_px)?;
+    picture(decoded, Orientation::NoTransforms)
+}
+
+fn picture(mut decoded: DynamicImage, orientation: Orientation) -> Result<Image, PictureError> {
+    decoded.apply_orientation(orientation);
+    let rgba = decoded.into_rgba8();
+    Image::from_rgba(rgba.width(), rgba.height(), rgba.into_raw()).ok_or(PictureError::UnknownFormat)
+}
+
+fn decoded(
+    bytes: &[u8],
+    accepted: &[ImageFormat],
+    budget_px: u64,
+) -> Result<(DynamicImage, Orientation), PictureError> {
     let format = image::guess_format(bytes).map_err(|_| PictureError::UnknownFormat)?;
     if !accepted.contains(&format) {
         return Err(PictureError::UnknownFormat);
@@ -73,7 +96,7 @@ fn decode(bytes: &[u8], accepted: &[ImageFormat], budget_px: u64) -> Result<Imag
     limits.max_alloc = Some(MAX_DECODED_BYTES);
     let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
     reader.limits(limits);
-    let decoder = reader.into_decoder().map_err(PictureError::Broken)?;
+    let mut decoder = reader.into_decoder().map_err(PictureError::Broken)?;
     let (width_px, height_px) = decoder.dimensions();
     if width_px > MAX_SIDE_PX
         || height_px > MAX_SIDE_PX
@@ -81,8 +104,9 @@ fn decode(bytes: &[u8], accepted: &[ImageFormat], budget_px: u64) -> Result<Imag
     {
         return Err(PictureError::TooLarge { width_px, height_px, budget_px });
     }
-    let decoded = image::DynamicImage::from_decoder(decoder).map_err(PictureError::Broken)?.into_rgba8();
-    Image::from_rgba(width_px, height_px, decoded.into_raw()).ok_or(PictureError::UnknownFormat)
+    // Damaged metadata are no reason to refuse intact pixels.
+    let orientation = decoder.orientation().unwrap_or(Orientation::NoTransforms);
+    Ok((DynamicImage::from_decoder(decoder).map_err(PictureError::Broken)?, orientation))
 }
 
 #[cfg(test)]
@@ -99,6 +123,37 @@ mod tests {
             assert_eq!(decode_png(&bytes).expect("our own file"), picture);
             assert!(matches!(decode_picture(&bytes, 34), Err(PictureError::TooLarge { .. })));
         }
+    }
+
+    /// A JPEG of `picture` whose EXIF block has that orientation.
+    fn jpeg(picture: &Image, orientation: u8) -> Vec<u8> {
+        let rgb: Vec<u8> = picture.as_rgba().chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).collect();
+        let mut bytes = Vec::new();
+        image::codecs::jpeg::JpegEncoder::new_with_quality(&mut bytes, 100)
+            .encode(&rgb, picture.width_px(), picture.height_px(), ExtendedColorType::Rgb8)
+            .expect("encodes");
+        // Exif 2.32, 4.5: one big-endian directory with the tag 0x0112 of type SHORT.
+        let mut exif = b"Exif\0\0MM\0\x2a\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0".to_vec();
+        exif.extend([orientation, 0, 0, 0, 0, 0, 0]);
+        let mut marked = bytes[..2].to_vec();
+        marked.extend([0xff, 0xe1, 0, exif.len() as u8 + 2]);
+        marked.extend(exif);
+        marked.extend(&bytes[2..]);
+        marked
+    }
+
+    #[test]
+    fn a_picture_taken_with_a_turned_camera_stands_upright() {
+        let mut picture = Image::filled(32, 16, [250, 250, 250, 255]);
+        (0..16).for_each(|y| (0..8).for_each(|x| picture.set_pixel(x, y, [5, 5, 5, 255])));
+        let upright = decode_photograph(&jpeg(&picture, 1), 1_000).expect("intact");
+        assert_eq!((upright.width_px(), upright.height_px()), (32, 16));
+        assert!(upright.pixel(2, 8)[0] < 60 && upright.pixel(28, 8)[0] > 200);
+        // 6: the first row is the right side, the first column the top.
+        let turned = decode_photograph(&jpeg(&picture, 6), 1_000).expect("intact");
+        assert_eq!(decode_picture(&jpeg(&picture, 6), 1_000).expect("intact").width_px(), 32);
+        assert_eq!((turned.width_px(), turned.height_px()), (16, 32));
+        assert!(turned.pixel(8, 2)[0] < 60 && turned.pixel(8, 28)[0] > 200);
     }
 
     #[test]

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use super::checkpoint::{ArtifactRef, Stage};
 use super::error::StageError;
 use super::{Context, carry};
-use crate::export::png::decode_picture;
+use crate::export::png::decode_photograph;
 use crate::geometry::{Image, Mask};
 use crate::provider::{
     Adapter, Completion, KnownPicture, KnownTop, PaintingAside, Ports, Reference, TopPicture,
@@ -17,7 +17,7 @@ use crate::scene::request::RequestOptions;
 use crate::scene::{Input, InstanceId, SceneRequest};
 use crate::store::Digest;
 
-pub const STAGE: Stage = Stage { name: "reference", version: 4 };
+pub const STAGE: Stage = Stage { name: "reference", version: 5 };
 
 /// Largest side of the reference picture, pixels; larger pictures are reduced, smaller ones stay.
 const MAX_SIDE_PX: u32 = 1280;
@@ -128,7 +128,7 @@ async fn given(context: &Context, sha256: &str) -> Result<Output, StageError> {
     let bytes = context.blob(&digest, "the picture of the request").await?;
     let decoded = context
         .cpu(move || {
-            let picture = decode_picture(&bytes, MAX_DECODED_PX)?;
+            let picture = decode_photograph(&bytes, MAX_DECODED_PX)?;
             Ok(on_white(fitted_down(picture)))
         })
         .await?;

@@ -1,11 +1,12 @@
 //! Embedded adapters of the ports: real algorithms that need no key, no network and no GPU. All but [`dinov2`], which
-//! wants weights, are always there.
+//! wants weights of somebody else's, are always there.
 
 pub mod analyst;
 pub mod layout;
 pub mod painter;
 pub mod photograph;
 pub mod orientation;
+mod recognized_table;
 pub mod scene_analyst;
 pub mod segmenter;
 pub mod mesh_generator;
@@ -37,13 +38,14 @@ pub struct EmbeddedSettings {
     pub certify: CertifySettings,
 }
 
-/// An embedded adapter for every port, of those that need no weights.
-pub fn ports(settings: &EmbeddedSettings) -> Ports {
+/// An embedded adapter for every port; pictures nobody here painted are read by the network, if there is one.
+pub fn ports(settings: &EmbeddedSettings, network: Option<Arc<photograph::ReadingNetwork>>) -> Ports {
     let settings = settings.clone();
+    let reader = photograph::PictureReader { network, settings: settings.photograph.clone() };
     Ports {
         analyst: Arc::new(scene_analyst::EmbeddedAnalyst {
             settings: settings.analyst,
-            photograph: settings.photograph.clone(),
+            photograph: reader.clone(),
         }),
         painter: Arc::new(painter::EmbeddedPainter {
             photograph: settings.photograph.clone(),
@@ -55,7 +57,7 @@ pub fn ports(settings: &EmbeddedSettings) -> Ports {
             resolve: settings.resolve,
             certify: settings.certify,
         }),
-        segmenter: Arc::new(segmenter::EmbeddedSegmenter { photograph: settings.photograph.clone() }),
+        segmenter: Arc::new(segmenter::EmbeddedSegmenter { photograph: reader }),
         mesh_generator: Arc::new(mesh_generator::EmbeddedMeshGenerator {
             photograph: settings.photograph.clone(),
         }),

@@ -4,7 +4,7 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use super::{InstanceId, TableShape};
-use crate::geometry::{Camera, Mask, Rgb};
+use crate::geometry::{Camera, Mask, Outline, Rgb};
 
 /// Open-vocabulary recognition of a reference picture.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -38,6 +38,9 @@ pub struct RecognizedTable {
     pub shape: TableShape,
     /// Catalog model that looks like it.
     pub model: String,
+    /// Edge of the top in the world, where no model has it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub outline_m: Option<Outline>,
     /// Commonsense extents: width, depth of the top, height above the floor; meters.
     pub size_m: DVec3,
     pub color: Option<Rgb>,

@@ -1,9 +1,10 @@
 //! Why a picture was not read.
 
+use super::network::NetworkError;
 use crate::geometry::Interrupted;
 
 /// What was not found in a picture, and what to send instead. Nothing is made up in its place.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[derive(Debug, thiserror::Error)]
 pub enum VisionError {
     #[error(
         "reading the picture: {width_px} x {height_px} pixels are too few to tell things apart; send one \
@@ -43,6 +44,18 @@ pub enum VisionError {
          (a patterned top?); use a plain top or fewer objects"
     )]
     TooManyObjects { count: usize },
+    #[error(
+        "reading the picture: no table top fills at least {percent:.0} % of it; send a picture that shows the whole \
+         table"
+    )]
+    NoTopSeen { percent: f64 },
+    #[error(
+        "reading the picture: a table top was found, but no camera above it shows it with this outline; hold the camera \
+         level and show the whole table"
+    )]
+    NoCamera,
+    #[error("reading the picture: {0}")]
+    Network(NetworkError),
     #[error(transparent)]
     Interrupted(#[from] Interrupted),
 }
@@ -53,13 +66,23 @@ impl VisionError {
         match self {
             Self::TooSmall { .. } => "picture_too_small",
             Self::BackdropNotPlain { .. } => "backdrop_not_plain",
-            Self::NoTop { .. } => "no_table_top",
+            Self::NoTop { .. } | Self::NoTopSeen { .. } => "no_table_top",
             Self::OutlineUnclear { .. } => "table_outline_unclear",
-            Self::CameraUnclear { .. } => "camera_unclear",
+            Self::CameraUnclear { .. } | Self::NoCamera => "camera_unclear",
             Self::NoObjects => "no_objects",
             Self::ObjectsNotSeparated { .. } => "objects_not_separated",
             Self::TooManyObjects { .. } => "too_many_objects",
+            Self::Network(_) => "network_failed",
             Self::Interrupted(_) => "interrupted",
+        }
+    }
+}
+
+impl From<NetworkError> for VisionError {
+    fn from(error: NetworkError) -> Self {
+        match error {
+            NetworkError::Interrupted(interrupted) => Self::Interrupted(interrupted),
+            other => Self::Network(other),
         }
     }
 }

@@ -8,18 +8,25 @@
 //! Maps agree with the reference implementation to 1e-4 of values of about 10: tests see to it on a small random network.
 
 mod error;
+pub mod frame;
 mod layers;
+pub mod maps;
 
 use candle_core::safetensors::BufferedSafetensors;
 use candle_core::{Device, Tensor};
 
-use crate::geometry::Interrupt;
+use crate::geometry::{Image, Interrupt};
+use frame::Frame;
 use layers::{Block, Convolution, Linear, Reader};
+use maps::Maps;
 
 pub use error::{NetworkError, NetworkWeightsError};
 
 /// Channels of the maps, in order: four kinds, outline, border, contact, center, offset x and y.
 pub const MAP_CHANNELS: usize = 10;
+
+/// Width and height of the frames that pictures are shown in (`training/frames.py`).
+pub const FRAME_PX: [usize; 2] = [320, 256];
 
 /// A network with its weights.
 pub struct TableNetwork {
@@ -89,6 +96,13 @@ impl TableNetwork {
     /// Side lengths of a frame must be multiples of this.
     pub fn granularity_px(&self) -> usize {
         1 << self.down.len()
+    }
+
+    /// Looks at a picture.
+    pub fn maps(&self, picture: &Image, interrupt: &Interrupt) -> Result<Maps, NetworkError> {
+        let Frame { rgb, placement } = Frame::of(picture, FRAME_PX);
+        let answer = self.look(&rgb, FRAME_PX[0], FRAME_PX[1], interrupt)?;
+        Ok(Maps::new(answer, placement, FRAME_PX[0]))
     }
 
     /// Looks at a frame: colors -1..1, channel by channel, each row by row from the top. The interrupt is polled at each

@@ -26,6 +26,11 @@ pub struct PictureReading {
 pub enum TopShape {
     Rectangle,
     Circle,
+    Oval,
+    /// Three corners, rounded.
+    Triangle,
+    /// Anything else, and what is left of a top that the picture cuts off.
+    Irregular,
 }
 
 /// The table top.
@@ -34,7 +39,9 @@ pub struct TableReading {
     pub shape: TopShape,
     /// Depth in widths; 1 for a circle.
     pub depth: f64,
-    /// Edge of the top in pixels of the picture.
+    /// Edge of the top, counter-clockwise.
+    pub outline: Vec<DVec2>,
+    /// The same in pixels of the picture, in the order of growing angle.
     pub outline_px: Vec<DVec2>,
     /// Mean color of the bare top.
     pub color: Rgb,
@@ -109,6 +116,7 @@ pub fn read_picture(
                 Seen::Ellipse(_) => TopShape::Circle,
             },
             depth: found.depth,
+            outline: outline(&hypothesis.seen, found.depth),
             outline_px: polygon.iter().map(|p| *p / pixels.scale).collect(),
             color: mean_color(&pixels, &candidate.bare),
             height,
@@ -118,12 +126,25 @@ pub fn read_picture(
     })
 }
 
+/// Edge of the top on the table.
+fn outline(seen: &Seen, depth: f64) -> Vec<DVec2> {
+    match seen {
+        Seen::Quad(_) => [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)]
+            .map(|(x, y)| DVec2::new(x, y * depth))
+            .to_vec(),
+        Seen::Ellipse(_) => {
+            (0..96).map(|k| 0.5 * DVec2::from_angle(std::f64::consts::TAU * f64::from(k) / 96.0)).collect()
+        }
+    }
+}
+
 impl PictureReading {
     /// The same reading with all lengths multiplied, as by the width of the top in meters.
     pub fn scaled(mut self, factor: f64) -> Self {
         let pose = &mut self.camera.world_from_camera;
         *pose = Pose { translation_m: factor * pose.translation_m, rotation: pose.rotation };
         self.table.height = self.table.height.map(|h| factor * h);
+        self.table.outline.iter_mut().for_each(|p| *p *= factor);
         self.objects.iter_mut().for_each(|object| object.solid = object.solid.scaled(factor));
         self
     }
@@ -201,7 +222,7 @@ fn covered(pixels: &Pixels, foreground: &[bool], seen: &Seen) -> f64 {
 }
 
 /// The camera of the reduced copy, for the picture itself.
-fn whole_picture(camera: &Camera, width_px: u32, height_px: u32, scale: f64) -> Camera {
+pub(in crate::vision) fn whole_picture(camera: &Camera, width_px: u32, height_px: u32, scale: f64) -> Camera {
     Camera {
         width_px,
         height_px,
@@ -240,7 +261,7 @@ fn table_height(pixels: &Pixels, foreground: &[bool], found: &camera_fit::Found,
 }
 
 /// Who stands on whom: a thing whose contact lies on the top face of another's solid.
-fn stacking(objects: &mut [ObjectReading], camera: &Camera) {
+pub(in crate::vision) fn stacking(objects: &mut [ObjectReading], camera: &Camera) {
     let contacts: Vec<Option<DVec2>> = objects
         .iter()
         .map(|object| {
@@ -297,7 +318,7 @@ fn stacking(objects: &mut [ObjectReading], camera: &Camera) {
 }
 
 /// Mean in linear light, as sRGB.
-fn mean_color(pixels: &Pixels, indices: &[usize]) -> Rgb {
+pub(in crate::vision) fn mean_color(pixels: &Pixels, indices: &[usize]) -> Rgb {
     let mut sum = [0.0_f64; 3];
     for &index in indices {
         (0..3).for_each(|c| sum[c] += f64::from(pixels.log_light[index][c].exp()));

@@ -8,7 +8,6 @@
 //! of upright silhouettes are a guess. Cost: 5 to 30 ms an object.
 
 mod block;
-mod contour;
 mod flat;
 mod turned;
 
@@ -16,6 +15,7 @@ use glam::{DVec2, DVec3};
 
 pub(in crate::vision) use block::InnerEdges;
 
+use super::contour;
 use super::pixels::Pixels;
 use super::regions;
 use super::silhouette::Silhouette;

@@ -6,7 +6,7 @@ use std::time::Instant;
 use rayon::prelude::*;
 
 use super::{Arguments, Finished, json_of};
-use crate::app::config::Config;
+use crate::app::config::Resolved;
 use crate::app::evaluation;
 use crate::cli::{Exit, Failure, folder, runtime, signals, terminal};
 use crate::evaluate::pictures::report::Report;
@@ -15,13 +15,13 @@ use crate::evaluate::pictures::{PictureBench, PictureResult, SET_SIZE};
 use crate::export::png::encode_png;
 use crate::geometry::{Interrupt, Interrupted};
 
-pub fn run(arguments: &Arguments, config: &Config) -> Result<Finished, Failure> {
+pub fn run(arguments: &Arguments, resolved: &Resolved) -> Result<Finished, Failure> {
     if arguments.scene.is_some() {
         return Err(Failure::usage(
             "--scene: pictures have no names; --scenes N takes the first N".to_owned(),
         ));
     }
-    let bench = evaluation::picture_bench(config);
+    let bench = evaluation::picture_bench(resolved)?;
     let count = arguments.scenes.unwrap_or(SET_SIZE);
     let sheets = match &arguments.artifacts {
         Some(folder) => Some(folder::prepare(folder, true)?),
@@ -36,9 +36,9 @@ pub fn run(arguments: &Arguments, config: &Config) -> Result<Finished, Failure> 
         raised.raise();
     });
     let pool =
-        rayon::ThreadPoolBuilder::new().num_threads(config.worker.cpu_threads).build().map_err(|error| {
-            Failure::new(Exit::Error, format!("cannot start threads to compute with: {error}"))
-        })?;
+        rayon::ThreadPoolBuilder::new().num_threads(resolved.config.worker.cpu_threads).build().map_err(
+            |error| Failure::new(Exit::Error, format!("cannot start threads to compute with: {error}")),
+        )?;
     let done = Mutex::new(0_u32);
     let one = |number: u32| -> Result<PictureResult, Failure> {
         let started = Instant::now();

@@ -3,7 +3,7 @@
 use glam::DVec2;
 
 use crate::geometry::Mask;
-use crate::vision::{PictureReading, TopShape};
+use crate::vision::PictureReading;
 
 /// A table as read; lengths in a unit of the reader's own, one for the whole picture; frame of the table as
 /// everywhere (origin at the middle of the top).
@@ -13,8 +13,8 @@ pub struct TableRead {
     pub azimuth_rad: f64,
     /// Edge of the top in the picture, pixels.
     pub outline_px: Vec<DVec2>,
-    /// Area of the top, units squared.
-    pub top_area: f64,
+    /// What the picture shows of the top's outline, counter-clockwise, units.
+    pub top: Vec<DVec2>,
     pub things: Vec<ThingRead>,
 }
 
@@ -46,15 +46,11 @@ impl From<&PictureReading> for TableRead {
                 }
             })
             .collect();
-        let top_area = match reading.table.shape {
-            TopShape::Rectangle => reading.table.depth,
-            TopShape::Circle => 0.25 * std::f64::consts::PI,
-        };
         Self {
             elevation_rad: reading.camera.elevation_rad(),
             azimuth_rad: reading.camera.azimuth_rad(),
             outline_px: reading.table.outline_px.clone(),
-            top_area,
+            top: reading.table.outline.clone(),
             things,
         }
     }

@@ -7,11 +7,14 @@
 //! - *outline*: intersection over union of the top's outline as read and as painted, hidden parts included, within the
 //!   picture;
 //! - *elevation*: of the camera, absolute difference;
-//! - *place, height, yaw* of things found: after the scale that gives the top its true area. Where the top is round its
-//!   turn is anybody's choice, and the reading is turned until the cameras' azimuths agree. The place is the middle of
-//!   the footprint's hull by area. The yaw is that of the longer side of the smallest rectangle around it: modulo 180
+//! - *place, height, yaw* of things found: after the scale that gives what the picture shows of the top its true area, and
+//!   the shift that gives it its true middle. How the table's frame is turned is anybody's choice but for rectangles, where
+//!   it is one of four: the reading is turned until the cameras' azimuths agree, or as nearly. The place is the middle
+//!   of the footprint's hull by area. The yaw is that of the longer side of the smallest rectangle around it: modulo 180
 //!   degrees from an aspect of 1.2 up, modulo 90 from 1.1, none below; where several rectangles are as small, the
 //!   nearest.
+
+use std::f64::consts::FRAC_PI_2;
 
 use glam::DVec2;
 use serde::Serialize;
@@ -75,17 +78,12 @@ pub fn score(truth: &PictureTruth, labels: &Labels, read: Option<&TableRead>) ->
     let invented = (0..things.len())
         .filter(|&thing| !is_matched(thing) && !is_uncounted(&things[thing].mask, &masks, &counts))
         .count();
-    let scale = read.map(|read| (area_m2(truth) / read.top_area.max(1e-12)).sqrt());
-    let scores = read.zip(scale).map_or_else(Vec::new, |(read, scale)| {
-        let turn = match truth.table.shape {
-            TableShape::Round => truth.azimuth_rad - read.azimuth_rad,
-            _ => 0.0,
-        };
-        let in_world = |p: DVec2| scale * DVec2::from_angle(turn).rotate(p);
+    let aligned = read.and_then(|read| Alignment::of(read, truth));
+    let scores = read.zip(aligned).map_or_else(Vec::new, |(read, aligned)| {
         let one = |&(object, thing, iou): &(usize, usize, f64)| {
             let (object, thing) = (&truth.objects[object], &read.things[thing]);
-            let footprint: Vec<DVec2> = thing.footprint.iter().map(|p| in_world(*p)).collect();
-            thing_score(object, iou, &footprint, scale * thing.height)
+            let footprint: Vec<DVec2> = thing.footprint.iter().map(|p| aligned.in_world(*p)).collect();
+            thing_score(object, iou, &footprint, aligned.scale * thing.height)
         };
         found.iter().map(one).collect()
     });
@@ -99,7 +97,7 @@ pub fn score(truth: &PictureTruth, labels: &Labels, read: Option<&TableRead>) ->
         invented,
         outline_iou: read.map_or(0.0, |read| outline_iou(truth, &read.outline_px)),
         elevation_error_deg: read.map(|read| (read.elevation_rad - truth.elevation_rad).abs().to_degrees()),
-        scale,
+        scale: aligned.map(|aligned| aligned.scale),
         things: scores,
     }
 }
@@ -110,8 +108,54 @@ fn counts(object: &ObjectTruth, truth: &PictureTruth) -> bool {
         && object.visible_share >= LEAST_VISIBLE_SHARE
 }
 
-fn area_m2(truth: &PictureTruth) -> f64 {
-    Outline::new(truth.table.outline_m.clone()).map_or(0.0, |outline| outline.area_m2())
+/// The reading's frame brought to the truth's.
+#[derive(Clone, Copy)]
+struct Alignment {
+    /// Meters a unit.
+    scale: f64,
+    turn_rad: f64,
+    shift_m: DVec2,
+}
+
+impl Alignment {
+    /// `None` where one of the tops has no area.
+    fn of(read: &TableRead, truth: &PictureTruth) -> Option<Self> {
+        let shown_m = shown_top(truth);
+        let area = |points: &[DVec2]| Outline::new(points.to_vec()).ok().map(|outline| outline.area_m2());
+        let scale = (area(&shown_m)? / area(&read.top)?).sqrt();
+        let apart_rad = truth.azimuth_rad - read.azimuth_rad;
+        let quarters = (apart_rad / FRAC_PI_2).round();
+        let is_squared = truth.table.shape == TableShape::Rectangle && truth.table.is_whole;
+        let turn_rad = if is_squared { quarters * FRAC_PI_2 } else { apart_rad };
+        let turned = scale * DVec2::from_angle(turn_rad).rotate(centroid(&read.top)?);
+        Some(Self { scale, turn_rad, shift_m: centroid(&shown_m)? - turned })
+    }
+
+    fn in_world(&self, p: DVec2) -> DVec2 {
+        self.scale * DVec2::from_angle(self.turn_rad).rotate(p) + self.shift_m
+    }
+}
+
+/// What the picture shows of the true top, meters.
+fn shown_top(truth: &PictureTruth) -> Vec<DVec2> {
+    let (width, height) = (f64::from(truth.width_px), f64::from(truth.height_px));
+    let mut left = truth.table.outline_px.clone();
+    let borders: [&dyn Fn(DVec2) -> f64; 4] = [&|p| p.x, &|p| width - p.x, &|p| p.y, &|p| height - p.y];
+    // Sutherland and Hodgman: the outline cut off at each side of the picture.
+    for inside in borders {
+        let before = std::mem::take(&mut left);
+        for k in 0..before.len() {
+            let (a, b) = (before[(k + before.len() - 1) % before.len()], before[k]);
+            let (from, to) = (inside(a), inside(b));
+            if (from < 0.0) != (to < 0.0) {
+                left.push(a + (b - a) * (from / (from - to)));
+            }
+            if to >= 0.0 {
+                left.push(b);
+            }
+        }
+    }
+    left.iter().filter_map(|p| truth.camera.meet_plane(*p, 0.0)).map(|p| p.truncate()).collect()
 }
 
 /// Painted and read things that overlap enough, best first, each in one pair at most: (object, thing, overlap).
@@ -190,13 +234,17 @@ fn thing_score(object: &ObjectTruth, iou: f64, footprint_m: &[DVec2], height_m: 
 
 /// Centroid of the hull's area; `None` where it has none.
 fn middle(points: &[DVec2]) -> Option<DVec2> {
-    let hull = convex_hull_2d(points);
-    let corner = *hull.first()?;
+    centroid(&convex_hull_2d(points))
+}
+
+/// Centroid of a simple polygon's area; `None` where it has none.
+fn centroid(polygon: &[DVec2]) -> Option<DVec2> {
+    let corner = *polygon.first()?;
     let (mut area, mut moment) = (0.0, DVec2::ZERO);
-    for pair in hull.windows(2) {
+    for pair in polygon.windows(2) {
         let (a, b) = (pair[0] - corner, pair[1] - corner);
         area += 0.5 * a.perp_dot(b);
         moment += 0.5 * a.perp_dot(b) * (a + b) / 3.0;
     }
-    (area > 1e-12).then(|| corner + moment / area)
+    (area.abs() > 1e-12).then(|| corner + moment / area)
 }

@@ -6,13 +6,13 @@ use super::reading::{TableRead, ThingRead};
 use super::report::summary;
 use super::score::score;
 use super::*;
-use crate::geometry::{Mask, Outline};
+use crate::geometry::Mask;
+use crate::synthetic::TableShape;
 
 /// What a reader with the truth in its hands would say, in a unit of `unit_m` meters.
 fn perfect(painting: &Painting, unit_m: f64) -> TableRead {
     let truth = &painting.truth;
     let in_units = |points: &[DVec2]| points.iter().map(|p| *p / unit_m).collect::<Vec<_>>();
-    let top = Outline::new(in_units(&truth.table.outline_m)).expect("an outline");
     let thing = |(index, object): (usize, &crate::synthetic::ObjectTruth)| ThingRead {
         mask: painting.labels.object(index),
         footprint: in_units(&object.footprint_m),
@@ -22,7 +22,7 @@ fn perfect(painting: &Painting, unit_m: f64) -> TableRead {
         elevation_rad: truth.elevation_rad,
         azimuth_rad: truth.azimuth_rad,
         outline_px: truth.table.outline_px.clone(),
-        top_area: top.area_m2(),
+        top: in_units(&truth.table.outline_m),
         things: truth.objects.iter().enumerate().map(thing).collect(),
     }
 }
@@ -50,6 +50,23 @@ fn the_truth_scores_in_full_whatever_its_unit() {
     let worst =
         [all.elevation_deg, all.position_m, all.height, all.yaw_deg].map(|q| q.expect("values").worst);
     assert!(worst.iter().all(|error| *error < 1e-6), "{worst:?}");
+}
+
+#[test]
+fn a_table_of_no_sides_is_turned_and_shifted_onto_the_truth() {
+    let all = (0..40).map(|number| paint(Split::Test, number, 256));
+    let shape = |painting: &Painting| painting.truth.table.shape;
+    let free =
+        |painting: &Painting| painting.truth.table.is_whole && shape(painting) != TableShape::Rectangle;
+    let painting = all.into_iter().find(free).expect("some other table");
+    let mut read = perfect(&painting, 0.5);
+    let turned = |p: &DVec2| DVec2::from_angle(0.7).rotate(*p) + DVec2::new(0.2, -0.1);
+    read.azimuth_rad += 0.7;
+    read.top = read.top.iter().map(turned).collect();
+    read.things.iter_mut().for_each(|thing| thing.footprint = thing.footprint.iter().map(turned).collect());
+    let score = result(&painting, Some(&read)).score;
+    assert!(!score.things.is_empty());
+    assert!(score.things.iter().all(|thing| thing.position_error_m.expect("a place") < 1e-6), "{score:?}");
 }
 
 #[test]

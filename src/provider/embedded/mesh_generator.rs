@@ -12,6 +12,7 @@ use crate::scene::RecognizedTable;
 
 use super::orientation::turned;
 use super::photograph::{self, PhotographSettings};
+use super::recognized_table;
 
 /// Answers from the catalog, or from the one view there is.
 pub struct EmbeddedMeshGenerator {
@@ -58,14 +59,7 @@ impl MeshGenerator for EmbeddedMeshGenerator {
 
     fn table<'a>(&'a self, call: &'a Call, table: RecognizedTable) -> Answer<'a, RawTable> {
         Box::pin(call.compute(Port::MeshGenerator, move |_| {
-            let built = catalog::stocked_table(
-                &table.model,
-                table.size_m,
-                table.color,
-                table.material.as_deref(),
-                table.seed,
-            );
-            let built = built.ok_or_else(|| ProviderError::Unsupported {
+            let built = recognized_table::built(&table).ok_or_else(|| ProviderError::Unsupported {
                 port: Port::MeshGenerator,
                 adapter: CATALOG.into(),
                 reason: format!("{:?} is no table model of the catalog", table.model),

@@ -1,9 +1,10 @@
 //! What the embedded adapters answer for a picture nobody here painted.
 //!
-//! All of it rests on [`vision::read_picture`](crate::vision::read_picture), which is read again by each
-//! question (it is deterministic). Things get no names: labels are `object`, sizes are what the outline says
+//! All of it rests on [`vision::read_picture`](crate::vision::read_picture), by which each question reads the picture again
+//! (it is deterministic). Things get no names: labels are `object`, sizes are what the outline says
 //! at the scale of a table of usual height. A picture that cannot be read is refused with a stable code.
 
+mod reader;
 mod recognize;
 mod segment;
 mod complete;
@@ -12,6 +13,7 @@ mod reconstruct;
 mod texture;
 
 pub use complete::complete;
+pub use reader::{LoadNetworkError, PictureReader, ReaderIdentity, ReadingNetwork};
 pub use recognize::recognize;
 pub use reconstruct::reconstruct;
 pub use segment::segment;
@@ -19,9 +21,7 @@ pub use top_view::top_view;
 
 use serde::{Deserialize, Serialize};
 
-use crate::geometry::{Image, Interrupt};
-use crate::provider::{Port, ProviderError};
-use crate::vision::{PictureReading, VisionError, VisionSettings, read_picture};
+use crate::vision::VisionSettings;
 
 /// Category of everything that is seen and not named.
 pub const UNNAMED_CATEGORY: &str = "object";
@@ -44,19 +44,6 @@ pub struct SizeSettings {
     pub top_view_px: u32,
     /// Longer side of a texture cut from the picture, pixels, 64..2048. Usual: 512.
     pub texture_px: u32,
-}
-
-/// Reads the picture for a port.
-fn read(
-    picture: &Image,
-    settings: &PhotographSettings,
-    port: Port,
-    interrupt: &Interrupt,
-) -> Result<PictureReading, ProviderError> {
-    read_picture(picture, &settings.vision, interrupt).map_err(|error| match error {
-        VisionError::Interrupted(interrupted) => ProviderError::Interrupted(interrupted),
-        other => ProviderError::Rejected { port, code: other.code(), reason: other.to_string() },
-    })
 }
 
 #[cfg(test)]

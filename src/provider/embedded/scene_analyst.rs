@@ -1,12 +1,12 @@
 //! The embedded scene analyst: a grammar over the catalog for texts, what the painter knows for pictures it
-//! painted, classical vision for photographs, geometric evidence for standing meshes up.
+//! painted, a network and geometry for photographs, geometric evidence for standing meshes up.
 
 use std::sync::Arc;
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use super::analyst::{self, DescribeError, DescribeOptions};
-use super::photograph::{self, PhotographSettings};
+use super::photograph::{self, PictureReader, ReaderIdentity};
 use crate::align::canonicalize::{CanonicalPose, CanonicalizeError, UprightProblem, upright};
 use crate::catalog::{self, Recipe};
 use crate::geometry::TexturedMesh;
@@ -17,23 +17,23 @@ use crate::scene::{Recognition, RecognizedObject, SceneDescription};
 /// Answers without a model.
 pub struct EmbeddedAnalyst {
     pub settings: analyst::Settings,
-    pub photograph: PhotographSettings,
+    pub photograph: PictureReader,
 }
 
 /// Most objects of a scene whose request does not say.
 const USUAL_MAX_OBJECTS: u32 = 64;
 
 /// What decides the answers.
-#[derive(Serialize, Deserialize)]
+#[derive(Serialize)]
 struct Identity {
     analyst: analyst::Settings,
-    photograph: PhotographSettings,
+    photograph: ReaderIdentity,
 }
 
 impl SceneAnalyst for EmbeddedAnalyst {
     fn adapter(&self) -> Adapter {
-        let identity = Identity { analyst: self.settings.clone(), photograph: self.photograph.clone() };
-        Adapter::new("embedded/grammar", "1", &identity)
+        let identity = Identity { analyst: self.settings.clone(), photograph: self.photograph.identity() };
+        Adapter::new("embedded/grammar", "2", &identity)
     }
 
     fn describe<'a>(
@@ -60,10 +60,10 @@ impl SceneAnalyst for EmbeddedAnalyst {
         seed: u64,
         options: RequestOptions,
     ) -> Answer<'a, Recognition> {
-        let settings = self.photograph.clone();
+        let reader = self.photograph.clone();
         Box::pin(call.compute(Port::Analyst, move |interrupt| match &reference.known {
             Some(known) => Ok(known.recognition.clone()),
-            None => photograph::recognize(&reference.picture, seed, &options, &settings, interrupt),
+            None => photograph::recognize(&reference.picture, seed, &options, &reader, interrupt),
         }))
     }
 

@@ -1,9 +1,9 @@
 //! The embedded segmenter: masks of pictures our own painter painted, which knows them, and of photographs by
-//! classical vision; boxes on top views made here.
+//! looking; boxes on top views made here.
 
 use std::sync::Arc;
 
-use super::photograph::{self, PhotographSettings};
+use super::photograph::{self, PictureReader};
 use crate::geometry::Mask;
 use crate::provider::{
     Adapter, Answer, Call, Port, ProviderError, Reference, Segmentation, Segmenter, TopBoxes, TopPicture,
@@ -12,14 +12,14 @@ use crate::scene::{MaskEdges, Recognition, TopBox};
 
 /// Answers from what the painter knows, or by looking.
 pub struct EmbeddedSegmenter {
-    pub photograph: PhotographSettings,
+    pub photograph: PictureReader,
 }
 
 const NAME: &str = "embedded/segmenter";
 
 impl Segmenter for EmbeddedSegmenter {
     fn adapter(&self) -> Adapter {
-        Adapter::new(NAME, "1", &self.photograph)
+        Adapter::new(NAME, "2", &self.photograph.identity())
     }
 
     fn segment<'a>(
@@ -28,11 +28,11 @@ impl Segmenter for EmbeddedSegmenter {
         reference: Reference,
         recognition: Arc<Recognition>,
     ) -> Answer<'a, Segmentation> {
-        let settings = self.photograph.clone();
+        let reader = self.photograph.clone();
         Box::pin(call.compute(Port::Segmenter, move |interrupt| {
             match &reference.known {
                 Some(known) => Ok(Segmentation { masks: known.masks.clone(), edges: known.mask_edges }),
-                None => photograph::segment(&reference.picture, &recognition, &settings, interrupt)
+                None => photograph::segment(&reference.picture, &recognition, &reader, interrupt)
                     .map(|masks| Segmentation { masks, edges: MaskEdges::Sharp }),
             }
         }))

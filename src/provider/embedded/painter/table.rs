@@ -33,6 +33,7 @@ pub fn paint_table(spec: &TableSpec, seed: u64) -> Result<PaintedTable, Provider
         label: model.label.to_owned(),
         shape: table_shape(model.shape).ok_or_else(unknown)?,
         model: model.name.to_owned(),
+        outline_m: None,
         size_m,
         color: spec.color.as_deref().and_then(color_of_word),
         material: spec.material.clone(),

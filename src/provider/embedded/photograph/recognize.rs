@@ -2,10 +2,10 @@
 
 use glam::DVec3;
 
-use super::{PhotographSettings, UNNAMED_CATEGORY, read};
-use crate::catalog::{TableModel, table_models};
+use super::{PhotographSettings, PictureReader, UNNAMED_CATEGORY};
+use crate::catalog::{OUTLINED_TABLE, TableModel, table_models};
 use crate::geometry::seed::child_seed;
-use crate::geometry::{Image, Interrupt, Rgb};
+use crate::geometry::{Image, Interrupt, Outline, Rgb};
 use crate::provider::{Port, ProviderError};
 use crate::scene::request::RequestOptions;
 use crate::scene::{
@@ -16,6 +16,9 @@ use crate::vision::{PictureReading, TopShape};
 /// Depth over width from which a rectangle is taken for a square.
 const SQUARE_FROM: f64 = 0.88;
 
+/// Usual widths of tables that are no model, meters.
+const USUAL_WIDTH_M: [f64; 2] = [0.8, 1.6];
+
 /// Recognizes the picture. The scale is, in this order: the request's table size, the request's metric
 /// anchor where it names the table, a table of usual height where the feet show, the usual width of such
 /// tables.
@@ -23,10 +26,10 @@ pub fn recognize(
     picture: &Image,
     seed: u64,
     options: &RequestOptions,
-    settings: &PhotographSettings,
+    reader: &PictureReader,
     interrupt: &Interrupt,
 ) -> Result<Recognition, ProviderError> {
-    let reading = read(picture, settings, Port::Analyst, interrupt)?;
+    let reading = reader.read(picture, Port::Analyst, interrupt)?;
     let limit = options.max_objects.unwrap_or(64) as usize;
     if reading.objects.len() > limit {
         return Err(ProviderError::Rejected {
@@ -39,8 +42,8 @@ pub fn recognize(
             ),
         });
     }
-    let model = table_model(&reading, options)?;
-    let size_m = table_size(&reading, model, options, settings);
+    let built = table_model(&reading, options)?;
+    let size_m = table_size(&reading, &built, options, &reader.settings);
     let reading = reading.scaled(size_m.x);
     let color = reading.table.color;
     let ids: Vec<InstanceId> =
@@ -70,9 +73,13 @@ pub fn recognize(
         camera: reading.camera,
         camera_is: CameraKnowledge::Measured,
         table: RecognizedTable {
-            label: model.label.to_owned(),
-            shape: shape_of(model),
-            model: model.name.to_owned(),
+            label: built.label.to_owned(),
+            shape: built.shape,
+            model: built.model.map_or(OUTLINED_TABLE, |model| model.name).to_owned(),
+            outline_m: match built.model {
+                Some(_) => None,
+                None => Outline::new(reading.table.outline.clone()).ok(),
+            },
             size_m,
             color: Some(color),
             material: options.table.as_ref().and_then(|t| t.material.clone()).or(wood_of(color)),
@@ -93,26 +100,31 @@ pub(super) fn lifted_by(reading: &PictureReading, support: Option<usize>) -> f64
     height
 }
 
+/// What the table is built as.
+struct Built {
+    label: &'static str,
+    shape: TableShape,
+    /// Of the catalog; `None` = a top of the outline that was seen.
+    model: Option<&'static TableModel>,
+    /// Range of usual widths, meters.
+    usual_m: [f64; 2],
+}
+
 /// The request's model, or the plainest of the shape seen.
-fn table_model(
-    reading: &PictureReading,
-    options: &RequestOptions,
-) -> Result<&'static TableModel, ProviderError> {
-    let seen: &[&str] = match reading.table.shape {
-        TopShape::Circle => &["round"],
-        TopShape::Rectangle => &["rectangular", "square"],
+fn table_model(reading: &PictureReading, options: &RequestOptions) -> Result<Built, ProviderError> {
+    let depth = reading.table.depth;
+    let is_square = (SQUARE_FROM..=1.0 / SQUARE_FROM).contains(&depth);
+    let (seen, usual, shape): (&[&str], _, _) = match reading.table.shape {
+        TopShape::Circle => (&["round"], Some("round_table"), TableShape::Round),
+        TopShape::Rectangle if is_square => {
+            (&["rectangular", "square"], Some("square_table"), TableShape::Square)
+        }
+        TopShape::Rectangle => (&["rectangular", "square"], Some("dining_table"), TableShape::Rectangular),
+        TopShape::Oval => (&["oval"], None, TableShape::Oval),
+        TopShape::Triangle => (&["triangular"], None, TableShape::Triangular),
+        TopShape::Irregular => (&["irregular"], None, TableShape::Irregular),
     };
     let wanted = options.table.as_ref();
-    let usual = match reading.table.shape {
-        TopShape::Circle => "round_table",
-        TopShape::Rectangle
-            if reading.table.depth >= SQUARE_FROM && reading.table.depth <= 1.0 / SQUARE_FROM =>
-        {
-            "square_table"
-        }
-        TopShape::Rectangle => "dining_table",
-    };
-    let name = wanted.and_then(|table| table.model.as_deref()).unwrap_or(usual);
     let differs = |what: String| ProviderError::Rejected {
         port: Port::Analyst,
         code: "table_differs",
@@ -122,29 +134,38 @@ fn table_model(
             seen[0]
         ),
     };
-    let model = table_models().iter().find(|model| model.name == name && seen.contains(&model.shape));
-    let model = model.ok_or_else(|| differs(format!("the table model {name}")))?;
-    match wanted.and_then(|table| table.shape) {
-        Some(shape) if !seen.contains(&word_of(shape)) => Err(differs(format!("a {} table", word_of(shape)))),
-        _ => Ok(model),
+    if let Some(asked) = wanted.and_then(|table| table.shape).filter(|asked| !seen.contains(&word_of(*asked)))
+    {
+        return Err(differs(format!("a {} table", word_of(asked))));
     }
+    let named = wanted.and_then(|table| table.model.as_deref());
+    let Some(name) = named.or(usual) else {
+        return Ok(Built { label: "table", shape, model: None, usual_m: USUAL_WIDTH_M });
+    };
+    let model = table_models()
+        .iter()
+        .find(|model| model.name == name && seen.contains(&model.shape))
+        .ok_or_else(|| differs(format!("the table model {name}")))?;
+    let usual_m = [model.low_m.x, model.high_m.x];
+    Ok(Built { label: model.label, shape: shape_of(model), model: Some(model), usual_m })
 }
 
 /// Width, depth, height in meters.
 fn table_size(
     reading: &PictureReading,
-    model: &TableModel,
+    built: &Built,
     options: &RequestOptions,
     settings: &PhotographSettings,
 ) -> DVec3 {
     let wanted = options.table.as_ref().and_then(|table| table.size_m);
     let anchor = options.metric_anchor.as_ref().filter(|anchor| anchor.object == "table");
-    let usual_m = 0.5 * (model.low_m.x + model.high_m.x);
+    let [narrow_m, wide_m] = built.usual_m;
+    let usual_m = 0.5 * (narrow_m + wide_m);
     let by_feet_m = reading.table.height.map(|height| settings.sizes.table_height_m / height);
     let width_m = wanted
         .map(|size| size.x)
         .or(anchor.map(|anchor| anchor.width_m))
-        .or(by_feet_m.map(|width| width.clamp(0.75 * model.low_m.x, 1.25 * model.high_m.x)))
+        .or(by_feet_m.map(|width| width.clamp(0.75 * narrow_m, 1.25 * wide_m)))
         .unwrap_or(usual_m);
     let height_m = wanted.map_or(settings.sizes.table_height_m, |size| size.z);
     DVec3::new(width_m, width_m * reading.table.depth, height_m)
@@ -154,6 +175,9 @@ fn shape_of(model: &TableModel) -> TableShape {
     match model.shape {
         "square" => TableShape::Square,
         "round" => TableShape::Round,
+        "oval" => TableShape::Oval,
+        "triangular" => TableShape::Triangular,
+        "irregular" => TableShape::Irregular,
         _ => TableShape::Rectangular,
     }
 }

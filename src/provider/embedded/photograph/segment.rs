@@ -1,6 +1,6 @@
 //! The pixels of each thing.
 
-use super::{PhotographSettings, read};
+use super::PictureReader;
 use crate::geometry::{Image, Interrupt};
 use crate::provider::{Port, ProviderError};
 use crate::scene::{InstanceMask, Recognition};
@@ -10,10 +10,10 @@ use crate::scene::{InstanceMask, Recognition};
 pub fn segment(
     picture: &Image,
     recognition: &Recognition,
-    settings: &PhotographSettings,
+    reader: &PictureReader,
     interrupt: &Interrupt,
 ) -> Result<Vec<InstanceMask>, ProviderError> {
-    let reading = read(picture, settings, Port::Segmenter, interrupt)?;
+    let reading = reader.read(picture, Port::Segmenter, interrupt)?;
     if reading.objects.len() != recognition.objects.len() {
         return Err(ProviderError::Unsupported {
             port: Port::Segmenter,

@@ -7,8 +7,8 @@ use glam::{DVec2, DVec3};
 
 use super::*;
 use crate::catalog::build_table;
-use crate::geometry::{Interrupt, Mask, Pose, TexturedMesh};
-use crate::provider::{CompletionRequest, ReconstructionRequest, Reference, TopViewRequest};
+use crate::geometry::{Image, Interrupt, Mask, Pose, TexturedMesh};
+use crate::provider::{CompletionRequest, ProviderError, ReconstructionRequest, Reference, TopViewRequest};
 use crate::render::{Background, Lighting, RenderObject, RenderScene, RenderSettings, View, render};
 use crate::scene::TableShape;
 use crate::scene::request::{MetricAnchor, RequestOptions};
@@ -17,6 +17,10 @@ use crate::vision::tests::painted::{paint, settings as vision_settings, settings
 fn settings() -> PhotographSettings {
     let sizes = SizeSettings { table_height_m: 0.74, top_view_px: 512, texture_px: 512 };
     PhotographSettings { vision: vision_settings(), sizes }
+}
+
+fn reader() -> PictureReader {
+    PictureReader { network: None, settings: settings() }
 }
 
 fn is_watertight(mesh: &TexturedMesh) -> bool {
@@ -52,7 +56,7 @@ fn a_picture_becomes_a_table_with_things_where_they_stood() {
     let picture = Arc::new(painted.picture.clone());
     let reference = Reference { picture: picture.clone(), known: None };
     let recognition =
-        recognize(&picture, 5, &RequestOptions::default(), &settings(), &stop).expect("recognized");
+        recognize(&picture, 5, &RequestOptions::default(), &reader(), &stop).expect("recognized");
     assert_eq!(recognition.table.shape, TableShape::Rectangular);
     let size = recognition.table.size_m;
     assert!(
@@ -61,10 +65,10 @@ fn a_picture_becomes_a_table_with_things_where_they_stood() {
     );
     assert_eq!(recognition.table.material.as_deref(), Some("oak"));
     assert_eq!(recognition.objects.len(), painted.objects.len());
-    let again = recognize(&picture, 5, &RequestOptions::default(), &settings(), &stop).expect("recognized");
+    let again = recognize(&picture, 5, &RequestOptions::default(), &reader(), &stop).expect("recognized");
     assert_eq!(recognition, again);
 
-    let masks = segment(&picture, &recognition, &settings(), &stop).expect("segmented");
+    let masks = segment(&picture, &recognition, &reader(), &stop).expect("segmented");
     let recognition = Arc::new(recognition);
     let request = TopViewRequest {
         reference: reference.clone(),
@@ -168,18 +172,18 @@ fn requests_set_the_scale_and_contradictions_are_refused() {
     let picture = paint(&setting).picture;
     let anchor = MetricAnchor { object: "table".into(), width_m: 2.0 };
     let options = RequestOptions { metric_anchor: Some(anchor), ..Default::default() };
-    let recognition = recognize(&picture, 5, &options, &settings(), &stop).expect("recognized");
+    let recognition = recognize(&picture, 5, &options, &reader(), &stop).expect("recognized");
     assert!((recognition.table.size_m.x - 2.0).abs() < 1e-12);
     let table = crate::scene::TableSpec { shape: Some(TableShape::Round), ..Default::default() };
     let options = RequestOptions { table: Some(table), ..Default::default() };
-    let refused = recognize(&picture, 5, &options, &settings(), &stop);
+    let refused = recognize(&picture, 5, &options, &reader(), &stop);
     assert!(matches!(refused, Err(ProviderError::Rejected { code: "table_differs", .. })), "{refused:?}");
 }
 
 #[test]
 fn pictures_without_a_table_are_refused() {
     let stop = Interrupt::default();
-    let code = |picture: &Image| match recognize(picture, 1, &RequestOptions::default(), &settings(), &stop) {
+    let code = |picture: &Image| match recognize(picture, 1, &RequestOptions::default(), &reader(), &stop) {
         Err(ProviderError::Rejected { code, .. }) => code,
         other => panic!("{other:?}"),
     };

@@ -8,8 +8,8 @@ use glam::DVec2;
 use rayon::prelude::*;
 
 use super::PhotographSettings;
-use crate::catalog::stocked_table;
 use crate::geometry::{Camera, Image, Interrupt, Interrupted, Mask, Outline};
+use crate::provider::embedded::recognized_table;
 use crate::provider::{KnownTop, Port, ProviderError, TopPicture, TopViewRequest};
 use crate::render::TopView;
 use crate::scene::{InstanceMask, Recognition};
@@ -27,14 +27,13 @@ pub fn top_view(
     let recognition = &*request.recognition;
     let camera = &recognition.camera;
     let table = &recognition.table;
-    let outline =
-        stocked_table(&table.model, table.size_m, table.color, table.material.as_deref(), table.seed)
-            .map(|built| built.outline_m.clone())
-            .ok_or_else(|| ProviderError::Rejected {
-                port: Port::Painter,
-                code: "no_table_model",
-                reason: format!("there is no table model {}; recognize the picture again", table.model),
-            })?;
+    let outline = recognized_table::built(table).map(|built| built.outline_m.clone()).ok_or_else(|| {
+        ProviderError::Rejected {
+            port: Port::Painter,
+            code: "no_table_model",
+            reason: format!("there is no table model {}; recognize the picture again", table.model),
+        }
+    })?;
     let footprints = footprints(request, interrupt)?;
     let view = view_of(&outline, settings);
     let painted = rectified(&request.reference.picture, camera, &view, interrupt)?;

@@ -4,11 +4,13 @@ use glam::DVec2;
 
 /// Outer boundary of the part that contains the first pixel, as corners in pixels (angle growing with y
 /// down), simplified by Douglas and Peucker to `tolerance_px`.
-pub(super) fn around(indices: &[usize], width: usize, tolerance_px: f64) -> Vec<DVec2> {
+pub(in crate::vision) fn around(indices: &[usize], width: usize, tolerance_px: f64) -> Vec<DVec2> {
     let Some(&first) = indices.iter().min() else { return Vec::new() };
-    let inside: std::collections::BTreeSet<usize> = indices.iter().copied().collect();
+    let mut inside = vec![false; indices.iter().max().map_or(0, |most| most + 1)];
+    indices.iter().for_each(|&index| inside[index] = true);
     let is_set = |x: i64, y: i64| {
-        x >= 0 && y >= 0 && x < width as i64 && inside.contains(&(y as usize * width + x as usize))
+        let within = x >= 0 && y >= 0 && x < width as i64;
+        within && inside.get(y as usize * width + x as usize).is_some_and(|set| *set)
     };
     // Walk along pixel edges with the set on the right hand (y down): start along the top of the first.
     let start = ((first % width) as i64, (first / width) as i64);

@@ -1,0 +1,129 @@
+//! Who reads pictures: a network where there are weights, classical vision where there are none.
+
+use std::fmt::Write as _;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use serde::Serialize;
+use sha2::{Digest as _, Sha256};
+
+use super::PhotographSettings;
+use crate::geometry::{Image, Interrupt};
+use crate::provider::{Port, ProviderError};
+use crate::vision::network::{NetworkWeightsError, TableNetwork};
+use crate::vision::{NetworkReadingSettings, PictureReading, VisionError, read_picture, read_with_network};
+
+/// A network, the digest of its weights, and how its answers are read.
+pub struct ReadingNetwork {
+    network: TableNetwork,
+    sha256: String,
+    settings: NetworkReadingSettings,
+}
+
+/// Why there is no network.
+#[derive(Debug, thiserror::Error)]
+pub enum LoadNetworkError {
+    #[error("cannot read {}: {source}; name a file that training/train.py wrote, or none", path.display())]
+    Unreadable { path: PathBuf, source: io::Error },
+    #[error("cannot use the weights {}: {source}", path.display())]
+    Unusable { path: PathBuf, source: NetworkWeightsError },
+}
+
+impl ReadingNetwork {
+    /// From a file that `training/train.py` wrote.
+    pub fn load(path: &Path, settings: NetworkReadingSettings) -> Result<Arc<Self>, LoadNetworkError> {
+        let unreadable = |source| LoadNetworkError::Unreadable { path: path.to_owned(), source };
+        let unusable = |source| LoadNetworkError::Unusable { path: path.to_owned(), source };
+        Self::read(std::fs::read(path).map_err(unreadable)?, settings).map(Arc::new).map_err(unusable)
+    }
+
+    fn read(safetensors: Vec<u8>, settings: NetworkReadingSettings) -> Result<Self, NetworkWeightsError> {
+        let mut sha256 = String::with_capacity(64);
+        for byte in Sha256::digest(&safetensors) {
+            // Writing to a string cannot fail.
+            let _ = write!(sha256, "{byte:02x}");
+        }
+        Ok(Self { network: TableNetwork::read(safetensors)?, sha256, settings })
+    }
+}
+
+/// Reads pictures nobody here painted.
+#[derive(Clone)]
+pub struct PictureReader {
+    /// `None` = classical means.
+    pub network: Option<Arc<ReadingNetwork>>,
+    pub settings: PhotographSettings,
+}
+
+/// What decides a reading.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ReaderIdentity {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    network: Option<(String, NetworkReadingSettings)>,
+    #[serde(flatten)]
+    settings: PhotographSettings,
+}
+
+impl PictureReader {
+    pub fn identity(&self) -> ReaderIdentity {
+        let network = self.network.as_ref().map(|network| (network.sha256.clone(), network.settings.clone()));
+        ReaderIdentity { network, settings: self.settings.clone() }
+    }
+
+    /// Reads the picture.
+    pub fn reading(&self, picture: &Image, interrupt: &Interrupt) -> Result<PictureReading, VisionError> {
+        match self.network.as_deref() {
+            Some(ReadingNetwork { network, settings, .. }) => {
+                read_with_network(picture, network, settings, interrupt)
+            }
+            None => read_picture(picture, &self.settings.vision, interrupt),
+        }
+    }
+
+    /// Reads the picture for a port.
+    pub(super) fn read(
+        &self,
+        picture: &Image,
+        port: Port,
+        interrupt: &Interrupt,
+    ) -> Result<PictureReading, ProviderError> {
+        self.reading(picture, interrupt).map_err(|error| match error {
+            VisionError::Interrupted(interrupted) => ProviderError::Interrupted(interrupted),
+            other => ProviderError::Rejected { port, code: other.code(), reason: other.to_string() },
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn settings() -> NetworkReadingSettings {
+        NetworkReadingSettings {
+            work_px: 768,
+            min_table_share: 0.03,
+            min_object_share: 0.0003,
+            least_middle: 0.3,
+            least_confidence: 0.4,
+            mask_rim: 0.5,
+            max_objects: 48,
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_loaded_is_named() {
+        let folder = tempfile::tempdir().expect("temporary directory");
+        let path = folder.path().join("other.safetensors");
+        let complaint = || ReadingNetwork::load(&path, settings()).err().expect("is refused").to_string();
+        assert!(
+            complaint().contains("cannot read") && complaint().contains("other.safetensors: No such file")
+        );
+        std::fs::write(&path, "what").expect("writes");
+        assert!(
+            complaint().contains("other.safetensors: the file is not a safetensors file"),
+            "{}",
+            complaint()
+        );
+    }
+}

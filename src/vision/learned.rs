@@ -1,0 +1,161 @@
+//! Reading a picture with the [`network`](super::network): any table, any backdrop.
+//!
+//! The network says of every place what is in front there, where the whole top's edge runs, where objects have their
+//! middles, and how the camera stands. The top becomes a rectangle, a circle or the outline as it is, and corrects the camera;
+//! places that vote for the same middle become a thing, its mask regrown to the edges in the picture; each thing becomes
+//! the simplest solid with its outline.
+
+mod camera_fit;
+mod ellipse;
+mod instances;
+mod settings;
+mod top;
+
+pub use settings::NetworkReadingSettings;
+
+use glam::DVec2;
+use rayon::prelude::*;
+
+use self::top::Top;
+use super::VisionError;
+use super::mask_repair;
+use super::network::TableNetwork;
+use super::network::maps::{Kind, Maps};
+use super::pixels::Pixels;
+use super::reading::{
+    ObjectReading, PictureReading, TableReading, TopShape, mean_color, stacking, whole_picture,
+};
+use super::regions;
+use super::solid_fit::{self, InnerEdges};
+use crate::geometry::{Image, Interrupt, Interrupted, Mask};
+use crate::render::overlay::fitted;
+
+/// Reads a picture with the network; see the module for how, and [`VisionError`] for why not. Deterministic. Cost: about
+/// a second on one core at the usual settings.
+pub fn read_with_network(
+    picture: &Image,
+    network: &TableNetwork,
+    settings: &NetworkReadingSettings,
+    interrupt: &Interrupt,
+) -> Result<PictureReading, VisionError> {
+    let (width_px, height_px) = (picture.width_px(), picture.height_px());
+    if width_px.min(height_px) < 160 {
+        return Err(VisionError::TooSmall { width_px, height_px });
+    }
+    let maps = network.maps(picture, interrupt)?;
+    let copy = fitted(
+        picture,
+        settings.work_px.min(width_px.max(height_px)),
+        settings.work_px.min(width_px.max(height_px)),
+    );
+    let pixels = Pixels::new(&copy, width_px);
+    interrupt.check()?;
+    let top = top::read(&maps, &pixels, settings)?;
+    interrupt.check()?;
+    let things = instances::find(&maps, settings)?;
+    let masks = masks(&things, &maps, &pixels, &copy, settings);
+    let edges = InnerEdges::new(&pixels);
+    let read = masks
+        .par_iter()
+        .map(|mask| {
+            interrupt.check()?;
+            let own = indices(mask);
+            let whole = solid_fit::without_holes(&own, pixels.width, pixels.height);
+            let Some(solid) = solid_fit::fit(&whole, &top.found.camera, Some(&edges)) else {
+                return Ok(None);
+            };
+            Ok(Some(ObjectReading {
+                mask: pixels.enlarged(mask.bits(), width_px, height_px),
+                solid,
+                color: mean_color(&pixels, &own),
+                stands_on: None,
+            }))
+        })
+        .collect::<Result<Vec<_>, Interrupted>>()?;
+    let mut objects: Vec<ObjectReading> = read.into_iter().flatten().collect();
+    if objects.is_empty() {
+        return Err(VisionError::NoObjects);
+    }
+    let camera = whole_picture(&top.found.camera, width_px, height_px, pixels.scale);
+    stacking(&mut objects, &camera);
+    Ok(PictureReading { camera, table: table(&top, &maps, &pixels), objects })
+}
+
+/// Pixels of each thing in the copy, regrown to the edges it shows.
+fn masks(
+    things: &[instances::Thing],
+    maps: &Maps,
+    pixels: &Pixels,
+    copy: &Image,
+    settings: &NetworkReadingSettings,
+) -> Vec<Mask> {
+    let (width, height) = (pixels.width, pixels.height);
+    let rough: Vec<Mask> = instances::pixels_of(things, maps, pixels)
+        .into_iter()
+        .map(|own| {
+            let mut bits = vec![false; pixels.len()];
+            own.into_iter().for_each(|index| bits[index] = true);
+            let radius = (settings.mask_rim * maps.pixel_px() * pixels.scale) as f32;
+            let inner = regions::shrunk(&bits, width, height, radius);
+            // What is thin would vanish.
+            let kept =
+                if inner.iter().filter(|bit| **bit).count() * 3 > bits.iter().filter(|bit| **bit).count() {
+                    inner
+                } else {
+                    bits
+                };
+            Mask::from_bits(width as u32, height as u32, kept)
+        })
+        .collect();
+    mask_repair::repaired(copy, &rough)
+}
+
+fn indices(mask: &Mask) -> Vec<usize> {
+    mask.bits().iter().enumerate().filter(|(_, inside)| **inside).map(|(index, _)| index).collect()
+}
+
+fn table(top: &Top, maps: &Maps, pixels: &Pixels) -> TableReading {
+    let kind_at = |index: usize| {
+        let (x, y) = pixels.place(index);
+        let p = maps.in_map(DVec2::new(x as f64 + 0.5, y as f64 + 0.5) / pixels.scale);
+        let x = (p.x as usize).min(maps.width() - 1);
+        maps.kind((p.y as usize).min(maps.height() - 1) * maps.width() + x)
+    };
+    let bare: Vec<usize> = (0..pixels.len()).filter(|&index| kind_at(index) == Kind::Top).collect();
+    TableReading {
+        shape: top.shape,
+        depth: top.found.depth,
+        outline: top.outline.clone(),
+        outline_px: top.outline_px.iter().map(|p| *p / pixels.scale).collect(),
+        color: mean_color(pixels, &bare),
+        height: table_height(maps, pixels, top),
+        fit: top.fit,
+    }
+}
+
+/// Height of the top above the floor: the lowest place of the frame is taken for a foot near the front edge.
+fn table_height(maps: &Maps, pixels: &Pixels, top: &Top) -> Option<f64> {
+    let w = maps.width();
+    let is_frame = |index: usize| maps.shows_picture(index) && maps.kind(index) == Kind::TableFrame;
+    let row = |y: usize| (y * w..(y + 1) * w).filter(|&index| is_frame(index)).count();
+    let lowest = (0..maps.height()).rev().find(|&y| row(y) >= 2)?;
+    let target_px = pixels.scale * maps.in_picture(DVec2::new(0.0, lowest as f64 + 1.0)).y;
+    if target_px > 0.985 * pixels.height as f64 {
+        return None;
+    }
+    // Legs stand near the corners; a pedestal's foot reaches about two thirds out.
+    let feet: Vec<DVec2> = match top.shape {
+        TopShape::Circle | TopShape::Oval => vec![DVec2::new(0.0, -0.4 * top.found.depth)],
+        _ => top.outline.iter().map(|p| 0.9 * *p).collect(),
+    };
+    let row_at = |height: f64| {
+        let rows = feet.iter().filter_map(|foot| top.found.camera.project(foot.extend(-height)));
+        rows.map(|(p, _)| p.y).fold(f64::NEG_INFINITY, f64::max)
+    };
+    let (mut low, mut high) = (0.0, 3.0);
+    for _ in 0..40 {
+        let middle = 0.5 * (low + high);
+        if row_at(middle) < target_px { low = middle } else { high = middle }
+    }
+    (low > 0.1 && low < 2.5).then_some(low)
+}

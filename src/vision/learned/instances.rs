@@ -1,0 +1,136 @@
+//! The things of a picture: places of the maps that vote for the same middle, then their pixels.
+
+use glam::DVec2;
+
+use super::NetworkReadingSettings;
+use crate::vision::VisionError;
+use crate::vision::network::maps::{Kind, Maps};
+use crate::vision::pixels::Pixels;
+use crate::vision::regions::parts;
+
+/// How far apart middles lie, map pixels.
+const APART: usize = 2;
+/// Parts of a thing below this share of its largest are somebody else's.
+const LEAST_PART: f64 = 0.25;
+
+/// A thing as the maps show it.
+#[derive(Clone, Debug, PartialEq)]
+pub(in crate::vision) struct Thing {
+    /// Map position that its pixels vote for.
+    middle: DVec2,
+    /// Map pixels that show it.
+    pub places: Vec<usize>,
+    /// Mean probability of an object there times how surely the middle is one, 0..1.
+    pub confidence: f64,
+}
+
+/// The things that are believed, farthest (highest lowest place) first.
+pub(in crate::vision) fn find(
+    maps: &Maps,
+    settings: &NetworkReadingSettings,
+) -> Result<Vec<Thing>, VisionError> {
+    let middles = middles(maps, settings.least_middle);
+    let mut votes: Vec<Vec<usize>> = vec![Vec::new(); middles.len()];
+    for index in (0..maps.count()).filter(|&index| is_object(maps, index)) {
+        let vote = maps.votes_for(index);
+        let away = |k: &usize| (middles[*k] - vote).length_squared();
+        if let Some(nearest) = (0..middles.len()).min_by(|a, b| away(a).total_cmp(&away(b))) {
+            votes[nearest].push(index);
+        }
+    }
+    let smallest = (settings.min_object_share * shown(maps) as f64).max(2.0);
+    let mut things: Vec<Thing> = middles
+        .into_iter()
+        .zip(votes)
+        .filter_map(|(middle, places)| {
+            let places = main_parts(&places, maps);
+            if (places.len() as f64) < smallest {
+                return None;
+            }
+            let mean = places.iter().map(|&k| maps.object_probability(k)).sum::<f64>() / places.len() as f64;
+            let [(at, _), ..] = maps.around(middle);
+            let confidence = mean * f64::from(maps.center(at).clamp(0.0, 1.0)).sqrt();
+            (confidence >= settings.least_confidence).then_some(Thing { middle, places, confidence })
+        })
+        .collect();
+    if things.is_empty() {
+        return Err(VisionError::NoObjects);
+    }
+    if things.len() > settings.max_objects as usize {
+        return Err(VisionError::TooManyObjects { count: things.len() });
+    }
+    let bottom = |thing: &Thing| thing.places.iter().map(|index| index / maps.width()).max();
+    things.sort_by_key(|thing| (bottom(thing), thing.places[0]));
+    Ok(things)
+}
+
+fn is_object(maps: &Maps, index: usize) -> bool {
+    maps.shows_picture(index) && maps.kind(index) == Kind::Object
+}
+
+fn shown(maps: &Maps) -> usize {
+    (0..maps.count()).filter(|&index| maps.shows_picture(index)).count()
+}
+
+/// Places that are more of a middle than all around them.
+fn middles(maps: &Maps, least: f64) -> Vec<DVec2> {
+    let (w, h) = (maps.width(), maps.height());
+    let is_most = |index: usize| {
+        let (x, y) = (index % w, index / w);
+        let own = maps.center(index);
+        let around = (y.saturating_sub(APART)..(y + APART + 1).min(h))
+            .flat_map(|v| (x.saturating_sub(APART)..(x + APART + 1).min(w)).map(move |u| v * w + u));
+        // Of equals the first.
+        around.filter(|&other| other != index).all(|other| {
+            let value = maps.center(other);
+            value < own || (value == own && other > index)
+        })
+    };
+    (0..maps.count())
+        .filter(|&index| f64::from(maps.center(index)) > least && is_object(maps, index) && is_most(index))
+        .map(|index| maps.middle(index))
+        .collect()
+}
+
+/// What hangs together, without specks.
+fn main_parts(places: &[usize], maps: &Maps) -> Vec<usize> {
+    let mut bits = vec![false; maps.count()];
+    places.iter().for_each(|&index| bits[index] = true);
+    let parts = parts(&bits, maps.width(), maps.height());
+    let largest = parts.iter().map(Vec::len).max().unwrap_or(0) as f64;
+    let mut kept: Vec<usize> =
+        parts.into_iter().filter(|part| part.len() as f64 >= LEAST_PART * largest).flatten().collect();
+    kept.sort_unstable();
+    kept
+}
+
+/// Pixels of each thing in the copy, each pixel one thing's at most.
+pub(in crate::vision) fn pixels_of(things: &[Thing], maps: &Maps, pixels: &Pixels) -> Vec<Vec<usize>> {
+    const NOBODY: u16 = u16::MAX;
+    let mut owners = vec![NOBODY; maps.count()];
+    for (owner, thing) in things.iter().enumerate() {
+        thing.places.iter().for_each(|&index| owners[index] = owner as u16);
+    }
+    let mut own = vec![Vec::new(); things.len()];
+    for index in 0..pixels.len() {
+        let (x, y) = pixels.place(index);
+        let p = maps.in_map(DVec2::new(x as f64 + 0.5, y as f64 + 0.5) / pixels.scale);
+        let around = maps.around(p);
+        if around.iter().all(|(place, _)| owners[*place] == NOBODY) || maps.object_margin(p) <= 0.0 {
+            continue;
+        }
+        let share = |owner: u16| {
+            let its = around.iter().filter(|(place, _)| owners[*place] == owner);
+            its.map(|(_, weight)| weight).sum::<f64>()
+        };
+        let owner = around
+            .iter()
+            .map(|(place, _)| owners[*place])
+            .filter(|owner| *owner != NOBODY)
+            .max_by(|a, b| share(*a).total_cmp(&share(*b)).then(b.cmp(a)));
+        if let Some(owner) = owner {
+            own[usize::from(owner)].push(index);
+        }
+    }
+    own
+}

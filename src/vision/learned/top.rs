@@ -1,0 +1,153 @@
+//! The table top: its outline in the picture, the shape it is read as, and the camera that sees it so.
+
+use glam::DVec2;
+
+use super::NetworkReadingSettings;
+use super::camera_fit::{Found, Said};
+use super::ellipse::Ellipse;
+use crate::geometry::Camera;
+use crate::vision::VisionError;
+use crate::vision::contour;
+use crate::vision::network::maps::Maps;
+use crate::vision::pixels::Pixels;
+use crate::vision::polygon::{area, convex_hull, enclosed_by, overlap};
+use crate::vision::reading::TopShape;
+use crate::vision::regions::{filled, parts};
+
+/// How far corners of the outline are off, pixels of the maps.
+const CORNER_SIGMA: f64 = 0.8;
+/// Corners cut off a rectangle, and bulges of a circle, leave at least this overlap.
+const LEAST_FIT: f64 = 0.94;
+/// Shorter over longer axis of a round top, under a camera some degrees off.
+const LEAST_ROUND: f64 = 0.8;
+/// A triangle's corners are rounded off by less than this share of its area.
+const LEAST_OF_TRIANGLE: f64 = 0.72;
+/// Outlines are simplified to this, pixels of the copy.
+const TOLERANCE_PX: f64 = 1.0;
+
+/// The top as read.
+#[derive(Clone, Debug)]
+pub(in crate::vision) struct Top {
+    pub shape: TopShape,
+    pub found: Found,
+    /// Edge in pixels of the copy, in the order of growing angle.
+    pub outline_px: Vec<DVec2>,
+    /// Edge on the table, counter-clockwise, widths.
+    pub outline: Vec<DVec2>,
+    /// Overlap of the shape with the outline the network draws, 0..1.
+    pub fit: f64,
+}
+
+/// Reads the top off the maps.
+pub(in crate::vision) fn read(
+    maps: &Maps,
+    pixels: &Pixels,
+    settings: &NetworkReadingSettings,
+) -> Result<Top, VisionError> {
+    let inside = inside(maps, pixels);
+    let percent = 100.0 * settings.min_table_share;
+    if (inside.len() as f64) < settings.min_table_share * pixels.len() as f64 {
+        return Err(VisionError::NoTopSeen { percent });
+    }
+    let outline_px = contour::around(&inside, pixels.width, TOLERANCE_PX);
+    let hull = convex_hull(&outline_px);
+    if hull.len() < 3 {
+        return Err(VisionError::NoTopSeen { percent });
+    }
+    let is_whole = !reaches_border(&outline_px, pixels);
+    let (elevation_rad, focal) = maps.camera();
+    let said = Said {
+        width_px: pixels.width as u32,
+        height_px: pixels.height as u32,
+        elevation_rad: elevation_rad.clamp(0.03, 1.55),
+        focal_px: focal * pixels.width.max(pixels.height) as f64,
+        outline_sigma_px: CORNER_SIGMA * maps.pixel_px() * pixels.scale,
+    };
+    let is_convex = area(&outline_px) > 0.94 * area(&hull);
+    let regular = if is_whole && is_convex { regular(&hull, &said) } else { None };
+    regular.or_else(|| free(&outline_px, &hull, &said, is_whole && is_convex)).ok_or(VisionError::NoCamera)
+}
+
+/// Pixels of the copy within the largest part of the outline, without holes.
+fn inside(maps: &Maps, pixels: &Pixels) -> Vec<usize> {
+    let bits: Vec<bool> = (0..pixels.len())
+        .map(|index| {
+            let (x, y) = pixels.place(index);
+            let p = maps.in_map(DVec2::new(x as f64 + 0.5, y as f64 + 0.5) / pixels.scale);
+            maps.around(p).iter().map(|&(place, weight)| weight * maps.outline(place)).sum::<f64>() > 0.0
+        })
+        .collect();
+    let bits = filled(&bits, pixels.width, pixels.height, usize::MAX);
+    let mut largest =
+        parts(&bits, pixels.width, pixels.height).into_iter().max_by_key(Vec::len).unwrap_or_default();
+    largest.sort_unstable();
+    largest
+}
+
+/// Whether a good part of the outline runs along the picture's border.
+fn reaches_border(outline_px: &[DVec2], pixels: &Pixels) -> bool {
+    let size = DVec2::new(pixels.width as f64, pixels.height as f64);
+    let margin = 0.008 * size.max_element();
+    let near = |p: DVec2| p.x < margin || p.y < margin || p.x > size.x - margin || p.y > size.y - margin;
+    let sides = (0..outline_px.len()).map(|k| (outline_px[k], outline_px[(k + 1) % outline_px.len()]));
+    let along: f64 = sides.filter(|(a, b)| near(*a) && near(*b)).map(|(a, b)| (b - a).length()).sum();
+    along > 0.03 * size.max_element()
+}
+
+/// As a rectangle or a circle, where it is one.
+fn regular(hull: &[DVec2], said: &Said) -> Option<Top> {
+    let top = |shape: TopShape, found: Found, outline: Vec<DVec2>| {
+        let outline_px = projected(&found.camera, &outline)?;
+        let fit = overlap(hull, &outline_px);
+        Some(Top { shape, found, outline_px, outline, fit })
+    };
+    let rectangle = enclosed_by(hull, 4)
+        .and_then(|corners| <[DVec2; 4]>::try_from(corners).ok())
+        .and_then(|corners| said.rectangle(&corners))
+        .and_then(|found| {
+            let (x, y) = (0.5, 0.5 * found.depth);
+            let corners = [(-x, -y), (x, -y), (x, y), (-x, y)].map(|(x, y)| DVec2::new(x, y));
+            top(TopShape::Rectangle, found, corners.to_vec())
+        });
+    let circle = Ellipse::with_moments_of(hull)
+        .filter(|_| is_round(hull, said))
+        .and_then(|ellipse| said.circle(&ellipse))
+        .and_then(|found| {
+            let edge = Ellipse { center: DVec2::ZERO, semi_axes: DVec2::splat(0.5), angle_rad: 0.0 };
+            top(TopShape::Circle, found, edge.polygon(96))
+        });
+    let best = [rectangle, circle].into_iter().flatten().max_by(|a, b| a.fit.total_cmp(&b.fit))?;
+    (best.fit >= LEAST_FIT).then_some(best)
+}
+
+/// Whether the network's camera sees a circle rather than an oval.
+fn is_round(hull: &[DVec2], said: &Said) -> bool {
+    let on_table = said.any_outline(hull).and_then(|(_, outline)| Ellipse::with_moments_of(&outline));
+    on_table.is_some_and(|ellipse| ellipse.semi_axes.y > LEAST_ROUND * ellipse.semi_axes.x)
+}
+
+/// With the outline as it is, under the network's camera.
+fn free(outline_px: &[DVec2], hull: &[DVec2], said: &Said, may_be_named: bool) -> Option<Top> {
+    let (found, outline) = said.any_outline(outline_px)?;
+    let shape = if may_be_named { named(hull, &outline) } else { TopShape::Irregular };
+    Some(Top { shape, found, outline_px: outline_px.to_vec(), outline, fit: 1.0 })
+}
+
+/// The name of an outline that is neither rectangle nor circle.
+fn named(hull: &[DVec2], outline: &[DVec2]) -> TopShape {
+    let on_table = convex_hull(outline);
+    let oval = Ellipse::with_moments_of(&on_table).map_or(0.0, |e| overlap(&on_table, &e.polygon(96)));
+    let triangle = enclosed_by(hull, 3).map_or(0.0, |corners| area(hull) / area(&corners).max(1e-12));
+    if oval > 0.955 {
+        TopShape::Oval
+    } else if triangle > LEAST_OF_TRIANGLE {
+        TopShape::Triangle
+    } else {
+        TopShape::Irregular
+    }
+}
+
+/// Points of the table in the picture, in the order of growing angle; `None` where one lies behind the camera.
+fn projected(camera: &Camera, outline: &[DVec2]) -> Option<Vec<DVec2>> {
+    outline.iter().rev().map(|p| camera.project(p.extend(0.0)).map(|(pixel, _)| pixel)).collect()
+}

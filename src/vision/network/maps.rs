@@ -1,0 +1,149 @@
+//! What a network says of a picture, place by place.
+
+use glam::DVec2;
+
+use super::frame::Placement;
+use super::{Answer, MAP_CHANNELS};
+
+/// Channels, as `training/network.py` has them.
+const TOP: usize = 2;
+const OBJECT: usize = 3;
+const KINDS: usize = 4;
+const OUTLINE: usize = 4;
+const CENTER: usize = 7;
+const OFFSET: usize = 8;
+/// Offsets are counted in this many map pixels.
+const OFFSET_UNIT: f64 = 8.0;
+
+/// What is in front at a place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    Backdrop,
+    /// The table but for its top surface: edge, legs.
+    TableFrame,
+    /// The bare top.
+    Top,
+    Object,
+}
+
+/// Maps of a picture, each at half the frame's size, and the camera.
+pub struct Maps {
+    answer: Answer,
+    placement: Placement,
+    /// Frame pixels a map pixel.
+    stride: f64,
+}
+
+impl Maps {
+    /// The answer to a frame `frame_width_px` wide that shows the picture there.
+    pub fn new(answer: Answer, placement: Placement, frame_width_px: usize) -> Self {
+        debug_assert_eq!(answer.maps.len(), MAP_CHANNELS * answer.width * answer.height);
+        let stride = frame_width_px as f64 / answer.width as f64;
+        Self { answer, placement, stride }
+    }
+
+    pub fn width(&self) -> usize {
+        self.answer.width
+    }
+
+    pub fn height(&self) -> usize {
+        self.answer.height
+    }
+
+    /// Of map pixels.
+    pub fn count(&self) -> usize {
+        self.width() * self.height()
+    }
+
+    /// Elevation in radians, and the focal length in longer sides of the picture.
+    pub fn camera(&self) -> (f64, f64) {
+        let [elevation_rad, log_focal] = self.answer.camera.map(f64::from);
+        (elevation_rad, log_focal.clamp(-1.5, 3.0).exp())
+    }
+
+    /// Pixels of the picture a map pixel.
+    pub fn pixel_px(&self) -> f64 {
+        self.stride / self.placement.scale
+    }
+
+    /// Position in the picture of a map position; pixel centers at +0.5 in both.
+    pub fn in_picture(&self, p: DVec2) -> DVec2 {
+        self.placement.in_picture(self.stride * p)
+    }
+
+    /// Map position of a position in the picture.
+    pub fn in_map(&self, p: DVec2) -> DVec2 {
+        self.placement.in_frame(p) / self.stride
+    }
+
+    /// Middle of a map pixel.
+    pub fn middle(&self, index: usize) -> DVec2 {
+        DVec2::new((index % self.width()) as f64 + 0.5, (index / self.width()) as f64 + 0.5)
+    }
+
+    /// Whether a map pixel's middle shows the picture and not the frame's filling.
+    pub fn shows_picture(&self, index: usize) -> bool {
+        let p = self.stride * self.middle(index);
+        let [x, y] = self.placement.corner.map(|c| c as f64);
+        let [width, height] = self.placement.shown.map(|s| s as f64);
+        p.x > x && p.y > y && p.x < x + width && p.y < y + height
+    }
+
+    pub fn kind(&self, index: usize) -> Kind {
+        let value = |kind: usize| self.plane(kind)[index];
+        let most = (1..KINDS).fold(0, |best, kind| if value(kind) > value(best) { kind } else { best });
+        [Kind::Backdrop, Kind::TableFrame, Kind::Top, Kind::Object][most]
+    }
+
+    /// Probability of an object, 0..1.
+    pub fn object_probability(&self, index: usize) -> f64 {
+        let values: [f64; KINDS] = std::array::from_fn(|kind| f64::from(self.plane(kind)[index]));
+        let most = values.iter().copied().fold(f64::MIN, f64::max);
+        let sum: f64 = values.iter().map(|v| (v - most).exp()).sum();
+        (values[OBJECT] - most).exp() / sum
+    }
+
+    /// Logit of the whole top's outline, hidden parts included: above 0 inside.
+    pub fn outline(&self, index: usize) -> f64 {
+        f64::from(self.plane(OUTLINE)[index])
+    }
+
+    /// How much a map pixel is the middle of an object, about 0..1.
+    pub fn center(&self, index: usize) -> f32 {
+        self.plane(CENTER)[index]
+    }
+
+    /// Map position of the middle of the object that a map pixel belongs to.
+    pub fn votes_for(&self, index: usize) -> DVec2 {
+        let offset = [0, 1].map(|k| OFFSET_UNIT * f64::from(self.plane(OFFSET + k)[index]));
+        self.middle(index) + DVec2::from_array(offset)
+    }
+
+    /// How far an object's logit lies above every other kind's, interpolated at a map position.
+    pub fn object_margin(&self, p: DVec2) -> f64 {
+        let values: [f64; KINDS] = std::array::from_fn(|kind| {
+            self.around(p).iter().map(|&(index, weight)| weight * f64::from(self.plane(kind)[index])).sum()
+        });
+        values[OBJECT] - values[..=TOP].iter().copied().fold(f64::MIN, f64::max)
+    }
+
+    /// The four map pixels around a position, with bilinear weights.
+    pub fn around(&self, p: DVec2) -> [(usize, f64); 4] {
+        let most = DVec2::new(self.width() as f64 - 1.0, self.height() as f64 - 1.0);
+        let q = (p - 0.5).clamp(DVec2::ZERO, most);
+        let (x, y) = (q.x as usize, q.y as usize);
+        let (right, below) = ((x + 1).min(self.width() - 1), (y + 1).min(self.height() - 1));
+        let (u, v) = (q.x.fract(), q.y.fract());
+        let at = |x: usize, y: usize| y * self.width() + x;
+        [
+            (at(x, y), (1.0 - u) * (1.0 - v)),
+            (at(right, y), u * (1.0 - v)),
+            (at(x, below), (1.0 - u) * v),
+            (at(right, below), u * v),
+        ]
+    }
+
+    fn plane(&self, channel: usize) -> &[f32] {
+        &self.answer.maps[channel * self.count()..][..self.count()]
+    }
+}
