@@ -26,26 +26,41 @@ pub const SIDE_PX: usize = 64;
 /// they had the same, as many were right.
 const STRUCTURE_SHARE: f64 = 0.8;
 
+/// Share of what the mesh looks like without its textures in the disagreement, 0..1: a cover nobody painted outweighs
+/// neither a book's spine nor a mug's handle.
+const PLAIN_SHARE: f64 = 0.8;
+
 /// A mesh to be painted at many yaws.
-pub struct Model<'a>(Diorama<'a>);
+pub struct Model<'a> {
+    textured: Diorama<'a>,
+    plain: Option<Diorama<'a>>,
+}
 
 impl<'a> Model<'a> {
-    pub fn new(mesh: &'a TexturedMesh) -> Self {
+    /// `plain`: the mesh without its textures, where that is to be compared as well.
+    pub fn new(mesh: &'a TexturedMesh, plain: Option<&'a TexturedMesh>) -> Self {
         let settings =
             RenderSettings { supersampling: 1, shadow_map_px: 0, sky_directions: 0, sky_map_px: 32 };
-        let object = RenderObject { mesh, world_from_object: Pose::IDENTITY, id: 1 };
-        Self(Diorama::new(vec![object], &settings))
+        let diorama = |mesh| {
+            let object = RenderObject { mesh, world_from_object: Pose::IDENTITY, id: 1 };
+            Diorama::new(vec![object], &settings)
+        };
+        Self { textured: diorama(mesh), plain: plain.map(diorama) }
     }
 
     /// The mesh in that upright pose, id 1, under a light that stands beside the camera. Light and mesh do not
     /// change when both turn about the vertical, so the camera goes around the mesh instead.
     pub(super) fn painted(&self, world_from_object: &Pose, camera: Camera) -> Frame {
-        let object_from_camera = world_from_object.inverse() * camera.world_from_camera;
-        let camera = Camera { world_from_camera: object_from_camera, ..camera };
-        let mut lighting = Lighting::studio(camera.azimuth_rad() - 0.6, 0.9, 0.5);
-        lighting.key_color *= 0.8;
-        self.0.paint(lighting, Background::light(), &View::Perspective(camera))
+        painted(&self.textured, world_from_object, camera)
     }
+}
+
+fn painted(diorama: &Diorama, world_from_object: &Pose, camera: Camera) -> Frame {
+    let object_from_camera = world_from_object.inverse() * camera.world_from_camera;
+    let camera = Camera { world_from_camera: object_from_camera, ..camera };
+    let mut lighting = Lighting::studio(camera.azimuth_rad() - 0.6, 0.9, 0.5);
+    lighting.key_color *= 0.8;
+    diorama.paint(lighting, Background::light(), &View::Perspective(camera))
 }
 
 /// The instance's colors as the picture shows them, cropped like its mask.
@@ -102,10 +117,18 @@ impl PictureCrop {
 
     /// 0 where colors and lines vary alike, 1 where they have nothing in common, up to 2 where they are
     /// opposite. A picture or a mesh of one flat color says nothing: 1. `model` is the comparison's mesh in its
-    /// colors.
+    /// colors. Where the mesh is to be compared without its textures as well, the mean of both, weighted by
+    /// [`PLAIN_SHARE`].
     pub fn disagreement(&self, model: &Model, comparison: &Comparison, yaw_rad: f64) -> f64 {
         let Some((origin, camera)) = comparison.crop_camera(yaw_rad) else { return 2.0 };
-        let frame = model.painted(&Pose::upright(origin, yaw_rad), camera);
+        let pose = Pose::upright(origin, yaw_rad);
+        let textured = self.disagreement_with(&model.painted(&pose, camera));
+        let Some(plain) = &model.plain else { return textured };
+        let plain = self.disagreement_with(&painted(plain, &pose, camera));
+        (1.0 - PLAIN_SHARE) * textured + PLAIN_SHARE * plain
+    }
+
+    fn disagreement_with(&self, frame: &Frame) -> f64 {
         let painted: Vec<Option<Vec3>> = frame
             .ids
             .iter()

@@ -34,7 +34,7 @@ pub fn beside(
     let crop = Crop::new(problem.mask, problem.unknown, problem.mask.bbox_px()?, CELL_PX as usize);
     let outline = OutlineMesh::new(problem.mesh, settings.outline_cells);
     let comparison = Comparison::new(&outline, problem.camera, problem.seat_height_m, &crop, settings);
-    let model = Model::new(problem.mesh);
+    let model = Model::new(problem.mesh, None);
     let mask = Mask::from_fn(CELL_PX, CELL_PX, |x, y| crop.mask[(y * CELL_PX + x) as usize] > 0.5);
     let drawn = |yaw_rad: f64| {
         let (origin, camera) = comparison.crop_camera(yaw_rad)?;

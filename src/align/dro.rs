@@ -214,7 +214,8 @@ pub fn estimate_yaw_on(
     if let Some(Colored { yaw_rad: preferred_rad, .. }) = colored {
         yaw_rad = preferred_rad;
     } else if let Some(picture) = problem.picture {
-        let colors = choice::Colors::new(problem, picture, &mesh, bbox, SIDE_PX, settings);
+        let plain = problem.mesh.without_textures();
+        let colors = choice::Colors::new(problem, plain.as_ref(), picture, &mesh, bbox, SIDE_PX, settings);
         let place = best.place.filter(|_| part_hidden);
         let outlines = choice::Outlines { curve: &curve, top: &top, order: outline_order, place };
         let chosen = choice::choose(&colors, &outlines, settings, interrupt)?;

@@ -6,7 +6,7 @@ use glam::{DQuat, DVec3};
 
 use super::look_alikes::{LookAlikes, TrueScene, look_alikes};
 use crate::catalog::{Recipe, build, build_table};
-use crate::geometry::{Camera, Interrupt, Pose, Rgb, TexturedMesh};
+use crate::geometry::{Camera, Interrupt, Pose, TexturedMesh};
 use crate::pipeline::error::StageError;
 use crate::provider::{Call, Truth};
 use crate::render::RenderObject;
@@ -53,7 +53,8 @@ impl TrueWorld {
     /// The same with every material in its mean color: what is left to know of a yaw where the stages' meshes wear
     /// other pictures than the painted ones.
     pub fn without_pictures(&self) -> Self {
-        let objects = self.objects.iter().map(|(mesh, pose)| (unpictured(mesh.clone()), *pose)).collect();
+        let plain = |mesh: &TexturedMesh| mesh.without_textures().unwrap_or_else(|| mesh.clone());
+        let objects = self.objects.iter().map(|(mesh, pose)| (plain(mesh), *pose)).collect();
         Self { camera: self.camera, table: self.table.clone(), objects }
     }
 
@@ -90,18 +91,6 @@ impl TrueWorld {
         let seat = DVec3::new(0.5 * (low.x + high.x), 0.5 * (low.y + high.y), low.z);
         Pose { translation_m: pose.translation_m - seat, rotation: look.rotation }
     }
-}
-
-fn unpictured(mut mesh: TexturedMesh) -> TexturedMesh {
-    for material in &mut mesh.materials {
-        if let Some(picture) = material.base_color_texture.take() {
-            let [r, g, b, _] = picture.halved().last().unwrap_or(&picture).pixel(0, 0);
-            let mean = [r, g, b].map(|level| f32::from(level) / 255.0);
-            let Rgb(own) = material.base_color;
-            material.base_color = Rgb([0, 1, 2].map(|channel| own[channel] * mean[channel]));
-        }
-    }
-    mesh
 }
 
 fn as_painted(object: &RecognizedObject) -> Option<TexturedMesh> {

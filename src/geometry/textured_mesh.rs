@@ -6,7 +6,7 @@
 
 use glam::{DQuat, DVec3, Vec2, Vec3};
 
-use super::Material;
+use super::{Material, Rgb};
 
 /// Triangles that wear one material.
 #[derive(Clone, Debug, PartialEq)]
@@ -87,6 +87,23 @@ impl TexturedMesh {
         let (low, high) = self.bounds();
         let offset = -DVec3::new(0.5 * (low.x + high.x), 0.5 * (low.y + high.y), low.z);
         self.translated(offset)
+    }
+
+    /// The same with every texture replaced by its mean color; `None` where there is none.
+    pub fn without_textures(&self) -> Option<Self> {
+        if self.materials.iter().all(|material| material.base_color_texture.is_none()) {
+            return None;
+        }
+        let mut plain = self.clone();
+        for material in &mut plain.materials {
+            if let Some(picture) = material.base_color_texture.take() {
+                let [r, g, b, _] = picture.halved().last().unwrap_or(&picture).pixel(0, 0);
+                let mean = [r, g, b].map(|level| f32::from(level) / 255.0);
+                let Rgb(own) = material.base_color;
+                material.base_color = Rgb([0, 1, 2].map(|channel| own[channel] * mean[channel]));
+            }
+        }
+        Some(plain)
     }
 
     /// Adds another mesh's faces, sharing materials that are equal.

@@ -98,7 +98,7 @@ impl Standing {
         let Some((crop, picture)) = &seen.colors else { return Ok(self.yaws[0].1) };
         let comparison = Comparison::new(&self.outline, problem.camera, 0.0, crop, dro);
         let mesh = problem.raw_mesh.clone().rotated(self.turn).scaled(DVec3::splat(self.scale)).seated();
-        let model = Model::new(&mesh);
+        let model = Model::new(&mesh, None);
         let mut least = f64::INFINITY;
         for &(yaw_rad, loss) in self.yaws.iter().take(settings.looks.max(1) as usize) {
             interrupt.check()?;

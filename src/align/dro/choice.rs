@@ -19,7 +19,7 @@ use super::search::{Candidate, golden_section};
 use super::{DroSettings, RotationProblem, symmetry};
 use crate::align::appearance::{Model, PictureCrop};
 use crate::geometry::pose::wrap_angle_rad;
-use crate::geometry::{Image, Interrupt, Interrupted};
+use crate::geometry::{Image, Interrupt, Interrupted, TexturedMesh};
 
 /// Yaws tried at first where the outline says nothing.
 const TURNS: usize = 36;
@@ -86,16 +86,18 @@ struct Looked {
 }
 
 impl<'a> Colors<'a> {
-    /// `outline` is that of the problem's mesh, `picture` its picture, `bbox` the box of its mask.
+    /// `plain` is the problem's mesh without its textures, if it has any, `outline` its outline, `picture` its picture,
+    /// `bbox` the box of its mask.
     pub fn new(
         problem: &'a RotationProblem<'a>,
+        plain: Option<&'a TexturedMesh>,
         picture: &'a Image,
         outline: &'a OutlineMesh,
         bbox: [u32; 4],
         side_px: usize,
         settings: &'a DroSettings,
     ) -> Self {
-        let model = Arc::new(Model::new(problem.mesh));
+        let model = Arc::new(Model::new(problem.mesh, plain));
         let (crop, cropped) = cropped(problem, picture, bbox, side_px);
         Self { problem, picture, outline, settings, model, crop, cropped }
     }
