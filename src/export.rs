@@ -27,7 +27,7 @@ mod specimen;
 pub use archive::zip_bundle;
 pub use assets::{Assets, BodyAsset, BundleFile, Pictures};
 pub use body::Body;
-pub use settings::ExportSettings;
+pub use settings::{ExportSettings, UsdForm};
 
 use serde::Serialize;
 
@@ -49,7 +49,7 @@ pub enum ExportError {
     Parity { format: &'static str, difference: String },
     #[error("{format} was written but could not be read back: {reason}")]
     Unreadable { format: &'static str, reason: String },
-    #[error("the archive could not be packed")]
+    #[error("the archive or the USD package could not be packed")]
     Archive(#[from] zip::result::ZipError),
     #[error("a JSON file of the bundle could not be written")]
     Json(#[from] serde_json::Error),
@@ -84,10 +84,10 @@ pub fn write_formats(
         || rayon::join(|| usd::write(scene, &bodies, pictures, settings), || urdf::write(&bodies)),
         || rayon::join(|| mjcf::write(scene, &bodies, settings), || glb::write(&bodies)),
     );
-    files.extend(usd.into_iter().chain(urdf).chain(mjcf).chain(glb));
+    files.extend(usd?.into_iter().chain(urdf).chain(mjcf).chain(glb));
     let parity = parity::read_back(&bodies, &files)?;
     files.push(BundleFile::json("report.json", &Report { scene: &scene.id, certificate, parity }, "report")?);
-    files.push(readme::write(scene, &bodies));
+    files.push(readme::write(scene, &bodies, settings.usd));
     files.sort_by(|a, b| a.path.cmp(&b.path));
     let manifest = manifest::write(scene, assets, &files, settings)?;
     files.push(manifest);

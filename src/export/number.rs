@@ -17,6 +17,11 @@ pub fn push_direction(text: &mut String, value: f32) {
     push_f64(text, (f64::from(value) * 1e5).round() / 1e5);
 }
 
+/// `value` as [`push_direction`] prints it.
+pub fn direction(value: f32) -> f32 {
+    ((f64::from(value) * 1e5).round() / 1e5) as f32
+}
+
 /// The numbers with spaces between them.
 pub fn spaced(values: &[f64]) -> String {
     let mut text = String::new();

@@ -2,10 +2,10 @@
 
 use crate::scene::Scene;
 
-use super::{Body, BundleFile};
+use super::{Body, BundleFile, UsdForm, usd};
 
 /// The text, with the scene's own names in the examples.
-pub fn write(scene: &Scene, bodies: &[Body]) -> BundleFile {
+pub fn write(scene: &Scene, bodies: &[Body], usd_form: UsdForm) -> BundleFile {
     let example = bodies.iter().find(|body| body.movable).or(bodies.first());
     let example = example.map_or("table", |body| &body.name);
     let rows: String = bodies
@@ -16,6 +16,8 @@ pub fn write(scene: &Scene, bodies: &[Body]) -> BundleFile {
         .replace("{id}", &scene.id)
         .replace("{example}", example)
         .replace("{height}", &format!("{:.3}", scene.table.height_m))
+        .replace("{usd_stage}", usd::stage_path(usd_form))
+        .replace("{usd_prop}", &usd::prop_path(usd_form, "<name>"))
         .replace("{rows}", &rows);
     BundleFile::text("README.md", text, "readme", "text/markdown")
 }

@@ -20,8 +20,22 @@ pub struct ExportSettings {
     /// MuJoCo's ratio of frictional to normal constraint impedance, 1..100; larger creeps less and
     /// converges more slowly.
     pub mujoco_impratio: f64,
+    /// Form of the USD files.
+    pub usd: UsdForm,
     /// Intensity of the USD dome light; brighter is larger.
     pub usd_dome_intensity: f64,
     /// Intensity of the USD sun.
     pub usd_sun_intensity: f64,
+}
+
+/// In which form USD layers are written.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "snake_case")]
+pub enum UsdForm {
+    /// Every layer as text.
+    Usda,
+    /// Layers with meshes in the crate format, which is smaller and opens faster; the stage as text.
+    Usdc,
+    /// Everything in one package.
+    Usdz,
 }

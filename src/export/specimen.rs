@@ -23,8 +23,9 @@ use super::*;
 /// A label that breaks every writer that pastes strings together.
 const NASTY_LABEL: &str = "a \"red\" <b>mug</b> & 'co'\n--> ]]> \\ {rows} | 🍎\u{7}";
 
-fn settings() -> ExportSettings {
+fn settings(usd: UsdForm) -> ExportSettings {
     ExportSettings {
+        usd,
         author: "tabletopgen".into(),
         licence: "CC0-1.0".into(),
         date: "2026-01-01".into(),
@@ -267,8 +268,12 @@ fn specimen() -> (Scene, Certificate, Assets, Pictures) {
 }
 
 fn files() -> Vec<BundleFile> {
+    files_with(UsdForm::Usdc)
+}
+
+fn files_with(usd: UsdForm) -> Vec<BundleFile> {
     let (scene, certificate, assets, pictures) = specimen();
-    write_formats(&scene, &certificate, &assets, &pictures, &settings()).expect("the specimen is sound")
+    write_formats(&scene, &certificate, &assets, &pictures, &settings(usd)).expect("the specimen is sound")
 }
 
 fn text<'a>(files: &'a [BundleFile], path: &str) -> &'a str {
@@ -276,14 +281,19 @@ fn text<'a>(files: &'a [BundleFile], path: &str) -> &'a str {
     std::str::from_utf8(&file.bytes).expect("text")
 }
 
-/// Leaves the bundle under `target/specimen/` for the independent judges.
+/// Leaves a bundle for each form of USD under `target/specimen/` for the independent judges.
 #[test]
 fn the_specimen_is_written_for_the_judges() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("target/specimen");
-    for file in files() {
-        let path = folder.join(&file.path);
-        std::fs::create_dir_all(path.parent().expect("inside the folder")).expect("target is writable");
-        std::fs::write(path, &file.bytes).expect("target is writable");
+    for (name, form) in [("usda", UsdForm::Usda), ("usdc", UsdForm::Usdc), ("usdz", UsdForm::Usdz)] {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("target/specimen").join(name);
+        if folder.exists() {
+            std::fs::remove_dir_all(&folder).expect("target is writable");
+        }
+        for file in files_with(form) {
+            let path = folder.join(&file.path);
+            std::fs::create_dir_all(path.parent().expect("inside the folder")).expect("target is writable");
+            std::fs::write(path, &file.bytes).expect("target is writable");
+        }
     }
 }
 
@@ -304,7 +314,8 @@ fn labels_are_data_in_every_format() {
     let files = files();
     let scene: Scene = serde_json::from_str(text(&files, "scene.json")).expect("our own JSON");
     assert_eq!(scene, specimen().0);
-    let usd = text(&files, "usd/assets/mug_1/simready_usd/mug_1.usda");
+    let as_text = files_with(UsdForm::Usda);
+    let usd = text(&as_text, "usd/assets/mug_1/simready_usd/mug_1.usda");
     let escaped = "\"a \\\"red\\\" <b>mug</b> & 'co'\\n--> ]]> \\\\ {rows} | 🍎\\x07\"";
     assert!(usd.contains(&format!("displayName = {escaped}")));
     let mjcf = text(&files, "mjcf/scene.xml");
@@ -329,7 +340,7 @@ fn a_format_that_tells_another_scene_is_refused() {
         ("usd/assets/mug_1/simready_usd/mug_1.usda", "convexHull", "convexDecomposition"),
     ];
     for (path, from, to) in changes {
-        let mut files = files();
+        let mut files = files_with(UsdForm::Usda);
         let file = files.iter_mut().find(|file| file.path == path).expect("written");
         let before = String::from_utf8(file.bytes.clone()).expect("text");
         assert!(before.contains(from), "{path} has no {from}");
@@ -339,6 +350,29 @@ fn a_format_that_tells_another_scene_is_refused() {
             matches!(result, Err(ExportError::Parity { .. } | ExportError::Unreadable { .. })),
             "{path} {to}"
         );
+    }
+}
+
+#[test]
+fn every_form_of_usd_is_read_back_and_refused_when_it_tells_another_scene() {
+    let (scene, _, assets, _) = specimen();
+    let bodies = body::bodies(&scene, &assets).expect("sound");
+    let little_endian = |values: &[f32]| values.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>();
+    let moments = little_endian(&[3.1e-4, 3.6e-4, 4.2e-4]);
+    let other_moments = little_endian(&[3.6e-4, 3.6e-4, 4.2e-4]);
+    for (form, path) in
+        [(UsdForm::Usdc, "usd/assets/mug_1/simready_usd/mug_1.usdc"), (UsdForm::Usdz, "usd/scene.usdz")]
+    {
+        let mut files = files_with(form);
+        let parity = parity::read_back(&bodies, &files).expect("reads back");
+        assert_eq!(parity.usd.hulls, parity.mjcf.hulls);
+        let file = files.iter_mut().find(|file| file.path == path).expect("written");
+        let at = file.bytes.windows(12).position(|window| window == moments).expect("stands there once");
+        file.bytes[at..at + 12].copy_from_slice(&other_moments);
+        assert!(parity::read_back(&bodies, &files).is_err(), "{form:?} with other moments");
+        let file = files.iter_mut().find(|file| file.path == path).expect("written");
+        file.bytes.truncate(file.bytes.len() / 2);
+        assert!(parity::read_back(&bodies, &files).is_err(), "{form:?} cut in half");
     }
 }
 
@@ -386,7 +420,9 @@ fn unsound_bodies_are_named() {
     let error = |change: fn(&mut Scene, &mut Assets)| {
         let (mut scene, certificate, mut assets, pictures) = specimen();
         change(&mut scene, &mut assets);
-        write_formats(&scene, &certificate, &assets, &pictures, &settings()).expect_err("unsound").to_string()
+        write_formats(&scene, &certificate, &assets, &pictures, &settings(UsdForm::Usdc))
+            .expect_err("unsound")
+            .to_string()
     };
     assert!(error(|scene, _| scene.instances[0].mass.mass_kg = -1.0).contains("mug_1"));
     assert!(error(|scene, _| scene.instances[0].mass.inertia_diagonal_kg_m2.x = 1.0).contains("triangle"));

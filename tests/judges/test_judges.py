@@ -7,7 +7,6 @@ The bundle needs two movable bodies that stand apart on the table.
 
 import importlib
 import json
-import re
 import shutil
 import struct
 import sys
@@ -16,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 import trimesh
+from pxr import Sdf
 
 import collisions
 import solids
@@ -102,12 +102,13 @@ BREAKS = {
     "usd": [
         lambda b: edit_text(b / "usd/scene.usda", lambda t: t.replace('upAxis = "Z"', 'upAxis = "Y"')),
         lambda b: edit_text(b / "usd/scene.usda", lambda t: t.replace("rigidBodyEnabled = 0", "rigidBodyEnabled = 1")),
-        lambda b: edit_text(prop(b), lambda t: t.replace('"convexHull"', '"convexDecomposition"')),
-        lambda b: edit_text(prop(b), lambda t: t.replace("float physics:mass = ", "float physics:mass = 1")),
-        lambda b: edit_text(prop(b), lambda t: re.sub(r"extent = .*", "extent = [(-9, -9, -9), (9, 9, 9)]", t, count=1)),
-        lambda b: edit_text(prop(b), lambda t: t.replace("float physics:dynamicFriction", "float physics:someFriction")),
+        lambda b: edit_attributes(b, "physics:approximation", lambda a: setattr(a, "default", "convexDecomposition")),
+        lambda b: edit_attributes(b, "physics:mass", lambda a: setattr(a, "default", a.default + 1)),
+        lambda b: edit_attributes(b, "extent", lambda a: setattr(a, "default", [(-9, -9, -9), (9, 9, 9)])),
+        lambda b: edit_attributes(b, "physics:dynamicFriction", lambda a: setattr(a, "name", "physics:someFriction")),
         # Only OpenUSD's own validators see this one.
-        lambda b: edit_text(prop(b), lambda t: t.replace('prepend apiSchemas = ["MaterialBindingAPI"]', "")),
+        lambda b: edit_prop(b, without_binding_schema),
+        lambda b: cut(prop(b), 0.9),
     ],
     "mjcf": [
         lambda b: edit_text(b / "mjcf/scene.xml", lambda t: t.replace("<freejoint", "<!-- <freejoint", 1).replace("<inertial", " --> <inertial", 2).replace(" --> <inertial", "<inertial", 1)),
@@ -130,7 +131,38 @@ BREAKS = {
 
 
 def prop(bundle):
-    return bundle / f"usd/assets/{first(bundle)}/simready_usd/{first(bundle)}.usda"
+    return next((bundle / f"usd/assets/{first(bundle)}/simready_usd").glob("*.usd*"))
+
+
+def edit_prop(bundle, change):
+    layer = Sdf.Layer.FindOrOpen(str(prop(bundle)))
+    before = layer.ExportToString()
+    change(layer)
+    assert before != layer.ExportToString(), f"the change leaves {prop(bundle)} as it was"
+    layer.Save()
+
+
+def edit_attributes(bundle, name, change):
+    """Changes every attribute of that name in the first prop."""
+
+    def edit(layer):
+        paths = []
+        layer.Traverse("/", paths.append)
+        for path in paths:
+            if path.IsPrimPropertyPath() and path.name == name:
+                change(layer.GetAttributeAtPath(path))
+
+    edit_prop(bundle, edit)
+
+
+def without_binding_schema(layer):
+    layer.GetPrimAtPath(f"/{layer.defaultPrim}/visual").ClearInfo("apiSchemas")
+
+
+def cut(path, share):
+    """Leaves the beginning of a file."""
+    whole = path.read_bytes()
+    path.write_bytes(whole[: int(len(whole) * share)])
 
 
 def solid(mesh, at=(0, 0, 0)):

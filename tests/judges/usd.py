@@ -2,8 +2,9 @@
 
 from pathlib import Path
 
-from pxr import Usd, UsdGeom, UsdPhysics, UsdShade, UsdValidation
+from pxr import Sdf, Usd, UsdGeom, UsdPhysics, UsdShade, UsdValidation
 
+from overheard import Overheard
 from verdict import Verdict, bodies, differs, inertia_tensor, read_scene, rotation
 
 _context = None
@@ -24,19 +25,23 @@ def judge(bundle: Path) -> Verdict:
     if len(files) != 1:
         verdict.complaints.append(f"usd/scene.usd[a] should be one file, found {len(files)}")
         return verdict
-    for path in files + sorted((bundle / "usd" / "assets").glob("*/simready_usd/*.usd*")):
-        stage = Usd.Stage.Open(str(path))
+    layers = files + sorted((bundle / "usd" / "assets").glob("*/simready_usd/*.usd*")) + packed_layers(files[0])
+    for path in layers:
+        name = str(path).removeprefix(f"{bundle}/")
+        with Overheard() as heard:
+            stage = Usd.Stage.Open(str(path))
+        if heard.text:
+            verdict.complaints.append(f"{name}: OpenUSD says {heard.text[:300]!r}")
         if not stage or not stage.GetDefaultPrim():
-            verdict.complaints.append(f"{path.relative_to(bundle)} does not open or has no default prim")
+            verdict.complaints.append(f"{name} does not open or has no default prim")
             continue
         if UsdGeom.GetStageUpAxis(stage) != "Z" or UsdGeom.GetStageMetersPerUnit(stage) != 1.0:
-            verdict.complaints.append(f"{path.relative_to(bundle)} is not z up in meters")
+            verdict.complaints.append(f"{name} is not z up in meters")
         if UsdPhysics.GetStageKilogramsPerUnit(stage) != 1.0:
-            verdict.complaints.append(f"{path.relative_to(bundle)} is not in kilograms")
-        errors = validate(stage)
-        verdict.complaints += [f"{path.relative_to(bundle)}: {error}" for error in errors]
+            verdict.complaints.append(f"{name} is not in kilograms")
+        verdict.complaints += [f"{name}: {error}" for error in validate(stage)]
         for prim in stage.Traverse():
-            check_extent(verdict, path.relative_to(bundle), prim)
+            check_extent(verdict, name, prim)
     stage = Usd.Stage.Open(str(files[0]))
     root = stage.GetDefaultPrim().GetPath()
     hulls = 0
@@ -48,8 +53,18 @@ def judge(bundle: Path) -> Verdict:
         hulls += check_body(verdict, body, prim)
     if not any(prim.IsA(UsdPhysics.Scene) for prim in stage.Traverse()):
         verdict.complaints.append("there is no physics scene")
-    verdict.facts = {"bodies": len(scene["instances"]) + 1, "hulls": hulls}
+    if len(layers) < len(bodies(scene)) + 1:
+        verdict.complaints.append(f"{len(layers)} layers for {len(bodies(scene))} bodies and a stage")
+    verdict.facts = {"bodies": len(scene["instances"]) + 1, "hulls": hulls, "layers": len(layers)}
     return verdict
+
+
+def packed_layers(stage: Path) -> list:
+    """Every layer but the first, which is the package itself, in OpenUSD's spelling."""
+    if stage.suffix != ".usdz":
+        return []
+    names = Sdf.ZipFile.Open(str(stage)).GetFileNames()
+    return [f"{stage}[{name}]" for name in names[1:] if Path(name).suffix.startswith(".usd")]
 
 
 def check_extent(verdict, path, prim):

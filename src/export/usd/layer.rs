@@ -1,155 +1,202 @@
-//! Text of a USD layer: indentation, blocks, arrays, escaped strings.
+//! A USD layer as a value: what layers of a bundle contain, and nothing else.
+//!
+//! Built once, then written as text ([`super::text_file`]) or in the crate format ([`super::crate_file`]).
+//! The type of an attribute follows from its value and the default prim is the one root, so neither can be
+//! wrong; a name used twice in one place is a mistake of the program and panics.
 
-use crate::export::number::{push_f32, push_f64};
+use std::fmt;
 
-/// A layer under construction.
-#[derive(Default)]
+use super::value::{Dictionary, Text, Value, ValueType};
+
+/// A file's worth of prims: z up, meters, kilograms, with the root as its default prim.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Layer {
-    text: String,
-    depth: usize,
+    /// `customLayerData`.
+    pub custom_data: Dictionary,
+    pub root: Prim,
 }
 
-impl Layer {
-    /// The header, with the conventions of every layer of a bundle; `metadata` are further lines.
-    pub fn new(default_prim: &str, metadata: impl FnOnce(&mut Layer)) -> Self {
-        let mut layer = Layer::default();
-        layer.line("#usda 1.0");
-        layer.line("(");
-        layer.depth += 1;
-        metadata(&mut layer);
-        layer.line(&format!("defaultPrim = {}", quoted(default_prim)));
-        layer.line("kilogramsPerUnit = 1");
-        layer.line("metersPerUnit = 1");
-        layer.line("upAxis = \"Z\"");
-        layer.depth -= 1;
-        layer.line(")");
-        layer
-    }
+/// `def <type> "<name>"`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Prim {
+    pub type_name: &'static str,
+    /// An identifier.
+    pub name: String,
+    /// Prepended `apiSchemas`.
+    pub schemas: Vec<&'static str>,
+    /// `assetInfo`; absent when empty.
+    pub asset_info: Dictionary,
+    pub display_name: Option<Text>,
+    pub kind: Option<&'static str>,
+    /// The layer that is referenced (prepended), relative to this one.
+    pub reference: Option<Text>,
+    properties: Vec<Property>,
+    children: Vec<Prim>,
+}
 
-    /// One indented line.
-    pub fn line(&mut self, line: &str) {
-        for _ in 0..self.depth {
-            self.text.push_str("    ");
+/// An attribute or a relationship.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Property {
+    /// Identifiers with colons between them.
+    pub name: String,
+    pub content: Content,
+}
+
+/// What a property says.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Content {
+    Attribute {
+        value: Value,
+        variability: Variability,
+        interpolation: Option<Interpolation>,
+    },
+    /// Known to the program that reads it rather than to a schema.
+    CustomAttribute(Value),
+    /// An attribute without a value.
+    Declaration(ValueType),
+    /// An attribute that has its value from elsewhere.
+    Connection(ValueType, Path),
+    /// A relationship with one target.
+    Relationship(Path),
+}
+
+/// Whether an attribute may change over time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Variability {
+    Varying,
+    Uniform,
+}
+
+/// How the elements of an array belong to a mesh.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Interpolation {
+    /// One a face.
+    Uniform,
+    /// One a corner of a face.
+    FaceVarying,
+}
+
+impl Interpolation {
+    pub fn token(self) -> &'static str {
+        match self {
+            Interpolation::Uniform => "uniform",
+            Interpolation::FaceVarying => "faceVarying",
         }
-        self.text.push_str(line);
-        self.text.push('\n');
-    }
-
-    /// Lines between `{` and `}` after `header`.
-    pub fn block(&mut self, header: &str, content: impl FnOnce(&mut Layer)) {
-        self.line(&format!("{header} = {{"));
-        self.depth += 1;
-        content(self);
-        self.depth -= 1;
-        self.line("}");
-    }
-
-    /// `def <kind> "<name>" (<metadata lines>) { <content> }`. The name must be an identifier.
-    pub fn prim(&mut self, kind: &str, name: &str, metadata: &[&str], content: impl FnOnce(&mut Layer)) {
-        self.text.push('\n');
-        if metadata.is_empty() {
-            self.line(&format!("def {kind} \"{name}\""));
-        } else {
-            self.line(&format!("def {kind} \"{name}\" ("));
-            self.depth += 1;
-            metadata.iter().for_each(|line| self.line(line));
-            self.depth -= 1;
-            self.line(")");
-        }
-        self.line("{");
-        self.depth += 1;
-        content(self);
-        self.depth -= 1;
-        self.line("}");
-    }
-
-    /// `<declaration> = [a, b, ...]`, each element written by `push`.
-    pub fn array<T>(
-        &mut self,
-        declaration: &str,
-        elements: impl IntoIterator<Item = T>,
-        push: impl Fn(&mut String, T),
-        metadata: &str,
-    ) {
-        for _ in 0..self.depth {
-            self.text.push_str("    ");
-        }
-        self.text.push_str(declaration);
-        self.text.push_str(" = [");
-        for (k, element) in elements.into_iter().enumerate() {
-            if k > 0 {
-                self.text.push_str(", ");
-            }
-            push(&mut self.text, element);
-        }
-        self.text.push(']');
-        self.text.push_str(metadata);
-        self.text.push('\n');
-    }
-
-    pub fn finish(self) -> String {
-        self.text
     }
 }
 
-/// `(x, y, z)` in single precision.
-pub fn push_tuple_f32(text: &mut String, values: &[f32]) {
-    push_tuple(text, values, |text, value| push_f32(text, *value));
+/// A prim, or a property of it, seen from the root of the layer.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Path {
+    prims: Vec<String>,
+    property: Option<String>,
 }
 
-/// `(x, y, z)` in double precision.
-pub fn tuple(values: &[f64]) -> String {
-    let mut text = String::new();
-    push_tuple(&mut text, values, |text, value| push_f64(text, *value));
-    text
+impl Path {
+    /// The prim that these names lead to.
+    pub fn prim(names: &[&str]) -> Self {
+        Self { prims: names.iter().map(|name| (*name).to_owned()).collect(), property: None }
+    }
+
+    /// A property of this prim.
+    pub fn property(self, name: &str) -> Self {
+        Self { property: Some(name.to_owned()), ..self }
+    }
+
+    /// Names from the root prim down.
+    pub fn prim_names(&self) -> &[String] {
+        &self.prims
+    }
+
+    pub fn property_name(&self) -> Option<&str> {
+        self.property.as_deref()
+    }
 }
 
-/// `(a, b)` with a writer of one's own for the elements.
-pub fn push_tuple<T>(text: &mut String, values: &[T], push: impl Fn(&mut String, &T)) {
-    text.push('(');
-    for (k, value) in values.iter().enumerate() {
-        if k > 0 {
-            text.push_str(", ");
+impl fmt::Display for Path {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.prims.iter().try_for_each(|name| write!(f, "/{name}"))?;
+        self.property.iter().try_for_each(|name| write!(f, ".{name}"))
+    }
+}
+
+impl Prim {
+    /// Without anything in it. The name must be an identifier.
+    pub fn new(type_name: &'static str, name: &str) -> Self {
+        Self {
+            type_name,
+            name: name.to_owned(),
+            schemas: Vec::new(),
+            asset_info: Dictionary::default(),
+            display_name: None,
+            kind: None,
+            reference: None,
+            properties: Vec::new(),
+            children: Vec::new(),
         }
-        push(text, value);
-    }
-    text.push(')');
-}
-
-/// A string literal. NUL, which would end the string in many readers, becomes U+FFFD.
-pub fn quoted(value: &str) -> String {
-    let mut text = String::with_capacity(value.len() + 2);
-    text.push('"');
-    for c in value.chars() {
-        match c {
-            '"' => text.push_str("\\\""),
-            '\\' => text.push_str("\\\\"),
-            '\n' => text.push_str("\\n"),
-            '\r' => text.push_str("\\r"),
-            '\t' => text.push_str("\\t"),
-            '\0' => text.push('\u{fffd}'),
-            c if c.is_ascii_control() => text.push_str(&format!("\\x{:02x}", c as u32)),
-            c => text.push(c),
-        }
-    }
-    text.push('"');
-    text
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn strings_are_escaped() {
-        assert_eq!(quoted("a \"b\" <c>\n\\🍎\u{7}"), "\"a \\\"b\\\" <c>\\n\\\\🍎\\x07\"");
     }
 
-    #[test]
-    fn blocks_nest() {
-        let mut layer = Layer::new("x", |_| {});
-        layer.prim("Xform", "x", &["kind = \"component\""], |layer| layer.line("bool a = 1"));
-        let text = layer.finish();
-        assert!(text.ends_with("\ndef Xform \"x\" (\n    kind = \"component\"\n)\n{\n    bool a = 1\n}\n"));
+    /// With API schemas applied.
+    pub fn with_schemas(self, schemas: &[&'static str]) -> Self {
+        Self { schemas: schemas.to_vec(), ..self }
+    }
+
+    /// Writes an attribute of the prim's schemas.
+    pub fn set(&mut self, name: &str, value: Value) {
+        let content = Content::Attribute { value, variability: Variability::Varying, interpolation: None };
+        self.push(name, content);
+    }
+
+    /// As [`Prim::set`], for an attribute that cannot change over time.
+    pub fn set_uniform(&mut self, name: &str, value: Value) {
+        let content = Content::Attribute { value, variability: Variability::Uniform, interpolation: None };
+        self.push(name, content);
+    }
+
+    /// As [`Prim::set`], for an array that says how its elements belong to the mesh.
+    pub fn set_interpolated(&mut self, name: &str, value: Value, interpolation: Interpolation) {
+        let interpolation = Some(interpolation);
+        self.push(name, Content::Attribute { value, variability: Variability::Varying, interpolation });
+    }
+
+    /// Writes an attribute that no schema knows.
+    pub fn set_custom(&mut self, name: &str, value: Value) {
+        self.push(name, Content::CustomAttribute(value));
+    }
+
+    /// Declares an attribute without a value.
+    pub fn declare(&mut self, name: &str, value_type: ValueType) {
+        self.push(name, Content::Declaration(value_type));
+    }
+
+    /// Lets an attribute have its value from another.
+    pub fn connect(&mut self, name: &str, value_type: ValueType, source: Path) {
+        self.push(name, Content::Connection(value_type, source));
+    }
+
+    /// Writes a relationship with one target.
+    pub fn relate(&mut self, name: &str, target: Path) {
+        self.push(name, Content::Relationship(target));
+    }
+
+    fn push(&mut self, name: &str, content: Content) {
+        let known = self.properties.iter().any(|property| property.name == name);
+        assert!(!known, "{name} is twice in the prim {}", self.name);
+        self.properties.push(Property { name: name.to_owned(), content });
+    }
+
+    /// Adds a prim below this one.
+    pub fn add(&mut self, child: Prim) {
+        let known = self.children.iter().any(|known| known.name == child.name);
+        assert!(!known, "{} is twice below the prim {}", child.name, self.name);
+        self.children.push(child);
+    }
+
+    pub fn properties(&self) -> &[Property] {
+        &self.properties
+    }
+
+    pub fn children(&self) -> &[Prim] {
+        &self.children
     }
 }

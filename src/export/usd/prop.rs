@@ -5,172 +5,143 @@
 
 use std::collections::BTreeMap;
 
-use crate::export::number::push_direction;
+use crate::export::number::direction;
 use crate::export::{Body, ExportSettings};
 use crate::geometry::{ConvexHull, TexturedMesh};
 use crate::scene::Scene;
 
-use super::layer::{Layer, push_tuple, push_tuple_f32, quoted, tuple};
-use super::look::{PHYSICS_MATERIAL, write_looks};
+use super::layer::{Interpolation, Layer, Path, Prim};
+use super::look::{LOOKS, PHYSICS_MATERIAL, looks};
+use super::value::{Dictionary, Quaternion, Value};
 
-/// The text of `<name>.usda`.
-pub fn write_prop(scene: &Scene, body: &Body, settings: &ExportSettings) -> String {
-    let mut layer = Layer::new(&body.name, |layer| write_metadata(layer, scene, body, settings));
-    let metadata = [
-        "prepend apiSchemas = [\"PhysicsRigidBodyAPI\", \"PhysicsMassAPI\", \"SemanticsLabelsAPI:class\"]"
-            .to_owned(),
-        format!("assetInfo = {{ string name = {} }}", quoted(&body.name)),
-        format!("displayName = {}", quoted(&body.label)),
-        "kind = \"component\"".to_owned(),
-    ];
-    let metadata: Vec<&str> = metadata.iter().map(String::as_str).collect();
-    layer.prim("Xform", &body.name, &metadata, |layer| {
-        let mass = &body.mass;
-        let axes = mass.principal_axes_xyzw.normalize();
-        let in_f32 = |values: &[f64]| {
-            let mut text = String::new();
-            push_tuple_f32(&mut text, &values.iter().map(|value| *value as f32).collect::<Vec<_>>());
-            text
-        };
-        layer.line(&format!("point3f physics:centerOfMass = {}", in_f32(&mass.center_of_mass_m.to_array())));
-        let inertia = in_f32(&mass.inertia_diagonal_kg_m2.to_array());
-        layer.line(&format!("float3 physics:diagonalInertia = {inertia}"));
-        layer.line(&format!("float physics:mass = {}", mass.mass_kg as f32));
-        layer.line(&format!("quatf physics:principalAxes = {}", in_f32(&[axes.w, axes.x, axes.y, axes.z])));
-        layer.line("bool physics:rigidBodyEnabled = 1");
-        layer.line(&format!("token[] semantics:labels:class = [{}]", quoted(&body.category)));
-        write_visual(layer, body);
-        layer.prim("Xform", "colliders", &[], |layer| {
-            for (k, hull) in body.hulls.iter().enumerate() {
-                write_hull(layer, &body.name, k, hull);
-            }
-        });
-        write_looks(layer, body);
-    });
-    layer.finish()
+/// The layer of one body.
+pub fn prop(scene: &Scene, body: &Body, settings: &ExportSettings) -> Layer {
+    let schemas = ["PhysicsRigidBodyAPI", "PhysicsMassAPI", "SemanticsLabelsAPI:class"];
+    let mut root = Prim::new("Xform", &body.name).with_schemas(&schemas);
+    root.asset_info = Dictionary::default().with("name", Value::string(&body.name));
+    root.display_name = Some(body.label.as_str().into());
+    root.kind = Some("component");
+    let mass = &body.mass;
+    let axes = Quaternion::from(mass.principal_axes_xyzw.normalize());
+    root.set("physics:centerOfMass", Value::Point3f(mass.center_of_mass_m.as_vec3().to_array()));
+    root.set("physics:diagonalInertia", Value::Float3(mass.inertia_diagonal_kg_m2.as_vec3().to_array()));
+    root.set("physics:mass", Value::Float(mass.mass_kg as f32));
+    root.set("physics:principalAxes", Value::Quatf(axes.in_f32()));
+    root.set("physics:rigidBodyEnabled", Value::Bool(true));
+    root.set("semantics:labels:class", Value::tokens(&[&body.category]));
+    root.add(visual(body));
+    let mut colliders = Prim::new("Xform", "colliders");
+    for (k, hull) in body.hulls.iter().enumerate() {
+        colliders.add(collider(&body.name, k, hull));
+    }
+    root.add(colliders);
+    root.add(looks(body));
+    Layer { custom_data: custom_data(scene, body, settings), root }
 }
 
-fn write_metadata(layer: &mut Layer, scene: &Scene, body: &Body, settings: &ExportSettings) {
+fn custom_data(scene: &Scene, body: &Body, settings: &ExportSettings) -> Dictionary {
     let instance = scene.instances.iter().find(|instance| instance.name.as_str() == body.name);
     let licence = instance.map_or(settings.licence.as_str(), |instance| &instance.provenance.licence);
-    let identity = |layer: &mut Layer| {
-        layer.line(&format!("string asset_name = {}", quoted(&body.name)));
-        layer.line("string asset_type = \"prop\"");
-        layer.line("string source_file = \"scene.json\"");
-        layer.line(&format!("string usd_date_generated = {}", quoted(&settings.date)));
+    // SimReady wants these twice, inside its own dictionary and beside it.
+    let with_identity = |dictionary: Dictionary| {
+        dictionary
+            .with("asset_name", Value::string(&body.name))
+            .with("asset_type", Value::string("prop"))
+            .with("source_file", Value::string("scene.json"))
+            .with("usd_date_generated", Value::string(&settings.date))
     };
-    layer.block("customLayerData", |layer| {
-        layer.block("dictionary SimReady_Metadata", |layer| {
-            layer.line(&format!("string author = {}", quoted(&settings.author)));
-            identity(layer);
-            layer.line(&format!("string asset_license = {}", quoted(licence)));
-            layer.line(&format!("string category = {}", quoted(&body.category)));
-            layer.line("int rigid_body_count = 1");
-            layer.line(&format!("float3 asset_extents = {}", tuple(&body.visual.size_m().to_array())));
-            layer.line(&format!("double mass = {}", body.mass.mass_kg));
-        });
-        identity(layer);
-        layer.line(&format!("string label = {}", quoted(&body.label)));
-        layer.line(&format!("string scene = {}", quoted(&scene.id)));
-    });
+    let metadata = with_identity(Dictionary::default().with("author", Value::string(&settings.author)))
+        .with("asset_license", Value::string(licence))
+        .with("category", Value::string(&body.category))
+        .with("rigid_body_count", Value::Int(1))
+        .with("asset_extents", Value::Float3(body.visual.size_m().as_vec3().to_array()))
+        .with("mass", Value::Double(body.mass.mass_kg));
+    with_identity(Dictionary::default().with_dictionary("SimReady_Metadata", metadata))
+        .with("label", Value::string(&body.label))
+        .with("scene", Value::string(&scene.id))
 }
 
-fn write_visual(layer: &mut Layer, body: &Body) {
+fn visual(body: &Body) -> Prim {
     let mesh = &body.visual;
     let (points, point_of_vertex) = welded(mesh);
-    let looks = format!("/{}/Looks", body.name);
-    let metadata = ["prepend apiSchemas = [\"MaterialBindingAPI\"]"];
-    layer.prim("Mesh", "visual", &metadata, |layer| {
-        layer.line(&format!("rel material:binding = <{looks}/{}>", mesh.materials[0].name));
-        layer.line("uniform token orientation = \"rightHanded\"");
-        layer.line("uniform token subdivisionScheme = \"none\"");
-        write_points(layer, &points);
-        let corners = || mesh.triangles().flatten();
-        let point_indices = corners().map(|v| point_of_vertex[v as usize]);
-        write_faces(layer, mesh.triangle_count(), point_indices);
-        let face_varying = " (\n            interpolation = \"faceVarying\"\n        )";
-        let normals = corners().map(|v| mesh.normals[v as usize].to_array());
-        let push_normal = |text: &mut String, normal: [f32; 3]| {
-            push_tuple(text, &normal, |text, value| push_direction(text, *value));
-        };
-        layer.array("normal3f[] normals", normals, push_normal, face_varying);
-        let push_uv = |text: &mut String, uv: [f32; 2]| {
-            push_tuple(text, &uv, |text, value| push_direction(text, *value));
-        };
-        let (uvs, uv_of_vertex) = distinct_uvs(mesh);
-        layer.array("texCoord2f[] primvars:st", uvs, push_uv, face_varying);
-        let uv_indices = corners().map(|v| uv_of_vertex[v as usize]);
-        layer.array("int[] primvars:st:indices", uv_indices, |text, k| text.push_str(&k.to_string()), "");
-        if mesh.groups.len() > 1 {
-            layer.line("uniform token subsetFamily:materialBind:familyType = \"partition\"");
-            write_subsets(layer, mesh, &looks);
-        }
-    });
-}
-
-fn write_subsets(layer: &mut Layer, mesh: &TexturedMesh, looks: &str) {
-    let mut first = 0;
-    for group in &mesh.groups {
-        let name = &mesh.materials[group.material].name;
-        let faces = first..first + group.triangles.len();
-        first = faces.end;
-        let metadata = ["prepend apiSchemas = [\"MaterialBindingAPI\"]"];
-        layer.prim("GeomSubset", &format!("faces_{name}"), &metadata, |layer| {
-            layer.line("uniform token elementType = \"face\"");
-            layer.line("uniform token familyName = \"materialBind\"");
-            layer.array("int[] indices", faces, |text, k| text.push_str(&k.to_string()), "");
-            layer.line(&format!("rel material:binding = <{looks}/{name}>"));
-        });
+    let mut prim = Prim::new("Mesh", "visual").with_schemas(&["MaterialBindingAPI"]);
+    prim.relate("material:binding", Path::prim(&[&body.name, LOOKS, &mesh.materials[0].name]));
+    prim.set_uniform("orientation", Value::token("rightHanded"));
+    prim.set_uniform("subdivisionScheme", Value::token("none"));
+    set_points(&mut prim, points);
+    let corners = || mesh.triangles().flatten();
+    set_faces(&mut prim, mesh.triangle_count(), corners().map(|v| point_of_vertex[v as usize]));
+    let normals = corners().map(|v| mesh.normals[v as usize].to_array().map(direction)).collect();
+    prim.set_interpolated("normals", Value::Normal3fs(normals), Interpolation::FaceVarying);
+    let (uvs, uv_of_vertex) = distinct_uvs(mesh);
+    prim.set_interpolated("primvars:st", Value::TexCoord2fs(uvs), Interpolation::FaceVarying);
+    prim.set("primvars:st:indices", indices(corners().map(|v| uv_of_vertex[v as usize])));
+    if mesh.groups.len() > 1 {
+        prim.set_uniform("subsetFamily:materialBind:familyType", Value::token("partition"));
+        subsets(body).into_iter().for_each(|subset| prim.add(subset));
     }
+    prim
 }
 
-fn write_hull(layer: &mut Layer, body: &str, index: usize, hull: &ConvexHull) {
-    let schemas = "prepend apiSchemas = [\"PhysicsCollisionAPI\", \"PhysicsMeshCollisionAPI\", \
-                   \"MaterialBindingAPI\"]";
-    layer.prim("Mesh", &format!("hull_{index:02}"), &[schemas], |layer| {
-        layer.line("uniform token purpose = \"guide\"");
-        layer.line("bool physics:collisionEnabled = 1");
-        layer.line("uniform token physics:approximation = \"convexHull\"");
-        layer.line(&format!("rel material:binding:physics = </{body}/Looks/{PHYSICS_MATERIAL}>"));
-        layer.line("uniform token orientation = \"rightHanded\"");
-        layer.line("uniform token subdivisionScheme = \"none\"");
-        let points: Vec<[f32; 3]> = hull.points.iter().map(|p| p.as_vec3().to_array()).collect();
-        write_points(layer, &points);
-        write_faces(layer, hull.triangles.len(), hull.triangles.iter().flatten().copied());
-        let normals = hull.triangles.iter().map(|t| {
-            let [a, b, c] = t.map(|v| hull.points[v as usize]);
-            (b - a).cross(c - a).normalize_or_zero().as_vec3().to_array()
-        });
-        let push_normal = |text: &mut String, normal: [f32; 3]| {
-            push_tuple(text, &normal, |text, value| push_direction(text, *value));
-        };
-        let uniform = " (\n            interpolation = \"uniform\"\n        )";
-        layer.array("normal3f[] normals", normals, push_normal, uniform);
+/// The faces of each material.
+fn subsets(body: &Body) -> Vec<Prim> {
+    let mut first = 0;
+    let mut subsets = Vec::new();
+    for group in &body.visual.groups {
+        let name = &body.visual.materials[group.material].name;
+        let faces = first..first + group.triangles.len() as u32;
+        first = faces.end;
+        let mut subset =
+            Prim::new("GeomSubset", &format!("faces_{name}")).with_schemas(&["MaterialBindingAPI"]);
+        subset.set_uniform("elementType", Value::token("face"));
+        subset.set_uniform("familyName", Value::token("materialBind"));
+        subset.set("indices", indices(faces));
+        subset.relate("material:binding", Path::prim(&[&body.name, LOOKS, name]));
+        subsets.push(subset);
+    }
+    subsets
+}
+
+fn collider(body: &str, index: usize, hull: &ConvexHull) -> Prim {
+    let schemas = ["PhysicsCollisionAPI", "PhysicsMeshCollisionAPI", "MaterialBindingAPI"];
+    let mut prim = Prim::new("Mesh", &format!("hull_{index:02}")).with_schemas(&schemas);
+    prim.set_uniform("purpose", Value::token("guide"));
+    prim.set("physics:collisionEnabled", Value::Bool(true));
+    prim.set_uniform("physics:approximation", Value::token("convexHull"));
+    prim.relate("material:binding:physics", Path::prim(&[body, LOOKS, PHYSICS_MATERIAL]));
+    prim.set_uniform("orientation", Value::token("rightHanded"));
+    prim.set_uniform("subdivisionScheme", Value::token("none"));
+    set_points(&mut prim, hull.points.iter().map(|p| p.as_vec3().to_array()).collect());
+    set_faces(&mut prim, hull.triangles.len(), hull.triangles.iter().flatten().copied());
+    let normals = hull.triangles.iter().map(|t| {
+        let [a, b, c] = t.map(|v| hull.points[v as usize]);
+        (b - a).cross(c - a).normalize_or_zero().as_vec3().to_array().map(direction)
     });
+    prim.set_interpolated("normals", Value::Normal3fs(normals.collect()), Interpolation::Uniform);
+    prim
 }
 
-/// Points and the box they fill. The box is taken from the very numbers that are printed.
-fn write_points(layer: &mut Layer, points: &[[f32; 3]]) {
+/// Points and the box they fill. The box is taken from the very numbers that are written.
+fn set_points(prim: &mut Prim, points: Vec<[f32; 3]>) {
     let (mut low, mut high) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
-    for point in points {
+    for point in &points {
         for axis in 0..3 {
             low[axis] = low[axis].min(point[axis]);
             high[axis] = high[axis].max(point[axis]);
         }
     }
-    let push = |text: &mut String, point: [f32; 3]| push_tuple_f32(text, &point);
-    layer.array("float3[] extent", [low, high], push, "");
-    layer.array("point3f[] points", points.iter().copied(), push, "");
+    prim.set("extent", Value::Float3s(vec![low, high]));
+    prim.set("points", Value::Point3fs(points));
 }
 
-fn write_faces(layer: &mut Layer, count: usize, indices: impl Iterator<Item = u32>) {
-    layer.array(
-        "int[] faceVertexCounts",
-        std::iter::repeat_n(3, count),
-        |text, k: i32| text.push_str(&k.to_string()),
-        "",
-    );
-    layer.array("int[] faceVertexIndices", indices, |text, k| text.push_str(&k.to_string()), "");
+fn set_faces(prim: &mut Prim, count: usize, point_indices: impl Iterator<Item = u32>) {
+    prim.set("faceVertexCounts", Value::Ints(vec![3; count]));
+    prim.set("faceVertexIndices", indices(point_indices));
+}
+
+/// USD counts with signs.
+fn indices(indices: impl Iterator<Item = u32>) -> Value {
+    Value::Ints(indices.map(|index| index as i32).collect())
 }
 
 /// Distinct positions in order of first appearance in a triangle, and each vertex's number among them.
@@ -195,7 +166,7 @@ fn distinct_uvs(mesh: &TexturedMesh) -> (Vec<[f32; 2]>, Vec<u32>) {
     let mut uvs = Vec::new();
     let mut uv_of_vertex = vec![0; mesh.uvs.len()];
     for v in mesh.triangles().flatten() {
-        let uv = mesh.uvs[v as usize].to_array();
+        let uv = mesh.uvs[v as usize].to_array().map(direction);
         let index = *known.entry(uv.map(f32::to_bits)).or_insert_with(|| {
             uvs.push(uv);
             uvs.len() as u32 - 1
