@@ -39,6 +39,7 @@ def main() -> int:
         ("clippy", lambda: cargo("clippy", "--locked", "--all-targets", "--", "-D", "warnings")),
         ("cargo test", cargo_test),
         ("judges' environment", finish_environment),
+        ("layers of USD", lambda: judge_layers(environment)),
         ("sample scenes", lambda: make_sample(target)),
         ("judges", lambda: judge_sample(target, environment)),
         ("judges' own test", lambda: test_judges(target, environment)),
@@ -103,6 +104,15 @@ def cargo_test() -> str:
     if passed == 0:
         raise Problem("no test ran")
     return f"{passed} passed, {ignored} ignored"
+
+
+def judge_layers(environment: Path) -> str:
+    """What a test left: random layers in both forms, and one bundle in each form of USD."""
+    python, left = environment / "bin/python", ROOT / "target"
+    lines = run([python, JUDGES / "usd_layers.py", left / "usd_layers"], collect=True)
+    bundles = [left / "specimen" / form for form in ("usda", "usdc", "usdz")]
+    run([python, JUDGES / "judge.py", "--only", "schema,usd,readme", *bundles])
+    return lines[-1].strip()
 
 
 def make_sample(target: Path) -> str:
