@@ -1,4 +1,4 @@
-//! A layer in OpenUSD's crate format (`.usdc`), version 0.8.0, which every OpenUSD since 2020 reads.
+//! A layer in OpenUSD's crate format (`.usdc`), version 0.8.0, which OpenUSD itself writes unless a layer needs more.
 //!
 //! The file is a header, a heap of values, six sections and a table of contents that names them:
 //!
@@ -12,8 +12,8 @@
 //! | `SPECS` | what stands at a path: its kind and its list of fields |
 //!
 //! Fields carry their values as 64-bit words ([`value_word`]): small ones in the word, others by their place
-//! in the heap ([`heap`]). Tables are compressed ([`compression`]). Source: `pxr/usd/usd/crateFile.h` and `.cpp`
-//! of OpenUSD, which are the format's only description. Equal layers give equal bytes.
+//! in the heap ([`heap`]). Tables are compressed ([`compression`]). Source: `crateFile.h` and `crateFile.cpp` of
+//! OpenUSD. Equal layers give equal bytes.
 
 mod compression;
 mod heap;

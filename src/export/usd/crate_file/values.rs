@@ -22,6 +22,7 @@ impl CrateFile {
         ValueWord::stored(CrateType::TokenVector, self.heap.place(&bytes))
     }
 
+    /// The value itself, or where it was put.
     pub fn value(&mut self, value: &Value) -> ValueWord {
         match value {
             Value::Bool(value) => ValueWord::boolean(*value),
@@ -52,6 +53,7 @@ impl CrateFile {
         }
     }
 
+    /// Names with words, in their order; what the words need is put before.
     pub fn dictionary(&mut self, dictionary: &Dictionary) -> ValueWord {
         let mut bytes = Vec::new();
         put_u64(&mut bytes, dictionary.entries().len() as u64);
