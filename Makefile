@@ -1,6 +1,7 @@
 # make demo    a sentence and a picture become two scenes under out/
 # make test    everything: formatting, lints, tests, and independent programs that judge sample scenes
 # make bars    the promises of the README measured in full; writes docs/results/
+# make programs  the README's examples of a sample scene in every program that can be installed; gigabytes
 # make build   the release binary
 # make train   pictures are painted and the network that reads pictures is trained on them; hours
 #
@@ -13,10 +14,10 @@ export CARGO_TARGET_DIR := $(TARGET_DIR)
 CARGO ?= cargo
 export PYTHONDONTWRITEBYTECODE := 1
 
-.PHONY: help build demo test bars train
+.PHONY: help build demo test programs bars train
 
 help:
-	@sed -n 's/^# //p' Makefile | head -5
+	@sed -n 's/^# //p' Makefile | head -6
 
 build:
 	@scripts/prerequisites.sh demo >/dev/null
@@ -27,6 +28,12 @@ demo: build
 
 test:
 	@python="$$(scripts/prerequisites.sh)" && "$$python" scripts/test.py --target-dir "$(TARGET_DIR)"
+
+# After `make test`, which leaves sample scenes
+programs:
+	@sh tests/judges/setup.sh
+	@tests/judges/programs.sh
+	@"$(TARGET_DIR)/judges/bin/python" tests/judges/judge.py --only readme "$(TARGET_DIR)"/sample/*/
 
 # TRAINING is where pictures, frames, environment and network go; PICTURES how many are learned from
 TRAINING ?= out/training

@@ -7,7 +7,9 @@ use std::hint::black_box;
 use criterion::{Criterion, criterion_group, criterion_main};
 use tabletopgen::export::{Assets, BodyAsset, Pictures, write_formats, zip_bundle};
 use tabletopgen::physics::Body;
-use tabletopgen::scene::certificate::{Appearance, Fidelity, Metrics, Thresholds, Verdict};
+use tabletopgen::scene::certificate::{
+    Appearance, Fidelity, HealthThresholds, MadeWith, Metrics, ResolveFinding, Thresholds, Verdict,
+};
 use tabletopgen::scene::finished::Frame;
 use tabletopgen::scene::instance::{Picture, SupportRelation};
 use tabletopgen::scene::request::RequestOptions;
@@ -116,24 +118,41 @@ fn certificate(scene: &Breakfast) -> Certificate {
     let certify = &scene.config.certify;
     Certificate {
         verdict: Verdict::Pass,
+        summary: "Nothing was measured.".into(),
         reasons: Vec::new(),
+        pairs: 0,
         metrics: METRICS,
         thresholds: Thresholds {
             penetration_m: certify.penetration_m,
+            wall_share: certify.wall_share,
             contact_gap_m: certify.contact_gap_m,
             support_dilation_m: certify.support_dilation_m,
             dss_displacement_m: certify.dss_displacement_m,
             dss_rotation_rad: certify.dss_rotation_rad,
             dss_duration_s: certify.dss_duration_s,
+            outline_m: 0.001,
             silhouette_iou: scene.config.fidelity.least_silhouette_iou,
+            health: HealthThresholds {
+                hull_excess_m: scene.config.health.hull_excess_m,
+                uncovered_m: scene.config.health.uncovered_m,
+                longest_side_m: [scene.config.health.least_side_m, scene.config.health.most_side_m],
+                density_kg_m3: [
+                    scene.config.health.least_density_kg_m3,
+                    scene.config.health.most_density_kg_m3,
+                ],
+                friction: scene.config.health.most_friction,
+            },
         },
         fidelity: Fidelity {
             silhouette_iou: 1.0,
             appearance: Appearance { extractor: "none".into(), model: "1".into(), similarity: 1.0 },
         },
         objects: Vec::new(),
+        bodies: Vec::new(),
         scale_error: None,
         collisions: Vec::new(),
+        resolve: ResolveFinding { rounds: 1, log: Vec::new() },
+        made_with: MadeWith { version: "0".into(), adapters: Vec::new(), settings: serde_json::Value::Null },
     }
 }
 

@@ -42,7 +42,7 @@ def print_certificate(folder: Path):
     metrics = report["metrics"]
     print(f"  verdict          {report['verdict']}")
     for reason in report.get("reasons", []):
-        print(f"                   {reason}")
+        print(f"                   {reason['sentence']}")
     objects = len(scene["instances"])
     print(f"  objects          {objects} on a {scene['table']['label']} ({scene['table']['shape']})")
     print(f"  Col_O            {percent(metrics['col_o'])} of pairs collide")
@@ -50,7 +50,7 @@ def print_certificate(folder: Path):
     print(f"  DSS as aligned   {percent(metrics['dss_aligned'])} stay where alignment put them, 5 s under gravity")
     print(f"  DSS as shipped   {percent(metrics['dss_shipped'])} stay where the bundle puts them, 5 s under gravity")
     print(f"  {'name':<24} {'mass':>9} {'on':<20} {'moved by settle':>16}")
-    moved = {o["name"]: o["settle_displacement_m"] for o in report.get("objects", [])}
+    moved = {o["name"]: o["moved"]["by_settling"]["distance_m"] for o in report.get("objects", [])}
     for instance in scene["instances"]:
         name = instance["name"]
         shift = f"{1e3 * moved[name]:.2f} mm" if name in moved else "-"

@@ -24,7 +24,7 @@ use crate::geometry::decompose::DecomposeSettings;
 use crate::physics::metrics::CertifySettings;
 use crate::physics::resolve::ResolveSettings;
 use crate::physics::settle::SettleSettings;
-use crate::pipeline::certify::FidelitySettings;
+use crate::pipeline::certify::{FidelitySettings, HealthSettings};
 use crate::pipeline::preview::PreviewSettings;
 use crate::provider::embedded::analyst;
 use crate::provider::embedded::layout::LayoutSettings;
@@ -66,6 +66,7 @@ pub struct Config {
     pub resolve: ResolveSettings,
     pub certify: CertifySettings,
     pub fidelity: FidelitySettings,
+    pub health: HealthSettings,
     pub preview: PreviewSettings,
     pub export: ExportSettings,
 }

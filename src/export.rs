@@ -16,20 +16,24 @@ pub mod wavefront;
 pub mod usd;
 pub mod urdf;
 pub mod mjcf;
+pub mod sdf;
 pub mod glb;
 pub mod parity;
+pub mod report;
 pub mod manifest;
 pub mod readme;
 pub mod archive;
 #[cfg(test)]
 mod specimen;
+#[cfg(test)]
+mod planted_faults;
+#[cfg(test)]
+mod labels_survive;
 
 pub use archive::zip_bundle;
 pub use assets::{Assets, BodyAsset, BundleFile, Pictures};
-pub use body::Body;
+pub use body::{Body, BodyFault};
 pub use settings::{ExportSettings, UsdForm};
-
-use serde::Serialize;
 
 use crate::scene::{Certificate, Scene};
 
@@ -41,8 +45,8 @@ pub const SCENE_SCHEMA: &str = include_str!("../schemas/scene.schema.json");
 pub enum ExportError {
     #[error("the assets do not match the scene: {0}")]
     AssetsMismatch(String),
-    #[error("the body {body} cannot be written: {reason}")]
-    UnusableBody { body: String, reason: String },
+    #[error("the body {body} cannot be written: {fault}")]
+    UnusableBody { body: String, fault: BodyFault },
     #[error("the name {0:?} is used twice or reserved for a file of the bundle")]
     NameTaken(String),
     #[error("{format} was written but tells another scene when it is read back: {difference}")]
@@ -55,13 +59,15 @@ pub enum ExportError {
     Json(#[from] serde_json::Error),
 }
 
-/// `report.json`: the certificate and what reading the formats back showed.
-#[derive(Serialize)]
-struct Report<'a> {
-    scene: &'a str,
-    #[serde(flatten)]
-    certificate: &'a Certificate,
-    parity: parity::ParityReport,
+impl ExportError {
+    /// A word that stays the same when sentences change.
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::UnusableBody { fault, .. } => fault.code(),
+            Self::Parity { .. } | Self::Unreadable { .. } => "formats_disagree",
+            _ => "export_failed",
+        }
+    }
 }
 
 /// Every file of the bundle, sorted by path. Fails if the assets are not the scene's, or if a format,
@@ -80,13 +86,25 @@ pub fn write_formats(
     ];
     files.extend(pictures.files());
     // Formats are independent of one another, so they are written side by side, in a fixed order.
-    let ((usd, urdf), (mjcf, glb)) = rayon::join(
+    let ((usd, urdf), (mjcf, (sdf, glb))) = rayon::join(
         || rayon::join(|| usd::write(scene, &bodies, pictures, settings), || urdf::write(&bodies)),
-        || rayon::join(|| mjcf::write(scene, &bodies, settings), || glb::write(&bodies)),
+        || {
+            rayon::join(
+                || mjcf::write(scene, &bodies, settings),
+                || rayon::join(|| sdf::write(scene, &bodies, settings), || glb::write(&bodies)),
+            )
+        },
     );
-    files.extend(usd?.into_iter().chain(urdf).chain(mjcf).chain(glb));
+    files.extend(usd?.into_iter().chain(urdf).chain(mjcf).chain(sdf).chain(glb));
     let parity = parity::read_back(&bodies, &files)?;
-    files.push(BundleFile::json("report.json", &Report { scene: &scene.id, certificate, parity }, "report")?);
+    let report = report::Report { scene, bodies: &bodies, certificate, parity: &parity, pictures };
+    files.extend([report.json()?, report.page()]);
+    files.push(BundleFile::text(
+        "report.schema.json",
+        report::REPORT_SCHEMA.to_owned(),
+        "schema",
+        "application/schema+json",
+    ));
     files.push(readme::write(scene, &bodies, settings.usd));
     files.sort_by(|a, b| a.path.cmp(&b.path));
     let manifest = manifest::write(scene, assets, &files, settings)?;

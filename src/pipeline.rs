@@ -73,6 +73,7 @@ pub struct Settings {
     pub resolve: ResolveSettings,
     pub certify: CertifySettings,
     pub fidelity: certify::FidelitySettings,
+    pub health: certify::HealthSettings,
     pub preview: preview::PreviewSettings,
     pub export: ExportSettings,
 }

@@ -91,6 +91,7 @@ pub(super) fn stages(config: &Config) -> Settings {
         resolve: config.resolve,
         certify: config.certify,
         fidelity: config.fidelity,
+        health: config.health,
         preview: config.preview,
         export: config.export,
     }

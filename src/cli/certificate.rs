@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use super::outcome::Outcome;
+use crate::scene::Certificate;
 use crate::scene::certificate::ObjectCertificate;
 
 /// Verdict, metrics and objects of a finished scene, and where it lies.
@@ -30,9 +31,9 @@ pub fn table(outcome: &Outcome, total_ms: u128) -> String {
         let _ = writeln!(text, "  {name:<6} {meaning:<34} {value:>8}");
     }
     if let Some(certificate) = &outcome.certificate {
-        objects(&mut text, &certificate.objects);
+        objects(&mut text, certificate);
         for reason in &certificate.reasons {
-            let _ = writeln!(text, "  quarantined: {reason}");
+            let _ = writeln!(text, "  quarantined: {}", reason.sentence);
         }
     }
     if !outcome.passed {
@@ -43,7 +44,8 @@ pub fn table(outcome: &Outcome, total_ms: u128) -> String {
 }
 
 /// One line an object: how far inside its support, how far it moved, its hulls.
-fn objects(text: &mut String, objects: &[ObjectCertificate]) {
+fn objects(text: &mut String, certificate: &Certificate) {
+    let objects = &certificate.objects;
     if objects.is_empty() {
         return;
     }
@@ -52,14 +54,15 @@ fn objects(text: &mut String, objects: &[ObjectCertificate]) {
     let _ = writeln!(
         text,
         "  {:<width$} {:>10} {:>10} {:>7} {:>6}  ",
-        "object", "margin mm", "settle mm", "turn", "hulls"
+        "object", "margin mm", "moved mm", "turn", "hulls"
     );
     for object in objects {
         let mut flaws = Vec::new();
         if !object.inside_outline {
             flaws.push("over the edge");
         }
-        if !object.watertight {
+        let health = certificate.bodies.iter().find(|body| body.name == object.name.as_str());
+        if health.is_some_and(|health| !health.watertight) {
             flaws.push("not watertight");
         }
         if object.support_margin_m.is_none_or(|margin| margin < 0.0) {
@@ -70,9 +73,9 @@ fn objects(text: &mut String, objects: &[ObjectCertificate]) {
             "  {:<width$} {:>10} {:>10.2} {:>6.1}° {:>6}  {}",
             name_of(object),
             margin,
-            object.settle_displacement_m * 1000.0,
-            object.settle_rotation_rad.to_degrees(),
-            object.hulls,
+            object.moved.from_aligned.distance_m * 1000.0,
+            object.moved.from_aligned.angle_rad.to_degrees(),
+            health.map_or(0, |health| health.hulls),
             flaws.join(", ")
         );
         let _ = writeln!(text, "{}", line.trim_end());

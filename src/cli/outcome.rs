@@ -103,6 +103,7 @@ impl Outcome {
     /// The JSON document.
     pub fn document(&self, total_ms: u128) -> String {
         let reasons = self.certificate.as_ref().map_or(&[][..], |certificate| &certificate.reasons);
+        let reasons: Vec<&str> = reasons.iter().map(|reason| reason.sentence.as_str()).collect();
         let document = json!({
             "scene_id": self.scene_id,
             "seed": self.seed,

@@ -11,6 +11,45 @@ use crate::scene::Scene;
 use super::surface::printable_surface;
 use super::{Assets, BodyAsset, ExportError};
 
+/// Why no simulator could hold a body.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum BodyFault {
+    #[error("it has no collision hull")]
+    NoHull,
+    #[error("hull {hull} {reason}")]
+    BrokenHull { hull: usize, reason: &'static str },
+    #[error("its mass is {mass_kg} kg; it must be positive")]
+    Mass { mass_kg: f64 },
+    #[error("its center of mass lies {outside_m} m outside its own box")]
+    CenterOfMass { outside_m: f64 },
+    #[error("its principal moments {moments_kg_m2} kg m^2 {reason}")]
+    Inertia { moments_kg_m2: DVec3, reason: &'static str },
+    #[error("its pose is not finite")]
+    Pose,
+    #[error("its {what} is {value}; it must lie between 0 and {most}")]
+    Contact { what: &'static str, value: f64, most: f64 },
+    #[error("its dynamic friction {dynamic_coefficient} exceeds its static friction {static_coefficient}")]
+    Friction { static_coefficient: f64, dynamic_coefficient: f64 },
+    #[error("{0}")]
+    Surface(String),
+}
+
+impl BodyFault {
+    /// A word that stays the same when sentences change.
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::NoHull => "missing_collider",
+            Self::BrokenHull { .. } => "broken_collider",
+            Self::Mass { .. } => "mass_not_positive",
+            Self::CenterOfMass { .. } => "center_of_mass_outside",
+            Self::Inertia { .. } => "impossible_inertia",
+            Self::Pose => "pose_not_finite",
+            Self::Contact { .. } | Self::Friction { .. } => "impossible_friction",
+            Self::Surface(_) => "broken_mesh",
+        }
+    }
+}
+
 /// A body of the scene: the table (which never moves) or an instance. Its mesh has single-precision
 /// positions, unit normals, no empty group and no degenerate triangle; its hulls have positive volume;
 /// its mass properties are physical.
@@ -95,7 +134,7 @@ struct Facts<'a> {
 }
 
 fn checked_body(facts: &Facts<'_>, asset: &BodyAsset) -> Result<Body, ExportError> {
-    let unusable = |reason: String| ExportError::UnusableBody { body: facts.name.to_owned(), reason };
+    let unusable = |fault: BodyFault| ExportError::UnusableBody { body: facts.name.to_owned(), fault };
     if asset.name != facts.name {
         let (wanted, got) = (facts.name, &asset.name);
         return Err(ExportError::AssetsMismatch(format!("expected the asset of {wanted}, got {got}")));
@@ -104,29 +143,26 @@ fn checked_body(facts: &Facts<'_>, asset: &BodyAsset) -> Result<Body, ExportErro
         let (wanted, got) = (facts.hulls, asset.hulls.len());
         return Err(ExportError::AssetsMismatch(format!("{}: {wanted} hulls told, {got} given", facts.name)));
     }
-    check_hulls(&asset.hulls).map_err(unusable)?;
-    check_mass(&facts.mass).map_err(unusable)?;
     let pose = facts.world_from_object;
     if !pose.translation_m.is_finite() || !pose.rotation.is_finite() || pose.rotation.length() < 1e-6 {
-        return Err(unusable("its pose is not finite".to_owned()));
+        return Err(unusable(BodyFault::Pose));
     }
-    let surface_numbers = [
-        facts.friction.static_coefficient,
-        facts.friction.dynamic_coefficient,
-        facts.restitution,
-        asset.rolling_friction_m,
-        asset.torsional_friction_m,
-    ];
-    if surface_numbers.iter().any(|value| !(value.is_finite() && *value >= 0.0)) {
-        return Err(unusable("a friction or restitution is negative or not finite".to_owned()));
-    }
+    let visual = printable_surface(&asset.visual).map_err(|why| unusable(BodyFault::Surface(why)))?;
+    check_solid(&asset.visual, &asset.hulls, &facts.mass).map_err(unusable)?;
+    let contact = Contact {
+        friction: facts.friction,
+        restitution: facts.restitution,
+        rolling_friction_m: asset.rolling_friction_m,
+        torsional_friction_m: asset.torsional_friction_m,
+    };
+    contact.check().map_err(unusable)?;
     Ok(Body {
         name: facts.name.to_owned(),
         label: facts.label.to_owned(),
         category: asset.category.clone(),
         movable: facts.movable,
         world_from_object: Pose { translation_m: pose.translation_m, rotation: pose.rotation.normalize() },
-        visual: printable_surface(&asset.visual).map_err(unusable)?,
+        visual,
         hulls: asset.hulls.clone(),
         mass: facts.mass,
         friction: facts.friction,
@@ -136,40 +172,102 @@ fn checked_body(facts: &Facts<'_>, asset: &BodyAsset) -> Result<Body, ExportErro
     })
 }
 
-fn check_hulls(hulls: &[ConvexHull]) -> Result<(), String> {
+/// Whether mass and inertia are those of something that fills these shapes, and whether the hulls are hulls.
+pub fn check_solid(
+    visual: &TexturedMesh,
+    hulls: &[ConvexHull],
+    mass: &MassProperties,
+) -> Result<(), BodyFault> {
+    check_hulls(hulls)?;
+    let corners = || visual.positions.iter().chain(hulls.iter().flat_map(|hull| &hull.points));
+    check_mass(mass, corners)
+}
+
+/// How a body rubs and bounces.
+pub struct Contact {
+    pub friction: Friction,
+    pub restitution: f64,
+    pub rolling_friction_m: f64,
+    pub torsional_friction_m: f64,
+}
+
+impl Contact {
+    /// Whether a surface can be like that.
+    pub fn check(&self) -> Result<(), BodyFault> {
+        let Friction { static_coefficient, dynamic_coefficient } = self.friction;
+        let limits = [
+            ("static friction", static_coefficient, 10.0),
+            ("dynamic friction", dynamic_coefficient, 10.0),
+            ("restitution", self.restitution, 1.0),
+            ("rolling friction (m)", self.rolling_friction_m, 1.0),
+            ("torsional friction (m)", self.torsional_friction_m, 1.0),
+        ];
+        for (what, value, most) in limits {
+            if !(0.0..=most).contains(&value) {
+                return Err(BodyFault::Contact { what, value, most });
+            }
+        }
+        if dynamic_coefficient > static_coefficient {
+            return Err(BodyFault::Friction { static_coefficient, dynamic_coefficient });
+        }
+        Ok(())
+    }
+}
+
+fn check_hulls(hulls: &[ConvexHull]) -> Result<(), BodyFault> {
     if hulls.is_empty() {
-        return Err("it has no collision hull".to_owned());
+        return Err(BodyFault::NoHull);
     }
     for (k, hull) in hulls.iter().enumerate() {
+        let broken = |reason| Err(BodyFault::BrokenHull { hull: k, reason });
         let corners = hull.points.len();
         if corners < 4 || hull.points.iter().any(|p| !p.is_finite()) {
-            return Err(format!("hull {k} has fewer than four finite corners"));
+            return broken("has fewer than four finite corners");
         }
         if hull.triangles.iter().flatten().any(|&v| v as usize >= corners) {
-            return Err(format!("hull {k} names a corner it does not have"));
+            return broken("names a corner it does not have");
         }
         if hull.volume_m3() <= 0.0 {
-            return Err(format!("hull {k} encloses no volume or is inside out"));
+            return broken("encloses no volume or is inside out");
         }
     }
     Ok(())
 }
 
-fn check_mass(mass: &MassProperties) -> Result<(), String> {
+/// How far a center of mass may lie outside the box of its body, meters: thin shells are weighed on their surface.
+const OUTSIDE_BOX_M: f64 = 1e-3;
+
+fn check_mass<'a, I: Iterator<Item = &'a DVec3>>(
+    mass: &MassProperties,
+    corners: impl Fn() -> I,
+) -> Result<(), BodyFault> {
     let moments = mass.inertia_diagonal_kg_m2;
     if !(mass.mass_kg.is_finite() && mass.mass_kg > 0.0) {
-        return Err(format!("its mass is {} kg", mass.mass_kg));
+        return Err(BodyFault::Mass { mass_kg: mass.mass_kg });
     }
-    let finite = mass.center_of_mass_m.is_finite() && moments.is_finite();
-    if !finite || moments.min_element() <= 0.0 {
-        return Err("its center of mass or inertia is not finite and positive".to_owned());
+    let impossible = |reason| Err(BodyFault::Inertia { moments_kg_m2: moments, reason });
+    if !moments.is_finite() || moments.min_element() <= 0.0 {
+        return impossible("are not finite and positive");
     }
     if moments.max_element() > (moments.element_sum() - moments.max_element()) * (1.0 + 1e-6) {
-        return Err(format!("its principal moments {moments} break the triangle inequality"));
+        return impossible("break the triangle inequality");
     }
     let axes = mass.principal_axes_xyzw;
-    if !axes.is_finite() || (axes.length() - 1.0).abs() > 1e-3 || !(axes * DVec3::X).is_finite() {
-        return Err("its principal axes are no rotation".to_owned());
+    if !axes.is_finite() || (axes.length() - 1.0).abs() > 1e-3 {
+        return impossible("have axes that are no rotation");
+    }
+    let center = mass.center_of_mass_m;
+    let (low, high) = corners().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), corner| {
+        (low.min(*corner), high.max(*corner))
+    });
+    let outside_m = (low - center).max(center - high).max_element();
+    if outside_m.is_nan() || outside_m > OUTSIDE_BOX_M {
+        return Err(BodyFault::CenterOfMass { outside_m });
+    }
+    // No part of the body is farther from an axis than its farthest corner from the center.
+    let farthest_m = corners().map(|corner| corner.distance(center)).fold(0.0, f64::max);
+    if moments.max_element() > mass.mass_kg * farthest_m * farthest_m {
+        return impossible("are larger than its mass at its farthest corner would have");
     }
     Ok(())
 }

@@ -1,13 +1,16 @@
-//! Reads every format back and compares it with the scene: mass, center of mass, inertia, dynamic
-//! friction, pose, hulls, visual meshes.
+//! Reads every format back and compares it with the scene: names, mass, center of mass, inertia, dynamic
+//! friction, pose, hulls, visual meshes, labels.
 //!
 //! The readers share nothing with the writers but the file layout, so a wrong axis order, unit or
-//! rounding in a writer shows here and stops the bundle.
+//! rounding in a writer shows here and stops the bundle. What differs within the tolerance is told.
 
 mod usd;
 mod urdf;
 mod mjcf;
+mod sdf;
 mod glb;
+mod labels;
+mod visuals;
 mod xml_tree;
 
 use std::collections::BTreeMap;
@@ -15,19 +18,38 @@ use std::collections::BTreeMap;
 use glam::{DMat3, DVec3};
 use serde::Serialize;
 
-use crate::geometry::Pose;
+use crate::geometry::{ConvexHull, Pose};
 
 use super::{Body, BundleFile, ExportError};
 
 /// Largest differences a format may show. Single-precision formats round at 6e-8 of a value.
-struct Tolerances;
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Tolerances {
+    pub mass_relative: f64,
+    pub center_of_mass_m: f64,
+    /// Over the largest moment.
+    pub inertia_relative: f64,
+    pub dynamic_friction: f64,
+    pub translation_m: f64,
+    pub rotation_rad: f64,
+    pub hull_corner_m: f64,
+    pub hull_volume_relative: f64,
+    /// Of the visual meshes.
+    pub vertex_m: f64,
+}
 
 impl Tolerances {
-    const MASS_RELATIVE: f64 = 1e-6;
-    const LENGTH_M: f64 = 2e-6;
-    const INERTIA_RELATIVE: f64 = 1e-5;
-    const FRICTION: f64 = 1e-6;
-    const ROTATION_RAD: f64 = 1e-5;
+    pub const BUNDLE: Self = Self {
+        mass_relative: 1e-6,
+        center_of_mass_m: 1e-6,
+        inertia_relative: 1e-5,
+        dynamic_friction: 1e-6,
+        translation_m: 1e-6,
+        rotation_rad: 1e-6,
+        hull_corner_m: 1e-6,
+        hull_volume_relative: 1e-4,
+        vertex_m: 1e-6,
+    };
 }
 
 /// What a reader found about one body.
@@ -51,17 +73,20 @@ type ReadScene = BTreeMap<String, ReadBody>;
 /// Why a format could not be read; becomes [`ExportError::Unreadable`].
 type ReadResult<T> = Result<T, String>;
 
-/// What the comparison showed, format by format.
+/// What the comparison showed, format by format. Names, numbers of bodies, hulls and corners, what is movable,
+/// and labels are equal wherever there is a report.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ParityReport {
+    pub tolerances: Tolerances,
     pub usd: FormatParity,
     pub urdf: FormatParity,
     pub mjcf: FormatParity,
+    pub sdf: FormatParity,
     pub glb: MeshParity,
 }
 
-/// Largest differences between a format and the scene over all bodies.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+/// Largest differences between a format and the scene over all bodies, rounded up to a power of ten.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct FormatParity {
     pub bodies: usize,
     pub hulls: usize,
@@ -72,12 +97,17 @@ pub struct FormatParity {
     pub translation_m: f64,
     pub rotation_rad: f64,
     pub hull_corner_m: f64,
+    pub hull_volume_relative: f64,
+    /// Of the visual meshes; `None` where they are not compared.
+    pub vertex_m: Option<f64>,
 }
 
 /// The same for the visual meshes.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct MeshParity {
     pub meshes: usize,
+    pub translation_m: f64,
+    pub rotation_rad: f64,
     /// Vertices of the scene file against the meshes at their poses.
     pub vertex_m: f64,
 }
@@ -91,11 +121,24 @@ pub fn read_back(bodies: &[Body], files: &[BundleFile]) -> Result<ParityReport, 
         let read = read(&files).map_err(|reason| ExportError::Unreadable { format, reason })?;
         compare(bodies, &read).map_err(|difference| ExportError::Parity { format, difference })
     };
-    let ((usd, urdf), (mjcf, glb)) = rayon::join(
+    let ((usd, urdf), (mjcf, (sdf, glb))) = rayon::join(
         || rayon::join(|| check("USD", usd::read), || check("URDF", urdf::read)),
-        || rayon::join(|| check("MJCF", mjcf::read), || glb::compare(bodies, &files)),
+        || {
+            rayon::join(
+                || check("MJCF", mjcf::read),
+                || rayon::join(|| check("SDF", sdf::read), || glb::compare(bodies, &files)),
+            )
+        },
     );
-    Ok(ParityReport { usd: usd?, urdf: urdf?, mjcf: mjcf?, glb: glb? })
+    let (usd, mut urdf, mut mjcf, mut sdf, glb) = (usd?, urdf?, mjcf?, sdf?, glb?);
+    let (labels, visuals) =
+        rayon::join(|| labels::compare(bodies, &files), || visuals::compare(bodies, &files));
+    labels?;
+    let visuals = visuals?;
+    urdf.vertex_m = Some(visuals.urdf);
+    mjcf.vertex_m = Some(visuals.mjcf);
+    sdf.vertex_m = Some(visuals.sdf);
+    Ok(ParityReport { tolerances: Tolerances::BUNDLE, usd, urdf, mjcf, sdf, glb })
 }
 
 /// The files by path.
@@ -129,57 +172,77 @@ fn compare(bodies: &[Body], read: &ReadScene) -> Result<FormatParity, String> {
         let largest_moment = body.mass.inertia_diagonal_kg_m2.max_element();
         let inertia_difference = (found.inertia_tensor_kg_m2 - inertia).to_cols_array();
         let pose = body.world_from_object;
-        let mut corner_m: f64 = 0.0;
+        let (mut corner_m, mut volume): (f64, f64) = (0.0, 0.0);
         for (hull, found) in body.hulls.iter().zip(&found.hulls) {
             if hull.points.len() != found.len() {
                 return Err(format!("{}: a hull has {} corners", body.name, found.len()));
             }
             let farthest = hull.points.iter().zip(found).map(|(a, b)| (*a - *b).length());
-            corner_m = farthest.fold(corner_m, f64::max);
+            corner_m = farthest.fold(corner_m, larger);
+            let found = ConvexHull { points: found.clone(), triangles: hull.triangles.clone() };
+            volume = larger(volume, (found.volume_m3() / hull.volume_m3() - 1.0).abs());
         }
+        let most = Tolerances::BUNDLE;
         let differences = [
             (
+                "mass",
                 &mut parity.mass_relative,
                 (found.mass_kg - body.mass.mass_kg).abs() / body.mass.mass_kg,
-                Tolerances::MASS_RELATIVE,
+                most.mass_relative,
             ),
             (
+                "center of mass",
                 &mut parity.center_of_mass_m,
                 (found.center_of_mass_m - body.mass.center_of_mass_m).length(),
-                Tolerances::LENGTH_M,
+                most.center_of_mass_m,
             ),
             (
+                "inertia",
                 &mut parity.inertia_relative,
-                inertia_difference.iter().fold(0.0_f64, |worst, d| worst.max(d.abs())) / largest_moment,
-                Tolerances::INERTIA_RELATIVE,
+                inertia_difference.iter().fold(0.0_f64, |worst, d| larger(worst, d.abs())) / largest_moment,
+                most.inertia_relative,
             ),
             (
+                "friction",
                 &mut parity.dynamic_friction,
                 (found.dynamic_friction - body.friction.dynamic_coefficient).abs(),
-                Tolerances::FRICTION,
+                most.dynamic_friction,
             ),
             (
+                "position",
                 &mut parity.translation_m,
                 (found.world_from_object.translation_m - pose.translation_m).length(),
-                Tolerances::LENGTH_M,
+                most.translation_m,
             ),
             (
+                "rotation",
                 &mut parity.rotation_rad,
-                found.world_from_object.rotation.angle_between(pose.rotation),
-                Tolerances::ROTATION_RAD,
+                angle_between_rad(found.world_from_object.rotation, pose.rotation),
+                most.rotation_rad,
             ),
-            (&mut parity.hull_corner_m, corner_m, Tolerances::LENGTH_M),
+            ("hull", &mut parity.hull_corner_m, corner_m, most.hull_corner_m),
+            ("hull volume", &mut parity.hull_volume_relative, volume, most.hull_volume_relative),
         ];
-        for (k, (worst, difference, tolerance)) in differences.into_iter().enumerate() {
+        for (name, worst, difference, tolerance) in differences {
             if difference.is_nan() || difference > tolerance {
-                let names = ["mass", "center of mass", "inertia", "friction", "position", "rotation", "hull"];
-                return Err(format!("{}: {} differs by {difference}", body.name, names[k]));
+                return Err(format!("{}: {name} differs by {difference}", body.name));
             }
             // Rounded up to one digit: the report says how good, not how the platform rounds.
             *worst = worst.max(one_digit_up(difference));
         }
     }
     Ok(parity)
+}
+
+/// As `f64::max`, but what is no number stays none.
+fn larger(a: f64, b: f64) -> f64 {
+    if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
+}
+
+/// Exact for small angles, where the arc cosine of the scalar part is not.
+fn angle_between_rad(a: glam::DQuat, b: glam::DQuat) -> f64 {
+    let q = a.conjugate() * b;
+    2.0 * q.xyz().length().atan2(q.w.abs())
 }
 
 /// The next power of ten at or above the value; zero stays zero.
@@ -214,6 +277,29 @@ fn quaternion_wxyz(text: &str) -> ReadResult<glam::DQuat> {
 /// Triples.
 fn points(text: &str) -> ReadResult<Vec<DVec3>> {
     Ok(numbers(text)?.chunks_exact(3).map(DVec3::from_slice).collect())
+}
+
+/// Corners of a hull in a Wavefront file, whose faces must enclose a volume.
+fn obj_hull(text: &str) -> ReadResult<Vec<DVec3>> {
+    let rows: Vec<&str> = text.lines().filter_map(|line| line.strip_prefix("v ")).collect();
+    let corners = points(&rows.join(" "))?;
+    let mut triangles = Vec::new();
+    for face in text.lines().filter_map(|line| line.strip_prefix("f ")) {
+        let corner = |word: &str| {
+            let index = word.split('/').next().and_then(|first| first.parse::<u32>().ok());
+            index.and_then(|index| index.checked_sub(1)).filter(|&k| (k as usize) < corners.len())
+        };
+        match face.split_whitespace().map(corner).collect::<Option<Vec<u32>>>().as_deref() {
+            Some(&[a, b, c]) => triangles.push([a, b, c]),
+            _ => return Err(format!("{face:?} is no triangle of {} corners", corners.len())),
+        }
+    }
+    let hull = ConvexHull { points: corners, triangles };
+    if hull.volume_m3() > 0.0 {
+        Ok(hull.points)
+    } else {
+        Err("a hull encloses no volume or is inside out".to_owned())
+    }
 }
 
 /// The tensor of principal moments turned into the object's axes.

@@ -4,7 +4,7 @@ use crate::scene::Scene;
 
 use super::{Body, BundleFile, UsdForm, usd};
 
-/// The text, with the scene's own names in the examples.
+/// The text, with the scene's own names and paths in the examples.
 pub fn write(scene: &Scene, bodies: &[Body], usd_form: UsdForm) -> BundleFile {
     let example = bodies.iter().find(|body| body.movable).or(bodies.first());
     let example = example.map_or("table", |body| &body.name);

@@ -9,7 +9,10 @@ use crate::geometry::{
     Camera, ConvexHull, Friction, Image, MassProperties, Material, Outline, Pose, Rgb, Texture, TexturedMesh,
     shapes,
 };
-use crate::scene::certificate::{Appearance, Fidelity, Metrics, Thresholds, Verdict};
+use crate::scene::certificate::{
+    Appearance, BodyHealth, Displacement, Displacements, Fidelity, HealthThresholds, MadeWith, Metrics,
+    ObjectCertificate, ResolveFinding, RotationFinding, Thresholds, Verdict,
+};
 use crate::scene::finished::Frame;
 use crate::scene::instance::{Picture, SupportRelation};
 use crate::scene::request::RequestOptions;
@@ -23,7 +26,7 @@ use super::*;
 /// A label that breaks every writer that pastes strings together.
 const NASTY_LABEL: &str = "a \"red\" <b>mug</b> & 'co'\n--> ]]> \\ {rows} | 🍎\u{7}";
 
-fn settings(usd: UsdForm) -> ExportSettings {
+pub(super) fn settings(usd: UsdForm) -> ExportSettings {
     ExportSettings {
         usd,
         author: "tabletopgen".into(),
@@ -108,7 +111,7 @@ fn checkered(color: [u8; 4]) -> Texture {
 }
 
 /// A table of five boxes, a mug in which a ball rests on nothing but the floor, a turned box beside it.
-fn specimen() -> (Scene, Certificate, Assets, Pictures) {
+pub(super) fn specimen() -> (Scene, Certificate, Assets, Pictures) {
     let friction = Friction { static_coefficient: 0.6, dynamic_coefficient: 0.5 };
     let wood = Material::textured("wood", checkered([150, 100, 60, 255]), 0.6);
     let mut table = TexturedMesh::default();
@@ -236,24 +239,42 @@ fn specimen() -> (Scene, Certificate, Assets, Pictures) {
     };
     let certificate = Certificate {
         verdict: Verdict::Pass,
+        summary: "Nothing was measured.".into(),
         reasons: Vec::new(),
+        pairs: 3,
         metrics,
         thresholds: Thresholds {
             penetration_m: 0.001,
+            wall_share: 0.25,
             contact_gap_m: 0.001,
             support_dilation_m: 0.002,
             dss_displacement_m: 0.03,
             dss_rotation_rad: 30_f64.to_radians(),
             dss_duration_s: 5.0,
+            outline_m: 0.001,
             silhouette_iou: 0.3,
+            health: HealthThresholds {
+                hull_excess_m: 0.01,
+                uncovered_m: 0.01,
+                longest_side_m: [0.003, 5.0],
+                density_kg_m3: [10.0, 23000.0],
+                friction: 2.0,
+            },
         },
         fidelity: Fidelity {
             silhouette_iou: 0.9,
             appearance: Appearance { extractor: "specimen".into(), model: "1".into(), similarity: 0.95 },
         },
-        objects: Vec::new(),
+        objects: objects(),
+        bodies: health(),
         scale_error: None,
         collisions: Vec::new(),
+        resolve: ResolveFinding { rounds: 1, log: vec![NASTY_LABEL.into()] },
+        made_with: MadeWith {
+            version: "0".into(),
+            adapters: Vec::new(),
+            settings: serde_json::json!({ "section": { "key": NASTY_LABEL } }),
+        },
     };
     let picture = encode_png(&checkered([1, 2, 3, 255]));
     let names = ["table", "mug_1", "box_1"];
@@ -267,16 +288,62 @@ fn specimen() -> (Scene, Certificate, Assets, Pictures) {
     (scene, certificate, assets, pictures)
 }
 
-fn files() -> Vec<BundleFile> {
+fn objects() -> Vec<ObjectCertificate> {
+    let moved = Displacement { distance_m: 0.0012, angle_rad: 0.01 };
+    let of = |name: &str| ObjectCertificate {
+        name: InstanceId::new(name).expect("a name"),
+        support_margin_m: Some(0.03),
+        moved: Displacements {
+            by_resolve: moved,
+            by_settling: moved,
+            from_aligned: moved,
+            after_shipping: moved,
+            after_aligning: moved,
+        },
+        outline_margin_m: 0.1,
+        inside_outline: true,
+        silhouette_iou: 0.9,
+        rotation: RotationFinding {
+            yaw_rad: 0.7,
+            representative_yaw_rad: 0.7,
+            symmetry_order: 1,
+            shape_symmetry_order: 1,
+            symmetry_axis_m: [0.0; 2],
+            confidence: 0.8,
+            candidates: vec![(0.7, 0.1)],
+        },
+    };
+    ["mug_1", "box_1"].map(of).into()
+}
+
+fn health() -> Vec<BodyHealth> {
+    let of = |name: &str| BodyHealth {
+        name: name.into(),
+        watertight: true,
+        triangles: 12,
+        size_m: [0.1, 0.1, 0.05],
+        volume_m3: 5e-4,
+        mass_kg: 0.3,
+        density_kg_m3: 600.0,
+        hulls: 1,
+        hull_corners: 8,
+        hull_volume_m3: 5e-4,
+        hull_excess_m: 1e-3,
+        uncovered_m: 0.0,
+    };
+    ["table", "mug_1", "box_1"].map(of).into()
+}
+
+pub(super) fn files() -> Vec<BundleFile> {
     files_with(UsdForm::Usdc)
 }
 
-fn files_with(usd: UsdForm) -> Vec<BundleFile> {
+pub(super) fn files_with(usd: UsdForm) -> Vec<BundleFile> {
     let (scene, certificate, assets, pictures) = specimen();
     write_formats(&scene, &certificate, &assets, &pictures, &settings(usd)).expect("the specimen is sound")
 }
 
-fn text<'a>(files: &'a [BundleFile], path: &str) -> &'a str {
+pub(super) fn text<'a>(files: &'a [BundleFile], path: &str) -> &'a str {
     let file = files.iter().find(|file| file.path == path).unwrap_or_else(|| panic!("{path} is missing"));
     std::str::from_utf8(&file.bytes).expect("text")
 }

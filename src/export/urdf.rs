@@ -12,7 +12,7 @@ use crate::geometry::Pose;
 use super::number::spaced;
 use super::png::encode_png;
 use super::wavefront::{group_obj, hull_obj, mtl};
-use super::xml::XmlDocument;
+use super::xml::{LABEL_NAMESPACE, XmlDocument};
 use super::{Body, BundleFile};
 
 /// All files under `urdf/`.
@@ -25,7 +25,8 @@ pub fn write(bodies: &[Body]) -> Vec<BundleFile> {
 fn body_files(body: &Body) -> Vec<BundleFile> {
     let folder = format!("urdf/{}", body.name);
     let mut document = XmlDocument::new();
-    document.open("robot", &[("name", &body.name)]);
+    open_robot(&mut document, &body.name);
+    write_label(&mut document, body);
     write_link(&mut document, body, "");
     write_gazebo(&mut document, body);
     let path = format!("{folder}/{}.urdf", body.name);
@@ -61,6 +62,14 @@ fn visual_file(k: usize) -> String {
 
 fn hull_file(k: usize) -> String {
     format!("hull_{k:02}.obj")
+}
+
+fn open_robot(document: &mut XmlDocument, name: &str) {
+    document.open("robot", &[("name", name), ("xmlns:tabletopgen", LABEL_NAMESPACE)]);
+}
+
+fn write_label(document: &mut XmlDocument, body: &Body) {
+    document.empty("tabletopgen:label", &[("link", &body.name), ("text", &body.label)]);
 }
 
 /// A link named as the body; mesh paths start with `prefix`.
@@ -124,9 +133,10 @@ fn write_gazebo(document: &mut XmlDocument, body: &Body) {
 /// Every body fixed to the link `world` at its pose.
 fn assembly(bodies: &[Body]) -> String {
     let mut document = XmlDocument::new();
-    document.open("robot", &[("name", "scene")]);
+    open_robot(&mut document, "scene");
     document.empty("link", &[("name", "world")]);
     for body in bodies {
+        write_label(&mut document, body);
         write_link(&mut document, body, &format!("{}/", body.name));
         document.open("joint", &[("name", &format!("world_to_{}", body.name)), ("type", "fixed")]);
         document.empty("parent", &[("link", "world")]);

@@ -3,6 +3,10 @@
 use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, BytesEnd, BytesStart, BytesText, Event};
 
+/// Namespace of the elements that hold the words a person used for a body where the format has no place for them;
+/// readers pass over what they do not know.
+pub const LABEL_NAMESPACE: &str = "https://tabletopgen.invalid/label/1";
+
 /// A document under construction. Elements are closed in the order they were opened.
 pub struct XmlDocument {
     writer: Writer<Vec<u8>>,
@@ -37,7 +41,12 @@ impl XmlDocument {
 
     /// An element that holds only text.
     pub fn text_element(&mut self, name: &'static str, text: &str) {
-        self.write(Event::Start(BytesStart::new(name)));
+        self.text_element_with(name, &[], text);
+    }
+
+    /// The same with attributes.
+    pub fn text_element_with(&mut self, name: &'static str, attributes: &[(&str, &str)], text: &str) {
+        self.write(Event::Start(element(name, attributes)));
         self.write(Event::Text(BytesText::new(&allowed_in_xml(text))));
         self.write(Event::End(BytesEnd::new(name)));
     }
@@ -72,7 +81,7 @@ fn element<'a>(name: &'a str, attributes: &[(&str, &str)]) -> BytesStart<'a> {
 }
 
 /// XML 1.0 has no way to write most control characters, even escaped; they become U+FFFD.
-fn allowed_in_xml(value: &str) -> String {
+pub fn allowed_in_xml(value: &str) -> String {
     let allowed =
         |c: char| !matches!(c, '\0'..='\x08' | '\x0b' | '\x0c' | '\x0e'..='\x1f' | '\u{fffe}' | '\u{ffff}');
     value.chars().map(|c| if allowed(c) { c } else { '\u{fffd}' }).collect()

@@ -83,8 +83,10 @@ pub struct ResolveProblem<'a> {
 /// Poses that hold.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Resolved {
-    /// `world_from_object` in the order of the bodies.
+    /// `world_from_object` at rest, in the order of the bodies.
     pub poses: Vec<Pose>,
+    /// `world_from_object` before gravity: dropped and pushed apart.
+    pub planned: Vec<Pose>,
     /// From the wanted pose: horizontal distance, meters, and angle, radians.
     pub displacements_m: Vec<f64>,
     pub rotations_rad: Vec<f64>,
@@ -356,7 +358,7 @@ fn finish(
             ));
         }
     }
-    Resolved { poses, displacements_m, rotations_rad, rounds, log }
+    Resolved { poses, planned: plan.to_vec(), displacements_m, rotations_rad, rounds, log }
 }
 
 /// Depth of the projected center of mass inside the supporter's outline, meters.

@@ -1,8 +1,11 @@
 //! Stage 11: the certificate. What was built is measured (collisions, support, stability, containment,
 //! likeness to the picture), painted, written in every format and read back.
 
+mod health;
 mod measure;
 mod write;
+#[cfg(test)]
+mod tests;
 
 use std::sync::Arc;
 
@@ -22,11 +25,13 @@ use crate::geometry::Outline;
 use crate::physics::{CertifySettings, SettleSettings};
 use crate::provider::{Adapter, Ports};
 use crate::render::RenderSettings;
-use crate::scene::certificate::{Appearance, Metrics, Verdict};
+use crate::scene::certificate::{AdapterUsed, Appearance, MadeWith, Metrics, ResolveFinding, Verdict};
 use crate::scene::{InstanceMask, Provenance, Recognition, SceneRequest};
 use crate::store::Digest;
 
-pub const STAGE: Stage = Stage { name: "certify", version: 5 };
+pub use health::HealthSettings;
+
+pub const STAGE: Stage = Stage { name: "certify", version: 6 };
 
 /// Section `[fidelity]`.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
@@ -42,6 +47,7 @@ pub struct FidelitySettings {
 pub struct SceneIdentity {
     id: String,
     request: SceneRequest,
+    made_with: MadeWith,
 }
 
 impl SceneIdentity {
@@ -54,12 +60,24 @@ impl SceneIdentity {
             ports.mesh_generator.adapter(),
             ports.feature_extractor.adapter(),
         ];
+        let ports = ["SceneAnalyst", "Painter", "Segmenter", "MeshGenerator", "FeatureExtractor"];
+        let settings = serde_json::to_value(settings).unwrap_or_default();
         let decides = json!({
             "request": request, "adapters": adapters, "settings": settings,
             "version": env!("CARGO_PKG_VERSION"),
         });
         let digest = Digest::of(decides.to_string().as_bytes());
-        Ok(Self { id: digest.as_str()[..20].to_owned(), request: request.clone() })
+        let used = |(port, adapter): (&str, &Adapter)| AdapterUsed {
+            port: port.to_owned(),
+            name: adapter.name.clone(),
+            model: adapter.model.clone(),
+        };
+        let made_with = MadeWith {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            adapters: ports.into_iter().zip(&adapters).map(used).collect(),
+            settings,
+        };
+        Ok(Self { id: digest.as_str()[..20].to_owned(), request: request.clone(), made_with })
     }
 }
 
@@ -76,11 +94,12 @@ pub struct Inputs {
     yaws: Vec<rotate::Output>,
     /// Standard error of the scene's scale, as a share of it, where the objects voted on it.
     scale_error: Option<f64>,
-    resolve_log: Vec<String>,
+    resolve: ResolveFinding,
     unrecognized_terms: Vec<String>,
     certify: CertifySettings,
     settle: SettleSettings,
     fidelity: FidelitySettings,
+    health: HealthSettings,
     preview: PreviewSettings,
     render: RenderSettings,
     export: ExportSettings,
@@ -180,11 +199,12 @@ impl Inputs {
             table: layout.table.clone(),
             yaws: yaws.to_vec(),
             scale_error: layout.consensus.map(|consensus| consensus.log_alpha_error),
-            resolve_log: resolved.log.clone(),
+            resolve: ResolveFinding { rounds: resolved.rounds, log: resolved.log.clone() },
             unrecognized_terms: reference.unrecognized_terms.clone(),
             certify: settings.certify.clone(),
             settle: settings.settle.clone(),
             fidelity: settings.fidelity.clone(),
+            health: settings.health.clone(),
             preview: settings.preview.clone(),
             render: settings.render.clone(),
             export: settings.export.clone(),
@@ -254,12 +274,12 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
         "table": inputs.recognition.table.label,
         "unrecognized_terms": inputs.unrecognized_terms,
         "fidelity": certificate.fidelity,
-        "resolve": inputs.resolve_log,
+        "resolve": inputs.resolve.log,
     });
     Ok(Output {
         archive: context.put("scene.zip", "application/zip", certified.archive).await?,
         verdict: certificate.verdict,
-        reasons: certificate.reasons.clone(),
+        reasons: certificate.reasons.iter().map(|reason| reason.sentence.clone()).collect(),
         metrics: certificate.metrics,
         summary,
     })

@@ -17,7 +17,7 @@ use crate::physics::{
 };
 use crate::scene::{Recognition, RecognizedObject};
 
-pub const STAGE: Stage = Stage { name: "resolve", version: 3 };
+pub const STAGE: Stage = Stage { name: "resolve", version: 4 };
 
 #[derive(Serialize)]
 pub struct Inputs {
@@ -57,6 +57,8 @@ pub struct Output {
 pub struct ResolvedBody {
     pub name: String,
     pub aligned: Pose,
+    /// `world_from_object` before gravity: dropped and pushed apart.
+    pub planned: Pose,
     /// `world_from_object` at rest.
     pub settled: Pose,
     /// From aligned to settled: horizontal distance, meters, and angle, radians.
@@ -151,7 +153,7 @@ fn solve(
     let solids: Vec<&MeshSolid> = loaded.iter().map(|geometry| &*geometry.solid).collect();
     let problem =
         ResolveProblem { bodies: &bodies, solids: &solids, supports: &supports, outline: &inputs.outline_m };
-    let Resolved { poses, displacements_m, rotations_rad, rounds, log } =
+    let Resolved { poses, planned, displacements_m, rotations_rad, rounds, log } =
         crate::physics::resolve(problem, &inputs.resolve, &inputs.settle, &inputs.certify, interrupt)
             .map_err(|error| match error {
                 ResolveError::Interrupted(interrupted) => interrupted.into(),
@@ -166,6 +168,7 @@ fn solve(
         .map(|(index, (part, physical))| ResolvedBody {
             name: part.name.clone(),
             aligned: part.aligned,
+            planned: planned[index],
             settled: poses[index],
             displacement_m: displacements_m[index],
             rotation_rad: rotations_rad[index],

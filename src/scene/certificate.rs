@@ -8,17 +8,62 @@ use super::InstanceId;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Certificate {
     pub verdict: Verdict,
-    /// One sentence per failed check; empty for a pass.
-    pub reasons: Vec<String>,
+    /// Why in one sentence, for a pass as for a quarantine.
+    pub summary: String,
+    /// One per failed check; empty for a pass.
+    pub reasons: Vec<Reason>,
     pub metrics: Metrics,
+    /// Pairs of bodies that were looked at, the table included.
+    pub pairs: usize,
     pub fidelity: Fidelity,
     pub thresholds: Thresholds,
+    /// In the order of the scene.
     pub objects: Vec<ObjectCertificate>,
+    /// Mesh and hulls of every body, the table first.
+    pub bodies: Vec<BodyHealth>,
     /// Standard error of the scene's scale, as a share of it: how far boxes and sizes contradict each other; `None`
     /// where the scale was given, or was set by one object or the table.
     pub scale_error: Option<f64>,
     /// Pairs that collide, with their depth.
     pub collisions: Vec<Collision>,
+    pub resolve: ResolveFinding,
+    pub made_with: MadeWith,
+}
+
+/// A failed check.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Reason {
+    pub code: ReasonCode,
+    /// Names of the bodies it is about; empty where it is about the whole scene.
+    pub bodies: Vec<String>,
+    /// What was found, for people.
+    pub sentence: String,
+}
+
+/// Which check failed; programs may rely on the words.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ReasonCode {
+    /// Two visual meshes interpenetrate.
+    Collision,
+    /// The center of mass does not lie above what carries the object.
+    NotSupported,
+    /// Moves or turns too far under gravity.
+    NotAtRest,
+    /// Reaches over the table's edge.
+    OverTheEdge,
+    /// The visual mesh encloses no volume, as an edge has a face on one side only.
+    OpenMesh,
+    /// A part of the visual mesh lies outside all hulls.
+    MissingCollider,
+    /// A hull sticks out of the visual mesh.
+    ProtrudingCollider,
+    /// Heavier or lighter for its volume than any solid: the unit may not be the kilogram.
+    ImplausibleDensity,
+    /// Friction that no pair of surfaces shows.
+    ImplausibleFriction,
+    /// Does not look like the reference picture.
+    UnlikePicture,
 }
 
 /// May the scene be used?
@@ -48,13 +93,32 @@ pub struct Metrics {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Thresholds {
     pub penetration_m: f64,
+    /// A collision is also what is deeper than this share of the local wall.
+    pub wall_share: f64,
     pub contact_gap_m: f64,
     pub support_dilation_m: f64,
     pub dss_displacement_m: f64,
     pub dss_rotation_rad: f64,
     pub dss_duration_s: f64,
+    /// How far an object may reach over the table's outline.
+    pub outline_m: f64,
     /// Least mean silhouette IoU with the reference picture.
     pub silhouette_iou: f64,
+    #[serde(flatten)]
+    pub health: HealthThresholds,
+}
+
+/// What a body must be like to be believed.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct HealthThresholds {
+    pub hull_excess_m: f64,
+    pub uncovered_m: f64,
+    /// Of the longest side, least and most.
+    pub longest_side_m: [f64; 2],
+    /// Mass over the volume the mesh encloses, least and most.
+    pub density_kg_m3: [f64; 2],
+    /// Largest static friction coefficient; the dynamic one may not exceed the static one.
+    pub friction: f64,
 }
 
 /// Per-object findings.
@@ -64,21 +128,89 @@ pub struct ObjectCertificate {
     /// Signed distance of the projected center of mass inside its support region, meters (where positive, at
     /// least this: the search ends with the first contacts that carry); `None` where it touches nothing.
     pub support_margin_m: Option<f64>,
-    /// Displacement of the origin over the shipped settle.
-    pub settle_displacement_m: f64,
-    pub settle_rotation_rad: f64,
-    /// From the pose `place` gave to the shipped one.
-    pub displacement_from_aligned_m: f64,
-    pub rotation_from_aligned_rad: f64,
+    pub moved: Displacements,
+    /// How far the hulls' farthest corner lies inside the table's outline, meters; negative outside.
+    pub outline_margin_m: f64,
     pub inside_outline: bool,
-    pub watertight: bool,
-    pub hulls: u32,
-    /// Largest distance by which a hull sticks out of the visual mesh, meters.
-    pub hull_excess_m: f64,
     /// Intersection over union of its pixels in the reference picture and in the finished scene seen from
     /// the same camera, 0..1.
     pub silhouette_iou: f64,
     pub rotation: RotationFinding,
+}
+
+/// How far an object was moved, and how far it would move.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Displacements {
+    /// From the pose `place` gave to the one given to gravity, by dropping and pushing apart.
+    pub by_resolve: Displacement,
+    /// From there to the rest pose, which is shipped.
+    pub by_settling: Displacement,
+    /// From the pose `place` gave to the shipped one.
+    pub from_aligned: Displacement,
+    /// In the time of the check under gravity, from the shipped pose (DSS as shipped).
+    pub after_shipping: Displacement,
+    /// The same from the pose `place` gave (DSS as aligned).
+    pub after_aligning: Displacement,
+}
+
+/// Between two poses of one body.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Displacement {
+    /// Of the origin, world, meters.
+    pub distance_m: f64,
+    pub angle_rad: f64,
+}
+
+/// Mesh and hulls of one body.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BodyHealth {
+    pub name: String,
+    /// Every edge of the visual mesh has a face on either side.
+    pub watertight: bool,
+    pub triangles: usize,
+    /// Extents of the mesh's axis-aligned box, object frame.
+    pub size_m: [f64; 3],
+    /// Enclosed by the mesh, cavities subtracted; where closed parts overlap, the overlap counts twice.
+    pub volume_m3: f64,
+    pub mass_kg: f64,
+    pub density_kg_m3: f64,
+    pub hulls: usize,
+    /// Most corners of a hull.
+    pub hull_corners: usize,
+    /// Sum over the hulls; overlaps count twice.
+    pub hull_volume_m3: f64,
+    /// Largest distance by which a hull sticks out of the visual mesh, meters.
+    pub hull_excess_m: f64,
+    /// Largest distance of a corner of the mesh outside all hulls, meters; a lower bound, measured to the planes
+    /// of the nearest hull's faces.
+    pub uncovered_m: f64,
+}
+
+/// What `resolve` did.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ResolveFinding {
+    /// Rounds it took.
+    pub rounds: usize,
+    /// What was done, one sentence each.
+    pub log: Vec<String>,
+}
+
+/// What answered and with which settings; with the request of `scene.json` this decides every byte.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MadeWith {
+    /// Version of the program.
+    pub version: String,
+    pub adapters: Vec<AdapterUsed>,
+    /// The resolved settings of all stages, by section.
+    pub settings: serde_json::Value,
+}
+
+/// Which adapter answered a port.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct AdapterUsed {
+    pub port: String,
+    pub name: String,
+    pub model: String,
 }
 
 /// The yaw that `rotate` found, and how sure it is.

@@ -16,7 +16,7 @@ from pathlib import Path
 
 from verdict import Verdict
 
-JUDGES = ["schema", "usd", "mjcf", "urdf", "glb", "collisions", "readme"]
+JUDGES = ["schema", "report", "usd", "mjcf", "urdf", "sdf", "glb", "collisions", "readme"]
 
 
 def main() -> int:

@@ -29,10 +29,7 @@ def judge(bundle: Path) -> Verdict:
         entry = told[path]
         if len(content) != entry["size"] or hashlib.sha256(content).hexdigest() != entry["sha256"]:
             verdict.complaints.append(f"{path} is not the file of the manifest")
-    report = json.loads((bundle / "report.json").read_text(encoding="utf-8"))
-    if report["metrics"] != scene["metrics"]:
-        verdict.complaints.append("report.json and scene.json tell different metrics")
-    verdict.facts = {"files": len(found), "verdict": report["verdict"]}
+    verdict.facts = {"files": len(found)}
     return verdict
 
 

@@ -28,11 +28,15 @@ def edit_text(path, change):
     path.write_text(after, encoding="utf-8")
 
 
+def edit_json(path, change):
+    document = json.loads(path.read_text(encoding="utf-8"))
+    change(document)
+    path.write_text(json.dumps(document), encoding="utf-8")
+    return document
+
+
 def edit_scene(bundle, change):
-    scene = json.loads((bundle / "scene.json").read_text(encoding="utf-8"))
-    change(scene)
-    (bundle / "scene.json").write_text(json.dumps(scene), encoding="utf-8")
-    return scene
+    return edit_json(bundle / "scene.json", change)
 
 
 def edit_glb(path, change):
@@ -99,6 +103,16 @@ BREAKS = {
         lambda b: (b / "extra.txt").write_text("?"),
         lambda b: edit_text(b / "mjcf/scene.xml", lambda t: t + " "),
     ],
+    "report": [
+        lambda b: edit_json(b / "report.json", lambda r: r.update(surprise=1)),
+        lambda b: edit_json(b / "report.json", lambda r: r["metrics"].update(ss=0.5)),
+        lambda b: edit_json(b / "report.json", lambda r: r.update(verdict="quarantine")),
+        lambda b: edit_json(b / "report.json", lambda r: r["bodies"].pop()),
+        lambda b: edit_text(b / "report.html", lambda t: t.replace("</h2>", "</h3>", 1)),
+        lambda b: edit_text(b / "report.html", lambda t: t.replace('<h2>', '<h2><img src="https://example.invalid/a.png" />', 1)),
+        lambda b: edit_text(b / "report.html", lambda t: t.replace("<h2>", '<h2 onclick="alert(1)">', 1)),
+        lambda b: edit_text(b / "report.html", lambda t: t.replace("none of", "some of", 1)),
+    ],
     "usd": [
         lambda b: edit_text(b / "usd/scene.usda", lambda t: t.replace('upAxis = "Z"', 'upAxis = "Y"')),
         lambda b: edit_text(b / "usd/scene.usda", lambda t: t.replace("rigidBodyEnabled = 0", "rigidBodyEnabled = 1")),
@@ -119,6 +133,13 @@ BREAKS = {
         lambda b: (b / f"urdf/{first(b)}/hull_00.obj").unlink(),
         lambda b: edit_text(b / f"urdf/{first(b)}/{first(b)}.urdf", lambda t: t.replace('<mass value="', '<mass value="1')),
         lambda b: edit_text(b / "urdf/scene.urdf", lambda t: t.replace('<origin xyz="', '<origin xyz="1')),
+    ],
+    "sdf": [
+        lambda b: edit_text(b / "sdf/world.sdf", lambda t: t.replace("<mass>", "<mass>1", 1)),
+        lambda b: edit_text(model(b), lambda t: t.replace("<inertial>", "<inertial><!--").replace("</inertial>", "--></inertial>")),
+        lambda b: edit_text(b / "sdf/world.sdf", lambda t: t.replace(f'<model name="{first(b)}">', '<model name="nobody">')),
+        lambda b: (model(b).parent / "hull_00.obj").unlink(),
+        lambda b: edit_text(b / "sdf/world.sdf", lambda t: t.replace("</world>", "")),
     ],
     "glb": [
         lambda b: edit_glb(b / f"glb/{first(b)}.glb", index_out_of_range),
@@ -163,6 +184,10 @@ def cut(path, share):
     """Leaves the beginning of a file."""
     whole = path.read_bytes()
     path.write_bytes(whole[: int(len(whole) * share)])
+
+
+def model(bundle):
+    return bundle / f"sdf/models/{first(bundle)}/model.sdf"
 
 
 def solid(mesh, at=(0, 0, 0)):

@@ -28,7 +28,11 @@ pub fn read(files: &Files<'_>) -> ReadResult<ReadScene> {
         for geom in body.all("geom").filter(|geom| geom.optional("contype") != Some("0")) {
             let mesh = geom.attribute("mesh")?;
             hulls.push(corners.get(mesh).cloned().ok_or_else(|| format!("the mesh {mesh} is missing"))?);
-            friction = vector(geom.attribute("friction")?)?.x;
+            let sliding = vector(geom.attribute("friction")?)?.x;
+            if hulls.len() > 1 && sliding != friction {
+                return Err(format!("the hulls of {} rub differently", body.attribute("name")?));
+            }
+            friction = sliding;
         }
         let read = ReadBody {
             mass_kg: inertial.number("mass")?,

@@ -5,7 +5,7 @@ use glam::{DMat3, DQuat, DVec3};
 use crate::geometry::Pose;
 
 use super::xml_tree::Element;
-use super::{Files, ReadBody, ReadResult, ReadScene, points, vector};
+use super::{Files, ReadBody, ReadResult, ReadScene, obj_hull, vector};
 
 pub fn read(files: &Files<'_>) -> ReadResult<ReadScene> {
     let assembly = Element::parse(files.text("urdf/scene.urdf")?)?;
@@ -25,7 +25,12 @@ pub fn read(files: &Files<'_>) -> ReadResult<ReadScene> {
         let placed = assembly.all("link").find(|link| link.optional("name") == Some(name));
         let placed = placed.ok_or_else(|| format!("the assembly has no link {name}"))?;
         let fixed = read_link(files, placed, "urdf", world_from_object)?;
-        if fixed.hulls != body.hulls || fixed.mass_kg != body.mass_kg {
+        let same = fixed.hulls == body.hulls
+            && fixed.mass_kg == body.mass_kg
+            && fixed.center_of_mass_m == body.center_of_mass_m
+            && fixed.inertia_tensor_kg_m2 == body.inertia_tensor_kg_m2
+            && fixed.dynamic_friction == body.dynamic_friction;
+        if !same {
             return Err(format!("the assembly's {name} is not the one of its own file"));
         }
         scene.insert(name.to_owned(), body);
@@ -50,13 +55,16 @@ fn read_link(
     let (xx, xy, xz, yy, yz, zz) = (xx?, xy?, xz?, yy?, yz?, zz?);
     let mesh_path = |element: &Element| -> ReadResult<String> {
         let mesh = element.child("geometry")?.child("mesh")?;
+        if vector(mesh.optional("scale").unwrap_or("1 1 1"))? != DVec3::ONE {
+            return Err(format!("a mesh of {} is scaled", link.attribute("name")?));
+        }
         Ok(format!("{folder}/{}", mesh.attribute("filename")?))
     };
     for visual in link.all("visual") {
         files.bytes(&mesh_path(visual)?)?;
     }
     let hulls: ReadResult<Vec<_>> =
-        link.all("collision").map(|collision| obj_points(files.text(&mesh_path(collision)?)?)).collect();
+        link.all("collision").map(|collision| obj_hull(files.text(&mesh_path(collision)?)?)).collect();
     Ok(ReadBody {
         mass_kg: inertial.child("mass")?.number("value")?,
         center_of_mass_m: vector(origin.attribute("xyz")?)?,
@@ -66,9 +74,4 @@ fn read_link(
         movable: None,
         hulls: hulls?,
     })
-}
-
-fn obj_points(text: &str) -> ReadResult<Vec<DVec3>> {
-    let rows: Vec<&str> = text.lines().filter_map(|line| line.strip_prefix("v ")).collect();
-    points(&rows.join(" "))
 }

@@ -1,16 +1,19 @@
 //! A small tree of XML elements, enough to ask for children and attributes.
 
 use quick_xml::XmlVersion;
+use quick_xml::escape::resolve_predefined_entity;
 use quick_xml::events::{BytesStart, Event};
 
 use super::ReadResult;
 
-/// An element with its attributes and child elements; text is not kept.
+/// An element with its attributes, child elements and own text.
 #[derive(Clone, Debug, Default)]
 pub struct Element {
     pub name: String,
     attributes: Vec<(String, String)>,
     pub children: Vec<Element>,
+    /// As written, the white space between children included.
+    pub text: String,
 }
 
 impl Element {
@@ -28,6 +31,18 @@ impl Element {
                 Event::End(_) => {
                     let element = open.pop().ok_or("an end without a start")?;
                     open.last_mut().ok_or("an end without a start")?.children.push(element);
+                }
+                Event::Text(text) => {
+                    open.last_mut().ok_or("text outside the root")?.text.push_str(&text.xml10_content());
+                }
+                Event::GeneralRef(entity) => {
+                    let text = &mut open.last_mut().ok_or("text outside the root")?.text;
+                    match entity.resolve_char_ref().map_err(|error| error.to_string())? {
+                        Some(character) => text.push(character),
+                        None => text.push_str(
+                            resolve_predefined_entity(&entity).ok_or_else(|| format!("&{};", &*entity))?,
+                        ),
+                    }
                 }
                 Event::Eof => break,
                 _ => {}
@@ -69,6 +84,11 @@ impl Element {
     /// An attribute.
     pub fn optional(&self, name: &str) -> Option<&str> {
         self.attributes.iter().find(|(key, _)| key == name).map(|(_, value)| value.as_str())
+    }
+
+    /// The element's text as one number.
+    pub fn text_number(&self) -> ReadResult<f64> {
+        self.text.trim().parse().map_err(|_| format!("{:?} in <{}> is no number", self.text, self.name))
     }
 
     /// An attribute that is one number.

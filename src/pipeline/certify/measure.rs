@@ -2,31 +2,56 @@
 
 use rayon::prelude::*;
 
-use super::Inputs;
+use super::{Inputs, health};
+use crate::export::body::{Contact, check_solid};
 use crate::geometry::collide::PlacedSolid;
 use crate::geometry::{Interrupt, Pose};
-use crate::physics::settle::SettleError;
+use crate::physics::metrics::Movement;
+use crate::physics::settle::{SettleError, angle_between_rad};
 use crate::physics::{Body, Collisions, Stability, SupportFinding, collisions, stability, support};
 use crate::pipeline::error::StageError;
 use crate::pipeline::resolve::{Loaded, body};
 use crate::pipeline::rotate;
 use crate::scene::InstanceId;
 use crate::scene::certificate::{
-    Appearance, Certificate, Collision, Fidelity, Metrics, ObjectCertificate, RotationFinding, Thresholds,
-    Verdict,
+    Appearance, BodyHealth, Certificate, Collision, Displacement, Displacements, Fidelity, Metrics,
+    ObjectCertificate, Reason, ReasonCode, RotationFinding, Thresholds, Verdict,
 };
 
 /// How far a footprint may reach over the outline before the object counts as outside, meters.
 const OUTLINE_TOLERANCE_M: f64 = 0.001;
 
+/// What moves farther has left the world, or the simulation has exploded, meters.
+const LOST_M: f64 = 100.0;
+
 /// What physics and geometry say of the scene; bodies in order, the table first.
 pub(super) struct Measured {
-    watertight: Vec<bool>,
+    health: Vec<BodyHealth>,
     from_shipped: Stability,
     from_aligned: Stability,
     found: Collisions,
     /// Of the objects.
     supports: Vec<SupportFinding>,
+}
+
+/// No simulation can tell anything of a body that cannot be.
+fn check_bodies(inputs: &Inputs, loaded: &[Loaded]) -> Result<(), StageError> {
+    for (geometry, body) in loaded.iter().zip(&inputs.bodies) {
+        let physical = &body.resolved.physical;
+        health::check_size(&body.resolved.name, &geometry.mesh, &inputs.health)?;
+        let contact = Contact {
+            friction: physical.friction,
+            restitution: physical.restitution,
+            rolling_friction_m: physical.rolling_friction_m,
+            torsional_friction_m: physical.torsional_friction_m,
+        };
+        check_solid(&geometry.mesh, &geometry.hulls, &physical.mass).and_then(|()| contact.check()).map_err(
+            |fault| {
+                StageError::permanent(fault.code(), format!("certifying {}: {fault}", body.resolved.name))
+            },
+        )?;
+    }
+    Ok(())
 }
 
 /// Collisions, support, and stability from the shipped and from the aligned poses.
@@ -35,6 +60,7 @@ pub(super) fn measure(
     loaded: &[Loaded],
     interrupt: &Interrupt,
 ) -> Result<Measured, StageError> {
+    check_bodies(inputs, loaded)?;
     let placed: Vec<PlacedSolid> = loaded
         .iter()
         .zip(&inputs.bodies)
@@ -55,7 +81,7 @@ pub(super) fn measure(
         },
     );
     Ok(Measured {
-        watertight: loaded.iter().map(|geometry| geometry.solid.is_watertight()).collect(),
+        health: health::health(inputs, loaded),
         from_shipped: from_shipped?,
         from_aligned: from_aligned?,
         found: found?,
@@ -71,7 +97,7 @@ pub(super) fn certificate(
     silhouette_ious: &[f64],
     appearance: Appearance,
 ) -> Result<Certificate, StageError> {
-    let Measured { watertight, from_shipped, from_aligned, found, supports } = measured;
+    let Measured { health, from_shipped, from_aligned, found, supports } = measured;
     let supported = supports.iter().filter(|finding| finding.is_supported()).count();
     let metrics = Metrics {
         col_o: found.col_o(),
@@ -89,47 +115,92 @@ pub(super) fn certificate(
     let mut objects = Vec::with_capacity(supports.len());
     for (index, finding) in supports.iter().enumerate() {
         let (body, geometry) = (&inputs.bodies[index + 1], &loaded[index + 1]);
-        let movement = from_shipped.movements[index + 1];
         let name = InstanceId::new(&body.resolved.name)
             .map_err(|error| StageError::permanent("invalid_name", error.to_string()))?;
+        let poses = &body.resolved;
+        let outline_margin_m = outline_margin_m(inputs, geometry, &poses.settled);
         objects.push(ObjectCertificate {
             name,
             support_margin_m: finding.margin_m.is_finite().then_some(finding.margin_m),
-            settle_displacement_m: movement.displacement_m,
-            settle_rotation_rad: movement.rotation_rad,
-            displacement_from_aligned_m: (body.resolved.settled.translation_m
-                - body.resolved.aligned.translation_m)
-                .length(),
-            rotation_from_aligned_rad: body.resolved.rotation_rad,
-            inside_outline: is_inside(inputs, geometry, &body.resolved.settled),
-            watertight: watertight[index + 1],
-            hulls: u32::try_from(geometry.hulls.len()).unwrap_or(u32::MAX),
-            hull_excess_m: body.hull_excess_m,
+            moved: Displacements {
+                by_resolve: displacement(&poses.aligned, &poses.planned),
+                by_settling: displacement(&poses.planned, &poses.settled),
+                from_aligned: displacement(&poses.aligned, &poses.settled),
+                after_shipping: movement(&from_shipped.movements[index + 1]),
+                after_aligning: movement(&from_aligned.movements[index + 1]),
+            },
+            outline_margin_m,
+            inside_outline: outline_margin_m >= -OUTLINE_TOLERANCE_M,
             silhouette_iou: silhouette_ious[index],
             rotation: rotation_finding(&inputs.yaws[index]),
         });
     }
     let mean = silhouette_ious.iter().sum::<f64>() / silhouette_ious.len().max(1) as f64;
     let fidelity = Fidelity { silhouette_iou: mean, appearance };
-    let reasons = reasons(inputs, &collisions, supports, from_shipped, &objects, &fidelity);
+    let mut reasons = reasons(inputs, &collisions, supports, from_shipped, &objects, &fidelity);
+    for (found, body) in health.iter().zip(&inputs.bodies) {
+        reasons.extend(health::reasons(found, &body.resolved.physical.friction, &inputs.health));
+    }
     Ok(Certificate {
         verdict: if reasons.is_empty() { Verdict::Pass } else { Verdict::Quarantine },
+        summary: summary(inputs, found.pairs, &reasons),
         reasons,
+        pairs: found.pairs,
         metrics,
         fidelity,
         thresholds: Thresholds {
             penetration_m: inputs.certify.penetration_m,
+            wall_share: inputs.certify.wall_share,
             contact_gap_m: inputs.certify.contact_gap_m,
             support_dilation_m: inputs.certify.support_dilation_m,
             dss_displacement_m: inputs.certify.dss_displacement_m,
             dss_rotation_rad: inputs.certify.dss_rotation_rad,
             dss_duration_s: inputs.certify.dss_duration_s,
+            outline_m: OUTLINE_TOLERANCE_M,
             silhouette_iou: inputs.fidelity.least_silhouette_iou,
+            health: inputs.health.thresholds(),
         },
         objects,
+        bodies: health.clone(),
         scale_error: inputs.scale_error,
         collisions,
+        resolve: inputs.resolve.clone(),
+        made_with: inputs.identity.made_with.clone(),
     })
+}
+
+fn displacement(from: &Pose, to: &Pose) -> Displacement {
+    Displacement {
+        distance_m: (to.translation_m - from.translation_m).length(),
+        angle_rad: angle_between_rad(from, to),
+    }
+}
+
+fn movement(found: &Movement) -> Displacement {
+    Displacement { distance_m: found.displacement_m, angle_rad: found.rotation_rad }
+}
+
+/// Why the verdict is what it is, in one sentence.
+fn summary(inputs: &Inputs, pairs: usize, reasons: &[Reason]) -> String {
+    let objects = inputs.bodies.len().saturating_sub(1);
+    match reasons {
+        [] if objects == 0 => "The table is sound, and nothing stands on it.".to_owned(),
+        [] => format!(
+            "{}: none of {pairs} pairs collides, everything is carried from below and stays where it is for {} s \
+             of gravity, and every mesh is closed and covered by its hulls.",
+            counted(objects, "object"),
+            inputs.certify.dss_duration_s,
+        ),
+        [only] => format!("It must not be used: {}.", only.sentence),
+        [first, rest @ ..] => {
+            let more = counted(rest.len(), "more reason");
+            format!("It must not be used: {}, and {more}.", first.sentence)
+        }
+    }
+}
+
+fn counted(count: usize, what: &str) -> String {
+    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
 
 fn rotation_finding(yaw: &rotate::Output) -> RotationFinding {
@@ -158,7 +229,6 @@ fn bodies(inputs: &Inputs, loaded: &[Loaded], pose: impl Fn(&super::BodyParts) -
 
 /// DSS; a scene that explodes when gravity starts has nothing that stays.
 fn still(inputs: &Inputs, bodies: &[Body], interrupt: &Interrupt) -> Result<Stability, StageError> {
-    use crate::physics::metrics::Movement;
     match stability(bodies, &inputs.certify, &inputs.settle, interrupt) {
         Ok(found) => Ok(found),
         Err(SettleError::Interrupted(interrupted)) => Err(interrupted.into()),
@@ -193,15 +263,15 @@ fn carriers(inputs: &Inputs, index: usize) -> Vec<usize> {
     (0..inputs.bodies.len()).filter(|&other| other == support.0 || shares(other)).collect()
 }
 
-fn is_inside(inputs: &Inputs, geometry: &Loaded, world_from_object: &Pose) -> bool {
-    let mut points = geometry.hulls.iter().flat_map(|hull| &hull.points);
-    points.all(|point| {
-        let xy_m = world_from_object.transform_point(*point).truncate();
-        inputs.outline().depth_inside_m(xy_m) >= -OUTLINE_TOLERANCE_M
-    })
+/// Depth of the hulls' farthest corner inside the table's outline; negative outside.
+fn outline_margin_m(inputs: &Inputs, geometry: &Loaded, world_from_object: &Pose) -> f64 {
+    let corners = geometry.hulls.iter().flat_map(|hull| &hull.points);
+    let depth_m =
+        |corner| inputs.outline().depth_inside_m(world_from_object.transform_point(corner).truncate());
+    corners.map(|corner| depth_m(*corner)).fold(f64::INFINITY, f64::min)
 }
 
-/// One sentence per failed check.
+/// Checks of poses and likeness that failed.
 fn reasons(
     inputs: &Inputs,
     collisions: &[Collision],
@@ -209,10 +279,15 @@ fn reasons(
     shipped: &Stability,
     objects: &[ObjectCertificate],
     fidelity: &Fidelity,
-) -> Vec<String> {
+) -> Vec<Reason> {
     let mut reasons = Vec::new();
+    let mut reason = |code, bodies: &[&str], sentence: String| {
+        let bodies = bodies.iter().map(|&name| name.to_owned()).collect();
+        reasons.push(Reason { code, bodies, sentence });
+    };
     for c in collisions {
-        reasons.push(format!("{} and {} collide, {:.1} mm deep", c.a, c.b, 1e3 * c.depth_m));
+        let sentence = format!("{} and {} collide, {:.1} mm deep", c.a, c.b, 1e3 * c.depth_m);
+        reason(ReasonCode::Collision, &[&c.a, &c.b], sentence);
     }
     for (object, finding) in objects.iter().zip(supports) {
         if !finding.is_supported() {
@@ -220,27 +295,33 @@ fn reasons(
                 Some(margin_m) => format!("its center of mass lies {:.1} mm outside", -1e3 * margin_m),
                 None => "it touches nothing".into(),
             };
-            reasons.push(format!("{} is not supported: {how}", object.name));
+            let sentence = format!("{} is not supported: {how}", object.name);
+            reason(ReasonCode::NotSupported, &[object.name.as_str()], sentence);
         }
     }
     for (object, movement) in objects.iter().zip(&shipped.movements[1..]) {
         if !movement.stable {
-            let (mm, degrees) = (1e3 * movement.displacement_m, movement.rotation_rad.to_degrees());
-            reasons.push(format!("{} moves {mm:.0} mm and turns {degrees:.0} degrees", object.name));
+            let way = match movement.displacement_m {
+                lost_m if lost_m > LOST_M => "is lost".to_owned(),
+                way_m => format!("moves {:.0} mm", 1e3 * way_m),
+            };
+            let degrees = movement.rotation_rad.to_degrees();
+            let sentence = format!("{} {way} and turns {degrees:.0} degrees under gravity", object.name);
+            reason(ReasonCode::NotAtRest, &[object.name.as_str()], sentence);
         }
     }
     for object in objects.iter().filter(|object| !object.inside_outline) {
-        reasons.push(format!("{} reaches over the table's edge", object.name));
-    }
-    for object in objects.iter().filter(|object| !object.watertight) {
-        reasons.push(format!("the mesh of {} is not watertight", object.name));
+        let over_mm = -1e3 * object.outline_margin_m;
+        let sentence = format!("{} reaches {over_mm:.0} mm over the table's edge", object.name);
+        reason(ReasonCode::OverTheEdge, &[object.name.as_str()], sentence);
     }
     let least = inputs.fidelity.least_silhouette_iou;
     if fidelity.silhouette_iou < least {
-        reasons.push(format!(
+        let sentence = format!(
             "the scene does not look like the picture: mean silhouette IoU {:.2}, at least {least:.2} is asked",
             fidelity.silhouette_iou
-        ));
+        );
+        reason(ReasonCode::UnlikePicture, &[], sentence);
     }
     reasons
 }

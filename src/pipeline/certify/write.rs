@@ -138,7 +138,7 @@ pub(super) fn files(
     };
     let archive = write_formats(&scene, &certificate, &assets, &pictures, &inputs.export)
         .and_then(|files| zip_bundle(&files))
-        .map_err(|error| StageError::permanent("export_failed", format!("writing the bundle: {error}")))?;
+        .map_err(|error| StageError::permanent(error.code(), format!("writing the bundle: {error}")))?;
     Ok(Certified { certificate, archive })
 }
 

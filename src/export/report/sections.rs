@@ -1,0 +1,8 @@
+//! The tables of the page.
+
+pub mod checks;
+pub mod objects;
+pub mod bodies;
+pub mod likeness;
+pub mod formats;
+pub mod provenance;

@@ -1,0 +1,151 @@
+//! Is each body a thing that can be? Size, density and friction within what is found on tables, a closed
+//! mesh, hulls that cover it and do not stick out.
+//!
+//! A wrong unit shows here: a mug of 80 m was given in millimeters and stops the scene; one of 2,300,000 kg/m^3 was
+//! weighed in grams and quarantines it.
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::Inputs;
+use crate::geometry::convex_hull::{distance_above, planes};
+use crate::geometry::{ConvexHull, Friction, TexturedMesh};
+use crate::pipeline::error::StageError;
+use crate::pipeline::resolve::Loaded;
+use crate::scene::certificate::{BodyHealth, HealthThresholds, Reason, ReasonCode};
+
+/// Section `[health]`.
+#[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct HealthSettings {
+    /// A hull may stick out of the visual mesh by this, meters.
+    pub hull_excess_m: f64,
+    /// A corner of the visual mesh may lie outside all hulls by this, meters.
+    pub uncovered_m: f64,
+    /// The longest side of a body is at least this, meters.
+    pub least_side_m: f64,
+    /// And at most this, meters.
+    pub most_side_m: f64,
+    /// Mass over the volume that the mesh encloses is at least this, kg/m^3; hollow things are drawn solid.
+    pub least_density_kg_m3: f64,
+    /// And at most this, kg/m^3.
+    pub most_density_kg_m3: f64,
+    /// Largest coefficient of static friction.
+    pub most_friction: f64,
+}
+
+impl HealthSettings {
+    pub(super) fn thresholds(&self) -> HealthThresholds {
+        HealthThresholds {
+            hull_excess_m: self.hull_excess_m,
+            uncovered_m: self.uncovered_m,
+            longest_side_m: [self.least_side_m, self.most_side_m],
+            density_kg_m3: [self.least_density_kg_m3, self.most_density_kg_m3],
+            friction: self.most_friction,
+        }
+    }
+}
+
+/// Nothing can be measured, a millimeter at a time, of what is a thousand times too large.
+pub(super) fn check_size(name: &str, mesh: &TexturedMesh, limits: &HealthSettings) -> Result<(), StageError> {
+    let side_m = mesh.size_m().max_element();
+    if (limits.least_side_m..=limits.most_side_m).contains(&side_m) {
+        return Ok(());
+    }
+    let (least, most) = (limits.least_side_m, limits.most_side_m);
+    let message = format!(
+        "certifying {name}: it is {side_m} m long, outside {least} to {most} m; is its unit the meter?"
+    );
+    Err(StageError::permanent("implausible_size", message))
+}
+
+/// Corners of a mesh looked at for cover; larger meshes are looked at in even steps.
+const MOST_CORNERS: usize = 20_000;
+
+/// Every body, the table first.
+pub(super) fn health(inputs: &Inputs, loaded: &[Loaded]) -> Vec<BodyHealth> {
+    let of = |(body, geometry): (&super::BodyParts, &Loaded)| {
+        let (mass_kg, volume_m3) = (body.resolved.physical.mass.mass_kg, enclosed_m3(&geometry.mesh));
+        BodyHealth {
+            name: body.resolved.name.clone(),
+            watertight: geometry.solid.is_watertight(),
+            triangles: geometry.mesh.triangle_count(),
+            size_m: geometry.mesh.size_m().to_array(),
+            volume_m3,
+            mass_kg,
+            density_kg_m3: mass_kg / volume_m3,
+            hulls: geometry.hulls.len(),
+            hull_corners: geometry.hulls.iter().map(|hull| hull.points.len()).max().unwrap_or(0),
+            hull_volume_m3: geometry.hulls.iter().map(ConvexHull::volume_m3).sum(),
+            hull_excess_m: body.hull_excess_m,
+            uncovered_m: uncovered_m(&geometry.mesh, &geometry.hulls),
+        }
+    };
+    inputs.bodies.par_iter().zip(loaded).map(of).collect()
+}
+
+/// What a body of a scene cannot be.
+pub(super) fn reasons(found: &BodyHealth, friction: &Friction, limits: &HealthSettings) -> Vec<Reason> {
+    let name = &found.name;
+    let mut reasons = Vec::new();
+    let mut reason = |code, sentence| reasons.push(Reason { code, bodies: vec![name.clone()], sentence });
+    let mm = |meters: f64| 1e3 * meters;
+    if !found.watertight {
+        reason(ReasonCode::OpenMesh, format!("the mesh of {name} is not watertight"));
+    }
+    // An open mesh encloses nothing that could be weighed.
+    if found.watertight
+        && !(limits.least_density_kg_m3..=limits.most_density_kg_m3).contains(&found.density_kg_m3)
+    {
+        let sentence = format!(
+            "{name} has {:.3} kg/m³, which is outside {} to {} kg/m³: is its unit the kilogram?",
+            found.density_kg_m3, limits.least_density_kg_m3, limits.most_density_kg_m3
+        );
+        reason(ReasonCode::ImplausibleDensity, sentence);
+    }
+    if found.uncovered_m.is_nan() || found.uncovered_m > limits.uncovered_m {
+        let sentence = format!("{name} has a part {:.1} mm outside all of its hulls", mm(found.uncovered_m));
+        reason(ReasonCode::MissingCollider, sentence);
+    }
+    if found.hull_excess_m.is_nan() || found.hull_excess_m > limits.hull_excess_m {
+        let sentence =
+            format!("a hull of {name} sticks out of its mesh by {:.1} mm", mm(found.hull_excess_m));
+        reason(ReasonCode::ProtrudingCollider, sentence);
+    }
+    let Friction { static_coefficient, dynamic_coefficient } = *friction;
+    let holds = dynamic_coefficient >= 0.0
+        && dynamic_coefficient <= static_coefficient
+        && static_coefficient <= limits.most_friction;
+    if !holds {
+        let sentence = format!(
+            "{name} has a static friction of {static_coefficient} and a dynamic one of {dynamic_coefficient}; \
+             0 <= dynamic <= static <= {} is asked",
+            limits.most_friction
+        );
+        reason(ReasonCode::ImplausibleFriction, sentence);
+    }
+    reasons
+}
+
+/// Signed volume between the faces and the middle of the mesh.
+fn enclosed_m3(mesh: &TexturedMesh) -> f64 {
+    let (low, high) = mesh.bounds();
+    let middle = 0.5 * (low + high);
+    mesh.triangles()
+        .map(|t| {
+            let [a, b, c] = t.map(|v| mesh.positions[v as usize] - middle);
+            a.dot(b.cross(c)) / 6.0
+        })
+        .sum()
+}
+
+/// Largest distance of a corner of the mesh outside the nearest hull, to the planes of its faces.
+fn uncovered_m(mesh: &TexturedMesh, hulls: &[ConvexHull]) -> f64 {
+    let planes: Vec<_> = hulls.iter().map(planes).collect();
+    let step = mesh.positions.len().div_ceil(MOST_CORNERS).max(1);
+    let outside = |corner| {
+        let above = planes.iter().map(|planes| distance_above(planes, corner));
+        above.fold(f64::INFINITY, f64::min)
+    };
+    mesh.positions.iter().step_by(step).map(|corner| outside(*corner)).fold(0.0, f64::max)
+}

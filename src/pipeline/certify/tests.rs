@@ -1,0 +1,330 @@
+//! Faults planted in a sound scene: the certificate, or the check before it, names each.
+
+use glam::{DQuat, DVec2, DVec3};
+use serde::de::DeserializeOwned;
+
+use super::*;
+use crate::catalog::PhysicalProperties;
+use crate::export::Pictures;
+use crate::geometry::convex_hull::convex_hull;
+use crate::geometry::mass_properties::solid_mass_properties;
+use crate::geometry::mesh_solid::MeshSolid;
+use crate::geometry::rotational_symmetry::RotationalSymmetry;
+use crate::geometry::{Camera, Friction, Interrupt, Mask, Material, Pose, Rgb, Solid, TexturedMesh, shapes};
+use crate::scene::certificate::{Certificate, ReasonCode};
+use crate::scene::recognition::{CameraKnowledge, RecognizedTable, StandsOn};
+use crate::scene::request::RequestOptions;
+use crate::scene::{Input, InstanceId, RecognizedObject, TableShape};
+
+/// A section of the built-in settings.
+fn section<T: DeserializeOwned>(name: &str) -> T {
+    let defaults: toml::Table = include_str!("../../../config/default.toml").parse().expect("our own file");
+    defaults[name].clone().try_into().expect("our own section")
+}
+
+/// Two cubes of 6 cm, 20 cm apart on a table of one square meter.
+struct Planted {
+    inputs: Inputs,
+    loaded: Vec<Loaded>,
+}
+
+fn body(name: &str, solid: Solid, world_from_object: Pose, table: bool) -> (BodyParts, Loaded) {
+    let mut mesh = TexturedMesh::default();
+    mesh.add(solid.clone(), &Material::plain("wood", Rgb::hex(0x806040), 0.5));
+    let physical = PhysicalProperties {
+        mass: solid_mass_properties(&mesh, 700.0).expect("a solid"),
+        friction: Friction { static_coefficient: 0.5, dynamic_coefficient: 0.4 },
+        restitution: 0.2,
+        rolling_friction_m: 0.0003,
+        torsional_friction_m: 0.003,
+    };
+    let artifact = |kind: &str| ArtifactRef {
+        name: format!("{name}/{kind}"),
+        digest: Digest::of(name.as_bytes()),
+        media_type: "application/octet-stream".into(),
+        size: 1,
+    };
+    let parts = BodyParts {
+        resolved: ResolvedBody {
+            name: name.into(),
+            aligned: world_from_object,
+            planned: world_from_object,
+            settled: world_from_object,
+            displacement_m: 0.0,
+            rotation_rad: 0.0,
+            physical,
+        },
+        mesh: artifact("mesh"),
+        thumbnail: None,
+        hulls: artifact("hulls"),
+        hull_excess_m: 0.0,
+        scale: 1.0,
+        symmetry_order: 1,
+        support: (!table).then_some((0, false)),
+        provenance: Provenance { mesh_by: "by hand".into(), licence: "CC0-1.0".into(), notes: Vec::new() },
+    };
+    let loaded = Loaded {
+        solid: Arc::new(MeshSolid::new(&mesh).expect("a solid")),
+        hulls: vec![convex_hull(&solid.positions, 64, 0.001).expect("a solid")],
+        mesh: Arc::new(mesh),
+    };
+    (parts, loaded)
+}
+
+fn sound() -> Planted {
+    let block = |side: f64| shapes::block(DVec3::splat(side));
+    let top = shapes::block(DVec3::new(1.0, 1.0, 0.03)).translated(DVec3::new(0.0, 0.0, -0.03));
+    let at = |x: f64| Pose::upright(DVec3::new(x, 0.0, 0.0), 0.3);
+    let (bodies, loaded) = [
+        body("table", top, Pose::IDENTITY, true),
+        body("cube_1", block(0.06), at(-0.1), false),
+        body("cube_2", block(0.06), at(0.1), false),
+    ]
+    .into_iter()
+    .unzip();
+    let ids = ["cube_1", "cube_2"].map(|name| InstanceId::new(name).expect("a name"));
+    let object = |id: &InstanceId| RecognizedObject {
+        id: id.clone(),
+        label: "a cube".into(),
+        category: "cube".into(),
+        size_m: DVec3::splat(0.06),
+        color: None,
+        material: None,
+        seed: 1,
+        stands_on: StandsOn::Table,
+    };
+    let yaw = rotate::Output {
+        yaw_rad: 0.3,
+        representative_yaw_rad: 0.3,
+        seen_m: None,
+        loss: 0.1,
+        symmetry_order: 4,
+        shape_symmetry: RotationalSymmetry { order: 4, axis_m: DVec2::ZERO },
+        confidence: 1.0,
+        candidates: vec![(0.3, 0.1)],
+    };
+    let camera = Camera::orbit(64, 48, 0.7, DVec3::ZERO, 0.0, 0.8, 1.6);
+    let table = RecognizedTable {
+        label: "desk".into(),
+        shape: TableShape::Square,
+        model: "a board".into(),
+        size_m: DVec3::new(1.0, 1.0, 0.03),
+        color: None,
+        material: None,
+        seed: 1,
+    };
+    let artifact = |name: &str| ArtifactRef {
+        name: name.into(),
+        digest: Digest::of(name.as_bytes()),
+        media_type: "image/png".into(),
+        size: 1,
+    };
+    let inputs = Inputs {
+        identity: SceneIdentity {
+            id: "0123".into(),
+            request: SceneRequest {
+                version: SceneRequest::VERSION,
+                input: Input::Text { text: "two cubes".into() },
+                seed: 7,
+                options: RequestOptions::default(),
+            },
+            made_with: MadeWith {
+                version: "0".into(),
+                adapters: Vec::new(),
+                settings: serde_json::Value::Null,
+            },
+        },
+        picture: artifact("picture"),
+        recognition: Arc::new(Recognition {
+            camera,
+            camera_is: CameraKnowledge::Known,
+            table,
+            objects: ids.iter().map(object).collect(),
+        }),
+        masks: ids.iter().map(|id| InstanceMask { id: id.clone(), visible: Mask::empty(64, 48) }).collect(),
+        bodies,
+        table: place::PlacedTable {
+            mesh: artifact("table"),
+            hulls: artifact("hulls"),
+            outline_m: Outline::new(shapes::rectangle(1.0, 1.0)).expect("a square"),
+            size_m: DVec3::new(1.0, 1.0, 0.03),
+            rescaled: false,
+        },
+        yaws: vec![yaw.clone(), yaw],
+        scale_error: None,
+        resolve: ResolveFinding { rounds: 1, log: Vec::new() },
+        unrecognized_terms: Vec::new(),
+        certify: section("certify"),
+        settle: section("settle"),
+        fidelity: section("fidelity"),
+        health: section("health"),
+        preview: section("preview"),
+        render: section("render"),
+        export: section("export"),
+        feature_extractor: Adapter::new("none", "1", &()),
+        gpu: None,
+    };
+    Planted { inputs, loaded }
+}
+
+impl Planted {
+    fn with(plant: impl FnOnce(&mut Self)) -> Self {
+        let mut planted = sound();
+        plant(&mut planted);
+        planted
+    }
+
+    fn certificate(&self) -> Result<Certificate, StageError> {
+        let measured = measure::measure(&self.inputs, &self.loaded, &Interrupt::default())?;
+        let appearance = Appearance { extractor: "none".into(), model: "1".into(), similarity: 1.0 };
+        measure::certificate(&self.inputs, &self.loaded, &measured, &[0.9, 0.9], appearance)
+    }
+
+    /// The reasons of a quarantine.
+    fn codes(&self) -> Vec<ReasonCode> {
+        let certificate = self.certificate().expect("it can be measured");
+        assert_eq!(certificate.verdict == Verdict::Pass, certificate.reasons.is_empty());
+        certificate.reasons.iter().map(|reason| reason.code).collect()
+    }
+
+    /// The code of the failure before anything is measured.
+    fn failure(&self) -> &'static str {
+        self.certificate().err().map_or("none", |error| error.code)
+    }
+
+    /// Mesh and hulls of a body, changed.
+    fn reshape(&mut self, body: usize, change: impl Fn(DVec3) -> DVec3) {
+        let loaded = &mut self.loaded[body];
+        let mut mesh = (*loaded.mesh).clone();
+        mesh.positions.iter_mut().for_each(|p| *p = change(*p));
+        loaded.hulls.iter_mut().flat_map(|hull| &mut hull.points).for_each(|p| *p = change(*p));
+        loaded.solid = Arc::new(MeshSolid::new(&mesh).expect("a solid"));
+        loaded.mesh = Arc::new(mesh);
+    }
+
+    fn physical(&mut self, body: usize) -> &mut PhysicalProperties {
+        &mut self.inputs.bodies[body].resolved.physical
+    }
+
+    fn settled(&mut self, body: usize) -> &mut Pose {
+        &mut self.inputs.bodies[body].resolved.settled
+    }
+}
+
+#[test]
+fn a_sound_scene_passes_and_is_packed() {
+    let planted = sound();
+    let certificate = planted.certificate().expect("sound");
+    assert_eq!((certificate.verdict, certificate.reasons.len()), (Verdict::Pass, 0));
+    assert_eq!((certificate.pairs, certificate.bodies.len()), (3, 3));
+    assert!(
+        certificate.summary.starts_with("2 objects: none of 3 pairs collides"),
+        "{}",
+        certificate.summary
+    );
+    let density = certificate.bodies[1].density_kg_m3;
+    assert!((density - 700.0).abs() < 1e-6 && certificate.bodies[1].uncovered_m < 1e-9, "{density}");
+    let certified = write::files(&planted.inputs, &planted.loaded, certificate, Pictures::default());
+    assert!(certified.is_ok_and(|certified| !certified.archive.is_empty()));
+}
+
+#[test]
+fn how_far_a_thing_was_moved_is_told_in_parts() {
+    let planted = Planted::with(|planted| {
+        let resolved = &mut planted.inputs.bodies[1].resolved;
+        resolved.aligned.translation_m.x += 0.004;
+        resolved.planned.translation_m.z += 0.001;
+        resolved.planned.rotation = DQuat::from_rotation_z(0.1) * resolved.planned.rotation;
+    });
+    let moved = planted.certificate().expect("sound").objects[0].moved;
+    assert!((moved.by_resolve.distance_m - 0.004_f64.hypot(0.001)).abs() < 1e-9);
+    assert!((moved.by_settling.distance_m - 0.001).abs() < 1e-9);
+    assert!((moved.by_settling.angle_rad - 0.1).abs() < 1e-9);
+    assert!((moved.from_aligned.distance_m - 0.004).abs() < 1e-9 && moved.from_aligned.angle_rad < 1e-9);
+    assert!(moved.after_shipping.distance_m < 1e-3);
+}
+
+#[test]
+fn what_cannot_be_is_refused_before_it_is_measured() {
+    let planted = Planted::with(|planted| planted.physical(1).mass.mass_kg = -0.1);
+    assert_eq!(planted.failure(), "mass_not_positive");
+    let planted = Planted::with(|planted| planted.physical(1).mass.inertia_diagonal_kg_m2.x *= 3.0);
+    assert_eq!(planted.failure(), "impossible_inertia");
+    let planted = Planted::with(|planted| planted.physical(1).mass.inertia_diagonal_kg_m2 = DVec3::ONE);
+    assert_eq!(planted.failure(), "impossible_inertia");
+    let planted = Planted::with(|planted| planted.loaded[1].hulls.clear());
+    assert_eq!(planted.failure(), "missing_collider");
+    let planted = Planted::with(|planted| planted.physical(2).friction.dynamic_coefficient = -0.4);
+    assert_eq!(planted.failure(), "impossible_friction");
+    assert_eq!(sound().failure(), "none");
+}
+
+#[test]
+fn a_hull_that_leaves_a_part_out_is_a_missing_collider() {
+    let planted = Planted::with(|planted| {
+        // Half of the cube has no hull any more.
+        planted.loaded[1].hulls[0].points.iter_mut().for_each(|p| p.x = p.x.min(0.0));
+    });
+    assert!(planted.codes().contains(&ReasonCode::MissingCollider));
+    let planted = Planted::with(|planted| planted.inputs.bodies[1].hull_excess_m = 0.02);
+    assert_eq!(planted.codes(), [ReasonCode::ProtrudingCollider]);
+}
+
+#[test]
+fn an_open_mesh_is_quarantined_whether_it_is_a_thing_or_the_table() {
+    for body in [0, 2] {
+        let planted = Planted::with(|planted| {
+            let loaded = &mut planted.loaded[body];
+            let mut mesh = (*loaded.mesh).clone();
+            mesh.groups[0].triangles.pop();
+            loaded.solid = Arc::new(MeshSolid::new(&mesh).expect("still a surface"));
+            loaded.mesh = Arc::new(mesh);
+        });
+        assert!(planted.codes().contains(&ReasonCode::OpenMesh), "body {body}");
+    }
+}
+
+#[test]
+fn swapped_units_are_noticed() {
+    for factor in [1e3, 1e-3] {
+        let millimeters = Planted::with(|planted| {
+            planted.reshape(1, |p| factor * p);
+            let mass = &mut planted.physical(1).mass;
+            mass.center_of_mass_m *= factor;
+            mass.inertia_diagonal_kg_m2 *= factor * factor;
+        });
+        assert_eq!(millimeters.failure(), "implausible_size", "times {factor}");
+    }
+    for factor in [1e3, 1e-3] {
+        let grams = Planted::with(|planted| {
+            let mass = &mut planted.physical(1).mass;
+            mass.mass_kg *= factor;
+            mass.inertia_diagonal_kg_m2 *= factor;
+        });
+        assert_eq!(grams.codes(), [ReasonCode::ImplausibleDensity], "times {factor}");
+    }
+}
+
+#[test]
+fn wrong_friction_is_noticed() {
+    let planted = Planted::with(|planted| {
+        planted.physical(1).friction = Friction { static_coefficient: 5.0, dynamic_coefficient: 4.0 };
+    });
+    assert_eq!(planted.codes(), [ReasonCode::ImplausibleFriction]);
+}
+
+#[test]
+fn a_moved_body_is_noticed() {
+    let lifted = Planted::with(|planted| planted.settled(1).translation_m.z += 0.1);
+    let codes = lifted.codes();
+    assert!(codes.contains(&ReasonCode::NotSupported) && codes.contains(&ReasonCode::NotAtRest), "{codes:?}");
+    let sunk = Planted::with(|planted| planted.settled(1).translation_m.z -= 0.005);
+    assert!(sunk.codes().contains(&ReasonCode::Collision));
+    let pushed = Planted::with(|planted| planted.settled(1).translation_m.x = 0.09);
+    let certificate = pushed.certificate().expect("it can be measured");
+    let reason = certificate.reasons.iter().find(|reason| reason.code == ReasonCode::Collision);
+    assert_eq!(reason.expect("they overlap").bodies, ["cube_1", "cube_2"]);
+    assert!(certificate.collisions[0].depth_m > 0.005 && certificate.summary.contains("collide"));
+    let over_the_edge = Planted::with(|planted| planted.settled(1).translation_m.x = -0.49);
+    assert!(over_the_edge.codes().contains(&ReasonCode::OverTheEdge));
+}
