@@ -254,8 +254,8 @@ pub(super) fn specimen() -> (Scene, Certificate, Assets, Pictures) {
             outline_m: 0.001,
             silhouette_iou: 0.3,
             health: HealthThresholds {
-                hull_excess_m: 0.01,
-                uncovered_m: 0.01,
+                hull_excess_m: 0.05,
+                uncovered_m: 0.025,
                 longest_side_m: [0.003, 5.0],
                 density_kg_m3: [10.0, 23000.0],
                 friction: 2.0,

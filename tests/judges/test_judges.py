@@ -111,7 +111,7 @@ BREAKS = {
         lambda b: edit_text(b / "report.html", lambda t: t.replace("</h2>", "</h3>", 1)),
         lambda b: edit_text(b / "report.html", lambda t: t.replace('<h2>', '<h2><img src="https://example.invalid/a.png" />', 1)),
         lambda b: edit_text(b / "report.html", lambda t: t.replace("<h2>", '<h2 onclick="alert(1)">', 1)),
-        lambda b: edit_text(b / "report.html", lambda t: t.replace("none of", "some of", 1)),
+        lambda b: edit_text(b / "report.html", lambda t: re.sub('(<p class="why">)[^<]*', r"\1It is fine.", t)),
     ],
     "usd": [
         lambda b: edit_text(b / "usd/scene.usda", lambda t: t.replace('upAxis = "Z"', 'upAxis = "Y"')),

@@ -9,7 +9,7 @@ const LOST_M: f64 = 100.0;
 pub fn mm(meters: f64) -> String {
     match 1e3 * meters {
         lost if lost.abs() > 1e3 * LOST_M => "lost".to_owned(),
-        zero if zero == 0.0 => "0 mm".to_owned(),
+        0.0 => "0 mm".to_owned(),
         tiny if tiny.abs() < 0.01 => "< 0.01 mm".to_owned(),
         far if far.abs() >= 100.0 => format!("{far:.0} mm"),
         near => format!("{near:.2} mm"),
@@ -19,7 +19,7 @@ pub fn mm(meters: f64) -> String {
 /// Degrees with one decimal.
 pub fn degrees(radians: f64) -> String {
     match radians.to_degrees() {
-        zero if zero == 0.0 => "0°".to_owned(),
+        0.0 => "0°".to_owned(),
         tiny if tiny.abs() < 0.05 => "< 0.05°".to_owned(),
         turn => format!("{turn:.1}°"),
     }
@@ -73,7 +73,7 @@ mod tests {
             [0.0, 4e-8, 0.00123, 0.25, 1e308].map(mm),
             ["0 mm", "< 0.01 mm", "1.23 mm", "250 mm", "lost"]
         );
-        assert_eq!([0.0, 1e-4, 0.5236].map(degrees), ["0°", "< 0.05°", "30.0°"]);
+        assert_eq!([0.0, 1e-4, 0.4].map(degrees), ["0°", "< 0.05°", "22.9°"]);
         assert_eq!([1.0, 5.0 / 6.0].map(percent), ["100 %", "83.3 %"]);
         assert_eq!(
             [0.0, 12345.0, 2.5, 0.0123, 3.1e-9].map(significant),

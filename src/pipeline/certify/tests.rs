@@ -266,7 +266,7 @@ fn a_hull_that_leaves_a_part_out_is_a_missing_collider() {
         planted.loaded[1].hulls[0].points.iter_mut().for_each(|p| p.x = p.x.min(0.0));
     });
     assert!(planted.codes().contains(&ReasonCode::MissingCollider));
-    let planted = Planted::with(|planted| planted.inputs.bodies[1].hull_excess_m = 0.02);
+    let planted = Planted::with(|planted| planted.inputs.bodies[1].hull_excess_m = 0.06);
     assert_eq!(planted.codes(), [ReasonCode::ProtrudingCollider]);
 }
 

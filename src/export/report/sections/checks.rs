@@ -53,7 +53,7 @@ fn poses(report: &Report<'_>) -> Vec<Vec<Cell>> {
     let (metrics, limits, objects) = (&certificate.metrics, &certificate.thresholds, &certificate.objects);
     let of = |count: usize| format!("{count} of {}", objects.len());
     let depth = match certificate.collisions.iter().map(|pair| pair.depth_m).fold(0.0, f64::max) {
-        none if none == 0.0 => String::new(),
+        0.0 => String::new(),
         deepest => format!(", the deepest by {}", mm(deepest)),
     };
     let least = |value: fn(&ObjectCertificate) -> Option<f64>| {
