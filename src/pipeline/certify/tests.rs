@@ -108,6 +108,7 @@ fn sound() -> Planted {
         label: "desk".into(),
         shape: TableShape::Square,
         model: "a board".into(),
+        outline_m: None,
         size_m: DVec3::new(1.0, 1.0, 0.03),
         color: None,
         material: None,
