@@ -26,8 +26,10 @@ pub const SIDE_PX: usize = 64;
 /// they had the same, as many were right.
 const STRUCTURE_SHARE: f64 = 0.8;
 
-/// Share of what the mesh looks like without its textures in the disagreement, 0..1: a cover nobody painted outweighs
-/// neither a book's spine nor a mug's handle.
+/// Share of the mesh without its textures in what it explains of the picture, 0..1: a cover nobody painted outweighs
+/// neither a book's spine nor a mug's handle. On 256 single objects with other pictures 30 yaws were wrong instead of
+/// 37 with none of it and 38 with nothing else, the disagreements themselves weighted so. With what is explained instead
+/// as many are wrong of 120, but no longer stacks of paper, whose bare shape says nothing.
 const PLAIN_SHARE: f64 = 0.8;
 
 /// A mesh to be painted at many yaws.
@@ -117,18 +119,19 @@ impl PictureCrop {
 
     /// 0 where colors and lines vary alike, 1 where they have nothing in common, up to 2 where they are
     /// opposite. A picture or a mesh of one flat color says nothing: 1. `model` is the comparison's mesh in its
-    /// colors. Where the mesh is to be compared without its textures as well, the mean of both, weighted by
-    /// [`PLAIN_SHARE`].
+    /// colors. Where the mesh is to be compared without its textures as well, 1 less the shares of the picture's
+    /// variance that both explain: what hardly resembles the picture has hardly a say.
     pub fn disagreement(&self, model: &Model, comparison: &Comparison, yaw_rad: f64) -> f64 {
         let Some((origin, camera)) = comparison.crop_camera(yaw_rad) else { return 2.0 };
         let pose = Pose::upright(origin, yaw_rad);
-        let textured = self.disagreement_with(&model.painted(&pose, camera));
-        let Some(plain) = &model.plain else { return textured };
-        let plain = self.disagreement_with(&painted(plain, &pose, camera));
-        (1.0 - PLAIN_SHARE) * textured + PLAIN_SHARE * plain
+        let textured = self.likeness(&model.painted(&pose, camera));
+        let Some(plain) = &model.plain else { return 1.0 - textured };
+        let plain = self.likeness(&painted(plain, &pose, camera));
+        1.0 - (1.0 - PLAIN_SHARE) * explained(textured) - PLAIN_SHARE * explained(plain)
     }
 
-    fn disagreement_with(&self, frame: &Frame) -> f64 {
+    /// Correlation of colors and lines, -1..1.
+    fn likeness(&self, frame: &Frame) -> f64 {
         let painted: Vec<Option<Vec3>> = frame
             .ids
             .iter()
@@ -139,8 +142,13 @@ impl PictureCrop {
             self.colors.iter().zip(&painted).filter_map(|(seen, shown)| (*seen).zip(*shown)).collect();
         let colors = correlation(&pairs);
         let structure = self.structure.likeness(&Structure::new(&painted, frame.color.width_px() as usize));
-        1.0 - (1.0 - STRUCTURE_SHARE) * colors - STRUCTURE_SHARE * structure
+        (1.0 - STRUCTURE_SHARE) * colors + STRUCTURE_SHARE * structure
     }
+}
+
+/// Share of the variance that goes with a correlation, negative where that is.
+fn explained(correlation: f64) -> f64 {
+    correlation * correlation.abs()
 }
 
 /// Correlation of the colors' deviations from their means, all channels together. Two gray levels of noise
