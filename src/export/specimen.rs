@@ -255,7 +255,7 @@ pub(super) fn specimen() -> (Scene, Certificate, Assets, Pictures) {
             silhouette_iou: 0.3,
             health: HealthThresholds {
                 hull_excess_m: 0.05,
-                uncovered_m: 0.025,
+                uncovered_m: 0.01,
                 longest_side_m: [0.003, 5.0],
                 density_kg_m3: [10.0, 23000.0],
                 friction: 2.0,

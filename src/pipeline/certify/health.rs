@@ -4,6 +4,7 @@
 //! A wrong unit shows here: a mug of 80 m was given in millimeters and stops the scene; one of 2,300,000 kg/m^3 was
 //! weighed in grams and quarantines it.
 
+use glam::DVec3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -141,11 +142,19 @@ fn enclosed_m3(mesh: &TexturedMesh) -> f64 {
 
 /// Largest distance of a corner of the mesh outside the nearest hull, to the planes of its faces.
 fn uncovered_m(mesh: &TexturedMesh, hulls: &[ConvexHull]) -> f64 {
-    let planes: Vec<_> = hulls.iter().map(planes).collect();
+    let planes: Vec<_> = hulls.iter().map(supporting_planes).collect();
     let step = mesh.positions.len().div_ceil(MOST_CORNERS).max(1);
     let outside = |corner| {
         let above = planes.iter().map(|planes| distance_above(planes, corner));
         above.fold(f64::INFINITY, f64::min)
     };
     mesh.positions.iter().step_by(step).map(|corner| outside(*corner)).fold(0.0, f64::max)
+}
+
+/// The planes of a hull's faces, moved out to its farthest corner: the normal of a sliver may be off, and still
+/// nothing of the hull lies above.
+fn supporting_planes(hull: &ConvexHull) -> Vec<(DVec3, f64)> {
+    let farthest =
+        |normal: DVec3| hull.points.iter().map(|p| normal.dot(*p)).fold(f64::NEG_INFINITY, f64::max);
+    planes(hull).into_iter().map(|(normal, _)| (normal, farthest(normal))).collect()
 }
