@@ -7,6 +7,7 @@ The bundle needs two movable bodies that stand apart on the table.
 
 import importlib
 import json
+import re
 import shutil
 import struct
 import sys
