@@ -21,8 +21,12 @@ BACKDROP, FRAME, TOP, FIRST_OBJECT = 0, 1, 2, 3
 IGNORED = 255
 #: Bits of the flags map.
 OUTLINE, CONTACT = 1, 2
+#: Most objects of a picture, and what is known of each: where the middle of its footprint lies in the map (x, y; pixel
+#: centers at +0.5), its height and that of its support's top over the camera's height above the table, and whether all that
+#: is known.
+MOST_OBJECTS, FACTS = 17, 5
 #: Raised by hand when what is below changes.
-VERSION = 2
+VERSION = 3
 
 
 def placement(width, height):
@@ -76,12 +80,48 @@ def camera(truth):
     return np.float32(truth["elevation_rad"]), np.float32(np.log(truth["camera"]["fx"] / longer))
 
 
+def centroid(polygon):
+    """Of a simple polygon's area; the corners' mean where it has none."""
+    polygon = np.asarray(polygon, float)
+    a, b = polygon - polygon[0], np.roll(polygon, -1, 0) - polygon[0]
+    areas = 0.5 * (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
+    if abs(areas.sum()) < 1e-9:
+        return polygon.mean(0)
+    return polygon[0] + (areas[:, None] * (a + b)).sum(0) / (3 * areas.sum())
+
+
+def projected(camera, point):
+    """Picture position of a world point, or None behind the camera."""
+    eye = camera["world_from_camera"]
+    vector, scalar = -np.array(eye["rotation_xyzw"][:3]), eye["rotation_xyzw"][3]
+    away = np.asarray(point) - eye["translation_m"]
+    turned = away + 2 * np.cross(vector, np.cross(vector, away) + scalar * away)
+    if turned[2] < 1e-3:
+        return None
+    return camera["fx"] * turned[0] / turned[2] + camera["cx"], camera["fy"] * turned[1] / turned[2] + camera["cy"]
+
+
+def facts(truth):
+    """What is known of each object: (MOST_OBJECTS, FACTS)."""
+    known = np.zeros((MOST_OBJECTS, FACTS), np.float32)
+    scale, (x, y), _ = placement(truth["width_px"], truth["height_px"])
+    eye_m = truth["camera"]["world_from_camera"]["translation_m"][2]
+    for index, thing in enumerate(truth["objects"]):
+        if len(thing["footprint_m"]) < 3 or eye_m <= 0:
+            continue
+        middle = projected(truth["camera"], [*centroid(thing["footprint_m"]), thing["contact_z_m"]])
+        if middle is not None:
+            place = (middle[0] * scale + x) / STRIDE, (middle[1] * scale + y) / STRIDE
+            known[index] = *place, thing["size_m"][2] / eye_m, thing["contact_z_m"] / eye_m, 1
+    return known
+
+
 def _one(folder):
     folder = Path(folder)
     truth = json.loads((folder / "truth.json").read_text())
     picture = framed(Image.open(folder / "picture.jpg"))
     label, flags = maps(np.asarray(Image.open(folder / "labels.png")), truth)
-    return picture, label, flags, camera(truth)
+    return picture, label, flags, camera(truth), facts(truth)
 
 
 def pack(painted, packed, workers):
@@ -96,9 +136,9 @@ def pack(painted, packed, workers):
     index.unlink(missing_ok=True)
     arrays = {name: np.lib.format.open_memmap(packed / f"{name}.npy", "w+", kind, (len(folders), *shape)) for name, kind, shape in ARRAYS}
     with ProcessPoolExecutor(workers) as pool:
-        for k, (picture, label, flags, (elevation, log_focal)) in enumerate(pool.map(_one, folders, chunksize=16)):
+        for k, (picture, label, flags, (elevation, log_focal), known) in enumerate(pool.map(_one, folders, chunksize=16)):
             arrays["pictures"][k], arrays["labels"][k], arrays["flags"][k] = picture, label, flags
-            arrays["cameras"][k] = elevation, log_focal
+            arrays["cameras"][k], arrays["facts"][k] = (elevation, log_focal), known
     for array in arrays.values():
         array.flush()
     part = index.with_suffix(".part")
@@ -112,6 +152,7 @@ ARRAYS = [
     ("labels", np.uint8, (MAP_HEIGHT, MAP_WIDTH)),
     ("flags", np.uint8, (MAP_HEIGHT, MAP_WIDTH)),
     ("cameras", np.float32, (2,)),
+    ("facts", np.float32, (MOST_OBJECTS, FACTS)),
 ]
 
 

@@ -9,7 +9,7 @@ from torch import nn
 from torch.nn import functional as F
 
 #: Channels of the maps, in order.
-MAPS = [("kinds", 4), ("outline", 1), ("border", 1), ("contact", 1), ("center", 1), ("offset", 2)]
+MAPS = [("kinds", 4), ("outline", 1), ("border", 1), ("contact", 1), ("center", 1), ("offset", 2), ("base", 2), ("height", 1), ("support", 1)]
 #: Numbers about the camera: elevation in radians, logarithm of the focal length in longer sides of the picture.
 CAMERA = 2
 WIDTHS = (32, 48, 96, 160, 224)

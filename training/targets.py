@@ -3,18 +3,16 @@
 import torch
 from torch.nn import functional as F
 
-from frames import CONTACT, FIRST_OBJECT, IGNORED, OUTLINE
+from frames import CONTACT, FIRST_OBJECT, IGNORED, MOST_OBJECTS, OUTLINE
 
 #: Standard deviation of the bump at an object's center, map pixels.
 CENTER_SIGMA = 2.5
-#: Most objects of a picture.
-MOST_OBJECTS = 17
 #: Offsets are counted in this many map pixels.
 OFFSET_UNIT = 8.0
 
 
-def targets(labels, flags):
-    """Of labels and flags (N, H, W): a dictionary of maps, and where they count."""
+def targets(labels, flags, facts):
+    """Of labels and flags (N, H, W) and facts (N, MOST_OBJECTS, FACTS): a dictionary of maps, and where they count."""
     n, h, w = labels.shape
     labels = labels.long()
     counts = labels != IGNORED
@@ -30,6 +28,9 @@ def targets(labels, flags):
     cx, cy = total(xs) / area, total(ys) / area
     at = lambda middle: middle[flat].view(n, h, w)
     offset = torch.stack([at(cx) - xs, at(cy) - ys], 1) / OFFSET_UNIT
+    # What is known of the object that a place belongs to; nothing where none is.
+    known = F.pad(facts, (0, 0, 1, 0)).reshape(n * slots, -1)[flat].view(n, h, w, -1).permute(0, 3, 1, 2)
+    base = torch.stack([known[:, 0] - 0.5 - xs, known[:, 1] - 0.5 - ys], 1) / OFFSET_UNIT
     # Bumps: the nearest center wins.
     shown = (torch.zeros(n * slots).index_add_(0, flat, torch.ones(flat.shape)) > 0).view(n, slots)[:, 1:]
     cx, cy = cx.view(n, slots)[:, 1:], cy.view(n, slots)[:, 1:]
@@ -51,6 +52,11 @@ def targets(labels, flags):
         "border": border,
         "center": center,
         "offset": offset,
+        "base": base,
+        # Roots, so that flat things differ as much as high ones.
+        "height": known[:, 2].clamp(min=0).sqrt(),
+        "support": known[:, 3].clamp(min=0).sqrt(),
+        "is_known": known[:, 4] > 0,
         "is_object": is_object,
         "area": torch.where(is_object, area[flat].view(n, h, w), torch.ones(1)),
     }

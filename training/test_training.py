@@ -6,7 +6,7 @@ import numpy as np
 import torch
 from torch.nn import functional as F
 
-from frames import FIRST_OBJECT, IGNORED, MAP_HEIGHT, MAP_WIDTH, TOP, maps, placement
+from frames import FACTS, FIRST_OBJECT, IGNORED, MAP_HEIGHT, MAP_WIDTH, MOST_OBJECTS, TOP, centroid, facts, maps, placement, projected
 from network import BLOCKS, MAPS, TableNetwork, WIDTHS, folded
 from scores import compared, grouped
 from targets import targets
@@ -19,14 +19,16 @@ def scene():
     labels[:, :, -10:] = IGNORED
     labels[0, 20:40, 20:40], labels[0, 20:40, 40:70] = FIRST_OBJECT, FIRST_OBJECT + 1
     labels[0, 80:100, 100:110], labels[0, 60:62, 60:62] = FIRST_OBJECT + 2, FIRST_OBJECT + 3
-    return labels, torch.zeros_like(labels)
+    known = torch.zeros(1, MOST_OBJECTS, FACTS)
+    known[0, 1] = torch.tensor([50.0, 44.5, 0.25, 0.04, 1.0])
+    return labels, torch.zeros_like(labels), known
 
 
 def ideal(want):
     """Maps that say exactly what is wanted."""
     kinds = 20.0 * F.one_hot(want["kinds"], 4).permute(0, 3, 1, 2).float()
     flat = lambda name: 20.0 * (2.0 * want[name].float()[:, None] - 1.0)
-    return torch.cat([kinds, flat("outline"), flat("border"), flat("contact"), want["center"][:, None], want["offset"]], 1)
+    return torch.cat([kinds, flat("outline"), flat("border"), flat("contact"), want["center"][:, None], want["offset"], want["base"], want["height"][:, None], want["support"][:, None]], 1)
 
 
 def repeated(tensors, x):
@@ -50,22 +52,42 @@ def repeated(tensors, x):
 
 class Training(unittest.TestCase):
     def test_what_is_wanted_is_read_back(self):
-        labels, flags = scene()
-        want = targets(labels, flags)
+        labels, flags, known = scene()
+        want = targets(labels, flags, known)
         ids = grouped(ideal(want)[0])
         self.assertEqual(compared(ids, labels[0]), (3, 3, 0))
         self.assertEqual(len(ids[(labels[0] == FIRST_OBJECT)].unique()), 1)
         self.assertTrue(want["border"][0, 30, 39] and want["border"][0, 30, 40] and not want["border"][0, 30, 30])
 
+    def test_places_know_the_base_and_height_of_their_object(self):
+        want = targets(*scene())
+        self.assertTrue(want["is_known"][0, 20:40, 40:70].all() and not want["is_known"][0, 20:40, 20:40].any())
+        self.assertEqual([want[name][0, 30, 45].item() for name in ("height", "support")], [0.5, np.float32(0.2)])
+        x, y = 8 * want["base"][0, :, 30, 45]
+        self.assertEqual((45 + 0.5 + x.item(), 30 + 0.5 + y.item()), (50.0, 44.5))
+
+    def test_facts_are_those_of_the_truth(self):
+        # A camera 2 m above the table that looks straight down, its picture's right to +x.
+        eye = {"translation_m": [0.0, 0.0, 2.0], "rotation_xyzw": [1.0, 0.0, 0.0, 0.0]}
+        camera = {"fx": 320.0, "fy": 320.0, "cx": 160.0, "cy": 128.0, "world_from_camera": eye}
+        np.testing.assert_allclose(projected(camera, [0.5, 0.25, 1.0]), [320.0, 48.0])
+        self.assertIsNone(projected(camera, [0.0, 0.0, 2.5]))
+        square = [[0.0, 0.0], [1.0, 0.0], [1.0, 0.5], [0.0, 0.5]]
+        np.testing.assert_allclose(centroid(square), [0.5, 0.25])
+        thing = {"footprint_m": square, "contact_z_m": 1.0, "size_m": [1.0, 0.5, 0.3]}
+        known = facts({"width_px": 320, "height_px": 256, "camera": camera, "objects": [thing]})
+        np.testing.assert_allclose(known[0], [160.0, 24.0, 0.15, 0.5, 1.0], rtol=1e-6)
+        self.assertFalse(known[1:].any())
+
     def test_what_is_spoiled_is_seen(self):
-        labels, flags = scene()
-        spoiled = ideal(targets(labels, flags))[0]
+        labels, flags, known = scene()
+        spoiled = ideal(targets(labels, flags, known))[0]
         spoiled[:, 70:110, 90:120] = 0.0
         spoiled[TOP, 70:110, 90:120] = 20.0
         self.assertEqual(compared(grouped(spoiled), labels[0]), (3, 2, 0))
-        invented = ideal(targets(labels, flags))[0]
+        invented = ideal(targets(labels, flags, known))[0]
         invented[FIRST_OBJECT, 100:112, 20:40] = 40.0
-        invented[-3, 106, 30] = 1.0
+        invented[7, 106, 30] = 1.0
         self.assertEqual(compared(grouped(invented), labels[0]), (3, 3, 1))
 
     def test_written_tensors_are_the_network(self):

@@ -20,32 +20,33 @@ import torch
 from safetensors.torch import save_file
 from torch.nn import functional as F
 
-from frames import pack
+from frames import FIRST_OBJECT, IGNORED, MAP_WIDTH, pack
 from network import TableNetwork, folded, split
-from scores import compared, grouped
+from scores import LEAST_AREA, compared, grouped
 from targets import targets
 
 #: Weights of the losses.
-WEIGHTS = {"kinds": 1.0, "outline": 0.5, "border": 0.5, "contact": 0.3, "center": 30.0, "offset": 0.4, "camera": 0.5}
+WEIGHTS = {"kinds": 1.0, "outline": 0.5, "border": 0.5, "contact": 0.3, "center": 30.0, "offset": 0.4, "base": 0.3, "height": 4.0, "support": 2.0, "camera": 0.5}
 
 
 def batch(frames, numbers, generator=None):
-    """Frames -1..1, labels, flags, cameras; with a generator mirrored, and their colors changed, at random."""
+    """Frames -1..1, labels, flags, cameras, facts; with a generator mirrored, and their colors changed, at random."""
     numbers = np.sort(numbers)
     take = lambda array: torch.from_numpy(np.ascontiguousarray(array[numbers]))
     pictures = take(frames.pictures).permute(0, 3, 1, 2).float() / 255
-    labels, flags, cameras = take(frames.labels), take(frames.flags), take(frames.cameras)
+    labels, flags, cameras, facts = take(frames.labels), take(frames.flags), take(frames.cameras), take(frames.facts)
     if generator is not None:
         random = lambda *shape: torch.rand(shape, generator=generator)
         mirrored = random(len(numbers)) < 0.5
         turned = lambda t: torch.where(mirrored.view(-1, *[1] * (t.dim() - 1)), t.flip(-1), t)
         pictures, labels, flags = turned(pictures), turned(labels), turned(flags)
+        facts[..., 0] = torch.where(mirrored[:, None], MAP_WIDTH - facts[..., 0], facts[..., 0])
         gain = 1 + 0.3 * (random(len(numbers), 1, 1, 1) - 0.5) + 0.12 * (random(len(numbers), 3, 1, 1) - 0.5)
         gamma = torch.exp(0.5 * (random(len(numbers), 1, 1, 1) - 0.5))
         pictures = (pictures.clamp(min=1e-3) ** gamma * gain).clamp(0, 1)
         gray = pictures.mean(1, keepdim=True)
         pictures = torch.lerp(pictures, gray, 0.5 * random(len(numbers), 1, 1, 1) * (random(len(numbers), 1, 1, 1) < 0.3))
-    return (2 * pictures - 1).contiguous(memory_format=torch.channels_last), labels, flags, cameras
+    return (2 * pictures - 1).contiguous(memory_format=torch.channels_last), labels, flags, cameras, facts
 
 
 def losses(maps, camera, want, cameras):
@@ -60,6 +61,7 @@ def losses(maps, camera, want, cameras):
         F.binary_cross_entropy_with_logits(said(name), want[name].float(), reduction="none") * (1 + rare * want[name]), counts
     )
     on_objects = want["is_object"].float() * emphasis
+    known = on_objects * want["is_known"]
     return {
         "kinds": mean(F.cross_entropy(by_name["kinds"], want["kinds"].clamp(max=3), reduction="none"), emphasis),
         "outline": yes_or_no("outline", 0.0),
@@ -67,6 +69,9 @@ def losses(maps, camera, want, cameras):
         "contact": yes_or_no("contact", 4.0),
         "center": mean((said("center") - want["center"]) ** 2, counts),
         "offset": mean(F.smooth_l1_loss(by_name["offset"], want["offset"], reduction="none", beta=0.1).sum(1), on_objects),
+        "base": mean(F.smooth_l1_loss(by_name["base"], want["base"], reduction="none", beta=0.1).sum(1), known),
+        "height": mean(F.smooth_l1_loss(said("height"), want["height"], reduction="none", beta=0.02), known),
+        "support": mean(F.smooth_l1_loss(said("support"), want["support"], reduction="none", beta=0.02), known),
         "camera": F.smooth_l1_loss(camera, cameras, beta=0.05),
     }
 
@@ -75,14 +80,14 @@ def losses(maps, camera, want, cameras):
 def validated(model, frames, count, half):
     """Losses and scores on the first `count` pictures."""
     model.eval()
-    sums, outline_right, elevation, totals = {}, 0, [], np.zeros(3, int)
+    sums, outline_right, elevation, heights, totals = {}, 0, [], [], np.zeros(3, int)
     count = min(count, len(frames))
     for first in range(0, count, 16):
-        pictures, labels, flags, cameras = batch(frames, np.arange(first, min(first + 16, count)))
+        pictures, labels, flags, cameras, facts = batch(frames, np.arange(first, min(first + 16, count)))
         with torch.autocast("cpu", torch.bfloat16, enabled=half):
             maps, camera = model(pictures)
         maps, camera = maps.float(), camera.float()
-        want = targets(labels, flags)
+        want = targets(labels, flags, facts)
         for name, value in losses(maps, camera, want, cameras).items():
             sums[name] = sums.get(name, 0.0) + float(value) * len(labels)
         inside = (split(maps)["outline"][:, 0] > 0) & want["counts"]
@@ -92,6 +97,7 @@ def validated(model, frames, count, half):
         elevation += (camera[:, 0] - cameras[:, 0]).abs().rad2deg().tolist()
         for own, label in zip(maps, labels):
             totals += compared(grouped(own), label)
+        heights += height_errors(split(maps)["height"][:, 0], want, labels)
     painted, found, invented = totals.tolist()
     model.train()
     return {
@@ -100,11 +106,24 @@ def validated(model, frames, count, half):
         "precision": found / max(found + invented, 1),
         "right_outlines": outline_right / count,
         "elevation_median_deg": float(np.median(elevation)),
+        "height_median": float(np.median(heights)) if heights else 1.0,
     }
 
 
 #: Steps over which the learning rate rises, and the share of all steps over which it falls.
 RISE, FALL = 300, 0.3
+
+
+def height_errors(said, want, labels):
+    """Relative errors of the objects' heights, each the median of what its own pixels say."""
+    errors = []
+    for heights, wanted, known, label in zip(said, want["height"], want["is_known"], labels):
+        for index in label[known].unique():
+            own = known & (label == index)
+            if FIRST_OBJECT <= index < IGNORED and own.sum() >= LEAST_AREA:
+                true = float(wanted[own][0]) ** 2
+                errors.append(abs(float(heights[own].median().clamp(min=0)) ** 2 / max(true, 1e-6) - 1))
+    return errors
 
 
 def falls_from(steps):
@@ -217,10 +236,10 @@ def main():
             group["lr"] = learning_rate(step, arguments.steps, arguments.rate)
         generator = torch.Generator().manual_seed(arguments.seed * 1_000_003 + step)
         numbers = numbers_of(step, arguments.batch, len(training), arguments.seed)
-        pictures, labels, flags, cameras = batch(training, numbers, generator)
+        pictures, labels, flags, cameras, facts = batch(training, numbers, generator)
         with torch.autocast("cpu", torch.bfloat16, enabled=half):
             maps, camera = model(pictures)
-        parts = losses(maps.float(), camera.float(), targets(labels, flags), cameras)
+        parts = losses(maps.float(), camera.float(), targets(labels, flags, facts), cameras)
         loss = sum(WEIGHTS[name] * value for name, value in parts.items())
         optimizer.zero_grad(set_to_none=True)
         loss.backward()
