@@ -22,11 +22,11 @@ IGNORED = 255
 #: Bits of the flags map.
 OUTLINE, CONTACT = 1, 2
 #: Most objects of a picture, and what is known of each: where the middle of its footprint lies in the map (x, y; pixel
-#: centers at +0.5), its height and that of its support's top over the camera's height above the table, and whether all that
-#: is known.
+#: centers at +0.5), in which rows the points lie that are above it at the object's height and below it on the table, and
+#: whether all that is known.
 MOST_OBJECTS, FACTS = 17, 5
 #: Raised by hand when what is below changes.
-VERSION = 3
+VERSION = 4
 
 
 def placement(width, height):
@@ -75,9 +75,10 @@ def maps(labels, truth):
 
 
 def camera(truth):
-    """Elevation in radians and the logarithm of the focal length in longer sides of the picture."""
+    """Elevation in radians, the logarithm of the focal length in longer sides of the picture, and that side in frame pixels."""
     longer = max(truth["width_px"], truth["height_px"])
-    return np.float32(truth["elevation_rad"]), np.float32(np.log(truth["camera"]["fx"] / longer))
+    scale, _, _ = placement(truth["width_px"], truth["height_px"])
+    return np.float32(truth["elevation_rad"]), np.float32(np.log(truth["camera"]["fx"] / longer)), np.float32(scale * longer)
 
 
 def centroid(polygon):
@@ -105,14 +106,16 @@ def facts(truth):
     """What is known of each object: (MOST_OBJECTS, FACTS)."""
     known = np.zeros((MOST_OBJECTS, FACTS), np.float32)
     scale, (x, y), _ = placement(truth["width_px"], truth["height_px"])
-    eye_m = truth["camera"]["world_from_camera"]["translation_m"][2]
     for index, thing in enumerate(truth["objects"]):
-        if len(thing["footprint_m"]) < 3 or eye_m <= 0:
+        if len(thing["footprint_m"]) < 3:
             continue
-        middle = projected(truth["camera"], [*centroid(thing["footprint_m"]), thing["contact_z_m"]])
-        if middle is not None:
-            place = (middle[0] * scale + x) / STRIDE, (middle[1] * scale + y) / STRIDE
-            known[index] = *place, thing["size_m"][2] / eye_m, thing["contact_z_m"] / eye_m, 1
+        middle, foot_m = centroid(thing["footprint_m"]), thing["contact_z_m"]
+        heights = foot_m, foot_m + thing["size_m"][2], 0.0
+        points = [projected(truth["camera"], [*middle, height]) for height in heights]
+        if all(point is not None for point in points):
+            row = lambda point: (point[1] * scale + y) / STRIDE
+            base, top, ground = points
+            known[index] = (base[0] * scale + x) / STRIDE, row(base), row(top), row(ground), 1
     return known
 
 
@@ -136,9 +139,9 @@ def pack(painted, packed, workers):
     index.unlink(missing_ok=True)
     arrays = {name: np.lib.format.open_memmap(packed / f"{name}.npy", "w+", kind, (len(folders), *shape)) for name, kind, shape in ARRAYS}
     with ProcessPoolExecutor(workers) as pool:
-        for k, (picture, label, flags, (elevation, log_focal), known) in enumerate(pool.map(_one, folders, chunksize=16)):
+        for k, (picture, label, flags, taken, known) in enumerate(pool.map(_one, folders, chunksize=16)):
             arrays["pictures"][k], arrays["labels"][k], arrays["flags"][k] = picture, label, flags
-            arrays["cameras"][k], arrays["facts"][k] = (elevation, log_focal), known
+            arrays["cameras"][k], arrays["facts"][k] = taken, known
     for array in arrays.values():
         array.flush()
     part = index.with_suffix(".part")
@@ -151,7 +154,7 @@ ARRAYS = [
     ("pictures", np.uint8, (FRAME_HEIGHT, FRAME_WIDTH, 3)),
     ("labels", np.uint8, (MAP_HEIGHT, MAP_WIDTH)),
     ("flags", np.uint8, (MAP_HEIGHT, MAP_WIDTH)),
-    ("cameras", np.float32, (2,)),
+    ("cameras", np.float32, (3,)),
     ("facts", np.float32, (MOST_OBJECTS, FACTS)),
 ]
 

@@ -1,4 +1,4 @@
-"""The network: a small residual encoder and a decoder with skips; maps at half the frame's size, and the camera.
+"""The network: a small residual encoder and a decoder with skips; maps at half the frame's size.
 
 Only convolutions, additions, ReLU, nearest-neighbor doubling and one mean: what the program that reads pictures has to
 repeat. Normalizations are folded into the convolutions where the weights are written.
@@ -9,11 +9,9 @@ from torch import nn
 from torch.nn import functional as F
 
 #: Channels of the maps, in order.
-MAPS = [("kinds", 4), ("outline", 1), ("border", 1), ("contact", 1), ("center", 1), ("offset", 2), ("base", 2), ("height", 1), ("support", 1)]
-#: Numbers about the camera: elevation in radians, logarithm of the focal length in longer sides of the picture.
-CAMERA = 2
-WIDTHS = (32, 48, 96, 160, 224)
-BLOCKS = (1, 2, 2, 3, 2)
+MAPS = [("kinds", 4), ("outline", 1), ("border", 1), ("contact", 1), ("center", 1), ("offset", 2), ("base", 2), ("top", 1), ("ground", 1), ("latitude", 1), ("focal", 1)]
+WIDTHS = (24, 48, 96, 160, 224)
+BLOCKS = (0, 2, 2, 3, 2)
 
 
 class Convolution(nn.Module):
@@ -37,7 +35,7 @@ class Block(nn.Module):
         self.widen = Convolution(width // 2, width)
 
     def forward(self, x):
-        return F.relu(x + self.widen(F.relu(self.narrow(x))))
+        return F.relu(x + self.widen(F.relu(self.narrow(x), inplace=True)), inplace=True)
 
 
 class TableNetwork(nn.Module):
@@ -50,22 +48,19 @@ class TableNetwork(nn.Module):
         self.up = nn.ModuleList(Block(w) for w in widths[:-1])
         self.spread = Convolution(widths[-1], widths[-1], 1)
         self.maps = nn.Conv2d(widths[0], sum(n for _, n in MAPS), 3, 1, 1)
-        self.camera_hidden = nn.Linear(widths[-1], 64)
-        self.camera = nn.Linear(64, CAMERA)
 
     def forward(self, x):
-        """Maps and camera of frames (N, 3, H, W) with values in -1..1; H and W multiples of 32."""
+        """Maps of frames (N, 3, H, W) with values in -1..1; H and W multiples of 32."""
         skips = []
         for down, blocks in zip(self.down, self.blocks):
-            x = blocks(F.relu(down(x)))
+            x = blocks(F.relu(down(x), inplace=True))
             skips.append(x)
-        mean = x.mean((2, 3))
         # What the whole frame shows reaches every place.
-        x = F.relu(x + self.spread(mean[:, :, None, None]))
+        x = F.relu(x + self.spread(x.mean((2, 3), keepdim=True)), inplace=True)
         for across, up, skip in zip(reversed(self.across), reversed(self.up), reversed(skips[:-1])):
             x = F.interpolate(across(x), scale_factor=2.0, mode="nearest")
-            x = up(F.relu(x + skip))
-        return self.maps(x), self.camera(F.relu(self.camera_hidden(mean)))
+            x = up(F.relu(x + skip, inplace=True))
+        return self.maps(x)
 
 
 def split(maps):

@@ -3,7 +3,7 @@
 import torch
 from torch.nn import functional as F
 
-from frames import CONTACT, FIRST_OBJECT, IGNORED, MOST_OBJECTS, OUTLINE
+from frames import BACKDROP, CONTACT, FIRST_OBJECT, FRAME_HEIGHT, IGNORED, MOST_OBJECTS, OUTLINE
 
 #: Standard deviation of the bump at an object's center, map pixels.
 CENTER_SIGMA = 2.5
@@ -11,8 +11,27 @@ CENTER_SIGMA = 2.5
 OFFSET_UNIT = 8.0
 
 
-def targets(labels, flags, facts):
-    """Of labels and flags (N, H, W) and facts (N, MOST_OBJECTS, FACTS): a dictionary of maps, and where they count."""
+def slants(rows, cameras):
+    """Angle of a row's rays to the optical axis, downward, (N, rows), with the focal lengths of the cameras (N, 3)."""
+    below_px = ((torch.arange(rows) + 0.5) / rows - 0.5) * FRAME_HEIGHT
+    return torch.atan(below_px / (cameras[:, 1].exp() * cameras[:, 2])[:, None])
+
+
+def elevation_of(by_name, cameras_px):
+    """Elevation (N) and logarithm of the focal length (N) that maps say, by all places inside the outline.
+
+    `by_name` are the maps by name, `cameras_px` (N) the longer side of each picture in frame pixels.
+    """
+    weight = by_name["outline"][:, 0].sigmoid()
+    mean = lambda values: (values * weight).sum((1, 2)) / weight.sum((1, 2)).clamp(min=1e-3)
+    log_focal = mean(by_name["focal"][:, 0])
+    said = torch.stack([torch.zeros_like(log_focal), log_focal, cameras_px], 1)
+    return mean(by_name["latitude"][:, 0] - slants(weight.shape[1], said)[:, :, None]), log_focal
+
+
+def targets(labels, flags, cameras, facts):
+    """Of labels and flags (N, H, W), cameras (N, 3) and facts (N, MOST_OBJECTS, FACTS): a dictionary of maps, and where they
+    count."""
     n, h, w = labels.shape
     labels = labels.long()
     counts = labels != IGNORED
@@ -53,9 +72,12 @@ def targets(labels, flags, facts):
         "center": center,
         "offset": offset,
         "base": base,
-        # Roots, so that flat things differ as much as high ones.
-        "height": known[:, 2].clamp(min=0).sqrt(),
-        "support": known[:, 3].clamp(min=0).sqrt(),
+        "top": (known[:, 2] - 0.5 - ys) / OFFSET_UNIT,
+        "ground": (known[:, 3] - 0.5 - ys) / OFFSET_UNIT,
+        # How far below the horizon a place is seen.
+        "latitude": (cameras[:, :1] + slants(h, cameras))[:, :, None].expand(n, h, w),
+        "focal": cameras[:, 1, None, None].expand(n, h, w),
+        "is_table": counts & (labels != BACKDROP),
         "is_known": known[:, 4] > 0,
         "is_object": is_object,
         "area": torch.where(is_object, area[flat].view(n, h, w), torch.ones(1)),

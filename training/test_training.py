@@ -7,10 +7,10 @@ import torch
 from torch.nn import functional as F
 
 from frames import FACTS, FIRST_OBJECT, IGNORED, MAP_HEIGHT, MAP_WIDTH, MOST_OBJECTS, TOP, centroid, facts, maps, placement, projected
-from network import BLOCKS, MAPS, TableNetwork, WIDTHS, folded
+from network import BLOCKS, MAPS, TableNetwork, WIDTHS, folded, split
 from scores import compared, grouped
-from targets import targets
-from train import RISE, falls_from, learning_rate, numbers_of
+from targets import elevation_of, targets
+from train import RISE, SMALL_HEIGHT, SMALL_WIDTH, averaged, falls_from, learning_rate, numbers_of, shrunk
 
 
 def scene():
@@ -20,49 +20,47 @@ def scene():
     labels[0, 20:40, 20:40], labels[0, 20:40, 40:70] = FIRST_OBJECT, FIRST_OBJECT + 1
     labels[0, 80:100, 100:110], labels[0, 60:62, 60:62] = FIRST_OBJECT + 2, FIRST_OBJECT + 3
     known = torch.zeros(1, MOST_OBJECTS, FACTS)
-    known[0, 1] = torch.tensor([50.0, 44.5, 0.25, 0.04, 1.0])
-    return labels, torch.zeros_like(labels), known
+    known[0, 1] = torch.tensor([50.0, 44.5, 24.5, 60.5, 1.0])
+    return labels, torch.zeros_like(labels), torch.tensor([[0.6, 0.3, 320.0]]), known
 
 
 def ideal(want):
     """Maps that say exactly what is wanted."""
     kinds = 20.0 * F.one_hot(want["kinds"], 4).permute(0, 3, 1, 2).float()
     flat = lambda name: 20.0 * (2.0 * want[name].float()[:, None] - 1.0)
-    return torch.cat([kinds, flat("outline"), flat("border"), flat("contact"), want["center"][:, None], want["offset"], want["base"], want["height"][:, None], want["support"][:, None]], 1)
+    return torch.cat([kinds, flat("outline"), flat("border"), flat("contact"), want["center"][:, None], want["offset"], want["base"], *(want[name][:, None] for name in ("top", "ground", "latitude", "focal"))], 1)
 
 
 def repeated(tensors, x):
     """The network from its written tensors alone."""
     conv = lambda name, x, stride=1: F.conv2d(x, tensors[f"{name}.weight"], tensors[f"{name}.bias"], stride, tensors[f"{name}.weight"].shape[-1] // 2)
     block = lambda name, x: F.relu(x + conv(f"{name}.widen", F.relu(conv(f"{name}.narrow", x))))
-    linear = lambda name, x: F.linear(x, tensors[f"{name}.weight"], tensors[f"{name}.bias"])
     skips = []
     for level, count in enumerate(BLOCKS):
         x = F.relu(conv(f"down.{level}", x, 2))
         for k in range(count):
             x = block(f"blocks.{level}.{k}", x)
         skips.append(x)
-    mean = x.mean((2, 3))
-    x = F.relu(x + conv("spread", mean[:, :, None, None]))
+    x = F.relu(x + conv("spread", x.mean((2, 3), keepdim=True)))
     for level in reversed(range(len(WIDTHS) - 1)):
         x = conv(f"across.{level}", x).repeat_interleave(2, 2).repeat_interleave(2, 3)
         x = block(f"up.{level}", F.relu(x + skips[level]))
-    return conv("maps", x), linear("camera", F.relu(linear("camera_hidden", mean)))
+    return conv("maps", x)
 
 
 class Training(unittest.TestCase):
     def test_what_is_wanted_is_read_back(self):
-        labels, flags, known = scene()
-        want = targets(labels, flags, known)
+        labels, flags, cameras, known = scene()
+        want = targets(labels, flags, cameras, known)
         ids = grouped(ideal(want)[0])
         self.assertEqual(compared(ids, labels[0]), (3, 3, 0))
         self.assertEqual(len(ids[(labels[0] == FIRST_OBJECT)].unique()), 1)
         self.assertTrue(want["border"][0, 30, 39] and want["border"][0, 30, 40] and not want["border"][0, 30, 30])
 
-    def test_places_know_the_base_and_height_of_their_object(self):
+    def test_places_know_where_their_object_stands_and_ends(self):
         want = targets(*scene())
         self.assertTrue(want["is_known"][0, 20:40, 40:70].all() and not want["is_known"][0, 20:40, 20:40].any())
-        self.assertEqual([want[name][0, 30, 45].item() for name in ("height", "support")], [0.5, np.float32(0.2)])
+        self.assertEqual([30 + 0.5 + 8 * want[name][0, 30, 45].item() for name in ("top", "ground")], [24.5, 60.5])
         x, y = 8 * want["base"][0, :, 30, 45]
         self.assertEqual((45 + 0.5 + x.item(), 30 + 0.5 + y.item()), (50.0, 44.5))
 
@@ -76,16 +74,18 @@ class Training(unittest.TestCase):
         np.testing.assert_allclose(centroid(square), [0.5, 0.25])
         thing = {"footprint_m": square, "contact_z_m": 1.0, "size_m": [1.0, 0.5, 0.3]}
         known = facts({"width_px": 320, "height_px": 256, "camera": camera, "objects": [thing]})
-        np.testing.assert_allclose(known[0], [160.0, 24.0, 0.15, 0.5, 1.0], rtol=1e-6)
+        # Rows of the middle of the footprint 1 m up, of the point 0.3 m above it and of that on the table.
+        rows = [0.5 * (128 - 320 * 0.25 / below) for below in (1.0, 0.7, 2.0)]
+        np.testing.assert_allclose(known[0], [160.0, *rows, 1.0], rtol=1e-6)
         self.assertFalse(known[1:].any())
 
     def test_what_is_spoiled_is_seen(self):
-        labels, flags, known = scene()
-        spoiled = ideal(targets(labels, flags, known))[0]
+        labels, flags, cameras, known = scene()
+        spoiled = ideal(targets(labels, flags, cameras, known))[0]
         spoiled[:, 70:110, 90:120] = 0.0
         spoiled[TOP, 70:110, 90:120] = 20.0
         self.assertEqual(compared(grouped(spoiled), labels[0]), (3, 2, 0))
-        invented = ideal(targets(labels, flags, known))[0]
+        invented = ideal(targets(labels, flags, cameras, known))[0]
         invented[FIRST_OBJECT, 100:112, 20:40] = 40.0
         invented[7, 106, 30] = 1.0
         self.assertEqual(compared(grouped(invented), labels[0]), (3, 3, 1))
@@ -101,9 +101,40 @@ class Training(unittest.TestCase):
         model.eval()
         x = torch.rand(2, 3, 64, 96) * 2 - 1
         with torch.no_grad():
-            for ours, theirs in zip(repeated(folded(model), x), model(x)):
-                torch.testing.assert_close(ours, theirs, rtol=1e-4, atol=1e-4)
-        self.assertEqual(model(x)[0].shape[1], sum(n for _, n in MAPS))
+            torch.testing.assert_close(repeated(folded(model), x), model(x), rtol=1e-4, atol=1e-4)
+        self.assertEqual(model(x).shape[1], sum(n for _, n in MAPS))
+
+    def test_places_of_the_top_tell_the_camera(self):
+        labels, flags, cameras, known = scene()
+        flags[:, 20:90, 15:120] = 1
+        by_name = split(ideal(targets(labels, flags, cameras, known)))
+        elevation, log_focal = elevation_of(by_name, cameras[:, 2])
+        self.assertAlmostEqual(elevation.item(), 0.6, places=5)
+        self.assertAlmostEqual(log_focal.item(), 0.3, places=5)
+
+    def test_small_frames_want_the_same_of_the_same_things(self):
+        labels, flags, cameras, known = scene()
+        whole = targets(labels, flags, cameras, known)
+        pictures = torch.rand(1, 3, 2 * MAP_HEIGHT, 2 * MAP_WIDTH)
+        small, labels, flags, cameras, known = shrunk(pictures, labels, flags, cameras, known)
+        self.assertEqual(small.shape, (1, 3, SMALL_HEIGHT, SMALL_WIDTH))
+        want = targets(labels, flags, cameras, known)
+        # Row 20 and column 27 of the small map show row 32 and column 45 of the whole one.
+        for name in ("top", "ground"):
+            self.assertAlmostEqual(want[name][0, 20, 27].item(), 0.625 * whole[name][0, 32, 45].item(), delta=0.05)
+        self.assertAlmostEqual(want["latitude"][0, 20, 27].item(), whole["latitude"][0, 32, 45].item(), delta=0.01)
+
+    def test_the_average_follows_what_changes(self):
+        torch.manual_seed(5)
+        model = TableNetwork(widths=(8, 12), blocks=(0, 1))
+        average = averaged(model)
+        average.update_parameters(model)
+        for parameter in model.parameters():
+            parameter.data += 1.0
+        for _ in range(4000):
+            average.update_parameters(model)
+        for ours, theirs in zip(average.module.parameters(), model.parameters()):
+            torch.testing.assert_close(ours, theirs, rtol=0, atol=1e-2)
 
     def test_every_picture_once_an_epoch(self):
         seen = np.concatenate([numbers_of(step, 4, 10, 7) for step in range(5)])

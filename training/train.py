@@ -6,7 +6,8 @@
 earlier run with the same numbers is gone on with: frames are packed once, a checkpoint is written every --every steps and
 again at the end; --steps may be another as long as the learning rate has not begun to fall. The run is seeded; the order of the pictures depends on the seed and the step alone. Written are
 `checkpoint.pt`, `history.json`, `history.png` (losses and scores on validation pictures, whose categories, tops and backdrops
-no training picture shows) and `weights.safetensors`.
+no training picture shows) and `weights.safetensors`. Scored and written is a moving average of the network over its last
+steps, which is better than the network of any one of them.
 """
 
 import argparse
@@ -19,14 +20,15 @@ import numpy as np
 import torch
 from safetensors.torch import save_file
 from torch.nn import functional as F
+from torch.optim.swa_utils import AveragedModel
 
-from frames import FIRST_OBJECT, IGNORED, MAP_WIDTH, pack
+from frames import FIRST_OBJECT, FRAME_HEIGHT, FRAME_WIDTH, IGNORED, MAP_WIDTH, STRIDE, pack
 from network import TableNetwork, folded, split
 from scores import LEAST_AREA, compared, grouped
-from targets import targets
+from targets import elevation_of, targets
 
 #: Weights of the losses.
-WEIGHTS = {"kinds": 1.0, "outline": 0.5, "border": 0.5, "contact": 0.3, "center": 30.0, "offset": 0.4, "base": 0.3, "height": 4.0, "support": 2.0, "camera": 0.5}
+WEIGHTS = {"kinds": 1.0, "outline": 0.5, "border": 0.5, "contact": 0.3, "center": 30.0, "offset": 0.4, "base": 0.3, "top": 0.3, "ground": 0.2, "latitude": 4.0, "focal": 1.0}
 
 
 def batch(frames, numbers, generator=None):
@@ -49,7 +51,21 @@ def batch(frames, numbers, generator=None):
     return (2 * pictures - 1).contiguous(memory_format=torch.channels_last), labels, flags, cameras, facts
 
 
-def losses(maps, camera, want, cameras):
+#: Share of the steps that see small frames: they take a third of the time, and what they teach holds for whole ones.
+SMALL_SHARE = 0.8
+SMALL_WIDTH, SMALL_HEIGHT = 192, 160
+
+
+def shrunk(pictures, labels, flags, cameras, facts):
+    """The same batch on small frames."""
+    pictures = F.interpolate(pictures, (SMALL_HEIGHT, SMALL_WIDTH), mode="bilinear", antialias=True, align_corners=False)
+    nearest = lambda maps: F.interpolate(maps[:, None], (SMALL_HEIGHT // STRIDE, SMALL_WIDTH // STRIDE), mode="nearest-exact")[:, 0]
+    across, down = SMALL_WIDTH / FRAME_WIDTH, SMALL_HEIGHT / FRAME_HEIGHT
+    facts = facts * torch.tensor([across, down, down, down, 1.0])
+    return pictures.contiguous(memory_format=torch.channels_last), nearest(labels), nearest(flags), cameras, facts
+
+
+def losses(maps, want):
     """Each loss by its name, not weighted."""
     by_name = split(maps)
     counts = want["counts"].float()
@@ -62,6 +78,7 @@ def losses(maps, camera, want, cameras):
     )
     on_objects = want["is_object"].float() * emphasis
     known = on_objects * want["is_known"]
+    on_table = want["is_table"].float()
     return {
         "kinds": mean(F.cross_entropy(by_name["kinds"], want["kinds"].clamp(max=3), reduction="none"), emphasis),
         "outline": yes_or_no("outline", 0.0),
@@ -70,9 +87,8 @@ def losses(maps, camera, want, cameras):
         "center": mean((said("center") - want["center"]) ** 2, counts),
         "offset": mean(F.smooth_l1_loss(by_name["offset"], want["offset"], reduction="none", beta=0.1).sum(1), on_objects),
         "base": mean(F.smooth_l1_loss(by_name["base"], want["base"], reduction="none", beta=0.1).sum(1), known),
-        "height": mean(F.smooth_l1_loss(said("height"), want["height"], reduction="none", beta=0.02), known),
-        "support": mean(F.smooth_l1_loss(said("support"), want["support"], reduction="none", beta=0.02), known),
-        "camera": F.smooth_l1_loss(camera, cameras, beta=0.05),
+        **{name: mean(F.smooth_l1_loss(said(name), want[name], reduction="none", beta=0.1), known) for name in ("top", "ground")},
+        **{name: mean(F.smooth_l1_loss(said(name), want[name], reduction="none", beta=0.05), on_table) for name in ("latitude", "focal")},
     }
 
 
@@ -80,24 +96,26 @@ def losses(maps, camera, want, cameras):
 def validated(model, frames, count, half):
     """Losses and scores on the first `count` pictures."""
     model.eval()
-    sums, outline_right, elevation, heights, totals = {}, 0, [], [], np.zeros(3, int)
+    sums, outline_right, elevation, focal, rises, totals = {}, 0, [], [], [], np.zeros(3, int)
     count = min(count, len(frames))
     for first in range(0, count, 16):
         pictures, labels, flags, cameras, facts = batch(frames, np.arange(first, min(first + 16, count)))
         with torch.autocast("cpu", torch.bfloat16, enabled=half):
-            maps, camera = model(pictures)
-        maps, camera = maps.float(), camera.float()
-        want = targets(labels, flags, facts)
-        for name, value in losses(maps, camera, want, cameras).items():
+            maps = model(pictures)
+        maps = maps.float()
+        want = targets(labels, flags, cameras, facts)
+        for name, value in losses(maps, want).items():
             sums[name] = sums.get(name, 0.0) + float(value) * len(labels)
         inside = (split(maps)["outline"][:, 0] > 0) & want["counts"]
         outline = want["outline"] & want["counts"]
         overlap = (inside & outline).flatten(1).sum(1) / (inside | outline).flatten(1).sum(1).clamp(min=1)
         outline_right += int((overlap >= 0.9).sum())
-        elevation += (camera[:, 0] - cameras[:, 0]).abs().rad2deg().tolist()
+        said, log_focal = elevation_of(split(maps), cameras[:, 2])
+        elevation += (said - cameras[:, 0]).abs().rad2deg().tolist()
+        focal += (log_focal - cameras[:, 1]).abs().tolist()
         for own, label in zip(maps, labels):
             totals += compared(grouped(own), label)
-        heights += height_errors(split(maps)["height"][:, 0], want, labels)
+        rises += rise_errors(split(maps), want, labels)
     painted, found, invented = totals.tolist()
     model.train()
     return {
@@ -106,23 +124,40 @@ def validated(model, frames, count, half):
         "precision": found / max(found + invented, 1),
         "right_outlines": outline_right / count,
         "elevation_median_deg": float(np.median(elevation)),
-        "height_median": float(np.median(heights)) if heights else 1.0,
+        "focal_median": float(np.median(focal)),
+        "rise_median": float(np.median(rises)) if rises else 1.0,
     }
+
+
+#: Share of itself that the averaged network keeps at a step, once there were enough of them.
+KEPT = 0.998
+
+
+def averaged(model):
+    """A network that follows `model`: call its `update_parameters` after every step. It averages what the normalizations
+    have counted, too."""
+
+    def follow(average, current, updates):
+        kept = min(KEPT, (1 + updates.item()) / (10 + updates.item()))
+        return torch.lerp(current.float(), average.float(), kept).to(average.dtype)
+
+    return AveragedModel(model, avg_fn=follow, use_buffers=True)
 
 
 #: Steps over which the learning rate rises, and the share of all steps over which it falls.
 RISE, FALL = 300, 0.3
 
 
-def height_errors(said, want, labels):
-    """Relative errors of the objects' heights, each the median of what its own pixels say."""
+def rise_errors(by_name, want, labels):
+    """Relative errors of how many rows an object's top lies above the middle of its base, each the median of what its own
+    pixels say."""
     errors = []
-    for heights, wanted, known, label in zip(said, want["height"], want["is_known"], labels):
+    said, true = by_name["base"][:, 1] - by_name["top"][:, 0], want["base"][:, 1] - want["top"]
+    for rises, wanted, known, label in zip(said, true, want["is_known"], labels):
         for index in label[known].unique():
             own = known & (label == index)
             if FIRST_OBJECT <= index < IGNORED and own.sum() >= LEAST_AREA:
-                true = float(wanted[own][0]) ** 2
-                errors.append(abs(float(heights[own].median().clamp(min=0)) ** 2 / max(true, 1e-6) - 1))
+                errors.append(abs(float(rises[own].median()) / max(float(wanted[own][0]), 1e-3) - 1))
     return errors
 
 
@@ -211,6 +246,7 @@ def main():
     half = not arguments.full_precision
 
     model = TableNetwork().to(memory_format=torch.channels_last)
+    average = averaged(model)
     optimizer = torch.optim.AdamW(model.parameters(), lr=arguments.rate, weight_decay=1e-4)
     step, history = 0, []
     checkpoint = arguments.out / "checkpoint.pt"
@@ -225,6 +261,7 @@ def main():
                 f"have been another by then; give --steps {state['steps']}, or name another --out"
             )
         model.load_state_dict(state["model"])
+        average.load_state_dict(state["average"])
         optimizer.load_state_dict(state["optimizer"])
         step, history = state["step"], json.loads(state["history"])
     parameters = sum(p.numel() for p in model.parameters())
@@ -236,27 +273,32 @@ def main():
             group["lr"] = learning_rate(step, arguments.steps, arguments.rate)
         generator = torch.Generator().manual_seed(arguments.seed * 1_000_003 + step)
         numbers = numbers_of(step, arguments.batch, len(training), arguments.seed)
-        pictures, labels, flags, cameras, facts = batch(training, numbers, generator)
+        shown = batch(training, numbers, generator)
+        pictures, labels, flags, cameras, facts = shrunk(*shown) if step < SMALL_SHARE * arguments.steps else shown
         with torch.autocast("cpu", torch.bfloat16, enabled=half):
-            maps, camera = model(pictures)
-        parts = losses(maps.float(), camera.float(), targets(labels, flags, facts), cameras)
+            maps = model(pictures)
+        parts = losses(maps.float(), targets(labels, flags, cameras, facts))
         loss = sum(WEIGHTS[name] * value for name, value in parts.items())
         optimizer.zero_grad(set_to_none=True)
         loss.backward()
         torch.nn.utils.clip_grad_norm_(model.parameters(), 5.0)
         optimizer.step()
+        average.update_parameters(model)
         step, since = step + 1, since + 1
         for name, value in parts.items():
             running[name] = running.get(name, 0.0) + float(value.detach())
         if step % arguments.every == 0 or step == arguments.steps:
             rate = since * arguments.batch / (time.monotonic() - started)
-            scores = validated(model, validation, arguments.validate, half)
+            scores = validated(average.module, validation, arguments.validate, half)
             history.append({"step": step, "training": {n: v / since for n, v in running.items()}, "validation": scores})
-            state = {"run": run, "steps": arguments.steps, "model": model.state_dict(), "optimizer": optimizer.state_dict(), "step": step, "history": json.dumps(history)}
+            state = {
+                **{"run": run, "steps": arguments.steps, "step": step, "history": json.dumps(history)},
+                **{"model": model.state_dict(), "average": average.state_dict(), "optimizer": optimizer.state_dict()},
+            }
             replace(checkpoint, lambda path: torch.save(state, path))
             replace(arguments.out / "history.json", lambda path: path.write_text(json.dumps(history, indent=1)))
             replace(arguments.out / "history.png", lambda path: plot(history, path))
-            replace(arguments.out / "weights.safetensors", lambda path: save_file(halved(folded(model)), path))
+            replace(arguments.out / "weights.safetensors", lambda path: save_file(halved(folded(average.module)), path))
             told = ", ".join(f"{name} {value:.3f}" for name, value in scores.items() if not name.startswith("loss_"))
             print(f"step {step}/{arguments.steps}, {rate:.1f} pictures/s: {told}", flush=True)
             running, since, started = {}, 0, time.monotonic()

@@ -9,7 +9,7 @@ the CPU. Nothing is left at its initial value, running means and deviations leas
     weights.safetensors   as training/train.py writes them
     golden.safetensors
         <rows>x<columns>.input   bytes b of the frame b / 127.5 - 1, channels first
-        <rows>x<columns>.maps    <rows>x<columns>.camera
+        <rows>x<columns>.maps
 """
 
 import sys
@@ -41,9 +41,9 @@ def main():
     for rows, columns in [(32, 48), (64, 24)]:
         frame = torch.randint(0, 256, (3, rows, columns), dtype=torch.uint8)
         with torch.no_grad():
-            maps, camera = model(frame[None].float() / 127.5 - 1)
+            maps = model(frame[None].float() / 127.5 - 1)
         key = f"{rows}x{columns}"
-        golden |= {f"{key}.input": frame, f"{key}.maps": maps[0].contiguous(), f"{key}.camera": camera[0].contiguous()}
+        golden |= {f"{key}.input": frame, f"{key}.maps": maps[0].contiguous()}
     GOLDEN.mkdir(parents=True, exist_ok=True)
     save_file(folded(model), GOLDEN / "weights.safetensors")
     save_file(golden, GOLDEN / "golden.safetensors")

@@ -18,7 +18,7 @@ use crate::render::overlay::{distinct_color, draw_box, draw_text};
 use crate::scene::request::MetricAnchor;
 use crate::scene::{InstanceId, InstanceMask, Recognition, RecognizedObject, SceneRequest, StandsOn};
 
-pub const STAGE: Stage = Stage { name: "place", version: 3 };
+pub const STAGE: Stage = Stage { name: "place", version: 4 };
 
 #[derive(Serialize)]
 pub struct Inputs {

@@ -13,7 +13,7 @@ use crate::geometry::{Camera, Outline};
 use crate::provider::{Adapter, Ports, ReconstructionRequest};
 use crate::scene::{InstanceId, Recognition, RecognizedObject, RecognizedTable, SceneRequest};
 
-pub const STAGE: Stage = Stage { name: "reconstruct", version: 1 };
+pub const STAGE: Stage = Stage { name: "reconstruct", version: 2 };
 
 /// Name of the table among the instances of this stage.
 const TABLE: &str = "table";

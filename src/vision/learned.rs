@@ -3,7 +3,7 @@
 //! The network says of every place what is in front there, where the whole top's edge runs, where objects have their
 //! middles, and how the camera stands. The top becomes a rectangle, a circle or the outline as it is, and corrects the camera;
 //! places that vote for the same middle become a thing, its mask regrown to the edges in the picture; each thing becomes
-//! the simplest solid with its outline.
+//! the simplest solid with its outline that stands about where the network sees it stand and is about as high.
 
 mod camera_fit;
 mod ellipse;
@@ -16,6 +16,7 @@ pub use settings::NetworkReadingSettings;
 use glam::DVec2;
 use rayon::prelude::*;
 
+use self::instances::Thing;
 use self::top::Top;
 use super::VisionError;
 use super::mask_repair;
@@ -23,12 +24,11 @@ use super::network::TableNetwork;
 use super::network::maps::{Kind, Maps};
 use super::pixels::Pixels;
 use super::reading::{
-    ObjectReading, PictureReading, TableReading, TopShape, mean_color, stacking, whole_picture,
+    ObjectReading, PictureReading, Stand, TableReading, TopShape, mean_color, stacking, whole_picture,
 };
 use super::regions;
-use super::solid_fit::{self, InnerEdges};
-use crate::geometry::{Image, Interrupt, Interrupted, Mask};
-use crate::render::overlay::fitted;
+use super::solid_fit::{self, Expected, ExpectedBase, InnerEdges};
+use crate::geometry::{Camera, Image, Interrupt, Interrupted, Mask};
 
 /// Reads a picture with the network; see the module for how, and [`VisionError`] for why not. Deterministic. Cost: about
 /// a second on one core at the usual settings.
@@ -43,52 +43,79 @@ pub fn read_with_network(
         return Err(VisionError::TooSmall { width_px, height_px });
     }
     let maps = network.maps(picture, interrupt)?;
-    let copy = fitted(
-        picture,
-        settings.work_px.min(width_px.max(height_px)),
-        settings.work_px.min(width_px.max(height_px)),
-    );
-    let pixels = Pixels::new(&copy, width_px);
+    let pixels = Pixels::new(picture, settings.work_px);
     interrupt.check()?;
     let top = top::read(&maps, &pixels, settings)?;
     interrupt.check()?;
     let things = instances::find(&maps, settings)?;
-    let masks = masks(&things, &maps, &pixels, &copy, settings);
+    let masks = masks(&things, &maps, &pixels, settings);
     let edges = InnerEdges::new(&pixels);
     let read = masks
         .par_iter()
-        .map(|mask| {
+        .zip(&things)
+        .map(|(mask, thing)| {
             interrupt.check()?;
             let own = indices(mask);
             let whole = solid_fit::without_holes(&own, pixels.width, pixels.height);
-            let Some(solid) = solid_fit::fit(&whole, &top.found.camera, Some(&edges)) else {
+            let said = expected(thing, &maps, &pixels, &top.found.camera);
+            let expected = said.as_ref().map(|(expected, _)| expected);
+            let Some(solid) = solid_fit::fit(&whole, &top.found.camera, Some(&edges), expected) else {
                 return Ok(None);
             };
-            Ok(Some(ObjectReading {
+            let object = ObjectReading {
                 mask: pixels.enlarged(mask.bits(), width_px, height_px),
                 solid,
                 color: mean_color(&pixels, &own),
                 stands_on: None,
-            }))
+            };
+            let stand = Stand {
+                base_px: maps.in_picture(thing.base),
+                height: said.map_or(0.0, |(_, support)| support),
+            };
+            Ok(Some((object, stand)))
         })
         .collect::<Result<Vec<_>, Interrupted>>()?;
-    let mut objects: Vec<ObjectReading> = read.into_iter().flatten().collect();
+    let (mut objects, stands): (Vec<ObjectReading>, Vec<Stand>) = read.into_iter().flatten().unzip();
     if objects.is_empty() {
         return Err(VisionError::NoObjects);
     }
     let camera = whole_picture(&top.found.camera, width_px, height_px, pixels.scale);
-    stacking(&mut objects, &camera);
+    stacking(&mut objects, &camera, Some(&stands));
     Ok(PictureReading { camera, table: table(&top, &maps, &pixels), objects })
 }
 
+/// Standard deviation of what the network says of the middle of a footprint, map pixels.
+const BASE_SIGMA: f64 = 1.5;
+
+/// Least height of a thing, as a share of the camera's height above the table.
+const LEAST_HEIGHT: f64 = 0.002;
+
+/// What the network says of a thing that stands on the table along the same rays, and how high it stands; `None` where its
+/// base is seen above the horizon.
+fn expected(thing: &Thing, maps: &Maps, pixels: &Pixels, camera: &Camera) -> Option<(Expected, f64)> {
+    let in_copy = |p: DVec2| pixels.scale * maps.in_picture(p);
+    let row = |y: f64| in_copy(DVec2::new(thing.base.x, y));
+    let eye_height = camera.world_from_camera.translation_m.z;
+    let ground = camera.meet_plane(row(thing.ground_row), 0.0)?.truncate();
+    let support = height_over(camera, ground, in_copy(thing.base)).clamp(0.0, 0.9 * eye_height);
+    let top = height_over(camera, ground, row(thing.top_row));
+    let height = (top - support).max(LEAST_HEIGHT * eye_height);
+    let base =
+        ExpectedBase { at_px: in_copy(thing.base), sigma_px: BASE_SIGMA * maps.pixel_px() * pixels.scale };
+    // What stands higher is nearer to the camera, hence smaller than on the table.
+    Some((Expected { base: Some(base), height: height * eye_height / (eye_height - support) }, support))
+}
+
+/// Height at which the upright line over a point of the table is seen in a pixel's row.
+fn height_over(camera: &Camera, ground: DVec2, at_px: DVec2) -> f64 {
+    let eye = camera.world_from_camera.translation_m;
+    let away = ground - eye.truncate();
+    let ray = camera.ray_direction_in_world(at_px);
+    eye.z + away.length_squared() / ray.truncate().dot(away).max(1e-9) * ray.z
+}
+
 /// Pixels of each thing in the copy, regrown to the edges it shows.
-fn masks(
-    things: &[instances::Thing],
-    maps: &Maps,
-    pixels: &Pixels,
-    copy: &Image,
-    settings: &NetworkReadingSettings,
-) -> Vec<Mask> {
+fn masks(things: &[Thing], maps: &Maps, pixels: &Pixels, settings: &NetworkReadingSettings) -> Vec<Mask> {
     let (width, height) = (pixels.width, pixels.height);
     let rough: Vec<Mask> = instances::pixels_of(things, maps, pixels)
         .into_iter()
@@ -107,7 +134,7 @@ fn masks(
             Mask::from_bits(width as u32, height as u32, kept)
         })
         .collect();
-    mask_repair::repaired(copy, &rough)
+    mask_repair::repaired(&pixels.copy, &rough)
 }
 
 fn indices(mask: &Mask) -> Vec<usize> {

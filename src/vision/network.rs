@@ -1,5 +1,5 @@
 //! The network that reads pictures of tables, from weights that `training/` wrote: what is in front at each place, the
-//! outline of the top, where objects meet, touch and have their middles, and the camera.
+//! outline of the top, where objects meet, touch, have their middles and stand, how high they are, and the camera.
 //!
 //! A small residual encoder and a decoder with skips (`training/network.py`): convolutions, additions, ReLU, doubling,
 //! one mean. Widths and depths are those of the tensors, so a larger network of the same form needs no other code. Every
@@ -17,13 +17,14 @@ use candle_core::{Device, Tensor};
 
 use crate::geometry::{Image, Interrupt};
 use frame::Frame;
-use layers::{Block, Convolution, Linear, Reader};
+use layers::{Block, Convolution, Reader};
 use maps::Maps;
 
 pub use error::{NetworkError, NetworkWeightsError};
 
-/// Channels of the maps, in order: four kinds, outline, border, contact, center, offset x and y.
-pub const MAP_CHANNELS: usize = 10;
+/// Channels of the maps, in order: four kinds, outline, border, contact, center, offset x and y,
+/// base x and y, top, ground, latitude, focal length.
+pub const MAP_CHANNELS: usize = 16;
 
 /// Width and height of the frames that pictures are shown in (`training/frames.py`).
 pub const FRAME_PX: [usize; 2] = [320, 256];
@@ -36,8 +37,6 @@ pub struct TableNetwork {
     across: Vec<Convolution>,
     up: Vec<Block>,
     maps: Convolution,
-    camera_hidden: Linear,
-    camera: Linear,
 }
 
 /// What the network says of a frame, unprocessed.
@@ -46,8 +45,6 @@ pub struct Answer {
     pub maps: Vec<f32>,
     pub width: usize,
     pub height: usize,
-    /// Elevation in radians, and the logarithm of the focal length in longer sides of the picture.
-    pub camera: [f32; 2],
 }
 
 impl TableNetwork {
@@ -79,8 +76,6 @@ impl TableNetwork {
             convolution.must_give(widths[k], &format!("across.{k}.weight"))
         });
         let maps = reader.convolution("maps", widths[0], 1)?.must_give(MAP_CHANNELS, "maps.weight")?;
-        let camera_hidden = reader.linear("camera_hidden", widest)?;
-        let camera = reader.linear("camera", camera_hidden.outputs()?)?;
         Ok(Self {
             across: across.collect::<Result<_, _>>()?,
             up: levels.map(|k| reader.block(&format!("up.{k}"), widths[k])).collect::<Result<_, _>>()?,
@@ -88,8 +83,6 @@ impl TableNetwork {
             down,
             blocks,
             maps,
-            camera: camera.must_give(2, "camera.weight")?,
-            camera_hidden,
         })
     }
 
@@ -133,14 +126,12 @@ impl TableNetwork {
             x = up.forward(&(x + skip)?.relu()?)?;
         }
         let maps = self.maps.forward(&x)?;
-        let hidden = self.camera_hidden.forward(&mean.flatten_from(1)?)?.relu()?;
-        let camera: Vec<f32> = self.camera.forward(&hidden)?.flatten_all()?.to_vec1()?;
         let (_, _, height, width) = maps.dims4()?;
         let maps: Vec<f32> = maps.flatten_all()?.to_vec1()?;
-        if maps.iter().chain(&camera).any(|value| !value.is_finite()) {
+        if maps.iter().any(|value| !value.is_finite()) {
             return Err(NetworkError::NotFinite);
         }
-        Ok(Answer { maps, width, height, camera: [camera[0], camera[1]] })
+        Ok(Answer { maps, width, height })
     }
 }
 

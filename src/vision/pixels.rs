@@ -11,6 +11,8 @@ pub(in crate::vision) struct Pixels {
     pub height: usize,
     /// Pixels of the copy per pixel of the picture, at most 1.
     pub scale: f64,
+    /// The copy itself.
+    pub copy: Image,
     /// CIELAB (D65): lightness 0..100, a, b.
     pub lab: Vec<[f32; 3]>,
     /// Natural logarithm of the linear light of each channel, floored at -7.
@@ -33,7 +35,7 @@ impl Pixels {
             log_light.push(light.map(|c| c.max(9e-4).ln()));
         }
         let scale = width as f64 / f64::from(picture.width_px().max(1));
-        Self { width, height, scale, lab, log_light }
+        Self { width, height, scale, copy, lab, log_light }
     }
 
     pub fn len(&self) -> usize {
@@ -82,6 +84,16 @@ pub(in crate::vision) fn distance(a: [f32; 3], b: [f32; 3]) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn masks_of_a_copy_lie_where_they_lie_in_a_larger_picture() {
+        let mut picture = Image::filled(200, 100, [255; 4]);
+        (100..140).for_each(|x| (40..60).for_each(|y| picture.set_pixel(x, y, [0, 0, 0, 255])));
+        let pixels = Pixels::new(&picture, 50);
+        assert_eq!((pixels.copy.width_px(), pixels.scale), (50, 0.25));
+        let dark: Vec<bool> = pixels.lab.iter().map(|lab| lab[0] < 50.0).collect();
+        assert_eq!(pixels.enlarged(&dark, 200, 100).bbox_px(), Some([100, 40, 140, 60]));
+    }
 
     #[test]
     fn white_gray_and_red_have_their_lab_values() {

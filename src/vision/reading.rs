@@ -1,6 +1,6 @@
 //! A picture of a table, read: camera, top, things.
 
-use glam::{DVec2, DVec3};
+use glam::DVec2;
 use rayon::prelude::*;
 
 use super::outline::{self, Hypothesis, Seen};
@@ -90,7 +90,9 @@ pub fn read_picture(
         .map(|thing| {
             interrupt.check()?;
             let whole = solid_fit::without_holes(thing, pixels.width, pixels.height);
-            let Some(solid) = solid_fit::fit(&whole, &found.camera, Some(&edges)) else { return Ok(None) };
+            let Some(solid) = solid_fit::fit(&whole, &found.camera, Some(&edges), None) else {
+                return Ok(None);
+            };
             let mut bits = vec![false; pixels.len()];
             thing.iter().for_each(|&index| bits[index] = true);
             Ok(Some(ObjectReading {
@@ -107,7 +109,7 @@ pub fn read_picture(
     }
     let height = table_height(&pixels, &foreground, &found, &hypothesis.seen);
     let camera = whole_picture(&found.camera, width_px, height_px, pixels.scale);
-    stacking(&mut objects, &camera);
+    stacking(&mut objects, &camera, None);
     Ok(PictureReading {
         camera,
         table: TableReading {
@@ -260,8 +262,21 @@ fn table_height(pixels: &Pixels, foreground: &[bool], found: &camera_fit::Found,
     (low > 0.1 && low < 2.5).then_some(low)
 }
 
-/// Who stands on whom: a thing whose contact lies on the top face of another's solid.
-pub(in crate::vision) fn stacking(objects: &mut [ObjectReading], camera: &Camera) {
+/// What is said of where a thing stands.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::vision) struct Stand {
+    /// Middle of its footprint in the picture.
+    pub base_px: DVec2,
+    /// Height above the table of what carries it; 0 = the table.
+    pub height: f64,
+}
+
+/// Share of a carrier's height at which a thing must be said to stand to stand on it or in it, and the largest.
+const STANDS_AT: [f64; 2] = [0.35, 2.5];
+
+/// Who stands on whom: a thing whose contact lies on the top face of another's solid. Where it is said how high things stand
+/// (one [`Stand`] an object) they must stand at about that face's height, and the middle of the footprint may lie there instead.
+pub(in crate::vision) fn stacking(objects: &mut [ObjectReading], camera: &Camera, stands: Option<&[Stand]>) {
     let contacts: Vec<Option<DVec2>> = objects
         .iter()
         .map(|object| {
@@ -271,24 +286,27 @@ pub(in crate::vision) fn stacking(objects: &mut [ObjectReading], camera: &Camera
             Some(DVec2::new(f64::from(middle) + 0.5, f64::from(y1)))
         })
         .collect();
+    let tops: Vec<Vec<DVec2>> = objects.iter().map(|object| top_face(&object.solid, camera)).collect();
     let supports: Vec<Option<usize>> = (0..objects.len())
         .map(|i| {
-            let contact = contacts[i]?;
-            (0..objects.len()).filter(|&j| j != i).find(|&j| {
-                let below = &objects[j].solid;
-                if matches!(below.kind, SolidKind::Upright { .. }) {
-                    return false;
-                }
-                let top: Option<Vec<DVec2>> = below
-                    .footprint()
-                    .iter()
-                    .map(|p| camera.project(DVec3::new(p.x, p.y, below.size.z)).map(|(pixel, _)| pixel))
-                    .collect();
-                let hull = super::polygon::convex_hull(&top.unwrap_or_default());
-                hull.len() > 2
-                    && super::polygon::contains(&hull, contact)
+            let carries = |j: usize, p: DVec2| {
+                tops[j].len() > 2
+                    && super::polygon::contains(&tops[j], p)
                     && objects[j].mask.area_px() > objects[i].mask.area_px() / 3
-            })
+            };
+            let others = (0..objects.len()).filter(|&j| j != i);
+            let Some(stand) = stands.map(|stands| stands[i]) else {
+                let contact = contacts[i]?;
+                return others.into_iter().find(|&j| carries(j, contact));
+            };
+            let share = |j: usize| stand.height / objects[j].solid.size.z.max(1e-9);
+            let [least, most] = STANDS_AT;
+            others
+                .filter(|&j| {
+                    carries(j, stand.base_px) || contacts[i].is_some_and(|contact| carries(j, contact))
+                })
+                .filter(|&j| (least..=most).contains(&share(j)))
+                .min_by(|&a, &b| share(a).ln().abs().total_cmp(&share(b).ln().abs()))
         })
         .collect();
     for (object, support) in objects.iter_mut().zip(supports) {
@@ -315,6 +333,17 @@ pub(in crate::vision) fn stacking(objects: &mut [ObjectReading], camera: &Camera
             objects[i].stands_on = None;
         }
     }
+}
+
+/// Outline of a solid's top face in the picture; empty where nothing could stand on it.
+fn top_face(solid: &SolidFit, camera: &Camera) -> Vec<DVec2> {
+    if matches!(solid.kind, SolidKind::Upright { .. }) {
+        return Vec::new();
+    }
+    let corners = solid.footprint();
+    let corners = corners.iter().map(|p| camera.project(p.extend(solid.size.z)).map(|(pixel, _)| pixel));
+    let corners: Option<Vec<DVec2>> = corners.collect();
+    super::polygon::convex_hull(&corners.unwrap_or_default())
 }
 
 /// Mean in linear light, as sRGB.

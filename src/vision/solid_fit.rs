@@ -5,15 +5,17 @@
 //! the intersection over union of their projected outline with the mask; the last two always fit and are
 //! taken only where the others do not. Where a box's depth and height trade against each other, the edges
 //! seen inside the silhouette decide. One silhouette cannot tell the depth of what it hides: depths
-//! of upright silhouettes are a guess. Cost: 5 to 30 ms an object.
+//! of upright silhouettes are a guess, unless it is known where the thing stands ([`Expected`]). Cost: 5 to 30 ms an object.
 
 mod block;
+mod expected;
 mod flat;
 mod turned;
 
 use glam::{DVec2, DVec3};
 
 pub(in crate::vision) use block::InnerEdges;
+pub use expected::{Expected, ExpectedBase};
 
 use super::contour;
 use super::pixels::Pixels;
@@ -88,7 +90,12 @@ impl SolidFit {
 
 /// Reads the set pixels of a mask as large as the camera's picture; `None` where it is empty or does not
 /// meet the table plane. `picture`, as large, shows edges inside the silhouette.
-pub fn fit_solid(mask: &Mask, camera: &Camera, picture: Option<&Image>) -> Option<SolidFit> {
+pub fn fit_solid(
+    mask: &Mask,
+    camera: &Camera,
+    picture: Option<&Image>,
+    expected: Option<&Expected>,
+) -> Option<SolidFit> {
     let (width, height) = (mask.width_px() as usize, mask.height_px() as usize);
     if (mask.width_px(), mask.height_px()) != (camera.width_px, camera.height_px) {
         return None;
@@ -96,30 +103,35 @@ pub fn fit_solid(mask: &Mask, camera: &Camera, picture: Option<&Image>) -> Optio
     let set: Vec<usize> =
         mask.bits().iter().enumerate().filter(|(_, inside)| **inside).map(|(index, _)| index).collect();
     let edges = picture.map(|picture| InnerEdges::new(&Pixels::new(picture, u32::MAX)));
-    fit(&without_holes(&set, width, height), camera, edges.as_ref())
+    fit(&without_holes(&set, width, height), camera, edges.as_ref(), expected)
 }
 
-/// As [`fit_solid`], of pixel indices, with the edges inside the silhouette where they are known.
+/// As [`fit_solid`], of pixel indices, with the edges inside the silhouette and what else is known of the thing.
 pub(in crate::vision) fn fit(
     indices: &[usize],
     camera: &Camera,
     edges: Option<&InnerEdges>,
+    expected: Option<&Expected>,
 ) -> Option<SolidFit> {
     let width = camera.width_px as usize;
     let seen = Seen::new(indices, camera)?;
     let silhouette = Silhouette::new(indices, width, 48);
-    let turned = turned_with_or_without_handle(indices, &seen, &silhouette, camera);
-    let block = block::fit(&seen, &silhouette, camera, edges);
+    let turned = turned_with_or_without_handle(indices, &seen, &silhouette, camera, expected);
+    let block = block::fit(&seen, &silhouette, camera, edges, expected);
     let outline = contour::around(indices, width, 1.2);
-    let flat = flat::lying(&outline, camera);
-    let upright = flat::standing(&outline, &seen, camera);
+    let flat = flat::lying(&outline, camera, expected);
+    let upright = flat::standing(&outline, &seen, camera, expected);
     let candidates = [
         turned.map(|fit| (fit.overlap, fit)),
         block.map(|fit| (fit.overlap - 0.01, fit)),
         flat.map(|(fit, doubt)| (0.8 - doubt, fit)),
         upright.map(|fit| (0.66 + 0.06 * seen.mirror_symmetry, fit)),
     ];
-    candidates.into_iter().flatten().max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, fit)| fit)
+    let merit = |(merit, fit): &(f64, SolidFit)| {
+        merit - expected.map_or(0.0, |e| e.disagreement(fit.center, fit.size.z, camera))
+    };
+    let best = candidates.into_iter().flatten().max_by(|a, b| merit(a).total_cmp(&merit(b)));
+    best.map(|(_, fit)| fit)
 }
 
 /// Handles and spouts spoil the outline of a turned body: what is left without thin parts may fit better.
@@ -128,8 +140,9 @@ fn turned_with_or_without_handle(
     seen: &Seen,
     silhouette: &Silhouette,
     camera: &Camera,
+    expected: Option<&Expected>,
 ) -> Option<SolidFit> {
-    let whole = turned::fit(seen, silhouette, camera)?;
+    let whole = turned::fit(seen, silhouette, camera, expected)?;
     if whole.overlap > 0.9 {
         return Some(whole);
     }
@@ -140,7 +153,7 @@ fn turned_with_or_without_handle(
     let core = regions::opened(&bits, width, height, (0.18 * extent.min_element()) as f32);
     let core: Vec<usize> = (0..core.len()).filter(|&index| core[index]).collect();
     let without = Seen::new(&core, camera)
-        .and_then(|seen| turned::fit(&seen, &Silhouette::new(&core, width, 48), camera))
+        .and_then(|seen| turned::fit(&seen, &Silhouette::new(&core, width, 48), camera, expected))
         .map(|fit| SolidFit { overlap: fit.overlap * core.len() as f64 / indices.len() as f64, ..fit })
         .filter(|fit| fit.overlap > whole.overlap);
     Some(without.unwrap_or(whole))
@@ -207,6 +220,12 @@ impl Seen {
     /// The point `across` to the right of the contact and `beyond` it.
     pub fn place(&self, across: f64, beyond: f64) -> DVec2 {
         self.contact + across * DVec2::new(self.away.y, -self.away.x) + beyond * self.away
+    }
+
+    /// How far across and beyond the contact a point of the table lies: what [`Self::place`] takes.
+    pub fn beside_contact(&self, point: DVec2) -> DVec2 {
+        let apart = point - self.contact;
+        DVec2::new(apart.dot(DVec2::new(self.away.y, -self.away.x)), apart.dot(self.away))
     }
 
     /// Height at which an upright line through `base` ends at the silhouette's top row.

@@ -20,6 +20,11 @@ pub(in crate::vision) struct Thing {
     middle: DVec2,
     /// Map pixels that show it.
     pub places: Vec<usize>,
+    /// Map position of the middle of its footprint.
+    pub base: DVec2,
+    /// Rows of the map in which the points lie that are above it at the thing's height, and below it on the table.
+    pub top_row: f64,
+    pub ground_row: f64,
     /// Mean probability of an object there times how surely the middle is one, 0..1.
     pub confidence: f64,
 }
@@ -50,7 +55,11 @@ pub(in crate::vision) fn find(
             let mean = places.iter().map(|&k| maps.object_probability(k)).sum::<f64>() / places.len() as f64;
             let [(at, _), ..] = maps.around(middle);
             let confidence = mean * f64::from(maps.center(at).clamp(0.0, 1.0)).sqrt();
-            (confidence >= settings.least_confidence).then_some(Thing { middle, places, confidence })
+            let median = |value: &dyn Fn(usize) -> f64| median(places.iter().map(|&k| value(k)).collect());
+            let base = DVec2::new(median(&|k| maps.base(k).x), median(&|k| maps.base(k).y));
+            let (top_row, ground_row) = (median(&|k| maps.top_row(k)), median(&|k| maps.ground_row(k)));
+            let thing = Thing { middle, places, base, top_row, ground_row, confidence };
+            (thing.confidence >= settings.least_confidence).then_some(thing)
         })
         .collect();
     if things.is_empty() {
@@ -62,6 +71,12 @@ pub(in crate::vision) fn find(
     let bottom = |thing: &Thing| thing.places.iter().map(|index| index / maps.width()).max();
     things.sort_by_key(|thing| (bottom(thing), thing.places[0]));
     Ok(things)
+}
+
+/// The upper one of two middle numbers; 0 of none.
+fn median(mut numbers: Vec<f64>) -> f64 {
+    numbers.sort_by(f64::total_cmp);
+    numbers.get(numbers.len() / 2).copied().unwrap_or(0.0)
 }
 
 fn is_object(maps: &Maps, index: usize) -> bool {

@@ -1,4 +1,4 @@
-//! Convolutions, residual blocks and linear layers, read by name and checked.
+//! Convolutions and residual blocks, read by name and checked.
 
 use candle_core::safetensors::BufferedSafetensors;
 use candle_core::{DType, Device, Result, Tensor};
@@ -20,12 +20,6 @@ pub(super) struct Convolution {
 pub(super) struct Block {
     narrow: Convolution,
     widen: Convolution,
-}
-
-/// `x W^T + b`.
-pub(super) struct Linear {
-    weight: Tensor,
-    bias: Tensor,
 }
 
 impl Reader {
@@ -68,23 +62,6 @@ impl Reader {
         Ok(Block { narrow, widen: widen.must_give(width, &format!("{name}.widen.weight"))? })
     }
 
-    pub(super) fn linear(
-        &self,
-        name: &str,
-        inputs: usize,
-    ) -> std::result::Result<Linear, NetworkWeightsError> {
-        let (tensor, weight) = (format!("{name}.weight"), self.take(&format!("{name}.weight"))?);
-        let found = weight.dims().to_vec();
-        if !matches!(found[..], [_, from] if from == inputs) {
-            return Err(NetworkWeightsError::Shape {
-                tensor,
-                found,
-                expected: format!("(any number, {inputs})"),
-            });
-        }
-        Ok(Linear { bias: self.bias(name, found[0])?, weight: weight.t()? })
-    }
-
     fn bias(&self, name: &str, outputs: usize) -> std::result::Result<Tensor, NetworkWeightsError> {
         let (tensor, bias) = (format!("{name}.bias"), self.take(&format!("{name}.bias"))?);
         if bias.dims() != [outputs] {
@@ -122,33 +99,5 @@ impl Convolution {
 impl Block {
     pub(super) fn forward(&self, x: &Tensor) -> Result<Tensor> {
         (x + self.widen.forward(&self.narrow.forward(x)?.relu()?)?)?.relu()
-    }
-}
-
-impl Linear {
-    pub(super) fn outputs(&self) -> Result<usize> {
-        self.bias.dim(0)
-    }
-
-    /// The layer itself, if it has so many outputs.
-    pub(super) fn must_give(
-        self,
-        outputs: usize,
-        tensor: &str,
-    ) -> std::result::Result<Self, NetworkWeightsError> {
-        let inputs = self.weight.dim(0)?;
-        if self.outputs()? == outputs {
-            return Ok(self);
-        }
-        let found = vec![self.outputs()?, inputs];
-        Err(NetworkWeightsError::Shape {
-            tensor: tensor.to_owned(),
-            found,
-            expected: format!("({outputs}, {inputs})"),
-        })
-    }
-
-    pub(super) fn forward(&self, x: &Tensor) -> Result<Tensor> {
-        x.matmul(&self.weight)?.broadcast_add(&self.bias)
     }
 }

@@ -12,6 +12,11 @@ const KINDS: usize = 4;
 const OUTLINE: usize = 4;
 const CENTER: usize = 7;
 const OFFSET: usize = 8;
+const BASE: usize = 10;
+const TOP_ROW: usize = 12;
+const GROUND_ROW: usize = 13;
+const LATITUDE: usize = 14;
+const FOCAL: usize = 15;
 /// Offsets are counted in this many map pixels.
 const OFFSET_UNIT: f64 = 8.0;
 
@@ -26,7 +31,7 @@ pub enum Kind {
     Object,
 }
 
-/// Maps of a picture, each at half the frame's size, and the camera.
+/// Maps of a picture, each at half the frame's size.
 pub struct Maps {
     answer: Answer,
     placement: Placement,
@@ -55,10 +60,21 @@ impl Maps {
         self.width() * self.height()
     }
 
-    /// Elevation in radians, and the focal length in longer sides of the picture.
+    /// Elevation in radians, and the focal length in longer sides of the picture: what the places of the table top say in
+    /// the mean, each of how far below the horizon it is seen.
     pub fn camera(&self) -> (f64, f64) {
-        let [elevation_rad, log_focal] = self.answer.camera.map(f64::from);
-        (elevation_rad, log_focal.clamp(-1.5, 3.0).exp())
+        let weight = |index: usize| 1.0 / (1.0 + (-self.outline(index)).exp());
+        let whole: f64 = (0..self.count()).map(weight).sum();
+        let mean = |value: &dyn Fn(usize) -> f64| {
+            (0..self.count()).map(|index| weight(index) * value(index)).sum::<f64>() / whole.max(1e-3)
+        };
+        let focal = mean(&|index| f64::from(self.plane(FOCAL)[index])).clamp(-1.5, 3.0).exp();
+        let [width_px, height_px] = self.placement.shown;
+        let focal_px = focal * width_px.max(height_px) as f64;
+        let slant = |index: usize| {
+            (self.stride * (self.middle(index).y - 0.5 * self.height() as f64)).atan2(focal_px)
+        };
+        (mean(&|index| f64::from(self.plane(LATITUDE)[index]) - slant(index)), focal)
     }
 
     /// Pixels of the picture a map pixel.
@@ -117,6 +133,22 @@ impl Maps {
     pub fn votes_for(&self, index: usize) -> DVec2 {
         let offset = [0, 1].map(|k| OFFSET_UNIT * f64::from(self.plane(OFFSET + k)[index]));
         self.middle(index) + DVec2::from_array(offset)
+    }
+
+    /// Map position of the middle of the footprint of the object that a map pixel belongs to.
+    pub fn base(&self, index: usize) -> DVec2 {
+        let offset = [0, 1].map(|k| OFFSET_UNIT * f64::from(self.plane(BASE + k)[index]));
+        self.middle(index) + DVec2::from_array(offset)
+    }
+
+    /// Row of the map in which the point above that middle lies at the height of the object.
+    pub fn top_row(&self, index: usize) -> f64 {
+        self.middle(index).y + OFFSET_UNIT * f64::from(self.plane(TOP_ROW)[index])
+    }
+
+    /// Row of the map in which the point of the table below that middle lies.
+    pub fn ground_row(&self, index: usize) -> f64 {
+        self.middle(index).y + OFFSET_UNIT * f64::from(self.plane(GROUND_ROW)[index])
     }
 
     /// How far an object's logit lies above every other kind's, interpolated at a map position.

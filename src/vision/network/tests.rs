@@ -32,15 +32,14 @@ fn apart(found: &[f32], golden: &[f32]) -> f32 {
 }
 
 #[test]
-fn maps_and_cameras_are_the_references() {
+fn maps_are_the_references() {
     let network = TableNetwork::read(WEIGHTS.to_vec()).expect("the golden network");
     assert_eq!(network.granularity_px(), 8);
     for key in ["32x48", "64x24"] {
         let found = answer(&network, key);
         let maps = apart(&found.maps, &values(&format!("{key}.maps")));
-        let camera = apart(&found.camera, &values(&format!("{key}.camera")));
-        eprintln!("{key}: maps {maps:e}, camera {camera:e} apart");
-        assert!(maps < TOLERANCE && camera < TOLERANCE, "{key}: {maps} {camera}");
+        eprintln!("{key}: maps {maps:e} apart");
+        assert!(maps < TOLERANCE, "{key}: {maps}");
         assert_eq!(found.maps.len(), MAP_CHANNELS * found.width * found.height);
     }
 }
@@ -65,7 +64,7 @@ fn every_tensor_counts() {
     let expected = answer(&TableNetwork::read(WEIGHTS.to_vec()).expect("the golden network"), "32x48");
     for name in names {
         let found = answer(&TableNetwork::read(changed(&name, 30.0)).expect("finite"), "32x48");
-        let difference = apart(&found.maps, &expected.maps).max(apart(&found.camera, &expected.camera));
+        let difference = apart(&found.maps, &expected.maps);
         assert!(difference > 10.0 * TOLERANCE, "{name} has no effect");
     }
 }

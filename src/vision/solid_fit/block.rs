@@ -4,7 +4,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use glam::{DVec2, DVec3};
 
-use super::{Seen, SolidFit, SolidKind, projected_hull};
+use super::{Expected, Seen, SolidFit, SolidKind, projected_hull};
 use crate::geometry::Camera;
 use crate::geometry::sobel::sobel;
 use crate::vision::minimize::climb;
@@ -54,6 +54,7 @@ pub(super) fn fit(
     silhouette: &Silhouette,
     camera: &Camera,
     edges: Option<&InnerEdges>,
+    expected: Option<&Expected>,
 ) -> Option<SolidFit> {
     let across = ((seen.high_px.x - seen.low_px.x) * seen.unit_per_px).max(1e-4);
     let view_yaw = (-seen.away.x).atan2(seen.away.y);
@@ -72,20 +73,29 @@ pub(super) fn fit(
         if q[2] <= 0.01 * across || q[3] <= 0.01 * across || q[4] <= 0.01 * across {
             return -1.0;
         }
-        silhouette.overlap(&[projected_hull(camera, corners(q).into_iter())])
+        let doubt = expected.map_or(0.0, |e| e.disagreement(DVec2::new(q[0], q[1]), q[4], camera));
+        silhouette.overlap(&[projected_hull(camera, corners(q).into_iter())]) - doubt
     };
     let mut best: Option<([f64; 6], f64)> = None;
     let deepest = 0.97 * seen.rise / seen.steepness;
+    let base = expected.and_then(|e| e.base(camera)).map(|base| seen.beside_contact(base));
+    // How far the box reaches beyond the contact: as the base says, or so that its top face reaches these shares of the
+    // way up the outline.
+    let reaches = match base {
+        Some(base) => vec![2.0 * base.y],
+        None => vec![0.35 * deepest, 0.9 * deepest],
+    };
     for turn in [0.0, 0.45, -0.45] {
-        for share in [0.35, 0.9] {
+        for &reach in &reaches {
             let width = 0.85 * across;
-            // So deep that the top face reaches this share of the way up the outline.
             let spread = (width * f64::sin(turn)).abs();
-            let depth = ((share * deepest - spread) / f64::cos(turn)).max(0.05 * across);
+            let depth = ((reach - spread) / f64::cos(turn)).max(0.05 * across);
             let yaw = view_yaw + turn;
-            let rise = seen.rise.max(2.0 * half_beyond(width, depth, yaw) * seen.steepness + 0.02 * across);
+            let high = expected.map_or(0.02 * across, |expected| expected.height);
+            let up = 2.0 * half_beyond(width, depth, yaw) * seen.steepness + high;
+            let rise = if expected.is_some() { up } else { seen.rise.max(up) };
             let side = 0.5 * (seen.low_px.x + seen.high_px.x);
-            let side = (side - seen.contact_px_x) * seen.unit_per_px;
+            let side = base.map_or((side - seen.contact_px_x) * seen.unit_per_px, |base| base.x);
             let step = 0.12 * across;
             let start = [side, 0.0, width, depth, rise, yaw];
             let found = climb(start, [step, step, step, step, step, 0.2], 5, |q| score(&boxed(q)));
@@ -117,7 +127,7 @@ pub(super) fn fit(
             }
         }
     }
-    let overlap = score(&found);
+    let overlap = silhouette.overlap(&[projected_hull(camera, corners(&found).into_iter())]);
     let [x, y, width, depth, height, yaw] = found;
     // The same box with its width across the view as nearly as its sides allow.
     let quarter = ((yaw - view_yaw) / FRAC_PI_2).round();

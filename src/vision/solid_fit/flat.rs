@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::{Seen, SolidFit, SolidKind};
+use super::{Expected, Seen, SolidFit, SolidKind};
 use crate::geometry::{Camera, Outline};
 use crate::vision::polygon::convex_hull;
 
@@ -13,9 +13,15 @@ const UPRIGHT_DEPTH: f64 = 0.45;
 
 /// The silhouette as the outline of a thin thing on the table, and how doubtful that is: things seem to
 /// stretch away from the camera where they really stand.
-pub(super) fn lying(outline_px: &[DVec2], camera: &Camera) -> Option<(SolidFit, f64)> {
+pub(super) fn lying(
+    outline_px: &[DVec2],
+    camera: &Camera,
+    expected: Option<&Expected>,
+) -> Option<(SolidFit, f64)> {
+    // Most of what shows of a thing that lies is its upper face.
+    let upper = expected.map_or(0.0, |expected| 0.5 * expected.height);
     let on_table: Option<Vec<DVec2>> =
-        outline_px.iter().map(|p| camera.meet_plane(*p, 0.0).map(|q| q.truncate())).collect();
+        outline_px.iter().map(|p| camera.meet_plane(*p, upper).map(|q| q.truncate())).collect();
     let on_table = Outline::new(on_table?).ok()?;
     let (yaw_rad, center, extent) = smallest_box(on_table.corners())?;
     let eye = camera.world_from_camera.translation_m.truncate();
@@ -32,7 +38,7 @@ pub(super) fn lying(outline_px: &[DVec2], camera: &Camera) -> Option<(SolidFit, 
         .iter()
         .map(|p| DVec2::from_angle(-yaw_rad).rotate(*p - center))
         .collect::<Vec<_>>();
-    let height = FLAT_THICKNESS * extent.min_element();
+    let height = expected.map_or(FLAT_THICKNESS * extent.min_element(), |expected| expected.height);
     let fit = SolidFit {
         kind: SolidKind::Flat { outline },
         center,
@@ -44,7 +50,12 @@ pub(super) fn lying(outline_px: &[DVec2], camera: &Camera) -> Option<(SolidFit, 
 }
 
 /// The silhouette on an upright plane that faces the camera at the contact.
-pub(super) fn standing(outline_px: &[DVec2], seen: &Seen, camera: &Camera) -> Option<SolidFit> {
+pub(super) fn standing(
+    outline_px: &[DVec2],
+    seen: &Seen,
+    camera: &Camera,
+    expected: Option<&Expected>,
+) -> Option<SolidFit> {
     let eye = camera.world_from_camera.translation_m;
     let normal = seen.away.extend(0.0);
     let right = DVec2::new(seen.away.y, -seen.away.x);
@@ -63,7 +74,9 @@ pub(super) fn standing(outline_px: &[DVec2], seen: &Seen, camera: &Camera) -> Op
     if width <= 0.0 || height <= 0.0 {
         return None;
     }
-    let depth = UPRIGHT_DEPTH * width.min(height);
+    let reach = expected.and_then(|e| e.base(camera)).map(|base| 2.0 * seen.beside_contact(base).y);
+    let depth =
+        reach.map_or(UPRIGHT_DEPTH * width.min(height), |reach| reach.clamp(0.1 * width, 2.0 * width));
     let middle = 0.5 * (low.x + high.x);
     let moved = outline.corners().iter().map(|p| DVec2::new(p.x - middle, p.y - low.y)).collect();
     Some(SolidFit {

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use glam::DVec2;
 
-use super::{Seen, SolidFit, SolidKind, projected_hull};
+use super::{Expected, Seen, SolidFit, SolidKind, projected_hull};
 use crate::geometry::Camera;
 use crate::vision::minimize::climb;
 use crate::vision::silhouette::Silhouette;
@@ -14,7 +14,12 @@ const AROUND: u32 = 20;
 /// Rings of the profile.
 const RINGS: usize = 12;
 
-pub(super) fn fit(seen: &Seen, silhouette: &Silhouette, camera: &Camera) -> Option<SolidFit> {
+pub(super) fn fit(
+    seen: &Seen,
+    silhouette: &Silhouette,
+    camera: &Camera,
+    expected: Option<&Expected>,
+) -> Option<SolidFit> {
     let radius = (0.5 * (seen.high_px.x - seen.low_px.x) * seen.unit_per_px).max(1e-4);
     // Parameters that each move one side of the outline: where the front of the foot is (across, beyond), the
     // radii, and the height at which an upright line over that front would meet the top row.
@@ -23,25 +28,32 @@ pub(super) fn fit(seen: &Seen, silhouette: &Silhouette, camera: &Camera) -> Opti
         let height = rise - (beyond + bottom + top) * seen.steepness;
         (seen.place(across, beyond + bottom), DVec2::new(bottom, 0.0), DVec2::new(top, height))
     };
+    let doubt = |center: DVec2, height: f64| expected.map_or(0.0, |e| e.disagreement(center, height, camera));
     let score = |q: &[f64; 5]| {
         let (center, bottom, top) = frustum(q);
         if bottom.x <= 0.02 * radius || top.x <= 0.02 * radius || top.y <= 0.03 * radius {
             return -1.0;
         }
-        silhouette.overlap(&outlines(center, &[bottom, top], camera))
+        silhouette.overlap(&outlines(center, &[bottom, top], camera)) - doubt(center, top.y)
     };
+    let base = expected.and_then(|e| e.base(camera)).map(|base| seen.beside_contact(base));
     let mut best: Option<([f64; 5], f64)> = None;
     for (foot, mouth) in [(1.0, 1.0), (0.55, 1.0), (1.0, 0.5)] {
         let (bottom, top) = (foot * radius, mouth * radius);
-        let rise = seen.rise.max((bottom + top) * seen.steepness + 0.06 * radius);
+        let place = base.map_or(DVec2::ZERO, |base| base - DVec2::new(0.0, bottom));
+        let rise = match expected {
+            Some(expected) => expected.height + (place.y + bottom + top) * seen.steepness,
+            None => seen.rise.max((bottom + top) * seen.steepness + 0.06 * radius),
+        };
         let step = 0.15 * radius;
-        let found = climb([0.0, 0.0, bottom, top, rise], [step; 5], 6, score);
+        let found = climb([place.x, place.y, bottom, top, rise], [step; 5], 6, score);
         if best.is_none_or(|b| found.1 > b.1) {
             best = Some(found);
         }
     }
-    let (parameters, frustum_overlap) = best?;
+    let (parameters, _) = best?;
     let (first_center, foot, mouth) = frustum(&parameters);
+    let frustum_overlap = silhouette.overlap(&outlines(first_center, &[foot, mouth], camera));
     let (bottom, top, frustum_height) = (foot.x, mouth.x, mouth.y);
     let (mut center, mut height) = (first_center, frustum_height);
     // A profile only where the frustum leaves something to gain and the outline is that of a turned body.
@@ -71,7 +83,8 @@ pub(super) fn fit(seen: &Seen, silhouette: &Silhouette, camera: &Camera) -> Opti
                 if q[2] <= 1e-4 {
                     return -1.0;
                 }
-                silhouette.overlap(&outlines(DVec2::new(q[0], q[1]), &rings(&radii, q[2]), camera))
+                let at = DVec2::new(q[0], q[1]);
+                silhouette.overlap(&outlines(at, &rings(&radii, q[2]), camera)) - doubt(at, q[2])
             };
             let step = 0.1 * radius;
             let [x, y, taller] = climb([center.x, center.y, height], [step, step, 0.1 * height], 5, placed).0;

@@ -12,7 +12,7 @@ use crate::geometry::shapes::{block, lathe, prism};
 use crate::geometry::{Image, Interrupt, Pose, Solid, TexturedMesh};
 use crate::provider::embedded::orientation::turned;
 use crate::provider::{Completion, Port, ProviderError, RawMesh, ReconstructionRequest};
-use crate::vision::{SolidFit, SolidKind, fit_solid};
+use crate::vision::{Expected, SolidFit, SolidKind, fit_solid};
 
 /// Steps around a turned body.
 const AROUND: usize = 48;
@@ -57,7 +57,8 @@ pub(super) fn stood_up(
 ) -> Option<(TexturedMesh, SolidFit, &'static str)> {
     let completion = &request.completion;
     let canvas = on_canvas(completion, request.camera.width_px, request.camera.height_px);
-    let fit = fit_solid(&completion.silhouette, &request.camera, Some(&canvas))?;
+    let expected = Expected { base: None, height: request.object.size_m.z };
+    let fit = fit_solid(&completion.silhouette, &request.camera, Some(&canvas), Some(&expected))?;
     let (solid, how) = body(&fit);
     let (solid, how) = if solid.is_watertight() && solid.volume_m3() > 0.0 {
         (solid, how)

@@ -13,7 +13,7 @@ use crate::provider::embedded::recognized_table;
 use crate::provider::{KnownTop, Port, ProviderError, TopPicture, TopViewRequest};
 use crate::render::TopView;
 use crate::scene::{InstanceMask, Recognition};
-use crate::vision::fit_solid;
+use crate::vision::{Expected, fit_solid};
 
 /// Margin around the table, as a share of its larger extent.
 const MARGIN: f64 = 0.06;
@@ -64,14 +64,15 @@ fn footprints(request: &TopViewRequest, interrupt: &Interrupt) -> Result<Vec<Out
         .zip(request.masks.par_iter())
         .map(|(object, mask)| {
             interrupt.check()?;
-            let corners = fit_solid(&mask.visible, &recognition.camera, Some(&request.reference.picture))
-                .map(|solid| {
-                    // A thing on another was fitted as if on the table: draw it toward the eye.
-                    let raised_m = raised(recognition, object);
-                    let nearer = ((eye_m.z - raised_m) / eye_m.z).clamp(0.2, 1.0);
-                    let eye = eye_m.truncate();
-                    solid.footprint().into_iter().map(|p| eye + nearer * (p - eye)).collect::<Vec<_>>()
-                });
+            let nearer = ((eye_m.z - raised(recognition, object)) / eye_m.z).clamp(0.2, 1.0);
+            let expected = Expected { base: None, height: object.size_m.z / nearer };
+            let picture = &request.reference.picture;
+            let solid = fit_solid(&mask.visible, &recognition.camera, Some(picture), Some(&expected));
+            let corners = solid.map(|solid| {
+                // A thing on another was fitted as if on the table: draw it toward the eye.
+                let eye = eye_m.truncate();
+                solid.footprint().into_iter().map(|p| eye + nearer * (p - eye)).collect::<Vec<_>>()
+            });
             corners.and_then(|corners| Outline::new(corners).ok()).ok_or_else(|| ProviderError::Rejected {
                 port: Port::Painter,
                 code: "nothing_visible",
