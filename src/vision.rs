@@ -37,7 +37,7 @@ pub use error::VisionError;
 pub use learned::{NetworkReadingSettings, read_with_network};
 pub use reading::{ObjectReading, PictureReading, TableReading, TopShape, read_picture};
 pub use settings::VisionSettings;
-pub use solid_fit::{SolidFit, SolidKind, fit_solid};
+pub use solid_fit::{Expected, ExpectedBase, SolidFit, SolidKind, fit_solid};
 
 #[cfg(test)]
 pub(crate) mod tests;

@@ -28,7 +28,7 @@
 //!
 //! The order of rotational symmetry is read from the coarse curve ([`symmetry`]) and from the mesh
 //! ([`RotationalSymmetry`]); what both have is told. Where several poses cast
-//! the same outline (a book, a labeled jar) the picture's colors choose among them, if a picture is given
+//! the same outline (a book, a labeled jar) the picture's colors and edges choose among them, if a picture is given
 //! (`choice.rs`); the paper solver with appearance in its loss has chosen already, and its symmetry is that of both.
 //! What symmetry is left is told, and does not change the yaw that was chosen.
 //!
@@ -50,6 +50,7 @@ mod hidden;
 mod moving_placement;
 pub(super) mod outline_mesh;
 mod paper;
+mod picture_edges;
 mod placement;
 mod polish;
 pub(super) mod search;

@@ -21,7 +21,7 @@ use crate::render::overlay::{Curve, plot_curves};
 use crate::render::soft::gpu::LARGEST_SIDE_PX;
 use crate::scene::{InstanceId, InstanceMask, Recognition, StandsOn};
 
-pub const STAGE: Stage = Stage { name: "rotate", version: 7 };
+pub const STAGE: Stage = Stage { name: "rotate", version: 8 };
 
 #[derive(Serialize)]
 pub struct Inputs {

@@ -1,7 +1,8 @@
 //! Which of several poses with the same outline: the one whose colors are the picture's.
 //!
 //! A book, a keyboard, a labeled jar look the same in outline turned by half a turn or by any angle; the
-//! picture does not. Where the outline has clear minima, colors choose among them; where it is as good over a
+//! picture does not. Where the outline has clear minima, colors choose among them, and whether the outline lies on edges
+//! of the picture; where it is as good over a
 //! stretch of yaws (a jar, a mug with its handle behind it), colors are compared along the whole stretch. The
 //! yaw is the one they prefer, however slightly: a small difference is still in favor of the true one. Only
 //! where they do not differ at all it is canonical. Whether they tell the poses apart *clearly* decides what is
@@ -15,6 +16,7 @@ use rayon::prelude::*;
 use super::comparison::{Comparison, Place};
 use super::crop::Crop;
 use super::outline_mesh::OutlineMesh;
+use super::picture_edges::PictureEdges;
 use super::search::{Candidate, golden_section};
 use super::{DroSettings, RotationProblem, symmetry};
 use crate::align::appearance::{Model, PictureCrop};
@@ -56,6 +58,8 @@ pub struct Colors<'a> {
     model: Arc<Model<'a>>,
     crop: Crop,
     cropped: PictureCrop,
+    /// The refinement's crop, on which outlines are fine enough to be held against edges.
+    edges: Arc<(Crop, PictureEdges)>,
 }
 
 /// What the outline says.
@@ -99,7 +103,9 @@ impl<'a> Colors<'a> {
     ) -> Self {
         let model = Arc::new(Model::new(problem.mesh, plain));
         let (crop, cropped) = cropped(problem, picture, bbox, side_px);
-        Self { problem, picture, outline, settings, model, crop, cropped }
+        let fine = Crop::new(problem.mask, problem.unknown, bbox, settings.fine_px as usize);
+        let edges = PictureEdges::new(picture, problem.camera, &fine);
+        Self { problem, picture, outline, settings, model, crop, cropped, edges: Arc::new((fine, edges)) }
     }
 
     /// The same on twice as many pixels each way.
@@ -107,12 +113,16 @@ impl<'a> Colors<'a> {
         let [low, high] = [self.crop.low_px, self.crop.high_px];
         let bbox = [low.x, low.y, high.x, high.y].map(|side| side as u32);
         let (crop, cropped) = cropped(self.problem, self.picture, bbox, 2 * self.crop.side_px);
-        Self { crop, cropped, model: self.model.clone(), ..*self }
+        Self { crop, cropped, model: self.model.clone(), edges: self.edges.clone(), ..*self }
     }
 
     fn comparison(&self, place: Option<Place>) -> Comparison<'_> {
+        self.comparison_on(&self.crop, place)
+    }
+
+    fn comparison_on<'c>(&'c self, crop: &'c Crop, place: Option<Place>) -> Comparison<'c> {
         let RotationProblem { camera, seat_height_m, .. } = *self.problem;
-        Comparison::new(self.outline, camera, seat_height_m, &self.crop, self.settings).standing_at(place)
+        Comparison::new(self.outline, camera, seat_height_m, crop, self.settings).standing_at(place)
     }
 
     /// The outline's loss on pictures of this size.
@@ -120,10 +130,13 @@ impl<'a> Colors<'a> {
         self.comparison(place).loss(yaw_rad)
     }
 
+    /// Of colors, plus the share of the outline that lies on no edge of the picture.
     fn disagreement(&self, candidate: &Candidate, interrupt: &Interrupt) -> Result<f64, Interrupted> {
         interrupt.check()?;
-        let comparison = self.comparison(candidate.place);
-        Ok(self.cropped.disagreement(&self.model, &comparison, candidate.yaw_rad))
+        let Candidate { yaw_rad, place, .. } = *candidate;
+        let colors = self.cropped.disagreement(&self.model, &self.comparison(place), yaw_rad);
+        let (fine, edges) = &*self.edges;
+        Ok(colors + self.comparison_on(fine, place).off_edges(yaw_rad, edges))
     }
 
     fn look(&self, candidate: &Candidate, interrupt: &Interrupt) -> Result<Looked, Interrupted> {

@@ -8,6 +8,7 @@ use wide::f32x8;
 use super::DroSettings;
 use super::crop::Crop;
 use super::outline_mesh::OutlineMesh;
+use super::picture_edges::PictureEdges;
 use super::placement::{Standing, fit, projected};
 use super::silhouette::{BLOCK_PX, BitPicture, Coverage, each};
 use crate::geometry::Camera;
@@ -205,6 +206,43 @@ impl<'a> Comparison<'a> {
             world_from_camera: camera.world_from_camera,
         };
         Some((origin, cropped))
+    }
+
+    /// Share of the mesh's outline at that yaw, as far as the picture shows what is there, that lies on no edge of the
+    /// picture, 0..1. `edges` are those at the crop's pixels.
+    pub fn off_edges(&self, yaw_rad: f64, edges: &PictureEdges) -> f64 {
+        SCRATCH.with_borrow_mut(|scratch| {
+            self.draw(yaw_rad, scratch).map_or(1.0, |()| {
+                let (mut on, mut all) = (0.0_f64, 0.0_f64);
+                let rows = scratch.coverage.rows();
+                for y in rows.start.saturating_sub(1)..(rows.end + 1).min(self.crop.side_px) {
+                    each(scratch.coverage.outline(y) & self.crop.known_blocks[y], |block| {
+                        for x in block * BLOCK_PX..(block + 1) * BLOCK_PX {
+                            let pixel = y * self.crop.side_px + x;
+                            let across = self.slope(&scratch.coverage, x, y);
+                            let length = across[0].hypot(across[1]) * self.crop.inner[pixel];
+                            if length > 0.0 {
+                                on += f64::from(length * edges.clearness(pixel, across));
+                                all += f64::from(length);
+                            }
+                        }
+                    });
+                }
+                1.0 - on / all.max(1e-9)
+            })
+        })
+    }
+
+    /// Sobel's gradient of the coverage at a pixel.
+    fn slope(&self, coverage: &Coverage, x: usize, y: usize) -> [f32; 2] {
+        let row = |y: usize| -> [f32; 3] {
+            let from = coverage.from(y, x);
+            [from[0], from[1], from[2]]
+        };
+        let [a, b, c] = row(y.saturating_sub(1));
+        let [d, _, f] = row(y);
+        let [g, h, i] = row((y + 1).min(self.crop.side_px - 1));
+        [(c - a) + 2.0 * (f - d) + (i - g), (g - a) + 2.0 * (h - b) + (i - c)]
     }
 
     /// Compares what was drawn with the crop, a block of eight pixels at a time; only blocks at the outline

@@ -44,7 +44,7 @@ pub struct DroSettings {
     /// Loss above the best up to which an outline counts as the same and colors decide, among minima and along
     /// stretches; more lets colors overrule worse outlines.
     pub same_outline: f64,
-    /// Weight of the color disagreement (0..2) against the loss among such outlines.
+    /// Weight of the disagreement of colors (0..2) and of edges (0..1) against the loss among such outlines.
     pub appearance_weight: f64,
     /// Difference of color disagreement below which two poses look alike; more calls more objects
     /// symmetric. The yaw is the one colors prefer all the same.
