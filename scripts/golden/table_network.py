@@ -22,7 +22,7 @@ ROOT = Path(__file__).resolve().parent.parent.parent
 sys.path.insert(0, str(ROOT / "training"))
 from network import TableNetwork, folded  # noqa: E402
 
-SEED = 20260101
+SEED = 20260105
 GOLDEN = ROOT / "tests" / "golden" / "table_network"
 
 
