@@ -48,7 +48,7 @@ pub fn painter(config: &Config) -> EmbeddedPainter {
 
 /// One core, so that figures compare between machines.
 pub fn call() -> Call {
-    Call { cpu: Cpu::new(1).expect("a pool of one thread"), interrupt: Interrupt::default() }
+    Call::without_budget(Cpu::new(1).expect("a pool of one thread"), Interrupt::default())
 }
 
 pub fn paint(painter: &EmbeddedPainter, call: &Call, description: &Arc<SceneDescription>) -> Painting {

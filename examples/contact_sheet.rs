@@ -126,7 +126,7 @@ fn scenes(out: &Path, sentences: &[&str]) -> Result<usize, Box<dyn Error>> {
         resolve: config.resolve,
         certify: config.certify,
     };
-    let call = Call { cpu: Cpu::new(0)?, interrupt: Interrupt::default() };
+    let call = Call::without_budget(Cpu::new(0)?, Interrupt::default());
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
     let mut failures = 0;
     let mut report = String::new();

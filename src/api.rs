@@ -5,6 +5,7 @@
 
 pub mod error;
 pub mod wire;
+pub mod spending;
 pub mod submission;
 pub mod picture;
 pub mod scenes;
@@ -44,6 +45,8 @@ pub struct Settings {
     pub max_image_bytes: usize,
     /// Largest picture, pixels (width times height), checked before it is decoded.
     pub max_image_pixels: u64,
+    /// The most that calls of remote models for one scene may cost, US dollars, where its request does not say.
+    pub usual_budget_usd: f64,
     /// Longest text, characters.
     pub max_text_chars: usize,
     /// A connection that has not sent its whole header by then is closed, seconds.

@@ -7,6 +7,7 @@
 pub mod logging;
 pub mod features;
 mod network;
+pub mod remote;
 pub mod scenes;
 pub mod service;
 pub mod local;

@@ -31,6 +31,7 @@ use crate::provider::embedded::layout::LayoutSettings;
 use crate::provider::embedded::painter::PainterSettings;
 use crate::provider::embedded::photograph::SizeSettings;
 use crate::provider::feature_extractor::FeatureSettings;
+use crate::provider::remote::ProviderSettings;
 use crate::render::RenderSettings;
 use crate::render::gpu::ComputeSettings;
 use crate::vision::descriptor::DescriptorSettings;
@@ -51,6 +52,7 @@ pub struct Config {
     pub log: LogSettings,
     pub features: FeatureSettings,
     pub network: NetworkSettings,
+    pub providers: ProviderSettings,
     pub analyst: analyst::Settings,
     pub layout: LayoutSettings,
     pub painter: PainterSettings,
@@ -71,10 +73,10 @@ pub struct Config {
     pub export: ExportSettings,
 }
 
-/// Sections about the process; all others shape a scene, and a request may override those. Features and network shape scenes too, but
-/// name files of this machine, which are not a request's to choose.
-pub const PROCESS_SECTIONS: [&str; 7] =
-    ["server", "store", "worker", "compute", "log", "features", "network"];
+/// Sections about the process; all others shape a scene, and a request may override those. Features, network and providers
+/// shape scenes too, but name files of this machine and services that cost money, which are not a request's to choose.
+pub const PROCESS_SECTIONS: [&str; 8] =
+    ["server", "store", "worker", "compute", "log", "features", "network", "providers"];
 
 /// Section `[network]`.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]

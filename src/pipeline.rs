@@ -7,6 +7,7 @@ pub mod checkpoint;
 pub mod error;
 pub mod carry;
 pub mod services;
+pub mod ledger;
 pub mod reference;
 pub mod recognize;
 pub mod segment;
@@ -109,6 +110,7 @@ pub async fn rotate_all(
     ports: Ports,
     settings: Arc<Settings>,
 ) -> Result<Rotated, StageError> {
+    let request = request.shaping();
     let services = Services::new(ports.clone(), checkpoints.device().clone());
     let stages = checkpoints.with_services(Arc::new(services));
     let request = Arc::new(request);
@@ -198,6 +200,7 @@ pub async fn build_scene(
     ports: Ports,
     settings: Arc<Settings>,
 ) -> Result<BuiltRows, StageError> {
+    let request = request.shaping();
     let identity = certify::SceneIdentity::new(&request, &ports, &settings)?;
     let objects = rotate_all(request, checkpoints, ports, settings).await?;
     let (stages, settings) = (&objects.stages, &objects.settings);

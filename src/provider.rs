@@ -1,7 +1,8 @@
 //! The five ports: the kinds of model the method asks, each answered by an adapter.
 //!
 //! A port is a trait that stages call; an adapter answers it. The [`embedded`] adapters need no key, no
-//! network and no GPU: they are real algorithms with a known error. What an adapter cannot do is a
+//! network and no GPU: they are real algorithms with a known error. The [`remote`] adapters ask models of vendors, for
+//! money that a [`ledger`] accounts for; [`preference`] asks several providers in order. What an adapter cannot do is a
 //! [`ProviderError`] that names its port, never a made-up answer. Every adapter has an [`Adapter`]
 //! identity (name, model and settings), which is part of the key of each stage that asks it.
 //!
@@ -9,12 +10,15 @@
 
 pub mod call;
 pub mod error;
+pub mod ledger;
 pub mod analyst;
 pub mod painter;
 pub mod segmenter;
 pub mod mesh_generator;
 pub mod feature_extractor;
 pub mod embedded;
+pub mod remote;
+pub mod preference;
 
 use std::sync::Arc;
 

@@ -9,6 +9,7 @@ pub mod description;
 pub mod table;
 pub mod recognition;
 pub mod instance;
+pub mod money;
 pub mod certificate;
 pub mod finished;
 
@@ -17,6 +18,7 @@ pub use certificate::Certificate;
 pub use description::{ObjectSpec, Relation, RelationKind, SceneDescription};
 pub use finished::Scene;
 pub use instance::{Instance, Provenance, Support};
+pub use money::MicroUsd;
 pub use name::InstanceId;
 pub use recognition::{
     CameraKnowledge, InstanceMask, MaskEdges, Recognition, RecognizedObject, RecognizedTable, StandsOn,

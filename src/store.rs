@@ -1,6 +1,6 @@
-//! What survives a restart: jobs, checkpoints, blobs.
+//! What survives a restart: jobs, checkpoints, blobs, the ledger of remote calls.
 //!
-//! One data directory holds `tabletopgen.sqlite` (scenes, jobs, events, checkpoints) and `blobs/`
+//! One data directory holds `tabletopgen.sqlite` (scenes, jobs, events, checkpoints, calls) and `blobs/`
 //! (immutable bytes named by their digest), unless the settings keep those in memory. Blobs are written
 //! and synced before the row that refers to them; the row is the commit point. One process at a time may
 //! use a data directory: it holds an exclusive lock on `lock` for as long as it lives, so every lease
@@ -18,6 +18,7 @@ pub mod jobs;
 pub mod events;
 pub mod checkpoints;
 pub mod artifacts;
+pub mod calls;
 
 use std::fs::{File, OpenOptions, TryLockError};
 use std::path::{Path, PathBuf};

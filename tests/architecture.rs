@@ -163,6 +163,22 @@ fn import_findings(source: &Source, row: &Row) -> Vec<String> {
     findings
 }
 
+/// One client speaks outward, so that its rules about addresses hold for everything.
+#[test]
+fn only_the_remote_adapters_speak_outward() {
+    let mut findings = Vec::new();
+    let sources = sources("src");
+    for source in sources.iter().filter(|source| !source.path.starts_with("src/provider/remote/")) {
+        for named in paths(source) {
+            if named.segments.first().is_some_and(|root| root == "reqwest" || root == "rustls") {
+                let (at, spelled) = (format!("{}:{}", source.path, named.line), named.segments.join("::"));
+                findings.push(format!("{at}: only src/provider/remote may know {spelled}"));
+            }
+        }
+    }
+    report("outbound", findings);
+}
+
 #[test]
 fn every_row_of_the_table_is_a_module() {
     let all = sources("src");

@@ -10,8 +10,8 @@ use serde_json::json;
 
 use super::error::{Problem, ProblemType};
 use super::wire::{
-    ArtifactView, SceneView, StageView, page_size, page_token, parameter, parse_page_token, parse_timestamp,
-    query,
+    ArtifactView, SceneView, SpendingView, StageView, page_size, page_token, parameter, parse_page_token,
+    parse_timestamp, query,
 };
 use super::{Api, submission};
 use crate::job::SceneState;
@@ -43,6 +43,7 @@ pub async fn submit(
         tenant_id: DEFAULT_TENANT.to_owned(),
         request: json!(submission.request),
         labels: submission.labels,
+        budget_micro_usd: submission.request.options.budget(api.settings.usual_budget_usd).0,
         idempotency: key.map(|key| (key, submission.body_digest.to_string())),
     };
     let scene_id = match api.store.submit(new).await? {
@@ -135,6 +136,8 @@ pub async fn show(State(api): State<Api>, Path(scene_id): Path<String>) -> Resul
     let artifacts = api.store.artifacts(&scene_id).await?;
     let mut view = SceneView::new(scene, job);
     view.stages = Some(stages.into_iter().map(StageView::new).collect());
+    view.spending =
+        Some(SpendingView::new(api.store.spending(&scene_id).await?, api.store.calls(&scene_id).await?));
     view.artifacts = Some(artifacts.into_iter().map(|row| ArtifactView::new(&scene_id, row)).collect());
     Ok(Json(view).into_response())
 }

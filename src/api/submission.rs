@@ -18,7 +18,7 @@ use uuid::Uuid;
 use super::error::{FieldError, Problem, ProblemType};
 use super::picture::Picture;
 use super::{Api, Settings, Validate, picture};
-use crate::scene::request::{MAX_SEED, RequestOptions};
+use crate::scene::request::{MAX_BUDGET_USD, MAX_SEED, RequestOptions};
 use crate::scene::{Input, SceneRequest};
 use crate::store::Digest;
 
@@ -302,6 +302,9 @@ fn check_labels(labels: &BTreeMap<String, String>, wrong: &mut impl FnMut(&str, 
 fn check_options(options: &RequestOptions, wrong: &mut impl FnMut(&str, String)) {
     if options.max_objects.is_some_and(|count| !(1..=64).contains(&count)) {
         wrong("/options/max_objects", "must be from 1 to 64".into());
+    }
+    if options.budget_usd.is_some_and(|budget| !(0.0..=MAX_BUDGET_USD).contains(&budget)) {
+        wrong("/options/budget_usd", format!("must be from 0 to {MAX_BUDGET_USD} US dollars"));
     }
     if let Some(anchor) = &options.metric_anchor {
         if !(0.001..=10.0).contains(&anchor.width_m) {

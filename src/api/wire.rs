@@ -9,6 +9,7 @@ use serde_json::Value;
 use uuid::Uuid;
 
 use super::error::{Problem, ProblemType};
+pub use super::spending::SpendingView;
 use crate::store::artifacts::ArtifactRow;
 use crate::store::events::Event;
 use crate::store::jobs::{JobRow, StageRow};
@@ -34,6 +35,8 @@ pub struct SceneView {
     pub stages: Option<Vec<StageView>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub artifacts: Option<Vec<ArtifactView>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub spending: Option<SpendingView>,
     pub links: SceneLinks,
 }
 
@@ -71,6 +74,7 @@ impl SceneView {
             job: job.map(JobView::new),
             stages: None,
             artifacts: None,
+            spending: None,
         }
     }
 }

@@ -58,6 +58,7 @@ pub async fn opened(
         tenant_id: DEFAULT_TENANT.to_owned(),
         request: json!(request),
         labels: Default::default(),
+        budget_micro_usd: request.options.budget(config.server.usual_budget_usd).0,
         idempotency: None,
     };
     let lost =

@@ -39,6 +39,7 @@ pub async fn run(
         tenant_id: DEFAULT_TENANT.to_owned(),
         request: json!(submission.request),
         labels: submission.labels,
+        budget_micro_usd: submission.request.options.budget(config.server.usual_budget_usd).0,
         idempotency: None,
     };
     let (scene_id, job_id) = match store.submit(new).await? {

@@ -6,6 +6,7 @@ use futures::FutureExt;
 
 use super::features::Features;
 use super::network;
+use super::remote::Remote;
 use crate::api::{FieldError, Validate};
 use crate::config::{Config, ConfigErrors, Resolved};
 use crate::pipeline::error::StageError;
@@ -16,17 +17,22 @@ use crate::provider::embedded::{self, EmbeddedSettings};
 use crate::scene::SceneRequest;
 use crate::worker::{BuildScene, JobContext};
 
-/// What was read from files of weights when the program started.
+/// What was made when the program started: networks read from files of weights, and remote models.
 #[derive(Clone)]
 struct Models {
     features: Features,
     network: Option<Arc<ReadingNetwork>>,
+    remote: Remote,
 }
 
-/// Builds scenes with the embedded adapters, each with the settings its request asks for. Weights are read here, so that
-/// those that will not do are found before any work.
+/// Builds scenes with the configured adapters, each with the settings its request asks for. Weights and keys are read here,
+/// so that those that will not do are found before any work.
 pub fn build_scene(resolved: &Resolved) -> Result<BuildScene, ConfigErrors> {
-    let models = Models { features: Features::load(resolved)?, network: network::load(resolved)? };
+    let models = Models {
+        features: Features::load(resolved)?,
+        network: network::load(resolved)?,
+        remote: Remote::load(resolved)?,
+    };
     let resolved = Arc::new(resolved.clone());
     // Adapters hold tables and catalogs; jobs without settings of their own share them.
     let shared = assembled(&resolved, &models);
@@ -75,7 +81,7 @@ fn own(
 
 fn assembled(resolved: &Resolved, models: &Models) -> (Ports, Arc<Settings>) {
     let ports = embedded::ports(&adapters(&resolved.config), models.network.clone());
-    (models.features.answer(ports), Arc::new(stages(&resolved.config)))
+    (models.remote.answer(models.features.answer(ports)), Arc::new(stages(&resolved.config)))
 }
 
 /// What the stages need of the configuration.

@@ -9,6 +9,7 @@ use super::{Exit, Failure, terminal};
 use crate::app::config::keys::Allowed;
 use crate::app::config::{Origin, Resolved};
 use crate::app::features::Features;
+use crate::app::remote::Remote;
 
 /// Arguments of `check-config`.
 #[derive(Debug, Args)]
@@ -23,8 +24,9 @@ pub struct Arguments {
 /// Prints the configuration, or fails with everything that is wrong with it.
 pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
     let resolved = arguments.options.load(Vec::new())?;
-    // Weights that will not do are as wrong as a value out of its range.
+    // Weights and keys that will not do are as wrong as a value out of its range.
     Features::load(&resolved)?;
+    Remote::load(&resolved)?;
     terminal::print(&if arguments.json { as_json(&resolved) } else { as_toml(&resolved) });
     Ok(Exit::Success)
 }
@@ -33,8 +35,13 @@ pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
 fn as_toml(resolved: &Resolved) -> String {
     let mut text = String::new();
     let mut section = "";
-    for (path, _, value, origin) in resolved.entries() {
-        let (of, name) = path.rsplit_once('.').unwrap_or(("", path));
+    let mut entries: Vec<_> = resolved
+        .entries()
+        .map(|(path, _, value, origin)| (path.rsplit_once('.').unwrap_or(("", path)), value, origin))
+        .collect();
+    // A section's own keys stand together, before those of the sections inside it.
+    entries.sort_by_key(|(path, ..)| *path);
+    for ((of, name), value, origin) in entries {
         if of != section {
             let gap = if section.is_empty() { "" } else { "\n" };
             text.push_str(&format!("{gap}[{of}]\n"));

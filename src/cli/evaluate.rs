@@ -262,7 +262,7 @@ async fn score(
     let opened = evaluation::opened(directory.path(), &bench.config, &bench.cpu, &bench.interrupt, &request);
     let Opened { checkpoints, store, scene_id } =
         opened.await.map_err(|error: AppError| Unscored::Stop(error.into()))?;
-    let call = Call { cpu: bench.cpu.clone(), interrupt: bench.interrupt.clone() };
+    let call = Call::without_budget(bench.cpu.clone(), bench.interrupt.clone());
     let scored = bench.layout.score(scene, difficulty, checkpoints, &call).await;
     if let Some(artifacts) = &bench.artifacts {
         let folder = artifacts.join(difficulty.name().replace(", ", "-").replace(' ', "-")).join(&scene.name);

@@ -33,6 +33,7 @@ pub enum Allowed {
         low: f64,
         high: Option<f64>,
     },
+    /// Of a list, every element.
     Words(Vec<String>),
 }
 
@@ -104,7 +105,8 @@ fn constraint(brackets: &str, default: &Value) -> (String, Allowed) {
         let high = high.strip_prefix('=').and_then(|high| high.parse().ok());
         return (unit.to_owned(), Allowed::Range { low, high });
     }
-    if default.is_str() && brackets.contains(" or ") {
+    let element = default.as_array().and_then(|list| list.first()).unwrap_or(default);
+    if element.is_str() && brackets.contains(" or ") {
         let words = brackets.split(" or ").flat_map(|part| part.split(", ")).map(str::to_owned).collect();
         return (brackets.to_owned(), Allowed::Words(words));
     }

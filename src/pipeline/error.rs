@@ -124,10 +124,17 @@ impl From<ProviderError> for StageError {
         match error {
             ProviderError::Unsupported { .. } => Self::refused("unsupported", message),
             ProviderError::Rejected { code, .. } => Self::permanent(code, message),
-            ProviderError::Transient { .. } => Self::transient("provider_unavailable", message),
+            ProviderError::Transient { code, .. } => Self::transient(code, message),
             ProviderError::RateLimited { retry_after, .. } => {
                 Self::rate_limited("provider_busy", message, retry_after)
             }
+            ProviderError::Refused { code, .. } => Self::refused(code, message),
+            ProviderError::Misconfigured { code, .. } => Self::permanent(code, message),
+            ProviderError::OverBudget { .. } => Self::over_budget("over_budget", message),
+            ProviderError::Ledger { lease_lost: true, .. } => {
+                Self::new(StageErrorClass::LeaseLost, "lease_lost", message)
+            }
+            ProviderError::Ledger { .. } => Self::transient("store_unavailable", message),
             ProviderError::Died { .. } => Self::crashed(message),
             ProviderError::Interrupted(_) => Self::interrupted(),
         }

@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 use tokio::sync::oneshot;
 
+use super::ledger::{Ledger, NoBudget};
 use super::{Port, ProviderError};
 use crate::geometry::Interrupt;
 
@@ -22,12 +23,14 @@ pub struct Cpu {
 #[error("a computation died: {0}")]
 pub struct Died(pub String);
 
-/// One call: how to compute, and when to stop. None of it may change the answer.
+/// One call: how to compute, when to stop, who keeps the books. None of it may change the answer.
 #[derive(Clone)]
 pub struct Call {
     pub cpu: Cpu,
     /// Polled at least every 50 ms.
     pub interrupt: Interrupt,
+    /// Of what calls over the network cost.
+    pub ledger: Arc<dyn Ledger>,
 }
 
 impl Cpu {
@@ -61,6 +64,11 @@ impl Cpu {
 }
 
 impl Call {
+    /// A call outside any job: nothing may be spent.
+    pub fn without_budget(cpu: Cpu, interrupt: Interrupt) -> Self {
+        Self { cpu, interrupt, ledger: Arc::new(NoBudget) }
+    }
+
     /// Runs an embedded adapter's computation on the pool.
     pub async fn compute<T, W>(&self, port: Port, work: W) -> Result<T, ProviderError>
     where

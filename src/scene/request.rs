@@ -4,10 +4,13 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::TableSpec;
+use super::{MicroUsd, TableSpec};
 
 /// Largest seed: it must survive JavaScript numbers and signed SQL integers.
 pub const MAX_SEED: u64 = (1 << 53) - 1;
+
+/// Largest budget of a scene, US dollars.
+pub const MAX_BUDGET_USD: f64 = 10_000.0;
 
 /// A request as it is stored with the scene: its version, its input, its seed and its options.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -22,6 +25,18 @@ pub struct SceneRequest {
 
 impl SceneRequest {
     pub const VERSION: u32 = 1;
+
+    /// Without what decides nothing about the scene: the budget.
+    pub fn shaping(self) -> Self {
+        Self { options: RequestOptions { budget_usd: None, ..self.options }, ..self }
+    }
+}
+
+impl RequestOptions {
+    /// What calls of remote models may cost together: the request's own budget, or the server's usual one.
+    pub fn budget(&self, usual_usd: f64) -> MicroUsd {
+        MicroUsd::of_usd(self.budget_usd.unwrap_or(usual_usd))
+    }
 }
 
 /// Where the scene comes from. Edits and variants of existing scenes will be further kinds.
@@ -51,6 +66,9 @@ pub struct RequestOptions {
     /// Refuse descriptions with more objects than this (1..=64).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_objects: Option<u32>,
+    /// The most that calls of remote models may cost together, US dollars (0..=[`MAX_BUDGET_USD`]).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub budget_usd: Option<f64>,
     /// `key = value` overrides of the resolved settings, validated against the configuration.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub set: BTreeMap<String, String>,

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use sqlx::{Row, SqliteConnection};
 
 use super::artifacts::BuiltRows;
-use super::{Store, StoreError, artifacts, database, events};
+use super::{Store, StoreError, artifacts, calls, database, events};
 use crate::job::{Failure, FailureClass, JobEvent, JobState};
 
 /// The right to write about a job: valid while `owner` and `epoch` are those of its row.
@@ -192,6 +192,7 @@ async fn claim(
         };
         let Some(job_id) = next else { return Ok(None) };
         let state = move_job(connection, &job_id, JobEvent::Claimed, now).await?;
+        calls::abandon(connection, &job_id, now).await?;
         let row = sqlx::query(
             "UPDATE jobs SET owner = ?1, epoch = epoch + 1, attempt = attempt + 1, lease_until = ?2,
                              started_at = COALESCE(started_at, ?3)
@@ -370,6 +371,9 @@ pub(super) async fn move_job(
     .bind(job_id)
     .execute(&mut *connection)
     .await?;
+    if !holds_lease {
+        calls::abandon(connection, job_id, now_ms).await?;
+    }
     if after != before {
         match after {
             JobState::Cancelling => {

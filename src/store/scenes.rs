@@ -21,6 +21,8 @@ pub struct NewScene {
     /// The versioned request, as JSON.
     pub request: Value,
     pub labels: BTreeMap<String, String>,
+    /// The most that calls of remote models may cost together, millionths of a US dollar.
+    pub budget_micro_usd: i64,
     /// The client's key, and a digest of what it sent with it.
     pub idempotency: Option<(String, String)>,
 }
@@ -165,13 +167,14 @@ async fn submit(connection: &mut SqliteConnection, new: NewScene) -> Result<Subm
     }
     let scene_id = Uuid::now_v7().to_string();
     sqlx::query(
-        "INSERT INTO scenes (id, tenant_id, state, request, labels, created_at, updated_at)
-         VALUES (?, ?, 'pending', ?, ?, ?, ?)",
+        "INSERT INTO scenes (id, tenant_id, state, request, labels, budget_micro_usd, created_at, updated_at)
+         VALUES (?, ?, 'pending', ?, ?, ?, ?, ?)",
     )
     .bind(&scene_id)
     .bind(&new.tenant_id)
     .bind(new.request.to_string())
     .bind(json!(new.labels).to_string())
+    .bind(new.budget_micro_usd)
     .bind(now)
     .bind(now)
     .execute(&mut *connection)

@@ -29,7 +29,7 @@ async fn scored(scene: &BenchmarkScene, difficulty: Difficulty, threads: usize) 
     let cpu = evaluation::cpu(&config).unwrap();
     let request = LayoutBench::request(scene);
     let opened = evaluation::opened(home.path(), &config, &cpu, &interrupt, &request).await.unwrap();
-    let call = Call { cpu, interrupt };
+    let call = Call::without_budget(cpu, interrupt);
     evaluation::layout_bench(&config).score(scene, difficulty, opened.checkpoints, &call).await.unwrap()
 }
 

@@ -24,6 +24,7 @@ async fn store() -> (tempfile::TempDir, Store) {
         tenant_id: DEFAULT_TENANT.into(),
         request: json!({ "seed": 1 }),
         labels: BTreeMap::new(),
+        budget_micro_usd: 0,
         idempotency: None,
     };
     store.submit(new).await.unwrap();

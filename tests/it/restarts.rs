@@ -161,8 +161,13 @@ async fn a_picture_whose_bytes_are_gone_fails_the_download_and_not_the_server() 
 async fn submit(store: &Store, text: &str) -> String {
     let request =
         json!({ "version": 1, "input": { "kind": "text", "text": text }, "seed": 7, "options": {} });
-    let new =
-        NewScene { tenant_id: DEFAULT_TENANT.into(), request, labels: Default::default(), idempotency: None };
+    let new = NewScene {
+        tenant_id: DEFAULT_TENANT.into(),
+        request,
+        labels: Default::default(),
+        budget_micro_usd: 0,
+        idempotency: None,
+    };
     match store.submit(new).await.unwrap() {
         Submitted::Created { job_id, .. } => job_id,
         other => panic!("{other:?}"),

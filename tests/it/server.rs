@@ -14,6 +14,7 @@ use serde_json::{Value, json};
 use tabletopgen::app::service::{self, Service};
 use tabletopgen::config::{Resolved, Sources, layers};
 use tabletopgen::store::Store;
+use tabletopgen::worker::BuildScene;
 use tempfile::TempDir;
 
 use crate::contract;
@@ -57,6 +58,13 @@ impl Server {
     pub async fn with(script: &Arc<Script>, set: &[(&str, &str)]) -> Self {
         let directory = Arc::new(tempfile::tempdir().expect("temporary directory"));
         Self::on(directory, script, set).await
+    }
+
+    /// With a pipeline of its own.
+    pub async fn building(build: BuildScene, resolved: &Resolved) -> Self {
+        let directory = Arc::new(tempfile::tempdir().expect("temporary directory"));
+        let service = service::start(resolved, directory.path(), build).await.expect("starts");
+        Self { directory, service, client: Client::builder(TokioExecutor::new()).build_http() }
     }
 
     /// On a data directory somebody used before.
@@ -130,6 +138,20 @@ impl Server {
         tokio::time::timeout(Duration::from_secs(20), reached)
             .await
             .unwrap_or_else(|_| panic!("job {job_id} never was {state}"))
+    }
+
+    /// Waits until the job has ended, at most so long; the job.
+    pub async fn job_ends(&self, job_id: &str, at_most: Duration) -> Value {
+        let ended = async {
+            loop {
+                let job = self.get(&format!("/jobs/{job_id}")).await.json();
+                if ["succeeded", "failed", "cancelled"].contains(&job["state"].as_str().unwrap()) {
+                    return job;
+                }
+                tokio::time::sleep(Duration::from_millis(50)).await;
+            }
+        };
+        tokio::time::timeout(at_most, ended).await.unwrap_or_else(|_| panic!("job {job_id} never ended"))
     }
 
     /// Kinds of the job's events, in order.

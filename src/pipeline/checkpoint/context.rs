@@ -10,6 +10,7 @@ use serde::de::DeserializeOwned;
 use super::artifact::{ArtifactRef, Artifacts, is_valid_name};
 use super::{Interrupt, JobScope, Stage};
 use crate::pipeline::error::StageError;
+use crate::pipeline::ledger::JobLedger;
 use crate::provider::call::{Call, Cpu};
 use crate::scene::InstanceId;
 use crate::store::{Digest, Store};
@@ -86,7 +87,13 @@ impl<S> StageContext<S> {
 
     /// What a port is called with.
     pub fn call(&self) -> Call {
-        Call { cpu: self.cpu.clone(), interrupt: self.job.interrupt.clone() }
+        let ledger = JobLedger {
+            store: self.store.clone(),
+            lease: self.job.lease.clone(),
+            stage: self.stage.name,
+            instance: self.instance.clone(),
+        };
+        Call { cpu: self.cpu.clone(), interrupt: self.job.interrupt.clone(), ledger: Arc::new(ledger) }
     }
 
     /// Stores bytes under `<stage>/[<instance>/]<name>`; they appear among the scene's artifacts once

@@ -42,7 +42,7 @@ mod tests {
         let settings = DescriptorSettings { patches: 4, side_px: 32, orientations: 6, color_share: 0.5 };
         let extractor = EmbeddedFeatureExtractor { settings };
         assert_eq!(extractor.adapter().name, "embedded/descriptor");
-        let call = Call { cpu: Cpu::new(2).expect("a pool"), interrupt: Interrupt::default() };
+        let call = Call::without_budget(Cpu::new(2).expect("a pool"), Interrupt::default());
         let pictures = [[200, 30, 30, 255], [30, 30, 200, 255]].map(|c| Arc::new(Image::filled(40, 30, c)));
         let features = extractor.features(&call, pictures.to_vec()).await.expect("an answer");
         for feature in &features {

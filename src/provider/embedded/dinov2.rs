@@ -134,7 +134,7 @@ mod tests {
         let pictures = [[200, 30, 30, 255], [30, 30, 200, 255]].map(|c| Arc::new(Image::filled(40, 30, c)));
         let mut answers = Vec::new();
         for threads in [1, 3] {
-            let call = Call { cpu: Cpu::new(threads).expect("a pool"), interrupt: Interrupt::default() };
+            let call = Call::without_budget(Cpu::new(threads).expect("a pool"), Interrupt::default());
             answers.push(extractor.features(&call, pictures.to_vec()).await.expect("an answer"));
         }
         for feature in &answers[0] {
@@ -147,7 +147,7 @@ mod tests {
     #[tokio::test]
     async fn an_interrupted_call_says_so() {
         let extractor = Dinov2FeatureExtractor::load(&golden()).expect("the golden weights");
-        let call = Call { cpu: Cpu::new(1).expect("a pool"), interrupt: Interrupt::default() };
+        let call = Call::without_budget(Cpu::new(1).expect("a pool"), Interrupt::default());
         call.interrupt.raise();
         let answer = extractor.features(&call, vec![Arc::new(Image::filled(4, 4, [9, 9, 9, 255]))]).await;
         assert!(matches!(answer, Err(ProviderError::Interrupted(_))));

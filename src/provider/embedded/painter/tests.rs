@@ -38,7 +38,7 @@ fn painter() -> EmbeddedPainter {
 }
 
 fn call(threads: usize) -> Call {
-    Call { cpu: Cpu::new(threads).expect("a pool"), interrupt: Interrupt::default() }
+    Call::without_budget(Cpu::new(threads).expect("a pool"), Interrupt::default())
 }
 
 fn described(text: &str, seed: u64) -> Arc<SceneDescription> {

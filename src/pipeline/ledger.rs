@@ -1,0 +1,78 @@
+//! The books of one job, as its stages' calls see them: rows of the store, under the job's lease.
+
+use futures::future::BoxFuture;
+
+use crate::provider::ledger::{Entry, Intent, Ledger, LedgerError, OnUnknown, Settlement};
+use crate::scene::{InstanceId, MicroUsd};
+use crate::store::calls::{CallEnd, NewCall, Reserved};
+use crate::store::{Digest, Lease, Store, StoreError};
+
+/// Books of one run of one stage.
+pub struct JobLedger {
+    pub store: Store,
+    pub lease: Lease,
+    pub stage: &'static str,
+    pub instance: Option<InstanceId>,
+}
+
+impl JobLedger {
+    /// The same for every try of the same question here, however often the worker dies in between; another job's (a
+    /// retry that somebody asked for) is another.
+    fn key_of(&self, request_digest: &str) -> String {
+        let instance = self.instance.as_ref().map_or("", InstanceId::as_str);
+        let key = format!("{}\n{}\n{instance}\n{request_digest}", self.lease.job_id, self.stage);
+        Digest::of(key.as_bytes()).as_str()[..32].to_owned()
+    }
+}
+
+impl Ledger for JobLedger {
+    fn reserve(&self, intent: Intent) -> BoxFuture<'_, Result<Entry, LedgerError>> {
+        Box::pin(async move {
+            let idempotency_key = self.key_of(&intent.request_digest);
+            let call = NewCall {
+                stage: self.stage.to_owned(),
+                instance: self.instance.as_ref().map_or("", InstanceId::as_str).to_owned(),
+                port: intent.port.to_string(),
+                provider: intent.provider,
+                model: intent.model,
+                endpoint: intent.endpoint,
+                operation: intent.operation.to_owned(),
+                request_digest: intent.request_digest,
+                idempotency_key: idempotency_key.clone(),
+                attempt: intent.attempt,
+                reserved_micro_usd: intent.reserved.0,
+                sent_bytes: intent.sent_bytes,
+                refuse_after_unknown: intent.on_unknown == OnUnknown::Fail,
+            };
+            match self.store.reserve_call(&self.lease, call).await.map_err(not_written)? {
+                Reserved::Granted(id) => Ok(Entry { id, idempotency_key }),
+                Reserved::OverBudget { committed, budget } => Err(LedgerError::OverBudget {
+                    asked: intent.reserved,
+                    committed: MicroUsd(committed),
+                    budget: MicroUsd(budget),
+                }),
+                Reserved::OutcomeUnknown => Err(LedgerError::OutcomeUnknown),
+            }
+        })
+    }
+
+    fn settle(&self, entry: Entry, settlement: Settlement) -> BoxFuture<'_, Result<(), LedgerError>> {
+        Box::pin(async move {
+            let end = CallEnd {
+                settled_micro_usd: settlement.cost.map(|cost| cost.0),
+                outcome: settlement.outcome.to_owned(),
+                received_bytes: settlement.received_bytes,
+                input_tokens: settlement.input_tokens,
+                output_tokens: settlement.output_tokens,
+            };
+            self.store.settle_call(&self.lease, entry.id, end).await.map_err(not_written)
+        })
+    }
+}
+
+fn not_written(error: StoreError) -> LedgerError {
+    match error {
+        StoreError::LeaseLost { .. } => LedgerError::LeaseLost(error.to_string()),
+        _ => LedgerError::Unavailable(error.chain()),
+    }
+}

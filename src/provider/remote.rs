@@ -1,0 +1,26 @@
+//! Remote adapters: models that answer over the network, slowly, for money, and sometimes not at all.
+//!
+//! Every call goes the same way: [`endpoint`] waits for its turn ([`turns`]), asks the breaker ([`breaker`]), writes
+//! the call into the job's ledger, sends it through the one client ([`outbound`]) that refuses addresses of private
+//! networks ([`address`]), reads how it ended ([`failure`]), and tries again where that can help ([`patience`]). An
+//! adapter only says what to ask and how to read the answer. Adapters: [`chat`], the analyst over any
+//! OpenAI-compatible chat endpoint.
+//!
+//! What comes back is hostile until proven: sizes are capped, numbers have ranges, addresses a model names are never
+//! fetched.
+
+pub mod settings;
+pub mod secret;
+pub mod address;
+pub mod outbound;
+pub mod failure;
+pub mod patience;
+pub mod breaker;
+pub mod turns;
+pub mod endpoint;
+pub mod chat;
+
+pub use endpoint::Endpoint;
+pub use outbound::Outbound;
+pub use secret::Secret;
+pub use settings::{ChatSettings, LimitSettings, ProviderSettings};

@@ -1,0 +1,91 @@
+//! The analyst over an OpenAI-compatible chat endpoint: OpenAI, OpenRouter, Ark, vLLM, Ollama, llama.cpp.
+//!
+//! Each question is a prompt of `config/prompts/`, a strict JSON schema and, where it is about a picture, the picture.
+//! An answer is data: it is read by its schema ([`conversation`]), every number has a range, every name is one that was
+//! given, and what does not hold is told to the model once. Words of users and of pictures reach the model only as
+//! data that the prompts say not to obey, and whatever it answers can do no more than describe things on a table.
+//!
+//! [`describe`] plans a scene from words; [`recognize`] reads a picture in three turns: what is there, how large it is
+//! ([`measure`]), what carries what ([`stacking`]). It does not stand meshes up: that wants another provider behind it.
+
+pub mod wire;
+pub mod prompts;
+pub mod schema;
+pub mod conversation;
+pub mod words;
+pub mod picture;
+pub mod describe;
+pub mod recognize;
+pub mod measure;
+pub mod stacking;
+pub mod seen_camera;
+
+use std::sync::Arc;
+
+use serde_json::json;
+
+use super::{ChatSettings, Endpoint};
+use crate::align::canonicalize::CanonicalPose;
+use crate::provider::{Adapter, Answer, Call, Port, ProviderError, Reference, SceneAnalyst, UprightQuestion};
+use crate::scene::request::RequestOptions;
+use crate::scene::{Recognition, SceneDescription};
+
+/// Name of the adapter.
+pub const NAME: &str = "openai/chat";
+
+/// Asks a chat endpoint.
+pub struct ChatAnalyst {
+    pub settings: ChatSettings,
+    pub endpoint: Arc<Endpoint>,
+}
+
+impl SceneAnalyst for ChatAnalyst {
+    fn adapter(&self) -> Adapter {
+        let ChatSettings { base_url, schema, temperature, send_seed, detail, picture_px, .. } =
+            &self.settings;
+        let settings = json!({
+            "base_url": base_url, "schema": schema, "temperature": temperature, "send_seed": send_seed,
+            "detail": detail, "picture_px": picture_px, "max_output_tokens": self.settings.max_output_tokens,
+            "prompts": prompts::identity(), "schemas": schema::identity(),
+        });
+        Adapter { name: NAME.to_owned(), model: self.settings.model.clone(), settings }
+    }
+
+    fn describe<'a>(
+        &'a self,
+        call: &'a Call,
+        text: String,
+        seed: u64,
+        options: RequestOptions,
+    ) -> Answer<'a, SceneDescription> {
+        Box::pin(describe::describe(self, call, text, seed, options))
+    }
+
+    fn recognize<'a>(
+        &'a self,
+        call: &'a Call,
+        reference: Reference,
+        seed: u64,
+        options: RequestOptions,
+    ) -> Answer<'a, Recognition> {
+        Box::pin(recognize::recognize(self, call, reference, seed, options))
+    }
+
+    fn upright<'a>(&'a self, _call: &'a Call, _question: UprightQuestion) -> Answer<'a, CanonicalPose> {
+        Box::pin(async {
+            Err(ProviderError::Unsupported {
+                port: Port::Analyst,
+                adapter: NAME.to_owned(),
+                reason: "it stands no meshes up; put embedded behind it in providers.analyst".to_owned(),
+            })
+        })
+    }
+}
+
+/// What cannot be asked of anybody.
+pub(super) fn rejected(code: &'static str, reason: String) -> ProviderError {
+    ProviderError::Rejected { port: Port::Analyst, code, reason }
+}
+
+#[cfg(test)]
+pub(super) mod tests;

@@ -1,0 +1,57 @@
+//! Answers that are taken, and answers that are complained about.
+
+use super::*;
+
+fn answer() -> Value {
+    json!({
+        "table": {
+            "label": "oak table", "model": "dining_table", "box": { "x0": 100, "y0": 300, "x1": 900, "y1": 800 },
+        },
+        "camera": { "elevation_deg": 45, "azimuth_deg": -10, "horizontal_fov_deg": 35 },
+        "objects": [
+            {
+                "name": "mug_1", "label": "red mug", "category": "mug",
+                "box": { "x0": 400, "y0": 400, "x1": 480, "y1": 500 },
+            },
+            {
+                "name": "astrolabe_1", "label": "brass astrolabe", "category": "object",
+                "box": { "x0": 600, "y0": 400, "x1": 700, "y1": 520.5 },
+            },
+        ],
+    })
+}
+
+fn read(answer: &Value) -> Result<Seen, String> {
+    let answer: Answer = serde_json::from_value(answer.clone()).map_err(|error| error.to_string())?;
+    accepted(answer).map_err(|complaints| complaints.join("; "))
+}
+
+#[test]
+fn an_answer_is_taken_and_things_get_names_of_ours() {
+    let seen = read(&answer()).unwrap_or_else(|complaint| panic!("{complaint}"));
+    let names: Vec<&str> = seen.objects.iter().map(|object| object.id.as_str()).collect();
+    assert_eq!(names, ["mug_1", "brass_astrolabe_1"]);
+    assert!((seen.camera.elevation_rad - std::f64::consts::FRAC_PI_4).abs() < 1e-9);
+    assert_eq!(seen.camera.table_box, [0.1, 0.3, 0.9, 0.8]);
+    assert_eq!(named(&seen)[0]["name"], "mug_1");
+}
+
+#[test]
+fn what_does_not_hold_is_named() {
+    for (pointer, value, told) in [
+        ("/table/model", json!("throne"), "table.model"),
+        ("/table/box/x0", json!(-501), "table.box.x0"),
+        ("/table/box/x1", json!(50), "table.box is empty"),
+        ("/camera/elevation_deg", json!(-20), "camera.elevation_deg"),
+        ("/camera/horizontal_fov_deg", json!(179), "camera.horizontal_fov_deg"),
+        ("/objects/0/box/y1", json!(1001), "objects[0].box.y1"),
+        ("/objects/0/category", json!("unicorn"), "objects[0].category"),
+        ("/objects/0/name", json!("table"), "no name"),
+        ("/objects/0/label", json!(""), "objects[0].label"),
+    ] {
+        let mut answer = answer();
+        *answer.pointer_mut(pointer).expect(pointer) = value.clone();
+        let Err(complaint) = read(&answer) else { panic!("{pointer} = {value} is taken") };
+        assert!(complaint.contains(told), "{pointer} = {value}: {complaint}");
+    }
+}
