@@ -1,20 +1,27 @@
 """From painted folders to the frames a network sees and the maps it should answer with.
 
-A frame is FRAME_WIDTH x FRAME_HEIGHT pixels: the picture shrunk until it fits, in the middle, the rest filled with the
-picture's edge pixels. Maps lie on every second pixel of the frame (STRIDE). One painted picture becomes one row of a few
+A picture is looked at twice: first the whole of it, then the part that shows the top and what stands on it, larger. A frame
+is what is looked at, scaled until it fits, in the middle, the rest filled with its edge pixels; frames have one of the sizes
+of SHAPES. Maps lie on every second pixel of the frame (STRIDE). One look at one painted picture becomes one row of a few
 arrays that stay on disk (memory-mapped), so that training reads no JPEG twice.
 """
 
 import json
 import os
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from PIL import Image, ImageDraw
 
-FRAME_WIDTH, FRAME_HEIGHT, STRIDE = 320, 256, 2
-MAP_WIDTH, MAP_HEIGHT = FRAME_WIDTH // STRIDE, FRAME_HEIGHT // STRIDE
+STRIDE = 2
+#: Widths and heights of frames, multiples of 32. The first is that of whole pictures; a part gets the one that shows it larger.
+SHAPES = (320, 256), (416, 192)
+#: How much of its longer side is added to each side of the part that is looked at, a share drawn from here.
+MARGIN = 0.02, 0.15
+#: A part is not shown larger than this, frame pixels a picture pixel.
+MOST_SCALE = 1.5
 #: Values of the label map, as `Labels` of the painter has them; objects count from FIRST_OBJECT.
 BACKDROP, FRAME, TOP, FIRST_OBJECT = 0, 1, 2, 3
 #: A label of padding, which no loss looks at.
@@ -25,48 +32,106 @@ OUTLINE, CONTACT = 1, 2
 #: centers at +0.5), in which rows the points lie that are above it at the object's height and below it on the table, and
 #: whether all that is known.
 MOST_OBJECTS, FACTS = 17, 5
+#: What is known of the camera.
+CAMERA = 4
 #: Raised by hand when what is below changes.
-VERSION = 4
+VERSION = 5
 
 
-def placement(width, height):
-    """Scale from picture to frame pixels, and the picture's upper left corner in the frame."""
-    scale = min(FRAME_WIDTH / width, FRAME_HEIGHT / height)
-    shown = round(width * scale), round(height * scale)
-    corner = (FRAME_WIDTH - shown[0]) // 2, (FRAME_HEIGHT - shown[1]) // 2
-    return scale, corner, shown
+@dataclass(frozen=True)
+class Look:
+    """A part of a picture in a frame: `part` is its left, upper, right and lower edge in whole picture pixels."""
+
+    part: tuple
+    shape: tuple
+
+    @staticmethod
+    def whole(width, height):
+        return Look((0, 0, width, height), SHAPES[0])
+
+    @staticmethod
+    def closer(width, height, box):
+        """At the part that shows the box (left, upper, right, lower), in the shape that shows it larger, with as much around it
+        as the frame has room for."""
+        wanted = max(box[2] - box[0], 1), max(box[3] - box[1], 1)
+        scale_in = lambda shape: min(shape[0] / wanted[0], shape[1] / wanted[1])
+        shape = max(SHAPES, key=scale_in)
+        scale = min(scale_in(shape), MOST_SCALE)
+        edges = []
+        for side, low, high, most in ((shape[0], box[0], box[2], width), (shape[1], box[1], box[3], height)):
+            length = min(round(side / scale), most)
+            start = min(max(round(0.5 * (low + high - length)), 0), most - length)
+            edges.append((start, start + length))
+        return Look((edges[0][0], edges[1][0], edges[0][1], edges[1][1]), shape)
+
+    @property
+    def size(self):
+        return self.part[2] - self.part[0], self.part[3] - self.part[1]
+
+    @property
+    def map_shape(self):
+        """Rows and columns of the maps."""
+        return self.shape[1] // STRIDE, self.shape[0] // STRIDE
+
+    def placement(self):
+        """Scale from picture to frame pixels, the part's upper left corner in the frame, and its size there."""
+        scale = min(self.shape[0] / self.size[0], self.shape[1] / self.size[1])
+        shown = round(self.size[0] * scale), round(self.size[1] * scale)
+        corner = (self.shape[0] - shown[0]) // 2, (self.shape[1] - shown[1]) // 2
+        return scale, corner, shown
+
+    def to_map(self):
+        """Where a point of the picture lies in the maps, as a function."""
+        scale, (x, y), _ = self.placement()
+        left, upper = self.part[:2]
+        return lambda p: (((p[0] - left) * scale + x) / STRIDE, ((p[1] - upper) * scale + y) / STRIDE)
 
 
-def framed(picture):
-    """RGB bytes of the frame of a PIL picture; shrinking, each pixel is a tent-weighted mean of all it covers."""
-    _, (x, y), shown = placement(*picture.size)
-    small = np.asarray(picture.convert("RGB").resize(shown, Image.BILINEAR))
-    room = ((y, FRAME_HEIGHT - y - shown[1]), (x, FRAME_WIDTH - x - shown[0]), (0, 0))
+def shown_box(labels, truth, rng):
+    """Left, upper, right and lower edge of what shows the top and all that stands on it, with margins; the whole picture where
+    neither is to be seen."""
+    rows, columns = np.nonzero((labels >= FIRST_OBJECT) & (labels != IGNORED))
+    corners = [*truth["table"]["outline_px"], *([[columns.min(), rows.min()], [columns.max() + 1, rows.max() + 1]] if len(rows) else [])]
+    if not corners:
+        return 0, 0, labels.shape[1], labels.shape[0]
+    low, high = np.min(corners, 0), np.max(corners, 0)
+    margins = rng.uniform(*MARGIN, 4) * max(high - low)
+    most = labels.shape[1], labels.shape[0]
+    low, high = np.clip(low - margins[:2], 0, most), np.clip(high + margins[2:], 0, most)
+    return (*low, *high)
+
+
+def framed(picture, look):
+    """RGB bytes of the frame; shrinking, each pixel is a tent-weighted mean of all it covers."""
+    _, (x, y), shown = look.placement()
+    small = np.asarray(picture.convert("RGB").crop(look.part).resize(shown, Image.BILINEAR))
+    room = ((y, look.shape[1] - y - shown[1]), (x, look.shape[0] - x - shown[0]), (0, 0))
     return np.pad(small, room, mode="edge")
 
 
-def maps(labels, truth):
-    """Label and flag map of a picture: labels is its label array, truth what truth.json says."""
-    height, width = labels.shape
-    scale, (x, y), shown = placement(width, height)
+def maps(labels, truth, look):
+    """Label and flag map of a look: labels is the picture's label array, truth what truth.json says."""
+    scale, (x, y), _ = look.placement()
+    left, upper, right, lower = look.part
+    map_height, map_width = look.map_shape
     # Pixel centers of the map, in the picture.
-    columns = ((np.arange(MAP_WIDTH) + 0.5) * STRIDE - x) / scale
-    rows = ((np.arange(MAP_HEIGHT) + 0.5) * STRIDE - y) / scale
-    inside = ((rows >= 0) & (rows < height))[:, None] & ((columns >= 0) & (columns < width))[None, :]
-    picked = labels[np.clip(rows.astype(int), 0, height - 1)[:, None], np.clip(columns.astype(int), 0, width - 1)[None, :]]
+    columns = ((np.arange(map_width) + 0.5) * STRIDE - x) / scale + left
+    rows = ((np.arange(map_height) + 0.5) * STRIDE - y) / scale + upper
+    inside = ((rows >= upper) & (rows < lower))[:, None] & ((columns >= left) & (columns < right))[None, :]
+    picked = labels[np.clip(rows.astype(int), upper, lower - 1)[:, None], np.clip(columns.astype(int), left, right - 1)[None, :]]
     label = np.where(inside, picked, IGNORED).astype(np.uint8)
 
-    to_map = lambda p: ((p[0] * scale + x) / STRIDE, (p[1] * scale + y) / STRIDE)
-    outline = Image.new("1", (MAP_WIDTH, MAP_HEIGHT))
+    to_map = look.to_map()
+    outline = Image.new("1", (map_width, map_height))
     if len(truth["table"]["outline_px"]) >= 3:
         ImageDraw.Draw(outline).polygon([to_map(p) for p in truth["table"]["outline_px"]], fill=1)
-    contact = np.zeros((MAP_HEIGHT, MAP_WIDTH), bool)
+    contact = np.zeros((map_height, map_width), bool)
     for index, thing in enumerate(truth["objects"]):
         own = label == FIRST_OBJECT + index
         if len(thing["contact_px"]) < 2 or not own.any():
             continue
         # What touches below: the thing's own pixels on and near the drawn contact, and just below them.
-        mark = Image.new("1", (MAP_WIDTH, MAP_HEIGHT))
+        mark = Image.new("1", (map_width, map_height))
         points = [to_map(p) for p in thing["contact_px"]]
         ImageDraw.Draw(mark).line(points + points[:1], fill=1, width=3)
         contact |= np.asarray(mark) & own
@@ -74,11 +139,13 @@ def maps(labels, truth):
     return label, np.where(inside, flags, 0).astype(np.uint8)
 
 
-def camera(truth):
-    """Elevation in radians, the logarithm of the focal length in longer sides of the picture, and that side in frame pixels."""
+def camera(truth, look):
+    """Elevation in radians, the logarithm of the focal length in longer sides of the picture, that side in frame pixels, and
+    whether the look shows where the optical axis is: a part of a picture does not."""
     longer = max(truth["width_px"], truth["height_px"])
-    scale, _, _ = placement(truth["width_px"], truth["height_px"])
-    return np.float32(truth["elevation_rad"]), np.float32(np.log(truth["camera"]["fx"] / longer)), np.float32(scale * longer)
+    is_whole = look == Look.whole(truth["width_px"], truth["height_px"])
+    scale, _, _ = look.placement()
+    return np.array([truth["elevation_rad"], np.log(truth["camera"]["fx"] / longer), scale * longer, is_whole], np.float32)
 
 
 def centroid(polygon):
@@ -102,10 +169,10 @@ def projected(camera, point):
     return camera["fx"] * turned[0] / turned[2] + camera["cx"], camera["fy"] * turned[1] / turned[2] + camera["cy"]
 
 
-def facts(truth):
+def facts(truth, look):
     """What is known of each object: (MOST_OBJECTS, FACTS)."""
     known = np.zeros((MOST_OBJECTS, FACTS), np.float32)
-    scale, (x, y), _ = placement(truth["width_px"], truth["height_px"])
+    to_map = look.to_map()
     for index, thing in enumerate(truth["objects"]):
         if len(thing["footprint_m"]) < 3:
             continue
@@ -113,58 +180,78 @@ def facts(truth):
         heights = foot_m, foot_m + thing["size_m"][2], 0.0
         points = [projected(truth["camera"], [*middle, height]) for height in heights]
         if all(point is not None for point in points):
-            row = lambda point: (point[1] * scale + y) / STRIDE
-            base, top, ground = points
-            known[index] = (base[0] * scale + x) / STRIDE, row(base), row(top), row(ground), 1
+            base, top, ground = map(to_map, points)
+            known[index] = *base, top[1], ground[1], 1
     return known
 
 
-def _one(folder):
+def _looks(folder):
+    """Both looks at a painted picture, each with what it shows."""
     folder = Path(folder)
     truth = json.loads((folder / "truth.json").read_text())
-    picture = framed(Image.open(folder / "picture.jpg"))
-    label, flags = maps(np.asarray(Image.open(folder / "labels.png")), truth)
-    return picture, label, flags, camera(truth), facts(truth)
+    picture, labels = Image.open(folder / "picture.jpg"), np.asarray(Image.open(folder / "labels.png"))
+    height, width = labels.shape
+    rng = np.random.default_rng([VERSION, truth["number"]])
+    looks = Look.whole(width, height), Look.closer(width, height, shown_box(labels, truth, rng))
+    return [(look.shape, framed(picture, look), *maps(labels, truth, look), camera(truth, look), facts(truth, look)) for look in looks]
+
+
+class Frames:
+    """Packed looks of one shape, read where they lie; `numbers` are the rows that there are."""
+
+    def __init__(self, packed, numbers):
+        self.numbers = numbers
+        for name in ARRAYS:
+            setattr(self, name, np.load(packed / f"{name}.npy", mmap_mode="r"))
+
+    def __len__(self):
+        return len(self.numbers)
+
+
+#: Name, type and shape of a row of what a frame of `shape` becomes.
+def _arrays(shape):
+    map_shape = shape[1] // STRIDE, shape[0] // STRIDE
+    return [
+        ("pictures", np.uint8, (shape[1], shape[0], 3)),
+        ("labels", np.uint8, map_shape),
+        ("flags", np.uint8, map_shape),
+        ("cameras", np.float32, (CAMERA,)),
+        ("facts", np.float32, (MOST_OBJECTS, FACTS)),
+    ]
+
+
+ARRAYS = [name for name, _, _ in _arrays(SHAPES[0])]
+#: Folders of the looks, with the shapes of their frames.
+LOOKS = {"whole": SHAPES[0], **{f"closer_{width}x{height}": (width, height) for width, height in SHAPES}}
 
 
 def pack(painted, packed, workers):
-    """Packs every whole picture below `painted` into arrays below `packed`; does nothing where they are there already."""
+    """Packs every whole picture below `painted` into arrays below `packed`, unless they are there already; gives the `Frames` of
+    each of LOOKS. A picture has its row in `whole` and in one of the others, whose files have holes for the rest."""
     folders = sorted(str(folder) for folder in Path(painted).iterdir() if (folder / "truth.json").is_file())
     packed = Path(packed)
     index = packed / "index.json"
     said = {"version": VERSION, "folders": [Path(folder).name for folder in folders]}
-    if index.is_file() and json.loads(index.read_text()) == said:
-        return Frames(packed)
-    packed.mkdir(parents=True, exist_ok=True)
-    index.unlink(missing_ok=True)
-    arrays = {name: np.lib.format.open_memmap(packed / f"{name}.npy", "w+", kind, (len(folders), *shape)) for name, kind, shape in ARRAYS}
-    with ProcessPoolExecutor(workers) as pool:
-        for k, (picture, label, flags, taken, known) in enumerate(pool.map(_one, folders, chunksize=16)):
-            arrays["pictures"][k], arrays["labels"][k], arrays["flags"][k] = picture, label, flags
-            arrays["cameras"][k], arrays["facts"][k] = taken, known
-    for array in arrays.values():
-        array.flush()
-    part = index.with_suffix(".part")
-    part.write_text(json.dumps(said))
-    os.replace(part, index)
-    return Frames(packed)
-
-
-ARRAYS = [
-    ("pictures", np.uint8, (FRAME_HEIGHT, FRAME_WIDTH, 3)),
-    ("labels", np.uint8, (MAP_HEIGHT, MAP_WIDTH)),
-    ("flags", np.uint8, (MAP_HEIGHT, MAP_WIDTH)),
-    ("cameras", np.float32, (3,)),
-    ("facts", np.float32, (MOST_OBJECTS, FACTS)),
-]
-
-
-class Frames:
-    """Packed frames, read where they lie."""
-
-    def __init__(self, packed):
-        for name, _, _ in ARRAYS:
-            setattr(self, name, np.load(Path(packed) / f"{name}.npy", mmap_mode="r"))
-
-    def __len__(self):
-        return len(self.labels)
+    known = json.loads(index.read_text()) if index.is_file() else {}
+    if {name: known.get(name) for name in said} != said:
+        index.unlink(missing_ok=True)
+        arrays, numbers = {}, {look: [] for look in LOOKS}
+        for look, shape in LOOKS.items():
+            (packed / look).mkdir(parents=True, exist_ok=True)
+            arrays[look] = [
+                np.lib.format.open_memmap(packed / look / f"{name}.npy", "w+", kind, (len(folders), *row))
+                for name, kind, row in _arrays(shape)
+            ]
+        with ProcessPoolExecutor(workers) as pool:
+            for k, (whole, closer) in enumerate(pool.map(_looks, folders, chunksize=16)):
+                for look, (_, *row) in (("whole", whole), ("closer_{}x{}".format(*closer[0]), closer)):
+                    numbers[look].append(k)
+                    for array, value in zip(arrays[look], row):
+                        array[k] = value
+        for array in (array for own in arrays.values() for array in own):
+            array.flush()
+        known = {**said, "numbers": numbers}
+        part = index.with_suffix(".part")
+        part.write_text(json.dumps(known))
+        os.replace(part, index)
+    return {look: Frames(packed / look, np.array(known["numbers"][look], int)) for look in LOOKS}

@@ -3,7 +3,7 @@
 import torch
 from torch.nn import functional as F
 
-from frames import BACKDROP, CONTACT, FIRST_OBJECT, FRAME_HEIGHT, IGNORED, MOST_OBJECTS, OUTLINE
+from frames import BACKDROP, CONTACT, FIRST_OBJECT, IGNORED, MOST_OBJECTS, OUTLINE, SHAPES
 
 #: Standard deviation of the bump at an object's center, map pixels.
 CENTER_SIGMA = 2.5
@@ -12,8 +12,9 @@ OFFSET_UNIT = 8.0
 
 
 def slants(rows, cameras):
-    """Angle of a row's rays to the optical axis, downward, (N, rows), with the focal lengths of the cameras (N, 3)."""
-    below_px = ((torch.arange(rows) + 0.5) / rows - 0.5) * FRAME_HEIGHT
+    """Angle of a row's rays to the optical axis, downward, (N, rows), with the focal lengths of the cameras (N, 4); of frames
+    of whole pictures."""
+    below_px = ((torch.arange(rows) + 0.5) / rows - 0.5) * SHAPES[0][1]
     return torch.atan(below_px / (cameras[:, 1].exp() * cameras[:, 2])[:, None])
 
 
@@ -30,7 +31,7 @@ def elevation_of(by_name, cameras_px):
 
 
 def targets(labels, flags, cameras, facts):
-    """Of labels and flags (N, H, W), cameras (N, 3) and facts (N, MOST_OBJECTS, FACTS): a dictionary of maps, and where they
+    """Of labels and flags (N, H, W), cameras (N, 4) and facts (N, MOST_OBJECTS, FACTS): a dictionary of maps, and where they
     count."""
     n, h, w = labels.shape
     labels = labels.long()
@@ -77,7 +78,7 @@ def targets(labels, flags, cameras, facts):
         # How far below the horizon a place is seen.
         "latitude": (cameras[:, :1] + slants(h, cameras))[:, :, None].expand(n, h, w),
         "focal": cameras[:, 1, None, None].expand(n, h, w),
-        "is_table": counts & (labels != BACKDROP),
+        "tells_camera": counts & (labels != BACKDROP) & (cameras[:, 3] > 0)[:, None, None],
         "is_known": known[:, 4] > 0,
         "is_object": is_object,
         "area": torch.where(is_object, area[flat].view(n, h, w), torch.ones(1)),

@@ -4,13 +4,16 @@ import unittest
 
 import numpy as np
 import torch
+from PIL import Image
 from torch.nn import functional as F
 
-from frames import FACTS, FIRST_OBJECT, IGNORED, MAP_HEIGHT, MAP_WIDTH, MOST_OBJECTS, TOP, centroid, facts, maps, placement, projected
+from frames import CAMERA, FACTS, FIRST_OBJECT, IGNORED, LOOKS, MOST_OBJECTS, MOST_SCALE, SHAPES, STRIDE, TOP, Look, centroid, facts, framed, maps, projected, shown_box
 from network import BLOCKS, MAPS, TableNetwork, WIDTHS, folded, split
 from scores import compared, grouped
 from targets import elevation_of, targets
-from train import RISE, SMALL_HEIGHT, SMALL_WIDTH, averaged, falls_from, learning_rate, numbers_of, shrunk
+from train import OF_STEPS, RISE, SMALL, WHOLE_STEPS, averaged, falls_from, learning_rate, look_of, losses, numbers_of, shrunk
+
+MAP_WIDTH, MAP_HEIGHT = (side // STRIDE for side in SHAPES[0])
 
 
 def scene():
@@ -21,7 +24,7 @@ def scene():
     labels[0, 80:100, 100:110], labels[0, 60:62, 60:62] = FIRST_OBJECT + 2, FIRST_OBJECT + 3
     known = torch.zeros(1, MOST_OBJECTS, FACTS)
     known[0, 1] = torch.tensor([50.0, 44.5, 24.5, 60.5, 1.0])
-    return labels, torch.zeros_like(labels), torch.tensor([[0.6, 0.3, 320.0]]), known
+    return labels, torch.zeros_like(labels), torch.tensor([[0.6, 0.3, 320.0, 1.0]]), known
 
 
 def ideal(want):
@@ -73,11 +76,15 @@ class Training(unittest.TestCase):
         square = [[0.0, 0.0], [1.0, 0.0], [1.0, 0.5], [0.0, 0.5]]
         np.testing.assert_allclose(centroid(square), [0.5, 0.25])
         thing = {"footprint_m": square, "contact_z_m": 1.0, "size_m": [1.0, 0.5, 0.3]}
-        known = facts({"width_px": 320, "height_px": 256, "camera": camera, "objects": [thing]})
+        truth = {"width_px": 320, "height_px": 256, "camera": camera, "objects": [thing]}
+        known = facts(truth, Look.whole(320, 256))
         # Rows of the middle of the footprint 1 m up, of the point 0.3 m above it and of that on the table.
         rows = [0.5 * (128 - 320 * 0.25 / below) for below in (1.0, 0.7, 2.0)]
         np.testing.assert_allclose(known[0], [160.0, *rows, 1.0], rtol=1e-6)
         self.assertFalse(known[1:].any())
+        # Half the picture, twice as large.
+        closer = facts(truth, Look((160, 64, 320, 192), SHAPES[0]))
+        np.testing.assert_allclose(closer[0], [2 * (160.0 - 80), *(2 * (row - 32) for row in rows), 1.0], rtol=1e-6)
 
     def test_what_is_spoiled_is_seen(self):
         labels, flags, cameras, known = scene()
@@ -117,7 +124,7 @@ class Training(unittest.TestCase):
         whole = targets(labels, flags, cameras, known)
         pictures = torch.rand(1, 3, 2 * MAP_HEIGHT, 2 * MAP_WIDTH)
         small, labels, flags, cameras, known = shrunk(pictures, labels, flags, cameras, known)
-        self.assertEqual(small.shape, (1, 3, SMALL_HEIGHT, SMALL_WIDTH))
+        self.assertEqual(small.shape, (1, 3, *reversed(SMALL[SHAPES[0]])))
         want = targets(labels, flags, cameras, known)
         # Row 20 and column 27 of the small map show row 32 and column 45 of the whole one.
         for name in ("top", "ground"):
@@ -154,14 +161,62 @@ class Training(unittest.TestCase):
         labels[:, 200:] = FIRST_OBJECT
         outline = [[0, 0], [200, 0], [200, 300], [0, 300]]
         thing = {"contact_px": [[250, 100], [350, 100], [350, 200], [250, 200]]}
-        label, flags = maps(labels, {"table": {"outline_px": outline}, "objects": [thing]})
-        _, (x, y), shown = placement(400, 300)
+        truth = {"table": {"outline_px": outline}, "objects": [thing]}
+        whole = Look.whole(400, 300)
+        label, flags = maps(labels, truth, whole)
+        _, (x, y), shown = whole.placement()
         self.assertEqual((x, y, shown), (0, 8, (320, 240)))
         self.assertTrue((label[: y // 2] == IGNORED).all() and (label[y // 2 : -y // 2] != IGNORED).all())
         self.assertEqual(label[60, 79], 0)
         self.assertEqual(label[60, 80], FIRST_OBJECT)
         self.assertTrue(flags[60, 40] & 1 and not flags[60, 120] & 1)
         self.assertTrue((flags & 2).any() and not (flags[:, :80] & 2).any())
+        closer = Look((100, 100, 308, 196), SHAPES[1])
+        label, flags = maps(labels, truth, closer)
+        self.assertEqual(label.shape, closer.map_shape)
+        self.assertTrue((label[:, :100] == 0).all() and (label[:, 100:] == FIRST_OBJECT).all())
+        self.assertTrue((flags[:, :99] & 1).all() and not (flags[:, 101:] & 1).any())
+
+    def test_a_closer_look_shows_its_box_larger_and_stays_in_the_picture(self):
+        for box in ((100, 50, 400, 150), (0, 0, 80, 300), (500, 370, 512, 384), (0, 0, 512, 384)):
+            look = Look.closer(512, 384, box)
+            scale, (x, y), shown = look.placement()
+            self.assertGreaterEqual(scale, Look.whole(512, 384).placement()[0] * 0.99)
+            self.assertLessEqual(scale, 1.01 * MOST_SCALE)
+            left, upper, right, lower = look.part
+            self.assertTrue(0 <= left < right <= 512 and 0 <= upper < lower <= 384)
+            self.assertTrue(left <= box[0] + 1 and upper <= box[1] + 1 and right >= box[2] - 1 and lower >= box[3] - 1)
+        self.assertEqual(Look.closer(512, 384, (100, 50, 400, 150)), Look((100, 31, 400, 169), SHAPES[1]))
+        picture = Image.fromarray(np.arange(512 * 384 * 3, dtype=np.uint32).astype(np.uint8).reshape(384, 512, 3))
+        self.assertEqual(framed(picture, Look((100, 31, 400, 169), SHAPES[1])).shape, (192, 416, 3))
+
+    def test_what_is_looked_at_holds_the_top_and_all_things(self):
+        labels = np.zeros((384, 512), np.uint8)
+        labels[60:200, 300:320] = FIRST_OBJECT
+        truth = {"table": {"outline_px": [[100, 150], [400, 150], [420, 250], [90, 250]]}}
+        for seed in range(20):
+            left, upper, right, lower = shown_box(labels, truth, np.random.default_rng(seed))
+            self.assertTrue(0 <= left < 90 and 0 <= upper < 60 and 420 < right <= 512 and 250 < lower <= 384)
+        self.assertEqual(shown_box(np.zeros((384, 512), np.uint8), {"table": {"outline_px": []}}, None), (0, 0, 512, 384))
+
+    def test_only_whole_pictures_tell_the_camera(self):
+        labels, flags, cameras, known = scene()
+        maps_ = torch.zeros(1, sum(n for _, n in MAPS), MAP_HEIGHT, MAP_WIDTH)
+        told = lambda is_whole: losses(maps_, targets(labels, flags, cameras * torch.tensor([1.0, 1.0, 1.0, is_whole]), known))
+        self.assertEqual(cameras.shape[1], CAMERA)
+        self.assertGreater(told(1.0)["latitude"].item(), 0.1)
+        self.assertEqual([told(0.0)[name].item() for name in ("latitude", "focal")], [0.0, 0.0])
+        self.assertEqual(told(0.0)["kinds"], told(1.0)["kinds"])
+
+    def test_every_look_gets_its_steps_in_turn(self):
+        looks = dict(zip(LOOKS, (100, 30, 70)))
+        steps = [look_of(step, looks) for step in range(100 * OF_STEPS)]
+        for look in LOOKS:
+            self.assertEqual([nth for own, nth in steps if own == look], list(range(sum(own == look for own, _ in steps))))
+        share = lambda name: sum(own == name for own, _ in steps) / len(steps)
+        self.assertEqual(share("whole"), WHOLE_STEPS / OF_STEPS)
+        self.assertAlmostEqual(share(list(LOOKS)[1]), 0.3 * (1 - WHOLE_STEPS / OF_STEPS), delta=0.01)
+        self.assertEqual(look_of(5, {"whole": 10, **dict.fromkeys(list(LOOKS)[1:], 0)}), ("whole", 5))
 
 
 if __name__ == "__main__":

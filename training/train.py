@@ -12,8 +12,10 @@ steps, which is better than the network of any one of them.
 
 import argparse
 import json
+import math
 import os
 import time
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -22,7 +24,7 @@ from safetensors.torch import save_file
 from torch.nn import functional as F
 from torch.optim.swa_utils import AveragedModel
 
-from frames import FIRST_OBJECT, FRAME_HEIGHT, FRAME_WIDTH, IGNORED, MAP_WIDTH, STRIDE, pack
+from frames import FIRST_OBJECT, IGNORED, LOOKS, STRIDE, pack
 from network import TableNetwork, folded, split
 from scores import LEAST_AREA, compared, grouped
 from targets import elevation_of, targets
@@ -42,7 +44,7 @@ def batch(frames, numbers, generator=None):
         mirrored = random(len(numbers)) < 0.5
         turned = lambda t: torch.where(mirrored.view(-1, *[1] * (t.dim() - 1)), t.flip(-1), t)
         pictures, labels, flags = turned(pictures), turned(labels), turned(flags)
-        facts[..., 0] = torch.where(mirrored[:, None], MAP_WIDTH - facts[..., 0], facts[..., 0])
+        facts[..., 0] = torch.where(mirrored[:, None], labels.shape[-1] - facts[..., 0], facts[..., 0])
         gain = 1 + 0.3 * (random(len(numbers), 1, 1, 1) - 0.5) + 0.12 * (random(len(numbers), 3, 1, 1) - 0.5)
         gamma = torch.exp(0.5 * (random(len(numbers), 1, 1, 1) - 0.5))
         pictures = (pictures.clamp(min=1e-3) ** gamma * gain).clamp(0, 1)
@@ -53,16 +55,27 @@ def batch(frames, numbers, generator=None):
 
 #: Share of the steps that see small frames: they take a third of the time, and what they teach holds for whole ones.
 SMALL_SHARE = 0.8
-SMALL_WIDTH, SMALL_HEIGHT = 192, 160
+#: Size of the small frame for each of a whole one.
+SMALL = {(320, 256): (192, 160), (416, 192): (256, 128)}
+#: Of so many steps in a row this many see whole pictures, the others the parts that matter.
+WHOLE_STEPS, OF_STEPS = 3, 10
 
 
 def shrunk(pictures, labels, flags, cameras, facts):
     """The same batch on small frames."""
-    pictures = F.interpolate(pictures, (SMALL_HEIGHT, SMALL_WIDTH), mode="bilinear", antialias=True, align_corners=False)
-    nearest = lambda maps: F.interpolate(maps[:, None], (SMALL_HEIGHT // STRIDE, SMALL_WIDTH // STRIDE), mode="nearest-exact")[:, 0]
-    across, down = SMALL_WIDTH / FRAME_WIDTH, SMALL_HEIGHT / FRAME_HEIGHT
+    height, width = pictures.shape[-2:]
+    small_width, small_height = SMALL[width, height]
+    pictures = F.interpolate(pictures, (small_height, small_width), mode="bilinear", antialias=True, align_corners=False)
+    nearest = lambda maps: F.interpolate(maps[:, None], (small_height // STRIDE, small_width // STRIDE), mode="nearest-exact")[:, 0]
+    across, down = small_width / width, small_height / height
     facts = facts * torch.tensor([across, down, down, down, 1.0])
     return pictures.contiguous(memory_format=torch.channels_last), nearest(labels), nearest(flags), cameras, facts
+
+
+#: Losses of what only whole pictures tell.
+CAMERA_LOSSES = "latitude", "focal"
+#: How far from a thing its surroundings count as much, map pixels.
+BESIDE = 4
 
 
 def losses(maps, want):
@@ -71,14 +84,16 @@ def losses(maps, want):
     counts = want["counts"].float()
     mean = lambda value, where: (value * where).sum() / where.sum().clamp(min=1)
     said = lambda name: by_name[name][:, 0]
-    # Small things count for more than their area.
-    emphasis = counts * torch.where(want["is_object"], (400 / want["area"]).clamp(1, 6), 1.0)
+    # Small things count for more than their area, and as much so does what is just beside them: otherwise they would be
+    # drawn too large.
+    own = torch.where(want["is_object"], (400 / want["area"]).clamp(1, 6), 1.0)
+    emphasis = counts * F.max_pool2d(own[:, None], 2 * BESIDE + 1, 1, BESIDE)[:, 0]
     yes_or_no = lambda name, rare: mean(
         F.binary_cross_entropy_with_logits(said(name), want[name].float(), reduction="none") * (1 + rare * want[name]), counts
     )
     on_objects = want["is_object"].float() * emphasis
     known = on_objects * want["is_known"]
-    on_table = want["is_table"].float()
+    tells_camera = want["tells_camera"].float()
     return {
         "kinds": mean(F.cross_entropy(by_name["kinds"], want["kinds"].clamp(max=3), reduction="none"), emphasis),
         "outline": yes_or_no("outline", 0.0),
@@ -88,41 +103,51 @@ def losses(maps, want):
         "offset": mean(F.smooth_l1_loss(by_name["offset"], want["offset"], reduction="none", beta=0.1).sum(1), on_objects),
         "base": mean(F.smooth_l1_loss(by_name["base"], want["base"], reduction="none", beta=0.1).sum(1), known),
         **{name: mean(F.smooth_l1_loss(said(name), want[name], reduction="none", beta=0.1), known) for name in ("top", "ground")},
-        **{name: mean(F.smooth_l1_loss(said(name), want[name], reduction="none", beta=0.05), on_table) for name in ("latitude", "focal")},
+        **{name: mean(F.smooth_l1_loss(said(name), want[name], reduction="none", beta=0.05), tells_camera) for name in ("latitude", "focal")},
     }
 
 
 @torch.no_grad()
-def validated(model, frames, count, half):
-    """Losses and scores on the first `count` pictures."""
+def validated(model, looks, count, half):
+    """Losses and scores on about `count` pictures: outlines and cameras by whole pictures, objects by the parts that matter.
+    `whole_recall` is of objects in whole pictures."""
     model.eval()
-    sums, outline_right, elevation, focal, rises, totals = {}, 0, [], [], [], np.zeros(3, int)
-    count = min(count, len(frames))
-    for first in range(0, count, 16):
-        pictures, labels, flags, cameras, facts = batch(frames, np.arange(first, min(first + 16, count)))
-        with torch.autocast("cpu", torch.bfloat16, enabled=half):
-            maps = model(pictures)
-        maps = maps.float()
-        want = targets(labels, flags, cameras, facts)
-        for name, value in losses(maps, want).items():
-            sums[name] = sums.get(name, 0.0) + float(value) * len(labels)
-        inside = (split(maps)["outline"][:, 0] > 0) & want["counts"]
-        outline = want["outline"] & want["counts"]
-        overlap = (inside & outline).flatten(1).sum(1) / (inside | outline).flatten(1).sum(1).clamp(min=1)
-        outline_right += int((overlap >= 0.9).sum())
-        said, log_focal = elevation_of(split(maps), cameras[:, 2])
-        elevation += (said - cameras[:, 0]).abs().rad2deg().tolist()
-        focal += (log_focal - cameras[:, 1]).abs().tolist()
-        for own, label in zip(maps, labels):
-            totals += compared(grouped(own), label)
-        rises += rise_errors(split(maps), want, labels)
-    painted, found, invented = totals.tolist()
+    sums, seen, outline_right, elevation, focal, rises = {}, {look: 0 for look in LOOKS}, 0, [], [], []
+    totals = {look: np.zeros(3, int) for look in LOOKS}
+    pictures_in_all = len(looks["whole"])
+    for look, frames in looks.items():
+        numbers = frames.numbers[: math.ceil(count * len(frames) / pictures_in_all)]
+        for first in range(0, len(numbers), 16):
+            pictures, labels, flags, cameras, facts = batch(frames, numbers[first : first + 16])
+            with torch.autocast("cpu", torch.bfloat16, enabled=half):
+                maps = model(pictures)
+            maps = maps.float()
+            want = targets(labels, flags, cameras, facts)
+            seen[look] += len(labels)
+            for name, value in losses(maps, want).items():
+                if name not in CAMERA_LOSSES or look == "whole":
+                    sums[name] = sums.get(name, 0.0) + float(value) * len(labels)
+            for own, label in zip(maps, labels):
+                totals[look] += compared(grouped(own), label)
+            if look == "whole":
+                inside = (split(maps)["outline"][:, 0] > 0) & want["counts"]
+                outline = want["outline"] & want["counts"]
+                overlap = (inside & outline).flatten(1).sum(1) / (inside | outline).flatten(1).sum(1).clamp(min=1)
+                outline_right += int((overlap >= 0.9).sum())
+                said, log_focal = elevation_of(split(maps), cameras[:, 2])
+                elevation += (said - cameras[:, 0]).abs().rad2deg().tolist()
+                focal += (log_focal - cameras[:, 1]).abs().tolist()
+            else:
+                rises += rise_errors(split(maps), want, labels)
+    painted, found, invented = sum(total for look, total in totals.items() if look != "whole").tolist()
     model.train()
+    frames_seen = {name: seen["whole"] if name in CAMERA_LOSSES else sum(seen.values()) for name in sums}
     return {
-        **{f"loss_{name}": value / count for name, value in sums.items()},
+        **{f"loss_{name}": value / frames_seen[name] for name, value in sums.items()},
         "recall": found / max(painted, 1),
         "precision": found / max(found + invented, 1),
-        "right_outlines": outline_right / count,
+        "whole_recall": float(totals["whole"][1] / max(totals["whole"][0], 1)),
+        "right_outlines": outline_right / seen["whole"],
         "elevation_median_deg": float(np.median(elevation)),
         "focal_median": float(np.median(focal)),
         "rise_median": float(np.median(rises)) if rises else 1.0,
@@ -173,6 +198,23 @@ def learning_rate(step, steps, peak):
     return peak * rising * max(falling, 0.01)
 
 
+def look_of(step, looks):
+    """The look that a step sees, and how many steps before saw it. `looks` are the looks' names with their numbers of pictures."""
+    whole, closer = "whole", [look for look in looks if look != "whole" and looks[look]]
+    if not closer:
+        return whole, step
+    # Whole pictures first in each round; the other steps go to the closer looks as they have pictures.
+    round_, place = divmod(step, OF_STEPS)
+    whole_before = round_ * WHOLE_STEPS + min(place, WHOLE_STEPS)
+    if place < WHOLE_STEPS:
+        return whole, whole_before
+    nth, first, all_ = step - whole_before, closer[0], sum(looks[look] for look in closer)
+    before = lambda k: k * looks[first] // all_
+    if len(closer) == 1 or before(nth + 1) > before(nth):
+        return first, before(nth)
+    return closer[1], nth - before(nth)
+
+
 def numbers_of(step, size, count, seed):
     """Pictures of a step: each epoch shows every picture once, in an order of its own."""
     chosen = []
@@ -182,14 +224,9 @@ def numbers_of(step, size, count, seed):
     return np.array(chosen)
 
 
-_orders = {}
-
-
+@lru_cache(maxsize=8)
 def order(count, seed, epoch):
-    if (count, seed, epoch) not in _orders:
-        _orders.clear()
-        _orders[count, seed, epoch] = np.random.default_rng([seed, epoch]).permutation(count)
-    return _orders[count, seed, epoch]
+    return np.random.default_rng([seed, epoch]).permutation(count)
 
 
 def replace(path, write):
@@ -250,7 +287,8 @@ def main():
     optimizer = torch.optim.AdamW(model.parameters(), lr=arguments.rate, weight_decay=1e-4)
     step, history = 0, []
     checkpoint = arguments.out / "checkpoint.pt"
-    run = {"batch": arguments.batch, "rate": arguments.rate, "seed": arguments.seed, "pictures": len(training)}
+    pictures_of = {look: len(frames) for look, frames in training.items()}
+    run = {"batch": arguments.batch, "rate": arguments.rate, "seed": arguments.seed, "pictures": pictures_of["whole"]}
     if checkpoint.is_file():
         state = torch.load(checkpoint, weights_only=True)
         if state["run"] != run:
@@ -265,15 +303,16 @@ def main():
         optimizer.load_state_dict(state["optimizer"])
         step, history = state["step"], json.loads(state["history"])
     parameters = sum(p.numel() for p in model.parameters())
-    print(f"{parameters} parameters, {len(training)} training and {len(validation)} validation pictures, from step {step}", flush=True)
+    print(f"{parameters} parameters, {len(training['whole'])} training and {len(validation['whole'])} validation pictures, from step {step}", flush=True)
 
     running, since, started = {}, 0, time.monotonic()
     while step < arguments.steps:
         for group in optimizer.param_groups:
             group["lr"] = learning_rate(step, arguments.steps, arguments.rate)
         generator = torch.Generator().manual_seed(arguments.seed * 1_000_003 + step)
-        numbers = numbers_of(step, arguments.batch, len(training), arguments.seed)
-        shown = batch(training, numbers, generator)
+        look, nth = look_of(step, pictures_of)
+        places = numbers_of(nth, arguments.batch, pictures_of[look], arguments.seed)
+        shown = batch(training[look], training[look].numbers[places], generator)
         pictures, labels, flags, cameras, facts = shrunk(*shown) if step < SMALL_SHARE * arguments.steps else shown
         with torch.autocast("cpu", torch.bfloat16, enabled=half):
             maps = model(pictures)
@@ -286,11 +325,13 @@ def main():
         average.update_parameters(model)
         step, since = step + 1, since + 1
         for name, value in parts.items():
-            running[name] = running.get(name, 0.0) + float(value.detach())
+            if name not in CAMERA_LOSSES or look == "whole":
+                total, times = running.get(name, (0.0, 0))
+                running[name] = total + float(value.detach()), times + 1
         if step % arguments.every == 0 or step == arguments.steps:
             rate = since * arguments.batch / (time.monotonic() - started)
             scores = validated(average.module, validation, arguments.validate, half)
-            history.append({"step": step, "training": {n: v / since for n, v in running.items()}, "validation": scores})
+            history.append({"step": step, "training": {n: total / times for n, (total, times) in running.items()}, "validation": scores})
             state = {
                 **{"run": run, "steps": arguments.steps, "step": step, "history": json.dumps(history)},
                 **{"model": model.state_dict(), "average": average.state_dict(), "optimizer": optimizer.state_dict()},

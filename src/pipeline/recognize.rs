@@ -15,7 +15,7 @@ use crate::render::overlay::{draw_axes, draw_polyline};
 use crate::scene::request::RequestOptions;
 use crate::scene::{Recognition, SceneRequest, StandsOn};
 
-pub const STAGE: Stage = Stage { name: "recognize", version: 3 };
+pub const STAGE: Stage = Stage { name: "recognize", version: 4 };
 
 #[derive(Serialize)]
 pub struct Inputs {

@@ -1,6 +1,7 @@
 //! Reading a picture with the [`network`](super::network): any table, any backdrop.
 //!
-//! The network says of every place what is in front there, where the whole top's edge runs, where objects have their
+//! The network looks twice: at the whole picture, then closer at the part with the top and what stands on it. It
+//! says of every place what is in front there, where the whole top's edge runs, where objects have their
 //! middles, and how the camera stands. The top becomes a rectangle, a circle or the outline as it is, and corrects the camera;
 //! places that vote for the same middle become a thing, its mask regrown to the edges in the picture; each thing becomes
 //! the simplest solid with its outline that stands about where the network sees it stand and is about as high.
@@ -21,6 +22,7 @@ use self::top::Top;
 use super::VisionError;
 use super::mask_repair;
 use super::network::TableNetwork;
+use super::network::frame::Look;
 use super::network::maps::{Kind, Maps};
 use super::pixels::Pixels;
 use super::reading::{
@@ -42,12 +44,17 @@ pub fn read_with_network(
     if width_px.min(height_px) < 160 {
         return Err(VisionError::TooSmall { width_px, height_px });
     }
-    let maps = network.maps(picture, interrupt)?;
+    let picture_px = [width_px, height_px];
+    let whole = network.maps(picture, Look::whole(picture_px), interrupt)?;
+    let Some((low, high)) = instances::shown_box(&whole) else {
+        return Err(VisionError::NoTopSeen { percent: 100.0 * settings.min_table_share });
+    };
+    let maps = network.maps(picture, Look::closer(picture_px, low, high), interrupt)?;
     let pixels = Pixels::new(picture, settings.work_px);
     interrupt.check()?;
-    let top = top::read(&maps, &pixels, settings)?;
+    let top = top::read(&maps, whole.camera(), &pixels, settings)?;
     interrupt.check()?;
-    let things = instances::find(&maps, settings)?;
+    let things = instances::find(&maps, picture_px, settings)?;
     let masks = masks(&things, &maps, &pixels, settings);
     let edges = InnerEdges::new(&pixels);
     let read = masks
@@ -81,7 +88,7 @@ pub fn read_with_network(
     }
     let camera = whole_picture(&top.found.camera, width_px, height_px, pixels.scale);
     stacking(&mut objects, &camera, Some(&stands));
-    Ok(PictureReading { camera, table: table(&top, &maps, &pixels), objects })
+    Ok(PictureReading { camera, table: table(&top, &whole, &pixels), objects })
 }
 
 /// Standard deviation of what the network says of the middle of a footprint, map pixels.

@@ -16,7 +16,7 @@ use candle_core::safetensors::BufferedSafetensors;
 use candle_core::{Device, Tensor};
 
 use crate::geometry::{Image, Interrupt};
-use frame::Frame;
+use frame::{Frame, Look};
 use layers::{Block, Convolution, Reader};
 use maps::Maps;
 
@@ -25,9 +25,6 @@ pub use error::{NetworkError, NetworkWeightsError};
 /// Channels of the maps, in order: four kinds, outline, border, contact, center, offset x and y,
 /// base x and y, top, ground, latitude, focal length.
 pub const MAP_CHANNELS: usize = 16;
-
-/// Width and height of the frames that pictures are shown in (`training/frames.py`).
-pub const FRAME_PX: [usize; 2] = [320, 256];
 
 /// A network with its weights.
 pub struct TableNetwork {
@@ -91,16 +88,16 @@ impl TableNetwork {
         1 << self.down.len()
     }
 
-    /// Looks at a picture.
-    pub fn maps(&self, picture: &Image, interrupt: &Interrupt) -> Result<Maps, NetworkError> {
-        let Frame { rgb, placement } = Frame::of(picture, FRAME_PX);
-        let answer = self.look(&rgb, FRAME_PX[0], FRAME_PX[1], interrupt)?;
-        Ok(Maps::new(answer, placement, FRAME_PX[0]))
+    /// Looks at a part of a picture.
+    pub fn maps(&self, picture: &Image, look: Look, interrupt: &Interrupt) -> Result<Maps, NetworkError> {
+        let Frame { rgb, look } = Frame::of(picture, look);
+        let [width_px, height_px] = look.frame_px;
+        Ok(Maps::new(self.answer(&rgb, width_px, height_px, interrupt)?, look))
     }
 
-    /// Looks at a frame: colors -1..1, channel by channel, each row by row from the top. The interrupt is polled at each
+    /// To a frame: colors -1..1, channel by channel, each row by row from the top. The interrupt is polled at each
     /// level.
-    pub fn look(
+    pub fn answer(
         &self,
         rgb: &[f32],
         width_px: usize,

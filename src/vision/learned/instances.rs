@@ -13,6 +13,9 @@ const APART: usize = 2;
 /// Parts of a thing below this share of its largest are somebody else's.
 const LEAST_PART: f64 = 0.25;
 
+/// What is added to each side of the box that shows the top, a share of its longer side: the middle of those of the training.
+const MARGIN: f64 = 0.085;
+
 /// A thing as the maps show it.
 #[derive(Clone, Debug, PartialEq)]
 pub(in crate::vision) struct Thing {
@@ -32,6 +35,7 @@ pub(in crate::vision) struct Thing {
 /// The things that are believed, farthest (highest lowest place) first.
 pub(in crate::vision) fn find(
     maps: &Maps,
+    picture_px: [u32; 2],
     settings: &NetworkReadingSettings,
 ) -> Result<Vec<Thing>, VisionError> {
     let middles = middles(maps, settings.least_middle);
@@ -43,7 +47,8 @@ pub(in crate::vision) fn find(
             votes[nearest].push(index);
         }
     }
-    let smallest = (settings.min_object_share * shown(maps) as f64).max(2.0);
+    let area_px: f64 = picture_px.map(f64::from).iter().product();
+    let smallest = (settings.min_object_share * area_px / maps.pixel_px().powi(2)).max(2.0);
     let mut things: Vec<Thing> = middles
         .into_iter()
         .zip(votes)
@@ -79,12 +84,26 @@ fn median(mut numbers: Vec<f64>) -> f64 {
     numbers.get(numbers.len() / 2).copied().unwrap_or(0.0)
 }
 
-fn is_object(maps: &Maps, index: usize) -> bool {
-    maps.shows_picture(index) && maps.kind(index) == Kind::Object
+/// The box around the largest part of the top's outline and the objects that touch it, pixels of the picture, with a margin;
+/// `None` where no top is seen.
+pub(in crate::vision) fn shown_box(maps: &Maps) -> Option<(DVec2, DVec2)> {
+    let on_top = |index: usize| maps.outline(index) > 0.0 || maps.kind(index) == Kind::Object;
+    let bits: Vec<bool> = (0..maps.count()).map(|k| maps.shows_picture(k) && on_top(k)).collect();
+    let outline = |part: &Vec<usize>| part.iter().filter(|&&index| maps.outline(index) > 0.0).count();
+    let largest = parts(&bits, maps.width(), maps.height()).into_iter().max_by_key(outline)?;
+    if outline(&largest) == 0 {
+        return None;
+    }
+    let corners = largest.iter().map(|&index| maps.middle(index));
+    let (low, high) = corners
+        .map(|p| (p - 0.5, p + 0.5))
+        .reduce(|(low, high), (from, to)| (low.min(from), high.max(to)))?;
+    let margin = MARGIN * (high - low).max_element();
+    Some((maps.in_picture(low - margin), maps.in_picture(high + margin)))
 }
 
-fn shown(maps: &Maps) -> usize {
-    (0..maps.count()).filter(|&index| maps.shows_picture(index)).count()
+fn is_object(maps: &Maps, index: usize) -> bool {
+    maps.shows_picture(index) && maps.kind(index) == Kind::Object
 }
 
 /// Places that are more of a middle than all around them.
@@ -130,6 +149,9 @@ pub(in crate::vision) fn pixels_of(things: &[Thing], maps: &Maps, pixels: &Pixel
     for index in 0..pixels.len() {
         let (x, y) = pixels.place(index);
         let p = maps.in_map(DVec2::new(x as f64 + 0.5, y as f64 + 0.5) / pixels.scale);
+        if !maps.shows(p) {
+            continue;
+        }
         let around = maps.around(p);
         if around.iter().all(|(place, _)| owners[*place] == NOBODY) || maps.object_margin(p) <= 0.0 {
             continue;

@@ -38,9 +38,11 @@ pub(in crate::vision) struct Top {
     pub fit: f64,
 }
 
-/// Reads the top off the maps.
+/// Reads the top off the maps of a look that shows it, for a camera of that elevation (radians) and focal length (longer
+/// sides of the picture).
 pub(in crate::vision) fn read(
     maps: &Maps,
+    (elevation_rad, focal): (f64, f64),
     pixels: &Pixels,
     settings: &NetworkReadingSettings,
 ) -> Result<Top, VisionError> {
@@ -55,7 +57,6 @@ pub(in crate::vision) fn read(
         return Err(VisionError::NoTopSeen { percent });
     }
     let is_whole = !reaches_border(&outline_px, pixels);
-    let (elevation_rad, focal) = maps.camera();
     let said = Said {
         width_px: pixels.width as u32,
         height_px: pixels.height as u32,
@@ -74,7 +75,9 @@ fn inside(maps: &Maps, pixels: &Pixels) -> Vec<usize> {
         .map(|index| {
             let (x, y) = pixels.place(index);
             let p = maps.in_map(DVec2::new(x as f64 + 0.5, y as f64 + 0.5) / pixels.scale);
-            maps.around(p).iter().map(|&(place, weight)| weight * maps.outline(place)).sum::<f64>() > 0.0
+            let logit =
+                maps.around(p).iter().map(|&(place, weight)| weight * maps.outline(place)).sum::<f64>();
+            maps.shows(p) && logit > 0.0
         })
         .collect();
     let bits = filled(&bits, pixels.width, pixels.height, usize::MAX);

@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use super::frame::Placement;
+use super::frame::Look;
 use super::{Answer, MAP_CHANNELS};
 
 /// Channels, as `training/network.py` has them.
@@ -31,20 +31,20 @@ pub enum Kind {
     Object,
 }
 
-/// Maps of a picture, each at half the frame's size.
+/// Maps of what was looked at, each at half the frame's size.
 pub struct Maps {
     answer: Answer,
-    placement: Placement,
+    look: Look,
     /// Frame pixels a map pixel.
     stride: f64,
 }
 
 impl Maps {
-    /// The answer to a frame `frame_width_px` wide that shows the picture there.
-    pub fn new(answer: Answer, placement: Placement, frame_width_px: usize) -> Self {
+    /// The answer to the frame of that look.
+    pub fn new(answer: Answer, look: Look) -> Self {
         debug_assert_eq!(answer.maps.len(), MAP_CHANNELS * answer.width * answer.height);
-        let stride = frame_width_px as f64 / answer.width as f64;
-        Self { answer, placement, stride }
+        let stride = look.frame_px[0] as f64 / answer.width as f64;
+        Self { answer, look, stride }
     }
 
     pub fn width(&self) -> usize {
@@ -61,7 +61,7 @@ impl Maps {
     }
 
     /// Elevation in radians, and the focal length in longer sides of the picture: what the places of the table top say in
-    /// the mean, each of how far below the horizon it is seen.
+    /// the mean, each of how far below the horizon it is seen. Of a look at a whole picture.
     pub fn camera(&self) -> (f64, f64) {
         let weight = |index: usize| 1.0 / (1.0 + (-self.outline(index)).exp());
         let whole: f64 = (0..self.count()).map(weight).sum();
@@ -69,7 +69,7 @@ impl Maps {
             (0..self.count()).map(|index| weight(index) * value(index)).sum::<f64>() / whole.max(1e-3)
         };
         let focal = mean(&|index| f64::from(self.plane(FOCAL)[index])).clamp(-1.5, 3.0).exp();
-        let [width_px, height_px] = self.placement.shown;
+        let [width_px, height_px] = self.look.shown;
         let focal_px = focal * width_px.max(height_px) as f64;
         let slant = |index: usize| {
             (self.stride * (self.middle(index).y - 0.5 * self.height() as f64)).atan2(focal_px)
@@ -79,17 +79,17 @@ impl Maps {
 
     /// Pixels of the picture a map pixel.
     pub fn pixel_px(&self) -> f64 {
-        self.stride / self.placement.scale
+        self.stride / self.look.scale
     }
 
     /// Position in the picture of a map position; pixel centers at +0.5 in both.
     pub fn in_picture(&self, p: DVec2) -> DVec2 {
-        self.placement.in_picture(self.stride * p)
+        self.look.in_picture(self.stride * p)
     }
 
     /// Map position of a position in the picture.
     pub fn in_map(&self, p: DVec2) -> DVec2 {
-        self.placement.in_frame(p) / self.stride
+        self.look.in_frame(p) / self.stride
     }
 
     /// Middle of a map pixel.
@@ -97,11 +97,16 @@ impl Maps {
         DVec2::new((index % self.width()) as f64 + 0.5, (index / self.width()) as f64 + 0.5)
     }
 
-    /// Whether a map pixel's middle shows the picture and not the frame's filling.
+    /// Whether a map pixel's middle shows what was looked at and not the frame's filling.
     pub fn shows_picture(&self, index: usize) -> bool {
-        let p = self.stride * self.middle(index);
-        let [x, y] = self.placement.corner.map(|c| c as f64);
-        let [width, height] = self.placement.shown.map(|s| s as f64);
+        self.shows(self.middle(index))
+    }
+
+    /// Whether a map position does.
+    pub fn shows(&self, p: DVec2) -> bool {
+        let p = self.stride * p;
+        let [x, y] = self.look.corner.map(|c| c as f64);
+        let [width, height] = self.look.shown.map(|s| s as f64);
         p.x > x && p.y > y && p.x < x + width && p.y < y + height
     }
 

@@ -23,7 +23,7 @@ fn values(name: &str) -> Vec<f32> {
 fn answer(network: &TableNetwork, key: &str) -> Answer {
     let (_, height, width) = golden(&format!("{key}.input")).dims3().expect("channels, rows, columns");
     let rgb: Vec<f32> = values(&format!("{key}.input")).into_iter().map(|byte| byte / 127.5 - 1.0).collect();
-    network.look(&rgb, width, height, &Interrupt::default()).expect("an answer")
+    network.answer(&rgb, width, height, &Interrupt::default()).expect("an answer")
 }
 
 fn apart(found: &[f32], golden: &[f32]) -> f32 {
