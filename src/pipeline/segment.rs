@@ -15,7 +15,7 @@ use crate::render::overlay::{distinct_color, draw_mask_outline, draw_text, tint_
 use crate::scene::{InstanceId, InstanceMask, MaskEdges, Recognition};
 use crate::vision::mask_repair;
 
-pub const STAGE: Stage = Stage { name: "segment", version: 4 };
+pub const STAGE: Stage = Stage { name: "segment", version: 5 };
 
 #[derive(Serialize)]
 pub struct Inputs {

@@ -271,6 +271,16 @@ mod tests {
     }
 
     #[test]
+    fn a_ring_of_the_hue_of_the_wood_at_a_third_of_its_light_is_no_shadow() {
+        // Candle holders of brass lost their rings on light wood, and were turned until the ring hid behind the candle.
+        let dish = |x: u32, y: u32| within(x, 30, 60) && within(y, 30, 70);
+        let ring = |x: u32, y: u32| within(x, 60, 84) && within(y, 50, 52);
+        let picture = painted(|x, y| if dish(x, y) || ring(x, y) { [60, 46, 26] } else { WOOD });
+        let repaired = repaired(&picture, &[mask(|x, y| within(x, 32, 58) && within(y, 33, 68))]);
+        assert_eq!(repaired[0], mask(|x, y| dish(x, y) || ring(x, y)));
+    }
+
+    #[test]
     fn shadows_and_other_things_are_left_alone() {
         let thing = |x: u32, y: u32| within(x, 30, 50) && within(y, 30, 60);
         let neighbor = |x: u32, y: u32| within(x, 50, 70) && within(y, 30, 60);

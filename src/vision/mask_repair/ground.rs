@@ -11,8 +11,9 @@ const AROUND_PX: [usize; 3] = [14, 32, 72];
 /// Pixels of ground that are enough to tell its color.
 const ENOUGH_GROUND_PX: f32 = 30.0;
 
-/// Shades of the ground: the darkest shadow on it, and the brightest light.
-const SHADES: [f32; 2] = [0.3, 1.15];
+/// Shades of the ground: the darkest shadow on it, and the brightest light. Brass on light wood has the wood's hue at a
+/// third of its light, and is not its shadow.
+const SHADES: [f32; 2] = [0.45, 1.15];
 
 /// Mean colors of what no mask is near.
 pub(super) struct Ground {
