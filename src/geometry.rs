@@ -28,6 +28,7 @@ pub mod mass_properties;
 pub mod mesh_solid;
 pub mod convex_hull;
 pub mod decimate;
+pub mod repair;
 pub mod decompose;
 pub mod collision_shape;
 pub mod cast;

@@ -1,24 +1,27 @@
 //! Convex decomposition: the collision geometry of a visual mesh.
 //!
-//! Each closed shell is looked at alone (a mug's handle, its body). A convex one is its own hull and costs
-//! nothing. Any other is cut by planes, exactly and along its worst notch, until no piece's hull sticks out of
-//! the mesh by more than the tolerance; then neighbors whose common hull stays within it are joined, across
-//! shells too. Cuts run through the visual surface itself, not through voxels, so flat undersides stay flat at
-//! their height and cavities and handles stay open. Hulls inside another vanish.
+//! Each closed shell is looked at alone (a mug's handle, its body); open and broken ones are repaired first. A convex
+//! one is its own hull and costs nothing. Any other is cut by planes, exactly: of the cuts that lessen its concavity
+//! most that one is taken which leaves the least air in the hulls of the halves, until no piece's hull
+//! sticks out of the mesh by more than the tolerance; then neighbors whose common hull stays within it are joined,
+//! across shells too. Where that leaves too many, the pairs are joined that add the least volume. Cuts run
+//! through the visual surface itself, not through voxels, so flat undersides stay flat at their height and
+//! cavities and handles stay open. Hulls inside another vanish.
 //!
-//! The idea of cutting the mesh itself by planes until each part is nearly convex, judged by distances and
-//! not by volumes, is that of CoACD (Wei et al. 2022), with a greedy choice of planes instead of a tree
-//! search.
+//! The idea of cutting the mesh itself by planes until each part is nearly convex is that of CoACD (Wei et al.
+//! 2022), with a greedy choice of planes instead of a tree search. As pieces lie in cells that do not overlap,
+//! the sum of their hulls' volumes over the solid's tells how well they fit.
 //!
 //! Input: meters, object frame; output in the same frame. Guarantees: at most `max_vertices` corners a
-//! hull, at least `min_thickness_m` thick, same bytes with any number of threads. Not for open surfaces: a
-//! shell that does not close is given its convex hull.
+//! hull, at least `min_thickness_m` thick, same bytes with any number of threads.
 
+mod budget;
 mod concavity;
 mod cut;
 mod depth;
 mod excess;
 mod field;
+mod fit;
 mod fitted;
 mod merge;
 mod partition;
@@ -36,12 +39,14 @@ use serde::{Deserialize, Serialize};
 
 use self::excess::excess;
 use self::field::Field;
+pub use self::fit::{HullFit, fit};
 use self::fitted::Fitted;
 use self::merge::merged;
 use self::partition::cut_apart;
 use self::turned::Turned;
 use super::convex_hull::{convex_hull, distance_above, planes};
 use super::mesh_solid::{MeshSolid, SolidError};
+use super::repair::{Repair, repaired};
 use super::shells::{Shell, shells};
 use super::{ConvexHull, Interrupt, Interrupted, TexturedMesh};
 
@@ -49,14 +54,17 @@ use super::{ConvexHull, Interrupt, Interrupted, TexturedMesh};
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct DecomposeSettings {
-    /// How far a hull may stick out of the visual mesh, meters, 0.0002..0.01. Pieces beyond it are cut,
+    /// How far a hull may stick out of the visual mesh, meters, 0.0001..0.01. Pieces beyond it are cut,
     /// pairs within it are joined. Less: closer and more hulls.
     pub tolerance_m: f64,
     /// Most hulls of a mesh, 1..256. When the tolerance asks for more, hulls go on being joined, those
-    /// that stick out the least first. More: closer fit, slower contact.
+    /// that add the least volume first. More: closer fit, slower contact.
     pub max_hulls: u32,
+    /// How far a hull may stick out that is joined because there are more than `max_hulls`, meters, 0.0005..1; where that
+    /// leaves too many it is raised by halves. Less: gaps and holes stay open. More: less air in all hulls together.
+    pub joined_excess_m: f64,
     /// Most pieces concave shells are cut into before joining, together, 1..512 (the worst is always cut
-    /// next). More: closer fit of lumpy things, slower.
+    /// next; each shell may have twelve). More: closer fit of lumpy things, slower.
     pub max_pieces: u32,
     /// Most corners of a hull, 8..255. 64 is what GPU engines accept.
     pub max_vertices: u32,
@@ -76,8 +84,10 @@ pub struct Decomposition {
     /// Sum of the hulls' volumes (overlaps count twice) and of the shells', m^3.
     pub hull_volume_m3: f64,
     pub mesh_volume_m3: f64,
-    /// Whether every shell of the mesh is closed.
+    /// Whether every shell of the mesh was closed as it came.
     pub watertight: bool,
+    /// What was done to the mesh before.
+    pub repair: Repair,
 }
 
 /// Why a mesh has no hulls.
@@ -97,10 +107,12 @@ pub fn decompose(
     settings: &DecomposeSettings,
     interrupt: &Interrupt,
 ) -> Result<Decomposition, DecomposeError> {
-    let shells = shells(mesh);
-    if shells.is_empty() {
+    let given = shells(mesh);
+    if given.is_empty() {
         return Err(DecomposeError::NoHull);
     }
+    let watertight = given.iter().all(Shell::is_closed);
+    let (shells, repair) = repaired(given, settings.min_thickness_m);
     let solid = MeshSolid::from_shells(&shells)?;
     let field = Field::new(&solid);
     let outward: Vec<usize> = (0..shells.len()).filter(|&k| shells[k].volume_m3() >= 0.0).collect();
@@ -142,7 +154,8 @@ pub fn decompose(
         max_excess_m,
         hull_volume_m3: hulls.iter().map(ConvexHull::volume_m3).sum(),
         mesh_volume_m3: shells.iter().map(Shell::volume_m3).sum(),
-        watertight: solid.is_watertight(),
+        watertight,
+        repair,
         hulls,
     })
 }
@@ -165,6 +178,9 @@ impl Way {
     }
 }
 
+/// Hulls of a turned body before joining, for one that there may be.
+const TURNED_SURPLUS: usize = 3;
+
 /// Hulls of a turned body, the tolerance relaxed until there are few enough of them.
 fn turned_hulls(
     turned: &Turned,
@@ -174,7 +190,7 @@ fn turned_hulls(
 ) -> Result<Vec<Fitted>, Interrupted> {
     const RELAX: f64 = 1.2;
     let mut tolerance_m = settings.tolerance_m;
-    let mut most = settings.max_hulls as usize;
+    let mut most = TURNED_SURPLUS * settings.max_hulls as usize;
     loop {
         if let Some(hulls) = turned.hulls(tolerance_m, most, solid, settings, interrupt)? {
             return Ok(hulls);
@@ -208,11 +224,14 @@ fn finished(
 /// Drops hulls all of whose corners lie in another one.
 fn without_enclosed(hulls: Vec<Fitted>) -> Vec<Fitted> {
     let faces: Vec<_> = hulls.iter().map(|f| planes(&f.hull)).collect();
+    let volumes_m3: Vec<f64> = hulls.iter().map(|f| f.hull.volume_m3()).collect();
     let mut dropped = vec![false; hulls.len()];
     for a in 0..hulls.len() {
         dropped[a] = (0..hulls.len()).any(|b| {
             b != a
                 && !dropped[b]
+                // Of a sliver's faces some may be too thin to have a plane.
+                && volumes_m3[a] <= volumes_m3[b]
                 && hulls[a].hull.points.iter().all(|&p| distance_above(&faces[b], p) <= 1e-9)
         });
     }

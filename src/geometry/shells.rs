@@ -116,7 +116,11 @@ pub fn shells(mesh: &TexturedMesh) -> Vec<Shell> {
         .map(|t| t.map(|v| welded[v as usize]))
         .filter(|t| t[0] != t[1] && t[1] != t[2] && t[2] != t[0])
         .collect();
+    split(points, triangles)
+}
 
+/// Triangles over welded corners as connected shells.
+pub(super) fn split(points: Vec<DVec3>, triangles: Vec<[u32; 3]>) -> Vec<Shell> {
     let whole = Shell { points, triangles };
     let mut parent: Vec<u32> = (0..whole.triangles.len() as u32).collect();
     for same in whole.edges().chunk_by(|x, y| (x.a, x.b) == (y.a, y.b)) {

@@ -7,10 +7,11 @@ use serde::{Deserialize, Serialize};
 use super::checkpoint::{ArtifactRef, Stage};
 use super::error::StageError;
 use super::{Context, Settings, canonicalize, carry, reconstruct};
-use crate::geometry::decompose::{DecomposeError, DecomposeSettings, decompose};
+use crate::geometry::decompose::{DecomposeError, DecomposeSettings, HullFit, decompose, fit};
+use crate::geometry::repair::Repair;
 use crate::scene::{InstanceId, Recognition};
 
-pub const STAGE: Stage = Stage { name: "decompose", version: 2 };
+pub const STAGE: Stage = Stage { name: "decompose", version: 3 };
 
 #[derive(Serialize)]
 pub struct Inputs {
@@ -28,7 +29,12 @@ pub struct Output {
     /// Sum of the hulls' volumes (overlaps count twice) and of the mesh's shells, m^3.
     pub hull_volume_m3: f64,
     pub mesh_volume_m3: f64,
+    /// Whether the mesh was closed as it came.
     pub watertight: bool,
+    /// What was done to the mesh before.
+    pub repair: Repair,
+    /// How well the hulls stand for it.
+    pub fit: HullFit,
 }
 
 /// The objects in the order of recognition, then the table.
@@ -64,8 +70,14 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
     let mesh = carry::mesh(&context, &inputs.mesh).await?;
     let (settings, interrupt) = (inputs.decompose.clone(), context.interrupt().clone());
     let name = context.instance().map_or_else(String::new, ToString::to_string);
-    let found = context.cpu(move || decompose(&mesh, &settings, &interrupt)).await?;
-    let found = found.map_err(|error| match error {
+    let measured = context
+        .cpu(move || {
+            let found = decompose(&mesh, &settings, &interrupt)?;
+            let fit = fit(&mesh, &found.hulls, settings.min_thickness_m, &interrupt)?;
+            Ok((found, fit))
+        })
+        .await?;
+    let (found, fit) = measured.map_err(|error| match error {
         DecomposeError::Interrupted(interrupted) => interrupted.into(),
         other => StageError::permanent("no_collision_geometry", format!("{name}: {other}")),
     })?;
@@ -76,6 +88,8 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
         hull_volume_m3: found.hull_volume_m3,
         mesh_volume_m3: found.mesh_volume_m3,
         watertight: found.watertight,
+        repair: found.repair,
+        fit,
     };
     context.put_json("report.json", &output).await?;
     Ok(output)

@@ -8,7 +8,8 @@
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
+use parry3d_f64::math::MatExt;
 
 use super::concavity::{Directions, Reaches, Sample, concavity_after_cut, samples, weight};
 use super::piece::Piece;
@@ -20,11 +21,15 @@ const FACE_PLANES: usize = 7;
 const TURNS: usize = 4;
 /// Concave bits shallower than this share of the tolerance are left out.
 const SHALLOW: f64 = 0.1;
+/// However small the tolerance, differences between depths below this one count little, meters.
+const SHALLOWEST_M: f64 = 0.0003;
 /// A child should not be a sliver: penalty of the most lopsided cut, share of the concavity.
 const LOPSIDED: f64 = 0.1;
 
-/// Planes to cut the piece along, the best first; each has surface on both sides.
-pub(super) fn ranked_cuts(piece: &Piece, worst_at: DVec3, tolerance_m: f64) -> Vec<Plane> {
+/// Planes to cut the piece along, the best first, each with the share of the concavity it leaves; each has surface on
+/// both sides.
+pub(super) fn ranked_cuts(piece: &Piece, worst_at: DVec3, tolerance_m: f64) -> Vec<(f64, Plane)> {
+    let tolerance_m = tolerance_m.max(SHALLOWEST_M);
     let directions = Directions::of(piece);
     let reaches = Reaches::of(piece, &directions);
     let samples = samples(piece, &directions, &reaches);
@@ -34,7 +39,7 @@ pub(super) fn ranked_cuts(piece: &Piece, worst_at: DVec3, tolerance_m: f64) -> V
     let before: f64 = concave.iter().map(|s| weight(s.area_m2, s.depth_m, tolerance_m)).sum();
     let (low, high) = bounds(&piece.points);
     let mut ranked: Vec<(f64, Plane)> = Vec::new();
-    for plane in candidates(&concave, worst_at, tolerance_m, low, high) {
+    for plane in candidates(&samples, &concave, worst_at, tolerance_m, low, high) {
         let Some(after) = concavity_after_cut(piece, &directions, &reaches, &plane, tolerance_m, &is_concave)
         else {
             continue;
@@ -44,10 +49,17 @@ pub(super) fn ranked_cuts(piece: &Piece, worst_at: DVec3, tolerance_m: f64) -> V
         ranked.push((after + LOPSIDED * before * middle.min(1.0), plane));
     }
     ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
-    ranked.into_iter().map(|(_, plane)| plane).collect()
+    ranked.into_iter().map(|(left, plane)| (left / before.max(1e-30), plane)).collect()
 }
 
-fn candidates(concave: &[Sample], worst_at: DVec3, tolerance_m: f64, low: DVec3, high: DVec3) -> Vec<Plane> {
+fn candidates(
+    all: &[Sample],
+    concave: &[Sample],
+    worst_at: DVec3,
+    tolerance_m: f64,
+    low: DVec3,
+    high: DVec3,
+) -> Vec<Plane> {
     let mut planes = continued_faces(concave, tolerance_m, (high - low).max_element());
     let deepest = concave.iter().max_by(|a, b| a.depth_m.total_cmp(&b.depth_m));
     let nearest = concave
@@ -65,7 +77,22 @@ fn candidates(concave: &[Sample], worst_at: DVec3, tolerance_m: f64, low: DVec3,
     let middle = 0.5 * (low + high);
     planes.extend([DVec3::X, DVec3::Y, DVec3::Z].map(|axis| Plane::through(middle, axis)));
     planes.extend([DVec3::X, DVec3::Y, DVec3::Z].map(|axis| Plane::through(worst_at, axis)));
+    planes.extend(across_principal_axes(all));
     planes
+}
+
+/// Planes through the center of the surface, across each of its principal axes.
+fn across_principal_axes(all: &[Sample]) -> Vec<Plane> {
+    let area: f64 = all.iter().map(|s| s.area_m2).sum();
+    let center = all.iter().map(|s| s.area_m2 * s.point).sum::<DVec3>() / area.max(1e-30);
+    let outer = |d: DVec3| DMat3::from_cols(d * d.x, d * d.y, d * d.z);
+    let spread = all.iter().map(|s| outer(s.point - center) * s.area_m2).fold(DMat3::ZERO, |a, b| a + b);
+    let axes = spread.symmetric_eigen().eigenvectors;
+    [axes.x_axis, axes.y_axis, axes.z_axis]
+        .into_iter()
+        .filter_map(DVec3::try_normalize)
+        .map(|axis| Plane::through(center, axis))
+        .collect()
 }
 
 /// Planes of the faces with the most concavity in them.

@@ -4,6 +4,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::DecomposeSettings;
+use super::budget::fewer;
 use super::excess::excess;
 use super::field::Field;
 use super::fitted::Fitted;
@@ -27,17 +28,10 @@ pub(super) fn merged(
     interrupt: &Interrupt,
 ) -> Result<Vec<Fitted>, Interrupted> {
     let mut pool = Pool::new(hulls, solid, settings, interrupt);
-    let mut allowed_m = settings.tolerance_m;
+    let allowed_m = settings.tolerance_m;
     pool.consider_all(allowed_m)?;
     pool.join_while(allowed_m, 1)?;
-    let most = settings.max_hulls as usize;
-    // A meter is more than any gap on a table: then nothing keeps two hulls apart.
-    while pool.hulls.len() > most && allowed_m < 1.0 {
-        allowed_m *= 1.5;
-        pool.consider_all(allowed_m)?;
-        pool.join_while(allowed_m, most)?;
-    }
-    Ok(pool.hulls)
+    fewer(pool.hulls, solid, settings, interrupt)
 }
 
 struct Pool<'a> {

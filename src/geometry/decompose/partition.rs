@@ -22,32 +22,43 @@ struct Leaf {
     piece: Piece,
     hull: ConvexHull,
     excess: Excess,
+    /// Air in the hull, m^3.
+    air_m3: f64,
     /// No plane was found that cuts it.
     whole: bool,
 }
 
-/// Vertical planes through the middle that cut a shell into sectors.
+/// Vertical planes through the middle that cut a shell into sectors, twice as many.
 const SECTOR_PLANES: u32 = 4;
+/// Greedy cuts that leave more air in the hulls than this share of the solid's volume may have found no way into a cavity.
+const STUCK: f64 = 0.05;
+/// Pieces by which cutting straight on is compared with sectors, at least.
+const PROBE: usize = 12;
+/// Cuts of a piece whose hulls are built.
+const CUTS_TRIED: usize = 8;
+/// What a cut is judged by besides the air it leaves: the concavity it leaves, which tells more of cuts to come.
+const FORESIGHT: f64 = 0.5;
 
-/// An excess of this many tolerances means that the greedy cuts found no way to open a cavity.
-const STUCK: f64 = 4.0;
-
-/// Hulls of the pieces of closed shells, see [`greedy`]. Where cutting the worst piece leads nowhere (the wall of
-/// a woven basket is sliced into rings, and no single cut opens a ring), every shell starts as eight sectors
-/// around its middle; the better of the two is taken.
+/// Hulls of the pieces of closed shells: always the piece with the most air in its hull is cut next (every other time the
+/// one whose hull sticks out the farthest), of whichever shell it is, until no hull sticks out by more than the
+/// tolerance or there are `max_pieces` of all together (a shell may have twelve in any case). Where cutting so leads nowhere (the wall of a woven basket is
+/// sliced into rings, and no single cut opens a ring), the shell starts as eight sectors around its middle, if
+/// that leaves less air. Shells come with their index in the solid.
 pub(super) fn cut_apart(
     shells: &[(usize, &Shell)],
     solid: &Field,
     settings: &DecomposeSettings,
     interrupt: &Interrupt,
 ) -> Result<Vec<Fitted>, Interrupted> {
-    let worst_m = |found: &[Fitted]| found.iter().map(|f| f.excess_m).fold(0.0, f64::max);
-    let straight = greedy(shells, false, solid, settings, interrupt)?;
-    if worst_m(&straight) <= STUCK * settings.tolerance_m {
-        return Ok(straight);
-    }
-    let by_sectors = greedy(shells, true, solid, settings, interrupt)?;
-    Ok(if worst_m(&by_sectors) < worst_m(&straight) { by_sectors } else { straight })
+    let probe = PROBE.max(settings.max_pieces as usize / (2 * shells.len()).max(1));
+    let knife = Knife { solid, settings, interrupt };
+    let begun: Vec<Vec<Leaf>> = shells
+        .par_iter()
+        .map(|&(index, shell)| knife.begin(index, shell, probe))
+        .collect::<Result<_, Interrupted>>()?;
+    let mut leaves: Vec<Leaf> = begun.into_iter().flatten().collect();
+    knife.cut_into(settings.max_pieces as usize, &mut leaves)?;
+    Ok(leaves.into_iter().map(|l| Fitted { hull: l.hull, excess_m: l.excess.distance_m }).collect())
 }
 
 /// Planes that cut a shell into sectors, wider ones where it is wider.
@@ -62,63 +73,92 @@ fn sector_planes(shell: &Shell) -> Vec<Plane> {
         .collect()
 }
 
-/// Always the piece whose hull the piece whose hull sticks out the farthest is cut next, of whichever shell it is, until none exceeds the
-/// tolerance or there are `max_pieces` of all together. Shells come with their index in the solid.
-fn greedy(
-    shells: &[(usize, &Shell)],
-    sectors: bool,
-    solid: &Field,
-    settings: &DecomposeSettings,
-    interrupt: &Interrupt,
-) -> Result<Vec<Fitted>, Interrupted> {
-    let spacing_m = settings.excess_spacing_m;
-    // A piece nobody can build a hull of is no piece: the cut that makes it is not taken.
-    let leaf = |shell: usize, piece: Piece| -> Result<Option<Leaf>, Interrupted> {
+struct Knife<'a> {
+    solid: &'a Field<'a>,
+    settings: &'a DecomposeSettings,
+    interrupt: &'a Interrupt,
+}
+
+impl Knife<'_> {
+    /// The piece with its hull; a piece nobody can build a hull of is no piece, and the cut that makes it is not taken.
+    fn leaf(&self, shell: usize, piece: Piece) -> Result<Option<Leaf>, Interrupted> {
         let Some(hull) = convex_hull(&piece.spanning_points(), usize::MAX, 0.0) else {
             return Ok(None);
         };
-        let known_m = 0.5 * settings.tolerance_m;
-        let excess = excess(&hull, solid, spacing_m, known_m, f64::INFINITY, interrupt)?;
-        Ok(Some(Leaf { shell, piece, hull, excess, whole: false }))
-    };
-    let whole: Vec<Option<Leaf>> = shells
-        .par_iter()
-        .map(|&(index, shell)| leaf(index, Piece::new(shell)))
-        .collect::<Result<_, Interrupted>>()?;
-    let mut leaves: Vec<Leaf> = whole.into_iter().flatten().collect();
-    for &(index, shell) in shells.iter().filter(|_| sectors) {
-        let is_inside = |p| solid.is_inside(index, p);
+        let (spacing_m, known_m) = (self.settings.excess_spacing_m, 0.5 * self.settings.tolerance_m);
+        let excess = excess(&hull, self.solid, spacing_m, known_m, f64::INFINITY, self.interrupt)?;
+        let air_m3 = hull.volume_m3() - piece.volume_m3();
+        Ok(Some(Leaf { shell, piece, hull, excess, air_m3, whole: false }))
+    }
+
+    /// The first pieces of a shell: one, or sectors where cutting straight on leads nowhere.
+    fn begin(&self, index: usize, shell: &Shell, probe: usize) -> Result<Vec<Leaf>, Interrupted> {
+        let Some(whole) = self.leaf(index, Piece::new(shell))? else { return Ok(Vec::new()) };
+        let air_m3 = |leaves: &[Leaf]| leaves.iter().map(|l| l.air_m3).sum::<f64>();
+        let solid_m3 = whole.piece.volume_m3();
+        let mut straight = vec![whole];
+        self.cut_into(probe, &mut straight)?;
+        if air_m3(&straight) <= STUCK * solid_m3 {
+            return Ok(straight);
+        }
+        let mut sectors = self.sectors(index, shell)?;
+        self.cut_into(probe, &mut sectors)?;
+        Ok(if air_m3(&sectors) < air_m3(&straight) { sectors } else { straight })
+    }
+
+    fn sectors(&self, index: usize, shell: &Shell) -> Result<Vec<Leaf>, Interrupted> {
+        let is_inside = |p| self.solid.is_inside(index, p);
+        let mut pieces = vec![Piece::new(shell)];
         for plane in sector_planes(shell) {
-            let mut next = Vec::with_capacity(2 * leaves.len());
-            for whole in leaves {
-                let parts = (whole.shell == index).then(|| whole.piece.split(&plane, is_inside)).flatten();
-                match parts
-                    .map(|(below, above)| Ok((leaf(index, below)?, leaf(index, above)?)))
-                    .transpose()?
-                {
-                    Some((Some(below), Some(above))) => next.extend([below, above]),
-                    _ => next.push(whole),
-                }
-            }
-            leaves = next;
+            pieces = pieces
+                .into_iter()
+                .flat_map(|piece| match piece.split(&plane, is_inside) {
+                    Some((below, above)) => vec![below, above],
+                    None => vec![piece],
+                })
+                .collect();
         }
+        let leaves: Vec<Option<Leaf>> = pieces
+            .into_par_iter()
+            .map(|piece| self.leaf(index, piece))
+            .collect::<Result<_, Interrupted>>()?;
+        Ok(leaves.into_iter().flatten().collect())
     }
-    while leaves.len() < settings.max_pieces as usize {
-        let worst = (0..leaves.len())
-            .filter(|&k| !leaves[k].whole && leaves[k].excess.distance_m > settings.tolerance_m)
-            .max_by(|&a, &b| leaves[a].excess.distance_m.total_cmp(&leaves[b].excess.distance_m));
-        let Some(k) = worst else { break };
-        leaves[k].whole = true;
-        let shell = leaves[k].shell;
-        let is_inside = |p| solid.is_inside(shell, p);
-        for plane in ranked_cuts(&leaves[k].piece, leaves[k].excess.at, settings.tolerance_m) {
-            let Some((below, above)) = leaves[k].piece.split(&plane, is_inside) else { continue };
-            let (below, above) = rayon::join(|| leaf(shell, below), || leaf(shell, above));
-            if let (Some(below), Some(above)) = (below?, above?) {
-                leaves.splice(k..=k, [below, above]);
-                break;
+
+    /// Cuts on until no hull sticks out by more than the tolerance or there are `most` pieces.
+    fn cut_into(&self, most: usize, leaves: &mut Vec<Leaf>) -> Result<(), Interrupted> {
+        while leaves.len() < most {
+            let by_distance = leaves.len().is_multiple_of(2);
+            let key = |leaf: &Leaf| if by_distance { leaf.excess.distance_m } else { leaf.air_m3 };
+            let next = (0..leaves.len())
+                .filter(|&k| !leaves[k].whole && leaves[k].excess.distance_m > self.settings.tolerance_m)
+                .max_by(|&a, &b| key(&leaves[a]).total_cmp(&key(&leaves[b])));
+            let Some(k) = next else { break };
+            match self.best_halves(&leaves[k])? {
+                Some(halves) => drop(leaves.splice(k..=k, halves)),
+                None => leaves[k].whole = true,
             }
         }
+        Ok(())
     }
-    Ok(leaves.into_iter().map(|l| Fitted { hull: l.hull, excess_m: l.excess.distance_m }).collect())
+
+    /// The two parts of the cut that leaves the least.
+    fn best_halves(&self, leaf: &Leaf) -> Result<Option<[Leaf; 2]>, Interrupted> {
+        let is_inside = |p| self.solid.is_inside(leaf.shell, p);
+        let volume_m3 = leaf.hull.volume_m3();
+        let tried = |(concavity_left, plane): &(f64, Plane)| {
+            let (below, above) = leaf.piece.split(plane, is_inside)?;
+            let hull_m3 = |piece: &Piece| {
+                convex_hull(&piece.spanning_points(), usize::MAX, 0.0).map(|hull| hull.volume_m3())
+            };
+            let air_left = 1.0 - (volume_m3 - hull_m3(&below)? - hull_m3(&above)?) / leaf.air_m3.max(1e-15);
+            Some((air_left + FORESIGHT * concavity_left, below, above))
+        };
+        let ranked = ranked_cuts(&leaf.piece, leaf.excess.at, self.settings.tolerance_m);
+        let all: Vec<_> = ranked.par_iter().take(CUTS_TRIED).map(tried).collect();
+        let best = all.into_iter().flatten().min_by(|a, b| a.0.total_cmp(&b.0));
+        let Some((_, below, above)) = best else { return Ok(None) };
+        let (below, above) = rayon::join(|| self.leaf(leaf.shell, below), || self.leaf(leaf.shell, above));
+        Ok(below?.zip(above?).map(|(below, above)| [below, above]))
+    }
 }

@@ -27,6 +27,9 @@ pub(super) struct Piece {
     cell: Vec<Plane>,
     /// Corners of the cell inside the solid.
     inner: Vec<DVec3>,
+    /// What closes the piece along the faces of its cell, as signed triangles: together they cover the cut as often as
+    /// it should be covered, one by one they may lie outside it. Good for integrals only.
+    caps: Vec<[DVec3; 3]>,
 }
 
 #[derive(Clone, Copy)]
@@ -70,6 +73,17 @@ impl Piece {
     /// Corners of the cell inside the solid.
     pub(super) fn inner(&self) -> &[DVec3] {
         &self.inner
+    }
+
+    /// Volume of the solid in the cell, m^3.
+    pub(super) fn volume_m3(&self) -> f64 {
+        let origin = self.points.first().copied().unwrap_or(DVec3::ZERO);
+        let cone = |[a, b, c]: [DVec3; 3]| (a - origin).dot((b - origin).cross(c - origin)) / 6.0;
+        let surface = self.faces().flat_map(|face| {
+            let at = |k: usize| self.points[face.corners[k] as usize];
+            (2..face.corners.len()).map(move |k| cone([at(0), at(k - 1), at(k)]))
+        });
+        surface.sum::<f64>() + self.caps.iter().map(|&cap| cone(cap)).sum::<f64>()
     }
 
     /// Points whose convex hull is that of the solid in the cell.
@@ -120,9 +134,47 @@ impl Piece {
                 above.inner.push(corner);
             }
         }
+        for (part, sign) in [(&mut below, -1.0), (&mut above, 1.0)] {
+            part.close(self, plane, sign);
+        }
         below.cell = self.cell.iter().copied().chain([*plane]).collect();
         above.cell = self.cell.iter().copied().chain([plane.flipped()]).collect();
         Some((below, above))
+    }
+
+    /// Takes over what is left of another piece's caps on one side of the plane, and closes the cut along it.
+    fn close(&mut self, from: &Piece, plane: &Plane, sign: f64) {
+        let mut rim: Vec<(DVec3, DVec3)> = Vec::new();
+        let height = |p: DVec3| {
+            let height = plane.height_m(p);
+            if height.abs() < ON_PLANE_M { 0.0 } else { height }
+        };
+        for cap in &from.caps {
+            let heights = cap.map(height);
+            // One in the plane belongs to the part it closes.
+            if heights == [0.0; 3] {
+                let toward = (cap[1] - cap[0]).cross(cap[2] - cap[0]).dot(plane.normal);
+                if toward * sign < 0.0 {
+                    self.caps.push(*cap);
+                }
+                continue;
+            }
+            let mut corners: Vec<DVec3> = Vec::with_capacity(4);
+            let face = Face { corners: &[0, 1, 2], normal: DVec3::ZERO };
+            clipped(&face, &heights, sign, |a, b| corners.push(crossing(cap, &heights, a, b)));
+            if corners.len() < 3 {
+                continue;
+            }
+            self.caps.extend((2..corners.len()).map(|k| [corners[0], corners[k - 1], corners[k]]));
+            rim.extend(edges_on(plane, corners.iter().copied()));
+        }
+        for polygon in &self.polygons {
+            let own = &self.corners[polygon.first as usize..(polygon.first + polygon.count) as usize];
+            rim.extend(edges_on(plane, own.iter().map(|&c| self.points[c as usize])));
+        }
+        let Some(&(apex, _)) = rim.first() else { return };
+        self.caps
+            .extend(rim.into_iter().filter(|(a, b)| *a != apex && *b != apex).map(|(a, b)| [apex, b, a]));
     }
 
     /// Where the plane cuts the edges of the cell.
@@ -136,6 +188,17 @@ impl Piece {
         }
         corners
     }
+}
+
+/// Edges of a polygon that lie on the plane, unless all of it does.
+fn edges_on(plane: &Plane, corners: impl ExactSizeIterator<Item = DVec3>) -> Vec<(DVec3, DVec3)> {
+    let corners: Vec<(DVec3, bool)> = corners.map(|p| (p, plane.height_m(p).abs() < ON_PLANE_M)).collect();
+    let n = corners.len();
+    (0..n)
+        .map(|k| (corners[k], corners[(k + 1) % n]))
+        .filter(|((_, a), (_, b))| *a && *b)
+        .map(|((a, _), (b, _))| (a, b))
+        .collect()
 }
 
 /// Where a polygon lies.

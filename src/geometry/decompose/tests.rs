@@ -9,6 +9,7 @@ pub(super) fn settings() -> DecomposeSettings {
     DecomposeSettings {
         tolerance_m: 0.0015,
         max_hulls: 32,
+        joined_excess_m: 0.003,
         max_pieces: 48,
         max_vertices: 64,
         min_thickness_m: 0.001,
@@ -94,4 +95,88 @@ fn it_stops_when_asked_and_refuses_nothing() {
     assert_eq!(decompose(&mug(), &settings(), &interrupt), Err(DecomposeError::Interrupted(Interrupted)));
     let nothing = decompose(&TexturedMesh::default(), &settings(), &Interrupt::default());
     assert_eq!(nothing, Err(DecomposeError::NoHull));
+}
+
+#[test]
+fn the_fit_of_a_block_is_perfect_and_that_of_a_mug_filled_up_is_told() {
+    let one = mesh([block(DVec3::splat(0.1))]);
+    let d = decompose(&one, &settings(), &Interrupt::default()).expect("a block");
+    let perfect = fit(&one, &d.hulls, 0.001, &Interrupt::default()).expect("figures");
+    assert!(
+        perfect.air_share == 0.0 && perfect.open_share == 1.0 && perfect.hausdorff_m() < 1e-9,
+        "{perfect:?}"
+    );
+
+    let d = decompose(&mug(), &settings(), &Interrupt::default()).expect("a mug");
+    let close = fit(&mug(), &d.hulls, 0.001, &Interrupt::default()).expect("figures");
+    assert!(close.open_share > 0.9 && close.hausdorff_m() < 0.006 && close.air_share < 0.5, "{close:?}");
+    let filled = convex_hull(&mug().positions, 64, 0.0).expect("a hull");
+    let filled = fit(&mug(), &[filled], 0.001, &Interrupt::default()).expect("figures");
+    assert!(filled.open_share < 0.1 && filled.hausdorff_m() > 0.03 && filled.air_share > 2.0, "{filled:?}");
+}
+
+#[test]
+fn few_hulls_are_the_better_ones() {
+    let mug = mug();
+    let mut last_m3 = f64::INFINITY;
+    for max_hulls in [2, 8, 24, 60] {
+        let settings = DecomposeSettings {
+            max_hulls,
+            tolerance_m: 0.0002,
+            max_pieces: 4 * max_hulls,
+            joined_excess_m: 1.0,
+            ..settings()
+        };
+        let d = decompose(&mug, &settings, &Interrupt::default()).expect("a mug");
+        assert!(d.hulls.len() <= max_hulls as usize, "{} of {max_hulls}", d.hulls.len());
+        assert!(d.hull_volume_m3 < last_m3, "{max_hulls} hulls hold {} m^3", d.hull_volume_m3);
+        last_m3 = d.hull_volume_m3;
+    }
+    assert!(last_m3 < 1.3 * 9.9e-5 * 2.0, "{last_m3}");
+}
+
+#[test]
+fn an_open_mesh_is_closed_first_and_keeps_its_opening() {
+    // A mug without the triangles of its handle's ends.
+    let mut torn = mug();
+    let is_end = |t: &[u32; 3]| {
+        t.iter().all(|&v| torn.positions[v as usize].x < 0.0385 && torn.positions[v as usize].y.abs() < 0.006)
+    };
+    let kept: Vec<Vec<[u32; 3]>> =
+        torn.groups.iter().map(|g| g.triangles.iter().copied().filter(|t| !is_end(t)).collect()).collect();
+    torn.groups.iter_mut().zip(kept).for_each(|(group, kept)| group.triangles = kept);
+    let d = decompose(&torn, &settings(), &Interrupt::default()).expect("a mug");
+    assert!(!d.watertight && d.repair.holes_filled > 0 && d.repair.shells_remeshed == 0, "{:?}", d.repair);
+    assert!(!is_in_a_hull(&d, DVec3::new(0.0, 0.0, 0.05)) && !is_in_a_hull(&d, DVec3::new(0.05, 0.0, 0.055)));
+}
+
+#[test]
+fn the_volume_of_a_piece_is_that_of_the_solid_in_its_cell() {
+    use super::piece::Piece;
+    use super::plane::Plane;
+    let shells = crate::geometry::shells::shells(&mesh([ring(0.05, 0.01, 48, 16)]));
+    let solid = MeshSolid::from_shells(&shells).expect("a ring");
+    let is_inside = |p| solid.depth_m(p) > 0.0;
+    let whole = Piece::new(&shells[0]);
+    assert!((whole.volume_m3() - shells[0].volume_m3()).abs() < 1e-15);
+    let mut pieces = vec![whole];
+    for (point, normal) in [
+        (DVec3::ZERO, DVec3::X),
+        (DVec3::new(0.0, 0.01, 0.002), DVec3::new(0.2, 0.6, 0.7)),
+        (DVec3::ZERO, DVec3::Y),
+    ] {
+        let plane = Plane::through(point, normal.normalize());
+        pieces = pieces
+            .iter()
+            .flat_map(|p| p.split(&plane, is_inside).map_or(vec![p.clone()], |(a, b)| vec![a, b]))
+            .collect();
+    }
+    assert!(pieces.len() > 4);
+    let volumes: Vec<f64> = pieces.iter().map(Piece::volume_m3).collect();
+    assert!(volumes.iter().all(|&v| v > 0.0), "{volumes:?}");
+    assert!((volumes.iter().sum::<f64>() / shells[0].volume_m3() - 1.0).abs() < 1e-9);
+    for (piece, volume_m3) in pieces.iter().zip(volumes) {
+        let hull = convex_hull(&piece.spanning_points(), usize::MAX, 0.0).expect("a hull");
+        assert!(volume_m3 < hull.volume_m3() * (1.0 + 1e-9));
+    }
 }

@@ -149,6 +149,7 @@ impl Turned {
             // the inside of this part is no surface.
             let inner_m = part.iter().map(|p| p.x).fold(f64::INFINITY, f64::min);
             let fewest = std::f64::consts::PI / (1.0 - tolerance_m / inner_m.max(tolerance_m)).acos();
+            let fewest = fewest.min(SECTORS[SECTORS.len() - 1] as f64);
             let counts = SECTORS.into_iter().filter(|&n| n == 1 || n as f64 > 0.8 * fewest);
             let mut found = None;
             for sectors in counts {

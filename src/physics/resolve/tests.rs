@@ -31,6 +31,7 @@ fn decompose_settings() -> DecomposeSettings {
     DecomposeSettings {
         tolerance_m: 0.0015,
         max_hulls: 32,
+        joined_excess_m: 0.003,
         max_pieces: 48,
         max_vertices: 64,
         min_thickness_m: 0.001,
