@@ -153,45 +153,20 @@ fn corners_of_flat_faces(points: &[DVec3]) -> Vec<usize> {
 }
 
 /// The hull with corners left out until `max_vertices` are left, always those whose loss costs the least volume, and
-/// then grown until it has the volume it had and misses no point by more than [`MOST_MISSED_M`]. The corners that keep flat what is flat stay.
+/// then grown until it has the volume it had; but a large round one, which would miss much, is chosen by that. The corners that keep flat what is flat stay.
 fn simplified(full: &ConvexHull, max_vertices: usize) -> Option<ConvexHull> {
     let points = &full.points;
     let mut kept: Vec<DVec3> = corners_of_flat_faces(points).into_iter().map(|k| points[k]).collect();
     kept.truncate(max_vertices / 2);
-    let mut hull = full.clone();
-    while hull.points.len() > max_vertices {
-        let surplus = hull.points.len() - max_vertices;
-        // Few at a time: what is lost with a corner depends on whether its neighbors are there.
-        let dropped = least_missed(&hull, &kept, surplus.min(surplus / 4 + 4));
-        if dropped.is_empty() {
-            break;
-        }
-        let left: Vec<DVec3> =
-            (0..hull.points.len()).filter(|k| !dropped.contains(k)).map(|k| hull.points[k]).collect();
-        hull = hull_of(&left)?;
+    let mut hull = with_fewer_corners(full.clone(), &kept, max_vertices)?;
+    let missing_m = |hull: &ConvexHull| (full.volume_m3() - hull.volume_m3()) / area_m2(hull);
+    let (_, outside_m) = farthest_outside(&hull, points)?;
+    if outside_m - missing_m(&hull) > MOST_MISSED_M {
+        return evenly_missed(points, max_vertices).or(Some(hull));
     }
-    // Corners missed by much come back in place of others.
-    let mut outside_m = 0.0;
-    for _ in 0..SWAPS {
-        let (farthest, distance_m) = farthest_outside(&hull, points)?;
-        outside_m = distance_m;
-        let missing_m = (full.volume_m3() - hull.volume_m3()) / area_m2(&hull);
-        if outside_m - missing_m <= MOST_MISSED_M {
-            break;
-        }
-        kept.push(farthest);
-        let dropped = least_missed(&hull, &kept, 1);
-        let left = (0..hull.points.len()).filter(|k| !dropped.contains(k)).map(|k| hull.points[k]);
-        let swapped: Vec<DVec3> = left.chain([farthest]).collect();
-        match hull_of(&swapped).filter(|hull| hull.points.len() <= max_vertices) {
-            Some(swapped) => hull = swapped,
-            None => break,
-        }
-    }
-    for step in 0..GROWTHS {
-        let missing_m = (full.volume_m3() - hull.volume_m3()) / area_m2(&hull);
-        let missing_m = if step == 0 { missing_m.max(outside_m - MOST_MISSED_M) } else { missing_m.max(0.0) };
-        match grown(&hull, missing_m, points).filter(|hull| hull.points.len() <= max_vertices) {
+    for _ in 0..GROWTHS {
+        match grown(&hull, missing_m(&hull).max(0.0), points).filter(|hull| hull.points.len() <= max_vertices)
+        {
             Some(grown) => hull = grown,
             None => break,
         }
@@ -199,12 +174,28 @@ fn simplified(full: &ConvexHull, max_vertices: usize) -> Option<ConvexHull> {
     Some(hull)
 }
 
-/// Corners exchanged at most.
-const SWAPS: usize = 24;
-/// No corner left out should stick out farther of the grown hull, meters.
+/// Where less volume lost means more missed than this on one side, meters, corners are chosen by what they miss.
 const MOST_MISSED_M: f64 = 0.0013;
 /// Steps in which a hull grows: corners that may not leave the box of the points leave the growing to others.
 const GROWTHS: usize = 3;
+
+/// The corners that keep flat what is flat, and then always the one farthest outside; grown by half of what is missed in
+/// the end, so that a curved surface is missed by no more on either side.
+fn evenly_missed(points: &[DVec3], max_vertices: usize) -> Option<ConvexHull> {
+    let mut chosen: Vec<DVec3> = corners_of_flat_faces(points).into_iter().map(|k| points[k]).collect();
+    chosen.truncate(max_vertices);
+    loop {
+        let hull = hull_of(&chosen)?;
+        let (farthest, outside_m) = farthest_outside(&hull, points)?;
+        if outside_m < 1e-9 || chosen.contains(&farthest) {
+            return Some(hull);
+        }
+        if chosen.len() >= max_vertices {
+            return Some(grown(&hull, 0.5 * outside_m, points).unwrap_or(hull));
+        }
+        chosen.push(farthest);
+    }
+}
 
 /// About the volume that a hull loses when only `max_vertices` corners are left.
 pub fn loss_of_corners_m3(hull: &ConvexHull, max_vertices: usize) -> f64 {
@@ -215,6 +206,21 @@ pub fn loss_of_corners_m3(hull: &ConvexHull, max_vertices: usize) -> f64 {
     let mut losses = losses_m3(hull);
     losses.sort_by(f64::total_cmp);
     losses.iter().take(surplus).sum()
+}
+
+/// Leaves out corners until there are `most`, a few at a time: what is lost with one depends on its neighbors.
+fn with_fewer_corners(mut hull: ConvexHull, kept: &[DVec3], most: usize) -> Option<ConvexHull> {
+    while hull.points.len() > most {
+        let surplus = hull.points.len() - most;
+        let dropped = least_missed(&hull, kept, surplus.min(surplus / 4 + 4));
+        if dropped.is_empty() {
+            break;
+        }
+        let left: Vec<DVec3> =
+            (0..hull.points.len()).filter(|k| !dropped.contains(k)).map(|k| hull.points[k]).collect();
+        hull = hull_of(&left)?;
+    }
+    Some(hull)
 }
 
 /// The point farthest outside the hull, and how far.
