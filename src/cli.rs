@@ -10,6 +10,7 @@ pub mod signals;
 pub mod generate;
 pub mod evaluate;
 pub mod paint_pictures;
+pub mod split;
 pub mod progress;
 pub mod folder;
 pub mod outcome;

@@ -81,7 +81,7 @@ pub const PROCESS_SECTIONS: [&str; 8] =
 /// Section `[network]`.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 pub struct NetworkSettings {
-    /// Safetensors file of a network that reads pictures; empty = they are read by classical means.
+    /// `built-in`, or the safetensors file of a network that reads pictures; empty = they are read by classical means.
     pub weights: String,
     #[serde(flatten)]
     pub reading: NetworkReadingSettings,

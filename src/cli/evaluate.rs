@@ -17,6 +17,7 @@ use futures::{StreamExt, stream};
 
 use super::options::ConfigOptions;
 use super::outcome::write_artifacts;
+use super::split::SplitName;
 use super::{Exit, Failure, folder, generate, runtime, signals, terminal};
 use crate::app::config::Config;
 use crate::app::evaluation::Opened;
@@ -40,6 +41,9 @@ pub struct Arguments {
     /// Only so many scenes, spread over the set, or so many pictures, the first [default: all]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     scenes: Option<u32>,
+    /// Pictures: whose pictures; thresholds are chosen on those of the validation split
+    #[arg(long, value_enum, default_value_t = SplitName::Test)]
+    split: SplitName,
     /// Folder for <set>.md and <set>.json, or one of these files; the other is written beside it
     #[arg(long, value_name = "PATH", default_value = "out/evaluate")]
     out: PathBuf,

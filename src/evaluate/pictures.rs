@@ -1,7 +1,7 @@
-//! The picture benchmark: painted pictures of the test split are read, and what was read is compared with what was painted.
+//! The picture benchmark: painted pictures are read, and what was read is compared with what was painted.
 //!
-//! The reader gets the picture and nothing else. The test split shows no category, finish or backdrop that any other
-//! split shows ([`crate::synthetic::split`]). What is compared is in [`score`], what a reader says in [`reading`].
+//! The reader gets the picture and nothing else. The pictures are of the test split, which shows no category, finish or
+//! backdrop that any other split shows ([`crate::synthetic::split`]); thresholds are chosen on those of the validation split. What is compared is in [`score`], what a reader says in [`reading`].
 
 pub mod reading;
 pub mod score;
@@ -40,9 +40,9 @@ pub struct PictureResult {
 }
 
 impl PictureBench {
-    /// Picture `number` of the set.
-    pub fn painted(number: u64) -> Painting {
-        paint(Split::Test, number, SIZE_PX)
+    /// Picture `number` of the set of a split.
+    pub fn painted(split: Split, number: u64) -> Painting {
+        paint(split, number, SIZE_PX)
     }
 
     /// Reads a painting and compares; the reading comes along for those who want to see it. Refusals are scored as

@@ -14,6 +14,7 @@ use crate::evaluate::pictures::sheet::sheet;
 use crate::evaluate::pictures::{PictureBench, PictureResult, SET_SIZE};
 use crate::export::png::encode_png;
 use crate::geometry::{Interrupt, Interrupted};
+use crate::synthetic::Split;
 
 pub fn run(arguments: &Arguments, resolved: &Resolved) -> Result<Finished, Failure> {
     if arguments.scene.is_some() {
@@ -22,6 +23,7 @@ pub fn run(arguments: &Arguments, resolved: &Resolved) -> Result<Finished, Failu
         ));
     }
     let bench = evaluation::picture_bench(resolved)?;
+    let split = Split::from(arguments.split);
     let count = arguments.scenes.unwrap_or(SET_SIZE);
     let sheets = match &arguments.artifacts {
         Some(folder) => Some(folder::prepare(folder, true)?),
@@ -44,7 +46,7 @@ pub fn run(arguments: &Arguments, resolved: &Resolved) -> Result<Finished, Failu
         let started = Instant::now();
         let stopped = |_: Interrupted| Failure::new(Exit::Interrupted, "interrupted; no tables were written");
         interrupt.check().map_err(stopped)?;
-        let painting = PictureBench::painted(u64::from(number));
+        let painting = PictureBench::painted(split, u64::from(number));
         let (result, read) = bench.read(&painting, &interrupt).map_err(stopped)?;
         if let Some(folder) = &sheets {
             folder.write(&format!("{number:04}.png"), &encode_png(&sheet(&painting, read.as_ref())))?;
@@ -57,7 +59,7 @@ pub fn run(arguments: &Arguments, resolved: &Resolved) -> Result<Finished, Failu
     };
     let results: Vec<PictureResult> =
         pool.install(|| (0..count).into_par_iter().map(one).collect::<Result<_, Failure>>())?;
-    let report = Report::new(SET_SIZE as usize, results);
+    let report = Report::new(split, SET_SIZE as usize, results);
     Ok(Finished { table: report.markdown(), document: json_of(&report)?, complete: true })
 }
 

@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::score::ThingScore;
 use super::{PictureResult, SIZE_PX};
 use crate::evaluate::statistics::{Quantiles, quantiles};
-use crate::synthetic::TableShape;
+use crate::synthetic::{Split, TableShape};
 
 /// Outlines count as right from this overlap up.
 const RIGHT_OUTLINE: f64 = 0.9;
@@ -19,6 +19,8 @@ pub struct Report {
     /// `pictures`.
     pub set: &'static str,
     pub version: &'static str,
+    /// Whose pictures: `test`, unless thresholds are chosen.
+    pub split: &'static str,
     /// Pictures of the whole set, and the longer side of each.
     pub set_size: usize,
     pub size_px: u32,
@@ -86,7 +88,7 @@ pub fn summary(pictures: &[&PictureResult]) -> Summary {
 
 impl Report {
     /// Of pictures in the order of their numbers.
-    pub fn new(set_size: usize, pictures: Vec<PictureResult>) -> Self {
+    pub fn new(split: Split, set_size: usize, pictures: Vec<PictureResult>) -> Self {
         let group = |keep: &dyn Fn(&PictureResult) -> bool| {
             summary(&pictures.iter().filter(|picture| keep(picture)).collect::<Vec<_>>())
         };
@@ -100,6 +102,7 @@ impl Report {
         Self {
             set: "pictures",
             version: env!("CARGO_PKG_VERSION"),
+            split: split.name(),
             set_size,
             size_px: SIZE_PX,
             all: group(&|_| true),
@@ -116,13 +119,14 @@ impl Report {
         let mut text = String::from("# Picture benchmark\n\n");
         let _ = writeln!(
             text,
-            "`tabletopgen evaluate --set pictures`, tabletopgen {}: {} of {} painted pictures of the test split, {} pixels \
+            "`tabletopgen evaluate --set pictures`, tabletopgen {}: {} of {} painted pictures of the {} split, {} pixels \
              wide or high. Categories, tops and backdrops are of no other split. Found: overlap of masks at least 0.5. \
              Refusals find nothing and have no outline. Places, heights and yaws are those of things found, after one \
              scale a picture that gives the top its true area.\n",
             self.version,
             self.pictures.len(),
             self.set_size,
+            self.split,
             self.size_px
         );
         text += "| | pictures | refused | things | recall | precision | outline >= 0.9 | elevation deg, median | 95 % \

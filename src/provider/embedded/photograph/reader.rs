@@ -30,7 +30,18 @@ pub enum LoadNetworkError {
     Unusable { path: PathBuf, source: NetworkWeightsError },
 }
 
+/// The weights that come with the program (`weights/README.md`).
+const BUILT_IN: &[u8] = include_bytes!("../../../../weights/table_network.safetensors");
+
 impl ReadingNetwork {
+    /// The one that comes with the program.
+    pub fn built_in(settings: NetworkReadingSettings) -> Result<Arc<Self>, LoadNetworkError> {
+        let path = PathBuf::from("built-in");
+        Self::read(BUILT_IN.to_vec(), settings)
+            .map(Arc::new)
+            .map_err(|source| LoadNetworkError::Unusable { path, source })
+    }
+
     /// From a file that `training/train.py` wrote.
     pub fn load(path: &Path, settings: NetworkReadingSettings) -> Result<Arc<Self>, LoadNetworkError> {
         let unreadable = |source| LoadNetworkError::Unreadable { path: path.to_owned(), source };
@@ -109,6 +120,11 @@ mod tests {
             mask_rim: 0.5,
             max_objects: 48,
         }
+    }
+
+    #[test]
+    fn what_comes_with_the_program_can_be_loaded() {
+        assert!(ReadingNetwork::built_in(settings()).is_ok());
     }
 
     #[test]
