@@ -41,7 +41,7 @@ pub use camera::Camera;
 pub use hull::ConvexHull;
 pub use image::Image;
 pub use interrupt::{Interrupt, Interrupted};
-pub use mask::Mask;
+pub use mask::{Mask, RunLengths};
 pub use material::{Material, Rgb};
 pub use outline::Outline;
 pub use physical::{Friction, MassProperties};

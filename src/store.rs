@@ -19,6 +19,7 @@ pub mod events;
 pub mod checkpoints;
 pub mod artifacts;
 pub mod calls;
+pub mod tasks;
 
 use std::fs::{File, OpenOptions, TryLockError};
 use std::path::{Path, PathBuf};

@@ -36,6 +36,7 @@ pub struct CallView {
     pub received_bytes: Option<i64>,
     pub input_tokens: Option<i64>,
     pub output_tokens: Option<i64>,
+    pub task: Option<String>,
     pub started_at: String,
     pub finished_at: Option<String>,
 }
@@ -71,6 +72,7 @@ impl CallView {
             received_bytes: row.received_bytes,
             input_tokens: row.input_tokens,
             output_tokens: row.output_tokens,
+            task: row.task,
             started_at: timestamp(row.started_at_ms),
             finished_at: row.finished_at_ms.map(timestamp),
         }

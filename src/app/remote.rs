@@ -5,19 +5,29 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use crate::config::{ConfigError, ConfigErrors, Resolved};
-use crate::provider::preference::PreferredAnalyst;
+use crate::export::gltf::read_mesh_glb;
+use crate::provider::preference::Preferred;
 use crate::provider::remote::address::AddressRules;
 use crate::provider::remote::breaker::Breaker;
 use crate::provider::remote::chat::{self, ChatAnalyst};
-use crate::provider::remote::settings::AnalystProvider;
+use crate::provider::remote::hunyuan3d::{self, Hunyuan3dMeshGenerator};
+use crate::provider::remote::images::{self, ImagesPainter};
+use crate::provider::remote::mesh::ReadGlb;
+use crate::provider::remote::replicate::{self, ReplicateMeshGenerator};
+use crate::provider::remote::settings::{AnalystProvider, MeshProvider, PainterProvider, SegmenterProvider};
+use crate::provider::remote::sidecar::{self, SidecarSegmenter};
+use crate::provider::remote::task::JobSlots;
 use crate::provider::remote::turns::AllTurns;
-use crate::provider::remote::{ChatSettings, Endpoint, Outbound, Secret};
-use crate::provider::{Port, Ports, SceneAnalyst};
+use crate::provider::remote::{Endpoint, LimitSettings, Outbound, Secret};
+use crate::provider::{MeshGenerator, Painter, Port, Ports, SceneAnalyst, Segmenter};
 
-/// The remote analysts of the configuration, in its order; `None` stands for the embedded one.
+/// The remote providers of the configuration, each port's in its order; `None` stands for the embedded one.
 #[derive(Clone)]
 pub struct Remote {
     analysts: Vec<Option<Arc<dyn SceneAnalyst>>>,
+    painters: Vec<Option<Arc<dyn Painter>>>,
+    segmenters: Vec<Option<Arc<dyn Segmenter>>>,
+    mesh_generators: Vec<Option<Arc<dyn MeshGenerator>>>,
 }
 
 impl Remote {
@@ -32,8 +42,7 @@ impl Remote {
         variable: impl Fn(&str) -> Option<String>,
     ) -> Result<Self, ConfigErrors> {
         let settings = &resolved.config.providers;
-        let rules = AddressRules::new(settings.allow_http, &settings.private_hosts);
-        let (mut outbound, mut turns) = (None, AllTurns::default());
+        let mut endpoints = Endpoints::new(resolved, variable);
         let mut analysts: Vec<Option<Arc<dyn SceneAnalyst>>> = Vec::new();
         for provider in &settings.analyst {
             let (section, chat) = match provider {
@@ -44,71 +53,202 @@ impl Remote {
                 AnalystProvider::Chat => ("providers.chat", &settings.chat),
                 AnalystProvider::SecondChat => ("providers.second_chat", &settings.second_chat),
             };
-            let wrong = |key: &str, detail: String| {
-                let key = format!("{section}.{key}");
-                ConfigErrors(vec![ConfigError { origin: resolved.origin(&key).clone(), key, detail }])
+            let endpoint = endpoints.made(&Vendor {
+                section,
+                port: Port::Analyst,
+                provider: chat::NAME,
+                model: &chat.model,
+                base_url: &chat.base_url,
+                key_variable: &chat.key_variable,
+                idempotency_header: &chat.idempotency_header,
+                limits: &chat.limits,
+            })?;
+            analysts.push(Some(Arc::new(ChatAnalyst { settings: chat.clone(), endpoint })));
+        }
+        let mut painters: Vec<Option<Arc<dyn Painter>>> = Vec::new();
+        for provider in &settings.painter {
+            let images = match provider {
+                PainterProvider::Embedded => {
+                    painters.push(None);
+                    continue;
+                }
+                PainterProvider::OpenaiImages => &settings.openai_images,
             };
-            let base = rules.check(&chat.base_url).map_err(|error| wrong("base_url", error.to_string()))?;
-            if base.query().is_some() || base.fragment().is_some() {
-                return Err(wrong(
-                    "base_url",
-                    "it ends in a query or a fragment; paths are appended to it".into(),
-                ));
-            }
-            let key = key(&chat.key_variable, &variable).map_err(|error| wrong("key_variable", error))?;
-            let outbound = match &outbound {
-                Some(made) => made,
-                None => {
-                    let timeout = Duration::from_secs(settings.connect_timeout_secs);
-                    let made = Outbound::new(rules.clone(), timeout).map_err(|error| {
-                        wrong(
-                            "base_url",
-                            format!("the client cannot be made: {error}; install CA certificates"),
-                        )
+            let endpoint = endpoints.made(&Vendor {
+                section: "providers.openai_images",
+                port: Port::Painter,
+                provider: images::NAME,
+                model: &images.model,
+                base_url: &images.base_url,
+                key_variable: &images.key_variable,
+                idempotency_header: "",
+                limits: &images.limits,
+            })?;
+            painters.push(Some(Arc::new(ImagesPainter { settings: images.clone(), endpoint })));
+        }
+        let mut segmenters: Vec<Option<Arc<dyn Segmenter>>> = Vec::new();
+        for provider in &settings.segmenter {
+            let sidecar = match provider {
+                SegmenterProvider::Embedded => {
+                    segmenters.push(None);
+                    continue;
+                }
+                SegmenterProvider::Sidecar => &settings.segmenter_sidecar,
+            };
+            let endpoint = endpoints.made(&Vendor {
+                section: "providers.segmenter_sidecar",
+                port: Port::Segmenter,
+                provider: sidecar::NAME,
+                model: &sidecar.model,
+                base_url: &sidecar.base_url,
+                key_variable: &sidecar.key_variable,
+                idempotency_header: "",
+                limits: &sidecar.limits,
+            })?;
+            segmenters.push(Some(Arc::new(SidecarSegmenter { settings: sidecar.clone(), endpoint })));
+        }
+        let read_glb: ReadGlb = Arc::new(|file| read_mesh_glb(file).map_err(|error| error.to_string()));
+        let mut mesh_generators: Vec<Option<Arc<dyn MeshGenerator>>> = Vec::new();
+        for provider in &settings.mesh_generator {
+            let made: Arc<dyn MeshGenerator> = match provider {
+                MeshProvider::Embedded => {
+                    mesh_generators.push(None);
+                    continue;
+                }
+                MeshProvider::Replicate => {
+                    let settings = settings.replicate.clone();
+                    replicate::wire::prediction(&settings, "", 0)
+                        .map_err(|told| wrong(resolved, "providers.replicate", "inputs", told))?;
+                    let endpoint = endpoints.made(&Vendor {
+                        section: "providers.replicate",
+                        port: Port::MeshGenerator,
+                        provider: replicate::NAME,
+                        model: &settings.version,
+                        base_url: &settings.base_url,
+                        key_variable: &settings.key_variable,
+                        idempotency_header: "",
+                        limits: &settings.limits,
                     })?;
-                    outbound.insert(made)
+                    let (slots, read_glb) = (JobSlots::new(&settings.task), read_glb.clone());
+                    Arc::new(ReplicateMeshGenerator { settings, endpoint, slots, read_glb })
+                }
+                MeshProvider::Hunyuan3d => {
+                    let settings = settings.hunyuan3d.clone();
+                    let endpoint = endpoints.made(&Vendor {
+                        section: "providers.hunyuan3d",
+                        port: Port::MeshGenerator,
+                        provider: hunyuan3d::NAME,
+                        model: &settings.model,
+                        base_url: &settings.base_url,
+                        key_variable: &settings.key_variable,
+                        idempotency_header: "",
+                        limits: &settings.limits,
+                    })?;
+                    let (slots, read_glb) = (JobSlots::new(&settings.task), read_glb.clone());
+                    Arc::new(Hunyuan3dMeshGenerator { settings, endpoint, slots, read_glb })
                 }
             };
-            let endpoint = endpoint(chat, key, outbound.clone(), &mut turns, resolved);
-            analysts
-                .push(Some(Arc::new(ChatAnalyst { settings: chat.clone(), endpoint: Arc::new(endpoint) })));
+            mesh_generators.push(Some(made));
         }
-        Ok(Self { analysts })
+        Ok(Self { analysts, painters, segmenters, mesh_generators })
     }
 
-    /// The ports with the analysts in their order, the embedded one where it stands.
+    /// The ports with the providers in their order, the embedded one where it stands.
     pub fn answer(&self, ports: Ports) -> Ports {
-        let embedded = ports.analyst.clone();
-        let mut order =
-            self.analysts.iter().map(|analyst| analyst.clone().unwrap_or_else(|| embedded.clone()));
-        match order.next() {
-            Some(first) => Ports { analyst: PreferredAnalyst::of(first, order.collect()), ..ports },
-            None => ports,
+        let Ports { mut analyst, mut painter, mut segmenter, mut mesh_generator, .. } = ports.clone();
+        if let Some(preferred) = preferred(&self.analysts, &analyst) {
+            analyst = Arc::new(preferred);
         }
+        if let Some(preferred) = preferred(&self.painters, &painter) {
+            painter = Arc::new(preferred);
+        }
+        if let Some(preferred) = preferred(&self.segmenters, &segmenter) {
+            segmenter = Arc::new(preferred);
+        }
+        if let Some(preferred) = preferred(&self.mesh_generators, &mesh_generator) {
+            mesh_generator = Arc::new(preferred);
+        }
+        Ports { analyst, painter, segmenter, mesh_generator, ..ports }
     }
 }
 
-fn endpoint(
-    chat: &ChatSettings,
-    key: Option<Secret>,
-    outbound: Outbound,
-    turns: &mut AllTurns,
-    resolved: &Resolved,
-) -> Endpoint {
-    let limits = &chat.limits;
-    let turns = turns.of(&chat.base_url, key.as_ref(), limits.concurrency, limits.calls_per_minute);
-    Endpoint {
-        port: Port::Analyst,
-        provider: chat::NAME.to_owned(),
-        model: chat.model.clone(),
-        base_url: chat.base_url.clone(),
-        key,
-        idempotency_header: chat.idempotency_header.clone(),
-        limits: limits.clone(),
-        on_unknown: resolved.config.providers.on_unknown,
-        outbound,
-        turns,
-        breaker: Breaker::new(limits.breaker_failures, Duration::from_secs(limits.breaker_rest_secs)),
+/// The order of preference; `None` where the embedded provider answers alone.
+fn preferred<P: ?Sized>(order: &[Option<Arc<P>>], embedded: &Arc<P>) -> Option<Preferred<P>> {
+    if order.iter().all(Option::is_none) {
+        return None;
+    }
+    let mut order = order.iter().map(|provider| provider.as_ref().unwrap_or(embedded).clone());
+    Some(Preferred::new(order.next()?, order.collect()))
+}
+
+fn wrong(resolved: &Resolved, section: &str, key: &str, detail: String) -> ConfigErrors {
+    let key = format!("{section}.{key}");
+    ConfigErrors(vec![ConfigError { origin: resolved.origin(&key).clone(), key, detail }])
+}
+
+/// What one section says about an endpoint.
+struct Vendor<'a> {
+    section: &'static str,
+    port: Port,
+    provider: &'static str,
+    model: &'a str,
+    base_url: &'a str,
+    key_variable: &'a str,
+    idempotency_header: &'a str,
+    limits: &'a LimitSettings,
+}
+
+/// Makes endpoints that share one client and the turns of their keys.
+struct Endpoints<'a, V> {
+    resolved: &'a Resolved,
+    variable: V,
+    rules: AddressRules,
+    outbound: Option<Outbound>,
+    turns: AllTurns,
+}
+
+impl<'a, V: Fn(&str) -> Option<String>> Endpoints<'a, V> {
+    fn new(resolved: &'a Resolved, variable: V) -> Self {
+        let settings = &resolved.config.providers;
+        let rules = AddressRules::new(settings.allow_http, &settings.private_hosts);
+        Self { resolved, variable, rules, outbound: None, turns: AllTurns::default() }
+    }
+
+    fn made(&mut self, vendor: &Vendor<'_>) -> Result<Arc<Endpoint>, ConfigErrors> {
+        let resolved = self.resolved;
+        let wrong = |key: &str, detail: String| wrong(resolved, vendor.section, key, detail);
+        let base = self.rules.check(vendor.base_url).map_err(|error| wrong("base_url", error.to_string()))?;
+        if base.query().is_some() || base.fragment().is_some() {
+            let detail = "it ends in a query or a fragment; paths are appended to it".to_owned();
+            return Err(wrong("base_url", detail));
+        }
+        let key = key(vendor.key_variable, &self.variable).map_err(|error| wrong("key_variable", error))?;
+        let outbound = match &self.outbound {
+            Some(made) => made.clone(),
+            None => {
+                let timeout = Duration::from_secs(resolved.config.providers.connect_timeout_secs);
+                let made = Outbound::new(self.rules.clone(), timeout).map_err(|error| {
+                    let told = format!("the client cannot be made: {error}; install CA certificates");
+                    wrong("base_url", told)
+                })?;
+                self.outbound.insert(made).clone()
+            }
+        };
+        let limits = vendor.limits;
+        let turns = self.turns.of(vendor.base_url, key.as_ref(), limits.concurrency, limits.calls_per_minute);
+        Ok(Arc::new(Endpoint {
+            port: vendor.port,
+            provider: vendor.provider.to_owned(),
+            model: vendor.model.to_owned(),
+            base_url: vendor.base_url.to_owned(),
+            key,
+            idempotency_header: vendor.idempotency_header.to_owned(),
+            limits: limits.clone(),
+            on_unknown: resolved.config.providers.on_unknown,
+            outbound,
+            turns,
+            breaker: Breaker::new(limits.breaker_failures, Duration::from_secs(limits.breaker_rest_secs)),
+        }))
     }
 }
 
@@ -169,6 +309,27 @@ mod tests {
         assert!(told.contains("OPENAI_API_KEY is empty"), "{told}");
         let told = complaint(&[], &[("OPENAI_API_KEY_FILE", "/nowhere/key")]);
         assert!(told.contains("cannot be read"), "{told}");
+    }
+
+    #[test]
+    fn every_port_has_its_providers() {
+        let set = [
+            ("providers.analyst", "chat, embedded"),
+            ("providers.painter", "openai_images, embedded"),
+            ("providers.segmenter", "sidecar, embedded"),
+            ("providers.mesh_generator", "replicate, embedded"),
+            ("providers.segmenter_sidecar.base_url", "https://segmenter.example.org"),
+        ];
+        let remote = loaded(&set, &[]).expect("loads");
+        let counts = [
+            remote.analysts.len(),
+            remote.painters.len(),
+            remote.segmenters.len(),
+            remote.mesh_generators.len(),
+        ];
+        assert_eq!(counts, [2; 4]);
+        let told = loaded(&[&set[..], &[("providers.replicate.inputs", "[]")]].concat(), &[]).err();
+        assert!(told.expect("is refused").contains("providers.replicate.inputs"));
     }
 
     #[test]

@@ -1,5 +1,7 @@
 //! A set of pixels, kept as COCO run lengths in files.
 
+mod compressed;
+
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
@@ -71,6 +73,12 @@ impl Mask {
     /// Sets the pixels that a mask of the same size has set.
     pub fn unite(&mut self, other: &Mask) {
         Arc::make_mut(&mut self.bits).iter_mut().zip(&*other.bits).for_each(|(bit, &more)| *bit |= more);
+    }
+
+    /// The set pixels that a mask of the same size does not have set.
+    pub fn without(&self, other: &Mask) -> Self {
+        let bits = self.bits.iter().zip(&*other.bits).map(|(&bit, &other)| bit && !other).collect();
+        Self::from_bits(self.width_px, self.height_px, bits)
     }
 
     /// Number of set pixels.

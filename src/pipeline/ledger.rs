@@ -1,10 +1,12 @@
 //! The books of one job, as its stages' calls see them: rows of the store, under the job's lease.
 
+use bytes::Bytes;
 use futures::future::BoxFuture;
 
-use crate::provider::ledger::{Entry, Intent, Ledger, LedgerError, OnUnknown, Settlement};
+use crate::provider::ledger::{Entry, Intent, Ledger, LedgerError, OnUnknown, Settlement, Task};
 use crate::scene::{InstanceId, MicroUsd};
 use crate::store::calls::{CallEnd, NewCall, Reserved};
+use crate::store::tasks::TaskEnd;
 use crate::store::{Digest, Lease, Store, StoreError};
 
 /// Books of one run of one stage.
@@ -64,9 +66,42 @@ impl Ledger for JobLedger {
                 received_bytes: settlement.received_bytes,
                 input_tokens: settlement.input_tokens,
                 output_tokens: settlement.output_tokens,
+                task: settlement.task,
             };
             self.store.settle_call(&self.lease, entry.id, end).await.map_err(not_written)
         })
+    }
+
+    fn task(&self, request_digest: String) -> BoxFuture<'_, Result<Option<Task>, LedgerError>> {
+        Box::pin(async move {
+            let key = self.key_of(&request_digest);
+            let Some(row) = self.store.task_of(&self.lease.job_id, &key).await.map_err(not_written)? else {
+                return Ok(None);
+            };
+            let file = match &row.file {
+                // A file that is gone is fetched again.
+                Some(digest) => self.store.blobs().get(digest).await.map_err(not_written)?,
+                None => None,
+            };
+            Ok(Some(Task { entry_id: row.call_id, id: row.task, file }))
+        })
+    }
+
+    fn fetched(&self, entry_id: i64, file: Bytes) -> BoxFuture<'_, Result<(), LedgerError>> {
+        Box::pin(async move {
+            let digest = self.store.blobs().put(file).await.map_err(not_written)?;
+            self.store.note_task(&self.lease, entry_id, TaskEnd::Fetched(digest)).await.map_err(not_written)
+        })
+    }
+
+    fn over(&self, entry_id: i64) -> BoxFuture<'_, Result<(), LedgerError>> {
+        Box::pin(async move {
+            self.store.note_task(&self.lease, entry_id, TaskEnd::Over).await.map_err(not_written)
+        })
+    }
+
+    fn is_cancelled(&self) -> BoxFuture<'_, bool> {
+        Box::pin(async move { self.store.is_cancelled(&self.lease.job_id).await.unwrap_or(false) })
     }
 }
 

@@ -1,6 +1,7 @@
 //! What calls cost: reserved before a call is sent, settled when it is over. Where the books are kept, ports do not
 //! know; they are handed a [`Ledger`].
 
+use bytes::Bytes;
 use futures::future::BoxFuture;
 use serde::{Deserialize, Serialize};
 
@@ -61,6 +62,19 @@ pub struct Settlement {
     pub output_tokens: Option<u64>,
     /// `answered`, `outcome_unknown`, or the code of a failure.
     pub outcome: &'static str,
+    /// The vendor's id of the job it has begun, where the answer comes later.
+    pub task: Option<String>,
+}
+
+/// A vendor's job that was submitted for this question, and is not over.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Task {
+    /// Of the call that submitted it.
+    pub entry_id: i64,
+    /// The vendor's id.
+    pub id: String,
+    /// What came of it, if it was fetched.
+    pub file: Option<Bytes>,
 }
 
 /// The outcome of a call that was answered as it should be.
@@ -95,6 +109,18 @@ pub trait Ledger: Send + Sync {
 
     /// Writes down how the call ended.
     fn settle(&self, entry: Entry, settlement: Settlement) -> BoxFuture<'_, Result<(), LedgerError>>;
+
+    /// The vendor's job for a question that was asked before, by this worker or one that died.
+    fn task(&self, request_digest: String) -> BoxFuture<'_, Result<Option<Task>, LedgerError>>;
+
+    /// Keeps what came of a vendor's job: vendors delete it soon.
+    fn fetched(&self, entry_id: i64, file: Bytes) -> BoxFuture<'_, Result<(), LedgerError>>;
+
+    /// Writes down that nothing more comes of a vendor's job; the next question like it is a new one.
+    fn over(&self, entry_id: i64) -> BoxFuture<'_, Result<(), LedgerError>>;
+
+    /// Whether somebody has asked for the job to be cancelled: then nobody will come for what vendors work on.
+    fn is_cancelled(&self) -> BoxFuture<'_, bool>;
 }
 
 /// Books for calls outside any job, as benchmarks make them: what costs nothing is granted, all else refused.
@@ -114,5 +140,21 @@ impl Ledger for NoBudget {
 
     fn settle(&self, _entry: Entry, _settlement: Settlement) -> BoxFuture<'_, Result<(), LedgerError>> {
         Box::pin(async { Ok(()) })
+    }
+
+    fn task(&self, _request_digest: String) -> BoxFuture<'_, Result<Option<Task>, LedgerError>> {
+        Box::pin(async { Ok(None) })
+    }
+
+    fn fetched(&self, _entry_id: i64, _file: Bytes) -> BoxFuture<'_, Result<(), LedgerError>> {
+        Box::pin(async { Ok(()) })
+    }
+
+    fn over(&self, _entry_id: i64) -> BoxFuture<'_, Result<(), LedgerError>> {
+        Box::pin(async { Ok(()) })
+    }
+
+    fn is_cancelled(&self) -> BoxFuture<'_, bool> {
+        Box::pin(async { false })
     }
 }

@@ -4,39 +4,40 @@ use std::sync::Arc;
 
 use serde_json::json;
 
-use super::{Adapter, Answer, Call, ProviderError, Reference, SceneAnalyst, UprightQuestion};
+use super::{
+    Adapter, Answer, Call, Completion, CompletionRequest, MeshGenerator, Painter, Painting, ProviderError,
+    RawMesh, RawTable, ReconstructionRequest, Reference, SceneAnalyst, Segmentation, Segmenter, TopBoxes,
+    TopPicture, TopViewRequest, UprightQuestion,
+};
 use crate::align::canonicalize::CanonicalPose;
+use crate::geometry::Mask;
 use crate::scene::request::RequestOptions;
-use crate::scene::{Recognition, SceneDescription};
+use crate::scene::{Recognition, RecognizedTable, SceneDescription};
 
-/// Analysts, the preferred one first.
-pub struct PreferredAnalyst {
-    first: Arc<dyn SceneAnalyst>,
-    others: Vec<Arc<dyn SceneAnalyst>>,
+/// Providers of the port `P` (`dyn SceneAnalyst`), the preferred one first.
+pub struct Preferred<P: ?Sized> {
+    first: Arc<P>,
+    others: Vec<Arc<P>>,
 }
 
-impl PreferredAnalyst {
-    /// One analyst is itself.
-    pub fn of(first: Arc<dyn SceneAnalyst>, others: Vec<Arc<dyn SceneAnalyst>>) -> Arc<dyn SceneAnalyst> {
-        if others.is_empty() { first } else { Arc::new(Self { first, others }) }
+impl<P: ?Sized> Preferred<P> {
+    pub fn new(first: Arc<P>, others: Vec<Arc<P>>) -> Self {
+        Self { first, others }
     }
 
     /// Asks one after the other. When none answers, the failure that tells most is returned: that somebody cannot do
     /// it at all says nothing about what those who can are going through.
-    async fn ask<'a, T>(
-        &'a self,
-        question: impl Fn(&'a dyn SceneAnalyst) -> Answer<'a, T>,
-    ) -> Result<T, ProviderError> {
+    async fn ask<'a, T>(&'a self, question: impl Fn(&'a P) -> Answer<'a, T>) -> Result<T, ProviderError> {
         let mut failure = match question(self.first.as_ref()).await {
             Ok(answer) => return Ok(answer),
             Err(error) => error,
         };
-        for analyst in &self.others {
+        for provider in &self.others {
             if !failure.another_may_answer() {
                 return Err(failure);
             }
-            tracing::info!(reason = %failure, next = analyst.adapter().name, "asking the next provider");
-            match question(analyst.as_ref()).await {
+            tracing::info!(reason = %failure, "asking the next provider");
+            match question(provider.as_ref()).await {
                 Ok(answer) => return Ok(answer),
                 Err(ProviderError::Unsupported { .. }) => {}
                 Err(error) => {
@@ -49,19 +50,26 @@ impl PreferredAnalyst {
         }
         Err(failure)
     }
-}
 
-impl SceneAnalyst for PreferredAnalyst {
     /// Whichever of them answers, the key names them all.
-    fn adapter(&self) -> Adapter {
+    fn all(&self, adapter: impl Fn(&P) -> Adapter) -> Adapter {
         let all: Vec<Adapter> =
-            std::iter::once(&self.first).chain(&self.others).map(|analyst| analyst.adapter()).collect();
+            std::iter::once(&self.first).chain(&self.others).map(|provider| adapter(provider)).collect();
+        if let [only] = all.as_slice() {
+            return only.clone();
+        }
         let join = |part: fn(&Adapter) -> &str| all.iter().map(part).collect::<Vec<_>>().join(", else ");
         Adapter {
             name: join(|adapter| &adapter.name),
             model: join(|adapter| &adapter.model),
             settings: json!(all),
         }
+    }
+}
+
+impl SceneAnalyst for Preferred<dyn SceneAnalyst> {
+    fn adapter(&self) -> Adapter {
+        self.all(SceneAnalyst::adapter)
     }
 
     fn describe<'a>(
@@ -86,6 +94,71 @@ impl SceneAnalyst for PreferredAnalyst {
 
     fn upright<'a>(&'a self, call: &'a Call, question: UprightQuestion) -> Answer<'a, CanonicalPose> {
         Box::pin(self.ask(move |analyst| analyst.upright(call, question.clone())))
+    }
+}
+
+impl Painter for Preferred<dyn Painter> {
+    fn adapter(&self) -> Adapter {
+        self.all(Painter::adapter)
+    }
+
+    fn reference<'a>(
+        &'a self,
+        call: &'a Call,
+        description: Arc<SceneDescription>,
+        seed: u64,
+    ) -> Answer<'a, Painting> {
+        Box::pin(self.ask(move |painter| painter.reference(call, description.clone(), seed)))
+    }
+
+    fn complete<'a>(&'a self, call: &'a Call, request: CompletionRequest) -> Answer<'a, Completion> {
+        Box::pin(self.ask(move |painter| painter.complete(call, request.clone())))
+    }
+
+    fn top_view<'a>(&'a self, call: &'a Call, request: TopViewRequest) -> Answer<'a, TopPicture> {
+        Box::pin(self.ask(move |painter| painter.top_view(call, request.clone())))
+    }
+}
+
+impl Segmenter for Preferred<dyn Segmenter> {
+    fn adapter(&self) -> Adapter {
+        self.all(Segmenter::adapter)
+    }
+
+    fn segment<'a>(
+        &'a self,
+        call: &'a Call,
+        reference: Reference,
+        recognition: Arc<Recognition>,
+    ) -> Answer<'a, Segmentation> {
+        Box::pin(self.ask(move |segmenter| segmenter.segment(call, reference.clone(), recognition.clone())))
+    }
+
+    fn table<'a>(&'a self, call: &'a Call, reference: Reference) -> Answer<'a, Option<Mask>> {
+        Box::pin(self.ask(move |segmenter| segmenter.table(call, reference.clone())))
+    }
+
+    fn top_boxes<'a>(
+        &'a self,
+        call: &'a Call,
+        top: TopPicture,
+        recognition: Arc<Recognition>,
+    ) -> Answer<'a, TopBoxes> {
+        Box::pin(self.ask(move |segmenter| segmenter.top_boxes(call, top.clone(), recognition.clone())))
+    }
+}
+
+impl MeshGenerator for Preferred<dyn MeshGenerator> {
+    fn adapter(&self) -> Adapter {
+        self.all(MeshGenerator::adapter)
+    }
+
+    fn reconstruct<'a>(&'a self, call: &'a Call, request: ReconstructionRequest) -> Answer<'a, RawMesh> {
+        Box::pin(self.ask(move |generator| generator.reconstruct(call, request.clone())))
+    }
+
+    fn table<'a>(&'a self, call: &'a Call, table: RecognizedTable) -> Answer<'a, RawTable> {
+        Box::pin(self.ask(move |generator| generator.table(call, table.clone())))
     }
 }
 
@@ -149,7 +222,7 @@ mod tests {
     async fn asked(providers: &[(&'static str, Fail)]) -> String {
         let made =
             |(name, fail): &(&'static str, Fail)| Arc::new(Failing(name, *fail)) as Arc<dyn SceneAnalyst>;
-        let analyst = PreferredAnalyst::of(made(&providers[0]), providers[1..].iter().map(made).collect());
+        let analyst = Preferred::new(made(&providers[0]), providers[1..].iter().map(made).collect());
         let call = Call::without_budget(Cpu::new(1).expect("a pool"), Interrupt::default());
         let answer = analyst.describe(&call, "a desk".into(), 1, RequestOptions::default()).await;
         answer.expect_err("all fail").to_string()
@@ -170,8 +243,9 @@ mod tests {
 
     #[test]
     fn the_key_names_everybody() {
-        let analyst = PreferredAnalyst::of(Arc::new(Failing("a", down)), vec![Arc::new(Failing("b", down))]);
+        let failing = |name| Arc::new(Failing(name, down)) as Arc<dyn SceneAnalyst>;
+        let analyst = Preferred::new(failing("a"), vec![failing("b")]);
         assert_eq!(analyst.adapter().name, "a, else b");
-        assert_eq!(PreferredAnalyst::of(Arc::new(Failing("a", down)), vec![]).adapter().name, "a");
+        assert_eq!(Preferred::new(failing("a"), vec![]).adapter(), failing("a").adapter());
     }
 }

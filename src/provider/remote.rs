@@ -4,7 +4,9 @@
 //! the call into the job's ledger, sends it through the one client ([`outbound`]) that refuses addresses of private
 //! networks ([`address`]), reads how it ended ([`failure`]), and tries again where that can help ([`patience`]). An
 //! adapter only says what to ask and how to read the answer. Adapters: [`chat`], the analyst over any
-//! OpenAI-compatible chat endpoint.
+//! OpenAI-compatible chat endpoint; [`images`], the painter over OpenAI's Images endpoints;
+//! [`sidecar`], the segmenter over a small server that runs a detector; [`replicate`] and [`hunyuan3d`], the mesh
+//! generator over Replicate-style predictions and over a server of one's own, whose jobs outlive a worker ([`task`]).
 //!
 //! What comes back is hostile until proven: sizes are capped, numbers have ranges, addresses a model names are never
 //! fetched.
@@ -18,9 +20,20 @@ pub mod patience;
 pub mod breaker;
 pub mod turns;
 pub mod endpoint;
+pub mod prompt;
+pub mod picture;
+pub mod multipart;
 pub mod chat;
+pub mod images;
+pub mod sidecar;
+pub mod task;
+pub mod mesh;
+pub mod replicate;
+pub mod hunyuan3d;
 
 pub use endpoint::Endpoint;
 pub use outbound::Outbound;
 pub use secret::Secret;
-pub use settings::{ChatSettings, LimitSettings, ProviderSettings};
+pub use settings::{
+    ChatSettings, ImagesSettings, LimitSettings, ProviderSettings, ReplicateSettings, SidecarSettings,
+};

@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use super::{Adapter, Answer, Call, Reference, TopPicture};
+use super::{Adapter, Answer, Call, KnownTop, Port, ProviderError, Reference, TopPicture};
 use crate::geometry::Mask;
 use crate::scene::{InstanceMask, MaskEdges, Recognition, TopBox};
 
@@ -46,4 +46,22 @@ pub struct TopBoxes {
     pub table_px: [f64; 4],
     /// In the order of `recognition.objects`.
     pub objects: Vec<TopBox>,
+}
+
+impl KnownTop {
+    /// The boxes of what is known; something that does not show there is an error.
+    pub fn boxes(&self) -> Result<TopBoxes, ProviderError> {
+        let bounds_px = |mask: &Mask| mask.bbox_px().map(|corners| corners.map(f64::from));
+        let hidden = |name: &str| ProviderError::Rejected {
+            port: Port::Segmenter,
+            code: "not_on_top_view",
+            reason: format!("{name} does not show on the top view"),
+        };
+        let table_px = bounds_px(&self.table).ok_or_else(|| hidden("the table"))?;
+        let objects = self.objects.iter().map(|mask| {
+            let box_px = bounds_px(&mask.visible).ok_or_else(|| hidden(mask.id.as_str()))?;
+            Ok(TopBox { id: mask.id.clone(), box_px })
+        });
+        Ok(TopBoxes { table_px, objects: objects.collect::<Result<_, ProviderError>>()? })
+    }
 }

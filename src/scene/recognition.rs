@@ -61,6 +61,9 @@ pub struct RecognizedObject {
     pub seed: u64,
     /// What it stands on or in, as far as it can be told from picture and words.
     pub stands_on: StandsOn,
+    /// Box around what shows of it: x0, y0, x1, y1, pixels; `None` where recognition does not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub seen_px: Option<[f64; 4]>,
 }
 
 /// Stacking relation of one object.

@@ -54,6 +54,8 @@ pub struct CallEnd {
     pub received_bytes: u64,
     pub input_tokens: Option<u64>,
     pub output_tokens: Option<u64>,
+    /// The vendor's id of the job it has begun, where the answer comes later.
+    pub task: Option<String>,
 }
 
 /// A row of the ledger.
@@ -79,6 +81,8 @@ pub struct CallRow {
     pub received_bytes: Option<i64>,
     pub input_tokens: Option<i64>,
     pub output_tokens: Option<i64>,
+    /// The vendor's id of the job it has begun, where the answer comes later.
+    pub task: Option<String>,
     /// Milliseconds since 1970.
     pub started_at_ms: i64,
     pub finished_at_ms: Option<i64>,
@@ -115,7 +119,8 @@ impl Store {
                     let now = database::now_ms(connection).await?;
                     sqlx::query(
                         "UPDATE calls SET settled_micro_usd = COALESCE(?, reserved_micro_usd), outcome = ?,
-                                          received_bytes = ?, input_tokens = ?, output_tokens = ?, finished_at = ?
+                                          received_bytes = ?, input_tokens = ?, output_tokens = ?, finished_at = ?,
+                                          task = ?, task_state = CASE WHEN ? THEN 'submitted' END
                          WHERE id = ? AND job_id = ? AND outcome IS NULL",
                     )
                     .bind(end.settled_micro_usd)
@@ -124,6 +129,8 @@ impl Store {
                     .bind(end.input_tokens.map(|tokens| i64::try_from(tokens).unwrap_or(i64::MAX)))
                     .bind(end.output_tokens.map(|tokens| i64::try_from(tokens).unwrap_or(i64::MAX)))
                     .bind(now)
+                    .bind(&end.task)
+                    .bind(end.task.is_some())
                     .bind(id)
                     .bind(&lease.job_id)
                     .execute(connection)
@@ -264,6 +271,7 @@ fn call_of(row: &SqliteRow) -> Result<CallRow, StoreError> {
         received_bytes: row.try_get("received_bytes")?,
         input_tokens: row.try_get("input_tokens")?,
         output_tokens: row.try_get("output_tokens")?,
+        task: row.try_get("task")?,
         started_at_ms: row.try_get("started_at")?,
         finished_at_ms: row.try_get("finished_at")?,
     })

@@ -1,72 +1,21 @@
 //! The chat analyst against a server that speaks its protocol: what is asked, what is understood, what is written down.
 
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 use std::time::Duration;
 
-use futures::future::BoxFuture;
 use serde_json::{Value, json};
 use tabletopgen::geometry::{Image, Interrupt};
-use tabletopgen::provider::ledger::{Entry, Intent, Ledger, LedgerError, MicroUsd, OnUnknown, Settlement};
-use tabletopgen::provider::remote::address::AddressRules;
-use tabletopgen::provider::remote::breaker::Breaker;
+use tabletopgen::provider::ledger::{MicroUsd, OnUnknown};
 use tabletopgen::provider::remote::chat::ChatAnalyst;
-use tabletopgen::provider::remote::turns::Turns;
-use tabletopgen::provider::remote::{ChatSettings, Endpoint, Outbound, Secret};
+use tabletopgen::provider::remote::{ChatSettings, Endpoint};
 use tabletopgen::provider::{Call, Cpu, Port, ProviderError, Reference, SceneAnalyst};
 use tabletopgen::scene::request::RequestOptions;
 use tabletopgen::scene::{CameraKnowledge, Recognition, SceneDescription, StandsOn};
 
+use crate::bench::{self, Book};
 use crate::chat_answers::breakfast;
 use crate::chat_server::{ChatServer, Fault, KEY};
 use crate::server::settings;
-
-/// Books that remember everything, with a budget.
-pub struct Book {
-    pub rows: Mutex<Vec<(Intent, Option<Settlement>)>>,
-    pub budget: MicroUsd,
-}
-
-impl Book {
-    /// Outcomes in order; `None` for what is under way.
-    pub fn outcomes(&self) -> Vec<Option<&'static str>> {
-        self.rows.lock().unwrap().iter().map(|(_, end)| end.as_ref().map(|end| end.outcome)).collect()
-    }
-
-    /// What has been spent, unknown costs at what was set aside.
-    pub fn spent(&self) -> i64 {
-        let rows = self.rows.lock().unwrap();
-        rows.iter()
-            .map(|(intent, end)| end.as_ref().and_then(|end| end.cost).unwrap_or(intent.reserved).0)
-            .sum()
-    }
-}
-
-impl Ledger for Book {
-    fn reserve(&self, intent: Intent) -> BoxFuture<'_, Result<Entry, LedgerError>> {
-        Box::pin(async move {
-            let committed = MicroUsd(self.spent());
-            if committed.0 + intent.reserved.0 > self.budget.0 {
-                return Err(LedgerError::OverBudget {
-                    asked: intent.reserved,
-                    committed,
-                    budget: self.budget,
-                });
-            }
-            let mut rows = self.rows.lock().unwrap();
-            let entry = Entry { id: rows.len() as i64, idempotency_key: intent.request_digest.clone() };
-            rows.push((intent, None));
-            Ok(entry)
-        })
-    }
-
-    fn settle(&self, entry: Entry, settlement: Settlement) -> BoxFuture<'_, Result<(), LedgerError>> {
-        Box::pin(async move {
-            let previous = self.rows.lock().unwrap()[entry.id as usize].1.replace(settlement);
-            assert_eq!(previous, None, "settled once");
-            Ok(())
-        })
-    }
-}
 
 /// An analyst on a server, quick to give up, with its books.
 pub struct Bench {
@@ -80,35 +29,16 @@ pub struct Bench {
 pub fn quick(server: &ChatServer) -> ChatSettings {
     let mut chat = settings(&[]).config.providers.chat;
     chat.base_url = server.base_url.clone();
-    chat.limits.attempt_timeout_secs = 1;
-    chat.limits.total_timeout_secs = 20;
-    chat.limits.max_tries = 3;
-    chat.limits.pause_base_ms = 2;
-    chat.limits.pause_cap_ms = 50;
-    chat.limits.max_answer_bytes = 256 << 10;
-    chat.limits.calls_per_minute = 1_000_000;
-    chat.limits.breaker_failures = 100;
+    bench::make_quick(&mut chat.limits);
     chat
 }
 
 pub fn endpoint(chat: &ChatSettings, key: &str, on_unknown: OnUnknown) -> Endpoint {
-    let rules = AddressRules::new(true, "127.0.0.1");
-    Endpoint {
-        port: Port::Analyst,
-        provider: "openai/chat".into(),
-        model: chat.model.clone(),
-        base_url: chat.base_url.clone(),
-        key: Secret::new(key),
-        idempotency_header: chat.idempotency_header.clone(),
-        limits: chat.limits.clone(),
-        on_unknown,
-        outbound: Outbound::new(rules, Duration::from_secs(5)).unwrap(),
-        turns: Turns::new(chat.limits.concurrency, chat.limits.calls_per_minute),
-        breaker: Breaker::new(
-            chat.limits.breaker_failures,
-            Duration::from_secs(chat.limits.breaker_rest_secs),
-        ),
-    }
+    let mut endpoint =
+        bench::endpoint(Port::Analyst, "openai/chat", &chat.base_url, key, &chat.limits, on_unknown);
+    endpoint.model = chat.model.clone();
+    endpoint.idempotency_header = chat.idempotency_header.clone();
+    endpoint
 }
 
 impl Bench {
@@ -120,9 +50,8 @@ impl Bench {
         let server = ChatServer::start(breakfast()).await;
         let mut chat = quick(&server);
         change(&mut chat);
-        let book = Arc::new(Book { rows: Mutex::default(), budget: MicroUsd(1_000_000_000) });
-        let mut call = Call::without_budget(Cpu::new(1).unwrap(), Interrupt::default());
-        call.ledger = book.clone();
+        let book = Book::with_budget(1_000_000_000);
+        let call = book.call();
         let endpoint = Arc::new(endpoint(&chat, KEY, on_unknown));
         Self { server, book, call, analyst: ChatAnalyst { settings: chat, endpoint } }
     }
@@ -248,7 +177,7 @@ async fn servers_without_schemas_are_told_the_form_in_words() {
 #[tokio::test]
 async fn a_budget_that_is_too_small_sends_nothing() {
     let mut bench = Bench::new().await;
-    let book = Arc::new(Book { rows: Mutex::default(), budget: MicroUsd(10) });
+    let book = Book::with_budget(10);
     bench.call.ledger = book.clone();
     let error = bench.describe().await.unwrap_err();
     assert!(matches!(error, ProviderError::OverBudget { .. }), "{error}");

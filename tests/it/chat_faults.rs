@@ -6,6 +6,7 @@ use std::time::Duration;
 use tabletopgen::provider::ProviderError;
 use tabletopgen::provider::ledger::OnUnknown;
 
+use crate::bench::class;
 use crate::chat::{Bench, endpoint};
 use crate::chat_server::Fault;
 
@@ -14,20 +15,6 @@ const PRICE: i64 = 6000;
 
 const ANSWERED: &str = "answered";
 const UNKNOWN: &str = "outcome_unknown";
-
-/// Class and code of an error, as clients see them.
-fn class(error: &ProviderError) -> String {
-    match error {
-        ProviderError::Rejected { code, .. } => format!("rejected {code}"),
-        ProviderError::Transient { code, .. } => format!("transient {code}"),
-        ProviderError::Refused { code, .. } => format!("refused {code}"),
-        ProviderError::Misconfigured { code, .. } => format!("misconfigured {code}"),
-        ProviderError::RateLimited { retry_after, .. } => {
-            format!("rate_limited {}", retry_after.unwrap_or_default().as_secs())
-        }
-        other => panic!("{other}"),
-    }
-}
 
 /// What comes of it: `ok` or a class, and the outcomes written down.
 async fn ended(bench: &Bench, faults: &[Fault]) -> (String, Vec<&'static str>) {

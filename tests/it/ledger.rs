@@ -9,13 +9,14 @@ use serde_json::json;
 use tabletopgen::app;
 use tabletopgen::geometry::Interrupt;
 use tabletopgen::pipeline::ledger::JobLedger;
-use tabletopgen::provider::ledger::OnUnknown;
+use tabletopgen::provider::ledger::{Ledger, OnUnknown};
 use tabletopgen::provider::remote::chat::ChatAnalyst;
 use tabletopgen::provider::{Call, Cpu, ProviderError, SceneAnalyst};
 use tabletopgen::scene::request::RequestOptions;
 use tabletopgen::store::calls::{CallEnd, NewCall, Reserved, Spending};
 use tabletopgen::store::queue::{Claim, Outcome};
 use tabletopgen::store::scenes::NewScene;
+use tabletopgen::store::tasks::{TaskEnd, TaskRow};
 use tabletopgen::store::{DEFAULT_TENANT, Store, StoreError};
 
 use crate::chat::{endpoint, quick};
@@ -70,6 +71,7 @@ fn end(settled_micro_usd: Option<i64>, outcome: &str) -> CallEnd {
         received_bytes: 20,
         input_tokens: Some(3),
         output_tokens: Some(4),
+        task: None,
     }
 }
 
@@ -174,6 +176,37 @@ async fn what_a_dead_worker_had_under_way_is_unknown_and_spent() {
     granted(store.reserve_call(&heir.lease, call("k", 4_000)).await.unwrap());
     let over = store.reserve_call(&heir.lease, call("k", 4_000)).await.unwrap();
     assert_eq!(over, Reserved::OverBudget { committed: 8_001, budget: 10_000 });
+}
+
+#[tokio::test]
+async fn a_vendors_job_outlives_the_worker_that_submitted_it() {
+    let (_directory, store, zombie) = opened(10_000).await;
+    let job = zombie.lease.job_id.clone();
+    let id = granted(store.reserve_call(&zombie.lease, call("k", 4_000)).await.unwrap());
+    assert_eq!(store.task_of(&job, "k").await.unwrap(), None);
+    let submitted = CallEnd { task: Some("gm3qorzdhg".into()), ..end(Some(4_000), "answered") };
+    store.settle_call(&zombie.lease, id, submitted).await.unwrap();
+    store.expire_leases_of_others("heir").await.unwrap();
+    let heir = claim(&store, "heir", HOUR).await;
+    let row = TaskRow { call_id: id, task: "gm3qorzdhg".into(), file: None };
+    assert_eq!(store.task_of(&job, "k").await.unwrap(), Some(row.clone()));
+    assert_eq!(store.task_of(&job, "l").await.unwrap(), None, "another question");
+    let lost = store.note_task(&zombie.lease, id, TaskEnd::Over).await;
+    assert!(matches!(lost, Err(StoreError::LeaseLost { .. })));
+
+    // Through the ledger that stages see: the file is kept, and nothing is asked of the vendor any more.
+    let ledger =
+        JobLedger { store: store.clone(), lease: heir.lease.clone(), stage: "reconstruct", instance: None };
+    ledger.fetched(id, "glTF".into()).await.unwrap();
+    let digest = store.task_of(&job, "k").await.unwrap().unwrap().file.unwrap();
+    assert_eq!(store.blobs().get(&digest).await.unwrap().unwrap(), "glTF");
+    ledger.over(id).await.unwrap();
+    assert_eq!(store.task_of(&job, "k").await.unwrap(), None);
+    assert!(!ledger.is_cancelled().await);
+    store.cancel(DEFAULT_TENANT, &job).await.unwrap();
+    assert!(ledger.is_cancelled().await);
+    let spending = store.spending(&heir.scene_id).await.unwrap();
+    assert_eq!(spending, Spending { budget: 10_000, spent: 4_000, reserved: 0 });
 }
 
 #[tokio::test]

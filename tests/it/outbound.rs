@@ -46,7 +46,7 @@ fn get(url: String) -> Outgoing {
         url,
         headers: vec![("x-kind".into(), "test".into())],
         bearer: Secret::new("sk-1"),
-        content_type: "application/json",
+        content_type: "application/json".into(),
         body: Bytes::new(),
     }
 }

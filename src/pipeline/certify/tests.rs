@@ -92,6 +92,7 @@ fn sound() -> Planted {
         material: None,
         seed: 1,
         stands_on: StandsOn::Table,
+        seen_px: None,
     };
     let yaw = rotate::Output {
         yaw_rad: 0.3,

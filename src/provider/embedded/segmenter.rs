@@ -8,7 +8,7 @@ use crate::geometry::Mask;
 use crate::provider::{
     Adapter, Answer, Call, Port, ProviderError, Reference, Segmentation, Segmenter, TopBoxes, TopPicture,
 };
-use crate::scene::{MaskEdges, Recognition, TopBox};
+use crate::scene::{MaskEdges, Recognition};
 
 /// Answers from what the painter knows, or by looking.
 pub struct EmbeddedSegmenter {
@@ -50,30 +50,11 @@ impl Segmenter for EmbeddedSegmenter {
     ) -> Answer<'a, TopBoxes> {
         Box::pin(async move {
             let known = top.known.ok_or_else(|| unknown("it finds boxes only on top views made here"))?;
-            let table_px = bounds_px(&known.table)
-                .ok_or_else(|| rejected("the table does not show on the top view".into()))?;
-            let objects = known
-                .objects
-                .iter()
-                .map(|mask| {
-                    let box_px = bounds_px(&mask.visible)
-                        .ok_or_else(|| rejected(format!("{} does not show on the top view", mask.id)))?;
-                    Ok(TopBox { id: mask.id.clone(), box_px })
-                })
-                .collect::<Result<_, ProviderError>>()?;
-            Ok(TopBoxes { table_px, objects })
+            known.boxes()
         })
     }
 }
 
-fn bounds_px(mask: &Mask) -> Option<[f64; 4]> {
-    mask.bbox_px().map(|corners| corners.map(f64::from))
-}
-
 fn unknown(reason: &str) -> ProviderError {
     ProviderError::Unsupported { port: Port::Segmenter, adapter: NAME.into(), reason: reason.into() }
-}
-
-fn rejected(reason: String) -> ProviderError {
-    ProviderError::Rejected { port: Port::Segmenter, code: "not_on_top_view", reason }
 }

@@ -13,7 +13,6 @@ pub mod prompts;
 pub mod schema;
 pub mod conversation;
 pub mod words;
-pub mod picture;
 pub mod describe;
 pub mod recognize;
 pub mod measure;

@@ -1,6 +1,9 @@
 //! One endpoint of one vendor, and how a call of it is made: in its turn, past the breaker, written down before it is
 //! sent and settled after, within its deadlines, again where that can help, and stopped when the job is.
 
+mod free;
+
+use std::borrow::Cow;
 use std::time::{Duration, Instant};
 
 use bytes::Bytes;
@@ -45,7 +48,7 @@ pub struct Question {
     pub operation: &'static str,
     /// Appended to the base URL, with its slash.
     pub path: &'static str,
-    pub content_type: &'static str,
+    pub content_type: Cow<'static, str>,
     pub body: Bytes,
     /// The most that the answer can cost.
     pub reserved: MicroUsd,
@@ -58,6 +61,8 @@ pub struct Reading<T> {
     pub cost: Option<MicroUsd>,
     pub input_tokens: Option<u64>,
     pub output_tokens: Option<u64>,
+    /// The vendor's id of the job it has begun, where the answer comes later.
+    pub task: Option<String>,
     pub result: Result<T, Failure>,
 }
 
@@ -154,7 +159,7 @@ impl Endpoint {
             url,
             headers,
             bearer: self.key.clone(),
-            content_type: question.content_type,
+            content_type: question.content_type.clone(),
             body: question.body.clone(),
         };
         let left = deadline.saturating_duration_since(Instant::now());
@@ -214,7 +219,7 @@ impl Endpoint {
     }
 
     /// Of everything that decides the answer.
-    fn digest(&self, question: &Question) -> String {
+    pub(super) fn digest(&self, question: &Question) -> String {
         let mut digest = Sha256::new();
         for part in [self.base_url.as_bytes(), question.path.as_bytes(), question.content_type.as_bytes()] {
             digest.update((part.len() as u64).to_le_bytes());
@@ -234,12 +239,13 @@ impl Endpoint {
             tried.settlement.received_bytes = received_bytes;
             return tried;
         }
-        let Reading { cost, input_tokens, output_tokens, result } = read(&reply);
+        let Reading { cost, input_tokens, output_tokens, task, result } = read(&reply);
         let outcome = match &result {
             Ok(_) => ANSWERED,
             Err(failure) => failure.kind.outcome(),
         };
-        Try { result, settlement: Settlement { cost, received_bytes, input_tokens, output_tokens, outcome } }
+        let settlement = Settlement { cost, received_bytes, input_tokens, output_tokens, outcome, task };
+        Try { result, settlement }
     }
 
     /// A try that brought no answer.
@@ -249,7 +255,7 @@ impl Endpoint {
         Try { result: Err(failure), settlement }
     }
 
-    fn transient(&self, code: &'static str, reason: String) -> ProviderError {
+    pub(super) fn transient(&self, code: &'static str, reason: String) -> ProviderError {
         ProviderError::Transient { port: self.port, code, reason: format!("{}: {reason}", self.provider) }
     }
 
@@ -258,7 +264,7 @@ impl Endpoint {
         ProviderError::Rejected { port: self.port, code: OUTCOME_UNKNOWN, reason }
     }
 
-    fn not_written(&self, error: LedgerError) -> ProviderError {
+    pub(super) fn not_written(&self, error: LedgerError) -> ProviderError {
         let (port, reason) = (self.port, error.to_string());
         match error {
             LedgerError::OverBudget { .. } => ProviderError::OverBudget { port, reason },
@@ -276,6 +282,7 @@ fn unknown_settlement() -> Settlement {
         input_tokens: None,
         output_tokens: None,
         outcome: OUTCOME_UNKNOWN,
+        task: None,
     }
 }
 

@@ -189,6 +189,14 @@ impl Failure {
             429 if told.code.as_deref() == Some("insufficient_quota") => FailureKind::QuotaSpent,
             429 => FailureKind::Busy,
             300..=399 => FailureKind::Redirected,
+            // OpenAI's filter before and behind its image models.
+            400 if matches!(
+                told.code.as_deref(),
+                Some("moderation_blocked" | "content_policy_violation")
+            ) =>
+            {
+                FailureKind::Refused
+            }
             400..=499 => FailureKind::RequestRejected,
             _ => FailureKind::ServerError,
         };
@@ -295,6 +303,17 @@ mod tests {
         // FastAPI's shape.
         let failure = Failure::of_status(&reply(500, r#"{"detail": "no GPU"}"#)).expect("is a failure");
         assert_eq!(failure.reason, "status 500: no GPU");
+    }
+
+    #[test]
+    fn a_filter_that_says_no_is_a_refusal() {
+        let blocked = r#"{"error": {"message": "Your request was rejected by the safety system.",
+            "type": "image_generation_user_error", "param": null, "code": "moderation_blocked"}}"#;
+        let failure = Failure::of_status(&reply(400, blocked)).expect("is a failure");
+        assert_eq!(failure.kind, FailureKind::Refused);
+        let other = blocked.replace("moderation_blocked", "invalid_value");
+        let failure = Failure::of_status(&reply(400, &other)).expect("is a failure");
+        assert_eq!(failure.kind, FailureKind::RequestRejected);
     }
 
     #[test]

@@ -4,6 +4,7 @@
 //! of an answer as its caller wants. Redirects are followed for `GET` alone, each checked like the first address; what
 //! proves who we are does not follow to another origin. A request that has a body is never sent elsewhere.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 use std::time::{Duration, SystemTime};
 
@@ -35,7 +36,7 @@ pub struct Outgoing {
     pub headers: Vec<(String, String)>,
     /// Sent as `Authorization: Bearer`.
     pub bearer: Option<Secret>,
-    pub content_type: &'static str,
+    pub content_type: Cow<'static, str>,
     pub body: Bytes,
 }
 
@@ -97,7 +98,7 @@ impl Outbound {
                 request = request.bearer_auth(bearer.expose());
             }
             if !outgoing.body.is_empty() {
-                request = request.header(CONTENT_TYPE, outgoing.content_type).body(outgoing.body.clone());
+                request = request.header(CONTENT_TYPE, &*outgoing.content_type).body(outgoing.body.clone());
             }
             let answer = request.send().await.map_err(|error| failed(&error))?;
             match next(&answer, &url) {

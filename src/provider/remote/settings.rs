@@ -10,6 +10,12 @@ use crate::provider::ledger::OnUnknown;
 pub struct ProviderSettings {
     /// Who answers the analyst's port: the first, and where that cannot, the next.
     pub analyst: Vec<AnalystProvider>,
+    /// Who answers the painter's port, likewise.
+    pub painter: Vec<PainterProvider>,
+    /// Who answers the segmenter's port, likewise.
+    pub segmenter: Vec<SegmenterProvider>,
+    /// Who answers the mesh generator's port, likewise.
+    pub mesh_generator: Vec<MeshProvider>,
     /// Plain HTTP may be used. Keys and pictures are then readable on the way.
     pub allow_http: bool,
     /// Hosts, or `host:port`, that may be private addresses; separated by spaces.
@@ -20,6 +26,10 @@ pub struct ProviderSettings {
     pub connect_timeout_secs: u64,
     pub chat: ChatSettings,
     pub second_chat: ChatSettings,
+    pub openai_images: ImagesSettings,
+    pub segmenter_sidecar: SidecarSettings,
+    pub replicate: ReplicateSettings,
+    pub hunyuan3d: Hunyuan3dSettings,
 }
 
 /// Who can answer the analyst's port.
@@ -32,6 +42,38 @@ pub enum AnalystProvider {
     Chat,
     /// The endpoint of `[providers.second_chat]`.
     SecondChat,
+}
+
+/// Who can answer the painter's port.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum PainterProvider {
+    /// Our renderer, and geometry.
+    Embedded,
+    /// The endpoints of `[providers.openai_images]`.
+    OpenaiImages,
+}
+
+/// Who can answer the segmenter's port.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SegmenterProvider {
+    /// What the painter knows, or looking.
+    Embedded,
+    /// The server of `[providers.segmenter_sidecar]`.
+    Sidecar,
+}
+
+/// Who can answer the mesh generator's port.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum MeshProvider {
+    /// The catalog, and solids fitted to one view.
+    Embedded,
+    /// The model of `[providers.replicate]`.
+    Replicate,
+    /// The server of `[providers.hunyuan3d]`.
+    Hunyuan3d,
 }
 
 /// An OpenAI-compatible chat endpoint: sections `[providers.chat]` and `[providers.second_chat]`.
@@ -68,6 +110,173 @@ pub struct ChatSettings {
     pub output_usd_per_million: f64,
     #[serde(flatten)]
     pub limits: LimitSettings,
+}
+
+/// OpenAI's Images endpoints: section `[providers.openai_images]`.
+#[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
+pub struct ImagesSettings {
+    /// What `/images/generations` and `/images/edits` are appended to.
+    pub base_url: String,
+    /// The model's name at that endpoint; it has to take several pictures and to know transparent backgrounds.
+    pub model: String,
+    /// As of [`ChatSettings::key_variable`].
+    pub key_variable: String,
+    /// Size of reference pictures.
+    pub reference_size: ReferenceSize,
+    /// How much work goes into a picture; high costs most.
+    pub quality: PictureQuality,
+    /// How closely redrawn things follow what is sent; high costs more.
+    pub input_fidelity: InputFidelity,
+    /// Drawings asked for again where one cannot be used (0..=5).
+    pub redraws: u32,
+    /// Least agreement of a redrawn thing's outline with what is visible of it, intersection over union (0..=1).
+    pub least_agreement: f64,
+    /// The most tokens that a sent picture counts as (1..=100000); what is reserved of the budget.
+    pub picture_tokens: u32,
+    /// The most tokens that a drawn picture counts as (1..=100000).
+    pub drawn_tokens: u32,
+    /// Price of a million tokens of text that is sent, US dollars.
+    pub text_usd_per_million: f64,
+    /// Price of a million tokens of pictures that are sent, US dollars.
+    pub picture_usd_per_million: f64,
+    /// Price of a million tokens of pictures that are drawn, US dollars.
+    pub drawn_usd_per_million: f64,
+    #[serde(flatten)]
+    pub limits: LimitSettings,
+}
+
+/// A segmentation sidecar: section `[providers.segmenter_sidecar]`.
+#[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
+pub struct SidecarSettings {
+    /// What `/v1/segment` is appended to.
+    pub base_url: String,
+    /// What it runs, as results and keys name it: another model behind the same address wants another name here.
+    pub model: String,
+    /// As of [`ChatSettings::key_variable`].
+    pub key_variable: String,
+    /// Least score of a box (0..=1). More finds less, and less that is not there.
+    pub box_threshold: f64,
+    /// Least score of a word of a box (0..=1).
+    pub text_threshold: f64,
+    /// Price of a call, US dollars.
+    pub usd_per_call: f64,
+    #[serde(flatten)]
+    pub limits: LimitSettings,
+}
+
+/// Replicate-style predictions: section `[providers.replicate]`.
+#[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
+pub struct ReplicateSettings {
+    /// What `/predictions` is appended to.
+    pub base_url: String,
+    /// The model's version, as the vendor names it.
+    pub version: String,
+    /// As of [`ChatSettings::key_variable`].
+    pub key_variable: String,
+    /// The model's input that takes the picture.
+    pub image_input: String,
+    /// The model's input that takes the seed; empty = it has none.
+    pub seed_input: String,
+    /// The model's other inputs, a JSON object.
+    pub inputs: String,
+    /// Price of a prediction, US dollars.
+    pub usd_per_prediction: f64,
+    #[serde(flatten)]
+    pub mesh: MeshSettings,
+    #[serde(flatten)]
+    pub task: TaskSettings,
+    #[serde(flatten)]
+    pub limits: LimitSettings,
+}
+
+/// A server of Hunyuan3D-2 or 2.1: section `[providers.hunyuan3d]`.
+#[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
+pub struct Hunyuan3dSettings {
+    /// What `/send` and `/status` are appended to.
+    pub base_url: String,
+    /// What it runs, as results and keys name it.
+    pub model: String,
+    /// As of [`ChatSettings::key_variable`].
+    pub key_variable: String,
+    /// Cells along an edge of the octree the shape is read from (64..=1024). More is finer and takes longer.
+    pub octree_resolution: u32,
+    /// Steps of the shape's diffusion (1..=200).
+    pub inference_steps: u32,
+    /// How closely the shape follows the picture (0..=50).
+    pub guidance_scale: f64,
+    /// Whether the server paints its meshes; it has to be started so.
+    pub texture: bool,
+    /// Price of a mesh, US dollars.
+    pub usd_per_mesh: f64,
+    #[serde(flatten)]
+    pub mesh: MeshSettings,
+    #[serde(flatten)]
+    pub task: TaskSettings,
+    #[serde(flatten)]
+    pub limits: LimitSettings,
+}
+
+/// What is sent to a mesh generator, and what is taken from it.
+#[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
+pub struct MeshSettings {
+    /// Side of the square picture that is sent, pixels (128..=2048).
+    pub picture_px: u32,
+    /// Most triangles that are kept (1000..=1000000); a finer mesh is reduced, its texture kept.
+    pub most_triangles: usize,
+    /// SPDX identifier of the licence that the model's meshes come under.
+    pub licence: String,
+    /// What a reader of the scene has to know about it, such as territories where it does not hold; may be empty.
+    pub licence_note: String,
+}
+
+/// Terms of a vendor's jobs.
+#[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
+pub struct TaskSettings {
+    /// Time between two looks at a vendor's job, milliseconds (10..=600000).
+    pub look_every_ms: u64,
+    /// Longest time of a vendor's job, seconds (1..=86400).
+    pub task_timeout_secs: u64,
+    /// Vendor's jobs at the same time (1..=1024).
+    pub vendor_jobs: usize,
+}
+
+/// Size of a painted picture, pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum ReferenceSize {
+    #[serde(rename = "1024x1024")]
+    Square,
+    #[serde(rename = "1536x1024")]
+    Wide,
+}
+
+/// How much work goes into a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum PictureQuality {
+    Low,
+    Medium,
+    High,
+}
+
+impl PictureQuality {
+    /// As it is spelled in forms.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Low => "low",
+            Self::Medium => "medium",
+            Self::High => "high",
+        }
+    }
+}
+
+/// How closely a drawing follows the pictures that are sent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum InputFidelity {
+    /// Nothing is sent, which some models insist on.
+    Unsaid,
+    Low,
+    High,
 }
 
 /// Terms of one endpoint.

@@ -55,6 +55,7 @@ fn recognized(spec: &ObjectSpec) -> RecognizedObject {
         material: spec.material.clone(),
         seed: spec.seed,
         stands_on: stands_on(spec),
+        seen_px: None,
     }
 }
 

@@ -66,6 +66,7 @@ pub fn recognize(
                 material: None,
                 seed: child_seed(seed, id.as_str()),
                 stands_on: object.stands_on.map_or(StandsOn::Table, |k| StandsOn::On(ids[k].clone())),
+                seen_px: None,
             }
         })
         .collect();

@@ -7,8 +7,8 @@ use serde_json::Value;
 
 use super::super::endpoint::Question;
 use super::super::failure::{Failure, FailureKind};
+use super::super::prompt::Prompt;
 use super::super::settings::SchemaSupport;
-use super::prompts::Prompt;
 use super::wire::{self, Message, Part, Role};
 use super::{ChatAnalyst, NAME};
 use crate::provider::{Call, Port, ProviderError};
@@ -67,7 +67,7 @@ impl ChatAnalyst {
         let question = Question {
             operation: name,
             path: "/chat/completions",
-            content_type: "application/json",
+            content_type: "application/json".into(),
             body: body.to_string().into(),
             reserved: wire::most_it_can_cost(&self.settings, messages, &topic.schema),
         };

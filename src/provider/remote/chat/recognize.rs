@@ -10,10 +10,11 @@ use super::prompts::prompts;
 use super::schema::PER_MILLE;
 use super::seen_camera::{SeenCamera, placed};
 use super::words::{Complaints, PictureBox};
-use super::{ChatAnalyst, measure, picture, rejected, schema, stacking};
+use super::{ChatAnalyst, measure, rejected, schema, stacking};
 use crate::catalog::{categories, category, table_models};
 use crate::geometry::seed::child_seed;
 use crate::provider::embedded::photograph::UNNAMED_CATEGORY;
+use crate::provider::remote::picture;
 use crate::provider::{Call, Port, ProviderError, Reference};
 use crate::scene::request::RequestOptions;
 use crate::scene::{CameraKnowledge, InstanceId, Recognition, RecognizedObject, RecognizedTable};
@@ -189,6 +190,7 @@ pub(super) async fn recognize(
                 color: size.color,
                 material: size.material,
                 stands_on,
+                seen_px: Some(seen.place.in_pixels(width_px, height_px)),
             })
             .collect(),
     })

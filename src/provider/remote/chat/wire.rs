@@ -153,6 +153,7 @@ pub fn read(settings: &ChatSettings, reply: &Reply) -> Reading<String> {
         cost: None,
         input_tokens: None,
         output_tokens: None,
+        task: None,
         result: Err(Failure::new(kind, reason)),
     };
     if !reply.content_type.ends_with("json") {
@@ -171,7 +172,13 @@ pub fn read(settings: &ChatSettings, reply: &Reply) -> Reading<String> {
         let inner = Reply { status: status as u16, body, ..reply.clone() };
         if let Some(failure) = Failure::of_status(&inner) {
             let cost = (failure.kind.billed() == Billed::No).then_some(MicroUsd::ZERO);
-            return Reading { cost, input_tokens: None, output_tokens: None, result: Err(failure) };
+            return Reading {
+                cost,
+                input_tokens: None,
+                output_tokens: None,
+                task: None,
+                result: Err(failure),
+            };
         }
     }
     let (input_tokens, output_tokens) = match &completion.usage {
@@ -182,7 +189,7 @@ pub fn read(settings: &ChatSettings, reply: &Reply) -> Reading<String> {
         .usage
         .as_ref()
         .map(|usage| cost(settings, usage.prompt_tokens as f64, usage.completion_tokens as f64));
-    Reading { cost: spent, input_tokens, output_tokens, result: words(completion.choices) }
+    Reading { cost: spent, input_tokens, output_tokens, task: None, result: words(completion.choices) }
 }
 
 fn words(choices: Vec<Choice>) -> Result<String, Failure> {

@@ -116,6 +116,12 @@ pub struct PictureBox {
 }
 
 impl PictureBox {
+    /// x0, y0, x1, y1 on a picture of this size.
+    pub fn in_pixels(self, width_px: u32, height_px: u32) -> [f64; 4] {
+        let (width, height) = (f64::from(width_px) / 1000.0, f64::from(height_px) / 1000.0);
+        [self.x0 * width, self.y0 * height, self.x1 * width, self.y1 * height]
+    }
+
     pub fn check(self, at: &str, low: f64, high: f64, complaints: &mut Complaints) {
         for (name, value) in [("x0", self.x0), ("y0", self.y0), ("x1", self.x1), ("y1", self.y1)] {
             complaints.range(&format!("{at}.{name}"), value, low, high);

@@ -1,0 +1,101 @@
+//! The painter over OpenAI's Images endpoints.
+//!
+//! [`reference`] has a description painted (`/images/generations`); [`redraw`] has one thing redrawn from its surroundings
+//! and its visible pixels (`/images/edits`, two pictures, transparent background), and finds where the redrawn thing lies.
+//! A drawing that shows another thing, or has a background, is not taken: the model is told why and draws again, a few
+//! times. It paints no view from above: the embedded painter behind it computes that.
+//!
+//! What the models paint cannot be seeded; the seed chooses the side the table is seen from.
+
+pub mod wire;
+pub mod prompts;
+pub mod reference;
+pub mod redraw;
+
+use std::sync::Arc;
+
+use serde_json::json;
+
+use super::failure::{Failure, FailureKind};
+use super::settings::ImagesSettings;
+use super::{Endpoint, picture};
+use crate::geometry::Image;
+use crate::provider::{
+    Adapter, Answer, Call, Completion, CompletionRequest, Painter, Painting, Port, ProviderError, TopPicture,
+    TopViewRequest,
+};
+use crate::scene::SceneDescription;
+
+/// Name of the adapter.
+pub const NAME: &str = "openai/images";
+
+/// Asks an image model.
+pub struct ImagesPainter {
+    pub settings: ImagesSettings,
+    pub endpoint: Arc<Endpoint>,
+}
+
+impl Painter for ImagesPainter {
+    fn adapter(&self) -> Adapter {
+        let ImagesSettings {
+            base_url,
+            reference_size,
+            quality,
+            input_fidelity,
+            least_agreement,
+            redraws,
+            ..
+        } = &self.settings;
+        let settings = json!({
+            "base_url": base_url, "reference_size": reference_size, "quality": quality, "redraws": redraws,
+            "input_fidelity": input_fidelity, "least_agreement": least_agreement, "prompts": prompts::identity(),
+        });
+        Adapter { name: NAME.to_owned(), model: self.settings.model.clone(), settings }
+    }
+
+    fn reference<'a>(
+        &'a self,
+        call: &'a Call,
+        description: Arc<SceneDescription>,
+        seed: u64,
+    ) -> Answer<'a, Painting> {
+        Box::pin(async move {
+            let picture = reference::paint(self, call, &description, seed).await?;
+            Ok(Painting { picture, aside: None })
+        })
+    }
+
+    fn complete<'a>(&'a self, call: &'a Call, request: CompletionRequest) -> Answer<'a, Completion> {
+        Box::pin(async move {
+            match request.alone {
+                Some(alone) => Ok(alone),
+                None => redraw::redraw(self, call, request).await,
+            }
+        })
+    }
+
+    fn top_view<'a>(&'a self, _call: &'a Call, request: TopViewRequest) -> Answer<'a, TopPicture> {
+        Box::pin(async move {
+            request.painted.ok_or_else(|| ProviderError::Unsupported {
+                port: Port::Painter,
+                adapter: NAME.to_owned(),
+                reason: "it paints no views from above; put embedded behind it in providers.painter"
+                    .to_owned(),
+            })
+        })
+    }
+}
+
+/// Decodes what the vendor sent, on the pool.
+async fn decoded(call: &Call, file: Vec<u8>) -> Result<Result<Image, String>, ProviderError> {
+    call.compute(Port::Painter, move |_| {
+        Ok(picture::received(&file).map_err(|error| format!("its picture is not taken: {error}")))
+    })
+    .await
+}
+
+/// The last reason why no drawing was taken.
+fn not_taken(reason: &str, drawings: u32) -> ProviderError {
+    let reason = format!("none of {drawings} drawings could be used: {reason}");
+    Failure::new(FailureKind::BadAnswer, reason).into_error(Port::Painter, NAME)
+}

@@ -1,0 +1,170 @@
+//! What tests of remote adapters share: books that remember everything, impatient endpoints, names of errors.
+
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+use bytes::Bytes;
+use futures::future::BoxFuture;
+use tabletopgen::geometry::Interrupt;
+use tabletopgen::provider::ledger::{
+    Entry, Intent, Ledger, LedgerError, MicroUsd, OnUnknown, Settlement, Task,
+};
+use tabletopgen::provider::remote::address::AddressRules;
+use tabletopgen::provider::remote::breaker::Breaker;
+use tabletopgen::provider::remote::turns::Turns;
+use tabletopgen::provider::remote::{Endpoint, LimitSettings, Outbound, Secret};
+use tabletopgen::provider::{Call, Cpu, Port, ProviderError};
+
+/// Books that remember everything, with a budget.
+pub struct Book {
+    pub rows: Mutex<Vec<(Intent, Option<Settlement>)>>,
+    /// What came of vendors' jobs, by row; `None` = nothing more will.
+    pub files: Mutex<BTreeMap<i64, Option<Bytes>>>,
+    pub cancelled: AtomicBool,
+    pub budget: MicroUsd,
+}
+
+impl Book {
+    pub fn with_budget(micro_usd: i64) -> Arc<Self> {
+        Arc::new(Self {
+            rows: Mutex::default(),
+            files: Mutex::default(),
+            cancelled: AtomicBool::new(false),
+            budget: MicroUsd(micro_usd),
+        })
+    }
+
+    /// A call whose books these are.
+    pub fn call(self: &Arc<Self>) -> Call {
+        let mut call = Call::without_budget(Cpu::new(1).unwrap(), Interrupt::default());
+        call.ledger = self.clone();
+        call
+    }
+
+    /// Outcomes in order; `None` for what is under way.
+    pub fn outcomes(&self) -> Vec<Option<&'static str>> {
+        self.rows.lock().unwrap().iter().map(|(_, end)| end.as_ref().map(|end| end.outcome)).collect()
+    }
+
+    /// What has been spent, unknown costs at what was set aside.
+    pub fn spent(&self) -> i64 {
+        let rows = self.rows.lock().unwrap();
+        rows.iter()
+            .map(|(intent, end)| end.as_ref().and_then(|end| end.cost).unwrap_or(intent.reserved).0)
+            .sum()
+    }
+}
+
+impl Ledger for Book {
+    fn reserve(&self, intent: Intent) -> BoxFuture<'_, Result<Entry, LedgerError>> {
+        Box::pin(async move {
+            let committed = MicroUsd(self.spent());
+            if committed.0 + intent.reserved.0 > self.budget.0 {
+                return Err(LedgerError::OverBudget {
+                    asked: intent.reserved,
+                    committed,
+                    budget: self.budget,
+                });
+            }
+            let mut rows = self.rows.lock().unwrap();
+            let entry = Entry { id: rows.len() as i64 + 1, idempotency_key: intent.request_digest.clone() };
+            rows.push((intent, None));
+            Ok(entry)
+        })
+    }
+
+    fn settle(&self, entry: Entry, settlement: Settlement) -> BoxFuture<'_, Result<(), LedgerError>> {
+        Box::pin(async move {
+            let previous = self.rows.lock().unwrap()[entry.id as usize - 1].1.replace(settlement);
+            assert_eq!(previous, None, "settled once");
+            Ok(())
+        })
+    }
+
+    fn task(&self, request_digest: String) -> BoxFuture<'_, Result<Option<Task>, LedgerError>> {
+        Box::pin(async move {
+            let (rows, files) = (self.rows.lock().unwrap(), self.files.lock().unwrap());
+            let mut tasks = rows.iter().enumerate().rev().filter_map(|(index, (intent, end))| {
+                let id = end.as_ref()?.task.clone().filter(|_| intent.request_digest == request_digest)?;
+                let entry_id = index as i64 + 1;
+                match files.get(&entry_id) {
+                    None => Some(Task { entry_id, id, file: None }),
+                    Some(Some(file)) => Some(Task { entry_id, id, file: Some(file.clone()) }),
+                    Some(None) => None,
+                }
+            });
+            Ok(tasks.next())
+        })
+    }
+
+    fn fetched(&self, entry_id: i64, file: Bytes) -> BoxFuture<'_, Result<(), LedgerError>> {
+        Box::pin(async move {
+            self.files.lock().unwrap().insert(entry_id, Some(file));
+            Ok(())
+        })
+    }
+
+    fn over(&self, entry_id: i64) -> BoxFuture<'_, Result<(), LedgerError>> {
+        Box::pin(async move {
+            self.files.lock().unwrap().insert(entry_id, None);
+            Ok(())
+        })
+    }
+
+    fn is_cancelled(&self) -> BoxFuture<'_, bool> {
+        Box::pin(async { self.cancelled.load(Ordering::Relaxed) })
+    }
+}
+
+/// Patience that lets a test fail in a moment.
+pub fn make_quick(limits: &mut LimitSettings) {
+    limits.attempt_timeout_secs = 1;
+    limits.total_timeout_secs = 20;
+    limits.max_tries = 3;
+    limits.pause_base_ms = 2;
+    limits.pause_cap_ms = 50;
+    limits.max_answer_bytes = limits.max_answer_bytes.min(2 << 20);
+    limits.calls_per_minute = 1_000_000;
+    limits.breaker_failures = 100;
+}
+
+/// An endpoint on this machine.
+pub fn endpoint(
+    port: Port,
+    provider: &str,
+    base_url: &str,
+    key: &str,
+    limits: &LimitSettings,
+    on_unknown: OnUnknown,
+) -> Endpoint {
+    let rules = AddressRules::new(true, "127.0.0.1");
+    Endpoint {
+        port,
+        provider: provider.into(),
+        model: "a-model".into(),
+        base_url: base_url.into(),
+        key: Secret::new(key),
+        idempotency_header: String::new(),
+        limits: limits.clone(),
+        on_unknown,
+        outbound: Outbound::new(rules, Duration::from_secs(5)).unwrap(),
+        turns: Turns::new(limits.concurrency, limits.calls_per_minute),
+        breaker: Breaker::new(limits.breaker_failures, Duration::from_secs(limits.breaker_rest_secs)),
+    }
+}
+
+/// Class and code of an error, as clients see them.
+pub fn class(error: &ProviderError) -> String {
+    match error {
+        ProviderError::Rejected { code, .. } => format!("rejected {code}"),
+        ProviderError::Transient { code, .. } => format!("transient {code}"),
+        ProviderError::Refused { code, .. } => format!("refused {code}"),
+        ProviderError::Misconfigured { code, .. } => format!("misconfigured {code}"),
+        ProviderError::RateLimited { retry_after, .. } => {
+            format!("rate_limited {}", retry_after.unwrap_or_default().as_secs())
+        }
+        other => panic!("{other}"),
+    }
+}

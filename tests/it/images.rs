@@ -1,0 +1,300 @@
+//! The images painter against a server that speaks its protocol: what is asked, what is taken, what is written down.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use bytes::Bytes;
+use glam::DVec3;
+use tabletopgen::export::png::encode_png;
+use tabletopgen::geometry::{Image, Mask};
+use tabletopgen::provider::ledger::OnUnknown;
+use tabletopgen::provider::remote::images::ImagesPainter;
+use tabletopgen::provider::remote::{ImagesSettings, images};
+use tabletopgen::provider::{
+    Call, Completion, CompletionRequest, Painter, Painting, Port, ProviderError, Reference, TopViewRequest,
+};
+use tabletopgen::scene::{InstanceId, RecognizedObject, SceneDescription, StandsOn, TableSpec};
+
+use crate::bench::{self, Book, class};
+use crate::images_server::{Artist, Asked, Fault, ImagesServer, KEY};
+use crate::server::settings;
+use crate::wire_faults::WireFault;
+
+/// What an answer of the server costs: 100 tokens at 5 dollars a million, 400 at 10, 1000 at 40.
+const PRICE: i64 = 500 + 4_000 + 40_000;
+
+const ANSWERED: &str = "answered";
+const UNKNOWN: &str = "outcome_unknown";
+
+/// A painter on a server, quick to give up, with its books.
+struct Bench {
+    server: ImagesServer,
+    book: Arc<Book>,
+    call: Call,
+    painter: ImagesPainter,
+}
+
+/// Paints a gray table, and redraws a red disk: whole, but elsewhere in the frame and larger than it was.
+fn artist() -> Artist {
+    Arc::new(|asked: &Asked| {
+        if asked.what == "generations" {
+            return Image::filled(1536, 1024, [128, 128, 128, 255]);
+        }
+        let mut drawing = Image::filled(1024, 1024, [0; 4]);
+        for y in 0..1024_u32 {
+            for x in 0..1024_u32 {
+                if (f64::from(x) - 560.0).hypot(f64::from(y) - 470.0) < 330.0 {
+                    drawing.set_pixel(x, y, [200, 20, 20, 255]);
+                }
+            }
+        }
+        drawing
+    })
+}
+
+impl Bench {
+    async fn new() -> Self {
+        Self::with(|_| {}, OnUnknown::Resend).await
+    }
+
+    async fn with(change: impl Fn(&mut ImagesSettings), on_unknown: OnUnknown) -> Self {
+        let server = ImagesServer::start(artist()).await;
+        let mut settings = settings(&[]).config.providers.openai_images;
+        settings.base_url = server.base_url.clone();
+        bench::make_quick(&mut settings.limits);
+        settings.limits.attempt_timeout_secs = 5;
+        change(&mut settings);
+        let book = Book::with_budget(1_000_000_000);
+        let limits = &settings.limits;
+        let endpoint =
+            bench::endpoint(Port::Painter, images::NAME, &settings.base_url, KEY, limits, on_unknown);
+        let painter = ImagesPainter { endpoint: Arc::new(endpoint), settings };
+        Self { server, call: book.call(), book, painter }
+    }
+
+    async fn reference(&self) -> Result<Painting, ProviderError> {
+        let description = SceneDescription {
+            theme: "t".into(),
+            family: "dining_kitchen".into(),
+            table: TableSpec::default(),
+            objects: Vec::new(),
+            unrecognized_terms: Vec::new(),
+            prose: "A red ball on a table.".into(),
+        };
+        let asked = self.painter.reference(&self.call, Arc::new(description), 7);
+        tokio::time::timeout(Duration::from_secs(60), asked).await.expect("nothing hangs")
+    }
+
+    async fn complete(&self) -> Result<Completion, ProviderError> {
+        let asked = self.painter.complete(&self.call, half_hidden_ball());
+        tokio::time::timeout(Duration::from_secs(60), asked).await.expect("nothing hangs")
+    }
+
+    /// Everything that was billed stands in the books.
+    fn outcomes(&self) -> Vec<&'static str> {
+        let billed = self.server.billed() as i64 * PRICE;
+        assert!(self.book.spent() >= billed, "{} < {billed}", self.book.spent());
+        assert_eq!(self.server.faults.left(), 0);
+        self.book.outcomes().into_iter().map(|outcome| outcome.expect("everything is settled")).collect()
+    }
+}
+
+/// A red disk of 40 pixels' radius at 200, 150, its right lower quarter behind a box.
+fn half_hidden_ball() -> CompletionRequest {
+    let inside = |x: u32, y: u32| (f64::from(x) + 0.5 - 200.0).hypot(f64::from(y) + 0.5 - 150.0) < 40.0;
+    let others = Mask::from_fn(400, 300, |x, y| x >= 200 && y >= 150 && x < 280 && y < 260);
+    let visible = Mask::from_fn(400, 300, |x, y| inside(x, y) && !others.contains(x, y));
+    let mut picture = Image::filled(400, 300, [90, 90, 90, 255]);
+    for y in 0..300 {
+        for x in 0..400 {
+            if visible.contains(x, y) {
+                picture.set_pixel(x, y, [200, 20, 20, 255]);
+            }
+        }
+    }
+    CompletionRequest {
+        reference: Reference { picture: Arc::new(picture), known: None },
+        object: RecognizedObject {
+            id: InstanceId::new("ball_1").unwrap(),
+            label: "red ball".into(),
+            category: "ball".into(),
+            size_m: DVec3::splat(0.08),
+            color: None,
+            material: None,
+            stands_on: StandsOn::Table,
+            seen_px: None,
+            seed: 1,
+        },
+        visible,
+        others,
+        alone: None,
+    }
+}
+
+#[tokio::test]
+async fn a_description_is_painted_and_its_price_is_written_down() {
+    let bench = Bench::new().await;
+    let painting = bench.reference().await.unwrap();
+    assert_eq!((painting.picture.width_px(), painting.picture.height_px()), (1280, 853));
+    assert!(painting.aside.is_none(), "nobody knows what is on it");
+    let asked = &bench.server.asked()[0];
+    assert_eq!((&asked.fields["size"], &asked.fields["quality"]), (&"1536x1024".into(), &"high".into()));
+    assert!(asked.fields["prompt"].as_str().unwrap().contains("A red ball on a table."));
+    assert_eq!((bench.outcomes(), bench.book.spent()), (vec![ANSWERED], PRICE));
+    let (intent, end) = bench.book.rows.lock().unwrap()[0].clone();
+    assert_eq!((intent.operation, intent.port), ("paint", Port::Painter));
+    assert_eq!(end.unwrap().output_tokens, Some(1000));
+}
+
+#[tokio::test]
+async fn a_half_hidden_thing_is_redrawn_whole_and_found_in_its_place() {
+    let bench = Bench::new().await;
+    let completion = bench.complete().await.unwrap();
+    let asked = &bench.server.asked()[0];
+    assert_eq!((asked.what, asked.pictures.len()), ("edits", 2));
+    assert_eq!(asked.fields["background"], "transparent");
+    let [around, alone] = &asked.pictures[..] else { panic!("two pictures") };
+    assert_eq!((around.width_px(), around.height_px()), (alone.width_px(), alone.height_px()));
+    assert!(alone.as_rgba().chunks_exact(4).all(|pixel| pixel[3] == 0 || pixel[0] == 200));
+    let area = std::f64::consts::PI * 1600.0;
+    assert!((completion.silhouette.area_px() as f64 / area - 1.0).abs() < 0.04);
+    assert!((0.18..0.29).contains(&completion.completed_share), "{}", completion.completed_share);
+    let [x0, y0, x1, y1] = completion.shown_px;
+    let (middle_x, middle_y) = (0.5 * (x0 + x1), 0.5 * (y0 + y1));
+    assert!((middle_x - 200.0).abs() < 1.5 && (middle_y - 150.0).abs() < 1.5, "{middle_x} {middle_y}");
+    assert_eq!(completion.picture.pixel(0, 0)[3], 0);
+    let center = (completion.picture.width_px() / 2, completion.picture.height_px() / 2);
+    assert_eq!(completion.picture.pixel(center.0, center.1), [200, 20, 20, 255]);
+}
+
+#[tokio::test]
+async fn what_a_painter_of_ours_drew_already_costs_nothing() {
+    let bench = Bench::new().await;
+    let drawn = bench.complete().await.unwrap();
+    let request = CompletionRequest { alone: Some(drawn.clone()), ..half_hidden_ball() };
+    assert_eq!(bench.painter.complete(&bench.call, request).await.unwrap(), drawn);
+    assert_eq!(bench.outcomes().len(), 1);
+}
+
+#[tokio::test]
+async fn a_drawing_that_cannot_be_used_is_told_why_and_drawn_again() {
+    for (fault, told) in [
+        (Fault::Opaque, "its background is not transparent"),
+        (Fault::AnotherThing, "another thing"),
+        (Fault::File(Bytes::from_static(b"GIF89a")), "no PNG, JPEG or WebP"),
+    ] {
+        let bench = Bench::new().await;
+        bench.server.faults.script([fault.clone()]);
+        bench.complete().await.unwrap();
+        let prompts: Vec<String> = bench
+            .server
+            .asked()
+            .iter()
+            .map(|asked| asked.fields["prompt"].as_str().unwrap().into())
+            .collect();
+        assert_eq!(prompts.len(), 2, "{fault:?}");
+        assert!(prompts[1].contains(told) && !prompts[0].contains("earlier"), "{}", prompts[1]);
+        assert_eq!(bench.outcomes(), [ANSWERED; 2]);
+    }
+}
+
+#[tokio::test]
+async fn each_fault_ends_in_its_class() {
+    use WireFault::*;
+    let half = {
+        let whole = encode_png(&Image::filled(1024, 1024, [1, 2, 3, 0]));
+        Bytes::from(whole[..whole.len() / 2].to_vec())
+    };
+    let wire = |faults: Vec<WireFault>| faults.into_iter().map(Fault::Wire).collect::<Vec<_>>();
+    let server_error =
+        r#"{"error": {"message": "The server had an error", "type": "server_error", "code": null}}"#;
+    let cases: Vec<(Vec<Fault>, &str, Vec<&str>)> = vec![
+        (vec![], "ok", vec![ANSWERED]),
+        (wire(vec![Latency(Duration::from_millis(100))]), "ok", vec![ANSWERED]),
+        (wire(vec![Busy(0)]), "ok", vec!["provider_busy", ANSWERED]),
+        (wire(vec![Busy(3600)]), "rate_limited 3600", vec!["provider_busy"]),
+        (wire(vec![Status(500, server_error)]), "ok", vec!["provider_server_error", ANSWERED]),
+        (
+            wire(vec![Status(500, server_error); 3]),
+            "transient provider_server_error",
+            vec!["provider_server_error"; 3],
+        ),
+        (wire(vec![ResetMidBody]), "ok", vec![UNKNOWN, ANSWERED]),
+        (wire(vec![ResetBeforeHeader]), "ok", vec![UNKNOWN, ANSWERED]),
+        (wire(vec![Silence]), "ok", vec![UNKNOWN, ANSWERED]),
+        (wire(vec![Page]), "ok", vec!["provider_bad_answer", ANSWERED]),
+        (wire(vec![Body("{\"data\": []}")]), "ok", vec!["provider_bad_answer", ANSWERED]),
+        (wire(vec![Page; 3]), "transient provider_bad_answer", vec!["provider_bad_answer"; 3]),
+        (wire(vec![Endless]), "transient provider_answer_too_large", vec!["provider_answer_too_large"]),
+        (
+            wire(vec![Redirect("http://169.254.169.254/")]),
+            "misconfigured provider_redirected",
+            vec!["provider_redirected"],
+        ),
+        (vec![Fault::Blocked], "refused answer_refused", vec!["answer_refused"]),
+        (
+            vec![Fault::Address("http://169.254.169.254/latest"); 3],
+            "transient provider_bad_answer",
+            vec!["provider_bad_answer"; 3],
+        ),
+        (vec![Fault::File(half.clone())], "ok", vec![ANSWERED; 2]),
+        (vec![Fault::File(half); 3], "transient provider_bad_answer", vec![ANSWERED; 3]),
+        (vec![Fault::AnotherThing; 3], "transient provider_bad_answer", vec![ANSWERED; 3]),
+    ];
+    for (faults, expected, outcomes) in cases {
+        let bench = Bench::with(|settings| settings.limits.attempt_timeout_secs = 2, OnUnknown::Resend).await;
+        bench.server.faults.script(faults.iter().cloned());
+        let result = bench.complete().await.map_or_else(|error| class(&error), |_| "ok".into());
+        assert_eq!((result.as_str(), &bench.outcomes()), (expected, &outcomes), "{faults:?}");
+    }
+}
+
+#[tokio::test]
+async fn a_lost_picture_is_left_to_a_person_where_the_operator_wants_that() {
+    let bench = Bench::with(|_| {}, OnUnknown::Fail).await;
+    bench.server.faults.script([Fault::Wire(WireFault::ResetMidBody)]);
+    assert_eq!(class(&bench.reference().await.unwrap_err()), "rejected outcome_unknown");
+    assert_eq!(bench.outcomes(), [UNKNOWN]);
+    assert_eq!(bench.server.billed(), 1, "nothing is sent twice");
+}
+
+#[tokio::test]
+async fn a_budget_that_is_too_small_sends_nothing() {
+    let mut bench = Bench::new().await;
+    bench.call = Book::with_budget(10).call();
+    assert!(matches!(bench.reference().await, Err(ProviderError::OverBudget { .. })));
+    assert!(matches!(bench.complete().await, Err(ProviderError::OverBudget { .. })));
+    assert!(bench.server.asked().is_empty());
+}
+
+#[tokio::test]
+async fn views_from_above_are_left_to_others() {
+    let bench = Bench::new().await;
+    let known = {
+        use tabletopgen::geometry::Camera;
+        use tabletopgen::scene::{CameraKnowledge, Recognition, RecognizedTable, TableShape};
+        Recognition {
+            camera: Camera::orbit(400, 300, 0.6, DVec3::ZERO, 0.0, 0.7, 2.0),
+            camera_is: CameraKnowledge::Judged,
+            table: RecognizedTable {
+                label: "table".into(),
+                shape: TableShape::Rectangular,
+                model: "dining_table".into(),
+                outline_m: None,
+                size_m: DVec3::new(1.4, 0.8, 0.74),
+                color: None,
+                material: None,
+                seed: 1,
+            },
+            objects: Vec::new(),
+        }
+    };
+    let request = TopViewRequest {
+        reference: half_hidden_ball().reference,
+        recognition: Arc::new(known),
+        masks: Arc::default(),
+        painted: None,
+    };
+    let refused = bench.painter.top_view(&bench.call, request).await.unwrap_err();
+    assert!(refused.to_string().contains("put embedded behind it in providers.painter"), "{refused}");
+}
