@@ -208,8 +208,8 @@ class Frames:
         return len(self.numbers)
 
 
-#: Name, type and shape of a row of what a frame of `shape` becomes.
 def _arrays(shape):
+    """Name, type and shape of a row of what a frame of `shape` becomes."""
     map_shape = shape[1] // STRIDE, shape[0] // STRIDE
     return [
         ("pictures", np.uint8, (shape[1], shape[0], 3)),

@@ -1,7 +1,8 @@
 //! The picture benchmark: painted pictures are read, and what was read is compared with what was painted.
 //!
 //! The reader gets the picture and nothing else. The pictures are of the test split, which shows no category, finish or
-//! backdrop that any other split shows ([`crate::synthetic::split`]); thresholds are chosen on those of the validation split. What is compared is in [`score`], what a reader says in [`reading`].
+//! backdrop that any other split shows ([`crate::synthetic::split`]); thresholds are chosen on those of the validation
+//! split. What is compared is in [`score`], what a reader says in [`reading`].
 
 pub mod reading;
 pub mod score;

@@ -153,7 +153,8 @@ fn corners_of_flat_faces(points: &[DVec3]) -> Vec<usize> {
 }
 
 /// The hull with corners left out until `max_vertices` are left, always those whose loss costs the least volume, and
-/// then grown until it has the volume it had; but a large round one, which would miss much, is chosen by that. The corners that keep flat what is flat stay.
+/// then grown until it has the volume it had; but a large round one, which would miss much, is chosen by that. The
+/// corners that keep flat what is flat stay.
 fn simplified(full: &ConvexHull, max_vertices: usize) -> Option<ConvexHull> {
     let points = &full.points;
     let mut kept: Vec<DVec3> = corners_of_flat_faces(points).into_iter().map(|k| points[k]).collect();

@@ -274,8 +274,9 @@ pub(in crate::vision) struct Stand {
 /// Share of a carrier's height at which a thing must be said to stand to stand on it or in it, and the largest.
 const STANDS_AT: [f64; 2] = [0.35, 2.5];
 
-/// Who stands on whom: a thing whose contact lies on the top face of another's solid. Where it is said how high things stand
-/// (one [`Stand`] an object) they must stand at about that face's height, and the middle of the footprint may lie there instead.
+/// Who stands on whom: a thing whose contact lies on the top face of another's solid. Where it is said how high things
+/// stand (one [`Stand`] an object) they must stand at about that face's height, and the middle of the footprint may lie
+/// there instead.
 pub(in crate::vision) fn stacking(objects: &mut [ObjectReading], camera: &Camera, stands: Option<&[Stand]>) {
     let contacts: Vec<Option<DVec2>> = objects
         .iter()

@@ -1,8 +1,8 @@
 //! Fewer hulls: joining on when the tolerance asks for more hulls than there may be.
 //!
 //! Always the two hulls are joined whose common hull encloses the least that neither of them did (what few corners
-//! lose counted in), as long as it does not stick out too far: else a small hole of a handle would be closed first. Hulls of pieces cut by
-//! planes do not overlap, so the sum of what is added is what the union of all hulls grows by.
+//! lose counted in), as long as it does not stick out too far: else a small hole of a handle would be closed first.
+//! Hulls of pieces cut by planes do not overlap, so the sum of what is added is what the union of all hulls grows by.
 
 use glam::DVec3;
 use rayon::prelude::*;

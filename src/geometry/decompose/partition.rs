@@ -41,9 +41,9 @@ const FORESIGHT: f64 = 0.5;
 
 /// Hulls of the pieces of closed shells: always the piece with the most air in its hull is cut next (every other time the
 /// one whose hull sticks out the farthest), of whichever shell it is, until no hull sticks out by more than the
-/// tolerance or there are `max_pieces` of all together (a shell may have twelve in any case). Where cutting so leads nowhere (the wall of a woven basket is
-/// sliced into rings, and no single cut opens a ring), the shell starts as eight sectors around its middle, if
-/// that leaves less air. Shells come with their index in the solid.
+/// tolerance or there are `max_pieces` of all together (a shell may have twelve in any case). Where cutting so leads
+/// nowhere (the wall of a woven basket is sliced into rings, and no single cut opens a ring), the shell starts as eight
+/// sectors around its middle, if that leaves less air. Shells come with their index in the solid.
 pub(super) fn cut_apart(
     shells: &[(usize, &Shell)],
     solid: &Field,

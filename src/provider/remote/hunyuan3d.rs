@@ -20,7 +20,7 @@ use super::settings::Hunyuan3dSettings;
 use super::task::{JobSlots, LongQuestion, Progress, Protocol};
 use crate::provider::ledger::MicroUsd;
 use crate::provider::{
-    Adapter, Answer, Call, MeshGenerator, Port, ProviderError, RawMesh, RawTable, ReconstructionRequest,
+    Adapter, Answer, Call, MeshGenerator, ProviderError, RawMesh, RawTable, ReconstructionRequest,
 };
 use crate::scene::RecognizedTable;
 
@@ -81,13 +81,7 @@ impl MeshGenerator for Hunyuan3dMeshGenerator {
     }
 
     fn table<'a>(&'a self, _call: &'a Call, _table: RecognizedTable) -> Answer<'a, RawTable> {
-        Box::pin(async {
-            Err(ProviderError::Unsupported {
-                port: Port::MeshGenerator,
-                adapter: NAME.to_owned(),
-                reason: "it makes no tables; put embedded behind it in providers.mesh_generator".to_owned(),
-            })
-        })
+        Box::pin(async { Err(mesh::makes_no_tables(NAME)) })
     }
 }
 

@@ -97,6 +97,15 @@ pub(super) async fn made<P: Protocol>(
     Ok(RawMesh { mesh, made_by, licence: settings.licence.clone(), notes })
 }
 
+/// Why an adapter answers no question for a table: tables come as models, not from pictures.
+pub(super) fn makes_no_tables(adapter: &str) -> ProviderError {
+    ProviderError::Unsupported {
+        port: Port::MeshGenerator,
+        adapter: adapter.to_owned(),
+        reason: "it makes no tables; put embedded behind it in providers.mesh_generator".to_owned(),
+    }
+}
+
 fn sound(mesh: TexturedMesh, most_triangles: usize) -> Result<TexturedMesh, String> {
     if mesh.triangle_count() == 0 {
         return Err("the mesh has no triangle".into());

@@ -80,13 +80,7 @@ impl MeshGenerator for ReplicateMeshGenerator {
     }
 
     fn table<'a>(&'a self, _call: &'a Call, _table: RecognizedTable) -> Answer<'a, RawTable> {
-        Box::pin(async {
-            Err(ProviderError::Unsupported {
-                port: Port::MeshGenerator,
-                adapter: NAME.to_owned(),
-                reason: "it makes no tables; put embedded behind it in providers.mesh_generator".to_owned(),
-            })
-        })
+        Box::pin(async { Err(mesh::makes_no_tables(NAME)) })
     }
 }
 

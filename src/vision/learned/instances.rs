@@ -13,7 +13,8 @@ const APART: usize = 2;
 /// Parts of a thing below this share of its largest are somebody else's.
 const LEAST_PART: f64 = 0.25;
 
-/// What is added to each side of the box that shows the top, a share of its longer side: the middle of those of the training.
+/// What is added to each side of the box that shows the top, a share of its longer side: the middle of the margins
+/// that `training/frames.py` draws.
 const MARGIN: f64 = 0.085;
 
 /// A thing as the maps show it.
