@@ -19,8 +19,10 @@ class Generated:
     told: dict
 
 
-def generate(binary: Path, out: Path, text: str, seed: int, threads=None, environment=None, seconds=600) -> Generated:
-    """Makes one scene from a sentence in an empty data directory; `told` is what `--json` printed.
+def generate(
+    binary: Path, out: Path, text: str, seed: int, threads=None, environment=None, data=None, seconds=600
+) -> Generated:
+    """Makes one scene from a sentence in an empty data directory, or in `data`; `told` is what `--json` printed.
 
     A scene that its own certificate quarantines is made all the same: look at `told["verdict"]`.
     """
@@ -29,6 +31,7 @@ def generate(binary: Path, out: Path, text: str, seed: int, threads=None, enviro
     out.parent.mkdir(parents=True, exist_ok=True)
     command = [str(binary), "generate", "--text", text, "--seed", str(seed), "--out", str(out), "--json"]
     command += ["--threads", str(threads)] if threads else []
+    command += ["--data-dir", str(data)] if data else []
     start = time.perf_counter()
     try:
         run = subprocess.run(

@@ -39,7 +39,8 @@ use serde::{Deserialize, Serialize};
 
 use self::excess::excess;
 use self::field::Field;
-pub use self::fit::{HullFit, fit};
+pub use self::fit::HullFit;
+use self::fit::fit;
 use self::fitted::Fitted;
 use self::merge::merged;
 use self::partition::cut_apart;
@@ -107,57 +108,93 @@ pub fn decompose(
     settings: &DecomposeSettings,
     interrupt: &Interrupt,
 ) -> Result<Decomposition, DecomposeError> {
-    let given = shells(mesh);
-    if given.is_empty() {
-        return Err(DecomposeError::NoHull);
+    Subject::new(mesh, settings)?.decompose(settings, interrupt)
+}
+
+/// As [`decompose`], and how well the hulls stand for the mesh.
+pub fn decompose_and_fit(
+    mesh: &TexturedMesh,
+    settings: &DecomposeSettings,
+    interrupt: &Interrupt,
+) -> Result<(Decomposition, HullFit), DecomposeError> {
+    let subject = Subject::new(mesh, settings)?;
+    let found = subject.decompose(settings, interrupt)?;
+    let fit = fit(&subject.solid, &found.hulls, interrupt)?;
+    Ok((found, fit))
+}
+
+/// A mesh made ready: repaired, and as a solid.
+struct Subject {
+    shells: Vec<Shell>,
+    solid: MeshSolid,
+    repair: Repair,
+    /// Whether every shell was closed as it came.
+    watertight: bool,
+}
+
+impl Subject {
+    fn new(mesh: &TexturedMesh, settings: &DecomposeSettings) -> Result<Self, DecomposeError> {
+        let given = shells(mesh);
+        if given.is_empty() {
+            return Err(DecomposeError::NoHull);
+        }
+        let watertight = given.iter().all(Shell::is_closed);
+        let (shells, repair) = repaired(given, settings.min_thickness_m);
+        let solid = MeshSolid::from_shells(&shells)?;
+        Ok(Self { shells, solid, repair, watertight })
     }
-    let watertight = given.iter().all(Shell::is_closed);
-    let (shells, repair) = repaired(given, settings.min_thickness_m);
-    let solid = MeshSolid::from_shells(&shells)?;
-    let field = Field::new(&solid);
-    let outward: Vec<usize> = (0..shells.len()).filter(|&k| shells[k].volume_m3() >= 0.0).collect();
-    let ways: Vec<Way> = outward.iter().map(|&k| Way::of(&shells[k], settings)).collect();
-    let concave: Vec<(usize, &Shell)> = outward
-        .iter()
-        .zip(&ways)
-        .filter(|(_, way)| matches!(way, Way::CutApart))
-        .map(|(&k, _)| (k, &shells[k]))
-        .collect();
-    let mut found: Vec<Fitted> = ways
-        .par_iter()
-        .map(|way| match way {
-            Way::Convex(hull) => Ok(hull.iter().cloned().collect()),
-            Way::Turned(turned) => turned_hulls(turned, &field, settings, interrupt),
-            Way::CutApart => Ok(Vec::new()),
+
+    fn decompose(
+        &self,
+        settings: &DecomposeSettings,
+        interrupt: &Interrupt,
+    ) -> Result<Decomposition, DecomposeError> {
+        let shells = &self.shells;
+        let field = Field::new(&self.solid);
+        let outward: Vec<usize> = (0..shells.len()).filter(|&k| shells[k].volume_m3() >= 0.0).collect();
+        let ways: Vec<Way> = outward.iter().map(|&k| Way::of(&shells[k], settings)).collect();
+        let concave: Vec<(usize, &Shell)> = outward
+            .iter()
+            .zip(&ways)
+            .filter(|(_, way)| matches!(way, Way::CutApart))
+            .map(|(&k, _)| (k, &shells[k]))
+            .collect();
+        let mut found: Vec<Fitted> = ways
+            .par_iter()
+            .map(|way| match way {
+                Way::Convex(hull) => Ok(hull.iter().cloned().collect()),
+                Way::Turned(turned) => turned_hulls(turned, &field, settings, interrupt),
+                Way::CutApart => Ok(Vec::new()),
+            })
+            .collect::<Result<Vec<Vec<Fitted>>, Interrupted>>()?
+            .into_iter()
+            .flatten()
+            .collect();
+        found.extend(cut_apart(&concave, &field, settings, interrupt)?);
+        let pieces = without_enclosed(found);
+        let joined = merged(pieces, &field, settings, interrupt)?;
+        let finished: Vec<Fitted> = joined
+            .into_par_iter()
+            .map(|fitted| finished(fitted, &field, settings, interrupt))
+            .collect::<Result<Vec<_>, Interrupted>>()?
+            .into_iter()
+            .flatten()
+            .collect();
+        if finished.is_empty() {
+            return Err(DecomposeError::NoHull);
+        }
+        let kept = without_enclosed(finished);
+        let max_excess_m = kept.iter().map(|f| f.excess_m).fold(0.0, f64::max);
+        let hulls: Vec<ConvexHull> = kept.into_iter().map(|f| f.hull).collect();
+        Ok(Decomposition {
+            max_excess_m,
+            hull_volume_m3: hulls.iter().map(ConvexHull::volume_m3).sum(),
+            mesh_volume_m3: shells.iter().map(Shell::volume_m3).sum(),
+            watertight: self.watertight,
+            repair: self.repair,
+            hulls,
         })
-        .collect::<Result<Vec<Vec<Fitted>>, Interrupted>>()?
-        .into_iter()
-        .flatten()
-        .collect();
-    found.extend(cut_apart(&concave, &field, settings, interrupt)?);
-    let pieces = without_enclosed(found);
-    let joined = merged(pieces, &field, settings, interrupt)?;
-    let finished: Vec<Fitted> = joined
-        .into_par_iter()
-        .map(|fitted| finished(fitted, &field, settings, interrupt))
-        .collect::<Result<Vec<_>, Interrupted>>()?
-        .into_iter()
-        .flatten()
-        .collect();
-    if finished.is_empty() {
-        return Err(DecomposeError::NoHull);
     }
-    let kept = without_enclosed(finished);
-    let max_excess_m = kept.iter().map(|f| f.excess_m).fold(0.0, f64::max);
-    let hulls: Vec<ConvexHull> = kept.into_iter().map(|f| f.hull).collect();
-    Ok(Decomposition {
-        max_excess_m,
-        hull_volume_m3: hulls.iter().map(ConvexHull::volume_m3).sum(),
-        mesh_volume_m3: shells.iter().map(Shell::volume_m3).sum(),
-        watertight,
-        repair,
-        hulls,
-    })
 }
 
 /// How a shell is covered.

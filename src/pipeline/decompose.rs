@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::checkpoint::{ArtifactRef, Stage};
 use super::error::StageError;
 use super::{Context, Settings, canonicalize, carry, reconstruct};
-use crate::geometry::decompose::{DecomposeError, DecomposeSettings, HullFit, decompose, fit};
+use crate::geometry::decompose::{DecomposeError, DecomposeSettings, HullFit, decompose_and_fit};
 use crate::geometry::repair::Repair;
 use crate::scene::{InstanceId, Recognition};
 
@@ -70,13 +70,7 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
     let mesh = carry::mesh(&context, &inputs.mesh).await?;
     let (settings, interrupt) = (inputs.decompose.clone(), context.interrupt().clone());
     let name = context.instance().map_or_else(String::new, ToString::to_string);
-    let measured = context
-        .cpu(move || {
-            let found = decompose(&mesh, &settings, &interrupt)?;
-            let fit = fit(&mesh, &found.hulls, settings.min_thickness_m, &interrupt)?;
-            Ok((found, fit))
-        })
-        .await?;
+    let measured = context.cpu(move || decompose_and_fit(&mesh, &settings, &interrupt)).await?;
     let (found, fit) = measured.map_err(|error| match error {
         DecomposeError::Interrupted(interrupted) => interrupted.into(),
         other => StageError::permanent("no_collision_geometry", format!("{name}: {other}")),

@@ -100,8 +100,8 @@ impl<'a> Field<'a> {
         f64::from(depth)
     }
 
-    /// As [`MeshSolid::depth_m`].
-    fn depth_m(&self, point: DVec3, nearby: &mut Nearby) -> f64 {
+    /// As [`MeshSolid::depth_m`], the same number.
+    pub(super) fn depth_m(&self, point: DVec3, nearby: &mut Nearby) -> f64 {
         let (mut solid_m, mut hole_m) = (f64::NEG_INFINITY, f64::INFINITY);
         for (index, (shell, depth)) in self.solid.shells().iter().zip(&self.shells).enumerate() {
             let outside_box_m = shell.box_distance_m(point);

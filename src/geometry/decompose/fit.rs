@@ -8,11 +8,10 @@ use glam::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 
 use super::DecomposeError;
-use crate::geometry::convex_hull::{convex_hull, distance_above, planes};
+use super::field::{Field, Nearby};
+use crate::geometry::convex_hull::{FlatPlanes, convex_hull, planes};
 use crate::geometry::mesh_solid::MeshSolid;
-use crate::geometry::repair::repaired;
-use crate::geometry::shells::shells;
-use crate::geometry::{ConvexHull, Interrupt, TexturedMesh};
+use crate::geometry::{ConvexHull, Interrupt};
 
 /// Figures of the hulls of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -45,39 +44,46 @@ const STEPS: f64 = 24.0;
 /// Surfaces closer than this are one, meters.
 const SAME_M: f64 = 1e-6;
 
-/// The figures of `hulls` as collision geometry of `mesh`, which is repaired first as for its decomposition.
-pub fn fit(
-    mesh: &TexturedMesh,
+/// The figures of `hulls` as collision geometry of a solid.
+pub(super) fn fit(
+    solid: &MeshSolid,
     hulls: &[ConvexHull],
-    min_thickness_m: f64,
     interrupt: &Interrupt,
 ) -> Result<HullFit, DecomposeError> {
-    let (shells, _) = repaired(shells(mesh), min_thickness_m);
-    let solid = MeshSolid::from_shells(&shells)?;
+    let field = Field::new(solid);
+    let mut depths = Depths { field: &field, nearby: field.nearby() };
     let union = Union::of(hulls);
     interrupt.check()?;
     let corners: Vec<[DVec3; 3]> = solid.triangles().collect();
     // Where shells overlap, part of their surface is inside.
-    let on_surface = spread(&corners).into_iter().filter(|&p| solid.depth_m(p).abs() < SAME_M);
+    let on_surface = spread(&corners).into_iter().filter(|&p| depths.depth_m(p).abs() < SAME_M);
     let from_hulls = Distances::of(on_surface.map(|p| union.depth_m(p).abs()));
     interrupt.check()?;
     let faces: Vec<[DVec3; 3]> =
         hulls.iter().flat_map(|h| h.triangles.iter().map(|t| t.map(|v| h.points[v as usize]))).collect();
-    let from_mesh = Distances::of(
-        spread(&faces)
-            .into_iter()
-            .filter(|&p| union.covers_of(p, SAME_M) < 2)
-            .map(|p| solid.depth_m(p).abs()),
-    );
+    let on_hulls = spread(&faces).into_iter().filter(|&p| union.covers_of(p, SAME_M) < 2);
+    let from_mesh = Distances::of(on_hulls.map(|p| depths.depth_m(p).abs()));
     interrupt.check()?;
     Ok(HullFit {
-        air_share: air_share(hulls, &solid, &union),
+        air_share: air_share(hulls, &mut depths, &union),
         hulls_from_mesh_max_m: from_mesh.max_m,
         hulls_from_mesh_mean_m: from_mesh.mean_m,
         mesh_from_hulls_max_m: from_hulls.max_m,
         mesh_from_hulls_mean_m: from_hulls.mean_m,
-        open_share: open_share(&solid, &union)?,
+        open_share: open_share(solid, &mut depths, &union)?,
     })
+}
+
+/// Depths in the solid of points that lie close to each other.
+struct Depths<'a> {
+    field: &'a Field<'a>,
+    nearby: Nearby,
+}
+
+impl Depths<'_> {
+    fn depth_m(&mut self, point: DVec3) -> f64 {
+        self.field.depth_m(point, &mut self.nearby)
+    }
 }
 
 #[derive(Default)]
@@ -100,13 +106,13 @@ impl Distances {
 
 /// Air in the union of the hulls over solid in it, by points spread evenly in each hull; one that lies in two hulls counts
 /// half in either.
-fn air_share(hulls: &[ConvexHull], solid: &MeshSolid, union: &Union) -> f64 {
+fn air_share(hulls: &[ConvexHull], depths: &mut Depths<'_>, union: &Union) -> f64 {
     let (mut air_m3, mut solid_m3) = (0.0, 0.0);
     for hull in hulls {
         let each_m3 = hull.volume_m3() / HULL_POINTS as f64;
         for p in spread_inside(hull) {
             let part_m3 = each_m3 / union.covers_of(p, SAME_M).max(1) as f64;
-            if solid.depth_m(p) < 0.0 {
+            if depths.depth_m(p) < 0.0 {
                 air_m3 += part_m3;
             } else {
                 solid_m3 += part_m3;
@@ -117,7 +123,7 @@ fn air_share(hulls: &[ConvexHull], solid: &MeshSolid, union: &Union) -> f64 {
 }
 
 /// Share of a grid's points in the mesh's convex hull and not in the mesh that lie in no hull.
-fn open_share(solid: &MeshSolid, union: &Union) -> Result<f64, DecomposeError> {
+fn open_share(solid: &MeshSolid, depths: &mut Depths<'_>, union: &Union) -> Result<f64, DecomposeError> {
     let points: Vec<DVec3> = solid.triangles().flatten().collect();
     let wrap = planes(&convex_hull(&points, usize::MAX, 0.0).ok_or(DecomposeError::NoHull)?);
     let (low, high) = solid.bounds();
@@ -126,9 +132,12 @@ fn open_share(solid: &MeshSolid, union: &Union) -> Result<f64, DecomposeError> {
     let (mut filled, mut open) = (0_u32, 0_u32);
     for z in 0..size.z {
         for y in 0..size.y {
+            let row = low + step_m * DVec3::new(0.5, f64::from(y) + 0.5, f64::from(z) + 0.5);
+            let [from_m, to_m] = within(&wrap, row);
             for x in 0..size.x {
-                let p = low + step_m * (DVec3::new(f64::from(x), f64::from(y), f64::from(z)) + 0.5);
-                if distance_above(&wrap, p) <= 0.0 && solid.depth_m(p) < 0.0 {
+                let along_m = step_m * f64::from(x);
+                let p = row + along_m * DVec3::X;
+                if (from_m..=to_m).contains(&along_m) && depths.depth_m(p) < 0.0 {
                     let is_filled = union.covers_of(p, 0.0) > 0;
                     filled += u32::from(is_filled);
                     open += u32::from(!is_filled);
@@ -139,11 +148,24 @@ fn open_share(solid: &MeshSolid, union: &Union) -> Result<f64, DecomposeError> {
     Ok(if filled + open == 0 { 1.0 } else { f64::from(open) / f64::from(filled + open) })
 }
 
+/// From where to where the line through `point` along x lies below all planes, meters from the point.
+fn within(planes: &[(DVec3, f64)], point: DVec3) -> [f64; 2] {
+    planes.iter().fold([f64::NEG_INFINITY, f64::INFINITY], |[from_m, to_m], (normal, offset_m)| {
+        let below_m = offset_m - normal.dot(point);
+        match normal.x {
+            x if x > 0.0 => [from_m, to_m.min(below_m / x)],
+            x if x < 0.0 => [from_m.max(below_m / x), to_m],
+            _ if below_m < 0.0 => [f64::INFINITY, f64::NEG_INFINITY],
+            _ => [from_m, to_m],
+        }
+    })
+}
+
 /// Hulls by the planes of their faces and their boxes.
 struct Union(Vec<Convex>);
 
 struct Convex {
-    faces: Vec<(DVec3, f64)>,
+    faces: FlatPlanes,
     low: DVec3,
     high: DVec3,
 }
@@ -155,7 +177,7 @@ impl Union {
                 .points
                 .iter()
                 .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), &p| (low.min(p), high.max(p)));
-            Convex { faces: planes(hull), low, high }
+            Convex { faces: FlatPlanes::of(&planes(hull)), low, high }
         };
         Self(hulls.iter().map(convex).collect())
     }
@@ -163,13 +185,13 @@ impl Union {
     /// Hulls the point lies in, or outside by at most `slack_m`.
     fn covers_of(&self, point: DVec3, slack_m: f64) -> usize {
         let near = |c: &&Convex| point.cmpge(c.low - slack_m).all() && point.cmple(c.high + slack_m).all();
-        self.0.iter().filter(near).filter(|c| distance_above(&c.faces, point) <= slack_m).count()
+        self.0.iter().filter(near).filter(|c| c.faces.distance_above(point) <= slack_m).count()
     }
 
     /// Depth in the hull it is deepest in, at most the depth in the union; negative outside all, by at least what it
     /// is above the nearest face.
     fn depth_m(&self, point: DVec3) -> f64 {
-        self.0.iter().map(|c| -distance_above(&c.faces, point)).fold(f64::NEG_INFINITY, f64::max)
+        self.0.iter().map(|c| -c.faces.distance_above(point)).fold(f64::NEG_INFINITY, f64::max)
     }
 }
 

@@ -11,6 +11,16 @@ use super::fitted::Fitted;
 use crate::geometry::convex_hull::convex_hull;
 use crate::geometry::{ConvexHull, Interrupt, Interrupted};
 
+/// What is known of a pair.
+#[derive(Clone)]
+enum Pair {
+    /// Too far from each other to be looked at.
+    Apart,
+    /// Their common hull sticks out too far, by at least this, meters.
+    Refused(f64),
+    Good(Joint),
+}
+
 /// What joining a pair would give.
 #[derive(Clone)]
 struct Joint {
@@ -18,6 +28,9 @@ struct Joint {
     /// Volume it has more than its two parts, m^3.
     added_m3: f64,
 }
+
+/// Sticking out by this much more than allowed is no error of measurement.
+const SURELY: f64 = 1.5;
 
 /// Joins, always the pair whose common hull sticks out the least, until every pair would exceed the tolerance;
 /// and goes on beyond it while there are more than `max_hulls`.
@@ -38,8 +51,8 @@ struct Pool<'a> {
     hulls: Vec<Fitted>,
     boxes: Vec<(DVec3, DVec3)>,
     volumes_m3: Vec<f64>,
-    /// `joints[a][b]` for b < a.
-    joints: Vec<Vec<Option<Joint>>>,
+    /// `pairs[a][b]` for b < a.
+    pairs: Vec<Vec<Pair>>,
     solid: &'a Field<'a>,
     settings: &'a DecomposeSettings,
     interrupt: &'a Interrupt,
@@ -54,39 +67,44 @@ impl<'a> Pool<'a> {
     ) -> Self {
         let boxes = hulls.iter().map(|h| boxed(&h.hull)).collect();
         let volumes_m3 = hulls.iter().map(|h| h.hull.volume_m3()).collect();
-        let joints = (0..hulls.len()).map(|a| vec![None; a]).collect();
-        Self { hulls, boxes, volumes_m3, joints, solid, settings, interrupt }
+        let pairs = (0..hulls.len()).map(|a| vec![Pair::Apart; a]).collect();
+        Self { hulls, boxes, volumes_m3, pairs, solid, settings, interrupt }
     }
 
     fn consider_all(&mut self, allowed_m: f64) -> Result<(), Interrupted> {
-        let rows: Vec<Vec<Option<Joint>>> = (0..self.hulls.len())
+        self.pairs = (0..self.hulls.len())
             .into_par_iter()
-            .map(|a| (0..a).map(|b| self.joint(a, b, allowed_m)).collect())
+            .map(|a| (0..a).map(|b| self.pair(a, b, allowed_m)).collect())
             .collect::<Result<_, Interrupted>>()?;
-        self.joints = rows;
         Ok(())
     }
 
     /// The common hull of a and b, if they are close and it sticks out by at most `allowed_m`.
-    fn joint(&self, a: usize, b: usize, allowed_m: f64) -> Result<Option<Joint>, Interrupted> {
+    fn pair(&self, a: usize, b: usize, allowed_m: f64) -> Result<Pair, Interrupted> {
         let apart = (self.boxes[a].0 - self.boxes[b].1).max(self.boxes[b].0 - self.boxes[a].1).max_element();
-        if apart > 2.0 * allowed_m || self.has_air_between(a, b, allowed_m) {
-            return Ok(None);
+        if apart > 2.0 * allowed_m {
+            return Ok(Pair::Apart);
+        }
+        let air_m = self.air_between_m(a, b);
+        if air_m > allowed_m {
+            return Ok(Pair::Refused(air_m));
         }
         let (one, other) = (&self.hulls[a], &self.hulls[b]);
         let points: Vec<DVec3> = one.hull.points.iter().chain(&other.hull.points).copied().collect();
-        let Some(hull) = convex_hull(&points, usize::MAX, 0.0) else { return Ok(None) };
+        let Some(hull) = convex_hull(&points, usize::MAX, 0.0) else { return Ok(Pair::Apart) };
         let known_m = one.excess_m.max(other.excess_m).max(0.25 * self.settings.tolerance_m);
         let spacing_m = self.settings.excess_spacing_m;
         let found = excess(&hull, self.solid, spacing_m, known_m, allowed_m, self.interrupt)?;
+        if found.distance_m > allowed_m {
+            return Ok(Pair::Refused(found.distance_m));
+        }
         let added_m3 = hull.volume_m3() - self.volumes_m3[a] - self.volumes_m3[b];
         let excess_m = found.distance_m.max(one.excess_m).max(other.excess_m);
-        let good = found.distance_m <= allowed_m;
-        Ok(good.then_some(Joint { fitted: Fitted { hull, excess_m }, added_m3 }))
+        Ok(Pair::Good(Joint { fitted: Fitted { hull, excess_m }, added_m3 }))
     }
 
-    /// A quick look for air that the common hull would fill: halfway between corners of the two.
-    fn has_air_between(&self, a: usize, b: usize, allowed_m: f64) -> bool {
+    /// A quick look for air that the common hull would fill: how far points halfway between corners of the two are outside.
+    fn air_between_m(&self, a: usize, b: usize) -> f64 {
         const LOOKS: usize = 5;
         let some = |k: usize| {
             let points = &self.hulls[k].hull.points;
@@ -94,7 +112,8 @@ impl<'a> Pool<'a> {
             points.iter().step_by(stride).copied()
         };
         let mut nearby = self.solid.nearby();
-        some(a).any(|p| some(b).any(|q| self.solid.outside_m(0.5 * (p + q), &mut nearby) > allowed_m))
+        let halfway = some(a).flat_map(|p| some(b).map(move |q| 0.5 * (p + q)));
+        halfway.map(|p| self.solid.outside_m(p, &mut nearby)).fold(0.0, f64::max)
     }
 
     /// Joins the best pair as long as one is allowed and more than `least` hulls are left.
@@ -103,7 +122,10 @@ impl<'a> Pool<'a> {
             self.interrupt.check()?;
             let best = (0..self.hulls.len())
                 .flat_map(|a| (0..a).map(move |b| (a, b)))
-                .filter_map(|(a, b)| self.joints[a][b].as_ref().map(|j| ((a, b), j)))
+                .filter_map(|(a, b)| match &self.pairs[a][b] {
+                    Pair::Good(joint) => Some(((a, b), joint)),
+                    Pair::Apart | Pair::Refused(_) => None,
+                })
                 .min_by(|(_, x), (_, y)| {
                     let key = |j: &Joint| ((j.fitted.excess_m / 1e-4).round(), j.added_m3);
                     let ((xe, xv), (ye, yv)) = (key(x), key(y));
@@ -117,24 +139,35 @@ impl<'a> Pool<'a> {
     }
 
     fn join(&mut self, a: usize, b: usize, allowed_m: f64) -> Result<(), Interrupted> {
-        let Some(joint) = self.joints[a][b].take() else { return Ok(()) };
+        let Pair::Good(joint) = std::mem::replace(&mut self.pairs[a][b], Pair::Apart) else { return Ok(()) };
+        // What sticks out too far with one of the two does so with both, unless it was measured badly.
+        let at_least_m = |c: usize, k: usize| match self.pairs[c.max(k)][c.min(k)] {
+            Pair::Refused(at_least_m) => at_least_m,
+            _ => 0.0,
+        };
+        let mut refused_m: Vec<f64> = (0..self.hulls.len())
+            .map(|c| if c == a || c == b { 0.0 } else { at_least_m(c, a).max(at_least_m(c, b)) })
+            .collect();
+        refused_m.remove(a);
         self.boxes[b] = boxed(&joint.fitted.hull);
         self.volumes_m3[b] = joint.fitted.hull.volume_m3();
         self.hulls[b] = joint.fitted;
         self.hulls.remove(a);
         self.boxes.remove(a);
         self.volumes_m3.remove(a);
-        self.joints.remove(a);
-        self.joints.iter_mut().skip(a).for_each(|row| drop(row.remove(a)));
-        let fresh: Vec<Option<Joint>> = (0..self.hulls.len())
+        self.pairs.remove(a);
+        self.pairs.iter_mut().skip(a).for_each(|row| drop(row.remove(a)));
+        let fresh: Vec<Pair> = (0..self.hulls.len())
             .into_par_iter()
-            .map(
-                |other| if other == b { Ok(None) } else { self.joint(b.max(other), b.min(other), allowed_m) },
-            )
+            .map(|other| match refused_m[other] {
+                _ if other == b => Ok(Pair::Apart),
+                at_least_m if at_least_m > SURELY * allowed_m => Ok(Pair::Refused(at_least_m)),
+                _ => self.pair(b.max(other), b.min(other), allowed_m),
+            })
             .collect::<Result<_, Interrupted>>()?;
-        for (other, joint) in fresh.into_iter().enumerate() {
+        for (other, pair) in fresh.into_iter().enumerate() {
             if other != b {
-                self.joints[b.max(other)][b.min(other)] = joint;
+                self.pairs[b.max(other)][b.min(other)] = pair;
             }
         }
         Ok(())

@@ -26,6 +26,12 @@ pub(super) fn convex_parts(polygon: Vec<DVec2>, tolerance: f64) -> Vec<Vec<DVec2
     parts
 }
 
+/// Whether the polygon can be cut into such parts; one that crosses itself may not.
+pub(super) fn has_convex_parts(polygon: &[DVec2], tolerance: f64) -> bool {
+    let parts = convex_parts(polygon.to_vec(), tolerance);
+    parts.iter().all(|part| deepest_corner(part).is_none_or(|(_, depth)| depth <= tolerance))
+}
+
 fn cross(a: DVec2, b: DVec2, c: DVec2) -> f64 {
     (b - a).perp_dot(c - a)
 }
@@ -173,6 +179,17 @@ mod tests {
         let parts = convex_parts(cup, 0.01);
         assert_eq!(parts.len(), 2);
         assert!((parts.iter().map(|p| area(p)).sum::<f64>() - whole).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_profile_that_crosses_itself_has_no_convex_parts() {
+        // A plate whose underside comes out above its upper side beside the foot, millimeters.
+        let plate =
+            [(0.0, 0.0), (76.5, 0.0), (79.0, 1.5), (127.5, 24.8), (96.3, 16.3), (83.5, 4.6), (0.0, 4.2)];
+        let sound: Vec<DVec2> = plate.iter().map(|&(x, y)| DVec2::new(x, y)).collect();
+        let mut crossed = sound.clone();
+        crossed[2].y = 2.6;
+        assert!(has_convex_parts(&sound, 0.5) && !has_convex_parts(&crossed, 0.5));
     }
 
     #[test]

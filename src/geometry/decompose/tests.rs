@@ -99,19 +99,17 @@ fn it_stops_when_asked_and_refuses_nothing() {
 
 #[test]
 fn the_fit_of_a_block_is_perfect_and_that_of_a_mug_filled_up_is_told() {
-    let one = mesh([block(DVec3::splat(0.1))]);
-    let d = decompose(&one, &settings(), &Interrupt::default()).expect("a block");
-    let perfect = fit(&one, &d.hulls, 0.001, &Interrupt::default()).expect("figures");
+    let figures = |mesh: &TexturedMesh| decompose_and_fit(mesh, &settings(), &Interrupt::default());
+    let (_, perfect) = figures(&mesh([block(DVec3::splat(0.1))])).expect("a block");
     assert!(
         perfect.air_share == 0.0 && perfect.open_share == 1.0 && perfect.hausdorff_m() < 1e-9,
         "{perfect:?}"
     );
-
-    let d = decompose(&mug(), &settings(), &Interrupt::default()).expect("a mug");
-    let close = fit(&mug(), &d.hulls, 0.001, &Interrupt::default()).expect("figures");
+    let (_, close) = figures(&mug()).expect("a mug");
     assert!(close.open_share > 0.9 && close.hausdorff_m() < 0.006 && close.air_share < 0.5, "{close:?}");
+    let solid = MeshSolid::new(&mug()).expect("a mug");
     let filled = convex_hull(&mug().positions, 64, 0.0).expect("a hull");
-    let filled = fit(&mug(), &[filled], 0.001, &Interrupt::default()).expect("figures");
+    let filled = fit(&solid, &[filled], &Interrupt::default()).expect("figures");
     assert!(filled.open_share < 0.1 && filled.hausdorff_m() > 0.03 && filled.air_share > 2.0, "{filled:?}");
 }
 
