@@ -89,10 +89,13 @@ impl MeshSolid {
     pub fn outside_m(&self, point: DVec3) -> f64 {
         let mut nearest = f64::INFINITY;
         for shell in self.shells.iter().filter(|shell| shell.outward) {
-            if shell.box_distance_m(point) >= nearest {
+            let outside_box = shell.box_distance_m(point);
+            if outside_box >= nearest {
                 continue;
             }
-            let found = shell.surface.project_local_point_with_max_dist(point, false, nearest);
+            // A point in the box may be deep inside, farther from the surface than from another shell's.
+            let reach = if outside_box > 0.0 { nearest } else { f64::INFINITY };
+            let found = shell.surface.project_local_point_with_max_dist(point, false, reach);
             if let Some(projection) = found {
                 let distance = (projection.point - point).length();
                 nearest = if projection.is_inside { 0.0 } else { nearest.min(distance) };
@@ -246,6 +249,11 @@ mod tests {
         let shifted = cube.clone().translated(DVec3::new(0.06, 0.0, 0.0));
         let pair = MeshSolid::new(&mesh([cube.clone(), shifted])).expect("two cubes");
         assert!(pair.depth_m(DVec3::new(0.03, 0.0, 0.05)) > 0.019);
+        // A lid that reaches into the block a little: what is deep in the block is nearer to the lid.
+        let lid = block(DVec3::new(0.3, 0.3, 0.01)).translated(DVec3::new(0.0, 0.0, 0.099));
+        let closed = MeshSolid::new(&mesh([lid, cube.clone()])).expect("a block with a lid");
+        assert_eq!(closed.outside_m(DVec3::new(0.0, 0.0, 0.065)), 0.0);
+        assert!((closed.outside_m(DVec3::new(0.1, 0.0, 0.065)) - 0.034).abs() < 1e-9);
         let mut hole = block(DVec3::splat(0.05)).translated(DVec3::new(0.0, 0.0, 0.025));
         hole.triangles.iter_mut().for_each(|t| t.swap(1, 2));
         let hollow = MeshSolid::new(&mesh([cube, hole])).expect("a hollow cube");

@@ -67,7 +67,7 @@ impl<'a> Field<'a> {
         let at = (point - self.low) / self.step_m;
         let inner = at.cmpge(DVec3::ZERO).all() && (at + 1.0).cmplt(self.size.as_dvec3()).all();
         if self.depths.is_empty() || !inner {
-            return self.solid.outside_m(point);
+            return (-self.depth_m(point, nearby)).max(0.0);
         }
         let cell = at.floor();
         let f = at - cell;

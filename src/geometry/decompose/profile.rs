@@ -26,10 +26,17 @@ pub(super) fn convex_parts(polygon: Vec<DVec2>, tolerance: f64) -> Vec<Vec<DVec2
     parts
 }
 
-/// Whether the polygon can be cut into such parts; one that crosses itself may not.
-pub(super) fn has_convex_parts(polygon: &[DVec2], tolerance: f64) -> bool {
-    let parts = convex_parts(polygon.to_vec(), tolerance);
-    parts.iter().all(|part| deepest_corner(part).is_none_or(|(_, depth)| depth <= tolerance))
+/// Whether two edges cross, each end of either farther than `slack` from the line of the other.
+pub(super) fn crosses_itself(polygon: &[DVec2], slack: f64) -> bool {
+    let n = polygon.len();
+    let edges: Vec<[DVec2; 2]> = (0..n).map(|k| [polygon[k], polygon[(k + 1) % n]]).collect();
+    let on_both_sides = |[a, b]: [DVec2; 2], ends: [DVec2; 2]| {
+        let along = (b - a).normalize_or_zero();
+        let [from, to] = ends.map(|end| along.perp_dot(end - a));
+        from.min(to) < -slack && from.max(to) > slack
+    };
+    // Edges that share a corner are never on both sides of each other.
+    (0..n).any(|j| (0..j).any(|k| on_both_sides(edges[j], edges[k]) && on_both_sides(edges[k], edges[j])))
 }
 
 fn cross(a: DVec2, b: DVec2, c: DVec2) -> f64 {
@@ -182,14 +189,24 @@ mod tests {
     }
 
     #[test]
-    fn a_profile_that_crosses_itself_has_no_convex_parts() {
+    fn a_profile_that_crosses_itself_is_known_and_one_with_pockets_is_not_taken_for_one() {
         // A plate whose underside comes out above its upper side beside the foot, millimeters.
         let plate =
             [(0.0, 0.0), (76.5, 0.0), (79.0, 1.5), (127.5, 24.8), (96.3, 16.3), (83.5, 4.6), (0.0, 4.2)];
         let sound: Vec<DVec2> = plate.iter().map(|&(x, y)| DVec2::new(x, y)).collect();
         let mut crossed = sound.clone();
         crossed[2].y = 2.6;
-        assert!(has_convex_parts(&sound, 0.5) && !has_convex_parts(&crossed, 0.5));
+        assert!(!crosses_itself(&sound, 1e-3) && crosses_itself(&crossed, 1e-3));
+        // The column of a round table.
+        let column = [(0.0, 75.0), (60.0, 75.0), (65.0, 90.0), (65.0, 200.0), (45.0, 220.0), (40.0, 260.0)]
+            .into_iter()
+            .chain([(52.0, 360.0), (56.0, 420.0), (45.0, 520.0), (35.0, 590.0), (50.0, 610.0), (50.0, 635.0)])
+            .chain([(36.0, 645.0), (50.0, 690.0), (130.0, 708.0), (130.0, 720.0), (0.0, 720.0)]);
+        let column: Vec<DVec2> = column.map(|(x, y)| DVec2::new(x, y)).collect();
+        assert!(!crosses_itself(&column, 1e-3));
+        let touching = [(0.0, 0.0), (10.0, 0.0), (10.0, 10.0), (5.0, 1e-4), (0.0, 10.0)];
+        let touching: Vec<DVec2> = touching.iter().map(|&(x, y)| DVec2::new(x, y)).collect();
+        assert!(!crosses_itself(&touching, 1e-3));
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Known shapes and properties of decompositions.
 
 use super::*;
-use crate::geometry::shapes::{block, ring, shell_of_revolution, sphere, tube};
+use crate::geometry::shapes::{block, lathe, ring, shell_of_revolution, sphere, tube};
 use crate::geometry::{Material, Rgb, Solid};
 use glam::{DVec2, DVec3};
 
@@ -111,6 +111,18 @@ fn the_fit_of_a_block_is_perfect_and_that_of_a_mug_filled_up_is_told() {
     let filled = convex_hull(&mug().positions, 64, 0.0).expect("a hull");
     let filled = fit(&solid, &[filled], &Interrupt::default()).expect("figures");
     assert!(filled.open_share < 0.1 && filled.hausdorff_m() > 0.03 && filled.air_share > 2.0, "{filled:?}");
+}
+
+#[test]
+fn the_column_of_a_large_table_is_cut_at_its_waists() {
+    // Too large for a grid of distances; on its axis the column is nearer to the top than to its own side.
+    let profile =
+        [(0.0, 0.0), (0.06, 0.0), (0.04, 0.1), (0.06, 0.4), (0.04, 0.62), (0.1, 0.702), (0.0, 0.702)];
+    let column = lathe(&profile.map(|(radius, height)| DVec2::new(radius, height)), 40);
+    let top = block(DVec3::new(1.6, 1.0, 0.03)).translated(DVec3::new(0.0, 0.0, 0.7));
+    let d = decompose(&mesh([top, column]), &settings(), &Interrupt::default()).expect("a table");
+    assert!(d.hulls.len() <= 6 && d.max_excess_m < 0.0016, "{} out {}", d.hulls.len(), d.max_excess_m);
+    assert!(!is_in_a_hull(&d, DVec3::new(0.055, 0.0, 0.1)), "the waist is filled");
 }
 
 #[test]

@@ -12,7 +12,7 @@ use super::DecomposeSettings;
 use super::excess::excess;
 use super::field::Field;
 use super::fitted::Fitted;
-use super::profile::{convex_parts, has_convex_parts};
+use super::profile::{convex_parts, crosses_itself};
 use crate::geometry::convex_hull::convex_hull;
 use crate::geometry::shells::Shell;
 use crate::geometry::{Interrupt, Interrupted};
@@ -21,8 +21,8 @@ use crate::geometry::{Interrupt, Interrupted};
 const FEWEST_STEPS: usize = 10;
 /// Two rings, radii, heights or angles this close are one, share of the shell's size.
 const SAME: f64 = 1e-5;
-/// A profile whose parts would keep a pocket deeper than this is not cut as one, meters.
-const POCKET_M: f64 = 0.0005;
+/// Edges of a profile that cross by no more than this only touch, meters.
+const TOUCHING_M: f64 = 1e-6;
 /// Sectors tried for a ring.
 const SECTORS: [usize; 14] = [1, 2, 3, 4, 5, 6, 8, 10, 12, 14, 16, 20, 24, 32];
 
@@ -114,7 +114,7 @@ impl Turned {
                 return None;
             }
         }
-        let profile = profile_of(shell, &ring_of, &rings).filter(|p| has_convex_parts(p, POCKET_M))?;
+        let profile = profile_of(shell, &ring_of, &rings).filter(|p| !crosses_itself(p, TOUCHING_M))?;
         Some(Self { center, axis, across, angles_rad, profile })
     }
 
