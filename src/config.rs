@@ -26,6 +26,7 @@ use crate::physics::resolve::ResolveSettings;
 use crate::physics::settle::SettleSettings;
 use crate::pipeline::certify::{FidelitySettings, HealthSettings};
 use crate::pipeline::preview::PreviewSettings;
+use crate::pipeline::resolve::NoRoomSettings;
 use crate::provider::embedded::analyst;
 use crate::provider::embedded::layout::LayoutSettings;
 use crate::provider::embedded::painter::PainterSettings;
@@ -66,6 +67,7 @@ pub struct Config {
     pub tsa: TsaSettings,
     pub settle: SettleSettings,
     pub resolve: ResolveSettings,
+    pub no_room: NoRoomSettings,
     pub certify: CertifySettings,
     pub fidelity: FidelitySettings,
     pub health: HealthSettings,

@@ -72,6 +72,7 @@ pub struct Settings {
     pub tsa: TsaSettings,
     pub settle: SettleSettings,
     pub resolve: ResolveSettings,
+    pub no_room: resolve::NoRoomSettings,
     pub certify: CertifySettings,
     pub fidelity: certify::FidelitySettings,
     pub health: certify::HealthSettings,

@@ -95,6 +95,7 @@ pub(super) fn stages(config: &Config) -> Settings {
         tsa: config.tsa,
         settle: config.settle,
         resolve: config.resolve,
+        no_room: config.no_room,
         certify: config.certify,
         fidelity: config.fidelity,
         health: config.health,

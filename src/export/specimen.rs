@@ -5,13 +5,15 @@ use std::path::Path;
 
 use glam::{DQuat, DVec2, DVec3};
 
+use crate::geometry::decompose::HullFit;
+use crate::geometry::repair::Repair;
 use crate::geometry::{
     Camera, ConvexHull, Friction, Image, MassProperties, Material, Outline, Pose, Rgb, Texture, TexturedMesh,
     shapes,
 };
 use crate::scene::certificate::{
-    Appearance, BodyHealth, Displacement, Displacements, Fidelity, HealthThresholds, MadeWith, Metrics,
-    ObjectCertificate, ResolveFinding, RotationFinding, Thresholds, Verdict,
+    Appearance, BodyHealth, Concession, Displacement, Displacements, Fidelity, GaveWay, HealthThresholds,
+    MadeWith, Metrics, ObjectCertificate, ResolveFinding, RotationFinding, Thresholds, Verdict,
 };
 use crate::scene::finished::Frame;
 use crate::scene::instance::{Picture, SupportRelation};
@@ -256,6 +258,7 @@ pub(super) fn specimen() -> (Scene, Certificate, Assets, Pictures) {
             health: HealthThresholds {
                 hull_excess_m: 0.05,
                 uncovered_m: 0.01,
+                open_share: 0.5,
                 longest_side_m: [0.003, 5.0],
                 density_kg_m3: [10.0, 23000.0],
                 friction: 2.0,
@@ -269,7 +272,14 @@ pub(super) fn specimen() -> (Scene, Certificate, Assets, Pictures) {
         bodies: health(),
         scale_error: None,
         collisions: Vec::new(),
-        resolve: ResolveFinding { rounds: 1, log: vec![NASTY_LABEL.into()] },
+        resolve: ResolveFinding {
+            rounds: 1,
+            log: vec![NASTY_LABEL.into()],
+            gave_way: vec![
+                GaveWay { name: "mug_1".into(), how: Concession::Shrunk { scale: 0.81 } },
+                GaveWay { name: "box_1".into(), how: Concession::Moved { from: "mug_1".into() } },
+            ],
+        },
         made_with: MadeWith {
             version: "0".into(),
             adapters: Vec::new(),
@@ -330,6 +340,15 @@ fn health() -> Vec<BodyHealth> {
         hull_volume_m3: 5e-4,
         hull_excess_m: 1e-3,
         uncovered_m: 0.0,
+        hull_fit: HullFit {
+            air_share: 0.02,
+            hulls_from_mesh_max_m: 1.1e-3,
+            hulls_from_mesh_mean_m: 2e-4,
+            mesh_from_hulls_max_m: 4e-4,
+            mesh_from_hulls_mean_m: 1e-4,
+            open_share: 0.97,
+        },
+        repair: Repair { holes_filled: 1, ..Repair::default() },
     };
     ["table", "mug_1", "box_1"].map(of).into()
 }

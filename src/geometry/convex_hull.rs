@@ -11,7 +11,8 @@ mod quick_hull;
 use std::borrow::Cow;
 use std::f64::consts::TAU;
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
+use parry3d_f64::math::MatExt;
 use parry3d_f64::transformation::try_convex_hull;
 use wide::f64x4;
 
@@ -299,8 +300,8 @@ fn grown(hull: &ConvexHull, distance_m: f64, points: &[DVec3]) -> Option<ConvexH
     hull_of(&moved)
 }
 
-/// Adds copies of the points where the cloud is thinner than `least_m` along its thinnest direction. A
-/// cloud that lies flat (thin along z) grows upward only, so that it rests where it rested.
+/// Adds copies of the points where the cloud is thinner than `least_m` along its thinnest direction. No side grows by more
+/// than half of that; a cloud that lies flat (thin along z) grows upward first, so that it rests where it rested.
 fn thickened(points: &[DVec3], least_m: f64) -> Option<Vec<DVec3>> {
     let first = *points.first()?;
     let farthest = |from: &dyn Fn(DVec3) -> f64| {
@@ -314,6 +315,7 @@ fn thickened(points: &[DVec3], least_m: f64) -> Option<Vec<DVec3>> {
         return None;
     }
     let mut directions = vec![DVec3::Z, DVec3::X, DVec3::Y, along.cross(off(b)).normalize()];
+    directions.extend(least_spread(points));
     if let Some(hull) = hull_of(points) {
         directions.extend(planes(&hull).into_iter().map(|(normal, _)| normal));
     }
@@ -330,7 +332,9 @@ fn thickened(points: &[DVec3], least_m: f64) -> Option<Vec<DVec3>> {
     let missing = least_m - thin;
     if missing > 0.0 {
         if direction.z.abs() > 0.9 {
-            thick.extend(points.iter().map(|&p| p + missing * DVec3::Z));
+            let up = missing.min(0.5 * least_m);
+            thick.iter_mut().for_each(|p| p.z -= missing - up);
+            thick.extend(points.iter().map(|&p| p + up * DVec3::Z));
         } else {
             thick.iter_mut().for_each(|p| *p -= 0.5 * missing * direction);
             thick.extend(points.iter().map(|&p| p + 0.5 * missing * direction));
@@ -339,10 +343,23 @@ fn thickened(points: &[DVec3], least_m: f64) -> Option<Vec<DVec3>> {
     Some(thick)
 }
 
+/// Direction in which the points are spread the least about their mean.
+fn least_spread(points: &[DVec3]) -> Option<DVec3> {
+    let middle = points.iter().sum::<DVec3>() / points.len() as f64;
+    let outer = |d: DVec3| DMat3::from_cols(d * d.x, d * d.y, d * d.z);
+    let spread = points.iter().map(|p| outer(*p - middle)).fold(DMat3::ZERO, |a, b| a + b);
+    let axes = spread.symmetric_eigen();
+    let (x, y, z) = (axes.eigenvectors.x_axis, axes.eigenvectors.y_axis, axes.eigenvectors.z_axis);
+    let by_axis = [(axes.eigenvalues.x, x), (axes.eigenvalues.y, y), (axes.eigenvalues.z, z)];
+    by_axis.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)).and_then(|(_, axis)| axis.try_normalize())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::geometry::shapes::{block, cylinder, rounded_block, sphere};
+    use glam::{DQuat, EulerRot};
+    use proptest::prelude::*;
 
     #[test]
     fn a_block_keeps_its_eight_corners() {
@@ -381,13 +398,46 @@ mod tests {
     }
 
     #[test]
-    fn a_sheet_of_paper_becomes_a_millimeter_thick_upward() {
+    fn a_card_becomes_a_millimeter_thick_upward_and_a_sheet_of_paper_on_both_sides() {
+        for (height_m, low_m, high_m) in [(0.0006, 0.0, 0.001), (0.0001, -0.0004, 0.0006)] {
+            let sheet: Vec<DVec3> = block(DVec3::new(0.2, 0.3, height_m)).positions;
+            let hull = convex_hull(&sheet, 64, 0.001).expect("a sheet");
+            let z = |f: fn(f64, f64) -> f64, start| hull.points.iter().map(|p| p.z).fold(start, f);
+            assert!((z(f64::min, 1.0) - low_m).abs() < 1e-12 && (z(f64::max, -1.0) - high_m).abs() < 1e-9);
+        }
         let sheet: Vec<DVec3> = block(DVec3::new(0.2, 0.3, 0.0001)).positions;
-        let hull = convex_hull(&sheet, 64, 0.001).expect("a sheet");
-        let z = |f: fn(f64, f64) -> f64, start| hull.points.iter().map(|p| p.z).fold(start, f);
-        assert!(z(f64::min, 1.0).abs() < 1e-12 && (z(f64::max, -1.0) - 0.001).abs() < 1e-9);
         let flat: Vec<DVec3> = sheet.iter().map(|p| p.with_z(0.0)).collect();
         assert!(convex_hull(&flat, 64, 0.001).is_some());
         assert!(convex_hull(&[DVec3::ZERO, DVec3::X, DVec3::X * 2.0], 64, 0.001).is_none());
+    }
+
+    proptest! {
+        #[test]
+        fn no_side_of_a_thin_thing_grows_by_more_than_half_a_millimeter(
+            size_m in prop::array::uniform3(0.01..0.2_f64), thickness_m in 0.0..0.002_f64, thin in 0..3_usize,
+            turn in prop::array::uniform3(-1.6..1.6_f64), sides in 3..24_usize,
+        ) {
+            // A plate with a round outline, thin along one axis, turned any way.
+            let turn = DQuat::from_euler(EulerRot::XYZ, turn[0], turn[1], turn[2]);
+            let cloud: Vec<DVec3> = (0..2 * sides)
+                .map(|k| {
+                    let (sin, cos) = (TAU * (k / 2) as f64 / sides as f64).sin_cos();
+                    let mut p = DVec3::ZERO;
+                    p[(thin + 1) % 3] = size_m[0] * cos;
+                    p[(thin + 2) % 3] = size_m[1] * sin;
+                    p[thin] = if k % 2 == 0 { 0.0 } else { thickness_m };
+                    turn * p
+                })
+                .collect();
+            let hull = convex_hull(&cloud, usize::MAX, 0.001).expect("a plate");
+            let normal = turn * [DVec3::X, DVec3::Y, DVec3::Z][thin];
+            let extent = |points: &[DVec3]| {
+                let along = || points.iter().map(|p| p.dot(normal));
+                (along().fold(f64::INFINITY, f64::min), along().fold(f64::NEG_INFINITY, f64::max))
+            };
+            let (was, is) = (extent(&cloud), extent(&hull.points));
+            prop_assert!(was.0 - is.0 < 0.000_501 && is.1 - was.1 < 0.000_501, "{was:?} became {is:?}");
+            prop_assert!(is.1 - is.0 > 0.0009, "{is:?}");
+        }
     }
 }

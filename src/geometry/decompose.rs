@@ -108,7 +108,8 @@ pub fn decompose(
     settings: &DecomposeSettings,
     interrupt: &Interrupt,
 ) -> Result<Decomposition, DecomposeError> {
-    Subject::new(mesh, settings)?.decompose(settings, interrupt)
+    let subject = Subject::new(mesh, settings)?;
+    subject.decompose(&Field::new(&subject.solid), settings, interrupt)
 }
 
 /// As [`decompose`], and how well the hulls stand for the mesh.
@@ -118,8 +119,9 @@ pub fn decompose_and_fit(
     interrupt: &Interrupt,
 ) -> Result<(Decomposition, HullFit), DecomposeError> {
     let subject = Subject::new(mesh, settings)?;
-    let found = subject.decompose(settings, interrupt)?;
-    let fit = fit(&subject.solid, &found.hulls, interrupt)?;
+    let field = Field::new(&subject.solid);
+    let found = subject.decompose(&field, settings, interrupt)?;
+    let fit = fit(&subject.solid, &field, &found.hulls, interrupt)?;
     Ok((found, fit))
 }
 
@@ -146,11 +148,11 @@ impl Subject {
 
     fn decompose(
         &self,
+        field: &Field,
         settings: &DecomposeSettings,
         interrupt: &Interrupt,
     ) -> Result<Decomposition, DecomposeError> {
         let shells = &self.shells;
-        let field = Field::new(&self.solid);
         let outward: Vec<usize> = (0..shells.len()).filter(|&k| shells[k].volume_m3() >= 0.0).collect();
         let ways: Vec<Way> = outward.iter().map(|&k| Way::of(&shells[k], settings)).collect();
         let concave: Vec<(usize, &Shell)> = outward
@@ -163,19 +165,19 @@ impl Subject {
             .par_iter()
             .map(|way| match way {
                 Way::Convex(hull) => Ok(hull.iter().cloned().collect()),
-                Way::Turned(turned) => turned_hulls(turned, &field, settings, interrupt),
+                Way::Turned(turned) => turned_hulls(turned, field, settings, interrupt),
                 Way::CutApart => Ok(Vec::new()),
             })
             .collect::<Result<Vec<Vec<Fitted>>, Interrupted>>()?
             .into_iter()
             .flatten()
             .collect();
-        found.extend(cut_apart(&concave, &field, settings, interrupt)?);
+        found.extend(cut_apart(&concave, field, settings, interrupt)?);
         let pieces = without_enclosed(found);
-        let joined = merged(pieces, &field, settings, interrupt)?;
+        let joined = merged(pieces, field, settings, interrupt)?;
         let finished: Vec<Fitted> = joined
             .into_par_iter()
-            .map(|fitted| finished(fitted, &field, settings, interrupt))
+            .map(|fitted| finished(fitted, field, settings, interrupt))
             .collect::<Result<Vec<_>, Interrupted>>()?
             .into_iter()
             .flatten()

@@ -22,6 +22,8 @@ use super::{
 };
 use crate::export::ExportSettings;
 use crate::geometry::Outline;
+use crate::geometry::decompose::HullFit;
+use crate::geometry::repair::Repair;
 use crate::physics::{CertifySettings, SettleSettings};
 use crate::provider::{Adapter, Ports};
 use crate::render::RenderSettings;
@@ -31,7 +33,7 @@ use crate::store::Digest;
 
 pub use health::HealthSettings;
 
-pub const STAGE: Stage = Stage { name: "certify", version: 6 };
+pub const STAGE: Stage = Stage { name: "certify", version: 7 };
 
 /// Section `[fidelity]`.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
@@ -119,6 +121,8 @@ struct BodyParts {
     hulls: ArtifactRef,
     /// Largest distance by which a hull sticks out of the mesh, meters.
     hull_excess_m: f64,
+    hull_fit: HullFit,
+    repair: Repair,
     scale: f64,
     symmetry_order: u32,
     /// Index of the supporter and whether it stands in it; `None` for the table.
@@ -156,38 +160,45 @@ impl Inputs {
         gpu: Option<String>,
     ) -> Result<Self, StageError> {
         let missing = || StageError::permanent("table_missing", "certifying: there is no table; run again");
-        let provenance = |raw: &reconstruct::Output, more: Option<String>| Provenance {
+        let provenance = |raw: &reconstruct::Output, more: Vec<String>| Provenance {
             mesh_by: raw.made_by.clone(),
             licence: raw.licence.clone(),
             notes: raw.notes.iter().cloned().chain(more).collect(),
         };
         let (table, objects) = resolved.bodies.split_first().ok_or_else(missing)?;
+        let table_hulls = hulls.last().ok_or_else(missing)?;
         let mut bodies = vec![BodyParts {
             resolved: table.clone(),
-            mesh: layout.table.mesh.clone(),
+            mesh: table.mesh.clone(),
             thumbnail: None,
-            hulls: layout.table.hulls.clone(),
-            hull_excess_m: hulls.last().ok_or_else(missing)?.max_excess_m,
+            hulls: table.hulls.clone(),
+            hull_excess_m: table_hulls.max_excess_m,
+            hull_fit: table_hulls.fit,
+            repair: table_hulls.repair,
             scale: 1.0,
             symmetry_order: 1,
             support: None,
-            provenance: provenance(raw.last().ok_or_else(missing)?, None),
+            provenance: provenance(raw.last().ok_or_else(missing)?, Vec::new()),
         }];
         for (index, ((resolved, placed), yaw)) in objects.iter().zip(&layout.instances).zip(yaws).enumerate()
         {
             let rescaled = (placed.scale != 1.0)
                 .then(|| format!("rescaled by {:.2} to the box of the top view", placed.scale));
-            let support = layout.support_of(index);
+            let shrunk = (resolved.scale != 1.0)
+                .then(|| format!("made smaller, to {:.2} of its size, as there was no room", resolved.scale));
+            let scale = placed.scale * resolved.scale;
             bodies.push(BodyParts {
                 resolved: resolved.clone(),
-                mesh: placed.mesh.clone(),
+                mesh: resolved.mesh.clone(),
                 thumbnail: Some(canonical[index].picture.clone()),
-                hulls: placed.hulls.clone(),
-                hull_excess_m: placed.scale * hulls[index].max_excess_m,
-                scale: placed.scale,
+                hulls: resolved.hulls.clone(),
+                hull_excess_m: scale * hulls[index].max_excess_m,
+                hull_fit: hulls[index].fit.scaled(scale),
+                repair: hulls[index].repair,
+                scale,
                 symmetry_order: yaw.symmetry_order,
-                support: Some(support),
-                provenance: provenance(&raw[index], rescaled),
+                support: resolved.support,
+                provenance: provenance(&raw[index], rescaled.into_iter().chain(shrunk).collect()),
             });
         }
         Ok(Self {
@@ -199,7 +210,11 @@ impl Inputs {
             table: layout.table.clone(),
             yaws: yaws.to_vec(),
             scale_error: layout.consensus.map(|consensus| consensus.log_alpha_error),
-            resolve: ResolveFinding { rounds: resolved.rounds, log: resolved.log.clone() },
+            resolve: ResolveFinding {
+                rounds: resolved.rounds,
+                log: resolved.log.clone(),
+                gave_way: resolved.gave_way.clone(),
+            },
             unrecognized_terms: reference.unrecognized_terms.clone(),
             certify: settings.certify.clone(),
             settle: settings.settle.clone(),
@@ -275,6 +290,7 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
         "unrecognized_terms": inputs.unrecognized_terms,
         "fidelity": certificate.fidelity,
         "resolve": inputs.resolve.log,
+        "gave_way": inputs.resolve.gave_way,
     });
     Ok(Output {
         archive: context.put("scene.zip", "application/zip", certified.archive).await?,

@@ -1,11 +1,15 @@
 //! Stage 10: from the aligned poses to poses that hold, then gravity; the rest pose is the scene's.
 
+mod give_way;
+
 use std::sync::Arc;
 
+use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use super::checkpoint::{ArtifactRef, Stage};
 use super::error::StageError;
+use super::place::layout::resized;
 use super::place::{self, PlacedInstance};
 use super::{Context, Settings, carry};
 use crate::catalog::{PhysicalProperties, physical_properties};
@@ -15,9 +19,13 @@ use crate::physics::resolve::SupportedBy;
 use crate::physics::{
     Body, CertifySettings, ResolveError, ResolveProblem, ResolveSettings, Resolved, SettleSettings,
 };
+use crate::scene::certificate::GaveWay;
 use crate::scene::{Recognition, RecognizedObject};
 
-pub const STAGE: Stage = Stage { name: "resolve", version: 4 };
+use give_way::{Attempt, Stuck};
+pub use give_way::{NoRoom, NoRoomSettings};
+
+pub const STAGE: Stage = Stage { name: "resolve", version: 5 };
 
 #[derive(Serialize)]
 pub struct Inputs {
@@ -27,6 +35,7 @@ pub struct Inputs {
     resolve: ResolveSettings,
     settle: SettleSettings,
     certify: CertifySettings,
+    no_room: NoRoomSettings,
 }
 
 /// One body to be resolved.
@@ -51,11 +60,20 @@ pub struct Output {
     pub rounds: usize,
     /// What was done, one sentence each.
     pub log: Vec<String>,
+    /// What was conceded as there was no room.
+    pub gave_way: Vec<GaveWay>,
 }
 
 #[derive(Clone, Serialize, Deserialize)]
 pub struct ResolvedBody {
     pub name: String,
+    /// Those of the layout, unless it was made smaller.
+    pub mesh: ArtifactRef,
+    pub hulls: ArtifactRef,
+    /// Factor on the size that the layout gave; 1 unless there was no room.
+    pub scale: f64,
+    /// Index of the supporter and whether this stands in it; `None` for the table.
+    pub support: Option<(usize, bool)>,
     pub aligned: Pose,
     /// `world_from_object` before gravity: dropped and pushed apart.
     pub planned: Pose,
@@ -94,6 +112,7 @@ impl Inputs {
             resolve: settings.resolve.clone(),
             settle: settings.settle.clone(),
             certify: settings.certify.clone(),
+            no_room: settings.no_room.clone(),
         }
     }
 }
@@ -120,23 +139,90 @@ pub(super) async fn load(
     })
 }
 
+/// Tries to make room before the job fails.
+const MOST_TRIES: usize = 8;
+
 pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageError> {
-    let parts = inputs.bodies.iter().map(|part| load(&context, &part.name, &part.mesh, &part.hulls));
-    let loaded = futures::future::try_join_all(parts).await?;
-    let (given, interrupt) = (inputs.clone(), context.interrupt().clone());
-    let solved = context.cpu(move || solve(&given, &loaded, &interrupt)).await??;
-    context.put_json("poses.json", &solved).await?;
-    Ok(solved)
+    let mut attempt = Attempt::new(inputs.bodies.clone());
+    for _ in 0..MOST_TRIES {
+        for (k, part) in attempt.parts.iter_mut().enumerate() {
+            let (original, scale) = (&inputs.bodies[k], DVec3::splat(attempt.scales[k]));
+            (part.mesh, part.hulls) =
+                resized(&context, &original.mesh, &original.hulls, scale, &part.name).await?;
+        }
+        let loaded = attempt.parts.iter().map(|part| load(&context, &part.name, &part.mesh, &part.hulls));
+        let loaded = Arc::new(futures::future::try_join_all(loaded).await?);
+        let (given, geometry, interrupt) = (inputs.clone(), loaded.clone(), context.interrupt().clone());
+        let parts = attempt.parts.clone();
+        let failed = match context.cpu(move || solve(&given, &parts, &geometry, &interrupt)).await? {
+            Ok(solved) => {
+                let solved = solved.conceded(&attempt);
+                context.put_json("poses.json", &solved).await?;
+                return Ok(solved);
+            }
+            Err(failed) => failed,
+        };
+        let hulls: Vec<&[ConvexHull]> = loaded.iter().map(|geometry| &geometry.hulls[..]).collect();
+        let yields = |stuck| attempt.give_way(&stuck, &inputs.no_room, &hulls, &inputs.outline_m);
+        if !failed.stuck.is_some_and(yields) {
+            return Err(failed.error);
+        }
+    }
+    Err(StageError::permanent(
+        "no_room",
+        format!("resolving: no room after {MOST_TRIES} concessions; use a larger table or fewer objects"),
+    ))
+}
+
+impl Output {
+    /// With what was conceded before.
+    fn conceded(mut self, attempt: &Attempt) -> Self {
+        self.bodies.iter_mut().zip(&attempt.scales).for_each(|(body, scale)| body.scale = *scale);
+        self.gave_way = attempt.gave_way();
+        self
+    }
+}
+
+/// A scene that is not resolved, and whether conceding something may help.
+struct Failed {
+    error: StageError,
+    stuck: Option<Stuck>,
+}
+
+impl From<StageError> for Failed {
+    fn from(error: StageError) -> Self {
+        Self { error, stuck: None }
+    }
+}
+
+impl From<ResolveError> for Failed {
+    fn from(error: ResolveError) -> Self {
+        let names = error.names().to_vec();
+        let told = error.to_string();
+        match error {
+            ResolveError::Interrupted(interrupted) => StageError::from(interrupted).into(),
+            ResolveError::NoRoom { .. } => Self {
+                error: StageError::permanent("no_room", told),
+                stuck: Some(Stuck { names, crowded: true }),
+            },
+            ResolveError::Unresolved { .. } => Self {
+                error: StageError::permanent("unresolved", told),
+                stuck: Some(Stuck { names, crowded: false }),
+            },
+            _ => StageError::permanent("unresolved", told).into(),
+        }
+    }
 }
 
 fn solve(
     inputs: &Inputs,
+    parts: &[Part],
     loaded: &[Loaded],
     interrupt: &crate::geometry::Interrupt,
-) -> Result<Output, StageError> {
+) -> Result<Output, Failed> {
     let mut bodies = Vec::with_capacity(loaded.len());
     let mut physical = Vec::with_capacity(loaded.len());
-    for (part, geometry) in inputs.bodies.iter().zip(loaded) {
+    for (part, geometry) in parts.iter().zip(loaded) {
         let failed = |error: String| {
             StageError::permanent("no_physical_properties", format!("resolving {}: {error}", part.name))
         };
@@ -145,8 +231,7 @@ fn solve(
         bodies.push(body(&part.name, geometry, part.aligned, &properties, part.support.is_none()));
         physical.push(properties);
     }
-    let supports: Vec<Option<SupportedBy>> = inputs
-        .bodies
+    let supports: Vec<Option<SupportedBy>> = parts
         .iter()
         .map(|part| part.support.map(|(parent, inside)| SupportedBy { parent, inside }))
         .collect();
@@ -154,19 +239,17 @@ fn solve(
     let problem =
         ResolveProblem { bodies: &bodies, solids: &solids, supports: &supports, outline: &inputs.outline_m };
     let Resolved { poses, planned, displacements_m, rotations_rad, rounds, log } =
-        crate::physics::resolve(problem, &inputs.resolve, &inputs.settle, &inputs.certify, interrupt)
-            .map_err(|error| match error {
-                ResolveError::Interrupted(interrupted) => interrupted.into(),
-                ResolveError::NoRoom { .. } => StageError::permanent("no_room", error.to_string()),
-                other => StageError::permanent("unresolved", other.to_string()),
-            })?;
-    let bodies = inputs
-        .bodies
+        crate::physics::resolve(problem, &inputs.resolve, &inputs.settle, &inputs.certify, interrupt)?;
+    let bodies = parts
         .iter()
         .zip(physical)
         .enumerate()
         .map(|(index, (part, physical))| ResolvedBody {
             name: part.name.clone(),
+            mesh: part.mesh.clone(),
+            hulls: part.hulls.clone(),
+            scale: 1.0,
+            support: part.support,
             aligned: part.aligned,
             planned: planned[index],
             settled: poses[index],
@@ -175,7 +258,7 @@ fn solve(
             physical,
         })
         .collect();
-    Ok(Output { bodies, rounds, log })
+    Ok(Output { bodies, rounds, log, gave_way: Vec::new() })
 }
 
 /// A body as the simulation wants it.

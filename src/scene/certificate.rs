@@ -3,6 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::InstanceId;
+use crate::geometry::decompose::HullFit;
+use crate::geometry::repair::Repair;
 
 /// Everything `certify` measured. Rates are fractions.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -58,6 +60,8 @@ pub enum ReasonCode {
     MissingCollider,
     /// A hull sticks out of the visual mesh.
     ProtrudingCollider,
+    /// Hulls fill a cavity or a handle that the visual mesh has open.
+    ClosedOpening,
     /// Heavier or lighter for its volume than any solid: the unit may not be the kilogram.
     ImplausibleDensity,
     /// Friction that no pair of surfaces shows.
@@ -113,6 +117,8 @@ pub struct Thresholds {
 pub struct HealthThresholds {
     pub hull_excess_m: f64,
     pub uncovered_m: f64,
+    /// Least share of a mesh's openings that no hull fills.
+    pub open_share: f64,
     /// Of the longest side, least and most.
     pub longest_side_m: [f64; 2],
     /// Mass over the volume the mesh encloses, least and most.
@@ -184,15 +190,39 @@ pub struct BodyHealth {
     /// Largest distance of a corner of the mesh outside all hulls, meters; a lower bound, measured to the planes
     /// of the nearest hull's faces.
     pub uncovered_m: f64,
+    /// How well the hulls stand for the mesh they were made of, which is the repaired one.
+    pub hull_fit: HullFit,
+    /// What was done to the mesh before hulls were made of it; the visual mesh stays as it came.
+    pub repair: Repair,
 }
 
 /// What `resolve` did.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ResolveFinding {
     /// Rounds it took.
     pub rounds: usize,
     /// What was done, one sentence each.
     pub log: Vec<String>,
+    /// What was conceded, as the request allows, where there was no room; empty where there was.
+    pub gave_way: Vec<GaveWay>,
+}
+
+/// An object for which there was no room as it was wanted.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct GaveWay {
+    pub name: String,
+    #[serde(flatten)]
+    pub how: Concession,
+}
+
+/// What was done with it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "outcome", rename_all = "snake_case")]
+pub enum Concession {
+    /// Made smaller: the factor on the size it was to have.
+    Shrunk { scale: f64 },
+    /// Moved to free space on the table from what was to carry it.
+    Moved { from: String },
 }
 
 /// What answered and with which settings; with the request of `scene.json` this decides every byte.

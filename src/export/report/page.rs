@@ -2,26 +2,23 @@
 
 use super::html::{Cell, Html};
 use super::numbers::word;
-use super::picture::embedded;
+use super::picture::{Embedded, EmbeddedPictures};
 use super::{Report, plan, sections};
 use crate::scene::Input;
-
-/// Widths of embedded pictures, pixels.
-const HERO_PX: u32 = 960;
-const VIEW_PX: u32 = 480;
-const BESIDE_PX: u32 = 970;
 
 /// Nothing is fetched from anywhere, whatever a label says.
 const POLICY: &str = "default-src 'none'; img-src data:; style-src 'unsafe-inline'";
 
 /// The page's text.
 pub fn write(report: &Report<'_>) -> String {
+    let pictures = EmbeddedPictures::of(report.pictures);
     let mut page = Html::default();
     page.open("html", &[("lang", "en"), ("xmlns", "http://www.w3.org/1999/xhtml")]);
     head(&mut page, report);
     page.open("body", &[]);
     page.open("main", &[]);
     verdict(&mut page, report);
+    figure(&mut page, pictures.hero.as_ref(), "The finished scene");
     section(&mut page, "Checks", |page| sections::checks::write(page, report));
     if !report.certificate.collisions.is_empty() {
         section(&mut page, "Collisions", |page| sections::checks::collisions(page, report));
@@ -32,20 +29,16 @@ pub fn write(report: &Report<'_>) -> String {
             .map(|body| report.certificate.reasons.iter().any(|reason| reason.bodies.contains(&body.name)))
             .collect();
         plan::draw(page, &report.scene.table, &report.bodies[1..], &at_fault);
-        sections::objects::write(page, report);
+        sections::objects::write(page, report, &pictures);
     });
     section(&mut page, "Meshes and hulls", |page| sections::bodies::write(page, report));
     section(&mut page, "Likeness to the picture", |page| {
-        figure(
-            page,
-            &report.pictures.beside_png,
-            BESIDE_PX,
-            "The reference picture, and the scene from its camera",
-        );
+        let caption = "The reference picture, and the scene from its camera";
+        figure(page, pictures.beside.as_ref(), caption);
         sections::likeness::write(page, report);
     });
     section(&mut page, "Formats read back", |page| sections::formats::write(page, report));
-    views(&mut page, report);
+    views(&mut page, &pictures);
     section(&mut page, "Where it comes from", |page| sections::provenance::write(page, report));
     let page = page.finish();
     format!("<!DOCTYPE html>\n{page}")
@@ -92,7 +85,6 @@ fn verdict(page: &mut Html, report: &Report<'_>) {
         }
     }
     page.close();
-    figure(page, &report.pictures.hero_png, HERO_PX, "The finished scene");
 }
 
 fn section(page: &mut Html, title: &str, content: impl FnOnce(&mut Html)) {
@@ -102,27 +94,24 @@ fn section(page: &mut Html, title: &str, content: impl FnOnce(&mut Html)) {
     page.close();
 }
 
-fn views(page: &mut Html, report: &Report<'_>) {
-    let sides = report.pictures.sides_png.iter().map(|(name, png)| (name.as_str(), png));
-    let views: Vec<_> = [("above", &report.pictures.top_png)]
-        .into_iter()
-        .chain(sides)
-        .filter(|(_, png)| !png.is_empty())
-        .collect();
+fn views(page: &mut Html, pictures: &EmbeddedPictures) {
+    let sides = pictures.sides.iter().map(|(name, picture)| (name.as_str(), picture));
+    let views: Vec<_> = pictures.top.iter().map(|picture| ("above", picture)).chain(sides).collect();
     if views.is_empty() {
         return;
     }
     section(page, "Views", |page| {
         page.open("div", &[("class", "views")]);
-        for (name, png) in views {
-            figure(page, png, VIEW_PX, &format!("From {}{name}", if name == "above" { "" } else { "the " }));
+        for (name, picture) in views {
+            let caption = format!("From {}{name}", if name == "above" { "" } else { "the " });
+            figure(page, Some(picture), &caption);
         }
         page.close();
     });
 }
 
-fn figure(page: &mut Html, png: &[u8], most_width_px: u32, caption: &str) {
-    let Some(picture) = embedded(png, most_width_px) else { return };
+fn figure(page: &mut Html, picture: Option<&Embedded>, caption: &str) {
+    let Some(picture) = picture else { return };
     let (width, height) = (picture.width_px.to_string(), picture.height_px.to_string());
     page.open("figure", &[]);
     page.void("img", &[("src", &picture.uri), ("width", &width), ("height", &height), ("alt", caption)]);

@@ -1,13 +1,23 @@
 //! Pictures inside the page: smaller, as JPEG, in its own text, so that a page that is mailed around still
 //! shows them. A dozen objects come to about half a megabyte; the lossless ones lie under `preview/`.
 
+use std::collections::BTreeMap;
+
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use image::codecs::jpeg::JpegEncoder;
 use image::{ExtendedColorType, ImageEncoder};
+use rayon::prelude::*;
 
+use crate::export::Pictures;
 use crate::export::png::decode_png;
 use crate::geometry::Image;
+
+/// Widths of embedded pictures, pixels.
+const HERO_PX: u32 = 960;
+const VIEW_PX: u32 = 480;
+const BESIDE_PX: u32 = 970;
+const THUMBNAIL_PX: u32 = 128;
 
 /// JPEG quality, 1..100: differences do not show at these sizes.
 const QUALITY: u8 = 82;
@@ -19,8 +29,47 @@ pub struct Embedded {
     pub height_px: u32,
 }
 
+/// The pictures of the page; those there are.
+pub struct EmbeddedPictures {
+    pub hero: Option<Embedded>,
+    pub beside: Option<Embedded>,
+    pub top: Option<Embedded>,
+    /// By the side's name.
+    pub sides: Vec<(String, Embedded)>,
+    /// By the body's name.
+    pub thumbnails: BTreeMap<String, Embedded>,
+}
+
+impl EmbeddedPictures {
+    /// Converts all of them side by side.
+    pub fn of(pictures: &Pictures) -> Self {
+        let side = |(name, png): &(String, Vec<u8>)| Some((name.clone(), embedded(png, VIEW_PX)?));
+        let thumbnail = |(name, png): (&String, &Vec<u8>)| Some((name.clone(), embedded(png, THUMBNAIL_PX)?));
+        let ((hero, (beside, top)), (sides, thumbnails)) = rayon::join(
+            || {
+                rayon::join(
+                    || embedded(&pictures.hero_png, HERO_PX),
+                    || {
+                        rayon::join(
+                            || embedded(&pictures.beside_png, BESIDE_PX),
+                            || embedded(&pictures.top_png, VIEW_PX),
+                        )
+                    },
+                )
+            },
+            || {
+                rayon::join(
+                    || pictures.sides_png.par_iter().filter_map(side).collect(),
+                    || pictures.thumbnails.par_iter().filter_map(thumbnail).collect(),
+                )
+            },
+        );
+        Self { hero, beside, top, sides, thumbnails }
+    }
+}
+
 /// The PNG as a JPEG at most so wide; `None` where there is no picture.
-pub fn embedded(png: &[u8], most_width_px: u32) -> Option<Embedded> {
+fn embedded(png: &[u8], most_width_px: u32) -> Option<Embedded> {
     let picture = decode_png(png).ok()?;
     // Whole pixels are averaged: no filter to choose, and nothing rings.
     let factor = picture.width_px().div_ceil(most_width_px).max(1);

@@ -3,12 +3,13 @@
 //! The depth of a surface point is the distance along its outward normal to the hull of its piece, that is,
 //! how much air a hull would add above it. The hull is approximated from outside by its supporting
 //! planes in the directions that matter for the piece (26 fixed ones and the piece's own normals), which
-//! costs a hundredth of building it.
+//! costs a hundredth of building it. Cuts are only compared with each other, so single precision does; what does not
+//! depend on the cut (how far points reach in each direction, where rays from whole faces start) is computed once a piece.
 
 use std::collections::BTreeMap;
 
 use glam::DVec3;
-use wide::f64x4;
+use wide::f32x8;
 
 use super::piece::{Face, Piece, Side, clipped, crossing, side};
 use super::plane::Plane;
@@ -22,17 +23,19 @@ pub(super) struct Sample {
     pub depth_m: f64,
 }
 
-/// Directions in which hulls of a piece and of parts of it are supported, as x, y, z of four at a time; those
-/// that fill up the last four are zero.
-pub(super) struct Directions(Vec<[f64x4; 3]>);
-
 /// Most normals of the piece among the directions.
 const OWN_NORMALS: usize = 38;
 /// Most bits of surface a cut is judged by.
 const SAMPLES: usize = 240;
+/// A ray leaves through no plane whose normal is farther than this from its own: cosine.
+const LEAST_ALONG: f32 = 0.05;
+
+/// Directions in which hulls of a piece and of parts of it are supported, as x, y, z of eight at a time; those
+/// that fill up the last eight are zero.
+struct Directions(Vec<[f32x8; 3]>);
 
 impl Directions {
-    pub(super) fn of(piece: &Piece) -> Self {
+    fn of(piece: &Piece) -> Self {
         let mut weight: BTreeMap<[i32; 3], (f64, DVec3)> = BTreeMap::new();
         for face in piece.faces() {
             let area = area_m2(&piece.points, face.corners);
@@ -48,117 +51,171 @@ impl Directions {
         let cell = piece.cell().iter().map(|face| face.normal);
         let own = own.into_iter().take(OWN_NORMALS).map(|(_, normal)| normal);
         let all: Vec<DVec3> = fixed.chain(cell).chain(own).filter_map(DVec3::try_normalize).collect();
-        let four = |chunk: &[DVec3]| {
-            let four = [0, 1, 2, 3].map(|k| chunk.get(k).copied().unwrap_or_default());
-            [0, 1, 2].map(|axis| f64x4::from(four.map(|d| d[axis])))
+        let eight = |chunk: &[DVec3]| {
+            let eight: [DVec3; 8] = std::array::from_fn(|k| chunk.get(k).copied().unwrap_or_default());
+            [0, 1, 2].map(|axis| f32x8::from(eight.map(|d| d[axis] as f32)))
         };
-        Self(all.chunks(4).map(four).collect())
+        Self(all.chunks(8).map(eight).collect())
     }
 
     /// Reach of a point in each direction.
-    fn reaches(&self, p: DVec3) -> impl Iterator<Item = f64x4> + '_ {
-        let [px, py, pz] = p.to_array().map(f64x4::splat);
+    fn reaches(&self, p: DVec3) -> impl Iterator<Item = f32x8> + '_ {
+        let [px, py, pz] = p.as_vec3().to_array().map(f32x8::splat);
         self.0.iter().map(move |&[x, y, z]| x * px + y * py + z * pz)
     }
-}
 
-/// How far every point of a piece reaches in every direction, computed once for all cuts of the piece.
-pub(super) struct Reaches {
-    /// Fours of directions.
-    fours: usize,
-    /// Those of the first point, those of the second, and so on.
-    reach_m: Vec<f64x4>,
-}
-
-impl Reaches {
-    pub(super) fn of(piece: &Piece, directions: &Directions) -> Self {
-        let reach_m = piece.points.iter().flat_map(|&p| directions.reaches(p)).collect();
-        Self { fours: directions.0.len(), reach_m }
+    /// From a point along a unit normal: where the ray starts in each direction, and its way by the height it gains there. One
+    /// that does not leave through a plane starts infinitely far below it.
+    fn ray(&self, point: DVec3, normal: DVec3) -> impl Iterator<Item = (f32x8, f32x8)> + '_ {
+        self.reaches(point).zip(self.reaches(normal)).map(|(at, along)| {
+            let leaves = along.simd_gt(f32x8::splat(LEAST_ALONG));
+            let never = f32x8::splat(f32::NEG_INFINITY);
+            (leaves.select(at, never), leaves.select(f32x8::ONE / along, f32x8::ONE))
+        })
     }
+}
 
-    fn of_point(&self, point: u32) -> &[f64x4] {
-        &self.reach_m[point as usize * self.fours..][..self.fours]
+/// Values of eight directions at a time for each of a number of things, one after another.
+struct Table {
+    eights: usize,
+    values: Vec<f32x8>,
+}
+
+impl Table {
+    fn row(&self, index: usize) -> &[f32x8] {
+        &self.values[index * self.eights..][..self.eights]
     }
 }
 
 /// Farthest reach of a set of points in each direction.
 struct Support {
-    reach_m: Vec<f64x4>,
+    reach_m: Vec<f32x8>,
 }
 
 impl Support {
     fn new(directions: &Directions) -> Self {
-        Self { reach_m: vec![f64x4::splat(f64::NEG_INFINITY); directions.0.len()] }
+        Self { reach_m: vec![f32x8::splat(f32::NEG_INFINITY); directions.0.len()] }
     }
 
-    fn add(&mut self, reaches_m: impl Iterator<Item = f64x4>) {
+    fn add(&mut self, reaches_m: impl Iterator<Item = f32x8>) {
         for (reach, here) in self.reach_m.iter_mut().zip(reaches_m) {
             *reach = reach.fast_max(here);
         }
     }
 
-    /// Distance from the point along the unit normal until it leaves all supporting planes.
-    fn depth_m(&self, directions: &Directions, point: DVec3, normal: DVec3) -> f64 {
-        let mut depth = f64::INFINITY;
-        let fours = directions.reaches(normal).zip(directions.reaches(point));
-        for (&reach, (along, at)) in self.reach_m.iter().zip(fours) {
-            let below = reach - at;
-            // Most directions are not the least: they are told without a division.
-            let less = below.simd_lt(f64x4::splat(depth * (1.0 + 1e-12)) * along);
-            let candidates = (less & along.simd_gt(f64x4::splat(0.05))).to_bitmask();
-            if candidates != 0 {
-                let (below, along) = (below.to_array(), along.to_array());
-                for k in (0..4).filter(|k| (candidates >> k) & 1 == 1) {
-                    depth = depth.min(below[k] / along[k]);
-                }
-            }
+    /// Way of a ray until it leaves all supporting planes.
+    fn depth_m(&self, ray: impl Iterator<Item = (f32x8, f32x8)>) -> f32 {
+        let mut least = f32x8::splat(f32::INFINITY);
+        for (&reach, (at, way_by_height)) in self.reach_m.iter().zip(ray) {
+            least = least.fast_min((reach - at) * way_by_height);
         }
+        let depth = least.to_array().into_iter().fold(f32::INFINITY, f32::min);
         if depth.is_finite() { depth.max(0.0) } else { 0.0 }
     }
 }
 
-/// The surface of a piece, a sample each face.
-pub(super) fn samples(piece: &Piece, directions: &Directions, reaches: &Reaches) -> Vec<Sample> {
-    let mut support = Support::new(directions);
-    (0..piece.points.len() as u32).for_each(|point| support.add(reaches.of_point(point).iter().copied()));
-    piece.inner().iter().for_each(|&p| support.add(directions.reaches(p)));
-    piece
-        .faces()
-        .map(|face| {
-            let area_m2 = area_m2(&piece.points, face.corners);
-            let point = middle(&piece.points, face.corners);
-            let depth_m = support.depth_m(directions, point, face.normal);
-            Sample { point, normal: face.normal, area_m2, depth_m }
-        })
-        .collect()
+/// What all cuts of a piece are judged by.
+pub(super) struct Judge<'a> {
+    piece: &'a Piece,
+    directions: Directions,
+    /// Reach of every point of the piece.
+    reaches: Table,
+    /// The surface of the piece, a sample each face.
+    pub samples: Vec<Sample>,
+    /// Concave bits shallower than this are left out, meters.
+    shallow_m: f64,
+    tolerance_m: f64,
+    /// Of each face, its index among those a cut is judged by.
+    sampled: Vec<Option<u32>>,
+    /// Faces for one that a cut is judged by.
+    stride: usize,
+    /// Rays from the middles of the faces a cut is judged by.
+    starts: Table,
+    ways_by_height: Table,
+    areas_m2: Vec<f32>,
 }
 
-/// Concavity of the two parts the plane would make of the piece: area times the logarithm of depth over
-/// tolerance, summed, so that resolving a bit of surface counts far more than making it shallower. `None`
-/// unless there is surface on both sides. `is_concave` says which faces of the piece are.
-pub(super) fn concavity_after_cut(
-    piece: &Piece,
-    directions: &Directions,
-    reaches: &Reaches,
-    plane: &Plane,
-    tolerance_m: f64,
-    is_concave: &[bool],
-) -> Option<f64> {
-    let heights = piece.heights_m(plane);
-    let stride = is_concave.iter().filter(|&&c| c).count().div_ceil(SAMPLES).max(1);
-    let mut halves = [-1.0, 1.0].map(|sign| Half::new(sign, piece, &heights, directions, reaches));
-    let mut met = 0;
-    for (face, &concave) in piece.faces().zip(is_concave) {
-        met += usize::from(concave);
-        let sampled = concave && met % stride == 0;
-        match side(&face, &heights, plane) {
-            Side::Below => halves[0].add_whole(&face, sampled),
-            Side::Above => halves[1].add_whole(&face, sampled),
-            Side::Both => halves.iter_mut().for_each(|half| half.add_part(&face, sampled)),
+impl<'a> Judge<'a> {
+    pub(super) fn of(piece: &'a Piece, tolerance_m: f64, shallow_m: f64) -> Self {
+        let directions = Directions::of(piece);
+        let eights = directions.0.len();
+        let values = piece.points.iter().flat_map(|&p| directions.reaches(p)).collect();
+        let reaches = Table { eights, values };
+        let mut support = Support::new(&directions);
+        (0..piece.points.len()).for_each(|point| support.add(reaches.row(point).iter().copied()));
+        piece.inner().iter().for_each(|&p| support.add(directions.reaches(p)));
+        let sample = |face: Face<'_>| {
+            let point = middle(&piece.points, face.corners);
+            Sample {
+                point,
+                normal: face.normal,
+                area_m2: area_m2(&piece.points, face.corners),
+                depth_m: f64::from(support.depth_m(directions.ray(point, face.normal))),
+            }
+        };
+        let samples: Vec<Sample> = piece.faces().map(sample).collect();
+        let empty = || Table { eights, values: Vec::new() };
+        let mut judge = Self {
+            piece,
+            reaches,
+            shallow_m,
+            tolerance_m,
+            sampled: vec![None; samples.len()],
+            stride: 1,
+            starts: empty(),
+            ways_by_height: empty(),
+            areas_m2: Vec::new(),
+            directions,
+            samples,
+        };
+        judge.choose();
+        judge
+    }
+
+    /// The concave samples.
+    pub(super) fn concave(&self) -> impl Iterator<Item = &Sample> + '_ {
+        self.samples.iter().filter(|s| s.depth_m > self.shallow_m)
+    }
+
+    /// Concavity of the piece.
+    pub(super) fn concavity(&self) -> f64 {
+        self.concave().map(|s| weight(s.area_m2, s.depth_m, self.tolerance_m)).sum()
+    }
+
+    /// Chooses the faces a cut is judged by.
+    fn choose(&mut self) {
+        self.stride = self.concave().count().div_ceil(SAMPLES).max(1);
+        let mut met = 0;
+        for (face, sample) in self.samples.iter().enumerate().filter(|(_, s)| s.depth_m > self.shallow_m) {
+            met += 1;
+            if met % self.stride != 0 {
+                continue;
+            }
+            self.sampled[face] = Some(self.areas_m2.len() as u32);
+            self.areas_m2.push(sample.area_m2 as f32);
+            for (at, way_by_height) in self.directions.ray(sample.point, sample.normal) {
+                self.starts.values.push(at);
+                self.ways_by_height.values.push(way_by_height);
+            }
         }
     }
-    let both = halves.iter().all(|half| half.faces > 0);
-    both.then(|| stride as f64 * halves.iter().map(|h| h.concavity(tolerance_m)).sum::<f64>())
+
+    /// Concavity of the two parts the plane would make of the piece: area times the logarithm of depth over
+    /// tolerance, summed, so that resolving a bit of surface counts far more than making it shallower. `None`
+    /// unless there is surface on both sides.
+    pub(super) fn concavity_after_cut(&self, plane: &Plane) -> Option<f64> {
+        let heights = self.piece.heights_m(plane);
+        let mut halves = [-1.0, 1.0].map(|sign| Half::new(sign, self, &heights));
+        for (face, &sampled) in self.piece.faces().zip(&self.sampled) {
+            match side(&face, &heights, plane) {
+                Side::Below => halves[0].add_whole(&face, sampled),
+                Side::Above => halves[1].add_whole(&face, sampled),
+                Side::Both => halves.iter_mut().for_each(|half| half.add_part(&face, sampled.is_some())),
+            }
+        }
+        let both = halves.iter().all(|half| half.faces > 0);
+        both.then(|| self.stride as f64 * halves.iter().map(Half::concavity).sum::<f64>())
+    }
 }
 
 /// Weight of a bit of surface in a concavity.
@@ -169,48 +226,38 @@ pub(super) fn weight(area_m2: f64, depth_m: f64, tolerance_m: f64) -> f64 {
 /// What is on one side of a plane.
 struct Half<'a> {
     sign: f64,
-    piece: &'a Piece,
+    judge: &'a Judge<'a>,
     heights_m: &'a [f64],
-    directions: &'a Directions,
-    reaches: &'a Reaches,
     support: Support,
     seen: Vec<bool>,
     faces: usize,
-    bits: Vec<(DVec3, DVec3, f64)>,
+    /// Of the faces a cut is judged by, those all of which are here.
+    whole: Vec<u32>,
+    /// What is here of those that are cut: middle, normal, area.
+    bits: Vec<(DVec3, DVec3, f32)>,
     corners: Vec<DVec3>,
 }
 
 impl<'a> Half<'a> {
-    fn new(
-        sign: f64,
-        piece: &'a Piece,
-        heights_m: &'a [f64],
-        directions: &'a Directions,
-        reaches: &'a Reaches,
-    ) -> Self {
+    fn new(sign: f64, judge: &'a Judge<'a>, heights_m: &'a [f64]) -> Self {
         Self {
             sign,
-            piece,
+            judge,
             heights_m,
-            directions,
-            reaches,
-            support: Support::new(directions),
-            seen: vec![false; piece.points.len()],
+            support: Support::new(&judge.directions),
+            seen: vec![false; judge.piece.points.len()],
             faces: 0,
+            whole: Vec::new(),
             bits: Vec::new(),
             corners: Vec::new(),
         }
     }
 
     /// Adds a face all of which is on this side.
-    fn add_whole(&mut self, face: &Face, sampled: bool) {
+    fn add_whole(&mut self, face: &Face, sampled: Option<u32>) {
         self.faces += 1;
         face.corners.iter().for_each(|&corner| self.reach_to(corner));
-        if sampled {
-            self.corners.clear();
-            self.corners.extend(face.corners.iter().map(|&c| self.piece.points[c as usize]));
-            self.sample(face.normal);
-        }
+        self.whole.extend(sampled);
     }
 
     /// Adds what of a face is on this side.
@@ -219,37 +266,48 @@ impl<'a> Half<'a> {
         let mut corners = std::mem::take(&mut self.corners);
         corners.clear();
         clipped(face, self.heights_m, self.sign, |a, b| {
-            let p = crossing(&self.piece.points, self.heights_m, a, b);
+            let p = crossing(&self.judge.piece.points, self.heights_m, a, b);
             corners.push(p);
             if a == b {
                 self.reach_to(a);
             } else {
-                self.support.add(self.directions.reaches(p));
+                self.support.add(self.judge.directions.reaches(p));
             }
         });
         self.corners = corners;
-        if sampled {
-            self.sample(face.normal);
+        if sampled && self.corners.len() > 2 {
+            let middle = self.corners.iter().sum::<DVec3>() / self.corners.len() as f64;
+            self.bits.push((middle, face.normal, area_of(&self.corners) as f32));
         }
     }
 
     fn reach_to(&mut self, corner: u32) {
         if !std::mem::replace(&mut self.seen[corner as usize], true) {
-            self.support.add(self.reaches.of_point(corner).iter().copied());
+            self.support.add(self.judge.reaches.row(corner as usize).iter().copied());
         }
     }
 
-    /// A sample of the polygon of `corners`.
-    fn sample(&mut self, normal: DVec3) {
-        if self.corners.len() > 2 {
-            let middle = self.corners.iter().sum::<DVec3>() / self.corners.len() as f64;
-            self.bits.push((middle, normal, area_of(&self.corners)));
+    fn concavity(&self) -> f64 {
+        let judge = self.judge;
+        let whole = self.whole.iter().map(|&k| {
+            let (at, way_by_height) = (judge.starts.row(k as usize), judge.ways_by_height.row(k as usize));
+            let ray = at.iter().copied().zip(way_by_height.iter().copied());
+            (judge.areas_m2[k as usize], self.support.depth_m(ray))
+        });
+        let cut = self
+            .bits
+            .iter()
+            .map(|&(p, normal, area_m2)| (area_m2, self.support.depth_m(judge.directions.ray(p, normal))));
+        let all: Vec<(f32, f32)> = whole.chain(cut).collect();
+        let by_tolerance = f32x8::splat(1.0 / judge.tolerance_m as f32);
+        let mut sum = f32x8::ZERO;
+        for eight in all.chunks(8) {
+            let of = |part: fn(&(f32, f32)) -> f32| {
+                f32x8::from(std::array::from_fn::<f32, 8, _>(|k| eight.get(k).map_or(0.0, part)))
+            };
+            sum += of(|bit| bit.0) * (f32x8::ONE + of(|bit| bit.1) * by_tolerance).ln();
         }
-    }
-
-    fn concavity(&self, tolerance_m: f64) -> f64 {
-        let depth_m = |p, normal| self.support.depth_m(self.directions, p, normal);
-        self.bits.iter().map(|&(p, normal, area)| weight(area, depth_m(p, normal), tolerance_m)).sum()
+        sum.to_array().into_iter().map(f64::from).sum()
     }
 }
 

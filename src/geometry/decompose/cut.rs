@@ -11,7 +11,7 @@ use std::f64::consts::PI;
 use glam::{DMat3, DVec3};
 use parry3d_f64::math::MatExt;
 
-use super::concavity::{Directions, Reaches, Sample, concavity_after_cut, samples, weight};
+use super::concavity::{Judge, Sample, weight};
 use super::piece::Piece;
 use super::plane::Plane;
 
@@ -30,20 +30,13 @@ const LOPSIDED: f64 = 0.1;
 /// both sides.
 pub(super) fn ranked_cuts(piece: &Piece, worst_at: DVec3, tolerance_m: f64) -> Vec<(f64, Plane)> {
     let tolerance_m = tolerance_m.max(SHALLOWEST_M);
-    let directions = Directions::of(piece);
-    let reaches = Reaches::of(piece, &directions);
-    let samples = samples(piece, &directions, &reaches);
-    let is_concave: Vec<bool> = samples.iter().map(|s| s.depth_m > SHALLOW * tolerance_m).collect();
-    let concave: Vec<Sample> =
-        samples.iter().zip(&is_concave).filter(|(_, c)| **c).map(|(s, _)| *s).collect();
-    let before: f64 = concave.iter().map(|s| weight(s.area_m2, s.depth_m, tolerance_m)).sum();
+    let judge = Judge::of(piece, tolerance_m, SHALLOW * tolerance_m);
+    let concave: Vec<Sample> = judge.concave().copied().collect();
+    let before = judge.concavity();
     let (low, high) = bounds(&piece.points);
     let mut ranked: Vec<(f64, Plane)> = Vec::new();
-    for plane in candidates(&samples, &concave, worst_at, tolerance_m, low, high) {
-        let Some(after) = concavity_after_cut(piece, &directions, &reaches, &plane, tolerance_m, &is_concave)
-        else {
-            continue;
-        };
+    for plane in candidates(&judge.samples, &concave, worst_at, tolerance_m, low, high) {
+        let Some(after) = judge.concavity_after_cut(&plane) else { continue };
         let along = plane.normal.abs();
         let middle = plane.height_m(0.5 * (low + high)).abs() / (0.5 * (high - low)).dot(along).max(1e-9);
         ranked.push((after + LOPSIDED * before * middle.min(1.0), plane));

@@ -24,8 +24,9 @@ pub struct HullFit {
     /// Largest and mean distance of the mesh from the surface of the hulls' union, meters.
     pub mesh_from_hulls_max_m: f64,
     pub mesh_from_hulls_mean_m: f64,
-    /// Share of the open space in the mesh's convex hull that no hull fills: 1 where every cavity and handle is as open
-    /// as the mesh has it.
+    /// Share of the openings that no hull fills: of what lies in the mesh's convex hull and farther from the mesh than a
+    /// fiftieth of its size, so that cavities and handles count and creases do not. 1 where all is as open as the mesh
+    /// has it, or where there is no opening.
     pub open_share: f64,
 }
 
@@ -34,24 +35,40 @@ impl HullFit {
     pub fn hausdorff_m(&self) -> f64 {
         self.hulls_from_mesh_max_m.max(self.mesh_from_hulls_max_m)
     }
+
+    /// Mean of the two sides' mean distances, meters.
+    pub fn mean_m(&self) -> f64 {
+        0.5 * (self.hulls_from_mesh_mean_m + self.mesh_from_hulls_mean_m)
+    }
+
+    /// The figures of mesh and hulls both made `factor` times as large.
+    pub fn scaled(&self, factor: f64) -> Self {
+        Self {
+            hulls_from_mesh_max_m: factor * self.hulls_from_mesh_max_m,
+            hulls_from_mesh_mean_m: factor * self.hulls_from_mesh_mean_m,
+            mesh_from_hulls_max_m: factor * self.mesh_from_hulls_max_m,
+            mesh_from_hulls_mean_m: factor * self.mesh_from_hulls_mean_m,
+            ..*self
+        }
+    }
 }
 
 /// Points on each surface, and in each hull.
 const SURFACE_POINTS: usize = 1500;
 const HULL_POINTS: usize = 48;
-/// Steps of the grid of points along the longest edge of the mesh's box.
+/// Steps of the grid of points along the longest edge of the mesh's box; half a step is what counts as open.
 const STEPS: f64 = 24.0;
 /// Surfaces closer than this are one, meters.
 const SAME_M: f64 = 1e-6;
 
-/// The figures of `hulls` as collision geometry of a solid.
+/// The figures of `hulls` as collision geometry of a solid, `field` being its own.
 pub(super) fn fit(
     solid: &MeshSolid,
+    field: &Field,
     hulls: &[ConvexHull],
     interrupt: &Interrupt,
 ) -> Result<HullFit, DecomposeError> {
-    let field = Field::new(solid);
-    let mut depths = Depths { field: &field, nearby: field.nearby() };
+    let mut depths = Depths { field, nearby: field.nearby() };
     let union = Union::of(hulls);
     interrupt.check()?;
     let corners: Vec<[DVec3; 3]> = solid.triangles().collect();
@@ -83,6 +100,11 @@ struct Depths<'a> {
 impl Depths<'_> {
     fn depth_m(&mut self, point: DVec3) -> f64 {
         self.field.depth_m(point, &mut self.nearby)
+    }
+
+    /// Looked up, so good to a fraction of the field's spacing.
+    fn outside_m(&mut self, point: DVec3) -> f64 {
+        self.field.outside_m(point, &mut self.nearby)
     }
 }
 
@@ -122,7 +144,7 @@ fn air_share(hulls: &[ConvexHull], depths: &mut Depths<'_>, union: &Union) -> f6
     air_m3 / f64::max(solid_m3, f64::MIN_POSITIVE)
 }
 
-/// Share of a grid's points in the mesh's convex hull and not in the mesh that lie in no hull.
+/// Of a grid's points in the mesh's convex hull and farther than half a step outside the mesh, the share in no hull.
 fn open_share(solid: &MeshSolid, depths: &mut Depths<'_>, union: &Union) -> Result<f64, DecomposeError> {
     let points: Vec<DVec3> = solid.triangles().flatten().collect();
     let wrap = planes(&convex_hull(&points, usize::MAX, 0.0).ok_or(DecomposeError::NoHull)?);
@@ -137,7 +159,7 @@ fn open_share(solid: &MeshSolid, depths: &mut Depths<'_>, union: &Union) -> Resu
             for x in 0..size.x {
                 let along_m = step_m * f64::from(x);
                 let p = row + along_m * DVec3::X;
-                if (from_m..=to_m).contains(&along_m) && depths.depth_m(p) < 0.0 {
+                if (from_m..=to_m).contains(&along_m) && depths.outside_m(p) > 0.5 * step_m {
                     let is_filled = union.covers_of(p, 0.0) > 0;
                     filled += u32::from(is_filled);
                     open += u32::from(!is_filled);

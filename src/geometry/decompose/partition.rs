@@ -50,7 +50,7 @@ pub(super) fn cut_apart(
     settings: &DecomposeSettings,
     interrupt: &Interrupt,
 ) -> Result<Vec<Fitted>, Interrupted> {
-    let probe = PROBE.max(settings.max_pieces as usize / (2 * shells.len()).max(1));
+    let probe = PROBE.max(settings.max_pieces as usize / (4 * shells.len()).max(1));
     let knife = Knife { solid, settings, interrupt };
     let begun: Vec<Vec<Leaf>> = shells
         .par_iter()
@@ -80,15 +80,17 @@ struct Knife<'a> {
 }
 
 impl Knife<'_> {
-    /// The piece with its hull; a piece nobody can build a hull of is no piece, and the cut that makes it is not taken.
+    /// The piece with its hull; a piece nobody can build a hull of is no piece.
     fn leaf(&self, shell: usize, piece: Piece) -> Result<Option<Leaf>, Interrupted> {
-        let Some(hull) = convex_hull(&piece.spanning_points(), usize::MAX, 0.0) else {
-            return Ok(None);
-        };
+        let hull = convex_hull(&piece.spanning_points(), usize::MAX, 0.0);
+        hull.map(|hull| self.leaf_with(shell, piece, hull)).transpose()
+    }
+
+    fn leaf_with(&self, shell: usize, piece: Piece, hull: ConvexHull) -> Result<Leaf, Interrupted> {
         let (spacing_m, known_m) = (self.settings.excess_spacing_m, 0.5 * self.settings.tolerance_m);
         let excess = excess(&hull, self.solid, spacing_m, known_m, f64::INFINITY, self.interrupt)?;
         let air_m3 = hull.volume_m3() - piece.volume_m3();
-        Ok(Some(Leaf { shell, piece, hull, excess, air_m3, whole: false }))
+        Ok(Leaf { shell, piece, hull, excess, air_m3, whole: false })
     }
 
     /// The first pieces of a shell: one, or sectors where cutting straight on leads nowhere.
@@ -148,17 +150,22 @@ impl Knife<'_> {
         let volume_m3 = leaf.hull.volume_m3();
         let tried = |(concavity_left, plane): &(f64, Plane)| {
             let (below, above) = leaf.piece.split(plane, is_inside)?;
-            let hull_m3 = |piece: &Piece| {
-                convex_hull(&piece.spanning_points(), usize::MAX, 0.0).map(|hull| hull.volume_m3())
+            // A cut that makes a piece nobody can build a hull of is not taken.
+            let hulled = |piece: Piece| {
+                let hull = convex_hull(&piece.spanning_points(), usize::MAX, 0.0)?;
+                Some((piece, hull))
             };
-            let air_left = 1.0 - (volume_m3 - hull_m3(&below)? - hull_m3(&above)?) / leaf.air_m3.max(1e-15);
+            let (below, above) = (hulled(below)?, hulled(above)?);
+            let saved_m3 = volume_m3 - below.1.volume_m3() - above.1.volume_m3();
+            let air_left = 1.0 - saved_m3 / leaf.air_m3.max(1e-15);
             Some((air_left + FORESIGHT * concavity_left, below, above))
         };
         let ranked = ranked_cuts(&leaf.piece, leaf.excess.at, self.settings.tolerance_m);
         let all: Vec<_> = ranked.par_iter().take(CUTS_TRIED).map(tried).collect();
         let best = all.into_iter().flatten().min_by(|a, b| a.0.total_cmp(&b.0));
         let Some((_, below, above)) = best else { return Ok(None) };
-        let (below, above) = rayon::join(|| self.leaf(leaf.shell, below), || self.leaf(leaf.shell, above));
-        Ok(below?.zip(above?).map(|(below, above)| [below, above]))
+        let made = |(piece, hull)| self.leaf_with(leaf.shell, piece, hull);
+        let (below, above) = rayon::join(|| made(below), || made(above));
+        Ok(Some([below?, above?]))
     }
 }

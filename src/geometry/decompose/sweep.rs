@@ -15,6 +15,7 @@ struct Line {
     corners: usize,
     excess_m: f64,
     uncovered_m: f64,
+    fit: HullFit,
     milliseconds: f64,
     triangles: usize,
     shells: usize,
@@ -64,12 +65,14 @@ fn measured(name: String, mesh: &TexturedMesh) -> Line {
         corners: d.hulls.iter().map(|h| h.points.len()).max().unwrap_or(0),
         excess_m,
         uncovered_m,
+        fit: fit(&solid, &field, &d.hulls, &Interrupt::default()).expect("figures"),
         milliseconds,
         triangles: mesh.triangle_count(),
         shells: shells(mesh).len(),
     };
     eprintln!(
-        "{:24} {:5} tri {:3} shells {:3} hulls {:3} corners {:6.2} mm out {:6.2} mm bare {:7.1} ms",
+        "{:24} {:5} tri {:3} shells {:3} hulls {:3} corners {:6.2} mm out {:6.2} mm bare \
+         {:5.1} mm Hausdorff {:5.2} air {:5.3} open {:7.1} ms",
         l.name,
         l.triangles,
         l.shells,
@@ -77,9 +80,11 @@ fn measured(name: String, mesh: &TexturedMesh) -> Line {
         l.corners,
         l.excess_m * 1e3,
         l.uncovered_m * 1e3,
+        l.fit.hausdorff_m() * 1e3,
+        l.fit.air_share,
+        l.fit.open_share,
         l.milliseconds
     );
-
     l
 }
 

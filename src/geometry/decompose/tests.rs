@@ -109,7 +109,7 @@ fn the_fit_of_a_block_is_perfect_and_that_of_a_mug_filled_up_is_told() {
     assert!(close.open_share > 0.9 && close.hausdorff_m() < 0.006 && close.air_share < 0.5, "{close:?}");
     let solid = MeshSolid::new(&mug()).expect("a mug");
     let filled = convex_hull(&mug().positions, 64, 0.0).expect("a hull");
-    let filled = fit(&solid, &[filled], &Interrupt::default()).expect("figures");
+    let filled = fit(&solid, &Field::new(&solid), &[filled], &Interrupt::default()).expect("figures");
     assert!(filled.open_share < 0.1 && filled.hausdorff_m() > 0.03 && filled.air_share > 2.0, "{filled:?}");
 }
 

@@ -23,6 +23,8 @@ pub struct HealthSettings {
     pub hull_excess_m: f64,
     /// A corner of the visual mesh may lie outside all hulls by this, meters.
     pub uncovered_m: f64,
+    /// Hulls must leave at least this share of the mesh's openings open, 0..1.
+    pub least_open_share: f64,
     /// The longest side of a body is at least this, meters.
     pub least_side_m: f64,
     /// And at most this, meters.
@@ -40,6 +42,7 @@ impl HealthSettings {
         HealthThresholds {
             hull_excess_m: self.hull_excess_m,
             uncovered_m: self.uncovered_m,
+            open_share: self.least_open_share,
             longest_side_m: [self.least_side_m, self.most_side_m],
             density_kg_m3: [self.least_density_kg_m3, self.most_density_kg_m3],
             friction: self.most_friction,
@@ -80,6 +83,8 @@ pub(super) fn health(inputs: &Inputs, loaded: &[Loaded]) -> Vec<BodyHealth> {
             hull_volume_m3: geometry.hulls.iter().map(ConvexHull::volume_m3).sum(),
             hull_excess_m: body.hull_excess_m,
             uncovered_m: uncovered_m(&geometry.mesh, &geometry.hulls),
+            hull_fit: body.hull_fit,
+            repair: body.repair,
         }
     };
     inputs.bodies.par_iter().zip(loaded).map(of).collect()
@@ -112,6 +117,16 @@ pub(super) fn reasons(found: &BodyHealth, friction: &Friction, limits: &HealthSe
         let sentence =
             format!("a hull of {name} sticks out of its mesh by {:.1} mm", mm(found.hull_excess_m));
         reason(ReasonCode::ProtrudingCollider, sentence);
+    }
+    let open_share = found.hull_fit.open_share;
+    if open_share.is_nan() || open_share < limits.least_open_share {
+        let percent = |share: f64| 100.0 * share;
+        let sentence = format!(
+            "the hulls of {name} leave {:.0} % of its openings open, at least {:.0} % is asked",
+            percent(open_share),
+            percent(limits.least_open_share)
+        );
+        reason(ReasonCode::ClosedOpening, sentence);
     }
     let Friction { static_coefficient, dynamic_coefficient } = *friction;
     let holds = dynamic_coefficient >= 0.0

@@ -7,6 +7,7 @@ use super::*;
 use crate::catalog::PhysicalProperties;
 use crate::export::Pictures;
 use crate::geometry::convex_hull::convex_hull;
+use crate::geometry::decompose::{DecomposeSettings, decompose_and_fit};
 use crate::geometry::mass_properties::solid_mass_properties;
 use crate::geometry::mesh_solid::MeshSolid;
 use crate::geometry::rotational_symmetry::RotationalSymmetry;
@@ -47,6 +48,10 @@ fn body(name: &str, solid: Solid, world_from_object: Pose, table: bool) -> (Body
     let parts = BodyParts {
         resolved: ResolvedBody {
             name: name.into(),
+            mesh: artifact("mesh"),
+            hulls: artifact("hulls"),
+            scale: 1.0,
+            support: (!table).then_some((0, false)),
             aligned: world_from_object,
             planned: world_from_object,
             settled: world_from_object,
@@ -58,6 +63,15 @@ fn body(name: &str, solid: Solid, world_from_object: Pose, table: bool) -> (Body
         thumbnail: None,
         hulls: artifact("hulls"),
         hull_excess_m: 0.0,
+        hull_fit: HullFit {
+            air_share: 0.0,
+            hulls_from_mesh_max_m: 0.0,
+            hulls_from_mesh_mean_m: 0.0,
+            mesh_from_hulls_max_m: 0.0,
+            mesh_from_hulls_mean_m: 0.0,
+            open_share: 1.0,
+        },
+        repair: Repair::default(),
         scale: 1.0,
         symmetry_order: 1,
         support: (!table).then_some((0, false)),
@@ -154,7 +168,7 @@ fn sound() -> Planted {
         },
         yaws: vec![yaw.clone(), yaw],
         scale_error: None,
-        resolve: ResolveFinding { rounds: 1, log: Vec::new() },
+        resolve: ResolveFinding { rounds: 1, log: Vec::new(), gave_way: Vec::new() },
         unrecognized_terms: Vec::new(),
         certify: section("certify"),
         settle: section("settle"),
@@ -270,6 +284,22 @@ fn a_hull_that_leaves_a_part_out_is_a_missing_collider() {
     assert!(planted.codes().contains(&ReasonCode::MissingCollider));
     let planted = Planted::with(|planted| planted.inputs.bodies[1].hull_excess_m = 0.06);
     assert_eq!(planted.codes(), [ReasonCode::ProtrudingCollider]);
+}
+
+#[test]
+fn hulls_that_fill_a_cup_are_told_by_its_openings() {
+    let profile = [DVec2::new(0.03, 0.0), DVec2::new(0.03, 0.06)];
+    let cup = shapes::shell_of_revolution(&profile, 0.004, 0.006, 48);
+    let (_, cup) = body("cup", cup, Pose::IDENTITY, false);
+    let (_, fit) = decompose_and_fit(&cup.mesh, &section("decompose"), &Interrupt::default()).expect("a cup");
+    let planted = Planted::with(|planted| planted.inputs.bodies[1].hull_fit = fit);
+    let certificate = planted.certificate().expect("it can be measured");
+    assert_eq!((certificate.verdict, certificate.bodies[1].hull_fit), (Verdict::Pass, fit));
+    // One hull to a cup: what a simulator makes of a body for which nothing else is said.
+    let coarse = DecomposeSettings { max_hulls: 1, joined_excess_m: 1.0, ..section("decompose") };
+    let (_, filled) = decompose_and_fit(&cup.mesh, &coarse, &Interrupt::default()).expect("a cup");
+    let planted = Planted::with(|planted| planted.inputs.bodies[1].hull_fit = filled);
+    assert_eq!(planted.codes(), [ReasonCode::ClosedOpening], "{filled:?}");
 }
 
 #[test]

@@ -3,6 +3,7 @@
 use crate::export::report::Report;
 use crate::export::report::html::{Cell, Html};
 use crate::export::report::numbers::{mm, percent, significant};
+use crate::geometry::repair::Repair;
 
 pub fn write(page: &mut Html, report: &Report<'_>) {
     let limits = &report.certificate.thresholds.health;
@@ -18,6 +19,11 @@ pub fn write(page: &mut Html, report: &Report<'_>) {
         "Volume of hulls to mesh",
         "Hulls stick out",
         "Mesh outside hulls",
+        "Air in hulls",
+        "Hausdorff distance",
+        "Mean distance",
+        "Openings left open",
+        "Repaired before",
     ];
     let judged = |text: String, good: bool| if good { Cell::Number(text) } else { Cell::Bad(text) };
     let rows = report.certificate.bodies.iter().map(|body| {
@@ -36,6 +42,14 @@ pub fn write(page: &mut Html, report: &Report<'_>) {
             Cell::Number(percent((1e3 * body.hull_volume_m3 / body.volume_m3).round() / 1e3)),
             judged(mm(body.hull_excess_m), body.hull_excess_m <= limits.hull_excess_m),
             judged(mm(body.uncovered_m), body.uncovered_m <= limits.uncovered_m),
+            Cell::Number(percent((1e3 * body.hull_fit.air_share).round() / 1e3)),
+            Cell::Number(mm(body.hull_fit.hausdorff_m())),
+            Cell::Number(mm(body.hull_fit.mean_m())),
+            judged(
+                percent((1e3 * body.hull_fit.open_share).round() / 1e3),
+                body.hull_fit.open_share >= limits.open_share,
+            ),
+            Cell::Words(repaired(&body.repair)),
         ]
     });
     page.table("", &head, rows.collect());
@@ -43,6 +57,22 @@ pub fn write(page: &mut Html, report: &Report<'_>) {
         "p",
         &[("class", "note")],
         "Volumes of overlapping parts and hulls count twice; how far the mesh lies outside its hulls is a lower \
-         bound.",
+         bound. Air is that in the union of the hulls, over the solid in it; distances are those between the surface \
+         of that union and the mesh, the farther and the mean of both ways; openings are what lies in \
+         the convex hull of the whole mesh and farther from it than a fiftieth of its size. Hulls are made of the repaired mesh; the visual mesh stays as it came.",
     );
+}
+
+/// What was done to a mesh before hulls were made of it.
+fn repaired(repair: &Repair) -> String {
+    let done = [
+        (repair.corners_welded, "corners welded"),
+        (repair.triangles_turned, "triangles turned"),
+        (repair.holes_filled, "holes filled"),
+        (repair.sheets_thickened, "sheets thickened"),
+        (repair.shells_remeshed, "shells drawn anew"),
+    ];
+    let done: Vec<String> =
+        done.iter().filter(|(count, _)| *count > 0).map(|(count, what)| format!("{count} {what}")).collect();
+    if done.is_empty() { "nothing".to_owned() } else { done.join(", ") }
 }

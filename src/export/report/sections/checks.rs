@@ -168,6 +168,13 @@ fn bodies(report: &Report<'_>) -> Vec<Vec<Cell>> {
             format!("at most {}", mm(range(|body| body.hull_excess_m).1)),
             format!("at most {}", mm(limits.hull_excess_m)),
         ),
+        row(
+            report,
+            ReasonCode::ClosedOpening,
+            "Hulls leave openings open",
+            format!("at least {}", percent(range(|body| body.hull_fit.open_share).0)),
+            format!("at least {}", percent(limits.open_share)),
+        ),
         // Without it there is no certificate.
         vec![
             Cell::Words("Sizes are those of things on tables".into()),

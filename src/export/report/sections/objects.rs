@@ -2,15 +2,12 @@
 
 use crate::export::report::Report;
 use crate::export::report::html::{Cell, Html};
-use crate::export::report::numbers::{mm, movement, word};
-use crate::export::report::picture::embedded;
-use crate::scene::certificate::{Displacement, Displacements, ReasonCode};
+use crate::export::report::numbers::{mm, movement, percent, word};
+use crate::export::report::picture::EmbeddedPictures;
+use crate::scene::certificate::{Concession, Displacement, Displacements, ReasonCode};
 
-/// Width of a thumbnail, pixels.
-const THUMBNAIL_PX: u32 = 128;
-
-pub fn write(page: &mut Html, report: &Report<'_>) {
-    cards(page, report);
+pub fn write(page: &mut Html, report: &Report<'_>, pictures: &EmbeddedPictures) {
+    cards(page, report, pictures);
     page.leaf("h3", &[], "How far each was moved");
     let objects = &report.certificate.objects;
     let spread = |of: fn(&Displacements) -> Displacement| {
@@ -55,6 +52,17 @@ pub fn write(page: &mut Html, report: &Report<'_>) {
     });
     page.table("", &head, rows.collect());
     let resolve = &report.certificate.resolve;
+    if !resolve.gave_way.is_empty() {
+        page.leaf("h3", &[], "For which there was no room");
+        let rows = resolve.gave_way.iter().map(|object| {
+            let done = match &object.how {
+                Concession::Shrunk { scale } => format!("made smaller, to {} of its size", percent(*scale)),
+                Concession::Moved { from } => format!("moved from {from} to free space on the table"),
+            };
+            vec![Cell::Body(object.name.clone()), Cell::Words(done)]
+        });
+        page.table("", &["Object", "What was done"], rows.collect());
+    }
     if !resolve.log.is_empty() {
         page.leaf("h3", &[], "What resolve did");
         page.open("ol", &[]);
@@ -64,7 +72,7 @@ pub fn write(page: &mut Html, report: &Report<'_>) {
 }
 
 /// Picture, words and support of every object.
-fn cards(page: &mut Html, report: &Report<'_>) {
+fn cards(page: &mut Html, report: &Report<'_>, pictures: &EmbeddedPictures) {
     page.open("div", &[("class", "scroll")]);
     page.open("table", &[("class", "cards")]);
     page.open("thead", &[]);
@@ -82,8 +90,7 @@ fn cards(page: &mut Html, report: &Report<'_>) {
         page.open("tr", &[("id", name)]);
         page.leaf("td", &[("class", "n")], &format!("{number}"));
         page.open("td", &[("class", "picture")]);
-        let thumbnail = report.pictures.thumbnails.get(name);
-        if let Some(picture) = thumbnail.and_then(|png| embedded(png, THUMBNAIL_PX)) {
+        if let Some(picture) = pictures.thumbnails.get(name) {
             page.void("img", &[("src", &picture.uri), ("width", "64"), ("height", "64"), ("alt", "")]);
         }
         page.close();
