@@ -149,7 +149,7 @@ impl Knife<'_> {
         let is_inside = |p| self.solid.is_inside(leaf.shell, p);
         let volume_m3 = leaf.hull.volume_m3();
         let tried = |(concavity_left, plane): &(f64, Plane)| {
-            let (below, above) = leaf.piece.split(plane, is_inside)?;
+            let (below, above) = leaf.piece.split_open(plane, is_inside)?;
             // A cut that makes a piece nobody can build a hull of is not taken.
             let hulled = |piece: Piece| {
                 let hull = convex_hull(&piece.spanning_points(), usize::MAX, 0.0)?;
@@ -158,12 +158,13 @@ impl Knife<'_> {
             let (below, above) = (hulled(below)?, hulled(above)?);
             let saved_m3 = volume_m3 - below.1.volume_m3() - above.1.volume_m3();
             let air_left = 1.0 - saved_m3 / leaf.air_m3.max(1e-15);
-            Some((air_left + FORESIGHT * concavity_left, below, above))
+            Some((air_left + FORESIGHT * concavity_left, *plane, below, above))
         };
         let ranked = ranked_cuts(&leaf.piece, leaf.excess.at, self.settings.tolerance_m);
         let all: Vec<_> = ranked.par_iter().take(CUTS_TRIED).map(tried).collect();
         let best = all.into_iter().flatten().min_by(|a, b| a.0.total_cmp(&b.0));
-        let Some((_, below, above)) = best else { return Ok(None) };
+        let Some((_, plane, mut below, mut above)) = best else { return Ok(None) };
+        leaf.piece.close(&plane, &mut below.0, &mut above.0);
         let made = |(piece, hull)| self.leaf_with(leaf.shell, piece, hull);
         let (below, above) = rayon::join(|| made(below), || made(above));
         Ok(Some([below?, above?]))

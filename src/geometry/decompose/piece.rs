@@ -102,6 +102,17 @@ impl Piece {
 
     /// The parts below and above the plane; `None` unless there is surface on both sides.
     pub(super) fn split(&self, plane: &Plane, is_inside: impl Fn(DVec3) -> bool) -> Option<(Piece, Piece)> {
+        let (mut below, mut above) = self.split_open(plane, is_inside)?;
+        self.close(plane, &mut below, &mut above);
+        Some((below, above))
+    }
+
+    /// As [`split`](Self::split), but the parts have no volume until they are [closed](Self::close).
+    pub(super) fn split_open(
+        &self,
+        plane: &Plane,
+        is_inside: impl Fn(DVec3) -> bool,
+    ) -> Option<(Piece, Piece)> {
         let heights = self.heights_m(plane);
         let mut below = Builder::new(self.points.len());
         let mut above = Builder::new(self.points.len());
@@ -134,16 +145,19 @@ impl Piece {
                 above.inner.push(corner);
             }
         }
-        for (part, sign) in [(&mut below, -1.0), (&mut above, 1.0)] {
-            part.close(self, plane, sign);
-        }
         below.cell = self.cell.iter().copied().chain([*plane]).collect();
         above.cell = self.cell.iter().copied().chain([plane.flipped()]).collect();
         Some((below, above))
     }
 
+    /// Closes the parts that the plane made of this piece.
+    pub(super) fn close(&self, plane: &Plane, below: &mut Piece, above: &mut Piece) {
+        below.take_caps(self, plane, -1.0);
+        above.take_caps(self, plane, 1.0);
+    }
+
     /// Takes over what is left of another piece's caps on one side of the plane, and closes the cut along it.
-    fn close(&mut self, from: &Piece, plane: &Plane, sign: f64) {
+    fn take_caps(&mut self, from: &Piece, plane: &Plane, sign: f64) {
         let mut rim: Vec<(DVec3, DVec3)> = Vec::new();
         let height = |p: DVec3| {
             let height = plane.height_m(p);
