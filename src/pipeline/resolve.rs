@@ -280,3 +280,6 @@ pub(super) fn body(
         fixed,
     }
 }
+
+#[cfg(test)]
+mod tests;
