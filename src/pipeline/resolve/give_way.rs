@@ -1,9 +1,9 @@
 //! What is done where there is no room: the job fails, things are made smaller, or an object is moved to free space.
 //!
-//! Nothing is done unless it is asked for. Where a table is too full all that stands on it is made smaller alike, so that things
-//! keep their proportions; where an object does not find its place in or on another, it alone is, with what it carries. An
-//! object is moved only where it was wanted in or on another one: then it stands on the table, on the free place nearest
-//! to where it was wanted. World frame, meters; the same parts give the same answer.
+//! Nothing is done unless it is asked for. Where a table is too full all that stands on it is made smaller alike, so
+//! that things keep their proportions; where an object does not find its place in or on another, it alone is, with
+//! what it carries. An object is moved only where it was wanted in or on another one: then it stands on the table, on
+//! the free place nearest to where it was wanted. World frame, meters; the same parts give the same answer.
 
 use std::f64::consts::TAU;
 
