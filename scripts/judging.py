@@ -10,6 +10,11 @@ from server import Problem
 
 JUDGES = Path(__file__).resolve().parent.parent / "tests" / "judges"
 
+# Those of judge.py that `make test` and the bars ask.
+JUDGE_NAMES = (
+    "schema", "report", "usd", "robotics_prop", "mjcf", "urdf", "bullet", "sdf", "glb", "collisions", "readme"
+)
+
 
 def start_setup(environment: Path) -> subprocess.Popen:
     """Makes the environment, beside whatever else is going on; finish with `finish_setup`."""
@@ -29,9 +34,10 @@ def finish_setup(setup: subprocess.Popen):
         raise Problem(words.strip() or f"tests/judges/setup.sh ended with exit code {setup.returncode}")
 
 
-def judge(environment: Path, bundles, dss_bar=0.95) -> dict:
-    """The findings of judge.py; look at `accepted`."""
+def judge(environment: Path, bundles, dss_bar=0.95, only=()) -> dict:
+    """The findings of judge.py, of all judges or only of those named; look at `accepted`."""
     command = [str(environment / "bin/python"), str(JUDGES / "judge.py"), "--json", "--dss-bar", str(dss_bar)]
+    command += ["--only", ",".join(only)] if only else []
     run = subprocess.run(command + [str(bundle) for bundle in bundles], capture_output=True, text=True)
     if run.returncode not in (0, 1):
         raise Problem(f"judge.py did not run:\n{run.stderr.strip()[-2000:]}")

@@ -10,6 +10,7 @@ mod recipe;
 mod assembly;
 mod stock;
 pub mod substance;
+mod wikidata;
 pub mod physical;
 pub mod texture;
 pub mod dining;
@@ -19,9 +20,10 @@ pub mod crafting;
 pub mod tables;
 
 pub use category::{Affordance, Category, Facing, SizeRange, Zone, categories, category};
-pub use physical::{PhysicalProperties, physical_properties};
+pub use physical::{PhysicalProperties, made_of, physical_properties};
 pub use recipe::{Generator, Order, Recipe, build, stocked};
 pub use substance::{Substance, substance};
 pub use tables::{
     BuiltTable, OUTLINED_TABLE, TableModel, build_outlined_table, build_table, stocked_table, table_models,
 };
+pub use wikidata::wikidata_item;

@@ -36,6 +36,7 @@ pub mod collide;
 pub mod contact_hull;
 pub mod contact_patch;
 pub mod rotational_symmetry;
+pub mod parallel_grasp;
 
 pub use camera::Camera;
 pub use hull::ConvexHull;

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Substance, category, substance};
+use super::{category, substance};
 use crate::geometry::mass_properties::{MassError, shell_mass_properties, solid_mass_properties};
 use crate::geometry::{Friction, MassProperties, TexturedMesh};
 
@@ -46,9 +46,7 @@ pub fn physical_properties(
     material: Option<&str>,
 ) -> Result<PhysicalProperties, MassError> {
     let kind = category(category_name);
-    let usual = kind.map_or(USUAL_SUBSTANCE, |kind| kind.substance.as_str());
-    let made_of = material.and_then(substance_of).or_else(|| substance_of(usual));
-    let Some(made_of) = made_of else {
+    let Some(made_of) = substance(made_of(category_name, material)) else {
         return Err(MassError::BadSubstance { density_kg_m3: f64::NAN, thickness_m: 1.0 });
     };
     let mass = match kind {
@@ -67,9 +65,15 @@ pub fn physical_properties(
     })
 }
 
-fn substance_of(word: &str) -> Option<&'static Substance> {
-    let beneath = FINISHES.iter().find(|(finish, _)| *finish == word).map(|(_, beneath)| *beneath);
-    substance(beneath.unwrap_or(word))
+/// The substance, by its name, that a thing of that category is mainly made of; `material` as in
+/// [`physical_properties`].
+pub fn made_of<'a>(category_name: &str, material: Option<&'a str>) -> &'a str {
+    let beneath = |word: &'a str| {
+        FINISHES.iter().find(|(finish, _)| *finish == word).map_or(word, |(_, beneath)| *beneath)
+    };
+    let asked_for = material.map(beneath).filter(|name| substance(name).is_some());
+    let usual = || category(category_name).map_or(USUAL_SUBSTANCE, |kind| kind.substance.as_str());
+    asked_for.unwrap_or_else(|| beneath(usual()))
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use crate::geometry::parallel_grasp::ParallelGrasp;
 use crate::geometry::{ConvexHull, TexturedMesh};
 
 use super::ExportError;
@@ -16,6 +17,12 @@ pub struct BodyAsset {
     pub category: String,
     pub visual: TexturedMesh,
     pub hulls: Vec<ConvexHull>,
+    /// Item of Wikidata that names it, or a kind it belongs to: `Q` and digits.
+    pub wikidata_item: String,
+    /// What it is mainly made of: a name of `config/materials.toml`.
+    pub substance: String,
+    /// How a parallel gripper takes it, where that is known.
+    pub grasp: Option<ParallelGrasp>,
     /// Resistance to rolling: torque over normal force, meters.
     pub rolling_friction_m: f64,
     /// Resistance to spinning about the contact normal: torque over normal force, meters.

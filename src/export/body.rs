@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
+use crate::geometry::parallel_grasp::ParallelGrasp;
 use crate::geometry::{ConvexHull, Friction, MassProperties, Pose, TexturedMesh};
 use crate::scene::Scene;
 
@@ -58,6 +59,11 @@ pub struct Body {
     pub name: String,
     pub label: String,
     pub category: String,
+    /// As [`BodyAsset::wikidata_item`].
+    pub wikidata_item: String,
+    /// As [`BodyAsset::substance`].
+    pub substance: String,
+    pub grasp: Option<ParallelGrasp>,
     pub movable: bool,
     pub world_from_object: Pose,
     pub visual: TexturedMesh,
@@ -160,6 +166,9 @@ fn checked_body(facts: &Facts<'_>, asset: &BodyAsset) -> Result<Body, ExportErro
         name: facts.name.to_owned(),
         label: facts.label.to_owned(),
         category: asset.category.clone(),
+        wikidata_item: asset.wikidata_item.clone(),
+        substance: asset.substance.clone(),
+        grasp: asset.grasp,
         movable: facts.movable,
         world_from_object: Pose { translation_m: pose.translation_m, rotation: pose.rotation.normalize() },
         visual,

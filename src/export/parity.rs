@@ -1,5 +1,5 @@
-//! Reads every format back and compares it with the scene: names, mass, center of mass, inertia, dynamic
-//! friction, pose, hulls, visual meshes, labels.
+//! Reads every format back and compares it with the scene: names, mass, center of mass, inertia, frictions,
+//! restitution, pose, hulls, visual meshes, labels.
 //!
 //! The readers share nothing with the writers but the file layout, so a wrong axis order, unit or
 //! rounding in a writer shows here and stops the bundle. What differs within the tolerance is told.
@@ -30,6 +30,10 @@ pub struct Tolerances {
     /// Over the largest moment.
     pub inertia_relative: f64,
     pub dynamic_friction: f64,
+    pub static_friction: f64,
+    pub restitution: f64,
+    pub rolling_friction_m: f64,
+    pub torsional_friction_m: f64,
     pub translation_m: f64,
     pub rotation_rad: f64,
     pub hull_corner_m: f64,
@@ -44,6 +48,10 @@ impl Tolerances {
         center_of_mass_m: 1e-6,
         inertia_relative: 1e-5,
         dynamic_friction: 1e-6,
+        static_friction: 1e-6,
+        restitution: 1e-6,
+        rolling_friction_m: 1e-6,
+        torsional_friction_m: 1e-6,
         translation_m: 1e-6,
         rotation_rad: 1e-6,
         hull_corner_m: 1e-6,
@@ -59,12 +67,34 @@ struct ReadBody {
     center_of_mass_m: DVec3,
     /// About the center of mass, along the object's axes.
     inertia_tensor_kg_m2: DMat3,
-    dynamic_friction: f64,
+    contact: ReadContact,
     world_from_object: Pose,
     /// `None` where the format leaves it to whoever loads the file.
     movable: Option<bool>,
     /// Corners of every hull, object frame.
     hulls: Vec<Vec<DVec3>>,
+    /// Triangles of the visual meshes by material, object frame, where they are read with the body.
+    visual: Option<BTreeMap<String, Vec<[DVec3; 3]>>>,
+    /// Where they are read with the body.
+    words: Option<ReadWords>,
+}
+
+/// How a body rubs and bounces, as far as the format can say it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct ReadContact {
+    dynamic_friction: f64,
+    static_friction: Option<f64>,
+    restitution: Option<f64>,
+    rolling_friction_m: Option<f64>,
+    torsional_friction_m: Option<f64>,
+}
+
+/// What a body is called.
+#[derive(Clone, Debug)]
+struct ReadWords {
+    label: String,
+    category: String,
+    wikidata_item: String,
 }
 
 /// Body name to what was read.
@@ -94,12 +124,17 @@ pub struct FormatParity {
     pub center_of_mass_m: f64,
     pub inertia_relative: f64,
     pub dynamic_friction: f64,
+    /// `None` where the format has no place for it, as for those that follow.
+    pub static_friction: Option<f64>,
+    pub restitution: Option<f64>,
+    pub rolling_friction_m: Option<f64>,
+    pub torsional_friction_m: Option<f64>,
     pub translation_m: f64,
     pub rotation_rad: f64,
     pub hull_corner_m: f64,
     pub hull_volume_relative: f64,
-    /// Of the visual meshes; `None` where they are not compared.
-    pub vertex_m: Option<f64>,
+    /// Of the visual meshes.
+    pub vertex_m: f64,
 }
 
 /// The same for the visual meshes.
@@ -135,9 +170,9 @@ pub fn read_back(bodies: &[Body], files: &[BundleFile]) -> Result<ParityReport, 
         rayon::join(|| labels::compare(bodies, &files), || visuals::compare(bodies, &files));
     labels?;
     let visuals = visuals?;
-    urdf.vertex_m = Some(visuals.urdf);
-    mjcf.vertex_m = Some(visuals.mjcf);
-    sdf.vertex_m = Some(visuals.sdf);
+    urdf.vertex_m = visuals.urdf;
+    mjcf.vertex_m = visuals.mjcf;
+    sdf.vertex_m = visuals.sdf;
     Ok(ParityReport { tolerances: Tolerances::BUNDLE, usd, urdf, mjcf, sdf, glb })
 }
 
@@ -168,6 +203,7 @@ fn compare(bodies: &[Body], read: &ReadScene) -> Result<FormatParity, String> {
             return Err(format!("{}: movable {}", body.name, !body.movable));
         }
         parity.hulls += found.hulls.len();
+        compare_words(body, found)?;
         let inertia = body.inertia_tensor_kg_m2();
         let largest_moment = body.mass.inertia_diagonal_kg_m2.max_element();
         let inertia_difference = (found.inertia_tensor_kg_m2 - inertia).to_cols_array();
@@ -182,7 +218,13 @@ fn compare(bodies: &[Body], read: &ReadScene) -> Result<FormatParity, String> {
             let found = ConvexHull { points: found.clone(), triangles: hull.triangles.clone() };
             volume = larger(volume, (found.volume_m3() / hull.volume_m3() - 1.0).abs());
         }
+        let vertex_m = match &found.visual {
+            Some(triangles) => visuals::farthest_corner_m(&body.visual, triangles)
+                .map_err(|reason| format!("{}: {reason}", body.name))?,
+            None => 0.0,
+        };
         let most = Tolerances::BUNDLE;
+        compare_contact(body, &found.contact, &mut parity)?;
         let differences = [
             (
                 "mass",
@@ -203,12 +245,6 @@ fn compare(bodies: &[Body], read: &ReadScene) -> Result<FormatParity, String> {
                 most.inertia_relative,
             ),
             (
-                "friction",
-                &mut parity.dynamic_friction,
-                (found.dynamic_friction - body.friction.dynamic_coefficient).abs(),
-                most.dynamic_friction,
-            ),
-            (
                 "position",
                 &mut parity.translation_m,
                 (found.world_from_object.translation_m - pose.translation_m).length(),
@@ -222,16 +258,77 @@ fn compare(bodies: &[Body], read: &ReadScene) -> Result<FormatParity, String> {
             ),
             ("hull", &mut parity.hull_corner_m, corner_m, most.hull_corner_m),
             ("hull volume", &mut parity.hull_volume_relative, volume, most.hull_volume_relative),
+            ("visual mesh", &mut parity.vertex_m, vertex_m, most.vertex_m),
         ];
         for (name, worst, difference, tolerance) in differences {
-            if difference.is_nan() || difference > tolerance {
-                return Err(format!("{}: {name} differs by {difference}", body.name));
-            }
-            // Rounded up to one digit: the report says how good, not how the platform rounds.
-            *worst = worst.max(one_digit_up(difference));
+            *worst = worst.max(within(body, name, difference, tolerance)?);
         }
     }
     Ok(parity)
+}
+
+/// A difference rounded up to one digit, because the report says how good, not how the platform rounds; or what is
+/// wrong with it.
+fn within(body: &Body, name: &str, difference: f64, tolerance: f64) -> Result<f64, String> {
+    if difference.is_nan() || difference > tolerance {
+        return Err(format!("{}: {name} differs by {difference}", body.name));
+    }
+    Ok(one_digit_up(difference))
+}
+
+fn compare_contact(body: &Body, found: &ReadContact, parity: &mut FormatParity) -> Result<(), String> {
+    let most = Tolerances::BUNDLE;
+    let dynamic = (found.dynamic_friction - body.friction.dynamic_coefficient).abs();
+    let dynamic = within(body, "dynamic friction", dynamic, most.dynamic_friction)?;
+    parity.dynamic_friction = parity.dynamic_friction.max(dynamic);
+    let static_friction = body.friction.static_coefficient;
+    let told = [
+        (
+            "static friction",
+            &mut parity.static_friction,
+            found.static_friction,
+            static_friction,
+            most.static_friction,
+        ),
+        ("restitution", &mut parity.restitution, found.restitution, body.restitution, most.restitution),
+        (
+            "rolling friction",
+            &mut parity.rolling_friction_m,
+            found.rolling_friction_m,
+            body.rolling_friction_m,
+            most.rolling_friction_m,
+        ),
+        (
+            "torsional friction",
+            &mut parity.torsional_friction_m,
+            found.torsional_friction_m,
+            body.torsional_friction_m,
+            most.torsional_friction_m,
+        ),
+    ];
+    for (name, worst, found, wanted, tolerance) in told {
+        let Some(found) = found else { continue };
+        let difference = within(body, name, (found - wanted).abs(), tolerance)?;
+        *worst = Some(worst.unwrap_or(0.0).max(difference));
+    }
+    Ok(())
+}
+
+fn compare_words(body: &Body, found: &ReadBody) -> Result<(), String> {
+    let Some(words) = &found.words else { return Ok(()) };
+    // No text of USD holds a NUL.
+    let label = body.label.replace('\0', "\u{fffd}");
+    let told = [
+        ("label", &words.label, &label),
+        ("category", &words.category, &body.category),
+        ("Wikidata item", &words.wikidata_item, &body.wikidata_item),
+    ];
+    match told.into_iter().find(|(_, found, wanted)| found != wanted) {
+        Some((what, found, wanted)) => {
+            Err(format!("{}: the {what} is {found:?} instead of {wanted:?}", body.name))
+        }
+        None => Ok(()),
+    }
 }
 
 /// As `f64::max`, but what is no number stays none.

@@ -6,6 +6,7 @@ use std::path::Path;
 use glam::{DQuat, DVec2, DVec3};
 
 use crate::geometry::decompose::HullFit;
+use crate::geometry::parallel_grasp::ParallelGrasp;
 use crate::geometry::repair::Repair;
 use crate::geometry::{
     Camera, ConvexHull, Friction, Image, MassProperties, Material, Outline, Pose, Rgb, Texture, TexturedMesh,
@@ -222,6 +223,11 @@ pub(super) fn specimen() -> (Scene, Certificate, Assets, Pictures) {
         name: name.into(),
         label: String::new(),
         category: category.into(),
+        wikidata_item: "Q223557".into(),
+        substance: "ceramic".into(),
+        grasp: (name == "box_1").then_some(ParallelGrasp {
+            contacts_m: [-1.0, 1.0].map(|side| DVec3::new(0.0, 0.04 * side, 0.025)),
+        }),
         visual,
         hulls,
         rolling_friction_m: 0.0005,

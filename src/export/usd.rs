@@ -1,7 +1,7 @@
 //! `usd/`: a stage that references one SimReady-shaped prop per body.
 //!
-//! The stage references `assets/<name>/simready_usd/<name>.usd[ac]`, with textures in `textures/` and the
-//! thumbnail in `.thumbs/256x256/` beside it. Every layer is z up, in meters and kilograms. A layer is built
+//! The stage references `assets/<name>/simready_usd/<name>.usd[ac]`, with textures in `textures/`, the thumbnail in
+//! `.thumbs/256x256/` and what single programs want in `runnables/physics/` beside it. Every layer is z up, in meters and kilograms. A layer is built
 //! once as a value ([`layer`]) and written as text or in the crate format; a package holds the same files but
 //! the thumbnails.
 
@@ -9,6 +9,8 @@ mod value;
 mod layer;
 mod prop;
 mod look;
+mod sensed;
+mod runtime;
 mod stage;
 mod text_file;
 mod crate_file;
@@ -24,6 +26,7 @@ use super::png::encode_png;
 use super::settings::UsdForm;
 use super::{Body, BundleFile, ExportError, ExportSettings, Pictures};
 use layer::Layer;
+use runtime::Runtime;
 
 /// Where the stage lies in the bundle.
 pub fn stage_path(form: UsdForm) -> &'static str {
@@ -87,6 +90,10 @@ fn prop_files(scene: &Scene, body: &Body, pictures: &Pictures, settings: &Export
             BundleFile::new(path.clone(), crate_file::write(&layer), "usd_prop", "application/octet-stream")
         }
     }];
+    for runtime in Runtime::ALL {
+        let path = format!("{folder}/{}", runtime.path());
+        files.push(text_layer(path, &runtime::layer(body, runtime), "usd_runtime"));
+    }
     for material in &body.visual.materials {
         if let Some(texture) = &material.base_color_texture {
             let path = format!("{folder}/{}", look::texture_path(&body.name, material));

@@ -16,7 +16,7 @@ from pathlib import Path
 
 from verdict import Verdict
 
-JUDGES = ["schema", "report", "usd", "mjcf", "urdf", "sdf", "glb", "collisions", "readme"]
+JUDGES = ["schema", "report", "usd", "robotics_prop", "mjcf", "urdf", "bullet", "sdf", "glb", "collisions", "readme"]
 
 
 def main() -> int:
@@ -80,7 +80,7 @@ def print_table(findings, dss, bar, movable):
         print(bundle)
         for verdict in verdicts:
             facts = ", ".join(f"{key} {value}" for key, value in verdict.facts.items() if value != {})
-            print(f"  {verdict.judge:<11} {'accepts' if verdict.accepted else 'REJECTS'}  {facts}")
+            print(f"  {verdict.judge:<13} {'accepts' if verdict.accepted else 'REJECTS'}  {facts}")
             for complaint in verdict.complaints[:8]:
                 print(f"    - {complaint}")
             if len(verdict.complaints) > 8:

@@ -2,11 +2,14 @@
 
 from pathlib import Path
 
-from pxr import Sdf, Usd, UsdGeom, UsdPhysics, UsdShade, UsdValidation
+import numpy as np
+import trimesh
+from pxr import Sdf, Usd, UsdGeom, UsdPhysics, UsdSemantics, UsdShade, UsdValidation
 
 from overheard import Overheard
 from verdict import Verdict, bodies, differs, inertia_tensor, read_scene, rotation
 
+VALIDATORS = 30
 _context = None
 
 
@@ -14,6 +17,7 @@ def validate(stage) -> list:
     global _context
     if _context is None:
         validators = UsdValidation.ValidationRegistry().GetOrLoadAllValidators()
+        assert len(validators) >= VALIDATORS, f"only {len(validators)} validators"
         _context = UsdValidation.ValidationContext(validators)
     return [f"{error.GetName()}: {error.GetMessage()}" for error in _context.Validate(stage)]
 
@@ -26,6 +30,7 @@ def judge(bundle: Path) -> Verdict:
         verdict.complaints.append(f"usd/scene.usd[a] should be one file, found {len(files)}")
         return verdict
     layers = files + sorted((bundle / "usd" / "assets").glob("*/simready_usd/*.usd*")) + packed_layers(files[0])
+    errors = 0
     for path in layers:
         name = str(path).removeprefix(f"{bundle}/")
         with Overheard() as heard:
@@ -39,7 +44,9 @@ def judge(bundle: Path) -> Verdict:
             verdict.complaints.append(f"{name} is not z up in meters")
         if UsdPhysics.GetStageKilogramsPerUnit(stage) != 1.0:
             verdict.complaints.append(f"{name} is not in kilograms")
-        verdict.complaints += [f"{name}: {error}" for error in validate(stage)]
+        found = validate(stage)
+        errors += len(found)
+        verdict.complaints += [f"{name}: {error}" for error in found]
         for prim in stage.Traverse():
             check_extent(verdict, name, prim)
     stage = Usd.Stage.Open(str(files[0]))
@@ -51,11 +58,13 @@ def judge(bundle: Path) -> Verdict:
             verdict.complaints.append(f"{body['name']} is no rigid body with a mass on the stage")
             continue
         hulls += check_body(verdict, body, prim)
+        check_words(verdict, body, prim)
+        check_shapes(verdict, bundle, body, prim)
     if not any(prim.IsA(UsdPhysics.Scene) for prim in stage.Traverse()):
         verdict.complaints.append("there is no physics scene")
     if len(layers) < len(bodies(scene)) + 1:
         verdict.complaints.append(f"{len(layers)} layers for {len(bodies(scene))} bodies and a stage")
-    verdict.facts = {"bodies": len(scene["instances"]) + 1, "hulls": hulls, "layers": len(layers)}
+    verdict.facts = {"bodies": len(scene["instances"]) + 1, "hulls": hulls, "layers": len(layers), "validator_errors": errors}
     return verdict
 
 
@@ -107,6 +116,43 @@ def check_body(verdict, body, prim) -> int:
     if hulls != body["hulls"]:
         verdict.complaints.append(f"{name}: {hulls} hulls instead of {body['hulls']}")
     return hulls
+
+
+def check_words(verdict, body, prim):
+    # No text of USD holds a NUL.
+    told = {"label": (prim.GetDisplayName(), body["label"].replace("\0", "\ufffd"))}
+    if "category" in body:
+        told["category"] = (list(labels(prim, "class")), [body["category"]])
+    for what, (found, wanted) in told.items():
+        if found != wanted:
+            verdict.complaints.append(f"{body['name']}: {what} is {found!r}, not {wanted!r}")
+    if not all(item.startswith("Q") for item in labels(prim, "wikidata_qcode")):
+        verdict.complaints.append(f"{body['name']}: no item of Wikidata")
+
+
+def labels(prim, kind):
+    return UsdSemantics.LabelsAPI(prim, kind).GetLabelsAttr().Get() or []
+
+
+def check_shapes(verdict, bundle, body, prim):
+    """Volumes of hulls, and extents of what is seen, against the files of other formats, which trimesh reads."""
+    meshes = [UsdGeom.Mesh(child) for child in Usd.PrimRange(prim) if child.IsA(UsdGeom.Mesh)]
+    hulls = sorted((m for m in meshes if m.GetPrim().HasAPI(UsdPhysics.CollisionAPI)), key=lambda m: str(m.GetPath()))
+    for k, hull in enumerate(hulls):
+        path = bundle / "urdf" / body["name"] / f"hull_{k:02}.obj"
+        wanted = trimesh.load_mesh(path).volume
+        if differs(as_trimesh(hull).volume, wanted, 1e-4, 1e-12):
+            verdict.complaints.append(f"{body['name']}: hull {k} has another volume than {path.name}")
+    seen = [as_trimesh(mesh) for mesh in meshes if mesh not in hulls]
+    low = np.min([mesh.bounds[0] for mesh in seen], axis=0)
+    high = np.max([mesh.bounds[1] for mesh in seen], axis=0)
+    if differs(high - low, body["size_m"], 1e-5, 1e-6):
+        verdict.complaints.append(f"{body['name']}: what is seen measures {high - low}, not {body['size_m']}")
+
+
+def as_trimesh(mesh):
+    faces = np.asarray(mesh.GetFaceVertexIndicesAttr().Get()).reshape(-1, 3)
+    return trimesh.Trimesh(np.asarray(mesh.GetPointsAttr().Get(), dtype=float), faces, process=False)
 
 
 def check_material(verdict, body, collider):

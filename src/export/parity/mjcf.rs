@@ -2,10 +2,12 @@
 
 use std::collections::BTreeMap;
 
+use glam::DVec3;
+
 use crate::geometry::Pose;
 
 use super::xml_tree::Element;
-use super::{Files, ReadBody, ReadResult, ReadScene, points, quaternion_wxyz, tensor, vector};
+use super::{Files, ReadBody, ReadContact, ReadResult, ReadScene, points, quaternion_wxyz, tensor, vector};
 
 pub fn read(files: &Files<'_>) -> ReadResult<ReadScene> {
     let root = Element::parse(files.text("mjcf/scene.xml")?)?;
@@ -24,27 +26,35 @@ pub fn read(files: &Files<'_>) -> ReadResult<ReadScene> {
     for body in root.child("worldbody")?.all("body") {
         let inertial = body.child("inertial")?;
         let axes = quaternion_wxyz(inertial.attribute("quat")?)?;
-        let (mut hulls, mut friction) = (Vec::new(), f64::NAN);
+        let (mut hulls, mut friction) = (Vec::new(), DVec3::NAN);
         for geom in body.all("geom").filter(|geom| geom.optional("contype") != Some("0")) {
             let mesh = geom.attribute("mesh")?;
             hulls.push(corners.get(mesh).cloned().ok_or_else(|| format!("the mesh {mesh} is missing"))?);
-            let sliding = vector(geom.attribute("friction")?)?.x;
-            if hulls.len() > 1 && sliding != friction {
+            let here = vector(geom.attribute("friction")?)?;
+            if hulls.len() > 1 && here != friction {
                 return Err(format!("the hulls of {} rub differently", body.attribute("name")?));
             }
-            friction = sliding;
+            friction = here;
         }
         let read = ReadBody {
             mass_kg: inertial.number("mass")?,
             center_of_mass_m: vector(inertial.attribute("pos")?)?,
             inertia_tensor_kg_m2: tensor(vector(inertial.attribute("diaginertia")?)?, axes),
-            dynamic_friction: friction,
+            contact: ReadContact {
+                dynamic_friction: friction.x,
+                static_friction: None,
+                restitution: None,
+                torsional_friction_m: Some(friction.y),
+                rolling_friction_m: Some(friction.z),
+            },
             world_from_object: Pose {
                 translation_m: vector(body.attribute("pos")?)?,
                 rotation: quaternion_wxyz(body.attribute("quat")?)?,
             },
             movable: Some(body.child("freejoint").is_ok()),
             hulls,
+            visual: None,
+            words: None,
         };
         scene.insert(body.attribute("name")?.to_owned(), read);
     }

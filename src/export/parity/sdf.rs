@@ -5,7 +5,7 @@ use glam::{DMat3, DQuat, DVec3};
 use crate::geometry::Pose;
 
 use super::xml_tree::Element;
-use super::{Files, ReadBody, ReadResult, ReadScene, numbers, obj_hull};
+use super::{Files, ReadBody, ReadContact, ReadResult, ReadScene, numbers, obj_hull};
 
 pub fn read(files: &Files<'_>) -> ReadResult<ReadScene> {
     let root = Element::parse(files.text("sdf/world.sdf")?)?;
@@ -23,7 +23,7 @@ pub fn read(files: &Files<'_>) -> ReadResult<ReadScene> {
             && alone.mass_kg == body.mass_kg
             && alone.center_of_mass_m == body.center_of_mass_m
             && alone.inertia_tensor_kg_m2 == body.inertia_tensor_kg_m2
-            && alone.dynamic_friction == body.dynamic_friction
+            && alone.contact == body.contact
             && alone.movable == body.movable;
         if !same {
             return Err(format!("the world's {name} is not the one of its own folder"));
@@ -54,25 +54,49 @@ fn read_model(files: &Files<'_>, model: &Element, folder: &str) -> ReadResult<Re
     for visual in link.all("visual") {
         files.bytes(&path(visual)?)?;
     }
-    let (mut hulls, mut friction) = (Vec::new(), f64::NAN);
+    let (mut hulls, mut contact) = (Vec::new(), None);
     for collision in link.all("collision") {
         hulls.push(obj_hull(files.text(&path(collision)?)?)?);
-        let ode = collision.child("surface")?.child("friction")?.child("ode")?;
-        let [first, second] = ["mu", "mu2"].map(|name| ode.child(name)?.text_number());
-        let (first, second) = (first?, second?);
-        if first != second || (hulls.len() > 1 && first != friction) {
-            return Err("friction differs between directions or hulls".to_owned());
+        let here = read_surface(collision.child("surface")?)?;
+        if contact.is_some_and(|contact| contact != here) {
+            return Err("friction differs between hulls".to_owned());
         }
-        friction = first;
+        contact = Some(here);
     }
     Ok(ReadBody {
         mass_kg: inertial.child("mass")?.text_number()?,
         center_of_mass_m: center.translation_m,
         inertia_tensor_kg_m2: DMat3::from_cols_array(&[xx, xy, xz, xy, yy, yz, xz, yz, zz]),
-        dynamic_friction: friction,
+        contact: contact.ok_or("a model has no collision")?,
         world_from_object: pose(model.child("pose")?)?,
         movable: Some(model.child("static")?.text == "false"),
         hulls,
+        visual: None,
+        words: None,
+    })
+}
+
+/// What every engine behind Gazebo is told must be the same.
+fn read_surface(surface: &Element) -> ReadResult<ReadContact> {
+    let friction = surface.child("friction")?;
+    let (ode, bullet) = (friction.child("ode")?, friction.child("bullet")?);
+    let dynamic_friction = ode.child("mu")?.text_number()?;
+    let others = [(ode, "mu2"), (bullet, "friction"), (bullet, "friction2")];
+    for (engine, name) in others {
+        if engine.child(name)?.text_number()? != dynamic_friction {
+            return Err(format!("friction differs between mu and {name}"));
+        }
+    }
+    let torsional = friction.child("torsional")?;
+    let radius_m = torsional.child("patch_radius")?.text_number()?;
+    // Torque over normal force of a contact patch in Gazebo.
+    let lever = 3.0 * std::f64::consts::PI / 16.0 * torsional.child("coefficient")?.text_number()?;
+    Ok(ReadContact {
+        dynamic_friction,
+        static_friction: None,
+        restitution: Some(surface.child("bounce")?.child("restitution_coefficient")?.text_number()?),
+        rolling_friction_m: Some(bullet.child("rolling_friction")?.text_number()?),
+        torsional_friction_m: Some(lever * radius_m),
     })
 }
 

@@ -5,7 +5,7 @@ use glam::{DMat3, DQuat, DVec3};
 use crate::geometry::Pose;
 
 use super::xml_tree::Element;
-use super::{Files, ReadBody, ReadResult, ReadScene, obj_hull, vector};
+use super::{Files, ReadBody, ReadContact, ReadResult, ReadScene, obj_hull, vector};
 
 pub fn read(files: &Files<'_>) -> ReadResult<ReadScene> {
     let assembly = Element::parse(files.text("urdf/scene.urdf")?)?;
@@ -22,6 +22,13 @@ pub fn read(files: &Files<'_>) -> ReadResult<ReadScene> {
         };
         let robot = Element::parse(files.text(&format!("urdf/{name}/{name}.urdf"))?)?;
         let body = read_link(files, robot.child("link")?, &format!("urdf/{name}"), world_from_object)?;
+        // Gazebo reads its own.
+        let gazebo = robot.child("gazebo")?;
+        for direction in ["mu1", "mu2"] {
+            if gazebo.child(direction)?.text_number()? != body.contact.dynamic_friction {
+                return Err(format!("{name} rubs otherwise in Gazebo"));
+            }
+        }
         let placed = assembly.all("link").find(|link| link.optional("name") == Some(name));
         let placed = placed.ok_or_else(|| format!("the assembly has no link {name}"))?;
         let fixed = read_link(files, placed, "urdf", world_from_object)?;
@@ -29,7 +36,7 @@ pub fn read(files: &Files<'_>) -> ReadResult<ReadScene> {
             && fixed.mass_kg == body.mass_kg
             && fixed.center_of_mass_m == body.center_of_mass_m
             && fixed.inertia_tensor_kg_m2 == body.inertia_tensor_kg_m2
-            && fixed.dynamic_friction == body.dynamic_friction;
+            && fixed.contact == body.contact;
         if !same {
             return Err(format!("the assembly's {name} is not the one of its own file"));
         }
@@ -63,15 +70,25 @@ fn read_link(
     for visual in link.all("visual") {
         files.bytes(&mesh_path(visual)?)?;
     }
+    let contact = link.child("contact")?;
+    let surface = |name: &str| contact.child(name)?.number("value");
     let hulls: ReadResult<Vec<_>> =
         link.all("collision").map(|collision| obj_hull(files.text(&mesh_path(collision)?)?)).collect();
     Ok(ReadBody {
         mass_kg: inertial.child("mass")?.number("value")?,
         center_of_mass_m: vector(origin.attribute("xyz")?)?,
         inertia_tensor_kg_m2: DMat3::from_cols_array(&[xx, xy, xz, xy, yy, yz, xz, yz, zz]),
-        dynamic_friction: link.child("contact")?.child("lateral_friction")?.number("value")?,
+        contact: ReadContact {
+            dynamic_friction: surface("lateral_friction")?,
+            static_friction: None,
+            restitution: Some(surface("restitution")?),
+            rolling_friction_m: Some(surface("rolling_friction")?),
+            torsional_friction_m: Some(surface("spinning_friction")?),
+        },
         world_from_object,
         movable: None,
         hulls: hulls?,
+        visual: None,
+        words: None,
     })
 }

@@ -1,10 +1,13 @@
 //! The visual meshes of the formats that keep them as Wavefront files: every triangle is where the scene has it.
 
+use std::collections::BTreeMap;
+
 use rayon::prelude::*;
 
 use glam::DVec3;
 
 use crate::export::{Body, ExportError};
+use crate::geometry::TexturedMesh;
 
 use super::xml_tree::Element;
 use super::{Files, ReadResult, Tolerances, larger, one_digit_up, points};
@@ -15,6 +18,30 @@ pub struct Found {
     pub urdf: f64,
     pub mjcf: f64,
     pub sdf: f64,
+}
+
+/// Largest distance of a corner of the mesh from where its triangle was read, meters; or that the triangles are not as
+/// many.
+pub fn farthest_corner_m(
+    mesh: &TexturedMesh,
+    read: &BTreeMap<String, Vec<[DVec3; 3]>>,
+) -> Result<f64, String> {
+    if read.len() != mesh.groups.len() {
+        return Err(format!("{} visual meshes instead of {}", read.len(), mesh.groups.len()));
+    }
+    let mut farthest_m: f64 = 0.0;
+    for group in &mesh.groups {
+        let name = &mesh.materials[group.material].name;
+        let found = read.get(name).ok_or_else(|| format!("no visual mesh is of {name}"))?;
+        if found.len() != group.triangles.len() {
+            let wanted = group.triangles.len();
+            return Err(format!("{} triangles of {name} instead of {wanted}", found.len()));
+        }
+        let corners = group.triangles.iter().flatten().zip(found.iter().flatten());
+        farthest_m =
+            corners.map(|(v, at)| mesh.positions[*v as usize].distance(*at)).fold(farthest_m, larger);
+    }
+    Ok(farthest_m)
 }
 
 /// Paths of a body's visual meshes in one format, a material each.

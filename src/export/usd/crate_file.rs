@@ -24,7 +24,7 @@ mod values;
 
 use std::collections::BTreeMap;
 
-use super::layer::{Content, Layer, Prim, Property, Variability};
+use super::layer::{Content, Layer, Prim, Property, Specifier, Switch, Variability};
 use super::value::{Value, ValueType};
 use compression::{compressed, compressed_integers};
 use heap::Heap;
@@ -51,6 +51,8 @@ enum SpecType {
     Prim = 6,
     PseudoRoot = 7,
     Relationship = 8,
+    Variant = 10,
+    VariantSet = 11,
 }
 
 struct Spec {
@@ -126,9 +128,11 @@ impl CrateFile {
     fn add_prim(&mut self, parent: u32, prim: &Prim) {
         let element = self.token(&prim.name);
         let path = self.paths.prim(parent, element);
-        let type_name = self.token_word(prim.type_name);
-        let mut fields =
-            vec![self.field("specifier", ValueWord::SPECIFIER_DEF), self.field("typeName", type_name)];
+        let mut fields = vec![self.field("specifier", ValueWord::specifier(prim.specifier))];
+        if let Specifier::Def(type_name) = prim.specifier {
+            let type_name = self.token_word(type_name);
+            fields.push(self.field("typeName", type_name));
+        }
         if !prim.schemas.is_empty() {
             let tokens: Vec<u32> = prim.schemas.iter().map(|schema| self.token(schema)).collect();
             let word = self.prepended(CrateType::TokenListOp, &tokens);
@@ -160,24 +164,62 @@ impl CrateFile {
             let word = self.token_vector(&names);
             fields.push(self.field("primChildren", word));
         }
+        if !prim.switches.is_empty() {
+            self.describe_switches(&prim.switches, &mut fields);
+        }
         self.spec(path, SpecType::Prim, fields);
         prim.properties().iter().for_each(|property| self.add_property(path, property));
         prim.children().iter().for_each(|child| self.add_prim(path, child));
+        prim.switches.iter().for_each(|switch| self.add_switch(path, switch));
+    }
+
+    /// What a prim says of its variant sets.
+    fn describe_switches(&mut self, switches: &[Switch], fields: &mut Vec<u32>) {
+        let names: Vec<String> = switches.iter().map(|switch| switch.name.to_owned()).collect();
+        let strings: Vec<u32> = names.iter().map(|name| self.string(name)).collect();
+        let chosen: Vec<(&str, &str)> = names.iter().map(|name| (name.as_str(), Switch::OFF)).collect();
+        let word = self.variant_selection(&chosen);
+        fields.push(self.field("variantSelection", word));
+        let word = self.token_vector(&names);
+        fields.push(self.field("variantSetChildren", word));
+        let word = self.prepended(CrateType::StringListOp, &strings);
+        fields.push(self.field("variantSetNames", word));
+    }
+
+    /// The set and its variants, which stand beside each other below the prim.
+    fn add_switch(&mut self, prim: u32, switch: &Switch) {
+        let path = |file: &mut Self, variant: &str| {
+            let element = file.token(&format!("{{{}={variant}}}", switch.name));
+            file.paths.prim(prim, element)
+        };
+        let set = path(self, "");
+        let word = self.token_vector(&[Switch::OFF.to_owned(), Switch::ON.to_owned()]);
+        let fields = vec![self.field("variantChildren", word)];
+        self.spec(set, SpecType::VariantSet, fields);
+        for variant in [Switch::OFF, Switch::ON] {
+            let path = path(self, variant);
+            let mut fields = vec![self.field("specifier", ValueWord::specifier(Specifier::Over))];
+            if variant == Switch::ON {
+                let word = self.prepended_payload(&switch.payload);
+                fields.push(self.field("payload", word));
+            }
+            self.spec(path, SpecType::Variant, fields);
+        }
     }
 
     fn add_property(&mut self, prim: u32, property: &Property) {
         let element = self.token(&property.name);
         let path = self.paths.property(prim, element);
         let mut fields = Vec::new();
-        let mut declare = |file: &mut Self, value_type: ValueType, custom: bool, variability: Variability| {
+        let mut declare = |file: &mut Self, value_type: ValueType, variability: Variability| {
             let type_name = file.token_word(value_type.name());
             fields.push(file.field("typeName", type_name));
-            fields.push(file.field("custom", ValueWord::boolean(custom)));
+            fields.push(file.field("custom", ValueWord::boolean(false)));
             fields.push(file.field("variability", ValueWord::variability(variability)));
         };
         let spec_type = match &property.content {
             Content::Attribute { value, variability, interpolation } => {
-                declare(self, value.value_type(), false, *variability);
+                declare(self, value.value_type(), *variability);
                 let word = self.value(value);
                 fields.push(self.field("default", word));
                 if let Some(interpolation) = interpolation {
@@ -186,18 +228,12 @@ impl CrateFile {
                 }
                 SpecType::Attribute
             }
-            Content::CustomAttribute(value) => {
-                declare(self, value.value_type(), true, Variability::Varying);
-                let word = self.value(value);
-                fields.push(self.field("default", word));
-                SpecType::Attribute
-            }
             Content::Declaration(value_type) => {
-                declare(self, *value_type, false, Variability::Varying);
+                declare(self, *value_type, Variability::Varying);
                 SpecType::Attribute
             }
             Content::Connection(value_type, source) => {
-                declare(self, *value_type, false, Variability::Varying);
+                declare(self, *value_type, Variability::Varying);
                 let word = self.explicit_path(source);
                 fields.push(self.field("connectionPaths", word));
                 SpecType::Attribute

@@ -16,10 +16,10 @@ pub struct Layer {
     pub root: Prim,
 }
 
-/// `def <type> "<name>"`.
+/// `def <type> "<name>"` or `over "<name>"`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Prim {
-    pub type_name: &'static str,
+    pub specifier: Specifier,
     /// An identifier.
     pub name: String,
     /// Prepended `apiSchemas`.
@@ -30,8 +30,33 @@ pub struct Prim {
     pub kind: Option<&'static str>,
     /// The layer that is referenced (prepended), relative to this one.
     pub reference: Option<Text>,
+    /// Variant sets, each named once.
+    pub switches: Vec<Switch>,
     properties: Vec<Property>,
     children: Vec<Prim>,
+}
+
+/// What a prim in a layer is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Specifier {
+    /// Makes a prim of that type.
+    Def(&'static str),
+    /// Says more about a prim that another layer makes.
+    Over,
+}
+
+/// A variant set of two: `Disabled`, which is selected and says nothing, and `Enabled`, which loads a layer.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Switch {
+    /// Of the variant set; an identifier.
+    pub name: &'static str,
+    /// The layer that `Enabled` loads, relative to this one.
+    pub payload: Text,
+}
+
+impl Switch {
+    pub const OFF: &'static str = "Disabled";
+    pub const ON: &'static str = "Enabled";
 }
 
 /// An attribute or a relationship.
@@ -50,8 +75,6 @@ pub enum Content {
         variability: Variability,
         interpolation: Option<Interpolation>,
     },
-    /// Known to the program that reads it rather than to a schema.
-    CustomAttribute(Value),
     /// An attribute without a value.
     Declaration(ValueType),
     /// An attribute that has its value from elsewhere.
@@ -74,6 +97,8 @@ pub enum Interpolation {
     Uniform,
     /// One a corner of a face.
     FaceVarying,
+    /// One for all.
+    Constant,
 }
 
 impl Interpolation {
@@ -81,6 +106,7 @@ impl Interpolation {
         match self {
             Interpolation::Uniform => "uniform",
             Interpolation::FaceVarying => "faceVarying",
+            Interpolation::Constant => "constant",
         }
     }
 }
@@ -123,14 +149,24 @@ impl fmt::Display for Path {
 impl Prim {
     /// Without anything in it. The name must be an identifier.
     pub fn new(type_name: &'static str, name: &str) -> Self {
+        Self::specified(Specifier::Def(type_name), name)
+    }
+
+    /// More about a prim of another layer. The name must be an identifier.
+    pub fn over(name: &str) -> Self {
+        Self::specified(Specifier::Over, name)
+    }
+
+    fn specified(specifier: Specifier, name: &str) -> Self {
         Self {
-            type_name,
+            specifier,
             name: name.to_owned(),
             schemas: Vec::new(),
             asset_info: Dictionary::default(),
             display_name: None,
             kind: None,
             reference: None,
+            switches: Vec::new(),
             properties: Vec::new(),
             children: Vec::new(),
         }
@@ -157,11 +193,6 @@ impl Prim {
     pub fn set_interpolated(&mut self, name: &str, value: Value, interpolation: Interpolation) {
         let interpolation = Some(interpolation);
         self.push(name, Content::Attribute { value, variability: Variability::Varying, interpolation });
-    }
-
-    /// Writes an attribute that no schema knows.
-    pub fn set_custom(&mut self, name: &str, value: Value) {
-        self.push(name, Content::CustomAttribute(value));
     }
 
     /// Declares an attribute without a value.

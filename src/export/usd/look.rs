@@ -1,9 +1,10 @@
 //! Materials of a prop: UsdPreviewSurface for the eye, PhysicsMaterialAPI for contact.
 
 use crate::export::Body;
-use crate::geometry::Material;
+use crate::geometry::{Material, Rgb};
 
 use super::layer::{Path, Prim};
+use super::sensed;
 use super::value::{Value, ValueType};
 
 /// Name of the scope of materials below `/<body>`.
@@ -33,6 +34,7 @@ fn surface(body: &Body, material: &Material) -> Prim {
     };
     let mut prim = Prim::new("Material", &material.name).with_schemas(&["SemanticsLabelsAPI:material"]);
     prim.set("semantics:labels:material", Value::tokens(&[&material.name]));
+    sensed::write(&mut prim, &body.substance, material);
     prim.connect("outputs:surface", ValueType::Token, output("preview", "surface"));
     let mut preview = Prim::new("Shader", "preview");
     preview.set_uniform("info:id", Value::token("UsdPreviewSurface"));
@@ -75,17 +77,29 @@ fn contact(body: &Body) -> Prim {
     prim.set("physics:dynamicFriction", number(body.friction.dynamic_coefficient));
     prim.set("physics:restitution", number(body.restitution));
     prim.set("physics:staticFriction", number(body.friction.static_coefficient));
-    // Engines that know rolling and spinning resistance read it under their own names.
-    prim.set_custom("newton:rollingFriction", number(body.rolling_friction_m));
-    prim.set_custom("newton:torsionalFriction", number(body.torsional_friction_m));
-    prim.set_custom("mjc:rollingfriction", number(body.rolling_friction_m));
-    prim.set_custom("mjc:torsionalfriction", number(body.torsional_friction_m));
     let semantic = body.visual.materials.first().map_or("unknown", |material| material.name.as_str());
     prim.set("semantics:labels:material", Value::tokens(&[semantic]));
     prim
 }
 
-/// Rounded to six decimals.
 fn linear_color(material: &Material) -> [f32; 3] {
-    material.base_color.to_linear().map(|c| (f64::from((c * 1e6).round()) / 1e6) as f32)
+    material.base_color.to_linear().map(six_decimals)
+}
+
+/// The one color of a material for viewers that know none: its own with the mean of its texture, linear.
+pub fn display_color(material: &Material) -> [f32; 3] {
+    let tint = material.base_color.to_linear();
+    let mean = match &material.base_color_texture {
+        Some(texture) => {
+            // The smallest of its halved pictures is one texel, the mean.
+            let [r, g, b, _] = texture.halved().last().unwrap_or(texture).pixel(0, 0);
+            Rgb([r, g, b].map(|byte| f32::from(byte) / 255.0)).to_linear()
+        }
+        None => [1.0; 3],
+    };
+    [0, 1, 2].map(|k| six_decimals(tint[k] * mean[k]).clamp(0.0, 1.0))
+}
+
+fn six_decimals(value: f32) -> f32 {
+    (f64::from((value * 1e6).round()) / 1e6) as f32
 }

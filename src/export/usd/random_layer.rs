@@ -6,7 +6,7 @@ use rand::seq::IndexedRandom;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::layer::{Interpolation, Layer, Path, Prim};
+use super::layer::{Interpolation, Layer, Path, Prim, Switch};
 use super::value::{Dictionary, Quaternion, Text, Value};
 use super::{crate_file, text_file};
 
@@ -53,7 +53,10 @@ fn random_layer(seed: u64) -> Layer {
 }
 
 fn prim(chance: &mut ChaCha8Rng, name: &str, generation: usize) -> Prim {
-    let mut prim = Prim::new(picked(chance, &TYPES), name);
+    let mut prim = match chance.random_bool(0.2) {
+        true => Prim::over(name),
+        false => Prim::new(picked(chance, &TYPES), name),
+    };
     prim.schemas = SCHEMAS.iter().copied().filter(|_| chance.random_bool(0.3)).collect();
     if chance.random_bool(0.3) {
         prim.asset_info = dictionary(chance, 0);
@@ -61,6 +64,11 @@ fn prim(chance: &mut ChaCha8Rng, name: &str, generation: usize) -> Prim {
     prim.display_name = chance.random_bool(0.3).then(|| text(chance));
     prim.kind = chance.random_bool(0.3).then_some("component");
     prim.reference = chance.random_bool(0.2).then(|| asset(chance));
+    for name in ["Newton", "MuJoCo", "aSet"] {
+        if chance.random_bool(0.15) {
+            prim.switches.push(Switch { name, payload: asset(chance) });
+        }
+    }
     for k in 0..chance.random_range(0..=MOST_PROPERTIES) {
         let name = format!("{}:value_{k}", picked(chance, &["physics", "inputs", "a:b_1:C"]));
         let value_type = one_of_each(chance).choose(chance).expect("some").value_type();
@@ -68,10 +76,10 @@ fn prim(chance: &mut ChaCha8Rng, name: &str, generation: usize) -> Prim {
             0 => prim.declare(&name, value_type),
             1 => prim.connect(&name, value_type, path(chance).property("outputs:rgb")),
             2 => prim.relate(&name, path(chance)),
-            3 => prim.set_custom(&name, value(chance)),
-            4 => prim.set_uniform(&name, value(chance)),
-            5 => prim.set_interpolated(&name, value(chance), Interpolation::Uniform),
-            6 => prim.set_interpolated(&name, value(chance), Interpolation::FaceVarying),
+            3 => prim.set_uniform(&name, value(chance)),
+            4 => prim.set_interpolated(&name, value(chance), Interpolation::Uniform),
+            5 => prim.set_interpolated(&name, value(chance), Interpolation::FaceVarying),
+            6 => prim.set_interpolated(&name, value(chance), Interpolation::Constant),
             _ => prim.set(&name, value(chance)),
         }
     }
@@ -120,7 +128,9 @@ fn one_of_each(chance: &mut ChaCha8Rng) -> Vec<Value> {
         Value::Tokens((0..length % 100).map(|_| text(chance)).collect()),
         Value::Float3s(float3s.clone()),
         Value::Point3fs(float3s.clone()),
-        Value::Normal3fs(float3s),
+        Value::Normal3fs(float3s.clone()),
+        Value::Color3fs(float3s),
+        Value::Floats((0..length).map(|_| float(chance)).collect()),
         Value::TexCoord2fs((0..length).map(|_| vector(chance)).collect()),
     ]
 }

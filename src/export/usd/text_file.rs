@@ -2,7 +2,7 @@
 
 use crate::export::number::{push_f32, push_f64};
 
-use super::layer::{Content, Layer, Prim, Property, Variability};
+use super::layer::{Content, Layer, Prim, Property, Specifier, Switch, Variability};
 use super::value::{Dictionary, Entry, Quaternion, Text, Value};
 
 /// The text of the file.
@@ -70,7 +70,11 @@ impl Writer {
 
     fn prim(&mut self, prim: &Prim) {
         self.text.push('\n');
-        self.line(&format!("def {} \"{}\" (", prim.type_name, prim.name));
+        let specified = match prim.specifier {
+            Specifier::Def(type_name) => format!("def {type_name}"),
+            Specifier::Over => "over".to_owned(),
+        };
+        self.line(&format!("{specified} \"{}\" (", prim.name));
         let start = self.text.len();
         self.indented(|writer| writer.prim_metadata(prim));
         if self.text.len() == start {
@@ -83,6 +87,20 @@ impl Writer {
         self.indented(|writer| {
             prim.properties().iter().for_each(|property| writer.property(property));
             prim.children().iter().for_each(|child| writer.prim(child));
+            prim.switches.iter().for_each(|switch| writer.switch(switch));
+        });
+        self.line("}");
+    }
+
+    fn switch(&mut self, switch: &Switch) {
+        self.line(&format!("variantSet {} = {{", quoted(switch.name)));
+        self.indented(|writer| {
+            writer.line(&format!("{} {{", quoted(Switch::OFF)));
+            writer.line("}");
+            writer.line(&format!("{} (", quoted(Switch::ON)));
+            writer.indented(|writer| writer.line(&format!("prepend payload = @{}@", &*switch.payload)));
+            writer.line(") {");
+            writer.line("}");
         });
         self.line("}");
     }
@@ -104,6 +122,17 @@ impl Writer {
         if let Some(reference) = &prim.reference {
             self.line(&format!("prepend references = @{}@", &**reference));
         }
+        if !prim.switches.is_empty() {
+            self.line("variants = {");
+            self.indented(|writer| {
+                for switch in &prim.switches {
+                    writer.line(&format!("string {} = {}", switch.name, quoted(Switch::OFF)));
+                }
+            });
+            self.line("}");
+            let names: Vec<String> = prim.switches.iter().map(|switch| quoted(switch.name)).collect();
+            self.line(&format!("prepend variantSets = [{}]", names.join(", ")));
+        }
     }
 
     fn property(&mut self, property: &Property) {
@@ -122,10 +151,6 @@ impl Writer {
                     self.indent();
                     self.text.push(')');
                 }
-                self.text.push('\n');
-            }
-            Content::CustomAttribute(value) => {
-                self.attribute(&format!("custom {} {name}", value.value_type().name()), value);
                 self.text.push('\n');
             }
             Content::Declaration(value_type) => self.line(&format!("{} {name}", value_type.name())),
@@ -166,6 +191,8 @@ fn push_value(text: &mut String, value: &Value) {
         Value::Quatd(Quaternion { w, xyz: [x, y, z] }) => {
             push_row(text, ['(', ')'], &[*w, *x, *y, *z], |text, value| push_f64(text, *value));
         }
+        Value::Floats(values) => push_row(text, ['[', ']'], values, |text, value| push_f32(text, *value)),
+        Value::Color3fs(rows) => push_row(text, ['[', ']'], rows, |text, row| push_f32s(text, row)),
         Value::Ints(values) => {
             push_row(text, ['[', ']'], values, |text, value| text.push_str(&value.to_string()));
         }

@@ -52,10 +52,12 @@ value_types! {
     Quatf(Quaternion<f32>) "quatf",
     Quatd(Quaternion<f64>) "quatd",
     Ints(Vec<i32>) "int[]",
+    Floats(Vec<f32>) "float[]",
     Tokens(Vec<Text>) "token[]",
     Float3s(Vec<[f32; 3]>) "float3[]",
     Point3fs(Vec<[f32; 3]>) "point3f[]",
     Normal3fs(Vec<[f32; 3]>) "normal3f[]",
+    Color3fs(Vec<[f32; 3]>) "color3f[]",
     TexCoord2fs(Vec<[f32; 2]>) "texCoord2f[]",
 }
 

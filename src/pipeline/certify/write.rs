@@ -8,9 +8,12 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::{BodyParts, Inputs};
+use crate::catalog::{Affordance, PhysicalProperties, category, made_of, wikidata_item};
 use crate::export::png::encode_png;
 use crate::export::{Assets, BodyAsset, Pictures, write_formats, zip_bundle};
 use crate::geometry::Image;
+use crate::geometry::mesh_solid::MeshSolid;
+use crate::geometry::parallel_grasp::{Gripper, ParallelGrasp, parallel_grasp};
 use crate::pipeline::error::StageError;
 use crate::pipeline::preview::{self, Shown, Studio};
 use crate::pipeline::resolve::Loaded;
@@ -18,7 +21,7 @@ use crate::render::gpu::{Gpu, GpuError};
 use crate::render::overlay::{fitted, side_by_side};
 use crate::scene::finished::Frame;
 use crate::scene::instance::{Picture, SupportRelation};
-use crate::scene::{Certificate, Instance, InstanceId, Scene, Support, Table};
+use crate::scene::{Certificate, Instance, InstanceId, RecognizedObject, Scene, Support, Table};
 
 /// Pictures of the scene, and how much they are like the reference picture.
 pub(super) struct Painted {
@@ -119,27 +122,43 @@ pub(super) fn files(
     pictures: Pictures,
 ) -> Result<Certified, StageError> {
     let scene = scene(inputs, loaded, &certificate)?;
-    let asset = |index: usize, label: &str, category: &str| {
+    let asset = |index: usize, label: &str, category: &str, material: Option<&str>| {
         let physical = &inputs.bodies[index].resolved.physical;
         BodyAsset {
             name: inputs.bodies[index].resolved.name.clone(),
             label: label.to_owned(),
             category: category.to_owned(),
+            wikidata_item: wikidata_item(category).to_owned(),
+            substance: made_of(category, material).to_owned(),
+            grasp: grasp(category, physical, &loaded[index].solid),
             visual: (*loaded[index].mesh).clone(),
             hulls: loaded[index].hulls.clone(),
             rolling_friction_m: physical.rolling_friction_m,
             torsional_friction_m: physical.torsional_friction_m,
         }
     };
-    let objects = inputs.recognition.objects.iter().zip(1..);
+    let (table, objects) = (&inputs.recognition.table, &inputs.recognition.objects);
+    let of_object = |(index, object): (usize, &RecognizedObject)| {
+        asset(index + 1, &object.label, &object.category, object.material.as_deref())
+    };
     let assets = Assets {
-        table: asset(0, &inputs.recognition.table.label, "table"),
-        instances: objects.map(|(object, index)| asset(index, &object.label, &object.category)).collect(),
+        table: asset(0, &table.label, TABLE_CATEGORY, table.material.as_deref()),
+        instances: objects.par_iter().enumerate().map(of_object).collect(),
     };
     let archive = write_formats(&scene, &certificate, &assets, &pictures, &inputs.export)
         .and_then(|files| zip_bundle(&files))
         .map_err(|error| StageError::permanent(error.code(), format!("writing the bundle: {error}")))?;
     Ok(Certified { certificate, archive })
+}
+
+/// What the table is called among categories.
+const TABLE_CATEGORY: &str = "table";
+
+/// How a gripper takes a thing that the catalog says can be taken.
+fn grasp(category_name: &str, physical: &PhysicalProperties, solid: &MeshSolid) -> Option<ParallelGrasp> {
+    category(category_name).filter(|category| category.affords(Affordance::Graspable))?;
+    let friction = physical.friction.dynamic_coefficient;
+    parallel_grasp(solid, physical.mass.center_of_mass_m, friction, Gripper::COMMON)
 }
 
 /// The one value every format is written from.

@@ -16,10 +16,14 @@ pub struct CrateLayer<'a> {
     tokens: Vec<String>,
     /// Numbers of tokens.
     strings: Vec<u32>,
-    /// Prims by path; fields by name.
+    /// Prims by path; fields by name. The layer itself stands at the empty path.
     prims: BTreeMap<String, Fields>,
     /// As `prims`; paths end in a dot and the name of the property.
     properties: BTreeMap<String, Fields>,
+    /// As `prims`; paths end in `/{set=variant}`.
+    variants: BTreeMap<String, Fields>,
+    /// By their numbers.
+    paths: BTreeMap<i32, String>,
 }
 
 type Fields = BTreeMap<String, Word>;
@@ -29,6 +33,8 @@ const ATTRIBUTE: u32 = 1;
 const PRIM: u32 = 6;
 const PSEUDO_ROOT: u32 = 7;
 const RELATIONSHIP: u32 = 8;
+const VARIANT: u32 = 10;
+const VARIANT_SET: u32 = 11;
 
 impl<'a> CrateLayer<'a> {
     pub fn open(file: &'a [u8]) -> ReadResult<Self> {
@@ -59,6 +65,8 @@ impl<'a> CrateLayer<'a> {
             strings: read_strings(section("STRINGS")?)?,
             prims: BTreeMap::new(),
             properties: BTreeMap::new(),
+            variants: BTreeMap::new(),
+            paths: BTreeMap::new(),
             tokens,
         };
         let fields = layer.read_fields(section("FIELDS")?)?;
@@ -79,8 +87,9 @@ impl<'a> CrateLayer<'a> {
                 told.insert(name.clone(), *word);
             }
             let known = match kind as u32 {
-                PSEUDO_ROOT => continue,
-                PRIM => layer.prims.insert(path, told),
+                VARIANT_SET => continue,
+                VARIANT => layer.variants.insert(path, told),
+                PSEUDO_ROOT | PRIM => layer.prims.insert(path, told),
                 ATTRIBUTE | RELATIONSHIP => layer.properties.insert(path, told),
                 other => return Err(format!("{path} is a spec of kind {other}")),
             };
@@ -88,6 +97,7 @@ impl<'a> CrateLayer<'a> {
                 return Err("a spec stands twice at one path".to_owned());
             }
         }
+        layer.paths = paths;
         Ok(layer)
     }
 
@@ -156,6 +166,17 @@ impl<'a> CrateLayer<'a> {
         self.token(*token)
     }
 
+    /// A token or string, the first of an array of tokens, or a number as text.
+    fn text_of(&self, word: Word) -> ReadResult<String> {
+        if let Ok(numbers) = word.numbers(self.file) {
+            return Ok(numbers.iter().map(f64::to_string).collect::<Vec<_>>().join(" "));
+        }
+        if word.is_string() {
+            return Ok(self.string(word.token(self.file)?)?.to_owned());
+        }
+        Ok(self.token(word.token(self.file)?)?.to_owned())
+    }
+
     fn default_of(&self, prim: &str, attribute: &str) -> Option<Word> {
         self.properties.get(&format!("{prim}.{attribute}"))?.get("default").copied()
     }
@@ -178,7 +199,7 @@ fn read_strings(mut section: Bytes<'_>) -> ReadResult<Vec<u32>> {
 
 impl Layer for CrateLayer<'_> {
     fn prims(&self) -> Vec<&str> {
-        self.prims.keys().map(String::as_str).collect()
+        self.prims.keys().map(String::as_str).filter(|path| !path.is_empty()).collect()
     }
 
     fn reference(&self, prim: &str) -> ReadResult<Option<String>> {
@@ -195,8 +216,40 @@ impl Layer for CrateLayer<'_> {
     }
 
     fn text(&self, prim: &str, attribute: &str) -> ReadResult<Option<String>> {
-        match self.default_of(prim, attribute) {
-            Some(word) => Ok(Some(self.token(word.token()?)?.to_owned())),
+        self.default_of(prim, attribute).map(|word| self.text_of(word)).transpose()
+    }
+
+    fn field(&self, prim: &str, field: &str) -> ReadResult<Option<String>> {
+        let word = self.prims.get(prim).and_then(|fields| fields.get(field));
+        word.map(|word| self.text_of(*word)).transpose()
+    }
+
+    fn has_schema(&self, prim: &str, schema: &str) -> ReadResult<bool> {
+        let Some(word) = self.prims.get(prim).and_then(|fields| fields.get("apiSchemas")) else {
+            return Ok(false);
+        };
+        for token in word.prepended_tokens(self.file)? {
+            if self.token(token)? == schema {
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+
+    fn target(&self, prim: &str, relationship: &str) -> ReadResult<Option<String>> {
+        let fields = self.properties.get(&format!("{prim}.{relationship}"));
+        let Some(word) = fields.and_then(|fields| fields.get("targetPaths")) else { return Ok(None) };
+        let number = word.first_explicit_path(self.file)?;
+        match self.paths.get(&number) {
+            Some(path) => Ok(Some(path.clone())),
+            None => Err(format!("{prim}.{relationship} leads to no path")),
+        }
+    }
+
+    fn payload(&self, prim: &str, variant_set: &str) -> ReadResult<Option<String>> {
+        let fields = self.variants.get(&format!("{prim}/{{{variant_set}=Enabled}}"));
+        match fields.and_then(|fields| fields.get("payload")) {
+            Some(word) => Ok(Some(self.string(word.first_prepended(self.file)?)?.to_owned())),
             None => Ok(None),
         }
     }
@@ -217,9 +270,20 @@ mod tests {
             assert_eq!(layer.prims(), text.prims());
             for prim in layer.prims() {
                 assert_eq!(layer.reference(prim), text.reference(prim), "{prim}");
+                assert_eq!(layer.field(prim, "displayName"), text.field(prim, "displayName"), "{prim}");
+                for name in ["Newton", "MuJoCo", "aSet", "PhysicsMassAPI", "MadeUpAPI"] {
+                    assert_eq!(layer.payload(prim, name), text.payload(prim, name), "{prim}");
+                    assert_eq!(layer.has_schema(prim, name), text.has_schema(prim, name), "{prim}");
+                }
+            }
+            for field in ["upAxis", "metersPerUnit", "kilogramsPerUnit", "defaultPrim"] {
+                assert_eq!(layer.field("", field), text.field("", field), "{field}");
             }
             for path in layer.properties.keys() {
                 let (prim, attribute) = path.split_once('.').expect("a property");
+                if let Some(target) = layer.target(prim, attribute).expect("a path") {
+                    assert_eq!(text.target(prim, attribute), Ok(Some(target)), "{path} of layer {seed}");
+                }
                 let Ok(Some(found)) = layer.numbers(prim, attribute) else { continue };
                 let written = text.numbers(prim, attribute).expect("numbers").expect("there");
                 let single = |values: &[f64]| values.iter().map(|value| *value as f32).collect::<Vec<_>>();

@@ -28,15 +28,27 @@ pub fn write(page: &mut Html, report: &Report<'_>) {
         row.push(Cell::Number(format!("{tolerance:e}")));
         row
     };
+    // Not every format has a place for it.
+    let told = |what: &str, of: fn(&FormatParity) -> Option<f64>, tolerance: f64| {
+        let mut row = vec![Cell::Words(what.to_owned())];
+        let cell = |difference: Option<f64>| Cell::Number(difference.map_or("–".to_owned(), at_most));
+        row.extend(formats.iter().map(|format| cell(of(format))));
+        row.extend([cell(None), Cell::Number(format!("{tolerance:e}"))]);
+        row
+    };
     let (most, glb) = (&parity.tolerances, &parity.glb);
     let rows = vec![
-        equal("Names, and what is fixed", true),
+        equal("Names, labels, and what is fixed", true),
         count("Bodies", |format| format.bodies, glb.meshes.to_string()),
         count("Hulls", |format| format.hulls, "–".into()),
         difference("Mass (relative)", |format| format.mass_relative, None, most.mass_relative),
         difference("Center of mass (m)", |format| format.center_of_mass_m, None, most.center_of_mass_m),
         difference("Inertia (relative)", |format| format.inertia_relative, None, most.inertia_relative),
         difference("Dynamic friction", |format| format.dynamic_friction, None, most.dynamic_friction),
+        told("Static friction", |format| format.static_friction, most.static_friction),
+        told("Restitution", |format| format.restitution, most.restitution),
+        told("Rolling friction (m)", |format| format.rolling_friction_m, most.rolling_friction_m),
+        told("Torsional friction (m)", |format| format.torsional_friction_m, most.torsional_friction_m),
         difference(
             "Position (m)",
             |format| format.translation_m,
@@ -51,13 +63,12 @@ pub fn write(page: &mut Html, report: &Report<'_>) {
             None,
             most.hull_volume_relative,
         ),
-        {
-            let mut row = vec![Cell::Words("Vertices of the visual meshes (m)".into())];
-            let told = |vertex_m: Option<f64>| vertex_m.map_or("–".to_owned(), at_most);
-            row.extend(formats.iter().map(|format| Cell::Number(told(format.vertex_m))));
-            row.extend([Cell::Number(at_most(glb.vertex_m)), Cell::Number(format!("{:e}", most.vertex_m))]);
-            row
-        },
+        difference(
+            "Vertices of the visual meshes (m)",
+            |format| format.vertex_m,
+            Some(glb.vertex_m),
+            most.vertex_m,
+        ),
     ];
     page.table("", &head, rows);
     page.leaf(

@@ -110,6 +110,12 @@ impl Heap {
         ValueWord::compressed_array(CrateType::Int, self.place(&bytes))
     }
 
+    /// An array of numbers.
+    pub fn singles(&mut self, values: &[f32]) -> ValueWord {
+        let rows: Vec<[f32; 1]> = values.iter().map(|value| [*value]).collect();
+        self.rows(CrateType::Float, &rows)
+    }
+
     /// An array of vectors.
     pub fn rows<const N: usize>(&mut self, of: CrateType, rows: &[[f32; N]]) -> ValueWord {
         if rows.is_empty() {

@@ -3,7 +3,7 @@
 //! Bit 63: an array. Bit 62: the value itself stands in the lower 48 bits. Bit 61: the array is compressed.
 //! Bits 48 to 55: the type. Lower 48 bits: the value, or where it lies in the file; an array at 0 is empty.
 
-use crate::export::usd::layer::Variability;
+use crate::export::usd::layer::{Specifier, Variability};
 
 /// Types of values that layers of a bundle use, by the format's numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -23,11 +23,14 @@ pub enum CrateType {
     Vec4f = 28,
     Dictionary = 31,
     TokenListOp = 32,
+    StringListOp = 33,
     PathListOp = 34,
     ReferenceListOp = 35,
     TokenVector = 41,
     Specifier = 42,
     Variability = 44,
+    VariantSelectionMap = 45,
+    PayloadListOp = 55,
 }
 
 const ARRAY: u64 = 1 << 63;
@@ -38,8 +41,14 @@ const COMPRESSED: u64 = 1 << 61;
 pub struct ValueWord(u64);
 
 impl ValueWord {
-    /// `def`, as opposed to `over` and `class`.
-    pub const SPECIFIER_DEF: Self = Self(INLINED | ((CrateType::Specifier as u64) << 48));
+    /// `def` or `over`.
+    pub fn specifier(specifier: Specifier) -> Self {
+        let number = match specifier {
+            Specifier::Def(_) => 0,
+            Specifier::Over => 1,
+        };
+        Self::inlined(CrateType::Specifier, number)
+    }
 
     pub fn boolean(value: bool) -> Self {
         Self::inlined(CrateType::Bool, u64::from(value))

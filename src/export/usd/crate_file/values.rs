@@ -46,7 +46,8 @@ impl CrateFile {
                 let numbers: Vec<u32> = texts.iter().map(|text| self.token(text)).collect();
                 self.heap.tokens(&numbers)
             }
-            Value::Float3s(rows) | Value::Point3fs(rows) | Value::Normal3fs(rows) => {
+            Value::Floats(values) => self.heap.singles(values),
+            Value::Float3s(rows) | Value::Point3fs(rows) | Value::Normal3fs(rows) | Value::Color3fs(rows) => {
                 self.heap.rows(CrateType::Vec3f, rows)
             }
             Value::TexCoord2fs(rows) => self.heap.rows(CrateType::Vec2f, rows),
@@ -80,6 +81,19 @@ impl CrateFile {
 
     /// A reference to the default prim of another layer, put before others.
     pub fn prepended_reference(&mut self, asset: &str) -> ValueWord {
+        let mut bytes = self.prepended_layer(asset);
+        let custom_data_entries = 0;
+        put_u64(&mut bytes, custom_data_entries);
+        ValueWord::stored(CrateType::ReferenceListOp, self.heap.place(&bytes))
+    }
+
+    /// As [`Self::prepended_reference`], for a payload.
+    pub fn prepended_payload(&mut self, asset: &str) -> ValueWord {
+        let bytes = self.prepended_layer(asset);
+        ValueWord::stored(CrateType::PayloadListOp, self.heap.place(&bytes))
+    }
+
+    fn prepended_layer(&mut self, asset: &str) -> Vec<u8> {
         let mut bytes = vec![LIST_PREPENDS];
         put_u64(&mut bytes, 1);
         put_u32(&mut bytes, self.string(asset));
@@ -88,9 +102,18 @@ impl CrateFile {
         let (time_offset, time_scale) = (0.0_f64, 1.0_f64);
         put_bytes(&mut bytes, &time_offset.to_le_bytes());
         put_bytes(&mut bytes, &time_scale.to_le_bytes());
-        let custom_data_entries = 0;
-        put_u64(&mut bytes, custom_data_entries);
-        ValueWord::stored(CrateType::ReferenceListOp, self.heap.place(&bytes))
+        bytes
+    }
+
+    /// Which variant is chosen of each set: names by names.
+    pub fn variant_selection(&mut self, chosen: &[(&str, &str)]) -> ValueWord {
+        let mut bytes = Vec::new();
+        put_u64(&mut bytes, chosen.len() as u64);
+        for (set, variant) in chosen {
+            put_u32(&mut bytes, self.string(set));
+            put_u32(&mut bytes, self.string(variant));
+        }
+        ValueWord::stored(CrateType::VariantSelectionMap, self.heap.place(&bytes))
     }
 
     /// A list of one path that replaces what is there.

@@ -19,7 +19,12 @@ enum Shape {
 
 const ASSET_PATH: u64 = 12;
 const TOKEN: u64 = 11;
+const STRING: u64 = 10;
 const REFERENCES: u64 = 35;
+const PAYLOADS: u64 = 55;
+const TOKENS: u64 = 32;
+const PATHS: u64 = 34;
+const EXPLICIT: u8 = 0b11;
 const PREPENDED: u8 = 1 << 5;
 
 impl Word {
@@ -51,22 +56,54 @@ impl Word {
         Bytes::at(file, self.payload() as usize)
     }
 
-    /// The number of the token of a token or an asset path.
-    pub fn token(self) -> ReadResult<u32> {
+    /// Whether it stands for a string, whose number is not that of a token.
+    pub fn is_string(self) -> bool {
+        self.of_type() == STRING
+    }
+
+    /// The number of the token of a token or an asset path, or of a string; of an array of tokens the first.
+    pub fn token(self, file: &[u8]) -> ReadResult<u32> {
         match (self.of_type(), self.is_array(), self.is_inlined()) {
-            (TOKEN | ASSET_PATH, false, true) => Ok(self.payload() as u32),
+            (TOKEN | ASSET_PATH | STRING, false, true) => Ok(self.payload() as u32),
+            (TOKEN, true, false) if self.payload() > 0 => {
+                let mut content = self.content(file)?;
+                match content.length()? {
+                    0 => Err("an array of tokens is empty".to_owned()),
+                    _ => Ok(u32::from_le_bytes(content.array()?)),
+                }
+            }
             (other, ..) => Err(format!("a value of type {other} is no token")),
         }
     }
 
-    /// The number of the string of the first layer that a list of references puts before others.
+    /// The number of the string of the first layer that a list of references or payloads puts before others.
     pub fn first_prepended(self, file: &[u8]) -> ReadResult<u32> {
         let mut content = self.content(file)?;
         let [edit] = content.array()?;
-        if self.of_type() != REFERENCES || edit != PREPENDED || content.length()? == 0 {
-            return Err("references are not prepended".to_owned());
+        if ![REFERENCES, PAYLOADS].contains(&self.of_type()) || edit != PREPENDED || content.length()? == 0 {
+            return Err("references or payloads are not prepended".to_owned());
         }
         Ok(u32::from_le_bytes(content.array()?))
+    }
+
+    /// Numbers of the tokens that a list puts before others.
+    pub fn prepended_tokens(self, file: &[u8]) -> ReadResult<Vec<u32>> {
+        let mut content = self.content(file)?;
+        let [edit] = content.array()?;
+        if self.of_type() != TOKENS || edit != PREPENDED {
+            return Err("tokens are not prepended".to_owned());
+        }
+        (0..content.length()?).map(|_| Ok(u32::from_le_bytes(content.array()?))).collect()
+    }
+
+    /// The number of the first path of a list that replaces others.
+    pub fn first_explicit_path(self, file: &[u8]) -> ReadResult<i32> {
+        let mut content = self.content(file)?;
+        let [edit] = content.array()?;
+        if self.of_type() != PATHS || edit != EXPLICIT || content.length()? == 0 {
+            return Err("a list of paths is empty or replaces nothing".to_owned());
+        }
+        Ok(i32::from_le_bytes(content.array()?))
     }
 
     /// All numbers, one after another; quaternions as w, x, y, z.
