@@ -15,6 +15,9 @@ use crate::store::Digest;
 /// Smallest side of a picture somebody could see a table in, pixels.
 const MIN_SIDE_PX: u32 = 32;
 
+/// Largest side that is decoded, pixels.
+const MAX_SIDE_PX: u32 = 16_384;
+
 /// A picture that was checked, but not stored.
 #[derive(Clone, Debug)]
 pub struct Picture {
@@ -50,6 +53,12 @@ fn look(bytes: Bytes, max_pixels: u64) -> Result<Picture, Problem> {
         return Err(invalid(
             "image_dimensions",
             format!("the picture is {width} x {height}; send one of at most {max_pixels} pixels"),
+        ));
+    }
+    if width.max(height) > MAX_SIDE_PX {
+        return Err(invalid(
+            "image_dimensions",
+            format!("the picture is {width} x {height}; each side may have at most {MAX_SIDE_PX} pixels"),
         ));
     }
     if width.min(height) < MIN_SIDE_PX {
@@ -109,6 +118,7 @@ mod tests {
         assert_eq!(code(good.clone(), 10_000), "fine");
         assert_eq!(code(good.clone(), 3_000), "image_dimensions");
         assert_eq!(code(png(8, 200), 10_000), "image_dimensions");
+        assert_eq!(code(png(16_500, 32), 10_000_000), "image_dimensions");
         assert_eq!(code(good[..good.len() / 2].to_vec(), 10_000), "image_unreadable");
         assert_eq!(code(b"GIF89a................".to_vec(), 10_000), "image_format");
         assert_eq!(code(b"<svg onload=alert(1)>".to_vec(), 10_000), "image_format");

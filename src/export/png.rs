@@ -91,8 +91,6 @@ fn decoded(
         return Err(PictureError::UnknownFormat);
     }
     let mut limits = Limits::default();
-    limits.max_image_width = Some(MAX_SIDE_PX);
-    limits.max_image_height = Some(MAX_SIDE_PX);
     limits.max_alloc = Some(MAX_DECODED_BYTES);
     let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
     reader.limits(limits);
@@ -163,5 +161,20 @@ mod tests {
             assert!(decode_png(&bytes[..length]).is_err(), "{length} bytes");
         }
         assert!(matches!(decode_png(b"GIF89a"), Err(PictureError::UnknownFormat)));
+        // A header alone decides: no pixel of 20,000 x 20,000 is ever asked for.
+        let mut bomb = bytes;
+        bomb[16..24].copy_from_slice(&[0, 0, 0x4e, 0x20, 0, 0, 0x4e, 0x20]);
+        let checksum = crc32(&bomb[12..29]);
+        bomb[29..33].copy_from_slice(&checksum.to_be_bytes());
+        let refused = decode_photograph(&bomb, 100_000_000);
+        assert!(matches!(refused, Err(PictureError::TooLarge { width_px: 20_000, .. })), "{refused:?}");
+    }
+
+    /// Of a PNG chunk (PNG 1.2, appendix D).
+    fn crc32(bytes: &[u8]) -> u32 {
+        !bytes.iter().fold(!0, |sum: u32, byte| {
+            (0..8)
+                .fold(sum ^ u32::from(*byte), |sum, _| (sum >> 1) ^ (0xedb8_8320 & (sum & 1).wrapping_neg()))
+        })
     }
 }

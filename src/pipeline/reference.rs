@@ -221,3 +221,24 @@ async fn known_picture(context: &Context, artifact: &ArtifactRef) -> Result<Arc<
     decoded.keep(&artifact.digest, &known);
     Ok(known)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_transparent_is_shown_on_white() {
+        let mut picture = Image::filled(4, 1, [200, 100, 0, 255]);
+        picture.set_pixel(1, 0, [200, 100, 0, 0]);
+        picture.set_pixel(2, 0, [200, 100, 0, 51]);
+        let shown = on_white(picture);
+        let pixels = [0, 1, 2].map(|x| shown.pixel(x, 0));
+        assert_eq!(pixels, [[200, 100, 0, 255], [255; 4], [244, 224, 204, 255]]);
+    }
+
+    #[test]
+    fn large_pictures_are_reduced_and_keep_their_proportions() {
+        let reduced = fitted_down(Image::filled(2 * MAX_SIDE_PX, MAX_SIDE_PX, [9, 9, 9, 255]));
+        assert_eq!((reduced.width_px(), reduced.height_px()), (MAX_SIDE_PX, MAX_SIDE_PX / 2));
+    }
+}

@@ -32,7 +32,10 @@ pub enum VisionError {
          ({residual_px:.0} pixels off); hold the camera level and show the whole table"
     )]
     CameraUnclear { residual_px: f64 },
-    #[error("reading the picture: the table top was found, but nothing could be told apart on it")]
+    #[error(
+        "reading the picture: nothing that stands on a table top could be told apart in it; send a picture of one whole \
+         table, seen somewhat from above, with things on it that differ from the top"
+    )]
     NoObjects,
     #[error(
         "reading the picture: what stands on the table could not be told apart: one outline covers \
@@ -83,6 +86,33 @@ impl From<NetworkError> for VisionError {
         match error {
             NetworkError::Interrupted(interrupted) => Self::Interrupted(interrupted),
             other => Self::Network(other),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_refusal_says_what_to_do() {
+        let refusals = [
+            VisionError::TooSmall { width_px: 9, height_px: 9 },
+            VisionError::BackdropNotPlain { percent: 20.0 },
+            VisionError::NoTop { percent: 6.0 },
+            VisionError::OutlineUnclear { percent: 70.0 },
+            VisionError::CameraUnclear { residual_px: 9.0 },
+            VisionError::NoObjects,
+            VisionError::ObjectsNotSeparated { percent: 60.0 },
+            VisionError::TooManyObjects { count: 99 },
+            VisionError::NoTopSeen { percent: 3.0 },
+            VisionError::NoCamera,
+        ];
+        for refusal in refusals {
+            let words = refusal.to_string();
+            let advice = words.split_once("; ").map_or("", |(_, advice)| advice);
+            let begins = ["send ", "hold ", "set ", "use "];
+            assert!(begins.iter().any(|word| advice.starts_with(word)), "{}: {words}", refusal.code());
         }
     }
 }

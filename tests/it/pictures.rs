@@ -1,8 +1,10 @@
 //! Painting pictures and the benchmark of reading them, from outside.
 
+use std::io::Cursor;
 use std::path::Path;
 use std::process::{Command, Output};
 
+use image::{ImageFormat, Rgb, RgbImage};
 use serde_json::Value;
 
 fn run(directory: &Path, arguments: &[&str]) -> Output {
@@ -41,6 +43,83 @@ fn painting_goes_on_where_it_was() {
     assert_eq!(std::fs::read(first.join("picture.jpg")).unwrap(), picture);
     let truth: Value = serde_json::from_slice(&std::fs::read(first.join("truth.json")).unwrap()).unwrap();
     assert_eq!((&truth["split"], &truth["number"]), (&Value::from("validation"), &Value::from(0)));
+}
+
+/// A page, noise, and a face, each 480 x 400.
+fn without_a_table() -> [(&'static str, RgbImage); 3] {
+    let page = RgbImage::from_pixel(480, 400, Rgb([252, 252, 250]));
+    let noise = RgbImage::from_fn(480, 400, |x, y| {
+        // A multiplicative hash: neighbors have nothing in common.
+        let k = (x.wrapping_mul(0x9e37_79b9) ^ y.wrapping_mul(0x85eb_ca6b)).wrapping_mul(0xc2b2_ae35);
+        Rgb([(k >> 24) as u8, (k >> 16) as u8, (k >> 8) as u8])
+    });
+    let within = |x: u32, y: u32, at: (f64, f64), size: (f64, f64)| {
+        ((f64::from(x) - at.0) / size.0).hypot((f64::from(y) - at.1) / size.1) < 1.0
+    };
+    let face = RgbImage::from_fn(480, 400, |x, y| {
+        let is = |at: (f64, f64), size: (f64, f64)| within(x, y, at, size);
+        if is((190.0, 170.0), (10.0, 10.0)) || is((290.0, 170.0), (10.0, 10.0)) {
+            Rgb([40, 30, 26])
+        } else if is((190.0, 170.0), (30.0, 16.0)) || is((290.0, 170.0), (30.0, 16.0)) {
+            Rgb([245, 243, 240])
+        } else if is((240.0, 290.0), (48.0, 14.0)) {
+            Rgb([176, 84, 80])
+        } else if is((240.0, 225.0), (14.0, 36.0)) {
+            Rgb([214, 168, 140])
+        } else if is((240.0, 210.0), (125.0, 165.0)) {
+            Rgb([228, 184, 156])
+        } else if is((240.0, 170.0), (145.0, 160.0)) {
+            Rgb([70, 46, 32])
+        } else {
+            Rgb([150, 170, 190])
+        }
+    });
+    [("page", page), ("noise", noise), ("face", face)]
+}
+
+/// The files are JPEGs that are called PNG.
+#[test]
+fn a_picture_without_a_table_fails_with_a_code_and_advice() {
+    let home = tempfile::tempdir().unwrap();
+    for (what, picture) in without_a_table() {
+        let mut bytes = Cursor::new(Vec::new());
+        picture.write_to(&mut bytes, ImageFormat::Jpeg).unwrap();
+        let name = format!("{what}.png");
+        std::fs::write(home.path().join(&name), bytes.into_inner()).unwrap();
+        let output = run(home.path(), &["generate", "--image", &name, "--out", what]);
+        let said = told(&output);
+        assert_eq!(output.status.code(), Some(4), "{what}: {said}");
+        let codes = ["no_table_top", "no_objects", "camera_unclear"];
+        assert!(codes.iter().any(|code| said.contains(code)), "{what}: {said}");
+        assert!(said.contains("; send ") || said.contains("; hold "), "{what}: {said}");
+        assert!(!home.path().join(what).exists(), "{what} left a bundle");
+    }
+}
+
+#[test]
+fn files_that_are_no_whole_pictures_are_refused_before_the_work() {
+    let home = tempfile::tempdir().unwrap();
+    let [(_, page), ..] = without_a_table();
+    let mut png = Cursor::new(Vec::new());
+    page.write_to(&mut png, ImageFormat::Png).unwrap();
+    let png = png.into_inner();
+    let mut claims = png.clone();
+    // 20,000 x 20,000 by the header; its check sum is wrong then, too.
+    claims[16..24].copy_from_slice(&[0, 0, 0x4e, 0x20, 0, 0, 0x4e, 0x20]);
+    for (name, bytes, says) in [
+        ("cut.png", &png[..png.len() / 2], "the picture is damaged"),
+        ("claims.png", &claims[..], "the picture is"),
+        ("moving.gif", b"GIF89a\x10\0\x10\0\0\0\0;", "convert it"),
+        ("drawn.svg", b"<svg xmlns='http://www.w3.org/2000/svg'/>", "convert it"),
+        ("text.png", b"a table with a mug", "convert it"),
+    ] {
+        std::fs::write(home.path().join(name), bytes).unwrap();
+        let output = run(home.path(), &["generate", "--image", name, "--out", "out"]);
+        let said = told(&output);
+        assert_eq!(output.status.code(), Some(2), "{name}: {said}");
+        assert!(said.contains(says) && !said.contains("panicked"), "{name}: {said}");
+        assert!(!home.path().join("out").exists(), "{name} left a bundle");
+    }
 }
 
 #[test]

@@ -19,6 +19,19 @@ fn png(width: u32, height: u32) -> Vec<u8> {
     bytes.into_inner()
 }
 
+/// A small PNG file whose header claims another size.
+fn claiming(width: u32, height: u32) -> Vec<u8> {
+    let mut bytes = png(64, 64);
+    bytes[16..20].copy_from_slice(&width.to_be_bytes());
+    bytes[20..24].copy_from_slice(&height.to_be_bytes());
+    // CRC-32 of the chunk (PNG 1.2, appendix D).
+    let checksum = !bytes[12..29].iter().fold(!0, |sum: u32, byte| {
+        (0..8).fold(sum ^ u32::from(*byte), |sum, _| (sum >> 1) ^ (0xedb8_8320 & (sum & 1).wrapping_neg()))
+    });
+    bytes[29..33].copy_from_slice(&checksum.to_be_bytes());
+    bytes
+}
+
 /// A multipart body of named fields, and its content type.
 fn form(fields: &[(&str, &[u8])]) -> (String, Vec<u8>) {
     let mut body = Vec::new();
@@ -112,6 +125,7 @@ async fn bad_json_is_refused_with_advice_and_nothing_is_enqueued() {
     let long = "x".repeat(201);
     let small = STANDARD.encode(png(16, 16));
     let cut = STANDARD.encode(&png(64, 64)[..200]);
+    let huge = STANDARD.encode(claiming(20_000, 20_000));
     let many: Value =
         (0..33).map(|i| (format!("k{i}"), json!("v"))).collect::<serde_json::Map<_, _>>().into();
     for (body, status, code, pointer) in [
@@ -184,6 +198,14 @@ async fn bad_json_is_refused_with_advice_and_nothing_is_enqueued() {
         (json!({ "image": { "base64": "%%%" } }), 422, "invalid_body", "/image/base64"),
         (json!({ "image": {} }), 422, "invalid_body", "/image"),
         (json!({ "image": { "base64": STANDARD.encode("GIF89a") } }), 415, "image_format", "-"),
+        (
+            json!({ "image": { "base64": STANDARD.encode("<svg xmlns='http://www.w3.org/2000/svg'/>") } }),
+            415,
+            "image_format",
+            "-",
+        ),
+        (json!({ "image": { "base64": STANDARD.encode("a table with a mug") } }), 415, "image_format", "-"),
+        (json!({ "image": { "base64": huge } }), 422, "image_dimensions", "-"),
         (json!({ "image": { "base64": small } }), 422, "image_dimensions", "-"),
         (json!({ "image": { "base64": cut } }), 422, "image_unreadable", "-"),
     ] {
