@@ -6,14 +6,16 @@
 //! back inside the outline ([`mod@separate`]), settle under gravity and take the settled poses. Contained things
 //! find their place one by one ([`mod@contain`]). A round is accepted when no visual meshes interpenetrate,
 //! everything is still with its supporter, supported and inside the outline, and five more seconds change
-//! nothing; else the next round starts with more clearance, nudges what failed toward its supporter's middle or
-//! tries other places in its container. What cannot be resolved is an error that names the objects. Children
+//! nothing; else the next round starts with more clearance, nudges what failed toward its supporter's middle, keeps what
+//! came to rest over the edge (as tall things do that fall) as much farther from it, or tries other places in its
+//! container. What cannot be resolved is an error that names the objects. Children
 //! move with their supporters; contained things use the true shapes.
 //!
 //! World frame, meters, radians. Deterministic. A fraction of a second for twenty objects.
 
 mod place;
 mod contain;
+mod inside;
 mod separate;
 mod tree;
 
@@ -153,6 +155,8 @@ struct Fault {
     reason: String,
     /// Moving it toward its supporter's middle may help.
     nudge: bool,
+    /// How far it reaches over the table's edge.
+    over_edge_m: f64,
 }
 
 /// Finds poses that hold, near the wanted ones.
@@ -176,6 +180,7 @@ pub fn resolve(
     let wanted: Vec<Pose> = problem.bodies.iter().map(|b| b.world_from_object).collect();
     let (mut plan, mut log) = (wanted.clone(), Vec::new());
     let mut nudges = vec![0_usize; wanted.len()];
+    let mut insets_m = vec![0.0; wanted.len()];
     let mut faults: Vec<Fault> = Vec::new();
     let rounds = settings.clearances_m.len();
     for (round, &clearance_m) in settings.clearances_m.iter().enumerate() {
@@ -183,11 +188,14 @@ pub fn resolve(
         for fault in faults.iter().filter(|fault| fault.nudge) {
             nudges[fault.body] += 1;
         }
+        for fault in faults.iter().filter(|fault| fault.over_edge_m > 0.0) {
+            insets_m[fault.body] += fault.over_edge_m + settings.outline_margin_m;
+        }
         // Dropping changes heights and pushing changes what lies below, so they take turns.
         let mut seated = vec![None; plan.len()];
         for _ in 0..3 {
             place::drop_all(&scene, &mut plan, &nudges, &mut seated, &mut log, interrupt)?;
-            if !separate::push_apart(&scene, &mut plan, clearance_m, &mut log, interrupt)? {
+            if !separate::push_apart(&scene, &mut plan, clearance_m, &insets_m, &mut log, interrupt)? {
                 break;
             }
         }
@@ -242,7 +250,7 @@ fn settle_and_judge(
             .map(|body| {
                 let way_mm = 1e3 * check.movements[body].displacement_m;
                 let reason = format!("{} does not come to rest ({way_mm:.1} mm)", scene.name(body));
-                Fault { body, reason, nudge: true }
+                Fault { body, reason, nudge: true, over_edge_m: 0.0 }
             })
             .collect();
         if moving.is_empty() {
@@ -265,15 +273,13 @@ fn find_faults(
     for &body in &scene.tree.order {
         let Some(support) = scene.tree.support[body] else { continue };
         let name = scene.name(body);
-        let mut fault = |reason: String, nudge: bool| faults.push(Fault { body, reason, nudge });
-        let outside = scene
-            .footprint(body, poses)
-            .iter()
-            .map(|&p| -scene.problem.outline.depth_inside_m(p))
-            .fold(f64::NEG_INFINITY, f64::max);
-        if outside > 0.0 {
-            fault(format!("{name} reaches {:.0} mm over the table's edge", 1e3 * outside), false);
+        let (over_edge_m, _) = inside::missing(scene.problem.outline, &scene.footprint(body, poses), 0.0);
+        if over_edge_m > 0.0 {
+            let reason = format!("{name} reaches {:.0} mm over the table's edge", 1e3 * over_edge_m);
+            faults.push(Fault { body, reason, nudge: false, over_edge_m });
         }
+        let mut fault =
+            |reason: String, nudge: bool| faults.push(Fault { body, reason, nudge, over_edge_m: 0.0 });
         let parent = support.parent;
         if support.inside {
             if !contain::reaches_in(scene, body, parent, poses) {
@@ -308,13 +314,13 @@ fn find_faults(
     for (&body, finding) in movable.iter().zip(&findings).filter(|(_, finding)| !finding.is_supported()) {
         let over_mm = 1e3 * (certify.support_dilation_m - finding.margin_m);
         let reason = format!("{} hangs {over_mm:.0} mm over what carries it", scene.name(body));
-        faults.push(Fault { body, reason, nudge: true });
+        faults.push(Fault { body, reason, nudge: true, over_edge_m: 0.0 });
     }
     for pair in collisions(&solids, certify, interrupt)?.colliding {
         let body = if pair.a == scene.tree.table { pair.b } else { pair.a };
         let (a, b) = (scene.name(pair.a), scene.name(pair.b));
         let reason = format!("{a} and {b} overlap by {:.1} mm", 1e3 * pair.depth_m);
-        faults.push(Fault { body, reason, nudge: false });
+        faults.push(Fault { body, reason, nudge: false, over_edge_m: 0.0 });
     }
     Ok(faults)
 }

@@ -9,18 +9,19 @@ use std::f64::consts::TAU;
 
 use glam::DVec2;
 
-use super::{ResolveError, Scene, depth_over_parent_m};
+use super::{ResolveError, Scene, depth_over_parent_m, inside};
 use crate::geometry::cast::{are_closer, slide_distance};
 use crate::geometry::{Interrupt, Pose};
 
 /// Moves below this do not count, meters.
 const SMALL_M: f64 = 2e-6;
 
-/// Separates everything; whether anything moved.
+/// Separates everything; whether anything moved. Body k keeps `insets_m[k]` more than the margin from the edge.
 pub(super) fn push_apart(
     scene: &Scene,
     poses: &mut [Pose],
     clearance_m: f64,
+    insets_m: &[f64],
     log: &mut Vec<String>,
     interrupt: &Interrupt,
 ) -> Result<bool, ResolveError> {
@@ -28,7 +29,7 @@ pub(super) fn push_apart(
     let mut settled = false;
     for _ in 0..scene.settings.separation_passes {
         let apart = push_pairs(scene, poses, clearance_m, interrupt)?;
-        let inside = push_inside(scene, poses);
+        let inside = push_inside(scene, poses, insets_m);
         if apart.max(inside) < SMALL_M {
             settled = true;
             break;
@@ -36,7 +37,7 @@ pub(super) fn push_apart(
     }
     if !settled {
         poses.copy_from_slice(&before);
-        lay_out_again(scene, poses, clearance_m, interrupt)?;
+        lay_out_again(scene, poses, clearance_m, insets_m, interrupt)?;
     }
     let mut moved = false;
     for &body in &scene.tree.order {
@@ -101,37 +102,23 @@ fn push_pairs(
     Ok(largest)
 }
 
-/// How far a branch must move to lie inside the outline with the margin: the worst corner's way.
-fn way_inside(scene: &Scene, poses: &[Pose], body: usize) -> DVec2 {
+/// How far a branch must move to lie inside the outline with the margin: the worst member's way.
+fn way_inside(scene: &Scene, poses: &[Pose], body: usize, insets_m: &[f64]) -> DVec2 {
     let outline = scene.problem.outline;
-    let corners = outline.corners();
-    let mut worst = (0.0, DVec2::ZERO);
-    for member in scene.tree.branch(body) {
-        for point in scene.footprint(member, poses) {
-            let missing = scene.settings.outline_margin_m - outline.depth_inside_m(point);
-            if missing <= worst.0 {
-                continue;
-            }
-            let (edge, _) = (0..corners.len())
-                .map(|k| {
-                    let (a, b) = (corners[k], corners[(k + 1) % corners.len()]);
-                    let t = ((point - a).dot(b - a) / (b - a).length_squared().max(1e-300)).clamp(0.0, 1.0);
-                    (k, (point - (a + t * (b - a))).length_squared())
-                })
-                .fold((0, f64::INFINITY), |best, next| if next.1 < best.1 { next } else { best });
-            let (a, b) = (corners[edge], corners[(edge + 1) % corners.len()]);
-            worst = (missing, (b - a).perp().normalize_or_zero() * missing);
-        }
-    }
-    worst.1
+    let of = |member: usize| {
+        let margin_m = scene.settings.outline_margin_m + insets_m[member];
+        inside::missing(outline, &scene.footprint(member, poses), margin_m)
+    };
+    let members = scene.tree.branch(body).into_iter().map(of);
+    members.fold((0.0, DVec2::ZERO), |worst, next| if next.0 > worst.0 { next } else { worst }).1
 }
 
-fn push_inside(scene: &Scene, poses: &mut [Pose]) -> f64 {
+fn push_inside(scene: &Scene, poses: &mut [Pose], insets_m: &[f64]) -> f64 {
     let mut largest: f64 = 0.0;
     for &body in &scene.tree.order {
         let Some(support) = scene.tree.support[body] else { continue };
         if support.parent == scene.tree.table {
-            let way = way_inside(scene, poses, body);
+            let way = way_inside(scene, poses, body, insets_m);
             shift(scene, poses, body, way);
             largest = largest.max(way.length());
         } else if !support.inside {
@@ -153,6 +140,7 @@ fn lay_out_again(
     scene: &Scene,
     poses: &mut [Pose],
     clearance_m: f64,
+    insets_m: &[f64],
     interrupt: &Interrupt,
 ) -> Result<(), ResolveError> {
     let area = |body: usize| {
@@ -179,7 +167,7 @@ fn lay_out_again(
                     DVec2::from_angle(TAU * f64::from(k) / f64::from(count)) * (0.008 * f64::from(ring));
                 poses.copy_from_slice(&start);
                 shift(scene, poses, body, way);
-                let inside = way_inside(scene, poses, body) == DVec2::ZERO;
+                let inside = way_inside(scene, poses, body, insets_m) == DVec2::ZERO;
                 if inside
                     && members.iter().all(|&m| {
                         standing.iter().all(|&s| {

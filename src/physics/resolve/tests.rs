@@ -172,6 +172,21 @@ fn what_hangs_over_the_edge_comes_in_with_what_it_carries() {
 }
 
 #[test]
+fn what_falls_over_the_edge_is_set_back_until_it_lies_on_the_table() {
+    let outline = square(0.3);
+    let mut scenery = Scenery::new();
+    let plate = scenery.add("plate", block(DVec3::new(0.1, 0.01, 0.3)), 0.0, 0.2, 0, false);
+    // It leans over the near edge and will fall that way, 0.15 m beyond it.
+    let pose = &mut scenery.bodies[plate].world_from_object;
+    pose.rotation = DQuat::from_rotation_x(-0.5);
+    let resolved = scenery.resolve_on(&outline).expect("there is room to lie");
+    scenery.check(&resolved, &outline);
+    assert!(resolved.rotations_rad[plate] > 0.9, "{:?}", resolved.rotations_rad);
+    assert!(resolved.displacements_m[plate] > 0.05 && resolved.rounds > 1, "{resolved:?}");
+    assert!(resolved.log.iter().any(|line| line.starts_with("plate moved")), "{:?}", resolved.log);
+}
+
+#[test]
 fn a_spoon_goes_into_the_mug_and_an_apple_into_the_bowl() {
     let mut scenery = Scenery::new();
     let cup = scenery.add("hollow_mug", mug(), 0.0, 0.0, 0, false);
