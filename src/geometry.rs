@@ -21,6 +21,7 @@ pub mod textured_mesh;
 pub mod solid;
 pub mod shapes;
 pub mod outline;
+pub mod standing_solid;
 pub mod hull;
 pub mod physical;
 pub mod shells;
@@ -48,6 +49,7 @@ pub use outline::Outline;
 pub use physical::{Friction, MassProperties};
 pub use pose::Pose;
 pub use solid::Solid;
+pub use standing_solid::{SolidFit, SolidKind};
 pub use texture::Texture;
 pub use textured_mesh::{FaceGroup, TexturedMesh};
 

@@ -7,7 +7,7 @@
 //! made for product pictures (plain light backdrop, level camera, whole table) and refuses rather than
 //! guesses: [`VisionError`] says what was not found. [`descriptor`] is the classical form of `Phi`, [`dinov2`] the
 //! learned one, which is given its weights. [`mask_repair`] mends masks that a network drew, [`placement`] finds where a
-//! redrawn thing lies. [`network`] looks at frames with weights that `training/` wrote; none come with the program. Where
+//! redrawn thing lies, [`fidelity`] compares a picture with one of the scene made from it. [`network`] looks at frames with weights that `training/` wrote; none come with the program. Where
 //! there are some, [`read_with_network`] reads by them instead.
 //!
 //! Vision knows pictures and geometry, neither jobs nor ports; nothing here is random.
@@ -28,6 +28,7 @@ mod silhouette;
 pub mod solid_fit;
 pub mod mask_repair;
 pub mod placement;
+pub mod fidelity;
 mod reading;
 mod learned;
 pub mod descriptor;

@@ -63,6 +63,20 @@ impl Outline {
         if inside { nearest } else { -nearest }
     }
 
+    /// The point, or the one of the edge nearest to it where it lies outside.
+    pub fn nearest_inside(&self, point: DVec2) -> DVec2 {
+        if self.contains(point) {
+            return point;
+        }
+        let on_sides = self.0.iter().enumerate().map(|(k, &b)| {
+            let a = self.0[(k + self.0.len() - 1) % self.0.len()];
+            let t = ((point - a).dot(b - a) / (b - a).length_squared().max(1e-300)).clamp(0.0, 1.0);
+            a + t * (b - a)
+        });
+        let away = |p: &DVec2| (point - *p).length_squared();
+        on_sides.min_by(|a, b| away(a).total_cmp(&away(b))).unwrap_or(point)
+    }
+
     /// Whether the point lies inside or on the edge.
     pub fn contains(&self, point: DVec2) -> bool {
         self.depth_inside_m(point) >= -1e-12
@@ -97,6 +111,9 @@ mod tests {
         assert!((outline.area_m2() - 4.0).abs() < 1e-12);
         assert!((outline.depth_inside_m(DVec2::new(1.5, 1.0)) - 0.5).abs() < 1e-12);
         assert!((outline.depth_inside_m(DVec2::new(3.0, 1.0)) + 1.0).abs() < 1e-12);
+        assert_eq!(outline.nearest_inside(DVec2::new(1.5, 1.0)), DVec2::new(1.5, 1.0));
+        assert_eq!(outline.nearest_inside(DVec2::new(3.0, 1.5)), DVec2::new(2.0, 1.5));
+        assert_eq!(outline.nearest_inside(DVec2::new(-1.0, 3.0)), DVec2::new(0.0, 2.0));
         assert_eq!(Outline::new(vec![DVec2::ZERO; 3]), Err(OutlineError::NoArea));
     }
 }

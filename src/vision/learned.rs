@@ -30,7 +30,7 @@ use super::reading::{
     ObjectReading, PictureReading, Stand, TableReading, TopShape, mean_color, stacking, whole_picture,
 };
 use super::regions;
-use super::solid_fit::{self, Expected, ExpectedBase, InnerEdges};
+use super::solid_fit::{self, Expected, ExpectedBase, InnerEdges, Surroundings};
 use crate::geometry::{Camera, Image, Interrupt, Interrupted, Mask};
 
 /// Reads a picture with the network; see the module for how, and [`VisionError`] for why not. Deterministic. Cost: about
@@ -58,16 +58,25 @@ pub fn read_with_network(
     let things = instances::find(&maps, picture_px, settings)?;
     let masks = masks(&things, &maps, &pixels, settings);
     let edges = InnerEdges::new(&pixels);
+    let in_front = nearer_ones(&masks);
+    let eye_height = top.found.camera.world_from_camera.translation_m.z;
     let read = masks
         .par_iter()
         .zip(&things)
-        .map(|(mask, thing)| {
+        .zip(&in_front)
+        .map(|((mask, thing), in_front)| {
             interrupt.check()?;
             let own = indices(mask);
             let whole = solid_fit::without_holes(&own, pixels.width, pixels.height);
             let said = expected(thing, &maps, &pixels, &top.found.camera);
             let expected = said.as_ref().map(|(expected, _)| expected);
-            let Some(solid) = solid_fit::fit(&whole, &top.found.camera, Some(&edges), expected) else {
+            let raised = said.as_ref().map_or(0.0, |(_, support)| *support);
+            let around = Surroundings {
+                in_front: Some(in_front.bits()),
+                top: Some((&top.outline, (eye_height - raised) / eye_height)),
+            };
+            let Some(solid) = solid_fit::fit(&whole, &top.found.camera, Some(&edges), expected, &around)
+            else {
                 return Ok(None);
             };
             let object = ObjectReading {
@@ -143,6 +152,19 @@ fn masks(things: &[Thing], maps: &Maps, pixels: &Pixels, settings: &NetworkReadi
         })
         .collect();
     mask_repair::repaired(&pixels.copy, &rough)
+}
+
+/// For each thing the pixels of those that come after it, which stand nearer to the camera.
+fn nearer_ones(masks: &[Mask]) -> Vec<Mask> {
+    let Some(first) = masks.first() else { return Vec::new() };
+    let mut nearer = Mask::empty(first.width_px(), first.height_px());
+    let mut all = Vec::with_capacity(masks.len());
+    for mask in masks.iter().rev() {
+        all.push(nearer.clone());
+        nearer.unite(mask);
+    }
+    all.reverse();
+    all
 }
 
 fn indices(mask: &Mask) -> Vec<usize> {

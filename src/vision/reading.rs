@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::outline::{self, Hypothesis, Seen};
 use super::pixels::Pixels;
-use super::solid_fit::{self, InnerEdges, SolidFit, SolidKind};
+use super::solid_fit::{self, InnerEdges, SolidFit, SolidKind, Surroundings};
 use super::surface::{self, Candidate};
 use super::{VisionError, VisionSettings, backdrop, camera_fit, instances};
 use crate::geometry::{Camera, Image, Interrupt, Interrupted, Mask, Pose, Rgb};
@@ -90,7 +90,9 @@ pub fn read_picture(
         .map(|thing| {
             interrupt.check()?;
             let whole = solid_fit::without_holes(thing, pixels.width, pixels.height);
-            let Some(solid) = solid_fit::fit(&whole, &found.camera, Some(&edges), None) else {
+            let Some(solid) =
+                solid_fit::fit(&whole, &found.camera, Some(&edges), None, &Surroundings::default())
+            else {
                 return Ok(None);
             };
             let mut bits = vec![false; pixels.len()];

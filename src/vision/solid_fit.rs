@@ -21,72 +21,8 @@ use super::contour;
 use super::pixels::Pixels;
 use super::regions;
 use super::silhouette::Silhouette;
+pub use crate::geometry::standing_solid::{SolidFit, SolidKind};
 use crate::geometry::{Camera, Image, Mask};
-
-/// What kind of solid an object is read as; lengths in the camera's unit, frame with its origin at the
-/// middle of the base, +z up.
-#[derive(Clone, Debug, PartialEq)]
-pub enum SolidKind {
-    /// Turned about +z: (radius, z) from the base up.
-    Turned { profile: Vec<DVec2> },
-    /// A box.
-    Block,
-    /// This outline (x, y; counter-clockwise) raised to the solid's height.
-    Flat { outline: Vec<DVec2> },
-    /// This outline (x, z; counter-clockwise) in the plane of x and z, as deep as the solid.
-    Upright { outline: Vec<DVec2> },
-}
-
-/// A solid and where it stands.
-#[derive(Clone, Debug, PartialEq)]
-pub struct SolidFit {
-    pub kind: SolidKind,
-    /// Middle of the base on the table plane.
-    pub center: DVec2,
-    /// Turn about +z.
-    pub yaw_rad: f64,
-    /// Extents in its own frame.
-    pub size: DVec3,
-    /// Intersection over union of its outline with the mask, 0..1.
-    pub overlap: f64,
-}
-
-impl SolidFit {
-    /// The solid with all lengths multiplied by `factor`.
-    pub fn scaled(&self, factor: f64) -> Self {
-        let times = |points: &[DVec2]| points.iter().map(|p| factor * *p).collect::<Vec<_>>();
-        let kind = match &self.kind {
-            SolidKind::Turned { profile } => SolidKind::Turned { profile: times(profile) },
-            SolidKind::Block => SolidKind::Block,
-            SolidKind::Flat { outline } => SolidKind::Flat { outline: times(outline) },
-            SolidKind::Upright { outline } => SolidKind::Upright { outline: times(outline) },
-        };
-        Self {
-            kind,
-            center: factor * self.center,
-            yaw_rad: self.yaw_rad,
-            size: factor * self.size,
-            overlap: self.overlap,
-        }
-    }
-
-    /// Corners of what it covers on the table, counter-clockwise.
-    pub fn footprint(&self) -> Vec<DVec2> {
-        let own: Vec<DVec2> = match &self.kind {
-            SolidKind::Turned { .. } => (0..48)
-                .map(|k| 0.5 * self.size.x * DVec2::from_angle(std::f64::consts::TAU * f64::from(k) / 48.0))
-                .collect(),
-            SolidKind::Flat { outline } => outline.clone(),
-            SolidKind::Block | SolidKind::Upright { .. } => {
-                let half = 0.5 * self.size.truncate();
-                [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
-                    .map(|(x, y)| half * DVec2::new(x, y))
-                    .to_vec()
-            }
-        };
-        own.into_iter().map(|p| self.center + DVec2::from_angle(self.yaw_rad).rotate(p)).collect()
-    }
-}
 
 /// Reads the set pixels of a mask as large as the camera's picture; `None` where it is empty or does not
 /// meet the table plane. `picture`, as large, shows edges inside the silhouette.
@@ -103,7 +39,17 @@ pub fn fit_solid(
     let set: Vec<usize> =
         mask.bits().iter().enumerate().filter(|(_, inside)| **inside).map(|(index, _)| index).collect();
     let edges = picture.map(|picture| InnerEdges::new(&Pixels::new(picture, u32::MAX)));
-    fit(&without_holes(&set, width, height), camera, edges.as_ref(), expected)
+    fit(&without_holes(&set, width, height), camera, edges.as_ref(), expected, &Surroundings::default())
+}
+
+/// What is around a thing.
+#[derive(Clone, Copy, Debug, Default)]
+pub(in crate::vision) struct Surroundings<'a> {
+    /// Where other things may hide it, a flag a pixel of the camera's picture.
+    pub in_front: Option<&'a [bool]>,
+    /// The top on which it stands, and the share of its distance from the camera at which it really is where that top is
+    /// higher than the table.
+    pub top: Option<(&'a [DVec2], f64)>,
 }
 
 /// As [`fit_solid`], of pixel indices, with the edges inside the silhouette and what else is known of the thing.
@@ -112,15 +58,23 @@ pub(in crate::vision) fn fit(
     camera: &Camera,
     edges: Option<&InnerEdges>,
     expected: Option<&Expected>,
+    around: &Surroundings,
 ) -> Option<SolidFit> {
     let width = camera.width_px as usize;
     let seen = Seen::new(indices, camera)?;
-    let silhouette = Silhouette::new(indices, width, 48);
+    let silhouette = |indices: &[usize]| {
+        let alone = Silhouette::new(indices, width, 48);
+        match around.in_front {
+            Some(in_front) => alone.behind(in_front, width),
+            None => alone,
+        }
+    };
+    let whole = silhouette(indices);
     let turned = turned_with_or_without_handle(indices, &seen, &silhouette, camera, expected);
-    let block = block::fit(&seen, &silhouette, camera, edges, expected);
-    let outline = contour::around(indices, width, 1.2);
-    let flat = flat::lying(&outline, camera, expected);
-    let upright = flat::standing(&outline, &seen, camera, expected);
+    let block = block::fit(&seen, &whole, camera, edges, expected);
+    let flat = flat::lying(&contour::around(indices, width, 1.2), camera, expected);
+    let footed = flat::with_a_foot(indices, width);
+    let upright = flat::standing(&contour::around(&footed, width, 1.2), &seen, camera, expected);
     let candidates = [
         turned.map(|fit| (fit.overlap, fit)),
         block.map(|fit| (fit.overlap - 0.01, fit)),
@@ -128,21 +82,50 @@ pub(in crate::vision) fn fit(
         upright.map(|fit| (0.66 + 0.06 * seen.mirror_symmetry, fit)),
     ];
     let merit = |(merit, fit): &(f64, SolidFit)| {
-        merit - expected.map_or(0.0, |e| e.disagreement(fit.center, fit.size.z, camera))
+        let unexpected = expected.map_or(0.0, |e| e.disagreement(fit.center, fit.size.z, camera));
+        merit - unexpected - wobble(fit) - OFF_THE_TOP * share_off_top(fit, around, camera)
     };
     let best = candidates.into_iter().flatten().max_by(|a, b| merit(a).total_cmp(&merit(b)));
     best.map(|(_, fit)| fit)
+}
+
+/// Least ratio of half the width of a foot to the height of the middle above it.
+const LEAST_FOOT: f64 = 0.12;
+/// What is taken off the merit of a solid on a point.
+const ON_A_POINT: f64 = 0.15;
+/// And of one all of whose foot lies beside the top.
+const OFF_THE_TOP: f64 = 0.3;
+
+/// Doubt about a solid that could hardly stand: what is seen standing has a foot.
+fn wobble(fit: &SolidFit) -> f64 {
+    let foot = match &fit.kind {
+        SolidKind::Turned { profile } => profile.first().map_or(0.0, |p| p.x),
+        SolidKind::Block => 0.5 * fit.size.x.min(fit.size.y),
+        SolidKind::Upright { .. } => 0.5 * fit.size.y,
+        SolidKind::Flat { .. } => return 0.0,
+    };
+    let ratio = foot / (0.5 * fit.size.z).max(1e-9);
+    ON_A_POINT * (1.0 - ratio / LEAST_FOOT).max(0.0)
+}
+
+/// Share of a footprint's corners that lie beside the top.
+fn share_off_top(fit: &SolidFit, around: &Surroundings, camera: &Camera) -> f64 {
+    let Some((top, nearer)) = around.top else { return 0.0 };
+    let eye = camera.world_from_camera.translation_m.truncate();
+    let corners = fit.footprint();
+    let off = corners.iter().filter(|p| !super::polygon::contains(top, eye + nearer * (**p - eye))).count();
+    off as f64 / corners.len().max(1) as f64
 }
 
 /// Handles and spouts spoil the outline of a turned body: what is left without thin parts may fit better.
 fn turned_with_or_without_handle(
     indices: &[usize],
     seen: &Seen,
-    silhouette: &Silhouette,
+    silhouette: &impl Fn(&[usize]) -> Silhouette,
     camera: &Camera,
     expected: Option<&Expected>,
 ) -> Option<SolidFit> {
-    let whole = turned::fit(seen, silhouette, camera, expected)?;
+    let whole = turned::fit(seen, &silhouette(indices), camera, expected)?;
     if whole.overlap > 0.9 {
         return Some(whole);
     }
@@ -153,7 +136,7 @@ fn turned_with_or_without_handle(
     let core = regions::opened(&bits, width, height, (0.18 * extent.min_element()) as f32);
     let core: Vec<usize> = (0..core.len()).filter(|&index| core[index]).collect();
     let without = Seen::new(&core, camera)
-        .and_then(|seen| turned::fit(&seen, &Silhouette::new(&core, width, 48), camera, expected))
+        .and_then(|seen| turned::fit(&seen, &silhouette(&core), camera, expected))
         .map(|fit| SolidFit { overlap: fit.overlap * core.len() as f64 / indices.len() as f64, ..fit })
         .filter(|fit| fit.overlap > whole.overlap);
     Some(without.unwrap_or(whole))

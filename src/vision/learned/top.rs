@@ -18,6 +18,8 @@ use crate::vision::regions::{filled, parts};
 const CORNER_SIGMA: f64 = 0.8;
 /// Corners cut off a rectangle, and bulges of a circle, leave at least this overlap.
 const LEAST_FIT: f64 = 0.94;
+/// Share of its hull that a convex top fills at least, as wavering edges let it seem.
+const LEAST_CONVEX: f64 = 0.94;
 /// Shorter over longer axis of a round top, under a camera some degrees off.
 const LEAST_ROUND: f64 = 0.8;
 /// A triangle's corners are rounded off by less than this share of its area.
@@ -64,9 +66,11 @@ pub(in crate::vision) fn read(
         focal_px: focal * pixels.width.max(pixels.height) as f64,
         outline_sigma_px: CORNER_SIGMA * maps.pixel_px() * pixels.scale,
     };
-    let is_convex = area(&outline_px) > 0.94 * area(&hull);
+    let is_convex = area(&outline_px) > LEAST_CONVEX * area(&hull);
     let regular = if is_whole && is_convex { regular(&hull, &said) } else { None };
-    regular.or_else(|| free(&outline_px, &hull, &said, is_whole && is_convex)).ok_or(VisionError::NoCamera)
+    // The network's edges waver, and most tops are convex; where the picture cuts one off, nobody knows.
+    let smooth = if is_convex || !is_whole { &hull } else { &outline_px };
+    regular.or_else(|| free(smooth, &hull, &said, is_whole && is_convex)).ok_or(VisionError::NoCamera)
 }
 
 /// Pixels of the copy within the largest part of the outline, without holes.

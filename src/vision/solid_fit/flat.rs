@@ -10,6 +10,10 @@ use crate::vision::polygon::convex_hull;
 const FLAT_THICKNESS: f64 = 0.15;
 /// Depth of an upright silhouette as a share of its width.
 const UPRIGHT_DEPTH: f64 = 0.45;
+/// Height of a foot as a share of the whole.
+const FOOT: f64 = 0.05;
+/// Least depth of an upright silhouette, a share of its height: less does not stand.
+const LEAST_DEPTH: f64 = 0.14;
 
 /// The silhouette as the outline of a thin thing on the table, and how doubtful that is: things seem to
 /// stretch away from the camera where they really stand.
@@ -49,6 +53,29 @@ pub(super) fn lying(
     Some((fit, doubt))
 }
 
+/// The pixels with a level foot: the lowest rows become as wide as they are together, and reach under the middle of all.
+/// A thing that is seen standing has one; outlines of pixels end in a tip on which nothing stands.
+pub(super) fn with_a_foot(indices: &[usize], width: usize) -> Vec<usize> {
+    let rows = indices.iter().map(|index| index / width);
+    let (Some(top), Some(bottom)) = (rows.clone().min(), rows.max()) else { return Vec::new() };
+    let height = bottom + 1 - top;
+    let first = bottom + 1 - ((FOOT * height as f64).ceil() as usize).max(2).min(height);
+    let columns =
+        |from: usize| indices.iter().filter(move |&&index| index / width >= from).map(|index| index % width);
+    let span = |from: usize| columns(from).min().zip(columns(from).max());
+    let (Some((all_left, all_right)), Some((left, right))) = (span(top), span(first)) else {
+        return Vec::new();
+    };
+    let middle = columns(top).sum::<usize>() / indices.len();
+    let reach = (all_right - all_left) / 10 + 1;
+    let (left, right) = (left.min(middle.saturating_sub(reach)), right.max((middle + reach).min(width - 1)));
+    let foot = (first..=bottom).flat_map(|y| (left..=right).map(move |x| y * width + x));
+    let mut all: Vec<usize> = indices.iter().copied().chain(foot).collect();
+    all.sort_unstable();
+    all.dedup();
+    all
+}
+
 /// The silhouette on an upright plane that faces the camera at the contact.
 pub(super) fn standing(
     outline_px: &[DVec2],
@@ -77,6 +104,7 @@ pub(super) fn standing(
     let reach = expected.and_then(|e| e.base(camera)).map(|base| 2.0 * seen.beside_contact(base).y);
     let depth =
         reach.map_or(UPRIGHT_DEPTH * width.min(height), |reach| reach.clamp(0.1 * width, 2.0 * width));
+    let depth = depth.max(LEAST_DEPTH * height);
     let middle = 0.5 * (low.x + high.x);
     let moved = outline.corners().iter().map(|p| DVec2::new(p.x - middle, p.y - low.y)).collect();
     Some(SolidFit {
@@ -104,4 +132,22 @@ fn smallest_box(points: &[DVec2]) -> Option<(f64, DVec2, DVec2)> {
         })
         .min_by(|a, b| a.2.element_product().total_cmp(&b.2.element_product()))
         .filter(|found| found.2.min_element() > 0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_leans_over_gets_a_foot_under_its_middle() {
+        // A post of 2 x 40 pixels that carries a bar of 30 x 10 to its right.
+        let mut indices: Vec<usize> = (10..50).flat_map(|y| (20..22).map(move |x| y * 100 + x)).collect();
+        indices.extend((10..20).flat_map(|y| (22..50).map(move |x| y * 100 + x)));
+        indices.sort_unstable();
+        let footed = with_a_foot(&indices, 100);
+        let middle = indices.iter().map(|index| index % 100).sum::<usize>() / indices.len();
+        let lowest: Vec<usize> = footed.iter().filter(|&&k| k / 100 == 49).map(|k| k % 100).collect();
+        assert!(lowest.first() == Some(&20) && lowest.last() >= Some(&middle), "{middle} {lowest:?}");
+        assert!(footed.iter().all(|k| indices.binary_search(k).is_ok() || k / 100 >= 48));
+    }
 }
