@@ -17,7 +17,7 @@ pub use crate::geometry::{Friction, MassProperties};
 pub use certificate::Certificate;
 pub use description::{ObjectSpec, Relation, RelationKind, SceneDescription};
 pub use finished::Scene;
-pub use instance::{Instance, Provenance, Support};
+pub use instance::{Instance, Provenance, ReconstructionMethod, Support};
 pub use money::MicroUsd;
 pub use name::InstanceId;
 pub use recognition::{

@@ -29,7 +29,7 @@ pub fn layout_bench(config: &Config) -> LayoutBench {
 /// The picture benchmark with the settings that `generate` would have.
 pub fn picture_bench(resolved: &Resolved) -> Result<PictureBench, ConfigErrors> {
     let settings = super::scenes::adapters(&resolved.config).photograph;
-    Ok(PictureBench { reader: PictureReader { network: super::network::load(resolved)?, settings } })
+    Ok(PictureBench { reader: PictureReader::new(super::network::load(resolved)?, settings) })
 }
 
 /// The pool all computation of a run shares.

@@ -54,7 +54,7 @@ impl PictureBench {
         interrupt: &Interrupt,
     ) -> Result<(PictureResult, Option<TableRead>), Interrupted> {
         let read = match self.reader.reading(&painting.picture, interrupt) {
-            Ok(reading) => Ok(TableRead::from(&reading)),
+            Ok(reading) => Ok(TableRead::from(&*reading)),
             Err(VisionError::Interrupted(interrupted)) => return Err(interrupted),
             Err(error) => Err(error.code().to_owned()),
         };

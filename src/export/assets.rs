@@ -49,7 +49,7 @@ pub struct Pictures {
     pub sides_png: Vec<(String, Vec<u8>)>,
     /// The reference picture.
     pub reference_png: Vec<u8>,
-    /// The reference picture beside the scene from the same camera.
+    /// The reference picture, the scene from the same camera, and where they agree, in one row.
     pub beside_png: Vec<u8>,
     /// 256 x 256 pixels, by body name.
     pub thumbnails: BTreeMap<String, Vec<u8>>,

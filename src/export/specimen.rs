@@ -14,13 +14,15 @@ use crate::geometry::{
 };
 use crate::scene::certificate::{
     Appearance, BodyHealth, Concession, Displacement, Displacements, Fidelity, GaveWay, HealthThresholds,
-    MadeWith, Metrics, ObjectCertificate, ResolveFinding, RotationFinding, Thresholds, Verdict,
+    MadeWith, MethodShare, Metrics, ObjectCertificate, Region, Regions, ResolveFinding, RotationFinding,
+    Thresholds, Verdict,
 };
 use crate::scene::finished::Frame;
 use crate::scene::instance::{Picture, SupportRelation};
 use crate::scene::request::RequestOptions;
 use crate::scene::{
-    Certificate, Input, Instance, InstanceId, Provenance, Scene, SceneRequest, Support, Table, TableShape,
+    Certificate, Input, Instance, InstanceId, Provenance, ReconstructionMethod, Scene, SceneRequest, Support,
+    Table, TableShape,
 };
 
 use super::png::encode_png;
@@ -272,6 +274,17 @@ pub(super) fn specimen() -> (Scene, Certificate, Assets, Pictures) {
         },
         fidelity: Fidelity {
             silhouette_iou: 0.9,
+            color_difference: Some(6.5),
+            missed: Regions {
+                share: 0.02,
+                largest: vec![Region {
+                    body: InstanceId::new("mug_1").expect("a name"),
+                    bbox_px: [10, 12, 20, 30],
+                    picture_share: 0.001,
+                }],
+            },
+            invented: Regions::default(),
+            methods: vec![MethodShare { method: ReconstructionMethod::Category, objects: 2, share: 1.0 }],
             appearance: Appearance { extractor: "specimen".into(), model: "1".into(), similarity: 0.95 },
         },
         objects: objects(),
@@ -319,6 +332,8 @@ fn objects() -> Vec<ObjectCertificate> {
         outline_margin_m: 0.1,
         inside_outline: true,
         silhouette_iou: 0.9,
+        color_difference: None,
+        method: ReconstructionMethod::Category,
         rotation: RotationFinding {
             yaw_rad: 0.7,
             representative_yaw_rad: 0.7,

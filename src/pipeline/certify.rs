@@ -4,6 +4,7 @@
 mod health;
 mod measure;
 mod write;
+mod sheet;
 #[cfg(test)]
 mod tests;
 
@@ -28,7 +29,7 @@ use crate::physics::{CertifySettings, SettleSettings};
 use crate::provider::{Adapter, Ports};
 use crate::render::RenderSettings;
 use crate::scene::certificate::{AdapterUsed, Appearance, MadeWith, Metrics, ResolveFinding, Verdict};
-use crate::scene::{InstanceMask, Provenance, Recognition, SceneRequest};
+use crate::scene::{Input, InstanceMask, Provenance, Recognition, ReconstructionMethod, SceneRequest};
 use crate::store::Digest;
 
 pub use health::HealthSettings;
@@ -94,6 +95,10 @@ pub struct Inputs {
     table: place::PlacedTable,
     /// Of the objects, in order.
     yaws: Vec<rotate::Output>,
+    /// How their meshes were made.
+    methods: Vec<ReconstructionMethod>,
+    /// The table from above as the layout saw it; drawn on the sheet of a picture.
+    top_view: ArtifactRef,
     /// Standard error of the scene's scale, as a share of it, where the objects voted on it.
     scale_error: Option<f64>,
     resolve: ResolveFinding,
@@ -209,6 +214,8 @@ impl Inputs {
             bodies,
             table: layout.table.clone(),
             yaws: yaws.to_vec(),
+            methods: raw.iter().filter_map(|raw| raw.method).collect(),
+            top_view: layout.top_view.clone(),
             scale_error: layout.consensus.map(|consensus| consensus.log_alpha_error),
             resolve: ResolveFinding {
                 rounds: resolved.rounds,
@@ -260,11 +267,11 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
         .await?;
     let measured = measured?;
     // The next try finds the device given up, and makes a key of the CPU's.
-    let pictures = pictures.map_err(|error| {
+    let pictures = Arc::new(pictures.map_err(|error| {
         tracing::warn!(%error, "the GPU failed; this process goes on with the CPU");
         StageError::transient("gpu_failed", format!("previews: {error}; trying again on the CPU"))
-    })?;
-    let seen = vec![reference, pictures.scene_view.clone()];
+    })?);
+    let seen = vec![reference.clone(), pictures.scene_view.clone()];
     let call = context.call();
     let features = context.services().ports.feature_extractor.features(&call, seen).await?;
     let similarity = match features.as_slice() {
@@ -274,12 +281,29 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
     let Adapter { name: extractor, model, .. } = inputs.feature_extractor.clone();
     let appearance = Appearance { extractor, model, similarity };
 
+    if matches!(inputs.identity.request.input, Input::Image { .. }) {
+        let top_view = carry::picture(&context, &inputs.top_view).await?;
+        let (given, painted) = (inputs.clone(), pictures.clone());
+        let drawn = move || {
+            sheet::drawn(&sheet::Panels {
+                picture: &reference,
+                masks: &segment::drawn_on(&reference, &given.masks),
+                top_view: &top_view,
+                scene: &painted.scene_view,
+                agreement: &painted.agreement,
+                above: &painted.top_view,
+            })
+        };
+        let drawn = context.cpu(drawn).await?;
+        carry::put_picture(&context, "sheet.png", drawn).await?;
+    }
+
     let given = inputs.clone();
     let certified = context
         .cpu(move || {
             let certificate =
-                measure::certificate(&given, &loaded, &measured, &pictures.silhouette_ious, appearance)?;
-            write::files(&given, &loaded, certificate, pictures.pictures)
+                measure::certificate(&given, &loaded, &measured, &pictures.likeness, appearance)?;
+            write::files(&given, &loaded, certificate, &pictures.pictures)
         })
         .await??;
     context.put_json("report.json", &certified.certificate).await?;

@@ -18,7 +18,7 @@ use crate::render::overlay::{distinct_color, draw_box, draw_text};
 use crate::scene::request::MetricAnchor;
 use crate::scene::{InstanceId, InstanceMask, Recognition, RecognizedObject, SceneRequest, StandsOn};
 
-pub const STAGE: Stage = Stage { name: "place", version: 4 };
+pub const STAGE: Stage = Stage { name: "place", version: 5 };
 
 #[derive(Serialize)]
 pub struct Inputs {
@@ -70,6 +70,8 @@ pub struct Output {
     pub table: PlacedTable,
     /// In the order of the recognized objects.
     pub instances: Vec<PlacedInstance>,
+    /// The table from above, without marks.
+    pub top_view: ArtifactRef,
 }
 
 #[derive(Clone, Serialize, Deserialize)]
@@ -176,12 +178,12 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
     };
     let top = ports.painter.top_view(&call, request).await?;
     let boxes = ports.segmenter.top_boxes(&call, top.clone(), inputs.recognition.clone()).await?;
-    let output = layout::lay_out(&context, &inputs, &boxes).await?;
+    let top_view = carry::put_picture(&context, "top.png", top.picture.clone()).await?;
+    let output = layout::lay_out(&context, &inputs, &boxes, top_view).await?;
     let drawn = {
-        let (picture, output) = (top.picture.clone(), output.clone());
+        let (picture, output) = (top.picture, output.clone());
         context.cpu(move || annotated(picture, &boxes, &output)).await?
     };
-    carry::put_picture(&context, "top.png", top.picture).await?;
     carry::put_picture(&context, "top_annotated.png", drawn).await?;
     context.put_json("layout.json", &output).await?;
     context.put_json("support_tree.json", &support_tree(&output)).await?;

@@ -1,9 +1,10 @@
 //! Stage 2: what the picture shows: camera, table, objects with their commonsense sizes, and what stands
 //! on what.
 
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
-use glam::DVec3;
+use glam::DVec2;
 use serde::Serialize;
 
 use super::checkpoint::{ArtifactRef, Stage};
@@ -13,9 +14,9 @@ use crate::geometry::{Image, Pose};
 use crate::provider::{Adapter, Ports};
 use crate::render::overlay::{draw_axes, draw_polyline};
 use crate::scene::request::RequestOptions;
-use crate::scene::{Recognition, SceneRequest, StandsOn};
+use crate::scene::{Recognition, RecognizedTable, SceneRequest, StandsOn, TableShape};
 
-pub const STAGE: Stage = Stage { name: "recognize", version: 4 };
+pub const STAGE: Stage = Stage { name: "recognize", version: 5 };
 
 #[derive(Serialize)]
 pub struct Inputs {
@@ -96,17 +97,59 @@ fn check(recognition: &Recognition, picture: &Image) -> Result<(), StageError> {
     Ok(())
 }
 
-/// The picture with the world's axes and the box of the table top, as the camera sees them.
+/// The picture with the world's axes and the edge of the table top, as the camera sees them.
 fn drawn_on(picture: &Image, recognition: &Recognition) -> Image {
-    let (camera, size) = (&recognition.camera, recognition.table.size_m);
+    let camera = &recognition.camera;
     let mut drawn = picture.clone();
-    let corners: Option<Vec<_>> = [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)]
-        .iter()
-        .map(|(x, y)| camera.project(DVec3::new(x * size.x, y * size.y, 0.0)).map(|(pixel, _)| pixel))
+    let edge: Option<Vec<_>> = top_edge(&recognition.table)
+        .into_iter()
+        .map(|corner| camera.project(corner.extend(0.0)).map(|(pixel, _)| pixel))
         .collect();
-    if let Some(corners) = corners {
-        draw_polyline(&mut drawn, &corners, true, [0, 110, 220, 255], 1.5);
+    if let Some(edge) = edge {
+        draw_polyline(&mut drawn, &edge, true, [0, 110, 220, 255], 1.5);
     }
     draw_axes(&mut drawn, camera, &Pose::IDENTITY, 0.15, 3.0);
     drawn
+}
+
+/// Edge of the top in the world, as far as it was recognized: its outline, or what its shape and extents say.
+fn top_edge(table: &RecognizedTable) -> Vec<DVec2> {
+    let half = 0.5 * table.size_m.truncate();
+    match (&table.outline_m, table.shape) {
+        (Some(outline), _) => outline.corners().to_vec(),
+        (None, TableShape::Round | TableShape::Oval) => {
+            (0..96).map(|k| half * DVec2::from_angle(TAU * f64::from(k) / 96.0)).collect()
+        }
+        (None, _) => {
+            [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, y)| half * DVec2::new(x, y)).into()
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+    use crate::geometry::Outline;
+
+    #[test]
+    fn the_edge_of_a_round_top_is_round_and_an_outline_is_itself() {
+        let table = |shape: TableShape, outline_m: Option<Outline>| RecognizedTable {
+            label: "table".into(),
+            shape,
+            model: "any".into(),
+            outline_m,
+            size_m: DVec3::new(1.2, 0.8, 0.7),
+            color: None,
+            material: None,
+            seed: 1,
+        };
+        let oval = top_edge(&table(TableShape::Oval, None));
+        assert!(oval.iter().all(|p| ((p.x / 0.6).hypot(p.y / 0.4) - 1.0).abs() < 1e-9));
+        assert_eq!(top_edge(&table(TableShape::Rectangular, None))[2], DVec2::new(0.6, 0.4));
+        let corners = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)].map(|(x, y)| DVec2::new(x, y)).to_vec();
+        let outline = Outline::new(corners).expect("a triangle");
+        assert_eq!(top_edge(&table(TableShape::Triangular, Some(outline.clone()))), outline.corners());
+    }
 }

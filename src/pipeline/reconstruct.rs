@@ -11,9 +11,11 @@ use super::{Context, carry, reference};
 use crate::geometry::seed::child_seed;
 use crate::geometry::{Camera, Outline};
 use crate::provider::{Adapter, Ports, ReconstructionRequest};
-use crate::scene::{InstanceId, Recognition, RecognizedObject, RecognizedTable, SceneRequest};
+use crate::scene::{
+    InstanceId, Recognition, RecognizedObject, RecognizedTable, ReconstructionMethod, SceneRequest,
+};
 
-pub const STAGE: Stage = Stage { name: "reconstruct", version: 2 };
+pub const STAGE: Stage = Stage { name: "reconstruct", version: 3 };
 
 /// Name of the table among the instances of this stage.
 const TABLE: &str = "table";
@@ -47,6 +49,8 @@ pub struct Output {
     pub mesh: ArtifactRef,
     /// Edge of the table's top; `None` for objects.
     pub outline_m: Option<Outline>,
+    /// `None` for the table.
+    pub method: Option<ReconstructionMethod>,
     pub made_by: String,
     pub licence: String,
     pub notes: Vec<String>,
@@ -97,6 +101,7 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
             Ok(Output {
                 mesh: carry::put_mesh(&context, "raw.glb", raw.mesh).await?,
                 outline_m: None,
+                method: Some(raw.method),
                 made_by: raw.made_by,
                 licence: raw.licence,
                 notes: raw.notes,
@@ -107,6 +112,7 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
             Ok(Output {
                 mesh: carry::put_mesh(&context, "mesh.glb", raw.mesh).await?,
                 outline_m: Some(raw.outline_m),
+                method: None,
                 made_by: raw.made_by,
                 licence: raw.licence,
                 notes: Vec::new(),

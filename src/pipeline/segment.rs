@@ -123,7 +123,8 @@ fn check_table(output: &Output, picture: &Image) -> Result<(), StageError> {
     }
 }
 
-fn drawn_on(picture: &Image, masks: &[InstanceMask]) -> Image {
+/// The picture with each object's pixels in a color of their own.
+pub(super) fn drawn_on(picture: &Image, masks: &[InstanceMask]) -> Image {
     let mut drawn = picture.clone();
     for (index, mask) in masks.iter().enumerate() {
         tint_mask(&mut drawn, &mask.visible, distinct_color(index), 0.35);

@@ -41,7 +41,7 @@ pub struct EmbeddedSettings {
 /// An embedded adapter for every port; pictures nobody here painted are read by the network, if there is one.
 pub fn ports(settings: &EmbeddedSettings, network: Option<Arc<photograph::ReadingNetwork>>) -> Ports {
     let settings = settings.clone();
-    let reader = photograph::PictureReader { network, settings: settings.photograph.clone() };
+    let reader = photograph::PictureReader::new(network, settings.photograph.clone());
     Ports {
         analyst: Arc::new(scene_analyst::EmbeddedAnalyst {
             settings: settings.analyst,

@@ -3,7 +3,7 @@
 
 use super::{Adapter, Answer, Call, Completion};
 use crate::geometry::{Camera, Outline, TexturedMesh};
-use crate::scene::{RecognizedObject, RecognizedTable};
+use crate::scene::{RecognizedObject, RecognizedTable, ReconstructionMethod};
 
 /// Makes meshes.
 pub trait MeshGenerator: Send + Sync {
@@ -46,6 +46,7 @@ pub struct ReconstructionRequest {
 #[derive(Clone, Debug, PartialEq)]
 pub struct RawMesh {
     pub mesh: TexturedMesh,
+    pub method: ReconstructionMethod,
     /// `embedded/catalog`, with the model where there is one.
     pub made_by: String,
     /// SPDX identifier.

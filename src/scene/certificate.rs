@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::InstanceId;
+use super::{InstanceId, ReconstructionMethod};
 use crate::geometry::decompose::HullFit;
 use crate::geometry::repair::Repair;
 
@@ -141,6 +141,11 @@ pub struct ObjectCertificate {
     /// Intersection over union of its pixels in the reference picture and in the finished scene seen from
     /// the same camera, 0..1.
     pub silhouette_iou: f64,
+    /// Mean CIELAB distance (CIE 1976) where both show it, the difference of their light included; `None` where no
+    /// pixel does.
+    pub color_difference: Option<f64>,
+    /// How its mesh was made.
+    pub method: ReconstructionMethod,
     pub rotation: RotationFinding,
 }
 
@@ -267,7 +272,45 @@ pub struct RotationFinding {
 pub struct Fidelity {
     /// Mean of the objects' silhouette IoUs, 0..1.
     pub silhouette_iou: f64,
+    /// Mean CIELAB distance (CIE 1976) over the pixels where both show the same object, the difference of their light
+    /// included; `None` where no pixel does.
+    pub color_difference: Option<f64>,
+    /// What shows objects in the picture and none in the scene.
+    pub missed: Regions,
+    /// What shows objects in the scene and none in the picture.
+    pub invented: Regions,
+    /// How the objects' meshes were made; methods in a fixed order, only those that made some.
+    pub methods: Vec<MethodShare>,
     pub appearance: Appearance,
+}
+
+/// Pixels that show objects in one picture only.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Regions {
+    /// Of all pixels that show objects in that picture, 0..1.
+    pub share: f64,
+    /// The largest ones that hang together.
+    pub largest: Vec<Region>,
+}
+
+/// Pixels that hang together.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Region {
+    /// The object that most of them show.
+    pub body: InstanceId,
+    /// x0, y0 inclusive; x1, y1 exclusive.
+    pub bbox_px: [u32; 4],
+    /// Of all pixels of the picture, 0..1.
+    pub picture_share: f64,
+}
+
+/// How many objects were made one way.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MethodShare {
+    pub method: ReconstructionMethod,
+    pub objects: usize,
+    /// Of all objects, 0..1.
+    pub share: f64,
 }
 
 /// How alike two pictures look to a feature extractor; the scores of different ones are not comparable.

@@ -62,6 +62,23 @@ pub enum SupportRelation {
     In,
 }
 
+/// How the shape of a mesh was found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ReconstructionMethod {
+    /// A parametric category of the catalog.
+    Category,
+    /// A profile turned about an upright axis.
+    Turned,
+    Box,
+    /// An outline on the table, raised.
+    Slab,
+    /// An upright outline with depth.
+    Extrusion,
+    /// A model made it from a picture.
+    Generated,
+}
+
 /// Who made the parts of an instance.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Provenance {

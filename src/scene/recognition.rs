@@ -4,7 +4,7 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use super::{InstanceId, TableShape};
-use crate::geometry::{Camera, Mask, Outline, Rgb};
+use crate::geometry::{Camera, Mask, Outline, Rgb, SolidFit};
 
 /// Open-vocabulary recognition of a reference picture.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -64,6 +64,10 @@ pub struct RecognizedObject {
     /// Box around what shows of it: x0, y0, x1, y1, pixels; `None` where recognition does not say.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub seen_px: Option<[f64; 4]>,
+    /// The solid that its pixels were read as, in the world; where it stands on another thing, as if it stood on the table
+    /// along the same rays. `None` where recognition does not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub seen_as: Option<SolidFit>,
 }
 
 /// Stacking relation of one object.

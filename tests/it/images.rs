@@ -123,6 +123,7 @@ fn half_hidden_ball() -> CompletionRequest {
             material: None,
             stands_on: StandsOn::Table,
             seen_px: None,
+            seen_as: None,
             seed: 1,
         },
         visible,

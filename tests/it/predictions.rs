@@ -105,6 +105,7 @@ pub fn request() -> ReconstructionRequest {
             seed: 1,
             stands_on: StandsOn::Table,
             seen_px: None,
+            seen_as: None,
         },
         completion: Completion {
             picture: Image::filled(40, 100, [60, 160, 80, 255]),

@@ -64,6 +64,7 @@ fn recognition() -> Recognition {
         seed: 1,
         stands_on: StandsOn::Table,
         seen_px: Some(seen.map(|side| f64::from(side) + 1.0)),
+        seen_as: None,
     };
     Recognition {
         camera: Camera::orbit(80, 60, 0.6, DVec3::ZERO, 0.0, 0.7, 2.0),

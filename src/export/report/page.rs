@@ -33,7 +33,8 @@ pub fn write(report: &Report<'_>) -> String {
     });
     section(&mut page, "Meshes and hulls", |page| sections::bodies::write(page, report));
     section(&mut page, "Likeness to the picture", |page| {
-        let caption = "The reference picture, and the scene from its camera";
+        let caption = "The reference picture; the scene from its camera; where both show objects (green), what the scene misses \
+                       (red) and what it invents (blue)";
         figure(page, pictures.beside.as_ref(), caption);
         sections::likeness::write(page, report);
     });

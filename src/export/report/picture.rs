@@ -16,7 +16,7 @@ use crate::geometry::Image;
 /// Widths of embedded pictures, pixels.
 const HERO_PX: u32 = 960;
 const VIEW_PX: u32 = 480;
-const BESIDE_PX: u32 = 970;
+const BESIDE_PX: u32 = 1460;
 const THUMBNAIL_PX: u32 = 128;
 
 /// JPEG quality, 1..100: differences do not show at these sizes.

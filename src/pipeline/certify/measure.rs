@@ -1,5 +1,7 @@
 //! The measurements of the certificate, and the verdict.
 
+use std::collections::BTreeMap;
+
 use rayon::prelude::*;
 
 use super::{Inputs, health};
@@ -12,11 +14,12 @@ use crate::physics::{Body, Collisions, Stability, SupportFinding, collisions, st
 use crate::pipeline::error::StageError;
 use crate::pipeline::resolve::{Loaded, body};
 use crate::pipeline::rotate;
-use crate::scene::InstanceId;
 use crate::scene::certificate::{
-    Appearance, BodyHealth, Certificate, Collision, Displacement, Displacements, Fidelity, Metrics,
-    ObjectCertificate, Reason, ReasonCode, RotationFinding, Thresholds, Verdict,
+    Appearance, BodyHealth, Certificate, Collision, Displacement, Displacements, Fidelity, MethodShare,
+    Metrics, ObjectCertificate, Reason, ReasonCode, Region, Regions, RotationFinding, Thresholds, Verdict,
 };
+use crate::scene::{InstanceId, ReconstructionMethod};
+use crate::vision::fidelity::{self, Likeness};
 
 /// How far a footprint may reach over the outline before the object counts as outside, meters.
 const OUTLINE_TOLERANCE_M: f64 = 0.001;
@@ -89,12 +92,12 @@ pub(super) fn measure(
     })
 }
 
-/// The certificate; `silhouette_ious` are those of the objects, in order.
+/// The certificate.
 pub(super) fn certificate(
     inputs: &Inputs,
     loaded: &[Loaded],
     measured: &Measured,
-    silhouette_ious: &[f64],
+    likeness: &Likeness,
     appearance: Appearance,
 ) -> Result<Certificate, StageError> {
     let Measured { health, from_shipped, from_aligned, found, supports } = measured;
@@ -131,12 +134,13 @@ pub(super) fn certificate(
             },
             outline_margin_m,
             inside_outline: outline_margin_m >= -OUTLINE_TOLERANCE_M,
-            silhouette_iou: silhouette_ious[index],
+            silhouette_iou: likeness.things[index].overlap,
+            color_difference: likeness.things[index].color_distance,
+            method: inputs.methods[index],
             rotation: rotation_finding(&inputs.yaws[index]),
         });
     }
-    let mean = silhouette_ious.iter().sum::<f64>() / silhouette_ious.len().max(1) as f64;
-    let fidelity = Fidelity { silhouette_iou: mean, appearance };
+    let fidelity = fidelity(inputs, &objects, likeness, appearance);
     let mut reasons = reasons(inputs, &collisions, supports, from_shipped, &objects, &fidelity);
     for (found, body) in health.iter().zip(&inputs.bodies) {
         reasons.extend(health::reasons(found, &body.resolved.physical.friction, &inputs.health));
@@ -167,6 +171,36 @@ pub(super) fn certificate(
         resolve: inputs.resolve.clone(),
         made_with: inputs.identity.made_with.clone(),
     })
+}
+
+fn fidelity(
+    inputs: &Inputs,
+    objects: &[ObjectCertificate],
+    likeness: &Likeness,
+    appearance: Appearance,
+) -> Fidelity {
+    let count = objects.len().max(1) as f64;
+    let regions = |found: &fidelity::Regions| {
+        let region = |region: &fidelity::Region| Region {
+            body: objects[region.thing].name.clone(),
+            bbox_px: region.box_px,
+            picture_share: region.picture_share,
+        };
+        Regions { share: found.share, largest: found.largest.iter().map(region).collect() }
+    };
+    let mut methods = BTreeMap::<ReconstructionMethod, usize>::new();
+    inputs.methods.iter().for_each(|method| *methods.entry(*method).or_default() += 1);
+    Fidelity {
+        silhouette_iou: objects.iter().map(|object| object.silhouette_iou).sum::<f64>() / count,
+        color_difference: likeness.color_distance,
+        missed: regions(&likeness.missed),
+        invented: regions(&likeness.invented),
+        methods: methods
+            .into_iter()
+            .map(|(method, objects)| MethodShare { method, objects, share: objects as f64 / count })
+            .collect(),
+        appearance,
+    }
 }
 
 fn displacement(from: &Pose, to: &Pose) -> Displacement {

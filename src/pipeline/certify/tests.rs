@@ -15,7 +15,8 @@ use crate::geometry::{Camera, Friction, Interrupt, Mask, Material, Pose, Rgb, So
 use crate::scene::certificate::{Certificate, ReasonCode};
 use crate::scene::recognition::{CameraKnowledge, RecognizedTable, StandsOn};
 use crate::scene::request::RequestOptions;
-use crate::scene::{Input, InstanceId, RecognizedObject, TableShape};
+use crate::scene::{Input, InstanceId, RecognizedObject, ReconstructionMethod, TableShape};
+use crate::vision::fidelity::{Likeness, Region, Regions, ThingLikeness};
 
 /// A section of the built-in settings.
 fn section<T: DeserializeOwned>(name: &str) -> T {
@@ -85,6 +86,18 @@ fn body(name: &str, solid: Solid, world_from_object: Pose, table: bool) -> (Body
     (parts, loaded)
 }
 
+/// The second cube stands beside its place in the picture.
+fn likeness() -> Likeness {
+    let thing = |overlap: f64, color: f64| ThingLikeness { overlap, color_distance: Some(color) };
+    let region = Region { thing: 1, box_px: [4, 5, 9, 11], picture_share: 0.01 };
+    Likeness {
+        things: vec![thing(0.9, 7.0), thing(0.7, 9.0)],
+        color_distance: Some(8.0),
+        missed: Regions { share: 0.1, largest: vec![region] },
+        invented: Regions::default(),
+    }
+}
+
 fn sound() -> Planted {
     let block = |side: f64| shapes::block(DVec3::splat(side));
     let top = shapes::block(DVec3::new(1.0, 1.0, 0.03)).translated(DVec3::new(0.0, 0.0, -0.03));
@@ -107,6 +120,7 @@ fn sound() -> Planted {
         seed: 1,
         stands_on: StandsOn::Table,
         seen_px: None,
+        seen_as: None,
     };
     let yaw = rotate::Output {
         yaw_rad: 0.3,
@@ -167,6 +181,8 @@ fn sound() -> Planted {
             rescaled: false,
         },
         yaws: vec![yaw.clone(), yaw],
+        methods: vec![ReconstructionMethod::Box; 2],
+        top_view: artifact("top"),
         scale_error: None,
         resolve: ResolveFinding { rounds: 1, log: Vec::new(), gave_way: Vec::new() },
         unrecognized_terms: Vec::new(),
@@ -193,7 +209,7 @@ impl Planted {
     fn certificate(&self) -> Result<Certificate, StageError> {
         let measured = measure::measure(&self.inputs, &self.loaded, &Interrupt::default())?;
         let appearance = Appearance { extractor: "none".into(), model: "1".into(), similarity: 1.0 };
-        measure::certificate(&self.inputs, &self.loaded, &measured, &[0.9, 0.9], appearance)
+        measure::certificate(&self.inputs, &self.loaded, &measured, &likeness(), appearance)
     }
 
     /// The reasons of a quarantine.
@@ -240,8 +256,21 @@ fn a_sound_scene_passes_and_is_packed() {
     );
     let density = certificate.bodies[1].density_kg_m3;
     assert!((density - 700.0).abs() < 1e-6 && certificate.bodies[1].uncovered_m < 1e-9, "{density}");
-    let certified = write::files(&planted.inputs, &planted.loaded, certificate, Pictures::default());
+    let certified = write::files(&planted.inputs, &planted.loaded, certificate, &Pictures::default());
     assert!(certified.is_ok_and(|certified| !certified.archive.is_empty()));
+}
+
+#[test]
+fn likeness_to_the_picture_is_told_thing_by_thing() {
+    let certificate = sound().certificate().expect("sound");
+    let fidelity = &certificate.fidelity;
+    assert!((fidelity.silhouette_iou - 0.8).abs() < 1e-12);
+    assert_eq!((fidelity.color_difference, certificate.objects[1].color_difference), (Some(8.0), Some(9.0)));
+    let missed = &fidelity.missed;
+    assert_eq!((missed.largest[0].body.as_str(), missed.largest[0].bbox_px), ("cube_2", [4, 5, 9, 11]));
+    assert!(fidelity.invented.largest.is_empty());
+    let [boxes] = fidelity.methods[..] else { panic!("{:?}", fidelity.methods) };
+    assert_eq!((boxes.method, boxes.objects, boxes.share), (ReconstructionMethod::Box, 2, 1.0));
 }
 
 #[test]

@@ -11,9 +11,9 @@ use super::{BodyParts, Inputs};
 use crate::catalog::{Affordance, PhysicalProperties, category, made_of, wikidata_item};
 use crate::export::png::encode_png;
 use crate::export::{Assets, BodyAsset, Pictures, write_formats, zip_bundle};
-use crate::geometry::Image;
 use crate::geometry::mesh_solid::MeshSolid;
 use crate::geometry::parallel_grasp::{Gripper, ParallelGrasp, parallel_grasp};
+use crate::geometry::{Image, Mask};
 use crate::pipeline::error::StageError;
 use crate::pipeline::preview::{self, Shown, Studio};
 use crate::pipeline::resolve::Loaded;
@@ -22,14 +22,17 @@ use crate::render::overlay::{fitted, side_by_side};
 use crate::scene::finished::Frame;
 use crate::scene::instance::{Picture, SupportRelation};
 use crate::scene::{Certificate, Instance, InstanceId, RecognizedObject, Scene, Support, Table};
+use crate::vision::fidelity::{Likeness, compare};
 
 /// Pictures of the scene, and how much they are like the reference picture.
 pub(super) struct Painted {
     pub pictures: Pictures,
     /// The scene from the camera of the reference picture.
     pub scene_view: Arc<Image>,
-    /// Of each object, in order.
-    pub silhouette_ious: Vec<f64>,
+    pub top_view: Image,
+    /// Where it agrees with the reference picture.
+    pub agreement: Image,
+    pub likeness: Likeness,
 }
 
 /// Pictures that earlier stages drew, as PNG.
@@ -78,12 +81,14 @@ pub(super) fn paint(
     let camera = &inputs.recognition.camera;
     let view = || -> Result<_, GpuError> {
         let seen = studio.reference_geometry(camera);
-        let masks = inputs.masks.par_iter().zip(2..inputs.masks.len() as u32 + 2);
-        let ious: Vec<f64> = masks.map(|(mask, id)| mask.visible.iou(&seen.mask(id))).collect();
+        let masks = (2..inputs.masks.len() as u32 + 2).into_par_iter();
+        let in_scene: Vec<Mask> = masks.map(|id| seen.mask(id)).collect();
+        let in_picture: Vec<&Mask> = inputs.masks.iter().map(|mask| &mask.visible).collect();
         let scene_view = studio.reference_view(camera, &inputs.preview)?;
+        let (likeness, agreement) = compare(reference, &scene_view, &in_picture, &in_scene);
         let small = fitted(reference, scene_view.width_px(), scene_view.height_px());
-        let beside_png = encode_png(&side_by_side(&[&small, &scene_view]));
-        Ok((scene_view, ious, beside_png))
+        let beside_png = encode_png(&side_by_side(&[&small, &scene_view, &agreement]));
+        Ok((scene_view, agreement, likeness, beside_png))
     };
     let ((seen, hero), (sides_png, (top, thumbnails))) = rayon::join(
         || rayon::join(view, || studio.hero(&inputs.preview).map(|picture| encode_png(&picture))),
@@ -92,7 +97,7 @@ pub(super) fn paint(
                 || sides.par_iter().map(side).collect::<Result<Vec<_>, GpuError>>(),
                 || {
                     rayon::join(
-                        || studio.top(&inputs.preview).map(|picture| encode_png(&picture)),
+                        || studio.top(&inputs.preview).map(|picture| (encode_png(&picture), picture)),
                         || {
                             let bodies = loaded.par_iter().zip(&inputs.bodies).zip(&drawn.thumbnails);
                             bodies.map(thumbnail).collect()
@@ -102,16 +107,17 @@ pub(super) fn paint(
             )
         },
     );
-    let (scene_view, silhouette_ious, beside_png) = seen?;
+    let (scene_view, agreement, likeness, beside_png) = seen?;
+    let (top_png, top_view) = top?;
     let pictures = Pictures {
         hero_png: hero?,
-        top_png: top?,
+        top_png,
         sides_png: sides_png?,
         reference_png: drawn.reference_png.to_vec(),
         beside_png,
         thumbnails,
     };
-    Ok(Painted { pictures, scene_view: Arc::new(scene_view), silhouette_ious })
+    Ok(Painted { pictures, scene_view: Arc::new(scene_view), top_view, agreement, likeness })
 }
 
 /// Writes every format, reads it back and packs it.
@@ -119,7 +125,7 @@ pub(super) fn files(
     inputs: &Inputs,
     loaded: &[Loaded],
     certificate: Certificate,
-    pictures: Pictures,
+    pictures: &Pictures,
 ) -> Result<Certified, StageError> {
     let scene = scene(inputs, loaded, &certificate)?;
     let asset = |index: usize, label: &str, category: &str, material: Option<&str>| {
@@ -145,7 +151,7 @@ pub(super) fn files(
         table: asset(0, &table.label, TABLE_CATEGORY, table.material.as_deref()),
         instances: objects.par_iter().enumerate().map(of_object).collect(),
     };
-    let archive = write_formats(&scene, &certificate, &assets, &pictures, &inputs.export)
+    let archive = write_formats(&scene, &certificate, &assets, pictures, &inputs.export)
         .and_then(|files| zip_bundle(&files))
         .map_err(|error| StageError::permanent(error.code(), format!("writing the bundle: {error}")))?;
     Ok(Certified { certificate, archive })

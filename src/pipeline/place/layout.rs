@@ -21,6 +21,7 @@ pub(super) async fn lay_out(
     context: &Context,
     inputs: &Inputs,
     boxes: &TopBoxes,
+    top_view: ArtifactRef,
 ) -> Result<Output, StageError> {
     let mut footprints = Vec::with_capacity(inputs.instances.len());
     for instance in &inputs.instances {
@@ -85,6 +86,7 @@ pub(super) async fn lay_out(
         registered: found.registered,
         table,
         instances: placed,
+        top_view,
     };
     let_down(context, &mut output).await?;
     Ok(output)

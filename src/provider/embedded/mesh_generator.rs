@@ -8,7 +8,7 @@ use crate::catalog::{self, Recipe};
 use crate::provider::{
     Adapter, Answer, Call, MeshGenerator, Port, ProviderError, RawMesh, RawTable, ReconstructionRequest,
 };
-use crate::scene::RecognizedTable;
+use crate::scene::{RecognizedTable, ReconstructionMethod};
 
 use super::orientation::turned;
 use super::photograph::{self, PhotographSettings};
@@ -50,6 +50,7 @@ impl MeshGenerator for EmbeddedMeshGenerator {
             })?;
             Ok(RawMesh {
                 mesh: turned((*mesh).clone(), request.seed),
+                method: ReconstructionMethod::Category,
                 made_by: CATALOG.into(),
                 licence: LICENCE.into(),
                 notes: Vec::new(),

@@ -1,10 +1,10 @@
 //! What the embedded adapters answer for a picture nobody here painted.
 //!
-//! All of it rests on [`vision::read_picture`](crate::vision::read_picture), by which each question reads the picture again
-//! (it is deterministic). Things get no names: labels are `object`, sizes are what the outline says
+//! All of it rests on the reading of the picture by [`PictureReader`], which keeps the last ones. Things get no names: labels are `object`, sizes are what the outline says
 //! at the scale of a table of usual height. A picture that cannot be read is refused with a stable code.
 
 mod reader;
+mod recent;
 mod recognize;
 mod segment;
 mod complete;
@@ -15,7 +15,7 @@ mod texture;
 pub use complete::complete;
 pub use reader::{LoadNetworkError, PictureReader, ReaderIdentity, ReadingNetwork};
 pub use recognize::recognize;
-pub use reconstruct::reconstruct;
+pub use reconstruct::{as_seen, reconstruct};
 pub use segment::segment;
 pub use top_view::top_view;
 

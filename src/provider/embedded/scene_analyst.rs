@@ -33,7 +33,7 @@ struct Identity {
 impl SceneAnalyst for EmbeddedAnalyst {
     fn adapter(&self) -> Adapter {
         let identity = Identity { analyst: self.settings.clone(), photograph: self.photograph.identity() };
-        Adapter::new("embedded/grammar", "2", &identity)
+        Adapter::new("embedded/grammar", "3", &identity)
     }
 
     fn describe<'a>(
@@ -68,8 +68,11 @@ impl SceneAnalyst for EmbeddedAnalyst {
     }
 
     fn upright<'a>(&'a self, call: &'a Call, question: UprightQuestion) -> Answer<'a, CanonicalPose> {
+        let settings = self.photograph.settings.clone();
         Box::pin(call.compute(Port::Analyst, move |interrupt| {
-            let example = typical(&question.object);
+            let UprightQuestion { object, completion, camera, .. } = &question;
+            let seen = || photograph::as_seen(object, completion, camera, &settings).map(Arc::new);
+            let example = typical(object).or_else(seen);
             let problem = UprightProblem {
                 raw_mesh: &question.raw_mesh,
                 camera: &question.camera,

@@ -13,6 +13,7 @@ use super::{Endpoint, picture};
 use crate::geometry::decimate::decimated;
 use crate::geometry::{Image, TexturedMesh};
 use crate::provider::{Call, Completion, Port, ProviderError, RawMesh};
+use crate::scene::ReconstructionMethod;
 
 /// Share of the square that is left free around the thing.
 const MARGIN: f64 = 0.1;
@@ -94,7 +95,8 @@ pub(super) async fn made<P: Protocol>(
         notes.push(settings.licence_note.clone());
     }
     let made_by = format!("{provider}, {model}");
-    Ok(RawMesh { mesh, made_by, licence: settings.licence.clone(), notes })
+    let method = ReconstructionMethod::Generated;
+    Ok(RawMesh { mesh, method, made_by, licence: settings.licence.clone(), notes })
 }
 
 /// Why an adapter answers no question for a table: tables come as models, not from pictures.

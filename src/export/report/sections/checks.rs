@@ -2,8 +2,8 @@
 
 use crate::export::report::Report;
 use crate::export::report::html::{Cell, Html};
-use crate::export::report::numbers::{at_most, degrees, mm, percent, significant};
-use crate::scene::certificate::{BodyHealth, ObjectCertificate, ReasonCode};
+use crate::export::report::numbers::{at_most, degrees, mm, percent, significant, word};
+use crate::scene::certificate::{BodyHealth, Fidelity, ObjectCertificate, ReasonCode};
 
 pub fn write(page: &mut Html, report: &Report<'_>) {
     let mut rows = poses(report);
@@ -216,6 +216,24 @@ fn likeness(report: &Report<'_>) -> Vec<Vec<Cell>> {
             format!("at least {}", certificate.thresholds.silhouette_iou),
         ),
         told(
+            "It looks like the picture (colors)",
+            match fidelity.color_difference {
+                Some(apart) => format!("mean CIELAB difference {apart:.1}"),
+                None => "no object shows in its place".to_owned(),
+            },
+            "where both show the same object; the difference of their light is in it",
+        ),
+        told(
+            "Regions of one picture only",
+            format!(
+                "{} of what the picture shows is missed, {} of what the scene shows is invented",
+                percent(fidelity.missed.share),
+                percent(fidelity.invented.share)
+            ),
+            "pixels of objects",
+        ),
+        told("Ways in which meshes were made", methods(fidelity), "objects by method"),
+        told(
             "It looks like the picture (features)",
             format!("similarity {:.3}", appearance.similarity),
             &format!(
@@ -225,4 +243,12 @@ fn likeness(report: &Report<'_>) -> Vec<Vec<Cell>> {
         ),
         told("Sizes and boxes agree on the scale", scale, "how far they contradict each other"),
     ]
+}
+
+fn methods(fidelity: &Fidelity) -> String {
+    let each = fidelity
+        .methods
+        .iter()
+        .map(|made| format!("{} {} ({})", made.objects, word(made.method), percent(made.share)));
+    each.collect::<Vec<_>>().join(", ")
 }

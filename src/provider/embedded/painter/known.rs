@@ -56,6 +56,7 @@ fn recognized(spec: &ObjectSpec) -> RecognizedObject {
         seed: spec.seed,
         stands_on: stands_on(spec),
         seen_px: None,
+        seen_as: None,
     }
 }
 

@@ -9,6 +9,7 @@ use serde::Serialize;
 use sha2::{Digest as _, Sha256};
 
 use super::PhotographSettings;
+use super::recent::{PictureKey, RecentReadings};
 use crate::geometry::{Image, Interrupt};
 use crate::provider::{Port, ProviderError};
 use crate::vision::network::{NetworkWeightsError, TableNetwork};
@@ -59,12 +60,13 @@ impl ReadingNetwork {
     }
 }
 
-/// Reads pictures nobody here painted.
+/// Reads pictures nobody here painted. Clones share what they have read.
 #[derive(Clone)]
 pub struct PictureReader {
     /// `None` = classical means.
-    pub network: Option<Arc<ReadingNetwork>>,
+    network: Option<Arc<ReadingNetwork>>,
     pub settings: PhotographSettings,
+    recent: Arc<RecentReadings>,
 }
 
 /// What decides a reading.
@@ -77,19 +79,34 @@ pub struct ReaderIdentity {
 }
 
 impl PictureReader {
+    /// Without a network, by classical means.
+    pub fn new(network: Option<Arc<ReadingNetwork>>, settings: PhotographSettings) -> Self {
+        Self { network, settings, recent: Arc::default() }
+    }
+
     pub fn identity(&self) -> ReaderIdentity {
         let network = self.network.as_ref().map(|network| (network.sha256.clone(), network.settings.clone()));
         ReaderIdentity { network, settings: self.settings.clone() }
     }
 
     /// Reads the picture.
-    pub fn reading(&self, picture: &Image, interrupt: &Interrupt) -> Result<PictureReading, VisionError> {
-        match self.network.as_deref() {
-            Some(ReadingNetwork { network, settings, .. }) => {
-                read_with_network(picture, network, settings, interrupt)
-            }
-            None => read_picture(picture, &self.settings.vision, interrupt),
+    pub fn reading(
+        &self,
+        picture: &Image,
+        interrupt: &Interrupt,
+    ) -> Result<Arc<PictureReading>, VisionError> {
+        let key = PictureKey::of(picture);
+        if let Some(reading) = self.recent.find(&key) {
+            return Ok(reading);
         }
+        let reading = Arc::new(match self.network.as_deref() {
+            Some(ReadingNetwork { network, settings, .. }) => {
+                read_with_network(picture, network, settings, interrupt)?
+            }
+            None => read_picture(picture, &self.settings.vision, interrupt)?,
+        });
+        self.recent.keep(key, &reading);
+        Ok(reading)
     }
 
     /// Reads the picture for a port.
@@ -98,7 +115,7 @@ impl PictureReader {
         picture: &Image,
         port: Port,
         interrupt: &Interrupt,
-    ) -> Result<PictureReading, ProviderError> {
+    ) -> Result<Arc<PictureReading>, ProviderError> {
         self.reading(picture, interrupt).map_err(|error| match error {
             VisionError::Interrupted(interrupted) => ProviderError::Interrupted(interrupted),
             other => ProviderError::Rejected { port, code: other.code(), reason: other.to_string() },

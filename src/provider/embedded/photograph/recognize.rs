@@ -44,7 +44,7 @@ pub fn recognize(
     }
     let built = table_model(&reading, options)?;
     let size_m = table_size(&reading, &built, options, &reader.settings);
-    let reading = reading.scaled(size_m.x);
+    let reading = (*reading).clone().scaled(size_m.x);
     let color = reading.table.color;
     let ids: Vec<InstanceId> =
         (1..=reading.objects.len()).map(|n| InstanceId::numbered(UNNAMED_CATEGORY, n)).collect();
@@ -67,6 +67,7 @@ pub fn recognize(
                 seed: child_seed(seed, id.as_str()),
                 stands_on: object.stands_on.map_or(StandsOn::Table, |k| StandsOn::On(ids[k].clone())),
                 seen_px: None,
+                seen_as: Some(object.solid.clone()),
             }
         })
         .collect();

@@ -9,9 +9,10 @@ use glam::{DQuat, DVec2, DVec3};
 use super::PhotographSettings;
 use super::texture::{Projection, subdivided};
 use crate::geometry::shapes::{block, lathe, prism};
-use crate::geometry::{Image, Interrupt, Pose, Solid, TexturedMesh};
+use crate::geometry::{Camera, Image, Interrupt, Pose, Solid, TexturedMesh};
 use crate::provider::embedded::orientation::turned;
 use crate::provider::{Completion, Port, ProviderError, RawMesh, ReconstructionRequest};
+use crate::scene::{RecognizedObject, ReconstructionMethod};
 use crate::vision::{Expected, SolidFit, SolidKind, fit_solid};
 
 /// Steps around a turned body.
@@ -24,7 +25,8 @@ pub fn reconstruct(
     interrupt: &Interrupt,
 ) -> Result<RawMesh, ProviderError> {
     interrupt.check()?;
-    let (mesh, fit, how) = stood_up(request, settings).ok_or_else(|| ProviderError::Rejected {
+    let seen = stood_up(&request.object, &request.completion, &request.camera, settings);
+    let (mesh, fit, method) = seen.ok_or_else(|| ProviderError::Rejected {
         port: Port::MeshGenerator,
         code: "nothing_visible",
         reason: format!(
@@ -35,7 +37,7 @@ pub fn reconstruct(
     })?;
     interrupt.check()?;
     let mut notes = vec![
-        format!("single view: {how}, outline overlap {:.2}", fit.overlap),
+        format!("single view: {}, outline overlap {:.2}", words(method), fit.overlap),
         "solid inside; unseen side mirrored; the picture's light is in the texture".to_owned(),
     ];
     let hidden = request.completion.completed_share;
@@ -44,36 +46,66 @@ pub fn reconstruct(
     }
     Ok(RawMesh {
         mesh: turned(mesh, request.seed).snap_to_f32(),
+        method,
         made_by: "embedded/photograph".to_owned(),
         licence: "LicenseRef-input-picture".to_owned(),
         notes,
     })
 }
 
-/// The mesh as it stands, base on z = 0, with the extents recognized; the fit behind it and its name.
-pub(super) fn stood_up(
-    request: &ReconstructionRequest,
+fn words(method: ReconstructionMethod) -> &'static str {
+    match method {
+        ReconstructionMethod::Turned => "turned body",
+        ReconstructionMethod::Box => "box",
+        ReconstructionMethod::Slab => "flat outline",
+        ReconstructionMethod::Extrusion => "upright outline",
+        ReconstructionMethod::Category => "parametric category",
+        ReconstructionMethod::Generated => "model",
+    }
+}
+
+/// What a thing that was read as a solid looks like as it stands: meshes of it are stood up beside this. `None` where its
+/// recognition does not say what it was read as.
+pub fn as_seen(
+    object: &RecognizedObject,
+    completion: &Completion,
+    camera: &Camera,
     settings: &PhotographSettings,
-) -> Option<(TexturedMesh, SolidFit, &'static str)> {
-    let completion = &request.completion;
-    let canvas = on_canvas(completion, request.camera.width_px, request.camera.height_px);
-    let expected = Expected { base: None, height: request.object.size_m.z };
-    let fit = fit_solid(&completion.silhouette, &request.camera, Some(&canvas), Some(&expected))?;
-    let (solid, how) = body(&fit);
-    let (solid, how) = if solid.is_watertight() && solid.volume_m3() > 0.0 {
-        (solid, how)
+) -> Option<TexturedMesh> {
+    object.seen_as.as_ref()?;
+    stood_up(object, completion, camera, settings).map(|(mesh, ..)| mesh)
+}
+
+/// The mesh as it stands, base on z = 0, with the extents recognized; the fit behind it and its method.
+pub(super) fn stood_up(
+    object: &RecognizedObject,
+    completion: &Completion,
+    camera: &Camera,
+    settings: &PhotographSettings,
+) -> Option<(TexturedMesh, SolidFit, ReconstructionMethod)> {
+    let fit = match &object.seen_as {
+        Some(seen) => seen.clone(),
+        None => {
+            let canvas = on_canvas(completion, camera.width_px, camera.height_px);
+            let expected = Expected { base: None, height: object.size_m.z };
+            fit_solid(&completion.silhouette, camera, Some(&canvas), Some(&expected))?
+        }
+    };
+    let (solid, method) = body(&fit);
+    let (solid, method) = if solid.is_watertight() && solid.volume_m3() > 0.0 {
+        (solid, method)
     } else {
         // An outline that crosses itself encloses nothing.
-        (block(fit.size.max(DVec3::splat(1e-4))), "box")
+        (block(fit.size.max(DVec3::splat(1e-4))), ReconstructionMethod::Box)
     };
-    let finer = match how {
-        "box" => 3,
-        "turned body" => 0,
+    let finer = match method {
+        ReconstructionMethod::Box => 3,
+        ReconstructionMethod::Turned => 0,
         _ => 1,
     };
     let (positions, triangles) = subdivided(&solid, finer);
     let projection = Projection {
-        camera: &request.camera,
+        camera,
         completion,
         world_from_solid: Pose::upright(fit.center.extend(0.0), fit.yaw_rad),
         size: fit.size,
@@ -81,27 +113,27 @@ pub(super) fn stood_up(
     };
     let mesh = projection.dress(&positions, &triangles);
     // The recognized extents were measured with the whole picture at hand.
-    let stretch = request.object.size_m / mesh.size_m().max(DVec3::splat(1e-9));
+    let stretch = object.size_m / mesh.size_m().max(DVec3::splat(1e-9));
     let sound = stretch.is_finite() && stretch.min_element() > 0.0;
     let mesh = if sound { mesh.scaled(stretch) } else { mesh };
-    Some((mesh, fit, how))
+    Some((mesh, fit, method))
 }
 
-/// The solid in its own frame, base on z = 0, and what to call it.
-fn body(fit: &SolidFit) -> (Solid, &'static str) {
+/// The solid in its own frame, base on z = 0.
+fn body(fit: &SolidFit) -> (Solid, ReconstructionMethod) {
     match &fit.kind {
         SolidKind::Turned { profile } => {
             let mut closed = vec![DVec2::ZERO];
             closed.extend(profile);
             closed.push(DVec2::new(0.0, fit.size.z));
-            (lathe(&closed, AROUND), "turned body")
+            (lathe(&closed, AROUND), ReconstructionMethod::Turned)
         }
-        SolidKind::Block => (block(fit.size), "box"),
-        SolidKind::Flat { outline } => (prism(outline, fit.size.z), "flat outline"),
+        SolidKind::Block => (block(fit.size), ReconstructionMethod::Box),
+        SolidKind::Flat { outline } => (prism(outline, fit.size.z), ReconstructionMethod::Slab),
         SolidKind::Upright { outline } => {
             let raised =
                 prism(outline, fit.size.y).rotated(DQuat::from_rotation_x(std::f64::consts::FRAC_PI_2));
-            (raised.translated(DVec3::new(0.0, 0.5 * fit.size.y, 0.0)), "upright outline")
+            (raised.translated(DVec3::new(0.0, 0.5 * fit.size.y, 0.0)), ReconstructionMethod::Extrusion)
         }
     }
 }

@@ -26,7 +26,7 @@ pub fn segment(
             ),
         });
     }
-    let masks = reading.objects.into_iter().map(|object| object.mask);
+    let masks = reading.objects.iter().map(|object| object.mask.clone());
     Ok(recognition
         .objects
         .iter()

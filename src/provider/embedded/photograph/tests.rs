@@ -20,7 +20,7 @@ fn settings() -> PhotographSettings {
 }
 
 fn reader() -> PictureReader {
-    PictureReader { network: None, settings: settings() }
+    PictureReader::new(None, settings())
 }
 
 fn is_watertight(mesh: &TexturedMesh) -> bool {
@@ -104,7 +104,9 @@ fn a_picture_becomes_a_table_with_things_where_they_stood() {
         let raw = reconstruct(&request, &settings(), &stop).expect("reconstructed");
         assert!(is_watertight(&raw.mesh) && volume(&raw.mesh) > 0.0, "{} {:?}", object.id, raw.notes);
         assert!((raw.mesh.size_m().max_element() - 1.0).abs() < 1e-6);
-        let (mesh, fit, _) = reconstruct::stood_up(&request, &settings()).expect("reconstructed");
+        let (mesh, fit, _) =
+            reconstruct::stood_up(&request.object, &request.completion, &request.camera, &settings())
+                .expect("reconstructed");
         assert!((mesh.size_m() / object.size_m - 1.0).abs().max_element() < 1e-6);
         meshes.push((mesh, Pose::upright(fit.center.extend(0.0), fit.yaw_rad)));
 
@@ -197,4 +199,24 @@ fn pictures_without_a_table_are_refused() {
         }
     }
     assert_eq!(code(&noise), "backdrop_not_plain");
+}
+
+#[test]
+fn a_picture_is_read_once_and_another_is_not_taken_for_it() {
+    let stop = Interrupt::default();
+    let paintings: Vec<Image> =
+        settings_to_paint().iter().take(2).map(|(_, setting)| paint(setting).picture).collect();
+    let shared = reader();
+    let again = shared.clone();
+    let [first, same, other] = [(&shared, 0), (&again, 0), (&again, 1)]
+        .map(|(reader, k)| reader.reading(&paintings[k], &stop).expect("readable"));
+    assert!(Arc::ptr_eq(&first, &same) && !Arc::ptr_eq(&first, &other));
+    // Mirrored, it has the same size and other pixels.
+    let (width, height) = (paintings[0].width_px(), paintings[0].height_px());
+    let mut mirrored = paintings[0].clone();
+    for y in 0..height {
+        (0..width).for_each(|x| mirrored.set_pixel(x, y, paintings[0].pixel(width - 1 - x, y)));
+    }
+    let turned = shared.reading(&mirrored, &stop).expect("readable");
+    assert!(!Arc::ptr_eq(&first, &turned));
 }

@@ -34,7 +34,7 @@ pub fn top_view(
             reason: format!("there is no table model {}; recognize the picture again", table.model),
         }
     })?;
-    let footprints = footprints(request, interrupt)?;
+    let footprints = footprints(request, &outline, interrupt)?;
     let view = view_of(&outline, settings);
     let painted = rectified(&request.reference.picture, camera, &view, interrupt)?;
     let mask_of = |outline: &Outline| {
@@ -54,8 +54,13 @@ pub fn top_view(
     Ok(TopPicture { picture: painted, known: Some(known) })
 }
 
-/// What each thing covers of the table (or of its supporter, seen from above), meters.
-fn footprints(request: &TopViewRequest, interrupt: &Interrupt) -> Result<Vec<Outline>, ProviderError> {
+/// What each thing covers of the table (or of its supporter, seen from above), meters. What is seen on the table belongs on
+/// it: a footprint whose middle lies beside `top` is moved to its edge.
+fn footprints(
+    request: &TopViewRequest,
+    top: &Outline,
+    interrupt: &Interrupt,
+) -> Result<Vec<Outline>, ProviderError> {
     let recognition = &*request.recognition;
     let eye_m = recognition.camera.world_from_camera.translation_m;
     recognition
@@ -65,13 +70,17 @@ fn footprints(request: &TopViewRequest, interrupt: &Interrupt) -> Result<Vec<Out
         .map(|(object, mask)| {
             interrupt.check()?;
             let nearer = ((eye_m.z - raised(recognition, object)) / eye_m.z).clamp(0.2, 1.0);
-            let expected = Expected { base: None, height: object.size_m.z / nearer };
-            let picture = &request.reference.picture;
-            let solid = fit_solid(&mask.visible, &recognition.camera, Some(picture), Some(&expected));
+            let solid = object.seen_as.clone().or_else(|| {
+                let expected = Expected { base: None, height: object.size_m.z / nearer };
+                let picture = &request.reference.picture;
+                fit_solid(&mask.visible, &recognition.camera, Some(picture), Some(&expected))
+            });
             let corners = solid.map(|solid| {
                 // A thing on another was fitted as if on the table: draw it toward the eye.
                 let eye = eye_m.truncate();
-                solid.footprint().into_iter().map(|p| eye + nearer * (p - eye)).collect::<Vec<_>>()
+                let lifted = |p: DVec2| eye + nearer * (p - eye);
+                let way = top.nearest_inside(lifted(solid.center)) - lifted(solid.center);
+                solid.footprint().into_iter().map(|p| lifted(p) + way).collect::<Vec<_>>()
             });
             corners.and_then(|corners| Outline::new(corners).ok()).ok_or_else(|| ProviderError::Rejected {
                 port: Port::Painter,

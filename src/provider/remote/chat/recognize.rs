@@ -191,6 +191,7 @@ pub(super) async fn recognize(
                 material: size.material,
                 stands_on,
                 seen_px: Some(seen.place.in_pixels(width_px, height_px)),
+                seen_as: None,
             })
             .collect(),
     })

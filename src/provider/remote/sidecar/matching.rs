@@ -77,6 +77,7 @@ mod tests {
             seed: 1,
             stands_on: StandsOn::Table,
             seen_px,
+            seen_as: None,
         }
     }
 

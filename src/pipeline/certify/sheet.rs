@@ -1,0 +1,30 @@
+//! What became of a picture, on one sheet: the picture, the pixels of each thing, the table from above, and the finished
+//! scene from the picture's camera.
+
+use crate::geometry::Image;
+use crate::render::overlay::sheet;
+
+/// Side of a cell, pixels.
+const CELL_PX: u32 = 640;
+
+pub(super) struct Panels<'a> {
+    pub picture: &'a Image,
+    pub masks: &'a Image,
+    pub top_view: &'a Image,
+    pub scene: &'a Image,
+    pub agreement: &'a Image,
+    /// The finished scene from above.
+    pub above: &'a Image,
+}
+
+pub(super) fn drawn(panels: &Panels<'_>) -> Image {
+    let cells = [
+        (panels.picture, "the picture"),
+        (panels.masks, "what was found in it"),
+        (panels.top_view, "the picture, rectified from above"),
+        (panels.scene, "the finished scene from the same camera"),
+        (panels.agreement, "both (green), missed (red), invented (blue)"),
+        (panels.above, "the finished scene from above"),
+    ];
+    sheet(&cells, 3, CELL_PX)
+}
