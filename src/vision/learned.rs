@@ -12,6 +12,7 @@ mod ellipse;
 mod instances;
 mod settings;
 mod top;
+mod top_area;
 
 pub use settings::NetworkReadingSettings;
 

@@ -88,11 +88,14 @@ impl TableNetwork {
         1 << self.down.len()
     }
 
-    /// Looks at a part of a picture.
+    /// Looks at a part of a picture: the mean of what it says of the frame and of its mirror image, which errs less than
+    /// either.
     pub fn maps(&self, picture: &Image, look: Look, interrupt: &Interrupt) -> Result<Maps, NetworkError> {
-        let Frame { rgb, look } = Frame::of(picture, look);
+        let frame = Frame::of(picture, look);
         let [width_px, height_px] = look.frame_px;
-        Ok(Maps::new(self.answer(&rgb, width_px, height_px, interrupt)?, look))
+        let answer = |rgb: &[f32]| self.answer(rgb, width_px, height_px, interrupt);
+        let (seen, mirrored) = rayon::join(|| answer(&frame.rgb), || answer(&frame.mirrored()));
+        Ok(Maps::new(seen?.mean_with(&mirrored?.mirrored()), look))
     }
 
     /// To a frame: colors -1..1, channel by channel, each row by row from the top. The interrupt is polled at each

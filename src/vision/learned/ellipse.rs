@@ -41,6 +41,16 @@ impl Ellipse {
         (semi_axes.y > 1e-3 * semi_axes.x).then(|| Self { center: origin + mean, semi_axes, angle_rad })
     }
 
+    /// How deep within it a point lies, to first order near its edge; negative outside.
+    pub fn depth_px(&self, p: DVec2) -> f64 {
+        let along = DVec2::from_angle(self.angle_rad);
+        let away = p - self.center;
+        let scaled = DVec2::new(along.dot(away), along.perp_dot(away)) / self.semi_axes;
+        let radius = scaled.length();
+        let steepness = (scaled / self.semi_axes).length() / radius.max(1e-9);
+        (1.0 - radius) / steepness.max(1e-9)
+    }
+
     /// Point at an angle of its parameter.
     pub fn at(&self, t: f64) -> DVec2 {
         let along = DVec2::from_angle(self.angle_rad);

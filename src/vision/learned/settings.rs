@@ -14,9 +14,9 @@ pub struct NetworkReadingSettings {
     pub min_table_share: f64,
     /// Least share of the picture an object must fill, 0..1. Usual: 0.0003.
     pub min_object_share: f64,
-    /// How much of a middle of an object a place must be, 0..1; less finds fainter things and splits others. Usual: 0.3.
+    /// How much of a middle of an object a place must be, 0..1; less finds fainter things and splits others. Usual: 0.2.
     pub least_middle: f64,
-    /// Least confidence at which a thing is believed, 0..1. Usual: 0.4.
+    /// Least confidence at which a thing is believed, 0..1. Usual: 0.45.
     pub least_confidence: f64,
     /// Width of the rim along which the network's masks are not believed, pixels of its maps, 0..2. Usual: 0.5.
     pub mask_rim: f64,

@@ -5,6 +5,7 @@ use glam::DVec2;
 use super::NetworkReadingSettings;
 use super::camera_fit::{Found, Said};
 use super::ellipse::Ellipse;
+use super::top_area::TopArea;
 use crate::geometry::Camera;
 use crate::vision::VisionError;
 use crate::vision::contour;
@@ -16,12 +17,13 @@ use crate::vision::regions::{filled, parts};
 
 /// How far corners of the outline are off, pixels of the maps.
 const CORNER_SIGMA: f64 = 0.8;
-/// Corners cut off a rectangle, and bulges of a circle, leave at least this overlap.
-const LEAST_FIT: f64 = 0.94;
+/// Rounded corners of a rectangle, and bulges of a circle, leave at least this overlap; on the validation split the best
+/// quadrilateral of nine of ten tops of other shapes overlaps less.
+const LEAST_FIT: f64 = 0.93;
 /// Share of its hull that a convex top fills at least, as wavering edges let it seem.
 const LEAST_CONVEX: f64 = 0.94;
-/// Shorter over longer axis of a round top, under a camera some degrees off.
-const LEAST_ROUND: f64 = 0.8;
+/// A top is an oval if as a circle it would be seen from an elevation so far from the network's, radians.
+const MOST_DOUBT_RAD: f64 = 0.25;
 /// A triangle's corners are rounded off by less than this share of its area.
 const LEAST_OF_TRIANGLE: f64 = 0.72;
 /// Outlines are simplified to this, pixels of the copy.
@@ -67,7 +69,7 @@ pub(in crate::vision) fn read(
         outline_sigma_px: CORNER_SIGMA * maps.pixel_px() * pixels.scale,
     };
     let is_convex = area(&outline_px) > LEAST_CONVEX * area(&hull);
-    let regular = if is_whole && is_convex { regular(&hull, &said) } else { None };
+    let regular = if is_whole { regular(&TopArea::new(maps, pixels, &inside), &hull, &said) } else { None };
     // The network's edges waver, and most tops are convex; where the picture cuts one off, nobody knows.
     let smooth = if is_convex || !is_whole { &hull } else { &outline_px };
     regular.or_else(|| free(smooth, &hull, &said, is_whole && is_convex)).ok_or(VisionError::NoCamera)
@@ -102,14 +104,15 @@ fn reaches_border(outline_px: &[DVec2], pixels: &Pixels) -> bool {
 }
 
 /// As a rectangle or a circle, where it is one.
-fn regular(hull: &[DVec2], said: &Said) -> Option<Top> {
+fn regular(seen: &TopArea, hull: &[DVec2], said: &Said) -> Option<Top> {
     let top = |shape: TopShape, found: Found, outline: Vec<DVec2>| {
         let outline_px = projected(&found.camera, &outline)?;
-        let fit = overlap(hull, &outline_px);
+        let fit = seen.overlap(&outline_px);
         Some(Top { shape, found, outline_px, outline, fit })
     };
     let rectangle = enclosed_by(hull, 4)
         .and_then(|corners| <[DVec2; 4]>::try_from(corners).ok())
+        .and_then(|corners| seen.quadrilateral(&corners))
         .and_then(|corners| said.rectangle(&corners))
         .and_then(|found| {
             let (x, y) = (0.5, 0.5 * found.depth);
@@ -117,20 +120,15 @@ fn regular(hull: &[DVec2], said: &Said) -> Option<Top> {
             top(TopShape::Rectangle, found, corners.to_vec())
         });
     let circle = Ellipse::with_moments_of(hull)
-        .filter(|_| is_round(hull, said))
+        .and_then(|ellipse| seen.ellipse(&ellipse))
         .and_then(|ellipse| said.circle(&ellipse))
+        .filter(|found| (found.camera.elevation_rad() - said.elevation_rad).abs() < MOST_DOUBT_RAD)
         .and_then(|found| {
             let edge = Ellipse { center: DVec2::ZERO, semi_axes: DVec2::splat(0.5), angle_rad: 0.0 };
             top(TopShape::Circle, found, edge.polygon(96))
         });
     let best = [rectangle, circle].into_iter().flatten().max_by(|a, b| a.fit.total_cmp(&b.fit))?;
     (best.fit >= LEAST_FIT).then_some(best)
-}
-
-/// Whether the network's camera sees a circle rather than an oval.
-fn is_round(hull: &[DVec2], said: &Said) -> bool {
-    let on_table = said.any_outline(hull).and_then(|(_, outline)| Ellipse::with_moments_of(&outline));
-    on_table.is_some_and(|ellipse| ellipse.semi_axes.y > LEAST_ROUND * ellipse.semi_axes.x)
 }
 
 /// With the outline as it is, under the network's camera.

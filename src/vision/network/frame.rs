@@ -107,6 +107,13 @@ impl Frame {
         }
         Self { rgb, look }
     }
+
+    /// Its colors with left and right exchanged.
+    pub fn mirrored(&self) -> Vec<f32> {
+        let mut rgb = self.rgb.clone();
+        rgb.chunks_exact_mut(self.look.frame_px[0]).for_each(<[f32]>::reverse);
+        rgb
+    }
 }
 
 #[cfg(test)]

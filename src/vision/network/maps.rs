@@ -20,6 +20,28 @@ const FOCAL: usize = 15;
 /// Offsets are counted in this many map pixels.
 const OFFSET_UNIT: f64 = 8.0;
 
+/// Channels that count map pixels to the right, which turn their sign where left and right are exchanged.
+const TO_THE_RIGHT: [usize; 2] = [OFFSET, BASE];
+
+impl Answer {
+    /// The answer with left and right exchanged.
+    pub(super) fn mirrored(mut self) -> Self {
+        for (row, values) in self.maps.chunks_exact_mut(self.width).enumerate() {
+            values.reverse();
+            if TO_THE_RIGHT.contains(&(row / self.height)) {
+                values.iter_mut().for_each(|value| *value = -*value);
+            }
+        }
+        self
+    }
+
+    /// The mean of two answers to frames of one size.
+    pub(super) fn mean_with(mut self, other: &Self) -> Self {
+        self.maps.iter_mut().zip(&other.maps).for_each(|(a, b)| *a = 0.5 * (*a + b));
+        self
+    }
+}
+
 /// What is in front at a place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {

@@ -44,6 +44,32 @@ fn maps_are_the_references() {
     }
 }
 
+#[test]
+fn a_picture_and_its_mirror_image_are_read_alike() {
+    let network = TableNetwork::read(WEIGHTS.to_vec()).expect("the golden network");
+    // The golden network's random weights are not at all symmetrical.
+    let mut picture = Image::filled(96, 80, [200, 190, 180, 255]);
+    (20..50).for_each(|x| {
+        (10..40 + x / 4).for_each(|y| picture.set_pixel(x, y, [x as u8, 3 * y as u8, 90, 255]))
+    });
+    let mut turned = picture.clone();
+    (0..96).for_each(|x| (0..80).for_each(|y| turned.set_pixel(95 - x, y, picture.pixel(x, y))));
+    let read =
+        |picture: &Image| network.maps(picture, Look::whole([96, 80]), &Interrupt::default()).expect("maps");
+    let (maps, other) = (read(&picture), read(&turned));
+    let (width, mut off_the_middle) = (maps.width(), 0);
+    for index in 0..maps.count() {
+        let opposite = index - index % width + width - 1 - index % width;
+        let across = |p: glam::DVec2| glam::DVec2::new(width as f64 - p.x, p.y);
+        assert_eq!(maps.outline(index), other.outline(opposite));
+        assert!((maps.votes_for(index) - across(other.votes_for(opposite))).length() < 1e-9);
+        assert!((maps.base(index) - across(other.base(opposite))).length() < 1e-9);
+        assert_eq!(maps.top_row(index), other.top_row(opposite));
+        off_the_middle += usize::from((maps.votes_for(index).x - maps.middle(index).x).abs() > 1e-3);
+    }
+    assert!(off_the_middle > maps.count() / 2, "{off_the_middle}");
+}
+
 /// The file with one value of a tensor changed to `value`.
 fn changed(tensor: &str, value: f32) -> Vec<u8> {
     let mut bytes = WEIGHTS.to_vec();

@@ -132,8 +132,8 @@ mod tests {
             work_px: 768,
             min_table_share: 0.03,
             min_object_share: 0.0003,
-            least_middle: 0.3,
-            least_confidence: 0.4,
+            least_middle: 0.2,
+            least_confidence: 0.45,
             mask_rim: 0.5,
             max_objects: 48,
         }
