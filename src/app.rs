@@ -12,6 +12,7 @@ pub mod scenes;
 pub mod service;
 pub mod local;
 pub mod evaluation;
+pub mod dev_providers;
 
 use std::path::Path;
 use std::sync::Arc;

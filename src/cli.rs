@@ -16,6 +16,7 @@ pub mod folder;
 pub mod outcome;
 pub mod certificate;
 pub mod serve;
+pub mod dev_providers;
 pub mod migrate;
 pub mod check_config;
 
@@ -43,6 +44,8 @@ enum Command {
     PaintPictures(paint_pictures::Arguments),
     /// Run the job server.
     Serve(serve::Arguments),
+    /// Answer for all remote models, in their protocols, with the embedded adapters: for trying things without keys.
+    DevProviders(dev_providers::Arguments),
     /// Bring a data directory's database up to date; `serve` does so by itself.
     Migrate(migrate::Arguments),
     /// Print every setting with its value and where that came from, or what is wrong with them.
@@ -65,6 +68,7 @@ pub fn main() -> ExitCode {
         Command::Evaluate(arguments) => evaluate::run(arguments),
         Command::PaintPictures(arguments) => paint_pictures::run(arguments),
         Command::Serve(arguments) => serve::run(arguments),
+        Command::DevProviders(arguments) => dev_providers::run(arguments),
         Command::Migrate(arguments) => migrate::run(arguments),
         Command::CheckConfig(arguments) => check_config::run(arguments),
     };

@@ -13,6 +13,7 @@ pub mod surface;
 pub mod number;
 pub mod xml;
 pub mod wavefront;
+pub mod wavefront_archive;
 pub mod usd;
 pub mod urdf;
 pub mod mjcf;

@@ -23,6 +23,7 @@ pub mod scene;
 pub mod provider;
 pub mod export;
 pub mod evaluate;
+pub mod dev_providers;
 
 // 5. The toolbox: meshes and numbers, nothing of jobs.
 pub mod catalog;

@@ -25,7 +25,7 @@ use std::sync::Arc;
 use futures::future::BoxFuture;
 use serde::{Deserialize, Serialize};
 
-pub use analyst::{SceneAnalyst, UprightQuestion};
+pub use analyst::{SceneAnalyst, TopCheck, TopVerdict, UprightQuestion};
 pub use call::{Call, Cpu};
 pub use error::{Port, ProviderError};
 pub use feature_extractor::FeatureExtractor;

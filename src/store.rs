@@ -20,6 +20,7 @@ pub mod checkpoints;
 pub mod artifacts;
 pub mod calls;
 pub mod tasks;
+pub mod answers;
 
 use std::fs::{File, OpenOptions, TryLockError};
 use std::path::{Path, PathBuf};

@@ -92,6 +92,12 @@ const TABLE: &[Row] = &[
         may_import: &["pipeline", "provider", "scene", "synthetic", "TOOLBOX"],
         must_not_know: NO_WORLD_BUT_FUTURES,
     },
+    // Speaks vendors' protocols on top of the ports; it asks nobody.
+    Row {
+        module: "dev_providers",
+        may_import: &["provider", "scene", "export", "TOOLBOX"],
+        must_not_know: &["sqlx", "object_store", "std::fs", "std::env", "std::process"],
+    },
     Row { module: "worker", may_import: &["job", "pipeline", "store"], must_not_know: NO_ROWS_NO_HTTP },
     Row { module: "api", may_import: &["job", "scene", "store"], must_not_know: NO_ROWS },
     // Settings structs sit beside their algorithms; config only gathers them.

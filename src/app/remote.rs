@@ -1,22 +1,29 @@
 //! Which remote models answer, if any: their endpoints are made once, when the program starts, so that all jobs share
 //! turns, breakers and connections. Without any, nothing here touches the network or looks for certificates.
 
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
 use crate::config::{ConfigError, ConfigErrors, Resolved};
 use crate::export::gltf::read_mesh_glb;
+use crate::export::wavefront_archive::{self, read_mesh_obj_archive};
 use crate::provider::preference::Preferred;
 use crate::provider::remote::address::AddressRules;
 use crate::provider::remote::breaker::Breaker;
+use crate::provider::remote::cassette::{Cassette, CassetteError};
 use crate::provider::remote::chat::{self, ChatAnalyst};
+use crate::provider::remote::endpoint::Proof;
 use crate::provider::remote::hunyuan3d::{self, Hunyuan3dMeshGenerator};
 use crate::provider::remote::images::{self, ImagesPainter};
-use crate::provider::remote::mesh::ReadGlb;
+use crate::provider::remote::mesh::ReadMesh;
 use crate::provider::remote::replicate::{self, ReplicateMeshGenerator};
-use crate::provider::remote::settings::{AnalystProvider, MeshProvider, PainterProvider, SegmenterProvider};
+use crate::provider::remote::settings::{
+    AnalystProvider, LineMode, MeshProvider, PainterProvider, SegmenterProvider,
+};
 use crate::provider::remote::sidecar::{self, SidecarSegmenter};
 use crate::provider::remote::task::JobSlots;
+use crate::provider::remote::tencent::{self, TencentMeshGenerator};
 use crate::provider::remote::turns::AllTurns;
 use crate::provider::remote::{Endpoint, LimitSettings, Outbound, Secret};
 use crate::provider::{MeshGenerator, Painter, Port, Ports, SceneAnalyst, Segmenter};
@@ -60,6 +67,7 @@ impl Remote {
                 model: &chat.model,
                 base_url: &chat.base_url,
                 key_variable: &chat.key_variable,
+                secret_id_variable: None,
                 idempotency_header: &chat.idempotency_header,
                 limits: &chat.limits,
             })?;
@@ -81,6 +89,7 @@ impl Remote {
                 model: &images.model,
                 base_url: &images.base_url,
                 key_variable: &images.key_variable,
+                secret_id_variable: None,
                 idempotency_header: "",
                 limits: &images.limits,
             })?;
@@ -102,12 +111,16 @@ impl Remote {
                 model: &sidecar.model,
                 base_url: &sidecar.base_url,
                 key_variable: &sidecar.key_variable,
+                secret_id_variable: None,
                 idempotency_header: "",
                 limits: &sidecar.limits,
             })?;
             segmenters.push(Some(Arc::new(SidecarSegmenter { settings: sidecar.clone(), endpoint })));
         }
-        let read_glb: ReadGlb = Arc::new(|file| read_mesh_glb(file).map_err(|error| error.to_string()));
+        let read_mesh: ReadMesh = Arc::new(|file| match wavefront_archive::is_archive(file) {
+            true => read_mesh_obj_archive(file).map_err(|error| error.to_string()),
+            false => read_mesh_glb(file).map_err(|error| error.to_string()),
+        });
         let mut mesh_generators: Vec<Option<Arc<dyn MeshGenerator>>> = Vec::new();
         for provider in &settings.mesh_generator {
             let made: Arc<dyn MeshGenerator> = match provider {
@@ -126,11 +139,12 @@ impl Remote {
                         model: &settings.version,
                         base_url: &settings.base_url,
                         key_variable: &settings.key_variable,
+                        secret_id_variable: None,
                         idempotency_header: "",
                         limits: &settings.limits,
                     })?;
-                    let (slots, read_glb) = (JobSlots::new(&settings.task), read_glb.clone());
-                    Arc::new(ReplicateMeshGenerator { settings, endpoint, slots, read_glb })
+                    let (slots, read_mesh) = (JobSlots::new(&settings.task), read_mesh.clone());
+                    Arc::new(ReplicateMeshGenerator { settings, endpoint, slots, read_mesh })
                 }
                 MeshProvider::Hunyuan3d => {
                     let settings = settings.hunyuan3d.clone();
@@ -141,11 +155,28 @@ impl Remote {
                         model: &settings.model,
                         base_url: &settings.base_url,
                         key_variable: &settings.key_variable,
+                        secret_id_variable: None,
                         idempotency_header: "",
                         limits: &settings.limits,
                     })?;
-                    let (slots, read_glb) = (JobSlots::new(&settings.task), read_glb.clone());
-                    Arc::new(Hunyuan3dMeshGenerator { settings, endpoint, slots, read_glb })
+                    let (slots, read_mesh) = (JobSlots::new(&settings.task), read_mesh.clone());
+                    Arc::new(Hunyuan3dMeshGenerator { settings, endpoint, slots, read_mesh })
+                }
+                MeshProvider::Tencent => {
+                    let settings = settings.tencent.clone();
+                    let endpoint = endpoints.made(&Vendor {
+                        section: "providers.tencent",
+                        port: Port::MeshGenerator,
+                        provider: tencent::NAME,
+                        model: &settings.model,
+                        base_url: &settings.base_url,
+                        key_variable: &settings.key_variable,
+                        secret_id_variable: Some(&settings.id_variable),
+                        idempotency_header: "",
+                        limits: &settings.limits,
+                    })?;
+                    let (slots, read_mesh) = (JobSlots::new(&settings.task), read_mesh.clone());
+                    Arc::new(TencentMeshGenerator { settings, endpoint, slots, read_mesh })
                 }
             };
             mesh_generators.push(Some(made));
@@ -194,6 +225,8 @@ struct Vendor<'a> {
     model: &'a str,
     base_url: &'a str,
     key_variable: &'a str,
+    /// Where the vendor wants signatures: the variable with the id that goes with the key.
+    secret_id_variable: Option<&'a str>,
     idempotency_header: &'a str,
     limits: &'a LimitSettings,
 }
@@ -223,14 +256,15 @@ impl<'a, V: Fn(&str) -> Option<String>> Endpoints<'a, V> {
             return Err(wrong("base_url", detail));
         }
         let key = key(vendor.key_variable, &self.variable).map_err(|error| wrong("key_variable", error))?;
+        let proof = match vendor.secret_id_variable {
+            None => Proof::Bearer,
+            Some(variable) => signing(vendor.base_url, variable, key.is_some(), &self.variable)
+                .map_err(|error| wrong("id_variable", error))?,
+        };
         let outbound = match &self.outbound {
             Some(made) => made.clone(),
             None => {
-                let timeout = Duration::from_secs(resolved.config.providers.connect_timeout_secs);
-                let made = Outbound::new(self.rules.clone(), timeout).map_err(|error| {
-                    let told = format!("the client cannot be made: {error}; install CA certificates");
-                    wrong("base_url", told)
-                })?;
+                let made = outbound(resolved, self.rules.clone())?;
                 self.outbound.insert(made).clone()
             }
         };
@@ -242,6 +276,7 @@ impl<'a, V: Fn(&str) -> Option<String>> Endpoints<'a, V> {
             model: vendor.model.to_owned(),
             base_url: vendor.base_url.to_owned(),
             key,
+            proof,
             idempotency_header: vendor.idempotency_header.to_owned(),
             limits: limits.clone(),
             on_unknown: resolved.config.providers.on_unknown,
@@ -250,6 +285,47 @@ impl<'a, V: Fn(&str) -> Option<String>> Endpoints<'a, V> {
             breaker: Breaker::new(limits.breaker_failures, Duration::from_secs(limits.breaker_rest_secs)),
         }))
     }
+}
+
+/// The one client, through the network or a recording.
+fn outbound(resolved: &Resolved, rules: AddressRules) -> Result<Outbound, ConfigErrors> {
+    let settings = &resolved.config.providers;
+    let place = Path::new(&settings.cassette);
+    let unusable = |error: CassetteError| wrong(resolved, "providers", "cassette", error.to_string());
+    let network = |rules| {
+        let timeout = Duration::from_secs(settings.connect_timeout_secs);
+        Outbound::new(rules, timeout).map_err(|error| {
+            let told = format!("the client cannot be made: {error}; install CA certificates");
+            wrong(resolved, "providers", "connect_timeout_secs", told)
+        })
+    };
+    match settings.mode {
+        LineMode::Live => network(rules),
+        LineMode::Record => {
+            let cassette = Cassette::recorded(place).map_err(unusable)?;
+            Ok(network(rules)?.recording(Arc::new(cassette)))
+        }
+        LineMode::Replay => {
+            let cassette = Cassette::played(place).map_err(unusable)?;
+            Ok(Outbound::playing(rules, Arc::new(cassette)))
+        }
+    }
+}
+
+/// How requests to a service that wants signatures are signed. Without a key nothing is, and the service says so.
+fn signing(
+    base_url: &str,
+    variable_name: &str,
+    has_key: bool,
+    variable: impl Fn(&str) -> Option<String>,
+) -> Result<Proof, String> {
+    let secret_id = key(variable_name, variable)?.map(Secret::into_id);
+    if secret_id.is_none() && has_key {
+        return Err(format!("{variable_name} is not set, and the key is of no use without it"));
+    }
+    let host = base_url.split("://").nth(1).unwrap_or_default();
+    let service = host.split(['.', ':', '/']).next().unwrap_or_default().to_owned();
+    Ok(Proof::Tc3 { secret_id: secret_id.unwrap_or_default(), service })
 }
 
 /// The key in a variable, or in the file that the variable with `_FILE` names; none where neither is set.
@@ -309,6 +385,9 @@ mod tests {
         assert!(told.contains("OPENAI_API_KEY is empty"), "{told}");
         let told = complaint(&[], &[("OPENAI_API_KEY_FILE", "/nowhere/key")]);
         assert!(told.contains("cannot be read"), "{told}");
+        let played = [("providers.mode", "replay"), ("providers.cassette", "/nowhere/cassette.zip")];
+        let told = complaint(&played, &[]);
+        assert!(told.contains("providers.cassette") && told.contains("/nowhere/cassette.zip"), "{told}");
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use super::Config;
 use crate::provider::feature_extractor::FeatureAdapter;
+use crate::provider::remote::settings::LineMode;
 
 /// Every broken rule: the key to change, and why.
 pub(super) fn broken(config: &Config) -> Vec<(&'static str, String)> {
@@ -12,7 +13,7 @@ pub(super) fn broken(config: &Config) -> Vec<(&'static str, String)> {
         }
     };
     let Config { server, worker, log, analyst, layout, painter, descriptor, render, .. } = config;
-    let Config { canonicalize, dro, settle, resolve, export, features, .. } = config;
+    let Config { canonicalize, dro, settle, resolve, export, features, providers, .. } = config;
 
     rule(
         "server.listen",
@@ -52,6 +53,11 @@ pub(super) fn broken(config: &Config) -> Vec<(&'static str, String)> {
         "features.adapter",
         features.adapter == FeatureAdapter::Descriptor || !features.weights.is_empty(),
         "dinov2 needs weights; name their folder or file in features.weights, or use descriptor".into(),
+    );
+    rule(
+        "providers.cassette",
+        providers.mode == LineMode::Live || !providers.cassette.is_empty(),
+        "record and replay want a recording; name its folder, or set providers.mode = live".into(),
     );
     rule(
         "analyst.most_objects",

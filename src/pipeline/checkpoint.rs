@@ -28,6 +28,7 @@ use tokio_util::task::AbortOnDropHandle;
 
 use super::error::{StageError, StageErrorClass};
 use crate::provider::call::{Cpu, panic_text};
+use crate::provider::remote::failure::BAD_ANSWER;
 use crate::render::gpu::Compute;
 use crate::scene::InstanceId;
 use crate::store::checkpoints::{Checkpoint, StageKey};
@@ -265,6 +266,7 @@ impl<S: Send + Sync + 'static> Checkpoints<S> {
         }
         self.job.drain.check()?;
         store.stage_started(&self.job.lease, &key).await?;
+        let of_instance = key.instance.clone();
         let context = StageContext::new(
             stage,
             instance,
@@ -275,7 +277,16 @@ impl<S: Send + Sync + 'static> Checkpoints<S> {
         );
         let artifacts = context.artifacts();
         let started = Instant::now();
-        let output = self.compute(stage, function(context, inputs)).await?;
+        let output = match self.compute(stage, function(context, inputs)).await {
+            Ok(output) => output,
+            Err(error) => {
+                // Whoever comes after a dead worker uses what was answered; answers that will not do are asked for anew.
+                if error.code == BAD_ANSWER {
+                    store.forget_answers(&self.job.lease, stage.name, &of_instance).await?;
+                }
+                return Err(error);
+            }
+        };
         let elapsed_ms = i64::try_from(started.elapsed().as_millis()).unwrap_or(i64::MAX);
         metrics::histogram!("tabletopgen_stage_seconds", "stage" => stage.name)
             .record(started.elapsed().as_secs_f64());

@@ -1,5 +1,8 @@
 //! The books of one job, as its stages' calls see them: rows of the store, under the job's lease.
 
+use std::collections::BTreeMap;
+use std::sync::{Mutex, PoisonError};
+
 use bytes::Bytes;
 use futures::future::BoxFuture;
 
@@ -15,9 +18,23 @@ pub struct JobLedger {
     pub lease: Lease,
     pub stage: &'static str,
     pub instance: Option<InstanceId>,
+    /// How many answers this run has had, by the digest of their question.
+    had: Mutex<BTreeMap<String, u32>>,
 }
 
 impl JobLedger {
+    pub fn new(store: Store, lease: Lease, stage: &'static str, instance: Option<InstanceId>) -> Self {
+        Self { store, lease, stage, instance, had: Mutex::default() }
+    }
+
+    /// How many answers to a question this run has had, and so many more.
+    fn had(&self, request_digest: &str, more: u32) -> u32 {
+        let mut had = self.had.lock().unwrap_or_else(PoisonError::into_inner);
+        let count = had.entry(request_digest.to_owned()).or_default();
+        *count += more;
+        *count
+    }
+
     /// The same for every try of the same question here, however often the worker dies in between; another job's (a
     /// retry that somebody asked for) is another.
     fn key_of(&self, request_digest: &str) -> String {
@@ -30,7 +47,8 @@ impl JobLedger {
 impl Ledger for JobLedger {
     fn reserve(&self, intent: Intent) -> BoxFuture<'_, Result<Entry, LedgerError>> {
         Box::pin(async move {
-            let idempotency_key = self.key_of(&intent.request_digest);
+            let request_digest = intent.request_digest;
+            let idempotency_key = self.key_of(&request_digest);
             let call = NewCall {
                 stage: self.stage.to_owned(),
                 instance: self.instance.as_ref().map_or("", InstanceId::as_str).to_owned(),
@@ -39,7 +57,7 @@ impl Ledger for JobLedger {
                 model: intent.model,
                 endpoint: intent.endpoint,
                 operation: intent.operation.to_owned(),
-                request_digest: intent.request_digest,
+                request_digest: request_digest.clone(),
                 idempotency_key: idempotency_key.clone(),
                 attempt: intent.attempt,
                 reserved_micro_usd: intent.reserved.0,
@@ -47,7 +65,7 @@ impl Ledger for JobLedger {
                 refuse_after_unknown: intent.on_unknown == OnUnknown::Fail,
             };
             match self.store.reserve_call(&self.lease, call).await.map_err(not_written)? {
-                Reserved::Granted(id) => Ok(Entry { id, idempotency_key }),
+                Reserved::Granted(id) => Ok(Entry { id, idempotency_key, request_digest }),
                 Reserved::OverBudget { committed, budget } => Err(LedgerError::OverBudget {
                     asked: intent.reserved,
                     committed: MicroUsd(committed),
@@ -60,6 +78,12 @@ impl Ledger for JobLedger {
 
     fn settle(&self, entry: Entry, settlement: Settlement) -> BoxFuture<'_, Result<(), LedgerError>> {
         Box::pin(async move {
+            let kept = settlement.answer.is_some();
+            // The blob first: a row never names what is not there.
+            let answer = match settlement.answer {
+                Some(answer) => Some(self.store.blobs().put(answer).await.map_err(not_written)?),
+                None => None,
+            };
             let end = CallEnd {
                 settled_micro_usd: settlement.cost.map(|cost| cost.0),
                 outcome: settlement.outcome.to_owned(),
@@ -67,8 +91,24 @@ impl Ledger for JobLedger {
                 input_tokens: settlement.input_tokens,
                 output_tokens: settlement.output_tokens,
                 task: settlement.task,
+                answer,
             };
-            self.store.settle_call(&self.lease, entry.id, end).await.map_err(not_written)
+            self.store.settle_call(&self.lease, entry.id, end).await.map_err(not_written)?;
+            if kept {
+                self.had(&entry.request_digest, 1);
+            }
+            Ok(())
+        })
+    }
+
+    fn answer(&self, request_digest: String) -> BoxFuture<'_, Result<Option<Bytes>, LedgerError>> {
+        Box::pin(async move {
+            let (key, had) = (self.key_of(&request_digest), self.had(&request_digest, 0));
+            let digest = self.store.answer_of(&self.lease.job_id, &key, had).await.map_err(not_written)?;
+            let Some(digest) = digest else { return Ok(None) };
+            let answer = self.store.blobs().get(&digest).await.map_err(not_written)?;
+            self.had(&request_digest, u32::from(answer.is_some()));
+            Ok(answer)
         })
     }
 

@@ -13,12 +13,15 @@ use super::error::StageError;
 use super::{Context, Settings, canonicalize, carry, decompose, reconstruct, reference, rotate, segment};
 use crate::align::tsa::{Consensus, Registered, TsaSettings};
 use crate::geometry::{Image, Outline, Pose};
-use crate::provider::{Adapter, Ports, TopBoxes, TopViewRequest};
+use crate::provider::{Adapter, Ports, TopBoxes, TopCheck, TopPicture, TopVerdict, TopViewRequest};
 use crate::render::overlay::{distinct_color, draw_box, draw_text};
 use crate::scene::request::MetricAnchor;
 use crate::scene::{InstanceId, InstanceMask, Recognition, RecognizedObject, SceneRequest, StandsOn};
 
 pub const STAGE: Stage = Stage { name: "place", version: 5 };
+
+/// Most drawings that anybody looks at, whatever a painter would go on drawing.
+const MOST_DRAWINGS: usize = 8;
 
 #[derive(Serialize)]
 pub struct Inputs {
@@ -31,7 +34,9 @@ pub struct Inputs {
     table: Table,
     metric_anchor: Option<MetricAnchor>,
     tsa: TsaSettings,
+    seed: u64,
     painter: Adapter,
+    analyst: Adapter,
     segmenter: Adapter,
 }
 
@@ -145,7 +150,9 @@ impl Inputs {
             },
             metric_anchor: request.options.metric_anchor.clone(),
             tsa: settings.tsa.clone(),
+            seed: request.seed,
             painter: ports.painter.adapter(),
+            analyst: ports.analyst.adapter(),
             segmenter: ports.segmenter.adapter(),
         })
     }
@@ -175,8 +182,9 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
         recognition: inputs.recognition.clone(),
         masks: inputs.masks.clone(),
         painted,
+        refused: Vec::new(),
     };
-    let top = ports.painter.top_view(&call, request).await?;
+    let top = top_view(&context, &inputs, request).await?;
     let boxes = ports.segmenter.top_boxes(&call, top.clone(), inputs.recognition.clone()).await?;
     let top_view = carry::put_picture(&context, "top.png", top.picture.clone()).await?;
     let output = layout::lay_out(&context, &inputs, &boxes, top_view).await?;
@@ -188,6 +196,43 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
     context.put_json("layout.json", &output).await?;
     context.put_json("support_tree.json", &support_tree(&output)).await?;
     Ok(output)
+}
+
+/// The view from above. One that was computed knows where everything is; one that was drawn is looked at first, and drawn
+/// again with what was wrong, until somebody says that it holds or the painter gives up.
+async fn top_view(
+    context: &Context,
+    inputs: &Inputs,
+    mut request: TopViewRequest,
+) -> Result<TopPicture, StageError> {
+    let (call, ports) = (context.call(), &context.services().ports);
+    let mut verdicts: Vec<TopVerdict> = Vec::new();
+    loop {
+        let top = ports.painter.top_view(&call, request.clone()).await?;
+        if top.known.is_some() {
+            break Ok(top);
+        }
+        let question = TopCheck {
+            reference: request.reference.clone(),
+            recognition: request.recognition.clone(),
+            top: Arc::new(top.picture.clone()),
+            seed: inputs.seed,
+        };
+        let verdict = ports.analyst.check_top_view(&call, question).await?;
+        let (holds, told) = (verdict.holds(), verdict.told.clone());
+        verdicts.push(verdict);
+        context.put_json("top_verdicts.json", &verdicts).await?;
+        if holds {
+            break Ok(top);
+        }
+        carry::put_picture(context, &format!("top_refused_{}.png", verdicts.len()), top.picture).await?;
+        if verdicts.len() >= MOST_DRAWINGS {
+            let told =
+                format!("placing: none of {MOST_DRAWINGS} drawn views from above holds ({told}); run again");
+            break Err(StageError::permanent("top_view_refused", told));
+        }
+        request.refused.push(told);
+    }
 }
 
 /// The top view with every box, the anchor's thick.

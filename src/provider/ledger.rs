@@ -50,6 +50,8 @@ pub struct Entry {
     /// The same for every try of the same question in one stage of one job: vendors that know idempotency keys answer
     /// it once.
     pub idempotency_key: String,
+    /// Of the question.
+    pub request_digest: String,
 }
 
 /// How a call ended.
@@ -64,6 +66,8 @@ pub struct Settlement {
     pub outcome: &'static str,
     /// The vendor's id of the job it has begun, where the answer comes later.
     pub task: Option<String>,
+    /// The answer, if it is one; kept in case that its stage dies before it is done.
+    pub answer: Option<Bytes>,
 }
 
 /// A vendor's job that was submitted for this question, and is not over.
@@ -110,6 +114,10 @@ pub trait Ledger: Send + Sync {
     /// Writes down how the call ended.
     fn settle(&self, entry: Entry, settlement: Settlement) -> BoxFuture<'_, Result<(), LedgerError>>;
 
+    /// An answer that was kept, to a question that was asked before by a worker that died. A question that one run of a
+    /// stage asks twice has two answers, in the order in which they came.
+    fn answer(&self, request_digest: String) -> BoxFuture<'_, Result<Option<Bytes>, LedgerError>>;
+
     /// The vendor's job for a question that was asked before, by this worker or one that died.
     fn task(&self, request_digest: String) -> BoxFuture<'_, Result<Option<Task>, LedgerError>>;
 
@@ -134,12 +142,17 @@ impl Ledger for NoBudget {
                 let (committed, budget) = (MicroUsd::ZERO, MicroUsd::ZERO);
                 return Err(LedgerError::OverBudget { asked: intent.reserved, committed, budget });
             }
-            Ok(Entry { id: 0, idempotency_key: intent.request_digest })
+            let request_digest = intent.request_digest;
+            Ok(Entry { id: 0, idempotency_key: request_digest.clone(), request_digest })
         })
     }
 
     fn settle(&self, _entry: Entry, _settlement: Settlement) -> BoxFuture<'_, Result<(), LedgerError>> {
         Box::pin(async { Ok(()) })
+    }
+
+    fn answer(&self, _request_digest: String) -> BoxFuture<'_, Result<Option<Bytes>, LedgerError>> {
+        Box::pin(async { Ok(None) })
     }
 
     fn task(&self, _request_digest: String) -> BoxFuture<'_, Result<Option<Task>, LedgerError>> {

@@ -134,6 +134,8 @@ pub struct TopViewRequest {
     pub masks: Arc<Vec<InstanceMask>>,
     /// Painted already, by the painter of the reference picture.
     pub painted: Option<TopPicture>,
+    /// Why earlier drawings were refused, in their order.
+    pub refused: Vec<String>,
 }
 
 /// The table from straight above: picture right = world +x, picture up = world +y, one scale throughout.

@@ -7,7 +7,7 @@ use serde_json::json;
 use super::{
     Adapter, Answer, Call, Completion, CompletionRequest, MeshGenerator, Painter, Painting, ProviderError,
     RawMesh, RawTable, ReconstructionRequest, Reference, SceneAnalyst, Segmentation, Segmenter, TopBoxes,
-    TopPicture, TopViewRequest, UprightQuestion,
+    TopCheck, TopPicture, TopVerdict, TopViewRequest, UprightQuestion,
 };
 use crate::align::canonicalize::CanonicalPose;
 use crate::geometry::Mask;
@@ -94,6 +94,10 @@ impl SceneAnalyst for Preferred<dyn SceneAnalyst> {
 
     fn upright<'a>(&'a self, call: &'a Call, question: UprightQuestion) -> Answer<'a, CanonicalPose> {
         Box::pin(self.ask(move |analyst| analyst.upright(call, question.clone())))
+    }
+
+    fn check_top_view<'a>(&'a self, call: &'a Call, question: TopCheck) -> Answer<'a, TopVerdict> {
+        Box::pin(self.ask(move |analyst| analyst.check_top_view(call, question.clone())))
     }
 }
 

@@ -2,11 +2,12 @@
 //!
 //! Every call goes the same way: [`endpoint`] waits for its turn ([`turns`]), asks the breaker ([`breaker`]), writes
 //! the call into the job's ledger, sends it through the one client ([`outbound`]) that refuses addresses of private
-//! networks ([`address`]), reads how it ended ([`failure`]), and tries again where that can help ([`patience`]). An
-//! adapter only says what to ask and how to read the answer. Adapters: [`chat`], the analyst over any
-//! OpenAI-compatible chat endpoint; [`images`], the painter over OpenAI's Images endpoints;
-//! [`sidecar`], the segmenter over a small server that runs a detector; [`replicate`] and [`hunyuan3d`], the mesh
-//! generator over Replicate-style predictions and over a server of one's own, whose jobs outlive a worker ([`task`]).
+//! networks ([`address`]) and can record what is said and play it again ([`cassette`]), reads how it ended
+//! ([`failure`]), and tries again where that can help ([`patience`]). An adapter only says what to ask and how to read
+//! the answer. Adapters: [`chat`], the analyst over any OpenAI-compatible chat endpoint; [`images`], the painter over
+//! OpenAI's Images endpoints; [`sidecar`], the segmenter over a small server that runs a detector; [`replicate`],
+//! [`hunyuan3d`] and [`tencent`], the mesh generator over Replicate-style predictions, over a server of one's own and over
+//! Tencent Cloud, whose jobs outlive a worker ([`task`]).
 //!
 //! What comes back is hostile until proven: sizes are capped, numbers have ranges, addresses a model names are never
 //! fetched.
@@ -14,6 +15,7 @@
 pub mod settings;
 pub mod secret;
 pub mod address;
+pub mod cassette;
 pub mod outbound;
 pub mod failure;
 pub mod patience;
@@ -30,10 +32,12 @@ pub mod task;
 pub mod mesh;
 pub mod replicate;
 pub mod hunyuan3d;
+pub mod tencent;
 
 pub use endpoint::Endpoint;
 pub use outbound::Outbound;
 pub use secret::Secret;
 pub use settings::{
     ChatSettings, ImagesSettings, LimitSettings, ProviderSettings, ReplicateSettings, SidecarSettings,
+    TencentSettings,
 };

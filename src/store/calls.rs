@@ -9,7 +9,7 @@ use sqlx::sqlite::SqliteRow;
 use sqlx::{Row, SqliteConnection};
 
 use super::queue::guard;
-use super::{Lease, Store, StoreError, database};
+use super::{Digest, Lease, Store, StoreError, database};
 
 /// The outcome of a call of which nobody knows whether it was answered and billed.
 pub const OUTCOME_UNKNOWN: &str = "outcome_unknown";
@@ -56,6 +56,8 @@ pub struct CallEnd {
     pub output_tokens: Option<u64>,
     /// The vendor's id of the job it has begun, where the answer comes later.
     pub task: Option<String>,
+    /// The blob with the answer, if it may be used again.
+    pub answer: Option<Digest>,
 }
 
 /// A row of the ledger.
@@ -120,7 +122,8 @@ impl Store {
                     sqlx::query(
                         "UPDATE calls SET settled_micro_usd = COALESCE(?, reserved_micro_usd), outcome = ?,
                                           received_bytes = ?, input_tokens = ?, output_tokens = ?, finished_at = ?,
-                                          task = ?, task_state = CASE WHEN ? THEN 'submitted' END
+                                          task = ?, task_state = CASE WHEN ? THEN 'submitted' END,
+                                          answer_file = ?
                          WHERE id = ? AND job_id = ? AND outcome IS NULL",
                     )
                     .bind(end.settled_micro_usd)
@@ -131,6 +134,7 @@ impl Store {
                     .bind(now)
                     .bind(&end.task)
                     .bind(end.task.is_some())
+                    .bind(end.answer.as_ref().map(Digest::as_str))
                     .bind(id)
                     .bind(&lease.job_id)
                     .execute(connection)

@@ -13,6 +13,7 @@ use tabletopgen::provider::ledger::{
 };
 use tabletopgen::provider::remote::address::AddressRules;
 use tabletopgen::provider::remote::breaker::Breaker;
+use tabletopgen::provider::remote::endpoint::Proof;
 use tabletopgen::provider::remote::turns::Turns;
 use tabletopgen::provider::remote::{Endpoint, LimitSettings, Outbound, Secret};
 use tabletopgen::provider::{Call, Cpu, Port, ProviderError};
@@ -69,7 +70,9 @@ impl Ledger for Book {
                 });
             }
             let mut rows = self.rows.lock().unwrap();
-            let entry = Entry { id: rows.len() as i64 + 1, idempotency_key: intent.request_digest.clone() };
+            let request_digest = intent.request_digest.clone();
+            let idempotency_key = request_digest.clone();
+            let entry = Entry { id: rows.len() as i64 + 1, idempotency_key, request_digest };
             rows.push((intent, None));
             Ok(entry)
         })
@@ -81,6 +84,10 @@ impl Ledger for Book {
             assert_eq!(previous, None, "settled once");
             Ok(())
         })
+    }
+
+    fn answer(&self, _request_digest: String) -> BoxFuture<'_, Result<Option<Bytes>, LedgerError>> {
+        Box::pin(async { Ok(None) })
     }
 
     fn task(&self, request_digest: String) -> BoxFuture<'_, Result<Option<Task>, LedgerError>> {
@@ -146,6 +153,7 @@ pub fn endpoint(
         model: "a-model".into(),
         base_url: base_url.into(),
         key: Secret::new(key),
+        proof: Proof::Bearer,
         idempotency_header: String::new(),
         limits: limits.clone(),
         on_unknown,

@@ -1,5 +1,6 @@
 //! The chat analyst against a server that speaks its protocol: what is asked, what is understood, what is written down.
 
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -8,7 +9,7 @@ use tabletopgen::geometry::{Image, Interrupt};
 use tabletopgen::provider::ledger::{MicroUsd, OnUnknown};
 use tabletopgen::provider::remote::chat::ChatAnalyst;
 use tabletopgen::provider::remote::{ChatSettings, Endpoint};
-use tabletopgen::provider::{Call, Cpu, Port, ProviderError, Reference, SceneAnalyst};
+use tabletopgen::provider::{Call, Cpu, Port, ProviderError, Reference, SceneAnalyst, TopCheck};
 use tabletopgen::scene::request::RequestOptions;
 use tabletopgen::scene::{CameraKnowledge, Recognition, SceneDescription, StandsOn};
 
@@ -86,6 +87,30 @@ async fn a_wish_becomes_a_description_and_its_price_is_written_down() {
         (Some(MicroUsd(6000)), Some(1000), Some(500))
     );
     assert!(intent.reserved > MicroUsd(6000) && intent.sent_bytes > 1000 && end.received_bytes > 100);
+}
+
+/// `tests/judges/chat_proxy.py` gives them to a server nobody here wrote.
+#[tokio::test]
+async fn every_question_is_left_for_a_judge() {
+    let bench = Bench::new().await;
+    bench.describe().await.unwrap();
+    let recognition = Arc::new(bench.recognize().await.unwrap());
+    let picture = Arc::new(Image::filled(300, 200, [200, 190, 180, 255]));
+    let reference = Reference { picture: picture.clone(), known: None };
+    let question = TopCheck { reference, recognition, top: picture, seed: 7 };
+    let verdict = bench.analyst.check_top_view(&bench.call, question).await.unwrap();
+    assert!(!verdict.holds() && verdict.straight_down && verdict.told == "leave the spoon out");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("target/chat_requests");
+    std::fs::create_dir_all(&folder).unwrap();
+    let mut names = Vec::new();
+    for request in bench.server.requests() {
+        let name = request["response_format"]["json_schema"]["name"].as_str().unwrap().to_owned();
+        std::fs::write(folder.join(&name).with_extension("json"), request.to_string()).unwrap();
+        names.push(name);
+    }
+    assert_eq!(names, ["describe", "recognize", "measure", "stacking", "check_top"]);
+    let pictures = |request: &Value| request["messages"][1]["content"].as_array().unwrap().len() - 1;
+    assert_eq!(bench.server.requests().iter().map(pictures).collect::<Vec<_>>(), [0, 1, 1, 1, 2]);
 }
 
 #[tokio::test]

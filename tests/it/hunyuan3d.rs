@@ -39,7 +39,7 @@ impl Bench {
         let (limits, port, name) = (&settings.limits, Port::MeshGenerator, hunyuan3d::NAME);
         let endpoint = bench::endpoint(port, name, &settings.base_url, "", limits, OnUnknown::Resend);
         let (endpoint, slots) = (Arc::new(endpoint), JobSlots::new(&settings.task));
-        let generator = Hunyuan3dMeshGenerator { settings, endpoint, slots, read_glb: reader() };
+        let generator = Hunyuan3dMeshGenerator { settings, endpoint, slots, read_mesh: reader() };
         let book = Book::with_budget(0);
         Self { server, call: book.call(), book, generator }
     }

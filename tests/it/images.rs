@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use bytes::Bytes;
 use glam::DVec3;
+use serde_json::json;
 use tabletopgen::export::png::encode_png;
 use tabletopgen::geometry::{Image, Mask};
 use tabletopgen::provider::ledger::OnUnknown;
@@ -269,7 +270,7 @@ async fn a_budget_that_is_too_small_sends_nothing() {
 }
 
 #[tokio::test]
-async fn views_from_above_are_left_to_others() {
+async fn views_from_above_are_drawn_until_too_many_were_refused() {
     let bench = Bench::new().await;
     let known = {
         use tabletopgen::geometry::Camera;
@@ -290,12 +291,32 @@ async fn views_from_above_are_left_to_others() {
             objects: Vec::new(),
         }
     };
-    let request = TopViewRequest {
+    let mut request = TopViewRequest {
         reference: half_hidden_ball().reference,
         recognition: Arc::new(known),
         masks: Arc::default(),
         painted: None,
+        refused: Vec::new(),
     };
-    let refused = bench.painter.top_view(&bench.call, request).await.unwrap_err();
-    assert!(refused.to_string().contains("put embedded behind it in providers.painter"), "{refused}");
+    for _ in 0..=bench.painter.settings.redraws {
+        let top = bench.painter.top_view(&bench.call, request.clone()).await.unwrap();
+        assert_eq!(top.known, None, "somebody has to look at it");
+        request.refused.push("the legs are seen".into());
+    }
+    let asked = bench.server.asked();
+    let (first, second) = (&asked[0], &asked[1]);
+    assert_eq!(
+        (first.what, first.pictures.len(), &first.fields["background"]),
+        ("edits", 1, &json!("opaque"))
+    );
+    let prompt = |asked: &Asked| asked.fields["prompt"].as_str().unwrap().to_owned();
+    assert!(prompt(first).contains("straight above") && !prompt(first).contains("the legs are seen"));
+    assert!(prompt(second).contains("could not be used: the legs are seen."));
+    // Another provider, a computed view for one, may answer then.
+    let given_up = bench.painter.top_view(&bench.call, request).await.unwrap_err();
+    assert!(
+        given_up.another_may_answer() && given_up.to_string().contains("the legs are seen"),
+        "{given_up}"
+    );
+    assert_eq!(bench.server.asked().len(), asked.len());
 }

@@ -4,24 +4,25 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
+use bytes::Bytes;
 use futures::future::join_all;
 use serde_json::json;
 use tabletopgen::app;
 use tabletopgen::geometry::Interrupt;
 use tabletopgen::pipeline::ledger::JobLedger;
-use tabletopgen::provider::ledger::{Ledger, OnUnknown};
+use tabletopgen::provider::ledger::{Intent, Ledger, MicroUsd, OnUnknown, Settlement};
 use tabletopgen::provider::remote::chat::ChatAnalyst;
-use tabletopgen::provider::{Call, Cpu, ProviderError, SceneAnalyst};
+use tabletopgen::provider::{Call, Cpu, Port, ProviderError, SceneAnalyst};
 use tabletopgen::scene::request::RequestOptions;
 use tabletopgen::store::calls::{CallEnd, NewCall, Reserved, Spending};
 use tabletopgen::store::queue::{Claim, Outcome};
 use tabletopgen::store::scenes::NewScene;
 use tabletopgen::store::tasks::{TaskEnd, TaskRow};
-use tabletopgen::store::{DEFAULT_TENANT, Store, StoreError};
+use tabletopgen::store::{DEFAULT_TENANT, Lease, Store, StoreError};
 
 use crate::chat::{endpoint, quick};
 use crate::chat_answers::breakfast;
-use crate::chat_server::{ChatServer, KEY};
+use crate::chat_server::{ChatServer, Fault, KEY};
 use crate::script::{Act, Script};
 use crate::server::{Server, settings, wait_until_unlocked};
 
@@ -72,6 +73,7 @@ fn end(settled_micro_usd: Option<i64>, outcome: &str) -> CallEnd {
         input_tokens: Some(3),
         output_tokens: Some(4),
         task: None,
+        answer: None,
     }
 }
 
@@ -122,8 +124,7 @@ async fn fifty_questions_at_once_are_billed_no_more_than_the_budget() {
     chat.limits.attempt_timeout_secs = 20;
     let budget = 500_000;
     let (_directory, store, claim) = opened(budget).await;
-    let ledger =
-        JobLedger { store: store.clone(), lease: claim.lease.clone(), stage: "reference", instance: None };
+    let ledger = JobLedger::new(store.clone(), claim.lease.clone(), "reference", None);
     let mut outside = Call::without_budget(Cpu::new(1).unwrap(), Interrupt::default());
     outside.ledger = Arc::new(ledger);
     let analyst =
@@ -195,8 +196,7 @@ async fn a_vendors_job_outlives_the_worker_that_submitted_it() {
     assert!(matches!(lost, Err(StoreError::LeaseLost { .. })));
 
     // Through the ledger that stages see: the file is kept, and nothing is asked of the vendor any more.
-    let ledger =
-        JobLedger { store: store.clone(), lease: heir.lease.clone(), stage: "reconstruct", instance: None };
+    let ledger = JobLedger::new(store.clone(), heir.lease.clone(), "reconstruct", None);
     ledger.fetched(id, "glTF".into()).await.unwrap();
     let digest = store.task_of(&job, "k").await.unwrap().unwrap().file.unwrap();
     assert_eq!(store.blobs().get(&digest).await.unwrap().unwrap(), "glTF");
@@ -207,6 +207,78 @@ async fn a_vendors_job_outlives_the_worker_that_submitted_it() {
     assert!(ledger.is_cancelled().await);
     let spending = store.spending(&heir.scene_id).await.unwrap();
     assert_eq!(spending, Spending { budget: 10_000, spent: 4_000, reserved: 0 });
+}
+
+#[tokio::test]
+async fn what_a_dead_worker_was_answered_is_not_paid_for_again() {
+    let server = ChatServer::start(breakfast()).await;
+    let (_directory, store, zombie) = opened(10_000_000).await;
+    let analyst = {
+        let chat = quick(&server);
+        ChatAnalyst { endpoint: Arc::new(endpoint(&chat, KEY, OnUnknown::Fail)), settings: chat }
+    };
+    // Each call is a run of the stage with books of its own.
+    let describe = async |lease: &Lease| {
+        let ledger = JobLedger::new(store.clone(), lease.clone(), "reference", None);
+        let mut outside = Call::without_budget(Cpu::new(1).unwrap(), Interrupt::default());
+        outside.ledger = Arc::new(ledger);
+        let text = "an apple on a plate".to_owned();
+        analyst.describe(&outside, text, 7, RequestOptions::default()).await.unwrap()
+    };
+    server.script([Fault::Spoiled("/objects/0/width_m", json!(9))]);
+    let described = describe(&zombie.lease).await;
+    assert_eq!(server.bill().len(), 2, "the second is the corrected one");
+    store.expire_leases_of_others("heir").await.unwrap();
+    let heir = claim(&store, "heir", HOUR).await;
+    assert_eq!(describe(&heir.lease).await, described);
+    assert_eq!((server.bill().len(), store.calls(&heir.scene_id).await.unwrap().len()), (2, 2));
+    // Answers that will not do are asked for anew, in this stage alone.
+    store.forget_answers(&heir.lease, "recognize", "").await.unwrap();
+    describe(&heir.lease).await;
+    assert_eq!(server.bill().len(), 2);
+    store.forget_answers(&heir.lease, "reference", "").await.unwrap();
+    describe(&heir.lease).await;
+    assert_eq!(server.bill().len(), 3);
+    let spending = store.spending(&heir.scene_id).await.unwrap();
+    assert_eq!(spending.spent, 6_000 * 3);
+}
+
+#[tokio::test]
+async fn a_question_that_is_asked_twice_has_two_answers() {
+    let (_directory, store, claim) = opened(10_000).await;
+    let ledger = || JobLedger::new(store.clone(), claim.lease.clone(), "reference", None);
+    let intent = || Intent {
+        port: Port::Painter,
+        provider: "openai/images".into(),
+        model: "m".into(),
+        endpoint: "https://api.openai.com/v1/images/generations".into(),
+        operation: "paint",
+        request_digest: "d".into(),
+        attempt: 1,
+        reserved: MicroUsd(10),
+        sent_bytes: 1,
+        on_unknown: OnUnknown::Fail,
+    };
+    let answered = |answer: &'static str| Settlement {
+        cost: None,
+        received_bytes: 1,
+        input_tokens: None,
+        output_tokens: None,
+        outcome: "answered",
+        task: None,
+        answer: Some(answer.into()),
+    };
+    let first = ledger();
+    for answer in ["too small", "good"] {
+        assert_eq!(first.answer("d".into()).await.unwrap(), None, "what this run had is not had again");
+        let entry = first.reserve(intent()).await.unwrap();
+        first.settle(entry, answered(answer)).await.unwrap();
+    }
+    let again = ledger();
+    for expected in [Some("too small"), Some("good"), None, None] {
+        assert_eq!(again.answer("d".into()).await.unwrap(), expected.map(Bytes::from));
+    }
+    assert_eq!(again.answer("another".into()).await.unwrap(), None);
 }
 
 #[tokio::test]

@@ -45,6 +45,7 @@ fn get(url: String) -> Outgoing {
         method: Method::GET,
         url,
         headers: vec![("x-kind".into(), "test".into())],
+        passing_headers: Vec::new(),
         bearer: Secret::new("sk-1"),
         content_type: "application/json".into(),
         body: Bytes::new(),

@@ -12,7 +12,7 @@ use tabletopgen::export::gltf::{read_mesh_glb, write_mesh_glb};
 use tabletopgen::geometry::{Camera, Image, Interrupt, Mask, Material, Rgb, TexturedMesh, shapes};
 use tabletopgen::provider::ledger::OnUnknown;
 use tabletopgen::provider::remote::ReplicateSettings;
-use tabletopgen::provider::remote::mesh::ReadGlb;
+use tabletopgen::provider::remote::mesh::ReadMesh;
 use tabletopgen::provider::remote::replicate::{self, ReplicateMeshGenerator};
 use tabletopgen::provider::remote::task::JobSlots;
 use tabletopgen::provider::{
@@ -48,7 +48,7 @@ pub fn file() -> Bytes {
     write_mesh_glb(&bottle().snap_to_f32()).into()
 }
 
-pub fn reader() -> ReadGlb {
+pub fn reader() -> ReadMesh {
     Arc::new(|file| read_mesh_glb(file).map_err(|error| error.to_string()))
 }
 
@@ -89,7 +89,7 @@ fn generator(settings: &ReplicateSettings, on_unknown: OnUnknown) -> ReplicateMe
         settings: settings.clone(),
         endpoint: Arc::new(endpoint),
         slots: JobSlots::new(&settings.task),
-        read_glb: reader(),
+        read_mesh: reader(),
     }
 }
 

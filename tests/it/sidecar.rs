@@ -263,8 +263,20 @@ async fn boxes_on_a_view_from_above_are_its_makers() {
     let recognition = Arc::new(recognition());
     let boxes = bench.segmenter.top_boxes(&bench.call, top.clone(), recognition.clone()).await.unwrap();
     assert_eq!((boxes.table_px, boxes.objects[0].box_px), (TABLE.map(f64::from), LEFT_MUG.map(f64::from)));
-    let painted = TopPicture { known: None, ..top };
-    let refused = bench.segmenter.top_boxes(&bench.call, painted, recognition).await.unwrap_err();
-    assert!(matches!(refused, ProviderError::Unsupported { .. }), "{refused}");
     assert!(bench.server.asked().is_empty());
+
+    // On a drawing they are looked for.
+    let drawn = TopPicture { known: None, ..top };
+    let boxes = bench.segmenter.top_boxes(&bench.call, drawn.clone(), recognition.clone()).await.unwrap();
+    assert!(bench.server.asked()[0].0["labels"].as_array().unwrap().contains(&json!("table")));
+    assert_eq!(boxes.table_px, TABLE.map(f64::from));
+    for (found, object) in boxes.objects.iter().zip(&recognition.objects) {
+        // Here the view from above is the picture itself, so that places are about the same.
+        let seen = object.seen_px.unwrap();
+        assert_eq!(found.id, object.id);
+        assert!((found.box_px[0] - seen[0]).abs() < 2.0, "{found:?}");
+    }
+    bench.server.faults.script([Fault::Blind]);
+    let refused = bench.segmenter.top_boxes(&bench.call, drawn, recognition).await.unwrap_err();
+    assert_eq!(class(&refused), "rejected object_not_found");
 }

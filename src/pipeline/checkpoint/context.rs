@@ -87,12 +87,8 @@ impl<S> StageContext<S> {
 
     /// What a port is called with.
     pub fn call(&self) -> Call {
-        let ledger = JobLedger {
-            store: self.store.clone(),
-            lease: self.job.lease.clone(),
-            stage: self.stage.name,
-            instance: self.instance.clone(),
-        };
+        let (store, lease) = (self.store.clone(), self.job.lease.clone());
+        let ledger = JobLedger::new(store, lease, self.stage.name, self.instance.clone());
         Call { cpu: self.cpu.clone(), interrupt: self.job.interrupt.clone(), ledger: Arc::new(ledger) }
     }
 

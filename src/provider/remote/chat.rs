@@ -6,7 +6,8 @@
 //! data that the prompts say not to obey, and whatever it answers can do no more than describe things on a table.
 //!
 //! [`describe`] plans a scene from words; [`recognize`] reads a picture in three turns: what is there, how large it is
-//! ([`measure`]), what carries what ([`stacking`]). It does not stand meshes up: that wants another provider behind it.
+//! ([`measure`]), what carries what ([`stacking`]); [`check_top`] looks at drawn views from above. It does not stand meshes
+//! up: that wants another provider behind it.
 
 pub mod wire;
 pub mod prompts;
@@ -17,6 +18,7 @@ pub mod describe;
 pub mod recognize;
 pub mod measure;
 pub mod stacking;
+pub mod check_top;
 pub mod seen_camera;
 
 use std::sync::Arc;
@@ -25,7 +27,10 @@ use serde_json::json;
 
 use super::{ChatSettings, Endpoint};
 use crate::align::canonicalize::CanonicalPose;
-use crate::provider::{Adapter, Answer, Call, Port, ProviderError, Reference, SceneAnalyst, UprightQuestion};
+use crate::provider::{
+    Adapter, Answer, Call, Port, ProviderError, Reference, SceneAnalyst, TopCheck, TopVerdict,
+    UprightQuestion,
+};
 use crate::scene::request::RequestOptions;
 use crate::scene::{Recognition, SceneDescription};
 
@@ -68,6 +73,10 @@ impl SceneAnalyst for ChatAnalyst {
         options: RequestOptions,
     ) -> Answer<'a, Recognition> {
         Box::pin(recognize::recognize(self, call, reference, seed, options))
+    }
+
+    fn check_top_view<'a>(&'a self, call: &'a Call, question: TopCheck) -> Answer<'a, TopVerdict> {
+        Box::pin(check_top::check(self, call, question))
     }
 
     fn upright<'a>(&'a self, _call: &'a Call, _question: UprightQuestion) -> Answer<'a, CanonicalPose> {

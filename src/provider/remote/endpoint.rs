@@ -2,6 +2,7 @@
 //! sent and settled after, within its deadlines, again where that can help, and stopped when the job is.
 
 mod free;
+mod proof;
 
 use std::borrow::Cow;
 use std::time::{Duration, Instant};
@@ -33,6 +34,8 @@ pub struct Endpoint {
     pub model: String,
     pub base_url: String,
     pub key: Option<Secret>,
+    /// How the key proves who asks.
+    pub proof: Proof,
     /// Empty = the vendor knows no idempotency keys.
     pub idempotency_header: String,
     pub limits: LimitSettings,
@@ -48,6 +51,8 @@ pub struct Question {
     pub operation: &'static str,
     /// Appended to the base URL, with its slash.
     pub path: &'static str,
+    /// Names and values; part of what is asked.
+    pub headers: Vec<(String, String)>,
     pub content_type: Cow<'static, str>,
     pub body: Bytes,
     /// The most that the answer can cost.
@@ -66,6 +71,15 @@ pub struct Reading<T> {
     pub result: Result<T, Failure>,
 }
 
+/// How a key proves who asks.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Proof {
+    /// It is sent, as `Authorization: Bearer`.
+    Bearer,
+    /// It signs requests, as Tencent Cloud wants it; this id is sent with the signature.
+    Tc3 { secret_id: String, service: String },
+}
+
 /// How one try went.
 struct Try<T> {
     result: Result<T, Failure>,
@@ -80,6 +94,9 @@ impl Endpoint {
         question: &Question,
         read: impl Fn(&Reply) -> Reading<T>,
     ) -> Result<T, ProviderError> {
+        if let Some(answer) = self.answered_before(call, question, &read).await? {
+            return Ok(answer);
+        }
         let deadline = Instant::now() + Duration::from_secs(self.limits.total_timeout_secs);
         let mut tries = 0;
         loop {
@@ -106,6 +123,18 @@ impl Endpoint {
                 None => return Err(failure.into_error(self.port, &self.provider)),
             }
         }
+    }
+
+    /// What a worker that died was answered, if that can be used.
+    async fn answered_before<T>(
+        &self,
+        call: &Call,
+        question: &Question,
+        read: &impl Fn(&Reply) -> Reading<T>,
+    ) -> Result<Option<T>, ProviderError> {
+        let kept = call.ledger.answer(self.digest(question)).await;
+        let Some(kept) = kept.map_err(|error| self.not_written(error))? else { return Ok(None) };
+        Ok(kept_reply(&kept).and_then(|reply| read(&reply).result.ok()))
     }
 
     /// The pause before the next try; `None` where there is to be none.
@@ -150,18 +179,20 @@ impl Endpoint {
         };
         let entry = self.reserve(call, question, tries).await?;
         let url = format!("{}{}", self.base_url.trim_end_matches('/'), question.path);
-        let mut headers = Vec::new();
-        if !self.idempotency_header.is_empty() {
-            headers.push((self.idempotency_header.clone(), entry.idempotency_key.clone()));
-        }
-        let outgoing = Outgoing {
+        let mut outgoing = Outgoing {
             method: Method::POST,
             url,
-            headers,
-            bearer: self.key.clone(),
+            headers: question.headers.clone(),
+            passing_headers: Vec::new(),
+            bearer: self.bearer(),
             content_type: question.content_type.clone(),
             body: question.body.clone(),
         };
+        outgoing.passing_headers = self.signature(&outgoing);
+        if !self.idempotency_header.is_empty() {
+            let key = (self.idempotency_header.clone(), entry.idempotency_key.clone());
+            outgoing.passing_headers.push(key);
+        }
         let left = deadline.saturating_duration_since(Instant::now());
         let longest = left.min(Duration::from_secs(self.limits.attempt_timeout_secs));
         let sent = tokio::time::timeout(longest, self.outbound.send(&outgoing, self.limits.max_answer_bytes));
@@ -207,7 +238,8 @@ impl Endpoint {
             operation: question.operation,
             request_digest: self.digest(question),
             attempt: tries,
-            reserved: question.reserved,
+            // A recording is paid for already.
+            reserved: if self.outbound.is_playing() { MicroUsd::ZERO } else { question.reserved },
             sent_bytes: question.body.len() as u64,
             on_unknown: self.on_unknown,
         };
@@ -225,6 +257,9 @@ impl Endpoint {
             digest.update((part.len() as u64).to_le_bytes());
             digest.update(part);
         }
+        for (name, value) in &question.headers {
+            digest.update(format!("{name}: {value}\n"));
+        }
         digest.update(&question.body);
         digest.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
     }
@@ -240,11 +275,15 @@ impl Endpoint {
             return tried;
         }
         let Reading { cost, input_tokens, output_tokens, task, result } = read(&reply);
+        let cost = if self.outbound.is_playing() { Some(MicroUsd::ZERO) } else { cost };
         let outcome = match &result {
             Ok(_) => ANSWERED,
             Err(failure) => failure.kind.outcome(),
         };
-        let settlement = Settlement { cost, received_bytes, input_tokens, output_tokens, outcome, task };
+        // Of a vendor's job the id is kept, and what comes of it.
+        let answer = (result.is_ok() && task.is_none()).then(|| keepable(&reply));
+        let settlement =
+            Settlement { cost, received_bytes, input_tokens, output_tokens, outcome, task, answer };
         Try { result, settlement }
     }
 
@@ -283,7 +322,19 @@ fn unknown_settlement() -> Settlement {
         output_tokens: None,
         outcome: OUTCOME_UNKNOWN,
         task: None,
+        answer: None,
     }
+}
+
+/// A successful answer as it is kept: its content type on a line, then its body.
+fn keepable(reply: &Reply) -> Bytes {
+    [reply.content_type.as_bytes(), b"\n", &reply.body].concat().into()
+}
+
+fn kept_reply(kept: &Bytes) -> Option<Reply> {
+    let end = kept.iter().position(|byte| *byte == b'\n')?;
+    let content_type = String::from_utf8(kept[..end].to_vec()).ok()?;
+    Some(Reply { status: 200, content_type, retry_after: None, body: kept.slice(end + 1..) })
 }
 
 /// The future's output, unless the job is asked to stop first; then the future is dropped where it is.

@@ -8,6 +8,9 @@ use super::outbound::{Reply, SendError};
 use crate::provider::ledger::OUTCOME_UNKNOWN;
 use crate::provider::{Port, ProviderError};
 
+/// The code of answers that are none, and of those that do not hold what was asked for.
+pub const BAD_ANSWER: &str = "provider_bad_answer";
+
 /// What went wrong; each kind has a stable code and decides what is done about it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum FailureKind {
@@ -42,6 +45,10 @@ pub enum FailureKind {
     Refused,
     /// The vendor's filter cut the answer off.
     Filtered,
+    /// A recording is played, and this was never asked when it was made.
+    NotRecorded,
+    /// The answer could not be recorded.
+    NotKept,
 }
 
 /// Whether the vendor will ask money for it.
@@ -65,7 +72,7 @@ pub struct Failure {
 }
 
 impl FailureKind {
-    pub const ALL: [Self; 16] = [
+    pub const ALL: [Self; 18] = [
         Self::AddressRefused,
         Self::Unreachable,
         Self::TimedOut,
@@ -82,6 +89,8 @@ impl FailureKind {
         Self::Truncated,
         Self::Refused,
         Self::Filtered,
+        Self::NotRecorded,
+        Self::NotKept,
     ];
 
     /// Stable; the error's code.
@@ -98,11 +107,13 @@ impl FailureKind {
             Self::NotFound => "provider_not_found",
             Self::RequestRejected => "provider_rejected_request",
             Self::Redirected => "provider_redirected",
-            Self::BadAnswer => "provider_bad_answer",
+            Self::BadAnswer => BAD_ANSWER,
             Self::AnswerTooLarge => "provider_answer_too_large",
             Self::Truncated => "answer_truncated",
             Self::Refused => "answer_refused",
             Self::Filtered => "answer_filtered",
+            Self::NotRecorded => "provider_not_recorded",
+            Self::NotKept => "provider_not_kept",
         }
     }
 
@@ -140,9 +151,12 @@ impl FailureKind {
     pub fn billed(self) -> Billed {
         match self {
             Self::TimedOut | Self::ConnectionLost => Billed::Unknown,
-            Self::BadAnswer | Self::AnswerTooLarge | Self::Truncated | Self::Refused | Self::Filtered => {
-                Billed::Yes
-            }
+            Self::BadAnswer
+            | Self::AnswerTooLarge
+            | Self::Truncated
+            | Self::Refused
+            | Self::Filtered
+            | Self::NotKept => Billed::Yes,
             Self::AddressRefused
             | Self::Unreachable
             | Self::ServerError
@@ -151,7 +165,8 @@ impl FailureKind {
             | Self::Denied
             | Self::NotFound
             | Self::RequestRejected
-            | Self::Redirected => Billed::No,
+            | Self::Redirected
+            | Self::NotRecorded => Billed::No,
         }
     }
 }
@@ -169,6 +184,8 @@ impl Failure {
             SendError::Lost(_) => FailureKind::ConnectionLost,
             SendError::TooLarge { .. } => FailureKind::AnswerTooLarge,
             SendError::Redirected(_) => FailureKind::Redirected,
+            SendError::NotRecorded(_) => FailureKind::NotRecorded,
+            SendError::NotKept(_) => FailureKind::NotKept,
         };
         Self::new(kind, error.to_string())
     }
@@ -224,6 +241,8 @@ impl Failure {
             | FailureKind::Denied
             | FailureKind::NotFound
             | FailureKind::Redirected => ProviderError::Misconfigured { port, code, reason },
+            // Neither is for another provider to answer: what is played or recorded would be another scene.
+            FailureKind::NotRecorded | FailureKind::NotKept => ProviderError::Rejected { port, code, reason },
             FailureKind::RequestRejected | FailureKind::Truncated => {
                 ProviderError::Rejected { port, code, reason }
             }

@@ -14,10 +14,10 @@ use serde_json::json;
 use super::Endpoint;
 use super::endpoint::{Question, Reading};
 use super::failure::Failure;
-use super::mesh::{self, ReadGlb};
+use super::mesh::{self, ReadMesh};
 use super::outbound::Reply;
 use super::settings::Hunyuan3dSettings;
-use super::task::{JobSlots, LongQuestion, Progress, Protocol};
+use super::task::{JobSlots, LongQuestion, Look, Progress, Protocol};
 use crate::provider::ledger::MicroUsd;
 use crate::provider::{
     Adapter, Answer, Call, MeshGenerator, ProviderError, RawMesh, RawTable, ReconstructionRequest,
@@ -32,7 +32,7 @@ pub struct Hunyuan3dMeshGenerator {
     pub settings: Hunyuan3dSettings,
     pub endpoint: Arc<Endpoint>,
     pub slots: JobSlots,
-    pub read_glb: ReadGlb,
+    pub read_mesh: ReadMesh,
 }
 
 impl Hunyuan3dMeshGenerator {
@@ -43,6 +43,7 @@ impl Hunyuan3dMeshGenerator {
         let question = Question {
             operation: "reconstruct",
             path: "/send",
+            headers: Vec::new(),
             content_type: "application/json".into(),
             body: wire::request(&self.settings, &png, request.seed).to_string().into(),
             reserved: MicroUsd::of_usd(self.settings.usd_per_mesh),
@@ -54,7 +55,7 @@ impl Hunyuan3dMeshGenerator {
             settings: task,
             question: &question,
         };
-        mesh::made(call, &long, self.read_glb.clone(), settings, hidden).await
+        mesh::made(call, &long, self.read_mesh.clone(), settings, hidden).await
     }
 }
 
@@ -90,8 +91,8 @@ impl Protocol for Hunyuan3dMeshGenerator {
         wire::submitted(&self.settings, reply)
     }
 
-    fn look(&self, id: &str) -> String {
-        format!("/status/{id}")
+    fn look(&self, id: &str) -> Look {
+        Look::at(format!("/status/{id}"))
     }
 
     fn progress(&self, reply: &Reply) -> Result<Progress, Failure> {

@@ -3,7 +3,7 @@
 //! [`reference`] has a description painted (`/images/generations`); [`redraw`] has one thing redrawn from its surroundings
 //! and its visible pixels (`/images/edits`, two pictures, transparent background), and finds where the redrawn thing lies.
 //! A drawing that shows another thing, or has a background, is not taken: the model is told why and draws again, a few
-//! times. It paints no view from above: the embedded painter behind it computes that.
+//! times. [`top_view`] has the table drawn from straight above, for an analyst to look at.
 //!
 //! What the models paint cannot be seeded; the seed chooses the side the table is seen from.
 
@@ -11,6 +11,7 @@ pub mod wire;
 pub mod prompts;
 pub mod reference;
 pub mod redraw;
+pub mod top_view;
 
 use std::sync::Arc;
 
@@ -74,14 +75,12 @@ impl Painter for ImagesPainter {
         })
     }
 
-    fn top_view<'a>(&'a self, _call: &'a Call, request: TopViewRequest) -> Answer<'a, TopPicture> {
+    fn top_view<'a>(&'a self, call: &'a Call, request: TopViewRequest) -> Answer<'a, TopPicture> {
         Box::pin(async move {
-            request.painted.ok_or_else(|| ProviderError::Unsupported {
-                port: Port::Painter,
-                adapter: NAME.to_owned(),
-                reason: "it paints no views from above; put embedded behind it in providers.painter"
-                    .to_owned(),
-            })
+            match request.painted {
+                Some(painted) => Ok(painted),
+                None => top_view::draw(self, call, request).await,
+            }
         })
     }
 }

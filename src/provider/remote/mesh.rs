@@ -24,8 +24,9 @@ const MOST_OFF: f64 = 0.01;
 /// Smallest extent of a mesh, as a share of its largest: less is a picture on a plane, no thing.
 const LEAST_EXTENT: f64 = 1e-4;
 
-/// Reads a GLB file as one mesh, z up, whatever it holds: an error, never a panic.
-pub type ReadGlb = Arc<dyn Fn(&[u8]) -> Result<TexturedMesh, String> + Send + Sync>;
+/// Reads a file of a vendor (GLB, or a ZIP archive of an OBJ file) as one mesh, z up, whatever it holds: an error, never a
+/// panic.
+pub type ReadMesh = Arc<dyn Fn(&[u8]) -> Result<TexturedMesh, String> + Send + Sync>;
 
 /// The thing in the middle of a transparent square, as a PNG file.
 pub(super) async fn sent(call: &Call, completion: Completion, side_px: u32) -> Result<Bytes, ProviderError> {
@@ -69,7 +70,7 @@ fn squared(picture: &Image, side_px: u32) -> Image {
 pub(super) async fn taken(
     call: &Call,
     file: Bytes,
-    read: ReadGlb,
+    read: ReadMesh,
     settings: &MeshSettings,
 ) -> Result<Result<TexturedMesh, String>, ProviderError> {
     let most_triangles = settings.most_triangles;
@@ -81,7 +82,7 @@ pub(super) async fn taken(
 pub(super) async fn made<P: Protocol>(
     call: &Call,
     long: &LongQuestion<'_, P>,
-    read: ReadGlb,
+    read: ReadMesh,
     settings: &MeshSettings,
     hidden: f64,
 ) -> Result<RawMesh, ProviderError> {

@@ -2,7 +2,8 @@
 //!
 //! It speaks to the addresses that [`AddressRules`] allow and to no proxy, keeps no cookies, and reads at most as much
 //! of an answer as its caller wants. Redirects are followed for `GET` alone, each checked like the first address; what
-//! proves who we are does not follow to another origin. A request that has a body is never sent elsewhere.
+//! proves who we are does not follow to another origin. A request that has a body is never sent elsewhere. What is said can
+//! be recorded, and a recording speaks in place of the network ([`cassette`](super::cassette)).
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -15,6 +16,7 @@ use reqwest::{Client, Method, Url};
 
 use super::Secret;
 use super::address::{AddressRefused, AddressRules, CheckedResolver};
+use super::cassette::Cassette;
 use super::patience::asked_pause;
 
 /// Most redirects of one `GET`.
@@ -23,8 +25,17 @@ const MAX_REDIRECTS: usize = 5;
 /// Handle on the client; cloning shares its connections.
 #[derive(Clone)]
 pub struct Outbound {
-    client: Client,
     rules: AddressRules,
+    line: Line,
+}
+
+/// What is spoken through.
+#[derive(Clone)]
+enum Line {
+    Network(Client),
+    Recorded(Client, Arc<Cassette>),
+    /// There is no network.
+    Played(Arc<Cassette>),
 }
 
 /// What is sent.
@@ -32,8 +43,10 @@ pub struct Outbound {
 pub struct Outgoing {
     pub method: Method,
     pub url: String,
-    /// Names and values; none of them secret.
+    /// Names and values; none of them secret, and all of them part of what is asked.
     pub headers: Vec<(String, String)>,
+    /// Names and values that differ from try to try, or prove who asks: no part of what is asked.
+    pub passing_headers: Vec<(String, String)>,
     /// Sent as `Authorization: Bearer`.
     pub bearer: Option<Secret>,
     pub content_type: Cow<'static, str>,
@@ -66,6 +79,10 @@ pub enum SendError {
     TooLarge { limit: usize },
     #[error("the address leads on to another, which is not followed: {0}")]
     Redirected(String),
+    #[error("the recording has no answer to {0}; record the same scene with the same settings")]
+    NotRecorded(String),
+    #[error("the answer came and could not be recorded: {0}")]
+    NotKept(String),
 }
 
 impl Outbound {
@@ -82,19 +99,69 @@ impl Outbound {
             .user_agent(concat!("tabletopgen/", env!("CARGO_PKG_VERSION")))
             .dns_resolver(Arc::new(CheckedResolver(rules.clone())))
             .build()?;
-        Ok(Self { client, rules })
+        Ok(Self { rules, line: Line::Network(client) })
+    }
+
+    /// Keeps whatever is answered.
+    pub fn recording(self, cassette: Arc<Cassette>) -> Self {
+        let line = match self.line {
+            Line::Network(client) | Line::Recorded(client, _) => Line::Recorded(client, cassette),
+            played @ Line::Played(_) => played,
+        };
+        Self { line, ..self }
+    }
+
+    /// Answers from a recording alone.
+    pub fn playing(rules: AddressRules, cassette: Arc<Cassette>) -> Self {
+        Self { rules, line: Line::Played(cassette) }
+    }
+
+    /// Whether answers come from a recording, so that nobody is paid for them.
+    pub fn is_playing(&self) -> bool {
+        matches!(self.line, Line::Played(_))
     }
 
     /// Sends it and reads the answer, at most `limit` bytes. Takes as long as it takes: time is the caller's.
     pub async fn send(&self, outgoing: &Outgoing, limit: usize) -> Result<Reply, SendError> {
-        let first = self.rules.check(&outgoing.url)?;
+        let url = self.rules.check(&outgoing.url)?;
+        match &self.line {
+            Line::Network(client) => self.spoken(client, outgoing, url, limit).await,
+            Line::Recorded(client, cassette) => {
+                let reply = self.spoken(client, outgoing, url, limit).await?;
+                let kept = cassette.keep(outgoing, &reply).await;
+                kept.map_err(|error| SendError::NotKept(error.to_string()))?;
+                Ok(reply)
+            }
+            Line::Played(cassette) => match cassette.find(outgoing) {
+                Some(reply) if reply.body.len() > limit => Err(SendError::TooLarge { limit }),
+                Some(reply) => Ok(reply),
+                None => {
+                    let told =
+                        format!("{} {}{}", outgoing.method, url.origin().ascii_serialization(), url.path());
+                    Err(SendError::NotRecorded(told))
+                }
+            },
+        }
+    }
+
+    async fn spoken(
+        &self,
+        client: &Client,
+        outgoing: &Outgoing,
+        first: Url,
+        limit: usize,
+    ) -> Result<Reply, SendError> {
         let mut url = first.clone();
         for _ in 0..=MAX_REDIRECTS {
-            let mut request = self.client.request(outgoing.method.clone(), url.clone());
+            let mut request = client.request(outgoing.method.clone(), url.clone());
             for (name, value) in &outgoing.headers {
                 request = request.header(name, value);
             }
-            if let Some(bearer) = outgoing.bearer.as_ref().filter(|_| url.origin() == first.origin()) {
+            let same_origin = url.origin() == first.origin();
+            for (name, value) in outgoing.passing_headers.iter().filter(|_| same_origin) {
+                request = request.header(name, value);
+            }
+            if let Some(bearer) = outgoing.bearer.as_ref().filter(|_| same_origin) {
                 request = request.bearer_auth(bearer.expose());
             }
             if !outgoing.body.is_empty() {

@@ -13,10 +13,10 @@ use serde_json::json;
 use super::Endpoint;
 use super::endpoint::{Question, Reading};
 use super::failure::Failure;
-use super::mesh::{self, ReadGlb};
+use super::mesh::{self, ReadMesh};
 use super::outbound::Reply;
 use super::settings::ReplicateSettings;
-use super::task::{JobSlots, LongQuestion, Progress, Protocol};
+use super::task::{JobSlots, LongQuestion, Look, Progress, Protocol};
 use crate::provider::ledger::MicroUsd;
 use crate::provider::{
     Adapter, Answer, Call, MeshGenerator, Port, ProviderError, RawMesh, RawTable, ReconstructionRequest,
@@ -31,7 +31,7 @@ pub struct ReplicateMeshGenerator {
     pub settings: ReplicateSettings,
     pub endpoint: Arc<Endpoint>,
     pub slots: JobSlots,
-    pub read_glb: ReadGlb,
+    pub read_mesh: ReadMesh,
 }
 
 impl ReplicateMeshGenerator {
@@ -50,6 +50,7 @@ impl ReplicateMeshGenerator {
         let question = Question {
             operation: "reconstruct",
             path: "/predictions",
+            headers: Vec::new(),
             content_type: "application/json".into(),
             body: body.to_string().into(),
             reserved: MicroUsd::of_usd(self.settings.usd_per_prediction),
@@ -61,7 +62,7 @@ impl ReplicateMeshGenerator {
             settings: &self.settings.task,
             question: &question,
         };
-        mesh::made(call, &long, self.read_glb.clone(), settings, hidden).await
+        mesh::made(call, &long, self.read_mesh.clone(), settings, hidden).await
     }
 }
 
@@ -89,8 +90,8 @@ impl Protocol for ReplicateMeshGenerator {
         wire::submitted(&self.settings, reply)
     }
 
-    fn look(&self, id: &str) -> String {
-        format!("/predictions/{id}")
+    fn look(&self, id: &str) -> Look {
+        Look::at(format!("/predictions/{id}"))
     }
 
     fn progress(&self, reply: &Reply) -> Result<Progress, Failure> {

@@ -16,6 +16,11 @@ impl Secret {
         (!text.is_empty()).then(|| Self(text.to_owned()))
     }
 
+    /// What is no key but the name of one: it is sent with every signature.
+    pub fn into_id(self) -> String {
+        self.0
+    }
+
     /// For the header that carries it, and nothing else.
     pub(super) fn expose(&self) -> &str {
         &self.0

@@ -16,6 +16,10 @@ pub struct ProviderSettings {
     pub segmenter: Vec<SegmenterProvider>,
     /// Who answers the mesh generator's port, likewise.
     pub mesh_generator: Vec<MeshProvider>,
+    /// Whether the network is spoken to, recorded, or replaced by a recording.
+    pub mode: LineMode,
+    /// The recording: a folder, or, to be played, also a ZIP archive of one; empty where there is none.
+    pub cassette: String,
     /// Plain HTTP may be used. Keys and pictures are then readable on the way.
     pub allow_http: bool,
     /// Hosts, or `host:port`, that may be private addresses; separated by spaces.
@@ -30,6 +34,19 @@ pub struct ProviderSettings {
     pub segmenter_sidecar: SidecarSettings,
     pub replicate: ReplicateSettings,
     pub hunyuan3d: Hunyuan3dSettings,
+    pub tencent: TencentSettings,
+}
+
+/// What calls are made through.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum LineMode {
+    /// The network.
+    Live,
+    /// The network; answers are kept.
+    Record,
+    /// A recording; nothing is sent.
+    Replay,
 }
 
 /// Who can answer the analyst's port.
@@ -74,6 +91,8 @@ pub enum MeshProvider {
     Replicate,
     /// The server of `[providers.hunyuan3d]`.
     Hunyuan3d,
+    /// The service of `[providers.tencent]`.
+    Tencent,
 }
 
 /// An OpenAI-compatible chat endpoint: sections `[providers.chat]` and `[providers.second_chat]`.
@@ -216,6 +235,33 @@ pub struct Hunyuan3dSettings {
     pub limits: LimitSettings,
 }
 
+/// Tencent Cloud's Hunyuan3D Pro: section `[providers.tencent]`.
+#[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
+pub struct TencentSettings {
+    /// The service's address; its first label is signed with as the service's name.
+    pub base_url: String,
+    /// Version of the API, a date.
+    pub version: String,
+    /// Region that is asked for; empty = none.
+    pub region: String,
+    /// The model's version: 3.0 or 3.1.
+    pub model: String,
+    /// Environment variable with the secret key, as of [`ChatSettings::key_variable`].
+    pub key_variable: String,
+    /// Environment variable with the secret id, likewise.
+    pub id_variable: String,
+    /// Faces of the meshes that are asked for (40000..=1500000).
+    pub face_count: u32,
+    /// Price of a mesh, US dollars.
+    pub usd_per_mesh: f64,
+    #[serde(flatten)]
+    pub mesh: MeshSettings,
+    #[serde(flatten)]
+    pub task: TaskSettings,
+    #[serde(flatten)]
+    pub limits: LimitSettings,
+}
+
 /// What is sent to a mesh generator, and what is taken from it.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 pub struct MeshSettings {
@@ -247,6 +293,16 @@ pub enum ReferenceSize {
     Square,
     #[serde(rename = "1536x1024")]
     Wide,
+}
+
+impl ReferenceSize {
+    /// As it is spelled in forms.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Square => "1024x1024",
+            Self::Wide => "1536x1024",
+        }
+    }
 }
 
 /// How much work goes into a picture.

@@ -2,10 +2,12 @@
 //! finds things by their names. Its protocol is `docs/segmentation-sidecar.yaml`.
 //!
 //! One question names everything that was recognized; [`matching`] says which answer is which thing. Where a pixel is
-//! claimed by several, the smallest has it: what stands on something is before it.
+//! claimed by several, the smallest has it: what stands on something is before it. On a drawn view from above the same
+//! labels are looked for, and [`top`] says which is which.
 
 pub mod wire;
 pub mod matching;
+pub mod top;
 
 use std::sync::Arc;
 
@@ -56,6 +58,7 @@ impl SidecarSegmenter {
         let question = Question {
             operation: "segment",
             path: "/v1/segment",
+            headers: Vec::new(),
             content_type: content_type.into(),
             body,
             reserved: MicroUsd::of_usd(self.settings.usd_per_call),
@@ -79,11 +82,7 @@ impl Segmenter for SidecarSegmenter {
         recognition: Arc<Recognition>,
     ) -> Answer<'a, Segmentation> {
         Box::pin(async move {
-            let mut labels: Vec<String> =
-                recognition.objects.iter().map(|object| wire::normalized(&object.label)).collect();
-            labels.sort();
-            labels.dedup();
-            let found = self.found(call, reference.picture, labels).await?;
+            let found = self.found(call, reference.picture, labels(&recognition)).await?;
             call.compute(Port::Segmenter, move |_| {
                 let masks = matching::matched(&recognition.objects, &found).map_err(|id| {
                     rejected(
@@ -112,20 +111,39 @@ impl Segmenter for SidecarSegmenter {
 
     fn top_boxes<'a>(
         &'a self,
-        _call: &'a Call,
+        call: &'a Call,
         top: TopPicture,
-        _recognition: Arc<Recognition>,
+        recognition: Arc<Recognition>,
     ) -> Answer<'a, TopBoxes> {
         Box::pin(async move {
-            let known = top.known.ok_or_else(|| ProviderError::Unsupported {
-                port: Port::Segmenter,
-                adapter: NAME.to_owned(),
-                reason: "it tells equal things on a view from above apart only where that view's maker does"
-                    .into(),
-            })?;
-            known.boxes()
+            if let Some(known) = top.known {
+                return known.boxes();
+            }
+            let mut labels = labels(&recognition);
+            labels.push(TABLE.to_owned());
+            let found = self.found(call, Arc::new(top.picture), labels).await?;
+            let on_top = |what: &str| {
+                let reason = format!(
+                    "the segmenter finds no {what} on the view from above; lower \
+                     providers.segmenter_sidecar.box_threshold, or put embedded first in providers.painter"
+                );
+                rejected("object_not_found", reason)
+            };
+            let tables = found.iter().filter(|found| found.label.as_deref() == Some(TABLE));
+            let table = tables.max_by(|a, b| a.score.total_cmp(&b.score));
+            let table_px = table.and_then(|table| table.mask.bbox_px()).ok_or_else(|| on_top(TABLE))?;
+            top::matched(&recognition, &found, table_px.map(f64::from)).map_err(|id| on_top(id.as_str()))
         })
     }
+}
+
+/// What the things are called, each word once.
+fn labels(recognition: &Recognition) -> Vec<String> {
+    let mut labels: Vec<String> =
+        recognition.objects.iter().map(|object| wire::normalized(&object.label)).collect();
+    labels.sort();
+    labels.dedup();
+    labels
 }
 
 /// No pixel belongs to two: the smallest of those that claim it has it.

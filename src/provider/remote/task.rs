@@ -10,6 +10,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use bytes::Bytes;
+use serde_json::Value;
 use tokio::sync::Semaphore;
 
 use super::Endpoint;
@@ -35,13 +36,36 @@ pub enum Progress {
     Failed(String),
 }
 
+/// A question that costs nothing.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Look {
+    /// Under the base URL, with its slash.
+    pub path: String,
+    /// Names and values.
+    pub headers: Vec<(String, String)>,
+    /// Sent with a POST; without one it is a GET.
+    pub body: Option<Bytes>,
+}
+
+impl Look {
+    /// At an address.
+    pub fn at(path: String) -> Self {
+        Self { path, headers: Vec::new(), body: None }
+    }
+
+    /// By a request with a JSON body.
+    pub fn asking(path: &str, headers: Vec<(String, String)>, body: &Value) -> Self {
+        Self { path: path.to_owned(), headers, body: Some(body.to_string().into()) }
+    }
+}
+
 /// How a vendor speaks about its jobs.
 pub trait Protocol: Sync {
     /// Reads the answer to a submission: the vendor's id, also as the reading's task.
     fn submitted(&self, reply: &Reply) -> Reading<String>;
 
-    /// Where to look at a job, under the base URL.
-    fn look(&self, id: &str) -> String;
+    /// How to look at a job.
+    fn look(&self, id: &str) -> Look;
 
     /// How far it is.
     fn progress(&self, reply: &Reply) -> Result<Progress, Failure>;
@@ -155,9 +179,9 @@ impl<P: Protocol> LongQuestion<'_, P> {
 
     /// Looks until the vendor's job is over, and fetches what came of it.
     async fn file(&self, call: &Call, task: &Task, deadline: Instant) -> Result<Bytes, Stopped> {
-        let path = self.protocol.look(&task.id);
+        let look = self.protocol.look(&task.id);
         loop {
-            let looked = self.endpoint.look(call, &path, |reply| self.protocol.progress(reply)).await?;
+            let looked = self.endpoint.look(call, &look, |reply| self.protocol.progress(reply)).await?;
             match looked.map_err(|failure| self.lost(failure, &[FailureKind::NotFound]))? {
                 Progress::Working => {}
                 Progress::File(file) => return Ok(file),

@@ -75,6 +75,7 @@ fn a_picture_becomes_a_table_with_things_where_they_stood() {
         recognition: recognition.clone(),
         masks: Arc::new(masks.clone()),
         painted: None,
+        refused: Vec::new(),
     };
     let top = top_view(&request, &settings(), &stop).expect("rectified");
     let known = top.known.expect("known");

@@ -14,14 +14,14 @@ use super::{ChatAnalyst, NAME};
 use crate::provider::{Call, Port, ProviderError};
 
 /// What is asked.
-pub struct Topic<'a> {
+pub struct Topic {
     pub prompt: &'static Prompt,
     pub schema: Value,
     pub seed: u64,
     /// The data of the question.
     pub data: Value,
-    /// A PNG file.
-    pub picture: Option<&'a Bytes>,
+    /// PNG files.
+    pub pictures: Vec<Bytes>,
 }
 
 impl ChatAnalyst {
@@ -29,7 +29,7 @@ impl ChatAnalyst {
     pub(super) async fn ask<T, U>(
         &self,
         call: &Call,
-        topic: Topic<'_>,
+        topic: Topic,
         accept: impl Fn(T) -> Result<U, Vec<String>>,
     ) -> Result<U, ProviderError>
     where
@@ -56,17 +56,13 @@ impl ChatAnalyst {
         })
     }
 
-    async fn say(
-        &self,
-        call: &Call,
-        topic: &Topic<'_>,
-        messages: &[Message],
-    ) -> Result<String, ProviderError> {
+    async fn say(&self, call: &Call, topic: &Topic, messages: &[Message]) -> Result<String, ProviderError> {
         let name = topic.prompt.name;
         let body = wire::request(&self.settings, messages, name, &topic.schema, topic.seed);
         let question = Question {
             operation: name,
             path: "/chat/completions",
+            headers: Vec::new(),
             content_type: "application/json".into(),
             body: body.to_string().into(),
             reserved: wire::most_it_can_cost(&self.settings, messages, &topic.schema),
@@ -75,14 +71,14 @@ impl ChatAnalyst {
     }
 }
 
-fn opening(topic: &Topic<'_>, schema: SchemaSupport) -> Vec<Message> {
+fn opening(topic: &Topic, schema: SchemaSupport) -> Vec<Message> {
     let mut system = topic.prompt.text.to_owned();
     if schema == SchemaSupport::JsonObject {
         system.push_str("\n\nThe form of the answer, as a JSON schema:\n");
         system.push_str(&topic.schema.to_string());
     }
     let mut parts = vec![Part::Text(topic.data.to_string())];
-    parts.extend(topic.picture.cloned().map(Part::Picture));
+    parts.extend(topic.pictures.iter().cloned().map(Part::Picture));
     vec![Message::text(Role::System, system), Message { role: Role::User, parts }]
 }
 

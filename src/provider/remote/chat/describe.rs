@@ -167,7 +167,7 @@ pub(super) async fn describe(
         schema: schema(),
         seed,
         data: json!({ "wish": text, "most_objects": most, "table": wanted }),
-        picture: None,
+        pictures: Vec::new(),
     };
     let description =
         analyst.ask(call, topic, |answer: Answer| accepted(answer, seed, most, &wanted)).await?;

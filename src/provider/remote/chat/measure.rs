@@ -81,7 +81,7 @@ pub(super) async fn measure(
             "table": seen.table.label, "objects": named(seen),
             "known": { "table_size_m": table_size_m, "width": options.metric_anchor },
         }),
-        picture: Some(picture),
+        pictures: vec![picture.clone()],
     };
     let ids: Vec<InstanceId> = seen.objects.iter().map(|object| object.id.clone()).collect();
     let mut sizes = analyst.ask(call, topic, |answer| accepted(answer, &ids)).await?;

@@ -14,6 +14,7 @@ use super::{ChatAnalyst, measure, rejected, schema, stacking};
 use crate::catalog::{categories, category, table_models};
 use crate::geometry::seed::child_seed;
 use crate::provider::embedded::photograph::UNNAMED_CATEGORY;
+use crate::provider::remote::failure::BAD_ANSWER;
 use crate::provider::remote::picture;
 use crate::provider::{Call, Port, ProviderError, Reference};
 use crate::scene::request::RequestOptions;
@@ -126,7 +127,7 @@ pub(super) async fn recognize(
         schema: schema(),
         seed,
         data: json!({ "question": "What stands on the table?" }),
-        picture: Some(&png),
+        pictures: vec![png.clone()],
     };
     let seen = analyst.ask(call, topic, accepted).await?;
     let limit = options.max_objects.map_or(MAX_OBJECTS, |most| most as usize);
@@ -162,7 +163,7 @@ pub(super) async fn recognize(
     let camera = placed(&seen.camera, width_px, height_px, sizes.table.size_m, shape).ok_or_else(|| {
         ProviderError::Transient {
             port: Port::Analyst,
-            code: "provider_bad_answer",
+            code: BAD_ANSWER,
             reason: "no camera sees a table of that size where the model says it is".into(),
         }
     })?;

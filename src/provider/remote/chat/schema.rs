@@ -3,7 +3,7 @@
 
 use serde_json::{Map, Value, json};
 
-use super::{describe, measure, recognize, stacking};
+use super::{check_top, describe, measure, recognize, stacking};
 
 /// The largest coordinate of a box: boxes are in thousandths of the picture.
 pub(super) const PER_MILLE: f64 = 1000.0;
@@ -60,7 +60,13 @@ pub fn picture_box(low: f64, high: f64) -> Value {
 
 /// All schemas: they are part of the adapter's identity.
 pub(super) fn identity() -> Value {
-    json!([describe::schema(), recognize::schema(), measure::schema(), stacking::schema()])
+    json!([
+        describe::schema(),
+        recognize::schema(),
+        measure::schema(),
+        stacking::schema(),
+        check_top::schema()
+    ])
 }
 
 #[cfg(test)]

@@ -50,7 +50,7 @@ pub(super) async fn stacking(
         schema: schema(),
         seed,
         data: json!({ "objects": named(seen) }),
-        picture: Some(picture),
+        pictures: vec![picture.clone()],
     };
     let ids: Vec<InstanceId> = seen.objects.iter().map(|object| object.id.clone()).collect();
     analyst.ask(call, topic, |answer| accepted(&answer, &ids)).await

@@ -9,6 +9,7 @@ use super::{Endpoint, unless_interrupted};
 use crate::provider::remote::failure::{Failure, FailureKind};
 use crate::provider::remote::outbound::{Outgoing, Reply};
 use crate::provider::remote::patience::{full_jitter, unit};
+use crate::provider::remote::task::Look;
 use crate::provider::{Call, ProviderError};
 
 /// Longest time for telling a vendor that nobody wants its work any more.
@@ -20,11 +21,14 @@ impl Endpoint {
     pub(in crate::provider::remote) async fn look<T>(
         &self,
         call: &Call,
-        path: &str,
+        look: &Look,
         read: impl Fn(&Reply) -> Result<T, Failure>,
     ) -> Result<Result<T, Failure>, ProviderError> {
-        let outgoing = self.free(Method::GET, self.address(path), true);
-        self.patiently(call, &outgoing, self.limits.max_answer_bytes, read).await
+        let method = if look.body.is_some() { Method::POST } else { Method::GET };
+        let mut outgoing = self.free(method, self.address(&look.path), true);
+        outgoing.headers = look.headers.clone();
+        outgoing.body = look.body.clone().unwrap_or_default();
+        self.patiently(call, outgoing, self.limits.max_answer_bytes, read).await
     }
 
     /// Fetches a file from an address that the vendor named: wherever that is, no key goes along.
@@ -35,7 +39,7 @@ impl Endpoint {
         most_bytes: usize,
     ) -> Result<Result<Bytes, Failure>, ProviderError> {
         let outgoing = self.free(Method::GET, url.to_owned(), false);
-        self.patiently(call, &outgoing, most_bytes, |reply| Ok(reply.body.clone())).await
+        self.patiently(call, outgoing, most_bytes, |reply| Ok(reply.body.clone())).await
     }
 
     /// Tells the vendor something, once, and does not mind whether that arrives.
@@ -54,7 +58,8 @@ impl Endpoint {
             method,
             url,
             headers: Vec::new(),
-            bearer: self.key.clone().filter(|_| with_key),
+            passing_headers: Vec::new(),
+            bearer: self.bearer().filter(|_| with_key),
             content_type: "application/json".into(),
             body: Bytes::new(),
         }
@@ -63,7 +68,7 @@ impl Endpoint {
     async fn patiently<T>(
         &self,
         call: &Call,
-        outgoing: &Outgoing,
+        mut outgoing: Outgoing,
         most_bytes: usize,
         read: impl Fn(&Reply) -> Result<T, Failure>,
     ) -> Result<Result<T, Failure>, ProviderError> {
@@ -71,9 +76,10 @@ impl Endpoint {
         let mut tries = 0;
         loop {
             tries += 1;
+            outgoing.passing_headers = self.signature(&outgoing);
             let left = deadline.saturating_duration_since(Instant::now());
             let longest = left.min(Duration::from_secs(self.limits.attempt_timeout_secs));
-            let sent = tokio::time::timeout(longest, self.outbound.send(outgoing, most_bytes));
+            let sent = tokio::time::timeout(longest, self.outbound.send(&outgoing, most_bytes));
             let result = match unless_interrupted(&call.interrupt, sent).await? {
                 Ok(Ok(reply)) => self.understood(reply, &read),
                 Ok(Err(error)) => Err(Failure::of_send(&error)),

@@ -50,10 +50,11 @@ pub(super) async fn redraw(
     let mut reason = String::new();
     for _ in 0..=settings.redraws {
         let prompt = prompt_of(&object.label, &reason);
-        let (content_type, body) = wire::edit(settings, &prompt, &sent).encoded();
+        let (content_type, body) = wire::edit(settings, wire::Canvas::Thing, &prompt, &sent).encoded();
         let question = Question {
             operation: "redraw",
             path: "/images/edits",
+            headers: Vec::new(),
             content_type: content_type.into(),
             body,
             reserved: wire::most_it_can_cost(settings, &prompt, sent.len()),

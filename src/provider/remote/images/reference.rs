@@ -40,6 +40,7 @@ pub(super) async fn paint(
         let question = Question {
             operation: "paint",
             path: "/images/generations",
+            headers: Vec::new(),
             content_type: "application/json".into(),
             body: wire::generation(settings, &prompt).to_string().into(),
             reserved: wire::most_it_can_cost(settings, &prompt, 0),

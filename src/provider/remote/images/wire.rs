@@ -12,7 +12,7 @@ use super::super::endpoint::Reading;
 use super::super::failure::{Failure, FailureKind, one_line};
 use super::super::multipart::Form;
 use super::super::outbound::Reply;
-use super::super::settings::{ImagesSettings, InputFidelity};
+use super::super::settings::{ImagesSettings, InputFidelity, ReferenceSize};
 use crate::provider::ledger::MicroUsd;
 
 /// Body of a request to paint something from words.
@@ -23,8 +23,21 @@ pub fn generation(settings: &ImagesSettings, prompt: &str) -> Value {
     })
 }
 
-/// Form of a request to draw something from PNG files, square, on a transparent background.
-pub fn edit(settings: &ImagesSettings, prompt: &str, pictures: &[Bytes]) -> Form {
+/// What is drawn on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Canvas {
+    /// Square and transparent, for one thing.
+    Thing,
+    /// As reference pictures are, opaque, for a whole table.
+    Table,
+}
+
+/// Form of a request to draw something from PNG files.
+pub fn edit(settings: &ImagesSettings, canvas: Canvas, prompt: &str, pictures: &[Bytes]) -> Form {
+    let (size, background) = match canvas {
+        Canvas::Thing => (ReferenceSize::Square.word(), "transparent"),
+        Canvas::Table => (settings.reference_size.word(), "opaque"),
+    };
     let mut form = Form::default().text("model", &settings.model);
     for (number, png) in pictures.iter().enumerate() {
         form = form.file("image[]", &format!("{number}.png"), "image/png", png.clone());
@@ -32,9 +45,9 @@ pub fn edit(settings: &ImagesSettings, prompt: &str, pictures: &[Bytes]) -> Form
     form = form
         .text("prompt", prompt)
         .text("n", "1")
-        .text("size", "1024x1024")
+        .text("size", size)
         .text("quality", settings.quality.word())
-        .text("background", "transparent")
+        .text("background", background)
         .text("output_format", "png");
     match settings.input_fidelity {
         InputFidelity::Unsaid => form,

@@ -42,7 +42,8 @@ fn painting_is_asked_for_in_the_published_form() {
 fn redrawing_is_asked_for_in_the_published_form() {
     let pictures = [Bytes::from_static(b"first"), Bytes::from_static(b"second")];
     let settings = ImagesSettings { input_fidelity: InputFidelity::High, ..settings() };
-    let (content_type, body) = edit(&settings, "Create a lovely gift basket", &pictures).encoded();
+    let (content_type, body) =
+        edit(&settings, Canvas::Thing, "Create a lovely gift basket", &pictures).encoded();
     let boundary = content_type.strip_prefix("multipart/form-data; boundary=").expect("is a form");
     let text = String::from_utf8(body.to_vec()).expect("is text here");
     let heads: Vec<&str> = text

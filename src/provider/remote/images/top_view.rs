@@ -1,0 +1,69 @@
+//! The table from straight above, drawn after the reference picture. Whether the drawing holds is not the painter's to say:
+//! whoever asks has it looked at, and asks again with what was wrong.
+
+use super::super::endpoint::Question;
+use super::super::picture;
+use super::prompts::prompts;
+use super::{ImagesPainter, decoded, not_taken, wire};
+use crate::provider::{Call, Port, ProviderError, TopPicture, TopViewRequest};
+use crate::scene::{Recognition, StandsOn};
+
+/// Longer side of the picture that is sent, pixels.
+const SENT_PX: u32 = 1536;
+
+/// Shortest side of a drawing on which places can be measured, pixels.
+const LEAST_PX: u32 = 256;
+
+/// Has it drawn once; an error where as many drawings were refused as may be.
+pub(super) async fn draw(
+    painter: &ImagesPainter,
+    call: &Call,
+    request: TopViewRequest,
+) -> Result<TopPicture, ProviderError> {
+    let settings = &painter.settings;
+    if let Some(reason) = request.refused.last().filter(|_| request.refused.len() > settings.redraws as usize)
+    {
+        return Err(not_taken(reason, settings.redraws + 1));
+    }
+    let prompt = prompt_of(&request.recognition, &request.refused);
+    let image = request.reference.picture.clone();
+    let png = call
+        .compute(Port::Painter, move |_| {
+            picture::sent(&image, SENT_PX).map_err(|error| ProviderError::Rejected {
+                port: Port::Painter,
+                code: "image_unreadable",
+                reason: format!("the picture cannot be sent: {error}"),
+            })
+        })
+        .await?;
+    let (content_type, body) = wire::edit(settings, wire::Canvas::Table, &prompt, &[png]).encoded();
+    let question = Question {
+        operation: "top_view",
+        path: "/images/edits",
+        headers: Vec::new(),
+        content_type: content_type.into(),
+        body,
+        reserved: wire::most_it_can_cost(settings, &prompt, 1),
+    };
+    let file = painter.endpoint.ask(call, &question, |reply| wire::read(settings, reply)).await?;
+    match decoded(call, file).await? {
+        Ok(picture) if picture.width_px().min(picture.height_px()) >= LEAST_PX => {
+            Ok(TopPicture { picture, known: None })
+        }
+        Ok(_) => Err(not_taken("it is too small", 1)),
+        Err(reason) => Err(not_taken(&reason, 1)),
+    }
+}
+
+fn prompt_of(recognition: &Recognition, refused: &[String]) -> String {
+    let mut told = vec![prompts().top.text.to_owned(), String::new(), "The things:".to_owned()];
+    told.extend(recognition.objects.iter().map(|object| match &object.stands_on {
+        StandsOn::Table => format!("- {}: {}", object.id, object.label),
+        StandsOn::On(id) => format!("- {}: {}, on {id}", object.id, object.label),
+        StandsOn::In(id) => format!("- {}: {}, in {id}", object.id, object.label),
+    }));
+    if let Some(reason) = refused.last() {
+        told.extend([String::new(), format!("An earlier drawing could not be used: {reason}.")]);
+    }
+    told.join("\n")
+}
