@@ -37,6 +37,7 @@ mod hunyuan3d_server;
 mod hunyuan3d;
 mod tencent_server;
 mod tencent;
+mod hostile_files;
 mod cassettes;
 mod remote_scene;
 mod outbound;
