@@ -20,6 +20,8 @@ from server import Problem
 
 ROOT = Path(__file__).resolve().parent.parent
 
+KILLS = 6
+
 
 def main() -> int:
     parser = argparse.ArgumentParser(description="Run every test.")
@@ -38,6 +40,7 @@ def main() -> int:
         ("formatting", lambda: cargo("fmt", "--check")),
         ("clippy", lambda: cargo("clippy", "--locked", "--all-targets", "--", "-D", "warnings")),
         ("cargo test", cargo_test),
+        ("killed while models are asked", lambda: kill_sample(target)),
         ("judges' environment", finish_environment),
         ("layers of USD", lambda: judge_layers(environment)),
         ("sample scenes", lambda: make_sample(target)),
@@ -104,6 +107,13 @@ def cargo_test() -> str:
     if passed == 0:
         raise Problem("no test ran")
     return f"{passed} passed, {ignored} ignored"
+
+
+def kill_sample(target: Path) -> str:
+    """A few of the kills of `make bars BARS=remote_kill`."""
+    command = [sys.executable, "-m", "bars.remote_kill", "--target-dir", target, "--kills", KILLS, "--draw", "2"]
+    run([*command, "--program", target / "debug" / "tabletopgen"], {"PYTHONPATH": str(ROOT / "scripts")})
+    return f"{KILLS} kills, nothing billed twice that is not in the ledger"
 
 
 def judge_layers(environment: Path) -> str:
