@@ -46,6 +46,7 @@ def main() -> int:
         ("sample scenes", lambda: make_sample(target)),
         ("judges", lambda: judge_sample(target, environment)),
         ("judges' own test", lambda: test_judges(target, environment)),
+        ("segmentation sidecar", lambda: test_sidecar(environment)),
     ]
     code = 1
     try:
@@ -114,6 +115,13 @@ def kill_sample(target: Path) -> str:
     command = [sys.executable, "-m", "bars.remote_kill", "--target-dir", target, "--kills", KILLS, "--draw", "2"]
     run([*command, "--program", target / "debug" / "tabletopgen"], {"PYTHONPATH": str(ROOT / "scripts")})
     return f"{KILLS} kills, nothing billed twice that is not in the ledger"
+
+
+def test_sidecar(environment: Path) -> str:
+    """The protocol of docker/grounded-sam2, with a model that finds a square."""
+    folder = ROOT / "docker/grounded-sam2"
+    run([environment / "bin/python", "-m", "unittest", "discover", "--start-directory", folder, "--top-level-directory", folder])
+    return "answers its protocol"
 
 
 def judge_layers(environment: Path) -> str:
