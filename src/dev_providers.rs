@@ -8,6 +8,7 @@
 //! | protocol | base URL |
 //! | --- | --- |
 //! | OpenAI-compatible chat, and Images | `/v1` |
+//! | Ark's Seedream | `/api/v3` |
 //! | segmentation sidecar | `/` |
 //! | Replicate-style predictions | `/v1` |
 //! | Hunyuan3D's server | `/` |
@@ -23,6 +24,7 @@ mod refusal;
 mod vendor_jobs;
 mod chat;
 mod images;
+mod ark;
 mod segment;
 mod predictions;
 mod hunyuan3d;
@@ -79,6 +81,7 @@ pub fn router(providers: Arc<DevProviders>) -> Router {
         .route("/v1/chat/completions", post(chat::complete))
         .route("/v1/images/generations", post(images::generate))
         .route("/v1/images/edits", post(images::edit))
+        .route("/api/v3/images/generations", post(ark::generate))
         .route("/v1/segment", post(segment::segment))
         .route("/v1/predictions", post(predictions::submit))
         .route("/v1/predictions/{id}", get(predictions::look))

@@ -10,6 +10,7 @@ use crate::export::gltf::read_mesh_glb;
 use crate::export::wavefront_archive::{self, read_mesh_obj_archive};
 use crate::provider::preference::Preferred;
 use crate::provider::remote::address::AddressRules;
+use crate::provider::remote::ark::{self, ArkPainter};
 use crate::provider::remote::breaker::Breaker;
 use crate::provider::remote::cassette::{Cassette, CassetteError};
 use crate::provider::remote::chat::{self, ChatAnalyst};
@@ -78,6 +79,22 @@ impl Remote {
             let images = match provider {
                 PainterProvider::Embedded => {
                     painters.push(None);
+                    continue;
+                }
+                PainterProvider::Ark => {
+                    let settings = settings.ark.clone();
+                    let endpoint = endpoints.made(&Vendor {
+                        section: "providers.ark",
+                        port: Port::Painter,
+                        provider: ark::NAME,
+                        model: &settings.model,
+                        base_url: &settings.base_url,
+                        key_variable: &settings.key_variable,
+                        secret_id_variable: None,
+                        idempotency_header: "",
+                        limits: &settings.limits,
+                    })?;
+                    painters.push(Some(Arc::new(ArkPainter { settings, endpoint })));
                     continue;
                 }
                 PainterProvider::OpenaiImages => &settings.openai_images,

@@ -4,8 +4,8 @@
 //! the call into the job's ledger, sends it through the one client ([`outbound`]) that refuses addresses of private
 //! networks ([`address`]) and can record what is said and play it again ([`cassette`]), reads how it ended
 //! ([`failure`]), and tries again where that can help ([`patience`]). An adapter only says what to ask and how to read
-//! the answer. Adapters: [`chat`], the analyst over any OpenAI-compatible chat endpoint; [`images`], the painter over
-//! OpenAI's Images endpoints; [`sidecar`], the segmenter over a small server that runs a detector; [`replicate`],
+//! the answer. Adapters: [`chat`], the analyst over any OpenAI-compatible chat endpoint; [`images`] and [`ark`], the painter over
+//! OpenAI's Images endpoints and Ark's Seedream; [`sidecar`], the segmenter over a small server that runs a detector; [`replicate`],
 //! [`hunyuan3d`] and [`tencent`], the mesh generator over Replicate-style predictions, over a server of one's own and over
 //! Tencent Cloud, whose jobs outlive a worker ([`task`]).
 //!
@@ -27,6 +27,7 @@ pub mod picture;
 pub mod multipart;
 pub mod chat;
 pub mod images;
+pub mod ark;
 pub mod sidecar;
 pub mod task;
 pub mod mesh;

@@ -206,8 +206,23 @@ async fn a_picture_becomes_the_same_scene_over_the_network() {
     let picture = std::fs::read(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/demo_table.png")).unwrap();
     let request = json!({ "image": { "base64": STANDARD.encode(picture) }, "seed": SEED });
     let there = stand_in().await;
-    let hunyuan3d = [("providers.mesh_generator", "hunyuan3d, embedded")];
-    let over_network = Made::of(&remote(&there.address.to_string(), &hunyuan3d), &request).await;
+    let address = there.address.to_string();
+    let ark = format!("http://{address}/api/v3");
+    // Ark draws the view from above and no single things.
+    let others = [
+        ("providers.mesh_generator", "hunyuan3d, embedded"),
+        ("providers.painter", "ark, openai_images, embedded"),
+        ("providers.ark.base_url", &ark),
+    ];
+    let over_network = Made::of(&remote(&address, &others), &request).await;
+    let providers: BTreeSet<&str> = over_network.shown["spending"]["calls"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|call| call["provider"].as_str().unwrap())
+        .collect();
+    let asked = ["ark/seedream", "hunyuan3d/server", "openai/chat", "openai/images", "sidecar/segmenter"];
+    assert_eq!(providers, asked.into());
     there.stop().await;
     let alone = Made::of(&embedded(), &request).await;
     // A solid that was fitted to one view is the same from behind.

@@ -214,6 +214,10 @@ impl Failure {
             {
                 FailureKind::Refused
             }
+            // Ark's, before and behind its image models.
+            400 if told.code.as_deref().is_some_and(|code| code.contains("SensitiveContent")) => {
+                FailureKind::Refused
+            }
             400..=499 => FailureKind::RequestRejected,
             _ => FailureKind::ServerError,
         };
@@ -329,6 +333,9 @@ mod tests {
         let blocked = r#"{"error": {"message": "Your request was rejected by the safety system.",
             "type": "image_generation_user_error", "param": null, "code": "moderation_blocked"}}"#;
         let failure = Failure::of_status(&reply(400, blocked)).expect("is a failure");
+        assert_eq!(failure.kind, FailureKind::Refused);
+        let arks = blocked.replace("moderation_blocked", "InputTextSensitiveContentDetected");
+        let failure = Failure::of_status(&reply(400, &arks)).expect("is a failure");
         assert_eq!(failure.kind, FailureKind::Refused);
         let other = blocked.replace("moderation_blocked", "invalid_value");
         let failure = Failure::of_status(&reply(400, &other)).expect("is a failure");

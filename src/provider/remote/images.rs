@@ -86,7 +86,7 @@ impl Painter for ImagesPainter {
 }
 
 /// Decodes what the vendor sent, on the pool.
-async fn decoded(call: &Call, file: Vec<u8>) -> Result<Result<Image, String>, ProviderError> {
+pub(super) async fn decoded(call: &Call, file: Vec<u8>) -> Result<Result<Image, String>, ProviderError> {
     call.compute(Port::Painter, move |_| {
         Ok(picture::received(&file).map_err(|error| format!("its picture is not taken: {error}")))
     })

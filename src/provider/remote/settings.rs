@@ -31,6 +31,7 @@ pub struct ProviderSettings {
     pub chat: ChatSettings,
     pub second_chat: ChatSettings,
     pub openai_images: ImagesSettings,
+    pub ark: ArkSettings,
     pub segmenter_sidecar: SidecarSettings,
     pub replicate: ReplicateSettings,
     pub hunyuan3d: Hunyuan3dSettings,
@@ -69,6 +70,8 @@ pub enum PainterProvider {
     Embedded,
     /// The endpoints of `[providers.openai_images]`.
     OpenaiImages,
+    /// The endpoint of `[providers.ark]`.
+    Ark,
 }
 
 /// Who can answer the segmenter's port.
@@ -160,6 +163,25 @@ pub struct ImagesSettings {
     pub picture_usd_per_million: f64,
     /// Price of a million tokens of pictures that are drawn, US dollars.
     pub drawn_usd_per_million: f64,
+    #[serde(flatten)]
+    pub limits: LimitSettings,
+}
+
+/// Ark's Seedream: section `[providers.ark]`.
+#[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
+pub struct ArkSettings {
+    /// What `/images/generations` is appended to.
+    pub base_url: String,
+    /// The model's name at that endpoint: Seedream 4.0 or later.
+    pub model: String,
+    /// As of [`ChatSettings::key_variable`].
+    pub key_variable: String,
+    /// Size of pictures: `1K`, `2K`, `4K`, or pixels.
+    pub size: String,
+    /// Pictures asked for again where one cannot be used (0..=5).
+    pub redraws: u32,
+    /// Price of a picture, US dollars.
+    pub usd_per_picture: f64,
     #[serde(flatten)]
     pub limits: LimitSettings,
 }

@@ -24,7 +24,7 @@ pub fn prompts() -> &'static Prompts {
 }
 
 /// Names, versions and digests.
-pub(super) fn identity() -> Value {
+pub(in crate::provider::remote) fn identity() -> Value {
     let Prompts { paint, redraw, top } = prompts();
     json!([paint, redraw, top].map(Prompt::identity))
 }

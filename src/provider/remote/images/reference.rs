@@ -15,7 +15,7 @@ use crate::scene::{ObjectSpec, RelationKind, SceneDescription};
 const KEPT_PX: u32 = 1280;
 
 /// Shortest side of a picture that things can be told apart on, pixels.
-const LEAST_PX: u32 = 256;
+pub(in crate::provider::remote) const LEAST_PX: u32 = 256;
 
 /// Where the seed may put the camera.
 const SIDES: [&str; 5] = [
@@ -58,7 +58,7 @@ pub(super) async fn paint(
 }
 
 /// Opaque, and no larger than is looked at.
-fn kept(mut picture: Image) -> Image {
+pub(in crate::provider::remote) fn kept(mut picture: Image) -> Image {
     for pixel in picture.as_rgba_mut().chunks_exact_mut(4) {
         let alpha = u32::from(pixel[3]);
         for channel in &mut pixel[..3] {
@@ -73,7 +73,7 @@ fn kept(mut picture: Image) -> Image {
 }
 
 /// The prompt: what pictures are like, what this one shows, and from where.
-fn prompt_of(description: &SceneDescription, seed: u64) -> String {
+pub(in crate::provider::remote) fn prompt_of(description: &SceneDescription, seed: u64) -> String {
     let side = SIDES[(child_seed(seed, "side") % SIDES.len() as u64) as usize];
     let mut told = vec![
         prompts().paint.text.to_owned(),

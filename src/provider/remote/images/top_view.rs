@@ -1,18 +1,21 @@
 //! The table from straight above, drawn after the reference picture. Whether the drawing holds is not the painter's to say:
 //! whoever asks has it looked at, and asks again with what was wrong.
 
+use std::sync::Arc;
+
+use bytes::Bytes;
+
 use super::super::endpoint::Question;
 use super::super::picture;
 use super::prompts::prompts;
+use super::reference::LEAST_PX;
 use super::{ImagesPainter, decoded, not_taken, wire};
+use crate::geometry::Image;
 use crate::provider::{Call, Port, ProviderError, TopPicture, TopViewRequest};
 use crate::scene::{Recognition, StandsOn};
 
 /// Longer side of the picture that is sent, pixels.
 const SENT_PX: u32 = 1536;
-
-/// Shortest side of a drawing on which places can be measured, pixels.
-const LEAST_PX: u32 = 256;
 
 /// Has it drawn once; an error where as many drawings were refused as may be.
 pub(super) async fn draw(
@@ -26,16 +29,7 @@ pub(super) async fn draw(
         return Err(not_taken(reason, settings.redraws + 1));
     }
     let prompt = prompt_of(&request.recognition, &request.refused);
-    let image = request.reference.picture.clone();
-    let png = call
-        .compute(Port::Painter, move |_| {
-            picture::sent(&image, SENT_PX).map_err(|error| ProviderError::Rejected {
-                port: Port::Painter,
-                code: "image_unreadable",
-                reason: format!("the picture cannot be sent: {error}"),
-            })
-        })
-        .await?;
+    let png = sent(call, request.reference.picture.clone()).await?;
     let (content_type, body) = wire::edit(settings, wire::Canvas::Table, &prompt, &[png]).encoded();
     let question = Question {
         operation: "top_view",
@@ -55,7 +49,22 @@ pub(super) async fn draw(
     }
 }
 
-fn prompt_of(recognition: &Recognition, refused: &[String]) -> String {
+/// The reference picture as a PNG file.
+pub(in crate::provider::remote) async fn sent(
+    call: &Call,
+    image: Arc<Image>,
+) -> Result<Bytes, ProviderError> {
+    call.compute(Port::Painter, move |_| {
+        picture::sent(&image, SENT_PX).map_err(|error| ProviderError::Rejected {
+            port: Port::Painter,
+            code: "image_unreadable",
+            reason: format!("the picture cannot be sent: {error}"),
+        })
+    })
+    .await
+}
+
+pub(in crate::provider::remote) fn prompt_of(recognition: &Recognition, refused: &[String]) -> String {
     let mut told = vec![prompts().top.text.to_owned(), String::new(), "The things:".to_owned()];
     told.extend(recognition.objects.iter().map(|object| match &object.stands_on {
         StandsOn::Table => format!("- {}: {}", object.id, object.label),
