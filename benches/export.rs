@@ -8,7 +8,7 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use tabletopgen::export::{Assets, BodyAsset, Pictures, write_formats, zip_bundle};
 use tabletopgen::physics::Body;
 use tabletopgen::scene::certificate::{
-    Appearance, Fidelity, HealthThresholds, MadeWith, Metrics, ResolveFinding, Thresholds, Verdict,
+    Appearance, Fidelity, HealthThresholds, MadeWith, Metrics, Regions, ResolveFinding, Thresholds, Verdict,
 };
 use tabletopgen::scene::finished::Frame;
 use tabletopgen::scene::instance::{Picture, SupportRelation};
@@ -138,6 +138,7 @@ fn certificate(scene: &Breakfast) -> Certificate {
             health: HealthThresholds {
                 hull_excess_m: scene.config.health.hull_excess_m,
                 uncovered_m: scene.config.health.uncovered_m,
+                open_share: scene.config.health.least_open_share,
                 longest_side_m: [scene.config.health.least_side_m, scene.config.health.most_side_m],
                 density_kg_m3: [
                     scene.config.health.least_density_kg_m3,
@@ -148,13 +149,17 @@ fn certificate(scene: &Breakfast) -> Certificate {
         },
         fidelity: Fidelity {
             silhouette_iou: 1.0,
+            color_difference: None,
+            missed: Regions::default(),
+            invented: Regions::default(),
+            methods: Vec::new(),
             appearance: Appearance { extractor: "none".into(), model: "1".into(), similarity: 1.0 },
         },
         objects: Vec::new(),
         bodies: Vec::new(),
         scale_error: None,
         collisions: Vec::new(),
-        resolve: ResolveFinding { rounds: 1, log: Vec::new() },
+        resolve: ResolveFinding { rounds: 1, log: Vec::new(), gave_way: Vec::new() },
         made_with: MadeWith { version: "0".into(), adapters: Vec::new(), settings: serde_json::Value::Null },
     }
 }

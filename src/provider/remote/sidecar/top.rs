@@ -98,6 +98,7 @@ mod tests {
                 seed: 1,
                 stands_on: StandsOn::Table,
                 seen_px: Some([pixel.x - 9.0, pixel.y - 9.0, pixel.x + 9.0, pixel.y + 9.0]),
+                seen_as: None,
             }
         };
         Recognition {
