@@ -8,7 +8,7 @@
 //! everything is still with its supporter, supported and inside the outline, and five more seconds change
 //! nothing; else the next round starts with more clearance, nudges what failed toward its supporter's middle, keeps what
 //! came to rest over the edge (as tall things do that fall) as much farther from it, or tries other places in its
-//! container. What cannot be resolved is an error that names the objects. Children
+//! container. Where in the end only room is missing, a few more rounds give more of it. What cannot be resolved is an error that names the objects. Children
 //! move with their supporters; contained things use the true shapes.
 //!
 //! World frame, meters, radians. Deterministic. A fraction of a second for twenty objects.
@@ -157,6 +157,25 @@ struct Fault {
     nudge: bool,
     /// How far it reaches over the table's edge.
     over_edge_m: f64,
+    /// Keeping more distance from the edge or from others may help.
+    wants_room: bool,
+}
+
+impl Fault {
+    fn of(body: usize, reason: String) -> Self {
+        Self { body, reason, nudge: false, over_edge_m: 0.0, wants_room: false }
+    }
+}
+
+/// Rounds after the planned ones in which things are given more room, where nothing else is wrong.
+const MORE_ROUNDS: usize = 3;
+
+/// Of a round, counted from 0; after the planned ones it doubles.
+fn clearance_m(settings: &ResolveSettings, round: usize) -> f64 {
+    let planned = &settings.clearances_m;
+    let last_m = planned.last().copied().unwrap_or(0.0);
+    let more = (round + 1).saturating_sub(planned.len());
+    planned.get(round).copied().unwrap_or(last_m * f64::from(1_u32 << more.min(16)))
 }
 
 /// Finds poses that hold, near the wanted ones.
@@ -182,9 +201,18 @@ pub fn resolve(
     let mut nudges = vec![0_usize; wanted.len()];
     let mut insets_m = vec![0.0; wanted.len()];
     let mut faults: Vec<Fault> = Vec::new();
-    let rounds = settings.clearances_m.len();
-    for (round, &clearance_m) in settings.clearances_m.iter().enumerate() {
+    let planned_rounds = settings.clearances_m.len();
+    let mut rounds = planned_rounds;
+    for round in 0..planned_rounds + MORE_ROUNDS {
         interrupt.check()?;
+        if round >= planned_rounds {
+            // What is left must be a matter of room.
+            if !faults.iter().all(|fault| fault.wants_room) {
+                break;
+            }
+            rounds = round + 1;
+        }
+        let clearance_m = clearance_m(settings, round);
         for fault in faults.iter().filter(|fault| fault.nudge) {
             nudges[fault.body] += 1;
         }
@@ -199,7 +227,7 @@ pub fn resolve(
                 break;
             }
         }
-        let last = round + 1 == rounds;
+        let last = round + 1 >= planned_rounds;
         let (settled, found) = settle_and_judge(&scene, &plan, last, interrupt)?;
         faults = found;
         if faults.is_empty() {
@@ -250,7 +278,7 @@ fn settle_and_judge(
             .map(|body| {
                 let way_mm = 1e3 * check.movements[body].displacement_m;
                 let reason = format!("{} does not come to rest ({way_mm:.1} mm)", scene.name(body));
-                Fault { body, reason, nudge: true, over_edge_m: 0.0 }
+                Fault { nudge: true, ..Fault::of(body, reason) }
             })
             .collect();
         if moving.is_empty() {
@@ -276,10 +304,9 @@ fn find_faults(
         let (over_edge_m, _) = inside::missing(scene.problem.outline, &scene.footprint(body, poses), 0.0);
         if over_edge_m > 0.0 {
             let reason = format!("{name} reaches {:.0} mm over the table's edge", 1e3 * over_edge_m);
-            faults.push(Fault { body, reason, nudge: false, over_edge_m });
+            faults.push(Fault { body, reason, nudge: false, over_edge_m, wants_room: true });
         }
-        let mut fault =
-            |reason: String, nudge: bool| faults.push(Fault { body, reason, nudge, over_edge_m: 0.0 });
+        let mut fault = |reason: String, nudge: bool| faults.push(Fault { nudge, ..Fault::of(body, reason) });
         let parent = support.parent;
         if support.inside {
             if !contain::reaches_in(scene, body, parent, poses) {
@@ -314,13 +341,13 @@ fn find_faults(
     for (&body, finding) in movable.iter().zip(&findings).filter(|(_, finding)| !finding.is_supported()) {
         let over_mm = 1e3 * (certify.support_dilation_m - finding.margin_m);
         let reason = format!("{} hangs {over_mm:.0} mm over what carries it", scene.name(body));
-        faults.push(Fault { body, reason, nudge: true, over_edge_m: 0.0 });
+        faults.push(Fault { nudge: true, ..Fault::of(body, reason) });
     }
     for pair in collisions(&solids, certify, interrupt)?.colliding {
         let body = if pair.a == scene.tree.table { pair.b } else { pair.a };
         let (a, b) = (scene.name(pair.a), scene.name(pair.b));
         let reason = format!("{a} and {b} overlap by {:.1} mm", 1e3 * pair.depth_m);
-        faults.push(Fault { body, reason, nudge: false, over_edge_m: 0.0 });
+        faults.push(Fault { wants_room: true, ..Fault::of(body, reason) });
     }
     Ok(faults)
 }

@@ -187,6 +187,12 @@ fn what_falls_over_the_edge_is_set_back_until_it_lies_on_the_table() {
 }
 
 #[test]
+fn clearances_grow_as_planned_and_double_after() {
+    let found: Vec<f64> = (0..6).map(|round| clearance_m(&settings(), round)).collect();
+    assert_eq!(found, [0.0005, 0.001, 0.002, 0.004, 0.008, 0.016]);
+}
+
+#[test]
 fn a_spoon_goes_into_the_mug_and_an_apple_into_the_bowl() {
     let mut scenery = Scenery::new();
     let cup = scenery.add("hollow_mug", mug(), 0.0, 0.0, 0, false);
