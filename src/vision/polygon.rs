@@ -89,6 +89,14 @@ pub(in crate::vision) fn contains(polygon: &[DVec2], p: DVec2) -> bool {
     })
 }
 
+/// Whether any simple polygon contains the point (crossings of a ray).
+pub(in crate::vision) fn encloses(polygon: &[DVec2], p: DVec2) -> bool {
+    let sides = (0..polygon.len()).map(|k| (polygon[k], polygon[(k + 1) % polygon.len()]));
+    let crossed = sides
+        .filter(|(a, b)| (a.y > p.y) != (b.y > p.y) && p.x < a.x + (b.x - a.x) * (p.y - a.y) / (b.y - a.y));
+    crossed.count() % 2 == 1
+}
+
 /// Where two lines, each through two points, cross; `None` if (nearly) parallel.
 pub(in crate::vision) fn crossing(a: (DVec2, DVec2), b: (DVec2, DVec2)) -> Option<DVec2> {
     let (u, v) = (a.1 - a.0, b.1 - b.0);

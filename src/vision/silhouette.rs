@@ -110,6 +110,39 @@ impl Silhouette {
         f64::from(both) / either.max(1e-9)
     }
 
+    /// Intersection over union with the union of any simple polygons (pixels), looked at in the middle of each cell.
+    pub fn overlap_of_any(&self, polygons: &[Vec<DVec2>]) -> f64 {
+        let in_cells = |p: &DVec2| (*p - self.origin) / self.cell_px;
+        let polygons: Vec<Vec<DVec2>> =
+            polygons.iter().map(|polygon| polygon.iter().map(in_cells).collect()).collect();
+        let (mut both, mut own) = (0.0_f32, 0.0_f32);
+        let mut covered = vec![false; self.columns];
+        let mut crossings: Vec<f64> = Vec::new();
+        for row in 0..self.rows {
+            let y = row as f64 + 0.5;
+            covered.fill(false);
+            for polygon in &polygons {
+                crossings.clear();
+                let sides = (0..polygon.len()).map(|k| (polygon[k], polygon[(k + 1) % polygon.len()]));
+                let crossing = sides.filter(|(a, b)| (a.y > y) != (b.y > y));
+                crossings.extend(crossing.map(|(a, b)| a.x + (b.x - a.x) * (y - a.y) / (b.y - a.y)));
+                crossings.sort_by(f64::total_cmp);
+                for pair in crossings.chunks_exact(2) {
+                    let column = |x: f64| ((x - 0.5).ceil().max(0.0) as usize).min(self.columns);
+                    let (from, to) = (column(pair[0]), column(pair[1]));
+                    covered[from..to.max(from)].fill(true);
+                }
+            }
+            for (column, _) in covered.iter().enumerate().filter(|(_, covered)| **covered) {
+                let at = row * (self.columns + 1) + column;
+                let within = |sums: &[f32]| sums[at + 1] - sums[at];
+                both += within(&self.sums);
+                own += 1.0 - self.hidden.as_deref().map_or(0.0, |h| (1.0 - HIDDEN_COUNTS) * within(h));
+            }
+        }
+        f64::from(both) / f64::from(own + self.area - both).max(1e-9)
+    }
+
     fn sum_to(&self, sums: &[f32], row: usize, x: f64) -> f32 {
         let x = x.clamp(0.0, self.columns as f64);
         let whole = (x as usize).min(self.columns - 1);
@@ -153,6 +186,11 @@ mod tests {
             };
             assert!(silhouette.overlap(&square(50.0)) > 0.95);
             assert!((silhouette.overlap(&square(70.0)) - 1.0 / 3.0).abs() < 0.05);
+            let [left, right] = [50.0, 78.0].map(|x| {
+                let corners = [(x, 30.0), (x + 12.0, 30.0), (x + 12.0, 70.0), (x, 70.0)];
+                corners.map(|(x, y)| DVec2::new(x, y)).to_vec()
+            });
+            assert!((silhouette.overlap_of_any(&[left.clone(), right, left]) - 0.6).abs() < 0.06);
         }
     }
 

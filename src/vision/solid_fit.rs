@@ -3,7 +3,7 @@
 //! Four kinds compete: a turned body (upright axis), a box, a flat thing lying on the table (its outline
 //! on the table plane, thin) and an upright silhouette with depth. The first two are fitted by climbing on
 //! the intersection over union of their projected outline with the mask; the last two always fit and are
-//! taken only where the others do not. Where a box's depth and height trade against each other, the edges
+//! taken only where the others do not; how thick or deep these are is what best gives the silhouette. Where a box's depth and height trade against each other, the edges
 //! seen inside the silhouette decide. One silhouette cannot tell the depth of what it hides: depths
 //! of upright silhouettes are a guess, unless it is known where the thing stands ([`Expected`]). Cost: 5 to 30 ms an object.
 
@@ -62,24 +62,26 @@ pub(in crate::vision) fn fit(
 ) -> Option<SolidFit> {
     let width = camera.width_px as usize;
     let seen = Seen::new(indices, camera)?;
-    let silhouette = |indices: &[usize]| {
-        let alone = Silhouette::new(indices, width, 48);
+    let with_side = |indices: &[usize], side: usize| {
+        let alone = Silhouette::new(indices, width, side);
         match around.in_front {
             Some(in_front) => alone.behind(in_front, width),
             None => alone,
         }
     };
+    let silhouette = |indices: &[usize]| with_side(indices, 48);
+    let fine = with_side(indices, flat::FINE_SIDE);
     let whole = silhouette(indices);
     let turned = turned_with_or_without_handle(indices, &seen, &silhouette, camera, expected);
     let block = block::fit(&seen, &whole, camera, edges, expected);
-    let flat = flat::lying(&contour::around(indices, width, 1.2), camera, expected);
+    let flat = flat::lying(&contour::around(indices, width, 1.2), &fine, camera, expected);
     let footed = flat::with_a_foot(indices, width);
-    let upright = flat::standing(&contour::around(&footed, width, 1.2), &seen, camera, expected);
+    let upright = flat::standing(&contour::around(&footed, width, 1.2), &seen, &fine, camera, expected);
     let candidates = [
         turned.map(|fit| (fit.overlap, fit)),
         block.map(|fit| (fit.overlap - 0.01, fit)),
-        flat.map(|(fit, doubt)| (0.8 - doubt, fit)),
-        upright.map(|fit| (0.66 + 0.06 * seen.mirror_symmetry, fit)),
+        flat.map(|(fit, doubt)| (fit.overlap - ANY_OUTLINE - doubt, fit)),
+        upright.map(|fit| (fit.overlap - ANY_UPRIGHT + 0.06 * seen.mirror_symmetry, fit)),
     ];
     let merit = |(merit, fit): &(f64, SolidFit)| {
         let unexpected = expected.map_or(0.0, |e| e.disagreement(fit.center, fit.size.z, camera));
@@ -89,6 +91,9 @@ pub(in crate::vision) fn fit(
     best.map(|(_, fit)| fit)
 }
 
+/// What is taken off the merit of solids that take any outline, which says nothing for them.
+const ANY_OUTLINE: f64 = 0.14;
+const ANY_UPRIGHT: f64 = 0.26;
 /// Least ratio of half the width of a foot to the height of the middle above it.
 const LEAST_FOOT: f64 = 0.12;
 /// What is taken off the merit of a solid on a point.
@@ -113,7 +118,7 @@ fn share_off_top(fit: &SolidFit, around: &Surroundings, camera: &Camera) -> f64 
     let Some((top, nearer)) = around.top else { return 0.0 };
     let eye = camera.world_from_camera.translation_m.truncate();
     let corners = fit.footprint();
-    let off = corners.iter().filter(|p| !super::polygon::contains(top, eye + nearer * (**p - eye))).count();
+    let off = corners.iter().filter(|p| !super::polygon::encloses(top, eye + nearer * (**p - eye))).count();
     off as f64 / corners.len().max(1) as f64
 }
 
