@@ -33,15 +33,16 @@ pub fn complete(request: &CompletionRequest, interrupt: &Interrupt) -> Result<Co
     let mut whole = visible.clone();
     // Twice the axis: pixel columns x and axis - 1 - x are mirror images.
     let mut mirror: Option<u32> = None;
-    if hidden_border(visible, &request.others) > HIDDEN_BORDER {
+    let own: Vec<(u32, u32)> = pixels(visible).collect();
+    if hidden_border(&own, visible, &request.others) > HIDDEN_BORDER {
         let axes = (2 * x0 + (x1 - x0) / 2..=2 * x1 - (x1 - x0) / 2)
-            .map(|axis| (axis, symmetry(visible, &request.others, axis)));
+            .map(|axis| (axis, symmetry(&own, visible, &request.others, axis)));
         let best = axes.max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)));
         if let Some((axis, symmetry)) = best
             && symmetry >= LEAST_SYMMETRY
         {
             mirror = Some(axis);
-            for (x, y) in pixels(visible) {
+            for &(x, y) in &own {
                 if let Some(u) = (axis - 1).checked_sub(x).filter(|&u| u < width)
                     && request.others.contains(u, y)
                 {
@@ -82,10 +83,10 @@ fn pixels(mask: &Mask) -> impl Iterator<Item = (u32, u32)> + '_ {
 }
 
 /// Share of the outline's pixels with another thing within three pixels.
-fn hidden_border(visible: &Mask, others: &Mask) -> f64 {
+fn hidden_border(own: &[(u32, u32)], visible: &Mask, others: &Mask) -> f64 {
     let near = distance_transform(others.bits(), others.width_px() as usize, others.height_px() as usize);
     let (mut border, mut hidden) = (0_u32, 0_u32);
-    for (x, y) in pixels(visible) {
+    for &(x, y) in own {
         let inner = x > 0
             && y > 0
             && visible.contains(x - 1, y)
@@ -100,10 +101,10 @@ fn hidden_border(visible: &Mask, others: &Mask) -> f64 {
     f64::from(hidden) / f64::from(border.max(1))
 }
 
-/// How alike the visible part is to its mirror image, where nothing hides either.
-fn symmetry(visible: &Mask, others: &Mask, axis: u32) -> f64 {
+/// How alike the visible part, whose pixels are listed, is to its mirror image, where nothing hides either.
+fn symmetry(own: &[(u32, u32)], visible: &Mask, others: &Mask, axis: u32) -> f64 {
     let (mut both, mut either) = (0_u32, 0_u32);
-    for (x, y) in pixels(visible) {
+    for &(x, y) in own {
         let Some(u) = (axis - 1).checked_sub(x).filter(|&u| u < visible.width_px()) else {
             either += 2;
             continue;
