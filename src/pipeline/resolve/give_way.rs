@@ -85,7 +85,7 @@ impl Attempt {
             NoRoom::Move => {
                 let wanted: Vec<usize> =
                     named.into_iter().filter(|&k| self.parts[k].support != Some((0, false))).collect();
-                wanted.into_iter().fold(false, |any, k| self.move_to_table(k, hulls, outline) || any)
+                wanted.into_iter().filter(|k| self.move_to_table(*k, hulls, outline)).count() > 0
             }
         }
     }
