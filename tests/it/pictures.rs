@@ -45,36 +45,15 @@ fn painting_goes_on_where_it_was() {
     assert_eq!((&truth["split"], &truth["number"]), (&Value::from("validation"), &Value::from(0)));
 }
 
-/// A page, noise, and a face, each 480 x 400.
-fn without_a_table() -> [(&'static str, RgbImage); 3] {
+/// A page and noise, each 480 x 400.
+fn without_a_table() -> [(&'static str, RgbImage); 2] {
     let page = RgbImage::from_pixel(480, 400, Rgb([252, 252, 250]));
     let noise = RgbImage::from_fn(480, 400, |x, y| {
         // A multiplicative hash: neighbors have nothing in common.
         let k = (x.wrapping_mul(0x9e37_79b9) ^ y.wrapping_mul(0x85eb_ca6b)).wrapping_mul(0xc2b2_ae35);
         Rgb([(k >> 24) as u8, (k >> 16) as u8, (k >> 8) as u8])
     });
-    let within = |x: u32, y: u32, at: (f64, f64), size: (f64, f64)| {
-        ((f64::from(x) - at.0) / size.0).hypot((f64::from(y) - at.1) / size.1) < 1.0
-    };
-    let face = RgbImage::from_fn(480, 400, |x, y| {
-        let is = |at: (f64, f64), size: (f64, f64)| within(x, y, at, size);
-        if is((190.0, 170.0), (10.0, 10.0)) || is((290.0, 170.0), (10.0, 10.0)) {
-            Rgb([40, 30, 26])
-        } else if is((190.0, 170.0), (30.0, 16.0)) || is((290.0, 170.0), (30.0, 16.0)) {
-            Rgb([245, 243, 240])
-        } else if is((240.0, 290.0), (48.0, 14.0)) {
-            Rgb([176, 84, 80])
-        } else if is((240.0, 225.0), (14.0, 36.0)) {
-            Rgb([214, 168, 140])
-        } else if is((240.0, 210.0), (125.0, 165.0)) {
-            Rgb([228, 184, 156])
-        } else if is((240.0, 170.0), (145.0, 160.0)) {
-            Rgb([70, 46, 32])
-        } else {
-            Rgb([150, 170, 190])
-        }
-    });
-    [("page", page), ("noise", noise), ("face", face)]
+    [("page", page), ("noise", noise)]
 }
 
 /// The files are JPEGs that are called PNG.

@@ -121,7 +121,8 @@ async fn stand_in() -> dev_providers::Running {
 }
 
 /// Largest differences of what stands in two scenes: place, meters; size, share; yaw, degrees, as far as symmetry lets one
-/// tell it, and `turns` of a full turn.
+/// tell it, and `turns` of a full turn; of four where a thing is nearly as deep as wide, which a fit to one view cannot
+/// tell apart.
 fn apart(a: &Scene, b: &Scene, turns: f64) -> (f64, f64, f64) {
     let names = |scene: &Scene| {
         let mut names: Vec<String> =
@@ -137,6 +138,9 @@ fn apart(a: &Scene, b: &Scene, turns: f64) -> (f64, f64, f64) {
         worst.0 = worst.0.max((p.translation_m - q.translation_m).length());
         worst.1 = worst.1.max((one.size_m / other.size_m - 1.0).abs().max_element());
         if let (Some(yaw), Some(same), true) = (one.yaw_rad, other.yaw_rad, one.symmetry_order > 0) {
+            let is_nearly_square =
+                one.size_m.truncate().max_element() < 1.2 * one.size_m.truncate().min_element();
+            let turns = if turns > 1.0 && is_nearly_square { 4.0 } else { turns };
             let period = std::f64::consts::TAU / f64::from(one.symmetry_order).max(turns);
             let off = (yaw - same).rem_euclid(period);
             worst.2 = worst.2.max(off.min(period - off).to_degrees());
