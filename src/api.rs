@@ -23,6 +23,8 @@ use std::sync::Arc;
 use axum::Router;
 use axum::http::Method;
 use axum::routing::{MethodRouter, delete, get, post};
+use bytes::Bytes;
+use futures::future::BoxFuture;
 use metrics_exporter_prometheus::PrometheusHandle;
 use serde::{Deserialize, Serialize};
 use tokio::sync::Semaphore;
@@ -53,6 +55,12 @@ pub struct Settings {
     pub header_timeout_secs: u64,
     /// A request that has not sent its whole body by then is refused, seconds.
     pub body_timeout_secs: u64,
+    /// Pictures that a request names by their address are fetched.
+    pub fetch_pictures: bool,
+    /// Longest time to fetch one, seconds.
+    pub fetch_timeout_secs: u64,
+    /// Hosts, or `host:port`, that pictures may be fetched from by plain HTTP and at private addresses; separated by spaces.
+    pub fetch_hosts: String,
     /// Longest wait a client may ask for with `Prefer: wait=N`, seconds.
     pub max_wait_secs: u64,
     /// Connections served at the same time; more wait to be accepted.
@@ -64,12 +72,16 @@ pub struct Settings {
 /// Checks a request against the rest of the configuration (`options.set`); empty = acceptable.
 pub type Validate = Arc<dyn Fn(&SceneRequest) -> Vec<FieldError> + Send + Sync>;
 
+/// Fetches a picture from an address of a client's, at most so many bytes; an error is for the client to read.
+pub type FetchPicture = Arc<dyn Fn(String, usize) -> BoxFuture<'static, Result<Bytes, String>> + Send + Sync>;
+
 /// What handlers share; cloning shares it.
 #[derive(Clone)]
 pub struct Api {
     pub store: Store,
     pub settings: Arc<Settings>,
     pub validate: Validate,
+    pub fetch_picture: FetchPicture,
     pub metrics: PrometheusHandle,
     /// Cancelled when the process is to end: not ready any more, streams end.
     pub shutdown: CancellationToken,
@@ -82,11 +94,12 @@ impl Api {
         store: Store,
         settings: Settings,
         validate: Validate,
+        fetch_picture: FetchPicture,
         metrics: PrometheusHandle,
         shutdown: CancellationToken,
     ) -> Self {
         let decoders = Arc::new(Semaphore::new(2));
-        Self { store, settings: Arc::new(settings), validate, metrics, shutdown, decoders }
+        Self { store, settings: Arc::new(settings), validate, fetch_picture, metrics, shutdown, decoders }
     }
 }
 

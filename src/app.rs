@@ -8,6 +8,7 @@ pub mod logging;
 pub mod features;
 mod network;
 pub mod remote;
+mod fetching;
 pub mod scenes;
 pub mod service;
 pub mod local;

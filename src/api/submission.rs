@@ -182,7 +182,7 @@ pub fn parse<T: for<'de> Deserialize<'de>>(bytes: &[u8]) -> Result<T, Problem> {
 async fn check(api: &Api, body: SceneBody, file: Option<Bytes>) -> Result<Submission, Problem> {
     let mut picture = file;
     match (body.image, &picture) {
-        (Some(source), None) => match picture_of(source) {
+        (Some(source), None) => match picture_of(api, source).await {
             Ok(bytes) => picture = Some(bytes),
             Err((pointer, detail)) => return Err(Problem::invalid(vec![FieldError::new(pointer, detail)])),
         },
@@ -271,16 +271,22 @@ fn check_text(text: &str, max_chars: usize) -> Result<String, String> {
     }
 }
 
-fn picture_of(source: ImageSource) -> Result<Bytes, (&'static str, &'static str)> {
+/// The picture's bytes, or which part of the source will not do and why.
+async fn picture_of(api: &Api, source: ImageSource) -> Result<Bytes, (&'static str, String)> {
     match (source.base64, source.url) {
         (Some(text), None) => STANDARD
             .decode(text.trim())
             .map(Bytes::from)
-            .map_err(|_| ("/image/base64", "is no base64; encode the file's bytes with padding")),
-        (None, Some(_)) => {
-            Err(("/image/url", "pictures are not fetched; send the bytes as `base64` or as multipart"))
+            .map_err(|_| ("/image/base64", "is no base64; encode the file's bytes with padding".to_owned())),
+        (None, Some(_)) if !api.settings.fetch_pictures => {
+            let told = "this server fetches no pictures; send the bytes as `base64` or as multipart";
+            Err(("/image/url", told.to_owned()))
         }
-        _ => Err(("/image", "give `base64`")),
+        (None, Some(url)) => {
+            let fetched = (api.fetch_picture)(url, api.settings.max_image_bytes);
+            fetched.await.map_err(|told| ("/image/url", told))
+        }
+        _ => Err(("/image", "give `base64` or `url`".to_owned())),
     }
 }
 

@@ -38,7 +38,9 @@ pub async fn start(resolved: &Resolved, data_dir: &Path, build: BuildScene) -> R
 
     let shutdown = CancellationToken::new();
     let validate = super::scenes::validate(resolved);
-    let api = Api::new(store.clone(), config.server.clone(), validate, recorder(), shutdown.clone());
+    let fetch_picture = super::fetching::fetch_picture(&config.server);
+    let (settings, store_of_api) = (config.server.clone(), store.clone());
+    let api = Api::new(store_of_api, settings, validate, fetch_picture, recorder(), shutdown.clone());
     let (router, settings, stopped) = (api::router(api), config.server.clone(), shutdown.clone());
     let server = tokio::spawn(async move { api::serve::serve(listener, router, &settings, stopped).await });
     let worker = tokio::spawn(worker.run(shutdown.clone()));

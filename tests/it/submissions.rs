@@ -195,6 +195,11 @@ async fn bad_json_is_refused_with_advice_and_nothing_is_enqueued() {
             "/options/set/server.listen",
         ),
         (json!({ "image": { "url": "http://169.254.169.254/" } }), 422, "invalid_body", "/image/url"),
+        (json!({ "image": { "url": "https://169.254.169.254/" } }), 422, "invalid_body", "/image/url"),
+        (json!({ "image": { "url": "https://[::1]/a.png" } }), 422, "invalid_body", "/image/url"),
+        (json!({ "image": { "url": "file:///etc/passwd" } }), 422, "invalid_body", "/image/url"),
+        (json!({ "image": { "url": "" } }), 422, "invalid_body", "/image/url"),
+        (json!({ "image": { "url": "https://a.example/", "base64": "" } }), 422, "invalid_body", "/image"),
         (json!({ "image": { "base64": "%%%" } }), 422, "invalid_body", "/image/base64"),
         (json!({ "image": {} }), 422, "invalid_body", "/image"),
         (json!({ "image": { "base64": STANDARD.encode("GIF89a") } }), 415, "image_format", "-"),
@@ -303,4 +308,42 @@ async fn nothing_enqueued(server: &Server) {
     assert_eq!(server.get("/scenes").await.json()["scenes"], json!([]));
     let jobs: i64 = server.store().job_counts().await.unwrap().iter().map(|(_, count)| count).sum();
     assert_eq!(jobs, 0);
+}
+
+#[tokio::test]
+async fn pictures_are_fetched_from_hosts_that_may_be_talked_to() {
+    let picture = png(64, 48);
+    let served = picture.clone();
+    let router = axum::Router::new()
+        .route("/table.png", axum::routing::get(move || async move { served }))
+        .route("/large.png", axum::routing::get(|| async { vec![0_u8; 100_000] }))
+        .route(
+            "/away.png",
+            axum::routing::get(|| async { axum::response::Redirect::temporary("http://localhost/") }),
+        );
+    let listener = tokio::net::TcpListener::bind("127.0.0.1:0").await.unwrap();
+    let here = listener.local_addr().unwrap().to_string();
+    tokio::spawn(async move { axum::serve(listener, router).await.unwrap() });
+    let named = [("server.fetch_hosts", here.as_str()), ("server.max_image_bytes", "50000")];
+    let server = Server::with(&Script::new(&[]), &named).await;
+    let submit = |path: &str| json!({ "image": { "url": format!("http://{here}/{path}") }, "seed": 3 });
+    let fetched = server.post("/scenes", submit("table.png")).await;
+    assert_eq!(fetched.status, 202, "{fetched:?}");
+    let sent =
+        server.post("/scenes", json!({ "image": { "base64": STANDARD.encode(&picture) }, "seed": 3 })).await;
+    assert_eq!(fetched.json()["request"]["input"], sent.json()["request"]["input"]);
+    for (path, told) in
+        [("nothing.png", "status 404"), ("large.png", "50000 bytes"), ("away.png", "localhost")]
+    {
+        let refused = server.post("/scenes", submit(path)).await;
+        assert_eq!(refused.status, 422, "{refused:?}");
+        let error = refused.json()["errors"][0].clone();
+        assert_eq!(error["pointer"], "/image/url");
+        assert!(error["detail"].as_str().unwrap().contains(told), "{error}");
+    }
+    server.stop().await;
+    let server = Server::with(&Script::new(&[]), &[("server.fetch_pictures", "false")]).await;
+    let refused = server.post("/scenes", submit("table.png")).await;
+    assert!(refused.json()["errors"][0]["detail"].as_str().unwrap().contains("fetches no pictures"));
+    server.stop().await;
 }

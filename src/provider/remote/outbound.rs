@@ -53,6 +53,21 @@ pub struct Outgoing {
     pub body: Bytes,
 }
 
+impl Outgoing {
+    /// A file from an address that somebody else names: nothing of ours goes along.
+    pub fn fetching(url: String) -> Self {
+        Self {
+            method: Method::GET,
+            url,
+            headers: Vec::new(),
+            passing_headers: Vec::new(),
+            bearer: None,
+            content_type: "application/octet-stream".into(),
+            body: Bytes::new(),
+        }
+    }
+}
+
 /// What came back, whatever its status.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Reply {
