@@ -104,15 +104,14 @@ impl Store {
 
     /// How many jobs are in each state.
     pub async fn job_counts(&self) -> Result<Vec<(JobState, i64)>, StoreError> {
-        let mut counts = Vec::new();
-        for state in JobState::ALL {
-            let count = sqlx::query_scalar("SELECT COUNT(*) FROM jobs WHERE state = ?")
-                .bind(state.as_str())
-                .fetch_one(&self.readers)
-                .await?;
-            counts.push((state, count));
-        }
-        Ok(counts)
+        // One statement sees one moment: a job that changes its state meanwhile would be counted twice, or not at all.
+        let counted: Vec<(String, i64)> = sqlx::query_as("SELECT state, COUNT(*) FROM jobs GROUP BY state")
+            .fetch_all(&self.readers)
+            .await?;
+        let count_of = |state: JobState| {
+            counted.iter().find(|(name, _)| name == state.as_str()).map_or(0, |(_, count)| *count)
+        };
+        Ok(JobState::ALL.into_iter().map(|state| (state, count_of(state))).collect())
     }
 
     /// A new job for the scene of an ended one. Finished stages are found again, except from

@@ -155,3 +155,28 @@ async fn a_worker_for_one_job_leaves_the_others_alone() {
     let job = store.latest_job(&job.await.unwrap()[0].id).await.unwrap().unwrap();
     assert!(store.claim("worker", HOUR, 5, Some(&job.id)).await.unwrap().is_some());
 }
+
+#[tokio::test]
+async fn a_job_that_changes_its_state_meanwhile_is_counted_once() {
+    let (_directory, store) = store().await;
+    let changing = tokio::spawn({
+        let store = store.clone();
+        async move {
+            for _ in 0..200 {
+                let claim = claim(&store, "worker", HOUR).await;
+                store.finish(&claim.lease, retry(false)).await.unwrap();
+            }
+        }
+    });
+    let (mut counted, mut states) = (0, BTreeMap::new());
+    while !changing.is_finished() {
+        let counts = store.job_counts().await.unwrap();
+        assert_eq!(counts.iter().map(|(_, count)| count).sum::<i64>(), 1, "{counts:?}");
+        counts.iter().filter(|(_, count)| *count > 0).for_each(|(state, _)| {
+            states.insert(state.as_str(), ());
+        });
+        counted += 1;
+    }
+    changing.await.unwrap();
+    assert!(counted > 20 && states.len() > 1, "{counted} {states:?}");
+}
