@@ -30,6 +30,7 @@ pub use settings::{TsaOrigin, TsaScale, TsaSettings};
 pub use sightings::Registered;
 
 use glam::DVec2;
+use serde::{Deserialize, Serialize};
 
 use self::sightings::{ByBoxes, Sighting};
 use crate::geometry::TexturedMesh;
@@ -94,6 +95,13 @@ pub struct LayoutEstimate {
     pub instances: Vec<InstanceLayout>,
 }
 
+/// The box around something seen from straight above, world, meters.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BoxFromAbove {
+    pub center_m: DVec2,
+    pub extent_m: DVec2,
+}
+
 /// Where one object stands and how large it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InstanceLayout {
@@ -102,6 +110,7 @@ pub struct InstanceLayout {
     pub scale: f64,
     /// World position of the object's origin.
     pub xy_m: DVec2,
+    pub seen: BoxFromAbove,
     /// Whether the commonsense size deviated strongly from the box.
     pub rescaled: bool,
     /// `|ln r_phys - ln r_img|`: how little the box's shape is the footprint's.
@@ -178,7 +187,8 @@ pub fn align_top_view(problem: &TsaProblem, settings: &TsaSettings) -> Result<La
             let center_m = origin_m + alpha * upward(middle(instance.box_px) - table_middle_px);
             let own_middle_m = 0.5 * (instance.footprint.low_m + instance.footprint.high_m);
             let aspect_error = measured.aspect_error.abs();
-            InstanceLayout { scale, xy_m: center_m - scale * own_middle_m, rescaled, aspect_error }
+            let seen = BoxFromAbove { center_m, extent_m: alpha * measured.box_px };
+            InstanceLayout { scale, xy_m: center_m - scale * own_middle_m, seen, rescaled, aspect_error }
         })
         .collect();
     let table_size_m = alpha * table_px;

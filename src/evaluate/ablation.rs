@@ -77,7 +77,7 @@ pub fn guessed_place(true_xy_m: DVec2, placed_scale: f64, seed: u64, id: &Instan
 }
 
 /// The stage that puts objects elsewhere.
-pub const MOVE: Stage = Stage { name: "moved_layout", version: 1 };
+pub const MOVE: Stage = Stage { name: "moved_layout", version: 2 };
 
 /// A layout, and for each of its objects in order where it is to stand.
 #[derive(Serialize)]
@@ -90,11 +90,14 @@ pub struct Moves {
 pub async fn moved(context: Context, moves: Arc<Moves>) -> Result<place::Output, StageError> {
     let mut layout = moves.layout.clone();
     for (instance, instead) in layout.instances.iter_mut().zip(&moves.instead) {
-        let PlacedInstance { id, mesh, hulls, size_m, scale, world_from_object, .. } = instance;
+        let PlacedInstance { id, mesh, hulls, size_m, scale, world_from_object, seen_from_above, .. } =
+            instance;
         let factor = DVec3::splat(instead.factor);
         (*mesh, *hulls) = resized(&context, mesh, hulls, factor, id.as_str()).await?;
         *size_m *= factor;
         *scale *= instead.factor;
+        seen_from_above.center_m += instead.xy_m - world_from_object.translation_m.truncate();
+        seen_from_above.extent_m *= instead.factor;
         *world_from_object =
             Pose { translation_m: instead.xy_m.extend(0.0), rotation: world_from_object.rotation };
     }

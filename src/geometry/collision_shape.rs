@@ -63,6 +63,26 @@ impl CollisionShape {
             .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), (l, h)| (low.min(l), high.max(h)))
     }
 
+    /// Middle of the parts' volumes, object frame; where parts overlap, twice.
+    pub fn center_of_volume_m(&self) -> DVec3 {
+        let parts = self.parts.iter().map(|part| part.polyhedron.mass_properties(1.0));
+        let (moment, volume) = parts.fold((DVec3::ZERO, 0.0), |(moment, volume), part| {
+            (moment + part.mass() * part.local_com, volume + part.mass())
+        });
+        moment / volume.max(f64::MIN_POSITIVE)
+    }
+
+    /// The same with each part drawn together toward its own middle; `share` of its size is left.
+    pub fn slimmer(&self, share: f64) -> Self {
+        let slim = |part: &Part| {
+            let middle = part.points.iter().sum::<DVec3>() / part.points.len().max(1) as f64;
+            let points: Vec<DVec3> = part.points.iter().map(|p| middle.lerp(*p, share)).collect();
+            let slim = ConvexPolyhedron::from_convex_hull(&points);
+            slim.map_or_else(|| part.clone(), |slim| Part { points, polyhedron: SharedShape::new(slim) })
+        };
+        Self { parts: self.parts.iter().map(slim).collect() }
+    }
+
     /// Every corner of every part after the pose.
     pub fn points(&self, world_from_object: &Pose) -> impl Iterator<Item = DVec3> + '_ {
         let pose = *world_from_object;

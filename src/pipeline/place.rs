@@ -1,5 +1,6 @@
 //! Stage 9: the metric layout. The top view gives one box per object; the alignment turns boxes, yaws and
-//! commonsense sizes into places and scales; each object is then let down onto what carries it.
+//! commonsense sizes into places and scales; each object is then let down onto what carries it, what is in a container as its
+//! box says that it leans.
 
 pub mod layout;
 
@@ -11,14 +12,14 @@ use serde::{Deserialize, Serialize};
 use super::checkpoint::{ArtifactRef, Stage};
 use super::error::StageError;
 use super::{Context, Settings, canonicalize, carry, decompose, reconstruct, reference, rotate, segment};
-use crate::align::tsa::{Consensus, Registered, TsaSettings};
+use crate::align::tsa::{BoxFromAbove, Consensus, Registered, TsaSettings};
 use crate::geometry::{Image, Outline, Pose};
 use crate::provider::{Adapter, Ports, TopBoxes, TopCheck, TopPicture, TopVerdict, TopViewRequest};
 use crate::render::overlay::{distinct_color, draw_box, draw_text};
 use crate::scene::request::MetricAnchor;
 use crate::scene::{InstanceId, InstanceMask, Recognition, RecognizedObject, SceneRequest, StandsOn};
 
-pub const STAGE: Stage = Stage { name: "place", version: 5 };
+pub const STAGE: Stage = Stage { name: "place", version: 6 };
 
 /// Most drawings that anybody looks at, whatever a painter would go on drawing.
 const MOST_DRAWINGS: usize = 8;
@@ -99,6 +100,8 @@ pub struct PlacedInstance {
     /// Factor on the commonsense size; 1 unless the top view knows better.
     pub scale: f64,
     pub world_from_object: Pose,
+    /// Its box on the top view.
+    pub seen_from_above: BoxFromAbove,
     pub stands_on: StandsOn,
     /// `A_px / (1 + (e / tau)^2)`, square pixels.
     pub rma_score: f64,

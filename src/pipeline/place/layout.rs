@@ -1,9 +1,10 @@
 //! From boxes to poses: scale, places, and heights by letting each object down onto what carries it.
 
-use glam::{DQuat, DVec2, DVec3};
+use glam::{DVec2, DVec3};
 
 use super::{Inputs, Output, PlacedInstance, PlacedTable};
-use crate::align::tsa::{TsaInstance, TsaProblem, align_top_view, footprint};
+use crate::align::contained::{self, Contained};
+use crate::align::tsa::{BoxFromAbove, TsaInstance, TsaProblem, align_top_view, footprint};
 use crate::geometry::cast::{Supporter, drop_height};
 use crate::geometry::collision_shape::CollisionShape;
 use crate::geometry::{ConvexHull, Outline, Pose, TexturedMesh};
@@ -74,6 +75,7 @@ pub(super) async fn lay_out(
             size_m: scale * instance.size_m,
             scale,
             world_from_object: Pose::upright(layout.xy_m.extend(0.0), instance.yaw_rad),
+            seen_from_above: layout.seen,
             stands_on: instance.object.stands_on.clone(),
             rma_score,
         });
@@ -162,7 +164,7 @@ pub async fn resized(
     Ok((mesh, hulls))
 }
 
-/// `t_z`: supporters first, each object straight down onto all that stands already.
+/// `t_z`: supporters first, each object straight down onto what carries it; how things lie in a container their boxes tell.
 pub async fn let_down(context: &Context, output: &mut Output) -> Result<(), StageError> {
     let broken = |what: &str, error: String| {
         StageError::permanent("no_collision_geometry", format!("placing {what}: {error}"))
@@ -176,25 +178,37 @@ pub async fn let_down(context: &Context, output: &mut Output) -> Result<(), Stag
         shapes.push(shape);
     }
     let order = supporters_first(output);
+    let supports: Vec<(usize, bool)> = (0..shapes.len()).map(|index| output.support_of(index)).collect();
+    let seen: Vec<BoxFromAbove> = output.instances.iter().map(|i| i.seen_from_above).collect();
     let mut poses: Vec<Pose> = output.instances.iter().map(|i| i.world_from_object).collect();
-    let supports: Vec<Option<usize>> = output
-        .instances
-        .iter()
-        .map(|i| i.stands_on.object().and_then(|id| output.instances.iter().position(|o| &o.id == id)))
-        .collect();
     let poses = context
         .cpu(move || {
+            let mut is_down = vec![false; poses.len()];
             for index in order {
-                let below = match supports[index] {
+                let (parent, inside) = supports[index];
+                let below = match parent.checked_sub(1) {
                     Some(parent) => Supporter { shape: &shapes[parent], world_from_object: poses[parent] },
                     None => Supporter { shape: &table, world_from_object: Pose::IDENTITY },
                 };
-                let xy_m = poses[index].translation_m.truncate();
-                let rotation: DQuat = poses[index].rotation;
-                // Beside its supporter (a box misread by a few pixels) it is left at the table's height;
-                // resolving moves it back.
-                let z_m = drop_height(&shapes[index], rotation, xy_m, &[below]).unwrap_or(0.0);
-                poses[index].translation_m.z = z_m;
+                if inside && parent > 0 && !is_down[index] {
+                    let together: Vec<usize> =
+                        (0..poses.len()).filter(|&k| supports[k] == (parent, true)).collect();
+                    let things: Vec<Contained> = together
+                        .iter()
+                        .map(|&k| Contained { shape: &shapes[k], upright: poses[k].rotation, seen: seen[k] })
+                        .collect();
+                    for (&k, pose) in together.iter().zip(contained::lie(&things, below)) {
+                        is_down[k] = pose.is_some();
+                        poses[k] = pose.unwrap_or(poses[k]);
+                    }
+                }
+                if !is_down[index] {
+                    let (xy_m, rotation) = (poses[index].translation_m.truncate(), poses[index].rotation);
+                    // Beside its supporter (a box misread by a few pixels) it is left at the table's height;
+                    // resolving moves it back.
+                    let z_m = drop_height(&shapes[index], rotation, xy_m, &[below]).unwrap_or(0.0);
+                    poses[index].translation_m.z = z_m;
+                }
             }
             poses
         })
