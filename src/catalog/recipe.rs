@@ -83,6 +83,7 @@ mod tests {
     use super::*;
     use crate::catalog::{categories, substance};
     use crate::geometry::seed::child_seed;
+    use crate::geometry::shells::shells;
 
     fn recipe(category: &Category, seed: u64) -> Recipe {
         let mut rng = child_rng(seed, "size");
@@ -276,6 +277,45 @@ mod tests {
         let judges: [Judge; 7] =
             [closed, normals_agree, in_size_and_budget, dressed, stands, repeats, symmetric];
         assert_none(&objections(&recipes, &judges));
+    }
+
+    /// How often the surface winds around a point: 1 inside, 0 outside, something else where it crosses itself.
+    fn winding(triangles: &[[DVec3; 3]], point: DVec3) -> f64 {
+        let solid_angle = |corners: &[DVec3; 3]| {
+            let [a, b, c] = corners.map(|p| p - point);
+            let lengths = a.length() * b.length() * c.length();
+            let around = lengths + a.dot(b) * c.length() + b.dot(c) * a.length() + c.dot(a) * b.length();
+            2.0 * a.dot(b.cross(c)).atan2(around)
+        };
+        triangles.iter().map(solid_angle).sum::<f64>() / (4.0 * std::f64::consts::PI)
+    }
+
+    /// Before each face is air: a wall whose sides cross is inside out there, and what lies on it seems to be in it.
+    fn nowhere_inside_out(_: &Recipe, mesh: &TexturedMesh) -> Option<String> {
+        const BEFORE_M: f64 = 2e-5;
+        let inside_out = shells(mesh).into_iter().map(|shell| {
+            let triangles: Vec<[DVec3; 3]> = shell.corners().collect();
+            let is_in_the_solid = |[a, b, c]: &[DVec3; 3]| {
+                let before = (b - a).cross(c - a).normalize_or_zero() * BEFORE_M;
+                winding(&triangles, (a + b + c) / 3.0 + before) > 0.5
+            };
+            triangles.iter().filter(|triangle| is_in_the_solid(triangle)).count()
+        });
+        let count: usize = inside_out.sum();
+        (count > 0).then(|| format!("{count} faces look into the solid"))
+    }
+
+    #[test]
+    fn plates_were_inside_out_where_their_wells_were_wide() {
+        let carrying =
+            ["plate", "saucer", "bowl", "tray", "cutting_board", "coaster", "cutting_mat", "pen_holder"];
+        let recipes: Vec<Recipe> = carrying
+            .iter()
+            .flat_map(|name| {
+                (0..16).map(move |seed| recipe(category(name).expect("it is in the catalog"), seed))
+            })
+            .collect();
+        assert_none(&objections(&recipes, &[nowhere_inside_out]));
     }
 
     #[test]

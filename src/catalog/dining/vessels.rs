@@ -265,8 +265,9 @@ pub(super) fn plate(order: &mut Order) -> TexturedMesh {
     let t = 0.0042;
     let profile = points(&[
         (0.0, 0.0),
-        (0.6 * r, 0.0),
-        (0.62 * r, 0.1 * h),
+        // The foot grows with the well: its wall stays as thick wherever the rim begins.
+        ((well - 0.04) * r, 0.0),
+        ((well - 0.02) * r, 0.1 * h),
         ((well + 0.06) * r, 0.5 * h),
         (0.985 * r, h - t * 0.6),
         (r, h - 0.25 * t),
