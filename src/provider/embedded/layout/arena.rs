@@ -12,6 +12,9 @@ use super::links::{Link, Spot};
 use crate::catalog::Zone;
 use crate::scene::RelationKind;
 
+/// Cost of room that is missing for what is to stand at a side, per meter.
+const ROOM_WEIGHT_PER_M: f64 = 30.0;
+
 /// A link between two groups of one surface.
 #[derive(Clone, Copy)]
 struct Tie {
@@ -68,11 +71,13 @@ impl Grouping<'_> {
         let own = &board.groups[group];
         let root = &self.things[own.root];
         let half_depth_m = board.ground.half_m().y;
+        let sideways_too = self.is_late();
         let turning = |follows_rad: Option<f64>, jitter: f64| Turning {
             thing: root,
             follows_rad,
             half_depth_m,
             jitter_rad: jitter * self.settings.jitter_rad,
+            sideways_too,
         };
         let places: Vec<RelationKind> = self.wishes[own.root]
             .relations
@@ -140,6 +145,7 @@ impl Grouping<'_> {
             follows_rad: follows,
             half_depth_m: board.ground.half_m().y,
             jitter_rad: self.settings.jitter_rad * if like { 3.0 } else { 1.0 },
+            sideways_too: self.is_late(),
         };
         let yaw_rad = turning.yaw_rad(target.center(), &mut self.rng);
         let (turned, _) = own.member_at(here, &Placement { xy_m: DVec2::ZERO, yaw_rad })?;
@@ -200,7 +206,27 @@ impl Grouping<'_> {
             }
             cost += tie.link.cost(&from.0, &to.0, to.1).min(5.0);
         }
-        Some(cost)
+        Some(cost + ROOM_WEIGHT_PER_M * self.missing_room_m(board, group, at))
+    }
+
+    /// How much is missing at the sides of a group for what the text wants there and is not placed yet, meters.
+    fn missing_room_m(&self, board: &Board, group: usize, at: &Placement) -> f64 {
+        let waiting = board.ties.iter().filter(|tie| {
+            tie.to == group && tie.link.firm && tie.link.is_at_a_side() && board.placed[tie.from].is_none()
+        });
+        let missing_m = waiting.filter_map(|tie| {
+            let (target, yaw_rad) = board.groups[group].member_at(tie.link.to, at)?;
+            let direction = tie.link.spot.direction(if tie.link.turns { yaw_rad } else { 0.0 })?;
+            let edge_m = target.center() + target.reach_m(direction) * direction;
+            let needed_m = board.groups[tie.from].footprint.size_m().min_element() + 2.0 * self.gap_m;
+            Some((needed_m - board.ground.room_m(edge_m, direction, needed_m)).max(0.0))
+        });
+        missing_m.sum()
+    }
+
+    /// Whether earlier attempts found no arrangement: relations are then read more loosely.
+    fn is_late(&self) -> bool {
+        self.slack > 1.0
     }
 }
 

@@ -59,6 +59,17 @@ impl Ground<'_> {
         }
     }
 
+    /// How far the surface reaches from a point in a direction, at most `enough_m`, meters.
+    pub fn room_m(&self, from: DVec2, direction: DVec2, enough_m: f64) -> f64 {
+        const STEP_M: f64 = 0.01;
+        let Ground::Table { outline, margin_m, .. } = self else { return enough_m };
+        let steps = (enough_m / STEP_M).ceil() as u32;
+        (1..=steps)
+            .map(|step| STEP_M * f64::from(step))
+            .find(|way_m| outline.depth_inside_m(from + *way_m * direction) < *margin_m)
+            .map_or(enough_m, |beyond_m| beyond_m - STEP_M)
+    }
+
     /// How unlike people's habit the place is.
     pub fn cost(&self, footprint: &Footprint, zone: Zone) -> f64 {
         match self {

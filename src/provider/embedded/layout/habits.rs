@@ -132,6 +132,8 @@ pub(super) struct Turning<'a> {
     /// Half the depth of the surface, meters: how far away the viewer is.
     pub half_depth_m: f64,
     pub jitter_rad: f64,
+    /// What faces the viewer may as well stand sideways: where it found no room facing him.
+    pub sideways_too: bool,
 }
 
 impl Turning<'_> {
@@ -145,7 +147,12 @@ impl Turning<'_> {
             Facing::Viewer => {
                 // Turned halfway toward somebody who stands in front of the middle.
                 let away = xy_m.y + self.half_depth_m + 0.45;
-                0.5 * (-xy_m.x).atan2(away) + jitter
+                let aside = if self.sideways_too {
+                    [0.0, FRAC_PI_2, -FRAC_PI_2][rng.random_range(0..3)]
+                } else {
+                    0.0
+                };
+                0.5 * (-xy_m.x).atan2(away) + aside + jitter
             }
             Facing::Aligned => jitter,
             Facing::Any if self.thing.slenderness() > 1.8 => {

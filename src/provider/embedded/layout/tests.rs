@@ -164,6 +164,15 @@ fn a_lamp_behind_a_laptop_behind_a_keyboard_fits_on_the_desk() {
 }
 
 #[test]
+fn a_lamp_behind_a_laptop_had_no_room_on_a_shallow_desk() {
+    let text = "A wooden desk with a pair of headphones, a pair of scissors, an hourglass, a laptop, a desk lamp behind the \
+                laptop, a tissue box and a coaster with a mug on it";
+    for seed in [50_052, 1, 2, 3] {
+        Laid::out(text, seed).check(text);
+    }
+}
+
+#[test]
 fn sentences_are_laid_out_apart_inside_the_outline_and_as_they_say() {
     for text in SENTENCES {
         for seed in 1..=3 {
