@@ -31,8 +31,12 @@ const HEIGHT_WEIGHT: f64 = 0.5;
 /// Of the ways to lean toward one quarter of the compass with one end down, those that are let down.
 const LET_DOWN: usize = 4;
 
-/// Refined until steps are smaller than this, radians.
+/// What stands beside a wall does so to the millimeter, and its box is not read so well: it may be as far inward of it, meters.
+const SHIFTS_M: [f64; 4] = [0.0, 0.003, 0.006, 0.01];
+
+/// Refined until steps are smaller than this, radians; with steps of the place that begin with this, meters.
 const FINE_RAD: f64 = 0.004;
+const SHIFT_STEP_M: f64 = 0.004;
 
 /// Things in one container may be seen this much larger than they are without keeping each other up.
 const SLIM: f64 = 0.9;
@@ -70,11 +74,13 @@ pub fn lie(things: &[Contained], container: Supporter) -> Vec<Option<Pose>> {
     found
 }
 
-/// How a long thing leans: its upper end points `lean_rad` away from the vertical toward `azimuth_rad`.
+/// How a long thing leans: its upper end points `lean_rad` away from the vertical toward `azimuth_rad`, and the middle of its
+/// box is shifted from the one that was seen.
 #[derive(Clone, Copy, Debug)]
 struct Lean {
     lean_rad: f64,
     azimuth_rad: f64,
+    shift_m: DVec2,
 }
 
 /// A thing to be let down into a container with nothing else in it.
@@ -88,7 +94,7 @@ struct Lying<'a> {
 impl Lying<'_> {
     /// The pose that explains its box best; `None` where it would not even touch.
     fn pose(&self) -> Option<Pose> {
-        let flat = self.let_down(self.thing.upright);
+        let flat = self.let_down(self.thing.upright, DVec2::ZERO);
         let Some((axis, heavy_end)) = long_axis(self.thing.shape) else { return flat.map(|(_, pose)| pose) };
         // Two ends can be up; where it makes no difference the heavy one is down.
         let leaning = [-heavy_end, heavy_end].into_iter().filter_map(|up| self.best_lean(up * axis));
@@ -96,12 +102,13 @@ impl Lying<'_> {
         all.reduce(|best, next| if next.0 + 1e-3 < best.0 { next } else { best }).map(|(_, pose)| pose)
     }
 
-    /// Cost of the thing turned so and let down where its box is in the middle of the one that was seen, and that pose.
-    fn let_down(&self, rotation: DQuat) -> Option<(f64, Pose)> {
+    /// Cost of the thing turned so and let down, the middle of its box shifted from the one that was seen, and that pose.
+    fn let_down(&self, rotation: DQuat, shift_m: DVec2) -> Option<(f64, Pose)> {
         let (low, high) = self.thing.shape.bounds(&Pose { translation_m: DVec3::ZERO, rotation });
-        let xy_m = self.thing.seen.center_m - 0.5 * (low + high).truncate();
+        let xy_m = self.thing.seen.center_m + shift_m - 0.5 * (low + high).truncate();
         let z_m = drop_height(self.thing.shape, rotation, xy_m, &[self.container])?;
-        let cost_m = self.misfit_m(rotation) + HEIGHT_WEIGHT * (low.z + z_m - self.bottom_m).max(0.0);
+        let height_m = (low.z + z_m - self.bottom_m).max(0.0);
+        let cost_m = self.misfit_m(rotation) + shift_m.length() + HEIGHT_WEIGHT * height_m;
         Some((cost_m, Pose { translation_m: xy_m.extend(z_m), rotation }))
     }
 
@@ -114,41 +121,45 @@ impl Lying<'_> {
     /// The cheapest way to lean with that axis (of the object's frame) up.
     fn best_lean(&self, up: DVec3) -> Option<(f64, Pose)> {
         let rotation = |lean: &Lean| turned(self.thing.upright, up, lean);
+        let tried = |lean: Lean| {
+            self.let_down(rotation(&lean), lean.shift_m).map(|(cost_m, pose)| (cost_m, pose, lean))
+        };
+        let (low, high) = self.container.shape.bounds(&self.container.world_from_object);
+        let inward = (0.5 * (low + high).truncate() - self.thing.seen.center_m).normalize_or_zero();
         let (azimuth_step, lean_step) = (TAU / f64::from(AZIMUTHS), 0.5 * PI / f64::from(LEANS));
-        let mut best: Option<(f64, Pose, Lean)> = None;
-        for quarter in 0..4 {
+        let promising = (0..4).flat_map(|quarter| {
             let azimuths = (0..AZIMUTHS / 4).map(|k| azimuth_step * f64::from(quarter * AZIMUTHS / 4 + k));
             let mut leans: Vec<(f64, Lean)> = azimuths
-                .flat_map(|azimuth_rad| {
-                    (0..LEANS).map(move |k| Lean { lean_rad: lean_step * f64::from(k), azimuth_rad })
-                })
+                .flat_map(|azimuth_rad| (0..LEANS).map(move |k| (lean_step * f64::from(k), azimuth_rad)))
+                .map(|(lean_rad, azimuth_rad)| Lean { lean_rad, azimuth_rad, shift_m: DVec2::ZERO })
                 .map(|lean| (self.misfit_m(rotation(&lean)), lean))
                 .collect();
             leans.sort_by(|a, b| a.0.total_cmp(&b.0));
-            for (_, lean) in leans.into_iter().take(LET_DOWN) {
-                if let Some((cost_m, pose)) = self.let_down(rotation(&lean))
-                    && best.as_ref().is_none_or(|(known_m, ..)| cost_m < *known_m)
-                {
-                    best = Some((cost_m, pose, lean));
-                }
-            }
-        }
-        let (mut cost_m, mut pose, mut lean) = best?;
-        let (mut lean_step, mut azimuth_step) = (0.5 * lean_step, 0.5 * azimuth_step);
-        while lean_step.max(azimuth_step) > FINE_RAD {
-            let around = [(lean_step, 0.0), (-lean_step, 0.0), (0.0, azimuth_step), (0.0, -azimuth_step)];
-            let next = around
-                .map(|(steeper, farther)| Lean {
-                    lean_rad: lean.lean_rad + steeper,
-                    azimuth_rad: lean.azimuth_rad + farther,
+            leans.into_iter().take(LET_DOWN).map(|(_, lean)| lean)
+        });
+        let shifted =
+            promising.flat_map(|lean| SHIFTS_M.map(|way_m| Lean { shift_m: way_m * inward, ..lean }));
+        let (mut cost_m, mut pose, mut lean) =
+            shifted.filter_map(tried).min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let mut share = 0.5;
+        while share * lean_step.max(azimuth_step) > FINE_RAD {
+            let steps = [
+                (share * lean_step, 0.0, DVec2::ZERO),
+                (0.0, share * azimuth_step, DVec2::ZERO),
+                (0.0, 0.0, share * SHIFT_STEP_M * DVec2::X),
+                (0.0, 0.0, share * SHIFT_STEP_M * DVec2::Y),
+            ];
+            let around = steps.into_iter().flat_map(|(steeper, farther, shift)| {
+                [1.0, -1.0].map(|way| Lean {
+                    lean_rad: lean.lean_rad + way * steeper,
+                    azimuth_rad: lean.azimuth_rad + way * farther,
+                    shift_m: lean.shift_m + way * shift,
                 })
-                .into_iter()
-                .filter_map(|lean| self.let_down(rotation(&lean)).map(|(cost_m, pose)| (cost_m, pose, lean)))
-                .filter(|(next_m, ..)| *next_m < cost_m)
-                .min_by(|a, b| a.0.total_cmp(&b.0));
-            match next {
+            });
+            let next = around.filter_map(tried).min_by(|a, b| a.0.total_cmp(&b.0));
+            match next.filter(|(next_m, ..)| *next_m < cost_m) {
                 Some(better) => (cost_m, pose, lean) = better,
-                None => (lean_step, azimuth_step) = (0.5 * lean_step, 0.5 * azimuth_step),
+                None => share *= 0.5,
             }
         }
         Some((cost_m, pose))
@@ -230,7 +241,11 @@ mod tests {
         let container = Supporter { shape: &holder, world_from_object: Pose::IDENTITY };
         for azimuth_deg in [20.0_f64, 115.0, 200.0, 290.0] {
             let azimuth_rad = azimuth_deg.to_radians();
-            let rotation = turned(DQuat::IDENTITY, -DVec3::X, &Lean { lean_rad: 0.38, azimuth_rad });
+            let rotation = turned(
+                DQuat::IDENTITY,
+                -DVec3::X,
+                &Lean { lean_rad: 0.38, azimuth_rad, shift_m: DVec2::ZERO },
+            );
             // Its foot stands opposite to where it leans.
             let (low, high) = brush.bounds(&Pose { translation_m: DVec3::ZERO, rotation });
             let xy_m = 0.004 * DVec2::from_angle(azimuth_rad) - 0.5 * (low + high).truncate();
