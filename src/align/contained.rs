@@ -14,7 +14,7 @@ use glam::{DQuat, DVec2, DVec3};
 
 use super::tsa::BoxFromAbove;
 use crate::geometry::Pose;
-use crate::geometry::cast::{Supporter, drop_height};
+use crate::geometry::cast::{Supporter, drop_height, slid_in_height};
 use crate::geometry::collision_shape::CollisionShape;
 
 /// What is less slender (longest over second-longest extent) does not lean: it lies as its yaw says.
@@ -37,6 +37,9 @@ const SHIFTS_M: [f64; 4] = [0.0, 0.003, 0.006, 0.01];
 /// Refined until steps are smaller than this, radians; with steps of the place that begin with this, meters.
 const FINE_RAD: f64 = 0.004;
 const SHIFT_STEP_M: f64 = 0.004;
+
+/// Free space around what is slid in below a handle, meters.
+const SLIDING_GAP_M: f64 = 0.0005;
 
 /// Things in one container may be seen this much larger than they are without keeping each other up.
 const SLIM: f64 = 0.9;
@@ -94,7 +97,7 @@ struct Lying<'a> {
 impl Lying<'_> {
     /// The pose that explains its box best; `None` where it would not even touch.
     fn pose(&self) -> Option<Pose> {
-        let flat = self.let_down(self.thing.upright, DVec2::ZERO);
+        let flat = self.let_down(self.thing.upright, DVec2::ZERO).map(|flat| self.slid_in(flat));
         let Some((axis, heavy_end)) = long_axis(self.thing.shape) else { return flat.map(|(_, pose)| pose) };
         // Two ends can be up; where it makes no difference the heavy one is down.
         let leaning = [-heavy_end, heavy_end].into_iter().filter_map(|up| self.best_lean(up * axis));
@@ -110,6 +113,19 @@ impl Lying<'_> {
         let height_m = (low.z + z_m - self.bottom_m).max(0.0);
         let cost_m = self.misfit_m(rotation) + shift_m.length() + HEIGHT_WEIGHT * height_m;
         Some((cost_m, Pose { translation_m: xy_m.extend(z_m), rotation }))
+    }
+
+    /// As it was let down, or deeper where only a handle kept it up.
+    fn slid_in(&self, (cost_m, mut pose): (f64, Pose)) -> (f64, Pose) {
+        let (bottom, top) = self.container.shape.bounds(&self.container.world_from_object);
+        let within = (bottom.z, top.z);
+        let shape = self.thing.shape;
+        let Some(z_m) = slid_in_height(shape, &pose, within, &[self.container], SLIDING_GAP_M) else {
+            return (cost_m, pose);
+        };
+        let down_m = pose.translation_m.z - z_m;
+        pose.translation_m.z = z_m;
+        (cost_m - HEIGHT_WEIGHT * down_m, pose)
     }
 
     /// How far the sides of the turned thing's box are from those that were seen.
@@ -203,6 +219,10 @@ mod tests {
 
     /// An open box: inside 70 mm square, 100 mm deep, walls of 3 mm, its middle at the origin.
     fn holder() -> CollisionShape {
+        shape(&holder_walls())
+    }
+
+    fn holder_walls() -> Vec<Solid> {
         let (inner, outer, floor, rim) = (0.035, 0.038, 0.003, 0.1);
         let walls = [
             (DVec3::new(-outer, -outer, 0.0), DVec3::new(outer, outer, floor)),
@@ -211,7 +231,7 @@ mod tests {
             (DVec3::new(-outer, -outer, 0.0), DVec3::new(outer, -inner, rim)),
             (DVec3::new(-outer, inner, 0.0), DVec3::new(outer, outer, rim)),
         ];
-        shape(&walls.map(|(low, high)| bar(low, high)))
+        walls.map(|(low, high)| bar(low, high)).to_vec()
     }
 
     /// 140 mm along x and 8 mm thick, the end at +x twice as thick and so the heavy one; lying on z = 0.
@@ -274,6 +294,22 @@ mod tests {
             (found.translation_m - truth.translation_m).length() < 0.002 && turned_rad < 0.05,
             "{found:?}"
         );
+    }
+
+    #[test]
+    fn what_lies_below_a_handle_is_not_laid_on_it() {
+        let mut solids = holder_walls();
+        solids.push(bar(DVec3::new(-0.038, -0.004, 0.15), DVec3::new(0.038, 0.004, 0.155)));
+        for x in [-0.0365, 0.0365] {
+            solids.push(bar(DVec3::new(x - 0.0015, -0.004, 0.1), DVec3::new(x + 0.0015, 0.004, 0.15)));
+        }
+        let basket = shape(&solids);
+        let container = Supporter { shape: &basket, world_from_object: Pose::IDENTITY };
+        let ball = shape(&[sphere(0.02, 24)]);
+        let seen = BoxFromAbove { center_m: DVec2::ZERO, extent_m: DVec2::splat(0.04) };
+        let found = lies(&ball, DQuat::IDENTITY, seen, container).expect("a pose");
+        let lowest_m = ball.bounds(&found).0.z;
+        assert!((0.003..0.01).contains(&lowest_m), "{lowest_m}");
     }
 
     #[test]

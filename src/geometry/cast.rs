@@ -75,6 +75,27 @@ pub fn drop_height(
     best_z.is_finite().then_some(best_z)
 }
 
+/// Height of the object's origin in the lowest place straight below `above` where it keeps `gap_m` from all supporters, its
+/// lowest point between `bottom_m` and `top_m` and not above where it is: in a basket with a handle, under the handle. Looked
+/// for in forty steps.
+pub fn slid_in_height(
+    object: &CollisionShape,
+    above: &Pose,
+    (bottom_m, top_m): (f64, f64),
+    supporters: &[Supporter],
+    gap_m: f64,
+) -> Option<f64> {
+    const STEPS: u32 = 40;
+    let (low, _) = object.bounds(above);
+    (0..STEPS).find_map(|step| {
+        let lowest_m = bottom_m + (top_m - bottom_m) * f64::from(step) / f64::from(STEPS);
+        let mut pose = *above;
+        pose.translation_m.z += (lowest_m - low.z).min(0.0);
+        let own = Supporter { shape: object, world_from_object: pose };
+        supporters.iter().all(|other| !are_closer(&own, other, gap_m)).then_some(pose.translation_m.z)
+    })
+}
+
 /// Shortest way along the horizontal unit vector `direction` after which `object`, as if slid in from far
 /// away, stands clear of `other` by `clearance_m`; 0 if it is clear where it is, seen along that way.
 /// Never leaves it in a cavity.

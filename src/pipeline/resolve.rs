@@ -25,7 +25,7 @@ use crate::scene::{Recognition, RecognizedObject};
 use give_way::{Attempt, Stuck};
 pub use give_way::{NoRoom, NoRoomSettings};
 
-pub const STAGE: Stage = Stage { name: "resolve", version: 5 };
+pub const STAGE: Stage = Stage { name: "resolve", version: 6 };
 
 #[derive(Serialize)]
 pub struct Inputs {

@@ -14,7 +14,7 @@ use rand::RngExt;
 
 use super::place::{dropped, middle_of};
 use super::{ResolveError, Scene};
-use crate::geometry::cast::{Supporter, are_closer, drop_height, floor_hull};
+use crate::geometry::cast::{Supporter, drop_height, floor_hull, slid_in_height};
 use crate::geometry::collide::PlacedSolid;
 use crate::geometry::collision_shape::CollisionShape;
 use crate::geometry::seed::child_rng;
@@ -185,16 +185,9 @@ fn slid_in(
     supporters: &[Supporter],
     poses: &[Pose],
 ) -> Option<Pose> {
-    const STEPS: u32 = 40;
     let (floor, rim) = scene.shapes[parent].bounds(&poses[parent]);
-    let (low, _) = scene.shapes[body].bounds(&above);
-    (0..STEPS).find_map(|step| {
-        let wanted_low_z = floor.z + (rim.z - floor.z) * f64::from(step) / f64::from(STEPS);
-        let mut pose = above;
-        pose.translation_m.z += (wanted_low_z - low.z).min(0.0);
-        let own = Supporter { shape: &scene.shapes[body], world_from_object: pose };
-        supporters.iter().all(|other| !are_closer(&own, other, SLIDING_GAP_M)).then_some(pose)
-    })
+    let z_m = slid_in_height(&scene.shapes[body], &above, (floor.z, rim.z), supporters, SLIDING_GAP_M)?;
+    Some(Pose { translation_m: above.translation_m.with_z(z_m), rotation: above.rotation })
 }
 
 /// Whether what lies at `pose` is above the inside of the container: its weight well within the walls.
