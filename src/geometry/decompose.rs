@@ -161,20 +161,22 @@ impl Subject {
             .filter(|(_, way)| matches!(way, Way::CutApart))
             .map(|(&k, _)| (k, &shells[k]))
             .collect();
-        let mut found: Vec<Fitted> = ways
-            .par_iter()
-            .map(|way| match way {
-                Way::Convex(hull) => Ok(hull.iter().cloned().collect()),
-                Way::Turned(turned) => turned_hulls(turned, field, settings, interrupt),
-                Way::CutApart => Ok(Vec::new()),
-            })
-            .collect::<Result<Vec<Vec<Fitted>>, Interrupted>>()?
-            .into_iter()
-            .flatten()
-            .collect();
-        found.extend(cut_apart(&concave, field, settings, interrupt)?);
-        let pieces = without_enclosed(found);
-        let joined = merged(pieces, field, settings, interrupt)?;
+        let turned: Vec<&Turned> = ways.iter().filter_map(Way::turned).collect();
+        let mut others: Vec<Fitted> = ways.iter().filter_map(Way::convex).cloned().collect();
+        others.extend(cut_apart(&concave, field, settings, interrupt)?);
+        let join = |turned: Vec<Fitted>| {
+            let pieces = without_enclosed(turned.into_iter().chain(others.iter().cloned()).collect());
+            merged(pieces, field, settings, interrupt)
+        };
+        let mut joined = join(turned_closely(&turned, field, settings, interrupt)?)?;
+        let farthest_m = joined.iter().map(|f| f.excess_m).fold(0.0, f64::max);
+        if !turned.is_empty() && farthest_m > BLOCKED * settings.joined_excess_m {
+            let coarsely = join(turned_coarsely(&turned, field, settings, interrupt)?)?;
+            let volume_m3 = |hulls: &[Fitted]| hulls.iter().map(|f| f.hull.volume_m3()).sum::<f64>();
+            if volume_m3(&coarsely) < volume_m3(&joined) {
+                joined = coarsely;
+            }
+        }
         let finished: Vec<Fitted> = joined
             .into_par_iter()
             .map(|fitted| finished(fitted, field, settings, interrupt))
@@ -208,6 +210,14 @@ enum Way {
 }
 
 impl Way {
+    fn turned(&self) -> Option<&Turned> {
+        if let Self::Turned(turned) = self { Some(turned) } else { None }
+    }
+
+    fn convex(&self) -> Option<&Fitted> {
+        if let Self::Convex(hull) = self { hull.as_ref() } else { None }
+    }
+
     fn of(shell: &Shell, settings: &DecomposeSettings) -> Self {
         if shell.is_closed() && !shell.is_convex() {
             return Turned::recognize(shell).map_or(Self::CutApart, Self::Turned);
@@ -219,26 +229,61 @@ impl Way {
 
 /// Hulls of a turned body before joining, for one that there may be.
 const TURNED_SURPLUS: usize = 3;
+/// Joining that had to let hulls stick out this much farther than it should may have closed a cavity: sectors of a vase's belly
+/// that are joined upward first cannot be joined sideways any more.
+const BLOCKED: f64 = 2.0;
+/// By how much the tolerance is relaxed where a turned body has too many hulls.
+const RELAX: f64 = 1.2;
+/// Past any wall relaxing does not help, meters.
+const MOST_RELAXED_M: f64 = 0.02;
 
-/// Hulls of a turned body, the tolerance relaxed until there are few enough of them.
-fn turned_hulls(
-    turned: &Turned,
+/// Hulls of turned bodies, for each the tolerance relaxed until there are few enough of them to be joined.
+fn turned_closely(
+    turned: &[&Turned],
     solid: &Field,
     settings: &DecomposeSettings,
     interrupt: &Interrupt,
 ) -> Result<Vec<Fitted>, Interrupted> {
-    const RELAX: f64 = 1.2;
+    let hulls_of = |turned: &&Turned| {
+        let mut tolerance_m = settings.tolerance_m;
+        let mut most = TURNED_SURPLUS * settings.max_hulls as usize;
+        loop {
+            if let Some(hulls) = turned.hulls(tolerance_m, most, solid, settings, interrupt)? {
+                return Ok(hulls);
+            }
+            tolerance_m *= RELAX;
+            if tolerance_m > MOST_RELAXED_M {
+                most = usize::MAX;
+            }
+        }
+    };
+    let hulls = turned.par_iter().map(hulls_of).collect::<Result<Vec<Vec<Fitted>>, Interrupted>>()?;
+    Ok(hulls.into_iter().flatten().collect())
+}
+
+/// Hulls of turned bodies, the tolerance of all relaxed until nothing needs to be joined.
+fn turned_coarsely(
+    turned: &[&Turned],
+    solid: &Field,
+    settings: &DecomposeSettings,
+    interrupt: &Interrupt,
+) -> Result<Vec<Fitted>, Interrupted> {
     let mut tolerance_m = settings.tolerance_m;
-    let mut most = TURNED_SURPLUS * settings.max_hulls as usize;
     loop {
-        if let Some(hulls) = turned.hulls(tolerance_m, most, solid, settings, interrupt)? {
-            return Ok(hulls);
+        let is_last = tolerance_m > MOST_RELAXED_M;
+        let most = if is_last { usize::MAX } else { settings.max_hulls as usize };
+        let hulls = turned
+            .par_iter()
+            .map(|turned| turned.hulls(tolerance_m, most, solid, settings, interrupt))
+            .collect::<Result<Vec<Option<Vec<Fitted>>>, Interrupted>>()?;
+        let all: Option<Vec<Fitted>> = hulls
+            .into_iter()
+            .collect::<Option<Vec<Vec<Fitted>>>>()
+            .map(|hulls| hulls.into_iter().flatten().collect());
+        if let Some(all) = all.filter(|all| all.len() <= most) {
+            return Ok(all);
         }
         tolerance_m *= RELAX;
-        // Past any wall relaxing does not help.
-        if tolerance_m > 0.02 {
-            most = usize::MAX;
-        }
     }
 }
 

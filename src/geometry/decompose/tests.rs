@@ -50,6 +50,46 @@ fn convex_parts_are_their_own_hulls() {
 }
 
 #[test]
+fn a_vase_was_filled_as_its_sectors_were_joined_upward_first() {
+    // Radius and height of the outside, millimeters.
+    let outside = [
+        (35.24, 0.0),
+        (39.75, 5.5),
+        (46.02, 13.53),
+        (51.16, 22.84),
+        (54.57, 32.56),
+        (56.84, 43.56),
+        (56.84, 57.09),
+        (53.26, 74.68),
+        (47.41, 94.81),
+        (42.06, 114.18),
+        (37.68, 131.78),
+        (33.81, 148.61),
+        (31.83, 164.42),
+        (32.71, 179.48),
+        (35.49, 193.52),
+        (38.65, 205.53),
+        (42.19, 215.34),
+        (46.1, 223.12),
+        (48.88, 228.37),
+    ];
+    let outside: Vec<DVec2> = outside.iter().map(|&(radius, z)| 1e-3 * DVec2::new(radius, z)).collect();
+    let body = shell_of_revolution(&outside, 0.004, 0.007, 40);
+    let lip = ring(0.0469, 0.0026, 44, 8).translated(DVec3::Z * 0.2238);
+    let d = decompose(&mesh([body, lip]), &settings(), &Interrupt::default()).expect("a vase");
+    assert!(
+        d.hulls.len() <= 32 && d.hull_volume_m3 < 2.0 * d.mesh_volume_m3,
+        "{} {}",
+        d.hull_volume_m3,
+        d.mesh_volume_m3
+    );
+    assert!(d.max_excess_m < 0.015, "{}", d.max_excess_m);
+    for z in [0.02, 0.1, 0.2] {
+        assert!(!is_in_a_hull(&d, DVec3::new(0.0, 0.0, z)), "the cavity is filled at {z}");
+    }
+}
+
+#[test]
 fn a_mug_stays_open_and_its_handle_too() {
     let d = decompose(&mug(), &settings(), &Interrupt::default()).expect("a mug");
     assert!(d.hulls.len() > 8 && d.hulls.iter().all(|h| h.points.len() <= 64));
