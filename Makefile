@@ -2,6 +2,7 @@
 # make test    everything: formatting, lints, tests, and independent programs that judge sample scenes
 # make bars    the promises of the README measured in full; writes docs/results/
 # make programs  the README's examples of a sample scene in every program that can be installed; gigabytes
+# make fuzz    every parser of foreign bytes under libFuzzer, ten minutes each; wants a nightly toolchain
 # make build   the release binary
 # make train   pictures are painted and the network that reads pictures is trained on them; hours
 #
@@ -14,10 +15,10 @@ export CARGO_TARGET_DIR := $(TARGET_DIR)
 CARGO ?= cargo
 export PYTHONDONTWRITEBYTECODE := 1
 
-.PHONY: help build demo test programs bars train
+.PHONY: help build demo test programs bars train fuzz
 
 help:
-	@sed -n 's/^# //p' Makefile | head -6
+	@sed -n 's/^# //p' Makefile | head -7
 
 build:
 	@scripts/prerequisites.sh demo >/dev/null
@@ -28,6 +29,11 @@ demo: build
 
 test:
 	@python="$$(scripts/prerequisites.sh)" && "$$python" scripts/test.py --target-dir "$(TARGET_DIR)"
+
+# FUZZ names the targets, FUZZ_SECONDS how long each runs
+fuzz:
+	@python="$$(scripts/prerequisites.sh demo)" && "$$python" scripts/fuzz.py --target-dir "$(TARGET_DIR)" \
+	    --seconds $(or $(FUZZ_SECONDS),600) $(if $(FUZZ),--only $(FUZZ))
 
 # After `make test`, which leaves sample scenes
 programs:

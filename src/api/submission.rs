@@ -22,22 +22,23 @@ use crate::scene::request::{MAX_BUDGET_USD, MAX_SEED, RequestOptions};
 use crate::scene::{Input, SceneRequest};
 use crate::store::Digest;
 
-/// The JSON body (or the `request` field of a multipart one).
+/// The JSON body (or the `request` field of a multipart one), as [`parse`] reads it: unchecked.
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
-struct SceneBody {
-    text: Option<String>,
-    image: Option<ImageSource>,
-    seed: Option<u64>,
-    labels: BTreeMap<String, String>,
-    options: RequestOptions,
+pub struct SceneBody {
+    pub text: Option<String>,
+    pub image: Option<ImageSource>,
+    pub seed: Option<u64>,
+    pub labels: BTreeMap<String, String>,
+    pub options: RequestOptions,
 }
 
+/// Where a picture is, or its bytes; one of them.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct ImageSource {
-    base64: Option<String>,
-    url: Option<String>,
+pub struct ImageSource {
+    pub base64: Option<String>,
+    pub url: Option<String>,
 }
 
 /// What somebody asks for, unchecked.

@@ -11,7 +11,7 @@ mod exchange;
 mod redaction;
 
 use std::collections::BTreeMap;
-use std::io::Read;
+use std::io::{Read, Seek};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
@@ -73,10 +73,19 @@ impl Cassette {
     /// A folder, or a ZIP archive of one, to play; all of it is read now.
     pub fn played(place: &Path) -> Result<Self, CassetteError> {
         let unusable = |source| CassetteError::Unusable { place: place.display().to_string(), source };
-        let files = match place.is_dir() {
-            true => folder_files(place).map_err(unusable)?,
-            false => archive_files(place).map_err(unusable)?,
-        };
+        match place.is_dir() {
+            true => Self::of_files(place, folder_files(place).map_err(unusable)?),
+            false => Self::of_archive(place, std::fs::File::open(place).map_err(unusable)?),
+        }
+    }
+
+    /// The ZIP archive of a folder, to play; `place` is where it is from.
+    pub fn of_archive(place: &Path, archive: impl Read + Seek) -> Result<Self, CassetteError> {
+        let unusable = |source| CassetteError::Unusable { place: place.display().to_string(), source };
+        Self::of_files(place, archive_files(archive).map_err(unusable)?)
+    }
+
+    fn of_files(place: &Path, files: BTreeMap<String, Vec<u8>>) -> Result<Self, CassetteError> {
         let mut tracks: BTreeMap<String, Track> = BTreeMap::new();
         // Names sort by request and then by number.
         for (name, text) in &files {
@@ -145,8 +154,8 @@ fn folder_files(folder: &Path) -> std::io::Result<BTreeMap<String, Vec<u8>>> {
     Ok(files)
 }
 
-fn archive_files(archive: &Path) -> std::io::Result<BTreeMap<String, Vec<u8>>> {
-    let mut archive = zip::ZipArchive::new(std::fs::File::open(archive)?)?;
+fn archive_files(archive: impl Read + Seek) -> std::io::Result<BTreeMap<String, Vec<u8>>> {
+    let mut archive = zip::ZipArchive::new(archive)?;
     let mut files = BTreeMap::new();
     let mut left = MAX_CASSETTE_BYTES;
     for index in 0..archive.len() {

@@ -13,6 +13,7 @@ pub mod wire;
 pub mod prompts;
 pub mod schema;
 pub mod conversation;
+pub mod proofreading;
 pub mod words;
 pub mod describe;
 pub mod recognize;

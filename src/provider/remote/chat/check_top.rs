@@ -14,7 +14,7 @@ use crate::provider::{Call, Port, ProviderError, TopCheck, TopVerdict};
 const MAX_TOLD_CHARS: usize = 400;
 
 #[derive(Deserialize)]
-struct Answer {
+pub(super) struct Answer {
     straight_down: bool,
     no_perspective: bool,
     front_below: bool,
@@ -57,7 +57,7 @@ pub(super) async fn check(
     analyst.ask(call, topic, accepted).await
 }
 
-fn accepted(answer: Answer) -> Result<TopVerdict, Vec<String>> {
+pub(super) fn accepted(answer: Answer) -> Result<TopVerdict, Vec<String>> {
     let mut complaints = Complaints::default();
     complaints.plain("told", &answer.told, MAX_TOLD_CHARS);
     let Answer { straight_down, no_perspective, front_below, all_there, none_added, told } = answer;

@@ -89,6 +89,14 @@ fn correction(complaints: &[String]) -> String {
     )
 }
 
+/// What the model is told of its words; nothing where they are taken.
+pub(super) fn complaints_of<T: DeserializeOwned, U>(
+    words: &str,
+    accept: impl Fn(T) -> Result<U, Vec<String>>,
+) -> Vec<String> {
+    read(words).and_then(accept).err().unwrap_or_default()
+}
+
 /// The value an answer holds, or what is wrong with it.
 fn read<T: DeserializeOwned>(answer: &str) -> Result<T, Vec<String>> {
     let value = json_object(answer).ok_or_else(|| vec!["it holds no JSON object".to_owned()])?;

@@ -33,7 +33,7 @@ pub(super) const TABLE_M: [[f64; 2]; 3] = [[0.2, 5.0], [0.2, 5.0], [0.1, 2.0]];
 
 /// The answer as it comes.
 #[derive(Deserialize)]
-struct Answer {
+pub(super) struct Answer {
     theme: String,
     family: String,
     table: AnswerTable,
@@ -180,7 +180,7 @@ pub(super) async fn describe(
 }
 
 /// The answer as a description, or what is wrong with it.
-fn accepted(
+pub(super) fn accepted(
     answer: Answer,
     seed: u64,
     most: usize,

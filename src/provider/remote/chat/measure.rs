@@ -18,7 +18,7 @@ use crate::scene::InstanceId;
 use crate::scene::request::RequestOptions;
 
 #[derive(Deserialize)]
-struct Answer {
+pub(super) struct Answer {
     table: AnswerSize,
     objects: Vec<AnswerObject>,
 }
@@ -91,7 +91,7 @@ pub(super) async fn measure(
     Ok(sizes)
 }
 
-fn accepted(answer: Answer, asked: &[InstanceId]) -> Result<Sizes, Vec<String>> {
+pub(super) fn accepted(answer: Answer, asked: &[InstanceId]) -> Result<Sizes, Vec<String>> {
     let mut complaints = Complaints::default();
     check_extents("table", answer.table.extents, TABLE_M, &mut complaints);
     if answer.table.material.as_deref().is_some_and(|name| !TABLE_MATERIALS.contains(&name)) {

@@ -33,7 +33,7 @@ const FOV_DEG: [f64; 2] = [10.0, 110.0];
 
 /// The first turn's answer as it comes.
 #[derive(Deserialize)]
-struct Answer {
+pub(super) struct Answer {
     table: AnswerTable,
     camera: AnswerCamera,
     objects: Vec<AnswerObject>,
@@ -199,7 +199,7 @@ pub(super) async fn recognize(
 }
 
 /// The answer as it is used, or what is wrong with it.
-fn accepted(answer: Answer) -> Result<Seen, Vec<String>> {
+pub(super) fn accepted(answer: Answer) -> Result<Seen, Vec<String>> {
     let mut complaints = Complaints::default();
     complaints.label("table.label", &answer.table.label);
     if table_models().iter().all(|model| model.name != answer.table.model) {

@@ -17,7 +17,7 @@ use crate::scene::{InstanceId, StandsOn};
 const TABLE: &str = "table";
 
 #[derive(Deserialize)]
-struct Answer {
+pub(super) struct Answer {
     objects: Vec<AnswerObject>,
 }
 
@@ -56,7 +56,7 @@ pub(super) async fn stacking(
     analyst.ask(call, topic, |answer| accepted(&answer, &ids)).await
 }
 
-fn accepted(answer: &Answer, asked: &[InstanceId]) -> Result<Vec<StandsOn>, Vec<String>> {
+pub(super) fn accepted(answer: &Answer, asked: &[InstanceId]) -> Result<Vec<StandsOn>, Vec<String>> {
     let mut complaints = Complaints::default();
     let order = complaints.answers(asked, answer.objects.iter().map(|object| object.name.as_str()));
     let mut carried = Vec::with_capacity(order.len());

@@ -1,0 +1,20 @@
+//! Weights of networks: a safetensors file of the network that reads pictures, or, after a `D`, the length of a `config.json` in two
+//! bytes (little endian) and it, one of DINOv2.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use tabletopgen::vision::dinov2::Dinov2;
+use tabletopgen::vision::network::TableNetwork;
+
+fuzz_target!(|bytes: &[u8]| {
+    match bytes {
+        [b'D', low, high, rest @ ..] => {
+            let length = usize::from(u16::from_le_bytes([*low, *high])).min(rest.len());
+            let (config, safetensors) = rest.split_at(length);
+            let _ = Dinov2::read(config, safetensors.to_vec());
+        }
+        _ => {
+            let _ = TableNetwork::read(bytes.to_vec());
+        }
+    }
+});

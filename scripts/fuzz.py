@@ -1,0 +1,158 @@
+"""Fuzzes each parser of bytes that somebody else wrote (fuzz/), one after the other, and writes docs/results/fuzz.md.
+
+    python3 scripts/fuzz.py [--target-dir target] [--seconds 600] [--only glb,pictures] [--build-only]
+
+Needs a nightly toolchain, for the coverage that libFuzzer steers by; cargo-fuzz is not needed. Each target begins with the files of
+fuzz/seeds/ and tests/fixtures/hostile/; what it finds on the way stays in the corpus under the target directory. A crash, an answer
+that takes ten seconds or memory beyond the limit ends a target, and is exit code 1: its input lies beside the corpus.
+"""
+
+import argparse
+import os
+import re
+import shutil
+import struct
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+from bars.page import RESULTS, ROOT, commit, machine, table
+
+TRIPLE = "x86_64-unknown-linux-gnu"
+
+# What cargo-fuzz passes, without the address sanitizer: the program has no unsafe code, and its dependencies' is theirs.
+COVERAGE = [
+    "-Cpasses=sancov-module",
+    "-Cllvm-args=-sanitizer-coverage-level=4",
+    "-Cllvm-args=-sanitizer-coverage-inline-8bit-counters",
+    "-Cllvm-args=-sanitizer-coverage-pc-table",
+    "-Cllvm-args=-sanitizer-coverage-trace-compares",
+    "--cfg=fuzzing",
+    "-Cllvm-args=-simplifycfg-branch-fold-threshold=0",
+]
+
+# Target, what it reads, folders and files of tests/ that it begins with beside its seeds.
+TARGETS = [
+    ("glb", "GLB files of mesh generators", ["fixtures/hostile/glb"]),
+    ("wavefront", "OBJ files, with MTL files and pictures, in ZIP archives and plain", ["fixtures/hostile/archive"]),
+    ("pictures", "PNG, JPEG and WebP of requests, painters and textures", ["fixtures/hostile/picture"]),
+    ("segmentations", "answers of the segmenter's server: boxes, words, masks as run lengths", ["fixtures/hostile/answer"]),
+    ("vendor_answers", "answers of chat, painting and mesh endpoints as they come over the wire", ["fixtures/hostile/answer"]),
+    ("cassettes", "recordings", ["fixtures/hostile/answer"]),
+    ("weights", "safetensors files of the picture network and of DINOv2, with its config.json", []),
+    ("requests", "bodies of POST /scenes, with their options, settings and pictures", ["fixtures/hostile/answer"]),
+    ("chat_words", "what chat models say to each question", ["fixtures/hostile/answer"]),
+]
+
+RSS_LIMIT_MB, MALLOC_LIMIT_MB, TIMEOUT_SECS, MAX_LEN = 2048, 1024, 10, 65536
+
+
+def main() -> bool:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--target-dir", type=Path, default=ROOT / "target")
+    parser.add_argument("--seconds", type=int, default=600)
+    parser.add_argument("--only", default=",".join(name for name, _, _ in TARGETS))
+    parser.add_argument("--build-only", action="store_true")
+    given = parser.parse_args()
+    work = given.target_dir.resolve() / "fuzz"
+    build(work)
+    if given.build_only:
+        return True
+    asked = given.only.split(",")
+    made = (commit(), machine())
+    rows = [run(work, name, reads, seeds, given.seconds) for name, reads, seeds in TARGETS if name in asked]
+    write(rows, made)
+    return all(row[-1] == "none" for row in rows)
+
+
+def build(work: Path):
+    # The versions are the package's.
+    shutil.copy(ROOT / "Cargo.lock", ROOT / "fuzz/Cargo.lock")
+    command = ["cargo", "+nightly", "build", "--release", "--target", TRIPLE]
+    environment = {**os.environ, "RUSTFLAGS": " ".join(COVERAGE), "CARGO_TARGET_DIR": str(work)}
+    subprocess.run(command, cwd=ROOT / "fuzz", env=environment, check=True)
+
+
+def run(work: Path, name: str, reads: str, seeds: list, seconds: int) -> list:
+    corpus, found = work / "corpus" / name, work / "found" / name
+    for folder in (corpus, found):
+        shutil.rmtree(folder, ignore_errors=True)
+        folder.mkdir(parents=True)
+    begun_with = seeded(corpus, name, seeds)
+    words = work / f"{name}.dict"
+    words.write_text("".join(f'"{word}"\n' for word in dictionary(corpus)), encoding="ascii")
+    command = [
+        work / TRIPLE / "release" / name,
+        corpus,
+        f"-max_total_time={seconds}",
+        f"-rss_limit_mb={RSS_LIMIT_MB}",
+        f"-malloc_limit_mb={MALLOC_LIMIT_MB}",
+        f"-timeout={TIMEOUT_SECS}",
+        f"-max_len={MAX_LEN}",
+        f"-dict={words}",
+        f"-artifact_prefix={found}/",
+        "-print_final_stats=1",
+        "-seed=1",
+    ]
+    begun = time.monotonic()
+    with open(work / f"{name}.log", "wb") as log:
+        code = subprocess.run(command, stdout=log, stderr=subprocess.STDOUT).returncode
+    took = time.monotonic() - begun
+    told = (work / f"{name}.log").read_text(encoding="utf-8", errors="replace")
+    finds = sorted(path.name for path in found.iterdir())
+    stat = lambda of: (re.findall(rf"stat::{of}:\s+(\d+)", told) or ["?"])[-1]
+    # Those that were reached at all: the seeds', and those that were found on the way.
+    edges = (re.findall(r"cov: (\d+)", told) or ["?"])[-1]
+    at_first = (re.findall(r"INITED cov: (\d+)", told) or ["?"])[-1]
+    executed, rss = stat("number_of_executed_units"), stat("peak_rss_mb")
+    row = [name, reads, begun_with, executed, round(took), at_first, edges, len(list(corpus.iterdir())), rss]
+    row.append(", ".join(finds) or ("none" if code == 0 else f"ended with {code}"))
+    print(*row, sep=" | ", flush=True)
+    return row
+
+
+def seeded(corpus: Path, name: str, more: list) -> int:
+    """Copies what a target begins with; how many files that is."""
+    folders = [ROOT / "fuzz/seeds" / name] + [ROOT / "tests" / folder for folder in more]
+    files = [path for folder in folders if folder.is_dir() for path in sorted(folder.iterdir())]
+    for path in files:
+        shutil.copy(path, corpus / f"{path.parent.name}_{path.name}")
+    if name == "weights":
+        golden = ROOT / "tests/golden"
+        shutil.copy(golden / "table_network/weights.safetensors", corpus / "table_network")
+        config = (golden / "dinov2/swiglu/config.json").read_bytes()
+        weights = (golden / "dinov2/swiglu/model.safetensors").read_bytes()
+        (corpus / "dinov2").write_bytes(b"D" + struct.pack("<H", len(config)) + config + weights)
+    return len(list(corpus.iterdir()))
+
+
+def dictionary(corpus: Path) -> list:
+    """Words of the JSON and OBJ files: names of fields are not guessed letter by letter."""
+    words = set()
+    for path in corpus.iterdir():
+        words.update(re.findall(rb"[A-Za-z_]{3,30}", path.read_bytes()[:20000]))
+    return sorted(word.decode() for word in words)[:2000]
+
+
+def write(rows: list, made: tuple):
+    columns = ["target", "reads", "seeds", "runs", "seconds", "edges at first", "edges", "corpus", "peak RSS, MB", "finds"]
+    body = f"""# Fuzzing
+
+`make fuzz` at commit {made[0]} on {time.strftime('%Y-%m-%d', time.gmtime())}, {made[1]}, one process at a time.
+
+Each parser of bytes that somebody else wrote, under libFuzzer with overflow checks and assertions on. A run may take {TIMEOUT_SECS}
+seconds, the process {RSS_LIMIT_MB} MB and one allocation {MALLOC_LIMIT_MB} MB; inputs have up to {MAX_LEN} bytes. Edges are those
+reached, in the whole program; before that, those of the files that a target begins with.
+
+"""
+    path = RESULTS / "fuzz.md"
+    earlier = path.read_text(encoding="utf-8") if path.exists() else ""
+    # What was found in earlier runs and is replayed by tests is told by hand.
+    kept = earlier[earlier.index("\n## ") :] if "\n## " in earlier else "\n"
+    path.write_text(body + table(columns, rows) + "\n" + kept, encoding="utf-8")
+    print(f"written to {path.relative_to(ROOT)}", flush=True)
+
+
+if __name__ == "__main__":
+    sys.exit(0 if main() else 1)
