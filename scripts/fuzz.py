@@ -8,6 +8,7 @@ that takes ten seconds or memory beyond the limit ends a target, and is exit cod
 """
 
 import argparse
+import json
 import os
 import re
 import shutil
@@ -54,16 +55,21 @@ def main() -> bool:
     parser.add_argument("--seconds", type=int, default=600)
     parser.add_argument("--only", default=",".join(name for name, _, _ in TARGETS))
     parser.add_argument("--build-only", action="store_true")
+    parser.add_argument("--as-built", action="store_true", help="run what was built before")
     given = parser.parse_args()
     work = given.target_dir.resolve() / "fuzz"
-    build(work)
+    if not given.as_built:
+        build(work)
     if given.build_only:
         return True
-    asked = given.only.split(",")
-    made = (commit(), machine())
-    rows = [run(work, name, reads, seeds, given.seconds) for name, reads, seeds in TARGETS if name in asked]
-    write(rows, made)
-    return all(row[-1] == "none" for row in rows)
+    asked, held = given.only.split(","), True
+    for name, reads, seeds in TARGETS:
+        if name in asked:
+            found = run(work, name, reads, seeds, given.seconds)
+            (work / f"{name}.json").write_text(json.dumps(found), encoding="utf-8")
+            held &= found["finds"] == "none"
+            write(work)
+    return held
 
 
 def build(work: Path):
@@ -72,9 +78,10 @@ def build(work: Path):
     command = ["cargo", "+nightly", "build", "--release", "--target", TRIPLE]
     environment = {**os.environ, "RUSTFLAGS": " ".join(COVERAGE), "CARGO_TARGET_DIR": str(work)}
     subprocess.run(command, cwd=ROOT / "fuzz", env=environment, check=True)
+    (work / "commit").write_text(commit(), encoding="utf-8")
 
 
-def run(work: Path, name: str, reads: str, seeds: list, seconds: int) -> list:
+def run(work: Path, name: str, reads: str, seeds: list, seconds: int) -> dict:
     corpus, found = work / "corpus" / name, work / "found" / name
     for folder in (corpus, found):
         shutil.rmtree(folder, ignore_errors=True)
@@ -106,9 +113,20 @@ def run(work: Path, name: str, reads: str, seeds: list, seconds: int) -> list:
     edges = (re.findall(r"cov: (\d+)", told) or ["?"])[-1]
     at_first = (re.findall(r"INITED cov: (\d+)", told) or ["?"])[-1]
     executed, rss = stat("number_of_executed_units"), stat("peak_rss_mb")
-    row = [name, reads, begun_with, executed, round(took), at_first, edges, len(list(corpus.iterdir())), rss]
-    row.append(", ".join(finds) or ("none" if code == 0 else f"ended with {code}"))
-    print(*row, sep=" | ", flush=True)
+    row = {
+        "target": name,
+        "reads": reads,
+        "seeds": begun_with,
+        "runs": executed,
+        "seconds": round(took),
+        "edges at first": at_first,
+        "edges": edges,
+        "corpus": len(list(corpus.iterdir())),
+        "peak RSS, MB": rss,
+        "finds": ", ".join(finds) or ("none" if code == 0 else f"ended with {code}"),
+        "commit": (work / "commit").read_text(encoding="utf-8"),
+    }
+    print(*row.values(), sep=" | ", flush=True)
     return row
 
 
@@ -135,11 +153,13 @@ def dictionary(corpus: Path) -> list:
     return sorted(word.decode() for word in words)[:2000]
 
 
-def write(rows: list, made: tuple):
-    columns = ["target", "reads", "seeds", "runs", "seconds", "edges at first", "edges", "corpus", "peak RSS, MB", "finds"]
+def write(work: Path):
+    """The page, with the last run of each target."""
+    files = [work / f"{name}.json" for name, _, _ in TARGETS]
+    rows = [json.loads(path.read_text(encoding="utf-8")) for path in files if path.exists()]
     body = f"""# Fuzzing
 
-`make fuzz` at commit {made[0]} on {time.strftime('%Y-%m-%d', time.gmtime())}, {made[1]}, one process at a time.
+`make fuzz` on {time.strftime('%Y-%m-%d', time.gmtime())}, {machine()}, one process at a time, each at the commit of its row.
 
 Each parser of bytes that somebody else wrote, under libFuzzer with overflow checks and assertions on. A run may take {TIMEOUT_SECS}
 seconds, the process {RSS_LIMIT_MB} MB and one allocation {MALLOC_LIMIT_MB} MB; inputs have up to {MAX_LEN} bytes. Edges are those
@@ -150,8 +170,8 @@ reached, in the whole program; before that, those of the files that a target beg
     earlier = path.read_text(encoding="utf-8") if path.exists() else ""
     # What was found in earlier runs and is replayed by tests is told by hand.
     kept = earlier[earlier.index("\n## ") :] if "\n## " in earlier else "\n"
-    path.write_text(body + table(columns, rows) + "\n" + kept, encoding="utf-8")
-    print(f"written to {path.relative_to(ROOT)}", flush=True)
+    cells = [list(row.values()) for row in rows]
+    path.write_text(body + table(list(rows[0]), cells) + "\n" + kept, encoding="utf-8")
 
 
 if __name__ == "__main__":

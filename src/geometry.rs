@@ -9,6 +9,7 @@ pub mod seed;
 pub mod pose;
 pub mod camera;
 pub mod image;
+pub mod moving_picture;
 pub mod rounding;
 pub mod srgb;
 pub mod texture;

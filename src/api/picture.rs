@@ -47,6 +47,9 @@ fn look(bytes: Bytes, max_pixels: u64) -> Result<Picture, Problem> {
             "the picture is no PNG, JPEG or WebP (its first bytes decide); convert it to one of them",
         )
     })?;
+    if is_moving_webp(&bytes) {
+        return Err(invalid("image_moves", "the picture moves; send a single one".to_owned()));
+    }
     let reader = || ImageReader::with_format(Cursor::new(&bytes[..]), format);
     let (width, height) = reader().into_dimensions().map_err(|error| unreadable(&error.to_string()))?;
     if u64::from(width) * u64::from(height) > max_pixels {
@@ -88,6 +91,11 @@ fn sniff(bytes: &[u8]) -> Option<(ImageFormat, &'static str)> {
     }
 }
 
+/// Whether it is a WebP file that says it is animated (RFC 9649, 2.7): decoders of those are tried on few files.
+fn is_moving_webp(bytes: &[u8]) -> bool {
+    bytes.get(8..16) == Some(b"WEBPVP8X") && bytes.get(20).is_some_and(|flags| flags & 0b10 != 0)
+}
+
 /// A picture whose bytes cannot be decoded.
 pub(super) fn unreadable(reason: &str) -> Problem {
     let reason: String = reason.chars().take(200).collect();
@@ -124,6 +132,8 @@ mod tests {
         assert_eq!(code(b"<svg onload=alert(1)>".to_vec(), 10_000), "image_format");
         assert_eq!(code(b"\xff\xd8\xff\xe0 no jpeg at all".to_vec(), 10_000), "image_unreadable");
         assert_eq!(code(Vec::new(), 10_000), "image_format");
+        let moving = b"RIFF\x5a\0\0\0WEBPVP8X\x0a\0\0\0\x12\0\0\0\x3f\0\0\x3f\0\0";
+        assert_eq!(code(moving.to_vec(), 10_000), "image_moves");
 
         // A header that claims 60,000 x 60,000 pixels is refused before anything of it is decoded.
         let mut bomb = good;

@@ -10,6 +10,7 @@ use image::metadata::Orientation;
 use image::{DynamicImage, ExtendedColorType, ImageDecoder, ImageEncoder, ImageFormat, ImageReader, Limits};
 
 use crate::geometry::Image;
+use crate::geometry::moving_picture::is_moving_webp;
 
 /// Largest side of a picture that is decoded, pixels.
 pub const MAX_SIDE_PX: u32 = 16_384;
@@ -26,6 +27,8 @@ pub enum PictureError {
          {budget_px} in all"
     )]
     TooLarge { width_px: u32, height_px: u32, budget_px: u64 },
+    #[error("the picture moves; send a single one")]
+    Moving,
     #[error("the picture could not be decoded; send an intact file")]
     Broken(#[source] image::ImageError),
 }
@@ -89,6 +92,9 @@ fn decoded(
     let format = image::guess_format(bytes).map_err(|_| PictureError::UnknownFormat)?;
     if !accepted.contains(&format) {
         return Err(PictureError::UnknownFormat);
+    }
+    if is_moving_webp(bytes) {
+        return Err(PictureError::Moving);
     }
     let mut limits = Limits::default();
     limits.max_alloc = Some(MAX_DECODED_BYTES);

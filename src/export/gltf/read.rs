@@ -54,7 +54,8 @@ pub fn read_mesh_glb(bytes: &[u8]) -> Result<TexturedMesh, GltfError> {
     if let Some(extension) = document.extensions_required.first() {
         return Err(GltfError::Unsupported(format!("the extension {extension:?}")));
     }
-    let mut reader = Reader { document: &document, binary, mesh: TexturedMesh::default(), visits: 0 };
+    let mesh = TexturedMesh::default();
+    let mut reader = Reader { document: &document, binary, mesh, triangles: 0, visits: 0 };
     reader.read_materials()?;
     let roots = match document.scenes.get(document.scene.unwrap_or(0)) {
         Some(scene) => scene.nodes.clone(),
@@ -100,6 +101,8 @@ struct Reader<'a> {
     document: &'a doc::Document,
     binary: &'a [u8],
     mesh: TexturedMesh,
+    /// Of the mesh so far: counting them again for each group takes minutes where there are many.
+    triangles: usize,
     visits: usize,
 }
 
@@ -217,7 +220,8 @@ impl Reader<'_> {
     ) -> Result<(), GltfError> {
         let count = self.position_count(primitive)?;
         let corners = self.corners(primitive, count)?;
-        if self.mesh.triangle_count() + corners.len() / 3 > Limits::TRIANGLES {
+        self.triangles += corners.len() / 3;
+        if self.triangles > Limits::TRIANGLES {
             return Err(GltfError::TooLarge("8 million triangles"));
         }
         let mirrored = gltf_from_node.is_some_and(|m| DMat3::from_mat4(m).determinant() < 0.0);

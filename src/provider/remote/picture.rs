@@ -8,6 +8,7 @@ use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageDecoder, ImageEncoder, ImageError, ImageFormat, ImageReader, Limits};
 
 use crate::geometry::Image;
+use crate::geometry::moving_picture::is_moving_webp;
 use crate::render::overlay::fitted;
 
 /// Longest side of a picture that is taken from a vendor, pixels.
@@ -21,6 +22,8 @@ const MAX_DECODED_BYTES: u64 = 256 << 20;
 pub enum PictureRefused {
     #[error("they are no PNG, JPEG or WebP file")]
     UnknownFormat,
+    #[error("it moves")]
+    Moving,
     #[error("it is {0} x {1} pixels, more than {MAX_SIDE_PX} a side")]
     TooLarge(u32, u32),
     #[error("it cannot be decoded: {0}")]
@@ -65,6 +68,9 @@ pub fn received(bytes: &[u8]) -> Result<Image, PictureRefused> {
     let format = image::guess_format(bytes).map_err(|_| PictureRefused::UnknownFormat)?;
     if ![ImageFormat::Png, ImageFormat::Jpeg, ImageFormat::WebP].contains(&format) {
         return Err(PictureRefused::UnknownFormat);
+    }
+    if is_moving_webp(bytes) {
+        return Err(PictureRefused::Moving);
     }
     let mut limits = Limits::default();
     limits.max_alloc = Some(MAX_DECODED_BYTES);
