@@ -17,6 +17,7 @@
 //! It asks for no key, and checks no signature. It is no part of what makes scenes.
 
 pub mod bill;
+pub mod coco;
 pub mod likeness;
 pub mod sight;
 pub mod studio;

@@ -15,18 +15,21 @@ use crate::provider::remote::breaker::Breaker;
 use crate::provider::remote::cassette::{Cassette, CassetteError};
 use crate::provider::remote::chat::{self, ChatAnalyst};
 use crate::provider::remote::endpoint::Proof;
-use crate::provider::remote::hunyuan3d::{self, Hunyuan3dMeshGenerator};
+use crate::provider::remote::hunyuan3d;
 use crate::provider::remote::images::{self, ImagesPainter};
-use crate::provider::remote::mesh::ReadMesh;
-use crate::provider::remote::replicate::{self, ReplicateMeshGenerator};
+use crate::provider::remote::mesh::{ReadMesh, VendorMeshGenerator};
+use crate::provider::remote::replicate;
 use crate::provider::remote::settings::{
-    AnalystProvider, LineMode, MeshProvider, PainterProvider, SegmenterProvider,
+    AnalystProvider, ArkSettings, Hunyuan3dSettings, LineMode, MeshProvider, PainterProvider,
+    SegmenterProvider,
 };
 use crate::provider::remote::sidecar::{self, SidecarSegmenter};
-use crate::provider::remote::task::JobSlots;
-use crate::provider::remote::tencent::{self, TencentMeshGenerator};
+use crate::provider::remote::tencent;
 use crate::provider::remote::turns::AllTurns;
-use crate::provider::remote::{Endpoint, LimitSettings, Outbound, Secret};
+use crate::provider::remote::{
+    ChatSettings, Endpoint, ImagesSettings, LimitSettings, Outbound, ProviderSettings, ReplicateSettings,
+    Secret, SidecarSettings, TencentSettings,
+};
 use crate::provider::{MeshGenerator, Painter, Port, Ports, SceneAnalyst, Segmenter};
 
 /// The remote providers of the configuration, each port's in its order; `None` stands for the embedded one.
@@ -51,154 +54,14 @@ impl Remote {
     ) -> Result<Self, ConfigErrors> {
         let settings = &resolved.config.providers;
         let mut endpoints = Endpoints::new(resolved, variable);
-        let mut analysts: Vec<Option<Arc<dyn SceneAnalyst>>> = Vec::new();
-        for provider in &settings.analyst {
-            let (section, chat) = match provider {
-                AnalystProvider::Embedded => {
-                    analysts.push(None);
-                    continue;
-                }
-                AnalystProvider::Chat => ("providers.chat", &settings.chat),
-                AnalystProvider::SecondChat => ("providers.second_chat", &settings.second_chat),
-            };
-            let endpoint = endpoints.made(&Vendor {
-                section,
-                port: Port::Analyst,
-                provider: chat::NAME,
-                model: &chat.model,
-                base_url: &chat.base_url,
-                key_variable: &chat.key_variable,
-                secret_id_variable: None,
-                idempotency_header: &chat.idempotency_header,
-                limits: &chat.limits,
-            })?;
-            analysts.push(Some(Arc::new(ChatAnalyst { settings: chat.clone(), endpoint })));
-        }
-        let mut painters: Vec<Option<Arc<dyn Painter>>> = Vec::new();
-        for provider in &settings.painter {
-            let images = match provider {
-                PainterProvider::Embedded => {
-                    painters.push(None);
-                    continue;
-                }
-                PainterProvider::Ark => {
-                    let settings = settings.ark.clone();
-                    let endpoint = endpoints.made(&Vendor {
-                        section: "providers.ark",
-                        port: Port::Painter,
-                        provider: ark::NAME,
-                        model: &settings.model,
-                        base_url: &settings.base_url,
-                        key_variable: &settings.key_variable,
-                        secret_id_variable: None,
-                        idempotency_header: "",
-                        limits: &settings.limits,
-                    })?;
-                    painters.push(Some(Arc::new(ArkPainter { settings, endpoint })));
-                    continue;
-                }
-                PainterProvider::OpenaiImages => &settings.openai_images,
-            };
-            let endpoint = endpoints.made(&Vendor {
-                section: "providers.openai_images",
-                port: Port::Painter,
-                provider: images::NAME,
-                model: &images.model,
-                base_url: &images.base_url,
-                key_variable: &images.key_variable,
-                secret_id_variable: None,
-                idempotency_header: "",
-                limits: &images.limits,
-            })?;
-            painters.push(Some(Arc::new(ImagesPainter { settings: images.clone(), endpoint })));
-        }
-        let mut segmenters: Vec<Option<Arc<dyn Segmenter>>> = Vec::new();
-        for provider in &settings.segmenter {
-            let sidecar = match provider {
-                SegmenterProvider::Embedded => {
-                    segmenters.push(None);
-                    continue;
-                }
-                SegmenterProvider::Sidecar => &settings.segmenter_sidecar,
-            };
-            let endpoint = endpoints.made(&Vendor {
-                section: "providers.segmenter_sidecar",
-                port: Port::Segmenter,
-                provider: sidecar::NAME,
-                model: &sidecar.model,
-                base_url: &sidecar.base_url,
-                key_variable: &sidecar.key_variable,
-                secret_id_variable: None,
-                idempotency_header: "",
-                limits: &sidecar.limits,
-            })?;
-            segmenters.push(Some(Arc::new(SidecarSegmenter { settings: sidecar.clone(), endpoint })));
-        }
-        let read_mesh: ReadMesh = Arc::new(|file| match wavefront_archive::is_archive(file) {
-            true => read_mesh_obj_archive(file).map_err(|error| error.to_string()),
-            false => read_mesh_glb(file).map_err(|error| error.to_string()),
-        });
-        let mut mesh_generators: Vec<Option<Arc<dyn MeshGenerator>>> = Vec::new();
-        for provider in &settings.mesh_generator {
-            let made: Arc<dyn MeshGenerator> = match provider {
-                MeshProvider::Embedded => {
-                    mesh_generators.push(None);
-                    continue;
-                }
-                MeshProvider::Replicate => {
-                    let settings = settings.replicate.clone();
-                    replicate::wire::prediction(&settings, "", 0)
-                        .map_err(|told| wrong(resolved, "providers.replicate", "inputs", told))?;
-                    let endpoint = endpoints.made(&Vendor {
-                        section: "providers.replicate",
-                        port: Port::MeshGenerator,
-                        provider: replicate::NAME,
-                        model: &settings.version,
-                        base_url: &settings.base_url,
-                        key_variable: &settings.key_variable,
-                        secret_id_variable: None,
-                        idempotency_header: "",
-                        limits: &settings.limits,
-                    })?;
-                    let (slots, read_mesh) = (JobSlots::new(&settings.task), read_mesh.clone());
-                    Arc::new(ReplicateMeshGenerator { settings, endpoint, slots, read_mesh })
-                }
-                MeshProvider::Hunyuan3d => {
-                    let settings = settings.hunyuan3d.clone();
-                    let endpoint = endpoints.made(&Vendor {
-                        section: "providers.hunyuan3d",
-                        port: Port::MeshGenerator,
-                        provider: hunyuan3d::NAME,
-                        model: &settings.model,
-                        base_url: &settings.base_url,
-                        key_variable: &settings.key_variable,
-                        secret_id_variable: None,
-                        idempotency_header: "",
-                        limits: &settings.limits,
-                    })?;
-                    let (slots, read_mesh) = (JobSlots::new(&settings.task), read_mesh.clone());
-                    Arc::new(Hunyuan3dMeshGenerator { settings, endpoint, slots, read_mesh })
-                }
-                MeshProvider::Tencent => {
-                    let settings = settings.tencent.clone();
-                    let endpoint = endpoints.made(&Vendor {
-                        section: "providers.tencent",
-                        port: Port::MeshGenerator,
-                        provider: tencent::NAME,
-                        model: &settings.model,
-                        base_url: &settings.base_url,
-                        key_variable: &settings.key_variable,
-                        secret_id_variable: Some(&settings.id_variable),
-                        idempotency_header: "",
-                        limits: &settings.limits,
-                    })?;
-                    let (slots, read_mesh) = (JobSlots::new(&settings.task), read_mesh.clone());
-                    Arc::new(TencentMeshGenerator { settings, endpoint, slots, read_mesh })
-                }
-            };
-            mesh_generators.push(Some(made));
-        }
-        Ok(Self { analysts, painters, segmenters, mesh_generators })
+        Ok(Self {
+            analysts: each(&settings.analyst, |provider| analyst(provider, settings, &mut endpoints))?,
+            painters: each(&settings.painter, |provider| painter(provider, settings, &mut endpoints))?,
+            segmenters: each(&settings.segmenter, |provider| segmenter(provider, settings, &mut endpoints))?,
+            mesh_generators: each(&settings.mesh_generator, |provider| {
+                mesh_generator(provider, settings, &mut endpoints)
+            })?,
+        })
     }
 
     /// The ports with the providers in their order, the embedded one where it stands.
@@ -218,6 +81,112 @@ impl Remote {
         }
         Ports { analyst, painter, segmenter, mesh_generator, ..ports }
     }
+}
+
+/// What stands for each provider of a port; `None` for the embedded one.
+type Made<P> = Result<Option<Arc<P>>, ConfigErrors>;
+
+fn each<T: Copy, P: ?Sized>(
+    order: &[T],
+    made: impl FnMut(T) -> Made<P>,
+) -> Result<Vec<Option<Arc<P>>>, ConfigErrors> {
+    order.iter().copied().map(made).collect()
+}
+
+fn analyst<V: Fn(&str) -> Option<String>>(
+    provider: AnalystProvider,
+    settings: &ProviderSettings,
+    endpoints: &mut Endpoints<'_, V>,
+) -> Made<dyn SceneAnalyst> {
+    let (section, chat) = match provider {
+        AnalystProvider::Embedded => return Ok(None),
+        AnalystProvider::Chat => ("providers.chat", &settings.chat),
+        AnalystProvider::SecondChat => ("providers.second_chat", &settings.second_chat),
+    };
+    let ChatSettings { model, base_url, key_variable, idempotency_header, limits, .. } = chat;
+    let vendor = Vendor::new(section, Port::Analyst, chat::NAME, model, base_url, key_variable, limits);
+    let endpoint = endpoints.made(&Vendor { idempotency_header, ..vendor })?;
+    Ok(Some(Arc::new(ChatAnalyst { settings: chat.clone(), endpoint })))
+}
+
+fn painter<V: Fn(&str) -> Option<String>>(
+    provider: PainterProvider,
+    settings: &ProviderSettings,
+    endpoints: &mut Endpoints<'_, V>,
+) -> Made<dyn Painter> {
+    let port = Port::Painter;
+    Ok(match provider {
+        PainterProvider::Embedded => None,
+        PainterProvider::OpenaiImages => {
+            let settings = settings.openai_images.clone();
+            let ImagesSettings { model, base_url, key_variable, limits, .. } = &settings;
+            let section = "providers.openai_images";
+            let vendor = Vendor::new(section, port, images::NAME, model, base_url, key_variable, limits);
+            Some(Arc::new(ImagesPainter { endpoint: endpoints.made(&vendor)?, settings }))
+        }
+        PainterProvider::Ark => {
+            let settings = settings.ark.clone();
+            let ArkSettings { model, base_url, key_variable, limits, .. } = &settings;
+            let section = "providers.ark";
+            let vendor = Vendor::new(section, port, ark::NAME, model, base_url, key_variable, limits);
+            Some(Arc::new(ArkPainter { endpoint: endpoints.made(&vendor)?, settings }))
+        }
+    })
+}
+
+fn segmenter<V: Fn(&str) -> Option<String>>(
+    provider: SegmenterProvider,
+    settings: &ProviderSettings,
+    endpoints: &mut Endpoints<'_, V>,
+) -> Made<dyn Segmenter> {
+    let SegmenterProvider::Sidecar = provider else { return Ok(None) };
+    let settings = settings.segmenter_sidecar.clone();
+    let SidecarSettings { model, base_url, key_variable, limits, .. } = &settings;
+    let (section, port) = ("providers.segmenter_sidecar", Port::Segmenter);
+    let vendor = Vendor::new(section, port, sidecar::NAME, model, base_url, key_variable, limits);
+    Ok(Some(Arc::new(SidecarSegmenter { endpoint: endpoints.made(&vendor)?, settings })))
+}
+
+fn mesh_generator<V: Fn(&str) -> Option<String>>(
+    provider: MeshProvider,
+    settings: &ProviderSettings,
+    endpoints: &mut Endpoints<'_, V>,
+) -> Made<dyn MeshGenerator> {
+    let port = Port::MeshGenerator;
+    let read_mesh: ReadMesh = Arc::new(|file| match wavefront_archive::is_archive(file) {
+        true => read_mesh_obj_archive(file).map_err(|error| error.to_string()),
+        false => read_mesh_glb(file).map_err(|error| error.to_string()),
+    });
+    Ok(match provider {
+        MeshProvider::Embedded => None,
+        MeshProvider::Replicate => {
+            let settings = settings.replicate.clone();
+            let ReplicateSettings { version, base_url, key_variable, limits, .. } = &settings;
+            let section = "providers.replicate";
+            replicate::wire::prediction(&settings, "", 0)
+                .map_err(|told| wrong(endpoints.resolved, section, "inputs", told))?;
+            let name = replicate::NAME;
+            let vendor = Vendor::new(section, port, name, version, base_url, key_variable, limits);
+            let endpoint = endpoints.made(&vendor)?;
+            Some(Arc::new(VendorMeshGenerator::new(settings, endpoint, read_mesh)))
+        }
+        MeshProvider::Hunyuan3d => {
+            let settings = settings.hunyuan3d.clone();
+            let Hunyuan3dSettings { model, base_url, key_variable, limits, .. } = &settings;
+            let (section, name) = ("providers.hunyuan3d", hunyuan3d::NAME);
+            let vendor = Vendor::new(section, port, name, model, base_url, key_variable, limits);
+            let endpoint = endpoints.made(&vendor)?;
+            Some(Arc::new(VendorMeshGenerator::new(settings, endpoint, read_mesh)))
+        }
+        MeshProvider::Tencent => {
+            let settings = settings.tencent.clone();
+            let TencentSettings { model, base_url, key_variable, id_variable, limits, .. } = &settings;
+            let (section, name) = ("providers.tencent", tencent::NAME);
+            let vendor = Vendor::new(section, port, name, model, base_url, key_variable, limits);
+            let endpoint = endpoints.made(&Vendor { secret_id_variable: Some(id_variable), ..vendor })?;
+            Some(Arc::new(VendorMeshGenerator::new(settings, endpoint, read_mesh)))
+        }
+    })
 }
 
 /// The order of preference; `None` where the embedded provider answers alone.
@@ -246,6 +215,32 @@ struct Vendor<'a> {
     secret_id_variable: Option<&'a str>,
     idempotency_header: &'a str,
     limits: &'a LimitSettings,
+}
+
+impl<'a> Vendor<'a> {
+    /// One that wants its key sent, and knows no idempotency keys.
+    fn new(
+        section: &'static str,
+        port: Port,
+        provider: &'static str,
+        model: &'a str,
+        base_url: &'a str,
+        key_variable: &'a str,
+        limits: &'a LimitSettings,
+    ) -> Self {
+        let (secret_id_variable, idempotency_header) = (None, "");
+        Self {
+            section,
+            port,
+            provider,
+            model,
+            base_url,
+            key_variable,
+            secret_id_variable,
+            idempotency_header,
+            limits,
+        }
+    }
 }
 
 /// Makes endpoints that share one client and the turns of their keys.

@@ -9,6 +9,7 @@ use axum::response::Response;
 use axum::routing::post;
 use bytes::Bytes;
 use serde_json::{Value, json};
+use tabletopgen::dev_providers::coco::compressed;
 use tabletopgen::export::png::decode_png;
 use tabletopgen::geometry::{Image, Mask};
 use tokio::net::TcpListener;
@@ -110,7 +111,7 @@ async fn segment(State(state): State<Arc<Shared>>, mut form: Multipart) -> Respo
             };
             json!({
                 "class_name": name, "score": thing.score, "bbox": thing.mask.bbox_px().unwrap(),
-                "segmentation": { "size": size, "counts": coco(&thing.mask) },
+                "segmentation": { "size": size, "counts": compressed(&thing.mask) },
             })
         })
         .collect();
@@ -123,34 +124,6 @@ async fn segment(State(state): State<Arc<Shared>>, mut form: Multipart) -> Respo
         Some(Fault::Wire(fault)) => fault.response("application/json", body).await,
         _ => Response::builder().header("content-type", "application/json").body(body.into()).unwrap(),
     }
-}
-
-/// Compressed run lengths, after the description of COCO's format: columns, alternating runs, differences, groups of five bits.
-fn coco(mask: &Mask) -> String {
-    let (mut runs, mut inside) = (vec![0_i64], false);
-    for x in 0..mask.width_px() {
-        for y in 0..mask.height_px() {
-            if mask.contains(x, y) != inside {
-                inside = !inside;
-                runs.push(0);
-            }
-            *runs.last_mut().unwrap() += 1;
-        }
-    }
-    let mut text = String::new();
-    for (index, run) in runs.iter().enumerate() {
-        let mut rest = if index > 2 { run - runs[index - 2] } else { *run };
-        loop {
-            let group = (rest & 31) as u8;
-            rest >>= 5;
-            let done = (rest == 0 && group & 16 == 0) || (rest == -1 && group & 16 != 0);
-            text.push((group + if done { 48 } else { 80 }) as char);
-            if done {
-                break;
-            }
-        }
-    }
-    text
 }
 
 fn error(detail: &str) -> Response {

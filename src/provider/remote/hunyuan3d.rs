@@ -7,88 +7,56 @@
 
 pub mod wire;
 
-use std::sync::Arc;
-
 use serde_json::json;
 
-use super::Endpoint;
 use super::endpoint::{Question, Reading};
 use super::failure::Failure;
-use super::mesh::{self, ReadMesh};
+use super::mesh::{MeshVendor, VendorMeshGenerator};
 use super::outbound::Reply;
-use super::settings::Hunyuan3dSettings;
-use super::task::{JobSlots, LongQuestion, Look, Progress, Protocol};
+use super::settings::{Hunyuan3dSettings, MeshSettings, TaskSettings};
+use super::task::{Look, Progress, Protocol};
 use crate::provider::ledger::MicroUsd;
-use crate::provider::{
-    Adapter, Answer, Call, MeshGenerator, ProviderError, RawMesh, RawTable, ReconstructionRequest,
-};
-use crate::scene::RecognizedTable;
+use crate::provider::{Adapter, ProviderError};
 
 /// Name of the adapter.
 pub const NAME: &str = "hunyuan3d/server";
 
 /// Asks a server of Hunyuan3D.
-pub struct Hunyuan3dMeshGenerator {
-    pub settings: Hunyuan3dSettings,
-    pub endpoint: Arc<Endpoint>,
-    pub slots: JobSlots,
-    pub read_mesh: ReadMesh,
-}
+pub type Hunyuan3dMeshGenerator = VendorMeshGenerator<Hunyuan3dSettings>;
 
-impl Hunyuan3dMeshGenerator {
-    async fn mesh(&self, call: &Call, request: ReconstructionRequest) -> Result<RawMesh, ProviderError> {
-        let Hunyuan3dSettings { mesh: settings, task, .. } = &self.settings;
-        let hidden = request.completion.completed_share;
-        let png = mesh::sent(call, request.completion, settings.picture_px).await?;
-        let question = Question {
-            operation: "reconstruct",
-            path: "/send",
-            headers: Vec::new(),
-            content_type: "application/json".into(),
-            body: wire::request(&self.settings, &png, request.seed).to_string().into(),
-            reserved: MicroUsd::of_usd(self.settings.usd_per_mesh),
-        };
-        let long = LongQuestion {
-            endpoint: &self.endpoint,
-            slots: &self.slots,
-            protocol: self,
-            settings: task,
-            question: &question,
-        };
-        mesh::made(call, &long, self.read_mesh.clone(), settings, hidden).await
-    }
-}
-
-impl MeshGenerator for Hunyuan3dMeshGenerator {
+impl MeshVendor for Hunyuan3dSettings {
     fn adapter(&self) -> Adapter {
-        let Hunyuan3dSettings {
-            base_url,
-            octree_resolution,
-            inference_steps,
-            guidance_scale,
-            texture,
-            mesh,
-            ..
-        } = &self.settings;
+        let Self { base_url, octree_resolution, inference_steps, guidance_scale, texture, mesh, .. } = self;
         let settings = json!({
             "base_url": base_url, "octree_resolution": octree_resolution, "inference_steps": inference_steps,
             "guidance_scale": guidance_scale, "texture": texture, "mesh": mesh,
         });
-        Adapter { name: NAME.to_owned(), model: self.settings.model.clone(), settings }
+        Adapter { name: NAME.to_owned(), model: self.model.clone(), settings }
     }
 
-    fn reconstruct<'a>(&'a self, call: &'a Call, request: ReconstructionRequest) -> Answer<'a, RawMesh> {
-        Box::pin(self.mesh(call, request))
+    fn question(&self, png: &[u8], seed: u64) -> Result<Question, ProviderError> {
+        Ok(Question {
+            operation: "reconstruct",
+            path: "/send",
+            headers: Vec::new(),
+            content_type: "application/json".into(),
+            body: wire::request(self, png, seed).to_string().into(),
+            reserved: MicroUsd::of_usd(self.usd_per_mesh),
+        })
     }
 
-    fn table<'a>(&'a self, _call: &'a Call, _table: RecognizedTable) -> Answer<'a, RawTable> {
-        Box::pin(async { Err(mesh::makes_no_tables(NAME)) })
+    fn mesh(&self) -> &MeshSettings {
+        &self.mesh
+    }
+
+    fn task(&self) -> &TaskSettings {
+        &self.task
     }
 }
 
-impl Protocol for Hunyuan3dMeshGenerator {
+impl Protocol for Hunyuan3dSettings {
     fn submitted(&self, reply: &Reply) -> Reading<String> {
-        wire::submitted(&self.settings, reply)
+        wire::submitted(self, reply)
     }
 
     fn look(&self, id: &str) -> Look {

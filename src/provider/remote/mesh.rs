@@ -1,4 +1,5 @@
-//! What mesh generators have in common: the picture they are sent, and what is taken of the file that comes back.
+//! Mesh generators over vendors: what they have in common is the picture they are sent, the vendor's job they wait for, and what is
+//! taken of the file that comes back. What differs is a [`MeshVendor`].
 
 use std::sync::Arc;
 
@@ -7,13 +8,17 @@ use base64::engine::general_purpose::STANDARD;
 use bytes::Bytes;
 use glam::DVec3;
 
-use super::settings::MeshSettings;
-use super::task::{LongQuestion, Protocol};
+use super::endpoint::Question;
+use super::settings::{MeshSettings, TaskSettings};
+use super::task::{JobSlots, LongQuestion, Protocol};
 use super::{Endpoint, picture};
 use crate::geometry::decimate::decimated;
 use crate::geometry::{Image, TexturedMesh};
-use crate::provider::{Call, Completion, Port, ProviderError, RawMesh};
-use crate::scene::ReconstructionMethod;
+use crate::provider::{
+    Adapter, Answer, Call, Completion, MeshGenerator, Port, ProviderError, RawMesh, RawTable,
+    ReconstructionRequest,
+};
+use crate::scene::{RecognizedTable, ReconstructionMethod};
 
 /// Share of the square that is left free around the thing.
 const MARGIN: f64 = 0.1;
@@ -28,8 +33,81 @@ const LEAST_EXTENT: f64 = 1e-4;
 /// panic.
 pub type ReadMesh = Arc<dyn Fn(&[u8]) -> Result<TexturedMesh, String> + Send + Sync>;
 
+/// How a vendor is asked for meshes; its settings are what implements it.
+pub trait MeshVendor: Protocol + Send + Sync {
+    /// Name, model and settings, as far as they decide what comes.
+    fn adapter(&self) -> Adapter;
+
+    /// Asks for a mesh of the thing on this PNG file.
+    fn question(&self, png: &[u8], seed: u64) -> Result<Question, ProviderError>;
+
+    /// What is sent, and what is taken.
+    fn mesh(&self) -> &MeshSettings;
+
+    /// Terms of the vendor's jobs.
+    fn task(&self) -> &TaskSettings;
+}
+
+/// Asks a vendor for meshes.
+pub struct VendorMeshGenerator<V> {
+    pub settings: V,
+    pub endpoint: Arc<Endpoint>,
+    pub slots: JobSlots,
+    pub read_mesh: ReadMesh,
+}
+
+impl<V: MeshVendor> VendorMeshGenerator<V> {
+    /// With as many jobs at the same time as the vendor's terms allow.
+    pub fn new(settings: V, endpoint: Arc<Endpoint>, read_mesh: ReadMesh) -> Self {
+        let slots = JobSlots::new(settings.task());
+        Self { settings, endpoint, slots, read_mesh }
+    }
+
+    async fn made(&self, call: &Call, request: ReconstructionRequest) -> Result<RawMesh, ProviderError> {
+        let settings = self.settings.mesh();
+        let hidden = request.completion.completed_share;
+        let png = sent(call, request.completion, settings.picture_px).await?;
+        let question = self.settings.question(&png, request.seed)?;
+        let long = LongQuestion {
+            endpoint: &self.endpoint,
+            slots: &self.slots,
+            protocol: &self.settings,
+            settings: self.settings.task(),
+            question: &question,
+        };
+        let taken = |file| taken(call, file, self.read_mesh.clone(), settings);
+        let mesh = long.ask(call, taken).await?;
+        let Endpoint { provider, model, .. } = self.endpoint.as_ref();
+        let mut notes = vec![format!("made by {model} from one picture")];
+        if hidden > 0.0 {
+            notes.push(format!("{:.0} % of its outline was hidden and redrawn", 100.0 * hidden));
+        }
+        if !settings.licence_note.is_empty() {
+            notes.push(settings.licence_note.clone());
+        }
+        let made_by = format!("{provider}, {model}");
+        let method = ReconstructionMethod::Generated;
+        Ok(RawMesh { mesh, method, made_by, licence: settings.licence.clone(), notes })
+    }
+}
+
+impl<V: MeshVendor> MeshGenerator for VendorMeshGenerator<V> {
+    fn adapter(&self) -> Adapter {
+        self.settings.adapter()
+    }
+
+    fn reconstruct<'a>(&'a self, call: &'a Call, request: ReconstructionRequest) -> Answer<'a, RawMesh> {
+        Box::pin(self.made(call, request))
+    }
+
+    fn table<'a>(&'a self, _call: &'a Call, _table: RecognizedTable) -> Answer<'a, RawTable> {
+        let adapter = self.settings.adapter().name;
+        Box::pin(async { Err(makes_no_tables(adapter)) })
+    }
+}
+
 /// The thing in the middle of a transparent square, as a PNG file.
-pub(super) async fn sent(call: &Call, completion: Completion, side_px: u32) -> Result<Bytes, ProviderError> {
+async fn sent(call: &Call, completion: Completion, side_px: u32) -> Result<Bytes, ProviderError> {
     call.compute(Port::MeshGenerator, move |_| {
         picture::sent_cut_out(&squared(&completion.picture, side_px), side_px).map_err(|error| {
             ProviderError::Rejected {
@@ -67,7 +145,7 @@ fn squared(picture: &Image, side_px: u32) -> Image {
 
 /// The file as a mesh whose longest edge is 1 and which has no more triangles than are kept; the inner error says
 /// why it is none.
-pub(super) async fn taken(
+async fn taken(
     call: &Call,
     file: Bytes,
     read: ReadMesh,
@@ -78,33 +156,11 @@ pub(super) async fn taken(
         .await
 }
 
-/// Asks for a mesh, and says where it is from. `hidden` is the share of the thing's outline that was redrawn.
-pub(super) async fn made<P: Protocol>(
-    call: &Call,
-    long: &LongQuestion<'_, P>,
-    read: ReadMesh,
-    settings: &MeshSettings,
-    hidden: f64,
-) -> Result<RawMesh, ProviderError> {
-    let mesh = long.ask(call, |file| taken(call, file, read.clone(), settings)).await?;
-    let Endpoint { provider, model, .. } = long.endpoint;
-    let mut notes = vec![format!("made by {model} from one picture")];
-    if hidden > 0.0 {
-        notes.push(format!("{:.0} % of its outline was hidden and redrawn", 100.0 * hidden));
-    }
-    if !settings.licence_note.is_empty() {
-        notes.push(settings.licence_note.clone());
-    }
-    let made_by = format!("{provider}, {model}");
-    let method = ReconstructionMethod::Generated;
-    Ok(RawMesh { mesh, method, made_by, licence: settings.licence.clone(), notes })
-}
-
-/// Why an adapter answers no question for a table: tables come as models, not from pictures.
-pub(super) fn makes_no_tables(adapter: &str) -> ProviderError {
+/// Why no vendor answers a question for a table: tables come as models, not from pictures.
+fn makes_no_tables(adapter: String) -> ProviderError {
     ProviderError::Unsupported {
         port: Port::MeshGenerator,
-        adapter: adapter.to_owned(),
+        adapter,
         reason: "it makes no tables; put embedded behind it in providers.mesh_generator".to_owned(),
     }
 }
