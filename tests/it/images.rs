@@ -7,19 +7,22 @@ use bytes::Bytes;
 use glam::DVec3;
 use serde_json::json;
 use tabletopgen::export::png::encode_png;
-use tabletopgen::geometry::{Image, Mask};
+use tabletopgen::geometry::{Camera, Image, Mask};
 use tabletopgen::provider::ledger::OnUnknown;
 use tabletopgen::provider::remote::images::ImagesPainter;
 use tabletopgen::provider::remote::{ImagesSettings, images};
 use tabletopgen::provider::{
     Call, Completion, CompletionRequest, Painter, Painting, Port, ProviderError, Reference, TopViewRequest,
 };
-use tabletopgen::scene::{InstanceId, RecognizedObject, SceneDescription, StandsOn, TableSpec};
+use tabletopgen::scene::{
+    CameraKnowledge, InstanceId, Recognition, RecognizedObject, RecognizedTable, SceneDescription, StandsOn,
+    TableShape, TableSpec,
+};
 
 use crate::bench::{self, Book, class};
 use crate::images_server::{Artist, Asked, Fault, ImagesServer, KEY};
 use crate::server::settings;
-use crate::wire_faults::WireFault;
+use crate::wire_faults::{self, WireFault};
 
 /// What an answer of the server costs: 100 tokens at 5 dollars a million, 400 at 10, 1000 at 40.
 const PRICE: i64 = 500 + 4_000 + 40_000;
@@ -74,15 +77,7 @@ impl Bench {
     }
 
     async fn reference(&self) -> Result<Painting, ProviderError> {
-        let description = SceneDescription {
-            theme: "t".into(),
-            family: "dining_kitchen".into(),
-            table: TableSpec::default(),
-            objects: Vec::new(),
-            unrecognized_terms: Vec::new(),
-            prose: "A red ball on a table.".into(),
-        };
-        let asked = self.painter.reference(&self.call, Arc::new(description), 7);
+        let asked = self.painter.reference(&self.call, Arc::new(plain_description()), 7);
         tokio::time::timeout(Duration::from_secs(60), asked).await.expect("nothing hangs")
     }
 
@@ -100,8 +95,46 @@ impl Bench {
     }
 }
 
+/// Words alone.
+pub fn plain_description() -> SceneDescription {
+    SceneDescription {
+        theme: "t".into(),
+        family: "dining_kitchen".into(),
+        table: TableSpec::default(),
+        objects: Vec::new(),
+        unrecognized_terms: Vec::new(),
+        prose: "A red ball on a table.".into(),
+    }
+}
+
+/// The view from above of a table where nothing was recognized.
+pub fn view_from_above() -> TopViewRequest {
+    let known = Recognition {
+        camera: Camera::orbit(400, 300, 0.6, DVec3::ZERO, 0.0, 0.7, 2.0),
+        camera_is: CameraKnowledge::Judged,
+        table: RecognizedTable {
+            label: "table".into(),
+            shape: TableShape::Rectangular,
+            model: "dining_table".into(),
+            outline_m: None,
+            size_m: DVec3::new(1.4, 0.8, 0.74),
+            color: None,
+            material: None,
+            seed: 1,
+        },
+        objects: Vec::new(),
+    };
+    TopViewRequest {
+        reference: half_hidden_ball().reference,
+        recognition: Arc::new(known),
+        masks: Arc::default(),
+        painted: None,
+        refused: Vec::new(),
+    }
+}
+
 /// A red disk of 40 pixels' radius at 200, 150, its right lower quarter behind a box.
-fn half_hidden_ball() -> CompletionRequest {
+pub fn half_hidden_ball() -> CompletionRequest {
     let inside = |x: u32, y: u32| (f64::from(x) + 0.5 - 200.0).hypot(f64::from(y) + 0.5 - 150.0) < 40.0;
     let others = Mask::from_fn(400, 300, |x, y| x >= 200 && y >= 150 && x < 280 && y < 260);
     let visible = Mask::from_fn(400, 300, |x, y| inside(x, y) && !others.contains(x, y));
@@ -202,37 +235,13 @@ async fn a_drawing_that_cannot_be_used_is_told_why_and_drawn_again() {
 
 #[tokio::test]
 async fn each_fault_ends_in_its_class() {
-    use WireFault::*;
     let half = {
         let whole = encode_png(&Image::filled(1024, 1024, [1, 2, 3, 0]));
         Bytes::from(whole[..whole.len() / 2].to_vec())
     };
-    let wire = |faults: Vec<WireFault>| faults.into_iter().map(Fault::Wire).collect::<Vec<_>>();
-    let server_error =
-        r#"{"error": {"message": "The server had an error", "type": "server_error", "code": null}}"#;
-    let cases: Vec<(Vec<Fault>, &str, Vec<&str>)> = vec![
-        (vec![], "ok", vec![ANSWERED]),
-        (wire(vec![Latency(Duration::from_millis(100))]), "ok", vec![ANSWERED]),
-        (wire(vec![Busy(0)]), "ok", vec!["provider_busy", ANSWERED]),
-        (wire(vec![Busy(3600)]), "rate_limited 3600", vec!["provider_busy"]),
-        (wire(vec![Status(500, server_error)]), "ok", vec!["provider_server_error", ANSWERED]),
-        (
-            wire(vec![Status(500, server_error); 3]),
-            "transient provider_server_error",
-            vec!["provider_server_error"; 3],
-        ),
-        (wire(vec![ResetMidBody]), "ok", vec![UNKNOWN, ANSWERED]),
-        (wire(vec![ResetBeforeHeader]), "ok", vec![UNKNOWN, ANSWERED]),
-        (wire(vec![Silence]), "ok", vec![UNKNOWN, ANSWERED]),
-        (wire(vec![Page]), "ok", vec!["provider_bad_answer", ANSWERED]),
-        (wire(vec![Body("{\"data\": []}")]), "ok", vec!["provider_bad_answer", ANSWERED]),
-        (wire(vec![Page; 3]), "transient provider_bad_answer", vec!["provider_bad_answer"; 3]),
-        (wire(vec![Endless]), "transient provider_answer_too_large", vec!["provider_answer_too_large"]),
-        (
-            wire(vec![Redirect("http://169.254.169.254/")]),
-            "misconfigured provider_redirected",
-            vec!["provider_redirected"],
-        ),
+    let mut cases = wire_faults::cases(Fault::Wire);
+    cases.extend([
+        (vec![Fault::Wire(WireFault::Body("{\"data\": []}"))], "ok", vec!["provider_bad_answer", ANSWERED]),
         (vec![Fault::Blocked], "refused answer_refused", vec!["answer_refused"]),
         (
             vec![Fault::Address("http://169.254.169.254/latest"); 3],
@@ -242,7 +251,7 @@ async fn each_fault_ends_in_its_class() {
         (vec![Fault::File(half.clone())], "ok", vec![ANSWERED; 2]),
         (vec![Fault::File(half); 3], "transient provider_bad_answer", vec![ANSWERED; 3]),
         (vec![Fault::AnotherThing; 3], "transient provider_bad_answer", vec![ANSWERED; 3]),
-    ];
+    ]);
     for (faults, expected, outcomes) in cases {
         let bench = Bench::with(|settings| settings.limits.attempt_timeout_secs = 2, OnUnknown::Resend).await;
         bench.server.faults.script(faults.iter().cloned());
@@ -272,32 +281,7 @@ async fn a_budget_that_is_too_small_sends_nothing() {
 #[tokio::test]
 async fn views_from_above_are_drawn_until_too_many_were_refused() {
     let bench = Bench::new().await;
-    let known = {
-        use tabletopgen::geometry::Camera;
-        use tabletopgen::scene::{CameraKnowledge, Recognition, RecognizedTable, TableShape};
-        Recognition {
-            camera: Camera::orbit(400, 300, 0.6, DVec3::ZERO, 0.0, 0.7, 2.0),
-            camera_is: CameraKnowledge::Judged,
-            table: RecognizedTable {
-                label: "table".into(),
-                shape: TableShape::Rectangular,
-                model: "dining_table".into(),
-                outline_m: None,
-                size_m: DVec3::new(1.4, 0.8, 0.74),
-                color: None,
-                material: None,
-                seed: 1,
-            },
-            objects: Vec::new(),
-        }
-    };
-    let mut request = TopViewRequest {
-        reference: half_hidden_ball().reference,
-        recognition: Arc::new(known),
-        masks: Arc::default(),
-        painted: None,
-        refused: Vec::new(),
-    };
+    let mut request = view_from_above();
     for _ in 0..=bench.painter.settings.redraws {
         let top = bench.painter.top_view(&bench.call, request.clone()).await.unwrap();
         assert_eq!(top.known, None, "somebody has to look at it");

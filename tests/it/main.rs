@@ -29,6 +29,8 @@ mod chat_faults;
 mod chat_scene;
 mod images_server;
 mod images;
+mod ark_server;
+mod ark;
 mod sidecar_server;
 mod sidecar;
 mod predictions_server;

@@ -21,7 +21,7 @@ use tabletopgen::scene::{
 use crate::bench::{self, Book, class};
 use crate::server::settings;
 use crate::sidecar_server::{Fault, OnPicture, SidecarServer};
-use crate::wire_faults::WireFault;
+use crate::wire_faults::{self, WireFault};
 
 const ANSWERED: &str = "answered";
 
@@ -179,34 +179,13 @@ async fn word_pieces_mean_what_was_asked_for() {
 
 #[tokio::test]
 async fn each_fault_ends_in_its_class() {
-    use WireFault::*;
-    let wire = |faults: Vec<WireFault>| faults.into_iter().map(Fault::Wire).collect::<Vec<_>>();
     let bad = |pointer, value| vec![Fault::Spoiled(pointer, value)];
-    let cases: Vec<(Vec<Fault>, &str, Vec<&str>)> = vec![
-        (wire(vec![Latency(Duration::from_millis(100))]), "ok", vec![ANSWERED]),
-        (wire(vec![Busy(0)]), "ok", vec!["provider_busy", ANSWERED]),
-        (wire(vec![Busy(3600)]), "rate_limited 3600", vec!["provider_busy"]),
+    let mut cases = wire_faults::cases(Fault::Wire);
+    cases.extend([
         (
-            wire(vec![Status(503, r#"{"detail": "CUDA out of memory"}"#)]),
+            vec![Fault::Wire(WireFault::Status(503, r#"{"detail": "CUDA out of memory"}"#))],
             "ok",
             vec!["provider_server_error", ANSWERED],
-        ),
-        (
-            wire(vec![Status(422, r#"{"detail": "too many labels"}"#)]),
-            "rejected provider_rejected_request",
-            vec!["provider_rejected_request"],
-        ),
-        (wire(vec![ResetMidBody]), "ok", vec!["outcome_unknown", ANSWERED]),
-        (wire(vec![ResetBeforeHeader]), "ok", vec!["outcome_unknown", ANSWERED]),
-        (wire(vec![Silence]), "ok", vec!["outcome_unknown", ANSWERED]),
-        (wire(vec![Page]), "ok", vec!["provider_bad_answer", ANSWERED]),
-        (wire(vec![Body("[]")]), "ok", vec!["provider_bad_answer", ANSWERED]),
-        (wire(vec![Page; 3]), "transient provider_bad_answer", vec!["provider_bad_answer"; 3]),
-        (wire(vec![Endless]), "transient provider_answer_too_large", vec!["provider_answer_too_large"]),
-        (
-            wire(vec![Redirect("http://169.254.169.254/")]),
-            "misconfigured provider_redirected",
-            vec!["provider_redirected"],
         ),
         (bad("/img_width", json!(81)), "ok", vec!["provider_bad_answer", ANSWERED]),
         (
@@ -222,7 +201,7 @@ async fn each_fault_ends_in_its_class() {
         (bad("/annotations/0/score", json!(-1)), "ok", vec!["provider_bad_answer", ANSWERED]),
         (bad("/annotations/1/class_name", json!("giraffe")), "ok", vec![ANSWERED]),
         (vec![Fault::Blind], "rejected object_not_found", vec![ANSWERED]),
-    ];
+    ]);
     for (faults, expected, outcomes) in cases {
         let bench = Bench::new().await;
         bench.server.faults.script(faults.iter().cloned());

@@ -83,6 +83,45 @@ impl WireFault {
     }
 }
 
+/// What the first requests get, the class that it ends in, and the outcomes that are written down.
+pub type Case<F> = (Vec<F>, &'static str, Vec<&'static str>);
+
+/// The script that every adapter has to survive whose question is answered at once and costs something.
+pub fn cases<F>(fault: impl Fn(WireFault) -> F) -> Vec<Case<F>> {
+    use WireFault::*;
+    const ANSWERED: &str = "answered";
+    const UNKNOWN: &str = "outcome_unknown";
+    let cases: Vec<Case<WireFault>> = vec![
+        (vec![], "ok", vec![ANSWERED]),
+        (vec![Latency(Duration::from_millis(100))], "ok", vec![ANSWERED]),
+        (vec![Busy(0)], "ok", vec!["provider_busy", ANSWERED]),
+        // Longer than anybody waits here: the job goes back to its queue.
+        (vec![Busy(3600)], "rate_limited 3600", vec!["provider_busy"]),
+        (vec![Status(500, "{}")], "ok", vec!["provider_server_error", ANSWERED]),
+        (vec![Status(500, "{}"); 3], "transient provider_server_error", vec!["provider_server_error"; 3]),
+        (vec![Status(401, "{}")], "misconfigured provider_denied", vec!["provider_denied"]),
+        (vec![Status(404, "{}")], "misconfigured provider_not_found", vec!["provider_not_found"]),
+        (vec![Status(422, "{}")], "rejected provider_rejected_request", vec!["provider_rejected_request"]),
+        (vec![ResetMidBody], "ok", vec![UNKNOWN, ANSWERED]),
+        (vec![ResetMidBody; 3], "transient provider_connection_lost", vec![UNKNOWN; 3]),
+        (vec![ResetBeforeHeader], "ok", vec![UNKNOWN, ANSWERED]),
+        (vec![Silence], "ok", vec![UNKNOWN, ANSWERED]),
+        (vec![Page], "ok", vec!["provider_bad_answer", ANSWERED]),
+        (vec![Page; 3], "transient provider_bad_answer", vec!["provider_bad_answer"; 3]),
+        (vec![Body("[]")], "ok", vec!["provider_bad_answer", ANSWERED]),
+        (vec![Endless], "transient provider_answer_too_large", vec!["provider_answer_too_large"]),
+        (
+            vec![Redirect("http://169.254.169.254/")],
+            "misconfigured provider_redirected",
+            vec!["provider_redirected"],
+        ),
+    ];
+    let all = cases
+        .into_iter()
+        .map(|(faults, class, outcomes)| (faults.into_iter().map(&fault).collect(), class, outcomes));
+    all.collect()
+}
+
 /// What the next requests get, in order; those after them, good answers.
 #[derive(Clone, Debug)]
 pub struct Faults<F>(Arc<Mutex<VecDeque<F>>>);

@@ -1,0 +1,167 @@
+//! The painter over Ark's Seedream, against a server that speaks its protocol.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use bytes::Bytes;
+use serde_json::json;
+use tabletopgen::export::png::encode_png;
+use tabletopgen::geometry::Image;
+use tabletopgen::provider::ledger::OnUnknown;
+use tabletopgen::provider::remote::ark::{self, ArkPainter};
+use tabletopgen::provider::{Call, Painter, Painting, Port, ProviderError, TopPicture};
+
+use crate::ark_server::{ArkServer, Fault, KEY};
+use crate::bench::{self, Book, class};
+use crate::images::{half_hidden_ball, plain_description, view_from_above};
+use crate::server::settings;
+use crate::wire_faults::{self, WireFault};
+
+/// Price of a picture in these tests, millionths of a dollar.
+const PRICE: i64 = 30_000;
+
+const ANSWERED: &str = "answered";
+const UNKNOWN: &str = "outcome_unknown";
+
+struct Bench {
+    server: ArkServer,
+    book: Arc<Book>,
+    call: Call,
+    painter: ArkPainter,
+}
+
+impl Bench {
+    async fn new() -> Self {
+        Self::with(KEY, OnUnknown::Resend).await
+    }
+
+    async fn with(key: &str, on_unknown: OnUnknown) -> Self {
+        let server = ArkServer::start().await;
+        let mut settings = settings(&[]).config.providers.ark;
+        settings.base_url = server.base_url.clone();
+        settings.usd_per_picture = PRICE as f64 / 1e6;
+        settings.redraws = 2;
+        bench::make_quick(&mut settings.limits);
+        settings.limits.max_answer_bytes = 4 << 20;
+        let limits = &settings.limits;
+        let endpoint = bench::endpoint(Port::Painter, ark::NAME, &settings.base_url, key, limits, on_unknown);
+        let painter = ArkPainter { endpoint: Arc::new(endpoint), settings };
+        let book = Book::with_budget(1_000_000_000);
+        Self { server, call: book.call(), book, painter }
+    }
+
+    async fn reference(&self) -> Result<Painting, ProviderError> {
+        let asked = self.painter.reference(&self.call, Arc::new(plain_description()), 7);
+        tokio::time::timeout(Duration::from_secs(60), asked).await.expect("nothing hangs")
+    }
+
+    async fn top_view(&self) -> Result<TopPicture, ProviderError> {
+        let asked = self.painter.top_view(&self.call, view_from_above());
+        tokio::time::timeout(Duration::from_secs(60), asked).await.expect("nothing hangs")
+    }
+
+    /// Everything that was billed stands in the books.
+    fn outcomes(&self) -> Vec<&'static str> {
+        let billed = self.server.billed() as i64 * PRICE;
+        assert!(self.book.spent() >= billed, "{} < {billed}", self.book.spent());
+        assert_eq!(self.server.faults.left(), 0);
+        self.book.outcomes().into_iter().map(|outcome| outcome.expect("everything is settled")).collect()
+    }
+}
+
+#[tokio::test]
+async fn a_description_is_painted_without_a_watermark_and_paid_for() {
+    let bench = Bench::new().await;
+    let painting = bench.reference().await.unwrap();
+    let (width_px, height_px) = (painting.picture.width_px(), painting.picture.height_px());
+    assert_eq!(painting.picture.pixel(width_px - 3, height_px - 3), [120, 100, 80, 255]);
+    let (asked, pictures) = &bench.server.asked()[0];
+    assert!(asked["prompt"].as_str().unwrap().contains("A red ball on a table.") && pictures.is_empty());
+    assert_eq!((bench.outcomes(), bench.book.spent()), (vec![ANSWERED], PRICE));
+}
+
+#[tokio::test]
+async fn the_view_from_above_is_drawn_after_the_picture() {
+    let bench = Bench::new().await;
+    assert_eq!(bench.top_view().await.unwrap().known, None, "somebody has to look at it");
+    let (asked, pictures) = &bench.server.asked()[0];
+    assert!(asked["prompt"].as_str().unwrap().contains("straight above"));
+    assert_eq!(pictures.len(), 1);
+}
+
+#[tokio::test]
+async fn single_things_are_another_painters() {
+    let bench = Bench::new().await;
+    let asked = bench.painter.complete(&bench.call, half_hidden_ball());
+    let told = asked.await.unwrap_err();
+    assert!(told.another_may_answer() && told.to_string().contains("transparent background"), "{told}");
+    assert!(bench.server.asked().is_empty());
+}
+
+#[tokio::test]
+async fn each_fault_ends_in_its_class() {
+    let half = {
+        let whole = encode_png(&Image::filled(1024, 1024, [1, 2, 3, 255]));
+        Bytes::from(whole[..whole.len() / 2].to_vec())
+    };
+    let small = Bytes::from(encode_png(&Image::filled(64, 64, [1, 2, 3, 255])));
+    let filtered = r#"{"error": {"code": "InputTextSensitiveContentDetected", "message": "told"}}"#;
+    let overdue = r#"{"error": {"code": "AccountOverdueError", "message": "told"}}"#;
+    let status = |status, told| vec![Fault::Wire(WireFault::Status(status, told))];
+    let mut cases = wire_faults::cases(Fault::Wire);
+    cases.extend([
+        (status(403, overdue), "misconfigured provider_denied", vec!["provider_denied"]),
+        (status(400, filtered), "refused answer_refused", vec!["answer_refused"]),
+        (vec![Fault::Wire(WireFault::Body("{\"data\": []}"))], "ok", vec!["provider_bad_answer", ANSWERED]),
+        (
+            vec![Fault::NoPicture("OutputImageSensitiveContentDetected")],
+            "refused answer_refused",
+            vec!["answer_refused"],
+        ),
+        (vec![Fault::NoPicture("InternalServiceError")], "ok", vec!["provider_bad_answer", ANSWERED]),
+        (
+            vec![Fault::Address("http://169.254.169.254/latest"); 3],
+            "transient provider_bad_answer",
+            vec!["provider_bad_answer"; 3],
+        ),
+        (vec![Fault::File(half.clone())], "ok", vec![ANSWERED; 2]),
+        (vec![Fault::File(half); 3], "transient provider_bad_answer", vec![ANSWERED; 3]),
+        (vec![Fault::File(small)], "ok", vec![ANSWERED; 2]),
+    ]);
+    for (faults, expected, outcomes) in cases {
+        let bench = Bench::new().await;
+        bench.server.faults.script(faults.iter().cloned());
+        let result = bench.reference().await.map_or_else(|error| class(&error), |_| "ok".into());
+        assert_eq!((result.as_str(), &bench.outcomes()), (expected, &outcomes), "{faults:?}");
+    }
+}
+
+#[tokio::test]
+async fn a_view_from_above_that_cannot_be_read_is_no_view() {
+    let bench = Bench::new().await;
+    bench.server.faults.script([Fault::File(Bytes::from_static(b"GIF89a"))]);
+    let result = bench.top_view().await.map(|_| ()).map_err(|error| class(&error));
+    assert_eq!(result, Err("transient provider_bad_answer".into()));
+    assert_eq!(bench.outcomes(), [ANSWERED]);
+}
+
+#[tokio::test]
+async fn a_lost_picture_is_left_to_a_person_where_the_operator_wants_that() {
+    let bench = Bench::with(KEY, OnUnknown::Fail).await;
+    bench.server.faults.script([Fault::Wire(WireFault::ResetMidBody)]);
+    assert_eq!(class(&bench.reference().await.map(|_| ()).unwrap_err()), "rejected outcome_unknown");
+    assert_eq!(bench.outcomes(), [UNKNOWN]);
+    assert_eq!(bench.server.billed(), 1, "nothing is sent twice");
+}
+
+#[tokio::test]
+async fn a_wrong_key_is_refused_and_a_small_budget_sends_nothing() {
+    let bench = Bench::with("ark-wrong", OnUnknown::Resend).await;
+    assert_eq!(class(&bench.reference().await.map(|_| ()).unwrap_err()), "misconfigured provider_denied");
+    assert_eq!(bench.book.spent(), 0);
+    let mut bench = Bench::new().await;
+    bench.call = Book::with_budget(PRICE - 1).call();
+    assert!(matches!(bench.reference().await, Err(ProviderError::OverBudget { .. })));
+    assert!(bench.server.asked().is_empty());
+    assert_eq!(bench.painter.adapter().settings["size"], json!(bench.painter.settings.size));
+}
