@@ -23,6 +23,7 @@ fn bench(criterion: &mut Criterion) {
             picture: Some((&alone.completion.picture, alone.completion.shown_px)),
             size_m: object.size_m,
             example: None,
+            told: &[],
         })
         .collect();
     let stand_up = |problem: &UprightProblem| {

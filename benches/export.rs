@@ -160,6 +160,7 @@ fn certificate(scene: &Breakfast) -> Certificate {
         scale_error: None,
         collisions: Vec::new(),
         resolve: ResolveFinding { rounds: 1, log: Vec::new(), gave_way: Vec::new() },
+        appraisal: None,
         made_with: MadeWith { version: "0".into(), adapters: Vec::new(), settings: serde_json::Value::Null },
     }
 }

@@ -24,7 +24,7 @@ use crate::geometry::decompose::DecomposeSettings;
 use crate::physics::metrics::CertifySettings;
 use crate::physics::resolve::ResolveSettings;
 use crate::physics::settle::SettleSettings;
-use crate::pipeline::certify::{FidelitySettings, HealthSettings};
+use crate::pipeline::certify::{AppraiseSettings, FidelitySettings, HealthSettings};
 use crate::pipeline::preview::PreviewSettings;
 use crate::pipeline::resolve::NoRoomSettings;
 use crate::provider::embedded::analyst;
@@ -71,6 +71,7 @@ pub struct Config {
     pub certify: CertifySettings,
     pub fidelity: FidelitySettings,
     pub health: HealthSettings,
+    pub appraise: AppraiseSettings,
     pub preview: PreviewSettings,
     pub export: ExportSettings,
 }

@@ -76,6 +76,7 @@ pub struct Settings {
     pub certify: CertifySettings,
     pub fidelity: certify::FidelitySettings,
     pub health: certify::HealthSettings,
+    pub appraise: certify::AppraiseSettings,
     pub preview: preview::PreviewSettings,
     pub export: ExportSettings,
 }

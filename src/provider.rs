@@ -25,7 +25,10 @@ use std::sync::Arc;
 use futures::future::BoxFuture;
 use serde::{Deserialize, Serialize};
 
-pub use analyst::{SceneAnalyst, TopCheck, TopVerdict, UprightQuestion};
+pub use analyst::{
+    Judgement, MadeAfter, SceneAnalyst, TaskQuestion, TaskThing, TopCheck, TopVerdict, Upright, UprightLook,
+    UprightQuestion,
+};
 pub use call::{Call, Cpu};
 pub use error::{Port, ProviderError};
 pub use feature_extractor::FeatureExtractor;

@@ -32,6 +32,7 @@ pub mod reference;
 mod scenery;
 mod settings;
 mod shade;
+pub mod side_views;
 mod silhouette;
 mod sky;
 mod sky_group;

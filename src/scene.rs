@@ -11,6 +11,7 @@ pub mod recognition;
 pub mod instance;
 pub mod money;
 pub mod certificate;
+pub mod appraisal;
 pub mod finished;
 
 pub use crate::geometry::{Friction, MassProperties};

@@ -9,7 +9,9 @@
 //!   instance's viewing ray; the best silhouette and, there, the colors count (tells upside down);
 //! - *example*: where a typical mesh of its kind is known in the canonical frame, how alike the turned mesh
 //!   fills its box (names the front, breaks ties), and how alike what is drawn on both is spread over their boxes
-//!   (tells a cover from a back).
+//!   (tells a cover from a back);
+//! - *told*: what somebody says who has looked at the mesh. It breaks ties, and names the front where nothing else can; it does
+//!   not outweigh a picture that shows the thing otherwise.
 //!
 //! The four rotations that share an up direction cast the same outlines, so between them only extents and
 //! example decide; where neither does (a cube without an example) the first in the list is taken, and the
@@ -25,6 +27,7 @@ mod settings;
 mod turns;
 
 pub use settings::CanonicalizeSettings;
+pub use turns::axis_aligned;
 
 use glam::{DQuat, DVec3};
 use rayon::prelude::*;
@@ -51,6 +54,8 @@ pub struct UprightProblem<'a> {
     pub size_m: DVec3,
     /// A typical mesh of its kind in the canonical frame, any size.
     pub example: Option<&'a TexturedMesh>,
+    /// `canonical_from_raw` as somebody says who has looked; of several each is as good, none = nobody has.
+    pub told: &'a [DQuat],
 }
 
 /// How the raw mesh is to be turned, and how sure that is.
@@ -111,6 +116,8 @@ pub fn upright(
         }
         None => vec![0.0; turns.len()],
     };
+    let told_costs: Vec<f64> =
+        turns.iter().map(|turn| evidence::told_cost(*turn, problem.told, settings)).collect();
     let outline = OutlineMesh::new(problem.raw_mesh, dro.outline_cells);
     let seen = evidence::Seen::new(problem, bbox, settings);
     // One look per up direction that the extents leave possible.
@@ -129,7 +136,7 @@ pub fn upright(
                 .transpose()
         })
         .collect::<Result<Vec<Option<Standing>>, Interrupted>>()?;
-    let costs = |&k: &usize| (k, extent_costs[k], example_costs[k]);
+    let costs = |&k: &usize| (k, extent_costs[k], example_costs[k] + told_costs[k]);
     let candidates: Vec<Candidates> = ups
         .iter()
         .zip(&standing)

@@ -29,7 +29,8 @@ pub fn providers(resolved: &Resolved, seed: u64, latency: Duration) -> Result<Ar
     let settings = super::scenes::adapters(&resolved.config);
     let ports = embedded::ports(&settings, super::network::load(resolved)?);
     let cpu = super::evaluation::cpu(&resolved.config)?;
-    let studio = Studio::new(ports, Call::without_budget(cpu, Interrupt::default()), seed);
+    let turning = (resolved.config.canonicalize.clone(), resolved.config.dro.clone());
+    let studio = Studio::new(ports, turning, Call::without_budget(cpu, Interrupt::default()), seed);
     Ok(DevProviders::new(studio, latency))
 }
 

@@ -99,6 +99,7 @@ pub(super) fn stages(config: &Config) -> Settings {
         certify: config.certify,
         fidelity: config.fidelity,
         health: config.health,
+        appraise: config.appraise,
         preview: config.preview,
         export: config.export,
     }

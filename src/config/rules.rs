@@ -2,7 +2,7 @@
 
 use super::Config;
 use crate::provider::feature_extractor::FeatureAdapter;
-use crate::provider::remote::settings::LineMode;
+use crate::provider::remote::settings::{AnalystProvider, LineMode};
 
 /// Every broken rule: the key to change, and why.
 pub(super) fn broken(config: &Config) -> Vec<(&'static str, String)> {
@@ -13,7 +13,7 @@ pub(super) fn broken(config: &Config) -> Vec<(&'static str, String)> {
         }
     };
     let Config { server, worker, log, analyst, layout, painter, descriptor, render, .. } = config;
-    let Config { canonicalize, dro, settle, resolve, export, features, providers, .. } = config;
+    let Config { canonicalize, dro, settle, resolve, appraise, export, features, providers, .. } = config;
 
     rule(
         "server.listen",
@@ -59,6 +59,12 @@ pub(super) fn broken(config: &Config) -> Vec<(&'static str, String)> {
         providers.mode == LineMode::Live || !providers.cassette.is_empty(),
         "record and replay want a recording; name its folder, or set providers.mode = live".into(),
     );
+    let has_opinions = providers.analyst.iter().any(|provider| *provider != AnalystProvider::Embedded);
+    for (key, asked) in [("appraise.ratings", appraise.ratings), ("appraise.tasks", appraise.tasks > 0)] {
+        let told =
+            "the embedded analyst has no opinion of scenes; put chat into providers.analyst, or ask for none";
+        rule(key, !asked || has_opinions, told.into());
+    }
     rule(
         "analyst.most_objects",
         analyst.most_objects >= analyst.fewest_objects,

@@ -2,6 +2,8 @@
 //! that this is no chat model.
 
 mod questions;
+mod turning;
+mod opinions;
 
 use std::sync::Arc;
 

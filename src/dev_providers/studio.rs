@@ -3,16 +3,19 @@
 
 use std::sync::Arc;
 
+use glam::DQuat;
 use tokio::sync::Mutex;
 
 use super::likeness::Look;
 use super::refusal::Refusal;
 use super::sight::{KnownSight, Sight};
+use crate::align::canonicalize::CanonicalizeSettings;
+use crate::align::dro::DroSettings;
 use crate::geometry::seed::child_seed;
 use crate::geometry::{Image, Mask, TexturedMesh};
 use crate::provider::{
-    Call, Completion, CompletionRequest, KnownTop, Painting, Ports, ReconstructionRequest, Reference,
-    TopPicture, TopViewRequest,
+    Call, Completion, CompletionRequest, KnownTop, Painting, Port, Ports, ReconstructionRequest, Reference,
+    TopPicture, TopViewRequest, UprightQuestion,
 };
 use crate::scene::request::RequestOptions;
 use crate::scene::{InstanceId, InstanceMask, MaskEdges, SceneDescription};
@@ -30,6 +33,8 @@ const REMEMBERED: usize = 64;
 /// The embedded ports at work.
 pub struct Studio {
     ports: Ports,
+    /// How the embedded analyst stands meshes up.
+    turning: (CanonicalizeSettings, DroSettings),
     call: Call,
     /// For questions that bring none.
     seed: u64,
@@ -67,8 +72,8 @@ pub struct Described {
 }
 
 impl Studio {
-    pub fn new(ports: Ports, call: Call, seed: u64) -> Self {
-        Self { ports, call, seed, memory: Mutex::default() }
+    pub fn new(ports: Ports, turning: (CanonicalizeSettings, DroSettings), call: Call, seed: u64) -> Self {
+        Self { ports, turning, call, seed, memory: Mutex::default() }
     }
 
     /// Describes a wish, and paints it: the painter's choice of a table is part of the description.
@@ -109,6 +114,15 @@ impl Studio {
         found
             .map(|(_, known)| known.painted.clone())
             .ok_or_else(|| Refusal::Unable("only what was described here before can be painted here".into()))
+    }
+
+    /// What was painted last after these words.
+    pub(super) async fn painting_after(&self, words: &str) -> Result<Arc<KnownSight>, Refusal> {
+        let memory = self.memory.lock().await;
+        let found = memory.paintings.iter().rev().find(|(wish, _)| wish.text == words);
+        found
+            .map(|(_, known)| known.painted.clone())
+            .ok_or_else(|| Refusal::Unable("nothing was painted here after these words".into()))
     }
 
     /// What a whole picture shows; one that is not known is looked at.
@@ -180,6 +194,33 @@ impl Studio {
             seed,
         };
         Ok(self.ports.mesh_generator.reconstruct(&self.call, request).await?.mesh)
+    }
+
+    /// The rotation that stands a mesh of an object up: `canonical_from_mesh`.
+    pub(super) async fn upright(
+        &self,
+        sight: &Sight,
+        index: usize,
+        mesh: &TexturedMesh,
+    ) -> Result<DQuat, Refusal> {
+        let (canonicalize, dro) = self.turning.clone();
+        let question = UprightQuestion {
+            raw_mesh: Arc::new(mesh.clone()),
+            object: sight.recognition.objects[index].clone(),
+            camera: sight.recognition.camera,
+            completion: sight.alone[index].clone(),
+            canonicalize,
+            dro,
+        };
+        Ok(self.ports.analyst.upright(&self.call, question).await?.pose.rotation)
+    }
+
+    /// What a computation comes to, off the threads that answer.
+    pub(super) async fn computed<T: Send + 'static>(
+        &self,
+        compute: impl FnOnce() -> T + Send + 'static,
+    ) -> Result<T, Refusal> {
+        Ok(self.call.compute(Port::Analyst, move |_| Ok(compute())).await?)
     }
 
     async fn thing(

@@ -12,6 +12,7 @@ use crate::geometry::{
     Camera, ConvexHull, Friction, Image, MassProperties, Material, Outline, Pose, Rgb, Texture, TexturedMesh,
     shapes,
 };
+use crate::scene::appraisal::{Appraisal, Criterion, Opinion, ProposedTask, Rating, TaskKind};
 use crate::scene::certificate::{
     Appearance, BodyHealth, Concession, Displacement, Displacements, Fidelity, GaveWay, HealthThresholds,
     MadeWith, MethodShare, Metrics, ObjectCertificate, Region, Regions, ResolveFinding, RotationFinding,
@@ -288,6 +289,7 @@ pub(super) fn specimen() -> (Scene, Certificate, Assets, Pictures) {
             appearance: Appearance { extractor: "specimen".into(), model: "1".into(), similarity: 0.95 },
         },
         objects: objects(),
+        appraisal: Some(appraisal()),
         bodies: health(),
         scale_error: None,
         collisions: Vec::new(),
@@ -315,6 +317,25 @@ pub(super) fn specimen() -> (Scene, Certificate, Assets, Pictures) {
         ..Pictures::default()
     };
     (scene, certificate, assets, pictures)
+}
+
+fn appraisal() -> Appraisal {
+    fn opinion<T>(said: T) -> Opinion<T> {
+        Opinion { by: "specimen".into(), model: NASTY_LABEL.into(), prompt: "judge_text 1".into(), said }
+    }
+    Appraisal {
+        ratings: Some(opinion(vec![Rating {
+            criterion: Criterion::PhysicalPlausibility,
+            score: 6,
+            why: NASTY_LABEL.into(),
+        }])),
+        tasks: Some(opinion(vec![ProposedTask {
+            instruction: NASTY_LABEL.into(),
+            kind: TaskKind::PickAndPlace,
+            objects: vec![InstanceId::new("mug_1").expect("a name")],
+        }])),
+        missing: vec![NASTY_LABEL.into()],
+    }
 }
 
 fn objects() -> Vec<ObjectCertificate> {

@@ -13,7 +13,7 @@ use super::{Context, Settings, carry, preview, reconstruct, reference};
 use crate::align::canonicalize::CanonicalizeSettings;
 use crate::align::dro::DroSettings;
 use crate::geometry::Camera;
-use crate::provider::{Adapter, Ports, UprightQuestion};
+use crate::provider::{Adapter, Ports, Upright, UprightLook, UprightQuestion};
 use crate::scene::{InstanceId, Recognition, RecognizedObject};
 
 pub const STAGE: Stage = Stage { name: "canonicalize", version: 5 };
@@ -43,6 +43,9 @@ pub struct Output {
     pub size_m: DVec3,
     /// 0..1: how clearly this rotation stood out.
     pub confidence: f64,
+    /// What a model said of each look at the mesh, where one was asked; the picture may have overruled it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub looks: Vec<UprightLook>,
 }
 
 /// One entry per recognized object, in order.
@@ -91,7 +94,7 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
         dro: inputs.dro.clone(),
     };
     let call = context.call();
-    let pose = context.services().ports.analyst.upright(&call, question).await?;
+    let Upright { pose, looks } = context.services().ports.analyst.upright(&call, question).await?;
     let (rotation, scale) = (pose.rotation, pose.scale);
     let (mesh, drawn) = context
         .cpu(move || {
@@ -105,7 +108,7 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
     let size_m = mesh.size_m();
     let mesh = carry::put_mesh(&context, "canonical.glb", mesh).await?;
     let confidence = pose.confidence;
-    let output = Output { mesh, picture, rotation_xyzw: rotation, scale, size_m, confidence };
+    let output = Output { mesh, picture, rotation_xyzw: rotation, scale, size_m, confidence, looks };
     context.put_json("canonical.json", &output).await?;
     Ok(output)
 }

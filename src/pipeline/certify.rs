@@ -1,8 +1,9 @@
 //! Stage 11: the certificate. What was built is measured (collisions, support, stability, containment,
-//! likeness to the picture), painted, written in every format and read back.
+//! likeness to the picture), painted, rated by a model where that is wanted, written in every format and read back.
 
 mod health;
 mod measure;
+mod appraise;
 mod write;
 mod sheet;
 #[cfg(test)]
@@ -32,6 +33,7 @@ use crate::scene::certificate::{AdapterUsed, Appearance, MadeWith, Metrics, Reso
 use crate::scene::{Input, InstanceMask, Provenance, Recognition, ReconstructionMethod, SceneRequest};
 use crate::store::Digest;
 
+pub use appraise::AppraiseSettings;
 pub use health::HealthSettings;
 
 pub const STAGE: Stage = Stage { name: "certify", version: 7 };
@@ -111,6 +113,9 @@ pub struct Inputs {
     render: RenderSettings,
     export: ExportSettings,
     feature_extractor: Adapter,
+    /// Absent where no model is asked for its opinion.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    appraise: Option<appraise::Asked>,
     /// Name of the GPU that paints the previews; absent where the CPU does.
     #[serde(skip_serializing_if = "Option::is_none")]
     gpu: Option<String>,
@@ -231,6 +236,7 @@ impl Inputs {
             render: settings.render.clone(),
             export: settings.export.clone(),
             feature_extractor: ports.feature_extractor.adapter(),
+            appraise: appraise::Asked::new(&settings.appraise, ports.analyst.adapter()),
             gpu,
         })
     }
@@ -280,6 +286,13 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
     };
     let Adapter { name: extractor, model, .. } = inputs.feature_extractor.clone();
     let appearance = Appearance { extractor, model, similarity };
+    let appraisal = match &inputs.appraise {
+        Some(asked) => {
+            let (picture, scene) = (reference.clone(), pictures.scene_view.clone());
+            Some(appraise::appraise(&context, asked, &inputs, &loaded, picture, scene).await?)
+        }
+        None => None,
+    };
 
     if matches!(inputs.identity.request.input, Input::Image { .. }) {
         let top_view = carry::picture(&context, &inputs.top_view).await?;
@@ -301,8 +314,9 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
     let given = inputs.clone();
     let certified = context
         .cpu(move || {
-            let certificate =
+            let mut certificate =
                 measure::certificate(&given, &loaded, &measured, &pictures.likeness, appearance)?;
+            certificate.appraisal = appraisal;
             write::files(&given, &loaded, certificate, &pictures.pictures)
         })
         .await??;

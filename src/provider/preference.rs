@@ -5,12 +5,13 @@ use std::sync::Arc;
 use serde_json::json;
 
 use super::{
-    Adapter, Answer, Call, Completion, CompletionRequest, MeshGenerator, Painter, Painting, ProviderError,
-    RawMesh, RawTable, ReconstructionRequest, Reference, SceneAnalyst, Segmentation, Segmenter, TopBoxes,
-    TopCheck, TopPicture, TopVerdict, TopViewRequest, UprightQuestion,
+    Adapter, Answer, Call, Completion, CompletionRequest, Judgement, MeshGenerator, Painter, Painting,
+    ProviderError, RawMesh, RawTable, ReconstructionRequest, Reference, SceneAnalyst, Segmentation,
+    Segmenter, TaskQuestion, TopBoxes, TopCheck, TopPicture, TopVerdict, TopViewRequest, Upright,
+    UprightQuestion,
 };
-use crate::align::canonicalize::CanonicalPose;
 use crate::geometry::Mask;
+use crate::scene::appraisal::{Opinion, ProposedTask, Rating};
 use crate::scene::request::RequestOptions;
 use crate::scene::{Recognition, RecognizedTable, SceneDescription};
 
@@ -92,12 +93,24 @@ impl SceneAnalyst for Preferred<dyn SceneAnalyst> {
         Box::pin(self.ask(move |analyst| analyst.recognize(call, reference.clone(), seed, options.clone())))
     }
 
-    fn upright<'a>(&'a self, call: &'a Call, question: UprightQuestion) -> Answer<'a, CanonicalPose> {
+    fn upright<'a>(&'a self, call: &'a Call, question: UprightQuestion) -> Answer<'a, Upright> {
         Box::pin(self.ask(move |analyst| analyst.upright(call, question.clone())))
     }
 
     fn check_top_view<'a>(&'a self, call: &'a Call, question: TopCheck) -> Answer<'a, TopVerdict> {
         Box::pin(self.ask(move |analyst| analyst.check_top_view(call, question.clone())))
+    }
+
+    fn judge<'a>(&'a self, call: &'a Call, question: Judgement) -> Answer<'a, Opinion<Vec<Rating>>> {
+        Box::pin(self.ask(move |analyst| analyst.judge(call, question.clone())))
+    }
+
+    fn propose_tasks<'a>(
+        &'a self,
+        call: &'a Call,
+        question: TaskQuestion,
+    ) -> Answer<'a, Opinion<Vec<ProposedTask>>> {
+        Box::pin(self.ask(move |analyst| analyst.propose_tasks(call, question.clone())))
     }
 }
 
@@ -202,7 +215,7 @@ mod tests {
             Box::pin(async { Err((self.1)()) })
         }
 
-        fn upright<'a>(&'a self, _: &'a Call, _: UprightQuestion) -> Answer<'a, CanonicalPose> {
+        fn upright<'a>(&'a self, _: &'a Call, _: UprightQuestion) -> Answer<'a, Upright> {
             Box::pin(async { Err((self.1)()) })
         }
     }

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::appraisal::Appraisal;
 use super::{InstanceId, ReconstructionMethod};
 use crate::geometry::decompose::HullFit;
 use crate::geometry::repair::Repair;
@@ -29,6 +30,9 @@ pub struct Certificate {
     /// Pairs that collide, with their depth.
     pub collisions: Vec<Collision>,
     pub resolve: ResolveFinding,
+    /// What a model thinks of the scene, where one was asked; the verdict does not depend on it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub appraisal: Option<Appraisal>,
     pub made_with: MadeWith,
 }
 

@@ -100,6 +100,10 @@ async fn every_question_is_left_for_a_judge() {
     let question = TopCheck { reference, recognition, top: picture, seed: 7 };
     let verdict = bench.analyst.check_top_view(&bench.call, question).await.unwrap();
     assert!(!verdict.holds() && verdict.straight_down && verdict.told == "leave the spoon out");
+    bench.upright().await.unwrap();
+    bench.judge().await.unwrap();
+    bench.judge_after_picture().await.unwrap();
+    bench.tasks().await.unwrap();
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("target/chat_requests");
     std::fs::create_dir_all(&folder).unwrap();
     let mut names = Vec::new();
@@ -108,9 +112,20 @@ async fn every_question_is_left_for_a_judge() {
         std::fs::write(folder.join(&name).with_extension("json"), request.to_string()).unwrap();
         names.push(name);
     }
-    assert_eq!(names, ["describe", "recognize", "measure", "stacking", "check_top"]);
+    let all = [
+        "describe",
+        "recognize",
+        "measure",
+        "stacking",
+        "check_top",
+        "upright",
+        "judge_text",
+        "judge_picture",
+        "propose_tasks",
+    ];
+    assert_eq!(names, all);
     let pictures = |request: &Value| request["messages"][1]["content"].as_array().unwrap().len() - 1;
-    assert_eq!(bench.server.requests().iter().map(pictures).collect::<Vec<_>>(), [0, 1, 1, 1, 2]);
+    assert_eq!(bench.server.requests().iter().map(pictures).collect::<Vec<_>>(), [0, 1, 1, 1, 2, 2, 1, 2, 0]);
 }
 
 #[tokio::test]
@@ -215,7 +230,7 @@ async fn a_budget_that_is_too_small_sends_nothing() {
 }
 
 #[tokio::test]
-async fn standing_meshes_up_is_left_to_others() {
+async fn the_adapter_names_its_model_and_prompts_and_no_key() {
     let bench = Bench::new().await;
     let identity = bench.analyst.adapter();
     assert_eq!((identity.name.as_str(), identity.model.as_str()), ("openai/chat", "gpt-4.1"));

@@ -22,8 +22,25 @@ pub fn answer(schema: &str) -> Value {
             "straight_down": true, "no_perspective": true, "front_below": true, "all_there": true, "none_added": false,
             "told": "leave the spoon out",
         }),
+        "upright" => json!({ "top": "top", "front": "front" }),
+        "judge_picture" => ratings(&["visual_fidelity", "image_alignment", "physical_plausibility"]),
+        "judge_text" => {
+            ratings(&["consistency_with_text", "object_quality", "layout_coherence", "physical_plausibility"])
+        }
+        "propose_tasks" => json!({ "tasks": [
+            { "instruction": "Put the apple beside the plate.", "kind": "pick_and_place", "objects": ["apple_1", "plate_1"] },
+            { "instruction": "Swap apple and fork.", "kind": "swap", "objects": ["apple_1", "fork_1"] },
+        ] }),
         other => panic!("nobody asks for {other}"),
     }
+}
+
+fn ratings(criteria: &[&str]) -> Value {
+    let mut answer = json!({});
+    for (criterion, score) in criteria.iter().zip([6, 5, 7, 4]) {
+        answer[*criterion] = json!({ "score": score, "why": "It looks like it." });
+    }
+    answer
 }
 
 fn description() -> Value {

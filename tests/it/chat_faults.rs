@@ -16,10 +16,35 @@ const PRICE: i64 = 6000;
 const ANSWERED: &str = "answered";
 const UNKNOWN: &str = "outcome_unknown";
 
-/// What comes of it: `ok` or a class, and the outcomes written down.
+/// A question of one turn.
+#[derive(Clone, Copy, Debug)]
+enum Operation {
+    Describe,
+    Upright,
+    Judge,
+    ProposeTasks,
+}
+
+impl Operation {
+    async fn result(self, bench: &Bench) -> Result<(), ProviderError> {
+        match self {
+            Self::Describe => bench.describe().await.map(drop),
+            Self::Upright => bench.upright().await.map(drop),
+            Self::Judge => bench.judge().await.map(drop),
+            Self::ProposeTasks => bench.tasks().await.map(drop),
+        }
+    }
+}
+
+/// What comes of a description: `ok` or a class, and the outcomes written down.
 async fn ended(bench: &Bench, faults: &[Fault]) -> (String, Vec<&'static str>) {
+    asked(Operation::Describe, bench, faults).await
+}
+
+/// What comes of a question.
+async fn asked(operation: Operation, bench: &Bench, faults: &[Fault]) -> (String, Vec<&'static str>) {
     bench.server.script(faults.iter().cloned());
-    let result = bench.describe().await;
+    let result = operation.result(bench).await;
     let outcomes: Vec<&'static str> =
         bench.book.outcomes().into_iter().map(|outcome| outcome.expect("everything is settled")).collect();
     let billed = bench.server.bill().len() as i64 * PRICE;
@@ -80,11 +105,14 @@ async fn each_fault_ends_in_its_class() {
             vec!["provider_redirected"],
         ),
     ];
-    for (faults, expected, outcomes) in cases {
-        let bench = Bench::new().await;
-        let (result, written) = ended(&bench, &faults).await;
-        assert_eq!((result.as_str(), &written), (expected, &outcomes), "{faults:?}");
-        assert_eq!(bench.server.left(), 0, "{faults:?}");
+    use Operation::*;
+    for operation in [Describe, Upright, Judge, ProposeTasks] {
+        for (faults, expected, outcomes) in &cases {
+            let bench = Bench::new().await;
+            let (result, written) = asked(operation, &bench, faults).await;
+            assert_eq!((result.as_str(), &written), (*expected, outcomes), "{operation:?}: {faults:?}");
+            assert_eq!(bench.server.left(), 0, "{operation:?}: {faults:?}");
+        }
     }
 }
 

@@ -25,6 +25,7 @@ mod wire_faults;
 mod chat_server;
 mod chat_answers;
 mod chat;
+mod chat_opinions;
 mod chat_faults;
 mod chat_scene;
 mod images_server;

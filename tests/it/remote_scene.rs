@@ -42,12 +42,13 @@ impl Made {
         let shown = server.get(&format!("/scenes/{scene_id}")).await.json();
         assert_eq!((&shown["state"], &shown["verdict"]), (&json!("ready"), &json!("pass")), "{shown}");
         let bundle = server.get(&format!("/scenes/{scene_id}/bundle")).await.body;
-        let mut archive = zip::ZipArchive::new(Cursor::new(bundle.clone())).unwrap();
-        let names: Vec<String> = archive.file_names().map(|name| name.unwrap().into_owned()).collect();
-        let name = names.iter().find(|name| name.ends_with("scene.json")).expect("is in the bundle");
-        let scene = serde_json::from_reader(archive.by_name(name).unwrap()).unwrap();
+        let scene = serde_json::from_value(json_in(&bundle, "scene.json")).unwrap();
         server.stop().await;
         Self { shown, scene, bundle }
+    }
+
+    fn report(&self) -> Value {
+        json_in(&self.bundle, "report.json")
     }
 
     /// How many calls asked this.
@@ -68,6 +69,14 @@ impl Made {
         }
         operations
     }
+}
+
+/// A file of a bundle.
+fn json_in(bundle: &Bytes, file: &str) -> Value {
+    let mut archive = zip::ZipArchive::new(Cursor::new(bundle.clone())).unwrap();
+    let names: Vec<String> = archive.file_names().map(|name| name.unwrap().into_owned()).collect();
+    let name = names.iter().find(|name| name.ends_with(file)).expect("is in the bundle");
+    serde_json::from_reader(archive.by_name(name).unwrap()).unwrap()
 }
 
 /// The embedded adapters alone.
@@ -94,6 +103,8 @@ fn remote(address: &str, more: &[(&str, &str)]) -> Resolved {
         ("providers.replicate.look_every_ms", "20"),
         ("providers.hunyuan3d.base_url", &root),
         ("providers.hunyuan3d.look_every_ms", "20"),
+        ("appraise.ratings", "true"),
+        ("appraise.tasks", "3"),
     ];
     set.extend(more);
     settings(&set)
@@ -172,13 +183,23 @@ async fn a_text_becomes_the_same_scene_over_the_network_and_again_without_one() 
             "segment segment",
             "complete redraw",
             "reconstruct reconstruct",
+            "canonicalize upright",
             "place top_view",
             "place check_top",
             "place segment",
+            "certify judge_text",
+            "certify propose_tasks",
         ]
     );
     let billed = there.providers.bill.lines().len();
     assert!(over_network.shown["spending"]["spent_usd"].as_f64().unwrap() > 0.0);
+    let appraisal = over_network.report()["appraisal"].clone();
+    let scores = appraisal["ratings"]["said"].as_array().unwrap();
+    assert!(
+        scores.len() == 4 && scores.iter().all(|rating| rating["score"].as_u64().unwrap() > 3),
+        "{appraisal}"
+    );
+    assert_eq!(appraisal["tasks"]["said"].as_array().unwrap().len(), 3, "{appraisal}");
     there.stop().await;
 
     // Nobody listens at that address any more.
@@ -202,7 +223,11 @@ async fn the_recording_that_comes_with_the_program_plays() {
     let names: BTreeSet<&str> = made.scene.instances.iter().map(|instance| instance.name.as_str()).collect();
     assert_eq!(names, ["apple_1", "fork_1", "plate_1"].into());
     assert_eq!(made.shown["spending"]["spent_usd"], 0.0);
-    assert!(made.operations().contains(&"place check_top".to_owned()));
+    for operation in
+        ["canonicalize upright", "place check_top", "certify judge_text", "certify propose_tasks"]
+    {
+        assert!(made.operations().contains(&operation.to_owned()), "{operation}");
+    }
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -225,6 +250,7 @@ async fn a_picture_becomes_the_same_scene_over_the_network() {
         .iter()
         .map(|call| call["provider"].as_str().unwrap())
         .collect();
+    assert!(over_network.operations().contains(&"certify judge_picture".to_owned()));
     let asked = ["ark/seedream", "hunyuan3d/server", "openai/chat", "openai/images", "sidecar/segmenter"];
     assert_eq!(providers, asked.into());
     there.stop().await;

@@ -8,7 +8,7 @@ use crate::geometry::Interrupted;
 
 /// Costs of the rotations that share an up direction, without the picture's.
 pub struct Candidates {
-    /// Rotation, its extent cost, its weighted example cost.
+    /// Rotation, its extent cost, its weighted example cost with that of what was told.
     pub rotations: Vec<(usize, f64, f64)>,
     /// What the picture's cost is at least; `None` where nobody is to look.
     pub least_picture_cost: Option<f64>,

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use glam::{DQuat, DVec3};
 
-use super::turns::turned_size;
+use super::turns::{raw_up, turned_size};
 use super::{CanonicalizeSettings, UprightProblem};
 use crate::align::appearance::{Model, PictureCrop, SIDE_PX};
 use crate::align::dro::DroSettings;
@@ -20,6 +20,16 @@ pub fn extent_cost(raw_size: DVec3, turn: DQuat, size_m: DVec3, settings: &Canon
         DVec3::new((turned.x / size_m.x).ln(), (turned.y / size_m.y).ln(), (turned.z / size_m.z).ln());
     let mean = difference.element_sum() / 3.0;
     settings.extent_weight * ((difference - mean).length_squared() / 3.0).sqrt()
+}
+
+/// What it costs to turn the mesh otherwise than somebody says who has looked; of several sayings the nearest counts.
+pub fn told_cost(turn: DQuat, told: &[DQuat], settings: &CanonicalizeSettings) -> f64 {
+    let costs = told.iter().map(|said| match () {
+        () if raw_up(*said).dot(raw_up(turn)) < 0.5 => settings.told_up_weight,
+        () if said.dot(turn).abs() < 0.99 => settings.told_front_weight,
+        () => 0.0,
+    });
+    costs.reduce(f64::min).unwrap_or(0.0)
 }
 
 /// More than rounding takes from a color disagreement of 0.

@@ -23,6 +23,10 @@ pub struct CanonicalizeSettings {
     /// Cost per unit of unlikeness (0..1) of where colors vary on the mesh and on the example; more trusts what is
     /// drawn on things to tell their sides apart.
     pub detail_weight: f64,
+    /// Cost of another up direction than the one that somebody says who has looked; more trusts the word, less the picture.
+    pub told_up_weight: f64,
+    /// Cost of another front with that up direction; more trusts the word, less extents and example.
+    pub told_front_weight: f64,
     /// Lead over the next up direction at which the confidence is one half.
     pub clear_lead: f64,
 }

@@ -15,6 +15,8 @@ fn settings() -> CanonicalizeSettings {
         looks: 5,
         example_weight: 0.25,
         detail_weight: 0.05,
+        told_up_weight: 0.03,
+        told_front_weight: 0.08,
         clear_lead: 0.02,
     }
 }
@@ -48,6 +50,16 @@ fn painted(mesh: &TexturedMesh, yaw_rad: f64) -> Frame {
 
 /// Stands the mesh, turned the `k`-th way, up again; what is left of the turn.
 fn left_over(mesh: &TexturedMesh, k: usize, example: Option<&TexturedMesh>) -> (DQuat, CanonicalPose) {
+    left_over_told(mesh, k, example, &[])
+}
+
+/// The same where somebody says that what is left of the turn is one of these.
+fn left_over_told(
+    mesh: &TexturedMesh,
+    k: usize,
+    example: Option<&TexturedMesh>,
+    left_as_told: &[DQuat],
+) -> (DQuat, CanonicalPose) {
     let raw_from_canonical = turns::axis_aligned()[k % 24];
     let size_m = mesh.size_m();
     let raw = mesh.clone().rotated(raw_from_canonical).scaled(DVec3::splat(1.0 / size_m.max_element()));
@@ -60,6 +72,7 @@ fn left_over(mesh: &TexturedMesh, k: usize, example: Option<&TexturedMesh>) -> (
         picture: Some((&frame.color, [0.0, 0.0, 640.0, 480.0])),
         size_m,
         example,
+        told: &left_as_told.iter().map(|left| *left * raw_from_canonical.conjugate()).collect::<Vec<_>>(),
     };
     let dro = crate::align::dro::tests::settings();
     let pose = upright(&problem, &settings(), &dro, &Interrupt::default()).expect("found");
@@ -105,6 +118,40 @@ fn an_example_names_the_front() {
 }
 
 #[test]
+fn a_right_word_names_the_front_without_an_example() {
+    for (k, name) in ["mug", "laptop", "fork", "mouse", "calculator"].into_iter().enumerate() {
+        let (left, _) = left_over_told(&built(name, 5), 5 * k + 2, None, &[DQuat::IDENTITY]);
+        assert!(left.w.abs() > 0.99, "{name}: {left:?}");
+    }
+}
+
+#[test]
+fn the_picture_overrules_a_wrong_word() {
+    let upside_down = DQuat::from_rotation_x(std::f64::consts::PI);
+    let lying = DQuat::from_rotation_x(std::f64::consts::FRAC_PI_2);
+    let mut followed = Vec::new();
+    for (k, name) in KINDS.into_iter().enumerate() {
+        for (what, wrong) in [("upside down", upside_down), ("lying", lying)] {
+            let (left, _) = left_over_told(&built(name, 5), 7 * k + 3, None, &[wrong]);
+            if (left * DVec3::Z).z < 0.9 {
+                followed.push((name, what));
+            }
+        }
+    }
+    // What looks the same from below, at this distance, is as it is told.
+    assert!(followed.len() <= 4, "{followed:?}");
+}
+
+#[test]
+fn of_two_words_the_picture_takes_the_right_one() {
+    let upside_down = DQuat::from_rotation_x(std::f64::consts::PI);
+    for name in ["mug", "wine_glass", "laptop"] {
+        let (left, _) = left_over_told(&built(name, 5), 11, None, &[upside_down, DQuat::IDENTITY]);
+        assert!(left.w.abs() > 0.99, "{name}: {left:?}");
+    }
+}
+
+#[test]
 fn what_cannot_be_stood_up_says_why() {
     let (mesh, camera) = (built("mug", 1), camera());
     let none = Mask::empty(640, 480);
@@ -116,6 +163,7 @@ fn what_cannot_be_stood_up_says_why() {
         picture: None,
         size_m: DVec3::ONE,
         example: None,
+        told: &[],
     };
     let dro = crate::align::dro::tests::settings();
     let solve = |problem: &UprightProblem| upright(problem, &settings(), &dro, &Interrupt::default());

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::{DVec2, DVec3};
 use serde_json::{Value, json};
 
-use super::Asked;
+use super::{Asked, opinions, turning};
 use crate::dev_providers::refusal::Refusal;
 use crate::dev_providers::sight::Sight;
 use crate::dev_providers::studio::{Described, Studio};
@@ -15,11 +15,14 @@ use crate::scene::request::RequestOptions;
 use crate::scene::{InstanceId, StandsOn, TableShape, TableSpec};
 
 pub(super) async fn answered(studio: &Studio, asked: &Asked) -> Result<Value, Refusal> {
-    if asked.schema == "describe" {
-        return described(studio, asked).await;
-    }
-    if asked.schema == "check_top" {
-        return top_checked(studio, asked).await;
+    match asked.schema.as_str() {
+        "describe" => return described(studio, asked).await,
+        "check_top" => return top_checked(studio, asked).await,
+        "upright" => return turning::answered(studio, asked).await,
+        "judge_picture" => return opinions::after_picture(asked),
+        "judge_text" => return opinions::after_text(studio, asked).await,
+        "propose_tasks" => return opinions::tasks(asked),
+        _ => {}
     }
     let picture = asked.pictures.first().ok_or_else(|| Refusal::Wrong("there is no picture".into()))?;
     let known = studio.sight(picture.clone()).await?;

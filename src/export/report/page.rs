@@ -38,6 +38,11 @@ pub fn write(report: &Report<'_>) -> String {
         figure(page, pictures.beside.as_ref(), caption);
         sections::likeness::write(page, report);
     });
+    if let Some(appraisal) = &report.certificate.appraisal {
+        section(&mut page, "What a model thinks of it", |page| {
+            sections::appraisal::write(page, report, appraisal);
+        });
+    }
     section(&mut page, "Formats read back", |page| sections::formats::write(page, report));
     views(&mut page, &pictures);
     section(&mut page, "Where it comes from", |page| sections::provenance::write(page, report));

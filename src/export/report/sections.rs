@@ -4,5 +4,6 @@ pub mod checks;
 pub mod objects;
 pub mod bodies;
 pub mod likeness;
+pub mod appraisal;
 pub mod formats;
 pub mod provenance;

@@ -169,6 +169,8 @@ pub(super) fn certificate(
         scale_error: inputs.scale_error,
         collisions,
         resolve: inputs.resolve.clone(),
+        // Asked for later, of somebody else.
+        appraisal: None,
         made_with: inputs.identity.made_with.clone(),
     })
 }

@@ -194,6 +194,7 @@ fn sound() -> Planted {
         render: section("render"),
         export: section("export"),
         feature_extractor: Adapter::new("none", "1", &()),
+        appraise: None,
         gpu: None,
     };
     Planted { inputs, loaded }

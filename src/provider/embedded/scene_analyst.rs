@@ -3,14 +3,17 @@
 
 use std::sync::Arc;
 
+use glam::DQuat;
 use serde::Serialize;
 
 use super::analyst::{self, DescribeError, DescribeOptions};
 use super::photograph::{self, PictureReader, ReaderIdentity};
 use crate::align::canonicalize::{CanonicalPose, CanonicalizeError, UprightProblem, upright};
 use crate::catalog::{self, Recipe};
-use crate::geometry::TexturedMesh;
-use crate::provider::{Adapter, Answer, Call, Port, ProviderError, Reference, SceneAnalyst, UprightQuestion};
+use crate::geometry::{Interrupt, TexturedMesh};
+use crate::provider::{
+    Adapter, Answer, Call, Port, ProviderError, Reference, SceneAnalyst, Upright, UprightQuestion,
+};
 use crate::scene::request::RequestOptions;
 use crate::scene::{Recognition, RecognizedObject, SceneDescription};
 
@@ -67,30 +70,42 @@ impl SceneAnalyst for EmbeddedAnalyst {
         }))
     }
 
-    fn upright<'a>(&'a self, call: &'a Call, question: UprightQuestion) -> Answer<'a, CanonicalPose> {
+    fn upright<'a>(&'a self, call: &'a Call, question: UprightQuestion) -> Answer<'a, Upright> {
         let settings = self.photograph.settings.clone();
         Box::pin(call.compute(Port::Analyst, move |interrupt| {
             let UprightQuestion { object, completion, camera, .. } = &question;
             let seen = || photograph::as_seen(object, completion, camera, &settings).map(Arc::new);
             let example = typical(object).or_else(seen);
-            let problem = UprightProblem {
-                raw_mesh: &question.raw_mesh,
-                camera: &question.camera,
-                mask: &question.completion.silhouette,
-                picture: Some((&question.completion.picture, question.completion.shown_px)),
-                size_m: question.object.size_m,
-                example: example.as_deref(),
-            };
-            upright(&problem, &question.canonicalize, &question.dro, interrupt).map_err(|error| match error {
-                CanonicalizeError::Interrupted(interrupted) => interrupted.into(),
-                other => ProviderError::Rejected {
-                    port: Port::Analyst,
-                    code: "not_upright",
-                    reason: format!("{}: {other}", question.object.id),
-                },
-            })
+            let pose = stood_up(&question, example.as_deref(), &[], interrupt)?;
+            Ok(Upright { pose, looks: Vec::new() })
         }))
     }
+}
+
+/// Stands a mesh up by sizes, picture, a typical mesh of its kind, and what somebody says who has looked.
+pub(in crate::provider) fn stood_up(
+    question: &UprightQuestion,
+    example: Option<&TexturedMesh>,
+    told: &[DQuat],
+    interrupt: &Interrupt,
+) -> Result<CanonicalPose, ProviderError> {
+    let problem = UprightProblem {
+        raw_mesh: &question.raw_mesh,
+        camera: &question.camera,
+        mask: &question.completion.silhouette,
+        picture: Some((&question.completion.picture, question.completion.shown_px)),
+        size_m: question.object.size_m,
+        example,
+        told,
+    };
+    upright(&problem, &question.canonicalize, &question.dro, interrupt).map_err(|error| match error {
+        CanonicalizeError::Interrupted(interrupted) => interrupted.into(),
+        other => ProviderError::Rejected {
+            port: Port::Analyst,
+            code: "not_upright",
+            reason: format!("{}: {other}", question.object.id),
+        },
+    })
 }
 
 /// Stable code and message of a text that became no description.
@@ -106,7 +121,7 @@ fn rejected(error: DescribeError) -> ProviderError {
 }
 
 /// A typical mesh of the object's kind, not the object itself: usual size, another seed.
-fn typical(object: &RecognizedObject) -> Option<Arc<TexturedMesh>> {
+pub(in crate::provider) fn typical(object: &RecognizedObject) -> Option<Arc<TexturedMesh>> {
     let category = catalog::category(&object.category)?;
     catalog::stocked(&Recipe {
         category: category.name.clone(),

@@ -6,8 +6,9 @@
 //! data that the prompts say not to obey, and whatever it answers can do no more than describe things on a table.
 //!
 //! [`describe`] plans a scene from words; [`recognize`] reads a picture in three turns: what is there, how large it is
-//! ([`measure`]), what carries what ([`stacking`]); [`check_top`] looks at drawn views from above. It does not stand meshes
-//! up: that wants another provider behind it.
+//! ([`measure`]), what carries what ([`stacking`]); [`check_top`] looks at drawn views from above; [`upright`] says how meshes
+//! are turned, and the picture has a say in it; [`judge`] rates finished scenes, [`propose_tasks`] thinks of what a robot could
+//! do in them.
 
 pub mod wire;
 pub mod prompts;
@@ -20,18 +21,22 @@ pub mod recognize;
 pub mod measure;
 pub mod stacking;
 pub mod check_top;
+pub mod upright;
+pub mod judge;
+pub mod propose_tasks;
 pub mod seen_camera;
 
 use std::sync::Arc;
 
 use serde_json::json;
 
+use super::prompt::Prompt;
 use super::{ChatSettings, Endpoint};
-use crate::align::canonicalize::CanonicalPose;
 use crate::provider::{
-    Adapter, Answer, Call, Port, ProviderError, Reference, SceneAnalyst, TopCheck, TopVerdict,
-    UprightQuestion,
+    Adapter, Answer, Call, Judgement, Port, ProviderError, Reference, SceneAnalyst, TaskQuestion, TopCheck,
+    TopVerdict, Upright, UprightQuestion,
 };
+use crate::scene::appraisal::{Opinion, ProposedTask, Rating};
 use crate::scene::request::RequestOptions;
 use crate::scene::{Recognition, SceneDescription};
 
@@ -80,14 +85,28 @@ impl SceneAnalyst for ChatAnalyst {
         Box::pin(check_top::check(self, call, question))
     }
 
-    fn upright<'a>(&'a self, _call: &'a Call, _question: UprightQuestion) -> Answer<'a, CanonicalPose> {
-        Box::pin(async {
-            Err(ProviderError::Unsupported {
-                port: Port::Analyst,
-                adapter: NAME.to_owned(),
-                reason: "it stands no meshes up; put embedded behind it in providers.analyst".to_owned(),
-            })
-        })
+    fn upright<'a>(&'a self, call: &'a Call, question: UprightQuestion) -> Answer<'a, Upright> {
+        Box::pin(upright::upright(self, call, question))
+    }
+
+    fn judge<'a>(&'a self, call: &'a Call, question: Judgement) -> Answer<'a, Opinion<Vec<Rating>>> {
+        Box::pin(judge::judge(self, call, question))
+    }
+
+    fn propose_tasks<'a>(
+        &'a self,
+        call: &'a Call,
+        question: TaskQuestion,
+    ) -> Answer<'a, Opinion<Vec<ProposedTask>>> {
+        Box::pin(propose_tasks::propose(self, call, question))
+    }
+}
+
+impl ChatAnalyst {
+    /// What this model said to a prompt.
+    fn opinion<T>(&self, prompt: &Prompt, said: T) -> Opinion<T> {
+        let prompt = format!("{} {}", prompt.name, prompt.version);
+        Opinion { by: NAME.to_owned(), model: self.settings.model.clone(), prompt, said }
     }
 }
 

@@ -2,7 +2,10 @@
 //! the questions, and how the reading of answers stands what nobody would say.
 
 use super::conversation::complaints_of;
-use super::{check_top, describe, measure, recognize, stacking};
+use super::{check_top, describe, judge, measure, propose_tasks, recognize, stacking, upright};
+use crate::provider::TaskThing;
+use crate::scene::appraisal::Criterion;
+use crate::scene::instance::SupportRelation;
 use crate::scene::{InstanceId, TableSpec};
 
 /// What a chat model is asked.
@@ -13,11 +16,24 @@ pub enum QuestionKind {
     Measure,
     Stacking,
     CheckTop,
+    Upright,
+    JudgePicture,
+    JudgeText,
+    ProposeTasks,
 }
 
 impl QuestionKind {
-    pub const ALL: [Self; 5] =
-        [Self::Describe, Self::Recognize, Self::Measure, Self::Stacking, Self::CheckTop];
+    pub const ALL: [Self; 9] = [
+        Self::Describe,
+        Self::Recognize,
+        Self::Measure,
+        Self::Stacking,
+        Self::CheckTop,
+        Self::Upright,
+        Self::JudgePicture,
+        Self::JudgeText,
+        Self::ProposeTasks,
+    ];
 
     /// What a model would be told of these words as the answer about the things `asked`; nothing where they are taken.
     pub fn complaints(self, words: &str, asked: &[InstanceId]) -> Vec<String> {
@@ -30,6 +46,28 @@ impl QuestionKind {
             Self::Measure => complaints_of(words, |answer| measure::accepted(answer, asked)),
             Self::Stacking => complaints_of(words, |answer| stacking::accepted(&answer, asked)),
             Self::CheckTop => complaints_of(words, check_top::accepted),
+            Self::Upright => complaints_of(words, upright::accepted),
+            Self::JudgePicture => {
+                complaints_of(words, |answer| judge::accepted(answer, &Criterion::OF_A_PICTURE))
+            }
+            Self::JudgeText => complaints_of(words, |answer| judge::accepted(answer, &Criterion::OF_A_TEXT)),
+            Self::ProposeTasks => {
+                let things: Vec<TaskThing> = asked.iter().map(small_thing).collect();
+                complaints_of(words, |answer| propose_tasks::accepted(answer, &things, asked.len()))
+            }
         }
+    }
+}
+
+/// A thing on the table that can be taken: what tasks are checked against is its name.
+fn small_thing(name: &InstanceId) -> TaskThing {
+    TaskThing {
+        name: name.clone(),
+        label: name.to_string(),
+        material: None,
+        size_m: [0.05; 3],
+        mass_kg: 0.1,
+        relation: SupportRelation::On,
+        carried_by: "table".into(),
     }
 }

@@ -1,0 +1,126 @@
+//! What a model thinks of the finished scene, and what a robot could do in it: asked where the operator wants it, and kept in the
+//! report. It decides nothing: the verdict is what was measured.
+
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use super::Inputs;
+use crate::geometry::Image;
+use crate::geometry::seed::child_seed;
+use crate::pipeline::Context;
+use crate::pipeline::error::StageError;
+use crate::pipeline::resolve::Loaded;
+use crate::provider::remote::failure::BAD_ANSWER;
+use crate::provider::{Adapter, Judgement, MadeAfter, ProviderError, TaskQuestion, TaskThing};
+use crate::scene::appraisal::{Appraisal, Opinion};
+use crate::scene::instance::SupportRelation;
+use crate::scene::{Input, InstanceId};
+
+/// Section `[appraise]`.
+#[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct AppraiseSettings {
+    /// Whether the analyst rates the finished scene, as the paper's evaluation does: one more call a scene.
+    pub ratings: bool,
+    /// How many tasks for a robot the analyst proposes, 0..20; 0 asks for none, more is one call all the same.
+    pub tasks: u32,
+}
+
+/// What is asked, and of whom.
+#[derive(Serialize)]
+pub(super) struct Asked {
+    settings: AppraiseSettings,
+    analyst: Adapter,
+}
+
+impl Asked {
+    /// `None` where nothing is.
+    pub(super) fn new(settings: &AppraiseSettings, analyst: Adapter) -> Option<Self> {
+        let anything = settings.ratings || settings.tasks > 0;
+        anything.then(|| Self { settings: settings.clone(), analyst })
+    }
+}
+
+/// Asks about the scene; `scene_view` is seen from the camera of the `reference` picture.
+pub(super) async fn appraise(
+    context: &Context,
+    asked: &Asked,
+    inputs: &Inputs,
+    loaded: &[Loaded],
+    reference: Arc<Image>,
+    scene_view: Arc<Image>,
+) -> Result<Appraisal, StageError> {
+    let (call, analyst) = (context.call(), context.services().ports.analyst.clone());
+    let seed = inputs.identity.request.seed;
+    let mut appraisal = Appraisal::default();
+    if asked.settings.ratings {
+        let after = match &inputs.identity.request.input {
+            Input::Text { text } => MadeAfter::Text(text.clone()),
+            Input::Image { .. } => MadeAfter::Picture(reference),
+        };
+        let question = Judgement { after, scene_view, seed: child_seed(seed, "judge") };
+        let said = analyst.judge(&call, question).await;
+        appraisal.ratings = given(said, "ratings", &mut appraisal.missing)?;
+    }
+    if asked.settings.tasks > 0 {
+        let question = TaskQuestion {
+            things: things(inputs, loaded)?,
+            count: asked.settings.tasks,
+            seed: child_seed(seed, "tasks"),
+        };
+        let said = analyst.propose_tasks(&call, question).await;
+        appraisal.tasks = given(said, "tasks", &mut appraisal.missing)?;
+    }
+    Ok(appraisal)
+}
+
+/// What was said. Where nobody will say it, says nothing that can be used, or no money is left for it, that is told in its place,
+/// and the scene is none the worse; what may pass is tried again, as for any other question.
+fn given<T>(
+    said: Result<Opinion<T>, ProviderError>,
+    what: &str,
+    missing: &mut Vec<String>,
+) -> Result<Option<Opinion<T>>, StageError> {
+    match said {
+        Ok(opinion) => Ok(Some(opinion)),
+        Err(
+            error @ (ProviderError::Unsupported { .. }
+            | ProviderError::Rejected { .. }
+            | ProviderError::Refused { .. }
+            | ProviderError::OverBudget { .. }
+            | ProviderError::Transient { code: BAD_ANSWER, .. }),
+        ) => {
+            tracing::warn!(%error, what, "a finished scene goes without");
+            missing.push(format!("{what}: {error}"));
+            Ok(None)
+        }
+        Err(error) => Err(error.into()),
+    }
+}
+
+/// The scene's objects in words and numbers.
+fn things(inputs: &Inputs, loaded: &[Loaded]) -> Result<Vec<TaskThing>, StageError> {
+    let objects = inputs.recognition.objects.iter().zip(&inputs.bodies[1..]).zip(&loaded[1..]);
+    objects
+        .map(|((object, body), geometry)| {
+            let (carrier, inside) = body.support.unwrap_or((0, false));
+            let name = InstanceId::new(&body.resolved.name)
+                .map_err(|error| StageError::permanent("invalid_name", error.to_string()))?;
+            // To a millimeter and a gram: what is asked is the same wherever the last digits differ.
+            let rounded = |value: f64| (1000.0 * value).round() / 1000.0;
+            Ok(TaskThing {
+                name,
+                label: object.label.clone(),
+                material: object.material.clone(),
+                size_m: geometry.mesh.size_m().to_array().map(rounded),
+                mass_kg: rounded(body.resolved.physical.mass.mass_kg),
+                relation: if inside { SupportRelation::In } else { SupportRelation::On },
+                carried_by: match carrier {
+                    0 => "table".to_owned(),
+                    index => inputs.bodies[index].resolved.name.clone(),
+                },
+            })
+        })
+        .collect()
+}
