@@ -20,15 +20,15 @@ use crate::provider::remote::images::{self, ImagesPainter};
 use crate::provider::remote::mesh::{ReadMesh, VendorMeshGenerator};
 use crate::provider::remote::replicate;
 use crate::provider::remote::settings::{
-    AnalystProvider, ArkSettings, Hunyuan3dSettings, LineMode, MeshProvider, PainterProvider,
-    SegmenterProvider,
+    AnalystProvider, ArkSettings, EndpointSettings, Hunyuan3dSettings, LineMode, MeshProvider,
+    PainterProvider, SegmenterProvider,
 };
 use crate::provider::remote::sidecar::{self, SidecarSegmenter};
 use crate::provider::remote::tencent;
 use crate::provider::remote::turns::AllTurns;
 use crate::provider::remote::{
-    ChatSettings, Endpoint, ImagesSettings, LimitSettings, Outbound, ProviderSettings, ReplicateSettings,
-    Secret, SidecarSettings, TencentSettings,
+    ChatSettings, Endpoint, ImagesSettings, Outbound, ProviderSettings, ReplicateSettings, Secret,
+    SidecarSettings, TencentSettings,
 };
 use crate::provider::{MeshGenerator, Painter, Port, Ports, SceneAnalyst, Segmenter};
 
@@ -103,8 +103,8 @@ fn analyst<V: Fn(&str) -> Option<String>>(
         AnalystProvider::Chat => ("providers.chat", &settings.chat),
         AnalystProvider::SecondChat => ("providers.second_chat", &settings.second_chat),
     };
-    let ChatSettings { model, base_url, key_variable, idempotency_header, limits, .. } = chat;
-    let vendor = Vendor::new(section, Port::Analyst, chat::NAME, model, base_url, key_variable, limits);
+    let ChatSettings { model, endpoint, idempotency_header, .. } = chat;
+    let vendor = Vendor::new(section, Port::Analyst, chat::NAME, model, endpoint);
     let endpoint = endpoints.made(&Vendor { idempotency_header, ..vendor })?;
     Ok(Some(Arc::new(ChatAnalyst { settings: chat.clone(), endpoint })))
 }
@@ -119,16 +119,16 @@ fn painter<V: Fn(&str) -> Option<String>>(
         PainterProvider::Embedded => None,
         PainterProvider::OpenaiImages => {
             let settings = settings.openai_images.clone();
-            let ImagesSettings { model, base_url, key_variable, limits, .. } = &settings;
+            let ImagesSettings { model, endpoint, .. } = &settings;
             let section = "providers.openai_images";
-            let vendor = Vendor::new(section, port, images::NAME, model, base_url, key_variable, limits);
+            let vendor = Vendor::new(section, port, images::NAME, model, endpoint);
             Some(Arc::new(ImagesPainter { endpoint: endpoints.made(&vendor)?, settings }))
         }
         PainterProvider::Ark => {
             let settings = settings.ark.clone();
-            let ArkSettings { model, base_url, key_variable, limits, .. } = &settings;
+            let ArkSettings { model, endpoint, .. } = &settings;
             let section = "providers.ark";
-            let vendor = Vendor::new(section, port, ark::NAME, model, base_url, key_variable, limits);
+            let vendor = Vendor::new(section, port, ark::NAME, model, endpoint);
             Some(Arc::new(ArkPainter { endpoint: endpoints.made(&vendor)?, settings }))
         }
     })
@@ -141,9 +141,9 @@ fn segmenter<V: Fn(&str) -> Option<String>>(
 ) -> Made<dyn Segmenter> {
     let SegmenterProvider::Sidecar = provider else { return Ok(None) };
     let settings = settings.segmenter_sidecar.clone();
-    let SidecarSettings { model, base_url, key_variable, limits, .. } = &settings;
+    let SidecarSettings { model, endpoint, .. } = &settings;
     let (section, port) = ("providers.segmenter_sidecar", Port::Segmenter);
-    let vendor = Vendor::new(section, port, sidecar::NAME, model, base_url, key_variable, limits);
+    let vendor = Vendor::new(section, port, sidecar::NAME, model, endpoint);
     Ok(Some(Arc::new(SidecarSegmenter { endpoint: endpoints.made(&vendor)?, settings })))
 }
 
@@ -161,28 +161,28 @@ fn mesh_generator<V: Fn(&str) -> Option<String>>(
         MeshProvider::Embedded => None,
         MeshProvider::Replicate => {
             let settings = settings.replicate.clone();
-            let ReplicateSettings { version, base_url, key_variable, limits, .. } = &settings;
+            let ReplicateSettings { version, endpoint, .. } = &settings;
             let section = "providers.replicate";
             replicate::wire::prediction(&settings, "", 0)
                 .map_err(|told| wrong(endpoints.resolved, section, "inputs", told))?;
             let name = replicate::NAME;
-            let vendor = Vendor::new(section, port, name, version, base_url, key_variable, limits);
+            let vendor = Vendor::new(section, port, name, version, endpoint);
             let endpoint = endpoints.made(&vendor)?;
             Some(Arc::new(VendorMeshGenerator::new(settings, endpoint, read_mesh)))
         }
         MeshProvider::Hunyuan3d => {
             let settings = settings.hunyuan3d.clone();
-            let Hunyuan3dSettings { model, base_url, key_variable, limits, .. } = &settings;
+            let Hunyuan3dSettings { model, endpoint, .. } = &settings;
             let (section, name) = ("providers.hunyuan3d", hunyuan3d::NAME);
-            let vendor = Vendor::new(section, port, name, model, base_url, key_variable, limits);
+            let vendor = Vendor::new(section, port, name, model, endpoint);
             let endpoint = endpoints.made(&vendor)?;
             Some(Arc::new(VendorMeshGenerator::new(settings, endpoint, read_mesh)))
         }
         MeshProvider::Tencent => {
             let settings = settings.tencent.clone();
-            let TencentSettings { model, base_url, key_variable, id_variable, limits, .. } = &settings;
+            let TencentSettings { model, endpoint, id_variable, .. } = &settings;
             let (section, name) = ("providers.tencent", tencent::NAME);
-            let vendor = Vendor::new(section, port, name, model, base_url, key_variable, limits);
+            let vendor = Vendor::new(section, port, name, model, endpoint);
             let endpoint = endpoints.made(&Vendor { secret_id_variable: Some(id_variable), ..vendor })?;
             Some(Arc::new(VendorMeshGenerator::new(settings, endpoint, read_mesh)))
         }
@@ -209,12 +209,10 @@ struct Vendor<'a> {
     port: Port,
     provider: &'static str,
     model: &'a str,
-    base_url: &'a str,
-    key_variable: &'a str,
     /// Where the vendor wants signatures: the variable with the id that goes with the key.
     secret_id_variable: Option<&'a str>,
     idempotency_header: &'a str,
-    limits: &'a LimitSettings,
+    settings: &'a EndpointSettings,
 }
 
 impl<'a> Vendor<'a> {
@@ -224,22 +222,10 @@ impl<'a> Vendor<'a> {
         port: Port,
         provider: &'static str,
         model: &'a str,
-        base_url: &'a str,
-        key_variable: &'a str,
-        limits: &'a LimitSettings,
+        settings: &'a EndpointSettings,
     ) -> Self {
         let (secret_id_variable, idempotency_header) = (None, "");
-        Self {
-            section,
-            port,
-            provider,
-            model,
-            base_url,
-            key_variable,
-            secret_id_variable,
-            idempotency_header,
-            limits,
-        }
+        Self { section, port, provider, model, secret_id_variable, idempotency_header, settings }
     }
 }
 
@@ -262,15 +248,19 @@ impl<'a, V: Fn(&str) -> Option<String>> Endpoints<'a, V> {
     fn made(&mut self, vendor: &Vendor<'_>) -> Result<Arc<Endpoint>, ConfigErrors> {
         let resolved = self.resolved;
         let wrong = |key: &str, detail: String| wrong(resolved, vendor.section, key, detail);
-        let base = self.rules.check(vendor.base_url).map_err(|error| wrong("base_url", error.to_string()))?;
+        let base = self
+            .rules
+            .check(&vendor.settings.base_url)
+            .map_err(|error| wrong("base_url", error.to_string()))?;
         if base.query().is_some() || base.fragment().is_some() {
             let detail = "it ends in a query or a fragment; paths are appended to it".to_owned();
             return Err(wrong("base_url", detail));
         }
-        let key = key(vendor.key_variable, &self.variable).map_err(|error| wrong("key_variable", error))?;
+        let key = key(&vendor.settings.key_variable, &self.variable)
+            .map_err(|error| wrong("key_variable", error))?;
         let proof = match vendor.secret_id_variable {
             None => Proof::Bearer,
-            Some(variable) => signing(vendor.base_url, variable, key.is_some(), &self.variable)
+            Some(variable) => signing(&vendor.settings.base_url, variable, key.is_some(), &self.variable)
                 .map_err(|error| wrong("id_variable", error))?,
         };
         let outbound = match &self.outbound {
@@ -280,13 +270,18 @@ impl<'a, V: Fn(&str) -> Option<String>> Endpoints<'a, V> {
                 self.outbound.insert(made).clone()
             }
         };
-        let limits = vendor.limits;
-        let turns = self.turns.of(vendor.base_url, key.as_ref(), limits.concurrency, limits.calls_per_minute);
+        let limits = &vendor.settings.limits;
+        let turns = self.turns.of(
+            &vendor.settings.base_url,
+            key.as_ref(),
+            limits.concurrency,
+            limits.calls_per_minute,
+        );
         Ok(Arc::new(Endpoint {
             port: vendor.port,
             provider: vendor.provider.to_owned(),
             model: vendor.model.to_owned(),
-            base_url: vendor.base_url.to_owned(),
+            base_url: vendor.settings.base_url.clone(),
             key,
             proof,
             idempotency_header: vendor.idempotency_header.to_owned(),

@@ -38,13 +38,12 @@ impl Bench {
     async fn with(key: &str, on_unknown: OnUnknown) -> Self {
         let server = ArkServer::start().await;
         let mut settings = settings(&[]).config.providers.ark;
-        settings.base_url = server.base_url.clone();
+        settings.endpoint.base_url = server.base_url.clone();
         settings.usd_per_picture = PRICE as f64 / 1e6;
         settings.redraws = 2;
-        bench::make_quick(&mut settings.limits);
-        settings.limits.max_answer_bytes = 4 << 20;
-        let limits = &settings.limits;
-        let endpoint = bench::endpoint(Port::Painter, ark::NAME, &settings.base_url, key, limits, on_unknown);
+        bench::make_quick(&mut settings.endpoint.limits);
+        settings.endpoint.limits.max_answer_bytes = 4 << 20;
+        let endpoint = bench::endpoint(Port::Painter, ark::NAME, &settings.endpoint, key, on_unknown);
         let painter = ArkPainter { endpoint: Arc::new(endpoint), settings };
         let book = Book::with_budget(1_000_000_000);
         Self { server, call: book.call(), book, painter }

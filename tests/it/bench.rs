@@ -14,6 +14,7 @@ use tabletopgen::provider::ledger::{
 use tabletopgen::provider::remote::address::AddressRules;
 use tabletopgen::provider::remote::breaker::Breaker;
 use tabletopgen::provider::remote::endpoint::Proof;
+use tabletopgen::provider::remote::settings::EndpointSettings;
 use tabletopgen::provider::remote::turns::Turns;
 use tabletopgen::provider::remote::{Endpoint, LimitSettings, Outbound, Secret};
 use tabletopgen::provider::{Call, Cpu, Port, ProviderError};
@@ -141,17 +142,17 @@ pub fn make_quick(limits: &mut LimitSettings) {
 pub fn endpoint(
     port: Port,
     provider: &str,
-    base_url: &str,
+    settings: &EndpointSettings,
     key: &str,
-    limits: &LimitSettings,
     on_unknown: OnUnknown,
 ) -> Endpoint {
     let rules = AddressRules::new(true, "127.0.0.1");
+    let limits = &settings.limits;
     Endpoint {
         port,
         provider: provider.into(),
         model: "a-model".into(),
-        base_url: base_url.into(),
+        base_url: settings.base_url.clone(),
         key: Secret::new(key),
         proof: Proof::Bearer,
         idempotency_header: String::new(),

@@ -29,14 +29,13 @@ pub struct Bench {
 /// Patience that lets a test fail in a moment.
 pub fn quick(server: &ChatServer) -> ChatSettings {
     let mut chat = settings(&[]).config.providers.chat;
-    chat.base_url = server.base_url.clone();
-    bench::make_quick(&mut chat.limits);
+    chat.endpoint.base_url = server.base_url.clone();
+    bench::make_quick(&mut chat.endpoint.limits);
     chat
 }
 
 pub fn endpoint(chat: &ChatSettings, key: &str, on_unknown: OnUnknown) -> Endpoint {
-    let mut endpoint =
-        bench::endpoint(Port::Analyst, "openai/chat", &chat.base_url, key, &chat.limits, on_unknown);
+    let mut endpoint = bench::endpoint(Port::Analyst, "openai/chat", &chat.endpoint, key, on_unknown);
     endpoint.model = chat.model.clone();
     endpoint.idempotency_header = chat.idempotency_header.clone();
     endpoint
@@ -206,7 +205,7 @@ async fn servers_without_schemas_are_told_the_form_in_words() {
         Arc::new(|_| Box::pin(async { crate::chat_answers::answer("describe") }));
     let server = ChatServer::start(answers).await;
     let mut chat = bench.analyst.settings.clone();
-    chat.base_url = server.base_url.clone();
+    chat.endpoint.base_url = server.base_url.clone();
     let analyst = ChatAnalyst { endpoint: Arc::new(endpoint(&chat, KEY, OnUnknown::Resend)), settings: chat };
     analyst.describe(&bench.call, "a fork".into(), 7, RequestOptions::default()).await.unwrap();
     let request = &server.requests()[0];

@@ -121,11 +121,11 @@ async fn silence_ends_with_the_deadline() {
     let bench = Bench::new().await;
     let (result, written) = ended(&bench, &[Fault::Silence]).await;
     assert_eq!((result.as_str(), written), ("ok", vec![UNKNOWN, ANSWERED]));
-    let bench = Bench::with(|chat| chat.limits.max_tries = 1, OnUnknown::Resend).await;
+    let bench = Bench::with(|chat| chat.endpoint.limits.max_tries = 1, OnUnknown::Resend).await;
     let (result, written) = ended(&bench, &[Fault::Silence]).await;
     assert_eq!((result.as_str(), written), ("transient provider_timeout", vec![UNKNOWN]));
     // The total counts too: there is no time for a second try.
-    let bench = Bench::with(|chat| chat.limits.total_timeout_secs = 1, OnUnknown::Resend).await;
+    let bench = Bench::with(|chat| chat.endpoint.limits.total_timeout_secs = 1, OnUnknown::Resend).await;
     let (result, written) = ended(&bench, &[Fault::Silence, Fault::Silence]).await;
     assert_eq!((result.as_str(), written), ("transient provider_timeout", vec![UNKNOWN]));
 }
@@ -161,8 +161,8 @@ async fn every_turn_of_reading_a_picture_survives_a_fault() {
 #[tokio::test]
 async fn a_server_that_fails_again_and_again_is_left_alone() {
     let fragile = |chat: &mut tabletopgen::provider::remote::ChatSettings| {
-        chat.limits.breaker_failures = 2;
-        chat.limits.max_tries = 1;
+        chat.endpoint.limits.breaker_failures = 2;
+        chat.endpoint.limits.max_tries = 1;
     };
     let bench = Bench::with(fragile, OnUnknown::Resend).await;
     bench.server.script([Fault::Status(500), Fault::Status(500)]);
@@ -178,7 +178,7 @@ async fn a_server_that_fails_again_and_again_is_left_alone() {
 
 #[tokio::test]
 async fn a_cancelled_job_waits_for_nobody_and_pays_for_what_was_under_way() {
-    let bench = Bench::with(|chat| chat.limits.attempt_timeout_secs = 3600, OnUnknown::Resend).await;
+    let bench = Bench::with(|chat| chat.endpoint.limits.attempt_timeout_secs = 3600, OnUnknown::Resend).await;
     bench.server.script([Fault::Silence]);
     let interrupt = bench.call.interrupt.clone();
     let asked = bench.describe();
@@ -214,7 +214,7 @@ async fn nobody_there_is_unreachable_and_free() {
     let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
     let address = listener.local_addr().unwrap();
     drop(listener);
-    bench.analyst.settings.base_url = format!("http://{address}/v1");
+    bench.analyst.settings.endpoint.base_url = format!("http://{address}/v1");
     bench.analyst.endpoint = endpoint(&bench.analyst.settings, "sk", OnUnknown::Fail).into();
     let error = bench.describe().await.unwrap_err();
     assert_eq!(class(&error), "transient provider_unreachable");

@@ -32,12 +32,12 @@ impl Bench {
     async fn with(change: impl Fn(&mut Hunyuan3dSettings), fails: bool) -> Self {
         let server = Hunyuan3dServer::start(file(), fails).await;
         let mut settings = settings(&[]).config.providers.hunyuan3d;
-        settings.base_url = server.base_url.clone();
+        settings.endpoint.base_url = server.base_url.clone();
         settings.task.look_every_ms = 10;
-        bench::make_quick(&mut settings.limits);
+        bench::make_quick(&mut settings.endpoint.limits);
         change(&mut settings);
-        let (limits, port, name) = (&settings.limits, Port::MeshGenerator, hunyuan3d::NAME);
-        let endpoint = bench::endpoint(port, name, &settings.base_url, "", limits, OnUnknown::Resend);
+        let (port, name) = (Port::MeshGenerator, hunyuan3d::NAME);
+        let endpoint = bench::endpoint(port, name, &settings.endpoint, "", OnUnknown::Resend);
         let (endpoint, slots) = (Arc::new(endpoint), JobSlots::new(&settings.task));
         let generator = Hunyuan3dMeshGenerator { settings, endpoint, slots, read_mesh: reader() };
         let book = Book::with_budget(0);

@@ -64,14 +64,12 @@ impl Bench {
     async fn with(change: impl Fn(&mut ImagesSettings), on_unknown: OnUnknown) -> Self {
         let server = ImagesServer::start(artist()).await;
         let mut settings = settings(&[]).config.providers.openai_images;
-        settings.base_url = server.base_url.clone();
-        bench::make_quick(&mut settings.limits);
-        settings.limits.attempt_timeout_secs = 5;
+        settings.endpoint.base_url = server.base_url.clone();
+        bench::make_quick(&mut settings.endpoint.limits);
+        settings.endpoint.limits.attempt_timeout_secs = 5;
         change(&mut settings);
         let book = Book::with_budget(1_000_000_000);
-        let limits = &settings.limits;
-        let endpoint =
-            bench::endpoint(Port::Painter, images::NAME, &settings.base_url, KEY, limits, on_unknown);
+        let endpoint = bench::endpoint(Port::Painter, images::NAME, &settings.endpoint, KEY, on_unknown);
         let painter = ImagesPainter { endpoint: Arc::new(endpoint), settings };
         Self { server, call: book.call(), book, painter }
     }
@@ -253,7 +251,9 @@ async fn each_fault_ends_in_its_class() {
         (vec![Fault::AnotherThing; 3], "transient provider_bad_answer", vec![ANSWERED; 3]),
     ]);
     for (faults, expected, outcomes) in cases {
-        let bench = Bench::with(|settings| settings.limits.attempt_timeout_secs = 2, OnUnknown::Resend).await;
+        let bench =
+            Bench::with(|settings| settings.endpoint.limits.attempt_timeout_secs = 2, OnUnknown::Resend)
+                .await;
         bench.server.faults.script(faults.iter().cloned());
         let result = bench.complete().await.map_or_else(|error| class(&error), |_| "ok".into());
         assert_eq!((result.as_str(), &bench.outcomes()), (expected, &outcomes), "{faults:?}");

@@ -120,8 +120,8 @@ async fn fifty_at_once_do_not_overrun_a_budget() {
 async fn fifty_questions_at_once_are_billed_no_more_than_the_budget() {
     let server = ChatServer::start(breakfast()).await;
     let mut chat = quick(&server);
-    chat.limits.concurrency = 50;
-    chat.limits.attempt_timeout_secs = 20;
+    chat.endpoint.limits.concurrency = 50;
+    chat.endpoint.limits.attempt_timeout_secs = 20;
     let budget = 500_000;
     let (_directory, store, claim) = opened(budget).await;
     let ledger = JobLedger::new(store.clone(), claim.lease.clone(), "reference", None);

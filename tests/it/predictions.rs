@@ -60,10 +60,10 @@ impl Bench {
     async fn with(change: impl Fn(&mut ReplicateSettings), file: Bytes) -> Self {
         let server = PredictionsServer::start(file, 2).await;
         let mut settings = settings(&[]).config.providers.replicate;
-        settings.base_url = server.base_url.clone();
+        settings.endpoint.base_url = server.base_url.clone();
         settings.usd_per_prediction = 0.17;
         settings.task.look_every_ms = 10;
-        bench::make_quick(&mut settings.limits);
+        bench::make_quick(&mut settings.endpoint.limits);
         change(&mut settings);
         let book = Book::with_budget(1_000_000_000);
         Self { call: book.call(), generator: generator(&settings, OnUnknown::Resend), book, server }
@@ -83,8 +83,8 @@ impl Bench {
 }
 
 fn generator(settings: &ReplicateSettings, on_unknown: OnUnknown) -> ReplicateMeshGenerator {
-    let (limits, port) = (&settings.limits, Port::MeshGenerator);
-    let endpoint = bench::endpoint(port, replicate::NAME, &settings.base_url, KEY, limits, on_unknown);
+    let (port, name) = (Port::MeshGenerator, replicate::NAME);
+    let endpoint = bench::endpoint(port, name, &settings.endpoint, KEY, on_unknown);
     ReplicateMeshGenerator {
         settings: settings.clone(),
         endpoint: Arc::new(endpoint),

@@ -99,19 +99,12 @@ impl Bench {
     async fn with(change: impl Fn(&mut SidecarSettings)) -> Self {
         let server = SidecarServer::start(things()).await;
         let mut settings = settings(&[]).config.providers.segmenter_sidecar;
-        settings.base_url = server.base_url.clone();
-        bench::make_quick(&mut settings.limits);
+        settings.endpoint.base_url = server.base_url.clone();
+        bench::make_quick(&mut settings.endpoint.limits);
         change(&mut settings);
         let book = Book::with_budget(1_000_000);
-        let limits = &settings.limits;
-        let endpoint = bench::endpoint(
-            Port::Segmenter,
-            sidecar::NAME,
-            &settings.base_url,
-            "",
-            limits,
-            OnUnknown::Resend,
-        );
+        let endpoint =
+            bench::endpoint(Port::Segmenter, sidecar::NAME, &settings.endpoint, "", OnUnknown::Resend);
         let segmenter = SidecarSegmenter { endpoint: Arc::new(endpoint), settings };
         Self { server, call: book.call(), book, segmenter }
     }

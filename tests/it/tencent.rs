@@ -39,12 +39,12 @@ impl Bench {
     async fn with(kind: &'static str, file: Bytes, read_mesh: ReadMesh, key: &str) -> Self {
         let server = TencentServer::start(kind, file).await;
         let mut settings: TencentSettings = settings(&[]).config.providers.tencent;
-        settings.base_url = server.base_url.clone();
+        settings.endpoint.base_url = server.base_url.clone();
         settings.task.look_every_ms = 10;
         settings.usd_per_mesh = 0.4;
-        bench::make_quick(&mut settings.limits);
-        let (limits, port, name) = (&settings.limits, Port::MeshGenerator, tencent::NAME);
-        let mut endpoint = bench::endpoint(port, name, &settings.base_url, key, limits, OnUnknown::Resend);
+        bench::make_quick(&mut settings.endpoint.limits);
+        let (port, name) = (Port::MeshGenerator, tencent::NAME);
+        let mut endpoint = bench::endpoint(port, name, &settings.endpoint, key, OnUnknown::Resend);
         endpoint.proof = Proof::Tc3 { secret_id: SECRET_ID.into(), service: "127".into() };
         let (endpoint, slots) = (Arc::new(endpoint), JobSlots::new(&settings.task));
         let generator = TencentMeshGenerator { settings, endpoint, slots, read_mesh };

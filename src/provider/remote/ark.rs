@@ -106,9 +106,8 @@ fn not_taken(reason: &str) -> ProviderError {
 
 impl Painter for ArkPainter {
     fn adapter(&self) -> Adapter {
-        let ArkSettings { base_url, size, redraws, .. } = &self.settings;
-        let settings =
-            json!({ "base_url": base_url, "size": size, "redraws": redraws, "prompts": prompts::identity() });
+        let ArkSettings { endpoint, size, redraws, .. } = &self.settings;
+        let settings = json!({ "base_url": endpoint.base_url, "size": size, "redraws": redraws, "prompts": prompts::identity() });
         Adapter { name: NAME.to_owned(), model: self.settings.model.clone(), settings }
     }
 

@@ -51,10 +51,10 @@ pub struct ChatAnalyst {
 
 impl SceneAnalyst for ChatAnalyst {
     fn adapter(&self) -> Adapter {
-        let ChatSettings { base_url, schema, temperature, send_seed, detail, picture_px, .. } =
+        let ChatSettings { endpoint, schema, temperature, send_seed, detail, picture_px, .. } =
             &self.settings;
         let settings = json!({
-            "base_url": base_url, "schema": schema, "temperature": temperature, "send_seed": send_seed,
+            "base_url": endpoint.base_url, "schema": schema, "temperature": temperature, "send_seed": send_seed,
             "detail": detail, "picture_px": picture_px, "max_output_tokens": self.settings.max_output_tokens,
             "prompts": prompts::identity(), "schemas": schema::identity(),
         });

@@ -26,9 +26,9 @@ pub type Hunyuan3dMeshGenerator = VendorMeshGenerator<Hunyuan3dSettings>;
 
 impl MeshVendor for Hunyuan3dSettings {
     fn adapter(&self) -> Adapter {
-        let Self { base_url, octree_resolution, inference_steps, guidance_scale, texture, mesh, .. } = self;
+        let Self { endpoint, octree_resolution, inference_steps, guidance_scale, texture, mesh, .. } = self;
         let settings = json!({
-            "base_url": base_url, "octree_resolution": octree_resolution, "inference_steps": inference_steps,
+            "base_url": endpoint.base_url, "octree_resolution": octree_resolution, "inference_steps": inference_steps,
             "guidance_scale": guidance_scale, "texture": texture, "mesh": mesh,
         });
         Adapter { name: NAME.to_owned(), model: self.model.clone(), settings }

@@ -39,7 +39,7 @@ pub struct ImagesPainter {
 impl Painter for ImagesPainter {
     fn adapter(&self) -> Adapter {
         let ImagesSettings {
-            base_url,
+            endpoint,
             reference_size,
             quality,
             input_fidelity,
@@ -48,7 +48,7 @@ impl Painter for ImagesPainter {
             ..
         } = &self.settings;
         let settings = json!({
-            "base_url": base_url, "reference_size": reference_size, "quality": quality, "redraws": redraws,
+            "base_url": endpoint.base_url, "reference_size": reference_size, "quality": quality, "redraws": redraws,
             "input_fidelity": input_fidelity, "least_agreement": least_agreement, "prompts": prompts::identity(),
         });
         Adapter { name: NAME.to_owned(), model: self.settings.model.clone(), settings }

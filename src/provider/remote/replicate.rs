@@ -25,9 +25,9 @@ pub type ReplicateMeshGenerator = VendorMeshGenerator<ReplicateSettings>;
 
 impl MeshVendor for ReplicateSettings {
     fn adapter(&self) -> Adapter {
-        let Self { base_url, image_input, seed_input, inputs, mesh, .. } = self;
+        let Self { endpoint, image_input, seed_input, inputs, mesh, .. } = self;
         let settings = json!({
-            "base_url": base_url, "image_input": image_input, "seed_input": seed_input, "inputs": inputs,
+            "base_url": endpoint.base_url, "image_input": image_input, "seed_input": seed_input, "inputs": inputs,
             "mesh": mesh,
         });
         Adapter { name: NAME.to_owned(), model: self.version.clone(), settings }

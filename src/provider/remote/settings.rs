@@ -98,16 +98,26 @@ pub enum MeshProvider {
     Tencent,
 }
 
-/// An OpenAI-compatible chat endpoint: sections `[providers.chat]` and `[providers.second_chat]`.
+/// Where a vendor is asked, with which key, and how patiently.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
-pub struct ChatSettings {
-    /// What `/chat/completions` is appended to.
+pub struct EndpointSettings {
+    /// What paths are appended to.
     pub base_url: String,
-    /// The model's name at that endpoint.
-    pub model: String,
     /// Environment variable with the key, or, with `_FILE` appended, with the path of a file that holds it. Neither: no
     /// key is sent.
     pub key_variable: String,
+    #[serde(flatten)]
+    pub limits: LimitSettings,
+}
+
+/// An OpenAI-compatible chat endpoint: sections `[providers.chat]` and `[providers.second_chat]`.
+#[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
+pub struct ChatSettings {
+    /// Its base URL is what `/chat/completions` is appended to.
+    #[serde(flatten)]
+    pub endpoint: EndpointSettings,
+    /// The model's name at that endpoint.
+    pub model: String,
     /// What the server can promise about the form of answers.
     pub schema: SchemaSupport,
     /// Name of the field that limits the answer's length.
@@ -130,19 +140,16 @@ pub struct ChatSettings {
     pub input_usd_per_million: f64,
     /// Price of a million output tokens, US dollars.
     pub output_usd_per_million: f64,
-    #[serde(flatten)]
-    pub limits: LimitSettings,
 }
 
 /// OpenAI's Images endpoints: section `[providers.openai_images]`.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 pub struct ImagesSettings {
-    /// What `/images/generations` and `/images/edits` are appended to.
-    pub base_url: String,
+    /// Its base URL is what `/images/generations` and `/images/edits` are appended to.
+    #[serde(flatten)]
+    pub endpoint: EndpointSettings,
     /// The model's name at that endpoint; it has to take several pictures and to know transparent backgrounds.
     pub model: String,
-    /// As of [`ChatSettings::key_variable`].
-    pub key_variable: String,
     /// Size of reference pictures.
     pub reference_size: ReferenceSize,
     /// How much work goes into a picture; high costs most.
@@ -163,57 +170,48 @@ pub struct ImagesSettings {
     pub picture_usd_per_million: f64,
     /// Price of a million tokens of pictures that are drawn, US dollars.
     pub drawn_usd_per_million: f64,
-    #[serde(flatten)]
-    pub limits: LimitSettings,
 }
 
 /// Ark's Seedream: section `[providers.ark]`.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 pub struct ArkSettings {
-    /// What `/images/generations` is appended to.
-    pub base_url: String,
+    /// Its base URL is what `/images/generations` is appended to.
+    #[serde(flatten)]
+    pub endpoint: EndpointSettings,
     /// The model's name at that endpoint: Seedream 4.0 or later.
     pub model: String,
-    /// As of [`ChatSettings::key_variable`].
-    pub key_variable: String,
     /// Size of pictures: `1K`, `2K`, `4K`, or pixels.
     pub size: String,
     /// Pictures asked for again where one cannot be used (0..=5).
     pub redraws: u32,
     /// Price of a picture, US dollars.
     pub usd_per_picture: f64,
-    #[serde(flatten)]
-    pub limits: LimitSettings,
 }
 
 /// A segmentation sidecar: section `[providers.segmenter_sidecar]`.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 pub struct SidecarSettings {
-    /// What `/v1/segment` is appended to.
-    pub base_url: String,
+    /// Its base URL is what `/v1/segment` is appended to.
+    #[serde(flatten)]
+    pub endpoint: EndpointSettings,
     /// What it runs, as results and keys name it: another model behind the same address wants another name here.
     pub model: String,
-    /// As of [`ChatSettings::key_variable`].
-    pub key_variable: String,
     /// Least score of a box (0..=1). More finds less, and less that is not there.
     pub box_threshold: f64,
     /// Least score of a word of a box (0..=1).
     pub text_threshold: f64,
     /// Price of a call, US dollars.
     pub usd_per_call: f64,
-    #[serde(flatten)]
-    pub limits: LimitSettings,
 }
 
 /// Replicate-style predictions: section `[providers.replicate]`.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 pub struct ReplicateSettings {
-    /// What `/predictions` is appended to.
-    pub base_url: String,
+    /// Its base URL is what `/predictions` is appended to.
+    #[serde(flatten)]
+    pub endpoint: EndpointSettings,
     /// The model's version, as the vendor names it.
     pub version: String,
-    /// As of [`ChatSettings::key_variable`].
-    pub key_variable: String,
     /// The model's input that takes the picture.
     pub image_input: String,
     /// The model's input that takes the seed; empty = it has none.
@@ -226,19 +224,16 @@ pub struct ReplicateSettings {
     pub mesh: MeshSettings,
     #[serde(flatten)]
     pub task: TaskSettings,
-    #[serde(flatten)]
-    pub limits: LimitSettings,
 }
 
 /// A server of Hunyuan3D-2 or 2.1: section `[providers.hunyuan3d]`.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 pub struct Hunyuan3dSettings {
-    /// What `/send` and `/status` are appended to.
-    pub base_url: String,
+    /// Its base URL is what `/send` and `/status` are appended to.
+    #[serde(flatten)]
+    pub endpoint: EndpointSettings,
     /// What it runs, as results and keys name it.
     pub model: String,
-    /// As of [`ChatSettings::key_variable`].
-    pub key_variable: String,
     /// Cells along an edge of the octree the shape is read from (64..=1024). More is finer and takes longer.
     pub octree_resolution: u32,
     /// Steps of the shape's diffusion (1..=200).
@@ -253,23 +248,20 @@ pub struct Hunyuan3dSettings {
     pub mesh: MeshSettings,
     #[serde(flatten)]
     pub task: TaskSettings,
-    #[serde(flatten)]
-    pub limits: LimitSettings,
 }
 
 /// Tencent Cloud's Hunyuan3D Pro: section `[providers.tencent]`.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 pub struct TencentSettings {
-    /// The service's address; its first label is signed with as the service's name.
-    pub base_url: String,
+    /// The first label of its address is signed with as the service's name.
+    #[serde(flatten)]
+    pub endpoint: EndpointSettings,
     /// Version of the API, a date.
     pub version: String,
     /// Region that is asked for; empty = none.
     pub region: String,
     /// The model's version: 3.0 or 3.1.
     pub model: String,
-    /// Environment variable with the secret key, as of [`ChatSettings::key_variable`].
-    pub key_variable: String,
     /// Environment variable with the secret id, likewise.
     pub id_variable: String,
     /// Faces of the meshes that are asked for (40000..=1500000).
@@ -280,8 +272,6 @@ pub struct TencentSettings {
     pub mesh: MeshSettings,
     #[serde(flatten)]
     pub task: TaskSettings,
-    #[serde(flatten)]
-    pub limits: LimitSettings,
 }
 
 /// What is sent to a mesh generator, and what is taken from it.

@@ -69,9 +69,8 @@ impl SidecarSegmenter {
 
 impl Segmenter for SidecarSegmenter {
     fn adapter(&self) -> Adapter {
-        let SidecarSettings { base_url, box_threshold, text_threshold, .. } = &self.settings;
-        let settings =
-            json!({ "base_url": base_url, "box_threshold": box_threshold, "text_threshold": text_threshold });
+        let SidecarSettings { endpoint, box_threshold, text_threshold, .. } = &self.settings;
+        let settings = json!({ "base_url": endpoint.base_url, "box_threshold": box_threshold, "text_threshold": text_threshold });
         Adapter { name: NAME.to_owned(), model: self.settings.model.clone(), settings }
     }
 

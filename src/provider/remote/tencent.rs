@@ -40,9 +40,8 @@ impl TencentSettings {
 
 impl MeshVendor for TencentSettings {
     fn adapter(&self) -> Adapter {
-        let Self { base_url, version, face_count, mesh, .. } = self;
-        let settings =
-            json!({ "base_url": base_url, "version": version, "face_count": face_count, "mesh": mesh });
+        let Self { endpoint, version, face_count, mesh, .. } = self;
+        let settings = json!({ "base_url": endpoint.base_url, "version": version, "face_count": face_count, "mesh": mesh });
         Adapter { name: NAME.to_owned(), model: self.model.clone(), settings }
     }
 
