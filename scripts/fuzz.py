@@ -1,10 +1,11 @@
-"""Fuzzes each parser of bytes that somebody else wrote (fuzz/), one after the other, and writes docs/results/fuzz.md.
+"""Fuzzes each parser of bytes that somebody else wrote (fuzz/), one after the other; writes docs/results/fuzz.md.
 
     python3 scripts/fuzz.py [--target-dir target] [--seconds 600] [--only glb,pictures] [--build-only]
 
-Needs a nightly toolchain, for the coverage that libFuzzer steers by; cargo-fuzz is not needed. Each target begins with the files of
-fuzz/seeds/ and tests/fixtures/hostile/; what it finds on the way stays in the corpus under the target directory. A crash, an answer
-that takes ten seconds or memory beyond the limit ends a target, and is exit code 1: its input lies beside the corpus.
+Needs a nightly toolchain, for the coverage that libFuzzer steers by; cargo-fuzz is not needed. Each target
+begins with the files of fuzz/seeds/ and tests/fixtures/hostile/; what it finds on the way stays in the corpus
+under the target directory. A crash, an answer that takes ten seconds or memory beyond the limit ends a
+target, and is exit code 1: its input lies beside the corpus.
 """
 
 import argparse
@@ -161,9 +162,9 @@ def write(work: Path):
 
 `make fuzz` on {time.strftime('%Y-%m-%d', time.gmtime())}, {machine()}, one process at a time, each at the commit of its row.
 
-Each parser of bytes that somebody else wrote, under libFuzzer with overflow checks and assertions on. A run may take {TIMEOUT_SECS}
-seconds, the process {RSS_LIMIT_MB} MB and one allocation {MALLOC_LIMIT_MB} MB; inputs have up to {MAX_LEN} bytes. Edges are those
-reached, in the whole program; before that, those of the files that a target begins with.
+Each parser of bytes that somebody else wrote, under libFuzzer with overflow checks and assertions on. A run may take
+{TIMEOUT_SECS} seconds, the process {RSS_LIMIT_MB} MB and one allocation {MALLOC_LIMIT_MB} MB; inputs have up to {MAX_LEN} bytes. Edges
+are those reached, in the whole program; before that, those of the files that a target begins with.
 
 """
     path = RESULTS / "fuzz.md"

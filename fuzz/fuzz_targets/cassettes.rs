@@ -1,5 +1,5 @@
-//! Recordings: ZIP archives of exchanges. Bytes that are no archive are put into one, as an exchange, so that changed text is found
-//! without a checksum in the way.
+//! Recordings: ZIP archives of exchanges. Bytes that are no archive are put into one, as an exchange, so that
+//! changed text is found without a checksum in the way.
 #![no_main]
 
 use std::io::{Cursor, Write};

@@ -1,4 +1,5 @@
-//! Answers of vendors' endpoints as they come over the wire: chat completions, painted pictures, jobs of mesh generators.
+//! Answers of vendors' endpoints as they come over the wire: chat completions, painted pictures, jobs of mesh
+//! generators.
 #![no_main]
 
 use std::sync::LazyLock;

@@ -1,5 +1,5 @@
-//! ZIP archives of OBJ files; bytes that are no archive are put into one, as an OBJ file and, after a 0, its MTL file, so that
-//! changed lines are found without a checksum in the way.
+//! ZIP archives of OBJ files; bytes that are no archive are put into one, as an OBJ file and, after a 0, its
+//! MTL file, so that changed lines are found without a checksum in the way.
 #![no_main]
 
 use std::io::{Cursor, Write};

@@ -1,5 +1,5 @@
-//! Weights of networks: a safetensors file of the network that reads pictures, or, after a `D`, the length of a `config.json` in two
-//! bytes (little endian) and it, one of DINOv2.
+//! Weights of networks: a safetensors file of the network that reads pictures, or, after a `D`, the length of
+//! a `config.json` in two bytes (little endian) and it, one of DINOv2.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;

@@ -1,5 +1,6 @@
-//! Which remote models answer, if any: their endpoints are made once, when the program starts, so that all jobs share
-//! turns, breakers and connections. Without any, nothing here touches the network or looks for certificates.
+//! Which remote models answer, if any: their endpoints are made once, when the program starts, so that all
+//! jobs share turns, breakers and connections. Without any, nothing here touches the network or looks for
+//! certificates.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -319,7 +320,8 @@ fn outbound(resolved: &Resolved, rules: AddressRules) -> Result<Outbound, Config
     }
 }
 
-/// How requests to a service that wants signatures are signed. Without a key nothing is, and the service says so.
+/// How requests to a service that wants signatures are signed. Without a key nothing is, and the service says
+/// so.
 fn signing(
     base_url: &str,
     variable_name: &str,

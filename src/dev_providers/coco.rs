@@ -1,9 +1,10 @@
-//! Masks as COCO writes them into JSON: for servers that answer with some. Who reads them has code of its own.
+//! Masks as COCO writes them into JSON: for servers that answer with some. Who reads them has code of its
+//! own.
 
 use crate::geometry::Mask;
 
-/// Compressed run lengths, after the description of COCO's format: columns, alternating runs, differences, groups of five
-/// bits.
+/// Compressed run lengths, after the description of COCO's format: columns, alternating runs, differences,
+/// groups of five bits.
 pub fn compressed(mask: &Mask) -> String {
     let (mut runs, mut inside) = (vec![0_i64], false);
     for x in 0..mask.width_px() {

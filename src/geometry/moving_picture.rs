@@ -1,5 +1,6 @@
-//! Whether a picture file moves: told from its header, before any decoder sees it. Decoders of single pictures are tried on many
-//! files, those of moving ones on few, and nothing here wants more than one picture.
+//! Whether a picture file moves: told from its header, before any decoder sees it. Decoders of single
+//! pictures are tried on many files, those of moving ones on few, and nothing here wants more than one
+//! picture.
 
 /// Whether these are the first bytes of a WebP file that says it is animated (RFC 9649, 2.7).
 pub fn is_moving_webp(file: &[u8]) -> bool {

@@ -1,6 +1,6 @@
-//! Port 1, the scene analyst: it describes a text, recognizes a picture (objects, table, camera, sizes,
-//! what stands on what), stands meshes up, looks at drawn views from above, rates finished scenes and proposes tasks in them. The
-//! paper asks ChatGPT.
+//! Port 1, the scene analyst: it describes a text, recognizes a picture (objects, table, camera, sizes, what
+//! stands on what), stands meshes up, looks at drawn views from above, rates finished scenes and proposes
+//! tasks in them. The paper asks ChatGPT.
 
 use std::sync::Arc;
 
@@ -42,16 +42,16 @@ pub trait SceneAnalyst: Send + Sync {
     /// Which of the 24 axis-aligned rotations stands a raw mesh as the picture shows it.
     fn upright<'a>(&'a self, call: &'a Call, question: UprightQuestion) -> Answer<'a, Upright>;
 
-    /// Whether a drawn view from above shows the table as the reference picture does. Who cannot look says so: that is no
-    /// yes.
+    /// Whether a drawn view from above shows the table as the reference picture does. Who cannot look says
+    /// so: that is no yes.
     fn check_top_view<'a>(&'a self, _call: &'a Call, _question: TopCheck) -> Answer<'a, TopVerdict> {
         let reason = "it looks at no drawings; put a chat provider into providers.analyst, or leave drawn views from \
                       above to the embedded painter";
         cannot(self.adapter(), reason)
     }
 
-    /// How good a finished scene looks, as the paper has it rated. Who has no opinion says so: there is no number in its
-    /// place.
+    /// How good a finished scene looks, as the paper has it rated. Who has no opinion says so: there is no
+    /// number in its place.
     fn judge<'a>(&'a self, _call: &'a Call, _question: Judgement) -> Answer<'a, Opinion<Vec<Rating>>> {
         let reason = "it has no opinion of scenes; put a chat provider into providers.analyst, or set appraise.ratings = false";
         cannot(self.adapter(), reason)
@@ -120,7 +120,8 @@ pub struct UprightQuestion {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Upright {
     pub pose: CanonicalPose,
-    /// Where a model looked at the mesh: each look, in order. What counts is the pose, which the picture has a say in.
+    /// Where a model looked at the mesh: each look, in order. What counts is the pose, which the picture has
+    /// a say in.
     pub looks: Vec<UprightLook>,
 }
 

@@ -1,4 +1,5 @@
-//! A mesh from its six sides, each without perspective: what somebody has to see to say how the mesh is turned.
+//! A mesh from its six sides, each without perspective: what somebody has to see to say how the mesh is
+//! turned.
 
 use glam::{DMat3, DQuat, DVec2, DVec3};
 
@@ -76,7 +77,8 @@ impl Side {
     }
 }
 
-/// Its views in the order of [`Side::ALL`], squares of `side_px`, all at the same scale. Same mesh, same bytes.
+/// Its views in the order of [`Side::ALL`], squares of `side_px`, all at the same scale. Same mesh, same
+/// bytes.
 pub fn side_views(mesh: &TexturedMesh, side_px: u32) -> Vec<(Side, Image)> {
     let quality = RenderSettings { supersampling: 2, shadow_map_px: 128, sky_directions: 8, sky_map_px: 64 };
     let (low, high) = mesh.bounds();

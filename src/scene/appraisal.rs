@@ -1,4 +1,5 @@
-//! What a model thinks of a finished scene, where one was asked: ratings as the paper has them, and tasks for a robot.
+//! What a model thinks of a finished scene, where one was asked: ratings as the paper has them, and tasks for
+//! a robot.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,8 +8,8 @@ use super::InstanceId;
 /// Lowest and highest score.
 pub const SCORES: [u8; 2] = [1, 7];
 
-/// What a scene is rated by (the paper's Sec. Experiments): the first three for scenes made after a picture, the last four for
-/// scenes made after a text.
+/// What a scene is rated by (the paper's Sec. Experiments): the first three for scenes made after a picture,
+/// the last four for scenes made after a text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Criterion {

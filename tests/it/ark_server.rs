@@ -1,5 +1,6 @@
-//! A server that speaks Ark's image generation for Seedream 4.0 and later, written from the published format: it shares no types
-//! with the adapter, is strict about requests, follows a script of faults, and keeps a bill.
+//! A server that speaks Ark's image generation for Seedream 4.0 and later, written from the published format:
+//! it shares no types with the adapter, is strict about requests, follows a script of faults, and keeps a
+//! bill.
 
 use std::sync::{Arc, Mutex};
 
@@ -122,7 +123,8 @@ async fn generate(State(state): State<Arc<Shared>>, request: Request) -> Respons
     }
 }
 
-/// The rules of the published reference, as far as this program's requests touch them; the pictures that were sent.
+/// The rules of the published reference, as far as this program's requests touch them; the pictures that were
+/// sent.
 fn check(asked: &Value) -> Result<Vec<Image>, String> {
     let known = [
         "model",

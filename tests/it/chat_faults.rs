@@ -1,5 +1,5 @@
-//! Every fault of the script, over the chat analyst: each ends in its class, nothing hangs, and the books never say
-//! less than the server's bill.
+//! Every fault of the script, over the chat analyst: each ends in its class, nothing hangs, and the books
+//! never say less than the server's bill.
 
 use std::time::Duration;
 

@@ -1,4 +1,5 @@
-//! What the chat analyst says of meshes and of finished scenes: what is asked, what is taken, and what the picture has to say.
+//! What the chat analyst says of meshes and of finished scenes: what is asked, what is taken, and what the
+//! picture has to say.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -123,7 +124,8 @@ impl Bench {
         in_time(self.analyst.propose_tasks(&self.call, question)).await
     }
 
-    /// The same, with a server that gives these answers to its questions, one after the other and then the last one again.
+    /// The same, with a server that gives these answers to its questions, one after the other and then the
+    /// last one again.
     async fn saying(answers: Vec<Value>) -> Self {
         let asked = Arc::new(AtomicUsize::new(0));
         let answers: Answers = Arc::new(move |_| {

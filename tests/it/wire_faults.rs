@@ -1,4 +1,5 @@
-//! Faults that any HTTP server may have, for the servers that speak vendors' protocols: a script of them, one a request.
+//! Faults that any HTTP server may have, for the servers that speak vendors' protocols: a script of them, one
+//! a request.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex};

@@ -20,10 +20,11 @@ pub struct CanonicalizeSettings {
     pub looks: u32,
     /// Cost per unit of unlikeness to the example (0..1); more trusts the example.
     pub example_weight: f64,
-    /// Cost per unit of unlikeness (0..1) of where colors vary on the mesh and on the example; more trusts what is
-    /// drawn on things to tell their sides apart.
+    /// Cost per unit of unlikeness (0..1) of where colors vary on the mesh and on the example; more trusts
+    /// what is drawn on things to tell their sides apart.
     pub detail_weight: f64,
-    /// Cost of another up direction than the one that somebody says who has looked; more trusts the word, less the picture.
+    /// Cost of another up direction than the one that somebody says who has looked; more trusts the word,
+    /// less the picture.
     pub told_up_weight: f64,
     /// Cost of another front with that up direction; more trusts the word, less extents and example.
     pub told_front_weight: f64,

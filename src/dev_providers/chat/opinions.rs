@@ -1,5 +1,5 @@
-//! What a stand-in can say of finished scenes: the more a picture is like the one it was made after, the better it is rated; tasks
-//! are about what a gripper can take.
+//! What a stand-in can say of finished scenes: the more a picture is like the one it was made after, the
+//! better it is rated; tasks are about what a gripper can take.
 
 use serde_json::{Value, json};
 

@@ -1,5 +1,6 @@
-//! How the mesh on a sheet is turned, as somebody says who knows the thing: the sheet is compared with sheets of the mesh that the
-//! embedded generator makes of it, turned each way, and what the embedded analyst says of that mesh is said of the one shown.
+//! How the mesh on a sheet is turned, as somebody says who knows the thing: the sheet is compared with sheets
+//! of the mesh that the embedded generator makes of it, turned each way, and what the embedded analyst says
+//! of that mesh is said of the one shown.
 
 use glam::{DQuat, DVec3};
 use serde_json::{Value, json};
@@ -32,7 +33,8 @@ pub(super) async fn answered(studio: &Studio, asked: &Asked) -> Result<Value, Re
     Ok(json!({ "top": side(DVec3::Z), "front": side(-DVec3::Y) }))
 }
 
-/// The turn of the mesh whose sheet is most like the one shown. The likeliest come first: as it is, and as it belongs.
+/// The turn of the mesh whose sheet is most like the one shown. The likeliest come first: as it is, and as it
+/// belongs.
 fn turn_shown(mesh: &TexturedMesh, shown: &Image, canonical_from_mesh: DQuat) -> DQuat {
     let shown = fitted(shown, COMPARED_PX, COMPARED_PX);
     let mut best = (f64::INFINITY, DQuat::IDENTITY);

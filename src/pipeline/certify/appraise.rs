@@ -1,5 +1,5 @@
-//! What a model thinks of the finished scene, and what a robot could do in it: asked where the operator wants it, and kept in the
-//! report. It decides nothing: the verdict is what was measured.
+//! What a model thinks of the finished scene, and what a robot could do in it: asked where the operator wants
+//! it, and kept in the report. It decides nothing: the verdict is what was measured.
 
 use std::sync::Arc;
 
@@ -23,7 +23,8 @@ use crate::scene::{Input, InstanceId};
 pub struct AppraiseSettings {
     /// Whether the analyst rates the finished scene, as the paper's evaluation does: one more call a scene.
     pub ratings: bool,
-    /// How many tasks for a robot the analyst proposes, 0..20; 0 asks for none, more is one call all the same.
+    /// How many tasks for a robot the analyst proposes, 0..20; 0 asks for none, more is one call all the
+    /// same.
     pub tasks: u32,
 }
 
@@ -75,8 +76,9 @@ pub(super) async fn appraise(
     Ok(appraisal)
 }
 
-/// What was said. Where nobody will say it, says nothing that can be used, or no money is left for it, that is told in its place,
-/// and the scene is none the worse; what may pass is tried again, as for any other question.
+/// What was said. Where nobody will say it, says nothing that can be used, or no money is left for it, that
+/// is told in its place, and the scene is none the worse; what may pass is tried again, as for any other
+/// question.
 fn given<T>(
     said: Result<Opinion<T>, ProviderError>,
     what: &str,

@@ -1,11 +1,12 @@
-//! What was said over the network, kept so that it can be said again: a run that was recorded once is repeated without a
-//! network, byte for byte.
+//! What was said over the network, kept so that it can be said again: a run that was recorded once is
+//! repeated without a network, byte for byte.
 //!
-//! An exchange is kept under the digest of its request: method, address, headers, content type and body. Whatever proves
-//! who asks is no part of that and is not kept, nor are the signatures in addresses ([`redaction`]). A request that is made
-//! again, as one looks at a vendor's job, finds its answers in the order in which they came, and after the last one that
-//! one again. Only answers are kept, whatever their status; a connection that broke leaves nothing. A recording is a
-//! folder of one file an exchange, [`Cassette::played`] also from a ZIP archive of such a folder.
+//! An exchange is kept under the digest of its request: method, address, headers, content type and body.
+//! Whatever proves who asks is no part of that and is not kept, nor are the signatures in addresses
+//! ([`redaction`]). A request that is made again, as one looks at a vendor's job, finds its answers in the
+//! order in which they came, and after the last one that one again. Only answers are kept, whatever their
+//! status; a connection that broke leaves nothing. A recording is a folder of one file an exchange,
+//! [`Cassette::played`] also from a ZIP archive of such a folder.
 
 mod exchange;
 mod redaction;

@@ -1,14 +1,15 @@
 //! The analyst over an OpenAI-compatible chat endpoint: OpenAI, OpenRouter, Ark, vLLM, Ollama, llama.cpp.
 //!
-//! Each question is a prompt of `config/prompts/`, a strict JSON schema and, where it is about a picture, the picture.
-//! An answer is data: it is read by its schema ([`conversation`]), every number has a range, every name is one that was
-//! given, and what does not hold is told to the model once. Words of users and of pictures reach the model only as
-//! data that the prompts say not to obey, and whatever it answers can do no more than describe things on a table.
+//! Each question is a prompt of `config/prompts/`, a strict JSON schema and, where it is about a picture, the
+//! picture. An answer is data: it is read by its schema ([`conversation`]), every number has a range, every
+//! name is one that was given, and what does not hold is told to the model once. Words of users and of
+//! pictures reach the model only as data that the prompts say not to obey, and whatever it answers can do no
+//! more than describe things on a table.
 //!
-//! [`describe`] plans a scene from words; [`recognize`] reads a picture in three turns: what is there, how large it is
-//! ([`measure`]), what carries what ([`stacking`]); [`check_top`] looks at drawn views from above; [`upright`] says how meshes
-//! are turned, and the picture has a say in it; [`judge`] rates finished scenes, [`propose_tasks`] thinks of what a robot could
-//! do in them.
+//! [`describe`] plans a scene from words; [`recognize`] reads a picture in three turns: what is there, how
+//! large it is ([`measure`]), what carries what ([`stacking`]); [`check_top`] looks at drawn views from
+//! above; [`upright`] says how meshes are turned, and the picture has a say in it; [`judge`] rates finished
+//! scenes, [`propose_tasks`] thinks of what a robot could do in them.
 
 pub mod wire;
 pub mod prompts;

@@ -1,5 +1,5 @@
-//! Mesh generators over vendors: what they have in common is the picture they are sent, the vendor's job they wait for, and what is
-//! taken of the file that comes back. What differs is a [`MeshVendor`].
+//! Mesh generators over vendors: what they have in common is the picture they are sent, the vendor's job they
+//! wait for, and what is taken of the file that comes back. What differs is a [`MeshVendor`].
 
 use std::sync::Arc;
 
@@ -29,8 +29,8 @@ const MOST_OFF: f64 = 0.01;
 /// Smallest extent of a mesh, as a share of its largest: less is a picture on a plane, no thing.
 const LEAST_EXTENT: f64 = 1e-4;
 
-/// Reads a file of a vendor (GLB, or a ZIP archive of an OBJ file) as one mesh, z up, whatever it holds: an error, never a
-/// panic.
+/// Reads a file of a vendor (GLB, or a ZIP archive of an OBJ file) as one mesh, z up, whatever it holds: an
+/// error, never a panic.
 pub type ReadMesh = Arc<dyn Fn(&[u8]) -> Result<TexturedMesh, String> + Send + Sync>;
 
 /// How a vendor is asked for meshes; its settings are what implements it.
@@ -143,8 +143,8 @@ fn squared(picture: &Image, side_px: u32) -> Image {
     square
 }
 
-/// The file as a mesh whose longest edge is 1 and which has no more triangles than are kept; the inner error says
-/// why it is none.
+/// The file as a mesh whose longest edge is 1 and which has no more triangles than are kept; the inner error
+/// says why it is none.
 async fn taken(
     call: &Call,
     file: Bytes,

@@ -1,5 +1,5 @@
-//! What would be wrong with a model's words as the answer to a question, without asking anybody: shows whether a model is up to
-//! the questions, and how the reading of answers stands what nobody would say.
+//! What would be wrong with a model's words as the answer to a question, without asking anybody: shows
+//! whether a model is up to the questions, and how the reading of answers stands what nobody would say.
 
 use super::conversation::complaints_of;
 use super::{check_top, describe, judge, measure, propose_tasks, recognize, stacking, upright};
@@ -35,7 +35,8 @@ impl QuestionKind {
         Self::ProposeTasks,
     ];
 
-    /// What a model would be told of these words as the answer about the things `asked`; nothing where they are taken.
+    /// What a model would be told of these words as the answer about the things `asked`; nothing where they
+    /// are taken.
     pub fn complaints(self, words: &str, asked: &[InstanceId]) -> Vec<String> {
         match self {
             Self::Describe => {

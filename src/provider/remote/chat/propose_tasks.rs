@@ -1,4 +1,5 @@
-//! What a robot could do in a finished scene: instructions, each with the objects it is about, all of which exist.
+//! What a robot could do in a finished scene: instructions, each with the objects it is about, all of which
+//! exist.
 
 use serde::Deserialize;
 use serde_json::{Value, json};

@@ -1,5 +1,6 @@
-//! JSON schemas of answers, in the subset that strict servers take: every property required, none besides, and no
-//! keyword beyond `type`, `enum`, `items` and `description`. Ranges are said in words and checked when an answer is read.
+//! JSON schemas of answers, in the subset that strict servers take: every property required, none besides,
+//! and no keyword beyond `type`, `enum`, `items` and `description`. Ranges are said in words and checked when
+//! an answer is read.
 
 use serde_json::{Map, Value, json};
 

@@ -1,6 +1,6 @@
-//! How a raw mesh stands: a model says which of its sides is the top and which the front, and looks a second time once it
-//! has been turned so. What it says is one kind of evidence beside sizes and the picture ([`crate::align::canonicalize`]), which
-//! overrule it where they show the thing otherwise.
+//! How a raw mesh stands: a model says which of its sides is the top and which the front, and looks a second
+//! time once it has been turned so. What it says is one kind of evidence beside sizes and the picture
+//! ([`crate::align::canonicalize`]), which overrule it where they show the thing otherwise.
 
 use std::sync::Arc;
 
