@@ -6,9 +6,9 @@
 //! the table's own rim and legs is a thing; each thing becomes the simplest solid with its outline. It is
 //! made for product pictures (plain light backdrop, level camera, whole table) and refuses rather than
 //! guesses: [`VisionError`] says what was not found. [`descriptor`] is the classical form of `Phi`, [`dinov2`] the
-//! learned one, which is given its weights. [`mask_repair`] mends masks that a network drew, [`placement`] finds where a
-//! redrawn thing lies, [`fidelity`] compares a picture with one of the scene made from it. [`network`] looks at frames with weights that `training/` wrote; none come with the program. Where
-//! there are some, [`read_with_network`] reads by them instead.
+//! learned one, which is given its weights. [`mask_repair`] mends masks that a network drew, [`cut_out`] takes a
+//! thing off a plain backdrop, [`placement`] finds where a redrawn thing lies, [`fidelity`] compares a picture with one of the
+//! scene made from it. [`network`] looks at frames with weights that `training/` wrote; [`read_with_network`] reads by them.
 //!
 //! Vision knows pictures and geometry, neither jobs nor ports; nothing here is random.
 
@@ -27,6 +27,7 @@ mod contour;
 mod silhouette;
 pub mod solid_fit;
 pub mod mask_repair;
+pub mod cut_out;
 pub mod placement;
 pub mod fidelity;
 mod reading;

@@ -1,5 +1,5 @@
-//! `POST /api/v3/images/generations`, as Ark answers it for Seedream: what was described is painted, and a table that is
-//! shown is drawn from above. Without `watermark: false` a picture would carry one, which nobody here wants to measure on.
+//! `POST /api/v3/images/generations`, as Ark answers it for Seedream: what was described is painted, a table that is
+//! shown is drawn from above, and a thing that shows in part before one color is drawn whole before it. Without `watermark: false` a picture would carry one, which nobody here wants to measure on.
 
 use std::sync::Arc;
 
@@ -15,6 +15,7 @@ use super::DevProviders;
 use super::refusal::{Refusal, answer};
 use crate::export::png::{decode_png, encode_png};
 use crate::geometry::Image;
+use crate::vision::cut_out::{cut_out, laid_on};
 
 pub(super) async fn generate(State(providers): State<Arc<DevProviders>>, body: Bytes) -> Response {
     providers.pause().await;
@@ -38,10 +39,22 @@ async fn generated(providers: &DevProviders, body: &Bytes) -> Result<Image, Refu
     let picture = match request["image"].as_array().map(Vec::as_slice) {
         None => providers.studio.painting(prompt).await?.sight.picture.clone(),
         Some([url]) => providers.studio.top_view(shown(url)?).await?.picture.clone(),
-        Some(_) => return Err(Refusal::Unable("one table is drawn from above at a time".into())),
+        Some([_, thing]) => redrawn(providers, &shown(thing)?).await?,
+        Some(_) => {
+            let told = "a table is drawn from above, a thing from its surroundings and its visible pixels";
+            return Err(Refusal::Unable(told.into()));
+        }
     };
     providers.bill.add("ark", "generations", body);
     Ok(picture)
+}
+
+/// The thing whole, before the color that is around its visible pixels.
+async fn redrawn(providers: &DevProviders, shown: &Image) -> Result<Image, Refusal> {
+    let wrong = || Refusal::Wrong("what is around the visible pixels is not one color".into());
+    let visible = cut_out(shown).ok_or_else(wrong)?;
+    let [r, g, b, _] = shown.pixel(0, 0);
+    Ok(laid_on(&super::images::whole(providers, &visible).await?, [r, g, b]))
 }
 
 fn shown(url: &Value) -> Result<Image, Refusal> {

@@ -65,14 +65,17 @@ pub(super) async fn edit(State(providers): State<Arc<DevProviders>>, request: Re
                 "a thing is redrawn from its surroundings and its visible pixels".into(),
             ));
         };
-        let visible = decoded(cut_out)?;
-        let (known, index) = providers.studio.visible_thing(&visible).await?;
-        let picture = redrawn(&known.sight, index, &visible)
-            .ok_or_else(|| Refusal::Unable("nothing shows of it".into()))?;
+        let picture = whole(providers.as_ref(), &decoded(cut_out)?).await?;
         providers.bill.add("images", "edits", &files.concat());
         Ok(drawn(&picture))
     };
     redrawn.await.unwrap_or_else(Refusal::openai)
+}
+
+/// The thing of which those pixels are visible, alone and whole in the same frame.
+pub(super) async fn whole(providers: &DevProviders, visible: &Image) -> Result<Image, Refusal> {
+    let (known, index) = providers.studio.visible_thing(visible).await?;
+    redrawn(&known.sight, index, visible).ok_or_else(|| Refusal::Unable("nothing shows of it".into()))
 }
 
 /// The thing alone and whole, in the frame of the picture that shows its visible pixels.

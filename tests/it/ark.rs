@@ -9,7 +9,7 @@ use tabletopgen::export::png::encode_png;
 use tabletopgen::geometry::Image;
 use tabletopgen::provider::ledger::OnUnknown;
 use tabletopgen::provider::remote::ark::{self, ArkPainter};
-use tabletopgen::provider::{Call, Painter, Painting, Port, ProviderError, TopPicture};
+use tabletopgen::provider::{Call, Completion, Painter, Painting, Port, ProviderError, TopPicture};
 
 use crate::ark_server::{ArkServer, Fault, KEY};
 use crate::bench::{self, Book, class};
@@ -59,6 +59,11 @@ impl Bench {
         tokio::time::timeout(Duration::from_secs(60), asked).await.expect("nothing hangs")
     }
 
+    async fn completion(&self) -> Result<Completion, ProviderError> {
+        let asked = self.painter.complete(&self.call, half_hidden_ball());
+        tokio::time::timeout(Duration::from_secs(60), asked).await.expect("nothing hangs")
+    }
+
     /// Everything that was billed stands in the books.
     fn outcomes(&self) -> Vec<&'static str> {
         let billed = self.server.billed() as i64 * PRICE;
@@ -89,12 +94,40 @@ async fn the_view_from_above_is_drawn_after_the_picture() {
 }
 
 #[tokio::test]
-async fn single_things_are_another_painters() {
+async fn a_thing_is_drawn_whole_before_a_color_and_cut_out() {
     let bench = Bench::new().await;
-    let asked = bench.painter.complete(&bench.call, half_hidden_ball());
-    let told = asked.await.unwrap_err();
-    assert!(told.another_may_answer() && told.to_string().contains("transparent background"), "{told}");
-    assert!(bench.server.asked().is_empty());
+    let completion = bench.completion().await.unwrap();
+    let [x0, y0, x1, y1] = completion.shown_px;
+    assert!((0.5 * (x0 + x1) - 200.0).abs() < 2.5 && (0.5 * (y0 + y1) - 150.0).abs() < 2.5);
+    assert!((0.15..0.35).contains(&completion.completed_share), "{}", completion.completed_share);
+    let (width_px, height_px) = (completion.picture.width_px(), completion.picture.height_px());
+    assert_eq!(completion.picture.pixel(0, 0)[3], 0);
+    assert_eq!(completion.picture.pixel(width_px / 2, height_px / 2), [200, 20, 20, 255]);
+    let (asked, pictures) = &bench.server.asked()[0];
+    let around = pictures[1].pixel(0, 0);
+    let named = format!("#{:02x}{:02x}{:02x}", around[0], around[1], around[2]);
+    assert!(asked["prompt"].as_str().unwrap().contains(&named), "the color is named: {}", asked["prompt"]);
+    assert_eq!((pictures.len(), asked["size"].as_str()), (2, Some("1024x1024")));
+    assert_eq!((bench.outcomes(), bench.book.spent()), (vec![ANSWERED], PRICE));
+}
+
+#[tokio::test]
+async fn a_drawing_with_a_scene_behind_it_is_asked_for_again_with_the_reason() {
+    let scene = {
+        let mut scene = Image::filled(1024, 1024, [240, 240, 240, 255]);
+        (0..1024).for_each(|x| (400..1024).for_each(|y| scene.set_pixel(x, y, [90, 60, 40, 255])));
+        Bytes::from(encode_png(&scene))
+    };
+    let bench = Bench::new().await;
+    bench.server.faults.script([Fault::File(scene.clone())]);
+    bench.completion().await.unwrap();
+    let asked = bench.server.asked();
+    assert!(asked[1].0["prompt"].as_str().unwrap().contains("not one plain color"));
+    assert_eq!(bench.outcomes(), [ANSWERED; 2]);
+    let bench = Bench::new().await;
+    bench.server.faults.script(vec![Fault::File(scene); 3]);
+    assert_eq!(class(&bench.completion().await.map(|_| ()).unwrap_err()), "transient provider_bad_answer");
+    assert_eq!(bench.outcomes(), [ANSWERED; 3]);
 }
 
 #[tokio::test]

@@ -89,7 +89,7 @@ async fn generate(State(state): State<Arc<Shared>>, request: Request) -> Respons
     };
     // Watermarks are the default.
     let stamped = asked["watermark"] != false;
-    state.asked.lock().unwrap().push((asked, pictures));
+    state.asked.lock().unwrap().push((asked, pictures.clone()));
     let fault = state.faults.next();
     let billed = match &fault {
         Some(Fault::Wire(fault)) => fault.is_billed(),
@@ -104,7 +104,10 @@ async fn generate(State(state): State<Arc<Shared>>, request: Request) -> Respons
         });
         answer.to_string()
     };
-    let mut picture = Image::filled(1152, 864, [120, 100, 80, 255]);
+    let mut picture = match &pictures[..] {
+        [_, thing] => whole_disk(thing),
+        _ => Image::filled(1152, 864, [120, 100, 80, 255]),
+    };
     if stamped {
         (1000..1152).for_each(|x| (820..864).for_each(|y| picture.set_pixel(x, y, [255; 4])));
     }
@@ -121,6 +124,22 @@ async fn generate(State(state): State<Arc<Shared>>, request: Request) -> Respons
         Some(Fault::Wire(fault)) => fault.response("application/json", body.into()).await,
         _ => Response::builder().header("content-type", "application/json").body(body.into()).unwrap(),
     }
+}
+
+/// A disk of what was shown of it, elsewhere in the frame and larger than it was, before the color that was around it.
+fn whole_disk(shown: &Image) -> Image {
+    let around = shown.pixel(0, 0);
+    let pixels = (0..shown.height_px()).flat_map(|y| (0..shown.width_px()).map(move |x| (x, y)));
+    let color = pixels.map(|(x, y)| shown.pixel(x, y)).find(|color| *color != around).unwrap_or(around);
+    let mut drawing = Image::filled(1024, 1024, around);
+    for y in 0..1024_u32 {
+        for x in 0..1024_u32 {
+            if (f64::from(x) - 560.0).hypot(f64::from(y) - 470.0) < 330.0 {
+                drawing.set_pixel(x, y, color);
+            }
+        }
+    }
+    drawing
 }
 
 /// The rules of the published reference, as far as this program's requests touch them; the pictures that were

@@ -1,17 +1,19 @@
-//! The painter over Ark's Seedream 4.0 and later: reference pictures, and tables drawn from straight above.
+//! The painter over Ark's Seedream 4.0 and later: reference pictures, single things, and tables drawn from straight above.
 //!
-//! It draws on no transparent background, so that single things are another painter's ([`images`](super::images)), and it cannot
-//! be seeded. Its pictures come in the answer itself: addresses are not followed.
+//! It draws on no transparent background: single things are drawn before one plain color, unlike theirs, which is cut away. It
+//! cannot be seeded. Its pictures come in the answer itself: addresses are not followed.
 
 pub mod wire;
 
 use std::sync::Arc;
 
+use bytes::Bytes;
 use serde_json::json;
 
 use super::Endpoint;
 use super::endpoint::Question;
 use super::failure::{Failure, FailureKind};
+use super::images::redraw::{Redrawing, redraw};
 use super::images::{decoded, prompts, reference, top_view};
 use super::settings::ArkSettings;
 use crate::geometry::Image;
@@ -32,20 +34,21 @@ pub struct ArkPainter {
 }
 
 impl ArkPainter {
-    /// One picture; the inner error says why it cannot be used.
+    /// One picture of that size; the inner error says why it cannot be used.
     async fn painted(
         &self,
         call: &Call,
         operation: &'static str,
+        size: &str,
         prompt: &str,
-        pictures: &[bytes::Bytes],
+        pictures: &[Bytes],
     ) -> Result<Result<Image, String>, ProviderError> {
         let question = Question {
             operation,
             path: "/images/generations",
             headers: Vec::new(),
             content_type: "application/json".into(),
-            body: wire::request(&self.settings, prompt, pictures).to_string().into(),
+            body: wire::request(&self.settings, size, prompt, pictures).to_string().into(),
             reserved: MicroUsd::of_usd(self.settings.usd_per_picture),
         };
         let file = self.endpoint.ask(call, &question, |reply| wire::read(&self.settings, reply)).await?;
@@ -66,7 +69,7 @@ impl ArkPainter {
         let prompt = reference::prompt_of(description, seed);
         let mut reason = String::new();
         for _ in 0..=self.settings.redraws {
-            match self.painted(call, "paint", &prompt, &[]).await? {
+            match self.painted(call, "paint", &self.settings.size, &prompt, &[]).await? {
                 Ok(picture) => {
                     let picture = call.compute(Port::Painter, move |_| Ok(reference::kept(picture))).await?;
                     return Ok(Painting { picture, aside: None });
@@ -75,6 +78,20 @@ impl ArkPainter {
             }
         }
         Err(not_taken(&reason))
+    }
+
+    async fn redrawn(&self, call: &Call, request: CompletionRequest) -> Result<Completion, ProviderError> {
+        let settings = &self.settings;
+        let how = Redrawing {
+            adapter: NAME,
+            on_backdrop: true,
+            least_agreement: settings.least_agreement,
+            redraws: settings.redraws,
+        };
+        let draw = |prompt: String, sent: [Bytes; 2]| async move {
+            self.painted(call, "redraw", &settings.thing_size, &prompt, &sent).await
+        };
+        redraw(&how, call, request, draw).await
     }
 
     async fn drawn_from_above(
@@ -91,7 +108,7 @@ impl ArkPainter {
         }
         let prompt = top_view::prompt_of(&request.recognition, &request.refused);
         let png = top_view::sent(call, request.reference.picture.clone()).await?;
-        match self.painted(call, "top_view", &prompt, &[png]).await? {
+        match self.painted(call, "top_view", &self.settings.size, &prompt, &[png]).await? {
             Ok(picture) => Ok(TopPicture { picture, known: None }),
             Err(reason) => Err(not_taken(&reason)),
         }
@@ -106,8 +123,11 @@ fn not_taken(reason: &str) -> ProviderError {
 
 impl Painter for ArkPainter {
     fn adapter(&self) -> Adapter {
-        let ArkSettings { endpoint, size, redraws, .. } = &self.settings;
-        let settings = json!({ "base_url": endpoint.base_url, "size": size, "redraws": redraws, "prompts": prompts::identity() });
+        let ArkSettings { endpoint, size, thing_size, least_agreement, redraws, .. } = &self.settings;
+        let settings = json!({
+            "base_url": endpoint.base_url, "size": size, "thing_size": thing_size, "redraws": redraws,
+            "least_agreement": least_agreement, "prompts": prompts::identity_on_backdrop(),
+        });
         Adapter { name: NAME.to_owned(), model: self.settings.model.clone(), settings }
     }
 
@@ -120,15 +140,12 @@ impl Painter for ArkPainter {
         Box::pin(async move { self.reference_picture(call, &description, seed).await })
     }
 
-    fn complete<'a>(&'a self, _call: &'a Call, request: CompletionRequest) -> Answer<'a, Completion> {
+    fn complete<'a>(&'a self, call: &'a Call, request: CompletionRequest) -> Answer<'a, Completion> {
         Box::pin(async move {
-            request.alone.ok_or_else(|| ProviderError::Unsupported {
-                port: Port::Painter,
-                adapter: NAME.to_owned(),
-                reason: "it draws on no transparent background; put openai_images or embedded behind it in \
-                         providers.painter"
-                    .to_owned(),
-            })
+            match request.alone {
+                Some(alone) => Ok(alone),
+                None => self.redrawn(call, request).await,
+            }
         })
     }
 

@@ -15,8 +15,11 @@ pub mod top_view;
 
 use std::sync::Arc;
 
+use bytes::Bytes;
 use serde_json::json;
 
+use self::redraw::{Redrawing, redraw};
+use super::endpoint::Question;
 use super::failure::{Failure, FailureKind};
 use super::settings::ImagesSettings;
 use super::{Endpoint, picture};
@@ -34,6 +37,32 @@ pub const NAME: &str = "openai/images";
 pub struct ImagesPainter {
     pub settings: ImagesSettings,
     pub endpoint: Arc<Endpoint>,
+}
+
+impl ImagesPainter {
+    async fn redrawn(&self, call: &Call, request: CompletionRequest) -> Result<Completion, ProviderError> {
+        let settings = &self.settings;
+        let how = Redrawing {
+            adapter: NAME,
+            on_backdrop: false,
+            least_agreement: settings.least_agreement,
+            redraws: settings.redraws,
+        };
+        let draw = |prompt: String, sent: [Bytes; 2]| async move {
+            let (content_type, body) = wire::edit(settings, wire::Canvas::Thing, &prompt, &sent).encoded();
+            let question = Question {
+                operation: "redraw",
+                path: "/images/edits",
+                headers: Vec::new(),
+                content_type: content_type.into(),
+                body,
+                reserved: wire::most_it_can_cost(settings, &prompt, sent.len()),
+            };
+            decoded(call, self.endpoint.ask(call, &question, |reply| wire::read(settings, reply)).await?)
+                .await
+        };
+        redraw(&how, call, request, draw).await
+    }
 }
 
 impl Painter for ImagesPainter {
@@ -70,7 +99,7 @@ impl Painter for ImagesPainter {
         Box::pin(async move {
             match request.alone {
                 Some(alone) => Ok(alone),
-                None => redraw::redraw(self, call, request).await,
+                None => self.redrawn(call, request).await,
             }
         })
     }
@@ -93,8 +122,8 @@ pub(super) async fn decoded(call: &Call, file: Vec<u8>) -> Result<Result<Image, 
     .await
 }
 
-/// The last reason why no drawing was taken.
-fn not_taken(reason: &str, drawings: u32) -> ProviderError {
+/// The last reason why no drawing of an adapter was taken.
+fn not_taken(adapter: &'static str, reason: &str, drawings: u32) -> ProviderError {
     let reason = format!("none of {drawings} drawings could be used: {reason}");
-    Failure::new(FailureKind::BadAnswer, reason).into_error(Port::Painter, NAME)
+    Failure::new(FailureKind::BadAnswer, reason).into_error(Port::Painter, adapter)
 }

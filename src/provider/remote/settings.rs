@@ -182,6 +182,10 @@ pub struct ArkSettings {
     pub model: String,
     /// Size of pictures: `1K`, `2K`, `4K`, or pixels.
     pub size: String,
+    /// Size of redrawn things, square, pixels.
+    pub thing_size: String,
+    /// Least agreement of a redrawn thing's outline with what is visible of it, intersection over union (0..=1).
+    pub least_agreement: f64,
     /// Pictures asked for again where one cannot be used (0..=5).
     pub redraws: u32,
     /// Price of a picture, US dollars.

@@ -13,10 +13,11 @@ use super::super::outbound::Reply;
 use super::super::settings::ArkSettings;
 use crate::provider::ledger::MicroUsd;
 
-/// Body of a request to paint one picture, after PNG files if there are some. Watermarks are the default, and switched off.
-pub fn request(settings: &ArkSettings, prompt: &str, pictures: &[Bytes]) -> Value {
+/// Body of a request to paint one picture of a size, after PNG files if there are some. Watermarks are the default, and
+/// switched off.
+pub fn request(settings: &ArkSettings, size: &str, prompt: &str, pictures: &[Bytes]) -> Value {
     let mut body = json!({
-        "model": settings.model, "prompt": prompt, "size": settings.size, "sequential_image_generation": "disabled",
+        "model": settings.model, "prompt": prompt, "size": size, "sequential_image_generation": "disabled",
         "response_format": "b64_json", "watermark": false, "stream": false,
     });
     if !pictures.is_empty() {
@@ -108,13 +109,14 @@ mod tests {
 
     #[test]
     fn a_request_switches_the_watermark_off_and_names_what_the_reference_names() {
-        let body = request(&settings(), "a table", &[]);
+        let body = request(&settings(), "2K", "a table", &[]);
         assert_eq!(
             (&body["watermark"], &body["sequential_image_generation"]),
             (&json!(false), &json!("disabled"))
         );
+        assert_eq!(body["size"], "2K");
         assert!(body.get("image").is_none() && body.get("seed").is_none(), "4.0 cannot be seeded");
-        let body = request(&settings(), "a table", &[Bytes::from_static(b"PNG")]);
+        let body = request(&settings(), "2K", "a table", &[Bytes::from_static(b"PNG")]);
         assert_eq!(body["image"], json!(["data:image/png;base64,UE5H"]));
     }
 

@@ -1,18 +1,21 @@
 //! One thing of a picture, redrawn alone and whole.
 //!
-//! The model sees a square around the thing twice: as it is, and with nothing but the thing's visible pixels. What it
-//! draws is laid on the picture ([`placement`]): it has to cover what is visible and nothing that is visibly something else.
+//! The model sees a square around the thing twice: as it is, and with nothing but the thing's visible pixels. One that draws on
+//! no transparent background is given a color to draw before ([`cut_out`]). What it draws is laid on the picture
+//! ([`placement`]): it has to cover what is visible and nothing that is visibly something else.
+//!
+//! [`placement`]: crate::vision::placement
 
 use bytes::Bytes;
 use glam::DVec2;
 use image::ImageError;
 
-use super::super::endpoint::Question;
 use super::super::picture;
+use super::not_taken;
 use super::prompts::prompts;
-use super::{ImagesPainter, decoded, not_taken, wire};
 use crate::geometry::{Image, Mask};
 use crate::provider::{Call, Completion, CompletionRequest, Port, ProviderError};
+use crate::vision::cut_out::{Backdrop, cut_out, far_from, laid_on};
 use crate::vision::placement::{Placement, placed};
 
 /// Side of the square, as a multiple of the longer side of what is visible.
@@ -27,45 +30,61 @@ const LEAST_TRANSPARENT: f64 = 0.05;
 /// Alpha from which a pixel belongs to the thing.
 const SOLID: u8 = 128;
 
-/// Has it redrawn.
-pub(super) async fn redraw(
-    painter: &ImagesPainter,
+/// How a painter redraws.
+pub(in crate::provider::remote) struct Redrawing {
+    /// Name of its adapter.
+    pub adapter: &'static str,
+    /// It draws on one plain color, which is cut away, and not on a transparent background.
+    pub on_backdrop: bool,
+    /// Least agreement with what is visible, intersection over union.
+    pub least_agreement: f64,
+    /// Drawings asked for again.
+    pub redraws: u32,
+}
+
+/// Has it redrawn: `draw` asks for one drawing after a prompt and two pictures, and says why one cannot be used.
+pub(in crate::provider::remote) async fn redraw<Drawn>(
+    how: &Redrawing,
     call: &Call,
     request: CompletionRequest,
-) -> Result<Completion, ProviderError> {
-    let settings = &painter.settings;
+    draw: impl Fn(String, [Bytes; 2]) -> Drawn,
+) -> Result<Completion, ProviderError>
+where
+    Drawn: Future<Output = Result<Result<Image, String>, ProviderError>>,
+{
     let CompletionRequest { reference, object, visible, others, .. } = request;
     let (shown, shown_others) = (visible.clone(), others.clone());
-    let (square, sent) = call
+    let on_backdrop = how.on_backdrop;
+    let (square, backdrop, sent) = call
         .compute(Port::Painter, move |_| {
             let square = Square::around(&shown, &shown_others)
                 .filter(|_| (shown.width_px(), shown.height_px()) == size_of(&reference.picture))
                 .ok_or_else(|| {
                     rejected("nothing_visible", "no pixel of it shows in the picture; leave it out")
                 })?;
-            let sent = square.pictures(&reference.picture, &shown);
-            Ok((square, sent.map_err(|_| rejected("image_unreadable", "its pixels cannot be sent"))?))
+            let backdrop = on_backdrop.then(|| far_from(&reference.picture, &shown));
+            let sent = square.pictures(&reference.picture, &shown, backdrop);
+            Ok((
+                square,
+                backdrop,
+                sent.map_err(|_| rejected("image_unreadable", "its pixels cannot be sent"))?,
+            ))
         })
         .await?;
     let mut reason = String::new();
-    for _ in 0..=settings.redraws {
-        let prompt = prompt_of(&object.label, &reason);
-        let (content_type, body) = wire::edit(settings, wire::Canvas::Thing, &prompt, &sent).encoded();
-        let question = Question {
-            operation: "redraw",
-            path: "/images/edits",
-            headers: Vec::new(),
-            content_type: content_type.into(),
-            body,
-            reserved: wire::most_it_can_cost(settings, &prompt, sent.len()),
-        };
-        let file = painter.endpoint.ask(call, &question, |reply| wire::read(settings, reply)).await?;
-        let (visible, others) = (visible.clone(), others.clone());
-        let least = settings.least_agreement;
-        let taken = match decoded(call, file).await? {
+    for _ in 0..=how.redraws {
+        let drawn = draw(prompt_of(&object.label, backdrop, &reason), sent.clone()).await?;
+        let (visible, others, least) = (visible.clone(), others.clone(), how.least_agreement);
+        let taken = match drawn {
             Ok(drawing) => {
                 call.compute(Port::Painter, move |_| {
-                    Ok(completion(drawing, square, &visible, &others, least))
+                    let drawing = match backdrop {
+                        Some(_) => cut_out(&drawing).ok_or("its background is not one plain color"),
+                        None => Ok(drawing),
+                    };
+                    Ok(drawing
+                        .map_err(str::to_owned)
+                        .and_then(|drawing| completion(drawing, square, &visible, &others, least)))
                 })
                 .await?
             }
@@ -79,7 +98,7 @@ pub(super) async fn redraw(
             }
         }
     }
-    Err(not_taken(&format!("{}: {reason}", object.id), settings.redraws + 1))
+    Err(not_taken(how.adapter, &format!("{}: {reason}", object.id), how.redraws + 1))
 }
 
 fn size_of(picture: &Image) -> (u32, u32) {
@@ -91,11 +110,17 @@ fn rejected(code: &'static str, reason: &str) -> ProviderError {
 }
 
 /// A second drawing is told what was wrong with the first.
-fn prompt_of(label: &str, reason: &str) -> String {
-    let text = prompts().redraw.text;
+fn prompt_of(label: &str, backdrop: Option<Backdrop>, reason: &str) -> String {
+    let text = match backdrop {
+        None => format!("{}\n\nThe thing: {label}.", prompts().redraw.text),
+        Some(Backdrop { name, rgb: [r, g, b] }) => format!(
+            "{}\n\nThe background: {name}, #{r:02x}{g:02x}{b:02x}.\n\nThe thing: {label}.",
+            prompts().redraw_on_backdrop.text
+        ),
+    };
     match reason {
-        "" => format!("{text}\n\nThe thing: {label}."),
-        why => format!("{text}\n\nThe thing: {label}.\n\nAn earlier drawing could not be used: {why}."),
+        "" => text,
+        why => format!("{text}\n\nAn earlier drawing could not be used: {why}."),
     }
 }
 
@@ -118,8 +143,14 @@ impl Square {
         Some(Self { x0: corner(x0, x1), y0: corner(y0, y1), side_px })
     }
 
-    /// What the model sees: the square with white beyond the picture, and the visible pixels alone.
-    fn pictures(self, picture: &Image, visible: &Mask) -> Result<[Bytes; 2], ImageError> {
+    /// What the model sees: the square with white beyond the picture, and the visible pixels alone, before the backdrop if
+    /// there is one.
+    fn pictures(
+        self,
+        picture: &Image,
+        visible: &Mask,
+        backdrop: Option<Backdrop>,
+    ) -> Result<[Bytes; 2], ImageError> {
         let mut around = Image::filled(self.side_px, self.side_px, [255; 4]);
         let mut alone = Image::filled(self.side_px, self.side_px, [0; 4]);
         for v in 0..self.side_px {
@@ -136,7 +167,11 @@ impl Square {
                 }
             }
         }
-        Ok([picture::sent(&around, SENT_PX[1])?, picture::sent_cut_out(&alone, SENT_PX[1])?])
+        let alone = match backdrop {
+            Some(backdrop) => picture::sent(&laid_on(&alone, backdrop.rgb), SENT_PX[1])?,
+            None => picture::sent_cut_out(&alone, SENT_PX[1])?,
+        };
+        Ok([picture::sent(&around, SENT_PX[1])?, alone])
     }
 
     /// Where a drawing of `width_px` lies that kept the frame.
@@ -246,7 +281,7 @@ mod tests {
         let (visible, others) = scene();
         let square = Square::around(&visible, &others).expect("shows");
         let [around, alone] =
-            square.pictures(&Image::filled(200, 120, [9, 8, 7, 255]), &visible).expect("encodes");
+            square.pictures(&Image::filled(200, 120, [9, 8, 7, 255]), &visible, None).expect("encodes");
         let (around, alone) =
             (picture::received(&around).expect("intact"), picture::received(&alone).expect("intact"));
         assert_eq!((around.width_px(), alone.width_px()), (square.side_px, square.side_px));
@@ -255,10 +290,19 @@ mod tests {
         assert_eq!(around.pixel(hidden_x, hidden_y), [9, 8, 7, 255]);
         assert_eq!(alone.pixel(shown_x, shown_y), [9, 8, 7, 255]);
         assert_eq!(alone.pixel(hidden_x, hidden_y), [0; 4]);
+        let backdrop = far_from(&Image::filled(200, 120, [9, 8, 7, 255]), &visible);
+        let before = square.pictures(&Image::filled(200, 120, [9, 8, 7, 255]), &visible, Some(backdrop));
+        let before = picture::received(&before.expect("encodes")[1]).expect("intact");
+        assert_eq!(before.pixel(shown_x, shown_y), [9, 8, 7, 255]);
+        assert_eq!(
+            before.pixel(hidden_x, hidden_y),
+            [backdrop.rgb[0], backdrop.rgb[1], backdrop.rgb[2], 255]
+        );
         // The disk reaches to y = 31; above the picture is nothing.
         let tall = Mask::from_fn(20, 120, |x, _| x < 10);
         let square = Square::around(&tall, &Mask::empty(20, 120)).expect("shows");
-        let [around, _] = square.pictures(&Image::filled(20, 120, [0, 0, 0, 255]), &tall).expect("encodes");
+        let [around, _] =
+            square.pictures(&Image::filled(20, 120, [0, 0, 0, 255]), &tall, None).expect("encodes");
         assert_eq!(picture::received(&around).expect("intact").pixel(0, 0), [255; 4]);
         assert_eq!(Square::around(&tall, &Mask::empty(9, 9)), None);
     }

@@ -4,7 +4,7 @@ use serde_json::json;
 
 use super::super::endpoint::Question;
 use super::prompts::prompts;
-use super::{ImagesPainter, decoded, not_taken, wire};
+use super::{ImagesPainter, NAME, decoded, not_taken, wire};
 use crate::geometry::Image;
 use crate::geometry::seed::child_seed;
 use crate::provider::{Call, Port, ProviderError};
@@ -54,7 +54,7 @@ pub(super) async fn paint(
             Err(refused) => reason = refused,
         }
     }
-    Err(not_taken(&reason, settings.redraws + 1))
+    Err(not_taken(NAME, &reason, settings.redraws + 1))
 }
 
 /// Opaque, and no larger than is looked at.

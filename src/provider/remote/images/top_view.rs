@@ -9,7 +9,7 @@ use super::super::endpoint::Question;
 use super::super::picture;
 use super::prompts::prompts;
 use super::reference::LEAST_PX;
-use super::{ImagesPainter, decoded, not_taken, wire};
+use super::{ImagesPainter, NAME, decoded, not_taken, wire};
 use crate::geometry::Image;
 use crate::provider::{Call, Port, ProviderError, TopPicture, TopViewRequest};
 use crate::scene::{Recognition, StandsOn};
@@ -26,7 +26,7 @@ pub(super) async fn draw(
     let settings = &painter.settings;
     if let Some(reason) = request.refused.last().filter(|_| request.refused.len() > settings.redraws as usize)
     {
-        return Err(not_taken(reason, settings.redraws + 1));
+        return Err(not_taken(NAME, reason, settings.redraws + 1));
     }
     let prompt = prompt_of(&request.recognition, &request.refused);
     let png = sent(call, request.reference.picture.clone()).await?;
@@ -44,8 +44,8 @@ pub(super) async fn draw(
         Ok(picture) if picture.width_px().min(picture.height_px()) >= LEAST_PX => {
             Ok(TopPicture { picture, known: None })
         }
-        Ok(_) => Err(not_taken("it is too small", 1)),
-        Err(reason) => Err(not_taken(&reason, 1)),
+        Ok(_) => Err(not_taken(NAME, "it is too small", 1)),
+        Err(reason) => Err(not_taken(NAME, &reason, 1)),
     }
 }
 
