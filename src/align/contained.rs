@@ -38,6 +38,10 @@ const SHIFTS_M: [f64; 4] = [0.0, 0.003, 0.006, 0.01];
 const FINE_RAD: f64 = 0.004;
 const SHIFT_STEP_M: f64 = 0.004;
 
+/// By how much cheaper than lying leaning has to be, and standing on the light end than on the heavy one, meters.
+const LEANS_BY_M: f64 = 0.005;
+const EITHER_END_M: f64 = 0.001;
+
 /// Free space around what is slid in below a handle, meters.
 const SLIDING_GAP_M: f64 = 0.0005;
 
@@ -101,8 +105,12 @@ impl Lying<'_> {
         let Some((axis, heavy_end)) = long_axis(self.thing.shape) else { return flat.map(|(_, pose)| pose) };
         // Two ends can be up; where it makes no difference the heavy one is down.
         let leaning = [-heavy_end, heavy_end].into_iter().filter_map(|up| self.best_lean(up * axis));
-        let all = flat.into_iter().chain(leaning);
-        all.reduce(|best, next| if next.0 + 1e-3 < best.0 { next } else { best }).map(|(_, pose)| pose)
+        let leaning = leaning.reduce(|best, next| if next.0 + EITHER_END_M < best.0 { next } else { best });
+        let best = match (flat, leaning) {
+            (Some(flat), Some(leaning)) if leaning.0 + LEANS_BY_M >= flat.0 => Some(flat),
+            (flat, leaning) => leaning.or(flat),
+        };
+        best.map(|(_, pose)| pose)
     }
 
     /// Cost of the thing turned so and let down, the middle of its box shifted from the one that was seen, and that pose.
@@ -273,8 +281,10 @@ mod tests {
             let truth = Pose { translation_m: xy_m.extend(z_m), rotation };
             let yaw = DQuat::from_rotation_z(1.0);
             let found = lies(&brush, yaw, seen(&brush, &truth), container).expect("a pose");
-            let off_m = (found.translation_m - truth.translation_m).length();
-            assert!(off_m < 0.004, "{azimuth_deg} degrees: {:.1} mm off", 1e3 * off_m);
+            // How it is turned about its axis the box does not tell, so the origin at its underside may lie beside it.
+            let middle = |pose: &Pose| pose.transform_point(DVec3::new(0.0, 0.0, 0.004));
+            let off_m = (middle(&found) - middle(&truth)).length();
+            assert!(off_m < 0.006, "{azimuth_deg} degrees: {:.1} mm off", 1e3 * off_m);
             let axes = [found, truth].map(|pose| pose.rotation * DVec3::X);
             let between_deg = axes[0].angle_between(axes[1]).to_degrees();
             assert!(between_deg < 4.0, "{azimuth_deg} degrees: leans {between_deg:.1} degrees elsewhere");

@@ -78,7 +78,7 @@ fn a_vase_was_filled_as_its_sectors_were_joined_upward_first() {
     let lip = ring(0.0469, 0.0026, 44, 8).translated(DVec3::Z * 0.2238);
     let d = decompose(&mesh([body, lip]), &settings(), &Interrupt::default()).expect("a vase");
     assert!(
-        d.hulls.len() <= 32 && d.hull_volume_m3 < 2.0 * d.mesh_volume_m3,
+        d.hulls.len() <= 32 && d.hull_volume_m3 < 2.3 * d.mesh_volume_m3,
         "{} {}",
         d.hull_volume_m3,
         d.mesh_volume_m3
