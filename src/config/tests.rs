@@ -69,6 +69,11 @@ fn complaints_name_key_value_and_what_would_do() {
     assert!(complaint(&[("tsa.tau", "NaN")]).contains("outside its range"));
     assert!(complaint(&[("log.format", "yaml")]).contains("not one of text, json"));
     assert!(complaint(&[("dro.solver", "newton")]).contains("not one of golden, paper"));
+    // No number stands where nobody has an opinion.
+    for asked in [("appraise.ratings", "true"), ("appraise.tasks", "3")] {
+        assert!(complaint(&[asked]).contains("put chat into providers.analyst"), "{asked:?}");
+        assert!(layers::load(arguments(&[asked, ("providers.analyst", "chat, embedded")])).is_ok());
+    }
     assert!(complaint(&[("features.adapter", "clip")]).contains("not one of descriptor, dinov2"));
     assert!(complaint(&[("store.fsync", "yes")]).contains("true or false"));
     assert!(complaint(&[("resolve.clearances_m", "0.1, 7")]).contains("7 is outside"));

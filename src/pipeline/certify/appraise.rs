@@ -126,3 +126,47 @@ fn things(inputs: &Inputs, loaded: &[Loaded]) -> Result<Vec<TaskThing>, StageErr
         })
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::provider::Port;
+
+    /// What stands in the report of a question that failed so.
+    fn failed(error: ProviderError) -> Result<Vec<String>, StageError> {
+        let mut missing = Vec::new();
+        let said = given::<Vec<u8>>(Err(error), "ratings", &mut missing)?;
+        assert_eq!(said, None, "nothing is made up");
+        Ok(missing)
+    }
+
+    #[test]
+    fn what_nobody_says_is_missing_with_the_reason_and_the_scene_stays() {
+        let (port, reason) = (Port::Analyst, "told".to_owned());
+        for error in [
+            ProviderError::Unsupported { port, adapter: "embedded/grammar".into(), reason: reason.clone() },
+            ProviderError::Refused { port, code: "answer_refused", reason: reason.clone() },
+            ProviderError::OverBudget { port, reason: reason.clone() },
+            ProviderError::Transient { port, code: BAD_ANSWER, reason },
+        ] {
+            let missing = failed(error).expect("the scene stays");
+            assert!(missing[0].starts_with("ratings: ") && missing[0].contains("told"), "{missing:?}");
+        }
+    }
+
+    #[test]
+    fn what_may_pass_is_tried_again() {
+        let code = "provider_unreachable";
+        let unreachable = ProviderError::Transient { port: Port::Analyst, code, reason: "told".into() };
+        assert!(failed(unreachable).is_err());
+        assert!(failed(ProviderError::Interrupted(crate::geometry::Interrupted)).is_err());
+    }
+
+    #[test]
+    fn nobody_is_asked_where_nothing_is_wanted() {
+        let asked = |ratings, tasks| {
+            Asked::new(&AppraiseSettings { ratings, tasks }, Adapter::new("x", "1", &())).is_some()
+        };
+        assert!(!asked(false, 0) && asked(true, 0) && asked(false, 3));
+    }
+}
