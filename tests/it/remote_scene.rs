@@ -237,10 +237,10 @@ async fn a_picture_becomes_the_same_scene_over_the_network() {
     let there = stand_in().await;
     let address = there.address.to_string();
     let ark = format!("http://{address}/api/v3");
-    // Ark draws the view from above and no single things.
+    // Ark draws the view from above, and single things before a color.
     let others = [
         ("providers.mesh_generator", "hunyuan3d, embedded"),
-        ("providers.painter", "ark, openai_images, embedded"),
+        ("providers.painter", "ark, embedded"),
         ("providers.ark.base_url", &ark),
     ];
     let over_network = Made::of(&remote(&address, &others), &request).await;
@@ -251,7 +251,7 @@ async fn a_picture_becomes_the_same_scene_over_the_network() {
         .map(|call| call["provider"].as_str().unwrap())
         .collect();
     assert!(over_network.operations().contains(&"certify judge_picture".to_owned()));
-    let asked = ["ark/seedream", "hunyuan3d/server", "openai/chat", "openai/images", "sidecar/segmenter"];
+    let asked = ["ark/seedream", "hunyuan3d/server", "openai/chat", "sidecar/segmenter"];
     assert_eq!(providers, asked.into());
     there.stop().await;
     let alone = Made::of(&embedded(), &request).await;
