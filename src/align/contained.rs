@@ -6,7 +6,7 @@
 //! by how high above the container's bottom they end when let down, and the best is refined. Which end is up the box does not
 //! tell: the heavy one goes down.
 //!
-//! World frame, meters, radians. Deterministic. Milliseconds a thing.
+//! World frame, meters, radians. Deterministic. Some eight milliseconds for a long thing.
 
 use std::f64::consts::{PI, TAU};
 

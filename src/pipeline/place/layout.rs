@@ -184,13 +184,14 @@ pub async fn let_down(context: &Context, output: &mut Output) -> Result<(), Stag
     let poses = context
         .cpu(move || {
             let mut is_down = vec![false; poses.len()];
+            let mut is_looked_into = vec![false; poses.len() + 1];
             for index in order {
                 let (parent, inside) = supports[index];
                 let below = match parent.checked_sub(1) {
                     Some(parent) => Supporter { shape: &shapes[parent], world_from_object: poses[parent] },
                     None => Supporter { shape: &table, world_from_object: Pose::IDENTITY },
                 };
-                if inside && parent > 0 && !is_down[index] {
+                if inside && parent > 0 && !std::mem::replace(&mut is_looked_into[parent], true) {
                     let together: Vec<usize> =
                         (0..poses.len()).filter(|&k| supports[k] == (parent, true)).collect();
                     let things: Vec<Contained> = together

@@ -19,6 +19,7 @@ use crate::provider::remote::picture;
 use crate::provider::{Call, Port, ProviderError, Upright, UprightLook, UprightQuestion};
 use crate::render::overlay::{draw_text, sheet};
 use crate::render::side_views::{Side, side_views};
+use crate::vision::cut_out::laid_on;
 
 /// Most looks at a mesh: one, and another where the first turned it.
 const MOST_LOOKS: usize = 2;
@@ -117,20 +118,7 @@ fn pictures(thing: &Image, mesh: &TexturedMesh, turned: DQuat) -> Result<Vec<Byt
         picture::sent(image, longest_px)
             .map_err(|error| rejected("image_unreadable", format!("a picture cannot be sent: {error}")))
     };
-    Ok(vec![sent(&before_backdrop(thing), 2 * VIEW_PX)?, sent(&sheet, u32::MAX)?])
-}
-
-/// Pictures are sent without transparency.
-fn before_backdrop(thing: &Image) -> Image {
-    let mut opaque = thing.clone();
-    for pixel in opaque.as_rgba_mut().chunks_exact_mut(4) {
-        let cover = f64::from(pixel[3]) / 255.0;
-        for (channel, behind) in pixel.iter_mut().zip(BACKDROP) {
-            *channel = (f64::from(*channel) * cover + f64::from(behind) * (1.0 - cover)).round() as u8;
-        }
-        pixel[3] = 255;
-    }
-    opaque
+    Ok(vec![sent(&laid_on(thing, BACKDROP), 2 * VIEW_PX)?, sent(&sheet, u32::MAX)?])
 }
 
 pub(super) fn accepted(answer: Answer) -> Result<Said, Vec<String>> {
@@ -194,7 +182,7 @@ mod tests {
     fn transparent_things_are_sent_before_a_backdrop() {
         let mut thing = Image::filled(2, 1, [200, 10, 7, 255]);
         thing.set_pixel(1, 0, [255, 255, 255, 0]);
-        let opaque = before_backdrop(&thing);
+        let opaque = laid_on(&thing, BACKDROP);
         assert_eq!((opaque.pixel(0, 0), opaque.pixel(1, 0)), ([200, 10, 7, 255], [190, 191, 193, 255]));
     }
 }
