@@ -89,6 +89,18 @@ fn a_vase_was_filled_as_its_sectors_were_joined_upward_first() {
     }
 }
 
+/// Half a turn is pi or -pi, whichever rounding gives; sorted, such rings were one step apart.
+#[test]
+fn a_body_was_not_seen_to_be_turned_where_rounding_split_its_seam() {
+    let outside = [DVec2::new(0.03, 0.0), DVec2::new(0.04, 0.1)];
+    let mut cup = shells(&mesh([shell_of_revolution(&outside, 0.004, 0.006, 40)])).remove(0);
+    let seam = cup.points.iter_mut().filter(|p| p.x < 0.0 && p.y.abs() < 1e-9);
+    for (k, point) in seam.enumerate() {
+        point.y = if k % 2 == 0 { 1e-17 } else { -1e-17 };
+    }
+    assert!(Turned::recognize(&cup).is_some());
+}
+
 #[test]
 fn a_mug_stays_open_and_its_handle_too() {
     let d = decompose(&mug(), &settings(), &Interrupt::default()).expect("a mug");

@@ -21,6 +21,7 @@ use crate::geometry::{Interrupt, Interrupted};
 const FEWEST_STEPS: usize = 10;
 /// Two rings, radii, heights or angles this close are one, share of the shell's size.
 const SAME: f64 = 1e-5;
+const SAME_ANGLE_RAD: f64 = 1e-3;
 /// Edges of a profile that cross by no more than this only touch, meters.
 const TOUCHING_M: f64 = 1e-6;
 /// Sectors tried for a ring.
@@ -70,7 +71,7 @@ impl Turned {
             .map(|&p| {
                 let d = p - center;
                 let flat = DVec2::new(d.dot(one) * widest / a, d.dot(other) * widest / b);
-                (flat.length(), d.dot(axis), flat.to_angle())
+                (flat.length(), d.dot(axis), angle_rad(flat))
             })
             .collect();
         let on_axis = |r: f64| r < 10.0 * SAME * size;
@@ -102,7 +103,7 @@ impl Turned {
         }
         let same_angle = |x: f64, y: f64| {
             let apart = (x - y).rem_euclid(std::f64::consts::TAU);
-            apart.min(std::f64::consts::TAU - apart) < 1e-3
+            apart.min(std::f64::consts::TAU - apart) < SAME_ANGLE_RAD
         };
         for (here, angles) in &rings {
             if here.x == 0.0 {
@@ -198,6 +199,16 @@ impl Turned {
             hulls.push(Fitted { hull, excess_m: found.distance_m });
         }
         Ok(Some(hulls))
+    }
+}
+
+/// From -pi on; what lies half a turn away, but for rounding, is -pi on whichever side of the axis it is.
+fn angle_rad(across: DVec2) -> f64 {
+    let angle_rad = across.to_angle();
+    if angle_rad > std::f64::consts::PI - SAME_ANGLE_RAD {
+        angle_rad - std::f64::consts::TAU
+    } else {
+        angle_rad
     }
 }
 
