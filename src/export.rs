@@ -36,6 +36,9 @@ pub use assets::{Assets, BodyAsset, BundleFile, Pictures};
 pub use body::{Body, BodyFault};
 pub use settings::{ExportSettings, UsdForm};
 
+use rayon::prelude::*;
+
+use self::wavefront::Wavefront;
 use crate::scene::{Certificate, Scene};
 
 /// The JSON schema of `scene.json`, shipped with every bundle.
@@ -86,13 +89,19 @@ pub fn write_formats(
         BundleFile::text("scene.schema.json", SCENE_SCHEMA.to_owned(), "schema", "application/schema+json"),
     ];
     files.extend(pictures.files());
+    let wavefronts: Vec<Wavefront> = bodies.par_iter().map(Wavefront::of).collect();
     // Formats are independent of one another, so they are written side by side, in a fixed order.
     let ((usd, urdf), (mjcf, (sdf, glb))) = rayon::join(
-        || rayon::join(|| usd::write(scene, &bodies, pictures, settings), || urdf::write(&bodies)),
         || {
             rayon::join(
-                || mjcf::write(scene, &bodies, settings),
-                || rayon::join(|| sdf::write(scene, &bodies, settings), || glb::write(&bodies)),
+                || usd::write(scene, &bodies, pictures, settings),
+                || urdf::write(&bodies, &wavefronts),
+            )
+        },
+        || {
+            rayon::join(
+                || mjcf::write(scene, &bodies, &wavefronts, settings),
+                || rayon::join(|| sdf::write(scene, &bodies, &wavefronts, settings), || glb::write(&bodies)),
             )
         },
     );

@@ -43,9 +43,12 @@ def main() -> bool:
         kills, twice, unknown, faults, scenes = 0, 0, 0, [], 0
         while kills < given.kills:
             planned = min(draw.randint(1, MOST_KILLS_OF_A_SCENE), given.kills - kills)
-            moments = [draw.uniform(0.0, took) for _ in range(planned)]
+            # What was done before a kill is found after it, so less time is left.
+            moments = [draw.uniform(0.0, took / (1 + k)) for k in range(planned)]
             scene = Scene(given.binary, folder, providers)
-            scene.made(lambda _: moments.pop() if moments else None)
+            seconds = scene.made(lambda _: moments.pop(0) if moments else None)
+            if not scene.kills:
+                took = min(took, seconds)
             kills, scenes = kills + scene.kills, scenes + 1
             repeated = sum((Counter(scene.billed) - once).values())
             twice, unknown = twice + repeated, unknown + scene.unknown

@@ -1,6 +1,6 @@
 //! The downloadable archive: a ZIP with sorted entries and fixed dates.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::io::{Cursor, Read, Write};
 
 use rayon::prelude::*;
@@ -22,14 +22,24 @@ pub fn zip_bundle(files: &[BundleFile]) -> Result<Vec<u8>, ExportError> {
     let SceneId { id } = serde_json::from_slice(&scene.bytes)?;
     let mut sorted: Vec<&BundleFile> = files.iter().collect();
     sorted.sort_by(|a, b| a.path.cmp(&b.path));
+    // Formats share meshes and textures; what several have is compressed once.
+    let mut first_with: HashMap<(&str, &[u8]), usize> = HashMap::with_capacity(sorted.len());
+    let mut different: Vec<&BundleFile> = Vec::with_capacity(sorted.len());
+    let mut contents: Vec<usize> = Vec::with_capacity(sorted.len());
+    for &file in &sorted {
+        let content = *first_with.entry((&file.media_type, &file.bytes)).or_insert(different.len());
+        if content == different.len() {
+            different.push(file);
+        }
+        contents.push(content);
+    }
     // Compressed side by side, each as an archive of its own, then put together as they are.
-    let packed: Vec<Vec<u8>> = sorted
-        .into_par_iter()
-        .map(|file| packed_alone(&format!("scene-{id}/{}", file.path), file))
-        .collect::<Result<_, ZipError>>()?;
+    let packed: Vec<Vec<u8>> =
+        different.into_par_iter().map(packed_alone).collect::<Result<_, ZipError>>()?;
     let mut archive = ZipWriter::new(Cursor::new(Vec::with_capacity(packed.iter().map(Vec::len).sum())));
-    for alone in packed {
-        archive.raw_copy_file(ZipArchive::new(Cursor::new(alone))?.by_index_raw(0)?)?;
+    for (file, content) in sorted.iter().zip(contents) {
+        let mut alone = ZipArchive::new(Cursor::new(packed[content].as_slice()))?;
+        archive.raw_copy_file_rename(alone.by_index_raw(0)?, format!("scene-{id}/{}", file.path))?;
     }
     Ok(archive.finish()?.into_inner())
 }
@@ -38,7 +48,7 @@ pub fn zip_bundle(files: &[BundleFile]) -> Result<Vec<u8>, ExportError> {
 const DEFLATE_LEVEL: i64 = 4;
 
 /// An archive with one entry.
-fn packed_alone(name: &str, file: &BundleFile) -> Result<Vec<u8>, ZipError> {
+fn packed_alone(file: &BundleFile) -> Result<Vec<u8>, ZipError> {
     // PNG is compressed already.
     let (method, level) = match file.media_type.as_str() {
         "image/png" => (CompressionMethod::Stored, None),
@@ -50,7 +60,7 @@ fn packed_alone(name: &str, file: &BundleFile) -> Result<Vec<u8>, ZipError> {
         .last_modified_time(DateTime::DEFAULT)
         .unix_permissions(0o644);
     let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
-    archive.start_file(name, options)?;
+    archive.start_file(file.path.as_str(), options)?;
     archive.write_all(&file.bytes)?;
     Ok(archive.finish()?.into_inner())
 }

@@ -14,8 +14,7 @@ use crate::geometry::Material;
 use crate::scene::Scene;
 
 use super::number::spaced;
-use super::png::encode_png;
-use super::wavefront::group_obj;
+use super::wavefront::Wavefront;
 use super::xml::XmlDocument;
 use super::{Body, BundleFile, ExportSettings};
 
@@ -23,23 +22,28 @@ use super::{Body, BundleFile, ExportSettings};
 pub const LABEL_PREFIX: &str = "label_";
 
 /// `mjcf/scene.xml` and its meshes and textures under `mjcf/assets/`.
-pub fn write(scene: &Scene, bodies: &[Body], settings: &ExportSettings) -> Vec<BundleFile> {
-    let mut files: Vec<BundleFile> = bodies.par_iter().flat_map_iter(asset_files).collect();
+pub fn write(
+    scene: &Scene,
+    bodies: &[Body],
+    wavefronts: &[Wavefront],
+    settings: &ExportSettings,
+) -> Vec<BundleFile> {
+    let both = bodies.par_iter().zip(wavefronts);
+    let mut files: Vec<BundleFile> = both.flat_map_iter(|(body, obj)| asset_files(body, obj)).collect();
     let text = scene_xml(scene, bodies, settings);
     files.push(BundleFile::text("mjcf/scene.xml", text, "mjcf_scene", "application/xml"));
     files
 }
 
-fn asset_files(body: &Body) -> Vec<BundleFile> {
+fn asset_files(body: &Body, wavefront: &Wavefront) -> Vec<BundleFile> {
     let mut files = Vec::new();
-    for group in &body.visual.groups {
+    for (k, group) in body.visual.groups.iter().enumerate() {
         let material = &body.visual.materials[group.material];
         let path = format!("mjcf/assets/{}", mesh_file(body, material));
-        let text = group_obj(&body.visual, group, None);
-        files.push(BundleFile::text(path, text, "mjcf_visual", "model/obj"));
-        if let Some(texture) = &material.base_color_texture {
+        files.push(BundleFile::text(path, wavefront.plain_visual(k), "mjcf_visual", "model/obj"));
+        if let Some(png) = wavefront.texture(group.material) {
             let path = format!("mjcf/assets/{}", texture_file(body, material));
-            files.push(BundleFile::png(path, encode_png(texture), "mjcf_texture"));
+            files.push(BundleFile::png(path, png.to_vec(), "mjcf_texture"));
         }
     }
     files

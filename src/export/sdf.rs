@@ -11,9 +11,8 @@ use crate::geometry::Pose;
 use crate::scene::Scene;
 
 use super::number::spaced;
-use super::png::encode_png;
 use super::urdf::origin;
-use super::wavefront::{group_obj, hull_obj, mtl};
+use super::wavefront::{Wavefront, hull_file, visual_file};
 use super::xml::XmlDocument;
 use super::{Body, BundleFile, ExportSettings};
 
@@ -23,15 +22,21 @@ const VERSION: &str = "1.9";
 const PATCH_COEFFICIENT: f64 = 16.0 / (3.0 * std::f64::consts::PI);
 
 /// All files under `sdf/`.
-pub fn write(scene: &Scene, bodies: &[Body], settings: &ExportSettings) -> Vec<BundleFile> {
+pub fn write(
+    scene: &Scene,
+    bodies: &[Body],
+    wavefronts: &[Wavefront],
+    settings: &ExportSettings,
+) -> Vec<BundleFile> {
+    let both = bodies.par_iter().zip(wavefronts);
     let mut files: Vec<BundleFile> =
-        bodies.par_iter().flat_map_iter(|body| model_files(body, settings)).collect();
+        both.flat_map_iter(|(body, obj)| model_files(body, obj, settings)).collect();
     let text = world(scene, bodies, settings);
     files.push(BundleFile::text("sdf/world.sdf", text, "sdf_world", "application/xml"));
     files
 }
 
-fn model_files(body: &Body, settings: &ExportSettings) -> Vec<BundleFile> {
+fn model_files(body: &Body, wavefront: &Wavefront, settings: &ExportSettings) -> Vec<BundleFile> {
     let folder = format!("sdf/models/{}", body.name);
     let mut document = XmlDocument::new();
     open_sdf(&mut document);
@@ -45,32 +50,8 @@ fn model_files(body: &Body, settings: &ExportSettings) -> Vec<BundleFile> {
             "application/xml",
         ),
     ];
-    let library = format!("{}.mtl", body.name);
-    for (k, group) in body.visual.groups.iter().enumerate() {
-        let text = group_obj(&body.visual, group, Some(&library));
-        files.push(BundleFile::text(format!("{folder}/{}", visual_file(k)), text, "sdf_visual", "model/obj"));
-    }
-    let text = mtl(&body.visual.materials, |material| format!("{}.png", material.name));
-    files.push(BundleFile::text(format!("{folder}/{library}"), text, "sdf_materials", "model/mtl"));
-    for material in &body.visual.materials {
-        if let Some(texture) = &material.base_color_texture {
-            let path = format!("{folder}/{}.png", material.name);
-            files.push(BundleFile::png(path, encode_png(texture), "sdf_texture"));
-        }
-    }
-    for (k, hull) in body.hulls.iter().enumerate() {
-        let path = format!("{folder}/{}", hull_file(k));
-        files.push(BundleFile::text(path, hull_obj(hull), "sdf_hull", "model/obj"));
-    }
+    files.extend(wavefront.files(body, &folder, "sdf"));
     files
-}
-
-fn visual_file(k: usize) -> String {
-    format!("visual_{k:02}.obj")
-}
-
-fn hull_file(k: usize) -> String {
-    format!("hull_{k:02}.obj")
 }
 
 /// `model.config`, by which model databases find a folder; it holds the words a person used for the body.

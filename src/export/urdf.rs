@@ -10,19 +10,19 @@ use rayon::prelude::*;
 use crate::geometry::Pose;
 
 use super::number::spaced;
-use super::png::encode_png;
-use super::wavefront::{group_obj, hull_obj, mtl};
+use super::wavefront::{Wavefront, hull_file, visual_file};
 use super::xml::{LABEL_NAMESPACE, XmlDocument};
 use super::{Body, BundleFile};
 
 /// All files under `urdf/`.
-pub fn write(bodies: &[Body]) -> Vec<BundleFile> {
-    let mut files: Vec<BundleFile> = bodies.par_iter().flat_map_iter(body_files).collect();
+pub fn write(bodies: &[Body], wavefronts: &[Wavefront]) -> Vec<BundleFile> {
+    let both = bodies.par_iter().zip(wavefronts);
+    let mut files: Vec<BundleFile> = both.flat_map_iter(|(body, obj)| body_files(body, obj)).collect();
     files.push(BundleFile::text("urdf/scene.urdf", assembly(bodies), "urdf_scene", "application/xml"));
     files
 }
 
-fn body_files(body: &Body) -> Vec<BundleFile> {
+fn body_files(body: &Body, wavefront: &Wavefront) -> Vec<BundleFile> {
     let folder = format!("urdf/{}", body.name);
     let mut document = XmlDocument::new();
     open_robot(&mut document, &body.name);
@@ -31,37 +31,8 @@ fn body_files(body: &Body) -> Vec<BundleFile> {
     write_gazebo(&mut document, body);
     let path = format!("{folder}/{}.urdf", body.name);
     let mut files = vec![BundleFile::text(path, document.finish(), "urdf", "application/xml")];
-    let library = format!("{}.mtl", body.name);
-    for (k, group) in body.visual.groups.iter().enumerate() {
-        let text = group_obj(&body.visual, group, Some(&library));
-        files.push(BundleFile::text(
-            format!("{folder}/{}", visual_file(k)),
-            text,
-            "urdf_visual",
-            "model/obj",
-        ));
-    }
-    let text = mtl(&body.visual.materials, |material| format!("{}.png", material.name));
-    files.push(BundleFile::text(format!("{folder}/{library}"), text, "urdf_materials", "model/mtl"));
-    for material in &body.visual.materials {
-        if let Some(texture) = &material.base_color_texture {
-            let path = format!("{folder}/{}.png", material.name);
-            files.push(BundleFile::png(path, encode_png(texture), "urdf_texture"));
-        }
-    }
-    for (k, hull) in body.hulls.iter().enumerate() {
-        let path = format!("{folder}/{}", hull_file(k));
-        files.push(BundleFile::text(path, hull_obj(hull), "urdf_hull", "model/obj"));
-    }
+    files.extend(wavefront.files(body, &folder, "urdf"));
     files
-}
-
-fn visual_file(k: usize) -> String {
-    format!("visual_{k:02}.obj")
-}
-
-fn hull_file(k: usize) -> String {
-    format!("hull_{k:02}.obj")
 }
 
 fn open_robot(document: &mut XmlDocument, name: &str) {

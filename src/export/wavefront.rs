@@ -1,50 +1,128 @@
-//! Wavefront OBJ and MTL: visual meshes of URDF and MJCF, one file per material, and hulls.
+//! Wavefront OBJ and MTL: visual meshes of URDF, SDF and MJCF, one file per material, and hulls.
 //!
 //! Frame and units of the mesh as authored (z up, meters). v grows upward in the picture, as OBJ has it.
 
-use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use crate::geometry::{ConvexHull, FaceGroup, Material, TexturedMesh};
 
 use super::number::{push_direction, push_f32};
+use super::png::encode_png;
+use super::{Body, BundleFile};
 
-/// The faces of one group with the vertices they use; `library` is the MTL file's name, if any.
-pub fn group_obj(mesh: &TexturedMesh, group: &FaceGroup, library: Option<&str>) -> String {
-    let mut vertices = BTreeMap::new();
+/// The geometry of a body as OBJ text and its textures as PNG, written once for the formats that take them.
+pub struct Wavefront {
+    /// Of each group of the visual mesh.
+    visuals: Vec<GroupObj>,
+    hulls: Vec<String>,
+    library: String,
+    /// By material; `None` for one of a single color.
+    textures: Vec<Option<Vec<u8>>>,
+}
+
+/// The faces of one group, and the vertices they use.
+struct GroupObj {
+    vertices: String,
+    faces: String,
+}
+
+impl Wavefront {
+    pub fn of(body: &Body) -> Self {
+        let visual = &body.visual;
+        let texture = |material: &Material| material.base_color_texture.as_deref().map(encode_png);
+        Self {
+            visuals: visual.groups.iter().map(|group| group_obj(visual, group)).collect(),
+            hulls: body.hulls.iter().map(hull_obj).collect(),
+            library: mtl(&visual.materials),
+            textures: visual.materials.iter().map(texture).collect(),
+        }
+    }
+
+    /// The faces of one group without a material.
+    pub fn plain_visual(&self, group: usize) -> String {
+        let GroupObj { vertices, faces } = &self.visuals[group];
+        [vertices.as_str(), faces].concat()
+    }
+
+    /// PNG of a material's texture.
+    pub fn texture(&self, material: usize) -> Option<&[u8]> {
+        self.textures[material].as_deref()
+    }
+
+    /// Everything of a body below its folder: visual meshes with their materials, textures and hulls. `format` begins their
+    /// roles.
+    pub fn files(&self, body: &Body, folder: &str, format: &str) -> Vec<BundleFile> {
+        let role = |part: &str| format!("{format}_{part}");
+        let materials = &body.visual.materials;
+        let library = format!("{}.mtl", body.name);
+        let mut files = Vec::with_capacity(self.visuals.len() + self.hulls.len() + materials.len() + 1);
+        for (k, (group, obj)) in body.visual.groups.iter().zip(&self.visuals).enumerate() {
+            let material = &materials[group.material].name;
+            let GroupObj { vertices, faces } = obj;
+            let text = format!("mtllib {library}\n{vertices}usemtl {material}\n{faces}");
+            let path = format!("{folder}/{}", visual_file(k));
+            files.push(BundleFile::text(path, text, &role("visual"), "model/obj"));
+        }
+        let text = self.library.clone();
+        files.push(BundleFile::text(format!("{folder}/{library}"), text, &role("materials"), "model/mtl"));
+        for (material, texture) in materials.iter().zip(&self.textures) {
+            if let Some(png) = texture {
+                let path = format!("{folder}/{}", texture_file(material));
+                files.push(BundleFile::png(path, png.clone(), &role("texture")));
+            }
+        }
+        for (k, text) in self.hulls.iter().enumerate() {
+            let path = format!("{folder}/{}", hull_file(k));
+            files.push(BundleFile::text(path, text.clone(), &role("hull"), "model/obj"));
+        }
+        files
+    }
+}
+
+/// Name of the file with the visual mesh's k-th group.
+pub fn visual_file(k: usize) -> String {
+    format!("visual_{k:02}.obj")
+}
+
+/// Name of the file with the k-th hull.
+pub fn hull_file(k: usize) -> String {
+    format!("hull_{k:02}.obj")
+}
+
+fn texture_file(material: &Material) -> String {
+    format!("{}.png", material.name)
+}
+
+fn group_obj(mesh: &TexturedMesh, group: &FaceGroup) -> GroupObj {
+    // Numbers in the file count from 1; 0 is one not met yet.
+    let mut numbers = vec![0_usize; mesh.positions.len()];
     let mut order = Vec::new();
     for &v in group.triangles.as_flattened() {
-        vertices.entry(v).or_insert_with(|| {
+        if numbers[v as usize] == 0 {
             order.push(v as usize);
-            order.len()
-        });
+            numbers[v as usize] = order.len();
+        }
     }
-    let mut text = String::with_capacity(order.len() * 80 + group.triangles.len() * 30);
-    let name = &mesh.materials[group.material].name;
-    if let Some(library) = library {
-        writeln!(text, "mtllib {library}").expect("writing to a string cannot fail");
+    let mut vertices = String::with_capacity(order.len() * 80);
+    for &v in &order {
+        push_row(&mut vertices, "v", &mesh.positions[v].as_vec3().to_array(), push_f32);
     }
     for &v in &order {
-        push_row(&mut text, "v", &mesh.positions[v].as_vec3().to_array(), push_f32);
+        push_row(&mut vertices, "vt", &mesh.uvs[v].to_array(), push_direction);
     }
     for &v in &order {
-        push_row(&mut text, "vt", &mesh.uvs[v].to_array(), push_direction);
+        push_row(&mut vertices, "vn", &mesh.normals[v].to_array(), push_direction);
     }
-    for &v in &order {
-        push_row(&mut text, "vn", &mesh.normals[v].to_array(), push_direction);
-    }
-    if library.is_some() {
-        writeln!(text, "usemtl {name}").expect("writing to a string cannot fail");
-    }
+    let mut faces = String::with_capacity(group.triangles.len() * 40);
     for t in &group.triangles {
-        let [a, b, c] = t.map(|v| vertices[&v]);
-        writeln!(text, "f {a}/{a}/{a} {b}/{b}/{b} {c}/{c}/{c}").expect("writing to a string cannot fail");
+        let [a, b, c] = t.map(|v| numbers[v as usize]);
+        writeln!(faces, "f {a}/{a}/{a} {b}/{b}/{b} {c}/{c}/{c}").expect("writing to a string cannot fail");
     }
-    text
+    GroupObj { vertices, faces }
 }
 
 /// Corners and faces of a hull.
-pub fn hull_obj(hull: &ConvexHull) -> String {
+fn hull_obj(hull: &ConvexHull) -> String {
     let mut text = String::new();
     for point in &hull.points {
         push_row(&mut text, "v", &point.as_vec3().to_array(), push_f32);
@@ -56,8 +134,8 @@ pub fn hull_obj(hull: &ConvexHull) -> String {
     text
 }
 
-/// Material library; `texture_file` names the picture of a material that has one.
-pub fn mtl(materials: &[Material], texture_file: impl Fn(&Material) -> String) -> String {
+/// Material library.
+fn mtl(materials: &[Material]) -> String {
     let mut text = String::new();
     for material in materials {
         let [r, g, b] = material.base_color.0;

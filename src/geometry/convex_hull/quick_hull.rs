@@ -11,6 +11,7 @@
 use glam::DVec3;
 use parry3d_f64::math::MatExt;
 use parry3d_f64::utils::{center_cov, remove_unused_points};
+use wide::f64x4;
 
 /// Rounding of coordinates scaled to about one.
 const ROUNDING: f64 = 100.0 * f64::EPSILON;
@@ -134,6 +135,8 @@ struct Hull<'a> {
     silhouette: Vec<(u32, u8)>,
     /// The facet whose removal met a point in the silhouette last.
     met_by: Vec<u32>,
+    /// The facets made last.
+    fan: Fan,
 }
 
 impl<'a> Hull<'a> {
@@ -160,6 +163,7 @@ impl<'a> Hull<'a> {
             removed: Vec::new(),
             silhouette: Vec::new(),
             met_by: vec![NONE; points.len()],
+            fan: Fan::default(),
         };
         hull.facets.push(Facet::new([a, b, c], [(1, 0), (1, 2), (1, 1)], points));
         hull.facets.push(Facet::new([b, a, c], [(0, 0), (0, 2), (0, 1)], points));
@@ -168,7 +172,7 @@ impl<'a> Hull<'a> {
             if corners.contains(p) {
                 continue;
             }
-            match hull.seen_best(*p, 0) {
+            match hull.seen_first(*p) {
                 Some(facet) => hull.append(facet, point),
                 None => hull.undecided.push(point),
             }
@@ -185,19 +189,11 @@ impl<'a> Hull<'a> {
         self.scaled.farthest_along(facet.normal, chain)
     }
 
-    /// The facet from `first_facet` on that the point sees from the farthest.
-    fn seen_best(&self, point: DVec3, first_facet: usize) -> Option<usize> {
-        let (mut best, mut most) = (None, 0.0);
-        for (index, facet) in self.facets.iter().enumerate().skip(first_facet) {
-            if facet.flat {
-                continue;
-            }
-            let height = (point - self.scaled.points[facet.corners[0] as usize]).dot(facet.normal);
-            if height >= ROUNDING && height > most {
-                (best, most) = (Some(index), height);
-            }
-        }
-        best
+    /// Of the first two facets the one that the point sees.
+    fn seen_first(&self, point: DVec3) -> Option<usize> {
+        self.facets[..2].iter().position(|facet| {
+            (point - self.scaled.points[facet.corners[0] as usize]).dot(facet.normal) >= ROUNDING
+        })
     }
 
     fn append(&mut self, facet: usize, point: u32) {
@@ -283,6 +279,7 @@ impl<'a> Hull<'a> {
     /// Gives the points that saw the removed facets to the new ones.
     fn hand_over(&mut self, added: u32, first_new: usize) {
         let apex = self.scaled.points[added as usize];
+        self.fan.spread(apex, &self.facets[first_new..]);
         for k in 0..self.removed.len() {
             let mut waiting = self.facets[self.removed[k] as usize].first;
             while waiting != NONE {
@@ -292,31 +289,65 @@ impl<'a> Hull<'a> {
                 if p == apex {
                     continue;
                 }
-                // All new facets have their first corner at the apex.
-                let from_apex = p - apex;
-                let (mut best, mut most) = (None, 0.0);
-                for (index, facet) in self.facets.iter().enumerate().skip(first_new) {
-                    let height = from_apex.dot(facet.normal);
-                    if height > most && !facet.flat {
-                        (best, most) = (Some(index), height);
-                    }
-                }
-                if let Some(best) = best.filter(|_| most >= ROUNDING) {
-                    self.append(best, point);
+                if let Some(best) = self.fan.seen_best(p) {
+                    self.append(first_new + best, point);
                 }
             }
         }
         let mut k = 0;
         while k < self.undecided.len() {
             let point = self.undecided[k];
-            match self.seen_best(self.scaled.points[point as usize], first_new) {
-                Some(facet) => {
-                    self.append(facet, point);
+            match self.fan.seen_best(self.scaled.points[point as usize]) {
+                Some(best) => {
+                    self.append(first_new + best, point);
                     self.undecided.swap_remove(k);
                 }
                 None => k += 1,
             }
         }
+    }
+}
+
+/// The planes of facets around an apex, four at a time.
+#[derive(Default)]
+struct Fan {
+    apex: DVec3,
+    /// x, y and z of the normals; zero for facets that no point sees.
+    normals: Vec<[f64x4; 3]>,
+}
+
+impl Fan {
+    fn spread(&mut self, apex: DVec3, facets: &[Facet]) {
+        self.apex = apex;
+        self.normals.clear();
+        let normal = |facet: Option<&Facet>| facet.map_or(DVec3::ZERO, |facet| facet.normal);
+        self.normals.extend(facets.chunks(4).map(|chunk| {
+            let four: [DVec3; 4] = std::array::from_fn(|k| normal(chunk.get(k)));
+            [0, 1, 2].map(|axis| f64x4::from(four.map(|normal| normal[axis])))
+        }));
+    }
+
+    /// The first of the facets that the point sees from the farthest.
+    fn seen_best(&self, point: DVec3) -> Option<usize> {
+        let [px, py, pz] = (point - self.apex).to_array().map(f64x4::splat);
+        let (mut most, mut best) = (f64x4::ZERO, f64x4::ZERO);
+        for (chunk, [x, y, z]) in self.normals.iter().enumerate() {
+            let height = px * *x + py * *y + pz * *z;
+            let higher = height.simd_gt(most);
+            most = higher.select(height, most);
+            best = higher.select(f64x4::splat(chunk as f64), best);
+        }
+        let (most, best) = (most.to_array(), best.to_array());
+        let mut found: Option<(f64, usize)> = None;
+        for lane in 0..4 {
+            let index = 4 * best[lane] as usize + lane;
+            let is_better = found
+                .is_none_or(|(height, first)| most[lane] > height || (most[lane] == height && index < first));
+            if most[lane] >= ROUNDING && is_better {
+                found = Some((most[lane], index));
+            }
+        }
+        found.map(|(_, index)| index)
     }
 }
 

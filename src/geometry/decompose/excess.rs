@@ -49,6 +49,9 @@ pub(super) fn excess(
                 continue;
             }
             taken += 1;
+            if solid.outside_at_most_m(middle, &mut nearby) + radius <= worst.distance_m.max(known_m) {
+                continue;
+            }
             let outside = solid.outside_m(middle, &mut nearby);
             if outside > worst.distance_m {
                 worst = Excess { distance_m: outside, at: middle };

@@ -88,9 +88,13 @@ impl<'a> Field<'a> {
         self.solid.depth_in_shell_m(shell, point) > ON_SURFACE_M
     }
 
+    fn index(&self, corner: UVec3) -> usize {
+        (corner.z as usize * self.size.y as usize + corner.y as usize) * self.size.x as usize
+            + corner.x as usize
+    }
+
     fn depth_at(&self, corner: UVec3, nearby: &mut Nearby) -> f64 {
-        let index = (corner.z as usize * self.size.y as usize + corner.y as usize) * self.size.x as usize
-            + corner.x as usize;
+        let index = self.index(corner);
         let known = self.depths[index].load(Ordering::Relaxed);
         if known != UNKNOWN {
             return f64::from(f32::from_bits(known));
@@ -100,13 +104,55 @@ impl<'a> Field<'a> {
         f64::from(depth)
     }
 
+    /// A bound of the distance of the point outside the solid, from the corner of the grid next to it alone: depth changes no faster
+    /// than place.
+    pub(super) fn outside_at_most_m(&self, point: DVec3, nearby: &mut Nearby) -> f64 {
+        self.next_to(point).map_or(f64::INFINITY, |(corner, away_m)| away_m - self.depth_at(corner, nearby))
+    }
+
+    /// Whether the point lies outside the solid, measured exactly unless a bound decides.
+    pub(super) fn is_outside(&self, point: DVec3, nearby: &mut Nearby) -> bool {
+        if let Some((corner, away_m)) = self.next_to(point) {
+            let depth_m = self.depth_at(corner, nearby);
+            if depth_m.abs() * (1.0 - f64::from(f32::EPSILON)) > away_m {
+                return depth_m < 0.0;
+            }
+        }
+        self.depth_m(point, nearby) < 0.0
+    }
+
+    /// The corner of the grid closest to the point and how far it is; `None` outside the grid.
+    fn next_to(&self, point: DVec3) -> Option<(UVec3, f64)> {
+        let corner = ((point - self.low) / self.step_m).round();
+        let is_in_grid = corner.cmpge(DVec3::ZERO).all() && corner.cmplt(self.size.as_dvec3()).all();
+        (is_in_grid && !self.depths.is_empty())
+            .then(|| (corner.as_uvec3(), point.distance(self.low + self.step_m * corner)))
+    }
+
     /// As [`MeshSolid::depth_m`], the same number.
     pub(super) fn depth_m(&self, point: DVec3, nearby: &mut Nearby) -> f64 {
+        self.depth_besides_m(None, point, nearby)
+    }
+
+    /// Whether the point, which lies on the surface of this shell, lies on that of the solid: inside no other shell, in no cavity.
+    pub(super) fn is_bare(&self, shell: usize, point: DVec3, nearby: &mut Nearby) -> bool {
+        const SAME_M: f64 = 1e-6;
+        self.depth_besides_m(Some(shell), point, nearby).abs() < SAME_M
+    }
+
+    /// The depth of a point that lies on the surface of the shell `on`, if any.
+    fn depth_besides_m(&self, on: Option<usize>, point: DVec3, nearby: &mut Nearby) -> f64 {
         let (mut solid_m, mut hole_m) = (f64::NEG_INFINITY, f64::INFINITY);
+        match on.map(|on| self.solid.shells()[on].outward) {
+            Some(true) => solid_m = 0.0,
+            Some(false) => hole_m = 0.0,
+            None => {}
+        }
         for (index, (shell, depth)) in self.solid.shells().iter().zip(&self.shells).enumerate() {
             let outside_box_m = shell.box_distance_m(point);
             // A shell farther away than the best one so far decides nothing.
-            if shell.outward && outside_box_m > 0.0 && -outside_box_m < solid_m {
+            let is_far = shell.outward && outside_box_m > 0.0 && -outside_box_m < solid_m;
+            if is_far || on == Some(index) {
                 continue;
             }
             let here_m = depth.depth_m(point, &mut nearby.triangles[index], &mut nearby.open);

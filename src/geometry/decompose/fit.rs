@@ -4,6 +4,8 @@
 //! distance is exact at its point, and between points (about a hundredth of the size apart) it can be larger.
 //! Object frame, meters. Tens of milliseconds.
 
+use std::iter::repeat_n;
+
 use glam::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 
@@ -72,14 +74,16 @@ pub(super) fn fit(
     let union = Union::of(hulls);
     interrupt.check()?;
     let corners: Vec<[DVec3; 3]> = solid.triangles().collect();
+    let shells = solid.shells().iter().enumerate();
+    let shell_of: Vec<usize> = shells.flat_map(|(k, s)| repeat_n(k, s.surface.num_triangles())).collect();
     // Where shells overlap, part of their surface is inside.
-    let on_surface = spread(&corners).into_iter().filter(|&p| depths.depth_m(p).abs() < SAME_M);
-    let from_hulls = Distances::of(on_surface.map(|p| union.depth_m(p).abs()));
+    let bare = spread(&corners).into_iter().filter(|&(triangle, p)| depths.is_bare(shell_of[triangle], p));
+    let from_hulls = Distances::of(bare.map(|(_, p)| union.depth_m(p).abs()));
     interrupt.check()?;
     let faces: Vec<[DVec3; 3]> =
         hulls.iter().flat_map(|h| h.triangles.iter().map(|t| t.map(|v| h.points[v as usize]))).collect();
-    let on_hulls = spread(&faces).into_iter().filter(|&p| union.covers_of(p, SAME_M) < 2);
-    let from_mesh = Distances::of(on_hulls.map(|p| depths.depth_m(p).abs()));
+    let on_hulls = spread(&faces).into_iter().filter(|&(_, p)| union.covers_of(p, SAME_M) < 2);
+    let from_mesh = Distances::of(on_hulls.map(|(_, p)| depths.depth_m(p).abs()));
     interrupt.check()?;
     Ok(HullFit {
         air_share: air_share(hulls, &mut depths, &union),
@@ -102,9 +106,12 @@ impl Depths<'_> {
         self.field.depth_m(point, &mut self.nearby)
     }
 
-    /// Looked up, so good to a fraction of the field's spacing.
-    fn outside_m(&mut self, point: DVec3) -> f64 {
-        self.field.outside_m(point, &mut self.nearby)
+    fn is_outside(&mut self, point: DVec3) -> bool {
+        self.field.is_outside(point, &mut self.nearby)
+    }
+
+    fn is_bare(&mut self, shell: usize, point: DVec3) -> bool {
+        self.field.is_bare(shell, point, &mut self.nearby)
     }
 }
 
@@ -134,7 +141,7 @@ fn air_share(hulls: &[ConvexHull], depths: &mut Depths<'_>, union: &Union) -> f6
         let each_m3 = hull.volume_m3() / HULL_POINTS as f64;
         for p in spread_inside(hull) {
             let part_m3 = each_m3 / union.covers_of(p, SAME_M).max(1) as f64;
-            if depths.depth_m(p) < 0.0 {
+            if depths.is_outside(p) {
                 air_m3 += part_m3;
             } else {
                 solid_m3 += part_m3;
@@ -156,10 +163,19 @@ fn open_share(solid: &MeshSolid, depths: &mut Depths<'_>, union: &Union) -> Resu
         for y in 0..size.y {
             let row = low + step_m * DVec3::new(0.5, f64::from(y) + 0.5, f64::from(z) + 0.5);
             let [from_m, to_m] = within(&wrap, row);
+            // Depth changes no faster than place, so what was found for a point holds for some after it.
+            let (mut is_open, mut until_m) = (false, f64::NEG_INFINITY);
             for x in 0..size.x {
                 let along_m = step_m * f64::from(x);
                 let p = row + along_m * DVec3::X;
-                if (from_m..=to_m).contains(&along_m) && depths.outside_m(p) > 0.5 * step_m {
+                if !(from_m..=to_m).contains(&along_m) {
+                    continue;
+                }
+                if along_m >= until_m {
+                    let beyond_m = -depths.depth_m(p) - 0.5 * step_m;
+                    (is_open, until_m) = (beyond_m > 0.0, along_m + beyond_m.abs());
+                }
+                if is_open {
                     let is_filled = union.covers_of(p, 0.0) > 0;
                     filled += u32::from(is_filled);
                     open += u32::from(!is_filled);
@@ -217,8 +233,8 @@ impl Union {
     }
 }
 
-/// Points spread evenly over triangles by area: a low-discrepancy sequence (Roberts' R2) along the sum of the areas.
-fn spread(triangles: &[[DVec3; 3]]) -> Vec<DVec3> {
+/// Points spread evenly over triangles by area, each with the index of its triangle: a low-discrepancy sequence (Roberts' R2) along the sum of the areas.
+fn spread(triangles: &[[DVec3; 3]]) -> Vec<(usize, DVec3)> {
     const STEP: DVec2 = DVec2::new(0.754_877_666_246_693, 0.569_840_290_998_053_2);
     let areas: Vec<f64> = triangles.iter().map(|[a, b, c]| (*b - *a).cross(*c - *a).length()).collect();
     let total: f64 = areas.iter().sum();
@@ -235,7 +251,7 @@ fn spread(triangles: &[[DVec3; 3]]) -> Vec<DVec3> {
         if uv.x + uv.y > 1.0 {
             uv = DVec2::ONE - uv;
         }
-        points.push(a + uv.x * (b - a) + uv.y * (c - a));
+        points.push((index, a + uv.x * (b - a) + uv.y * (c - a)));
     }
     points
 }

@@ -24,6 +24,8 @@ struct Leaf {
     excess: Excess,
     /// Air in the hull, m^3.
     air_m3: f64,
+    /// Volume of its whole shell, m^3.
+    shell_m3: f64,
     /// No plane was found that cuts it.
     whole: bool,
 }
@@ -34,14 +36,18 @@ const SECTOR_PLANES: u32 = 4;
 const STUCK: f64 = 0.05;
 /// Pieces by which cutting straight on is compared with sectors, at least.
 const PROBE: usize = 12;
+/// A hull that sticks out by less than so many tolerances is left alone where its air is less than this share of its shell: what is
+/// left of an apple's dimple is not worth thirty hulls.
+const FAR: f64 = 4.0;
+const SLIGHT_AIR: f64 = 0.002;
 /// Cuts of a piece whose hulls are built.
-const CUTS_TRIED: usize = 8;
+const CUTS_TRIED: usize = 5;
 /// What a cut is judged by besides the air it leaves: the concavity it leaves, which tells more of cuts to come.
 const FORESIGHT: f64 = 0.5;
 
 /// Hulls of the pieces of closed shells: always the piece with the most air in its hull is cut next (every other time the
-/// one whose hull sticks out the farthest), of whichever shell it is, until no hull sticks out by more than the
-/// tolerance or there are `max_pieces` of all together (a shell may have twelve in any case). Where cutting so leads
+/// one whose hull sticks out the farthest), of whichever shell it is, until no piece is rough
+/// or there are `max_pieces` of all together (a shell may have twelve in any case). Where cutting so leads
 /// nowhere (the wall of a woven basket is sliced into rings, and no single cut opens a ring), the shell starts as eight
 /// sectors around its middle, if that leaves less air. Shells come with their index in the solid.
 pub(super) fn cut_apart(
@@ -81,23 +87,29 @@ struct Knife<'a> {
 
 impl Knife<'_> {
     /// The piece with its hull; a piece nobody can build a hull of is no piece.
-    fn leaf(&self, shell: usize, piece: Piece) -> Result<Option<Leaf>, Interrupted> {
+    fn leaf(&self, shell: usize, shell_m3: f64, piece: Piece) -> Result<Option<Leaf>, Interrupted> {
         let hull = convex_hull(&piece.spanning_points(), usize::MAX, 0.0);
-        hull.map(|hull| self.leaf_with(shell, piece, hull)).transpose()
+        hull.map(|hull| self.leaf_with(shell, shell_m3, piece, hull)).transpose()
     }
 
-    fn leaf_with(&self, shell: usize, piece: Piece, hull: ConvexHull) -> Result<Leaf, Interrupted> {
+    fn leaf_with(
+        &self,
+        shell: usize,
+        shell_m3: f64,
+        piece: Piece,
+        hull: ConvexHull,
+    ) -> Result<Leaf, Interrupted> {
         let (spacing_m, known_m) = (self.settings.excess_spacing_m, 0.5 * self.settings.tolerance_m);
         let excess = excess(&hull, self.solid, spacing_m, known_m, f64::INFINITY, self.interrupt)?;
         let air_m3 = hull.volume_m3() - piece.volume_m3();
-        Ok(Leaf { shell, piece, hull, excess, air_m3, whole: false })
+        Ok(Leaf { shell, piece, hull, excess, air_m3, shell_m3, whole: false })
     }
 
     /// The first pieces of a shell: one, or sectors where cutting straight on leads nowhere.
     fn begin(&self, index: usize, shell: &Shell, probe: usize) -> Result<Vec<Leaf>, Interrupted> {
-        let Some(whole) = self.leaf(index, Piece::new(shell))? else { return Ok(Vec::new()) };
+        let solid_m3 = shell.volume_m3();
+        let Some(whole) = self.leaf(index, solid_m3, Piece::new(shell))? else { return Ok(Vec::new()) };
         let air_m3 = |leaves: &[Leaf]| leaves.iter().map(|l| l.air_m3).sum::<f64>();
-        let solid_m3 = whole.piece.volume_m3();
         let mut straight = vec![whole];
         self.cut_into(probe, &mut straight)?;
         if air_m3(&straight) <= STUCK * solid_m3 {
@@ -110,6 +122,7 @@ impl Knife<'_> {
 
     fn sectors(&self, index: usize, shell: &Shell) -> Result<Vec<Leaf>, Interrupted> {
         let is_inside = |p| self.solid.is_inside(index, p);
+        let solid_m3 = shell.volume_m3();
         let mut pieces = vec![Piece::new(shell)];
         for plane in sector_planes(shell) {
             pieces = pieces
@@ -122,18 +135,25 @@ impl Knife<'_> {
         }
         let leaves: Vec<Option<Leaf>> = pieces
             .into_par_iter()
-            .map(|piece| self.leaf(index, piece))
+            .map(|piece| self.leaf(index, solid_m3, piece))
             .collect::<Result<_, Interrupted>>()?;
         Ok(leaves.into_iter().flatten().collect())
     }
 
-    /// Cuts on until no hull sticks out by more than the tolerance or there are `most` pieces.
+    /// Whether a piece is to be cut on: its hull sticks out by more than the tolerance, far or over much of the shell.
+    fn is_rough(&self, leaf: &Leaf) -> bool {
+        let excess_m = leaf.excess.distance_m;
+        excess_m > FAR * self.settings.tolerance_m
+            || (excess_m > self.settings.tolerance_m && leaf.air_m3 > SLIGHT_AIR * leaf.shell_m3)
+    }
+
+    /// Cuts on until no piece is rough or there are `most` pieces.
     fn cut_into(&self, most: usize, leaves: &mut Vec<Leaf>) -> Result<(), Interrupted> {
         while leaves.len() < most {
             let by_distance = leaves.len().is_multiple_of(2);
             let key = |leaf: &Leaf| if by_distance { leaf.excess.distance_m } else { leaf.air_m3 };
             let next = (0..leaves.len())
-                .filter(|&k| !leaves[k].whole && leaves[k].excess.distance_m > self.settings.tolerance_m)
+                .filter(|&k| !leaves[k].whole && self.is_rough(&leaves[k]))
                 .max_by(|&a, &b| key(&leaves[a]).total_cmp(&key(&leaves[b])));
             let Some(k) = next else { break };
             match self.best_halves(&leaves[k])? {
@@ -165,7 +185,7 @@ impl Knife<'_> {
         let best = all.into_iter().flatten().min_by(|a, b| a.0.total_cmp(&b.0));
         let Some((_, plane, mut below, mut above)) = best else { return Ok(None) };
         leaf.piece.close(&plane, &mut below.0, &mut above.0);
-        let made = |(piece, hull)| self.leaf_with(leaf.shell, piece, hull);
+        let made = |(piece, hull)| self.leaf_with(leaf.shell, leaf.shell_m3, piece, hull);
         let (below, above) = rayon::join(|| made(below), || made(above));
         Ok(Some([below?, above?]))
     }
