@@ -6,9 +6,10 @@
 //! microseconds a pair that overlaps seen from above.
 
 use glam::{DQuat, DVec2, DVec3};
-use parry3d_f64::query::{ShapeCastOptions, cast_shapes};
+use parry3d_f64::math::Pose as ParryPose;
+use parry3d_f64::query::{ShapeCastOptions, cast_shapes, distance};
 
-use super::collision_shape::{CollisionShape, to_parry};
+use super::collision_shape::{CollisionShape, Part, to_parry};
 use super::{ConvexHull, Pose};
 
 /// Largest error of [`drop_height`], meters.
@@ -86,13 +87,56 @@ pub fn slid_in_height(
     gap_m: f64,
 ) -> Option<f64> {
     const STEPS: u32 = 40;
-    let (low, _) = object.bounds(above);
+    /// A part of the object and one of a supporter that it may meet on its way, with their boxes, the first one's above.
+    struct Pair<'a> {
+        part: &'a Part,
+        own: (DVec3, DVec3),
+        other: &'a Part,
+        other_pose: ParryPose,
+        box_of_other: (DVec3, DVec3),
+    }
+    let boxes = object.part_boxes(above);
+    let low_m = boxes.iter().map(|(low, _)| low.z).fold(f64::INFINITY, f64::min);
+    let mut pairs: Vec<Pair> = Vec::new();
+    for supporter in supporters {
+        let other_pose = to_parry(&supporter.world_from_object);
+        let others = supporter.shape.part_boxes(&supporter.world_from_object);
+        for (other, box_of_other) in supporter.shape.parts().iter().zip(others) {
+            pairs.extend(object.parts().iter().zip(&boxes).filter_map(|(part, &own)| {
+                let gap = (own.0 - box_of_other.1).max(box_of_other.0 - own.1).truncate().max_element();
+                (gap < gap_m).then_some(Pair { part, own, other, other_pose, box_of_other })
+            }));
+        }
+    }
+    // What was in the way last is so a step higher, most likely.
+    let mut in_the_way = 0;
     (0..STEPS).find_map(|step| {
         let lowest_m = bottom_m + (top_m - bottom_m) * f64::from(step) / f64::from(STEPS);
+        let up_m = (lowest_m - low_m).min(0.0);
         let mut pose = *above;
-        pose.translation_m.z += (lowest_m - low.z).min(0.0);
-        let own = Supporter { shape: object, world_from_object: pose };
-        supporters.iter().all(|other| !are_closer(&own, other, gap_m)).then_some(pose.translation_m.z)
+        pose.translation_m.z += up_m;
+        let own_pose = to_parry(&pose);
+        let is_close = |pair: &Pair| {
+            let ((low, high), (other_low, other_high)) = (pair.own, pair.box_of_other);
+            (low.z + up_m - other_high.z).max(other_low.z - high.z - up_m) < gap_m
+                && distance(
+                    &own_pose,
+                    pair.part.polyhedron.as_ref(),
+                    &pair.other_pose,
+                    pair.other.polyhedron.as_ref(),
+                )
+                .is_ok_and(|found| found.distance < gap_m)
+        };
+        if pairs.get(in_the_way).is_some_and(is_close) {
+            return None;
+        }
+        match pairs.iter().position(is_close) {
+            Some(pair) => {
+                in_the_way = pair;
+                None
+            }
+            None => Some(pose.translation_m.z),
+        }
     })
 }
 
@@ -161,13 +205,8 @@ pub fn are_closer(a: &Supporter, b: &Supporter, clearance_m: f64) -> bool {
         b.shape.parts().iter().zip(&b_boxes).any(|(y, y_box)| {
             let gap = (x_box.0 - y_box.1).max(y_box.0 - x_box.1).max_element();
             gap < clearance_m
-                && parry3d_f64::query::distance(
-                    &a_pose,
-                    x.polyhedron.as_ref(),
-                    &b_pose,
-                    y.polyhedron.as_ref(),
-                )
-                .is_ok_and(|found| found.distance < clearance_m)
+                && distance(&a_pose, x.polyhedron.as_ref(), &b_pose, y.polyhedron.as_ref())
+                    .is_ok_and(|found| found.distance < clearance_m)
         })
     })
 }
