@@ -52,10 +52,10 @@ pub fn planes(hull: &ConvexHull) -> Vec<(DVec3, f64)> {
 }
 
 /// Planes four at a time: one point is held against many of them.
-pub(in crate::geometry) struct FlatPlanes(Vec<[f64x4; 4]>);
+pub(crate) struct FlatPlanes(Vec<[f64x4; 4]>);
 
 impl FlatPlanes {
-    pub(in crate::geometry) fn of(planes: &[(DVec3, f64)]) -> Self {
+    pub(crate) fn of(planes: &[(DVec3, f64)]) -> Self {
         // Nothing is above a plane that is infinitely far.
         let at =
             |chunk: &[(DVec3, f64)], k: usize| chunk.get(k).copied().unwrap_or((DVec3::ZERO, f64::INFINITY));
@@ -68,7 +68,7 @@ impl FlatPlanes {
     }
 
     /// As [`distance_above`], the same number.
-    pub(in crate::geometry) fn distance_above(&self, point: DVec3) -> f64 {
+    pub(crate) fn distance_above(&self, point: DVec3) -> f64 {
         let [x, y, z] = point.to_array().map(f64x4::splat);
         let mut most = f64x4::splat(f64::NEG_INFINITY);
         for [normal_x, normal_y, normal_z, offset] in &self.0 {

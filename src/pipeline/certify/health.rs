@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::Inputs;
-use crate::geometry::convex_hull::{distance_above, planes};
+use crate::geometry::convex_hull::{FlatPlanes, planes};
 use crate::geometry::{ConvexHull, Friction, TexturedMesh};
 use crate::pipeline::error::StageError;
 use crate::pipeline::resolve::Loaded;
@@ -157,13 +157,22 @@ fn enclosed_m3(mesh: &TexturedMesh) -> f64 {
 
 /// Largest distance of a corner of the mesh outside the nearest hull, to the planes of its faces.
 fn uncovered_m(mesh: &TexturedMesh, hulls: &[ConvexHull]) -> f64 {
-    let planes: Vec<_> = hulls.iter().map(supporting_planes).collect();
+    let planes: Vec<FlatPlanes> = hulls.iter().map(|hull| FlatPlanes::of(&supporting_planes(hull))).collect();
     let step = mesh.positions.len().div_ceil(MOST_CORNERS).max(1);
-    let outside = |corner| {
-        let above = planes.iter().map(|planes| distance_above(planes, corner));
-        above.fold(f64::INFINITY, f64::min)
-    };
-    mesh.positions.iter().step_by(step).map(|corner| outside(*corner)).fold(0.0, f64::max)
+    // The hull that has a corner most likely has the next one.
+    let (mut farthest_m, mut last) = (0.0, 0);
+    for &corner in mesh.positions.iter().step_by(step) {
+        let mut nearest_m = f64::INFINITY;
+        for k in (last..planes.len()).chain(0..last) {
+            nearest_m = planes[k].distance_above(corner).min(nearest_m);
+            if nearest_m <= farthest_m {
+                last = k;
+                break;
+            }
+        }
+        farthest_m = nearest_m.max(farthest_m);
+    }
+    farthest_m
 }
 
 /// The planes of a hull's faces, moved out to its farthest corner: the normal of a sliver may be off, and still
