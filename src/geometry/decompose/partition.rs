@@ -40,6 +40,8 @@ const PROBE: usize = 12;
 /// left of an apple's dimple is not worth thirty hulls.
 const FAR: f64 = 4.0;
 const SLIGHT_AIR: f64 = 0.002;
+/// Eight sectors that leave so many times the air do not get better than what was cut straight on.
+const HOPELESS: f64 = 2.2;
 /// Cuts of a piece whose hulls are built.
 const CUTS_TRIED: usize = 5;
 /// What a cut is judged by besides the air it leaves: the concavity it leaves, which tells more of cuts to come.
@@ -116,6 +118,9 @@ impl Knife<'_> {
             return Ok(straight);
         }
         let mut sectors = self.sectors(index, shell)?;
+        if air_m3(&sectors) > HOPELESS * air_m3(&straight) {
+            return Ok(straight);
+        }
         self.cut_into(probe, &mut sectors)?;
         Ok(if air_m3(&sectors) < air_m3(&straight) { sectors } else { straight })
     }

@@ -6,6 +6,9 @@
 //! into as many sectors as the tolerance asks. Every hull spans corners of the mesh or points
 //! on its edges, so rims and feet lie exactly where the mesh has them.
 
+use std::collections::HashMap;
+use std::sync::{Mutex, PoisonError};
+
 use glam::{DVec2, DVec3};
 
 use super::DecomposeSettings;
@@ -39,6 +42,19 @@ pub(super) struct Turned {
     angles_rad: Vec<f64>,
     /// Counter-clockwise, x = radius, y = height along the axis.
     profile: Vec<DVec2>,
+    tried: Mutex<HashMap<Sectors, Outcome>>,
+}
+
+/// A part of the profile, as the bits of its corners, and into how many sectors it is cut.
+type Sectors = (Vec<[u64; 2]>, usize);
+
+/// What is known of a part in so many sectors.
+#[derive(Clone)]
+enum Outcome {
+    /// A sector sticks out by at least this, meters.
+    Beyond(f64),
+    /// The sectors, and how far the farthest one sticks out, meters.
+    Fitted(Vec<Fitted>, f64),
 }
 
 impl Turned {
@@ -116,7 +132,7 @@ impl Turned {
             }
         }
         let profile = profile_of(shell, &ring_of, &rings).filter(|p| !crosses_itself(p, TOUCHING_M))?;
-        Some(Self { center, axis, across, angles_rad, profile })
+        Some(Self { center, axis, across, angles_rad, profile, tried: Mutex::default() })
     }
 
     /// Points of a profile part turned from step `from` to step `to` (which may pass the last one).
@@ -187,18 +203,37 @@ impl Turned {
         let sectors = sectors.min(steps);
         let finest = sectors == steps || sectors == SECTORS[SECTORS.len() - 1];
         let enough_m = if finest { f64::INFINITY } else { enough_m };
-        let mut hulls = Vec::with_capacity(sectors);
+        // As the tolerance is relaxed, the same part comes again and again.
+        let key = (part.iter().map(|p| p.to_array().map(f64::to_bits)).collect(), sectors);
+        match self.known(&key) {
+            Some(Outcome::Beyond(least_m)) if least_m > enough_m => return Ok(None),
+            Some(Outcome::Fitted(_, farthest_m)) if farthest_m > enough_m => return Ok(None),
+            Some(Outcome::Fitted(hulls, _)) => return Ok(Some(hulls)),
+            Some(Outcome::Beyond(_)) | None => {}
+        }
+        let (mut hulls, mut farthest_m) = (Vec::with_capacity(sectors), 0.0_f64);
         for k in 0..sectors {
             let points = self.swept(part, k * steps / sectors, (k + 1) * steps / sectors);
             let Some(hull) = convex_hull(&points, usize::MAX, 0.0) else { continue };
             let known_m = 0.25 * settings.tolerance_m;
             let found = excess(&hull, solid, settings.excess_spacing_m, known_m, enough_m, interrupt)?;
             if found.distance_m > enough_m {
+                self.learn(key, Outcome::Beyond(found.distance_m));
                 return Ok(None);
             }
+            farthest_m = farthest_m.max(found.distance_m);
             hulls.push(Fitted { hull, excess_m: found.distance_m });
         }
+        self.learn(key, Outcome::Fitted(hulls.clone(), farthest_m));
         Ok(Some(hulls))
+    }
+
+    fn known(&self, key: &Sectors) -> Option<Outcome> {
+        self.tried.lock().unwrap_or_else(PoisonError::into_inner).get(key).cloned()
+    }
+
+    fn learn(&self, key: Sectors, outcome: Outcome) {
+        self.tried.lock().unwrap_or_else(PoisonError::into_inner).insert(key, outcome);
     }
 }
 
