@@ -11,7 +11,7 @@ use crate::geometry::decompose::{DecomposeError, DecomposeSettings, HullFit, dec
 use crate::geometry::repair::Repair;
 use crate::scene::{InstanceId, Recognition};
 
-pub const STAGE: Stage = Stage { name: "decompose", version: 7 };
+pub const STAGE: Stage = Stage { name: "decompose", version: 8 };
 
 #[derive(Serialize)]
 pub struct Inputs {

@@ -36,14 +36,12 @@ const SECTOR_PLANES: u32 = 4;
 const STUCK: f64 = 0.05;
 /// Pieces by which cutting straight on is compared with sectors, at least.
 const PROBE: usize = 12;
-/// A hull that sticks out by less than so many tolerances is left alone where its air is less than this share of its shell: what is
-/// left of an apple's dimple is not worth thirty hulls.
+/// A hull that sticks out by less than so many tolerances is left alone where its air is slight: what is left of an apple's dimple
+/// is not worth thirty hulls. All pieces there may be have at most this share of their shell as air then.
 const FAR: f64 = 4.0;
-const SLIGHT_AIR: f64 = 0.002;
-/// Eight sectors that leave so many times the air do not get better than what was cut straight on.
-const HOPELESS: f64 = 2.2;
+const SLIGHT_AIR: f64 = 0.096;
 /// Cuts of a piece whose hulls are built.
-const CUTS_TRIED: usize = 5;
+const CUTS_TRIED: usize = 8;
 /// What a cut is judged by besides the air it leaves: the concavity it leaves, which tells more of cuts to come.
 const FORESIGHT: f64 = 0.5;
 
@@ -118,9 +116,6 @@ impl Knife<'_> {
             return Ok(straight);
         }
         let mut sectors = self.sectors(index, shell)?;
-        if air_m3(&sectors) > HOPELESS * air_m3(&straight) {
-            return Ok(straight);
-        }
         self.cut_into(probe, &mut sectors)?;
         Ok(if air_m3(&sectors) < air_m3(&straight) { sectors } else { straight })
     }
@@ -148,8 +143,9 @@ impl Knife<'_> {
     /// Whether a piece is to be cut on: its hull sticks out by more than the tolerance, far or over much of the shell.
     fn is_rough(&self, leaf: &Leaf) -> bool {
         let excess_m = leaf.excess.distance_m;
+        let slight_m3 = SLIGHT_AIR * leaf.shell_m3 / f64::from(self.settings.max_pieces);
         excess_m > FAR * self.settings.tolerance_m
-            || (excess_m > self.settings.tolerance_m && leaf.air_m3 > SLIGHT_AIR * leaf.shell_m3)
+            || (excess_m > self.settings.tolerance_m && leaf.air_m3 > slight_m3)
     }
 
     /// Cuts on until no piece is rough or there are `most` pieces.
