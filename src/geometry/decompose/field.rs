@@ -134,10 +134,10 @@ impl<'a> Field<'a> {
         self.depth_besides_m(None, point, nearby)
     }
 
-    /// Whether the point, which lies on the surface of this shell, lies on that of the solid: inside no other shell, in no cavity.
-    pub(super) fn is_bare(&self, shell: usize, point: DVec3, nearby: &mut Nearby) -> bool {
-        const SAME_M: f64 = 1e-6;
-        self.depth_besides_m(Some(shell), point, nearby).abs() < SAME_M
+    /// The depth of a point on the surface of this shell, for which the shell itself is not asked: positive inside another
+    /// one, negative in a cavity.
+    pub(super) fn depth_on_m(&self, shell: usize, point: DVec3, nearby: &mut Nearby) -> f64 {
+        self.depth_besides_m(Some(shell), point, nearby)
     }
 
     /// The depth of a point that lies on the surface of the shell `on`, if any.

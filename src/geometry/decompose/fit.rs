@@ -110,8 +110,9 @@ impl Depths<'_> {
         self.field.is_outside(point, &mut self.nearby)
     }
 
+    /// Whether a point on the surface of this shell lies on that of the solid.
     fn is_bare(&mut self, shell: usize, point: DVec3) -> bool {
-        self.field.is_bare(shell, point, &mut self.nearby)
+        self.field.depth_on_m(shell, point, &mut self.nearby).abs() < SAME_M
     }
 }
 
@@ -233,7 +234,8 @@ impl Union {
     }
 }
 
-/// Points spread evenly over triangles by area, each with the index of its triangle: a low-discrepancy sequence (Roberts' R2) along the sum of the areas.
+/// Points spread evenly over triangles by area, each with the index of its triangle: a low-discrepancy sequence (Roberts'
+/// R2) along the sum of the areas.
 fn spread(triangles: &[[DVec3; 3]]) -> Vec<(usize, DVec3)> {
     const STEP: DVec2 = DVec2::new(0.754_877_666_246_693, 0.569_840_290_998_053_2);
     let areas: Vec<f64> = triangles.iter().map(|[a, b, c]| (*b - *a).cross(*c - *a).length()).collect();

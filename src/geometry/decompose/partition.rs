@@ -36,9 +36,10 @@ const SECTOR_PLANES: u32 = 4;
 const STUCK: f64 = 0.05;
 /// Pieces by which cutting straight on is compared with sectors, at least.
 const PROBE: usize = 12;
-/// A hull that sticks out by less than so many tolerances is left alone where its air is slight: what is left of an apple's dimple
-/// is not worth thirty hulls. All pieces there may be have at most this share of their shell as air then.
+/// A hull that sticks out by more tolerances than this is cut on however little air it has.
 const FAR: f64 = 4.0;
+/// Air that is not worth a cut, in all pieces there may be together, share of their shell: what is left of an apple's dimple
+/// would take thirty hulls.
 const SLIGHT_AIR: f64 = 0.096;
 /// Cuts of a piece whose hulls are built.
 const CUTS_TRIED: usize = 8;
@@ -46,10 +47,10 @@ const CUTS_TRIED: usize = 8;
 const FORESIGHT: f64 = 0.5;
 
 /// Hulls of the pieces of closed shells: always the piece with the most air in its hull is cut next (every other time the
-/// one whose hull sticks out the farthest), of whichever shell it is, until no piece is rough
-/// or there are `max_pieces` of all together (a shell may have twelve in any case). Where cutting so leads
-/// nowhere (the wall of a woven basket is sliced into rings, and no single cut opens a ring), the shell starts as eight
-/// sectors around its middle, if that leaves less air. Shells come with their index in the solid.
+/// one whose hull sticks out the farthest), of whichever shell it is, until no piece is rough or there are `max_pieces` of
+/// all together (a shell may have twelve in any case). Where cutting so leads nowhere (the wall of a woven basket is
+/// sliced into rings, and no single cut opens a ring), the shell starts as eight sectors around its middle, if that leaves
+/// less air. Shells come with their index in the solid.
 pub(super) fn cut_apart(
     shells: &[(usize, &Shell)],
     solid: &Field,

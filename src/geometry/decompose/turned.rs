@@ -22,8 +22,9 @@ use crate::geometry::{Interrupt, Interrupted};
 
 /// Fewest corners of a ring that counts as round.
 const FEWEST_STEPS: usize = 10;
-/// Two rings, radii, heights or angles this close are one, share of the shell's size.
+/// Two rings, radii or heights this close are one, share of the shell's size.
 const SAME: f64 = 1e-5;
+/// So are two angles this close.
 const SAME_ANGLE_RAD: f64 = 1e-3;
 /// Edges of a profile that cross by no more than this only touch, meters.
 const TOUCHING_M: f64 = 1e-6;
@@ -42,6 +43,7 @@ pub(super) struct Turned {
     angles_rad: Vec<f64>,
     /// Counter-clockwise, x = radius, y = height along the axis.
     profile: Vec<DVec2>,
+    /// What is known of sectors tried before: as the tolerance is relaxed, the same ones come again.
     tried: Mutex<HashMap<Sectors, Outcome>>,
 }
 
@@ -203,7 +205,6 @@ impl Turned {
         let sectors = sectors.min(steps);
         let finest = sectors == steps || sectors == SECTORS[SECTORS.len() - 1];
         let enough_m = if finest { f64::INFINITY } else { enough_m };
-        // As the tolerance is relaxed, the same part comes again and again.
         let key = (part.iter().map(|p| p.to_array().map(f64::to_bits)).collect(), sectors);
         match self.known(&key) {
             Some(Outcome::Beyond(least_m)) if least_m > enough_m => return Ok(None),
