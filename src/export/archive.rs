@@ -23,12 +23,16 @@ pub fn zip_bundle(files: &[BundleFile]) -> Result<Vec<u8>, ExportError> {
     let mut sorted: Vec<&BundleFile> = files.iter().collect();
     sorted.sort_by(|a, b| a.path.cmp(&b.path));
     // Formats share meshes and textures; what several have is compressed once.
-    let mut first_with: HashMap<(&str, &[u8]), usize> = HashMap::with_capacity(sorted.len());
+    let mut of_length: HashMap<usize, Vec<usize>> = HashMap::with_capacity(sorted.len());
     let mut different: Vec<&BundleFile> = Vec::with_capacity(sorted.len());
     let mut contents: Vec<usize> = Vec::with_capacity(sorted.len());
     for &file in &sorted {
-        let content = *first_with.entry((&file.media_type, &file.bytes)).or_insert(different.len());
+        let as_long = of_length.entry(file.bytes.len()).or_default();
+        let alike =
+            |&&k: &&usize| different[k].media_type == file.media_type && different[k].bytes == file.bytes;
+        let content = as_long.iter().find(alike).copied().unwrap_or(different.len());
         if content == different.len() {
+            as_long.push(content);
             different.push(file);
         }
         contents.push(content);

@@ -16,18 +16,23 @@ use crate::geometry::convex_hull::convex_hull;
 use crate::geometry::shells::Shell;
 use crate::geometry::{ConvexHull, Interrupt, Interrupted};
 
-struct Leaf {
-    /// Index of its shell in the solid.
+/// What a leaf is a part of.
+#[derive(Clone, Copy)]
+struct Whole {
+    /// Index of the shell in the solid.
     shell: usize,
+    volume_m3: f64,
+}
+
+struct Leaf {
+    of: Whole,
     piece: Piece,
     hull: ConvexHull,
     excess: Excess,
     /// Air in the hull, m^3.
     air_m3: f64,
-    /// Volume of its whole shell, m^3.
-    shell_m3: f64,
     /// No plane was found that cuts it.
-    whole: bool,
+    is_final: bool,
 }
 
 /// Vertical planes through the middle that cut a shell into sectors, twice as many.
@@ -88,42 +93,35 @@ struct Knife<'a> {
 
 impl Knife<'_> {
     /// The piece with its hull; a piece nobody can build a hull of is no piece.
-    fn leaf(&self, shell: usize, shell_m3: f64, piece: Piece) -> Result<Option<Leaf>, Interrupted> {
+    fn leaf(&self, of: Whole, piece: Piece) -> Result<Option<Leaf>, Interrupted> {
         let hull = convex_hull(&piece.spanning_points(), usize::MAX, 0.0);
-        hull.map(|hull| self.leaf_with(shell, shell_m3, piece, hull)).transpose()
+        hull.map(|hull| self.leaf_with(of, piece, hull)).transpose()
     }
 
-    fn leaf_with(
-        &self,
-        shell: usize,
-        shell_m3: f64,
-        piece: Piece,
-        hull: ConvexHull,
-    ) -> Result<Leaf, Interrupted> {
+    fn leaf_with(&self, of: Whole, piece: Piece, hull: ConvexHull) -> Result<Leaf, Interrupted> {
         let (spacing_m, known_m) = (self.settings.excess_spacing_m, 0.5 * self.settings.tolerance_m);
         let excess = excess(&hull, self.solid, spacing_m, known_m, f64::INFINITY, self.interrupt)?;
         let air_m3 = hull.volume_m3() - piece.volume_m3();
-        Ok(Leaf { shell, piece, hull, excess, air_m3, shell_m3, whole: false })
+        Ok(Leaf { of, piece, hull, excess, air_m3, is_final: false })
     }
 
     /// The first pieces of a shell: one, or sectors where cutting straight on leads nowhere.
     fn begin(&self, index: usize, shell: &Shell, probe: usize) -> Result<Vec<Leaf>, Interrupted> {
-        let solid_m3 = shell.volume_m3();
-        let Some(whole) = self.leaf(index, solid_m3, Piece::new(shell))? else { return Ok(Vec::new()) };
+        let of = Whole { shell: index, volume_m3: shell.volume_m3() };
+        let Some(whole) = self.leaf(of, Piece::new(shell))? else { return Ok(Vec::new()) };
         let air_m3 = |leaves: &[Leaf]| leaves.iter().map(|l| l.air_m3).sum::<f64>();
         let mut straight = vec![whole];
         self.cut_into(probe, &mut straight)?;
-        if air_m3(&straight) <= STUCK * solid_m3 {
+        if air_m3(&straight) <= STUCK * of.volume_m3 {
             return Ok(straight);
         }
-        let mut sectors = self.sectors(index, shell)?;
+        let mut sectors = self.sectors(of, shell)?;
         self.cut_into(probe, &mut sectors)?;
         Ok(if air_m3(&sectors) < air_m3(&straight) { sectors } else { straight })
     }
 
-    fn sectors(&self, index: usize, shell: &Shell) -> Result<Vec<Leaf>, Interrupted> {
-        let is_inside = |p| self.solid.is_inside(index, p);
-        let solid_m3 = shell.volume_m3();
+    fn sectors(&self, of: Whole, shell: &Shell) -> Result<Vec<Leaf>, Interrupted> {
+        let is_inside = |p| self.solid.is_inside(of.shell, p);
         let mut pieces = vec![Piece::new(shell)];
         for plane in sector_planes(shell) {
             pieces = pieces
@@ -134,17 +132,15 @@ impl Knife<'_> {
                 })
                 .collect();
         }
-        let leaves: Vec<Option<Leaf>> = pieces
-            .into_par_iter()
-            .map(|piece| self.leaf(index, solid_m3, piece))
-            .collect::<Result<_, Interrupted>>()?;
+        let leaves: Vec<Option<Leaf>> =
+            pieces.into_par_iter().map(|piece| self.leaf(of, piece)).collect::<Result<_, Interrupted>>()?;
         Ok(leaves.into_iter().flatten().collect())
     }
 
     /// Whether a piece is to be cut on: its hull sticks out by more than the tolerance, far or over much of the shell.
     fn is_rough(&self, leaf: &Leaf) -> bool {
         let excess_m = leaf.excess.distance_m;
-        let slight_m3 = SLIGHT_AIR * leaf.shell_m3 / f64::from(self.settings.max_pieces);
+        let slight_m3 = SLIGHT_AIR * leaf.of.volume_m3 / f64::from(self.settings.max_pieces);
         excess_m > FAR * self.settings.tolerance_m
             || (excess_m > self.settings.tolerance_m && leaf.air_m3 > slight_m3)
     }
@@ -155,12 +151,12 @@ impl Knife<'_> {
             let by_distance = leaves.len().is_multiple_of(2);
             let key = |leaf: &Leaf| if by_distance { leaf.excess.distance_m } else { leaf.air_m3 };
             let next = (0..leaves.len())
-                .filter(|&k| !leaves[k].whole && self.is_rough(&leaves[k]))
+                .filter(|&k| !leaves[k].is_final && self.is_rough(&leaves[k]))
                 .max_by(|&a, &b| key(&leaves[a]).total_cmp(&key(&leaves[b])));
             let Some(k) = next else { break };
             match self.best_halves(&leaves[k])? {
                 Some(halves) => drop(leaves.splice(k..=k, halves)),
-                None => leaves[k].whole = true,
+                None => leaves[k].is_final = true,
             }
         }
         Ok(())
@@ -168,7 +164,7 @@ impl Knife<'_> {
 
     /// The two parts of the cut that leaves the least.
     fn best_halves(&self, leaf: &Leaf) -> Result<Option<[Leaf; 2]>, Interrupted> {
-        let is_inside = |p| self.solid.is_inside(leaf.shell, p);
+        let is_inside = |p| self.solid.is_inside(leaf.of.shell, p);
         let volume_m3 = leaf.hull.volume_m3();
         let tried = |(concavity_left, plane): &(f64, Plane)| {
             let (below, above) = leaf.piece.split_open(plane, is_inside)?;
@@ -187,7 +183,7 @@ impl Knife<'_> {
         let best = all.into_iter().flatten().min_by(|a, b| a.0.total_cmp(&b.0));
         let Some((_, plane, mut below, mut above)) = best else { return Ok(None) };
         leaf.piece.close(&plane, &mut below.0, &mut above.0);
-        let made = |(piece, hull)| self.leaf_with(leaf.shell, leaf.shell_m3, piece, hull);
+        let made = |(piece, hull)| self.leaf_with(leaf.of, piece, hull);
         let (below, above) = rayon::join(|| made(below), || made(above));
         Ok(Some([below?, above?]))
     }
