@@ -20,17 +20,20 @@ class Generated:
 
 
 def generate(
-    binary: Path, out: Path, text: str, seed: int, threads=None, environment=None, data=None, seconds=600
+    binary: Path, out: Path, wish, seed: int, threads=None, environment=None, data=None, seconds=600, artifacts=False
 ) -> Generated:
-    """Makes one scene from a sentence in an empty data directory, or in `data`; `told` is what `--json` printed.
+    """Makes one scene from a sentence, or from the picture at a `Path`, in an empty data directory, or in `data`; `told` is
+    what `--json` printed. With `artifacts` the bundle's folder also gets what every stage put aside.
 
     A scene that its own certificate quarantines is made all the same: look at `told["verdict"]`.
     """
     if out.exists():
         shutil.rmtree(out)
     out.parent.mkdir(parents=True, exist_ok=True)
-    command = [str(binary), "generate", "--text", text, "--seed", str(seed), "--out", str(out), "--json"]
+    asked = ["--image" if isinstance(wish, Path) else "--text", str(wish)]
+    command = [str(binary), "generate", *asked, "--seed", str(seed), "--out", str(out), "--json"]
     command += ["--threads", str(threads)] if threads else []
+    command += ["--artifacts"] if artifacts else []
     command += ["--data-dir", str(data)] if data else []
     start = time.perf_counter()
     try:
@@ -38,7 +41,7 @@ def generate(
             command, capture_output=True, text=True, timeout=seconds, env=dict(os.environ, **(environment or {}))
         )
     except subprocess.TimeoutExpired:
-        raise Problem(f"{text!r} was not done within {seconds} s")
+        raise Problem(f"{asked[1]!r} was not done within {seconds} s")
     except OSError as error:
         raise Problem(f"{binary} does not start: {error.strerror}; build it with `make build`")
     took = time.perf_counter() - start
@@ -50,7 +53,7 @@ def generate(
     if run.returncode not in (0, 3) or told is None:
         last = "\n  ".join((run.stderr or run.stdout).strip().splitlines()[-12:])
         why = (told or {}).get("failure", {}).get("message") or f"exit code {run.returncode}:\n  {last}"
-        raise Problem(f"{text!r} gave no scene: {why}")
+        raise Problem(f"{asked[1]!r} gave no scene: {why}")
     return Generated(out, took, told)
 
 

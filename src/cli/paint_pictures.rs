@@ -31,7 +31,7 @@ pub struct Arguments {
     #[arg(long, value_name = "K", default_value_t = 0)]
     first: u64,
     /// Longer side of each
-    #[arg(long, value_name = "PIXELS", default_value_t = 512, value_parser = clap::value_parser!(u32).range(64..=2048))]
+    #[arg(long, value_name = "PIXELS", default_value_t = 512, value_parser = clap::value_parser!(u32).range(64..=4096))]
     size_px: u32,
     /// Folder they are written to; what is whole there is kept
     #[arg(long, value_name = "DIR")]
