@@ -250,8 +250,13 @@ def pack(painted, packed, workers):
                         array[k] = value
         for array in (array for own in arrays.values() for array in own):
             array.flush()
-        known = {**said, "numbers": numbers}
         part = index.with_suffix(".part")
-        part.write_text(json.dumps(known))
+        part.write_text(json.dumps({**said, "numbers": numbers}))
         os.replace(part, index)
-    return {look: Frames(packed / look, np.array(known["numbers"][look], int)) for look in LOOKS}
+    return opened(packed)
+
+
+def opened(packed):
+    """The `Frames` of each of LOOKS that `pack` packed there."""
+    numbers = json.loads((Path(packed) / "index.json").read_text())["numbers"]
+    return {look: Frames(Path(packed) / look, np.array(numbers[look], int)) for look in LOOKS}

@@ -11,7 +11,7 @@ from torch.nn import functional as F
 #: Channels of the maps, in order.
 MAPS = [("kinds", 4), ("outline", 1), ("border", 1), ("contact", 1), ("center", 1), ("offset", 2), ("base", 2), ("top", 1), ("ground", 1), ("latitude", 1), ("focal", 1)]
 WIDTHS = (24, 48, 96, 160, 224)
-BLOCKS = (0, 2, 2, 3, 2)
+BLOCKS = (0, 2, 4, 6, 4)
 
 
 class Convolution(nn.Module):
@@ -81,4 +81,48 @@ def folded(model):
     for name, tensor in model.state_dict().items():
         if not any(name.startswith(prefix) for prefix in inside):
             tensors[name] = tensor
-    return {name: tensor.detach().float().contiguous() for name, tensor in tensors.items()}
+    return {name: tensor.detach().float().cpu().contiguous() for name, tensor in tensors.items()}
+
+
+@torch.no_grad()
+def begin(model, tensors, batches):
+    """Makes the model compute what folded tensors do, its normalizations counted on batches of frames. Blocks that the tensors
+    lack pass on what they get."""
+    known = {name: m for name, m in model.named_modules() if isinstance(m, Convolution) and f"{name}.weight" in tensors}
+    for name, module in model.named_modules():
+        if isinstance(module, Block) and f"{name}.widen" not in known:
+            nn.init.zeros_(module.widen.norm.weight)
+    for name, module in known.items():
+        module.conv.weight.copy_(tensors[f"{name}.weight"])
+        module.norm.bias.copy_(tensors[f"{name}.bias"])
+        module.norm.running_var.fill_(1 - module.norm.eps)
+    model.maps.weight.copy_(tensors["maps.weight"])
+    model.maps.bias.copy_(tensors["maps.bias"])
+
+    sums = {module: [0, 0.0, 0.0] for module in model.modules() if isinstance(module, Convolution)}
+
+    def count(module):
+        def counted(_, inputs):
+            (x,) = inputs
+            own = sums[module]
+            own[0] += x.numel() // x.shape[1]
+            own[1] = own[1] + x.double().sum((0, 2, 3))
+            own[2] = own[2] + x.double().square().sum((0, 2, 3))
+
+        return module.norm.register_forward_pre_hook(counted)
+
+    hooks = [count(module) for module in sums]
+    model.eval()
+    for frames in batches:
+        model(frames)
+    model.train()
+    for hook in hooks:
+        hook.remove()
+    for module, (n, total, squares) in sums.items():
+        mean = total / n
+        variance = (squares / n - mean**2).clamp(min=1e-6)
+        if module in known.values():
+            module.norm.weight.copy_(torch.sqrt(variance + module.norm.eps))
+            module.norm.bias.add_(mean)
+        module.norm.running_mean.copy_(mean)
+        module.norm.running_var.copy_(variance)

@@ -14,7 +14,7 @@ OFFSET_UNIT = 8.0
 def slants(rows, cameras):
     """Angle of a row's rays to the optical axis, downward, (N, rows), with the focal lengths of the cameras (N, 4); of frames
     of whole pictures."""
-    below_px = ((torch.arange(rows) + 0.5) / rows - 0.5) * SHAPES[0][1]
+    below_px = ((torch.arange(rows, device=cameras.device) + 0.5) / rows - 0.5) * SHAPES[0][1]
     return torch.atan(below_px / (cameras[:, 1].exp() * cameras[:, 2])[:, None])
 
 
@@ -34,17 +34,18 @@ def targets(labels, flags, cameras, facts):
     """Of labels and flags (N, H, W), cameras (N, 4) and facts (N, MOST_OBJECTS, FACTS): a dictionary of maps, and where they
     count."""
     n, h, w = labels.shape
-    labels = labels.long()
+    device, labels = labels.device, labels.long()
     counts = labels != IGNORED
     is_object = counts & (labels >= FIRST_OBJECT)
     ids = torch.where(is_object, labels - FIRST_OBJECT + 1, 0)
     kinds = torch.where(is_object, FIRST_OBJECT, labels).clamp(max=FIRST_OBJECT)
-    ys, xs = torch.meshgrid(torch.arange(h), torch.arange(w), indexing="ij")
+    ys, xs = torch.meshgrid(torch.arange(h, device=device), torch.arange(w, device=device), indexing="ij")
     # Middle of the visible pixels of every object, by sums over ids.
     slots = MOST_OBJECTS + 1
-    flat = (ids + slots * torch.arange(n)[:, None, None]).flatten()
-    total = lambda values: torch.zeros(n * slots).index_add_(0, flat, values.expand(n, h, w).flatten().float())
-    area = total(torch.ones(1)).clamp(min=1)
+    flat = (ids + slots * torch.arange(n, device=device)[:, None, None]).flatten()
+    total = lambda values: torch.zeros(n * slots, device=device).index_add_(0, flat, values.expand(n, h, w).flatten().float())
+    pixels = total(torch.ones_like(xs))
+    area = pixels.clamp(min=1)
     cx, cy = total(xs) / area, total(ys) / area
     at = lambda middle: middle[flat].view(n, h, w)
     offset = torch.stack([at(cx) - xs, at(cy) - ys], 1) / OFFSET_UNIT
@@ -52,7 +53,7 @@ def targets(labels, flags, cameras, facts):
     known = F.pad(facts, (0, 0, 1, 0)).reshape(n * slots, -1)[flat].view(n, h, w, -1).permute(0, 3, 1, 2)
     base = torch.stack([known[:, 0] - 0.5 - xs, known[:, 1] - 0.5 - ys], 1) / OFFSET_UNIT
     # Bumps: the nearest center wins.
-    shown = (torch.zeros(n * slots).index_add_(0, flat, torch.ones(flat.shape)) > 0).view(n, slots)[:, 1:]
+    shown = (pixels > 0).view(n, slots)[:, 1:]
     cx, cy = cx.view(n, slots)[:, 1:], cy.view(n, slots)[:, 1:]
     far = torch.where(shown, 0.0, 1e6)
     squared = (xs - cx[:, :, None, None]) ** 2 + (ys - cy[:, :, None, None]) ** 2 + far[:, :, None, None]
@@ -81,5 +82,5 @@ def targets(labels, flags, cameras, facts):
         "tells_camera": counts & (labels != BACKDROP) & (cameras[:, 3] > 0)[:, None, None],
         "is_known": known[:, 4] > 0,
         "is_object": is_object,
-        "area": torch.where(is_object, area[flat].view(n, h, w), torch.ones(1)),
+        "area": torch.where(is_object, at(area), 1.0),
     }

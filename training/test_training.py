@@ -1,17 +1,21 @@
 """python -m unittest discover training: what is wanted of the network can be read back, and what is written is the network."""
 
+import tempfile
 import unittest
 
 import numpy as np
 import torch
+from torch import distributed
 from PIL import Image
 from torch.nn import functional as F
 
-from frames import CAMERA, FACTS, FIRST_OBJECT, IGNORED, LOOKS, MOST_OBJECTS, MOST_SCALE, SHAPES, STRIDE, TOP, Look, centroid, facts, framed, maps, projected, shown_box
-from network import BLOCKS, MAPS, TableNetwork, WIDTHS, folded, split
+from frames import BACKDROP, CAMERA, FACTS, FIRST_OBJECT, IGNORED, LOOKS, MOST_OBJECTS, MOST_SCALE, SHAPES, STRIDE, TOP, Look, centroid, facts, framed, maps, projected, shown_box
+from network import BLOCKS, MAPS, TableNetwork, WIDTHS, begin, folded, split
 from scores import compared, grouped
 from targets import elevation_of, targets
-from train import OF_STEPS, RISE, SMALL, WHOLE_STEPS, averaged, falls_from, learning_rate, look_of, losses, numbers_of, shrunk
+from train import OF_STEPS, RISE, SMALL, WHOLE_STEPS, averaged, batch, falls_from, joined, learning_rate, look_of, losses, mean_of_processes, numbers_of, shrunk, varied
+from variation import pattern, recolored
+from without_tables import WithoutTables
 
 MAP_WIDTH, MAP_HEIGHT = (side // STRIDE for side in SHAPES[0])
 
@@ -49,6 +53,17 @@ def repeated(tensors, x):
         x = conv(f"across.{level}", x).repeat_interleave(2, 2).repeat_interleave(2, 3)
         x = block(f"up.{level}", F.relu(x + skips[level]))
     return conv("maps", x)
+
+
+def descend(process, place):
+    """One of two processes, whose gradients are 1 and 10, and 2 and 20."""
+    distributed.init_process_group("gloo", f"file://{place}/meeting", rank=process, world_size=2)
+    parameters = [torch.zeros(2, 3, requires_grad=True), torch.zeros(4, requires_grad=True)]
+    for p, value in zip(parameters, (1.0, 10.0)):
+        p.grad = torch.full_like(p, value * (process + 1))
+    mean_of_processes(parameters, 2)
+    torch.save([p.grad for p in parameters], f"{place}/{process}.pt")
+    distributed.destroy_process_group()
 
 
 class Training(unittest.TestCase):
@@ -111,6 +126,59 @@ class Training(unittest.TestCase):
             torch.testing.assert_close(repeated(folded(model), x), model(x), rtol=1e-4, atol=1e-4)
         self.assertEqual(model(x).shape[1], sum(n for _, n in MAPS))
 
+    def test_a_deeper_network_begins_as_the_one_that_was_written(self):
+        torch.manual_seed(4)
+        shallow, deep = TableNetwork((8, 12), (0, 1)), TableNetwork((8, 12), (0, 3))
+        for name, buffer in shallow.named_buffers():
+            if name.endswith("running_mean"):
+                buffer.normal_(0.0, 0.2)
+        tensors, x = folded(shallow), torch.rand(6, 3, 32, 48) * 2 - 1
+        begin(deep, tensors, x.split(3))
+        with torch.no_grad():
+            torch.testing.assert_close(deep.eval()(x), shallow.eval()(x), rtol=1e-4, atol=1e-4)
+            # Counted on these frames, the normalizations change nothing for them.
+            torch.testing.assert_close(deep.train()(x), shallow(x), rtol=1e-2, atol=1e-2)
+        # What passes everything on can still learn.
+        deep(x).square().mean().backward()
+        self.assertGreater(deep.blocks[1][2].widen.norm.weight.grad.abs().max().item(), 0.0)
+
+    def test_light_stays_where_colors_change(self):
+        labels, *_ = scene()
+        generator = torch.Generator().manual_seed(1)
+        flat = torch.full((1, 3, 2 * MAP_HEIGHT, 2 * MAP_WIDTH), 0.5)
+        changed = [recolored(flat, labels, generator) for _ in range(40)]
+        inside = [one[0, :, 50:70, 50:70] for one in changed]
+        self.assertTrue(10 < sum(part.std((1, 2)).max() < 1e-6 for part in inside) <= 40, "a thing has one color")
+        self.assertGreater(sum((part.mean() - 0.5).abs() > 0.01 for part in inside), 8)
+        self.assertGreater(sum(one[0, :, 150:, 30:200].std((1, 2)).max() > 0.02 for one in changed), 5, "tops get patterns")
+        self.assertTrue(all((one[..., -16:] == 0.5).all() for one in changed), "padding stays")
+        for _ in range(30):
+            self.assertTrue(pattern(20, 30, generator).isfinite().all())
+
+    def test_losses_are_computed_where_the_pictures_lie(self):
+        elsewhere = [tensor.to("meta") for tensor in scene()]
+        want = targets(*elsewhere)
+        parts = losses(torch.zeros(1, 16, MAP_HEIGHT, MAP_WIDTH, device="meta"), want)
+        self.assertEqual({value.device.type for value in (*want.values(), *parts.values())}, {"meta"})
+
+    def test_pictures_without_a_table_want_nothing(self):
+        without = WithoutTables(6, seed=3)
+        shown = joined([batch(without, np.arange(4)), batch(without, np.arange(4, 6))])
+        pictures, *rest = varied(*shrunk(*shown), torch.Generator().manual_seed(2))
+        self.assertEqual(len(pictures), 6)
+        want = targets(*rest)
+        self.assertTrue((want["kinds"] == BACKDROP).all() and want["counts"].all())
+        self.assertFalse(any(want[name].any() for name in ("outline", "contact", "border", "tells_camera", "is_known", "is_object")))
+        self.assertTrue(all(loss.isfinite() for loss in losses(torch.zeros(6, 16, *want["kinds"].shape[1:]), want).values()))
+        np.testing.assert_array_equal(WithoutTables(6, seed=3).pictures, without.pictures)
+
+    def test_processes_take_the_mean_of_their_gradients(self):
+        with tempfile.TemporaryDirectory() as place:
+            torch.multiprocessing.spawn(descend, (place,), 2)
+            ours, theirs = (torch.load(f"{place}/{process}.pt", weights_only=True) for process in range(2))
+        torch.testing.assert_close(ours, theirs, rtol=0, atol=0)
+        torch.testing.assert_close(ours, [torch.full((2, 3), 1.5), torch.full((4,), 15.0)])
+
     def test_places_of_the_top_tell_the_camera(self):
         labels, flags, cameras, known = scene()
         flags[:, 20:90, 15:120] = 1
@@ -154,7 +222,7 @@ class Training(unittest.TestCase):
         before = range(falls_from(4000))
         self.assertEqual([learning_rate(k, 4000, 1.0) for k in before], [learning_rate(k, 9000, 1.0) for k in before])
         self.assertEqual([learning_rate(k, 4000, 1.0) for k in (RISE, falls_from(4000), 3999)], [1.0, 1.0, 0.01])
-        self.assertAlmostEqual(learning_rate(3400, 4000, 1.0), 0.5)
+        self.assertAlmostEqual(learning_rate((falls_from(4000) + 4000) // 2, 4000, 1.0), 0.5)
 
     def test_maps_lie_where_the_frame_shows_the_picture(self):
         labels = np.zeros((300, 400), np.uint8)

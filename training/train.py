@@ -4,7 +4,8 @@
 
 `--painted` has the folders `training` and `validation` that `tabletopgen paint-pictures` wrote. Whatever `--out` holds of an
 earlier run with the same numbers is gone on with: frames are packed once, a checkpoint is written every --every steps and
-again at the end; --steps may be another as long as the learning rate has not begun to fall. The run is seeded; the order of the pictures depends on the seed and the step alone. Written are
+again at the end; --steps may be another as long as the learning rate has not begun to fall. The run is seeded; the order of
+the pictures depends on the seed and the step alone. Written are
 `checkpoint.pt`, `history.json`, `history.png` (losses and scores on validation pictures, whose categories, tops and backdrops
 no training picture shows) and `weights.safetensors`. Scored and written is a moving average of the network over its last
 steps, which is better than the network of any one of them.
@@ -15,50 +16,81 @@ import json
 import math
 import os
 import time
+from datetime import timedelta
 from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 import torch
-from safetensors.torch import save_file
+from torch import distributed
+from safetensors.torch import load_file, save_file
 from torch.nn import functional as F
 from torch.optim.swa_utils import AveragedModel
 
-from frames import FIRST_OBJECT, IGNORED, LOOKS, STRIDE, pack
-from network import TableNetwork, folded, split
+from frames import FIRST_OBJECT, IGNORED, LOOKS, STRIDE, opened, pack
+from network import TableNetwork, begin, folded, split
 from scores import LEAST_AREA, compared, grouped
-from targets import elevation_of, targets
+from targets import OFFSET_UNIT, elevation_of, targets
+from variation import recolored
+from without_tables import WithoutTables
 
 #: Weights of the losses.
-WEIGHTS = {"kinds": 1.0, "outline": 0.5, "border": 0.5, "contact": 0.3, "center": 30.0, "offset": 0.4, "base": 0.3, "top": 0.3, "ground": 0.2, "latitude": 4.0, "focal": 1.0}
+WEIGHTS = {"kinds": 1.0, "outline": 0.5, "border": 0.5, "contact": 0.3, "center": 30.0, "offset": 0.4, "base": 0.3, "top": 0.3, "ground": 0.2, "rise": 0.3, "latitude": 4.0, "focal": 1.0}
 
 
-def batch(frames, numbers, generator=None):
-    """Frames -1..1, labels, flags, cameras, facts; with a generator mirrored, and their colors changed, at random."""
+def batch(frames, numbers, device="cpu"):
+    """Frames of colors 0..1, labels, flags, cameras, facts."""
     numbers = np.sort(numbers)
-    take = lambda array: torch.from_numpy(np.ascontiguousarray(array[numbers]))
+    take = lambda array: torch.from_numpy(np.ascontiguousarray(array[numbers])).to(device)
     pictures = take(frames.pictures).permute(0, 3, 1, 2).float() / 255
-    labels, flags, cameras, facts = take(frames.labels), take(frames.flags), take(frames.cameras), take(frames.facts)
-    if generator is not None:
-        random = lambda *shape: torch.rand(shape, generator=generator)
-        mirrored = random(len(numbers)) < 0.5
-        turned = lambda t: torch.where(mirrored.view(-1, *[1] * (t.dim() - 1)), t.flip(-1), t)
-        pictures, labels, flags = turned(pictures), turned(labels), turned(flags)
-        facts[..., 0] = torch.where(mirrored[:, None], labels.shape[-1] - facts[..., 0], facts[..., 0])
-        gain = 1 + 0.3 * (random(len(numbers), 1, 1, 1) - 0.5) + 0.12 * (random(len(numbers), 3, 1, 1) - 0.5)
-        gamma = torch.exp(0.5 * (random(len(numbers), 1, 1, 1) - 0.5))
-        pictures = (pictures.clamp(min=1e-3) ** gamma * gain).clamp(0, 1)
-        gray = pictures.mean(1, keepdim=True)
-        pictures = torch.lerp(pictures, gray, 0.5 * random(len(numbers), 1, 1, 1) * (random(len(numbers), 1, 1, 1) < 0.3))
-    return (2 * pictures - 1).contiguous(memory_format=torch.channels_last), labels, flags, cameras, facts
+    return pictures, take(frames.labels), take(frames.flags), take(frames.cameras), take(frames.facts)
+
+
+def shown(pictures):
+    """Frames as the network sees them: -1..1."""
+    return (2 * pictures - 1).contiguous(memory_format=torch.channels_last)
+
+
+def ahead_on(device, half):
+    """What a network on the device says of pictures, as a function of both."""
+
+    def ahead(model, pictures):
+        with torch.autocast(device.type, torch.bfloat16, enabled=half):
+            return model(shown(pictures.to(device))).float()
+
+    return ahead
+
+
+def varied(pictures, labels, flags, cameras, facts, generator):
+    """The same batch, mirrored, and its colors changed, at random."""
+    random = lambda *shape: torch.rand(shape, generator=generator, device=generator.device)
+    mirrored = random(len(pictures)) < 0.5
+    turned = lambda t: torch.where(mirrored.view(-1, *[1] * (t.dim() - 1)), t.flip(-1), t)
+    pictures, labels, flags = turned(pictures), turned(labels), turned(flags)
+    facts[..., 0] = torch.where(mirrored[:, None], labels.shape[-1] - facts[..., 0], facts[..., 0])
+    pictures = recolored(pictures, labels, generator)
+    gain = 1 + 0.3 * (random(len(pictures), 1, 1, 1) - 0.5) + 0.12 * (random(len(pictures), 3, 1, 1) - 0.5)
+    gamma = torch.exp(0.5 * (random(len(pictures), 1, 1, 1) - 0.5))
+    pictures = (pictures.clamp(min=1e-3) ** gamma * gain).clamp(0, 1)
+    gray = pictures.mean(1, keepdim=True)
+    pictures = torch.lerp(pictures, gray, 0.5 * random(len(pictures), 1, 1, 1) * (random(len(pictures), 1, 1, 1) < 0.3))
+    return pictures, labels, flags, cameras, facts
 
 
 #: Share of the steps that see small frames: they take a third of the time, and what they teach holds for whole ones.
-SMALL_SHARE = 0.8
+SMALL_SHARE = 0.6
 #: Size of the small frame for each of a whole one.
 SMALL = {(320, 256): (192, 160), (416, 192): (256, 128)}
 #: Of so many steps in a row this many see whole pictures, the others the parts that matter.
 WHOLE_STEPS, OF_STEPS = 3, 10
+
+
+#: Pictures without a table, and how many join a batch of whole pictures; as many others are scored.
+WITHOUT_TABLES, JOIN, SCORED_WITHOUT = 1200, 1, 100
+
+
+def joined(batches):
+    return tuple(torch.cat(parts) for parts in zip(*batches))
 
 
 def shrunk(pictures, labels, flags, cameras, facts):
@@ -68,14 +100,20 @@ def shrunk(pictures, labels, flags, cameras, facts):
     pictures = F.interpolate(pictures, (small_height, small_width), mode="bilinear", antialias=True, align_corners=False)
     nearest = lambda maps: F.interpolate(maps[:, None], (small_height // STRIDE, small_width // STRIDE), mode="nearest-exact")[:, 0]
     across, down = small_width / width, small_height / height
-    facts = facts * torch.tensor([across, down, down, down, 1.0])
-    return pictures.contiguous(memory_format=torch.channels_last), nearest(labels), nearest(flags), cameras, facts
+    facts = facts * torch.tensor([across, down, down, down, 1.0], device=facts.device)
+    return pictures, nearest(labels), nearest(flags), cameras, facts
 
 
 #: Losses of what only whole pictures tell.
 CAMERA_LOSSES = "latitude", "focal"
 #: How far from a thing its surroundings count as much, map pixels.
 BESIDE = 4
+
+
+def log_rise(base, top):
+    """Logarithm of one and how many rows of the map a top lies above the middle of its base: a flat thing that is taken for a high
+    one is as wrong as a high one taken for one ten times as high."""
+    return torch.log1p(OFFSET_UNIT * (base[:, 1] - top).clamp(min=0))
 
 
 def losses(maps, want):
@@ -103,14 +141,15 @@ def losses(maps, want):
         "offset": mean(F.smooth_l1_loss(by_name["offset"], want["offset"], reduction="none", beta=0.1).sum(1), on_objects),
         "base": mean(F.smooth_l1_loss(by_name["base"], want["base"], reduction="none", beta=0.1).sum(1), known),
         **{name: mean(F.smooth_l1_loss(said(name), want[name], reduction="none", beta=0.1), known) for name in ("top", "ground")},
+        "rise": mean(F.smooth_l1_loss(log_rise(by_name["base"], said("top")), log_rise(want["base"], want["top"]), reduction="none", beta=0.1), known),
         **{name: mean(F.smooth_l1_loss(said(name), want[name], reduction="none", beta=0.05), tells_camera) for name in ("latitude", "focal")},
     }
 
 
 @torch.no_grad()
-def validated(model, looks, count, half):
+def validated(model, looks, count, ahead):
     """Losses and scores on about `count` pictures: outlines and cameras by whole pictures, objects by the parts that matter.
-    `whole_recall` is of objects in whole pictures."""
+    `whole_recall` is of objects in whole pictures. `ahead` gives the maps of a network for pictures."""
     model.eval()
     sums, seen, outline_right, elevation, focal, rises = {}, {look: 0 for look in LOOKS}, 0, [], [], []
     totals = {look: np.zeros(3, int) for look in LOOKS}
@@ -119,9 +158,7 @@ def validated(model, looks, count, half):
         numbers = frames.numbers[: math.ceil(count * len(frames) / pictures_in_all)]
         for first in range(0, len(numbers), 16):
             pictures, labels, flags, cameras, facts = batch(frames, numbers[first : first + 16])
-            with torch.autocast("cpu", torch.bfloat16, enabled=half):
-                maps = model(pictures)
-            maps = maps.float()
+            maps = ahead(model, pictures).cpu()
             want = targets(labels, flags, cameras, facts)
             seen[look] += len(labels)
             for name, value in losses(maps, want).items():
@@ -139,11 +176,13 @@ def validated(model, looks, count, half):
                 focal += (log_focal - cameras[:, 1]).abs().tolist()
             else:
                 rises += rise_errors(split(maps), want, labels)
+    invented_in_nothing = invented_tables(model, ahead)
     painted, found, invented = sum(total for look, total in totals.items() if look != "whole").tolist()
     model.train()
     frames_seen = {name: seen["whole"] if name in CAMERA_LOSSES else sum(seen.values()) for name in sums}
     return {
         **{f"loss_{name}": value / frames_seen[name] for name, value in sums.items()},
+        "invented_tables": invented_in_nothing,
         "recall": found / max(painted, 1),
         "precision": found / max(found + invented, 1),
         "whole_recall": float(totals["whole"][1] / max(totals["whole"][0], 1)),
@@ -152,6 +191,18 @@ def validated(model, looks, count, half):
         "focal_median": float(np.median(focal)),
         "rise_median": float(np.median(rises)) if rises else 1.0,
     }
+
+
+#: A top fills at least this share of a picture (`min_table_share` of the settings).
+LEAST_TOP = 0.03
+
+
+@torch.no_grad()
+def invented_tables(model, ahead):
+    """Share of pictures without a table in which a top is seen."""
+    pictures, *_ = batch(WithoutTables(SCORED_WITHOUT, seed=2), np.arange(SCORED_WITHOUT))
+    maps = torch.cat([ahead(model, part).cpu() for part in pictures.split(20)])
+    return float(((split(maps)["outline"][:, 0] > 0).float().mean((1, 2)) > LEAST_TOP).float().mean())
 
 
 #: Share of itself that the averaged network keeps at a step, once there were enough of them.
@@ -170,7 +221,7 @@ def averaged(model):
 
 
 #: Steps over which the learning rate rises, and the share of all steps over which it falls.
-RISE, FALL = 300, 0.3
+RISE, FALL = 300, 0.6
 
 
 def rise_errors(by_name, want, labels):
@@ -269,57 +320,93 @@ def main():
     parser.add_argument("--steps", type=int, default=20000)
     parser.add_argument("--batch", type=int, default=16)
     parser.add_argument("--rate", type=float, default=2e-3)
+    parser.add_argument("--begin-with", type=Path, help="weights.safetensors of an earlier run to begin with; blocks it lacks do nothing at first")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--every", type=int, default=500, help="steps between checkpoints and scores")
     parser.add_argument("--validate", type=int, default=400, help="validation pictures of a score")
-    parser.add_argument("--threads", type=int, default=os.cpu_count())
+    parser.add_argument("--device", choices=("cpu", "cuda"), default="cuda" if torch.cuda.is_available() else "cpu")
+    parser.add_argument("--processes", type=int, help="each learns from a batch of its own on one core or one GPU; as many as there are, and a run's number stays what it was")
     parser.add_argument("--full-precision", action="store_true", help="no bfloat16 in convolutions")
     arguments = parser.parse_args()
-    torch.set_num_threads(arguments.threads)
-    torch.manual_seed(arguments.seed)
+    arguments.processes = arguments.processes or (torch.cuda.device_count() if arguments.device == "cuda" else os.cpu_count())
     arguments.out.mkdir(parents=True, exist_ok=True)
-    training = pack(arguments.painted / "training", arguments.out / "frames" / "training", arguments.threads)
-    validation = pack(arguments.painted / "validation", arguments.out / "frames" / "validation", arguments.threads)
-    half = not arguments.full_precision
-
-    model = TableNetwork().to(memory_format=torch.channels_last)
-    average = averaged(model)
-    optimizer = torch.optim.AdamW(model.parameters(), lr=arguments.rate, weight_decay=1e-4)
-    step, history = 0, []
+    training, _ = (pack(arguments.painted / part, arguments.out / "frames" / part, os.cpu_count()) for part in ("training", "validation"))
+    identity = {name: getattr(arguments, name) for name in ("batch", "processes", "rate", "seed")}
+    identity.update(pictures=len(training["whole"]), began_with=str(arguments.begin_with or ""))
     checkpoint = arguments.out / "checkpoint.pt"
-    pictures_of = {look: len(frames) for look, frames in training.items()}
-    run = {"batch": arguments.batch, "rate": arguments.rate, "seed": arguments.seed, "pictures": pictures_of["whole"]}
     if checkpoint.is_file():
-        state = torch.load(checkpoint, weights_only=True)
-        if state["run"] != run:
-            parser.error(f"{checkpoint} is of another run ({state['run']}, not {run}); name another --out")
+        state = torch.load(checkpoint, weights_only=True, map_location="cpu")
+        if state["run"] != identity:
+            parser.error(f"{checkpoint} is of another run ({state['run']}, not {identity}); name another --out")
         if arguments.steps != state["steps"] and state["step"] > falls_from(min(arguments.steps, state["steps"])):
             parser.error(
                 f"{checkpoint} has done {state['step']} of {state['steps']} steps, and the rate of {arguments.steps} steps would "
                 f"have been another by then; give --steps {state['steps']}, or name another --out"
             )
+    (arguments.out / "meeting").unlink(missing_ok=True)
+    torch.multiprocessing.spawn(run, (arguments, identity), arguments.processes)
+
+
+def mean_of_processes(parameters, processes):
+    """Replaces every gradient by its mean over the processes."""
+    if processes == 1:
+        return
+    gradients = torch.cat([p.grad.flatten() for p in parameters])
+    distributed.all_reduce(gradients)
+    for p, own in zip(parameters, torch.split(gradients / processes, [p.numel() for p in parameters])):
+        p.grad.copy_(own.view_as(p.grad))
+
+
+def run(process, arguments, identity):
+    """What one of the processes does; they hold the same network. The first one scores and writes."""
+    processes, on_gpu = arguments.processes, arguments.device == "cuda"
+    device = torch.device("cuda", process % torch.cuda.device_count()) if on_gpu else torch.device("cpu")
+    threads = torch.get_num_threads()
+    torch.set_num_threads(1)
+    torch.manual_seed(arguments.seed)
+    distributed.init_process_group("gloo", f"file://{(arguments.out / 'meeting').resolve()}", timedelta(hours=1), processes, process)
+    training, validation = (opened(arguments.out / "frames" / part) for part in ("training", "validation"))
+    without = WithoutTables(WITHOUT_TABLES, seed=1)
+    ahead = ahead_on(device, not arguments.full_precision)
+
+    model = TableNetwork().to(device, memory_format=torch.channels_last)
+    if arguments.begin_with:
+        first = [shown(batch(frames, frames.numbers[k : k + 16], device)[0]) for frames in training.values() for k in range(0, min(len(frames), 64), 16)]
+        begin(model, load_file(arguments.begin_with), first)
+    average = averaged(model)
+    optimizer = torch.optim.AdamW(model.parameters(), lr=arguments.rate, weight_decay=1e-4)
+    step, history = 0, []
+    checkpoint = arguments.out / "checkpoint.pt"
+    pictures_of = {look: len(frames) for look, frames in training.items()}
+    if checkpoint.is_file():
+        state = torch.load(checkpoint, weights_only=True, map_location=device)
         model.load_state_dict(state["model"])
         average.load_state_dict(state["average"])
         optimizer.load_state_dict(state["optimizer"])
         step, history = state["step"], json.loads(state["history"])
     parameters = sum(p.numel() for p in model.parameters())
-    print(f"{parameters} parameters, {len(training['whole'])} training and {len(validation['whole'])} validation pictures, from step {step}", flush=True)
+    if process == 0:
+        print(f"{parameters} parameters, {len(training['whole'])} training and {len(validation['whole'])} validation pictures, from step {step}", flush=True)
 
     running, since, started = {}, 0, time.monotonic()
     while step < arguments.steps:
         for group in optimizer.param_groups:
             group["lr"] = learning_rate(step, arguments.steps, arguments.rate)
-        generator = torch.Generator().manual_seed(arguments.seed * 1_000_003 + step)
+        generator = torch.Generator(device).manual_seed((arguments.seed * 1_000_003 + step) * processes + process)
         look, nth = look_of(step, pictures_of)
+        nth = nth * processes + process
         places = numbers_of(nth, arguments.batch, pictures_of[look], arguments.seed)
-        shown = batch(training[look], training[look].numbers[places], generator)
-        pictures, labels, flags, cameras, facts = shrunk(*shown) if step < SMALL_SHARE * arguments.steps else shown
-        with torch.autocast("cpu", torch.bfloat16, enabled=half):
-            maps = model(pictures)
-        parts = losses(maps.float(), targets(labels, flags, cameras, facts))
+        seen = batch(training[look], training[look].numbers[places], device)
+        if look == "whole":
+            seen = joined([seen, batch(without, numbers_of(nth, JOIN, WITHOUT_TABLES, arguments.seed), device)])
+        if step < SMALL_SHARE * arguments.steps:
+            seen = shrunk(*seen)
+        pictures, labels, flags, cameras, facts = varied(*seen, generator)
+        parts = losses(ahead(model, pictures), targets(labels, flags, cameras, facts))
         loss = sum(WEIGHTS[name] * value for name, value in parts.items())
         optimizer.zero_grad(set_to_none=True)
         loss.backward()
+        mean_of_processes(list(model.parameters()), processes)
         torch.nn.utils.clip_grad_norm_(model.parameters(), 5.0)
         optimizer.step()
         average.update_parameters(model)
@@ -328,12 +415,14 @@ def main():
             if name not in CAMERA_LOSSES or look == "whole":
                 total, times = running.get(name, (0.0, 0))
                 running[name] = total + float(value.detach()), times + 1
-        if step % arguments.every == 0 or step == arguments.steps:
-            rate = since * arguments.batch / (time.monotonic() - started)
-            scores = validated(average.module, validation, arguments.validate, half)
+        if process == 0 and (step % arguments.every == 0 or step == arguments.steps):
+            rate = since * arguments.batch * processes / (time.monotonic() - started)
+            torch.set_num_threads(threads)
+            scores = validated(average.module, validation, arguments.validate, ahead)
+            torch.set_num_threads(1)
             history.append({"step": step, "training": {n: total / times for n, (total, times) in running.items()}, "validation": scores})
             state = {
-                **{"run": run, "steps": arguments.steps, "step": step, "history": json.dumps(history)},
+                **{"run": identity, "steps": arguments.steps, "step": step, "history": json.dumps(history)},
                 **{"model": model.state_dict(), "average": average.state_dict(), "optimizer": optimizer.state_dict()},
             }
             replace(checkpoint, lambda path: torch.save(state, path))
@@ -343,6 +432,7 @@ def main():
             told = ", ".join(f"{name} {value:.3f}" for name, value in scores.items() if not name.startswith("loss_"))
             print(f"step {step}/{arguments.steps}, {rate:.1f} pictures/s: {told}", flush=True)
             running, since, started = {}, 0, time.monotonic()
+    distributed.destroy_process_group()
 
 
 if __name__ == "__main__":
