@@ -86,7 +86,7 @@ WHOLE_STEPS, OF_STEPS = 3, 10
 
 
 #: Pictures without a table, and how many join a batch of whole pictures; as many others are scored.
-WITHOUT_TABLES, JOIN, SCORED_WITHOUT = 1200, 1, 100
+WITHOUT_TABLES, JOIN, SCORED_WITHOUT = 1200, 4, 100
 
 
 def joined(batches):
@@ -388,8 +388,10 @@ def run(process, arguments, identity):
     if process == 0:
         print(f"{parameters} parameters, {len(training['whole'])} training and {len(validation['whole'])} validation pictures, from step {step}", flush=True)
 
-    running, since, started = {}, 0, time.monotonic()
+    running, since, started, parent = {}, 0, time.monotonic(), os.getppid()
     while step < arguments.steps:
+        if os.getppid() != parent:
+            raise SystemExit(f"stopped after step {step}: the process that started this one is gone")
         for group in optimizer.param_groups:
             group["lr"] = learning_rate(step, arguments.steps, arguments.rate)
         generator = torch.Generator(device).manual_seed((arguments.seed * 1_000_003 + step) * processes + process)
