@@ -60,6 +60,14 @@ fn later_layers_win_and_are_remembered() {
 }
 
 #[test]
+fn weights_of_ones_own_or_none_were_refused_as_not_built_in() {
+    for weights in ["", "/srv/weights/larger.safetensors"] {
+        let resolved = layers::load(arguments(&[("network.weights", weights)])).expect("is valid");
+        assert_eq!(resolved.config.network.weights, weights);
+    }
+}
+
+#[test]
 fn complaints_name_key_value_and_what_would_do() {
     let text = complaint(&[("worker.concurency", "2")]);
     assert!(text.contains("worker.concurency") && text.contains("nearest is worker.concurrency"), "{text}");

@@ -11,16 +11,17 @@ mod camera_fit;
 mod ellipse;
 mod instances;
 mod settings;
+mod standing;
 mod top;
 mod top_area;
 
 pub use settings::NetworkReadingSettings;
 
 use glam::DVec2;
-use rayon::prelude::*;
 
 use self::instances::Thing;
-use self::top::Top;
+use self::standing::{Solid, Standing};
+use self::top::{SeenTop, Top};
 use super::VisionError;
 use super::mask_repair;
 use super::network::TableNetwork;
@@ -31,8 +32,8 @@ use super::reading::{
     ObjectReading, PictureReading, Stand, TableReading, TopShape, mean_color, stacking, whole_picture,
 };
 use super::regions;
-use super::solid_fit::{self, Expected, ExpectedBase, InnerEdges, Surroundings};
-use crate::geometry::{Camera, Image, Interrupt, Interrupted, Mask};
+use super::solid_fit::{self, InnerEdges};
+use crate::geometry::{Image, Interrupt, Mask};
 
 /// Reads a picture with the network; see the module for how, and [`VisionError`] for why not. Deterministic. Cost: about
 /// a second on one core at the usual settings.
@@ -54,82 +55,43 @@ pub fn read_with_network(
     let maps = network.maps(picture, Look::closer(picture_px, low, high), interrupt)?;
     let pixels = Pixels::new(picture, settings.work_px);
     interrupt.check()?;
-    let top = top::read(&maps, whole.camera(), &pixels, settings)?;
+    let seen_top = SeenTop::new(&maps, &pixels, settings)?;
     interrupt.check()?;
     let things = instances::find(&maps, picture_px, settings)?;
     let masks = masks(&things, &maps, &pixels, settings);
     let edges = InnerEdges::new(&pixels);
     let in_front = nearer_ones(&masks);
-    let eye_height = top.found.camera.world_from_camera.translation_m.z;
-    let read = masks
-        .par_iter()
-        .zip(&things)
-        .zip(&in_front)
-        .map(|((mask, thing), in_front)| {
-            interrupt.check()?;
-            let own = indices(mask);
-            let whole = solid_fit::without_holes(&own, pixels.width, pixels.height);
-            let said = expected(thing, &maps, &pixels, &top.found.camera);
-            let expected = said.as_ref().map(|(expected, _)| expected);
-            let raised = said.as_ref().map_or(0.0, |(_, support)| *support);
-            let around = Surroundings {
-                in_front: Some(in_front.bits()),
-                top: Some((&top.outline, (eye_height - raised) / eye_height)),
-            };
-            let Some(solid) = solid_fit::fit(&whole, &top.found.camera, Some(&edges), expected, &around)
-            else {
-                return Ok(None);
-            };
-            let object = ObjectReading {
-                mask: pixels.enlarged(mask.bits(), width_px, height_px),
-                solid,
-                color: mean_color(&pixels, &own),
-                stands_on: None,
-            };
-            let stand = Stand {
-                base_px: maps.in_picture(thing.base),
-                height: said.map_or(0.0, |(_, support)| support),
-            };
-            Ok(Some((object, stand)))
-        })
-        .collect::<Result<Vec<_>, Interrupted>>()?;
-    let (mut objects, stands): (Vec<ObjectReading>, Vec<Stand>) = read.into_iter().flatten().unzip();
+    let silhouettes: Vec<Vec<usize>> = masks
+        .iter()
+        .map(|mask| solid_fit::without_holes(&indices(mask), pixels.width, pixels.height))
+        .collect();
+    let standing = Standing {
+        things: &things,
+        silhouettes: &silhouettes,
+        in_front: &in_front,
+        edges: &edges,
+        maps: &maps,
+        pixels: &pixels,
+        interrupt,
+    };
+    let (top, solids) = standing.best(&seen_top, whole.camera())?;
+    let read = masks.iter().zip(&things).zip(solids).filter_map(|((mask, thing), solid)| {
+        let Solid { fit, support } = solid?;
+        let object = ObjectReading {
+            mask: pixels.enlarged(mask.bits(), width_px, height_px),
+            solid: fit,
+            color: mean_color(&pixels, &indices(mask)),
+            stands_on: None,
+        };
+        Some((object, Stand { base_px: maps.in_picture(thing.base), height: support }))
+    });
+    let (mut objects, stands): (Vec<ObjectReading>, Vec<Stand>) = read.unzip();
     if objects.is_empty() {
         return Err(VisionError::NoObjects);
     }
     let camera = whole_picture(&top.found.camera, width_px, height_px, pixels.scale);
     stacking(&mut objects, &camera, Some(&stands));
     Ok(PictureReading { camera, table: table(&top, &whole, &pixels), objects })
-}
-
-/// Standard deviation of what the network says of the middle of a footprint, map pixels.
-const BASE_SIGMA: f64 = 1.5;
-
-/// Least height of a thing, as a share of the camera's height above the table.
-const LEAST_HEIGHT: f64 = 0.002;
-
-/// What the network says of a thing that stands on the table along the same rays, and how high it stands; `None` where its
-/// base is seen above the horizon.
-fn expected(thing: &Thing, maps: &Maps, pixels: &Pixels, camera: &Camera) -> Option<(Expected, f64)> {
-    let in_copy = |p: DVec2| pixels.scale * maps.in_picture(p);
-    let row = |y: f64| in_copy(DVec2::new(thing.base.x, y));
-    let eye_height = camera.world_from_camera.translation_m.z;
-    let ground = camera.meet_plane(row(thing.ground_row), 0.0)?.truncate();
-    let support = height_over(camera, ground, in_copy(thing.base)).clamp(0.0, 0.9 * eye_height);
-    let top = height_over(camera, ground, row(thing.top_row));
-    let height = (top - support).max(LEAST_HEIGHT * eye_height);
-    let base =
-        ExpectedBase { at_px: in_copy(thing.base), sigma_px: BASE_SIGMA * maps.pixel_px() * pixels.scale };
-    // What stands higher is nearer to the camera, hence smaller than on the table.
-    Some((Expected { base: Some(base), height: height * eye_height / (eye_height - support) }, support))
-}
-
-/// Height at which the upright line over a point of the table is seen in a pixel's row.
-fn height_over(camera: &Camera, ground: DVec2, at_px: DVec2) -> f64 {
-    let eye = camera.world_from_camera.translation_m;
-    let away = ground - eye.truncate();
-    let ray = camera.ray_direction_in_world(at_px);
-    eye.z + away.length_squared() / ray.truncate().dot(away).max(1e-9) * ray.z
 }
 
 /// Pixels of each thing in the copy, regrown to the edges it shows.

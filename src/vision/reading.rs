@@ -92,6 +92,7 @@ pub fn read_picture(
             let whole = solid_fit::without_holes(thing, pixels.width, pixels.height);
             let Some(solid) =
                 solid_fit::fit(&whole, &found.camera, Some(&edges), None, &Surroundings::default())
+                    .map(|(fit, _)| fit)
             else {
                 return Ok(None);
             };

@@ -40,6 +40,7 @@ pub fn fit_solid(
         mask.bits().iter().enumerate().filter(|(_, inside)| **inside).map(|(index, _)| index).collect();
     let edges = picture.map(|picture| InnerEdges::new(&Pixels::new(picture, u32::MAX)));
     fit(&without_holes(&set, width, height), camera, edges.as_ref(), expected, &Surroundings::default())
+        .map(|(fit, _)| fit)
 }
 
 /// What is around a thing.
@@ -52,14 +53,15 @@ pub(in crate::vision) struct Surroundings<'a> {
     pub top: Option<(&'a [DVec2], f64)>,
 }
 
-/// As [`fit_solid`], of pixel indices, with the edges inside the silhouette and what else is known of the thing.
+/// As [`fit_solid`], of pixel indices, with the edges inside the silhouette and what else is known of the thing; also the
+/// solid's merit: at most 1, and less the less it looks like the thing or agrees with what is known.
 pub(in crate::vision) fn fit(
     indices: &[usize],
     camera: &Camera,
     edges: Option<&InnerEdges>,
     expected: Option<&Expected>,
     around: &Surroundings,
-) -> Option<SolidFit> {
+) -> Option<(SolidFit, f64)> {
     let width = camera.width_px as usize;
     let seen = Seen::new(indices, camera)?;
     let with_side = |indices: &[usize], side: usize| {
@@ -87,8 +89,9 @@ pub(in crate::vision) fn fit(
         let unexpected = expected.map_or(0.0, |e| e.disagreement(fit.center, fit.size.z, camera));
         merit - unexpected - wobble(fit) - OFF_THE_TOP * share_off_top(fit, around, camera)
     };
-    let best = candidates.into_iter().flatten().max_by(|a, b| merit(a).total_cmp(&merit(b)));
-    best.map(|(_, fit)| fit)
+    let judged = candidates.into_iter().flatten().map(|candidate| (merit(&candidate), candidate.1));
+    let (merit, fit) = judged.max_by(|(a, _), (b, _)| a.total_cmp(b))?;
+    Some((fit, merit))
 }
 
 /// What is taken off the merit of solids that take any outline, which says nothing for them.

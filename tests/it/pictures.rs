@@ -45,15 +45,37 @@ fn painting_goes_on_where_it_was() {
     assert_eq!((&truth["split"], &truth["number"]), (&Value::from("validation"), &Value::from(0)));
 }
 
-/// A page and noise, each 480 x 400.
-fn without_a_table() -> [(&'static str, RgbImage); 2] {
+/// A page, noise and a drawn face, each 480 x 400.
+fn without_a_table() -> [(&'static str, RgbImage); 3] {
     let page = RgbImage::from_pixel(480, 400, Rgb([252, 252, 250]));
     let noise = RgbImage::from_fn(480, 400, |x, y| {
         // A multiplicative hash: neighbors have nothing in common.
         let k = (x.wrapping_mul(0x9e37_79b9) ^ y.wrapping_mul(0x85eb_ca6b)).wrapping_mul(0xc2b2_ae35);
         Rgb([(k >> 24) as u8, (k >> 16) as u8, (k >> 8) as u8])
     });
-    [("page", page), ("noise", noise)]
+    [("page", page), ("noise", noise), ("face", drawn_face())]
+}
+
+/// Head, eyes and a smile on light blue.
+fn drawn_face() -> RgbImage {
+    let within = |x: u32, y: u32, [cx, cy]: [f64; 2], [rx, ry]: [f64; 2]| {
+        ((f64::from(x) - cx) / rx).powi(2) + ((f64::from(y) - cy) / ry).powi(2) < 1.0
+    };
+    RgbImage::from_fn(480, 400, |x, y| {
+        let in_eye = |reach: f64| {
+            within(x, y, [190.0, 165.0], [reach, reach]) || within(x, y, [290.0, 165.0], [reach, reach])
+        };
+        let smile = y > 240
+            && within(x, y, [240.0, 235.0], [75.0, 60.0])
+            && !within(x, y, [240.0, 225.0], [75.0, 55.0]);
+        Rgb(match () {
+            _ if in_eye(9.0) => [40, 30, 30],
+            _ if in_eye(22.0) => [250, 250, 250],
+            _ if smile => [150, 40, 50],
+            _ if within(x, y, [240.0, 200.0], [130.0, 165.0]) => [232, 190, 160],
+            _ => [190, 215, 235],
+        })
+    })
 }
 
 /// The files are JPEGs that are called PNG.

@@ -13,7 +13,7 @@ use crate::geometry::Camera;
 use crate::vision::minimize::least_squares;
 
 /// Standard deviations of what the network says, on pictures of the validation split.
-const ELEVATION_SIGMA_RAD: f64 = 0.15;
+pub(super) const ELEVATION_SIGMA_RAD: f64 = 0.15;
 const LOG_FOCAL_SIGMA: f64 = 0.22;
 
 /// A copy of a picture, and what the network says of the camera that took it.

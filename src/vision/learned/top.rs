@@ -42,37 +42,103 @@ pub(in crate::vision) struct Top {
     pub fit: f64,
 }
 
-/// Reads the top off the maps of a look that shows it, for a camera of that elevation (radians) and focal length (longer
-/// sides of the picture).
-pub(in crate::vision) fn read(
-    maps: &Maps,
-    (elevation_rad, focal): (f64, f64),
-    pixels: &Pixels,
-    settings: &NetworkReadingSettings,
-) -> Result<Top, VisionError> {
-    let inside = inside(maps, pixels);
-    let percent = 100.0 * settings.min_table_share;
-    if (inside.len() as f64) < settings.min_table_share * pixels.len() as f64 {
-        return Err(VisionError::NoTopSeen { percent });
+/// The top as the maps of a look show it, whatever camera took the picture.
+pub(in crate::vision) struct SeenTop {
+    size_px: [u32; 2],
+    outline_sigma_px: f64,
+    hull: Vec<DVec2>,
+    /// Edge without the network's wavering, where it is none that has a name.
+    smooth: Vec<DVec2>,
+    may_be_named: bool,
+    area: TopArea,
+    /// The quadrilateral and the ellipse that fit best; of whole tops.
+    corners: Option<[DVec2; 4]>,
+    ellipse: Option<Ellipse>,
+}
+
+impl SeenTop {
+    /// Reads the top off the maps of a look that shows it.
+    pub(in crate::vision) fn new(
+        maps: &Maps,
+        pixels: &Pixels,
+        settings: &NetworkReadingSettings,
+    ) -> Result<Self, VisionError> {
+        let inside = inside(maps, pixels);
+        let too_little = || VisionError::NoTopSeen { percent: 100.0 * settings.min_table_share };
+        if (inside.len() as f64) < settings.min_table_share * pixels.len() as f64 {
+            return Err(too_little());
+        }
+        let outline_px = contour::around(&inside, pixels.width, TOLERANCE_PX);
+        let hull = convex_hull(&outline_px);
+        if hull.len() < 3 {
+            return Err(too_little());
+        }
+        let is_whole = !reaches_border(&outline_px, pixels);
+        let is_convex = area(&outline_px) > LEAST_CONVEX * area(&hull);
+        let area = TopArea::new(maps, pixels, &inside);
+        let corners = enclosed_by(&hull, 4)
+            .filter(|_| is_whole)
+            .and_then(|corners| <[DVec2; 4]>::try_from(corners).ok())
+            .and_then(|corners| area.quadrilateral(&corners));
+        let ellipse =
+            Ellipse::with_moments_of(&hull).filter(|_| is_whole).and_then(|ellipse| area.ellipse(&ellipse));
+        Ok(Self {
+            size_px: [pixels.width as u32, pixels.height as u32],
+            outline_sigma_px: CORNER_SIGMA * maps.pixel_px() * pixels.scale,
+            // The network's edges waver, and most tops are convex; where the picture cuts one off, nobody knows.
+            smooth: if is_convex || !is_whole { hull.clone() } else { outline_px },
+            may_be_named: is_whole && is_convex,
+            hull,
+            area,
+            corners,
+            ellipse,
+        })
     }
-    let outline_px = contour::around(&inside, pixels.width, TOLERANCE_PX);
-    let hull = convex_hull(&outline_px);
-    if hull.len() < 3 {
-        return Err(VisionError::NoTopSeen { percent });
+
+    /// The top and the camera that is said to have that elevation (radians) and focal length (longer sides of the picture);
+    /// `None` where no camera sees it so.
+    pub(in crate::vision) fn under(&self, elevation_rad: f64, focal: f64) -> Option<Top> {
+        let [width_px, height_px] = self.size_px;
+        let said = Said {
+            width_px,
+            height_px,
+            elevation_rad: elevation_rad.clamp(0.03, 1.55),
+            focal_px: focal * f64::from(width_px.max(height_px)),
+            outline_sigma_px: self.outline_sigma_px,
+        };
+        self.regular(&said).or_else(|| self.free(&said))
     }
-    let is_whole = !reaches_border(&outline_px, pixels);
-    let said = Said {
-        width_px: pixels.width as u32,
-        height_px: pixels.height as u32,
-        elevation_rad: elevation_rad.clamp(0.03, 1.55),
-        focal_px: focal * pixels.width.max(pixels.height) as f64,
-        outline_sigma_px: CORNER_SIGMA * maps.pixel_px() * pixels.scale,
-    };
-    let is_convex = area(&outline_px) > LEAST_CONVEX * area(&hull);
-    let regular = if is_whole { regular(&TopArea::new(maps, pixels, &inside), &hull, &said) } else { None };
-    // The network's edges waver, and most tops are convex; where the picture cuts one off, nobody knows.
-    let smooth = if is_convex || !is_whole { &hull } else { &outline_px };
-    regular.or_else(|| free(smooth, &hull, &said, is_whole && is_convex)).ok_or(VisionError::NoCamera)
+
+    /// As a rectangle or a circle, where it is one.
+    fn regular(&self, said: &Said) -> Option<Top> {
+        let top = |shape: TopShape, found: Found, outline: Vec<DVec2>| {
+            let outline_px = projected(&found.camera, &outline)?;
+            let fit = self.area.overlap(&outline_px);
+            Some(Top { shape, found, outline_px, outline, fit })
+        };
+        let rectangle = self.corners.and_then(|corners| said.rectangle(&corners)).and_then(|found| {
+            let (x, y) = (0.5, 0.5 * found.depth);
+            let corners = [(-x, -y), (x, -y), (x, y), (-x, y)].map(|(x, y)| DVec2::new(x, y));
+            top(TopShape::Rectangle, found, corners.to_vec())
+        });
+        let circle = self
+            .ellipse
+            .and_then(|ellipse| said.circle(&ellipse))
+            .filter(|found| (found.camera.elevation_rad() - said.elevation_rad).abs() < MOST_DOUBT_RAD)
+            .and_then(|found| {
+                let edge = Ellipse { center: DVec2::ZERO, semi_axes: DVec2::splat(0.5), angle_rad: 0.0 };
+                top(TopShape::Circle, found, edge.polygon(96))
+            });
+        let best = [rectangle, circle].into_iter().flatten().max_by(|a, b| a.fit.total_cmp(&b.fit))?;
+        (best.fit >= LEAST_FIT).then_some(best)
+    }
+
+    /// With the outline as it is, under the camera as it is said to be.
+    fn free(&self, said: &Said) -> Option<Top> {
+        let (found, outline) = said.any_outline(&self.smooth)?;
+        let shape = if self.may_be_named { named(&self.hull, &outline) } else { TopShape::Irregular };
+        Some(Top { shape, found, outline_px: self.smooth.clone(), outline, fit: 1.0 })
+    }
 }
 
 /// Pixels of the copy within the largest part of the outline, without holes.
@@ -101,41 +167,6 @@ fn reaches_border(outline_px: &[DVec2], pixels: &Pixels) -> bool {
     let sides = (0..outline_px.len()).map(|k| (outline_px[k], outline_px[(k + 1) % outline_px.len()]));
     let along: f64 = sides.filter(|(a, b)| near(*a) && near(*b)).map(|(a, b)| (b - a).length()).sum();
     along > 0.03 * size.max_element()
-}
-
-/// As a rectangle or a circle, where it is one.
-fn regular(seen: &TopArea, hull: &[DVec2], said: &Said) -> Option<Top> {
-    let top = |shape: TopShape, found: Found, outline: Vec<DVec2>| {
-        let outline_px = projected(&found.camera, &outline)?;
-        let fit = seen.overlap(&outline_px);
-        Some(Top { shape, found, outline_px, outline, fit })
-    };
-    let rectangle = enclosed_by(hull, 4)
-        .and_then(|corners| <[DVec2; 4]>::try_from(corners).ok())
-        .and_then(|corners| seen.quadrilateral(&corners))
-        .and_then(|corners| said.rectangle(&corners))
-        .and_then(|found| {
-            let (x, y) = (0.5, 0.5 * found.depth);
-            let corners = [(-x, -y), (x, -y), (x, y), (-x, y)].map(|(x, y)| DVec2::new(x, y));
-            top(TopShape::Rectangle, found, corners.to_vec())
-        });
-    let circle = Ellipse::with_moments_of(hull)
-        .and_then(|ellipse| seen.ellipse(&ellipse))
-        .and_then(|ellipse| said.circle(&ellipse))
-        .filter(|found| (found.camera.elevation_rad() - said.elevation_rad).abs() < MOST_DOUBT_RAD)
-        .and_then(|found| {
-            let edge = Ellipse { center: DVec2::ZERO, semi_axes: DVec2::splat(0.5), angle_rad: 0.0 };
-            top(TopShape::Circle, found, edge.polygon(96))
-        });
-    let best = [rectangle, circle].into_iter().flatten().max_by(|a, b| a.fit.total_cmp(&b.fit))?;
-    (best.fit >= LEAST_FIT).then_some(best)
-}
-
-/// With the outline as it is, under the network's camera.
-fn free(outline_px: &[DVec2], hull: &[DVec2], said: &Said, may_be_named: bool) -> Option<Top> {
-    let (found, outline) = said.any_outline(outline_px)?;
-    let shape = if may_be_named { named(hull, &outline) } else { TopShape::Irregular };
-    Some(Top { shape, found, outline_px: outline_px.to_vec(), outline, fit: 1.0 })
 }
 
 /// The name of an outline that is neither rectangle nor circle.
