@@ -69,12 +69,15 @@ impl Standing<'_> {
             };
             let (solids, merit) = self.on(&top)?;
             let likelihood = merit / MERIT_UNIT - 0.5 * (off_rad / ELEVATION_SIGMA_RAD).powi(2);
-            Ok(Some(Seen { steps, top, solids, likelihood }))
+            Ok(Some(Seen { top, solids, likelihood }))
         };
         let tried = (-STEPS_EITHER_SIDE..=STEPS_EITHER_SIDE)
             .map(|k| seen_from(f64::from(k)))
             .collect::<Result<Vec<Option<Seen>>, Interrupted>>()?;
-        let between = summit(&tried).map(seen_from).transpose()?.flatten();
+        let likelihoods: Vec<Option<f64>> =
+            tried.iter().map(|seen| seen.as_ref().map(|seen| seen.likelihood)).collect();
+        let steps = summit(&likelihoods).map(|place| place - f64::from(STEPS_EITHER_SIDE));
+        let between = steps.map(seen_from).transpose()?.flatten();
         let all = tried.into_iter().flatten().chain(between);
         let best = all.max_by(|a, b| a.likelihood.total_cmp(&b.likelihood)).ok_or(VisionError::NoCamera)?;
         Ok((best.top, best.solids))
@@ -132,24 +135,19 @@ fn tells_the_elevation(top: &Top) -> bool {
 
 /// The things as they stand when seen from some elevation.
 struct Seen {
-    /// Steps up from what the network says.
-    steps: f64,
     top: Top,
     solids: Vec<Option<Solid>>,
     likelihood: f64,
 }
 
-/// Where a parabola through the likeliest elevation and its neighbors is highest, steps; `None` where a neighbor is missing.
-fn summit(tried: &[Option<Seen>]) -> Option<f64> {
-    let likelihood = |k: usize| tried.get(k)?.as_ref().map(|seen| seen.likelihood);
-    let most = (0..tried.len())
-        .filter(|&k| tried[k].is_some())
-        .max_by(|&a, &b| likelihood(a).unwrap_or(f64::MIN).total_cmp(&likelihood(b).unwrap_or(f64::MIN)))?;
-    let (before, here, after) = (likelihood(most.checked_sub(1)?)?, likelihood(most)?, likelihood(most + 1)?);
+/// Where, counted in places, a parabola through the greatest of values and its neighbors is highest; `None` where a neighbor
+/// is missing.
+fn summit(values: &[Option<f64>]) -> Option<f64> {
+    let known = values.iter().enumerate().filter_map(|(place, value)| Some((place, (*value)?)));
+    let (most, here) = known.max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let (before, after) = ((*values.get(most.checked_sub(1)?)?)?, (*values.get(most + 1)?)?);
     let bend = before + after - 2.0 * here;
-    (bend < 0.0)
-        .then(|| tried[most].as_ref().map(|seen| seen.steps + 0.5 * (before - after) / bend))
-        .flatten()
+    (bend < 0.0).then(|| most as f64 + 0.5 * (before - after) / bend)
 }
 
 /// Height at which the upright line over a point of the table is seen in a pixel's row.
@@ -162,130 +160,23 @@ fn height_over(camera: &Camera, ground: DVec2, at_px: DVec2) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use glam::DVec3;
-
     use super::*;
-    use crate::geometry::Image;
-    use crate::vision::learned::{NetworkReadingSettings, indices, instances, masks, nearer_ones};
-    use crate::vision::network::frame::Look;
-    use crate::vision::network::{Answer, MAP_CHANNELS};
-    use crate::vision::polygon::{contains, convex_hull};
-
-    const PICTURE_PX: [u32; 2] = [640, 512];
-    /// A top whose outline tells nothing of the camera, counter-clockwise.
-    const TOP: [DVec2; 3] = [DVec2::new(-0.6, 0.35), DVec2::new(0.1, -0.45), DVec2::new(0.6, 0.3)];
-    /// Middles of the feet and sizes of the blocks on it, the nearest first.
-    const BLOCKS: [(DVec2, DVec3); 4] = [
-        (DVec2::new(0.08, -0.15), DVec3::new(0.12, 0.10, 0.14)),
-        (DVec2::new(-0.15, 0.02), DVec3::new(0.16, 0.12, 0.08)),
-        (DVec2::new(0.3, 0.12), DVec3::new(0.10, 0.14, 0.20)),
-        (DVec2::new(-0.28, 0.25), DVec3::new(0.18, 0.10, 0.10)),
-    ];
-
-    fn in_picture(camera: &Camera, point: DVec3) -> DVec2 {
-        camera.project(point).expect("in front of the camera").0
-    }
-
-    /// Each block's outline in the picture.
-    fn outlines(camera: &Camera) -> Vec<Vec<DVec2>> {
-        let corners = |(middle, size): &(DVec2, DVec3)| -> Vec<DVec2> {
-            let signs = (0..8).map(|k| [k & 1, k >> 1 & 1, k >> 2].map(f64::from));
-            signs
-                .map(|[x, y, z]| {
-                    in_picture(camera, middle.extend(0.0) + DVec3::new(x - 0.5, y - 0.5, z) * *size)
-                })
-                .collect()
-        };
-        BLOCKS.iter().map(|block| convex_hull(&corners(block))).collect()
-    }
-
-    /// What a sure network says of the blocks on their top.
-    fn maps(camera: &Camera) -> Maps {
-        let look = Look::whole(PICTURE_PX);
-        let [width, height] = look.frame_px.map(|side| side / 2);
-        let empty = || Answer { maps: vec![0.0; MAP_CHANNELS * width * height], width, height };
-        let grid = Maps::new(empty(), look);
-        let (blocks, top) = (outlines(camera), TOP.map(|p| in_picture(camera, p.extend(0.0))));
-        let [first, second, third] = top;
-        let around =
-            if (second - first).perp_dot(third - first) > 0.0 { top } else { [third, second, first] };
-        let is_seen = |p: DVec2| blocks.iter().position(|outline| contains(outline, p));
-        let mut answer = empty();
-        let mut votes = vec![(DVec2::ZERO, 0.0); BLOCKS.len()];
-        let seen: Vec<Option<usize>> =
-            (0..grid.count()).map(|index| is_seen(grid.in_picture(grid.middle(index)))).collect();
-        for (index, block) in seen.iter().enumerate().filter_map(|(index, block)| Some((index, (*block)?))) {
-            votes[block].0 += grid.middle(index);
-            votes[block].1 += 1.0;
-        }
-        for (index, block) in seen.iter().enumerate() {
-            let at = grid.middle(index);
-            let is_top = contains(&around, grid.in_picture(at));
-            let kind = match (block, is_top) {
-                (Some(_), _) => 3,
-                (None, true) => 2,
-                (None, false) => 0,
-            };
-            let mut say = |channel: usize, value: f64| {
-                answer.maps[channel * width * height + index] = value as f32;
-            };
-            (0..4).for_each(|k| say(k, if k == kind { 4.0 } else { -4.0 }));
-            say(4, if is_top { 4.0 } else { -4.0 });
-            let Some(block) = *block else { continue };
-            let (middle, size) = BLOCKS[block];
-            let vote = votes[block].0 / votes[block].1;
-            let base = grid.in_map(in_picture(camera, middle.extend(0.0)));
-            let top_row = grid.in_map(in_picture(camera, middle.extend(size.z))).y;
-            say(7, (-(at - vote).length_squared() / 12.5).exp());
-            let ways =
-                [vote.x - at.x, vote.y - at.y, base.x - at.x, base.y - at.y, top_row - at.y, base.y - at.y];
-            ways.iter().enumerate().for_each(|(k, way)| say(8 + k, way / 8.0));
-        }
-        Maps::new(answer, look)
-    }
 
     #[test]
-    fn things_tell_the_elevation_where_the_outline_does_not() {
-        let settings = NetworkReadingSettings {
-            work_px: 640,
-            min_table_share: 0.03,
-            min_object_share: 0.0003,
-            least_middle: 0.2,
-            least_confidence: 0.45,
-            mask_rim: 0.5,
-            max_objects: 48,
+    fn the_summit_lies_between_the_elevations_that_were_tried() {
+        let along = |highest: f64| -> Vec<Option<f64>> {
+            (0..7).map(|place| Some(5.0 - 2.0 * (f64::from(place) - highest).powi(2))).collect()
         };
-        let interrupt = Interrupt::default();
-        for (elevation_rad, off_rad) in [(0.5, 0.13), (0.7, -0.13)] {
-            let camera = Camera::orbit(640, 512, 0.61, DVec3::ZERO, 0.0, elevation_rad, 2.2);
-            let mut picture = Image::filled(640, 512, [235, 235, 235, 255]);
-            let blocks = outlines(&camera);
-            for (x, y) in (0..512).flat_map(|y| (0..640).map(move |x| (x, y))) {
-                let p = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
-                if let Some(k) = blocks.iter().position(|outline| contains(outline, p)) {
-                    picture.set_pixel(x, y, [40 + 50 * k as u8, 90, 160 - 40 * k as u8, 255]);
-                }
-            }
-            let (maps, pixels) = (maps(&camera), Pixels::new(&picture, settings.work_px));
-            let said = (elevation_rad + off_rad, camera.fx / 640.0);
-            let seen = SeenTop::new(&maps, &pixels, &settings).expect("a top");
-            let things = instances::find(&maps, PICTURE_PX, &settings).expect("things");
-            let masks = masks(&things, &maps, &pixels, &settings);
-            let silhouettes: Vec<Vec<usize>> = masks.iter().map(indices).collect();
-            let standing = Standing {
-                things: &things,
-                silhouettes: &silhouettes,
-                in_front: &nearer_ones(&masks),
-                edges: &InnerEdges::new(&pixels),
-                maps: &maps,
-                pixels: &pixels,
-                interrupt: &interrupt,
-            };
-            let (top, solids) = standing.best(&seen, said).expect("solids");
-            assert!(!tells_the_elevation(&top), "{:?}", top.shape);
-            let off_now_rad = top.found.camera.elevation_rad() - elevation_rad;
-            assert!(off_now_rad.abs() < 0.4 * off_rad.abs(), "{off_rad} became {off_now_rad}");
-            assert_eq!(solids.iter().flatten().count(), BLOCKS.len());
+        for highest in [1.0, 3.3, 4.45] {
+            let found = summit(&along(highest)).expect("has neighbors");
+            assert!((found - highest).abs() < 1e-9, "{found} for {highest}");
         }
+        assert_eq!(summit(&along(-1.0)), None, "the first has no neighbor before it");
+        assert_eq!(summit(&along(9.0)), None, "nor the last one after it");
+        let mut torn = along(3.3);
+        torn[2] = None;
+        assert_eq!(summit(&torn), None);
+        assert_eq!(summit(&[Some(1.0), Some(1.0), Some(1.0)]), None, "a plain has none");
+        assert_eq!(summit(&[None, None]), None);
     }
 }
