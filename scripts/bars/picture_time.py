@@ -14,8 +14,8 @@ from server import Problem
 
 BAR_SECONDS = 10.0
 OBJECTS, LONGER_PX = 10, 2300
-#: Painted pictures that are looked through for one with so many objects.
-LOOKED_THROUGH = 80
+#: Painted pictures that are looked through for one in which so many objects are read, and most that it may show.
+LOOKED_THROUGH, MOST_OBJECTS = 300, 13
 
 
 def main() -> bool:
@@ -23,7 +23,8 @@ def main() -> bool:
     small, large = given.work / "picture_time" / "small", given.work / "picture_time" / "large"
     paint(given.binary, small, 0, LOOKED_THROUGH, 64)
     truths = [json.loads(path.read_text("utf-8")) for path in sorted(small.glob("validation/*/truth.json"))]
-    fitting = [t for t in truths if len(t["objects"]) == OBJECTS and t["table"]["is_whole"] and t["width_px"] * 3 == t["height_px"] * 4]
+    has_room = lambda t: t["table"]["is_whole"] and t["width_px"] * 3 == t["height_px"] * 4
+    fitting = [t for t in truths if OBJECTS <= len(t["objects"]) <= MOST_OBJECTS and has_room(t)]
     runs = []
     for truth in fitting:
         paint(given.binary, large, truth["number"], 1, LONGER_PX)
@@ -40,7 +41,7 @@ def main() -> bool:
             runs = [generate(given.binary, first.folder, picture, seed=1) for _ in range(given.runs)]
             break
     if not runs:
-        raise Problem(f"in none of {len(fitting)} pictures with {OBJECTS} objects as many were read")
+        raise Problem(f"in none of {len(fitting)} pictures were {OBJECTS} objects read")
     seconds = sorted(made.seconds for made in runs)
     median = statistics.median(seconds)
     rows = []
@@ -50,8 +51,8 @@ def main() -> bool:
     body = (
         f"Median {median:.2f} s over {len(runs)} runs (fastest {seconds[0]:.2f} s, slowest {seconds[-1]:.2f} s), whole process, "
         f"from an empty data directory; the bar is {BAR_SECONDS:.0f} s on two cores.\n\n"
-        f"Picture {truth['number']} of the painter's validation split, {LONGER_PX} pixels wide, {OBJECTS} objects, of which and of "
-        f"what is none {read} were read.\n\n" + table(["stage", "works on", "wall ms, median", "wall ms, range"], rows)
+        f"Picture {truth['number']} of the painter's validation split, {LONGER_PX} pixels wide, {len(truth['objects'])} objects; {read} "
+        f"things were read in it.\n\n" + table(["stage", "works on", "wall ms, median", "wall ms, range"], rows)
     )
     write("picture_time", "Time of one picture", body)
     return median <= BAR_SECONDS
