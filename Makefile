@@ -52,7 +52,7 @@ train: build
 	"$(TRAINING)/venv/bin/python" training/train.py --painted "$(TRAINING)/painted" --out "$(TRAINING)/network"
 
 # BARS names those to run
-BARS ?= sentences certified generate_time determinism kill certify_time remote_kill remote_fanout
+BARS ?= sentences certified generate_time determinism kill certify_time picture_time remote_kill remote_fanout
 bars: build
 	@python="$$(scripts/prerequisites.sh)" && for bar in $(BARS); do \
 	    "$$python" -m bars.$$bar --target-dir "$(TARGET_DIR)" || exit 1; done

@@ -46,7 +46,7 @@ def main() -> bool:
         ("Recall at box overlap 0.5", percent(recall), percent(FOUND_BAR, 0), recall >= FOUND_BAR),
         ("Precision", percent(precision), percent(FOUND_BAR, 0), precision >= FOUND_BAR),
         ("Outlines of overlap 0.9", f"{outlines} of {len(seen)}", OUTLINES_BAR, outlines >= OUTLINES_BAR),
-        ("Silhouette overlap of scene and picture, mean over found things", f"{silhouette:.3f}", SILHOUETTE_BAR, silhouette >= SILHOUETTE_BAR),
+        ("Silhouette overlap of scene and picture, mean over all things read", f"{silhouette:.3f}", SILHOUETTE_BAR, silhouette >= SILHOUETTE_BAR),
         ("Scenes whose certificate is clean and that every judge accepts", f"{clean} of {len(seen)}", "all", clean == len(seen)),
     ]
     methods = sum((one.methods for one in seen), Counter())

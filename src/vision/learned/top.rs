@@ -47,7 +47,7 @@ pub(in crate::vision) struct SeenTop {
     size_px: [u32; 2],
     outline_sigma_px: f64,
     hull: Vec<DVec2>,
-    /// Edge without the network's wavering, where it is none that has a name.
+    /// Edge of a top that is neither rectangle nor circle: the hull, where the network only wavers.
     smooth: Vec<DVec2>,
     may_be_named: bool,
     area: TopArea,
