@@ -1,8 +1,7 @@
 """From painted folders to the frames a network sees and the maps it should answer with.
 
 A picture is looked at twice: first the whole of it, then the part that shows the top and what stands on it, larger. A frame
-is what is looked at, scaled until it fits, in the middle, the rest filled with its edge pixels; frames have one of the sizes
-of SHAPES. Maps lie on every second pixel of the frame (STRIDE). One look at one painted picture becomes one row of a few
+is what is looked at, scaled until it fits, in the middle, the rest filled with its edge pixels. Maps lie on every second pixel of the frame (STRIDE). One look at one painted picture becomes one row of a few
 arrays that stay on disk (memory-mapped), so that training reads no JPEG twice.
 """
 
@@ -16,8 +15,9 @@ import numpy as np
 from PIL import Image, ImageDraw
 
 STRIDE = 2
-#: Widths and heights of frames, multiples of 32. The first is that of whole pictures; a part gets the one that shows it larger.
-SHAPES = (320, 256), (416, 192)
+#: Width and height of frames, multiples of 32: of whole pictures, and of parts, each of which gets the one that shows it larger.
+WHOLE = 320, 256
+CLOSER = (480, 384), (640, 288)
 #: How much of its longer side is added to each side of the part that is looked at, a share drawn from here.
 MARGIN = 0.02, 0.15
 #: A part is not shown larger than this, frame pixels a picture pixel.
@@ -35,7 +35,7 @@ MOST_OBJECTS, FACTS = 17, 5
 #: What is known of the camera.
 CAMERA = 4
 #: Raised by hand when what is below changes.
-VERSION = 5
+VERSION = 6
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class Look:
 
     @staticmethod
     def whole(width, height):
-        return Look((0, 0, width, height), SHAPES[0])
+        return Look((0, 0, width, height), WHOLE)
 
     @staticmethod
     def closer(width, height, box):
@@ -55,7 +55,7 @@ class Look:
         as the frame has room for."""
         wanted = max(box[2] - box[0], 1), max(box[3] - box[1], 1)
         scale_in = lambda shape: min(shape[0] / wanted[0], shape[1] / wanted[1])
-        shape = max(SHAPES, key=scale_in)
+        shape = max(CLOSER, key=scale_in)
         scale = min(scale_in(shape), MOST_SCALE)
         edges = []
         for side, low, high, most in ((shape[0], box[0], box[2], width), (shape[1], box[1], box[3], height)):
@@ -220,9 +220,9 @@ def _arrays(shape):
     ]
 
 
-ARRAYS = [name for name, _, _ in _arrays(SHAPES[0])]
+ARRAYS = [name for name, _, _ in _arrays(WHOLE)]
 #: Folders of the looks, with the shapes of their frames.
-LOOKS = {"whole": SHAPES[0], **{f"closer_{width}x{height}": (width, height) for width, height in SHAPES}}
+LOOKS = {"whole": WHOLE, **{f"closer_{width}x{height}": (width, height) for width, height in CLOSER}}
 
 
 def pack(painted, packed, workers):

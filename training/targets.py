@@ -3,7 +3,7 @@
 import torch
 from torch.nn import functional as F
 
-from frames import BACKDROP, CONTACT, FIRST_OBJECT, IGNORED, MOST_OBJECTS, OUTLINE, SHAPES
+from frames import BACKDROP, CONTACT, FIRST_OBJECT, IGNORED, MOST_OBJECTS, OUTLINE, WHOLE
 
 #: Standard deviation of the bump at an object's center, map pixels.
 CENTER_SIGMA = 2.5
@@ -14,7 +14,7 @@ OFFSET_UNIT = 8.0
 def slants(rows, cameras):
     """Angle of a row's rays to the optical axis, downward, (N, rows), with the focal lengths of the cameras (N, 4); of frames
     of whole pictures."""
-    below_px = ((torch.arange(rows, device=cameras.device) + 0.5) / rows - 0.5) * SHAPES[0][1]
+    below_px = ((torch.arange(rows, device=cameras.device) + 0.5) / rows - 0.5) * WHOLE[1]
     return torch.atan(below_px / (cameras[:, 1].exp() * cameras[:, 2])[:, None])
 
 

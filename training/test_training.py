@@ -9,15 +9,15 @@ from torch import distributed
 from PIL import Image
 from torch.nn import functional as F
 
-from frames import BACKDROP, CAMERA, FACTS, FIRST_OBJECT, IGNORED, LOOKS, MOST_OBJECTS, MOST_SCALE, SHAPES, STRIDE, TOP, Look, centroid, facts, framed, maps, projected, shown_box
+from frames import BACKDROP, CAMERA, CLOSER, FACTS, FIRST_OBJECT, IGNORED, LOOKS, MOST_OBJECTS, MOST_SCALE, STRIDE, TOP, WHOLE, Look, centroid, facts, framed, maps, projected, shown_box
 from network import BLOCKS, MAPS, TableNetwork, WIDTHS, begin, folded, split
 from scores import compared, grouped
 from targets import elevation_of, targets
-from train import OF_STEPS, RISE, SMALL, WHOLE_STEPS, averaged, batch, falls_from, joined, learning_rate, look_of, losses, mean_of_processes, numbers_of, shrunk, varied
+from train import OF_STEPS, RISE, SMALL, WHOLE_STEPS, averaged, batch, falls_from, joined, learning_rate, look_of, losses, mean_of_processes, nearer, numbers_of, shrunk, varied
 from variation import pattern, recolored
 from without_tables import WithoutTables
 
-MAP_WIDTH, MAP_HEIGHT = (side // STRIDE for side in SHAPES[0])
+MAP_WIDTH, MAP_HEIGHT = (side // STRIDE for side in WHOLE)
 
 
 def scene():
@@ -98,7 +98,7 @@ class Training(unittest.TestCase):
         np.testing.assert_allclose(known[0], [160.0, *rows, 1.0], rtol=1e-6)
         self.assertFalse(known[1:].any())
         # Half the picture, twice as large.
-        closer = facts(truth, Look((160, 64, 320, 192), SHAPES[0]))
+        closer = facts(truth, Look((160, 64, 320, 192), WHOLE))
         np.testing.assert_allclose(closer[0], [2 * (160.0 - 80), *(2 * (row - 32) for row in rows), 1.0], rtol=1e-6)
 
     def test_what_is_spoiled_is_seen(self):
@@ -192,12 +192,33 @@ class Training(unittest.TestCase):
         whole = targets(labels, flags, cameras, known)
         pictures = torch.rand(1, 3, 2 * MAP_HEIGHT, 2 * MAP_WIDTH)
         small, labels, flags, cameras, known = shrunk(pictures, labels, flags, cameras, known)
-        self.assertEqual(small.shape, (1, 3, *reversed(SMALL[SHAPES[0]])))
+        self.assertEqual(small.shape, (1, 3, *reversed(SMALL[WHOLE])))
         want = targets(labels, flags, cameras, known)
         # Row 20 and column 27 of the small map show row 32 and column 45 of the whole one.
         for name in ("top", "ground"):
             self.assertAlmostEqual(want[name][0, 20, 27].item(), 0.625 * whole[name][0, 32, 45].item(), delta=0.05)
         self.assertAlmostEqual(want["latitude"][0, 20, 27].item(), whole["latitude"][0, 32, 45].item(), delta=0.01)
+
+    def test_what_is_shown_nearer_wants_the_same_of_the_same_things(self):
+        labels, flags, cameras, known = scene()
+        whole, sides = targets(labels, flags, cameras, known), set()
+        pictures = labels.repeat_interleave(2, 1).repeat_interleave(2, 2)[:, None].float() / 255
+        for seed in range(30):
+            shown, near, _, _, there = nearer(pictures, labels, flags, cameras, known, torch.Generator().manual_seed(seed))
+            difference = (F.avg_pool2d(shown, 2)[0, 0] - near[0].float() / 255).abs()
+            self.assertLess((difference > 1e-3).float().mean().item(), 0.05, "only edges are softer than labels")
+            ys, xs = torch.nonzero(near[0] == FIRST_OBJECT + 1, as_tuple=True)
+            if len(xs) == 0 or xs.max() - xs.min() < 29 or ys.max() - ys.min() < 19:
+                continue
+            larger = (xs.max() - xs.min() + 1).item() / 30
+            sides.add(larger)
+            # The same corner of the thing, and its base and rows from there.
+            want = targets(near, flags, cameras, there)
+            self.assertEqual(want["is_known"][0, ys.min(), xs.min()], True)
+            for name in ("top", "ground"):
+                self.assertAlmostEqual(want[name][0, ys.min(), xs.min()].item(), larger * whole[name][0, 20, 40].item(), delta=0.25)
+            self.assertAlmostEqual(want["base"][0, 0, ys.min(), xs.min()].item(), larger * whole["base"][0, 0, 20, 40].item(), delta=0.25)
+        self.assertTrue(min(sides) == 1.0 and max(sides) > 1.2, sides)
 
     def test_the_average_follows_what_changes(self):
         torch.manual_seed(5)
@@ -239,11 +260,11 @@ class Training(unittest.TestCase):
         self.assertEqual(label[60, 80], FIRST_OBJECT)
         self.assertTrue(flags[60, 40] & 1 and not flags[60, 120] & 1)
         self.assertTrue((flags & 2).any() and not (flags[:, :80] & 2).any())
-        closer = Look((100, 100, 308, 196), SHAPES[1])
+        closer = Look((40, 100, 360, 244), CLOSER[1])
         label, flags = maps(labels, truth, closer)
         self.assertEqual(label.shape, closer.map_shape)
-        self.assertTrue((label[:, :100] == 0).all() and (label[:, 100:] == FIRST_OBJECT).all())
-        self.assertTrue((flags[:, :99] & 1).all() and not (flags[:, 101:] & 1).any())
+        self.assertTrue((label[:, :160] == 0).all() and (label[:, 160:] == FIRST_OBJECT).all())
+        self.assertTrue((flags[:, :159] & 1).all() and not (flags[:, 161:] & 1).any())
 
     def test_a_closer_look_shows_its_box_larger_and_stays_in_the_picture(self):
         for box in ((100, 50, 400, 150), (0, 0, 80, 300), (500, 370, 512, 384), (0, 0, 512, 384)):
@@ -254,9 +275,10 @@ class Training(unittest.TestCase):
             left, upper, right, lower = look.part
             self.assertTrue(0 <= left < right <= 512 and 0 <= upper < lower <= 384)
             self.assertTrue(left <= box[0] + 1 and upper <= box[1] + 1 and right >= box[2] - 1 and lower >= box[3] - 1)
-        self.assertEqual(Look.closer(512, 384, (100, 50, 400, 150)), Look((100, 31, 400, 169), SHAPES[1]))
+        wide = Look((36, 4, 463, 196), CLOSER[1])
+        self.assertEqual(Look.closer(512, 384, (100, 50, 400, 150)), wide)
         picture = Image.fromarray(np.arange(512 * 384 * 3, dtype=np.uint32).astype(np.uint8).reshape(384, 512, 3))
-        self.assertEqual(framed(picture, Look((100, 31, 400, 169), SHAPES[1])).shape, (192, 416, 3))
+        self.assertEqual(framed(picture, wide).shape, (288, 640, 3))
 
     def test_what_is_looked_at_holds_the_top_and_all_things(self):
         labels = np.zeros((384, 512), np.uint8)

@@ -77,19 +77,18 @@ def varied(pictures, labels, flags, cameras, facts, generator):
     return pictures, labels, flags, cameras, facts
 
 
-#: Share of the steps that see small frames: they take a third of the time, and what they teach holds for whole ones.
-SMALL_SHARE = 0.6
 #: Size of the small frame for each of a whole one.
-SMALL = {(320, 256): (192, 160), (416, 192): (256, 128)}
+SMALL = {(320, 256): (192, 160), (480, 384): (288, 224), (640, 288): (384, 160)}
 #: Of so many steps in a row this many see whole pictures, the others the parts that matter.
 WHOLE_STEPS, OF_STEPS = 3, 10
 
 
-#: Pictures without a table, and how many join a batch of whole pictures; as many others are scored.
-WITHOUT_TABLES, JOIN, SCORED_WITHOUT = 1200, 4, 100
+#: Pictures without a table, and how many join each picture of a batch of whole ones; as many others are scored.
+WITHOUT_TABLES, JOIN, SCORED_WITHOUT = 1200, 0.25, 100
 
 
 def joined(batches):
+    """One batch of several."""
     return tuple(torch.cat(parts) for parts in zip(*batches))
 
 
@@ -104,8 +103,33 @@ def shrunk(pictures, labels, flags, cameras, facts):
     return pictures, nearest(labels), nearest(flags), cameras, facts
 
 
+#: Share of the parts that are shown nearer, and how much nearer at most.
+SHOWN_NEARER, MOST_NEARER = 0.5, 1.5
+
+
+def nearer(pictures, labels, flags, cameras, facts, generator):
+    """The same batch; of some frames a part anywhere, as large as the frame."""
+    n, rows, columns = labels.shape
+    random = lambda: torch.rand(n, generator=generator, device=generator.device)
+    side = torch.where(random() < SHOWN_NEARER, MOST_NEARER ** -random(), 1.0)
+    # Left and upper edge, shares of the frame.
+    corner = torch.stack([random(), random()], 1) * (1 - side[:, None])
+    # From -1..1 of what is shown to -1..1 of the frame.
+    middle = 2 * corner + side[:, None] - 1
+    turn = torch.diag_embed(side[:, None].expand(n, 2))
+    at = lambda height, width: F.affine_grid(torch.cat([turn, middle[:, :, None]], 2), (n, 1, height, width), align_corners=False)
+    pictures = F.grid_sample(pictures, at(*pictures.shape[-2:]), padding_mode="border", align_corners=False)
+    picked = lambda maps: F.grid_sample(maps[:, None].float(), at(rows, columns), mode="nearest", align_corners=False)[:, 0].to(maps.dtype)
+    size = torch.tensor([columns, rows, rows, rows], device=facts.device)
+    start = size * corner[:, [0, 1, 1, 1]]
+    shown = torch.cat([(facts[..., :4] - start[:, None]) / side[:, None, None], facts[..., 4:]], 2)
+    return pictures, picked(labels), picked(flags), cameras, shown
+
+
 #: Losses of what only whole pictures tell.
 CAMERA_LOSSES = "latitude", "focal"
+#: Things that fill less of a map than this count for more than their area, but for no more than so many times.
+SMALL_THING, MOST_EMPHASIS = 0.02, 6.0
 #: How far from a thing its surroundings count as much, map pixels.
 BESIDE = 4
 
@@ -124,7 +148,8 @@ def losses(maps, want):
     said = lambda name: by_name[name][:, 0]
     # Small things count for more than their area, and as much so does what is just beside them: otherwise they would be
     # drawn too large.
-    own = torch.where(want["is_object"], (400 / want["area"]).clamp(1, 6), 1.0)
+    least = SMALL_THING * counts[0].numel()
+    own = torch.where(want["is_object"], (least / want["area"]).clamp(1, MOST_EMPHASIS), 1.0)
     emphasis = counts * F.max_pool2d(own[:, None], 2 * BESIDE + 1, 1, BESIDE)[:, 0]
     yes_or_no = lambda name, rare: mean(
         F.binary_cross_entropy_with_logits(said(name), want[name].float(), reduction="none") * (1 + rare * want[name]), counts
@@ -321,6 +346,7 @@ def main():
     parser.add_argument("--batch", type=int, default=16)
     parser.add_argument("--rate", type=float, default=2e-3)
     parser.add_argument("--begin-with", type=Path, help="weights.safetensors of an earlier run to begin with; blocks it lacks do nothing at first")
+    parser.add_argument("--small-share", type=float, default=0.6, help="share of the steps that see small frames: they take a third of the time, and what they teach holds for whole ones")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--every", type=int, default=500, help="steps between checkpoints and scores")
     parser.add_argument("--validate", type=int, default=400, help="validation pictures of a score")
@@ -331,7 +357,7 @@ def main():
     arguments.processes = arguments.processes or (torch.cuda.device_count() if arguments.device == "cuda" else os.cpu_count())
     arguments.out.mkdir(parents=True, exist_ok=True)
     training, _ = (pack(arguments.painted / part, arguments.out / "frames" / part, os.cpu_count()) for part in ("training", "validation"))
-    identity = {name: getattr(arguments, name) for name in ("batch", "processes", "rate", "seed")}
+    identity = {name: getattr(arguments, name) for name in ("batch", "processes", "rate", "small_share", "seed")}
     identity.update(pictures=len(training["whole"]), began_with=str(arguments.begin_with or ""))
     checkpoint = arguments.out / "checkpoint.pt"
     if checkpoint.is_file():
@@ -400,8 +426,10 @@ def run(process, arguments, identity):
         places = numbers_of(nth, arguments.batch, pictures_of[look], arguments.seed)
         seen = batch(training[look], training[look].numbers[places], device)
         if look == "whole":
-            seen = joined([seen, batch(without, numbers_of(nth, JOIN, WITHOUT_TABLES, arguments.seed), device)])
-        if step < SMALL_SHARE * arguments.steps:
+            seen = joined([seen, batch(without, numbers_of(nth, round(JOIN * arguments.batch), WITHOUT_TABLES, arguments.seed), device)])
+        else:
+            seen = nearer(*seen, generator)
+        if step < arguments.small_share * arguments.steps:
             seen = shrunk(*seen)
         pictures, labels, flags, cameras, facts = varied(*seen, generator)
         parts = losses(ahead(model, pictures), targets(labels, flags, cameras, facts))

@@ -6,7 +6,7 @@ A network that has only seen tables takes a face for a round one.
 import numpy as np
 from PIL import Image, ImageDraw, ImageFilter
 
-from frames import BACKDROP, CAMERA, FACTS, MOST_OBJECTS, SHAPES, STRIDE
+from frames import BACKDROP, CAMERA, FACTS, MOST_OBJECTS, STRIDE, WHOLE
 
 
 def color(rng, pale=False):
@@ -99,7 +99,7 @@ KINDS = [(blank, 1), (face, 4), (shapes, 2), (writing, 1), (landscape, 2)]
 def drawn(number, seed):
     """RGB bytes (H, W, 3) of a frame of a whole picture."""
     rng = np.random.default_rng([seed, number])
-    width, height = SHAPES[0]
+    width, height = WHOLE
     start, end = np.array(color(rng, rng.random() < 0.6)), np.array(color(rng, rng.random() < 0.6))
     share = np.linspace(0, 1, height)[:, None, None] * (rng.random() < 0.5)
     picture = Image.fromarray(np.broadcast_to(start + share * (end - start), (height, width, 3)).astype(np.uint8))
@@ -115,13 +115,13 @@ class WithoutTables:
     """Frames of whole pictures without a table, as `Frames` has those with one."""
 
     def __init__(self, count, seed):
-        rows, columns = SHAPES[0][1] // STRIDE, SHAPES[0][0] // STRIDE
+        rows, columns = WHOLE[1] // STRIDE, WHOLE[0] // STRIDE
         self.numbers = np.arange(count)
         self.pictures = np.stack([drawn(number, seed) for number in range(count)])
         self.labels = np.full((count, rows, columns), BACKDROP, np.uint8)
         self.flags = np.zeros((count, rows, columns), np.uint8)
         # Nothing tells the camera; the angles' focal length must not be zero.
-        self.cameras = np.tile(np.array([0, 0, SHAPES[0][0], 0], np.float32)[:CAMERA], (count, 1))
+        self.cameras = np.tile(np.array([0, 0, WHOLE[0], 0], np.float32)[:CAMERA], (count, 1))
         self.facts = np.zeros((count, MOST_OBJECTS, FACTS), np.float32)
 
     def __len__(self):
