@@ -13,7 +13,7 @@ from frames import BACKDROP, CAMERA, CLOSER, FACTS, FIRST_OBJECT, IGNORED, LOOKS
 from network import BLOCKS, MAPS, TableNetwork, WIDTHS, begin, folded, split
 from scores import compared, grouped
 from targets import elevation_of, targets
-from train import OF_STEPS, RISE, SMALL, WHOLE_STEPS, averaged, batch, falls_from, joined, learning_rate, look_of, losses, mean_of_processes, nearer, numbers_of, shrunk, varied
+from train import OF_STEPS, RISE, SMALL, WHOLE_STEPS, averaged, batch, falls_from, joined, learning_rate, look_of, losses, mean_of_processes, nearer, numbers_of, settle, shrunk, varied
 from variation import pattern, recolored
 from without_tables import WithoutTables
 
@@ -231,6 +231,19 @@ class Training(unittest.TestCase):
             average.update_parameters(model)
         for ours, theirs in zip(average.module.parameters(), model.parameters()):
             torch.testing.assert_close(ours, theirs, rtol=0, atol=1e-2)
+
+    def test_settled_normalizations_count_no_more_and_still_learn(self):
+        torch.manual_seed(6)
+        model = TableNetwork(widths=(8, 12), blocks=(0, 1)).train()
+        x = torch.rand(4, 3, 32, 48) * 2 - 1
+        model(x)
+        settle(model)
+        before = {name: buffer.clone() for name, buffer in model.named_buffers()}
+        maps_ = model(3 * x)
+        self.assertTrue(all((buffer == before[name]).all() for name, buffer in model.named_buffers()))
+        torch.testing.assert_close(maps_, model.eval()(3 * x))
+        maps_.square().mean().backward()
+        self.assertGreater(model.down[0].norm.weight.grad.abs().max().item(), 0.0)
 
     def test_every_picture_once_an_epoch(self):
         seen = np.concatenate([numbers_of(step, 4, 10, 7) for step in range(5)])

@@ -249,6 +249,18 @@ def averaged(model):
 RISE, FALL = 300, 0.6
 
 
+#: Share of the steps, the last ones, in which normalizations stay as they were counted. Whole pictures and parts look different
+#: enough that what both together count fits neither; the network learns to live with it.
+SETTLED = 0.25
+
+
+def settle(model):
+    """Normalizations go by what they have counted, and count no more."""
+    for module in model.modules():
+        if isinstance(module, torch.nn.BatchNorm2d):
+            module.eval()
+
+
 def rise_errors(by_name, want, labels):
     """Relative errors of how many rows an object's top lies above the middle of its base, each the median of what its own
     pixels say."""
@@ -420,6 +432,8 @@ def run(process, arguments, identity):
             raise SystemExit(f"stopped after step {step}: the process that started this one is gone")
         for group in optimizer.param_groups:
             group["lr"] = learning_rate(step, arguments.steps, arguments.rate)
+        if step >= (1 - SETTLED) * arguments.steps:
+            settle(model)
         generator = torch.Generator(device).manual_seed((arguments.seed * 1_000_003 + step) * processes + process)
         look, nth = look_of(step, pictures_of)
         nth = nth * processes + process

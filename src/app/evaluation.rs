@@ -9,7 +9,7 @@ use serde_json::json;
 use super::{AppError, BACKEND};
 use crate::config::{Config, ConfigErrors, Resolved};
 use crate::evaluate::layout::LayoutBench;
-use crate::evaluate::pictures::PictureBench;
+use crate::evaluate::pictures::{PictureBench, Reader};
 use crate::pipeline::checkpoint::{Checkpoints, Interrupt, JobScope, StageRuntime};
 use crate::provider::Cpu;
 use crate::provider::embedded::photograph::PictureReader;
@@ -26,10 +26,16 @@ pub fn layout_bench(config: &Config) -> LayoutBench {
     LayoutBench { embedded: super::scenes::adapters(config), stages: Arc::new(super::scenes::stages(config)) }
 }
 
-/// The picture benchmark with the settings that `generate` would have.
-pub fn picture_bench(resolved: &Resolved) -> Result<PictureBench, ConfigErrors> {
+/// The picture benchmark with the settings that `generate` would have; with maps of the truth in place of the network's
+/// where they are to be perfect.
+pub fn picture_bench(resolved: &Resolved, perfect_maps: bool) -> Result<PictureBench, ConfigErrors> {
+    if perfect_maps {
+        let settings = resolved.config.network.reading.clone();
+        return Ok(PictureBench { reader: Reader::WithPerfectMaps(settings) });
+    }
     let settings = super::scenes::adapters(&resolved.config).photograph;
-    Ok(PictureBench { reader: PictureReader::new(super::network::load(resolved)?, settings) })
+    let reader = PictureReader::new(super::network::load(resolved)?, settings);
+    Ok(PictureBench { reader: Reader::Usual(reader) })
 }
 
 /// The pool all computation of a run shares.

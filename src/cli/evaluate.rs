@@ -44,6 +44,9 @@ pub struct Arguments {
     /// Pictures: whose pictures; thresholds are chosen on those of the validation split
     #[arg(long, value_enum, default_value_t = SplitName::Test)]
     split: SplitName,
+    /// Pictures: read maps that say the truth in place of the network's, so that what is lost is lost by the reading of maps
+    #[arg(long)]
+    perfect_maps: bool,
     /// Folder for <set>.md and <set>.json, or one of these files; the other is written beside it
     #[arg(long, value_name = "PATH", default_value = "out/evaluate")]
     out: PathBuf,

@@ -4,6 +4,7 @@
 //! backdrop that any other split shows ([`crate::synthetic::split`]); thresholds are chosen on those of the validation
 //! split. What is compared is in [`score`], what a reader says in [`reading`].
 
+pub mod perfect_maps;
 pub mod reading;
 pub mod score;
 pub mod rectangle;
@@ -12,12 +13,13 @@ pub mod sheet;
 
 use serde::Serialize;
 
+use self::perfect_maps::PerfectMaps;
 use self::reading::TableRead;
 use self::score::PictureScore;
 use crate::geometry::{Interrupt, Interrupted};
 use crate::provider::embedded::photograph::PictureReader;
 use crate::synthetic::{Painting, Split, paint};
-use crate::vision::VisionError;
+use crate::vision::{NetworkReadingSettings, VisionError, read_with_network};
 
 /// Pictures of the set.
 pub const SET_SIZE: u32 = 200;
@@ -25,10 +27,32 @@ pub const SET_SIZE: u32 = 200;
 /// Longer side of the set's pictures, pixels.
 pub const SIZE_PX: u32 = 1024;
 
-/// Reads pictures as `generate --image` does, and compares.
+/// Reads pictures and compares.
 #[derive(Clone)]
 pub struct PictureBench {
-    pub reader: PictureReader,
+    pub reader: Reader,
+}
+
+/// Who reads.
+#[derive(Clone)]
+pub enum Reader {
+    /// As `generate --image` does.
+    Usual(PictureReader),
+    /// As it would with a network that makes no mistakes.
+    WithPerfectMaps(NetworkReadingSettings),
+}
+
+impl Reader {
+    fn reading(&self, painting: &Painting, interrupt: &Interrupt) -> Result<TableRead, VisionError> {
+        let picture = &painting.picture;
+        match self {
+            Self::Usual(reader) => Ok(TableRead::from(&*reader.reading(picture, interrupt)?)),
+            Self::WithPerfectMaps(settings) => {
+                let reading = read_with_network(picture, &PerfectMaps::new(painting), settings, interrupt)?;
+                Ok(TableRead::from(&reading))
+            }
+        }
+    }
 }
 
 /// What came of one picture.
@@ -53,8 +77,8 @@ impl PictureBench {
         painting: &Painting,
         interrupt: &Interrupt,
     ) -> Result<(PictureResult, Option<TableRead>), Interrupted> {
-        let read = match self.reader.reading(&painting.picture, interrupt) {
-            Ok(reading) => Ok(TableRead::from(&*reading)),
+        let read = match self.reader.reading(painting, interrupt) {
+            Ok(read) => Ok(read),
             Err(VisionError::Interrupted(interrupted)) => return Err(interrupted),
             Err(error) => Err(error.code().to_owned()),
         };

@@ -10,6 +10,7 @@
 mod camera_fit;
 mod ellipse;
 mod instances;
+mod partition;
 mod settings;
 mod standing;
 mod top;
@@ -24,7 +25,7 @@ use self::standing::{Solid, Standing};
 use self::top::{SeenTop, Top};
 use super::VisionError;
 use super::mask_repair;
-use super::network::TableNetwork;
+use super::network::Looks;
 use super::network::frame::Look;
 use super::network::maps::{Kind, Maps};
 use super::pixels::Pixels;
@@ -39,7 +40,7 @@ use crate::geometry::{Image, Interrupt, Mask};
 /// a second on one core at the usual settings.
 pub fn read_with_network(
     picture: &Image,
-    network: &TableNetwork,
+    network: &impl Looks,
     settings: &NetworkReadingSettings,
     interrupt: &Interrupt,
 ) -> Result<PictureReading, VisionError> {

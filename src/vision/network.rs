@@ -36,6 +36,12 @@ pub struct TableNetwork {
     maps: Convolution,
 }
 
+/// Who looks at parts of pictures and says what is there.
+pub trait Looks {
+    /// Maps of what the look shows of the picture.
+    fn maps(&self, picture: &Image, look: Look, interrupt: &Interrupt) -> Result<Maps, NetworkError>;
+}
+
 /// What the network says of a frame, unprocessed.
 pub struct Answer {
     /// Channel by channel, each row by row from the top, at half the frame's size.
@@ -88,16 +94,6 @@ impl TableNetwork {
         1 << self.down.len()
     }
 
-    /// Looks at a part of a picture: the mean of what it says of the frame and of its mirror image, which errs less than
-    /// either.
-    pub fn maps(&self, picture: &Image, look: Look, interrupt: &Interrupt) -> Result<Maps, NetworkError> {
-        let frame = Frame::of(picture, look);
-        let [width_px, height_px] = look.frame_px;
-        let answer = |rgb: &[f32]| self.answer(rgb, width_px, height_px, interrupt);
-        let (seen, mirrored) = rayon::join(|| answer(&frame.rgb), || answer(&frame.mirrored()));
-        Ok(Maps::new(seen?.mean_with(&mirrored?.mirrored()), look))
-    }
-
     /// To a frame: colors -1..1, channel by channel, each row by row from the top. The interrupt is polled at each
     /// level.
     pub fn answer(
@@ -132,6 +128,17 @@ impl TableNetwork {
             return Err(NetworkError::NotFinite);
         }
         Ok(Answer { maps, width, height })
+    }
+}
+
+impl Looks for TableNetwork {
+    /// The mean of what the network says of the frame and of its mirror image, which errs less than either.
+    fn maps(&self, picture: &Image, look: Look, interrupt: &Interrupt) -> Result<Maps, NetworkError> {
+        let frame = Frame::of(picture, look);
+        let [width_px, height_px] = look.frame_px;
+        let answer = |rgb: &[f32]| self.answer(rgb, width_px, height_px, interrupt);
+        let (seen, mirrored) = rayon::join(|| answer(&frame.rgb), || answer(&frame.mirrored()));
+        Ok(Maps::new(seen?.mean_with(&mirrored?.mirrored()), look))
     }
 }
 

@@ -22,7 +22,7 @@ pub fn run(arguments: &Arguments, resolved: &Resolved) -> Result<Finished, Failu
             "--scene: pictures have no names; --scenes N takes the first N".to_owned(),
         ));
     }
-    let bench = evaluation::picture_bench(resolved)?;
+    let bench = evaluation::picture_bench(resolved, arguments.perfect_maps)?;
     let split = Split::from(arguments.split);
     let count = arguments.scenes.unwrap_or(SET_SIZE);
     let sheets = match &arguments.artifacts {

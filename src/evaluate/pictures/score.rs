@@ -233,7 +233,7 @@ fn thing_score(object: &ObjectTruth, iou: f64, footprint_m: &[DVec2], height_m: 
 }
 
 /// Centroid of the hull's area; `None` where it has none.
-fn middle(points: &[DVec2]) -> Option<DVec2> {
+pub(super) fn middle(points: &[DVec2]) -> Option<DVec2> {
     centroid(&convex_hull_2d(points))
 }
 

@@ -1,6 +1,7 @@
 //! A reader that knows the truth scores in full; one that spoils it loses what it spoils.
 
 use glam::DVec2;
+use rayon::prelude::*;
 
 use super::reading::{TableRead, ThingRead};
 use super::report::summary;
@@ -124,4 +125,59 @@ fn turned_footprints_are_turned_by_what_they_were_turned() {
     // Where several rectangles are as small, another one may be nearer.
     assert!(yaws.iter().all(|error| *error < 0.2_f64.to_degrees() + 1e-6), "{yaws:?}");
     assert!(yaws.iter().any(|error| (error - 0.2_f64.to_degrees()).abs() < 1e-6), "{yaws:?}");
+}
+
+fn reading_settings() -> NetworkReadingSettings {
+    NetworkReadingSettings {
+        work_px: 768,
+        min_table_share: 0.03,
+        min_object_share: 0.0003,
+        least_middle: 0.2,
+        least_confidence: 0.45,
+        mask_rim: 0.5,
+        max_objects: 48,
+    }
+}
+
+#[test]
+fn perfect_maps_are_read_almost_in_full() {
+    let bench = PictureBench { reader: Reader::WithPerfectMaps(reading_settings()) };
+    let results: Vec<PictureResult> = (0..14)
+        .into_par_iter()
+        .map(|number| paint(Split::Validation, number, 512))
+        .filter(|painting| !painting.truth.objects.is_empty())
+        .map(|painting| bench.read(&painting, &Interrupt::default()).expect("not interrupted").0)
+        .collect();
+    let all = summary(&results.iter().collect::<Vec<_>>());
+    eprintln!("{all:?}");
+    assert!(all.painted > 50 && all.refused == 0, "{all:?}");
+    assert!(all.recall > Some(0.85) && all.precision > Some(0.95) && all.right_outlines > 0.9, "{all:?}");
+    let [elevation_deg, position_m, height, yaw_deg] =
+        [all.elevation_deg, all.position_m, all.height, all.yaw_deg].map(|q| q.expect("values").median);
+    assert!(elevation_deg < 1.0 && position_m < 0.02 && height < 0.15 && yaw_deg < 5.0, "{all:?}");
+}
+
+#[test]
+fn things_tell_the_elevation_where_the_outline_does_not() {
+    const OFF_RAD: f64 = 0.1;
+    let is_free = |painting: &Painting| {
+        let table = &painting.truth.table;
+        let tells = matches!(table.shape, TableShape::Rectangle | TableShape::Round);
+        !tells && table.is_whole && painting.truth.objects.len() >= 5
+    };
+    let error_rad = |painting: &Painting, off_rad: f64| {
+        let maps = PerfectMaps { painting, elevation_off_rad: off_rad };
+        let reading = read_with_network(&painting.picture, &maps, &reading_settings(), &Interrupt::default());
+        (reading.expect("is read").camera.elevation_rad() - painting.truth.elevation_rad).abs()
+    };
+    let errors_rad: Vec<f64> = (0..60)
+        .into_par_iter()
+        .map(|number| paint(Split::Validation, number, 256))
+        .filter(is_free)
+        .flat_map_iter(|painting| [-OFF_RAD, OFF_RAD].map(|off_rad| error_rad(&painting, off_rad)))
+        .collect();
+    eprintln!("{errors_rad:?}");
+    assert!(errors_rad.len() >= 8, "{} readings", errors_rad.len());
+    let mean_rad = errors_rad.iter().sum::<f64>() / errors_rad.len() as f64;
+    assert!(mean_rad < 0.7 * OFF_RAD, "{mean_rad} of {OFF_RAD}");
 }

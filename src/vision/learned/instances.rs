@@ -1,8 +1,10 @@
-//! The things of a picture: places of the maps that vote for the same middle, then their pixels.
+//! The things of a picture: places of the maps that vote for the same middle, as far as no border runs between them; then
+//! their pixels.
 
 use glam::DVec2;
 
 use super::NetworkReadingSettings;
+use super::partition::{Places, Region};
 use crate::vision::VisionError;
 use crate::vision::network::maps::{Kind, Maps};
 use crate::vision::pixels::Pixels;
@@ -20,8 +22,6 @@ const MARGIN: f64 = 0.085;
 /// A thing as the maps show it.
 #[derive(Clone, Debug, PartialEq)]
 pub(in crate::vision) struct Thing {
-    /// Map position that its pixels vote for.
-    middle: DVec2,
     /// Map pixels that show it.
     pub places: Vec<usize>,
     /// Map position of the middle of its footprint.
@@ -29,7 +29,7 @@ pub(in crate::vision) struct Thing {
     /// Rows of the map in which the points lie that are above it at the thing's height, and below it on the table.
     pub top_row: f64,
     pub ground_row: f64,
-    /// Mean probability of an object there times how surely the middle is one, 0..1.
+    /// Mean probability of an object there times how surely it is one by itself, 0..1.
     pub confidence: f64,
 }
 
@@ -40,31 +40,30 @@ pub(in crate::vision) fn find(
     settings: &NetworkReadingSettings,
 ) -> Result<Vec<Thing>, VisionError> {
     let middles = middles(maps, settings.least_middle);
-    let mut votes: Vec<Vec<usize>> = vec![Vec::new(); middles.len()];
-    for index in (0..maps.count()).filter(|&index| is_object(maps, index)) {
+    let voted = |index: usize| {
         let vote = maps.votes_for(index);
         let away = |k: &usize| (middles[*k] - vote).length_squared();
-        if let Some(nearest) = (0..middles.len()).min_by(|a, b| away(a).total_cmp(&away(b))) {
-            votes[nearest].push(index);
-        }
-    }
+        (0..middles.len()).filter(|_| is_object(maps, index)).min_by(|a, b| away(a).total_cmp(&away(b)))
+    };
+    let group: Vec<Option<usize>> = (0..maps.count()).map(voted).collect();
+    let border: Vec<f64> = (0..maps.count()).map(|index| maps.border_probability(index)).collect();
     let area_px: f64 = picture_px.map(f64::from).iter().product();
     let smallest = (settings.min_object_share * area_px / maps.pixel_px().powi(2)).max(2.0);
-    let mut things: Vec<Thing> = middles
+    let regions = Places { width: maps.width(), group: &group, border: &border }.regions(smallest);
+    let mut things: Vec<Thing> = regions
         .into_iter()
-        .zip(votes)
-        .filter_map(|(middle, places)| {
-            let places = main_parts(&places, maps);
+        .filter_map(|region| {
+            let sureness = sureness(&region, middles[region.group], maps);
+            let places = main_parts(&region.places, maps);
             if (places.len() as f64) < smallest {
                 return None;
             }
             let mean = places.iter().map(|&k| maps.object_probability(k)).sum::<f64>() / places.len() as f64;
-            let [(at, _), ..] = maps.around(middle);
-            let confidence = mean * f64::from(maps.center(at).clamp(0.0, 1.0)).sqrt();
+            let confidence = mean * sureness.sqrt();
             let median = |value: &dyn Fn(usize) -> f64| median(places.iter().map(|&k| value(k)).collect());
             let base = DVec2::new(median(&|k| maps.base(k).x), median(&|k| maps.base(k).y));
             let (top_row, ground_row) = (median(&|k| maps.top_row(k)), median(&|k| maps.ground_row(k)));
-            let thing = Thing { middle, places, base, top_row, ground_row, confidence };
+            let thing = Thing { places, base, top_row, ground_row, confidence };
             (thing.confidence >= settings.least_confidence).then_some(thing)
         })
         .collect();
@@ -77,6 +76,14 @@ pub(in crate::vision) fn find(
     let bottom = |thing: &Thing| thing.places.iter().map(|index| index / maps.width()).max();
     things.sort_by_key(|thing| (bottom(thing), thing.places[0]));
     Ok(things)
+}
+
+/// How surely a region is a thing by itself, 0..1: as its middle is one, or as others of that middle are cut off.
+fn sureness(region: &Region, middle: DVec2, maps: &Maps) -> f64 {
+    let [(at, _), ..] = maps.around(middle);
+    let is_its_own = region.cut_off == 0.0 || region.places.binary_search(&at).is_ok();
+    let center = if is_its_own { f64::from(maps.center(at).clamp(0.0, 1.0)) } else { 0.0 };
+    center.max(region.cut_off)
 }
 
 /// The upper one of two middle numbers; 0 of none.

@@ -7,7 +7,6 @@
 use glam::DVec2;
 use rayon::prelude::*;
 
-use super::camera_fit::ELEVATION_SIGMA_RAD;
 use super::instances::Thing;
 use super::top::{SeenTop, Top};
 use crate::geometry::{Camera, Interrupt, Interrupted, Mask};
@@ -21,6 +20,8 @@ use crate::vision::solid_fit::{self, Expected, ExpectedBase, InnerEdges, SolidFi
 const BASE_SIGMA: f64 = 1.5;
 /// Least height of a thing, as a share of the camera's height above the table.
 const LEAST_HEIGHT: f64 = 0.002;
+/// Standard deviation of what the network says of the elevation, on pictures of the validation split.
+const ELEVATION_SIGMA_RAD: f64 = 0.1;
 /// Elevations that are tried: so far apart, and so many on either side of what the network says.
 const ELEVATION_STEP_RAD: f64 = 0.06;
 const STEPS_EITHER_SIDE: i32 = 3;

@@ -6,8 +6,9 @@ use image::imageops::{FilterType, resize};
 
 use crate::geometry::Image;
 
-/// Widths and heights of frames. The first is that of whole pictures; a part gets the one that shows it larger.
-pub const FRAMES_PX: [[usize; 2]; 2] = [[320, 256], [416, 192]];
+/// Width and height of frames: of whole pictures, and of parts, each of which gets the one that shows it larger.
+pub const WHOLE_PX: [usize; 2] = [320, 256];
+pub const CLOSER_PX: [[usize; 2]; 2] = [[480, 384], [640, 288]];
 
 /// A part is not shown larger than this, frame pixels a pixel of the picture.
 const MOST_SCALE: f64 = 1.5;
@@ -35,7 +36,7 @@ pub struct Frame {
 impl Look {
     /// At the whole of a picture of that size, pixels.
     pub fn whole(picture_px: [u32; 2]) -> Self {
-        Self::new([0, 0, picture_px[0], picture_px[1]], FRAMES_PX[0])
+        Self::new([0, 0, picture_px[0], picture_px[1]], WHOLE_PX)
     }
 
     /// At the part that shows the box from `low` to `high`, pixels of the picture, in the frame that shows it larger, with
@@ -43,7 +44,7 @@ impl Look {
     pub fn closer(picture_px: [u32; 2], low: DVec2, high: DVec2) -> Self {
         let wanted = (high - low).max(DVec2::ONE).to_array();
         let scale_in = |frame: &[usize; 2]| (frame[0] as f64 / wanted[0]).min(frame[1] as f64 / wanted[1]);
-        let [first, second] = FRAMES_PX;
+        let [first, second] = CLOSER_PX;
         let frame_px = if scale_in(&second) > scale_in(&first) { second } else { first };
         let scale = scale_in(&frame_px).min(MOST_SCALE);
         let [x, y] = [0, 1].map(|k| {
@@ -149,7 +150,7 @@ mod tests {
             }
         }
         let wide = Look::closer(picture_px, DVec2::new(100.0, 50.0), DVec2::new(400.0, 150.0));
-        assert_eq!((wide.frame_px, wide.part), (FRAMES_PX[1], [100, 31, 400, 169]));
+        assert_eq!((wide.frame_px, wide.part), (CLOSER_PX[1], [36, 4, 463, 196]));
     }
 
     #[test]

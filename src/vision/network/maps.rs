@@ -10,6 +10,7 @@ const TOP: usize = 2;
 const OBJECT: usize = 3;
 const KINDS: usize = 4;
 const OUTLINE: usize = 4;
+const BORDER: usize = 5;
 const CENTER: usize = 7;
 const OFFSET: usize = 8;
 const BASE: usize = 10;
@@ -149,6 +150,11 @@ impl Maps {
     /// Logit of the whole top's outline, hidden parts included: above 0 inside.
     pub fn outline(&self, index: usize) -> f64 {
         f64::from(self.plane(OUTLINE)[index])
+    }
+
+    /// Probability of a border between two objects, 0..1.
+    pub fn border_probability(&self, index: usize) -> f64 {
+        1.0 / (1.0 + (-f64::from(self.plane(BORDER)[index])).exp())
     }
 
     /// How much a map pixel is the middle of an object, about 0..1.
