@@ -3,9 +3,9 @@
 //! The network looks twice: at the whole picture, which alone tells the camera, then closer at the part with the top and
 //! what stands on it. It says of every place what is in front there, where the whole top's edge runs, where objects have
 //! their middles, and how the camera stands. The top becomes a rectangle, a circle or the outline as it is, and corrects
-//! the camera; places that vote for the same middle become a thing, its mask regrown to the edges in the picture; each
-//! thing becomes the simplest solid with its outline that stands about where the network sees it stand and is about as
-//! high.
+//! the camera; places that vote for the same middle become a thing as far as no border runs between them, its mask
+//! regrown to the edges in the picture; each thing becomes the simplest solid with its outline that stands about where
+//! the network sees it stand and is about as high.
 
 mod camera_fit;
 mod ellipse;

@@ -7,13 +7,14 @@ use super::score::middle as middle_of;
 use crate::geometry::{Image, Interrupt, Outline};
 use crate::synthetic::{Labels, ObjectTruth, Painting};
 use crate::vision::network::frame::Look;
-use crate::vision::network::maps::Maps;
+use crate::vision::network::maps::channel::{
+    BASE, BORDER, CENTER, FOCAL, GROUND_ROW, KINDS, LATITUDE, OFFSET, OUTLINE, TOP_ROW,
+};
+use crate::vision::network::maps::{Maps, OFFSET_UNIT};
 use crate::vision::network::{Answer, Looks, MAP_CHANNELS, NetworkError};
 
 /// Frame pixels a map pixel.
 const STRIDE: usize = 2;
-/// Offsets are counted in this many map pixels.
-const OFFSET_UNIT: f64 = 8.0;
 /// Standard deviation of the bump at a thing's middle, map pixels.
 const CENTER_SIGMA: f64 = 2.5;
 /// Places of a map pixel that are looked at, along each side: edges are as soft as a map pixel.
@@ -22,17 +23,6 @@ const FINE: usize = 4;
 const SURE: f64 = 6.0;
 /// Least share that anything has, so that logarithms stay finite.
 const LEAST_SHARE: f64 = 1e-3;
-
-const KINDS: usize = 4;
-const OUTLINE: usize = 4;
-const BORDER: usize = 5;
-const CENTER: usize = 7;
-const OFFSET: usize = 8;
-const BASE: usize = 10;
-const TOP_ROW: usize = 12;
-const GROUND_ROW: usize = 13;
-const LATITUDE: usize = 14;
-const FOCAL: usize = 15;
 
 /// Looks at a painting with the truth in its hands.
 pub struct PerfectMaps<'a> {

@@ -129,21 +129,9 @@ fn turned_footprints_are_turned_by_what_they_were_turned() {
     assert!(yaws.iter().any(|error| (error - 0.2_f64.to_degrees()).abs() < 1e-6), "{yaws:?}");
 }
 
-fn reading_settings() -> NetworkReadingSettings {
-    NetworkReadingSettings {
-        work_px: 768,
-        min_table_share: 0.03,
-        min_object_share: 0.0003,
-        least_middle: 0.2,
-        least_confidence: 0.45,
-        mask_rim: 0.5,
-        max_objects: 48,
-    }
-}
-
 #[test]
 fn perfect_maps_are_read_almost_in_full() {
-    let bench = PictureBench { reader: Reader::WithPerfectMaps(reading_settings()) };
+    let bench = PictureBench { reader: Reader::WithPerfectMaps(NetworkReadingSettings::usual()) };
     let results: Vec<PictureResult> = (0..14)
         .into_par_iter()
         .map(|number| paint(Split::Validation, number, 512))

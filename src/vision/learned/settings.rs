@@ -23,3 +23,19 @@ pub struct NetworkReadingSettings {
     /// Most objects that are believed, 1..64. Usual: 48.
     pub max_objects: u32,
 }
+
+#[cfg(test)]
+impl NetworkReadingSettings {
+    /// As `config/default.toml` has them.
+    pub(crate) fn usual() -> Self {
+        Self {
+            work_px: 768,
+            min_table_share: 0.03,
+            min_object_share: 0.0003,
+            least_middle: 0.2,
+            least_confidence: 0.45,
+            mask_rim: 0.5,
+            max_objects: 48,
+        }
+    }
+}

@@ -2,24 +2,31 @@
 
 use glam::DVec2;
 
+use self::channel::{
+    BASE, BORDER, CENTER, FOCAL, GROUND_ROW, KINDS, LATITUDE, OBJECT, OFFSET, OUTLINE, TOP, TOP_ROW,
+};
 use super::frame::Look;
 use super::{Answer, MAP_CHANNELS};
 
-/// Channels, as `training/network.py` has them.
-const TOP: usize = 2;
-const OBJECT: usize = 3;
-const KINDS: usize = 4;
-const OUTLINE: usize = 4;
-const BORDER: usize = 5;
-const CENTER: usize = 7;
-const OFFSET: usize = 8;
-const BASE: usize = 10;
-const TOP_ROW: usize = 12;
-const GROUND_ROW: usize = 13;
-const LATITUDE: usize = 14;
-const FOCAL: usize = 15;
+/// Channels of the maps, as `training/network.py` has them: those of two kinds, the number of kinds, then the first of each
+/// other answer.
+pub mod channel {
+    pub const TOP: usize = 2;
+    pub const OBJECT: usize = 3;
+    pub const KINDS: usize = 4;
+    pub const OUTLINE: usize = 4;
+    pub const BORDER: usize = 5;
+    pub const CENTER: usize = 7;
+    pub const OFFSET: usize = 8;
+    pub const BASE: usize = 10;
+    pub const TOP_ROW: usize = 12;
+    pub const GROUND_ROW: usize = 13;
+    pub const LATITUDE: usize = 14;
+    pub const FOCAL: usize = 15;
+}
+
 /// Offsets are counted in this many map pixels.
-const OFFSET_UNIT: f64 = 8.0;
+pub const OFFSET_UNIT: f64 = 8.0;
 
 /// Channels that count map pixels to the right, which turn their sign where left and right are exchanged.
 const TO_THE_RIGHT: [usize; 2] = [OFFSET, BASE];

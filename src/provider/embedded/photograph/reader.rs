@@ -127,28 +127,21 @@ impl PictureReader {
 mod tests {
     use super::*;
 
-    fn settings() -> NetworkReadingSettings {
-        NetworkReadingSettings {
-            work_px: 768,
-            min_table_share: 0.03,
-            min_object_share: 0.0003,
-            least_middle: 0.2,
-            least_confidence: 0.45,
-            mask_rim: 0.5,
-            max_objects: 48,
-        }
-    }
-
     #[test]
     fn what_comes_with_the_program_can_be_loaded() {
-        assert!(ReadingNetwork::built_in(settings()).is_ok());
+        assert!(ReadingNetwork::built_in(NetworkReadingSettings::usual()).is_ok());
     }
 
     #[test]
     fn what_cannot_be_loaded_is_named() {
         let folder = tempfile::tempdir().expect("temporary directory");
         let path = folder.path().join("other.safetensors");
-        let complaint = || ReadingNetwork::load(&path, settings()).err().expect("is refused").to_string();
+        let complaint = || {
+            ReadingNetwork::load(&path, NetworkReadingSettings::usual())
+                .err()
+                .expect("is refused")
+                .to_string()
+        };
         assert!(
             complaint().contains("cannot read") && complaint().contains("other.safetensors: No such file")
         );
