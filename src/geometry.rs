@@ -50,7 +50,7 @@ pub use outline::Outline;
 pub use physical::{Friction, MassProperties};
 pub use pose::Pose;
 pub use solid::Solid;
-pub use standing_solid::{SolidFit, SolidKind};
+pub use standing_solid::{Posture, SolidFit, SolidKind};
 pub use texture::Texture;
 pub use textured_mesh::{FaceGroup, TexturedMesh};
 

@@ -34,8 +34,8 @@ pub use error::{Port, ProviderError};
 pub use feature_extractor::FeatureExtractor;
 pub use mesh_generator::{MeshGenerator, RawMesh, RawTable, ReconstructionRequest};
 pub use painter::{
-    Alone, Completion, CompletionRequest, KnownPicture, KnownTop, Painter, Painting, PaintingAside,
-    Reference, TopPicture, TopViewRequest, Truth, TruthInstance,
+    Alone, CompletedBy, Completion, CompletionRequest, CompletionWay, KnownPicture, KnownTop, Painter,
+    Painting, PaintingAside, Reference, TopPicture, TopViewRequest, Truth, TruthInstance,
 };
 pub use segmenter::{Segmentation, Segmenter, TopBoxes};
 

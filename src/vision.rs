@@ -7,7 +7,7 @@
 //! made for product pictures (plain light backdrop, level camera, whole table) and refuses rather than
 //! guesses: [`VisionError`] says what was not found. [`descriptor`] is the classical form of `Phi`, [`dinov2`] the
 //! learned one, which is given its weights. [`mask_repair`] mends masks that a network drew, [`cut_out`] takes a
-//! thing off a plain backdrop, [`placement`] finds where a redrawn thing lies, [`fidelity`] compares a picture with one of the
+//! thing off a plain backdrop, [`hidden_within`] tells what others hide of one, [`placement`] finds where a redrawn thing lies, [`fidelity`] compares a picture with one of the
 //! scene made from it. [`network`] looks at frames with weights that `training/` wrote; [`read_with_network`] reads by them.
 //!
 //! Vision knows pictures and geometry, neither jobs nor ports; nothing here is random.
@@ -26,6 +26,7 @@ mod instances;
 mod contour;
 mod silhouette;
 pub mod solid_fit;
+mod hidden;
 pub mod mask_repair;
 pub mod cut_out;
 pub mod placement;
@@ -37,10 +38,11 @@ pub mod dinov2;
 pub mod network;
 
 pub use error::VisionError;
+pub use hidden::{bitten_off, hidden_within};
 pub use learned::{NetworkReadingSettings, read_with_network};
 pub use reading::{ObjectReading, PictureReading, TableReading, TopShape, read_picture};
 pub use settings::VisionSettings;
-pub use solid_fit::{Expected, ExpectedBase, SolidFit, SolidKind, fit_solid};
+pub use solid_fit::{Expected, ExpectedBase, Posture, SolidFit, SolidKind, fit_solid};
 
 #[cfg(test)]
 pub(crate) mod tests;

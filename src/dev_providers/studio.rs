@@ -264,6 +264,7 @@ impl Studio {
                 object: object.clone(),
                 visible: masks[index].visible.clone(),
                 others,
+                camera: Some(recognition.camera),
                 alone: None,
             };
             alone.push(painter.complete(&self.call, request).await?);

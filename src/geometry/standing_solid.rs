@@ -17,6 +17,18 @@ pub enum SolidKind {
     Flat { outline: Vec<DVec2> },
     /// This outline (x, z; counter-clockwise) in the plane of x and z, as deep as the solid.
     Upright { outline: Vec<DVec2> },
+    /// This outline blown up, so that wide parts are fat and narrow ones thin ([`Inflation`](super::shapes::Inflation)).
+    Inflated { outline: Vec<DVec2>, posture: Posture },
+}
+
+/// How an outline is held that is blown up on both sides of its plane.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Posture {
+    /// In the plane of x and y; the solid's height is its greatest thickness.
+    Lying,
+    /// In the plane of x and z; its depth is.
+    Standing,
 }
 
 /// A solid and where it stands.
@@ -34,7 +46,7 @@ pub struct SolidFit {
     pub overlap: f64,
 }
 
-/// Corners of the footprint of a turned body.
+/// Corners of the footprint of a round body.
 const AROUND: u32 = 48;
 
 impl SolidFit {
@@ -46,6 +58,9 @@ impl SolidFit {
             SolidKind::Block => SolidKind::Block,
             SolidKind::Flat { outline } => SolidKind::Flat { outline: times(outline) },
             SolidKind::Upright { outline } => SolidKind::Upright { outline: times(outline) },
+            SolidKind::Inflated { outline, posture } => {
+                SolidKind::Inflated { outline: times(outline), posture: *posture }
+            }
         };
         Self {
             kind,
@@ -59,10 +74,12 @@ impl SolidFit {
     /// Corners of what it covers of the plane, counter-clockwise.
     pub fn footprint(&self) -> Vec<DVec2> {
         let own: Vec<DVec2> = match &self.kind {
-            SolidKind::Turned { .. } => (0..AROUND)
-                .map(|k| 0.5 * self.size.x * DVec2::from_angle(TAU * f64::from(k) / f64::from(AROUND)))
-                .collect(),
-            SolidKind::Flat { outline } => outline.clone(),
+            SolidKind::Turned { .. } => around(DVec2::splat(self.size.x)),
+            // Its widest and its fattest places lie about its middle.
+            SolidKind::Inflated { posture: Posture::Standing, .. } => around(self.size.truncate()),
+            SolidKind::Flat { outline } | SolidKind::Inflated { outline, posture: Posture::Lying } => {
+                outline.clone()
+            }
             SolidKind::Block | SolidKind::Upright { .. } => {
                 let half = 0.5 * self.size.truncate();
                 [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
@@ -72,6 +89,12 @@ impl SolidFit {
         };
         own.into_iter().map(|p| self.center + DVec2::from_angle(self.yaw_rad).rotate(p)).collect()
     }
+}
+
+/// An ellipse of these extents.
+fn around(extents: DVec2) -> Vec<DVec2> {
+    let corner = |k: u32| 0.5 * extents * DVec2::from_angle(TAU * f64::from(k) / f64::from(AROUND));
+    (0..AROUND).map(corner).collect()
 }
 
 #[cfg(test)]
@@ -94,5 +117,27 @@ mod tests {
         assert!(larger.iter().zip(&covered).all(|(a, b)| (*a - 0.1 * *b).length() < 1e-12));
         let text = serde_json::to_string(&fit).expect("serializes");
         assert_eq!(serde_json::from_str::<SolidFit>(&text).expect("reads back"), fit, "{text}");
+    }
+    #[test]
+    fn an_inflated_outline_is_scaled_with_all_it_has() {
+        let outline = [(-1.0, 0.0), (1.0, 0.0), (0.0, 2.0)].map(|(x, y)| DVec2::new(x, y)).to_vec();
+        for posture in [Posture::Lying, Posture::Standing] {
+            let fit = SolidFit {
+                kind: SolidKind::Inflated { outline: outline.clone(), posture },
+                center: DVec2::new(3.0, 1.0),
+                yaw_rad: 0.3,
+                size: DVec3::new(2.0, 0.5, 2.0),
+                overlap: 0.9,
+            };
+            let halved = fit.scaled(0.5);
+            let SolidKind::Inflated { outline: smaller, posture: kept } = &halved.kind else {
+                panic!("{halved:?}")
+            };
+            assert!(*kept == posture && smaller[2] == DVec2::new(0.0, 1.0));
+            let corners = fit.footprint();
+            assert!(halved.footprint().iter().zip(&corners).all(|(a, b)| (*a - 0.5 * *b).length() < 1e-12));
+            let text = serde_json::to_string(&fit).expect("serializes");
+            assert_eq!(serde_json::from_str::<SolidFit>(&text).expect("reads back"), fit, "{text}");
+        }
     }
 }

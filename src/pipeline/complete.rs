@@ -8,11 +8,11 @@ use super::checkpoint::{ArtifactRef, Stage};
 use super::error::StageError;
 use super::reference::CompletionRef;
 use super::{Context, reference, segment};
-use crate::geometry::Mask;
+use crate::geometry::{Camera, Mask};
 use crate::provider::{Adapter, CompletionRequest, Ports};
 use crate::scene::{InstanceId, InstanceMask, Recognition, RecognizedObject};
 
-pub const STAGE: Stage = Stage { name: "complete", version: 1 };
+pub const STAGE: Stage = Stage { name: "complete", version: 2 };
 
 #[derive(Serialize)]
 pub struct Inputs {
@@ -21,6 +21,7 @@ pub struct Inputs {
     object: RecognizedObject,
     visible: Mask,
     others: Mask,
+    camera: Camera,
     alone: Option<CompletionRef>,
     painter: Adapter,
 }
@@ -40,6 +41,7 @@ pub fn inputs(
             object: object.clone(),
             visible: mask.visible.clone(),
             others,
+            camera: recognition.camera,
             alone: drawn.map(|alone| alone.completion.clone()),
             painter: ports.painter.adapter(),
         };
@@ -58,6 +60,7 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<CompletionRef,
         object: inputs.object.clone(),
         visible: inputs.visible.clone(),
         others: inputs.others.clone(),
+        camera: Some(inputs.camera),
         alone,
     };
     let call = context.call();

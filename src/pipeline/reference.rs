@@ -10,7 +10,7 @@ use super::{Context, carry};
 use crate::export::png::decode_photograph;
 use crate::geometry::{Image, Mask};
 use crate::provider::{
-    Adapter, Completion, KnownPicture, KnownTop, PaintingAside, Ports, Reference, TopPicture,
+    Adapter, CompletedBy, Completion, KnownPicture, KnownTop, PaintingAside, Ports, Reference, TopPicture,
 };
 use crate::render::overlay::fitted;
 use crate::scene::request::RequestOptions;
@@ -60,6 +60,8 @@ pub struct CompletionRef {
     pub shown_px: [f64; 4],
     pub silhouette: Mask,
     pub completed_share: f64,
+    #[serde(default)]
+    pub completed_by: Vec<CompletedBy>,
 }
 
 /// A [`TopPicture`] that lies in the store.
@@ -168,6 +170,7 @@ pub(super) async fn put_completion(
         shown_px: completion.shown_px,
         silhouette: completion.silhouette,
         completed_share: completion.completed_share,
+        completed_by: completion.completed_by,
     })
 }
 
@@ -178,6 +181,7 @@ pub(super) async fn completion(context: &Context, stored: &CompletionRef) -> Res
         shown_px: stored.shown_px,
         silhouette: stored.silhouette.clone(),
         completed_share: stored.completed_share,
+        completed_by: stored.completed_by.clone(),
     })
 }
 

@@ -7,7 +7,7 @@ use glam::{DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 
 use super::{Adapter, Answer, Call};
-use crate::geometry::{Image, Mask};
+use crate::geometry::{Camera, Image, Mask};
 use crate::scene::{InstanceId, InstanceMask, MaskEdges, Recognition, RecognizedObject, SceneDescription};
 
 /// Paints pictures.
@@ -108,6 +108,8 @@ pub struct CompletionRequest {
     pub visible: Mask,
     /// Pixels of the other instances: they may hide it.
     pub others: Mask,
+    /// What saw the picture, where it is known.
+    pub camera: Option<Camera>,
     /// Drawn alone already, by the painter of the reference picture.
     pub alone: Option<Completion>,
 }
@@ -123,6 +125,35 @@ pub struct Completion {
     pub silhouette: Mask,
     /// Silhouette pixels that were not visible, as a share of the silhouette, 0..1.
     pub completed_share: f64,
+    /// How they were guessed, as far as nobody drew them: shares of the silhouette.
+    pub completed_by: Vec<CompletedBy>,
+}
+
+/// A share of a silhouette that was guessed in one way, 0..1.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CompletedBy {
+    pub way: CompletionWay,
+    pub share: f64,
+}
+
+/// How what is hidden of a thing is guessed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum CompletionWay {
+    /// As the mirror image of what is visible.
+    Symmetry,
+    /// As the shape goes on, in the texture of what is visible.
+    NeighboringTexture,
+}
+
+impl CompletionWay {
+    /// The way in words, as in "completed by".
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Symmetry => "symmetry",
+            Self::NeighboringTexture => "neighboring texture",
+        }
+    }
 }
 
 /// The picture to be seen from above.

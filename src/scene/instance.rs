@@ -75,6 +75,8 @@ pub enum ReconstructionMethod {
     Slab,
     /// An upright outline with depth.
     Extrusion,
+    /// An outline, upright or on the table, blown up: the wider, the thicker.
+    Inflation,
     /// A model made it from a picture.
     Generated,
 }

@@ -341,7 +341,7 @@ pub(in crate::vision) fn stacking(objects: &mut [ObjectReading], camera: &Camera
 
 /// Outline of a solid's top face in the picture; empty where nothing could stand on it.
 fn top_face(solid: &SolidFit, camera: &Camera) -> Vec<DVec2> {
-    if matches!(solid.kind, SolidKind::Upright { .. }) {
+    if matches!(solid.kind, SolidKind::Upright { .. } | SolidKind::Inflated { .. }) {
         return Vec::new();
     }
     let corners = solid.footprint();

@@ -143,6 +143,54 @@ impl Silhouette {
         f64::from(both) / f64::from(own + self.area - both).max(1e-9)
     }
 
+    /// Intersection over union with the union of triangles whose corners are pixels, looked at in the middle of each cell.
+    /// Those that turn one way are enough, of a closed shell.
+    pub fn overlap_of_triangles(&self, pixels: &[DVec2], triangles: &[[u32; 3]]) -> f64 {
+        let corners: Vec<DVec2> = pixels.iter().map(|p| (*p - self.origin) / self.cell_px).collect();
+        let mut covered = vec![false; self.columns * self.rows];
+        let mut outside = 0.0_f64;
+        for t in triangles {
+            let [a, b, c] = t.map(|v| corners[v as usize]);
+            let area = 0.5 * (b - a).perp_dot(c - a);
+            if area <= 0.0 {
+                continue;
+            }
+            let (low, high) = (a.min(b).min(c), a.max(b).max(c));
+            // What reaches beyond the crop is far from any mask.
+            let limit = DVec2::new(self.columns as f64 + 0.5, self.rows as f64 + 0.5);
+            if low.min_element() < -0.5 || high.cmpgt(limit).any() {
+                outside += area.min(50.0);
+            }
+            let first = (low.y - 0.5).ceil().max(0.0) as usize;
+            let last = ((high.y - 0.5).floor() + 1.0).clamp(0.0, self.rows as f64) as usize;
+            for row in first..last {
+                let y = row as f64 + 0.5;
+                let (mut left, mut right) = (f64::INFINITY, f64::NEG_INFINITY);
+                for (p, q) in [(a, b), (b, c), (c, a)] {
+                    if (p.y <= y) != (q.y <= y) {
+                        let x = p.x + (q.x - p.x) * (y - p.y) / (q.y - p.y);
+                        (left, right) = (left.min(x), right.max(x));
+                    }
+                }
+                let column = |x: f64| ((x - 0.5).ceil().max(0.0) as usize).min(self.columns);
+                if right > left {
+                    let row = row * self.columns;
+                    covered[row + column(left)..row + column(right).max(column(left))].fill(true);
+                }
+            }
+        }
+        let (mut both, mut own) = (0.0_f32, 0.0_f32);
+        for (row, covered) in covered.chunks_exact(self.columns).enumerate() {
+            for (column, _) in covered.iter().enumerate().filter(|(_, covered)| **covered) {
+                let at = row * (self.columns + 1) + column;
+                let within = |sums: &[f32]| sums[at + 1] - sums[at];
+                both += within(&self.sums);
+                own += 1.0 - self.hidden.as_deref().map_or(0.0, |h| (1.0 - HIDDEN_COUNTS) * within(h));
+            }
+        }
+        f64::from(both) / (f64::from(own + self.area - both) + outside).max(1e-9)
+    }
+
     fn sum_to(&self, sums: &[f32], row: usize, x: f64) -> f32 {
         let x = x.clamp(0.0, self.columns as f64);
         let whole = (x as usize).min(self.columns - 1);
@@ -190,7 +238,13 @@ mod tests {
                 let corners = [(x, 30.0), (x + 12.0, 30.0), (x + 12.0, 70.0), (x, 70.0)];
                 corners.map(|(x, y)| DVec2::new(x, y)).to_vec()
             });
-            assert!((silhouette.overlap_of_any(&[left.clone(), right, left]) - 0.6).abs() < 0.06);
+            assert!(
+                (silhouette.overlap_of_any(&[left.clone(), right.clone(), left.clone()]) - 0.6).abs() < 0.06
+            );
+            // Both ways round, as of a shell's front and back.
+            let corners: Vec<DVec2> = left.into_iter().chain(right).collect();
+            let halves = [[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7], [2, 1, 0], [7, 6, 4]];
+            assert!((silhouette.overlap_of_triangles(&corners, &halves) - 0.6).abs() < 0.06);
         }
     }
 

@@ -1,15 +1,16 @@
 //! The simplest solid standing on the table whose outline is an object's silhouette.
 //!
-//! Four kinds compete: a turned body (upright axis), a box, a flat thing lying on the table (its outline
-//! on the table plane, thin) and an upright silhouette with depth. The first two are fitted by climbing on
-//! the intersection over union of their projected outline with the mask; the last two always fit and are
-//! taken only where the others do not; how thick or deep these are is what best gives the silhouette. Where a box's depth and height trade against each other, the edges
-//! seen inside the silhouette decide. One silhouette cannot tell the depth of what it hides: depths
+//! Five kinds compete: a turned body (upright axis), a box, a flat thing lying on the table (its outline
+//! on the table plane, thin), an upright silhouette with depth, and either outline blown up. The first two are fitted by
+//! climbing on the intersection over union of their projected outline with the mask; the others fit almost anything and are
+//! taken only where those do not; how thick or deep they are is what best gives the silhouette. Where a box's depth and
+//! height trade against each other, the edges seen inside the silhouette decide. One silhouette cannot tell the depth of what it hides: depths
 //! of upright silhouettes are a guess, unless it is known where the thing stands ([`Expected`]). Cost: 5 to 30 ms an object.
 
 mod block;
 mod expected;
 mod flat;
+mod inflated;
 mod turned;
 
 use glam::{DVec2, DVec3};
@@ -18,10 +19,11 @@ pub(in crate::vision) use block::InnerEdges;
 pub use expected::{Expected, ExpectedBase};
 
 use super::contour;
+use super::hidden;
 use super::pixels::Pixels;
 use super::regions;
 use super::silhouette::Silhouette;
-pub use crate::geometry::standing_solid::{SolidFit, SolidKind};
+pub use crate::geometry::standing_solid::{Posture, SolidFit, SolidKind};
 use crate::geometry::{Camera, Image, Mask};
 
 /// Reads the set pixels of a mask as large as the camera's picture; `None` where it is empty or does not
@@ -76,27 +78,52 @@ pub(in crate::vision) fn fit(
     let whole = silhouette(indices);
     let turned = turned_with_or_without_handle(indices, &seen, &silhouette, camera, expected);
     let block = block::fit(&seen, &whole, camera, edges, expected);
-    let flat = flat::lying(&contour::around(indices, width, 1.2), &fine, camera, expected);
-    let footed = flat::with_a_foot(indices, width);
+    // Outlines go on across what others take from them.
+    let closed = around.in_front.map(|others| hidden::with_what_is_bitten_off(indices, others, width));
+    let outlined = closed.as_deref().unwrap_or(indices);
+    let flat = flat::lying(&contour::around(outlined, width, 1.2), &fine, camera, expected);
+    let footed = flat::with_a_foot(outlined, width);
     let upright = flat::standing(&contour::around(&footed, width, 1.2), &seen, &fine, camera, expected);
+    let merit = |(merit, fit): (f64, SolidFit)| {
+        let unexpected = expected.map_or(0.0, |e| e.disagreement(fit.center, fit.size.z, camera));
+        let doubts = wobble(&fit) + OFF_THE_TOP * share_off_top(&fit, around, camera);
+        (merit - unexpected - doubts - inflated::unnatural(&fit), fit)
+    };
+    let symmetric = 0.06 * seen.mirror_symmetry;
     let candidates = [
         turned.map(|fit| (fit.overlap, fit)),
         block.map(|fit| (fit.overlap - 0.01, fit)),
-        flat.map(|(fit, doubt)| (fit.overlap - ANY_OUTLINE - doubt, fit)),
-        upright.map(|fit| (fit.overlap - ANY_UPRIGHT + 0.06 * seen.mirror_symmetry, fit)),
+        flat.clone().map(|(fit, doubt)| (fit.overlap - ANY_OUTLINE - doubt, fit)),
+        upright.clone().map(|fit| (fit.overlap - ANY_UPRIGHT + symmetric, fit)),
     ];
-    let merit = |(merit, fit): &(f64, SolidFit)| {
-        let unexpected = expected.map_or(0.0, |e| e.disagreement(fit.center, fit.size.z, camera));
-        merit - unexpected - wobble(fit) - OFF_THE_TOP * share_off_top(fit, around, camera)
-    };
-    let judged = candidates.into_iter().flatten().map(|candidate| (merit(&candidate), candidate.1));
-    let (merit, fit) = judged.max_by(|(a, _), (b, _)| a.total_cmp(b))?;
-    Some((fit, merit))
+    let plain = candidates.into_iter().flatten().map(merit).max_by(|(a, _), (b, _)| a.total_cmp(b));
+    let most = plain.as_ref().map_or(f64::NEG_INFINITY, |(merit, _)| *merit);
+    let mut best = plain;
+    // However well these fitted, their merit would be no more.
+    if most < 1.0 - INFLATED.min(INFLATED_UPRIGHT - symmetric) {
+        let coarse = with_side(indices, INFLATED_SIDE);
+        let lying = flat
+            .and_then(|(fit, _)| inflated::lying(&fit, &coarse, camera, expected))
+            .map(|(fit, doubt)| (fit.overlap - INFLATED - doubt, fit));
+        let standing = upright
+            .and_then(|fit| inflated::standing(&fit, &seen, &coarse, camera, expected))
+            .map(|fit| (fit.overlap - INFLATED_UPRIGHT + symmetric, fit));
+        for (merit, fit) in [lying, standing].into_iter().flatten().map(merit) {
+            if best.as_ref().is_none_or(|(most, _)| merit > *most) {
+                best = Some((merit, fit));
+            }
+        }
+    }
+    best.map(|(merit, fit)| (fit, merit))
 }
 
 /// What is taken off the merit of solids that take any outline, which says nothing for them.
 const ANY_OUTLINE: f64 = 0.14;
 const ANY_UPRIGHT: f64 = 0.26;
+const INFLATED: f64 = 0.14;
+const INFLATED_UPRIGHT: f64 = 0.2;
+/// Cells along the longer side of the silhouette against which outlines are held as they are blown up.
+const INFLATED_SIDE: usize = 128;
 /// Least ratio of half the width of a foot to the height of the middle above it.
 const LEAST_FOOT: f64 = 0.12;
 /// What is taken off the merit of a solid on a point.
@@ -110,7 +137,9 @@ fn wobble(fit: &SolidFit) -> f64 {
         SolidKind::Turned { profile } => profile.first().map_or(0.0, |p| p.x),
         SolidKind::Block => 0.5 * fit.size.x.min(fit.size.y),
         SolidKind::Upright { .. } => 0.5 * fit.size.y,
-        SolidKind::Flat { .. } => return 0.0,
+        // Blown up, it has a foot of its own.
+        SolidKind::Inflated { posture: Posture::Standing, .. } => 0.3 * fit.size.y,
+        SolidKind::Flat { .. } | SolidKind::Inflated { posture: Posture::Lying, .. } => return 0.0,
     };
     let ratio = foot / (0.5 * fit.size.z).max(1e-9);
     ON_A_POINT * (1.0 - ratio / LEAST_FOOT).max(0.0)

@@ -75,6 +75,7 @@ static GLASS: LazyLock<UprightQuestion> = LazyLock::new(|| {
             shown_px: [0.0, 0.0, 320.0, 240.0],
             silhouette,
             completed_share: 0.0,
+            completed_by: Vec::new(),
         },
         canonicalize: config.canonicalize,
         dro: config.dro,

@@ -160,6 +160,7 @@ pub fn half_hidden_ball() -> CompletionRequest {
         },
         visible,
         others,
+        camera: None,
         alone: None,
     }
 }

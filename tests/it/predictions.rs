@@ -112,6 +112,7 @@ pub fn request() -> ReconstructionRequest {
             shown_px: [100.0, 50.0, 140.0, 150.0],
             silhouette: Mask::from_fn(320, 240, |x, y| (100..140).contains(&x) && (50..150).contains(&y)),
             completed_share: 0.25,
+            completed_by: Vec::new(),
         },
         camera: Camera::orbit(320, 240, 0.6, DVec3::ZERO, 0.0, 0.7, 2.0),
         painted: false,

@@ -8,7 +8,9 @@ mod recent;
 mod recognize;
 mod segment;
 mod complete;
+mod neighboring_texture;
 mod top_view;
+mod body;
 mod reconstruct;
 mod texture;
 

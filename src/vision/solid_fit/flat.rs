@@ -46,6 +46,12 @@ pub(super) fn lying(
         |fit: &SolidFit| expected.map_or(0.0, |e| e.disagreement(fit.center, fit.size.z, camera));
     let merit = |fit: &SolidFit| fit.overlap - unexpected(fit);
     let fit = fits.into_iter().max_by(|a, b| merit(a).total_cmp(&merit(b)))?;
+    let doubt = stretch_doubt(&fit, camera);
+    Some((fit, doubt))
+}
+
+/// Doubt about a thing said to lie: things seem to stretch away from the camera where they really stand.
+pub(super) fn stretch_doubt(fit: &SolidFit, camera: &Camera) -> f64 {
     let eye = camera.world_from_camera.translation_m.truncate();
     let away = (fit.center - eye).normalize_or(DVec2::Y);
     let corners = fit.footprint();
@@ -55,8 +61,7 @@ pub(super) fn lying(
         high - low
     };
     let stretch = spread(away) / spread(away.perp()).max(1e-9);
-    let doubt = (0.12 * (stretch - 0.9)).clamp(0.0, 0.3);
-    Some((fit, doubt))
+    (0.12 * (stretch - 0.9)).clamp(0.0, 0.3)
 }
 
 /// The outline, half of the thickness above the table, as a slab that thick.
@@ -167,7 +172,7 @@ pub(super) fn standing(
 }
 
 /// Turn, center and extents of the smallest box around points (one side lies on a side of their hull).
-fn smallest_box(points: &[DVec2]) -> Option<(f64, DVec2, DVec2)> {
+pub(super) fn smallest_box(points: &[DVec2]) -> Option<(f64, DVec2, DVec2)> {
     let hull = convex_hull(points);
     (0..hull.len())
         .map(|k| {

@@ -36,7 +36,8 @@ pub(super) fn draw(
                 .filter(|(inside, shows)| **inside && !**shows)
                 .count();
             let completed_share = if whole == 0 { 0.0 } else { missing as f64 / whole as f64 };
-            let completion = Completion { picture, shown_px, silhouette, completed_share };
+            let completed_by = Vec::new();
+            let completion = Completion { picture, shown_px, silhouette, completed_share, completed_by };
             Ok(Alone { id: props[k].spec.id.clone(), completion })
         })
         .collect()

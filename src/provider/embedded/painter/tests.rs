@@ -163,6 +163,7 @@ async fn own_pictures_are_completed_as_painted_and_unknown_things_refused() {
         object: aside.known.recognition.objects[0].clone(),
         visible: aside.known.masks[0].visible.clone(),
         others: Mask::empty(320, 240),
+        camera: None,
         alone,
     };
     let own = aside.alone[0].completion.clone();

@@ -1,12 +1,17 @@
-//! A thing cut out of its picture; what others hide of it is taken from its mirror image.
+//! A thing cut out of its picture; what others hide of it is taken from its mirror image and from its own texture.
 //!
 //! Most things people put on tables look alike left and right. Where another thing's pixels hide a part, the
 //! axis is sought about which the visible part is most symmetric, and hidden pixels whose mirror image is
-//! visible are filled with it. What is hidden on both sides stays missing.
+//! visible are filled with it. Where that does not hold, or the mirror image is hidden as well, the silhouette goes on as
+//! the solid that the thing was recognized as, or across the bite if there is none, and what is new wears the texture of the
+//! visible part. Nothing is added but where other things are; what neither way reaches stays missing.
 
+use super::body;
+use super::neighboring_texture;
 use crate::geometry::distance_transform::distance_transform;
 use crate::geometry::{Image, Interrupt, Mask};
-use crate::provider::{Completion, CompletionRequest, Port, ProviderError};
+use crate::provider::{CompletedBy, Completion, CompletionRequest, CompletionWay, Port, ProviderError};
+use crate::vision::{bitten_off, hidden_within};
 
 /// Share of the outline that must border on other things before anything is completed.
 const HIDDEN_BORDER: f64 = 0.04;
@@ -19,8 +24,7 @@ pub fn complete(request: &CompletionRequest, interrupt: &Interrupt) -> Result<Co
     let (picture, visible) = (&*request.reference.picture, &request.visible);
     let (width, height) = (picture.width_px(), picture.height_px());
     let same_size = |mask: &Mask| (mask.width_px(), mask.height_px()) == (width, height);
-    let bbox = visible.bbox_px().filter(|_| same_size(visible) && same_size(&request.others));
-    let Some([x0, _, x1, _]) = bbox else {
+    if visible.area_px() == 0 || !same_size(visible) || !same_size(&request.others) {
         return Err(ProviderError::Rejected {
             port: Port::Painter,
             code: "nothing_visible",
@@ -29,51 +33,98 @@ pub fn complete(request: &CompletionRequest, interrupt: &Interrupt) -> Result<Co
                 request.object.id
             ),
         });
-    };
-    let mut whole = visible.clone();
-    // Twice the axis: pixel columns x and axis - 1 - x are mirror images.
-    let mut mirror: Option<u32> = None;
+    }
     let own: Vec<(u32, u32)> = pixels(visible).collect();
-    if hidden_border(&own, visible, &request.others) > HIDDEN_BORDER {
-        let axes = (2 * x0 + (x1 - x0) / 2..=2 * x1 - (x1 - x0) / 2)
-            .map(|axis| (axis, symmetry(&own, visible, &request.others, axis)));
-        let best = axes.max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)));
-        if let Some((axis, symmetry)) = best
-            && symmetry >= LEAST_SYMMETRY
-        {
-            mirror = Some(axis);
-            for &(x, y) in &own {
-                if let Some(u) = (axis - 1).checked_sub(x).filter(|&u| u < width)
-                    && request.others.contains(u, y)
-                {
-                    whole.set(u, y, true);
-                }
+    let is_hidden = hidden_border(&own, visible, &request.others) > HIDDEN_BORDER;
+    let mirror = if is_hidden { mirror(&own, visible, &request.others) } else { None };
+    let mut known = visible.clone();
+    if let Some(mirror) = mirror {
+        let images = own.iter().filter_map(|&(x, y)| Some((mirror.image(x, width)?, y)));
+        images.filter(|&(u, y)| request.others.contains(u, y)).for_each(|(u, y)| known.set(u, y, true));
+    }
+    interrupt.check()?;
+    let mut whole = known.clone();
+    if is_hidden {
+        for (x, y) in pixels(&behind_others(request)) {
+            // The mirror image of what is hidden shows whether there is anything.
+            let unseen = mirror
+                .is_none_or(|mirror| mirror.image(x, width).is_none_or(|u| request.others.contains(u, y)));
+            if unseen {
+                whole.set(x, y, true);
             }
         }
     }
     interrupt.check()?;
-    let area = whole.area_px();
-    let completed_share = (area - visible.area_px()) as f64 / area.max(1) as f64;
+    let area = whole.area_px().max(1) as f64;
+    let share = |more: &Mask, less: &Mask| (more.area_px() - less.area_px()) as f64 / area;
+    let ways = [
+        CompletedBy { way: CompletionWay::Symmetry, share: share(&known, visible) },
+        CompletedBy { way: CompletionWay::NeighboringTexture, share: share(&whole, &known) },
+    ];
     let [x0, y0, x1, y1] = whole.bbox_px().unwrap_or([0, 0, width, height]);
     let margin = (0.05 * f64::from((x1 - x0).max(y1 - y0))).ceil() as u32;
     let (x0, y0) = (x0.saturating_sub(margin), y0.saturating_sub(margin));
     let (x1, y1) = ((x1 + margin).min(width), (y1 + margin).min(height));
     let mut cut = Image::filled(x1 - x0, y1 - y0, [0; 4]);
-    for y in y0..y1 {
-        for x in x0..x1 {
-            if !whole.contains(x, y) {
-                continue;
-            }
-            let from = match mirror {
-                Some(axis) if !visible.contains(x, y) => axis - 1 - x,
-                _ => x,
-            };
-            let [r, g, b, _] = picture.pixel(from, y);
-            cut.set_pixel(x - x0, y - y0, [r, g, b, 255]);
+    for (x, y) in pixels(&known) {
+        let from = mirror.filter(|_| !visible.contains(x, y)).and_then(|mirror| mirror.image(x, width));
+        let [r, g, b, _] = picture.pixel(from.unwrap_or(x), y);
+        cut.set_pixel(x - x0, y - y0, [r, g, b, 255]);
+    }
+    if known != whole {
+        let flags = |mask: &Mask| -> Vec<bool> {
+            (y0..y1).flat_map(|y| (x0..x1).map(move |x| (x, y))).map(|(x, y)| mask.contains(x, y)).collect()
+        };
+        let new = flags(&whole.without(&known));
+        for (index, [r, g, b]) in neighboring_texture::filled(&cut, &flags(&known), &new, interrupt)? {
+            let index = index as u32;
+            cut.set_pixel(index % (x1 - x0), index / (x1 - x0), [r, g, b, 255]);
         }
     }
-    let shown_px = [x0, y0, x1, y1].map(f64::from);
-    Ok(Completion { picture: cut, shown_px, silhouette: whole, completed_share })
+    Ok(Completion {
+        picture: cut,
+        shown_px: [x0, y0, x1, y1].map(f64::from),
+        completed_share: share(&whole, visible),
+        silhouette: whole,
+        completed_by: ways.into_iter().filter(|by| by.share > 0.0).collect(),
+    })
+}
+
+/// Pixels of others that hide the thing, as far as its solid says or else its outline.
+fn behind_others(request: &CompletionRequest) -> Mask {
+    let (visible, others) = (&request.visible, &request.others);
+    let solid = request.object.seen_as.as_ref().zip(request.camera.as_ref());
+    let shape = solid
+        .filter(|(_, camera)| {
+            (camera.width_px, camera.height_px) == (visible.width_px(), visible.height_px())
+        })
+        .and_then(|(fit, camera)| body::silhouette(fit, camera));
+    shape
+        .and_then(|shape| hidden_within(visible, others, &shape))
+        .unwrap_or_else(|| bitten_off(visible, others))
+}
+
+/// An upright axis of symmetry: pixel columns x and twice - 1 - x are mirror images.
+#[derive(Clone, Copy)]
+struct Mirror {
+    twice: u32,
+}
+
+impl Mirror {
+    /// Column of the mirror image, where it lies in a picture so wide.
+    fn image(self, x: u32, width: u32) -> Option<u32> {
+        (self.twice - 1).checked_sub(x).filter(|&u| u < width)
+    }
+}
+
+/// The axis about which the visible part is most symmetric, if it is.
+fn mirror(own: &[(u32, u32)], visible: &Mask, others: &Mask) -> Option<Mirror> {
+    let [x0, _, x1, _] = visible.bbox_px()?;
+    let axes = (2 * x0 + (x1 - x0) / 2..=2 * x1 - (x1 - x0) / 2)
+        .filter(|twice| *twice > 0)
+        .map(|twice| (twice, symmetry(own, visible, others, Mirror { twice })));
+    let (twice, symmetry) = axes.max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)))?;
+    (symmetry >= LEAST_SYMMETRY).then_some(Mirror { twice })
 }
 
 fn pixels(mask: &Mask) -> impl Iterator<Item = (u32, u32)> + '_ {
@@ -102,10 +153,10 @@ fn hidden_border(own: &[(u32, u32)], visible: &Mask, others: &Mask) -> f64 {
 }
 
 /// How alike the visible part, whose pixels are listed, is to its mirror image, where nothing hides either.
-fn symmetry(own: &[(u32, u32)], visible: &Mask, others: &Mask, axis: u32) -> f64 {
+fn symmetry(own: &[(u32, u32)], visible: &Mask, others: &Mask, mirror: Mirror) -> f64 {
     let (mut both, mut either) = (0_u32, 0_u32);
     for &(x, y) in own {
-        let Some(u) = (axis - 1).checked_sub(x).filter(|&u| u < visible.width_px()) else {
+        let Some(u) = mirror.image(x, visible.width_px()) else {
             either += 2;
             continue;
         };
@@ -119,3 +170,6 @@ fn symmetry(own: &[(u32, u32)], visible: &Mask, others: &Mask, axis: u32) -> f64
     }
     f64::from(both) / f64::from(either.max(1))
 }
+
+#[cfg(test)]
+mod tests;

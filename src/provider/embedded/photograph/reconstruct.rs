@@ -4,19 +4,16 @@
 //! shadow of the picture stay in the texture. Silhouettes that no simple body fits become their outline
 //! with a guessed depth.
 
-use glam::{DQuat, DVec2, DVec3};
+use glam::DVec3;
 
 use super::PhotographSettings;
+use super::body::body;
 use super::texture::{Projection, subdivided};
-use crate::geometry::shapes::{block, lathe, prism};
-use crate::geometry::{Camera, Image, Interrupt, Pose, Solid, TexturedMesh};
+use crate::geometry::{Camera, Image, Interrupt, Pose, TexturedMesh};
 use crate::provider::embedded::orientation::turned;
 use crate::provider::{Completion, Port, ProviderError, RawMesh, ReconstructionRequest};
 use crate::scene::{RecognizedObject, ReconstructionMethod};
-use crate::vision::{Expected, SolidFit, SolidKind, fit_solid};
-
-/// Steps around a turned body.
-const AROUND: usize = 48;
+use crate::vision::{Expected, SolidFit, fit_solid};
 
 /// Reconstructs the request's instance.
 pub fn reconstruct(
@@ -42,7 +39,11 @@ pub fn reconstruct(
     ];
     let hidden = request.completion.completed_share;
     if hidden > 0.0 {
-        notes.push(format!("{:.0} % of its outline was hidden", 100.0 * hidden));
+        let ways = request.completion.completed_by.iter();
+        let ways: Vec<String> =
+            ways.map(|by| format!("{:.0} % completed by {}", 100.0 * by.share, by.way.words())).collect();
+        let ways = if ways.is_empty() { String::new() } else { format!(": {}", ways.join(", ")) };
+        notes.push(format!("{:.0} % of its outline was hidden{ways}", 100.0 * hidden));
     }
     Ok(RawMesh {
         mesh: turned(mesh, request.seed).snap_to_f32(),
@@ -59,6 +60,7 @@ fn words(method: ReconstructionMethod) -> &'static str {
         ReconstructionMethod::Box => "box",
         ReconstructionMethod::Slab => "flat outline",
         ReconstructionMethod::Extrusion => "upright outline",
+        ReconstructionMethod::Inflation => "outline blown up",
         ReconstructionMethod::Category => "parametric category",
         ReconstructionMethod::Generated => "model",
     }
@@ -92,15 +94,9 @@ pub(super) fn stood_up(
         }
     };
     let (solid, method) = body(&fit);
-    let (solid, method) = if solid.is_watertight() && solid.volume_m3() > 0.0 {
-        (solid, method)
-    } else {
-        // An outline that crosses itself encloses nothing.
-        (block(fit.size.max(DVec3::splat(1e-4))), ReconstructionMethod::Box)
-    };
     let finer = match method {
         ReconstructionMethod::Box => 3,
-        ReconstructionMethod::Turned => 0,
+        ReconstructionMethod::Turned | ReconstructionMethod::Inflation => 0,
         _ => 1,
     };
     let (positions, triangles) = subdivided(&solid, finer);
@@ -117,25 +113,6 @@ pub(super) fn stood_up(
     let sound = stretch.is_finite() && stretch.min_element() > 0.0;
     let mesh = if sound { mesh.scaled(stretch) } else { mesh };
     Some((mesh, fit, method))
-}
-
-/// The solid in its own frame, base on z = 0.
-fn body(fit: &SolidFit) -> (Solid, ReconstructionMethod) {
-    match &fit.kind {
-        SolidKind::Turned { profile } => {
-            let mut closed = vec![DVec2::ZERO];
-            closed.extend(profile);
-            closed.push(DVec2::new(0.0, fit.size.z));
-            (lathe(&closed, AROUND), ReconstructionMethod::Turned)
-        }
-        SolidKind::Block => (block(fit.size), ReconstructionMethod::Box),
-        SolidKind::Flat { outline } => (prism(outline, fit.size.z), ReconstructionMethod::Slab),
-        SolidKind::Upright { outline } => {
-            let raised =
-                prism(outline, fit.size.y).rotated(DQuat::from_rotation_x(std::f64::consts::FRAC_PI_2));
-            (raised.translated(DVec3::new(0.0, 0.5 * fit.size.y, 0.0)), ReconstructionMethod::Extrusion)
-        }
-    }
 }
 
 /// The completed picture where it lay in the picture it was cut from.

@@ -92,6 +92,7 @@ fn a_picture_becomes_a_table_with_things_where_they_stood() {
             object: object.clone(),
             visible: mask.visible.clone(),
             others,
+            camera: Some(recognition.camera),
             alone: None,
         };
         let completion = complete(&request, &stop).expect("completed");

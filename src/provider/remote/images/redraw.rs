@@ -224,7 +224,8 @@ fn completion(
     }
     let low = place.offset_px + place.scale * DVec2::new(f64::from(x0), f64::from(y0));
     let high = place.offset_px + place.scale * DVec2::new(f64::from(x1), f64::from(y1));
-    Ok(Completion { picture: cut, shown_px: [low.x, low.y, high.x, high.y], silhouette, completed_share })
+    let shown_px = [low.x, low.y, high.x, high.y];
+    Ok(Completion { picture: cut, shown_px, silhouette, completed_share, completed_by: Vec::new() })
 }
 
 #[cfg(test)]
