@@ -38,7 +38,7 @@ pub mod dinov2;
 pub mod network;
 
 pub use error::VisionError;
-pub use hidden::{bitten_off, hidden_within};
+pub use hidden::{attached, bitten_off, hidden_within};
 pub use learned::{NetworkReadingSettings, read_with_network};
 pub use reading::{ObjectReading, PictureReading, TableReading, TopShape, read_picture};
 pub use settings::VisionSettings;

@@ -60,6 +60,14 @@ pub fn bitten_off(visible: &Mask, others: &Mask) -> Mask {
     crop.added(inside, visible, LEAST_RADIUS_PX, BITTEN)
 }
 
+/// What of `added` pixels borders on the visible part and is not thin.
+pub fn attached(visible: &Mask, added: &Mask) -> Mask {
+    let Some(crop) = Crop::around(visible, Some(added)) else {
+        return Mask::empty(visible.width_px(), visible.height_px());
+    };
+    crop.added(|k| crop.of(added, k) && !crop.of(visible, k), visible, LEAST_RADIUS_PX, 0.0)
+}
+
 /// As [`bitten_off`], of pixel indices in a picture `width` wide, together with them.
 pub(in crate::vision) fn with_what_is_bitten_off(
     indices: &[usize],

@@ -1,22 +1,27 @@
 //! A thing cut out of its picture; what others hide of it is taken from its mirror image and from its own texture.
 //!
-//! Most things people put on tables look alike left and right. Where another thing's pixels hide a part, the
-//! axis is sought about which the visible part is most symmetric, and hidden pixels whose mirror image is
-//! visible are filled with it. Where that does not hold, or the mirror image is hidden as well, the silhouette goes on as
-//! the solid that the thing was recognized as, or across the bite if there is none, and what is new wears the texture of the
-//! visible part. Nothing is added but where other things are; what neither way reaches stays missing.
+//! Where another thing's pixels hide a part, the silhouette goes on as the solid that the thing was recognized as, if that
+//! looks like what is visible, and else across the bite. Most things people put on tables look alike left and right: hidden
+//! pixels whose mirror image is visible are filled with it, about the axis of the solid, or of the visible part where no
+//! solid is believed. What is not symmetric, or hidden on both sides, wears the texture of the visible part. Nothing is added
+//! but where other things are; what no way reaches stays missing.
 
 use super::body;
 use super::neighboring_texture;
 use crate::geometry::distance_transform::distance_transform;
 use crate::geometry::{Image, Interrupt, Mask};
 use crate::provider::{CompletedBy, Completion, CompletionRequest, CompletionWay, Port, ProviderError};
-use crate::vision::{bitten_off, hidden_within};
+use crate::vision::{attached, bitten_off, hidden_within};
 
 /// Share of the outline that must border on other things before anything is completed.
 const HIDDEN_BORDER: f64 = 0.04;
 /// Least symmetry of the visible part about the axis found, intersection over union.
 const LEAST_SYMMETRY: f64 = 0.6;
+
+/// Likewise of the solid that a thing was recognized as, about the axis that counts then.
+const LEAST_SHAPE_SYMMETRY: f64 = 0.9;
+/// Least share of the visible part whose mirror image is visible too: less says nothing of an axis.
+const LEAST_MIRRORED: f64 = 0.25;
 
 /// The completed picture of one instance.
 pub fn complete(request: &CompletionRequest, interrupt: &Interrupt) -> Result<Completion, ProviderError> {
@@ -36,20 +41,32 @@ pub fn complete(request: &CompletionRequest, interrupt: &Interrupt) -> Result<Co
     }
     let own: Vec<(u32, u32)> = pixels(visible).collect();
     let is_hidden = hidden_border(&own, visible, &request.others) > HIDDEN_BORDER;
-    let mirror = if is_hidden { mirror(&own, visible, &request.others) } else { None };
+    let Behind { shape, hidden } = if is_hidden { behind_others(request) } else { Behind::nothing(visible) };
+    let mirror = match &shape {
+        // The visible part of a symmetric thing may well be symmetric about another axis.
+        Some(shape) => {
+            let nothing = Mask::empty(width, height);
+            mirror(&pixels(shape).collect::<Vec<_>>(), shape, &nothing, LEAST_SHAPE_SYMMETRY)
+        }
+        None if is_hidden => mirror(&own, visible, &request.others, LEAST_SYMMETRY),
+        None => None,
+    };
     let mut known = visible.clone();
     if let Some(mirror) = mirror {
-        let images = own.iter().filter_map(|&(x, y)| Some((mirror.image(x, width)?, y)));
-        images.filter(|&(u, y)| request.others.contains(u, y)).for_each(|(u, y)| known.set(u, y, true));
+        let mut images = Mask::empty(width, height);
+        let all = own.iter().filter_map(|&(x, y)| Some((mirror.image(x, width)?, y)));
+        let behind = if shape.is_some() { &hidden } else { &request.others };
+        all.filter(|&(u, y)| behind.contains(u, y)).for_each(|(u, y)| images.set(u, y, true));
+        // What is hidden of a solid hangs together with what is visible; of mirror images anything might be left.
+        known.unite(&if shape.is_some() { images } else { attached(visible, &images) });
     }
     interrupt.check()?;
     let mut whole = known.clone();
     if is_hidden {
-        for (x, y) in pixels(&behind_others(request)) {
-            // The mirror image of what is hidden shows whether there is anything.
-            let unseen = mirror
-                .is_none_or(|mirror| mirror.image(x, width).is_none_or(|u| request.others.contains(u, y)));
-            if unseen {
+        for (x, y) in pixels(&hidden) {
+            // Where no shape says so, the mirror image of what is hidden shows whether there is anything.
+            let image = mirror.and_then(|mirror| mirror.image(x, width));
+            if shape.is_some() || image.is_none_or(|u| request.others.contains(u, y)) {
                 whole.set(x, y, true);
             }
         }
@@ -90,8 +107,21 @@ pub fn complete(request: &CompletionRequest, interrupt: &Interrupt) -> Result<Co
     })
 }
 
-/// Pixels of others that hide the thing, as far as its solid says or else its outline.
-fn behind_others(request: &CompletionRequest) -> Mask {
+/// What is thought to be behind others.
+struct Behind {
+    /// The whole of the thing as the solid that it was recognized as, if that looks like what is visible.
+    shape: Option<Mask>,
+    /// Pixels of others that hide the thing.
+    hidden: Mask,
+}
+
+impl Behind {
+    fn nothing(visible: &Mask) -> Self {
+        Self { shape: None, hidden: Mask::empty(visible.width_px(), visible.height_px()) }
+    }
+}
+
+fn behind_others(request: &CompletionRequest) -> Behind {
     let (visible, others) = (&request.visible, &request.others);
     let solid = request.object.seen_as.as_ref().zip(request.camera.as_ref());
     let shape = solid
@@ -99,9 +129,10 @@ fn behind_others(request: &CompletionRequest) -> Mask {
             (camera.width_px, camera.height_px) == (visible.width_px(), visible.height_px())
         })
         .and_then(|(fit, camera)| body::silhouette(fit, camera));
-    shape
-        .and_then(|shape| hidden_within(visible, others, &shape))
-        .unwrap_or_else(|| bitten_off(visible, others))
+    match shape.as_ref().and_then(|shape| hidden_within(visible, others, shape)) {
+        Some(hidden) => Behind { shape, hidden },
+        None => Behind { shape: None, hidden: bitten_off(visible, others) },
+    }
 }
 
 /// An upright axis of symmetry: pixel columns x and twice - 1 - x are mirror images.
@@ -117,14 +148,14 @@ impl Mirror {
     }
 }
 
-/// The axis about which the visible part is most symmetric, if it is.
-fn mirror(own: &[(u32, u32)], visible: &Mask, others: &Mask) -> Option<Mirror> {
+/// The axis about which the visible part is most symmetric, if it is at least so much.
+fn mirror(own: &[(u32, u32)], visible: &Mask, others: &Mask, least: f64) -> Option<Mirror> {
     let [x0, _, x1, _] = visible.bbox_px()?;
     let axes = (2 * x0 + (x1 - x0) / 2..=2 * x1 - (x1 - x0) / 2)
         .filter(|twice| *twice > 0)
         .map(|twice| (twice, symmetry(own, visible, others, Mirror { twice })));
     let (twice, symmetry) = axes.max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)))?;
-    (symmetry >= LEAST_SYMMETRY).then_some(Mirror { twice })
+    (symmetry >= least).then_some(Mirror { twice })
 }
 
 fn pixels(mask: &Mask) -> impl Iterator<Item = (u32, u32)> + '_ {
@@ -167,6 +198,9 @@ fn symmetry(own: &[(u32, u32)], visible: &Mask, others: &Mask, mirror: Mirror) -
             // The lone pixel and its missing image.
             either += 2;
         }
+    }
+    if f64::from(both) < LEAST_MIRRORED * own.len() as f64 {
+        return 0.0;
     }
     f64::from(both) / f64::from(either.max(1))
 }

@@ -26,7 +26,7 @@ fn solid() -> SolidFit {
 }
 
 fn stripe(y: u32) -> [u8; 4] {
-    if y / 9 % 2 == 0 { [190, 40, 40, 255] } else { [235, 230, 215, 255] }
+    if y / 12 % 2 == 0 { [190, 40, 40, 255] } else { [235, 230, 215, 255] }
 }
 
 /// The box in stripes that run across the picture, what is gray in front of it, and its whole silhouette.
@@ -65,14 +65,14 @@ fn completed(request: &CompletionRequest) -> Completion {
     complete(request, &Interrupt::default()).expect("completed")
 }
 
-/// The right half, from a slanted edge on.
-fn right_half(x: u32, y: u32) -> bool {
-    x + y / 3 > 215 && x < 300 && y > 40
+/// The middle and more: most of the mirror image of what is hidden is hidden as well.
+fn the_middle(x: u32, y: u32) -> bool {
+    (150..230).contains(&x) && y > 40
 }
 
 #[test]
-fn a_striped_box_half_hidden_becomes_its_solid_and_its_stripes_go_on() {
-    let (request, whole) = scene(right_half, Some(solid()));
+fn a_striped_box_mostly_hidden_becomes_its_solid_and_its_stripes_go_on() {
+    let (request, whole) = scene(the_middle, Some(solid()));
     let hidden = whole.without(&request.visible);
     assert!(hidden.area_px() * 4 > whole.area_px(), "hardly hidden");
     let completion = completed(&request);
@@ -88,13 +88,13 @@ fn a_striped_box_half_hidden_becomes_its_solid_and_its_stripes_go_on() {
         a == 255 && r > 120 && (g < 130) == (stripe(*y)[1] < 130)
     });
     let share = alike.count() as f64 / new.len() as f64;
-    assert!(share > 0.85, "{share} of the hidden pixels are in their stripe");
+    assert!(share > 0.75, "{share} of the hidden pixels are in their stripe");
     assert_eq!(completed(&request), completion, "twice the same");
 }
 
 #[test]
 fn nothing_grows_where_nothing_hides_it_and_without_others_nothing_changes() {
-    let (request, _) = scene(right_half, Some(SolidFit { size: DVec3::new(0.14, 0.07, 0.115), ..solid() }));
+    let (request, _) = scene(the_middle, Some(SolidFit { size: DVec3::new(0.14, 0.07, 0.115), ..solid() }));
     let completion = completed(&request);
     let grown = completion.silhouette.without(&request.visible);
     assert!(pixels(&grown).all(|(x, y)| request.others.contains(x, y)));
