@@ -33,30 +33,28 @@ pub(super) fn lying(
     let SolidKind::Flat { outline } = &flat.kind else { return None };
     let eye = camera.world_from_camera.translation_m;
     let away = (flat.center - eye.truncate()).normalize_or(DVec2::Y);
-    let slant = (eye.z / (flat.center - eye.truncate()).length().max(1e-9)).atan().sin().max(0.1);
-    let body = Inflation::new(outline, Posture::Lying, SQUARES)?;
-    // Along its own axes: a bar is thinner than it seems across itself, however it is turned.
-    let right = DVec2::from_angle(flat.yaw_rad);
-    let frame = Frame { center: flat.center, right, away: right.perp() };
+    // x across the view, y away from the camera, as `away.perp()` points left.
+    let right = -away.perp();
+    let to_view = |p: DVec2| DVec2::new(p.dot(right), p.dot(away));
+    let turned = DVec2::from_angle(flat.yaw_rad);
+    let in_view: Vec<DVec2> = outline.iter().map(|p| to_view(turned.rotate(*p))).collect();
+    let body = Inflation::new(&in_view, Posture::Lying, SQUARES)?;
+    let frame = Frame { center: flat.center, right, away };
     let natural = body.natural_thickness();
     let start = |thickness: f64| {
         // What is round seems longer along the view, by as much as its thickness hides of the table behind it.
-        let hides = 0.7 * thickness * (1.0 / slant - 1.0);
-        let shorter = |along: DVec2, extent: f64| {
-            (1.0 - hides * along.dot(away).abs() / extent.max(1e-9)).clamp(0.4, 1.0).ln()
-        };
-        let factors = [shorter(frame.right, flat.size.x), shorter(frame.away, flat.size.y)];
-        [0.0, 0.0, factors[0], factors[1], (thickness / natural).ln()]
+        let (low, high) = span(in_view.iter().map(|p| p.y));
+        let slant = (eye.z / (flat.center - eye.truncate()).length().max(1e-9)).atan().sin().max(0.1);
+        let shorter = 1.0 - 0.7 * thickness * (1.0 / slant - 1.0) / (high - low).max(1e-9);
+        [0.0, 0.0, 0.0, shorter.clamp(0.4, 1.0).ln(), (thickness / natural).ln()]
     };
     let (center_of, fit) =
         best(&body, natural, &frame, silhouette, camera, expected, start, |q, thickness| {
             DVec3::new(q[2].exp(), q[3].exp(), thickness)
         })?;
     let Fitted { scale, overlap } = fit;
-    let on_table: Vec<DVec2> = outline
-        .iter()
-        .map(|p| center_of + scale.x * p.x * frame.right + scale.y * p.y * frame.away)
-        .collect();
+    let on_table: Vec<DVec2> =
+        in_view.iter().map(|p| center_of + scale.x * p.x * right + scale.y * p.y * away).collect();
     let (yaw_rad, center, extent) = smallest_box(&on_table)?;
     let outline = on_table.iter().map(|p| DVec2::from_angle(-yaw_rad).rotate(*p - center)).collect();
     let kind = SolidKind::Inflated { outline, posture: Posture::Lying };
@@ -108,7 +106,7 @@ pub(super) fn standing(
     })
 }
 
-/// A place on the table and the directions of a body's own x and y there.
+/// A place on the table and the directions across the view and away from the camera there.
 struct Frame {
     center: DVec2,
     right: DVec2,
