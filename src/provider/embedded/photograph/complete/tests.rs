@@ -26,7 +26,7 @@ fn solid() -> SolidFit {
 }
 
 fn stripe(y: u32) -> [u8; 4] {
-    if y / 12 % 2 == 0 { [190, 40, 40, 255] } else { [235, 230, 215, 255] }
+    if (y / 12).is_multiple_of(2) { [190, 40, 40, 255] } else { [235, 230, 215, 255] }
 }
 
 /// The box in stripes that run across the picture, what is gray in front of it, and its whole silhouette.
