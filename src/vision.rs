@@ -39,7 +39,9 @@ pub mod network;
 
 pub use error::VisionError;
 pub use hidden::{attached, bitten_off, hidden_within};
-pub use learned::{NetworkReadingSettings, read_with_network};
+pub use learned::{
+    CandidateRegion, CandidateRegions, Measures, NetworkReadingSettings, candidate_regions, read_with_network,
+};
 pub use reading::{ObjectReading, PictureReading, TableReading, TopShape, read_picture};
 pub use settings::VisionSettings;
 pub use solid_fit::{Expected, ExpectedBase, Posture, SolidFit, SolidKind, fit_solid};

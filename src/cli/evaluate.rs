@@ -75,6 +75,9 @@ enum SetName {
     Layout,
     /// 200 painted pictures of things, tops and backdrops of their own: what `generate --image` reads in them
     Pictures,
+    /// Painted pictures: whether what is believed of the regions that things are chosen from holds; `training/belief.py` fits
+    /// it to the file this writes
+    Regions,
 }
 
 impl SetName {
@@ -82,6 +85,7 @@ impl SetName {
         match self {
             Self::Layout => "layout",
             Self::Pictures => "pictures",
+            Self::Regions => "regions",
         }
     }
 }
@@ -140,6 +144,7 @@ pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
     let Finished { table, document, complete } = match arguments.set_name {
         SetName::Layout => layout(&arguments, resolved.config)?,
         SetName::Pictures => pictures::run(&arguments, &resolved)?,
+        SetName::Regions => pictures::run_regions(&arguments, &resolved)?,
     };
     write_whole(&markdown, table.as_bytes())?;
     write_whole(&json, document.as_bytes())?;

@@ -7,6 +7,7 @@
 pub mod perfect_maps;
 pub mod reading;
 pub mod score;
+pub mod regions;
 pub mod rectangle;
 pub mod report;
 pub mod sheet;
@@ -15,11 +16,14 @@ use serde::Serialize;
 
 use self::perfect_maps::PerfectMaps;
 use self::reading::TableRead;
+use self::regions::PictureRegions;
 use self::score::PictureScore;
 use crate::geometry::{Interrupt, Interrupted};
 use crate::provider::embedded::photograph::PictureReader;
 use crate::synthetic::{Painting, Split, paint};
-use crate::vision::{NetworkReadingSettings, VisionError, read_with_network};
+use crate::vision::{
+    CandidateRegions, NetworkReadingSettings, VisionError, candidate_regions, read_with_network,
+};
 
 /// Pictures of the set.
 pub const SET_SIZE: u32 = 200;
@@ -50,6 +54,21 @@ impl Reader {
             Self::WithPerfectMaps(settings) => {
                 let reading = read_with_network(picture, &PerfectMaps::new(painting), settings, interrupt)?;
                 Ok(TableRead::from(&reading))
+            }
+        }
+    }
+
+    /// The regions that things would be chosen from; `None` where no network reads.
+    fn regions(
+        &self,
+        painting: &Painting,
+        interrupt: &Interrupt,
+    ) -> Option<Result<CandidateRegions, VisionError>> {
+        let picture = &painting.picture;
+        match self {
+            Self::Usual(reader) => reader.candidate_regions(picture, interrupt),
+            Self::WithPerfectMaps(settings) => {
+                Some(candidate_regions(picture, &PerfectMaps::new(painting), settings, interrupt))
             }
         }
     }
@@ -88,6 +107,20 @@ impl PictureBench {
             Err(code) => (None, Some(code)),
         };
         Ok((PictureResult { number: painting.truth.number, refused, score }, read))
+    }
+
+    /// Regions of a painting, judged; none where no table is seen. `None` where no network reads.
+    pub fn regions(
+        &self,
+        painting: &Painting,
+        interrupt: &Interrupt,
+    ) -> Result<Option<PictureRegions>, Interrupted> {
+        match self.reader.regions(painting, interrupt) {
+            None => Ok(None),
+            Some(Ok(candidates)) => Ok(Some(regions::judged(painting, &candidates))),
+            Some(Err(VisionError::Interrupted(interrupted))) => Err(interrupted),
+            Some(Err(_)) => Ok(Some(PictureRegions { number: painting.truth.number, regions: Vec::new() })),
+        }
     }
 }
 

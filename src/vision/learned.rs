@@ -7,15 +7,20 @@
 //! regrown to the edges in the picture; each thing becomes the simplest solid with its outline that stands about where
 //! the network sees it stand and is about as high.
 
+mod belief;
 mod camera_fit;
+mod candidates;
 mod ellipse;
 mod instances;
+mod merge_tree;
 mod partition;
 mod settings;
 mod standing;
 mod top;
 mod top_area;
 
+pub use belief::Measures;
+pub use candidates::{CandidateRegion, CandidateRegions, candidate_regions};
 pub use settings::NetworkReadingSettings;
 
 use glam::DVec2;
@@ -48,17 +53,12 @@ pub fn read_with_network(
     if width_px.min(height_px) < 160 {
         return Err(VisionError::TooSmall { width_px, height_px });
     }
-    let picture_px = [width_px, height_px];
-    let whole = network.maps(picture, Look::whole(picture_px), interrupt)?;
-    let Some((low, high)) = instances::shown_box(&whole) else {
-        return Err(VisionError::NoTopSeen { percent: 100.0 * settings.min_table_share });
-    };
-    let maps = network.maps(picture, Look::closer(picture_px, low, high), interrupt)?;
+    let [whole, maps] = looks(picture, network, settings, interrupt)?;
     let pixels = Pixels::new(picture, settings.work_px);
     interrupt.check()?;
     let seen_top = SeenTop::new(&maps, &pixels, settings)?;
     interrupt.check()?;
-    let things = instances::find(&maps, picture_px, settings)?;
+    let things = instances::find(&maps, [width_px, height_px], settings, interrupt)?;
     let masks = masks(&things, &maps, &pixels, settings);
     let edges = InnerEdges::new(&pixels);
     let in_front = nearer_ones(&masks);
@@ -93,6 +93,22 @@ pub fn read_with_network(
     let camera = whole_picture(&top.found.camera, width_px, height_px, pixels.scale);
     stacking(&mut objects, &camera, Some(&stands));
     Ok(PictureReading { camera, table: table(&top, &whole, &pixels), objects })
+}
+
+/// Maps of the whole picture, then of its part with the top.
+fn looks(
+    picture: &Image,
+    network: &impl Looks,
+    settings: &NetworkReadingSettings,
+    interrupt: &Interrupt,
+) -> Result<[Maps; 2], VisionError> {
+    let picture_px = [picture.width_px(), picture.height_px()];
+    let whole = network.maps(picture, Look::whole(picture_px), interrupt)?;
+    let Some((low, high)) = instances::shown_box(&whole) else {
+        return Err(VisionError::NoTopSeen { percent: 100.0 * settings.min_table_share });
+    };
+    let maps = network.maps(picture, Look::closer(picture_px, low, high), interrupt)?;
+    Ok([whole, maps])
 }
 
 /// Pixels of each thing in the copy, regrown to the edges it shows.

@@ -9,14 +9,60 @@ use super::{Arguments, Finished, json_of};
 use crate::app::config::Resolved;
 use crate::app::evaluation;
 use crate::cli::{Exit, Failure, folder, runtime, signals, terminal};
+use crate::evaluate::pictures::regions::RegionsReport;
 use crate::evaluate::pictures::report::Report;
 use crate::evaluate::pictures::sheet::sheet;
 use crate::evaluate::pictures::{PictureBench, PictureResult, SET_SIZE};
 use crate::export::png::encode_png;
 use crate::geometry::{Interrupt, Interrupted};
-use crate::synthetic::Split;
+use crate::synthetic::{Painting, Split};
 
+/// Reads the pictures and compares what was read.
 pub fn run(arguments: &Arguments, resolved: &Resolved) -> Result<Finished, Failure> {
+    let sheets = match &arguments.artifacts {
+        Some(folder) => Some(folder::prepare(folder, true)?),
+        None => None,
+    };
+    let results = side_by_side(arguments, resolved, |bench, painting, interrupt| {
+        let (result, read) = bench.read(painting, interrupt).map_err(stopped)?;
+        if let Some(folder) = &sheets {
+            let name = format!("{:04}.png", painting.truth.number);
+            folder.write(&name, &encode_png(&sheet(painting, read.as_ref())))?;
+        }
+        let told = told(&result);
+        Ok((result, told))
+    })?;
+    let report = Report::new(Split::from(arguments.split), SET_SIZE as usize, results);
+    Ok(Finished { table: report.markdown(), document: json_of(&report)?, complete: true })
+}
+
+/// Judges the regions that things are chosen from.
+pub fn run_regions(arguments: &Arguments, resolved: &Resolved) -> Result<Finished, Failure> {
+    let pictures = side_by_side(arguments, resolved, |bench, painting, interrupt| {
+        let regions = bench.regions(painting, interrupt).map_err(stopped)?.ok_or_else(|| {
+            Failure::usage(
+                "no network reads pictures, so there are no regions; name its weights in [network]"
+                    .to_owned(),
+            )
+        })?;
+        let told = format!("{} regions", regions.regions.len());
+        Ok((regions, told))
+    })?;
+    let report = RegionsReport::new(Split::from(arguments.split), pictures);
+    Ok(Finished { table: report.markdown(), document: json_of(&report)?, complete: true })
+}
+
+fn stopped(_: Interrupted) -> Failure {
+    Failure::new(Exit::Interrupted, "interrupted; no tables were written")
+}
+
+/// Paints pictures and does something with each, one per core; the results in order. What is done says what it found on
+/// one line.
+fn side_by_side<T: Send>(
+    arguments: &Arguments,
+    resolved: &Resolved,
+    work: impl Fn(&PictureBench, &Painting, &Interrupt) -> Result<(T, String), Failure> + Sync,
+) -> Result<Vec<T>, Failure> {
     if arguments.scene.is_some() {
         return Err(Failure::usage(
             "--scene: pictures have no names; --scenes N takes the first N".to_owned(),
@@ -25,10 +71,6 @@ pub fn run(arguments: &Arguments, resolved: &Resolved) -> Result<Finished, Failu
     let bench = evaluation::picture_bench(resolved, arguments.perfect_maps)?;
     let split = Split::from(arguments.split);
     let count = arguments.scenes.unwrap_or(SET_SIZE);
-    let sheets = match &arguments.artifacts {
-        Some(folder) => Some(folder::prepare(folder, true)?),
-        None => None,
-    };
     let interrupt = Interrupt::default();
     let runtime = runtime()?;
     let stop = runtime.block_on(async { signals::stop_on_signal("stopping; again to stop at once") })?;
@@ -42,25 +84,18 @@ pub fn run(arguments: &Arguments, resolved: &Resolved) -> Result<Finished, Failu
             |error| Failure::new(Exit::Error, format!("cannot start threads to compute with: {error}")),
         )?;
     let done = Mutex::new(0_u32);
-    let one = |number: u32| -> Result<PictureResult, Failure> {
+    let one = |number: u32| -> Result<T, Failure> {
         let started = Instant::now();
-        let stopped = |_: Interrupted| Failure::new(Exit::Interrupted, "interrupted; no tables were written");
         interrupt.check().map_err(stopped)?;
         let painting = PictureBench::painted(split, u64::from(number));
-        let (result, read) = bench.read(&painting, &interrupt).map_err(stopped)?;
-        if let Some(folder) = &sheets {
-            folder.write(&format!("{number:04}.png"), &encode_png(&sheet(&painting, read.as_ref())))?;
-        }
+        let (result, told) = work(&bench, &painting, &interrupt)?;
         let mut done = done.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
         *done += 1;
         let seconds = started.elapsed().as_secs_f64();
-        terminal::note(&format!("pictures {done}/{count} {number} {seconds:.1} s: {}", told(&result)));
+        terminal::note(&format!("pictures {done}/{count} {number} {seconds:.1} s: {told}"));
         Ok(result)
     };
-    let results: Vec<PictureResult> =
-        pool.install(|| (0..count).into_par_iter().map(one).collect::<Result<_, Failure>>())?;
-    let report = Report::new(split, SET_SIZE as usize, results);
-    Ok(Finished { table: report.markdown(), document: json_of(&report)?, complete: true })
+    pool.install(|| (0..count).into_par_iter().map(one).collect())
 }
 
 /// A picture's scores on one line.

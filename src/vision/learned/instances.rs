@@ -1,10 +1,12 @@
-//! The things of a picture: places of the maps that vote for the same middle, as far as no border runs between them; then
-//! their pixels.
+//! The things of a picture: places of the maps that vote for the same middles and between which no borders run, as they
+//! are believed to be one; then their pixels.
 
 use glam::DVec2;
 
 use super::NetworkReadingSettings;
-use super::partition::{Places, Region};
+use super::merge_tree::MergeTree;
+use super::partition::Places;
+use crate::geometry::{Interrupt, Interrupted};
 use crate::vision::VisionError;
 use crate::vision::network::maps::{Kind, Maps};
 use crate::vision::pixels::Pixels;
@@ -29,16 +31,14 @@ pub(in crate::vision) struct Thing {
     /// Rows of the map in which the points lie that are above it at the thing's height, and below it on the table.
     pub top_row: f64,
     pub ground_row: f64,
-    /// Mean probability of an object there times how surely it is one by itself, 0..1.
-    pub confidence: f64,
 }
 
-/// The things that are believed, farthest (highest lowest place) first.
-pub(in crate::vision) fn find(
+/// All that places that may be things could be parts of.
+pub(in crate::vision) fn regions(
     maps: &Maps,
-    picture_px: [u32; 2],
     settings: &NetworkReadingSettings,
-) -> Result<Vec<Thing>, VisionError> {
+    interrupt: &Interrupt,
+) -> Result<MergeTree, Interrupted> {
     let middles = middles(maps, settings.least_middle);
     let voted = |index: usize| {
         let vote = maps.votes_for(index);
@@ -46,25 +46,49 @@ pub(in crate::vision) fn find(
         (0..middles.len()).filter(|_| is_object(maps, index)).min_by(|a, b| away(a).total_cmp(&away(b)))
     };
     let group: Vec<Option<usize>> = (0..maps.count()).map(voted).collect();
-    let border: Vec<f64> = (0..maps.count()).map(|index| maps.border_probability(index)).collect();
+    let of_each = |value: &dyn Fn(usize) -> f64| (0..maps.count()).map(value).collect::<Vec<f64>>();
+    let vote: Vec<DVec2> = (0..maps.count()).map(|index| maps.votes_for(index)).collect();
+    let places = Places {
+        width: maps.width(),
+        group: &group,
+        border: &of_each(&|index| maps.border_probability(index)),
+        object: &of_each(&|index| maps.object_probability(index)),
+        center: &of_each(&|index| f64::from(maps.center(index))),
+        vote: &vote,
+    };
+    MergeTree::new(&places, interrupt)
+}
+
+/// Places that the least thing has.
+pub(in crate::vision) fn fewest_places(
+    maps: &Maps,
+    picture_px: [u32; 2],
+    settings: &NetworkReadingSettings,
+) -> f64 {
     let area_px: f64 = picture_px.map(f64::from).iter().product();
-    let smallest = (settings.min_object_share * area_px / maps.pixel_px().powi(2)).max(2.0);
-    let regions = Places { width: maps.width(), group: &group, border: &border }.regions(smallest);
-    let mut things: Vec<Thing> = regions
+    (settings.min_object_share * area_px / maps.pixel_px().powi(2)).max(2.0)
+}
+
+/// The things that are believed, farthest (highest lowest place) first.
+pub(in crate::vision) fn find(
+    maps: &Maps,
+    picture_px: [u32; 2],
+    settings: &NetworkReadingSettings,
+    interrupt: &Interrupt,
+) -> Result<Vec<Thing>, VisionError> {
+    let fewest = fewest_places(maps, picture_px, settings);
+    let believed = regions(maps, settings, interrupt)?.most_believed(settings.least_belief, fewest);
+    let mut things: Vec<Thing> = believed
         .into_iter()
         .filter_map(|region| {
-            let sureness = sureness(&region, middles[region.group], maps);
             let places = main_parts(&region.places, maps);
-            if (places.len() as f64) < smallest {
+            if (places.len() as f64) < fewest {
                 return None;
             }
-            let mean = places.iter().map(|&k| maps.object_probability(k)).sum::<f64>() / places.len() as f64;
-            let confidence = mean * sureness.sqrt();
             let median = |value: &dyn Fn(usize) -> f64| median(places.iter().map(|&k| value(k)).collect());
             let base = DVec2::new(median(&|k| maps.base(k).x), median(&|k| maps.base(k).y));
             let (top_row, ground_row) = (median(&|k| maps.top_row(k)), median(&|k| maps.ground_row(k)));
-            let thing = Thing { places, base, top_row, ground_row, confidence };
-            (thing.confidence >= settings.least_confidence).then_some(thing)
+            Some(Thing { places, base, top_row, ground_row })
         })
         .collect();
     if things.is_empty() {
@@ -76,14 +100,6 @@ pub(in crate::vision) fn find(
     let bottom = |thing: &Thing| thing.places.iter().map(|index| index / maps.width()).max();
     things.sort_by_key(|thing| (bottom(thing), thing.places[0]));
     Ok(things)
-}
-
-/// How surely a region is a thing by itself, 0..1: as its middle is one, or as others of that middle are cut off.
-fn sureness(region: &Region, middle: DVec2, maps: &Maps) -> f64 {
-    let [(at, _), ..] = maps.around(middle);
-    let is_its_own = region.cut_off == 0.0 || region.places.binary_search(&at).is_ok();
-    let center = if is_its_own { f64::from(maps.center(at).clamp(0.0, 1.0)) } else { 0.0 };
-    center.max(region.cut_off)
 }
 
 /// The upper one of two middle numbers; 0 of none.

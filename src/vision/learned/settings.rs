@@ -16,8 +16,9 @@ pub struct NetworkReadingSettings {
     pub min_object_share: f64,
     /// How much of a middle of an object a place must be, 0..1; less finds fainter things and splits others. Usual: 0.2.
     pub least_middle: f64,
-    /// Least confidence at which a thing is believed, 0..1. Usual: 0.45.
-    pub least_confidence: f64,
+    /// Least probability of being a whole thing at which a region is believed, 0..1; less finds more things and invents
+    /// more. Usual: 0.3.
+    pub least_belief: f64,
     /// Width of the rim along which the network's masks are not believed, pixels of its maps, 0..2. Usual: 0.5.
     pub mask_rim: f64,
     /// Most objects that are believed, 1..64. Usual: 48.
@@ -33,7 +34,7 @@ impl NetworkReadingSettings {
             min_table_share: 0.03,
             min_object_share: 0.0003,
             least_middle: 0.2,
-            least_confidence: 0.45,
+            least_belief: 0.3,
             mask_rim: 0.5,
             max_objects: 48,
         }

@@ -13,7 +13,10 @@ use super::recent::{PictureKey, RecentReadings};
 use crate::geometry::{Image, Interrupt};
 use crate::provider::{Port, ProviderError};
 use crate::vision::network::{NetworkWeightsError, TableNetwork};
-use crate::vision::{NetworkReadingSettings, PictureReading, VisionError, read_picture, read_with_network};
+use crate::vision::{
+    CandidateRegions, NetworkReadingSettings, PictureReading, VisionError, candidate_regions, read_picture,
+    read_with_network,
+};
 
 /// A network, the digest of its weights, and how its answers are read.
 pub struct ReadingNetwork {
@@ -107,6 +110,16 @@ impl PictureReader {
         });
         self.recent.keep(key, &reading);
         Ok(reading)
+    }
+
+    /// The regions among which the network's reading chooses things; `None` where there is no network.
+    pub fn candidate_regions(
+        &self,
+        picture: &Image,
+        interrupt: &Interrupt,
+    ) -> Option<Result<CandidateRegions, VisionError>> {
+        let ReadingNetwork { network, settings, .. } = self.network.as_deref()?;
+        Some(candidate_regions(picture, network, settings, interrupt))
     }
 
     /// Reads the picture for a port.
