@@ -19,7 +19,7 @@ use crate::render::overlay::{distinct_color, draw_box, draw_text};
 use crate::scene::request::MetricAnchor;
 use crate::scene::{InstanceId, InstanceMask, Recognition, RecognizedObject, SceneRequest, StandsOn};
 
-pub const STAGE: Stage = Stage { name: "place", version: 6 };
+pub const STAGE: Stage = Stage { name: "place", version: 7 };
 
 /// Most drawings that anybody looks at, whatever a painter would go on drawing.
 const MOST_DRAWINGS: usize = 8;

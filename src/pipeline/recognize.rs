@@ -16,7 +16,7 @@ use crate::render::overlay::{draw_axes, draw_polyline};
 use crate::scene::request::RequestOptions;
 use crate::scene::{Recognition, RecognizedTable, SceneRequest, StandsOn, TableShape};
 
-pub const STAGE: Stage = Stage { name: "recognize", version: 5 };
+pub const STAGE: Stage = Stage { name: "recognize", version: 6 };
 
 #[derive(Serialize)]
 pub struct Inputs {

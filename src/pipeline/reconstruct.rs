@@ -15,7 +15,7 @@ use crate::scene::{
     InstanceId, Recognition, RecognizedObject, RecognizedTable, ReconstructionMethod, SceneRequest,
 };
 
-pub const STAGE: Stage = Stage { name: "reconstruct", version: 3 };
+pub const STAGE: Stage = Stage { name: "reconstruct", version: 4 };
 
 /// Name of the table among the instances of this stage.
 const TABLE: &str = "table";
