@@ -35,7 +35,11 @@ pub fn describe(config: &Config) -> SceneDescription {
 
 pub fn painter(config: &Config) -> EmbeddedPainter {
     EmbeddedPainter {
-        photograph: PhotographSettings { vision: config.vision.clone(), sizes: config.photograph.clone() },
+        photograph: PhotographSettings {
+            vision: config.vision.clone(),
+            sizes: config.photograph.clone(),
+            naming: config.category_fit.clone(),
+        },
         layout: config.layout.clone(),
         painter: config.painter.clone(),
         render: config.render.clone(),

@@ -35,6 +35,7 @@ use crate::provider::feature_extractor::FeatureSettings;
 use crate::provider::remote::ProviderSettings;
 use crate::render::RenderSettings;
 use crate::render::gpu::ComputeSettings;
+use crate::vision::category_fit::CategoryFitSettings;
 use crate::vision::descriptor::DescriptorSettings;
 use crate::vision::{NetworkReadingSettings, VisionSettings};
 use crate::{api, store, worker};
@@ -59,6 +60,7 @@ pub struct Config {
     pub painter: PainterSettings,
     pub vision: VisionSettings,
     pub photograph: SizeSettings,
+    pub category_fit: CategoryFitSettings,
     pub descriptor: DescriptorSettings,
     pub render: RenderSettings,
     pub canonicalize: CanonicalizeSettings,

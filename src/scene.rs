@@ -22,8 +22,8 @@ pub use instance::{Instance, Provenance, ReconstructionMethod, Support};
 pub use money::MicroUsd;
 pub use name::InstanceId;
 pub use recognition::{
-    CameraKnowledge, InstanceMask, MaskEdges, Recognition, RecognizedObject, RecognizedTable, StandsOn,
-    TopBox,
+    CameraKnowledge, CategoryStance, InstanceMask, MaskEdges, Recognition, RecognizedObject, RecognizedTable,
+    StandsOn, TopBox,
 };
 pub use request::{Input, SceneRequest};
 pub use table::{Table, TableShape, TableSpec};

@@ -33,6 +33,7 @@ pub mod placement;
 pub mod fidelity;
 mod reading;
 mod learned;
+pub mod category_fit;
 pub mod descriptor;
 pub mod dinov2;
 pub mod network;

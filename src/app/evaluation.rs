@@ -29,13 +29,13 @@ pub fn layout_bench(config: &Config) -> LayoutBench {
 /// The picture benchmark with the settings that `generate` would have; with maps of the truth in place of the network's
 /// where they are to be perfect.
 pub fn picture_bench(resolved: &Resolved, perfect_maps: bool) -> Result<PictureBench, ConfigErrors> {
-    if perfect_maps {
-        let settings = resolved.config.network.reading.clone();
-        return Ok(PictureBench { reader: Reader::WithPerfectMaps(settings) });
-    }
-    let settings = super::scenes::adapters(&resolved.config).photograph;
-    let reader = PictureReader::new(super::network::load(resolved)?, settings);
-    Ok(PictureBench { reader: Reader::Usual(reader) })
+    let photograph = super::scenes::adapters(&resolved.config).photograph;
+    let reader = if perfect_maps {
+        Reader::WithPerfectMaps(resolved.config.network.reading.clone())
+    } else {
+        Reader::Usual(PictureReader::new(super::network::load(resolved)?, photograph.clone()))
+    };
+    Ok(PictureBench { reader, photograph })
 }
 
 /// The pool all computation of a run shares.

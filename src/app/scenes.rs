@@ -112,7 +112,11 @@ pub(super) fn adapters(config: &Config) -> EmbeddedSettings {
         analyst: config.analyst,
         layout: config.layout,
         painter: config.painter,
-        photograph: PhotographSettings { vision: config.vision, sizes: config.photograph },
+        photograph: PhotographSettings {
+            vision: config.vision,
+            sizes: config.photograph,
+            naming: config.category_fit,
+        },
         descriptor: config.descriptor,
         render: config.render,
         decompose: config.decompose,

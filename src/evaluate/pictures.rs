@@ -19,10 +19,12 @@ use self::reading::TableRead;
 use self::regions::PictureRegions;
 use self::score::PictureScore;
 use crate::geometry::{Interrupt, Interrupted};
-use crate::provider::embedded::photograph::PictureReader;
+use crate::provider::embedded::photograph::{PhotographSettings, PictureReader, at_usual_scale};
 use crate::synthetic::{Painting, Split, paint};
+use crate::vision::category_fit::{self, Naming};
 use crate::vision::{
-    CandidateRegions, NetworkReadingSettings, VisionError, candidate_regions, read_with_network,
+    CandidateRegions, NetworkReadingSettings, PictureReading, VisionError, candidate_regions,
+    read_with_network,
 };
 
 /// Pictures of the set.
@@ -35,6 +37,8 @@ pub const SIZE_PX: u32 = 1024;
 #[derive(Clone)]
 pub struct PictureBench {
     pub reader: Reader,
+    /// How what was read is scaled and named.
+    pub photograph: PhotographSettings,
 }
 
 /// Who reads.
@@ -47,13 +51,12 @@ pub enum Reader {
 }
 
 impl Reader {
-    fn reading(&self, painting: &Painting, interrupt: &Interrupt) -> Result<TableRead, VisionError> {
+    fn reading(&self, painting: &Painting, interrupt: &Interrupt) -> Result<PictureReading, VisionError> {
         let picture = &painting.picture;
         match self {
-            Self::Usual(reader) => Ok(TableRead::from(&*reader.reading(picture, interrupt)?)),
+            Self::Usual(reader) => Ok((*reader.reading(picture, interrupt)?).clone()),
             Self::WithPerfectMaps(settings) => {
-                let reading = read_with_network(picture, &PerfectMaps::new(painting), settings, interrupt)?;
-                Ok(TableRead::from(&reading))
+                read_with_network(picture, &PerfectMaps::new(painting), settings, interrupt)
             }
         }
     }
@@ -97,7 +100,7 @@ impl PictureBench {
         interrupt: &Interrupt,
     ) -> Result<(PictureResult, Option<TableRead>), Interrupted> {
         let read = match self.reader.reading(painting, interrupt) {
-            Ok(read) => Ok(read),
+            Ok(reading) => Ok(self.named(painting, &reading, interrupt)?),
             Err(VisionError::Interrupted(interrupted)) => return Err(interrupted),
             Err(error) => Err(error.code().to_owned()),
         };
@@ -121,6 +124,30 @@ impl PictureBench {
             Some(Err(VisionError::Interrupted(interrupted))) => Err(interrupted),
             Some(Err(_)) => Ok(Some(PictureRegions { number: painting.truth.number, regions: Vec::new() })),
         }
+    }
+
+    /// What was read, with names: as they are given, and as they would be if the catalog had no category of each thing. Whose
+    /// category is left out is the only thing that the truth decides, after everything was looked at.
+    fn named(
+        &self,
+        painting: &Painting,
+        reading: &PictureReading,
+        interrupt: &Interrupt,
+    ) -> Result<TableRead, Interrupted> {
+        let mut read = TableRead::from(reading);
+        let scaled = at_usual_scale(reading, &self.photograph);
+        let settings = &self.photograph.naming;
+        let evidence = category_fit::evidence(&painting.picture, &scaled, settings, interrupt)?;
+        let own = score::true_names(&painting.truth, &painting.labels, &read);
+        let given = category_fit::names(&evidence, settings, |_, _| true);
+        let foreign =
+            category_fit::names(&evidence, settings, |thing, category| own[thing] != Some(category));
+        let labels =
+            |naming: Naming| naming.things.into_iter().map(|named| named.map(|named| named.look.category));
+        for ((thing, label), as_foreign) in read.things.iter_mut().zip(labels(given)).zip(labels(foreign)) {
+            (thing.label, thing.label_as_foreign) = (label, as_foreign);
+        }
+        Ok(read)
     }
 }
 

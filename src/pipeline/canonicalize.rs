@@ -16,7 +16,7 @@ use crate::geometry::Camera;
 use crate::provider::{Adapter, Ports, Upright, UprightLook, UprightQuestion};
 use crate::scene::{InstanceId, Recognition, RecognizedObject};
 
-pub const STAGE: Stage = Stage { name: "canonicalize", version: 5 };
+pub const STAGE: Stage = Stage { name: "canonicalize", version: 6 };
 
 #[derive(Serialize)]
 pub struct Inputs {

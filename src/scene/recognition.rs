@@ -1,6 +1,6 @@
 //! What is seen in a picture: the camera, the table, the objects, and where each one shows.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 
 use super::{InstanceId, TableShape};
@@ -68,6 +68,25 @@ pub struct RecognizedObject {
     /// along the same rays. `None` where recognition does not say.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub seen_as: Option<SolidFit>,
+    /// The catalog's mesh of its category that shows where it shows; `None` where no category is known or none shows so.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub seen_like: Option<CategoryStance>,
+}
+
+/// A mesh of the catalog, stood where a thing was seen; where that stands on another thing, as if it stood on the table along
+/// the same rays.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CategoryStance {
+    /// Seed of the catalog's recipe.
+    pub variant: u64,
+    /// Middle of its base in the world, meters.
+    pub center: DVec2,
+    /// Turn about +z.
+    pub yaw_rad: f64,
+    /// Extents in its own frame, meters.
+    pub size_m: DVec3,
+    /// Intersection over union of its outline with the thing's pixels, 0..1.
+    pub overlap: f64,
 }
 
 /// Stacking relation of one object.

@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use crate::geometry::{Image, Mask};
+use crate::geometry::{Image, Mask, Rgb};
 use crate::render::overlay::fitted;
 
 /// Row-major color planes.
@@ -67,13 +67,18 @@ fn linear(c: f32) -> f32 {
 }
 
 /// CIELAB of linear sRGB light, white point D65.
-fn lab_of([r, g, b]: [f32; 3]) -> [f32; 3] {
+pub(in crate::vision) fn lab_of([r, g, b]: [f32; 3]) -> [f32; 3] {
     let x = (0.4124 * r + 0.3576 * g + 0.1805 * b) / 0.9505;
     let y = 0.2126 * r + 0.7152 * g + 0.0722 * b;
     let z = (0.0193 * r + 0.1192 * g + 0.9505 * b) / 1.089;
     let f = |t: f32| if t > 0.008856 { t.cbrt() } else { 7.787 * t + 16.0 / 116.0 };
     let (fx, fy, fz) = (f(x), f(y), f(z));
     [116.0 * fy - 16.0, 500.0 * (fx - fy), 200.0 * (fy - fz)]
+}
+
+/// CIELAB of a color.
+pub(in crate::vision) fn lab_of_srgb(color: Rgb) -> [f32; 3] {
+    lab_of(color.to_linear())
 }
 
 /// Euclidean distance of two colors.

@@ -144,6 +144,18 @@ fn outline(seen: &Seen, depth: f64) -> Vec<DVec2> {
 }
 
 impl PictureReading {
+    /// By how much a thing is nearer to the camera, and hence smaller, than if it stood on the table: 1 for what does.
+    pub fn nearer(&self, index: usize) -> f64 {
+        let (mut at, mut height) = (self.objects[index].stands_on, 0.0);
+        for _ in 0..self.objects.len() {
+            let Some(k) = at else { break };
+            height += self.objects[k].solid.size.z;
+            at = self.objects[k].stands_on;
+        }
+        let eye = self.camera.world_from_camera.translation_m.z;
+        ((eye - height) / eye).clamp(0.2, 1.0)
+    }
+
     /// The same reading with all lengths multiplied, as by the width of the top in meters.
     pub fn scaled(mut self, factor: f64) -> Self {
         let pose = &mut self.camera.world_from_camera;

@@ -68,6 +68,7 @@ static GLASS: LazyLock<UprightQuestion> = LazyLock::new(|| {
             stands_on: StandsOn::Table,
             seen_px: None,
             seen_as: None,
+            seen_like: None,
         },
         camera,
         completion: Completion {

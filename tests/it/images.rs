@@ -156,6 +156,7 @@ pub fn half_hidden_ball() -> CompletionRequest {
             stands_on: StandsOn::Table,
             seen_px: None,
             seen_as: None,
+            seen_like: None,
             seed: 1,
         },
         visible,

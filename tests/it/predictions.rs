@@ -106,6 +106,7 @@ pub fn request() -> ReconstructionRequest {
             stands_on: StandsOn::Table,
             seen_px: None,
             seen_as: None,
+            seen_like: None,
         },
         completion: Completion {
             picture: Image::filled(40, 100, [60, 160, 80, 255]),

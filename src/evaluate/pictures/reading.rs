@@ -27,6 +27,9 @@ pub struct ThingRead {
     pub footprint: Vec<DVec2>,
     /// From its support up, units.
     pub height: f64,
+    /// Category it is given, and the one it would be given if the catalog had none of its own.
+    pub label: Option<&'static str>,
+    pub label_as_foreign: Option<&'static str>,
 }
 
 impl From<&PictureReading> for TableRead {
@@ -43,6 +46,8 @@ impl From<&PictureReading> for TableRead {
                     mask: object.mask.clone(),
                     footprint: object.solid.footprint().into_iter().map(toward_eye).collect(),
                     height: nearer * object.solid.size.z,
+                    label: None,
+                    label_as_foreign: None,
                 }
             })
             .collect();

@@ -55,6 +55,12 @@ pub struct Summary {
     pub position_m: Option<Quantiles>,
     pub height: Option<Quantiles>,
     pub yaw_deg: Option<Quantiles>,
+    /// Share of things found that were given a category, and of these the share that was given its own; made-up things have
+    /// none.
+    pub labeled: Option<f64>,
+    pub label_precision: Option<f64>,
+    /// Share of things found that are given a category where their own is left out of the catalog: all of these are wrong.
+    pub labeled_as_foreign: Option<f64>,
 }
 
 /// Sums up a group of pictures.
@@ -66,6 +72,9 @@ pub fn summary(pictures: &[&PictureResult]) -> Summary {
     let things = |of: fn(&ThingScore) -> Option<f64>| {
         quantiles(pictures.iter().flat_map(|picture| &picture.score.things).filter_map(of).collect())
     };
+    let found_things = || pictures.iter().flat_map(|picture| &picture.score.things);
+    let of_things = |of: fn(&ThingScore) -> bool| found_things().filter(|thing| of(thing)).count();
+    let (all_things, labeled) = (found_things().count(), of_things(|thing| thing.label.is_some()));
     let right = pictures.iter().filter(|picture| picture.score.outline_iou >= RIGHT_OUTLINE).count();
     let elevations = pictures.iter().map(|picture| picture.score.elevation_error_deg);
     let with_refusals = quantiles(elevations.clone().map(|error| error.unwrap_or(f64::INFINITY)).collect());
@@ -83,6 +92,9 @@ pub fn summary(pictures: &[&PictureResult]) -> Summary {
         position_m: things(|thing| thing.position_error_m),
         height: things(|thing| Some(thing.height_error)),
         yaw_deg: things(|thing| thing.yaw_error_deg),
+        labeled: share(labeled, all_things),
+        label_precision: share(of_things(ThingScore::is_labeled_right), labeled),
+        labeled_as_foreign: share(of_things(|thing| thing.label_as_foreign.is_some()), all_things),
     }
 }
 
@@ -122,7 +134,9 @@ impl Report {
             "`tabletopgen evaluate --set pictures`, tabletopgen {}: {} of {} painted pictures of the {} split, {} pixels \
              wide or high. Categories, tops and backdrops are of no other split. Found: overlap of masks at least 0.5. \
              Refusals find nothing and have no outline. Places, heights and yaws are those of things found, after one \
-             scale a picture that gives the top its true area.\n",
+             scale a picture that gives the top its true area. Labeled: things found that were given a category of the \
+             catalog; right labels: those of them that were given their own (made-up things have none); labeled if foreign: \
+             things found that are given a category where their own is left out of the catalog, all of them wrongly.\n",
             self.version,
             self.pictures.len(),
             self.set_size,
@@ -130,15 +144,16 @@ impl Report {
             self.size_px
         );
         text += "| | pictures | refused | things | recall | precision | outline >= 0.9 | elevation deg, median | 95 % \
-                 | position mm, median | 95 % | height %, median | 95 % | yaw deg, median | 95 % |\n";
-        text += "| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n";
+                 | position mm, median | 95 % | height %, median | 95 % | yaw deg, median | 95 % \
+                 | labeled | right labels | labeled if foreign |\n";
+        text += "| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n";
         text += &row("all", &self.all);
         text += &row("whole table shows", &self.whole);
         text += &row("table is cut", &self.cut);
         for (shape, of) in &self.shapes {
             text += &row(&format!("{shape:?}").to_lowercase(), of);
         }
-        text += "| bar | | | | 90.0 % | 90.0 % | 95.0 % | 1.50 | | 15.0 | | 8.0 | | 5.00 | |\n";
+        text += "| bar | | | | 90.0 % | 90.0 % | 95.0 % | 1.50 | | 15.0 | | 8.0 | | 5.00 | | | | |\n";
         let elevation = self.all.elevation_median_with_refusals_deg;
         let elevation =
             elevation.map_or("none: most are refused".to_owned(), |median| format!("{median:.2} degrees"));
@@ -158,7 +173,7 @@ fn row(name: &str, of: &Summary) -> String {
     let percent =
         |share: Option<f64>| share.map_or("-".to_owned(), |share| format!("{:.1} %", 100.0 * share));
     format!(
-        "| {name} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} |\n",
+        "| {name} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} |\n",
         of.pictures,
         of.refused,
         of.painted,
@@ -169,5 +184,8 @@ fn row(name: &str, of: &Summary) -> String {
         pair(of.position_m, 1e3, 1),
         pair(of.height, 100.0, 1),
         pair(of.yaw_deg, 1.0, 1),
+        percent(of.labeled),
+        percent(of.label_precision),
+        percent(of.labeled_as_foreign),
     )
 }

@@ -64,6 +64,16 @@ pub struct ThingScore {
     pub height_error: f64,
     /// `None` where the footprint has no direction.
     pub yaw_error_deg: Option<f64>,
+    /// Category it was given, and the one it is given where its own is left out of the catalog.
+    pub label: Option<&'static str>,
+    pub label_as_foreign: Option<&'static str>,
+}
+
+impl ThingScore {
+    /// Whether it was given a name, and its own.
+    pub fn is_labeled_right(&self) -> bool {
+        self.label.is_some_and(|label| label == self.name)
+    }
 }
 
 /// Compares a reading, or none, with the truth.
@@ -83,7 +93,11 @@ pub fn score(truth: &PictureTruth, labels: &Labels, read: Option<&TableRead>) ->
         let one = |&(object, thing, iou): &(usize, usize, f64)| {
             let (object, thing) = (&truth.objects[object], &read.things[thing]);
             let footprint: Vec<DVec2> = thing.footprint.iter().map(|p| aligned.in_world(*p)).collect();
-            thing_score(object, iou, &footprint, aligned.scale * thing.height)
+            ThingScore {
+                label: thing.label,
+                label_as_foreign: thing.label_as_foreign,
+                ..thing_score(object, iou, &footprint, aligned.scale * thing.height)
+            }
         };
         found.iter().map(one).collect()
     });
@@ -100,6 +114,16 @@ pub fn score(truth: &PictureTruth, labels: &Labels, read: Option<&TableRead>) ->
         scale: aligned.map(|aligned| aligned.scale),
         things: scores,
     }
+}
+
+/// Of each thing that was read, the name of the painted one that it is.
+pub fn true_names<'a>(truth: &'a PictureTruth, labels: &Labels, read: &TableRead) -> Vec<Option<&'a str>> {
+    let masks: Vec<Mask> = (0..truth.objects.len()).map(|k| labels.object(k)).collect();
+    let mut names = vec![None; read.things.len()];
+    for (object, thing, _) in matched(&masks, &read.things) {
+        names[thing] = Some(truth.objects[object].name.as_str());
+    }
+    names
 }
 
 fn counts(object: &ObjectTruth, truth: &PictureTruth) -> bool {
@@ -226,6 +250,8 @@ fn thing_score(object: &ObjectTruth, iou: f64, footprint_m: &[DVec2], height_m: 
         name: object.name.clone(),
         on_another: object.stands_on.is_some(),
         iou,
+        label: None,
+        label_as_foreign: None,
         position_error_m: apart.map(|(painted, read)| (read - painted).length()),
         height_error: (height_m / object.size_m.z.max(1e-9) - 1.0).abs(),
         yaw_error_deg,

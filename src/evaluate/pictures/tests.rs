@@ -8,7 +8,9 @@ use super::report::summary;
 use super::score::score;
 use super::*;
 use crate::geometry::Mask;
+use crate::provider::embedded::photograph::SizeSettings;
 use crate::synthetic::TableShape;
+use crate::vision::category_fit::CategoryFitSettings;
 use crate::vision::network::Looks;
 use crate::vision::network::frame::Look;
 
@@ -20,6 +22,8 @@ fn perfect(painting: &Painting, unit_m: f64) -> TableRead {
         mask: painting.labels.object(index),
         footprint: in_units(&object.footprint_m),
         height: object.size_m.z / unit_m,
+        label: None,
+        label_as_foreign: None,
     };
     TableRead {
         elevation_rad: truth.elevation_rad,
@@ -94,6 +98,8 @@ fn what_is_spoiled_is_seen() {
             mask: corner,
             footprint: vec![DVec2::ZERO, DVec2::X, DVec2::Y],
             height: 0.1,
+            label: None,
+            label_as_foreign: None,
         });
     });
     assert_eq!((more.found, more.invented), (truth.found, 1));
@@ -131,7 +137,14 @@ fn turned_footprints_are_turned_by_what_they_were_turned() {
 
 #[test]
 fn perfect_maps_are_read_almost_in_full() {
-    let bench = PictureBench { reader: Reader::WithPerfectMaps(NetworkReadingSettings::usual()) };
+    let bench = PictureBench {
+        reader: Reader::WithPerfectMaps(NetworkReadingSettings::usual()),
+        photograph: PhotographSettings {
+            vision: crate::vision::tests::painted::settings(),
+            sizes: SizeSettings { table_height_m: 0.74, top_view_px: 512, texture_px: 512 },
+            naming: CategoryFitSettings::usual(),
+        },
+    };
     let results: Vec<PictureResult> = (0..14)
         .into_par_iter()
         .map(|number| paint(Split::Validation, number, 512))
@@ -143,6 +156,8 @@ fn perfect_maps_are_read_almost_in_full() {
     // One shows nothing that is large enough to count.
     assert!(all.painted > 50 && all.refused <= 1, "{all:?}");
     assert!(all.recall > Some(0.8) && all.precision > Some(0.8) && all.right_outlines > 0.9, "{all:?}");
+    assert!(all.labeled > Some(0.1) && all.label_precision > Some(0.7), "{all:?}");
+    assert!(all.labeled_as_foreign < Some(0.15), "{all:?}");
     let [elevation_deg, position_m, height, yaw_deg] =
         [all.elevation_deg, all.position_m, all.height, all.yaw_deg].map(|q| q.expect("values").median);
     assert!(elevation_deg < 1.5 && position_m < 0.025 && height < 0.2 && yaw_deg < 8.0, "{all:?}");
@@ -161,4 +176,24 @@ fn perfect_maps_say_the_camera_but_for_what_they_are_told_to_be_off() {
         assert!((elevation_rad - truth.elevation_rad - OFF_RAD).abs() < 5e-3, "{elevation_rad}");
         assert!((focal - expected).abs() < 5e-3 * expected, "{focal} for {expected}");
     }
+}
+
+#[test]
+fn labels_are_right_wrong_or_none() {
+    let painting = &paintings()[0];
+    let of = |label: &dyn Fn(usize) -> Option<&'static str>| {
+        let mut read = perfect(painting, 1.0);
+        for (index, thing) in read.things.iter_mut().enumerate() {
+            (thing.label, thing.label_as_foreign) = (label(index), Some("mug"));
+        }
+        summary(&[&result(painting, Some(&read))])
+    };
+    let own = |index: usize| {
+        let name = &painting.truth.objects[index].name;
+        crate::catalog::category(name).map(|category| category.name.as_str())
+    };
+    let all = of(&own);
+    assert_eq!((all.label_precision, all.labeled_as_foreign), (Some(1.0), Some(1.0)));
+    assert_eq!(of(&|_| Some("no such thing")).label_precision, Some(0.0));
+    assert_eq!((of(&|_| None).labeled, of(&|_| None).label_precision), (Some(0.0), None));
 }

@@ -121,6 +121,7 @@ fn sound() -> Planted {
         stands_on: StandsOn::Table,
         seen_px: None,
         seen_as: None,
+        seen_like: None,
     };
     let yaw = rotate::Output {
         yaw_rad: 0.3,

@@ -1,7 +1,9 @@
 //! What the embedded adapters answer for a picture nobody here painted.
 //!
-//! All of it rests on the reading of the picture by [`PictureReader`], which keeps the last ones. Things get no names: labels are `object`, sizes are what the outline says
-//! at the scale of a table of usual height. A picture that cannot be read is refused with a stable code.
+//! All of it rests on the reading of the picture by [`PictureReader`], which keeps the last ones. Things that look enough like a
+//! category of the catalog get its name, and its mesh where that fits their outline; the others are `object` and become the
+//! simplest solid. Sizes are what the outline says at the scale of a table of usual height. A picture that cannot be read is
+//! refused with a stable code.
 
 mod reader;
 mod recent;
@@ -12,11 +14,12 @@ mod neighboring_texture;
 mod top_view;
 mod body;
 mod reconstruct;
+mod category_mesh;
 mod texture;
 
 pub use complete::complete;
 pub use reader::{LoadNetworkError, PictureReader, ReaderIdentity, ReadingNetwork};
-pub use recognize::recognize;
+pub use recognize::{at_usual_scale, recognize};
 pub use reconstruct::{as_seen, reconstruct};
 pub use segment::segment;
 pub use top_view::top_view;
@@ -24,6 +27,7 @@ pub use top_view::top_view;
 use serde::{Deserialize, Serialize};
 
 use crate::vision::VisionSettings;
+use crate::vision::category_fit::CategoryFitSettings;
 
 /// Category of everything that is seen and not named.
 pub const UNNAMED_CATEGORY: &str = "object";
@@ -33,6 +37,7 @@ pub const UNNAMED_CATEGORY: &str = "object";
 pub struct PhotographSettings {
     pub vision: VisionSettings,
     pub sizes: SizeSettings,
+    pub naming: CategoryFitSettings,
 }
 
 /// Section `[photograph]`.

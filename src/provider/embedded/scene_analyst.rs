@@ -36,7 +36,7 @@ struct Identity {
 impl SceneAnalyst for EmbeddedAnalyst {
     fn adapter(&self) -> Adapter {
         let identity = Identity { analyst: self.settings.clone(), photograph: self.photograph.identity() };
-        Adapter::new("embedded/grammar", "3", &identity)
+        Adapter::new("embedded/grammar", "4", &identity)
     }
 
     fn describe<'a>(
@@ -75,7 +75,7 @@ impl SceneAnalyst for EmbeddedAnalyst {
         Box::pin(call.compute(Port::Analyst, move |interrupt| {
             let UprightQuestion { object, completion, camera, .. } = &question;
             let seen = || photograph::as_seen(object, completion, camera, &settings).map(Arc::new);
-            let example = typical(object).or_else(seen);
+            let example = seen().or_else(|| typical(object));
             let pose = stood_up(&question, example.as_deref(), &[], interrupt)?;
             Ok(Upright { pose, looks: Vec::new() })
         }))

@@ -57,6 +57,7 @@ fn recognized(spec: &ObjectSpec) -> RecognizedObject {
         stands_on: stands_on(spec),
         seen_px: None,
         seen_as: None,
+        seen_like: None,
     }
 }
 

@@ -20,6 +20,7 @@ fn painter() -> EmbeddedPainter {
         photograph: PhotographSettings {
             vision: section(&defaults, "vision"),
             sizes: section(&defaults, "photograph"),
+            naming: section(&defaults, "category_fit"),
         },
         layout: section(&defaults, "layout"),
         painter: PainterSettings {

@@ -1,17 +1,19 @@
-//! Camera, table and things of a picture, with sizes at a commonsense scale.
+//! Camera, table and things of a picture, with sizes at a commonsense scale, and names where a category is likely enough.
 
 use glam::DVec3;
 
 use super::{PhotographSettings, PictureReader, UNNAMED_CATEGORY};
-use crate::catalog::{OUTLINED_TABLE, TableModel, table_models};
+use crate::catalog::{OUTLINED_TABLE, TableModel, category, table_models};
 use crate::geometry::seed::child_seed;
 use crate::geometry::{Image, Interrupt, Outline, Rgb};
 use crate::provider::{Port, ProviderError};
 use crate::scene::request::RequestOptions;
 use crate::scene::{
-    CameraKnowledge, InstanceId, Recognition, RecognizedObject, RecognizedTable, StandsOn, TableShape,
+    CameraKnowledge, CategoryStance, InstanceId, Recognition, RecognizedObject, RecognizedTable, StandsOn,
+    TableShape,
 };
-use crate::vision::{PictureReading, TopShape};
+use crate::vision::category_fit::{self, Named};
+use crate::vision::{ObjectReading, PictureReading, TopShape};
 
 /// Depth over width from which a rectangle is taken for a square.
 const SQUARE_FROM: f64 = 0.88;
@@ -19,9 +21,16 @@ const SQUARE_FROM: f64 = 0.88;
 /// Usual widths of tables that are no model, meters.
 const USUAL_WIDTH_M: [f64; 2] = [0.8, 1.6];
 
+/// How much less than the simple solid's a category's outline may overlap with the pixels and still give the shape: a solid
+/// takes any outline, a category has its own.
+const SHAPE_DOUBT: f64 = 0.06;
+
+/// Logarithm of a scale's correction below which nothing is corrected.
+const LEAST_CORRECTION: f64 = 0.1;
+
 /// Recognizes the picture. The scale is, in this order: the request's table size, the request's metric
-/// anchor where it names the table, a table of usual height where the feet show, the usual width of such
-/// tables.
+/// anchor where it names the table, what several named things agree on, a table of usual height where the feet show,
+/// the usual width of such tables.
 pub fn recognize(
     picture: &Image,
     seed: u64,
@@ -45,29 +54,35 @@ pub fn recognize(
     let built = table_model(&reading, options)?;
     let size_m = table_size(&reading, &built, options, &reader.settings);
     let reading = (*reading).clone().scaled(size_m.x);
+    let settings = &reader.settings.naming;
+    let evidence = category_fit::evidence(picture, &reading, settings, interrupt)?;
+    let naming = category_fit::names(&evidence, settings, |_, _| true);
+    let correction =
+        naming.scale.filter(|scale| !scale_is_given(options) && scale.ln().abs() > LEAST_CORRECTION);
+    let correction = correction.unwrap_or(1.0);
+    let size_m = DVec3::new(correction * size_m.x, correction * size_m.y, size_m.z);
+    let reading = reading.scaled(correction);
     let color = reading.table.color;
-    let ids: Vec<InstanceId> =
-        (1..=reading.objects.len()).map(|n| InstanceId::numbered(UNNAMED_CATEGORY, n)).collect();
-    let eye_m = reading.camera.world_from_camera.translation_m.z;
-    let objects = reading
-        .objects
-        .iter()
-        .zip(&ids)
-        .map(|(object, id)| {
-            // What stands higher is nearer to the camera, hence smaller than on the table.
-            let raised_m = lifted_by(&reading, object.stands_on);
-            let nearer = ((eye_m - raised_m) / eye_m).clamp(0.2, 1.0);
+    let ids = ids(&naming.things);
+    let seen = reading.objects.iter().zip(&ids).zip(&naming.things).enumerate();
+    let objects = seen
+        .map(|(index, ((object, id), named))| {
+            let nearer = reading.nearer(index);
+            let category = named.as_ref().and_then(|named| category(named.look.category));
+            let seen_like = named.as_ref().and_then(|named| stance(named, object, correction));
+            let extents_m = seen_like.as_ref().map_or(object.solid.size, |like| like.size_m);
             RecognizedObject {
                 id: id.clone(),
-                label: UNNAMED_CATEGORY.to_owned(),
-                category: UNNAMED_CATEGORY.to_owned(),
-                size_m: (nearer * object.solid.size).max(DVec3::splat(0.002)),
+                label: category.map_or(UNNAMED_CATEGORY, |category| &category.label).to_owned(),
+                category: category.map_or(UNNAMED_CATEGORY, |category| &category.name).to_owned(),
+                size_m: (nearer * extents_m).max(DVec3::splat(0.002)),
                 color: Some(object.color),
                 material: None,
                 seed: child_seed(seed, id.as_str()),
                 stands_on: object.stands_on.map_or(StandsOn::Table, |k| StandsOn::On(ids[k].clone())),
                 seen_px: None,
                 seen_as: Some(object.solid.clone()),
+                seen_like,
             }
         })
         .collect();
@@ -91,15 +106,38 @@ pub fn recognize(
     })
 }
 
-/// Height of what carries a thing, however many are below it.
-pub(super) fn lifted_by(reading: &PictureReading, support: Option<usize>) -> f64 {
-    let (mut at, mut height) = (support, 0.0);
-    for _ in 0..reading.objects.len() {
-        let Some(k) = at else { break };
-        height += reading.objects[k].solid.size.z;
-        at = reading.objects[k].stands_on;
-    }
-    height
+/// Whether the request says how large the table is.
+fn scale_is_given(options: &RequestOptions) -> bool {
+    let anchored = options.metric_anchor.as_ref().is_some_and(|anchor| anchor.object == "table");
+    anchored || options.table.as_ref().is_some_and(|table| table.size_m.is_some())
+}
+
+/// Each category counts its own things.
+fn ids(things: &[Option<Named>]) -> Vec<InstanceId> {
+    let stem = |named: &Option<Named>| named.as_ref().map_or(UNNAMED_CATEGORY, |named| named.look.category);
+    let number =
+        |index: usize| things[..=index].iter().filter(|other| stem(other) == stem(&things[index])).count();
+    (0..things.len()).map(|index| InstanceId::numbered(stem(&things[index]), number(index))).collect()
+}
+
+/// The category's mesh as the thing was seen, if its outline is about as good as the solid's.
+fn stance(named: &Named, object: &ObjectReading, correction: f64) -> Option<CategoryStance> {
+    let look = &named.look;
+    (look.overlap >= object.solid.overlap - SHAPE_DOUBT).then(|| CategoryStance {
+        variant: look.variant,
+        center: correction * look.center,
+        yaw_rad: look.yaw_rad,
+        size_m: correction * look.size_m,
+        overlap: look.overlap,
+    })
+}
+
+/// The reading in meters, at the scale that a request without wishes has; as it is where no table is like it.
+pub fn at_usual_scale(reading: &PictureReading, settings: &PhotographSettings) -> PictureReading {
+    let options = RequestOptions::default();
+    let width_m =
+        table_model(reading, &options).map_or(1.0, |built| table_size(reading, &built, &options, settings).x);
+    reading.clone().scaled(width_m)
 }
 
 /// What the table is built as.

@@ -1,6 +1,7 @@
-//! A mesh from one view: the simplest solid with the object's outline, dressed in its picture.
+//! A mesh from one view: that of its category where it was recognized and shows so, else the simplest solid with the object's
+//! outline, dressed in its picture.
 //!
-//! Solid, never hollow: a cup comes out filled. The side that was not seen mirrors the seen one, light and
+//! Solids are solid, never hollow: a cup comes out filled. The side that was not seen mirrors the seen one, light and
 //! shadow of the picture stay in the texture. Silhouettes that no simple body fits become their outline
 //! with a guessed depth.
 
@@ -8,6 +9,7 @@ use glam::DVec3;
 
 use super::PhotographSettings;
 use super::body::body;
+use super::category_mesh::dressed;
 use super::texture::{Projection, subdivided};
 use crate::geometry::{Camera, Image, Interrupt, Pose, TexturedMesh};
 use crate::provider::embedded::orientation::turned;
@@ -22,6 +24,9 @@ pub fn reconstruct(
     interrupt: &Interrupt,
 ) -> Result<RawMesh, ProviderError> {
     interrupt.check()?;
+    if let Some(made) = of_category(request) {
+        return Ok(made);
+    }
     let seen = stood_up(&request.object, &request.completion, &request.camera, settings);
     let (mesh, fit, method) = seen.ok_or_else(|| ProviderError::Rejected {
         port: Port::MeshGenerator,
@@ -54,6 +59,33 @@ pub fn reconstruct(
     })
 }
 
+/// The mesh of the thing's category, if it was seen as one.
+fn of_category(request: &ReconstructionRequest) -> Option<RawMesh> {
+    let object = &request.object;
+    let mesh = in_size(dressed(object, &request.completion, &request.camera)?, object);
+    let overlap = object.seen_like.as_ref().map_or(0.0, |like| like.overlap);
+    Some(RawMesh {
+        mesh: turned(mesh, request.seed).snap_to_f32(),
+        method: ReconstructionMethod::Category,
+        made_by: "embedded/photograph".to_owned(),
+        licence: "CC0-1.0".to_owned(),
+        notes: vec![
+            format!(
+                "recognized as {}: its shape from the catalog, outline overlap {overlap:.2}",
+                object.label
+            ),
+            "each part in the color of its pixels".to_owned(),
+        ],
+    })
+}
+
+/// Stretched to the extents recognized, which were measured with the whole picture at hand.
+fn in_size(mesh: TexturedMesh, object: &RecognizedObject) -> TexturedMesh {
+    let stretch = object.size_m / mesh.size_m().max(DVec3::splat(1e-9));
+    let sound = stretch.is_finite() && stretch.min_element() > 0.0;
+    if sound { mesh.scaled(stretch) } else { mesh }
+}
+
 fn words(method: ReconstructionMethod) -> &'static str {
     match method {
         ReconstructionMethod::Turned => "turned body",
@@ -66,14 +98,17 @@ fn words(method: ReconstructionMethod) -> &'static str {
     }
 }
 
-/// What a thing that was read as a solid looks like as it stands: meshes of it are stood up beside this. `None` where its
-/// recognition does not say what it was read as.
+/// What a thing looks like as it stands, as its category or the solid that it was read as: meshes of it are stood up beside
+/// this. `None` where its recognition does not say what it was read as.
 pub fn as_seen(
     object: &RecognizedObject,
     completion: &Completion,
     camera: &Camera,
     settings: &PhotographSettings,
 ) -> Option<TexturedMesh> {
+    if let Some(mesh) = dressed(object, completion, camera) {
+        return Some(in_size(mesh, object));
+    }
     object.seen_as.as_ref()?;
     stood_up(object, completion, camera, settings).map(|(mesh, ..)| mesh)
 }
@@ -107,12 +142,7 @@ pub(super) fn stood_up(
         size: fit.size,
         texture_px: settings.sizes.texture_px,
     };
-    let mesh = projection.dress(&positions, &triangles);
-    // The recognized extents were measured with the whole picture at hand.
-    let stretch = object.size_m / mesh.size_m().max(DVec3::splat(1e-9));
-    let sound = stretch.is_finite() && stretch.min_element() > 0.0;
-    let mesh = if sound { mesh.scaled(stretch) } else { mesh };
-    Some((mesh, fit, method))
+    Some((in_size(projection.dress(&positions, &triangles), object), fit, method))
 }
 
 /// The completed picture where it lay in the picture it was cut from.

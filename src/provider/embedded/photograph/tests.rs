@@ -16,7 +16,7 @@ use crate::vision::tests::painted::{paint, settings as vision_settings, settings
 
 fn settings() -> PhotographSettings {
     let sizes = SizeSettings { table_height_m: 0.74, top_view_px: 512, texture_px: 512 };
-    PhotographSettings { vision: vision_settings(), sizes }
+    PhotographSettings { vision: vision_settings(), sizes, naming: CategoryFitSettings::usual() }
 }
 
 fn reader() -> PictureReader {

@@ -1,5 +1,5 @@
 //! The table from straight above: the picture rectified by the homography of the table plane, with the
-//! footprints of the solids the things were read as.
+//! footprints of the categories or solids the things were read as.
 //!
 //! On the rectified picture things are smeared away from the camera; where they stand comes from the fitted
 //! solids, not from the smear.
@@ -7,7 +7,7 @@
 use glam::DVec2;
 use rayon::prelude::*;
 
-use super::PhotographSettings;
+use super::{PhotographSettings, category_mesh};
 use crate::geometry::{Camera, Image, Interrupt, Interrupted, Mask, Outline};
 use crate::provider::embedded::recognized_table;
 use crate::provider::{KnownTop, Port, ProviderError, TopPicture, TopViewRequest};
@@ -75,12 +75,16 @@ fn footprints(
                 let picture = &request.reference.picture;
                 fit_solid(&mask.visible, &recognition.camera, Some(picture), Some(&expected))
             });
-            let corners = solid.map(|solid| {
+            let of_solid = || solid.map(|solid| (solid.center, solid.footprint()));
+            let of_category = category_mesh::footprint(object)
+                .zip(object.seen_like.as_ref())
+                .map(|(own, like)| (like.center, own));
+            let corners = of_category.or_else(of_solid).map(|(center, corners)| {
                 // A thing on another was fitted as if on the table: draw it toward the eye.
                 let eye = eye_m.truncate();
                 let lifted = |p: DVec2| eye + nearer * (p - eye);
-                let way = top.nearest_inside(lifted(solid.center)) - lifted(solid.center);
-                solid.footprint().into_iter().map(|p| lifted(p) + way).collect::<Vec<_>>()
+                let way = top.nearest_inside(lifted(center)) - lifted(center);
+                corners.into_iter().map(|p| lifted(p) + way).collect::<Vec<_>>()
             });
             corners.and_then(|corners| Outline::new(corners).ok()).ok_or_else(|| ProviderError::Rejected {
                 port: Port::Painter,

@@ -193,6 +193,7 @@ pub(super) async fn recognize(
                 stands_on,
                 seen_px: Some(seen.place.in_pixels(width_px, height_px)),
                 seen_as: None,
+                seen_like: None,
             })
             .collect(),
     })

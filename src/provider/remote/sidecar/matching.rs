@@ -78,6 +78,7 @@ mod tests {
             stands_on: StandsOn::Table,
             seen_px,
             seen_as: None,
+            seen_like: None,
         }
     }
 

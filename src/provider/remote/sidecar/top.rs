@@ -99,6 +99,7 @@ mod tests {
                 stands_on: StandsOn::Table,
                 seen_px: Some([pixel.x - 9.0, pixel.y - 9.0, pixel.x + 9.0, pixel.y + 9.0]),
                 seen_as: None,
+                seen_like: None,
             }
         };
         Recognition {
