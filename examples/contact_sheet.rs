@@ -117,7 +117,11 @@ fn portrait(mesh: &TexturedMesh, floor_z_m: f64) -> Image {
 fn scenes(out: &Path, sentences: &[&str]) -> Result<usize, Box<dyn Error>> {
     let config = load(Sources::default())?.config;
     let painter = EmbeddedPainter {
-        photograph: PhotographSettings { vision: config.vision, sizes: config.photograph },
+        photograph: PhotographSettings {
+            vision: config.vision,
+            sizes: config.photograph,
+            naming: config.category_fit,
+        },
         layout: config.layout,
         painter: config.painter,
         render: config.render,

@@ -48,6 +48,7 @@ const fn term(mean: f64, spread: f64, first: f64, second: f64) -> Term {
 const FARTHEST: f64 = 4.0;
 
 const AT_THE_MEANS: f64 = -4.1771;
+#[allow(clippy::approx_constant, reason = "a fitted number may come close to any")]
 const TERMS: [Term; Measures::COUNT] = [
     term(-5.8997, 1.7912, 2.0507, -0.5379),
     term(0.8648, 0.0979, 0.5668, -0.1415),

@@ -56,6 +56,7 @@ fn scene(others: impl Fn(u32, u32) -> bool, seen_as: Option<SolidFit>) -> (Compl
         stands_on: StandsOn::Table,
         seen_px: None,
         seen_as,
+        seen_like: None,
     };
     let reference = Reference { picture: Arc::new(picture), known: None };
     (CompletionRequest { reference, object, visible, others, camera: Some(camera), alone: None }, whole)
