@@ -74,7 +74,7 @@ fn what_will_not_do_is_said_before_the_work() {
         ),
         (vec!["generate", "--text", "a mug", "--data-dir", "/proc/none"], 1, "/proc/none"),
         (vec!["evaluate"], 2, "--set <NAME>"),
-        (vec!["evaluate", "--set", "layuot"], 2, "[possible values: layout, pictures]"),
+        (vec!["evaluate", "--set", "layuot"], 2, "[possible values: layout, pictures, regions]"),
         (vec!["evaluate", "--set", "layout", "--scenes", "0"], 2, "--scenes"),
         (vec!["evaluate", "--set", "layout", "--out", "/proc/none"], 1, "cannot write /proc/none"),
         (vec!["serve", "--role", "api"], 2, "--role all"),
