@@ -138,6 +138,7 @@ fn certificate(scene: &Breakfast) -> Certificate {
             health: HealthThresholds {
                 hull_excess_m: scene.config.health.hull_excess_m,
                 uncovered_m: scene.config.health.uncovered_m,
+                uncovered_share: scene.config.health.uncovered_share,
                 open_share: scene.config.health.least_open_share,
                 longest_side_m: [scene.config.health.least_side_m, scene.config.health.most_side_m],
                 density_kg_m3: [

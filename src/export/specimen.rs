@@ -267,6 +267,7 @@ pub(super) fn specimen() -> (Scene, Certificate, Assets, Pictures) {
             health: HealthThresholds {
                 hull_excess_m: 0.05,
                 uncovered_m: 0.01,
+                uncovered_share: 0.015,
                 open_share: 0.5,
                 longest_side_m: [0.003, 5.0],
                 density_kg_m3: [10.0, 23000.0],

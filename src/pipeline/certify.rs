@@ -36,7 +36,7 @@ use crate::store::Digest;
 pub use appraise::AppraiseSettings;
 pub use health::HealthSettings;
 
-pub const STAGE: Stage = Stage { name: "certify", version: 7 };
+pub const STAGE: Stage = Stage { name: "certify", version: 8 };
 
 /// Section `[fidelity]`.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]

@@ -121,6 +121,8 @@ pub struct Thresholds {
 pub struct HealthThresholds {
     pub hull_excess_m: f64,
     pub uncovered_m: f64,
+    /// Of a body's longest side, where that is more.
+    pub uncovered_share: f64,
     /// Least share of a mesh's openings that no hull fills.
     pub open_share: f64,
     /// Of the longest side, least and most.
@@ -129,6 +131,13 @@ pub struct HealthThresholds {
     pub density_kg_m3: [f64; 2],
     /// Largest static friction coefficient; the dynamic one may not exceed the static one.
     pub friction: f64,
+}
+
+impl HealthThresholds {
+    /// How far a corner of a body's mesh may lie outside all hulls, meters.
+    pub fn most_uncovered_m(&self, size_m: [f64; 3]) -> f64 {
+        self.uncovered_m.max(self.uncovered_share * size_m.into_iter().fold(0.0, f64::max))
+    }
 }
 
 /// Per-object findings.

@@ -23,6 +23,8 @@ pub struct HealthSettings {
     pub hull_excess_m: f64,
     /// A corner of the visual mesh may lie outside all hulls by this, meters.
     pub uncovered_m: f64,
+    /// And by this share of the body's longest side where that is more, 0..1.
+    pub uncovered_share: f64,
     /// Hulls must leave at least this share of the mesh's openings open, 0..1.
     pub least_open_share: f64,
     /// The longest side of a body is at least this, meters.
@@ -42,6 +44,7 @@ impl HealthSettings {
         HealthThresholds {
             hull_excess_m: self.hull_excess_m,
             uncovered_m: self.uncovered_m,
+            uncovered_share: self.uncovered_share,
             open_share: self.least_open_share,
             longest_side_m: [self.least_side_m, self.most_side_m],
             density_kg_m3: [self.least_density_kg_m3, self.most_density_kg_m3],
@@ -109,7 +112,7 @@ pub(super) fn reasons(found: &BodyHealth, friction: &Friction, limits: &HealthSe
         );
         reason(ReasonCode::ImplausibleDensity, sentence);
     }
-    if found.uncovered_m.is_nan() || found.uncovered_m > limits.uncovered_m {
+    if found.uncovered_m.is_nan() || found.uncovered_m > limits.thresholds().most_uncovered_m(found.size_m) {
         let sentence = format!("{name} has a part {:.1} mm outside all of its hulls", mm(found.uncovered_m));
         reason(ReasonCode::MissingCollider, sentence);
     }

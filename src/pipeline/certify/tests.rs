@@ -318,6 +318,14 @@ fn a_hull_that_leaves_a_part_out_is_a_missing_collider() {
 }
 
 #[test]
+fn what_is_large_may_lie_outside_its_hulls_by_a_share_of_its_size() {
+    let limits = section::<HealthSettings>("health").thresholds();
+    let most_m = |side_m: f64| limits.most_uncovered_m([0.5 * side_m, side_m, 0.1 * side_m]);
+    assert_eq!(most_m(0.2), limits.uncovered_m);
+    assert!((most_m(2.0) - 2.0 * limits.uncovered_share).abs() < 1e-12 && most_m(2.0) > limits.uncovered_m);
+}
+
+#[test]
 fn hulls_that_fill_a_cup_are_told_by_its_openings() {
     let profile = [DVec2::new(0.03, 0.0), DVec2::new(0.03, 0.06)];
     let cup = shapes::shell_of_revolution(&profile, 0.004, 0.006, 48);

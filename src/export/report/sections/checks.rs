@@ -159,7 +159,11 @@ fn bodies(report: &Report<'_>) -> Vec<Vec<Cell>> {
             ReasonCode::MissingCollider,
             "Hulls cover their mesh",
             format!("at most {} outside", mm(range(|body| body.uncovered_m).1)),
-            format!("at most {}", mm(limits.uncovered_m)),
+            format!(
+                "at most {}, or {} of its longest side",
+                mm(limits.uncovered_m),
+                percent(limits.uncovered_share)
+            ),
         ),
         row(
             report,
