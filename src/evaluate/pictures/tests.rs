@@ -155,7 +155,7 @@ fn perfect_maps_are_read_almost_in_full() {
     eprintln!("{all:?}");
     // One shows nothing that is large enough to count.
     assert!(all.painted > 50 && all.refused <= 1, "{all:?}");
-    assert!(all.recall > Some(0.8) && all.precision > Some(0.8) && all.right_outlines > 0.9, "{all:?}");
+    assert!(all.recall > Some(0.9) && all.precision > Some(0.95) && all.right_outlines > 0.9, "{all:?}");
     assert!(all.labeled > Some(0.1) && all.label_precision > Some(0.7), "{all:?}");
     assert!(all.labeled_as_foreign < Some(0.15), "{all:?}");
     let [elevation_deg, position_m, height, yaw_deg] =

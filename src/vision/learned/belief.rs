@@ -103,3 +103,50 @@ impl Measures {
         1.0 / (1.0 + (-log_odds).exp())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A compact region of 400 of 46,080 places with the middle that all of it vote for.
+    const CLEAR: Measures = Measures {
+        log_area: -4.75,
+        object: 0.97,
+        vote_off: 0.05,
+        rim_shared: 0.1,
+        joined_at: 0.05,
+        joins_at: NEVER_JOINED,
+        fill: 0.75,
+        center_at_vote: 0.9,
+        rim_length: 4.5,
+        complete: 1.0,
+    };
+
+    #[test]
+    fn what_speaks_against_a_region_lessens_the_belief_in_it() {
+        let clear = CLEAR.belief();
+        assert!(clear > 0.95, "{clear}");
+        let worse = [
+            ("small", Measures { log_area: -7.5, ..CLEAR }),
+            ("hardly a thing", Measures { object: 0.6, ..CLEAR }),
+            ("votes for elsewhere", Measures { vote_off: 1.0, ..CLEAR }),
+            ("surrounded", Measures { rim_shared: 0.9, ..CLEAR }),
+            ("no middle there", Measures { center_at_vote: 0.05, ..CLEAR }),
+            ("part of what votes so", Measures { complete: 0.2, ..CLEAR }),
+        ];
+        for (what, measures) in worse {
+            assert!(measures.belief() < clear - 0.005, "{what}: {} for {clear}", measures.belief());
+        }
+        let sliver = Measures { log_area: -7.5, vote_off: 2.5, rim_shared: 0.8, complete: 0.1, ..CLEAR };
+        assert!(sliver.belief() < 0.05, "{}", sliver.belief());
+    }
+
+    #[test]
+    fn every_measure_has_its_name_and_its_term() {
+        assert_eq!(
+            CLEAR.values()[Measures::NAMES.iter().position(|name| *name == "fill").expect("named")],
+            0.75
+        );
+        assert!(TERMS.iter().all(|term| term.spread > 0.0));
+    }
+}
