@@ -7,8 +7,9 @@
 //! made for product pictures (plain light backdrop, level camera, whole table) and refuses rather than
 //! guesses: [`VisionError`] says what was not found. [`descriptor`] is the classical form of `Phi`, [`dinov2`] the
 //! learned one, which is given its weights. [`mask_repair`] mends masks that a network drew, [`cut_out`] takes a
-//! thing off a plain backdrop, [`hidden_within`] tells what others hide of one, [`placement`] finds where a redrawn thing lies, [`fidelity`] compares a picture with one of the
-//! scene made from it. [`network`] looks at frames with weights that `training/` wrote; [`read_with_network`] reads by them.
+//! thing off a plain backdrop, [`hidden_within`] tells what others hide of one, [`placement`] finds where a redrawn thing
+//! lies, [`fidelity`] compares a picture with one of the scene made from it. [`network`] looks at frames with weights that
+//! `training/` wrote; [`read_with_network`] reads by them, and [`category_fit`] names what was read.
 //!
 //! Vision knows pictures and geometry, neither jobs nor ports; nothing here is random.
 

@@ -4,8 +4,9 @@
 //! on the table plane, thin), an upright silhouette with depth, and either outline blown up. The first two are fitted by
 //! climbing on the intersection over union of their projected outline with the mask; the others fit almost anything and are
 //! taken only where those do not; how thick or deep they are is what best gives the silhouette. Where a box's depth and
-//! height trade against each other, the edges seen inside the silhouette decide. One silhouette cannot tell the depth of what it hides: depths
-//! of upright silhouettes are a guess, unless it is known where the thing stands ([`Expected`]). Cost: 5 to 30 ms an object.
+//! height trade against each other, the edges seen inside the silhouette decide. One silhouette cannot tell the depth of what
+//! it hides: depths of upright silhouettes are a guess, unless it is known where the thing stands ([`Expected`]). Cost: 5 to
+//! 30 ms an object, more where outlines are blown up.
 
 mod block;
 mod expected;

@@ -6,7 +6,8 @@
 //! one under which everything together is most likely.
 //!
 //! The weights maximize the likelihood of what was painted in pictures of the training split, half of the time with
-//! the thing's own category left out; the probability from which a name is given was chosen on those of the validation split.
+//! the thing's own category left out, a fit that was made once; the probability from which a name is given was chosen on
+//! those of the validation split.
 
 use super::{CategoryFitSettings, CategoryLook, ThingEvidence};
 

@@ -1,7 +1,7 @@
 //! The catalog's mesh of a thing that was recognized, in the colors of its picture.
 //!
-//! Each part takes the color of the brighter half of the pixels in which it shows, so that prints and grain stay the catalog's and what was
-//! not seen looks like what was; parts that do not show keep the catalog's colors.
+//! Each part takes the color of the brighter half of the pixels in which it shows, so that prints and grain stay the
+//! catalog's and what was not seen looks like what was; parts that do not show keep the catalog's colors.
 
 use std::sync::Arc;
 
