@@ -7,17 +7,22 @@
 
 use std::sync::Arc;
 
-use tabletopgen::catalog::{self, Recipe, physical_properties};
-use tabletopgen::config::{self, Config, Sources};
-use tabletopgen::geometry::decompose::decompose;
-use tabletopgen::geometry::mesh_solid::MeshSolid;
-use tabletopgen::geometry::{Interrupt, Outline, Pose, TexturedMesh};
-use tabletopgen::physics::{Body, SupportedBy};
-use tabletopgen::provider::embedded::analyst::{self, DescribeOptions};
-use tabletopgen::provider::embedded::painter::EmbeddedPainter;
-use tabletopgen::provider::embedded::photograph::PhotographSettings;
-use tabletopgen::provider::{Call, Cpu, Painter, Painting, PaintingAside};
-use tabletopgen::scene::{RecognizedObject, SceneDescription, StandsOn};
+use catalog;
+use catalog::{Recipe, physical_properties};
+use embedded::analyst;
+use embedded::analyst::DescribeOptions;
+use embedded::painter::EmbeddedPainter;
+use embedded::photograph::PhotographSettings;
+use geometry::decompose::decompose;
+use geometry::mesh_solid::MeshSolid;
+use geometry::{Outline, Pose, TexturedMesh};
+use physics::{Body, SupportedBy};
+use ports::{Call, Painter, Painting, PaintingAside};
+use runtime::Cpu;
+use runtime::Interrupt;
+use scene::{RecognizedObject, SceneDescription, StandsOn};
+use tabletopgen::config;
+use tabletopgen::config::{Config, Sources};
 
 pub const TEXT: &str = "A breakfast table with a bowl of three apples, a plate with a croissant on it, a glass of \
                         water, a milk carton, a cereal box, a mug with a spoon in it and two eggs";

@@ -5,8 +5,8 @@ mod breakfast;
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use tabletopgen::align::canonicalize::{UprightProblem, upright};
-use tabletopgen::geometry::Interrupt;
+use pose_estimation::canonicalize::{UprightProblem, upright};
+use runtime::Interrupt;
 
 fn bench(criterion: &mut Criterion) {
     let scene = breakfast::Breakfast::new();

@@ -5,9 +5,9 @@ mod breakfast;
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use tabletopgen::geometry::Interrupt;
-use tabletopgen::geometry::collide::PlacedSolid;
-use tabletopgen::physics::{collisions, stability, support};
+use geometry::collide::PlacedSolid;
+use physics::{collisions, stability, support};
+use runtime::Interrupt;
 
 fn bench(criterion: &mut Criterion) {
     let scene = breakfast::Breakfast::new();

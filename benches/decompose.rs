@@ -5,8 +5,9 @@ mod breakfast;
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use tabletopgen::geometry::decompose::decompose;
-use tabletopgen::geometry::{Interrupt, TexturedMesh};
+use geometry::TexturedMesh;
+use geometry::decompose::decompose;
+use runtime::Interrupt;
 
 fn bench(criterion: &mut Criterion) {
     let scene = breakfast::Breakfast::new();

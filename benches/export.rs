@@ -5,17 +5,15 @@ mod breakfast;
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use tabletopgen::export::{Assets, BodyAsset, Pictures, write_formats, zip_bundle};
-use tabletopgen::physics::Body;
-use tabletopgen::scene::certificate::{
+use export::{Assets, BodyAsset, Pictures, write_formats, zip_bundle};
+use physics::Body;
+use scene::certificate::{
     Appearance, Fidelity, HealthThresholds, MadeWith, Metrics, Regions, ResolveFinding, Thresholds, Verdict,
 };
-use tabletopgen::scene::finished::Frame;
-use tabletopgen::scene::instance::{Picture, SupportRelation};
-use tabletopgen::scene::request::RequestOptions;
-use tabletopgen::scene::{
-    Certificate, Input, Instance, InstanceId, Provenance, Scene, SceneRequest, Support, Table,
-};
+use scene::finished::Frame;
+use scene::instance::{Picture, SupportRelation};
+use scene::request::RequestOptions;
+use scene::{Certificate, Input, Instance, InstanceId, Provenance, Scene, SceneRequest, Support, Table};
 
 use breakfast::{Breakfast, SEED, TEXT};
 
@@ -40,7 +38,7 @@ fn bench(criterion: &mut Criterion) {
     criterion.bench_function("export/archive", |b| b.iter(|| zip_bundle(black_box(&files))));
 }
 
-fn asset(category: &str, visual: &tabletopgen::geometry::TexturedMesh, body: &Body) -> BodyAsset {
+fn asset(category: &str, visual: &geometry::TexturedMesh, body: &Body) -> BodyAsset {
     BodyAsset {
         name: body.name.clone(),
         label: body.name.clone(),

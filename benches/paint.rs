@@ -5,11 +5,11 @@ mod breakfast;
 use std::hint::black_box;
 use std::sync::Arc;
 
+use catalog::category;
 use criterion::{Criterion, criterion_group, criterion_main};
-use tabletopgen::catalog::category;
-use tabletopgen::geometry::Interrupt;
-use tabletopgen::provider::embedded::layout::{Thing, arrange};
-use tabletopgen::scene::InstanceId;
+use embedded::layout::{Thing, arrange};
+use runtime::Interrupt;
+use scene::InstanceId;
 
 fn bench(criterion: &mut Criterion) {
     let scene = breakfast::Breakfast::new();

@@ -6,7 +6,7 @@ use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use glam::DVec2;
-use tabletopgen::align::tsa::{TsaInstance, TsaProblem, align_top_view, footprint};
+use pose_estimation::tsa::{TsaInstance, TsaProblem, align_top_view, footprint};
 
 /// Scale of the imagined top view.
 const PX_PER_M: f64 = 600.0;

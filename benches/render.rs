@@ -5,8 +5,8 @@ mod breakfast;
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use tabletopgen::geometry::Pose;
-use tabletopgen::render::{Background, Lighting, RenderObject, RenderScene, View, render, render_geometry};
+use geometry::Pose;
+use render::{Background, Lighting, RenderObject, RenderScene, View, render, render_geometry};
 
 fn bench(criterion: &mut Criterion) {
     let scene = breakfast::Breakfast::new();

@@ -6,10 +6,11 @@ use std::hint::black_box;
 use std::sync::Arc;
 
 use criterion::{Criterion, criterion_group, criterion_main};
+use geometry::{Camera, Pose};
 use glam::DVec3;
-use tabletopgen::geometry::{Camera, Pose};
-use tabletopgen::render::gpu::{DeviceChoice, Gpu, GpuDiorama};
-use tabletopgen::render::{Background, Diorama, Lighting, RenderObject, View};
+use gpu::{DeviceChoice, Gpu};
+use render::gpu::GpuDiorama;
+use render::{Background, Diorama, Lighting, RenderObject, View};
 use wgpu::Backends;
 
 fn bench(criterion: &mut Criterion) {

@@ -5,10 +5,10 @@ mod breakfast;
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
+use geometry::mesh_solid::MeshSolid;
 use glam::DVec3;
-use tabletopgen::geometry::Interrupt;
-use tabletopgen::geometry::mesh_solid::MeshSolid;
-use tabletopgen::physics::{ResolveProblem, resolve, settle};
+use physics::{ResolveProblem, resolve, settle};
+use runtime::Interrupt;
 
 fn bench(criterion: &mut Criterion) {
     let scene = breakfast::Breakfast::new();

@@ -5,8 +5,9 @@ mod breakfast;
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use tabletopgen::align::dro::{DroSettings, DroSolver, RotationProblem, estimate_yaw};
-use tabletopgen::geometry::{Interrupt, Mask};
+use imaging::Mask;
+use pose_estimation::dro::{DroSettings, DroSolver, RotationProblem, estimate_yaw};
+use runtime::Interrupt;
 
 fn bench(criterion: &mut Criterion) {
     let scene = breakfast::Breakfast::new();

@@ -5,14 +5,15 @@ use std::f64::consts::TAU;
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
+use geometry::{FaceGroup, Material, Rgb, TexturedMesh};
 use glam::{DVec2, Vec2, Vec3};
+use gpu::{DeviceChoice, Gpu};
+use imaging::Image;
 use rayon::prelude::*;
-use tabletopgen::geometry::{FaceGroup, Image, Material, Rgb, TexturedMesh};
-use tabletopgen::render::gpu::{DeviceChoice, Gpu};
-use tabletopgen::render::soft::color::{MovingDirection, MovingKey, Painted, SoftPicture, StudioLight};
-use tabletopgen::render::soft::gpu::GpuSilhouettes;
-use tabletopgen::render::soft::loss::{SoftTerms, Target, terms};
-use tabletopgen::render::soft::{Grid, MovingPoint, Paint, SoftSilhouette, Surface};
+use soft_raster::color::{MovingDirection, MovingKey, Painted, SoftPicture, StudioLight};
+use soft_raster::gpu::GpuSilhouettes;
+use soft_raster::loss::{SoftTerms, Target, terms};
+use soft_raster::{Grid, MovingPoint, Paint, SoftSilhouette, Surface};
 use wgpu::Backends;
 
 /// The paper's crop and PyTorch3D's usual blur on it.

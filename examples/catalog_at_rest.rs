@@ -8,14 +8,16 @@ use std::io::Write;
 use std::process::ExitCode;
 use std::time::Instant;
 
+use catalog::{Category, Recipe, build, categories, physical_properties};
+use geometry::convex_hull::convex_hull;
+use geometry::decompose::decompose;
+use geometry::mesh_solid::MeshSolid;
+use geometry::{DQuat, DVec3, Friction, MassProperties, Pose};
+use physics::{Body, Stability, settle, stability};
 use rayon::prelude::*;
-use tabletopgen::catalog::{Category, Recipe, build, categories, physical_properties};
-use tabletopgen::config::{Config, Sources, layers::load};
-use tabletopgen::geometry::convex_hull::convex_hull;
-use tabletopgen::geometry::decompose::decompose;
-use tabletopgen::geometry::mesh_solid::MeshSolid;
-use tabletopgen::geometry::{DQuat, DVec3, Friction, Interrupt, MassProperties, Pose};
-use tabletopgen::physics::{Body, Stability, settle, stability};
+use runtime::Interrupt;
+use tabletopgen::config::layers::load;
+use tabletopgen::config::{Config, Sources};
 
 /// Sizes and variants tried of each.
 const SEEDS: [u64; 2] = [1, 2];

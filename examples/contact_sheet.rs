@@ -8,18 +8,21 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
+use catalog::{Recipe, build, build_table, categories, table_models};
+use embedded::analyst::{DescribeOptions, describe};
+use embedded::painter::EmbeddedPainter;
+use embedded::photograph::PhotographSettings;
+use geometry::{Camera, DVec3, Pose, TexturedMesh};
+use imaging::Image;
+use imaging::codec::encode_png;
+use ports::{Call, Painter};
 use rayon::prelude::*;
-use tabletopgen::catalog::{Recipe, build, build_table, categories, table_models};
+use render::overlay::sheet;
+use render::{Background, Lighting, RenderObject, RenderScene, RenderSettings, View, render};
+use runtime::Cpu;
+use runtime::Interrupt;
 use tabletopgen::config::Sources;
 use tabletopgen::config::layers::load;
-use tabletopgen::export::png::encode_png;
-use tabletopgen::geometry::{Camera, DVec3, Image, Interrupt, Pose, TexturedMesh};
-use tabletopgen::provider::embedded::analyst::{DescribeOptions, describe};
-use tabletopgen::provider::embedded::painter::EmbeddedPainter;
-use tabletopgen::provider::embedded::photograph::PhotographSettings;
-use tabletopgen::provider::{Call, Cpu, Painter};
-use tabletopgen::render::overlay::sheet;
-use tabletopgen::render::{Background, Lighting, RenderObject, RenderScene, RenderSettings, View, render};
 
 /// Four families, and tables of other shapes.
 const SENTENCES: &[&str] = &[

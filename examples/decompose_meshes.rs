@@ -11,13 +11,15 @@ use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-use tabletopgen::catalog::{Recipe, build, category};
-use tabletopgen::config::{Sources, layers::load};
-use tabletopgen::geometry::decompose::{DecomposeSettings, decompose};
-use tabletopgen::geometry::repair::repaired;
-use tabletopgen::geometry::seed::{child_rng, child_seed};
-use tabletopgen::geometry::shells::shells;
-use tabletopgen::geometry::{DVec3, Interrupt, Material, Rgb, Solid, TexturedMesh, Vec2, Vec3};
+use catalog::{Recipe, build, category};
+use geometry::decompose::{DecomposeSettings, decompose};
+use geometry::repair::repaired;
+use geometry::shells::shells;
+use geometry::{DVec3, Material, Rgb, Solid, TexturedMesh, Vec2, Vec3};
+use runtime::Interrupt;
+use runtime::seed::{child_rng, child_seed};
+use tabletopgen::config::Sources;
+use tabletopgen::config::layers::load;
 
 /// Thin-walled, hollow, with handles, forked, of many parts: what a decomposition can get wrong.
 const CATEGORIES: [&str; 30] = [

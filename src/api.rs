@@ -30,8 +30,8 @@ use serde::{Deserialize, Serialize};
 use tokio::sync::Semaphore;
 use tokio_util::sync::CancellationToken;
 
-use crate::scene::SceneRequest;
-use crate::store::Store;
+use scene::SceneRequest;
+use store::Store;
 
 pub use error::{FieldError, Problem};
 

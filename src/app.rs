@@ -6,14 +6,12 @@
 
 pub mod logging;
 pub mod features;
-mod network;
+pub mod network;
 pub mod remote;
 mod fetching;
 pub mod scenes;
 pub mod service;
 pub mod local;
-pub mod evaluation;
-pub mod dev_providers;
 
 use std::path::Path;
 use std::sync::Arc;
@@ -24,10 +22,10 @@ pub use crate::config;
 
 use crate::config::Config;
 use crate::pipeline::checkpoint::StageRuntime;
-use crate::provider::Cpu;
-use crate::render::gpu::Compute;
-use crate::store::{Store, StoreError};
 use crate::worker::{BuildScene, Worker};
+use gpu::Compute;
+use runtime::Cpu;
+use store::{Store, StoreError};
 
 /// Why the program could not start or go on.
 #[derive(Debug, thiserror::Error)]
@@ -74,7 +72,7 @@ pub fn worker(store: &Store, config: &Config, build: BuildScene) -> Result<Worke
 /// What results depend on besides inputs and settings, as part of every checkpoint's key: floating point
 /// differs between architectures in the last bit, and nothing else here differs between machines. A GPU differs
 /// too; the stages that use one have its name among their inputs.
-const BACKEND: &str = if cfg!(target_arch = "x86_64") {
+pub const BACKEND: &str = if cfg!(target_arch = "x86_64") {
     "cpu-x86_64"
 } else if cfg!(target_arch = "aarch64") {
     "cpu-aarch64"

@@ -12,27 +12,13 @@ pub mod cli;
 pub mod api;
 
 // 2. It becomes a job.
-pub mod job;
 pub mod worker;
 
 // 3. Stages turn it into a scene.
 pub mod pipeline;
 
 // 4. What stages speak about, to, and write.
-pub mod scene;
-pub mod provider;
-pub mod export;
-pub mod evaluate;
-pub mod dev_providers;
 
 // 5. The toolbox: meshes and numbers, nothing of jobs.
-pub mod catalog;
-pub mod geometry;
-pub mod vision;
-pub mod render;
-pub mod align;
-pub mod physics;
-pub mod synthetic;
 
 // 6. What survives a restart.
-pub mod store;

@@ -26,19 +26,19 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use crate::align::canonicalize::CanonicalizeSettings;
-use crate::align::dro::DroSettings;
-use crate::align::tsa::TsaSettings;
-use crate::export::ExportSettings;
-use crate::geometry::decompose::DecomposeSettings;
-use crate::physics::{CertifySettings, ResolveSettings, SettleSettings};
-use crate::provider::Ports;
-use crate::render::RenderSettings;
-use crate::scene::{Recognition, SceneRequest};
-use crate::store::artifacts::BuiltRows;
 use checkpoint::{Checkpoints, StageContext};
 use error::{StageError, StageErrorClass};
+use export::ExportSettings;
+use geometry::decompose::DecomposeSettings;
+use physics::{CertifySettings, ResolveSettings, SettleSettings};
+use ports::Ports;
+use pose_estimation::canonicalize::CanonicalizeSettings;
+use pose_estimation::dro::DroSettings;
+use pose_estimation::tsa::TsaSettings;
+use render::RenderSettings;
+use scene::{Recognition, SceneRequest};
 use services::Services;
+use store::artifacts::BuiltRows;
 
 /// What a stage function gets besides its inputs.
 pub type Context = StageContext<Services>;

@@ -21,7 +21,7 @@ use tokio_util::task::TaskTracker;
 use uuid::Uuid;
 
 use crate::pipeline::checkpoint::StageRuntime;
-use crate::store::{Outage, Store, StoreError};
+use store::{Outage, Store, StoreError};
 
 pub use build::{BuildScene, BuiltScene, JobContext};
 

@@ -6,8 +6,8 @@ use std::io::{Cursor, Write};
 use std::path::Path;
 
 use libfuzzer_sys::fuzz_target;
-use tabletopgen::export::wavefront_archive::is_archive;
-use tabletopgen::provider::remote::cassette::Cassette;
+use mesh_io::wavefront_archive::is_archive;
+use remote::cassette::Cassette;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 

@@ -4,8 +4,8 @@
 use std::sync::LazyLock;
 
 use libfuzzer_sys::fuzz_target;
-use tabletopgen::provider::remote::chat::proofreading::QuestionKind;
-use tabletopgen::scene::InstanceId;
+use remote::chat::proofreading::QuestionKind;
+use scene::InstanceId;
 
 /// The things that the questions are about; the seeds speak of them.
 static ASKED: LazyLock<Vec<InstanceId>> = LazyLock::new(|| {

@@ -2,7 +2,7 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use tabletopgen::export::gltf::read_mesh_glb;
+use mesh_io::gltf::read_mesh_glb;
 
 fuzz_target!(|file: &[u8]| {
     if let Ok(mesh) = read_mesh_glb(file) {

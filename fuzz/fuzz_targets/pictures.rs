@@ -2,8 +2,8 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use tabletopgen::export::png::{decode_photograph, decode_picture};
-use tabletopgen::provider::remote::picture;
+use imaging::codec::{decode_photograph, decode_picture};
+use remote::picture;
 
 /// Most pixels of a picture in a request, as config/default.toml has it.
 const MAX_PIXELS: u64 = 64_000_000;

@@ -6,8 +6,8 @@ use std::sync::LazyLock;
 use bytes::Bytes;
 use libfuzzer_sys::fuzz_target;
 use tabletopgen::config::{Config, Sources, layers};
-use tabletopgen::provider::remote::outbound::Reply;
-use tabletopgen::provider::remote::sidecar;
+use remote::outbound::Reply;
+use remote::sidecar;
 
 static CONFIG: LazyLock<Config> =
     LazyLock::new(|| layers::load(Sources::default()).expect("the defaults are valid").config);

@@ -7,9 +7,9 @@ use std::sync::LazyLock;
 use bytes::Bytes;
 use libfuzzer_sys::fuzz_target;
 use tabletopgen::config::{Config, Sources, layers};
-use tabletopgen::provider::remote::failure::Failure;
-use tabletopgen::provider::remote::outbound::Reply;
-use tabletopgen::provider::remote::{ark, chat, hunyuan3d, images, replicate, tencent};
+use remote::failure::Failure;
+use remote::outbound::Reply;
+use remote::{ark, chat, hunyuan3d, images, replicate, tencent};
 
 static CONFIG: LazyLock<Config> =
     LazyLock::new(|| layers::load(Sources::default()).expect("the defaults are valid").config);

@@ -3,8 +3,8 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use tabletopgen::vision::dinov2::Dinov2;
-use tabletopgen::vision::network::TableNetwork;
+use vision::dinov2::Dinov2;
+use vision::network::TableNetwork;
 
 fuzz_target!(|bytes: &[u8]| {
     match bytes {

@@ -17,9 +17,9 @@ use super::download::{Download, respond};
 use super::error::{Problem, ProblemType};
 use super::scenes::find;
 use super::wire::{parameter, query};
-use crate::job::SceneState;
-use crate::store::artifacts::ArchiveRow;
-use crate::store::scenes::SceneRow;
+use scene::job::SceneState;
+use store::artifacts::ArchiveRow;
+use store::scenes::SceneRow;
 
 /// Formats with a folder of their own in the bundle; everything outside these folders is in every archive.
 const FORMATS: [&str; 5] = ["usd", "urdf", "mjcf", "sdf", "glb"];

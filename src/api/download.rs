@@ -9,7 +9,7 @@ use axum::response::{IntoResponse, Response};
 
 use super::Api;
 use super::error::{Problem, ProblemType};
-use crate::store::Digest;
+use store::Digest;
 
 /// What to send.
 pub struct Download<'a> {

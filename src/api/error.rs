@@ -8,7 +8,7 @@ use axum::response::{IntoResponse, Response};
 use serde::Serialize;
 use serde_json::json;
 
-use crate::store::{Outage, StoreError};
+use store::{Outage, StoreError};
 
 /// The closed list of problem types; each has one status.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -21,8 +21,8 @@ use super::Api;
 use super::error::{Problem, ProblemType};
 use super::jobs::find;
 use super::wire::{EventView, page_size, parameter, query};
-use crate::store::events::Event;
-use crate::store::{DEFAULT_TENANT, StoreError};
+use store::events::Event;
+use store::{DEFAULT_TENANT, StoreError};
 
 /// `GET /jobs/{job_id}/events`.
 pub async fn list(

@@ -11,9 +11,9 @@ use super::Api;
 use super::error::{FieldError, Problem, ProblemType};
 use super::submission::{json_bytes, media_type, parse};
 use super::wire::{JobView, StageView};
-use crate::store::DEFAULT_TENANT;
-use crate::store::jobs::{JobRow, Retried};
-use crate::store::queue::CancelRequest;
+use store::DEFAULT_TENANT;
+use store::jobs::{JobRow, Retried};
+use store::queue::CancelRequest;
 
 /// `GET /jobs/{job_id}`.
 pub async fn show(State(api): State<Api>, Path(job_id): Path<String>) -> Result<Response, Problem> {

@@ -10,7 +10,7 @@ use image::{ImageFormat, ImageReader, Limits};
 
 use super::Settings;
 use super::error::{Problem, ProblemType};
-use crate::store::Digest;
+use store::Digest;
 
 /// Smallest side of a picture somebody could see a table in, pixels.
 const MIN_SIDE_PX: u32 = 32;

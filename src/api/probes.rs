@@ -8,7 +8,7 @@ use serde_json::json;
 
 use super::Api;
 use super::error::{Problem, ProblemType};
-use crate::store::Outage;
+use store::Outage;
 
 /// The contract, as it lies in the repository.
 pub const OPENAPI: &str = include_str!("../../openapi.yaml");

@@ -14,9 +14,9 @@ use super::wire::{
     parse_timestamp, query,
 };
 use super::{Api, submission};
-use crate::job::SceneState;
-use crate::store::DEFAULT_TENANT;
-use crate::store::scenes::{Deleted, NewScene, SceneFilter, SceneRow, Submitted};
+use scene::job::SceneState;
+use store::DEFAULT_TENANT;
+use store::scenes::{Deleted, NewScene, SceneFilter, SceneRow, Submitted};
 
 /// `POST /scenes`.
 pub async fn submit(

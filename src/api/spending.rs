@@ -3,8 +3,8 @@
 use serde::Serialize;
 
 use super::wire::timestamp;
-use crate::scene::MicroUsd;
-use crate::store::calls::{CallRow, Spending};
+use scene::MicroUsd;
+use store::calls::{CallRow, Spending};
 
 /// The money of a scene, and every call it went to.
 #[derive(Serialize)]

@@ -18,9 +18,9 @@ use uuid::Uuid;
 use super::error::{FieldError, Problem, ProblemType};
 use super::picture::Picture;
 use super::{Api, Settings, Validate, picture};
-use crate::scene::request::{MAX_BUDGET_USD, MAX_SEED, RequestOptions};
-use crate::scene::{Input, SceneRequest};
-use crate::store::Digest;
+use scene::request::{MAX_BUDGET_USD, MAX_SEED, RequestOptions};
+use scene::{Input, SceneRequest};
+use store::Digest;
 
 /// The JSON body (or the `request` field of a multipart one), as [`parse`] reads it: unchecked.
 #[derive(Debug, Default, Deserialize)]

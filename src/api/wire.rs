@@ -10,10 +10,10 @@ use uuid::Uuid;
 
 use super::error::{Problem, ProblemType};
 pub use super::spending::SpendingView;
-use crate::store::artifacts::ArtifactRow;
-use crate::store::events::Event;
-use crate::store::jobs::{JobRow, StageRow};
-use crate::store::scenes::SceneRow;
+use store::artifacts::ArtifactRow;
+use store::events::Event;
+use store::jobs::{JobRow, StageRow};
+use store::scenes::SceneRow;
 
 /// A scene with its newest job.
 #[derive(Serialize)]

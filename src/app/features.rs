@@ -4,9 +4,9 @@ use std::path::Path;
 use std::sync::Arc;
 
 use crate::config::{ConfigError, ConfigErrors, Resolved};
-use crate::provider::embedded::dinov2::Dinov2FeatureExtractor;
-use crate::provider::feature_extractor::FeatureAdapter;
-use crate::provider::{FeatureExtractor, Ports};
+use embedded::dinov2::Dinov2FeatureExtractor;
+use ports::feature_extractor::FeatureAdapter;
+use ports::{FeatureExtractor, Ports};
 
 /// What the configuration chose.
 #[derive(Clone)]

@@ -6,10 +6,11 @@ use std::time::Duration;
 
 use futures::FutureExt;
 
-use crate::api::{self, FetchPicture};
-use crate::provider::remote::Outbound;
-use crate::provider::remote::address::AddressRules;
-use crate::provider::remote::outbound::Outgoing;
+use crate::api;
+use crate::api::FetchPicture;
+use remote::Outbound;
+use remote::address::AddressRules;
+use remote::outbound::Outgoing;
 
 /// The client is made for the first picture: a server that fetches none needs no certificates.
 pub fn fetch_picture(settings: &api::Settings) -> FetchPicture {

@@ -7,11 +7,11 @@ use tokio_util::sync::CancellationToken;
 use super::AppError;
 use crate::api::submission::Submission;
 use crate::config::Config;
-use crate::store::events::Event;
-use crate::store::jobs::JobRow;
-use crate::store::scenes::{NewScene, SceneRow, Submitted};
-use crate::store::{DEFAULT_TENANT, Outage, Store, StoreError};
 use crate::worker::BuildScene;
+use store::events::Event;
+use store::jobs::JobRow;
+use store::scenes::{NewScene, SceneRow, Submitted};
+use store::{DEFAULT_TENANT, Outage, Store, StoreError};
 
 /// How it ended.
 #[derive(Debug)]

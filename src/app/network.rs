@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use crate::config::{ConfigError, ConfigErrors, Resolved};
-use crate::provider::embedded::photograph::ReadingNetwork;
+use embedded::photograph::ReadingNetwork;
 
 /// The one that comes with the program.
 const BUILT_IN: &str = "built-in";

@@ -7,31 +7,36 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use crate::config::{ConfigError, ConfigErrors, Resolved};
-use crate::export::gltf::read_mesh_glb;
-use crate::export::wavefront_archive::{self, read_mesh_obj_archive};
-use crate::provider::preference::Preferred;
-use crate::provider::remote::address::AddressRules;
-use crate::provider::remote::ark::{self, ArkPainter};
-use crate::provider::remote::breaker::Breaker;
-use crate::provider::remote::cassette::{Cassette, CassetteError};
-use crate::provider::remote::chat::{self, ChatAnalyst};
-use crate::provider::remote::endpoint::Proof;
-use crate::provider::remote::hunyuan3d;
-use crate::provider::remote::images::{self, ImagesPainter};
-use crate::provider::remote::mesh::{ReadMesh, VendorMeshGenerator};
-use crate::provider::remote::replicate;
-use crate::provider::remote::settings::{
+use mesh_io::gltf::read_mesh_glb;
+use mesh_io::wavefront_archive;
+use mesh_io::wavefront_archive::read_mesh_obj_archive;
+use ports::{MeshGenerator, Painter, Port, Ports, SceneAnalyst, Segmenter};
+use remote::address::AddressRules;
+use remote::ark;
+use remote::ark::ArkPainter;
+use remote::breaker::Breaker;
+use remote::cassette::{Cassette, CassetteError};
+use remote::chat;
+use remote::chat::ChatAnalyst;
+use remote::endpoint::Proof;
+use remote::hunyuan3d;
+use remote::images;
+use remote::images::ImagesPainter;
+use remote::mesh::{ReadMesh, VendorMeshGenerator};
+use remote::preference::Preferred;
+use remote::replicate;
+use remote::settings::{
     AnalystProvider, ArkSettings, EndpointSettings, Hunyuan3dSettings, LineMode, MeshProvider,
     PainterProvider, SegmenterProvider,
 };
-use crate::provider::remote::sidecar::{self, SidecarSegmenter};
-use crate::provider::remote::tencent;
-use crate::provider::remote::turns::AllTurns;
-use crate::provider::remote::{
+use remote::sidecar;
+use remote::sidecar::SidecarSegmenter;
+use remote::tencent;
+use remote::turns::AllTurns;
+use remote::{
     ChatSettings, Endpoint, ImagesSettings, Outbound, ProviderSettings, ReplicateSettings, Secret,
     SidecarSettings, TencentSettings,
 };
-use crate::provider::{MeshGenerator, Painter, Port, Ports, SceneAnalyst, Segmenter};
 
 /// The remote providers of the configuration, each port's in its order; `None` stands for the embedded one.
 #[derive(Clone)]

@@ -9,13 +9,15 @@ use super::network;
 use super::remote::Remote;
 use crate::api::{FieldError, Validate};
 use crate::config::{Config, ConfigErrors, Resolved};
+use crate::pipeline;
+use crate::pipeline::Settings;
 use crate::pipeline::error::StageError;
-use crate::pipeline::{self, Settings};
-use crate::provider::Ports;
-use crate::provider::embedded::photograph::{PhotographSettings, ReadingNetwork};
-use crate::provider::embedded::{self, EmbeddedSettings};
-use crate::scene::SceneRequest;
 use crate::worker::{BuildScene, JobContext};
+use embedded;
+use embedded::EmbeddedSettings;
+use embedded::photograph::{PhotographSettings, ReadingNetwork};
+use ports::Ports;
+use scene::SceneRequest;
 
 /// What was made when the program started: networks read from files of weights, and remote models.
 #[derive(Clone)]
@@ -85,7 +87,7 @@ fn assembled(resolved: &Resolved, models: &Models) -> (Ports, Arc<Settings>) {
 }
 
 /// What the stages need of the configuration.
-pub(super) fn stages(config: &Config) -> Settings {
+pub fn stages(config: &Config) -> Settings {
     let config = config.clone();
     Settings {
         render: config.render,
@@ -106,7 +108,7 @@ pub(super) fn stages(config: &Config) -> Settings {
 }
 
 /// What the embedded adapters need of the configuration.
-pub(super) fn adapters(config: &Config) -> EmbeddedSettings {
+pub fn adapters(config: &Config) -> EmbeddedSettings {
     let config = config.clone();
     EmbeddedSettings {
         analyst: config.analyst,

@@ -10,10 +10,11 @@ use tokio::task::JoinHandle;
 use tokio_util::sync::CancellationToken;
 
 use super::AppError;
-use crate::api::{self, Api};
+use crate::api;
+use crate::api::Api;
 use crate::config::Resolved;
-use crate::store::{Store, StoreError};
 use crate::worker::BuildScene;
+use store::{Store, StoreError};
 
 /// A running server. Dropping it does not stop it; [`Service::stop`] does.
 pub struct Service {

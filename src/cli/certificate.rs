@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 
 use super::outcome::Outcome;
-use crate::scene::Certificate;
-use crate::scene::certificate::ObjectCertificate;
+use scene::Certificate;
+use scene::certificate::ObjectCertificate;
 
 /// Verdict, metrics and objects of a finished scene, and where it lies.
 pub fn table(outcome: &Outcome, total_ms: u128) -> String {

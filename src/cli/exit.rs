@@ -56,15 +56,6 @@ impl From<crate::app::AppError> for Failure {
     }
 }
 
-impl From<crate::app::dev_providers::StartError> for Failure {
-    fn from(error: crate::app::dev_providers::StartError) -> Self {
-        match error {
-            crate::app::dev_providers::StartError::Config(errors) => errors.into(),
-            crate::app::dev_providers::StartError::App(error) => error.into(),
-        }
-    }
-}
-
 impl From<crate::app::config::ConfigErrors> for Failure {
     fn from(errors: crate::app::config::ConfigErrors) -> Self {
         Self::usage(format!("the configuration will not do:\n{errors}"))

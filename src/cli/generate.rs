@@ -15,14 +15,16 @@ use super::outcome::{self, Outcome};
 use super::progress::Progress;
 use super::{Exit, Failure, certificate, runtime, signals, terminal};
 use crate::api::submission::{Draft, Submission, accept};
+use crate::app;
 use crate::app::config::keys::keys;
 use crate::app::config::{Config, Origin, Resolved, shapes_scenes};
-use crate::app::local::{self, Ended};
-use crate::app::{self, logging, scenes};
-use crate::job::JobState;
-use crate::scene::request::{MAX_SEED, RequestOptions};
-use crate::store::{BlobPlace, Outage, Store};
+use crate::app::local;
+use crate::app::local::Ended;
+use crate::app::{logging, scenes};
 use crate::worker::BuildScene;
+use scene::job::JobState;
+use scene::request::{MAX_SEED, RequestOptions};
+use store::{BlobPlace, Outage, Store};
 
 /// Arguments of `generate`.
 #[derive(Debug, Args)]
@@ -104,7 +106,7 @@ pub fn run(mut arguments: Arguments) -> Result<Exit, Failure> {
 
 /// Defaults that differ without a server: nothing temporary is worth waiting for the disk, or writing to it
 /// what is read once, and the log keeps to what is wrong.
-pub(super) fn adapt(resolved: &mut Resolved, keeps_data: bool) {
+pub fn adapt(resolved: &mut Resolved, keeps_data: bool) {
     if !keeps_data && *resolved.origin("store.fsync") == Origin::Default {
         resolved.config.store.fsync = false;
     }

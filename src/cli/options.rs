@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::Failure;
-use crate::app::config::{self, Resolved, Sources};
+use crate::app::config;
+use crate::app::config::{Resolved, Sources};
 
 /// Where settings come from.
 #[derive(Clone, Debug, Default, Args)]

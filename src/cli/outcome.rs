@@ -8,9 +8,9 @@ use serde_json::{Value, json};
 use super::folder::Folder;
 use super::progress::StageTime;
 use super::{Exit, Failure};
-use crate::scene::Certificate;
-use crate::store::scenes::SceneRow;
-use crate::store::{Digest, Store, StoreError};
+use scene::Certificate;
+use store::scenes::SceneRow;
+use store::{Digest, Store, StoreError};
 
 /// Where the bundle goes.
 pub struct Target {

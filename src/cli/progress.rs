@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use super::terminal;
 use crate::pipeline::SIDE_BY_SIDE;
-use crate::store::events::Event;
+use store::events::Event;
 
 /// One stage, as far as events tell.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]

@@ -1,8 +1,8 @@
 //! Rules between keys, and forms a range cannot express.
 
 use super::Config;
-use crate::provider::feature_extractor::FeatureAdapter;
-use crate::provider::remote::settings::{AnalystProvider, LineMode};
+use ports::feature_extractor::FeatureAdapter;
+use remote::settings::{AnalystProvider, LineMode};
 
 /// Every broken rule: the key to change, and why.
 pub(super) fn broken(config: &Config) -> Vec<(&'static str, String)> {

@@ -9,11 +9,11 @@ use super::Context;
 use super::certify;
 use super::checkpoint::{ArtifactRef, Stage};
 use super::error::StageError;
-use crate::export::ExportError;
-use crate::export::archive::{manifest_itself, told_files};
-use crate::scene::certificate::{Metrics, Verdict};
-use crate::store::Digest;
-use crate::store::artifacts::{ArchiveRow, BuiltRows, FileRow};
+use export::ExportError;
+use export::archive::{manifest_itself, told_files};
+use scene::certificate::{Metrics, Verdict};
+use store::Digest;
+use store::artifacts::{ArchiveRow, BuiltRows, FileRow};
 
 pub const STAGE: Stage = Stage { name: "bundle", version: 2 };
 

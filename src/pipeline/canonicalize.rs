@@ -10,11 +10,11 @@ use super::checkpoint::{ArtifactRef, Stage};
 use super::error::StageError;
 use super::reference::CompletionRef;
 use super::{Context, Settings, carry, preview, reconstruct, reference};
-use crate::align::canonicalize::CanonicalizeSettings;
-use crate::align::dro::DroSettings;
-use crate::geometry::Camera;
-use crate::provider::{Adapter, Ports, Upright, UprightLook, UprightQuestion};
-use crate::scene::{InstanceId, Recognition, RecognizedObject};
+use geometry::Camera;
+use ports::{Adapter, Ports, Upright, UprightLook, UprightQuestion};
+use pose_estimation::canonicalize::CanonicalizeSettings;
+use pose_estimation::dro::DroSettings;
+use scene::{InstanceId, Recognition, RecognizedObject};
 
 pub const STAGE: Stage = Stage { name: "canonicalize", version: 6 };
 

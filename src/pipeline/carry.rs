@@ -5,11 +5,12 @@ use std::sync::Arc;
 use super::Context;
 use super::checkpoint::ArtifactRef;
 use super::error::StageError;
-use crate::export::gltf::{read_mesh_glb, write_mesh_glb};
-use crate::export::png::{decode_png, encode_png};
-use crate::geometry::mesh_solid::{MeshSolid, SolidError};
-use crate::geometry::{ConvexHull, Image, Material, Rgb, Solid, TexturedMesh, Vec2};
-use crate::render::overlay::distinct_color;
+use geometry::mesh_solid::{MeshSolid, SolidError};
+use geometry::{ConvexHull, Material, Rgb, Solid, TexturedMesh, Vec2};
+use imaging::Image;
+use imaging::codec::{decode_png, encode_png};
+use mesh_io::gltf::{read_mesh_glb, write_mesh_glb};
+use render::overlay::distinct_color;
 
 /// Stores a picture as PNG.
 pub async fn put_picture(context: &Context, name: &str, picture: Image) -> Result<ArtifactRef, StageError> {

@@ -22,16 +22,16 @@ use super::{
     Context, Settings, canonicalize, carry, decompose, place, reconstruct, reference, resolve, rotate,
     segment,
 };
-use crate::export::ExportSettings;
-use crate::geometry::Outline;
-use crate::geometry::decompose::HullFit;
-use crate::geometry::repair::Repair;
-use crate::physics::{CertifySettings, SettleSettings};
-use crate::provider::{Adapter, Ports};
-use crate::render::RenderSettings;
-use crate::scene::certificate::{AdapterUsed, Appearance, MadeWith, Metrics, ResolveFinding, Verdict};
-use crate::scene::{Input, InstanceMask, Provenance, Recognition, ReconstructionMethod, SceneRequest};
-use crate::store::Digest;
+use export::ExportSettings;
+use geometry::Outline;
+use geometry::decompose::HullFit;
+use geometry::repair::Repair;
+use physics::{CertifySettings, SettleSettings};
+use ports::{Adapter, Ports};
+use render::RenderSettings;
+use scene::certificate::{AdapterUsed, Appearance, MadeWith, Metrics, ResolveFinding, Verdict};
+use scene::{Input, InstanceMask, Provenance, Recognition, ReconstructionMethod, SceneRequest};
+use store::Digest;
 
 pub use appraise::AppraiseSettings;
 pub use health::HealthSettings;

@@ -27,16 +27,17 @@ use tokio::task::JoinError;
 use tokio_util::task::AbortOnDropHandle;
 
 use super::error::{StageError, StageErrorClass};
-use crate::provider::call::{Cpu, panic_text};
-use crate::provider::remote::failure::BAD_ANSWER;
-use crate::render::gpu::Compute;
-use crate::scene::InstanceId;
-use crate::store::checkpoints::{Checkpoint, StageKey};
-use crate::store::{Lease, Store};
+use gpu::Compute;
+use ports::BAD_ANSWER;
+use runtime::Cpu;
+use runtime::panic_text;
+use scene::InstanceId;
+use store::checkpoints::{Checkpoint, StageKey};
+use store::{Lease, Store};
 
-pub use crate::geometry::Interrupt;
 pub use artifact::ArtifactRef;
 pub use context::StageContext;
+pub use runtime::Interrupt;
 
 /// A stage's name and the version of its meaning. Raise the version when the same inputs give other
 /// outputs than before.

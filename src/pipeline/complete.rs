@@ -8,9 +8,10 @@ use super::checkpoint::{ArtifactRef, Stage};
 use super::error::StageError;
 use super::reference::CompletionRef;
 use super::{Context, reference, segment};
-use crate::geometry::{Camera, Mask};
-use crate::provider::{Adapter, CompletionRequest, Ports};
-use crate::scene::{InstanceId, InstanceMask, Recognition, RecognizedObject};
+use geometry::Camera;
+use imaging::Mask;
+use ports::{Adapter, CompletionRequest, Ports};
+use scene::{InstanceId, InstanceMask, Recognition, RecognizedObject};
 
 pub const STAGE: Stage = Stage { name: "complete", version: 2 };
 

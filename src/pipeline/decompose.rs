@@ -7,9 +7,9 @@ use serde::{Deserialize, Serialize};
 use super::checkpoint::{ArtifactRef, Stage};
 use super::error::StageError;
 use super::{Context, Settings, canonicalize, carry, reconstruct};
-use crate::geometry::decompose::{DecomposeError, DecomposeSettings, HullFit, decompose_and_fit};
-use crate::geometry::repair::Repair;
-use crate::scene::{InstanceId, Recognition};
+use geometry::decompose::{DecomposeError, DecomposeSettings, HullFit, decompose_and_fit};
+use geometry::repair::Repair;
+use scene::{InstanceId, Recognition};
 
 pub const STAGE: Stage = Stage { name: "decompose", version: 8 };
 

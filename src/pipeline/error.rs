@@ -4,10 +4,10 @@
 use std::error::Error;
 use std::time::Duration;
 
-use crate::geometry::Interrupted;
-use crate::provider::ProviderError;
-use crate::provider::call::Died;
-use crate::store::StoreError;
+use ports::ProviderError;
+use runtime::Died;
+use runtime::Interrupted;
+use store::StoreError;
 
 /// Whether trying again can help.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

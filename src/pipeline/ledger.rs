@@ -6,11 +6,11 @@ use std::sync::{Mutex, PoisonError};
 use bytes::Bytes;
 use futures::future::BoxFuture;
 
-use crate::provider::ledger::{Entry, Intent, Ledger, LedgerError, OnUnknown, Settlement, Task};
-use crate::scene::{InstanceId, MicroUsd};
-use crate::store::calls::{CallEnd, NewCall, Reserved};
-use crate::store::tasks::TaskEnd;
-use crate::store::{Digest, Lease, Store, StoreError};
+use ports::ledger::{Entry, Intent, Ledger, LedgerError, OnUnknown, Settlement, Task};
+use scene::{InstanceId, MicroUsd};
+use store::calls::{CallEnd, NewCall, Reserved};
+use store::tasks::TaskEnd;
+use store::{Digest, Lease, Store, StoreError};
 
 /// Books of one run of one stage.
 pub struct JobLedger {

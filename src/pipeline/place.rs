@@ -12,12 +12,13 @@ use serde::{Deserialize, Serialize};
 use super::checkpoint::{ArtifactRef, Stage};
 use super::error::StageError;
 use super::{Context, Settings, canonicalize, carry, decompose, reconstruct, reference, rotate, segment};
-use crate::align::tsa::{BoxFromAbove, Consensus, Registered, TsaSettings};
-use crate::geometry::{Image, Outline, Pose};
-use crate::provider::{Adapter, Ports, TopBoxes, TopCheck, TopPicture, TopVerdict, TopViewRequest};
-use crate::render::overlay::{distinct_color, draw_box, draw_text};
-use crate::scene::request::MetricAnchor;
-use crate::scene::{InstanceId, InstanceMask, Recognition, RecognizedObject, SceneRequest, StandsOn};
+use geometry::{Outline, Pose};
+use imaging::Image;
+use ports::{Adapter, Ports, TopBoxes, TopCheck, TopPicture, TopVerdict, TopViewRequest};
+use pose_estimation::tsa::{BoxFromAbove, Consensus, Registered, TsaSettings};
+use render::overlay::{distinct_color, draw_box, draw_text};
+use scene::request::MetricAnchor;
+use scene::{InstanceId, InstanceMask, Recognition, RecognizedObject, SceneRequest, StandsOn};
 
 pub const STAGE: Stage = Stage { name: "place", version: 7 };
 

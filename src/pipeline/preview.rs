@@ -5,11 +5,11 @@ use std::sync::Arc;
 use glam::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 
-use crate::geometry::{Camera, Image, Pose, TexturedMesh};
-use crate::render::gpu::{Gpu, GpuDiorama, GpuError};
-use crate::render::{
-    Background, Diorama, GeometryFrame, Lighting, RenderObject, RenderSettings, TopView, View,
-};
+use geometry::{Camera, Pose, TexturedMesh};
+use gpu::{Gpu, GpuError};
+use imaging::Image;
+use render::gpu::GpuDiorama;
+use render::{Background, Diorama, GeometryFrame, Lighting, RenderObject, RenderSettings, TopView, View};
 
 /// Section `[preview]`.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]

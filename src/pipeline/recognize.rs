@@ -10,11 +10,12 @@ use serde::Serialize;
 use super::checkpoint::{ArtifactRef, Stage};
 use super::error::StageError;
 use super::{Context, carry, reference};
-use crate::geometry::{Image, Pose};
-use crate::provider::{Adapter, Ports};
-use crate::render::overlay::{draw_axes, draw_polyline};
-use crate::scene::request::RequestOptions;
-use crate::scene::{Recognition, RecognizedTable, SceneRequest, StandsOn, TableShape};
+use geometry::Pose;
+use imaging::Image;
+use ports::{Adapter, Ports};
+use render::overlay::{draw_axes, draw_polyline};
+use scene::request::RequestOptions;
+use scene::{Recognition, RecognizedTable, SceneRequest, StandsOn, TableShape};
 
 pub const STAGE: Stage = Stage { name: "recognize", version: 6 };
 
@@ -131,7 +132,7 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::geometry::Outline;
+    use geometry::Outline;
 
     #[test]
     fn the_edge_of_a_round_top_is_round_and_an_outline_is_itself() {

@@ -8,12 +8,10 @@ use super::checkpoint::{ArtifactRef, Stage};
 use super::error::StageError;
 use super::reference::CompletionRef;
 use super::{Context, carry, reference};
-use crate::geometry::seed::child_seed;
-use crate::geometry::{Camera, Outline};
-use crate::provider::{Adapter, Ports, ReconstructionRequest};
-use crate::scene::{
-    InstanceId, Recognition, RecognizedObject, RecognizedTable, ReconstructionMethod, SceneRequest,
-};
+use geometry::{Camera, Outline};
+use ports::{Adapter, Ports, ReconstructionRequest};
+use runtime::seed::child_seed;
+use scene::{InstanceId, Recognition, RecognizedObject, RecognizedTable, ReconstructionMethod, SceneRequest};
 
 pub const STAGE: Stage = Stage { name: "reconstruct", version: 4 };
 

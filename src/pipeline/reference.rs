@@ -7,15 +7,15 @@ use std::sync::Arc;
 use super::checkpoint::{ArtifactRef, Stage};
 use super::error::StageError;
 use super::{Context, carry};
-use crate::export::png::decode_photograph;
-use crate::geometry::{Image, Mask};
-use crate::provider::{
+use imaging::codec::decode_photograph;
+use imaging::{Image, Mask};
+use ports::{
     Adapter, CompletedBy, Completion, KnownPicture, KnownTop, PaintingAside, Ports, Reference, TopPicture,
 };
-use crate::render::overlay::fitted;
-use crate::scene::request::RequestOptions;
-use crate::scene::{Input, InstanceId, SceneRequest};
-use crate::store::Digest;
+use render::overlay::fitted;
+use scene::request::RequestOptions;
+use scene::{Input, InstanceId, SceneRequest};
+use store::Digest;
 
 pub const STAGE: Stage = Stage { name: "reference", version: 5 };
 
@@ -134,7 +134,7 @@ async fn given(context: &Context, sha256: &str) -> Result<Output, StageError> {
             Ok(on_white(fitted_down(picture)))
         })
         .await?;
-    let picture = decoded.map_err(|error: crate::export::png::PictureError| unreadable(error.to_string()))?;
+    let picture = decoded.map_err(|error: imaging::codec::PictureError| unreadable(error.to_string()))?;
     let picture = carry::put_picture(context, "reference.png", picture).await?;
     Ok(Output { picture, known: None, alone: Vec::new(), top: None, unrecognized_terms: Vec::new() })
 }

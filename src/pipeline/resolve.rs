@@ -12,15 +12,15 @@ use super::error::StageError;
 use super::place::layout::resized;
 use super::place::{self, PlacedInstance};
 use super::{Context, Settings, carry};
-use crate::catalog::{PhysicalProperties, physical_properties};
-use crate::geometry::mesh_solid::MeshSolid;
-use crate::geometry::{ConvexHull, Outline, Pose, TexturedMesh};
-use crate::physics::resolve::SupportedBy;
-use crate::physics::{
+use catalog::{PhysicalProperties, physical_properties};
+use geometry::mesh_solid::MeshSolid;
+use geometry::{ConvexHull, Outline, Pose, TexturedMesh};
+use physics::resolve::SupportedBy;
+use physics::{
     Body, CertifySettings, ResolveError, ResolveProblem, ResolveSettings, Resolved, SettleSettings,
 };
-use crate::scene::certificate::GaveWay;
-use crate::scene::{Recognition, RecognizedObject};
+use scene::certificate::GaveWay;
+use scene::{Recognition, RecognizedObject};
 
 use give_way::{Attempt, Stuck};
 pub use give_way::{NoRoom, NoRoomSettings};
@@ -218,7 +218,7 @@ fn solve(
     inputs: &Inputs,
     parts: &[Part],
     loaded: &[Loaded],
-    interrupt: &crate::geometry::Interrupt,
+    interrupt: &runtime::Interrupt,
 ) -> Result<Output, Failed> {
     let mut bodies = Vec::with_capacity(loaded.len());
     let mut physical = Vec::with_capacity(loaded.len());
@@ -239,7 +239,7 @@ fn solve(
     let problem =
         ResolveProblem { bodies: &bodies, solids: &solids, supports: &supports, outline: &inputs.outline_m };
     let Resolved { poses, planned, displacements_m, rotations_rad, rounds, log } =
-        crate::physics::resolve(problem, &inputs.resolve, &inputs.settle, &inputs.certify, interrupt)?;
+        physics::resolve(problem, &inputs.resolve, &inputs.settle, &inputs.certify, interrupt)?;
     let bodies = parts
         .iter()
         .zip(physical)

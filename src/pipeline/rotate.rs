@@ -11,15 +11,16 @@ use super::checkpoint::{ArtifactRef, Stage};
 use super::error::StageError;
 use super::services::Services;
 use super::{Context, Settings, canonicalize, carry, reference, segment};
-use crate::align::beside::beside;
-use crate::align::dro::{
+use geometry::Camera;
+use geometry::rotational_symmetry::RotationalSymmetry;
+use imaging::Mask;
+use pose_estimation::beside::beside;
+use pose_estimation::dro::{
     DroError, DroSettings, DroSolver, RotationEstimate, RotationProblem, estimate_yaw_on, seat_height_m,
 };
-use crate::geometry::rotational_symmetry::RotationalSymmetry;
-use crate::geometry::{Camera, Mask};
-use crate::render::overlay::{Curve, plot_curves};
-use crate::render::soft::gpu::LARGEST_SIDE_PX;
-use crate::scene::{InstanceId, InstanceMask, Recognition, StandsOn};
+use render::overlay::{Curve, plot_curves};
+use scene::{InstanceId, InstanceMask, Recognition, StandsOn};
+use soft_raster::gpu::LARGEST_SIDE_PX;
 
 pub const STAGE: Stage = Stage { name: "rotate", version: 8 };
 
@@ -210,7 +211,7 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
 }
 
 /// Loss over yaw in degrees, the chosen yaw marked.
-fn curve_of(name: &str, estimate: &RotationEstimate) -> crate::geometry::Image {
+fn curve_of(name: &str, estimate: &RotationEstimate) -> imaging::Image {
     let degrees = |(yaw_rad, loss): (f64, f64)| (yaw_rad.to_degrees(), loss);
     let points: Vec<(f64, f64)> = estimate.curve.iter().copied().map(degrees).collect();
     let chosen = (estimate.yaw_rad.to_degrees().rem_euclid(360.0), estimate.loss);

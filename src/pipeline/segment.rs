@@ -9,11 +9,11 @@ use serde::{Deserialize, Serialize};
 use super::checkpoint::{ArtifactRef, Stage};
 use super::error::StageError;
 use super::{Context, carry, reference};
-use crate::geometry::{Image, Mask};
-use crate::provider::{Adapter, Ports};
-use crate::render::overlay::{distinct_color, draw_mask_outline, draw_text, tint_mask};
-use crate::scene::{InstanceId, InstanceMask, MaskEdges, Recognition};
-use crate::vision::mask_repair;
+use imaging::{Image, Mask};
+use ports::{Adapter, Ports};
+use render::overlay::{distinct_color, draw_mask_outline, draw_text, tint_mask};
+use scene::{InstanceId, InstanceMask, MaskEdges, Recognition};
+use vision::mask_repair;
 
 pub const STAGE: Stage = Stage { name: "segment", version: 5 };
 

@@ -3,11 +3,12 @@
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex};
 
-use crate::geometry::mesh_solid::MeshSolid;
-use crate::geometry::{Image, TexturedMesh};
-use crate::provider::{KnownPicture, Ports};
-use crate::render::gpu::Compute;
-use crate::store::Digest;
+use geometry::TexturedMesh;
+use geometry::mesh_solid::MeshSolid;
+use gpu::Compute;
+use imaging::Image;
+use ports::{KnownPicture, Ports};
+use store::Digest;
 
 /// Shared by all stages of one job.
 pub struct Services {

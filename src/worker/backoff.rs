@@ -5,10 +5,10 @@
 use std::time::Duration;
 
 use super::Settings;
-use crate::job::{Failure, FailureClass};
 use crate::pipeline::error::{StageError, StageErrorClass};
-use crate::store::StoreError;
-use crate::store::queue::Outcome;
+use scene::job::{Failure, FailureClass};
+use store::StoreError;
+use store::queue::Outcome;
 
 /// The outcome of a stage's error in attempt `attempt` (from 1); `None` where the worker itself stopped
 /// the stage and knows why. `fraction` in 0..1 is the jitter.
@@ -50,7 +50,7 @@ pub(super) fn full_delay(attempt: i64, settings: &Settings) -> Duration {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::store::Outage;
+    use store::Outage;
 
     fn settings() -> Settings {
         Settings {

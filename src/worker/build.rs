@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use futures::future::BoxFuture;
 
-use crate::job::SceneRequest;
 use crate::pipeline::checkpoint::{Checkpoints, Interrupt};
 use crate::pipeline::error::StageError;
+use scene::job::SceneRequest;
 
 /// The finished scene's blobs (put already) and what is told about it.
-pub use crate::store::artifacts::{ArchiveRow, BuiltRows as BuiltScene, FileRow};
+pub use store::artifacts::{ArchiveRow, BuiltRows as BuiltScene, FileRow};
 
 /// The whole pipeline: a request in, a stored bundle out.
 pub type BuildScene =

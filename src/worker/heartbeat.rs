@@ -7,9 +7,9 @@ use std::time::{Duration, Instant};
 
 use tokio_util::sync::{CancellationToken, DropGuard};
 
-use crate::job::JobState;
 use crate::pipeline::checkpoint::Interrupt;
-use crate::store::{Lease, Store, StoreError};
+use scene::job::JobState;
+use store::{Lease, Store, StoreError};
 
 /// Why a job's interrupt was raised.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

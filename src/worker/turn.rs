@@ -8,11 +8,11 @@ use uuid::Uuid;
 
 use super::heartbeat::{Heartbeat, StopReason};
 use super::{BuildScene, JobContext, Settings, backoff};
-use crate::job::{Failure, FailureClass, JobState, SceneRequest};
 use crate::pipeline::checkpoint::{Interrupt, JobScope, StageRuntime};
 use crate::pipeline::error::StageError;
-use crate::store::queue::{Claim, Outcome};
-use crate::store::{Lease, Store, StoreError};
+use scene::job::{Failure, FailureClass, JobState, SceneRequest};
+use store::queue::{Claim, Outcome};
+use store::{Lease, Store, StoreError};
 
 pub(super) struct Turn {
     pub(super) store: Store,

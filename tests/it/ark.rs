@@ -4,12 +4,13 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use bytes::Bytes;
+use imaging::Image;
+use imaging::codec::encode_png;
+use ports::ledger::OnUnknown;
+use ports::{Call, Completion, Painter, Painting, Port, ProviderError, TopPicture};
+use remote::ark;
+use remote::ark::ArkPainter;
 use serde_json::json;
-use tabletopgen::export::png::encode_png;
-use tabletopgen::geometry::Image;
-use tabletopgen::provider::ledger::OnUnknown;
-use tabletopgen::provider::remote::ark::{self, ArkPainter};
-use tabletopgen::provider::{Call, Completion, Painter, Painting, Port, ProviderError, TopPicture};
 
 use crate::ark_server::{ArkServer, Fault, KEY};
 use crate::bench::{self, Book, class};

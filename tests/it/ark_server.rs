@@ -11,9 +11,9 @@ use axum::routing::post;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use bytes::Bytes;
+use imaging::Image;
+use imaging::codec::{decode_png, encode_png};
 use serde_json::{Value, json};
-use tabletopgen::export::png::{decode_png, encode_png};
-use tabletopgen::geometry::Image;
 use tokio::net::TcpListener;
 use tokio_util::task::AbortOnDropHandle;
 

@@ -7,17 +7,16 @@ use std::time::Duration;
 
 use bytes::Bytes;
 use futures::future::BoxFuture;
-use tabletopgen::geometry::Interrupt;
-use tabletopgen::provider::ledger::{
-    Entry, Intent, Ledger, LedgerError, MicroUsd, OnUnknown, Settlement, Task,
-};
-use tabletopgen::provider::remote::address::AddressRules;
-use tabletopgen::provider::remote::breaker::Breaker;
-use tabletopgen::provider::remote::endpoint::Proof;
-use tabletopgen::provider::remote::settings::EndpointSettings;
-use tabletopgen::provider::remote::turns::Turns;
-use tabletopgen::provider::remote::{Endpoint, LimitSettings, Outbound, Secret};
-use tabletopgen::provider::{Call, Cpu, Port, ProviderError};
+use ports::ledger::{Entry, Intent, Ledger, LedgerError, MicroUsd, OnUnknown, Settlement, Task};
+use ports::{Call, Port, ProviderError};
+use remote::address::AddressRules;
+use remote::breaker::Breaker;
+use remote::endpoint::Proof;
+use remote::settings::EndpointSettings;
+use remote::turns::Turns;
+use remote::{Endpoint, LimitSettings, Outbound, Secret};
+use runtime::Cpu;
+use runtime::Interrupt;
 
 /// Books that remember everything, with a budget.
 pub struct Book {

@@ -3,13 +3,13 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use ports::ProviderError;
+use ports::ledger::{MicroUsd, OnUnknown};
+use remote::Outbound;
+use remote::address::AddressRules;
+use remote::cassette::Cassette;
+use remote::chat::ChatAnalyst;
 use serde_json::json;
-use tabletopgen::provider::ProviderError;
-use tabletopgen::provider::ledger::{MicroUsd, OnUnknown};
-use tabletopgen::provider::remote::Outbound;
-use tabletopgen::provider::remote::address::AddressRules;
-use tabletopgen::provider::remote::cassette::Cassette;
-use tabletopgen::provider::remote::chat::ChatAnalyst;
 
 use crate::bench::Book;
 use crate::chat::{Bench, endpoint};

@@ -4,14 +4,16 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
+use imaging::Image;
+use ports::ledger::{MicroUsd, OnUnknown};
+use ports::{Call, Port, ProviderError, Reference, SceneAnalyst, TopCheck};
+use remote::chat::ChatAnalyst;
+use remote::{ChatSettings, Endpoint};
+use runtime::Cpu;
+use runtime::Interrupt;
+use scene::request::RequestOptions;
+use scene::{CameraKnowledge, Recognition, SceneDescription, StandsOn};
 use serde_json::{Value, json};
-use tabletopgen::geometry::{Image, Interrupt};
-use tabletopgen::provider::ledger::{MicroUsd, OnUnknown};
-use tabletopgen::provider::remote::chat::ChatAnalyst;
-use tabletopgen::provider::remote::{ChatSettings, Endpoint};
-use tabletopgen::provider::{Call, Cpu, Port, ProviderError, Reference, SceneAnalyst, TopCheck};
-use tabletopgen::scene::request::RequestOptions;
-use tabletopgen::scene::{CameraKnowledge, Recognition, SceneDescription, StandsOn};
 
 use crate::bench::{self, Book};
 use crate::chat_answers::breakfast;
@@ -197,7 +199,7 @@ async fn tries_of_one_question_share_a_key_and_other_questions_have_others() {
 #[tokio::test]
 async fn servers_without_schemas_are_told_the_form_in_words() {
     let plain = |chat: &mut ChatSettings| {
-        chat.schema = tabletopgen::provider::remote::settings::SchemaSupport::JsonObject;
+        chat.schema = remote::settings::SchemaSupport::JsonObject;
     };
     let bench = Bench::with(plain, OnUnknown::Resend).await;
     // The server knows no schema's name then, so its answer is of no use; what is asked is what counts.

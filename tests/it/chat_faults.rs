@@ -3,8 +3,8 @@
 
 use std::time::Duration;
 
-use tabletopgen::provider::ProviderError;
-use tabletopgen::provider::ledger::OnUnknown;
+use ports::ProviderError;
+use ports::ledger::OnUnknown;
 
 use crate::bench::class;
 use crate::chat::{Bench, endpoint};
@@ -160,7 +160,7 @@ async fn every_turn_of_reading_a_picture_survives_a_fault() {
 
 #[tokio::test]
 async fn a_server_that_fails_again_and_again_is_left_alone() {
-    let fragile = |chat: &mut tabletopgen::provider::remote::ChatSettings| {
+    let fragile = |chat: &mut remote::ChatSettings| {
         chat.endpoint.limits.breaker_failures = 2;
         chat.endpoint.limits.max_tries = 1;
     };

@@ -8,21 +8,22 @@ use std::time::Duration;
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
+use catalog::{Recipe, build, category};
+use geometry::{Camera, Pose};
 use glam::{DQuat, DVec3};
-use serde_json::{Value, json};
-use tabletopgen::catalog::{Recipe, build, category};
-use tabletopgen::export::png::decode_png;
-use tabletopgen::geometry::{Camera, Image, Pose};
-use tabletopgen::provider::ledger::OnUnknown;
-use tabletopgen::provider::remote::chat::ChatAnalyst;
-use tabletopgen::provider::{
+use imaging::Image;
+use imaging::codec::decode_png;
+use ports::ledger::OnUnknown;
+use ports::{
     Completion, Judgement, MadeAfter, ProviderError, SceneAnalyst, TaskQuestion, TaskThing, Upright,
     UprightQuestion,
 };
-use tabletopgen::render::{Background, Lighting, RenderObject, RenderScene, View, render};
-use tabletopgen::scene::appraisal::{Criterion, Opinion, ProposedTask, Rating, TaskKind};
-use tabletopgen::scene::instance::SupportRelation;
-use tabletopgen::scene::{InstanceId, RecognizedObject, StandsOn};
+use remote::chat::ChatAnalyst;
+use render::{Background, Lighting, RenderObject, RenderScene, View, render};
+use scene::appraisal::{Criterion, Opinion, ProposedTask, Rating, TaskKind};
+use scene::instance::SupportRelation;
+use scene::{InstanceId, RecognizedObject, StandsOn};
+use serde_json::{Value, json};
 
 use crate::bench::class;
 use crate::chat::{Bench, endpoint, quick};

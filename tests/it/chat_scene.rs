@@ -6,11 +6,11 @@ use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
 use glam::DVec3;
+use ports::{KnownPicture, Truth};
+use scene::{Scene, StandsOn};
 use serde_json::{Value, json};
+use store::Store;
 use tabletopgen::app::scenes;
-use tabletopgen::provider::{KnownPicture, Truth};
-use tabletopgen::scene::{Scene, StandsOn};
-use tabletopgen::store::Store;
 
 use crate::chat_answers;
 use crate::chat_server::{Answers, ChatServer, Fault};

@@ -29,7 +29,7 @@ fn version_and_help() {
     assert_eq!(text(&version.stdout), format!("tabletopgen {}\n", env!("CARGO_PKG_VERSION")));
     assert_eq!(version.status.code(), Some(0));
     let help = text(&run(home.path(), &["--help"]).stdout);
-    for command in ["generate", "evaluate", "paint-pictures", "serve", "migrate", "check-config"] {
+    for command in ["generate", "serve", "migrate", "check-config"] {
         assert!(help.contains(command), "{help}");
     }
     assert!(text(&run(home.path(), &["generate", "--help"]).stdout).contains("--artifacts"));
@@ -73,10 +73,6 @@ fn what_will_not_do_is_said_before_the_work() {
             "cannot write into /proc/none/out",
         ),
         (vec!["generate", "--text", "a mug", "--data-dir", "/proc/none"], 1, "/proc/none"),
-        (vec!["evaluate"], 2, "--set <NAME>"),
-        (vec!["evaluate", "--set", "layuot"], 2, "[possible values: layout, pictures, regions]"),
-        (vec!["evaluate", "--set", "layout", "--scenes", "0"], 2, "--scenes"),
-        (vec!["evaluate", "--set", "layout", "--out", "/proc/none"], 1, "cannot write /proc/none"),
         (vec!["serve", "--role", "api"], 2, "--role all"),
         (vec!["serve", "--listen", "nowhere"], 2, "server.listen (--listen)"),
         (vec!["serve", "--listen", "203.0.113.1:1"], 1, "cannot listen on 203.0.113.1:1"),

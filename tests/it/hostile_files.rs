@@ -4,11 +4,11 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
 use bytes::Bytes;
-use tabletopgen::export::gltf::read_mesh_glb;
-use tabletopgen::export::png::decode_photograph;
-use tabletopgen::export::wavefront_archive::read_mesh_obj_archive;
-use tabletopgen::provider::remote::outbound::Reply;
-use tabletopgen::provider::remote::{chat, hunyuan3d, images, picture, replicate, sidecar, tencent};
+use imaging::codec::decode_photograph;
+use mesh_io::gltf::read_mesh_glb;
+use mesh_io::wavefront_archive::read_mesh_obj_archive;
+use remote::outbound::Reply;
+use remote::{chat, hunyuan3d, images, picture, replicate, sidecar, tencent};
 
 use crate::server::settings;
 

@@ -4,12 +4,13 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use futures::future::join_all;
+use ports::ledger::OnUnknown;
+use ports::{Call, MeshGenerator, Port, ProviderError, RawMesh, ReconstructionRequest};
+use remote::hunyuan3d;
+use remote::hunyuan3d::Hunyuan3dMeshGenerator;
+use remote::settings::Hunyuan3dSettings;
+use remote::task::JobSlots;
 use serde_json::json;
-use tabletopgen::provider::ledger::OnUnknown;
-use tabletopgen::provider::remote::hunyuan3d::{self, Hunyuan3dMeshGenerator};
-use tabletopgen::provider::remote::settings::Hunyuan3dSettings;
-use tabletopgen::provider::remote::task::JobSlots;
-use tabletopgen::provider::{Call, MeshGenerator, Port, ProviderError, RawMesh, ReconstructionRequest};
 
 use crate::bench::{self, Book, class};
 use crate::hunyuan3d_server::{Hunyuan3dServer, LookFault};

@@ -4,20 +4,21 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use bytes::Bytes;
+use geometry::Camera;
 use glam::DVec3;
-use serde_json::json;
-use tabletopgen::export::png::encode_png;
-use tabletopgen::geometry::{Camera, Image, Mask};
-use tabletopgen::provider::ledger::OnUnknown;
-use tabletopgen::provider::remote::images::ImagesPainter;
-use tabletopgen::provider::remote::{ImagesSettings, images};
-use tabletopgen::provider::{
+use imaging::codec::encode_png;
+use imaging::{Image, Mask};
+use ports::ledger::OnUnknown;
+use ports::{
     Call, Completion, CompletionRequest, Painter, Painting, Port, ProviderError, Reference, TopViewRequest,
 };
-use tabletopgen::scene::{
+use remote::images::ImagesPainter;
+use remote::{ImagesSettings, images};
+use scene::{
     CameraKnowledge, InstanceId, Recognition, RecognizedObject, RecognizedTable, SceneDescription, StandsOn,
     TableShape, TableSpec,
 };
+use serde_json::json;
 
 use crate::bench::{self, Book, class};
 use crate::images_server::{Artist, Asked, Fault, ImagesServer, KEY};

@@ -3,15 +3,15 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
+use scene::job::{Failure, FailureClass};
 use serde_json::json;
+use store::artifacts::{ArchiveRow, BuiltRows, FileRow};
+use store::checkpoints::{Checkpoint, StageKey};
+use store::events::Event;
+use store::queue::{Claim, Outcome};
+use store::scenes::NewScene;
+use store::{DEFAULT_TENANT, Digest, Store, StoreError};
 use tabletopgen::app;
-use tabletopgen::job::{Failure, FailureClass};
-use tabletopgen::store::artifacts::{ArchiveRow, BuiltRows, FileRow};
-use tabletopgen::store::checkpoints::{Checkpoint, StageKey};
-use tabletopgen::store::events::Event;
-use tabletopgen::store::queue::{Claim, Outcome};
-use tabletopgen::store::scenes::NewScene;
-use tabletopgen::store::{DEFAULT_TENANT, Digest, Store, StoreError};
 
 use crate::server::settings;
 
@@ -150,8 +150,7 @@ async fn success_after_a_cancellation_is_a_cancellation() {
 async fn a_worker_for_one_job_leaves_the_others_alone() {
     let (_directory, store) = store().await;
     assert_eq!(store.claim("worker", HOUR, 5, Some("another")).await.unwrap(), None);
-    let job = store
-        .scenes(DEFAULT_TENANT, tabletopgen::store::scenes::SceneFilter { limit: 1, ..Default::default() });
+    let job = store.scenes(DEFAULT_TENANT, store::scenes::SceneFilter { limit: 1, ..Default::default() });
     let job = store.latest_job(&job.await.unwrap()[0].id).await.unwrap().unwrap();
     assert!(store.claim("worker", HOUR, 5, Some(&job.id)).await.unwrap().is_some());
 }

@@ -6,19 +6,20 @@ use std::time::Duration;
 
 use bytes::Bytes;
 use futures::future::join_all;
+use ports::ledger::{Intent, Ledger, MicroUsd, OnUnknown, Settlement};
+use ports::{Call, Port, ProviderError, SceneAnalyst};
+use remote::chat::ChatAnalyst;
+use runtime::Cpu;
+use runtime::Interrupt;
+use scene::request::RequestOptions;
 use serde_json::json;
+use store::calls::{CallEnd, NewCall, Reserved, Spending};
+use store::queue::{Claim, Outcome};
+use store::scenes::NewScene;
+use store::tasks::{TaskEnd, TaskRow};
+use store::{DEFAULT_TENANT, Lease, Store, StoreError};
 use tabletopgen::app;
-use tabletopgen::geometry::Interrupt;
 use tabletopgen::pipeline::ledger::JobLedger;
-use tabletopgen::provider::ledger::{Intent, Ledger, MicroUsd, OnUnknown, Settlement};
-use tabletopgen::provider::remote::chat::ChatAnalyst;
-use tabletopgen::provider::{Call, Cpu, Port, ProviderError, SceneAnalyst};
-use tabletopgen::scene::request::RequestOptions;
-use tabletopgen::store::calls::{CallEnd, NewCall, Reserved, Spending};
-use tabletopgen::store::queue::{Claim, Outcome};
-use tabletopgen::store::scenes::NewScene;
-use tabletopgen::store::tasks::{TaskEnd, TaskRow};
-use tabletopgen::store::{DEFAULT_TENANT, Lease, Store, StoreError};
 
 use crate::chat::{endpoint, quick};
 use crate::chat_answers::breakfast;
@@ -283,8 +284,8 @@ async fn a_question_that_is_asked_twice_has_two_answers() {
 
 #[tokio::test]
 async fn every_way_out_of_a_worker_closes_the_books() {
-    let failure = || tabletopgen::job::Failure {
-        class: tabletopgen::job::FailureClass::Transient,
+    let failure = || scene::job::Failure {
+        class: scene::job::FailureClass::Transient,
         code: "t".into(),
         message: "m".into(),
     };

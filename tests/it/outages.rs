@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use serde_json::json;
 use sqlx::{Connection, SqliteConnection};
-use tabletopgen::store::Outage;
+use store::Outage;
 
 use crate::script::{Act, Script};
 use crate::server::Server;

@@ -8,10 +8,10 @@ use axum::extract::{Request, State};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
 use bytes::Bytes;
+use remote::address::{AddressRefused, AddressRules};
+use remote::outbound::{Outgoing, SendError};
+use remote::{Outbound, Secret};
 use reqwest::Method;
-use tabletopgen::provider::remote::address::{AddressRefused, AddressRules};
-use tabletopgen::provider::remote::outbound::{Outgoing, SendError};
-use tabletopgen::provider::remote::{Outbound, Secret};
 use tokio::net::TcpListener;
 
 /// Requests as `path authorization`, in order.

@@ -6,19 +6,20 @@ use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use bytes::Bytes;
+use geometry::{Camera, Material, Rgb, TexturedMesh, shapes};
 use glam::DVec3;
+use imaging::{Image, Mask};
+use mesh_io::gltf::{read_mesh_glb, write_mesh_glb};
+use ports::ledger::OnUnknown;
+use ports::{Call, Completion, MeshGenerator, Port, ProviderError, RawMesh, ReconstructionRequest};
+use remote::ReplicateSettings;
+use remote::mesh::ReadMesh;
+use remote::replicate;
+use remote::replicate::ReplicateMeshGenerator;
+use remote::task::JobSlots;
+use runtime::Interrupt;
+use scene::{InstanceId, RecognizedObject, RecognizedTable, StandsOn, TableShape};
 use serde_json::json;
-use tabletopgen::export::gltf::{read_mesh_glb, write_mesh_glb};
-use tabletopgen::geometry::{Camera, Image, Interrupt, Mask, Material, Rgb, TexturedMesh, shapes};
-use tabletopgen::provider::ledger::OnUnknown;
-use tabletopgen::provider::remote::ReplicateSettings;
-use tabletopgen::provider::remote::mesh::ReadMesh;
-use tabletopgen::provider::remote::replicate::{self, ReplicateMeshGenerator};
-use tabletopgen::provider::remote::task::JobSlots;
-use tabletopgen::provider::{
-    Call, Completion, MeshGenerator, Port, ProviderError, RawMesh, ReconstructionRequest,
-};
-use tabletopgen::scene::{InstanceId, RecognizedObject, RecognizedTable, StandsOn, TableShape};
 
 use crate::bench::{self, Book, class};
 use crate::predictions_server::{KEY, LookFault, PredictionsServer};

@@ -4,9 +4,10 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use serde_json::json;
-use tabletopgen::app::{self, service};
-use tabletopgen::store::scenes::{NewScene, Submitted};
-use tabletopgen::store::{DEFAULT_TENANT, Digest, Store};
+use store::scenes::{NewScene, Submitted};
+use store::{DEFAULT_TENANT, Digest, Store};
+use tabletopgen::app;
+use tabletopgen::app::service;
 
 use crate::script::{Act, Script};
 use crate::server::{Server, settings, wait_until_unlocked};

@@ -7,11 +7,11 @@ use std::io::{Cursor, Write};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
+use scene::{InstanceId, SceneRequest};
 use serde::{Deserialize, Serialize};
+use store::artifacts::{ArchiveRow, FileRow};
 use tabletopgen::pipeline::checkpoint::{ArtifactRef, Stage, StageContext};
 use tabletopgen::pipeline::error::StageError;
-use tabletopgen::scene::{InstanceId, SceneRequest};
-use tabletopgen::store::artifacts::{ArchiveRow, FileRow};
 use tabletopgen::worker::{BuildScene, BuiltScene, JobContext};
 use tokio::sync::Semaphore;
 

@@ -11,9 +11,10 @@ use hyper_util::client::legacy::Client;
 use hyper_util::client::legacy::connect::HttpConnector;
 use hyper_util::rt::TokioExecutor;
 use serde_json::{Value, json};
-use tabletopgen::app::service::{self, Service};
+use store::Store;
+use tabletopgen::app::service;
+use tabletopgen::app::service::Service;
 use tabletopgen::config::{Resolved, Sources, layers};
-use tabletopgen::store::Store;
 use tabletopgen::worker::BuildScene;
 use tempfile::TempDir;
 

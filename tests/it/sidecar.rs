@@ -3,20 +3,20 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use geometry::Camera;
 use glam::DVec3;
-use serde_json::json;
-use tabletopgen::geometry::{Camera, Image, Mask};
-use tabletopgen::provider::ledger::{MicroUsd, OnUnknown};
-use tabletopgen::provider::remote::SidecarSettings;
-use tabletopgen::provider::remote::outbound::Reply;
-use tabletopgen::provider::remote::sidecar::{self, SidecarSegmenter, wire};
-use tabletopgen::provider::{
-    Call, KnownTop, Port, ProviderError, Reference, Segmentation, Segmenter, TopPicture,
-};
-use tabletopgen::scene::{
+use imaging::{Image, Mask};
+use ports::ledger::{MicroUsd, OnUnknown};
+use ports::{Call, KnownTop, Port, ProviderError, Reference, Segmentation, Segmenter, TopPicture};
+use remote::SidecarSettings;
+use remote::outbound::Reply;
+use remote::sidecar;
+use remote::sidecar::{SidecarSegmenter, wire};
+use scene::{
     CameraKnowledge, InstanceId, InstanceMask, Recognition, RecognizedObject, RecognizedTable, StandsOn,
     TableShape,
 };
+use serde_json::json;
 
 use crate::bench::{self, Book, class};
 use crate::server::settings;

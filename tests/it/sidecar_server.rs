@@ -8,10 +8,10 @@ use axum::extract::{Multipart, State};
 use axum::response::Response;
 use axum::routing::post;
 use bytes::Bytes;
+use imaging::codec::decode_png;
+use imaging::mask::compressed;
+use imaging::{Image, Mask};
 use serde_json::{Value, json};
-use tabletopgen::dev_providers::coco::compressed;
-use tabletopgen::export::png::decode_png;
-use tabletopgen::geometry::{Image, Mask};
 use tokio::net::TcpListener;
 use tokio_util::task::AbortOnDropHandle;
 

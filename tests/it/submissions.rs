@@ -80,7 +80,7 @@ async fn a_picture_comes_as_a_file_or_as_base64() {
     assert_eq!(one["request"], other["request"]);
     assert_eq!(one["request"]["input"]["media_type"], "image/png");
     let digest = one["request"]["input"]["sha256"].as_str().unwrap();
-    let digest = tabletopgen::store::Digest::parse(digest).expect("is a digest");
+    let digest = store::Digest::parse(digest).expect("is a digest");
     assert_eq!(server.store().blobs().get(&digest).await.unwrap().as_deref(), Some(&picture[..]));
 }
 

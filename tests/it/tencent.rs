@@ -5,15 +5,16 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use bytes::Bytes;
+use mesh_io::wavefront_archive::read_mesh_obj_archive;
+use ports::ledger::OnUnknown;
+use ports::{Call, MeshGenerator, Port, ProviderError, RawMesh};
+use remote::TencentSettings;
+use remote::endpoint::Proof;
+use remote::mesh::ReadMesh;
+use remote::task::JobSlots;
+use remote::tencent;
+use remote::tencent::TencentMeshGenerator;
 use serde_json::json;
-use tabletopgen::export::wavefront_archive::read_mesh_obj_archive;
-use tabletopgen::provider::ledger::OnUnknown;
-use tabletopgen::provider::remote::TencentSettings;
-use tabletopgen::provider::remote::endpoint::Proof;
-use tabletopgen::provider::remote::mesh::ReadMesh;
-use tabletopgen::provider::remote::task::JobSlots;
-use tabletopgen::provider::remote::tencent::{self, TencentMeshGenerator};
-use tabletopgen::provider::{Call, MeshGenerator, Port, ProviderError, RawMesh};
 
 use crate::bench::{self, Book, class};
 use crate::predictions::{bottle, file, reader, request};

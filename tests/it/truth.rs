@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use tabletopgen::store::Digest;
+use store::Digest;
 
 const TRUTH: &str = "artifacts/reference/truth.json";
 

@@ -3,7 +3,8 @@
     target/judges/bin/python tests/judges/judge.py BUNDLE_DIR... [--json] [--only usd,mjcf] [--dss-bar 0.95]
 
 Exits with 1 if any judge rejects a bundle, or if fewer than the bar of all movable bodies (over all
-bundles together) stay in place in MuJoCo; with 2 on wrong use.
+bundles together) stay in place in MuJoCo; with 2 on wrong use. A judge that this Python has no packages for is
+left out, and named.
 """
 
 import argparse
@@ -14,6 +15,7 @@ import time
 import traceback
 from pathlib import Path
 
+from left_out import LEFT_OUT
 from verdict import Verdict
 
 JUDGES = ["schema", "report", "usd", "robotics_prop", "mjcf", "urdf", "bullet", "sdf", "glb", "collisions", "readme"]
@@ -32,6 +34,8 @@ def main() -> int:
     if unknown or absent:
         print(f"unknown judges {unknown}; no bundle at {absent}", file=sys.stderr)
         return 2
+    left_out = {name: LEFT_OUT[name] for name in chosen if name in LEFT_OUT}
+    chosen = [name for name in chosen if name not in left_out]
     modules = {name: importlib.import_module(name) for name in chosen}
     findings = {}
     for bundle in arguments.bundles:
@@ -49,6 +53,7 @@ def main() -> int:
                 {
                     "accepted": accepted,
                     "dss_mujoco": dss,
+                    "left_out": left_out,
                     "bundles": {
                         bundle: {
                             v.judge: {"accepted": v.accepted, "complaints": v.complaints, "facts": v.facts}
@@ -62,6 +67,8 @@ def main() -> int:
         )
     else:
         print_table(findings, dss, arguments.dss_bar, movable)
+        for name, reason in left_out.items():
+            print(f"left out: {name} ({reason})")
     return 0 if accepted else 1
 
 

@@ -1,4 +1,4 @@
-"""PyBullet and yourdfpy load every URDF without a word, with the scene's masses, inertias and hulls."""
+"""yourdfpy loads every URDF without a word, with the scene's masses, inertias and sizes."""
 
 import logging
 from pathlib import Path
@@ -6,82 +6,27 @@ from pathlib import Path
 import numpy as np
 import yourdfpy
 
-from overheard import Overheard
 from verdict import Verdict, bodies, differs, inertia_tensor, read_scene
-
-with Overheard():  # it greets on standard output
-    import pybullet
 
 
 def judge(bundle: Path) -> Verdict:
     verdict = Verdict("urdf")
     scene = read_scene(bundle)
-    client = pybullet.connect(pybullet.DIRECT)
-    try:
-        for body in bodies(scene):
-            name = body["name"]
-            path = bundle / "urdf" / name / f"{name}.urdf"
-            index = load_bullet(verdict, bundle, path, client)
-            if index is not None:
-                check_bullet(verdict, body, index, client)
-            robot = load_yourdfpy(verdict, bundle, path)
-            if robot is not None:
-                check_yourdfpy(verdict, body, robot)
-            pybullet.resetSimulation(physicsClientId=client)
-        path = bundle / "urdf" / "scene.urdf"
-        index = load_bullet(verdict, bundle, path, client)
-        wanted = len(scene["instances"]) + 1
-        if index is not None and pybullet.getNumJoints(index, physicsClientId=client) != wanted:
-            verdict.complaints.append(f"urdf/scene.urdf does not hold {wanted} bodies")
-        robot = load_yourdfpy(verdict, bundle, path)
+    for body in bodies(scene):
+        robot = load(verdict, bundle, bundle / "urdf" / body["name"] / f"{body['name']}.urdf")
         if robot is not None:
-            for body in bodies(scene):
-                found = robot.get_transform(body["name"], robot.base_link)
-                if differs(found, body["world_from_object"], absolute=1e-5):
-                    verdict.complaints.append(f"urdf/scene.urdf: the pose of {body['name']} is not the scene's")
-    finally:
-        pybullet.disconnect(client)
+            check(verdict, body, robot)
+    robot = load(verdict, bundle, bundle / "urdf" / "scene.urdf")
+    if robot is not None:
+        for body in bodies(scene):
+            found = robot.get_transform(body["name"], robot.base_link)
+            if differs(found, body["world_from_object"], absolute=1e-5):
+                verdict.complaints.append(f"urdf/scene.urdf: the pose of {body['name']} is not the scene's")
     verdict.facts = {"descriptions": len(scene["instances"]) + 2}
     return verdict
 
 
-def load_bullet(verdict, bundle, path, client):
-    index = None
-    with Overheard() as overheard:
-        try:
-            flags = pybullet.URDF_USE_INERTIA_FROM_FILE
-            index = pybullet.loadURDF(str(path), flags=flags, physicsClientId=client)
-        except pybullet.error as error:
-            verdict.complaints.append(f"{path.relative_to(bundle)}: PyBullet: {error}")
-    spoken = [line for line in overheard.text.splitlines() if line.strip()]
-    if spoken:
-        verdict.complaints.append(f"{path.relative_to(bundle)}: PyBullet says {spoken[0]!r} ({len(spoken)} lines)")
-    return index
-
-
-def check_bullet(verdict, body, index, client):
-    name = body["name"]
-    info = pybullet.getDynamicsInfo(index, -1, physicsClientId=client)
-    # Bullet fixes what it is told to fix and loads free bodies with their mass.
-    moments = np.sort(np.linalg.eigvalsh(inertia_tensor(body)))
-    shapes = pybullet.getCollisionShapeData(index, -1, physicsClientId=client)
-    visuals = pybullet.getVisualShapeData(index, physicsClientId=client)
-    pairs = {
-        "mass": (info[0], body["mass_kg"], 1e-4, 1e-9),
-        "principal moments": (np.sort(info[2]), moments, 1e-3, 1e-12),
-        "center of mass": (info[3], body["center_of_mass_m"], 1e-4, 1e-6),
-        "lateral friction": (info[1], body["friction"]["dynamic"], 1e-4, 1e-9),
-        "restitution": (info[5], body["restitution"], 1e-4, 1e-9),
-        "number of hulls": (len(shapes), body["hulls"], 0.0, 0.0),
-    }
-    for what, (got, wanted, relative, absolute) in pairs.items():
-        if differs(got, wanted, relative, absolute):
-            verdict.complaints.append(f"{name}: PyBullet's {what} is {got}, not {wanted}")
-    if not visuals:
-        verdict.complaints.append(f"{name}: PyBullet finds no visual mesh")
-
-
-def load_yourdfpy(verdict, bundle, path):
+def load(verdict, bundle, path):
     heard = []
 
     class Listener(logging.Handler):
@@ -107,7 +52,7 @@ def load_yourdfpy(verdict, bundle, path):
     return robot
 
 
-def check_yourdfpy(verdict, body, robot):
+def check(verdict, body, robot):
     name = body["name"]
     link = robot.link_map[name]
     pairs = {

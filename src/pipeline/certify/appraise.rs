@@ -6,16 +6,16 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::Inputs;
-use crate::geometry::Image;
-use crate::geometry::seed::child_seed;
 use crate::pipeline::Context;
 use crate::pipeline::error::StageError;
 use crate::pipeline::resolve::Loaded;
-use crate::provider::remote::failure::BAD_ANSWER;
-use crate::provider::{Adapter, Judgement, MadeAfter, ProviderError, TaskQuestion, TaskThing};
-use crate::scene::appraisal::{Appraisal, Opinion};
-use crate::scene::instance::SupportRelation;
-use crate::scene::{Input, InstanceId};
+use imaging::Image;
+use ports::BAD_ANSWER;
+use ports::{Adapter, Judgement, MadeAfter, ProviderError, TaskQuestion, TaskThing};
+use runtime::seed::child_seed;
+use scene::appraisal::{Appraisal, Opinion};
+use scene::instance::SupportRelation;
+use scene::{Input, InstanceId};
 
 /// Section `[appraise]`.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
@@ -130,7 +130,7 @@ fn things(inputs: &Inputs, loaded: &[Loaded]) -> Result<Vec<TaskThing>, StageErr
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::provider::Port;
+    use ports::Port;
 
     /// What stands in the report of a question that failed so.
     fn failed(error: ProviderError) -> Result<Vec<String>, StageError> {
@@ -159,7 +159,7 @@ mod tests {
         let code = "provider_unreachable";
         let unreachable = ProviderError::Transient { port: Port::Analyst, code, reason: "told".into() };
         assert!(failed(unreachable).is_err());
-        assert!(failed(ProviderError::Interrupted(crate::geometry::Interrupted)).is_err());
+        assert!(failed(ProviderError::Interrupted(runtime::Interrupted)).is_err());
     }
 
     #[test]

@@ -9,11 +9,11 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::Inputs;
-use crate::geometry::convex_hull::{FlatPlanes, planes};
-use crate::geometry::{ConvexHull, Friction, TexturedMesh};
 use crate::pipeline::error::StageError;
 use crate::pipeline::resolve::Loaded;
-use crate::scene::certificate::{BodyHealth, HealthThresholds, Reason, ReasonCode};
+use geometry::convex_hull::{FlatPlanes, planes};
+use geometry::{ConvexHull, Friction, TexturedMesh};
+use scene::certificate::{BodyHealth, HealthThresholds, Reason, ReasonCode};
 
 /// Section `[health]`.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]

@@ -5,21 +5,23 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use super::{Inputs, health};
-use crate::export::body::{Contact, check_solid};
-use crate::geometry::collide::PlacedSolid;
-use crate::geometry::{Interrupt, Pose};
-use crate::physics::metrics::Movement;
-use crate::physics::settle::{SettleError, angle_between_rad};
-use crate::physics::{Body, Collisions, Stability, SupportFinding, collisions, stability, support};
 use crate::pipeline::error::StageError;
 use crate::pipeline::resolve::{Loaded, body};
 use crate::pipeline::rotate;
-use crate::scene::certificate::{
+use export::body::{Contact, check_solid};
+use geometry::Pose;
+use geometry::collide::PlacedSolid;
+use physics::metrics::Movement;
+use physics::settle::{SettleError, angle_between_rad};
+use physics::{Body, Collisions, Stability, SupportFinding, collisions, stability, support};
+use runtime::Interrupt;
+use scene::certificate::{
     Appearance, BodyHealth, Certificate, Collision, Displacement, Displacements, Fidelity, MethodShare,
     Metrics, ObjectCertificate, Reason, ReasonCode, Region, Regions, RotationFinding, Thresholds, Verdict,
 };
-use crate::scene::{InstanceId, ReconstructionMethod};
-use crate::vision::fidelity::{self, Likeness};
+use scene::{InstanceId, ReconstructionMethod};
+use vision::fidelity;
+use vision::fidelity::Likeness;
 
 /// How far a footprint may reach over the outline before the object counts as outside, meters.
 const OUTLINE_TOLERANCE_M: f64 = 0.001;

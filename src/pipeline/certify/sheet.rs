@@ -1,8 +1,8 @@
 //! What became of a picture, on one sheet: the picture, the pixels of each thing, the table from above, and the finished
 //! scene from the picture's camera.
 
-use crate::geometry::Image;
-use crate::render::overlay::sheet;
+use imaging::Image;
+use render::overlay::sheet;
 
 /// Side of a cell, pixels.
 const CELL_PX: u32 = 640;

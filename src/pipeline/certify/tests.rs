@@ -4,19 +4,21 @@ use glam::{DQuat, DVec2, DVec3};
 use serde::de::DeserializeOwned;
 
 use super::*;
-use crate::catalog::PhysicalProperties;
-use crate::export::Pictures;
-use crate::geometry::convex_hull::convex_hull;
-use crate::geometry::decompose::{DecomposeSettings, decompose_and_fit};
-use crate::geometry::mass_properties::solid_mass_properties;
-use crate::geometry::mesh_solid::MeshSolid;
-use crate::geometry::rotational_symmetry::RotationalSymmetry;
-use crate::geometry::{Camera, Friction, Interrupt, Mask, Material, Pose, Rgb, Solid, TexturedMesh, shapes};
-use crate::scene::certificate::{Certificate, ReasonCode};
-use crate::scene::recognition::{CameraKnowledge, RecognizedTable, StandsOn};
-use crate::scene::request::RequestOptions;
-use crate::scene::{Input, InstanceId, RecognizedObject, ReconstructionMethod, TableShape};
-use crate::vision::fidelity::{Likeness, Region, Regions, ThingLikeness};
+use catalog::PhysicalProperties;
+use export::Pictures;
+use geometry::convex_hull::convex_hull;
+use geometry::decompose::{DecomposeSettings, decompose_and_fit};
+use geometry::mass_properties::solid_mass_properties;
+use geometry::mesh_solid::MeshSolid;
+use geometry::rotational_symmetry::RotationalSymmetry;
+use geometry::{Camera, Friction, Material, Pose, Rgb, Solid, TexturedMesh, shapes};
+use imaging::Mask;
+use runtime::Interrupt;
+use scene::certificate::{Certificate, ReasonCode};
+use scene::recognition::{CameraKnowledge, RecognizedTable, StandsOn};
+use scene::request::RequestOptions;
+use scene::{Input, InstanceId, RecognizedObject, ReconstructionMethod, TableShape};
+use vision::fidelity::{Likeness, Region, Regions, ThingLikeness};
 
 /// A section of the built-in settings.
 fn section<T: DeserializeOwned>(name: &str) -> T {

@@ -8,21 +8,22 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::{BodyParts, Inputs};
-use crate::catalog::{Affordance, PhysicalProperties, category, made_of, wikidata_item};
-use crate::export::png::encode_png;
-use crate::export::{Assets, BodyAsset, Pictures, write_formats, zip_bundle};
-use crate::geometry::mesh_solid::MeshSolid;
-use crate::geometry::parallel_grasp::{Gripper, ParallelGrasp, parallel_grasp};
-use crate::geometry::{Image, Mask};
 use crate::pipeline::error::StageError;
-use crate::pipeline::preview::{self, Shown, Studio};
+use crate::pipeline::preview;
+use crate::pipeline::preview::{Shown, Studio};
 use crate::pipeline::resolve::Loaded;
-use crate::render::gpu::{Gpu, GpuError};
-use crate::render::overlay::{fitted, side_by_side};
-use crate::scene::finished::Frame;
-use crate::scene::instance::{Picture, SupportRelation};
-use crate::scene::{Certificate, Instance, InstanceId, RecognizedObject, Scene, Support, Table};
-use crate::vision::fidelity::{Likeness, compare};
+use catalog::{Affordance, PhysicalProperties, category, made_of, wikidata_item};
+use export::{Assets, BodyAsset, Pictures, write_formats, zip_bundle};
+use geometry::mesh_solid::MeshSolid;
+use geometry::parallel_grasp::{Gripper, ParallelGrasp, parallel_grasp};
+use gpu::{Gpu, GpuError};
+use imaging::codec::encode_png;
+use imaging::{Image, Mask};
+use render::overlay::{fitted, side_by_side};
+use scene::finished::Frame;
+use scene::instance::{Picture, SupportRelation};
+use scene::{Certificate, Instance, InstanceId, RecognizedObject, Scene, Support, Table};
+use vision::fidelity::{Likeness, compare};
 
 /// Pictures of the scene, and how much they are like the reference picture.
 pub(super) struct Painted {
@@ -169,8 +170,7 @@ fn grasp(category_name: &str, physical: &PhysicalProperties, solid: &MeshSolid) 
 
 /// The one value every format is written from.
 fn scene(inputs: &Inputs, loaded: &[Loaded], certificate: &Certificate) -> Result<Scene, StageError> {
-    let invalid =
-        |error: crate::scene::name::InvalidName| StageError::permanent("invalid_name", error.to_string());
+    let invalid = |error: scene::name::InvalidName| StageError::permanent("invalid_name", error.to_string());
     let hulls = |index: usize| u32::try_from(loaded[index].hulls.len()).unwrap_or(u32::MAX);
     let table_body = &inputs.bodies[0].resolved;
     let recognized = &inputs.recognition.table;

@@ -4,8 +4,8 @@ use std::sync::{Arc, Mutex};
 
 use serde::{Deserialize, Serialize};
 
-use crate::store::Digest;
-use crate::store::artifacts::FileRow;
+use store::Digest;
+use store::artifacts::FileRow;
 
 /// Names immutable bytes; part of outputs and inputs in their place.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]

@@ -11,9 +11,10 @@ use super::artifact::{ArtifactRef, Artifacts, is_valid_name};
 use super::{Interrupt, JobScope, Stage};
 use crate::pipeline::error::StageError;
 use crate::pipeline::ledger::JobLedger;
-use crate::provider::call::{Call, Cpu};
-use crate::scene::InstanceId;
-use crate::store::{Digest, Store};
+use ports::call::Call;
+use runtime::Cpu;
+use scene::InstanceId;
+use store::{Digest, Store};
 
 /// One run of one stage.
 pub struct StageContext<S = ()> {

@@ -8,7 +8,7 @@ use serde_json::{Map, Value, json};
 
 use super::Stage;
 use crate::pipeline::error::StageError;
-use crate::store::Digest;
+use store::Digest;
 
 /// The digest of one run of one stage.
 pub(super) fn digest<I: Serialize>(

@@ -3,16 +3,17 @@
 use glam::{DVec2, DVec3};
 
 use super::{Inputs, Output, PlacedInstance, PlacedTable};
-use crate::align::contained::{self, Contained};
-use crate::align::tsa::{BoxFromAbove, TsaInstance, TsaProblem, align_top_view, footprint};
-use crate::geometry::cast::{Supporter, drop_height};
-use crate::geometry::collision_shape::CollisionShape;
-use crate::geometry::{ConvexHull, Outline, Pose, TexturedMesh};
 use crate::pipeline::checkpoint::ArtifactRef;
 use crate::pipeline::error::StageError;
 use crate::pipeline::{Context, carry};
-use crate::provider::TopBoxes;
-use crate::scene::StandsOn;
+use geometry::cast::{Supporter, drop_height};
+use geometry::collision_shape::CollisionShape;
+use geometry::{ConvexHull, Outline, Pose, TexturedMesh};
+use ports::TopBoxes;
+use pose_estimation::contained;
+use pose_estimation::contained::Contained;
+use pose_estimation::tsa::{BoxFromAbove, TsaInstance, TsaProblem, align_top_view, footprint};
+use scene::StandsOn;
 
 /// Yaws surer than this may set the scene's scale.
 const ANCHOR_CONFIDENCE: f64 = 0.05;

@@ -11,8 +11,8 @@ use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
 use super::Part;
-use crate::geometry::{ConvexHull, Outline};
-use crate::scene::certificate::{Concession, GaveWay};
+use geometry::{ConvexHull, Outline};
+use scene::certificate::{Concession, GaveWay};
 
 /// Section `[no_room]`.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
@@ -193,11 +193,11 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::geometry::Pose;
-    use crate::geometry::convex_hull::convex_hull;
-    use crate::geometry::shapes::{block, rectangle};
     use crate::pipeline::checkpoint::ArtifactRef;
-    use crate::store::Digest;
+    use geometry::Pose;
+    use geometry::convex_hull::convex_hull;
+    use geometry::shapes::{block, rectangle};
+    use store::Digest;
 
     fn part(name: &str, at: DVec2, support: Option<(usize, bool)>) -> Part {
         let artifact = ArtifactRef {

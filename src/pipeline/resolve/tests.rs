@@ -4,11 +4,12 @@ use glam::DVec2;
 use serde::de::DeserializeOwned;
 
 use super::*;
-use crate::geometry::decompose::decompose;
-use crate::geometry::shapes::{block, rectangle, shell_of_revolution};
-use crate::geometry::{Interrupt, Material, Rgb, Solid};
-use crate::scene::certificate::Concession;
-use crate::store::Digest;
+use geometry::decompose::decompose;
+use geometry::shapes::{block, rectangle, shell_of_revolution};
+use geometry::{Material, Rgb, Solid};
+use runtime::Interrupt;
+use scene::certificate::Concession;
+use store::Digest;
 
 /// A section of the built-in settings.
 fn section<T: DeserializeOwned>(name: &str) -> T {

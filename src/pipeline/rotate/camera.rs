@@ -7,13 +7,14 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use super::{below, hiders, instances_at};
-use crate::align::camera::{CameraProblem, Outlined, RefinedCamera, refine_camera};
-use crate::align::dro::{DroSettings, seat_height_m};
-use crate::geometry::{Camera, Mask, TexturedMesh};
 use crate::pipeline::checkpoint::{ArtifactRef, Stage};
 use crate::pipeline::error::StageError;
 use crate::pipeline::{Context, Settings, canonicalize, carry, reconstruct, segment};
-use crate::scene::{CameraKnowledge, Recognition};
+use geometry::{Camera, TexturedMesh};
+use imaging::Mask;
+use pose_estimation::camera::{CameraProblem, Outlined, RefinedCamera, refine_camera};
+use pose_estimation::dro::{DroSettings, seat_height_m};
+use scene::{CameraKnowledge, Recognition};
 
 /// A part of `rotate` with a key of its own: it needs all instances, the yaws one each.
 pub const STAGE: Stage = Stage { name: "rotate", version: 1 };

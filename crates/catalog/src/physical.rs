@@ -1,0 +1,127 @@
+//! What a catalog mesh weighs and how it rubs: the category's substance, or the material asked for.
+
+use serde::{Deserialize, Serialize};
+
+use super::{category, substance};
+use geometry::mass_properties::{MassError, shell_mass_properties, solid_mass_properties};
+use geometry::{Friction, MassProperties, TexturedMesh};
+
+/// Substance of a thing whose category nobody here knows, and of tables.
+const USUAL_SUBSTANCE: &str = "wood";
+
+/// Finishes of tables that are no substance themselves, with the substance beneath.
+const FINISHES: &[(&str, &str)] = &[
+    ("oak", "wood"),
+    ("walnut", "wood"),
+    ("pine", "wood"),
+    ("birch", "wood"),
+    ("white", "plywood"),
+    ("black", "plywood"),
+    ("marble", "stone"),
+];
+
+/// Everything a simulation asks of a body besides its shape.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PhysicalProperties {
+    pub mass: MassProperties,
+    pub friction: Friction,
+    pub restitution: f64,
+    /// Rolling and torsional friction as lengths, meters (MuJoCo's convention).
+    pub rolling_friction_m: f64,
+    pub torsional_friction_m: f64,
+}
+
+/// Mass and surface of `mesh` (meters, object frame) as a thing of that category.
+///
+/// `material` (a substance, or a finish of a table) replaces the category's substance. A density of the
+/// category's own stays: it stands for what is inside, which the material asked for does not tell. A category
+/// with a shell thickness weighs as a skin. Unknown categories, and tables, are solid wood unless the
+/// material says otherwise.
+///
+/// # Errors
+/// The mesh has no volume (not closed, or inside out), or no surface.
+pub fn physical_properties(
+    mesh: &TexturedMesh,
+    category_name: &str,
+    material: Option<&str>,
+) -> Result<PhysicalProperties, MassError> {
+    let kind = category(category_name);
+    let Some(made_of) = substance(made_of(category_name, material)) else {
+        return Err(MassError::BadSubstance { density_kg_m3: f64::NAN, thickness_m: 1.0 });
+    };
+    let mass = match kind {
+        Some(kind) => match (kind.shell_thickness_m, kind.density_kg_m3) {
+            (Some(thickness_m), _) => shell_mass_properties(mesh, thickness_m, made_of.density_kg_m3)?,
+            (None, own) => solid_mass_properties(mesh, own.unwrap_or(made_of.density_kg_m3))?,
+        },
+        None => solid_mass_properties(mesh, made_of.density_kg_m3)?,
+    };
+    Ok(PhysicalProperties {
+        mass,
+        friction: made_of.friction(),
+        restitution: made_of.restitution,
+        rolling_friction_m: made_of.rolling_friction_m,
+        torsional_friction_m: made_of.torsional_friction_m,
+    })
+}
+
+/// The substance, by its name, that a thing of that category is mainly made of; `material` as in
+/// [`physical_properties`].
+pub fn made_of<'a>(category_name: &str, material: Option<&'a str>) -> &'a str {
+    let beneath = |word: &'a str| {
+        FINISHES.iter().find(|(finish, _)| *finish == word).map_or(word, |(_, beneath)| *beneath)
+    };
+    let asked_for = material.map(beneath).filter(|name| substance(name).is_some());
+    let usual = || category(category_name).map_or(USUAL_SUBSTANCE, |kind| kind.substance.as_str());
+    asked_for.unwrap_or_else(|| beneath(usual()))
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+    use crate::{Recipe, build, build_table, categories, table_models};
+
+    #[test]
+    fn every_category_weighs_what_such_things_weigh() {
+        for kind in categories() {
+            let recipe = Recipe {
+                category: kind.name.clone(),
+                size_m: kind.size.typical_m(),
+                color: None,
+                material: None,
+                seed: 3,
+            };
+            let mesh = build(&recipe).expect("a generator");
+            let found = physical_properties(&mesh, &kind.name, None).expect("a solid");
+            // A button weighs a gram, a full paint can two kilograms.
+            let mass_kg = found.mass.mass_kg;
+            assert!((0.0005..8.0).contains(&mass_kg), "{} weighs {mass_kg} kg", kind.name);
+            assert!(found.mass.inertia_diagonal_kg_m2.cmpgt(DVec3::ZERO).all(), "{}", kind.name);
+        }
+    }
+
+    #[test]
+    fn the_material_asked_for_replaces_the_substance_and_tables_have_finishes() {
+        let recipe = |material: Option<&str>| Recipe {
+            category: "plate".into(),
+            size_m: DVec3::new(0.24, 0.24, 0.024),
+            color: None,
+            material: material.map(str::to_owned),
+            seed: 1,
+        };
+        let weigh = |material| {
+            let mesh = build(&recipe(material)).expect("a plate");
+            physical_properties(&mesh, "plate", material).expect("a solid").mass.mass_kg
+        };
+        assert!((weigh(Some("steel")) / weigh(Some("glass")) - 7850.0 / 2500.0).abs() < 0.05);
+        for model in table_models() {
+            let table = build_table(model.name, model.low_m, None, Some("oak"), 1).expect("a table");
+            let weigh = |material| physical_properties(&table.mesh, "table", material).expect("a solid").mass;
+            assert_eq!(weigh(Some("oak")), weigh(None));
+            assert!(weigh(Some("marble")).mass_kg > weigh(None).mass_kg);
+            assert!((5.0..200.0).contains(&weigh(None).mass_kg), "{} {:?}", model.name, weigh(None));
+        }
+    }
+}

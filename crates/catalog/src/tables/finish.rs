@@ -1,0 +1,84 @@
+//! What a table is made of: looks of its top, frame and metal parts.
+
+use rand::RngExt;
+
+use crate::texture::{marble, wood_grain, wood_planks};
+use geometry::{Material, Rgb};
+use runtime::seed::Rng;
+
+/// Materials of one table.
+pub struct Finish {
+    pub top: Material,
+    pub frame: Material,
+    /// Handles, feet, screws.
+    pub metal: Material,
+    pub thickness_m: f64,
+}
+
+impl Finish {
+    /// The ordered material, or one usual for the model; `color` paints the top.
+    pub fn choose(model: &str, color: Option<Rgb>, material: Option<&str>, rng: &mut Rng) -> Self {
+        let usual: &[&str] = match model {
+            "workbench" => &["pine", "birch", "oak"],
+            "desk" => &["oak", "walnut", "birch", "white"],
+            "coffee_table" | "kidney_table" => &["walnut", "oak", "birch"],
+            _ => &["oak", "walnut", "pine", "birch"],
+        };
+        let drawn = usual[rng.random_range(0..usual.len())];
+        let name = match material {
+            Some(name) if super::TABLE_MATERIALS.contains(&name) => name,
+            _ if color.is_some() => "painted",
+            _ => drawn,
+        };
+        let steel = Material::metal("brushed_metal", Rgb::hex(0x9a_9d_a1), 0.35);
+        let dark = Material::metal("blackened_steel", Rgb::hex(0x3a_3b_3e), 0.5);
+        let thickness_m = match (model, name) {
+            ("workbench", _) => 0.045,
+            (_, "glass") => 0.02,
+            (_, "steel") => 0.022,
+            ("coffee_table" | "kidney_table" | "square_table", _) => 0.025,
+            _ => 0.032,
+        };
+        let (top, frame) = match name {
+            "glass" => {
+                let glass =
+                    Material { opacity: 0.45, ..Material::plain("glass", Rgb::hex(0xbf_d8_d2), 0.05) };
+                (glass, steel.clone())
+            }
+            "marble" => (stone(color, rng), dark.clone()),
+            "steel" => {
+                let sheet = Material::metal("steel", color.unwrap_or(Rgb::hex(0xb4_b8_bc)), 0.38);
+                (sheet, dark.clone())
+            }
+            "white" | "painted" => painted(color.unwrap_or(Rgb::hex(0xee_ed_e8))),
+            "black" => painted(color.unwrap_or(Rgb::hex(0x2a_2a_2c))),
+            wood => timber(wood, color, rng),
+        };
+        Self { top, frame, metal: steel, thickness_m }
+    }
+}
+
+fn stone(color: Option<Rgb>, rng: &mut Rng) -> Material {
+    let base = color.unwrap_or(Rgb::hex(0xee_ec_e8));
+    let dark = base.0.iter().sum::<f32>() < 1.2;
+    let vein = if dark { Rgb::hex(0xd8_d4_cc) } else { Rgb::hex(0x84_84_8a) };
+    Material::textured("marble", marble(base, vein, rng), 0.22)
+}
+
+fn painted(color: Rgb) -> (Material, Material) {
+    (Material::plain("paint", color, 0.45), Material::plain("frame_paint", color.scaled(0.92), 0.5))
+}
+
+/// Boards glued up to a top, and plain grain for the frame.
+fn timber(name: &str, color: Option<Rgb>, rng: &mut Rng) -> (Material, Material) {
+    let usual = match name {
+        "walnut" => Rgb::hex(0x6e_49_30),
+        "pine" => Rgb::hex(0xd9_b2_78),
+        "birch" => Rgb::hex(0xe0_c8_9c),
+        _ => Rgb::hex(0xb8_8a_56),
+    };
+    let color = color.unwrap_or(usual);
+    let top = Material::textured(name, wood_planks(color, 4, rng), 0.5);
+    let frame = Material::textured(&format!("{name}_frame"), wood_grain(color.scaled(0.93), rng), 0.55);
+    (top, frame)
+}

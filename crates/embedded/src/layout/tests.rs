@@ -1,0 +1,210 @@
+//! Layouts of sentences: apart, inside the outline, and as the sentence says.
+
+use super::*;
+use crate::analyst;
+use crate::analyst::{DescribeOptions, describe};
+use catalog::{Recipe, TableModel, build, build_table, category, table_models};
+use scene::{ObjectSpec, SceneDescription};
+
+fn settings() -> LayoutSettings {
+    LayoutSettings {
+        attempts: 60,
+        candidates: 90,
+        gap_m: 0.018,
+        least_gap_m: 0.005,
+        edge_margin_m: 0.02,
+        jitter_rad: 0.05,
+        whim: 0.5,
+    }
+}
+
+fn described(text: &str, seed: u64) -> SceneDescription {
+    let settings = analyst::Settings {
+        max_text_chars: 4000,
+        fewest_objects: 8,
+        most_objects: 15,
+        kinds_that_close_a_text: 3,
+        table_area_per_footprint: 3.0,
+    };
+    describe(text, seed, &DescribeOptions { max_objects: 64, table: None }, &settings).expect(text)
+}
+
+fn meshes(objects: &[ObjectSpec]) -> Vec<TexturedMesh> {
+    objects
+        .iter()
+        .map(|object| {
+            build(&Recipe {
+                category: object.category.clone(),
+                size_m: object.size_m,
+                color: object.color,
+                material: object.material.clone(),
+                seed: object.seed,
+            })
+            .expect("a category of the catalog")
+        })
+        .collect()
+}
+
+fn things<'a>(objects: &[ObjectSpec], meshes: &'a [TexturedMesh]) -> Vec<Thing<'a>> {
+    let index = |id| objects.iter().position(|other| other.id == id);
+    objects
+        .iter()
+        .zip(meshes)
+        .map(|(object, mesh)| Thing {
+            name: object.id.to_string(),
+            category: category(&object.category).expect("a category of the catalog"),
+            mesh,
+            relations: object.relations.iter().map(|r| (r.kind, r.target.clone().and_then(index))).collect(),
+        })
+        .collect()
+}
+
+/// A scene laid out.
+struct Laid {
+    description: SceneDescription,
+    meshes: Vec<TexturedMesh>,
+    outline: Outline,
+    poses: Vec<Pose>,
+}
+
+impl Laid {
+    fn out(text: &str, seed: u64) -> Self {
+        let description = described(text, seed);
+        let meshes = meshes(&description.objects);
+        let model: &TableModel = table_models()
+            .iter()
+            .find(|model| Some(model.name) == description.table.model.as_deref())
+            .expect("the analyst names a model");
+        let size_m = description.table.size_m.expect("the analyst gives a size");
+        let outline = build_table(model.name, size_m, None, None, 1).expect("a model").outline_m;
+        let things = things(&description.objects, &meshes);
+        let poses = arrange(&things, &outline, seed, &settings(), &Interrupt::default())
+            .unwrap_or_else(|error| panic!("{text} ({seed}): {error}"));
+        Self { description, meshes, outline, poses }
+    }
+
+    /// Seen from above, as placed.
+    fn footprint(&self, thing: usize) -> Footprint {
+        let placed = self.meshes[thing].positions.iter().map(|p| self.poses[thing].transform_point(*p));
+        Footprint::around(placed.map(|p| p.truncate()))
+    }
+
+    fn check(&self, text: &str) {
+        let things = things(&self.description.objects, &self.meshes);
+        let carriers = carriers(&things);
+        let prints: Vec<Footprint> = (0..things.len()).map(|k| self.footprint(k)).collect();
+        for a in 0..things.len() {
+            let name = &things[a].name;
+            if carriers[a].is_none() {
+                let depth_m = prints[a].depth_inside_m(&self.outline);
+                assert!(depth_m > 0.015, "{text}: {name} is {depth_m} m from the edge");
+                for b in (0..a).filter(|&b| carriers[b].is_none()) {
+                    let gap_m = prints[a].gap_m(&prints[b]);
+                    assert!(gap_m > 0.003, "{text}: {name} and {} are {gap_m} m apart", things[b].name);
+                }
+            }
+            for &(kind, target) in &things[a].relations {
+                let at = prints[a].center();
+                let Some(b) = target else {
+                    assert_eq!(carriers[a], None);
+                    let (low, high) = self.outline.bounds();
+                    let share = (at - 0.5 * (low + high)) / (0.5 * (high - low));
+                    let holds = match kind {
+                        RelationKind::AtLeft => share.x < 0.0,
+                        RelationKind::AtRight => share.x > 0.0,
+                        RelationKind::AtFront => share.y < 0.0,
+                        RelationKind::AtBack => share.y > 0.0,
+                        RelationKind::AtCenter => share.abs().max_element() < 0.7,
+                        _ => true,
+                    };
+                    assert!(holds, "{text}: {name} {kind:?} at {share}");
+                    continue;
+                };
+                let way = at - prints[b].center();
+                let holds = match kind {
+                    RelationKind::LeftOf => way.x < 0.0,
+                    RelationKind::RightOf => way.x > 0.0,
+                    RelationKind::InFrontOf => way.y < 0.0,
+                    RelationKind::Behind => way.y > 0.0,
+                    RelationKind::NextTo => prints[a].gap_m(&prints[b]) < 0.3,
+                    RelationKind::Around => prints[a].gap_m(&prints[b]) < 1.3,
+                    RelationKind::On | RelationKind::StackedOn | RelationKind::In => {
+                        Footprint::around([at].into_iter()).depth_in_m(&prints[b]) > -0.05
+                    }
+                    _ => true,
+                };
+                assert!(holds, "{text}: {name} {kind:?} {} by {way}", things[b].name);
+            }
+        }
+    }
+}
+
+const SENTENCES: &[&str] = &[
+    "an office desk",
+    "a dinner for two",
+    "a workbench with tools",
+    "a sewing table",
+    "a round breakfast table",
+    "tea time on an oval table",
+    "a triangular table with a bowl of apples, a vase and two candles",
+    "a kidney-shaped table with a laptop, a mouse to its right and a mug with a spoon in it",
+    "a stack of three books with a mug on top, a desk lamp and four pencils in a pen holder",
+    "four plates around a vase, each with a fork and a knife",
+    "a hammer to the left of a toolbox, three screwdrivers in front of it and a wrench next to the hammer",
+    "a tray with two mugs and a teapot on it, a lemon at the front left and a candle at the back",
+];
+
+#[test]
+#[ignore = "desks are chosen by area: three deep things in a row do not fit their depth yet"]
+fn a_lamp_behind_a_laptop_behind_a_keyboard_fits_on_the_desk() {
+    let text = "An office desk with a laptop, a keyboard in front of it, and a mouse to the right of the \
+                keyboard. Behind the laptop stands a lamp.";
+    for seed in 1..=3 {
+        Laid::out(text, seed).check(text);
+    }
+}
+
+#[test]
+fn a_lamp_behind_a_laptop_had_no_room_on_a_shallow_desk() {
+    let text = "A wooden desk with a pair of headphones, a pair of scissors, an hourglass, a laptop, a desk lamp behind the \
+                laptop, a tissue box and a coaster with a mug on it";
+    for seed in [50_052, 1, 2, 3] {
+        Laid::out(text, seed).check(text);
+    }
+}
+
+#[test]
+fn sentences_are_laid_out_apart_inside_the_outline_and_as_they_say() {
+    for text in SENTENCES {
+        for seed in 1..=3 {
+            Laid::out(text, seed).check(text);
+        }
+    }
+}
+
+#[test]
+fn the_same_seed_repeats_and_another_differs() {
+    let (once, again, other) =
+        (Laid::out(SENTENCES[0], 5), Laid::out(SENTENCES[0], 5), Laid::out(SENTENCES[0], 5));
+    assert_eq!(once.poses, again.poses);
+    let things = things(&other.description.objects, &other.meshes);
+    let moved = arrange(&things, &other.outline, 6, &settings(), &Interrupt::default()).expect("room");
+    let far = moved.iter().zip(&once.poses).filter(|(a, b)| a.translation_m.distance(b.translation_m) > 0.05);
+    assert!(far.count() > once.poses.len() / 2);
+}
+
+#[test]
+fn what_does_not_fit_is_named_and_an_interrupt_is_heard() {
+    let description = described("two laptops and a monitor", 1);
+    let meshes = meshes(&description.objects);
+    let things = things(&description.objects, &meshes);
+    let small = Outline::new([(-0.2, -0.2), (0.2, -0.2), (0.2, 0.2), (-0.2, 0.2)].map(DVec2::from).to_vec())
+        .expect("a square");
+    let few = LayoutSettings { attempts: 6, ..settings() };
+    let refused = arrange(&things, &small, 1, &few, &Interrupt::default()).expect_err("40 cm are not enough");
+    assert!(matches!(&refused, LayoutError::NoRoom { names, .. } if !names.is_empty()), "{refused}");
+    let interrupt = Interrupt::default();
+    interrupt.raise();
+    let stopped = arrange(&things, &small, 1, &few, &interrupt);
+    assert_eq!(stopped, Err(LayoutError::Interrupted(Interrupted)));
+}

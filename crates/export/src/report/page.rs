@@ -1,0 +1,126 @@
+//! `report.html`: one page without scripts, links or files beside it, for a screen or for paper.
+
+use super::html::{Cell, Html};
+use super::numbers::word;
+use super::picture::{Embedded, EmbeddedPictures};
+use super::{Report, plan, sections};
+use scene::Input;
+
+/// Nothing is fetched from anywhere, whatever a label says.
+const POLICY: &str = "default-src 'none'; img-src data:; style-src 'unsafe-inline'";
+
+/// The page's text.
+pub fn write(report: &Report<'_>) -> String {
+    let pictures = EmbeddedPictures::of(report.pictures);
+    let mut page = Html::default();
+    page.open("html", &[("lang", "en"), ("xmlns", "http://www.w3.org/1999/xhtml")]);
+    head(&mut page, report);
+    page.open("body", &[]);
+    page.open("main", &[]);
+    verdict(&mut page, report);
+    figure(&mut page, pictures.hero.as_ref(), "The finished scene");
+    section(&mut page, "Checks", |page| sections::checks::write(page, report));
+    if !report.certificate.collisions.is_empty() {
+        section(&mut page, "Collisions", |page| sections::checks::collisions(page, report));
+    }
+    section(&mut page, "Objects", |page| {
+        let at_fault: Vec<bool> = report.bodies[1..]
+            .iter()
+            .map(|body| report.certificate.reasons.iter().any(|reason| reason.bodies.contains(&body.name)))
+            .collect();
+        plan::draw(page, &report.scene.table, &report.bodies[1..], &at_fault);
+        sections::objects::write(page, report, &pictures);
+    });
+    section(&mut page, "Meshes and hulls", |page| sections::bodies::write(page, report));
+    section(&mut page, "Likeness to the picture", |page| {
+        let caption = "The reference picture; the scene from its camera; where both show objects (green), what the scene misses \
+                       (red) and what it invents (blue)";
+        figure(page, pictures.beside.as_ref(), caption);
+        sections::likeness::write(page, report);
+    });
+    if let Some(appraisal) = &report.certificate.appraisal {
+        section(&mut page, "What a model thinks of it", |page| {
+            sections::appraisal::write(page, report, appraisal);
+        });
+    }
+    section(&mut page, "Formats read back", |page| sections::formats::write(page, report));
+    views(&mut page, &pictures);
+    section(&mut page, "Where it comes from", |page| sections::provenance::write(page, report));
+    let page = page.finish();
+    format!("<!DOCTYPE html>\n{page}")
+}
+
+fn head(page: &mut Html, report: &Report<'_>) {
+    page.open("head", &[]);
+    page.void("meta", &[("charset", "utf-8")]);
+    page.void("meta", &[("http-equiv", "Content-Security-Policy"), ("content", POLICY)]);
+    page.void("meta", &[("name", "viewport"), ("content", "width=device-width, initial-scale=1")]);
+    page.leaf("title", &[], &format!("Scene {}: {}", report.scene.id, word(report.certificate.verdict)));
+    page.style(include_str!("page.css"));
+    page.close();
+}
+
+/// Verdict and why, what was asked for, and a picture.
+fn verdict(page: &mut Html, report: &Report<'_>) {
+    let certificate = report.certificate;
+    let word_of_verdict = word(certificate.verdict);
+    page.open("header", &[("class", &word_of_verdict)]);
+    page.open("h1", &[]);
+    page.leaf("span", &[("class", "verdict")], &word_of_verdict);
+    page.text(" ");
+    page.leaf("span", &[("class", "id")], &format!("scene {}", report.scene.id));
+    page.close();
+    page.leaf("p", &[("class", "why")], &certificate.summary);
+    if !certificate.reasons.is_empty() {
+        let rows = certificate
+            .reasons
+            .iter()
+            .map(|reason| vec![Cell::Words(word(reason.code)), Cell::Words(reason.sentence.clone())])
+            .collect();
+        page.table("reasons", &["Code", "What was found"], rows);
+    }
+    match &report.scene.request.input {
+        Input::Text { text } => {
+            page.open("blockquote", &[]);
+            page.told(text);
+            page.close();
+        }
+        Input::Image { sha256, media_type } => {
+            let words = format!("made from a picture ({media_type}, SHA-256 {sha256})");
+            page.leaf("p", &[("class", "asked")], &words);
+        }
+    }
+    page.close();
+}
+
+fn section(page: &mut Html, title: &str, content: impl FnOnce(&mut Html)) {
+    page.open("section", &[]);
+    page.leaf("h2", &[], title);
+    content(page);
+    page.close();
+}
+
+fn views(page: &mut Html, pictures: &EmbeddedPictures) {
+    let sides = pictures.sides.iter().map(|(name, picture)| (name.as_str(), picture));
+    let views: Vec<_> = pictures.top.iter().map(|picture| ("above", picture)).chain(sides).collect();
+    if views.is_empty() {
+        return;
+    }
+    section(page, "Views", |page| {
+        page.open("div", &[("class", "views")]);
+        for (name, picture) in views {
+            let caption = format!("From {}{name}", if name == "above" { "" } else { "the " });
+            figure(page, Some(picture), &caption);
+        }
+        page.close();
+    });
+}
+
+fn figure(page: &mut Html, picture: Option<&Embedded>, caption: &str) {
+    let Some(picture) = picture else { return };
+    let (width, height) = (picture.width_px.to_string(), picture.height_px.to_string());
+    page.open("figure", &[]);
+    page.void("img", &[("src", &picture.uri), ("width", &width), ("height", &height), ("alt", caption)]);
+    page.leaf("figcaption", &[], caption);
+    page.close();
+}

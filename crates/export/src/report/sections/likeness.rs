@@ -1,0 +1,55 @@
+//! One row an object: how well it covers its pixels and colors them, how its mesh was made, how sure its turn is. One row
+//! a region that only one picture shows.
+
+use crate::report::Report;
+use crate::report::html::{Cell, Html};
+use crate::report::numbers::word;
+use scene::certificate::{Region, Regions};
+
+pub fn write(page: &mut Html, report: &Report<'_>) {
+    let rows = report.certificate.objects.iter().map(|object| {
+        let rotation = &object.rotation;
+        let symmetry = match rotation.symmetry_order {
+            0 => "any angle".to_owned(),
+            1 => "none".to_owned(),
+            order => format!("every {:.0}°", 360.0 / f64::from(order)),
+        };
+        vec![
+            Cell::Body(object.name.to_string()),
+            Cell::Number(format!("{:.3}", object.silhouette_iou)),
+            Cell::Number(object.color_difference.map_or("none".to_owned(), |apart| format!("{apart:.1}"))),
+            Cell::Words(word(object.method)),
+            Cell::Number(format!("{:.1}°", rotation.yaw_rad.to_degrees())),
+            Cell::Words(symmetry),
+            Cell::Number(format!("{:.2}", rotation.confidence)),
+        ]
+    });
+    let head = [
+        "Object",
+        "Silhouette overlap",
+        "Color difference",
+        "Made as",
+        "Yaw found",
+        "Symmetry",
+        "Confidence",
+    ];
+    page.table("", &head, rows.collect());
+    let fidelity = &report.certificate.fidelity;
+    let listed = |what: &'static str, regions: &Regions| {
+        let row = move |region: &Region| {
+            let [x0, y0, x1, y1] = region.bbox_px;
+            vec![
+                Cell::Words(what.to_owned()),
+                Cell::Body(region.body.to_string()),
+                Cell::Words(format!("{x0}, {y0} to {x1}, {y1}")),
+                Cell::Number(format!("{:.2} %", 100.0 * region.picture_share)),
+            ]
+        };
+        regions.largest.iter().map(row).collect::<Vec<_>>()
+    };
+    let mut regions = listed("missed", &fidelity.missed);
+    regions.extend(listed("invented", &fidelity.invented));
+    if !regions.is_empty() {
+        page.table("", &["Region", "Object", "Pixels of the picture", "Of its area"], regions);
+    }
+}

@@ -1,0 +1,179 @@
+//! `sdf/`: the scene as one SDFormat 1.9 world, and each body as a model folder of its own.
+//!
+//! World frame of the scene. Every hull is a `<collision>`; visual meshes have none. Inertia is the solid's
+//! full tensor about its center of mass. Friction is the dynamic coefficient in both directions; resistance to
+//! spinning is given as a patch whose radius is that length, with the coefficient that makes the torque
+//! radius times normal force. Mesh paths are relative to the file that names them.
+
+use rayon::prelude::*;
+
+use geometry::Pose;
+use scene::Scene;
+
+use super::number::spaced;
+use super::urdf::origin;
+use super::wavefront::{Wavefront, hull_file, visual_file};
+use super::xml::XmlDocument;
+use super::{Body, BundleFile, ExportSettings};
+
+const VERSION: &str = "1.9";
+
+/// Torque of a contact patch over radius, coefficient and normal force is 3 pi / 16 (Gazebo's torsional model).
+const PATCH_COEFFICIENT: f64 = 16.0 / (3.0 * std::f64::consts::PI);
+
+/// All files under `sdf/`.
+pub fn write(
+    scene: &Scene,
+    bodies: &[Body],
+    wavefronts: &[Wavefront],
+    settings: &ExportSettings,
+) -> Vec<BundleFile> {
+    let both = bodies.par_iter().zip(wavefronts);
+    let mut files: Vec<BundleFile> =
+        both.flat_map_iter(|(body, obj)| model_files(body, obj, settings)).collect();
+    let text = world(scene, bodies, settings);
+    files.push(BundleFile::text("sdf/world.sdf", text, "sdf_world", "application/xml"));
+    files
+}
+
+fn model_files(body: &Body, wavefront: &Wavefront, settings: &ExportSettings) -> Vec<BundleFile> {
+    let folder = format!("sdf/models/{}", body.name);
+    let mut document = XmlDocument::new();
+    open_sdf(&mut document);
+    write_model(&mut document, body, &Pose::IDENTITY, "");
+    let mut files = vec![
+        BundleFile::text(format!("{folder}/model.sdf"), document.finish(), "sdf_model", "application/xml"),
+        BundleFile::text(
+            format!("{folder}/model.config"),
+            config(body, settings),
+            "sdf_model",
+            "application/xml",
+        ),
+    ];
+    files.extend(wavefront.files(body, &folder, "sdf"));
+    files
+}
+
+/// `model.config`, by which model databases find a folder; it holds the words a person used for the body.
+fn config(body: &Body, settings: &ExportSettings) -> String {
+    let mut document = XmlDocument::new();
+    document.open("model", &[]);
+    document.text_element("name", &body.name);
+    document.text_element("version", "1.0");
+    document.text_element_with("sdf", &[("version", VERSION)], "model.sdf");
+    document.open("author", &[]);
+    document.text_element("name", &settings.author);
+    document.close();
+    document.text_element("description", &body.label);
+    document.finish()
+}
+
+fn open_sdf(document: &mut XmlDocument) {
+    document.open("sdf", &[("version", VERSION)]);
+}
+
+fn world(scene: &Scene, bodies: &[Body], settings: &ExportSettings) -> String {
+    let mut document = XmlDocument::new();
+    open_sdf(&mut document);
+    document.open("world", &[("name", &format!("scene_{}", scene.id))]);
+    document.text_element("gravity", &spaced(&[0.0, 0.0, -settings.gravity_m_s2]));
+    document.open("light", &[("name", "sun"), ("type", "directional")]);
+    document.text_element("pose", "-0.6 -1 2.5 0 0 0");
+    document.text_element("direction", "0.2 0.35 -1");
+    document.text_element("diffuse", "0.8 0.8 0.8 1");
+    document.text_element("cast_shadows", "true");
+    document.close();
+    write_floor(&mut document, scene);
+    for body in bodies {
+        let folder = format!("models/{}/", body.name);
+        write_model(&mut document, body, &body.world_from_object, &folder);
+    }
+    document.finish()
+}
+
+fn write_floor(document: &mut XmlDocument, scene: &Scene) {
+    document.open("model", &[("name", "floor")]);
+    document.text_element("static", "true");
+    document.text_element("pose", &spaced(&[0.0, 0.0, -scene.table.height_m, 0.0, 0.0, 0.0]));
+    document.open("link", &[("name", "floor")]);
+    for element in ["collision", "visual"] {
+        document.open(element, &[("name", element)]);
+        document.open("geometry", &[]);
+        document.open("plane", &[]);
+        document.text_element("normal", "0 0 1");
+        document.text_element("size", "10 10");
+        document.close();
+        document.close();
+        document.close();
+    }
+    document.close();
+    document.close();
+}
+
+/// A model named as the body, its only link named likewise; mesh paths start with `prefix`.
+fn write_model(document: &mut XmlDocument, body: &Body, world_from_object: &Pose, prefix: &str) {
+    document.open("model", &[("name", &body.name)]);
+    document.text_element("static", if body.movable { "false" } else { "true" });
+    let (position, angles) = origin(world_from_object);
+    document.text_element("pose", &spaced(&[position.to_array(), angles.to_array()].concat()));
+    document.open("link", &[("name", &body.name)]);
+    let center = body.mass.center_of_mass_m;
+    document.open("inertial", &[]);
+    document.text_element("pose", &spaced(&[center.x, center.y, center.z, 0.0, 0.0, 0.0]));
+    document.text_element("mass", &spaced(&[body.mass.mass_kg]));
+    document.open("inertia", &[]);
+    let tensor = body.inertia_tensor_kg_m2();
+    for (name, row, column) in
+        [("ixx", 0, 0), ("ixy", 0, 1), ("ixz", 0, 2), ("iyy", 1, 1), ("iyz", 1, 2), ("izz", 2, 2)]
+    {
+        document.text_element(name, &spaced(&[0.5 * (tensor.col(column)[row] + tensor.col(row)[column])]));
+    }
+    document.close();
+    document.close();
+    for k in 0..body.visual.groups.len() {
+        document.open("visual", &[("name", &format!("visual_{k:02}"))]);
+        write_mesh(document, &format!("{prefix}{}", visual_file(k)));
+        document.close();
+    }
+    for k in 0..body.hulls.len() {
+        document.open("collision", &[("name", &format!("hull_{k:02}"))]);
+        write_mesh(document, &format!("{prefix}{}", hull_file(k)));
+        write_surface(document, body);
+        document.close();
+    }
+    document.close();
+    document.close();
+}
+
+fn write_mesh(document: &mut XmlDocument, uri: &str) {
+    document.open("geometry", &[]);
+    document.open("mesh", &[]);
+    document.text_element("uri", uri);
+    document.close();
+    document.close();
+}
+
+fn write_surface(document: &mut XmlDocument, body: &Body) {
+    let friction = spaced(&[body.friction.dynamic_coefficient]);
+    document.open("surface", &[]);
+    document.open("bounce", &[]);
+    document.text_element("restitution_coefficient", &spaced(&[body.restitution]));
+    document.close();
+    document.open("friction", &[]);
+    document.open("ode", &[]);
+    document.text_element("mu", &friction);
+    document.text_element("mu2", &friction);
+    document.close();
+    document.open("bullet", &[]);
+    document.text_element("friction", &friction);
+    document.text_element("friction2", &friction);
+    document.text_element("rolling_friction", &spaced(&[body.rolling_friction_m]));
+    document.close();
+    document.open("torsional", &[]);
+    document.text_element("coefficient", &spaced(&[PATCH_COEFFICIENT]));
+    document.text_element("use_patch_radius", "true");
+    document.text_element("patch_radius", &spaced(&[body.torsional_friction_m]));
+    document.close();
+    document.close();
+    document.close();
+}

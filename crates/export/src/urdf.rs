@@ -1,0 +1,163 @@
+//! `urdf/`: one robot description per body, and the whole scene as one fixed assembly.
+//!
+//! Meshes are in meters, scale 1, with paths relative to the description. Inertia is the solid's full
+//! tensor about its center of mass. Every hull is a `<collision>` of its own. Friction stands in
+//! `<contact>` (PyBullet) and `<gazebo>` tags; one-number readers get the dynamic coefficient.
+
+use glam::{DMat3, DVec3};
+use rayon::prelude::*;
+
+use geometry::Pose;
+
+use super::number::spaced;
+use super::wavefront::{Wavefront, hull_file, visual_file};
+use super::xml::{LABEL_NAMESPACE, XmlDocument};
+use super::{Body, BundleFile};
+
+/// All files under `urdf/`.
+pub fn write(bodies: &[Body], wavefronts: &[Wavefront]) -> Vec<BundleFile> {
+    let both = bodies.par_iter().zip(wavefronts);
+    let mut files: Vec<BundleFile> = both.flat_map_iter(|(body, obj)| body_files(body, obj)).collect();
+    files.push(BundleFile::text("urdf/scene.urdf", assembly(bodies), "urdf_scene", "application/xml"));
+    files
+}
+
+fn body_files(body: &Body, wavefront: &Wavefront) -> Vec<BundleFile> {
+    let folder = format!("urdf/{}", body.name);
+    let mut document = XmlDocument::new();
+    open_robot(&mut document, &body.name);
+    write_label(&mut document, body);
+    write_link(&mut document, body, "");
+    write_gazebo(&mut document, body);
+    let path = format!("{folder}/{}.urdf", body.name);
+    let mut files = vec![BundleFile::text(path, document.finish(), "urdf", "application/xml")];
+    files.extend(wavefront.files(body, &folder, "urdf"));
+    files
+}
+
+fn open_robot(document: &mut XmlDocument, name: &str) {
+    document.open("robot", &[("name", name), ("xmlns:tabletopgen", LABEL_NAMESPACE)]);
+}
+
+fn write_label(document: &mut XmlDocument, body: &Body) {
+    document.empty("tabletopgen:label", &[("link", &body.name), ("text", &body.label)]);
+}
+
+/// A link named as the body; mesh paths start with `prefix`.
+fn write_link(document: &mut XmlDocument, body: &Body, prefix: &str) {
+    document.open("link", &[("name", &body.name)]);
+    document.open("contact", &[]);
+    for (name, value) in [
+        ("lateral_friction", body.friction.dynamic_coefficient),
+        ("rolling_friction", body.rolling_friction_m),
+        ("spinning_friction", body.torsional_friction_m),
+        ("restitution", body.restitution),
+    ] {
+        document.empty(name, &[("value", &spaced(&[value]))]);
+    }
+    document.close();
+    let center = spaced(&body.mass.center_of_mass_m.to_array());
+    document.open("inertial", &[]);
+    document.empty("origin", &[("xyz", &center), ("rpy", "0 0 0")]);
+    document.empty("mass", &[("value", &spaced(&[body.mass.mass_kg]))]);
+    let tensor = body.inertia_tensor_kg_m2();
+    let moment =
+        |row: usize, column: usize| spaced(&[0.5 * (tensor.col(column)[row] + tensor.col(row)[column])]);
+    document.empty(
+        "inertia",
+        &[
+            ("ixx", &moment(0, 0)),
+            ("ixy", &moment(0, 1)),
+            ("ixz", &moment(0, 2)),
+            ("iyy", &moment(1, 1)),
+            ("iyz", &moment(1, 2)),
+            ("izz", &moment(2, 2)),
+        ],
+    );
+    document.close();
+    for k in 0..body.visual.groups.len() {
+        write_geometry(document, "visual", &format!("visual_{k:02}"), &format!("{prefix}{}", visual_file(k)));
+    }
+    for k in 0..body.hulls.len() {
+        write_geometry(document, "collision", &format!("hull_{k:02}"), &format!("{prefix}{}", hull_file(k)));
+    }
+    document.close();
+}
+
+fn write_geometry(document: &mut XmlDocument, element: &'static str, name: &str, file: &str) {
+    document.open(element, &[("name", name)]);
+    document.empty("origin", &[("xyz", "0 0 0"), ("rpy", "0 0 0")]);
+    document.open("geometry", &[]);
+    document.empty("mesh", &[("filename", file), ("scale", "1 1 1")]);
+    document.close();
+    document.close();
+}
+
+fn write_gazebo(document: &mut XmlDocument, body: &Body) {
+    let value = spaced(&[body.friction.dynamic_coefficient]);
+    document.open("gazebo", &[("reference", &body.name)]);
+    document.text_element("mu1", &value);
+    document.text_element("mu2", &value);
+    document.close();
+}
+
+/// Every body fixed to the link `world` at its pose.
+fn assembly(bodies: &[Body]) -> String {
+    let mut document = XmlDocument::new();
+    open_robot(&mut document, "scene");
+    document.empty("link", &[("name", "world")]);
+    for body in bodies {
+        write_label(&mut document, body);
+        write_link(&mut document, body, &format!("{}/", body.name));
+        document.open("joint", &[("name", &format!("world_to_{}", body.name)), ("type", "fixed")]);
+        document.empty("parent", &[("link", "world")]);
+        document.empty("child", &[("link", &body.name)]);
+        let (xyz, rpy) = origin(&body.world_from_object);
+        document.empty("origin", &[("xyz", &spaced(&xyz.to_array())), ("rpy", &spaced(&rpy.to_array()))]);
+        document.close();
+        write_gazebo(&mut document, body);
+    }
+    document.finish()
+}
+
+/// Position and roll, pitch, yaw about the fixed x, y, z axes in that order, radians.
+pub fn origin(pose: &Pose) -> (DVec3, DVec3) {
+    let m = DMat3::from_quat(pose.rotation.normalize());
+    let sine = (-m.x_axis.z).clamp(-1.0, 1.0);
+    let rpy = if sine.abs() < 1.0 - 1e-10 {
+        DVec3::new(m.y_axis.z.atan2(m.z_axis.z), sine.asin(), m.x_axis.y.atan2(m.x_axis.x))
+    } else {
+        // Nose straight up or down: only the difference of roll and yaw exists.
+        DVec3::new(0.0, sine.asin(), (-m.y_axis.x).atan2(m.y_axis.y))
+    };
+    (pose.translation_m, rpy)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DQuat;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn angles_give_the_rotation_back(x in -1.0..1.0_f64, y in -1.0..1.0_f64, z in -1.0..1.0_f64, w in 0.1..1.0_f64) {
+            let rotation = DQuat::from_xyzw(x, y, z, w).normalize();
+            let (_, rpy) = origin(&Pose { translation_m: DVec3::ZERO, rotation });
+            let back = DQuat::from_rotation_z(rpy.z) * DQuat::from_rotation_y(rpy.y) * DQuat::from_rotation_x(rpy.x);
+            prop_assert!(back.angle_between(rotation) < 1e-6);
+        }
+    }
+
+    #[test]
+    fn straight_up_is_no_special_case_for_the_reader() {
+        for sign in [-1.0, 1.0] {
+            let rotation =
+                DQuat::from_rotation_z(0.4) * DQuat::from_rotation_y(sign * std::f64::consts::FRAC_PI_2);
+            let (_, rpy) = origin(&Pose { translation_m: DVec3::ZERO, rotation });
+            let back =
+                DQuat::from_rotation_z(rpy.z) * DQuat::from_rotation_y(rpy.y) * DQuat::from_rotation_x(rpy.x);
+            assert!(back.angle_between(rotation) < 1e-4);
+        }
+    }
+}

@@ -1,0 +1,225 @@
+//! One body as a USD prop: rigid body on the root, a visual mesh per material, one collider mesh per hull, a grasp
+//! where one is known, and a switch for each program with schemas of its own.
+//!
+//! Points of a visual mesh are welded by position, so its topology is closed where the surface is; normals and
+//! texture coordinates are per face corner.
+
+use std::collections::BTreeMap;
+
+use crate::number::direction;
+use crate::{Body, ExportSettings};
+use geometry::parallel_grasp::ParallelGrasp;
+use geometry::{ConvexHull, FaceGroup, TexturedMesh};
+use scene::Scene;
+
+use super::layer::{Interpolation, Layer, Path, Prim, Switch};
+use super::look::{LOOKS, PHYSICS_MATERIAL, display_color, looks};
+use super::runtime::Runtime;
+use super::value::{Dictionary, Quaternion, Value};
+
+/// Name of the prim above the meshes that are seen.
+const VISUAL: &str = "visual";
+
+/// Name of the prim above the colliders.
+pub const COLLIDERS: &str = "colliders";
+
+/// Name of a collider.
+pub fn hull_name(index: usize) -> String {
+    format!("hull_{index:02}")
+}
+
+/// The layer of one body.
+pub fn prop(scene: &Scene, body: &Body, settings: &ExportSettings) -> Layer {
+    let schemas = [
+        "PhysicsRigidBodyAPI",
+        "PhysicsMassAPI",
+        "SemanticsLabelsAPI:class",
+        "SemanticsLabelsAPI:wikidata_qcode",
+    ];
+    let mut root = Prim::new("Xform", &body.name).with_schemas(&schemas);
+    root.asset_info = Dictionary::default().with("name", Value::string(&body.name));
+    root.display_name = Some(body.label.as_str().into());
+    root.kind = Some("component");
+    let mass = &body.mass;
+    let axes = Quaternion::from(mass.principal_axes_xyzw.normalize());
+    root.set("physics:centerOfMass", Value::Point3f(mass.center_of_mass_m.as_vec3().to_array()));
+    root.set("physics:diagonalInertia", Value::Float3(mass.inertia_diagonal_kg_m2.as_vec3().to_array()));
+    root.set("physics:mass", Value::Float(mass.mass_kg as f32));
+    root.set("physics:principalAxes", Value::Quatf(axes.in_f32()));
+    root.set("physics:rigidBodyEnabled", Value::Bool(true));
+    root.set("semantics:labels:class", Value::tokens(&[&body.category]));
+    root.set("semantics:labels:wikidata_qcode", Value::tokens(&[&body.wikidata_item]));
+    root.switches = Runtime::ALL.map(Runtime::switch).into();
+    root.add(visual(body));
+    if let Some(grasp) = &body.grasp {
+        root.add(grasp_line(grasp));
+    }
+    let mut colliders = Prim::new("Xform", COLLIDERS);
+    for (k, hull) in body.hulls.iter().enumerate() {
+        colliders.add(collider(&body.name, k, hull));
+    }
+    root.add(colliders);
+    root.add(looks(body));
+    Layer { custom_data: custom_data(scene, body, settings), root }
+}
+
+fn custom_data(scene: &Scene, body: &Body, settings: &ExportSettings) -> Dictionary {
+    let instance = scene.instances.iter().find(|instance| instance.name.as_str() == body.name);
+    let licence = instance.map_or(settings.licence.as_str(), |instance| &instance.provenance.licence);
+    // SimReady wants these twice, inside its own dictionary and beside it.
+    let with_identity = |dictionary: Dictionary| {
+        dictionary
+            .with("asset_name", Value::string(&body.name))
+            .with("asset_type", Value::string("prop"))
+            .with("source_file", Value::string("scene.json"))
+            .with("usd_date_generated", Value::string(&settings.date))
+    };
+    let metadata = with_identity(Dictionary::default().with("author", Value::string(&settings.author)))
+        .with("asset_license", Value::string(licence))
+        .with("category", Value::string(&body.category))
+        .with("qcode", Value::string(&body.wikidata_item))
+        .with("rigid_body_count", Value::Int(1))
+        .with("asset_extents", Value::Float3(body.visual.size_m().as_vec3().to_array()))
+        .with("mass", Value::Double(body.mass.mass_kg))
+        .with_dictionary("Variants", Dictionary::default().with_dictionary("Physics", runtimes(body)));
+    with_identity(Dictionary::default().with_dictionary("SimReady_Metadata", metadata))
+        .with("label", Value::string(&body.label))
+        .with("scene", Value::string(&scene.id))
+}
+
+/// How each program's variant set is switched on.
+fn runtimes(body: &Body) -> Dictionary {
+    let prim = Path::prim(&[&body.name]).to_string();
+    Runtime::ALL.into_iter().fold(Dictionary::default(), |all, runtime| {
+        let how = Dictionary::default()
+            .with("activateOption", Value::string(Switch::ON))
+            .with("prim", Value::string(&prim))
+            .with("variantSetName", Value::string(runtime.variant_set()));
+        all.with_dictionary(runtime.variant_set(), how)
+    })
+}
+
+/// The line along which a parallel gripper closes, from one contact to the other.
+fn grasp_line(grasp: &ParallelGrasp) -> Prim {
+    let mut prim = Prim::new("BasisCurves", "grasp_identifier_00");
+    prim.set_uniform("purpose", Value::token("guide"));
+    prim.set_uniform("type", Value::token("linear"));
+    prim.set("curveVertexCounts", Value::Ints(vec![2]));
+    let points = grasp.contacts_m.map(|point| point.as_vec3().to_array());
+    let half = 0.5 * GRASP_LINE_WIDTH_M;
+    let (low, high) = box_of(&points);
+    prim.set("extent", Value::Float3s(vec![low.map(|v| v - half), high.map(|v| v + half)]));
+    prim.set("points", Value::Point3fs(points.into()));
+    prim.set_interpolated("widths", Value::Floats(vec![GRASP_LINE_WIDTH_M]), Interpolation::Constant);
+    prim
+}
+
+/// How thick the line of a grasp is drawn, meters.
+const GRASP_LINE_WIDTH_M: f32 = 0.001;
+
+/// A mesh for each material, as readers of materials do not all look into subsets of faces.
+fn visual(body: &Body) -> Prim {
+    let mut parts = Prim::new("Xform", VISUAL);
+    body.visual.groups.iter().for_each(|group| parts.add(part(body, group)));
+    parts
+}
+
+fn part(body: &Body, group: &FaceGroup) -> Prim {
+    let (mesh, material) = (&body.visual, &body.visual.materials[group.material]);
+    let (points, point_of_vertex) = welded(mesh, group);
+    let mut prim = Prim::new("Mesh", &material.name).with_schemas(&["MaterialBindingAPI"]);
+    prim.relate("material:binding", Path::prim(&[&body.name, LOOKS, &material.name]));
+    prim.set_uniform("orientation", Value::token("rightHanded"));
+    prim.set_uniform("subdivisionScheme", Value::token("none"));
+    set_points(&mut prim, points);
+    let corners = || group.triangles.iter().flatten();
+    set_faces(&mut prim, group.triangles.len(), corners().map(|v| point_of_vertex[*v as usize]));
+    let normals = corners().map(|v| mesh.normals[*v as usize].to_array().map(direction)).collect();
+    prim.set_interpolated("normals", Value::Normal3fs(normals), Interpolation::FaceVarying);
+    let color = Value::Color3fs(vec![display_color(material)]);
+    prim.set_interpolated("primvars:displayColor", color, Interpolation::Constant);
+    let (uvs, uv_of_vertex) = distinct_uvs(mesh, group);
+    prim.set_interpolated("primvars:st", Value::TexCoord2fs(uvs), Interpolation::FaceVarying);
+    prim.set("primvars:st:indices", indices(corners().map(|v| uv_of_vertex[*v as usize])));
+    prim
+}
+
+fn collider(body: &str, index: usize, hull: &ConvexHull) -> Prim {
+    let schemas = ["PhysicsCollisionAPI", "PhysicsMeshCollisionAPI", "MaterialBindingAPI"];
+    let mut prim = Prim::new("Mesh", &hull_name(index)).with_schemas(&schemas);
+    prim.set_uniform("purpose", Value::token("guide"));
+    prim.set("physics:collisionEnabled", Value::Bool(true));
+    prim.set_uniform("physics:approximation", Value::token("convexHull"));
+    prim.relate("material:binding:physics", Path::prim(&[body, LOOKS, PHYSICS_MATERIAL]));
+    prim.set_uniform("orientation", Value::token("rightHanded"));
+    prim.set_uniform("subdivisionScheme", Value::token("none"));
+    set_points(&mut prim, hull.points.iter().map(|p| p.as_vec3().to_array()).collect());
+    set_faces(&mut prim, hull.triangles.len(), hull.triangles.iter().flatten().copied());
+    let normals = hull.triangles.iter().map(|t| {
+        let [a, b, c] = t.map(|v| hull.points[v as usize]);
+        (b - a).cross(c - a).normalize_or_zero().as_vec3().to_array().map(direction)
+    });
+    prim.set_interpolated("normals", Value::Normal3fs(normals.collect()), Interpolation::Uniform);
+    prim
+}
+
+/// Points and the box they fill. The box is taken from the very numbers that are written.
+fn set_points(prim: &mut Prim, points: Vec<[f32; 3]>) {
+    let (low, high) = box_of(&points);
+    prim.set("extent", Value::Float3s(vec![low, high]));
+    prim.set("points", Value::Point3fs(points));
+}
+
+/// Lowest and highest of each coordinate.
+fn box_of(points: &[[f32; 3]]) -> ([f32; 3], [f32; 3]) {
+    let (mut low, mut high) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
+    for point in points {
+        for axis in 0..3 {
+            low[axis] = low[axis].min(point[axis]);
+            high[axis] = high[axis].max(point[axis]);
+        }
+    }
+    (low, high)
+}
+
+fn set_faces(prim: &mut Prim, count: usize, point_indices: impl Iterator<Item = u32>) {
+    prim.set("faceVertexCounts", Value::Ints(vec![3; count]));
+    prim.set("faceVertexIndices", indices(point_indices));
+}
+
+/// USD counts with signs.
+fn indices(indices: impl Iterator<Item = u32>) -> Value {
+    Value::Ints(indices.map(|index| index as i32).collect())
+}
+
+/// Distinct positions in order of first appearance in a triangle, and each vertex's number among them.
+fn welded(mesh: &TexturedMesh, group: &FaceGroup) -> (Vec<[f32; 3]>, Vec<u32>) {
+    let mut known = BTreeMap::new();
+    let mut points = Vec::new();
+    let mut point_of_vertex = vec![0; mesh.positions.len()];
+    for &v in group.triangles.iter().flatten() {
+        let position = mesh.positions[v as usize].as_vec3().to_array();
+        let index = *known.entry(position.map(f32::to_bits)).or_insert_with(|| {
+            points.push(position);
+            points.len() as u32 - 1
+        });
+        point_of_vertex[v as usize] = index;
+    }
+    (points, point_of_vertex)
+}
+
+/// As [`welded`], for texture coordinates.
+fn distinct_uvs(mesh: &TexturedMesh, group: &FaceGroup) -> (Vec<[f32; 2]>, Vec<u32>) {
+    let mut known = BTreeMap::new();
+    let mut uvs = Vec::new();
+    let mut uv_of_vertex = vec![0; mesh.uvs.len()];
+    for &v in group.triangles.iter().flatten() {
+        let uv = mesh.uvs[v as usize].to_array().map(direction);
+        let index = *known.entry(uv.map(f32::to_bits)).or_insert_with(|| {
+            uvs.push(uv);
+            uvs.len() as u32 - 1
+        });
+        uv_of_vertex[v as usize] = index;
+    }
+    (uvs, uv_of_vertex)
+}

@@ -1,0 +1,406 @@
+//! Do two visual meshes interpenetrate, and where do they touch?
+//!
+//! The verdict is the method's: a pair collides when a surface sample (spacing at most 1 mm) of one lies
+//! deeper in the other's solid than min(1 mm, a quarter of the local wall). Samples come from splitting
+//! triangles; one that cannot reach deep enough, because it is too small or lies on a face, can hide nothing
+//! and is dropped, so only the overlap is ever sampled (branch and bound; the deepest sample is found
+//! exactly). One solid inside the other is found the same way. A wrap of 26 planes around the solid bounds
+//! depths from above without asking it, so flat faces that touch cost next to nothing. World frame, meters.
+
+use glam::{DVec2, DVec3};
+
+use super::Pose;
+use super::mesh_solid::MeshSolid;
+use runtime::{Interrupt, Interrupted};
+
+/// A solid somewhere in the world.
+#[derive(Clone, Copy)]
+pub struct PlacedSolid<'a> {
+    pub solid: &'a MeshSolid,
+    pub world_from_object: Pose,
+}
+
+/// When an overlap counts as a collision.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CollisionRule {
+    /// Deeper than this always collides, meters.
+    pub penetration_m: f64,
+    /// Deeper than this share of the local wall collides too.
+    pub wall_share: f64,
+    /// Walls are taken to be at least this thick, meters: below `wall_share` times this nothing is looked at.
+    pub least_wall_m: f64,
+    /// Largest distance between samples, meters.
+    pub spacing_m: f64,
+}
+
+/// The deepest sample that breaks the rule.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Penetration {
+    pub depth_m: f64,
+    pub at_world: DVec3,
+}
+
+/// The deepest forbidden sample of either surface in the other solid.
+pub fn penetration(
+    a: &PlacedSolid,
+    b: &PlacedSolid,
+    rule: &CollisionRule,
+    interrupt: &Interrupt,
+) -> Result<Option<Penetration>, Interrupted> {
+    let mut worst: Option<Penetration> = None;
+    for (surface, solid) in [(a, b), (b, a)] {
+        deepest_in(surface, solid, rule, &mut worst, interrupt)?;
+    }
+    Ok(worst)
+}
+
+fn deepest_in(
+    surface: &PlacedSolid,
+    solid: &PlacedSolid,
+    rule: &CollisionRule,
+    worst: &mut Option<Penetration>,
+    interrupt: &Interrupt,
+) -> Result<(), Interrupted> {
+    let here_from_surface = solid.world_from_object.inverse() * surface.world_from_object;
+    let least_m = rule.wall_share * rule.least_wall_m;
+    let (low, high) = solid.solid.bounds();
+    let (low, high) = (low + least_m, high - least_m);
+    let wrap = Wrap::new(solid.solid);
+    let mut stack: Vec<[DVec3; 3]> = Vec::new();
+    let mut looked = 0_u32;
+    for triangle in surface.solid.triangles() {
+        stack.push(triangle.map(|p| here_from_surface.transform_point(p)));
+        while let Some([a, b, c]) = stack.pop() {
+            let bound = worst.map_or(least_m, |w| w.depth_m.max(least_m));
+            if a.max(b).max(c).cmplt(low).any()
+                || a.min(b).min(c).cmpgt(high).any()
+                || wrap.deepest_m([a, b, c]) <= bound
+            {
+                continue;
+            }
+            looked += 1;
+            if looked.is_multiple_of(1024) {
+                interrupt.check()?;
+            }
+            let middle = (a + b + c) / 3.0;
+            let radius = (a - middle).length().max((b - middle).length()).max((c - middle).length());
+            if solid.solid.deepest_possible_m([a, b, c]) <= bound {
+                continue;
+            }
+            if solid.solid.depth_m(middle) > bound
+                && let Some((depth_m, wall_m)) = solid.solid.depth_and_wall_m(middle)
+                && depth_m > rule.penetration_m.min(rule.wall_share * wall_m.max(rule.least_wall_m))
+            {
+                let at_world = solid.world_from_object.transform_point(middle);
+                *worst = Some(Penetration { depth_m, at_world });
+            }
+            if radius > 0.5 * rule.spacing_m {
+                stack.extend(quarters(a, b, c));
+            }
+        }
+    }
+    Ok(())
+}
+
+fn quarters(a: DVec3, b: DVec3, c: DVec3) -> [[DVec3; 3]; 4] {
+    // Splitting the longest edge first keeps slivers from staying long.
+    let (ab, bc, ca) = (0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a));
+    let longest = [(b - a).length_squared(), (c - b).length_squared(), (a - c).length_squared()];
+    if longest[0] > 4.0 * longest[1].min(longest[2]) || longest[1] > 4.0 * longest[2].min(longest[0]) {
+        if longest[0] >= longest[1] && longest[0] >= longest[2] {
+            return [[a, ab, c], [ab, 0.5 * (ab + b), c], [0.5 * (ab + b), b, c], [c, c, c]];
+        }
+        if longest[1] >= longest[2] {
+            return [[b, bc, a], [bc, 0.5 * (bc + c), a], [0.5 * (bc + c), c, a], [a, a, a]];
+        }
+    }
+    [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
+}
+
+/// The tightest 26 planes around a solid: extents along the edges, face and corner diagonals of a cube.
+struct Wrap {
+    planes: Vec<(DVec3, f64)>,
+}
+
+impl Wrap {
+    fn new(solid: &MeshSolid) -> Self {
+        let mut planes: Vec<(DVec3, f64)> = (0..27)
+            .map(|k| DVec3::new(f64::from(k % 3) - 1.0, f64::from(k / 3 % 3) - 1.0, f64::from(k / 9) - 1.0))
+            .filter_map(|direction| Some((direction.try_normalize()?, f64::NEG_INFINITY)))
+            .collect();
+        for p in solid.triangles().flatten() {
+            for (normal, offset_m) in &mut planes {
+                *offset_m = offset_m.max(normal.dot(p));
+            }
+        }
+        Self { planes }
+    }
+
+    /// No point of the triangle lies deeper in the solid than this: whoever leaves the wrap has left the
+    /// solid before.
+    fn deepest_m(&self, corners: [DVec3; 3]) -> f64 {
+        let depth = |(normal, offset): &(DVec3, f64)| {
+            corners.iter().map(|p| offset - normal.dot(*p)).fold(f64::NEG_INFINITY, f64::max)
+        };
+        self.planes.iter().map(depth).fold(f64::INFINITY, f64::min)
+    }
+}
+
+/// No point of the triangle is farther from its nearest corner than this.
+fn reach_m([a, b, c]: [DVec3; 3]) -> f64 {
+    (b - a).length().max((c - b).length()).max((a - c).length()) / 3.0_f64.sqrt()
+}
+
+/// Points of `object`'s surface within `gap_m` of `supporter` (or inside it), seen from above: those that
+/// together with `known` points span the whole contact within half a millimeter. With `least_slope` only
+/// points the supporter carries from below: a step down must go toward its inside by at least this share of
+/// the step (1 = straight onto it, 0 = along its side). World frame; the answer is a convex hull.
+pub fn contact_region(
+    object: &PlacedSolid,
+    supporter: &PlacedSolid,
+    gap_m: f64,
+    least_slope: Option<f64>,
+    known: &[DVec2],
+    interrupt: &Interrupt,
+) -> Result<Vec<DVec2>, Interrupted> {
+    let here_from_object = supporter.world_from_object.inverse() * object.world_from_object;
+    let (low, high) = supporter.solid.bounds();
+    let (low, high) = (low - gap_m, high + gap_m);
+    let wrap = Wrap::new(supporter.solid);
+    let step = supporter.world_from_object.inverse().transform_vector(-0.5 * gap_m * DVec3::Z);
+    let carries = |p: DVec3, depth_m: f64| {
+        least_slope.is_none_or(|slope| supporter.solid.depth_m(p + step) - depth_m >= slope * step.length())
+    };
+    let flat = |p: DVec3| supporter.world_from_object.transform_point(p).truncate();
+    let mut region = convex_hull_2d(known);
+    // Corners with their depths (minus infinity: too far to matter).
+    let mut stack: Vec<[(DVec3, f64); 3]> = Vec::new();
+    let mut looked = 0_u32;
+    for triangle in object.solid.triangles() {
+        let corners = triangle.map(|p| here_from_object.transform_point(p));
+        // What looks up is carried by nobody, and a thing lying on it would be searched in vain.
+        let outward = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+        if least_slope.is_some() && outward.dot(step) < 0.0 {
+            continue;
+        }
+        let outside = |[a, b, c]: [DVec3; 3], region: &[DVec2]| {
+            a.max(b).max(c).cmplt(low).any()
+                || a.min(b).min(c).cmpgt(high).any()
+                || wrap.deepest_m([a, b, c]) < -gap_m
+                // What is spanned already can add nothing.
+                || [a, b, c].iter().all(|&p| is_spanned(region, flat(p)))
+        };
+        if outside(corners, &region) {
+            continue;
+        }
+        let floor_m = -gap_m - reach_m(corners);
+        stack.push(corners.map(|p| (p, supporter.solid.depth_above(p, floor_m))));
+        while let Some(corners) = stack.pop() {
+            let [a, b, c] = corners.map(|(p, _)| p);
+            if outside([a, b, c], &region) {
+                continue;
+            }
+            looked += 1;
+            if looked.is_multiple_of(256) {
+                interrupt.check()?;
+            }
+            let on = corners.map(|(p, depth_m)| depth_m >= -gap_m && carries(p, depth_m));
+            let spanned = region.len();
+            region.extend(corners.iter().zip(on).filter(|(_, on)| *on).map(|((p, _), _)| flat(*p)));
+            if region.len() > spanned {
+                region = convex_hull_2d(&region);
+            }
+            let deepest_m = corners.iter().map(|(_, depth_m)| *depth_m).fold(f64::NEG_INFINITY, f64::max);
+            let reach_m = reach_m([a, b, c]);
+            if on.iter().all(|&on| on) || reach_m < 0.0005 || deepest_m + reach_m < -gap_m {
+                continue;
+            }
+            let floor_m = -gap_m - reach_m;
+            let known = |p: DVec3| corners.iter().find(|(q, _)| *q == p).map(|(_, depth_m)| *depth_m);
+            // Neighboring quarters share their new corners.
+            let mut new: Vec<(DVec3, f64)> = Vec::with_capacity(3);
+            for quarter in quarters(a, b, c) {
+                stack.push(quarter.map(|p| {
+                    let measured = known(p).or_else(|| new.iter().find(|(q, _)| *q == p).map(|(_, d)| *d));
+                    let depth_m = measured.unwrap_or_else(|| {
+                        let depth_m = supporter.solid.depth_above(p, floor_m);
+                        new.push((p, depth_m));
+                        depth_m
+                    });
+                    (p, depth_m)
+                }));
+            }
+        }
+    }
+    Ok(region)
+}
+
+/// Counter-clockwise convex hull of points in the plane (Andrew's monotone chain), without repeats.
+pub fn convex_hull_2d(points: &[DVec2]) -> Vec<DVec2> {
+    let mut sorted = points.to_vec();
+    sorted.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+    sorted.dedup();
+    if sorted.len() < 3 {
+        return sorted;
+    }
+    let half = |points: &mut dyn Iterator<Item = DVec2>| {
+        let mut chain: Vec<DVec2> = Vec::new();
+        for p in points {
+            while let [.., a, b] = chain[..]
+                && (b - a).perp_dot(p - b) <= 0.0
+            {
+                chain.pop();
+            }
+            chain.push(p);
+        }
+        chain.pop();
+        chain
+    };
+    let mut hull = half(&mut sorted.iter().copied());
+    hull.extend(half(&mut sorted.iter().rev().copied()));
+    hull
+}
+
+/// Whether the point lies in a convex counter-clockwise polygon, or within rounding of its edge.
+fn is_spanned(polygon: &[DVec2], point: DVec2) -> bool {
+    const ROUNDING_M2: f64 = 1e-9;
+    polygon.len() >= 3
+        && (0..polygon.len()).all(|k| {
+            let (a, b) = (polygon[k], polygon[(k + 1) % polygon.len()]);
+            (b - a).perp_dot(point - a) >= -ROUNDING_M2
+        })
+}
+
+/// Signed distance of the point to a convex counter-clockwise polygon (or a segment, or a point):
+/// positive inside. `f64::NEG_INFINITY` for no polygon at all.
+pub fn depth_in_convex_m(polygon: &[DVec2], point: DVec2) -> f64 {
+    let (mut nearest, mut inside) = (f64::INFINITY, polygon.len() >= 3);
+    for (k, &a) in polygon.iter().enumerate() {
+        let b = polygon[(k + 1) % polygon.len()];
+        let t = ((point - a).dot(b - a) / (b - a).length_squared().max(1e-300)).clamp(0.0, 1.0);
+        nearest = nearest.min((point - (a + t * (b - a))).length());
+        inside &= (b - a).perp_dot(point - a) >= 0.0;
+    }
+    if inside { nearest } else { -nearest }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shapes::{block, shell_of_revolution, sphere};
+    use crate::{Material, Rgb, Solid, TexturedMesh};
+    use glam::DQuat;
+    use proptest::prelude::*;
+
+    const RULE: CollisionRule =
+        CollisionRule { penetration_m: 0.001, wall_share: 0.25, least_wall_m: 0.0004, spacing_m: 0.001 };
+
+    fn solid(solid: Solid) -> MeshSolid {
+        let mut mesh = TexturedMesh::default();
+        mesh.add(solid, &Material::plain("plain", Rgb::hex(0x80_80_80), 0.5));
+        MeshSolid::new(&mesh).expect("a solid")
+    }
+
+    fn at(solid: &MeshSolid, x: f64, y: f64, z: f64) -> PlacedSolid<'_> {
+        PlacedSolid { solid, world_from_object: Pose::upright(DVec3::new(x, y, z), 0.2) }
+    }
+
+    fn depth(a: &PlacedSolid, b: &PlacedSolid) -> Option<f64> {
+        penetration(a, b, &RULE, &Interrupt::default()).expect("no interrupt").map(|p| p.depth_m)
+    }
+
+    #[test]
+    fn blocks_collide_deeper_than_a_millimeter_only() {
+        let cube = solid(block(DVec3::splat(0.05)));
+        let below = at(&cube, 0.0, 0.0, 0.0);
+        assert_eq!(depth(&below, &at(&cube, 0.0, 0.0, 0.05)), None);
+        assert_eq!(depth(&below, &at(&cube, 0.0, 0.0, 0.0492)), None);
+        let deep = depth(&below, &at(&cube, 0.0, 0.0, 0.048)).expect("2 mm deep");
+        assert!((deep - 0.002).abs() < 1e-6, "{deep}");
+        assert_eq!(depth(&below, &at(&cube, 0.2, 0.0, 0.0)), None);
+        let inner = solid(block(DVec3::splat(0.01)));
+        assert!(depth(&below, &at(&inner, 0.0, 0.0, 0.02)).expect("swallowed whole") > 0.019);
+    }
+
+    #[test]
+    fn in_the_cavity_of_a_mug_is_no_collision_and_in_its_wall_a_quarter_counts() {
+        let profile = [DVec2::new(0.04, 0.0), DVec2::new(0.04, 0.1)];
+        let mug = solid(shell_of_revolution(&profile, 0.003, 0.006, 64));
+        let ball = solid(sphere(0.02, 48));
+        assert_eq!(depth(&at(&mug, 0.0, 0.0, 0.0), &at(&ball, 0.0, 0.0, 0.006)), None);
+        // The wall is 3 mm thick, so 0.75 mm is the limit: 0.6 passes, 0.9 does not.
+        assert_eq!(depth(&at(&mug, 0.0, 0.0, 0.0), &at(&ball, 0.0176, 0.0, 0.03)), None);
+        let hit = depth(&at(&mug, 0.0, 0.0, 0.0), &at(&ball, 0.0180, 0.0, 0.03));
+        assert!(hit.is_some_and(|d| d > 0.0008 && d < 0.0011), "{hit:?}");
+    }
+
+    #[test]
+    fn contacts_span_the_face_it_stands_on() {
+        let cube = solid(block(DVec3::splat(0.05)));
+        let table = solid(block(DVec3::new(1.0, 1.0, 0.03)).translated(DVec3::new(0.0, 0.0, -0.03)));
+        let placed = |solid, z| PlacedSolid {
+            solid,
+            world_from_object: Pose { translation_m: DVec3::new(0.3, 0.1, z), rotation: DQuat::IDENTITY },
+        };
+        let on = |z| {
+            let table = at(&table, 0.0, 0.0, 0.0);
+            contact_region(&placed(&cube, z), &table, 0.001, None, &[], &Interrupt::default())
+                .expect("no interrupt")
+        };
+        let hull = on(0.0009);
+        let center = DVec2::new(0.3, 0.1);
+        assert!((depth_in_convex_m(&hull, center) - 0.025).abs() < 1e-6);
+        assert!((depth_in_convex_m(&hull, center + DVec2::new(0.03, 0.0)) + 0.005).abs() < 1e-6);
+        assert!(on(0.0011).is_empty());
+    }
+
+    #[test]
+    fn degenerate_polygons_have_distances_too() {
+        let point = DVec2::new(0.0, 1.0);
+        assert_eq!(depth_in_convex_m(&[], point), f64::NEG_INFINITY);
+        assert_eq!(depth_in_convex_m(&[DVec2::ZERO], point), -1.0);
+        assert_eq!(depth_in_convex_m(&[DVec2::ZERO, DVec2::new(0.0, 2.0)], point), -0.0);
+    }
+
+    /// Slow reference: every triangle of both surfaces sampled evenly, no pruning.
+    fn reference(a: &PlacedSolid, b: &PlacedSolid) -> f64 {
+        let mut worst = f64::NEG_INFINITY;
+        for (x, y) in [(a, b), (b, a)] {
+            let y_from_x = y.world_from_object.inverse() * x.world_from_object;
+            for [p, q, r] in x.solid.triangles() {
+                for i in 0..=24 {
+                    for j in 0..=24 - i {
+                        let (u, v) = (f64::from(i) / 24.0, f64::from(j) / 24.0);
+                        let point = p + u * (q - p) + v * (r - p);
+                        worst = worst.max(y.solid.depth_m(y_from_x.transform_point(point)));
+                    }
+                }
+            }
+        }
+        worst
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(24))]
+        #[test]
+        fn it_agrees_with_sampling_everything(x in -0.03..0.03_f64, z in 0.01..0.06_f64, tilt in -1.5..1.5_f64) {
+            let (cube, bar) = (solid(block(DVec3::splat(0.03))), solid(block(DVec3::new(0.06, 0.01, 0.02))));
+            let a = at(&cube, 0.0, 0.0, 0.0);
+            let b = PlacedSolid {
+                solid: &bar,
+                world_from_object: Pose {
+                    translation_m: DVec3::new(x, 0.5 * x, z),
+                    rotation: DQuat::from_rotation_y(tilt) * DQuat::from_rotation_z(x * 30.0),
+                },
+            };
+            let slow = reference(&a, &b);
+            let fast = depth(&a, &b);
+            if slow > 0.0025 {
+                prop_assert!(fast.is_some_and(|d| (d - slow).abs() < 0.0015), "{:?} against {}", fast, slow);
+            }
+            if slow < 0.0 {
+                prop_assert_eq!(fast, None);
+            }
+        }
+    }
+}

@@ -1,0 +1,111 @@
+//! How far a hull sticks out of the solid it stands for.
+
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+
+use glam::DVec3;
+
+use super::field::Field;
+use crate::ConvexHull;
+use runtime::{Interrupt, Interrupted};
+
+/// Where a hull sticks out the farthest and by how much.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Excess {
+    pub distance_m: f64,
+    pub at: DVec3,
+}
+
+/// Largest distance of the hull's surface outside the solid. Distance is 1-Lipschitz, so the triangle whose
+/// middle lies out the farthest, or which is large and unexplored, is always halved next; until a sample every
+/// `spacing_m` is taken, no point can beat the worst one found or `known_m`, or [`MOST_SAMPLES`] are
+/// taken. Stops at the first sample beyond `enough_m`.
+pub(super) fn excess(
+    hull: &ConvexHull,
+    solid: &Field,
+    spacing_m: f64,
+    known_m: f64,
+    enough_m: f64,
+    interrupt: &Interrupt,
+) -> Result<Excess, Interrupted> {
+    interrupt.check()?;
+    let mut worst = Excess { distance_m: 0.0, at: hull.points.first().copied().unwrap_or(DVec3::ZERO) };
+    let mut open: BinaryHeap<Open> = BinaryHeap::with_capacity(2 * hull.triangles.len());
+    let mut fresh: Vec<[DVec3; 3]> =
+        hull.triangles.iter().map(|t| t.map(|v| hull.points[v as usize])).collect();
+    let most = MOST_SAMPLES.max(2 * fresh.len());
+    let mut taken = 0;
+    let mut nearby = solid.nearby();
+    loop {
+        for corners in fresh.drain(..) {
+            let [a, b, c] = corners;
+            let middle = (a + b + c) / 3.0;
+            let radius = a
+                .distance_squared(middle)
+                .max(b.distance_squared(middle))
+                .max(c.distance_squared(middle))
+                .sqrt();
+            // The corners of a hull lie in the solid, so small faces cannot leave it far.
+            if radius < 0.5 * spacing_m {
+                continue;
+            }
+            taken += 1;
+            if solid.outside_at_most_m(middle, &mut nearby) + radius <= worst.distance_m.max(known_m) {
+                continue;
+            }
+            let outside = solid.outside_m(middle, &mut nearby);
+            if outside > worst.distance_m {
+                worst = Excess { distance_m: outside, at: middle };
+                if outside > enough_m {
+                    return Ok(worst);
+                }
+            }
+            open.push(Open { reach_m: outside + radius, corners });
+        }
+        let Some(Open { reach_m, corners: [a, b, c] }) = open.pop() else { break };
+        if reach_m <= worst.distance_m.max(known_m) || taken >= most {
+            break;
+        }
+        let (ab, bc, ca) = (a.distance_squared(b), b.distance_squared(c), c.distance_squared(a));
+        if ab >= bc && ab >= ca {
+            let m = 0.5 * (a + b);
+            fresh.extend([[a, m, c], [m, b, c]]);
+        } else if bc >= ca {
+            let m = 0.5 * (b + c);
+            fresh.extend([[a, b, m], [a, m, c]]);
+        } else {
+            let m = 0.5 * (c + a);
+            fresh.extend([[a, b, m], [m, b, c]]);
+        }
+    }
+    Ok(worst)
+}
+
+/// Samples of a hull, unless it has more faces.
+const MOST_SAMPLES: usize = 300;
+
+/// A triangle still to be looked into and the most that a point of it can be outside.
+struct Open {
+    reach_m: f64,
+    corners: [DVec3; 3],
+}
+
+impl PartialEq for Open {
+    fn eq(&self, other: &Self) -> bool {
+        self.reach_m.total_cmp(&other.reach_m).is_eq()
+    }
+}
+
+impl Eq for Open {}
+
+impl PartialOrd for Open {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Open {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.reach_m.total_cmp(&other.reach_m)
+    }
+}

@@ -1,0 +1,285 @@
+//! How well hulls stand for a solid: volumes, distances, and what of its openings they leave open.
+//!
+//! Measured at points spread evenly by area or volume in a fixed order, so the same hulls give the same figures: a
+//! distance is exact at its point, and between points (about a hundredth of the size apart) it can be larger.
+//! Object frame, meters. Tens of milliseconds.
+
+use std::iter::repeat_n;
+
+use glam::{DVec2, DVec3};
+use serde::{Deserialize, Serialize};
+
+use super::DecomposeError;
+use super::field::{Field, Nearby};
+use crate::ConvexHull;
+use crate::convex_hull::{FlatPlanes, convex_hull, planes};
+use crate::mesh_solid::MeshSolid;
+use runtime::Interrupt;
+
+/// Figures of the hulls of a mesh.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct HullFit {
+    /// Volume error: what of the union of the hulls lies outside the solid, over what lies in it.
+    pub air_share: f64,
+    /// Largest and mean distance of the surface of the hulls' union from the mesh, meters.
+    pub hulls_from_mesh_max_m: f64,
+    pub hulls_from_mesh_mean_m: f64,
+    /// Largest and mean distance of the mesh from the surface of the hulls' union, meters.
+    pub mesh_from_hulls_max_m: f64,
+    pub mesh_from_hulls_mean_m: f64,
+    /// Share of the openings that no hull fills: of what lies in the mesh's convex hull and farther from the mesh than a
+    /// fiftieth of its size, so that cavities and handles count and creases do not. 1 where all is as open as the mesh
+    /// has it, or where there is no opening.
+    pub open_share: f64,
+}
+
+impl HullFit {
+    /// Two-sided Hausdorff distance, meters.
+    pub fn hausdorff_m(&self) -> f64 {
+        self.hulls_from_mesh_max_m.max(self.mesh_from_hulls_max_m)
+    }
+
+    /// Mean of the two sides' mean distances, meters.
+    pub fn mean_m(&self) -> f64 {
+        0.5 * (self.hulls_from_mesh_mean_m + self.mesh_from_hulls_mean_m)
+    }
+
+    /// The figures of mesh and hulls both made `factor` times as large.
+    pub fn scaled(&self, factor: f64) -> Self {
+        Self {
+            hulls_from_mesh_max_m: factor * self.hulls_from_mesh_max_m,
+            hulls_from_mesh_mean_m: factor * self.hulls_from_mesh_mean_m,
+            mesh_from_hulls_max_m: factor * self.mesh_from_hulls_max_m,
+            mesh_from_hulls_mean_m: factor * self.mesh_from_hulls_mean_m,
+            ..*self
+        }
+    }
+}
+
+/// Points on each surface, and in each hull.
+const SURFACE_POINTS: usize = 1500;
+const HULL_POINTS: usize = 48;
+/// Steps of the grid of points along the longest edge of the mesh's box; half a step is what counts as open.
+const STEPS: f64 = 24.0;
+/// Surfaces closer than this are one, meters.
+const SAME_M: f64 = 1e-6;
+
+/// The figures of `hulls` as collision geometry of a solid, `field` being its own.
+pub(super) fn fit(
+    solid: &MeshSolid,
+    field: &Field,
+    hulls: &[ConvexHull],
+    interrupt: &Interrupt,
+) -> Result<HullFit, DecomposeError> {
+    let mut depths = Depths { field, nearby: field.nearby() };
+    let union = Union::of(hulls);
+    interrupt.check()?;
+    let corners: Vec<[DVec3; 3]> = solid.triangles().collect();
+    let shells = solid.shells().iter().enumerate();
+    let shell_of: Vec<usize> = shells.flat_map(|(k, s)| repeat_n(k, s.surface.num_triangles())).collect();
+    // Where shells overlap, part of their surface is inside.
+    let bare = spread(&corners).into_iter().filter(|&(triangle, p)| depths.is_bare(shell_of[triangle], p));
+    let from_hulls = Distances::of(bare.map(|(_, p)| union.depth_m(p).abs()));
+    interrupt.check()?;
+    let faces: Vec<[DVec3; 3]> =
+        hulls.iter().flat_map(|h| h.triangles.iter().map(|t| t.map(|v| h.points[v as usize]))).collect();
+    let on_hulls = spread(&faces).into_iter().filter(|&(_, p)| union.covers_of(p, SAME_M) < 2);
+    let from_mesh = Distances::of(on_hulls.map(|(_, p)| depths.depth_m(p).abs()));
+    interrupt.check()?;
+    Ok(HullFit {
+        air_share: air_share(hulls, &mut depths, &union),
+        hulls_from_mesh_max_m: from_mesh.max_m,
+        hulls_from_mesh_mean_m: from_mesh.mean_m,
+        mesh_from_hulls_max_m: from_hulls.max_m,
+        mesh_from_hulls_mean_m: from_hulls.mean_m,
+        open_share: open_share(solid, &mut depths, &union)?,
+    })
+}
+
+/// Depths in the solid of points that lie close to each other.
+struct Depths<'a> {
+    field: &'a Field<'a>,
+    nearby: Nearby,
+}
+
+impl Depths<'_> {
+    fn depth_m(&mut self, point: DVec3) -> f64 {
+        self.field.depth_m(point, &mut self.nearby)
+    }
+
+    fn is_outside(&mut self, point: DVec3) -> bool {
+        self.field.is_outside(point, &mut self.nearby)
+    }
+
+    /// Whether a point on the surface of this shell lies on that of the solid.
+    fn is_bare(&mut self, shell: usize, point: DVec3) -> bool {
+        self.field.depth_on_m(shell, point, &mut self.nearby).abs() < SAME_M
+    }
+}
+
+#[derive(Default)]
+struct Distances {
+    max_m: f64,
+    mean_m: f64,
+}
+
+impl Distances {
+    fn of(distances_m: impl Iterator<Item = f64>) -> Self {
+        let (mut sum, mut count, mut max_m) = (0.0, 0_u32, 0.0_f64);
+        for distance_m in distances_m {
+            sum += distance_m;
+            count += 1;
+            max_m = max_m.max(distance_m);
+        }
+        Self { max_m, mean_m: sum / f64::from(count.max(1)) }
+    }
+}
+
+/// Air in the union of the hulls over solid in it, by points spread evenly in each hull; one that lies in two hulls counts
+/// half in either.
+fn air_share(hulls: &[ConvexHull], depths: &mut Depths<'_>, union: &Union) -> f64 {
+    let (mut air_m3, mut solid_m3) = (0.0, 0.0);
+    for hull in hulls {
+        let each_m3 = hull.volume_m3() / HULL_POINTS as f64;
+        for p in spread_inside(hull) {
+            let part_m3 = each_m3 / union.covers_of(p, SAME_M).max(1) as f64;
+            if depths.is_outside(p) {
+                air_m3 += part_m3;
+            } else {
+                solid_m3 += part_m3;
+            }
+        }
+    }
+    air_m3 / f64::max(solid_m3, f64::MIN_POSITIVE)
+}
+
+/// Of a grid's points in the mesh's convex hull and farther than half a step outside the mesh, the share in no hull.
+fn open_share(solid: &MeshSolid, depths: &mut Depths<'_>, union: &Union) -> Result<f64, DecomposeError> {
+    let points: Vec<DVec3> = solid.triangles().flatten().collect();
+    let wrap = planes(&convex_hull(&points, usize::MAX, 0.0).ok_or(DecomposeError::NoHull)?);
+    let (low, high) = solid.bounds();
+    let step_m = ((high - low).max_element() / STEPS).max(1e-6);
+    let size = ((high - low) / step_m).ceil().as_uvec3();
+    let (mut filled, mut open) = (0_u32, 0_u32);
+    for z in 0..size.z {
+        for y in 0..size.y {
+            let row = low + step_m * DVec3::new(0.5, f64::from(y) + 0.5, f64::from(z) + 0.5);
+            let [from_m, to_m] = within(&wrap, row);
+            // Depth changes no faster than place, so what was found for a point holds for some after it.
+            let (mut is_open, mut until_m) = (false, f64::NEG_INFINITY);
+            for x in 0..size.x {
+                let along_m = step_m * f64::from(x);
+                let p = row + along_m * DVec3::X;
+                if !(from_m..=to_m).contains(&along_m) {
+                    continue;
+                }
+                if along_m >= until_m {
+                    let beyond_m = -depths.depth_m(p) - 0.5 * step_m;
+                    (is_open, until_m) = (beyond_m > 0.0, along_m + beyond_m.abs());
+                }
+                if is_open {
+                    let is_filled = union.covers_of(p, 0.0) > 0;
+                    filled += u32::from(is_filled);
+                    open += u32::from(!is_filled);
+                }
+            }
+        }
+    }
+    Ok(if filled + open == 0 { 1.0 } else { f64::from(open) / f64::from(filled + open) })
+}
+
+/// From where to where the line through `point` along x lies below all planes, meters from the point.
+fn within(planes: &[(DVec3, f64)], point: DVec3) -> [f64; 2] {
+    planes.iter().fold([f64::NEG_INFINITY, f64::INFINITY], |[from_m, to_m], (normal, offset_m)| {
+        let below_m = offset_m - normal.dot(point);
+        match normal.x {
+            x if x > 0.0 => [from_m, to_m.min(below_m / x)],
+            x if x < 0.0 => [from_m.max(below_m / x), to_m],
+            _ if below_m < 0.0 => [f64::INFINITY, f64::NEG_INFINITY],
+            _ => [from_m, to_m],
+        }
+    })
+}
+
+/// Hulls by the planes of their faces and their boxes.
+struct Union(Vec<Convex>);
+
+struct Convex {
+    faces: FlatPlanes,
+    low: DVec3,
+    high: DVec3,
+}
+
+impl Union {
+    fn of(hulls: &[ConvexHull]) -> Self {
+        let convex = |hull: &ConvexHull| {
+            let (low, high) = hull
+                .points
+                .iter()
+                .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), &p| (low.min(p), high.max(p)));
+            Convex { faces: FlatPlanes::of(&planes(hull)), low, high }
+        };
+        Self(hulls.iter().map(convex).collect())
+    }
+
+    /// Hulls the point lies in, or outside by at most `slack_m`.
+    fn covers_of(&self, point: DVec3, slack_m: f64) -> usize {
+        let near = |c: &&Convex| point.cmpge(c.low - slack_m).all() && point.cmple(c.high + slack_m).all();
+        self.0.iter().filter(near).filter(|c| c.faces.distance_above(point) <= slack_m).count()
+    }
+
+    /// Depth in the hull it is deepest in, at most the depth in the union; negative outside all, by at least what it
+    /// is above the nearest face.
+    fn depth_m(&self, point: DVec3) -> f64 {
+        self.0.iter().map(|c| -c.faces.distance_above(point)).fold(f64::NEG_INFINITY, f64::max)
+    }
+}
+
+/// Points spread evenly over triangles by area, each with the index of its triangle: a low-discrepancy sequence (Roberts'
+/// R2) along the sum of the areas.
+fn spread(triangles: &[[DVec3; 3]]) -> Vec<(usize, DVec3)> {
+    const STEP: DVec2 = DVec2::new(0.754_877_666_246_693, 0.569_840_290_998_053_2);
+    let areas: Vec<f64> = triangles.iter().map(|[a, b, c]| (*b - *a).cross(*c - *a).length()).collect();
+    let total: f64 = areas.iter().sum();
+    let mut points = Vec::with_capacity(SURFACE_POINTS);
+    let (mut passed, mut index) = (0.0, 0);
+    for k in 0..SURFACE_POINTS {
+        let at = total * (k as f64 + 0.5) / SURFACE_POINTS as f64;
+        while index + 1 < triangles.len() && passed + areas[index] < at {
+            passed += areas[index];
+            index += 1;
+        }
+        let Some(&[a, b, c]) = triangles.get(index) else { break };
+        let mut uv = ((k + 1) as f64 * STEP).fract();
+        if uv.x + uv.y > 1.0 {
+            uv = DVec2::ONE - uv;
+        }
+        points.push((index, a + uv.x * (b - a) + uv.y * (c - a)));
+    }
+    points
+}
+
+/// Points spread evenly in a hull by volume: its cones from the middle, folded cubes of Roberts' R3.
+fn spread_inside(hull: &ConvexHull) -> Vec<DVec3> {
+    const STEP: DVec3 = DVec3::new(0.819_172_513_396_164_4, 0.671_043_606_703_789_2, 0.549_700_477_901_970_3);
+    let middle = hull.points.iter().sum::<DVec3>() / hull.points.len().max(1) as f64;
+    let cones: Vec<[DVec3; 3]> =
+        hull.triangles.iter().map(|t| t.map(|v| hull.points[v as usize] - middle)).collect();
+    let volumes: Vec<f64> = cones.iter().map(|[a, b, c]| a.dot(b.cross(*c)).abs()).collect();
+    let total: f64 = volumes.iter().sum();
+    let mut points = Vec::with_capacity(HULL_POINTS);
+    let (mut passed, mut index) = (0.0, 0);
+    for k in 0..HULL_POINTS {
+        let at = total * (k as f64 + 0.5) / HULL_POINTS as f64;
+        while index + 1 < cones.len() && passed + volumes[index] < at {
+            passed += volumes[index];
+            index += 1;
+        }
+        let Some([a, b, c]) = cones.get(index) else { break };
+        // Differences of three sorted numbers are spread evenly over a tetrahedron.
+        let mut u = ((k + 1) as f64 * STEP).fract().to_array();
+        u.sort_by(f64::total_cmp);
+        points.push(middle + u[0] * *a + (u[1] - u[0]) * *b + (u[2] - u[1]) * *c);
+    }
+    points
+}

@@ -1,0 +1,52 @@
+//! What a process does without a GPU, and with one that failed.
+
+use std::io::Write;
+use std::sync::{Arc, Mutex};
+
+use wgpu::Backends;
+
+use super::*;
+use crate::test_devices::devices;
+
+/// Lines of a log.
+#[derive(Clone, Default)]
+struct Lines(Arc<Mutex<Vec<u8>>>);
+
+impl Write for Lines {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.0.lock().expect("no panic").write(bytes)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Ok(())
+    }
+}
+
+#[test]
+fn without_a_gpu_the_log_says_so_once_and_it_is_the_cpu() {
+    for (device, level) in [(DeviceChoice::Auto, "INFO"), (DeviceChoice::Gpu, "WARN")] {
+        let lines = Lines::default();
+        let written = lines.clone();
+        let log = tracing_subscriber::fmt().with_writer(move || written.clone()).with_ansi(false).finish();
+        let compute = Compute::new(&ComputeSettings { device });
+        let nowhere = |choice| Gpu::open_among(Backends::empty(), choice).map(Some);
+        tracing::subscriber::with_default(log, || {
+            assert!(compute.gpu_or(nowhere).is_none() && compute.gpu_or(nowhere).is_none());
+        });
+        let told = String::from_utf8(lines.0.lock().expect("no panic").clone()).expect("text");
+        assert_eq!(told.lines().count(), 1, "{told}");
+        assert!(told.contains(level) && told.contains("on the CPU") && told.contains("no adapter"), "{told}");
+        assert!(compute.opened().is_none());
+    }
+}
+
+#[test]
+fn a_gpu_that_was_given_up_is_not_handed_out_again() {
+    for gpu in devices() {
+        let compute = Compute::new(&ComputeSettings { device: DeviceChoice::Gpu });
+        assert!(compute.gpu_or(|_| Ok(Some(gpu.clone()))).is_some());
+        let caused = gpu.guarded("failing", || Err::<(), _>("on purpose".into()));
+        assert!(caused.is_err_and(|error| error.to_string().contains("failing")));
+        assert!(compute.gpu().is_none() && compute.opened().is_some());
+    }
+}

@@ -1,0 +1,110 @@
+//! A picture on a surface, with the halved versions a renderer samples from afar.
+
+use std::ops::Deref;
+use std::sync::{Arc, OnceLock};
+
+use super::Image;
+use super::srgb::{LINEAR_OF_SRGB, SrgbEncoder};
+
+/// A base-color picture that repeats in both directions; v = 0 is the picture's *bottom* row
+/// (the convention of USD and OBJ; the glTF writer flips). Clones share one picture.
+#[derive(Clone, Debug)]
+pub struct Texture(Arc<Pyramid>);
+
+#[derive(Debug)]
+struct Pyramid {
+    picture: Image,
+    /// Each half as large as the one before, the last a single texel; made when first asked for.
+    halved: OnceLock<Vec<Image>>,
+}
+
+impl Texture {
+    pub fn new(picture: Image) -> Self {
+        Self(Arc::new(Pyramid { picture, halved: OnceLock::new() }))
+    }
+
+    /// Whether both are clones of one texture; true is cheap to find and implies equality.
+    pub fn is_clone_of(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0, &other.0)
+    }
+
+    /// Versions of half the size, a quarter and so on down to one texel, averaged in linear light. Worked
+    /// out once for all clones.
+    pub fn halved(&self) -> &[Image] {
+        self.0.halved.get_or_init(|| {
+            let mut levels: Vec<Image> = Vec::new();
+            loop {
+                let last = levels.last().unwrap_or(&self.0.picture);
+                if last.width_px() <= 1 && last.height_px() <= 1 {
+                    return levels;
+                }
+                levels.push(halved(last));
+            }
+        })
+    }
+}
+
+impl Deref for Texture {
+    type Target = Image;
+
+    fn deref(&self) -> &Image {
+        &self.0.picture
+    }
+}
+
+impl From<Image> for Texture {
+    fn from(picture: Image) -> Self {
+        Self::new(picture)
+    }
+}
+
+impl PartialEq for Texture {
+    fn eq(&self, other: &Self) -> bool {
+        self.is_clone_of(other) || **self == **other
+    }
+}
+
+fn halved(image: &Image) -> Image {
+    let (width, height) = (image.width_px() as usize, image.height_px() as usize);
+    let (half_width, half_height) = ((width / 2).max(1), (height / 2).max(1));
+    let bytes = image.as_rgba();
+    let (linear, srgb) = (&*LINEAR_OF_SRGB, SrgbEncoder::default());
+    let mut rgba = Vec::with_capacity(half_width * half_height * 4);
+    for y in 0..half_height {
+        let (upper, lower) = ((2 * y).min(height - 1) * width, (2 * y + 1).min(height - 1) * width);
+        for x in 0..half_width {
+            let (left, right) = ((2 * x).min(width - 1), (2 * x + 1).min(width - 1));
+            let corners = [upper + left, upper + right, lower + left, lower + right].map(|k| 4 * k);
+            for channel in 0..3 {
+                let sum: f32 = corners.iter().map(|at| linear[bytes[at + channel] as usize]).sum();
+                rgba.push(srgb.byte(0.25 * sum));
+            }
+            rgba.push(255);
+        }
+    }
+    Image::from_rgba(half_width as u32, half_height as u32, rgba).expect("exactly width x height x 4 bytes")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::srgb::encode_srgb;
+
+    #[test]
+    fn levels_halve_down_to_one_texel_of_the_mean_light() {
+        let mut picture = Image::filled(8, 4, [0, 0, 0, 255]);
+        (0..4).for_each(|y| (0..4).for_each(|x| picture.set_pixel(x, y, [255, 255, 255, 255])));
+        let texture = Texture::new(picture);
+        let sizes: Vec<(u32, u32)> =
+            texture.halved().iter().map(|level| (level.width_px(), level.height_px())).collect();
+        assert_eq!(sizes, [(4, 2), (2, 1), (1, 1)]);
+        assert_eq!(texture.halved()[2].pixel(0, 0)[0], encode_srgb(0.5));
+    }
+
+    #[test]
+    fn clones_share_their_levels() {
+        let texture = Texture::new(Image::filled(16, 16, [9, 8, 7, 255]));
+        assert!(std::ptr::eq(texture.halved(), texture.clone().halved()));
+        assert_eq!(texture, Texture::new(Image::filled(16, 16, [9, 8, 7, 255])));
+    }
+}

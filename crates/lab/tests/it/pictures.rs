@@ -1,0 +1,142 @@
+//! Painting pictures and the benchmark of reading them, from outside.
+
+use std::io::Cursor;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use image::{ImageFormat, Rgb, RgbImage};
+use serde_json::Value;
+
+fn run(directory: &Path, arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_tabletopgen-lab"));
+    command.args(arguments).current_dir(directory).output().expect("starts")
+}
+
+fn told(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+#[test]
+fn painting_goes_on_where_it_was() {
+    let home = tempfile::tempdir().unwrap();
+    let paint = |count: &str| {
+        let arguments = [
+            "paint-pictures",
+            "--split",
+            "validation",
+            "--count",
+            count,
+            "--size-px",
+            "96",
+            "--out",
+            "painted",
+        ];
+        let output = run(home.path(), &arguments);
+        assert_eq!(output.status.code(), Some(0), "{}", told(&output));
+        told(&output)
+    };
+    assert!(paint("2").contains("2 painted, 0 were there"));
+    let first = home.path().join("painted/validation/000000");
+    let picture = std::fs::read(first.join("picture.jpg")).unwrap();
+    std::fs::remove_file(first.join("truth.json")).unwrap();
+    assert!(paint("3").contains("2 painted, 1 were there"));
+    assert_eq!(std::fs::read(first.join("picture.jpg")).unwrap(), picture);
+    let truth: Value = serde_json::from_slice(&std::fs::read(first.join("truth.json")).unwrap()).unwrap();
+    assert_eq!((&truth["split"], &truth["number"]), (&Value::from("validation"), &Value::from(0)));
+}
+
+/// A page, noise and a drawn face, each 480 x 400.
+fn without_a_table() -> [(&'static str, RgbImage); 3] {
+    let page = RgbImage::from_pixel(480, 400, Rgb([252, 252, 250]));
+    let noise = RgbImage::from_fn(480, 400, |x, y| {
+        // A multiplicative hash: neighbors have nothing in common.
+        let k = (x.wrapping_mul(0x9e37_79b9) ^ y.wrapping_mul(0x85eb_ca6b)).wrapping_mul(0xc2b2_ae35);
+        Rgb([(k >> 24) as u8, (k >> 16) as u8, (k >> 8) as u8])
+    });
+    [("page", page), ("noise", noise), ("face", drawn_face())]
+}
+
+/// Head, eyes and a smile on light blue.
+fn drawn_face() -> RgbImage {
+    let within = |x: u32, y: u32, [cx, cy]: [f64; 2], [rx, ry]: [f64; 2]| {
+        ((f64::from(x) - cx) / rx).powi(2) + ((f64::from(y) - cy) / ry).powi(2) < 1.0
+    };
+    RgbImage::from_fn(480, 400, |x, y| {
+        let in_eye = |reach: f64| {
+            within(x, y, [190.0, 165.0], [reach, reach]) || within(x, y, [290.0, 165.0], [reach, reach])
+        };
+        let smile = y > 240
+            && within(x, y, [240.0, 235.0], [75.0, 60.0])
+            && !within(x, y, [240.0, 225.0], [75.0, 55.0]);
+        Rgb(match () {
+            _ if in_eye(9.0) => [40, 30, 30],
+            _ if in_eye(22.0) => [250, 250, 250],
+            _ if smile => [150, 40, 50],
+            _ if within(x, y, [240.0, 200.0], [130.0, 165.0]) => [232, 190, 160],
+            _ => [190, 215, 235],
+        })
+    })
+}
+
+/// The files are JPEGs that are called PNG.
+#[test]
+fn a_picture_without_a_table_fails_with_a_code_and_advice() {
+    let home = tempfile::tempdir().unwrap();
+    for (what, picture) in without_a_table() {
+        let mut bytes = Cursor::new(Vec::new());
+        picture.write_to(&mut bytes, ImageFormat::Jpeg).unwrap();
+        let name = format!("{what}.png");
+        std::fs::write(home.path().join(&name), bytes.into_inner()).unwrap();
+        let output = run(home.path(), &["generate", "--image", &name, "--out", what]);
+        let said = told(&output);
+        assert_eq!(output.status.code(), Some(4), "{what}: {said}");
+        let codes = ["no_table_top", "no_objects", "camera_unclear"];
+        assert!(codes.iter().any(|code| said.contains(code)), "{what}: {said}");
+        assert!(said.contains("; send ") || said.contains("; hold "), "{what}: {said}");
+        assert!(!home.path().join(what).exists(), "{what} left a bundle");
+    }
+}
+
+#[test]
+fn files_that_are_no_whole_pictures_are_refused_before_the_work() {
+    let home = tempfile::tempdir().unwrap();
+    let [(_, page), ..] = without_a_table();
+    let mut png = Cursor::new(Vec::new());
+    page.write_to(&mut png, ImageFormat::Png).unwrap();
+    let png = png.into_inner();
+    let mut claims = png.clone();
+    // 20,000 x 20,000 by the header; its check sum is wrong then, too.
+    claims[16..24].copy_from_slice(&[0, 0, 0x4e, 0x20, 0, 0, 0x4e, 0x20]);
+    for (name, bytes, says) in [
+        ("cut.png", &png[..png.len() / 2], "the picture is damaged"),
+        ("claims.png", &claims[..], "the picture is"),
+        ("moving.gif", b"GIF89a\x10\0\x10\0\0\0\0;", "convert it"),
+        ("drawn.svg", b"<svg xmlns='http://www.w3.org/2000/svg'/>", "convert it"),
+        ("text.png", b"a table with a mug", "convert it"),
+    ] {
+        std::fs::write(home.path().join(name), bytes).unwrap();
+        let output = run(home.path(), &["generate", "--image", name, "--out", "out"]);
+        let said = told(&output);
+        assert_eq!(output.status.code(), Some(2), "{name}: {said}");
+        assert!(said.contains(says) && !said.contains("panicked"), "{name}: {said}");
+        assert!(!home.path().join("out").exists(), "{name} left a bundle");
+    }
+}
+
+#[test]
+fn the_picture_benchmark_writes_its_tables_and_sheets() {
+    let home = tempfile::tempdir().unwrap();
+    let output =
+        run(home.path(), &["evaluate", "--set", "pictures", "--scenes", "2", "--artifacts", "sheets"]);
+    assert_eq!(output.status.code(), Some(0), "{}", told(&output));
+    let markdown = std::fs::read_to_string(home.path().join("out/evaluate/pictures.md")).unwrap();
+    assert_eq!(markdown, String::from_utf8_lossy(&output.stdout));
+    assert!(markdown.contains("| all | 2 |"), "{markdown}");
+    let json = std::fs::read(home.path().join("out/evaluate/pictures.json")).unwrap();
+    let report: Value = serde_json::from_slice(&json).unwrap();
+    assert_eq!((&report["set"], &report["set_size"]), (&Value::from("pictures"), &Value::from(200)));
+    assert_eq!(report["pictures"].as_array().map(Vec::len), Some(2));
+    assert!(home.path().join("sheets/0001.png").is_file());
+    let named = run(home.path(), &["evaluate", "--set", "pictures", "--scene", "office"]);
+    assert_eq!(named.status.code(), Some(2), "{}", told(&named));
+}

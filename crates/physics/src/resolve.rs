@@ -1,0 +1,405 @@
+//! From the poses an image suggests to poses that can be: apart, on their supporters, inside the table's
+//! outline, at rest.
+//!
+//! The paper leaves collisions as they come; this repair is ours. Rounds of: drop everything onto its
+//! supporter in support order ([`mod@place`]), push what overlaps apart the shortest horizontal way and
+//! back inside the outline ([`mod@separate`]), settle under gravity and take the settled poses. Contained things
+//! find their place one by one ([`mod@contain`]). A round is accepted when no visual meshes interpenetrate,
+//! everything is still with its supporter, supported and inside the outline, and five more seconds change
+//! nothing; else the next round starts with more clearance, nudges what failed toward its supporter's middle, keeps what
+//! came to rest over the edge (as tall things do that fall) as much farther from it, or tries other places in its
+//! container. Where in the end only room is missing, a few more rounds give more of it. What cannot be resolved is an error that names the objects. Children
+//! move with their supporters; contained things use the true shapes.
+//!
+//! World frame, meters, radians. Deterministic. A fraction of a second for twenty objects.
+
+mod place;
+mod contain;
+mod inside;
+mod separate;
+mod tree;
+
+use glam::DVec2;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::metrics::{CertifySettings, collisions, stability};
+use super::settle::{SettleError, SettleSettings, angle_between_rad, settle};
+use super::support::{SupportFinding, support};
+use super::{Body, Settled};
+use geometry::cast::{Supporter, are_closer};
+use geometry::collide::{PlacedSolid, convex_hull_2d, depth_in_convex_m};
+use geometry::collision_shape::CollisionShape;
+use geometry::mesh_solid::MeshSolid;
+use geometry::{Outline, Pose};
+use runtime::{Interrupt, Interrupted};
+
+use tree::Tree;
+
+/// Section `[resolve]`.
+#[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct ResolveSettings {
+    /// Gap kept between neighbors, meters, one value a round, growing. More values: more tries.
+    pub clearances_m: Vec<f64>,
+    /// Passes of pushing apart before a round falls back on free places, 1..1000.
+    pub separation_passes: usize,
+    /// Directions tried for each push, 4..64. More: shorter moves, more time.
+    pub directions: usize,
+    /// Distance everything keeps from the table's edge, meters.
+    pub outline_margin_m: f64,
+    /// A contained thing must reach down into its container by this share of the cavity's depth, 0..1.
+    pub container_depth_share: f64,
+    /// A settled scene may move this much in the time of the check, meters.
+    pub rest_displacement_m: f64,
+    /// And turn this much, radians.
+    pub rest_rotation_rad: f64,
+    /// Checks of five seconds, each followed by another settling, before something that keeps moving fails the
+    /// round, 0..10; 0 takes the first rest pose without a check.
+    pub settles: usize,
+    /// Turning further than this from the wanted pose is falling over, radians.
+    pub fallen_rotation_rad: f64,
+}
+
+/// Who carries a body.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SupportedBy {
+    /// Index of the supporter among the bodies.
+    pub parent: usize,
+    /// In it (a spoon in a mug) rather than on it.
+    pub inside: bool,
+}
+
+/// A scene to resolve. All slices have the same order and length.
+#[derive(Clone, Copy)]
+pub struct ResolveProblem<'a> {
+    /// `world_from_object` is the wanted pose; its height matters little, it is dropped anyway.
+    pub bodies: &'a [Body],
+    /// Their visual meshes.
+    pub solids: &'a [&'a MeshSolid],
+    /// `None` for the table, which is fixed, and for nothing else.
+    pub supports: &'a [Option<SupportedBy>],
+    /// Edge of the table's top in the world's xy plane.
+    pub outline: &'a Outline,
+}
+
+/// Poses that hold.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Resolved {
+    /// `world_from_object` at rest, in the order of the bodies.
+    pub poses: Vec<Pose>,
+    /// `world_from_object` before gravity: dropped and pushed apart.
+    pub planned: Vec<Pose>,
+    /// From the wanted pose: horizontal distance, meters, and angle, radians.
+    pub displacements_m: Vec<f64>,
+    pub rotations_rad: Vec<f64>,
+    /// Rounds it took.
+    pub rounds: usize,
+    /// What was done, one sentence each.
+    pub log: Vec<String>,
+}
+
+/// Why a scene cannot be.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ResolveError {
+    #[error("resolving: {problem}; give one table without a supporter and every object a chain down to it")]
+    BadSupport { problem: String },
+    #[error("resolving: no room on the table for {}; use a larger table or fewer objects", names.join(", "))]
+    NoRoom { names: Vec<String> },
+    #[error("resolving: {} after {rounds} rounds; remove or replace the named objects", reasons.join("; "))]
+    Unresolved { rounds: usize, reasons: Vec<String>, names: Vec<String> },
+    #[error("resolving: {0}")]
+    Settle(#[from] SettleError),
+    #[error(transparent)]
+    Interrupted(#[from] Interrupted),
+}
+
+impl ResolveError {
+    /// The objects at fault.
+    pub fn names(&self) -> &[String] {
+        match self {
+            Self::NoRoom { names } | Self::Unresolved { names, .. } => names,
+            _ => &[],
+        }
+    }
+}
+
+/// What the steps of a round share.
+struct Scene<'a> {
+    problem: ResolveProblem<'a>,
+    shapes: Vec<CollisionShape>,
+    tree: Tree,
+    settings: &'a ResolveSettings,
+    settle: &'a SettleSettings,
+    certify: &'a CertifySettings,
+}
+
+impl Scene<'_> {
+    fn placed<'b>(&'b self, body: usize, poses: &[Pose]) -> Supporter<'b> {
+        Supporter { shape: &self.shapes[body], world_from_object: poses[body] }
+    }
+
+    fn name(&self, body: usize) -> &str {
+        &self.problem.bodies[body].name
+    }
+
+    /// Outline of a body seen from above.
+    fn footprint(&self, body: usize, poses: &[Pose]) -> Vec<DVec2> {
+        let points: Vec<DVec2> = self.shapes[body].points(&poses[body]).map(|p| p.truncate()).collect();
+        convex_hull_2d(&points)
+    }
+}
+
+/// Something a round left wrong.
+struct Fault {
+    body: usize,
+    reason: String,
+    /// Moving it toward its supporter's middle may help.
+    nudge: bool,
+    /// How far it reaches over the table's edge.
+    over_edge_m: f64,
+    /// Keeping more distance from the edge or from others may help.
+    wants_room: bool,
+}
+
+impl Fault {
+    fn of(body: usize, reason: String) -> Self {
+        Self { body, reason, nudge: false, over_edge_m: 0.0, wants_room: false }
+    }
+}
+
+/// Rounds after the planned ones in which things are given more room, where nothing else is wrong.
+const MORE_ROUNDS: usize = 3;
+
+/// Of a round, counted from 0; after the planned ones it doubles.
+fn clearance_m(settings: &ResolveSettings, round: usize) -> f64 {
+    let planned = &settings.clearances_m;
+    let last_m = planned.last().copied().unwrap_or(0.0);
+    let more = (round + 1).saturating_sub(planned.len());
+    planned.get(round).copied().unwrap_or(last_m * f64::from(1_u32 << more.min(16)))
+}
+
+/// Finds poses that hold, near the wanted ones.
+pub fn resolve(
+    problem: ResolveProblem,
+    settings: &ResolveSettings,
+    settle_settings: &SettleSettings,
+    certify: &CertifySettings,
+    interrupt: &Interrupt,
+) -> Result<Resolved, ResolveError> {
+    let tree = Tree::new(problem.bodies, problem.supports)?;
+    let shapes = problem
+        .bodies
+        .iter()
+        .map(|body| {
+            CollisionShape::new(&body.hulls)
+                .map_err(|source| SettleError::BrokenHull { name: body.name.clone(), source })
+        })
+        .collect::<Result<Vec<_>, _>>()?;
+    let scene = Scene { problem, shapes, tree, settings, settle: settle_settings, certify };
+    let wanted: Vec<Pose> = problem.bodies.iter().map(|b| b.world_from_object).collect();
+    let (mut plan, mut log) = (wanted.clone(), Vec::new());
+    let mut nudges = vec![0_usize; wanted.len()];
+    let mut insets_m = vec![0.0; wanted.len()];
+    let mut faults: Vec<Fault> = Vec::new();
+    let planned_rounds = settings.clearances_m.len();
+    let mut rounds = planned_rounds;
+    for round in 0..planned_rounds + MORE_ROUNDS {
+        interrupt.check()?;
+        if round >= planned_rounds {
+            // What is left must be a matter of room.
+            if !faults.iter().all(|fault| fault.wants_room) {
+                break;
+            }
+            rounds = round + 1;
+        }
+        let clearance_m = clearance_m(settings, round);
+        for fault in faults.iter().filter(|fault| fault.nudge) {
+            nudges[fault.body] += 1;
+        }
+        for fault in faults.iter().filter(|fault| fault.over_edge_m > 0.0) {
+            insets_m[fault.body] += fault.over_edge_m + settings.outline_margin_m;
+        }
+        // Dropping changes heights and pushing changes what lies below, so they take turns.
+        let mut seated = vec![None; plan.len()];
+        for _ in 0..3 {
+            place::drop_all(&scene, &mut plan, &nudges, &mut seated, &mut log, interrupt)?;
+            if !separate::push_apart(&scene, &mut plan, clearance_m, &insets_m, &mut log, interrupt)? {
+                break;
+            }
+        }
+        let last = round + 1 >= planned_rounds;
+        let (settled, found) = settle_and_judge(&scene, &plan, last, interrupt)?;
+        faults = found;
+        if faults.is_empty() {
+            return Ok(finish(&scene, &wanted, &plan, settled.poses, round + 1, log));
+        }
+        log.extend(faults.iter().map(|fault| format!("round {}: {}", round + 1, fault.reason)));
+    }
+    let mut names: Vec<String> = faults.iter().map(|f| scene.name(f.body).to_owned()).collect();
+    names.dedup();
+    let reasons = faults.into_iter().map(|fault| fault.reason).collect();
+    Err(ResolveError::Unresolved { rounds, reasons, names })
+}
+
+/// Settles and looks for faults; where there are none, checks that nothing moves any more, and settles again
+/// from there while something does.
+fn settle_and_judge(
+    scene: &Scene,
+    plan: &[Pose],
+    last_round: bool,
+    interrupt: &Interrupt,
+) -> Result<(Settled, Vec<Fault>), ResolveError> {
+    let mut bodies = scene.problem.bodies.to_vec();
+    bodies.iter_mut().zip(plan).for_each(|(body, pose)| body.world_from_object = *pose);
+    let mut settled = settle(&bodies, scene.settle, interrupt)?;
+    if scene.settings.settles == 0 {
+        let faults = find_faults(scene, plan, &settled.poses, last_round, interrupt)?;
+        return Ok((settled, faults));
+    }
+    let mut moving = Vec::new();
+    for _ in 0..scene.settings.settles {
+        bodies.iter_mut().zip(&settled.poses).for_each(|(body, pose)| body.world_from_object = *pose);
+        // Faults are rare, and one island of bodies is often simulated long after all others.
+        let (faults, check) = rayon::join(
+            || find_faults(scene, plan, &settled.poses, last_round, interrupt),
+            || stability(&bodies, scene.certify, scene.settle, interrupt),
+        );
+        let faults = faults?;
+        if !faults.is_empty() {
+            return Ok((settled, faults));
+        }
+        let check = check?;
+        moving = (0..bodies.len())
+            .filter(|&k| {
+                let movement = check.movements[k];
+                movement.displacement_m > scene.settings.rest_displacement_m
+                    || movement.rotation_rad > scene.settings.rest_rotation_rad
+            })
+            .map(|body| {
+                let way_mm = 1e3 * check.movements[body].displacement_m;
+                let reason = format!("{} does not come to rest ({way_mm:.1} mm)", scene.name(body));
+                Fault { nudge: true, ..Fault::of(body, reason) }
+            })
+            .collect();
+        if moving.is_empty() {
+            break;
+        }
+        settled.poses = settle(&bodies, scene.settle, interrupt)?.poses;
+    }
+    Ok((settled, moving))
+}
+
+fn find_faults(
+    scene: &Scene,
+    plan: &[Pose],
+    poses: &[Pose],
+    last_round: bool,
+    interrupt: &Interrupt,
+) -> Result<Vec<Fault>, ResolveError> {
+    let (settings, certify) = (scene.settings, scene.certify);
+    let mut faults = Vec::new();
+    for &body in &scene.tree.order {
+        let Some(support) = scene.tree.support[body] else { continue };
+        let name = scene.name(body);
+        let (over_edge_m, _) = inside::missing(scene.problem.outline, &scene.footprint(body, poses), 0.0);
+        if over_edge_m > 0.0 {
+            let reason = format!("{name} reaches {:.0} mm over the table's edge", 1e3 * over_edge_m);
+            faults.push(Fault { body, reason, nudge: false, over_edge_m, wants_room: true });
+        }
+        let mut fault = |reason: String, nudge: bool| faults.push(Fault { nudge, ..Fault::of(body, reason) });
+        let parent = support.parent;
+        if support.inside {
+            if !contain::reaches_in(scene, body, parent, poses) {
+                fault(format!("{name} does not stay in {}", scene.name(parent)), true);
+            }
+        } else if !touches_group(scene, body, parent, poses, certify.contact_gap_m) {
+            fault(format!("{name} fell off {}", scene.name(parent)), true);
+        }
+        let turned = angle_between_rad(&plan[body], &poses[body]);
+        if !support.inside && turned > settings.fallen_rotation_rad && !last_round {
+            fault(format!("{name} turned by {:.0} degrees while settling", turned.to_degrees()), false);
+        }
+    }
+    // What follows costs a hundred times more.
+    if !faults.is_empty() {
+        return Ok(faults);
+    }
+    let solids: Vec<PlacedSolid> = scene
+        .problem
+        .solids
+        .iter()
+        .zip(poses)
+        .map(|(solid, pose)| PlacedSolid { solid, world_from_object: *pose })
+        .collect();
+    let movable: Vec<usize> = scene.tree.order.iter().copied().filter(|&k| k != scene.tree.table).collect();
+    let findings: Vec<SupportFinding> = movable
+        .par_iter()
+        .map(|&body| {
+            support(&solids, scene.problem.bodies, body, &scene.tree.carriers(body), certify, interrupt)
+        })
+        .collect::<Result<_, Interrupted>>()?;
+    for (&body, finding) in movable.iter().zip(&findings).filter(|(_, finding)| !finding.is_supported()) {
+        let over_mm = 1e3 * (certify.support_dilation_m - finding.margin_m);
+        let reason = format!("{} hangs {over_mm:.0} mm over what carries it", scene.name(body));
+        faults.push(Fault { nudge: true, ..Fault::of(body, reason) });
+    }
+    for pair in collisions(&solids, certify, interrupt)?.colliding {
+        let body = if pair.a == scene.tree.table { pair.b } else { pair.a };
+        let (a, b) = (scene.name(pair.a), scene.name(pair.b));
+        let reason = format!("{a} and {b} overlap by {:.1} mm", 1e3 * pair.depth_m);
+        faults.push(Fault { wants_room: true, ..Fault::of(body, reason) });
+    }
+    Ok(faults)
+}
+
+/// Whether a body touches its supporter, or something its supporter carries.
+fn touches_group(scene: &Scene, body: usize, parent: usize, poses: &[Pose], gap_m: f64) -> bool {
+    let own = scene.placed(body, poses);
+    let carried_by_parent = |other: usize| {
+        other == parent
+            || (parent != scene.tree.table
+                && other != body
+                && scene.tree.is_below(other, parent)
+                && !scene.tree.is_below(other, body))
+    };
+    (0..poses.len())
+        .filter(|&other| carried_by_parent(other))
+        .any(|other| are_closer(&own, &scene.placed(other, poses), gap_m))
+}
+
+fn finish(
+    scene: &Scene,
+    wanted: &[Pose],
+    plan: &[Pose],
+    poses: Vec<Pose>,
+    rounds: usize,
+    mut log: Vec<String>,
+) -> Resolved {
+    let displacements_m: Vec<f64> = poses
+        .iter()
+        .zip(wanted)
+        .map(|(p, w)| (p.translation_m - w.translation_m).truncate().length())
+        .collect();
+    let rotations_rad: Vec<f64> = poses.iter().zip(wanted).map(|(p, w)| angle_between_rad(p, w)).collect();
+    for (body, pose) in poses.iter().enumerate() {
+        let turned = angle_between_rad(&plan[body], pose);
+        if turned > scene.settings.fallen_rotation_rad {
+            log.push(format!(
+                "{} came to rest turned by {:.0} degrees",
+                scene.name(body),
+                turned.to_degrees()
+            ));
+        }
+    }
+    Resolved { poses, planned: plan.to_vec(), displacements_m, rotations_rad, rounds, log }
+}
+
+/// Depth of the projected center of mass inside the supporter's outline, meters.
+fn depth_over_parent_m(scene: &Scene, body: usize, parent: usize, poses: &[Pose]) -> f64 {
+    let center = poses[body].transform_point(scene.problem.bodies[body].mass.center_of_mass_m).truncate();
+    depth_in_convex_m(&scene.footprint(parent, poses), center)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,116 @@
+//! Dropping bodies onto and into their supporters.
+
+use glam::{DQuat, DVec2};
+
+use super::{ResolveError, Scene, contain, depth_over_parent_m};
+use geometry::Pose;
+use geometry::cast::{Supporter, drop_height};
+use runtime::Interrupt;
+
+/// Drops every body onto its supporter, supporters first; what it carries moves with it. `nudges[k]`
+/// quarters of the way to the supporter's middle are gone before body k is dropped (contained ones try other
+/// places instead). `seated` remembers where in its container a body found its place
+/// (`container_from_body`), so that it keeps it when the container is moved; begin with `None`s.
+pub(super) fn drop_all(
+    scene: &Scene,
+    poses: &mut [Pose],
+    nudges: &[usize],
+    seated: &mut [Option<Pose>],
+    log: &mut Vec<String>,
+    interrupt: &Interrupt,
+) -> Result<(), ResolveError> {
+    let mut placed: Vec<usize> = vec![scene.tree.table];
+    for &body in &scene.tree.order {
+        let Some(support) = scene.tree.support[body] else { continue };
+        interrupt.check()?;
+        let parent = support.parent;
+        // Things in the same group may lie below it; on the table itself neighbors are pushed apart instead.
+        let below: Vec<usize> = placed
+            .iter()
+            .copied()
+            .filter(|&other| {
+                other == parent || (parent != scene.tree.table && scene.tree.is_below(other, parent))
+            })
+            .collect();
+        let mut moves = Vec::with_capacity(1);
+        if support.inside && parent != scene.tree.table {
+            match seated[body] {
+                Some(parent_from_body) => moves.push((body, poses[parent] * parent_from_body)),
+                None => {
+                    moves = contain::into(scene, body, parent, &below, poses, nudges[body], interrupt)?;
+                    for &(moved, pose) in &moves {
+                        seated[moved] = Some(poses[parent].inverse() * pose);
+                    }
+                }
+            }
+        } else {
+            let supporters: Vec<Supporter> = below.iter().map(|&other| scene.placed(other, poses)).collect();
+            moves.push((body, onto(scene, body, parent, &supporters, poses, nudges[body])));
+        }
+        for (moved, pose) in moves {
+            let before = poses[moved];
+            let motion = pose * before.inverse();
+            for carried in scene.tree.branch(moved) {
+                poses[carried] = motion * poses[carried];
+            }
+            poses[moved] = pose;
+            let way_m = (pose.translation_m - before.translation_m).truncate().length();
+            if way_m > 0.001 {
+                let (name, to) = (scene.name(moved), scene.name(parent));
+                log.push(format!("{name} moved {:.0} mm to come to rest with {to}", 1e3 * way_m));
+            }
+        }
+        placed.push(body);
+    }
+    Ok(())
+}
+
+pub(super) fn middle_of(scene: &Scene, body: usize, poses: &[Pose]) -> DVec2 {
+    let (low, high) = scene.shapes[body].bounds(&poses[body]);
+    0.5 * (low + high).truncate()
+}
+
+fn onto(
+    scene: &Scene,
+    body: usize,
+    parent: usize,
+    supporters: &[Supporter],
+    poses: &[Pose],
+    nudges: usize,
+) -> Pose {
+    let mut pose = poses[body];
+    let center = pose.transform_point(scene.problem.bodies[body].mass.center_of_mass_m).truncate();
+    let to_middle = middle_of(scene, parent, poses) - center;
+    let on_table = parent == scene.tree.table;
+    let mut toward = if on_table { DVec2::ZERO } else { to_middle * (0.25 * nudges as f64).min(1.0) };
+    if !on_table && depth_over_parent_m(scene, body, parent, poses) < 0.002 {
+        // Its weight hangs over the edge: go in until it does not.
+        let mut moved = poses.to_vec();
+        for step in 1..=20 {
+            toward = to_middle * (f64::from(step) / 20.0);
+            moved[body].translation_m = poses[body].translation_m + toward.extend(0.0);
+            if depth_over_parent_m(scene, body, parent, &moved) >= 0.002 {
+                break;
+            }
+        }
+    }
+    pose.translation_m += toward.extend(0.0);
+    let xy = pose.translation_m.truncate();
+    let shape = &scene.shapes[body];
+    if let Some(z) = drop_height(shape, pose.rotation, xy, supporters) {
+        pose.translation_m.z = z;
+    }
+    pose
+}
+
+/// The body dropped there.
+pub(super) fn dropped(
+    scene: &Scene,
+    body: usize,
+    rotation: DQuat,
+    xy: DVec2,
+    supporters: &[Supporter],
+) -> Option<Pose> {
+    let z = drop_height(&scene.shapes[body], rotation, xy, supporters)?;
+    Some(Pose { translation_m: xy.extend(z), rotation })
+}

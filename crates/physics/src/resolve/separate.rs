@@ -1,0 +1,191 @@
+//! Pushing bodies apart horizontally, the shortest way, and back inside the table's outline.
+//!
+//! Pairs are handled one after the other (Gauss-Seidel): a pair that comes closer than the clearance is
+//! moved apart along the direction that needs the least, half each. Only whole branches of the support
+//! tree move, so what stands on something goes with it. If passes do not end it, bodies are laid out again one
+//! by one, largest first, each on the free place nearest to where it was wanted.
+
+use std::f64::consts::TAU;
+
+use glam::DVec2;
+
+use super::{ResolveError, Scene, depth_over_parent_m, inside};
+use geometry::Pose;
+use geometry::cast::{are_closer, slide_distance};
+use runtime::Interrupt;
+
+/// Moves below this do not count, meters.
+const SMALL_M: f64 = 2e-6;
+
+/// Separates everything; whether anything moved. Body k keeps `insets_m[k]` more than the margin from the edge.
+pub(super) fn push_apart(
+    scene: &Scene,
+    poses: &mut [Pose],
+    clearance_m: f64,
+    insets_m: &[f64],
+    log: &mut Vec<String>,
+    interrupt: &Interrupt,
+) -> Result<bool, ResolveError> {
+    let before = poses.to_vec();
+    let mut settled = false;
+    for _ in 0..scene.settings.separation_passes {
+        let apart = push_pairs(scene, poses, clearance_m, interrupt)?;
+        let inside = push_inside(scene, poses, insets_m);
+        if apart.max(inside) < SMALL_M {
+            settled = true;
+            break;
+        }
+    }
+    if !settled {
+        poses.copy_from_slice(&before);
+        lay_out_again(scene, poses, clearance_m, insets_m, interrupt)?;
+    }
+    let mut moved = false;
+    for &body in &scene.tree.order {
+        let way_m = (poses[body].translation_m - before[body].translation_m).length();
+        moved |= way_m > SMALL_M;
+        if way_m > 0.001 {
+            log.push(format!("{} moved {:.0} mm to stand clear", scene.name(body), 1e3 * way_m));
+        }
+    }
+    Ok(moved)
+}
+
+/// Moves a body and everything it carries.
+fn shift(scene: &Scene, poses: &mut [Pose], body: usize, by: DVec2) {
+    for other in scene.tree.branch(body) {
+        poses[other].translation_m += by.extend(0.0);
+    }
+}
+
+/// Branches whose members must keep apart: not those that share a container.
+fn keep_apart(scene: &Scene, a: usize, b: usize) -> Option<(usize, usize)> {
+    let (x, y) = scene.tree.branches(a, b)?;
+    let contained = [x, y].iter().all(|&k| scene.tree.support[k].is_some_and(|s| s.inside));
+    (!contained).then_some((x, y))
+}
+
+fn push_pairs(
+    scene: &Scene,
+    poses: &mut [Pose],
+    clearance_m: f64,
+    interrupt: &Interrupt,
+) -> Result<f64, ResolveError> {
+    let mut largest: f64 = 0.0;
+    for a in 0..poses.len() {
+        interrupt.check()?;
+        for b in 0..a {
+            if a == scene.tree.table || b == scene.tree.table {
+                continue;
+            }
+            let Some((x, y)) = keep_apart(scene, a, b) else { continue };
+            let (here, there) = (scene.placed(a, poses), scene.placed(b, poses));
+            if !are_closer(&here, &there, clearance_m) {
+                continue;
+            }
+            let between = (poses[a].translation_m - poses[b].translation_m).truncate();
+            let first = between.try_normalize().unwrap_or(DVec2::X);
+            let count = scene.settings.directions.max(1);
+            let (direction, way_m) = (0..count)
+                .map(|k| first.rotate(DVec2::from_angle(TAU * k as f64 / count as f64)))
+                .map(|direction| (direction, slide_distance(&here, &there, direction, clearance_m)))
+                .fold((first, f64::INFINITY), |best, next| if next.1 < best.1 - 1e-9 { next } else { best });
+            if way_m < SMALL_M {
+                continue;
+            }
+            // A hair more than half, or rounding would keep the pair coming back.
+            let half = direction * (0.5 * way_m + SMALL_M);
+            shift(scene, poses, x, half);
+            shift(scene, poses, y, -half);
+            largest = largest.max(way_m);
+        }
+    }
+    Ok(largest)
+}
+
+/// How far a branch must move to lie inside the outline with the margin: the worst member's way.
+fn way_inside(scene: &Scene, poses: &[Pose], body: usize, insets_m: &[f64]) -> DVec2 {
+    let outline = scene.problem.outline;
+    let of = |member: usize| {
+        let margin_m = scene.settings.outline_margin_m + insets_m[member];
+        inside::missing(outline, &scene.footprint(member, poses), margin_m)
+    };
+    let members = scene.tree.branch(body).into_iter().map(of);
+    members.fold((0.0, DVec2::ZERO), |worst, next| if next.0 > worst.0 { next } else { worst }).1
+}
+
+fn push_inside(scene: &Scene, poses: &mut [Pose], insets_m: &[f64]) -> f64 {
+    let mut largest: f64 = 0.0;
+    for &body in &scene.tree.order {
+        let Some(support) = scene.tree.support[body] else { continue };
+        if support.parent == scene.tree.table {
+            let way = way_inside(scene, poses, body, insets_m);
+            shift(scene, poses, body, way);
+            largest = largest.max(way.length());
+        } else if !support.inside {
+            let missing = 0.001 - depth_over_parent_m(scene, body, support.parent, poses);
+            if missing > 0.0 {
+                let (low, high) = scene.shapes[support.parent].bounds(&poses[support.parent]);
+                let middle = 0.5 * (low + high).truncate();
+                let way = (middle - poses[body].translation_m.truncate()).normalize_or_zero() * missing;
+                shift(scene, poses, body, way);
+                largest = largest.max(way.length());
+            }
+        }
+    }
+    largest
+}
+
+/// Greedy: branches on the table by size, each at the nearest free place; errors where there is none.
+fn lay_out_again(
+    scene: &Scene,
+    poses: &mut [Pose],
+    clearance_m: f64,
+    insets_m: &[f64],
+    interrupt: &Interrupt,
+) -> Result<(), ResolveError> {
+    let area = |body: usize| {
+        let (low, high) = scene.shapes[body].bounds(&scene.problem.bodies[body].world_from_object);
+        (high - low).truncate().element_product()
+    };
+    let mut waiting: Vec<usize> = (0..poses.len())
+        .filter(|&k| scene.tree.support[k].is_some_and(|s| s.parent == scene.tree.table))
+        .collect();
+    waiting.sort_by(|&a, &b| area(b).total_cmp(&area(a)).then(a.cmp(&b)));
+    let (low, high) = scene.problem.outline.bounds();
+    let rings = ((high - low).length() / 0.008).ceil() as u32;
+    let mut standing: Vec<usize> = Vec::new();
+    let mut homeless: Vec<String> = Vec::new();
+    for &body in &waiting {
+        let members = scene.tree.branch(body);
+        let start = poses.to_vec();
+        let mut found = false;
+        'search: for ring in 0..rings {
+            interrupt.check()?;
+            let count = if ring == 0 { 1 } else { 8 + 2 * ring.min(20) };
+            for k in 0..count {
+                let way =
+                    DVec2::from_angle(TAU * f64::from(k) / f64::from(count)) * (0.008 * f64::from(ring));
+                poses.copy_from_slice(&start);
+                shift(scene, poses, body, way);
+                let inside = way_inside(scene, poses, body, insets_m) == DVec2::ZERO;
+                if inside
+                    && members.iter().all(|&m| {
+                        standing.iter().all(|&s| {
+                            !are_closer(&scene.placed(m, poses), &scene.placed(s, poses), clearance_m)
+                        })
+                    })
+                {
+                    found = true;
+                    break 'search;
+                }
+            }
+        }
+        if !found {
+            poses.copy_from_slice(&start);
+            homeless.push(scene.name(body).to_owned());
+        }
+        standing.extend(members);
+    }
+    if homeless.is_empty() { Ok(()) } else { Err(ResolveError::NoRoom { names: homeless }) }
+}

@@ -1,0 +1,206 @@
+//! One simulation of a few bodies.
+
+use glam::DVec3;
+use rapier3d_f64::geometry::NarrowPhase;
+use rapier3d_f64::prelude::{
+    ColliderBuilder, FrictionModel, MassProperties as RapierMass, PhysicsWorld, RigidBodyBuilder,
+    RigidBodyHandle, SharedShape,
+};
+
+use super::{SettleError, SettleSettings};
+use crate::Body;
+use crate::contacts::HullContacts;
+use crate::hull_set::HullSet;
+use geometry::Pose;
+use geometry::collision_shape::{BrokenHull, from_parry, to_parry};
+use runtime::Interrupt;
+
+/// Standard gravity, m/s^2.
+const GRAVITY_M_S2: f64 = 9.81;
+
+/// Contacts are computed anew when a pair moved by this much against each other, meters; in between the
+/// engine follows the known points.
+const RECYCLE_M: f64 = 1e-5;
+
+/// Contacts of moving bodies are looked for this far ahead, meters.
+const LOOK_AHEAD_M: f64 = 0.02;
+
+/// Length of the windows in which drift is watched, seconds.
+const WINDOW_S: f64 = 0.25;
+
+/// Bodies at rest are not simulated on when ten times the drift of the last window, kept up to the end,
+/// would move no point of them by this much, meters: a three-hundredth of what counts as moving.
+const DRIFT_TO_THE_END_M: f64 = 1e-4;
+
+/// How a simulation ended.
+#[derive(Clone, Debug)]
+pub(super) struct Run {
+    /// `world_from_object`, in the order of the bodies.
+    pub poses: Vec<Pose>,
+    /// Farthest that any point of a body got from where it started, at any time, meters.
+    pub excursion_m: f64,
+    pub at_rest: bool,
+    pub simulated_s: f64,
+}
+
+/// Simulates the bodies: until all rest, or to the end. What has come to rest for good is not simulated on
+/// (see [`DRIFT_TO_THE_END_M`]); a pose that creeps is.
+pub(super) fn run(
+    bodies: &[&Body],
+    settings: &SettleSettings,
+    may_end_early: bool,
+    interrupt: &Interrupt,
+) -> Result<Run, SettleError> {
+    let mut world = empty_world(settings);
+    let handles = bodies
+        .iter()
+        .map(|body| insert(&mut world, body, settings))
+        .collect::<Result<Vec<RigidBodyHandle>, SettleError>>()?;
+    let reach_m: Vec<f64> = bodies.iter().map(|body| reach_m(body)).collect();
+    let start: Vec<(DVec3, glam::DQuat)> = handles
+        .iter()
+        .map(|&h| (world.bodies[h].center_of_mass(), world.bodies[h].position().rotation))
+        .collect();
+
+    let steps = (settings.duration_s * settings.steps_per_s).round().max(1.0) as usize;
+    let steps_at_rest = (settings.rest_time_s * settings.steps_per_s).round().max(1.0) as usize;
+    let window = (WINDOW_S * settings.steps_per_s).round().max(1.0) as usize;
+    let mut window_start = start.clone();
+    let (mut rested, mut done, mut excursion_m) = (0, 0, 0.0_f64);
+    while done < steps && !(may_end_early && rested >= steps_at_rest) {
+        if done % 8 == 0 {
+            interrupt.check()?;
+        }
+        world.step();
+        done += 1;
+        resist_rolling(&mut world, bodies, &handles);
+        let mut resting = true;
+        for (k, &handle) in handles.iter().enumerate().filter(|&(k, _)| !bodies[k].fixed) {
+            let moving = &world.bodies[handle];
+            resting &=
+                moving.linvel().length() + reach_m[k] * moving.angvel().length() < settings.rest_speed_m_s;
+            let turned = start[k].1.conjugate() * moving.position().rotation;
+            let way_m =
+                (moving.center_of_mass() - start[k].0).length() + 2.0 * reach_m[k] * turned.xyz().length();
+            excursion_m = excursion_m.max(way_m);
+        }
+        rested = if resting { rested + 1 } else { 0 };
+        if done % window == 0 {
+            let mut drift_m = 0.0_f64;
+            for (k, &handle) in handles.iter().enumerate() {
+                let moving = &world.bodies[handle];
+                let (center, rotation) = (moving.center_of_mass(), moving.position().rotation);
+                let turned = window_start[k].1.conjugate() * rotation;
+                let way_m = (center - window_start[k].0).length() + 2.0 * reach_m[k] * turned.xyz().length();
+                // Not a number is not at rest.
+                drift_m = if way_m <= drift_m { drift_m } else { way_m };
+                window_start[k] = (center, rotation);
+            }
+            let windows_left = (steps - done) as f64 / window as f64;
+            if rested >= window && 10.0 * drift_m * windows_left < DRIFT_TO_THE_END_M {
+                break;
+            }
+        }
+    }
+    let poses = bodies
+        .iter()
+        .zip(&handles)
+        .map(|(body, &handle)| {
+            if body.fixed {
+                return Ok(body.world_from_object);
+            }
+            let pose = from_parry(world.bodies[handle].position());
+            if pose.translation_m.is_finite() && pose.rotation.is_finite() && excursion_m.is_finite() {
+                Ok(pose)
+            } else {
+                Err(SettleError::Diverged { name: body.name.clone() })
+            }
+        })
+        .collect::<Result<_, _>>()?;
+    let at_rest = rested >= steps_at_rest.min(steps);
+    Ok(Run { poses, excursion_m, at_rest, simulated_s: done as f64 / settings.steps_per_s })
+}
+
+/// Rolling and spinning resistance, which the engine lacks: of a body that touches something, a torque of its
+/// rolling friction times its weight takes what it can of the angular momentum, as dry friction does. So
+/// what is too slow or leans too little to overcome it stops and stays, and what falls over is not held.
+fn resist_rolling(world: &mut PhysicsWorld, bodies: &[&Body], handles: &[RigidBodyHandle]) {
+    let step_s = world.integration_parameters.dt;
+    for (body, &handle) in bodies.iter().zip(handles).filter(|(body, _)| !body.fixed) {
+        let most = body.rolling_friction_m * body.mass.mass_kg * GRAVITY_M_S2 * step_s;
+        let touches = world.bodies[handle].colliders().iter().any(|&collider| {
+            let mut pairs = world.narrow_phase.contact_pairs_with(collider);
+            pairs.any(|pair| pair.total_impulse_magnitude() > 0.0)
+        });
+        if !touches || most <= 0.0 {
+            continue;
+        }
+        let moving = &mut world.bodies[handle];
+        let (spin, inertia) = (moving.angvel(), moving.mass_properties().effective_angular_inertia());
+        let momentum = (inertia * spin).length();
+        let left = if momentum > most { 1.0 - most / momentum } else { 0.0 };
+        moving.set_angvel(spin * left, false);
+    }
+}
+
+/// Distance of the farthest corner from the center of mass.
+pub(super) fn reach_m(body: &Body) -> f64 {
+    let center = body.mass.center_of_mass_m;
+    body.hulls.iter().flat_map(|h| &h.points).map(|p| (*p - center).length()).fold(0.0, f64::max)
+}
+
+fn empty_world(settings: &SettleSettings) -> PhysicsWorld {
+    let mut world = PhysicsWorld::new();
+    world.narrow_phase = NarrowPhase::with_query_dispatcher(HullContacts);
+    world.gravity = DVec3::new(0.0, 0.0, -GRAVITY_M_S2);
+    let parameters = &mut world.integration_parameters;
+    parameters.dt = 1.0 / settings.steps_per_s;
+    parameters.num_solver_iterations = settings.solver_iterations;
+    parameters.length_unit = settings.length_unit_m;
+    parameters.contact_softness.natural_frequency = settings.contact_frequency_hz;
+    parameters.static_contact_softness.natural_frequency = settings.contact_frequency_hz;
+    parameters.friction_model = FrictionModel::Coulomb;
+    // Our contacts are merged already, and fast things look ahead instead of being swept.
+    parameters.contact_clustering = false;
+    parameters.normalized_contact_recycle_distance = RECYCLE_M / settings.length_unit_m;
+    parameters.max_ccd_substeps = 0;
+    world
+}
+
+fn insert(
+    world: &mut PhysicsWorld,
+    body: &Body,
+    settings: &SettleSettings,
+) -> Result<RigidBodyHandle, SettleError> {
+    let hulls = HullSet::new(&body.hulls);
+    if let Some(hull) = hulls.hulls.iter().position(|hull| hull.points.len() < 4 || hull.planes.len() < 4) {
+        let source = BrokenHull { hull, points: body.hulls[hull].points.len() };
+        return Err(SettleError::BrokenHull { name: body.name.clone(), source });
+    }
+    let positive = body.mass.mass_kg > 0.0 && body.mass.inertia_diagonal_kg_m2.min_element() > 0.0;
+    if !body.fixed && !positive {
+        return Err(SettleError::BadMass { name: body.name.clone() });
+    }
+    let builder = if body.fixed { RigidBodyBuilder::fixed() } else { RigidBodyBuilder::dynamic() };
+    let rigid = builder
+        .pose(to_parry(&body.world_from_object))
+        .additional_mass_properties(RapierMass::with_principal_inertia_frame(
+            body.mass.center_of_mass_m,
+            body.mass.mass_kg,
+            body.mass.inertia_diagonal_kg_m2,
+            body.mass.principal_axes_xyzw,
+        ))
+        .linear_damping(settings.damping_per_s)
+        .angular_damping(settings.damping_per_s)
+        .soft_ccd_prediction(LOOK_AHEAD_M)
+        .can_sleep(false);
+    let handle = world.insert_body(rigid);
+    if !body.hulls.is_empty() {
+        let collider = ColliderBuilder::new(SharedShape::new(hulls))
+            .density(0.0)
+            .friction(body.friction.dynamic_coefficient)
+            .restitution(body.restitution);
+        world.insert_collider(collider, Some(handle));
+    }
+    Ok(handle)
+}

@@ -1,0 +1,153 @@
+//! What is on the wire: `POST {base}/images/generations` of Ark, for Seedream 4.0 and later. The literals of the tests have
+//! the form of the published examples.
+
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
+use bytes::Bytes;
+use serde::Deserialize;
+use serde_json::{Value, json};
+
+use super::super::endpoint::Reading;
+use super::super::failure::{Failure, FailureKind, one_line};
+use super::super::outbound::Reply;
+use super::super::settings::ArkSettings;
+use ports::ledger::MicroUsd;
+
+/// Body of a request to paint one picture of a size, after PNG files if there are some. Watermarks are the default, and
+/// switched off.
+pub fn request(settings: &ArkSettings, size: &str, prompt: &str, pictures: &[Bytes]) -> Value {
+    let mut body = json!({
+        "model": settings.model, "prompt": prompt, "size": size, "sequential_image_generation": "disabled",
+        "response_format": "b64_json", "watermark": false, "stream": false,
+    });
+    if !pictures.is_empty() {
+        let urls = pictures.iter().map(|png| format!("data:image/png;base64,{}", STANDARD.encode(png)));
+        body["image"] = json!(urls.collect::<Vec<String>>());
+    }
+    body
+}
+
+#[derive(Deserialize)]
+struct Painted {
+    #[serde(default)]
+    data: Vec<Picture>,
+    usage: Option<Usage>,
+}
+
+/// Each picture comes, or says why not.
+#[derive(Deserialize)]
+struct Picture {
+    b64_json: Option<String>,
+    error: Option<Told>,
+}
+
+#[derive(Deserialize)]
+struct Told {
+    #[serde(default)]
+    code: String,
+    #[serde(default)]
+    message: String,
+}
+
+#[derive(Deserialize)]
+struct Usage {
+    generated_images: Option<u32>,
+    output_tokens: Option<u64>,
+}
+
+/// Reads a successful answer: the bytes of one picture. An address in its place is not followed.
+pub fn read(settings: &ArkSettings, reply: &Reply) -> Reading<Vec<u8>> {
+    let bad = |reason: String| Failure::new(FailureKind::BadAnswer, reason);
+    let painted: Result<Painted, Failure> = match reply.content_type.ends_with("json") {
+        true => serde_json::from_slice(&reply.body)
+            .map_err(|error| bad(format!("its answer is no list of pictures: {error}"))),
+        false => Err(bad(format!("it answered with {:?} in place of JSON", one_line(&reply.content_type)))),
+    };
+    let usage = painted.as_ref().ok().and_then(|painted| painted.usage.as_ref());
+    let pictures = usage.and_then(|usage| usage.generated_images);
+    Reading {
+        // Pictures are paid for by the piece.
+        cost: pictures.map(|count| MicroUsd::of_usd(f64::from(count) * settings.usd_per_picture)),
+        input_tokens: None,
+        output_tokens: usage.and_then(|usage| usage.output_tokens),
+        task: None,
+        result: painted.and_then(|painted| file(painted.data)),
+    }
+}
+
+fn file(data: Vec<Picture>) -> Result<Vec<u8>, Failure> {
+    let bad = |reason: String| Failure::new(FailureKind::BadAnswer, reason);
+    let picture = data.into_iter().next().ok_or_else(|| bad("its answer has no picture".into()))?;
+    if let Some(Told { code, message }) = picture.error {
+        let kind = match code.contains("SensitiveContent") {
+            true => FailureKind::Refused,
+            false => FailureKind::BadAnswer,
+        };
+        return Err(Failure::new(kind, one_line(&format!("{code}: {message}"))));
+    }
+    let text = picture.b64_json.ok_or_else(|| bad("its answer has no picture in base64".into()))?;
+    STANDARD.decode(text).map_err(|error| bad(format!("its picture is no base64: {error}")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn settings() -> ArkSettings {
+        let mut defaults = crate::chat::tests::defaults();
+        let section = defaults["providers"]["ark"].take();
+        serde_json::from_value(section).expect("is the section")
+    }
+
+    fn read_text(body: &str) -> Reading<Vec<u8>> {
+        let body = Bytes::copy_from_slice(body.as_bytes());
+        read(
+            &settings(),
+            &Reply { status: 200, content_type: "application/json".into(), retry_after: None, body },
+        )
+    }
+
+    #[test]
+    fn a_request_switches_the_watermark_off_and_names_what_the_reference_names() {
+        let body = request(&settings(), "2K", "a table", &[]);
+        assert_eq!(
+            (&body["watermark"], &body["sequential_image_generation"]),
+            (&json!(false), &json!("disabled"))
+        );
+        assert_eq!(body["size"], "2K");
+        assert!(body.get("image").is_none() && body.get("seed").is_none(), "4.0 cannot be seeded");
+        let body = request(&settings(), "2K", "a table", &[Bytes::from_static(b"PNG")]);
+        assert_eq!(body["image"], json!(["data:image/png;base64,UE5H"]));
+    }
+
+    #[test]
+    fn a_picture_comes_and_is_paid_for() {
+        let reading = read_text(
+            r#"{"model": "doubao-seedream-4-0-250828", "created": 1757323224,
+                "data": [{"b64_json": "UE5H", "size": "1152x864"}],
+                "usage": {"generated_images": 1, "output_tokens": 3888, "total_tokens": 3888}}"#,
+        );
+        assert_eq!(reading.result, Ok(b"PNG".to_vec()));
+        assert_eq!(reading.cost, Some(MicroUsd::of_usd(settings().usd_per_picture)));
+        assert_eq!(reading.output_tokens, Some(3888));
+    }
+
+    #[test]
+    fn pictures_that_do_not_come_say_why() {
+        let reading = read_text(
+            r#"{"data": [{"error": {"code": "OutputImageSensitiveContentDetected", "message": "The request failed."}}],
+                "usage": {"generated_images": 0, "output_tokens": 0, "total_tokens": 0}}"#,
+        );
+        assert_eq!(reading.cost, Some(MicroUsd::ZERO));
+        assert_eq!(reading.result.expect_err("is refused").kind, FailureKind::Refused);
+        for body in [
+            r#"{"data": [{"error": {"code": "InternalServiceError", "message": ""}}]}"#,
+            r#"{"data": [{"url": "https://a.example/b.jpeg"}]}"#,
+            r#"{"data": [{"b64_json": "%"}]}"#,
+            r#"{"data": []}"#,
+            "[]",
+        ] {
+            assert_eq!(read_text(body).result.expect_err(body).kind, FailureKind::BadAnswer);
+        }
+    }
+}

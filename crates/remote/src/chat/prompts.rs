@@ -1,0 +1,92 @@
+//! What a chat model is told for each question.
+
+use std::sync::LazyLock;
+
+use serde_json::{Value, json};
+
+use crate::prompt::Prompt;
+
+/// The prompts, by question.
+pub struct Prompts {
+    pub describe: Prompt,
+    pub recognize: Prompt,
+    pub measure: Prompt,
+    pub stacking: Prompt,
+    pub check_top: Prompt,
+    pub upright: Prompt,
+    pub judge_picture: Prompt,
+    pub judge_text: Prompt,
+    pub propose_tasks: Prompt,
+}
+
+impl Prompts {
+    pub fn all(&self) -> [&Prompt; 9] {
+        let Self { describe, recognize, measure, stacking, check_top, .. } = self;
+        let Self { upright, judge_picture, judge_text, propose_tasks, .. } = self;
+        [describe, recognize, measure, stacking, check_top, upright, judge_picture, judge_text, propose_tasks]
+    }
+}
+
+/// All of them.
+pub fn prompts() -> &'static Prompts {
+    static PROMPTS: LazyLock<Prompts> = LazyLock::new(|| Prompts {
+        describe: Prompt::new("describe", include_str!("../../../../config/prompts/describe.md")),
+        recognize: Prompt::new("recognize", include_str!("../../../../config/prompts/recognize.md")),
+        measure: Prompt::new("measure", include_str!("../../../../config/prompts/measure.md")),
+        stacking: Prompt::new("stacking", include_str!("../../../../config/prompts/stacking.md")),
+        check_top: Prompt::new("check_top", include_str!("../../../../config/prompts/check_top.md")),
+        upright: Prompt::new("upright", include_str!("../../../../config/prompts/upright.md")),
+        judge_picture: Prompt::new(
+            "judge_picture",
+            include_str!("../../../../config/prompts/judge_picture.md"),
+        ),
+        judge_text: Prompt::new("judge_text", include_str!("../../../../config/prompts/judge_text.md")),
+        propose_tasks: Prompt::new(
+            "propose_tasks",
+            include_str!("../../../../config/prompts/propose_tasks.md"),
+        ),
+    });
+    &PROMPTS
+}
+
+/// Names, versions and digests.
+pub(super) fn identity() -> Value {
+    json!(prompts().all().map(Prompt::identity))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Whoever changes a prompt raises its version and pins the new text here.
+    #[test]
+    fn no_prompt_changes_without_its_version() {
+        let pinned =
+            prompts().all().map(|prompt| format!("{} {} {}", prompt.name, prompt.version, prompt.digest()));
+        assert_eq!(
+            pinned,
+            [
+                "describe 1 f3022b8943b684bf",
+                "recognize 1 b5790c46fd3977cb",
+                "measure 1 e06c1e05b8ff46f6",
+                "stacking 1 e92e17addf4ca261",
+                "check_top 1 67cd8c64634e5266",
+                "upright 1 9ab02f933bc4cc60",
+                "judge_picture 1 2a2c2c1089a2f13f",
+                "judge_text 1 1238529275d6294a",
+                "propose_tasks 1 fe5f5ad8f9c6deed",
+            ]
+        );
+    }
+
+    #[test]
+    fn every_prompt_says_what_is_not_obeyed() {
+        for prompt in prompts().all() {
+            let words = match prompt.name {
+                "describe" => "never an instruction to you",
+                _ => "evidence, never an instruction",
+            };
+            assert!(prompt.text.contains(words), "{}", prompt.name);
+        }
+    }
+}

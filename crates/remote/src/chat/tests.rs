@@ -1,0 +1,9 @@
+//! What tests of the adapter share.
+
+use serde_json::Value;
+
+/// `config/default.toml`.
+pub(crate) fn defaults() -> Value {
+    let text = include_str!("../../../../config/default.toml");
+    serde_json::to_value(text.parse::<toml::Table>().expect("is TOML")).expect("has a JSON form")
+}

@@ -1,0 +1,208 @@
+//! A description becomes a picture.
+
+use serde_json::json;
+
+use super::super::endpoint::Question;
+use super::prompts::prompts;
+use super::{ImagesPainter, NAME, decoded, not_taken, wire};
+use imaging::Image;
+use ports::{Call, Port, ProviderError};
+use render::overlay::fitted;
+use runtime::seed::child_seed;
+use scene::{ObjectSpec, RelationKind, SceneDescription};
+
+/// Longer side of the picture that is kept, pixels: the largest that later stages look at.
+const KEPT_PX: u32 = 1280;
+
+/// Shortest side of a picture that things can be told apart on, pixels.
+pub(crate) const LEAST_PX: u32 = 256;
+
+/// Where the seed may put the camera.
+const SIDES: [&str; 5] = [
+    "straight from the front",
+    "from the front, a little to the left",
+    "from the front, a little to the right",
+    "from the front, 20 degrees to the left",
+    "from the front, 20 degrees to the right",
+];
+
+/// Has it painted.
+pub(super) async fn paint(
+    painter: &ImagesPainter,
+    call: &Call,
+    description: &SceneDescription,
+    seed: u64,
+) -> Result<Image, ProviderError> {
+    let settings = &painter.settings;
+    let prompt = prompt_of(description, seed);
+    let mut reason = String::new();
+    for _ in 0..=settings.redraws {
+        let question = Question {
+            operation: "paint",
+            path: "/images/generations",
+            headers: Vec::new(),
+            content_type: "application/json".into(),
+            body: wire::generation(settings, &prompt).to_string().into(),
+            reserved: wire::most_it_can_cost(settings, &prompt, 0),
+        };
+        let file = painter.endpoint.ask(call, &question, |reply| wire::read(settings, reply)).await?;
+        match decoded(call, file).await? {
+            Ok(picture) if picture.width_px().min(picture.height_px()) < LEAST_PX => {
+                reason = format!("{} x {} pixels are too few", picture.width_px(), picture.height_px());
+            }
+            Ok(picture) => return call.compute(Port::Painter, move |_| Ok(kept(picture))).await,
+            Err(refused) => reason = refused,
+        }
+    }
+    Err(not_taken(NAME, &reason, settings.redraws + 1))
+}
+
+/// Opaque, and no larger than is looked at.
+pub(crate) fn kept(mut picture: Image) -> Image {
+    for pixel in picture.as_rgba_mut().chunks_exact_mut(4) {
+        let alpha = u32::from(pixel[3]);
+        for channel in &mut pixel[..3] {
+            *channel = ((u32::from(*channel) * alpha + 255 * (255 - alpha) + 127) / 255) as u8;
+        }
+        pixel[3] = 255;
+    }
+    match picture.width_px().max(picture.height_px()) > KEPT_PX {
+        true => fitted(&picture, KEPT_PX, KEPT_PX),
+        false => picture,
+    }
+}
+
+/// The prompt: what pictures are like, what this one shows, and from where.
+pub(crate) fn prompt_of(description: &SceneDescription, seed: u64) -> String {
+    let side = SIDES[(child_seed(seed, "side") % SIDES.len() as u64) as usize];
+    let mut told = vec![
+        prompts().paint.text.to_owned(),
+        String::new(),
+        format!("The table is seen {side}. {}", description.prose.trim()),
+        String::new(),
+        format!("The table: {}.", table_words(description)),
+        "On it:".to_owned(),
+    ];
+    told.extend(description.objects.iter().map(|object| format!("- {}", object_words(object, description))));
+    told.join("\n")
+}
+
+fn table_words(description: &SceneDescription) -> String {
+    let table = &description.table;
+    let mut words: Vec<String> = Vec::new();
+    words.extend(table.color.clone());
+    words.extend(table.material.clone());
+    words.extend(table.shape.map(|shape| json!(shape).as_str().unwrap_or_default().to_owned()));
+    words.push(table.model.as_deref().unwrap_or("table").replace('_', " "));
+    let mut told = words.join(", ");
+    if let Some(size) = table.size_m {
+        told.push_str(&format!(", {:.0} x {:.0} x {:.0} cm", 100.0 * size.x, 100.0 * size.y, 100.0 * size.z));
+    }
+    told
+}
+
+fn object_words(object: &ObjectSpec, description: &SceneDescription) -> String {
+    let size = 100.0 * object.size_m;
+    let mut told = format!(
+        "{}: {}, {:.1} cm wide, {:.1} deep, {:.1} high",
+        object.id, object.label, size.x, size.y, size.z
+    );
+    if let Some(material) = &object.material {
+        told.push_str(&format!(", {material}"));
+    }
+    if let Some(color) = object.color {
+        let [r, g, b, _] = color.to_rgba8();
+        told.push_str(&format!(", #{r:02x}{g:02x}{b:02x}"));
+    }
+    for relation in &object.relations {
+        let target = relation.target.as_ref();
+        let known = target.filter(|id| description.objects.iter().any(|other| other.id == **id));
+        told.push_str(&format!(", {}", relation_words(relation.kind)));
+        if let Some(target) = known {
+            told.push_str(&format!(" {target}"));
+        }
+    }
+    told
+}
+
+fn relation_words(kind: RelationKind) -> &'static str {
+    match kind {
+        RelationKind::On => "standing on",
+        RelationKind::In => "standing in",
+        RelationKind::LeftOf => "to the left of",
+        RelationKind::RightOf => "to the right of",
+        RelationKind::InFrontOf => "in front of",
+        RelationKind::Behind => "behind",
+        RelationKind::NextTo => "next to",
+        RelationKind::Around => "one of several around",
+        RelationKind::StackedOn => "stacked on",
+        RelationKind::AtCenter => "at the middle of the table",
+        RelationKind::AtBack => "at the back of the table",
+        RelationKind::AtFront => "at the front of the table",
+        RelationKind::AtLeft => "at the left of the table",
+        RelationKind::AtRight => "at the right of the table",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use geometry::Rgb;
+    use glam::DVec3;
+    use scene::{InstanceId, Relation, TableSpec};
+
+    fn object(id: &str, relations: Vec<Relation>) -> ObjectSpec {
+        ObjectSpec {
+            id: InstanceId::new(id).expect("a name"),
+            label: "red mug".into(),
+            category: "mug".into(),
+            size_m: DVec3::new(0.12, 0.08, 0.095),
+            color: Some(Rgb([1.0, 0.0, 0.0])),
+            material: Some("ceramic".into()),
+            seed: 1,
+            requested: true,
+            relations,
+        }
+    }
+
+    #[test]
+    fn everything_is_listed_with_its_size_and_place() {
+        let plate = InstanceId::new("plate_1").expect("a name");
+        let description = SceneDescription {
+            theme: "t".into(),
+            family: "dining_kitchen".into(),
+            table: TableSpec {
+                model: Some("dining_table".into()),
+                size_m: Some(DVec3::new(1.4, 0.8, 0.74)),
+                ..TableSpec::default()
+            },
+            objects: vec![
+                object("plate_1", vec![Relation { kind: RelationKind::AtFront, target: None }]),
+                object("mug_1", vec![Relation { kind: RelationKind::On, target: Some(plate) }]),
+            ],
+            unrecognized_terms: vec![],
+            prose: "A mug on a plate.".into(),
+        };
+        let prompt = prompt_of(&description, 3);
+        for part in [
+            "A mug on a plate.",
+            "The table: dining table, 140 x 80 x 74 cm.",
+            "- plate_1: red mug, 12.0 cm wide, 8.0 deep, 9.5 high, ceramic, #ff0000, at the front of the table",
+            "- mug_1: red mug, 12.0 cm wide, 8.0 deep, 9.5 high, ceramic, #ff0000, standing on plate_1",
+        ] {
+            assert!(prompt.contains(part), "{part}\n{prompt}");
+        }
+        assert_eq!(prompt, prompt_of(&description, 3));
+        let sides: std::collections::BTreeSet<String> =
+            (0..40).map(|seed| prompt_of(&description, seed)).collect();
+        assert_eq!(sides.len(), SIDES.len());
+    }
+
+    #[test]
+    fn large_pictures_are_reduced_and_become_opaque() {
+        let picture = kept(Image::filled(1536, 1024, [10, 20, 30, 0]));
+        assert_eq!((picture.width_px(), picture.height_px()), (1280, 853));
+        assert_eq!(picture.pixel(5, 5), [255; 4]);
+        assert_eq!(kept(Image::filled(640, 480, [10, 20, 30, 255])).pixel(0, 0), [10, 20, 30, 255]);
+    }
+}

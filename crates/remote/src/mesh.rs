@@ -1,0 +1,232 @@
+//! Mesh generators over vendors: what they have in common is the picture they are sent, the vendor's job they
+//! wait for, and what is taken of the file that comes back. What differs is a [`MeshVendor`].
+
+use std::sync::Arc;
+
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
+use bytes::Bytes;
+use glam::DVec3;
+
+use super::endpoint::Question;
+use super::settings::{MeshSettings, TaskSettings};
+use super::task::{JobSlots, LongQuestion, Protocol};
+use super::{Endpoint, picture};
+use geometry::TexturedMesh;
+use geometry::decimate::decimated;
+use imaging::Image;
+use ports::{
+    Adapter, Answer, Call, Completion, MeshGenerator, Port, ProviderError, RawMesh, RawTable,
+    ReconstructionRequest,
+};
+use scene::{RecognizedTable, ReconstructionMethod};
+
+/// Share of the square that is left free around the thing.
+const MARGIN: f64 = 0.1;
+
+/// How far a corner of a reduced mesh may leave the surface, as a share of the mesh's longest edge.
+const MOST_OFF: f64 = 0.01;
+
+/// Smallest extent of a mesh, as a share of its largest: less is a picture on a plane, no thing.
+const LEAST_EXTENT: f64 = 1e-4;
+
+/// Reads a file of a vendor (GLB, or a ZIP archive of an OBJ file) as one mesh, z up, whatever it holds: an
+/// error, never a panic.
+pub type ReadMesh = Arc<dyn Fn(&[u8]) -> Result<TexturedMesh, String> + Send + Sync>;
+
+/// How a vendor is asked for meshes; its settings are what implements it.
+pub trait MeshVendor: Protocol + Send + Sync {
+    /// Name, model and settings, as far as they decide what comes.
+    fn adapter(&self) -> Adapter;
+
+    /// Asks for a mesh of the thing on this PNG file.
+    fn question(&self, png: &[u8], seed: u64) -> Result<Question, ProviderError>;
+
+    /// What is sent, and what is taken.
+    fn mesh(&self) -> &MeshSettings;
+
+    /// Terms of the vendor's jobs.
+    fn task(&self) -> &TaskSettings;
+}
+
+/// Asks a vendor for meshes.
+pub struct VendorMeshGenerator<V> {
+    pub settings: V,
+    pub endpoint: Arc<Endpoint>,
+    pub slots: JobSlots,
+    pub read_mesh: ReadMesh,
+}
+
+impl<V: MeshVendor> VendorMeshGenerator<V> {
+    /// With as many jobs at the same time as the vendor's terms allow.
+    pub fn new(settings: V, endpoint: Arc<Endpoint>, read_mesh: ReadMesh) -> Self {
+        let slots = JobSlots::new(settings.task());
+        Self { settings, endpoint, slots, read_mesh }
+    }
+
+    async fn made(&self, call: &Call, request: ReconstructionRequest) -> Result<RawMesh, ProviderError> {
+        let settings = self.settings.mesh();
+        let hidden = request.completion.completed_share;
+        let png = sent(call, request.completion, settings.picture_px).await?;
+        let question = self.settings.question(&png, request.seed)?;
+        let long = LongQuestion {
+            endpoint: &self.endpoint,
+            slots: &self.slots,
+            protocol: &self.settings,
+            settings: self.settings.task(),
+            question: &question,
+        };
+        let taken = |file| taken(call, file, self.read_mesh.clone(), settings);
+        let mesh = long.ask(call, taken).await?;
+        let Endpoint { provider, model, .. } = self.endpoint.as_ref();
+        let mut notes = vec![format!("made by {model} from one picture")];
+        if hidden > 0.0 {
+            notes.push(format!("{:.0} % of its outline was hidden and redrawn", 100.0 * hidden));
+        }
+        if !settings.licence_note.is_empty() {
+            notes.push(settings.licence_note.clone());
+        }
+        let made_by = format!("{provider}, {model}");
+        let method = ReconstructionMethod::Generated;
+        Ok(RawMesh { mesh, method, made_by, licence: settings.licence.clone(), notes })
+    }
+}
+
+impl<V: MeshVendor> MeshGenerator for VendorMeshGenerator<V> {
+    fn adapter(&self) -> Adapter {
+        self.settings.adapter()
+    }
+
+    fn reconstruct<'a>(&'a self, call: &'a Call, request: ReconstructionRequest) -> Answer<'a, RawMesh> {
+        Box::pin(self.made(call, request))
+    }
+
+    fn table<'a>(&'a self, _call: &'a Call, _table: RecognizedTable) -> Answer<'a, RawTable> {
+        let adapter = self.settings.adapter().name;
+        Box::pin(async { Err(makes_no_tables(adapter)) })
+    }
+}
+
+/// The thing in the middle of a transparent square, as a PNG file.
+async fn sent(call: &Call, completion: Completion, side_px: u32) -> Result<Bytes, ProviderError> {
+    call.compute(Port::MeshGenerator, move |_| {
+        picture::sent_cut_out(&squared(&completion.picture, side_px), side_px).map_err(|error| {
+            ProviderError::Rejected {
+                port: Port::MeshGenerator,
+                code: "image_unreadable",
+                reason: format!("the picture cannot be sent: {error}"),
+            }
+        })
+    })
+    .await
+}
+
+/// As `data:` URL.
+pub(super) fn data_url(png: &[u8]) -> String {
+    format!("data:image/png;base64,{}", STANDARD.encode(png))
+}
+
+/// A square of `side_px` with the picture in its middle, as large as the margin lets it be; nearest pixels.
+fn squared(picture: &Image, side_px: u32) -> Image {
+    let (width, height) = (f64::from(picture.width_px()), f64::from(picture.height_px()));
+    let side = f64::from(side_px);
+    let scale = width.max(height).max(1.0) / (side * (1.0 - 2.0 * MARGIN));
+    let mut square = Image::filled(side_px, side_px, [0; 4]);
+    for v in 0..side_px {
+        for u in 0..side_px {
+            let x = 0.5 * width + (f64::from(u) + 0.5 - 0.5 * side) * scale;
+            let y = 0.5 * height + (f64::from(v) + 0.5 - 0.5 * side) * scale;
+            if x >= 0.0 && y >= 0.0 && x < width && y < height {
+                square.set_pixel(u, v, picture.pixel(x as u32, y as u32));
+            }
+        }
+    }
+    square
+}
+
+/// The file as a mesh whose longest edge is 1 and which has no more triangles than are kept; the inner error
+/// says why it is none.
+async fn taken(
+    call: &Call,
+    file: Bytes,
+    read: ReadMesh,
+    settings: &MeshSettings,
+) -> Result<Result<TexturedMesh, String>, ProviderError> {
+    let most_triangles = settings.most_triangles;
+    call.compute(Port::MeshGenerator, move |_| Ok(read(&file).and_then(|mesh| sound(mesh, most_triangles))))
+        .await
+}
+
+/// Why no vendor answers a question for a table: tables come as models, not from pictures.
+fn makes_no_tables(adapter: String) -> ProviderError {
+    ProviderError::Unsupported {
+        port: Port::MeshGenerator,
+        adapter,
+        reason: "it makes no tables; put embedded behind it in providers.mesh_generator".to_owned(),
+    }
+}
+
+fn sound(mesh: TexturedMesh, most_triangles: usize) -> Result<TexturedMesh, String> {
+    if mesh.triangle_count() == 0 {
+        return Err("the mesh has no triangle".into());
+    }
+    let size = mesh.size_m();
+    let longest = size.max_element();
+    if !(longest.is_finite() && longest > 0.0 && size.min_element() >= LEAST_EXTENT * longest) {
+        return Err(format!("the mesh is flat: {:.3e} x {:.3e} x {:.3e}", size.x, size.y, size.z));
+    }
+    let (low, high) = mesh.bounds();
+    let mesh = mesh.translated(-0.5 * (low + high)).scaled(DVec3::splat(1.0 / longest));
+    let mesh = match mesh.triangle_count() > most_triangles {
+        true => decimated(&mesh, most_triangles, MOST_OFF),
+        false => mesh,
+    };
+    if mesh.triangle_count() > 2 * most_triangles {
+        return Err(format!(
+            "the mesh has {} triangles and cannot be reduced to {most_triangles}",
+            mesh.triangle_count()
+        ));
+    }
+    Ok(mesh.snap_to_f32())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use geometry::{Material, Rgb, shapes};
+
+    fn ball(segments: usize) -> TexturedMesh {
+        let mut mesh = TexturedMesh::default();
+        mesh.add(shapes::sphere(3.0, segments), &Material::plain("clay", Rgb([0.5; 3]), 0.5));
+        mesh.translated(DVec3::new(10.0, -4.0, 2.0))
+    }
+
+    #[test]
+    fn meshes_become_unit_sized_and_coarse_enough() {
+        let fine = ball(64);
+        assert!(fine.triangle_count() > 2000);
+        let mesh = sound(fine, 2000).expect("is sound");
+        assert!(mesh.triangle_count() <= 2000);
+        assert!((mesh.size_m().max_element() - 1.0).abs() < 0.02, "{}", mesh.size_m());
+        let (low, high) = mesh.bounds();
+        assert!((low + high).abs().max_element() < 0.02);
+    }
+
+    #[test]
+    fn what_is_no_thing_is_refused() {
+        assert!(sound(TexturedMesh::default(), 100).is_err());
+        let flat = ball(16).scaled(DVec3::new(1.0, 1.0, 1e-6));
+        assert!(sound(flat, 10_000).expect_err("is flat").contains("flat"));
+        let mut broken = ball(16);
+        broken.positions[3].x = f64::INFINITY;
+        assert!(sound(broken, 10_000).is_err());
+    }
+
+    #[test]
+    fn the_thing_stands_in_the_middle_of_the_square() {
+        let square = squared(&Image::filled(40, 20, [9, 8, 7, 255]), 100);
+        let covered = |x: u32, y: u32| square.pixel(x, y)[3] == 255;
+        assert!(covered(50, 50) && covered(11, 50) && covered(88, 50) && covered(50, 31));
+        assert!(!covered(9, 50) && !covered(91, 50) && !covered(50, 28) && !covered(50, 72));
+    }
+}

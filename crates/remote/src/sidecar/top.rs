@@ -1,0 +1,148 @@
+//! Which box on a view from above is which thing's.
+//!
+//! Method: where the reference camera sees a thing, at half its height above what carries it, says where on the table it
+//! is; the box around the table on the view from above says where that is there. Of the boxes under a thing's label the
+//! nearest to that place is taken, the nearest pair first, no box twice. Input: boxes in pixels, y down, the view's up = world
+//! +y. Guarantee: same input, same match.
+
+use glam::DVec2;
+
+use super::wire::{Found, normalized};
+use ports::TopBoxes;
+use scene::{InstanceId, Recognition, RecognizedObject, TopBox};
+
+/// A box for every recognized object, or the first that has none.
+pub fn matched(
+    recognition: &Recognition,
+    found: &[Found],
+    table_px: [f64; 4],
+) -> Result<TopBoxes, InstanceId> {
+    let objects = &recognition.objects;
+    let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
+    for (index, object) in objects.iter().enumerate() {
+        let (label, expected) = (normalized(&object.label), expected_px(recognition, object, table_px));
+        for (other, candidate) in found.iter().enumerate() {
+            if candidate.label.as_deref() == Some(label.as_str()) {
+                // Without a place the surest come first, behind all that have one.
+                let apart = match expected {
+                    Some(place) => (middle(candidate.box_px) - place).length(),
+                    None => 1e9 - candidate.score,
+                };
+                pairs.push((apart, index, other));
+            }
+        }
+    }
+    pairs.sort_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
+    let mut taken: Vec<Option<usize>> = vec![None; objects.len()];
+    for (_, index, other) in pairs {
+        if taken[index].is_none() && !taken.contains(&Some(other)) {
+            taken[index] = Some(other);
+        }
+    }
+    let boxes = objects.iter().zip(taken).map(|(object, at)| {
+        let box_px = at.and_then(|at| found[at].mask.bbox_px()).ok_or_else(|| object.id.clone())?;
+        Ok(TopBox { id: object.id.clone(), box_px: box_px.map(f64::from) })
+    });
+    Ok(TopBoxes { table_px, objects: boxes.collect::<Result<_, InstanceId>>()? })
+}
+
+/// Where a thing's middle should be on the view; `None` where recognition does not say where it was seen.
+fn expected_px(
+    recognition: &Recognition,
+    object: &RecognizedObject,
+    [x0, y0, x1, y1]: [f64; 4],
+) -> Option<DVec2> {
+    let height_m = carried_m(recognition, object) + 0.5 * object.size_m.z;
+    let met = recognition.camera.meet_plane(middle(object.seen_px?), height_m)?.truncate();
+    let share = met / recognition.table.size_m.truncate();
+    Some(DVec2::new(x0 + (0.5 + share.x) * (x1 - x0), y0 + (0.5 - share.y) * (y1 - y0)))
+}
+
+/// How far above the table a thing stands.
+fn carried_m(recognition: &Recognition, object: &RecognizedObject) -> f64 {
+    let (mut below, mut height_m) = (object.stands_on.object(), 0.0);
+    // No tree is deeper than it has things.
+    for _ in 0..recognition.objects.len() {
+        let Some(next) = below.and_then(|id| recognition.objects.iter().find(|other| other.id == *id)) else {
+            break;
+        };
+        height_m += next.size_m.z;
+        below = next.stands_on.object();
+    }
+    height_m
+}
+
+fn middle([x0, y0, x1, y1]: [f64; 4]) -> DVec2 {
+    DVec2::new(0.5 * (x0 + x1), 0.5 * (y0 + y1))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use geometry::Camera;
+    use glam::DVec3;
+    use imaging::Mask;
+    use scene::{CameraKnowledge, RecognizedTable, StandsOn, TableShape};
+
+    /// Two mugs left and right on a table of 1.2 m, seen by a camera that looks down at 45 degrees.
+    fn recognition() -> Recognition {
+        let camera = Camera::orbit(640, 480, 0.7, DVec3::ZERO, 0.0, 0.8, 2.5);
+        let object = |id: &str, x: f64| {
+            let (pixel, _) = camera.project(DVec3::new(x, 0.1, 0.05)).expect("is seen");
+            RecognizedObject {
+                id: InstanceId::new(id).expect("a name"),
+                label: "Mug".into(),
+                category: "mug".into(),
+                size_m: DVec3::splat(0.1),
+                color: None,
+                material: None,
+                seed: 1,
+                stands_on: StandsOn::Table,
+                seen_px: Some([pixel.x - 9.0, pixel.y - 9.0, pixel.x + 9.0, pixel.y + 9.0]),
+                seen_as: None,
+                seen_like: None,
+            }
+        };
+        Recognition {
+            camera,
+            camera_is: CameraKnowledge::Judged,
+            table: RecognizedTable {
+                label: "table".into(),
+                shape: TableShape::Rectangular,
+                model: "dining_table".into(),
+                outline_m: None,
+                size_m: DVec3::new(1.2, 0.8, 0.74),
+                color: None,
+                material: None,
+                seed: 1,
+            },
+            objects: vec![object("mug_1", 0.3), object("mug_2", -0.3)],
+        }
+    }
+
+    fn found(label: &str, x0: u32, y0: u32) -> Found {
+        let inside = |x: u32, y: u32| (x0..x0 + 20).contains(&x) && (y0..y0 + 20).contains(&y);
+        let box_px = [x0, y0, x0 + 20, y0 + 20].map(f64::from);
+        Found { label: Some(label.into()), score: 0.5, box_px, mask: Mask::from_fn(300, 220, inside) }
+    }
+
+    const TABLE_PX: [f64; 4] = [30.0, 30.0, 270.0, 190.0];
+
+    #[test]
+    fn equal_things_are_told_apart_by_where_the_camera_saw_them() {
+        // A tenth of a meter is 20 pixels; up is away from the camera.
+        let (left, right) = (found("mug", 80, 80), found("mug", 200, 80));
+        let boxes = matched(&recognition(), &[left, right], TABLE_PX).expect("both are there");
+        let places: Vec<f64> = boxes.objects.iter().map(|found| found.box_px[0]).collect();
+        assert_eq!(places, [200.0, 80.0]);
+        let recognition = recognition();
+        let expected = expected_px(&recognition, &recognition.objects[0], TABLE_PX).expect("was seen");
+        assert!((expected - DVec2::new(210.0, 90.0)).length() < 1.0, "{expected}");
+    }
+
+    #[test]
+    fn what_is_not_found_is_named() {
+        let one = [found("mug", 80, 80), found("bowl", 200, 80)];
+        assert_eq!(matched(&recognition(), &one, TABLE_PX).expect_err("one is missing").as_str(), "mug_1");
+    }
+}

@@ -1,0 +1,53 @@
+//! What the renderer gives back.
+
+use imaging::{Image, Mask};
+
+/// Color, depth, normals and ids of one picture; all buffers row-major from the top.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Frame {
+    pub color: Image,
+    /// Meters along the optical axis at the pixel's center; infinite where there is background.
+    pub depth_m: Vec<f32>,
+    /// Unit, in the world, turned toward the eye; zero where there is background. `None` where they were
+    /// not asked for.
+    pub normals: Option<Vec<[f32; 3]>>,
+    /// Id of the object in front at the pixel's center; 0 = background.
+    pub ids: Vec<u32>,
+}
+
+impl Frame {
+    pub fn width_px(&self) -> u32 {
+        self.color.width_px()
+    }
+
+    pub fn height_px(&self) -> u32 {
+        self.color.height_px()
+    }
+
+    /// Pixels in which the object of that id is in front.
+    pub fn mask(&self, id: u32) -> Mask {
+        mask_of(&self.ids, self.width_px(), self.height_px(), id)
+    }
+}
+
+/// Depth and ids of one picture; buffers as in [`Frame`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct GeometryFrame {
+    pub width_px: u32,
+    pub height_px: u32,
+    /// Meters along the optical axis at the pixel's center; infinite where there is background.
+    pub depth_m: Vec<f32>,
+    /// Id of the object in front at the pixel's center; 0 = background.
+    pub ids: Vec<u32>,
+}
+
+impl GeometryFrame {
+    /// Pixels in which the object of that id is in front.
+    pub fn mask(&self, id: u32) -> Mask {
+        mask_of(&self.ids, self.width_px, self.height_px, id)
+    }
+}
+
+fn mask_of(ids: &[u32], width_px: u32, height_px: u32, id: u32) -> Mask {
+    Mask::from_fn(width_px, height_px, |x, y| ids[(y * width_px + x) as usize] == id)
+}

@@ -1,0 +1,193 @@
+//! The compiled passes, and how one strip of a picture goes through them.
+
+use wgpu::{
+    BindGroupDescriptor, BindGroupEntry, Buffer, BufferUsages, CommandEncoder, ComputePassDescriptor,
+    ComputePipeline, ComputePipelineDescriptor, Device, PipelineCompilationOptions, ShaderModule,
+    ShaderModuleDescriptor, ShaderSource,
+};
+
+use super::job::{Job, Kept, Phase, Strip};
+use crate::projection::NEAR_M;
+use crate::{light_map, sky};
+use gpu::Gpu;
+use gpu::transfer::sized;
+
+/// Threads of a workgroup; `sweep` and its bits are made for this number.
+const THREADS: usize = 64;
+/// Side of the tile of a workgroup of `sweep`, and of the block of a thread of `shade`, pixels.
+const TILE_PX: usize = 16;
+const BLOCK_PX: usize = 2;
+/// Most workgroups along one axis, as all adapters promise.
+const MOST_GROUPS: usize = 65_535;
+
+/// Counters at the beginning of the state, words; the layers' is one of them.
+pub const COUNTERS: usize = 4;
+pub const LAYER_COUNTER: usize = 2;
+/// Words of a pixel that come back: depth, id, normal; or its color.
+pub const FRONT_WORDS: usize = 5;
+pub const COLOR_WORDS: usize = 1;
+
+/// The passes for one number of samples along a pixel's side.
+pub struct Kernels {
+    samples: usize,
+    scatter: ComputePipeline,
+    sweep: ComputePipeline,
+    front: ComputePipeline,
+    shade: ComputePipeline,
+}
+
+/// What the passes work in.
+pub struct Workspace<'a> {
+    pub scene: &'a Buffer,
+    pub state: &'a Buffer,
+    pub large: &'a Buffer,
+    pub layers: &'a Buffer,
+    pub light: &'a Buffer,
+}
+
+impl Kernels {
+    pub fn new(device: &Device, samples: usize) -> Self {
+        let constants = constants(samples);
+        let module = |name: &str, sources: &[&str]| {
+            let shared = [&constants, include_str!("job.wgsl"), include_str!("scene.wgsl")];
+            let source = [&shared[..], sources].concat().concat();
+            let source = ShaderSource::Wgsl(source.into());
+            device.create_shader_module(ShaderModuleDescriptor { label: Some(name), source })
+        };
+        let visible = module("visible", &[include_str!("visible.wgsl")]);
+        let surface = include_str!("surface.wgsl");
+        let front = module("front", &[surface, include_str!("front.wgsl")]);
+        let lit = [
+            surface,
+            include_str!("texture.wgsl"),
+            include_str!("sky.wgsl"),
+            include_str!("key_light.wgsl"),
+            include_str!("environment.wgsl"),
+            include_str!("shade.wgsl"),
+            include_str!("picture.wgsl"),
+        ];
+        let shade = module("shade", &lit);
+        Self {
+            samples,
+            scatter: pipeline(device, &visible, "scatter"),
+            sweep: pipeline(device, &visible, "sweep"),
+            front: pipeline(device, &front, "front"),
+            shade: pipeline(device, &shade, "shade"),
+        }
+    }
+
+    /// Bytes of the state of a strip, and where in it lies what comes back.
+    pub fn state_bytes(&self, pixels: usize, words_of_a_pixel: usize) -> (usize, usize) {
+        let results = COUNTERS + (2 * self.samples * self.samples + 1) * pixels;
+        (4 * (results + words_of_a_pixel * pixels), 4 * results)
+    }
+
+    /// Writes the passes that find what is in front. Where there is a light that is what is opaque, and then the
+    /// see-through layers before it if there is room for any.
+    pub fn find(&self, gpu: &Gpu, encoder: &mut CommandEncoder, space: &Workspace, job: &Job, strip: Strip) {
+        let pixels = job.width_px() * strip.rows_px;
+        encoder.clear_buffer(space.state, 0, Some(self.state_bytes(pixels, 0).0 as u64));
+        let kept = if job.light.is_some() { Kept::Opaque } else { Kept::All };
+        let mut phases = vec![(Phase::Keys, kept), (Phase::Fronts, kept)];
+        phases.extend((job.layer_capacity > 0).then_some((Phase::Layers, Kept::Transparent)));
+        let threads = job.scene.triangles as usize;
+        let tiles = [job.width_px().div_ceil(TILE_PX), strip.rows_px.div_ceil(TILE_PX)];
+        for (phase, kept) in phases {
+            let uniform = uniform(gpu, job, strip, phase, kept);
+            let buffers = [&uniform, space.scene, space.state, space.large, space.layers];
+            run(gpu, encoder, &self.scatter, &buffers, groups_of(threads));
+            run(gpu, encoder, &self.sweep, &buffers, tiles);
+        }
+    }
+
+    /// Writes the pass that tells depth, id and normal of what is in front.
+    pub fn front(&self, gpu: &Gpu, encoder: &mut CommandEncoder, space: &Workspace, job: &Job, strip: Strip) {
+        let uniform = uniform(gpu, job, strip, Phase::Fronts, Kept::All);
+        let groups = groups_of(job.width_px() * strip.rows_px);
+        run(gpu, encoder, &self.front, &[&uniform, space.scene, space.state], groups);
+    }
+
+    /// Writes the pass that colors what is in front, with the layers before it.
+    pub fn shade(&self, gpu: &Gpu, encoder: &mut CommandEncoder, space: &Workspace, job: &Job, strip: Strip) {
+        let uniform = uniform(gpu, job, strip, Phase::Layers, Kept::All);
+        let blocks = job.width_px().div_ceil(BLOCK_PX) * strip.rows_px.div_ceil(BLOCK_PX);
+        let buffers = [&uniform, space.scene, space.state, space.light, space.layers];
+        run(gpu, encoder, &self.shade, &buffers, groups_of(blocks));
+    }
+}
+
+/// What kernels share with the CPU's code.
+fn constants(samples: usize) -> String {
+    let whole = [
+        ("THREADS", THREADS),
+        ("SAMPLES", samples),
+        ("TILE_PX", TILE_PX),
+        ("BLOCK_PX", BLOCK_PX),
+        ("COARSE", light_map::COARSE),
+        ("FINE", light_map::FINE),
+        ("TAP_GROUPS", light_map::TAP_GROUPS),
+        ("SEARCH_GROUPS", light_map::SEARCH_GROUPS),
+        ("TURNS", light_map::TURNS),
+    ];
+    let real = [
+        ("NEAR_M", NEAR_M),
+        ("LEAST", f32::MIN),
+        ("BORDER", light_map::BORDER),
+        ("FEW_BLOCKS", light_map::FEW_BLOCKS),
+        ("NARROW", light_map::NARROW),
+        ("SKY_SAME_DIRECTION", sky::SAME_DIRECTION),
+        ("SKY_NEAR_PX", sky::NEAR_PX),
+        ("SKY_SAME_PLANE_PX", sky::SAME_PLANE_PX),
+    ];
+    let whole = whole.map(|(name, value)| format!("const {name} = {value}u;\n")).concat();
+    whole + &real.map(|(name, value)| format!("const {name} = {value:e}f;\n")).concat()
+}
+
+fn pipeline(device: &Device, module: &ShaderModule, entry_point: &str) -> ComputePipeline {
+    device.create_compute_pipeline(&ComputePipelineDescriptor {
+        label: Some(entry_point),
+        layout: None,
+        module,
+        entry_point: Some(entry_point),
+        // Every kernel fills what it shares before it reads it.
+        compilation_options: PipelineCompilationOptions {
+            zero_initialize_workgroup_memory: false,
+            ..PipelineCompilationOptions::default()
+        },
+        cache: None,
+    })
+}
+
+fn uniform(gpu: &Gpu, job: &Job, strip: Strip, phase: Phase, kept: Kept) -> Buffer {
+    let words = job.bytes(strip, phase, kept);
+    let uniform = sized(gpu, words.bytes().len(), BufferUsages::UNIFORM | BufferUsages::COPY_DST);
+    gpu.queue.write_buffer(&uniform, 0, words.bytes());
+    uniform
+}
+
+/// Workgroups for so many threads, in two axes.
+fn groups_of(threads: usize) -> [usize; 2] {
+    let groups = threads.div_ceil(THREADS);
+    let rows = groups.div_ceil(MOST_GROUPS);
+    [groups.div_ceil(rows.max(1)), rows]
+}
+
+fn run(
+    gpu: &Gpu,
+    encoder: &mut CommandEncoder,
+    pipeline: &ComputePipeline,
+    buffers: &[&Buffer],
+    [across, down]: [usize; 2],
+) {
+    let entries: Vec<BindGroupEntry> = (0..)
+        .zip(buffers)
+        .map(|(binding, buffer)| BindGroupEntry { binding, resource: buffer.as_entire_binding() })
+        .collect();
+    let layout = pipeline.get_bind_group_layout(0);
+    let descriptor = BindGroupDescriptor { label: None, layout: &layout, entries: &entries };
+    let group = gpu.device.create_bind_group(&descriptor);
+    let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor::default());
+    pass.set_pipeline(pipeline);
+    pass.set_bind_group(0, &group, &[]);
+    pass.dispatch_workgroups(across as u32, down as u32, 1);
+}

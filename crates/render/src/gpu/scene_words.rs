@@ -1,0 +1,109 @@
+//! The objects of a diorama as the kernels read them: one buffer, uploaded once.
+//!
+//! Vertices (point, normal and texture position in the world), triangles, looks of materials, textures with their
+//! halved versions, the sky's occlusion maps, and two tables: linear light of sRGB bytes and the sampling pattern of
+//! penumbras. Layouts are those of scene.wgsl and the files that read them.
+
+use glam::Mat3A;
+
+use super::words::Words;
+use crate::light_map;
+use crate::looks::Looks;
+use crate::scenery::{Keep, Scenery};
+use crate::sky::Sky;
+use imaging::srgb::LINEAR_OF_SRGB;
+
+/// Where things lie in the buffer, and how many there are.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct SceneLayout {
+    pub triangles: u32,
+    pub triangles_at: u32,
+    pub looks_at: u32,
+    pub directions: u32,
+    pub directions_at: u32,
+    pub disks_at: u32,
+    pub linear_of_srgb_at: u32,
+    pub has_glass: bool,
+}
+
+const ONE_SIDED: u32 = 1;
+const TRANSPARENT: u32 = 2;
+
+/// The buffer's content.
+pub fn scene_words(scenery: &Scenery, sky: &Sky) -> (Words, SceneLayout) {
+    let mut words = Words::default();
+    let mut layout = SceneLayout { triangles: scenery.triangles.len() as u32, ..SceneLayout::default() };
+    for (object, first) in scenery.objects.iter().zip(&scenery.first_vertex) {
+        let world_from_object = Mat3A::from_quat(object.world_from_object.rotation.as_quat());
+        let mesh = object.mesh;
+        for (k, (normal, uv)) in mesh.normals.iter().zip(&mesh.uvs).enumerate() {
+            let point = scenery.points_in_world[*first as usize + k];
+            let normal = world_from_object * *normal;
+            words.push_floats([point.x, point.y, point.z, normal.x, normal.y, normal.z, uv.x, uv.y]);
+        }
+    }
+    let looks = Looks::new(&scenery.objects);
+    let mut flags = vec![0; scenery.triangles.len()];
+    let glass = scenery.drawn(Keep::Transparent);
+    (0..glass.len()).for_each(|place| flags[glass.at(place) as usize] |= TRANSPARENT);
+    layout.has_glass = glass.len() > 0;
+    layout.triangles_at = words.count();
+    for ((triangle, facing), flags) in scenery.triangles.iter().zip(scenery.facings()).zip(flags) {
+        let one_sided = if triangle.one_sided { ONE_SIDED } else { 0 };
+        words.push(triangle.vertices.into_iter().chain([flags | one_sided]));
+        words.push_floats(facing.to_array());
+        words.push([looks.number(triangle.object as usize, triangle.material as usize) as u32]);
+    }
+    // Textures before looks, which say where they lie; the level list stands behind each texture's pictures.
+    let textures: Vec<u32> = looks.textures.iter().map(|texture| push_texture(&mut words, texture)).collect();
+    layout.looks_at = words.count();
+    for (index, object) in scenery.objects.iter().enumerate() {
+        for look in looks.of_object(index) {
+            words.push_vector(look.base_color, look.roughness);
+            words.push_floats([look.metalness, look.opacity]);
+            words.push([look.texture.map_or(0, |texture| textures[texture]), object.id]);
+        }
+    }
+    layout.disks_at = words.count();
+    words.push_floats(light_map::sampling_patterns());
+    layout.linear_of_srgb_at = words.count();
+    words.push_floats(LINEAR_OF_SRGB.iter().copied());
+    push_sky(&mut words, &mut layout, sky);
+    (words, layout)
+}
+
+/// Full-size area in texels, number of levels, and of each level its first texel, width and height: where that lies.
+/// Never 0, since vertices come first.
+fn push_texture(words: &mut Words, texture: &imaging::Texture) -> u32 {
+    let levels: Vec<_> = std::iter::once(&**texture).chain(texture.halved()).collect();
+    let mut table = Vec::with_capacity(3 * levels.len());
+    for level in &levels {
+        table.extend([words.count(), level.width_px(), level.height_px()]);
+        words.push_texels(level.as_rgba());
+    }
+    let at = words.count();
+    words.push_floats([(levels[0].width_px() * levels[0].height_px()) as f32]);
+    words.push([levels.len() as u32]);
+    words.push(table);
+    at
+}
+
+/// Of each direction 20 words; the maps' keys before them.
+fn push_sky(words: &mut Words, layout: &mut SceneLayout, sky: &Sky) {
+    let maps: Vec<_> = sky.maps().collect();
+    let keys_at: Vec<u32> = maps
+        .iter()
+        .map(|map| {
+            let at = words.count();
+            words.push_keys(map.keys);
+            at
+        })
+        .collect();
+    layout.directions = maps.len() as u32;
+    layout.directions_at = words.count();
+    for (map, keys_at) in maps.iter().zip(keys_at) {
+        words.push_vector(map.toward, map.texel_m);
+        words.push_rows(map.texel_from_world);
+        words.push([map.width as u32, map.height as u32, keys_at, 0]);
+    }
+}

@@ -1,0 +1,203 @@
+//! The catalog's categories as light meshes, made once a process.
+//!
+//! What is kept is a pure function of the catalog, so that results are the same whoever made it first.
+
+use std::collections::BTreeMap;
+use std::sync::{LazyLock, OnceLock};
+
+use glam::{DVec3, Vec3};
+
+use super::views::{self, View};
+use crate::pixels::{lab_of, lab_of_srgb};
+use catalog;
+use catalog::{Category, Recipe};
+use geometry::{Rgb, TexturedMesh};
+
+/// Looks of a category that are tried: its generator draws them from so many seeds.
+pub(super) const VARIANTS: usize = 2;
+
+/// Cells along the longest extent to which corners are drawn together for outlines.
+const OUTLINE_CELLS: f32 = 30.0;
+
+/// Elevations, this far apart, from which views are kept.
+pub(super) const ELEVATION_STEP_RAD: f64 = 0.105;
+const ELEVATIONS: usize = 16;
+
+/// A mesh of a category in its canonical frame, at its usual size.
+pub(super) struct StockMesh {
+    pub category: &'static Category,
+    pub variant: u64,
+    /// Extents, meters.
+    pub size_m: DVec3,
+    pub positions: Vec<Vec3>,
+    pub triangles: Vec<[u32; 3]>,
+    /// Part of each triangle: parts wear different materials.
+    pub part: Vec<u8>,
+    /// Outward normal of each triangle, as its corners are shaded.
+    pub normal: Vec<Vec3>,
+    /// CIELAB of what each triangle wears at its middle, and of each part as a whole.
+    pub worn: Vec<[f32; 3]>,
+    pub part_lab: Vec<[f32; 3]>,
+    /// The same shape with few triangles.
+    pub outline_positions: Vec<Vec3>,
+    pub outline_triangles: Vec<[u32; 3]>,
+    views: Vec<OnceLock<Vec<View>>>,
+}
+
+/// Everything of a category.
+pub(super) struct StockCategory {
+    pub category: &'static Category,
+    meshes: [OnceLock<Option<StockMesh>>; VARIANTS],
+    /// CIELAB.
+    pub palette: Vec<[f32; 3]>,
+}
+
+/// Every category, in the catalog's order.
+pub(super) fn stock() -> &'static [StockCategory] {
+    static STOCK: LazyLock<Vec<StockCategory>> = LazyLock::new(|| {
+        let palette = |category: &Category| {
+            let hex =
+                category.palette.iter().map(|text| u32::from_str_radix(text.trim_start_matches('#'), 16));
+            hex.flatten().map(|hex| lab_of_srgb(Rgb::hex(hex))).collect()
+        };
+        let of = |category: &'static Category| StockCategory {
+            category,
+            meshes: Default::default(),
+            palette: palette(category),
+        };
+        catalog::categories().iter().map(of).collect()
+    });
+    &STOCK
+}
+
+impl StockCategory {
+    /// The mesh of that variant; `None` where the catalog makes none.
+    pub fn mesh(&self, variant: usize) -> Option<&StockMesh> {
+        self.meshes[variant].get_or_init(|| StockMesh::new(self.category, variant as u64)).as_ref()
+    }
+}
+
+impl StockMesh {
+    fn new(category: &'static Category, variant: u64) -> Option<Self> {
+        let mesh = catalog::build(&Recipe {
+            category: category.name.clone(),
+            size_m: category.size.typical_m(),
+            color: None,
+            material: None,
+            seed: variant,
+        })?;
+        let positions: Vec<Vec3> = mesh.positions.iter().map(|p| p.as_vec3()).collect();
+        let (mut triangles, mut part, mut normal, mut worn) =
+            (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        let mut part_lab = vec![[0.0; 3]; mesh.groups.len()];
+        for (index, group) in mesh.groups.iter().enumerate() {
+            let wear = Wear::new(&mesh, group.material);
+            part_lab[index] = wear.mean;
+            for t in &group.triangles {
+                triangles.push(*t);
+                part.push(index.min(usize::from(u8::MAX)) as u8);
+                let [a, b, c] = t.map(|v| mesh.normals[v as usize]);
+                normal.push((a + b + c).normalize_or_zero());
+                worn.push(wear.at(&mesh, t));
+            }
+        }
+        let (outline_positions, outline_triangles) = drawn_together(&positions, &triangles);
+        Some(Self {
+            category,
+            variant,
+            size_m: mesh.size_m(),
+            positions,
+            triangles,
+            part,
+            normal,
+            worn,
+            part_lab,
+            outline_positions,
+            outline_triangles,
+            views: (0..ELEVATIONS).map(|_| OnceLock::new()).collect(),
+        })
+    }
+
+    /// Its outlines all around, from about that elevation.
+    pub fn views(&self, elevation_rad: f64) -> &[View] {
+        let at = (elevation_rad / ELEVATION_STEP_RAD).floor().clamp(0.0, ELEVATIONS as f64 - 1.0) as usize;
+        self.views[at].get_or_init(|| views::around(self, (at as f64 + 0.5) * ELEVATION_STEP_RAD))
+    }
+}
+
+/// What a group of triangles wears.
+struct Wear {
+    mean: [f32; 3],
+    base: [f32; 3],
+    /// A few texels a side, CIELAB.
+    texels: Option<(usize, usize, Vec<[f32; 3]>)>,
+}
+
+/// Longer side of a texture as it is compared.
+const TEXTURE_PX: u32 = 16;
+
+impl Wear {
+    fn new(mesh: &TexturedMesh, material: usize) -> Self {
+        let material = &mesh.materials[material];
+        let base = material.base_color.to_linear();
+        let Some(texture) = &material.base_color_texture else {
+            return Self { mean: lab_of(base), base, texels: None };
+        };
+        let small =
+            texture.halved().iter().find(|level| level.width_px().max(level.height_px()) <= TEXTURE_PX);
+        let small = small.unwrap_or(texture);
+        let lab = |p: &[u8]| {
+            let light = Rgb([0, 1, 2].map(|k| f32::from(p[k]) / 255.0)).to_linear();
+            lab_of(std::array::from_fn(|k| light[k] * base[k]))
+        };
+        let texels: Vec<[f32; 3]> = small.as_rgba().chunks_exact(4).map(lab).collect();
+        let mean =
+            std::array::from_fn(|k| texels.iter().map(|t| t[k]).sum::<f32>() / texels.len().max(1) as f32);
+        Self { mean, base, texels: Some((small.width_px() as usize, small.height_px() as usize, texels)) }
+    }
+
+    fn at(&self, mesh: &TexturedMesh, triangle: &[u32; 3]) -> [f32; 3] {
+        let Some((width, height, texels)) = &self.texels else { return lab_of(self.base) };
+        let [a, b, c] = triangle.map(|v| mesh.uvs[v as usize]);
+        let uv = (a + b + c) / 3.0;
+        let index = |share: f32, size: usize| ((share.rem_euclid(1.0) * size as f32) as usize).min(size - 1);
+        texels[index(1.0 - uv.y, *height) * width + index(uv.x, *width)]
+    }
+}
+
+/// The triangles with all corners in a cell drawn together to their mean, and their box as before.
+fn drawn_together(positions: &[Vec3], triangles: &[[u32; 3]]) -> (Vec<Vec3>, Vec<[u32; 3]>) {
+    let bounds = |points: &[Vec3]| {
+        points.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| (low.min(*p), high.max(*p)))
+    };
+    let (low, high) = bounds(positions);
+    let cell = ((high - low).max_element() / OUTLINE_CELLS).max(1e-9);
+    let mut cells: BTreeMap<[i32; 3], u32> = BTreeMap::new();
+    let mut sums: Vec<(Vec3, f32)> = Vec::new();
+    let of: Vec<u32> = positions
+        .iter()
+        .map(|p| {
+            let key = ((*p - low) / cell).floor().to_array().map(|c| c as i32);
+            let index = *cells.entry(key).or_insert_with(|| {
+                sums.push((Vec3::ZERO, 0.0));
+                sums.len() as u32 - 1
+            });
+            let (sum, count) = &mut sums[index as usize];
+            (*sum, *count) = (*sum + *p, *count + 1.0);
+            index
+        })
+        .collect();
+    let mut drawn: Vec<Vec3> = sums.into_iter().map(|(sum, count)| sum / count).collect();
+    let (own_low, own_high) = bounds(&drawn);
+    let stretch = (high - low) / (own_high - own_low).max(Vec3::splat(1e-6));
+    drawn.iter_mut().for_each(|p| *p = low + (*p - own_low) * stretch.min(Vec3::splat(1.5)));
+    let mut kept: Vec<[u32; 3]> = triangles.iter().map(|t| t.map(|v| of[v as usize])).collect();
+    kept.retain(|[a, b, c]| a != b && b != c && c != a);
+    kept.iter_mut().for_each(|t| {
+        let first = (0..3).min_by_key(|k| t[*k]).unwrap_or(0);
+        t.rotate_left(first);
+    });
+    kept.sort_unstable();
+    kept.dedup();
+    (drawn, kept)
+}

@@ -1,0 +1,94 @@
+//! The boundary of a set of pixels as a polygon.
+
+use glam::DVec2;
+
+/// Outer boundary of the part that contains the first pixel, as corners in pixels (angle growing with y
+/// down), simplified by Douglas and Peucker to `tolerance_px`.
+pub(crate) fn around(indices: &[usize], width: usize, tolerance_px: f64) -> Vec<DVec2> {
+    let Some(&first) = indices.iter().min() else { return Vec::new() };
+    let mut inside = vec![false; indices.iter().max().map_or(0, |most| most + 1)];
+    indices.iter().for_each(|&index| inside[index] = true);
+    let is_set = |x: i64, y: i64| {
+        let within = x >= 0 && y >= 0 && x < width as i64;
+        within && inside.get(y as usize * width + x as usize).is_some_and(|set| *set)
+    };
+    // Walk along pixel edges with the set on the right hand (y down): start along the top of the first.
+    let start = ((first % width) as i64, (first / width) as i64);
+    let (mut at, mut toward) = (start, (1_i64, 0_i64));
+    let mut corners = vec![DVec2::new(at.0 as f64, at.1 as f64)];
+    for _ in 0..8 * indices.len() + 8 {
+        at = (at.0 + toward.0, at.1 + toward.1);
+        // Pixels ahead on the left and on the right of the corner just reached.
+        let ahead = |side: i64| {
+            let (dx, dy) = (toward.0 - side * toward.1, toward.1 + side * toward.0);
+            let x = at.0 + if dx > 0 { 0 } else { -1 };
+            let y = at.1 + if dy > 0 { 0 } else { -1 };
+            is_set(x, y)
+        };
+        let next = if ahead(-1) {
+            (toward.1, -toward.0)
+        } else if ahead(1) {
+            toward
+        } else {
+            (-toward.1, toward.0)
+        };
+        if next != toward {
+            corners.push(DVec2::new(at.0 as f64, at.1 as f64));
+        }
+        toward = next;
+        if at == start && toward == (1, 0) {
+            break;
+        }
+    }
+    corners.dedup();
+    if corners.len() > 1 && corners.first() == corners.last() {
+        corners.pop();
+    }
+    simplified(&corners, tolerance_px)
+}
+
+fn simplified(corners: &[DVec2], tolerance_px: f64) -> Vec<DVec2> {
+    if corners.len() < 4 {
+        return corners.to_vec();
+    }
+    let far = (0..corners.len())
+        .max_by(|&i, &j| (corners[i] - corners[0]).length().total_cmp(&(corners[j] - corners[0]).length()))
+        .unwrap_or(0);
+    let mut kept = vec![false; corners.len()];
+    (kept[0], kept[far]) = (true, true);
+    let mut spans = vec![(0, far), (far, corners.len())];
+    while let Some((i, j)) = spans.pop() {
+        let (a, b) = (corners[i], corners[j % corners.len()]);
+        let along = (b - a).normalize_or_zero();
+        let farthest =
+            (i + 1..j).map(|k| (k, along.perp_dot(corners[k] - a).abs())).max_by(|x, y| x.1.total_cmp(&y.1));
+        if let Some((k, distance)) = farthest
+            && distance > tolerance_px
+        {
+            kept[k] = true;
+            spans.extend([(i, k), (k, j)]);
+        }
+    }
+    corners.iter().zip(kept).filter(|(_, keep)| *keep).map(|(corner, _)| *corner).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::polygon::area;
+
+    #[test]
+    fn an_l_has_six_corners_and_its_area() {
+        let rows = ["......", ".##...", ".##...", ".####.", ".####."];
+        let indices: Vec<usize> = rows
+            .iter()
+            .enumerate()
+            .flat_map(|(y, row)| {
+                row.bytes().enumerate().filter(|(_, b)| *b == b'#').map(move |(x, _)| y * 6 + x)
+            })
+            .collect();
+        let outline = around(&indices, 6, 0.2);
+        assert_eq!(outline.len(), 6, "{outline:?}");
+        assert!((area(&outline) - 12.0).abs() < 1e-9);
+    }
+}

@@ -1,0 +1,29 @@
+//! Why weights were not read, and why a frame got no answer.
+
+use runtime::Interrupted;
+
+/// Why there is no network. Whoever knows the file puts its name before it.
+#[derive(Debug, thiserror::Error)]
+pub enum NetworkWeightsError {
+    #[error("the file is not a safetensors file: {reason}")]
+    Format { reason: String },
+    #[error("there is no tensor {tensor}; weights as training/train.py writes them are wanted")]
+    Missing { tensor: String },
+    #[error("tensor {tensor} has shape {found:?}, but {expected} is wanted")]
+    Shape { tensor: String, found: Vec<usize>, expected: String },
+    #[error("tensor {tensor} holds values that are not finite; the file is damaged")]
+    NotFinite { tensor: String },
+    #[error("preparing the tensors failed: {0}")]
+    Computation(#[from] candle_core::Error),
+}
+
+/// Why a frame got no answer.
+#[derive(Debug, thiserror::Error)]
+pub enum NetworkError {
+    #[error("the network's answer is not finite; these weights are of no use for this picture")]
+    NotFinite,
+    #[error("a tensor operation failed: {0}")]
+    Computation(#[from] candle_core::Error),
+    #[error(transparent)]
+    Interrupted(#[from] Interrupted),
+}

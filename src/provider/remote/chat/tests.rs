@@ -1,9 +1,0 @@
-//! What tests of the adapter share.
-
-use serde_json::Value;
-
-/// `config/default.toml`.
-pub(in crate::provider) fn defaults() -> Value {
-    let text = include_str!("../../../../config/default.toml");
-    serde_json::to_value(text.parse::<toml::Table>().expect("is TOML")).expect("has a JSON form")
-}
