@@ -1,4 +1,5 @@
-"""`make demo`: a sentence and a picture go in, two bundles come out. Standard library only.
+"""`make demo`: a sentence and a picture go in, two bundles come out. Standard library only, of Python 3.9 or later;
+demo.sh does the same without a Python and without the server.
 
     python3 scripts/demo.py --binary target/release/tabletopgen [--out out] [--text T] [--picture F] [--seed N]
 
@@ -7,6 +8,7 @@ happens, downloads and unpacks both bundles, prints their certificates and stops
 """
 
 import argparse
+import contextlib
 import errno
 import shutil
 import signal
@@ -42,14 +44,13 @@ def main() -> int:
         picture = read_picture(arguments.picture)
         loopback_works()
         log.unlink(missing_ok=True)
-        with tempfile.TemporaryDirectory(prefix="tabletopgen-demo-", ignore_cleanup_errors=True) as data:
-            with Server(arguments.binary, Path(data), log) as server:
-                version = server.json("GET", "/version")["version"]
-                print(f"tabletopgen {version} listens on http://127.0.0.1:{server.port} (until this demo ends)\n")
-                print(f"the sentence: {arguments.text}")
-                make(server, server.submit_text(arguments.text, arguments.seed), arguments.out, "sentence")
-                print(f"the picture: {arguments.picture} ({len(picture)} bytes, nothing else is known about it)")
-                make(server, server.submit_picture(picture, arguments.seed), arguments.out, "picture")
+        with temporary_data() as data, Server(arguments.binary, data, log) as server:
+            version = server.json("GET", "/version")["version"]
+            print(f"tabletopgen {version} listens on http://127.0.0.1:{server.port} (until this demo ends)\n")
+            print(f"the sentence: {arguments.text}")
+            make(server, server.submit_text(arguments.text, arguments.seed), arguments.out, "sentence")
+            print(f"the picture: {arguments.picture} ({len(picture)} bytes, nothing else is known about it)")
+            make(server, server.submit_picture(picture, arguments.seed), arguments.out, "picture")
         print(f"done; look at {arguments.out}/sentence/preview and {arguments.out}/picture/preview,")
         print("or load a scene as the README.md beside it says; the server has stopped")
         return 0
@@ -64,6 +65,16 @@ def main() -> int:
         else:
             print(f"\nthe demo did not finish: {error}", file=sys.stderr)
     return 1
+
+
+@contextlib.contextmanager
+def temporary_data():
+    """A folder that is gone afterwards; what cannot be removed is no reason to fail."""
+    folder = Path(tempfile.mkdtemp(prefix="tabletopgen-demo-"))
+    try:
+        yield folder
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
 
 
 def make_room(out: Path):

@@ -35,7 +35,8 @@ def finish_setup(setup: subprocess.Popen):
 
 
 def judge(environment: Path, bundles, dss_bar=0.95, only=()) -> dict:
-    """The findings of judge.py, of all judges or only of those named; look at `accepted`."""
+    """The findings of judge.py, of all judges or only of those named; look at `accepted`. `left_out` are those that this
+    Python has no packages for."""
     command = [str(environment / "bin/python"), str(JUDGES / "judge.py"), "--json", "--dss-bar", str(dss_bar)]
     command += ["--only", ",".join(only)] if only else []
     run = subprocess.run(command + [str(bundle) for bundle in bundles], capture_output=True, text=True)

@@ -7,12 +7,14 @@ Stops at the first step that fails and says which; the last line is a summary ei
 
 import argparse
 import os
-import re
+import shutil
 import subprocess
 import sys
 import time
 from pathlib import Path
 
+import cargo_results
+import tools
 from generating import differing_files, generate
 from judging import JUDGE_NAMES, JUDGES, complaints, finish_setup, judge, start_setup
 from sentences import differences, sentences
@@ -20,7 +22,10 @@ from server import Problem
 
 ROOT = Path(__file__).resolve().parent.parent
 
+CARGO = os.environ.get("CARGO", "cargo")
 KILLS = 6
+# Where tests leave what the judges are asked about; not the target directory, of which they do not know.
+LEFT = ROOT / "target"
 
 
 def main() -> int:
@@ -34,12 +39,18 @@ def main() -> int:
 
     def finish_environment():
         finish_setup(setup)
-        return "ready"
+        return f"ready, of Python {sys.version_info[0]}.{sys.version_info[1]}"
 
     steps = [
-        ("formatting", lambda: cargo("fmt", "--check")),
-        ("clippy", lambda: cargo("clippy", "--locked", "--all-targets", "--", "-D", "warnings")),
-        ("cargo test", cargo_test),
+        # Those that answer within seconds come first.
+        ("architecture", lambda: cargo_test("--package", "tabletopgen-tidy")),
+        ("formatting", lambda: cargo("fmt", "--all", "--check")),
+        ("scripts", test_scripts),
+        ("dependencies", lambda: check_dependencies(target / "tools")),
+        ("clippy", lambda: cargo("clippy", "--workspace", "--locked", "--all-targets", "--", "-D", "warnings")),
+        ("documentation", document),
+        ("cargo test", test_workspace),
+        ("programs", build_programs),
         ("killed while models are asked", lambda: kill_sample(target)),
         ("judges' environment", finish_environment),
         ("layers of USD", lambda: judge_layers(environment)),
@@ -70,44 +81,101 @@ def main() -> int:
     return code
 
 
-def run(command, environment=None, collect=False) -> list:
-    """Streams a command's output; its lines, if they are wanted."""
+def run(command, environment=None) -> None:
+    """Lets a command speak for itself."""
+    code = subprocess.run(
+        [str(part) for part in command], cwd=ROOT, env=environment_with(environment), stdin=subprocess.DEVNULL
+    ).returncode
+    if code != 0:
+        raise Problem(ended(command, code))
+
+
+def streamed(command, environment=None, errors=None) -> tuple:
+    """The exit code and the lines of a command's output, which is shown as it comes; with `errors`, its errors too."""
     lines = []
     with subprocess.Popen(
         [str(part) for part in command],
         cwd=ROOT,
-        env=dict(os.environ, **(environment or {})),
+        env=environment_with(environment),
         stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE if collect else None,
-        stderr=None,
+        stdout=subprocess.PIPE,
+        stderr=errors,
         text=True,
+        errors="replace",
     ) as process:
-        for line in process.stdout or ():
+        for line in process.stdout:
             sys.stdout.write(line)
+            sys.stdout.flush()
             lines.append(line)
         code = process.wait()
-    sys.stdout.flush()
+    return code, lines
+
+
+def said(command, environment=None) -> list:
+    """The lines of a command that has to succeed."""
+    code, lines = streamed(command, environment)
     if code != 0:
-        raise Problem(f"`{' '.join(map(str, command))}` ended with exit code {code}; see above")
+        raise Problem(ended(command, code))
     return lines
 
 
-def cargo(*arguments) -> str:
-    run([os.environ.get("CARGO", "cargo"), *arguments])
+def environment_with(more):
+    return dict(os.environ, **(more or {}))
+
+
+def ended(command, code) -> str:
+    return f"`{' '.join(map(str, command))}` ended with exit code {code}; see above"
+
+
+def cargo(*arguments, environment=None) -> str:
+    run([CARGO, *arguments], environment)
     return "clean"
 
 
-def cargo_test() -> str:
+def document() -> str:
+    flags = f"{os.environ.get('RUSTDOCFLAGS', '')} -D warnings".strip()
+    return cargo("doc", "--workspace", "--no-deps", "--locked", environment={"RUSTDOCFLAGS": flags})
+
+
+def check_dependencies(folder: Path) -> str:
+    """deny.toml says what may be there; what is there has to be used."""
+    programs = tools.installed(folder)
+    run([programs / "cargo-deny", "--locked", "check", "--hide-inclusion-graph", *tools.CHECKS])
+    run([programs / "cargo-shear", "--locked"])
+    return "allowed and used"
+
+
+def test_scripts() -> str:
+    folder = ROOT / "scripts/tests"
+    unittest = [sys.executable, "-m", "unittest", "discover", "--buffer"]
+    run([*unittest, "--start-directory", folder, "--top-level-directory", folder])
+    return "as they should be"
+
+
+def cargo_test(*arguments) -> str:
     # Without an adapter the tests of the GPU kernels fail instead of passing by doing nothing.
     environment = {"TABLETOPGEN_GPU_TESTS": os.environ.get("TABLETOPGEN_GPU_TESTS", "require")}
-    command = [os.environ.get("CARGO", "cargo"), "test", "--locked", "--no-fail-fast"]
-    lines = run(command, environment, collect=True)
-    results = [re.match(r"test result: ok\. (\d+) passed; \d+ failed; (\d+) ignored", line) for line in lines]
-    counts = [(int(found[1]), int(found[2])) for found in results if found]
-    passed, ignored = sum(c[0] for c in counts), sum(c[1] for c in counts)
-    if passed == 0:
+    command = [CARGO, "test", "--locked", *arguments]
+    # In one stream, so that it can be told which program a failing test is of.
+    code, lines = streamed(command, environment, errors=subprocess.STDOUT)
+    results = cargo_results.read(lines)
+    if code != 0:
+        raise Problem(results.complaint() or ended(command, code))
+    if results.passed == 0:
         raise Problem("no test ran")
-    return f"{passed} passed, {ignored} ignored"
+    return results.summary()
+
+
+def test_workspace() -> str:
+    for name in ("usd_layers", "specimen"):
+        shutil.rmtree(LEFT / name, ignore_errors=True)
+    return cargo_test("--workspace", "--no-fail-fast")
+
+
+def build_programs() -> str:
+    """A program that no integration test starts is not there yet. With the tests named, nothing is compiled twice."""
+    cargo("build", "--workspace", "--locked", "--bins", "--tests", "--examples")
+    return "built"
 
 
 def kill_sample(target: Path) -> str:
@@ -126,9 +194,9 @@ def test_sidecar(environment: Path) -> str:
 
 def judge_layers(environment: Path) -> str:
     """What a test left: random layers in both forms, and one bundle in each form of USD."""
-    python, left = environment / "bin/python", ROOT / "target"
-    lines = run([python, JUDGES / "usd_layers.py", left / "usd_layers"], collect=True)
-    bundles = [left / "specimen" / form for form in ("usda", "usdc", "usdz")]
+    python = environment / "bin/python"
+    lines = said([python, JUDGES / "usd_layers.py", LEFT / "usd_layers"])
+    bundles = [LEFT / "specimen" / form for form in ("usda", "usdc", "usdz")]
     run([python, JUDGES / "judge.py", "--only", "schema,usd,robotics_prop,readme", *bundles])
     return lines[-1].strip()
 
@@ -172,12 +240,13 @@ def judge_sample(target: Path, environment: Path) -> str:
             print(f"     - {complaint}", flush=True)
     if not findings["accepted"]:
         raise Problem(f"not every judge accepts, or too few bodies rest ({findings['dss_mujoco']:.3f} of them)")
-    return f"all accept {len(bundles)} bundles; in MuJoCo {100 * findings['dss_mujoco']:.1f} % rest"
+    told = f"all accept {len(bundles)} bundles; in MuJoCo {100 * findings['dss_mujoco']:.1f} % rest"
+    return "; ".join([told] + [f"LEFT OUT: {name} ({why})" for name, why in findings["left_out"].items()])
 
 
 def test_judges(target: Path, environment: Path) -> str:
     bundle = sample_folder(target, chosen()[0])
-    lines = run([environment / "bin/python", JUDGES / "test_judges.py", bundle], collect=True)
+    lines = said([environment / "bin/python", JUDGES / "test_judges.py", bundle])
     return lines[-1].strip() if lines else "silent"
 
 

@@ -26,6 +26,11 @@ def arguments(description: str, **more) -> argparse.Namespace:
     return given
 
 
+def lab_beside(binary: Path) -> Path:
+    """The program of the benchmarks, synthetic pictures and stand-ins, of the same build."""
+    return binary.with_name("tabletopgen-lab")
+
+
 def table(columns, rows) -> str:
     cells = [[str(cell) for cell in row] for row in rows]
     number = [all(row[k][:1].isdigit() for row in cells) and bool(cells) for k in range(len(columns))]
@@ -51,7 +56,7 @@ def commit() -> str:
 def source_digest() -> str:
     """Of everything that decides the program's bytes and its answers."""
     whole = hashlib.sha256()
-    for name in ("src", "config", "schemas", "migrations", "Cargo.lock", "Cargo.toml", "rust-toolchain.toml"):
+    for name in ("src", "crates", "config", "schemas", "migrations", "Cargo.lock", "Cargo.toml", "rust-toolchain.toml"):
         path = ROOT / name
         files = [path] if path.is_file() else sorted(p for p in path.rglob("*") if p.is_file())
         for file in files:

@@ -7,7 +7,7 @@ import json
 import statistics
 import subprocess
 
-from bars.page import arguments, table, write
+from bars.page import arguments, lab_beside, table, write
 from bars.run import run
 from generating import generate
 from server import Problem
@@ -59,7 +59,8 @@ def main() -> bool:
 
 
 def paint(binary, folder, first, count, size_px):
-    command = [str(binary), "paint-pictures", "--split", "validation", "--first", first, "--count", count, "--size-px", size_px, "--out", folder]
+    command = [lab_beside(binary), "paint-pictures", "--split", "validation", "--first", first, "--count", count]
+    command += ["--size-px", size_px, "--out", folder]
     done = subprocess.run([str(part) for part in command], capture_output=True, text=True)
     if done.returncode != 0:
         raise Problem(f"no picture was painted:\n{done.stderr.strip()[-2000:]}")

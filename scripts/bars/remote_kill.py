@@ -3,8 +3,8 @@ can decide, and each case of that stands in the ledger as `outcome_unknown`.
 
     PYTHONPATH=scripts python3 -m bars.remote_kill [--target-dir target] [--kills 200]
 
-`tabletopgen dev-providers` answers for all remote models and keeps a bill. One scene is made undisturbed; then the same scene
-again and again, each on fresh data, its server killed at a random moment and started again until the job is done. What the
+`tabletopgen-lab dev-providers` answers for all remote models and keeps a bill. One scene is made undisturbed; then the same
+scene again and again, each on fresh data, its server killed at a random moment and started again until the job is done. What the
 undisturbed scene was billed, every scene is billed once; what it is billed beyond that has to stand in its books.
 """
 
@@ -18,7 +18,7 @@ import time
 from collections import Counter
 from pathlib import Path
 
-from bars.page import arguments, table, write
+from bars.page import arguments, lab_beside, table, write
 from bars.run import run
 from server import Problem, Server
 
@@ -72,13 +72,13 @@ def main() -> bool:
 
 
 class Providers:
-    """`tabletopgen dev-providers` on a free port, and its bill."""
+    """`tabletopgen-lab dev-providers`, of the same build as `binary`, on a free port, and its bill."""
 
     def __init__(self, binary: Path, latency_ms: int = LATENCY_MS):
-        self.binary, self.latency_ms = binary, latency_ms
+        self.lab, self.latency_ms = lab_beside(binary), latency_ms
 
     def __enter__(self):
-        command = [self.binary, "dev-providers", "--listen", "127.0.0.1:0", "--seed", str(SEED)]
+        command = [self.lab, "dev-providers", "--listen", "127.0.0.1:0", "--seed", str(SEED)]
         command += ["--latency-ms", str(self.latency_ms)]
         self.process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, start_new_session=True)
         found = re.search(r"127\.0\.0\.1:(\d+)", self.process.stdout.readline())
@@ -107,7 +107,7 @@ class Providers:
             "segmenter_sidecar.base_url": base,
             "segmenter_sidecar.usd_per_call": "0.001",
             "replicate.base_url": base + "/v1",
-            "replicate.look_every_ms": "50",
+            "replicate.poll_interval_ms": "50",
         }
         chosen = {f"providers.{key}": value for key, value in chosen.items()}
         # A killed worker's job is taken over at once, and as often as it takes.

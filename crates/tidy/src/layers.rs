@@ -1,0 +1,248 @@
+//! The import table of `ARCHITECTURE.md`: who may depend on whom, and what each part must not know.
+//!
+//! To change a rule, change the table here and the one in `ARCHITECTURE.md` together and state the reason in the
+//! commit.
+
+/// A crate of the workspace, or a module of a crate that holds several layers.
+#[derive(Debug)]
+pub struct Layer {
+    pub name: &'static str,
+    /// Crates of the workspace, or modules of the same crate. `EVERYTHING` permits all.
+    pub may_import: &'static [&'static str],
+    /// External crates, and paths inside them or inside `std`.
+    pub must_not_know: &'static [&'static [&'static str]],
+    /// Paths that `must_not_know` would otherwise forbid.
+    pub except: &'static [&'static str],
+}
+
+/// Permits every crate and module.
+pub const EVERYTHING: &str = "EVERYTHING";
+
+/// The root package, whose modules have a table of their own.
+pub const ROOT: &str = "tabletopgen";
+
+const SERVERS: &[&str] = &["axum", "hyper", "hyper_util", "tower", "tower_http"];
+const CLIENTS: &[&str] = &["reqwest", "rustls"];
+const ROWS: &[&str] = &["sqlx", "object_store"];
+const TASKS: &[&str] = &["tokio", "tokio_util", "tokio_stream"];
+const FUTURES: &[&str] = &["futures"];
+const FILES: &[&str] = &["std::fs", "tempfile"];
+const SYSTEM: &[&str] = &["std::net", "std::env", "std::process"];
+const CLOCKS: &[&str] = &["std::time::Instant", "std::time::SystemTime"];
+/// Random numbers without a seed.
+const CHANCE: &[&str] = &["rand::rng", "rand::random", "rand::rngs::ThreadRng", "rand::rngs::SysRng", "uuid"];
+
+/// A pure computation: its result depends on its arguments alone.
+const PURE: &[&[&str]] = &[SERVERS, CLIENTS, ROWS, TASKS, FUTURES, FILES, SYSTEM, CLOCKS, CHANCE];
+const PURE_BUT_FUTURES: &[&[&str]] = &[SERVERS, CLIENTS, ROWS, TASKS, FILES, SYSTEM, CLOCKS, CHANCE];
+
+/// Every crate below `crates/`. Cargo refuses an import that is no dependency, so the manifests are what is checked.
+pub const CRATES: &[Layer] = &[
+    layer("runtime", &[], PURE).but(&["tokio::sync"]),
+    layer("imaging", &[], PURE),
+    layer("gpu", &[], PURE).but(&["std::env::var"]),
+    layer("geometry", &["imaging", "runtime"], PURE),
+    layer("mesh_io", &["geometry", "imaging"], PURE),
+    layer("soft_raster", &["geometry", "gpu", "imaging"], PURE),
+    layer("render", &["geometry", "gpu", "imaging", "runtime"], PURE),
+    layer("physics", &["geometry", "runtime"], PURE),
+    layer("catalog", &["geometry", "imaging", "runtime"], PURE),
+    layer("vision", &["catalog", "geometry", "imaging", "render", "runtime"], PURE),
+    layer("pose_estimation", &["geometry", "gpu", "imaging", "render", "runtime", "soft_raster"], PURE),
+    layer("scene", &["geometry", "imaging"], PURE),
+    layer(
+        "export",
+        &["geometry", "imaging", "mesh_io", "runtime", "scene"],
+        &[SERVERS, CLIENTS, ROWS, TASKS, FILES, SYSTEM],
+    ),
+    layer("ports", &["geometry", "imaging", "pose_estimation", "runtime", "scene"], PURE_BUT_FUTURES),
+    layer(
+        "embedded",
+        &[
+            "catalog",
+            "geometry",
+            "imaging",
+            "physics",
+            "ports",
+            "pose_estimation",
+            "render",
+            "runtime",
+            "scene",
+            "vision",
+        ],
+        &[SERVERS, CLIENTS, ROWS, TASKS, SYSTEM, CLOCKS, CHANCE],
+    )
+    // Logs the duration of steps.
+    .but(&["std::time::Instant"]),
+    // The one client that opens connections, so that its rules about addresses hold for everything.
+    layer("http_client", &["runtime"], &[SERVERS, ROWS]),
+    layer(
+        "remote",
+        &[
+            "catalog",
+            "geometry",
+            "http_client",
+            "imaging",
+            "mesh_io",
+            "ports",
+            "render",
+            "runtime",
+            "scene",
+            "vision",
+        ],
+        &[SERVERS, CLIENTS, ROWS],
+    ),
+    layer("store", &["runtime", "scene"], &[SERVERS, CLIENTS]),
+    layer("tidy", &[], &[SERVERS, CLIENTS, ROWS, TASKS, FUTURES]),
+    // For tests alone.
+    layer("test_settings", &[], PURE),
+    // Above the server: nothing that makes scenes may depend on it.
+    layer("lab", &[EVERYTHING], &[ROWS, CLIENTS]),
+];
+
+/// The modules of the root package.
+pub const ROOT_MODULES: &[Layer] = &[
+    layer(
+        "pipeline",
+        &[
+            "catalog",
+            "export",
+            "geometry",
+            "gpu",
+            "imaging",
+            "mesh_io",
+            "physics",
+            "ports",
+            "pose_estimation",
+            "render",
+            "runtime",
+            "scene",
+            "soft_raster",
+            "store",
+            "vision",
+        ],
+        &[SERVERS, CLIENTS, ROWS],
+    ),
+    layer("worker", &["pipeline", "runtime", "scene", "store"], &[SERVERS, CLIENTS, ROWS]),
+    layer("api", &["imaging", "runtime", "scene", "store"], &[CLIENTS, ROWS]),
+    // Settings structs stand beside their algorithms; config only gathers them.
+    layer(
+        "config",
+        &[
+            "api",
+            "catalog",
+            "embedded",
+            "export",
+            "geometry",
+            "gpu",
+            "http_client",
+            "imaging",
+            "physics",
+            "pipeline",
+            "ports",
+            "pose_estimation",
+            "remote",
+            "render",
+            "scene",
+            "store",
+            "vision",
+            "worker",
+        ],
+        &[SERVERS, CLIENTS, ROWS, TASKS],
+    ),
+    layer("app", &[EVERYTHING], &[CLIENTS]),
+    layer("cli", &[EVERYTHING], &[CLIENTS]),
+    layer("main", &[EVERYTHING], &[CLIENTS]),
+    layer("lib", &[], &[]),
+];
+
+/// The modules of the laboratory; `tabletopgen::` precedes a module of the root package.
+pub const LAB_MODULES: &[Layer] = &[
+    layer("synthetic", &["catalog", "geometry", "imaging", "render", "runtime"], PURE),
+    layer(
+        "evaluate",
+        &[
+            "catalog",
+            "embedded",
+            "geometry",
+            "gpu",
+            "imaging",
+            "physics",
+            "ports",
+            "pose_estimation",
+            "render",
+            "runtime",
+            "scene",
+            "synthetic",
+            "tabletopgen::config",
+            "tabletopgen::pipeline",
+            "vision",
+        ],
+        PURE_BUT_FUTURES,
+    ),
+    // Speaks the protocols of vendors above the ports.
+    layer(
+        "mock_vendors",
+        &[
+            "geometry",
+            "imaging",
+            "mesh_io",
+            "ports",
+            "pose_estimation",
+            "render",
+            "runtime",
+            "scene",
+            "vision",
+        ],
+        &[CLIENTS, ROWS, FILES, SYSTEM],
+    ),
+    layer("app", &[EVERYTHING], &[CLIENTS, ROWS]),
+    layer("cli", &[EVERYTHING], &[CLIENTS, ROWS]),
+    layer("main", &[EVERYTHING], &[CLIENTS, ROWS]),
+    layer("lib", &[], &[]),
+];
+
+/// Crates that no crate of the product may depend on.
+pub const NEVER_SHIPPED: &[&str] = &["lab", "test_settings", "tidy"];
+
+const fn layer(
+    name: &'static str,
+    may_import: &'static [&'static str],
+    must_not_know: &'static [&'static [&'static str]],
+) -> Layer {
+    Layer { name, may_import, must_not_know, except: &[] }
+}
+
+impl Layer {
+    const fn but(mut self, except: &'static [&'static str]) -> Self {
+        self.except = except;
+        self
+    }
+
+    pub fn may_import(&self, name: &str) -> bool {
+        self.may_import.iter().any(|allowed| *allowed == EVERYTHING || *allowed == name)
+    }
+
+    /// The forbidden name that `path` is or starts with.
+    pub fn forbids(&self, path: &str) -> Option<&'static str> {
+        let is_in = |outer: &str| path == outer || path.starts_with(&format!("{outer}::"));
+        if self.except.iter().any(|excepted| is_in(excepted)) {
+            return None;
+        }
+        self.must_not_know.iter().copied().flatten().copied().find(|outside| is_in(outside))
+    }
+}
+
+/// The rules of the module that `package` and `module` name.
+pub fn module_layer(package: &str, module: &str) -> Option<&'static Layer> {
+    let modules = match package {
+        ROOT => ROOT_MODULES,
+        "lab" => LAB_MODULES,
+        _ => return crate_layer(package),
+    };
+    modules.iter().find(|layer| layer.name == module)
+}
+
+pub fn crate_layer(package: &str) -> Option<&'static Layer> {
+    CRATES.iter().find(|layer| layer.name == package)
+}

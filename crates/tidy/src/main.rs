@@ -1,0 +1,77 @@
+//! Lists findings file by file, and rewrites the budget.
+
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use tidy::source::{folders, root, sources_below};
+use tidy::{Finding, Rule, budget, listing, width, words};
+
+const USAGE: &str = "\
+usage: cargo run -p tabletopgen-tidy -- COMMAND
+
+  words [PATH...]    banned words as `path:line: word: text`; without a path, totals per crate
+  widths [PATH...]   comment lines that are too wide; without a path, totals per crate
+  budget             rewrites crates/tidy/budget.txt; refuses if a total has risen
+";
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let result = match arguments.split_first() {
+        Some((command, paths)) if command == "words" => {
+            list(paths, words::findings, &[Rule::CommentWord, Rule::IdentifierWord, Rule::TypeName])
+        }
+        Some((command, paths)) if command == "widths" => list(paths, width::findings, &[Rule::CommentWidth]),
+        Some((command, [])) if command == "budget" => rewrite_budget(),
+        _ => Err(USAGE.to_owned()),
+    };
+    match result {
+        Ok(text) => {
+            // A reader such as `head` may close the pipe early.
+            let _ = io::stdout().lock().write_all(text.as_bytes());
+            ExitCode::SUCCESS
+        }
+        Err(text) => {
+            let _ = writeln!(io::stderr().lock(), "{}", text.trim_end());
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn list(
+    paths: &[String],
+    rule: fn(&tidy::source::Source) -> Vec<Finding>,
+    rules: &[Rule],
+) -> Result<String, String> {
+    let within = paths.iter().map(|path| within_repository(path)).collect::<Result<Vec<_>, _>>()?;
+    let sources = sources_below(if paths.is_empty() { folders() } else { within }.as_slice());
+    let findings: Vec<Finding> = sources.iter().flat_map(rule).collect();
+    if paths.is_empty() {
+        return Ok(listing::totals(&findings, rules));
+    }
+    Ok(format!("{}{} findings in {} files\n", listing::places(&findings), findings.len(), sources.len()))
+}
+
+/// A path given relative to the current folder or to the repository, relative to the repository.
+fn within_repository(path: &str) -> Result<PathBuf, String> {
+    let root = root();
+    let candidates = [PathBuf::from(path), root.join(path)];
+    let existing = candidates.iter().find_map(|candidate| candidate.canonicalize().ok());
+    let inside = existing.as_deref().and_then(|p: &Path| p.strip_prefix(&root).ok());
+    inside.map(Path::to_owned).ok_or_else(|| format!("{path} is no path of {}", root.display()))
+}
+
+fn rewrite_budget() -> Result<String, String> {
+    let findings = budget::findings(&tidy::source::tree());
+    let actual = budget::counts(&findings);
+    let failed = |error: io::Error| format!("{}: {error}", budget::file().display());
+    if let Some(before) = budget::read().map_err(failed)? {
+        let risen = budget::risen(&actual, &before);
+        if !risen.is_empty() {
+            let differences = budget::differences(&actual, &before).join("\n");
+            return Err(format!("{differences}\nthe budget may only shrink:\n{}", risen.join("\n")));
+        }
+    }
+    budget::write(&actual).map_err(failed)?;
+    Ok(listing::totals(&findings, &Rule::ALL))
+}

@@ -1,0 +1,32 @@
+//! The rules of `ARCHITECTURE.md` that Cargo cannot express, applied to every source file of the tree.
+//!
+//! A finding names file, line and rule.
+
+use std::sync::LazyLock;
+
+use tidy::source::{Source, tree};
+
+mod import_table;
+mod file_forms;
+mod budgets;
+mod scanner;
+mod import_reader;
+mod word_reader;
+
+/// Every source file, read once.
+static TREE: LazyLock<Vec<Source>> = LazyLock::new(tree);
+
+/// The Rust files that ship.
+fn shipped() -> impl Iterator<Item = &'static Source> {
+    TREE.iter().filter(|source| source.is_rust() && !source.is_test)
+}
+
+/// Fails with one line per finding.
+fn report(subject: &str, findings: Vec<String>) {
+    assert!(
+        findings.is_empty(),
+        "{} findings about {subject}:\n  {}\n",
+        findings.len(),
+        findings.join("\n  ")
+    );
+}

@@ -1,0 +1,142 @@
+//! Which words are banned and which pass, by example.
+
+use tidy::Rule;
+use tidy::source::Source;
+use tidy::words::{banned_in_comment, banned_in_identifier, findings, segments};
+
+#[test]
+fn identifiers_are_split_into_segments() {
+    let cases: &[(&str, &[&str])] = &[
+        ("top_view", &["top", "view"]),
+        ("TopView", &["top", "view"]),
+        ("TOP_VIEW_2", &["top", "view", "2"]),
+        ("GPUTimer", &["gpu", "timer"]),
+        ("PoseDRO", &["pose", "dro"]),
+        ("view2d", &["view", "2", "d"]),
+        ("_unused", &["unused"]),
+        ("_", &[]),
+        ("x", &["x"]),
+    ];
+    for (identifier, expected) in cases {
+        assert_eq!(segments(identifier), *expected, "{identifier}");
+    }
+}
+
+#[test]
+fn banned_segments_of_identifiers_are_found() {
+    let banned = [
+        "thing",
+        "things_m",
+        "PictureReading",
+        "LEAST_SHARE",
+        "least_visible",
+        "most_of_it",
+        "in_picture",
+        "look_alikes",
+        "LookFault",
+        "middle_px",
+        "told",
+        "looks2",
+        "herds",
+        "faces_look_outward",
+    ];
+    for identifier in banned {
+        assert_eq!(banned_in_identifier(identifier).len(), 1, "{identifier}");
+    }
+    let fine = [
+        "nothing",
+        "anything",
+        "everything",
+        "something",
+        "at_least_m",
+        "AT_MOST",
+        "AtLeast",
+        "least_squares",
+        "LeastSquares",
+        "look_at",
+        "look_at_rh",
+        "LOOK_AHEAD_S",
+        "lookup",
+        "look_up",
+        "utmost",
+        "foremost",
+        "almost",
+        "pictured",
+        "paintbrush",
+    ];
+    for identifier in fine {
+        assert_eq!(banned_in_identifier(identifier), Vec::<String>::new(), "{identifier}");
+    }
+}
+
+#[test]
+fn banned_words_of_comments_are_found() {
+    let banned = [
+        "// A thing.",
+        "/// The picture's width.",
+        "//! (things)",
+        "// Repainted and painted.",
+        "// `look`",
+        "// looks at",
+        "// middle-aged",
+        "// believes",
+        "// Nobody.",
+        "// Look downward",
+    ];
+    for comment in banned {
+        assert_eq!(banned_in_comment(comment).len(), 1, "{comment}");
+    }
+    let fine = [
+        "// Nothing, something, anything, everything.",
+        "// look up",
+        "// looks up",
+        "// a look-up",
+        "// lookup",
+        "// look-ahead",
+        "// a look-at matrix",
+        "// `paint_bottle`",
+        "// `in_picture`",
+        "// at least, at most",
+        "// looking",
+    ];
+    for comment in fine {
+        assert_eq!(banned_in_comment(comment), Vec::<String>::new(), "{comment}");
+    }
+}
+
+#[test]
+fn bare_participles_name_no_type() {
+    let text = "\
+struct Seen;
+pub enum Found<T> { Told2(T) }
+trait Held {}
+type Painted2 = u8;
+enum Answer { Seen, Drawn }
+fn f(x: Sent) {}
+";
+    let found = findings(&Source::new("src/api.rs", text));
+    let names: Vec<_> =
+        found.iter().filter(|f| f.rule == Rule::TypeName).map(|f| f.subject.as_str()).collect();
+    assert_eq!(names, ["Seen", "Found", "Held"]);
+}
+
+#[test]
+fn strings_are_free_and_exceptions_hold_in_their_files_alone() {
+    let count = |path: &str, text: &str| findings(&Source::new(path, text)).len();
+    assert_eq!(count("src/api.rs", "const A: &str = \"a thing\"; const B: &str = r#\"picture\"#;"), 0);
+    assert_eq!(count("src/api.rs", "fn paint_can() {} // A paint can."), 2);
+    assert_eq!(count("crates/catalog/src/workbench/containers.rs", "fn paint_can() {} // A paint can."), 0);
+    assert_eq!(count("crates/catalog/src/workbench/containers.rs", "fn thing() {}"), 1);
+    assert_eq!(count("src/api.rs", "#[cfg(test)] mod tests { fn picture() {} }"), 1);
+}
+
+#[test]
+fn findings_name_path_line_word_and_text() {
+    let found = findings(&Source::new("src/api.rs", "//! API.\n\n    let picture = 1; // The picture.\n"));
+    let places: Vec<_> = found.iter().map(|f| (f.line, f.subject.as_str(), f.text.as_str())).collect();
+    assert_eq!(places, [(3, "picture", "let picture = 1; // The picture."); 2]);
+    assert_eq!(
+        tidy::listing::places(&found),
+        "src/api.rs:3: picture (2 times): let picture = 1; // The picture.\n"
+    );
+}

@@ -1,0 +1,61 @@
+"""`make demo` on Python 3.9, and without a Python."""
+
+import ast
+import re
+import sys
+import unittest
+
+from place import SCRIPTS, Place
+
+sys.path.insert(0, str(SCRIPTS))
+
+import demo  # noqa: E402
+
+# A stand-in for the program that tells what it was asked for.
+TELLS = '#!/bin/sh\nfor word in "$@"; do echo "<$word>"; done\n'
+
+
+class OldPython(unittest.TestCase):
+    def test_what_the_demo_runs_is_python_3_9(self):
+        left, seen = ["demo.py"], set()
+        while left:
+            name = left.pop()
+            if name in seen:
+                continue
+            seen.add(name)
+            tree = ast.parse((SCRIPTS / name).read_text(encoding="utf-8"), name, feature_version=(3, 9))
+            for node in ast.walk(tree):
+                names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+                names += [node.module] if isinstance(node, ast.ImportFrom) else []
+                for imported in names:
+                    self.assertNotIn(imported, ("tomllib",), f"{name} imports what Python 3.11 brought")
+                left += [f"{imported}.py" for imported in names if (SCRIPTS / f"{imported}.py").is_file()]
+        self.assertEqual(seen, {"demo.py", "server.py", "unpacking.py"})
+
+
+class WithoutPython(unittest.TestCase):
+    def setUp(self):
+        self.place = self.enterContext(Place())
+
+    def test_both_demos_make_the_same_scenes(self):
+        binary = self.place.program("tabletopgen", TELLS)
+        code, words, errors = self.place.run("demo.sh", binary, "away")
+        self.assertEqual((code, errors), (0, ""))
+        asked = re.findall(r"<generate>\n((?:<.*>\n?)+)", words)
+        picture = SCRIPTS.parent / "docs/demo_table.png"
+        wanted = [["--text", demo.TEXT, "sentence"], ["--image", str(picture), "picture"]]
+        for (option, value, name), told in zip(wanted, asked):
+            self.assertEqual(told.split("\n")[:-1], [f"<{w}>" for w in (option, value, "--seed", "7", "--out", f"away/{name}")])
+        self.assertEqual(len(asked), 2)
+        self.assertTrue(picture.is_file())
+        self.assertIn("look at away/sentence/preview and away/picture/preview", words)
+
+    def test_a_scene_that_did_not_come_ends_it(self):
+        binary = self.place.program("tabletopgen", "#!/bin/sh\nexit 3\n")
+        code, words, errors = self.place.run("demo.sh", binary, "away")
+        self.assertEqual((code, errors), (1, "the demo did not finish: no scene came of the sentence; see above"))
+        self.assertNotIn("done", words)
+
+
+if __name__ == "__main__":
+    unittest.main()
