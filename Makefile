@@ -58,8 +58,8 @@ programs:
 TRAINING ?= out/training
 PICTURES ?= 20000
 train: lab
-	"$(TARGET_DIR)/release/tabletopgen-lab" paint-pictures --split validation --count 800 --out "$(TRAINING)/painted"
-	"$(TARGET_DIR)/release/tabletopgen-lab" paint-pictures --split training --count $(PICTURES) --out "$(TRAINING)/painted"
+	"$(TARGET_DIR)/release/tabletopgen-lab" synthesize --split validation --count 800 --out "$(TRAINING)/painted"
+	"$(TARGET_DIR)/release/tabletopgen-lab" synthesize --split training --count $(PICTURES) --out "$(TRAINING)/painted"
 	@python="$$(scripts/prerequisites.sh train)" && { test -d "$(TRAINING)/venv" || "$$python" -m venv "$(TRAINING)/venv"; }
 	"$(TRAINING)/venv/bin/python" -m pip install --quiet -r training/requirements.txt
 	"$(TRAINING)/venv/bin/python" training/train.py --painted "$(TRAINING)/painted" --out "$(TRAINING)/network"

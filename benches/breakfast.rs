@@ -1,4 +1,4 @@
-//! The scene every bench works on: a breakfast of thirteen things, as the embedded painter paints it.
+//! The scene every bench works on: a breakfast of thirteen objects, as the embedded image generator renders it.
 //!
 //! Shipped settings, one seed, no files: what a bench measures is what a job does.
 
@@ -9,17 +9,17 @@ use std::sync::Arc;
 
 use catalog;
 use catalog::{Recipe, physical_properties};
-use embedded::analyst;
-use embedded::analyst::DescribeOptions;
-use embedded::painter::EmbeddedPainter;
-use embedded::photograph::PhotographSettings;
+use embedded::image_generator::EmbeddedImageGenerator;
+use embedded::single_view_reconstruction::SingleViewSettings;
+use embedded::text_parser;
+use embedded::text_parser::DescribeOptions;
 use geometry::decompose::decompose;
-use geometry::mesh_solid::MeshSolid;
+use geometry::solid_query::MeshSolid;
 use geometry::{Outline, Pose, TexturedMesh};
 use physics::{Body, SupportedBy};
-use ports::{Call, Painter, Painting, PaintingAside};
-use runtime::Cpu;
-use runtime::Interrupt;
+use ports::{Call, GeneratedReference, ImageGenerator, SyntheticGroundTruth};
+use runtime::CancelFlag;
+use runtime::CpuPool;
 use scene::{RecognizedObject, SceneDescription, StandsOn};
 use tabletopgen::config;
 use tabletopgen::config::{Config, Sources};
@@ -35,18 +35,17 @@ pub fn config() -> Config {
 
 pub fn describe(config: &Config) -> SceneDescription {
     let options = DescribeOptions { max_objects: 64, table: None };
-    analyst::describe(TEXT, SEED, &options, &config.analyst).expect("every word is known")
+    text_parser::describe(TEXT, SEED, &options, &config.analyst).expect("every word is known")
 }
 
-pub fn painter(config: &Config) -> EmbeddedPainter {
-    EmbeddedPainter {
-        photograph: PhotographSettings {
-            vision: config.vision.clone(),
+pub fn image_generator(config: &Config) -> EmbeddedImageGenerator {
+    EmbeddedImageGenerator {
+        photograph: SingleViewSettings {
             sizes: config.photograph.clone(),
             naming: config.category_fit.clone(),
         },
         layout: config.layout.clone(),
-        painter: config.painter.clone(),
+        image_generator: config.image_generator.clone(),
         render: config.render.clone(),
         decompose: config.decompose.clone(),
         settle: config.settle.clone(),
@@ -57,18 +56,22 @@ pub fn painter(config: &Config) -> EmbeddedPainter {
 
 /// One core, so that figures compare between machines.
 pub fn call() -> Call {
-    Call::without_budget(Cpu::new(1).expect("a pool of one thread"), Interrupt::default())
+    Call::without_budget(CpuPool::new(1).expect("a pool of one thread"), CancelFlag::default())
 }
 
-pub fn paint(painter: &EmbeddedPainter, call: &Call, description: &Arc<SceneDescription>) -> Painting {
-    let painting = painter.reference(call, description.clone(), SEED);
-    futures::executor::block_on(painting).expect("the breakfast can be painted")
+pub fn render(
+    image_generator: &EmbeddedImageGenerator,
+    call: &Call,
+    description: &Arc<SceneDescription>,
+) -> GeneratedReference {
+    let generated = image_generator.reference(call, description.clone(), SEED);
+    futures::executor::block_on(generated).expect("the breakfast can be painted")
 }
 
-/// The painted scene with meshes and poses.
+/// The rendered scene with meshes and poses.
 pub struct Breakfast {
     pub config: Config,
-    pub painting: Painting,
+    pub generated: GeneratedReference,
     pub table: TexturedMesh,
     pub outline: Outline,
     /// In the order of [`Self::objects`].
@@ -79,27 +82,27 @@ pub struct Breakfast {
 impl Breakfast {
     pub fn new() -> Self {
         let config = config();
-        let painting = paint(&painter(&config), &call(), &Arc::new(describe(&config)));
-        let aside = painting.aside.as_ref().expect("our painter knows what it painted");
-        let seen = &aside.known.recognition.table;
+        let generated = render(&image_generator(&config), &call(), &Arc::new(describe(&config)));
+        let ground_truth = generated.ground_truth.as_ref().expect("our painter knows what it painted");
+        let seen = &ground_truth.known.recognition.table;
         let table =
             catalog::build_table(&seen.model, seen.size_m, seen.color, seen.material.as_deref(), seen.seed)
                 .expect("a table of the catalog");
-        let meshes = aside.known.recognition.objects.iter().map(mesh).collect();
-        let truth = &aside.truth.instances;
+        let meshes = ground_truth.known.recognition.objects.iter().map(mesh).collect();
+        let truth = &ground_truth.truth.instances;
         let poses = truth
             .iter()
             .map(|i| Pose { translation_m: i.translation_m, rotation: i.rotation_xyzw })
             .collect();
-        Self { table: table.mesh, outline: table.outline_m, meshes, poses, config, painting }
+        Self { table: table.mesh, outline: table.outline_m, meshes, poses, config, generated }
     }
 
-    pub fn aside(&self) -> &PaintingAside {
-        self.painting.aside.as_ref().expect("our painter knows what it painted")
+    pub fn ground_truth(&self) -> &SyntheticGroundTruth {
+        self.generated.ground_truth.as_ref().expect("our painter knows what it painted")
     }
 
     pub fn objects(&self) -> &[RecognizedObject] {
-        &self.aside().known.recognition.objects
+        &self.ground_truth().known.recognition.objects
     }
 
     /// The table first, then the objects, where they stand; and their solids.
@@ -110,7 +113,7 @@ impl Breakfast {
         });
         let made = table.chain(objects).map(|(name, category, material, mesh, world_from_object)| {
             let hulls =
-                decompose(mesh, &self.config.decompose, &Interrupt::default()).expect("catalog meshes do");
+                decompose(mesh, &self.config.decompose, &CancelFlag::default()).expect("catalog meshes do");
             let physical = physical_properties(mesh, category, material).expect("catalog meshes are closed");
             let body = Body {
                 name: name.to_owned(),

@@ -5,29 +5,29 @@ mod breakfast;
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use pose_estimation::canonicalize::{UprightProblem, upright};
-use runtime::Interrupt;
+use pose_estimation::upright::{UprightProblem, upright};
+use runtime::CancelFlag;
 
 fn bench(criterion: &mut Criterion) {
     let scene = breakfast::Breakfast::new();
-    let (aside, interrupt) = (scene.aside(), Interrupt::default());
+    let (ground_truth, cancel) = (scene.ground_truth(), CancelFlag::default());
     let problems: Vec<UprightProblem> = scene
         .objects()
         .iter()
         .zip(&scene.meshes)
-        .zip(&aside.alone)
+        .zip(&ground_truth.alone)
         .map(|((object, raw_mesh), alone)| UprightProblem {
             raw_mesh,
-            camera: &aside.known.recognition.camera,
+            camera: &ground_truth.known.recognition.camera,
             mask: &alone.completion.silhouette,
-            picture: Some((&alone.completion.picture, alone.completion.shown_px)),
+            image: Some((&alone.completion.image, alone.completion.crop_px)),
             size_m: object.size_m,
             example: None,
-            told: &[],
+            hints: &[],
         })
         .collect();
     let stand_up = |problem: &UprightProblem| {
-        upright(black_box(problem), &scene.config.canonicalize, &scene.config.dro, &interrupt)
+        upright(black_box(problem), &scene.config.canonicalize, &scene.config.dro, &cancel)
     };
     criterion.bench_function("canonicalize/bowl", |b| b.iter(|| stand_up(&problems[0])));
     criterion.bench_function("canonicalize/whole_table", |b| {

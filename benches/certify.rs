@@ -7,19 +7,19 @@ use std::hint::black_box;
 use criterion::{Criterion, criterion_group, criterion_main};
 use geometry::collide::PlacedSolid;
 use physics::{collisions, stability, support};
-use runtime::Interrupt;
+use runtime::CancelFlag;
 
 fn bench(criterion: &mut Criterion) {
     let scene = breakfast::Breakfast::new();
     let (bodies, solids) = scene.bodies();
-    let (config, interrupt) = (&scene.config, Interrupt::default());
+    let (config, cancel) = (&scene.config, CancelFlag::default());
     let placed: Vec<PlacedSolid> = solids
         .iter()
         .zip(&bodies)
         .map(|(solid, body)| PlacedSolid { solid, world_from_object: body.world_from_object })
         .collect();
     criterion.bench_function("certify/collisions", |b| {
-        b.iter(|| collisions(black_box(&placed), &config.certify, &interrupt))
+        b.iter(|| collisions(black_box(&placed), &config.certify, &cancel))
     });
     let supports = scene.supports();
     let carriers: Vec<Vec<usize>> = (0..supports.len())
@@ -33,14 +33,14 @@ fn bench(criterion: &mut Criterion) {
     criterion.bench_function("certify/support", |b| {
         b.iter(|| {
             let found = (1..placed.len()).filter(|&k| {
-                support(black_box(&placed), &bodies, k, &carriers[k], &config.certify, &interrupt)
+                support(black_box(&placed), &bodies, k, &carriers[k], &config.certify, &cancel)
                     .is_ok_and(|finding| finding.is_supported())
             });
             found.count()
         })
     });
     criterion.bench_function("certify/stability", |b| {
-        b.iter(|| stability(black_box(&bodies), &config.certify, &config.settle, &interrupt))
+        b.iter(|| stability(black_box(&bodies), &config.certify, &config.settle, &cancel))
     });
 }
 

@@ -7,12 +7,12 @@ use std::hint::black_box;
 use criterion::{Criterion, criterion_group, criterion_main};
 use geometry::TexturedMesh;
 use geometry::decompose::decompose;
-use runtime::Interrupt;
+use runtime::CancelFlag;
 
 fn bench(criterion: &mut Criterion) {
     let scene = breakfast::Breakfast::new();
-    let interrupt = Interrupt::default();
-    let cut = |mesh: &TexturedMesh| decompose(black_box(mesh), &scene.config.decompose, &interrupt);
+    let cancel = CancelFlag::default();
+    let cut = |mesh: &TexturedMesh| decompose(black_box(mesh), &scene.config.decompose, &cancel);
     criterion.bench_function("decompose/bowl", |b| b.iter(|| cut(&scene.meshes[0])));
     criterion.bench_function("decompose/whole_table", |b| {
         b.iter(|| scene.meshes.iter().map(cut).filter(Result::is_ok).count())

@@ -5,7 +5,7 @@ mod breakfast;
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use embedded::analyst::{DescribeOptions, describe};
+use embedded::text_parser::{DescribeOptions, describe};
 
 fn bench(criterion: &mut Criterion) {
     let config = breakfast::config();

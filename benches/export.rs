@@ -5,13 +5,13 @@ mod breakfast;
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use export::{Assets, BodyAsset, Pictures, write_formats, zip_bundle};
+use export::{Assets, BodyAsset, Images, write_formats, zip_bundle};
 use physics::Body;
 use scene::certificate::{
     Appearance, Fidelity, HealthThresholds, MadeWith, Metrics, Regions, ResolveFinding, Thresholds, Verdict,
 };
 use scene::finished::Frame;
-use scene::instance::{Picture, SupportRelation};
+use scene::instance::{ImageRegion, SupportRelation};
 use scene::request::RequestOptions;
 use scene::{Certificate, Input, Instance, InstanceId, Provenance, Scene, SceneRequest, Support, Table};
 
@@ -31,8 +31,8 @@ fn bench(criterion: &mut Criterion) {
             .map(|((object, mesh), body)| asset(&object.category, mesh, body))
             .collect(),
     };
-    let (pictures, settings) = (Pictures::default(), &scene.config.export);
-    let write = || write_formats(black_box(&finished), &certificate, &assets, &pictures, settings);
+    let (images, settings) = (Images::default(), &scene.config.export);
+    let write = || write_formats(black_box(&finished), &certificate, &assets, &images, settings);
     let files = write().expect("the breakfast can be written");
     criterion.bench_function("export/formats", |b| b.iter(write));
     criterion.bench_function("export/archive", |b| b.iter(|| zip_bundle(black_box(&files))));
@@ -54,7 +54,7 @@ fn asset(category: &str, visual: &geometry::TexturedMesh, body: &Body) -> BodyAs
 }
 
 fn finished(scene: &Breakfast, bodies: &[Body]) -> Scene {
-    let seen = &scene.aside().known.recognition;
+    let seen = &scene.ground_truth().known.recognition;
     let parents = scene.supports();
     let instances = scene.objects().iter().zip(&scene.meshes).zip(1..).map(|((object, mesh), k)| {
         let body: &Body = &bodies[k];
@@ -63,7 +63,7 @@ fn finished(scene: &Breakfast, bodies: &[Body]) -> Scene {
             name: InstanceId::new(&body.name).expect("a name"),
             label: object.label.clone(),
             category: object.category.clone(),
-            picture: Picture { bbox_px: [0, 0, 1, 1] },
+            image: ImageRegion { bbox_px: [0, 0, 1, 1] },
             world_from_object: body.world_from_object,
             yaw_rad: body.world_from_object.yaw_rad(),
             symmetry_order: 1,
@@ -132,18 +132,15 @@ fn certificate(scene: &Breakfast) -> Certificate {
             dss_rotation_rad: certify.dss_rotation_rad,
             dss_duration_s: certify.dss_duration_s,
             outline_m: 0.001,
-            silhouette_iou: scene.config.fidelity.least_silhouette_iou,
+            silhouette_iou: scene.config.fidelity.min_silhouette_iou,
             health: HealthThresholds {
                 hull_excess_m: scene.config.health.hull_excess_m,
                 uncovered_m: scene.config.health.uncovered_m,
                 uncovered_share: scene.config.health.uncovered_share,
-                open_share: scene.config.health.least_open_share,
-                longest_side_m: [scene.config.health.least_side_m, scene.config.health.most_side_m],
-                density_kg_m3: [
-                    scene.config.health.least_density_kg_m3,
-                    scene.config.health.most_density_kg_m3,
-                ],
-                friction: scene.config.health.most_friction,
+                open_share: scene.config.health.min_open_share,
+                longest_side_m: [scene.config.health.min_side_m, scene.config.health.max_side_m],
+                density_kg_m3: [scene.config.health.min_density_kg_m3, scene.config.health.max_density_kg_m3],
+                friction: scene.config.health.max_friction,
             },
         },
         fidelity: Fidelity {

@@ -6,7 +6,7 @@ use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use glam::DVec2;
-use pose_estimation::tsa::{TsaInstance, TsaProblem, align_top_view, footprint};
+use pose_estimation::top_view_layout::{TopViewInstance, TopViewProblem, align_top_view, footprint};
 
 /// Scale of the imagined top view.
 const PX_PER_M: f64 = 600.0;
@@ -24,7 +24,7 @@ fn bench(criterion: &mut Criterion) {
                 .collect::<Vec<_>>()
         })
     });
-    let table_size_m = scene.aside().known.recognition.table.size_m.truncate();
+    let table_size_m = scene.ground_truth().known.recognition.table.size_m.truncate();
     let corner = 0.5 * table_size_m;
     let box_px = |low: DVec2, high: DVec2| {
         let (low, high) = (PX_PER_M * (low + corner), PX_PER_M * (high + corner));
@@ -33,14 +33,14 @@ fn bench(criterion: &mut Criterion) {
     let instances = scene.meshes.iter().zip(&scene.poses).zip(&yaws).map(|((mesh, pose), yaw)| {
         let footprint = footprint(mesh, *yaw);
         let at = pose.translation_m.truncate();
-        TsaInstance {
+        TopViewInstance {
             box_px: box_px(footprint.low_m + at, footprint.high_m + at),
             footprint,
             may_anchor: true,
             seen_m: Some(at + 0.5 * (footprint.low_m + footprint.high_m)),
         }
     });
-    let problem = TsaProblem {
+    let problem = TopViewProblem {
         table_box_px: box_px(-corner, corner),
         table_size_m,
         instances: instances.collect(),

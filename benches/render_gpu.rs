@@ -1,4 +1,4 @@
-//! The hero picture of the previews in color, and depth and ids alone: on the CPU and on each adapter there is.
+//! The hero image of the previews in color, and depth and ids alone: on the CPU and on each adapter there is.
 
 mod breakfast;
 
@@ -9,13 +9,13 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use geometry::{Camera, Pose};
 use glam::DVec3;
 use gpu::{DeviceChoice, Gpu};
-use render::gpu::GpuDiorama;
-use render::{Background, Diorama, Lighting, RenderObject, View};
+use render::gpu::GpuSceneCache;
+use render::{Background, Lighting, RenderObject, SceneCache, View};
 use wgpu::Backends;
 
 fn bench(criterion: &mut Criterion) {
     let scene = breakfast::Breakfast::new();
-    let table_height_m = scene.aside().known.recognition.table.size_m.z;
+    let table_height_m = scene.ground_truth().known.recognition.table.size_m.z;
     let mut objects = vec![RenderObject { mesh: &scene.table, world_from_object: Pose::IDENTITY, id: 1 }];
     objects.extend(scene.meshes.iter().zip(&scene.poses).zip(2..).map(|((mesh, pose), id)| RenderObject {
         mesh,
@@ -27,15 +27,16 @@ fn bench(criterion: &mut Criterion) {
     let view = View::Perspective(camera);
     let (lighting, background) =
         (Lighting::studio(-0.3, 0.95, 0.6), Background::light_with_floor(-table_height_m));
-    let diorama = Arc::new(Diorama::new(objects, &scene.config.render));
+    let scene_cache = Arc::new(SceneCache::new(objects, &scene.config.render));
     criterion.bench_function("render_gpu/color_on_the_cpu", |b| {
-        b.iter(|| diorama.color(lighting, background, black_box(&view)))
+        b.iter(|| scene_cache.color(lighting, background, black_box(&view)))
     });
-    criterion
-        .bench_function("render_gpu/geometry_on_the_cpu", |b| b.iter(|| diorama.measure(black_box(&view))));
+    criterion.bench_function("render_gpu/geometry_on_the_cpu", |b| {
+        b.iter(|| scene_cache.measure(black_box(&view)))
+    });
     for (name, backend) in [("vulkan", Backends::VULKAN), ("gl", Backends::GL)] {
         let Ok(gpu) = Gpu::open_among(backend, DeviceChoice::Gpu) else { continue };
-        let drawn = GpuDiorama::new(gpu, diorama.clone()).expect("the scene fits");
+        let drawn = GpuSceneCache::new(gpu, scene_cache.clone()).expect("the scene fits");
         criterion.bench_function(&format!("render_gpu/color_on_{name}"), |b| {
             b.iter(|| drawn.color(lighting, background, black_box(&view)).expect("painted"))
         });

@@ -5,17 +5,17 @@ mod breakfast;
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use geometry::mesh_solid::MeshSolid;
+use geometry::solid_query::MeshSolid;
 use glam::DVec3;
 use physics::{ResolveProblem, resolve, settle};
-use runtime::Interrupt;
+use runtime::CancelFlag;
 
 fn bench(criterion: &mut Criterion) {
     let scene = breakfast::Breakfast::new();
     let (mut bodies, solids) = scene.bodies();
-    let (supports, interrupt) = (scene.supports(), Interrupt::default());
+    let (supports, cancel) = (scene.supports(), CancelFlag::default());
     criterion.bench_function("resolve/settle", |b| {
-        b.iter(|| settle(black_box(&bodies), &scene.config.settle, &interrupt))
+        b.iter(|| settle(black_box(&bodies), &scene.config.settle, &cancel))
     });
     // Alignment errs by about this much.
     for (k, body) in bodies.iter_mut().enumerate().skip(1) {
@@ -27,7 +27,7 @@ fn bench(criterion: &mut Criterion) {
         ResolveProblem { bodies: &bodies, solids: &solids, supports: &supports, outline: &scene.outline };
     criterion.bench_function("resolve/off_by_8_mm", |b| {
         let config = &scene.config;
-        b.iter(|| resolve(black_box(problem), &config.resolve, &config.settle, &config.certify, &interrupt))
+        b.iter(|| resolve(black_box(problem), &config.resolve, &config.settle, &config.certify, &cancel))
     });
 }
 

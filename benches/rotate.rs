@@ -6,32 +6,32 @@ use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use imaging::Mask;
-use pose_estimation::dro::{DroSettings, DroSolver, RotationProblem, estimate_yaw};
-use runtime::Interrupt;
+use pose_estimation::yaw::{YawProblem, YawSettings, YawSolver, estimate_yaw};
+use runtime::CancelFlag;
 
 fn bench(criterion: &mut Criterion) {
     let scene = breakfast::Breakfast::new();
-    let (known, interrupt) = (&scene.aside().known, Interrupt::default());
+    let (known, cancel) = (&scene.ground_truth().known, CancelFlag::default());
     let camera = &known.recognition.camera;
     let nothing_hides = Mask::empty(camera.width_px, camera.height_px);
-    let problems: Vec<RotationProblem> = scene
+    let problems: Vec<YawProblem> = scene
         .meshes
         .iter()
         .zip(&known.masks)
-        .map(|(mesh, seen)| RotationProblem {
+        .map(|(mesh, seen)| YawProblem {
             mesh,
             camera,
             mask: &seen.visible,
             unknown: &nothing_hides,
-            seat_height_m: 0.0,
-            picture: Some(&scene.painting.picture),
+            support_height_m: 0.0,
+            image: Some(&scene.generated.image),
         })
         .collect();
-    let turn = |problem: &RotationProblem, settings| estimate_yaw(black_box(problem), settings, &interrupt);
-    let golden = DroSettings { solver: DroSolver::Golden, ..scene.config.dro.clone() };
-    let paper = DroSettings { solver: DroSolver::Paper, ..golden.clone() };
+    let turn = |problem: &YawProblem, settings| estimate_yaw(black_box(problem), settings, &cancel);
+    let golden = YawSettings { solver: YawSolver::Golden, ..scene.config.dro.clone() };
+    let paper = YawSettings { solver: YawSolver::Paper, ..golden.clone() };
     criterion.bench_function("rotate/bowl", |b| b.iter(|| turn(&problems[0], &golden)));
-    let outline_only = DroSettings { descriptor_weight: 0.0, ..paper.clone() };
+    let outline_only = YawSettings { descriptor_weight: 0.0, ..paper.clone() };
     criterion.bench_function("rotate/bowl_as_the_paper", |b| b.iter(|| turn(&problems[0], &paper)));
     criterion.bench_function("rotate/bowl_as_the_paper_without_appearance", |b| {
         b.iter(|| turn(&problems[0], &outline_only))

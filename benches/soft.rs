@@ -1,5 +1,5 @@
 //! Soft silhouettes of one mesh in many poses, compared with a mask: on the CPU and on each adapter there is; and the
-//! soft picture in its colors.
+//! soft image in its colors.
 
 use std::f64::consts::TAU;
 use std::hint::black_box;
@@ -10,10 +10,10 @@ use glam::{DVec2, Vec2, Vec3};
 use gpu::{DeviceChoice, Gpu};
 use imaging::Image;
 use rayon::prelude::*;
-use soft_raster::color::{MovingDirection, MovingKey, Painted, SoftPicture, StudioLight};
+use soft_raster::color::{ColorInput, MovingDirection, MovingKey, SoftImage, StudioLight};
 use soft_raster::gpu::GpuSilhouettes;
 use soft_raster::loss::{SoftTerms, Target, terms};
-use soft_raster::{Grid, MovingPoint, Paint, SoftSilhouette, Surface};
+use soft_raster::{Grid, MovingPoint, ShadingMaterials, SoftSilhouette, Surface};
 use wgpu::Backends;
 
 /// The paper's crop and PyTorch3D's usual blur on it.
@@ -86,7 +86,7 @@ fn bench_color(criterion: &mut Criterion) {
     let mut silhouette = SoftSilhouette::default();
     silhouette.draw(&surface, &points, grid, SIGMA_PX2);
     let faces: Vec<u32> = (0..surface.triangles.len() as u32).collect();
-    let paint = Paint::new(&colored(&surface), &faces, &surface);
+    let shading = ShadingMaterials::new(&colored(&surface), &faces, &surface);
     // Without perspective a key is any number that falls with depth: lower on the screen is nearer.
     let key = |point: &MovingPoint<1>| MovingKey {
         key: 1.0 + 1e-3 * point.at_px[1],
@@ -95,14 +95,14 @@ fn bench_color(criterion: &mut Criterion) {
     let keys: Vec<MovingKey<1>> = points.iter().map(key).collect();
     let still = |at: Vec3| MovingDirection { at, slopes: [Vec3::ZERO] };
     let light = StudioLight { toward_key: still(Vec3::new(-0.48, -0.6, 0.64)), up: still(Vec3::Z) };
-    let mut picture = SoftPicture::default();
+    let mut image = SoftImage::default();
     criterion.bench_function("soft/one_in_color_on_the_cpu", |b| {
         b.iter(|| {
-            picture.draw(&Painted {
+            image.draw(&ColorInput {
                 surface: &surface,
                 points: black_box(&points),
                 keys: &keys,
-                paint: &paint,
+                shading: &shading,
                 light: &light,
                 silhouette: &silhouette,
                 shrink: 2,

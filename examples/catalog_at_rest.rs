@@ -11,11 +11,11 @@ use std::time::Instant;
 use catalog::{Category, Recipe, build, categories, physical_properties};
 use geometry::convex_hull::convex_hull;
 use geometry::decompose::decompose;
-use geometry::mesh_solid::MeshSolid;
+use geometry::solid_query::MeshSolid;
 use geometry::{DQuat, DVec3, Friction, MassProperties, Pose};
 use physics::{Body, Stability, settle, stability};
 use rayon::prelude::*;
-use runtime::Interrupt;
+use runtime::CancelFlag;
 use tabletopgen::config::layers::load;
 use tabletopgen::config::{Config, Sources};
 
@@ -23,8 +23,8 @@ use tabletopgen::config::{Config, Sources};
 const SEEDS: [u64; 2] = [1, 2];
 
 /// What counts as moving after it has settled.
-const MOST_M: f64 = 0.001;
-const MOST_RAD: f64 = 0.02;
+const MAX_M: f64 = 0.001;
+const MAX_RAD: f64 = 0.02;
 
 fn main() -> ExitCode {
     let config = load(Sources::default()).expect("the shipped defaults are valid").config;
@@ -40,8 +40,8 @@ fn main() -> ExitCode {
     let bad = lines.iter().filter(|(good, _)| !good).count();
     lines.push((true, format!("{bad} of {} move, leak or cannot be cut", lines.len())));
     let mut out = std::io::stdout().lock();
-    let told = lines.iter().try_for_each(|(_, line)| writeln!(out, "{line}"));
-    if bad == 0 && told.is_ok() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+    let message = lines.iter().try_for_each(|(_, line)| writeln!(out, "{line}"));
+    if bad == 0 && message.is_ok() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
 /// Whether it is closed and stays, and its line.
@@ -57,7 +57,7 @@ fn stand(category: &Category, seed: u64, config: &Config) -> (bool, String) {
     let mesh = build(&recipe).expect("a category of the catalog");
     let watertight = MeshSolid::new(&mesh).is_ok_and(|solid| solid.is_watertight());
     let began = Instant::now();
-    let (hulls, excess_m) = match decompose(&mesh, &config.decompose, &Interrupt::default()) {
+    let (hulls, excess_m) = match decompose(&mesh, &config.decompose, &CancelFlag::default()) {
         Ok(found) => (found.hulls, found.max_excess_m),
         Err(error) => return (false, format!("{label} cannot be cut: {error}")),
     };
@@ -82,15 +82,15 @@ fn stand(category: &Category, seed: u64, config: &Config) -> (bool, String) {
         fixed: false,
     };
     let mut bodies = vec![table(), body];
-    let settled = match settle(&bodies, &config.settle, &Interrupt::default()) {
+    let settled = match settle(&bodies, &config.settle, &CancelFlag::default()) {
         Ok(settled) => settled,
         Err(error) => return (false, format!("{label} cannot settle: {error}")),
     };
     bodies[1].world_from_object = settled.poses[1];
     let Stability { movements, .. } =
-        stability(&bodies, &config.certify, &config.settle, &Interrupt::default())
+        stability(&bodies, &config.certify, &config.settle, &CancelFlag::default())
             .expect("it settled before");
-    let stays = movements[1].displacement_m < MOST_M && movements[1].rotation_rad < MOST_RAD;
+    let stays = movements[1].displacement_m < MAX_M && movements[1].rotation_rad < MAX_RAD;
     let words = format!(
         "{} {label} {} {count:3} hulls {:4.1} mm off {cut_ms:6.0} ms; settled {:5.1} mm {:5.1} deg{}; then {:6.2} mm {:5.2} deg",
         if watertight && stays { "good" } else { "BAD " },

@@ -1,7 +1,7 @@
-//! Paints every category and every table model of the catalog, labelled, onto sheets, and a few sentences
-//! as whole scenes: `cargo run --release --example contact_sheet -- OUT_DIR [things|scenes] [SENTENCE]...`.
+//! Renders every category and every table model of the catalog, labelled, onto sheets, and a few sentences
+//! as whole scenes: `cargo run --release --example contact_sheet -- OUT_DIR [objects|scenes] [SENTENCE]...`.
 //!
-//! With `RUST_LOG=tabletopgen=debug` the painter says how long each of its steps takes.
+//! With `RUST_LOG=tabletopgen=debug` the image generator says how long each of its steps takes.
 
 use std::error::Error;
 use std::path::{Path, PathBuf};
@@ -9,18 +9,18 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use catalog::{Recipe, build, build_table, categories, table_models};
-use embedded::analyst::{DescribeOptions, describe};
-use embedded::painter::EmbeddedPainter;
-use embedded::photograph::PhotographSettings;
+use embedded::image_generator::EmbeddedImageGenerator;
+use embedded::single_view_reconstruction::SingleViewSettings;
+use embedded::text_parser::{DescribeOptions, describe};
 use geometry::{Camera, DVec3, Pose, TexturedMesh};
 use imaging::Image;
 use imaging::codec::encode_png;
-use ports::{Call, Painter};
+use ports::{Call, ImageGenerator};
 use rayon::prelude::*;
-use render::overlay::sheet;
+use render::annotate::sheet;
 use render::{Background, Lighting, RenderObject, RenderScene, RenderSettings, View, render};
-use runtime::Cpu;
-use runtime::Interrupt;
+use runtime::CancelFlag;
+use runtime::CpuPool;
 use tabletopgen::config::Sources;
 use tabletopgen::config::layers::load;
 
@@ -54,7 +54,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let what = arguments.next();
     std::fs::create_dir_all(&out)?;
     if what.as_deref() != Some("scenes") {
-        things(&out)?;
+        objects(&out)?;
     }
     if what.as_deref() != Some("things") {
         let own: Vec<String> = arguments.collect();
@@ -69,11 +69,11 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 /// One sheet per family of categories and one of tables.
-fn things(out: &Path) -> Result<(), Box<dyn Error>> {
+fn objects(out: &Path) -> Result<(), Box<dyn Error>> {
     let families = ["dining_kitchen", "office_living", "workbench_utility", "crafting_hobby"];
     for family in families {
         let kinds: Vec<_> = categories().iter().filter(|kind| kind.families[0] == family).collect();
-        let pictures: Vec<Option<(Image, String)>> = kinds
+        let images: Vec<Option<(Image, String)>> = kinds
             .par_iter()
             .map(|kind| {
                 let size_m = kind.size.typical_m();
@@ -82,7 +82,7 @@ fn things(out: &Path) -> Result<(), Box<dyn Error>> {
                 build(&recipe).map(|mesh| (portrait(&mesh, 0.0), kind.label.clone()))
             })
             .collect();
-        write_sheet(&out.join(format!("catalog_{family}.png")), &pictures)?;
+        write_sheet(&out.join(format!("catalog_{family}.png")), &images)?;
     }
     let tables: Vec<Option<(Image, String)>> = table_models()
         .par_iter()
@@ -95,9 +95,8 @@ fn things(out: &Path) -> Result<(), Box<dyn Error>> {
     write_sheet(&out.join("catalog_tables.png"), &tables)
 }
 
-fn write_sheet(path: &Path, pictures: &[Option<(Image, String)>]) -> Result<(), Box<dyn Error>> {
-    let cells: Vec<(&Image, &str)> =
-        pictures.iter().flatten().map(|(p, label)| (p, label.as_str())).collect();
+fn write_sheet(path: &Path, images: &[Option<(Image, String)>]) -> Result<(), Box<dyn Error>> {
+    let cells: Vec<(&Image, &str)> = images.iter().flatten().map(|(p, label)| (p, label.as_str())).collect();
     std::fs::write(path, encode_png(&sheet(&cells, 8, 200)))?;
     Ok(())
 }
@@ -105,9 +104,9 @@ fn write_sheet(path: &Path, pictures: &[Option<(Image, String)>]) -> Result<(), 
 /// The mesh from the front left, filling the frame.
 fn portrait(mesh: &TexturedMesh, floor_z_m: f64) -> Image {
     let (low, high) = mesh.bounds();
-    let middle: DVec3 = 0.5 * (low + high);
+    let center: DVec3 = 0.5 * (low + high);
     let distance_m = 1.75 * (high - low).length();
-    let camera = Camera::orbit(400, 400, 0.6, middle, -0.5, 0.6, distance_m);
+    let camera = Camera::orbit(400, 400, 0.6, center, -0.5, 0.6, distance_m);
     let scene = RenderScene {
         objects: vec![RenderObject { mesh, world_from_object: Pose::IDENTITY, id: 1 }],
         lighting: Lighting::studio(0.9, 0.95, 0.7),
@@ -116,24 +115,20 @@ fn portrait(mesh: &TexturedMesh, floor_z_m: f64) -> Image {
     render(&scene, &View::Perspective(camera), &RENDER).color
 }
 
-/// Paints each sentence; the number of those that failed.
+/// Renders each sentence; the number of those that failed.
 fn scenes(out: &Path, sentences: &[&str]) -> Result<usize, Box<dyn Error>> {
     let config = load(Sources::default())?.config;
-    let painter = EmbeddedPainter {
-        photograph: PhotographSettings {
-            vision: config.vision,
-            sizes: config.photograph,
-            naming: config.category_fit,
-        },
+    let image_generator = EmbeddedImageGenerator {
+        photograph: SingleViewSettings { sizes: config.photograph, naming: config.category_fit },
         layout: config.layout,
-        painter: config.painter,
+        image_generator: config.image_generator,
         render: config.render,
         decompose: config.decompose,
         settle: config.settle,
         resolve: config.resolve,
         certify: config.certify,
     };
-    let call = Call::without_budget(Cpu::new(0)?, Interrupt::default());
+    let call = Call::without_budget(CpuPool::new(0)?, CancelFlag::default());
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
     let mut failures = 0;
     let mut report = String::new();
@@ -143,17 +138,20 @@ fn scenes(out: &Path, sentences: &[&str]) -> Result<usize, Box<dyn Error>> {
             describe(sentence, seed, &DescribeOptions { max_objects: 64, table: None }, &config.analyst)?;
         let count = described.objects.len();
         let start = Instant::now();
-        let painted = runtime.block_on(painter.reference(&call, Arc::new(described), seed));
+        let rendered = runtime.block_on(image_generator.reference(&call, Arc::new(described), seed));
         let seconds = start.elapsed().as_secs_f64();
-        match painted {
-            Ok(painting) => {
-                std::fs::write(out.join(format!("scene_{number:02}.png")), encode_png(&painting.picture))?;
-                if let Some(aside) = &painting.aside {
-                    std::fs::write(out.join(format!("top_{number:02}.png")), encode_png(&aside.top.picture))?;
-                    let alone: Vec<(&Image, &str)> = aside
+        match rendered {
+            Ok(generated) => {
+                std::fs::write(out.join(format!("scene_{number:02}.png")), encode_png(&generated.image))?;
+                if let Some(ground_truth) = &generated.ground_truth {
+                    std::fs::write(
+                        out.join(format!("top_{number:02}.png")),
+                        encode_png(&ground_truth.top.image),
+                    )?;
+                    let alone: Vec<(&Image, &str)> = ground_truth
                         .alone
                         .iter()
-                        .map(|alone| (&alone.completion.picture, alone.id.as_str()))
+                        .map(|alone| (&alone.completion.image, alone.id.as_str()))
                         .collect();
                     std::fs::write(
                         out.join(format!("alone_{number:02}.png")),

@@ -1,6 +1,6 @@
 //! Writes meshes and their hulls for `benches/decompose_beside_coacd.py`, which compares them with those of another program.
 //!
-//! `cargo run --release --example decompose_meshes -- meshes OUT_DIR FOLDER` writes thirty things of the catalog and the
+//! `cargo run --release --example decompose_meshes -- meshes OUT_DIR FOLDER` writes thirty objects of the catalog and the
 //! OBJ files of a folder, repaired, one OBJ file each with an `o` line before each closed shell, and prints what repairing
 //! changed. `... -- hulls OUT_DIR FILE=HULLS...` cuts each OBJ file into at most so many hulls in one thread, writes
 //! them as an OBJ file of the same name with an `o` line before each, and prints name, CPU seconds and how far they
@@ -16,7 +16,7 @@ use geometry::decompose::{DecomposeSettings, decompose};
 use geometry::repair::repaired;
 use geometry::shells::shells;
 use geometry::{DVec3, Material, Rgb, Solid, TexturedMesh, Vec2, Vec3};
-use runtime::Interrupt;
+use runtime::CancelFlag;
 use runtime::seed::{child_rng, child_seed};
 use tabletopgen::config::Sources;
 use tabletopgen::config::layers::load;
@@ -101,12 +101,13 @@ fn hulls(out: &Path, files: &[String], shipped: &DecomposeSettings) -> Result<()
     std::fs::create_dir_all(out)?;
     let one_thread = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
     for file in files {
-        let (path, most) = file.rsplit_once('=').ok_or_else(|| format!("{file}: say FILE=HULLS"))?;
+        let (path, highest) = file.rsplit_once('=').ok_or_else(|| format!("{file}: say FILE=HULLS"))?;
         let mesh = read_obj(Path::new(path))?;
-        let settings = if most == "shipped" { shipped.clone() } else { closest(most.parse()?, shipped) };
+        let settings =
+            if highest == "shipped" { shipped.clone() } else { closest(highest.parse()?, shipped) };
         let measured = one_thread.install(|| {
             let started = cpu_seconds();
-            let found = decompose(&mesh, &settings, &Interrupt::default());
+            let found = decompose(&mesh, &settings, &CancelFlag::default());
             (found, started, cpu_seconds())
         });
         let (found, cpu_s) = (measured.0?, measured.2? - measured.1?);

@@ -1,4 +1,4 @@
-"""Records the scene of tests/fixtures/cassettes/ again, from `tabletopgen-lab dev-providers`.
+"""Records the scene of tests/fixtures/cassettes/ again, from `tabletopgen-lab mock-vendors`.
 
     python3 scripts/cassette.py [--binary target/release/tabletopgen]
 
@@ -26,7 +26,7 @@ def main():
     parser.add_argument("--binary", type=Path, default=ROOT / "target/release/tabletopgen")
     binary = parser.parse_args().binary
     providers = subprocess.Popen(
-        [binary.with_name("tabletopgen-lab"), "dev-providers", "--listen", ADDRESS, "--seed", SEED], stdout=subprocess.PIPE, text=True
+        [binary.with_name("tabletopgen-lab"), "mock-vendors", "--listen", ADDRESS, "--seed", SEED], stdout=subprocess.PIPE, text=True
     )
     try:
         # It listens once it says so.

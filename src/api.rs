@@ -7,7 +7,7 @@ pub mod error;
 pub mod wire;
 pub mod spending;
 pub mod submission;
-pub mod picture;
+pub mod image;
 pub mod scenes;
 pub mod download;
 pub mod bundle;
@@ -41,11 +41,11 @@ pub use error::{FieldError, Problem};
 pub struct Settings {
     /// Address and port to listen on; port 0 takes a free one.
     pub listen: String,
-    /// Largest request body, bytes. A picture in JSON is a third larger than its file.
+    /// Largest request body, bytes. An image in JSON is a third larger than its file.
     pub max_body_bytes: usize,
-    /// Largest picture file, bytes.
+    /// Largest image file, bytes.
     pub max_image_bytes: usize,
-    /// Largest picture, pixels (width times height), checked before it is decoded.
+    /// Largest image, pixels (width times height), checked before it is decoded.
     pub max_image_pixels: u64,
     /// The most that calls of remote models for one scene may cost, US dollars, where its request does not say.
     pub usual_budget_usd: f64,
@@ -55,11 +55,11 @@ pub struct Settings {
     pub header_timeout_secs: u64,
     /// A request that has not sent its whole body by then is refused, seconds.
     pub body_timeout_secs: u64,
-    /// Pictures that a request names by their address are fetched.
-    pub fetch_pictures: bool,
+    /// Images that a request names by their address are fetched.
+    pub fetch_images: bool,
     /// Longest time to fetch one, seconds.
     pub fetch_timeout_secs: u64,
-    /// Hosts, or `host:port`, that pictures may be fetched from by plain HTTP and at private addresses; separated by spaces.
+    /// Hosts, or `host:port`, that images may be fetched from by plain HTTP and at private addresses; separated by spaces.
     pub fetch_hosts: String,
     /// Longest wait a client may ask for with `Prefer: wait=N`, seconds.
     pub max_wait_secs: u64,
@@ -72,8 +72,8 @@ pub struct Settings {
 /// Checks a request against the rest of the configuration (`options.set`); empty = acceptable.
 pub type Validate = Arc<dyn Fn(&SceneRequest) -> Vec<FieldError> + Send + Sync>;
 
-/// Fetches a picture from an address of a client's, at most so many bytes; an error is for the client to read.
-pub type FetchPicture = Arc<dyn Fn(String, usize) -> BoxFuture<'static, Result<Bytes, String>> + Send + Sync>;
+/// Fetches an image from an address of a client's, at most so many bytes; an error is for the client to read.
+pub type FetchImage = Arc<dyn Fn(String, usize) -> BoxFuture<'static, Result<Bytes, String>> + Send + Sync>;
 
 /// What handlers share; cloning shares it.
 #[derive(Clone)]
@@ -81,11 +81,11 @@ pub struct Api {
     pub store: Store,
     pub settings: Arc<Settings>,
     pub validate: Validate,
-    pub fetch_picture: FetchPicture,
+    pub fetch_image: FetchImage,
     pub metrics: PrometheusHandle,
     /// Cancelled when the process is to end: not ready any more, streams end.
     pub shutdown: CancellationToken,
-    /// Pictures are decoded a few at a time.
+    /// Images are decoded a few at a time.
     decoders: Arc<Semaphore>,
 }
 
@@ -94,12 +94,12 @@ impl Api {
         store: Store,
         settings: Settings,
         validate: Validate,
-        fetch_picture: FetchPicture,
+        fetch_image: FetchImage,
         metrics: PrometheusHandle,
         shutdown: CancellationToken,
     ) -> Self {
         let decoders = Arc::new(Semaphore::new(2));
-        Self { store, settings: Arc::new(settings), validate, fetch_picture, metrics, shutdown, decoders }
+        Self { store, settings: Arc::new(settings), validate, fetch_image, metrics, shutdown, decoders }
     }
 }
 

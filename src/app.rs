@@ -9,22 +9,20 @@ pub mod features;
 pub mod network;
 pub mod remote;
 mod fetching;
-pub mod scenes;
+pub mod pipeline;
 pub mod service;
 pub mod local;
 
 use std::path::Path;
-use std::sync::Arc;
 use std::time::Duration;
 
-/// The configuration; whoever else needs it takes it from here.
+/// The configuration, re-exported for the command line.
 pub use crate::config;
 
 use crate::config::Config;
 use crate::pipeline::checkpoint::StageRuntime;
 use crate::worker::{BuildScene, Worker};
-use gpu::Compute;
-use runtime::Cpu;
+use runtime::CpuPool;
 use store::{Store, StoreError};
 
 /// Why the program could not start or go on.
@@ -43,13 +41,7 @@ pub enum AppError {
 impl AppError {
     /// Message and causes on one line.
     pub fn chain(&self) -> String {
-        let mut text = self.to_string();
-        let mut cause = std::error::Error::source(self);
-        while let Some(error) = cause {
-            text = format!("{text}: {error}");
-            cause = error.source();
-        }
-        text
+        runtime::error_chain(self)
     }
 }
 
@@ -61,11 +53,9 @@ pub async fn open(data_dir: &Path, config: &Config) -> Result<Store, AppError> {
 /// A worker on the store.
 pub fn worker(store: &Store, config: &Config, build: BuildScene) -> Result<Worker, AppError> {
     let threads = config.worker.cpu_threads;
-    let cpu = Cpu::new(threads).map_err(|source| AppError::CpuPool { threads, source })?;
+    let cpu = CpuPool::new(threads).map_err(|source| AppError::CpuPool { threads, source })?;
     let stage_timeout = Duration::from_secs(config.worker.stage_timeout_secs);
-    let compute = Arc::new(Compute::new(&config.compute));
-    let runtime =
-        StageRuntime::new(store.clone(), cpu, compute, BACKEND, config.worker.fan_out, stage_timeout);
+    let runtime = StageRuntime::new(store.clone(), cpu, BACKEND, config.worker.fan_out, stage_timeout);
     Ok(Worker::new(store.clone(), runtime, build, config.worker.clone()))
 }
 

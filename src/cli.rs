@@ -9,8 +9,8 @@ pub mod terminal;
 pub mod signals;
 pub mod generate;
 pub mod progress;
-pub mod folder;
-pub mod outcome;
+pub mod output_dir;
+pub mod scene_summary;
 pub mod certificate;
 pub mod serve;
 pub mod migrate;
@@ -22,7 +22,7 @@ use clap::{Parser, Subcommand};
 
 pub use exit::{Exit, Failure};
 
-/// Turns a sentence or one picture into a tabletop scene a robot can be trained in.
+/// Turns a sentence or one image into a tabletop scene a robot can be trained in.
 #[derive(Debug, Parser)]
 #[command(name = "tabletopgen", version, about, propagate_version = true)]
 struct Cli {

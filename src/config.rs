@@ -18,12 +18,12 @@ use serde::{Deserialize, Serialize};
 
 use crate::pipeline::certify::{AppraiseSettings, FidelitySettings, HealthSettings};
 use crate::pipeline::preview::PreviewSettings;
-use crate::pipeline::resolve::NoRoomSettings;
+use crate::pipeline::resolve::NoSpaceSettings;
 use crate::{api, worker};
-use embedded::analyst;
+use embedded::image_generator::ImageGeneratorSettings;
 use embedded::layout::LayoutSettings;
-use embedded::painter::PainterSettings;
-use embedded::photograph::SizeSettings;
+use embedded::single_view_reconstruction::SizeSettings;
+use embedded::text_parser;
 use export::ExportSettings;
 use geometry::decompose::DecomposeSettings;
 use gpu::ComputeSettings;
@@ -31,15 +31,15 @@ use physics::metrics::CertifySettings;
 use physics::resolve::ResolveSettings;
 use physics::settle::SettleSettings;
 use ports::feature_extractor::FeatureSettings;
-use pose_estimation::canonicalize::CanonicalizeSettings;
-use pose_estimation::dro::DroSettings;
-use pose_estimation::tsa::TsaSettings;
+use pose_estimation::top_view_layout::TopViewSettings;
+use pose_estimation::upright::UprightSettings;
+use pose_estimation::yaw::YawSettings;
 use remote::ProviderSettings;
 use render::RenderSettings;
 use store;
+use vision::NetworkReadingSettings;
 use vision::category_fit::CategoryFitSettings;
 use vision::descriptor::DescriptorSettings;
-use vision::{NetworkReadingSettings, VisionSettings};
 
 pub use error::{ConfigError, ConfigErrors};
 pub use layers::{Origin, Resolved, Sources};
@@ -56,21 +56,20 @@ pub struct Config {
     pub features: FeatureSettings,
     pub network: NetworkSettings,
     pub providers: ProviderSettings,
-    pub analyst: analyst::Settings,
+    pub analyst: text_parser::TextParserSettings,
     pub layout: LayoutSettings,
-    pub painter: PainterSettings,
-    pub vision: VisionSettings,
+    pub image_generator: ImageGeneratorSettings,
     pub photograph: SizeSettings,
     pub category_fit: CategoryFitSettings,
     pub descriptor: DescriptorSettings,
     pub render: RenderSettings,
-    pub canonicalize: CanonicalizeSettings,
+    pub canonicalize: UprightSettings,
     pub decompose: DecomposeSettings,
-    pub dro: DroSettings,
-    pub tsa: TsaSettings,
+    pub dro: YawSettings,
+    pub tsa: TopViewSettings,
     pub settle: SettleSettings,
     pub resolve: ResolveSettings,
-    pub no_room: NoRoomSettings,
+    pub no_room: NoSpaceSettings,
     pub certify: CertifySettings,
     pub fidelity: FidelitySettings,
     pub health: HealthSettings,
@@ -87,7 +86,7 @@ pub const PROCESS_SECTIONS: [&str; 8] =
 /// Section `[network]`.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 pub struct NetworkSettings {
-    /// `built-in`, or the safetensors file of a network that reads pictures; empty = they are read by classical means.
+    /// `built-in`, or the safetensors file of a network that reads images; read at start. Empty is an error.
     pub weights: String,
     #[serde(flatten)]
     pub reading: NetworkReadingSettings,

@@ -1,9 +1,18 @@
-//! tabletopgen turns a sentence or one picture into a tabletop scene a robot can be trained in.
+//! The server and the command line of tabletopgen, which turns a sentence or one image into a tabletop scene in which a
+//! robot can be trained.
 //!
-//! The modules below stand in the order a scene travels. Read this file, then [`pipeline`], then one
-//! stage, then the toolbox function it calls, and you have seen the program.
+//! The modules stand in the order a request travels. Everything below them is a crate of its own under `crates/`:
+//! `scene` has the domain types, `ports` the five model interfaces, `store` what survives a restart. Read this file,
+//! then [`pipeline`], then one stage and the function it calls.
+//!
+//! ```
+//! use tabletopgen::config::{Sources, layers};
+//!
+//! let resolved = layers::load(Sources::default()).expect("the built-in defaults are valid");
+//! assert!(resolved.config.server.max_image_pixels > 0);
+//! ```
 
-// What a person starts.
+// What an operator starts: typed settings, the wiring, the commands.
 pub mod config;
 pub mod app;
 pub mod cli;
@@ -16,9 +25,3 @@ pub mod worker;
 
 // 3. Stages turn it into a scene.
 pub mod pipeline;
-
-// 4. What stages speak about, to, and write.
-
-// 5. The toolbox: meshes and numbers, nothing of jobs.
-
-// 6. What survives a restart.

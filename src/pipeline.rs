@@ -1,12 +1,12 @@
-//! The product on one screen: a request walks through twelve stages and becomes a certified bundle.
+//! The product on one screen: a request passes through the stages and becomes a certified bundle.
 //!
-//! Each line of [`rotate_all`] and then of [`build_scene`] is a stage, each stage one file below. A stage is a
-//! plain function of the struct it receives; [`checkpoint`] finds its result again or computes and commits it.
+//! [`run_stages`] lists every stage in order; each stage is one file below. A stage is a plain function of the struct
+//! it receives; [`checkpoint`] finds its stored result or computes and commits it.
 
 pub mod checkpoint;
 pub mod error;
-pub mod carry;
-pub mod services;
+pub mod artifact_io;
+pub mod resources;
 pub mod ledger;
 pub mod reference;
 pub mod recognize;
@@ -15,6 +15,7 @@ pub mod complete;
 pub mod reconstruct;
 pub mod canonicalize;
 pub mod decompose;
+pub mod refine_camera;
 pub mod rotate;
 pub mod place;
 pub mod resolve;
@@ -27,24 +28,25 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use checkpoint::{Checkpoints, StageContext};
-use error::{StageError, StageErrorClass};
+use error::StageError;
 use export::ExportSettings;
 use geometry::decompose::DecomposeSettings;
 use physics::{CertifySettings, ResolveSettings, SettleSettings};
 use ports::Ports;
-use pose_estimation::canonicalize::CanonicalizeSettings;
-use pose_estimation::dro::DroSettings;
-use pose_estimation::tsa::TsaSettings;
+use pose_estimation::top_view_layout::TopViewSettings;
+use pose_estimation::upright::UprightSettings;
+use pose_estimation::yaw::YawSettings;
 use render::RenderSettings;
+use resources::StageResources;
 use scene::{Recognition, SceneRequest};
-use services::Services;
-use store::artifacts::BuiltRows;
+use store::artifacts::BuiltScene;
 
 /// What a stage function gets besides its inputs.
-pub type Context = StageContext<Services>;
+pub type Context = StageContext<StageResources>;
 
-/// The stages in the order a scene travels.
-pub const STAGES: [&str; 12] = [
+/// The stages in the order in which a scene passes through them. `refine_camera` runs only where a model judged the
+/// camera.
+pub const STAGES: [&str; 13] = [
     "reference",
     "recognize",
     "segment",
@@ -52,6 +54,7 @@ pub const STAGES: [&str; 12] = [
     "reconstruct",
     "canonicalize",
     "decompose",
+    "refine_camera",
     "rotate",
     "place",
     "resolve",
@@ -59,20 +62,20 @@ pub const STAGES: [&str; 12] = [
     "bundle",
 ];
 
-/// Of these, the ones that run at the same time.
-pub const SIDE_BY_SIDE: [&str; 2] = ["decompose", "rotate"];
+/// The stages that run concurrently.
+pub const CONCURRENT_STAGES: [&str; 3] = ["decompose", "refine_camera", "rotate"];
 
 /// Settings of the stages themselves; the ports carry their own.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 pub struct Settings {
     pub render: RenderSettings,
-    pub canonicalize: CanonicalizeSettings,
+    pub canonicalize: UprightSettings,
     pub decompose: DecomposeSettings,
-    pub dro: DroSettings,
-    pub tsa: TsaSettings,
+    pub dro: YawSettings,
+    pub tsa: TopViewSettings,
     pub settle: SettleSettings,
     pub resolve: ResolveSettings,
-    pub no_room: resolve::NoRoomSettings,
+    pub no_room: resolve::NoSpaceSettings,
     pub certify: CertifySettings,
     pub fidelity: certify::FidelitySettings,
     pub health: certify::HealthSettings,
@@ -81,41 +84,81 @@ pub struct Settings {
     pub export: ExportSettings,
 }
 
-/// Two results, or the failure of one; an interruption tells less than any other failure.
-fn both<A, B>(results: (Result<A, StageError>, Result<B, StageError>)) -> Result<(A, B), StageError> {
-    match results {
-        (Ok(a), Ok(b)) => Ok((a, b)),
-        (Err(error), Ok(_)) | (Ok(_), Err(error)) => Err(error),
-        (Err(a), Err(b)) => Err(if a.class == StageErrorClass::Interrupted { b } else { a }),
+/// What the stages before `place` leave behind.
+pub struct PreparedObjects {
+    pub(in crate::pipeline) request: Arc<SceneRequest>,
+    pub(in crate::pipeline) ports: Ports,
+    pub(in crate::pipeline) settings: Arc<Settings>,
+    pub(in crate::pipeline) reference: reference::Output,
+    pub recognition: Arc<Recognition>,
+    pub(in crate::pipeline) masks: segment::Output,
+    pub(in crate::pipeline) raw_meshes: Vec<reconstruct::Output>,
+    pub canonical_meshes: Vec<canonicalize::Output>,
+    pub(in crate::pipeline) hulls: Vec<decompose::Output>,
+    pub yaws: Vec<rotate::Output>,
+    stages: Checkpoints<StageResources>,
+}
+
+/// Where [`run_stages`] ends.
+enum Until {
+    ObjectsPrepared,
+    BundleWritten,
+}
+
+/// What [`run_stages`] leaves at the end it was given.
+enum Reached {
+    Objects(Box<PreparedObjects>),
+    Bundle(Box<BuiltScene>),
+}
+
+/// Builds the scene of a request: every stage is found or computed, and the last one leaves a bundle.
+///
+/// `app::pipeline::build_pipeline` wraps this function for the worker, which calls it once per job attempt.
+///
+/// # Errors
+///
+/// The error of the first stage that fails; the stages before it keep their results.
+pub async fn build_scene(
+    request: SceneRequest,
+    checkpoints: Checkpoints,
+    services: StageResources,
+    settings: Arc<Settings>,
+) -> Result<BuiltScene, StageError> {
+    match run_stages(request, checkpoints, services, settings, Until::BundleWritten).await? {
+        Reached::Bundle(rows) => Ok(*rows),
+        Reached::Objects(_) => unreachable!("the stages ran until the bundle was written"),
     }
 }
 
-/// What the stages before `place` leave. `place` can be run on it with other yaws, as the benchmark does.
-pub struct Rotated {
-    request: Arc<SceneRequest>,
-    ports: Ports,
-    settings: Arc<Settings>,
-    stages: Checkpoints<Services>,
-    reference: reference::Output,
-    pub recognition: Arc<Recognition>,
-    masks: segment::Output,
-    raw: Vec<reconstruct::Output>,
-    pub canonical: Vec<canonicalize::Output>,
-    hulls: Vec<decompose::Output>,
-    pub yaws: Vec<rotate::Output>,
-}
-
-/// From the request to objects with hulls and yaws: every stage up to `rotate` is found or computed.
-pub async fn rotate_all(
+/// Runs the stages up to `rotate`, for a caller that measures or varies the layout.
+///
+/// # Errors
+///
+/// As [`build_scene`].
+pub async fn prepare_objects(
     request: SceneRequest,
     checkpoints: Checkpoints,
-    ports: Ports,
+    services: StageResources,
     settings: Arc<Settings>,
-) -> Result<Rotated, StageError> {
-    let request = request.shaping();
-    let services = Services::new(ports.clone(), checkpoints.device().clone());
-    let stages = checkpoints.with_services(Arc::new(services));
-    let request = Arc::new(request);
+) -> Result<PreparedObjects, StageError> {
+    match run_stages(request, checkpoints, services, settings, Until::ObjectsPrepared).await? {
+        Reached::Objects(objects) => Ok(*objects),
+        Reached::Bundle(_) => unreachable!("the stages ran until the objects were prepared"),
+    }
+}
+
+/// All stages, in order.
+async fn run_stages(
+    request: SceneRequest,
+    checkpoints: Checkpoints,
+    services: StageResources,
+    settings: Arc<Settings>,
+    until: Until,
+) -> Result<Reached, StageError> {
+    let request = Arc::new(request.without_budget());
+    let ports = services.ports.clone();
+    let identity = certify::SceneIdentity::new(&request, &ports, &settings)?;
+    let stages = checkpoints.for_stages(&STAGES, Arc::new(services));
 
     let inputs = reference::Inputs::new(&request, &ports);
     let reference = stages.run(reference::STAGE, inputs, reference::run).await?;
@@ -130,106 +173,75 @@ pub async fn rotate_all(
     let completions = stages.run_each(complete::STAGE, inputs, complete::run).await?;
 
     let inputs = reconstruct::inputs(&request, &reference, &recognition, &completions, &ports);
-    let raw = stages.run_each(reconstruct::STAGE, inputs, reconstruct::run).await?;
+    let raw_meshes = stages.run_each(reconstruct::STAGE, inputs, reconstruct::run).await?;
 
-    let inputs = canonicalize::inputs(&recognition, &completions, &raw, &ports, &settings);
-    let canonical = stages
-        .run_each_by(canonicalize::STAGE, inputs, canonicalize::Inputs::effort, canonicalize::run)
-        .await?;
+    let inputs = canonicalize::inputs(&recognition, &completions, &raw_meshes, &ports, &settings);
+    let effort = canonicalize::Inputs::effort;
+    let canonical_meshes = stages.run_each_by(canonicalize::STAGE, inputs, effort, canonicalize::run).await?;
 
-    // Neither needs the other: side by side, a slow instance of one stage leaves no processor idle.
-    let inputs = decompose::inputs(&recognition, &raw, &canonical, &settings)?;
+    // The hulls and the yaws do not need each other. Run concurrently, a slow instance leaves no core idle.
+    let inputs = decompose::inputs(&recognition, &raw_meshes, &canonical_meshes, &settings)?;
     let hulls = stages.run_each_by(decompose::STAGE, inputs, decompose::Inputs::effort, decompose::run);
-    let rotated = async {
-        let recognition = match rotate::camera::Inputs::new(&recognition, &masks, &raw, &canonical, &settings)
-        {
+    let yaws = async {
+        let inputs =
+            refine_camera::Inputs::new(&recognition, &masks, &raw_meshes, &canonical_meshes, &settings);
+        let recognition = match inputs {
             Some(inputs) => {
-                let refined = stages.run(rotate::camera::STAGE, inputs, rotate::camera::run).await?;
-                Arc::new(rotate::camera::seen_by(&recognition, &refined))
+                let refined = stages.run(refine_camera::STAGE, inputs, refine_camera::run).await?;
+                Arc::new(refine_camera::with_refined_camera(&recognition, &refined))
             }
             None => recognition.clone(),
         };
         let gpu = rotate::gpu(stages.services(), &settings).await;
-        let inputs = rotate::inputs(&reference, &recognition, &masks, &canonical, &settings, gpu);
+        let inputs = rotate::inputs(&reference, &recognition, &masks, &canonical_meshes, &settings, gpu);
         let yaws = stages.run_each_by(rotate::STAGE, inputs, rotate::Inputs::effort, rotate::run).await?;
         Ok((recognition, yaws))
     };
-    let (hulls, (recognition, yaws)) = both(futures::join!(hulls, rotated))?;
+    let (hulls, (recognition, yaws)) = StageError::both(futures::join!(hulls, yaws))?;
 
-    Ok(Rotated {
+    let objects = PreparedObjects {
         request,
         ports,
         settings,
-        stages,
         reference,
         recognition,
         masks,
-        raw,
-        canonical,
+        raw_meshes,
+        canonical_meshes,
         hulls,
         yaws,
-    })
-}
-
-impl Rotated {
-    /// The metric layout with these yaws, one per object in order.
-    pub async fn placed(&self, yaws: &[rotate::Output]) -> Result<place::Output, StageError> {
-        let inputs = place::Inputs::new(
-            &self.request,
-            &self.reference,
-            &self.recognition,
-            &self.masks,
-            &self.raw,
-            &self.canonical,
-            &self.hulls,
-            yaws,
-            &self.ports,
-            &self.settings,
-        )?;
-        self.stages.run(place::STAGE, inputs, place::run).await
+        stages,
+    };
+    if matches!(until, Until::ObjectsPrepared) {
+        return Ok(Reached::Objects(Box::new(objects)));
     }
+    let stages = &objects.stages;
 
-    /// Runs further stages, the caller's own, with the same store.
-    pub fn stages(&self) -> &Checkpoints<Services> {
-        &self.stages
-    }
-}
+    let layout = objects.place(&objects.yaws).await?;
 
-/// Builds the scene of a request: every stage is found or computed, and the last one leaves a bundle.
-pub async fn build_scene(
-    request: SceneRequest,
-    checkpoints: Checkpoints,
-    ports: Ports,
-    settings: Arc<Settings>,
-) -> Result<BuiltRows, StageError> {
-    let request = request.shaping();
-    let identity = certify::SceneIdentity::new(&request, &ports, &settings)?;
-    let objects = rotate_all(request, checkpoints, ports, settings).await?;
-    let (stages, settings) = (&objects.stages, &objects.settings);
-
-    let layout = objects.placed(&objects.yaws).await?;
-
-    let inputs = resolve::Inputs::new(&objects.recognition, &layout, settings);
+    let inputs = resolve::Inputs::new(&objects.recognition, &layout, &objects.settings);
     let resolved = stages.run(resolve::STAGE, inputs, resolve::run).await?;
 
     let gpu = stages.services().gpu_name().await;
-    let inputs = certify::Inputs::new(
-        identity,
-        &objects.reference,
-        &objects.recognition,
-        &objects.masks,
-        &objects.raw,
-        &objects.canonical,
-        &objects.hulls,
-        &objects.yaws,
-        &layout,
-        &resolved,
-        &objects.ports,
-        settings,
-        gpu,
-    )?;
+    let inputs = certify::Inputs::new(identity, &objects, &layout, &resolved, gpu)?;
     let certified = stages.run(certify::STAGE, inputs, certify::run).await?;
 
     let bundle = stages.run(bundle::STAGE, bundle::Inputs { certified }, bundle::run).await?;
-    Ok(bundle.into_rows())
+    Ok(Reached::Bundle(Box::new(bundle.into_rows())))
+}
+
+impl PreparedObjects {
+    /// The stage `place`: the metric layout with these yaws, one per object in order.
+    ///
+    /// # Errors
+    ///
+    /// The stage's error.
+    pub async fn place(&self, yaws: &[rotate::Output]) -> Result<place::Output, StageError> {
+        self.stages.run(place::STAGE, place::Inputs::new(self, yaws)?, place::run).await
+    }
+
+    /// Runs further stages of the caller's own with the same store.
+    pub fn stages(&self) -> &Checkpoints<StageResources> {
+        &self.stages
+    }
 }

@@ -3,13 +3,13 @@
 //! Every process start is a new owner. While a job runs, the heartbeat (a thread of its own, so no
 //! computation can starve it) extends the lease, hears of cancellations and of lost leases, and stops
 //! the build through its interrupt. Shutting down stops claiming, lets running stages finish and commit,
-//! gives jobs back uncharged and only then returns. At start every lease in the data directory belongs
+//! gives jobs back uncharged and only then reattempts. At start every lease in the data directory belongs
 //! to a dead process (the store's lock says so), so those jobs are taken over at once.
 
 pub mod build;
 pub mod backoff;
 mod heartbeat;
-mod turn;
+mod attempt;
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -21,6 +21,7 @@ use tokio_util::task::TaskTracker;
 use uuid::Uuid;
 
 use crate::pipeline::checkpoint::StageRuntime;
+use scene::JobId;
 use store::{Outage, Store, StoreError};
 
 pub use build::{BuildScene, BuiltScene, JobContext};
@@ -42,7 +43,7 @@ pub struct Settings {
     pub lease_secs: u64,
     /// Time between heartbeats, seconds; at most a third of the lease.
     pub heartbeat_secs: u64,
-    /// Longest sleep before the queue is looked at again, milliseconds.
+    /// Longest sleep before the queue is polled again, milliseconds.
     pub poll_ms: u64,
     /// Tries since the last new checkpoint before a job that keeps failing is failed (1..=100).
     pub max_attempts: u32,
@@ -64,7 +65,7 @@ pub struct Worker {
     build: BuildScene,
     settings: Arc<Settings>,
     owner: Arc<str>,
-    only: Option<Arc<str>>,
+    only: Option<JobId>,
 }
 
 impl Worker {
@@ -74,8 +75,8 @@ impl Worker {
     }
 
     /// A worker that takes this job and leaves every other alone.
-    pub fn only(mut self, job_id: &str) -> Self {
-        self.only = Some(job_id.into());
+    pub fn only(mut self, job_id: &JobId) -> Self {
+        self.only = Some(job_id.clone());
         self
     }
 
@@ -91,7 +92,7 @@ impl Worker {
             Duration::from_secs(self.settings.heartbeat_secs),
         )?;
         let slots = Arc::new(Semaphore::new(self.settings.concurrency.max(1)));
-        let turns = TaskTracker::new();
+        let attempts = TaskTracker::new();
         let mut failed_claims = 0;
         loop {
             let slot = tokio::select! {
@@ -104,19 +105,19 @@ impl Worker {
             };
             let mut changes = self.store.changes();
             let lease = Duration::from_secs(self.settings.lease_secs);
-            let only = self.only.as_deref();
+            let only = self.only.as_ref();
             let mut pause = Duration::from_millis(self.settings.poll_ms);
             match self.store.claim(&self.owner, lease, self.settings.max_attempts, only).await {
                 Ok(Some(claim)) => {
-                    let turn = turn::Turn {
+                    let attempt = attempt::JobAttempt {
                         store: self.store.clone(),
                         runtime: self.runtime.clone(),
                         build: self.build.clone(),
                         settings: self.settings.clone(),
                         heartbeat: heartbeat.clone(),
                     };
-                    turns.spawn(async move {
-                        turn.take(claim).await;
+                    attempts.spawn(async move {
+                        attempt.run(claim).await;
                         drop(slot);
                     });
                     failed_claims = 0;
@@ -140,11 +141,11 @@ impl Worker {
                 () = tokio::time::sleep(pause) => {}
             }
         }
-        self.drain(&heartbeat, turns).await;
+        self.drain(&heartbeat, attempts).await;
         Ok(())
     }
 
-    /// Ends the leases of workers that died, as soon as storage takes writes; `None` if told to stop before.
+    /// Ends the leases of workers that died, as soon as storage takes writes; `None` if stopped before.
     async fn take_over(&self, shutdown: &CancellationToken) -> Result<Option<u64>, StoreError> {
         let mut failed = 0;
         loop {
@@ -179,17 +180,20 @@ impl Worker {
 
     /// Running stages finish and commit; those that take too long are interrupted; every job is given
     /// back. What does not stop even then is left to the lease.
-    async fn drain(&self, heartbeat: &Heartbeat, turns: TaskTracker) {
-        turns.close();
-        if !turns.is_empty() {
-            tracing::info!(jobs = turns.len(), "draining");
+    async fn drain(&self, heartbeat: &Heartbeat, attempts: TaskTracker) {
+        attempts.close();
+        if !attempts.is_empty() {
+            tracing::info!(jobs = attempts.len(), "draining");
         }
         heartbeat.drain();
         let grace = Duration::from_secs(self.settings.drain_grace_secs);
-        if tokio::time::timeout(grace, turns.wait()).await.is_err() {
-            heartbeat.interrupt_all();
-            if tokio::time::timeout(Duration::from_secs(10), turns.wait()).await.is_err() {
-                tracing::warn!(jobs = turns.len(), "stages ignored the interrupt; their leases will run out");
+        if tokio::time::timeout(grace, attempts.wait()).await.is_err() {
+            heartbeat.cancel_all();
+            if tokio::time::timeout(Duration::from_secs(10), attempts.wait()).await.is_err() {
+                tracing::warn!(
+                    jobs = attempts.len(),
+                    "stages ignored the interrupt; their leases will run out"
+                );
             }
         }
     }

@@ -189,7 +189,7 @@ def _looks(folder):
     """Both looks at a painted picture, each with what it shows."""
     folder = Path(folder)
     truth = json.loads((folder / "truth.json").read_text())
-    picture, labels = Image.open(folder / "picture.jpg"), np.asarray(Image.open(folder / "labels.png"))
+    picture, labels = Image.open(folder / "image.jpg"), np.asarray(Image.open(folder / "labels.png"))
     height, width = labels.shape
     rng = np.random.default_rng([VERSION, truth["number"]])
     looks = Look.whole(width, height), Look.closer(width, height, shown_box(labels, truth, rng))

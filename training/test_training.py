@@ -9,7 +9,7 @@ from torch import distributed
 from PIL import Image
 from torch.nn import functional as F
 
-import belief
+import region_score
 from frames import BACKDROP, CAMERA, CLOSER, FACTS, FIRST_OBJECT, IGNORED, LOOKS, MOST_OBJECTS, MOST_SCALE, STRIDE, TOP, WHOLE, Look, centroid, facts, framed, maps, projected, shown_box
 from network import BLOCKS, MAPS, TableNetwork, WIDTHS, begin, folded, split
 from scores import compared, grouped
@@ -329,17 +329,17 @@ class Belief(unittest.TestCase):
         # The first tells by its value, the second by how far it is from the mean.
         odds = 0.4 * (measures[:, 0] - 2) + 0.1 * (measures[:, 1] - 2) ** 2 - 2
         is_thing = (torch.rand(4000, dtype=torch.float64, generator=torch.Generator().manual_seed(2)) < odds.sigmoid()).double()
-        fit = belief.fitted(measures, is_thing)
+        fit = region_score.fitted(measures, is_thing)
         mean, spread, first, second, at_the_means = fit
         self.assertLess((mean - 2).abs().max(), 0.3)
         self.assertLess((first - torch.tensor([2.0, 0.0, 0.0])).abs().max(), 0.3)
         self.assertLess((second - torch.tensor([0.0, 2.5, 0.0])).abs().max(), 0.4)
         self.assertLess((at_the_means + 2).abs(), 0.3)
-        self.assertLess((belief.log_odds(measures, fit) - odds).abs().median(), 0.4)
+        self.assertLess((region_score.log_odds(measures, fit) - odds).abs().median(), 0.4)
 
     def test_regions_are_read_from_the_file(self):
         picture = lambda *overlaps: {"number": 0, "regions": [{"measures": [1.0, 2.0], "overlap": o} for o in overlaps]}
-        measures, is_thing = belief.regions_of([picture(0.2, 0.9), picture(0.5)])
+        measures, is_thing = region_score.regions_of([picture(0.2, 0.9), picture(0.5)])
         self.assertEqual((tuple(measures.shape), is_thing.tolist()), ((3, 2), [0.0, 1.0, 0.0]))
 
 

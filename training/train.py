@@ -2,7 +2,7 @@
 
     python training/train.py --painted out/painted --out out/network
 
-`--painted` has the folders `training` and `validation` that `tabletopgen paint-pictures` wrote. Whatever `--out` holds of an
+`--painted` has the folders `training` and `validation` that `tabletopgen-lab synthesize` wrote. Whatever `--out` holds of an
 earlier run with the same numbers is gone on with: frames are packed once, a checkpoint is written every --every steps and
 again at the end; --steps may be another as long as the learning rate has not begun to fall. The run is seeded; the order of
 the pictures depends on the seed and the step alone. Written are

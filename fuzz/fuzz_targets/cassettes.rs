@@ -6,8 +6,8 @@ use std::io::{Cursor, Write};
 use std::path::Path;
 
 use libfuzzer_sys::fuzz_target;
-use mesh_io::wavefront_archive::is_archive;
-use remote::cassette::Cassette;
+use mesh_io::obj_archive::is_archive;
+use http_client::cassette::Cassette;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
@@ -16,7 +16,7 @@ fuzz_target!(|bytes: &[u8]| {
         true => bytes.to_vec(),
         false => archive(bytes),
     };
-    let _ = Cassette::of_archive(Path::new("fuzz.zip"), Cursor::new(archive));
+    let _ = Cassette::replay_archive(Path::new("fuzz.zip"), Cursor::new(archive));
 });
 
 fn archive(exchange: &[u8]) -> Vec<u8> {

@@ -4,10 +4,10 @@
 use std::sync::LazyLock;
 
 use libfuzzer_sys::fuzz_target;
-use remote::chat::proofreading::QuestionKind;
+use remote::chat::response_check::QuestionKind;
 use scene::InstanceId;
 
-/// The things that the questions are about; the seeds speak of them.
+/// The objects that the questions are about; the seeds speak of them.
 static ASKED: LazyLock<Vec<InstanceId>> = LazyLock::new(|| {
     ["plate_1", "apple_1", "fork_1"].map(|name| InstanceId::new(name).expect("is a name")).into()
 });

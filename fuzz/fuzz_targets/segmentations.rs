@@ -6,17 +6,17 @@ use std::sync::LazyLock;
 use bytes::Bytes;
 use libfuzzer_sys::fuzz_target;
 use tabletopgen::config::{Config, Sources, layers};
-use remote::outbound::Reply;
+use http_client::HttpResponse;
 use remote::sidecar;
 
 static CONFIG: LazyLock<Config> =
     LazyLock::new(|| layers::load(Sources::default()).expect("the defaults are valid").config);
 
-/// Height and width of the picture that the seeds speak of.
+/// Height and width of the image that the seeds speak of.
 const SIZE_PX: [u32; 2] = [4, 4];
 
 fuzz_target!(|body: &[u8]| {
-    let reply = Reply {
+    let reply = HttpResponse {
         status: 200,
         content_type: "application/json".into(),
         retry_after: None,

@@ -1,4 +1,4 @@
-//! Answers of vendors' endpoints as they come over the wire: chat completions, painted pictures, jobs of mesh
+//! Answers of vendors' endpoints as they come over the wire: chat completions, rendered images, jobs of mesh
 //! generators.
 #![no_main]
 
@@ -8,7 +8,7 @@ use bytes::Bytes;
 use libfuzzer_sys::fuzz_target;
 use tabletopgen::config::{Config, Sources, layers};
 use remote::failure::Failure;
-use remote::outbound::Reply;
+use http_client::HttpResponse;
 use remote::{ark, chat, hunyuan3d, images, replicate, tencent};
 
 static CONFIG: LazyLock<Config> =
@@ -16,7 +16,7 @@ static CONFIG: LazyLock<Config> =
 
 fuzz_target!(|body: &[u8]| {
     let providers = &CONFIG.providers;
-    let mut reply = Reply {
+    let mut reply = HttpResponse {
         status: 200,
         content_type: "application/json".into(),
         retry_after: None,

@@ -5,7 +5,7 @@
 use std::io::{Cursor, Write};
 
 use libfuzzer_sys::fuzz_target;
-use mesh_io::wavefront_archive::{is_archive, read_mesh_obj_archive};
+use mesh_io::obj_archive::{is_archive, read_mesh_obj_archive};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 

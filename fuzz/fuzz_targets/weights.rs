@@ -1,10 +1,10 @@
-//! Weights of networks: a safetensors file of the network that reads pictures, or, after a `D`, the length of
+//! Weights of networks: a safetensors file of the network that reads images, or, after a `D`, the length of
 //! a `config.json` in two bytes (little endian) and it, one of DINOv2.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
 use vision::dinov2::Dinov2;
-use vision::network::TableNetwork;
+use vision::table_network::TableNetwork;
 
 fuzz_target!(|bytes: &[u8]| {
     match bytes {

@@ -28,7 +28,7 @@ def main() -> bool:
     runs = []
     for truth in fitting:
         paint(given.binary, large, truth["number"], 1, LONGER_PX)
-        picture = large / "validation" / f"{truth['number']:06}" / "picture.jpg"
+        picture = large / "validation" / f"{truth['number']:06}" / "image.jpg"
         try:
             # The network may refuse one or find few things in it.
             first = generate(given.binary, given.work / "picture_time" / "scene", picture, seed=1)
@@ -59,7 +59,7 @@ def main() -> bool:
 
 
 def paint(binary, folder, first, count, size_px):
-    command = [lab_beside(binary), "paint-pictures", "--split", "validation", "--first", first, "--count", count]
+    command = [lab_beside(binary), "synthesize", "--split", "validation", "--first", first, "--count", count]
     command += ["--size-px", size_px, "--out", folder]
     done = subprocess.run([str(part) for part in command], capture_output=True, text=True)
     if done.returncode != 0:

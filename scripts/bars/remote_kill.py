@@ -3,7 +3,7 @@ can decide, and each case of that stands in the ledger as `outcome_unknown`.
 
     PYTHONPATH=scripts python3 -m bars.remote_kill [--target-dir target] [--kills 200]
 
-`tabletopgen-lab dev-providers` answers for all remote models and keeps a bill. One scene is made undisturbed; then the same
+`tabletopgen-lab mock-vendors` answers for all remote models and keeps a bill. One scene is made undisturbed; then the same
 scene again and again, each on fresh data, its server killed at a random moment and started again until the job is done. What the
 undisturbed scene was billed, every scene is billed once; what it is billed beyond that has to stand in its books.
 """
@@ -72,18 +72,18 @@ def main() -> bool:
 
 
 class Providers:
-    """`tabletopgen-lab dev-providers`, of the same build as `binary`, on a free port, and its bill."""
+    """`tabletopgen-lab mock-vendors`, of the same build as `binary`, on a free port, and its bill."""
 
     def __init__(self, binary: Path, latency_ms: int = LATENCY_MS):
         self.lab, self.latency_ms = lab_beside(binary), latency_ms
 
     def __enter__(self):
-        command = [self.lab, "dev-providers", "--listen", "127.0.0.1:0", "--seed", str(SEED)]
+        command = [self.lab, "mock-vendors", "--listen", "127.0.0.1:0", "--seed", str(SEED)]
         command += ["--latency-ms", str(self.latency_ms)]
         self.process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, start_new_session=True)
         found = re.search(r"127\.0\.0\.1:(\d+)", self.process.stdout.readline())
         if not found:
-            raise Problem("dev-providers did not say where it listens")
+            raise Problem("mock-vendors did not say where it listens")
         self.port = int(found[1])
         return self
 

@@ -1,4 +1,4 @@
-//! `/scenes/{scene_id}/artifacts`: what every stage put aside for people to look at.
+//! `/scenes/{scene_id}/artifacts`: the artifacts that each stage stored for inspection.
 
 use axum::Json;
 use axum::extract::{Path, State};
@@ -9,13 +9,15 @@ use serde_json::json;
 use super::Api;
 use super::download::{Download, respond};
 use super::error::Problem;
-use super::scenes::find;
+use super::scenes::{find, parse_id};
 use super::wire::ArtifactView;
+use store::DEFAULT_TENANT;
 
 /// `GET /scenes/{scene_id}/artifacts`.
 pub async fn list(State(api): State<Api>, Path(scene_id): Path<String>) -> Result<Response, Problem> {
+    let scene_id = parse_id(&scene_id)?;
     find(&api, &scene_id).await?;
-    let rows = api.store.artifacts(&scene_id).await?;
+    let rows = api.store.artifacts(&DEFAULT_TENANT, &scene_id).await?;
     let views: Vec<ArtifactView> = rows.into_iter().map(|row| ArtifactView::new(&scene_id, row)).collect();
     Ok(Json(json!({ "artifacts": views })).into_response())
 }
@@ -26,8 +28,9 @@ pub async fn download(
     Path((scene_id, name)): Path<(String, String)>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
+    let scene_id = parse_id(&scene_id)?;
     find(&api, &scene_id).await?;
-    let artifact = api.store.artifact(&scene_id, &name).await?;
+    let artifact = api.store.artifact(&DEFAULT_TENANT, &scene_id, &name).await?;
     let file = artifact.ok_or_else(|| Problem::not_found("artifact", &name))?.file;
     let what =
         Download { digest: &file.digest, size: file.size, media_type: &file.media_type, file_name: None };

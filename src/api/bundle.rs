@@ -15,9 +15,11 @@ use zip::{ZipArchive, ZipWriter};
 use super::Api;
 use super::download::{Download, respond};
 use super::error::{Problem, ProblemType};
-use super::scenes::find;
+use super::scenes::{find, parse_id};
 use super::wire::{parameter, query};
+use scene::SceneId;
 use scene::job::SceneState;
+use store::DEFAULT_TENANT;
 use store::artifacts::ArchiveRow;
 use store::scenes::SceneRow;
 
@@ -41,6 +43,7 @@ pub async fn download(
         Some("true") => true,
         Some(_) => return Err(parameter("quarantined", "must be `true` or `false`")),
     };
+    let scene_id = parse_id(&scene_id)?;
     let scene = find(&api, &scene_id).await?;
     check_state(&scene, quarantined)?;
     let archive = archive(&api, &scene_id, format).await?;
@@ -72,8 +75,8 @@ fn check_state(scene: &SceneRow, quarantined: bool) -> Result<(), Problem> {
     }
 }
 
-async fn archive(api: &Api, scene_id: &str, format: &str) -> Result<ArchiveRow, Problem> {
-    if let Some(archive) = api.store.archive(scene_id, format).await?
+async fn archive(api: &Api, scene_id: &SceneId, format: &str) -> Result<ArchiveRow, Problem> {
+    if let Some(archive) = api.store.archive(&DEFAULT_TENANT, scene_id, format).await?
         && api.store.blobs().contains(&archive.digest).await?
     {
         return Ok(archive);
@@ -88,7 +91,7 @@ async fn archive(api: &Api, scene_id: &str, format: &str) -> Result<ArchiveRow, 
     if format == "all" {
         return Err(gone());
     }
-    let all = api.store.archive(scene_id, "all").await?.ok_or_else(gone)?;
+    let all = api.store.archive(&DEFAULT_TENANT, scene_id, "all").await?.ok_or_else(gone)?;
     let bytes = api.store.blobs().get(&all.digest).await?.ok_or_else(gone)?;
     let wanted = format.to_owned();
     let cut = tokio::task::spawn_blocking(move || only(&bytes, &wanted)).await;
@@ -111,7 +114,7 @@ async fn archive(api: &Api, scene_id: &str, format: &str) -> Result<ArchiveRow, 
     };
     let size = part.len() as u64;
     let archive = ArchiveRow { digest: api.store.blobs().put(part).await?, size };
-    api.store.record_archive(scene_id, format, archive.clone()).await?;
+    api.store.record_archive(&DEFAULT_TENANT, scene_id, format, archive.clone()).await?;
     Ok(archive)
 }
 

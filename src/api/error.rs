@@ -46,36 +46,27 @@ impl ProblemType {
         Self::Unavailable,
     ];
 
-    /// Status, name in the type's URI, title.
-    fn facts(self) -> (StatusCode, &'static str, &'static str) {
+    /// The HTTP status, and the name in the type's URI.
+    fn facts(self) -> (StatusCode, &'static str) {
         match self {
-            Self::MalformedRequest => {
-                (StatusCode::BAD_REQUEST, "malformed-request", "The request cannot be read")
-            }
-            Self::InvalidRequest => {
-                (StatusCode::UNPROCESSABLE_ENTITY, "invalid-request", "The request is not valid")
-            }
-            Self::NotFound => (StatusCode::NOT_FOUND, "not-found", "There is no such thing"),
-            Self::MethodNotAllowed => {
-                (StatusCode::METHOD_NOT_ALLOWED, "method-not-allowed", "Not with this method")
-            }
-            Self::RequestTimeout => {
-                (StatusCode::REQUEST_TIMEOUT, "request-timeout", "The request took too long to arrive")
-            }
-            Self::Conflict => (StatusCode::CONFLICT, "conflict", "Not in this state"),
-            Self::Gone => (StatusCode::GONE, "gone", "It was deleted"),
-            Self::PayloadTooLarge => {
-                (StatusCode::PAYLOAD_TOO_LARGE, "payload-too-large", "The request is too large")
-            }
-            Self::UnsupportedMediaType => {
-                (StatusCode::UNSUPPORTED_MEDIA_TYPE, "unsupported-media-type", "Not in this format")
-            }
-            Self::RangeNotSatisfiable => {
-                (StatusCode::RANGE_NOT_SATISFIABLE, "range-not-satisfiable", "The range is outside")
-            }
-            Self::Internal => (StatusCode::INTERNAL_SERVER_ERROR, "internal", "Something broke here"),
-            Self::Unavailable => (StatusCode::SERVICE_UNAVAILABLE, "unavailable", "Not now"),
+            Self::MalformedRequest => (StatusCode::BAD_REQUEST, "malformed-request"),
+            Self::InvalidRequest => (StatusCode::UNPROCESSABLE_ENTITY, "invalid-request"),
+            Self::NotFound => (StatusCode::NOT_FOUND, "not-found"),
+            Self::MethodNotAllowed => (StatusCode::METHOD_NOT_ALLOWED, "method-not-allowed"),
+            Self::RequestTimeout => (StatusCode::REQUEST_TIMEOUT, "request-timeout"),
+            Self::Conflict => (StatusCode::CONFLICT, "conflict"),
+            Self::Gone => (StatusCode::GONE, "gone"),
+            Self::PayloadTooLarge => (StatusCode::PAYLOAD_TOO_LARGE, "payload-too-large"),
+            Self::UnsupportedMediaType => (StatusCode::UNSUPPORTED_MEDIA_TYPE, "unsupported-media-type"),
+            Self::RangeNotSatisfiable => (StatusCode::RANGE_NOT_SATISFIABLE, "range-not-satisfiable"),
+            Self::Internal => (StatusCode::INTERNAL_SERVER_ERROR, "internal"),
+            Self::Unavailable => (StatusCode::SERVICE_UNAVAILABLE, "unavailable"),
         }
+    }
+
+    /// The standard reason phrase of the status (RFC 9110).
+    pub fn title(self) -> &'static str {
+        self.facts().0.canonical_reason().unwrap_or("Error")
     }
 
     pub fn status(self) -> StatusCode {
@@ -145,7 +136,7 @@ impl Problem {
 
     /// The document, with the id of the request it answers.
     pub fn document(&self, request_id: &str) -> serde_json::Value {
-        let (status, _, title) = self.kind.facts();
+        let (status, title) = (self.kind.status(), self.kind.title());
         let mut document = json!({
             "type": self.kind.uri(),
             "title": title,

@@ -19,8 +19,9 @@ use tokio_stream::wrappers::ReceiverStream;
 
 use super::Api;
 use super::error::{Problem, ProblemType};
-use super::jobs::find;
+use super::jobs::{find, parse_id};
 use super::wire::{EventView, page_size, parameter, query};
+use scene::JobId;
 use store::events::Event;
 use store::{DEFAULT_TENANT, StoreError};
 
@@ -37,9 +38,10 @@ pub async fn list(
         Some(text) => sequence(text).ok_or_else(|| parameter("after", "must be the `seq` of an event"))?,
     };
     let size = page_size(parameters.get("page_size").map(String::as_str))?;
+    let job_id = parse_id(&job_id)?;
     let job = find(&api, &job_id).await?;
     if !wants_stream(&headers) {
-        let events = api.store.events(&job_id, after, size).await?;
+        let events = api.store.events(&DEFAULT_TENANT, &job_id, after, size).await?;
         let next = events.last().map_or(after, |event| event.seq);
         let views: Vec<EventView> = events.into_iter().map(EventView::new).collect();
         return Ok(Json(json!({ "events": views, "next_after": next })).into_response());
@@ -51,7 +53,7 @@ pub async fn list(
             Problem::new(ProblemType::MalformedRequest, "invalid_last_event_id", detail)
         })?,
     };
-    if job.state.is_final() && api.store.events(&job_id, seen, 1).await?.is_empty() {
+    if job.state.is_final() && api.store.events(&DEFAULT_TENANT, &job_id, seen, 1).await?.is_empty() {
         // Tells an EventSource that there is nothing to come back for.
         return Ok(StatusCode::NO_CONTENT.into_response());
     }
@@ -74,7 +76,7 @@ fn wants_stream(headers: &HeaderMap) -> bool {
 }
 
 /// Every event after `seen`, until the job has ended, the client has gone or the process is to end.
-fn stream(api: Api, job_id: String, seen: i64) -> impl Stream<Item = Result<SentEvent, Infallible>> {
+fn stream(api: Api, job_id: JobId, seen: i64) -> impl Stream<Item = Result<SentEvent, Infallible>> {
     let (sender, receiver) = mpsc::channel(64);
     tokio::spawn(async move {
         tokio::select! {
@@ -82,7 +84,7 @@ fn stream(api: Api, job_id: String, seen: i64) -> impl Stream<Item = Result<Sent
             () = api.shutdown.cancelled() => {}
             result = follow(&api, &job_id, seen, &sender) => {
                 if let Err(error) = result {
-                    tracing::error!(%error, job_id, "an event stream broke off; the client will come back");
+                    tracing::error!(%error, %job_id, "an event stream broke off; the client will come back");
                 }
             }
         }
@@ -92,7 +94,7 @@ fn stream(api: Api, job_id: String, seen: i64) -> impl Stream<Item = Result<Sent
 
 async fn follow(
     api: &Api,
-    job_id: &str,
+    job_id: &JobId,
     mut seen: i64,
     sender: &mpsc::Sender<Result<SentEvent, Infallible>>,
 ) -> Result<(), StoreError> {
@@ -100,9 +102,9 @@ async fn follow(
     loop {
         changes.mark_unchanged();
         // The state first: when it is final, the events read after it are all there will be.
-        let job = api.store.job(DEFAULT_TENANT, job_id).await?;
+        let job = api.store.job(&DEFAULT_TENANT, job_id).await?;
         let ended = job.is_none_or(|job| job.state.is_final());
-        let events = api.store.events(job_id, seen, 100).await?;
+        let events = api.store.events(&DEFAULT_TENANT, job_id, seen, 100).await?;
         let nothing_new = events.is_empty();
         for event in events {
             seen = event.seq;
@@ -114,7 +116,7 @@ async fn follow(
             if ended {
                 return Ok(());
             }
-            // The timeout covers a change made by somebody whose announcement did not reach us.
+            // The timeout covers a change whose announcement did not reach this process.
             let _ = tokio::time::timeout(Duration::from_secs(5), changes.changed()).await;
         }
     }

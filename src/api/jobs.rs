@@ -11,36 +11,39 @@ use super::Api;
 use super::error::{FieldError, Problem, ProblemType};
 use super::submission::{json_bytes, media_type, parse};
 use super::wire::{JobView, StageView};
+use scene::JobId;
 use store::DEFAULT_TENANT;
-use store::jobs::{JobRow, Retried};
-use store::queue::CancelRequest;
+use store::jobs::{JobRow, RetryOutcome};
+use store::queue::CancelOutcome;
 
 /// `GET /jobs/{job_id}`.
 pub async fn show(State(api): State<Api>, Path(job_id): Path<String>) -> Result<Response, Problem> {
-    Ok(Json(JobView::new(find(&api, &job_id).await?)).into_response())
+    Ok(Json(JobView::new(find(&api, &parse_id(&job_id)?).await?)).into_response())
 }
 
 /// `GET /jobs/{job_id}/stages`.
 pub async fn stages(State(api): State<Api>, Path(job_id): Path<String>) -> Result<Response, Problem> {
+    let job_id = parse_id(&job_id)?;
     find(&api, &job_id).await?;
-    let rows = api.store.stages(&job_id).await?;
+    let rows = api.store.stages(&DEFAULT_TENANT, &job_id).await?;
     let views: Vec<StageView> = rows.into_iter().map(StageView::new).collect();
     Ok(Json(json!({ "stages": views })).into_response())
 }
 
 /// `POST /jobs/{job_id}/cancel`.
 pub async fn cancel(State(api): State<Api>, Path(job_id): Path<String>) -> Result<Response, Problem> {
-    match api.store.cancel(DEFAULT_TENANT, &job_id).await? {
-        CancelRequest::Accepted(_) => {
+    let job_id = parse_id(&job_id)?;
+    match api.store.cancel(&DEFAULT_TENANT, &job_id).await? {
+        CancelOutcome::Accepted(_) => {
             let job = find(&api, &job_id).await?;
             Ok((StatusCode::ACCEPTED, Json(JobView::new(job))).into_response())
         }
-        CancelRequest::TooLate(state) => Err(Problem::new(
+        CancelOutcome::TooLate(state) => Err(Problem::new(
             ProblemType::Conflict,
             "job_already_ended",
             format!("this job has {state} already; there is nothing to cancel"),
         )),
-        CancelRequest::NotFound => Err(Problem::not_found("job", &job_id)),
+        CancelOutcome::NotFound => Err(Problem::not_found("job", job_id.as_str())),
     }
 }
 
@@ -71,8 +74,9 @@ pub async fn retry(
         }
     };
     let conflict = |code, detail| Err(Problem::new(ProblemType::Conflict, code, detail));
-    match api.store.retry(DEFAULT_TENANT, &job_id, body.from_stage).await? {
-        Retried::Created { job_id, .. } => {
+    let job_id = parse_id(&job_id)?;
+    match api.store.retry(&DEFAULT_TENANT, &job_id, body.from_stage).await? {
+        RetryOutcome::Created { job_id, .. } => {
             let view = JobView::new(find(&api, &job_id).await?);
             let location = HeaderValue::from_str(&view.links.this);
             let mut response = (StatusCode::ACCEPTED, Json(view)).into_response();
@@ -81,24 +85,29 @@ pub async fn retry(
             }
             Ok(response)
         }
-        Retried::NotFound => Err(Problem::not_found("job", &job_id)),
-        Retried::StillActive => conflict(
+        RetryOutcome::NotFound => Err(Problem::not_found("job", job_id.as_str())),
+        RetryOutcome::StillActive => conflict(
             "job_still_active",
             "a job of this scene has not ended; cancel it first, or wait for it".to_owned(),
         ),
-        Retried::SceneIs(state) => conflict(
+        RetryOutcome::SceneIs(state) => conflict(
             "scene_not_retryable",
             format!("the scene is {}; submit a new one with another seed", state.as_str()),
         ),
-        Retried::NoSuchStage => Err(Problem::invalid(vec![FieldError::new(
+        RetryOutcome::NoSuchStage => Err(Problem::invalid(vec![FieldError::new(
             "/from_stage",
             "the job never came to that stage; GET its stages for the names",
         )])),
     }
 }
 
+/// The job id in a path. A text that is no id names no job.
+pub(super) fn parse_id(text: &str) -> Result<JobId, Problem> {
+    text.parse().map_err(|_| Problem::not_found("job", text))
+}
+
 /// A job that is there.
-pub(super) async fn find(api: &Api, job_id: &str) -> Result<JobRow, Problem> {
-    let job = api.store.job(DEFAULT_TENANT, job_id).await?;
-    job.ok_or_else(|| Problem::not_found("job", job_id))
+pub(super) async fn find(api: &Api, job_id: &JobId) -> Result<JobRow, Problem> {
+    let job = api.store.job(&DEFAULT_TENANT, job_id).await?;
+    job.ok_or_else(|| Problem::not_found("job", job_id.as_str()))
 }

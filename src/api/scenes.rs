@@ -14,9 +14,10 @@ use super::wire::{
     parse_timestamp, query,
 };
 use super::{Api, submission};
+use scene::SceneId;
 use scene::job::SceneState;
 use store::DEFAULT_TENANT;
-use store::scenes::{Deleted, NewScene, SceneFilter, SceneRow, Submitted};
+use store::scenes::{DeleteOutcome, NewScene, SceneFilter, SceneRow, SubmitOutcome};
 
 /// `POST /scenes`.
 pub async fn submit(
@@ -36,23 +37,23 @@ pub async fn submit(
     if validate_only {
         return Ok(Json(json!({ "valid": true, "request": submission.request })).into_response());
     }
-    if let Some(picture) = &submission.picture {
-        api.store.blobs().put(picture.bytes.clone()).await?;
+    if let Some(image) = &submission.image {
+        api.store.blobs().put(image.bytes.clone()).await?;
     }
     let new = NewScene {
-        tenant_id: DEFAULT_TENANT.to_owned(),
+        tenant_id: DEFAULT_TENANT.clone(),
         request: json!(submission.request),
         labels: submission.labels,
         budget_micro_usd: submission.request.options.budget(api.settings.usual_budget_usd).0,
         idempotency: key.map(|key| (key, submission.body_digest.to_string())),
     };
     let scene_id = match api.store.submit(new).await? {
-        Submitted::Created { scene_id, .. } => {
+        SubmitOutcome::Created { scene_id, .. } => {
             metrics::counter!("tabletopgen_scenes_submitted_total").increment(1);
             scene_id
         }
-        Submitted::Replayed { scene_id, .. } => scene_id,
-        Submitted::KeyReused => {
+        SubmitOutcome::Replayed { scene_id, .. } => scene_id,
+        SubmitOutcome::KeyReused => {
             return Err(Problem::new(
                 ProblemType::InvalidRequest,
                 "idempotency_key_reused",
@@ -68,7 +69,7 @@ pub async fn submit(
     // Without `Prefer` the answer is always 202: the same request gets the same answer.
     let status = if wait.is_some() { status } else { StatusCode::ACCEPTED };
     let location = format!("/scenes/{scene_id}");
-    let job = api.store.latest_job(&scene_id).await?;
+    let job = api.store.latest_job(&DEFAULT_TENANT, &scene_id).await?;
     let mut response = (status, Json(SceneView::new(scene, job))).into_response();
     if let Ok(location) = HeaderValue::from_str(&location) {
         response.headers_mut().insert(header::LOCATION, location);
@@ -108,18 +109,18 @@ pub async fn list(State(api): State<Api>, RawQuery(raw_query): RawQuery) -> Resu
     let filter = SceneFilter {
         state,
         label,
-        parent: get("parent").map(str::to_owned),
+        parent: get("parent").map(parent_id).transpose()?,
         created_after_ms,
         before_id: get("page_token").map(parse_page_token).transpose()?,
         limit: size + 1,
     };
-    let mut rows = api.store.scenes(DEFAULT_TENANT, filter).await?;
+    let mut rows = api.store.scenes(&DEFAULT_TENANT, filter).await?;
     let more = rows.len() > size as usize;
     rows.truncate(size as usize);
     let next = rows.last().filter(|_| more).map(|scene| page_token(&scene.id));
     let mut scenes = Vec::with_capacity(rows.len());
     for scene in rows {
-        let job = api.store.latest_job(&scene.id).await?;
+        let job = api.store.latest_job(&DEFAULT_TENANT, &scene.id).await?;
         scenes.push(SceneView::new(scene, job));
     }
     Ok(Json(json!({ "scenes": scenes, "next_page_token": next })).into_response())
@@ -127,37 +128,49 @@ pub async fn list(State(api): State<Api>, RawQuery(raw_query): RawQuery) -> Resu
 
 /// `GET /scenes/{scene_id}`.
 pub async fn show(State(api): State<Api>, Path(scene_id): Path<String>) -> Result<Response, Problem> {
+    let scene_id = parse_id(&scene_id)?;
     let scene = find(&api, &scene_id).await?;
-    let job = api.store.latest_job(&scene_id).await?;
+    let job = api.store.latest_job(&DEFAULT_TENANT, &scene_id).await?;
     let stages = match &job {
-        Some(job) => api.store.stages(&job.id).await?,
+        Some(job) => api.store.stages(&DEFAULT_TENANT, &job.id).await?,
         None => Vec::new(),
     };
-    let artifacts = api.store.artifacts(&scene_id).await?;
+    let artifacts = api.store.artifacts(&DEFAULT_TENANT, &scene_id).await?;
     let mut view = SceneView::new(scene, job);
     view.stages = Some(stages.into_iter().map(StageView::new).collect());
-    view.spending =
-        Some(SpendingView::new(api.store.spending(&scene_id).await?, api.store.calls(&scene_id).await?));
+    let spending = api.store.spending(&DEFAULT_TENANT, &scene_id).await?;
+    let calls = api.store.calls(&DEFAULT_TENANT, &scene_id).await?;
+    view.spending = Some(SpendingView::new(spending, calls));
     view.artifacts = Some(artifacts.into_iter().map(|row| ArtifactView::new(&scene_id, row)).collect());
     Ok(Json(view).into_response())
 }
 
 /// `DELETE /scenes/{scene_id}`.
 pub async fn remove(State(api): State<Api>, Path(scene_id): Path<String>) -> Result<StatusCode, Problem> {
-    match api.store.delete_scene(DEFAULT_TENANT, &scene_id).await? {
-        Deleted::Done => Ok(StatusCode::NO_CONTENT),
-        Deleted::NotFound => Err(Problem::not_found("scene", &scene_id)),
+    let scene_id = parse_id(&scene_id)?;
+    match api.store.delete_scene(&DEFAULT_TENANT, &scene_id).await? {
+        DeleteOutcome::Done => Ok(StatusCode::NO_CONTENT),
+        DeleteOutcome::NotFound => Err(Problem::not_found("scene", scene_id.as_str())),
     }
 }
 
+/// The scene id in a path. A text that is no id names no scene.
+pub(super) fn parse_id(text: &str) -> Result<SceneId, Problem> {
+    text.parse().map_err(|_| Problem::not_found("scene", text))
+}
+
+fn parent_id(text: &str) -> Result<SceneId, Problem> {
+    text.parse().map_err(|_| parameter("parent", "must be the id of a scene"))
+}
+
 /// A scene that is there.
-pub(super) async fn find(api: &Api, scene_id: &str) -> Result<SceneRow, Problem> {
-    match api.store.scene(DEFAULT_TENANT, scene_id).await? {
+pub(super) async fn find(api: &Api, scene_id: &SceneId) -> Result<SceneRow, Problem> {
+    match api.store.scene(&DEFAULT_TENANT, scene_id).await? {
         Some(scene) if scene.state == SceneState::Deleted => {
             Err(Problem::new(ProblemType::Gone, "scene_deleted", "this scene was deleted; submit it again"))
         }
         Some(scene) => Ok(scene),
-        None => Err(Problem::not_found("scene", scene_id)),
+        None => Err(Problem::not_found("scene", scene_id.as_str())),
     }
 }
 
@@ -185,11 +198,11 @@ fn preferred_wait(headers: &HeaderMap, max_secs: u64) -> Option<Duration> {
 }
 
 /// Returns when the scene is no longer pending, or after `wait`, or when the process is to end.
-async fn wait_for(api: &Api, scene_id: &str, wait: Duration) -> Result<(), Problem> {
+async fn wait_for(api: &Api, scene_id: &SceneId, wait: Duration) -> Result<(), Problem> {
     let deadline = tokio::time::Instant::now() + wait;
     let mut changes = api.store.changes();
     loop {
-        let scene = api.store.scene(DEFAULT_TENANT, scene_id).await?;
+        let scene = api.store.scene(&DEFAULT_TENANT, scene_id).await?;
         if scene.is_none_or(|scene| scene.state != SceneState::Pending) {
             return Ok(());
         }

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::wire::timestamp;
-use scene::MicroUsd;
+use scene::{JobId, MicroUsd};
 use store::calls::{CallRow, Spending};
 
 /// The money of a scene, and every call it went to.
@@ -17,7 +17,7 @@ pub struct SpendingView {
 
 #[derive(Serialize)]
 pub struct CallView {
-    pub job_id: String,
+    pub job_id: JobId,
     pub stage: String,
     /// Absent when the stage works on the whole scene.
     #[serde(skip_serializing_if = "String::is_empty")]

@@ -1,6 +1,6 @@
-//! What `POST /scenes` accepts: JSON, or multipart with the picture as a file, checked in full.
+//! What `POST /scenes` accepts: JSON, or multipart with the image as a file, checked in full.
 //!
-//! The check is a function of its own ([`accept`]), so that every way in refuses the same things.
+//! The check is a function of its own ([`accept`]), so that every way in refuses the same objects.
 
 use std::collections::BTreeMap;
 
@@ -16,9 +16,10 @@ use serde_path_to_error::Segment;
 use uuid::Uuid;
 
 use super::error::{FieldError, Problem, ProblemType};
-use super::picture::Picture;
-use super::{Api, Settings, Validate, picture};
-use scene::request::{MAX_BUDGET_USD, MAX_SEED, RequestOptions};
+use super::image::UploadedImage;
+use super::{Api, Settings, Validate, image};
+use scene::Violation;
+use scene::request::{MAX_SEED, RequestOptions};
 use scene::{Input, SceneRequest};
 use store::Digest;
 
@@ -33,7 +34,7 @@ pub struct SceneBody {
     pub options: RequestOptions,
 }
 
-/// Where a picture is, or its bytes; one of them.
+/// Where an image is, or its bytes; one of them.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ImageSource {
@@ -41,12 +42,12 @@ pub struct ImageSource {
     pub url: Option<String>,
 }
 
-/// What somebody asks for, unchecked.
+/// The content of a request before validation.
 #[derive(Clone, Debug, Default)]
 pub struct Draft {
     pub text: Option<String>,
-    /// The bytes of a picture file.
-    pub picture: Option<Bytes>,
+    /// The bytes of an image file.
+    pub image: Option<Bytes>,
     /// Drawn when absent.
     pub seed: Option<u64>,
     pub labels: BTreeMap<String, String>,
@@ -59,7 +60,7 @@ pub struct Submission {
     pub request: SceneRequest,
     pub labels: BTreeMap<String, String>,
     /// To be stored before the request that names it.
-    pub picture: Option<Picture>,
+    pub image: Option<UploadedImage>,
     /// The same for the same content, whatever its form; a seed drawn here does not count.
     pub body_digest: Digest,
 }
@@ -181,10 +182,10 @@ pub fn parse<T: for<'de> Deserialize<'de>>(bytes: &[u8]) -> Result<T, Problem> {
 }
 
 async fn check(api: &Api, body: SceneBody, file: Option<Bytes>) -> Result<Submission, Problem> {
-    let mut picture = file;
-    match (body.image, &picture) {
-        (Some(source), None) => match picture_of(api, source).await {
-            Ok(bytes) => picture = Some(bytes),
+    let mut image = file;
+    match (body.image, &image) {
+        (Some(source), None) => match image_of(api, source).await {
+            Ok(bytes) => image = Some(bytes),
             Err((pointer, detail)) => return Err(Problem::invalid(vec![FieldError::new(pointer, detail)])),
         },
         (Some(_), Some(_)) => {
@@ -195,10 +196,9 @@ async fn check(api: &Api, body: SceneBody, file: Option<Bytes>) -> Result<Submis
         }
         (None, _) => {}
     }
-    let draft =
-        Draft { text: body.text, picture, seed: body.seed, labels: body.labels, options: body.options };
-    // Pictures are decoded a few at a time.
-    let turn = match &draft.picture {
+    let draft = Draft { text: body.text, image, seed: body.seed, labels: body.labels, options: body.options };
+    // Images are decoded a few at a time.
+    let turn = match &draft.image {
         Some(_) => api.decoders.clone().acquire_owned().await.ok(),
         None => None,
     };
@@ -207,10 +207,10 @@ async fn check(api: &Api, body: SceneBody, file: Option<Bytes>) -> Result<Submis
         let _turn = turn;
         accept(draft, &settings, &validate)
     });
-    accepted.await.unwrap_or_else(|_| Err(picture::unreadable("its decoder gave up")))
+    accepted.await.unwrap_or_else(|_| Err(image::unreadable("its decoder gave up")))
 }
 
-/// Checks a draft in full; what comes back may be enqueued. Decodes the picture, so it blocks.
+/// Checks a draft in full; what comes back may be enqueued. Decodes the image, so it blocks.
 pub fn accept(draft: Draft, settings: &Settings, validate: &Validate) -> Result<Submission, Problem> {
     let mut errors = Vec::new();
     let mut wrong = |pointer: &str, detail: String| errors.push(FieldError::new(pointer, detail));
@@ -218,9 +218,11 @@ pub fn accept(draft: Draft, settings: &Settings, validate: &Validate) -> Result<
         wrong("/seed", format!("must be at most {MAX_SEED}"));
     }
     check_labels(&draft.labels, &mut wrong);
-    check_options(&draft.options, &mut wrong);
+    for Violation { pointer, detail } in draft.options.violations() {
+        wrong(&format!("/options{pointer}"), detail);
+    }
     let mut text = None;
-    match (&draft.text, &draft.picture) {
+    match (&draft.text, &draft.image) {
         (Some(given), None) => match check_text(given, settings.max_text_chars) {
             Ok(checked) => text = Some(checked),
             Err(detail) => wrong("/text", detail),
@@ -232,10 +234,10 @@ pub fn accept(draft: Draft, settings: &Settings, validate: &Validate) -> Result<
     if !errors.is_empty() {
         return Err(Problem::invalid(errors));
     }
-    let picture = draft.picture.map(|bytes| picture::check(bytes, settings)).transpose()?;
-    let input = match &picture {
-        Some(picture) => {
-            Input::Image { sha256: picture.digest.to_string(), media_type: picture.media_type.to_owned() }
+    let image = draft.image.map(|bytes| image::check(bytes, settings)).transpose()?;
+    let input = match &image {
+        Some(image) => {
+            Input::Image { sha256: image.digest.to_string(), media_type: image.media_type.to_owned() }
         }
         None => Input::Text { text: text.unwrap_or_default() },
     };
@@ -248,10 +250,10 @@ pub fn accept(draft: Draft, settings: &Settings, validate: &Validate) -> Result<
     if !errors.is_empty() {
         return Err(Problem::invalid(errors));
     }
-    Ok(Submission { request, labels: draft.labels, picture, body_digest })
+    Ok(Submission { request, labels: draft.labels, image, body_digest })
 }
 
-/// A seed nobody asked for; it is reported with the scene.
+/// A random seed, for a request without one; the scene reports it.
 fn draw_seed() -> u64 {
     // The version's four bits are the same in every one; the others are random.
     let random = Uuid::new_v4().as_u128();
@@ -272,20 +274,20 @@ fn check_text(text: &str, max_chars: usize) -> Result<String, String> {
     }
 }
 
-/// The picture's bytes, or which part of the source will not do and why.
-async fn picture_of(api: &Api, source: ImageSource) -> Result<Bytes, (&'static str, String)> {
+/// The image's bytes, or which part of the source will not do and why.
+async fn image_of(api: &Api, source: ImageSource) -> Result<Bytes, (&'static str, String)> {
     match (source.base64, source.url) {
         (Some(text), None) => STANDARD
             .decode(text.trim())
             .map(Bytes::from)
             .map_err(|_| ("/image/base64", "is no base64; encode the file's bytes with padding".to_owned())),
-        (None, Some(_)) if !api.settings.fetch_pictures => {
-            let told = "this server fetches no pictures; send the bytes as `base64` or as multipart";
-            Err(("/image/url", told.to_owned()))
+        (None, Some(_)) if !api.settings.fetch_images => {
+            let message = "this server fetches no pictures; send the bytes as `base64` or as multipart";
+            Err(("/image/url", message.to_owned()))
         }
         (None, Some(url)) => {
-            let fetched = (api.fetch_picture)(url, api.settings.max_image_bytes);
-            fetched.await.map_err(|told| ("/image/url", told))
+            let fetched = (api.fetch_image)(url, api.settings.max_image_bytes);
+            fetched.await.map_err(|message| ("/image/url", message))
         }
         _ => Err(("/image", "give `base64` or `url`".to_owned())),
     }
@@ -302,51 +304,6 @@ fn check_labels(labels: &BTreeMap<String, String>, wrong: &mut impl FnMut(&str, 
             wrong("/labels", "keys have 1 to 63 letters, digits, `_`, `-` or `.`".into());
         } else if value.chars().count() > 255 || value.chars().any(char::is_control) {
             wrong(&format!("/labels/{key}"), "values have at most 255 characters, none of control".into());
-        }
-    }
-}
-
-fn check_options(options: &RequestOptions, wrong: &mut impl FnMut(&str, String)) {
-    if options.max_objects.is_some_and(|count| !(1..=64).contains(&count)) {
-        wrong("/options/max_objects", "must be from 1 to 64".into());
-    }
-    if options.budget_usd.is_some_and(|budget| !(0.0..=MAX_BUDGET_USD).contains(&budget)) {
-        wrong("/options/budget_usd", format!("must be from 0 to {MAX_BUDGET_USD} US dollars"));
-    }
-    if let Some(anchor) = &options.metric_anchor {
-        if !(0.001..=10.0).contains(&anchor.width_m) {
-            wrong("/options/metric_anchor/width_m", "must be from 0.001 to 10 meters".into());
-        }
-        if !(1..=100).contains(&anchor.object.chars().count()) {
-            wrong("/options/metric_anchor/object", "must have 1 to 100 characters".into());
-        }
-    }
-    if let Some(table) = &options.table {
-        if let Some(size) = table.size_m {
-            for (axis, extent, low, high) in
-                [("0", size.x, 0.2, 5.0), ("1", size.y, 0.2, 5.0), ("2", size.z, 0.1, 2.0)]
-            {
-                if !(low..=high).contains(&extent) {
-                    wrong(
-                        &format!("/options/table/size_m/{axis}"),
-                        format!("must be from {low} to {high} meters"),
-                    );
-                }
-            }
-        }
-        for (name, word) in [("model", &table.model), ("material", &table.material), ("color", &table.color)]
-        {
-            if word.as_ref().is_some_and(|word| !(1..=63).contains(&word.chars().count())) {
-                wrong(&format!("/options/table/{name}"), "must have 1 to 63 characters".into());
-            }
-        }
-    }
-    if options.set.len() > 64 {
-        wrong("/options/set", "has more than 64 entries".into());
-    }
-    for (key, value) in options.set.iter().take(65) {
-        if key.len() > 100 || value.len() > 1000 {
-            wrong("/options/set", "keys have at most 100 bytes and values at most 1000".into());
         }
     }
 }

@@ -10,6 +10,7 @@ use uuid::Uuid;
 
 use super::error::{Problem, ProblemType};
 pub use super::spending::SpendingView;
+use scene::{JobId, SceneId};
 use store::artifacts::ArtifactRow;
 use store::events::Event;
 use store::jobs::{JobRow, StageRow};
@@ -18,11 +19,11 @@ use store::scenes::SceneRow;
 /// A scene with its newest job.
 #[derive(Serialize)]
 pub struct SceneView {
-    pub id: String,
+    pub id: SceneId,
     pub state: &'static str,
     pub verdict: Option<String>,
     pub failure: Option<FailureView>,
-    pub parent: Option<String>,
+    pub parent: Option<SceneId>,
     pub seed: Value,
     pub request: Value,
     pub labels: BTreeMap<String, String>,
@@ -95,11 +96,11 @@ impl FailureView {
 
 #[derive(Serialize)]
 pub struct JobView {
-    pub id: String,
-    pub kind: String,
+    pub id: JobId,
+    pub kind: &'static str,
     pub state: &'static str,
-    pub scene_id: Option<String>,
-    pub retry_of: Option<String>,
+    pub scene_id: Option<SceneId>,
+    pub retry_of: Option<JobId>,
     pub from_stage: Option<String>,
     pub attempt: i64,
     pub failure: Option<FailureView>,
@@ -129,7 +130,7 @@ impl JobView {
                 this,
             },
             id: job.id,
-            kind: job.kind,
+            kind: job.kind.as_str(),
             state: job.state.as_str(),
             scene_id: job.scene_id,
             retry_of: job.retry_of,
@@ -181,7 +182,7 @@ pub struct ArtifactView {
 }
 
 impl ArtifactView {
-    pub fn new(scene_id: &str, row: ArtifactRow) -> Self {
+    pub fn new(scene_id: &SceneId, row: ArtifactRow) -> Self {
         Self {
             url: format!("/scenes/{scene_id}/artifacts/{}", row.file.name),
             name: row.file.name,
@@ -253,17 +254,18 @@ pub fn parse_timestamp(text: &str) -> Option<i64> {
 }
 
 /// Opaque token that continues a list after the scene `id`.
-pub fn page_token(id: &str) -> String {
-    URL_SAFE_NO_PAD.encode(id)
+pub fn page_token(id: &SceneId) -> String {
+    URL_SAFE_NO_PAD.encode(id.as_str())
 }
 
 /// The id a page token stands for.
-pub fn parse_page_token(token: &str) -> Result<String, Problem> {
+pub fn parse_page_token(token: &str) -> Result<SceneId, Problem> {
     URL_SAFE_NO_PAD
         .decode(token)
         .ok()
         .and_then(|bytes| String::from_utf8(bytes).ok())
         .filter(|id| Uuid::parse_str(id).is_ok())
+        .and_then(|id| SceneId::try_from(id).ok())
         .ok_or_else(|| {
             parameter("page_token", "take it from `next_page_token` of the page before, unchanged")
         })

@@ -1,4 +1,4 @@
-//! Pictures that requests name by their address, through the one client for everything outbound. A client's addresses
+//! Images that requests name by their address, through the one client for everything outbound. A client's addresses
 //! are not a provider's: they have rules of their own, and keys never go along.
 
 use std::sync::{Arc, OnceLock};
@@ -7,32 +7,30 @@ use std::time::Duration;
 use futures::FutureExt;
 
 use crate::api;
-use crate::api::FetchPicture;
-use remote::Outbound;
-use remote::address::AddressRules;
-use remote::outbound::Outgoing;
+use crate::api::FetchImage;
+use http_client::{AddressPolicy, HttpClient, HttpRequest};
 
-/// The client is made for the first picture: a server that fetches none needs no certificates.
-pub fn fetch_picture(settings: &api::Settings) -> FetchPicture {
+/// The client is made for the first image: a server that fetches none needs no certificates.
+pub fn fetch_image(settings: &api::Settings) -> FetchImage {
     let timeout = Duration::from_secs(settings.fetch_timeout_secs);
     // Plain HTTP is for hosts that are named; any other address has to be https.
-    let named = AddressRules::new(true, &settings.fetch_hosts);
-    let strict = AddressRules::new(false, "");
+    let named = AddressPolicy::new(true, &settings.fetch_hosts);
+    let strict = AddressPolicy::new(false, "");
     let hosts = settings.fetch_hosts.clone();
-    let clients: Arc<OnceLock<Option<(Outbound, Outbound)>>> = Arc::default();
-    Arc::new(move |url, most_bytes| {
+    let clients: Arc<OnceLock<Option<(HttpClient, HttpClient)>>> = Arc::default();
+    Arc::new(move |url, max_bytes| {
         let (named, strict, hosts, clients) = (named.clone(), strict.clone(), hosts.clone(), clients.clone());
         async move {
             let made = clients.get_or_init(|| {
-                let client = |rules| Outbound::new(rules, timeout).ok();
+                let client = |rules| HttpClient::new(rules, timeout).ok();
                 Some((client(named)?, client(strict)?))
             });
             let Some((named, strict)) = made else {
                 return Err("this server cannot fetch pictures; send the bytes as `base64`".to_owned());
             };
             let client = if is_named(&url, &hosts) { named } else { strict };
-            let outgoing = Outgoing::fetching(url);
-            let reply = match tokio::time::timeout(timeout, client.send(&outgoing, most_bytes)).await {
+            let outgoing = HttpRequest::get(url);
+            let reply = match tokio::time::timeout(timeout, client.send(&outgoing, max_bytes)).await {
                 Ok(Ok(reply)) => reply,
                 Ok(Err(error)) => return Err(format!("cannot be fetched: {error}")),
                 Err(_) => return Err(format!("did not come within {} s", timeout.as_secs())),

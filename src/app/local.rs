@@ -8,9 +8,10 @@ use super::AppError;
 use crate::api::submission::Submission;
 use crate::config::Config;
 use crate::worker::BuildScene;
+use scene::{JobId, SceneId};
 use store::events::Event;
 use store::jobs::JobRow;
-use store::scenes::{NewScene, SceneRow, Submitted};
+use store::scenes::{NewScene, SceneRow, SubmitOutcome};
 use store::{DEFAULT_TENANT, Outage, Store, StoreError};
 
 /// How it ended.
@@ -32,21 +33,21 @@ pub async fn run(
     cancel: CancellationToken,
     mut tell: impl FnMut(&Event),
 ) -> Result<Ended, AppError> {
-    if let Some(picture) = &submission.picture {
-        store.blobs().put(picture.bytes.clone()).await?;
+    if let Some(image) = &submission.image {
+        store.blobs().put(image.bytes.clone()).await?;
     }
     let new = NewScene {
-        tenant_id: DEFAULT_TENANT.to_owned(),
+        tenant_id: DEFAULT_TENANT.clone(),
         request: json!(submission.request),
         labels: submission.labels,
         budget_micro_usd: submission.request.options.budget(config.server.usual_budget_usd).0,
         idempotency: None,
     };
     let (scene_id, job_id) = match store.submit(new).await? {
-        Submitted::Created { scene_id, job_id } | Submitted::Replayed { scene_id, job_id } => {
+        SubmitOutcome::Created { scene_id, job_id } | SubmitOutcome::Replayed { scene_id, job_id } => {
             (scene_id, job_id)
         }
-        Submitted::KeyReused => return Err(lost("a submission without a key was refused for its key")),
+        SubmitOutcome::KeyReused => return Err(lost("a submission without a key was refused for its key")),
     };
     let stop = CancellationToken::new();
     let worker = super::worker(store, config, build)?.only(&job_id);
@@ -62,8 +63,8 @@ pub async fn run(
 
 async fn follow(
     store: &Store,
-    scene_id: &str,
-    job_id: &str,
+    scene_id: &SceneId,
+    job_id: &JobId,
     cancel: &CancellationToken,
     tell: &mut impl FnMut(&Event),
 ) -> Result<Ended, AppError> {
@@ -72,14 +73,14 @@ async fn follow(
     loop {
         changes.mark_unchanged();
         // The state first: when it is final, the events read after it are all there will be.
-        let job = store.job(DEFAULT_TENANT, job_id).await?.ok_or_else(|| lost("the job's row is gone"))?;
-        let events = store.events(job_id, seen, 1000).await?;
+        let job = store.job(&DEFAULT_TENANT, job_id).await?.ok_or_else(|| lost("the job's row is gone"))?;
+        let events = store.events(&DEFAULT_TENANT, job_id, seen, 1000).await?;
         for event in &events {
             seen = event.seq;
             tell(event);
         }
         if job.state.is_final() && events.is_empty() {
-            let scene = store.scene(DEFAULT_TENANT, scene_id).await?;
+            let scene = store.scene(&DEFAULT_TENANT, scene_id).await?;
             let scene = scene.ok_or_else(|| lost("the scene's row is gone"))?;
             return Ok(Ended::Job { scene: Box::new(scene), job: Box::new(job) });
         }
@@ -88,13 +89,13 @@ async fn follow(
         }
         tokio::select! {
             _ = changes.changed() => {}
-            // Somebody waits for this process; it does not wait for somebody to free the disk.
+            // A user waits for this process, so it does not wait until the disk has space again.
             Ok(why) = outage.wait_for(Option::is_some) => {
                 return Ok(Ended::Storage(why.unwrap_or(Outage::Other)));
             }
             () = cancel.cancelled(), if !cancelled => {
                 cancelled = true;
-                store.cancel(DEFAULT_TENANT, job_id).await?;
+                store.cancel(&DEFAULT_TENANT, job_id).await?;
             }
         }
     }

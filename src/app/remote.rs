@@ -1,5 +1,5 @@
 //! Which remote models answer, if any: their endpoints are made once, when the program starts, so that all
-//! jobs share turns, breakers and connections. Without any, nothing here touches the network or looks for
+//! jobs share rate limiters, circuit breakers and connections. Without any, nothing here touches the network or looks for
 //! certificates.
 
 use std::path::Path;
@@ -7,42 +7,42 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use crate::config::{ConfigError, ConfigErrors, Resolved};
+use http_client::cassette::{Cassette, CassetteError};
+use http_client::circuit_breaker::CircuitBreaker;
+use http_client::rate_limit::RateLimiters;
+use http_client::{AddressPolicy, HttpClient, Secret};
 use mesh_io::gltf::read_mesh_glb;
-use mesh_io::wavefront_archive;
-use mesh_io::wavefront_archive::read_mesh_obj_archive;
-use ports::{MeshGenerator, Painter, Port, Ports, SceneAnalyst, Segmenter};
-use remote::address::AddressRules;
+use mesh_io::obj_archive;
+use mesh_io::obj_archive::read_mesh_obj_archive;
+use ports::{ImageGenerator, MeshGenerator, Port, Ports, SceneAnalyst, Segmenter};
 use remote::ark;
-use remote::ark::ArkPainter;
-use remote::breaker::Breaker;
-use remote::cassette::{Cassette, CassetteError};
+use remote::ark::ArkImageGenerator;
 use remote::chat;
 use remote::chat::ChatAnalyst;
-use remote::endpoint::Proof;
+use remote::endpoint::Auth;
+use remote::fallback::FallbackChain;
 use remote::hunyuan3d;
 use remote::images;
-use remote::images::ImagesPainter;
+use remote::images::OpenAiImageGenerator;
 use remote::mesh::{ReadMesh, VendorMeshGenerator};
-use remote::preference::Preferred;
 use remote::replicate;
 use remote::settings::{
-    AnalystProvider, ArkSettings, EndpointSettings, Hunyuan3dSettings, LineMode, MeshProvider,
-    PainterProvider, SegmenterProvider,
+    AnalystProvider, ArkSettings, EndpointSettings, Hunyuan3dSettings, ImageGeneratorProvider, MeshProvider,
+    SegmenterProvider, TransportMode,
 };
 use remote::sidecar;
 use remote::sidecar::SidecarSegmenter;
 use remote::tencent;
-use remote::turns::AllTurns;
 use remote::{
-    ChatSettings, Endpoint, ImagesSettings, Outbound, ProviderSettings, ReplicateSettings, Secret,
-    SidecarSettings, TencentSettings,
+    ChatSettings, Endpoint, ImagesSettings, ProviderSettings, ReplicateSettings, SidecarSettings,
+    TencentSettings,
 };
 
 /// The remote providers of the configuration, each port's in its order; `None` stands for the embedded one.
 #[derive(Clone)]
 pub struct Remote {
     analysts: Vec<Option<Arc<dyn SceneAnalyst>>>,
-    painters: Vec<Option<Arc<dyn Painter>>>,
+    painters: Vec<Option<Arc<dyn ImageGenerator>>>,
     segmenters: Vec<Option<Arc<dyn Segmenter>>>,
     mesh_generators: Vec<Option<Arc<dyn MeshGenerator>>>,
 }
@@ -62,7 +62,9 @@ impl Remote {
         let mut endpoints = Endpoints::new(resolved, variable);
         Ok(Self {
             analysts: each(&settings.analyst, |provider| analyst(provider, settings, &mut endpoints))?,
-            painters: each(&settings.painter, |provider| painter(provider, settings, &mut endpoints))?,
+            painters: each(&settings.image_generator, |provider| {
+                image_generator(provider, settings, &mut endpoints)
+            })?,
             segmenters: each(&settings.segmenter, |provider| segmenter(provider, settings, &mut endpoints))?,
             mesh_generators: each(&settings.mesh_generator, |provider| {
                 mesh_generator(provider, settings, &mut endpoints)
@@ -72,12 +74,12 @@ impl Remote {
 
     /// The ports with the providers in their order, the embedded one where it stands.
     pub fn answer(&self, ports: Ports) -> Ports {
-        let Ports { mut analyst, mut painter, mut segmenter, mut mesh_generator, .. } = ports.clone();
+        let Ports { mut analyst, mut image_generator, mut segmenter, mut mesh_generator, .. } = ports.clone();
         if let Some(preferred) = preferred(&self.analysts, &analyst) {
             analyst = Arc::new(preferred);
         }
-        if let Some(preferred) = preferred(&self.painters, &painter) {
-            painter = Arc::new(preferred);
+        if let Some(preferred) = preferred(&self.painters, &image_generator) {
+            image_generator = Arc::new(preferred);
         }
         if let Some(preferred) = preferred(&self.segmenters, &segmenter) {
             segmenter = Arc::new(preferred);
@@ -85,7 +87,7 @@ impl Remote {
         if let Some(preferred) = preferred(&self.mesh_generators, &mesh_generator) {
             mesh_generator = Arc::new(preferred);
         }
-        Ports { analyst, painter, segmenter, mesh_generator, ..ports }
+        Ports { analyst, image_generator, segmenter, mesh_generator, ..ports }
     }
 }
 
@@ -115,27 +117,27 @@ fn analyst<V: Fn(&str) -> Option<String>>(
     Ok(Some(Arc::new(ChatAnalyst { settings: chat.clone(), endpoint })))
 }
 
-fn painter<V: Fn(&str) -> Option<String>>(
-    provider: PainterProvider,
+fn image_generator<V: Fn(&str) -> Option<String>>(
+    provider: ImageGeneratorProvider,
     settings: &ProviderSettings,
     endpoints: &mut Endpoints<'_, V>,
-) -> Made<dyn Painter> {
-    let port = Port::Painter;
+) -> Made<dyn ImageGenerator> {
+    let port = Port::ImageGenerator;
     Ok(match provider {
-        PainterProvider::Embedded => None,
-        PainterProvider::OpenaiImages => {
+        ImageGeneratorProvider::Embedded => None,
+        ImageGeneratorProvider::OpenaiImages => {
             let settings = settings.openai_images.clone();
             let ImagesSettings { model, endpoint, .. } = &settings;
             let section = "providers.openai_images";
             let vendor = Vendor::new(section, port, images::NAME, model, endpoint);
-            Some(Arc::new(ImagesPainter { endpoint: endpoints.made(&vendor)?, settings }))
+            Some(Arc::new(OpenAiImageGenerator { endpoint: endpoints.made(&vendor)?, settings }))
         }
-        PainterProvider::Ark => {
+        ImageGeneratorProvider::Ark => {
             let settings = settings.ark.clone();
             let ArkSettings { model, endpoint, .. } = &settings;
             let section = "providers.ark";
             let vendor = Vendor::new(section, port, ark::NAME, model, endpoint);
-            Some(Arc::new(ArkPainter { endpoint: endpoints.made(&vendor)?, settings }))
+            Some(Arc::new(ArkImageGenerator { endpoint: endpoints.made(&vendor)?, settings }))
         }
     })
 }
@@ -159,7 +161,7 @@ fn mesh_generator<V: Fn(&str) -> Option<String>>(
     endpoints: &mut Endpoints<'_, V>,
 ) -> Made<dyn MeshGenerator> {
     let port = Port::MeshGenerator;
-    let read_mesh: ReadMesh = Arc::new(|file| match wavefront_archive::is_archive(file) {
+    let read_mesh: ReadMesh = Arc::new(|file| match obj_archive::is_archive(file) {
         true => read_mesh_obj_archive(file).map_err(|error| error.to_string()),
         false => read_mesh_glb(file).map_err(|error| error.to_string()),
     });
@@ -170,7 +172,7 @@ fn mesh_generator<V: Fn(&str) -> Option<String>>(
             let ReplicateSettings { version, endpoint, .. } = &settings;
             let section = "providers.replicate";
             replicate::wire::prediction(&settings, "", 0)
-                .map_err(|told| wrong(endpoints.resolved, section, "inputs", told))?;
+                .map_err(|message| wrong(endpoints.resolved, section, "inputs", message))?;
             let name = replicate::NAME;
             let vendor = Vendor::new(section, port, name, version, endpoint);
             let endpoint = endpoints.made(&vendor)?;
@@ -196,12 +198,12 @@ fn mesh_generator<V: Fn(&str) -> Option<String>>(
 }
 
 /// The order of preference; `None` where the embedded provider answers alone.
-fn preferred<P: ?Sized>(order: &[Option<Arc<P>>], embedded: &Arc<P>) -> Option<Preferred<P>> {
+fn preferred<P: ?Sized>(order: &[Option<Arc<P>>], embedded: &Arc<P>) -> Option<FallbackChain<P>> {
     if order.iter().all(Option::is_none) {
         return None;
     }
     let mut order = order.iter().map(|provider| provider.as_ref().unwrap_or(embedded).clone());
-    Some(Preferred::new(order.next()?, order.collect()))
+    Some(FallbackChain::new(order.next()?, order.collect()))
 }
 
 fn wrong(resolved: &Resolved, section: &str, key: &str, detail: String) -> ConfigErrors {
@@ -235,27 +237,27 @@ impl<'a> Vendor<'a> {
     }
 }
 
-/// Makes endpoints that share one client and the turns of their keys.
+/// Makes endpoints that share one client and the rate limiters of their keys.
 struct Endpoints<'a, V> {
     resolved: &'a Resolved,
     variable: V,
-    rules: AddressRules,
-    outbound: Option<Outbound>,
-    turns: AllTurns,
+    policy: AddressPolicy,
+    client: Option<HttpClient>,
+    rate_limiters: RateLimiters,
 }
 
 impl<'a, V: Fn(&str) -> Option<String>> Endpoints<'a, V> {
     fn new(resolved: &'a Resolved, variable: V) -> Self {
         let settings = &resolved.config.providers;
-        let rules = AddressRules::new(settings.allow_http, &settings.private_hosts);
-        Self { resolved, variable, rules, outbound: None, turns: AllTurns::default() }
+        let policy = AddressPolicy::new(settings.allow_http, &settings.private_hosts);
+        Self { resolved, variable, policy, client: None, rate_limiters: RateLimiters::default() }
     }
 
     fn made(&mut self, vendor: &Vendor<'_>) -> Result<Arc<Endpoint>, ConfigErrors> {
         let resolved = self.resolved;
         let wrong = |key: &str, detail: String| wrong(resolved, vendor.section, key, detail);
         let base = self
-            .rules
+            .policy
             .check(&vendor.settings.base_url)
             .map_err(|error| wrong("base_url", error.to_string()))?;
         if base.query().is_some() || base.fragment().is_some() {
@@ -264,20 +266,20 @@ impl<'a, V: Fn(&str) -> Option<String>> Endpoints<'a, V> {
         }
         let key = key(&vendor.settings.key_variable, &self.variable)
             .map_err(|error| wrong("key_variable", error))?;
-        let proof = match vendor.secret_id_variable {
-            None => Proof::Bearer,
+        let auth = match vendor.secret_id_variable {
+            None => Auth::Bearer,
             Some(variable) => signing(&vendor.settings.base_url, variable, key.is_some(), &self.variable)
                 .map_err(|error| wrong("id_variable", error))?,
         };
-        let outbound = match &self.outbound {
+        let client = match &self.client {
             Some(made) => made.clone(),
             None => {
-                let made = outbound(resolved, self.rules.clone())?;
-                self.outbound.insert(made).clone()
+                let made = http_client(resolved, self.policy.clone())?;
+                self.client.insert(made).clone()
             }
         };
         let limits = &vendor.settings.limits;
-        let turns = self.turns.of(
+        let rate_limiter = self.rate_limiters.limiter(
             &vendor.settings.base_url,
             key.as_ref(),
             limits.concurrency,
@@ -289,38 +291,41 @@ impl<'a, V: Fn(&str) -> Option<String>> Endpoints<'a, V> {
             model: vendor.model.to_owned(),
             base_url: vendor.settings.base_url.clone(),
             key,
-            proof,
+            auth,
             idempotency_header: vendor.idempotency_header.to_owned(),
             limits: limits.clone(),
             on_unknown: resolved.config.providers.on_unknown,
-            outbound,
-            turns,
-            breaker: Breaker::new(limits.breaker_failures, Duration::from_secs(limits.breaker_rest_secs)),
+            client,
+            rate_limiter,
+            circuit_breaker: CircuitBreaker::new(
+                limits.breaker_failures,
+                Duration::from_secs(limits.breaker_rest_secs),
+            ),
         }))
     }
 }
 
 /// The one client, through the network or a recording.
-fn outbound(resolved: &Resolved, rules: AddressRules) -> Result<Outbound, ConfigErrors> {
+fn http_client(resolved: &Resolved, policy: AddressPolicy) -> Result<HttpClient, ConfigErrors> {
     let settings = &resolved.config.providers;
     let place = Path::new(&settings.cassette);
     let unusable = |error: CassetteError| wrong(resolved, "providers", "cassette", error.to_string());
-    let network = |rules| {
+    let network = |policy| {
         let timeout = Duration::from_secs(settings.connect_timeout_secs);
-        Outbound::new(rules, timeout).map_err(|error| {
-            let told = format!("the client cannot be made: {error}; install CA certificates");
-            wrong(resolved, "providers", "connect_timeout_secs", told)
+        HttpClient::new(policy, timeout).map_err(|error| {
+            let message = format!("the client cannot be made: {error}; install CA certificates");
+            wrong(resolved, "providers", "connect_timeout_secs", message)
         })
     };
     match settings.mode {
-        LineMode::Live => network(rules),
-        LineMode::Record => {
-            let cassette = Cassette::recorded(place).map_err(unusable)?;
-            Ok(network(rules)?.recording(Arc::new(cassette)))
+        TransportMode::Live => network(policy),
+        TransportMode::Record => {
+            let cassette = Cassette::record_into(place).map_err(unusable)?;
+            Ok(network(policy)?.recording(Arc::new(cassette)))
         }
-        LineMode::Replay => {
-            let cassette = Cassette::played(place).map_err(unusable)?;
-            Ok(Outbound::playing(rules, Arc::new(cassette)))
+        TransportMode::Replay => {
+            let cassette = Cassette::replay(place).map_err(unusable)?;
+            Ok(HttpClient::replaying(policy, Arc::new(cassette)))
         }
     }
 }
@@ -332,14 +337,14 @@ fn signing(
     variable_name: &str,
     has_key: bool,
     variable: impl Fn(&str) -> Option<String>,
-) -> Result<Proof, String> {
+) -> Result<Auth, String> {
     let secret_id = key(variable_name, variable)?.map(Secret::into_id);
     if secret_id.is_none() && has_key {
         return Err(format!("{variable_name} is not set, and the key is of no use without it"));
     }
     let host = base_url.split("://").nth(1).unwrap_or_default();
     let service = host.split(['.', ':', '/']).next().unwrap_or_default().to_owned();
-    Ok(Proof::Tc3 { secret_id: secret_id.unwrap_or_default(), service })
+    Ok(Auth::Tc3 { secret_id: secret_id.unwrap_or_default(), service })
 }
 
 /// The key in a variable, or in the file that the variable with `_FILE` names; none where neither is set.
@@ -389,26 +394,29 @@ mod tests {
         let complaint = |set: &[(&str, &str)], variables: &[(&str, &str)]| {
             loaded(&[&[chat], set].concat(), variables).err().expect("is refused")
         };
-        let told = complaint(&[("providers.chat.base_url", "http://api.openai.com/v1")], &[]);
-        assert!(told.contains("providers.chat.base_url") && told.contains("allow_http"), "{told}");
-        let told = complaint(&[("providers.chat.base_url", "https://10.0.0.1/v1")], &[]);
-        assert!(told.contains("private_hosts"), "{told}");
-        let told = complaint(&[("providers.chat.base_url", "https://a.example.org/v1?key=abc")], &[]);
-        assert!(told.contains("query") && !told.contains("abc"), "{told}");
-        let told = complaint(&[], &[("OPENAI_API_KEY", " ")]);
-        assert!(told.contains("OPENAI_API_KEY is empty"), "{told}");
-        let told = complaint(&[], &[("OPENAI_API_KEY_FILE", "/nowhere/key")]);
-        assert!(told.contains("cannot be read"), "{told}");
+        let message = complaint(&[("providers.chat.base_url", "http://api.openai.com/v1")], &[]);
+        assert!(message.contains("providers.chat.base_url") && message.contains("allow_http"), "{message}");
+        let message = complaint(&[("providers.chat.base_url", "https://10.0.0.1/v1")], &[]);
+        assert!(message.contains("private_hosts"), "{message}");
+        let message = complaint(&[("providers.chat.base_url", "https://a.example.org/v1?key=abc")], &[]);
+        assert!(message.contains("query") && !message.contains("abc"), "{message}");
+        let message = complaint(&[], &[("OPENAI_API_KEY", " ")]);
+        assert!(message.contains("OPENAI_API_KEY is empty"), "{message}");
+        let message = complaint(&[], &[("OPENAI_API_KEY_FILE", "/nowhere/key")]);
+        assert!(message.contains("cannot be read"), "{message}");
         let played = [("providers.mode", "replay"), ("providers.cassette", "/nowhere/cassette.zip")];
-        let told = complaint(&played, &[]);
-        assert!(told.contains("providers.cassette") && told.contains("/nowhere/cassette.zip"), "{told}");
+        let message = complaint(&played, &[]);
+        assert!(
+            message.contains("providers.cassette") && message.contains("/nowhere/cassette.zip"),
+            "{message}"
+        );
     }
 
     #[test]
     fn every_port_has_its_providers() {
         let set = [
             ("providers.analyst", "chat, embedded"),
-            ("providers.painter", "openai_images, embedded"),
+            ("providers.image_generator", "openai_images, embedded"),
             ("providers.segmenter", "sidecar, embedded"),
             ("providers.mesh_generator", "replicate, embedded"),
             ("providers.segmenter_sidecar.base_url", "https://segmenter.example.org"),
@@ -421,8 +429,8 @@ mod tests {
             remote.mesh_generators.len(),
         ];
         assert_eq!(counts, [2; 4]);
-        let told = loaded(&[&set[..], &[("providers.replicate.inputs", "[]")]].concat(), &[]).err();
-        assert!(told.expect("is refused").contains("providers.replicate.inputs"));
+        let message = loaded(&[&set[..], &[("providers.replicate.inputs", "[]")]].concat(), &[]).err();
+        assert!(message.expect("is refused").contains("providers.replicate.inputs"));
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! The server: the HTTP interface and a worker on one data directory, until somebody asks it to stop.
+//! The server: the HTTP interface and a worker on one data directory, until the operator stops it.
 
 use std::net::SocketAddr;
 use std::path::Path;
@@ -38,10 +38,10 @@ pub async fn start(resolved: &Resolved, data_dir: &Path, build: BuildScene) -> R
     let worker = super::worker(&store, config, build)?;
 
     let shutdown = CancellationToken::new();
-    let validate = super::scenes::validate(resolved);
-    let fetch_picture = super::fetching::fetch_picture(&config.server);
+    let validate = super::pipeline::validate(resolved);
+    let fetch_image = super::fetching::fetch_image(&config.server);
     let (settings, store_of_api) = (config.server.clone(), store.clone());
-    let api = Api::new(store_of_api, settings, validate, fetch_picture, recorder(), shutdown.clone());
+    let api = Api::new(store_of_api, settings, validate, fetch_image, recorder(), shutdown.clone());
     let (router, settings, stopped) = (api::router(api), config.server.clone(), shutdown.clone());
     let server = tokio::spawn(async move { api::serve::serve(listener, router, &settings, stopped).await });
     let worker = tokio::spawn(worker.run(shutdown.clone()));
@@ -88,7 +88,7 @@ fn recorder() -> PrometheusHandle {
     let handle = RECORDER.get_or_init(|| {
         let recorder = PrometheusBuilder::new().build_recorder();
         let handle = recorder.handle();
-        // Somebody else's recorder, where there is one, stays; then `/metrics` is empty.
+        // A recorder that is installed already stays; `/metrics` is then empty.
         let _ = metrics::set_global_recorder(recorder);
         handle
     });

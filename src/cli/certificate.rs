@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::outcome::Outcome;
+use super::scene_summary::Outcome;
 use scene::Certificate;
 use scene::certificate::ObjectCertificate;
 

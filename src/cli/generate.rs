@@ -9,18 +9,17 @@ use std::path::{Path, PathBuf};
 use clap::{ArgGroup, Args};
 use tokio_util::sync::CancellationToken;
 
-use super::folder::{self, Folder};
 use super::options::ConfigOptions;
-use super::outcome::{self, Outcome};
+use super::output_dir::{self, Folder};
 use super::progress::Progress;
+use super::scene_summary::{self, Outcome};
 use super::{Exit, Failure, certificate, runtime, signals, terminal};
 use crate::api::submission::{Draft, Submission, accept};
-use crate::app;
 use crate::app::config::keys::keys;
 use crate::app::config::{Config, Origin, Resolved, shapes_scenes};
 use crate::app::local;
 use crate::app::local::Ended;
-use crate::app::{logging, scenes};
+use crate::app::{self, logging};
 use crate::worker::BuildScene;
 use scene::job::JobState;
 use scene::request::{MAX_SEED, RequestOptions};
@@ -33,10 +32,10 @@ pub struct Arguments {
     /// What stands on the table, in words
     #[arg(long, value_name = "TEXT")]
     text: Option<String>,
-    /// A picture of a table: PNG, JPEG or WebP
+    /// An image of a table: PNG, JPEG or WebP
     #[arg(long, value_name = "FILE")]
     image: Option<PathBuf>,
-    /// Same input and seed: same scene, to the byte [default: drawn, and told]
+    /// Same input and seed: same scene, to the byte [default: random, and reported]
     #[arg(
         long,
         value_name = "N",
@@ -47,7 +46,7 @@ pub struct Arguments {
     /// Folder for the bundle [default: out/<short id>]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Write into a folder that holds other things
+    /// Write into a folder that holds other objects
     #[arg(long)]
     force: bool,
     /// Also write what every stage put aside, under DIR/artifacts/<stage>/
@@ -82,7 +81,7 @@ pub fn run(mut arguments: Arguments) -> Result<Exit, Failure> {
 
     let draft = Draft {
         text: arguments.text.clone(),
-        picture: arguments.image.as_deref().map(|path| read_picture(path, &resolved.config)).transpose()?,
+        image: arguments.image.as_deref().map(|path| read_image(path, &resolved.config)).transpose()?,
         seed: arguments.seed,
         labels: Default::default(),
         options: RequestOptions {
@@ -91,15 +90,16 @@ pub fn run(mut arguments: Arguments) -> Result<Exit, Failure> {
             ..RequestOptions::default()
         },
     };
-    let submission = accept(draft, &resolved.config.server, &scenes::validate(&resolved)).map_err(refused)?;
-    let build = scenes::build_scene(&resolved)?;
+    let submission =
+        accept(draft, &resolved.config.server, &app::pipeline::validate(&resolved)).map_err(refused)?;
+    let build = app::pipeline::build_pipeline(&resolved)?;
     let out = arguments.out.clone().unwrap_or_else(|| PathBuf::from("out"));
     // The default folder holds one folder per bundle, so it may hold anything itself.
-    let folder = folder::prepare(&out, arguments.force || arguments.out.is_none())?;
+    let folder = output_dir::prepare(&out, arguments.force || arguments.out.is_none())?;
     let done = runtime()
         .and_then(|runtime| runtime.block_on(make(&arguments, &resolved.config, build, submission, folder)));
     if let (Err(failure), true) = (&done, arguments.json) {
-        terminal::print(&outcome::failure_document(failure));
+        terminal::print(&scene_summary::failure_document(failure));
     }
     done
 }
@@ -202,12 +202,17 @@ async fn follow(
 }
 
 impl Arguments {
-    fn target(&self, folder: Folder) -> outcome::Target {
-        outcome::Target { folder, named: self.out.is_some(), force: self.force, artifacts: self.artifacts }
+    fn target(&self, folder: Folder) -> scene_summary::Target {
+        scene_summary::Target {
+            folder,
+            named: self.out.is_some(),
+            force: self.force,
+            artifacts: self.artifacts,
+        }
     }
 }
 
-fn read_picture(path: &Path, config: &Config) -> Result<bytes::Bytes, Failure> {
+fn read_image(path: &Path, config: &Config) -> Result<bytes::Bytes, Failure> {
     let unreadable = |error: std::io::Error| {
         Failure::usage(format!("cannot read the picture {}: {error}", path.display()))
     };

@@ -8,7 +8,7 @@ use std::io::{IsTerminal, Write};
 use serde::Serialize;
 
 use super::terminal;
-use crate::pipeline::SIDE_BY_SIDE;
+use crate::pipeline::CONCURRENT_STAGES;
 use store::events::Event;
 
 /// One stage, as far as events tell.
@@ -120,7 +120,7 @@ impl Progress {
     /// it.
     fn close_all_but(&mut self, current: &str) {
         let over = |time: &StageTime| {
-            let beside = [time.stage.as_str(), current].iter().all(|stage| SIDE_BY_SIDE.contains(stage));
+            let beside = [time.stage.as_str(), current].iter().all(|stage| CONCURRENT_STAGES.contains(stage));
             !time.shown && time.stage != current && !beside && time.done == time.begun
         };
         let lines: Vec<String> = self.stages.iter().filter(|time| over(time)).map(line_of).collect();

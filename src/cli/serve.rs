@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::options::ConfigOptions;
 use super::{Exit, Failure, runtime, signals, terminal};
-use crate::app::{logging, scenes, service};
+use crate::app::{self, logging, service};
 
 /// Arguments of `serve`.
 #[derive(Debug, Args)]
@@ -29,7 +29,7 @@ pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
     let listen = arguments.listen.map(|address| ("server.listen".to_owned(), address, "--listen"));
     let resolved = arguments.options.load(listen.into_iter().collect())?;
     logging::start(&resolved.config.log);
-    let build = scenes::build_scene(&resolved)?;
+    let build = app::pipeline::build_pipeline(&resolved)?;
     runtime()?.block_on(async {
         let stop = signals::stop_on_signal("draining: running stages finish, jobs go back to the queue")?;
         let service = service::start(&resolved, &arguments.data_dir, build).await?;

@@ -5,7 +5,7 @@ use std::io::Write;
 /// Text to standard output, as it is.
 pub fn print(text: &str) {
     let mut out = std::io::stdout().lock();
-    // Nobody is left to be told when this fails.
+    // A failure here cannot be reported anywhere.
     let _ = out.write_all(text.as_bytes()).and_then(|()| out.flush());
 }
 

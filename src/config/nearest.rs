@@ -1,4 +1,4 @@
-//! The known key somebody most likely meant.
+//! The known key that is nearest to a misspelled one.
 
 use super::keys::keys;
 

@@ -2,7 +2,7 @@
 
 use super::Config;
 use ports::feature_extractor::FeatureAdapter;
-use remote::settings::{AnalystProvider, LineMode};
+use remote::settings::{AnalystProvider, TransportMode};
 
 /// Every broken rule: the key to change, and why.
 pub(super) fn broken(config: &Config) -> Vec<(&'static str, String)> {
@@ -12,8 +12,9 @@ pub(super) fn broken(config: &Config) -> Vec<(&'static str, String)> {
             found.push((key, detail));
         }
     };
-    let Config { server, worker, log, analyst, layout, painter, descriptor, render, .. } = config;
-    let Config { canonicalize, dro, settle, resolve, appraise, export, features, providers, .. } = config;
+    let Config { server, worker, log, analyst, layout, image_generator, descriptor, render, .. } = config;
+    let Config { canonicalize, dro, settle, resolve, appraise, export, features, network, .. } = config;
+    let providers = &config.providers;
 
     rule(
         "server.listen",
@@ -55,29 +56,37 @@ pub(super) fn broken(config: &Config) -> Vec<(&'static str, String)> {
         "dinov2 needs weights; name their folder or file in features.weights, or use descriptor".into(),
     );
     rule(
+        "network.weights",
+        !network.weights.is_empty(),
+        "network.weights is empty: name a safetensors file or \"built-in\"".into(),
+    );
+    rule(
         "providers.cassette",
-        providers.mode == LineMode::Live || !providers.cassette.is_empty(),
+        providers.mode == TransportMode::Live || !providers.cassette.is_empty(),
         "record and replay want a recording; name its folder, or set providers.mode = live".into(),
     );
     let has_opinions = providers.analyst.iter().any(|provider| *provider != AnalystProvider::Embedded);
     for (key, asked) in [("appraise.ratings", appraise.ratings), ("appraise.tasks", appraise.tasks > 0)] {
-        let told =
+        let message =
             "the embedded analyst has no opinion of scenes; put chat into providers.analyst, or ask for none";
-        rule(key, !asked || has_opinions, told.into());
+        rule(key, !asked || has_opinions, message.into());
     }
     rule(
-        "analyst.most_objects",
-        analyst.most_objects >= analyst.fewest_objects,
-        format!("{} is less than analyst.fewest_objects = {}", analyst.most_objects, analyst.fewest_objects),
+        "analyst.default_max_objects",
+        analyst.default_max_objects >= analyst.fewest_objects,
+        format!(
+            "{} is less than analyst.fewest_objects = {}",
+            analyst.default_max_objects, analyst.fewest_objects
+        ),
     );
     rule(
-        "layout.least_gap_m",
-        layout.least_gap_m <= layout.gap_m,
-        format!("{} is more than layout.gap_m = {}", layout.least_gap_m, layout.gap_m),
+        "layout.min_gap_m",
+        layout.min_gap_m <= layout.gap_m,
+        format!("{} is more than layout.gap_m = {}", layout.min_gap_m, layout.gap_m),
     );
     rule(
         "painter.elevation_rad",
-        painter.elevation_rad.is_sorted(),
+        image_generator.elevation_rad.is_sorted(),
         "the lowest elevation comes first".into(),
     );
     rule(

@@ -60,11 +60,12 @@ fn later_layers_win_and_are_remembered() {
 }
 
 #[test]
-fn weights_of_ones_own_or_none_were_refused_as_not_built_in() {
-    for weights in ["", "/srv/weights/larger.safetensors"] {
-        let resolved = layers::load(arguments(&[("network.weights", weights)])).expect("is valid");
-        assert_eq!(resolved.config.network.weights, weights);
-    }
+fn network_weights_accept_a_file_and_reject_nothing() {
+    let weights = "/srv/weights/larger.safetensors";
+    let resolved = layers::load(arguments(&[("network.weights", weights)])).expect("is valid");
+    assert_eq!(resolved.config.network.weights, weights);
+    let text = complaint(&[("network.weights", "")]);
+    assert!(text.contains("network.weights is empty: name a safetensors file or \"built-in\""), "{text}");
 }
 
 #[test]
@@ -77,7 +78,7 @@ fn complaints_name_key_value_and_what_would_do() {
     assert!(complaint(&[("tsa.tau", "NaN")]).contains("outside its range"));
     assert!(complaint(&[("log.format", "yaml")]).contains("not one of text, json"));
     assert!(complaint(&[("dro.solver", "newton")]).contains("not one of golden, paper"));
-    // No number stands where nobody has an opinion.
+    // A setting without a default has no number.
     for asked in [("appraise.ratings", "true"), ("appraise.tasks", "3")] {
         assert!(complaint(&[asked]).contains("put chat into providers.analyst"), "{asked:?}");
         assert!(layers::load(arguments(&[asked, ("providers.analyst", "chat, embedded")])).is_ok());
@@ -95,8 +96,8 @@ fn complaints_name_key_value_and_what_would_do() {
         ("worker.backoff_cap_ms", "10"),
         ("log.filter", "tabletopgen=[what"),
         ("features.adapter", "dinov2"),
-        ("analyst.most_objects", "3"),
-        ("layout.least_gap_m", "0.05"),
+        ("analyst.default_max_objects", "3"),
+        ("layout.min_gap_m", "0.05"),
         ("painter.elevation_rad", "1.2, 0.5"),
         ("painter.elevation_rad", "0.5"),
         ("descriptor.side_px", "97"),

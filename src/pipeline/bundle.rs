@@ -10,10 +10,10 @@ use super::certify;
 use super::checkpoint::{ArtifactRef, Stage};
 use super::error::StageError;
 use export::ExportError;
-use export::archive::{manifest_itself, told_files};
+use export::archive::{manifest_entries, manifest_itself};
 use scene::certificate::{Metrics, Verdict};
 use store::Digest;
-use store::artifacts::{ArchiveRow, BuiltRows, FileRow};
+use store::artifacts::{ArchiveRow, BuiltScene, FileRow};
 
 pub const STAGE: Stage = Stage { name: "bundle", version: 2 };
 
@@ -46,7 +46,7 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
     let archive = context.get(&inputs.certified.archive).await?;
     let listed = context
         .cpu(move || {
-            let mut listed = told_files(&archive)?;
+            let mut listed = manifest_entries(&archive)?;
             listed.extend([manifest_itself(&archive)?]);
             Ok(listed)
         })
@@ -56,9 +56,9 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
     let listed = listed.map_err(|error: ExportError| unusable(error.to_string()))?;
     let files = listed
         .into_iter()
-        .map(|(path, told)| {
-            let digest = Digest::parse(&told.sha256).map_err(|error| unusable(error.to_string()))?;
-            Ok(File { path, digest, media_type: told.media_type, size: told.size })
+        .map(|(path, message)| {
+            let digest = Digest::parse(&message.sha256).map_err(|error| unusable(error.to_string()))?;
+            Ok(File { path, digest, media_type: message.media_type, size: message.size })
         })
         .collect::<Result<_, StageError>>()?;
     let certified = &inputs.certified;
@@ -74,10 +74,10 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
 
 impl Output {
     /// As the store keeps it with the scene.
-    pub fn into_rows(self) -> BuiltRows {
+    pub fn into_rows(self) -> BuiltScene {
         let file =
             |f: File| FileRow { name: f.path, digest: f.digest, media_type: f.media_type, size: f.size };
-        BuiltRows {
+        BuiltScene {
             files: self.files.into_iter().map(file).collect(),
             archive: ArchiveRow { digest: self.archive.digest, size: self.archive.size },
             passed: self.verdict == Verdict::Pass,

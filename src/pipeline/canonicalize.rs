@@ -9,11 +9,11 @@ use serde::{Deserialize, Serialize};
 use super::checkpoint::{ArtifactRef, Stage};
 use super::error::StageError;
 use super::reference::CompletionRef;
-use super::{Context, Settings, carry, preview, reconstruct, reference};
+use super::{Context, Settings, artifact_io, preview, reconstruct, reference};
 use geometry::Camera;
-use ports::{Adapter, Ports, Upright, UprightLook, UprightQuestion};
-use pose_estimation::canonicalize::CanonicalizeSettings;
-use pose_estimation::dro::DroSettings;
+use ports::{Adapter, Ports, Upright, UprightQuestion, UprightView};
+use pose_estimation::upright::UprightSettings;
+use pose_estimation::yaw::YawSettings;
 use scene::{InstanceId, Recognition, RecognizedObject};
 
 pub const STAGE: Stage = Stage { name: "canonicalize", version: 6 };
@@ -24,8 +24,8 @@ pub struct Inputs {
     object: RecognizedObject,
     camera: Camera,
     completion: CompletionRef,
-    canonicalize: CanonicalizeSettings,
-    dro: DroSettings,
+    canonicalize: UprightSettings,
+    dro: YawSettings,
     analyst: Adapter,
 }
 
@@ -35,7 +35,7 @@ pub struct Output {
     /// Meters; +z up, +y its back, origin at the center of the bottom face of its box.
     pub mesh: ArtifactRef,
     /// The mesh alone, 256 x 256 pixels.
-    pub picture: ArtifactRef,
+    pub image: ArtifactRef,
     /// `canonical_from_raw`.
     pub rotation_xyzw: DQuat,
     /// Factor that took the raw mesh to meters.
@@ -43,9 +43,9 @@ pub struct Output {
     pub size_m: DVec3,
     /// 0..1: how clearly this rotation stood out.
     pub confidence: f64,
-    /// What a model said of each look at the mesh, where one was asked; the picture may have overruled it.
+    /// What a model said of each look at the mesh, where one was asked; the image may have overruled it.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub looks: Vec<UprightLook>,
+    pub looks: Vec<UprightView>,
 }
 
 /// One entry per recognized object, in order.
@@ -84,7 +84,7 @@ impl Inputs {
 }
 
 pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageError> {
-    let raw_mesh = carry::mesh(&context, &inputs.raw).await?;
+    let raw_mesh = artifact_io::mesh(&context, &inputs.raw).await?;
     let question = UprightQuestion {
         raw_mesh: raw_mesh.clone(),
         object: inputs.object.clone(),
@@ -94,7 +94,7 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
         dro: inputs.dro.clone(),
     };
     let call = context.call();
-    let Upright { pose, looks } = context.services().ports.analyst.upright(&call, question).await?;
+    let Upright { pose, views } = context.services().ports.analyst.upright(&call, question).await?;
     let (rotation, scale) = (pose.rotation, pose.scale);
     let (mesh, drawn) = context
         .cpu(move || {
@@ -104,11 +104,11 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
             (mesh, drawn)
         })
         .await?;
-    let picture = carry::put_picture(&context, "canonical.png", drawn).await?;
+    let image = artifact_io::put_image(&context, "canonical.png", drawn).await?;
     let size_m = mesh.size_m();
-    let mesh = carry::put_mesh(&context, "canonical.glb", mesh).await?;
+    let mesh = artifact_io::put_mesh(&context, "canonical.glb", mesh).await?;
     let confidence = pose.confidence;
-    let output = Output { mesh, picture, rotation_xyzw: rotation, scale, size_m, confidence, looks };
+    let output = Output { mesh, image, rotation_xyzw: rotation, scale, size_m, confidence, looks: views };
     context.put_json("canonical.json", &output).await?;
     Ok(output)
 }

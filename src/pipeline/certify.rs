@@ -1,9 +1,9 @@
 //! Stage 11: the certificate. What was built is measured (collisions, support, stability, containment,
-//! likeness to the picture), painted, rated by a model where that is wanted, written in every format and read back.
+//! likeness to the image), rendered, rated by a model where that is wanted, written in every format and read back.
 
-mod health;
+mod plausibility;
 mod measure;
-mod appraise;
+mod vlm_rating;
 mod write;
 mod sheet;
 #[cfg(test)]
@@ -18,10 +18,7 @@ use super::checkpoint::{ArtifactRef, Stage};
 use super::error::StageError;
 use super::preview::PreviewSettings;
 use super::resolve::{Loaded, ResolvedBody, load};
-use super::{
-    Context, Settings, canonicalize, carry, decompose, place, reconstruct, reference, resolve, rotate,
-    segment,
-};
+use super::{Context, PreparedObjects, Settings, artifact_io, place, reconstruct, resolve, rotate, segment};
 use export::ExportSettings;
 use geometry::Outline;
 use geometry::decompose::HullFit;
@@ -33,8 +30,8 @@ use scene::certificate::{AdapterUsed, Appearance, MadeWith, Metrics, ResolveFind
 use scene::{Input, InstanceMask, Provenance, Recognition, ReconstructionMethod, SceneRequest};
 use store::Digest;
 
-pub use appraise::AppraiseSettings;
-pub use health::HealthSettings;
+pub use plausibility::HealthSettings;
+pub use vlm_rating::AppraiseSettings;
 
 pub const STAGE: Stage = Stage { name: "certify", version: 8 };
 
@@ -42,9 +39,9 @@ pub const STAGE: Stage = Stage { name: "certify", version: 8 };
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct FidelitySettings {
-    /// Least mean silhouette IoU of the finished scene with the reference picture, 0..1; a scene below it is
+    /// Least mean silhouette IoU of the finished scene with the reference image, 0..1; a scene below it is
     /// quarantined. More quarantines more scenes; 0 accepts whatever stands still.
-    pub least_silhouette_iou: f64,
+    pub min_silhouette_iou: f64,
 }
 
 /// The scene's id, from everything that decides its bytes.
@@ -60,7 +57,7 @@ impl SceneIdentity {
     pub fn new(request: &SceneRequest, ports: &Ports, settings: &Settings) -> Result<Self, StageError> {
         let adapters = [
             ports.analyst.adapter(),
-            ports.painter.adapter(),
+            ports.image_generator.adapter(),
             ports.segmenter.adapter(),
             ports.mesh_generator.adapter(),
             ports.feature_extractor.adapter(),
@@ -89,7 +86,7 @@ impl SceneIdentity {
 #[derive(Serialize)]
 pub struct Inputs {
     identity: SceneIdentity,
-    picture: ArtifactRef,
+    image: ArtifactRef,
     recognition: Arc<Recognition>,
     masks: Vec<InstanceMask>,
     /// The table first.
@@ -99,7 +96,7 @@ pub struct Inputs {
     yaws: Vec<rotate::Output>,
     /// How their meshes were made.
     methods: Vec<ReconstructionMethod>,
-    /// The table from above as the layout saw it; drawn on the sheet of a picture.
+    /// The table from above as the layout saw it; drawn on the sheet of an image.
     top_view: ArtifactRef,
     /// Standard error of the scene's scale, as a share of it, where the objects voted on it.
     scale_error: Option<f64>,
@@ -115,8 +112,8 @@ pub struct Inputs {
     feature_extractor: Adapter,
     /// Absent where no model is asked for its opinion.
     #[serde(skip_serializing_if = "Option::is_none")]
-    appraise: Option<appraise::Asked>,
-    /// Name of the GPU that paints the previews; absent where the CPU does.
+    appraise: Option<vlm_rating::RatingRequest>,
+    /// Name of the GPU that renders the previews; absent where the CPU does.
     #[serde(skip_serializing_if = "Option::is_none")]
     gpu: Option<String>,
 }
@@ -126,7 +123,7 @@ pub struct Inputs {
 struct BodyParts {
     resolved: ResolvedBody,
     mesh: ArtifactRef,
-    /// The mesh alone, drawn before it was rescaled, which no picture of it shows; the table's is drawn here.
+    /// The mesh alone, drawn before it was rescaled, which no image of it shows; the table's is drawn here.
     thumbnail: Option<ArtifactRef>,
     hulls: ArtifactRef,
     /// Largest distance by which a hull sticks out of the mesh, meters.
@@ -153,29 +150,27 @@ pub struct Output {
 }
 
 impl Inputs {
-    #[expect(clippy::too_many_arguments, reason = "the certificate is about what all stages did")]
+    /// What the certificate is made from.
+    ///
+    /// # Errors
+    ///
+    /// `table_missing`, where no table was reconstructed.
     pub fn new(
         identity: SceneIdentity,
-        reference: &reference::Output,
-        recognition: &Arc<Recognition>,
-        masks: &segment::Output,
-        raw: &[reconstruct::Output],
-        canonical: &[canonicalize::Output],
-        hulls: &[decompose::Output],
-        yaws: &[rotate::Output],
+        objects: &PreparedObjects,
         layout: &place::Output,
         resolved: &resolve::Output,
-        ports: &Ports,
-        settings: &Settings,
         gpu: Option<String>,
     ) -> Result<Self, StageError> {
+        let PreparedObjects { ports, settings, reference, recognition, masks, .. } = objects;
+        let PreparedObjects { raw_meshes, canonical_meshes, hulls, yaws, .. } = objects;
         let missing = || StageError::permanent("table_missing", "certifying: there is no table; run again");
         let provenance = |raw: &reconstruct::Output, more: Vec<String>| Provenance {
             mesh_by: raw.made_by.clone(),
             licence: raw.licence.clone(),
             notes: raw.notes.iter().cloned().chain(more).collect(),
         };
-        let (table, objects) = resolved.bodies.split_first().ok_or_else(missing)?;
+        let (table, bodies_on_table) = resolved.bodies.split_first().ok_or_else(missing)?;
         let table_hulls = hulls.last().ok_or_else(missing)?;
         let mut bodies = vec![BodyParts {
             resolved: table.clone(),
@@ -188,9 +183,10 @@ impl Inputs {
             scale: 1.0,
             symmetry_order: 1,
             support: None,
-            provenance: provenance(raw.last().ok_or_else(missing)?, Vec::new()),
+            provenance: provenance(raw_meshes.last().ok_or_else(missing)?, Vec::new()),
         }];
-        for (index, ((resolved, placed), yaw)) in objects.iter().zip(&layout.instances).zip(yaws).enumerate()
+        for (index, ((resolved, placed), yaw)) in
+            bodies_on_table.iter().zip(&layout.instances).zip(yaws).enumerate()
         {
             let rescaled = (placed.scale != 1.0)
                 .then(|| format!("rescaled by {:.2} to the box of the top view", placed.scale));
@@ -200,7 +196,7 @@ impl Inputs {
             bodies.push(BodyParts {
                 resolved: resolved.clone(),
                 mesh: resolved.mesh.clone(),
-                thumbnail: Some(canonical[index].picture.clone()),
+                thumbnail: Some(canonical_meshes[index].image.clone()),
                 hulls: resolved.hulls.clone(),
                 hull_excess_m: scale * hulls[index].max_excess_m,
                 hull_fit: hulls[index].fit.scaled(scale),
@@ -208,18 +204,18 @@ impl Inputs {
                 scale,
                 symmetry_order: yaw.symmetry_order,
                 support: resolved.support,
-                provenance: provenance(&raw[index], rescaled.into_iter().chain(shrunk).collect()),
+                provenance: provenance(&raw_meshes[index], rescaled.into_iter().chain(shrunk).collect()),
             });
         }
         Ok(Self {
             identity,
-            picture: reference.picture.clone(),
+            image: reference.image.clone(),
             recognition: recognition.clone(),
             masks: masks.masks.clone(),
             bodies,
             table: layout.table.clone(),
             yaws: yaws.to_vec(),
-            methods: raw.iter().filter_map(|raw| raw.method).collect(),
+            methods: raw_meshes.iter().filter_map(|raw| raw.method).collect(),
             top_view: layout.top_view.clone(),
             scale_error: layout.consensus.map(|consensus| consensus.log_alpha_error),
             resolve: ResolveFinding {
@@ -236,7 +232,7 @@ impl Inputs {
             render: settings.render.clone(),
             export: settings.export.clone(),
             feature_extractor: ports.feature_extractor.adapter(),
-            appraise: appraise::Asked::new(&settings.appraise, ports.analyst.adapter()),
+            appraise: vlm_rating::RatingRequest::new(&settings.appraise, ports.analyst.adapter()),
             gpu,
         })
     }
@@ -249,9 +245,9 @@ impl Inputs {
 pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageError> {
     let parts = inputs.bodies.iter().map(|body| load(&context, &body.resolved.name, &body.mesh, &body.hulls));
     let loaded: Arc<Vec<Loaded>> = Arc::new(futures::future::try_join_all(parts).await?);
-    let reference = carry::picture(&context, &inputs.picture).await?;
+    let reference = artifact_io::image(&context, &inputs.image).await?;
     let mut drawn =
-        write::Drawn { reference_png: context.get(&inputs.picture).await?, thumbnails: Vec::new() };
+        write::StoredImages { reference_png: context.get(&inputs.image).await?, thumbnails: Vec::new() };
     for body in &inputs.bodies {
         drawn.thumbnails.push(match &body.thumbnail {
             Some(thumbnail) => Some(context.get(thumbnail).await?),
@@ -259,25 +255,25 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
         });
     }
 
-    let (given, geometry, picture) = (inputs.clone(), loaded.clone(), reference.clone());
-    let interrupt = context.interrupt().clone();
+    let (given, geometry, image) = (inputs.clone(), loaded.clone(), reference.clone());
+    let cancel = context.cancel().clone();
     // One that was given up since fails: the key says that the previews are the GPU's.
     let gpu = inputs.gpu.as_ref().and_then(|_| context.services().compute.opened());
-    let (pictures, measured) = context
+    let (images, measured) = context
         .cpu(move || {
             rayon::join(
-                || write::paint(&given, &geometry, &picture, &drawn, gpu),
-                || measure::measure(&given, &geometry, &interrupt),
+                || write::render(&given, &geometry, &image, &drawn, gpu),
+                || measure::measure(&given, &geometry, &cancel),
             )
         })
         .await?;
     let measured = measured?;
     // The next try finds the device given up, and makes a key of the CPU's.
-    let pictures = Arc::new(pictures.map_err(|error| {
+    let images = Arc::new(images.map_err(|error| {
         tracing::warn!(%error, "the GPU failed; this process goes on with the CPU");
         StageError::transient("gpu_failed", format!("previews: {error}; trying again on the CPU"))
     })?);
-    let seen = vec![reference.clone(), pictures.scene_view.clone()];
+    let seen = vec![reference.clone(), images.scene_view.clone()];
     let call = context.call();
     let features = context.services().ports.feature_extractor.features(&call, seen).await?;
     let similarity = match features.as_slice() {
@@ -288,36 +284,36 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
     let appearance = Appearance { extractor, model, similarity };
     let appraisal = match &inputs.appraise {
         Some(asked) => {
-            let (picture, scene) = (reference.clone(), pictures.scene_view.clone());
-            Some(appraise::appraise(&context, asked, &inputs, &loaded, picture, scene).await?)
+            let (image, scene) = (reference.clone(), images.scene_view.clone());
+            Some(vlm_rating::appraise(&context, asked, &inputs, &loaded, image, scene).await?)
         }
         None => None,
     };
 
     if matches!(inputs.identity.request.input, Input::Image { .. }) {
-        let top_view = carry::picture(&context, &inputs.top_view).await?;
-        let (given, painted) = (inputs.clone(), pictures.clone());
+        let top_view = artifact_io::image(&context, &inputs.top_view).await?;
+        let (given, rendered) = (inputs.clone(), images.clone());
         let drawn = move || {
             sheet::drawn(&sheet::Panels {
-                picture: &reference,
+                image: &reference,
                 masks: &segment::drawn_on(&reference, &given.masks),
                 top_view: &top_view,
-                scene: &painted.scene_view,
-                agreement: &painted.agreement,
-                above: &painted.top_view,
+                scene: &rendered.scene_view,
+                agreement: &rendered.agreement,
+                above: &rendered.top_view,
             })
         };
         let drawn = context.cpu(drawn).await?;
-        carry::put_picture(&context, "sheet.png", drawn).await?;
+        artifact_io::put_image(&context, "sheet.png", drawn).await?;
     }
 
     let given = inputs.clone();
     let certified = context
         .cpu(move || {
             let mut certificate =
-                measure::certificate(&given, &loaded, &measured, &pictures.likeness, appearance)?;
+                measure::certificate(&given, &loaded, &measured, &images.likeness, appearance)?;
             certificate.appraisal = appraisal;
-            write::files(&given, &loaded, certificate, &pictures.pictures)
+            write::files(&given, &loaded, certificate, &images.images)
         })
         .await??;
     context.put_json("report.json", &certified.certificate).await?;

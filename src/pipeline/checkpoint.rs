@@ -16,7 +16,6 @@ pub mod context;
 mod key;
 
 use std::collections::BTreeMap;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, Weak};
 use std::time::{Duration, Instant};
 
@@ -27,17 +26,15 @@ use tokio::task::JoinError;
 use tokio_util::task::AbortOnDropHandle;
 
 use super::error::{StageError, StageErrorClass};
-use gpu::Compute;
-use ports::BAD_ANSWER;
-use runtime::Cpu;
+use runtime::CpuPool;
 use runtime::panic_text;
-use scene::InstanceId;
+use scene::{InstanceId, TenantId};
 use store::checkpoints::{Checkpoint, StageKey};
 use store::{Lease, Store};
 
 pub use artifact::ArtifactRef;
 pub use context::StageContext;
-pub use runtime::Interrupt;
+pub use runtime::CancelFlag;
 
 /// A stage's name and the version of its meaning. Raise the version when the same inputs give other
 /// outputs than before.
@@ -48,12 +45,11 @@ pub struct Stage {
     pub version: u32,
 }
 
-/// What every job of the process shares: the store, the CPU pool, the device, the keys being computed right now.
+/// What every job of the process shares: the store, the CPU pool, and the keys in progress.
 #[derive(Clone)]
 pub struct StageRuntime {
     store: Store,
-    cpu: Cpu,
-    compute: Arc<Compute>,
+    cpu: CpuPool,
     /// What the results depend on besides their inputs (`cpu`, a SIMD class); part of every key.
     backend: Arc<str>,
     /// Instances of one stage worked on at the same time.
@@ -63,27 +59,28 @@ pub struct StageRuntime {
     in_progress: Arc<Mutex<InProgress>>,
 }
 
-/// Keys being computed; whoever holds the inner lock computes, the others wait and then find the row.
-type InProgress = BTreeMap<(String, String), Weak<tokio::sync::Mutex<()>>>;
+/// Keys being computed. The holder of the inner lock computes; all others wait and then find the row.
+type InProgress = BTreeMap<(TenantId, String), Weak<tokio::sync::Mutex<()>>>;
 
 /// One job's right to run stages.
 #[derive(Clone, Debug)]
 pub struct JobScope {
     pub lease: Lease,
-    pub tenant_id: String,
-    /// From the stage of the first name on, keys are salted with the second text.
+    pub tenant_id: TenantId,
+    /// From the stage of the first name on, keys are salted with the second text, so that these stages run again.
     pub salt: Option<(String, String)>,
     /// Stop now: polled inside stages.
-    pub interrupt: Interrupt,
+    pub cancel: CancelFlag,
     /// Stop at the next stage: found work is still handed out, nothing new is started.
-    pub drain: Interrupt,
+    pub drain: CancelFlag,
 }
 
 /// The checkpoint as an argument: runs stages for one job, with what the stages need (`S`).
 pub struct Checkpoints<S = ()> {
     runtime: StageRuntime,
     job: Arc<JobScope>,
-    salted: Arc<AtomicBool>,
+    /// The names of the pipeline's stages in order, which decides what "from this stage on" means.
+    order: &'static [&'static str],
     services: Arc<S>,
 }
 
@@ -92,7 +89,7 @@ impl<S> Clone for Checkpoints<S> {
         Self {
             runtime: self.runtime.clone(),
             job: self.job.clone(),
-            salted: self.salted.clone(),
+            order: self.order,
             services: self.services.clone(),
         }
     }
@@ -100,18 +97,10 @@ impl<S> Clone for Checkpoints<S> {
 
 impl StageRuntime {
     /// `backend` names everything about this machine that changes results.
-    pub fn new(
-        store: Store,
-        cpu: Cpu,
-        compute: Arc<Compute>,
-        backend: &str,
-        fan_out: usize,
-        stage_timeout: Duration,
-    ) -> Self {
+    pub fn new(store: Store, cpu: CpuPool, backend: &str, fan_out: usize, stage_timeout: Duration) -> Self {
         Self {
             store,
             cpu,
-            compute,
             backend: backend.into(),
             fan_out: fan_out.max(1),
             stage_timeout,
@@ -121,12 +110,7 @@ impl StageRuntime {
 
     /// The checkpoints of one job.
     pub fn open(&self, job: JobScope) -> Checkpoints {
-        Checkpoints {
-            runtime: self.clone(),
-            job: Arc::new(job),
-            salted: Arc::default(),
-            services: Arc::new(()),
-        }
+        Checkpoints { runtime: self.clone(), job: Arc::new(job), order: &[], services: Arc::new(()) }
     }
 
     /// The lock of a key.
@@ -143,22 +127,17 @@ impl StageRuntime {
 }
 
 impl<S: Send + Sync + 'static> Checkpoints<S> {
-    /// The same checkpoints for stages that need `services` (the ports).
-    pub fn with_services<T>(self, services: Arc<T>) -> Checkpoints<T> {
-        Checkpoints { runtime: self.runtime, job: self.job, salted: self.salted, services }
-    }
-
-    /// What the process computes on.
-    pub fn device(&self) -> &Arc<Compute> {
-        &self.runtime.compute
+    /// The same checkpoints for a pipeline of these stages, in this order, which need `services` (the ports).
+    pub fn for_stages<T>(self, order: &'static [&'static str], services: Arc<T>) -> Checkpoints<T> {
+        Checkpoints { runtime: self.runtime, job: self.job, order, services }
     }
 
     pub fn services(&self) -> &S {
         &self.services
     }
 
-    pub fn interrupt(&self) -> &Interrupt {
-        &self.job.interrupt
+    pub fn cancel(&self) -> &CancelFlag {
+        &self.job.cancel
     }
 
     /// The output of `function` for `inputs`: found, or computed and committed.
@@ -205,8 +184,6 @@ impl<S: Send + Sync + 'static> Checkpoints<S> {
         F: Fn(StageContext<S>, Arc<I>) -> Fut + Copy + Send + 'static,
         Fut: Future<Output = Result<O, StageError>> + Send + 'static,
     {
-        // All keys before any work: of stages that run side by side, the first one's are made before the
-        // second one's, and so are the same on every run.
         let mut turns = inputs
             .into_iter()
             .enumerate()
@@ -228,7 +205,7 @@ impl<S: Send + Sync + 'static> Checkpoints<S> {
             match result {
                 Ok(output) => outputs.push(output),
                 Err(error) => {
-                    let says_less = |kept: &StageError| kept.class == StageErrorClass::Interrupted;
+                    let says_less = |kept: &StageError| kept.class == StageErrorClass::Cancelled;
                     if failure.as_ref().is_none_or(says_less) {
                         failure = Some(error);
                     }
@@ -256,7 +233,7 @@ impl<S: Send + Sync + 'static> Checkpoints<S> {
         let store = &self.runtime.store;
         let lock = self.runtime.claim_of(&key);
         let _computing = loop {
-            self.job.interrupt.check()?;
+            self.job.cancel.check()?;
             if let Ok(guard) = tokio::time::timeout(Duration::from_millis(50), lock.lock()).await {
                 break guard;
             }
@@ -281,8 +258,8 @@ impl<S: Send + Sync + 'static> Checkpoints<S> {
         let output = match self.compute(stage, function(context, inputs)).await {
             Ok(output) => output,
             Err(error) => {
-                // Whoever comes after a dead worker uses what was answered; answers that will not do are asked for anew.
-                if error.code == BAD_ANSWER {
+                // The worker after a dead one reuses recorded answers, but unusable answers must be asked for again.
+                if error.discards_recorded_answers {
                     store.forget_answers(&self.job.lease, stage.name, &of_instance).await?;
                 }
                 return Err(error);
@@ -315,14 +292,14 @@ impl<S: Send + Sync + 'static> Checkpoints<S> {
     {
         let task = AbortOnDropHandle::new(tokio::spawn(work));
         match tokio::time::timeout(self.runtime.stage_timeout, task).await {
-            Ok(Ok(Err(_))) if self.job.interrupt.check().is_err() => Err(StageError::interrupted()),
+            Ok(Ok(Err(_))) if self.job.cancel.check().is_err() => Err(StageError::cancelled()),
             Ok(Ok(result)) => result,
             Ok(Err(died)) => {
                 Err(StageError::crashed(format!("stage {} died: {}", stage.name, died_of(died))))
             }
             Err(_) => {
                 // Nothing of this attempt may go on in the background.
-                self.job.interrupt.raise();
+                self.job.cancel.cancel();
                 Err(StageError::transient(
                     "stage_timeout",
                     format!(
@@ -335,18 +312,22 @@ impl<S: Send + Sync + 'static> Checkpoints<S> {
         }
     }
 
+    /// The salt of a stage's keys: `None` before the stage from which the job starts over.
+    fn salt_of(&self, stage: &str) -> Option<&str> {
+        let (from, salt) = self.job.salt.as_ref()?;
+        let position = |name: &str| self.order.iter().position(|known| *known == name);
+        // A stage that the order does not list comes after all others.
+        let first = position(from)?;
+        position(stage).is_none_or(|at| at >= first).then_some(salt.as_str())
+    }
+
     fn key<I: Serialize>(
         &self,
         stage: Stage,
         instance: Option<&InstanceId>,
         inputs: &I,
     ) -> Result<StageKey, StageError> {
-        let salt = self.job.salt.as_ref().and_then(|(from, salt)| {
-            if from == stage.name {
-                self.salted.store(true, Ordering::Relaxed);
-            }
-            self.salted.load(Ordering::Relaxed).then_some(salt.as_str())
-        });
+        let salt = self.salt_of(stage.name);
         let instance = instance.map_or("", InstanceId::as_str);
         Ok(StageKey {
             tenant_id: self.job.tenant_id.clone(),

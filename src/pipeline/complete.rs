@@ -1,4 +1,4 @@
-//! Stage 4, for each instance: a clean picture of it, without what hides it.
+//! Stage 4, for each instance: a clean image of it, without what hides it.
 
 use std::sync::Arc;
 
@@ -17,14 +17,14 @@ pub const STAGE: Stage = Stage { name: "complete", version: 2 };
 
 #[derive(Serialize)]
 pub struct Inputs {
-    picture: ArtifactRef,
+    image: ArtifactRef,
     known: Option<ArtifactRef>,
     object: RecognizedObject,
     visible: Mask,
     others: Mask,
     camera: Camera,
     alone: Option<CompletionRef>,
-    painter: Adapter,
+    image_generator: Adapter,
 }
 
 /// One entry per recognized object, in order.
@@ -37,14 +37,14 @@ pub fn inputs(
     let of = |((object, mask), others): ((&RecognizedObject, &InstanceMask), Mask)| {
         let drawn = reference.alone.iter().find(|alone| alone.id == object.id);
         let inputs = Inputs {
-            picture: reference.picture.clone(),
+            image: reference.image.clone(),
             known: reference.known.clone(),
             object: object.clone(),
             visible: mask.visible.clone(),
             others,
             camera: recognition.camera,
             alone: drawn.map(|alone| alone.completion.clone()),
-            painter: ports.painter.adapter(),
+            image_generator: ports.image_generator.adapter(),
         };
         (object.id.clone(), inputs)
     };
@@ -57,7 +57,7 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<CompletionRef,
         None => None,
     };
     let request = CompletionRequest {
-        reference: reference::seen(&context, &inputs.picture, inputs.known.as_ref()).await?,
+        reference: reference::seen(&context, &inputs.image, inputs.known.as_ref()).await?,
         object: inputs.object.clone(),
         visible: inputs.visible.clone(),
         others: inputs.others.clone(),
@@ -65,6 +65,6 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<CompletionRef,
         alone,
     };
     let call = context.call();
-    let completion = context.services().ports.painter.complete(&call, request).await?;
+    let completion = context.services().ports.image_generator.complete(&call, request).await?;
     reference::put_completion(&context, "completed.png", completion).await
 }

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::checkpoint::{ArtifactRef, Stage};
 use super::error::StageError;
-use super::{Context, Settings, canonicalize, carry, reconstruct};
+use super::{Context, Settings, artifact_io, canonicalize, reconstruct};
 use geometry::decompose::{DecomposeError, DecomposeSettings, HullFit, decompose_and_fit};
 use geometry::repair::Repair;
 use scene::{InstanceId, Recognition};
@@ -67,16 +67,16 @@ impl Inputs {
 }
 
 pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageError> {
-    let mesh = carry::mesh(&context, &inputs.mesh).await?;
-    let (settings, interrupt) = (inputs.decompose.clone(), context.interrupt().clone());
+    let mesh = artifact_io::mesh(&context, &inputs.mesh).await?;
+    let (settings, cancel) = (inputs.decompose.clone(), context.cancel().clone());
     let name = context.instance().map_or_else(String::new, ToString::to_string);
-    let measured = context.cpu(move || decompose_and_fit(&mesh, &settings, &interrupt)).await?;
+    let measured = context.cpu(move || decompose_and_fit(&mesh, &settings, &cancel)).await?;
     let (found, fit) = measured.map_err(|error| match error {
-        DecomposeError::Interrupted(interrupted) => interrupted.into(),
+        DecomposeError::Cancelled(cancelled) => cancelled.into(),
         other => StageError::permanent("no_collision_geometry", format!("{name}: {other}")),
     })?;
     let output = Output {
-        hulls: carry::put_hulls(&context, &found.hulls).await?,
+        hulls: artifact_io::put_hulls(&context, &found.hulls).await?,
         count: u32::try_from(found.hulls.len()).unwrap_or(u32::MAX),
         max_excess_m: found.max_excess_m,
         hull_volume_m3: found.hull_volume_m3,

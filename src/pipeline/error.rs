@@ -5,8 +5,8 @@ use std::error::Error;
 use std::time::Duration;
 
 use ports::ProviderError;
-use runtime::Died;
-use runtime::Interrupted;
+use runtime::Cancelled;
+use runtime::ComputationFailed;
 use store::StoreError;
 
 /// Whether trying again can help.
@@ -24,8 +24,8 @@ pub enum StageErrorClass {
     OverBudget,
     /// A panic inside a stage.
     Crashed,
-    /// The job was asked to stop; whoever asked knows why.
-    Interrupted,
+    /// The job was stopped; the caller that stopped it knows the reason.
+    Cancelled,
     /// Another worker holds the job now; nothing may be written any more.
     LeaseLost,
 }
@@ -39,13 +39,15 @@ pub struct StageError {
     pub code: &'static str,
     /// For the client: what failed and what to change.
     pub message: String,
+    /// The recorded answers of the stage's model calls are unusable: the next attempt must ask again.
+    pub discards_recorded_answers: bool,
     #[source]
     pub cause: Option<Box<dyn Error + Send + Sync>>,
 }
 
 impl StageError {
     fn new(class: StageErrorClass, code: &'static str, message: impl Into<String>) -> Self {
-        Self { class, code, message: message.into(), cause: None }
+        Self { class, code, message: message.into(), discards_recorded_answers: false, cause: None }
     }
 
     /// The same inputs would fail again: bad input, or a bug.
@@ -58,7 +60,7 @@ impl StageError {
         Self::new(StageErrorClass::Transient, code, message)
     }
 
-    /// Will not be done, whoever asks.
+    /// The request is refused for every caller.
     pub fn refused(code: &'static str, message: impl Into<String>) -> Self {
         Self::new(StageErrorClass::Refused, code, message)
     }
@@ -83,8 +85,8 @@ impl StageError {
     }
 
     /// The job was asked to stop.
-    pub fn interrupted() -> Self {
-        Self::new(StageErrorClass::Interrupted, "interrupted", "the job was asked to stop")
+    pub fn cancelled() -> Self {
+        Self::new(StageErrorClass::Cancelled, "interrupted", "the job was asked to stop")
     }
 
     /// Adds what lies underneath, for the log.
@@ -93,27 +95,33 @@ impl StageError {
         self
     }
 
+    /// Both results, or the failure of one. Any other failure tells more than an interruption.
+    ///
+    /// # Errors
+    ///
+    /// The failure, or the more telling of two.
+    pub fn both<A, B>(results: (Result<A, Self>, Result<B, Self>)) -> Result<(A, B), Self> {
+        match results {
+            (Ok(a), Ok(b)) => Ok((a, b)),
+            (Err(error), Ok(_)) | (Ok(_), Err(error)) => Err(error),
+            (Err(a), Err(b)) => Err(if a.class == StageErrorClass::Cancelled { b } else { a }),
+        }
+    }
+
     /// Message and cause chain on one line, for the log.
     pub fn chain(&self) -> String {
-        let mut text = self.message.clone();
-        let mut cause = self.source();
-        while let Some(error) = cause {
-            text.push_str(": ");
-            text.push_str(&error.to_string());
-            cause = error.source();
-        }
-        text
+        runtime::error_chain(self)
     }
 }
 
-impl From<Interrupted> for StageError {
-    fn from(_: Interrupted) -> Self {
-        Self::interrupted()
+impl From<Cancelled> for StageError {
+    fn from(_: Cancelled) -> Self {
+        Self::cancelled()
     }
 }
 
-impl From<Died> for StageError {
-    fn from(died: Died) -> Self {
+impl From<ComputationFailed> for StageError {
+    fn from(died: ComputationFailed) -> Self {
         Self::crashed(died.to_string())
     }
 }
@@ -121,7 +129,8 @@ impl From<Died> for StageError {
 impl From<ProviderError> for StageError {
     fn from(error: ProviderError) -> Self {
         let message = error.to_string();
-        match error {
+        let discards_recorded_answers = error.discards_recorded_answers();
+        let stage_error = match error {
             ProviderError::Unsupported { .. } => Self::refused("unsupported", message),
             ProviderError::Rejected { code, .. } => Self::permanent(code, message),
             ProviderError::Transient { code, .. } => Self::transient(code, message),
@@ -136,19 +145,20 @@ impl From<ProviderError> for StageError {
             }
             ProviderError::Ledger { .. } => Self::transient("store_unavailable", message),
             ProviderError::Died { .. } => Self::crashed(message),
-            ProviderError::Interrupted(_) => Self::interrupted(),
-        }
+            ProviderError::Cancelled(_) => Self::cancelled(),
+        };
+        Self { discards_recorded_answers, ..stage_error }
     }
 }
 
 impl From<StoreError> for StageError {
     fn from(error: StoreError) -> Self {
-        let told = match error {
+        let message = match error {
             StoreError::LeaseLost { .. } => {
                 Self::new(StageErrorClass::LeaseLost, "lease_lost", "another worker holds this job now")
             }
             _ => Self::transient("store_unavailable", "results could not be stored or read; trying again"),
         };
-        told.because(error)
+        message.because(error)
     }
 }

@@ -8,7 +8,7 @@ use futures::future::BoxFuture;
 
 use ports::ledger::{Entry, Intent, Ledger, LedgerError, OnUnknown, Settlement, Task};
 use scene::{InstanceId, MicroUsd};
-use store::calls::{CallEnd, NewCall, Reserved};
+use store::calls::{CallEnd, NewCall, Reservation};
 use store::tasks::TaskEnd;
 use store::{Digest, Lease, Store, StoreError};
 
@@ -36,7 +36,7 @@ impl JobLedger {
     }
 
     /// The same for every try of the same question here, however often the worker dies in between; another job's (a
-    /// retry that somebody asked for) is another.
+    /// retry that a client requested) is another.
     fn key_of(&self, request_digest: &str) -> String {
         let instance = self.instance.as_ref().map_or("", InstanceId::as_str);
         let key = format!("{}\n{}\n{instance}\n{request_digest}", self.lease.job_id, self.stage);
@@ -65,13 +65,13 @@ impl Ledger for JobLedger {
                 refuse_after_unknown: intent.on_unknown == OnUnknown::Fail,
             };
             match self.store.reserve_call(&self.lease, call).await.map_err(not_written)? {
-                Reserved::Granted(id) => Ok(Entry { id, idempotency_key, request_digest }),
-                Reserved::OverBudget { committed, budget } => Err(LedgerError::OverBudget {
+                Reservation::Granted(id) => Ok(Entry { id, idempotency_key, request_digest }),
+                Reservation::OverBudget { committed, budget } => Err(LedgerError::OverBudget {
                     asked: intent.reserved,
                     committed: MicroUsd(committed),
                     budget: MicroUsd(budget),
                 }),
-                Reserved::OutcomeUnknown => Err(LedgerError::OutcomeUnknown),
+                Reservation::OutcomeUnknown => Err(LedgerError::OutcomeUnknown),
             }
         })
     }

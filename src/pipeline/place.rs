@@ -11,33 +11,33 @@ use serde::{Deserialize, Serialize};
 
 use super::checkpoint::{ArtifactRef, Stage};
 use super::error::StageError;
-use super::{Context, Settings, canonicalize, carry, decompose, reconstruct, reference, rotate, segment};
+use super::{Context, PreparedObjects, artifact_io, reference, rotate};
 use geometry::{Outline, Pose};
 use imaging::Image;
-use ports::{Adapter, Ports, TopBoxes, TopCheck, TopPicture, TopVerdict, TopViewRequest};
-use pose_estimation::tsa::{BoxFromAbove, Consensus, Registered, TsaSettings};
-use render::overlay::{distinct_color, draw_box, draw_text};
+use ports::{Adapter, TopBoxes, TopCheck, TopVerdict, TopViewImage, TopViewRequest};
+use pose_estimation::top_view_layout::{BoxFromAbove, Consensus, Registration, TopViewSettings};
+use render::annotate::{distinct_color, draw_box, draw_text};
 use scene::request::MetricAnchor;
-use scene::{InstanceId, InstanceMask, Recognition, RecognizedObject, SceneRequest, StandsOn};
+use scene::{InstanceId, InstanceMask, Recognition, RecognizedObject, StandsOn};
 
 pub const STAGE: Stage = Stage { name: "place", version: 7 };
 
-/// Most drawings that anybody looks at, whatever a painter would go on drawing.
-const MOST_DRAWINGS: usize = 8;
+/// Most top views that are checked before the stage gives up, whatever the image generator would go on drawing.
+const MAX_DRAWINGS: usize = 8;
 
 #[derive(Serialize)]
 pub struct Inputs {
-    picture: ArtifactRef,
+    image: ArtifactRef,
     known: Option<ArtifactRef>,
-    painted: Option<reference::TopRef>,
+    rendered: Option<reference::TopRef>,
     recognition: Arc<Recognition>,
     masks: Arc<Vec<InstanceMask>>,
     instances: Vec<Instance>,
     table: Table,
     metric_anchor: Option<MetricAnchor>,
-    tsa: TsaSettings,
+    tsa: TopViewSettings,
     seed: u64,
-    painter: Adapter,
+    image_generator: Adapter,
     analyst: Adapter,
     segmenter: Adapter,
 }
@@ -73,7 +73,7 @@ pub struct Output {
     /// What the objects agreed on; `None` where they did not vote.
     pub consensus: Option<Consensus>,
     /// How the boxes were laid on what the reference camera saw; `None` where they were not.
-    pub registered: Option<Registered>,
+    pub registered: Option<Registration>,
     pub table: PlacedTable,
     /// In the order of the recognized objects.
     pub instances: Vec<PlacedInstance>,
@@ -109,24 +109,19 @@ pub struct PlacedInstance {
 }
 
 impl Inputs {
-    #[expect(clippy::too_many_arguments, reason = "the layout is where all earlier stages meet")]
-    pub fn new(
-        request: &SceneRequest,
-        reference: &reference::Output,
-        recognition: &Arc<Recognition>,
-        masks: &segment::Output,
-        raw: &[reconstruct::Output],
-        canonical: &[canonicalize::Output],
-        hulls: &[decompose::Output],
-        yaws: &[rotate::Output],
-        ports: &Ports,
-        settings: &Settings,
-    ) -> Result<Self, StageError> {
-        let (table, table_hulls) = raw.last().zip(hulls.last()).ok_or_else(no_table)?;
+    /// What the layout is computed from, with one yaw per object in order.
+    ///
+    /// # Errors
+    ///
+    /// `table_missing`, where no table was reconstructed.
+    pub fn new(objects: &PreparedObjects, yaws: &[rotate::Output]) -> Result<Self, StageError> {
+        let PreparedObjects { request, ports, settings, reference, recognition, masks, .. } = objects;
+        let PreparedObjects { raw_meshes, canonical_meshes, hulls, .. } = objects;
+        let (table, table_hulls) = raw_meshes.last().zip(hulls.last()).ok_or_else(no_table)?;
         let instances = recognition
             .objects
             .iter()
-            .zip(canonical)
+            .zip(canonical_meshes)
             .zip(hulls)
             .zip(yaws)
             .map(|(((object, canonical), hulls), yaw)| Instance {
@@ -140,9 +135,9 @@ impl Inputs {
             })
             .collect();
         Ok(Self {
-            picture: reference.picture.clone(),
+            image: reference.image.clone(),
             known: reference.known.clone(),
-            painted: reference.top.clone(),
+            rendered: reference.top.clone(),
             recognition: recognition.clone(),
             masks: Arc::new(masks.masks.clone()),
             instances,
@@ -155,7 +150,7 @@ impl Inputs {
             metric_anchor: request.options.metric_anchor.clone(),
             tsa: settings.tsa.clone(),
             seed: request.seed,
-            painter: ports.painter.adapter(),
+            image_generator: ports.image_generator.adapter(),
             analyst: ports.analyst.adapter(),
             segmenter: ports.segmenter.adapter(),
         })
@@ -177,79 +172,80 @@ fn no_table() -> StageError {
 
 pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageError> {
     let (call, ports) = (context.call(), &context.services().ports);
-    let painted = match &inputs.painted {
+    let rendered = match &inputs.rendered {
         Some(stored) => Some(reference::top(&context, stored).await?),
         None => None,
     };
     let request = TopViewRequest {
-        reference: reference::seen(&context, &inputs.picture, inputs.known.as_ref()).await?,
+        reference: reference::seen(&context, &inputs.image, inputs.known.as_ref()).await?,
         recognition: inputs.recognition.clone(),
         masks: inputs.masks.clone(),
-        painted,
+        rendered,
         refused: Vec::new(),
     };
     let top = top_view(&context, &inputs, request).await?;
     let boxes = ports.segmenter.top_boxes(&call, top.clone(), inputs.recognition.clone()).await?;
-    let top_view = carry::put_picture(&context, "top.png", top.picture.clone()).await?;
+    let top_view = artifact_io::put_image(&context, "top.png", top.image.clone()).await?;
     let output = layout::lay_out(&context, &inputs, &boxes, top_view).await?;
     let drawn = {
-        let (picture, output) = (top.picture, output.clone());
-        context.cpu(move || annotated(picture, &boxes, &output)).await?
+        let (image, output) = (top.image, output.clone());
+        context.cpu(move || annotated(image, &boxes, &output)).await?
     };
-    carry::put_picture(&context, "top_annotated.png", drawn).await?;
+    artifact_io::put_image(&context, "top_annotated.png", drawn).await?;
     context.put_json("layout.json", &output).await?;
     context.put_json("support_tree.json", &support_tree(&output)).await?;
     Ok(output)
 }
 
-/// The view from above. One that was computed knows where everything is; one that was drawn is looked at first, and drawn
-/// again with what was wrong, until somebody says that it holds or the painter gives up.
+/// The top view. A computed view has exact boxes. A generated view is checked by the analyst and generated again
+/// with the analyst's feedback, until the analyst accepts it or the image generator gives up.
 async fn top_view(
     context: &Context,
     inputs: &Inputs,
     mut request: TopViewRequest,
-) -> Result<TopPicture, StageError> {
+) -> Result<TopViewImage, StageError> {
     let (call, ports) = (context.call(), &context.services().ports);
     let mut verdicts: Vec<TopVerdict> = Vec::new();
     loop {
-        let top = ports.painter.top_view(&call, request.clone()).await?;
+        let top = ports.image_generator.top_view(&call, request.clone()).await?;
         if top.known.is_some() {
             break Ok(top);
         }
         let question = TopCheck {
             reference: request.reference.clone(),
             recognition: request.recognition.clone(),
-            top: Arc::new(top.picture.clone()),
+            top: Arc::new(top.image.clone()),
             seed: inputs.seed,
         };
         let verdict = ports.analyst.check_top_view(&call, question).await?;
-        let (holds, told) = (verdict.holds(), verdict.told.clone());
+        let (holds, message) = (verdict.holds(), verdict.feedback.clone());
         verdicts.push(verdict);
         context.put_json("top_verdicts.json", &verdicts).await?;
         if holds {
             break Ok(top);
         }
-        carry::put_picture(context, &format!("top_refused_{}.png", verdicts.len()), top.picture).await?;
-        if verdicts.len() >= MOST_DRAWINGS {
-            let told =
-                format!("placing: none of {MOST_DRAWINGS} drawn views from above holds ({told}); run again");
-            break Err(StageError::permanent("top_view_refused", told));
+        artifact_io::put_image(context, &format!("top_refused_{}.png", verdicts.len()), top.image).await?;
+        if verdicts.len() >= MAX_DRAWINGS {
+            let message = format!(
+                "placing: none of {MAX_DRAWINGS} drawn views from above holds ({message}); run again"
+            );
+            break Err(StageError::permanent("top_view_refused", message));
         }
-        request.refused.push(told);
+        request.refused.push(message);
     }
 }
 
 /// The top view with every box, the anchor's thick.
-fn annotated(mut picture: Image, boxes: &TopBoxes, output: &Output) -> Image {
+fn annotated(mut image: Image, boxes: &TopBoxes, output: &Output) -> Image {
     let rounded = |b: [f64; 4]| b.map(|side| side.round().max(0.0) as u32);
-    draw_box(&mut picture, rounded(boxes.table_px), [90, 90, 96, 255], 2);
+    draw_box(&mut image, rounded(boxes.table_px), [90, 90, 96, 255], 2);
     for (index, (found, placed)) in boxes.objects.iter().zip(&output.instances).enumerate() {
         let thick = if output.anchor.as_ref() == Some(&placed.id) { 4 } else { 1 };
-        draw_box(&mut picture, rounded(found.box_px), distinct_color(index), thick);
+        draw_box(&mut image, rounded(found.box_px), distinct_color(index), thick);
         let at = DVec2::new(found.box_px[0], found.box_px[1] - 10.0);
-        draw_text(&mut picture, at.x as i64, at.y as i64, placed.id.as_str(), 1, [20, 20, 24, 255]);
+        draw_text(&mut image, at.x as i64, at.y as i64, placed.id.as_str(), 1, [20, 20, 24, 255]);
     }
-    picture
+    image
 }
 
 /// Who carries whom, the table at the root: `{"table": [{"mug_1": []}, ...]}` as nested lists.

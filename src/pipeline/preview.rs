@@ -1,4 +1,4 @@
-//! Pictures of the finished scene: hero, top, four sides, the view of the reference picture, thumbnails.
+//! Images of the finished scene: hero, top, four sides, the view of the reference image, thumbnails.
 
 use std::sync::Arc;
 
@@ -8,22 +8,22 @@ use serde::{Deserialize, Serialize};
 use geometry::{Camera, Pose, TexturedMesh};
 use gpu::{Gpu, GpuError};
 use imaging::Image;
-use render::gpu::GpuDiorama;
-use render::{Background, Diorama, GeometryFrame, Lighting, RenderObject, RenderSettings, TopView, View};
+use render::gpu::GpuSceneCache;
+use render::{Background, GeometryFrame, Lighting, RenderObject, RenderSettings, SceneCache, TopView, View};
 
 /// Section `[preview]`.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct PreviewSettings {
-    /// Width of the hero picture, pixels, 64..4096; more shows more and takes longer.
+    /// Width of the hero image, pixels, 64..4096; more shows more and takes longer.
     pub hero_width_px: u32,
-    /// Width of the side and top views and of either half of the picture beside the reference, pixels,
+    /// Width of the side and top views and of either half of the image beside the reference, pixels,
     /// 64..4096.
     pub side_width_px: u32,
 }
 
 /// One body to be shown.
-pub struct Shown<'a> {
+pub struct PreviewBody<'a> {
     pub mesh: &'a TexturedMesh,
     pub world_from_object: Pose,
 }
@@ -31,41 +31,41 @@ pub struct Shown<'a> {
 /// Horizontal field of view of all previews but the reference view, radians (about 30 degrees).
 const FOV_X_RAD: f64 = 0.52;
 
-/// The bodies in a studio, ready to be painted from every side; ids count from 1 in the order given. The
-/// floor lies under the lowest point. On a GPU, if it is put on one: a picture that does not fit there is the CPU's,
+/// The bodies in a studio, ready to be rendered from every side; ids count from 1 in the order given. The
+/// floor lies under the lowest point. On a GPU, if it is put on one: an image that does not fit there is the CPU's,
 /// with a line in the log, and an error means that the device is broken.
 pub struct Studio<'a> {
-    bodies: &'a [Shown<'a>],
-    diorama: Arc<Diorama<'a>>,
-    on_gpu: Option<GpuDiorama<'a>>,
+    bodies: &'a [PreviewBody<'a>],
+    scene_cache: Arc<SceneCache<'a>>,
+    on_gpu: Option<GpuSceneCache<'a>>,
     low_m: DVec3,
     high_m: DVec3,
 }
 
 impl<'a> Studio<'a> {
-    pub fn new(bodies: &'a [Shown<'a>], quality: &RenderSettings) -> Self {
+    pub fn new(bodies: &'a [PreviewBody<'a>], quality: &RenderSettings) -> Self {
         let objects = bodies
             .iter()
             .zip(1..)
             .map(|(body, id)| RenderObject { mesh: body.mesh, world_from_object: body.world_from_object, id })
             .collect();
         let (low_m, high_m) = bounds(bodies);
-        let diorama = Arc::new(Diorama::new(objects, quality));
-        Self { bodies, diorama, on_gpu: None, low_m, high_m }
+        let scene_cache = Arc::new(SceneCache::new(objects, quality));
+        Self { bodies, scene_cache, on_gpu: None, low_m, high_m }
     }
 
-    /// The same, painted by the GPU.
+    /// The same, rendered by the GPU.
     pub fn on(mut self, gpu: Arc<Gpu>) -> Result<Self, GpuError> {
-        self.on_gpu = unless_unfit(GpuDiorama::new(gpu, self.diorama.clone()))?;
+        self.on_gpu = unless_unfit(GpuSceneCache::new(gpu, self.scene_cache.clone()))?;
         Ok(self)
     }
 
-    /// The key light stands to the left of whoever looks from that azimuth.
-    fn paint(&self, azimuth_rad: f64, view: &View) -> Result<Image, GpuError> {
+    /// The key light stands to the left of a viewer at that azimuth.
+    fn render(&self, azimuth_rad: f64, view: &View) -> Result<Image, GpuError> {
         let (lighting, background) = self.light(azimuth_rad);
-        let painted = self.on_gpu.as_ref().map(|on_gpu| on_gpu.color(lighting, background, view));
-        let painted = painted.map_or(Ok(None), unless_unfit)?;
-        Ok(painted.unwrap_or_else(|| self.diorama.color(lighting, background, view)))
+        let rendered = self.on_gpu.as_ref().map(|on_gpu| on_gpu.color(lighting, background, view));
+        let rendered = rendered.map_or(Ok(None), unless_unfit)?;
+        Ok(rendered.unwrap_or_else(|| self.scene_cache.color(lighting, background, view)))
     }
 
     fn light(&self, azimuth_rad: f64) -> (Lighting, Background) {
@@ -92,7 +92,7 @@ impl<'a> Studio<'a> {
         elevation_rad: f64,
     ) -> Result<Image, GpuError> {
         let camera = self.framing(width_px, height_px, azimuth_rad, elevation_rad);
-        self.paint(azimuth_rad, &View::Perspective(camera))
+        self.render(azimuth_rad, &View::Perspective(camera))
     }
 
     /// Straight from above, orthographic.
@@ -107,16 +107,16 @@ impl<'a> Studio<'a> {
             center_m: 0.5 * (self.low_m + self.high_m).truncate(),
             eye_z_m: self.high_m.z + 0.1,
         };
-        self.paint(0.0, &View::Orthographic(view))
+        self.render(0.0, &View::Orthographic(view))
     }
 
-    /// What the camera of the reference picture sees where, always by the CPU; ids count from 1 in the order of
+    /// What the camera of the reference image sees where, always by the CPU; ids count from 1 in the order of
     /// the bodies.
     pub fn reference_geometry(&self, camera: &Camera) -> GeometryFrame {
-        self.diorama.measure(&View::Perspective(*camera))
+        self.scene_cache.measure(&View::Perspective(*camera))
     }
 
-    /// The scene from the camera of the reference picture, as wide as a side view.
+    /// The scene from the camera of the reference image, as wide as a side view.
     pub fn reference_view(&self, camera: &Camera, settings: &PreviewSettings) -> Result<Image, GpuError> {
         let share = f64::from(settings.side_width_px) / f64::from(camera.width_px);
         let height_px = (share * f64::from(camera.height_px)).round().max(1.0);
@@ -129,7 +129,7 @@ impl<'a> Studio<'a> {
             cy: share * camera.cy,
             ..*camera
         };
-        self.paint(camera.azimuth_rad(), &View::Perspective(small))
+        self.render(camera.azimuth_rad(), &View::Perspective(small))
     }
 
     /// The nearest camera on that ray that sees everything with a small margin.
@@ -168,7 +168,7 @@ impl<'a> Studio<'a> {
 }
 
 /// Box of all bodies in the world.
-fn bounds(bodies: &[Shown]) -> (DVec3, DVec3) {
+fn bounds(bodies: &[PreviewBody]) -> (DVec3, DVec3) {
     bodies
         .iter()
         .flat_map(|body| body.mesh.positions.iter().map(|p| body.world_from_object.transform_point(*p)))
@@ -178,7 +178,7 @@ fn bounds(bodies: &[Shown]) -> (DVec3, DVec3) {
 /// What a GPU made; nothing, and a line in the log, where it cannot make that of this scene and would say so again.
 fn unless_unfit<T>(made: Result<T, GpuError>) -> Result<Option<T>, GpuError> {
     match made {
-        Err(error) if !error.is_of_the_device() => {
+        Err(error) if !error.is_device_failure() => {
             tracing::warn!(%error, "a preview is painted on the CPU");
             Ok(None)
         }
@@ -189,9 +189,9 @@ fn unless_unfit<T>(made: Result<T, GpuError>) -> Result<Option<T>, GpuError> {
 /// One mesh, 256 x 256 pixels, on the CPU.
 pub fn thumbnail(mesh: &TexturedMesh) -> Image {
     let quality = RenderSettings { supersampling: 1, shadow_map_px: 256, sky_directions: 8, sky_map_px: 64 };
-    let bodies = [Shown { mesh, world_from_object: Pose::IDENTITY }];
+    let bodies = [PreviewBody { mesh, world_from_object: Pose::IDENTITY }];
     let studio = Studio::new(&bodies, &quality);
     let (lighting, background) = studio.light(0.5);
     let camera = studio.framing(256, 256, 0.5, 0.5);
-    studio.diorama.color(lighting, background, &View::Perspective(camera))
+    studio.scene_cache.color(lighting, background, &View::Perspective(camera))
 }

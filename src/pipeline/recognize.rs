@@ -1,4 +1,4 @@
-//! Stage 2: what the picture shows: camera, table, objects with their commonsense sizes, and what stands
+//! Stage 2: what the image shows: camera, table, objects with their commonsense sizes, and what stands
 //! on what.
 
 use std::f64::consts::TAU;
@@ -9,11 +9,11 @@ use serde::Serialize;
 
 use super::checkpoint::{ArtifactRef, Stage};
 use super::error::StageError;
-use super::{Context, carry, reference};
+use super::{Context, artifact_io, reference};
 use geometry::Pose;
 use imaging::Image;
 use ports::{Adapter, Ports};
-use render::overlay::{draw_axes, draw_polyline};
+use render::annotate::{draw_axes, draw_polyline};
 use scene::request::RequestOptions;
 use scene::{Recognition, RecognizedTable, SceneRequest, StandsOn, TableShape};
 
@@ -21,7 +21,7 @@ pub const STAGE: Stage = Stage { name: "recognize", version: 6 };
 
 #[derive(Serialize)]
 pub struct Inputs {
-    picture: ArtifactRef,
+    image: ArtifactRef,
     known: Option<ArtifactRef>,
     seed: u64,
     options: RequestOptions,
@@ -31,10 +31,10 @@ pub struct Inputs {
 impl Inputs {
     pub fn new(request: &SceneRequest, reference: &reference::Output, ports: &Ports) -> Self {
         Self {
-            picture: reference.picture.clone(),
+            image: reference.image.clone(),
             known: reference.known.clone(),
             seed: request.seed,
-            options: reference::shaping_options(request),
+            options: reference::options_for_key(request),
             analyst: ports.analyst.adapter(),
         }
     }
@@ -42,24 +42,24 @@ impl Inputs {
 
 pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Recognition, StageError> {
     let (call, ports) = (context.call(), &context.services().ports);
-    let seen = reference::seen(&context, &inputs.picture, inputs.known.as_ref()).await?;
+    let seen = reference::seen(&context, &inputs.image, inputs.known.as_ref()).await?;
     let recognition =
         ports.analyst.recognize(&call, seen.clone(), inputs.seed, inputs.options.clone()).await?;
-    check(&recognition, &seen.picture)?;
+    check(&recognition, &seen.image)?;
     context.put_json("recognition.json", &recognition).await?;
-    let told = recognition.clone();
-    let drawn = context.cpu(move || drawn_on(&seen.picture, &told)).await?;
-    carry::put_picture(&context, "camera.png", drawn).await?;
+    let message = recognition.clone();
+    let drawn = context.cpu(move || drawn_on(&seen.image, &message)).await?;
+    artifact_io::put_image(&context, "camera.png", drawn).await?;
     Ok(recognition)
 }
 
 /// Ports answer data, and data is checked: unique names, positive sizes, supports that end at the table.
-fn check(recognition: &Recognition, picture: &Image) -> Result<(), StageError> {
+fn check(recognition: &Recognition, image: &Image) -> Result<(), StageError> {
     let wrong = |what: String| {
         StageError::permanent("recognition_inconsistent", format!("recognizing the picture: {what}"))
     };
     let camera = &recognition.camera;
-    if (camera.width_px, camera.height_px) != (picture.width_px(), picture.height_px()) {
+    if (camera.width_px, camera.height_px) != (image.width_px(), image.height_px()) {
         return Err(wrong("the camera belongs to a picture of another size".into()));
     }
     if recognition.objects.is_empty() {
@@ -98,10 +98,10 @@ fn check(recognition: &Recognition, picture: &Image) -> Result<(), StageError> {
     Ok(())
 }
 
-/// The picture with the world's axes and the edge of the table top, as the camera sees them.
-fn drawn_on(picture: &Image, recognition: &Recognition) -> Image {
+/// The image with the world's axes and the edge of the table top, as the camera sees them.
+fn drawn_on(image: &Image, recognition: &Recognition) -> Image {
     let camera = &recognition.camera;
-    let mut drawn = picture.clone();
+    let mut drawn = image.clone();
     let edge: Option<Vec<_>> = top_edge(&recognition.table)
         .into_iter()
         .map(|corner| camera.project(corner.extend(0.0)).map(|(pixel, _)| pixel))

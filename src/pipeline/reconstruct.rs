@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::checkpoint::{ArtifactRef, Stage};
 use super::error::StageError;
 use super::reference::CompletionRef;
-use super::{Context, carry, reference};
+use super::{Context, artifact_io, reference};
 use geometry::{Camera, Outline};
 use ports::{Adapter, Ports, ReconstructionRequest};
 use runtime::seed::child_seed;
@@ -36,7 +36,7 @@ struct Object {
     object: RecognizedObject,
     completion: CompletionRef,
     camera: Camera,
-    painted: bool,
+    rendered: bool,
     seed: u64,
 }
 
@@ -72,7 +72,7 @@ pub fn inputs(
                 object: object.clone(),
                 completion: completion.clone(),
                 camera: recognition.camera,
-                painted: reference.known.is_some(),
+                rendered: reference.known.is_some(),
                 seed: child_seed(child_seed(request.seed, "reconstruct"), object.id.as_str()),
             }));
             (object.id.clone(), Inputs { subject, mesh_generator: mesh_generator.clone() })
@@ -92,12 +92,12 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
                 object: subject.object.clone(),
                 completion: reference::completion(&context, &subject.completion).await?,
                 camera: subject.camera,
-                painted: subject.painted,
+                rendered: subject.rendered,
                 seed: subject.seed,
             };
             let raw = generator.reconstruct(&call, request).await?;
             Ok(Output {
-                mesh: carry::put_mesh(&context, "raw.glb", raw.mesh).await?,
+                mesh: artifact_io::put_mesh(&context, "raw.glb", raw.mesh).await?,
                 outline_m: None,
                 method: Some(raw.method),
                 made_by: raw.made_by,
@@ -108,7 +108,7 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
         Subject::Table(table) => {
             let raw = generator.table(&call, table.clone()).await?;
             Ok(Output {
-                mesh: carry::put_mesh(&context, "mesh.glb", raw.mesh).await?,
+                mesh: artifact_io::put_mesh(&context, "mesh.glb", raw.mesh).await?,
                 outline_m: Some(raw.outline_m),
                 method: None,
                 made_by: raw.made_by,

@@ -1,48 +1,49 @@
-//! Stage 1: the reference picture. A text is described by the analyst and painted by the painter; a
-//! picture of the user's is the reference picture itself.
+//! Stage 1: the reference image. A text is described by the analyst and rendered by the image generator; a
+//! image of the user's is the reference image itself.
 
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 use super::checkpoint::{ArtifactRef, Stage};
 use super::error::StageError;
-use super::{Context, carry};
-use imaging::codec::decode_photograph;
+use super::{Context, artifact_io};
+use imaging::codec::decode_oriented_image;
 use imaging::{Image, Mask};
 use ports::{
-    Adapter, CompletedBy, Completion, KnownPicture, KnownTop, PaintingAside, Ports, Reference, TopPicture,
+    Adapter, CompletedBy, Completion, ImageAnnotations, Ports, ReferenceImage, SyntheticGroundTruth,
+    TopViewAnnotations, TopViewImage,
 };
-use render::overlay::fitted;
+use render::annotate::fitted;
 use scene::request::RequestOptions;
 use scene::{Input, InstanceId, SceneRequest};
 use store::Digest;
 
 pub const STAGE: Stage = Stage { name: "reference", version: 5 };
 
-/// Largest side of the reference picture, pixels; larger pictures are reduced, smaller ones stay.
+/// Largest side of the reference image, pixels; larger images are reduced, smaller ones stay.
 const MAX_SIDE_PX: u32 = 1280;
 
-/// Most pixels of a picture that is decoded; the HTTP interface has its own, lower limit.
+/// Most pixels of an image that is decoded; the HTTP interface has its own, lower limit.
 const MAX_DECODED_PX: u64 = 100_000_000;
 
-/// What decides the reference picture.
+/// What decides the reference image.
 #[derive(Serialize)]
 pub struct Inputs {
     input: Input,
     seed: u64,
     options: RequestOptions,
     analyst: Adapter,
-    painter: Adapter,
+    image_generator: Adapter,
 }
 
-/// The reference picture and, where its painter is a program, what that knows.
+/// The reference image and, where its image generator is a program, what that knows.
 #[derive(Clone, Serialize, Deserialize)]
 pub struct Output {
-    pub picture: ArtifactRef,
+    pub image: ArtifactRef,
     pub known: Option<ArtifactRef>,
     pub alone: Vec<AloneRef>,
     pub top: Option<TopRef>,
-    /// Words of the text that mean a thing nobody here knows.
+    /// Words of the text that name an object outside the catalog.
     pub unrecognized_terms: Vec<String>,
 }
 
@@ -53,21 +54,21 @@ pub struct AloneRef {
     pub completion: CompletionRef,
 }
 
-/// A [`Completion`] whose picture lies in the store.
+/// A [`Completion`] whose image lies in the store.
 #[derive(Clone, Serialize, Deserialize)]
 pub struct CompletionRef {
-    pub picture: ArtifactRef,
-    pub shown_px: [f64; 4],
+    pub image: ArtifactRef,
+    pub crop_px: [f64; 4],
     pub silhouette: Mask,
     pub completed_share: f64,
     #[serde(default)]
     pub completed_by: Vec<CompletedBy>,
 }
 
-/// A [`TopPicture`] that lies in the store.
+/// A [`TopViewImage`] that lies in the store.
 #[derive(Clone, Serialize, Deserialize)]
 pub struct TopRef {
-    pub picture: ArtifactRef,
+    pub image: ArtifactRef,
     pub known: Option<ArtifactRef>,
 }
 
@@ -76,35 +77,35 @@ impl Inputs {
         Self {
             input: request.input.clone(),
             seed: request.seed,
-            options: shaping_options(request),
+            options: options_for_key(request),
             analyst: ports.analyst.adapter(),
-            painter: ports.painter.adapter(),
+            image_generator: ports.image_generator.adapter(),
         }
     }
 }
 
 /// The request's options without `set`, which is in the resolved settings already.
-pub(super) fn shaping_options(request: &SceneRequest) -> RequestOptions {
+pub(super) fn options_for_key(request: &SceneRequest) -> RequestOptions {
     RequestOptions { set: Default::default(), ..request.options.clone() }
 }
 
 pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageError> {
     match &inputs.input {
-        Input::Text { text } => painted(&context, &inputs, text).await,
+        Input::Text { text } => rendered(&context, &inputs, text).await,
         Input::Image { sha256, .. } => given(&context, sha256).await,
     }
 }
 
-async fn painted(context: &Context, inputs: &Inputs, text: &str) -> Result<Output, StageError> {
+async fn rendered(context: &Context, inputs: &Inputs, text: &str) -> Result<Output, StageError> {
     let (call, ports) = (context.call(), &context.services().ports);
     let description =
         ports.analyst.describe(&call, text.to_owned(), inputs.seed, inputs.options.clone()).await?;
     context.put_json("description.json", &description).await?;
     let unrecognized_terms = description.unrecognized_terms.clone();
-    let painting = ports.painter.reference(&call, Arc::new(description), inputs.seed).await?;
-    let picture = carry::put_picture(context, "reference.png", painting.picture).await?;
-    let mut output = Output { picture, known: None, alone: Vec::new(), top: None, unrecognized_terms };
-    if let Some(PaintingAside { known, truth, alone, top }) = painting.aside {
+    let generated = ports.image_generator.reference(&call, Arc::new(description), inputs.seed).await?;
+    let image = artifact_io::put_image(context, "reference.png", generated.image).await?;
+    let mut output = Output { image, known: None, alone: Vec::new(), top: None, unrecognized_terms };
+    if let Some(SyntheticGroundTruth { known, truth, alone, top }) = generated.ground_truth {
         output.known = Some(context.put_json("known.json", &known).await?);
         // Nothing reads it again: it is not part of the output, so no stage can take it as input.
         context.put_json("truth.json", &truth).await?;
@@ -130,33 +131,33 @@ async fn given(context: &Context, sha256: &str) -> Result<Output, StageError> {
     let bytes = context.blob(&digest, "the picture of the request").await?;
     let decoded = context
         .cpu(move || {
-            let picture = decode_photograph(&bytes, MAX_DECODED_PX)?;
-            Ok(on_white(fitted_down(picture)))
+            let image = decode_oriented_image(&bytes, MAX_DECODED_PX)?;
+            Ok(on_white(fitted_down(image)))
         })
         .await?;
-    let picture = decoded.map_err(|error: imaging::codec::PictureError| unreadable(error.to_string()))?;
-    let picture = carry::put_picture(context, "reference.png", picture).await?;
-    Ok(Output { picture, known: None, alone: Vec::new(), top: None, unrecognized_terms: Vec::new() })
+    let image = decoded.map_err(|error: imaging::codec::CodecError| unreadable(error.to_string()))?;
+    let image = artifact_io::put_image(context, "reference.png", image).await?;
+    Ok(Output { image, known: None, alone: Vec::new(), top: None, unrecognized_terms: Vec::new() })
 }
 
-fn fitted_down(picture: Image) -> Image {
-    if picture.width_px().max(picture.height_px()) <= MAX_SIDE_PX {
-        picture
+fn fitted_down(image: Image) -> Image {
+    if image.width_px().max(image.height_px()) <= MAX_SIDE_PX {
+        image
     } else {
-        fitted(&picture, MAX_SIDE_PX, MAX_SIDE_PX)
+        fitted(&image, MAX_SIDE_PX, MAX_SIDE_PX)
     }
 }
 
-/// Product pictures are often cut out; what is transparent is shown on white, as viewers do.
-fn on_white(mut picture: Image) -> Image {
-    for pixel in picture.as_rgba_mut().chunks_exact_mut(4) {
+/// Product images are often cut out; what is transparent is shown on white, as viewers do.
+fn on_white(mut image: Image) -> Image {
+    for pixel in image.as_rgba_mut().chunks_exact_mut(4) {
         let alpha = u32::from(pixel[3]);
         for channel in &mut pixel[..3] {
             *channel = ((u32::from(*channel) * alpha + 255 * (255 - alpha) + 127) / 255) as u8;
         }
         pixel[3] = 255;
     }
-    picture
+    image
 }
 
 /// Stores a completion.
@@ -166,8 +167,8 @@ pub(super) async fn put_completion(
     completion: Completion,
 ) -> Result<CompletionRef, StageError> {
     Ok(CompletionRef {
-        picture: carry::put_picture(context, name, completion.picture).await?,
-        shown_px: completion.shown_px,
+        image: artifact_io::put_image(context, name, completion.image).await?,
+        crop_px: completion.crop_px,
         silhouette: completion.silhouette,
         completed_share: completion.completed_share,
         completed_by: completion.completed_by,
@@ -177,46 +178,49 @@ pub(super) async fn put_completion(
 /// A stored completion.
 pub(super) async fn completion(context: &Context, stored: &CompletionRef) -> Result<Completion, StageError> {
     Ok(Completion {
-        picture: (*carry::picture(context, &stored.picture).await?).clone(),
-        shown_px: stored.shown_px,
+        image: (*artifact_io::image(context, &stored.image).await?).clone(),
+        crop_px: stored.crop_px,
         silhouette: stored.silhouette.clone(),
         completed_share: stored.completed_share,
         completed_by: stored.completed_by.clone(),
     })
 }
 
-async fn put_top(context: &Context, top: TopPicture) -> Result<TopRef, StageError> {
-    let picture = carry::put_picture(context, "top.png", top.picture).await?;
+async fn put_top(context: &Context, top: TopViewImage) -> Result<TopRef, StageError> {
+    let image = artifact_io::put_image(context, "top.png", top.image).await?;
     let known = match &top.known {
         Some(known) => Some(context.put_json("top_known.json", known).await?),
         None => None,
     };
-    Ok(TopRef { picture, known })
+    Ok(TopRef { image, known })
 }
 
 /// The stored top view.
-pub(super) async fn top(context: &Context, stored: &TopRef) -> Result<TopPicture, StageError> {
-    let known: Option<KnownTop> = match &stored.known {
+pub(super) async fn top(context: &Context, stored: &TopRef) -> Result<TopViewImage, StageError> {
+    let known: Option<TopViewAnnotations> = match &stored.known {
         Some(artifact) => Some(context.get_json(artifact).await?),
         None => None,
     };
-    Ok(TopPicture { picture: (*carry::picture(context, &stored.picture).await?).clone(), known })
+    Ok(TopViewImage { image: (*artifact_io::image(context, &stored.image).await?).clone(), known })
 }
 
-/// The stored reference picture as ports see it.
+/// The stored reference image as ports see it.
 pub(super) async fn seen(
     context: &Context,
-    picture: &ArtifactRef,
+    image: &ArtifactRef,
     known: Option<&ArtifactRef>,
-) -> Result<Reference, StageError> {
+) -> Result<ReferenceImage, StageError> {
     let known = match known {
-        Some(artifact) => Some(known_picture(context, artifact).await?),
+        Some(artifact) => Some(image_annotations(context, artifact).await?),
         None => None,
     };
-    Ok(Reference { picture: carry::picture(context, picture).await?, known })
+    Ok(ReferenceImage { image: artifact_io::image(context, image).await?, known })
 }
 
-async fn known_picture(context: &Context, artifact: &ArtifactRef) -> Result<Arc<KnownPicture>, StageError> {
+async fn image_annotations(
+    context: &Context,
+    artifact: &ArtifactRef,
+) -> Result<Arc<ImageAnnotations>, StageError> {
     let decoded = &context.services().decoded.known;
     if let Some(known) = decoded.find(&artifact.digest) {
         return Ok(known);
@@ -232,16 +236,16 @@ mod tests {
 
     #[test]
     fn what_is_transparent_is_shown_on_white() {
-        let mut picture = Image::filled(4, 1, [200, 100, 0, 255]);
-        picture.set_pixel(1, 0, [200, 100, 0, 0]);
-        picture.set_pixel(2, 0, [200, 100, 0, 51]);
-        let shown = on_white(picture);
+        let mut image = Image::filled(4, 1, [200, 100, 0, 255]);
+        image.set_pixel(1, 0, [200, 100, 0, 0]);
+        image.set_pixel(2, 0, [200, 100, 0, 51]);
+        let shown = on_white(image);
         let pixels = [0, 1, 2].map(|x| shown.pixel(x, 0));
         assert_eq!(pixels, [[200, 100, 0, 255], [255; 4], [244, 224, 204, 255]]);
     }
 
     #[test]
-    fn large_pictures_are_reduced_and_keep_their_proportions() {
+    fn large_images_are_reduced_and_keep_their_proportions() {
         let reduced = fitted_down(Image::filled(2 * MAX_SIDE_PX, MAX_SIDE_PX, [9, 9, 9, 255]));
         assert_eq!((reduced.width_px(), reduced.height_px()), (MAX_SIDE_PX, MAX_SIDE_PX / 2));
     }

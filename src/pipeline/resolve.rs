@@ -1,6 +1,6 @@
 //! Stage 10: from the aligned poses to poses that hold, then gravity; the rest pose is the scene's.
 
-mod give_way;
+mod relaxation;
 
 use std::sync::Arc;
 
@@ -11,19 +11,19 @@ use super::checkpoint::{ArtifactRef, Stage};
 use super::error::StageError;
 use super::place::layout::resized;
 use super::place::{self, PlacedInstance};
-use super::{Context, Settings, carry};
+use super::{Context, Settings, artifact_io};
 use catalog::{PhysicalProperties, physical_properties};
-use geometry::mesh_solid::MeshSolid;
+use geometry::solid_query::MeshSolid;
 use geometry::{ConvexHull, Outline, Pose, TexturedMesh};
 use physics::resolve::SupportedBy;
 use physics::{
-    Body, CertifySettings, ResolveError, ResolveProblem, ResolveSettings, Resolved, SettleSettings,
+    Body, CertifySettings, ResolveError, ResolveProblem, ResolveSettings, ResolvedLayout, SettleSettings,
 };
-use scene::certificate::GaveWay;
+use scene::certificate::Relaxation;
 use scene::{Recognition, RecognizedObject};
 
-use give_way::{Attempt, Stuck};
-pub use give_way::{NoRoom, NoRoomSettings};
+use relaxation::{Attempt, Infeasible};
+pub use relaxation::{NoSpaceSettings, OnNoSpace};
 
 pub const STAGE: Stage = Stage { name: "resolve", version: 6 };
 
@@ -35,7 +35,7 @@ pub struct Inputs {
     resolve: ResolveSettings,
     settle: SettleSettings,
     certify: CertifySettings,
-    no_room: NoRoomSettings,
+    no_room: NoSpaceSettings,
 }
 
 /// One body to be resolved.
@@ -61,7 +61,7 @@ pub struct Output {
     /// What was done, one sentence each.
     pub log: Vec<String>,
     /// What was conceded as there was no room.
-    pub gave_way: Vec<GaveWay>,
+    pub gave_way: Vec<Relaxation>,
 }
 
 #[derive(Clone, Serialize, Deserialize)]
@@ -130,21 +130,21 @@ pub(super) async fn load(
     mesh: &ArtifactRef,
     hulls: &ArtifactRef,
 ) -> Result<Loaded, StageError> {
-    let solid = carry::solid(context, mesh).await?;
+    let solid = artifact_io::solid(context, mesh).await?;
     let no_solid = |error| StageError::permanent("no_solid", format!("{name}: {error}"));
     Ok(Loaded {
-        mesh: carry::mesh(context, mesh).await?,
+        mesh: artifact_io::mesh(context, mesh).await?,
         solid: solid.map_err(no_solid)?,
-        hulls: carry::hulls(context, hulls).await?,
+        hulls: artifact_io::hulls(context, hulls).await?,
     })
 }
 
 /// Tries to make room before the job fails.
-const MOST_TRIES: usize = 8;
+const MAX_TRIES: usize = 8;
 
 pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageError> {
     let mut attempt = Attempt::new(inputs.bodies.clone());
-    for _ in 0..MOST_TRIES {
+    for _ in 0..MAX_TRIES {
         for (k, part) in attempt.parts.iter_mut().enumerate() {
             let (original, scale) = (&inputs.bodies[k], DVec3::splat(attempt.scales[k]));
             (part.mesh, part.hulls) =
@@ -152,9 +152,9 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
         }
         let loaded = attempt.parts.iter().map(|part| load(&context, &part.name, &part.mesh, &part.hulls));
         let loaded = Arc::new(futures::future::try_join_all(loaded).await?);
-        let (given, geometry, interrupt) = (inputs.clone(), loaded.clone(), context.interrupt().clone());
+        let (given, geometry, cancel) = (inputs.clone(), loaded.clone(), context.cancel().clone());
         let parts = attempt.parts.clone();
-        let failed = match context.cpu(move || solve(&given, &parts, &geometry, &interrupt)).await? {
+        let failed = match context.cpu(move || solve(&given, &parts, &geometry, &cancel)).await? {
             Ok(solved) => {
                 let solved = solved.conceded(&attempt);
                 context.put_json("poses.json", &solved).await?;
@@ -170,7 +170,7 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
     }
     Err(StageError::permanent(
         "no_room",
-        format!("resolving: no room after {MOST_TRIES} concessions; use a larger table or fewer objects"),
+        format!("resolving: no room after {MAX_TRIES} concessions; use a larger table or fewer objects"),
     ))
 }
 
@@ -186,7 +186,7 @@ impl Output {
 /// A scene that is not resolved, and whether conceding something may help.
 struct Failed {
     error: StageError,
-    stuck: Option<Stuck>,
+    stuck: Option<Infeasible>,
 }
 
 impl From<StageError> for Failed {
@@ -198,18 +198,18 @@ impl From<StageError> for Failed {
 impl From<ResolveError> for Failed {
     fn from(error: ResolveError) -> Self {
         let names = error.names().to_vec();
-        let told = error.to_string();
+        let message = error.to_string();
         match error {
-            ResolveError::Interrupted(interrupted) => StageError::from(interrupted).into(),
-            ResolveError::NoRoom { .. } => Self {
-                error: StageError::permanent("no_room", told),
-                stuck: Some(Stuck { names, crowded: true }),
+            ResolveError::Cancelled(cancelled) => StageError::from(cancelled).into(),
+            ResolveError::NoSpace { .. } => Self {
+                error: StageError::permanent("no_room", message),
+                stuck: Some(Infeasible { names, crowded: true }),
             },
             ResolveError::Unresolved { .. } => Self {
-                error: StageError::permanent("unresolved", told),
-                stuck: Some(Stuck { names, crowded: false }),
+                error: StageError::permanent("unresolved", message),
+                stuck: Some(Infeasible { names, crowded: false }),
             },
-            _ => StageError::permanent("unresolved", told).into(),
+            _ => StageError::permanent("unresolved", message).into(),
         }
     }
 }
@@ -218,7 +218,7 @@ fn solve(
     inputs: &Inputs,
     parts: &[Part],
     loaded: &[Loaded],
-    interrupt: &runtime::Interrupt,
+    cancel: &runtime::CancelFlag,
 ) -> Result<Output, Failed> {
     let mut bodies = Vec::with_capacity(loaded.len());
     let mut physical = Vec::with_capacity(loaded.len());
@@ -238,8 +238,8 @@ fn solve(
     let solids: Vec<&MeshSolid> = loaded.iter().map(|geometry| &*geometry.solid).collect();
     let problem =
         ResolveProblem { bodies: &bodies, solids: &solids, supports: &supports, outline: &inputs.outline_m };
-    let Resolved { poses, planned, displacements_m, rotations_rad, rounds, log } =
-        physics::resolve(problem, &inputs.resolve, &inputs.settle, &inputs.certify, interrupt)?;
+    let ResolvedLayout { poses, planned, displacements_m, rotations_rad, rounds, log } =
+        physics::resolve(problem, &inputs.resolve, &inputs.settle, &inputs.certify, cancel)?;
     let bodies = parts
         .iter()
         .zip(physical)

@@ -1,7 +1,5 @@
 //! Stage 8, for each instance: its yaw, by the rotation optimizer.
 
-pub mod camera;
-
 use std::sync::Arc;
 
 use glam::DVec2;
@@ -9,16 +7,16 @@ use serde::{Deserialize, Serialize};
 
 use super::checkpoint::{ArtifactRef, Stage};
 use super::error::StageError;
-use super::services::Services;
-use super::{Context, Settings, canonicalize, carry, reference, segment};
+use super::resources::StageResources;
+use super::{Context, Settings, artifact_io, canonicalize, reference, segment};
 use geometry::Camera;
 use geometry::rotational_symmetry::RotationalSymmetry;
 use imaging::Mask;
 use pose_estimation::beside::beside;
-use pose_estimation::dro::{
-    DroError, DroSettings, DroSolver, RotationEstimate, RotationProblem, estimate_yaw_on, seat_height_m,
+use pose_estimation::yaw::{
+    YawError, YawEstimate, YawProblem, YawSettings, YawSolver, estimate_yaw_on, support_height_m,
 };
-use render::overlay::{Curve, plot_curves};
+use render::annotate::{Curve, plot_curves};
 use scene::{InstanceId, InstanceMask, Recognition, StandsOn};
 use soft_raster::gpu::LARGEST_SIDE_PX;
 
@@ -27,14 +25,14 @@ pub const STAGE: Stage = Stage { name: "rotate", version: 8 };
 #[derive(Serialize)]
 pub struct Inputs {
     mesh: ArtifactRef,
-    picture: ArtifactRef,
+    image: ArtifactRef,
     camera: Camera,
     visible: Mask,
     /// Pixels of the instances that may hide it.
     hiders: Mask,
     /// Meshes of everything below it, nearest first.
     below: Vec<ArtifactRef>,
-    dro: DroSettings,
+    dro: YawSettings,
     /// Name of the GPU; absent where the CPU does it all.
     #[serde(skip_serializing_if = "Option::is_none")]
     gpu: Option<String>,
@@ -44,9 +42,9 @@ pub struct Inputs {
 #[derive(Clone, Serialize, Deserialize)]
 pub struct Output {
     pub yaw_rad: f64,
-    /// The yaw that is canonical for the symmetry: another pose of the same look, within half a period of 0.
+    /// The yaw that is canonical for the symmetry: another pose with the same appearance, within half a period of 0.
     pub representative_yaw_rad: f64,
-    /// Where the camera of the reference picture sees its origin, world, meters; `None` where it does not say.
+    /// Where the camera of the reference image sees its origin, world, meters; `None` where it does not say.
     pub seen_m: Option<DVec2>,
     pub loss: f64,
     /// 1 = none, n = every 360/n degrees, 0 = any angle.
@@ -61,7 +59,7 @@ pub struct Output {
 
 /// `yaw.json`: the output with what it was chosen from.
 #[derive(Serialize)]
-struct Told<'a> {
+struct Message<'a> {
     #[serde(flatten)]
     output: &'a Output,
     /// (yaw in radians, loss) of the coarse search.
@@ -69,14 +67,14 @@ struct Told<'a> {
 }
 
 /// Name of the GPU that will be used, if one will.
-pub async fn gpu(services: &Services, settings: &Settings) -> Option<String> {
-    if settings.dro.solver != DroSolver::Paper || settings.dro.fine_px as usize > LARGEST_SIDE_PX {
+pub async fn gpu(services: &StageResources, settings: &Settings) -> Option<String> {
+    if settings.dro.solver != YawSolver::Paper || settings.dro.fine_px as usize > LARGEST_SIDE_PX {
         return None;
     }
     services.gpu_name().await
 }
 
-/// One entry per recognized object, in order; `gpu` as [`gpu`] told it.
+/// One entry per recognized object, in order; `gpu` is what [`gpu`] returned.
 pub fn inputs(
     reference: &reference::Output,
     recognition: &Recognition,
@@ -95,7 +93,7 @@ pub fn inputs(
             let below = below(recognition, &object.id);
             let inputs = Inputs {
                 mesh: canonical.mesh.clone(),
-                picture: reference.picture.clone(),
+                image: reference.image.clone(),
                 camera: recognition.camera,
                 visible: mask.visible.clone(),
                 hiders: hiders(&masks.masks, &instances_at, &object.id, &below),
@@ -109,7 +107,7 @@ pub fn inputs(
 }
 
 /// Indices of what is below the object, nearest first, and whether it stands *on* each, all the way up.
-fn below(recognition: &Recognition, id: &InstanceId) -> Vec<(usize, bool)> {
+pub(in crate::pipeline) fn below(recognition: &Recognition, id: &InstanceId) -> Vec<(usize, bool)> {
     let objects = &recognition.objects;
     let position = |id: &InstanceId| objects.iter().position(|object| &object.id == id);
     let mut found: Vec<(usize, bool)> = Vec::new();
@@ -125,7 +123,7 @@ fn below(recognition: &Recognition, id: &InstanceId) -> Vec<(usize, bool)> {
 }
 
 /// How many instances each pixel belongs to.
-fn instances_at(masks: &[InstanceMask]) -> Vec<u16> {
+pub(in crate::pipeline) fn instances_at(masks: &[InstanceMask]) -> Vec<u16> {
     let pixels = masks.first().map_or(0, |first| first.visible.bits().len());
     let mut counts = vec![0; pixels];
     for mask in masks {
@@ -135,7 +133,12 @@ fn instances_at(masks: &[InstanceMask]) -> Vec<u16> {
 }
 
 /// Pixels of other instances, less those it stands on: what is below is not in front. A container is both.
-fn hiders(masks: &[InstanceMask], instances_at: &[u16], id: &InstanceId, below: &[(usize, bool)]) -> Mask {
+pub(in crate::pipeline) fn hiders(
+    masks: &[InstanceMask],
+    instances_at: &[u16],
+    id: &InstanceId,
+    below: &[(usize, bool)],
+) -> Mask {
     let Some(first) = masks.first() else { return Mask::empty(0, 0) };
     let mut others = instances_at.to_vec();
     for (index, mask) in masks.iter().enumerate() {
@@ -155,36 +158,36 @@ impl Inputs {
 }
 
 pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageError> {
-    let mesh = carry::mesh(&context, &inputs.mesh).await?;
-    let picture = carry::picture(&context, &inputs.picture).await?;
+    let mesh = artifact_io::mesh(&context, &inputs.mesh).await?;
+    let image = artifact_io::image(&context, &inputs.image).await?;
     let mut below = Vec::with_capacity(inputs.below.len());
     for supporter in &inputs.below {
-        below.push(carry::mesh(&context, supporter).await?);
+        below.push(artifact_io::mesh(&context, supporter).await?);
     }
-    let interrupt = context.interrupt().clone();
+    let cancel = context.cancel().clone();
     let (given, compute) = (inputs.clone(), context.services().compute.clone());
     let estimate = context
         .cpu(move || {
-            let problem = RotationProblem {
+            let problem = YawProblem {
                 mesh: &mesh,
                 camera: &given.camera,
                 mask: &given.visible,
                 unknown: &given.hiders,
-                seat_height_m: seat_height_m(below.iter().map(AsRef::as_ref)),
-                picture: Some(&picture),
+                support_height_m: support_height_m(below.iter().map(AsRef::as_ref)),
+                image: Some(&image),
             };
             // A GPU that was given up since fails: the key says that it is the GPU's result.
             let gpu = given.gpu.as_ref().and_then(|_| compute.opened());
-            let estimate = estimate_yaw_on(gpu.as_ref(), &problem, &given.dro, &interrupt)?;
+            let estimate = estimate_yaw_on(gpu.as_ref(), &problem, &given.dro, &cancel)?;
             let sheet = beside(&problem, &estimate, &given.dro);
             Ok((estimate, sheet))
         })
         .await?;
     let name = context.instance().map_or_else(String::new, ToString::to_string);
     let (estimate, sheet) = estimate.map_err(|error| match error {
-        DroError::Interrupted(interrupted) => interrupted.into(),
+        YawError::Cancelled(cancelled) => cancelled.into(),
         // The next try finds the device given up, and makes keys of the CPU's.
-        DroError::Gpu(error) => {
+        YawError::Gpu(error) => {
             tracing::warn!(%error, "the GPU failed; this process goes on with the CPU");
             StageError::transient("gpu_failed", format!("{name}: {error}; trying again on the CPU"))
         }
@@ -200,18 +203,18 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
         confidence: estimate.confidence,
         candidates: estimate.top.clone(),
     };
-    let told = Told { output: &output, curve: &estimate.curve };
-    context.put_json("yaw.json", &told).await?;
+    let message = Message { output: &output, curve: &estimate.curve };
+    context.put_json("yaw.json", &message).await?;
     let drawn = context.cpu(move || curve_of(&name, &estimate)).await?;
-    carry::put_picture(&context, "loss_curve.png", drawn).await?;
+    artifact_io::put_image(&context, "loss_curve.png", drawn).await?;
     if let Some(sheet) = sheet {
-        carry::put_picture(&context, "beside.png", sheet).await?;
+        artifact_io::put_image(&context, "beside.png", sheet).await?;
     }
     Ok(output)
 }
 
 /// Loss over yaw in degrees, the chosen yaw marked.
-fn curve_of(name: &str, estimate: &RotationEstimate) -> imaging::Image {
+fn curve_of(name: &str, estimate: &YawEstimate) -> imaging::Image {
     let degrees = |(yaw_rad, loss): (f64, f64)| (yaw_rad.to_degrees(), loss);
     let points: Vec<(f64, f64)> = estimate.curve.iter().copied().map(degrees).collect();
     let chosen = (estimate.yaw_rad.to_degrees().rem_euclid(360.0), estimate.loss);

@@ -1,6 +1,6 @@
-//! Stage 3: the pixels of each recognized object in the reference picture.
+//! Stage 3: the pixels of each recognized object in the reference image.
 //!
-//! Masks that a model drew are regrown to the edges the picture shows ([`mask_repair`]).
+//! Masks that a model drew are regrown to the edges the image shows ([`mask_repair`]).
 
 use std::sync::Arc;
 
@@ -8,10 +8,10 @@ use serde::{Deserialize, Serialize};
 
 use super::checkpoint::{ArtifactRef, Stage};
 use super::error::StageError;
-use super::{Context, carry, reference};
+use super::{Context, artifact_io, reference};
 use imaging::{Image, Mask};
 use ports::{Adapter, Ports};
-use render::overlay::{distinct_color, draw_mask_outline, draw_text, tint_mask};
+use render::annotate::{distinct_color, draw_mask_outline, draw_text, tint_mask};
 use scene::{InstanceId, InstanceMask, MaskEdges, Recognition};
 use vision::mask_repair;
 
@@ -19,7 +19,7 @@ pub const STAGE: Stage = Stage { name: "segment", version: 5 };
 
 #[derive(Serialize)]
 pub struct Inputs {
-    picture: ArtifactRef,
+    image: ArtifactRef,
     known: Option<ArtifactRef>,
     recognition: Arc<Recognition>,
     segmenter: Adapter,
@@ -29,14 +29,14 @@ pub struct Inputs {
 #[derive(Clone, Serialize, Deserialize)]
 pub struct Output {
     pub masks: Vec<InstanceMask>,
-    /// Pixels of the table; `None` where nobody looked for it.
+    /// Pixels of the table; `None` where the segmenter did not search for it.
     pub table: Option<Mask>,
 }
 
 impl Inputs {
     pub fn new(reference: &reference::Output, recognition: &Arc<Recognition>, ports: &Ports) -> Self {
         Self {
-            picture: reference.picture.clone(),
+            image: reference.image.clone(),
             known: reference.known.clone(),
             recognition: recognition.clone(),
             segmenter: ports.segmenter.adapter(),
@@ -67,35 +67,35 @@ impl Output {
 
 pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageError> {
     let (call, ports) = (context.call(), &context.services().ports);
-    let seen = reference::seen(&context, &inputs.picture, inputs.known.as_ref()).await?;
+    let seen = reference::seen(&context, &inputs.image, inputs.known.as_ref()).await?;
     let found = ports.segmenter.segment(&call, seen.clone(), inputs.recognition.clone()).await?;
-    check_masks(&found.masks, &inputs.recognition, &seen.picture)?;
+    check_masks(&found.masks, &inputs.recognition, &seen.image)?;
     let masks = match found.edges {
         MaskEdges::Sharp => found.masks,
         MaskEdges::Rough => {
-            let picture = seen.picture.clone();
-            context.cpu(move || with_edges_of(&picture, found.masks)).await?
+            let image = seen.image.clone();
+            context.cpu(move || with_edges_of(&image, found.masks)).await?
         }
     };
     let table = ports.segmenter.table(&call, seen.clone()).await?;
     let output = Output { masks, table };
-    check_table(&output, &seen.picture)?;
+    check_table(&output, &seen.image)?;
     context.put_json("masks.json", &output.masks).await?;
     let shown = output.clone();
-    let drawn = context.cpu(move || drawn_on(&seen.picture, &shown.masks)).await?;
-    carry::put_picture(&context, "masks.png", drawn).await?;
+    let drawn = context.cpu(move || drawn_on(&seen.image, &shown.masks)).await?;
+    artifact_io::put_image(&context, "masks.png", drawn).await?;
     Ok(output)
 }
 
-fn with_edges_of(picture: &Image, masks: Vec<InstanceMask>) -> Vec<InstanceMask> {
+fn with_edges_of(image: &Image, masks: Vec<InstanceMask>) -> Vec<InstanceMask> {
     let (ids, visible): (Vec<InstanceId>, Vec<Mask>) =
         masks.into_iter().map(|mask| (mask.id, mask.visible)).unzip();
-    let repaired = mask_repair::repaired(picture, &visible);
+    let repaired = mask_repair::repair(image, &visible);
     ids.into_iter().zip(repaired).map(|(id, visible)| InstanceMask { id, visible }).collect()
 }
 
-fn check_masks(masks: &[InstanceMask], recognition: &Recognition, picture: &Image) -> Result<(), StageError> {
-    let size = (picture.width_px(), picture.height_px());
+fn check_masks(masks: &[InstanceMask], recognition: &Recognition, image: &Image) -> Result<(), StageError> {
+    let size = (image.width_px(), image.height_px());
     let named = recognition.objects.iter().map(|object| &object.id).eq(masks.iter().map(|m| &m.id));
     if !named || masks.iter().any(|m| (m.visible.width_px(), m.visible.height_px()) != size) {
         return Err(StageError::permanent(
@@ -112,8 +112,8 @@ fn check_masks(masks: &[InstanceMask], recognition: &Recognition, picture: &Imag
     }
 }
 
-fn check_table(output: &Output, picture: &Image) -> Result<(), StageError> {
-    let size = (picture.width_px(), picture.height_px());
+fn check_table(output: &Output, image: &Image) -> Result<(), StageError> {
+    let size = (image.width_px(), image.height_px());
     match &output.table {
         Some(table) if (table.width_px(), table.height_px()) != size => Err(StageError::permanent(
             "masks_inconsistent",
@@ -123,9 +123,9 @@ fn check_table(output: &Output, picture: &Image) -> Result<(), StageError> {
     }
 }
 
-/// The picture with each object's pixels in a color of their own.
-pub(super) fn drawn_on(picture: &Image, masks: &[InstanceMask]) -> Image {
-    let mut drawn = picture.clone();
+/// The image with each object's pixels in a color of their own.
+pub(super) fn drawn_on(image: &Image, masks: &[InstanceMask]) -> Image {
+    let mut drawn = image.clone();
     for (index, mask) in masks.iter().enumerate() {
         tint_mask(&mut drawn, &mask.visible, distinct_color(index), 0.35);
         draw_mask_outline(&mut drawn, &mask.visible, distinct_color(index), 1);

@@ -1,4 +1,4 @@
-//! How a failed turn ends: by its class, for good or back to the queue with a delay (exponential, full
+//! How a failed attempt ends: by its class, for good or back to the queue with a delay (exponential, full
 //! jitter, so that jobs that failed together do not come back together). What the store could not write
 //! is not the job's fault: it burns no attempt, and waits long.
 
@@ -8,11 +8,16 @@ use super::Settings;
 use crate::pipeline::error::{StageError, StageErrorClass};
 use scene::job::{Failure, FailureClass};
 use store::StoreError;
-use store::queue::Outcome;
+use store::queue::AttemptOutcome;
 
 /// The outcome of a stage's error in attempt `attempt` (from 1); `None` where the worker itself stopped
 /// the stage and knows why. `fraction` in 0..1 is the jitter.
-pub fn outcome_of(error: &StageError, attempt: i64, fraction: f64, settings: &Settings) -> Option<Outcome> {
+pub fn outcome_of(
+    error: &StageError,
+    attempt: i64,
+    fraction: f64,
+    settings: &Settings,
+) -> Option<AttemptOutcome> {
     let class = match error.class {
         StageErrorClass::Transient => FailureClass::Transient,
         StageErrorClass::RateLimited { .. } => FailureClass::RateLimited,
@@ -20,11 +25,11 @@ pub fn outcome_of(error: &StageError, attempt: i64, fraction: f64, settings: &Se
         StageErrorClass::Refused => FailureClass::Refused,
         StageErrorClass::OverBudget => FailureClass::OverBudget,
         StageErrorClass::Crashed => FailureClass::Crashed,
-        StageErrorClass::Interrupted | StageErrorClass::LeaseLost => return None,
+        StageErrorClass::Cancelled | StageErrorClass::LeaseLost => return None,
     };
     let failure = Failure { class, code: error.code.to_owned(), message: error.message.clone() };
     if !class.is_retryable() {
-        return Some(Outcome::Failed(failure));
+        return Some(AttemptOutcome::Failed(failure));
     }
     let jittered = full_delay(attempt, settings).mul_f64(fraction);
     let by_store = error.cause.as_ref().and_then(|cause| cause.downcast_ref::<StoreError>());
@@ -37,7 +42,7 @@ pub fn outcome_of(error: &StageError, attempt: i64, fraction: f64, settings: &Se
         StageErrorClass::RateLimited { retry_after: None } => (jittered, false),
         _ => (jittered, true),
     };
-    Some(Outcome::Retry { failure, delay, charged, max_attempts: settings.max_attempts })
+    Some(AttemptOutcome::Retry { failure, delay, charged, max_attempts: settings.max_attempts })
 }
 
 /// `min(cap, base * 2^(attempt - 1))`.
@@ -73,7 +78,7 @@ mod tests {
         let seconds = |attempt| full_delay(attempt, &settings()).as_secs_f64();
         assert_eq!([1, 2, 3, 4, 90].map(seconds), [1.0, 2.0, 4.0, 5.0, 5.0]);
         let error = StageError::transient("t", "m");
-        let Some(Outcome::Retry { delay, .. }) = outcome_of(&error, 2, 0.25, &settings()) else {
+        let Some(AttemptOutcome::Retry { delay, .. }) = outcome_of(&error, 2, 0.25, &settings()) else {
             panic!("is tried again")
         };
         assert_eq!(delay, Duration::from_millis(500));
@@ -84,27 +89,30 @@ mod tests {
         let outcome = |error: StageError| outcome_of(&error, 1, 0.5, &settings());
         assert!(matches!(
             outcome(StageError::transient("t", "m")),
-            Some(Outcome::Retry { charged: true, .. })
+            Some(AttemptOutcome::Retry { charged: true, .. })
         ));
-        assert!(matches!(outcome(StageError::crashed("m")), Some(Outcome::Retry { charged: true, .. })));
+        assert!(matches!(
+            outcome(StageError::crashed("m")),
+            Some(AttemptOutcome::Retry { charged: true, .. })
+        ));
         let patience = Duration::from_secs(40);
         assert!(matches!(
             outcome(StageError::rate_limited("r", "m", Some(patience))),
-            Some(Outcome::Retry { charged: false, delay, .. }) if delay == patience
+            Some(AttemptOutcome::Retry { charged: false, delay, .. }) if delay == patience
         ));
-        // A disk that is full is nobody's attempt.
+        // A full disk is not charged as an attempt.
         let full = StoreError::Commit { doing: "x", reason: "y".into(), outage: Some(Outage::Full) };
         assert!(matches!(
             outcome(StageError::from(full)),
-            Some(Outcome::Retry { charged: false, delay, .. }) if delay >= Duration::from_millis(2500)
+            Some(AttemptOutcome::Retry { charged: false, delay, .. }) if delay >= Duration::from_millis(2500)
         ));
         for error in [
             StageError::permanent("p", "m"),
             StageError::refused("r", "m"),
             StageError::over_budget("o", "m"),
         ] {
-            assert!(matches!(outcome(error), Some(Outcome::Failed(_))));
+            assert!(matches!(outcome(error), Some(AttemptOutcome::Failed(_))));
         }
-        assert!(outcome(StageError::interrupted()).is_none());
+        assert!(outcome(StageError::cancelled()).is_none());
     }
 }

@@ -4,12 +4,13 @@ use std::sync::Arc;
 
 use futures::future::BoxFuture;
 
-use crate::pipeline::checkpoint::{Checkpoints, Interrupt};
+use crate::pipeline::checkpoint::{CancelFlag, Checkpoints};
 use crate::pipeline::error::StageError;
 use scene::job::SceneRequest;
+use scene::{JobId, SceneId};
 
-/// The finished scene's blobs (put already) and what is told about it.
-pub use store::artifacts::{ArchiveRow, BuiltRows as BuiltScene, FileRow};
+/// The finished scene's blobs (stored already) and its summary.
+pub use store::artifacts::{ArchiveRow, BuiltScene, FileRow};
 
 /// The whole pipeline: a request in, a stored bundle out.
 pub type BuildScene =
@@ -17,11 +18,11 @@ pub type BuildScene =
 
 /// One job, as the pipeline sees it.
 pub struct JobContext {
-    pub job_id: String,
-    pub scene_id: String,
+    pub job_id: JobId,
+    pub scene_id: SceneId,
     pub request: SceneRequest,
-    /// Runs the stages; give it the ports with `with_services`.
+    /// Runs the stages; give it the stages and the ports with `for_stages`.
     pub checkpoints: Checkpoints,
     /// Raised when the job is to stop.
-    pub interrupt: Interrupt,
+    pub cancel: CancelFlag,
 }

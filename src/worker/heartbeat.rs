@@ -7,7 +7,8 @@ use std::time::{Duration, Instant};
 
 use tokio_util::sync::{CancellationToken, DropGuard};
 
-use crate::pipeline::checkpoint::Interrupt;
+use crate::pipeline::checkpoint::CancelFlag;
+use scene::JobId;
 use scene::job::JobState;
 use store::{Lease, Store, StoreError};
 
@@ -33,14 +34,14 @@ struct Shared {
 
 #[derive(Default)]
 struct Jobs {
-    running: BTreeMap<String, Running>,
+    running: BTreeMap<JobId, Running>,
     draining: bool,
 }
 
 struct Running {
     lease: Lease,
-    interrupt: Interrupt,
-    drain: Interrupt,
+    cancel: CancelFlag,
+    drain: CancelFlag,
     reason: Option<StopReason>,
     renewed: Instant,
 }
@@ -49,7 +50,7 @@ impl Running {
     /// The first reason stays.
     fn stop(&mut self, reason: StopReason) {
         self.reason.get_or_insert(reason);
-        self.interrupt.raise();
+        self.cancel.cancel();
     }
 }
 
@@ -69,18 +70,17 @@ impl Heartbeat {
     }
 
     /// Takes a claimed job under care.
-    pub(super) fn watch(&self, lease: Lease, interrupt: Interrupt, drain: Interrupt) {
+    pub(super) fn watch(&self, lease: Lease, cancel: CancelFlag, drain: CancelFlag) {
         let mut jobs = self.shared.lock();
         if jobs.draining {
-            drain.raise();
+            drain.cancel();
         }
-        let running =
-            Running { lease: lease.clone(), interrupt, drain, reason: None, renewed: Instant::now() };
+        let running = Running { lease: lease.clone(), cancel, drain, reason: None, renewed: Instant::now() };
         jobs.running.insert(lease.job_id, running);
     }
 
     /// Lets go of a job; says why it was stopped, if it was.
-    pub(super) fn release(&self, job_id: &str) -> Option<StopReason> {
+    pub(super) fn release(&self, job_id: &JobId) -> Option<StopReason> {
         let mut jobs = self.shared.lock();
         let draining = jobs.draining.then_some(StopReason::Draining);
         jobs.running.remove(job_id).and_then(|running| running.reason).or(draining)
@@ -91,12 +91,12 @@ impl Heartbeat {
         let mut jobs = self.shared.lock();
         jobs.draining = true;
         for running in jobs.running.values() {
-            running.drain.raise();
+            running.drain.cancel();
         }
     }
 
     /// Stops what is still running.
-    pub(super) fn interrupt_all(&self) {
+    pub(super) fn cancel_all(&self) {
         for running in self.shared.lock().running.values_mut() {
             running.stop(StopReason::Draining);
         }

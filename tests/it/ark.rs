@@ -1,4 +1,4 @@
-//! The painter over Ark's Seedream, against a server that speaks its protocol.
+//! The image generator over Ark's Seedream, against a server that speaks its protocol.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -7,9 +7,9 @@ use bytes::Bytes;
 use imaging::Image;
 use imaging::codec::encode_png;
 use ports::ledger::OnUnknown;
-use ports::{Call, Completion, Painter, Painting, Port, ProviderError, TopPicture};
+use ports::{Call, Completion, GeneratedReference, ImageGenerator, Port, ProviderError, TopViewImage};
 use remote::ark;
-use remote::ark::ArkPainter;
+use remote::ark::ArkImageGenerator;
 use serde_json::json;
 
 use crate::ark_server::{ArkServer, Fault, KEY};
@@ -18,7 +18,7 @@ use crate::images::{half_hidden_ball, plain_description, view_from_above};
 use crate::server::settings;
 use crate::wire_faults::{self, WireFault};
 
-/// Price of a picture in these tests, millionths of a dollar.
+/// Price of an image in these tests, millionths of a dollar.
 const PRICE: i64 = 30_000;
 
 const ANSWERED: &str = "answered";
@@ -28,7 +28,7 @@ struct Bench {
     server: ArkServer,
     book: Arc<Book>,
     call: Call,
-    painter: ArkPainter,
+    image_generator: ArkImageGenerator,
 }
 
 impl Bench {
@@ -40,28 +40,28 @@ impl Bench {
         let server = ArkServer::start().await;
         let mut settings = settings(&[]).config.providers.ark;
         settings.endpoint.base_url = server.base_url.clone();
-        settings.usd_per_picture = PRICE as f64 / 1e6;
+        settings.usd_per_image = PRICE as f64 / 1e6;
         settings.redraws = 2;
         bench::make_quick(&mut settings.endpoint.limits);
         settings.endpoint.limits.max_answer_bytes = 4 << 20;
-        let endpoint = bench::endpoint(Port::Painter, ark::NAME, &settings.endpoint, key, on_unknown);
-        let painter = ArkPainter { endpoint: Arc::new(endpoint), settings };
+        let endpoint = bench::endpoint(Port::ImageGenerator, ark::NAME, &settings.endpoint, key, on_unknown);
+        let image_generator = ArkImageGenerator { endpoint: Arc::new(endpoint), settings };
         let book = Book::with_budget(1_000_000_000);
-        Self { server, call: book.call(), book, painter }
+        Self { server, call: book.call(), book, image_generator }
     }
 
-    async fn reference(&self) -> Result<Painting, ProviderError> {
-        let asked = self.painter.reference(&self.call, Arc::new(plain_description()), 7);
+    async fn reference(&self) -> Result<GeneratedReference, ProviderError> {
+        let asked = self.image_generator.reference(&self.call, Arc::new(plain_description()), 7);
         tokio::time::timeout(Duration::from_secs(60), asked).await.expect("nothing hangs")
     }
 
-    async fn top_view(&self) -> Result<TopPicture, ProviderError> {
-        let asked = self.painter.top_view(&self.call, view_from_above());
+    async fn top_view(&self) -> Result<TopViewImage, ProviderError> {
+        let asked = self.image_generator.top_view(&self.call, view_from_above());
         tokio::time::timeout(Duration::from_secs(60), asked).await.expect("nothing hangs")
     }
 
     async fn completion(&self) -> Result<Completion, ProviderError> {
-        let asked = self.painter.complete(&self.call, half_hidden_ball());
+        let asked = self.image_generator.complete(&self.call, half_hidden_ball());
         tokio::time::timeout(Duration::from_secs(60), asked).await.expect("nothing hangs")
     }
 
@@ -75,40 +75,40 @@ impl Bench {
 }
 
 #[tokio::test]
-async fn a_description_is_painted_without_a_watermark_and_paid_for() {
+async fn ark_renders_description_without_watermark_and_records_price() {
     let bench = Bench::new().await;
-    let painting = bench.reference().await.unwrap();
-    let (width_px, height_px) = (painting.picture.width_px(), painting.picture.height_px());
-    assert_eq!(painting.picture.pixel(width_px - 3, height_px - 3), [120, 100, 80, 255]);
-    let (asked, pictures) = &bench.server.asked()[0];
-    assert!(asked["prompt"].as_str().unwrap().contains("A red ball on a table.") && pictures.is_empty());
+    let generated = bench.reference().await.unwrap();
+    let (width_px, height_px) = (generated.image.width_px(), generated.image.height_px());
+    assert_eq!(generated.image.pixel(width_px - 3, height_px - 3), [120, 100, 80, 255]);
+    let (asked, images) = &bench.server.asked()[0];
+    assert!(asked["prompt"].as_str().unwrap().contains("A red ball on a table.") && images.is_empty());
     assert_eq!((bench.outcomes(), bench.book.spent()), (vec![ANSWERED], PRICE));
 }
 
 #[tokio::test]
-async fn the_view_from_above_is_drawn_after_the_picture() {
+async fn top_view_is_drawn_from_the_reference_image() {
     let bench = Bench::new().await;
     assert_eq!(bench.top_view().await.unwrap().known, None, "somebody has to look at it");
-    let (asked, pictures) = &bench.server.asked()[0];
+    let (asked, images) = &bench.server.asked()[0];
     assert!(asked["prompt"].as_str().unwrap().contains("straight above"));
-    assert_eq!(pictures.len(), 1);
+    assert_eq!(images.len(), 1);
 }
 
 #[tokio::test]
-async fn a_thing_is_drawn_whole_before_a_color_and_cut_out() {
+async fn object_is_drawn_on_a_key_color_and_cut_out() {
     let bench = Bench::new().await;
     let completion = bench.completion().await.unwrap();
-    let [x0, y0, x1, y1] = completion.shown_px;
+    let [x0, y0, x1, y1] = completion.crop_px;
     assert!((0.5 * (x0 + x1) - 200.0).abs() < 2.5 && (0.5 * (y0 + y1) - 150.0).abs() < 2.5);
     assert!((0.15..0.35).contains(&completion.completed_share), "{}", completion.completed_share);
-    let (width_px, height_px) = (completion.picture.width_px(), completion.picture.height_px());
-    assert_eq!(completion.picture.pixel(0, 0)[3], 0);
-    assert_eq!(completion.picture.pixel(width_px / 2, height_px / 2), [200, 20, 20, 255]);
-    let (asked, pictures) = &bench.server.asked()[0];
-    let around = pictures[1].pixel(0, 0);
+    let (width_px, height_px) = (completion.image.width_px(), completion.image.height_px());
+    assert_eq!(completion.image.pixel(0, 0)[3], 0);
+    assert_eq!(completion.image.pixel(width_px / 2, height_px / 2), [200, 20, 20, 255]);
+    let (asked, images) = &bench.server.asked()[0];
+    let around = images[1].pixel(0, 0);
     let named = format!("#{:02x}{:02x}{:02x}", around[0], around[1], around[2]);
     assert!(asked["prompt"].as_str().unwrap().contains(&named), "the color is named: {}", asked["prompt"]);
-    assert_eq!((pictures.len(), asked["size"].as_str()), (2, Some("1024x1024")));
+    assert_eq!((images.len(), asked["size"].as_str()), (2, Some("1024x1024")));
     assert_eq!((bench.outcomes(), bench.book.spent()), (vec![ANSWERED], PRICE));
 }
 
@@ -140,18 +140,18 @@ async fn each_fault_ends_in_its_class() {
     let small = Bytes::from(encode_png(&Image::filled(64, 64, [1, 2, 3, 255])));
     let filtered = r#"{"error": {"code": "InputTextSensitiveContentDetected", "message": "told"}}"#;
     let overdue = r#"{"error": {"code": "AccountOverdueError", "message": "told"}}"#;
-    let status = |status, told| vec![Fault::Wire(WireFault::Status(status, told))];
+    let status = |status, message| vec![Fault::Wire(WireFault::Status(status, message))];
     let mut cases = wire_faults::cases(Fault::Wire);
     cases.extend([
         (status(403, overdue), "misconfigured provider_denied", vec!["provider_denied"]),
         (status(400, filtered), "refused answer_refused", vec!["answer_refused"]),
         (vec![Fault::Wire(WireFault::Body("{\"data\": []}"))], "ok", vec!["provider_bad_answer", ANSWERED]),
         (
-            vec![Fault::NoPicture("OutputImageSensitiveContentDetected")],
+            vec![Fault::NoImage("OutputImageSensitiveContentDetected")],
             "refused answer_refused",
             vec!["answer_refused"],
         ),
-        (vec![Fault::NoPicture("InternalServiceError")], "ok", vec!["provider_bad_answer", ANSWERED]),
+        (vec![Fault::NoImage("InternalServiceError")], "ok", vec!["provider_bad_answer", ANSWERED]),
         (
             vec![Fault::Address("http://169.254.169.254/latest"); 3],
             "transient provider_bad_answer",
@@ -179,7 +179,7 @@ async fn a_view_from_above_that_cannot_be_read_is_no_view() {
 }
 
 #[tokio::test]
-async fn a_lost_picture_is_left_to_a_person_where_the_operator_wants_that() {
+async fn lost_image_waits_for_a_person_where_configured() {
     let bench = Bench::with(KEY, OnUnknown::Fail).await;
     bench.server.faults.script([Fault::Wire(WireFault::ResetMidBody)]);
     assert_eq!(class(&bench.reference().await.map(|_| ()).unwrap_err()), "rejected outcome_unknown");
@@ -196,5 +196,5 @@ async fn a_wrong_key_is_refused_and_a_small_budget_sends_nothing() {
     bench.call = Book::with_budget(PRICE - 1).call();
     assert!(matches!(bench.reference().await, Err(ProviderError::OverBudget { .. })));
     assert!(bench.server.asked().is_empty());
-    assert_eq!(bench.painter.adapter().settings["size"], json!(bench.painter.settings.size));
+    assert_eq!(bench.image_generator.adapter().settings["size"], json!(bench.image_generator.settings.size));
 }

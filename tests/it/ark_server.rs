@@ -26,11 +26,11 @@ pub const KEY: &str = "ark-0123456789";
 #[derive(Clone, Debug)]
 pub enum Fault {
     Wire(WireFault),
-    /// The picture's own error, with status 200, and nothing to pay for it.
-    NoPicture(&'static str),
-    /// An address in place of the picture, as where `b64_json` is not asked for.
+    /// The image's own error, with status 200, and nothing to pay for it.
+    NoImage(&'static str),
+    /// An address in place of the image, as where `b64_json` is not asked for.
     Address(&'static str),
-    /// Another file in place of the picture.
+    /// Another file in place of the image.
     File(Bytes),
 }
 
@@ -63,12 +63,12 @@ impl ArkServer {
         Self { base_url, faults, state, _task: AbortOnDropHandle::new(task) }
     }
 
-    /// Every accepted request with its pictures, in order.
+    /// Every accepted request with its images, in order.
     pub fn asked(&self) -> Vec<(Value, Vec<Image>)> {
         self.state.asked.lock().unwrap().clone()
     }
 
-    /// Pictures that the server would ask money for.
+    /// Images that the server would ask money for.
     pub fn billed(&self) -> usize {
         *self.state.billed.lock().unwrap()
     }
@@ -83,38 +83,38 @@ async fn generate(State(state): State<Arc<Shared>>, request: Request) -> Respons
     let Ok(asked) = serde_json::from_slice::<Value>(&body) else {
         return error(400, "InvalidParameter", "the request is no JSON");
     };
-    let pictures = match check(&asked) {
-        Ok(pictures) => pictures,
+    let images = match check(&asked) {
+        Ok(images) => images,
         Err(why) => return error(400, "InvalidParameter", &why),
     };
     // Watermarks are the default.
     let stamped = asked["watermark"] != false;
-    state.asked.lock().unwrap().push((asked, pictures.clone()));
+    state.asked.lock().unwrap().push((asked, images.clone()));
     let fault = state.faults.next();
     let billed = match &fault {
         Some(Fault::Wire(fault)) => fault.is_billed(),
-        Some(Fault::NoPicture(_)) => false,
+        Some(Fault::NoImage(_)) => false,
         _ => true,
     };
     *state.billed.lock().unwrap() += usize::from(billed);
-    let answer = |data: Value, pictures: u32| {
+    let answer = |data: Value, images: u32| {
         let answer = json!({
             "model": "doubao-seedream-4-0-250828", "created": 1757323224, "data": [data],
-            "usage": { "generated_images": pictures, "output_tokens": 3888 * pictures, "total_tokens": 3888 * pictures },
+            "usage": { "generated_images": images, "output_tokens": 3888 * images, "total_tokens": 3888 * images },
         });
         answer.to_string()
     };
-    let mut picture = match &pictures[..] {
-        [_, thing] => whole_disk(thing),
+    let mut image = match &images[..] {
+        [_, object] => whole_disk(object),
         _ => Image::filled(1152, 864, [120, 100, 80, 255]),
     };
     if stamped {
-        (1000..1152).for_each(|x| (820..864).for_each(|y| picture.set_pixel(x, y, [255; 4])));
+        (1000..1152).for_each(|x| (820..864).for_each(|y| image.set_pixel(x, y, [255; 4])));
     }
     let drawn = |file: &[u8]| json!({ "b64_json": STANDARD.encode(file), "size": "1152x864" });
     let body = match &fault {
-        None | Some(Fault::Wire(_)) => answer(drawn(&encode_png(&picture)), 1),
-        Some(Fault::NoPicture(code)) => {
+        None | Some(Fault::Wire(_)) => answer(drawn(&encode_png(&image)), 1),
+        Some(Fault::NoImage(code)) => {
             answer(json!({ "error": { "code": code, "message": "The request failed." } }), 0)
         }
         Some(Fault::Address(url)) => answer(json!({ "url": url, "size": "1152x864" }), 1),
@@ -142,7 +142,7 @@ fn whole_disk(shown: &Image) -> Image {
     drawing
 }
 
-/// The rules of the published reference, as far as this program's requests touch them; the pictures that were
+/// The rules of the published reference, as far as this program's requests touch them; the images that were
 /// sent.
 fn check(asked: &Value) -> Result<Vec<Image>, String> {
     let known = [
@@ -179,16 +179,16 @@ fn check(asked: &Value) -> Result<Vec<Image>, String> {
     if text("response_format") != "b64_json" || asked["stream"] == true {
         return Err("this server sends pictures in one answer".into());
     }
-    let pictures = match &asked["image"] {
+    let images = match &asked["image"] {
         Value::Null => Vec::new(),
         Value::String(url) => vec![url.clone()],
         Value::Array(urls) => urls.iter().filter_map(|url| url.as_str().map(str::to_owned)).collect(),
         _ => return Err("image must be a text or a list".into()),
     };
-    if pictures.len() > 14 {
+    if images.len() > 14 {
         return Err("at most 14 images".into());
     }
-    let decoded = pictures.iter().map(|url| {
+    let decoded = images.iter().map(|url| {
         let data =
             url.strip_prefix("data:image/png;base64,").ok_or("only data URLs of PNG files are read here")?;
         let file = STANDARD.decode(data).map_err(|error| error.to_string())?;

@@ -7,16 +7,16 @@ use std::time::Duration;
 
 use bytes::Bytes;
 use futures::future::BoxFuture;
+use http_client::circuit_breaker::CircuitBreaker;
+use http_client::rate_limit::RateLimiter;
+use http_client::{AddressPolicy, HttpClient, Secret};
 use ports::ledger::{Entry, Intent, Ledger, LedgerError, MicroUsd, OnUnknown, Settlement, Task};
 use ports::{Call, Port, ProviderError};
-use remote::address::AddressRules;
-use remote::breaker::Breaker;
-use remote::endpoint::Proof;
+use remote::endpoint::Auth;
 use remote::settings::EndpointSettings;
-use remote::turns::Turns;
-use remote::{Endpoint, LimitSettings, Outbound, Secret};
-use runtime::Cpu;
-use runtime::Interrupt;
+use remote::{Endpoint, LimitSettings};
+use runtime::CancelFlag;
+use runtime::CpuPool;
 
 /// Books that remember everything, with a budget.
 pub struct Book {
@@ -39,7 +39,7 @@ impl Book {
 
     /// A call whose books these are.
     pub fn call(self: &Arc<Self>) -> Call {
-        let mut call = Call::without_budget(Cpu::new(1).unwrap(), Interrupt::default());
+        let mut call = Call::without_budget(CpuPool::new(1).unwrap(), CancelFlag::default());
         call.ledger = self.clone();
         call
     }
@@ -145,7 +145,7 @@ pub fn endpoint(
     key: &str,
     on_unknown: OnUnknown,
 ) -> Endpoint {
-    let rules = AddressRules::new(true, "127.0.0.1");
+    let rules = AddressPolicy::new(true, "127.0.0.1");
     let limits = &settings.limits;
     Endpoint {
         port,
@@ -153,13 +153,16 @@ pub fn endpoint(
         model: "a-model".into(),
         base_url: settings.base_url.clone(),
         key: Secret::new(key),
-        proof: Proof::Bearer,
+        auth: Auth::Bearer,
         idempotency_header: String::new(),
         limits: limits.clone(),
         on_unknown,
-        outbound: Outbound::new(rules, Duration::from_secs(5)).unwrap(),
-        turns: Turns::new(limits.concurrency, limits.calls_per_minute),
-        breaker: Breaker::new(limits.breaker_failures, Duration::from_secs(limits.breaker_rest_secs)),
+        client: HttpClient::new(rules, Duration::from_secs(5)).unwrap(),
+        rate_limiter: RateLimiter::new(limits.concurrency, limits.calls_per_minute),
+        circuit_breaker: CircuitBreaker::new(
+            limits.breaker_failures,
+            Duration::from_secs(limits.breaker_rest_secs),
+        ),
     }
 }
 

@@ -3,11 +3,10 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use http_client::cassette::Cassette;
+use http_client::{AddressPolicy, HttpClient};
 use ports::ProviderError;
 use ports::ledger::{MicroUsd, OnUnknown};
-use remote::Outbound;
-use remote::address::AddressRules;
-use remote::cassette::Cassette;
 use remote::chat::ChatAnalyst;
 use serde_json::json;
 
@@ -16,21 +15,21 @@ use crate::chat::{Bench, endpoint};
 use crate::chat_server::{Fault, KEY};
 
 /// The bench's analyst, speaking through this.
-fn through(bench: &mut Bench, outbound: impl FnOnce(Outbound) -> Outbound) {
+fn through(bench: &mut Bench, outbound: impl FnOnce(HttpClient) -> HttpClient) {
     let settings = bench.analyst.settings.clone();
     let mut endpoint = endpoint(&settings, KEY, OnUnknown::Fail);
-    endpoint.outbound = outbound(endpoint.outbound.clone());
+    endpoint.client = outbound(endpoint.client.clone());
     bench.analyst = ChatAnalyst { settings, endpoint: Arc::new(endpoint) };
 }
 
-fn recording(folder: &Path) -> impl FnOnce(Outbound) -> Outbound {
-    let cassette = Arc::new(Cassette::recorded(folder).unwrap());
+fn recording(folder: &Path) -> impl FnOnce(HttpClient) -> HttpClient {
+    let cassette = Arc::new(Cassette::record_into(folder).unwrap());
     |live| live.recording(cassette)
 }
 
-fn playing(folder: &Path) -> impl FnOnce(Outbound) -> Outbound {
-    let cassette = Arc::new(Cassette::played(folder).unwrap());
-    |_| Outbound::playing(AddressRules::new(true, "127.0.0.1"), cassette)
+fn playing(folder: &Path) -> impl FnOnce(HttpClient) -> HttpClient {
+    let cassette = Arc::new(Cassette::replay(folder).unwrap());
+    |_| HttpClient::replaying(AddressPolicy::new(true, "127.0.0.1"), cassette)
 }
 
 #[tokio::test]

@@ -6,11 +6,11 @@ use std::time::Duration;
 
 use imaging::Image;
 use ports::ledger::{MicroUsd, OnUnknown};
-use ports::{Call, Port, ProviderError, Reference, SceneAnalyst, TopCheck};
+use ports::{Call, Port, ProviderError, ReferenceImage, SceneAnalyst, TopCheck};
 use remote::chat::ChatAnalyst;
 use remote::{ChatSettings, Endpoint};
-use runtime::Cpu;
-use runtime::Interrupt;
+use runtime::CancelFlag;
+use runtime::CpuPool;
 use scene::request::RequestOptions;
 use scene::{CameraKnowledge, Recognition, SceneDescription, StandsOn};
 use serde_json::{Value, json};
@@ -65,15 +65,15 @@ impl Bench {
     }
 
     pub async fn recognize(&self) -> Result<Recognition, ProviderError> {
-        let picture = Arc::new(Image::filled(1200, 900, [200, 190, 180, 255]));
-        let reference = Reference { picture, known: None };
+        let image = Arc::new(Image::filled(1200, 900, [200, 190, 180, 255]));
+        let reference = ReferenceImage { image, known: None };
         let asked = self.analyst.recognize(&self.call, reference, 7, RequestOptions::default());
         tokio::time::timeout(Duration::from_secs(60), asked).await.expect("nothing hangs")
     }
 }
 
 #[tokio::test]
-async fn a_wish_becomes_a_description_and_its_price_is_written_down() {
+async fn text_becomes_a_description_and_its_price_is_recorded() {
     let bench = Bench::new().await;
     let description = bench.describe().await.unwrap();
     let names: Vec<&str> = description.objects.iter().map(|object| object.id.as_str()).collect();
@@ -90,20 +90,20 @@ async fn a_wish_becomes_a_description_and_its_price_is_written_down() {
     assert!(intent.reserved > MicroUsd(6000) && intent.sent_bytes > 1000 && end.received_bytes > 100);
 }
 
-/// `tests/judges/chat_proxy.py` gives them to a server nobody here wrote.
+/// `tests/judges/chat_proxy.py` gives them to an independent server.
 #[tokio::test]
 async fn every_question_is_left_for_a_judge() {
     let bench = Bench::new().await;
     bench.describe().await.unwrap();
     let recognition = Arc::new(bench.recognize().await.unwrap());
-    let picture = Arc::new(Image::filled(300, 200, [200, 190, 180, 255]));
-    let reference = Reference { picture: picture.clone(), known: None };
-    let question = TopCheck { reference, recognition, top: picture, seed: 7 };
+    let image = Arc::new(Image::filled(300, 200, [200, 190, 180, 255]));
+    let reference = ReferenceImage { image: image.clone(), known: None };
+    let question = TopCheck { reference, recognition, top: image, seed: 7 };
     let verdict = bench.analyst.check_top_view(&bench.call, question).await.unwrap();
-    assert!(!verdict.holds() && verdict.straight_down && verdict.told == "leave the spoon out");
+    assert!(!verdict.holds() && verdict.straight_down && verdict.feedback == "leave the spoon out");
     bench.upright().await.unwrap();
     bench.judge().await.unwrap();
-    bench.judge_after_picture().await.unwrap();
+    bench.judge_after_image().await.unwrap();
     bench.tasks().await.unwrap();
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("target/chat_requests");
     std::fs::create_dir_all(&folder).unwrap();
@@ -125,12 +125,12 @@ async fn every_question_is_left_for_a_judge() {
         "propose_tasks",
     ];
     assert_eq!(names, all);
-    let pictures = |request: &Value| request["messages"][1]["content"].as_array().unwrap().len() - 1;
-    assert_eq!(bench.server.requests().iter().map(pictures).collect::<Vec<_>>(), [0, 1, 1, 1, 2, 2, 1, 2, 0]);
+    let images = |request: &Value| request["messages"][1]["content"].as_array().unwrap().len() - 1;
+    assert_eq!(bench.server.requests().iter().map(images).collect::<Vec<_>>(), [0, 1, 1, 1, 2, 2, 1, 2, 0]);
 }
 
 #[tokio::test]
-async fn a_picture_is_read_in_three_turns() {
+async fn image_is_recognized_in_three_turns() {
     let bench = Bench::new().await;
     let recognition = bench.recognize().await.unwrap();
     let schemas: Vec<String> = bench.server.bill().into_iter().map(|billed| billed.schema).collect();
@@ -142,7 +142,7 @@ async fn a_picture_is_read_in_three_turns() {
     assert_eq!(apple.stands_on, StandsOn::On(plate.id.clone()));
     assert_eq!((&plate.stands_on, &fork.stands_on), (&StandsOn::Table, &StandsOn::Table));
     assert_eq!((fork.size_m.y, fork.material.as_deref()), (0.19, Some("steel")));
-    // The model sees a smaller copy; the picture it is about stays what it is.
+    // The model sees a smaller copy; the image it is about stays what it is.
     let sent = bench.server.requests()[0]["messages"][1]["content"][1]["image_url"]["url"].clone();
     let png = base64_of(sent.as_str().unwrap());
     assert_eq!(&png[16..24], [0, 0, 4, 0, 0, 0, 3, 0], "1024 x 768 in the header of the PNG");
@@ -170,7 +170,7 @@ async fn words_of_users_are_data_and_reach_no_instruction() {
 }
 
 #[tokio::test]
-async fn the_model_is_told_once_what_is_wrong() {
+async fn model_gets_one_turn_to_correct_its_answer() {
     let bench = Bench::new().await;
     bench.server.script([Fault::Spoiled("/objects/0/height_m", json!(-5))]);
     bench.describe().await.unwrap();
@@ -197,7 +197,7 @@ async fn tries_of_one_question_share_a_key_and_other_questions_have_others() {
 }
 
 #[tokio::test]
-async fn servers_without_schemas_are_told_the_form_in_words() {
+async fn servers_without_schemas_get_the_format_in_words() {
     let plain = |chat: &mut ChatSettings| {
         chat.schema = remote::settings::SchemaSupport::JsonObject;
     };
@@ -225,7 +225,7 @@ async fn a_budget_that_is_too_small_sends_nothing() {
     assert!(error.to_string().contains("options.budget_usd"), "{error}");
     assert!(bench.server.requests().is_empty());
     // Outside a job nothing may be spent.
-    bench.call = Call::without_budget(Cpu::new(1).unwrap(), Interrupt::default());
+    bench.call = Call::without_budget(CpuPool::new(1).unwrap(), CancelFlag::default());
     assert!(matches!(bench.describe().await, Err(ProviderError::OverBudget { .. })));
     assert!(bench.server.requests().is_empty());
 }

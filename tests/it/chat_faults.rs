@@ -70,7 +70,7 @@ async fn each_fault_ends_in_its_class() {
             "transient provider_server_error",
             vec!["provider_server_error"; 3],
         ),
-        // Whoever stands before the model did not wait for it.
+        // A proxy in front of the model did not wait for it.
         (vec![Status(504)], "ok", vec![UNKNOWN, ANSWERED]),
         (vec![Status(400)], "rejected provider_rejected_request", vec!["provider_rejected_request"]),
         (vec![Status(403)], "misconfigured provider_denied", vec!["provider_denied"]),
@@ -141,7 +141,7 @@ async fn a_lost_answer_is_left_to_a_person_where_the_operator_wants_that() {
 }
 
 #[tokio::test]
-async fn every_turn_of_reading_a_picture_survives_a_fault() {
+async fn every_recognition_turn_survives_a_fault() {
     for turn in 0..3 {
         let bench = Bench::new().await;
         let mut faults = vec![Fault::Latency(Duration::ZERO); turn];
@@ -170,32 +170,32 @@ async fn a_server_that_fails_again_and_again_is_left_alone() {
         assert_eq!(class(&bench.describe().await.unwrap_err()), "transient provider_server_error");
     }
     for _ in 0..3 {
-        assert_eq!(class(&bench.describe().await.unwrap_err()), "transient provider_resting");
+        assert_eq!(class(&bench.describe().await.unwrap_err()), "transient provider_circuit_open");
     }
     assert_eq!(bench.server.requests().len(), 2, "a server that rests hears nothing");
     assert_eq!(bench.book.outcomes().len(), 2, "and nothing is set aside for it");
 }
 
 #[tokio::test]
-async fn a_cancelled_job_waits_for_nobody_and_pays_for_what_was_under_way() {
+async fn cancelled_job_stops_waiting_and_pays_for_calls_under_way() {
     let bench = Bench::with(|chat| chat.endpoint.limits.attempt_timeout_secs = 3600, OnUnknown::Resend).await;
     bench.server.script([Fault::Silence]);
-    let interrupt = bench.call.interrupt.clone();
+    let cancel = bench.call.cancel.clone();
     let asked = bench.describe();
     let cancelled = async {
         while bench.server.requests().is_empty() {
             tokio::time::sleep(Duration::from_millis(5)).await;
         }
-        interrupt.raise();
+        cancel.cancel();
     };
     let (result, ()) = tokio::join!(asked, cancelled);
-    assert!(matches!(result, Err(ProviderError::Interrupted(_))));
+    assert!(matches!(result, Err(ProviderError::Cancelled(_))));
     assert_eq!(bench.book.outcomes(), [Some(UNKNOWN)]);
     assert!(bench.book.spent() > PRICE);
 }
 
 #[tokio::test]
-async fn a_wrong_key_is_refused_and_shown_to_nobody() {
+async fn wrong_key_is_refused_and_never_shown() {
     let mut bench = Bench::new().await;
     let key = "sk-wrong-987654321";
     bench.analyst.endpoint = endpoint(&bench.analyst.settings, key, OnUnknown::Resend).into();
@@ -208,7 +208,7 @@ async fn a_wrong_key_is_refused_and_shown_to_nobody() {
 }
 
 #[tokio::test]
-async fn nobody_there_is_unreachable_and_free() {
+async fn unreachable_server_costs_nothing() {
     let mut bench = Bench::new().await;
     // A port that was free a moment ago.
     let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();

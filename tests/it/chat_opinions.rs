@@ -1,5 +1,5 @@
 //! What the chat analyst says of meshes and of finished scenes: what is asked, what is taken, and what the
-//! picture has to say.
+//! image has to say.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -15,12 +15,12 @@ use imaging::Image;
 use imaging::codec::decode_png;
 use ports::ledger::OnUnknown;
 use ports::{
-    Completion, Judgement, MadeAfter, ProviderError, SceneAnalyst, TaskQuestion, TaskThing, Upright,
+    Completion, Judgement, MadeAfter, ProviderError, SceneAnalyst, TaskObject, TaskQuestion, Upright,
     UprightQuestion,
 };
 use remote::chat::ChatAnalyst;
 use render::{Background, Lighting, RenderObject, RenderScene, View, render};
-use scene::appraisal::{Criterion, Opinion, ProposedTask, Rating, TaskKind};
+use scene::appraisal::{Criterion, ModelResponse, ProposedTask, Rating, TaskKind};
 use scene::instance::SupportRelation;
 use scene::{InstanceId, RecognizedObject, StandsOn};
 use serde_json::{Value, json};
@@ -30,7 +30,7 @@ use crate::chat::{Bench, endpoint, quick};
 use crate::chat_server::{Answers, ChatServer, Fault, KEY};
 use crate::server::settings;
 
-/// A wine glass as a painter shows it.
+/// A wine glass as an image generator shows it.
 static GLASS: LazyLock<UprightQuestion> = LazyLock::new(|| {
     let config = settings(&[]).config;
     let size_m = category("wine_glass").unwrap().size.typical_m();
@@ -48,11 +48,11 @@ static GLASS: LazyLock<UprightQuestion> = LazyLock::new(|| {
     };
     let seen = render(&scene, &View::Perspective(camera), &config.render);
     let silhouette = seen.mask(1);
-    let mut picture = seen.color.clone();
+    let mut image = seen.color.clone();
     for y in 0..240 {
         for x in 0..320 {
             if !silhouette.contains(x, y) {
-                picture.set_pixel(x, y, [0; 4]);
+                image.set_pixel(x, y, [0; 4]);
             }
         }
     }
@@ -73,8 +73,8 @@ static GLASS: LazyLock<UprightQuestion> = LazyLock::new(|| {
         },
         camera,
         completion: Completion {
-            picture,
-            shown_px: [0.0, 0.0, 320.0, 240.0],
+            image,
+            crop_px: [0.0, 0.0, 320.0, 240.0],
             silhouette,
             completed_share: 0.0,
             completed_by: Vec::new(),
@@ -94,8 +94,8 @@ fn scene_after(after: MadeAfter) -> Judgement {
     Judgement { after, scene_view: Arc::new(Image::filled(64, 48, [180, 180, 180, 255])), seed: 7 }
 }
 
-fn things() -> Vec<TaskThing> {
-    let thing = |name: &str, label: &str| TaskThing {
+fn objects() -> Vec<TaskObject> {
+    let object = |name: &str, label: &str| TaskObject {
         name: InstanceId::new(name).unwrap(),
         label: label.into(),
         material: None,
@@ -104,7 +104,7 @@ fn things() -> Vec<TaskThing> {
         relation: SupportRelation::On,
         carried_by: "table".into(),
     };
-    vec![thing("apple_1", "red apple"), thing("plate_1", "plate"), thing("fork_1", "fork")]
+    vec![object("apple_1", "red apple"), object("plate_1", "plate"), object("fork_1", "fork")]
 }
 
 impl Bench {
@@ -112,18 +112,18 @@ impl Bench {
         in_time(self.analyst.upright(&self.call, GLASS.clone())).await
     }
 
-    pub async fn judge(&self) -> Result<Opinion<Vec<Rating>>, ProviderError> {
+    pub async fn judge(&self) -> Result<ModelResponse<Vec<Rating>>, ProviderError> {
         let after = MadeAfter::Text("an apple on a plate and a fork".into());
         in_time(self.analyst.judge(&self.call, scene_after(after))).await
     }
 
-    pub async fn judge_after_picture(&self) -> Result<Opinion<Vec<Rating>>, ProviderError> {
-        let picture = Arc::new(Image::filled(64, 48, [90, 80, 70, 255]));
-        in_time(self.analyst.judge(&self.call, scene_after(MadeAfter::Picture(picture)))).await
+    pub async fn judge_after_image(&self) -> Result<ModelResponse<Vec<Rating>>, ProviderError> {
+        let image = Arc::new(Image::filled(64, 48, [90, 80, 70, 255]));
+        in_time(self.analyst.judge(&self.call, scene_after(MadeAfter::Image(image)))).await
     }
 
-    pub async fn tasks(&self) -> Result<Opinion<Vec<ProposedTask>>, ProviderError> {
-        let question = TaskQuestion { things: things(), count: 2, seed: 7 };
+    pub async fn tasks(&self) -> Result<ModelResponse<Vec<ProposedTask>>, ProviderError> {
+        let question = TaskQuestion { objects: objects(), count: 2, seed: 7 };
         in_time(self.analyst.propose_tasks(&self.call, question)).await
     }
 
@@ -158,7 +158,7 @@ fn sheet(request: &Value) -> Image {
     decode_png(&png).unwrap()
 }
 
-/// Mean difference of two pictures of one size, of 255.
+/// Mean difference of two images of one size, of 255.
 fn apart(one: &Image, other: &Image) -> f64 {
     let (one, other) = (one.as_rgba(), other.as_rgba());
     assert_eq!(one.len(), other.len());
@@ -172,39 +172,39 @@ fn tilt(one: DQuat, other: DQuat) -> f64 {
 }
 
 #[tokio::test]
-async fn a_mesh_that_stands_is_looked_at_once() {
+async fn upright_mesh_is_inspected_once() {
     let bench = Bench::saying(vec![said("top", "front")]).await;
-    let Upright { pose, looks } = bench.upright().await.unwrap();
+    let Upright { pose, views } = bench.upright().await.unwrap();
     assert_eq!(bench.server.requests().len(), 1);
-    assert_eq!((looks.len(), looks[0].top.as_str()), (1, "top"));
+    assert_eq!((views.len(), views[0].top.as_str()), (1, "top"));
     assert!(pose.rotation.abs_diff_eq(DQuat::IDENTITY, 1e-9) && pose.confidence > 0.3, "{pose:?}");
 }
 
 #[tokio::test]
-async fn a_mesh_that_is_turned_is_looked_at_again_as_it_stands_then() {
+async fn rotated_mesh_is_inspected_again_in_its_new_pose() {
     // Its mouth shows on the left, its foot on the right.
     let raw_from_canonical = DQuat::from_rotation_y(-FRAC_PI_2);
     let bench = Bench::saying(vec![said("left", "front"), said("top", "front")]).await;
     let upright = bench.analyst.upright(&bench.call, turned(raw_from_canonical)).await.unwrap();
-    let [first, second] = &bench.server.requests()[..] else { panic!("two looks") };
+    let [first, second] = &bench.server.requests()[..] else { panic!("two views") };
     let as_it_was = Bench::saying(vec![said("top", "front")]).await;
     as_it_was.upright().await.unwrap();
     let standing = sheet(&as_it_was.server.requests()[0]);
     assert!(apart(&sheet(first), &standing) > 2.0, "the first look is at the mesh as it came");
     assert!(apart(&sheet(second), &standing) < 0.1, "the second as it belongs");
     assert!((upright.pose.rotation * raw_from_canonical).abs_diff_eq(DQuat::IDENTITY, 1e-6), "{upright:?}");
-    assert_eq!(upright.looks.len(), 2);
-    assert_eq!(upright.looks[0].rotation_xyzw, upright.looks[1].rotation_xyzw);
+    assert_eq!(upright.views.len(), 2);
+    assert_eq!(upright.views[0].rotation_xyzw, upright.views[1].rotation_xyzw);
 }
 
 #[tokio::test]
-async fn the_picture_overrules_what_the_model_says() {
+async fn image_evidence_overrules_the_model() {
     // It says, twice, that the glass stands on its mouth.
     let bench = Bench::saying(vec![said("bottom", "front"), said("top", "front")]).await;
-    let Upright { pose, looks } = bench.upright().await.unwrap();
-    assert!(tilt(looks[1].rotation_xyzw, DQuat::from_rotation_x(PI)) < 1e-6, "{looks:?}");
+    let Upright { pose, views } = bench.upright().await.unwrap();
+    assert!(tilt(views[1].rotation_xyzw, DQuat::from_rotation_x(PI)) < 1e-6, "{views:?}");
     assert!(tilt(pose.rotation, DQuat::IDENTITY) < 1e-6, "{pose:?}");
-    // A model that says another thing each time is asked twice and no more.
+    // A model that says another object each time is asked twice and no more.
     let bench = Bench::saying(vec![said("left", "front"), said("right", "back"), said("back", "top")]).await;
     let Upright { pose, .. } = bench.upright().await.unwrap();
     assert_eq!(bench.server.requests().len(), 2);
@@ -214,7 +214,7 @@ async fn the_picture_overrules_what_the_model_says() {
 #[tokio::test]
 async fn a_front_on_top_is_corrected_once_and_then_no_answer() {
     let bench = Bench::saying(vec![said("top", "bottom"), said("top", "front")]).await;
-    assert_eq!(bench.upright().await.unwrap().looks.len(), 1);
+    assert_eq!(bench.upright().await.unwrap().views.len(), 1);
     let complaint = bench.server.requests()[1]["messages"][3].to_string();
     assert!(complaint.contains("neither the view named in top"), "{complaint}");
     let bench = Bench::saying(vec![said("top", "bottom")]).await;
@@ -227,17 +227,17 @@ async fn scenes_are_rated_by_what_they_were_made_after() {
     let after_text = bench.judge().await.unwrap();
     assert_eq!((after_text.by.as_str(), after_text.prompt.as_str()), ("openai/chat", "judge_text 1"));
     let criteria: Vec<Criterion> = after_text.said.iter().map(|rating| rating.criterion).collect();
-    assert_eq!(criteria, Criterion::OF_A_TEXT);
-    let after_picture = bench.judge_after_picture().await.unwrap();
-    let scores: Vec<u8> = after_picture.said.iter().map(|rating| rating.score).collect();
-    assert_eq!((after_picture.prompt.as_str(), scores), ("judge_picture 1", vec![6, 5, 7]));
-    let pictures = |request: &Value| request["messages"][1]["content"].as_array().unwrap().len() - 1;
-    assert_eq!(bench.server.requests().iter().map(pictures).collect::<Vec<_>>(), [1, 2]);
+    assert_eq!(criteria, Criterion::OF_TEXT);
+    let after_image = bench.judge_after_image().await.unwrap();
+    let scores: Vec<u8> = after_image.said.iter().map(|rating| rating.score).collect();
+    assert_eq!((after_image.prompt.as_str(), scores), ("judge_picture 1", vec![6, 5, 7]));
+    let images = |request: &Value| request["messages"][1]["content"].as_array().unwrap().len() - 1;
+    assert_eq!(bench.server.requests().iter().map(images).collect::<Vec<_>>(), [1, 2]);
     assert_eq!(bench.book.outcomes(), [Some("answered"); 2]);
 }
 
 #[tokio::test]
-async fn no_score_is_believed_that_is_none() {
+async fn invalid_scores_are_rejected() {
     for (pointer, value) in [
         ("/object_quality/score", json!(0)),
         ("/object_quality/score", json!(7.5)),
@@ -254,7 +254,7 @@ async fn no_score_is_believed_that_is_none() {
 }
 
 #[tokio::test]
-async fn tasks_are_about_things_of_the_scene() {
+async fn tasks_name_objects_of_the_scene() {
     let bench = Bench::new().await;
     let tasks = bench.tasks().await.unwrap();
     assert_eq!((tasks.said.len(), tasks.said[1].kind), (2, TaskKind::Swap));

@@ -1,4 +1,4 @@
-//! A whole scene with the analyst behind a chat endpoint: the server looks at what was painted, as a model would see it,
+//! A whole scene with the analyst behind a chat endpoint: the server inspects the render as a model would,
 //! and everything else is the embedded adapters' work.
 
 use std::io::Cursor;
@@ -6,23 +6,23 @@ use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
 use glam::DVec3;
-use ports::{KnownPicture, Truth};
-use scene::{Scene, StandsOn};
+use ports::{ImageAnnotations, Truth};
+use scene::{Scene, SceneId, StandsOn};
 use serde_json::{Value, json};
-use store::Store;
-use tabletopgen::app::scenes;
+use store::{DEFAULT_TENANT, Store};
+use tabletopgen::app::pipeline;
 
 use crate::chat_answers;
 use crate::chat_server::{Answers, ChatServer, Fault};
 use crate::server::{Server, settings};
 
 /// The store and the scene that is being made.
-type Made = Arc<OnceLock<(Store, String)>>;
+type Made = Arc<OnceLock<(Store, SceneId)>>;
 
 async fn artifact(made: &Made, name: &str) -> Vec<u8> {
     loop {
         if let Some((store, scene_id)) = made.get()
-            && let Some(row) = store.artifact(scene_id, name).await.unwrap()
+            && let Some(row) = store.artifact(&DEFAULT_TENANT, scene_id, name).await.unwrap()
         {
             return store.blobs().get(&row.file.digest).await.unwrap().unwrap().to_vec();
         }
@@ -30,7 +30,7 @@ async fn artifact(made: &Made, name: &str) -> Vec<u8> {
     }
 }
 
-/// A good model: it reads the picture off what its painter knows, with angles to half a degree, boxes to a thousandth and
+/// A good model: it reads the image off what its image generator knows, with angles to half a degree, boxes to a thousandth and
 /// sizes to a millimeter.
 fn good_model(made: Made) -> Answers {
     Arc::new(move |schema| {
@@ -39,7 +39,7 @@ fn good_model(made: Made) -> Answers {
             if schema == "describe" {
                 return chat_answers::answer("describe");
             }
-            let known: KnownPicture =
+            let known: ImageAnnotations =
                 serde_json::from_slice(&artifact(&made, "reference/known.json").await).unwrap();
             match schema.as_str() {
                 "recognize" => recognized(&known),
@@ -52,7 +52,7 @@ fn good_model(made: Made) -> Answers {
     })
 }
 
-fn recognized(known: &KnownPicture) -> Value {
+fn recognized(known: &ImageAnnotations) -> Value {
     let (seen, camera) = (&known.recognition, &known.recognition.camera);
     let (width, height) = (f64::from(camera.width_px), f64::from(camera.height_px));
     let in_thousandths = |[x0, y0, x1, y1]: [f64; 4]| {
@@ -91,7 +91,7 @@ fn recognized(known: &KnownPicture) -> Value {
     })
 }
 
-fn measured(known: &KnownPicture) -> Value {
+fn measured(known: &ImageAnnotations) -> Value {
     let rounded = |value: f64| (1000.0 * value).round() / 1000.0;
     let sized = |size: DVec3| {
         json!({
@@ -112,7 +112,7 @@ fn measured(known: &KnownPicture) -> Value {
     json!({ "table": sized(known.recognition.table.size_m), "objects": objects })
 }
 
-fn stacked(known: &KnownPicture) -> Value {
+fn stacked(known: &ImageAnnotations) -> Value {
     let objects: Vec<Value> = known
         .recognition
         .objects
@@ -146,11 +146,11 @@ async fn a_scene_is_made_with_an_analyst_behind_a_chat_endpoint() {
         ("appraise.ratings", "true"),
         ("appraise.tasks", "2"),
     ]);
-    let build = scenes::build_scene(&resolved).unwrap();
+    let build = pipeline::build_pipeline(&resolved).unwrap();
     let server = Server::building(build, &resolved).await;
     let text = "an apple on a plate and a fork beside it";
     let (scene_id, job_id) = server.submit(text).await;
-    made.set((server.store().clone(), scene_id.clone())).ok().unwrap();
+    made.set((server.store().clone(), scene_id.parse().unwrap())).ok().unwrap();
     let job = server.job_ends(&job_id, Duration::from_secs(300)).await;
     assert_eq!(job["state"], "succeeded", "{job}");
 
@@ -195,8 +195,8 @@ async fn a_scene_is_made_with_an_analyst_behind_a_chat_endpoint() {
     assert!(report["appraisal"].get("missing").is_none(), "{report}");
     assert_eq!(built.instances.len(), 3);
     for instance in &built.instances {
-        let painted = truth.instances.iter().find(|painted| painted.name == instance.name).unwrap();
-        let off_m = (painted.translation_m - instance.world_from_object.translation_m).length();
+        let rendered = truth.instances.iter().find(|rendered| rendered.name == instance.name).unwrap();
+        let off_m = (rendered.translation_m - instance.world_from_object.translation_m).length();
         assert!(off_m < 0.02, "{} is {off_m} m from where it was painted", instance.name);
     }
     // The model still holds the store, so its lock stays for as long as that.

@@ -107,7 +107,7 @@ impl ChatServer {
         self.state.faults.lock().unwrap().extend(faults);
     }
 
-    /// Faults nobody has come for yet.
+    /// Faults that no request has taken yet.
     pub fn left(&self) -> usize {
         self.state.faults.lock().unwrap().len()
     }
@@ -127,8 +127,8 @@ async fn complete(State(state): State<Arc<Shared>>, request: Request) -> Respons
     let header =
         |name: &str| parts.headers.get(name).and_then(|value| value.to_str().ok()).map(str::to_owned);
     if let Some(given) = header("authorization").filter(|given| *given != format!("Bearer {KEY}")) {
-        let told = format!("Incorrect API key provided: {}.", given.trim_start_matches("Bearer "));
-        return error(401, "invalid_request_error", "invalid_api_key", &told);
+        let message = format!("Incorrect API key provided: {}.", given.trim_start_matches("Bearer "));
+        return error(401, "invalid_request_error", "invalid_api_key", &message);
     }
     let body = axum::body::to_bytes(body, 64 << 20).await.unwrap();
     let asked: Value = match serde_json::from_slice(&body) {

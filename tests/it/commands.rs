@@ -43,7 +43,7 @@ fn what_will_not_do_is_said_before_the_work() {
     std::fs::write(path("file"), "").unwrap();
     std::fs::create_dir(path("full")).unwrap();
     std::fs::write(path("full/thesis.tex"), "years of work").unwrap();
-    let no_picture = path("no_picture.png");
+    let no_image = path("no_picture.png");
     for (arguments, code, says) in [
         (vec![], 2, "Usage"),
         (vec!["generate"], 2, "--text"),
@@ -51,7 +51,7 @@ fn what_will_not_do_is_said_before_the_work() {
         (vec!["generate", "--text", "  "], 2, "--text is empty"),
         (vec!["generate", "--image", "missing.png"], 2, "missing.png: No such file"),
         (vec!["generate", "--image", "full"], 2, "is not a file"),
-        (vec!["generate", "--image", &no_picture], 2, "no PNG, JPEG or WebP"),
+        (vec!["generate", "--image", &no_image], 2, "no PNG, JPEG or WebP"),
         (vec!["generate", "--text", "a mug", "--seed", "-1"], 2, "--seed"),
         (vec!["generate", "--text", "a mug", "--seed", "9007199254740992"], 2, "9007199254740991"),
         (vec!["generate", "--text", "a mug", "--max-objects", "0"], 2, "--max-objects must be from 1 to 64"),

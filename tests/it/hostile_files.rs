@@ -4,11 +4,11 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
 use bytes::Bytes;
-use imaging::codec::decode_photograph;
+use http_client::HttpResponse;
+use imaging::codec::decode_oriented_image;
 use mesh_io::gltf::read_mesh_glb;
-use mesh_io::wavefront_archive::read_mesh_obj_archive;
-use remote::outbound::Reply;
-use remote::{chat, hunyuan3d, images, picture, replicate, sidecar, tencent};
+use mesh_io::obj_archive::read_mesh_obj_archive;
+use remote::{chat, hunyuan3d, image, images, replicate, sidecar, tencent};
 
 use crate::server::settings;
 
@@ -31,7 +31,7 @@ fn refused<T>(kind: &str, read: impl Fn(&Bytes) -> Result<T, String>) {
     let taken: Vec<String> = files
         .iter()
         .filter_map(|(name, file)| match catch_unwind(AssertUnwindSafe(|| read(file))) {
-            Ok(Err(told)) if !told.is_empty() => None,
+            Ok(Err(message)) if !message.is_empty() => None,
             Ok(_) => Some(format!("{name} is taken")),
             Err(_) => Some(format!("{name} brings the reader down")),
         })
@@ -46,16 +46,16 @@ fn meshes() {
 }
 
 #[test]
-fn pictures() {
-    refused("picture", |file| picture::received(file).map_err(|error| error.to_string()));
-    // What is only too large for a vendor's picture is left to those who look at requests.
-    refused("picture", |file| decode_photograph(file, 4000).map_err(|error| error.to_string()));
+fn images() {
+    refused("picture", |file| image::received(file).map_err(|error| error.to_string()));
+    // What is only too large for a vendor's image is left to the validation of requests.
+    refused("picture", |file| decode_oriented_image(file, 4000).map_err(|error| error.to_string()));
 }
 
 #[test]
 fn answers() {
     let providers = settings(&[]).config.providers;
-    let reply = |body: &Bytes| Reply {
+    let reply = |body: &Bytes| HttpResponse {
         status: 200,
         content_type: "application/json".into(),
         retry_after: None,

@@ -9,11 +9,11 @@ use ports::{Call, MeshGenerator, Port, ProviderError, RawMesh, ReconstructionReq
 use remote::hunyuan3d;
 use remote::hunyuan3d::Hunyuan3dMeshGenerator;
 use remote::settings::Hunyuan3dSettings;
-use remote::task::JobSlots;
+use remote::vendor_job::JobSlots;
 use serde_json::json;
 
 use crate::bench::{self, Book, class};
-use crate::hunyuan3d_server::{Hunyuan3dServer, LookFault};
+use crate::hunyuan3d_server::{Hunyuan3dServer, PollFault};
 use crate::predictions::{bottle, file, reader, request};
 use crate::server::settings;
 use crate::wire_faults::WireFault;
@@ -34,7 +34,7 @@ impl Bench {
         let server = Hunyuan3dServer::start(file(), fails).await;
         let mut settings = settings(&[]).config.providers.hunyuan3d;
         settings.endpoint.base_url = server.base_url.clone();
-        settings.task.look_every_ms = 10;
+        settings.task.poll_interval_ms = 10;
         bench::make_quick(&mut settings.endpoint.limits);
         change(&mut settings);
         let (port, name) = (Port::MeshGenerator, hunyuan3d::NAME);
@@ -52,9 +52,9 @@ impl Bench {
 }
 
 #[tokio::test]
-async fn a_picture_becomes_a_mesh_that_costs_nothing() {
+async fn image_becomes_a_mesh_at_no_cost() {
     let bench = Bench::new().await;
-    bench.server.looks.script([LookFault::Texturing]);
+    bench.server.polls.script([PollFault::Texturing]);
     let raw = bench.reconstruct(request()).await.unwrap();
     assert_eq!(raw.mesh.triangle_count(), bottle().triangle_count());
     assert!((raw.mesh.size_m().max_element() - 1.0).abs() < 1e-6);
@@ -70,8 +70,8 @@ async fn a_picture_becomes_a_mesh_that_costs_nothing() {
 #[tokio::test]
 async fn each_fault_ends_in_its_class() {
     use WireFault::*;
-    let wire = LookFault::Wire;
-    let cases: Vec<(Vec<WireFault>, Vec<LookFault>, &str, usize)> = vec![
+    let wire = PollFault::Wire;
+    let cases: Vec<(Vec<WireFault>, Vec<PollFault>, &str, usize)> = vec![
         (vec![Status(500, "{}")], vec![], "ok", 1),
         (
             vec![Status(404, r#"{"text": "**NETWORK ERROR**", "error_code": 1}"#)],
@@ -83,20 +83,20 @@ async fn each_fault_ends_in_its_class() {
         (vec![Page], vec![], "ok", 2),
         (vec![], vec![wire(ResetMidBody), wire(Status(502, "bad gateway"))], "ok", 1),
         (vec![], vec![wire(Silence)], "ok", 1),
-        (vec![], vec![LookFault::HalfWritten], "ok", 1),
-        (vec![], vec![LookFault::HalfWritten; 3], "transient provider_bad_answer", 1),
-        (vec![], vec![LookFault::Error("CUDA out of memory")], "transient provider_task_failed", 1),
+        (vec![], vec![PollFault::HalfWritten], "ok", 1),
+        (vec![], vec![PollFault::HalfWritten; 3], "transient provider_bad_answer", 1),
+        (vec![], vec![PollFault::Error("CUDA out of memory")], "transient provider_task_failed", 1),
         (vec![], vec![wire(Endless)], "transient provider_answer_too_large", 1),
         (vec![], vec![wire(Page); 3], "transient provider_bad_answer", 1),
     ];
-    for (submissions, looks, expected, begun) in cases {
+    for (submissions, polls, expected, begun) in cases {
         let bench = Bench::new().await;
-        let told = format!("{submissions:?} {looks:?}");
+        let message = format!("{submissions:?} {polls:?}");
         bench.server.submissions.script(submissions);
-        bench.server.looks.script(looks);
+        bench.server.polls.script(polls);
         let result = bench.reconstruct(request()).await.map_or_else(|error| class(&error), |_| "ok".into());
-        assert_eq!((result.as_str(), bench.server.begun()), (expected, begun), "{told}");
-        assert!(bench.book.outcomes().iter().all(Option::is_some), "{told}");
+        assert_eq!((result.as_str(), bench.server.begun()), (expected, begun), "{message}");
+        assert!(bench.book.outcomes().iter().all(Option::is_some), "{message}");
     }
 }
 
@@ -113,9 +113,9 @@ async fn a_job_that_failed_in_silence_ends_with_the_time_limit_and_is_sent_anew(
 }
 
 #[tokio::test]
-async fn whoever_comes_after_a_dead_worker_sends_nothing_twice() {
+async fn next_worker_after_a_crash_sends_nothing_twice() {
     let bench = Bench::new().await;
-    bench.server.looks.script([LookFault::Wire(WireFault::Silence)]);
+    bench.server.polls.script([PollFault::Wire(WireFault::Silence)]);
     let asked = bench.generator.reconstruct(&bench.call, request());
     assert!(tokio::time::timeout(Duration::from_millis(300), asked).await.is_err(), "it waits");
     bench.reconstruct(request()).await.unwrap();
@@ -125,11 +125,11 @@ async fn whoever_comes_after_a_dead_worker_sends_nothing_twice() {
 
 #[tokio::test]
 async fn the_server_gets_one_job_after_the_other() {
-    for (vendor_jobs, most) in [(1, 1), (3, 3)] {
+    for (vendor_jobs, highest) in [(1, 1), (3, 3)] {
         let bench = Bench::with(|settings| settings.task.vendor_jobs = vendor_jobs, false).await;
         let asked = (0..6).map(|seed| bench.reconstruct(ReconstructionRequest { seed, ..request() }));
         assert!(join_all(asked).await.iter().all(Result::is_ok));
         assert_eq!(bench.server.begun(), 6);
-        assert!(bench.server.most_at_once() <= most, "{}", bench.server.most_at_once());
+        assert!(bench.server.max_at_once() <= highest, "{}", bench.server.max_at_once());
     }
 }

@@ -17,15 +17,15 @@ use tokio_util::task::AbortOnDropHandle;
 
 use crate::wire_faults::{Faults, WireFault};
 
-/// What one look at a job gets in place of the truth.
+/// What one poll at a job gets in place of the truth.
 #[derive(Clone, Debug)]
-pub enum LookFault {
+pub enum PollFault {
     Wire(WireFault),
     /// Half of the file: it is being written.
     HalfWritten,
     /// As 2.1 says that a job failed.
     Error(&'static str),
-    /// As 2.1 says that the mesh is being painted.
+    /// As 2.1 says that the mesh is being rendered.
     Texturing,
 }
 
@@ -33,20 +33,20 @@ pub enum LookFault {
 pub struct Hunyuan3dServer {
     pub base_url: String,
     pub submissions: Faults<WireFault>,
-    pub looks: Faults<LookFault>,
+    pub polls: Faults<PollFault>,
     state: Arc<Shared>,
     _task: AbortOnDropHandle<()>,
 }
 
 struct Shared {
     file: Bytes,
-    /// Jobs fail, which nobody is told.
+    /// Jobs fail without a message.
     fails: bool,
     submissions: Faults<WireFault>,
-    looks: Faults<LookFault>,
-    /// Looks so far, by id.
+    polls: Faults<PollFault>,
+    /// Polls so far, by id.
     jobs: Mutex<BTreeMap<String, usize>>,
-    most_at_once: Mutex<usize>,
+    max_at_once: Mutex<usize>,
     asked: Mutex<Vec<Value>>,
 }
 
@@ -54,14 +54,14 @@ impl Hunyuan3dServer {
     pub async fn start(file: Bytes, fails: bool) -> Self {
         let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
         let base_url = format!("http://{}", listener.local_addr().unwrap());
-        let (submissions, looks) = (Faults::default(), Faults::default());
+        let (submissions, polls) = (Faults::default(), Faults::default());
         let state = Arc::new(Shared {
             file,
             fails,
             submissions: submissions.clone(),
-            looks: looks.clone(),
+            polls: polls.clone(),
             jobs: Mutex::default(),
-            most_at_once: Mutex::default(),
+            max_at_once: Mutex::default(),
             asked: Mutex::default(),
         });
         let router = Router::new()
@@ -70,7 +70,7 @@ impl Hunyuan3dServer {
             .layer(axum::extract::DefaultBodyLimit::max(64 << 20))
             .with_state(state.clone());
         let task = tokio::spawn(async move { axum::serve(listener, router).await.unwrap() });
-        Self { base_url, submissions, looks, state, _task: AbortOnDropHandle::new(task) }
+        Self { base_url, submissions, polls, state, _task: AbortOnDropHandle::new(task) }
     }
 
     /// Jobs that were begun.
@@ -79,8 +79,8 @@ impl Hunyuan3dServer {
     }
 
     /// Most jobs that were not done at the same time.
-    pub fn most_at_once(&self) -> usize {
-        *self.state.most_at_once.lock().unwrap()
+    pub fn max_at_once(&self) -> usize {
+        *self.state.max_at_once.lock().unwrap()
     }
 
     pub fn asked(&self) -> Vec<Value> {
@@ -88,12 +88,12 @@ impl Hunyuan3dServer {
     }
 }
 
-/// Looks after which a job is done.
-const LOOKS: usize = 2;
+/// Polls after which a job is done.
+const POLLS: usize = 2;
 
 async fn send(State(state): State<Arc<Shared>>, body: Bytes) -> Response {
     let asked: Value = serde_json::from_slice(&body).unwrap_or_default();
-    let picture = asked["image"].as_str().and_then(|text| STANDARD.decode(text).ok()).unwrap_or_default();
+    let image = asked["image"].as_str().and_then(|text| STANDARD.decode(text).ok()).unwrap_or_default();
     let known = [
         "image",
         "seed",
@@ -105,9 +105,9 @@ async fn send(State(state): State<Arc<Shared>>, body: Bytes) -> Response {
         "type",
     ];
     let fields = asked.as_object().into_iter().flat_map(|fields| fields.keys());
-    if !picture.starts_with(b"\x89PNG") || !fields.into_iter().all(|name| known.contains(&name.as_str())) {
-        let told = json!({ "text": "**NETWORK ERROR DUE TO HIGH TRAFFIC.**", "error_code": 1 });
-        return answer(404, &told);
+    if !image.starts_with(b"\x89PNG") || !fields.into_iter().all(|name| known.contains(&name.as_str())) {
+        let message = json!({ "text": "**NETWORK ERROR DUE TO HIGH TRAFFIC.**", "error_code": 1 });
+        return answer(404, &message);
     }
     state.asked.lock().unwrap().push(asked);
     let fault = state.submissions.next();
@@ -118,40 +118,40 @@ async fn send(State(state): State<Arc<Shared>>, body: Bytes) -> Response {
         let mut jobs = state.jobs.lock().unwrap();
         let uid = format!("0f1d5a52-5f5c-4c1e-9d0e-{:012}", jobs.len());
         jobs.insert(uid.clone(), 0);
-        let open = jobs.values().filter(|looks| **looks <= LOOKS).count();
-        let mut most = state.most_at_once.lock().unwrap();
-        *most = open.max(*most);
+        let open = jobs.values().filter(|polls| **polls <= POLLS).count();
+        let mut highest = state.max_at_once.lock().unwrap();
+        *highest = open.max(*highest);
         uid
     };
-    let told = json!({ "uid": uid });
+    let message = json!({ "uid": uid });
     match fault {
-        Some(fault) => fault.response("application/json", Bytes::from(told.to_string())).await,
-        None => answer(200, &told),
+        Some(fault) => fault.response("application/json", Bytes::from(message.to_string())).await,
+        None => answer(200, &message),
     }
 }
 
 async fn status(State(state): State<Arc<Shared>>, Path(uid): Path<String>) -> Response {
-    let done = state.jobs.lock().unwrap().get_mut(&uid).is_some_and(|looks| {
-        *looks += 1;
-        *looks > LOOKS && !state.fails
+    let done = state.jobs.lock().unwrap().get_mut(&uid).is_some_and(|polls| {
+        *polls += 1;
+        *polls > POLLS && !state.fails
     });
     let completed = |file: &[u8]| json!({ "status": "completed", "model_base64": STANDARD.encode(file) });
     let truth = if done { completed(&state.file) } else { json!({ "status": "processing" }) };
-    match state.looks.next() {
+    match state.polls.next() {
         None => answer(200, &truth),
-        Some(LookFault::Wire(fault)) => {
+        Some(PollFault::Wire(fault)) => {
             fault.response("application/json", Bytes::from(truth.to_string())).await
         }
-        Some(LookFault::HalfWritten) => answer(200, &completed(&state.file[..state.file.len() / 2])),
-        Some(LookFault::Error(why)) => answer(200, &json!({ "status": "error", "message": why })),
-        Some(LookFault::Texturing) => answer(200, &json!({ "status": "texturing" })),
+        Some(PollFault::HalfWritten) => answer(200, &completed(&state.file[..state.file.len() / 2])),
+        Some(PollFault::Error(why)) => answer(200, &json!({ "status": "error", "message": why })),
+        Some(PollFault::Texturing) => answer(200, &json!({ "status": "texturing" })),
     }
 }
 
-fn answer(status: u16, told: &Value) -> Response {
+fn answer(status: u16, message: &Value) -> Response {
     Response::builder()
         .status(status)
         .header("content-type", "application/json")
-        .body(told.to_string().into())
+        .body(message.to_string().into())
         .unwrap()
 }

@@ -1,4 +1,4 @@
-//! The images painter against a server that speaks its protocol: what is asked, what is taken, what is written down.
+//! The images image generator against a server that speaks its protocol: what is asked, what is taken, what is written down.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -10,9 +10,10 @@ use imaging::codec::encode_png;
 use imaging::{Image, Mask};
 use ports::ledger::OnUnknown;
 use ports::{
-    Call, Completion, CompletionRequest, Painter, Painting, Port, ProviderError, Reference, TopViewRequest,
+    Call, Completion, CompletionRequest, GeneratedReference, ImageGenerator, Port, ProviderError,
+    ReferenceImage, TopViewRequest,
 };
-use remote::images::ImagesPainter;
+use remote::images::OpenAiImageGenerator;
 use remote::{ImagesSettings, images};
 use scene::{
     CameraKnowledge, InstanceId, Recognition, RecognizedObject, RecognizedTable, SceneDescription, StandsOn,
@@ -21,7 +22,7 @@ use scene::{
 use serde_json::json;
 
 use crate::bench::{self, Book, class};
-use crate::images_server::{Artist, Asked, Fault, ImagesServer, KEY};
+use crate::images_server::{Artist, Fault, ImageRequest, ImagesServer, KEY};
 use crate::server::settings;
 use crate::wire_faults::{self, WireFault};
 
@@ -31,17 +32,17 @@ const PRICE: i64 = 500 + 4_000 + 40_000;
 const ANSWERED: &str = "answered";
 const UNKNOWN: &str = "outcome_unknown";
 
-/// A painter on a server, quick to give up, with its books.
+/// An image generator on a server, quick to give up, with its books.
 struct Bench {
     server: ImagesServer,
     book: Arc<Book>,
     call: Call,
-    painter: ImagesPainter,
+    image_generator: OpenAiImageGenerator,
 }
 
-/// Paints a gray table, and redraws a red disk: whole, but elsewhere in the frame and larger than it was.
+/// Renders a gray table, and redraws a red disk: whole, but elsewhere in the frame and larger than it was.
 fn artist() -> Artist {
-    Arc::new(|asked: &Asked| {
+    Arc::new(|asked: &ImageRequest| {
         if asked.what == "generations" {
             return Image::filled(1536, 1024, [128, 128, 128, 255]);
         }
@@ -70,18 +71,19 @@ impl Bench {
         settings.endpoint.limits.attempt_timeout_secs = 5;
         change(&mut settings);
         let book = Book::with_budget(1_000_000_000);
-        let endpoint = bench::endpoint(Port::Painter, images::NAME, &settings.endpoint, KEY, on_unknown);
-        let painter = ImagesPainter { endpoint: Arc::new(endpoint), settings };
-        Self { server, call: book.call(), book, painter }
+        let endpoint =
+            bench::endpoint(Port::ImageGenerator, images::NAME, &settings.endpoint, KEY, on_unknown);
+        let image_generator = OpenAiImageGenerator { endpoint: Arc::new(endpoint), settings };
+        Self { server, call: book.call(), book, image_generator }
     }
 
-    async fn reference(&self) -> Result<Painting, ProviderError> {
-        let asked = self.painter.reference(&self.call, Arc::new(plain_description()), 7);
+    async fn reference(&self) -> Result<GeneratedReference, ProviderError> {
+        let asked = self.image_generator.reference(&self.call, Arc::new(plain_description()), 7);
         tokio::time::timeout(Duration::from_secs(60), asked).await.expect("nothing hangs")
     }
 
     async fn complete(&self) -> Result<Completion, ProviderError> {
-        let asked = self.painter.complete(&self.call, half_hidden_ball());
+        let asked = self.image_generator.complete(&self.call, half_hidden_ball());
         tokio::time::timeout(Duration::from_secs(60), asked).await.expect("nothing hangs")
     }
 
@@ -127,7 +129,7 @@ pub fn view_from_above() -> TopViewRequest {
         reference: half_hidden_ball().reference,
         recognition: Arc::new(known),
         masks: Arc::default(),
-        painted: None,
+        rendered: None,
         refused: Vec::new(),
     }
 }
@@ -137,16 +139,16 @@ pub fn half_hidden_ball() -> CompletionRequest {
     let inside = |x: u32, y: u32| (f64::from(x) + 0.5 - 200.0).hypot(f64::from(y) + 0.5 - 150.0) < 40.0;
     let others = Mask::from_fn(400, 300, |x, y| x >= 200 && y >= 150 && x < 280 && y < 260);
     let visible = Mask::from_fn(400, 300, |x, y| inside(x, y) && !others.contains(x, y));
-    let mut picture = Image::filled(400, 300, [90, 90, 90, 255]);
+    let mut image = Image::filled(400, 300, [90, 90, 90, 255]);
     for y in 0..300 {
         for x in 0..400 {
             if visible.contains(x, y) {
-                picture.set_pixel(x, y, [200, 20, 20, 255]);
+                image.set_pixel(x, y, [200, 20, 20, 255]);
             }
         }
     }
     CompletionRequest {
-        reference: Reference { picture: Arc::new(picture), known: None },
+        reference: ReferenceImage { image: Arc::new(image), known: None },
         object: RecognizedObject {
             id: InstanceId::new("ball_1").unwrap(),
             label: "red ball".into(),
@@ -168,55 +170,55 @@ pub fn half_hidden_ball() -> CompletionRequest {
 }
 
 #[tokio::test]
-async fn a_description_is_painted_and_its_price_is_written_down() {
+async fn image_generator_renders_description_and_records_price() {
     let bench = Bench::new().await;
-    let painting = bench.reference().await.unwrap();
-    assert_eq!((painting.picture.width_px(), painting.picture.height_px()), (1280, 853));
-    assert!(painting.aside.is_none(), "nobody knows what is on it");
+    let generated = bench.reference().await.unwrap();
+    assert_eq!((generated.image.width_px(), generated.image.height_px()), (1280, 853));
+    assert!(generated.ground_truth.is_none(), "nobody knows what is on it");
     let asked = &bench.server.asked()[0];
     assert_eq!((&asked.fields["size"], &asked.fields["quality"]), (&"1536x1024".into(), &"high".into()));
     assert!(asked.fields["prompt"].as_str().unwrap().contains("A red ball on a table."));
     assert_eq!((bench.outcomes(), bench.book.spent()), (vec![ANSWERED], PRICE));
     let (intent, end) = bench.book.rows.lock().unwrap()[0].clone();
-    assert_eq!((intent.operation, intent.port), ("paint", Port::Painter));
+    assert_eq!((intent.operation, intent.port), ("paint", Port::ImageGenerator));
     assert_eq!(end.unwrap().output_tokens, Some(1000));
 }
 
 #[tokio::test]
-async fn a_half_hidden_thing_is_redrawn_whole_and_found_in_its_place() {
+async fn half_occluded_object_is_inpainted_whole_and_registered_in_place() {
     let bench = Bench::new().await;
     let completion = bench.complete().await.unwrap();
     let asked = &bench.server.asked()[0];
-    assert_eq!((asked.what, asked.pictures.len()), ("edits", 2));
+    assert_eq!((asked.what, asked.images.len()), ("edits", 2));
     assert_eq!(asked.fields["background"], "transparent");
-    let [around, alone] = &asked.pictures[..] else { panic!("two pictures") };
+    let [around, alone] = &asked.images[..] else { panic!("two pictures") };
     assert_eq!((around.width_px(), around.height_px()), (alone.width_px(), alone.height_px()));
     assert!(alone.as_rgba().chunks_exact(4).all(|pixel| pixel[3] == 0 || pixel[0] == 200));
     let area = std::f64::consts::PI * 1600.0;
     assert!((completion.silhouette.area_px() as f64 / area - 1.0).abs() < 0.04);
     assert!((0.18..0.29).contains(&completion.completed_share), "{}", completion.completed_share);
-    let [x0, y0, x1, y1] = completion.shown_px;
-    let (middle_x, middle_y) = (0.5 * (x0 + x1), 0.5 * (y0 + y1));
-    assert!((middle_x - 200.0).abs() < 1.5 && (middle_y - 150.0).abs() < 1.5, "{middle_x} {middle_y}");
-    assert_eq!(completion.picture.pixel(0, 0)[3], 0);
-    let center = (completion.picture.width_px() / 2, completion.picture.height_px() / 2);
-    assert_eq!(completion.picture.pixel(center.0, center.1), [200, 20, 20, 255]);
+    let [x0, y0, x1, y1] = completion.crop_px;
+    let (center_x, center_y) = (0.5 * (x0 + x1), 0.5 * (y0 + y1));
+    assert!((center_x - 200.0).abs() < 1.5 && (center_y - 150.0).abs() < 1.5, "{center_x} {center_y}");
+    assert_eq!(completion.image.pixel(0, 0)[3], 0);
+    let center = (completion.image.width_px() / 2, completion.image.height_px() / 2);
+    assert_eq!(completion.image.pixel(center.0, center.1), [200, 20, 20, 255]);
 }
 
 #[tokio::test]
-async fn what_a_painter_of_ours_drew_already_costs_nothing() {
+async fn completions_of_the_embedded_generator_cost_nothing() {
     let bench = Bench::new().await;
     let drawn = bench.complete().await.unwrap();
     let request = CompletionRequest { alone: Some(drawn.clone()), ..half_hidden_ball() };
-    assert_eq!(bench.painter.complete(&bench.call, request).await.unwrap(), drawn);
+    assert_eq!(bench.image_generator.complete(&bench.call, request).await.unwrap(), drawn);
     assert_eq!(bench.outcomes().len(), 1);
 }
 
 #[tokio::test]
-async fn a_drawing_that_cannot_be_used_is_told_why_and_drawn_again() {
-    for (fault, told) in [
+async fn unusable_drawing_is_requested_again_with_the_reason() {
+    for (fault, message) in [
         (Fault::Opaque, "its background is not transparent"),
-        (Fault::AnotherThing, "another thing"),
+        (Fault::AnotherObject, "another thing"),
         (Fault::File(Bytes::from_static(b"GIF89a")), "no PNG, JPEG or WebP"),
     ] {
         let bench = Bench::new().await;
@@ -229,7 +231,7 @@ async fn a_drawing_that_cannot_be_used_is_told_why_and_drawn_again() {
             .map(|asked| asked.fields["prompt"].as_str().unwrap().into())
             .collect();
         assert_eq!(prompts.len(), 2, "{fault:?}");
-        assert!(prompts[1].contains(told) && !prompts[0].contains("earlier"), "{}", prompts[1]);
+        assert!(prompts[1].contains(message) && !prompts[0].contains("earlier"), "{}", prompts[1]);
         assert_eq!(bench.outcomes(), [ANSWERED; 2]);
     }
 }
@@ -251,7 +253,7 @@ async fn each_fault_ends_in_its_class() {
         ),
         (vec![Fault::File(half.clone())], "ok", vec![ANSWERED; 2]),
         (vec![Fault::File(half); 3], "transient provider_bad_answer", vec![ANSWERED; 3]),
-        (vec![Fault::AnotherThing; 3], "transient provider_bad_answer", vec![ANSWERED; 3]),
+        (vec![Fault::AnotherObject; 3], "transient provider_bad_answer", vec![ANSWERED; 3]),
     ]);
     for (faults, expected, outcomes) in cases {
         let bench =
@@ -264,7 +266,7 @@ async fn each_fault_ends_in_its_class() {
 }
 
 #[tokio::test]
-async fn a_lost_picture_is_left_to_a_person_where_the_operator_wants_that() {
+async fn lost_image_waits_for_a_person_where_configured() {
     let bench = Bench::with(|_| {}, OnUnknown::Fail).await;
     bench.server.faults.script([Fault::Wire(WireFault::ResetMidBody)]);
     assert_eq!(class(&bench.reference().await.unwrap_err()), "rejected outcome_unknown");
@@ -285,22 +287,19 @@ async fn a_budget_that_is_too_small_sends_nothing() {
 async fn views_from_above_are_drawn_until_too_many_were_refused() {
     let bench = Bench::new().await;
     let mut request = view_from_above();
-    for _ in 0..=bench.painter.settings.redraws {
-        let top = bench.painter.top_view(&bench.call, request.clone()).await.unwrap();
+    for _ in 0..=bench.image_generator.settings.redraws {
+        let top = bench.image_generator.top_view(&bench.call, request.clone()).await.unwrap();
         assert_eq!(top.known, None, "somebody has to look at it");
         request.refused.push("the legs are seen".into());
     }
     let asked = bench.server.asked();
     let (first, second) = (&asked[0], &asked[1]);
-    assert_eq!(
-        (first.what, first.pictures.len(), &first.fields["background"]),
-        ("edits", 1, &json!("opaque"))
-    );
-    let prompt = |asked: &Asked| asked.fields["prompt"].as_str().unwrap().to_owned();
+    assert_eq!((first.what, first.images.len(), &first.fields["background"]), ("edits", 1, &json!("opaque")));
+    let prompt = |asked: &ImageRequest| asked.fields["prompt"].as_str().unwrap().to_owned();
     assert!(prompt(first).contains("straight above") && !prompt(first).contains("the legs are seen"));
     assert!(prompt(second).contains("could not be used: the legs are seen."));
     // Another provider, a computed view for one, may answer then.
-    let given_up = bench.painter.top_view(&bench.call, request).await.unwrap_err();
+    let given_up = bench.image_generator.top_view(&bench.call, request).await.unwrap_err();
     assert!(
         given_up.another_may_answer() && given_up.to_string().contains("the legs are seen"),
         "{given_up}"

@@ -25,30 +25,30 @@ pub const KEY: &str = "sk-images-0123456789";
 #[derive(Clone, Debug)]
 pub enum Fault {
     Wire(WireFault),
-    /// A good answer with another file in place of its picture.
+    /// A good answer with another file in place of its image.
     File(Bytes),
-    /// An address in place of the picture.
+    /// An address in place of the image.
     Address(&'static str),
-    /// The picture on a white background.
+    /// The image on a white background.
     Opaque,
-    /// A picture of something else.
-    AnotherThing,
+    /// An image of something else.
+    AnotherObject,
     /// The filter says no.
     Blocked,
 }
 
 /// A request that was accepted.
 #[derive(Clone, Debug, Default)]
-pub struct Asked {
+pub struct ImageRequest {
     /// `generations` or `edits`.
     pub what: &'static str,
     /// Fields, without files.
     pub fields: Value,
-    pub pictures: Vec<Image>,
+    pub images: Vec<Image>,
 }
 
 /// Draws what is asked for.
-pub type Artist = Arc<dyn Fn(&Asked) -> Image + Send + Sync>;
+pub type Artist = Arc<dyn Fn(&ImageRequest) -> Image + Send + Sync>;
 
 /// A running server.
 pub struct ImagesServer {
@@ -61,7 +61,7 @@ pub struct ImagesServer {
 struct Shared {
     artist: Artist,
     faults: Faults<Fault>,
-    asked: Mutex<Vec<Asked>>,
+    asked: Mutex<Vec<ImageRequest>>,
     billed: Mutex<usize>,
 }
 
@@ -86,7 +86,7 @@ impl ImagesServer {
     }
 
     /// Every accepted request, in order.
-    pub fn asked(&self) -> Vec<Asked> {
+    pub fn asked(&self) -> Vec<ImageRequest> {
         self.state.asked.lock().unwrap().clone()
     }
 
@@ -104,7 +104,7 @@ async fn generate(State(state): State<Arc<Shared>>, request: Request) -> Respons
     let Ok(fields) = serde_json::from_slice::<Value>(&body) else {
         return error("invalid_json", "We could not parse the JSON body of your request.");
     };
-    let asked = Asked { what: "generations", fields, pictures: Vec::new() };
+    let asked = ImageRequest { what: "generations", fields, images: Vec::new() };
     match check(&asked, &["model", "prompt", "n", "size", "quality", "background", "output_format"]) {
         Ok(()) => answered(&state, asked).await,
         Err(why) => error("invalid_value", &why),
@@ -119,14 +119,14 @@ async fn edit(State(state): State<Arc<Shared>>, request: Request) -> Response {
         Ok(form) => form,
         Err(why) => return error("invalid_form", &why.to_string()),
     };
-    let mut asked = Asked { what: "edits", fields: json!({}), pictures: Vec::new() };
+    let mut asked = ImageRequest { what: "edits", fields: json!({}), images: Vec::new() };
     while let Some(field) = form.next_field().await.unwrap() {
         let (name, kind) = (field.name().unwrap().to_owned(), field.content_type().map(str::to_owned));
         let bytes = field.bytes().await.unwrap();
         if name == "image[]" {
             match decode_png(&bytes) {
-                Ok(picture) if kind.as_deref() == Some("image/png") && bytes.len() < 50_000_000 => {
-                    asked.pictures.push(picture);
+                Ok(image) if kind.as_deref() == Some("image/png") && bytes.len() < 50_000_000 => {
+                    asked.images.push(image);
                 }
                 _ => return error("invalid_image_file", "Invalid image file or mode for image"),
             }
@@ -136,7 +136,7 @@ async fn edit(State(state): State<Arc<Shared>>, request: Request) -> Response {
     }
     let known =
         ["model", "prompt", "n", "size", "quality", "background", "output_format", "input_fidelity", "mask"];
-    if asked.pictures.is_empty() || asked.pictures.len() > 16 {
+    if asked.images.is_empty() || asked.images.len() > 16 {
         return error("invalid_value", "image: from 1 to 16 images");
     }
     match check(&asked, &known) {
@@ -146,7 +146,7 @@ async fn edit(State(state): State<Arc<Shared>>, request: Request) -> Response {
 }
 
 /// The rules of the published reference, as far as this program's requests touch them.
-fn check(asked: &Asked, known: &[&str]) -> Result<(), String> {
+fn check(asked: &ImageRequest, known: &[&str]) -> Result<(), String> {
     let fields = asked.fields.as_object().ok_or("no object")?;
     if let Some(name) = fields.keys().find(|name| !known.contains(&name.as_str())) {
         return Err(format!("Unknown parameter: '{name}'."));
@@ -171,8 +171,8 @@ fn check(asked: &Asked, known: &[&str]) -> Result<(), String> {
     if text("model").is_empty() { Err("you must provide a model parameter".into()) } else { Ok(()) }
 }
 
-async fn answered(state: &Shared, asked: Asked) -> Response {
-    let picture = (state.artist)(&asked);
+async fn answered(state: &Shared, asked: ImageRequest) -> Response {
+    let image = (state.artist)(&asked);
     state.asked.lock().unwrap().push(asked.clone());
     let fault = state.faults.next();
     let billed = match &fault {
@@ -185,33 +185,33 @@ async fn answered(state: &Shared, asked: Asked) -> Response {
         Response::builder().header("content-type", "application/json").body(body.into()).unwrap()
     };
     match fault {
-        None => json(drawn(&encode_png(&picture))),
+        None => json(drawn(&encode_png(&image))),
         Some(Fault::Wire(fault)) => {
-            fault.response("application/json", drawn(&encode_png(&picture)).into()).await
+            fault.response("application/json", drawn(&encode_png(&image)).into()).await
         }
         Some(Fault::File(bytes)) => json(drawn(&bytes)),
         Some(Fault::Address(url)) => json(json!({ "created": 1, "data": [{ "url": url }] }).to_string()),
         Some(Fault::Opaque) => {
-            let mut opaque = picture;
+            let mut opaque = image;
             for pixel in opaque.as_rgba_mut().chunks_exact_mut(4) {
                 pixel[3] = 255;
             }
             json(drawn(&encode_png(&opaque)))
         }
-        Some(Fault::AnotherThing) => json(drawn(&encode_png(&stick()))),
+        Some(Fault::AnotherObject) => json(drawn(&encode_png(&stick()))),
         Some(Fault::Blocked) => blocked(),
     }
 }
 
 /// A thin upright stick.
 fn stick() -> Image {
-    let mut picture = Image::filled(1024, 1024, [0; 4]);
+    let mut image = Image::filled(1024, 1024, [0; 4]);
     for y in 100..900 {
         for x in 505..520 {
-            picture.set_pixel(x, y, [120, 80, 40, 255]);
+            image.set_pixel(x, y, [120, 80, 40, 255]);
         }
     }
-    picture
+    image
 }
 
 fn drawn(file: &[u8]) -> String {
@@ -235,8 +235,8 @@ fn stranger(request: &Request) -> Option<Response> {
 }
 
 fn blocked() -> Response {
-    let told = "Your request was rejected by the safety system. safety_violations=[violence].";
-    refusal("image_generation_user_error", "moderation_blocked", told)
+    let message = "Your request was rejected by the safety system. safety_violations=[violence].";
+    refusal("image_generation_user_error", "moderation_blocked", message)
 }
 
 fn error(code: &str, message: &str) -> Response {

@@ -1,14 +1,15 @@
-//! The fence: a worker that was away past its lease changes nothing, whoever it believes to be.
+//! The fence: a worker whose lease expired changes nothing, even if it does not know about the expiry.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
 
 use scene::job::{Failure, FailureClass};
+use scene::{JobId, SceneId};
 use serde_json::json;
-use store::artifacts::{ArchiveRow, BuiltRows, FileRow};
+use store::artifacts::{ArchiveRow, BuiltScene, FileRow};
 use store::checkpoints::{Checkpoint, StageKey};
 use store::events::Event;
-use store::queue::{Claim, Outcome};
+use store::queue::{AttemptOutcome, Claim};
 use store::scenes::NewScene;
 use store::{DEFAULT_TENANT, Digest, Store, StoreError};
 use tabletopgen::app;
@@ -21,7 +22,7 @@ async fn store() -> (tempfile::TempDir, Store) {
     let directory = tempfile::tempdir().unwrap();
     let store = app::open(directory.path(), &settings(&[]).config).await.unwrap();
     let new = NewScene {
-        tenant_id: DEFAULT_TENANT.into(),
+        tenant_id: DEFAULT_TENANT.clone(),
         request: json!({ "seed": 1 }),
         labels: BTreeMap::new(),
         budget_micro_usd: 0,
@@ -37,7 +38,7 @@ async fn claim(store: &Store, owner: &str, lease: Duration) -> Claim {
 
 fn stage() -> StageKey {
     StageKey {
-        tenant_id: DEFAULT_TENANT.into(),
+        tenant_id: DEFAULT_TENANT.clone(),
         stage: "alpha".into(),
         version: 1,
         instance: String::new(),
@@ -55,8 +56,8 @@ fn finished() -> Checkpoint {
     Checkpoint { output: Digest::of(b"output"), artifacts: vec![artifact], elapsed_ms: 1 }
 }
 
-fn built() -> Outcome {
-    Outcome::Built(Box::new(BuiltRows {
+fn built() -> AttemptOutcome {
+    AttemptOutcome::Built(Box::new(BuiltScene {
         files: vec![],
         archive: ArchiveRow { digest: Digest::of(b"zip"), size: 3 },
         passed: true,
@@ -66,9 +67,9 @@ fn built() -> Outcome {
     }))
 }
 
-fn retry(charged: bool) -> Outcome {
+fn retry(charged: bool) -> AttemptOutcome {
     let failure = Failure { class: FailureClass::Transient, code: "t".into(), message: "m".into() };
-    Outcome::Retry { failure, delay: Duration::ZERO, charged, max_attempts: 5 }
+    AttemptOutcome::Retry { failure, delay: Duration::ZERO, charged, max_attempts: 5 }
 }
 
 #[tokio::test]
@@ -77,10 +78,10 @@ async fn every_write_of_a_zombie_is_refused() {
     let zombie = claim(&store, "zombie", Duration::ZERO).await;
     let heir = claim(&store, "heir", HOUR).await;
     assert_eq!(heir.lease.epoch, zombie.lease.epoch + 1);
-    let snapshot = |store: Store, job: String, scene: String| async move {
-        let events: Vec<Event> = store.events(&job, 0, 100).await.unwrap();
-        let job = store.job(DEFAULT_TENANT, &job).await.unwrap().unwrap();
-        let scene = store.scene(DEFAULT_TENANT, &scene).await.unwrap().unwrap();
+    let snapshot = |store: Store, job: JobId, scene: SceneId| async move {
+        let events: Vec<Event> = store.events(&DEFAULT_TENANT, &job, 0, 100).await.unwrap();
+        let job = store.job(&DEFAULT_TENANT, &job).await.unwrap().unwrap();
+        let scene = store.scene(&DEFAULT_TENANT, &scene).await.unwrap().unwrap();
         format!("{events:?}{job:?}{scene:?}")
     };
     let shot = || snapshot(store.clone(), heir.lease.job_id.clone(), heir.scene_id.clone());
@@ -91,7 +92,7 @@ async fn every_write_of_a_zombie_is_refused() {
     lost(store.stage_finished(&zombie.lease, &stage(), &finished(), false).await);
     lost(store.stage_finished(&zombie.lease, &stage(), &finished(), true).await);
     lost(store.note(&zombie.lease, "alpha", "boo".into()).await);
-    for outcome in [built(), retry(true), retry(false), Outcome::Released, Outcome::Stopped] {
+    for outcome in [built(), retry(true), retry(false), AttemptOutcome::Released, AttemptOutcome::Stopped] {
         lost(store.finish(&zombie.lease, outcome).await.map(|_| ()));
     }
     let renewed = store.renew(vec![zombie.lease.clone(), heir.lease.clone()], HOUR).await.unwrap();
@@ -100,7 +101,7 @@ async fn every_write_of_a_zombie_is_refused() {
 
     assert_eq!(shot().await, before);
     assert_eq!(store.checkpoint(&stage()).await.unwrap(), None);
-    assert!(store.artifacts(&heir.scene_id).await.unwrap().is_empty());
+    assert!(store.artifacts(&DEFAULT_TENANT, &heir.scene_id).await.unwrap().is_empty());
 
     store.stage_finished(&heir.lease, &stage(), &finished(), false).await.unwrap();
     store.finish(&heir.lease, built()).await.unwrap();
@@ -121,14 +122,18 @@ async fn a_lease_that_lasts_is_not_taken() {
 #[tokio::test]
 async fn only_what_is_charged_counts() {
     let (_directory, store) = store().await;
-    for (outcome, next_attempt) in
-        [(retry(false), 1), (Outcome::Released, 1), (retry(true), 2), (retry(false), 2), (retry(true), 3)]
-    {
+    for (outcome, next_attempt) in [
+        (retry(false), 1),
+        (AttemptOutcome::Released, 1),
+        (retry(true), 2),
+        (retry(false), 2),
+        (retry(true), 3),
+    ] {
         let held = claim(&store, "worker", HOUR).await;
         store.finish(&held.lease, outcome).await.unwrap();
         let held = claim(&store, "worker", HOUR).await;
         assert_eq!(held.attempt, next_attempt);
-        store.finish(&held.lease, Outcome::Released).await.unwrap();
+        store.finish(&held.lease, AttemptOutcome::Released).await.unwrap();
     }
     // A new checkpoint starts the count again.
     let held = claim(&store, "worker", HOUR).await;
@@ -141,17 +146,18 @@ async fn only_what_is_charged_counts() {
 async fn success_after_a_cancellation_is_a_cancellation() {
     let (_directory, store) = store().await;
     let held = claim(&store, "worker", HOUR).await;
-    store.cancel(DEFAULT_TENANT, &held.lease.job_id).await.unwrap();
+    store.cancel(&DEFAULT_TENANT, &held.lease.job_id).await.unwrap();
     assert_eq!(store.finish(&held.lease, built()).await.unwrap().as_str(), "cancelled");
-    assert!(store.archive(&held.scene_id, "all").await.unwrap().is_none());
+    assert!(store.archive(&DEFAULT_TENANT, &held.scene_id, "all").await.unwrap().is_none());
 }
 
 #[tokio::test]
 async fn a_worker_for_one_job_leaves_the_others_alone() {
     let (_directory, store) = store().await;
-    assert_eq!(store.claim("worker", HOUR, 5, Some("another")).await.unwrap(), None);
-    let job = store.scenes(DEFAULT_TENANT, store::scenes::SceneFilter { limit: 1, ..Default::default() });
-    let job = store.latest_job(&job.await.unwrap()[0].id).await.unwrap().unwrap();
+    let another: JobId = "another".parse().unwrap();
+    assert_eq!(store.claim("worker", HOUR, 5, Some(&another)).await.unwrap(), None);
+    let job = store.scenes(&DEFAULT_TENANT, store::scenes::SceneFilter { limit: 1, ..Default::default() });
+    let job = store.latest_job(&DEFAULT_TENANT, &job.await.unwrap()[0].id).await.unwrap().unwrap();
     assert!(store.claim("worker", HOUR, 5, Some(&job.id)).await.unwrap().is_some());
 }
 

@@ -1,4 +1,4 @@
-//! The books: no budget is overrun, however many ask at once; what nobody can know is spent; clients see it all.
+//! The books: no budget is overrun, however many ask at once; a cost of unknown outcome counts as spent; clients see all entries.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -9,12 +9,12 @@ use futures::future::join_all;
 use ports::ledger::{Intent, Ledger, MicroUsd, OnUnknown, Settlement};
 use ports::{Call, Port, ProviderError, SceneAnalyst};
 use remote::chat::ChatAnalyst;
-use runtime::Cpu;
-use runtime::Interrupt;
+use runtime::CancelFlag;
+use runtime::CpuPool;
 use scene::request::RequestOptions;
 use serde_json::json;
-use store::calls::{CallEnd, NewCall, Reserved, Spending};
-use store::queue::{Claim, Outcome};
+use store::calls::{CallEnd, NewCall, Reservation, Spending};
+use store::queue::{AttemptOutcome, Claim};
 use store::scenes::NewScene;
 use store::tasks::{TaskEnd, TaskRow};
 use store::{DEFAULT_TENANT, Lease, Store, StoreError};
@@ -33,7 +33,7 @@ async fn opened(budget_micro_usd: i64) -> (Arc<tempfile::TempDir>, Store, Claim)
     let directory = Arc::new(tempfile::tempdir().unwrap());
     let store = app::open(directory.path(), &settings(&[]).config).await.unwrap();
     let new = NewScene {
-        tenant_id: DEFAULT_TENANT.into(),
+        tenant_id: DEFAULT_TENANT.clone(),
         request: json!({ "version": 1, "input": { "kind": "text", "text": "a" }, "seed": 1, "options": {} }),
         labels: BTreeMap::new(),
         budget_micro_usd,
@@ -78,9 +78,9 @@ fn end(settled_micro_usd: Option<i64>, outcome: &str) -> CallEnd {
     }
 }
 
-fn granted(reserved: Reserved) -> i64 {
+fn granted(reserved: Reservation) -> i64 {
     match reserved {
-        Reserved::Granted(id) => id,
+        Reservation::Granted(id) => id,
         other => panic!("{other:?}"),
     }
 }
@@ -95,21 +95,21 @@ async fn fifty_at_once_do_not_overrun_a_budget() {
             let key = format!("{round}-{number}");
             tokio::spawn(async move { store.reserve_call(&lease, call(&key, 1_000)).await.unwrap() })
         });
-        let answers: Vec<Reserved> =
+        let answers: Vec<Reservation> =
             join_all(asked).await.into_iter().map(|answer| answer.unwrap()).collect();
         let ids: Vec<i64> = answers
             .iter()
             .filter_map(|answer| match answer {
-                Reserved::Granted(id) => Some(*id),
-                Reserved::OverBudget { committed, budget } => {
+                Reservation::Granted(id) => Some(*id),
+                Reservation::OverBudget { committed, budget } => {
                     assert!(*budget == 7_900 && *committed <= 7_900);
                     None
                 }
-                Reserved::OutcomeUnknown => panic!("nothing is unknown"),
+                Reservation::OutcomeUnknown => panic!("nothing is unknown"),
             })
             .collect();
         assert_eq!(ids.len(), 7);
-        let spending = store.spending(&claim.scene_id).await.unwrap();
+        let spending = store.spending(&DEFAULT_TENANT, &claim.scene_id).await.unwrap();
         assert_eq!(spending, Spending { budget: 7_900, spent: 0, reserved: 7_000 });
         // All of them at once too; they cost nothing in the end, and there is room again.
         let settled = ids.into_iter().map(|id| store.settle_call(&claim.lease, id, end(Some(0), "answered")));
@@ -126,7 +126,7 @@ async fn fifty_questions_at_once_are_billed_no_more_than_the_budget() {
     let budget = 500_000;
     let (_directory, store, claim) = opened(budget).await;
     let ledger = JobLedger::new(store.clone(), claim.lease.clone(), "reference", None);
-    let mut outside = Call::without_budget(Cpu::new(1).unwrap(), Interrupt::default());
+    let mut outside = Call::without_budget(CpuPool::new(1).unwrap(), CancelFlag::default());
     outside.ledger = Arc::new(ledger);
     let analyst =
         Arc::new(ChatAnalyst { endpoint: Arc::new(endpoint(&chat, KEY, OnUnknown::Fail)), settings: chat });
@@ -145,7 +145,7 @@ async fn fifty_questions_at_once_are_billed_no_more_than_the_budget() {
             Err(other) => panic!("{other}"),
         }
     }
-    let spending = store.spending(&claim.scene_id).await.unwrap();
+    let spending = store.spending(&DEFAULT_TENANT, &claim.scene_id).await.unwrap();
     assert_eq!(spending.reserved, 0);
     assert_eq!(spending.spent, 6_000 * server.bill().len() as i64);
     assert!(spending.spent <= budget && refused > 0, "{spending:?}, {refused} refused");
@@ -157,7 +157,7 @@ async fn what_a_dead_worker_had_under_way_is_unknown_and_spent() {
     store.expire_leases_of_others("heir").await.unwrap();
     let id = granted(store.reserve_call(&zombie.lease, call("k", 4_000)).await.unwrap());
     let heir = claim(&store, "heir", HOUR).await;
-    let rows = store.calls(&heir.scene_id).await.unwrap();
+    let rows = store.calls(&DEFAULT_TENANT, &heir.scene_id).await.unwrap();
     assert_eq!(rows[0].outcome.as_deref(), Some("outcome_unknown"));
     assert_eq!(rows[0].settled_micro_usd, Some(4_000));
     // The dead may have only slept; what it says now changes nothing.
@@ -168,7 +168,7 @@ async fn what_a_dead_worker_had_under_way_is_unknown_and_spent() {
 
     // Whether it is sent again is the operator's choice; either way it counts.
     let fail = NewCall { refuse_after_unknown: true, ..call("k", 4_000) };
-    assert_eq!(store.reserve_call(&heir.lease, fail).await.unwrap(), Reserved::OutcomeUnknown);
+    assert_eq!(store.reserve_call(&heir.lease, fail).await.unwrap(), Reservation::OutcomeUnknown);
     granted(
         store
             .reserve_call(&heir.lease, NewCall { refuse_after_unknown: true, ..call("other", 1) })
@@ -177,7 +177,7 @@ async fn what_a_dead_worker_had_under_way_is_unknown_and_spent() {
     );
     granted(store.reserve_call(&heir.lease, call("k", 4_000)).await.unwrap());
     let over = store.reserve_call(&heir.lease, call("k", 4_000)).await.unwrap();
-    assert_eq!(over, Reserved::OverBudget { committed: 8_001, budget: 10_000 });
+    assert_eq!(over, Reservation::OverBudget { committed: 8_001, budget: 10_000 });
 }
 
 #[tokio::test]
@@ -204,9 +204,9 @@ async fn a_vendors_job_outlives_the_worker_that_submitted_it() {
     ledger.over(id).await.unwrap();
     assert_eq!(store.task_of(&job, "k").await.unwrap(), None);
     assert!(!ledger.is_cancelled().await);
-    store.cancel(DEFAULT_TENANT, &job).await.unwrap();
+    store.cancel(&DEFAULT_TENANT, &job).await.unwrap();
     assert!(ledger.is_cancelled().await);
-    let spending = store.spending(&heir.scene_id).await.unwrap();
+    let spending = store.spending(&DEFAULT_TENANT, &heir.scene_id).await.unwrap();
     assert_eq!(spending, Spending { budget: 10_000, spent: 4_000, reserved: 0 });
 }
 
@@ -221,7 +221,7 @@ async fn what_a_dead_worker_was_answered_is_not_paid_for_again() {
     // Each call is a run of the stage with books of its own.
     let describe = async |lease: &Lease| {
         let ledger = JobLedger::new(store.clone(), lease.clone(), "reference", None);
-        let mut outside = Call::without_budget(Cpu::new(1).unwrap(), Interrupt::default());
+        let mut outside = Call::without_budget(CpuPool::new(1).unwrap(), CancelFlag::default());
         outside.ledger = Arc::new(ledger);
         let text = "an apple on a plate".to_owned();
         analyst.describe(&outside, text, 7, RequestOptions::default()).await.unwrap()
@@ -232,7 +232,10 @@ async fn what_a_dead_worker_was_answered_is_not_paid_for_again() {
     store.expire_leases_of_others("heir").await.unwrap();
     let heir = claim(&store, "heir", HOUR).await;
     assert_eq!(describe(&heir.lease).await, described);
-    assert_eq!((server.bill().len(), store.calls(&heir.scene_id).await.unwrap().len()), (2, 2));
+    assert_eq!(
+        (server.bill().len(), store.calls(&DEFAULT_TENANT, &heir.scene_id).await.unwrap().len()),
+        (2, 2)
+    );
     // Answers that will not do are asked for anew, in this stage alone.
     store.forget_answers(&heir.lease, "recognize", "").await.unwrap();
     describe(&heir.lease).await;
@@ -240,7 +243,7 @@ async fn what_a_dead_worker_was_answered_is_not_paid_for_again() {
     store.forget_answers(&heir.lease, "reference", "").await.unwrap();
     describe(&heir.lease).await;
     assert_eq!(server.bill().len(), 3);
-    let spending = store.spending(&heir.scene_id).await.unwrap();
+    let spending = store.spending(&DEFAULT_TENANT, &heir.scene_id).await.unwrap();
     assert_eq!(spending.spent, 6_000 * 3);
 }
 
@@ -249,7 +252,7 @@ async fn a_question_that_is_asked_twice_has_two_answers() {
     let (_directory, store, claim) = opened(10_000).await;
     let ledger = || JobLedger::new(store.clone(), claim.lease.clone(), "reference", None);
     let intent = || Intent {
-        port: Port::Painter,
+        port: Port::ImageGenerator,
         provider: "openai/images".into(),
         model: "m".into(),
         endpoint: "https://api.openai.com/v1/images/generations".into(),
@@ -289,12 +292,13 @@ async fn every_way_out_of_a_worker_closes_the_books() {
         code: "t".into(),
         message: "m".into(),
     };
-    let retry = Outcome::Retry { failure: failure(), delay: Duration::ZERO, charged: true, max_attempts: 5 };
-    for outcome in [retry, Outcome::Failed(failure()), Outcome::Released] {
+    let retry =
+        AttemptOutcome::Retry { failure: failure(), delay: Duration::ZERO, charged: true, max_attempts: 5 };
+    for outcome in [retry, AttemptOutcome::Failed(failure()), AttemptOutcome::Released] {
         let (_directory, store, claim) = opened(10_000).await;
         granted(store.reserve_call(&claim.lease, call("k", 4_000)).await.unwrap());
         store.finish(&claim.lease, outcome).await.unwrap();
-        let spending = store.spending(&claim.scene_id).await.unwrap();
+        let spending = store.spending(&DEFAULT_TENANT, &claim.scene_id).await.unwrap();
         assert_eq!(spending, Spending { budget: 10_000, spent: 4_000, reserved: 0 });
     }
 }
@@ -306,7 +310,7 @@ async fn what_costs_nothing_is_granted_and_a_dearer_bill_than_expected_is_writte
     store.settle_call(&claim.lease, id, end(Some(1_500), "answered")).await.unwrap();
     granted(store.reserve_call(&claim.lease, call("free", 0)).await.unwrap());
     let over = store.reserve_call(&claim.lease, call("k", 1)).await.unwrap();
-    assert_eq!(over, Reserved::OverBudget { committed: 1_500, budget: 1_000 });
+    assert_eq!(over, Reservation::OverBudget { committed: 1_500, budget: 1_000 });
 }
 
 #[tokio::test]

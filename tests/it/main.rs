@@ -39,6 +39,7 @@ mod hunyuan3d;
 mod tencent_server;
 mod tencent;
 mod hostile_files;
+mod rejected_images;
 mod cassettes;
 mod outbound;
 mod ledger;

@@ -8,26 +8,24 @@ use axum::extract::{Request, State};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
 use bytes::Bytes;
-use remote::address::{AddressRefused, AddressRules};
-use remote::outbound::{Outgoing, SendError};
-use remote::{Outbound, Secret};
+use http_client::{AddressError, AddressPolicy, HttpClient, HttpRequest, Secret, SendError};
 use reqwest::Method;
 use tokio::net::TcpListener;
 
 /// Requests as `path authorization`, in order.
-type Seen = Arc<Mutex<Vec<String>>>;
+type RecordedRequests = Arc<Mutex<Vec<String>>>;
 
 /// A server that redirects `/to/<url>` there, and answers everything else.
-async fn server() -> (u16, Seen) {
+async fn server() -> (u16, RecordedRequests) {
     let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
     let port = listener.local_addr().unwrap().port();
-    let seen = Seen::default();
+    let seen = RecordedRequests::default();
     let router = Router::new().fallback(answer).with_state(seen.clone());
     tokio::spawn(async move { axum::serve(listener, router).await.unwrap() });
     (port, seen)
 }
 
-async fn answer(State(seen): State<Seen>, request: Request) -> Response {
+async fn answer(State(seen): State<RecordedRequests>, request: Request) -> Response {
     let path = request.uri().path().to_owned();
     let key = request.headers().get("authorization").map_or("-", |value| value.to_str().unwrap());
     seen.lock().unwrap().push(format!("{path} {key}"));
@@ -40,23 +38,23 @@ async fn answer(State(seen): State<Seen>, request: Request) -> Response {
     }
 }
 
-fn get(url: String) -> Outgoing {
-    Outgoing {
+fn get(url: String) -> HttpRequest {
+    HttpRequest {
         method: Method::GET,
         url,
         headers: vec![("x-kind".into(), "test".into())],
-        passing_headers: Vec::new(),
+        transient_headers: Vec::new(),
         bearer: Secret::new("sk-1"),
         content_type: "application/json".into(),
         body: Bytes::new(),
     }
 }
 
-fn client(private_hosts: &str) -> Outbound {
-    Outbound::new(AddressRules::new(true, private_hosts), Duration::from_secs(5)).unwrap()
+fn client(private_hosts: &str) -> HttpClient {
+    HttpClient::new(AddressPolicy::new(true, private_hosts), Duration::from_secs(5)).unwrap()
 }
 
-async fn sent(client: &Outbound, outgoing: &Outgoing) -> Result<Bytes, SendError> {
+async fn sent(client: &HttpClient, outgoing: &HttpRequest) -> Result<Bytes, SendError> {
     let sent = tokio::time::timeout(Duration::from_secs(30), client.send(outgoing, 50_000));
     sent.await.expect("nothing hangs").map(|reply| reply.body)
 }
@@ -67,7 +65,7 @@ async fn this_machine_is_not_talked_to_unless_the_operator_says_so() {
     let strict = client("");
     for host in ["127.0.0.1", "localhost", "[::ffff:127.0.0.1]", "0.0.0.0", "2130706433"] {
         let refused = sent(&strict, &get(format!("http://{host}:{port}/"))).await.unwrap_err();
-        assert!(matches!(refused, SendError::Address(AddressRefused::Private { .. })), "{host}: {refused:?}");
+        assert!(matches!(refused, SendError::Address(AddressError::Private { .. })), "{host}: {refused:?}");
     }
     assert!(seen.lock().unwrap().is_empty(), "nobody was talked to");
     let here = client(&format!("127.0.0.1:{port}"));
@@ -85,9 +83,9 @@ async fn redirects_are_checked_like_first_addresses() {
     let here = client(&format!("127.0.0.1:{port}"));
     let through = |target: String| get(format!("http://127.0.0.1:{port}/to/{target}"));
     let refused = sent(&here, &through(format!("http://127.0.0.1:{other}/"))).await.unwrap_err();
-    assert!(matches!(refused, SendError::Address(AddressRefused::Private { .. })), "{refused:?}");
+    assert!(matches!(refused, SendError::Address(AddressError::Private { .. })), "{refused:?}");
     let refused = sent(&here, &through("http://169.254.169.254/latest".into())).await.unwrap_err();
-    assert!(matches!(refused, SendError::Address(AddressRefused::Private { .. })), "{refused:?}");
+    assert!(matches!(refused, SendError::Address(AddressError::Private { .. })), "{refused:?}");
     assert!(elsewhere.lock().unwrap().is_empty());
     for endless in ["loop", "nowhere"] {
         let refused = sent(&here, &through(endless.into())).await.unwrap_err();
@@ -120,7 +118,7 @@ async fn too_much_is_not_read_and_plain_http_needs_leave() {
     let url = format!("http://127.0.0.1:{port}/large");
     let refused = sent(&client("127.0.0.1"), &get(url.clone())).await.unwrap_err();
     assert!(matches!(refused, SendError::TooLarge { limit: 50_000 }), "{refused:?}");
-    let strict = Outbound::new(AddressRules::new(false, "127.0.0.1"), Duration::from_secs(5)).unwrap();
+    let strict = HttpClient::new(AddressPolicy::new(false, "127.0.0.1"), Duration::from_secs(5)).unwrap();
     let refused = sent(&strict, &get(url)).await.unwrap_err();
-    assert!(matches!(refused, SendError::Address(AddressRefused::NotHttps(_))), "{refused:?}");
+    assert!(matches!(refused, SendError::Address(AddressError::NotHttps(_))), "{refused:?}");
 }

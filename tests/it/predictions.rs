@@ -16,13 +16,13 @@ use remote::ReplicateSettings;
 use remote::mesh::ReadMesh;
 use remote::replicate;
 use remote::replicate::ReplicateMeshGenerator;
-use remote::task::JobSlots;
-use runtime::Interrupt;
+use remote::vendor_job::JobSlots;
+use runtime::CancelFlag;
 use scene::{InstanceId, RecognizedObject, RecognizedTable, StandsOn, TableShape};
 use serde_json::json;
 
 use crate::bench::{self, Book, class};
-use crate::predictions_server::{KEY, LookFault, PredictionsServer};
+use crate::predictions_server::{KEY, PollFault, PredictionsServer};
 use crate::server::settings;
 use crate::wire_faults::WireFault;
 
@@ -63,7 +63,7 @@ impl Bench {
         let mut settings = settings(&[]).config.providers.replicate;
         settings.endpoint.base_url = server.base_url.clone();
         settings.usd_per_prediction = 0.17;
-        settings.task.look_every_ms = 10;
+        settings.task.poll_interval_ms = 10;
         bench::make_quick(&mut settings.endpoint.limits);
         change(&mut settings);
         let book = Book::with_budget(1_000_000_000);
@@ -110,20 +110,20 @@ pub fn request() -> ReconstructionRequest {
             seen_like: None,
         },
         completion: Completion {
-            picture: Image::filled(40, 100, [60, 160, 80, 255]),
-            shown_px: [100.0, 50.0, 140.0, 150.0],
+            image: Image::filled(40, 100, [60, 160, 80, 255]),
+            crop_px: [100.0, 50.0, 140.0, 150.0],
             silhouette: Mask::from_fn(320, 240, |x, y| (100..140).contains(&x) && (50..150).contains(&y)),
             completed_share: 0.25,
             completed_by: Vec::new(),
         },
         camera: Camera::orbit(320, 240, 0.6, DVec3::ZERO, 0.0, 0.7, 2.0),
-        painted: false,
+        rendered: false,
         seed: 11,
     }
 }
 
 #[tokio::test]
-async fn a_picture_becomes_a_unit_sized_mesh_and_its_price_is_written_down() {
+async fn image_becomes_a_unit_sized_mesh_and_its_price_is_recorded() {
     let bench = Bench::new().await;
     let raw = bench.reconstruct().await.unwrap();
     let size = raw.mesh.size_m();
@@ -141,8 +141,8 @@ async fn a_picture_becomes_a_unit_sized_mesh_and_its_price_is_written_down() {
 #[tokio::test]
 async fn each_fault_ends_in_its_class() {
     use WireFault::*;
-    type Case = (Vec<WireFault>, Vec<LookFault>, Vec<WireFault>, &'static str, usize);
-    let wire = LookFault::Wire;
+    type Case = (Vec<WireFault>, Vec<PollFault>, Vec<WireFault>, &'static str, usize);
+    let wire = PollFault::Wire;
     let server_error = r#"{"detail": "Internal server error"}"#;
     let cases: Vec<Case> = vec![
         (vec![Busy(0)], vec![], vec![], "ok", 1),
@@ -162,37 +162,37 @@ async fn each_fault_ends_in_its_class() {
             "rejected provider_rejected_request",
             0,
         ),
-        // Nobody can know that it was begun: both are paid for, both stand in the books.
+        // The client cannot know that it was begun: both are paid for, and both are in the ledger.
         (vec![ResetMidBody], vec![], vec![], "ok", 2),
         (vec![Silence], vec![], vec![], "ok", 2),
         (vec![Page], vec![], vec![], "ok", 2),
         (vec![Body("{}")], vec![], vec![], "ok", 2),
-        // Looks cost nothing, whatever becomes of them.
+        // Polls cost nothing, whatever becomes of them.
         (vec![], vec![wire(Status(500, server_error)), wire(ResetMidBody)], vec![], "ok", 1),
         (vec![], vec![wire(Busy(0)), wire(Silence)], vec![], "ok", 1),
         (vec![], vec![wire(Page), wire(Body("[]"))], vec![], "ok", 1),
         (vec![], vec![wire(Endless)], vec![], "transient provider_answer_too_large", 1),
         (vec![], vec![wire(Status(500, server_error)); 3], vec![], "transient provider_server_error", 1),
         (vec![], vec![wire(Status(401, server_error))], vec![], "misconfigured provider_denied", 1),
-        (vec![], vec![LookFault::Failed("CUDA out of memory")], vec![], "transient provider_task_failed", 1),
-        (vec![], vec![LookFault::Unknown], vec![], "transient provider_task_lost", 1),
+        (vec![], vec![PollFault::Failed("CUDA out of memory")], vec![], "transient provider_task_failed", 1),
+        (vec![], vec![PollFault::Unknown], vec![], "transient provider_task_lost", 1),
         (
             vec![],
-            vec![LookFault::Output(json!("https://a.example.org/a.png")); 3],
+            vec![PollFault::Output(json!("https://a.example.org/a.png")); 3],
             vec![],
             "transient provider_bad_answer",
             1,
         ),
         (
             vec![],
-            vec![LookFault::Output(json!("http://169.254.169.254/a.glb"))],
+            vec![PollFault::Output(json!("http://169.254.169.254/a.glb"))],
             vec![],
             "misconfigured provider_address_refused",
             1,
         ),
         (
             vec![],
-            vec![LookFault::Output(json!("file:///etc/a.glb"))],
+            vec![PollFault::Output(json!("file:///etc/a.glb"))],
             vec![],
             "misconfigured provider_address_refused",
             1,
@@ -219,17 +219,17 @@ async fn each_fault_ends_in_its_class() {
             1,
         ),
     ];
-    for (submissions, looks, downloads, expected, billed) in cases {
+    for (submissions, polls, downloads, expected, billed) in cases {
         let bench = Bench::new().await;
-        let told = format!("{submissions:?} {looks:?} {downloads:?}");
+        let message = format!("{submissions:?} {polls:?} {downloads:?}");
         bench.server.submissions.script(submissions);
-        bench.server.looks.script(looks);
+        bench.server.polls.script(polls);
         bench.server.downloads.script(downloads);
         let result = bench.reconstruct().await.map_or_else(|error| class(&error), |_| "ok".into());
-        assert_eq!((result.as_str(), bench.server.billed()), (expected, billed), "{told}");
+        assert_eq!((result.as_str(), bench.server.billed()), (expected, billed), "{message}");
         bench.outcomes();
         assert_eq!(
-            bench.server.submissions.left() + bench.server.looks.left() + bench.server.downloads.left(),
+            bench.server.submissions.left() + bench.server.polls.left() + bench.server.downloads.left(),
             0
         );
     }
@@ -239,7 +239,7 @@ async fn each_fault_ends_in_its_class() {
 async fn files_that_are_no_mesh_are_refused() {
     let whole = file();
     let flat = write_mesh_glb(&bottle().scaled(DVec3::new(1.0, 1.0, 1e-9)).snap_to_f32());
-    for (bad, told) in [
+    for (bad, message) in [
         (whole.slice(..whole.len() / 2), "cut short"),
         (Bytes::from_static(b"PK\x03\x04"), "glTF"),
         (write_mesh_glb(&TexturedMesh::default()).into(), "no triangle"),
@@ -248,7 +248,7 @@ async fn files_that_are_no_mesh_are_refused() {
         let bench = Bench::with(|_| {}, bad).await;
         let error = bench.reconstruct().await.unwrap_err();
         assert_eq!(class(&error), "transient provider_bad_answer");
-        assert!(error.to_string().contains(told), "{error}");
+        assert!(error.to_string().contains(message), "{error}");
         assert_eq!(bench.server.downloaded().len(), 3, "it may have been read while it was written");
         // The next try of the job begins anew.
         let _ = bench.reconstruct().await;
@@ -261,7 +261,7 @@ async fn a_fine_mesh_is_reduced() {
     let mut ball = TexturedMesh::default();
     ball.add(shapes::sphere(0.1, 40), &Material::plain("clay", Rgb([0.6, 0.4, 0.3]), 0.9));
     let file = write_mesh_glb(&ball.clone().snap_to_f32()).into();
-    let bench = Bench::with(|settings| settings.mesh.most_triangles = 1000, file).await;
+    let bench = Bench::with(|settings| settings.mesh.max_triangles = 1000, file).await;
     let raw = bench.reconstruct().await.unwrap();
     let (before, after) = (ball.triangle_count(), raw.mesh.triangle_count());
     assert!(before > 1500 && after <= 1000, "{before} {after}");
@@ -275,16 +275,16 @@ async fn a_prediction_that_never_ends_is_called_off() {
 }
 
 #[tokio::test]
-async fn whoever_comes_after_a_dead_worker_submits_nothing_twice() {
+async fn next_worker_after_a_crash_submits_nothing_twice() {
     // Killed while the vendor works.
     let bench = Bench::new().await;
-    bench.server.looks.script([LookFault::Wire(WireFault::Silence)]);
+    bench.server.polls.script([PollFault::Wire(WireFault::Silence)]);
     let asked = bench.generator.reconstruct(&bench.call, request());
     assert!(tokio::time::timeout(Duration::from_millis(300), asked).await.is_err(), "it waits");
     bench.reconstruct().await.unwrap();
     assert_eq!((bench.server.billed(), bench.outcomes()), (1, vec![ANSWERED]));
     // Killed after the file was fetched, before the stage was written down: the vendor has deleted everything.
-    bench.server.looks.script([LookFault::Unknown]);
+    bench.server.polls.script([PollFault::Unknown]);
     let downloads = bench.server.downloaded().len();
     bench.reconstruct().await.unwrap();
     assert_eq!((bench.server.billed(), bench.server.downloaded().len()), (1, downloads));
@@ -293,7 +293,7 @@ async fn whoever_comes_after_a_dead_worker_submits_nothing_twice() {
 #[tokio::test]
 async fn a_vendor_that_is_away_for_a_while_keeps_its_job() {
     let bench = Bench::new().await;
-    bench.server.looks.script(vec![LookFault::Wire(WireFault::Status(503, "{}")); 3]);
+    bench.server.polls.script(vec![PollFault::Wire(WireFault::Status(503, "{}")); 3]);
     assert_eq!(class(&bench.reconstruct().await.unwrap_err()), "transient provider_server_error");
     bench.reconstruct().await.unwrap();
     assert_eq!(bench.server.billed(), 1);
@@ -303,18 +303,18 @@ async fn a_vendor_that_is_away_for_a_while_keeps_its_job() {
 async fn cancelling_calls_the_prediction_off_and_draining_does_not() {
     for cancelled in [true, false] {
         let mut bench = Bench::new().await;
-        bench.server.looks.script([LookFault::Wire(WireFault::Silence)]);
-        bench.call.interrupt = Interrupt::default();
+        bench.server.polls.script([PollFault::Wire(WireFault::Silence)]);
+        bench.call.cancel = CancelFlag::default();
         bench.book.cancelled.store(cancelled, Ordering::Relaxed);
-        let interrupt = bench.call.interrupt.clone();
+        let cancel = bench.call.cancel.clone();
         let raised = async {
-            while bench.server.looks.left() > 0 {
+            while bench.server.polls.left() > 0 {
                 tokio::time::sleep(Duration::from_millis(5)).await;
             }
-            interrupt.raise();
+            cancel.cancel();
         };
         let (result, ()) = tokio::join!(bench.reconstruct(), raised);
-        assert!(matches!(result, Err(ProviderError::Interrupted(_))));
+        assert!(matches!(result, Err(ProviderError::Cancelled(_))));
         assert_eq!(bench.server.cancelled(), usize::from(cancelled));
     }
 }

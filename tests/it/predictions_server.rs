@@ -21,9 +21,9 @@ use crate::wire_faults::{Faults, WireFault};
 /// What the server takes.
 pub const KEY: &str = "r8_test_0123456789";
 
-/// What one look at a prediction gets in place of the truth.
+/// What one poll at a prediction gets in place of the truth.
 #[derive(Clone, Debug)]
-pub enum LookFault {
+pub enum PollFault {
     Wire(WireFault),
     /// It failed, with this error.
     Failed(&'static str),
@@ -37,7 +37,7 @@ pub enum LookFault {
 pub struct PredictionsServer {
     pub base_url: String,
     pub submissions: Faults<WireFault>,
-    pub looks: Faults<LookFault>,
+    pub polls: Faults<PollFault>,
     pub downloads: Faults<WireFault>,
     state: Arc<Shared>,
     _task: AbortOnDropHandle<()>,
@@ -46,30 +46,30 @@ pub struct PredictionsServer {
 struct Shared {
     base_url: String,
     file: Bytes,
-    /// Looks that find a prediction working.
-    looks_until_done: usize,
+    /// Polls that find a prediction working.
+    polls_until_done: usize,
     submissions: Faults<WireFault>,
-    looks: Faults<LookFault>,
+    polls: Faults<PollFault>,
     downloads: Faults<WireFault>,
-    /// Looks so far, by id; `None` = cancelled.
+    /// Polls so far, by id; `None` = cancelled.
     predictions: Mutex<BTreeMap<String, Option<usize>>>,
     inputs: Mutex<Vec<Value>>,
     downloaded: Mutex<Vec<Option<String>>>,
 }
 
 impl PredictionsServer {
-    /// `file` comes of every prediction, at the look after `looks_until_done`.
-    pub async fn start(file: Bytes, looks_until_done: usize) -> Self {
+    /// `file` comes of every prediction, at the poll after `polls_until_done`.
+    pub async fn start(file: Bytes, polls_until_done: usize) -> Self {
         let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
         let address = listener.local_addr().unwrap();
         let base_url = format!("http://{address}/v1");
-        let (submissions, looks, downloads) = (Faults::default(), Faults::default(), Faults::default());
+        let (submissions, polls, downloads) = (Faults::default(), Faults::default(), Faults::default());
         let state = Arc::new(Shared {
             base_url: base_url.clone(),
             file,
-            looks_until_done,
+            polls_until_done,
             submissions: submissions.clone(),
-            looks: looks.clone(),
+            polls: polls.clone(),
             downloads: downloads.clone(),
             predictions: Mutex::default(),
             inputs: Mutex::default(),
@@ -77,13 +77,13 @@ impl PredictionsServer {
         });
         let router = Router::new()
             .route("/v1/predictions", post(submit))
-            .route("/v1/predictions/{id}", get(look))
+            .route("/v1/predictions/{id}", get(poll))
             .route("/v1/predictions/{id}/cancel", post(cancel))
             .route("/files/{name}", get(download))
             .layer(axum::extract::DefaultBodyLimit::max(64 << 20))
             .with_state(state.clone());
         let task = tokio::spawn(async move { axum::serve(listener, router).await.unwrap() });
-        Self { base_url, submissions, looks, downloads, state, _task: AbortOnDropHandle::new(task) }
+        Self { base_url, submissions, polls, downloads, state, _task: AbortOnDropHandle::new(task) }
     }
 
     /// Predictions that were begun, and that the vendor asks money for.
@@ -92,7 +92,7 @@ impl PredictionsServer {
     }
 
     pub fn cancelled(&self) -> usize {
-        self.state.predictions.lock().unwrap().values().filter(|looks| looks.is_none()).count()
+        self.state.predictions.lock().unwrap().values().filter(|polls| polls.is_none()).count()
     }
 
     /// Every accepted input, in order.
@@ -127,8 +127,8 @@ async fn submit(State(state): State<Arc<Shared>>, request: Request) -> Response 
     if fields != ["version", "input"] || asked["version"].as_str().is_none_or(str::is_empty) {
         return problem(422, "Invalid request", "version and input are required");
     }
-    let picture = asked["input"]["image"].as_str().and_then(|url| url.strip_prefix("data:image/png;base64,"));
-    let png = picture.and_then(|data| STANDARD.decode(data).ok()).unwrap_or_default();
+    let image = asked["input"]["image"].as_str().and_then(|url| url.strip_prefix("data:image/png;base64,"));
+    let png = image.and_then(|data| STANDARD.decode(data).ok()).unwrap_or_default();
     if !png.starts_with(b"\x89PNG") {
         return problem(422, "Input validation failed", "- input.image: Does not match format 'uri'");
     }
@@ -150,14 +150,14 @@ async fn submit(State(state): State<Arc<Shared>>, request: Request) -> Response 
     }
 }
 
-async fn look(State(state): State<Arc<Shared>>, Path(id): Path<String>, request: Request) -> Response {
+async fn poll(State(state): State<Arc<Shared>>, Path(id): Path<String>, request: Request) -> Response {
     if let Some(refused) = stranger(&request) {
         return refused;
     }
-    let looks = match state.predictions.lock().unwrap().get_mut(&id) {
-        Some(Some(looks)) => {
-            *looks += 1;
-            Some(*looks)
+    let polls = match state.predictions.lock().unwrap().get_mut(&id) {
+        Some(Some(polls)) => {
+            *polls += 1;
+            Some(*polls)
         }
         Some(None) => None,
         None => return problem(404, "Not found", "The requested resource could not be found."),
@@ -166,9 +166,9 @@ async fn look(State(state): State<Arc<Shared>>, Path(id): Path<String>, request:
         let host = state.base_url.trim_end_matches("/v1");
         json!({ "mesh": format!("{host}/files/{id}.glb") })
     };
-    let truth = match looks {
+    let truth = match polls {
         None => prediction(&state, &id, "canceled", Value::Null, Value::Null),
-        Some(looks) if looks <= state.looks_until_done => {
+        Some(polls) if polls <= state.polls_until_done => {
             prediction(&state, &id, "processing", Value::Null, Value::Null)
         }
         Some(_) => prediction(&state, &id, "succeeded", done(), Value::Null),
@@ -176,14 +176,14 @@ async fn look(State(state): State<Arc<Shared>>, Path(id): Path<String>, request:
     let json = |value: Value| {
         Response::builder().header("content-type", "application/json").body(value.to_string().into()).unwrap()
     };
-    match state.looks.next() {
+    match state.polls.next() {
         None => json(truth),
-        Some(LookFault::Wire(fault)) => {
+        Some(PollFault::Wire(fault)) => {
             fault.response("application/json", Bytes::from(truth.to_string())).await
         }
-        Some(LookFault::Failed(why)) => json(prediction(&state, &id, "failed", Value::Null, json!(why))),
-        Some(LookFault::Output(output)) => json(prediction(&state, &id, "succeeded", output, Value::Null)),
-        Some(LookFault::Unknown) => problem(404, "Not found", "The requested resource could not be found."),
+        Some(PollFault::Failed(why)) => json(prediction(&state, &id, "failed", Value::Null, json!(why))),
+        Some(PollFault::Output(output)) => json(prediction(&state, &id, "succeeded", output, Value::Null)),
+        Some(PollFault::Unknown) => problem(404, "Not found", "The requested resource could not be found."),
     }
 }
 
@@ -192,7 +192,7 @@ async fn cancel(State(state): State<Arc<Shared>>, Path(id): Path<String>, reques
         return refused;
     }
     match state.predictions.lock().unwrap().get_mut(&id) {
-        Some(looks) => *looks = None,
+        Some(polls) => *polls = None,
         None => return problem(404, "Not found", "The requested resource could not be found."),
     }
     axum::Json(prediction(&state, &id, "canceled", Value::Null, Value::Null)).into_response()

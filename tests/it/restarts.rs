@@ -3,8 +3,9 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use scene::JobId;
 use serde_json::json;
-use store::scenes::{NewScene, Submitted};
+use store::scenes::{NewScene, SubmitOutcome};
 use store::{DEFAULT_TENANT, Digest, Store};
 use tabletopgen::app;
 use tabletopgen::app::service;
@@ -26,9 +27,10 @@ async fn a_drain_finishes_the_stage_releases_the_job_uncharged_and_a_restart_goe
     assert_eq!(script.runs().len(), 3, "omega was not begun: {:?}", script.runs());
 
     let store = app::open(directory.path(), &settings(&[]).config).await.unwrap();
-    let row = store.job(DEFAULT_TENANT, &job).await.unwrap().unwrap();
+    let job_id: JobId = job.parse().unwrap();
+    let row = store.job(&DEFAULT_TENANT, &job_id).await.unwrap().unwrap();
     assert_eq!((row.state.as_str(), row.attempt), ("queued", 0));
-    let finished = store.stages(&job).await.unwrap();
+    let finished = store.stages(&DEFAULT_TENANT, &job_id).await.unwrap();
     assert!(finished.iter().all(|stage| stage.state == "finished"), "{finished:?}");
     drop(store);
     wait_until_unlocked(directory.path()).await;
@@ -61,12 +63,12 @@ async fn jobs_of_a_worker_that_died_are_taken_over_at_once() {
     let job = submit(&store, "a mug").await;
     let lease = Duration::from_secs(3600);
     let claim = store.claim("the dead", lease, 3, None).await.unwrap().expect("claims");
-    assert_eq!((claim.lease.job_id.as_str(), claim.attempt), (job.as_str(), 1));
+    assert_eq!((&claim.lease.job_id, claim.attempt), (&job, 1));
     drop(store);
     wait_until_unlocked(directory.path()).await;
 
     let server = Server::on(directory, &Script::new(&[]), &[]).await;
-    let view = server.job_is(&job, "succeeded").await;
+    let view = server.job_is(job.as_str(), "succeeded").await;
     assert_eq!(view["state"], "succeeded");
 }
 
@@ -80,7 +82,7 @@ async fn a_job_whose_worker_dies_every_time_is_failed_in_the_end() {
         assert_eq!(claim.attempt, attempt);
     }
     assert_eq!(store.claim("the next", Duration::ZERO, 3, None).await.unwrap(), None);
-    let row = store.job(DEFAULT_TENANT, &job).await.unwrap().unwrap();
+    let row = store.job(&DEFAULT_TENANT, &job).await.unwrap().unwrap();
     assert_eq!((row.state.as_str(), row.failure_code.as_deref()), ("failed", Some("worker_crashed")));
 }
 
@@ -92,7 +94,7 @@ async fn a_data_directory_has_one_user() {
     assert!(message.contains("in use by another process") && message.contains("--data-dir"), "{message}");
 }
 
-/// What a crash between the blob and its row leaves: a blob nobody refers to.
+/// What a crash between the blob and its row leaves: a blob without a reference.
 #[tokio::test]
 async fn a_blob_without_its_row_is_a_stage_that_runs_again() {
     let script = Script::new(&[]);
@@ -149,7 +151,7 @@ async fn missing_damaged_and_unreadable_work_is_done_again() {
 }
 
 #[tokio::test]
-async fn a_picture_whose_bytes_are_gone_fails_the_download_and_not_the_server() {
+async fn missing_image_bytes_fail_the_download_and_not_the_server() {
     let server = Server::start(&Script::new(&[])).await;
     let (scene, job) = server.submit("a mug").await;
     server.job_is(&job, "succeeded").await;
@@ -159,18 +161,18 @@ async fn a_picture_whose_bytes_are_gone_fails_the_download_and_not_the_server() 
     assert_eq!(server.get(&format!("/scenes/{scene}")).await.status, 200);
 }
 
-async fn submit(store: &Store, text: &str) -> String {
+async fn submit(store: &Store, text: &str) -> JobId {
     let request =
         json!({ "version": 1, "input": { "kind": "text", "text": text }, "seed": 7, "options": {} });
     let new = NewScene {
-        tenant_id: DEFAULT_TENANT.into(),
+        tenant_id: DEFAULT_TENANT.clone(),
         request,
         labels: Default::default(),
         budget_micro_usd: 0,
         idempotency: None,
     };
     match store.submit(new).await.unwrap() {
-        Submitted::Created { job_id, .. } => job_id,
+        SubmitOutcome::Created { job_id, .. } => job_id,
         other => panic!("{other:?}"),
     }
 }
@@ -180,7 +182,7 @@ fn blob(directory: &tempfile::TempDir, bytes: &[u8]) -> std::path::PathBuf {
     directory.path().join(format!("blobs/sha256/{}/{digest}", &digest[..2]))
 }
 
-/// Runs one statement on a data directory nobody uses; the first column of its first row, if any.
+/// Runs one statement on an unused data directory; the first column of its first row, if any.
 async fn sql(directory: &tempfile::TempDir, statement: &'static str) -> String {
     use sqlx::{Connection, Row};
     let path = directory.path().join("tabletopgen.sqlite");

@@ -92,7 +92,7 @@ struct Output {
 
 async fn build(context: JobContext, script: Arc<Script>) -> Result<BuiltScene, StageError> {
     let passed = script.passes;
-    let stages = context.checkpoints.with_services(script);
+    let stages = context.checkpoints.for_stages(&[ALPHA.name, BETA.name, OMEGA.name], script);
     let request = context.request;
     let inputs = |before: Vec<Output>| Inputs { request: request.clone(), before };
     let alpha = stages.run(ALPHA, inputs(vec![]), put_note).await?;
@@ -126,7 +126,7 @@ async fn act(context: &StageContext<Script>) -> Result<(), StageError> {
     match next {
         None => Ok(()),
         Some(Act::Wait) => loop {
-            context.interrupt().check()?;
+            context.cancel().check()?;
             let wait = tokio::time::timeout(Duration::from_millis(5), script.gate.acquire()).await;
             if let Ok(Ok(permit)) = wait {
                 permit.forget();

@@ -68,7 +68,7 @@ impl Server {
         Self { directory, service, client: Client::builder(TokioExecutor::new()).build_http() }
     }
 
-    /// On a data directory somebody used before.
+    /// On a data directory that was used before.
     pub async fn on(directory: Arc<TempDir>, script: &Arc<Script>, set: &[(&str, &str)]) -> Self {
         let data = directory.path().to_owned();
         let service = service::start(&settings(set), &data, script.build()).await.expect("starts");

@@ -5,11 +5,13 @@ use std::time::Duration;
 
 use geometry::Camera;
 use glam::DVec3;
+use http_client::HttpResponse;
 use imaging::{Image, Mask};
 use ports::ledger::{MicroUsd, OnUnknown};
-use ports::{Call, KnownTop, Port, ProviderError, Reference, Segmentation, Segmenter, TopPicture};
+use ports::{
+    Call, Port, ProviderError, ReferenceImage, Segmentation, Segmenter, TopViewAnnotations, TopViewImage,
+};
 use remote::SidecarSettings;
-use remote::outbound::Reply;
 use remote::sidecar;
 use remote::sidecar::{SidecarSegmenter, wire};
 use scene::{
@@ -20,7 +22,7 @@ use serde_json::json;
 
 use crate::bench::{self, Book, class};
 use crate::server::settings;
-use crate::sidecar_server::{Fault, OnPicture, SidecarServer};
+use crate::sidecar_server::{Fault, OnImage, SidecarServer};
 use crate::wire_faults::{self, WireFault};
 
 const ANSWERED: &str = "answered";
@@ -42,14 +44,14 @@ const PLATE: [u32; 4] = [5, 16, 40, 40];
 const TABLE: [u32; 4] = [2, 10, 78, 58];
 
 /// Two mugs, one of them on a plate, on a table.
-fn things() -> Vec<OnPicture> {
-    let thing = |label, score, place| OnPicture { label, score, mask: rectangle(place) };
+fn objects() -> Vec<OnImage> {
+    let object = |label, score, place| OnImage { label, score, mask: rectangle(place) };
     vec![
-        thing("mug", 0.6, LEFT_MUG),
-        thing("plate", 0.8, PLATE),
-        thing("mug", 0.9, RIGHT_MUG),
-        thing("table", 0.7, TABLE),
-        thing("mug", 0.1, [70, 50, 75, 55]),
+        object("mug", 0.6, LEFT_MUG),
+        object("plate", 0.8, PLATE),
+        object("mug", 0.9, RIGHT_MUG),
+        object("table", 0.7, TABLE),
+        object("mug", 0.1, [70, 50, 75, 55]),
     ]
 }
 
@@ -88,8 +90,8 @@ fn recognition() -> Recognition {
     }
 }
 
-fn picture() -> Reference {
-    Reference { picture: Arc::new(Image::filled(80, 60, [120, 110, 100, 255])), known: None }
+fn image() -> ReferenceImage {
+    ReferenceImage { image: Arc::new(Image::filled(80, 60, [120, 110, 100, 255])), known: None }
 }
 
 impl Bench {
@@ -98,7 +100,7 @@ impl Bench {
     }
 
     async fn with(change: impl Fn(&mut SidecarSettings)) -> Self {
-        let server = SidecarServer::start(things()).await;
+        let server = SidecarServer::start(objects()).await;
         let mut settings = settings(&[]).config.providers.segmenter_sidecar;
         settings.endpoint.base_url = server.base_url.clone();
         bench::make_quick(&mut settings.endpoint.limits);
@@ -111,7 +113,7 @@ impl Bench {
     }
 
     async fn segment(&self) -> Result<Segmentation, ProviderError> {
-        let asked = self.segmenter.segment(&self.call, picture(), Arc::new(recognition()));
+        let asked = self.segmenter.segment(&self.call, image(), Arc::new(recognition()));
         tokio::time::timeout(Duration::from_secs(60), asked).await.expect("nothing hangs")
     }
 }
@@ -138,7 +140,7 @@ async fn everything_recognized_is_found_and_no_pixel_belongs_to_two() {
         *request,
         json!({ "labels": ["mug", "plate"], "box_threshold": 0.35, "text_threshold": 0.25 })
     );
-    assert_eq!(*sent, *picture().picture);
+    assert_eq!(*sent, *image().image);
     assert_eq!((bench.book.outcomes(), bench.book.spent()), (vec![Some(ANSWERED)], 0));
 }
 
@@ -148,7 +150,8 @@ fn the_example_of_the_document_is_read() {
         serde_norway::from_str(include_str!("../../docs/segmentation-sidecar.yaml")).unwrap();
     let answers = &document["paths"]["/v1/segment"]["post"]["responses"]["200"]["content"];
     let body = answers["application/json"]["example"].to_string().into();
-    let reply = Reply { status: 200, content_type: "application/json".into(), retry_after: None, body };
+    let reply =
+        HttpResponse { status: 200, content_type: "application/json".into(), retry_after: None, body };
     let settings = settings(&[]).config.providers.segmenter_sidecar;
     let found = wire::read(&settings, &reply, [4, 4], &["mug".to_owned()]).result.unwrap();
     assert_eq!((found.len(), found[0].mask.bbox_px()), (1, Some([1, 1, 3, 3])));
@@ -157,10 +160,10 @@ fn the_example_of_the_document_is_read() {
 #[tokio::test]
 async fn the_table_is_found_or_is_not() {
     let bench = Bench::new().await;
-    let table = bench.segmenter.table(&bench.call, picture()).await.unwrap();
+    let table = bench.segmenter.table(&bench.call, image()).await.unwrap();
     assert_eq!(table.unwrap().bbox_px(), Some(TABLE));
     bench.server.faults.script([Fault::Blind]);
-    assert_eq!(bench.segmenter.table(&bench.call, picture()).await.unwrap(), None);
+    assert_eq!(bench.segmenter.table(&bench.call, image()).await.unwrap(), None);
 }
 
 #[tokio::test]
@@ -223,9 +226,9 @@ async fn a_server_that_costs_something_is_paid_for() {
 #[tokio::test]
 async fn boxes_on_a_view_from_above_are_its_makers() {
     let bench = Bench::new().await;
-    let top = TopPicture {
-        picture: Image::filled(80, 60, [255; 4]),
-        known: Some(KnownTop {
+    let top = TopViewImage {
+        image: Image::filled(80, 60, [255; 4]),
+        known: Some(TopViewAnnotations {
             table: rectangle(TABLE),
             objects: vec![InstanceMask {
                 id: InstanceId::new("mug_1").unwrap(),
@@ -238,13 +241,13 @@ async fn boxes_on_a_view_from_above_are_its_makers() {
     assert_eq!((boxes.table_px, boxes.objects[0].box_px), (TABLE.map(f64::from), LEFT_MUG.map(f64::from)));
     assert!(bench.server.asked().is_empty());
 
-    // On a drawing they are looked for.
-    let drawn = TopPicture { known: None, ..top };
+    // In a generated top view the segmenter searches for them.
+    let drawn = TopViewImage { known: None, ..top };
     let boxes = bench.segmenter.top_boxes(&bench.call, drawn.clone(), recognition.clone()).await.unwrap();
     assert!(bench.server.asked()[0].0["labels"].as_array().unwrap().contains(&json!("table")));
     assert_eq!(boxes.table_px, TABLE.map(f64::from));
     for (found, object) in boxes.objects.iter().zip(&recognition.objects) {
-        // Here the view from above is the picture itself, so that places are about the same.
+        // Here the view from above is the image itself, so that places are about the same.
         let seen = object.seen_px.unwrap();
         assert_eq!(found.id, object.id);
         assert!((found.box_px[0] - seen[0]).abs() < 2.0, "{found:?}");

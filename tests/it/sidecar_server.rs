@@ -1,5 +1,5 @@
 //! A server that speaks the protocol of `docs/segmentation-sidecar.yaml`: it shares no types with the adapter, is strict
-//! about requests, finds what it was told is on the picture, and follows a script of faults.
+//! about requests, finds the objects that the test declares, and follows a script of faults.
 
 use std::sync::{Arc, Mutex};
 
@@ -29,9 +29,9 @@ pub enum Fault {
     Blind,
 }
 
-/// Something on the picture, as the server finds it.
+/// Something on the image, as the server finds it.
 #[derive(Clone, Debug)]
-pub struct OnPicture {
+pub struct OnImage {
     pub label: &'static str,
     pub score: f64,
     pub mask: Mask,
@@ -46,40 +46,40 @@ pub struct SidecarServer {
 }
 
 struct Shared {
-    things: Vec<OnPicture>,
+    objects: Vec<OnImage>,
     faults: Faults<Fault>,
     asked: Mutex<Vec<(Value, Image)>>,
 }
 
 impl SidecarServer {
-    pub async fn start(things: Vec<OnPicture>) -> Self {
+    pub async fn start(objects: Vec<OnImage>) -> Self {
         let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
         let base_url = format!("http://{}", listener.local_addr().unwrap());
         let faults = Faults::default();
-        let state = Arc::new(Shared { things, faults: faults.clone(), asked: Mutex::default() });
+        let state = Arc::new(Shared { objects, faults: faults.clone(), asked: Mutex::default() });
         let router = Router::new().route("/v1/segment", post(segment)).with_state(state.clone());
         let task = tokio::spawn(async move { axum::serve(listener, router).await.unwrap() });
         Self { base_url, faults, state, _task: AbortOnDropHandle::new(task) }
     }
 
-    /// Every accepted request, in order: what was asked about which picture.
+    /// Every accepted request, in order: what was asked about which image.
     pub fn asked(&self) -> Vec<(Value, Image)> {
         self.state.asked.lock().unwrap().clone()
     }
 }
 
 async fn segment(State(state): State<Arc<Shared>>, mut form: Multipart) -> Response {
-    let (mut picture, mut request) = (None, None);
+    let (mut image, mut request) = (None, None);
     while let Some(field) = form.next_field().await.unwrap() {
         let name = field.name().unwrap().to_owned();
         let bytes: Bytes = field.bytes().await.unwrap();
         match name.as_str() {
-            "image" => picture = decode_png(&bytes).ok(),
+            "image" => image = decode_png(&bytes).ok(),
             "request" => request = serde_json::from_slice::<Value>(&bytes).ok(),
             other => return error(&format!("unknown field {other}")),
         }
     }
-    let (Some(picture), Some(request)) = (picture, request) else {
+    let (Some(image), Some(request)) = (image, request) else {
         return error("image and request are required");
     };
     let Some(labels) = request["labels"].as_array().filter(|labels| !labels.is_empty()) else {
@@ -95,23 +95,23 @@ async fn segment(State(state): State<Arc<Shared>>, mut form: Multipart) -> Respo
     else {
         return error("labels are plain words, thresholds numbers");
     };
-    state.asked.lock().unwrap().push((request.clone(), picture.clone()));
-    let size = [picture.height_px(), picture.width_px()];
+    state.asked.lock().unwrap().push((request.clone(), image.clone()));
+    let size = [image.height_px(), image.width_px()];
     let fault = state.faults.next();
-    let found = state.things.iter().filter(|thing| {
-        thing.score >= threshold
-            && labels.contains(&json!(thing.label))
+    let found = state.objects.iter().filter(|object| {
+        object.score >= threshold
+            && labels.contains(&json!(object.label))
             && !matches!(fault, Some(Fault::Blind))
     });
     let annotations: Vec<Value> = found
-        .map(|thing| {
+        .map(|object| {
             let name = match &fault {
-                Some(Fault::Pieces) => format!("##{}", &thing.label[1..]),
-                _ => thing.label.to_owned(),
+                Some(Fault::Pieces) => format!("##{}", &object.label[1..]),
+                _ => object.label.to_owned(),
             };
             json!({
-                "class_name": name, "score": thing.score, "bbox": thing.mask.bbox_px().unwrap(),
-                "segmentation": { "size": size, "counts": compressed(&thing.mask) },
+                "class_name": name, "score": object.score, "bbox": object.mask.bbox_px().unwrap(),
+                "segmentation": { "size": size, "counts": compressed(&object.mask) },
             })
         })
         .collect();

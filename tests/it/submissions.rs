@@ -11,11 +11,11 @@ use serde_json::{Value, json};
 use crate::script::Script;
 use crate::server::Server;
 
-/// A picture file of this size.
+/// An image file of this size.
 fn png(width: u32, height: u32) -> Vec<u8> {
     let mut bytes = Cursor::new(Vec::new());
-    let picture = image::RgbImage::from_fn(width, height, |x, y| image::Rgb([x as u8, y as u8, 90]));
-    picture.write_to(&mut bytes, image::ImageFormat::Png).expect("encodes");
+    let image = image::RgbImage::from_fn(width, height, |x, y| image::Rgb([x as u8, y as u8, 90]));
+    image.write_to(&mut bytes, image::ImageFormat::Png).expect("encodes");
     bytes.into_inner()
 }
 
@@ -68,20 +68,20 @@ async fn a_text_becomes_a_scene() {
 }
 
 #[tokio::test]
-async fn a_picture_comes_as_a_file_or_as_base64() {
+async fn image_is_accepted_as_file_or_base64() {
     let server = Server::start(&Script::new(&[])).await;
-    let picture = png(64, 48);
-    let (kind, body) = form(&[("image", &picture), ("request", br#"{"seed": 3}"#)]);
+    let image = png(64, 48);
+    let (kind, body) = form(&[("image", &image), ("request", br#"{"seed": 3}"#)]);
     let by_file = server.call(Method::POST, "/scenes", &[("content-type", &kind)], body).await;
     assert_eq!(by_file.status, 202, "{by_file:?}");
-    let body = json!({ "image": { "base64": STANDARD.encode(&picture) }, "seed": 3 });
+    let body = json!({ "image": { "base64": STANDARD.encode(&image) }, "seed": 3 });
     let by_base64 = server.post("/scenes", body).await;
     let (one, other) = (by_file.json(), by_base64.json());
     assert_eq!(one["request"], other["request"]);
     assert_eq!(one["request"]["input"]["media_type"], "image/png");
     let digest = one["request"]["input"]["sha256"].as_str().unwrap();
     let digest = store::Digest::parse(digest).expect("is a digest");
-    assert_eq!(server.store().blobs().get(&digest).await.unwrap().as_deref(), Some(&picture[..]));
+    assert_eq!(server.store().blobs().get(&digest).await.unwrap().as_deref(), Some(&image[..]));
 }
 
 #[tokio::test]
@@ -239,8 +239,8 @@ async fn bad_json_is_refused_with_advice_and_nothing_is_enqueued() {
 async fn bad_bodies_are_refused_and_nothing_is_enqueued() {
     let set = [("server.max_body_bytes", "4096"), ("server.max_image_bytes", "3000")];
     let server = Server::with(&Script::new(&[]), &set).await;
-    let picture = png(40, 40);
-    let (multipart, two_images) = form(&[("image", &picture), ("image", &picture)]);
+    let image = png(40, 40);
+    let (multipart, two_images) = form(&[("image", &image), ("image", &image)]);
     let send = |kind: &'static str, body: Vec<u8>, path: &'static str| {
         let server = &server;
         async move {
@@ -262,13 +262,13 @@ async fn bad_bodies_are_refused_and_nothing_is_enqueued() {
         ("multipart/form-data", b"x".to_vec(), (400, "malformed_multipart")),
         (form_kind, b"--cut\r\nnonsense".to_vec(), (400, "malformed_multipart")),
         (form_kind, two_images, (422, "repeated_field")),
-        (form_kind, form(&[("file", &picture)]).1, (422, "unknown_field")),
+        (form_kind, form(&[("file", &image)]).1, (422, "unknown_field")),
         (form_kind, form(&[("image", &vec![7; 5000])]).1, (413, "body_too_large")),
         (form_kind, form(&[("image", &vec![7; 3500])]).1, (413, "image_too_large")),
         (form_kind, form(&[("image", b"no picture")]).1, (415, "image_format")),
         (form_kind, form(&[("request", b"{}")]).1, (422, "invalid_body")),
-        (form_kind, form(&[("image", &picture), ("request", br#"{"text":"a"}"#)]).1, (422, "invalid_body")),
-        (form_kind, form(&[("image", &picture), ("request", b"{")]).1, (400, "malformed_json")),
+        (form_kind, form(&[("image", &image), ("request", br#"{"text":"a"}"#)]).1, (422, "invalid_body")),
+        (form_kind, form(&[("image", &image), ("request", b"{")]).1, (400, "malformed_json")),
     ] {
         let shown = String::from_utf8_lossy(&body).chars().take(60).collect::<String>();
         let (status, code) = send(kind, body, "/scenes").await;
@@ -311,9 +311,9 @@ async fn nothing_enqueued(server: &Server) {
 }
 
 #[tokio::test]
-async fn pictures_are_fetched_from_hosts_that_may_be_talked_to() {
-    let picture = png(64, 48);
-    let served = picture.clone();
+async fn images_are_fetched_only_from_allowed_hosts() {
+    let image = png(64, 48);
+    let served = image.clone();
     let router = axum::Router::new()
         .route("/table.png", axum::routing::get(move || async move { served }))
         .route("/large.png", axum::routing::get(|| async { vec![0_u8; 100_000] }))
@@ -330,19 +330,19 @@ async fn pictures_are_fetched_from_hosts_that_may_be_talked_to() {
     let fetched = server.post("/scenes", submit("table.png")).await;
     assert_eq!(fetched.status, 202, "{fetched:?}");
     let sent =
-        server.post("/scenes", json!({ "image": { "base64": STANDARD.encode(&picture) }, "seed": 3 })).await;
+        server.post("/scenes", json!({ "image": { "base64": STANDARD.encode(&image) }, "seed": 3 })).await;
     assert_eq!(fetched.json()["request"]["input"], sent.json()["request"]["input"]);
-    for (path, told) in
+    for (path, message) in
         [("nothing.png", "status 404"), ("large.png", "50000 bytes"), ("away.png", "localhost")]
     {
         let refused = server.post("/scenes", submit(path)).await;
         assert_eq!(refused.status, 422, "{refused:?}");
         let error = refused.json()["errors"][0].clone();
         assert_eq!(error["pointer"], "/image/url");
-        assert!(error["detail"].as_str().unwrap().contains(told), "{error}");
+        assert!(error["detail"].as_str().unwrap().contains(message), "{error}");
     }
     server.stop().await;
-    let server = Server::with(&Script::new(&[]), &[("server.fetch_pictures", "false")]).await;
+    let server = Server::with(&Script::new(&[]), &[("server.fetch_images", "false")]).await;
     let refused = server.post("/scenes", submit("table.png")).await;
     assert!(refused.json()["errors"][0]["detail"].as_str().unwrap().contains("fetches no pictures"));
     server.stop().await;

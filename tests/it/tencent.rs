@@ -5,15 +5,15 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use bytes::Bytes;
-use mesh_io::wavefront_archive::read_mesh_obj_archive;
+use mesh_io::obj_archive::read_mesh_obj_archive;
 use ports::ledger::OnUnknown;
 use ports::{Call, MeshGenerator, Port, ProviderError, RawMesh};
 use remote::TencentSettings;
-use remote::endpoint::Proof;
+use remote::endpoint::Auth;
 use remote::mesh::ReadMesh;
-use remote::task::JobSlots;
 use remote::tencent;
 use remote::tencent::TencentMeshGenerator;
+use remote::vendor_job::JobSlots;
 use serde_json::json;
 
 use crate::bench::{self, Book, class};
@@ -41,12 +41,12 @@ impl Bench {
         let server = TencentServer::start(kind, file).await;
         let mut settings: TencentSettings = settings(&[]).config.providers.tencent;
         settings.endpoint.base_url = server.base_url.clone();
-        settings.task.look_every_ms = 10;
+        settings.task.poll_interval_ms = 10;
         settings.usd_per_mesh = 0.4;
         bench::make_quick(&mut settings.endpoint.limits);
         let (port, name) = (Port::MeshGenerator, tencent::NAME);
         let mut endpoint = bench::endpoint(port, name, &settings.endpoint, key, OnUnknown::Resend);
-        endpoint.proof = Proof::Tc3 { secret_id: SECRET_ID.into(), service: "127".into() };
+        endpoint.auth = Auth::Tc3 { secret_id: SECRET_ID.into(), service: "127".into() };
         let (endpoint, slots) = (Arc::new(endpoint), JobSlots::new(&settings.task));
         let generator = TencentMeshGenerator { settings, endpoint, slots, read_mesh };
         let book = Book::with_budget(1_000_000_000);
@@ -114,7 +114,7 @@ async fn each_fault_ends_in_its_class() {
         (vec![Fault::Error("OperationDenied.ImageIllegalDetected")], vec![], "refused answer_refused", 0),
         (vec![Fault::Error("InvalidParameterValue")], vec![], "rejected provider_rejected_request", 0),
         (vec![wire(Status(500, "{}"))], vec![], "ok", 1),
-        // Nobody can know that it was begun: both are paid for.
+        // The client cannot know that it was begun: both are paid for.
         (vec![wire(ResetMidBody)], vec![], "ok", 2),
         (vec![wire(Silence)], vec![], "ok", 2),
         (vec![wire(Page)], vec![], "ok", 2),
@@ -124,14 +124,14 @@ async fn each_fault_ends_in_its_class() {
         (vec![], vec![Fault::Error("ResourceNotFound")], "transient provider_task_lost", 1),
         (vec![], vec![wire(Endless)], "transient provider_answer_too_large", 1),
     ];
-    for (submissions, looks, expected, begun) in cases {
+    for (submissions, polls, expected, begun) in cases {
         let bench = Bench::new().await;
-        let told = format!("{submissions:?} {looks:?}");
+        let message = format!("{submissions:?} {polls:?}");
         bench.server.submissions.script(submissions);
-        bench.server.looks.script(looks);
+        bench.server.polls.script(polls);
         let result = bench.reconstruct().await.map_or_else(|error| class(&error), |_| "ok".into());
-        assert_eq!((result.as_str(), bench.server.begun()), (expected, begun), "{told}");
-        assert!(bench.book.spent() >= begun as i64 * PRICE, "{told}");
-        assert!(bench.book.outcomes().iter().all(Option::is_some), "{told}");
+        assert_eq!((result.as_str(), bench.server.begun()), (expected, begun), "{message}");
+        assert!(bench.book.spent() >= begun as i64 * PRICE, "{message}");
+        assert!(bench.book.outcomes().iter().all(Option::is_some), "{message}");
     }
 }

@@ -23,8 +23,8 @@ use crate::wire_faults::{Faults, WireFault};
 pub const SECRET_ID: &str = "AKIDtest0123456789";
 pub const SECRET_KEY: &str = "tc-secret-0123456789";
 
-/// Looks that find a job running.
-const LOOKS: usize = 2;
+/// Polls that find a job running.
+const POLLS: usize = 2;
 
 /// What one request gets in place of a good answer.
 #[derive(Clone, Debug)]
@@ -40,7 +40,7 @@ pub enum Fault {
 pub struct TencentServer {
     pub base_url: String,
     pub submissions: Faults<Fault>,
-    pub looks: Faults<Fault>,
+    pub polls: Faults<Fault>,
     state: Arc<Shared>,
     _task: AbortOnDropHandle<()>,
 }
@@ -50,8 +50,8 @@ struct Shared {
     kind: &'static str,
     file: Bytes,
     submissions: Faults<Fault>,
-    looks: Faults<Fault>,
-    /// Looks so far, by id.
+    polls: Faults<Fault>,
+    /// Polls so far, by id.
     jobs: Mutex<BTreeMap<String, usize>>,
     asked: Mutex<Vec<Value>>,
     /// Headers of downloads that prove who asks.
@@ -64,13 +64,13 @@ impl TencentServer {
         let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
         let host = listener.local_addr().unwrap().to_string();
         let base_url = format!("http://{host}");
-        let (submissions, looks) = (Faults::default(), Faults::default());
+        let (submissions, polls) = (Faults::default(), Faults::default());
         let state = Arc::new(Shared {
             host,
             kind,
             file,
             submissions: submissions.clone(),
-            looks: looks.clone(),
+            polls: polls.clone(),
             jobs: Mutex::default(),
             asked: Mutex::default(),
             proofs: Mutex::default(),
@@ -81,7 +81,7 @@ impl TencentServer {
             .layer(axum::extract::DefaultBodyLimit::max(64 << 20))
             .with_state(state.clone());
         let task = tokio::spawn(async move { axum::serve(listener, router).await.unwrap() });
-        Self { base_url, submissions, looks, state, _task: AbortOnDropHandle::new(task) }
+        Self { base_url, submissions, polls, state, _task: AbortOnDropHandle::new(task) }
     }
 
     /// Jobs that were begun.
@@ -120,7 +120,7 @@ async fn act(State(state): State<Arc<Shared>>, request: Request) -> Response {
     let asked: Value = serde_json::from_slice(&body).unwrap_or_default();
     match header("x-tc-action").as_str() {
         "SubmitHunyuanTo3DProJob" => submit(&state, asked).await,
-        "QueryHunyuanTo3DProJob" => look(&state, &asked).await,
+        "QueryHunyuanTo3DProJob" => poll(&state, &asked).await,
         _ => error("InvalidAction"),
     }
 }
@@ -155,10 +155,9 @@ fn keyed(key: &[u8], text: &[u8]) -> Vec<u8> {
 }
 
 async fn submit(state: &Shared, asked: Value) -> Response {
-    let picture =
-        asked["ImageBase64"].as_str().and_then(|text| STANDARD.decode(text).ok()).unwrap_or_default();
+    let image = asked["ImageBase64"].as_str().and_then(|text| STANDARD.decode(text).ok()).unwrap_or_default();
     let faces = asked["FaceCount"].as_u64().unwrap_or_default();
-    if !picture.starts_with(b"\x89PNG") || !(40_000..=1_500_000).contains(&faces) {
+    if !image.starts_with(b"\x89PNG") || !(40_000..=1_500_000).contains(&faces) {
         return error("InvalidParameterValue");
     }
     state.asked.lock().unwrap().push(asked);
@@ -176,43 +175,43 @@ async fn submit(state: &Shared, asked: Value) -> Response {
         jobs.insert(id.clone(), 0);
         id
     };
-    let told = json!({ "Response": { "JobId": id, "RequestId": "173f8c3f-d326-4e0e-b9d0-7a5c4ed0fcb0" } });
-    answered(fault, &told).await
+    let message = json!({ "Response": { "JobId": id, "RequestId": "173f8c3f-d326-4e0e-b9d0-7a5c4ed0fcb0" } });
+    answered(fault, &message).await
 }
 
-async fn look(state: &Shared, asked: &Value) -> Response {
-    let looks = {
+async fn poll(state: &Shared, asked: &Value) -> Response {
+    let polls = {
         let mut jobs = state.jobs.lock().unwrap();
-        let Some(looks) = asked["JobId"].as_str().and_then(|id| jobs.get_mut(id)) else {
+        let Some(polls) = asked["JobId"].as_str().and_then(|id| jobs.get_mut(id)) else {
             return error("ResourceNotFound");
         };
-        *looks += 1;
-        *looks
+        *polls += 1;
+        *polls
     };
-    let fault = state.looks.next();
+    let fault = state.polls.next();
     let url = format!("http://{}/file?q-sign-algorithm=sha1&q-signature=f00", state.host);
     let files = json!([{ "Type": state.kind, "Url": url, "PreviewImageUrl": "https://a.example/b.png" }]);
-    let (status, files) = match (&fault, looks > LOOKS) {
+    let (status, files) = match (&fault, polls > POLLS) {
         (Some(Fault::Failed), _) => ("FAIL", json!([])),
         (_, true) => ("DONE", files),
-        (_, false) => (if looks == 1 { "WAIT" } else { "RUN" }, json!([])),
+        (_, false) => (if polls == 1 { "WAIT" } else { "RUN" }, json!([])),
     };
     if let Some(Fault::Error(code)) = fault {
         return error(code);
     }
-    let told = json!({
+    let message = json!({
         "Response": {
             "Status": status, "ErrorCode": if status == "FAIL" { "FailedOperation.ModelError" } else { "" },
             "ErrorMessage": "", "ResultFile3Ds": files, "RequestId": "8d4c5a8a-fe58-4be2-bd1d-9a1a9d3e8e63",
         },
     });
-    answered(fault, &told).await
+    answered(fault, &message).await
 }
 
-async fn answered(fault: Option<Fault>, told: &Value) -> Response {
+async fn answered(fault: Option<Fault>, message: &Value) -> Response {
     match fault {
-        Some(Fault::Wire(wire)) => wire.response("application/json", told.to_string().into()).await,
-        _ => axum::Json(told).into_response(),
+        Some(Fault::Wire(wire)) => wire.response("application/json", message.to_string().into()).await,
+        _ => axum::Json(message).into_response(),
     }
 }
 
@@ -225,6 +224,7 @@ async fn download(State(state): State<Arc<Shared>>, request: Request) -> Respons
 
 fn error(code: &str) -> Response {
     let error = json!({ "Code": code, "Message": "The request was not served." });
-    let told = json!({ "Response": { "Error": error, "RequestId": "ed93f3cb-f35e-473f-b9f3-0d451b8b79c6" } });
-    axum::Json(told).into_response()
+    let message =
+        json!({ "Response": { "Error": error, "RequestId": "ed93f3cb-f35e-473f-b9f3-0d451b8b79c6" } });
+    axum::Json(message).into_response()
 }

@@ -1,4 +1,4 @@
-//! The painter writes down the poses it painted, for evaluation. No stage may profit from them.
+//! The image generator writes down the poses it rendered, for evaluation. No stage may profit from them.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -41,18 +41,18 @@ async fn a_scrambled_truth_changes_no_other_file() {
     let truth = before.remove(Path::new(TRUTH)).unwrap();
     assert!(String::from_utf8_lossy(&truth).contains("yaw_rad"));
 
-    // Everything after the reference picture is forgotten, and the truth is a lie.
+    // Everything after the reference image is forgotten, and the truth is a lie.
     let url = format!("sqlite://{}", data.path().join("tabletopgen.sqlite").display());
     let pool = sqlx::SqlitePool::connect(&url).await.unwrap();
     let forgotten = sqlx::query("DELETE FROM checkpoints WHERE stage != 'reference'");
     assert!(forgotten.execute(&pool).await.unwrap().rows_affected() >= 11);
     let lie = String::from_utf8(truth.clone()).unwrap().replace(['1', '2', '3'], "7");
-    let (told, lied) = (Digest::of(&truth).to_string(), Digest::of(lie.as_bytes()).to_string());
+    let (message, lied) = (Digest::of(&truth).to_string(), Digest::of(lie.as_bytes()).to_string());
     let folder = data.path().join("blobs/sha256").join(&lied[..2]);
     std::fs::create_dir_all(&folder).unwrap();
     std::fs::write(folder.join(&lied), &lie).unwrap();
     let exchanged = sqlx::query("UPDATE checkpoints SET artifacts = replace(artifacts, ?, ?)");
-    exchanged.bind(told).bind(lied).execute(&pool).await.unwrap();
+    exchanged.bind(message).bind(lied).execute(&pool).await.unwrap();
     pool.close().await;
 
     let mut after = generate(data.path(), second.path());

@@ -57,10 +57,10 @@ impl WireFault {
                 .header("retry-after", seconds)
                 .body(r#"{"detail": "Too many requests"}"#.into())
                 .unwrap(),
-            Self::Status(status, told) => Response::builder()
+            Self::Status(status, message) => Response::builder()
                 .status(status)
                 .header("content-type", "application/json")
-                .body(told.into())
+                .body(message.into())
                 .unwrap(),
             Self::ResetMidBody => {
                 let half = body.slice(..body.len() / 2);
@@ -71,7 +71,7 @@ impl WireFault {
             Self::Page => {
                 ok("text/html; charset=utf-8", "<!doctype html><title>Just a moment...</title>".into())
             }
-            Self::Body(told) => ok("application/json", told.into()),
+            Self::Body(message) => ok("application/json", message.into()),
             Self::Endless => {
                 let chunk = Bytes::from(vec![b' '; 64 << 10]);
                 let chunks = stream::repeat_with(move || Ok::<_, std::io::Error>(chunk.clone()));
@@ -142,7 +142,7 @@ impl<F> Faults<F> {
         self.0.lock().unwrap().pop_front()
     }
 
-    /// Faults nobody has come for yet.
+    /// Faults that no request has taken yet.
     pub fn left(&self) -> usize {
         self.0.lock().unwrap().len()
     }

@@ -1,7 +1,7 @@
-//! Putting a thing together from parts: placed solids, stacked sections, plates with holes, prints.
+//! Assembly of objects from parts: placed solids, stacked sections, plates with holes, prints.
 //!
 //! Generators model in millimeters at a typical size and [`Assembly::fitted`] scales the result to the
-//! ordered extents. The shape functions do not care about the unit, so every length here and in the
+//! ordered extents. The shape functions are independent of the unit, so every length here and in the
 //! generators that use this module is in model millimeters unless its name says otherwise. Parts
 //! overlap by half a millimeter or more and never share a face plane.
 
@@ -10,11 +10,11 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 use glam::{DQuat, DVec2, DVec3, Vec2, Vec3};
 
 use super::Order;
-use super::texture::{material_look, wood_grain};
+use super::texture::{material_finish, wood_grain};
 use geometry::shapes::{loft, loft_closed, prism, rectangle, slab};
 use geometry::{Material, Rgb, Solid, TexturedMesh};
 
-/// A thing under construction.
+/// An object under construction.
 pub(super) struct Assembly {
     mesh: TexturedMesh,
 }
@@ -42,7 +42,7 @@ impl Assembly {
         self.mesh.seated().scaled(scale)
     }
 
-    /// As [`Assembly::fitted`] with one scale for x and y, so that what is round stays round.
+    /// As [`Assembly::fitted`] with one scale for x and y, so that round parts stay round.
     pub(super) fn fitted_round(self, size_m: DVec3) -> TexturedMesh {
         let scale = size_m / self.mesh.size_m().max(DVec3::splat(1e-9));
         let flat = 0.5 * (scale.x + scale.y);
@@ -50,14 +50,14 @@ impl Assembly {
     }
 }
 
-/// The look of the main material: the one the text asked for, else `usual`.
-pub(super) fn main_look(order: &mut Order, usual: &str) -> Material {
-    material_look(order.material.unwrap_or(usual), order.color, &mut order.rng)
+/// The main material: the requested one, else `usual`.
+pub(super) fn main_finish(order: &mut Order, usual: &str) -> Material {
+    material_finish(order.material.unwrap_or(usual), order.color, &mut order.rng)
 }
 
 /// Brushed steel.
 pub(super) fn steel(order: &mut Order) -> Material {
-    material_look("steel", order.color, &mut order.rng)
+    material_finish("steel", order.color, &mut order.rng)
 }
 
 /// Wood of the given color, grain along u.
@@ -108,17 +108,17 @@ pub(super) fn curve(knots: &[(f64, f64, f64)], steps: usize) -> Vec<DVec3> {
     smooth
 }
 
-/// Turns a solid that stands along +z to lie along +y.
+/// Rotates a solid from +z to lie along +y.
 pub(super) fn along_y(solid: Solid) -> Solid {
     solid.rotated(DQuat::from_rotation_x(-FRAC_PI_2))
 }
 
-/// Turns a solid that stands along +z to lie along +x.
+/// Rotates a solid from +z to lie along +x.
 pub(super) fn along_x(solid: Solid) -> Solid {
     solid.rotated(DQuat::from_rotation_y(FRAC_PI_2))
 }
 
-/// Turns a solid about +z by `degrees`, counter-clockwise seen from above.
+/// Rotates a solid about +z by `degrees`, counter-clockwise seen from above.
 pub(super) fn yawed(solid: Solid, degrees: f64) -> Solid {
     solid.rotated(DQuat::from_rotation_z(degrees.to_radians()))
 }
@@ -133,13 +133,13 @@ pub(super) fn rolled(solid: Solid, degrees: f64) -> Solid {
     solid.rotated(DQuat::from_rotation_y(degrees.to_radians()))
 }
 
-/// A side view (y, z), counter-clockwise seen from +x, given a `width` centered on x = 0.
+/// Extrudes a side view (y, z), counter-clockwise seen from +x, to a `width` centered on x = 0.
 pub(super) fn across_x(side_view: &[DVec2], width: f64, edge: f64) -> Solid {
     let quarter_turns = DQuat::from_mat3(&glam::DMat3::from_cols(DVec3::Y, DVec3::Z, DVec3::X));
     slab(side_view, width, edge).rotated(quarter_turns).translated(DVec3::new(-0.5 * width, 0.0, 0.0))
 }
 
-/// A front view (x, z), counter-clockwise seen from the front (-y), given a `depth` centered on y = 0.
+/// Extrudes a front view (x, z), counter-clockwise seen from the front (-y), to a `depth` centered on y = 0.
 pub(super) fn across_y(front_view: &[DVec2], depth: f64, edge: f64) -> Solid {
     slab(front_view, depth, edge).rotated(DQuat::from_rotation_x(FRAC_PI_2)).translated(DVec3::new(
         0.0,
@@ -156,11 +156,11 @@ pub(super) fn mirrored_x(mut solid: Solid) -> Solid {
     solid
 }
 
-/// Cuts a flat underside: what lies below `floor` is pressed up to it.
+/// Makes a flat underside: points below `floor` are moved up to it.
 pub(super) fn resting(mut solid: Solid, floor: f64) -> Solid {
     solid.positions.iter_mut().for_each(|p| p.z = p.z.max(floor));
     let mut cut = Solid::from_corners(&solid.positions, &solid.uvs, &solid.triangles);
-    // Slivers pressed into the plane have no direction of their own.
+    // Slivers pressed into the plane have no normal of their own.
     cut.normals.iter_mut().filter(|n| n.length() < 0.5).for_each(|n| *n = Vec3::NEG_Z);
     cut
 }
@@ -200,14 +200,14 @@ fn unit_superellipse(exponent: f64, segments: usize) -> Vec<DVec2> {
     let power = |c: f64| 0.5 * c.signum() * c.abs().powf(2.0 / exponent);
     (0..segments)
         .map(|k| {
-            // Half a step off, so that a boxy section has a flat underside and not a corner.
+            // Offset by half a step, so that a boxy section has a flat underside instead of a corner.
             let (sin, cos) = (TAU * (k as f64 + 0.5) / segments as f64).sin_cos();
             DVec2::new(power(cos), power(sin))
         })
         .collect()
 }
 
-/// A turned body whose radius is modulated around: `radius * (1 + depth * cos(lobes * angle))`.
+/// A body of revolution with a modulated radius: `radius * (1 + depth * cos(lobes * angle))`.
 pub(super) fn lobed(profile: &[(f64, f64)], lobes: usize, depth: f64, segments: usize) -> Solid {
     let rings: Vec<Vec<DVec3>> = profile
         .iter()
@@ -224,7 +224,7 @@ pub(super) fn lobed(profile: &[(f64, f64)], lobes: usize, depth: f64, segments: 
     loft(&rings)
 }
 
-/// A turned ring with an open middle: `profile`, a closed loop (radius, z), counter-clockwise in the
+/// A ring of revolution with an open center: `profile`, a closed loop (radius, z), counter-clockwise in the
 /// r-z plane, no point on the axis.
 pub(super) fn turned_ring(profile: &[(f64, f64)], segments: usize) -> Solid {
     let rings: Vec<Vec<DVec3>> = profile
@@ -238,8 +238,8 @@ pub(super) fn turned_ring(profile: &[(f64, f64)], segments: usize) -> Solid {
     loft_closed(&rings)
 }
 
-/// A plate with one hole, standing on z = 0: `outline` seen from the middle of the hole must be star
-/// shaped; the hole is `hole(angle)` wide from `center`. Upper and lower edges are rounded by `edge`.
+/// A plate with one hole, standing on z = 0: `outline` must be star shaped as seen from the center of the
+/// hole; the hole is `hole(angle)` wide from `center`. Upper and lower edges are rounded by `edge`.
 pub(super) fn pierced(
     outline: &[DVec2],
     center: (f64, f64),
@@ -294,12 +294,12 @@ pub(super) fn pierced(
     loft_closed(&rings)
 }
 
-/// A thin plate that carries a picture on its top, u along +x, v along +y; standing on z = 0.
+/// A thin plate with an image on its top, u along +x, v along +y; standing on z = 0.
 pub(super) fn print_plate(width: f64, depth: f64, thickness: f64) -> Solid {
     prism(&rectangle(width, depth), thickness)
 }
 
-/// As [`print_plate`], upright: the picture faces the front (-y), u along +x, v along +z; centered on
+/// As [`print_plate`], upright: the image faces the front (-y), u along +x, v along +z; centered on
 /// the origin, its face at y = -`thickness` / 2.
 pub(super) fn front_plate(width: f64, height: f64, thickness: f64) -> Solid {
     print_plate(width, height, thickness).rotated(DQuat::from_rotation_x(FRAC_PI_2)).translated(DVec3::new(
@@ -309,12 +309,12 @@ pub(super) fn front_plate(width: f64, height: f64, thickness: f64) -> Solid {
     ))
 }
 
-/// As [`front_plate`], the picture facing the right (+x), u along +y.
+/// As [`front_plate`], the image facing the right (+x), u along +y.
 pub(super) fn side_plate(depth: f64, height: f64, thickness: f64) -> Solid {
     yawed(front_plate(depth, height, thickness), 90.0)
 }
 
-/// Turns texture coordinates a quarter: what ran along u now runs along v (wood grain along y).
+/// Rotates texture coordinates by a quarter turn: u becomes v (wood grain along y).
 pub(super) fn grain_along_y(mut solid: Solid) -> Solid {
     solid.uvs.iter_mut().for_each(|uv| *uv = Vec2::new(uv.y, uv.x));
     solid

@@ -1,4 +1,4 @@
-//! What the catalog knows about a kind of thing.
+//! Object categories of the catalog.
 
 use std::sync::LazyLock;
 
@@ -10,18 +10,18 @@ use super::Generator;
 use geometry::Rgb;
 use runtime::seed::Rng;
 
-/// A kind of thing, as its table in `config/catalog/<family>.toml` tells it.
+/// An object category, as its table in `config/catalog/<family>.toml` defines it.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Category {
     /// `[a-z0-9_]`, unique; also the generator's name.
     pub name: String,
-    /// Singular, as people say it ("coffee mug").
+    /// Singular display name ("coffee mug").
     pub label: String,
-    /// Other words for it, singular, lower case.
+    /// Synonyms, singular, lower case.
     #[serde(default)]
     pub synonyms: Vec<String>,
-    /// Only where adding s or es is wrong ("knives").
+    /// Irregular plural ("knives"); `None` if s or es is appended.
     #[serde(default)]
     pub plural: Option<String>,
     /// `office_living`, `dining_kitchen`, `workbench_utility`, `crafting_hobby`.
@@ -29,52 +29,52 @@ pub struct Category {
     /// Functional group ("cutlery", "screen", "input_device", "vessel", "fruit", "hand_tool").
     pub group: String,
     pub size: SizeRange,
-    /// Hexadecimal `#rrggbb` colors it comes in; the request's color overrides.
+    /// Palette of hexadecimal `#rrggbb` colors; the request's color overrides it.
     pub palette: Vec<String>,
     /// Name of its main substance in `config/materials.toml`.
     pub substance: String,
-    /// Effective density of the volume its visual mesh encloses, where the substance's is wrong
+    /// Effective density of the volume that the visual mesh encloses, if it differs from the substance's
     /// (electronics in a case, a filled carton).
     #[serde(default)]
     pub density_kg_m3: Option<f64>,
-    /// For hollow bodies drawn as solids: mass = area x thickness x density of the substance.
+    /// For hollow bodies modeled as solids: mass = area x thickness x density of the substance.
     #[serde(default)]
     pub shell_thickness_m: Option<f64>,
     #[serde(default)]
     pub affordances: Vec<Affordance>,
-    /// Whether it has a front (its local -y) that people turn toward themselves.
+    /// Whether it has a front (its local -y) that usually faces the person.
     pub facing: Facing,
     /// Order of rotational symmetry about its vertical axis; 0 = any angle.
     pub symmetry_order: u32,
-    /// Where on a table people put it.
+    /// Usual zone on a table.
     pub zone: Zone,
 }
 
-/// What it is good for.
+/// Affordances of an object.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Affordance {
-    /// Its top carries other things.
+    /// Its top can carry other objects.
     Support,
-    /// Other things go into it.
+    /// It can contain other objects.
     Container,
-    /// A parallel gripper can take it.
+    /// A parallel gripper can grasp it.
     Graspable,
 }
 
-/// How its front is turned when people put it down.
+/// Usual orientation of its front.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Facing {
-    /// The front looks at the person at the front edge, within a few degrees.
+    /// The front faces the person at the front edge, within a few degrees.
     Viewer,
-    /// Square to the table's edges.
+    /// Parallel to one of the table's edges.
     Aligned,
-    /// Any way.
+    /// Any orientation.
     Any,
 }
 
-/// Part of the table where it usually stands.
+/// Part of the table where an object usually stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Zone {
@@ -85,7 +85,7 @@ pub enum Zone {
     Any,
 }
 
-/// Extents as it stands, meters: lowest and highest of width (x), depth (y), height (z).
+/// Extents in its upright pose, meters: minimum and maximum of width (x), depth (y), height (z).
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SizeRange {
@@ -94,8 +94,8 @@ pub struct SizeRange {
 }
 
 impl SizeRange {
-    /// A size inside the range: one common factor, so that proportions stay, and up to a tenth of
-    /// the range of its own per axis.
+    /// A random size inside the range: a common factor, which preserves proportions, plus an independent variation of
+    /// up to a tenth of the range per axis.
     pub fn sample(&self, rng: &mut Rng) -> DVec3 {
         let common = 0.5 * (rng.random_range(0.0..1.0) + rng.random_range(0.0..1.0));
         let own =
@@ -104,7 +104,7 @@ impl SizeRange {
         self.low_m + fraction * (self.high_m - self.low_m)
     }
 
-    /// The middle of the range.
+    /// The center of the range.
     pub fn typical_m(&self) -> DVec3 {
         0.5 * (self.low_m + self.high_m)
     }

@@ -1,4 +1,4 @@
-//! Crafting and hobby things.
+//! The crafting and hobby family.
 
 mod models;
 mod painting;

@@ -1,14 +1,22 @@
-//! The parametric object catalog: what things are called, how large they are, what they are made of,
-//! and functions that build their meshes.
+//! The parametric object catalog: names, sizes and materials of object categories, and functions that build their
+//! meshes.
 //!
-//! Data live in `config/catalog/*.toml` and `config/materials.toml` and enter the binary by
-//! `include_str!`; each category names a generator in one of the family modules below. Same recipe,
-//! same mesh, on any day.
+//! Data live in `config/catalog/*.toml` and `config/materials.toml` and are compiled in by `include_str!`. Each
+//! category names a generator in one of the family modules below. Building is deterministic: the same recipe gives
+//! the same mesh. The crate must not depend on rendering, scenes, models or file formats.
+//!
+//! ```
+//! use catalog::{Recipe, build};
+//!
+//! let recipe = Recipe::typical("mug", None, None).expect("a category of the catalog");
+//! let mesh = build(&recipe).expect("every category has a generator");
+//! assert!((mesh.size_m() - recipe.size_m).length() < 0.01);
+//! ```
 
 mod category;
 mod recipe;
 mod assembly;
-mod stock;
+mod mesh_cache;
 pub mod substance;
 mod wikidata;
 pub mod physical;
@@ -21,9 +29,10 @@ pub mod tables;
 
 pub use category::{Affordance, Category, Facing, SizeRange, Zone, categories, category};
 pub use physical::{PhysicalProperties, made_of, physical_properties};
-pub use recipe::{Generator, Order, Recipe, build, stocked};
+pub use recipe::{Generator, Order, Recipe, build, build_cached};
 pub use substance::{Substance, substance};
 pub use tables::{
-    BuiltTable, OUTLINED_TABLE, TableModel, build_outlined_table, build_table, stocked_table, table_models,
+    BuiltTable, OUTLINED_TABLE, TableModel, build_cached_table, build_outlined_table, build_table,
+    table_models,
 };
 pub use wikidata::wikidata_item;

@@ -1,10 +1,10 @@
 //! Generators of the office and living room family.
 //!
-//! Each draws in meters inside the ordered extents, front toward -y, and is scaled to them exactly
+//! Each models in meters inside the requested extents, front toward -y, and scales the mesh to them exactly
 //! at the end (`parts::fitted`).
 
 mod parts;
-mod pictures;
+mod images;
 mod computers;
 mod handhelds;
 mod reading;

@@ -1,4 +1,4 @@
-//! What a catalog mesh weighs and how it rubs: the category's substance, or the material asked for.
+//! Mass and friction of catalog meshes: from the category's substance, or from the requested material.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,10 +6,10 @@ use super::{category, substance};
 use geometry::mass_properties::{MassError, shell_mass_properties, solid_mass_properties};
 use geometry::{Friction, MassProperties, TexturedMesh};
 
-/// Substance of a thing whose category nobody here knows, and of tables.
+/// Substance of objects of unknown categories, and of tables.
 const USUAL_SUBSTANCE: &str = "wood";
 
-/// Finishes of tables that are no substance themselves, with the substance beneath.
+/// Table finishes that are not substances, with the substance beneath.
 const FINISHES: &[(&str, &str)] = &[
     ("oak", "wood"),
     ("walnut", "wood"),
@@ -20,7 +20,7 @@ const FINISHES: &[(&str, &str)] = &[
     ("marble", "stone"),
 ];
 
-/// Everything a simulation asks of a body besides its shape.
+/// All properties of a body that a simulation needs besides its shape.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PhysicalProperties {
     pub mass: MassProperties,
@@ -31,15 +31,15 @@ pub struct PhysicalProperties {
     pub torsional_friction_m: f64,
 }
 
-/// Mass and surface of `mesh` (meters, object frame) as a thing of that category.
+/// Physical properties of `mesh` (meters, object frame) as an object of the category.
 ///
-/// `material` (a substance, or a finish of a table) replaces the category's substance. A density of the
-/// category's own stays: it stands for what is inside, which the material asked for does not tell. A category
-/// with a shell thickness weighs as a skin. Unknown categories, and tables, are solid wood unless the
-/// material says otherwise.
+/// `material` (a substance, or a table finish) replaces the category's substance. A density of the category itself
+/// stays, because it describes the contents, which the material does not determine. A category with a shell thickness
+/// has the mass of a shell. Unknown categories and tables are solid wood unless a material is given.
 ///
 /// # Errors
-/// The mesh has no volume (not closed, or inside out), or no surface.
+///
+/// The mesh has no volume (open or inverted), or no surface.
 pub fn physical_properties(
     mesh: &TexturedMesh,
     category_name: &str,
@@ -65,7 +65,7 @@ pub fn physical_properties(
     })
 }
 
-/// The substance, by its name, that a thing of that category is mainly made of; `material` as in
+/// Name of the main substance of an object of the category; `material` as in
 /// [`physical_properties`].
 pub fn made_of<'a>(category_name: &str, material: Option<&'a str>) -> &'a str {
     let beneath = |word: &'a str| {
@@ -84,7 +84,7 @@ mod tests {
     use crate::{Recipe, build, build_table, categories, table_models};
 
     #[test]
-    fn every_category_weighs_what_such_things_weigh() {
+    fn every_category_has_a_plausible_mass() {
         for kind in categories() {
             let recipe = Recipe {
                 category: kind.name.clone(),
@@ -95,7 +95,7 @@ mod tests {
             };
             let mesh = build(&recipe).expect("a generator");
             let found = physical_properties(&mesh, &kind.name, None).expect("a solid");
-            // A button weighs a gram, a full paint can two kilograms.
+            // From a button (one gram) to a full paint can (two kilograms).
             let mass_kg = found.mass.mass_kg;
             assert!((0.0005..8.0).contains(&mass_kg), "{} weighs {mass_kg} kg", kind.name);
             assert!(found.mass.inertia_diagonal_kg_m2.cmpgt(DVec3::ZERO).all(), "{}", kind.name);
@@ -103,7 +103,7 @@ mod tests {
     }
 
     #[test]
-    fn the_material_asked_for_replaces_the_substance_and_tables_have_finishes() {
+    fn requested_material_replaces_the_substance_and_table_finishes_are_known() {
         let recipe = |material: Option<&str>| Recipe {
             category: "plate".into(),
             size_m: DVec3::new(0.24, 0.24, 0.024),

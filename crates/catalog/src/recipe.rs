@@ -1,4 +1,4 @@
-//! From a recipe to a mesh.
+//! Recipes, and the meshes built from them.
 
 use std::sync::Arc;
 
@@ -6,26 +6,26 @@ use glam::DVec3;
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
 
-use super::stock::Stock;
+use super::mesh_cache::Cache;
 use super::{Category, category};
 use geometry::{Rgb, TexturedMesh};
 use runtime::seed::{Rng, child_rng};
 
-/// Everything that decides a catalog mesh.
+/// The complete input of a catalog mesh.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Recipe {
     pub category: String,
-    /// Extents as it stands, meters.
+    /// Extents in its upright pose, meters.
     pub size_m: DVec3,
     /// Overrides the palette.
     pub color: Option<Rgb>,
-    /// Overrides the look of the main substance (`oak`, `steel`, `glass`, ...).
+    /// Overrides the finish of the main substance (`oak`, `steel`, `glass`, ...).
     pub material: Option<String>,
     pub seed: u64,
 }
 
 impl Recipe {
-    /// The typical object of a category: usual size, the first of its variants. `None` for an unknown category.
+    /// The typical object of a category: central size, first variant. `None` for an unknown category.
     pub fn typical(category_name: &str, color: Option<Rgb>, material: Option<String>) -> Option<Self> {
         let category = category(category_name)?;
         let size_m = category.size.typical_m();
@@ -33,14 +33,14 @@ impl Recipe {
     }
 }
 
-/// A recipe as a generator sees it: colors resolved, random stream open.
+/// The input of a generator: a recipe with resolved colors and its random stream.
 pub struct Order<'a> {
     pub category: &'a Category,
     /// Extents the mesh must have, meters. The generator meets them within a few percent.
     pub size_m: DVec3,
     /// Main color.
     pub color: Rgb,
-    /// Main material the text asked for, if it did.
+    /// Requested main material, if any.
     pub material: Option<&'a str>,
     pub rng: Rng,
 }
@@ -51,17 +51,17 @@ impl Order<'_> {
         if low < high { self.rng.random_range(low..high) } else { low }
     }
 
-    /// 0..n.
+    /// Uniform integer in 0..n.
     pub fn pick(&mut self, n: usize) -> usize {
         self.rng.random_range(0..n)
     }
 }
 
-/// Builds a mesh: +z up as it stands, front toward -y, centered, base on z = 0, meters.
+/// Builds a mesh: upright with +z up, front toward -y, centered, base on z = 0, meters.
 pub type Generator = fn(&mut Order) -> TexturedMesh;
 
 /// The recipe's mesh in the canonical frame (origin at the center of the bottom face of its box), or
-/// `None` for a category nobody here knows.
+/// `None` for an unknown category.
 pub fn build(recipe: &Recipe) -> Option<TexturedMesh> {
     let category = category(&recipe.category)?;
     let generator = category.generator()?;
@@ -77,10 +77,10 @@ pub fn build(recipe: &Recipe) -> Option<TexturedMesh> {
     Some(generator(&mut order).seated())
 }
 
-/// The same mesh as [`build`], from stock if it was ordered lately.
-pub fn stocked(recipe: &Recipe) -> Option<Arc<TexturedMesh>> {
-    static STOCK: Stock<TexturedMesh> = Stock::empty();
-    STOCK.get(recipe, || build(recipe))
+/// As [`build`], from the cache if it was built recently.
+pub fn build_cached(recipe: &Recipe) -> Option<Arc<TexturedMesh>> {
+    static CACHE: Cache<TexturedMesh> = Cache::empty();
+    CACHE.get(recipe, || build(recipe))
 }
 
 #[cfg(test)]
@@ -107,7 +107,7 @@ mod tests {
 
     type Judge = fn(&Recipe, &TexturedMesh) -> Option<String>;
 
-    /// Builds every recipe, in parallel, and lists everything the judges object to, in order.
+    /// Builds every recipe in parallel and lists all objections of the judges in order.
     fn objections(recipes: &[Recipe], judges: &[Judge]) -> Vec<String> {
         let judge_one = |recipe: &Recipe| -> Vec<String> {
             let name = format!("{} ({:?}, {:x})", recipe.category, recipe.material, recipe.seed & 0xffff);
@@ -144,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn the_data_are_consistent() {
+    fn catalog_data_are_consistent() {
         let mut names = BTreeSet::new();
         for category in categories() {
             let name = &category.name;
@@ -167,7 +167,7 @@ mod tests {
         }
     }
 
-    /// After welding, every edge is used once in each direction, and the faces look outward.
+    /// After welding, every edge is used once in each direction, and the faces point outward.
     fn closed(_: &Recipe, mesh: &TexturedMesh) -> Option<String> {
         let mut balance: BTreeMap<([u64; 3], [u64; 3]), i32> = BTreeMap::new();
         for t in mesh.triangles() {
@@ -183,7 +183,7 @@ mod tests {
         (open > 0 || volume_m3 <= 0.0).then(|| format!("{open} open edges, volume {volume_m3:e} m^3"))
     }
 
-    /// Normals are unit and look the way their faces do.
+    /// Normals are unit and point in the direction of their faces.
     fn normals_agree(_: &Recipe, mesh: &TexturedMesh) -> Option<String> {
         let not_unit = mesh.normals.iter().filter(|n| (n.length() - 1.0).abs() > 1e-3).count();
         let against = mesh
@@ -217,7 +217,7 @@ mod tests {
             })
     }
 
-    /// Textures are powers of two, materials have different names.
+    /// Texture sizes are powers of two, and material names differ.
     fn dressed(_: &Recipe, mesh: &TexturedMesh) -> Option<String> {
         let names: BTreeSet<&str> = mesh.materials.iter().map(|m| m.name.as_str()).collect();
         let odd = mesh.materials.iter().filter_map(|m| m.base_color_texture.as_ref()).find(|t| {
@@ -228,13 +228,13 @@ mod tests {
         })
     }
 
-    /// The center of mass lies over the feet, well away from their edge: the tilt at which it would
-    /// pass over the edge is at least four degrees.
+    /// The center of mass is over the feet, away from their edge: the tilt at which it passes over the edge is at least
+    /// four degrees.
     fn stands(_: &Recipe, mesh: &TexturedMesh) -> Option<String> {
         let (_, center) = mass_center(mesh);
         let feet: Vec<DVec3> =
             mesh.positions.iter().copied().filter(|p| p.z < 2e-4).map(|p| p - center).collect();
-        // Reach of the feet beyond the center of mass, the least over all directions.
+        // Smallest reach of the feet beyond the center of mass over all directions.
         let reach_m = (0..72)
             .map(|k| {
                 let angle = f64::from(k) * std::f64::consts::TAU / 72.0;
@@ -248,12 +248,12 @@ mod tests {
         })
     }
 
-    /// Building it again gives the same bytes.
+    /// A second build gives the same bytes.
     fn repeats(recipe: &Recipe, mesh: &TexturedMesh) -> Option<String> {
         (build(recipe).as_ref() != Some(mesh)).then(|| "two builds differ".to_owned())
     }
 
-    /// The shape looks the same after a turn by its symmetry: every vertex lands within 4 % of the
+    /// The shape is unchanged by a rotation of its symmetry: every vertex lands within 4 % of the
     /// largest extent of another one.
     fn symmetric(recipe: &Recipe, mesh: &TexturedMesh) -> Option<String> {
         let order = category(&recipe.category)?.symmetry_order;
@@ -280,7 +280,7 @@ mod tests {
     }
 
     #[test]
-    fn every_category_builds_sound_meshes() {
+    fn build_gives_sound_meshes_for_every_category() {
         let recipes: Vec<Recipe> =
             categories().iter().flat_map(|category| (0..5).map(move |seed| recipe(category, seed))).collect();
         let judges: [Judge; 7] =
@@ -288,7 +288,7 @@ mod tests {
         assert_none(&objections(&recipes, &judges));
     }
 
-    /// How often the surface winds around a point: 1 inside, 0 outside, something else where it crosses itself.
+    /// Winding number of the surface around a point: 1 inside, 0 outside, other values at self-intersections.
     fn winding(triangles: &[[DVec3; 3]], point: DVec3) -> f64 {
         let solid_angle = |corners: &[DVec3; 3]| {
             let [a, b, c] = corners.map(|p| p - point);
@@ -299,7 +299,8 @@ mod tests {
         triangles.iter().map(solid_angle).sum::<f64>() / (4.0 * std::f64::consts::PI)
     }
 
-    /// Before each face is air: a wall whose sides cross is inside out there, and what lies on it seems to be in it.
+    /// There is air in front of each face. A wall whose sides cross is inverted there, and objects on it seem to be
+    /// inside.
     fn nowhere_inside_out(_: &Recipe, mesh: &TexturedMesh) -> Option<String> {
         const BEFORE_M: f64 = 2e-5;
         let inside_out = shells(mesh).into_iter().map(|shell| {
@@ -315,7 +316,7 @@ mod tests {
     }
 
     #[test]
-    fn plates_were_inside_out_where_their_wells_were_wide() {
+    fn plates_with_wide_wells_are_not_inverted() {
         let carrying =
             ["plate", "saucer", "bowl", "tray", "cutting_board", "coaster", "cutting_mat", "pen_holder"];
         let recipes: Vec<Recipe> = carrying
@@ -328,7 +329,7 @@ mod tests {
     }
 
     #[test]
-    fn any_material_and_color_can_be_asked_for() {
+    fn build_accepts_any_material_and_color() {
         let recipes: Vec<Recipe> = categories()
             .iter()
             .zip(

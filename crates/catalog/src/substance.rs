@@ -7,7 +7,7 @@ use serde::Deserialize;
 
 use geometry::Friction;
 
-/// What a thing is made of.
+/// A physical material.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Substance {
@@ -18,7 +18,7 @@ pub struct Substance {
     /// Rolling and torsional friction as lengths, meters (MuJoCo's convention).
     pub rolling_friction_m: f64,
     pub torsional_friction_m: f64,
-    /// Where the numbers come from.
+    /// Source of the numbers.
     pub source: String,
 }
 
@@ -33,7 +33,7 @@ static SUBSTANCES: LazyLock<IndexMap<String, Substance>> = LazyLock::new(|| {
         .expect("the built-in materials parse (a test loads them)")
 });
 
-/// The substance of that name.
+/// The substance with this name.
 pub fn substance(name: &str) -> Option<&'static Substance> {
     SUBSTANCES.get(name)
 }

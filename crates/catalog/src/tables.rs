@@ -2,8 +2,8 @@
 //!
 //! Every model is built standing on z = 0 and then lowered, so that its top surface lies at z = 0 of
 //! the world frame and its feet at -height. Parts are closed solids that overlap by about a
-//! millimeter. Tops are 20 to 45 mm thick with edges eased by [`EASED_EDGE_M`]; the outline handed out is that
-//! of the flat part inside the eased edge, so nothing placed on it overhangs a rounding.
+//! millimeter. Tops are 20 to 45 mm thick with edges eased by [`EASED_EDGE_M`]; the outline returned is that
+//! of the flat part inside the eased edge, so no object placed on it overhangs the rounding.
 
 mod finish;
 pub(crate) mod grain;
@@ -17,27 +17,27 @@ use std::sync::Arc;
 use glam::{DVec2, DVec3};
 
 use self::finish::Finish;
-use super::stock::Stock;
+use super::mesh_cache::Cache;
 use geometry::{Outline, Rgb, Solid, TexturedMesh};
 use runtime::seed::child_rng;
 
 /// Radius of the rounding between a table's top surface and its edge.
 pub const EASED_EDGE_M: f64 = 0.002;
 
-/// A kind of table.
+/// A table model.
 #[derive(Clone, Debug)]
 pub struct TableModel {
     /// `[a-z0-9_]`.
     pub name: &'static str,
     pub label: &'static str,
-    /// Words for it, singular, lower case.
+    /// Synonyms, singular, lower case.
     pub synonyms: &'static [&'static str],
     /// `rectangular`, `square`, `round`, `oval`, `triangular`, `irregular`.
     pub shape: &'static str,
-    /// Lowest and highest width, depth, height, meters.
+    /// Minimum and maximum width, depth, height, meters.
     pub low_m: DVec3,
     pub high_m: DVec3,
-    /// Families in which it is usual.
+    /// Families that usually use it.
     pub families: &'static [&'static str],
 }
 
@@ -54,7 +54,7 @@ pub fn table_models() -> &'static [TableModel] {
 }
 
 /// Builds the model at `size_m` (width, depth, height); `None` for an unknown name. `material` is one
-/// of [`TABLE_MATERIALS`] (any other word gives the model's usual finish); `color` paints the top.
+/// of [`TABLE_MATERIALS`] (any other word gives the model's usual finish); `color` is the color of the top.
 pub fn build_table(
     name: &str,
     size_m: DVec3,
@@ -85,11 +85,11 @@ pub fn build_table(
     })
 }
 
-/// Name of the model that [`build_outlined_table`] builds; it cannot be ordered by name, for it wants an outline.
+/// Name of the model that [`build_outlined_table`] builds; it cannot be built by name, because it needs an outline.
 pub const OUTLINED_TABLE: &str = "outlined_table";
 
 /// Builds a table whose top has this edge, centered on its axis-aligned box, on three legs or more; finish as in
-/// [`build_table`]. `None` where the edge is so narrow somewhere that nothing is left inside its rounding.
+/// [`build_table`]. `None` if the top is too narrow somewhere for its rounding.
 pub fn build_outlined_table(
     edge: &Outline,
     height_m: f64,
@@ -110,16 +110,16 @@ pub fn build_outlined_table(
     })
 }
 
-/// The same table as [`build_table`], from stock if it was ordered lately.
-pub fn stocked_table(
+/// As [`build_table`], from the cache if it was built recently.
+pub fn build_cached_table(
     name: &str,
     size_m: DVec3,
     color: Option<Rgb>,
     material: Option<&str>,
     seed: u64,
 ) -> Option<Arc<BuiltTable>> {
-    static STOCK: Stock<BuiltTable> = Stock::empty();
-    STOCK.get(&(name, size_m, color, material, seed), || build_table(name, size_m, color, material, seed))
+    static CACHE: Cache<BuiltTable> = Cache::empty();
+    CACHE.get(&(name, size_m, color, material, seed), || build_table(name, size_m, color, material, seed))
 }
 
 /// A table under construction: standing on z = 0, centered on the z axis.
@@ -152,7 +152,7 @@ impl Draft {
     }
 }
 
-/// Materials a table can be ordered in.
+/// Materials of tables that a request can name.
 pub const TABLE_MATERIALS: &[&str] =
     &["oak", "walnut", "pine", "birch", "white", "black", "marble", "glass", "steel"];
 
@@ -301,7 +301,7 @@ mod tests {
     }
 
     #[test]
-    fn every_model_has_its_size_a_flat_top_at_zero_and_feet_on_the_floor() {
+    fn build_table_gives_size_flat_top_at_zero_and_feet_on_the_floor() {
         for model in table_models() {
             for (seed, size_m) in
                 [(1, model.low_m), (2, model.high_m), (3, 0.5 * (model.low_m + model.high_m))]
@@ -334,7 +334,7 @@ mod tests {
     }
 
     #[test]
-    fn an_outlined_table_has_its_outline_and_stands_under_it() {
+    fn build_outlined_table_has_its_outline_and_feet_below_it() {
         let bean = geometry::shapes::smooth(
             &[(-0.5, 0.0), (-0.4, -0.3), (0.0, -0.1), (0.4, -0.3), (0.5, 0.0), (0.0, 0.3)]
                 .map(|(x, y)| DVec2::new(x, y)),
@@ -358,9 +358,9 @@ mod tests {
     }
 
     #[test]
-    fn faces_of_every_part_look_outward() {
-        // Parts are convex or nearly so: seen from a part's middle, most of its area faces away. An
-        // inside-out part would turn that around.
+    fn faces_of_every_part_point_outward() {
+        // Parts are convex or nearly so: seen from a part's center, most of its area faces away. An
+        // inverted part would reverse that.
         for model in table_models() {
             let mesh = build_table(model.name, model.high_m, None, None, 2).expect("a known model").mesh;
             let mut part_of: Vec<usize> = (0..mesh.positions.len()).collect();
@@ -391,7 +391,7 @@ mod tests {
     }
 
     #[test]
-    fn every_table_stands_on_feet_around_its_middle() {
+    fn build_table_puts_feet_around_the_center() {
         for model in table_models() {
             for material in TABLE_MATERIALS {
                 let size_m = model.low_m;

@@ -1,8 +1,8 @@
-//! Procedural textures and looks: wood grain, labels, pages, metal, ceramics, cloth, stone, lettering.
+//! Procedural textures and finishes: wood grain, labels, pages, metal, ceramics, cloth, stone, lettering.
 //!
-//! Pictures are drawn from colors and a seeded generator, sizes are powers of two between 64 and 512
-//! pixels, and all but labels, pages and screens repeat without a seam. Row 0 is the top of a picture;
-//! texture coordinates have v = 0 at the bottom.
+//! Textures depend on colors and a seeded generator. Sizes are powers of two between 64 and 512 pixels, and all
+//! textures except labels, pages and screens repeat without a seam. Row 0 is the top of the image; texture
+//! coordinates have v = 0 at the bottom.
 
 mod noise;
 mod drawing;
@@ -16,17 +16,17 @@ mod checker;
 mod label;
 mod page;
 mod food;
-mod look;
+mod finish;
 mod mapping;
 
 pub use ceramic::{ceramic_speckle, glaze_band, striped_band};
 pub use checker::{checker, stripes};
-pub use drawing::{fill_disc, fill_rectangle, frame_rectangle, paint};
+pub use drawing::{draw_texture, fill_disc, fill_rectangle, frame_rectangle};
 pub use fabric::{fabric_weave, wicker};
+pub use finish::{is_finish, material_finish};
 pub use food::{banana_skin, citrus_peel, crust, fruit_skin, sprinkles};
 pub use label::{label, wrap_label};
 pub use lettering::{draw_text, text_width_px};
-pub use look::{is_look, material_look};
 pub use mapping::{mapped_from_above, mapped_from_front, mapped_on_box, wrapped_around};
 pub use metal::brushed_metal;
 pub use noise::Noise;

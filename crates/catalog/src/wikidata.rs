@@ -1,18 +1,18 @@
-//! Items of Wikidata for categories (`config/catalog/wikidata.toml`): of the thing itself where its item is known, else
-//! of a kind it belongs to.
+//! Wikidata items of categories (`config/catalog/wikidata.toml`): the item of the object itself if known, else of a
+//! superclass.
 
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
 use serde::Deserialize;
 
-/// The file.
+/// Contents of the file.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Table {
-    /// The item that everything belongs to.
+    /// The item that all others belong to.
     anything: String,
-    /// Category to item.
+    /// Items by category.
     exact: BTreeMap<String, String>,
     kind: Vec<Kind>,
 }
@@ -21,7 +21,7 @@ struct Table {
 #[serde(deny_unknown_fields)]
 struct Kind {
     item: String,
-    /// As Wikidata labels the item, for whoever reads the file.
+    /// Wikidata's label of the item, for readers of the file.
     #[cfg_attr(not(test), expect(dead_code, reason = "read by people and by the test"))]
     label: String,
     categories: Vec<String>,
@@ -32,7 +32,7 @@ static TABLE: LazyLock<Table> = LazyLock::new(|| {
         .expect("the built-in table parses (a test loads it)")
 });
 
-/// The item of a thing of that category, or of something it is a kind of; `Q` and digits.
+/// The item of the category or of a superclass; `Q` and digits.
 pub fn wikidata_item(category: &str) -> &'static str {
     let of_kind = || TABLE.kind.iter().find(|kind| kind.categories.iter().any(|known| known == category));
     match TABLE.exact.get(category) {
@@ -49,7 +49,7 @@ mod tests {
     use crate::category;
 
     #[test]
-    fn each_category_is_named_once_and_exists() {
+    fn wikidata_names_each_category_once_and_only_existing_ones() {
         let of_kinds = TABLE.kind.iter().flat_map(|kind| &kind.categories);
         let all: Vec<&String> = TABLE.exact.keys().chain(of_kinds).collect();
         assert_eq!(all.iter().collect::<BTreeSet<_>>().len(), all.len());
@@ -59,7 +59,7 @@ mod tests {
     }
 
     #[test]
-    fn items_are_numbers_of_wikidata() {
+    fn wikidata_items_are_q_and_digits() {
         let of_kinds = TABLE.kind.iter().map(|kind| &kind.item);
         for item in TABLE.exact.values().chain(of_kinds).chain([&TABLE.anything]) {
             let digits = item.strip_prefix('Q').expect("begins with Q");
@@ -69,7 +69,7 @@ mod tests {
     }
 
     #[test]
-    fn a_thing_is_told_as_exactly_as_it_is_known() {
+    fn wikidata_item_prefers_the_object_over_its_superclass() {
         assert_eq!(wikidata_item("mug"), "Q386215");
         assert_eq!(wikidata_item("chisel"), wikidata_item("wrench"));
         assert_eq!(wikidata_item("no such thing"), "Q223557");

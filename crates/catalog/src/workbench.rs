@@ -1,4 +1,4 @@
-//! Workbench and utility things.
+//! The workbench and utility family.
 
 mod fastening;
 mod gripping;

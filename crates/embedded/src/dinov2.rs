@@ -1,9 +1,8 @@
 //! The learned feature extractor: [DINOv2](vision::dinov2) with weights from local files.
 //!
-//! They are read once, when the program starts, and never fetched. The adapter's identity carries their digest, so
-//! that results made with others are not taken for theirs.
+//! The weights are read once at startup and never downloaded. The adapter's identity contains their digest, so results
+//! of different weights have different keys.
 
-use std::fmt::Write as _;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -16,7 +15,7 @@ use imaging::Image;
 use ports::{Adapter, Answer, Call, FeatureExtractor, Port, ProviderError};
 use vision::dinov2::{Dinov2, Dinov2Error, Dinov2WeightsError};
 
-/// Raised when the same picture and weights give other features than before.
+/// Version of the computation; incremented when the same image and weights give other features than before.
 const VERSION: u32 = 1;
 
 /// Answers the feature port with the class token of DINOv2.
@@ -26,7 +25,7 @@ pub struct Dinov2FeatureExtractor {
     identity: Adapter,
 }
 
-/// Why there is no extractor.
+/// Failure to load the weights.
 #[derive(Debug, thiserror::Error)]
 pub enum LoadWeightsError {
     #[error("cannot read {}: {source}; name a folder with model.safetensors and config.json", path.display())]
@@ -36,17 +35,23 @@ pub enum LoadWeightsError {
 }
 
 impl Dinov2FeatureExtractor {
-    /// Reads `model.safetensors` and `config.json` in a folder, or a safetensors file and the `config.json` beside it.
+    /// Loads `model.safetensors` and `config.json` from a folder, or a safetensors file with the `config.json` beside
+    /// it.
+    ///
+    /// # Errors
+    ///
+    /// `Unreadable` if a file cannot be read, `Unusable` if the weights do not match the configuration.
     pub fn load(weights: &Path) -> Result<Self, LoadWeightsError> {
-        let about = std::fs::metadata(weights).map_err(unreadable(weights))?;
-        let model_path = if about.is_dir() { weights.join("model.safetensors") } else { weights.to_owned() };
+        let metadata = std::fs::metadata(weights).map_err(unreadable(weights))?;
+        let model_path =
+            if metadata.is_dir() { weights.join("model.safetensors") } else { weights.to_owned() };
         let config_path = model_path.with_file_name("config.json");
         let config = read(&config_path)?;
         let tensors = read(&model_path)?;
         let digest = digest(&tensors);
         let model = Dinov2::read(&config, tensors).map_err(|source| {
-            let at_fault = matches!(source, Dinov2WeightsError::Config { .. });
-            let path = if at_fault { config_path } else { model_path };
+            let is_config_error = matches!(source, Dinov2WeightsError::Config { .. });
+            let path = if is_config_error { config_path } else { model_path };
             LoadWeightsError::Unusable { path, source }
         })?;
         let settings = json!({
@@ -64,13 +69,10 @@ impl FeatureExtractor for Dinov2FeatureExtractor {
         self.identity.clone()
     }
 
-    fn features<'a>(&'a self, call: &'a Call, pictures: Vec<Arc<Image>>) -> Answer<'a, Vec<Vec<f32>>> {
+    fn features<'a>(&'a self, call: &'a Call, images: Vec<Arc<Image>>) -> Answer<'a, Vec<Vec<f32>>> {
         let model = self.model.clone();
-        Box::pin(call.compute(Port::FeatureExtractor, move |interrupt| {
-            pictures
-                .par_iter()
-                .map(|picture| model.features(picture, interrupt).map_err(provider_error))
-                .collect()
+        Box::pin(call.compute(Port::FeatureExtractor, move |cancel| {
+            images.par_iter().map(|image| model.features(image, cancel).map_err(provider_error)).collect()
         }))
     }
 }
@@ -78,7 +80,7 @@ impl FeatureExtractor for Dinov2FeatureExtractor {
 fn provider_error(error: Dinov2Error) -> ProviderError {
     let port = Port::FeatureExtractor;
     match error {
-        Dinov2Error::Interrupted(interrupted) => interrupted.into(),
+        Dinov2Error::Cancelled(cancelled) => cancelled.into(),
         Dinov2Error::NotFinite => {
             let reason = format!("computing DINOv2 features of an image: {error}");
             ProviderError::Rejected { port, code: "features_not_finite", reason }
@@ -95,17 +97,12 @@ fn unreadable(path: &Path) -> impl FnOnce(io::Error) -> LoadWeightsError {
     move |source| LoadWeightsError::Unreadable { path: path.to_owned(), source }
 }
 
-/// In lowercase hexadecimal digits.
+/// SHA-256 in lowercase hexadecimal digits.
 fn digest(bytes: &[u8]) -> String {
-    let mut text = String::with_capacity(64);
-    for byte in Sha256::digest(bytes) {
-        // Writing to a string cannot fail.
-        let _ = write!(text, "{byte:02x}");
-    }
-    text
+    runtime::digest::hex(&Sha256::digest(bytes))
 }
 
-/// What the order of sums depends on, and with it the last bits of the features.
+/// The vector instruction set, which determines the order of sums and thus the last bits of the features.
 fn vector_instructions() -> &'static str {
     #[cfg(target_arch = "x86_64")]
     {
@@ -122,21 +119,21 @@ fn vector_instructions() -> &'static str {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use runtime::Cpu;
-    use runtime::Interrupt;
+    use runtime::CancelFlag;
+    use runtime::CpuPool;
 
     fn golden() -> PathBuf {
-        Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden/dinov2/mlp")
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/golden/dinov2/mlp")
     }
 
     #[tokio::test]
-    async fn every_picture_gets_its_unit_vector_whatever_the_number_of_threads() {
+    async fn features_are_unit_vectors_and_independent_of_thread_count() {
         let extractor = Dinov2FeatureExtractor::load(&golden()).expect("the golden weights");
-        let pictures = [[200, 30, 30, 255], [30, 30, 200, 255]].map(|c| Arc::new(Image::filled(40, 30, c)));
+        let images = [[200, 30, 30, 255], [30, 30, 200, 255]].map(|c| Arc::new(Image::filled(40, 30, c)));
         let mut answers = Vec::new();
         for threads in [1, 3] {
-            let call = Call::without_budget(Cpu::new(threads).expect("a pool"), Interrupt::default());
-            answers.push(extractor.features(&call, pictures.to_vec()).await.expect("an answer"));
+            let call = Call::without_budget(CpuPool::new(threads).expect("a pool"), CancelFlag::default());
+            answers.push(extractor.features(&call, images.to_vec()).await.expect("an answer"));
         }
         for feature in &answers[0] {
             assert!((feature.iter().map(|v| v * v).sum::<f32>() - 1.0).abs() < 1e-5);
@@ -146,16 +143,16 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn an_interrupted_call_says_so() {
+    async fn cancelled_call_returns_error() {
         let extractor = Dinov2FeatureExtractor::load(&golden()).expect("the golden weights");
-        let call = Call::without_budget(Cpu::new(1).expect("a pool"), Interrupt::default());
-        call.interrupt.raise();
+        let call = Call::without_budget(CpuPool::new(1).expect("a pool"), CancelFlag::default());
+        call.cancel.cancel();
         let answer = extractor.features(&call, vec![Arc::new(Image::filled(4, 4, [9, 9, 9, 255]))]).await;
-        assert!(matches!(answer, Err(ProviderError::Interrupted(_))));
+        assert!(matches!(answer, Err(ProviderError::Cancelled(_))));
     }
 
     #[test]
-    fn the_identity_changes_with_the_weights() {
+    fn identity_depends_on_weight_bytes_only() {
         let identity = |weights: &Path| Dinov2FeatureExtractor::load(weights).expect("weights").adapter();
         let folder = tempfile::tempdir().expect("temporary directory");
         for name in ["model.safetensors", "config.json"] {
@@ -172,23 +169,23 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_loaded_is_named() {
+    fn load_error_names_file_and_cause() {
         let folder = tempfile::tempdir().expect("temporary directory");
-        let complaint = || match Dinov2FeatureExtractor::load(folder.path()) {
+        let load_error = || match Dinov2FeatureExtractor::load(folder.path()) {
             Ok(_) => panic!("is loaded"),
             Err(error) => error.to_string(),
         };
-        let text = complaint();
+        let text = load_error();
         assert!(text.contains("cannot read") && text.contains("config.json"), "{text}");
         let nowhere = Dinov2FeatureExtractor::load(&folder.path().join("nowhere")).err().expect("is refused");
         assert!(nowhere.to_string().contains("nowhere: No such file"), "{nowhere}");
         std::fs::copy(golden().join("config.json"), folder.path().join("config.json")).expect("copies");
-        assert!(complaint().contains("model.safetensors: No such file"), "{}", complaint());
+        assert!(load_error().contains("model.safetensors: No such file"), "{}", load_error());
         std::fs::write(folder.path().join("model.safetensors"), "what").expect("writes");
-        assert!(complaint().contains("model.safetensors is not a safetensors file"), "{}", complaint());
+        assert!(load_error().contains("model.safetensors is not a safetensors file"), "{}", load_error());
         let swiglu = golden().with_file_name("swiglu").join("model.safetensors");
         std::fs::copy(swiglu, folder.path().join("model.safetensors")).expect("copies");
-        let text = complaint();
+        let text = load_error();
         assert!(text.contains("tensor embeddings.patch_embeddings.projection.weight has shape"), "{text}");
     }
 }

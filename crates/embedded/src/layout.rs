@@ -1,27 +1,27 @@
-//! Where things stand: a sampler of collision-free, functional arrangements on a table.
+//! Layout synthesis: samples collision-free, functional arrangements of objects on a table.
 //!
-//! Things form a tree of who carries whom. What stands on or lies in something is laid out in its
-//! supporter's frame first; the group then moves as one. On each surface (the table, a tray, a plate) groups are
-//! placed one after the other: many candidate places are drawn, by the relations the text states, by habit
-//! (the mouse right of the keyboard, the fork left of the plate, one place at the table per plate), and by
-//! the zone a thing belongs to; those that overlap, reach over the real outline or break a relation are
-//! dropped; the cheapest of the rest is taken. A dead end starts another attempt with another stream;
-//! late attempts stand closer and read relations more loosely. What never fits is an error with names.
+//! Objects form a support tree. Objects on or in a supporter are laid out first, in the supporter's frame; the group
+//! then moves as one. On each surface (table, tray, plate) groups are placed one after the other. Candidate
+//! placements are sampled from three sources: relations of the text, co-occurrence priors (the mouse right of the
+//! keyboard, the fork left of the plate, one place setting for each plate), and the zone of the category. Candidates
+//! that overlap, extend beyond the outline or violate a relation are rejected; the candidate with the lowest cost is
+//! selected. An infeasible group ends the attempt, and the next attempt uses another random stream. Late attempts use
+//! smaller gaps and larger tolerances. If no attempt succeeds, the error names the objects without space.
 //!
-//! Input: meshes in canonical frames (meters, +z up, front toward -y) and their relations. Output: poses
-//! in the world (table top at z = 0) whose heights are rough: they are meant to be dropped. Guarantees: same
-//! input, same poses; footprints on one surface do not overlap and lie inside the outline. Not for
-//! arrangements that balance or lean. Cost: milliseconds for twelve things.
+//! Input: meshes in canonical frames (meters, +z up, front toward -y) and their relations. Output: poses in the
+//! world frame (table top at z = 0) with approximate heights, to be settled by simulation. Guarantees: the same input
+//! gives the same poses; footprints on one surface are disjoint and lie inside the outline. Arrangements that balance
+//! or lean are out of scope. Cost: milliseconds for twelve objects.
 
 mod footprint;
-mod relief;
-mod tree;
-mod links;
-mod habits;
-mod seats;
-mod ground;
+mod height_map;
+mod support_tree;
+mod spatial_constraints;
+mod co_occurrence_priors;
+mod place_settings;
+mod support_surface;
 mod group;
-mod arena;
+mod placement_sampler;
 mod container;
 #[cfg(test)]
 mod tests;
@@ -30,48 +30,48 @@ use glam::{DQuat, DVec2};
 use serde::{Deserialize, Serialize};
 
 use self::footprint::Footprint;
-use self::group::{Group, Grouping};
-use self::relief::Relief;
+use self::group::{Group, LayoutAttempt};
+use self::height_map::HeightMap;
 use catalog::Category;
 use geometry::{Outline, Pose, TexturedMesh};
 use runtime::seed::child_rng;
-use runtime::{Interrupt, Interrupted};
+use runtime::{CancelFlag, Cancelled};
 use scene::RelationKind;
-pub use tree::Carrier;
+pub use support_tree::Supporter;
 
 /// Section `[layout]`.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct LayoutSettings {
-    /// Arrangements begun before giving up, 1..1000. More: fuller tables, slower refusals.
+    /// Maximum number of attempts, 1..1000. Higher: fuller tables, slower failures.
     pub attempts: u32,
-    /// Places tried for each thing, 10..1000. More: tidier, slower.
+    /// Candidate placements for each object, 10..1000. Higher: more orderly, slower.
     pub candidates: u32,
-    /// Free space around each thing, meters, 0.002..0.1. More: sparser.
+    /// Free space around each object, meters, 0.002..0.1. Higher: sparser.
     pub gap_m: f64,
-    /// What that shrinks to in the last attempts, meters, 0.001..`gap_m`.
-    pub least_gap_m: f64,
-    /// Distance kept from the table's edge, meters, 0..0.2.
+    /// Free space in the last attempts, meters, 0.001..`gap_m`.
+    pub min_gap_m: f64,
+    /// Minimum distance from the table's edge, meters, 0..0.2.
     pub edge_margin_m: f64,
-    /// Standard deviation of how carelessly things are turned, radians, 0..0.5. More: messier.
+    /// Scale of the random yaw of objects, radians, 0..0.5. Higher: less aligned.
     pub jitter_rad: f64,
-    /// Cost of a place varies at random by this much, 0..2 (a relation missed by 10 cm costs 1). More: more
-    /// various and less orderly.
-    pub whim: f64,
+    /// Upper bound of the uniform random term in the placement cost, 0..2. A relation violated by 10 cm costs 1.
+    /// Higher: more varied, less orderly.
+    pub placement_cost_noise: f64,
 }
 
-/// One thing to be placed.
-pub struct Thing<'a> {
-    /// How errors call it.
+/// An object to place.
+pub struct LayoutObject<'a> {
+    /// Name in errors.
     pub name: String,
     pub category: &'a Category,
-    /// In its canonical frame.
+    /// Mesh in the canonical frame.
     pub mesh: &'a TexturedMesh,
-    /// Relations to other things by index; `None` is the table.
+    /// Relations to other objects by index; `None` is the table.
     pub relations: Vec<(RelationKind, Option<usize>)>,
 }
 
-/// Why there is no arrangement.
+/// Failure of the layout sampler.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LayoutError {
     #[error(
@@ -80,10 +80,10 @@ pub enum LayoutError {
     )]
     NoRoom { names: Vec<String>, attempts: u32 },
     #[error(transparent)]
-    Interrupted(#[from] Interrupted),
+    Cancelled(#[from] Cancelled),
 }
 
-/// Where something stands seen from above.
+/// Position and yaw of an object on a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Placement {
     xy_m: DVec2,
@@ -91,8 +91,8 @@ struct Placement {
 }
 
 impl Placement {
-    /// `self` is `outer_from_inner`, `inner` is `inner_from_thing`.
-    fn then(&self, inner: &Placement) -> Placement {
+    /// The composition: `self` is `outer_from_inner`, `inner` is `inner_from_object`.
+    fn compose(&self, inner: &Placement) -> Placement {
         Placement {
             xy_m: self.xy_m + DVec2::from_angle(self.yaw_rad).rotate(inner.xy_m),
             yaw_rad: self.yaw_rad + inner.yaw_rad,
@@ -100,101 +100,115 @@ impl Placement {
     }
 }
 
-/// A thing with what the sampler needs to know of its shape.
-struct Prepared<'a> {
+/// An object's category and geometry, precomputed for the sampler.
+struct ObjectGeometry<'a> {
     category: &'a Category,
     mesh: &'a TexturedMesh,
     footprint: Footprint,
     height_m: f64,
-    /// Of supporters and containers only.
-    relief: Option<Relief>,
+    /// For supporters and containers only.
+    height_map: Option<HeightMap>,
 }
 
-/// Who carries each thing; `None` = the table.
-pub fn carriers(things: &[Thing]) -> Vec<Option<Carrier>> {
-    tree::carriers(things)
+/// The supporter of each object; `None` = the table.
+pub fn supporters(objects: &[LayoutObject]) -> Vec<Option<Supporter>> {
+    support_tree::supporters(objects)
 }
 
-/// A pose for each thing; another seed, another arrangement.
+/// A pose for each object. Another seed gives another arrangement.
+///
+/// # Errors
+///
+/// `NoRoom` if no attempt places every object; `Cancelled` if `cancel` is set.
 pub fn arrange(
-    things: &[Thing],
+    objects: &[LayoutObject],
     outline: &Outline,
     seed: u64,
     settings: &LayoutSettings,
-    interrupt: &Interrupt,
+    cancel: &CancelFlag,
 ) -> Result<Vec<Pose>, LayoutError> {
-    let carriers = tree::carriers(things);
-    let prepared: Vec<Prepared> = things
+    let supporters = support_tree::supporters(objects);
+    let geometries: Vec<ObjectGeometry> = objects
         .iter()
         .enumerate()
-        .map(|(index, thing)| {
-            let carries = carriers.iter().flatten().any(|carrier| carrier.parent == index);
-            Prepared {
-                category: thing.category,
-                mesh: thing.mesh,
-                footprint: Footprint::around(thing.mesh.positions.iter().map(|p| p.truncate())),
-                height_m: thing.mesh.size_m().z,
-                relief: carries.then(|| Relief::of(thing.mesh)),
+        .map(|(index, object)| {
+            let is_supporter = supporters.iter().flatten().any(|supporter| supporter.parent == index);
+            ObjectGeometry {
+                category: object.category,
+                mesh: object.mesh,
+                footprint: Footprint::around(object.mesh.positions.iter().map(|p| p.truncate())),
+                height_m: object.mesh.size_m().z,
+                height_map: is_supporter.then(|| HeightMap::of(object.mesh)),
             }
         })
         .collect();
-    let links = links::links(things, &carriers);
-    let mut failures = vec![0_u32; things.len()];
-    for attempt in 0..settings.attempts {
-        interrupt.check()?;
-        let lateness = f64::from(attempt) / f64::from(settings.attempts);
-        let squeeze = ((lateness - 0.4) / 0.5).clamp(0.0, 1.0);
-        let mut grouping = Grouping {
-            things: &prepared,
-            carriers: &carriers,
-            links: &links,
-            wishes: things,
+    let mut constraints = spatial_constraints::hard_constraints(objects, &supporters);
+    co_occurrence_priors::add_soft_constraints(objects, &supporters, &mut constraints);
+    let mut failures = vec![0_u32; objects.len()];
+    for number in 0..settings.attempts {
+        cancel.check()?;
+        let lateness = f64::from(number) / f64::from(settings.attempts);
+        let relaxation = ((lateness - 0.4) / 0.5).clamp(0.0, 1.0);
+        let mut attempt = LayoutAttempt {
+            objects: &geometries,
+            supporters: &supporters,
+            constraints: &constraints,
+            requests: objects,
             settings,
-            gap_m: settings.gap_m + squeeze * (settings.least_gap_m - settings.gap_m),
-            slack: 1.0 + 2.0 * squeeze,
-            rng: child_rng(seed, &format!("layout {attempt}")),
+            gap_m: settings.gap_m + relaxation * (settings.min_gap_m - settings.gap_m),
+            tolerance_factor: 1.0 + 2.0 * relaxation,
+            rng: child_rng(seed, &format!("layout {number}")),
         };
-        match grouping.arrange_on(outline) {
-            Ok(groups) => return Ok(poses(&prepared, &carriers, &groups)),
-            Err(thing) => failures[thing] += 1,
+        match attempt.arrange_on(outline) {
+            Ok(groups) => return Ok(poses(&geometries, &supporters, &groups)),
+            Err(object) => failures[object] += 1,
         }
     }
-    // Those at fault in at least a fifth of the attempts.
-    let bar = (settings.attempts / 5).max(1).min(failures.iter().copied().max().unwrap_or(0));
-    let names =
-        things.iter().zip(&failures).filter(|(_, f)| **f >= bar).map(|(t, _)| t.name.clone()).collect();
+    // Objects that failed in at least a fifth of the attempts.
+    let min_failures = (settings.attempts / 5).max(1).min(failures.iter().copied().max().unwrap_or(0));
+    let names = objects
+        .iter()
+        .zip(&failures)
+        .filter(|(_, f)| **f >= min_failures)
+        .map(|(object, _)| object.name.clone())
+        .collect();
     Err(LayoutError::NoRoom { names, attempts: settings.attempts })
 }
 
 /// Poses of all members of the groups on the table.
-fn poses(things: &[Prepared], carriers: &[Option<Carrier>], groups: &[(Placement, Group)]) -> Vec<Pose> {
-    let mut poses = vec![Pose::IDENTITY; things.len()];
+fn poses(
+    objects: &[ObjectGeometry],
+    supporters: &[Option<Supporter>],
+    groups: &[(Placement, Group)],
+) -> Vec<Pose> {
+    let mut poses = vec![Pose::IDENTITY; objects.len()];
     for (placement, group) in groups {
         for member in &group.members {
-            let at = placement.then(&member.at);
+            let at = placement.compose(&member.at);
             let rotation = DQuat::from_rotation_z(at.yaw_rad) * member.lean;
-            poses[member.thing] = Pose { translation_m: at.xy_m.extend(0.0), rotation: rotation.normalize() };
+            poses[member.object] =
+                Pose { translation_m: at.xy_m.extend(0.0), rotation: rotation.normalize() };
         }
     }
-    for thing in 0..things.len() {
-        // Roughly: as high as everything it stands on.
-        let mut below = carriers[thing];
-        while let Some(carrier) = below {
-            poses[thing].translation_m.z += things[carrier.parent].height_m;
-            below = carriers[carrier.parent];
+    for object in 0..objects.len() {
+        // Approximate height: the sum of the heights of the supporters.
+        let mut below = supporters[object];
+        while let Some(supporter) = below {
+            poses[object].translation_m.z += objects[supporter.parent].height_m;
+            below = supporters[supporter.parent];
         }
     }
     poses
 }
 
-impl Prepared<'_> {
-    /// Its longer horizontal extent is along its own y.
+impl ObjectGeometry<'_> {
+    /// Whether the longer horizontal extent is along the object's y axis.
     fn long_in_y(&self) -> bool {
         let size = self.footprint.size_m();
         size.y > size.x
     }
 
-    /// Longest over second-longest extent.
+    /// Ratio of the longest to the second-longest extent.
     fn slenderness(&self) -> f64 {
         let size = self.footprint.size_m().extend(self.height_m);
         let mut extents = size.to_array();

@@ -1,13 +1,37 @@
-//! Embedded adapters of the ports: real algorithms that need no key, no network and no GPU. All but [`dinov2`], which
-//! wants weights of somebody else's, are always there.
+//! Embedded adapters of the ports: classical algorithms and bundled networks that run without API keys, network access
+//! or a GPU.
+//!
+//! [`text_parser`] converts texts to scene descriptions, [`layout`] arranges objects on a table, [`image_generator`]
+//! renders reference images, and [`single_view_reconstruction`] handles images from other sources. [`ports`] assembles
+//! them. Every adapter is always available except [`dinov2`], which needs external weights.
+//!
+//! The crate depends on `ports`, `vision`, `pose_estimation`, `physics`, `render`, `catalog` and the crates below
+//! them. It must not depend on the remote adapters, the store, the pipeline or the API, and it opens no network
+//! connections.
+//!
+//! ```
+//! use embedded::text_parser::{DescribeOptions, TextParserSettings, describe};
+//!
+//! let settings = TextParserSettings {
+//!     max_text_chars: 4000,
+//!     fewest_objects: 8,
+//!     default_max_objects: 15,
+//!     kinds_that_close_a_text: 3,
+//!     table_area_per_footprint: 3.0,
+//! };
+//! let options = DescribeOptions { max_objects: 64, table: None };
+//! let scene = describe("a desk with two mugs", 7, &options, &settings)?;
+//! assert_eq!(scene.objects.iter().filter(|object| object.requested).count(), 2);
+//! # Ok::<(), embedded::text_parser::DescribeError>(())
+//! ```
 
 pub mod analyst;
 pub mod layout;
-pub mod painter;
-pub mod photograph;
+pub mod image_generator;
+pub mod single_view_reconstruction;
 pub mod orientation;
 mod recognized_table;
-pub mod scene_analyst;
+pub mod text_parser;
 pub mod segmenter;
 pub mod mesh_generator;
 pub mod descriptor;
@@ -26,10 +50,10 @@ use vision::descriptor::DescriptorSettings;
 /// Settings of all embedded adapters.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 pub struct EmbeddedSettings {
-    pub analyst: analyst::Settings,
+    pub analyst: text_parser::TextParserSettings,
     pub layout: layout::LayoutSettings,
-    pub painter: painter::PainterSettings,
-    pub photograph: photograph::PhotographSettings,
+    pub image_generator: image_generator::ImageGeneratorSettings,
+    pub photograph: single_view_reconstruction::SingleViewSettings,
     pub descriptor: DescriptorSettings,
     pub render: RenderSettings,
     pub decompose: DecomposeSettings,
@@ -38,19 +62,19 @@ pub struct EmbeddedSettings {
     pub certify: CertifySettings,
 }
 
-/// An embedded adapter for every port; pictures nobody here painted are read by the network, if there is one.
-pub fn ports(settings: &EmbeddedSettings, network: Option<Arc<photograph::ReadingNetwork>>) -> Ports {
+/// An embedded adapter for every port. `network` reads images without ground truth.
+pub fn ports(settings: &EmbeddedSettings, network: Arc<single_view_reconstruction::ReadingNetwork>) -> Ports {
     let settings = settings.clone();
-    let reader = photograph::PictureReader::new(network, settings.photograph.clone());
+    let reader = single_view_reconstruction::ImageReader::new(network, settings.photograph.clone());
     Ports {
-        analyst: Arc::new(scene_analyst::EmbeddedAnalyst {
+        analyst: Arc::new(analyst::EmbeddedAnalyst {
             settings: settings.analyst,
             photograph: reader.clone(),
         }),
-        painter: Arc::new(painter::EmbeddedPainter {
+        image_generator: Arc::new(image_generator::EmbeddedImageGenerator {
             photograph: settings.photograph.clone(),
             layout: settings.layout,
-            painter: settings.painter,
+            image_generator: settings.image_generator,
             render: settings.render,
             decompose: settings.decompose,
             settle: settings.settle,

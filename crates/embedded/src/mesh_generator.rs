@@ -1,8 +1,8 @@
-//! The embedded mesh generator: the parametric catalog for pictures our own painter painted, reconstruction
-//! from one view for photographs.
+//! The embedded mesh generator: parametric catalog meshes for images of the embedded image generator, single-view
+//! reconstruction for other images.
 //!
-//! Meshes come as a remote generator's would: unit-sized, in a seeded one of the 24 axis-aligned
-//! orientations. Whoever wants them upright has to find out how.
+//! Meshes match the output of remote generators: unit-sized, in one of the 24 axis-aligned orientations, selected by
+//! the seed. The canonicalization stage restores the upright orientation.
 
 use catalog;
 use catalog::Recipe;
@@ -11,18 +11,18 @@ use ports::{
 };
 use scene::{RecognizedTable, ReconstructionMethod};
 
-use super::orientation::turned;
-use super::photograph::{self, PhotographSettings};
+use super::orientation::randomly_oriented;
 use super::recognized_table;
+use super::single_view_reconstruction::{self, SingleViewSettings};
 
-/// Answers from the catalog, or from the one view there is.
+/// Answers the mesh port from the catalog or from a single view.
 pub struct EmbeddedMeshGenerator {
-    pub photograph: PhotographSettings,
+    pub photograph: SingleViewSettings,
 }
 
 const CATALOG: &str = "embedded/catalog";
 
-/// Licence of meshes made by our own generators.
+/// License of meshes of the embedded generators.
 const LICENCE: &str = "CC0-1.0";
 
 impl MeshGenerator for EmbeddedMeshGenerator {
@@ -32,9 +32,9 @@ impl MeshGenerator for EmbeddedMeshGenerator {
 
     fn reconstruct<'a>(&'a self, call: &'a Call, request: ReconstructionRequest) -> Answer<'a, RawMesh> {
         let settings = self.photograph.clone();
-        Box::pin(call.compute(Port::MeshGenerator, move |interrupt| {
-            if !request.painted {
-                return photograph::reconstruct(&request, &settings, interrupt);
+        Box::pin(call.compute(Port::MeshGenerator, move |cancel| {
+            if !request.rendered {
+                return single_view_reconstruction::reconstruct(&request, &settings, cancel);
             }
             let object = &request.object;
             let recipe = Recipe {
@@ -44,13 +44,13 @@ impl MeshGenerator for EmbeddedMeshGenerator {
                 material: object.material.clone(),
                 seed: object.seed,
             };
-            let mesh = catalog::stocked(&recipe).ok_or_else(|| ProviderError::Unsupported {
+            let mesh = catalog::build_cached(&recipe).ok_or_else(|| ProviderError::Unsupported {
                 port: Port::MeshGenerator,
                 adapter: CATALOG.into(),
                 reason: format!("{:?} is no category of the catalog", object.category),
             })?;
             Ok(RawMesh {
-                mesh: turned((*mesh).clone(), request.seed),
+                mesh: randomly_oriented((*mesh).clone(), request.seed),
                 method: ReconstructionMethod::Category,
                 made_by: CATALOG.into(),
                 licence: LICENCE.into(),

@@ -1,4 +1,4 @@
-//! How a generated mesh arrives: unit-sized and turned any way, as generators give it.
+//! Random orientation of meshes: simulates the unit-sized, arbitrarily rotated output of mesh generators.
 
 use glam::{DMat3, DQuat, DVec3};
 use rand::RngExt;
@@ -6,9 +6,9 @@ use rand::RngExt;
 use geometry::TexturedMesh;
 use runtime::seed::child_rng;
 
-/// The mesh scaled so that its longest edge is 1, turned by one of the 24 axis-aligned rotations drawn from
-/// `seed`, its bounding box centered on the origin. A mesh without extent is only turned.
-pub fn turned(mesh: TexturedMesh, seed: u64) -> TexturedMesh {
+/// Scales the longest extent of a mesh to 1, applies one of the 24 axis-aligned rotations selected by `seed`, and
+/// centers its bounding box on the origin. A mesh without extent is only rotated.
+pub fn randomly_oriented(mesh: TexturedMesh, seed: u64) -> TexturedMesh {
     let index = child_rng(seed, "orientation").random_range(0..24);
     let longest = mesh.size_m().max_element();
     let unit = if longest > 0.0 { mesh.scaled(DVec3::splat(1.0 / longest)) } else { mesh };
@@ -17,7 +17,7 @@ pub fn turned(mesh: TexturedMesh, seed: u64) -> TexturedMesh {
     mesh.translated(-0.5 * (low + high))
 }
 
-/// One of the 24 proper rotations that take axes to axes; 0 is the identity.
+/// One of the 24 proper rotations that map axes to axes; 0 is the identity.
 fn axis_aligned(index: usize) -> DQuat {
     let axes = [DVec3::X, DVec3::Y, DVec3::Z, -DVec3::X, -DVec3::Y, -DVec3::Z];
     let x = axes[(index / 4) % 6];
@@ -32,7 +32,7 @@ mod tests {
     use geometry::{Material, Rgb, shapes};
 
     #[test]
-    fn all_24_are_different_proper_rotations() {
+    fn axis_aligned_gives_24_distinct_proper_rotations() {
         let all: Vec<DQuat> = (0..24).map(axis_aligned).collect();
         assert!(all[0].abs_diff_eq(DQuat::IDENTITY, 1e-12));
         for (k, a) in all.iter().enumerate() {
@@ -42,15 +42,15 @@ mod tests {
     }
 
     #[test]
-    fn the_longest_edge_becomes_one_and_seeds_differ() {
+    fn longest_extent_becomes_one_and_orientation_varies_with_seed() {
         let mut mesh = TexturedMesh::default();
         mesh.add(
             shapes::block(DVec3::new(0.3, 0.2, 0.1)),
             &Material::plain("paint", Rgb::hex(0x808080), 0.5),
         );
-        let sizes: Vec<DVec3> = (0..12).map(|seed| turned(mesh.clone(), seed).size_m()).collect();
+        let sizes: Vec<DVec3> = (0..12).map(|seed| randomly_oriented(mesh.clone(), seed).size_m()).collect();
         assert!(sizes.iter().all(|size| (size.max_element() - 1.0).abs() < 1e-9));
         assert!(sizes.iter().any(|size| (*size - sizes[0]).length() > 0.1));
-        assert_eq!(turned(mesh.clone(), 5), turned(mesh, 5));
+        assert_eq!(randomly_oriented(mesh.clone(), 5), randomly_oriented(mesh, 5));
     }
 }

@@ -1,18 +1,19 @@
-//! The embedded segmenter: masks of pictures our own painter painted, which knows them, and of photographs by
-//! looking; boxes on top views made here.
+//! The embedded segmenter: masks from the ground truth of the embedded image generator, or from single-view
+//! segmentation for other images; boxes for rendered top views.
 
 use std::sync::Arc;
 
-use super::photograph::{self, PictureReader};
+use super::single_view_reconstruction::{self, ImageReader};
 use imaging::Mask;
 use ports::{
-    Adapter, Answer, Call, Port, ProviderError, Reference, Segmentation, Segmenter, TopBoxes, TopPicture,
+    Adapter, Answer, Call, Port, ProviderError, ReferenceImage, Segmentation, Segmenter, TopBoxes,
+    TopViewImage,
 };
 use scene::{MaskEdges, Recognition};
 
-/// Answers from what the painter knows, or by looking.
+/// Answers the segmentation port from ground truth or by segmentation.
 pub struct EmbeddedSegmenter {
-    pub photograph: PictureReader,
+    pub photograph: ImageReader,
 }
 
 const NAME: &str = "embedded/segmenter";
@@ -25,27 +26,27 @@ impl Segmenter for EmbeddedSegmenter {
     fn segment<'a>(
         &'a self,
         call: &'a Call,
-        reference: Reference,
+        reference: ReferenceImage,
         recognition: Arc<Recognition>,
     ) -> Answer<'a, Segmentation> {
         let reader = self.photograph.clone();
-        Box::pin(call.compute(Port::Segmenter, move |interrupt| {
+        Box::pin(call.compute(Port::Segmenter, move |cancel| {
             match &reference.known {
                 Some(known) => Ok(Segmentation { masks: known.masks.clone(), edges: known.mask_edges }),
-                None => photograph::segment(&reference.picture, &recognition, &reader, interrupt)
+                None => single_view_reconstruction::segment(&reference.image, &recognition, &reader, cancel)
                     .map(|masks| Segmentation { masks, edges: MaskEdges::Sharp }),
             }
         }))
     }
 
-    fn table<'a>(&'a self, _call: &'a Call, reference: Reference) -> Answer<'a, Option<Mask>> {
+    fn table<'a>(&'a self, _call: &'a Call, reference: ReferenceImage) -> Answer<'a, Option<Mask>> {
         Box::pin(async move { Ok(reference.known.as_ref().map(|known| known.table_mask.clone())) })
     }
 
     fn top_boxes<'a>(
         &'a self,
         _call: &'a Call,
-        top: TopPicture,
+        top: TopViewImage,
         _recognition: Arc<Recognition>,
     ) -> Answer<'a, TopBoxes> {
         Box::pin(async move {

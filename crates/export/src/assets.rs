@@ -1,4 +1,4 @@
-//! What travels beside the scene value into the writers, and what comes out.
+//! Geometry and images that the writers take beside the scene, and the files they return.
 
 use std::collections::BTreeMap;
 
@@ -17,11 +17,11 @@ pub struct BodyAsset {
     pub category: String,
     pub visual: TexturedMesh,
     pub hulls: Vec<ConvexHull>,
-    /// Item of Wikidata that names it, or a kind it belongs to: `Q` and digits.
+    /// Wikidata item of the object or of its class: `Q` and digits.
     pub wikidata_item: String,
-    /// What it is mainly made of: a name of `config/materials.toml`.
+    /// Main material: a name of `config/materials.toml`.
     pub substance: String,
-    /// How a parallel gripper takes it, where that is known.
+    /// A grasp of a parallel gripper, if one is known.
     pub grasp: Option<ParallelGrasp>,
     /// Resistance to rolling: torque over normal force, meters.
     pub rolling_friction_m: f64,
@@ -38,24 +38,24 @@ pub struct Assets {
     pub instances: Vec<BodyAsset>,
 }
 
-/// PNG pictures of the scene. An empty entry is left out of the bundle.
+/// PNG images of the scene. An empty entry is left out of the bundle.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Pictures {
-    /// The scene as a person would photograph it.
+pub struct Images {
+    /// Perspective view of the scene.
     pub hero_png: Vec<u8>,
-    /// Straight from above.
+    /// Top view.
     pub top_png: Vec<u8>,
-    /// Views from the sides, by name (`front`, `right`, `back`, `left`).
+    /// Side views, by name (`front`, `right`, `back`, `left`).
     pub sides_png: Vec<(String, Vec<u8>)>,
-    /// The reference picture.
+    /// The reference image.
     pub reference_png: Vec<u8>,
-    /// The reference picture, the scene from the same camera, and where they agree, in one row.
+    /// Side by side: the reference image, the scene from the same camera, and their overlap.
     pub beside_png: Vec<u8>,
     /// 256 x 256 pixels, by body name.
     pub thumbnails: BTreeMap<String, Vec<u8>>,
 }
 
-impl Pictures {
+impl Images {
     /// The files under `preview/`.
     pub fn files(&self) -> Vec<BundleFile> {
         let named = [
@@ -81,7 +81,7 @@ pub struct BundleFile {
     /// Relative, with forward slashes.
     pub path: String,
     pub bytes: Vec<u8>,
-    /// What it is for (`usd_stage`, `urdf_hull`), as `manifest.json` tells it.
+    /// Role in the bundle (`usd_stage`, `urdf_hull`), as in `manifest.json`.
     pub role: String,
     pub media_type: String,
 }

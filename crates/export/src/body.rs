@@ -1,4 +1,4 @@
-//! One body as every writer sees it: checked once, so that writers need no error paths.
+//! The validated body that all writers take as input, so that writers need no error paths.
 
 use std::collections::BTreeSet;
 
@@ -12,7 +12,7 @@ use scene::Scene;
 use super::surface::printable_surface;
 use super::{Assets, BodyAsset, ExportError};
 
-/// Why no simulator could hold a body.
+/// The reason why a body is unphysical or unusable in a simulator.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum BodyFault {
     #[error("it has no collision hull")]
@@ -27,8 +27,8 @@ pub enum BodyFault {
     Inertia { moments_kg_m2: DVec3, reason: &'static str },
     #[error("its pose is not finite")]
     Pose,
-    #[error("its {what} is {value}; it must lie between 0 and {most}")]
-    Contact { what: &'static str, value: f64, most: f64 },
+    #[error("its {what} is {value}; it must lie between 0 and {highest}")]
+    Contact { what: &'static str, value: f64, highest: f64 },
     #[error("its dynamic friction {dynamic_coefficient} exceeds its static friction {static_coefficient}")]
     Friction { static_coefficient: f64, dynamic_coefficient: f64 },
     #[error("{0}")]
@@ -36,7 +36,7 @@ pub enum BodyFault {
 }
 
 impl BodyFault {
-    /// A word that stays the same when sentences change.
+    /// Stable error code for programs.
     pub fn code(&self) -> &'static str {
         match self {
             Self::NoHull => "missing_collider",
@@ -83,7 +83,7 @@ impl Body {
     }
 }
 
-/// Names that files of the bundle use themselves.
+/// Names reserved for files of the bundle.
 const RESERVED_NAMES: [&str; 3] = ["scene", "world", "floor"];
 
 /// The table first, then the instances in scene order.
@@ -127,7 +127,7 @@ pub fn bodies(scene: &Scene, assets: &Assets) -> Result<Vec<Body>, ExportError> 
     facts.par_iter().zip(geometry).map(|(facts, asset)| checked_body(facts, asset)).collect()
 }
 
-/// What the scene says about a body, whether table or instance.
+/// The properties of a body in the scene, for the table and for instances.
 struct Facts<'a> {
     name: &'a str,
     label: &'a str,
@@ -181,7 +181,7 @@ fn checked_body(facts: &Facts<'_>, asset: &BodyAsset) -> Result<Body, ExportErro
     })
 }
 
-/// Whether mass and inertia are those of something that fills these shapes, and whether the hulls are hulls.
+/// Checks that mass and inertia are physical for these shapes and that the hulls are closed and have volume.
 pub fn check_solid(
     visual: &TexturedMesh,
     hulls: &[ConvexHull],
@@ -192,7 +192,7 @@ pub fn check_solid(
     check_mass(mass, corners)
 }
 
-/// How a body rubs and bounces.
+/// Contact parameters of a body.
 pub struct Contact {
     pub friction: Friction,
     pub restitution: f64,
@@ -201,7 +201,7 @@ pub struct Contact {
 }
 
 impl Contact {
-    /// Whether a surface can be like that.
+    /// Checks that the parameters are physical.
     pub fn check(&self) -> Result<(), BodyFault> {
         let Friction { static_coefficient, dynamic_coefficient } = self.friction;
         let limits = [
@@ -211,9 +211,9 @@ impl Contact {
             ("rolling friction (m)", self.rolling_friction_m, 1.0),
             ("torsional friction (m)", self.torsional_friction_m, 1.0),
         ];
-        for (what, value, most) in limits {
-            if !(0.0..=most).contains(&value) {
-                return Err(BodyFault::Contact { what, value, most });
+        for (what, value, highest) in limits {
+            if !(0.0..=highest).contains(&value) {
+                return Err(BodyFault::Contact { what, value, highest });
             }
         }
         if dynamic_coefficient > static_coefficient {
@@ -243,7 +243,7 @@ fn check_hulls(hulls: &[ConvexHull]) -> Result<(), BodyFault> {
     Ok(())
 }
 
-/// How far a center of mass may lie outside the box of its body, meters: thin shells are weighed on their surface.
+/// Tolerance for a center of mass outside its body's box, meters: the mass of thin shells is on their surface.
 const OUTSIDE_BOX_M: f64 = 1e-3;
 
 fn check_mass<'a, I: Iterator<Item = &'a DVec3>>(
@@ -273,7 +273,7 @@ fn check_mass<'a, I: Iterator<Item = &'a DVec3>>(
     if outside_m.is_nan() || outside_m > OUTSIDE_BOX_M {
         return Err(BodyFault::CenterOfMass { outside_m });
     }
-    // No part of the body is farther from an axis than its farthest corner from the center.
+    // Upper bound: no part of the body is farther from an axis than its farthest corner is from the center.
     let farthest_m = corners().map(|corner| corner.distance(center)).fold(0.0, f64::max);
     if moments.max_element() > mass.mass_kg * farthest_m * farthest_m {
         return impossible("are larger than its mass at its farthest corner would have");

@@ -1,4 +1,4 @@
-//! `glb/`: one file per body in its own frame, one for the whole scene.
+//! `glb/`: one file per body in its own frame, and one for the whole scene.
 
 use rayon::prelude::*;
 

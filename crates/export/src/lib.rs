@@ -1,8 +1,20 @@
-//! Formats: a finished scene becomes bytes. Pure: the same scene gives the same bytes on any day.
+//! Writes a finished scene as USD, URDF, MJCF, SDF, GLB, reports and a manifest. Equal scenes give equal bytes.
 //!
-//! [`write_formats`] checks the scene once ([`body`]), writes every format from the same values, reads
-//! the files back with independent little readers ([`parity`]) and refuses to hand out a bundle in which
-//! a format tells another mass, pose or hull than the scene. [`zip_bundle`] packs.
+//! [`write_formats`] validates the bodies once ([`body`]) and writes every format from the same values. It then reads
+//! the files with independent readers ([`round_trip`]) and fails if a format holds another mass, pose or hull than the
+//! scene. [`zip_bundle`] packs the files.
+//!
+//! The crate must not depend on the pipeline, the store, providers or simulators, and it reads no clock and no file.
+//!
+//! ```
+//! use export::{BundleFile, zip_bundle};
+//!
+//! let notes = BundleFile::text("notes.txt", "hello".to_owned(), "notes", "text/plain");
+//! let scene = BundleFile::json("scene.json", &serde_json::json!({ "id": "0a1b" }), "scene")?;
+//! let archive = zip_bundle(&[scene, notes])?;
+//! assert!(archive.starts_with(b"PK"));
+//! # Ok::<(), export::ExportError>(())
+//! ```
 
 pub mod settings;
 pub mod assets;
@@ -16,20 +28,16 @@ pub mod urdf;
 pub mod mjcf;
 pub mod sdf;
 pub mod glb;
-pub mod parity;
+pub mod round_trip;
 pub mod report;
 pub mod manifest;
 pub mod readme;
 pub mod archive;
 #[cfg(test)]
-mod specimen;
-#[cfg(test)]
-mod planted_faults;
-#[cfg(test)]
-mod labels_survive;
+mod tests;
 
 pub use archive::zip_bundle;
-pub use assets::{Assets, BodyAsset, BundleFile, Pictures};
+pub use assets::{Assets, BodyAsset, BundleFile, Images};
 pub use body::{Body, BodyFault};
 pub use settings::{ExportSettings, UsdForm};
 
@@ -41,7 +49,7 @@ use scene::{Certificate, Scene};
 /// The JSON schema of `scene.json`, shipped with every bundle.
 pub const SCENE_SCHEMA: &str = include_str!("../../../schemas/scene.schema.json");
 
-/// Why a scene was not written.
+/// The reason why a scene was not written.
 #[derive(Debug, thiserror::Error)]
 pub enum ExportError {
     #[error("the assets do not match the scene: {0}")]
@@ -51,7 +59,7 @@ pub enum ExportError {
     #[error("the name {0:?} is used twice or reserved for a file of the bundle")]
     NameTaken(String),
     #[error("{format} was written but tells another scene when it is read back: {difference}")]
-    Parity { format: &'static str, difference: String },
+    RoundTripMismatch { format: &'static str, difference: String },
     #[error("{format} was written but could not be read back: {reason}")]
     Unreadable { format: &'static str, reason: String },
     #[error("the archive or the USD package could not be packed")]
@@ -61,23 +69,28 @@ pub enum ExportError {
 }
 
 impl ExportError {
-    /// A word that stays the same when sentences change.
+    /// Stable error code for programs.
     pub fn code(&self) -> &'static str {
         match self {
             Self::UnusableBody { fault, .. } => fault.code(),
-            Self::Parity { .. } | Self::Unreadable { .. } => "formats_disagree",
+            Self::RoundTripMismatch { .. } | Self::Unreadable { .. } => "formats_disagree",
             _ => "export_failed",
         }
     }
 }
 
-/// Every file of the bundle, sorted by path. Fails if the assets are not the scene's, or if a format,
-/// read back, differs from the scene.
+/// Writes every file of the bundle, sorted by path.
+///
+/// # Errors
+///
+/// [`ExportError::AssetsMismatch`] if the assets do not belong to the scene, [`ExportError::UnusableBody`] or
+/// [`ExportError::NameTaken`] if a body cannot be written, [`ExportError::RoundTripMismatch`] or
+/// [`ExportError::Unreadable`] if a written format differs from the scene when it is read.
 pub fn write_formats(
     scene: &Scene,
     certificate: &Certificate,
     assets: &Assets,
-    pictures: &Pictures,
+    images: &Images,
     settings: &ExportSettings,
 ) -> Result<Vec<BundleFile>, ExportError> {
     let bodies = body::bodies(scene, assets)?;
@@ -85,16 +98,11 @@ pub fn write_formats(
         BundleFile::json("scene.json", &scene, "scene")?,
         BundleFile::text("scene.schema.json", SCENE_SCHEMA.to_owned(), "schema", "application/schema+json"),
     ];
-    files.extend(pictures.files());
+    files.extend(images.files());
     let wavefronts: Vec<Wavefront> = bodies.par_iter().map(Wavefront::of).collect();
-    // Formats are independent of one another, so they are written side by side, in a fixed order.
+    // The formats are independent, so they are written in parallel; their order in the bundle is fixed.
     let ((usd, urdf), (mjcf, (sdf, glb))) = rayon::join(
-        || {
-            rayon::join(
-                || usd::write(scene, &bodies, pictures, settings),
-                || urdf::write(&bodies, &wavefronts),
-            )
-        },
+        || rayon::join(|| usd::write(scene, &bodies, images, settings), || urdf::write(&bodies, &wavefronts)),
         || {
             rayon::join(
                 || mjcf::write(scene, &bodies, &wavefronts, settings),
@@ -103,8 +111,8 @@ pub fn write_formats(
         },
     );
     files.extend(usd?.into_iter().chain(urdf).chain(mjcf).chain(sdf).chain(glb));
-    let parity = parity::read_back(&bodies, &files)?;
-    let report = report::Report { scene, bodies: &bodies, certificate, parity: &parity, pictures };
+    let round_trip = round_trip::read_back(&bodies, &files)?;
+    let report = report::Report { scene, bodies: &bodies, certificate, round_trip: &round_trip, images };
     files.extend([report.json()?, report.page()]);
     files.push(BundleFile::text(
         "report.schema.json",

@@ -8,11 +8,12 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
+use runtime::digest::hex;
 use scene::{Provenance, Scene};
 
 use super::{Assets, BundleFile, ExportError, ExportSettings};
 
-/// Where it lies in the bundle.
+/// Path of the manifest in the bundle.
 pub const PATH: &str = "manifest.json";
 
 #[derive(Serialize)]
@@ -53,7 +54,7 @@ struct File<'a> {
     media_type: &'a str,
 }
 
-/// The manifest of `files`, which do not include itself.
+/// The manifest of `files`, which must not contain the manifest.
 pub fn write(
     scene: &Scene,
     assets: &Assets,
@@ -88,7 +89,7 @@ pub fn write(
             .par_iter()
             .map(|file| File {
                 path: &file.path,
-                sha256: hexadecimal(&Sha256::digest(&file.bytes)),
+                sha256: hex(&Sha256::digest(&file.bytes)),
                 size: file.bytes.len(),
                 role: &file.role,
                 media_type: &file.media_type,
@@ -98,40 +99,36 @@ pub fn write(
     BundleFile::json(PATH, &manifest, "manifest")
 }
 
-/// What a manifest tells of a file.
+/// A file's entry in the manifest.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
-pub struct ToldFile {
+pub struct ManifestEntry {
     /// 64 lower-case hexadecimal digits.
     pub sha256: String,
     pub size: u64,
     pub media_type: String,
 }
 
-/// What a manifest would tell of such bytes.
-pub fn told_of(bytes: &[u8], media_type: &str) -> ToldFile {
-    ToldFile {
-        sha256: hexadecimal(&Sha256::digest(bytes)),
+/// The manifest entry of a file with these bytes.
+pub fn entry_of(bytes: &[u8], media_type: &str) -> ManifestEntry {
+    ManifestEntry {
+        sha256: hex(&Sha256::digest(bytes)),
         size: bytes.len() as u64,
         media_type: media_type.to_owned(),
     }
 }
 
-/// The files that a written manifest tells, by path.
-pub fn read(bytes: &[u8]) -> Result<BTreeMap<String, ToldFile>, ExportError> {
+/// Parses a manifest: its entries by path.
+pub fn read(bytes: &[u8]) -> Result<BTreeMap<String, ManifestEntry>, ExportError> {
     #[derive(Deserialize)]
-    struct Told {
+    struct Document {
         files: Vec<Entry>,
     }
     #[derive(Deserialize)]
     struct Entry {
         path: String,
         #[serde(flatten)]
-        file: ToldFile,
+        file: ManifestEntry,
     }
-    let told: Told = serde_json::from_slice(bytes)?;
-    Ok(told.files.into_iter().map(|entry| (entry.path, entry.file)).collect())
-}
-
-fn hexadecimal(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+    let document: Document = serde_json::from_slice(bytes)?;
+    Ok(document.files.into_iter().map(|entry| (entry.path, entry.file)).collect())
 }

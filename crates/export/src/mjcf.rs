@@ -2,7 +2,7 @@
 //!
 //! World frame of the scene (table top at z = 0, floor plane at -height). Every movable body has a free
 //! joint and an explicit inertial frame; hulls are inline vertex lists in geom group 3, visual meshes
-//! stand in group 2 without contact. Friction is sliding (the dynamic coefficient), torsional and
+//! are in group 2 without contact. Friction is sliding (the dynamic coefficient), torsional and
 //! rolling, so contacts have six dimensions; the cone is elliptic and several contact points per pair
 //! are on, without which cups creep by a centimeter in seconds.
 
@@ -18,7 +18,7 @@ use super::wavefront::Wavefront;
 use super::xml::XmlDocument;
 use super::{Body, BundleFile, ExportSettings};
 
-/// Prefix of the text entries that hold the user's words.
+/// Name prefix of the text entries that hold the user's labels.
 pub const LABEL_PREFIX: &str = "label_";
 
 /// `mjcf/scene.xml` and its meshes and textures under `mjcf/assets/`.
@@ -117,7 +117,7 @@ fn scene_xml(scene: &Scene, bodies: &[Body], settings: &ExportSettings) -> Strin
     document.finish()
 }
 
-/// MuJoCo refuses empty text.
+/// The label, or the name if the label is empty: MuJoCo rejects empty text.
 fn label(body: &Body) -> &str {
     if body.label.is_empty() { &body.name } else { &body.label }
 }
@@ -148,7 +148,7 @@ fn write_assets(document: &mut XmlDocument, body: &Body) {
     for group in &body.visual.groups {
         let material = &body.visual.materials[group.material];
         let name = format!("{}_visual_{}", body.name, material.name);
-        // Inertia of visual meshes is never used; as shells they need not enclose a volume.
+        // The inertia of visual meshes is not used; shells need not enclose a volume.
         let file = mesh_file(body, material);
         document.empty("mesh", &[("name", &name), ("inertia", "shell"), ("file", &file)]);
     }
@@ -213,9 +213,9 @@ fn write_body(document: &mut XmlDocument, body: &Body) {
 
 fn write_camera(document: &mut XmlDocument, scene: &Scene) {
     let camera = &scene.camera;
-    // MuJoCo cameras look along -z with +y up; ours along +z with +y down.
+    // MuJoCo cameras view along -z with +y up; ours view along +z with +y down.
     let rotation = camera.world_from_camera.rotation * DQuat::from_rotation_x(std::f64::consts::PI);
-    // In degrees whatever the compiler element says.
+    // `fovy` is in degrees, independent of the compiler element.
     let fov_y_rad = 2.0 * (0.5 * f64::from(camera.height_px) / camera.fy).atan();
     let position: DVec3 = camera.world_from_camera.translation_m;
     document.empty(
@@ -229,7 +229,7 @@ fn write_camera(document: &mut XmlDocument, scene: &Scene) {
     );
 }
 
-/// MuJoCo's order: w, x, y, z.
+/// A quaternion in MuJoCo's order: w, x, y, z.
 fn quaternion(q: DQuat) -> String {
     spaced(&[q.w, q.x, q.y, q.z])
 }

@@ -1,4 +1,4 @@
-//! Numbers as text: the shortest decimals that read back equal, never an exponent, never "-0".
+//! Numbers as text: the shortest decimals that parse to the same value, without exponent and without "-0".
 
 use std::fmt::Write;
 
@@ -17,7 +17,7 @@ pub fn push_direction(text: &mut String, value: f32) {
     push_f64(text, (f64::from(value) * 1e5).round() / 1e5);
 }
 
-/// `value` as [`push_direction`] prints it.
+/// `value` rounded as in [`push_direction`].
 pub fn direction(value: f32) -> f32 {
     ((f64::from(value) * 1e5).round() / 1e5) as f32
 }
@@ -39,7 +39,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn text_is_plain_and_reads_back() {
+    fn number_text_has_no_exponent_and_round_trips() {
         assert_eq!(spaced(&[0.1, -0.0, 1e-9, 2.0]), "0.1 0 0.000000001 2");
         for value in [1.0 / 3.0, 6.02e23, -1.5e-12] {
             assert_eq!(spaced(&[value]).parse::<f64>().expect("a number"), value);

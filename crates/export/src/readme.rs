@@ -1,4 +1,4 @@
-//! `README.md` of a bundle: what is in it and how each program loads it.
+//! `README.md` of a bundle: its contents and how to load it in each simulator.
 
 use scene::Scene;
 
@@ -22,7 +22,7 @@ pub fn write(scene: &Scene, bodies: &[Body], usd_form: UsdForm) -> BundleFile {
     BundleFile::text("README.md", text, "readme", "text/markdown")
 }
 
-/// A label that stays in its table cell and is never read as markup.
+/// A label escaped for a cell of a Markdown table.
 fn cell(label: &str) -> String {
     let mut text = String::new();
     for c in label.chars() {

@@ -1,11 +1,11 @@
 //! The certificate as files: `report.json` for programs, `report.html` for people.
 //!
-//! Both tell the same: verdict and reasons, what was measured beside what it is compared with, what reading
-//! the formats back showed, and what the scene was made with.
+//! Both contain the verdict and its reasons, measurements with their thresholds, the result of the round trip, and the
+//! provenance of the scene.
 
 mod html;
 mod numbers;
-mod picture;
+mod image;
 mod plan;
 mod sections;
 mod page;
@@ -14,19 +14,19 @@ use serde::Serialize;
 
 use scene::{Certificate, Scene};
 
-use super::parity::ParityReport;
-use super::{Body, BundleFile, ExportError, Pictures};
+use super::{Body, BundleFile, ExportError, Images};
+use crate::round_trip::RoundTripReport;
 
 /// The JSON schema of `report.json`, shipped with every bundle.
 pub const REPORT_SCHEMA: &str = include_str!("../../../schemas/report.schema.json");
 
-/// Everything that is told about a scene. Bodies are in the order of the certificate's, the table first.
+/// Input of the report. Bodies are in the order of the certificate's, the table first.
 pub struct Report<'a> {
     pub scene: &'a Scene,
     pub bodies: &'a [Body],
     pub certificate: &'a Certificate,
-    pub parity: &'a ParityReport,
-    pub pictures: &'a Pictures,
+    pub round_trip: &'a RoundTripReport,
+    pub images: &'a Images,
 }
 
 impl Report<'_> {
@@ -39,14 +39,14 @@ impl Report<'_> {
             seed: u64,
             #[serde(flatten)]
             certificate: &'a Certificate,
-            parity: &'a ParityReport,
+            parity: &'a RoundTripReport,
         }
         let document = Document {
             format: "tabletopgen-report/1",
             scene: &self.scene.id,
             seed: self.scene.seed,
             certificate: self.certificate,
-            parity: self.parity,
+            parity: self.round_trip,
         };
         BundleFile::json("report.json", &document, "report")
     }

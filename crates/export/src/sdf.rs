@@ -1,4 +1,4 @@
-//! `sdf/`: the scene as one SDFormat 1.9 world, and each body as a model folder of its own.
+//! `sdf/`: the scene as one SDFormat 1.9 world, and each body in a model folder of its own.
 //!
 //! World frame of the scene. Every hull is a `<collision>`; visual meshes have none. Inertia is the solid's
 //! full tensor about its center of mass. Friction is the dynamic coefficient in both directions; resistance to
@@ -54,7 +54,7 @@ fn model_files(body: &Body, wavefront: &Wavefront, settings: &ExportSettings) ->
     files
 }
 
-/// `model.config`, by which model databases find a folder; it holds the words a person used for the body.
+/// `model.config`, the index file of a model folder. It holds the user's label of the body.
 fn config(body: &Body, settings: &ExportSettings) -> String {
     let mut document = XmlDocument::new();
     document.open("model", &[]);

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// What files say about the world beyond the scene itself. Defaults stand in `config/default.toml`.
+/// Settings of the exported files. The defaults are in `config/default.toml`.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct ExportSettings {
@@ -10,8 +10,7 @@ pub struct ExportSettings {
     pub author: String,
     /// SPDX identifier of the licence of the bundle's own files and of assets that name none.
     pub licence: String,
-    /// Date written into asset metadata, `YYYY-MM-DD`. A setting and not a clock: bundles are the same on
-    /// any day.
+    /// Date written into asset metadata, `YYYY-MM-DD`. It is a setting, because bundles must not depend on the clock.
     pub date: String,
     /// Gravity of the simulation files, m/s^2, positive downward.
     pub gravity_m_s2: f64,
@@ -28,7 +27,7 @@ pub struct ExportSettings {
     pub usd_sun_intensity: f64,
 }
 
-/// In which form USD layers are written.
+/// File format of the USD layers.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum UsdForm {

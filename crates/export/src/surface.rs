@@ -1,14 +1,14 @@
-//! A visual mesh as files can carry it.
+//! Normalization of a visual mesh for file formats.
 //!
-//! Positions rounded to single precision, triangles that have no area after rounding left out,
-//! normals of unit length (a face's own where the mesh has none), texture coordinates finite, groups of
-//! one material merged, materials without faces dropped, material names safe and unique.
+//! Positions are rounded to single precision, and triangles without area after rounding are removed. Normals have unit
+//! length (the face normal where the mesh has none); texture coordinates are finite. Groups of one material are merged,
+//! materials without faces are dropped, and material names are safe and unique.
 
 use glam::{DVec3, Vec2, Vec3};
 
 use geometry::{FaceGroup, Material, TexturedMesh};
 
-/// The cleaned mesh, or why there is none.
+/// The normalized mesh, or the reason why there is none.
 pub fn printable_surface(mesh: &TexturedMesh) -> Result<TexturedMesh, String> {
     let count = mesh.positions.len();
     if mesh.normals.len() != count || mesh.uvs.len() != count {
@@ -20,7 +20,7 @@ pub fn printable_surface(mesh: &TexturedMesh) -> Result<TexturedMesh, String> {
     if mesh.triangles().flatten().any(|v| v as usize >= count) {
         return Err("a triangle of its mesh names a vertex that is not there".to_owned());
     }
-    // Adding zero turns -0 into 0, so that equal positions are equal to the bit and print alike.
+    // Adding zero turns -0 into 0, so that equal positions have equal bits and equal text.
     let positions: Vec<DVec3> =
         mesh.positions.iter().map(|p| (p.as_vec3() + Vec3::ZERO).as_dvec3()).collect();
     let mut groups: Vec<FaceGroup> = Vec::new();
@@ -68,7 +68,7 @@ pub fn printable_surface(mesh: &TexturedMesh) -> Result<TexturedMesh, String> {
     Ok(TexturedMesh { positions, normals, uvs, groups, materials })
 }
 
-/// `[a-z][a-z0-9_]*`, different from the names already taken.
+/// A name of the form `[a-z][a-z0-9_]*` that differs from the names of `taken`.
 fn safe_name(name: &str, taken: &[Material]) -> String {
     let folded: String = name
         .chars()
@@ -88,7 +88,7 @@ mod tests {
     use geometry::{Rgb, shapes};
 
     #[test]
-    fn broken_parts_are_mended_or_named() {
+    fn printable_surface_repairs_or_rejects_bad_input() {
         let mut mesh = TexturedMesh::default();
         mesh.add(
             shapes::cylinder(0.1, 0.2, 0.0, 12),

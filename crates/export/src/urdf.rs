@@ -1,8 +1,8 @@
 //! `urdf/`: one robot description per body, and the whole scene as one fixed assembly.
 //!
 //! Meshes are in meters, scale 1, with paths relative to the description. Inertia is the solid's full
-//! tensor about its center of mass. Every hull is a `<collision>` of its own. Friction stands in
-//! `<contact>` (PyBullet) and `<gazebo>` tags; one-number readers get the dynamic coefficient.
+//! tensor about its center of mass. Every hull is a `<collision>` of its own. Friction is in
+//! `<contact>` (PyBullet) and `<gazebo>` tags; both hold the dynamic coefficient.
 
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
@@ -127,7 +127,7 @@ pub fn origin(pose: &Pose) -> (DVec3, DVec3) {
     let rpy = if sine.abs() < 1.0 - 1e-10 {
         DVec3::new(m.y_axis.z.atan2(m.z_axis.z), sine.asin(), m.x_axis.y.atan2(m.x_axis.x))
     } else {
-        // Nose straight up or down: only the difference of roll and yaw exists.
+        // Gimbal lock at pitch +-90 degrees: only the difference of roll and yaw is determined.
         DVec3::new(0.0, sine.asin(), (-m.y_axis.x).atan2(m.y_axis.y))
     };
     (pose.translation_m, rpy)
@@ -141,7 +141,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn angles_give_the_rotation_back(x in -1.0..1.0_f64, y in -1.0..1.0_f64, z in -1.0..1.0_f64, w in 0.1..1.0_f64) {
+        fn roll_pitch_yaw_reproduce_the_rotation(x in -1.0..1.0_f64, y in -1.0..1.0_f64, z in -1.0..1.0_f64, w in 0.1..1.0_f64) {
             let rotation = DQuat::from_xyzw(x, y, z, w).normalize();
             let (_, rpy) = origin(&Pose { translation_m: DVec3::ZERO, rotation });
             let back = DQuat::from_rotation_z(rpy.z) * DQuat::from_rotation_y(rpy.y) * DQuat::from_rotation_x(rpy.x);
@@ -150,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn straight_up_is_no_special_case_for_the_reader() {
+    fn roll_pitch_yaw_handle_gimbal_lock() {
         for sign in [-1.0, 1.0] {
             let rotation =
                 DQuat::from_rotation_z(0.4) * DQuat::from_rotation_y(sign * std::f64::consts::FRAC_PI_2);

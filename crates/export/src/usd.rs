@@ -1,16 +1,17 @@
 //! `usd/`: a stage that references one SimReady-shaped prop per body.
 //!
-//! The stage references `assets/<name>/simready_usd/<name>.usd[ac]`, with textures in `textures/`, the thumbnail in
-//! `.thumbs/256x256/` and what single programs want in `runnables/physics/` beside it. Every layer is z up, in meters and kilograms. A layer is built
-//! once as a value ([`layer`]) and written as text or in the crate format; a package holds the same files but
-//! the thumbnails.
+//! The stage references `assets/<name>/simready_usd/<name>.usd[ac]`. Beside that file lie textures in `textures/`, the
+//! thumbnail in `.thumbs/256x256/` and the layers of single simulators in `runnables/physics/`. Every layer is z up, in
+//! meters and kilograms. A layer is built once as a value ([`layer`]) and written as text or in the crate format. A
+//! package (`.usdz`) holds the same files without the thumbnails.
 
 mod value;
 mod layer;
+mod prim_names;
 mod prop;
-mod look;
-mod sensed;
-mod runtime;
+mod material;
+mod nonvisual_material;
+mod simulator_schemas;
 mod stage;
 mod text_file;
 mod crate_file;
@@ -23,12 +24,12 @@ use rayon::prelude::*;
 use scene::Scene;
 
 use super::settings::UsdForm;
-use super::{Body, BundleFile, ExportError, ExportSettings, Pictures};
+use super::{Body, BundleFile, ExportError, ExportSettings, Images};
 use imaging::codec::encode_png;
 use layer::Layer;
-use runtime::Runtime;
+use simulator_schemas::Simulator;
 
-/// Where the stage lies in the bundle.
+/// Path of the stage in the bundle.
 pub fn stage_path(form: UsdForm) -> &'static str {
     match form {
         UsdForm::Usda | UsdForm::Usdc => "usd/scene.usda",
@@ -36,7 +37,7 @@ pub fn stage_path(form: UsdForm) -> &'static str {
     }
 }
 
-/// Where the prop of the body `name` lies in the bundle. What lies in a package is told as USD does it.
+/// Path of the prop of the body `name` in the bundle; inside a package in USD's notation `package[path]`.
 pub fn prop_path(form: UsdForm, name: &str) -> String {
     let below = path_below_stage(form, name);
     match form {
@@ -57,13 +58,13 @@ fn path_below_stage(form: UsdForm, name: &str) -> String {
 pub fn write(
     scene: &Scene,
     bodies: &[Body],
-    pictures: &Pictures,
+    images: &Images,
     settings: &ExportSettings,
 ) -> Result<Vec<BundleFile>, ExportError> {
     let stage =
         stage::stage(scene, bodies, settings, |name| format!("./{}", path_below_stage(settings.usd, name)));
     let props: Vec<Vec<BundleFile>> =
-        bodies.par_iter().map(|body| prop_files(scene, body, pictures, settings)).collect();
+        bodies.par_iter().map(|body| prop_files(scene, body, images, settings)).collect();
     let props = props.into_iter().flatten();
     if settings.usd != UsdForm::Usdz {
         let stage = text_layer(stage_path(settings.usd).to_owned(), &stage, "usd_stage");
@@ -78,8 +79,8 @@ pub fn write(
 
 const THUMBNAIL: &str = "usd_thumbnail";
 
-/// The layer of a body and the pictures that belong to it.
-fn prop_files(scene: &Scene, body: &Body, pictures: &Pictures, settings: &ExportSettings) -> Vec<BundleFile> {
+/// The layer of a body with its simulator layers, textures and thumbnail.
+fn prop_files(scene: &Scene, body: &Body, images: &Images, settings: &ExportSettings) -> Vec<BundleFile> {
     let path = format!("usd/{}", path_below_stage(settings.usd, &body.name));
     let (folder, file_name) = path.rsplit_once('/').expect("a prop lies in a folder");
     let layer = prop::prop(scene, body, settings);
@@ -90,17 +91,17 @@ fn prop_files(scene: &Scene, body: &Body, pictures: &Pictures, settings: &Export
             BundleFile::new(path.clone(), crate_file::write(&layer), "usd_prop", "application/octet-stream")
         }
     }];
-    for runtime in Runtime::ALL {
-        let path = format!("{folder}/{}", runtime.path());
-        files.push(text_layer(path, &runtime::layer(body, runtime), "usd_runtime"));
+    for simulator in Simulator::ALL {
+        let path = format!("{folder}/{}", simulator.path());
+        files.push(text_layer(path, &simulator_schemas::layer(body, simulator), "usd_runtime"));
     }
     for material in &body.visual.materials {
         if let Some(texture) = &material.base_color_texture {
-            let path = format!("{folder}/{}", look::texture_path(&body.name, material));
+            let path = format!("{folder}/{}", material::texture_path(&body.name, material));
             files.push(BundleFile::png(path, encode_png(texture), "usd_texture"));
         }
     }
-    if let Some(thumbnail) = pictures.thumbnails.get(&body.name) {
+    if let Some(thumbnail) = images.thumbnails.get(&body.name) {
         let path = format!("{folder}/.thumbs/256x256/{file_name}.png");
         files.push(BundleFile::png(path, thumbnail.clone(), THUMBNAIL));
     }

@@ -1,6 +1,6 @@
 //! Wavefront OBJ and MTL: visual meshes of URDF, SDF and MJCF, one file per material, and hulls.
 //!
-//! Frame and units of the mesh as authored (z up, meters). v grows upward in the picture, as OBJ has it.
+//! Frame and units are those of the mesh (z up, meters). Texture coordinate v increases upward, as in OBJ.
 
 use std::fmt::Write;
 
@@ -10,13 +10,13 @@ use super::number::{push_direction, push_f32};
 use super::{Body, BundleFile};
 use imaging::codec::encode_png;
 
-/// The geometry of a body as OBJ text and its textures as PNG, written once for the formats that take them.
+/// The geometry of a body as OBJ text and its textures as PNG, shared by the formats that reference them.
 pub struct Wavefront {
-    /// Of each group of the visual mesh.
+    /// One entry per group of the visual mesh.
     visuals: Vec<GroupObj>,
     hulls: Vec<String>,
     library: String,
-    /// By material; `None` for one of a single color.
+    /// PNG bytes by material; `None` for a material without texture.
     textures: Vec<Option<Vec<u8>>>,
 }
 
@@ -49,8 +49,8 @@ impl Wavefront {
         self.textures[material].as_deref()
     }
 
-    /// Everything of a body below its folder: visual meshes with their materials, textures and hulls. `format` begins their
-    /// roles.
+    /// The files of a body below its folder: visual meshes, material libraries, textures and hulls. Their roles begin
+    /// with `format`.
     pub fn files(&self, body: &Body, folder: &str, format: &str) -> Vec<BundleFile> {
         let role = |part: &str| format!("{format}_{part}");
         let materials = &body.visual.materials;
@@ -94,7 +94,7 @@ fn texture_file(material: &Material) -> String {
 }
 
 fn group_obj(mesh: &TexturedMesh, group: &FaceGroup) -> GroupObj {
-    // Numbers in the file count from 1; 0 is one not met yet.
+    // Indices in the file start at 1; 0 marks a vertex without index.
     let mut numbers = vec![0_usize; mesh.positions.len()];
     let mut order = Vec::new();
     for &v in group.triangles.as_flattened() {

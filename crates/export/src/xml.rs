@@ -1,10 +1,10 @@
-//! Indented XML through a real writer; every value is escaped, whatever a label holds.
+//! Writer of indented XML on top of quick-xml. Every value is escaped.
 
 use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, BytesEnd, BytesStart, BytesText, Event};
 
-/// Namespace of the elements that hold the words a person used for a body where the format has no place for them;
-/// readers pass over what they do not know.
+/// Namespace of the elements that hold a user's label where the format has no place for it. Loaders ignore unknown
+/// elements.
 pub const LABEL_NAMESPACE: &str = "https://tabletopgen.invalid/label/1";
 
 /// A document under construction. Elements are closed in the order they were opened.
@@ -44,14 +44,14 @@ impl XmlDocument {
         self.text_element_with(name, &[], text);
     }
 
-    /// The same with attributes.
+    /// An element with attributes that holds only text.
     pub fn text_element_with(&mut self, name: &'static str, attributes: &[(&str, &str)], text: &str) {
         self.write(Event::Start(element(name, attributes)));
         self.write(Event::Text(BytesText::new(&allowed_in_xml(text))));
         self.write(Event::End(BytesEnd::new(name)));
     }
 
-    /// Closes what is open and returns the text.
+    /// Closes the open elements and returns the text.
     pub fn finish(mut self) -> String {
         while !self.open.is_empty() {
             self.close();
@@ -80,7 +80,7 @@ fn element<'a>(name: &'a str, attributes: &[(&str, &str)]) -> BytesStart<'a> {
     start
 }
 
-/// XML 1.0 has no way to write most control characters, even escaped; they become U+FFFD.
+/// Replaces characters that XML 1.0 cannot represent even escaped (most control characters) by U+FFFD.
 pub fn allowed_in_xml(value: &str) -> String {
     let allowed =
         |c: char| !matches!(c, '\0'..='\x08' | '\x0b' | '\x0c' | '\x0e'..='\x1f' | '\u{fffe}' | '\u{ffff}');

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Pose;
 
-/// Pinhole intrinsics and where the camera stands.
+/// Pinhole intrinsics and pose of a camera.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Camera {
     pub width_px: u32,
@@ -19,8 +19,8 @@ pub struct Camera {
 }
 
 impl Camera {
-    /// Camera at `eye_m` looking at `target_m`, picture upright (world +z up), with square pixels and
-    /// the horizontal field of view `fov_x_rad`. Straight down is allowed: then +y is up in the picture.
+    /// Camera at `eye_m` looking at `target_m`, image upright (world +z up), with square pixels and
+    /// the horizontal field of view `fov_x_rad`. Straight down is allowed; then +y is up in the image.
     pub fn look_at(width_px: u32, height_px: u32, fov_x_rad: f64, eye_m: DVec3, target_m: DVec3) -> Self {
         let forward = (target_m - eye_m).normalize();
         let up = if forward.cross(DVec3::Z).length() < 1e-9 { DVec3::Y } else { DVec3::Z };
@@ -39,8 +39,8 @@ impl Camera {
         }
     }
 
-    /// Camera on a sphere about `target_m`: azimuth 0 stands at the front edge looking along +y,
-    /// azimuth 90 degrees at +x; elevation 0 is horizontal, 90 degrees looks straight down.
+    /// Camera on a sphere about `target_m`: azimuth 0 is at the front edge, viewing along +y, and
+    /// azimuth 90 degrees at +x. Elevation 0 is horizontal, 90 degrees is straight down.
     pub fn orbit(
         width_px: u32,
         height_px: u32,
@@ -58,17 +58,17 @@ impl Camera {
         Self::look_at(width_px, height_px, fov_x_rad, target_m + distance_m * offset, target_m)
     }
 
-    /// The same camera on another way around the world's origin: turned about +z, which adds to its azimuth, and about
-    /// its own rightward axis, which adds to its elevation. The origin keeps its distance and its pixel.
+    /// The camera orbited about the world's origin: rotated about +z, which adds to its azimuth, and about its own
+    /// rightward axis, which adds to its elevation. Distance and pixel of the origin do not change.
     pub fn orbited(&self, azimuth_rad: f64, elevation_rad: f64) -> Self {
         let right = self.world_from_camera.transform_vector(DVec3::X);
-        // Tilting the rig about its rightward axis by a negative angle lifts the camera.
+        // A negative rotation about the rightward axis raises the camera.
         let rotation = DQuat::from_rotation_z(azimuth_rad) * DQuat::from_axis_angle(right, -elevation_rad);
         let turn = Pose { translation_m: DVec3::ZERO, rotation };
         Self { world_from_camera: turn * self.world_from_camera, ..*self }
     }
 
-    /// Pixel coordinates and depth along the optical axis (meters) of a world point; `None` behind.
+    /// Pixel coordinates and depth along the optical axis (meters) of a world point; `None` behind the camera.
     pub fn project(&self, point_in_world: DVec3) -> Option<(DVec2, f64)> {
         let p = self.world_from_camera.inverse().transform_point(point_in_world);
         (p.z > 1e-9).then(|| (DVec2::new(self.fx * p.x / p.z + self.cx, self.fy * p.y / p.z + self.cy), p.z))
@@ -80,7 +80,7 @@ impl Camera {
         self.world_from_camera.transform_vector(in_camera.normalize())
     }
 
-    /// Where the ray through `pixel` meets the horizontal plane at height `z_m`; `None` if it never does.
+    /// Intersection of the ray through `pixel` with the horizontal plane at height `z_m`, if any.
     pub fn meet_plane(&self, pixel: DVec2, z_m: f64) -> Option<DVec3> {
         let origin = self.world_from_camera.translation_m;
         let direction = self.ray_direction_in_world(pixel);
@@ -88,13 +88,13 @@ impl Camera {
         (t.is_finite() && t > 0.0).then(|| origin + t * direction)
     }
 
-    /// Angle above the horizon from which the camera looks down, radians.
+    /// Elevation of the camera above the horizon, radians.
     pub fn elevation_rad(&self) -> f64 {
         (-self.world_from_camera.transform_vector(DVec3::Z).z).clamp(-1.0, 1.0).asin()
     }
 
-    /// 0 = looking along +y, pi/2 = standing at +x and looking along -x. Straight down it is read
-    /// from the picture's up direction.
+    /// Azimuth, radians: 0 views along +y, pi/2 views along -x from +x. For a camera that points straight down, it
+    /// follows from the image's up direction.
     pub fn azimuth_rad(&self) -> f64 {
         let forward = self.world_from_camera.transform_vector(DVec3::Z);
         let up = self.world_from_camera.transform_vector(-DVec3::Y);
@@ -108,7 +108,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn projects_the_target_to_the_center_and_reports_its_angles() {
+    fn look_at_projects_the_target_to_the_center_and_reports_its_angles() {
         for (azimuth, elevation) in [(0.0, 0.6), (0.5, 1.0), (-1.2, 0.3)] {
             let camera = Camera::orbit(640, 480, 0.6, DVec3::new(0.1, 0.0, 0.0), azimuth, elevation, 1.5);
             let (pixel, depth) = camera.project(DVec3::new(0.1, 0.0, 0.0)).expect("in front");
@@ -119,7 +119,7 @@ mod tests {
     }
 
     #[test]
-    fn right_is_right_and_up_is_up() {
+    fn project_maps_world_right_and_up_to_image_right_and_up() {
         let camera = Camera::orbit(640, 480, 0.6, DVec3::ZERO, 0.0, 0.5, 1.5);
         let (right, _) = camera.project(DVec3::new(0.1, 0.0, 0.0)).expect("in front");
         let (above, _) = camera.project(DVec3::new(0.0, 0.0, 0.1)).expect("in front");

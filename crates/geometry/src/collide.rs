@@ -1,55 +1,59 @@
-//! Do two visual meshes interpenetrate, and where do they touch?
+//! Interpenetration and contact regions of visual meshes.
 //!
-//! The verdict is the method's: a pair collides when a surface sample (spacing at most 1 mm) of one lies
-//! deeper in the other's solid than min(1 mm, a quarter of the local wall). Samples come from splitting
-//! triangles; one that cannot reach deep enough, because it is too small or lies on a face, can hide nothing
-//! and is dropped, so only the overlap is ever sampled (branch and bound; the deepest sample is found
-//! exactly). One solid inside the other is found the same way. A wrap of 26 planes around the solid bounds
-//! depths from above without asking it, so flat faces that touch cost next to nothing. World frame, meters.
+//! Two meshes collide if a surface sample (spacing at most 1 mm) of one lies deeper in the other's solid than
+//! min(1 mm, a quarter of the local wall thickness). Samples come from subdividing triangles by branch and bound: a
+//! triangle that cannot reach deep enough is discarded, so only the overlap is sampled and the deepest sample is found
+//! exactly. A solid inside another is found the same way. Depths are bounded from above by 26 planes around the solid
+//! (a k-DOP), so touching flat faces cost almost nothing. World frame, meters.
 
 use glam::{DVec2, DVec3};
 
 use super::Pose;
-use super::mesh_solid::MeshSolid;
-use runtime::{Interrupt, Interrupted};
+use super::polygon::{convex_hull_2d, is_in_convex};
+use super::solid_query::MeshSolid;
+use runtime::{CancelFlag, Cancelled};
 
-/// A solid somewhere in the world.
+/// A solid with its pose in the world.
 #[derive(Clone, Copy)]
 pub struct PlacedSolid<'a> {
     pub solid: &'a MeshSolid,
     pub world_from_object: Pose,
 }
 
-/// When an overlap counts as a collision.
+/// Thresholds above which an overlap counts as a collision.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CollisionRule {
-    /// Deeper than this always collides, meters.
+    /// Penetration depth above which a pair always collides, meters.
     pub penetration_m: f64,
-    /// Deeper than this share of the local wall collides too.
+    /// Share of the local wall thickness above which a penetration depth collides too, 0..1.
     pub wall_share: f64,
-    /// Walls are taken to be at least this thick, meters: below `wall_share` times this nothing is looked at.
-    pub least_wall_m: f64,
+    /// Lower bound of wall thicknesses, meters. Depths below `wall_share` times this are ignored.
+    pub min_wall_m: f64,
     /// Largest distance between samples, meters.
     pub spacing_m: f64,
 }
 
-/// The deepest sample that breaks the rule.
+/// The deepest sample that violates the rule.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Penetration {
     pub depth_m: f64,
     pub at_world: DVec3,
 }
 
-/// The deepest forbidden sample of either surface in the other solid.
+/// The deepest sample of either surface that violates the rule in the other solid.
+///
+/// # Errors
+///
+/// [`Cancelled`] if the flag was raised.
 pub fn penetration(
     a: &PlacedSolid,
     b: &PlacedSolid,
     rule: &CollisionRule,
-    interrupt: &Interrupt,
-) -> Result<Option<Penetration>, Interrupted> {
+    cancel: &CancelFlag,
+) -> Result<Option<Penetration>, Cancelled> {
     let mut worst: Option<Penetration> = None;
     for (surface, solid) in [(a, b), (b, a)] {
-        deepest_in(surface, solid, rule, &mut worst, interrupt)?;
+        deepest_in(surface, solid, rule, &mut worst, cancel)?;
     }
     Ok(worst)
 }
@@ -59,39 +63,39 @@ fn deepest_in(
     solid: &PlacedSolid,
     rule: &CollisionRule,
     worst: &mut Option<Penetration>,
-    interrupt: &Interrupt,
-) -> Result<(), Interrupted> {
+    cancel: &CancelFlag,
+) -> Result<(), Cancelled> {
     let here_from_surface = solid.world_from_object.inverse() * surface.world_from_object;
-    let least_m = rule.wall_share * rule.least_wall_m;
+    let min_m = rule.wall_share * rule.min_wall_m;
     let (low, high) = solid.solid.bounds();
-    let (low, high) = (low + least_m, high - least_m);
+    let (low, high) = (low + min_m, high - min_m);
     let wrap = Wrap::new(solid.solid);
     let mut stack: Vec<[DVec3; 3]> = Vec::new();
-    let mut looked = 0_u32;
+    let mut tested = 0_u32;
     for triangle in surface.solid.triangles() {
         stack.push(triangle.map(|p| here_from_surface.transform_point(p)));
         while let Some([a, b, c]) = stack.pop() {
-            let bound = worst.map_or(least_m, |w| w.depth_m.max(least_m));
+            let bound = worst.map_or(min_m, |w| w.depth_m.max(min_m));
             if a.max(b).max(c).cmplt(low).any()
                 || a.min(b).min(c).cmpgt(high).any()
                 || wrap.deepest_m([a, b, c]) <= bound
             {
                 continue;
             }
-            looked += 1;
-            if looked.is_multiple_of(1024) {
-                interrupt.check()?;
+            tested += 1;
+            if tested.is_multiple_of(1024) {
+                cancel.check()?;
             }
-            let middle = (a + b + c) / 3.0;
-            let radius = (a - middle).length().max((b - middle).length()).max((c - middle).length());
+            let center = (a + b + c) / 3.0;
+            let radius = (a - center).length().max((b - center).length()).max((c - center).length());
             if solid.solid.deepest_possible_m([a, b, c]) <= bound {
                 continue;
             }
-            if solid.solid.depth_m(middle) > bound
-                && let Some((depth_m, wall_m)) = solid.solid.depth_and_wall_m(middle)
-                && depth_m > rule.penetration_m.min(rule.wall_share * wall_m.max(rule.least_wall_m))
+            if solid.solid.depth_m(center) > bound
+                && let Some((depth_m, wall_m)) = solid.solid.depth_and_wall_m(center)
+                && depth_m > rule.penetration_m.min(rule.wall_share * wall_m.max(rule.min_wall_m))
             {
-                let at_world = solid.world_from_object.transform_point(middle);
+                let at_world = solid.world_from_object.transform_point(center);
                 *worst = Some(Penetration { depth_m, at_world });
             }
             if radius > 0.5 * rule.spacing_m {
@@ -117,7 +121,7 @@ fn quarters(a: DVec3, b: DVec3, c: DVec3) -> [[DVec3; 3]; 4] {
     [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
 }
 
-/// The tightest 26 planes around a solid: extents along the edges, face and corner diagonals of a cube.
+/// The 26-DOP of a solid: its extents along the edges, face diagonals and space diagonals of a cube.
 struct Wrap {
     planes: Vec<(DVec3, f64)>,
 }
@@ -136,8 +140,7 @@ impl Wrap {
         Self { planes }
     }
 
-    /// No point of the triangle lies deeper in the solid than this: whoever leaves the wrap has left the
-    /// solid before.
+    /// Upper bound of the depth of the triangle's points in the solid, which lies inside the wrap.
     fn deepest_m(&self, corners: [DVec3; 3]) -> f64 {
         let depth = |(normal, offset): &(DVec3, f64)| {
             corners.iter().map(|p| offset - normal.dot(*p)).fold(f64::NEG_INFINITY, f64::max)
@@ -146,49 +149,54 @@ impl Wrap {
     }
 }
 
-/// No point of the triangle is farther from its nearest corner than this.
+/// Upper bound of the distance of the triangle's points from their nearest corner.
 fn reach_m([a, b, c]: [DVec3; 3]) -> f64 {
     (b - a).length().max((c - b).length()).max((a - c).length()) / 3.0_f64.sqrt()
 }
 
-/// Points of `object`'s surface within `gap_m` of `supporter` (or inside it), seen from above: those that
-/// together with `known` points span the whole contact within half a millimeter. With `least_slope` only
-/// points the supporter carries from below: a step down must go toward its inside by at least this share of
-/// the step (1 = straight onto it, 0 = along its side). World frame; the answer is a convex hull.
+/// Convex hull, in the xy plane, of the contact between `object` and `supporter` and of the `known` points.
+///
+/// Contact points are points of `object`'s surface within `gap_m` of `supporter` or inside it; the hull is exact to
+/// half a millimeter. With `min_slope`, only points that the supporter carries from below count: a step down must lead
+/// toward its inside by at least this share of the step (1 = perpendicular to its surface, 0 = along it). World frame.
+///
+/// # Errors
+///
+/// [`Cancelled`] if the flag was raised.
 pub fn contact_region(
     object: &PlacedSolid,
     supporter: &PlacedSolid,
     gap_m: f64,
-    least_slope: Option<f64>,
+    min_slope: Option<f64>,
     known: &[DVec2],
-    interrupt: &Interrupt,
-) -> Result<Vec<DVec2>, Interrupted> {
+    cancel: &CancelFlag,
+) -> Result<Vec<DVec2>, Cancelled> {
     let here_from_object = supporter.world_from_object.inverse() * object.world_from_object;
     let (low, high) = supporter.solid.bounds();
     let (low, high) = (low - gap_m, high + gap_m);
     let wrap = Wrap::new(supporter.solid);
     let step = supporter.world_from_object.inverse().transform_vector(-0.5 * gap_m * DVec3::Z);
     let carries = |p: DVec3, depth_m: f64| {
-        least_slope.is_none_or(|slope| supporter.solid.depth_m(p + step) - depth_m >= slope * step.length())
+        min_slope.is_none_or(|slope| supporter.solid.depth_m(p + step) - depth_m >= slope * step.length())
     };
     let flat = |p: DVec3| supporter.world_from_object.transform_point(p).truncate();
     let mut region = convex_hull_2d(known);
-    // Corners with their depths (minus infinity: too far to matter).
+    // Corners with their depths; minus infinity if too far away to matter.
     let mut stack: Vec<[(DVec3, f64); 3]> = Vec::new();
-    let mut looked = 0_u32;
+    let mut tested = 0_u32;
     for triangle in object.solid.triangles() {
         let corners = triangle.map(|p| here_from_object.transform_point(p));
-        // What looks up is carried by nobody, and a thing lying on it would be searched in vain.
+        // Upward faces are not carried; objects lying on them would cost a futile search.
         let outward = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
-        if least_slope.is_some() && outward.dot(step) < 0.0 {
+        if min_slope.is_some() && outward.dot(step) < 0.0 {
             continue;
         }
         let outside = |[a, b, c]: [DVec3; 3], region: &[DVec2]| {
             a.max(b).max(c).cmplt(low).any()
                 || a.min(b).min(c).cmpgt(high).any()
                 || wrap.deepest_m([a, b, c]) < -gap_m
-                // What is spanned already can add nothing.
-                || [a, b, c].iter().all(|&p| is_spanned(region, flat(p)))
+                // A triangle inside the region cannot extend it.
+                || [a, b, c].iter().all(|&p| is_in_convex(region, flat(p)))
         };
         if outside(corners, &region) {
             continue;
@@ -200,9 +208,9 @@ pub fn contact_region(
             if outside([a, b, c], &region) {
                 continue;
             }
-            looked += 1;
-            if looked.is_multiple_of(256) {
-                interrupt.check()?;
+            tested += 1;
+            if tested.is_multiple_of(256) {
+                cancel.check()?;
             }
             let on = corners.map(|(p, depth_m)| depth_m >= -gap_m && carries(p, depth_m));
             let spanned = region.len();
@@ -217,7 +225,7 @@ pub fn contact_region(
             }
             let floor_m = -gap_m - reach_m;
             let known = |p: DVec3| corners.iter().find(|(q, _)| *q == p).map(|(_, depth_m)| *depth_m);
-            // Neighboring quarters share their new corners.
+            // Neighboring quarters share new corners.
             let mut new: Vec<(DVec3, f64)> = Vec::with_capacity(3);
             for quarter in quarters(a, b, c) {
                 stack.push(quarter.map(|p| {
@@ -235,65 +243,17 @@ pub fn contact_region(
     Ok(region)
 }
 
-/// Counter-clockwise convex hull of points in the plane (Andrew's monotone chain), without repeats.
-pub fn convex_hull_2d(points: &[DVec2]) -> Vec<DVec2> {
-    let mut sorted = points.to_vec();
-    sorted.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
-    sorted.dedup();
-    if sorted.len() < 3 {
-        return sorted;
-    }
-    let half = |points: &mut dyn Iterator<Item = DVec2>| {
-        let mut chain: Vec<DVec2> = Vec::new();
-        for p in points {
-            while let [.., a, b] = chain[..]
-                && (b - a).perp_dot(p - b) <= 0.0
-            {
-                chain.pop();
-            }
-            chain.push(p);
-        }
-        chain.pop();
-        chain
-    };
-    let mut hull = half(&mut sorted.iter().copied());
-    hull.extend(half(&mut sorted.iter().rev().copied()));
-    hull
-}
-
-/// Whether the point lies in a convex counter-clockwise polygon, or within rounding of its edge.
-fn is_spanned(polygon: &[DVec2], point: DVec2) -> bool {
-    const ROUNDING_M2: f64 = 1e-9;
-    polygon.len() >= 3
-        && (0..polygon.len()).all(|k| {
-            let (a, b) = (polygon[k], polygon[(k + 1) % polygon.len()]);
-            (b - a).perp_dot(point - a) >= -ROUNDING_M2
-        })
-}
-
-/// Signed distance of the point to a convex counter-clockwise polygon (or a segment, or a point):
-/// positive inside. `f64::NEG_INFINITY` for no polygon at all.
-pub fn depth_in_convex_m(polygon: &[DVec2], point: DVec2) -> f64 {
-    let (mut nearest, mut inside) = (f64::INFINITY, polygon.len() >= 3);
-    for (k, &a) in polygon.iter().enumerate() {
-        let b = polygon[(k + 1) % polygon.len()];
-        let t = ((point - a).dot(b - a) / (b - a).length_squared().max(1e-300)).clamp(0.0, 1.0);
-        nearest = nearest.min((point - (a + t * (b - a))).length());
-        inside &= (b - a).perp_dot(point - a) >= 0.0;
-    }
-    if inside { nearest } else { -nearest }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::polygon::depth_in_convex_m;
     use crate::shapes::{block, shell_of_revolution, sphere};
     use crate::{Material, Rgb, Solid, TexturedMesh};
     use glam::DQuat;
     use proptest::prelude::*;
 
     const RULE: CollisionRule =
-        CollisionRule { penetration_m: 0.001, wall_share: 0.25, least_wall_m: 0.0004, spacing_m: 0.001 };
+        CollisionRule { penetration_m: 0.001, wall_share: 0.25, min_wall_m: 0.0004, spacing_m: 0.001 };
 
     fn solid(solid: Solid) -> MeshSolid {
         let mut mesh = TexturedMesh::default();
@@ -306,11 +266,11 @@ mod tests {
     }
 
     fn depth(a: &PlacedSolid, b: &PlacedSolid) -> Option<f64> {
-        penetration(a, b, &RULE, &Interrupt::default()).expect("no interrupt").map(|p| p.depth_m)
+        penetration(a, b, &RULE, &CancelFlag::default()).expect("not cancelled").map(|p| p.depth_m)
     }
 
     #[test]
-    fn blocks_collide_deeper_than_a_millimeter_only() {
+    fn penetration_of_blocks_starts_at_one_millimeter() {
         let cube = solid(block(DVec3::splat(0.05)));
         let below = at(&cube, 0.0, 0.0, 0.0);
         assert_eq!(depth(&below, &at(&cube, 0.0, 0.0, 0.05)), None);
@@ -323,7 +283,7 @@ mod tests {
     }
 
     #[test]
-    fn in_the_cavity_of_a_mug_is_no_collision_and_in_its_wall_a_quarter_counts() {
+    fn penetration_ignores_the_cavity_of_a_mug_and_limits_a_quarter_of_its_wall() {
         let profile = [DVec2::new(0.04, 0.0), DVec2::new(0.04, 0.1)];
         let mug = solid(shell_of_revolution(&profile, 0.003, 0.006, 64));
         let ball = solid(sphere(0.02, 48));
@@ -335,7 +295,7 @@ mod tests {
     }
 
     #[test]
-    fn contacts_span_the_face_it_stands_on() {
+    fn contact_region_spans_the_supporting_face() {
         let cube = solid(block(DVec3::splat(0.05)));
         let table = solid(block(DVec3::new(1.0, 1.0, 0.03)).translated(DVec3::new(0.0, 0.0, -0.03)));
         let placed = |solid, z| PlacedSolid {
@@ -344,22 +304,14 @@ mod tests {
         };
         let on = |z| {
             let table = at(&table, 0.0, 0.0, 0.0);
-            contact_region(&placed(&cube, z), &table, 0.001, None, &[], &Interrupt::default())
-                .expect("no interrupt")
+            contact_region(&placed(&cube, z), &table, 0.001, None, &[], &CancelFlag::default())
+                .expect("not cancelled")
         };
         let hull = on(0.0009);
         let center = DVec2::new(0.3, 0.1);
         assert!((depth_in_convex_m(&hull, center) - 0.025).abs() < 1e-6);
         assert!((depth_in_convex_m(&hull, center + DVec2::new(0.03, 0.0)) + 0.005).abs() < 1e-6);
         assert!(on(0.0011).is_empty());
-    }
-
-    #[test]
-    fn degenerate_polygons_have_distances_too() {
-        let point = DVec2::new(0.0, 1.0);
-        assert_eq!(depth_in_convex_m(&[], point), f64::NEG_INFINITY);
-        assert_eq!(depth_in_convex_m(&[DVec2::ZERO], point), -1.0);
-        assert_eq!(depth_in_convex_m(&[DVec2::ZERO, DVec2::new(0.0, 2.0)], point), -0.0);
     }
 
     /// Slow reference: every triangle of both surfaces sampled evenly, no pruning.
@@ -383,7 +335,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(24))]
         #[test]
-        fn it_agrees_with_sampling_everything(x in -0.03..0.03_f64, z in 0.01..0.06_f64, tilt in -1.5..1.5_f64) {
+        fn penetration_agrees_with_exhaustive_sampling(x in -0.03..0.03_f64, z in 0.01..0.06_f64, tilt in -1.5..1.5_f64) {
             let (cube, bar) = (solid(block(DVec3::splat(0.03))), solid(block(DVec3::new(0.06, 0.01, 0.02))));
             let a = at(&cube, 0.0, 0.0, 0.0);
             let b = PlacedSolid {

@@ -1,7 +1,6 @@
-//! Hulls prepared for queries: parry's convex polyhedra with their boxes.
+//! Convex hulls prepared for queries: parry's convex polyhedra with their bounding boxes.
 //!
-//! The one place where our hulls become parry shapes; casts, contacts and rigid-body simulation share it.
-//! Object frame, meters.
+//! Casts, contacts and rigid-body simulation share this conversion of hulls to parry shapes. Object frame, meters.
 
 use glam::{DQuat, DVec3};
 use parry3d_f64::math::Pose as ParryPose;
@@ -21,7 +20,7 @@ pub(crate) struct Part {
     pub points: Vec<DVec3>,
 }
 
-/// A hull that no query can use.
+/// A hull that is not a valid convex polyhedron.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("hull {hull} with {points} corners is flat or broken; decompose the mesh again")]
 pub struct BrokenHull {
@@ -51,19 +50,19 @@ impl CollisionShape {
         &self.parts
     }
 
-    /// Box of each part after the pose.
+    /// Axis-aligned box of each part in the world.
     pub(crate) fn part_boxes(&self, world_from_object: &Pose) -> Vec<(DVec3, DVec3)> {
         self.parts.iter().map(|part| bounds(&part.points, world_from_object)).collect()
     }
 
-    /// Lowest and highest corner of the axis-aligned box after the pose.
+    /// Lowest and highest corner of the axis-aligned box in the world.
     pub fn bounds(&self, world_from_object: &Pose) -> (DVec3, DVec3) {
         self.part_boxes(world_from_object)
             .into_iter()
             .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), (l, h)| (low.min(l), high.max(h)))
     }
 
-    /// Middle of the parts' volumes, object frame; where parts overlap, twice.
+    /// Volume-weighted mean of the parts' centers, object frame; overlaps count twice.
     pub fn center_of_volume_m(&self) -> DVec3 {
         let parts = self.parts.iter().map(|part| part.polyhedron.mass_properties(1.0));
         let (moment, volume) = parts.fold((DVec3::ZERO, 0.0), |(moment, volume), part| {
@@ -72,18 +71,18 @@ impl CollisionShape {
         moment / volume.max(f64::MIN_POSITIVE)
     }
 
-    /// The same with each part drawn together toward its own middle; `share` of its size is left.
+    /// The shape with each part scaled by `share` about its own center.
     pub fn slimmer(&self, share: f64) -> Self {
         let slim = |part: &Part| {
-            let middle = part.points.iter().sum::<DVec3>() / part.points.len().max(1) as f64;
-            let points: Vec<DVec3> = part.points.iter().map(|p| middle.lerp(*p, share)).collect();
+            let center = part.points.iter().sum::<DVec3>() / part.points.len().max(1) as f64;
+            let points: Vec<DVec3> = part.points.iter().map(|p| center.lerp(*p, share)).collect();
             let slim = ConvexPolyhedron::from_convex_hull(&points);
             slim.map_or_else(|| part.clone(), |slim| Part { points, polyhedron: SharedShape::new(slim) })
         };
         Self { parts: self.parts.iter().map(slim).collect() }
     }
 
-    /// Every corner of every part after the pose.
+    /// All corners of all parts in the world.
     pub fn points(&self, world_from_object: &Pose) -> impl Iterator<Item = DVec3> + '_ {
         let pose = *world_from_object;
         self.parts.iter().flat_map(move |part| part.points.iter().map(move |&p| pose.transform_point(p)))
@@ -97,12 +96,12 @@ fn bounds(points: &[DVec3], pose: &Pose) -> (DVec3, DVec3) {
         .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)))
 }
 
-/// Our pose as parry's.
+/// Converts a pose to parry's type.
 pub fn to_parry(pose: &Pose) -> ParryPose {
     ParryPose::from_parts(pose.translation_m, pose.rotation)
 }
 
-/// Parry's pose as ours.
+/// Converts a pose from parry's type.
 pub fn from_parry(pose: &ParryPose) -> Pose {
     let rotation: DQuat = pose.rotation;
     Pose { translation_m: pose.translation, rotation: rotation.normalize() }

@@ -1,21 +1,20 @@
 //! A convex hull prepared for contact queries: corners, merged face planes, box.
 //!
-//! Triangles of one facet share one plane here, taken from the facet's largest triangle, so slivers
-//! (whose normals are noise) decide nothing; every plane has all corners on or below it. Object frame,
-//! meters.
+//! Triangles of one facet share one plane, taken from the facet's largest triangle, so the noisy normals of slivers
+//! have no effect. All corners are on or below every plane. Object frame, meters.
 
 use glam::DVec3;
 use parry3d_f64::shape::SupportMap;
 
 use super::ConvexHull;
 
-/// Normals closer than this belong to one facet, as 1 - cosine (a tenth of a milliradian).
+/// Largest 1 - cosine between normals of one facet (a tenth of a milliradian).
 const SAME_FACET: f64 = 5e-9;
 
-/// A facet whose normal is closer to a direction than this faces it, as a cosine (20 milliradians).
+/// Smallest cosine between a direction and the normal of a facet that faces it (20 milliradians).
 const FACES: f64 = 0.9998;
 
-/// Corners this close to a facet's plane are its corners, meters.
+/// Largest distance of a facet's corners from its plane, meters.
 const ON_FACET_M: f64 = 1e-6;
 
 /// Corners and facet planes of a convex hull.
@@ -60,7 +59,7 @@ impl ContactHull {
         Self { points: hull.points.clone(), planes, low, high }
     }
 
-    /// Corners of the facet that faces the unit vector best; empty where none does within [`FACES`].
+    /// Corners of the facet whose normal is closest to the unit vector; empty if none is within [`FACES`].
     pub(crate) fn facet_facing(&self, direction: DVec3) -> Vec<DVec3> {
         let faces = |plane: &&Plane| plane.normal.dot(direction);
         match self.planes.iter().max_by(|a, b| faces(a).total_cmp(&faces(b))) {
@@ -99,7 +98,7 @@ mod tests {
     use crate::shapes::{block, cylinder};
 
     #[test]
-    fn a_block_has_six_planes_and_a_can_one_bottom() {
+    fn contact_hull_merges_the_triangles_of_a_facet() {
         let block = convex_hull(&block(DVec3::new(0.2, 0.1, 0.05)).positions, 64, 0.001).expect("a block");
         assert_eq!(ContactHull::new(&block).planes.len(), 6);
         let can = convex_hull(&cylinder(0.03, 0.1, 0.002, 48).positions, 64, 0.001).expect("a can");

@@ -1,32 +1,31 @@
-//! Where two convex hulls touch: every corner of the contact patch with its gap.
+//! Contact patch of two convex hulls: every corner of the patch with its gap.
 //!
-//! The direction of contact is the one of largest separation: GJK's when the hulls are apart (EPA's when
-//! they overlap; parry's implementations), replaced by a facet's normal where that separates as well,
-//! since the difference of two nearly equal points says little about a direction. The patch is the overlap,
-//! seen along that direction, of what either hull turns to the other within the reach; the gap at each corner
-//! is the exact distance between the two surfaces along the direction. So a plate has as many contacts
-//! as its rim has corners, whichever way its facets are cut, and an edge on a facet has two. Corners of
-//! either hull inside the overlap belong to the patch as well, and so do those of the overlap of the two flat
-//! faces: a block with rounded edges stands on the corners of its flat face, which lie inside the outline
-//! of its rounding, and two such blocks, turned a little, touch where edges of flat faces cross.
+//! The contact normal is the direction of largest separation: from GJK if the hulls are apart, from EPA if they overlap
+//! (parry's implementations). A facet normal that separates as well replaces it, because the difference of two nearly
+//! equal points determines a direction poorly. The patch is the overlap, projected along the normal, of the surfaces of
+//! both hulls that are within reach; the gap at each corner is the exact distance of the two surfaces along the normal.
+//! A plate thus has one contact per corner of its rim, however its facets are triangulated, and an edge on a facet has
+//! two. The patch also includes corners of either hull inside the overlap, and corners of the overlap of the two flat
+//! faces: a block with rounded edges stands on the corners of its flat face, which lie inside the outline of its
+//! rounding, and two such blocks, rotated a little, touch where edges of flat faces cross.
 //!
-//! Frame of the first hull, meters. Time grows with the corners times the facets of the two hulls.
+//! Frame of the first hull, meters. O(corners x facets).
 
 use glam::{DVec2, DVec3};
 use parry3d_f64::math::Pose as ParryPose;
 use parry3d_f64::query::details::contact_support_map_support_map_with_params;
 use parry3d_f64::query::gjk::{GJKResult, VoronoiSimplex};
 
-use super::collide::{convex_hull_2d, depth_in_convex_m};
 use super::contact_hull::ContactHull;
+use super::polygon::{convex_hull_2d, depth_in_convex_m};
 
-/// Gaps below this are too small to tell a direction from, meters.
+/// Gaps below this do not determine a direction, meters.
 const NEAR_M: f64 = 1e-4;
 
-/// Corners of a hull this close to the overlap's edge are its corners, meters.
+/// Corners of a hull closer than this to a corner of the overlap coincide with it, meters.
 const SAME_CORNER_M: f64 = 1e-7;
 
-/// A facet's normal is preferred if it separates worse by no more than this, meters.
+/// Separation that a facet normal may lose and still be preferred, meters.
 const FACET_PREFERENCE_M: f64 = 3e-6;
 
 /// One corner of a patch; both points in the first hull's frame.
@@ -47,8 +46,8 @@ pub struct ContactPatch {
     pub points: Vec<PatchPoint>,
 }
 
-/// The patch within `reach_m`, or `None` where the hulls are farther apart. `hint` is a direction to try
-/// first (the last known normal).
+/// The patch within `reach_m`, or `None` if the hulls are farther apart. `hint` is the first direction to try, for
+/// example the last known normal.
 pub fn contact_patch(
     a: &ContactHull,
     b: &ContactHull,
@@ -73,7 +72,7 @@ pub fn contact_patch(
         GJKResult::ClosestPoints(on_a, on_b, normal) => {
             (normal, separation(normal), Some((0.5 * (on_a + on_b), normal)))
         }
-        // What the engine answers where its penetration search failed: ask the facets alone.
+        // The result of a failed penetration search: use the facets alone.
         GJKResult::NoIntersection(direction) if direction == DVec3::X => (direction, f64::NEG_INFINITY, None),
         _ => return None,
     };
@@ -89,8 +88,8 @@ pub fn contact_patch(
     let (u, v) = normal.any_orthonormal_pair();
     let flat = |p: DVec3| DVec2::new(p.dot(u), p.dot(v));
     let facing = |points: &[DVec3], side: f64| -> Vec<DVec3> {
-        let most = points.iter().map(|p| side * p.dot(normal)).fold(f64::NEG_INFINITY, f64::max);
-        points.iter().copied().filter(|p| side * p.dot(normal) >= most - reach_m).collect()
+        let highest = points.iter().map(|p| side * p.dot(normal)).fold(f64::NEG_INFINITY, f64::max);
+        points.iter().copied().filter(|p| side * p.dot(normal) >= highest - reach_m).collect()
     };
     let outline = |points: &[DVec3]| convex_hull_2d(&points.iter().map(|&p| flat(p)).collect::<Vec<_>>());
     let (a_near, b_near) = (facing(&a.points, 1.0), facing(&b_points, -1.0));
@@ -118,7 +117,7 @@ pub fn contact_patch(
             }
         }
     }
-    // Those on the outlines are corners of the overlap already.
+    // Corners on the outlines are corners of the overlap already.
     let within =
         |face: &[DVec2], p: DVec3| face.len() > 2 && depth_in_convex_m(face, flat(p)) > SAME_CORNER_M;
     let inner = |p: &&DVec3| within(&a_face, **p) && within(&b_face, **p);
@@ -132,18 +131,18 @@ pub fn contact_patch(
     }
     points.retain(|point| point.gap_m <= reach_m && point.gap_m.is_finite());
     // The deepest point may lie inside the patch (a blunt tip on a facet).
-    let least_m = points.iter().map(|point| point.gap_m).fold(f64::INFINITY, f64::min);
-    if least_m > gap_m + 2e-6
-        && let Some((middle, direction)) = witness
+    let min_m = points.iter().map(|point| point.gap_m).fold(f64::INFINITY, f64::min);
+    if min_m > gap_m + 2e-6
+        && let Some((center, direction)) = witness
         && direction.dot(normal) > 0.99
     {
         let half = 0.5 * gap_m * normal;
-        points.push(PatchPoint { on_a: middle - half, on_b: middle + half, gap_m });
+        points.push(PatchPoint { on_a: center - half, on_b: center + half, gap_m });
     }
     (!points.is_empty()).then_some(ContactPatch { normal, points })
 }
 
-/// The facet normal (from a to b) of largest separation among those that reach `floor_m` nearly.
+/// The facet normal (from a to b) of largest separation, if that is nearly `floor_m` or more.
 fn best_facet(
     a: &ContactHull,
     b: &ContactHull,
@@ -154,14 +153,14 @@ fn best_facet(
     let mut best = (DVec3::Z, f64::NEG_INFINITY);
     let mut offer = |normal: DVec3, offset_m: f64, points: &[DVec3], side: f64| {
         let enough = best.1.max(floor_m - FACET_PREFERENCE_M);
-        let mut least = f64::INFINITY;
+        let mut lowest = f64::INFINITY;
         for p in points {
-            least = least.min(normal.dot(*p) - offset_m);
-            if least <= enough {
+            lowest = lowest.min(normal.dot(*p) - offset_m);
+            if lowest <= enough {
                 return;
             }
         }
-        best = (side * normal, least);
+        best = (side * normal, lowest);
     };
     for plane in &a.planes {
         offer(plane.normal, plane.offset_m, b_points, 1.0);
@@ -173,7 +172,7 @@ fn best_facet(
     best
 }
 
-/// The facets of both hulls that look at each other, as planes over the contact plane.
+/// The facets of both hulls that face each other, as planes over the contact plane.
 struct Surfaces {
     /// (normal, offset, normal along the contact direction).
     a: Vec<(DVec3, f64, f64)>,
@@ -182,7 +181,7 @@ struct Surfaces {
 
 impl Surfaces {
     fn new(a: &ContactHull, b: &ContactHull, a_from_b: &ParryPose, normal: DVec3) -> Self {
-        // Facets nearly along the direction bound the patch sideways, which its corners say already.
+        // Facets nearly parallel to the direction bound the patch sideways, as its corners do already.
         const STEEP: f64 = 1e-3;
         let a = a
             .planes
@@ -222,7 +221,7 @@ fn overlap(a: &[DVec2], b: &[DVec2]) -> Vec<DVec2> {
         (3.., _) => clipped(b, a),
         (_, 3..) => clipped(a, b),
         (2, 2) => segments_overlap([a[0], a[1]], [b[0], b[1]]),
-        // A tip on an edge or a tip: the caller knows the nearest point.
+        // A tip on an edge or a tip: the caller has the nearest point.
         _ => Vec::new(),
     }
 }
@@ -238,7 +237,7 @@ fn clipped(subject: &[DVec2], window: &[DVec2]) -> Vec<DVec2> {
         let mut next = Vec::with_capacity(kept.len() + 2);
         for (i, &p) in kept.iter().enumerate() {
             let d = inside(p);
-            // A hair of tolerance keeps corners that lie on the window's edge.
+            // The tolerance keeps corners that lie on the window's edge.
             if d >= -1e-9 {
                 next.push(p);
             }
@@ -300,7 +299,7 @@ mod tests {
     }
 
     #[test]
-    fn a_can_on_a_table_has_its_whole_rim() {
+    fn patch_of_a_can_on_a_table_is_its_whole_rim() {
         let (table, can) = (hull(block(DVec3::new(1.0, 0.8, 0.03))), hull(cylinder(0.03, 0.1, 0.0, 24)));
         for gap_m in [-1e-4, -1e-9, 0.0, 1e-9, 1e-6, 3e-4] {
             let patch = contact_patch(&table, &can, &at(0.3, 0.2, 0.03 + gap_m), 4e-4, None)
@@ -317,7 +316,7 @@ mod tests {
     }
 
     #[test]
-    fn the_patch_ends_at_the_edge_of_the_smaller_face() {
+    fn patch_ends_at_the_edge_of_the_smaller_face() {
         let (small, large) = (hull(block(DVec3::splat(0.04))), hull(block(DVec3::new(0.1, 0.1, 0.01))));
         let pose = to_parry(&Pose { translation_m: DVec3::new(0.03, 0.0, 0.04), rotation: DQuat::IDENTITY });
         let patch = contact_patch(&small, &large, &pose, 4e-4, None).expect("it lies there");
@@ -328,7 +327,7 @@ mod tests {
     }
 
     #[test]
-    fn rounded_boards_turned_a_little_touch_where_their_flat_faces_do() {
+    fn patch_of_rounded_boards_is_the_overlap_of_their_flat_faces() {
         // Only corners of the roundings were found, on one side, and the upper board sank in on the other.
         let lower = hull(rounded_block(DVec3::new(0.16, 0.23, 0.0025), 0.0012, 0.0008));
         let upper = hull(rounded_block(DVec3::new(0.155, 0.225, 0.0025), 0.0012, 0.0008));
@@ -343,7 +342,7 @@ mod tests {
     }
 
     #[test]
-    fn a_lying_can_touches_along_a_line_and_a_ball_in_a_point() {
+    fn patch_of_a_lying_can_is_a_line_and_of_a_ball_a_point() {
         let (table, can, ball) = (
             hull(block(DVec3::new(1.0, 0.8, 0.03))),
             hull(cylinder(0.03, 0.1, 0.0, 24)),
@@ -361,7 +360,7 @@ mod tests {
     }
 
     #[test]
-    fn crossed_bars_touch_where_they_cross() {
+    fn patch_of_crossed_bars_is_their_crossing() {
         // Square bars standing on an edge, one across the other.
         let bar = || block(DVec3::new(0.2, 0.02, 0.02)).translated(DVec3::new(0.0, 0.0, -0.01));
         let tilted = hull(bar().rotated(DQuat::from_rotation_x(std::f64::consts::FRAC_PI_4)));
@@ -380,7 +379,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn gaps_are_those_of_the_nearest_points_and_points_lie_on_the_surfaces(
+        fn patch_gaps_equal_nearest_distances_and_points_lie_on_surfaces(
             x in -0.03..0.03_f64, y in -0.03..0.03_f64, tilt in -1.5..1.5_f64, yaw in -3.0..3.0_f64, gap in 1e-6..3e-4_f64,
         ) {
             let (base, top) = (hull(block(DVec3::new(0.1, 0.1, 0.02))), hull(cylinder(0.02, 0.05, 0.0, 12)));
@@ -389,8 +388,8 @@ mod tests {
             let pose = Pose { translation_m: DVec3::new(x, y, 0.02 - lowest + gap), rotation };
             let patch = contact_patch(&base, &top, &to_parry(&pose), 4e-4, None);
             let patch = patch.expect("it hovers above the top");
-            let least = patch.points.iter().map(|p| p.gap_m).fold(f64::INFINITY, f64::min);
-            prop_assert!((least - gap).abs() < 3e-6, "{} against {}", least, gap);
+            let lowest = patch.points.iter().map(|p| p.gap_m).fold(f64::INFINITY, f64::min);
+            prop_assert!((lowest - gap).abs() < 3e-6, "{} against {}", lowest, gap);
             for p in &patch.points {
                 prop_assert!((p.on_a.z - 0.02).abs() < 1e-9);
                 let inside = pose.inverse().transform_point(p.on_b);

@@ -51,12 +51,12 @@ pub fn planes(hull: &ConvexHull) -> Vec<(DVec3, f64)> {
         .collect()
 }
 
-/// Planes four at a time: one point is held against many of them.
+/// Planes in groups of four, for SIMD distance tests of one point against many planes.
 pub struct FlatPlanes(Vec<[f64x4; 4]>);
 
 impl FlatPlanes {
     pub fn of(planes: &[(DVec3, f64)]) -> Self {
-        // Nothing is above a plane that is infinitely far.
+        // No point is above a plane at infinity.
         let at =
             |chunk: &[(DVec3, f64)], k: usize| chunk.get(k).copied().unwrap_or((DVec3::ZERO, f64::INFINITY));
         let four = |chunk: &[(DVec3, f64)]| {
@@ -70,18 +70,18 @@ impl FlatPlanes {
     /// As [`distance_above`], the same number.
     pub fn distance_above(&self, point: DVec3) -> f64 {
         let [x, y, z] = point.to_array().map(f64x4::splat);
-        let mut most = f64x4::splat(f64::NEG_INFINITY);
+        let mut highest = f64x4::splat(f64::NEG_INFINITY);
         for [normal_x, normal_y, normal_z, offset] in &self.0 {
-            most = (*normal_x * x + *normal_y * y + *normal_z * z - *offset).fast_max(most);
+            highest = (*normal_x * x + *normal_y * y + *normal_z * z - *offset).fast_max(highest);
         }
-        most.to_array().into_iter().fold(f64::NEG_INFINITY, f64::max)
+        highest.to_array().into_iter().fold(f64::NEG_INFINITY, f64::max)
     }
 }
 
-/// Whether the hull is surely thicker than that everywhere: its width is at least twice the radius of the
-/// largest ball in it, and that is at least volume / area.
-fn is_thick(hull: &ConvexHull, least_m: f64) -> bool {
-    2.0 * hull.volume_m3() >= least_m * area_m2(hull)
+/// Sufficient test that the hull is at least `min_m` thick everywhere: its width is at least twice its inradius,
+/// which is at least volume / area.
+fn is_thick(hull: &ConvexHull, min_m: f64) -> bool {
+    2.0 * hull.volume_m3() >= min_m * area_m2(hull)
 }
 
 fn hull_of(points: &[DVec3]) -> Option<ConvexHull> {
@@ -94,7 +94,7 @@ fn hull_of(points: &[DVec3]) -> Option<ConvexHull> {
     })
 }
 
-/// The points rounded to a grid, each once, in an order that does not depend on theirs.
+/// The points rounded to a grid, without repeats, in an order independent of the input order.
 fn snapped(points: &[DVec3], grid_m: f64) -> Vec<DVec3> {
     let mut cells: Vec<[i64; 3]> =
         points.iter().map(|p| (*p / grid_m).round().to_array().map(|c| c as i64)).collect();
@@ -103,16 +103,16 @@ fn snapped(points: &[DVec3], grid_m: f64) -> Vec<DVec3> {
     cells.into_iter().map(|c| DVec3::from_array(c.map(|x| x as f64 * grid_m))).collect()
 }
 
-/// Whether the faces close up, enclose volume and leave no point outside. Where points and faces are many, a
-/// part of the points is looked at.
+/// Whether the faces form a closed surface with positive volume and no point is outside. If there are many points and
+/// faces, only a subset of the points is tested.
 fn is_sound(hull: &ConvexHull, points: &[DVec3]) -> bool {
-    const LOOKS: usize = 20_000;
+    const MAX_TESTS: usize = 20_000;
     let (low, high) = points
         .iter()
         .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), &p| (low.min(p), high.max(p)));
     let tolerance_m = 1e-5 + 1e-6 * (high - low).length();
     let faces = planes(hull);
-    let stride = (points.len() * faces.len()).div_ceil(LOOKS).max(1);
+    let stride = (points.len() * faces.len()).div_ceil(MAX_TESTS).max(1);
     let faces = FlatPlanes::of(&faces);
     hull.triangles.len() + 4 == 2 * hull.points.len()
         && hull.volume_m3() > 0.0
@@ -139,8 +139,9 @@ fn corners_of_flat_faces(points: &[DVec3]) -> Vec<usize> {
         (DVec3::NEG_Y, DVec3::X, DVec3::Z, CORNERS_OF_A_SIDE),
         (DVec3::Y, DVec3::X, DVec3::Z, CORNERS_OF_A_SIDE),
     ] {
-        let most = points.iter().map(|p| p.dot(out)).fold(f64::NEG_INFINITY, f64::max);
-        let face: Vec<usize> = (0..points.len()).filter(|&k| points[k].dot(out) >= most - FLAT_M).collect();
+        let highest = points.iter().map(|p| p.dot(out)).fold(f64::NEG_INFINITY, f64::max);
+        let face: Vec<usize> =
+            (0..points.len()).filter(|&k| points[k].dot(out) >= highest - FLAT_M).collect();
         for k in 0..corners {
             // Half a step off the axes, so that the two ends of an edge along an axis are both found.
             let (sin, cos) = (TAU * (k as f64 + 0.5) / corners as f64).sin_cos();
@@ -153,9 +154,9 @@ fn corners_of_flat_faces(points: &[DVec3]) -> Vec<usize> {
     chosen
 }
 
-/// The hull with corners left out until `max_vertices` are left, always those whose loss costs the least volume, and
-/// then grown until it has the volume it had; but a large round one, which would miss much, is chosen by that. The
-/// corners that keep flat what is flat stay.
+/// The hull simplified to `max_vertices` corners. Corners with the smallest volume loss are removed first, and the hull
+/// then grows back to its volume. A large round hull is simplified by distance instead ([`evenly_missed`]). Corners of
+/// flat faces stay.
 fn simplified(full: &ConvexHull, max_vertices: usize) -> Option<ConvexHull> {
     let points = &full.points;
     let mut kept: Vec<DVec3> = corners_of_flat_faces(points).into_iter().map(|k| points[k]).collect();
@@ -163,7 +164,7 @@ fn simplified(full: &ConvexHull, max_vertices: usize) -> Option<ConvexHull> {
     let mut hull = with_fewer_corners(full.clone(), &kept, max_vertices)?;
     let missing_m = |hull: &ConvexHull| (full.volume_m3() - hull.volume_m3()) / area_m2(hull);
     let (_, outside_m) = farthest_outside(&hull, points)?;
-    if outside_m - missing_m(&hull) > MOST_MISSED_M {
+    if outside_m - missing_m(&hull) > MAX_MISSED_M {
         return evenly_missed(points, max_vertices).or(Some(hull));
     }
     for _ in 0..GROWTHS {
@@ -176,13 +177,14 @@ fn simplified(full: &ConvexHull, max_vertices: usize) -> Option<ConvexHull> {
     Some(hull)
 }
 
-/// Where less volume lost means more missed than this on one side, meters, corners are chosen by what they miss.
-const MOST_MISSED_M: f64 = 0.0013;
-/// Steps in which a hull grows: corners that may not leave the box of the points leave the growing to others.
+/// Largest distance by which simplification by volume may miss the hull, meters; beyond it, corners are chosen by
+/// distance.
+const MAX_MISSED_M: f64 = 0.0013;
+/// Steps of the growth: corners stopped by the box of the points leave the rest of the growth to others.
 const GROWTHS: usize = 3;
 
-/// The corners that keep flat what is flat, and then always the one farthest outside; grown by half of what is missed in
-/// the end, so that a curved surface is missed by no more on either side.
+/// Greedy subset of the corners: first those of flat faces, then repeatedly the one farthest outside. In the end the
+/// hull grows by half of the remaining error, so that the error of a curved surface is the same on both sides.
 fn evenly_missed(points: &[DVec3], max_vertices: usize) -> Option<ConvexHull> {
     let mut chosen: Vec<DVec3> = corners_of_flat_faces(points).into_iter().map(|k| points[k]).collect();
     chosen.truncate(max_vertices);
@@ -199,7 +201,7 @@ fn evenly_missed(points: &[DVec3], max_vertices: usize) -> Option<ConvexHull> {
     }
 }
 
-/// About the volume that a hull loses when only `max_vertices` corners are left.
+/// Approximate volume that a hull loses when it is simplified to `max_vertices` corners.
 pub fn loss_of_corners_m3(hull: &ConvexHull, max_vertices: usize) -> f64 {
     let surplus = hull.points.len().saturating_sub(max_vertices);
     if surplus == 0 {
@@ -210,11 +212,11 @@ pub fn loss_of_corners_m3(hull: &ConvexHull, max_vertices: usize) -> f64 {
     losses.iter().take(surplus).sum()
 }
 
-/// Leaves out corners until there are `most`, a few at a time: what is lost with one depends on its neighbors.
-fn with_fewer_corners(mut hull: ConvexHull, kept: &[DVec3], most: usize) -> Option<ConvexHull> {
-    while hull.points.len() > most {
-        let surplus = hull.points.len() - most;
-        let dropped = least_missed(&hull, kept, surplus.min(surplus / 4 + 4));
+/// Removes corners until `max_corners` are left, a few at a time, because the loss of one depends on its neighbors.
+fn with_fewer_corners(mut hull: ConvexHull, kept: &[DVec3], max_corners: usize) -> Option<ConvexHull> {
+    while hull.points.len() > max_corners {
+        let surplus = hull.points.len() - max_corners;
+        let dropped = min_missed(&hull, kept, surplus.min(surplus / 4 + 4));
         if dropped.is_empty() {
             break;
         }
@@ -231,8 +233,8 @@ fn farthest_outside(hull: &ConvexHull, points: &[DVec3]) -> Option<(DVec3, f64)>
     points.iter().map(|&p| (p, faces.distance_above(p))).max_by(|a, b| a.1.total_cmp(&b.1))
 }
 
-/// At most `most` corners, none next to another, whose loss costs the least volume, none of them in `kept`.
-fn least_missed(hull: &ConvexHull, kept: &[DVec3], most: usize) -> Vec<usize> {
+/// At most `max_corners` corners with the smallest volume loss, none adjacent to another, none in `kept`.
+fn min_missed(hull: &ConvexHull, kept: &[DVec3], max_corners: usize) -> Vec<usize> {
     let count = hull.points.len();
     let losses = losses_m3(hull);
     let mut order: Vec<(f64, usize)> =
@@ -244,7 +246,7 @@ fn least_missed(hull: &ConvexHull, kept: &[DVec3], most: usize) -> Vec<usize> {
     }
     let mut dropped: Vec<usize> = Vec::new();
     for (_, k) in order {
-        if dropped.len() >= most {
+        if dropped.len() >= max_corners {
             break;
         }
         if !neighbors[k].iter().any(|&n| dropped.contains(&(n as usize))) {
@@ -254,9 +256,9 @@ fn least_missed(hull: &ConvexHull, kept: &[DVec3], most: usize) -> Vec<usize> {
     dropped
 }
 
-/// The volume that would be lost with each corner alone.
+/// The volume that would be lost with each corner alone, m^3.
 fn losses_m3(hull: &ConvexHull) -> Vec<f64> {
-    // Of each corner: the edges across it of its triangles, which run around it.
+    // For each corner: the opposite edges of its triangles, which run around it.
     let mut around: Vec<Vec<(u32, u32)>> = vec![Vec::new(); hull.points.len()];
     for t in &hull.triangles {
         (0..3).for_each(|k| around[t[k] as usize].push((t[(k + 1) % 3], t[(k + 2) % 3])));
@@ -300,9 +302,9 @@ fn grown(hull: &ConvexHull, distance_m: f64, points: &[DVec3]) -> Option<ConvexH
     hull_of(&moved)
 }
 
-/// Adds copies of the points where the cloud is thinner than `least_m` along its thinnest direction. No side grows by more
-/// than half of that; a cloud that lies flat (thin along z) grows upward first, so that it rests where it rested.
-fn thickened(points: &[DVec3], least_m: f64) -> Option<Vec<DVec3>> {
+/// Adds copies of the points if the cloud is thinner than `min_m` along its thinnest direction. No side grows by more
+/// than half of that. A cloud that is thin along z grows upward first, so that its rest height does not change.
+fn thickened(points: &[DVec3], min_m: f64) -> Option<Vec<DVec3>> {
     let first = *points.first()?;
     let farthest = |from: &dyn Fn(DVec3) -> f64| {
         points.iter().copied().max_by(|a, b| from(*a).total_cmp(&from(*b))).unwrap_or(first)
@@ -315,7 +317,7 @@ fn thickened(points: &[DVec3], least_m: f64) -> Option<Vec<DVec3>> {
         return None;
     }
     let mut directions = vec![DVec3::Z, DVec3::X, DVec3::Y, along.cross(off(b)).normalize()];
-    directions.extend(least_spread(points));
+    directions.extend(min_spread(points));
     if let Some(hull) = hull_of(points) {
         directions.extend(planes(&hull).into_iter().map(|(normal, _)| normal));
     }
@@ -329,10 +331,10 @@ fn thickened(points: &[DVec3], least_m: f64) -> Option<Vec<DVec3>> {
     let (direction, thin) =
         directions.into_iter().map(|d| (d, extent(d))).min_by(|a, b| a.1.total_cmp(&b.1))?;
     let mut thick = points.to_vec();
-    let missing = least_m - thin;
+    let missing = min_m - thin;
     if missing > 0.0 {
         if direction.z.abs() > 0.9 {
-            let up = missing.min(0.5 * least_m);
+            let up = missing.min(0.5 * min_m);
             thick.iter_mut().for_each(|p| p.z -= missing - up);
             thick.extend(points.iter().map(|&p| p + up * DVec3::Z));
         } else {
@@ -343,11 +345,11 @@ fn thickened(points: &[DVec3], least_m: f64) -> Option<Vec<DVec3>> {
     Some(thick)
 }
 
-/// Direction in which the points are spread the least about their mean.
-fn least_spread(points: &[DVec3]) -> Option<DVec3> {
-    let middle = points.iter().sum::<DVec3>() / points.len() as f64;
+/// Direction of the smallest variance of the points.
+fn min_spread(points: &[DVec3]) -> Option<DVec3> {
+    let center = points.iter().sum::<DVec3>() / points.len() as f64;
     let outer = |d: DVec3| DMat3::from_cols(d * d.x, d * d.y, d * d.z);
-    let spread = points.iter().map(|p| outer(*p - middle)).fold(DMat3::ZERO, |a, b| a + b);
+    let spread = points.iter().map(|p| outer(*p - center)).fold(DMat3::ZERO, |a, b| a + b);
     let axes = spread.symmetric_eigen();
     let (x, y, z) = (axes.eigenvectors.x_axis, axes.eigenvectors.y_axis, axes.eigenvectors.z_axis);
     let by_axis = [(axes.eigenvalues.x, x), (axes.eigenvalues.y, y), (axes.eigenvalues.z, z)];
@@ -362,14 +364,14 @@ mod tests {
     use proptest::prelude::*;
 
     #[test]
-    fn a_block_keeps_its_eight_corners() {
+    fn hull_of_a_block_has_eight_corners() {
         let hull = convex_hull(&block(DVec3::new(0.2, 0.1, 0.05)).positions, 64, 0.001).expect("a block");
         assert_eq!((hull.points.len(), hull.triangles.len()), (8, 12));
         assert!((hull.volume_m3() - 0.001).abs() < 1e-12);
     }
 
     #[test]
-    fn a_round_thing_loses_corners_and_little_else() {
+    fn simplification_of_a_round_hull_keeps_its_volume() {
         let ball = sphere(0.04, 64);
         let hull = convex_hull(&ball.positions, 64, 0.001).expect("a ball");
         assert!(hull.points.len() <= 64);
@@ -386,8 +388,8 @@ mod tests {
     }
 
     #[test]
-    fn a_board_with_rounded_edges_keeps_the_corners_it_stands_on() {
-        // Of its bottom three corners were left, and stacks of books rocked and crept.
+    fn simplification_keeps_the_base_corners_of_a_rounded_board() {
+        // Regression: three bottom corners were left, and stacks of books rocked and crept.
         let board = rounded_block(DVec3::new(0.16, 0.23, 0.0025), 0.0012, 0.0008);
         let hull = convex_hull(&board.positions, 64, 0.001).expect("a board");
         let lowest = board.positions.iter().map(|p| p.z).fold(f64::INFINITY, f64::min);
@@ -398,7 +400,7 @@ mod tests {
     }
 
     #[test]
-    fn a_card_becomes_a_millimeter_thick_upward_and_a_sheet_of_paper_on_both_sides() {
+    fn thickening_grows_a_card_upward_and_a_sheet_of_paper_on_both_sides() {
         for (height_m, low_m, high_m) in [(0.0006, 0.0, 0.001), (0.0001, -0.0004, 0.0006)] {
             let sheet: Vec<DVec3> = block(DVec3::new(0.2, 0.3, height_m)).positions;
             let hull = convex_hull(&sheet, 64, 0.001).expect("a sheet");
@@ -413,11 +415,11 @@ mod tests {
 
     proptest! {
         #[test]
-        fn no_side_of_a_thin_thing_grows_by_more_than_half_a_millimeter(
+        fn thickening_grows_no_side_by_more_than_half_a_millimeter(
             size_m in prop::array::uniform3(0.01..0.2_f64), thickness_m in 0.0..0.002_f64, thin in 0..3_usize,
             turn in prop::array::uniform3(-1.6..1.6_f64), sides in 3..24_usize,
         ) {
-            // A plate with a round outline, thin along one axis, turned any way.
+            // A round plate, thin along one axis, in any orientation.
             let turn = DQuat::from_euler(EulerRot::XYZ, turn[0], turn[1], turn[2]);
             let cloud: Vec<DVec3> = (0..2 * sides)
                 .map(|k| {

@@ -1,9 +1,9 @@
-//! Meshes with fewer triangles: edges are collapsed where the surface changes least.
+//! Mesh decimation by edge collapses with the smallest quadric error.
 //!
-//! Garland and Heckbert, *Surface Simplification Using Quadric Error Metrics* (SIGGRAPH 1997), with collapses onto one of
-//! the edge's ends, so that every corner left is one of the mesh's own, with its texture coordinate and normal. What is
-//! closed stays closed. Creases, texture seams and borders between materials only get shorter along themselves; separate
-//! shells stay separate, however close they lie.
+//! Garland and Heckbert, *Surface Simplification Using Quadric Error Metrics* (SIGGRAPH 1997), with half-edge
+//! collapses: every remaining vertex is one of the mesh's own, with its texture coordinate and normal. Closed
+//! surfaces stay closed. Creases, texture seams and material borders are collapsed only along themselves. Separate
+//! shells stay separate, however close they are.
 
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
@@ -12,18 +12,17 @@ use glam::DVec3;
 
 use super::{FaceGroup, TexturedMesh};
 
-/// Weight of the planes that hold creases and borders in place, against those of the triangles.
+/// Weight of the planes that preserve creases and borders, relative to those of the triangles.
 const CREASE_WEIGHT: f64 = 10.0;
 
-/// Cosine of the turn of a triangle's normal at most that a collapse may make.
-const LEAST_COSINE: f64 = 0.3;
+/// Smallest cosine between a triangle's normals before and after a collapse.
+const MIN_COSINE: f64 = 0.3;
 
-/// The mesh with at most `most_triangles`, or as near to that as its creases and shells allow and as no corner moves
-/// farther than about `most_off_m` from the planes it lay in (root mean square over them, by area). Deterministic.
-/// Cost: n log n.
-pub fn decimated(mesh: &TexturedMesh, most_triangles: usize, most_off_m: f64) -> TexturedMesh {
+/// The mesh with at most `max_triangles`, or as close to that as its creases and shells permit. No corner moves farther
+/// than about `max_off_m` from its original planes (root mean square over them, by area). Deterministic. O(n log n).
+pub fn decimated(mesh: &TexturedMesh, max_triangles: usize, max_off_m: f64) -> TexturedMesh {
     let mut surface = Surface::new(mesh);
-    surface.collapse_down_to(most_triangles, most_off_m);
+    surface.collapse_down_to(max_triangles, max_off_m);
     surface.into_mesh(mesh)
 }
 
@@ -55,7 +54,7 @@ impl Quadric {
     }
 }
 
-/// A triangle: its places, and the mesh's vertices it wears there.
+/// A triangle: welded positions, and the mesh's vertices at them.
 #[derive(Clone, Copy)]
 struct Face {
     places: [usize; 3],
@@ -63,14 +62,14 @@ struct Face {
     group: usize,
 }
 
-/// A collapse of one place into a neighbor, cheapest first.
+/// A collapse of one position into a neighbor; ordered by cost.
 #[derive(PartialEq, Eq, PartialOrd, Ord)]
 struct Collapse {
     /// Bits of the cost, which is not negative: ordered as the cost is.
     cost: u64,
     from: usize,
     to: usize,
-    /// How often the two had changed when this was found.
+    /// Change counters of the two positions when this was computed.
     changes: [u32; 2],
 }
 
@@ -81,7 +80,7 @@ struct Surface {
     changes: Vec<u32>,
     /// `None` once collapsed.
     faces: Vec<Option<Face>>,
-    /// Faces at each place.
+    /// Faces at each position.
     fans: Vec<Vec<usize>>,
     left: usize,
 }
@@ -121,7 +120,8 @@ impl Surface {
         surface
     }
 
-    /// The planes of the triangles at each place, and upright planes along creases and borders.
+    /// Accumulates the quadrics of each position: the planes of its triangles, and perpendicular planes along creases
+    /// and borders.
     fn measure(&mut self) {
         for index in 0..self.faces.len() {
             let Some(face) = self.faces[index] else { continue };
@@ -158,7 +158,7 @@ impl Surface {
         a.group != b.group || [from, to].iter().any(|&place| a.vertex_at(place) != b.vertex_at(place))
     }
 
-    /// Places that share an edge with this one, ascending.
+    /// Positions that share an edge with this one, ascending.
     fn neighbors(&self, place: usize) -> Vec<usize> {
         let mut around: Vec<usize> = self.faces_at(place).flat_map(|(_, face)| face.places).collect();
         around.sort_unstable();
@@ -168,32 +168,32 @@ impl Surface {
     }
 
     /// `None` where it would move the surface too far.
-    fn found(&self, from: usize, to: usize, most_off_m: f64) -> Option<Reverse<Collapse>> {
+    fn found(&self, from: usize, to: usize, max_off_m: f64) -> Option<Reverse<Collapse>> {
         let planes = self.quadrics[from].plus(self.quadrics[to]);
         let cost = planes.at(self.places[to]);
-        let near = cost <= planes.weight() * most_off_m.powi(2);
+        let near = cost <= planes.weight() * max_off_m.powi(2);
         let changes = [self.changes[from], self.changes[to]];
         near.then(|| Reverse(Collapse { cost: cost.to_bits(), from, to, changes }))
     }
 
-    fn collapse_down_to(&mut self, most_triangles: usize, most_off_m: f64) {
+    fn collapse_down_to(&mut self, max_triangles: usize, max_off_m: f64) {
         let mut heap: BinaryHeap<Reverse<Collapse>> = BinaryHeap::new();
         for from in 0..self.places.len() {
-            heap.extend(self.neighbors(from).into_iter().filter_map(|to| self.found(from, to, most_off_m)));
+            heap.extend(self.neighbors(from).into_iter().filter_map(|to| self.found(from, to, max_off_m)));
         }
-        while self.left > most_triangles {
+        while self.left > max_triangles {
             let Some(Reverse(Collapse { from, to, changes, .. })) = heap.pop() else { return };
             if changes != [self.changes[from], self.changes[to]] || !self.collapse(from, to) {
                 continue;
             }
             for other in self.neighbors(to) {
-                heap.extend(self.found(to, other, most_off_m));
-                heap.extend(self.found(other, to, most_off_m));
+                heap.extend(self.found(to, other, max_off_m));
+                heap.extend(self.found(other, to, max_off_m));
             }
         }
     }
 
-    /// Moves `from` onto `to`, unless the surface would not stay one, or would fold.
+    /// Moves `from` onto `to`, unless the surface would become non-manifold or would fold.
     fn collapse(&mut self, from: usize, to: usize) -> bool {
         let beside = self.beside(from, to);
         let [(first, a), (second, b)] = beside[..] else { return false };
@@ -204,7 +204,8 @@ impl Surface {
         if !is_fan || shared.len() != 2 || shared.iter().any(|&n| self.neighbors(n).len() <= 3) {
             return false;
         }
-        // What `from` wears toward a face is what one of the two faces beside the edge wears: else `to` has no match.
+        // The vertex of `from` in a face must be that of one of the two faces beside the edge; otherwise `to` has no
+        // match.
         let worn = |vertex: u32, group: usize| {
             let alike = |face: &Face| face.vertex_at(from) == Some(vertex) && face.group == group;
             [a, b].into_iter().find(alike).and_then(|face| face.vertex_at(to))
@@ -216,7 +217,7 @@ impl Surface {
             let mut after = face;
             (after.places[k], after.vertices[k]) = (to, vertex);
             let (old, new) = (self.across(&face), self.across(&after));
-            if old.dot(new) <= LEAST_COSINE * old.length() * new.length() {
+            if old.dot(new) <= MIN_COSINE * old.length() * new.length() {
                 return false;
             }
             moved.push((index, after));
@@ -242,7 +243,7 @@ impl Surface {
         (b - a).cross(c - a)
     }
 
-    /// The faces that are left, on the vertices they wear.
+    /// The remaining faces with their vertices.
     fn into_mesh(self, mesh: &TexturedMesh) -> TexturedMesh {
         let mut groups: Vec<FaceGroup> = mesh
             .groups
@@ -270,7 +271,7 @@ impl Surface {
 }
 
 impl Face {
-    /// The vertex worn at a place.
+    /// The mesh vertex of the face at a position.
     fn vertex_at(&self, place: usize) -> Option<u32> {
         self.places.iter().position(|&own| own == place).map(|k| self.vertices[k])
     }
@@ -279,8 +280,8 @@ impl Face {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh_solid::MeshSolid;
     use crate::shapes::{block, sphere};
+    use crate::solid_query::MeshSolid;
     use crate::{Material, Rgb};
 
     fn plain(name: &str) -> Material {
@@ -288,14 +289,14 @@ mod tests {
     }
 
     #[test]
-    fn a_ball_with_a_fifth_of_its_triangles_is_closed_and_nearly_as_large() {
+    fn decimated_ball_stays_closed_and_keeps_its_volume() {
         let mut ball = TexturedMesh::default();
         ball.add(sphere(0.05, 40), &plain("ball"));
-        let most = ball.triangle_count() / 5;
-        let coarse = decimated(&ball, most, 0.01);
+        let highest = ball.triangle_count() / 5;
+        let coarse = decimated(&ball, highest, 0.01);
         assert!(
-            (most - 1..=most).contains(&coarse.triangle_count()),
-            "{} of {most}",
+            (highest - 1..=highest).contains(&coarse.triangle_count()),
+            "{} of {highest}",
             coarse.triangle_count()
         );
         assert!(MeshSolid::new(&coarse).is_ok());
@@ -313,7 +314,7 @@ mod tests {
     }
 
     #[test]
-    fn no_corner_goes_farther_than_asked() {
+    fn decimated_moves_no_corner_beyond_the_limit() {
         let mut ball = TexturedMesh::default();
         ball.add(sphere(0.05, 40), &plain("ball"));
         let coarse = [1e-5, 1e-4, 1e-3].map(|off_m| decimated(&ball, 0, off_m).triangle_count());
@@ -322,8 +323,8 @@ mod tests {
     }
 
     #[test]
-    fn boxes_keep_their_corners_and_a_thin_one_stays_in_front_of_the_other() {
-        // A screen of 0.7 mm before its frame, as on a monitor: merged corners had put both into one plane.
+    fn decimated_keeps_box_corners_and_separate_shells() {
+        // Regression: a screen 0.7 mm in front of its frame; merged corners put both into one plane.
         let mut monitor = TexturedMesh::default();
         monitor.add(block(DVec3::new(0.6, 0.02, 0.4)), &plain("frame"));
         let screen = block(DVec3::new(0.58, 0.0017, 0.38)).translated(DVec3::new(0.0, -0.00985, 0.0));

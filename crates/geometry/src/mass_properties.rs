@@ -2,19 +2,19 @@
 //!
 //! Solids: exact integrals over the tetrahedra between a reference point and each face (Mirtich,
 //! "Fast and accurate computation of polyhedral mass properties", 1996; Eberly's form), signed, so a
-//! cavity wall whose faces look inward subtracts. Shells: the same integrals over the surface times a
-//! thickness. Principal axes by cyclic Jacobi rotations.
+//! cavity wall with inward faces subtracts. Shells: the same integrals over the surface times a
+//! thickness. Principal axes: cyclic Jacobi rotations.
 //!
 //! Input: meters and kg/m^3 in the object's frame; output in the same frame. A mesh may be a union of
-//! overlapping closed shells: their integrals are summed, so an overlap counts twice (a mug whose handle
-//! ends inside its wall gains the buried ends: under 1 % of the mass for the catalog). Guarantees: principal moments are
-//! positive and obey the triangle inequality. Linear in the number of triangles. Not for open surfaces.
+//! overlapping closed shells. Their integrals are summed, so an overlap counts twice: a mug whose handle ends inside
+//! its wall gains the mass of the buried ends, under 1 % for the catalog. Principal moments are positive and obey the
+//! triangle inequality. O(triangles). Not applicable to open surfaces.
 
 use glam::{DMat3, DQuat, DVec3};
 
 use super::{MassProperties, TexturedMesh};
 
-/// Why a mesh has no mass.
+/// Why mass properties cannot be computed.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum MassError {
     #[error(
@@ -30,7 +30,7 @@ pub enum MassError {
 /// Mass properties of the volume the mesh encloses, filled with `density_kg_m3`.
 pub fn solid_mass_properties(mesh: &TexturedMesh, density_kg_m3: f64) -> Result<MassProperties, MassError> {
     check_substance(density_kg_m3, 1.0)?;
-    let reference = middle(mesh)?;
+    let reference = center(mesh)?;
     let mut moments = Moments::default();
     for [a, b, c] in corners(mesh, reference) {
         let volume = a.dot(b.cross(c)) / 6.0;
@@ -43,14 +43,14 @@ pub fn solid_mass_properties(mesh: &TexturedMesh, density_kg_m3: f64) -> Result<
     Ok(moments.into_properties(reference, density_kg_m3))
 }
 
-/// Mass properties of a skin of `thickness_m` on the mesh's surface: hollow bodies drawn as solids.
+/// Mass properties of a shell of `thickness_m` on the mesh's surface, for hollow bodies that are modeled as solids.
 pub fn shell_mass_properties(
     mesh: &TexturedMesh,
     thickness_m: f64,
     density_kg_m3: f64,
 ) -> Result<MassProperties, MassError> {
     check_substance(density_kg_m3, thickness_m)?;
-    let reference = middle(mesh)?;
+    let reference = center(mesh)?;
     let mut moments = Moments::default();
     for [a, b, c] in corners(mesh, reference) {
         let area = 0.5 * (b - a).cross(c - a).length();
@@ -71,8 +71,8 @@ fn check_substance(density_kg_m3: f64, thickness_m: f64) -> Result<(), MassError
     }
 }
 
-/// Integrating about the middle of the box keeps the differences of large numbers small.
-fn middle(mesh: &TexturedMesh) -> Result<DVec3, MassError> {
+/// Center of the box. Integration about it avoids cancellation between large numbers.
+fn center(mesh: &TexturedMesh) -> Result<DVec3, MassError> {
     if mesh.triangle_count() == 0 {
         return Err(MassError::NoSurface);
     }
@@ -117,7 +117,7 @@ impl Moments {
         let [x, y, z] = self.second;
         let covariance = DMat3::from_cols(x, y, z) - outer(center) * self.measure;
         let (spread, axes) = symmetric_eigen(covariance);
-        // Principal spreads are sums of squares; rounding may leave a flat thing slightly negative.
+        // Principal second moments are sums of squares; for flat bodies, rounding may make them slightly negative.
         let spread = (spread * density).max(DVec3::splat(1e-9 * (spread * density).max_element().abs()));
         MassProperties {
             mass_kg: self.measure * density,
@@ -180,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn a_block_has_the_textbook_inertia() {
+    fn solid_block_has_the_analytic_inertia() {
         let p = solid_mass_properties(&mesh(block(DVec3::new(0.2, 0.1, 0.05))), 1000.0).expect("a block");
         assert!((p.mass_kg - 1.0).abs() < 1e-12);
         assert!((p.center_of_mass_m - DVec3::new(0.0, 0.0, 0.025)).length() < 1e-12);
@@ -193,7 +193,7 @@ mod tests {
     }
 
     #[test]
-    fn a_skin_weighs_area_times_thickness_and_a_sphere_of_skin_has_two_thirds() {
+    fn shell_mass_is_area_times_thickness_and_spherical_inertia_two_thirds() {
         let ball = mesh(sphere(0.1, 128));
         let p = shell_mass_properties(&ball, 0.001, 1000.0).expect("a ball");
         assert!((p.mass_kg - 4.0 * std::f64::consts::PI * 0.01).abs() < 1e-3 * p.mass_kg * 2.0);
@@ -202,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn inside_out_and_empty_meshes_are_refused() {
+    fn mass_properties_reject_inverted_and_empty_meshes() {
         let mut inside_out = mesh(block(DVec3::ONE));
         for t in &mut inside_out.groups[0].triangles {
             t.swap(1, 2);
@@ -213,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn a_mug_agrees_with_counting_points() {
+    fn mass_of_a_mug_agrees_with_point_counting() {
         // Slow reference: midpoints of a fine grid, inside where the radius and height say so.
         let profile = [DVec2::new(0.04, 0.0), DVec2::new(0.04, 0.1)];
         let mug = mesh(shell_of_revolution(&profile, 0.004, 0.006, 256));
@@ -237,7 +237,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn turned_and_moved_solids_keep_their_moments(yaw in -3.0..3.0_f64, tilt in -1.5..1.5_f64, x in -2.0..2.0_f64) {
+        fn principal_moments_are_invariant_to_rigid_motion(yaw in -3.0..3.0_f64, tilt in -1.5..1.5_f64, x in -2.0..2.0_f64) {
             let solid = tube(&[DVec3::ZERO, DVec3::new(0.1, 0.05, 0.2), DVec3::new(0.3, 0.0, 0.25)], 0.02, 10);
             let here = solid_mass_properties(&mesh(solid.clone()), 700.0).expect("a bar");
             let turn = DQuat::from_rotation_z(yaw) * DQuat::from_rotation_x(tilt);

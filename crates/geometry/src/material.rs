@@ -1,4 +1,4 @@
-//! How a surface looks: the metallic-roughness model that glTF, UsdPreviewSurface and our renderer share.
+//! Surface materials: the metallic-roughness model that glTF, UsdPreviewSurface and the renderer share.
 
 use serde::{Deserialize, Serialize};
 
@@ -19,7 +19,7 @@ impl Rgb {
         ])
     }
 
-    /// Linear-light channels, as shading wants them.
+    /// Linear-light channels, for shading.
     pub fn to_linear(self) -> [f32; 3] {
         self.0.map(|c| if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) })
     }
@@ -45,7 +45,7 @@ impl Rgb {
     }
 }
 
-/// Of a number in 0..=255, halves up. Without SSE 4.1 the library's `round` is a call.
+/// Rounds a number in 0..=255, halves up. Without SSE 4.1, `f32::round` is a function call.
 #[inline]
 fn nearest_byte(x: f32) -> u8 {
     let below = x as u8;
@@ -57,7 +57,7 @@ fn nearest_byte(x: f32) -> u8 {
 pub struct Material {
     /// `[a-z0-9_]`, unique in its mesh.
     pub name: String,
-    /// Multiplies the texture where there is one.
+    /// Multiplied with the texture, if there is one.
     pub base_color: Rgb,
     pub base_color_texture: Option<Texture>,
     /// 0 = mirror, 1 = chalk.

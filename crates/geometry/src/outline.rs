@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 #[serde(try_from = "Vec<DVec2>", into = "Vec<DVec2>")]
 pub struct Outline(Vec<DVec2>);
 
-/// Why a list of corners is no outline.
+/// Why a list of corners is not an outline.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum OutlineError {
     #[error("an outline needs at least three finite corners")]
@@ -63,7 +63,7 @@ impl Outline {
         if inside { nearest } else { -nearest }
     }
 
-    /// The point, or the one of the edge nearest to it where it lies outside.
+    /// The point itself if inside, else the nearest point of the edge.
     pub fn nearest_inside(&self, point: DVec2) -> DVec2 {
         if self.contains(point) {
             return point;
@@ -105,7 +105,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn depth_is_signed_and_clockwise_input_is_turned() {
+    fn outline_orients_clockwise_corners_and_signs_depths() {
         let square = [(0.0, 0.0), (0.0, 2.0), (2.0, 2.0), (2.0, 0.0)].map(|(x, y)| DVec2::new(x, y));
         let outline = Outline::new(square.to_vec()).expect("a square");
         assert!((outline.area_m2() - 4.0).abs() < 1e-12);

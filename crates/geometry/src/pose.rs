@@ -1,11 +1,11 @@
-//! Rigid motion: where a child frame stands in a parent frame.
+//! Rigid transforms between frames.
 
 use glam::{DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 
 /// `parent_from_child`: maps a point given in the child frame to the parent frame by
 /// `rotation * point + translation_m`. Variables are named `world_from_object`, so that in a chain
-/// `camera_from_world * world_from_object` equal names touch.
+/// `camera_from_world * world_from_object` equal names are adjacent.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Pose {
     /// Origin of the child frame in the parent frame, meters.
@@ -16,10 +16,10 @@ pub struct Pose {
 }
 
 impl Pose {
-    /// The parent frame itself.
+    /// The identity.
     pub const IDENTITY: Pose = Pose { translation_m: DVec3::ZERO, rotation: DQuat::IDENTITY };
 
-    /// Pose of an upright object: turned by `yaw_rad` about +z, its origin at `translation_m`.
+    /// Pose of an upright object: rotated by `yaw_rad` about +z, its origin at `translation_m`.
     pub fn upright(translation_m: DVec3, yaw_rad: f64) -> Self {
         Self { translation_m, rotation: DQuat::from_rotation_z(yaw_rad) }
     }
@@ -41,7 +41,7 @@ impl Pose {
     }
 
     /// Twist of the rotation about the parent's +z in (-pi, pi], or `None` within 10 degrees of the
-    /// poses where +z points down and a yaw says nothing.
+    /// poses where +z points down and the yaw is undefined.
     pub fn yaw_rad(&self) -> Option<f64> {
         let tilt_rad = (self.rotation * DVec3::Z).angle_between(DVec3::Z);
         if tilt_rad > std::f64::consts::PI - 10_f64.to_radians() {
@@ -74,7 +74,7 @@ mod tests {
     use proptest::prelude::*;
 
     #[test]
-    fn a_tilted_pose_keeps_its_twist() {
+    fn yaw_of_a_tilted_pose_is_its_twist() {
         let tilt = DQuat::from_axis_angle(DVec3::new(1.0, 2.0, 0.0).normalize(), 0.4);
         let pose = Pose { translation_m: DVec3::ZERO, rotation: tilt * DQuat::from_rotation_z(0.7) };
         assert!((pose.yaw_rad().expect("far from singular") - 0.7).abs() < 0.1);
@@ -84,7 +84,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn inverse_undoes(x in -1.0..1.0_f64, y in -1.0..1.0_f64, yaw in -3.0..3.0_f64, tilt in -1.5..1.5_f64) {
+        fn inverse_undoes_the_pose(x in -1.0..1.0_f64, y in -1.0..1.0_f64, yaw in -3.0..3.0_f64, tilt in -1.5..1.5_f64) {
             let pose = Pose {
                 translation_m: DVec3::new(x, y, x * y),
                 rotation: DQuat::from_rotation_z(yaw) * DQuat::from_rotation_x(tilt),

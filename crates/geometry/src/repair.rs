@@ -1,15 +1,16 @@
-//! Closed surfaces from meshes that are not closed, as generated and downloaded ones may be.
+//! Repair of open, inconsistent or self-intersecting meshes into closed surfaces.
 //!
-//! Shells that are closed, look outward and do not cross themselves by much are left as they are, to the bit. Of the others
-//! corners closer than a hair are welded, triangles are turned the way their neighbors look, small holes are filled,
-//! a surface with a large opening (a bowl drawn as one sheet) is given a thickness to the inside so that the
-//! opening stays, and a closed shell turned inside out that bounds no cavity is turned back. What is still
-//! open then, or crosses itself, is drawn anew around its voxels (see `voxels`). What was done is reported.
+//! Closed outward shells with little self-intersection stay bit-identical. For the others, vertices closer than a
+//! small tolerance are welded, triangles are oriented like their neighbors, and small holes are filled. A surface
+//! with a large opening (a bowl modeled as one sheet) is thickened inward, so that the opening stays. A closed
+//! inverted shell that bounds no cavity is flipped. Shells that are still open or self-intersecting are rebuilt from
+//! voxels (see `voxels`). All changes are reported.
 //!
-//! Object frame, meters. Deterministic. Linear in the triangles, but for the search of crossings (n log n) and voxels.
+//! Object frame, meters. Deterministic. O(triangles), except for the search for self-intersections (n log n) and
+//! voxels.
 
 mod crossing;
-mod soup;
+mod triangle_soup;
 mod voxels;
 #[cfg(test)]
 mod tests;
@@ -17,53 +18,53 @@ mod tests;
 use serde::{Deserialize, Serialize};
 
 use self::crossing::crosses_itself;
-use self::soup::Soup;
+use self::triangle_soup::TriangleSoup;
 use self::voxels::{around_voxels, share_covered_wrong};
 use super::shells::Shell;
 
-/// Corners closer than this share of the mesh's size are one.
+/// Welding distance, share of the mesh's size.
 const WELD_SHARE: f64 = 1e-5;
-/// A hole of at most this share of a surface's area is filled; a larger one is an opening.
+/// Largest area of a hole that is filled, share of the surface's area. A larger hole is an opening.
 const HOLE_SHARE: f64 = 0.1;
-/// A closed surface may cross itself where a bent tube kinks; only one that encloses more than this share of its volume
-/// twice, or inside out, is drawn anew.
+/// Share of a closed surface's volume that may be enclosed twice or inverted, for example at the kink of a bent tube.
+/// Beyond it the surface is rebuilt.
 const CROSSING_SHARE: f64 = 0.01;
 
-/// What repairing changed.
+/// Changes made by the repair.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Repair {
-    /// Corners moved onto another one.
+    /// Vertices welded to another one.
     pub corners_welded: u32,
-    /// Triangles turned over, those of shells that were inside out included.
+    /// Flipped triangles, including those of inverted shells.
     pub triangles_turned: u32,
     pub holes_filled: u32,
-    /// Open surfaces that were given a thickness.
+    /// Open surfaces that were thickened.
     pub sheets_thickened: u32,
-    /// Shells drawn anew around their voxels.
+    /// Shells rebuilt from voxels.
     pub shells_remeshed: u32,
-    /// No surface point of a shell drawn anew is meant to be farther than this from where it was, meters.
+    /// Nominal bound of the deviation of rebuilt surfaces, meters.
     pub voxel_m: f64,
 }
 
 impl Repair {
-    /// Whether the surface is as it was given.
+    /// Whether the surface is unchanged.
     pub fn is_none(&self) -> bool {
         *self == Self::default()
     }
 }
 
-/// The shells closed; sheets become `thickness_m` thick.
+/// The repaired shells; sheets become `thickness_m` thick.
 pub fn repaired(shells: Vec<Shell>, thickness_m: f64) -> (Vec<Shell>, Repair) {
     let mut repair = Repair::default();
     let size_m = extent_m(&shells);
     let (mut closed, open): (Vec<Shell>, Vec<Shell>) = shells.into_iter().partition(Shell::is_closed);
     if !open.is_empty() {
-        let mut soup = Soup::of(&open);
+        let mut soup = TriangleSoup::of(&open);
         repair.corners_welded = soup.weld(WELD_SHARE * size_m);
         repair.triangles_turned = soup.turn_alike();
         for mut part in soup.into_shells() {
-            repair.holes_filled += soup::fill_holes(&mut part, HOLE_SHARE);
-            if !part.is_closed() && soup::thicken(&mut part, thickness_m) {
+            repair.holes_filled += triangle_soup::fill_holes(&mut part, HOLE_SHARE);
+            if !part.is_closed() && triangle_soup::thicken(&mut part, thickness_m) {
                 repair.sheets_thickened += 1;
             }
             closed.push(part);
@@ -94,7 +95,7 @@ fn extent_m(shells: &[Shell]) -> f64 {
         .map_or(0.0, |(low, high)| (high - low).max_element())
 }
 
-/// Turns closed shells that look inward and lie in the box of no other shell.
+/// Flips closed inward shells that are in the box of no other shell.
 fn turn_out(shells: &mut [Shell], repair: &mut Repair) {
     let boxes: Vec<_> = shells.iter().map(Shell::bounds).collect();
     for k in 0..shells.len() {

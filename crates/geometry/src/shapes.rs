@@ -1,4 +1,4 @@
-//! Closed solids from a few numbers: surfaces of revolution, prisms, slabs, sweeps, lofts, inflated outlines.
+//! Parametric closed solids: surfaces of revolution, prisms, slabs, sweeps, lofts, inflated outlines.
 //!
 //! Every function returns a watertight [`Solid`](super::Solid) with outward faces, meters, z up. The
 //! base of each shape lies on z = 0 and its axis on x = y = 0 unless its documentation says otherwise.

@@ -1,10 +1,10 @@
-//! The closed shells of a visual mesh.
+//! Connected shells of a visual mesh.
 //!
-//! A [`TexturedMesh`] splits its vertices at creases and texture seams. Welding positions that are
-//! equal to the bit joins them again; the parts connected by edges are its shells (the body of a mug, its
-//! handle). Where several parts share an edge (the two wings of a bow tie), each triangle goes on with the
-//! one across its own inside, so that parts that merely touch stay apart. Shells come in the order of their
-//! first triangle, vertices in the order of first use, so the same mesh gives the same bytes.
+//! A [`TexturedMesh`] splits its vertices at creases and texture seams. Positions that are bit-identical are welded;
+//! the components connected by edges are the shells (the body of a mug, its handle). At an edge shared by several
+//! components (the two wings of a bow tie), each triangle connects to the one across its own inside, so that
+//! components that only touch stay apart. Shells are ordered by their first triangle and vertices by first use, so
+//! the same mesh gives the same bytes.
 
 use std::collections::HashMap;
 use std::f64::consts::TAU;
@@ -21,12 +21,12 @@ pub struct Shell {
     pub triangles: Vec<[u32; 3]>,
 }
 
-/// Height above a neighbor's plane up to which two faces count as flat, meters: above the rounding of
+/// Height above a neighbor's plane up to which two faces count as coplanar, meters; above the rounding of
 /// single-precision positions.
 pub const CONVEX_M: f64 = 1e-6;
 
-/// Faces at a shared edge whose directions differ by less lie on each other, radians: edges of a tenth of a
-/// millimeter, stored in single precision, are no more exact.
+/// Angle below which faces at a shared edge count as coincident, radians: the accuracy of edges of a tenth of a
+/// millimeter in single precision.
 const SAME_FACE_RAD: f64 = 0.02;
 
 #[derive(PartialEq, Eq, PartialOrd, Ord)]
@@ -38,7 +38,7 @@ struct Edge {
 }
 
 impl Shell {
-    /// Signed enclosed volume, m^3: negative for the wall of a cavity, whose faces look inward.
+    /// Signed enclosed volume, m^3: negative for the wall of a cavity, whose faces are oriented inward.
     pub fn volume_m3(&self) -> f64 {
         let origin = self.points.first().copied().unwrap_or(DVec3::ZERO);
         self.corners().map(|[a, b, c]| (a - origin).dot((b - origin).cross(c - origin)) / 6.0).sum()
@@ -55,8 +55,7 @@ impl Shell {
         self.points.iter().fold((first, first), |(low, high), &p| (low.min(p), high.max(p)))
     }
 
-    /// Whether every edge is used by two triangles, once in each direction: a closed surface in which no
-    /// parts share an edge.
+    /// Whether every edge is used by two triangles, once in each direction: a closed manifold surface.
     pub fn is_closed(&self) -> bool {
         let edges = self.edges();
         !edges.is_empty()
@@ -149,8 +148,7 @@ pub(super) fn split(points: Vec<DVec3>, triangles: Vec<[u32; 3]>) -> Vec<Shell> 
     shells
 }
 
-/// Pairs of triangles that go on into each other at an edge they all share: of several that meet there, those
-/// with only inside between them.
+/// Pairs of triangles that are connected at an edge that several share: those with only the inside between them.
 fn across_the_inside(whole: &Shell, same: &[Edge]) -> Vec<(u32, u32)> {
     if let [x, y] = same {
         return vec![(x.triangle, y.triangle)];
@@ -159,7 +157,7 @@ fn across_the_inside(whole: &Shell, same: &[Edge]) -> Vec<(u32, u32)> {
     let (a, b) = (whole.points[first.a as usize], whole.points[first.b as usize]);
     let axis = (b - a).normalize_or_zero();
     let (u, v) = if axis == DVec3::ZERO { (DVec3::X, DVec3::Y) } else { axis.any_orthonormal_pair() };
-    // Which way a triangle leaves the edge, as an angle around it.
+    // The direction in which a triangle leaves the edge, as an angle around it.
     let angle = |edge: &Edge| {
         let away = whole.triangles[edge.triangle as usize]
             .iter()
@@ -167,8 +165,7 @@ fn across_the_inside(whole: &Shell, same: &[Edge]) -> Vec<(u32, u32)> {
             .map_or(DVec3::ZERO, |&corner| whole.points[corner as usize] - a);
         away.dot(v).atan2(away.dot(u))
     };
-    // The inside lies clockwise of a triangle that runs along the axis. Faces that lie on each other have none
-    // between them.
+    // The inside is clockwise of a triangle that runs along the axis. Coincident faces have none between them.
     let between = |forward: &Edge, backward: &Edge| {
         let turn = (angle(forward) - angle(backward)).rem_euclid(TAU);
         if turn < SAME_FACE_RAD { TAU } else { turn }
@@ -201,7 +198,7 @@ mod tests {
     use glam::DVec2;
 
     #[test]
-    fn a_block_and_a_bar_are_two_closed_shells() {
+    fn shells_of_two_separate_solids_are_two_closed_shells() {
         let plain = Material::plain("plain", Rgb::hex(0x80_80_80), 0.5);
         let mut mesh = TexturedMesh::default();
         mesh.add(block(DVec3::new(0.1, 0.2, 0.3)), &plain);
@@ -220,7 +217,7 @@ mod tests {
     }
 
     #[test]
-    fn what_touches_along_an_edge_or_a_face_stays_two_closed_shells() {
+    fn shells_of_touching_solids_stay_separate() {
         let plain = Material::plain("plain", Rgb::hex(0x80_80_80), 0.5);
         let wing = prism(&[DVec2::ZERO, DVec2::new(0.1, -0.05), DVec2::new(0.1, 0.05)], 0.02);
         let turned = wing.clone().rotated(glam::DQuat::from_xyzw(0.0, 0.0, 1.0, 0.0));

@@ -8,7 +8,7 @@ use glam::{DQuat, DVec3, Vec2, Vec3};
 
 use super::{Material, Rgb};
 
-/// Triangles that wear one material.
+/// Triangles with one material.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FaceGroup {
     /// Index into [`TexturedMesh::materials`].
@@ -53,7 +53,7 @@ impl TexturedMesh {
         high - low
     }
 
-    /// The same mesh turned about the origin.
+    /// The mesh rotated about the origin.
     pub fn rotated(mut self, rotation: DQuat) -> Self {
         let rotation_f32 = rotation.as_quat();
         self.positions.iter_mut().for_each(|p| *p = rotation * *p);
@@ -61,13 +61,13 @@ impl TexturedMesh {
         self
     }
 
-    /// The same mesh moved.
+    /// The mesh translated.
     pub fn translated(mut self, offset_m: DVec3) -> Self {
         self.positions.iter_mut().for_each(|p| *p += offset_m);
         self
     }
 
-    /// The same mesh scaled per axis (positive factors); normals follow the inverse scale.
+    /// The mesh scaled per axis (positive factors); normals follow the inverse scale.
     pub fn scaled(mut self, scale: DVec3) -> Self {
         let inverse = (1.0 / scale).as_vec3();
         self.positions.iter_mut().for_each(|p| *p *= scale);
@@ -75,8 +75,8 @@ impl TexturedMesh {
         self
     }
 
-    /// The same mesh with every position rounded to the nearest `f32`, so that formats with
-    /// single-precision positions carry it without loss. Idempotent.
+    /// The mesh with every position rounded to the nearest `f32`, so that formats with
+    /// single-precision positions store it without loss. Idempotent.
     pub fn snap_to_f32(mut self) -> Self {
         self.positions.iter_mut().for_each(|p| *p = p.as_vec3().as_dvec3());
         self
@@ -89,15 +89,15 @@ impl TexturedMesh {
         self.translated(offset)
     }
 
-    /// The same with every texture replaced by its mean color; `None` where there is none.
+    /// The mesh with every texture replaced by its mean color; `None` if it has no texture.
     pub fn without_textures(&self) -> Option<Self> {
         if self.materials.iter().all(|material| material.base_color_texture.is_none()) {
             return None;
         }
         let mut plain = self.clone();
         for material in &mut plain.materials {
-            if let Some(picture) = material.base_color_texture.take() {
-                let [r, g, b, _] = picture.halved().last().unwrap_or(&picture).pixel(0, 0);
+            if let Some(image) = material.base_color_texture.take() {
+                let [r, g, b, _] = image.halved().last().unwrap_or(&image).pixel(0, 0);
                 let mean = [r, g, b].map(|level| f32::from(level) / 255.0);
                 let Rgb(own) = material.base_color;
                 material.base_color = Rgb([0, 1, 2].map(|channel| own[channel] * mean[channel]));
@@ -120,7 +120,7 @@ impl TexturedMesh {
         }
     }
 
-    /// Adds a closed solid that wears `material`.
+    /// Adds a closed solid with this material.
     pub fn add(&mut self, solid: super::Solid, material: &Material) {
         let base = self.positions.len() as u32;
         let index = self.material_index(material);

@@ -1,4 +1,4 @@
-//! Which adapter is taken.
+//! Selection of the adapter.
 
 use std::cmp::Reverse;
 
@@ -6,31 +6,35 @@ use wgpu::{Adapter, AdapterInfo, Backends, DeviceType, DownlevelFlags, Instance,
 
 use super::{DeviceChoice, GpuError};
 
-/// The best adapter that is there and can do what the kernels ask; `auto` refuses software.
+/// The best present adapter that meets the requirements of the kernels. `Auto` rejects software renderers.
+///
+/// # Errors
+///
+/// [`GpuError::NoAdapter`] with the reason for each rejected adapter.
 pub fn best(instance: &Instance, backends: Backends, choice: DeviceChoice) -> Result<Adapter, GpuError> {
     let mut found = pollster::block_on(instance.enumerate_adapters(backends));
-    let mut looked_at: Vec<String> = Vec::new();
+    let mut rejected: Vec<String> = Vec::new();
     found.retain(|adapter| {
         let refused = refusal(adapter, choice);
-        looked_at.extend(refused.map(|why| format!("{} {why}", described(&adapter.get_info()))));
+        rejected.extend(refused.map(|why| format!("{} {why}", described(&adapter.get_info()))));
         refused.is_none()
     });
     let best = found.into_iter().min_by_key(|adapter| Reverse(rank(&adapter.get_info())));
     best.ok_or_else(|| GpuError::NoAdapter {
-        looked_at: if looked_at.is_empty() { "there is no adapter".into() } else { looked_at.join(", ") },
+        rejected: if rejected.is_empty() { "there is no adapter".into() } else { rejected.join(", ") },
     })
 }
 
-/// Whether the second failure tells more than the first.
-pub fn told_more(first: &GpuError, second: &GpuError) -> bool {
-    let nothing_there = |error: &GpuError| match error {
-        GpuError::NoAdapter { looked_at } => looked_at.starts_with("there is no"),
+/// Whether the second failure is at least as informative as the first: it names an adapter, or neither does.
+pub fn is_more_informative(first: &GpuError, second: &GpuError) -> bool {
+    let names_no_adapter = |error: &GpuError| match error {
+        GpuError::NoAdapter { rejected } => rejected.starts_with("there is no"),
         _ => false,
     };
-    nothing_there(first) || !nothing_there(second)
+    names_no_adapter(first) || !names_no_adapter(second)
 }
 
-/// Backend, name and driver.
+/// Backend, name and driver of the adapter.
 pub fn described(info: &AdapterInfo) -> String {
     let words = [info.backend.to_str(), &info.name, &info.driver, &info.driver_info];
     words.into_iter().filter(|word| !word.is_empty()).collect::<Vec<_>>().join(" ")
@@ -43,13 +47,13 @@ fn refusal(adapter: &Adapter, choice: DeviceChoice) -> Option<&'static str> {
     if !Limits::downlevel_defaults().check_limits(&adapter.limits()) {
         return Some("is below the limits of OpenGL ES 3.1");
     }
-    // Of an unknown type is also what some software renderers report.
+    // Some software renderers report an unknown device type.
     let hardware = [DeviceType::DiscreteGpu, DeviceType::IntegratedGpu, DeviceType::VirtualGpu];
     let software = !hardware.contains(&adapter.get_info().device_type);
     (choice == DeviceChoice::Auto && software).then_some("is a software renderer")
 }
 
-/// More is better.
+/// Preference by device type; higher is better.
 fn rank(info: &AdapterInfo) -> u32 {
     match info.device_type {
         DeviceType::DiscreteGpu => 4,

@@ -1,10 +1,10 @@
-//! Where a process computes: its GPU, looked for when it is first asked for.
+//! The compute device of a process, opened on first use.
 
 use std::sync::{Arc, OnceLock};
 
 use super::{ComputeSettings, DeviceChoice, Gpu, GpuError};
 
-/// The device of a process. Whoever never asks for it never loads a driver.
+/// The compute device of a process. No driver is loaded before the first call of [`Self::gpu`].
 #[derive(Debug)]
 pub struct Compute {
     choice: DeviceChoice,
@@ -16,8 +16,8 @@ impl Compute {
         Self { choice: settings.device, opened: OnceLock::new() }
     }
 
-    /// The GPU; `None`, and once a line in the log, where there is none, where it was given up, and where the CPU was
-    /// asked for. The first call takes as long as loading drivers does.
+    /// The GPU. `None` if the settings choose the CPU, no GPU can be opened, or the GPU was given up. A GPU that cannot
+    /// be opened is logged once. The first call loads drivers, which takes a while.
     pub fn gpu(&self) -> Option<Arc<Gpu>> {
         self.gpu_or(Gpu::open)
     }
@@ -32,7 +32,7 @@ impl Compute {
                 tracing::info!(device, "kernels have their device");
                 gpu
             }
-            // Without a GPU the CPU is what `auto` means.
+            // `auto` falls back to the CPU.
             Err(error) if self.choice == DeviceChoice::Auto => {
                 tracing::info!(%error, "no GPU: computing on the CPU");
                 None
@@ -45,7 +45,7 @@ impl Compute {
         opened.clone().filter(|gpu| gpu.given_up().is_none())
     }
 
-    /// The GPU that [`Self::gpu`] found, given up or not.
+    /// The GPU that [`Self::gpu`] opened, even if it was given up since.
     pub fn opened(&self) -> Option<Arc<Gpu>> {
         self.opened.get().cloned().flatten()
     }

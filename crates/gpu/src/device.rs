@@ -1,4 +1,4 @@
-//! An opened GPU: one for the process, shared by everything that computes on it.
+//! An opened GPU with its compiled kernels, shared by all computations of the process.
 
 use std::any::{Any, TypeId};
 use std::collections::BTreeMap;
@@ -11,30 +11,34 @@ use wgpu::{
 
 use super::{DeviceChoice, GpuError, adapters, nodes};
 
-/// A device, what it has compiled, and what went wrong with it.
+/// A device with its compiled kernels and its first fatal error.
 #[derive(Debug)]
 pub struct Gpu {
     name: String,
     pub device: Device,
     pub queue: Queue,
-    /// By their type and the number they were compiled for.
+    /// Compiled kernels by type and specialization number.
     kernels: Mutex<BTreeMap<(TypeId, usize), Arc<dyn Any + Send + Sync>>>,
-    /// One caller at a time: OpenGL's one context may be waited for only so long, then `wgpu` panics.
-    turn: Mutex<()>,
-    /// The first thing that went wrong outside of any error scope.
-    trouble: Arc<Mutex<Option<String>>>,
+    /// Serializes callers: `wgpu` panics after a bounded wait for OpenGL's single context.
+    exclusive: Mutex<()>,
+    /// The first error outside of any error scope.
+    fatal_error: Arc<Mutex<Option<String>>>,
 }
 
 impl Gpu {
-    /// Opens the best adapter; `None` where the choice is the CPU. For `auto`, drivers are loaded only where the system
-    /// has a device node for them: software renderers alone take a quarter of a second to load, to be refused.
+    /// Opens the best adapter; `None` if the choice is the CPU. For `Auto`, drivers are loaded only if the system has a
+    /// device node for them, because loading software renderers alone takes a quarter of a second.
+    ///
+    /// # Errors
+    ///
+    /// [`GpuError::NoAdapter`] or [`GpuError::NotOpened`]: the most informative failure of all backends.
     pub fn open(choice: DeviceChoice) -> Result<Option<Arc<Self>>, GpuError> {
         if choice == DeviceChoice::Auto && !nodes::may_have_hardware() {
             return Err(GpuError::NoAdapter {
-                looked_at: "there is no graphics device in /dev, so no driver was asked".into(),
+                rejected: "there is no graphics device in /dev, so no driver was asked".into(),
             });
         }
-        // OpenGL's libraries are loaded only where there is nothing better, software comes last.
+        // OpenGL's libraries are loaded only if no primary backend has an adapter; software renderers come last.
         let hardware = [(Backends::PRIMARY, DeviceChoice::Auto), (Backends::GL, DeviceChoice::Auto)];
         let any = [(Backends::PRIMARY, DeviceChoice::Gpu), (Backends::GL, DeviceChoice::Gpu)];
         let tries = match choice {
@@ -42,21 +46,21 @@ impl Gpu {
             DeviceChoice::Auto => hardware.to_vec(),
             DeviceChoice::Gpu => [hardware, any].concat(),
         };
-        let mut failure = GpuError::NoAdapter { looked_at: "there is no backend".into() };
+        let mut failure = GpuError::NoAdapter { rejected: "there is no backend".into() };
         for (backends, choice) in tries {
             match Self::open_among(backends, choice) {
                 Ok(gpu) => return Ok(Some(gpu)),
-                // That nothing is there tells less than why what is there was not taken.
-                Err(error) if adapters::told_more(&failure, &error) => failure = error,
+                // The reason why an adapter was rejected is more informative than the absence of adapters.
+                Err(error) if adapters::is_more_informative(&failure, &error) => failure = error,
                 Err(_) => {}
             }
         }
         Err(failure)
     }
 
-    /// The same among the adapters of some backends only.
+    /// As [`Self::open`], among the adapters of some backends.
     pub fn open_among(backends: Backends, choice: DeviceChoice) -> Result<Arc<Self>, GpuError> {
-        // Validation layers of debug builds are for those who debug drivers; `wgpu` validates by itself.
+        // `wgpu` validates by itself; the validation layers of debug builds serve to debug drivers.
         let flags = InstanceFlags::empty();
         let descriptor =
             InstanceDescriptor { backends, flags, ..InstanceDescriptor::new_without_display_handle() };
@@ -75,46 +79,50 @@ impl Gpu {
         let opened = pollster::block_on(adapter.request_device(&descriptor));
         let (device, queue) = opened
             .map_err(|error| GpuError::NotOpened { adapter: name.clone(), reason: error.to_string() })?;
-        let trouble = Arc::new(Mutex::new(None));
-        let (uncaptured, lost) = (trouble.clone(), trouble.clone());
+        let fatal_error = Arc::new(Mutex::new(None));
+        let (uncaptured, lost) = (fatal_error.clone(), fatal_error.clone());
         device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| note(&uncaptured, error.to_string())));
-        device.set_device_lost_callback(move |reason, told| {
-            note(&lost, format!("the device was lost ({reason:?}): {told}"));
+        device.set_device_lost_callback(move |reason, message| {
+            note(&lost, format!("the device was lost ({reason:?}): {message}"));
         });
-        let (kernels, turn) = (Mutex::default(), Mutex::default());
-        Ok(Arc::new(Self { name, device, queue, kernels, turn, trouble }))
+        let (kernels, exclusive) = (Mutex::default(), Mutex::default());
+        Ok(Arc::new(Self { name, device, queue, kernels, exclusive, fatal_error }))
     }
 
-    /// Backend, adapter and driver: what results depend on.
+    /// Backend, adapter and driver, which results depend on.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// From now on every call fails.
+    /// Makes every later call fail with this reason.
     pub fn give_up(&self, reason: &str) {
-        note(&self.trouble, reason.to_owned());
+        note(&self.fatal_error, reason.to_owned());
     }
 
-    /// What went wrong for good, if anything did; from then on every call fails.
+    /// The first fatal error, if any. After it every call fails.
     pub fn given_up(&self) -> Option<String> {
-        lock(&self.trouble).clone()
+        lock(&self.fatal_error).clone()
     }
 
-    /// Runs what talks to the device, alone, and gathers every error it causes; an error gives the device up.
+    /// Runs device work exclusively and collects every error it causes. An error gives the device up.
+    ///
+    /// # Errors
+    ///
+    /// [`GpuError::Failed`] if the work or the device fails, or the device was given up before.
     pub fn guarded<T>(
         &self,
         attempted: &'static str,
         work: impl FnOnce() -> Result<T, String>,
     ) -> Result<T, GpuError> {
         let failed = |reason| GpuError::Failed { attempted, adapter: self.name.clone(), reason };
-        let _turn = lock(&self.turn);
+        let _guard = lock(&self.exclusive);
         if let Some(reason) = self.given_up() {
             return Err(failed(reason));
         }
         let filters = [ErrorFilter::Validation, ErrorFilter::OutOfMemory, ErrorFilter::Internal];
         let scopes = filters.map(|filter| self.device.push_error_scope(filter));
         let result = work();
-        // The last opened is closed first. What `wgpu` says is nearer to the cause than what came of it.
+        // Scopes close in reverse order. Errors that `wgpu` captured are closer to the cause than the error of `work`.
         let captured = scopes.into_iter().rev().filter_map(|scope| pollster::block_on(scope.pop()));
         let captured = captured.map(|error| error.to_string()).last();
         let reason = captured.or_else(|| self.given_up()).or_else(|| result.as_ref().err().cloned());
@@ -122,13 +130,13 @@ impl Gpu {
             (None, Ok(done)) => Ok(done),
             (reason, _) => {
                 let reason = reason.unwrap_or_default();
-                note(&self.trouble, reason.clone());
+                note(&self.fatal_error, reason.clone());
                 Err(failed(reason))
             }
         }
     }
 
-    /// Kernels of that type, compiled for that number at the first call.
+    /// The kernels of type `K` specialized for `number`, compiled at the first call.
     pub fn kernels<K: Any + Send + Sync>(
         &self,
         number: usize,
@@ -144,15 +152,15 @@ impl Gpu {
         Ok(kernels)
     }
 
-    /// Most bytes of one storage buffer.
-    pub fn largest_buffer_bytes(&self) -> usize {
+    /// Maximum size of one storage buffer, bytes.
+    pub fn max_buffer_bytes(&self) -> usize {
         let limits = self.device.limits();
         let bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
         usize::try_from(bytes).unwrap_or(usize::MAX)
     }
 }
 
-/// What OpenGL ES 3.1 promises, but buffers as large as the adapter has them: textures of a scene may take more.
+/// The limits of OpenGL ES 3.1, but the buffer sizes of the adapter, because textures of a scene may be larger.
 fn with_large_buffers(of_adapter: &Limits) -> Limits {
     Limits {
         max_storage_buffer_binding_size: of_adapter.max_storage_buffer_binding_size,
@@ -161,12 +169,12 @@ fn with_large_buffers(of_adapter: &Limits) -> Limits {
     }
 }
 
-/// Keeps the first thing that went wrong.
-fn note(trouble: &Mutex<Option<String>>, reason: String) {
-    lock(trouble).get_or_insert(reason);
+/// Records the first error.
+fn note(fatal_error: &Mutex<Option<String>>, reason: String) {
+    lock(fatal_error).get_or_insert(reason);
 }
 
-/// Nothing under these locks is left half done by a panic.
+/// Locks, ignoring poisoning: a panic cannot leave the guarded values inconsistent.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

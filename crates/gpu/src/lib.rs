@@ -1,11 +1,19 @@
-//! A compute device for kernels, opened once a process, through `wgpu`.
+//! A compute device for kernels, opened once per process, through `wgpu`.
 //!
-//! [`Compute`] is a process's device, [`Gpu`] one that was opened, [`transfer`] moves bytes there and back. What is
-//! computed belongs to the crates above: `render` and `soft_raster`. The crate must not depend on them.
+//! [`Compute`] is the device of a process, [`Gpu`] an opened device, [`transfer`] moves bytes between host and device.
+//! The kernels belong to `render` and `soft_raster`; this crate must not depend on them, nor on any other crate of the
+//! workspace.
 //!
-//! Portable: storage buffers and 32-bit integer atomics only, the limits of OpenGL ES 3.1 but for the size of buffers.
-//! Errors are values, never panics: no adapter, a job that does not fit (the device remains good), and anything a
-//! driver refuses, after which the device is given up ([`Gpu::given_up`]).
+//! Kernels use storage buffers and 32-bit integer atomics only. Except for buffer sizes, the limits are those of OpenGL
+//! ES 3.1. Errors are values, never panics: no adapter, a job that does not fit (the device remains usable), and any
+//! driver error, after which the device is given up ([`Gpu::given_up`]).
+//!
+//! ```
+//! use gpu::{Compute, ComputeSettings, DeviceChoice};
+//!
+//! let compute = Compute::new(&ComputeSettings { device: DeviceChoice::Cpu });
+//! assert!(compute.gpu().is_none());
+//! ```
 
 mod adapters;
 mod compute;
@@ -20,33 +28,31 @@ use serde::{Deserialize, Serialize};
 pub use compute::Compute;
 pub use device::Gpu;
 
-/// Which device computes.
+/// Settings of the compute device.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct ComputeSettings {
-    /// Where kernels run that have a GPU version.
+    /// Device for the kernels that have a GPU version.
     pub device: DeviceChoice,
 }
 
-/// Where kernels run that have a GPU version.
+/// Device for the kernels that have a GPU version.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum DeviceChoice {
-    /// On a GPU if there is one; software adapters, which gain nothing, do not count.
+    /// A hardware GPU if there is one, else the CPU. Software adapters bring no gain and are skipped.
     Auto,
-    /// On the CPU.
+    /// The CPU.
     Cpu,
-    /// On whatever adapter there is, also a software one.
+    /// Any adapter, including software.
     Gpu,
 }
 
-/// Why something could not be computed on a GPU; the CPU can.
+/// Why a computation failed on a GPU. The CPU kernels can compute it.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum GpuError {
-    #[error(
-        "looking for a GPU: {looked_at}; install a Vulkan or OpenGL driver, or set compute.device to cpu"
-    )]
-    NoAdapter { looked_at: String },
+    #[error("looking for a GPU: {rejected}; install a Vulkan or OpenGL driver, or set compute.device to cpu")]
+    NoAdapter { rejected: String },
     #[error("opening {adapter}: {reason}; update its driver or set compute.device to cpu")]
     NotOpened { adapter: String, reason: String },
     #[error("a picture {side_px} pixels wide or high on a GPU: at most {largest_px} fit; use a smaller one")]
@@ -56,16 +62,16 @@ pub enum GpuError {
     )]
     DoesNotFit { attempted: &'static str, adapter: String, bytes: usize, largest_bytes: usize },
     #[error(
-        "painting on {adapter}: more than {most} layers of glass in two rows of pixels; draw it on the CPU"
+        "painting on {adapter}: more than {highest} layers of glass in two rows of pixels; draw it on the CPU"
     )]
-    TooManyLayers { adapter: String, most: usize },
+    TooManyLayers { adapter: String, highest: usize },
     #[error("{attempted} on {adapter}: {reason}")]
     Failed { attempted: &'static str, adapter: String, reason: String },
 }
 
 impl GpuError {
-    /// Whether another scene would fail as well; the others tell what does not fit, and leave the device good.
-    pub fn is_of_the_device(&self) -> bool {
+    /// Whether the device itself failed, so that every other scene fails as well. Other errors leave the device usable.
+    pub fn is_device_failure(&self) -> bool {
         matches!(self, Self::NoAdapter { .. } | Self::NotOpened { .. } | Self::Failed { .. })
     }
 }

@@ -1,4 +1,4 @@
-//! Between memory and a device: buffers that grow, and what comes back.
+//! Transfers between host memory and a device: growing buffers and read-back.
 
 use std::sync::mpsc;
 use std::time::Duration;
@@ -11,28 +11,28 @@ pub const INPUT: BufferUsages = BufferUsages::STORAGE.union(BufferUsages::COPY_D
 pub const OUTPUT: BufferUsages = BufferUsages::STORAGE.union(BufferUsages::COPY_SRC);
 pub const READ_BACK: BufferUsages = BufferUsages::MAP_READ.union(BufferUsages::COPY_DST);
 
-/// Longest wait for one dispatch; a device that takes longer hangs.
-const LONGEST_WAIT: Duration = Duration::from_secs(60);
+/// Maximum wait for one dispatch; a device that takes longer is considered hung.
+const MAX_WAIT: Duration = Duration::from_secs(60);
 
-/// A buffer of at least that size; an empty one cannot be bound.
+/// A buffer of at least `bytes`, rounded up to a power of two.
 pub fn buffer(gpu: &Gpu, bytes: usize, usage: BufferUsages) -> Buffer {
     sized(gpu, bytes.next_power_of_two(), usage)
 }
 
-/// A buffer of that size, or the least that can be bound.
+/// A buffer of `bytes`, but at least 256: an empty buffer cannot be bound.
 pub fn sized(gpu: &Gpu, bytes: usize, usage: BufferUsages) -> Buffer {
     let size = bytes.max(256).next_multiple_of(4) as u64;
     gpu.device.create_buffer(&BufferDescriptor { label: None, size, usage, mapped_at_creation: false })
 }
 
-/// Makes the buffer as large as that, if it is smaller; what was in it is lost.
+/// Replaces the buffer if it is smaller than `bytes`; its contents are lost then.
 pub fn grow(gpu: &Gpu, held: &mut Buffer, bytes: usize, usage: BufferUsages) {
     if held.size() < bytes as u64 {
         *held = buffer(gpu, bytes, usage);
     }
 }
 
-/// Copies what was computed to where it can be read; the number of bytes.
+/// Encodes a copy into a mappable buffer, which grows as needed. Returns `bytes`.
 pub fn read_back(
     gpu: &Gpu,
     encoder: &mut CommandEncoder,
@@ -45,14 +45,18 @@ pub fn read_back(
     bytes
 }
 
-/// Waits for what was submitted and reads it.
-pub fn fetched(gpu: &Gpu, from: &Buffer, bytes: usize) -> Result<Vec<u32>, String> {
+/// Waits for the submitted work and returns the words of a mappable buffer.
+///
+/// # Errors
+///
+/// The device failed or did not finish within 60 s.
+pub fn read_words(gpu: &Gpu, from: &Buffer, bytes: usize) -> Result<Vec<u32>, String> {
     let slice = from.slice(..bytes as u64);
-    let (told, mapped) = mpsc::channel();
+    let (message, mapped) = mpsc::channel();
     slice.map_async(MapMode::Read, move |result| {
-        let _ = told.send(result);
+        let _ = message.send(result);
     });
-    let waited = PollType::Wait { submission_index: None, timeout: Some(LONGEST_WAIT) };
+    let waited = PollType::Wait { submission_index: None, timeout: Some(MAX_WAIT) };
     gpu.device.poll(waited).map_err(|error| error.to_string())?;
     let answer = mapped.try_recv().map_err(|_| "the device did not answer".to_owned())?;
     answer.map_err(|error| error.to_string())?;
@@ -64,6 +68,7 @@ pub fn fetched(gpu: &Gpu, from: &Buffer, bytes: usize) -> Result<Vec<u32>, Strin
     Ok(words)
 }
 
+/// The numbers as bytes in native order.
 pub fn bytes_of(numbers: &[f32]) -> Vec<u8> {
     numbers.iter().flat_map(|number| number.to_ne_bytes()).collect()
 }

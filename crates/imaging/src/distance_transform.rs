@@ -1,8 +1,7 @@
 //! Exact Euclidean distance to the nearest marked pixel.
 //!
-//! Felzenszwalb and Huttenlocher, "Distance transforms of sampled functions" (2012): the lower envelope
-//! of parabolas along the rows, after steps to the nearest mark along the columns. Linear in the number of
-//! pixels.
+//! Felzenszwalb and Huttenlocher, "Distance transforms of sampled functions" (2012): first the distance along each
+//! column, then the lower envelope of parabolas along each row. O(pixels).
 
 /// Distance in pixels from each pixel center to the nearest marked one (row-major); infinite
 /// everywhere if none is marked.
@@ -16,13 +15,13 @@ pub fn distance_transform(marked: &[bool], width_px: usize, height_px: usize) ->
     squared.into_iter().map(|d| if d >= 0.5 * FAR { f32::INFINITY } else { d.sqrt() }).collect()
 }
 
-/// Stands for the square of an infinite distance.
+/// Represents the square of an infinite distance.
 const FAR: f32 = 1e20;
 
-/// Squared distance to the nearest marked pixel of the same column, [`FAR`] where it has none. Whole rows at a
-/// time, down and up again.
+/// Squared distance to the nearest marked pixel of the same column, [`FAR`] in columns without one. Processes whole
+/// rows, first downward, then upward.
 fn squared_in_columns(marked: &[bool], width_px: usize, height_px: usize) -> Vec<f32> {
-    // Steps to the nearest mark above; columns without one count on from far more than any height.
+    // Distance to the nearest mark above; columns without one count on from a number far above any height.
     const NONE: f32 = 1e10;
     let mut steps: Vec<f32> = marked.iter().map(|&m| if m { 0.0 } else { NONE }).collect();
     for y in 1..height_px {
@@ -40,14 +39,14 @@ fn squared_in_columns(marked: &[bool], width_px: usize, height_px: usize) -> Vec
 /// Scratch space of the one-dimensional transform.
 struct Envelope {
     values: Vec<f32>,
-    /// Places of the parabolas in the envelope and where each begins to be the lowest.
-    places: Vec<usize>,
+    /// Positions of the parabolas in the envelope, and where each begins to be the lowest.
+    positions: Vec<usize>,
     begins: Vec<f32>,
 }
 
 impl Envelope {
     fn new(longest: usize) -> Self {
-        Self { values: vec![0.0; longest], places: vec![0; longest], begins: vec![0.0; longest + 1] }
+        Self { values: vec![0.0; longest], positions: vec![0; longest], begins: vec![0.0; longest + 1] }
     }
 
     /// d(p) = min over q of (p - q)^2 + f(q), in place.
@@ -57,18 +56,18 @@ impl Envelope {
         values.copy_from_slice(f);
         let square = |q: usize| (q * q) as f32;
         let mut last = 0;
-        self.places[0] = 0;
+        self.positions[0] = 0;
         self.begins[0] = f32::NEG_INFINITY;
         self.begins[1] = f32::INFINITY;
         for q in 1..n {
             loop {
-                let p = self.places[last];
+                let p = self.positions[last];
                 let meet = ((values[q] + square(q)) - (values[p] + square(p))) / (2 * (q - p)) as f32;
                 if meet > self.begins[last] || last == 0 {
                     if meet > self.begins[last] {
                         last += 1;
                     }
-                    self.places[last] = q;
+                    self.positions[last] = q;
                     self.begins[last] = if last == 0 { f32::NEG_INFINITY } else { meet };
                     self.begins[last + 1] = f32::INFINITY;
                     break;
@@ -81,7 +80,7 @@ impl Envelope {
             while self.begins[k + 1] < p as f32 {
                 k += 1;
             }
-            let q = self.places[k];
+            let q = self.positions[k];
             let d = p.abs_diff(q);
             *out = square(d) + values[q];
         }
@@ -95,7 +94,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn equals_the_nearest_by_trying_all(marks in proptest::collection::vec(proptest::bool::weighted(0.06), 17 * 11)) {
+        fn distance_transform_equals_brute_force(marks in proptest::collection::vec(proptest::bool::weighted(0.06), 17 * 11)) {
             let distances = distance_transform(&marks, 17, 11);
             for (k, &distance) in distances.iter().enumerate() {
                 let (x, y) = ((k % 17) as f32, (k / 17) as f32);

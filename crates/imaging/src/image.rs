@@ -1,6 +1,6 @@
-//! An 8-bit RGBA picture, rows from the top, straight (not premultiplied) alpha, sRGB-encoded color.
+//! An 8-bit RGBA image, rows from the top, straight (not premultiplied) alpha, sRGB-encoded color.
 
-/// Width times height pixels, four bytes each.
+/// An image of `width_px` x `height_px` pixels, four bytes each.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Image {
     width_px: u32,
@@ -9,7 +9,7 @@ pub struct Image {
 }
 
 impl Image {
-    /// A picture of one color.
+    /// An image of one color.
     pub fn filled(width_px: u32, height_px: u32, rgba: [u8; 4]) -> Self {
         Self { width_px, height_px, rgba: rgba.repeat(width_px as usize * height_px as usize) }
     }

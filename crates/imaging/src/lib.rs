@@ -1,8 +1,18 @@
-//! Images and masks: pixels, colors, textures, filters, and one codec with one set of limits.
+//! Images and masks: pixels, colors, textures, filters, and one bounded codec.
 //!
-//! The crate knows pixels and nothing of meshes, cameras or scenes. It reads no file and no clock.
+//! The crate must not depend on any other crate of the workspace. It knows no meshes, cameras or scenes, and reads no
+//! file and no clock.
+//!
+//! ```
+//! use imaging::Image;
+//! use imaging::codec::{decode_png, encode_png};
+//!
+//! let mut image = Image::filled(4, 3, [10, 20, 30, 255]);
+//! image.set_pixel(1, 2, [255, 0, 0, 255]);
+//! assert_eq!(decode_png(&encode_png(&image))?, image);
+//! # Ok::<(), imaging::codec::CodecError>(())
+//! ```
 
-pub mod animated_webp;
 pub mod codec;
 pub mod distance_transform;
 pub mod image;

@@ -1,4 +1,4 @@
-//! A set of pixels, kept as COCO run lengths in files.
+//! A binary mask, stored as COCO run lengths in files.
 
 mod coco;
 mod compressed;
@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 pub use coco::compressed;
 
-/// One bit a pixel, rows from the top. Clones share their pixels until one of them is changed.
+/// One bit per pixel, rows from the top. Clones share their pixels until one of them is changed.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "RunLengths", into = "RunLengths")]
 pub struct Mask {
@@ -26,7 +26,7 @@ pub struct RunLengths {
     pub counts: Vec<u32>,
 }
 
-/// Run lengths that do not fill the picture exactly.
+/// The sum of the run lengths is not the number of pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("run lengths do not add up to height x width (at most 2^28 pixels)")]
 pub struct InvalidRunLengths;
@@ -37,7 +37,11 @@ impl Mask {
         Self::from_bits(width_px, height_px, vec![false; width_px as usize * height_px as usize])
     }
 
-    /// From row-major bits, as many as the picture has pixels.
+    /// From row-major bits, one per pixel.
+    ///
+    /// # Panics
+    ///
+    /// Panics unless there are width x height bits.
     pub fn from_bits(width_px: u32, height_px: u32, bits: Vec<bool>) -> Self {
         assert_eq!(bits.len(), width_px as usize * height_px as usize, "a mask has one bit a pixel");
         Self { width_px, height_px, bits: Arc::new(bits) }
@@ -63,22 +67,22 @@ impl Mask {
         &self.bits
     }
 
-    /// Whether the pixel is set; outside the picture nothing is.
+    /// Whether the pixel is set; `false` outside the image.
     pub fn contains(&self, x: u32, y: u32) -> bool {
         x < self.width_px && y < self.height_px && self.bits[(y * self.width_px + x) as usize]
     }
 
-    /// Sets or clears a pixel inside the picture.
+    /// Sets or clears a pixel inside the image.
     pub fn set(&mut self, x: u32, y: u32, inside: bool) {
         Arc::make_mut(&mut self.bits)[(y * self.width_px + x) as usize] = inside;
     }
 
-    /// Sets the pixels that a mask of the same size has set.
+    /// Union in place with a mask of the same size.
     pub fn unite(&mut self, other: &Mask) {
         Arc::make_mut(&mut self.bits).iter_mut().zip(&*other.bits).for_each(|(bit, &more)| *bit |= more);
     }
 
-    /// The set pixels that a mask of the same size does not have set.
+    /// Difference: the pixels set here and not in a mask of the same size.
     pub fn without(&self, other: &Mask) -> Self {
         let bits = self.bits.iter().zip(&*other.bits).map(|(&bit, &other)| bit && !other).collect();
         Self::from_bits(self.width_px, self.height_px, bits)
@@ -89,7 +93,7 @@ impl Mask {
         self.bits.iter().filter(|&&bit| bit).count()
     }
 
-    /// Box of the set pixels, `[x0, y0, x1, y1]`, x1 and y1 exclusive; `None` if there is none.
+    /// Bounding box of the set pixels, `[x0, y0, x1, y1]`, x1 and y1 exclusive; `None` for an empty mask.
     pub fn bbox_px(&self) -> Option<[u32; 4]> {
         let width = self.width_px.max(1) as usize;
         let rows = || self.bits.chunks_exact(width).enumerate().filter(|(_, row)| any(row));
@@ -98,7 +102,7 @@ impl Mask {
         let mut x0 = first.iter().position(|&b| b)?;
         let mut x1 = first.iter().rposition(|&b| b)? + 1;
         for row in self.bits[y0 * width..(y1 + 1) * width].chunks_exact(width) {
-            // Few rows reach farther than those before.
+            // Only rows that extend the box are searched for their ends.
             if any(&row[..x0]) {
                 x0 = row.iter().position(|&b| b).unwrap_or(x0);
             }
@@ -120,7 +124,7 @@ impl Mask {
     }
 }
 
-/// Whether any bit is set, without a branch a bit.
+/// Whether any bit is set, with one branch per 64 bits.
 fn any(bits: &[bool]) -> bool {
     bits.chunks(64).any(|bits| bits.iter().fold(false, |any, &bit| any | bit))
 }
@@ -128,8 +132,8 @@ fn any(bits: &[bool]) -> bool {
 impl From<Mask> for RunLengths {
     fn from(mask: Mask) -> Self {
         let (width, height) = (mask.width_px as usize, mask.height_px);
-        // Where a pixel differs from the one before it, down the columns one after the other. Rows are
-        // compared as they lie in memory; most of them are equal.
+        // Column-major indices of pixels that differ from their predecessor. Rows are compared in memory order, because
+        // most neighboring rows are equal.
         let mut changes: Vec<u32> = Vec::new();
         let mut last = false;
         for x in 0..width.min(mask.bits.len()) {
@@ -168,8 +172,8 @@ impl TryFrom<RunLengths> for Mask {
         if pixels == 0 {
             return Ok(Mask::from_bits(width_px, height_px, bits));
         }
-        // Marks where a pixel differs from the one above it, and in the top row what is inside; then row after
-        // row takes over the one above.
+        // First, bits mark pixels that differ from the one above; the top row holds final values. Then a running XOR
+        // down the rows restores the mask.
         let (width, height) = (width_px as usize, height_px as usize);
         let (mut at, mut inside, mut next_column) = (0, false, 0);
         for count in runs.counts {
@@ -196,7 +200,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn run_lengths_go_there_and_back() {
+    fn run_lengths_round_trip_and_reject_wrong_sums() {
         let mask = Mask::from_fn(7, 5, |x, y| (x + 2 * y) % 3 == 0 && x > 0);
         let runs = RunLengths::from(mask.clone());
         assert_eq!(Mask::try_from(runs), Ok(mask.clone()));
@@ -217,7 +221,7 @@ mod tests {
                 .reduce(|a, b| [a[0].min(b[0]), a[1].min(b[1]), a[2].max(b[2]), a[3].max(b[3])]);
             assert_eq!(mask.bbox_px(), bbox);
         }
-        // Runs of no pixels, as other writers leave them.
+        // Empty runs, as other writers produce them.
         let split = RunLengths { size: [2, 2], counts: vec![0, 1, 0, 1, 1, 0, 1, 0] };
         assert_eq!(Mask::try_from(split), Ok(Mask::from_fn(2, 2, |x, _| x == 0)));
         let short = RunLengths { size: [2, 2], counts: vec![3] };

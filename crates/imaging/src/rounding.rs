@@ -1,16 +1,17 @@
-//! Rounding and comparing in inner loops of pictures. Without SSE 4.1 the library's `floor` and `ceil` are calls.
+//! Rounding and comparison for inner loops over pixels. Without SSE 4.1, `f32::floor` and `f32::ceil` are function
+//! calls.
 
-/// Largest whole number at most `x`.
+/// Largest integer not above `x`.
 #[inline]
 pub fn floor(x: f32) -> i32 {
     let truncated = x as i32;
     truncated - i32::from(truncated as f32 > x)
 }
 
-/// Smallest whole number at least `x`, within `0..=limit`; 0 where there is no number. `limit` is below 2^22.
+/// Smallest integer not below `x`, clamped to `0..=limit`; 0 for NaN. `limit` is below 2^22.
 #[inline]
 pub fn ceil_within(x: f32, limit: usize) -> usize {
-    // The sum's last place is 1: what is left of it is the nearest whole number, without a conversion and its checks.
+    // The last bit of the sum is worth 1, so its mantissa holds the nearest integer without a checked conversion.
     const SHIFT: f32 = 8_388_608.0;
     let x = if x > 0.0 { x } else { 0.0 };
     let x = if x < limit as f32 { x } else { limit as f32 };
@@ -19,10 +20,10 @@ pub fn ceil_within(x: f32, limit: usize) -> usize {
     nearest + usize::from(shifted - SHIFT < x)
 }
 
-/// Largest whole number at most `x`, within `low..=high`, which are within 2^22 of 0; `low` where there is no number.
+/// Largest integer not above `x`, clamped to `low..=high`, which are within 2^22 of 0; `low` for NaN.
 #[inline]
 pub fn floor_within(x: f32, low: f32, high: f32) -> i32 {
-    // As above, with half as large a number more so that what is below 0 keeps its place.
+    // As above, with a shift 1.5 times as large, so that negative numbers keep the same exponent.
     const SHIFT: f32 = 12_582_912.0;
     let x = if x > low { x } else { low };
     let x = if x < high { x } else { high };
@@ -31,13 +32,13 @@ pub fn floor_within(x: f32, low: f32, high: f32) -> i32 {
     nearest - i32::from(shifted - SHIFT > x)
 }
 
-/// The lesser of two numbers as a single instruction; the second where either is none.
+/// The smaller of two numbers as a single instruction; the second if either is NaN.
 #[inline]
 pub fn lesser(a: f32, b: f32) -> f32 {
     if a < b { a } else { b }
 }
 
-/// The greater, likewise.
+/// The larger of two numbers as a single instruction; the second if either is NaN.
 #[inline]
 pub fn greater(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
@@ -47,7 +48,7 @@ pub fn greater(a: f32, b: f32) -> f32 {
 mod tests {
     use super::*;
 
-    /// Whole numbers, halves and their neighbors, on both sides of 0 and beyond all bounds.
+    /// Integers, halves and their neighbors, on both sides of 0 and beyond all bounds.
     fn numbers() -> impl Iterator<Item = f32> {
         let near = |x: f32| [x.next_down(), x, x.next_up()];
         let halves = (-4096..=4096).map(|k| 0.5 * k as f32);
@@ -56,7 +57,7 @@ mod tests {
     }
 
     #[test]
-    fn rounds_as_the_library_within_bounds() {
+    fn rounding_equals_the_standard_library_within_bounds() {
         for x in numbers() {
             assert_eq!(ceil_within(x, 777), x.ceil().clamp(0.0, 777.0) as usize, "{x}");
             for (low, high) in [(-1000.0, 1e6), (-4e6, 4e6), (3.0, 9.0)] {
@@ -69,7 +70,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_number_is_the_lowest() {
+    fn rounding_maps_nan_to_the_lower_bound() {
         assert_eq!((ceil_within(f32::NAN, 9), floor_within(f32::NAN, -3.0, 9.0)), (0, -3));
     }
 }

@@ -1,7 +1,7 @@
-//! Sobel gradients of a gray picture.
+//! Sobel gradients of a gray-scale image.
 
-/// Horizontal and vertical Sobel derivative divided by 8, so that a ramp of 1 per pixel gives 1; the
-/// border repeats.
+/// Horizontal and vertical Sobel derivative divided by 8, so that a ramp of 1 per pixel gives 1. Border
+/// pixels are repeated.
 pub fn sobel(gray: &[f32], width_px: usize, height_px: usize) -> (Vec<f32>, Vec<f32>) {
     let (mut dx, mut dy) = (vec![0.0; gray.len()], vec![0.0; gray.len()]);
     for y in 0..height_px {
@@ -23,7 +23,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_ramp_has_its_slope() {
+    fn sobel_of_a_ramp_is_its_slope() {
         let gray: Vec<f32> = (0..8 * 6).map(|k| 2.0 * (k % 8) as f32 - 3.0 * (k / 8) as f32).collect();
         let (dx, dy) = sobel(&gray, 8, 6);
         assert!((dx[3 * 8 + 4] - 2.0).abs() < 1e-6 && (dy[3 * 8 + 4] + 3.0).abs() < 1e-6);

@@ -1,4 +1,4 @@
-//! Between linear light and 8-bit sRGB.
+//! Conversion between linear light and 8-bit sRGB.
 
 use std::sync::LazyLock;
 
@@ -10,7 +10,7 @@ pub static LINEAR_OF_SRGB: LazyLock<[f32; 256]> = LazyLock::new(|| {
     })
 });
 
-/// sRGB byte by the square root of linear light: finely spaced where bytes are.
+/// sRGB byte by the square root of linear light, which spaces table entries about evenly over the bytes.
 static SRGB_OF_ROOT: LazyLock<[u8; 4097]> = LazyLock::new(|| {
     std::array::from_fn(|k| {
         let root = k as f32 / 4096.0;
@@ -26,7 +26,7 @@ pub fn encode_srgb(linear: f32) -> u8 {
     SrgbEncoder::default().byte(linear)
 }
 
-/// The same for inner loops: whether its table is there is asked once.
+/// As [`encode_srgb`], for inner loops: the lazily built table is resolved once, at construction.
 #[derive(Clone, Copy)]
 pub struct SrgbEncoder(&'static [u8; 4097]);
 
@@ -50,7 +50,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_byte_comes_back() {
+    fn encode_srgb_inverts_the_linear_table_for_every_byte() {
         for byte in 0..=255_u8 {
             assert_eq!(encode_srgb(LINEAR_OF_SRGB[byte as usize]), byte);
         }

@@ -1,4 +1,4 @@
-//! A picture on a surface, with the halved versions a renderer samples from afar.
+//! A texture: an image on a surface, with its mipmap levels.
 
 use std::ops::Deref;
 use std::sync::{Arc, OnceLock};
@@ -6,35 +6,36 @@ use std::sync::{Arc, OnceLock};
 use super::Image;
 use super::srgb::{LINEAR_OF_SRGB, SrgbEncoder};
 
-/// A base-color picture that repeats in both directions; v = 0 is the picture's *bottom* row
-/// (the convention of USD and OBJ; the glTF writer flips). Clones share one picture.
+/// A base-color image that repeats in both directions; v = 0 is the image's *bottom* row
+/// (the convention of USD and OBJ; the glTF writer flips). Clones share one image.
 #[derive(Clone, Debug)]
 pub struct Texture(Arc<Pyramid>);
 
 #[derive(Debug)]
 struct Pyramid {
-    picture: Image,
-    /// Each half as large as the one before, the last a single texel; made when first asked for.
+    image: Image,
+    /// Mipmap levels without the full size, each half as large as the one before, the last a single texel; computed on
+    /// first use.
     halved: OnceLock<Vec<Image>>,
 }
 
 impl Texture {
-    pub fn new(picture: Image) -> Self {
-        Self(Arc::new(Pyramid { picture, halved: OnceLock::new() }))
+    pub fn new(image: Image) -> Self {
+        Self(Arc::new(Pyramid { image, halved: OnceLock::new() }))
     }
 
-    /// Whether both are clones of one texture; true is cheap to find and implies equality.
+    /// Whether both are clones of one texture, which implies equality. O(1).
     pub fn is_clone_of(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.0, &other.0)
     }
 
-    /// Versions of half the size, a quarter and so on down to one texel, averaged in linear light. Worked
-    /// out once for all clones.
+    /// Mipmap levels of half the size, a quarter and so on down to one texel, averaged in linear light. Computed
+    /// once for all clones.
     pub fn halved(&self) -> &[Image] {
         self.0.halved.get_or_init(|| {
             let mut levels: Vec<Image> = Vec::new();
             loop {
-                let last = levels.last().unwrap_or(&self.0.picture);
+                let last = levels.last().unwrap_or(&self.0.image);
                 if last.width_px() <= 1 && last.height_px() <= 1 {
                     return levels;
                 }
@@ -48,13 +49,13 @@ impl Deref for Texture {
     type Target = Image;
 
     fn deref(&self) -> &Image {
-        &self.0.picture
+        &self.0.image
     }
 }
 
 impl From<Image> for Texture {
-    fn from(picture: Image) -> Self {
-        Self::new(picture)
+    fn from(image: Image) -> Self {
+        Self::new(image)
     }
 }
 
@@ -91,10 +92,10 @@ mod tests {
     use crate::srgb::encode_srgb;
 
     #[test]
-    fn levels_halve_down_to_one_texel_of_the_mean_light() {
-        let mut picture = Image::filled(8, 4, [0, 0, 0, 255]);
-        (0..4).for_each(|y| (0..4).for_each(|x| picture.set_pixel(x, y, [255, 255, 255, 255])));
-        let texture = Texture::new(picture);
+    fn mipmap_levels_halve_down_to_one_texel_of_mean_linear_light() {
+        let mut image = Image::filled(8, 4, [0, 0, 0, 255]);
+        (0..4).for_each(|y| (0..4).for_each(|x| image.set_pixel(x, y, [255, 255, 255, 255])));
+        let texture = Texture::new(image);
         let sizes: Vec<(u32, u32)> =
             texture.halved().iter().map(|level| (level.width_px(), level.height_px())).collect();
         assert_eq!(sizes, [(4, 2), (2, 1), (1, 1)]);
@@ -102,7 +103,7 @@ mod tests {
     }
 
     #[test]
-    fn clones_share_their_levels() {
+    fn clones_share_mipmap_levels() {
         let texture = Texture::new(Image::filled(16, 16, [9, 8, 7, 255]));
         assert!(std::ptr::eq(texture.halved(), texture.clone().halved()));
         assert_eq!(texture, Texture::new(Image::filled(16, 16, [9, 8, 7, 255])));

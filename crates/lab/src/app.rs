@@ -1,4 +1,4 @@
-//! The wiring of the laboratory's commands.
+//! Wiring of the lab commands.
 
-pub mod dev_providers;
+pub mod mock_vendors;
 pub mod evaluation;

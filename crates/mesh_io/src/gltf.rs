@@ -1,8 +1,8 @@
-//! Binary glTF 2.0: one file per mesh, one for the scene, and the way back.
+//! Binary glTF 2.0 (GLB): writers of one mesh and of a scene, and a reader.
 //!
-//! glTF is Y-up. Meshes are stored as authored (z up) under a root node that turns them
-//! ([`ROOT_ROTATION_XYZW`]): front (-y) becomes glTF's +Z. Texture pictures are stored with their rows
-//! reversed instead of flipping v, because `1 - v` would not come back to the bit.
+//! glTF is Y-up. Meshes are stored as authored (z up) under a root node that rotates them
+//! ([`ROOT_ROTATION_XYZW`]): front (-y) becomes glTF's +Z. Texture images are stored with their rows
+//! reversed instead of flipping v, because `1 - v` does not round-trip exactly.
 
 mod document;
 mod read;

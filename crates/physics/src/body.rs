@@ -1,11 +1,11 @@
-//! A rigid body as the simulation sees it.
+//! A rigid body of the simulation.
 
 use geometry::{ConvexHull, Friction, MassProperties, Pose};
 
 /// One object (or the table) with its collision geometry and physical properties.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Body {
-    /// How errors and reports call it.
+    /// Name in errors and reports.
     pub name: String,
     /// Collision geometry in the object's frame, meters.
     pub hulls: Vec<ConvexHull>,

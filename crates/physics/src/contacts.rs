@@ -1,13 +1,11 @@
-//! Contacts between two bodies of many hulls, as the simulation wants them: few, well spread, and the same
-//! from step to step.
+//! Contact generation between two bodies of many hulls: few points, well spread, and stable from step to step.
 //!
-//! The engine's own contacts consider four consecutive corners of a facet, so that a round foot rests
-//! on one quarter of its rim and walks, and a mat on a large table may rest on nothing at all. Here every
-//! pair of hulls gives its whole patch ([`mod@geometry::contact_patch`]); patches of the two bodies that
-//! share a direction are one contact plane; of its points those are kept that are lowest when the bodies tilt a little this way
-//! or that ([`TILTS_RAD`]): a corner that is left out is found only when it is deep already, and the push
-//! that follows keeps the body rocking and walking. Impulses of the last step are carried over to the
-//! nearest point.
+//! The engine's own contacts consider four consecutive corners of a facet. A round foot then rests on one quarter of
+//! its rim and walks, and a mat on a large table may have no contact at all. Here every pair of hulls gives its whole
+//! patch ([`mod@geometry::contact_patch`]). Patches of the two bodies that share a direction form one contact plane.
+//! Of its points those are kept that are lowest when the bodies tilt slightly in each direction ([`TILTS_RAD`]): a
+//! corner that is left out is found only when it is deep already, and the push that follows keeps the body rocking and
+//! walking. Impulses of the last step are carried over to the nearest point.
 
 use std::f64::consts::TAU;
 
@@ -46,10 +44,10 @@ const SAME_POINT_M: f64 = 5e-4;
 /// The solver takes the points of a plane in groups of this many.
 const MANIFOLD_POINTS: usize = 4;
 
-/// Answers the engine's questions about pairs of [`HullSet`]s.
+/// Contact queries of the engine between pairs of [`HullSet`]s.
 pub struct HullContacts;
 
-/// Tells the engine that the number of contact planes changes from step to step.
+/// Informs the engine that the number of contact planes changes from step to step.
 struct Composite;
 
 impl WorkspaceData for Composite {
@@ -160,7 +158,7 @@ fn contact_planes(patches: &[ContactPatch]) -> Vec<ContactPlane> {
 }
 
 impl ContactPlane {
-    /// The points worth keeping, in groups the solver can take. Points the last step knew are preferred.
+    /// The selected points, in groups of the solver's size. Points of the last step are preferred.
     fn groups(&self, known: &[Known]) -> Vec<Vec<PatchPoint>> {
         let (u, v) = self.normal.any_orthonormal_pair();
         let flat = |p: &PatchPoint| DVec2::new(p.on_a.dot(u), p.on_a.dot(v));
@@ -189,7 +187,7 @@ impl ContactPlane {
     }
 }
 
-/// Points in groups of four, dealt like cards so that each group spans the plane.
+/// Points in groups of four, dealt in turn so that each group spans the plane.
 fn dealt(points: Vec<PatchPoint>) -> Vec<Vec<PatchPoint>> {
     let hands = points.len().div_ceil(MANIFOLD_POINTS);
     let mut groups = vec![Vec::with_capacity(MANIFOLD_POINTS); hands];
@@ -199,7 +197,7 @@ fn dealt(points: Vec<PatchPoint>) -> Vec<Vec<PatchPoint>> {
     groups
 }
 
-/// The engine asks for nothing but contacts here: no joints, no rays, no continuous collision.
+/// The simulation uses contact queries only: no joints, rays or continuous collision.
 impl QueryDispatcher for HullContacts {
     fn intersection_test(
         &self,
@@ -265,18 +263,18 @@ mod tests {
 
     use crate::settle::{settle, simulate_to_the_end};
     use crate::test_bodies::{body, settle_settings, table};
-    use crate::{Body, Settled};
+    use crate::{Body, SettledPoses};
     use geometry::Pose;
     use geometry::convex_hull::convex_hull;
     use geometry::shapes::{block, cylinder, prism, rounded_block, rounded_rectangle, shell_of_revolution};
-    use runtime::Interrupt;
+    use runtime::CancelFlag;
 
-    fn five_seconds(bodies: &[Body]) -> Settled {
-        simulate_to_the_end(bodies, &settle_settings(), &Interrupt::default()).expect("a simulation")
+    fn five_seconds(bodies: &[Body]) -> SettledPoses {
+        simulate_to_the_end(bodies, &settle_settings(), &CancelFlag::default()).expect("a simulation")
     }
 
     /// Nothing moved by more than a tenth of a millimeter or turned by more than a milliradian.
-    fn assert_still(settled: &Settled) {
+    fn assert_still(settled: &SettledPoses) {
         for (k, (way_m, turned_rad)) in settled.displacements_m.iter().zip(&settled.rotations_rad).enumerate()
         {
             assert!(*way_m < 1e-4 && *turned_rad < 1e-3, "{k} moved {way_m} m and turned {turned_rad}");
@@ -284,7 +282,7 @@ mod tests {
     }
 
     #[test]
-    fn a_round_mug_does_not_walk() {
+    fn round_mug_does_not_walk() {
         let mug = |name, x| {
             body(name, cylinder(0.04, 0.09, 0.001, 48), Pose::upright(DVec3::new(x, 0.1, 0.0), 0.2))
         };
@@ -292,7 +290,7 @@ mod tests {
     }
 
     #[test]
-    fn a_mug_of_many_wedges_does_not_walk_either() {
+    fn mug_of_many_wedges_does_not_walk() {
         // Sixteen wedges share the foot: many facets in one plane.
         let whole = shell_of_revolution(
             &[glam::DVec2::new(0.03, 0.0), glam::DVec2::new(0.04, 0.09)],
@@ -317,8 +315,8 @@ mod tests {
     }
 
     #[test]
-    fn a_mat_stays_on_a_table_with_round_corners() {
-        // Seventeen corners at each end of the top: four in a row say nothing about its middle.
+    fn mat_stays_on_table_with_round_corners() {
+        // Seventeen corners at each end of the top: four consecutive ones do not span its center.
         let mut top = table();
         let outline = rounded_rectangle(1.4, 0.8, 0.05, 16);
         let solid = prism(&outline, 0.03).translated(DVec3::new(0.0, 0.0, -0.03));
@@ -331,14 +329,14 @@ mod tests {
     }
 
     #[test]
-    fn a_loaded_plate_does_not_tilt() {
+    fn loaded_plate_does_not_tilt() {
         let plate = body("plate", cylinder(0.12, 0.01, 0.001, 40), Pose::upright(DVec3::ZERO, 0.0));
         let load = body("load", block(DVec3::splat(0.05)), Pose::upright(DVec3::new(0.06, 0.03, 0.01), 0.7));
         assert_still(&five_seconds(&[table(), plate, load]));
     }
 
     #[test]
-    fn a_rounded_block_does_not_rock_and_walk() {
+    fn rounded_block_does_not_rock_or_walk() {
         // The rim of the rounding lies outside the face it stands on, a little higher.
         for (size, radius) in [(DVec3::splat(0.018), 0.002), (DVec3::new(0.19, 0.06, 0.28), 0.003)] {
             let block = rounded_block(size, radius, radius);
@@ -351,8 +349,8 @@ mod tests {
     }
 
     #[test]
-    fn a_stack_of_boards_turned_a_little_does_not_buzz() {
-        // Three books lay down on each other, buzzed, and the top one walked off by a millimeter a second.
+    fn stack_of_rotated_boards_comes_to_rest() {
+        // Regression: three books lay on each other, oscillated, and the top one moved by a millimeter a second.
         let sizes =
             [DVec3::new(0.16, 0.23, 0.03), DVec3::new(0.155, 0.235, 0.033), DVec3::new(0.14, 0.21, 0.026)];
         let mut bodies = vec![table()];
@@ -363,14 +361,14 @@ mod tests {
             bodies.push(body(&format!("book_{k}"), rounded_block(size, 0.0012, 0.0008), pose));
             height_m += size.z;
         }
-        let rest = settle(&bodies, &settle_settings(), &Interrupt::default()).expect("a simulation");
+        let rest = settle(&bodies, &settle_settings(), &CancelFlag::default()).expect("a simulation");
         assert!(rest.at_rest && rest.simulated_s < 1.0, "{rest:?}");
         bodies.iter_mut().zip(&rest.poses).for_each(|(body, pose)| body.world_from_object = *pose);
         assert_still(&five_seconds(&bodies));
     }
 
     #[test]
-    fn a_can_on_its_side_rests_on_a_facet() {
+    fn lying_can_rests_on_facet() {
         let lying = Pose {
             translation_m: DVec3::new(0.0, 0.05, 0.0299),
             rotation: DQuat::from_rotation_x(std::f64::consts::FRAC_PI_2),

@@ -1,8 +1,7 @@
 //! The convex hulls of one body as one shape of the simulation.
 //!
-//! Contacts are computed by [`super::contacts`], which looks into the set; the rest of what the engine asks
-//! of a shape (boxes, mass) is answered here, and rays, which nobody casts, by parry's own compound. Object
-//! frame, meters.
+//! [`super::contacts`] computes contacts from the set. Bounding boxes and mass come from here. Ray casts, which the
+//! simulation does not use, go to parry's compound shape. Object frame, meters.
 
 use std::sync::Arc;
 

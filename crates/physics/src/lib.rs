@@ -1,7 +1,16 @@
-//! Rigid bodies on a table: let them settle, move them apart, measure how well they stand.
+//! Rigid bodies on a table: settling under gravity, resolving overlaps, and the physical metrics of a layout.
 //!
-//! The module knows geometry and nothing of scenes, files or clocks. Everything is deterministic: fixed
-//! order, fixed time steps, the same bytes with any number of threads. World frame, SI units.
+//! Everything is deterministic: fixed order, fixed time steps, the same bytes with any number of threads. World frame,
+//! SI units. The crate must not depend on scenes, files, clocks or the pipeline.
+//!
+//! ```
+//! use geometry::{DVec3, Pose};
+//! use physics::settle::angle_between_rad;
+//!
+//! let upright = Pose::upright(DVec3::ZERO, 0.0);
+//! let turned = Pose::upright(DVec3::ZERO, 0.5);
+//! assert!((angle_between_rad(&upright, &turned) - 0.5).abs() < 1e-12);
+//! ```
 
 pub mod body;
 mod hull_set;
@@ -15,6 +24,6 @@ mod test_bodies;
 
 pub use body::Body;
 pub use metrics::{CertifySettings, Collisions, Stability, collisions, stability};
-pub use resolve::{ResolveError, ResolveProblem, ResolveSettings, Resolved, SupportedBy, resolve};
-pub use settle::{SettleError, SettleSettings, Settled, settle};
+pub use resolve::{ResolveError, ResolveProblem, ResolveSettings, ResolvedLayout, SupportedBy, resolve};
+pub use settle::{SettleError, SettleSettings, SettledPoses, settle};
 pub use support::{SupportFinding, support, support_by_hulls};

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use super::Body;
 use super::settle::{SettleError, SettleSettings, simulate_to_the_end};
 use geometry::collide::{CollisionRule, PlacedSolid, penetration};
-use runtime::{Interrupt, Interrupted};
+use runtime::{CancelFlag, Cancelled};
 
 /// Section `[certify]`: the thresholds of the certificate.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
@@ -21,15 +21,15 @@ pub struct CertifySettings {
     pub penetration_m: f64,
     /// So is one deeper than this share of the local wall, 0..1. The method's is 0.25.
     pub wall_share: f64,
-    /// Walls count as at least this thick, meters; less looks at shallower contacts and takes longer.
-    pub least_wall_m: f64,
+    /// Minimum wall thickness, meters; smaller values examine shallower contacts and take longer.
+    pub min_wall_m: f64,
     /// Largest distance between surface samples of an overlap, meters; at most 0.001.
     pub sample_spacing_m: f64,
     /// Surfaces closer than this touch, meters.
     pub contact_gap_m: f64,
     /// The support region is widened by this, meters.
     pub support_dilation_m: f64,
-    /// Contacts with things other than the declared supporter count where those carry from below: a
+    /// Contacts with objects other than the declared supporter count where those carry from below: a
     /// step down must lead into them by at least this share, 0..1.
     pub carrying_slope: f64,
     /// A stable object moves less than this, meters.
@@ -45,7 +45,7 @@ impl CertifySettings {
         CollisionRule {
             penetration_m: self.penetration_m,
             wall_share: self.wall_share,
-            least_wall_m: self.least_wall_m,
+            min_wall_m: self.min_wall_m,
             spacing_m: self.sample_spacing_m,
         }
     }
@@ -60,7 +60,7 @@ pub struct CollidingPair {
     pub at_world: DVec3,
 }
 
-/// What collides.
+/// Collisions of a layout.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Collisions {
     /// All pairs, the table included.
@@ -84,8 +84,8 @@ impl Collisions {
 pub fn collisions(
     solids: &[PlacedSolid],
     settings: &CertifySettings,
-    interrupt: &Interrupt,
-) -> Result<Collisions, Interrupted> {
+    cancel: &CancelFlag,
+) -> Result<Collisions, Cancelled> {
     let rule = settings.collision_rule();
     let boxes: Vec<(DVec3, DVec3)> = solids.iter().map(world_box).collect();
     let pairs: Vec<(usize, usize)> =
@@ -98,10 +98,10 @@ pub fn collisions(
     let colliding: Vec<Option<CollidingPair>> = near
         .par_iter()
         .map(|&(a, b)| {
-            let found = penetration(&solids[a], &solids[b], &rule, interrupt)?;
+            let found = penetration(&solids[a], &solids[b], &rule, cancel)?;
             Ok(found.map(|p| CollidingPair { a, b, depth_m: p.depth_m, at_world: p.at_world }))
         })
-        .collect::<Result<_, Interrupted>>()?;
+        .collect::<Result<_, Cancelled>>()?;
     Ok(Collisions { pairs: pairs.len(), colliding: colliding.into_iter().flatten().collect() })
 }
 
@@ -116,7 +116,7 @@ pub(super) fn world_box(placed: &PlacedSolid) -> (DVec3, DVec3) {
         .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)))
 }
 
-/// How far one body moved.
+/// Movement of one body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Movement {
     pub displacement_m: f64,
@@ -124,7 +124,7 @@ pub struct Movement {
     pub stable: bool,
 }
 
-/// What moved in five seconds of gravity.
+/// Movements during five seconds of gravity.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stability {
     /// In the order of the bodies; the fixed ones do not move.
@@ -139,10 +139,10 @@ pub fn stability(
     bodies: &[Body],
     settings: &CertifySettings,
     settle: &SettleSettings,
-    interrupt: &Interrupt,
+    cancel: &CancelFlag,
 ) -> Result<Stability, SettleError> {
     let settle = SettleSettings { duration_s: settings.dss_duration_s, ..settle.clone() };
-    let settled = simulate_to_the_end(bodies, &settle, interrupt)?;
+    let settled = simulate_to_the_end(bodies, &settle, cancel)?;
     let movements: Vec<Movement> = settled
         .displacements_m
         .iter()
@@ -163,8 +163,8 @@ pub fn stability(
 mod tests {
     use super::*;
     use crate::test_bodies::{body, certify_settings, mesh, settle_settings, table};
-    use geometry::mesh_solid::MeshSolid;
     use geometry::shapes::block;
+    use geometry::solid_query::MeshSolid;
     use geometry::{Pose, Solid};
 
     fn solid(solid: Solid) -> MeshSolid {
@@ -176,13 +176,13 @@ mod tests {
     }
 
     #[test]
-    fn two_of_six_pairs_collide() {
+    fn collisions_count_two_of_six_pairs() {
         let (top, cube) = (
             solid(block(DVec3::new(1.0, 1.0, 0.03)).translated(DVec3::new(0.0, 0.0, -0.03))),
             solid(block(DVec3::splat(0.05))),
         );
         let scene = [at(&top, 0.0, 0.0), at(&cube, 0.0, 0.0), at(&cube, 0.04, 0.0), at(&cube, 0.3, -0.01)];
-        let found = collisions(&scene, &certify_settings(), &Interrupt::default()).expect("no interrupt");
+        let found = collisions(&scene, &certify_settings(), &CancelFlag::default()).expect("no interrupt");
         assert_eq!(found.pairs, 6);
         assert_eq!(found.colliding.iter().map(|c| (c.a, c.b)).collect::<Vec<_>>(), [(0, 3), (1, 2)]);
         assert!((found.colliding[0].depth_m - 0.01).abs() < 1e-6);
@@ -190,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn a_leaning_board_falls_and_a_cube_stays() {
+    fn stability_fails_leaning_board_and_passes_cube() {
         let cube = body("cube", block(DVec3::splat(0.05)), Pose::IDENTITY);
         let mut board = body("board", block(DVec3::new(0.01, 0.1, 0.3)), Pose::IDENTITY);
         board.world_from_object =
@@ -199,7 +199,7 @@ mod tests {
             &[table(), cube, board],
             &certify_settings(),
             &settle_settings(),
-            &Interrupt::default(),
+            &CancelFlag::default(),
         )
         .expect("a simulation");
         assert_eq!(found.movements.iter().map(|m| m.stable).collect::<Vec<_>>(), [true, true, false]);

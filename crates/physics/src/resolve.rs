@@ -1,20 +1,21 @@
-//! From the poses an image suggests to poses that can be: apart, on their supporters, inside the table's
-//! outline, at rest.
+//! Pose refinement: from poses estimated from an image to poses that are collision-free, supported, inside the table's
+//! outline and at rest.
 //!
-//! The paper leaves collisions as they come; this repair is ours. Rounds of: drop everything onto its
-//! supporter in support order ([`mod@place`]), push what overlaps apart the shortest horizontal way and
-//! back inside the outline ([`mod@separate`]), settle under gravity and take the settled poses. Contained things
-//! find their place one by one ([`mod@contain`]). A round is accepted when no visual meshes interpenetrate,
-//! everything is still with its supporter, supported and inside the outline, and five more seconds change
-//! nothing; else the next round starts with more clearance, nudges what failed toward its supporter's middle, keeps what
-//! came to rest over the edge (as tall things do that fall) as much farther from it, or tries other places in its
-//! container. Where in the end only room is missing, a few more rounds give more of it. What cannot be resolved is an error that names the objects. Children
-//! move with their supporters; contained things use the true shapes.
+//! The paper leaves collisions unresolved; this step is an addition. Each round drops every object onto its supporter
+//! in support order ([`mod@place`]), pushes overlapping objects apart along the shortest horizontal direction and back
+//! inside the outline ([`mod@separate`]), settles them under gravity and takes the settled poses. Contained objects
+//! are placed one by one ([`mod@contain`]). A round is accepted if no visual meshes interpenetrate, every object rests
+//! with its supporter, supported and inside the outline, and five more seconds change nothing. Otherwise the next
+//! round starts with more clearance and nudges failed objects toward their supporter's center. Objects that came to
+//! rest over the edge (as tall objects do that fall) are kept that much farther from it, and contained objects try
+//! other places. If only space is missing at the end, a few more rounds provide more of it. An infeasible scene is an
+//! error that names the objects. Children move with their supporters; contained objects use their true shapes.
 //!
 //! World frame, meters, radians. Deterministic. A fraction of a second for twenty objects.
 
 mod place;
 mod contain;
+mod drop;
 mod inside;
 mod separate;
 mod tree;
@@ -26,13 +27,14 @@ use serde::{Deserialize, Serialize};
 use super::metrics::{CertifySettings, collisions, stability};
 use super::settle::{SettleError, SettleSettings, angle_between_rad, settle};
 use super::support::{SupportFinding, support};
-use super::{Body, Settled};
-use geometry::cast::{Supporter, are_closer};
-use geometry::collide::{PlacedSolid, convex_hull_2d, depth_in_convex_m};
+use super::{Body, SettledPoses};
+use geometry::collide::PlacedSolid;
 use geometry::collision_shape::CollisionShape;
-use geometry::mesh_solid::MeshSolid;
+use geometry::drop_cast::{Supporter, are_closer};
+use geometry::polygon::{convex_hull_2d, depth_in_convex_m};
+use geometry::solid_query::MeshSolid;
 use geometry::{Outline, Pose};
-use runtime::{Interrupt, Interrupted};
+use runtime::{CancelFlag, Cancelled};
 
 use tree::Tree;
 
@@ -48,20 +50,20 @@ pub struct ResolveSettings {
     pub directions: usize,
     /// Distance everything keeps from the table's edge, meters.
     pub outline_margin_m: f64,
-    /// A contained thing must reach down into its container by this share of the cavity's depth, 0..1.
+    /// A contained object must reach down into its container by this share of the cavity's depth, 0..1.
     pub container_depth_share: f64,
     /// A settled scene may move this much in the time of the check, meters.
     pub rest_displacement_m: f64,
     /// And turn this much, radians.
     pub rest_rotation_rad: f64,
-    /// Checks of five seconds, each followed by another settling, before something that keeps moving fails the
-    /// round, 0..10; 0 takes the first rest pose without a check.
+    /// Checks of five seconds, each followed by another settling, before a moving body fails the round, 0..10; 0 takes
+    /// the first rest pose without a check.
     pub settles: usize,
     /// Turning further than this from the wanted pose is falling over, radians.
     pub fallen_rotation_rad: f64,
 }
 
-/// Who carries a body.
+/// The supporter of a body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SupportedBy {
     /// Index of the supporter among the bodies.
@@ -77,15 +79,15 @@ pub struct ResolveProblem<'a> {
     pub bodies: &'a [Body],
     /// Their visual meshes.
     pub solids: &'a [&'a MeshSolid],
-    /// `None` for the table, which is fixed, and for nothing else.
+    /// `None` for the table only, which is fixed.
     pub supports: &'a [Option<SupportedBy>],
     /// Edge of the table's top in the world's xy plane.
     pub outline: &'a Outline,
 }
 
-/// Poses that hold.
+/// Resolved poses.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Resolved {
+pub struct ResolvedLayout {
     /// `world_from_object` at rest, in the order of the bodies.
     pub poses: Vec<Pose>,
     /// `world_from_object` before gravity: dropped and pushed apart.
@@ -99,32 +101,32 @@ pub struct Resolved {
     pub log: Vec<String>,
 }
 
-/// Why a scene cannot be.
+/// Reason why a scene is infeasible.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ResolveError {
     #[error("resolving: {problem}; give one table without a supporter and every object a chain down to it")]
     BadSupport { problem: String },
     #[error("resolving: no room on the table for {}; use a larger table or fewer objects", names.join(", "))]
-    NoRoom { names: Vec<String> },
+    NoSpace { names: Vec<String> },
     #[error("resolving: {} after {rounds} rounds; remove or replace the named objects", reasons.join("; "))]
     Unresolved { rounds: usize, reasons: Vec<String>, names: Vec<String> },
     #[error("resolving: {0}")]
     Settle(#[from] SettleError),
     #[error(transparent)]
-    Interrupted(#[from] Interrupted),
+    Cancelled(#[from] Cancelled),
 }
 
 impl ResolveError {
     /// The objects at fault.
     pub fn names(&self) -> &[String] {
         match self {
-            Self::NoRoom { names } | Self::Unresolved { names, .. } => names,
+            Self::NoSpace { names } | Self::Unresolved { names, .. } => names,
             _ => &[],
         }
     }
 }
 
-/// What the steps of a round share.
+/// Data shared by the steps of a round.
 struct Scene<'a> {
     problem: ResolveProblem<'a>,
     shapes: Vec<CollisionShape>,
@@ -150,26 +152,26 @@ impl Scene<'_> {
     }
 }
 
-/// Something a round left wrong.
+/// A defect that remains after a round.
 struct Fault {
     body: usize,
     reason: String,
-    /// Moving it toward its supporter's middle may help.
+    /// Moving it toward its supporter's center may help.
     nudge: bool,
     /// How far it reaches over the table's edge.
     over_edge_m: f64,
     /// Keeping more distance from the edge or from others may help.
-    wants_room: bool,
+    needs_space: bool,
 }
 
 impl Fault {
     fn of(body: usize, reason: String) -> Self {
-        Self { body, reason, nudge: false, over_edge_m: 0.0, wants_room: false }
+        Self { body, reason, nudge: false, over_edge_m: 0.0, needs_space: false }
     }
 }
 
-/// Rounds after the planned ones in which things are given more room, where nothing else is wrong.
-const MORE_ROUNDS: usize = 3;
+/// Rounds after the planned ones with more clearance, if only space is missing.
+const EXTRA_ROUNDS: usize = 3;
 
 /// Of a round, counted from 0; after the planned ones it doubles.
 fn clearance_m(settings: &ResolveSettings, round: usize) -> f64 {
@@ -179,14 +181,19 @@ fn clearance_m(settings: &ResolveSettings, round: usize) -> f64 {
     planned.get(round).copied().unwrap_or(last_m * f64::from(1_u32 << more.min(16)))
 }
 
-/// Finds poses that hold, near the wanted ones.
+/// Finds feasible poses near the wanted ones.
+///
+/// # Errors
+///
+/// [`ResolveError`] if the support tree is invalid, a body cannot be simulated, or no round ends without faults; it
+/// names the objects at fault.
 pub fn resolve(
     problem: ResolveProblem,
     settings: &ResolveSettings,
     settle_settings: &SettleSettings,
     certify: &CertifySettings,
-    interrupt: &Interrupt,
-) -> Result<Resolved, ResolveError> {
+    cancel: &CancelFlag,
+) -> Result<ResolvedLayout, ResolveError> {
     let tree = Tree::new(problem.bodies, problem.supports)?;
     let shapes = problem
         .bodies
@@ -204,11 +211,11 @@ pub fn resolve(
     let mut faults: Vec<Fault> = Vec::new();
     let planned_rounds = settings.clearances_m.len();
     let mut rounds = planned_rounds;
-    for round in 0..planned_rounds + MORE_ROUNDS {
-        interrupt.check()?;
+    for round in 0..planned_rounds + EXTRA_ROUNDS {
+        cancel.check()?;
         if round >= planned_rounds {
-            // What is left must be a matter of room.
-            if !faults.iter().all(|fault| fault.wants_room) {
+            // The remaining faults must be caused by a lack of space.
+            if !faults.iter().all(|fault| fault.needs_space) {
                 break;
             }
             rounds = round + 1;
@@ -220,16 +227,16 @@ pub fn resolve(
         for fault in faults.iter().filter(|fault| fault.over_edge_m > 0.0) {
             insets_m[fault.body] += fault.over_edge_m + settings.outline_margin_m;
         }
-        // Dropping changes heights and pushing changes what lies below, so they take turns.
+        // Dropping changes heights and pushing changes the supporters below, so the two alternate.
         let mut seated = vec![None; plan.len()];
         for _ in 0..3 {
-            place::drop_all(&scene, &mut plan, &nudges, &mut seated, &mut log, interrupt)?;
-            if !separate::push_apart(&scene, &mut plan, clearance_m, &insets_m, &mut log, interrupt)? {
+            place::drop_all(&scene, &mut plan, &nudges, &mut seated, &mut log, cancel)?;
+            if !separate::push_apart(&scene, &mut plan, clearance_m, &insets_m, &mut log, cancel)? {
                 break;
             }
         }
         let last = round + 1 >= planned_rounds;
-        let (settled, found) = settle_and_judge(&scene, &plan, last, interrupt)?;
+        let (settled, found) = settle_and_judge(&scene, &plan, last, cancel)?;
         faults = found;
         if faults.is_empty() {
             return Ok(finish(&scene, &wanted, &plan, settled.poses, round + 1, log));
@@ -242,19 +249,19 @@ pub fn resolve(
     Err(ResolveError::Unresolved { rounds, reasons, names })
 }
 
-/// Settles and looks for faults; where there are none, checks that nothing moves any more, and settles again
-/// from there while something does.
+/// Settles and collects faults. Without faults it checks that nothing moves any more, and settles again from there
+/// while something does.
 fn settle_and_judge(
     scene: &Scene,
     plan: &[Pose],
     last_round: bool,
-    interrupt: &Interrupt,
-) -> Result<(Settled, Vec<Fault>), ResolveError> {
+    cancel: &CancelFlag,
+) -> Result<(SettledPoses, Vec<Fault>), ResolveError> {
     let mut bodies = scene.problem.bodies.to_vec();
     bodies.iter_mut().zip(plan).for_each(|(body, pose)| body.world_from_object = *pose);
-    let mut settled = settle(&bodies, scene.settle, interrupt)?;
+    let mut settled = settle(&bodies, scene.settle, cancel)?;
     if scene.settings.settles == 0 {
-        let faults = find_faults(scene, plan, &settled.poses, last_round, interrupt)?;
+        let faults = find_faults(scene, plan, &settled.poses, last_round, cancel)?;
         return Ok((settled, faults));
     }
     let mut moving = Vec::new();
@@ -262,8 +269,8 @@ fn settle_and_judge(
         bodies.iter_mut().zip(&settled.poses).for_each(|(body, pose)| body.world_from_object = *pose);
         // Faults are rare, and one island of bodies is often simulated long after all others.
         let (faults, check) = rayon::join(
-            || find_faults(scene, plan, &settled.poses, last_round, interrupt),
-            || stability(&bodies, scene.certify, scene.settle, interrupt),
+            || find_faults(scene, plan, &settled.poses, last_round, cancel),
+            || stability(&bodies, scene.certify, scene.settle, cancel),
         );
         let faults = faults?;
         if !faults.is_empty() {
@@ -285,7 +292,7 @@ fn settle_and_judge(
         if moving.is_empty() {
             break;
         }
-        settled.poses = settle(&bodies, scene.settle, interrupt)?.poses;
+        settled.poses = settle(&bodies, scene.settle, cancel)?.poses;
     }
     Ok((settled, moving))
 }
@@ -295,7 +302,7 @@ fn find_faults(
     plan: &[Pose],
     poses: &[Pose],
     last_round: bool,
-    interrupt: &Interrupt,
+    cancel: &CancelFlag,
 ) -> Result<Vec<Fault>, ResolveError> {
     let (settings, certify) = (scene.settings, scene.certify);
     let mut faults = Vec::new();
@@ -305,7 +312,7 @@ fn find_faults(
         let (over_edge_m, _) = inside::missing(scene.problem.outline, &scene.footprint(body, poses), 0.0);
         if over_edge_m > 0.0 {
             let reason = format!("{name} reaches {:.0} mm over the table's edge", 1e3 * over_edge_m);
-            faults.push(Fault { body, reason, nudge: false, over_edge_m, wants_room: true });
+            faults.push(Fault { body, reason, nudge: false, over_edge_m, needs_space: true });
         }
         let mut fault = |reason: String, nudge: bool| faults.push(Fault { nudge, ..Fault::of(body, reason) });
         let parent = support.parent;
@@ -336,19 +343,19 @@ fn find_faults(
     let findings: Vec<SupportFinding> = movable
         .par_iter()
         .map(|&body| {
-            support(&solids, scene.problem.bodies, body, &scene.tree.carriers(body), certify, interrupt)
+            support(&solids, scene.problem.bodies, body, &scene.tree.carriers(body), certify, cancel)
         })
-        .collect::<Result<_, Interrupted>>()?;
+        .collect::<Result<_, Cancelled>>()?;
     for (&body, finding) in movable.iter().zip(&findings).filter(|(_, finding)| !finding.is_supported()) {
         let over_mm = 1e3 * (certify.support_dilation_m - finding.margin_m);
         let reason = format!("{} hangs {over_mm:.0} mm over what carries it", scene.name(body));
         faults.push(Fault { nudge: true, ..Fault::of(body, reason) });
     }
-    for pair in collisions(&solids, certify, interrupt)?.colliding {
+    for pair in collisions(&solids, certify, cancel)?.colliding {
         let body = if pair.a == scene.tree.table { pair.b } else { pair.a };
         let (a, b) = (scene.name(pair.a), scene.name(pair.b));
         let reason = format!("{a} and {b} overlap by {:.1} mm", 1e3 * pair.depth_m);
-        faults.push(Fault { wants_room: true, ..Fault::of(body, reason) });
+        faults.push(Fault { needs_space: true, ..Fault::of(body, reason) });
     }
     Ok(faults)
 }
@@ -375,7 +382,7 @@ fn finish(
     poses: Vec<Pose>,
     rounds: usize,
     mut log: Vec<String>,
-) -> Resolved {
+) -> ResolvedLayout {
     let displacements_m: Vec<f64> = poses
         .iter()
         .zip(wanted)
@@ -392,7 +399,7 @@ fn finish(
             ));
         }
     }
-    Resolved { poses, planned: plan.to_vec(), displacements_m, rotations_rad, rounds, log }
+    ResolvedLayout { poses, planned: plan.to_vec(), displacements_m, rotations_rad, rounds, log }
 }
 
 /// Depth of the projected center of mass inside the supporter's outline, meters.

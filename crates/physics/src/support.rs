@@ -1,20 +1,20 @@
-//! SS: does what an object touches carry it?
+//! SS, the support metric: whether an object's contacts carry it.
 //!
-//! Contacts are what is closer than the gap: surface points of the visual meshes, and the corners of the
-//! contact patches of the hulls, since hulls carry in every simulator and may stand off the visual surface by
-//! a fraction of a millimeter. The hulls are asked first: they are cheap, and more contacts can only widen the
-//! support region, so that the visual meshes are searched only where the hulls alone do not carry. World
-//! frame, meters.
+//! Contacts are pairs closer than the gap: surface points of the visual meshes, and the corners of the contact patches
+//! of the hulls, since hulls carry in every simulator and may stand off the visual surface by a fraction of a
+//! millimeter. The hulls are tested first: they are cheap, and more contacts can only widen the support region. The
+//! visual meshes are searched only where the hulls alone do not carry. World frame, meters.
 
 use glam::DVec2;
 
 use super::metrics::{CertifySettings, world_box};
 use super::{Body, hull_set::HullSet};
-use geometry::collide::{PlacedSolid, contact_region, convex_hull_2d, depth_in_convex_m};
+use geometry::collide::{PlacedSolid, contact_region};
 use geometry::collision_shape::to_parry;
-use runtime::{Interrupt, Interrupted};
+use geometry::polygon::{convex_hull_2d, depth_in_convex_m};
+use runtime::{CancelFlag, Cancelled};
 
-/// How well one object is supported.
+/// Support of one object.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SupportFinding {
     /// Signed distance of the projected center of mass inside the dilated support region, meters: a lower
@@ -33,8 +33,8 @@ impl SupportFinding {
 
 /// SS of one object: is the center of mass above the hull of all contacts (gap at most 1 mm) with all
 /// its supporters, projected and dilated by 2 mm? Supporters are `carriers` (every contact counts: what it
-/// stands on or in, and what lies in the same container, since heaped things lean on each other) and any other
-/// thing it touches from above. `solids` give the poses; `bodies`, in the same order, the hulls and the
+/// stands on or in, and what lies in the same container, since heaped objects lean on each other) and any other
+/// object it touches from above. `solids` give the poses; `bodies`, in the same order, the hulls and the
 /// center of mass.
 pub fn support(
     solids: &[PlacedSolid],
@@ -42,17 +42,17 @@ pub fn support(
     object: usize,
     carriers: &[usize],
     settings: &CertifySettings,
-    interrupt: &Interrupt,
-) -> Result<SupportFinding, Interrupted> {
-    let scene = Touching::new(solids, bodies, object, carriers, settings);
+    cancel: &CancelFlag,
+) -> Result<SupportFinding, Cancelled> {
+    let scene = ContactCandidates::new(solids, bodies, object, carriers, settings);
     let mut points = scene.hull_contacts();
     for &other in &scene.others {
         if scene.finding(&points).is_supported() {
             break;
         }
-        let slope = scene.least_slope(other);
+        let slope = scene.min_slope(other);
         let (object, other) = (&solids[object], &solids[other]);
-        points = contact_region(object, other, settings.contact_gap_m, slope, &points, interrupt)?;
+        points = contact_region(object, other, settings.contact_gap_m, slope, &points, cancel)?;
     }
     Ok(scene.finding(&points))
 }
@@ -66,12 +66,12 @@ pub fn support_by_hulls(
     carriers: &[usize],
     settings: &CertifySettings,
 ) -> SupportFinding {
-    let scene = Touching::new(solids, bodies, object, carriers, settings);
+    let scene = ContactCandidates::new(solids, bodies, object, carriers, settings);
     scene.finding(&scene.hull_contacts())
 }
 
-/// An object and what it may touch.
-struct Touching<'a> {
+/// An object and the objects it may touch.
+struct ContactCandidates<'a> {
     solids: &'a [PlacedSolid<'a>],
     bodies: &'a [Body],
     object: usize,
@@ -80,7 +80,7 @@ struct Touching<'a> {
     others: Vec<usize>,
 }
 
-impl<'a> Touching<'a> {
+impl<'a> ContactCandidates<'a> {
     fn new(
         solids: &'a [PlacedSolid<'a>],
         bodies: &'a [Body],
@@ -99,7 +99,7 @@ impl<'a> Touching<'a> {
         Self { solids, bodies, object, carriers, settings, others }
     }
 
-    fn least_slope(&self, other: usize) -> Option<f64> {
+    fn min_slope(&self, other: usize) -> Option<f64> {
         (!self.carriers.contains(&other)).then_some(self.settings.carrying_slope)
     }
 
@@ -113,7 +113,7 @@ impl<'a> Touching<'a> {
             let hulls = HullSet::new(&self.bodies[other].hulls);
             for patch in own_hulls.patches(&hulls, &own_from_other, self.settings.contact_gap_m) {
                 let down = -own_pose.transform_vector(patch.normal).z;
-                if self.least_slope(other).is_none_or(|slope| down >= slope) {
+                if self.min_slope(other).is_none_or(|slope| down >= slope) {
                     points.extend(patch.points.iter().map(|p| own_pose.transform_point(p.on_a).truncate()));
                 }
             }
@@ -135,8 +135,8 @@ impl<'a> Touching<'a> {
 mod tests {
     use super::*;
     use crate::test_bodies::{body, certify_settings, mesh};
-    use geometry::mesh_solid::MeshSolid;
     use geometry::shapes::block;
+    use geometry::solid_query::MeshSolid;
     use geometry::{Pose, Solid};
     use glam::DVec3;
 
@@ -163,13 +163,13 @@ mod tests {
                 .zip(&self.bodies)
                 .map(|(solid, body)| PlacedSolid { solid, world_from_object: body.world_from_object })
                 .collect();
-            support(&placed, &self.bodies, object, &[0], &certify_settings(), &Interrupt::default())
+            support(&placed, &self.bodies, object, &[0], &certify_settings(), &CancelFlag::default())
                 .expect("no interrupt")
         }
     }
 
     #[test]
-    fn the_margin_is_the_distance_to_the_edge_it_hangs_over_plus_two_millimeters() {
+    fn support_margin_is_edge_distance_plus_dilation() {
         let top = block(DVec3::new(1.0, 1.0, 0.03)).translated(DVec3::new(0.0, 0.0, -0.03));
         let margin = |x, z| {
             let cube = block(DVec3::splat(0.05));
@@ -184,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bridge_counts_both_piers_and_not_its_neighbor() {
+    fn support_of_bridge_counts_both_piers_only() {
         let (pier, beam) = (block(DVec3::splat(0.05)), block(DVec3::new(0.3, 0.04, 0.02)));
         let mut scene = Scenery::new(&[
             ("pier", pier.clone(), DVec3::new(-0.1, 0.0, 0.0)),
@@ -198,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn what_stands_on_hulls_alone_is_supported() {
+    fn support_accepts_hull_contacts_alone() {
         // The coaster's hull is half a millimeter thicker than its mesh, so the visual gap is too wide.
         let (coaster, mug) = (block(DVec3::new(0.1, 0.1, 0.004)), block(DVec3::splat(0.06)));
         let mut scene =

@@ -56,7 +56,7 @@ pub fn certify_settings() -> CertifySettings {
     CertifySettings {
         penetration_m: 0.001,
         wall_share: 0.25,
-        least_wall_m: 0.0004,
+        min_wall_m: 0.0004,
         sample_spacing_m: 0.001,
         contact_gap_m: 0.001,
         support_dilation_m: 0.002,

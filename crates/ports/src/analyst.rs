@@ -1,27 +1,27 @@
-//! Port 1, the scene analyst: it describes a text, recognizes a picture (objects, table, camera, sizes, what
-//! stands on what), stands meshes up, looks at drawn views from above, rates finished scenes and proposes
-//! tasks in them. The paper asks ChatGPT.
+//! Port 1, the scene analyst: scene descriptions from texts, recognition of images (objects, table, camera, sizes,
+//! supports), upright orientation of meshes, checks of top views, ratings of scenes, and robot tasks. The paper uses
+//! ChatGPT.
 
 use std::sync::Arc;
 
 use glam::DQuat;
 use serde::{Deserialize, Serialize};
 
-use super::{Adapter, Answer, Call, Completion, Port, ProviderError, Reference};
+use super::{Adapter, Answer, Call, Completion, Port, ProviderError, ReferenceImage};
 use geometry::{Camera, TexturedMesh};
 use imaging::Image;
-use pose_estimation::canonicalize::{CanonicalPose, CanonicalizeSettings};
-use pose_estimation::dro::DroSettings;
-use scene::appraisal::{Opinion, ProposedTask, Rating};
+use pose_estimation::upright::{UprightPose, UprightSettings};
+use pose_estimation::yaw::YawSettings;
+use scene::appraisal::{ModelResponse, ProposedTask, Rating};
 use scene::instance::SupportRelation;
 use scene::request::RequestOptions;
 use scene::{InstanceId, Recognition, RecognizedObject, SceneDescription};
 
-/// Answers questions about texts, pictures and meshes.
+/// Answers questions about texts, images and meshes.
 pub trait SceneAnalyst: Send + Sync {
     fn adapter(&self) -> Adapter;
 
-    /// A text becomes a detailed, layout-aware description.
+    /// A detailed, layout-aware description of a text.
     fn describe<'a>(
         &'a self,
         call: &'a Call,
@@ -30,40 +30,39 @@ pub trait SceneAnalyst: Send + Sync {
         options: RequestOptions,
     ) -> Answer<'a, SceneDescription>;
 
-    /// Camera, table and objects of a reference picture, with commonsense sizes (`measure`) and the
-    /// stacking relation.
+    /// Camera, table and objects of a reference image, with commonsense sizes and supports.
     fn recognize<'a>(
         &'a self,
         call: &'a Call,
-        reference: Reference,
+        reference: ReferenceImage,
         seed: u64,
         options: RequestOptions,
     ) -> Answer<'a, Recognition>;
 
-    /// Which of the 24 axis-aligned rotations stands a raw mesh as the picture shows it.
+    /// The axis-aligned rotation, one of 24, that orients a raw mesh upright as in the image.
     fn upright<'a>(&'a self, call: &'a Call, question: UprightQuestion) -> Answer<'a, Upright>;
 
-    /// Whether a drawn view from above shows the table as the reference picture does. Who cannot look says
-    /// so: that is no yes.
+    /// Whether a generated top view shows the table of the reference image. Adapters without image input return
+    /// `Unsupported`; callers must not treat that as acceptance.
     fn check_top_view<'a>(&'a self, _call: &'a Call, _question: TopCheck) -> Answer<'a, TopVerdict> {
         let reason = "it looks at no drawings; put a chat provider into providers.analyst, or leave drawn views from \
                       above to the embedded painter";
         cannot(self.adapter(), reason)
     }
 
-    /// How good a finished scene looks, as the paper has it rated. Who has no opinion says so: there is no
-    /// number in its place.
-    fn judge<'a>(&'a self, _call: &'a Call, _question: Judgement) -> Answer<'a, Opinion<Vec<Rating>>> {
+    /// Ratings of a finished scene by the criteria of the paper. Adapters without a rating model return `Unsupported`;
+    /// no default score replaces it.
+    fn judge<'a>(&'a self, _call: &'a Call, _question: Judgement) -> Answer<'a, ModelResponse<Vec<Rating>>> {
         let reason = "it has no opinion of scenes; put a chat provider into providers.analyst, or set appraise.ratings = false";
         cannot(self.adapter(), reason)
     }
 
-    /// What a robot could do in a finished scene.
+    /// Robot tasks in a finished scene.
     fn propose_tasks<'a>(
         &'a self,
         _call: &'a Call,
         _question: TaskQuestion,
-    ) -> Answer<'a, Opinion<Vec<ProposedTask>>> {
+    ) -> Answer<'a, ModelResponse<Vec<ProposedTask>>> {
         let reason =
             "it thinks of no tasks; put a chat provider into providers.analyst, or set appraise.tasks = 0";
         cannot(self.adapter(), reason)
@@ -75,103 +74,102 @@ fn cannot<'a, T>(adapter: Adapter, reason: &str) -> Answer<'a, T> {
     Box::pin(async move { Err(ProviderError::Unsupported { port: Port::Analyst, adapter, reason }) })
 }
 
-/// A drawn view from above, and what it was drawn after.
+/// A generated top view and its inputs.
 #[derive(Clone)]
 pub struct TopCheck {
-    pub reference: Reference,
+    pub reference: ReferenceImage,
     pub recognition: Arc<Recognition>,
     pub top: Arc<Image>,
     pub seed: u64,
 }
 
-/// What somebody who looked at a drawn view from above says.
+/// The result of the check of a top view.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct TopVerdict {
     pub straight_down: bool,
     pub no_perspective: bool,
-    /// The edge that is nearest in the reference picture is at the bottom.
+    /// The edge that is nearest in the reference image is at the bottom.
     pub front_below: bool,
     pub all_there: bool,
     pub none_added: bool,
-    /// What the painter should change, in a sentence.
-    pub told: String,
+    /// Feedback to the image generator, one sentence.
+    pub feedback: String,
 }
 
 impl TopVerdict {
-    /// Whether places can be measured on the drawing.
+    /// Whether positions can be measured on the top view.
     pub fn holds(&self) -> bool {
         self.straight_down && self.no_perspective && self.front_below && self.all_there && self.none_added
     }
 }
 
-/// A raw mesh and what is known of its instance.
+/// A raw mesh and the data of its instance.
 #[derive(Clone)]
 pub struct UprightQuestion {
-    /// As generated: any size, any of the 24 axis-aligned orientations.
+    /// The generated mesh, of any size, in any of the 24 axis-aligned orientations.
     pub raw_mesh: Arc<TexturedMesh>,
     pub object: RecognizedObject,
-    /// Of the reference picture.
+    /// The camera of the reference image.
     pub camera: Camera,
     pub completion: Completion,
-    pub canonicalize: CanonicalizeSettings,
-    pub dro: DroSettings,
+    pub canonicalize: UprightSettings,
+    pub dro: YawSettings,
 }
 
-/// How a raw mesh is to be turned, and how that was found.
+/// The upright pose of a raw mesh, and the evidence of a model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Upright {
-    pub pose: CanonicalPose,
-    /// Where a model looked at the mesh: each look, in order. What counts is the pose, which the picture has
-    /// a say in.
-    pub looks: Vec<UprightLook>,
+    pub pose: UprightPose,
+    /// The answers of a model that was shown the mesh, in order; `pose` decides, and weighs them with other evidence.
+    pub views: Vec<UprightView>,
 }
 
-/// What somebody says who has looked at a mesh from all sides.
+/// The answer of a model to the side views of a mesh.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct UprightLook {
-    /// The side, as the mesh was turned then, that belongs on top, and the one that is its front.
+pub struct UprightView {
+    /// The side view that is the top of the mesh as shown, and the one that is its front.
     pub top: String,
     pub front: String,
-    /// `canonical_from_raw` that follows from this look and those before it.
+    /// `canonical_from_raw` by this view and the earlier ones.
     pub rotation_xyzw: DQuat,
 }
 
-/// A finished scene, and what it was made after.
+/// A finished scene and its input.
 #[derive(Clone)]
 pub struct Judgement {
     pub after: MadeAfter,
-    /// The scene from the camera of the reference picture.
+    /// The scene from the camera of the reference image.
     pub scene_view: Arc<Image>,
     pub seed: u64,
 }
 
-/// What a scene was made after.
+/// The input of a scene.
 #[derive(Clone)]
 pub enum MadeAfter {
     Text(String),
-    Picture(Arc<Image>),
+    Image(Arc<Image>),
 }
 
-/// What there is to do something with.
+/// The objects for which tasks are requested.
 #[derive(Clone, Debug)]
 pub struct TaskQuestion {
-    pub things: Vec<TaskThing>,
-    /// How many tasks are wanted.
+    pub objects: Vec<TaskObject>,
+    /// The number of requested tasks.
     pub count: u32,
     pub seed: u64,
 }
 
-/// A thing of a finished scene, in words and numbers.
+/// The properties of an object of a finished scene.
 #[derive(Clone, Debug, Serialize)]
-pub struct TaskThing {
+pub struct TaskObject {
     pub name: InstanceId,
     pub label: String,
     pub material: Option<String>,
     /// Width, depth, height, meters.
     pub size_m: [f64; 3],
     pub mass_kg: f64,
-    /// Whether it stands on or in what carries it.
+    /// Whether the object is on or in its support.
     pub relation: SupportRelation,
-    /// What carries it: `table`, or a name.
+    /// The support: `table`, or a name.
     pub carried_by: String,
 }

@@ -1,39 +1,43 @@
-//! What every call of a port carries.
+//! The context of a port call.
 
 use std::sync::Arc;
 
-use runtime::{Cpu, Died, Interrupt};
+use runtime::{CancelFlag, ComputationFailed, CpuPool};
 
 use super::ledger::{Ledger, NoBudget};
 use super::{Port, ProviderError};
 
-/// One call: how to compute, when to stop, who keeps the books. None of it may change the answer.
+/// The context of one call: CPU pool, cancellation and ledger. It must not affect the answer.
 #[derive(Clone)]
 pub struct Call {
-    pub cpu: Cpu,
+    pub cpu: CpuPool,
     /// Polled at least every 50 ms.
-    pub interrupt: Interrupt,
-    /// Of what calls over the network cost.
+    pub cancel: CancelFlag,
+    /// The ledger of the costs of network calls.
     pub ledger: Arc<dyn Ledger>,
 }
 
 impl Call {
-    /// A call outside any job: nothing may be spent.
-    pub fn without_budget(cpu: Cpu, interrupt: Interrupt) -> Self {
-        Self { cpu, interrupt, ledger: Arc::new(NoBudget) }
+    /// A call outside any job, without a budget.
+    pub fn without_budget(cpu: CpuPool, cancel: CancelFlag) -> Self {
+        Self { cpu, cancel, ledger: Arc::new(NoBudget) }
     }
 
-    /// Runs an embedded adapter's computation on the pool.
+    /// Runs a computation on the pool.
+    ///
+    /// # Errors
+    ///
+    /// The error of `work`, a cancelled job, and [`ProviderError::Died`] after a panic.
     pub async fn compute<T, W>(&self, port: Port, work: W) -> Result<T, ProviderError>
     where
         T: Send + 'static,
-        W: FnOnce(&Interrupt) -> Result<T, ProviderError> + Send + 'static,
+        W: FnOnce(&CancelFlag) -> Result<T, ProviderError> + Send + 'static,
     {
-        self.interrupt.check()?;
-        let interrupt = self.interrupt.clone();
-        match self.cpu.run(move || work(&interrupt)).await {
+        self.cancel.check()?;
+        let cancel = self.cancel.clone();
+        match self.cpu.run(move || work(&cancel)).await {
             Ok(answer) => answer,
-            Err(Died(reason)) => Err(ProviderError::Died { port, reason }),
+            Err(ComputationFailed(reason)) => Err(ProviderError::Died { port, reason }),
         }
     }
 }

@@ -1,13 +1,13 @@
-//! How a port fails: what was asked of whom, why it failed, and what to do.
+//! Errors of the ports: the port, the cause, and the remedy.
 
 use std::fmt;
 use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
-use runtime::Interrupted;
+use runtime::Cancelled;
 
-/// The code of answers that are none, and of those that do not hold what was asked for.
+/// The code of malformed and of inconsistent answers.
 pub const BAD_ANSWER: &str = "provider_bad_answer";
 
 /// The five ports, as errors and settings name them.
@@ -15,7 +15,7 @@ pub const BAD_ANSWER: &str = "provider_bad_answer";
 #[serde(rename_all = "snake_case")]
 pub enum Port {
     Analyst,
-    Painter,
+    ImageGenerator,
     Segmenter,
     MeshGenerator,
     FeatureExtractor,
@@ -25,7 +25,7 @@ impl fmt::Display for Port {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Analyst => "analyst",
-            Self::Painter => "painter",
+            Self::ImageGenerator => "image_generator",
             Self::Segmenter => "segmenter",
             Self::MeshGenerator => "mesh_generator",
             Self::FeatureExtractor => "feature_extractor",
@@ -36,40 +36,45 @@ impl fmt::Display for Port {
 /// Why a port gave no answer. Codes are stable, `[a-z0-9_]+`; clients may match on them.
 #[derive(Debug, thiserror::Error)]
 pub enum ProviderError {
-    /// This adapter cannot do it; another one might.
+    /// The adapter lacks the capability; another one may have it.
     #[error("the {port} port's adapter {adapter} cannot do this: {reason}")]
     Unsupported { port: Port, adapter: String, reason: String },
     /// The input is at fault: the same question fails the same way.
     #[error("{reason}")]
     Rejected { port: Port, code: &'static str, reason: String },
-    /// May pass by itself.
+    /// A temporary failure.
     #[error("the {port} port is not answering: {reason}")]
     Transient { port: Port, code: &'static str, reason: String },
-    /// The vendor asked for patience.
+    /// The vendor limits the rate of calls.
     #[error("the {port} port asks to slow down")]
     RateLimited { port: Port, retry_after: Option<Duration> },
-    /// The vendor or its model will not answer this question.
+    /// The vendor or its model refuses this question.
     #[error("the {port} port refuses: {reason}")]
     Refused { port: Port, code: &'static str, reason: String },
-    /// The operator has to do something: a key, an address, a model's name.
+    /// The operator must correct the configuration: a key, an address, or a model name.
     #[error("the {port} port cannot be used as it is configured: {reason}")]
     Misconfigured { port: Port, code: &'static str, reason: String },
-    /// The call would cost more than is left of the scene's budget.
+    /// The call would exceed the remaining budget of the scene.
     #[error("the {port} port was not asked: {reason}")]
     OverBudget { port: Port, reason: String },
-    /// The call can no longer be written down: another worker holds the job, or storage takes no writes.
+    /// The ledger cannot record the call: another worker holds the job, or the storage fails.
     #[error("a call of the {port} port could not be written down: {reason}")]
     Ledger { port: Port, lease_lost: bool, reason: String },
-    /// A computation of an embedded adapter died; a bug.
+    /// A computation panicked; a bug.
     #[error("a computation of the {port} port died: {reason}")]
     Died { port: Port, reason: String },
     #[error(transparent)]
-    Interrupted(#[from] Interrupted),
+    Cancelled(#[from] Cancelled),
 }
 
 impl ProviderError {
-    /// Whether the next provider in the order of preference is to be asked. A refusal and a spent budget are final,
-    /// and a question that is at fault is so for everybody.
+    /// Whether the recorded answers of the failed stage are unusable, so that a retry must ask the models again.
+    pub fn discards_recorded_answers(&self) -> bool {
+        matches!(self, Self::Rejected { code, .. } | Self::Transient { code, .. } | Self::Refused { code, .. } | Self::Misconfigured { code, .. } if *code == BAD_ANSWER)
+    }
+
+    /// Whether the next provider in the order of preference is asked. A refusal and a spent budget are final, and
+    /// invalid input is invalid for every provider.
     pub fn another_may_answer(&self) -> bool {
         match self {
             Self::Unsupported { .. }
@@ -81,7 +86,7 @@ impl ProviderError {
             | Self::OverBudget { .. }
             | Self::Ledger { .. }
             | Self::Died { .. }
-            | Self::Interrupted(_) => false,
+            | Self::Cancelled(_) => false,
         }
     }
 }

@@ -1,5 +1,5 @@
-//! What calls cost: reserved before a call is sent, settled when it is over. Where the books are kept, ports do not
-//! know; they are handed a [`Ledger`].
+//! The cost ledger of calls: costs are reserved before a call is sent and settled after it. Ports do not know the
+//! storage; they receive a [`Ledger`].
 
 use bytes::Bytes;
 use futures::future::BoxFuture;
@@ -9,85 +9,84 @@ use super::Port;
 
 pub use scene::MicroUsd;
 
-/// A call that is about to be sent.
+/// A call before it is sent.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Intent {
     pub port: Port,
     /// Adapter, as in its [`Adapter`](super::Adapter) (`openai/chat`).
     pub provider: String,
     pub model: String,
-    /// Where it goes, without secrets and queries.
+    /// The URL without secrets and queries.
     pub endpoint: String,
     /// `describe`, `recognize`.
     pub operation: &'static str,
-    /// Digest of everything that is sent but the secrets: the same question has the same.
+    /// Digest of the request without its secrets; equal questions have equal digests.
     pub request_digest: String,
-    /// 1 for the first try of this question.
+    /// 1 for the first attempt of this question.
     pub attempt: u32,
-    /// The most that it can cost.
+    /// Maximum cost.
     pub reserved: MicroUsd,
-    /// Body of the request.
+    /// Size of the request body.
     pub sent_bytes: u64,
-    /// What to do where an earlier try of the same question may have been answered, and the answer lost.
+    /// The policy where an earlier attempt of the question may have been answered, and the answer was lost.
     pub on_unknown: OnUnknown,
 }
 
-/// What to do about a call whose answer was lost, so that nobody knows whether it was made and billed.
+/// The policy for a call whose answer was lost, so that it is unknown whether it was billed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum OnUnknown {
-    /// The job fails, and a person decides.
+    /// The job fails, and the operator decides.
     Fail,
-    /// It is sent again, and may be billed twice; both count toward the budget.
+    /// The call is sent again and may be billed twice; both count toward the budget.
     Resend,
 }
 
-/// A reservation that was granted.
+/// A granted reservation.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Entry {
-    /// Of the ledger's row.
+    /// The id of the ledger row.
     pub id: i64,
-    /// The same for every try of the same question in one stage of one job: vendors that know idempotency keys answer
-    /// it once.
+    /// Equal for all attempts of a question in one stage of one job: vendors with idempotency keys answer it once.
     pub idempotency_key: String,
-    /// Of the question.
+    /// The digest of the question.
     pub request_digest: String,
 }
 
-/// How a call ended.
+/// The outcome of a call.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Settlement {
-    /// `None` = unknown; then what was reserved counts.
+    /// `None` = unknown; then the reservation counts.
     pub cost: Option<MicroUsd>,
     pub received_bytes: u64,
     pub input_tokens: Option<u64>,
     pub output_tokens: Option<u64>,
     /// `answered`, `outcome_unknown`, or the code of a failure.
     pub outcome: &'static str,
-    /// The vendor's id of the job it has begun, where the answer comes later.
+    /// The vendor's id of the started job, where the result comes later.
     pub task: Option<String>,
-    /// The answer, if it is one; kept in case that its stage dies before it is done.
+    /// The usable answer, kept in case the stage dies before it completes.
     pub answer: Option<Bytes>,
 }
 
-/// A vendor's job that was submitted for this question, and is not over.
+/// A submitted job of a vendor that has not ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Task {
-    /// Of the call that submitted it.
+    /// The ledger row of the submitting call.
     pub entry_id: i64,
     /// The vendor's id.
     pub id: String,
-    /// What came of it, if it was fetched.
+    /// The downloaded file, if any.
     pub file: Option<Bytes>,
 }
 
-/// The outcome of a call that was answered as it should be.
+/// The outcome of an answered call.
 pub const ANSWERED: &str = "answered";
 
-/// The outcome of a call of which nobody knows whether the vendor answered and billed it.
+/// The outcome of a call where it is unknown whether the vendor answered and billed it.
 pub const OUTCOME_UNKNOWN: &str = "outcome_unknown";
 
-/// Why a call may not be made, or could not be written down.
+/// Why a call is refused or could not be recorded.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LedgerError {
     #[error(
@@ -106,32 +105,32 @@ pub enum LedgerError {
     Unavailable(String),
 }
 
-/// The books of one job.
+/// The ledger of one job.
 pub trait Ledger: Send + Sync {
-    /// Writes the call down and sets its cost aside, or refuses; nothing is sent before this is committed.
+    /// Records a call and reserves its cost, or refuses. It is committed before the call is sent.
     fn reserve(&self, intent: Intent) -> BoxFuture<'_, Result<Entry, LedgerError>>;
 
-    /// Writes down how the call ended.
+    /// Records the outcome of a call.
     fn settle(&self, entry: Entry, settlement: Settlement) -> BoxFuture<'_, Result<(), LedgerError>>;
 
-    /// An answer that was kept, to a question that was asked before by a worker that died. A question that one run of a
-    /// stage asks twice has two answers, in the order in which they came.
+    /// The kept answer to a question of a worker that died. A question that one run of a stage asks twice has two
+    /// answers, in order.
     fn answer(&self, request_digest: String) -> BoxFuture<'_, Result<Option<Bytes>, LedgerError>>;
 
-    /// The vendor's job for a question that was asked before, by this worker or one that died.
+    /// The vendor's job of an earlier question, by this worker or one that died.
     fn task(&self, request_digest: String) -> BoxFuture<'_, Result<Option<Task>, LedgerError>>;
 
-    /// Keeps what came of a vendor's job: vendors delete it soon.
+    /// Keeps the file of a vendor's job, since vendors delete it soon.
     fn fetched(&self, entry_id: i64, file: Bytes) -> BoxFuture<'_, Result<(), LedgerError>>;
 
-    /// Writes down that nothing more comes of a vendor's job; the next question like it is a new one.
+    /// Records that a vendor's job ended without a file; the next equal question starts a new one.
     fn over(&self, entry_id: i64) -> BoxFuture<'_, Result<(), LedgerError>>;
 
-    /// Whether somebody has asked for the job to be cancelled: then nobody will come for what vendors work on.
+    /// Whether cancellation of the job was requested; then no worker collects the jobs of vendors.
     fn is_cancelled(&self) -> BoxFuture<'_, bool>;
 }
 
-/// Books for calls outside any job, as benchmarks make them: what costs nothing is granted, all else refused.
+/// The ledger of calls outside any job, such as benchmarks: it grants free calls and refuses all others.
 #[derive(Clone, Copy, Debug)]
 pub struct NoBudget;
 

@@ -1,19 +1,27 @@
-//! The five ports: the kinds of model the method asks, each answered by an adapter.
+//! The five ports: traits for the kinds of model that the method uses, each implemented by adapters.
 //!
-//! A port is a trait that stages call; an adapter answers it. The [`embedded`] adapters need no key, no
-//! network and no GPU: they are real algorithms with a known error. The [`remote`] adapters ask models of vendors, for
-//! money that a [`ledger`] accounts for; [`preference`] asks several providers in order. What an adapter cannot do is a
-//! [`ProviderError`] that names its port, never a made-up answer. Every adapter has an [`Adapter`]
-//! identity (name, model and settings), which is part of the key of each stage that asks it.
+//! Pipeline stages call ports. Embedded adapters need no key, network or GPU. Remote adapters call models of vendors,
+//! whose cost a [`ledger`] accounts for. An adapter reports a missing capability as a [`ProviderError`] that names
+//! its port, never as an invented answer. Every adapter has an [`Adapter`] identity (name, model and settings), which
+//! is part of the key of each stage that uses it.
 //!
-//! Ports know scenes and pictures; they know neither jobs nor rows.
+//! Ports know scenes and images. The crate must not depend on adapters, jobs, storage or the network.
+//!
+//! ```
+//! use ports::{Adapter, Port, ProviderError};
+//!
+//! let adapter = Adapter::new("embedded/grammar", "1", &());
+//! let (port, reason) = (Port::Analyst, "no image input".to_owned());
+//! let error = ProviderError::Unsupported { port, adapter: adapter.name, reason };
+//! assert!(error.another_may_answer());
+//! ```
 
 pub mod call;
 pub mod error;
 pub mod ledger;
 pub mod analyst;
 pub mod upright;
-pub mod painter;
+pub mod image_generator;
 pub mod segmenter;
 pub mod mesh_generator;
 pub mod feature_extractor;
@@ -24,32 +32,33 @@ use futures::future::BoxFuture;
 use serde::{Deserialize, Serialize};
 
 pub use analyst::{
-    Judgement, MadeAfter, SceneAnalyst, TaskQuestion, TaskThing, TopCheck, TopVerdict, Upright, UprightLook,
-    UprightQuestion,
+    Judgement, MadeAfter, SceneAnalyst, TaskObject, TaskQuestion, TopCheck, TopVerdict, Upright,
+    UprightQuestion, UprightView,
 };
 pub use call::Call;
 pub use error::{BAD_ANSWER, Port, ProviderError};
 pub use feature_extractor::FeatureExtractor;
-pub use mesh_generator::{MeshGenerator, RawMesh, RawTable, ReconstructionRequest};
-pub use painter::{
-    Alone, CompletedBy, Completion, CompletionRequest, CompletionWay, KnownPicture, KnownTop, Painter,
-    Painting, PaintingAside, Reference, TopPicture, TopViewRequest, Truth, TruthInstance,
+pub use image_generator::{
+    CompletedBy, Completion, CompletionRequest, CompletionWay, GeneratedReference, ImageAnnotations,
+    ImageGenerator, IsolatedRender, ReferenceImage, SyntheticGroundTruth, TopViewAnnotations, TopViewImage,
+    TopViewRequest, Truth, TruthInstance,
 };
+pub use mesh_generator::{MeshGenerator, RawMesh, RawTable, ReconstructionRequest};
 pub use segmenter::{Segmentation, Segmenter, TopBoxes};
 pub use upright::stood_up;
 
-/// What a port answers with: a future that ends in a value or in a reason.
+/// The answer of a port: a future of a value or an error.
 pub type Answer<'a, T> = BoxFuture<'a, Result<T, ProviderError>>;
 
-/// Which adapter answers a port, with everything of it that can change an answer.
+/// The identity of an adapter: everything that can change its answers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Adapter {
     /// `embedded/grammar`, `openai/chat`.
     pub name: String,
-    /// Raised by hand when the same question gets another answer than before; with the digest of its weights, where
-    /// it has some; a remote adapter's is its model's name.
+    /// Version, raised by hand when answers change, with the digest of the weights if any; for a remote adapter, the
+    /// name of its model.
     pub model: String,
-    /// The adapter's settings.
+    /// The settings of the adapter.
     pub settings: serde_json::Value,
 }
 
@@ -62,11 +71,11 @@ impl Adapter {
     }
 }
 
-/// One adapter per port; cloning shares them.
+/// One adapter per port; clones share them.
 #[derive(Clone)]
 pub struct Ports {
     pub analyst: Arc<dyn SceneAnalyst>,
-    pub painter: Arc<dyn Painter>,
+    pub image_generator: Arc<dyn ImageGenerator>,
     pub segmenter: Arc<dyn Segmenter>,
     pub mesh_generator: Arc<dyn MeshGenerator>,
     pub feature_extractor: Arc<dyn FeatureExtractor>,

@@ -1,11 +1,10 @@
-//! Port 4, the mesh generator: a textured mesh from the clean picture of an instance. The paper asks
-//! Hunyuan3D-3.0.
+//! Port 4, the mesh generator: a textured mesh from the completed image of an instance. The paper uses Hunyuan3D-3.0.
 
 use super::{Adapter, Answer, Call, Completion};
 use geometry::{Camera, Outline, TexturedMesh};
 use scene::{RecognizedObject, RecognizedTable, ReconstructionMethod};
 
-/// Makes meshes.
+/// Generates meshes.
 pub trait MeshGenerator: Send + Sync {
     fn adapter(&self) -> Adapter;
 
@@ -17,32 +16,32 @@ pub trait MeshGenerator: Send + Sync {
     fn table<'a>(&'a self, call: &'a Call, table: RecognizedTable) -> Answer<'a, RawTable>;
 }
 
-/// A table as generated: upright and metric, since tables come as models and not from pictures alone.
+/// A generated table: upright and metric, since tables are catalog models and not reconstructions.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RawTable {
     /// World frame: top surface at z = 0, feet at -height.
     pub mesh: TexturedMesh,
-    /// Edge of the top surface.
+    /// Outline of the top surface.
     pub outline_m: Outline,
     pub made_by: String,
     /// SPDX identifier.
     pub licence: String,
 }
 
-/// One instance to be made a mesh of.
+/// The instance to reconstruct.
 #[derive(Clone)]
 pub struct ReconstructionRequest {
     pub object: RecognizedObject,
     pub completion: Completion,
-    /// Of the reference picture.
+    /// The camera of the reference image.
     pub camera: Camera,
-    /// The reference picture was painted by a painter of ours, so that labels name catalog categories.
-    pub painted: bool,
-    /// Draws what the picture leaves open, and the orientation.
+    /// Whether the reference image was rendered by the embedded generator, so that labels name catalog categories.
+    pub rendered: bool,
+    /// Seed of the properties that the image leaves open, and of the orientation.
     pub seed: u64,
 }
 
-/// A mesh as generated.
+/// A generated mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RawMesh {
     pub mesh: TexturedMesh,
@@ -51,6 +50,6 @@ pub struct RawMesh {
     pub made_by: String,
     /// SPDX identifier.
     pub licence: String,
-    /// What a reader of the scene should know ("back side mirrored").
+    /// Notes for users of the scene ("back side mirrored").
     pub notes: Vec<String>,
 }

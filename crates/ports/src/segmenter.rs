@@ -1,37 +1,37 @@
-//! Port 3, the segmenter: one mask per instance on the reference picture, one box per instance on the top
-//! view. The paper asks GroundedSAM-v2.
+//! Port 3, the segmenter: one mask per instance in the reference image, and one box per instance in the top view. The
+//! paper uses GroundedSAM-v2.
 
 use std::sync::Arc;
 
-use super::{Adapter, Answer, Call, KnownTop, Port, ProviderError, Reference, TopPicture};
+use super::{Adapter, Answer, Call, Port, ProviderError, ReferenceImage, TopViewAnnotations, TopViewImage};
 use imaging::Mask;
 use scene::{InstanceMask, MaskEdges, Recognition, TopBox};
 
-/// Finds the pixels of things.
+/// Segments objects.
 pub trait Segmenter: Send + Sync {
     fn adapter(&self) -> Adapter;
 
-    /// Where each recognized object shows.
+    /// The visible pixels of each recognized object.
     fn segment<'a>(
         &'a self,
         call: &'a Call,
-        reference: Reference,
+        reference: ReferenceImage,
         recognition: Arc<Recognition>,
     ) -> Answer<'a, Segmentation>;
 
-    /// Where the table shows, whole with its legs; `None` where nobody looked for it.
-    fn table<'a>(&'a self, call: &'a Call, reference: Reference) -> Answer<'a, Option<Mask>>;
+    /// The visible pixels of the table with its legs; `None` where the adapter does not segment tables.
+    fn table<'a>(&'a self, call: &'a Call, reference: ReferenceImage) -> Answer<'a, Option<Mask>>;
 
-    /// One box per object, and the table's, on the top view.
+    /// The boxes of the objects and of the table in the top view.
     fn top_boxes<'a>(
         &'a self,
         call: &'a Call,
-        top: TopPicture,
+        top: TopViewImage,
         recognition: Arc<Recognition>,
     ) -> Answer<'a, TopBoxes>;
 }
 
-/// Masks of a picture.
+/// The masks of an image.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Segmentation {
     /// In the order of `recognition.objects`.
@@ -48,8 +48,12 @@ pub struct TopBoxes {
     pub objects: Vec<TopBox>,
 }
 
-impl KnownTop {
-    /// The boxes of what is known; something that does not show there is an error.
+impl TopViewAnnotations {
+    /// The bounding boxes of the masks.
+    ///
+    /// # Errors
+    ///
+    /// `not_on_top_view` for an empty mask.
     pub fn boxes(&self) -> Result<TopBoxes, ProviderError> {
         let bounds_px = |mask: &Mask| mask.bbox_px().map(|corners| corners.map(f64::from));
         let hidden = |name: &str| ProviderError::Rejected {

@@ -3,12 +3,12 @@
 use glam::DQuat;
 
 use geometry::TexturedMesh;
-use pose_estimation::canonicalize::{CanonicalPose, CanonicalizeError, UprightProblem, upright};
-use runtime::Interrupt;
+use pose_estimation::upright::{UprightError, UprightPose, UprightProblem, upright};
+use runtime::CancelFlag;
 
 use super::{Port, ProviderError, UprightQuestion};
 
-/// Rotates a mesh upright by its size, the image, a typical mesh of its category, and the rotations `told` by a model.
+/// Rotates a mesh upright by its size, the image, a typical mesh of its category, and the rotations `hints` by a model.
 ///
 /// # Errors
 ///
@@ -16,20 +16,20 @@ use super::{Port, ProviderError, UprightQuestion};
 pub fn stood_up(
     question: &UprightQuestion,
     example: Option<&TexturedMesh>,
-    told: &[DQuat],
-    interrupt: &Interrupt,
-) -> Result<CanonicalPose, ProviderError> {
+    hints: &[DQuat],
+    cancel: &CancelFlag,
+) -> Result<UprightPose, ProviderError> {
     let problem = UprightProblem {
         raw_mesh: &question.raw_mesh,
         camera: &question.camera,
         mask: &question.completion.silhouette,
-        picture: Some((&question.completion.picture, question.completion.shown_px)),
+        image: Some((&question.completion.image, question.completion.crop_px)),
         size_m: question.object.size_m,
         example,
-        told,
+        hints,
     };
-    upright(&problem, &question.canonicalize, &question.dro, interrupt).map_err(|error| match error {
-        CanonicalizeError::Interrupted(interrupted) => interrupted.into(),
+    upright(&problem, &question.canonicalize, &question.dro, cancel).map_err(|error| match error {
+        UprightError::Cancelled(cancelled) => cancelled.into(),
         other => ProviderError::Rejected {
             port: Port::Analyst,
             code: "not_upright",

@@ -1,10 +1,10 @@
-//! Whether a mesh in a pose has the colors of the picture where the picture shows it.
+//! Color agreement of a posed mesh with the image.
 //!
-//! The mesh is painted small under a plain studio light with the camera's own intrinsics, cropped like
-//! the picture; the two are compared over the pixels both have, by the correlation of their colors
-//! (brightness and contrast drop out, so exposure and white balance do not matter) and by that of their
-//! lines ([`structure`]), which stays when a generator paints a white book green. It tells a front from a
-//! back that cast the same outline; it is too coarse to refine an angle with.
+//! The mesh is rendered small under a plain studio light with the camera's own intrinsics, cropped like the image. The
+//! two are compared over the pixels both have, by the correlation of their colors and by that of their lines
+//! ([`structure`]). Brightness and contrast drop out of the color correlation, so exposure and white balance do not
+//! matter. The line correlation holds when a generator renders a white book green. The comparison tells a front from a
+//! back with the same outline; it is too coarse to refine an angle.
 
 pub mod descriptor;
 mod structure;
@@ -13,30 +13,31 @@ use glam::{DVec2, Vec3};
 
 use structure::Structure;
 
-use super::dro::comparison::Comparison;
-use super::dro::crop::Crop;
+use super::yaw::comparison::Comparison;
+use super::yaw::crop::Crop;
 use geometry::{Camera, Pose, TexturedMesh};
 use imaging::Image;
-use render::{Background, Diorama, Frame, Lighting, RenderObject, RenderSettings, View};
+use render::{Background, Frame, Lighting, RenderObject, RenderSettings, SceneCache, View};
 
-/// Side of the compared pictures, pixels.
+/// Side of the compared images, pixels.
 pub const SIDE_PX: usize = 64;
 
-/// Share of the lines in the likeness, 0..1; the rest is the colors'. On ten of each of nine kinds of things whose
-/// meshes had other colors and pictures than the picture's, 28 yaws were wrong instead of 41 with colors alone; where
-/// they had the same, as many were right.
+/// Share of the lines in the likeness, 0..1; the rest is the colors'. Measured on ten objects of each of nine kinds:
+/// with meshes whose colors and textures differ from the image's, 28 yaws were wrong instead of 41 with colors alone;
+/// with equal colors as many were right.
 const STRUCTURE_SHARE: f64 = 0.8;
 
-/// Share of the mesh without its textures in what it explains of the picture, 0..1: a cover nobody painted outweighs
-/// neither a book's spine nor a mug's handle. On 256 single objects with other pictures 30 yaws were wrong instead of
-/// 37 with none of it and 38 with nothing else, the disagreements themselves weighted so. With what is explained instead
-/// as many are wrong of 120, but no longer stacks of paper, whose bare shape says nothing.
+/// Share of the untextured mesh in the explained variance of the image, 0..1: a generated cover without counterpart in
+/// the image outweighs neither a book's spine nor a mug's handle. On 256 single objects with other textures 30 yaws
+/// were wrong, instead of 37 at 0 and 38 at 1, with the disagreements themselves weighted in this way. With the
+/// explained variance weighted instead as many of 120 are wrong, except for stacks of paper, whose bare shape carries
+/// no information.
 const PLAIN_SHARE: f64 = 0.8;
 
-/// A mesh to be painted at many yaws.
+/// A mesh rendered at many yaws.
 pub struct Model<'a> {
-    textured: Diorama<'a>,
-    plain: Option<Diorama<'a>>,
+    textured: SceneCache<'a>,
+    plain: Option<SceneCache<'a>>,
 }
 
 impl<'a> Model<'a> {
@@ -44,45 +45,45 @@ impl<'a> Model<'a> {
     pub fn new(mesh: &'a TexturedMesh, plain: Option<&'a TexturedMesh>) -> Self {
         let settings =
             RenderSettings { supersampling: 1, shadow_map_px: 0, sky_directions: 0, sky_map_px: 32 };
-        let diorama = |mesh| {
+        let scene_cache = |mesh| {
             let object = RenderObject { mesh, world_from_object: Pose::IDENTITY, id: 1 };
-            Diorama::new(vec![object], &settings)
+            SceneCache::new(vec![object], &settings)
         };
-        Self { textured: diorama(mesh), plain: plain.map(diorama) }
+        Self { textured: scene_cache(mesh), plain: plain.map(scene_cache) }
     }
 
     /// The mesh in that upright pose, id 1, under a light that stands beside the camera. Light and mesh do not
     /// change when both turn about the vertical, so the camera goes around the mesh instead.
-    pub(super) fn painted(&self, world_from_object: &Pose, camera: Camera) -> Frame {
-        painted(&self.textured, world_from_object, camera)
+    pub(super) fn rendered(&self, world_from_object: &Pose, camera: Camera) -> Frame {
+        rendered(&self.textured, world_from_object, camera)
     }
 }
 
-fn painted(diorama: &Diorama, world_from_object: &Pose, camera: Camera) -> Frame {
+fn rendered(scene_cache: &SceneCache, world_from_object: &Pose, camera: Camera) -> Frame {
     let object_from_camera = world_from_object.inverse() * camera.world_from_camera;
     let camera = Camera { world_from_camera: object_from_camera, ..camera };
     let mut lighting = Lighting::studio(camera.azimuth_rad() - 0.6, 0.9, 0.5);
     lighting.key_color *= 0.8;
-    diorama.paint(lighting, Background::light(), &View::Perspective(camera))
+    scene_cache.render(lighting, Background::light(), &View::Perspective(camera))
 }
 
-/// The instance's colors as the picture shows them, cropped like its mask.
-pub struct PictureCrop {
-    /// sRGB 0..255; `None` where the instance is not seen.
+/// The instance's colors as the image shows them, cropped like its mask.
+pub struct ImageCrop {
+    /// sRGB 0..255; `None` where the instance is not visible.
     colors: Vec<Option<Vec3>>,
     structure: Structure,
 }
 
-impl PictureCrop {
-    /// `shown_px` is the part of the camera's picture that `picture` shows: x0, y0, x1, y1.
-    pub fn new(picture: &Image, shown_px: [f64; 4], crop: &Crop) -> Self {
+impl ImageCrop {
+    /// `crop_px` is the part of the camera's image that `image` shows: x0, y0, x1, y1.
+    pub fn new(image: &Image, crop_px: [f64; 4], crop: &Crop) -> Self {
         let side = crop.side_px;
-        let low = DVec2::new(shown_px[0], shown_px[1]);
-        let size = DVec2::new(shown_px[2], shown_px[3]) - low;
-        let own = DVec2::new(f64::from(picture.width_px()), f64::from(picture.height_px()));
+        let low = DVec2::new(crop_px[0], crop_px[1]);
+        let size = DVec2::new(crop_px[2], crop_px[3]) - low;
+        let own = DVec2::new(f64::from(image.width_px()), f64::from(image.height_px()));
         let points = (own.x / size.x / crop.scale).ceil().clamp(1.0, 6.0) as usize;
         let half = 0.5 * side as f64;
-        // Pixels of the picture under the points of the crop's columns, and of its rows; `None` beyond it.
+        // Pixels of the image under the points of the crop's columns, and of its rows; `None` beyond it.
         let under = |center_px: f64, low_px: f64, size_px: f64, own_px: f64| -> Vec<Option<u32>> {
             let at = |k: usize| {
                 let offset = ((k % points) as f64 + 0.5) / points as f64;
@@ -97,7 +98,7 @@ impl PictureCrop {
             let (mut sum, mut count) = (Vec3::ZERO, 0.0);
             for v in rows[y * points..(y + 1) * points].iter().flatten() {
                 for u in columns[x * points..(x + 1) * points].iter().flatten() {
-                    let [r, g, b, a] = picture.pixel(*u, *v);
+                    let [r, g, b, a] = image.pixel(*u, *v);
                     if a >= 128 {
                         sum += Vec3::new(f32::from(r), f32::from(g), f32::from(b));
                         count += 1.0;
@@ -113,36 +114,36 @@ impl PictureCrop {
         Self { colors, structure }
     }
 
-    /// sRGB 0..255 of the crop's pixels; `None` where the instance is not seen.
+    /// sRGB 0..255 of the crop's pixels; `None` where the instance is not visible.
     pub fn colors(&self) -> &[Option<Vec3>] {
         &self.colors
     }
 
-    /// 0 where colors and lines vary alike, 1 where they have nothing in common, up to 2 where they are
-    /// opposite. A picture or a mesh of one flat color says nothing: 1. `model` is the comparison's mesh in its
-    /// colors. Where the mesh is to be compared without its textures as well, 1 less the shares of the picture's
-    /// variance that both explain: what hardly resembles the picture has hardly a say.
+    /// Disagreement of colors and lines: 0 where they vary alike, 1 where they are uncorrelated, up to 2 where they
+    /// are opposite. An image or a mesh of one flat color gives 1. `model` is the comparison's mesh in its colors. If
+    /// the untextured mesh is compared as well, the disagreement is 1 less the shares of the image's variance that
+    /// both explain, so a mesh that hardly resembles the image has little weight.
     pub fn disagreement(&self, model: &Model, comparison: &Comparison, yaw_rad: f64) -> f64 {
         let Some((origin, camera)) = comparison.crop_camera(yaw_rad) else { return 2.0 };
         let pose = Pose::upright(origin, yaw_rad);
-        let textured = self.likeness(&model.painted(&pose, camera));
+        let textured = self.likeness(&model.rendered(&pose, camera));
         let Some(plain) = &model.plain else { return 1.0 - textured };
-        let plain = self.likeness(&painted(plain, &pose, camera));
+        let plain = self.likeness(&rendered(plain, &pose, camera));
         1.0 - (1.0 - PLAIN_SHARE) * explained(textured) - PLAIN_SHARE * explained(plain)
     }
 
     /// Correlation of colors and lines, -1..1.
     fn likeness(&self, frame: &Frame) -> f64 {
-        let painted: Vec<Option<Vec3>> = frame
+        let rendered: Vec<Option<Vec3>> = frame
             .ids
             .iter()
             .zip(frame.color.as_rgba().chunks_exact(4))
             .map(|(id, p)| (*id == 1).then(|| Vec3::new(f32::from(p[0]), f32::from(p[1]), f32::from(p[2]))))
             .collect();
         let pairs: Vec<(Vec3, Vec3)> =
-            self.colors.iter().zip(&painted).filter_map(|(seen, shown)| (*seen).zip(*shown)).collect();
+            self.colors.iter().zip(&rendered).filter_map(|(seen, shown)| (*seen).zip(*shown)).collect();
         let colors = correlation(&pairs);
-        let structure = self.structure.likeness(&Structure::new(&painted, frame.color.width_px() as usize));
+        let structure = self.structure.likeness(&Structure::new(&rendered, frame.color.width_px() as usize));
         (1.0 - STRUCTURE_SHARE) * colors + STRUCTURE_SHARE * structure
     }
 }
@@ -183,7 +184,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn brightness_and_contrast_drop_out() {
+    fn correlation_ignores_brightness_and_contrast() {
         let colors: Vec<Vec3> =
             (0..60).map(|k| Vec3::new((k * 37 % 200) as f32, (k * 11 % 90) as f32, k as f32)).collect();
         let pairs: Vec<(Vec3, Vec3)> = colors.iter().map(|&c| (c, c * 0.6 + 20.0)).collect();
@@ -195,8 +196,9 @@ mod tests {
     }
 
     #[test]
-    fn a_cover_in_other_colors_is_a_cover() {
-        // A white book was stood on its front since the mesh's cover was green and its back a plain orange.
+    fn likeness_recognizes_cover_in_other_colors() {
+        // Regression: a white book was stood on its front, because the mesh's cover was green and its back a plain
+        // orange.
         let cover = |ink: f32, paper: f32| -> Vec<Option<Vec3>> {
             let in_title = |k: usize| {
                 (10..14).contains(&(k / 32)) && (6..26).contains(&(k % 32)) && !k.is_multiple_of(3)

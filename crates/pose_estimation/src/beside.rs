@@ -1,45 +1,41 @@
-//! The picture's view of an instance beside its mesh at the yaw that was found, for a person to judge at a glance.
+//! Side-by-side view of an instance in the image and its mesh at the estimated yaw, for visual inspection.
 //!
-//! The mesh is drawn as the optimizer compares it: on the instance's viewing ray, with the picture's camera, fitted into
-//! the mask's square crop; the mask's contour runs over it. The best other candidate follows, so that a doubtful choice
-//! shows what it was between.
+//! The mesh is rendered as the optimizer compares it: on the instance's viewing ray, with the image's camera, fitted
+//! into the mask's square crop; the mask's contour is drawn over it. The best other candidate follows, so that the
+//! alternatives of an uncertain choice are visible.
 
 use std::f64::consts::TAU;
 
 use super::appearance::Model;
-use super::dro::comparison::Comparison;
-use super::dro::crop::Crop;
-use super::dro::outline_mesh::OutlineMesh;
-use super::dro::{DroSettings, RotationEstimate, RotationProblem};
+use super::yaw::comparison::Comparison;
+use super::yaw::crop::Crop;
+use super::yaw::outline_mesh::OutlineMesh;
+use super::yaw::{YawEstimate, YawProblem, YawSettings};
 use geometry::Pose;
 use geometry::pose::wrap_angle_rad;
 use imaging::{Image, Mask};
-use render::overlay::{draw_mask_outline, sheet};
+use render::annotate::{draw_mask_outline, sheet};
 
 /// Side of a cell, pixels.
 const CELL_PX: u32 = 192;
 
-/// Candidates closer than this show the same, radians.
+/// Candidates closer than this count as equal, radians.
 const SAME_RAD: f64 = TAU / 36.0;
 
 const CONTOUR: [u8; 4] = [225, 40, 40, 255];
 
-/// Cells in a row: the picture, the mesh at the yaw, and at the best other candidate if there is one. `None` without a
-/// picture, a mask, or where the mesh reaches behind the camera.
-pub fn beside(
-    problem: &RotationProblem,
-    estimate: &RotationEstimate,
-    settings: &DroSettings,
-) -> Option<Image> {
-    let picture = problem.picture?;
+/// Cells in a row: the image, the mesh at the yaw, and at the best other candidate if there is one. `None` without an
+/// image or a mask, or if the mesh reaches behind the camera.
+pub fn beside(problem: &YawProblem, estimate: &YawEstimate, settings: &YawSettings) -> Option<Image> {
+    let image = problem.image?;
     let crop = Crop::new(problem.mask, problem.unknown, problem.mask.bbox_px()?, CELL_PX as usize);
     let outline = OutlineMesh::new(problem.mesh, settings.outline_cells);
-    let comparison = Comparison::new(&outline, problem.camera, problem.seat_height_m, &crop, settings);
+    let comparison = Comparison::new(&outline, problem.camera, problem.support_height_m, &crop, settings);
     let model = Model::new(problem.mesh, None);
     let mask = Mask::from_fn(CELL_PX, CELL_PX, |x, y| crop.mask[(y * CELL_PX + x) as usize] > 0.5);
     let drawn = |yaw_rad: f64| {
         let (origin, camera) = comparison.crop_camera(yaw_rad)?;
-        let mut drawn = model.painted(&Pose::upright(origin, yaw_rad), camera).color;
+        let mut drawn = model.rendered(&Pose::upright(origin, yaw_rad), camera).color;
         draw_mask_outline(&mut drawn, &mask, CONTOUR, 1);
         Some(drawn)
     };
@@ -47,7 +43,7 @@ pub fn beside(
     let other = estimate.top.iter().find(|(yaw_rad, _)| far(*yaw_rad));
     let caption = |yaw_rad: f64, loss: f64| format!("{:.1} deg, loss {loss:.4}", yaw_rad.to_degrees());
     let mut cells = vec![
-        (shown(picture, &crop), "picture".to_owned()),
+        (shown(image, &crop), "picture".to_owned()),
         (drawn(estimate.yaw_rad)?, caption(estimate.yaw_rad, estimate.loss)),
     ];
     if let Some(&(yaw_rad, loss)) = other {
@@ -57,18 +53,18 @@ pub fn beside(
     Some(sheet(&cells, cells.len(), CELL_PX))
 }
 
-/// The picture where the crop is, with what is around the instance; white beyond it.
-fn shown(picture: &Image, crop: &Crop) -> Image {
+/// The image under the crop with the instance's surroundings; white beyond it.
+fn shown(image: &Image, crop: &Crop) -> Image {
     let mut cell = Image::filled(CELL_PX, CELL_PX, [255; 4]);
     let half = 0.5 * f64::from(CELL_PX);
     for y in 0..CELL_PX {
         for x in 0..CELL_PX {
             let at = |k: u32, center_px: f64| (f64::from(k) + 0.5 - half) / crop.scale + center_px;
             let (u, v) = (at(x, crop.center_px.x), at(y, crop.center_px.y));
-            let within = (0.0..f64::from(picture.width_px())).contains(&u)
-                && (0.0..f64::from(picture.height_px())).contains(&v);
+            let within = (0.0..f64::from(image.width_px())).contains(&u)
+                && (0.0..f64::from(image.height_px())).contains(&v);
             if within {
-                cell.set_pixel(x, y, picture.pixel(u as u32, v as u32));
+                cell.set_pixel(x, y, image.pixel(u as u32, v as u32));
             }
         }
     }
@@ -82,12 +78,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_cell_shows_the_picture_under_the_crop_and_white_beyond_it() {
-        let mut picture = Image::filled(40, 40, [10, 20, 30, 255]);
-        picture.set_pixel(4, 5, [200, 0, 0, 255]);
+    fn cell_shows_image_under_crop_and_white_beyond() {
+        let mut image = Image::filled(40, 40, [10, 20, 30, 255]);
+        image.set_pixel(4, 5, [200, 0, 0, 255]);
         let mask = Mask::from_fn(40, 40, |x, y| (2..8).contains(&x) && (3..9).contains(&y));
         let crop = Crop::new(&mask, &Mask::empty(40, 40), mask.bbox_px().expect("pixels"), CELL_PX as usize);
-        let cell = shown(&picture, &crop);
+        let cell = shown(&image, &crop);
         let under = |p: DVec2| {
             let q = (p - crop.center_px) * crop.scale + 0.5 * f64::from(CELL_PX);
             cell.pixel(q.x as u32, q.y as u32)
@@ -97,6 +93,6 @@ mod tests {
         let corner = Mask::from_fn(40, 40, |x, y| x < 6 && y < 6);
         let crop =
             Crop::new(&corner, &Mask::empty(40, 40), corner.bbox_px().expect("pixels"), CELL_PX as usize);
-        assert_eq!(shown(&picture, &crop).pixel(0, 0), [255; 4]);
+        assert_eq!(shown(&image, &crop).pixel(0, 0), [255; 4]);
     }
 }

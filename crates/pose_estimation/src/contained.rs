@@ -1,109 +1,111 @@
-//! How things lie in their container: pens that lean in a holder, a spoon in a mug, apples in a bowl.
+//! Poses of objects in a container: pens that lean in a holder, a spoon in a mug, apples in a bowl.
 //!
-//! The paper's alignment turns things about the vertical only and would lay a pen across its holder. The box of a leaning
-//! thing, seen from straight above, tells how far it leans and, up to a mirror image, which way; and of the poses with such a
-//! box the container lets few go deep. So all ways to lean are compared by how far their box is from the one that was seen and
-//! by how high above the container's bottom they end when let down, and the best is refined. Which end is up the box does not
-//! tell: the heavy one goes down.
+//! The paper's alignment rotates objects about the vertical only and would lay a pen across its holder. The box of a
+//! leaning object in the top view determines its tilt and, up to a mirror image, its direction. Of the poses with such
+//! a box the container admits few that go deep. All tilts are therefore scored by the difference between their box and
+//! the detected one and by their height above the container's bottom after a drop, and the best is refined. The box
+//! does not determine which end is up: the heavy end is down.
 //!
-//! World frame, meters, radians. Deterministic. Some eight milliseconds for a long thing.
+//! World frame, meters, radians. Deterministic. Some eight milliseconds for a long object.
 
 use std::f64::consts::{PI, TAU};
 
 use glam::{DQuat, DVec2, DVec3};
 
-use super::tsa::BoxFromAbove;
+use super::top_view_layout::BoxFromAbove;
 use geometry::Pose;
-use geometry::cast::{Supporter, drop_height, slid_in_height};
 use geometry::collision_shape::CollisionShape;
+use geometry::drop_cast::{Supporter, drop_height, slid_in_height};
 
-/// What is less slender (longest over second-longest extent) does not lean: it lies as its yaw says.
+/// Objects with a smaller ratio of longest to second-longest extent do not lean; they keep their upright rotation.
 const SLENDER: f64 = 2.2;
 
-/// Directions and steepnesses that are compared.
+/// Numbers of directions and of tilts that are compared.
 const AZIMUTHS: u32 = 48;
 const LEANS: u32 = 22;
 
-/// A box is read to about a pixel, and how deep a thing goes says little: a meter of height above the bottom weighs as a
-/// fifth of a meter of difference between the boxes.
+/// Weight of the height above the bottom, relative to the difference between the boxes. A box is accurate to about a
+/// pixel, and depth carries little information: a meter of height weighs as a fifth of a meter.
 const HEIGHT_WEIGHT: f64 = 0.2;
 
-/// Of the ways to lean toward one quarter of the compass with one end down, those that are let down.
+/// Number of tilts, per quarter of the compass and lower end, that are dropped.
 const LET_DOWN: usize = 4;
 
-/// What stands beside a wall does so to the millimeter, and its box is not read so well: it may be as far inward of it, meters.
+/// Inward shifts of the box that are tried, meters: contact with a wall is exact to the millimeter, the detected box
+/// is not.
 const SHIFTS_M: [f64; 4] = [0.0, 0.003, 0.006, 0.01];
 
-/// Refined until steps are smaller than this, radians; with steps of the place that begin with this, meters.
+/// Refinement ends when steps are smaller than this, radians; position steps begin with this, meters.
 const FINE_RAD: f64 = 0.004;
 const SHIFT_STEP_M: f64 = 0.004;
 
-/// By how much cheaper than lying leaning has to be, and standing on the light end than on the heavy one, meters.
+/// Minimum cost advantage of leaning over lying, and of the light end down over the heavy end down, meters.
 const LEANS_BY_M: f64 = 0.005;
 const EITHER_END_M: f64 = 0.001;
 
-/// Free space around what is slid in below a handle, meters.
+/// Clearance around an object that is slid in below a handle, meters.
 const SLIDING_GAP_M: f64 = 0.0005;
 
-/// Things in one container may be seen this much larger than they are without keeping each other up.
+/// Factor on the boxes of objects in one container, so that boxes detected too large do not collide.
 const SLIM: f64 = 0.9;
 
-/// Something in a container.
+/// An object in a container.
 #[derive(Clone, Copy)]
-pub struct Contained<'a> {
+pub struct ContainedObject<'a> {
     pub shape: &'a CollisionShape,
-    /// How it would stand by its yaw alone.
+    /// Its upright rotation by its yaw alone.
     pub upright: DQuat,
     pub seen: BoxFromAbove,
 }
 
-/// `world_from_object` of all that lies in a container, in the order of the things. `None` for what was seen beside it.
-pub fn lie(things: &[Contained], container: Supporter) -> Vec<Option<Pose>> {
+/// `world_from_object` of all objects in a container, in the order of the objects. `None` for an object whose box lies
+/// beside the container.
+pub fn lie(objects: &[ContainedObject], container: Supporter) -> Vec<Option<Pose>> {
     let bottom_m = container.shape.bounds(&container.world_from_object).0.z;
     let mut found: Vec<Option<Pose>> =
-        things.iter().map(|thing| Lying { thing, container, bottom_m }.pose()).collect();
-    // Leaning things cross each other; what lies may lie on others, where they leave room deep in the container's middle:
-    // that comes last.
-    let lies = |k: usize| found[k].filter(|pose| pose.rotation == things[k].upright);
-    let lowest_m = |k: usize, pose: &Pose| things[k].shape.bounds(pose).0.z;
+        objects.iter().map(|object| DroppedObject { object, container, bottom_m }.pose()).collect();
+    // Leaning objects cross each other. Lying objects may lie on others where there is room deep in the container's
+    // center, so they come last.
+    let lies = |k: usize| found[k].filter(|pose| pose.rotation == objects[k].upright);
+    let lowest_m = |k: usize, pose: &Pose| objects[k].shape.bounds(pose).0.z;
     let mut heap: Vec<(f64, usize, Pose)> =
-        (0..things.len()).filter_map(|k| lies(k).map(|pose| (lowest_m(k, &pose), k, pose))).collect();
+        (0..objects.len()).filter_map(|k| lies(k).map(|pose| (lowest_m(k, &pose), k, pose))).collect();
     heap.sort_by(|a, b| b.0.total_cmp(&a.0));
     let mut below: Vec<Supporter> = Vec::with_capacity(heap.len());
     for (_, k, mut pose) in heap {
-        let slim = things[k].shape.slimmer(SLIM);
+        let slim = objects[k].shape.slimmer(SLIM);
         if let Some(z_m) = drop_height(&slim, pose.rotation, pose.translation_m.truncate(), &below) {
             pose.translation_m.z = pose.translation_m.z.max(z_m);
         }
         found[k] = Some(pose);
-        below.push(Supporter { shape: things[k].shape, world_from_object: pose });
+        below.push(Supporter { shape: objects[k].shape, world_from_object: pose });
     }
     found
 }
 
-/// How a long thing leans: its upper end points `lean_rad` away from the vertical toward `azimuth_rad`, and the middle of its
-/// box is shifted from the one that was seen.
+/// Tilt of a long object: its upper end points `lean_rad` away from the vertical toward `azimuth_rad`, and its box's
+/// center is shifted from the detected one.
 #[derive(Clone, Copy, Debug)]
-struct Lean {
+struct Tilt {
     lean_rad: f64,
     azimuth_rad: f64,
     shift_m: DVec2,
 }
 
-/// A thing to be let down into a container with nothing else in it.
-struct Lying<'a> {
-    thing: &'a Contained<'a>,
+/// An object to be dropped into a container with no other contents.
+struct DroppedObject<'a> {
+    object: &'a ContainedObject<'a>,
     container: Supporter<'a>,
     /// Lowest point of the container.
     bottom_m: f64,
 }
 
-impl Lying<'_> {
-    /// The pose that explains its box best; `None` where it would not even touch.
+impl DroppedObject<'_> {
+    /// The pose that explains its box best; `None` if it does not touch the container.
     fn pose(&self) -> Option<Pose> {
-        let flat = self.let_down(self.thing.upright, DVec2::ZERO).map(|flat| self.slid_in(flat));
-        let Some((axis, heavy_end)) = long_axis(self.thing.shape) else { return flat.map(|(_, pose)| pose) };
-        // Two ends can be up; where it makes no difference the heavy one is down.
+        let flat = self.let_down(self.object.upright, DVec2::ZERO).map(|flat| self.slid_in(flat));
+        let Some((axis, heavy_end)) = long_axis(self.object.shape) else { return flat.map(|(_, pose)| pose) };
+        // Either end may be up; at equal cost the heavy one is down.
         let leaning = [-heavy_end, heavy_end].into_iter().filter_map(|up| self.best_lean(up * axis));
         let leaning = leaning.reduce(|best, next| if next.0 + EITHER_END_M < best.0 { next } else { best });
         let best = match (flat, leaning) {
@@ -113,21 +115,21 @@ impl Lying<'_> {
         best.map(|(_, pose)| pose)
     }
 
-    /// Cost of the thing turned so and let down, the middle of its box shifted from the one that was seen, and that pose.
+    /// Cost and pose of the rotated object after a drop, with its box's center shifted from the detected one.
     fn let_down(&self, rotation: DQuat, shift_m: DVec2) -> Option<(f64, Pose)> {
-        let (low, high) = self.thing.shape.bounds(&Pose { translation_m: DVec3::ZERO, rotation });
-        let xy_m = self.thing.seen.center_m + shift_m - 0.5 * (low + high).truncate();
-        let z_m = drop_height(self.thing.shape, rotation, xy_m, &[self.container])?;
+        let (low, high) = self.object.shape.bounds(&Pose { translation_m: DVec3::ZERO, rotation });
+        let xy_m = self.object.seen.center_m + shift_m - 0.5 * (low + high).truncate();
+        let z_m = drop_height(self.object.shape, rotation, xy_m, &[self.container])?;
         let height_m = (low.z + z_m - self.bottom_m).max(0.0);
         let cost_m = self.misfit_m(rotation) + shift_m.length() + HEIGHT_WEIGHT * height_m;
         Some((cost_m, Pose { translation_m: xy_m.extend(z_m), rotation }))
     }
 
-    /// As it was let down, or deeper where only a handle kept it up.
+    /// The dropped pose, or a deeper one if only a handle held the object up.
     fn slid_in(&self, (cost_m, mut pose): (f64, Pose)) -> (f64, Pose) {
         let (bottom, top) = self.container.shape.bounds(&self.container.world_from_object);
         let within = (bottom.z, top.z);
-        let shape = self.thing.shape;
+        let shape = self.object.shape;
         let Some(z_m) = slid_in_height(shape, &pose, within, &[self.container], SLIDING_GAP_M) else {
             return (cost_m, pose);
         };
@@ -136,33 +138,33 @@ impl Lying<'_> {
         (cost_m - HEIGHT_WEIGHT * down_m, pose)
     }
 
-    /// How far the sides of the turned thing's box are from those that were seen.
+    /// Difference between the sides of the rotated object's box and of the detected one, meters.
     fn misfit_m(&self, rotation: DQuat) -> f64 {
-        let (low, high) = self.thing.shape.bounds(&Pose { translation_m: DVec3::ZERO, rotation });
-        ((high - low).truncate() - self.thing.seen.extent_m).abs().element_sum()
+        let (low, high) = self.object.shape.bounds(&Pose { translation_m: DVec3::ZERO, rotation });
+        ((high - low).truncate() - self.object.seen.extent_m).abs().element_sum()
     }
 
-    /// The cheapest way to lean with that axis (of the object's frame) up.
+    /// The cheapest tilt with that axis (of the object's frame) up.
     fn best_lean(&self, up: DVec3) -> Option<(f64, Pose)> {
-        let rotation = |lean: &Lean| turned(self.thing.upright, up, lean);
-        let tried = |lean: Lean| {
+        let rotation = |lean: &Tilt| turned(self.object.upright, up, lean);
+        let tried = |lean: Tilt| {
             self.let_down(rotation(&lean), lean.shift_m).map(|(cost_m, pose)| (cost_m, pose, lean))
         };
         let (low, high) = self.container.shape.bounds(&self.container.world_from_object);
-        let inward = (0.5 * (low + high).truncate() - self.thing.seen.center_m).normalize_or_zero();
+        let inward = (0.5 * (low + high).truncate() - self.object.seen.center_m).normalize_or_zero();
         let (azimuth_step, lean_step) = (TAU / f64::from(AZIMUTHS), 0.5 * PI / f64::from(LEANS));
         let promising = (0..4).flat_map(|quarter| {
             let azimuths = (0..AZIMUTHS / 4).map(|k| azimuth_step * f64::from(quarter * AZIMUTHS / 4 + k));
-            let mut leans: Vec<(f64, Lean)> = azimuths
+            let mut leans: Vec<(f64, Tilt)> = azimuths
                 .flat_map(|azimuth_rad| (0..LEANS).map(move |k| (lean_step * f64::from(k), azimuth_rad)))
-                .map(|(lean_rad, azimuth_rad)| Lean { lean_rad, azimuth_rad, shift_m: DVec2::ZERO })
+                .map(|(lean_rad, azimuth_rad)| Tilt { lean_rad, azimuth_rad, shift_m: DVec2::ZERO })
                 .map(|lean| (self.misfit_m(rotation(&lean)), lean))
                 .collect();
             leans.sort_by(|a, b| a.0.total_cmp(&b.0));
             leans.into_iter().take(LET_DOWN).map(|(_, lean)| lean)
         });
         let shifted =
-            promising.flat_map(|lean| SHIFTS_M.map(|way_m| Lean { shift_m: way_m * inward, ..lean }));
+            promising.flat_map(|lean| SHIFTS_M.map(|way_m| Tilt { shift_m: way_m * inward, ..lean }));
         let (mut cost_m, mut pose, mut lean) =
             shifted.filter_map(tried).min_by(|a, b| a.0.total_cmp(&b.0))?;
         let mut share = 0.5;
@@ -174,7 +176,7 @@ impl Lying<'_> {
                 (0.0, 0.0, share * SHIFT_STEP_M * DVec2::Y),
             ];
             let around = steps.into_iter().flat_map(|(steeper, farther, shift)| {
-                [1.0, -1.0].map(|way| Lean {
+                [1.0, -1.0].map(|way| Tilt {
                     lean_rad: lean.lean_rad + way * steeper,
                     azimuth_rad: lean.azimuth_rad + way * farther,
                     shift_m: lean.shift_m + way * shift,
@@ -190,21 +192,22 @@ impl Lying<'_> {
     }
 }
 
-/// The shortest turn that takes what is `up` in the object's frame from where `upright` has it to where it leans.
-fn turned(upright: DQuat, up: DVec3, lean: &Lean) -> DQuat {
+/// The rotation `upright`, followed by the shortest rotation that takes the axis `up` of the object's frame to the
+/// tilted direction.
+fn turned(upright: DQuat, up: DVec3, lean: &Tilt) -> DQuat {
     let (sin, cos) = lean.lean_rad.sin_cos();
     let target = (sin * DVec2::from_angle(lean.azimuth_rad)).extend(cos);
     (DQuat::from_rotation_arc(upright * up, target) * upright).normalize()
 }
 
-/// The longest axis of a slender thing, and toward which end of it (1 or -1) it is heavy.
-fn long_axis(thing: &CollisionShape) -> Option<(DVec3, f64)> {
-    let (low, high) = thing.bounds(&Pose::IDENTITY);
+/// The longest axis of a slender object, and toward which end of it (1 or -1) it is heavy.
+fn long_axis(object: &CollisionShape) -> Option<(DVec3, f64)> {
+    let (low, high) = object.bounds(&Pose::IDENTITY);
     let size = high - low;
     let longest = size.max_position();
     let axis = DVec3::AXES[longest];
     let second = (size - size * axis).max_element();
-    let heavy = (thing.center_of_volume_m() - 0.5 * (low + high)).dot(axis);
+    let heavy = (object.center_of_volume_m() - 0.5 * (low + high)).dot(axis);
     (size[longest] > SLENDER * second).then_some((axis, if heavy < 0.0 { -1.0 } else { 1.0 }))
 }
 
@@ -225,7 +228,7 @@ mod tests {
         block(high - low).translated((0.5 * (low + high)).with_z(low.z))
     }
 
-    /// An open box: inside 70 mm square, 100 mm deep, walls of 3 mm, its middle at the origin.
+    /// An open box: inside 70 mm square, 100 mm deep, walls of 3 mm, its center at the origin.
     fn holder() -> CollisionShape {
         shape(&holder_walls())
     }
@@ -249,8 +252,8 @@ mod tests {
         shape(&[handle, head])
     }
 
-    fn seen(thing: &CollisionShape, pose: &Pose) -> BoxFromAbove {
-        let (low, high) = thing.bounds(pose);
+    fn seen(object: &CollisionShape, pose: &Pose) -> BoxFromAbove {
+        let (low, high) = object.bounds(pose);
         BoxFromAbove { center_m: 0.5 * (low + high).truncate(), extent_m: (high - low).truncate() }
     }
 
@@ -260,11 +263,11 @@ mod tests {
         seen: BoxFromAbove,
         container: Supporter,
     ) -> Option<Pose> {
-        lie(&[Contained { shape, upright, seen }], container)[0]
+        lie(&[ContainedObject { shape, upright, seen }], container)[0]
     }
 
     #[test]
-    fn a_leaning_brush_is_found_where_it_stands_whichever_way_it_leans() {
+    fn lie_recovers_leaning_brush() {
         let (holder, brush) = (holder(), brush());
         let container = Supporter { shape: &holder, world_from_object: Pose::IDENTITY };
         for azimuth_deg in [20.0_f64, 115.0, 200.0, 290.0] {
@@ -272,7 +275,7 @@ mod tests {
             let rotation = turned(
                 DQuat::IDENTITY,
                 -DVec3::X,
-                &Lean { lean_rad: 0.38, azimuth_rad, shift_m: DVec2::ZERO },
+                &Tilt { lean_rad: 0.38, azimuth_rad, shift_m: DVec2::ZERO },
             );
             // Its foot stands opposite to where it leans.
             let (low, high) = brush.bounds(&Pose { translation_m: DVec3::ZERO, rotation });
@@ -281,11 +284,11 @@ mod tests {
             let truth = Pose { translation_m: xy_m.extend(z_m), rotation };
             let yaw = DQuat::from_rotation_z(1.0);
             let found = lies(&brush, yaw, seen(&brush, &truth), container).expect("a pose");
-            // How it is turned about its axis the box does not tell, and the origin lies at its underside.
-            let middle = |pose: &Pose| pose.transform_point(DVec3::new(0.0, 0.0, 0.008));
-            let off_m = (middle(&found) - middle(&truth)).length();
+            // The box does not determine the rotation about the axis, and the origin lies at the underside.
+            let center = |pose: &Pose| pose.transform_point(DVec3::new(0.0, 0.0, 0.008));
+            let off_m = (center(&found) - center(&truth)).length();
             assert!(off_m < 0.006, "{azimuth_deg} degrees: {:.1} mm off", 1e3 * off_m);
-            // Its wide head hides some of the lean.
+            // Its wide head hides part of the tilt.
             let axes = [found, truth].map(|pose| pose.rotation * DVec3::X);
             let between_deg = axes[0].angle_between(axes[1]).to_degrees();
             assert!(between_deg < 18.0, "{azimuth_deg} degrees: leans {between_deg:.1} degrees elsewhere");
@@ -293,7 +296,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_seen_lying_across_the_rim_lies_there() {
+    fn lie_keeps_object_across_rim() {
         let (holder, brush) = (holder(), brush());
         let container = Supporter { shape: &holder, world_from_object: Pose::IDENTITY };
         let upright = DQuat::from_rotation_z(0.3);
@@ -308,7 +311,7 @@ mod tests {
     }
 
     #[test]
-    fn what_lies_below_a_handle_is_not_laid_on_it() {
+    fn lie_slides_object_below_handle() {
         let mut solids = holder_walls();
         solids.push(bar(DVec3::new(-0.038, -0.004, 0.15), DVec3::new(0.038, 0.004, 0.155)));
         for x in [-0.0365, 0.0365] {
@@ -324,29 +327,29 @@ mod tests {
     }
 
     #[test]
-    fn the_fourth_ball_lies_on_three_others() {
+    fn lie_stacks_fourth_ball_on_three() {
         let holder = holder();
         let ball = shape(&[sphere(0.016, 24)]);
         let container = Supporter { shape: &holder, world_from_object: Pose::IDENTITY };
-        // Three on the bottom, a hair nearer to each other than they can be; the fourth over the gap between them.
+        // Three on the bottom, slightly nearer to each other than possible; the fourth over the gap between them.
         let around = (0..3).map(|k| 0.0182 * DVec2::from_angle(TAU * f64::from(k) / 3.0));
-        let things: Vec<Contained> = [DVec2::ZERO]
+        let objects: Vec<ContainedObject> = [DVec2::ZERO]
             .into_iter()
             .chain(around)
             .map(|center_m| BoxFromAbove { center_m, extent_m: DVec2::splat(0.032) })
-            .map(|seen| Contained { shape: &ball, upright: DQuat::IDENTITY, seen })
+            .map(|seen| ContainedObject { shape: &ball, upright: DQuat::IDENTITY, seen })
             .collect();
         let lowest =
-            lie(&things, container).into_iter().map(|pose| ball.bounds(&pose.expect("in the holder")).0.z);
+            lie(&objects, container).into_iter().map(|pose| ball.bounds(&pose.expect("in the holder")).0.z);
         let lowest: Vec<f64> = lowest.collect();
         assert!(lowest[1..].iter().all(|z_m| (z_m - 0.003).abs() < 1e-4), "{lowest:?}");
         assert!(lowest[0] > 0.015 && lowest[0] < 0.035, "{lowest:?}");
-        let beside = BoxFromAbove { center_m: DVec2::new(1.0, 0.0), ..things[0].seen };
+        let beside = BoxFromAbove { center_m: DVec2::new(1.0, 0.0), ..objects[0].seen };
         assert_eq!(lies(&ball, DQuat::IDENTITY, beside, container), None);
     }
 
     #[test]
-    fn the_block_of_shapes_is_not_slender() {
+    fn long_axis_rejects_cube() {
         assert!(long_axis(&shape(&[block(DVec3::new(0.05, 0.04, 0.04))])).is_none());
         assert_eq!(long_axis(&brush()).map(|(axis, _)| axis), Some(DVec3::X));
     }

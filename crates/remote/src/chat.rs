@@ -1,22 +1,25 @@
 //! The analyst over an OpenAI-compatible chat endpoint: OpenAI, OpenRouter, Ark, vLLM, Ollama, llama.cpp.
 //!
-//! Each question is a prompt of `config/prompts/`, a strict JSON schema and, where it is about a picture, the
-//! picture. An answer is data: it is read by its schema ([`conversation`]), every number has a range, every
-//! name is one that was given, and what does not hold is told to the model once. Words of users and of
-//! pictures reach the model only as data that the prompts say not to obey, and whatever it answers can do no
-//! more than describe things on a table.
+//! Each question consists of a prompt of `config/prompts/`, a strict JSON schema and, where needed, images. An answer
+//! is parsed by its schema: every number has a range, and every name is a given one. One repair turn reports
+//! violations to the model ([`repair_turn`]). Texts of users and of images reach the model as data that the prompts
+//! declare as not to be obeyed. An answer can only describe objects on a table.
 //!
-//! [`describe`] plans a scene from words; [`recognize`] reads a picture in three turns: what is there, how
-//! large it is ([`measure`]), what carries what ([`stacking`]); [`check_top`] looks at drawn views from
-//! above; [`upright`] says how meshes are turned, and the picture has a say in it; [`judge`] rates finished
-//! scenes, [`propose_tasks`] thinks of what a robot could do in them.
+//! | question | answer |
+//! | --- | --- |
+//! | [`describe`] | a scene description from a text |
+//! | [`recognize`] | objects and camera of an image, then sizes ([`measure`]) and supports ([`stacking`]) |
+//! | [`check_top`] | whether a generated top view is usable |
+//! | [`upright`] | the top and the front of a mesh, one kind of evidence beside size and image |
+//! | [`judge`] | ratings of a finished scene |
+//! | [`propose_tasks`] | robot tasks in a finished scene |
 
 pub mod wire;
 pub mod prompts;
 pub mod schema;
-pub mod conversation;
-pub mod proofreading;
-pub mod words;
+pub mod repair_turn;
+pub mod response_check;
+pub mod response_values;
 pub mod describe;
 pub mod recognize;
 pub mod measure;
@@ -25,26 +28,26 @@ pub mod check_top;
 pub mod upright;
 pub mod judge;
 pub mod propose_tasks;
-pub mod seen_camera;
+pub mod camera_estimate;
 
 use std::sync::Arc;
 
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::prompt::Prompt;
 use super::{ChatSettings, Endpoint};
 use ports::{
-    Adapter, Answer, Call, Judgement, Port, ProviderError, Reference, SceneAnalyst, TaskQuestion, TopCheck,
-    TopVerdict, Upright, UprightQuestion,
+    Adapter, Answer, Call, Judgement, Port, ProviderError, ReferenceImage, SceneAnalyst, TaskQuestion,
+    TopCheck, TopVerdict, Upright, UprightQuestion,
 };
-use scene::appraisal::{Opinion, ProposedTask, Rating};
+use scene::appraisal::{Criterion, ModelResponse, ProposedTask, Rating};
 use scene::request::RequestOptions;
 use scene::{Recognition, SceneDescription};
 
 /// Name of the adapter.
 pub const NAME: &str = "openai/chat";
 
-/// Asks a chat endpoint.
+/// The analyst of a chat endpoint.
 pub struct ChatAnalyst {
     pub settings: ChatSettings,
     pub endpoint: Arc<Endpoint>,
@@ -52,12 +55,11 @@ pub struct ChatAnalyst {
 
 impl SceneAnalyst for ChatAnalyst {
     fn adapter(&self) -> Adapter {
-        let ChatSettings { endpoint, schema, temperature, send_seed, detail, picture_px, .. } =
-            &self.settings;
+        let ChatSettings { endpoint, schema, temperature, send_seed, detail, image_px, .. } = &self.settings;
         let settings = json!({
             "base_url": endpoint.base_url, "schema": schema, "temperature": temperature, "send_seed": send_seed,
-            "detail": detail, "picture_px": picture_px, "max_output_tokens": self.settings.max_output_tokens,
-            "prompts": prompts::identity(), "schemas": schema::identity(),
+            "detail": detail, "image_px": image_px, "max_output_tokens": self.settings.max_output_tokens,
+            "prompts": prompts::identity(), "schemas": schemas(),
         });
         Adapter { name: NAME.to_owned(), model: self.settings.model.clone(), settings }
     }
@@ -75,7 +77,7 @@ impl SceneAnalyst for ChatAnalyst {
     fn recognize<'a>(
         &'a self,
         call: &'a Call,
-        reference: Reference,
+        reference: ReferenceImage,
         seed: u64,
         options: RequestOptions,
     ) -> Answer<'a, Recognition> {
@@ -90,7 +92,7 @@ impl SceneAnalyst for ChatAnalyst {
         Box::pin(upright::upright(self, call, question))
     }
 
-    fn judge<'a>(&'a self, call: &'a Call, question: Judgement) -> Answer<'a, Opinion<Vec<Rating>>> {
+    fn judge<'a>(&'a self, call: &'a Call, question: Judgement) -> Answer<'a, ModelResponse<Vec<Rating>>> {
         Box::pin(judge::judge(self, call, question))
     }
 
@@ -98,20 +100,35 @@ impl SceneAnalyst for ChatAnalyst {
         &'a self,
         call: &'a Call,
         question: TaskQuestion,
-    ) -> Answer<'a, Opinion<Vec<ProposedTask>>> {
+    ) -> Answer<'a, ModelResponse<Vec<ProposedTask>>> {
         Box::pin(propose_tasks::propose(self, call, question))
     }
 }
 
 impl ChatAnalyst {
-    /// What this model said to a prompt.
-    fn opinion<T>(&self, prompt: &Prompt, said: T) -> Opinion<T> {
+    /// The value with the identity of the model and of the prompt.
+    fn opinion<T>(&self, prompt: &Prompt, said: T) -> ModelResponse<T> {
         let prompt = format!("{} {}", prompt.name, prompt.version);
-        Opinion { by: NAME.to_owned(), model: self.settings.model.clone(), prompt, said }
+        ModelResponse { by: NAME.to_owned(), model: self.settings.model.clone(), prompt, said }
     }
 }
 
-/// What cannot be asked of anybody.
+/// The schemas of all questions, which are part of the adapter's identity.
+fn schemas() -> Value {
+    json!([
+        describe::schema(),
+        recognize::schema(),
+        measure::schema(),
+        stacking::schema(),
+        check_top::schema(),
+        upright::schema(),
+        judge::schema(&Criterion::OF_IMAGE),
+        judge::schema(&Criterion::OF_TEXT),
+        propose_tasks::schema(),
+    ])
+}
+
+/// A question that no provider can answer.
 pub(super) fn rejected(code: &'static str, reason: String) -> ProviderError {
     ProviderError::Rejected { port: Port::Analyst, code, reason }
 }

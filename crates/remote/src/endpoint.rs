@@ -1,96 +1,94 @@
-//! One endpoint of one vendor, and how a call of it is made: in its turn, past the breaker, written down before it is
-//! sent and settled after, within its deadlines, again where that can help, and stopped when the job is.
+//! One endpoint of one vendor.
+//!
+//! One call: rate limit, circuit breaker, ledger reservation, send with a deadline, retry with jitter, settlement. A
+//! cancelled job ends the call.
 
-mod free;
-mod proof;
+mod auth;
+mod polling;
+
+pub use auth::Auth;
 
 use std::borrow::Cow;
 use std::time::{Duration, Instant};
 
 use bytes::Bytes;
-use reqwest::Method;
 use sha2::{Digest as _, Sha256};
 
-use super::breaker::Breaker;
+use super::LimitSettings;
 use super::failure::{Billed, Failure, FailureKind};
-use super::outbound::{Outbound, Outgoing, Reply};
-use super::patience::{full_jitter, unit};
-use super::turns::Turns;
-use super::{LimitSettings, Secret};
+use http_client::circuit_breaker::CircuitBreaker;
+use http_client::rate_limit::RateLimiter;
+use http_client::retry::{full_jitter, uniform};
+use http_client::{HttpClient, HttpRequest, HttpResponse, Method, Secret};
 use ports::ledger::{ANSWERED, Entry, Intent, LedgerError, MicroUsd, OUTCOME_UNKNOWN, OnUnknown, Settlement};
 use ports::{Call, Port, ProviderError};
-use runtime::{Interrupt, Interrupted};
+use runtime::{CancelFlag, Cancelled};
 
-/// How often waits look at the interrupt.
+/// Interval at which waits poll the cancel flag.
 const POLL: Duration = Duration::from_millis(50);
 
-/// An endpoint with everything its calls share.
+/// An endpoint with the state that its calls share.
 pub struct Endpoint {
     pub port: Port,
-    /// As in the adapter's identity (`openai/chat`).
+    /// The adapter's name (`openai/chat`).
     pub provider: String,
     pub model: String,
     pub base_url: String,
     pub key: Option<Secret>,
-    /// How the key proves who asks.
-    pub proof: Proof,
-    /// Empty = the vendor knows no idempotency keys.
+    /// How requests are authenticated with the key.
+    pub auth: Auth,
+    /// The header of idempotency keys; empty where the vendor supports none.
     pub idempotency_header: String,
     pub limits: LimitSettings,
     pub on_unknown: OnUnknown,
-    pub outbound: Outbound,
-    pub turns: Turns,
-    pub breaker: Breaker,
+    pub client: HttpClient,
+    pub rate_limiter: RateLimiter,
+    pub circuit_breaker: CircuitBreaker,
 }
 
 /// One question to an endpoint.
 #[derive(Clone, Debug)]
 pub struct Question {
     pub operation: &'static str,
-    /// Appended to the base URL, with its slash.
+    /// The path under the base URL, with its leading slash.
     pub path: &'static str,
-    /// Names and values; part of what is asked.
+    /// Names and values; part of the request digest.
     pub headers: Vec<(String, String)>,
     pub content_type: Cow<'static, str>,
     pub body: Bytes,
-    /// The most that the answer can cost.
+    /// Maximum cost of the answer.
     pub reserved: MicroUsd,
 }
 
-/// What an adapter reads off an answer.
+/// The values that an adapter reads from a response.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Reading<T> {
-    /// `None` where the answer does not say; then what was reserved counts.
+    /// `None` where the response does not state it; then the reservation counts.
     pub cost: Option<MicroUsd>,
     pub input_tokens: Option<u64>,
     pub output_tokens: Option<u64>,
-    /// The vendor's id of the job it has begun, where the answer comes later.
+    /// The vendor's id of the job that it started, where the result comes later.
     pub task: Option<String>,
     pub result: Result<T, Failure>,
 }
 
-/// How a key proves who asks.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Proof {
-    /// It is sent, as `Authorization: Bearer`.
-    Bearer,
-    /// It signs requests, as Tencent Cloud wants it; this id is sent with the signature.
-    Tc3 { secret_id: String, service: String },
-}
-
-/// How one try went.
-struct Try<T> {
+/// The outcome of one attempt.
+struct Attempt<T> {
     result: Result<T, Failure>,
     settlement: Settlement,
 }
 
 impl Endpoint {
-    /// Asks until there is an answer, or a failure that stays one, or the time is over.
+    /// Asks until an answer comes, a failure is permanent, or the deadline passes.
+    ///
+    /// # Errors
+    ///
+    /// The last failure as a [`ProviderError`] of the port; also a refused reservation and a cancelled job.
     pub async fn ask<T>(
         &self,
         call: &Call,
         question: &Question,
-        read: impl Fn(&Reply) -> Reading<T>,
+        read: impl Fn(&HttpResponse) -> Reading<T>,
     ) -> Result<T, ProviderError> {
         if let Some(answer) = self.answered_before(call, question, &read).await? {
             return Ok(answer);
@@ -116,107 +114,109 @@ impl Endpoint {
                         pause_ms = pause.as_millis() as u64,
                         "a call failed; trying again"
                     );
-                    unless_interrupted(&call.interrupt, tokio::time::sleep(pause)).await?;
+                    unless_cancelled(&call.cancel, tokio::time::sleep(pause)).await?;
                 }
                 None => return Err(failure.into_error(self.port, &self.provider)),
             }
         }
     }
 
-    /// What a worker that died was answered, if that can be used.
+    /// The usable answer that the ledger keeps from a worker that died.
     async fn answered_before<T>(
         &self,
         call: &Call,
         question: &Question,
-        read: &impl Fn(&Reply) -> Reading<T>,
+        read: &impl Fn(&HttpResponse) -> Reading<T>,
     ) -> Result<Option<T>, ProviderError> {
         let kept = call.ledger.answer(self.digest(question)).await;
         let Some(kept) = kept.map_err(|error| self.not_written(error))? else { return Ok(None) };
-        Ok(kept_reply(&kept).and_then(|reply| read(&reply).result.ok()))
+        Ok(from_ledger_answer(&kept).and_then(|reply| read(&reply).result.ok()))
     }
 
-    /// The pause before the next try; `None` where there is to be none.
+    /// The pause before the next attempt; `None` where there is none.
     fn pause_before_next(&self, failure: &Failure, tries: u32, deadline: Instant) -> Option<Duration> {
         if !failure.kind.may_pass() || tries >= self.limits.max_tries {
             return None;
         }
         let (base, cap) = (self.limits.pause_base_ms, self.limits.pause_cap_ms);
         let (base, cap) = (Duration::from_millis(base), Duration::from_millis(cap));
-        let jitter = full_jitter(tries, base, cap, unit());
+        let jitter = full_jitter(tries, base, cap, uniform());
         let pause = match failure.retry_after {
-            // Longer than anybody waits here: the job goes back to its queue and others get the worker.
+            // Too long to wait here: the job returns to its queue and frees the worker.
             Some(asked) if asked > cap => return None,
-            // Spread beyond the time that everybody was told.
+            // Jitter spreads the attempts after the requested pause.
             Some(asked) => asked + jitter,
             None => jitter,
         };
         (Instant::now() + pause < deadline).then_some(pause)
     }
 
-    /// One try. The outer error is one that no further try can help.
+    /// One attempt. The outer error is permanent.
     async fn attempt<T>(
         &self,
         call: &Call,
         question: &Question,
         tries: u32,
         deadline: Instant,
-        read: &impl Fn(&Reply) -> Reading<T>,
+        read: &impl Fn(&HttpResponse) -> Reading<T>,
     ) -> Result<Result<T, Failure>, ProviderError> {
-        call.interrupt.check()?;
+        call.cancel.check()?;
         let left = deadline.saturating_duration_since(Instant::now());
-        let waited = tokio::time::timeout(left, self.turns.take());
-        let Ok(_turn) = unless_interrupted(&call.interrupt, waited).await? else {
+        let waited = tokio::time::timeout(left, self.rate_limiter.acquire());
+        let Ok(_slot) = unless_cancelled(&call.cancel, waited).await? else {
             return Err(self.transient("provider_queue_timeout", "no turn came in time".into()));
         };
-        let pass = match self.breaker.admit(Instant::now()) {
-            Ok(pass) => pass,
-            Err(rest) => {
-                let reason = format!("it failed too often and is left alone for {:.1} s", rest.as_secs_f64());
-                return Err(self.transient("provider_resting", reason));
+        let permit = match self.circuit_breaker.admit(Instant::now()) {
+            Ok(permit) => permit,
+            Err(cooldown) => {
+                let reason =
+                    format!("it failed too often and is left alone for {:.1} s", cooldown.as_secs_f64());
+                return Err(self.transient("provider_circuit_open", reason));
             }
         };
         let entry = self.reserve(call, question, tries).await?;
         let url = format!("{}{}", self.base_url.trim_end_matches('/'), question.path);
-        let mut outgoing = Outgoing {
+        let mut request = HttpRequest {
             method: Method::POST,
             url,
             headers: question.headers.clone(),
-            passing_headers: Vec::new(),
+            transient_headers: Vec::new(),
             bearer: self.bearer(),
             content_type: question.content_type.clone(),
             body: question.body.clone(),
         };
-        outgoing.passing_headers = self.signature(&outgoing);
+        request.transient_headers = self.signature(&request);
         if !self.idempotency_header.is_empty() {
             let key = (self.idempotency_header.clone(), entry.idempotency_key.clone());
-            outgoing.passing_headers.push(key);
+            request.transient_headers.push(key);
         }
         let left = deadline.saturating_duration_since(Instant::now());
         let longest = left.min(Duration::from_secs(self.limits.attempt_timeout_secs));
-        let sent = tokio::time::timeout(longest, self.outbound.send(&outgoing, self.limits.max_answer_bytes));
-        let ended = match unless_interrupted(&call.interrupt, sent).await {
+        let sent = tokio::time::timeout(longest, self.client.send(&request, self.limits.max_answer_bytes));
+        let ended = match unless_cancelled(&call.cancel, sent).await {
             Ok(Ok(Ok(reply))) => Ok(self.read(reply, read)),
-            Ok(Ok(Err(error))) => Ok(self.nothing(Failure::of_send(&error))),
+            Ok(Ok(Err(error))) => Ok(self.without_answer(Failure::of_send(&error))),
             Ok(Err(_)) => {
                 let reason = format!("no answer within {:.1} s", longest.as_secs_f64());
-                Ok(self.nothing(Failure::new(FailureKind::TimedOut, reason)))
+                Ok(self.without_answer(Failure::new(FailureKind::TimedOut, reason)))
             }
-            Err(interrupted) => Err(interrupted),
+            Err(cancelled) => Err(cancelled),
         };
-        let Ok(Try { result, settlement }) = ended else {
-            // Whoever cancels pays for what was under way.
+        let Ok(Attempt { result, settlement }) = ended else {
+            // A cancelled call may still be billed.
             self.settle(call, entry, unknown_settlement()).await?;
-            return Err(Interrupted.into());
+            return Err(Cancelled.into());
         };
         match &result {
-            Ok(_) => pass.answered(),
-            Err(failure) if failure.kind.is_the_endpoints() => pass.failed(Instant::now()),
+            Ok(_) => permit.succeeded(),
+            Err(failure) if failure.kind.blames_endpoint() => permit.failed(Instant::now()),
             Err(failure) => {
                 if let (FailureKind::Busy, Some(asked)) = (failure.kind, failure.retry_after) {
-                    self.turns
-                        .hold(Instant::now() + asked.min(Duration::from_millis(self.limits.pause_cap_ms)));
+                    self.rate_limiter.pause_until(
+                        Instant::now() + asked.min(Duration::from_millis(self.limits.pause_cap_ms)),
+                    );
                 }
-                pass.answered();
+                permit.succeeded();
             }
         }
         let outcome = settlement.outcome;
@@ -236,8 +236,8 @@ impl Endpoint {
             operation: question.operation,
             request_digest: self.digest(question),
             attempt: tries,
-            // A recording is paid for already.
-            reserved: if self.outbound.is_playing() { MicroUsd::ZERO } else { question.reserved },
+            // A replay costs nothing.
+            reserved: if self.client.is_replaying() { MicroUsd::ZERO } else { question.reserved },
             sent_bytes: question.body.len() as u64,
             on_unknown: self.on_unknown,
         };
@@ -248,7 +248,7 @@ impl Endpoint {
         call.ledger.settle(entry, settlement).await.map_err(|error| self.not_written(error))
     }
 
-    /// Of everything that decides the answer.
+    /// SHA-256 of all parts of the request that decide the answer.
     pub(super) fn digest(&self, question: &Question) -> String {
         let mut digest = Sha256::new();
         for part in [self.base_url.as_bytes(), question.path.as_bytes(), question.content_type.as_bytes()] {
@@ -259,37 +259,37 @@ impl Endpoint {
             digest.update(format!("{name}: {value}\n"));
         }
         digest.update(&question.body);
-        digest.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+        runtime::digest::hex(&digest.finalize())
     }
 
-    fn read<T>(&self, mut reply: Reply, read: &impl Fn(&Reply) -> Reading<T>) -> Try<T> {
+    fn read<T>(&self, mut reply: HttpResponse, read: &impl Fn(&HttpResponse) -> Reading<T>) -> Attempt<T> {
         let received_bytes = reply.body.len() as u64;
         if let Some(key) = &self.key {
             reply.body = key.redact(reply.body);
         }
         if let Some(failure) = Failure::of_status(&reply) {
-            let mut tried = self.nothing(failure);
+            let mut tried = self.without_answer(failure);
             tried.settlement.received_bytes = received_bytes;
             return tried;
         }
         let Reading { cost, input_tokens, output_tokens, task, result } = read(&reply);
-        let cost = if self.outbound.is_playing() { Some(MicroUsd::ZERO) } else { cost };
+        let cost = if self.client.is_replaying() { Some(MicroUsd::ZERO) } else { cost };
         let outcome = match &result {
             Ok(_) => ANSWERED,
             Err(failure) => failure.kind.outcome(),
         };
-        // Of a vendor's job the id is kept, and what comes of it.
-        let answer = (result.is_ok() && task.is_none()).then(|| keepable(&reply));
+        // For a vendor's job, the ledger keeps the id and later the file instead.
+        let answer = (result.is_ok() && task.is_none()).then(|| to_ledger_answer(&reply));
         let settlement =
             Settlement { cost, received_bytes, input_tokens, output_tokens, outcome, task, answer };
-        Try { result, settlement }
+        Attempt { result, settlement }
     }
 
-    /// A try that brought no answer.
-    fn nothing<T>(&self, failure: Failure) -> Try<T> {
+    /// An attempt without an answer.
+    fn without_answer<T>(&self, failure: Failure) -> Attempt<T> {
         let cost = (failure.kind.billed() == Billed::No).then_some(MicroUsd::ZERO);
         let settlement = Settlement { cost, outcome: failure.kind.outcome(), ..unknown_settlement() };
-        Try { result: Err(failure), settlement }
+        Attempt { result: Err(failure), settlement }
     }
 
     pub(super) fn transient(&self, code: &'static str, reason: String) -> ProviderError {
@@ -324,25 +324,25 @@ fn unknown_settlement() -> Settlement {
     }
 }
 
-/// A successful answer as it is kept: its content type on a line, then its body.
-fn keepable(reply: &Reply) -> Bytes {
+/// The form in which the ledger keeps a response: its content type on a line, then its body.
+fn to_ledger_answer(reply: &HttpResponse) -> Bytes {
     [reply.content_type.as_bytes(), b"\n", &reply.body].concat().into()
 }
 
-fn kept_reply(kept: &Bytes) -> Option<Reply> {
+fn from_ledger_answer(kept: &Bytes) -> Option<HttpResponse> {
     let end = kept.iter().position(|byte| *byte == b'\n')?;
     let content_type = String::from_utf8(kept[..end].to_vec()).ok()?;
-    Some(Reply { status: 200, content_type, retry_after: None, body: kept.slice(end + 1..) })
+    Some(HttpResponse { status: 200, content_type, retry_after: None, body: kept.slice(end + 1..) })
 }
 
-/// The future's output, unless the job is asked to stop first; then the future is dropped where it is.
-pub async fn unless_interrupted<T>(
-    interrupt: &Interrupt,
+/// The output of `future`, unless the job is cancelled first; then the future is dropped.
+pub async fn unless_cancelled<T>(
+    cancel: &CancelFlag,
     future: impl Future<Output = T>,
-) -> Result<T, Interrupted> {
+) -> Result<T, Cancelled> {
     let mut future = std::pin::pin!(future);
     loop {
-        interrupt.check()?;
+        cancel.check()?;
         if let Ok(output) = tokio::time::timeout(POLL, &mut future).await {
             return Ok(output);
         }

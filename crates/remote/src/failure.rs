@@ -1,24 +1,24 @@
-//! How a call ends when it does not end well: a kind with a stable code, and what follows from it.
+//! Failures of calls: a kind with a stable code, which decides retry, billing and the error of the port.
 
 use ports::BAD_ANSWER;
 use std::time::Duration;
 
 use serde_json::Value;
 
-use super::outbound::{Reply, SendError};
+use http_client::{HttpResponse, SendError};
 use ports::ledger::OUTCOME_UNKNOWN;
 use ports::{Port, ProviderError};
 
-/// What went wrong; each kind has a stable code and decides what is done about it.
+/// The kind of a failure. It has a stable code and decides the consequences.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum FailureKind {
-    /// The address is not one that may be talked to.
+    /// The address policy forbids the address.
     AddressRefused,
     /// No connection; nothing was sent.
     Unreachable,
-    /// Sent, and no answer came in time.
+    /// The request was sent, and no response came before the deadline.
     TimedOut,
-    /// Sent, and the connection broke before the answer was whole.
+    /// The request was sent, and the connection broke before the response was complete.
     ConnectionLost,
     /// 5xx and the like.
     ServerError,
@@ -28,44 +28,44 @@ pub enum FailureKind {
     QuotaSpent,
     /// 401 or 403.
     Denied,
-    /// 404: the path, or the model, is not there.
+    /// 404: the path or the model does not exist.
     NotFound,
-    /// Another 4xx: what was asked is not understood or not allowed.
+    /// Another 4xx: the request is malformed or not allowed.
     RequestRejected,
-    /// 3xx for something that is not followed.
+    /// 3xx that is not followed.
     Redirected,
-    /// An answer that is none: another content type, broken JSON, another shape.
+    /// A malformed response: another content type, broken JSON, or another shape.
     BadAnswer,
     AnswerTooLarge,
-    /// The answer stops at the length limit.
+    /// The answer ends at the length limit.
     Truncated,
-    /// The model says no.
+    /// The model refuses.
     Refused,
-    /// The vendor's filter cut the answer off.
+    /// The vendor's filter cut off the answer.
     Filtered,
-    /// A recording is played, and this was never asked when it was made.
+    /// The replayed recording does not hold this request.
     NotRecorded,
-    /// The answer could not be recorded.
+    /// The response could not be recorded.
     NotKept,
 }
 
-/// Whether the vendor will ask money for it.
+/// Whether the vendor bills a call.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Billed {
     No,
-    /// It answered; the answer says how much.
+    /// The vendor answered; the response states the cost.
     Yes,
-    /// Nobody knows whether it did anything.
+    /// It is unknown whether the vendor processed the request.
     Unknown,
 }
 
-/// A failure with what is known about it.
+/// A failure of one attempt.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Failure {
     pub kind: FailureKind,
-    /// What happened, without secrets.
+    /// Explanation without secrets.
     pub reason: String,
-    /// What the server asks for.
+    /// The pause that the server requests.
     pub retry_after: Option<Duration>,
 }
 
@@ -91,7 +91,7 @@ impl FailureKind {
         Self::NotKept,
     ];
 
-    /// Stable; the error's code.
+    /// The stable error code.
     pub fn code(self) -> &'static str {
         match self {
             Self::AddressRefused => "provider_address_refused",
@@ -115,7 +115,7 @@ impl FailureKind {
         }
     }
 
-    /// What the ledger calls it.
+    /// The outcome in the ledger.
     pub fn outcome(self) -> &'static str {
         match self.billed() {
             Billed::Unknown => OUTCOME_UNKNOWN,
@@ -123,7 +123,7 @@ impl FailureKind {
         }
     }
 
-    /// Whether the same call may go better in a moment.
+    /// Whether a retry may succeed.
     pub fn may_pass(self) -> bool {
         matches!(
             self,
@@ -136,16 +136,16 @@ impl FailureKind {
         )
     }
 
-    /// Whether it says that the endpoint is not well.
-    pub fn is_the_endpoints(self) -> bool {
+    /// Whether the failure counts against the circuit breaker of the endpoint.
+    pub fn blames_endpoint(self) -> bool {
         matches!(
             self,
             Self::Unreachable | Self::TimedOut | Self::ConnectionLost | Self::ServerError | Self::BadAnswer
         )
     }
 
-    /// Whether the vendor will ask money for it. Vendors bill answers, also those that say no; not what they refuse
-    /// before they begin, nor their own errors.
+    /// Whether the vendor bills the call. Vendors bill answers including refusals; they do not bill rejected requests
+    /// or their own errors.
     pub fn billed(self) -> Billed {
         match self {
             Self::TimedOut | Self::ConnectionLost => Billed::Unknown,
@@ -174,7 +174,7 @@ impl Failure {
         Self { kind, reason: reason.into(), retry_after: None }
     }
 
-    /// Of a send that brought nothing back.
+    /// The failure of a request without a response.
     pub fn of_send(error: &SendError) -> Self {
         let kind = match error {
             SendError::Address(_) => FailureKind::AddressRefused,
@@ -188,9 +188,9 @@ impl Failure {
         Self::new(kind, error.to_string())
     }
 
-    /// Of an answer whose status is no success; `None` where it is one.
-    pub fn of_status(reply: &Reply) -> Option<Self> {
-        let told = told(reply);
+    /// The failure of a response by its status; `None` for a success.
+    pub fn of_status(reply: &HttpResponse) -> Option<Self> {
+        let text = text(reply);
         let kind = match reply.status {
             200..=299 => return None,
             401 | 403 => FailureKind::Denied,
@@ -201,32 +201,32 @@ impl Failure {
             502 | 520 => FailureKind::ConnectionLost,
             504 | 524 => FailureKind::TimedOut,
             // OpenAI says both with the same status.
-            429 if told.code.as_deref() == Some("insufficient_quota") => FailureKind::QuotaSpent,
+            429 if text.code.as_deref() == Some("insufficient_quota") => FailureKind::QuotaSpent,
             429 => FailureKind::Busy,
             300..=399 => FailureKind::Redirected,
             // OpenAI's filter before and behind its image models.
             400 if matches!(
-                told.code.as_deref(),
+                text.code.as_deref(),
                 Some("moderation_blocked" | "content_policy_violation")
             ) =>
             {
                 FailureKind::Refused
             }
             // Ark's, before and behind its image models.
-            400 if told.code.as_deref().is_some_and(|code| code.contains("SensitiveContent")) => {
+            400 if text.code.as_deref().is_some_and(|code| code.contains("SensitiveContent")) => {
                 FailureKind::Refused
             }
             400..=499 => FailureKind::RequestRejected,
             _ => FailureKind::ServerError,
         };
-        let reason = match told.message {
+        let reason = match text.message {
             Some(message) => format!("status {}: {message}", reply.status),
             None => format!("status {}", reply.status),
         };
         Some(Self { kind, reason, retry_after: reply.retry_after })
     }
 
-    /// What the port's caller is told.
+    /// The error of the port.
     pub fn into_error(self, port: Port, provider: &str) -> ProviderError {
         let code = self.kind.code();
         let reason = format!("{provider}: {}", self.reason);
@@ -243,7 +243,7 @@ impl Failure {
             | FailureKind::Denied
             | FailureKind::NotFound
             | FailureKind::Redirected => ProviderError::Misconfigured { port, code, reason },
-            // Neither is for another provider to answer: what is played or recorded would be another scene.
+            // No fallback to another provider: the replayed or recorded scene would differ.
             FailureKind::NotRecorded | FailureKind::NotKept => ProviderError::Rejected { port, code, reason },
             FailureKind::RequestRejected | FailureKind::Truncated => {
                 ProviderError::Rejected { port, code, reason }
@@ -253,20 +253,20 @@ impl Failure {
     }
 }
 
-/// What an error's body says, in the shapes vendors use.
-struct Told {
+/// The error in a response body, in the shapes that vendors use.
+struct Message {
     code: Option<String>,
     /// Short, on one line.
     message: Option<String>,
 }
 
-fn told(reply: &Reply) -> Told {
+fn text(reply: &HttpResponse) -> Message {
     let body: Value = serde_json::from_slice(&reply.body).unwrap_or(Value::Null);
     let error = body.get("error").unwrap_or(&body);
     let text = |value: Option<&Value>| value.and_then(Value::as_str).map(one_line);
     let message =
         text(error.get("message")).or_else(|| text(Some(error))).or_else(|| text(body.get("detail")));
-    Told { code: text(error.get("code")), message: message.filter(|message| !message.is_empty()) }
+    Message { code: text(error.get("code")), message: message.filter(|message| !message.is_empty()) }
 }
 
 /// The first 300 characters without control characters.
@@ -280,13 +280,13 @@ mod tests {
     use super::*;
     use bytes::Bytes;
 
-    fn reply(status: u16, body: &str) -> Reply {
+    fn reply(status: u16, body: &str) -> HttpResponse {
         let body = Bytes::copy_from_slice(body.as_bytes());
-        Reply { status, content_type: "application/json".into(), retry_after: None, body }
+        HttpResponse { status, content_type: "application/json".into(), retry_after: None, body }
     }
 
     #[test]
-    fn every_status_has_its_kind() {
+    fn of_status_classifies_every_status() {
         let kind = |status, body: &str| Failure::of_status(&reply(status, body)).map(|failure| failure.kind);
         assert_eq!(kind(200, "{}"), None);
         for (status, expected) in [
@@ -311,7 +311,7 @@ mod tests {
     }
 
     #[test]
-    fn vendors_words_are_passed_on_short() {
+    fn reasons_quote_the_vendor_briefly() {
         // The error OpenAI documents for an account without credit.
         let spent = r#"{"error": {"message": "You exceeded your current quota, please check your plan and billing details.",
             "type": "insufficient_quota", "param": null, "code": "insufficient_quota"}}"#;
@@ -327,7 +327,7 @@ mod tests {
     }
 
     #[test]
-    fn a_filter_that_says_no_is_a_refusal() {
+    fn content_filters_are_refusals() {
         let blocked = r#"{"error": {"message": "Your request was rejected by the safety system.",
             "type": "image_generation_user_error", "param": null, "code": "moderation_blocked"}}"#;
         let failure = Failure::of_status(&reply(400, blocked)).expect("is a failure");
@@ -349,7 +349,7 @@ mod tests {
             assert!(code.bytes().all(|b| b.is_ascii_lowercase() || b == b'_'), "{code}");
         }
         for kind in FailureKind::ALL {
-            // A lost answer must never look free.
+            // A lost answer must never count as free.
             let lost = matches!(kind, FailureKind::TimedOut | FailureKind::ConnectionLost);
             assert_eq!(kind.billed() == Billed::Unknown, lost, "{kind:?}");
         }

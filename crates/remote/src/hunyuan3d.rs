@@ -1,9 +1,9 @@
-//! The mesh generator over the server that comes with Hunyuan3D-2 and 2.1 (`api_server.py`).
+//! The mesh generator over the server of Hunyuan3D-2 and 2.1 (`api_server.py`).
 //!
-//! Only `/send` and `/status` are used: `/generate` keeps the whole server waiting. The server begins whatever it is sent,
-//! all at once, so that jobs are limited here; a job that failed says `processing` for ever, as does one that it does not
-//! know, so that only the time limit ends it; and a file may be read while it is written, so that one that cannot be used is
-//! fetched again. Nothing can be called off.
+//! Only `/send` and `/status` are used: `/generate` blocks the whole server. The server starts every job at once, so
+//! the adapter limits concurrent jobs. A failed or unknown job reports `processing` forever, so only the deadline
+//! ends it. A file may be read while it is written, so an unusable file is downloaded again. Jobs cannot be
+//! cancelled.
 
 pub mod wire;
 
@@ -12,16 +12,16 @@ use serde_json::json;
 use super::endpoint::{Question, Reading};
 use super::failure::Failure;
 use super::mesh::{MeshVendor, VendorMeshGenerator};
-use super::outbound::Reply;
 use super::settings::{Hunyuan3dSettings, MeshSettings, TaskSettings};
-use super::task::{Look, Progress, Protocol};
+use super::vendor_job::{Progress, Protocol, StatusQuery};
+use http_client::HttpResponse;
 use ports::ledger::MicroUsd;
 use ports::{Adapter, ProviderError};
 
 /// Name of the adapter.
 pub const NAME: &str = "hunyuan3d/server";
 
-/// Asks a server of Hunyuan3D.
+/// The mesh generator of a Hunyuan3D server.
 pub type Hunyuan3dMeshGenerator = VendorMeshGenerator<Hunyuan3dSettings>;
 
 impl MeshVendor for Hunyuan3dSettings {
@@ -55,19 +55,19 @@ impl MeshVendor for Hunyuan3dSettings {
 }
 
 impl Protocol for Hunyuan3dSettings {
-    fn submitted(&self, reply: &Reply) -> Reading<String> {
+    fn submitted(&self, reply: &HttpResponse) -> Reading<String> {
         wire::submitted(self, reply)
     }
 
-    fn look(&self, id: &str) -> Look {
-        Look::at(format!("/status/{id}"))
+    fn status_query(&self, id: &str) -> StatusQuery {
+        StatusQuery::get(format!("/status/{id}"))
     }
 
-    fn progress(&self, reply: &Reply) -> Result<Progress, Failure> {
+    fn progress(&self, reply: &HttpResponse) -> Result<Progress, Failure> {
         wire::progress(reply)
     }
 
-    fn call_off(&self, _id: &str) -> Option<String> {
+    fn cancel_path(&self, _id: &str) -> Option<String> {
         None
     }
 }

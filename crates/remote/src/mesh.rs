@@ -1,5 +1,5 @@
-//! Mesh generators over vendors: what they have in common is the picture they are sent, the vendor's job they
-//! wait for, and what is taken of the file that comes back. What differs is a [`MeshVendor`].
+//! Mesh generators over vendors: the shared input image, vendor job and acceptance of the file. A [`MeshVendor`] adds
+//! what differs.
 
 use std::sync::Arc;
 
@@ -10,8 +10,8 @@ use glam::DVec3;
 
 use super::endpoint::Question;
 use super::settings::{MeshSettings, TaskSettings};
-use super::task::{JobSlots, LongQuestion, Protocol};
-use super::{Endpoint, picture};
+use super::vendor_job::{JobSlots, LongQuestion, Protocol};
+use super::{Endpoint, image};
 use geometry::TexturedMesh;
 use geometry::decimate::decimated;
 use imaging::Image;
@@ -21,35 +21,35 @@ use ports::{
 };
 use scene::{RecognizedTable, ReconstructionMethod};
 
-/// Share of the square that is left free around the thing.
+/// Margin around the object, as a share of the side of the square.
 const MARGIN: f64 = 0.1;
 
-/// How far a corner of a reduced mesh may leave the surface, as a share of the mesh's longest edge.
-const MOST_OFF: f64 = 0.01;
+/// Maximum distance of a vertex of a decimated mesh from the surface, as a share of the longest edge.
+const MAX_DEVIATION: f64 = 0.01;
 
-/// Smallest extent of a mesh, as a share of its largest: less is a picture on a plane, no thing.
-const LEAST_EXTENT: f64 = 1e-4;
+/// Minimum extent of a mesh, as a share of its largest; a flatter mesh is a textured plane.
+const MIN_EXTENT: f64 = 1e-4;
 
-/// Reads a file of a vendor (GLB, or a ZIP archive of an OBJ file) as one mesh, z up, whatever it holds: an
-/// error, never a panic.
+/// Reads a file of a vendor (GLB, or a ZIP archive of an OBJ file) as one mesh, z up. Malformed files give an error,
+/// never a panic.
 pub type ReadMesh = Arc<dyn Fn(&[u8]) -> Result<TexturedMesh, String> + Send + Sync>;
 
-/// How a vendor is asked for meshes; its settings are what implements it.
+/// The requests of a vendor for meshes; its settings implement it.
 pub trait MeshVendor: Protocol + Send + Sync {
-    /// Name, model and settings, as far as they decide what comes.
+    /// Name, model and the settings that decide the result.
     fn adapter(&self) -> Adapter;
 
-    /// Asks for a mesh of the thing on this PNG file.
+    /// The question for a mesh of the object in a PNG file.
     fn question(&self, png: &[u8], seed: u64) -> Result<Question, ProviderError>;
 
-    /// What is sent, and what is taken.
+    /// Input image and accepted mesh.
     fn mesh(&self) -> &MeshSettings;
 
-    /// Terms of the vendor's jobs.
+    /// Limits of the vendor's jobs.
     fn task(&self) -> &TaskSettings;
 }
 
-/// Asks a vendor for meshes.
+/// The mesh generator of a vendor.
 pub struct VendorMeshGenerator<V> {
     pub settings: V,
     pub endpoint: Arc<Endpoint>,
@@ -58,7 +58,7 @@ pub struct VendorMeshGenerator<V> {
 }
 
 impl<V: MeshVendor> VendorMeshGenerator<V> {
-    /// With as many jobs at the same time as the vendor's terms allow.
+    /// A generator with as many concurrent jobs as the settings allow.
     pub fn new(settings: V, endpoint: Arc<Endpoint>, read_mesh: ReadMesh) -> Self {
         let slots = JobSlots::new(settings.task());
         Self { settings, endpoint, slots, read_mesh }
@@ -67,7 +67,7 @@ impl<V: MeshVendor> VendorMeshGenerator<V> {
     async fn made(&self, call: &Call, request: ReconstructionRequest) -> Result<RawMesh, ProviderError> {
         let settings = self.settings.mesh();
         let hidden = request.completion.completed_share;
-        let png = sent(call, request.completion, settings.picture_px).await?;
+        let png = sent(call, request.completion, settings.image_px).await?;
         let question = self.settings.question(&png, request.seed)?;
         let long = LongQuestion {
             endpoint: &self.endpoint,
@@ -107,10 +107,10 @@ impl<V: MeshVendor> MeshGenerator for VendorMeshGenerator<V> {
     }
 }
 
-/// The thing in the middle of a transparent square, as a PNG file.
+/// The object in the center of a transparent square, as a PNG file.
 async fn sent(call: &Call, completion: Completion, side_px: u32) -> Result<Bytes, ProviderError> {
     call.compute(Port::MeshGenerator, move |_| {
-        picture::sent_cut_out(&squared(&completion.picture, side_px), side_px).map_err(|error| {
+        image::sent_cut_out(&squared(&completion.image, side_px), side_px).map_err(|error| {
             ProviderError::Rejected {
                 port: Port::MeshGenerator,
                 code: "image_unreadable",
@@ -121,14 +121,14 @@ async fn sent(call: &Call, completion: Completion, side_px: u32) -> Result<Bytes
     .await
 }
 
-/// As `data:` URL.
+/// A PNG file as `data:` URL.
 pub(super) fn data_url(png: &[u8]) -> String {
     format!("data:image/png;base64,{}", STANDARD.encode(png))
 }
 
-/// A square of `side_px` with the picture in its middle, as large as the margin lets it be; nearest pixels.
-fn squared(picture: &Image, side_px: u32) -> Image {
-    let (width, height) = (f64::from(picture.width_px()), f64::from(picture.height_px()));
+/// A square of `side_px` with the image centered within the margin; nearest-neighbor sampling.
+fn squared(image: &Image, side_px: u32) -> Image {
+    let (width, height) = (f64::from(image.width_px()), f64::from(image.height_px()));
     let side = f64::from(side_px);
     let scale = width.max(height).max(1.0) / (side * (1.0 - 2.0 * MARGIN));
     let mut square = Image::filled(side_px, side_px, [0; 4]);
@@ -137,27 +137,26 @@ fn squared(picture: &Image, side_px: u32) -> Image {
             let x = 0.5 * width + (f64::from(u) + 0.5 - 0.5 * side) * scale;
             let y = 0.5 * height + (f64::from(v) + 0.5 - 0.5 * side) * scale;
             if x >= 0.0 && y >= 0.0 && x < width && y < height {
-                square.set_pixel(u, v, picture.pixel(x as u32, y as u32));
+                square.set_pixel(u, v, image.pixel(x as u32, y as u32));
             }
         }
     }
     square
 }
 
-/// The file as a mesh whose longest edge is 1 and which has no more triangles than are kept; the inner error
-/// says why it is none.
+/// The file as a mesh of unit size within the maximum triangles; the inner error is why it is rejected.
 async fn taken(
     call: &Call,
     file: Bytes,
     read: ReadMesh,
     settings: &MeshSettings,
 ) -> Result<Result<TexturedMesh, String>, ProviderError> {
-    let most_triangles = settings.most_triangles;
-    call.compute(Port::MeshGenerator, move |_| Ok(read(&file).and_then(|mesh| sound(mesh, most_triangles))))
+    let max_triangles = settings.max_triangles;
+    call.compute(Port::MeshGenerator, move |_| Ok(read(&file).and_then(|mesh| sound(mesh, max_triangles))))
         .await
 }
 
-/// Why no vendor answers a question for a table: tables come as models, not from pictures.
+/// The error of a vendor for a table: tables are catalog models, not reconstructions.
 fn makes_no_tables(adapter: String) -> ProviderError {
     ProviderError::Unsupported {
         port: Port::MeshGenerator,
@@ -166,24 +165,24 @@ fn makes_no_tables(adapter: String) -> ProviderError {
     }
 }
 
-fn sound(mesh: TexturedMesh, most_triangles: usize) -> Result<TexturedMesh, String> {
+fn sound(mesh: TexturedMesh, max_triangles: usize) -> Result<TexturedMesh, String> {
     if mesh.triangle_count() == 0 {
         return Err("the mesh has no triangle".into());
     }
     let size = mesh.size_m();
     let longest = size.max_element();
-    if !(longest.is_finite() && longest > 0.0 && size.min_element() >= LEAST_EXTENT * longest) {
+    if !(longest.is_finite() && longest > 0.0 && size.min_element() >= MIN_EXTENT * longest) {
         return Err(format!("the mesh is flat: {:.3e} x {:.3e} x {:.3e}", size.x, size.y, size.z));
     }
     let (low, high) = mesh.bounds();
     let mesh = mesh.translated(-0.5 * (low + high)).scaled(DVec3::splat(1.0 / longest));
-    let mesh = match mesh.triangle_count() > most_triangles {
-        true => decimated(&mesh, most_triangles, MOST_OFF),
+    let mesh = match mesh.triangle_count() > max_triangles {
+        true => decimated(&mesh, max_triangles, MAX_DEVIATION),
         false => mesh,
     };
-    if mesh.triangle_count() > 2 * most_triangles {
+    if mesh.triangle_count() > 2 * max_triangles {
         return Err(format!(
-            "the mesh has {} triangles and cannot be reduced to {most_triangles}",
+            "the mesh has {} triangles and cannot be reduced to {max_triangles}",
             mesh.triangle_count()
         ));
     }
@@ -202,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn meshes_become_unit_sized_and_coarse_enough() {
+    fn sound_scales_to_unit_size_and_decimates() {
         let fine = ball(64);
         assert!(fine.triangle_count() > 2000);
         let mesh = sound(fine, 2000).expect("is sound");
@@ -213,7 +212,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_thing_is_refused() {
+    fn sound_rejects_empty_flat_and_infinite_meshes() {
         assert!(sound(TexturedMesh::default(), 100).is_err());
         let flat = ball(16).scaled(DVec3::new(1.0, 1.0, 1e-6));
         assert!(sound(flat, 10_000).expect_err("is flat").contains("flat"));
@@ -223,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn the_thing_stands_in_the_middle_of_the_square() {
+    fn squared_centers_the_image_within_the_margin() {
         let square = squared(&Image::filled(40, 20, [9, 8, 7, 255]), 100);
         let covered = |x: u32, y: u32| square.pixel(x, y)[3] == 255;
         assert!(covered(50, 50) && covered(11, 50) && covered(88, 50) && covered(50, 31));

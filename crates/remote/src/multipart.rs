@@ -1,9 +1,9 @@
-//! Forms with files (RFC 7578). Same parts, same bytes: the boundary is a digest of what it parts.
+//! Multipart forms (RFC 7578). Equal parts give equal bytes: the boundary is a digest of the parts.
 
 use bytes::Bytes;
 use sha2::{Digest as _, Sha256};
 
-/// A form that is being filled in.
+/// A form under construction.
 #[derive(Clone, Debug, Default)]
 pub struct Form {
     parts: Vec<(String, Bytes)>,
@@ -27,7 +27,7 @@ impl Form {
         self
     }
 
-    /// Content type, with the boundary, and body.
+    /// The content type with the boundary, and the body.
     pub fn encoded(&self) -> (String, Bytes) {
         let mut digest = Sha256::new();
         for (head, bytes) in &self.parts {
@@ -36,7 +36,7 @@ impl Form {
             digest.update((bytes.len() as u64).to_le_bytes());
             digest.update(bytes);
         }
-        let digest: String = digest.finalize().iter().take(16).map(|byte| format!("{byte:02x}")).collect();
+        let digest = runtime::digest::hex(&digest.finalize()[..16]);
         let boundary = format!("part-{digest}");
         let mut body = Vec::new();
         for (head, bytes) in &self.parts {
@@ -54,7 +54,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_form_has_the_published_form() {
+    fn encoded_form_follows_rfc_7578() {
         let png = Bytes::from_static(b"\x89PNG\r\n\x1a\n--part-");
         let form = Form::default().text("model", "m").file("image[]", "0.png", "image/png", png);
         let (content_type, body) = form.encoded();

@@ -1,5 +1,6 @@
-//! Prompts: files of `config/prompts/`, each with its version on the first line. Version and digest of every prompt that an
-//! adapter uses are part of its identity, and so of the key of each stage that asks it.
+//! Prompts: files of `config/prompts/`, each with its version on the first line.
+//!
+//! The version and the digest of every prompt are part of the identity of its adapter, and so of the keys of stages.
 
 use serde_json::{Value, json};
 use sha2::{Digest as _, Sha256};
@@ -14,7 +15,7 @@ pub struct Prompt {
 }
 
 impl Prompt {
-    /// Of a file that came with the program; each is read by a test.
+    /// Parses an embedded file; a test parses each of them.
     pub(super) fn new(name: &'static str, file: &'static str) -> Self {
         let (head, text) = file.split_once('\n').expect("a prompt has a first line: a test reads it");
         let version = head.strip_prefix("version: ").and_then(|version| version.trim().parse().ok());
@@ -32,6 +33,6 @@ impl Prompt {
 
     pub(super) fn digest(&self) -> String {
         let digest = Sha256::digest(self.text.as_bytes());
-        digest.iter().take(8).map(|byte| format!("{byte:02x}")).collect()
+        runtime::digest::hex(&digest[..8])
     }
 }

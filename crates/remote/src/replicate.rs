@@ -1,8 +1,8 @@
-//! The mesh generator over Replicate-style predictions: any model there that makes a GLB file from one picture.
+//! The mesh generator over Replicate-style predictions: any hosted model that makes a GLB file from one image.
 //!
-//! A prediction is submitted without `Prefer: wait`: the answer, with the vendor's id, comes at once, and is written down
-//! before anything else can go wrong. Its URL is not taken from the answer but built from the id, so that the key only
-//! ever goes to the base URL. Tables are the embedded generator's: they come as models, not from pictures.
+//! A prediction is submitted without `Prefer: wait`: the response with the vendor's id comes at once and is recorded
+//! first. Status URLs are built from the id and not taken from the response, so the key is only sent to the base URL.
+//! Tables come from the embedded generator: they are catalog models, not reconstructions.
 
 pub mod wire;
 
@@ -11,16 +11,16 @@ use serde_json::json;
 use super::endpoint::{Question, Reading};
 use super::failure::Failure;
 use super::mesh::{MeshVendor, VendorMeshGenerator, data_url};
-use super::outbound::Reply;
 use super::settings::{MeshSettings, ReplicateSettings, TaskSettings};
-use super::task::{Look, Progress, Protocol};
+use super::vendor_job::{Progress, Protocol, StatusQuery};
+use http_client::HttpResponse;
 use ports::ledger::MicroUsd;
 use ports::{Adapter, Port, ProviderError};
 
 /// Name of the adapter.
 pub const NAME: &str = "replicate/predictions";
 
-/// Asks a model for meshes.
+/// The mesh generator of a hosted model.
 pub type ReplicateMeshGenerator = VendorMeshGenerator<ReplicateSettings>;
 
 impl MeshVendor for ReplicateSettings {
@@ -60,19 +60,19 @@ impl MeshVendor for ReplicateSettings {
 }
 
 impl Protocol for ReplicateSettings {
-    fn submitted(&self, reply: &Reply) -> Reading<String> {
+    fn submitted(&self, reply: &HttpResponse) -> Reading<String> {
         wire::submitted(self, reply)
     }
 
-    fn look(&self, id: &str) -> Look {
-        Look::at(format!("/predictions/{id}"))
+    fn status_query(&self, id: &str) -> StatusQuery {
+        StatusQuery::get(format!("/predictions/{id}"))
     }
 
-    fn progress(&self, reply: &Reply) -> Result<Progress, Failure> {
+    fn progress(&self, reply: &HttpResponse) -> Result<Progress, Failure> {
         wire::progress(reply)
     }
 
-    fn call_off(&self, id: &str) -> Option<String> {
+    fn cancel_path(&self, id: &str) -> Option<String> {
         Some(format!("/predictions/{id}/cancel"))
     }
 }

@@ -1,4 +1,4 @@
-//! Section `[providers]`: who answers which port, and on what terms the network is used.
+//! Section `[providers]`: the adapters of each port, their endpoints and limits.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,23 +8,23 @@ use ports::ledger::OnUnknown;
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct ProviderSettings {
-    /// Who answers the analyst's port: the first, and where that cannot, the next.
+    /// Adapters of the analyst port in order of preference: where one cannot answer, the next is asked.
     pub analyst: Vec<AnalystProvider>,
-    /// Who answers the painter's port, likewise.
-    pub painter: Vec<PainterProvider>,
-    /// Who answers the segmenter's port, likewise.
+    /// Adapters of the image generator port, likewise.
+    pub image_generator: Vec<ImageGeneratorProvider>,
+    /// Adapters of the segmenter port, likewise.
     pub segmenter: Vec<SegmenterProvider>,
-    /// Who answers the mesh generator's port, likewise.
+    /// Adapters of the mesh generator port, likewise.
     pub mesh_generator: Vec<MeshProvider>,
-    /// Whether the network is spoken to, recorded, or replaced by a recording.
-    pub mode: LineMode,
-    /// The recording: a folder, or, to be played, also a ZIP archive of one; empty where there is none.
+    /// Whether calls use the network, record it, or replay a recording.
+    pub mode: TransportMode,
+    /// The cassette: a folder, or for replay also a ZIP archive of one; empty where there is none.
     pub cassette: String,
-    /// Plain HTTP may be used. Keys and pictures are then readable on the way.
+    /// Whether plain HTTP is allowed. Keys and images are then sent unencrypted.
     pub allow_http: bool,
     /// Hosts, or `host:port`, that may be private addresses; separated by spaces.
     pub private_hosts: String,
-    /// What to do about a call whose answer was lost.
+    /// The policy for a call whose answer was lost.
     pub on_unknown: OnUnknown,
     /// Longest time to open a connection, seconds (1..=600).
     pub connect_timeout_secs: u64,
@@ -38,19 +38,19 @@ pub struct ProviderSettings {
     pub tencent: TencentSettings,
 }
 
-/// What calls are made through.
+/// The transport of calls.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum LineMode {
+pub enum TransportMode {
     /// The network.
     Live,
-    /// The network; answers are kept.
+    /// The network; every response is recorded.
     Record,
     /// A recording; nothing is sent.
     Replay,
 }
 
-/// Who can answer the analyst's port.
+/// Adapters of the analyst port.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum AnalystProvider {
@@ -62,11 +62,11 @@ pub enum AnalystProvider {
     SecondChat,
 }
 
-/// Who can answer the painter's port.
+/// Adapters of the image generator port.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum PainterProvider {
-    /// Our renderer, and geometry.
+pub enum ImageGeneratorProvider {
+    /// The embedded renderer and amodal completion.
     Embedded,
     /// The endpoints of `[providers.openai_images]`.
     OpenaiImages,
@@ -74,21 +74,21 @@ pub enum PainterProvider {
     Ark,
 }
 
-/// Who can answer the segmenter's port.
+/// Adapters of the segmenter port.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SegmenterProvider {
-    /// What the painter knows, or looking.
+    /// The ground truth of rendered images, else the embedded vision.
     Embedded,
     /// The server of `[providers.segmenter_sidecar]`.
     Sidecar,
 }
 
-/// Who can answer the mesh generator's port.
+/// Adapters of the mesh generator port.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum MeshProvider {
-    /// The catalog, and solids fitted to one view.
+    /// Catalog meshes and solids fitted to one view.
     Embedded,
     /// The model of `[providers.replicate]`.
     Replicate,
@@ -98,13 +98,13 @@ pub enum MeshProvider {
     Tencent,
 }
 
-/// Where a vendor is asked, with which key, and how patiently.
+/// An endpoint: address, key and limits.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 pub struct EndpointSettings {
-    /// What paths are appended to.
+    /// The URL to which paths are appended.
     pub base_url: String,
-    /// Environment variable with the key, or, with `_FILE` appended, with the path of a file that holds it. Neither: no
-    /// key is sent.
+    /// Environment variable with the key; with `_FILE` appended, the variable with the path of a file that holds it.
+    /// Without either, no key is sent.
     pub key_variable: String,
     #[serde(flatten)]
     pub limits: LimitSettings,
@@ -113,28 +113,29 @@ pub struct EndpointSettings {
 /// An OpenAI-compatible chat endpoint: sections `[providers.chat]` and `[providers.second_chat]`.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 pub struct ChatSettings {
-    /// Its base URL is what `/chat/completions` is appended to.
+    /// The base URL of `/chat/completions`.
     #[serde(flatten)]
     pub endpoint: EndpointSettings,
     /// The model's name at that endpoint.
     pub model: String,
-    /// What the server can promise about the form of answers.
+    /// The response format that the server supports.
     pub schema: SchemaSupport,
     /// Name of the field that limits the answer's length.
     pub token_limit_field: TokenLimitField,
-    /// Longest answer, tokens (256..=200000). Less truncates tables with many things; more is reserved of the budget.
+    /// Maximum length of an answer, tokens (256..=200000). Lower: answers about many objects are truncated; higher:
+    /// larger reservations.
     pub max_output_tokens: u32,
-    /// How freely the model chooses its words (-1..=2); below 0 nothing is sent, and the model's own applies.
+    /// Sampling temperature (-1..=2); below 0 none is sent, and the model's default applies.
     pub temperature: f64,
     /// Whether the request's seed is sent.
     pub send_seed: bool,
-    /// How closely the model is asked to look at pictures.
-    pub detail: PictureDetail,
-    /// Longer side of the picture that is sent, pixels (256..=2048). More shows smaller things and costs more.
-    pub picture_px: u32,
-    /// The most tokens that a picture of that size counts as (1..=100000); what is reserved of the budget.
-    pub picture_tokens: u32,
-    /// Header that carries an idempotency key, where the server knows one; empty = none is sent.
+    /// The level of detail at which the model reads images.
+    pub detail: ImageDetail,
+    /// Longer side of sent images, pixels (256..=2048). Higher: smaller objects are visible, at a higher price.
+    pub image_px: u32,
+    /// Maximum tokens of an image of that size (1..=100000), for the reservation.
+    pub image_tokens: u32,
+    /// Header of the idempotency key, where the server supports one; empty = none is sent.
     pub idempotency_header: String,
     /// Price of a million input tokens, US dollars.
     pub input_usd_per_million: f64,
@@ -145,64 +146,64 @@ pub struct ChatSettings {
 /// OpenAI's Images endpoints: section `[providers.openai_images]`.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 pub struct ImagesSettings {
-    /// Its base URL is what `/images/generations` and `/images/edits` are appended to.
+    /// The base URL of `/images/generations` and `/images/edits`.
     #[serde(flatten)]
     pub endpoint: EndpointSettings,
-    /// The model's name at that endpoint; it has to take several pictures and to know transparent backgrounds.
+    /// The model's name at that endpoint; it must accept several images and support transparent backgrounds.
     pub model: String,
-    /// Size of reference pictures.
+    /// Size of reference images.
     pub reference_size: ReferenceSize,
-    /// How much work goes into a picture; high costs most.
-    pub quality: PictureQuality,
-    /// How closely redrawn things follow what is sent; high costs more.
+    /// Rendering quality; high costs most.
+    pub quality: ImageQuality,
+    /// How closely inpainted objects follow the sent images; high costs more.
     pub input_fidelity: InputFidelity,
-    /// Drawings asked for again where one cannot be used (0..=5).
+    /// Repeated requests after an unusable image (0..=5).
     pub redraws: u32,
-    /// Least agreement of a redrawn thing's outline with what is visible of it, intersection over union (0..=1).
-    pub least_agreement: f64,
-    /// The most tokens that a sent picture counts as (1..=100000); what is reserved of the budget.
-    pub picture_tokens: u32,
-    /// The most tokens that a drawn picture counts as (1..=100000).
+    /// Minimum agreement of an inpainted outline with the visible mask, intersection over union (0..=1).
+    pub min_agreement: f64,
+    /// Maximum tokens of a sent image (1..=100000), for the reservation.
+    pub image_tokens: u32,
+    /// Maximum tokens of a generated image (1..=100000), for the reservation.
     pub drawn_tokens: u32,
-    /// Price of a million tokens of text that is sent, US dollars.
+    /// Price of a million tokens of sent text, US dollars.
     pub text_usd_per_million: f64,
-    /// Price of a million tokens of pictures that are sent, US dollars.
-    pub picture_usd_per_million: f64,
-    /// Price of a million tokens of pictures that are drawn, US dollars.
+    /// Price of a million tokens of sent images, US dollars.
+    pub image_usd_per_million: f64,
+    /// Price of a million tokens of generated images, US dollars.
     pub drawn_usd_per_million: f64,
 }
 
 /// Ark's Seedream: section `[providers.ark]`.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 pub struct ArkSettings {
-    /// Its base URL is what `/images/generations` is appended to.
+    /// The base URL of `/images/generations`.
     #[serde(flatten)]
     pub endpoint: EndpointSettings,
     /// The model's name at that endpoint: Seedream 4.0 or later.
     pub model: String,
-    /// Size of pictures: `1K`, `2K`, `4K`, or pixels.
+    /// Size of images: `1K`, `2K`, `4K`, or pixels.
     pub size: String,
-    /// Size of redrawn things, square, pixels.
-    pub thing_size: String,
-    /// Least agreement of a redrawn thing's outline with what is visible of it, intersection over union (0..=1).
-    pub least_agreement: f64,
-    /// Pictures asked for again where one cannot be used (0..=5).
+    /// Size of inpainted objects, square, pixels.
+    pub object_size: String,
+    /// Minimum agreement of an inpainted outline with the visible mask, intersection over union (0..=1).
+    pub min_agreement: f64,
+    /// Repeated requests after an unusable image (0..=5).
     pub redraws: u32,
-    /// Price of a picture, US dollars.
-    pub usd_per_picture: f64,
+    /// Price of an image, US dollars.
+    pub usd_per_image: f64,
 }
 
 /// A segmentation sidecar: section `[providers.segmenter_sidecar]`.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 pub struct SidecarSettings {
-    /// Its base URL is what `/v1/segment` is appended to.
+    /// The base URL of `/v1/segment`.
     #[serde(flatten)]
     pub endpoint: EndpointSettings,
-    /// What it runs, as results and keys name it: another model behind the same address wants another name here.
+    /// The name of the model, as results and keys state it. Another model at the same address needs another name.
     pub model: String,
-    /// Least score of a box (0..=1). More finds less, and less that is not there.
+    /// Minimum score of a box (0..=1). Higher: lower recall, fewer false positives.
     pub box_threshold: f64,
-    /// Least score of a word of a box (0..=1).
+    /// Minimum score of a token of a box (0..=1).
     pub text_threshold: f64,
     /// Price of a call, US dollars.
     pub usd_per_call: f64,
@@ -211,14 +212,14 @@ pub struct SidecarSettings {
 /// Replicate-style predictions: section `[providers.replicate]`.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 pub struct ReplicateSettings {
-    /// Its base URL is what `/predictions` is appended to.
+    /// The base URL of `/predictions`.
     #[serde(flatten)]
     pub endpoint: EndpointSettings,
     /// The model's version, as the vendor names it.
     pub version: String,
-    /// The model's input that takes the picture.
+    /// The model's input for the image.
     pub image_input: String,
-    /// The model's input that takes the seed; empty = it has none.
+    /// The model's input for the seed; empty = it has none.
     pub seed_input: String,
     /// The model's other inputs, a JSON object.
     pub inputs: String,
@@ -233,18 +234,18 @@ pub struct ReplicateSettings {
 /// A server of Hunyuan3D-2 or 2.1: section `[providers.hunyuan3d]`.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 pub struct Hunyuan3dSettings {
-    /// Its base URL is what `/send` and `/status` are appended to.
+    /// The base URL of `/send` and `/status`.
     #[serde(flatten)]
     pub endpoint: EndpointSettings,
-    /// What it runs, as results and keys name it.
+    /// The name of the model, as results and keys state it.
     pub model: String,
-    /// Cells along an edge of the octree the shape is read from (64..=1024). More is finer and takes longer.
+    /// Cells along an edge of the octree of the shape (64..=1024). Higher: finer and slower.
     pub octree_resolution: u32,
-    /// Steps of the shape's diffusion (1..=200).
+    /// Diffusion steps of the shape (1..=200).
     pub inference_steps: u32,
-    /// How closely the shape follows the picture (0..=50).
+    /// Guidance scale: how closely the shape follows the image (0..=50).
     pub guidance_scale: f64,
-    /// Whether the server paints its meshes; it has to be started so.
+    /// Whether the server textures its meshes; it must be started with texturing.
     pub texture: bool,
     /// Price of a mesh, US dollars.
     pub usd_per_mesh: f64,
@@ -257,18 +258,18 @@ pub struct Hunyuan3dSettings {
 /// Tencent Cloud's Hunyuan3D Pro: section `[providers.tencent]`.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 pub struct TencentSettings {
-    /// The first label of its address is signed with as the service's name.
+    /// The first label of its host is the service name in signatures.
     #[serde(flatten)]
     pub endpoint: EndpointSettings,
     /// Version of the API, a date.
     pub version: String,
-    /// Region that is asked for; empty = none.
+    /// Requested region; empty = none.
     pub region: String,
     /// The model's version: 3.0 or 3.1.
     pub model: String,
-    /// Environment variable with the secret id, likewise.
+    /// Environment variable with the secret id, as `key_variable`.
     pub id_variable: String,
-    /// Faces of the meshes that are asked for (40000..=1500000).
+    /// Requested number of faces (40000..=1500000).
     pub face_count: u32,
     /// Price of a mesh, US dollars.
     pub usd_per_mesh: f64,
@@ -278,31 +279,31 @@ pub struct TencentSettings {
     pub task: TaskSettings,
 }
 
-/// What is sent to a mesh generator, and what is taken from it.
+/// Input image and accepted mesh of a mesh generator.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 pub struct MeshSettings {
-    /// Side of the square picture that is sent, pixels (128..=2048).
-    pub picture_px: u32,
-    /// Most triangles that are kept (1000..=1000000); a finer mesh is reduced, its texture kept.
-    pub most_triangles: usize,
-    /// SPDX identifier of the licence that the model's meshes come under.
+    /// Side of the square input image, pixels (128..=2048).
+    pub image_px: u32,
+    /// Maximum triangles (1000..=1000000); a finer mesh is decimated and keeps its texture.
+    pub max_triangles: usize,
+    /// SPDX identifier of the licence of the model's meshes.
     pub licence: String,
-    /// What a reader of the scene has to know about it, such as territories where it does not hold; may be empty.
+    /// Note on the licence for users of the scene, such as excluded territories; may be empty.
     pub licence_note: String,
 }
 
-/// Terms of a vendor's jobs.
+/// Limits of a vendor's jobs.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 pub struct TaskSettings {
-    /// Time between two looks at a vendor's job, milliseconds (10..=600000).
-    pub look_every_ms: u64,
-    /// Longest time of a vendor's job, seconds (1..=86400).
+    /// Interval of status queries, milliseconds (10..=600000).
+    pub poll_interval_ms: u64,
+    /// Deadline of a vendor's job, seconds (1..=86400).
     pub task_timeout_secs: u64,
-    /// Vendor's jobs at the same time (1..=1024).
+    /// Concurrent jobs at the vendor (1..=1024).
     pub vendor_jobs: usize,
 }
 
-/// Size of a painted picture, pixels.
+/// Size of a generated image, pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ReferenceSize {
     #[serde(rename = "1024x1024")]
@@ -312,7 +313,7 @@ pub enum ReferenceSize {
 }
 
 impl ReferenceSize {
-    /// As it is spelled in forms.
+    /// The value in request forms.
     pub fn word(self) -> &'static str {
         match self {
             Self::Square => "1024x1024",
@@ -321,17 +322,17 @@ impl ReferenceSize {
     }
 }
 
-/// How much work goes into a picture.
+/// Rendering quality.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum PictureQuality {
+pub enum ImageQuality {
     Low,
     Medium,
     High,
 }
 
-impl PictureQuality {
-    /// As it is spelled in forms.
+impl ImageQuality {
+    /// The value in request forms.
     pub fn word(self) -> &'static str {
         match self {
             Self::Low => "low",
@@ -341,52 +342,52 @@ impl PictureQuality {
     }
 }
 
-/// How closely a drawing follows the pictures that are sent.
+/// How closely a generated image follows the sent images.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum InputFidelity {
-    /// Nothing is sent, which some models insist on.
+    /// The parameter is omitted, as some models require.
     Unsaid,
     Low,
     High,
 }
 
-/// Terms of one endpoint.
+/// Limits of one endpoint.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 pub struct LimitSettings {
-    /// Longest time of one try, seconds (1..=3600).
+    /// Deadline of one attempt, seconds (1..=3600).
     pub attempt_timeout_secs: u64,
-    /// Longest time of all tries of one call with the pauses between them, seconds (1..=86400).
+    /// Deadline of all attempts of one call with their pauses, seconds (1..=86400).
     pub total_timeout_secs: u64,
-    /// Tries of one call (1..=10).
+    /// Maximum attempts of one call (1..=10).
     pub max_tries: u32,
-    /// The first pause is half of this on average, milliseconds; it doubles with every try.
+    /// Twice the average first pause, milliseconds; pauses double with every attempt.
     pub pause_base_ms: u64,
-    /// Longest pause, milliseconds; where a server asks for more, the job goes back to its queue.
+    /// Longest pause, milliseconds; where a server requests more, the job returns to its queue.
     pub pause_cap_ms: u64,
-    /// Largest answer, bytes.
+    /// Maximum size of a response, bytes.
     pub max_answer_bytes: usize,
-    /// Calls with the same key at the same time (1..=1024).
+    /// Concurrent calls with the same key (1..=1024).
     pub concurrency: usize,
-    /// Calls with the same key begun in a minute (1..=1000000), evenly spaced.
+    /// Calls with the same key that start within a minute (1..=1000000), evenly spaced.
     pub calls_per_minute: u32,
-    /// Failures in a row after which the endpoint is left alone (1..=1000).
+    /// Consecutive failures that open the circuit breaker (1..=1000).
     pub breaker_failures: u32,
-    /// For how long it is left alone before one call tries again, seconds (1..=86400).
+    /// Cooldown before a probe call, seconds (1..=86400).
     pub breaker_rest_secs: u64,
 }
 
-/// What a server can promise about the form of answers.
+/// The response format that a server supports.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SchemaSupport {
     /// Answers follow a JSON schema (`json_schema`, strict).
     Strict,
-    /// Answers are JSON (`json_object`); the schema stands in the prompt.
+    /// Answers are JSON (`json_object`); the prompt holds the schema.
     JsonObject,
 }
 
-/// Name of the field that limits an answer's length.
+/// The request field that limits the length of an answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum TokenLimitField {
@@ -394,10 +395,10 @@ pub enum TokenLimitField {
     MaxTokens,
 }
 
-/// How closely a model is asked to look at pictures.
+/// The level of detail at which a model reads images.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum PictureDetail {
+pub enum ImageDetail {
     Auto,
     Low,
     High,

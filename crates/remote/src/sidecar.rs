@@ -1,9 +1,9 @@
-//! The segmenter over a sidecar: a small server beside this one that loads Grounding DINO and SAM 2, or whatever else
-//! finds things by their names. Its protocol is `docs/segmentation-sidecar.yaml`.
+//! The segmenter over a sidecar: a local server with Grounding DINO and SAM 2, or another open-vocabulary detector. Its
+//! protocol is `docs/segmentation-sidecar.yaml`.
 //!
-//! One question names everything that was recognized; [`matching`] says which answer is which thing. Where a pixel is
-//! claimed by several, the smallest has it: what stands on something is before it. On a drawn view from above the same
-//! labels are looked for, and [`top`] says which is which.
+//! One question names the labels of all recognized objects; [`matching`] assigns detections to objects. A pixel of
+//! several masks belongs to the smallest: an object on top of another is in front of it. On a generated top view,
+//! [`top`] assigns the boxes.
 
 pub mod wire;
 pub mod matching;
@@ -15,41 +15,42 @@ use serde_json::json;
 
 use super::endpoint::Question;
 use super::settings::SidecarSettings;
-use super::{Endpoint, picture};
+use super::{Endpoint, image};
 use imaging::{Image, Mask};
 use ports::ledger::MicroUsd;
 use ports::{
-    Adapter, Answer, Call, Port, ProviderError, Reference, Segmentation, Segmenter, TopBoxes, TopPicture,
+    Adapter, Answer, Call, Port, ProviderError, ReferenceImage, Segmentation, Segmenter, TopBoxes,
+    TopViewImage,
 };
 use scene::{InstanceMask, MaskEdges, Recognition};
 
 /// Name of the adapter.
 pub const NAME: &str = "sidecar/segmenter";
 
-/// What the table is looked for by.
+/// The label of the table.
 const TABLE: &str = "table";
 
-/// Largest side of a picture that is sent, pixels: those of the stages are smaller, and masks must fit them.
+/// Maximum side of a sent image, pixels. Images of the stages are smaller, so masks have their size.
 const SENT_PX: u32 = 4096;
 
-/// Asks a sidecar.
+/// The segmenter of a sidecar server.
 pub struct SidecarSegmenter {
     pub settings: SidecarSettings,
     pub endpoint: Arc<Endpoint>,
 }
 
 impl SidecarSegmenter {
-    /// What is found of these labels.
-    async fn found(
+    /// The detections of these labels.
+    async fn detect(
         &self,
         call: &Call,
         image: Arc<Image>,
         labels: Vec<String>,
-    ) -> Result<Vec<wire::Found>, ProviderError> {
+    ) -> Result<Vec<wire::Detection>, ProviderError> {
         let size_px = [image.height_px(), image.width_px()];
         let png = call
             .compute(Port::Segmenter, move |_| {
-                picture::sent(&image, SENT_PX).map_err(|error| {
+                image::sent(&image, SENT_PX).map_err(|error| {
                     rejected("image_unreadable", format!("the picture cannot be sent: {error}"))
                 })
             })
@@ -77,11 +78,11 @@ impl Segmenter for SidecarSegmenter {
     fn segment<'a>(
         &'a self,
         call: &'a Call,
-        reference: Reference,
+        reference: ReferenceImage,
         recognition: Arc<Recognition>,
     ) -> Answer<'a, Segmentation> {
         Box::pin(async move {
-            let found = self.found(call, reference.picture, labels(&recognition)).await?;
+            let found = self.detect(call, reference.image, labels(&recognition)).await?;
             call.compute(Port::Segmenter, move |_| {
                 let masks = matching::matched(&recognition.objects, &found).map_err(|id| {
                     rejected(
@@ -92,7 +93,7 @@ impl Segmenter for SidecarSegmenter {
                         ),
                     )
                 })?;
-                let masks = recognition.objects.iter().zip(parted(masks));
+                let masks = recognition.objects.iter().zip(made_disjoint(masks));
                 let masks = masks.map(|(object, visible)| InstanceMask { id: object.id.clone(), visible });
                 Ok(Segmentation { masks: masks.collect(), edges: MaskEdges::Sharp })
             })
@@ -100,9 +101,9 @@ impl Segmenter for SidecarSegmenter {
         })
     }
 
-    fn table<'a>(&'a self, call: &'a Call, reference: Reference) -> Answer<'a, Option<Mask>> {
+    fn table<'a>(&'a self, call: &'a Call, reference: ReferenceImage) -> Answer<'a, Option<Mask>> {
         Box::pin(async move {
-            let found = self.found(call, reference.picture, vec![TABLE.to_owned()]).await?;
+            let found = self.detect(call, reference.image, vec![TABLE.to_owned()]).await?;
             let best = found.into_iter().max_by(|a, b| a.score.total_cmp(&b.score));
             Ok(best.map(|found| found.mask))
         })
@@ -111,7 +112,7 @@ impl Segmenter for SidecarSegmenter {
     fn top_boxes<'a>(
         &'a self,
         call: &'a Call,
-        top: TopPicture,
+        top: TopViewImage,
         recognition: Arc<Recognition>,
     ) -> Answer<'a, TopBoxes> {
         Box::pin(async move {
@@ -120,11 +121,11 @@ impl Segmenter for SidecarSegmenter {
             }
             let mut labels = labels(&recognition);
             labels.push(TABLE.to_owned());
-            let found = self.found(call, Arc::new(top.picture), labels).await?;
+            let found = self.detect(call, Arc::new(top.image), labels).await?;
             let on_top = |what: &str| {
                 let reason = format!(
                     "the segmenter finds no {what} on the view from above; lower \
-                     providers.segmenter_sidecar.box_threshold, or put embedded first in providers.painter"
+                     providers.segmenter_sidecar.box_threshold, or put embedded first in providers.image_generator"
                 );
                 rejected("object_not_found", reason)
             };
@@ -136,7 +137,7 @@ impl Segmenter for SidecarSegmenter {
     }
 }
 
-/// What the things are called, each word once.
+/// The distinct labels of the objects, sorted.
 fn labels(recognition: &Recognition) -> Vec<String> {
     let mut labels: Vec<String> =
         recognition.objects.iter().map(|object| wire::normalized(&object.label)).collect();
@@ -145,8 +146,8 @@ fn labels(recognition: &Recognition) -> Vec<String> {
     labels
 }
 
-/// No pixel belongs to two: the smallest of those that claim it has it.
-fn parted(mut masks: Vec<Mask>) -> Vec<Mask> {
+/// Makes the masks disjoint: a shared pixel belongs to the smallest mask.
+fn made_disjoint(mut masks: Vec<Mask>) -> Vec<Mask> {
     let mut order: Vec<usize> = (0..masks.len()).collect();
     order.sort_by_key(|&index| (masks[index].area_px(), index));
     let Some(mut taken) = masks.first().map(|mask| Mask::empty(mask.width_px(), mask.height_px())) else {
@@ -169,13 +170,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_pixel_belongs_to_the_smallest_that_claims_it() {
+    fn shared_pixels_belong_to_the_smallest_mask() {
         let plate = Mask::from_fn(10, 10, |_, _| true);
         let apple = Mask::from_fn(10, 10, |x, y| x < 4 && y < 4);
         let stem = Mask::from_fn(10, 10, |x, y| x == 1 && y < 6);
-        let parted = parted(vec![plate, apple, stem]);
-        let areas: Vec<usize> = parted.iter().map(Mask::area_px).collect();
+        let made_disjoint = made_disjoint(vec![plate, apple, stem]);
+        let areas: Vec<usize> = made_disjoint.iter().map(Mask::area_px).collect();
         assert_eq!(areas, [100 - 16 - 2, 16 - 4, 6]);
-        assert!(super::parted(Vec::new()).is_empty());
+        assert!(super::made_disjoint(Vec::new()).is_empty());
     }
 }

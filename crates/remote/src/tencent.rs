@@ -1,7 +1,8 @@
 //! The mesh generator over Tencent Cloud's Hunyuan3D Pro, 3.0 and 3.1.
 //!
-//! Every request is a POST to the root of the service, signed ([`signature`]); the action stands in a header. A job takes
-//! about three minutes, three run at the same time, and its files are kept for a day. Nothing can be called off or seeded.
+//! Every request is a signed POST to the root of the service ([`signature`]); a header holds the action. A job takes
+//! about three minutes, three jobs run concurrently, and files are kept for a day. The service supports neither
+//! cancellation nor seeds.
 
 pub mod signature;
 pub mod wire;
@@ -11,23 +12,23 @@ use serde_json::json;
 use super::endpoint::{Question, Reading};
 use super::failure::Failure;
 use super::mesh::{MeshVendor, VendorMeshGenerator};
-use super::outbound::Reply;
 use super::settings::{MeshSettings, TaskSettings, TencentSettings};
-use super::task::{Look, Progress, Protocol};
+use super::vendor_job::{Progress, Protocol, StatusQuery};
+use http_client::HttpResponse;
 use ports::ledger::MicroUsd;
 use ports::{Adapter, ProviderError};
 
 /// Name of the adapter.
 pub const NAME: &str = "tencent/hunyuan3d-pro";
 
-/// The header that names the action, which is signed.
+/// The header of the action, which is signed.
 pub(super) const ACTION_HEADER: &str = "X-TC-Action";
 
-/// Asks Tencent Cloud for meshes.
+/// The mesh generator of Tencent Cloud.
 pub type TencentMeshGenerator = VendorMeshGenerator<TencentSettings>;
 
 impl TencentSettings {
-    /// What is asked of whom; when and by whom, the endpoint adds.
+    /// The headers of an action; the endpoint adds the time and the signature.
     fn headers(&self, action: &str) -> Vec<(String, String)> {
         let action = (ACTION_HEADER.to_owned(), action.to_owned());
         let mut headers = vec![action, ("X-TC-Version".to_owned(), self.version.clone())];
@@ -66,19 +67,19 @@ impl MeshVendor for TencentSettings {
 }
 
 impl Protocol for TencentSettings {
-    fn submitted(&self, reply: &Reply) -> Reading<String> {
+    fn submitted(&self, reply: &HttpResponse) -> Reading<String> {
         wire::submitted(self, reply)
     }
 
-    fn look(&self, id: &str) -> Look {
-        Look::asking("/", self.headers(wire::QUERY), &wire::query(id))
+    fn status_query(&self, id: &str) -> StatusQuery {
+        StatusQuery::post("/", self.headers(wire::QUERY), &wire::query(id))
     }
 
-    fn progress(&self, reply: &Reply) -> Result<Progress, Failure> {
+    fn progress(&self, reply: &HttpResponse) -> Result<Progress, Failure> {
         wire::progress(reply)
     }
 
-    fn call_off(&self, _id: &str) -> Option<String> {
+    fn cancel_path(&self, _id: &str) -> Option<String> {
         None
     }
 }

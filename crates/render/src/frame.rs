@@ -1,15 +1,14 @@
-//! What the renderer gives back.
+//! Output images of the renderer.
 
 use imaging::{Image, Mask};
 
-/// Color, depth, normals and ids of one picture; all buffers row-major from the top.
+/// Color, depth, normals and ids of one image; all buffers row-major from the top.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Frame {
     pub color: Image,
     /// Meters along the optical axis at the pixel's center; infinite where there is background.
     pub depth_m: Vec<f32>,
-    /// Unit, in the world, turned toward the eye; zero where there is background. `None` where they were
-    /// not asked for.
+    /// Unit normals, world frame, facing the eye; zero for background. `None` if they were not requested.
     pub normals: Option<Vec<[f32; 3]>>,
     /// Id of the object in front at the pixel's center; 0 = background.
     pub ids: Vec<u32>,
@@ -30,7 +29,7 @@ impl Frame {
     }
 }
 
-/// Depth and ids of one picture; buffers as in [`Frame`].
+/// Depth and ids of one image; buffers as in [`Frame`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct GeometryFrame {
     pub width_px: u32,

@@ -1,48 +1,43 @@
-//! The renderer: color, depth, normals and instance ids of a scene in one pass, on the CPU.
+//! Color, depth, normals and object ids of a scene in one pass, on the CPU or a GPU.
 //!
-//! [`render`] paints a product picture (soft key light with shadows, sky light with ambient occlusion,
-//! metallic-roughness surfaces, glass); [`render_geometry`] gives depth and ids alone, much cheaper, for
-//! masks and alignment. Both need no GPU, no display and no system library. The inner loops are eight
-//! lanes wide (`wide`), the picture is cut into horizontal bands that run on rayon; the result is the
-//! same to the byte with any number of threads. [`reference`] is the slow, obvious version the fast one
-//! is tested against; [`overlay`] draws boxes, outlines, curves and labels onto finished pictures;
-//! [`gpu`] paints the same pictures on a GPU, within a stated tolerance; [`soft`] draws silhouettes blurred at
-//! their outline, with derivatives, for fitting poses by descent.
+//! [`render`] renders a product image: soft key light with shadows, sky light with ambient occlusion,
+//! metallic-roughness surfaces, glass. [`render_geometry`] gives depth and ids alone, much cheaper, for masks and pose
+//! estimation. Both need no GPU, no display and no system library. The inner loops are eight lanes wide (`wide`). The
+//! image is cut into horizontal bands that run on rayon; the bytes do not depend on the number of threads.
+//! [`reference`] is the slow renderer that the tests compare with. [`annotate`] draws boxes, outlines, curves and
+//! labels onto finished images. [`gpu`] renders the same images on a GPU, within a stated tolerance.
 //!
-//! Frames and units: world frame as everywhere (meters, +z up), cameras as [`Camera`] (OpenCV axes,
-//! pixel centers at +0.5), depth along the optical axis in meters, numbers `f32`.
+//! Frames and units: the world frame is in meters, +z up; cameras are [`geometry::Camera`] (OpenCV axes, pixel centers
+//! at +0.5); depth is measured along the optical axis in meters; numbers are `f32`. The crate must not depend on
+//! scenes, files, jobs or the catalog.
+//!
+//! ```
+//! use geometry::{Camera, DVec3, Material, Pose, Rgb, TexturedMesh, shapes};
+//! use render::{RenderObject, View, render_geometry};
+//!
+//! let mut mesh = TexturedMesh::default();
+//! mesh.add(shapes::sphere(0.06, 40), &Material::plain("gray", Rgb::hex(0x808080), 0.5));
+//! let object = RenderObject { mesh: &mesh, world_from_object: Pose::IDENTITY, id: 1 };
+//! let camera = Camera::orbit(64, 48, 0.6, DVec3::ZERO, 0.0, 0.7, 0.5);
+//! let frame = render_geometry(&[object], &View::Perspective(camera));
+//! assert!(frame.ids.contains(&1) && frame.ids.contains(&0));
+//! ```
 
-mod bands;
-mod diorama;
-mod environment;
-mod film;
-mod floor_light;
+pub mod annotate;
+mod forward;
 mod frame;
 pub mod gpu;
-mod light_map;
 pub mod lighting;
-mod lit_band;
-mod looks;
-mod one_sided;
-pub mod overlay;
-mod prepare;
-mod projection;
-mod raster;
-pub mod reference;
-mod scenery;
+mod scene_cache;
 mod settings;
-mod shade;
 pub mod side_views;
 mod silhouette;
-mod sky;
-mod sky_group;
-mod texture_map;
-mod tone;
 mod view;
 
-pub use diorama::Diorama;
+pub use forward::reference;
 pub use frame::{Frame, GeometryFrame};
 pub use lighting::{Background, Floor, Lighting};
+pub use scene_cache::SceneCache;
 pub use settings::RenderSettings;
 pub use silhouette::silhouette;
 pub use view::{TopView, View};
@@ -54,11 +49,11 @@ use geometry::{Pose, TexturedMesh};
 pub struct RenderObject<'a> {
     pub mesh: &'a TexturedMesh,
     pub world_from_object: Pose,
-    /// What [`Frame::ids`] says where this object is in front; 1 and up (0 is the background).
+    /// Value of [`Frame::ids`] where this object is visible, 1 and up; 0 is the background.
     pub id: u32,
 }
 
-/// What there is to see.
+/// Objects, lighting and background of one image.
 #[derive(Clone, Debug)]
 pub struct RenderScene<'a> {
     pub objects: Vec<RenderObject<'a>>,
@@ -66,17 +61,21 @@ pub struct RenderScene<'a> {
     pub background: Background,
 }
 
-/// Paints the scene: color, depth, normals and ids.
+/// Renders color, depth, normals and ids.
 ///
-/// Glass (opacity below 1) counts as a surface for depth, normals and ids; in color what lies behind
-/// shines through. Several pictures of one scene are cheaper as a [`Diorama`].
+/// Glass (opacity below 1) counts as a surface for depth, normals and ids; its color is blended with the color behind
+/// it. Several images of one scene are cheaper with a [`SceneCache`].
 pub fn render(scene: &RenderScene, view: &View, settings: &RenderSettings) -> Frame {
-    Diorama::new(scene.objects.clone(), settings).paint_with_normals(scene.lighting, scene.background, view)
+    SceneCache::new(scene.objects.clone(), settings).render_with_normals(
+        scene.lighting,
+        scene.background,
+        view,
+    )
 }
 
-/// Depth and ids only: no light, no color.
+/// Renders depth and ids only, without lighting.
 pub fn render_geometry(objects: &[RenderObject], view: &View) -> GeometryFrame {
-    bands::measure(&scenery::Scenery::new(objects.to_vec()), view)
+    forward::bands::measure(&forward::scene_buffers::SceneBuffers::new(objects.to_vec()), view)
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! Light and backdrop of a picture. All colors here are linear light; 1 is white paper in full light.
+//! Light and backdrop of an image. All colors here are linear light; 1 is white paper in full light.
 
 use glam::{DVec3, Vec3};
 
@@ -39,18 +39,17 @@ impl Lighting {
     }
 }
 
-/// What is seen where no object is: a vertical gradient, and on request a floor that melts into it.
+/// Background: a vertical gradient, and optionally a floor that blends into it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Background {
-    /// At the top and at the bottom edge of the picture, linear light.
+    /// At the top and at the bottom edge of the image, linear light.
     pub top_color: Vec3,
     pub bottom_color: Vec3,
     /// A floor that shows shadows.
     pub floor: Option<Floor>,
 }
 
-/// A horizontal plane of the backdrop's own color that receives shadows and nothing else: it has no
-/// depth, no normal and id 0.
+/// A horizontal plane in the backdrop's color that only receives shadows: it has no depth, no normal and id 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Floor {
     /// World height, meters.

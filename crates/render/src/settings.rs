@@ -1,4 +1,4 @@
-//! How much work a picture is worth.
+//! Quality settings of the renderer.
 
 use serde::{Deserialize, Serialize};
 

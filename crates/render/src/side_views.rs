@@ -1,16 +1,15 @@
-//! A mesh from its six sides, each without perspective: what somebody has to see to say how the mesh is
-//! turned.
+//! Six orthographic side views of a mesh, for deciding how it is oriented.
 
 use glam::{DMat3, DQuat, DVec2, DVec3};
 
-use super::{Background, Diorama, Lighting, RenderObject, RenderSettings, TopView, View};
+use super::{Background, Lighting, RenderObject, RenderSettings, SceneCache, TopView, View};
 use geometry::{Pose, TexturedMesh};
 use imaging::Image;
 
-/// Largest extent of the mesh as it is painted, meters: light and shadows are made for things of this size.
-const PAINTED_M: f64 = 0.2;
+/// Largest extent of the mesh as it is rendered, meters: light and shadows are made for objects of this size.
+const DRAWN_M: f64 = 0.2;
 
-/// A side of a thing that stands on a table: its front faces somebody at the table's front edge.
+/// A side of an object that stands on a table: its front faces the table's front edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
     Front,
@@ -78,27 +77,26 @@ impl Side {
     }
 }
 
-/// Its views in the order of [`Side::ALL`], squares of `side_px`, all at the same scale. Same mesh, same
-/// bytes.
+/// Six views in the order of [`Side::ALL`], squares of `side_px`, all at the same scale. Same mesh, same bytes.
 pub fn side_views(mesh: &TexturedMesh, side_px: u32) -> Vec<(Side, Image)> {
     let quality = RenderSettings { supersampling: 2, shadow_map_px: 128, sky_directions: 8, sky_map_px: 64 };
     let (low, high) = mesh.bounds();
     let longest = (high - low).max_element().max(1e-9);
-    let mesh = mesh.clone().translated(-0.5 * (low + high)).scaled(DVec3::splat(PAINTED_M / longest));
+    let mesh = mesh.clone().translated(-0.5 * (low + high)).scaled(DVec3::splat(DRAWN_M / longest));
     let views = Side::ALL.into_iter().map(|side| {
         let turned = mesh.clone().rotated(side.toward_viewer());
         let object = RenderObject { mesh: &turned, world_from_object: Pose::IDENTITY, id: 1 };
         let view = TopView {
             width_px: side_px,
             height_px: side_px,
-            meters_per_px: 1.1 * PAINTED_M / f64::from(side_px.max(1)),
+            meters_per_px: 1.1 * DRAWN_M / f64::from(side_px.max(1)),
             center_m: DVec2::ZERO,
-            eye_z_m: PAINTED_M,
+            eye_z_m: DRAWN_M,
         };
-        let diorama = Diorama::new(vec![object], &quality);
+        let scene_cache = SceneCache::new(vec![object], &quality);
         // From above and a little from the upper left of the view.
         let light = Lighting::studio(-2.4, 1.0, 0.6);
-        (side, diorama.color(light, Background::light(), &View::Orthographic(view)))
+        (side, scene_cache.color(light, Background::light(), &View::Orthographic(view)))
     });
     views.collect()
 }
@@ -109,7 +107,7 @@ mod tests {
     use geometry::{Material, Rgb, shapes};
 
     #[test]
-    fn each_side_shows_what_is_on_it_the_right_way_up() {
+    fn side_views_show_each_face_upright() {
         let colors = [0xff0000, 0x00ff00, 0x0000ff, 0xffff00, 0x00ffff, 0xff00ff];
         let mut mesh = TexturedMesh::default();
         for (side, color) in Side::ALL.into_iter().zip(colors) {
@@ -141,7 +139,7 @@ mod tests {
     }
 
     #[test]
-    fn names_and_directions_belong_together() {
+    fn side_names_match_directions() {
         for side in Side::ALL {
             assert_eq!((Side::named(side.name()), Side::facing(side.outward())), (Some(side), side));
             let turned = side.toward_viewer() * side.outward();

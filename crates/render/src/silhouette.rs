@@ -1,18 +1,18 @@
-//! Where one object would be seen if nothing hid it.
+//! Complete silhouette of one object, ignoring occluders.
 
 use glam::DVec2;
 
 use super::{RenderObject, View, render_geometry};
 use imaging::Mask;
 
-/// The object's pixels in the picture of that view; drawn in the window around it only.
+/// The object's pixels in the image of that view; drawn in the window around it only.
 pub fn silhouette(object: RenderObject, view: &View) -> Mask {
     let mut corners =
         object.mesh.positions.iter().map(|p| view.project(object.world_from_object.transform_point(*p)));
     let window = corners.try_fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), corner| {
         corner.map(|pixel| (low.min(pixel), high.max(pixel)))
     });
-    // What reaches behind the camera may be anywhere.
+    // An object reaching behind the camera may cover any part of the image.
     let (low, high) = window.unwrap_or((DVec2::ZERO, DVec2::INFINITY));
     let frame = DVec2::new(f64::from(view.width_px()), f64::from(view.height_px()));
     let low = low.floor().clamp(DVec2::ZERO, frame);
@@ -36,7 +36,7 @@ mod tests {
     use geometry::{Camera, Material, Pose, Rgb, TexturedMesh, shapes};
 
     #[test]
-    fn the_window_shows_what_the_whole_picture_shows() {
+    fn window_equals_crop_of_whole_image() {
         let mut mesh = TexturedMesh::default();
         mesh.add(shapes::cone(0.05, 0.02, 0.12, 32), &Material::plain("gray", Rgb([0.5; 3]), 0.5));
         let camera = Camera::orbit(160, 120, 0.6, DVec3::ZERO, 0.3, 0.5, 0.8);

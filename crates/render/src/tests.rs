@@ -1,4 +1,4 @@
-//! The fast renderer against the slow one, and what light must do.
+//! The renderer agrees with the reference renderer, and lighting has the expected effects.
 
 use glam::{DVec2, DVec3};
 
@@ -52,7 +52,7 @@ fn views() -> Vec<View> {
 }
 
 #[test]
-fn ids_and_depth_agree_with_the_reference() {
+fn ids_and_depth_agree_with_reference() {
     let meshes = scene_meshes();
     let objects = objects(&meshes);
     for view in views() {
@@ -71,7 +71,7 @@ fn ids_and_depth_agree_with_the_reference() {
 }
 
 #[test]
-fn color_and_geometry_passes_see_the_same_surfaces() {
+fn color_and_geometry_passes_agree() {
     let meshes = scene_meshes();
     let scene = RenderScene {
         objects: objects(&meshes),
@@ -93,7 +93,7 @@ fn color_and_geometry_passes_see_the_same_surfaces() {
 }
 
 #[test]
-fn one_thread_and_three_give_the_same_bytes() {
+fn render_bytes_do_not_depend_on_thread_count() {
     let meshes = scene_meshes();
     let scene = RenderScene {
         objects: objects(&meshes),
@@ -108,7 +108,7 @@ fn one_thread_and_three_give_the_same_bytes() {
 }
 
 #[test]
-fn a_shadow_falls_away_from_the_light() {
+fn shadow_falls_away_from_light() {
     let meshes = scene_meshes();
     let table_and_block = [&meshes[0], &meshes[2]];
     let objects: Vec<RenderObject> = table_and_block
@@ -133,7 +133,7 @@ fn a_shadow_falls_away_from_the_light() {
 }
 
 #[test]
-fn glass_lets_what_is_behind_shine_through_and_keeps_its_id() {
+fn glass_transmits_background_color_and_keeps_its_id() {
     let table = dressed(shapes::block(DVec3::new(1.0, 1.0, 0.02)), 0xc02020);
     let mut pane = TexturedMesh::default();
     let glass = Material { opacity: 0.2, ..Material::plain("glass", Rgb::hex(0xf0f8ff), 0.1) };

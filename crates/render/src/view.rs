@@ -1,4 +1,4 @@
-//! Where the picture is taken from.
+//! Where the image is taken from.
 
 use glam::{DVec2, DVec3};
 
@@ -11,14 +11,14 @@ pub enum View {
     Orthographic(TopView),
 }
 
-/// Looks straight down; the picture's right is world +x and its up is world +y. Nothing above
-/// `eye_z_m` is seen; depth is measured down from there.
+/// A camera looking straight down; the image's right is world +x and its up is world +y. Surfaces above `eye_z_m` are
+/// invisible; depth is measured down from there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TopView {
     pub width_px: u32,
     pub height_px: u32,
     pub meters_per_px: f64,
-    /// World position in the middle of the picture.
+    /// World position in the center of the image.
     pub center_m: DVec2,
     /// World height of the eye.
     pub eye_z_m: f64,
@@ -62,7 +62,7 @@ impl View {
         }
     }
 
-    /// The part of the picture whose upper left corner is `low_px` and that is `size_px` wide and high.
+    /// The part of the image whose upper left corner is `low_px` and that is `size_px` wide and high.
     pub fn window(&self, low_px: [u32; 2], size_px: [u32; 2]) -> View {
         let [width_px, height_px] = size_px;
         let low = DVec2::from(low_px.map(f64::from));

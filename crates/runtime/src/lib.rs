@@ -1,10 +1,23 @@
-//! What every long computation needs from the process: cancellation, one bounded CPU pool, and child seeds.
+//! Process-level utilities: cancellation, one bounded CPU pool, child seeds, digests and error chains as text.
 //!
 //! The crate knows no domain type. It must not depend on any other crate of the workspace.
+//!
+//! ```
+//! use runtime::{CancelFlag, Cancelled};
+//!
+//! let cancel = CancelFlag::default();
+//! let worker_copy = cancel.clone();
+//! assert_eq!(worker_copy.check(), Ok(()));
+//! cancel.cancel();
+//! assert_eq!(worker_copy.check(), Err(Cancelled));
+//! ```
 
+pub mod cancel;
 pub mod cpu;
-pub mod interrupt;
+pub mod digest;
+pub mod error;
 pub mod seed;
 
-pub use cpu::{Cpu, Died, panic_text};
-pub use interrupt::{Interrupt, Interrupted};
+pub use cancel::{CancelFlag, Cancelled};
+pub use cpu::{ComputationFailed, CpuPool, panic_text};
+pub use error::error_chain;

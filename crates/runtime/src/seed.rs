@@ -1,13 +1,13 @@
-//! Seeded child generators: every stage and every instance draws from its own stream.
+//! Seeded child generators: every stage and every instance draws from its own random stream.
 //!
 //! A child seed depends on the parent seed and on a *name*, never on a position in a list, so adding
-//! one object to a scene does not re-roll the others.
+//! one object to a scene does not change the random numbers of the others.
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use sha2::{Digest, Sha256};
 
-/// The one generator type of the program: portable, so a seed means the same bytes everywhere.
+/// The one generator type of the program. It is portable: a seed gives the same bytes on every platform.
 pub type Rng = ChaCha8Rng;
 
 /// Seed of the child stream `name` of the stream `parent`; stable across releases.
@@ -28,7 +28,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn children_differ_by_name_and_parent_and_repeat() {
+    fn child_seeds_repeat_and_differ_by_name_and_parent() {
         assert_eq!(child_seed(7, "mug_1"), child_seed(7, "mug_1"));
         assert_ne!(child_seed(7, "mug_1"), child_seed(7, "mug_2"));
         assert_ne!(child_seed(7, "mug_1"), child_seed(8, "mug_1"));

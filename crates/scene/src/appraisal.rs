@@ -1,39 +1,38 @@
-//! What a model thinks of a finished scene, where one was asked: ratings as the paper has them, and tasks for
-//! a robot.
+//! Optional answers of a vision-language model about a finished scene: ratings by the paper's criteria, and proposed
+//! robot tasks.
 
 use serde::{Deserialize, Serialize};
 
 use super::InstanceId;
 
-/// Lowest and highest score.
+/// Lowest and highest score of a rating.
 pub const SCORES: [u8; 2] = [1, 7];
 
-/// What a scene is rated by (the paper's Sec. Experiments): the first three for scenes made after a picture,
-/// the last four for scenes made after a text.
+/// Rating criterion (the paper's Sec. Experiments). [`Self::OF_IMAGE`] lists the criteria of scenes made from an image,
+/// [`Self::OF_TEXT`] those of scenes made from text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Criterion {
-    /// VF: how good and how real it looks.
+    /// VF: visual quality and realism.
     VisualFidelity,
-    /// IA: as in the picture, in style, counts, kinds and layout.
+    /// IA: agreement with the image in style, counts, kinds and layout.
     ImageAlignment,
-    /// CwT: as the text says.
+    /// CwT: agreement with the text.
     ConsistencyWithText,
-    /// OQR: how well made the things are, and whether one sees what they are.
+    /// OQR: quality and recognizability of the objects.
     ObjectQuality,
-    /// LCR: whether things lie as they do where people use them.
+    /// LCR: functional plausibility of the arrangement.
     LayoutCoherence,
-    /// PP: nothing floats, sticks in another or would fall.
+    /// PP: no object floats, penetrates another or would fall.
     PhysicalPlausibility,
 }
 
 impl Criterion {
-    pub const OF_A_PICTURE: [Self; 3] =
-        [Self::VisualFidelity, Self::ImageAlignment, Self::PhysicalPlausibility];
-    pub const OF_A_TEXT: [Self; 4] =
+    pub const OF_IMAGE: [Self; 3] = [Self::VisualFidelity, Self::ImageAlignment, Self::PhysicalPlausibility];
+    pub const OF_TEXT: [Self; 4] =
         [Self::ConsistencyWithText, Self::ObjectQuality, Self::LayoutCoherence, Self::PhysicalPlausibility];
 
-    /// The word in files.
+    /// The name in files.
     pub const fn name(self) -> &'static str {
         match self {
             Self::VisualFidelity => "visual_fidelity",
@@ -46,27 +45,27 @@ impl Criterion {
     }
 }
 
-/// One score.
+/// Score of one criterion.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Rating {
     pub criterion: Criterion,
     /// 1 (very poor) to 7 (excellent).
     pub score: u8,
-    /// Why, in a sentence.
+    /// The reason in one sentence.
     pub why: String,
 }
 
-/// Something for a robot to do in a scene.
+/// A proposed robot task in a scene.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ProposedTask {
-    /// What a person would say to the robot.
+    /// The instruction in natural language.
     pub instruction: String,
     pub kind: TaskKind,
-    /// Names of the objects that it is about, all of the scene; those that are moved come first.
+    /// Names of the involved objects of the scene; moved objects come first.
     pub objects: Vec<InstanceId>,
 }
 
-/// The paper's kinds of tasks.
+/// The task kinds of the paper.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum TaskKind {
@@ -77,31 +76,32 @@ pub enum TaskKind {
 }
 
 impl TaskKind {
-    /// The words in files.
+    /// The names in files.
     pub const NAMES: [&str; 4] = ["pick_and_place", "swap", "stack", "multi_step"];
 }
 
-/// What a model said, and which it was.
+/// An answer of a model with its source.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Opinion<T> {
-    /// The adapter that answered.
+pub struct ModelResponse<T> {
+    /// Name of the adapter.
     pub by: String,
     pub model: String,
     /// Name and version of the prompt.
     pub prompt: String,
+    /// The answer.
     pub said: T,
 }
 
-/// What was asked about a finished scene, and what came of it.
+/// All model answers about a finished scene.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Appraisal {
-    /// In the order of the criteria; absent where ratings were not asked for, or not given.
+    /// In the order of the criteria; absent if ratings were not requested or not returned.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub ratings: Option<Opinion<Vec<Rating>>>,
-    /// Those that are easiest first; absent where tasks were not asked for, or not given.
+    pub ratings: Option<ModelResponse<Vec<Rating>>>,
+    /// Easiest first; absent if tasks were not requested or not returned.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub tasks: Option<Opinion<Vec<ProposedTask>>>,
-    /// What was asked for and not given, and why; nothing stands in its place.
+    pub tasks: Option<ModelResponse<Vec<ProposedTask>>>,
+    /// Requested answers that are missing, with the reason. There is no substitute for them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub missing: Vec<String>,
 }

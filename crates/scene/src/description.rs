@@ -1,4 +1,4 @@
-//! What the analyst makes of a text: which objects, how large, in which relations, on which table.
+//! Description of a scene by the analyst: objects with sizes and relations, and the table.
 
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -6,24 +6,24 @@ use serde::{Deserialize, Serialize};
 use super::{InstanceId, TableSpec};
 use geometry::Rgb;
 
-/// A detailed, layout-aware description: style, object set with counts, functional layout.
+/// A detailed, layout-aware description: style, objects with counts, functional layout.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SceneDescription {
-    /// Name of the theme that fills gaps (`hobby_desk`).
+    /// Name of the theme that supplies objects the text leaves open (`hobby_desk`).
     pub theme: String,
     /// One of the four families of the paper's test set: `office_living`, `dining_kitchen`,
     /// `workbench_utility`, `crafting_hobby`.
     pub family: String,
     pub table: TableSpec,
-    /// In the order in which the text names them; relations refer to earlier or later ones by id.
+    /// In the order of the text. Relations refer to objects by id, in any order.
     pub objects: Vec<ObjectSpec>,
-    /// Words of the text that mean a thing nobody here knows.
+    /// Nouns of the text that no category of the catalog matches.
     pub unrecognized_terms: Vec<String>,
-    /// The description in plain words, as a person would read it.
+    /// The description in plain language.
     pub prose: String,
 }
 
-/// One object to stand on the table.
+/// One requested object.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ObjectSpec {
     pub id: InstanceId,
@@ -31,7 +31,7 @@ pub struct ObjectSpec {
     pub label: String,
     /// Catalog category.
     pub category: String,
-    /// Extents as it stands: width (x), depth (y), height (z), meters. `measure` answers with this.
+    /// Upright extents: width (x), depth (y), height (z), meters. The port method `measure` returns them.
     pub size_m: DVec3,
     /// The color the text asks for.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -39,14 +39,14 @@ pub struct ObjectSpec {
     /// The material the text asks for (a name of `config/materials.toml`).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub material: Option<String>,
-    /// Draws the details of its shape and texture; a child of the request's seed and the id.
+    /// Seed of the details of its shape and texture, derived from the request's seed and the id.
     pub seed: u64,
-    /// Whether the text asked for it by name (else the theme added it).
+    /// Whether the text names it; otherwise the theme added it.
     pub requested: bool,
     pub relations: Vec<Relation>,
 }
 
-/// Where an object stands relative to another.
+/// Spatial relation of an object to another one.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Relation {
     pub kind: RelationKind,
@@ -55,7 +55,7 @@ pub struct Relation {
     pub target: Option<InstanceId>,
 }
 
-/// Relations the grammar understands. Directions are those of somebody at the front edge.
+/// Kinds of spatial relations. Directions are as seen from the front edge of the table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum RelationKind {
@@ -66,11 +66,11 @@ pub enum RelationKind {
     InFrontOf,
     Behind,
     NextTo,
-    /// One of several spread about the target.
+    /// One of several objects distributed around the target.
     Around,
-    /// One of a pile of equals: stands on the previous one.
+    /// One of a stack of equal objects: on top of the previous one.
     StackedOn,
-    /// At a named part of the table top.
+    /// At a named part of the table top; likewise the variants below.
     AtCenter,
     AtBack,
     AtFront,
@@ -86,7 +86,7 @@ impl RelationKind {
 }
 
 impl ObjectSpec {
-    /// The object this one stands on or in; `None` = the table.
+    /// The supporting object; `None` = the table.
     pub fn supporter(&self) -> Option<&InstanceId> {
         self.relations.iter().find(|r| r.kind.is_support()).and_then(|r| r.target.as_ref())
     }

@@ -1,13 +1,17 @@
-//! The finished scene: the one value every format is written from.
+//! The finished scene, from which every format is written.
 
 use serde::{Deserialize, Serialize};
 
-use super::{Certificate, Instance, SceneRequest, Table};
+use super::{Certificate, Instance, SceneRequest, Support, Table};
 use crate::certificate::Metrics;
+use crate::support_tree::{InvalidSupport, SupportTree, Supporter};
+use crate::validation::{Violation, Violations, validated};
 use geometry::Camera;
 
-/// `scene.json`. Meshes and hulls travel beside it (see `export::Assets`).
+/// Content of `scene.json`. Meshes and hulls are kept separately (`export::Assets`). A deserialized value is valid:
+/// names are unique, sizes are positive, and the supports form a tree rooted at the table.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(remote = "Self")]
 pub struct Scene {
     /// `tabletopgen-scene/1`.
     pub format: String,
@@ -16,7 +20,7 @@ pub struct Scene {
     pub seed: u64,
     pub request: SceneRequest,
     pub frame: Frame,
-    /// Camera of the reference picture.
+    /// Camera of the reference image.
     pub camera: Camera,
     pub table: Table,
     /// The table is not among them.
@@ -24,7 +28,9 @@ pub struct Scene {
     pub metrics: Metrics,
 }
 
-/// The conventions of every file of a bundle.
+validated!(Scene);
+
+/// Coordinate conventions of the files of a bundle.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Frame {
     pub up: String,
@@ -47,9 +53,46 @@ impl Frame {
 
 impl Scene {
     pub const FORMAT: &str = "tabletopgen-scene/1";
+
+    /// Every violation of the guarantees.
+    fn violations(&self) -> Vec<Violation> {
+        let mut violations = Violations::default();
+        violations.require(self.format == Self::FORMAT, "/format", format!("must be {}", Self::FORMAT));
+        violations.require_size(self.table.size_m, "/table/size_m");
+        for (index, instance) in self.instances.iter().enumerate() {
+            let name = &instance.name;
+            let unique = name.as_str() != self.table.name
+                && !self.instances[..index].iter().any(|other| &other.name == name);
+            let pointer = format!("/instances/{index}/name");
+            violations.require(unique, pointer, format!("the name {name} is not unique"));
+            violations.require_size(instance.size_m, format!("/instances/{index}/size_m"));
+        }
+        if let Err(error @ (InvalidSupport::UnknownParent(index) | InvalidSupport::Cycle(index))) =
+            self.support_tree()
+        {
+            violations.require(false, format!("/instances/{index}/support/parent"), error.to_string());
+        }
+        violations.into_vec()
+    }
+
+    /// The supports of the instances.
+    ///
+    /// # Errors
+    ///
+    /// [`InvalidSupport`] for an unknown supporter or a cycle, which a deserialized value cannot have.
+    pub fn support_tree(&self) -> Result<SupportTree, InvalidSupport> {
+        let position = |name: &str| self.instances.iter().position(|other| other.name.as_str() == name);
+        let supporter = |instance: &Instance| {
+            let Support { parent, relation } = &instance.support;
+            // An unknown name becomes an index that is out of range.
+            let index = || position(parent).unwrap_or(self.instances.len());
+            Supporter { parent: (*parent != self.table.name).then(index), relation: *relation }
+        };
+        SupportTree::new(self.instances.iter().map(supporter).collect())
+    }
 }
 
-/// A scene with its certificate: what `bundle` packs.
+/// A scene with its certificate: the input of the stage `bundle`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CertifiedScene {
     pub scene: Scene,

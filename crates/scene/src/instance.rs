@@ -6,22 +6,22 @@ use serde::{Deserialize, Serialize};
 use super::{Friction, InstanceId, MassProperties};
 use geometry::Pose;
 
-/// An instance as `scene.json` tells it. The object's frame is the canonical mesh's: +z up as it
-/// stands, +y its back, origin at the center of the bottom face of its axis-aligned box, meters.
+/// An instance of `scene.json`. The object frame is the frame of the canonical mesh: +z up, +y toward its back, origin
+/// at the center of the bottom face of its axis-aligned box, meters.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Instance {
     pub name: InstanceId,
     pub label: String,
     pub category: String,
-    pub picture: Picture,
+    pub image: ImageRegion,
     /// `world_from_object` (`translation_m`, `rotation_xyzw`).
     #[serde(flatten)]
     pub world_from_object: Pose,
-    /// Twist of the rotation about world z; `null` within 10 degrees of singular.
+    /// Rotation about world z (twist); `null` within 10 degrees of the singularity.
     pub yaw_rad: Option<f64>,
     /// Order of rotational symmetry about +z: 1 = none, n = every 360/n degrees, 0 = any angle.
     pub symmetry_order: u32,
-    /// Factors that took the unit mesh to meters; provenance, never applied again.
+    /// Factors from the unit mesh to meters. They are provenance: the mesh is already scaled.
     pub scale: DVec3,
     /// Extents of the canonical mesh's axis-aligned box.
     pub size_m: DVec3,
@@ -37,24 +37,24 @@ pub struct Instance {
     pub provenance: Provenance,
 }
 
-/// Where the instance appears in the reference picture.
+/// Position of the instance in the reference image.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Picture {
+pub struct ImageRegion {
     /// Box of its visible mask: x0, y0 inclusive; x1, y1 exclusive.
     pub bbox_px: [u32; 4],
 }
 
-/// What carries an instance.
+/// Support of an instance.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub struct Support {
-    /// `table`, or the name of the instance it stands on or in.
+    /// `table`, or the name of the supporting instance.
     pub parent: String,
     /// `on` or `in`.
     pub relation: SupportRelation,
 }
 
-/// How a supporter carries an instance.
+/// Kind of support: on top of the supporter, or inside it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SupportRelation {
@@ -62,31 +62,31 @@ pub enum SupportRelation {
     In,
 }
 
-/// How the shape of a mesh was found.
+/// Reconstruction method of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ReconstructionMethod {
-    /// A parametric category of the catalog.
+    /// A parametric model of a catalog category.
     Category,
-    /// A profile turned about an upright axis.
+    /// A solid of revolution about a vertical axis.
     Turned,
     Box,
-    /// An outline on the table, raised.
+    /// A horizontal outline extruded upward.
     Slab,
-    /// An upright outline with depth.
+    /// A vertical outline extruded in depth.
     Extrusion,
-    /// An outline, upright or on the table, blown up: the wider, the thicker.
+    /// An inflated outline, vertical or horizontal: thickness grows with width.
     Inflation,
-    /// A model made it from a picture.
+    /// Generated from an image by a model.
     Generated,
 }
 
-/// Who made the parts of an instance.
+/// Origin of the parts of an instance.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Provenance {
     /// Port adapter and model that made the mesh (`embedded/catalog`).
     pub mesh_by: String,
     pub licence: String,
-    /// Free notes of the stages: what was completed, rescaled, moved.
+    /// Notes of the stages about completion, rescaling and movement.
     pub notes: Vec<String>,
 }

@@ -1,8 +1,7 @@
-//! A job is an operation on a scene; its state says what the machine is doing.
+//! Jobs and their state machine. A job is an operation on a scene.
 //!
-//! State moves in one place: [`JobState::after`], a pure table. The store reads the state, asks the
-//! table and writes the answer in one transaction, so no row ever makes a move that is not listed here.
-//! Nothing here knows SQL or HTTP.
+//! [`JobState::after`] is the complete transition table. The store reads the state, applies the table and writes the
+//! result in one transaction, so every row follows the table.
 
 use std::fmt;
 
@@ -10,41 +9,67 @@ use serde::{Deserialize, Serialize};
 
 pub use crate::SceneRequest;
 
-/// What the machine is doing with a job.
+/// Operation of a job.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum JobKind {
+    /// The first job of a scene.
+    Generate,
+    /// A further job of a scene, after another one ended.
+    Retry,
+}
+
+impl JobKind {
+    pub const ALL: [Self; 2] = [Self::Generate, Self::Retry];
+
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Generate => "generate",
+            Self::Retry => "retry",
+        }
+    }
+
+    /// Inverse of [`Self::as_str`].
+    pub fn parse(text: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|kind| kind.as_str() == text)
+    }
+}
+
+/// State of a job.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum JobState {
-    /// Waits for a worker (or for its `not_before`).
+    /// Waits for a worker or for its `not_before` time.
     Queued,
     /// A worker holds its lease.
     Running,
-    /// Somebody asked to stop it; its worker has yet to let go.
+    /// Cancellation requested; the worker has not stopped yet.
     Cancelling,
     Succeeded,
     Failed,
     Cancelled,
 }
 
-/// What may happen to a job.
+/// Events of a job.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum JobEvent {
-    /// A worker took it: from the queue, or from a worker whose lease ran out.
+    /// A worker claimed it from the queue, or after another worker's lease expired.
     Claimed,
-    /// A client asked to stop it.
+    /// A client requested cancellation.
     CancelRequested,
     /// Its worker finished the work.
     Succeeded,
-    /// Its worker gave it up for good.
+    /// Its worker failed permanently.
     Failed,
-    /// Its worker failed in a way that may pass; it goes back to the queue.
+    /// Its worker failed with a retryable error; the job returns to the queue.
     RetryScheduled,
-    /// Its worker is shutting down; it goes back to the queue, uncharged.
+    /// Its worker is shutting down; the job returns to the queue, and the attempt does not count.
     Released,
     /// Its worker stopped because of a cancellation.
     Stopped,
 }
 
-/// The event cannot happen to a job in this state.
+/// The event is invalid in this state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("a job that is {state} cannot take the event {event:?}")]
 pub struct InvalidTransition {
@@ -56,7 +81,11 @@ impl JobState {
     pub const ALL: [Self; 6] =
         [Self::Queued, Self::Running, Self::Cancelling, Self::Succeeded, Self::Failed, Self::Cancelled];
 
-    /// The state after `event`. Once cancelling, the only way out is cancelled; a final state stays.
+    /// The state after `event`. `Cancelling` can only become `Cancelled`; final states do not change.
+    ///
+    /// # Errors
+    ///
+    /// [`InvalidTransition`] if the event is invalid in this state.
     pub fn after(self, event: JobEvent) -> Result<Self, InvalidTransition> {
         use JobEvent as E;
         use JobState as S;
@@ -83,7 +112,7 @@ impl JobState {
         }
     }
 
-    /// Nothing more happens to it.
+    /// Whether the state is final.
     pub fn is_final(self) -> bool {
         matches!(self, Self::Succeeded | Self::Failed | Self::Cancelled)
     }
@@ -111,15 +140,15 @@ impl fmt::Display for JobState {
     }
 }
 
-/// Whether a scene can be used.
+/// State of a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SceneState {
-    /// A job is to make it, or is making it.
+    /// Its job is queued or running.
     Pending,
-    /// Its bundle may be used.
+    /// Its bundle is ready for use.
     Ready,
-    /// No bundle, or one whose certificate says `quarantine` (code `quarantined`).
+    /// There is no bundle, or its certificate says `quarantine` (code `quarantined`).
     Failed,
     Deleted,
 }
@@ -142,21 +171,21 @@ impl SceneState {
     }
 }
 
-/// Why a job failed, which decides whether and when it is tried again.
+/// Class of a failure. It decides whether and when the job is retried.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FailureClass {
-    /// May pass by itself (network, overload): tried again, soon.
+    /// Temporary (network, overload): retried soon.
     Transient,
-    /// A provider asked for patience: tried again when it says; burns no attempt.
+    /// A provider's rate limit: retried at the time it states; the attempt does not count.
     RateLimited,
-    /// The same request fails the same way.
+    /// The same request always fails.
     Permanent,
-    /// A provider, or we, will not do this request.
+    /// A provider or this service refuses the request.
     Refused,
     /// The request's budget is spent.
     OverBudget,
-    /// The worker died or panicked on it: tried again, but not for ever.
+    /// The worker died or panicked: retried a limited number of times.
     Crashed,
 }
 
@@ -172,19 +201,19 @@ impl FailureClass {
         }
     }
 
-    /// Trying again can help.
+    /// Whether a retry can succeed.
     pub fn is_retryable(self) -> bool {
         matches!(self, Self::Transient | Self::RateLimited | Self::Crashed)
     }
 }
 
-/// What a client is told about a failure.
+/// A failure as reported to clients.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Failure {
     pub class: FailureClass,
     /// Stable, `[a-z0-9_]+`.
     pub code: String,
-    /// A sentence, and what to do.
+    /// A sentence with advice.
     pub message: String,
 }
 
@@ -198,8 +227,8 @@ mod tests {
         [E::Claimed, E::CancelRequested, E::Succeeded, E::Failed, E::RetryScheduled, E::Released, E::Stopped];
 
     #[test]
-    fn the_whole_grid_of_states_and_events() {
-        // One row a state, one column an event, in the order of EVENTS; None = refused.
+    fn after_matches_the_complete_transition_table() {
+        // One row per state, one column per event in the order of EVENTS; None = invalid.
         let grid: [(S, [Option<S>; 7]); 6] = [
             (S::Queued, [Some(S::Running), Some(S::Cancelled), None, None, None, None, None]),
             (
@@ -241,12 +270,15 @@ mod tests {
     }
 
     #[test]
-    fn names_round_trip() {
+    fn state_names_round_trip() {
         for state in S::ALL {
             assert_eq!(S::parse(state.as_str()), Some(state));
         }
         for state in SceneState::ALL {
             assert_eq!(SceneState::parse(state.as_str()), Some(state));
+        }
+        for kind in JobKind::ALL {
+            assert_eq!(JobKind::parse(kind.as_str()), Some(kind));
         }
         assert_eq!(S::parse("Queued"), None);
     }

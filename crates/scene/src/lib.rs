@@ -1,14 +1,31 @@
-//! What stages speak about: requests, descriptions, the table, instances, the finished scene.
+//! Domain types of the pipeline: requests, descriptions, recognitions, the finished scene, certificates, jobs.
 //!
-//! Types here know geometry and nothing of transport or rows. A value that exists is valid: names are
-//! checked, sizes positive, supports form a tree rooted at the table.
+//! Deserialized requests, recognitions and scenes are valid: names are unique, sizes positive, and supports form a tree
+//! rooted at the table. The crate depends on geometry and imaging only; it must not depend on transport, storage or
+//! providers.
+//!
+//! ```
+//! use scene::SceneRequest;
+//!
+//! let stored = r#"{"version": 1, "input": {"kind": "text", "text": "a mug"}, "seed": 7, "options": {}}"#;
+//! let request: SceneRequest = serde_json::from_str(stored)?;
+//! assert_eq!(request.seed, 7);
+//!
+//! let invalid = stored.replace("{}", r#"{"max_objects": 0}"#);
+//! let error = serde_json::from_str::<SceneRequest>(&invalid).unwrap_err();
+//! assert!(error.to_string().starts_with("/options/max_objects: must be from 1 to 64"));
+//! # Ok::<(), serde_json::Error>(())
+//! ```
 
+mod validation;
+pub mod id;
 pub mod name;
 pub mod request;
 pub mod description;
 pub mod table;
 pub mod recognition;
 pub mod instance;
+pub mod support_tree;
 pub mod money;
 pub mod certificate;
 pub mod appraisal;
@@ -19,6 +36,7 @@ pub use certificate::Certificate;
 pub use description::{ObjectSpec, Relation, RelationKind, SceneDescription};
 pub use finished::Scene;
 pub use geometry::{Friction, MassProperties};
+pub use id::{JobId, SceneId, TenantId};
 pub use instance::{Instance, Provenance, ReconstructionMethod, Support};
 pub use money::MicroUsd;
 pub use name::InstanceId;
@@ -27,4 +45,9 @@ pub use recognition::{
     StandsOn, TopBox, UNNAMED_CATEGORY,
 };
 pub use request::{Input, SceneRequest};
+pub use support_tree::SupportTree;
 pub use table::{Table, TableShape, TableSpec};
+pub use validation::{InvalidValue, Violation};
+
+#[cfg(test)]
+mod tests;

@@ -1,4 +1,4 @@
-//! Money: whole millionths of a US dollar.
+//! Amounts of money in whole millionths of a US dollar.
 
 use std::fmt;
 
@@ -11,9 +11,9 @@ pub struct MicroUsd(pub i64);
 impl MicroUsd {
     pub const ZERO: Self = Self(0);
 
-    /// Of an amount in dollars, rounded up.
+    /// Converts an amount in dollars, rounding up.
     pub fn of_usd(usd: f64) -> Self {
-        // What floating point adds to an amount such as 0.07 is no millionth.
+        // The subtrahend removes the rounding error of amounts such as 0.07.
         Self((usd * 1e6 - 1e-6).ceil().clamp(0.0, 9e15) as i64)
     }
 
@@ -34,7 +34,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn dollars_are_rounded_up_to_millionths() {
+    fn of_usd_rounds_up_to_millionths() {
         assert_eq!(MicroUsd::of_usd(0.07), MicroUsd(70_000));
         assert_eq!(MicroUsd::of_usd(0.000_000_4), MicroUsd(1));
         assert_eq!(MicroUsd::of_usd(0.0), MicroUsd::ZERO);

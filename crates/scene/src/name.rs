@@ -1,22 +1,26 @@
-//! Names that are safe in every format and every file system.
+//! Instance names, valid in every export format and file system.
 
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-/// Stable name of an instance: `[a-z][a-z0-9_]{0,62}`, unique in its scene (`mug_1`). Seeds, keys and
-/// files are derived from it, never from a position in a list.
+/// Stable name of an instance: `[a-z][a-z0-9_]{0,62}`, unique in its scene (`mug_1`). Seeds, keys and file names are
+/// derived from it, not from a list position.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub struct InstanceId(String);
 
-/// The text was no valid name.
+/// The text is not a valid instance name.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0:?} is not a name of the form [a-z][a-z0-9_]{{0,62}}")]
 pub struct InvalidName(String);
 
 impl InstanceId {
-    /// Accepts `[a-z][a-z0-9_]{0,62}`.
+    /// Parses a name.
+    ///
+    /// # Errors
+    ///
+    /// [`InvalidName`] unless the text has the form `[a-z][a-z0-9_]{0,62}`.
     pub fn new(name: &str) -> Result<Self, InvalidName> {
         let mut characters = name.chars();
         let valid = characters.next().is_some_and(|c| c.is_ascii_lowercase())
@@ -25,7 +29,7 @@ impl InstanceId {
         if valid { Ok(Self(name.to_owned())) } else { Err(InvalidName(name.to_owned())) }
     }
 
-    /// The `number`-th instance of a label: letters and digits kept, everything else folded to `_`.
+    /// Name of the `number`-th instance of a label: ASCII letters and digits are kept, all else becomes `_`.
     pub fn numbered(label: &str, number: usize) -> Self {
         let mut stem = String::new();
         for c in label.chars().flat_map(char::to_lowercase).take(48) {
@@ -73,7 +77,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn any_label_becomes_a_valid_name() {
+    fn numbered_gives_valid_names_for_any_label() {
         for label in
             ["Coffee mug", "../../etc", "", "7up \"can\"", "Tasse à café", "<b>🍎</b>", &"x".repeat(300)]
         {

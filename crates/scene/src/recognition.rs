@@ -1,37 +1,87 @@
-//! What is seen in a picture: the camera, the table, the objects, and where each one shows.
+//! Recognition of an image: camera, table, objects and their masks.
 
 use glam::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 
 use super::{InstanceId, TableShape};
-use geometry::{Camera, Outline, Rgb, SolidFit};
+use crate::instance::SupportRelation;
+use crate::support_tree::{InvalidSupport, SupportTree, Supporter};
+use crate::validation::{Violation, Violations, validated};
+use geometry::{Camera, Outline, PosedPrimitive, Rgb};
 use imaging::Mask;
 
-/// The category of an object that no category of the catalog describes.
+/// Category of an object without a matching catalog category.
 pub const UNNAMED_CATEGORY: &str = "object";
 
-/// Open-vocabulary recognition of a reference picture.
+/// Open-vocabulary recognition of a reference image. A deserialized value is valid: names are unique and none is
+/// `table`, sizes are positive, and the supports form a tree rooted at the table.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(remote = "Self")]
 pub struct Recognition {
-    /// Intrinsics and pose relative to the table frame (its height above the table is up to scale
-    /// until the anchor is known).
+    /// Intrinsics and pose relative to the table frame. The height above the table is up to scale until the metric
+    /// anchor is known.
     pub camera: Camera,
-    /// What the camera's angles come from.
+    /// Source of the camera's angles.
     pub camera_is: CameraKnowledge,
     pub table: RecognizedTable,
-    /// The table is not among them.
+    /// All objects without the table.
     pub objects: Vec<RecognizedObject>,
 }
 
-/// How well a recognized camera is known.
+validated!(Recognition);
+
+impl Recognition {
+    /// Every violation of the guarantees.
+    fn violations(&self) -> Vec<Violation> {
+        let mut violations = Violations::default();
+        violations.require_size(self.table.size_m, "/table/size_m");
+        for (index, object) in self.objects.iter().enumerate() {
+            let id = &object.id;
+            let unique = !self.objects[..index].iter().any(|other| &other.id == id);
+            violations.require(
+                unique,
+                format!("/objects/{index}/id"),
+                format!("the name {id} is not unique"),
+            );
+            let allowed = id.as_str() != "table";
+            violations.require(allowed, format!("/objects/{index}/id"), "the name table is reserved");
+            violations.require_size(object.size_m, format!("/objects/{index}/size_m"));
+        }
+        if let Err(error @ (InvalidSupport::UnknownParent(index) | InvalidSupport::Cycle(index))) =
+            self.support_tree()
+        {
+            violations.require(false, format!("/objects/{index}/stands_on"), error.to_string());
+        }
+        violations.into_vec()
+    }
+
+    /// The supports of the objects.
+    ///
+    /// # Errors
+    ///
+    /// [`InvalidSupport`] for an unknown supporter or a cycle, which a deserialized value cannot have.
+    pub fn support_tree(&self) -> Result<SupportTree, InvalidSupport> {
+        let position = |id: &InstanceId| self.objects.iter().position(|object| &object.id == id);
+        // An unknown id becomes an index that is out of range.
+        let parent = |id: &InstanceId| Some(position(id).unwrap_or(self.objects.len()));
+        let supporter = |object: &RecognizedObject| match &object.stands_on {
+            StandsOn::Table => Supporter { parent: None, relation: SupportRelation::On },
+            StandsOn::On(id) => Supporter { parent: parent(id), relation: SupportRelation::On },
+            StandsOn::In(id) => Supporter { parent: parent(id), relation: SupportRelation::In },
+        };
+        SupportTree::new(self.objects.iter().map(supporter).collect())
+    }
+}
+
+/// Source of a recognized camera, by decreasing accuracy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum CameraKnowledge {
-    /// Exactly: its picture was painted with it.
+    /// Exact: the image was rendered with this camera.
     Known,
-    /// Read off lines in the picture.
+    /// Measured from lines in the image.
     Measured,
-    /// A model said so; its angles may be some degrees off.
+    /// Estimated by a model; angles may be off by some degrees.
     Judged,
 }
 
@@ -40,12 +90,12 @@ pub enum CameraKnowledge {
 pub struct RecognizedTable {
     pub label: String,
     pub shape: TableShape,
-    /// Catalog model that looks like it.
+    /// The most similar catalog model.
     pub model: String,
-    /// Edge of the top in the world, where no model has it.
+    /// Outline of the top in the world, if no catalog model has this outline.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub outline_m: Option<Outline>,
-    /// Commonsense extents: width, depth of the top, height above the floor; meters.
+    /// Typical extents: width and depth of the top, height above the floor; meters.
     pub size_m: DVec3,
     pub color: Option<Rgb>,
     pub material: Option<String>,
@@ -58,38 +108,38 @@ pub struct RecognizedObject {
     pub id: InstanceId,
     pub label: String,
     pub category: String,
-    /// Commonsense extents as it stands: width, depth, height; meters.
+    /// Typical upright extents: width, depth, height; meters.
     pub size_m: DVec3,
     pub color: Option<Rgb>,
     pub material: Option<String>,
     pub seed: u64,
-    /// What it stands on or in, as far as it can be told from picture and words.
+    /// Its supporter, as inferred from image and text.
     pub stands_on: StandsOn,
-    /// Box around what shows of it: x0, y0, x1, y1, pixels; `None` where recognition does not say.
+    /// Box of its visible part: x0, y0, x1, y1, pixels. `None` if the recognition adapter gives none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub seen_px: Option<[f64; 4]>,
-    /// The solid that its pixels were read as, in the world; where it stands on another thing, as if it stood on the table
-    /// along the same rays. `None` where recognition does not say.
+    /// The primitive fitted to its pixels, in the world. For an object on another object, the primitive stands on the
+    /// table along the same rays. `None` if the recognition adapter gives none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub seen_as: Option<SolidFit>,
-    /// The catalog's mesh of its category that shows where it shows; `None` where no category is known or none shows so.
+    pub seen_as: Option<PosedPrimitive>,
+    /// The catalog mesh of its category that matches its pixels. `None` if the category is unknown or no mesh matches.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub seen_like: Option<CategoryStance>,
 }
 
-/// A mesh of the catalog, stood where a thing was seen; where that stands on another thing, as if it stood on the table along
-/// the same rays.
+/// Pose and size of a catalog mesh fitted to an object's pixels. For an object on another object, the mesh stands on
+/// the table along the same rays.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CategoryStance {
-    /// Seed of the catalog's recipe.
+    /// Seed of the parametric catalog model.
     pub variant: u64,
-    /// Middle of its base in the world, meters.
+    /// Center of its base in the world, meters.
     pub center: DVec2,
-    /// Turn about +z.
+    /// Rotation about +z.
     pub yaw_rad: f64,
     /// Extents in its own frame, meters.
     pub size_m: DVec3,
-    /// Intersection over union of its outline with the thing's pixels, 0..1.
+    /// Intersection over union of its outline and the object's pixels, 0..1.
     pub overlap: f64,
 }
 
@@ -112,25 +162,25 @@ impl StandsOn {
     }
 }
 
-/// One instance's pixels in the reference picture.
+/// Mask of one instance in the reference image.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct InstanceMask {
     pub id: InstanceId,
-    /// Pixels where it shows.
+    /// Visible pixels.
     pub visible: Mask,
 }
 
-/// How closely masks follow the picture.
+/// Accuracy of mask edges.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum MaskEdges {
-    /// To the pixel: the picture was painted with them, or every pixel was looked at.
+    /// Exact to the pixel: from rendering, or from a per-pixel classification.
     Sharp,
-    /// A model drew them: edges may be eaten into, thin parts gone, insides holed.
+    /// Generated by a model: edges may be eroded, thin parts may be missing, and there may be holes.
     Rough,
 }
 
-/// One instance's box in the top view, pixels: x0, y0, x1, y1.
+/// Box of one instance in the top view, pixels: x0, y0, x1, y1.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TopBox {
     pub id: InstanceId,

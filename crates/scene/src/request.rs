@@ -1,21 +1,24 @@
-//! What a client asks for.
+//! Scene requests of clients.
 
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
 use super::{MicroUsd, TableSpec};
+use crate::validation::{Violation, Violations, validated};
 
-/// Largest seed: it must survive JavaScript numbers and signed SQL integers.
+/// Largest seed that JavaScript numbers and signed SQL integers represent exactly.
 pub const MAX_SEED: u64 = (1 << 53) - 1;
 
 /// Largest budget of a scene, US dollars.
 pub const MAX_BUDGET_USD: f64 = 10_000.0;
 
-/// A request as it is stored with the scene: its version, its input, its seed and its options.
+/// A request as stored with its scene. A deserialized value is valid: the version is [`Self::VERSION`], and the seed
+/// and the options are in their ranges.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(remote = "Self")]
 pub struct SceneRequest {
-    /// Raised when the meaning of a stored request changes.
+    /// Version of the stored format; raised when the meaning of a stored request changes.
     pub version: u32,
     pub input: Input,
     /// 0..=[`MAX_SEED`].
@@ -23,50 +26,99 @@ pub struct SceneRequest {
     pub options: RequestOptions,
 }
 
+validated!(SceneRequest);
+
 impl SceneRequest {
     pub const VERSION: u32 = 1;
 
-    /// Without what decides nothing about the scene: the budget.
-    pub fn shaping(self) -> Self {
+    /// Every violation of the guarantees.
+    fn violations(&self) -> Vec<Violation> {
+        let mut violations = Violations::default();
+        violations.require(self.version == Self::VERSION, "/version", format!("must be {}", Self::VERSION));
+        violations.require(self.seed <= MAX_SEED, "/seed", format!("must be at most {MAX_SEED}"));
+        violations.extend("/options", self.options.violations());
+        violations.into_vec()
+    }
+
+    /// The request without its budget, which does not influence the scene.
+    pub fn without_budget(self) -> Self {
         Self { options: RequestOptions { budget_usd: None, ..self.options }, ..self }
     }
 }
 
 impl RequestOptions {
-    /// What calls of remote models may cost together: the request's own budget, or the server's usual one.
-    pub fn budget(&self, usual_usd: f64) -> MicroUsd {
-        MicroUsd::of_usd(self.budget_usd.unwrap_or(usual_usd))
+    /// Every option that is out of its range, with a JSON pointer relative to the options.
+    pub fn violations(&self) -> Vec<Violation> {
+        let mut violations = Violations::default();
+        let count = self.max_objects.is_none_or(|count| (1..=64).contains(&count));
+        violations.require(count, "/max_objects", "must be from 1 to 64");
+        let budget = self.budget_usd.is_none_or(|budget| (0.0..=MAX_BUDGET_USD).contains(&budget));
+        violations.require(budget, "/budget_usd", format!("must be from 0 to {MAX_BUDGET_USD} US dollars"));
+        if let Some(anchor) = &self.metric_anchor {
+            let width = (0.001..=10.0).contains(&anchor.width_m);
+            violations.require(width, "/metric_anchor/width_m", "must be from 0.001 to 10 meters");
+            let object = (1..=100).contains(&anchor.object.chars().count());
+            violations.require(object, "/metric_anchor/object", "must have 1 to 100 characters");
+        }
+        if let Some(table) = &self.table {
+            if let Some(size) = table.size_m {
+                for (axis, extent, low, high) in
+                    [("0", size.x, 0.2, 5.0), ("1", size.y, 0.2, 5.0), ("2", size.z, 0.1, 2.0)]
+                {
+                    let pointer = format!("/table/size_m/{axis}");
+                    let detail = format!("must be from {low} to {high} meters");
+                    violations.require((low..=high).contains(&extent), pointer, detail);
+                }
+            }
+            for (name, word) in
+                [("model", &table.model), ("material", &table.material), ("color", &table.color)]
+            {
+                let length = word.as_ref().is_none_or(|word| (1..=63).contains(&word.chars().count()));
+                violations.require(length, format!("/table/{name}"), "must have 1 to 63 characters");
+            }
+        }
+        violations.require(self.set.len() <= 64, "/set", "has more than 64 entries");
+        for (key, value) in self.set.iter().take(65) {
+            let short = key.len() <= 100 && value.len() <= 1000;
+            violations.require(short, "/set", "keys have at most 100 bytes and values at most 1000");
+        }
+        violations.into_vec()
+    }
+
+    /// Maximum total cost of remote calls: the request's budget, else the server's default in US dollars.
+    pub fn budget(&self, default_usd: f64) -> MicroUsd {
+        MicroUsd::of_usd(self.budget_usd.unwrap_or(default_usd))
     }
 }
 
-/// Where the scene comes from. Edits and variants of existing scenes will be further kinds.
+/// Source of the scene. Edits and variants of existing scenes will be further kinds.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Input {
     Text {
         text: String,
     },
-    /// The picture's bytes lie in the object store under their content digest.
+    /// The image's bytes are in the object store under their content digest.
     Image {
         sha256: String,
         media_type: String,
     },
 }
 
-/// Everything a client may tune per scene; absent means the server's configuration.
+/// Options per scene; absent values come from the server's configuration.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct RequestOptions {
-    /// Overrides what the analyst would choose.
+    /// Overrides the analyst's choice of the table.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub table: Option<TableSpec>,
     /// A known length in the scene, which overrides the anchor object.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub metric_anchor: Option<MetricAnchor>,
-    /// Refuse descriptions with more objects than this (1..=64).
+    /// Descriptions with more objects are rejected (1..=64).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_objects: Option<u32>,
-    /// The most that calls of remote models may cost together, US dollars (0..=[`MAX_BUDGET_USD`]).
+    /// Maximum total cost of remote calls, US dollars (0..=[`MAX_BUDGET_USD`]).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub budget_usd: Option<f64>,
     /// `key = value` overrides of the resolved settings, validated against the configuration.
@@ -80,6 +132,6 @@ pub struct RequestOptions {
 pub struct MetricAnchor {
     /// An instance label, or `table`.
     pub object: String,
-    /// Its width (x extent as it stands in the picture), meters.
+    /// Its width (x extent as placed in the image), meters.
     pub width_m: f64,
 }

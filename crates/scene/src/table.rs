@@ -1,4 +1,4 @@
-//! The table: its outline and its legs' height.
+//! The table: requested properties, and the table of the finished scene.
 
 use glam::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
@@ -18,7 +18,7 @@ pub enum TableShape {
     Irregular,
 }
 
-/// What the analyst (or the client) says about the table; absent parts are the catalog's choice.
+/// Requested properties of the table, from the analyst or the client. The catalog chooses absent ones.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct TableSpec {
@@ -33,7 +33,7 @@ pub struct TableSpec {
     /// Name of a material, such as `oak`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub material: Option<String>,
-    /// A color word of the text.
+    /// A color name of the text.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub color: Option<String>,
 }
@@ -45,11 +45,11 @@ pub struct Table {
     pub name: String,
     pub label: String,
     pub shape: TableShape,
-    /// Edge of the top surface in the world's xy plane.
+    /// Outline of the top surface in the world's xy plane.
     pub outline_m: Outline,
     /// Top surface above the floor.
     pub height_m: f64,
-    /// Catalog model that made it.
+    /// Catalog model of its mesh.
     pub model: String,
     /// Extents of its mesh.
     pub size_m: DVec3,

@@ -1,5 +1,5 @@
-//! From the hard picture and the outline to soft coverage: the nearest outline point of each pixel within
-//! reach, eight pixels at a time, bands of rows side by side.
+//! Soft coverage from the hard image and the outline: the nearest outline point of each pixel within reach, eight
+//! pixels at a time, in parallel bands of rows.
 
 use rayon::prelude::*;
 use wide::f32x8;
@@ -7,7 +7,7 @@ use wide::f32x8;
 use super::outline::Piece;
 use super::{BLOCK_PX, Grid};
 
-/// Rows that one task draws.
+/// Rows of one task.
 const BAND_ROWS: usize = 32;
 
 /// x at which the sigmoid is 1e-4 from its limit; farther pixels are left as they are.
@@ -15,12 +15,12 @@ const CUT_OFF: f32 = 9.21;
 
 const LANES: [f32; BLOCK_PX] = [0.5, 1.5, 2.5, 3.5, 4.5, 5.5, 6.5, 7.5];
 
-/// Distance from the outline to which it is felt, pixels.
+/// Distance from the outline up to which it changes the coverage, pixels.
 pub fn reach_px(sigma_px2: f32) -> f32 {
     (CUT_OFF * sigma_px2).sqrt()
 }
 
-/// A picture's planes or a band of them, all row-major.
+/// An image's planes or a band of them, all row-major.
 pub struct Planes<'a, const N: usize> {
     /// In: hard, 0 or 1. Out: soft.
     pub coverage: &'a mut [f32],
@@ -59,7 +59,7 @@ impl<'a, const N: usize> Planes<'a, N> {
     }
 }
 
-/// Softens the hard picture along the outline. Pieces are taken in their order in every band, so ties are
+/// Softens the hard image along the outline. Pieces are taken in their order in every band, so ties are
 /// decided alike with any number of threads.
 pub fn soften<'a, const N: usize>(pieces: &'a [Piece<N>], grid: Grid, sigma_px2: f32, planes: Planes<'a, N>) {
     let mut bands = Vec::with_capacity(grid.height_px.div_ceil(BAND_ROWS));
@@ -90,7 +90,7 @@ struct Band<'a, const N: usize> {
     rows: usize,
     blocks_across: usize,
     planes: Planes<'a, N>,
-    /// Those that may be within reach, in their order.
+    /// Pieces that may be within reach, in their order.
     pieces: Vec<&'a Piece<N>>,
 }
 
@@ -107,7 +107,7 @@ fn store(plane: &mut [f32], at: usize, value: f32x8) {
 }
 
 impl<const N: usize> Band<'_, N> {
-    /// Lets the pixels within reach of a piece know it.
+    /// Updates the pixels within reach of a piece.
     fn approach(&mut self, piece: &Piece<N>, reach: f32) {
         let [a, b] = piece.ends.map(|end| end.at_px);
         let top = self.first_row as f32;
@@ -118,7 +118,7 @@ impl<const N: usize> Band<'_, N> {
         let [dx, dy] = [b[0] - a[0], b[1] - a[1]];
         let per_length2 = 1.0 / (dx * dx + dy * dy).max(1e-12);
         let per_rise = 1.0 / dy;
-        // Of what is looked at the distances decide; by this much more makes up for rounding.
+        // Pixels are decided by their distance; this margin makes up for rounding.
         let widely = reach + 1e-3 + 1e-6 * (dx.abs() + dy.abs());
         let first = (low - top - 0.5).max(0.0) as usize;
         let end = ((high - top + 0.5).max(0.0) as usize).min(self.rows);

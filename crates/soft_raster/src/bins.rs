@@ -1,4 +1,4 @@
-//! What lies where: numbered things sorted into the square cells of a picture.
+//! Spatial index: numbered objects binned into the square cells of an image.
 
 use imaging::rounding::floor_within;
 
@@ -8,7 +8,7 @@ pub const CELL_PX: f32 = 4.0;
 /// Lines this near to a cell are entered in it, pixels.
 pub const SLACK_PX: f32 = 0.01;
 
-/// Cells of a picture and of a margin around it, each with the numbers of what touches it, ascending.
+/// Cells of an image and of a margin around it, each with the ascending numbers of the objects that touch it.
 #[derive(Debug, Default)]
 pub struct Bins {
     margin_px: f32,
@@ -53,7 +53,7 @@ impl Bins {
         p.map(|c| self.line(c))
     }
 
-    /// Enters a number in all cells of the box around those places that are `wanted`; whether there are any.
+    /// Enters a number in all `wanted` cells of the box around those places; returns whether there are any.
     #[inline]
     pub fn add_between(&mut self, number: u32, places: [[i32; 2]; 3], wanted: &[bool]) -> bool {
         let [[ax, ay], [bx, by], [cx, cy]] = places;
@@ -63,11 +63,11 @@ impl Bins {
             return false;
         }
         let (across, before) = ((x1 - x0 + 1) as usize, self.entered);
-        let most = before + across * (y1 - y0 + 1).max(0) as usize;
-        if most > self.pairs.len() {
-            self.pairs.resize(2 * most, (0, 0));
+        let highest = before + across * (y1 - y0 + 1).max(0) as usize;
+        if highest > self.pairs.len() {
+            self.pairs.resize(2 * highest, (0, 0));
         }
-        // All are written, one over the other until one is wanted: which ones are cannot be foreseen.
+        // Branchless: all candidates are written, each over the previous one until one is wanted.
         let mut entered = before;
         for y in y0..=y1 {
             let first = y as usize * self.across + x0 as usize;
@@ -89,7 +89,7 @@ impl Bins {
         self.pairs = pairs;
     }
 
-    /// Those cells.
+    /// Visits the cells of [`Self::add_line`].
     #[inline]
     pub fn each_on_line(&self, a: [f32; 2], b: [f32; 2], mut each: impl FnMut(usize)) {
         let [low_y, high_y] = [a[1].min(b[1]) - SLACK_PX, a[1].max(b[1]) + SLACK_PX];
@@ -114,7 +114,7 @@ impl Bins {
         }
     }
 
-    /// Sorts what was entered; call before asking.
+    /// Sorts the entries; required before queries.
     pub fn finish(&mut self) {
         let cells = self.across * self.down;
         self.starts.clear();
@@ -154,7 +154,7 @@ impl Bins {
         [cell % self.across, cell / self.across].map(|k| k as f32 * CELL_PX - self.margin_px)
     }
 
-    /// What touches a cell.
+    /// Numbers of the objects that touch a cell.
     #[inline]
     pub fn in_cell(&self, cell: usize) -> &[u32] {
         &self.entries[self.starts[cell] as usize..self.starts[cell + 1] as usize]

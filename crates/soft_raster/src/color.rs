@@ -1,33 +1,33 @@
-//! Soft pictures with derivatives: the nearest surface's texture under a studio light, fading in from the soft
-//! outline, and how that changes with up to a few parameters.
+//! Soft color images with derivatives: the nearest surface's texture under a studio light, faded in from the soft
+//! outline, and its derivatives by a few parameters.
 //!
 //! Method: the color aggregation of Liu et al., "Soft Rasterizer" (ICCV 2019), eq. 2, with the nearest face alone: the
-//! hard picture's color inside, since mixing in what lies behind makes solid things transparent. Of a pixel whose
-//! center the surface covers, with mean soft coverage S over its square,
+//! hard image's color inside, since mixing in hidden faces makes solid objects transparent. For a pixel whose center
+//! the surface covers, with mean soft coverage S over its square,
 //!
-//! - weight `T = max(0, 2 S - 1)`: 0 on the outline and beyond, 1 away from it inside, so that no color has to be made
-//!   up for what lies outside, and nothing jumps as the outline passes a pixel;
+//! - weight `T = max(0, 2 S - 1)`: 0 on the outline and beyond, 1 away from it inside, so that no color is needed
+//!   outside, and nothing jumps as the outline passes a pixel;
 //! - color `sqrt(albedo * (ground + (sky - ground) * (1 + n.up) / 2 + key * max(0, n.l)))`: Lambert and a hemisphere,
-//!   n interpolated between the corners. The square root of linear light is close to what sRGB encodes, and cheap.
+//!   n interpolated between the corners. The square root of linear light is close to the sRGB encoding, and cheap.
 //!
-//! What is kept is `T * color`, premultiplied: over a background B the picture is `T * color + (1 - T) * B`.
+//! The stored value is `T * color`, premultiplied: over a background B the image is `T * color + (1 - T) * B`.
 //!
-//! Derivatives go forward with the primal, one parameter, one more plane per channel. They are those of the surface
-//! point that is seen through the fixed pixel: perspective-correct coordinates of the moving triangle there, texture
-//! by u, v and level (paint.rs), normal and light. Where the color breaks off inside the object, at an occlusion or the
-//! border of a material, the two colors are mixed by how far the nearer one's edge reaches (breaks.rs), and the edge's
+//! Derivatives use forward mode, one parameter, one more plane per channel. They are those of the surface point seen
+//! through the fixed pixel: perspective-correct coordinates of the moving triangle there, texture by u, v and level
+//! (shading.rs), normal and light. At color discontinuities inside the object (an occlusion, the border of a material)
+//! the two colors are mixed by the share that the nearer one's edge covers (color_discontinuities.rs), and the edge's
 //! motion is part of the derivative.
 //!
 //! Inputs: vertices in pixels as for the silhouette, their reciprocal depths (any unit), the light's directions in the
-//! mesh's frame. `shrink` pixels of the silhouette, squared, make one of the picture. Guarantees: the same bits always;
-//! against [`super::reference::color`] see the tests. Cost: a pass over the triangles, and one
-//! over the covered pixels, which is the larger. Not for looking at: no shadows, no gloss, no glass.
+//! mesh's frame. `shrink` pixels of the silhouette, squared, make one of the image. Guarantees: the same bits always;
+//! for the agreement with [`super::reference::color`] see the tests. Cost: a pass over the triangles, and one over the
+//! covered pixels, which is the larger. The images have no shadows, gloss or glass and are not meant for display.
 
 use glam::{Vec2, Vec3};
 
-use super::breaks::{Breaks, Mixture};
+use super::color_discontinuities::{ColorDiscontinuities, Mixture};
 use super::nearest::{NOTHING, Nearest};
-use super::paint::Paint;
+use super::shading::ShadingMaterials;
 use super::{BLOCK_PX, Grid, MovingPoint, SoftSilhouette, Surface};
 
 /// The studio's key, ceiling and floor, as light on a white surface.
@@ -58,30 +58,30 @@ pub struct MovingDirection<const N: usize> {
     pub slopes: [Vec3; N],
 }
 
-/// A fixed studio as the turning mesh sees it.
+/// A fixed studio in the frame of the turning mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StudioLight<const N: usize> {
     pub toward_key: MovingDirection<N>,
     pub up: MovingDirection<N>,
 }
 
-/// What is drawn: a surface where its silhouette was drawn, with what colors need besides.
-pub struct Painted<'a, const N: usize> {
+/// Input of a soft image: a surface with its silhouette, shading, vertices and light.
+pub struct ColorInput<'a, const N: usize> {
     pub surface: &'a Surface,
     /// Of the silhouette's vertices, in its pixels.
     pub points: &'a [MovingPoint<N>],
     pub keys: &'a [MovingKey<N>],
     /// Of the surface's triangles.
-    pub paint: &'a Paint,
+    pub shading: &'a ShadingMaterials,
     pub light: &'a StudioLight<N>,
     pub silhouette: &'a SoftSilhouette<N>,
-    /// Silhouette pixels along a pixel of the picture, 1..
+    /// Silhouette pixels along a pixel of the image, 1..
     pub shrink: usize,
 }
 
-/// A soft picture, premultiplied; keep it to save allocations.
+/// A soft image, premultiplied; keep it to save allocations.
 #[derive(Debug)]
-pub struct SoftPicture<const N: usize> {
+pub struct SoftImage<const N: usize> {
     grid: Grid,
     planes: [Vec<f32>; CHANNELS],
     slopes: [[Vec<f32>; CHANNELS]; N],
@@ -89,19 +89,19 @@ pub struct SoftPicture<const N: usize> {
     shown: Vec<bool>,
     nearest: Nearest,
     scaled: Vec<MovingPoint<N>>,
-    breaks: Breaks,
-    mixed: Vec<Mixed<N>>,
+    color_discontinuities: ColorDiscontinuities,
+    mixed: Vec<ColorMix<N>>,
 }
 
-/// What is added to a pixel's color.
+/// Correction of a pixel's color at a discontinuity.
 #[derive(Debug)]
-struct Mixed<const N: usize> {
+struct ColorMix<const N: usize> {
     pixel: usize,
     color: Vec3,
     slopes: [Vec3; N],
 }
 
-impl<const N: usize> Default for SoftPicture<N> {
+impl<const N: usize> Default for SoftImage<N> {
     fn default() -> Self {
         Self {
             grid: Grid { blocks_across: 0, height_px: 0 },
@@ -110,25 +110,25 @@ impl<const N: usize> Default for SoftPicture<N> {
             shown: Vec::new(),
             nearest: Nearest::default(),
             scaled: Vec::new(),
-            breaks: Breaks::default(),
+            color_discontinuities: ColorDiscontinuities::default(),
             mixed: Vec::new(),
         }
     }
 }
 
-impl<const N: usize> SoftPicture<N> {
-    /// Of anything else than a mesh: premultiplied red, green, blue (square roots of linear light) and weight, and
-    /// their derivatives; row-major, `grid.pixels()` each.
+impl<const N: usize> SoftImage<N> {
+    /// An image from given planes: premultiplied red, green, blue (square roots of linear light) and weight, and their
+    /// derivatives; row-major, `grid.pixels()` each.
     pub fn of_planes(grid: Grid, planes: [Vec<f32>; CHANNELS], slopes: [[Vec<f32>; CHANNELS]; N]) -> Self {
         let seen = |block: &[f32]| block.iter().any(|weight| *weight > 0.0);
         let shown = planes[CHANNELS - 1].chunks(BLOCK_PX).map(seen).collect();
         Self { grid, planes, slopes, shown, ..Self::default() }
     }
 
-    /// Draws in place of what was drawn before. The silhouette's sides must be whole numbers of blocks of the shrunk
-    /// picture; what is left over is cut off.
-    pub fn draw(&mut self, painted: &Painted<N>) {
-        let (fine, shrink) = (painted.silhouette.grid(), painted.shrink.max(1));
+    /// Draws the image and replaces the previous content. The silhouette's sides must be whole numbers of blocks of
+    /// the shrunk image; the remainder is cut off.
+    pub fn draw(&mut self, rendered: &ColorInput<N>) {
+        let (fine, shrink) = (rendered.silhouette.grid(), rendered.shrink.max(1));
         self.grid = Grid { blocks_across: fine.blocks_across / shrink, height_px: fine.height_px / shrink };
         let (grid, pixels) = (self.grid, self.grid.pixels());
         for plane in self.planes.iter_mut().chain(self.slopes.iter_mut().flatten()) {
@@ -139,33 +139,33 @@ impl<const N: usize> SoftPicture<N> {
         self.shown.resize(grid.blocks_across * grid.height_px, false);
         let per_shrink = 1.0 / shrink as f32;
         self.scaled.clear();
-        self.scaled.extend(painted.points.iter().map(|point| MovingPoint {
+        self.scaled.extend(rendered.points.iter().map(|point| MovingPoint {
             at_px: point.at_px.map(|c| c * per_shrink),
             slopes: point.slopes.map(|slope| slope.map(|c| c * per_shrink)),
         }));
-        let key = |v: u32| painted.keys[v as usize].key;
-        self.nearest.draw(&painted.surface.triangles, &self.scaled, key, grid);
-        self.color(painted);
-        self.soften_breaks(painted);
+        let key = |v: u32| rendered.keys[v as usize].key;
+        self.nearest.draw(&rendered.surface.triangles, &self.scaled, key, grid);
+        self.color(rendered);
+        self.soften_discontinuities(rendered);
         self.premultiply();
     }
 
     /// Weight and color of each pixel that shows a triangle, not yet multiplied.
-    fn color(&mut self, painted: &Painted<N>) {
+    fn color(&mut self, rendered: &ColorInput<N>) {
         let grid = self.grid;
-        let mut seen: Option<SeenFace<N>> = None;
+        let mut seen: Option<ScreenFace<N>> = None;
         for (y, x) in (0..grid.height_px).flat_map(|y| (0..grid.width_px()).map(move |x| (y, x))) {
             let at = y * grid.width_px() + x;
             let number = self.nearest.faces[at];
             if number == NOTHING {
                 continue;
             }
-            let (weight, weight_slopes) = weight(painted.silhouette, x, y, painted.shrink);
+            let (weight, weight_slopes) = weight(rendered.silhouette, x, y, rendered.shrink);
             let face = match &seen {
                 Some(face) if face.number == number => face,
-                _ => &*seen.insert(SeenFace::new(painted, &self.scaled, number)),
+                _ => &*seen.insert(ScreenFace::new(rendered, &self.scaled, number)),
             };
-            let (color, color_slopes) = face.color(painted, Vec2::new(x as f32 + 0.5, y as f32 + 0.5));
+            let (color, color_slopes) = face.color(rendered, Vec2::new(x as f32 + 0.5, y as f32 + 0.5));
             self.shown[at / BLOCK_PX] = true;
             for (plane, value) in self.planes.iter_mut().zip(color.extend(weight).to_array()) {
                 plane[at] = value;
@@ -179,41 +179,53 @@ impl<const N: usize> SoftPicture<N> {
         }
     }
 
-    /// Mixes the colors of pixels beside breaks, all from what they were before.
-    fn soften_breaks(&mut self, painted: &Painted<N>) {
-        let silhouette = painted.silhouette;
-        self.breaks.find(painted.surface, painted.paint, &silhouette.clockwise, silhouette.fill.steps());
+    /// Mixes the colors of pixels beside color discontinuities, all from what they were before.
+    fn soften_discontinuities(&mut self, rendered: &ColorInput<N>) {
+        let silhouette = rendered.silhouette;
+        self.color_discontinuities.find(
+            rendered.surface,
+            rendered.shading,
+            &silhouette.clockwise,
+            silhouette.fill.steps(),
+        );
         self.mixed.clear();
         let (planes, slopes, mixed) = (&self.planes, &self.slopes, &mut self.mixed);
         let color =
             |planes: &[Vec<f32>; CHANNELS], at: usize| Vec3::new(planes[0][at], planes[1][at], planes[2][at]);
         let jump = |planes, mixture: &Mixture<N>| color(planes, mixture.with) - color(planes, mixture.pixel);
-        let parts = (painted.surface, painted.paint);
+        let parts = (rendered.surface, rendered.shading);
         // Faces that run through each other meet where their depths do.
         let meet = |pixels: [usize; 2], axis: usize| {
             let faces = pixels.map(|at| self.nearest.faces[at]);
-            if painted.paint.share_an_edge(faces) {
+            if rendered.shading.share_an_edge(faces) {
                 return None;
             }
             let (x, y) = (pixels[0] % self.grid.width_px(), pixels[0] / self.grid.width_px());
             let center = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
-            let [one, other] = faces.map(|face| SeenFace::plane(painted, &self.scaled, face));
+            let [one, other] = faces.map(|face| ScreenFace::plane(rendered, &self.scaled, face));
             meeting(&one, &other, center, axis)
         };
         let differ = |[one, other]: [usize; 2]| {
             (color(planes, one) - color(planes, other)).abs().max_element() >= FAINT
         };
-        self.breaks.each_mixture(parts, &self.scaled, &self.nearest, differ, meet, |mixture| {
-            let jumps = jump(planes, &mixture);
-            mixed.push(Mixed {
-                pixel: mixture.pixel,
-                color: mixture.share * jumps,
-                slopes: std::array::from_fn(|k| {
-                    mixture.slopes[k] * jumps + mixture.share * jump(&slopes[k], &mixture)
-                }),
-            });
-        });
-        for Mixed { pixel, color, slopes } in &self.mixed {
+        self.color_discontinuities.each_mixture(
+            parts,
+            &self.scaled,
+            &self.nearest,
+            differ,
+            meet,
+            |mixture| {
+                let jumps = jump(planes, &mixture);
+                mixed.push(ColorMix {
+                    pixel: mixture.pixel,
+                    color: mixture.share * jumps,
+                    slopes: std::array::from_fn(|k| {
+                        mixture.slopes[k] * jumps + mixture.share * jump(&slopes[k], &mixture)
+                    }),
+                });
+            },
+        );
+        for ColorMix { pixel, color, slopes } in &self.mixed {
             (0..3).for_each(|c| self.planes[c][*pixel] += color[c]);
             for (planes, slope) in self.slopes.iter_mut().zip(slopes) {
                 (0..3).for_each(|c| planes[c][*pixel] += slope[c]);
@@ -250,12 +262,12 @@ impl<const N: usize> SoftPicture<N> {
         &self.slopes
     }
 
-    /// Of each block of a row: whether anything is seen there. Elsewhere all is 0.
+    /// For each block of a row: whether any pixel has a surface. Elsewhere all planes are 0.
     pub fn shown(&self) -> &[bool] {
         &self.shown
     }
 
-    /// Of each pixel the nearest triangle; `u32::MAX` where nothing is seen.
+    /// Nearest triangle of each pixel; `u32::MAX` for background.
     pub fn faces(&self) -> &[u32] {
         &self.nearest.faces
     }
@@ -283,11 +295,12 @@ fn weight<const N: usize>(drawn: &SoftSilhouette<N>, x: usize, y: usize, shrink:
     if weight > 0.0 { (weight, slopes.map(|slope| gain * slope)) } else { (0.0, [0.0; N]) }
 }
 
-/// How far along the axis from a pixel center, where the first is nearer, to the next, where the second is, their planes
-/// meet, pixels, and how that changes; `None` where they do not or their line runs rather along the axis.
+/// Distance along the axis, pixels, from a pixel center where the first triangle is nearer to the intersection of both
+/// planes, and its derivative; `None` if the planes do not intersect before the next center, or their line is nearly
+/// parallel to the axis.
 fn meeting<const N: usize>(
-    one: &SeenFace<N>,
-    other: &SeenFace<N>,
+    one: &ScreenFace<N>,
+    other: &ScreenFace<N>,
     center: Vec2,
     axis: usize,
 ) -> Option<(f32, [f32; N])> {
@@ -308,8 +321,8 @@ fn meeting<const N: usize>(
     Some((reach, std::array::from_fn(slope)))
 }
 
-/// A triangle on the screen and how it moves; of a mere plane the texture's levels are 0.
-struct SeenFace<const N: usize> {
+/// A triangle on the screen with its derivatives; for geometry-only use the texture's levels are 0.
+struct ScreenFace<const N: usize> {
     number: u32,
     from: Vec2,
     sides: [Vec2; 2],
@@ -354,15 +367,15 @@ impl FaceSlopes {
     }
 }
 
-impl<const N: usize> SeenFace<N> {
-    fn new(painted: &Painted<N>, points: &[MovingPoint<N>], number: u32) -> Self {
-        let mut seen = Self::plane(painted, points, number);
-        let face = &painted.paint.faces[number as usize];
-        let look = &painted.paint.looks[face.look];
+impl<const N: usize> ScreenFace<N> {
+    fn new(rendered: &ColorInput<N>, points: &[MovingPoint<N>], number: u32) -> Self {
+        let mut seen = Self::plane(rendered, points, number);
+        let face = &rendered.shading.faces[number as usize];
+        let material = &rendered.shading.materials[face.material];
         let [u, v] = [face.uvs[1] - face.uvs[0], face.uvs[2] - face.uvs[0]];
-        let texels = u.perp_dot(v).abs() * look.area_texels();
+        let texels = u.perp_dot(v).abs() * material.area_texels();
         let level = 0.5 * (texels / seen.area.abs()).log2();
-        let last = look.levels.len().saturating_sub(1) as f32;
+        let last = material.levels.len().saturating_sub(1) as f32;
         if level > 0.0 && level < last {
             let area = seen.area;
             seen.moves.iter_mut().for_each(|m| m.level = -0.5 * std::f32::consts::LOG2_E * m.area / area);
@@ -372,11 +385,11 @@ impl<const N: usize> SeenFace<N> {
         seen
     }
 
-    /// Without what the texture needs.
-    fn plane(painted: &Painted<N>, points: &[MovingPoint<N>], number: u32) -> Self {
-        let corners = painted.surface.triangles[number as usize];
+    /// The face without its texture data.
+    fn plane(rendered: &ColorInput<N>, points: &[MovingPoint<N>], number: u32) -> Self {
+        let corners = rendered.surface.triangles[number as usize];
         let [a, b, c] = corners.map(|v| &points[v as usize]);
-        let keys = corners.map(|v| &painted.keys[v as usize]);
+        let keys = corners.map(|v| &rendered.keys[v as usize]);
         let from = Vec2::from(a.at_px);
         let sides = [Vec2::from(b.at_px) - from, Vec2::from(c.at_px) - from];
         let area = sides[0].perp_dot(sides[1]);
@@ -408,11 +421,11 @@ impl<const N: usize> SeenFace<N> {
         self.moves[k].key_slope(self.sides, self.keys, at - self.from, 1.0 / self.area)
     }
 
-    /// What is seen through a pixel position, and its derivatives.
+    /// Color at a pixel position, and its derivatives.
     #[inline]
-    fn color(&self, painted: &Painted<N>, at: Vec2) -> (Vec3, [Vec3; N]) {
-        let face = &painted.paint.faces[self.number as usize];
-        let look = &painted.paint.looks[face.look];
+    fn color(&self, rendered: &ColorInput<N>, at: Vec2) -> (Vec3, [Vec3; N]) {
+        let face = &rendered.shading.faces[self.number as usize];
+        let material = &rendered.shading.materials[face.material];
         let [e1, e2] = self.sides;
         let (per_area, d) = (1.0 / self.area, at - self.from);
         // Shares of the corners on the screen, then in space (perspective-correct).
@@ -422,16 +435,16 @@ impl<const N: usize> SeenFace<N> {
         let (w1, w2) = (b1 * k1 * per_key, b2 * k2 * per_key);
         let [u1, u2] = [face.uvs[1] - face.uvs[0], face.uvs[2] - face.uvs[0]];
         let [n1, n2] = [face.normals[1] - face.normals[0], face.normals[2] - face.normals[0]];
-        let texel = look.sample(face.uvs[0] + w1 * u1 + w2 * u2, self.level);
+        let texel = material.sample(face.uvs[0] + w1 * u1 + w2 * u2, self.level);
         let across = face.normals[0] + w1 * n1 + w2 * n2;
         let per_length = across.length_recip();
         let normal = across * per_length;
-        let StudioLight { toward_key, up } = painted.light;
+        let StudioLight { toward_key, up } = rendered.light;
         let facing = normal.dot(toward_key.at);
         let lit = facing > 0.0;
         let light =
             GROUND + (SKY - GROUND) * (0.5 + 0.5 * normal.dot(up.at)) + KEY * if lit { facing } else { 0.0 };
-        let albedo = look.base_color * texel.color;
+        let albedo = material.base_color * texel.color;
         let linear = albedo * light + DARK;
         let color = Vec3::new(linear.x.sqrt(), linear.y.sqrt(), linear.z.sqrt());
         let slopes = std::array::from_fn(|k| {
@@ -447,7 +460,7 @@ impl<const N: usize> SeenFace<N> {
             let facing_slope = normal_slope.dot(toward_key.at) + normal.dot(toward_key.slopes[k]);
             let up_slope = normal_slope.dot(up.at) + normal.dot(up.slopes[k]);
             let light_slope = 0.5 * (SKY - GROUND) * up_slope + KEY * if lit { facing_slope } else { 0.0 };
-            (look.base_color * texel_slope * light + albedo * light_slope) * (0.5 / color)
+            (material.base_color * texel_slope * light + albedo * light_slope) * (0.5 / color)
         });
         (color, slopes)
     }

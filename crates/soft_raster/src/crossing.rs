@@ -1,8 +1,8 @@
-//! Plane geometry of moving lines: where two cross and how the crossing moves, and a line's part in a box.
+//! Plane geometry of moving lines: intersections with their derivatives, and clipping to a box.
 
 use super::MovingPoint;
 
-/// A point and how it moves, as [`MovingPoint`], in double precision.
+/// A point with its derivatives, as [`MovingPoint`], in double precision.
 #[derive(Clone, Copy, Debug)]
 pub struct Moving<const N: usize> {
     pub at_px: [f64; 2],

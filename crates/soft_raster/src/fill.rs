@@ -1,9 +1,10 @@
-//! How many layers of the surface lie over each pixel center, and with it the hard silhouette: 1 where there is any.
+//! Layer counts: how many layers of the surface lie over each pixel center, and thus the hard silhouette (1 where
+//! there is any).
 //!
-//! The surface is drawn by its steps, the edges at which layers begin or end: where it turns away from the eye, or
-//! ends. Each row adds up what begins to the left (nonzero winding). That is a few hundred lines for thousands of
-//! triangles. There are no cracks: an edge's crossing with a row is computed alike for all that share the edge, from
-//! its upper end.
+//! The surface is drawn by its steps, the edges at which layers begin or end (contours and borders). Each row sums the
+//! layers that begin to the left (nonzero winding). That is a few hundred lines for thousands of triangles. There are
+//! no cracks: an edge's crossing with a row is computed identically, from its upper end, for all triangles that share
+//! the edge.
 
 use super::{Grid, MovingPoint, Surface};
 use imaging::rounding::ceil_within;
@@ -17,7 +18,7 @@ pub struct Step {
     pub layers: i32,
 }
 
-/// The surface's layers, and what counting the next one's needs.
+/// Layer counts of a surface, with working memory.
 #[derive(Debug, Default)]
 pub struct Fill {
     steps: Vec<Step>,
@@ -26,7 +27,7 @@ pub struct Fill {
 }
 
 impl Fill {
-    /// Counts a surface's layers in place of what was counted before. `clockwise` of each triangle.
+    /// Counts a surface's layers and replaces the previous counts. `clockwise` of each triangle.
     pub fn count<const N: usize>(
         &mut self,
         surface: &Surface,
@@ -58,8 +59,8 @@ impl Fill {
                 continue;
             }
             let edge = &surface.edges[number as usize];
-            // Of a closed surface each ray meets as many triangles of one orientation as of the other, and the
-            // clockwise ones will do; of any other all count, the others turned over.
+            // A ray meets as many triangles of one orientation of a closed surface as of the other, so the clockwise
+            // ones suffice; of an open surface all count, the others reversed.
             let layers: i32 = surface
                 .sides(edge)
                 .iter()

@@ -1,16 +1,17 @@
-//! Which cells of a picture the surface surely covers throughout: no outline need be looked for there.
+//! Cells of an image that the surface certainly covers throughout; the outline search skips them.
 //!
-//! Of the layers over a pixel's center one knows how many are left elsewhere in its square at the least: on the straight
-//! way there each step that passes the square is crossed once at most, and takes layers away only if the center lies to
-//! the side that has them. A cell is covered if some are left in all its squares. Cells may be covered without
-//! being found so; those beyond the picture never are. Cost: two vectors for each step in each cell with no empty center.
+//! The layer count at a pixel's center bounds the count elsewhere in its square from below. On the straight way there
+//! each step that passes the square is crossed at most once, and removes layers only if the center lies on the side
+//! that has them. A cell is covered if the bound is positive in all its squares. The test is conservative: covered
+//! cells may be missed, and cells beyond the image always are. Cost: two vectors for each step in each cell with no
+//! empty center.
 
 use wide::f32x8;
 
 use super::Grid;
 use super::bins::{Bins, CELL_PX, SLACK_PX};
 
-/// How far beyond a cell's border the surface covers too, pixels: what passes nearer was entered in the cell.
+/// Distance beyond a cell's border that the surface covers too, pixels; steps passing nearer are entered in the cell.
 pub const WIDENED_PX: f32 = 0.5 * SLACK_PX;
 
 /// Half a pixel, widened.
@@ -27,7 +28,7 @@ const CELL: usize = CELL_PX as usize;
 const COLUMNS: [f32; 2 * CELL] = [0.0, 1.0, 2.0, 3.0, 0.0, 1.0, 2.0, 3.0];
 const ROWS: [f32; 2 * CELL] = [0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0];
 
-/// A step as this file needs it.
+/// A step in the form that the bound uses.
 #[derive(Clone, Copy, Debug)]
 pub struct StepLine {
     from_px: [f32; 2],
@@ -36,8 +37,8 @@ pub struct StepLine {
     low_px: [f32; 2],
     high_px: [f32; 2],
     /// Area between such a center and the step, signed, where layers may be lost.
-    least_px2: f32,
-    most_px2: f32,
+    min_px2: f32,
+    max_px2: f32,
     layers: f32,
 }
 
@@ -49,20 +50,20 @@ impl StepLine {
         let length_px = (dx * dx + dy * dy).sqrt();
         let near_px2 = if length_px < SHORT_PX { reach_px2 } else { NEAR_PX * length_px };
         // With y down the left is the negative side.
-        let (least_px2, most_px2) = if layers > 0 { (-reach_px2, near_px2) } else { (-near_px2, reach_px2) };
+        let (min_px2, max_px2) = if layers > 0 { (-reach_px2, near_px2) } else { (-near_px2, reach_px2) };
         Self {
             from_px: a,
             direction_px: [dx, dy],
             low_px: [0, 1].map(|axis| a[axis].min(b[axis]) - HALF_PX - NEAR_PX),
             high_px: [0, 1].map(|axis| a[axis].max(b[axis]) + HALF_PX + NEAR_PX),
-            least_px2,
-            most_px2,
+            min_px2,
+            max_px2,
             layers: layers.unsigned_abs() as f32,
         }
     }
 
-    /// What may be lost on the way from a center to elsewhere in its square; of eight centers in two rows, the first
-    /// of them given.
+    /// Layers that may be lost on the way from a center to elsewhere in its square, for eight centers in two rows; the
+    /// first center is given.
     #[inline]
     fn lost(&self, first_px: [f32; 2]) -> f32x8 {
         let [dx, dy] = self.direction_px;
@@ -72,21 +73,21 @@ impl StepLine {
         let within = |lanes: f32x8, low: f32, high: f32| {
             lanes.simd_ge(f32x8::splat(low)) & lanes.simd_le(f32x8::splat(high))
         };
-        let lost = within(area, self.least_px2, self.most_px2)
+        let lost = within(area, self.min_px2, self.max_px2)
             & within(columns, self.low_px[0] - first_px[0], self.high_px[0] - first_px[0])
             & within(rows, self.low_px[1] - first_px[1], self.high_px[1] - first_px[1]);
         lost & f32x8::splat(self.layers)
     }
 }
 
-/// Cells that are covered; keep it to save allocations.
+/// Covered cells; reuse it to save allocations.
 #[derive(Debug, Default)]
-pub struct Inside {
+pub struct InsideCells {
     covered: Vec<bool>,
 }
 
-impl Inside {
-    /// Looks at all cells that steps pass: `lines` has them sorted by cell. `doubtful` cells are passed by more than that.
+impl InsideCells {
+    /// Tests all cells that steps pass: `lines` has the steps by cell. `doubtful` cells contain further edges.
     pub fn find(&mut self, lines: &Bins, steps: &[StepLine], doubtful: &[usize], layers: &[i16], grid: Grid) {
         self.covered.clear();
         self.covered.extend((0..lines.cells()).map(|cell| {

@@ -1,36 +1,54 @@
-//! Soft silhouettes with derivatives: how much of each pixel a projected mesh covers, blurred, and how that
-//! changes with up to a few parameters (yaw, azimuth, elevation, field of view).
+//! A differentiable soft rasterizer: blurred silhouettes and colors of a projected mesh, with their derivatives by a
+//! few parameters (yaw, azimuth, elevation, field of view).
 //!
-//! Method: Liu et al., "Soft Rasterizer" (ICCV 2019), eq. 1: coverage `D = sigmoid(+-d^2 / sigma)`, plus
-//! inside, `d` the pixel center's distance to the primitive's boundary, pixels. Derivatives go forward with
-//! the primal: one parameter, one more plane.
+//! Method: Liu et al., "Soft Rasterizer" (ICCV 2019), eq. 1: coverage `D = sigmoid(+-d^2 / sigma)`, plus inside, with
+//! `d` the distance of the pixel center to the primitive's boundary, pixels. Derivatives use forward mode: one
+//! parameter, one more plane.
 //!
-//! Their primitive is the triangle, and eq. 3 aggregates `S = 1 - prod(1 - D_j)`. On a fine mesh that has
-//! two faults: at an edge inside the object every face has D = 1/2, so the product dents, and beyond the
-//! outline every triangle within reach adds to it, front and back, so the outline moves out with the number
-//! of triangles; the Sobel picture then shows the mesh and not the object. Here the primitive is the union
-//! of all triangles: `d` is the distance to its outline. The product has then one factor. Of a single
-//! triangle both are the same function; outside, both take the nearest triangle's D, theirs adds more of it.
-//! What is computed does not depend on how the surface is cut into triangles, and as sigma goes to 0 it goes
-//! to 1 at pixel centers inside the silhouette and to 0 outside.
+//! In the paper the primitive is the triangle, and eq. 3 aggregates `S = 1 - prod(1 - D_j)`. On a fine mesh that has
+//! two faults. At an edge inside the object every face has D = 1/2, so the product dents. Beyond the outline every
+//! triangle within reach contributes, front and back, so the outline moves out with the number of triangles, and the
+//! Sobel image shows the mesh instead of the object. Here the primitive is the union of all triangles: `d` is the
+//! distance to its outline, and the product has one factor. For a single triangle both definitions are the same
+//! function. The result does not depend on the triangulation. As sigma goes to 0 it goes to 1 at pixel centers inside
+//! the silhouette and to 0 outside.
 //!
-//! Steps: the hard picture (fill.rs), the outline cut exactly where it disappears behind something
-//! (outline.rs, crossing.rs), the distance to it within reach (band.rs); loss.rs compares with a mask. The
-//! derivative is that of the distance to the outline's nearest point, which moves with the vertices or, where
-//! two lines cross, with both. Which pieces are outline is not differentiated and need not be: where that
-//! changes the coverage is continuous, except when the last of a gap or hole closes; inside such a gap's
-//! blur it jumps.
+//! Steps: the hard image (fill.rs), the outline cut exactly at occlusions (outline.rs, crossing.rs), the distance to
+//! it within reach (band.rs); loss.rs compares with a mask. The derivative is that of the distance to the outline's
+//! nearest point, which moves with the vertices or, where two lines cross, with both. The set of outline pieces is not
+//! differentiated: the coverage is continuous where the set changes, except where the last of a gap or hole closes;
+//! inside such a gap's blur it jumps.
 //!
-//! Inputs: vertices in pixel coordinates (pixel centers at .5), f32. Guarantees: the same bits with any
-//! number of threads; within 1e-3 of [`mod@reference`]; cut off where the sigmoid is within 1e-4 of 0 or 1.
-//! Cost: 1 to 1.5 ms of a slow core for 5,000 triangles, closed, on 256 x 256 pixels, about 1 ms more where
-//! they are not closed. Not for parts, or gaps, thinner than sqrt(sigma): at their outline the coverage is
-//! 1/2 however thin they are, so they are drawn about sqrt(sigma) wide. What lies inside the outline is one
-//! here; its colors are drawn by [`color`].
+//! Inputs: vertices in pixel coordinates (pixel centers at .5), f32. Guarantees: the same bits with any number of
+//! threads; within 1e-3 of [`mod@reference`]; cut off where the sigmoid is within 1e-4 of 0 or 1. Cost: 1 to 1.5 ms of
+//! a slow core for 5,000 triangles, closed, on 256 x 256 pixels, about 1 ms more for open meshes. Unsuitable for
+//! parts, or gaps, thinner than sqrt(sigma): at their outline the coverage is 1/2 whatever their width, so they appear
+//! about sqrt(sigma) wide. The coverage inside the outline is one; [`color`] renders its colors.
+//!
+//! The crate depends on meshes, images and the compute device only. It must not depend on the renderer, on scenes or
+//! on pose estimation.
+//!
+//! A silhouette and its derivative with respect to a shift along x:
+//!
+//! ```
+//! use soft_raster::{Grid, MovingPoint, SoftSilhouette, Surface};
+//!
+//! let surface = Surface::new(&[[0, 1, 2]]);
+//! let corners = [[8.0, 8.0], [24.0, 8.0], [16.0, 24.0]];
+//! let points = corners.map(|at_px| MovingPoint { at_px, slopes: [[1.0, 0.0]] });
+//! let mut silhouette = SoftSilhouette::<1>::default();
+//! silhouette.draw(&surface, &points, Grid::square(32), 1.0);
+//! let pixel = |x: usize, y: usize| y * silhouette.grid().width_px() + x;
+//! // Inside the triangle the coverage is 1, far outside 0.
+//! assert!(silhouette.coverage()[pixel(16, 12)] > 0.99);
+//! assert_eq!(silhouette.coverage()[pixel(2, 28)], 0.0);
+//! // At the left edge a shift to the right uncovers the pixel: the derivative is negative there.
+//! assert!(silhouette.slopes()[0][pixel(10, 12)] < 0.0);
+//! ```
 
 mod band;
 mod bins;
-mod breaks;
+mod color_discontinuities;
 pub mod color;
 mod crossing;
 mod fill;
@@ -39,17 +57,17 @@ mod inside;
 pub mod loss;
 mod nearest;
 mod outline;
-mod paint;
+mod shading;
 pub mod reference;
 mod surface;
 
-pub use paint::Paint;
+pub use shading::ShadingMaterials;
 pub use surface::Surface;
 
-/// Number of pixels beside each other that are computed together.
+/// Number of adjacent pixels of a row that are computed together.
 pub const BLOCK_PX: usize = 8;
 
-/// A projected vertex and how it moves.
+/// A projected vertex with its derivatives.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MovingPoint<const N: usize> {
     /// Position, pixels: x to the right, y down.
@@ -58,7 +76,7 @@ pub struct MovingPoint<const N: usize> {
     pub slopes: [[f32; 2]; N],
 }
 
-/// Size of a picture. Its width is whole blocks of [`BLOCK_PX`].
+/// Size of an image. Its width is whole blocks of [`BLOCK_PX`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Grid {
     pub blocks_across: usize,
@@ -66,7 +84,7 @@ pub struct Grid {
 }
 
 impl Grid {
-    /// A square picture, its side rounded up to whole blocks.
+    /// A square image, its side rounded up to whole blocks.
     pub fn square(side_px: usize) -> Self {
         let blocks_across = side_px.div_ceil(BLOCK_PX);
         Self { blocks_across, height_px: blocks_across * BLOCK_PX }
@@ -81,7 +99,7 @@ impl Grid {
     }
 }
 
-/// A soft silhouette and what drawing the next one needs; keep it to save allocations.
+/// A soft silhouette with its working memory; reuse it to save allocations.
 #[derive(Debug)]
 pub struct SoftSilhouette<const N: usize> {
     grid: Grid,
@@ -90,7 +108,7 @@ pub struct SoftSilhouette<const N: usize> {
     near_outline: Vec<bool>,
     /// Squared distance to the outline where within reach, pixels^2.
     nearest_px2: Vec<f32>,
-    /// Of each triangle, on the screen.
+    /// For each triangle: whether it is clockwise on the screen.
     clockwise: Vec<bool>,
     fill: fill::Fill,
     outline: outline::Outline<N>,
@@ -112,9 +130,9 @@ impl<const N: usize> Default for SoftSilhouette<N> {
 }
 
 impl<const N: usize> SoftSilhouette<N> {
-    /// Draws the surface with its vertices at `points`, in place of what was drawn before. `sigma_px2` is the
-    /// blur, above 0: the coverage falls from 1/2 to 1/4 within 1.05 sqrt(sigma). Less is sharper and has
-    /// derivatives on fewer pixels; PyTorch3D's usual 1e-4 is 1.6 pixels^2 on 256 x 256.
+    /// Draws the surface with its vertices at `points` and replaces the previous content. `sigma_px2` is the blur,
+    /// above 0: the coverage falls from 1/2 to 1/4 within 1.05 sqrt(sigma). Smaller values are sharper and have
+    /// derivatives on fewer pixels; PyTorch3D's default 1e-4 is 1.6 pixels^2 on 256 x 256.
     pub fn draw(&mut self, surface: &Surface, points: &[MovingPoint<N>], grid: Grid, sigma_px2: f32) {
         if self.grid != grid {
             *self = Self { grid, ..Self::default() };
@@ -123,7 +141,7 @@ impl<const N: usize> SoftSilhouette<N> {
         self.fill.count(surface, points, &self.clockwise, grid);
         self.coverage.clear();
         self.coverage.extend(self.fill.layers().iter().map(|&layers| if layers != 0 { 1.0 } else { 0.0 }));
-        let seen = outline::Layered { surface, points, clockwise: &self.clockwise, fill: &self.fill };
+        let seen = outline::LayeredSurface { surface, points, clockwise: &self.clockwise, fill: &self.fill };
         self.outline.trace(&seen, grid, band::reach_px(sigma_px2));
         self.clear_planes();
         band::soften(
@@ -139,7 +157,7 @@ impl<const N: usize> SoftSilhouette<N> {
         );
     }
 
-    /// Undoes what the last outline left, which is all there is but for the coverage.
+    /// Resets the planes near the last outline; elsewhere they are unchanged but for the coverage.
     fn clear_planes(&mut self) {
         let grid = self.grid;
         self.nearest_px2.resize(grid.pixels(), f32::INFINITY);
@@ -167,8 +185,8 @@ impl<const N: usize> SoftSilhouette<N> {
         &self.slopes
     }
 
-    /// Of each block of a row: whether the outline is within reach. Elsewhere coverage is 0 or 1 throughout
-    /// the block and the slopes are 0. Row-major.
+    /// For each block of a row: whether the outline is within reach. Elsewhere coverage is 0 or 1 throughout the block
+    /// and the slopes are 0. Row-major.
     pub fn near_outline(&self) -> &[bool] {
         &self.near_outline
     }

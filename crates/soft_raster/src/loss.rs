@@ -1,13 +1,13 @@
-//! How well a soft silhouette fits a mask, with derivatives: TabletopGen's silhouette and edge terms.
+//! The loss of a soft silhouette against a mask, with derivatives: TabletopGen's silhouette and edge terms.
 //!
 //! - `L_sil = 1 - sum(S^ S) / sum(S + S^ - S S^)`, the soft intersection over union;
-//! - `L_edge = sum(D_S E^) / sum(E^) / side`, the one-sided chamfer distance: `E^` the Sobel magnitude of the
-//!   soft silhouette S^, `D_S` the distance to the contour of the mask S.
+//! - `L_edge = sum(D_S E^) / sum(E^) / side`, the one-sided chamfer distance: `E^` the Sobel magnitude of the soft
+//!   silhouette S^, `D_S` the distance to the contour of the mask S.
 //!
-//! Pixels whose `known` is 0 have no weight in any sum; the edge term leaves out the picture's first and last
-//! column. The magnitude is `sqrt(gx^2 + gy^2 + eps) - sqrt(eps)`: smooth at 0, and 0 where nothing changes,
-//! else the whole picture would be a faint edge far from the contour. Sums of rows in f32, of rows together
-//! in f64, in order: the same bits always. Cost: a pass over the picture, Sobel only near the outline.
+//! Pixels whose `known` is 0 have no weight in any sum; the edge term excludes the image's first and last column. The
+//! magnitude is `sqrt(gx^2 + gy^2 + eps) - sqrt(eps)`: smooth at 0, and 0 where nothing changes; otherwise the whole
+//! image would be a faint edge far from the contour. Sums of rows are in f32, of rows together in f64, in order: the
+//! same bits always. Cost: a pass over the image, Sobel only near the outline.
 
 use std::array::from_fn;
 
@@ -19,15 +19,15 @@ use super::{BLOCK_PX, Grid, SoftSilhouette};
 /// full edge.
 pub(super) const EDGE_EPSILON: f32 = 1e-6;
 
-/// Areas and edge sums below this are nothing, pixels.
+/// Areas and edge sums below this count as zero, pixels.
 const NOTHING: f64 = 1e-9;
 
-/// What a silhouette is compared with; all planes row-major and as large as the silhouette.
+/// The target of a comparison; all planes row-major and as large as the silhouette.
 #[derive(Clone, Copy, Debug)]
 pub struct Target<'a> {
     /// Soft mask, 0..1; 0 where unknown.
     pub mask: &'a [f32],
-    /// 1 where the picture shows what is there, 0 where something else may hide it.
+    /// 1 where the pixel is known, 0 where an occluder may hide the object.
     pub known: &'a [f32],
     /// Distance to the mask's contour, pixels.
     pub distance_px: &'a [f32],
@@ -39,7 +39,7 @@ pub struct Target<'a> {
 
 /// A number and its derivative with respect to each parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sloped<const N: usize> {
+pub struct Dual<const N: usize> {
     pub value: f64,
     pub slopes: [f64; N],
 }
@@ -47,21 +47,21 @@ pub struct Sloped<const N: usize> {
 /// The two terms, before weighting.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SoftTerms<const N: usize> {
-    pub silhouette: Sloped<N>,
-    pub edge: Sloped<N>,
+    pub silhouette: Dual<N>,
+    pub edge: Dual<N>,
 }
 
 impl<const N: usize> SoftTerms<N> {
-    /// Of a silhouette that has nothing in common with the mask and cannot be moved: behind the camera.
+    /// The terms of a silhouette that has no overlap with the mask and cannot be moved: behind the camera.
     pub const HOPELESS: Self = Self {
-        silhouette: Sloped { value: 1.0, slopes: [0.0; N] },
-        edge: Sloped { value: 1.0, slopes: [0.0; N] },
+        silhouette: Dual { value: 1.0, slopes: [0.0; N] },
+        edge: Dual { value: 1.0, slopes: [0.0; N] },
     };
 
     /// `silhouette_weight * L_sil + edge_weight * L_edge`.
-    pub fn weighted(&self, silhouette_weight: f64, edge_weight: f64) -> Sloped<N> {
+    pub fn weighted(&self, silhouette_weight: f64, edge_weight: f64) -> Dual<N> {
         let sum = |s: f64, e: f64| silhouette_weight * s + edge_weight * e;
-        Sloped {
+        Dual {
             value: sum(self.silhouette.value, self.edge.value),
             slopes: from_fn(|k| sum(self.silhouette.slopes[k], self.edge.slopes[k])),
         }
@@ -85,47 +85,47 @@ pub fn terms<const N: usize>(drawn: &SoftSilhouette<N>, target: &Target) -> Soft
     sums.terms(target.mask_area_px2, target.side_px)
 }
 
-/// The four sums over the picture that the two terms are made of.
+/// The four sums over the image that the two terms are made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct LossSums<const N: usize> {
     /// Coverage times mask.
-    pub common: Sloped<N>,
+    pub common: Dual<N>,
     /// Coverage where known.
-    pub covered: Sloped<N>,
+    pub covered: Dual<N>,
     /// Edge magnitude times distance.
-    pub far: Sloped<N>,
+    pub far: Dual<N>,
     /// Edge magnitude.
-    pub edges: Sloped<N>,
+    pub edges: Dual<N>,
 }
 
 impl<const N: usize> LossSums<N> {
     pub const NOTHING: Self = {
-        let nothing = Sloped { value: 0.0, slopes: [0.0; N] };
+        let nothing = Dual { value: 0.0, slopes: [0.0; N] };
         Self { common: nothing, covered: nothing, far: nothing, edges: nothing }
     };
 
     /// Both as in [`Target`].
     pub fn terms(&self, mask_area_px2: f64, side_px: f64) -> SoftTerms<N> {
         let Self { common, covered, far, edges } = self;
-        let union = Sloped {
+        let union = Dual {
             value: mask_area_px2 + covered.value - common.value,
             slopes: from_fn(|k| covered.slopes[k] - common.slopes[k]),
         };
         let (overlap, distance) = (ratio(common, &union), ratio(far, edges));
         SoftTerms {
-            silhouette: Sloped { value: 1.0 - overlap.value, slopes: overlap.slopes.map(|s| -s) },
-            edge: Sloped { value: distance.value / side_px, slopes: distance.slopes.map(|s| s / side_px) },
+            silhouette: Dual { value: 1.0 - overlap.value, slopes: overlap.slopes.map(|s| -s) },
+            edge: Dual { value: distance.value / side_px, slopes: distance.slopes.map(|s| s / side_px) },
         }
     }
 }
 
-/// A quotient; without derivatives where there is nothing to divide by.
-fn ratio<const N: usize>(a: &Sloped<N>, b: &Sloped<N>) -> Sloped<N> {
+/// A quotient; its derivatives are 0 for a vanishing denominator.
+fn ratio<const N: usize>(a: &Dual<N>, b: &Dual<N>) -> Dual<N> {
     if b.value <= NOTHING {
-        return Sloped { value: a.value / NOTHING, slopes: [0.0; N] };
+        return Dual { value: a.value / NOTHING, slopes: [0.0; N] };
     }
     let value = a.value / b.value;
-    Sloped { value, slopes: from_fn(|k| (a.slopes[k] - value * b.slopes[k]) / b.value) }
+    Dual { value, slopes: from_fn(|k| (a.slopes[k] - value * b.slopes[k]) / b.value) }
 }
 
 /// A sum over a row, still in eight lanes.
@@ -138,7 +138,7 @@ struct Lanes<const N: usize> {
 impl<const N: usize> Lanes<N> {
     const ZERO: Self = Self { value: f32x8::ZERO, slopes: [f32x8::ZERO; N] };
 
-    fn add_to(&self, total: &mut Sloped<N>) {
+    fn add_to(&self, total: &mut Dual<N>) {
         total.value += f64::from(self.value.reduce_add());
         for k in 0..N {
             total.slopes[k] += f64::from(self.slopes[k].reduce_add());
@@ -240,7 +240,7 @@ impl<const N: usize> RowSums<N> {
     fn add_overlap(&mut self, drawn: &SoftSilhouette<N>, target: &Target, grid: Grid, y: usize) {
         for block in y * grid.blocks_across..(y + 1) * grid.blocks_across {
             let at = block * BLOCK_PX;
-            // Away from the outline a block is covered throughout or not at all, and nothing adds nothing.
+            // Away from the outline a block is covered throughout or not at all; empty blocks contribute 0.
             if !drawn.near_outline()[block] && drawn.coverage()[at] == 0.0 {
                 continue;
             }

@@ -1,9 +1,9 @@
-//! Which triangle is nearest at each pixel center.
+//! Depth buffer: the nearest triangle at each pixel center.
 //!
-//! A depth buffer, row by row of each triangle. Depth enters as its reciprocal, the *key*, which is linear on the
-//! screen and larger where nearer. Of equal keys the first triangle's counts, so the picture is always the same. An
-//! edge's crossing with a row is computed alike for all that share the edge. Both sides of a triangle are seen. Cost: grows
-//! with the triangles and the pixels they cover, hidden ones included.
+//! Triangles are drawn row by row. Depth enters as its reciprocal, the *key*, which is linear on the screen and larger
+//! where nearer. Of equal keys the first triangle's counts, so the image is always the same. An edge's crossing with a
+//! row is computed identically for all triangles that share the edge. Both sides of a triangle are visible. Cost:
+//! grows with the triangles and the pixels they cover, hidden ones included.
 
 use std::ops::Range;
 
@@ -16,7 +16,7 @@ use imaging::rounding::{ceil_within, lesser};
 /// No triangle.
 pub const NOTHING: u32 = u32::MAX;
 
-/// By how much rounding may move a row's first and last pixel, pixels and share of the coordinates.
+/// Bound on the rounding of a row's first and last pixel, pixels and share of the coordinates.
 const SLIP_PX: f32 = 1e-3;
 const SLIP_SHARE: f32 = 1e-6;
 
@@ -35,8 +35,8 @@ pub struct Nearest {
     places: Vec<Place>,
 }
 
-/// Of a vertex the first row and column of pixel centers at or beyond it, and both negated, so that the least of three
-/// vertices' numbers are the bounds of their triangle. Columns are a little apart, as rounding may move them.
+/// For a vertex the first row and column of pixel centers at or beyond it, and both negated, so that the minima over
+/// three vertices are the bounds of their triangle. Columns have a margin for rounding.
 #[derive(Clone, Copy, Debug)]
 struct Place(f32x4);
 
@@ -108,7 +108,7 @@ impl Nearest {
             let from = f32x4::splat(x_long.min(x_short) - 0.5);
             let end = f32x4::splat(x_long.max(x_short) - 0.5);
             let at_row = f32x4::splat(p[0][2] + (center - p[0][1]) * key_dy);
-            // Four pixels at once, whether they are in the row's span or not: spans are too short to foresee.
+            // Four pixels at once, inside or outside the row's span: spans are too short for branch prediction.
             let row = y * self.width_px..(y + 1) * self.width_px;
             let (keys, faces) = (&mut self.keys[row.clone()], &mut self.faces[row]);
             for first in columns.clone().step_by(LANES) {

@@ -1,40 +1,40 @@
-//! The outline of a projected surface: the parts of its edges beyond which there is nothing.
+//! The outline of a projected surface: the parts of its edges with nothing beyond them.
 //!
-//! An edge can be outline only if all its triangles lie to the same side of it in the picture: there a closed
-//! surface turns away from the eye, or an open one ends. Such contour edges are cut where they cross each
-//! other; between two cuts a piece is outline throughout or nowhere, and one look at what lies just beyond
-//! its middle says which. In f64, from the f32 vertices: a piece of a few thousandths of a pixel taken for
-//! outline hardly changes the coverage, but it may move quite unlike what it stands for.
+//! An edge can be outline only if all its triangles lie on the same side of it in the image: a closed surface turns
+//! away from the eye there, or an open one ends. Such contour edges are cut where they cross each other. A piece
+//! between two cuts is outline throughout or nowhere, and one test just beyond its center decides. Computed in f64
+//! from the f32 vertices: a piece of a few thousandths of a pixel wrongly taken for outline hardly changes the
+//! coverage, but it may have a very different derivative.
 //!
-//! Cost: crossings are looked for, and what lies beyond, within small cells, so in practice it grows with the
-//! number of triangles.
+//! Cost: crossings and covered positions are searched within small cells, so in practice it grows with the number of
+//! triangles.
 
 use super::bins::{Bins, CELL_PX};
 use super::crossing::{MovingLine, cross, minus};
 use super::fill::Fill;
-use super::inside::{Inside, StepLine, WIDENED_PX};
+use super::inside::{InsideCells, StepLine, WIDENED_PX};
 use super::{Grid, MovingPoint, Surface};
 use imaging::rounding::{greater, lesser};
 
-/// How far beyond a piece one looks, pixels: above rounding, below what could be seen. Gaps narrower than
-/// this are closed.
+/// Distance beyond a piece of the tested position, pixels: above rounding, below visibility. Gaps narrower than this
+/// are closed.
 const BEYOND_PX: f64 = 1e-6;
 
 /// Lines whose extents are farther apart than twice this do not cross, pixels: far above rounding.
 const APART_PX: f32 = 1e-3;
 
-/// The outline's pieces, and what tracing the next one needs.
+/// The outline's pieces, with working memory.
 #[derive(Debug)]
 pub struct Outline<const N: usize> {
     pieces: Vec<Piece<N>>,
     contour: Vec<ContourEdge<N>>,
     cuts: Vec<Cut>,
-    /// The same as they were found.
+    /// The same cuts in the order of discovery.
     found: Vec<Cut>,
     /// Of each edge where its cuts end.
     cut_ends: Vec<u32>,
     lines: Bins,
-    /// Of each contour edge's part in and near the picture, a little widened.
+    /// Of each contour edge's part in and near the image, a little widened.
     line_extents: Vec<Extent>,
     /// Of those in one cell their part within it.
     parts: Vec<Extent>,
@@ -42,8 +42,8 @@ pub struct Outline<const N: usize> {
     steps: Vec<StepLine>,
     /// Cells that other steps pass.
     doubtful: Vec<usize>,
-    inside: Inside,
-    /// Cells in which triangles are looked for.
+    inside: InsideCells,
+    /// Cells in which triangles are searched.
     open: Vec<bool>,
     /// Where each vertex lies among the cells.
     point_cells: Vec<[i32; 2]>,
@@ -52,13 +52,13 @@ pub struct Outline<const N: usize> {
     triangle_extents: Vec<Extent>,
 }
 
-/// A surface on the screen.
-pub struct Layered<'a, const N: usize> {
+/// A projected surface with its layer counts.
+pub struct LayeredSurface<'a, const N: usize> {
     pub surface: &'a Surface,
     pub points: &'a [MovingPoint<N>],
     /// Of each triangle.
     pub clockwise: &'a [bool],
-    /// Its layers, of the same picture.
+    /// Its layers, of the same image.
     pub fill: &'a Fill,
 }
 
@@ -75,7 +75,7 @@ impl<const N: usize> Default for Outline<N> {
             parts: Vec::new(),
             steps: Vec::new(),
             doubtful: Vec::new(),
-            inside: Inside::default(),
+            inside: InsideCells::default(),
             open: Vec::new(),
             point_cells: Vec::new(),
             triangles: Bins::default(),
@@ -95,7 +95,7 @@ pub struct Piece<const N: usize> {
 struct ContourEdge<const N: usize> {
     vertices: [u32; 2],
     line: MovingLine<N>,
-    /// Its part in and near the picture, shares of the way.
+    /// Its part in and near the image, shares of the way.
     shown: (f64, f64),
     /// Whether the triangles lie to the left of the way from the first end to the second.
     left: bool,
@@ -111,7 +111,7 @@ struct Cut {
     other_at: f64,
 }
 
-/// The box around something, pixels.
+/// A bounding box, pixels.
 #[derive(Clone, Copy, Debug, Default)]
 struct Extent {
     low: [f32; 2],
@@ -156,8 +156,8 @@ impl<const N: usize> Outline<N> {
         &self.pieces
     }
 
-    /// Finds the pieces within `margin_px` of the picture, and perhaps some beyond.
-    pub fn trace(&mut self, seen: &Layered<N>, grid: Grid, margin_px: f32) {
+    /// Finds the pieces within `margin_px` of the image, and perhaps some beyond.
+    pub fn trace(&mut self, seen: &LayeredSurface<N>, grid: Grid, margin_px: f32) {
         self.pieces.clear();
         self.find_contour(seen, grid, margin_px);
         self.inside.find(&self.lines, &self.steps, &self.doubtful, seen.fill.layers(), grid);
@@ -166,7 +166,7 @@ impl<const N: usize> Outline<N> {
         self.keep_visible(seen);
     }
 
-    fn find_contour(&mut self, seen: &Layered<N>, grid: Grid, margin_px: f32) {
+    fn find_contour(&mut self, seen: &LayeredSurface<N>, grid: Grid, margin_px: f32) {
         let (surface, points) = (seen.surface, seen.points);
         self.contour.clear();
         self.steps.clear();
@@ -258,8 +258,8 @@ impl<const N: usize> Outline<N> {
         }
     }
 
-    /// Those in cells that contour edges pass and that are not covered for sure.
-    fn find_triangles(&mut self, seen: &Layered<N>, grid: Grid, margin_px: f32) {
+    /// Finds the triangles in cells that contour edges pass and that are not certainly covered.
+    fn find_triangles(&mut self, seen: &LayeredSurface<N>, grid: Grid, margin_px: f32) {
         let surface = seen.surface;
         self.open.clear();
         self.open.extend(
@@ -271,7 +271,8 @@ impl<const N: usize> Outline<N> {
         self.point_cells.clear();
         self.point_cells.extend(seen.points.iter().map(|point| self.triangles.place_of(point.at_px)));
         for (index, t) in surface.triangles.iter().enumerate() {
-            // Of a closed surface each ray meets as many of one orientation as of the other: one will do.
+            // A ray meets as many triangles of one orientation of a closed surface as of the other: one orientation
+            // suffices.
             if surface.closed && !seen.clockwise[index] {
                 continue;
             }
@@ -284,7 +285,7 @@ impl<const N: usize> Outline<N> {
     }
 
     /// Keeps the pieces with nothing beyond; pieces that continue each other become one.
-    fn keep_visible(&mut self, seen: &Layered<N>) {
+    fn keep_visible(&mut self, seen: &LayeredSurface<N>) {
         let mut entered = self.lines.entered();
         let mut first_cut = 0;
         // The edge's parts within cells that are covered, shares of the way.
@@ -314,7 +315,7 @@ impl<const N: usize> Outline<N> {
             let mut before: Option<&Cut> = None;
             for end in mine.iter().map(Some).chain([None]) {
                 let to = end.map_or(edge.shown.1, |c| c.at.clamp(from, edge.shown.1));
-                // Cuts in covered cells are not known, but what ends there has something beyond.
+                // Cuts in covered cells are unknown, but a piece that ends there has a surface beyond.
                 let open = !hidden.iter().any(|part| part.0 < to && from < part.1) && {
                     let [x, y] = edge.line.at(0.5 * (from + to)).at_px;
                     !self.covered([x + beyond[0], y + beyond[1]], seen, &mut last_found)
@@ -350,10 +351,10 @@ impl<const N: usize> Outline<N> {
         Piece { ends: [first, last].map(|end| end.rounded()) }
     }
 
-    /// Whether any triangle covers the position. What lies beyond the margin is called covered: it does not
-    /// matter. Positions come along edges: what covered the last often covers the next.
-    fn covered(&self, p: [f64; 2], seen: &Layered<N>, last_found: &mut Option<u32>) -> bool {
-        // Rounding keeps order, so what is within a triangle's extent stays within.
+    /// Whether any triangle covers the position. Positions beyond the margin count as covered, since they do not
+    /// matter. Positions come along edges: the triangle that covered the last one often covers the next.
+    fn covered(&self, p: [f64; 2], seen: &LayeredSurface<N>, last_found: &mut Option<u32>) -> bool {
+        // Rounding is monotone, so a point within a triangle's extent stays within.
         let rounded = p.map(|c| c as f32);
         let Some(cell) = self.triangles.cell_of(rounded) else { return true };
         if self.inside.covered()[cell] {

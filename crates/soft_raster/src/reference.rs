@@ -1,14 +1,14 @@
-//! The slow, obvious soft silhouette and loss, in double precision: every pixel against every face. The fast
-//! ones must agree with it, and their derivatives with its central differences.
+//! Reference implementation of the soft silhouette and loss, in double precision: every pixel against every face. The
+//! fast ones must agree with it, and their derivatives with its central differences.
 //!
-//! It finds the outline in another way than the fast one: every edge of every face, moved a hair outward,
-//! less what each other face covers of it. No neighbors, no cells, no crossings of edges.
+//! It finds the outline differently: every edge of every face, moved slightly outward, less the parts that each other
+//! face covers. It uses no neighbors, no cells and no crossings of edges.
 
 pub mod color;
 
 use glam::DVec2;
 
-/// How far beyond an edge it looks, pixels: far below what matters, far above rounding.
+/// Distance beyond an edge of the tested position, pixels: far below relevance, far above rounding.
 const BEYOND_PX: f64 = 1e-6;
 
 /// Gaps up to this are rounding, pixels.
@@ -17,7 +17,7 @@ const NO_GAP_PX: f64 = 1e-9;
 /// `eps` of the edge magnitude, as in [`terms`](super::loss::terms).
 const EDGE_EPSILON: f64 = 1e-6;
 
-/// Soft coverage of a picture's pixels, row-major; `corners` of the faces in pixels.
+/// Soft coverage of an image's pixels, row-major; `corners` of the faces in pixels.
 pub fn coverage(faces: &[[DVec2; 3]], width_px: usize, height_px: usize, sigma_px2: f64) -> Vec<f64> {
     let outline = outline(faces);
     pixel_centers(width_px, height_px)
@@ -29,8 +29,8 @@ pub fn coverage(faces: &[[DVec2; 3]], width_px: usize, height_px: usize, sigma_p
         .collect()
 }
 
-/// Liu et al. to the letter, eq. 1 and 3: `1 - prod(1 - D_j)` over the faces. What [`coverage`] is measured
-/// against in its tests; the head of soft.rs says why it is not used.
+/// Liu et al., eq. 1 and 3, unchanged: `1 - prod(1 - D_j)` over the faces. The tests compare [`coverage`] with it; the
+/// crate's documentation explains why it is not used.
 pub fn coverage_by_product(
     faces: &[[DVec2; 3]],
     width_px: usize,

@@ -1,8 +1,8 @@
-//! A mesh as a soft silhouette needs it: triangles, and at each edge the triangles that meet there.
+//! Mesh topology of a soft silhouette: triangles, and the triangles that meet at each edge.
 
 use super::MovingPoint;
 
-/// Triangles and edges; positions come with each picture.
+/// Triangles and edges; positions come with each image.
 #[derive(Clone, Debug)]
 pub struct Surface {
     pub triangles: Vec<[u32; 3]>,
@@ -12,8 +12,8 @@ pub struct Surface {
     pub(super) edges: Vec<Edge>,
     /// Of all edges, one after another.
     pub(super) sides: Vec<Side>,
-    /// Of each edge the two triangles that run along it in opposite directions, if there are just these; else
-    /// [`OTHERWISE`]. So are nearly all, and of them this is all one asks in most poses.
+    /// For each edge the two triangles that run along it in opposite directions, if there are exactly these; else
+    /// [`OTHERWISE`]. Nearly all edges are of this kind, and most poses need no more of them.
     pub(super) pairs: Vec<[u32; 2]>,
 }
 
@@ -38,7 +38,7 @@ pub(super) struct Side {
 }
 
 impl Surface {
-    /// Weld equal positions first: edges whose triangles do not share vertices cost time and say nothing.
+    /// Requires welded positions: edges whose triangles do not share vertices cost time and carry no information.
     /// Closed or open, in any number of shells; triangles that repeat a vertex are left out.
     pub fn new(triangles: &[[u32; 3]]) -> Self {
         let triangles: Vec<[u32; 3]> =

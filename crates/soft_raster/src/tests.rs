@@ -1,4 +1,4 @@
-//! Soft silhouettes agree with the slow reference in value and derivative, and with the soft rasterizer.
+//! Soft silhouettes agree with the reference in value and derivative, and with the published soft rasterizer.
 
 use glam::DVec2;
 use rand::{RngExt, SeedableRng};
@@ -26,7 +26,7 @@ fn still(points: &[[f32; 2]]) -> Vec<MovingPoint<0>> {
 }
 
 #[test]
-fn agrees_with_the_reference() {
+fn soft_result_agrees_with_reference() {
     let mut rng = rng();
     for kind in 0..25 {
         let object = random_object(&mut rng, kind, SIDE_PX);
@@ -48,7 +48,7 @@ fn agrees_with_the_reference() {
 
 /// 25 objects, 5 yaws each: the weighted loss's derivative against central differences of the reference.
 #[test]
-fn derivatives_agree_with_central_differences_of_the_reference() {
+fn derivatives_agree_with_central_differences_of_reference() {
     const YAWS: usize = 5;
     const STEP_RAD: f64 = 2e-6;
     let mut rng = rng();
@@ -87,7 +87,7 @@ fn derivatives_agree_with_central_differences_of_the_reference() {
 
 /// Yaw and elevation together: each plane is what it is alone, and elevation's is right.
 #[test]
-fn carries_several_parameters() {
+fn derivatives_by_two_parameters_are_independent() {
     const STEP_RAD: f64 = 1e-6;
     let mut rng = rng();
     for kind in 0..5 {
@@ -125,7 +125,7 @@ fn carries_several_parameters() {
 }
 
 #[test]
-fn same_bits_with_any_number_of_threads() {
+fn bits_do_not_depend_on_thread_count() {
     let object = random_object(&mut rng(), 4, 128);
     let with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
@@ -138,7 +138,7 @@ fn same_bits_with_any_number_of_threads() {
 }
 
 #[test]
-fn a_single_triangle_is_the_soft_rasterizer_s() {
+fn single_triangle_equals_published_soft_rasterizer() {
     let corners = [[10.3, 8.1], [50.2, 20.7], [22.8, 55.5]];
     let mut drawn = SoftSilhouette::<0>::default();
     drawn.draw(&Surface::new(&[[0, 1, 2]]), &still(&corners), Grid::square(64), 2.0);
@@ -149,9 +149,9 @@ fn a_single_triangle_is_the_soft_rasterizer_s() {
     }
 }
 
-/// Why the product over faces is not taken: it dents inside and swells outside with the number of faces.
+/// The product over faces depends on the triangulation: it dents inside and swells outside with the number of faces.
 #[test]
-fn how_the_surface_is_cut_does_not_matter() {
+fn coverage_does_not_depend_on_triangulation() {
     let (n, low, size) = (8_u32, 12.3_f32, 40.0_f32);
     let at = |k: u32| low + size * k as f32 / n as f32;
     let points: Vec<[f32; 2]> = (0..(n + 1) * (n + 1)).map(|k| [at(k % (n + 1)), at(k / (n + 1))]).collect();
@@ -173,16 +173,16 @@ fn how_the_surface_is_cut_does_not_matter() {
     let face = |t: &[u32; 3]| t.map(|v| DVec2::from(points[v as usize].map(f64::from)));
     let faces: Vec<[DVec2; 3]> = fine.iter().map(face).collect();
     let product = reference::coverage_by_product(&faces, 64, 64, f64::from(SIGMA_PX2));
-    let middle = 32 * 64 + 20..32 * 64 + 44;
-    let dent = product[middle.clone()].iter().fold(1.0_f64, |a, &b| a.min(b));
-    assert!(dent < 0.9 && fine_drawn[middle].iter().all(|&s| s > 0.999), "{dent}");
+    let center = 32 * 64 + 20..32 * 64 + 44;
+    let dent = product[center.clone()].iter().fold(1.0_f64, |a, &b| a.min(b));
+    assert!(dent < 0.9 && fine_drawn[center].iter().all(|&s| s > 0.999), "{dent}");
     // A surface seen twice, front and back, is one silhouette.
     let both: Vec<[u32; 3]> = fine.iter().flat_map(|&[a, b, c]| [[a, b, c], [a, c, b]]).collect();
     assert_eq!(draw(&both), fine_drawn);
 }
 
 #[test]
-fn without_blur_it_is_the_hard_silhouette() {
+fn small_sigma_gives_hard_silhouette() {
     let object = random_object(&mut rng(), 4, SIDE_PX);
     let faces = object.faces(0.3);
     let hard = reference::coverage(&faces, SIDE_PX, SIDE_PX, 1e-12);
@@ -212,7 +212,7 @@ fn without_blur_it_is_the_hard_silhouette() {
 }
 
 #[test]
-fn what_reaches_beyond_the_picture_is_drawn_up_to_its_border() {
+fn surface_beyond_image_is_drawn_up_to_border() {
     let corners = [[-500.0, -300.0], [40.0, 20.0], [-200.0, 900.0], [-5000.0, 30.0]];
     let triangles = [[0, 1, 2], [0, 2, 3]];
     let mut drawn = SoftSilhouette::<0>::default();

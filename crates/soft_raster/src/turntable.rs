@@ -159,9 +159,9 @@ fn lump(rng: &mut impl Rng, levels: usize, bumps: f64) -> (Vec<DVec3>, Vec<[u32;
         }
     }
     for _ in 0..levels {
-        let mut middles = BTreeMap::new();
-        let mut middle = |a: u32, b: u32| {
-            *middles.entry((a.min(b), a.max(b))).or_insert_with(|| {
+        let mut centers = BTreeMap::new();
+        let mut center = |a: u32, b: u32| {
+            *centers.entry((a.min(b), a.max(b))).or_insert_with(|| {
                 positions.push(0.5 * (positions[a as usize] + positions[b as usize]));
                 positions.len() as u32 - 1
             })
@@ -169,7 +169,7 @@ fn lump(rng: &mut impl Rng, levels: usize, bumps: f64) -> (Vec<DVec3>, Vec<[u32;
         triangles = triangles
             .into_iter()
             .flat_map(|[a, b, c]| {
-                let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
+                let (ab, bc, ca) = (center(a, b), center(b, c), center(c, a));
                 [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
             })
             .collect();

@@ -1,14 +1,15 @@
-//! Answers of remote models, kept beside their calls until their stage is done: whoever comes after a dead worker reads
-//! them in place of paying again.
+//! Recorded answers of remote models. They are kept with their calls until the stage is done, so that the next worker
+//! after a crash reads them instead of paying again.
 
 use super::queue::guard;
 use super::{Digest, Lease, Store, StoreError};
+use scene::JobId;
 
 impl Store {
-    /// The blob with an answer to a question in a job, leaving out the first `skip` that came.
+    /// The blob with the answer to a question of a job; the oldest `skip` answers are skipped.
     pub async fn answer_of(
         &self,
-        job_id: &str,
+        job_id: &JobId,
         idempotency_key: &str,
         skip: u32,
     ) -> Result<Option<Digest>, StoreError> {
@@ -17,7 +18,7 @@ impl Store {
              WHERE job_id = ? AND idempotency_key = ? AND answer_file IS NOT NULL
              ORDER BY id LIMIT 1 OFFSET ?",
         )
-        .bind(job_id)
+        .bind(job_id.as_str())
         .bind(idempotency_key)
         .bind(skip)
         .fetch_optional(&self.readers)
@@ -25,7 +26,7 @@ impl Store {
         file.map(|digest| Digest::parse(&digest)).transpose()
     }
 
-    /// What was answered to this stage (of this instance; empty = the whole scene) is not to be used again.
+    /// Discards the recorded answers of a stage (of one instance; empty = the whole scene).
     pub async fn forget_answers(
         &self,
         lease: &Lease,
@@ -40,7 +41,7 @@ impl Store {
                     sqlx::query(
                         "UPDATE calls SET answer_file = NULL WHERE job_id = ? AND stage = ? AND instance = ?",
                     )
-                    .bind(&lease.job_id)
+                    .bind(lease.job_id.as_str())
                     .bind(stage)
                     .bind(&instance)
                     .execute(connection)

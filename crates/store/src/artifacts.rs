@@ -1,12 +1,13 @@
-//! What a scene consists of: artifacts of its stages, the files of its bundle, its archives by format.
+//! Files of a scene: artifacts of its stages, files of its bundle, archives by format.
 
 use serde_json::{Value, json};
 use sqlx::sqlite::SqliteRow;
 use sqlx::{Row, SqliteConnection};
 
-use super::{Digest, Store, StoreError, events};
+use super::{Digest, Store, StoreError, database, events};
+use scene::{JobId, SceneId, TenantId};
 
-/// Bytes with a name inside a scene.
+/// A named file of a scene.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FileRow {
     /// `reference/known.json` for an artifact, `mjcf/scene.xml` for a file of the bundle.
@@ -25,24 +26,24 @@ pub struct ArchiveRow {
     pub size: u64,
 }
 
-/// An artifact with the stage that put it.
+/// An artifact with its stage.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ArtifactRow {
     pub file: FileRow,
     pub stage: String,
-    pub job_id: String,
+    pub job_id: JobId,
 }
 
-/// What a finished pipeline leaves in the scene's rows.
+/// Result of a finished pipeline for the scene's rows.
 #[derive(Clone, Debug)]
-pub struct BuiltRows {
+pub struct BuiltScene {
     /// Every file of the bundle.
     pub files: Vec<FileRow>,
     /// The archive with all of them.
     pub archive: ArchiveRow,
     /// `true` = certified `pass`; `false` = `quarantine`.
     pub passed: bool,
-    /// Why it is quarantined, for the client.
+    /// Reasons for the quarantine, for the client.
     pub reasons: Vec<String>,
     pub summary: Value,
     pub metrics: Value,
@@ -50,42 +51,77 @@ pub struct BuiltRows {
 
 impl Store {
     /// Artifacts of a scene by name.
-    pub async fn artifacts(&self, scene_id: &str) -> Result<Vec<ArtifactRow>, StoreError> {
-        let rows = sqlx::query("SELECT * FROM artifacts WHERE scene_id = ? ORDER BY name")
-            .bind(scene_id)
-            .fetch_all(&self.readers)
-            .await?;
+    pub async fn artifacts(
+        &self,
+        tenant_id: &TenantId,
+        scene_id: &SceneId,
+    ) -> Result<Vec<ArtifactRow>, StoreError> {
+        let rows = sqlx::query(
+            "SELECT * FROM artifacts
+             WHERE scene_id = ? AND (SELECT tenant_id FROM scenes WHERE id = artifacts.scene_id) = ?
+             ORDER BY name",
+        )
+        .bind(scene_id.as_str())
+        .bind(tenant_id.as_str())
+        .fetch_all(&self.readers)
+        .await?;
         rows.iter().map(artifact_of).collect()
     }
 
     /// One artifact.
-    pub async fn artifact(&self, scene_id: &str, name: &str) -> Result<Option<ArtifactRow>, StoreError> {
-        let row = sqlx::query("SELECT * FROM artifacts WHERE scene_id = ? AND name = ?")
-            .bind(scene_id)
-            .bind(name)
-            .fetch_optional(&self.readers)
-            .await?;
+    pub async fn artifact(
+        &self,
+        tenant_id: &TenantId,
+        scene_id: &SceneId,
+        name: &str,
+    ) -> Result<Option<ArtifactRow>, StoreError> {
+        let row = sqlx::query(
+            "SELECT * FROM artifacts
+             WHERE scene_id = ? AND name = ? AND (SELECT tenant_id FROM scenes WHERE id = artifacts.scene_id) = ?",
+        )
+        .bind(scene_id.as_str())
+        .bind(name)
+        .bind(tenant_id.as_str())
+        .fetch_optional(&self.readers)
+        .await?;
         row.as_ref().map(artifact_of).transpose()
     }
 
     /// Files of a scene's bundle by path.
-    pub async fn bundle_files(&self, scene_id: &str) -> Result<Vec<FileRow>, StoreError> {
+    pub async fn bundle_files(
+        &self,
+        tenant_id: &TenantId,
+        scene_id: &SceneId,
+    ) -> Result<Vec<FileRow>, StoreError> {
         let rows = sqlx::query(
-            "SELECT path AS name, digest, media_type, size FROM bundle_files WHERE scene_id = ? ORDER BY path",
+            "SELECT path AS name, digest, media_type, size FROM bundle_files
+             WHERE scene_id = ? AND (SELECT tenant_id FROM scenes WHERE id = bundle_files.scene_id) = ?
+             ORDER BY path",
         )
-        .bind(scene_id)
+        .bind(scene_id.as_str())
+        .bind(tenant_id.as_str())
         .fetch_all(&self.readers)
         .await?;
         rows.iter().map(file_of).collect()
     }
 
-    /// The archive of a format, if it was made already.
-    pub async fn archive(&self, scene_id: &str, format: &str) -> Result<Option<ArchiveRow>, StoreError> {
-        let row = sqlx::query("SELECT digest, size FROM bundle_archives WHERE scene_id = ? AND format = ?")
-            .bind(scene_id)
-            .bind(format)
-            .fetch_optional(&self.readers)
-            .await?;
+    /// The archive of a format, if it exists.
+    pub async fn archive(
+        &self,
+        tenant_id: &TenantId,
+        scene_id: &SceneId,
+        format: &str,
+    ) -> Result<Option<ArchiveRow>, StoreError> {
+        let row = sqlx::query(
+            "SELECT digest, size FROM bundle_archives
+             WHERE scene_id = ? AND format = ?
+               AND (SELECT tenant_id FROM scenes WHERE id = bundle_archives.scene_id) = ?",
+        )
+        .bind(scene_id.as_str())
+        .bind(format)
+        .bind(tenant_id.as_str())
+        .fetch_optional(&self.readers)
+        .await?;
         row.map(|row| {
             let digest: String = row.try_get("digest")?;
             Ok(ArchiveRow { digest: Digest::parse(&digest)?, size: row.try_get::<i64, _>("size")? as u64 })
@@ -93,46 +129,51 @@ impl Store {
         .transpose()
     }
 
-    /// Remembers an archive (its blob is put already).
+    /// Records an archive, whose blob must exist. A scene of another tenant does not change.
     pub async fn record_archive(
         &self,
-        scene_id: &str,
+        tenant_id: &TenantId,
+        scene_id: &SceneId,
         format: &str,
         archive: ArchiveRow,
     ) -> Result<(), StoreError> {
-        let (scene_id, format) = (scene_id.to_owned(), format.to_owned());
+        let (tenant_id, scene_id, format) = (tenant_id.clone(), scene_id.clone(), format.to_owned());
         self.writer
             .write("record an archive", move |connection| {
-                Box::pin(async move { insert_archive(connection, &scene_id, &format, &archive).await })
+                Box::pin(
+                    async move { insert_archive(connection, &tenant_id, &scene_id, &format, &archive).await },
+                )
             })
             .await
     }
 }
 
-/// The commit of a finished job: its scene's rows, verdict, state and last event.
+/// Commits a finished job: its scene's rows, verdict, state and last event.
 pub(super) async fn record_built(
     connection: &mut SqliteConnection,
-    job_id: &str,
-    built: &BuiltRows,
+    job_id: &JobId,
+    built: &BuiltScene,
     now_ms: i64,
 ) -> Result<(), StoreError> {
-    let scene_id: String = sqlx::query_scalar("SELECT scene_id FROM jobs WHERE id = ?")
-        .bind(job_id)
+    let job = sqlx::query("SELECT tenant_id, scene_id FROM jobs WHERE id = ?")
+        .bind(job_id.as_str())
         .fetch_one(&mut *connection)
         .await?;
+    let tenant_id: TenantId = database::id(&job, "jobs", "tenant_id")?;
+    let scene_id: SceneId = database::id(&job, "jobs", "scene_id")?;
     sqlx::query("DELETE FROM bundle_files WHERE scene_id = ?")
-        .bind(&scene_id)
+        .bind(scene_id.as_str())
         .execute(&mut *connection)
         .await?;
     sqlx::query("DELETE FROM bundle_archives WHERE scene_id = ?")
-        .bind(&scene_id)
+        .bind(scene_id.as_str())
         .execute(&mut *connection)
         .await?;
     for file in &built.files {
         sqlx::query(
             "INSERT INTO bundle_files (scene_id, path, digest, media_type, size) VALUES (?, ?, ?, ?, ?)",
         )
-        .bind(&scene_id)
+        .bind(scene_id.as_str())
         .bind(&file.name)
         .bind(file.digest.as_str())
         .bind(&file.media_type)
@@ -140,7 +181,7 @@ pub(super) async fn record_built(
         .execute(&mut *connection)
         .await?;
     }
-    insert_archive(connection, &scene_id, "all", &built.archive).await?;
+    insert_archive(connection, &tenant_id, &scene_id, "all", &built.archive).await?;
     let (state, verdict, code) =
         if built.passed { ("ready", "pass", None) } else { ("failed", "quarantine", Some("quarantined")) };
     let message = (!built.passed).then(|| {
@@ -161,7 +202,7 @@ pub(super) async fn record_built(
     .bind(built.summary.to_string())
     .bind(built.metrics.to_string())
     .bind(now_ms)
-    .bind(&scene_id)
+    .bind(scene_id.as_str())
     .execute(&mut *connection)
     .await?;
     let data = json!({ "verdict": verdict, "metrics": built.metrics });
@@ -170,25 +211,32 @@ pub(super) async fn record_built(
 
 async fn insert_archive(
     connection: &mut SqliteConnection,
-    scene_id: &str,
+    tenant_id: &TenantId,
+    scene_id: &SceneId,
     format: &str,
     archive: &ArchiveRow,
 ) -> Result<(), StoreError> {
     sqlx::query(
-        "INSERT INTO bundle_archives (scene_id, format, digest, size) VALUES (?, ?, ?, ?)
+        "INSERT INTO bundle_archives (scene_id, format, digest, size)
+         SELECT id, ?, ?, ? FROM scenes WHERE id = ? AND tenant_id = ?
          ON CONFLICT DO UPDATE SET digest = excluded.digest, size = excluded.size",
     )
-    .bind(scene_id)
     .bind(format)
     .bind(archive.digest.as_str())
     .bind(archive.size as i64)
+    .bind(scene_id.as_str())
+    .bind(tenant_id.as_str())
     .execute(connection)
     .await?;
     Ok(())
 }
 
 fn artifact_of(row: &SqliteRow) -> Result<ArtifactRow, StoreError> {
-    Ok(ArtifactRow { file: file_of(row)?, stage: row.try_get("stage")?, job_id: row.try_get("job_id")? })
+    Ok(ArtifactRow {
+        file: file_of(row)?,
+        stage: row.try_get("stage")?,
+        job_id: database::id(row, "artifacts", "job_id")?,
+    })
 }
 
 fn file_of(row: &SqliteRow) -> Result<FileRow, StoreError> {

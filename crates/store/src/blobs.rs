@@ -1,8 +1,8 @@
-//! Immutable bytes under their digest, in an object store: a local directory, or this process's memory.
+//! Content-addressed blobs in an object store: a local directory, or the memory of the process.
 //!
-//! Bytes are always put again, even when they are there: a collector that saw the old copy as garbage
-//! cannot take it away from the row that is about to refer to it. A local put is durable when it
-//! returns (file and directories are synced) unless the settings say otherwise.
+//! A put always writes, even if the blob exists. A garbage collector that has marked the old copy therefore cannot
+//! remove it before the new row refers to it. A local put is durable when it returns: file and directories are synced
+//! unless the settings disable that.
 
 use std::ops::Range;
 use std::path::Path;
@@ -23,13 +23,13 @@ use super::{Digest, StoreError};
 #[derive(Clone)]
 pub struct Blobs {
     objects: Arc<dyn ObjectStore>,
-    /// Whether somebody else may have changed the bytes meanwhile.
+    /// Whether other programs can change the bytes.
     reachable: bool,
     health: Health,
 }
 
 impl Blobs {
-    /// Blobs below a local directory, which is created.
+    /// Blobs in a local directory, which is created if missing.
     pub(super) fn local(root: &Path, fsync: bool, health: Health) -> Result<Self, StoreError> {
         std::fs::create_dir_all(root)
             .map_err(|source| StoreError::DataDir { path: root.to_owned(), source })?;
@@ -39,12 +39,12 @@ impl Blobs {
         Ok(Self { objects: Arc::new(files), reachable: true, health })
     }
 
-    /// Blobs that are gone with the process.
+    /// Blobs in memory, lost at the end of the process.
     pub(super) fn in_memory(health: Health) -> Self {
         Self { objects: Arc::new(InMemory::new()), reachable: false, health }
     }
 
-    /// Stores `bytes`; when this returns they can be referred to.
+    /// Stores `bytes` and returns their digest. On return the blob may be referred to.
     pub async fn put(&self, bytes: impl Into<Bytes>) -> Result<Digest, StoreError> {
         let bytes: Bytes = bytes.into();
         let digest = if bytes.len() > 1 << 20 {
@@ -69,7 +69,7 @@ impl Blobs {
         }
     }
 
-    /// The bytes, or `None` where there are none under that name or they are not what the name says.
+    /// The bytes, or `None` if the blob is missing or does not match its digest.
     pub async fn get(&self, digest: &Digest) -> Result<Option<Bytes>, StoreError> {
         let found = match self.objects.get(&path_of(digest)).await {
             Ok(found) => found,
@@ -85,7 +85,7 @@ impl Blobs {
         }
     }
 
-    /// Part of the bytes as a stream (`end` exclusive, all of it when `None`), unverified.
+    /// A range of the bytes as a stream (`end` exclusive; `None` = all bytes), without verification.
     pub async fn stream(
         &self,
         digest: &Digest,
@@ -101,7 +101,7 @@ impl Blobs {
         Ok(Some(found.into_stream().map_err(move |source| failed(&digest, "read", source)).boxed()))
     }
 
-    /// Whether there are bytes under that name.
+    /// Whether the blob exists.
     pub async fn contains(&self, digest: &Digest) -> Result<bool, StoreError> {
         match self.objects.head(&path_of(digest)).await {
             Ok(_) => Ok(true),
@@ -125,7 +125,7 @@ mod tests {
     use super::*;
 
     #[tokio::test]
-    async fn bytes_come_back_whole_in_parts_or_not_at_all() {
+    async fn local_blobs_read_back_whole_and_in_ranges_and_detect_damage() {
         let directory = tempfile::tempdir().expect("temporary directory");
         let blobs = Blobs::local(directory.path(), true, Health::new()).expect("opens");
         let digest = blobs.put(&b"hello table"[..]).await.expect("puts");
@@ -142,7 +142,7 @@ mod tests {
         assert_eq!(part.concat(), b"tab");
         assert_eq!(blobs.get(&Digest::of(b"other")).await.expect("answers"), None);
 
-        // A blob somebody damaged is as good as gone.
+        // A damaged blob counts as missing.
         let hex = digest.as_str();
         std::fs::write(directory.path().join("sha256").join(&hex[..2]).join(hex), b"hello cable")
             .expect("damages the file");
@@ -150,7 +150,7 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn bytes_in_memory_come_back_and_leave_no_file() {
+    async fn memory_blobs_read_back_whole_and_in_ranges() {
         let blobs = Blobs::in_memory(Health::new());
         let digest = blobs.put(&b"hello table"[..]).await.expect("puts");
         assert_eq!(digest, Digest::of(b"hello table"));

@@ -1,20 +1,21 @@
-//! The ledger: one row for every try of every call of a remote model.
+//! The ledger: one row per attempt of every call of a remote model.
 //!
-//! A row is committed, and its cost set aside, before anything is sent; the check against the scene's budget and the
-//! row are one transaction of the one writer, so any number of calls at the same time cannot overrun it. A row that
-//! is still under way when its job changes hands, or leaves its worker, becomes `outcome_unknown`: the vendor may have
-//! answered and billed, so what was set aside stays spent.
+//! A row is committed, and its cost reserved, before the request is sent. The budget check and the insert are one
+//! transaction of the single writer, so concurrent calls cannot exceed the budget. An unsettled row becomes
+//! `outcome_unknown` when its job leaves its worker: the vendor may have answered and billed, so the reserved cost
+//! counts as spent.
 
 use sqlx::sqlite::SqliteRow;
 use sqlx::{Row, SqliteConnection};
 
 use super::queue::guard;
 use super::{Digest, Lease, Store, StoreError, database};
+use scene::{JobId, SceneId, TenantId};
 
-/// The outcome of a call of which nobody knows whether it was answered and billed.
+/// Outcome of a call that may or may not have been answered and billed.
 pub const OUTCOME_UNKNOWN: &str = "outcome_unknown";
 
-/// A call that is about to be sent. Money is in millionths of a US dollar.
+/// A call to be sent. Money is in millionths of a US dollar.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NewCall {
     pub stage: String,
@@ -30,33 +31,33 @@ pub struct NewCall {
     pub attempt: u32,
     pub reserved_micro_usd: i64,
     pub sent_bytes: u64,
-    /// Refuse it where an earlier call of this job with the same key has an unknown outcome.
+    /// Reject the call if an earlier call of this job with the same key has an unknown outcome.
     pub refuse_after_unknown: bool,
 }
 
-/// What came of asking to make a call.
+/// Result of a reservation.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Reserved {
-    /// The row's id.
+pub enum Reservation {
+    /// Reservation; the id of the row.
     Granted(i64),
-    /// Nothing was written. All in millionths of a US dollar.
+    /// Rejected, nothing was written. Amounts in millionths of a US dollar.
     OverBudget { committed: i64, budget: i64 },
-    /// Nothing was written: an earlier one may have been answered.
+    /// Rejected, nothing was written: an earlier call may have been answered.
     OutcomeUnknown,
 }
 
-/// How a call ended.
+/// End of a call.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct CallEnd {
-    /// `None` = unknown; then what was set aside counts.
+    /// `None` = unknown; then the reserved cost counts.
     pub settled_micro_usd: Option<i64>,
     pub outcome: String,
     pub received_bytes: u64,
     pub input_tokens: Option<u64>,
     pub output_tokens: Option<u64>,
-    /// The vendor's id of the job it has begun, where the answer comes later.
+    /// The vendor's id of the started job, for asynchronous calls.
     pub task: Option<String>,
-    /// The blob with the answer, if it may be used again.
+    /// The blob with the answer, if the answer is reusable.
     pub answer: Option<Digest>,
 }
 
@@ -64,7 +65,7 @@ pub struct CallEnd {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct CallRow {
     pub id: i64,
-    pub job_id: String,
+    pub job_id: JobId,
     pub stage: String,
     /// Empty for the whole scene.
     pub instance: String,
@@ -76,33 +77,33 @@ pub struct CallRow {
     pub idempotency_key: String,
     pub attempt: i64,
     pub reserved_micro_usd: i64,
-    /// `None` while the call is under way.
+    /// `None` while the call is in flight.
     pub settled_micro_usd: Option<i64>,
     pub outcome: Option<String>,
     pub sent_bytes: i64,
     pub received_bytes: Option<i64>,
     pub input_tokens: Option<i64>,
     pub output_tokens: Option<i64>,
-    /// The vendor's id of the job it has begun, where the answer comes later.
+    /// The vendor's id of the started job, for asynchronous calls.
     pub task: Option<String>,
     /// Milliseconds since 1970.
     pub started_at_ms: i64,
     pub finished_at_ms: Option<i64>,
 }
 
-/// The money of one scene, millionths of a US dollar.
+/// Budget and cost of one scene, millionths of a US dollar.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Spending {
     pub budget: i64,
-    /// By calls that have ended, with what those of unknown outcome may have cost.
+    /// Cost of ended calls, including the reserved cost of calls with unknown outcome.
     pub spent: i64,
-    /// For calls under way.
+    /// Reservation cost of calls in flight.
     pub reserved: i64,
 }
 
 impl Store {
-    /// Writes a call down and sets its cost aside, if the scene's budget has room for it.
-    pub async fn reserve_call(&self, lease: &Lease, call: NewCall) -> Result<Reserved, StoreError> {
+    /// Inserts a call and reserves its cost, if the scene's budget allows it.
+    pub async fn reserve_call(&self, lease: &Lease, call: NewCall) -> Result<Reservation, StoreError> {
         let lease = lease.clone();
         self.writer
             .write("reserve a call", move |connection| {
@@ -111,7 +112,7 @@ impl Store {
             .await
     }
 
-    /// Writes down how a call ended. A call that somebody has declared unknown meanwhile stays so.
+    /// Records the end of a call. A call that is already `outcome_unknown` does not change.
     pub async fn settle_call(&self, lease: &Lease, id: i64, end: CallEnd) -> Result<(), StoreError> {
         let lease = lease.clone();
         self.writer
@@ -136,7 +137,7 @@ impl Store {
                     .bind(end.task.is_some())
                     .bind(end.answer.as_ref().map(Digest::as_str))
                     .bind(id)
-                    .bind(&lease.job_id)
+                    .bind(lease.job_id.as_str())
                     .execute(connection)
                     .await?;
                     Ok(())
@@ -145,19 +146,20 @@ impl Store {
             .await
     }
 
-    /// All calls of a scene, in the order they were made.
-    pub async fn calls(&self, scene_id: &str) -> Result<Vec<CallRow>, StoreError> {
-        let rows = sqlx::query("SELECT * FROM calls WHERE scene_id = ? ORDER BY id")
-            .bind(scene_id)
+    /// All calls of a scene, oldest first.
+    pub async fn calls(&self, tenant_id: &TenantId, scene_id: &SceneId) -> Result<Vec<CallRow>, StoreError> {
+        let rows = sqlx::query("SELECT * FROM calls WHERE scene_id = ? AND tenant_id = ? ORDER BY id")
+            .bind(scene_id.as_str())
+            .bind(tenant_id.as_str())
             .fetch_all(&self.readers)
             .await?;
         rows.iter().map(call_of).collect()
     }
 
-    /// What a scene may cost, and what it has cost.
-    pub async fn spending(&self, scene_id: &str) -> Result<Spending, StoreError> {
+    /// Budget and cost of a scene.
+    pub async fn spending(&self, tenant_id: &TenantId, scene_id: &SceneId) -> Result<Spending, StoreError> {
         let mut connection = self.readers.acquire().await?;
-        spending(&mut connection, scene_id).await
+        spending(&mut connection, tenant_id, scene_id).await
     }
 }
 
@@ -165,31 +167,32 @@ async fn reserve(
     connection: &mut SqliteConnection,
     lease: &Lease,
     call: &NewCall,
-) -> Result<Reserved, StoreError> {
+) -> Result<Reservation, StoreError> {
     guard(connection, lease).await?;
     let row = sqlx::query("SELECT tenant_id, scene_id FROM jobs WHERE id = ?")
-        .bind(&lease.job_id)
+        .bind(lease.job_id.as_str())
         .fetch_one(&mut *connection)
         .await?;
-    let (tenant_id, scene_id): (String, String) = (row.try_get("tenant_id")?, row.try_get("scene_id")?);
+    let tenant_id: TenantId = database::id(&row, "jobs", "tenant_id")?;
+    let scene_id: SceneId = database::id(&row, "jobs", "scene_id")?;
     if call.refuse_after_unknown {
         let unknown: Option<i64> = sqlx::query_scalar(
             "SELECT 1 FROM calls WHERE job_id = ? AND idempotency_key = ? AND outcome = ? LIMIT 1",
         )
-        .bind(&lease.job_id)
+        .bind(lease.job_id.as_str())
         .bind(&call.idempotency_key)
         .bind(OUTCOME_UNKNOWN)
         .fetch_optional(&mut *connection)
         .await?;
         if unknown.is_some() {
-            return Ok(Reserved::OutcomeUnknown);
+            return Ok(Reservation::OutcomeUnknown);
         }
     }
-    let Spending { budget, spent, reserved } = spending(connection, &scene_id).await?;
+    let Spending { budget, spent, reserved } = spending(connection, &tenant_id, &scene_id).await?;
     let committed = spent.saturating_add(reserved);
-    // What costs nothing is always granted, even where vendors billed more than was set aside.
+    // Free calls are always granted, even if vendors billed more than was reserved.
     if call.reserved_micro_usd > 0 && committed.saturating_add(call.reserved_micro_usd) > budget {
-        return Ok(Reserved::OverBudget { committed, budget });
+        return Ok(Reservation::OverBudget { committed, budget });
     }
     let now = database::now_ms(connection).await?;
     let id = sqlx::query_scalar(
@@ -198,9 +201,9 @@ async fn reserve(
                             started_at)
          VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?) RETURNING id",
     )
-    .bind(tenant_id)
-    .bind(scene_id)
-    .bind(&lease.job_id)
+    .bind(tenant_id.as_str())
+    .bind(scene_id.as_str())
+    .bind(lease.job_id.as_str())
     .bind(lease.epoch)
     .bind(&call.stage)
     .bind(&call.instance)
@@ -217,17 +220,22 @@ async fn reserve(
     .bind(now)
     .fetch_one(connection)
     .await?;
-    Ok(Reserved::Granted(id))
+    Ok(Reservation::Granted(id))
 }
 
-async fn spending(connection: &mut SqliteConnection, scene_id: &str) -> Result<Spending, StoreError> {
+async fn spending(
+    connection: &mut SqliteConnection,
+    tenant_id: &TenantId,
+    scene_id: &SceneId,
+) -> Result<Spending, StoreError> {
     let row = sqlx::query(
-        "SELECT COALESCE((SELECT budget_micro_usd FROM scenes WHERE id = ?1), 0) AS budget,
+        "SELECT COALESCE((SELECT budget_micro_usd FROM scenes WHERE id = ?1 AND tenant_id = ?2), 0) AS budget,
                 COALESCE(SUM(settled_micro_usd), 0) AS spent,
                 COALESCE(SUM(CASE WHEN outcome IS NULL THEN reserved_micro_usd END), 0) AS reserved
-         FROM calls WHERE scene_id = ?1",
+         FROM calls WHERE scene_id = ?1 AND tenant_id = ?2",
     )
-    .bind(scene_id)
+    .bind(scene_id.as_str())
+    .bind(tenant_id.as_str())
     .fetch_one(connection)
     .await?;
     Ok(Spending {
@@ -237,10 +245,10 @@ async fn spending(connection: &mut SqliteConnection, scene_id: &str) -> Result<S
     })
 }
 
-/// Of a job that changes hands or leaves its worker: nobody will ever settle its calls under way.
+/// Marks the calls in flight of a job that leaves its worker as `outcome_unknown`.
 pub(super) async fn abandon(
     connection: &mut SqliteConnection,
-    job_id: &str,
+    job_id: &JobId,
     now_ms: i64,
 ) -> Result<(), StoreError> {
     sqlx::query(
@@ -249,7 +257,7 @@ pub(super) async fn abandon(
     )
     .bind(OUTCOME_UNKNOWN)
     .bind(now_ms)
-    .bind(job_id)
+    .bind(job_id.as_str())
     .execute(connection)
     .await?;
     Ok(())
@@ -258,7 +266,7 @@ pub(super) async fn abandon(
 fn call_of(row: &SqliteRow) -> Result<CallRow, StoreError> {
     Ok(CallRow {
         id: row.try_get("id")?,
-        job_id: row.try_get("job_id")?,
+        job_id: database::id(row, "calls", "job_id")?,
         stage: row.try_get("stage")?,
         instance: row.try_get("instance")?,
         port: row.try_get("port")?,

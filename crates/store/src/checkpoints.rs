@@ -1,8 +1,8 @@
-//! Rows of finished stages, keyed by everything that can influence the stage's result.
+//! Checkpoints: rows of finished stages, keyed by all inputs that influence the stage's result.
 //!
-//! A finished stage is written once and found by every later job of the tenant with the same key. Each
-//! job also has its own stage rows (what it did, what it found, how long it took) and events; all of one
-//! stage's rows are one transaction under the job's lease.
+//! A finished stage is written once and reused by every later job of the tenant with the same key. Each job also has
+//! its own stage rows (state, reuse, duration) and events. All rows of one stage are written in one transaction under
+//! the job's lease.
 
 use serde_json::json;
 use sqlx::{Row, SqliteConnection};
@@ -10,11 +10,12 @@ use sqlx::{Row, SqliteConnection};
 use super::artifacts::FileRow;
 use super::queue::guard;
 use super::{Digest, Lease, Store, StoreError, database, events};
+use scene::TenantId;
 
-/// Which stage of which job, for which instance (empty = the whole scene).
+/// Identity of a stage result; an empty instance means the whole scene.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct StageKey {
-    pub tenant_id: String,
+    pub tenant_id: TenantId,
     pub stage: String,
     pub version: u32,
     pub instance: String,
@@ -26,19 +27,19 @@ pub struct StageKey {
 pub struct Checkpoint {
     /// Blob with the stage's output.
     pub output: Digest,
-    /// What the stage put.
+    /// Artifacts of the stage.
     pub artifacts: Vec<FileRow>,
-    /// How long computing it took, milliseconds.
+    /// Duration of the computation, milliseconds.
     pub elapsed_ms: i64,
 }
 
 impl Store {
-    /// The finished stage of that key. An unreadable row counts as none.
+    /// The checkpoint of a key. An unreadable row counts as missing.
     pub async fn checkpoint(&self, stage: &StageKey) -> Result<Option<Checkpoint>, StoreError> {
         let row = sqlx::query(
             "SELECT output, artifacts, elapsed_ms FROM checkpoints WHERE tenant_id = ? AND key = ?",
         )
-        .bind(&stage.tenant_id)
+        .bind(stage.tenant_id.as_str())
         .bind(stage.key.as_str())
         .fetch_optional(&self.readers)
         .await?;
@@ -56,7 +57,7 @@ impl Store {
         }
     }
 
-    /// Says that a job starts to compute a stage.
+    /// Records that a job starts to compute a stage.
     pub async fn stage_started(&self, lease: &Lease, stage: &StageKey) -> Result<(), StoreError> {
         let (lease, stage) = (lease.clone(), stage.clone());
         self.writer
@@ -71,7 +72,7 @@ impl Store {
                              epoch = excluded.epoch, runs = runs + 1, elapsed_ms = NULL,
                              started_at = excluded.started_at",
                     )
-                    .bind(&lease.job_id)
+                    .bind(lease.job_id.as_str())
                     .bind(&stage.stage)
                     .bind(&stage.instance)
                     .bind(stage.key.as_str())
@@ -88,8 +89,8 @@ impl Store {
         Ok(())
     }
 
-    /// Commits a stage: the checkpoint (when it is new), the job's stage row, the scene's artifacts, the
-    /// event. A new checkpoint starts the attempt counter again.
+    /// Commits a stage: the checkpoint (if new), the job's stage row, the scene's artifacts and the event. A new
+    /// checkpoint resets the attempt counter.
     pub async fn stage_finished(
         &self,
         lease: &Lease,
@@ -107,14 +108,14 @@ impl Store {
         Ok(())
     }
 
-    /// Forgets a checkpoint whose blobs are gone, so that it is computed again.
+    /// Deletes a checkpoint with missing blobs, so that the stage is computed again.
     pub async fn forget_checkpoint(&self, stage: &StageKey) -> Result<(), StoreError> {
         let stage = stage.clone();
         self.writer
             .write("forget a checkpoint", move |connection| {
                 Box::pin(async move {
                     sqlx::query("DELETE FROM checkpoints WHERE tenant_id = ? AND key = ?")
-                        .bind(&stage.tenant_id)
+                        .bind(stage.tenant_id.as_str())
                         .bind(stage.key.as_str())
                         .execute(connection)
                         .await?;
@@ -124,7 +125,7 @@ impl Store {
             .await
     }
 
-    /// Appends an event of the running stage's own (progress).
+    /// Appends a progress event of the running stage.
     pub async fn note(&self, lease: &Lease, stage: &str, message: String) -> Result<(), StoreError> {
         let (lease, data) = (lease.clone(), json!({ "stage": stage, "message": message }));
         self.writer
@@ -158,7 +159,7 @@ async fn commit(
              ON CONFLICT DO UPDATE SET output = excluded.output, artifacts = excluded.artifacts,
                  elapsed_ms = excluded.elapsed_ms, created_at = excluded.created_at",
         )
-        .bind(&stage.tenant_id)
+        .bind(stage.tenant_id.as_str())
         .bind(stage.key.as_str())
         .bind(&stage.stage)
         .bind(stage.version)
@@ -169,20 +170,20 @@ async fn commit(
         .bind(now)
         .execute(&mut *connection)
         .await?;
-        // The try that got here is the first since.
+        // The current attempt is the first one since this checkpoint.
         sqlx::query("UPDATE jobs SET attempt = 1 WHERE id = ?")
-            .bind(&lease.job_id)
+            .bind(lease.job_id.as_str())
             .execute(&mut *connection)
             .await?;
     }
-    // A stage that this job itself computed before a restart keeps its time; it is "cached" now.
+    // A stage that this job computed before a restart keeps its duration; it is "cached" now.
     sqlx::query(
         "INSERT INTO stages (job_id, stage, instance, key, state, cached, epoch, elapsed_ms, started_at)
          VALUES (?1, ?2, ?3, ?4, 'finished', ?5, ?6, ?7, ?8)
          ON CONFLICT DO UPDATE SET key = excluded.key, state = 'finished', cached = excluded.cached,
              epoch = excluded.epoch, elapsed_ms = excluded.elapsed_ms",
     )
-    .bind(&lease.job_id)
+    .bind(lease.job_id.as_str())
     .bind(&stage.stage)
     .bind(&stage.instance)
     .bind(stage.key.as_str())
@@ -193,7 +194,7 @@ async fn commit(
     .execute(&mut *connection)
     .await?;
     let scene_id: String = sqlx::query_scalar("SELECT scene_id FROM jobs WHERE id = ?")
-        .bind(&lease.job_id)
+        .bind(lease.job_id.as_str())
         .fetch_one(&mut *connection)
         .await?;
     for artifact in &checkpoint.artifacts {
@@ -207,7 +208,7 @@ async fn commit(
         .bind(&scene_id)
         .bind(&artifact.name)
         .bind(&stage.stage)
-        .bind(&lease.job_id)
+        .bind(lease.job_id.as_str())
         .bind(artifact.digest.as_str())
         .bind(&artifact.media_type)
         .bind(artifact.size as i64)
@@ -219,7 +220,7 @@ async fn commit(
     events::append(connection, &lease.job_id, now, "stage_finished", &data).await
 }
 
-/// Event data that names the stage, and the instance where there is one.
+/// Event data with the stage, and the instance if there is one.
 fn about(stage: &StageKey, more: serde_json::Value) -> serde_json::Value {
     let mut data = json!({ "stage": stage.stage });
     if !stage.instance.is_empty() {

@@ -1,14 +1,13 @@
-//! The name of immutable bytes: their SHA-256.
+//! SHA-256 digests as names of immutable bytes.
 
 use std::fmt;
-use std::fmt::Write as _;
 
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 
 use super::StoreError;
 
-/// 64 lower-case hex digits.
+/// A SHA-256 digest: 64 lower-case hexadecimal digits.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub struct Digest(String);
@@ -16,14 +15,14 @@ pub struct Digest(String);
 impl Digest {
     /// Digest of `bytes`.
     pub fn of(bytes: &[u8]) -> Self {
-        let mut hex = String::with_capacity(64);
-        for byte in Sha256::digest(bytes) {
-            write!(hex, "{byte:02x}").expect("writing to a string cannot fail");
-        }
-        Self(hex)
+        Self(runtime::digest::hex(&Sha256::digest(bytes)))
     }
 
-    /// Accepts 64 lower-case hex digits.
+    /// Parses a digest.
+    ///
+    /// # Errors
+    ///
+    /// [`StoreError::InvalidDigest`] unless the text has 64 lower-case hexadecimal digits.
     pub fn parse(text: &str) -> Result<Self, StoreError> {
         let valid = text.len() == 64 && text.bytes().all(|b| matches!(b, b'0'..=b'9' | b'a'..=b'f'));
         if valid { Ok(Self(text.to_owned())) } else { Err(StoreError::InvalidDigest(text.to_owned())) }
@@ -58,7 +57,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn digest_of_the_empty_string_is_the_published_one() {
+    fn digest_of_empty_input_matches_the_published_value() {
         let empty = "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855";
         assert_eq!(Digest::of(b"").as_str(), empty);
         assert_eq!(Digest::parse(empty).expect("valid"), Digest::of(b""));

@@ -1,11 +1,12 @@
-//! What can go wrong with what survives a restart.
+//! Errors of the store.
 
 use std::error::Error;
 use std::path::PathBuf;
 
 use super::outage::Outage;
+use scene::JobId;
 
-/// Each says what was attempted, on what, and what to do where somebody can do something.
+/// Errors of the store. Messages name the operation, its target, and a remedy if there is one.
 #[derive(Debug, thiserror::Error)]
 pub enum StoreError {
     #[error(
@@ -24,7 +25,7 @@ pub enum StoreError {
     #[error("the database's writer has stopped; restart the process")]
     WriterStopped,
     #[error("job {job_id} is no longer leased to this worker; its result is dropped")]
-    LeaseLost { job_id: String },
+    LeaseLost { job_id: JobId },
     #[error("row of {table} cannot be read: {reason}")]
     Corrupt { table: &'static str, reason: String },
     #[error("blob {name} could not be {doing}")]
@@ -40,7 +41,7 @@ impl From<sqlx::Error> for StoreError {
 }
 
 impl StoreError {
-    /// Why no write can succeed now, where that is what the error says; `None` for a bug or a refusal.
+    /// The reason why no write can succeed at present; `None` for errors of a single operation.
     pub fn outage(&self) -> Option<Outage> {
         match self {
             Self::Sql { source, .. } => sql_outage(source),
@@ -58,16 +59,10 @@ impl StoreError {
 
     /// Message and causes on one line, for the log.
     pub fn chain(&self) -> String {
-        let mut text = self.to_string();
-        let mut cause = self.source();
-        while let Some(error) = cause {
-            text = format!("{text}: {error}");
-            cause = error.source();
-        }
-        text
+        runtime::error_chain(self)
     }
 
-    /// Names the operation on an SQL error that does not name one yet.
+    /// Sets the operation of an SQL error.
     pub(super) fn while_doing(self, doing: &'static str) -> Self {
         match self {
             Self::Sql { source, .. } => Self::Sql { doing, source },
@@ -76,8 +71,8 @@ impl StoreError {
     }
 }
 
-/// Result codes of SQLite (their low byte) that mean the file cannot be written, not that the statement
-/// is wrong: BUSY, LOCKED, READONLY, IOERR, CORRUPT, FULL, CANTOPEN, NOTADB.
+/// Maps SQLite's result codes (low byte) that mean an unwritable file rather than a wrong statement: BUSY, LOCKED,
+/// READONLY, IOERR, CORRUPT, FULL, CANTOPEN, NOTADB.
 fn sql_outage(error: &sqlx::Error) -> Option<Outage> {
     match error {
         sqlx::Error::Database(error) => {

@@ -1,12 +1,13 @@
-//! What happened to a job, as rows numbered 1, 2, 3, ... within the job.
+//! Events of a job, numbered 1, 2, 3, ... within the job.
 //!
-//! The number is taken from the job's own row inside the transaction that makes the change, so a reader
-//! who has seen `n` has seen everything before it, across any restart.
+//! The number comes from the job's row in the same transaction as the change. A reader that has received event `n` has
+//! therefore received all earlier events, across restarts.
 
 use serde_json::Value;
 use sqlx::{Row, SqliteConnection};
 
 use super::{Store, StoreError};
+use scene::{JobId, TenantId};
 
 /// One event.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,21 +21,21 @@ pub struct Event {
     pub data: Value,
 }
 
-/// Appends inside the caller's transaction.
+/// Appends an event inside the caller's transaction.
 pub(super) async fn append(
     connection: &mut SqliteConnection,
-    job_id: &str,
+    job_id: &JobId,
     now_ms: i64,
     kind: &str,
     data: &Value,
 ) -> Result<(), StoreError> {
     let seq: i64 =
         sqlx::query_scalar("UPDATE jobs SET next_seq = next_seq + 1 WHERE id = ? RETURNING next_seq - 1")
-            .bind(job_id)
+            .bind(job_id.as_str())
             .fetch_one(&mut *connection)
             .await?;
     sqlx::query("INSERT INTO events (job_id, seq, at, kind, data) VALUES (?, ?, ?, ?, ?)")
-        .bind(job_id)
+        .bind(job_id.as_str())
         .bind(seq)
         .bind(now_ms)
         .bind(kind)
@@ -46,12 +47,21 @@ pub(super) async fn append(
 
 impl Store {
     /// At most `limit` events of a job after number `after`, in order.
-    pub async fn events(&self, job_id: &str, after: i64, limit: u32) -> Result<Vec<Event>, StoreError> {
+    pub async fn events(
+        &self,
+        tenant_id: &TenantId,
+        job_id: &JobId,
+        after: i64,
+        limit: u32,
+    ) -> Result<Vec<Event>, StoreError> {
         let rows = sqlx::query(
-            "SELECT seq, at, kind, data FROM events WHERE job_id = ? AND seq > ? ORDER BY seq LIMIT ?",
+            "SELECT seq, at, kind, data FROM events
+             WHERE job_id = ? AND seq > ? AND (SELECT tenant_id FROM jobs WHERE id = events.job_id) = ?
+             ORDER BY seq LIMIT ?",
         )
-        .bind(job_id)
+        .bind(job_id.as_str())
         .bind(after)
+        .bind(tenant_id.as_str())
         .bind(limit)
         .fetch_all(&self.readers)
         .await?;

@@ -1,18 +1,19 @@
-//! Reading jobs and their stages, and making a new job out of an old one.
+//! Queries of jobs and their stages, and the retry of a job.
 
 use sqlx::sqlite::SqliteRow;
 use sqlx::{Row, SqliteConnection};
 
 use super::{Store, StoreError, database, scenes};
-use scene::job::{JobState, SceneState};
+use scene::job::{JobKind, JobState, SceneState};
+use scene::{JobId, SceneId, TenantId};
 
 /// A job's row.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct JobRow {
-    pub id: String,
-    pub kind: String,
-    pub scene_id: Option<String>,
-    pub retry_of: Option<String>,
+    pub id: JobId,
+    pub kind: JobKind,
+    pub scene_id: Option<SceneId>,
+    pub retry_of: Option<JobId>,
     pub from_stage: Option<String>,
     pub state: JobState,
     /// Claims since the last new checkpoint.
@@ -35,58 +36,69 @@ pub struct StageRow {
     pub instance: String,
     /// `running` or `finished`.
     pub state: String,
-    /// Found, not computed, the last time the job passed here.
+    /// The result came from a checkpoint the last time the job reached the stage.
     pub cached: bool,
-    /// How often this job started computing it.
+    /// Number of times this job started to compute it.
     pub runs: i64,
-    /// How long computing it took, whoever did it.
+    /// Duration of the computation, by this or an earlier job.
     pub elapsed_ms: Option<i64>,
     /// Milliseconds since 1970.
     pub started_at_ms: i64,
 }
 
-/// What came of asking for a job to be tried again.
+/// Result of a retry request.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Retried {
+pub enum RetryOutcome {
     Created {
-        job_id: String,
-        scene_id: String,
+        job_id: JobId,
+        scene_id: SceneId,
     },
     NotFound,
-    /// The scene has a job that is still going.
+    /// The scene has an active job.
     StillActive,
-    /// The scene is ready (a download never changes under its URL) or deleted.
+    /// The scene is ready (its bundle is immutable) or deleted.
     SceneIs(SceneState),
-    /// The job never came to that stage.
+    /// The job did not reach that stage.
     NoSuchStage,
 }
 
 impl Store {
     /// A job of the tenant.
-    pub async fn job(&self, tenant_id: &str, id: &str) -> Result<Option<JobRow>, StoreError> {
+    pub async fn job(&self, tenant_id: &TenantId, id: &JobId) -> Result<Option<JobRow>, StoreError> {
         let row = sqlx::query("SELECT * FROM jobs WHERE id = ? AND tenant_id = ?")
-            .bind(id)
-            .bind(tenant_id)
+            .bind(id.as_str())
+            .bind(tenant_id.as_str())
             .fetch_optional(&self.readers)
             .await?;
         row.as_ref().map(job_of).transpose()
     }
 
     /// The newest job of a scene.
-    pub async fn latest_job(&self, scene_id: &str) -> Result<Option<JobRow>, StoreError> {
-        let row = sqlx::query("SELECT * FROM jobs WHERE scene_id = ? ORDER BY id DESC LIMIT 1")
-            .bind(scene_id)
-            .fetch_optional(&self.readers)
-            .await?;
+    pub async fn latest_job(
+        &self,
+        tenant_id: &TenantId,
+        scene_id: &SceneId,
+    ) -> Result<Option<JobRow>, StoreError> {
+        let row =
+            sqlx::query("SELECT * FROM jobs WHERE scene_id = ? AND tenant_id = ? ORDER BY id DESC LIMIT 1")
+                .bind(scene_id.as_str())
+                .bind(tenant_id.as_str())
+                .fetch_optional(&self.readers)
+                .await?;
         row.as_ref().map(job_of).transpose()
     }
 
-    /// A job's stages in the order it came to them.
-    pub async fn stages(&self, job_id: &str) -> Result<Vec<StageRow>, StoreError> {
-        let rows = sqlx::query("SELECT * FROM stages WHERE job_id = ? ORDER BY started_at, stage, instance")
-            .bind(job_id)
-            .fetch_all(&self.readers)
-            .await?;
+    /// The stages of a job in order of their start.
+    pub async fn stages(&self, tenant_id: &TenantId, job_id: &JobId) -> Result<Vec<StageRow>, StoreError> {
+        let rows = sqlx::query(
+            "SELECT * FROM stages
+             WHERE job_id = ? AND (SELECT tenant_id FROM jobs WHERE id = stages.job_id) = ?
+             ORDER BY started_at, stage, instance",
+        )
+        .bind(job_id.as_str())
+        .bind(tenant_id.as_str())
+        .fetch_all(&self.readers)
+        .await?;
         rows.iter()
             .map(|row| {
                 Ok(StageRow {
@@ -102,9 +114,9 @@ impl Store {
             .collect()
     }
 
-    /// How many jobs are in each state.
+    /// Number of jobs per state, for all tenants.
     pub async fn job_counts(&self) -> Result<Vec<(JobState, i64)>, StoreError> {
-        // One statement sees one moment: a job that changes its state meanwhile would be counted twice, or not at all.
+        // A single statement reads one snapshot; with several, a job that changes its state could be counted twice.
         let counted: Vec<(String, i64)> = sqlx::query_as("SELECT state, COUNT(*) FROM jobs GROUP BY state")
             .fetch_all(&self.readers)
             .await?;
@@ -114,15 +126,14 @@ impl Store {
         Ok(JobState::ALL.into_iter().map(|state| (state, count_of(state))).collect())
     }
 
-    /// A new job for the scene of an ended one. Finished stages are found again, except from
-    /// `from_stage` on, where everything is computed anew.
+    /// Creates a new job for the scene of an ended job. Finished stages are reused, except from `from_stage` on.
     pub async fn retry(
         &self,
-        tenant_id: &str,
-        job_id: &str,
+        tenant_id: &TenantId,
+        job_id: &JobId,
         from_stage: Option<String>,
-    ) -> Result<Retried, StoreError> {
-        let (tenant_id, job_id) = (tenant_id.to_owned(), job_id.to_owned());
+    ) -> Result<RetryOutcome, StoreError> {
+        let (tenant_id, job_id) = (tenant_id.clone(), job_id.clone());
         let retried = self
             .writer
             .write("retry a job", move |connection| {
@@ -136,45 +147,47 @@ impl Store {
 
 async fn retry(
     connection: &mut SqliteConnection,
-    tenant_id: String,
-    job_id: String,
+    tenant_id: TenantId,
+    job_id: JobId,
     from_stage: Option<String>,
-) -> Result<Retried, StoreError> {
+) -> Result<RetryOutcome, StoreError> {
     let now = database::now_ms(connection).await?;
     let row = sqlx::query("SELECT * FROM jobs WHERE id = ? AND tenant_id = ?")
-        .bind(&job_id)
-        .bind(&tenant_id)
+        .bind(job_id.as_str())
+        .bind(tenant_id.as_str())
         .fetch_optional(&mut *connection)
         .await?;
-    let Some(row) = row else { return Ok(Retried::NotFound) };
-    let Some(scene_id) = row.try_get::<Option<String>, _>("scene_id")? else { return Ok(Retried::NotFound) };
+    let Some(row) = row else { return Ok(RetryOutcome::NotFound) };
+    let Some(scene_id) = database::optional_id::<SceneId>(&row, "jobs", "scene_id")? else {
+        return Ok(RetryOutcome::NotFound);
+    };
     let scene_state: String = sqlx::query_scalar("SELECT state FROM scenes WHERE id = ?")
-        .bind(&scene_id)
+        .bind(scene_id.as_str())
         .fetch_one(&mut *connection)
         .await?;
     let active: i64 = sqlx::query_scalar(
         "SELECT COUNT(*) FROM jobs WHERE scene_id = ? AND state IN ('queued', 'running', 'cancelling')",
     )
-    .bind(&scene_id)
+    .bind(scene_id.as_str())
     .fetch_one(&mut *connection)
     .await?;
     match SceneState::parse(&scene_state) {
-        Some(state @ (SceneState::Ready | SceneState::Deleted)) => return Ok(Retried::SceneIs(state)),
-        _ if active > 0 => return Ok(Retried::StillActive),
+        Some(state @ (SceneState::Ready | SceneState::Deleted)) => return Ok(RetryOutcome::SceneIs(state)),
+        _ if active > 0 => return Ok(RetryOutcome::StillActive),
         _ => {}
     }
     if let Some(stage) = &from_stage {
         let known: Option<i64> =
             sqlx::query_scalar("SELECT 1 FROM stages WHERE job_id = ? AND stage = ? LIMIT 1")
-                .bind(&job_id)
+                .bind(job_id.as_str())
                 .bind(stage)
                 .fetch_optional(&mut *connection)
                 .await?;
         if known.is_none() {
-            return Ok(Retried::NoSuchStage);
+            return Ok(RetryOutcome::NoSuchStage);
         }
     }
-    // Without a stage of its own, a retry goes on with the salt of the job it retries.
+    // Without its own stage, a retry uses the salt of the job it retries.
     let (old_stage, old_salt): (Option<String>, Option<String>) =
         (row.try_get("from_stage")?, row.try_get("salt")?);
     let salt = match (&from_stage, &old_stage, &old_salt) {
@@ -188,22 +201,22 @@ async fn retry(
                            updated_at = ? WHERE id = ?",
     )
     .bind(now)
-    .bind(&scene_id)
+    .bind(scene_id.as_str())
     .execute(&mut *connection)
     .await?;
-    Ok(Retried::Created { job_id: new_id, scene_id })
+    Ok(RetryOutcome::Created { job_id: new_id, scene_id })
 }
 
 fn job_of(row: &SqliteRow) -> Result<JobRow, StoreError> {
-    let state: String = row.try_get("state")?;
+    let (kind, state): (String, String) = (row.try_get("kind")?, row.try_get("state")?);
+    let corrupt = |reason: String| StoreError::Corrupt { table: "jobs", reason };
     Ok(JobRow {
-        id: row.try_get("id")?,
-        kind: row.try_get("kind")?,
-        scene_id: row.try_get("scene_id")?,
-        retry_of: row.try_get("retry_of")?,
+        id: database::id(row, "jobs", "id")?,
+        kind: JobKind::parse(&kind).ok_or_else(|| corrupt(format!("kind {kind}")))?,
+        scene_id: database::optional_id(row, "jobs", "scene_id")?,
+        retry_of: database::optional_id(row, "jobs", "retry_of")?,
         from_stage: row.try_get("from_stage")?,
-        state: JobState::parse(&state)
-            .ok_or_else(|| StoreError::Corrupt { table: "jobs", reason: format!("state {state}") })?,
+        state: JobState::parse(&state).ok_or_else(|| corrupt(format!("state {state}")))?,
         attempt: row.try_get("attempt")?,
         epoch: row.try_get("epoch")?,
         failure_class: row.try_get("failure_class")?,

@@ -1,10 +1,20 @@
-//! What survives a restart: jobs, checkpoints, blobs, the ledger of remote calls.
+//! Persistent state: scenes, jobs, events, checkpoints, blobs and the ledger of remote calls.
 //!
-//! One data directory holds `tabletopgen.sqlite` (scenes, jobs, events, checkpoints, calls) and `blobs/`
-//! (immutable bytes named by their digest), unless the settings keep those in memory. Blobs are written
-//! and synced before the row that refers to them; the row is the commit point. One process at a time may
-//! use a data directory: it holds an exclusive lock on `lock` for as long as it lives, so every lease
-//! found at start belongs to the dead. The store never looks inside blobs or requests.
+//! One data directory holds `tabletopgen.sqlite` and `blobs/` (immutable bytes named by their digest), unless the
+//! settings keep blobs in memory. Blobs are written and synced before the row that refers to them; the row is the
+//! commit point. One process at a time uses a data directory: it holds an exclusive lock on the file `lock` while it
+//! runs. Therefore every lease found at start belongs to a dead process. The store does not interpret blobs or
+//! requests.
+//!
+//! The crate must not depend on the pipeline, providers or the API. Every query of a client's data takes the tenant.
+//!
+//! ```
+//! use store::Digest;
+//!
+//! let digest = Digest::of(b"");
+//! assert_eq!(Digest::parse(digest.as_str())?, digest);
+//! # Ok::<(), store::StoreError>(())
+//! ```
 
 pub mod error;
 pub mod digest;
@@ -21,10 +31,12 @@ pub mod artifacts;
 pub mod calls;
 pub mod tasks;
 pub mod answers;
+#[cfg(test)]
+mod tests;
 
 use std::fs::{File, OpenOptions, TryLockError};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock};
 
 use serde::{Deserialize, Serialize};
 use sqlx::SqlitePool;
@@ -35,6 +47,7 @@ pub use digest::Digest;
 pub use error::StoreError;
 pub use outage::Outage;
 pub use queue::Lease;
+use scene::TenantId;
 
 use outage::{Health, Part};
 use writer::Writer;
@@ -43,14 +56,14 @@ use writer::Writer;
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct Settings {
-    /// Wait for the disk at every commit and blob. `false` is faster and loses the newest work when the
-    /// machine (not just the process) stops; meant for temporary data directories.
+    /// Sync to disk at every commit and blob. `false` is faster and may lose the latest work if the machine (not only
+    /// the process) stops; intended for temporary data directories.
     pub fsync: bool,
     /// Where blobs are kept.
     pub blobs: BlobPlace,
-    /// Connections that read at the same time (1..=64). More lets more API requests read at once.
+    /// Number of read connections (1..=64). More connections serve more API requests concurrently.
     pub readers: u32,
-    /// How long a statement waits for a locked database before it fails, milliseconds.
+    /// Time that a statement waits for a locked database before it fails, milliseconds.
     pub busy_timeout_ms: u64,
 }
 
@@ -60,12 +73,12 @@ pub struct Settings {
 pub enum BlobPlace {
     /// Files in the data directory.
     Files,
-    /// The process's memory: what they held is computed again after a restart.
+    /// Memory of the process: their content is computed again after a restart.
     Memory,
 }
 
-/// Tenant of every row until there are keys that say otherwise.
-pub const DEFAULT_TENANT: &str = "default";
+/// Tenant of every row until API keys exist.
+pub static DEFAULT_TENANT: LazyLock<TenantId> = LazyLock::new(|| "default".parse().expect("a valid id"));
 
 /// Handle on the data directory; cloning shares it.
 #[derive(Clone)]
@@ -76,12 +89,17 @@ pub struct Store {
     changed: Arc<watch::Sender<u64>>,
     cancelled: Arc<watch::Sender<u64>>,
     health: Health,
-    /// Released when the last handle goes.
+    /// Released with the last handle.
     _lock: Arc<File>,
 }
 
 impl Store {
-    /// Opens (and where needed creates and migrates) the data directory, and locks it.
+    /// Opens and locks the data directory; creates and migrates it if necessary.
+    ///
+    /// # Errors
+    ///
+    /// [`StoreError::Locked`] if another process uses the directory, [`StoreError::DataDir`] if it is not writable,
+    /// [`StoreError::Migrate`] if the database belongs to a newer version.
     pub async fn open(data_dir: &Path, settings: &Settings) -> Result<Self, StoreError> {
         std::fs::create_dir_all(data_dir)
             .map_err(|source| StoreError::DataDir { path: data_dir.to_owned(), source })?;
@@ -105,12 +123,12 @@ impl Store {
         })
     }
 
-    /// The bytes.
+    /// The blobs.
     pub fn blobs(&self) -> &Blobs {
         &self.blobs
     }
 
-    /// Ticks after every change to a job; for whoever waits on rows instead of polling them.
+    /// Ticks after every change to a job, so that waiting tasks need not poll.
     pub fn changes(&self) -> watch::Receiver<u64> {
         self.changed.subscribe()
     }
@@ -120,12 +138,12 @@ impl Store {
         self.cancelled.subscribe()
     }
 
-    /// Why storage takes no writes at present, and when that changes; `None` while it does.
+    /// The present outage of storage; `None` while writes succeed.
     pub fn outage(&self) -> watch::Receiver<Option<Outage>> {
         self.health.outage()
     }
 
-    /// The database answers a read and a write; while there is an outage, something is really written.
+    /// Checks a read and a write of the database. During an outage of the blobs, a probe blob is written.
     pub async fn is_healthy(&self) -> Result<(), StoreError> {
         sqlx::query("SELECT 1 FROM jobs LIMIT 1").fetch_optional(&self.readers).await?;
         if self.health.is_failing(Part::Blobs) {
@@ -139,7 +157,7 @@ impl Store {
     }
 }
 
-/// Takes the exclusive lock of a data directory, or says who is in the way.
+/// Takes the exclusive lock of a data directory.
 fn lock(data_dir: &Path) -> Result<File, StoreError> {
     let path = data_dir.join("lock");
     let failed = |source| StoreError::DataDir { path: path.clone(), source };

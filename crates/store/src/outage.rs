@@ -1,8 +1,8 @@
-//! Whether storage takes writes, said once: when it stops, and when it works again.
+//! Outages of storage: detection, logging and recovery.
 //!
-//! A full disk fails every write of every job and every request. Whoever writes reports here; the log
-//! gets one line with what to do instead of one a second, and whoever repeats writes waits for the end.
-//! The database and the blobs are told apart: either may work while the other does not.
+//! A full disk fails every write of every job and request. Writers report failures here. The log gets one line with
+//! advice at the start of an outage and one at its end; retry loops wait for the end. Database and blobs are tracked
+//! separately, because either may work without the other.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -11,31 +11,31 @@ use tokio::sync::watch;
 
 use super::StoreError;
 
-/// Why storage takes no writes.
+/// Reason why storage accepts no writes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outage {
     /// No space left.
     Full,
-    /// Read-only, unreachable, locked by somebody else, broken.
+    /// Read-only, unreachable, locked by another process, or corrupt.
     Other,
 }
 
-/// Which part reports.
+/// Part of the storage.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Part {
     Database,
     Blobs,
 }
 
-/// What storage last said of itself; cloning shares it.
+/// Health of the storage; cloning shares it.
 #[derive(Clone)]
 pub(super) struct Health {
-    parts: [Arc<watch::Sender<Option<Failing>>>; 2],
+    parts: [Arc<watch::Sender<Option<OngoingOutage>>>; 2],
     outage: Arc<watch::Sender<Option<Outage>>>,
 }
 
 #[derive(Clone, Debug)]
-struct Failing {
+struct OngoingOutage {
     why: Outage,
     since: Instant,
     tries: u64,
@@ -64,7 +64,7 @@ impl Health {
         let mut first = false;
         self.parts[part as usize].send_modify(|failing| {
             first = failing.is_none();
-            let failing = failing.get_or_insert(Failing { why, since: Instant::now(), tries: 0 });
+            let failing = failing.get_or_insert(OngoingOutage { why, since: Instant::now(), tries: 0 });
             failing.tries += 1;
         });
         if first {
@@ -81,12 +81,12 @@ impl Health {
         self.publish();
     }
 
-    /// A write that changed something succeeded.
+    /// A write with an effect succeeded.
     pub(super) fn succeeded(&self, part: Part) {
         if !self.is_failing(part) {
             return;
         }
-        if let Some(Failing { since, tries, .. }) = self.parts[part as usize].send_replace(None) {
+        if let Some(OngoingOutage { since, tries, .. }) = self.parts[part as usize].send_replace(None) {
             let seconds = since.elapsed().as_secs();
             tracing::info!(seconds, failed_tries = tries, "storage takes writes again");
         }
@@ -94,7 +94,7 @@ impl Health {
     }
 
     fn publish(&self) {
-        // Looked up under the lock of what is published: whoever publishes last publishes what is so.
+        // The state is read under the lock of the published value, so the last publication is current.
         self.outage.send_if_modified(|known| {
             let now = self.parts.iter().find_map(|part| part.borrow().as_ref().map(|failing| failing.why));
             std::mem::replace(known, now) != now
@@ -111,20 +111,20 @@ mod tests {
     }
 
     #[test]
-    fn an_outage_lasts_until_the_part_that_failed_works() {
+    fn outage_lasts_until_the_failed_part_recovers() {
         let health = Health::new();
-        let seen = health.outage();
+        let outage = health.outage();
         health.failed(Part::Database, &StoreError::WriterStopped);
-        health.failed(Part::Database, &StoreError::LeaseLost { job_id: "j".into() });
-        assert_eq!(*seen.borrow(), Some(Outage::Other), "a lost lease is none");
+        health.failed(Part::Database, &StoreError::LeaseLost { job_id: "j".parse().expect("an id") });
+        assert_eq!(*outage.borrow(), Some(Outage::Other), "a lost lease is none");
         health.succeeded(Part::Database);
-        assert_eq!(*seen.borrow(), None);
+        assert_eq!(*outage.borrow(), None);
 
         health.failed(Part::Blobs, &full());
         health.failed(Part::Blobs, &full());
         health.succeeded(Part::Database);
-        assert_eq!(*seen.borrow(), Some(Outage::Full));
+        assert_eq!(*outage.borrow(), Some(Outage::Full));
         health.succeeded(Part::Blobs);
-        assert_eq!(*seen.borrow(), None);
+        assert_eq!(*outage.borrow(), None);
     }
 }

@@ -1,50 +1,51 @@
-//! The durable queue: claim, renew, finish, release, cancel.
+//! The durable job queue: claim, renew, finish, release, cancel.
 //!
-//! A claim raises the job's epoch. Everything a worker writes afterwards carries the guard `owner = me
-//! AND epoch = mine`, so one that was paused past its lease changes no row. Lease times come from the
-//! database's clock. States move only through [`JobState::after`].
+//! A claim increments the job's epoch (a fencing token). Every later write of the worker is guarded by owner and epoch,
+//! so a worker that was paused past its lease changes no row. Lease times use the database's clock. State changes go
+//! through [`JobState::after`] only.
 
 use std::time::Duration;
 
 use serde_json::{Value, json};
 use sqlx::{Row, SqliteConnection};
 
-use super::artifacts::BuiltRows;
+use super::artifacts::BuiltScene;
 use super::{Store, StoreError, artifacts, calls, database, events};
 use scene::job::{Failure, FailureClass, JobEvent, JobState};
+use scene::{JobId, SceneId, TenantId};
 
-/// The right to write about a job: valid while `owner` and `epoch` are those of its row.
+/// The right to write rows of a job: valid while `owner` and `epoch` equal those of its row.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Lease {
-    pub job_id: String,
+    pub job_id: JobId,
     pub owner: String,
     pub epoch: i64,
 }
 
-/// A job a worker has just taken.
+/// A claimed job.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Claim {
     pub lease: Lease,
-    pub tenant_id: String,
-    pub scene_id: String,
+    pub tenant_id: TenantId,
+    pub scene_id: SceneId,
     /// The scene's request, as JSON.
     pub request: Value,
     /// Claims since the last new checkpoint, this one included.
     pub attempt: i64,
-    /// `cancelling` when only the letting go is left to do.
+    /// `cancelling` if the worker only has to acknowledge the cancellation.
     pub state: JobState,
-    /// From this stage on, keys are salted with the second text.
+    /// Stage and salt: checkpoint keys are salted from this stage on.
     pub salt: Option<(String, String)>,
 }
 
-/// How a worker's turn with a job ended.
+/// Result of a job attempt.
 #[derive(Clone, Debug)]
-pub enum Outcome {
-    /// The scene is built (and certified, one way or the other).
-    Built(Box<BuiltRows>),
+pub enum AttemptOutcome {
+    /// The scene is built and certified (pass or quarantine).
+    Built(Box<BuiltScene>),
     Failed(Failure),
-    /// Back to the queue for at least `delay`; an uncharged attempt does not count. Charged for the
-    /// `max_attempts`-th time since the last new checkpoint, it is a failure instead.
+    /// Back to the queue for at least `delay`. An uncharged attempt does not count. The `max_attempts`-th charged
+    /// attempt since the last new checkpoint is a failure instead.
     Retry {
         failure: Failure,
         delay: Duration,
@@ -53,32 +54,31 @@ pub enum Outcome {
     },
     /// The worker shuts down: back to the queue, uncharged.
     Released,
-    /// A cancellation was obeyed.
+    /// The worker stopped because of a cancellation.
     Stopped,
 }
 
-/// What came of asking to cancel a job.
+/// Result of a cancellation request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum CancelRequest {
+pub enum CancelOutcome {
     /// The job's state now.
     Accepted(JobState),
-    /// It had ended already.
+    /// The job had already ended.
     TooLate(JobState),
     NotFound,
 }
 
 impl Store {
-    /// Takes the next job: one whose lease ran out, else the queue's first by priority and age. A job
-    /// whose worker died `max_attempts` times without reaching a new checkpoint is failed instead. With
-    /// `only`, no other job is looked at.
+    /// Claims the next job: a job with an expired lease, else the first of the queue by priority and age. A job whose
+    /// worker died `max_attempts` times without a new checkpoint fails instead. `only` restricts the claim to one job.
     pub async fn claim(
         &self,
         owner: &str,
         lease: Duration,
         max_attempts: u32,
-        only: Option<&str>,
+        only: Option<&JobId>,
     ) -> Result<Option<Claim>, StoreError> {
-        let (owner, only) = (owner.to_owned(), only.map(str::to_owned));
+        let (owner, only) = (owner.to_owned(), only.cloned());
         let claim = self
             .writer
             .write("claim a job", move |connection| {
@@ -91,7 +91,7 @@ impl Store {
         Ok(claim)
     }
 
-    /// Extends leases; the answer has each job's state, or `None` where the lease is lost.
+    /// Extends leases. Returns the state of each job, or `None` if its lease is lost.
     pub async fn renew(
         &self,
         leases: Vec<Lease>,
@@ -100,9 +100,12 @@ impl Store {
         self.writer.write("renew leases", move |connection| Box::pin(renew(connection, leases, lease))).await
     }
 
-    /// Ends a worker's turn. The answer is the job's state, which may be `cancelled` for work that
-    /// succeeded after somebody cancelled it.
-    pub async fn finish(&self, lease: &Lease, outcome: Outcome) -> Result<JobState, StoreError> {
+    /// Ends an attempt. Returns the job's state, which is `cancelled` if the work ended after a cancellation request.
+    ///
+    /// # Errors
+    ///
+    /// [`StoreError::LeaseLost`] if the lease is no longer valid.
+    pub async fn finish(&self, lease: &Lease, outcome: AttemptOutcome) -> Result<JobState, StoreError> {
         let lease = lease.clone();
         let state = self
             .writer
@@ -112,9 +115,9 @@ impl Store {
         Ok(state)
     }
 
-    /// Asks that a job stops.
-    pub async fn cancel(&self, tenant_id: &str, job_id: &str) -> Result<CancelRequest, StoreError> {
-        let (tenant_id, job_id) = (tenant_id.to_owned(), job_id.to_owned());
+    /// Requests the cancellation of a job.
+    pub async fn cancel(&self, tenant_id: &TenantId, job_id: &JobId) -> Result<CancelOutcome, StoreError> {
+        let (tenant_id, job_id) = (tenant_id.clone(), job_id.clone());
         let answer = self
             .writer
             .write("cancel a job", move |connection| Box::pin(cancel(connection, tenant_id, job_id)))
@@ -124,8 +127,8 @@ impl Store {
         Ok(answer)
     }
 
-    /// Ends at once the leases of every owner but `owner`. Right only because one process holds the
-    /// data directory: the others are dead. Returns how many there were.
+    /// Expires the leases of all other owners and returns their number. This is correct because one process locks the
+    /// data directory, so all other owners are dead.
     pub async fn expire_leases_of_others(&self, owner: &str) -> Result<u64, StoreError> {
         let owner = owner.to_owned();
         self.writer
@@ -150,7 +153,7 @@ async fn claim(
     owner: String,
     lease: Duration,
     max_attempts: i64,
-    only: Option<String>,
+    only: Option<JobId>,
 ) -> Result<Option<Claim>, StoreError> {
     let now = database::now_ms(connection).await?;
     loop {
@@ -160,9 +163,12 @@ async fn claim(
              ORDER BY lease_until LIMIT 1",
         )
         .bind(now)
-        .bind(&only)
+        .bind(only.as_ref().map(JobId::as_str))
         .fetch_optional(&mut *connection)
         .await?;
+        let orphan: Option<(JobId, i64)> = orphan
+            .map(|(id, attempt)| Ok::<_, StoreError>((database::parse_id(&id, "jobs")?, attempt)))
+            .transpose()?;
         if let Some((job_id, attempt)) = &orphan
             && *attempt >= max_attempts
         {
@@ -179,15 +185,16 @@ async fn claim(
         let next = match orphan {
             Some((job_id, _)) => Some(job_id),
             None => {
-                sqlx::query_scalar(
+                let id: Option<String> = sqlx::query_scalar(
                     "SELECT id FROM jobs
                      WHERE state = 'queued' AND not_before <= ?1 AND (?2 IS NULL OR id = ?2)
                      ORDER BY priority DESC, id LIMIT 1",
                 )
                 .bind(now)
-                .bind(&only)
+                .bind(only.as_ref().map(JobId::as_str))
                 .fetch_optional(&mut *connection)
-                .await?
+                .await?;
+                id.map(|id| database::parse_id(&id, "jobs")).transpose()?
             }
         };
         let Some(job_id) = next else { return Ok(None) };
@@ -203,7 +210,7 @@ async fn claim(
         .bind(&owner)
         .bind(now + milliseconds(lease))
         .bind(now)
-        .bind(&job_id)
+        .bind(job_id.as_str())
         .fetch_one(&mut *connection)
         .await?;
         let attempt: i64 = row.try_get("attempt")?;
@@ -213,8 +220,8 @@ async fn claim(
         let request: String = row.try_get("request")?;
         return Ok(Some(Claim {
             lease: Lease { job_id, owner, epoch },
-            tenant_id: row.try_get("tenant_id")?,
-            scene_id: row.try_get("scene_id")?,
+            tenant_id: database::id(&row, "jobs", "tenant_id")?,
+            scene_id: database::id(&row, "jobs", "scene_id")?,
             request: serde_json::from_str(&request)
                 .map_err(|error| StoreError::Corrupt { table: "scenes", reason: error.to_string() })?,
             attempt,
@@ -237,7 +244,7 @@ async fn renew(
              AND state IN ('running', 'cancelling') RETURNING state",
         )
         .bind(now + milliseconds(duration))
-        .bind(&lease.job_id)
+        .bind(lease.job_id.as_str())
         .bind(&lease.owner)
         .bind(lease.epoch)
         .fetch_optional(&mut *connection)
@@ -250,23 +257,23 @@ async fn renew(
 async fn finish(
     connection: &mut SqliteConnection,
     lease: Lease,
-    outcome: Outcome,
+    outcome: AttemptOutcome,
 ) -> Result<JobState, StoreError> {
     let now = database::now_ms(connection).await?;
     guard(connection, &lease).await?;
-    let job_id = lease.job_id.as_str();
+    let job_id = &lease.job_id;
     match outcome {
-        Outcome::Built(built) => {
+        AttemptOutcome::Built(built) => {
             let state = move_job(connection, job_id, JobEvent::Succeeded, now).await?;
             if state == JobState::Succeeded {
                 artifacts::record_built(connection, job_id, &built, now).await?;
             }
             Ok(state)
         }
-        Outcome::Failed(failure) => fail(connection, job_id, &failure, now).await,
-        Outcome::Retry { failure, delay, charged, max_attempts } => {
+        AttemptOutcome::Failed(failure) => fail(connection, job_id, &failure, now).await,
+        AttemptOutcome::Retry { failure, delay, charged, max_attempts } => {
             let attempt: i64 = sqlx::query_scalar("SELECT attempt FROM jobs WHERE id = ?")
-                .bind(job_id)
+                .bind(job_id.as_str())
                 .fetch_one(&mut *connection)
                 .await?;
             if charged && attempt >= i64::from(max_attempts) {
@@ -277,7 +284,7 @@ async fn finish(
                 sqlx::query("UPDATE jobs SET not_before = ?, attempt = MAX(attempt - ?, 0) WHERE id = ?")
                     .bind(now + milliseconds(delay))
                     .bind(i64::from(!charged))
-                    .bind(job_id)
+                    .bind(job_id.as_str())
                     .execute(&mut *connection)
                     .await?;
                 let data = json!({ "failure": failure, "delay_ms": milliseconds(delay) });
@@ -285,24 +292,24 @@ async fn finish(
             }
             Ok(state)
         }
-        Outcome::Released => {
+        AttemptOutcome::Released => {
             let state = move_job(connection, job_id, JobEvent::Released, now).await?;
             if state == JobState::Queued {
                 sqlx::query("UPDATE jobs SET attempt = MAX(attempt - 1, 0) WHERE id = ?")
-                    .bind(job_id)
+                    .bind(job_id.as_str())
                     .execute(&mut *connection)
                     .await?;
                 events::append(connection, job_id, now, "job_released", &json!({})).await?;
             }
             Ok(state)
         }
-        Outcome::Stopped => move_job(connection, job_id, JobEvent::Stopped, now).await,
+        AttemptOutcome::Stopped => move_job(connection, job_id, JobEvent::Stopped, now).await,
     }
 }
 
 async fn fail(
     connection: &mut SqliteConnection,
-    job_id: &str,
+    job_id: &JobId,
     failure: &Failure,
     now_ms: i64,
 ) -> Result<JobState, StoreError> {
@@ -312,7 +319,7 @@ async fn fail(
             .bind(failure.class.as_str())
             .bind(&failure.code)
             .bind(&failure.message)
-            .bind(job_id)
+            .bind(job_id.as_str())
             .execute(&mut *connection)
             .await?;
         scene_failed(connection, job_id, &failure.code, &failure.message, now_ms).await?;
@@ -323,34 +330,34 @@ async fn fail(
 
 async fn cancel(
     connection: &mut SqliteConnection,
-    tenant_id: String,
-    job_id: String,
-) -> Result<CancelRequest, StoreError> {
+    tenant_id: TenantId,
+    job_id: JobId,
+) -> Result<CancelOutcome, StoreError> {
     let now = database::now_ms(connection).await?;
     let state: Option<String> = sqlx::query_scalar("SELECT state FROM jobs WHERE id = ? AND tenant_id = ?")
-        .bind(&job_id)
-        .bind(&tenant_id)
+        .bind(job_id.as_str())
+        .bind(tenant_id.as_str())
         .fetch_optional(&mut *connection)
         .await?;
     let Some(state) = state.as_deref().and_then(JobState::parse) else {
-        return Ok(CancelRequest::NotFound);
+        return Ok(CancelOutcome::NotFound);
     };
     if state.after(JobEvent::CancelRequested).is_err() {
-        return Ok(CancelRequest::TooLate(state));
+        return Ok(CancelOutcome::TooLate(state));
     }
-    Ok(CancelRequest::Accepted(move_job(connection, &job_id, JobEvent::CancelRequested, now).await?))
+    Ok(CancelOutcome::Accepted(move_job(connection, &job_id, JobEvent::CancelRequested, now).await?))
 }
 
-/// Moves a job's state by the table, inside the caller's transaction, with what every such move brings:
-/// leaving `running` gives up the lease, ending stamps the time, cancelling tells the scene.
+/// Applies an event to a job inside the caller's transaction, with its side effects: leaving `running` releases the
+/// lease, a final state sets the end time, a cancellation updates the scene.
 pub(super) async fn move_job(
     connection: &mut SqliteConnection,
-    job_id: &str,
+    job_id: &JobId,
     event: JobEvent,
     now_ms: i64,
 ) -> Result<JobState, StoreError> {
     let text: String = sqlx::query_scalar("SELECT state FROM jobs WHERE id = ?")
-        .bind(job_id)
+        .bind(job_id.as_str())
         .fetch_one(&mut *connection)
         .await?;
     let corrupt = |reason: String| StoreError::Corrupt { table: "jobs", reason };
@@ -368,7 +375,7 @@ pub(super) async fn move_job(
     .bind(holds_lease)
     .bind(after.is_final())
     .bind(now_ms)
-    .bind(job_id)
+    .bind(job_id.as_str())
     .execute(&mut *connection)
     .await?;
     if !holds_lease {
@@ -390,12 +397,12 @@ pub(super) async fn move_job(
     Ok(after)
 }
 
-/// Fails unless the lease is still the job's.
+/// Fails with [`StoreError::LeaseLost`] unless the lease is still valid.
 pub(super) async fn guard(connection: &mut SqliteConnection, lease: &Lease) -> Result<(), StoreError> {
     let held: Option<i64> = sqlx::query_scalar(
         "SELECT 1 FROM jobs WHERE id = ? AND owner = ? AND epoch = ? AND state IN ('running', 'cancelling')",
     )
-    .bind(&lease.job_id)
+    .bind(lease.job_id.as_str())
     .bind(&lease.owner)
     .bind(lease.epoch)
     .fetch_optional(connection)
@@ -403,10 +410,10 @@ pub(super) async fn guard(connection: &mut SqliteConnection, lease: &Lease) -> R
     held.map(|_| ()).ok_or_else(|| StoreError::LeaseLost { job_id: lease.job_id.clone() })
 }
 
-/// The scene of a job that will not finish, unless it was deleted meanwhile.
+/// Marks the scene of a job as failed, unless it has been deleted.
 async fn scene_failed(
     connection: &mut SqliteConnection,
-    job_id: &str,
+    job_id: &JobId,
     code: &str,
     message: &str,
     now_ms: i64,
@@ -418,7 +425,7 @@ async fn scene_failed(
     .bind(code)
     .bind(message)
     .bind(now_ms)
-    .bind(job_id)
+    .bind(job_id.as_str())
     .execute(connection)
     .await?;
     Ok(())

@@ -1,5 +1,4 @@
-//! Scenes: what users keep. Submitting writes the scene, its job, its first event and the
-//! idempotency row in one transaction.
+//! Rows of scenes. A submission writes the scene, its job, its first event and the idempotency row in one transaction.
 
 use std::collections::BTreeMap;
 
@@ -9,45 +8,46 @@ use sqlx::{Row, SqliteConnection};
 use uuid::Uuid;
 
 use super::{Store, StoreError, database, events, queue};
-use scene::job::{JobEvent, JobState, SceneState};
+use scene::job::{JobEvent, JobKind, JobState, SceneState};
+use scene::{JobId, SceneId, TenantId};
 
-/// How long an idempotency key is remembered.
+/// Lifetime of an idempotency key.
 const IDEMPOTENCY_MS: i64 = 24 * 3600 * 1000;
 
-/// A scene to make.
+/// A scene to submit.
 #[derive(Clone, Debug)]
 pub struct NewScene {
-    pub tenant_id: String,
+    pub tenant_id: TenantId,
     /// The versioned request, as JSON.
     pub request: Value,
     pub labels: BTreeMap<String, String>,
-    /// The most that calls of remote models may cost together, millionths of a US dollar.
+    /// Maximum total cost of remote calls, millionths of a US dollar.
     pub budget_micro_usd: i64,
-    /// The client's key, and a digest of what it sent with it.
+    /// The client's idempotency key, and a digest of the request body.
     pub idempotency: Option<(String, String)>,
 }
 
-/// What came of submitting a scene.
+/// Result of a submission.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Submitted {
+pub enum SubmitOutcome {
     Created {
-        scene_id: String,
-        job_id: String,
+        scene_id: SceneId,
+        job_id: JobId,
     },
-    /// The same key came with the same body before; this is what it made then.
+    /// The key was used before with the same body; these are the ids of the first submission.
     Replayed {
-        scene_id: String,
-        job_id: String,
+        scene_id: SceneId,
+        job_id: JobId,
     },
-    /// The same key came with another body before; nothing was enqueued.
+    /// The key was used before with another body; nothing was enqueued.
     KeyReused,
 }
 
 /// A scene's row.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneRow {
-    pub id: String,
-    pub parent_id: Option<String>,
+    pub id: SceneId,
+    pub parent_id: Option<SceneId>,
     pub state: SceneState,
     /// `pass` or `quarantine`, once certified.
     pub verdict: Option<String>,
@@ -61,48 +61,52 @@ pub struct SceneRow {
     pub updated_at_ms: i64,
 }
 
-/// Which scenes to list, newest first.
+/// Filter of a scene list.
 #[derive(Clone, Debug, Default)]
 pub struct SceneFilter {
-    /// Deleted scenes are listed only when asked for.
+    /// `None` = all but deleted scenes.
     pub state: Option<SceneState>,
     pub label: Option<(String, String)>,
-    pub parent: Option<String>,
+    pub parent: Option<SceneId>,
     pub created_after_ms: Option<i64>,
-    /// Only scenes older than this id (the last one of the page before).
-    pub before_id: Option<String>,
+    /// Only scenes older than this id, the last id of the previous page.
+    pub before_id: Option<SceneId>,
     pub limit: u32,
 }
 
-/// What came of deleting a scene.
+/// Result of a deletion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Deleted {
-    /// It is deleted now, or was already.
+pub enum DeleteOutcome {
+    /// The scene is deleted now, or was already.
     Done,
     NotFound,
 }
 
 impl Store {
     /// Stores a scene and enqueues its job, once per idempotency key.
-    pub async fn submit(&self, new: NewScene) -> Result<Submitted, StoreError> {
+    pub async fn submit(&self, new: NewScene) -> Result<SubmitOutcome, StoreError> {
         let submitted =
             self.writer.write("enqueue a scene", move |connection| Box::pin(submit(connection, new))).await?;
         self.announce();
         Ok(submitted)
     }
 
-    /// A scene of the tenant, deleted ones included.
-    pub async fn scene(&self, tenant_id: &str, id: &str) -> Result<Option<SceneRow>, StoreError> {
+    /// A scene of the tenant, including deleted scenes.
+    pub async fn scene(&self, tenant_id: &TenantId, id: &SceneId) -> Result<Option<SceneRow>, StoreError> {
         let row = sqlx::query("SELECT * FROM scenes WHERE id = ? AND tenant_id = ?")
-            .bind(id)
-            .bind(tenant_id)
+            .bind(id.as_str())
+            .bind(tenant_id.as_str())
             .fetch_optional(&self.readers)
             .await?;
         row.as_ref().map(scene_of).transpose()
     }
 
     /// Scenes of the tenant, newest first.
-    pub async fn scenes(&self, tenant_id: &str, filter: SceneFilter) -> Result<Vec<SceneRow>, StoreError> {
+    pub async fn scenes(
+        &self,
+        tenant_id: &TenantId,
+        filter: SceneFilter,
+    ) -> Result<Vec<SceneRow>, StoreError> {
         let (label_key, label_value) = filter.label.unzip();
         let rows = sqlx::query(
             "SELECT * FROM scenes
@@ -114,22 +118,26 @@ impl Store {
                AND (?7 IS NULL OR id < ?7)
              ORDER BY id DESC LIMIT ?8",
         )
-        .bind(tenant_id)
+        .bind(tenant_id.as_str())
         .bind(filter.state.map(SceneState::as_str))
         .bind(label_key)
         .bind(label_value)
-        .bind(filter.parent)
+        .bind(filter.parent.map(String::from))
         .bind(filter.created_after_ms)
-        .bind(filter.before_id)
+        .bind(filter.before_id.map(String::from))
         .bind(filter.limit)
         .fetch_all(&self.readers)
         .await?;
         rows.iter().map(scene_of).collect()
     }
 
-    /// Marks a scene deleted and cancels what is being done to it.
-    pub async fn delete_scene(&self, tenant_id: &str, id: &str) -> Result<Deleted, StoreError> {
-        let (tenant_id, id) = (tenant_id.to_owned(), id.to_owned());
+    /// Marks a scene as deleted and cancels its active jobs.
+    pub async fn delete_scene(
+        &self,
+        tenant_id: &TenantId,
+        id: &SceneId,
+    ) -> Result<DeleteOutcome, StoreError> {
+        let (tenant_id, id) = (tenant_id.clone(), id.clone());
         let deleted = self
             .writer
             .write("delete a scene", move |connection| Box::pin(delete(connection, tenant_id, id)))
@@ -140,7 +148,7 @@ impl Store {
     }
 }
 
-async fn submit(connection: &mut SqliteConnection, new: NewScene) -> Result<Submitted, StoreError> {
+async fn submit(connection: &mut SqliteConnection, new: NewScene) -> Result<SubmitOutcome, StoreError> {
     let now = database::now_ms(connection).await?;
     if let Some((key, body_digest)) = &new.idempotency {
         sqlx::query("DELETE FROM idempotency WHERE expires_at <= ?")
@@ -150,28 +158,28 @@ async fn submit(connection: &mut SqliteConnection, new: NewScene) -> Result<Subm
         let earlier = sqlx::query(
             "SELECT body_digest, scene_id, job_id FROM idempotency WHERE tenant_id = ? AND key = ?",
         )
-        .bind(&new.tenant_id)
+        .bind(new.tenant_id.as_str())
         .bind(key)
         .fetch_optional(&mut *connection)
         .await?;
         if let Some(earlier) = earlier {
             return Ok(if earlier.try_get::<String, _>("body_digest")? == *body_digest {
-                Submitted::Replayed {
-                    scene_id: earlier.try_get("scene_id")?,
-                    job_id: earlier.try_get("job_id")?,
+                SubmitOutcome::Replayed {
+                    scene_id: database::id(&earlier, "idempotency", "scene_id")?,
+                    job_id: database::id(&earlier, "idempotency", "job_id")?,
                 }
             } else {
-                Submitted::KeyReused
+                SubmitOutcome::KeyReused
             });
         }
     }
-    let scene_id = Uuid::now_v7().to_string();
+    let scene_id: SceneId = database::parse_id(&Uuid::now_v7().to_string(), "scenes")?;
     sqlx::query(
         "INSERT INTO scenes (id, tenant_id, state, request, labels, budget_micro_usd, created_at, updated_at)
          VALUES (?, ?, 'pending', ?, ?, ?, ?, ?)",
     )
-    .bind(&scene_id)
-    .bind(&new.tenant_id)
+    .bind(scene_id.as_str())
+    .bind(new.tenant_id.as_str())
     .bind(new.request.to_string())
     .bind(json!(new.labels).to_string())
     .bind(new.budget_micro_usd)
@@ -185,30 +193,30 @@ async fn submit(connection: &mut SqliteConnection, new: NewScene) -> Result<Subm
             "INSERT INTO idempotency (tenant_id, key, body_digest, scene_id, job_id, expires_at)
              VALUES (?, ?, ?, ?, ?, ?)",
         )
-        .bind(&new.tenant_id)
+        .bind(new.tenant_id.as_str())
         .bind(key)
         .bind(body_digest)
-        .bind(&scene_id)
-        .bind(&job_id)
+        .bind(scene_id.as_str())
+        .bind(job_id.as_str())
         .bind(now + IDEMPOTENCY_MS)
         .execute(connection)
         .await?;
     }
-    Ok(Submitted::Created { scene_id, job_id })
+    Ok(SubmitOutcome::Created { scene_id, job_id })
 }
 
-/// A queued job on a scene, with its first event.
+/// Inserts a queued job of a scene with its first event.
 pub(super) async fn insert_job(
     connection: &mut SqliteConnection,
-    tenant_id: &str,
-    scene_id: &str,
-    retry_of: Option<&str>,
+    tenant_id: &TenantId,
+    scene_id: &SceneId,
+    retry_of: Option<&JobId>,
     salt_from: Option<(&str, &str)>,
     now_ms: i64,
-) -> Result<String, StoreError> {
-    let job_id = Uuid::now_v7().to_string();
-    let kind = if retry_of.is_some() { "retry" } else { "generate" };
-    // A retry from a stage salts keys with its own id, so that its own restarts find its own work.
+) -> Result<JobId, StoreError> {
+    let job_id: JobId = database::parse_id(&Uuid::now_v7().to_string(), "jobs")?;
+    let kind = if retry_of.is_some() { JobKind::Retry } else { JobKind::Generate };
+    // A retry from a stage salts keys with its own id, so that it finds its own checkpoints after a restart.
     let (from_stage, salt) = match salt_from {
         Some((stage, "")) => (Some(stage), Some(job_id.as_str())),
         Some((stage, salt)) => (Some(stage), Some(salt)),
@@ -218,11 +226,11 @@ pub(super) async fn insert_job(
         "INSERT INTO jobs (id, tenant_id, kind, scene_id, retry_of, from_stage, salt, state, created_at)
          VALUES (?, ?, ?, ?, ?, ?, ?, 'queued', ?)",
     )
-    .bind(&job_id)
-    .bind(tenant_id)
-    .bind(kind)
-    .bind(scene_id)
-    .bind(retry_of)
+    .bind(job_id.as_str())
+    .bind(tenant_id.as_str())
+    .bind(kind.as_str())
+    .bind(scene_id.as_str())
+    .bind(retry_of.map(JobId::as_str))
     .bind(from_stage)
     .bind(salt)
     .bind(now_ms)
@@ -234,33 +242,33 @@ pub(super) async fn insert_job(
 
 async fn delete(
     connection: &mut SqliteConnection,
-    tenant_id: String,
-    id: String,
-) -> Result<Deleted, StoreError> {
+    tenant_id: TenantId,
+    id: SceneId,
+) -> Result<DeleteOutcome, StoreError> {
     let now = database::now_ms(connection).await?;
     let changed =
         sqlx::query("UPDATE scenes SET state = 'deleted', updated_at = ? WHERE id = ? AND tenant_id = ?")
             .bind(now)
-            .bind(&id)
-            .bind(&tenant_id)
+            .bind(id.as_str())
+            .bind(tenant_id.as_str())
             .execute(&mut *connection)
             .await?;
     if changed.rows_affected() == 0 {
-        return Ok(Deleted::NotFound);
+        return Ok(DeleteOutcome::NotFound);
     }
     let jobs = sqlx::query("SELECT id, state FROM jobs WHERE scene_id = ?")
-        .bind(&id)
+        .bind(id.as_str())
         .fetch_all(&mut *connection)
         .await?;
     for job in jobs {
         let state: String = job.try_get("state")?;
         let active = JobState::parse(&state).is_some_and(|state| !state.is_final());
         if active {
-            queue::move_job(connection, &job.try_get::<String, _>("id")?, JobEvent::CancelRequested, now)
+            queue::move_job(connection, &database::id(&job, "jobs", "id")?, JobEvent::CancelRequested, now)
                 .await?;
         }
     }
-    Ok(Deleted::Done)
+    Ok(DeleteOutcome::Done)
 }
 
 fn scene_of(row: &SqliteRow) -> Result<SceneRow, StoreError> {
@@ -273,8 +281,8 @@ fn scene_of(row: &SqliteRow) -> Result<SceneRow, StoreError> {
     };
     let labels = json("labels")?.unwrap_or_else(|| json!({}));
     Ok(SceneRow {
-        id: row.try_get("id")?,
-        parent_id: row.try_get("parent_id")?,
+        id: database::id(row, "scenes", "id")?,
+        parent_id: database::optional_id(row, "scenes", "parent_id")?,
         state: SceneState::parse(&state).ok_or_else(|| corrupt(format!("state {state}")))?,
         verdict: row.try_get("verdict")?,
         failure_code: row.try_get("failure_code")?,

@@ -1,40 +1,45 @@
-//! Jobs that vendors work on: submitted by a call of the ledger, fetched later, by this worker or the one after it.
+//! Asynchronous jobs of vendors: submitted by a call of the ledger, fetched later by this worker or its successor.
 
 use sqlx::Row;
 
 use super::queue::guard;
 use super::{Digest, Lease, Store, StoreError};
+use scene::JobId;
 use scene::job::JobState;
 
-/// A vendor's job that is not over.
+/// A vendor's job that has not ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TaskRow {
     /// The call that submitted it.
     pub call_id: i64,
     /// The vendor's id.
     pub task: String,
-    /// What came of it, once fetched.
+    /// The blob with its result, once fetched.
     pub file: Option<Digest>,
 }
 
-/// What became of a vendor's job.
+/// End of a vendor's job.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum TaskEnd {
     /// The blob that was fetched.
     Fetched(Digest),
-    /// Nothing more comes of it.
+    /// It ended without a usable result.
     Over,
 }
 
 impl Store {
-    /// The newest vendor's job of a question in a job, unless it is over.
-    pub async fn task_of(&self, job_id: &str, idempotency_key: &str) -> Result<Option<TaskRow>, StoreError> {
+    /// The newest vendor's job of a question of a job, unless it has ended.
+    pub async fn task_of(
+        &self,
+        job_id: &JobId,
+        idempotency_key: &str,
+    ) -> Result<Option<TaskRow>, StoreError> {
         let row = sqlx::query(
             "SELECT id, task, task_file FROM calls
              WHERE job_id = ? AND idempotency_key = ? AND task_state IN ('submitted', 'fetched')
              ORDER BY id DESC LIMIT 1",
         )
-        .bind(job_id)
+        .bind(job_id.as_str())
         .bind(idempotency_key)
         .fetch_optional(&self.readers)
         .await?;
@@ -44,7 +49,7 @@ impl Store {
         Ok(Some(TaskRow { call_id: row.try_get("id")?, task: row.try_get("task")?, file }))
     }
 
-    /// Writes down what became of a vendor's job.
+    /// Records the end of a vendor's job.
     pub async fn note_task(&self, lease: &Lease, call_id: i64, end: TaskEnd) -> Result<(), StoreError> {
         let lease = lease.clone();
         self.writer
@@ -62,7 +67,7 @@ impl Store {
                     .bind(state)
                     .bind(file)
                     .bind(call_id)
-                    .bind(&lease.job_id)
+                    .bind(lease.job_id.as_str())
                     .execute(connection)
                     .await?;
                     Ok(())
@@ -71,10 +76,10 @@ impl Store {
             .await
     }
 
-    /// Whether somebody has asked for a job to be cancelled.
-    pub async fn is_cancelled(&self, job_id: &str) -> Result<bool, StoreError> {
+    /// Whether cancellation of a job has been requested.
+    pub async fn is_cancelled(&self, job_id: &JobId) -> Result<bool, StoreError> {
         let state: Option<String> = sqlx::query_scalar("SELECT state FROM jobs WHERE id = ?")
-            .bind(job_id)
+            .bind(job_id.as_str())
             .fetch_optional(&self.readers)
             .await?;
         let state = state.and_then(|state| JobState::parse(&state));

@@ -1,9 +1,9 @@
-//! The one writer: an actor on its own thread that owns the only connection that writes.
+//! The writer: an actor on its own thread that owns the only writing connection.
 //!
-//! A caller hands over an operation and waits for its answer; if the caller goes away the operation
-//! still runs to its end, so no transaction is ever abandoned half way. Operations that wait together
-//! are committed together (one `BEGIN IMMEDIATE`, a savepoint each), and answers go out only after the
-//! commit. Its own thread keeps it alive while the rest of the program computes.
+//! A caller submits an operation and waits for its result. An operation runs to its end even if the caller is dropped,
+//! so no transaction is left half done. Waiting operations are committed as a group (one `BEGIN IMMEDIATE`, one
+//! savepoint per operation), and results are delivered after the commit. The own thread keeps the writer
+//! responsive while the runtime's threads compute.
 
 use std::path::Path;
 
@@ -14,8 +14,8 @@ use tokio::sync::{mpsc, oneshot};
 use super::outage::{Health, Part};
 use super::{Outage, Settings, StoreError, database};
 
-/// Most operations in one transaction.
-const GROUP: usize = 64;
+/// Maximum number of operations in one transaction.
+const MAX_GROUP: usize = 64;
 
 /// Handle on the writer; cloning shares it.
 #[derive(Clone)]
@@ -24,10 +24,10 @@ pub(super) struct Writer {
     health: Health,
 }
 
-/// Called after the commit, with why it failed if it did.
+/// Called after the commit, with the failure of the commit if there was one.
 type Deliver = Box<dyn FnOnce(Option<CommitFailure>) + Send>;
 
-/// Why a transaction came to nothing.
+/// Reason why a transaction failed.
 #[derive(Clone)]
 struct CommitFailure {
     reason: String,
@@ -46,32 +46,32 @@ impl From<StoreError> for CommitFailure {
     }
 }
 
-/// Something to do inside a transaction.
+/// An operation inside a transaction.
 trait Operation: Send {
-    fn run<'c>(self: Box<Self>, connection: &'c mut SqliteConnection) -> BoxFuture<'c, Done>;
+    fn run<'c>(self: Box<Self>, connection: &'c mut SqliteConnection) -> BoxFuture<'c, Execution>;
 
-    /// Answers without running.
+    /// Delivers the failure without running.
     fn refuse(self: Box<Self>, failure: CommitFailure);
 }
 
-struct Done {
-    /// Why nothing of it is kept.
+struct Execution {
+    /// The reason for the rollback of the operation, if it failed.
     failure: Option<CommitFailure>,
     deliver: Deliver,
 }
 
-struct Typed<F, T> {
+struct TypedOperation<F, T> {
     doing: &'static str,
     body: F,
     answer: oneshot::Sender<Result<T, StoreError>>,
 }
 
-impl<F, T> Operation for Typed<F, T>
+impl<F, T> Operation for TypedOperation<F, T>
 where
     F: for<'c> FnOnce(&'c mut SqliteConnection) -> BoxFuture<'c, Result<T, StoreError>> + Send + 'static,
     T: Send + 'static,
 {
-    fn run<'c>(self: Box<Self>, connection: &'c mut SqliteConnection) -> BoxFuture<'c, Done> {
+    fn run<'c>(self: Box<Self>, connection: &'c mut SqliteConnection) -> BoxFuture<'c, Execution> {
         Box::pin(async move {
             let Self { doing, body, answer } = *self;
             let result = body(connection).await.map_err(|error| error.while_doing(doing));
@@ -86,10 +86,10 @@ where
                     }
                     (result, _) => result,
                 };
-                // The caller may have gone; the work is done all the same.
+                // The caller may have been dropped; the operation is still complete.
                 let _ = answer.send(result);
             });
-            Done { failure, deliver }
+            Execution { failure, deliver }
         })
     }
 
@@ -142,7 +142,7 @@ impl Writer {
     {
         let (answer, result) = oneshot::channel();
         self.operations
-            .send(Box::new(Typed { doing, body, answer }))
+            .send(Box::new(TypedOperation { doing, body, answer }))
             .await
             .map_err(|_| StoreError::WriterStopped)?;
         let result = result.await.unwrap_or(Err(StoreError::WriterStopped));
@@ -169,11 +169,11 @@ async fn work(
                 None
             }
             Err(failure) => {
-                // Everybody who waits is told; an outage is reported once.
+                // All waiting callers receive the error; an outage is logged once.
                 if failure.outage.is_none() {
                     tracing::error!(reason = failure.reason, "a write transaction failed");
                 }
-                // Leaves no transaction open for the next group; fails harmlessly if there is none.
+                // Closes the transaction before the next group; without one this fails harmlessly.
                 let _ = sqlx::query("ROLLBACK").execute(&mut connection).await;
                 Some(failure)
             }
@@ -185,8 +185,8 @@ async fn work(
     let _ = sqlx::Connection::close(connection).await;
 }
 
-/// One transaction: the first operation and whatever waits behind it. With `probe` it surely writes:
-/// looking at an empty queue changes nothing, and would prove nothing about a full disk.
+/// Runs one transaction: the first operation and the operations waiting behind it. With `probe` the transaction always
+/// writes, because operations without changes would succeed on a full disk.
 async fn group(
     connection: &mut SqliteConnection,
     first: Box<dyn Operation>,
@@ -206,13 +206,13 @@ async fn group(
         let done = operation.run(connection).await;
         deliveries.push(done.deliver);
         if let Some(failure) = done.failure {
-            // On a full disk SQLite has rolled everything back already, and there is no savepoint any more.
+            // On a full disk SQLite has already rolled back everything, including the savepoint.
             if sqlx::query("ROLLBACK TO operation").execute(&mut *connection).await.is_err() {
                 return Err(failure);
             }
         }
         sqlx::query("RELEASE operation").execute(&mut *connection).await?;
-        next = if deliveries.len() < GROUP { queue.try_recv().ok() } else { None };
+        next = if deliveries.len() < MAX_GROUP { queue.try_recv().ok() } else { None };
     }
     if probe {
         sqlx::raw_sql("CREATE TABLE write_probe (x); DROP TABLE write_probe")

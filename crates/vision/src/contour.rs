@@ -1,24 +1,24 @@
-//! The boundary of a set of pixels as a polygon.
+//! Boundary tracing: a set of pixels as a polygon.
 
 use glam::DVec2;
 
-/// Outer boundary of the part that contains the first pixel, as corners in pixels (angle growing with y
-/// down), simplified by Douglas and Peucker to `tolerance_px`.
-pub(crate) fn around(indices: &[usize], width: usize, tolerance_px: f64) -> Vec<DVec2> {
+/// Outer boundary of the connected component of the first pixel, as corners in pixels (angle grows with y down).
+/// It is simplified by Douglas and Peucker to `tolerance_px`.
+pub(crate) fn trace(indices: &[usize], width: usize, tolerance_px: f64) -> Vec<DVec2> {
     let Some(&first) = indices.iter().min() else { return Vec::new() };
-    let mut inside = vec![false; indices.iter().max().map_or(0, |most| most + 1)];
+    let mut inside = vec![false; indices.iter().max().map_or(0, |highest| highest + 1)];
     indices.iter().for_each(|&index| inside[index] = true);
     let is_set = |x: i64, y: i64| {
         let within = x >= 0 && y >= 0 && x < width as i64;
         within && inside.get(y as usize * width + x as usize).is_some_and(|set| *set)
     };
-    // Walk along pixel edges with the set on the right hand (y down): start along the top of the first.
+    // The walk follows pixel edges with the set on its right hand (y down), from the top edge of the first pixel.
     let start = ((first % width) as i64, (first / width) as i64);
     let (mut at, mut toward) = (start, (1_i64, 0_i64));
     let mut corners = vec![DVec2::new(at.0 as f64, at.1 as f64)];
     for _ in 0..8 * indices.len() + 8 {
         at = (at.0 + toward.0, at.1 + toward.1);
-        // Pixels ahead on the left and on the right of the corner just reached.
+        // Pixels ahead, on the left and on the right of the corner just reached.
         let ahead = |side: i64| {
             let (dx, dy) = (toward.0 - side * toward.1, toward.1 + side * toward.0);
             let x = at.0 + if dx > 0 { 0 } else { -1 };
@@ -44,10 +44,10 @@ pub(crate) fn around(indices: &[usize], width: usize, tolerance_px: f64) -> Vec<
     if corners.len() > 1 && corners.first() == corners.last() {
         corners.pop();
     }
-    simplified(&corners, tolerance_px)
+    simplify(&corners, tolerance_px)
 }
 
-fn simplified(corners: &[DVec2], tolerance_px: f64) -> Vec<DVec2> {
+fn simplify(corners: &[DVec2], tolerance_px: f64) -> Vec<DVec2> {
     if corners.len() < 4 {
         return corners.to_vec();
     }
@@ -78,7 +78,7 @@ mod tests {
     use crate::polygon::area;
 
     #[test]
-    fn an_l_has_six_corners_and_its_area() {
+    fn contour_of_l_shape_has_six_corners_and_its_area() {
         let rows = ["......", ".##...", ".##...", ".####.", ".####."];
         let indices: Vec<usize> = rows
             .iter()
@@ -87,7 +87,7 @@ mod tests {
                 row.bytes().enumerate().filter(|(_, b)| *b == b'#').map(move |(x, _)| y * 6 + x)
             })
             .collect();
-        let outline = around(&indices, 6, 0.2);
+        let outline = trace(&indices, 6, 0.2);
         assert_eq!(outline.len(), 6, "{outline:?}");
         assert!((area(&outline) - 12.0).abs() < 1e-9);
     }

@@ -1,10 +1,10 @@
-//! `Phi`, classical: what a picture looks like as a unit vector.
+//! Feature extractor `Phi`, classical form: an image as a unit vector.
 //!
-//! The opaque part is cropped, squared and laid on a grid of patches; each patch holds a histogram of
-//! gradient orientations (as in Dalal and Triggs, "Histograms of oriented gradients", 2005; unsigned, votes by
-//! magnitude, linear between bins) and a small color histogram in CIELAB. Orientation and color halves are
-//! normalized apart, then weighted. Transparent pixels do not count, nor do gradients that touch one. Not a
-//! learned feature: it knows shape and color, not meaning, and its score is never comparable with DINOv2's.
+//! The opaque part is cropped, squared and divided into patches. Each patch holds a histogram of gradient
+//! orientations (Dalal and Triggs, "Histograms of oriented gradients", 2005; unsigned, votes by magnitude, linear
+//! between bins) and a small color histogram in CIELAB. Orientation and color halves are normalized separately,
+//! then weighted. Transparent pixels do not count, nor do gradients that touch one. It describes shape and color,
+//! not meaning; its scores are not comparable with those of DINOv2.
 
 use serde::{Deserialize, Serialize};
 
@@ -12,31 +12,31 @@ use super::pixels::Pixels;
 use imaging::Image;
 use imaging::sobel::sobel;
 
-/// Knobs of [`describe`].
+/// Settings of [`describe`].
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct DescriptorSettings {
-    /// Patches along each side of the squared crop, 1..16; more minds where things are. Usual: 6.
+    /// Patches along each side of the squared crop, 1..16. More is more sensitive to positions.
     pub patches: u32,
-    /// Side of the squared crop, pixels, a multiple of `patches`; more minds finer texture. Usual: 96.
+    /// Side of the squared crop, pixels, a multiple of `patches`. More is more sensitive to fine texture.
     pub side_px: u32,
-    /// Orientation bins over half a turn, 4..18. Usual: 9.
+    /// Orientation bins over half a turn, 4..18.
     pub orientations: u32,
-    /// Share of the vector's squared length that is color, 0..1; more minds color over shape. Usual: 0.5.
+    /// Share of the vector's squared length that is color, 0..1. More weighs color over shape.
     pub color_share: f64,
 }
 
 /// Color bins a patch: soft votes over lightness, green to red, blue to yellow, four each.
 const COLOR_BINS: usize = 12;
 
-/// The unit-length descriptor of a picture; all zeros where nothing is opaque.
-pub fn describe(picture: &Image, settings: &DescriptorSettings) -> Vec<f32> {
+/// The unit-length descriptor of an image; all zeros if nothing is opaque.
+pub fn describe(image: &Image, settings: &DescriptorSettings) -> Vec<f32> {
     let patches = settings.patches.max(1) as usize;
     let side = (settings.side_px as usize).max(2 * patches);
     let bins = settings.orientations.max(2) as usize;
     let mut shape = vec![0.0_f32; patches * patches * bins];
     let mut color = vec![0.0_f32; patches * patches * COLOR_BINS];
-    if let Some((crop, opaque)) = squared(picture, side as u32) {
+    if let Some((crop, opaque)) = squared(image, side as u32) {
         let pixels = Pixels::new(&crop, side as u32);
         let lightness: Vec<f32> = pixels.lab.iter().map(|lab| lab[0]).collect();
         let (dx, dy) = sobel(&lightness, side, side);
@@ -70,7 +70,7 @@ pub fn describe(picture: &Image, settings: &DescriptorSettings) -> Vec<f32> {
             }
         }
     }
-    // Square roots keep one strong patch from drowning the others.
+    // Square roots limit the weight of one strong patch.
     shape.iter_mut().chain(&mut color).for_each(|v| *v = v.sqrt());
     let share = settings.color_share.clamp(0.0, 1.0) as f32;
     normalize(&mut shape, (1.0 - share).sqrt());
@@ -87,12 +87,12 @@ fn normalize(vector: &mut [f32], to: f32) {
     }
 }
 
-/// The opaque part, centered in a square, reduced or enlarged to `side` pixels, and where it is opaque.
-fn squared(picture: &Image, side: u32) -> Option<(Image, Vec<bool>)> {
+/// The opaque part, centered in a square, resized to `side` pixels, and its opacity flags.
+fn squared(image: &Image, side: u32) -> Option<(Image, Vec<bool>)> {
     let mut bounds: Option<[u32; 4]> = None;
-    for y in 0..picture.height_px() {
-        for x in 0..picture.width_px() {
-            if picture.pixel(x, y)[3] >= 128 {
+    for y in 0..image.height_px() {
+        for x in 0..image.width_px() {
+            if image.pixel(x, y)[3] >= 128 {
                 let b = bounds.unwrap_or([x, y, x, y]);
                 bounds = Some([b[0].min(x), b[1].min(y), b[2].max(x), b[3].max(y)]);
             }
@@ -115,10 +115,10 @@ fn squared(picture: &Image, side: u32) -> Option<(Image, Vec<bool>)> {
                 let (px, py) = (at(corner[0], x, k % samples), at(corner[1], y, k / samples));
                 let inside = px >= 0.0
                     && py >= 0.0
-                    && px < f64::from(picture.width_px())
-                    && py < f64::from(picture.height_px());
+                    && px < f64::from(image.width_px())
+                    && py < f64::from(image.height_px());
                 if inside {
-                    let p = picture.pixel(px as u32, py as u32);
+                    let p = image.pixel(px as u32, py as u32);
                     if p[3] >= 128 {
                         (0..3).for_each(|c| sum[c] += u32::from(p[c]));
                         count += 1;
@@ -161,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn length_is_one_and_likeness_falls_with_color_and_direction() {
+    fn similarity_decreases_with_color_and_direction() {
         let plain = striped(false, [200, 60, 40]);
         assert!((alike(&plain, &plain) - 1.0).abs() < 1e-5);
         let turned = alike(&plain, &striped(true, [200, 60, 40]));
@@ -171,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn transparent_pixels_do_not_count() {
+    fn transparent_pixels_do_not_affect_descriptor() {
         let plain = striped(false, [200, 60, 40]);
         let mut noisy = plain.clone();
         for y in 0..80 {

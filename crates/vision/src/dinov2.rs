@@ -1,18 +1,20 @@
-//! `Phi`, learned: DINOv2 (Oquab et al., "DINOv2: Learning Robust Visual Features without Supervision", 2023) from
-//! published weights.
+//! Feature extractor `Phi`, learned form: DINOv2 (Oquab et al., "DINOv2: Learning Robust Visual Features without
+//! Supervision", 2023) from published weights.
 //!
-//! Taken is the class token after the final layer norm, brought to length 1. The opaque part of the picture becomes a
-//! square of [`SIDE_PX`] pixels ([`input`]), the square a row of patch tokens with position embeddings ([`position`]),
-//! and the tokens walk through the transformer's layers ([`layer`]), all in f32. Weights are read from bytes in the
-//! layout of Hugging Face's `Dinov2Model`, with or without SwiGLU; variants with register tokens are another
-//! architecture and refused. Every tensor is looked at when the model is read: what is missing, of another shape or not
-//! finite is an error that names it, never a wrong answer later.
+//! The feature is the class token after the final layer norm, normalized to length 1. The opaque part of the image
+//! becomes a square of [`SIDE_PX`] pixels ([`input`]), the square a row of patch tokens with position embeddings
+//! ([`position`]). The tokens pass the transformer's layers ([`layer`]), all in f32.
 //!
-//! Class tokens agree with the reference implementation to 1e-5: tests see to it on small random models, at sizes with
-//! and without interpolated position embeddings; a random ViT-S/14 was 6e-6 off. Sums run in an order that depends on
-//! the processor's vector instructions, so the last bits may differ between machines, but not with the threads.
+//! Weights are read from bytes in the layout of Hugging Face's `Dinov2Model`, with or without SwiGLU. Variants
+//! with register tokens are another architecture and rejected. Every tensor is checked when the model is read: a
+//! missing, misshapen or non-finite one is an error that names it, never a wrong result later.
 //!
-//! Cost: about 12 GFLOP a picture with ViT-S/14 (a second of one core), 46 with ViT-B/14.
+//! Class tokens agree with the reference implementation to 1e-5. Tests verify it on small random models, at sizes
+//! with and without interpolated position embeddings; a random ViT-S/14 was 6e-6 off. The order of sums depends on
+//! the processor's vector instructions, so the last bits may differ between machines, but not with the number of
+//! threads.
+//!
+//! Cost: about 12 GFLOP an image with ViT-S/14 (a second of one core), 46 with ViT-B/14.
 
 mod architecture;
 mod bicubic;
@@ -26,17 +28,17 @@ use candle_core::{Device, Tensor};
 
 use imaging::Image;
 use layer::{LayerNorm, Linear, TransformerLayer};
-use runtime::Interrupt;
+use runtime::CancelFlag;
 use weights::Weights;
 
 pub use architecture::Dinov2Architecture;
 pub use error::{Dinov2Error, Dinov2WeightsError};
 
-/// Longest side of the square the model looks at, pixels: what published weights are evaluated with. A patch size that
-/// does not divide it takes the next smaller multiple.
+/// Longest side of the input square, pixels: that of the published evaluations. A patch size that does not divide
+/// it takes the next smaller multiple.
 pub const SIDE_PX: usize = 224;
 
-/// A model with its weights, ready to look at pictures.
+/// A model with its weights.
 pub struct Dinov2 {
     architecture: Dinov2Architecture,
     patch_projection: Linear,
@@ -44,7 +46,7 @@ pub struct Dinov2 {
     class_token: Tensor,
     /// 1 x hidden.
     class_position: Tensor,
-    /// Row-major over the stored grid, hidden values a place.
+    /// Row-major over the stored grid, hidden values a cell.
     positions: Vec<f32>,
     layers: Vec<TransformerLayer>,
     norm: LayerNorm,
@@ -59,6 +61,10 @@ struct Pixels {
 
 impl Dinov2 {
     /// Reads a model from the bytes of `config.json` and `model.safetensors`.
+    ///
+    /// # Errors
+    ///
+    /// A [`Dinov2WeightsError`] that names the key or tensor.
     pub fn read(config_json: &[u8], safetensors: Vec<u8>) -> Result<Self, Dinov2WeightsError> {
         let architecture = Dinov2Architecture::read(config_json)?;
         let weights = Weights::read(safetensors)?;
@@ -87,22 +93,26 @@ impl Dinov2 {
         })
     }
 
-    /// What kind of DINOv2 it is.
+    /// The architecture of the model.
     pub fn architecture(&self) -> &Dinov2Architecture {
         &self.architecture
     }
 
-    /// Side of the square it looks at, pixels.
+    /// Side of the input square, pixels.
     pub fn side_px(&self) -> usize {
         SIDE_PX / self.architecture.patch_size * self.architecture.patch_size
     }
 
-    /// The unit-length features of a picture; all zeros where nothing is opaque. The interrupt is polled twice a layer.
-    pub fn features(&self, picture: &Image, interrupt: &Interrupt) -> Result<Vec<f32>, Dinov2Error> {
-        let Some(pixels) = input::pixels(picture, self.side_px()) else {
+    /// The unit-length features of an image; all zeros if nothing is opaque. Cancellation is polled twice a layer.
+    ///
+    /// # Errors
+    ///
+    /// [`Dinov2Error::NotFinite`] for useless weights, [`Dinov2Error::Cancelled`] if `cancel` was set.
+    pub fn features(&self, image: &Image, cancel: &CancelFlag) -> Result<Vec<f32>, Dinov2Error> {
+        let Some(pixels) = input::pixels(image, self.side_px()) else {
             return Ok(vec![0.0; self.architecture.hidden_size]);
         };
-        let mut features = self.class_token(&pixels, interrupt)?;
+        let mut features = self.class_token(&pixels, cancel)?;
         let length = features.iter().map(|v| f64::from(*v).powi(2)).sum::<f64>().sqrt();
         if !length.is_finite() || length < 1e-12 {
             return Err(Dinov2Error::NotFinite);
@@ -112,7 +122,7 @@ impl Dinov2 {
     }
 
     /// The class token after the final layer norm; both sides of the input must be multiples of the patch size.
-    fn class_token(&self, pixels: &Pixels, interrupt: &Interrupt) -> Result<Vec<f32>, Dinov2Error> {
+    fn class_token(&self, pixels: &Pixels, cancel: &CancelFlag) -> Result<Vec<f32>, Dinov2Error> {
         let patch = self.architecture.patch_size;
         let (rows, columns) = (pixels.height_px / patch, pixels.width_px / patch);
         let colors = Tensor::from_slice(&pixels.rgb, (3, rows, patch, columns, patch), &Device::Cpu)?;
@@ -124,9 +134,9 @@ impl Dinov2 {
         let patches = (self.patch_projection.forward(&patches)? + positions)?;
         let mut tokens = Tensor::cat(&[class_token, patches], 0)?;
         for layer in &self.layers {
-            interrupt.check()?;
+            cancel.check()?;
             tokens = layer.attend(&tokens)?;
-            interrupt.check()?;
+            cancel.check()?;
             tokens = layer.feed_forward(&tokens)?;
         }
         let class_token = self.norm.forward(&tokens.narrow(0, 0, 1)?)?;

@@ -1,9 +1,9 @@
-//! Why a picture was not read.
+//! Errors of the image reader.
 
-use super::network::NetworkError;
-use runtime::Interrupted;
+use super::table_network::NetworkError;
+use runtime::Cancelled;
 
-/// What was not found in a picture, and what to send instead. Nothing is made up in its place.
+/// Reason why an image cannot be read, with advice. The reader refuses; it never substitutes missing parts.
 #[derive(Debug, thiserror::Error)]
 pub enum VisionError {
     #[error(
@@ -12,36 +12,10 @@ pub enum VisionError {
     )]
     TooSmall { width_px: u32, height_px: u32 },
     #[error(
-        "reading the picture: no table top could be told from the background, because only {percent:.0} % \
-         of the border shows one plain backdrop; send a picture of the whole table before a plain light wall"
-    )]
-    BackdropNotPlain { percent: f64 },
-    #[error(
-        "reading the picture: no table top could be told from the background: no even surface fills at \
-         least {percent:.0} % of it; send a picture that shows the whole table, before a backdrop of \
-         another color"
-    )]
-    NoTop { percent: f64 },
-    #[error(
-        "reading the picture: the surface found is neither a rectangle nor a circle (it covers {percent:.0} \
-         % of the nearer of the two); send a rectangular or round table whose edge shows all around"
-    )]
-    OutlineUnclear { percent: f64 },
-    #[error(
-        "reading the picture: no camera shows a level rectangular or round table with the outline found \
-         ({residual_px:.0} pixels off); hold the camera level and show the whole table"
-    )]
-    CameraUnclear { residual_px: f64 },
-    #[error(
         "reading the picture: nothing that stands on a table top could be told apart in it; send a picture of one whole \
          table, seen somewhat from above, with things on it that differ from the top"
     )]
     NoObjects,
-    #[error(
-        "reading the picture: what stands on the table could not be told apart: one outline covers \
-         {percent:.0} % of the top; set the objects apart, or use a top of another color than theirs"
-    )]
-    ObjectsNotSeparated { percent: f64 },
     #[error(
         "reading the picture: {count} separate things were found on the table, more than can be believed \
          (a patterned top?); use a plain top or fewer objects"
@@ -51,7 +25,7 @@ pub enum VisionError {
         "reading the picture: no table top fills at least {percent:.0} % of it; send a picture that shows the whole \
          table"
     )]
-    NoTopSeen { percent: f64 },
+    NoTableTop { percent: f64 },
     #[error(
         "reading the picture: a table top was found, but no camera above it shows it with this outline; hold the camera \
          level and show the whole table"
@@ -60,23 +34,20 @@ pub enum VisionError {
     #[error("reading the picture: {0}")]
     Network(NetworkError),
     #[error(transparent)]
-    Interrupted(#[from] Interrupted),
+    Cancelled(#[from] Cancelled),
 }
 
 impl VisionError {
-    /// Stable name of the reason, `[a-z_]+`.
+    /// Stable error code, `[a-z_]+`.
     pub fn code(&self) -> &'static str {
         match self {
             Self::TooSmall { .. } => "picture_too_small",
-            Self::BackdropNotPlain { .. } => "backdrop_not_plain",
-            Self::NoTop { .. } | Self::NoTopSeen { .. } => "no_table_top",
-            Self::OutlineUnclear { .. } => "table_outline_unclear",
-            Self::CameraUnclear { .. } | Self::NoCamera => "camera_unclear",
+            Self::NoTableTop { .. } => "no_table_top",
+            Self::NoCamera => "camera_unclear",
             Self::NoObjects => "no_objects",
-            Self::ObjectsNotSeparated { .. } => "objects_not_separated",
             Self::TooManyObjects { .. } => "too_many_objects",
             Self::Network(_) => "network_failed",
-            Self::Interrupted(_) => "interrupted",
+            Self::Cancelled(_) => "interrupted",
         }
     }
 }
@@ -84,7 +55,7 @@ impl VisionError {
 impl From<NetworkError> for VisionError {
     fn from(error: NetworkError) -> Self {
         match error {
-            NetworkError::Interrupted(interrupted) => Self::Interrupted(interrupted),
+            NetworkError::Cancelled(cancelled) => Self::Cancelled(cancelled),
             other => Self::Network(other),
         }
     }
@@ -95,17 +66,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_refusal_says_what_to_do() {
+    fn every_error_message_gives_advice() {
         let refusals = [
             VisionError::TooSmall { width_px: 9, height_px: 9 },
-            VisionError::BackdropNotPlain { percent: 20.0 },
-            VisionError::NoTop { percent: 6.0 },
-            VisionError::OutlineUnclear { percent: 70.0 },
-            VisionError::CameraUnclear { residual_px: 9.0 },
             VisionError::NoObjects,
-            VisionError::ObjectsNotSeparated { percent: 60.0 },
             VisionError::TooManyObjects { count: 99 },
-            VisionError::NoTopSeen { percent: 3.0 },
+            VisionError::NoTableTop { percent: 3.0 },
             VisionError::NoCamera,
         ];
         for refusal in refusals {

@@ -1,52 +1,53 @@
-//! Reading a picture nobody here painted, by classical means: colors, lines, ellipses, one camera model.
+//! Computer vision for images of tables: instance segmentation, shape fitting, classification, features and masks.
 //!
-//! [`read_picture`] walks these steps, each in its own file: the plain backdrop is learned from the border;
-//! the table top is the evenest large surface before it, its edge a quadrilateral or an ellipse; the
-//! camera is the one that sees a level rectangle or circle there; what is neither bare top nor shadow nor
-//! the table's own rim and legs is a thing; each thing becomes the simplest solid with its outline. It is
-//! made for product pictures (plain light backdrop, level camera, whole table) and refuses rather than
-//! guesses: [`VisionError`] says what was not found. [`descriptor`] is the classical form of `Phi`, [`dinov2`] the
-//! learned one, which is given its weights. [`mask_repair`] mends masks that a network drew, [`cut_out`] takes a
-//! thing off a plain backdrop, [`hidden_within`] tells what others hide of one, [`placement`] finds where a redrawn thing
-//! lies, [`fidelity`] compares a picture with one of the scene made from it. [`network`] looks at frames with weights that
-//! `training/` wrote; [`read_with_network`] reads by them, and [`category_fit`] names what was read.
+//! [`read_with_network`] reads an image: the [`table_network`] predicts dense maps, instance segmentation turns them
+//! into camera, table top and objects, and [`shape_fit`] fits a primitive to each object. [`category_fit`] assigns
+//! catalog categories. [`VisionError`] names what was not found.
 //!
-//! Vision knows pictures and geometry, neither jobs nor ports; nothing here is random.
+//! Features of images: [`descriptor`] is the classical form of `Phi`, [`dinov2`] the learned one with given weights.
+//! [`image_similarity`] compares a scene with its reference image.
+//!
+//! Masks: [`mask_repair`] regrows eroded masks, [`occluded_by_shape`] and [`occluded_by_convexity`] complete occluded
+//! ones, [`chroma_key`] removes uniform backgrounds, [`mask_registration`] aligns a regenerated object with its visible
+//! pixels.
+//!
+//! All results are deterministic. The crate must not depend on the ports, the scene description, the store or the
+//! server.
+//!
+//! ```
+//! use geometry::{Camera, DVec3};
+//! use imaging::Mask;
+//!
+//! let camera = Camera::orbit(320, 240, 0.5, DVec3::ZERO, 0.0, 0.6, 1.2);
+//! let mask = Mask::from_fn(320, 240, |x, y| (140..180).contains(&x) && (90..140).contains(&y));
+//! let primitive = vision::fit_solid(&mask, &camera, None, None).expect("the mask meets the table plane");
+//! assert!(primitive.overlap > 0.8);
+//! ```
 
-mod settings;
 mod error;
 mod pixels;
-mod regions;
+mod morphology;
 mod polygon;
-mod minimize;
-mod backdrop;
-mod surface;
-mod outline;
-mod camera_fit;
-mod instances;
 mod contour;
 mod silhouette;
-pub mod solid_fit;
-mod hidden;
+pub mod shape_fit;
+mod occlusion;
 pub mod mask_repair;
-pub mod cut_out;
-pub mod placement;
-pub mod fidelity;
+pub mod chroma_key;
+pub mod mask_registration;
+pub mod image_similarity;
 mod reading;
-mod learned;
+mod instance_segmentation;
 pub mod category_fit;
 pub mod descriptor;
 pub mod dinov2;
-pub mod network;
+pub mod table_network;
 
 pub use error::VisionError;
-pub use hidden::{attached, bitten_off, hidden_within};
-pub use learned::{
-    CandidateRegion, CandidateRegions, Measures, NetworkReadingSettings, candidate_regions, read_with_network,
+pub use instance_segmentation::{
+    CandidateRegion, CandidateRegions, NetworkReadingSettings, RegionFeatures, candidate_regions,
+    read_with_network,
 };
-pub use reading::{ObjectReading, PictureReading, TableReading, TopShape, read_picture};
-pub use settings::VisionSettings;
-pub use solid_fit::{Expected, ExpectedBase, Posture, SolidFit, SolidKind, fit_solid};
-
-#[cfg(any(test, feature = "test-images"))]
-pub mod tests;
+pub use occlusion::{attached_component, occluded_by_convexity, occluded_by_shape};
+pub use reading::{ImageReading, ObjectReading, TableReading, TopShape};
+pub use shape_fit::{BasePrior, PosedPrimitive, Posture, PrimitiveKind, ShapePrior, fit_solid};

@@ -1,16 +1,16 @@
-//! The copy of a picture that is looked at: reduced, opaque, in CIELAB and in linear light.
+//! Working copy of an image: reduced, opaque, in CIELAB and in linear light.
 
 use glam::DVec2;
 
 use geometry::Rgb;
 use imaging::{Image, Mask};
-use render::overlay::fitted;
+use render::annotate::fitted;
 
 /// Row-major color planes.
 pub(crate) struct Pixels {
     pub width: usize,
     pub height: usize,
-    /// Pixels of the copy per pixel of the picture, at most 1.
+    /// Pixels of the copy per pixel of the image, at most 1.
     pub scale: f64,
     /// The copy itself.
     pub copy: Image,
@@ -21,10 +21,10 @@ pub(crate) struct Pixels {
 }
 
 impl Pixels {
-    /// Reduces the picture so that its longer side is at most `work_px`; transparent parts show white.
-    pub fn new(picture: &Image, work_px: u32) -> Self {
-        let longer = picture.width_px().max(picture.height_px()).max(1);
-        let copy = if longer > work_px { fitted(picture, work_px, work_px) } else { picture.clone() };
+    /// Reduces the image so that its longer side is at most `work_px`; transparent parts become white.
+    pub fn new(image: &Image, work_px: u32) -> Self {
+        let longer = image.width_px().max(image.height_px()).max(1);
+        let copy = if longer > work_px { fitted(image, work_px, work_px) } else { image.clone() };
         let (width, height) = (copy.width_px() as usize, copy.height_px() as usize);
         let linear: Vec<f32> = (0..256).map(|v| linear(v as f32 / 255.0)).collect();
         let (mut lab, mut log_light) =
@@ -35,7 +35,7 @@ impl Pixels {
             lab.push(lab_of(light));
             log_light.push(light.map(|c| c.max(9e-4).ln()));
         }
-        let scale = width as f64 / f64::from(picture.width_px().max(1));
+        let scale = width as f64 / f64::from(image.width_px().max(1));
         Self { width, height, scale, copy, lab, log_light }
     }
 
@@ -44,7 +44,7 @@ impl Pixels {
     }
 
     /// Column and row of an index.
-    pub fn place(&self, index: usize) -> (usize, usize) {
+    pub fn cell(&self, index: usize) -> (usize, usize) {
         (index % self.width, index / self.width)
     }
 
@@ -54,8 +54,8 @@ impl Pixels {
         inside.then(|| p.y as usize * self.width + p.x as usize)
     }
 
-    /// A mask of the copy, as a mask of the whole picture.
-    pub fn enlarged(&self, bits: &[bool], width_px: u32, height_px: u32) -> Mask {
+    /// A mask of the copy at the size of the image.
+    pub fn upscale_mask(&self, bits: &[bool], width_px: u32, height_px: u32) -> Mask {
         let x_of = |x: u32| (((f64::from(x) + 0.5) * self.scale) as usize).min(self.width - 1);
         let rows = self.height as f64 / f64::from(height_px);
         let y_of = |y: u32| (((f64::from(y) + 0.5) * rows) as usize).min(self.height - 1);
@@ -92,17 +92,17 @@ mod tests {
     use super::*;
 
     #[test]
-    fn masks_of_a_copy_lie_where_they_lie_in_a_larger_picture() {
-        let mut picture = Image::filled(200, 100, [255; 4]);
-        (100..140).for_each(|x| (40..60).for_each(|y| picture.set_pixel(x, y, [0, 0, 0, 255])));
-        let pixels = Pixels::new(&picture, 50);
+    fn upscaled_mask_keeps_its_position() {
+        let mut image = Image::filled(200, 100, [255; 4]);
+        (100..140).for_each(|x| (40..60).for_each(|y| image.set_pixel(x, y, [0, 0, 0, 255])));
+        let pixels = Pixels::new(&image, 50);
         assert_eq!((pixels.copy.width_px(), pixels.scale), (50, 0.25));
         let dark: Vec<bool> = pixels.lab.iter().map(|lab| lab[0] < 50.0).collect();
-        assert_eq!(pixels.enlarged(&dark, 200, 100).bbox_px(), Some([100, 40, 140, 60]));
+        assert_eq!(pixels.upscale_mask(&dark, 200, 100).bbox_px(), Some([100, 40, 140, 60]));
     }
 
     #[test]
-    fn white_gray_and_red_have_their_lab_values() {
+    fn white_gray_and_red_have_reference_lab_values() {
         let lab = |rgb: [u8; 3]| Pixels::new(&Image::filled(4, 4, [rgb[0], rgb[1], rgb[2], 255]), 64).lab[0];
         assert!(distance(lab([255, 255, 255]), [100.0, 0.0, 0.0]) < 0.2);
         assert!(distance(lab([119, 119, 119]), [50.0, 0.0, 0.0]) < 0.3);

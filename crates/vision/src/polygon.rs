@@ -1,33 +1,12 @@
-//! Convex outlines in the picture.
+//! Convex polygons in the image.
 
+use geometry::polygon::convex_hull_2d_with_tolerance;
 use glam::DVec2;
 
-/// Convex hull by Andrew's monotone chain, in the order in which angles grow with y down (clockwise as
-/// people see it); collinear points are left out.
+/// Convex hull by Andrew's monotone chain, in the order of growing angle with y down (clockwise on screen).
+/// Collinear points are left out.
 pub(crate) fn convex_hull(points: &[DVec2]) -> Vec<DVec2> {
-    let mut sorted = points.to_vec();
-    sorted.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
-    sorted.dedup();
-    if sorted.len() < 3 {
-        return sorted;
-    }
-    let chain = |points: &mut dyn Iterator<Item = DVec2>| {
-        let mut chain: Vec<DVec2> = Vec::new();
-        for p in points {
-            while chain.len() >= 2
-                && (chain[chain.len() - 1] - chain[chain.len() - 2]).perp_dot(p - chain[chain.len() - 1])
-                    <= 1e-12
-            {
-                chain.pop();
-            }
-            chain.push(p);
-        }
-        chain.pop();
-        chain
-    };
-    let mut hull = chain(&mut sorted.iter().copied());
-    hull.extend(chain(&mut sorted.iter().rev().copied()));
-    hull
+    convex_hull_2d_with_tolerance(points, 1e-12)
 }
 
 /// Hull of the pixels' corners.
@@ -98,21 +77,21 @@ pub(crate) fn encloses(polygon: &[DVec2], p: DVec2) -> bool {
 }
 
 /// Where two lines, each through two points, cross; `None` if (nearly) parallel.
-pub(crate) fn crossing(a: (DVec2, DVec2), b: (DVec2, DVec2)) -> Option<DVec2> {
+pub(crate) fn line_intersection(a: (DVec2, DVec2), b: (DVec2, DVec2)) -> Option<DVec2> {
     let (u, v) = (a.1 - a.0, b.1 - b.0);
     let across = u.perp_dot(v);
     (across.abs() > 1e-9 * u.length() * v.length()).then(|| a.0 + u * ((b.0 - a.0).perp_dot(v) / across))
 }
 
-/// Encloses a convex polygon by one of `sides` sides: again and again the side whose removal adds the least
-/// area goes, its neighbors meeting beyond it. `None` if that is impossible.
-pub(crate) fn enclosed_by(hull: &[DVec2], sides: usize) -> Option<Vec<DVec2>> {
+/// Encloses a convex polygon by one of `sides` sides. The side whose removal adds the smallest area is removed
+/// repeatedly; its neighbors meet beyond it. `None` if that is impossible.
+pub(crate) fn enclosing_polygon(hull: &[DVec2], sides: usize) -> Option<Vec<DVec2>> {
     let mut polygon = hull.to_vec();
     while polygon.len() > sides {
         let n = polygon.len();
         let removal = |k: usize| {
             let [p, a, b, q] = [k + n - 1, k, k + 1, k + 2].map(|j| polygon[j % n]);
-            let tip = crossing((p, a), (q, b))?;
+            let tip = line_intersection((p, a), (q, b))?;
             // Beyond the removed side, not behind it.
             let ahead = (tip - a).dot(a - p) >= 0.0 && (tip - b).dot(b - q) >= 0.0;
             ahead.then(|| (0.5 * (tip - a).perp_dot(b - a).abs(), tip))
@@ -131,12 +110,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_square_with_cut_corners_is_enclosed_by_the_square() {
+    fn enclosing_polygon_restores_square_with_cut_corners() {
         let cut = [(1.0, 0.0), (9.0, 0.0), (10.0, 1.0), (10.0, 9.5), (9.5, 10.0), (0.0, 10.0), (0.0, 1.0)]
             .map(|(x, y)| DVec2::new(x, y));
         let hull = convex_hull(&cut);
         assert_eq!(hull.len(), 7);
-        let square = enclosed_by(&hull, 4).expect("four sides");
+        let square = enclosing_polygon(&hull, 4).expect("four sides");
         assert!((area(&square) - 100.0).abs() < 1e-9);
         assert!((overlap(&hull, &square) - area(&hull) / 100.0).abs() < 1e-9);
         assert!(contains(&square, DVec2::new(5.0, 5.0)) && !contains(&square, DVec2::new(-1.0, 5.0)));

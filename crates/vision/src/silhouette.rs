@@ -1,26 +1,26 @@
-//! A mask reduced to a few rows, against which outlines are held quickly.
+//! Downsampled mask with per-row prefix sums, for O(rows) overlap with a polygon.
 
 use glam::DVec2;
 
-/// Rows of a mask's crop with running sums, so that an interval's overlap takes two look-ups.
+/// Downsampled crop of a mask. The overlap of an interval takes two lookups per row.
 pub(crate) struct Silhouette {
     /// Position of the crop's corner and the side of a cell, pixels.
     origin: DVec2,
     cell_px: f64,
     columns: usize,
     rows: usize,
-    /// Set cells left of each column, per row.
+    /// Prefix sums of the cells of each row.
     sums: Vec<f32>,
     area: f32,
-    /// Likewise of cells in which something else hides whatever may be there.
+    /// Prefix sums of the occluded cells.
     hidden: Option<Vec<f32>>,
 }
 
-/// How much a cell counts in which something else hides whatever may be there, against one that shows that nothing is.
-const HIDDEN_COUNTS: f32 = 0.15;
+/// Weight of an occluded cell that the shape covers, relative to a visible background cell.
+const OCCLUDED_WEIGHT: f32 = 0.15;
 
 impl Silhouette {
-    /// Of pixel indices in a picture `width` wide, at most `side` cells a side, with a margin of a quarter.
+    /// From pixel indices of an image `width` wide: at most `side` cells a side, with a margin of a quarter.
     pub fn new(indices: &[usize], width: usize, side: usize) -> Self {
         let (mut low, mut high) = ([usize::MAX; 2], [0_usize; 2]);
         for &index in indices {
@@ -45,9 +45,9 @@ impl Silhouette {
         Self { origin, cell_px, columns, rows, sums, area, hidden: None }
     }
 
-    /// The same, beside other things in front: `in_front` has a flag a pixel of the picture, `width` wide. A shape may reach
-    /// under them at little cost, as far as the margin goes.
-    pub fn behind(mut self, in_front: &[bool], width: usize) -> Self {
+    /// Adds occluders: `in_front` has a flag a pixel of the image, `width` wide. A shape may extend below them at
+    /// little cost, within the margin.
+    pub fn with_occluders(mut self, in_front: &[bool], width: usize) -> Self {
         let step = self.cell_px as usize;
         let mut cells = vec![0.0_f32; self.columns * self.rows];
         let share = 1.0 / (self.cell_px * self.cell_px) as f32;
@@ -69,8 +69,8 @@ impl Silhouette {
         self
     }
 
-    /// Intersection over union with a shape that is the union, row by row, of the span covered by convex
-    /// polygons (pixels, any orientation).
+    /// Intersection over union with a shape whose rows are the spans that convex polygons cover (pixels, any
+    /// orientation).
     pub fn overlap(&self, polygons: &[Vec<DVec2>]) -> f64 {
         let mut spans = vec![(f64::INFINITY, f64::NEG_INFINITY); self.rows];
         let mut outside = 0.0;
@@ -79,7 +79,7 @@ impl Silhouette {
                 let a = (polygon[k] - self.origin) / self.cell_px;
                 let b = (polygon[(k + 1) % polygon.len()] - self.origin) / self.cell_px;
                 let (top, bottom) = if a.y <= b.y { (a, b) } else { (b, a) };
-                // What reaches beyond the crop is far from any mask.
+                // A part beyond the crop is far from the mask.
                 if top.y < -0.5 || bottom.y > self.rows as f64 + 0.5 {
                     outside += (bottom.y.min(1e4) - top.y.max(-1e4)).min(50.0);
                 }
@@ -102,7 +102,7 @@ impl Silhouette {
                 both += self.sum_to(&self.sums, row, x1) - self.sum_to(&self.sums, row, x0);
                 if let Some(hidden) = &self.hidden {
                     let under = self.sum_to(hidden, row, x1) - self.sum_to(hidden, row, x0);
-                    own -= (1.0 - HIDDEN_COUNTS) * under;
+                    own -= (1.0 - OCCLUDED_WEIGHT) * under;
                 }
             }
         }
@@ -110,8 +110,8 @@ impl Silhouette {
         f64::from(both) / either.max(1e-9)
     }
 
-    /// Intersection over union with the union of any simple polygons (pixels), looked at in the middle of each cell.
-    pub fn overlap_of_any(&self, polygons: &[Vec<DVec2>]) -> f64 {
+    /// Intersection over union with the union of simple polygons (pixels), sampled at the cell centers.
+    pub fn overlap_of_polygons(&self, polygons: &[Vec<DVec2>]) -> f64 {
         let in_cells = |p: &DVec2| (*p - self.origin) / self.cell_px;
         let polygons: Vec<Vec<DVec2>> =
             polygons.iter().map(|polygon| polygon.iter().map(in_cells).collect()).collect();
@@ -137,14 +137,14 @@ impl Silhouette {
                 let at = row * (self.columns + 1) + column;
                 let within = |sums: &[f32]| sums[at + 1] - sums[at];
                 both += within(&self.sums);
-                own += 1.0 - self.hidden.as_deref().map_or(0.0, |h| (1.0 - HIDDEN_COUNTS) * within(h));
+                own += 1.0 - self.hidden.as_deref().map_or(0.0, |h| (1.0 - OCCLUDED_WEIGHT) * within(h));
             }
         }
         f64::from(both) / f64::from(own + self.area - both).max(1e-9)
     }
 
-    /// Intersection over union with the union of triangles whose corners are pixels, looked at in the middle of each cell.
-    /// Those that turn one way are enough, of a closed shell.
+    /// Intersection over union with the union of triangles of projected corners (pixels), sampled at the cell
+    /// centers. Triangles of one orientation suffice for a closed shell.
     pub fn overlap_of_triangles(&self, pixels: &[DVec2], triangles: &[[u32; 3]]) -> f64 {
         let corners: Vec<DVec2> = pixels.iter().map(|p| (*p - self.origin) / self.cell_px).collect();
         let mut covered = vec![false; self.columns * self.rows];
@@ -156,7 +156,7 @@ impl Silhouette {
                 continue;
             }
             let (low, high) = (a.min(b).min(c), a.max(b).max(c));
-            // What reaches beyond the crop is far from any mask.
+            // A part beyond the crop is far from the mask.
             let limit = DVec2::new(self.columns as f64 + 0.5, self.rows as f64 + 0.5);
             if low.min_element() < -0.5 || high.cmpgt(limit).any() {
                 outside += area.min(50.0);
@@ -185,7 +185,7 @@ impl Silhouette {
                 let at = row * (self.columns + 1) + column;
                 let within = |sums: &[f32]| sums[at + 1] - sums[at];
                 both += within(&self.sums);
-                own += 1.0 - self.hidden.as_deref().map_or(0.0, |h| (1.0 - HIDDEN_COUNTS) * within(h));
+                own += 1.0 - self.hidden.as_deref().map_or(0.0, |h| (1.0 - OCCLUDED_WEIGHT) * within(h));
             }
         }
         f64::from(both) / (f64::from(own + self.area - both) + outside).max(1e-9)
@@ -200,7 +200,7 @@ impl Silhouette {
     }
 }
 
-/// Cells left of each column, per row.
+/// Prefix sums of the cells of each row.
 fn running_sums(cells: &[f32], columns: usize) -> Vec<f32> {
     let mut sums = Vec::with_capacity(cells.len() + cells.len() / columns.max(1));
     for row in cells.chunks_exact(columns) {
@@ -219,7 +219,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_square_overlaps_itself_and_half_of_its_neighbor() {
+    fn overlap_of_shifted_square_equals_one_third() {
         let indices: Vec<usize> =
             (0..40).flat_map(|y| (0..40).map(move |x| (y + 30) * 200 + x + 50)).collect();
         for side in [60, 33] {
@@ -239,9 +239,10 @@ mod tests {
                 corners.map(|(x, y)| DVec2::new(x, y)).to_vec()
             });
             assert!(
-                (silhouette.overlap_of_any(&[left.clone(), right.clone(), left.clone()]) - 0.6).abs() < 0.06
+                (silhouette.overlap_of_polygons(&[left.clone(), right.clone(), left.clone()]) - 0.6).abs()
+                    < 0.06
             );
-            // Both ways round, as of a shell's front and back.
+            // Both orientations, as of a shell's front and back.
             let corners: Vec<DVec2> = left.into_iter().chain(right).collect();
             let halves = [[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7], [2, 1, 0], [7, 6, 4]];
             assert!((silhouette.overlap_of_triangles(&corners, &halves) - 0.6).abs() < 0.06);
@@ -249,7 +250,7 @@ mod tests {
     }
 
     #[test]
-    fn a_shape_may_reach_under_what_stands_in_front() {
+    fn overlap_barely_penalizes_shape_below_occluder() {
         let pixels =
             |x0: usize, x1: usize| (0..40).flat_map(move |y| (x0..x1).map(move |x| (y + 30) * 200 + x));
         let left: Vec<usize> = pixels(50, 70).collect();
@@ -259,7 +260,7 @@ mod tests {
             [(50.0, 30.0), (74.0, 30.0), (74.0, 70.0), (50.0, 70.0)].map(|(x, y)| DVec2::new(x, y)).to_vec(),
         ];
         let alone = Silhouette::new(&left, 200, 60).overlap(&square);
-        let hidden = Silhouette::new(&left, 200, 60).behind(&in_front, 200).overlap(&square);
+        let hidden = Silhouette::new(&left, 200, 60).with_occluders(&in_front, 200).overlap(&square);
         assert!(
             (alone - 20.0 / 24.0).abs() < 0.04 && (hidden - 20.0 / 20.6).abs() < 0.04,
             "{alone} {hidden}"

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-use super::{Inputs, health};
+use super::{Inputs, plausibility};
 use crate::pipeline::error::StageError;
 use crate::pipeline::resolve::{Loaded, body};
 use crate::pipeline::rotate;
@@ -14,14 +14,13 @@ use geometry::collide::PlacedSolid;
 use physics::metrics::Movement;
 use physics::settle::{SettleError, angle_between_rad};
 use physics::{Body, Collisions, Stability, SupportFinding, collisions, stability, support};
-use runtime::Interrupt;
+use runtime::CancelFlag;
 use scene::certificate::{
     Appearance, BodyHealth, Certificate, Collision, Displacement, Displacements, Fidelity, MethodShare,
     Metrics, ObjectCertificate, Reason, ReasonCode, Region, Regions, RotationFinding, Thresholds, Verdict,
 };
 use scene::{InstanceId, ReconstructionMethod};
-use vision::fidelity;
-use vision::fidelity::Likeness;
+use vision::image_similarity::{MismatchRegion, MismatchRegions, SceneSimilarity};
 
 /// How far a footprint may reach over the outline before the object counts as outside, meters.
 const OUTLINE_TOLERANCE_M: f64 = 0.001;
@@ -43,7 +42,7 @@ pub(super) struct Measured {
 fn check_bodies(inputs: &Inputs, loaded: &[Loaded]) -> Result<(), StageError> {
     for (geometry, body) in loaded.iter().zip(&inputs.bodies) {
         let physical = &body.resolved.physical;
-        health::check_size(&body.resolved.name, &geometry.mesh, &inputs.health)?;
+        plausibility::check_size(&body.resolved.name, &geometry.mesh, &inputs.health)?;
         let contact = Contact {
             friction: physical.friction,
             restitution: physical.restitution,
@@ -63,7 +62,7 @@ fn check_bodies(inputs: &Inputs, loaded: &[Loaded]) -> Result<(), StageError> {
 pub(super) fn measure(
     inputs: &Inputs,
     loaded: &[Loaded],
-    interrupt: &Interrupt,
+    cancel: &CancelFlag,
 ) -> Result<Measured, StageError> {
     check_bodies(inputs, loaded)?;
     let placed: Vec<PlacedSolid> = loaded
@@ -77,16 +76,16 @@ pub(super) fn measure(
     let shipped = bodies(inputs, loaded, |body| body.resolved.settled);
     let aligned = bodies(inputs, loaded, |body| body.resolved.aligned);
     let ((from_shipped, from_aligned), (found, supports)) = rayon::join(
-        || rayon::join(|| still(inputs, &shipped, interrupt), || still(inputs, &aligned, interrupt)),
+        || rayon::join(|| still(inputs, &shipped, cancel), || still(inputs, &aligned, cancel)),
         || {
             rayon::join(
-                || collisions(&placed, &inputs.certify, interrupt),
-                || supports(inputs, &placed, &shipped, interrupt),
+                || collisions(&placed, &inputs.certify, cancel),
+                || supports(inputs, &placed, &shipped, cancel),
             )
         },
     );
     Ok(Measured {
-        health: health::health(inputs, loaded),
+        health: plausibility::health(inputs, loaded),
         from_shipped: from_shipped?,
         from_aligned: from_aligned?,
         found: found?,
@@ -99,7 +98,7 @@ pub(super) fn certificate(
     inputs: &Inputs,
     loaded: &[Loaded],
     measured: &Measured,
-    likeness: &Likeness,
+    likeness: &SceneSimilarity,
     appearance: Appearance,
 ) -> Result<Certificate, StageError> {
     let Measured { health, from_shipped, from_aligned, found, supports } = measured;
@@ -136,8 +135,8 @@ pub(super) fn certificate(
             },
             outline_margin_m,
             inside_outline: outline_margin_m >= -OUTLINE_TOLERANCE_M,
-            silhouette_iou: likeness.things[index].overlap,
-            color_difference: likeness.things[index].color_distance,
+            silhouette_iou: likeness.objects[index].overlap,
+            color_difference: likeness.objects[index].color_distance,
             method: inputs.methods[index],
             rotation: rotation_finding(&inputs.yaws[index]),
         });
@@ -145,7 +144,7 @@ pub(super) fn certificate(
     let fidelity = fidelity(inputs, &objects, likeness, appearance);
     let mut reasons = reasons(inputs, &collisions, supports, from_shipped, &objects, &fidelity);
     for (found, body) in health.iter().zip(&inputs.bodies) {
-        reasons.extend(health::reasons(found, &body.resolved.physical.friction, &inputs.health));
+        reasons.extend(plausibility::reasons(found, &body.resolved.physical.friction, &inputs.health));
     }
     Ok(Certificate {
         verdict: if reasons.is_empty() { Verdict::Pass } else { Verdict::Quarantine },
@@ -163,7 +162,7 @@ pub(super) fn certificate(
             dss_rotation_rad: inputs.certify.dss_rotation_rad,
             dss_duration_s: inputs.certify.dss_duration_s,
             outline_m: OUTLINE_TOLERANCE_M,
-            silhouette_iou: inputs.fidelity.least_silhouette_iou,
+            silhouette_iou: inputs.fidelity.min_silhouette_iou,
             health: inputs.health.thresholds(),
         },
         objects,
@@ -171,7 +170,7 @@ pub(super) fn certificate(
         scale_error: inputs.scale_error,
         collisions,
         resolve: inputs.resolve.clone(),
-        // Asked for later, of somebody else.
+        // Filled in later by the rating model.
         appraisal: None,
         made_with: inputs.identity.made_with.clone(),
     })
@@ -180,15 +179,15 @@ pub(super) fn certificate(
 fn fidelity(
     inputs: &Inputs,
     objects: &[ObjectCertificate],
-    likeness: &Likeness,
+    likeness: &SceneSimilarity,
     appearance: Appearance,
 ) -> Fidelity {
     let count = objects.len().max(1) as f64;
-    let regions = |found: &fidelity::Regions| {
-        let region = |region: &fidelity::Region| Region {
-            body: objects[region.thing].name.clone(),
+    let regions = |found: &MismatchRegions| {
+        let region = |region: &MismatchRegion| Region {
+            body: objects[region.object].name.clone(),
             bbox_px: region.box_px,
-            picture_share: region.picture_share,
+            image_share: region.image_share,
         };
         Regions { share: found.share, largest: found.largest.iter().map(region).collect() }
     };
@@ -266,10 +265,10 @@ fn bodies(inputs: &Inputs, loaded: &[Loaded], pose: impl Fn(&super::BodyParts) -
 }
 
 /// DSS; a scene that explodes when gravity starts has nothing that stays.
-fn still(inputs: &Inputs, bodies: &[Body], interrupt: &Interrupt) -> Result<Stability, StageError> {
-    match stability(bodies, &inputs.certify, &inputs.settle, interrupt) {
+fn still(inputs: &Inputs, bodies: &[Body], cancel: &CancelFlag) -> Result<Stability, StageError> {
+    match stability(bodies, &inputs.certify, &inputs.settle, cancel) {
         Ok(found) => Ok(found),
-        Err(SettleError::Interrupted(interrupted)) => Err(interrupted.into()),
+        Err(SettleError::Cancelled(cancelled)) => Err(cancelled.into()),
         Err(SettleError::Diverged { .. }) => {
             let lost =
                 Movement { displacement_m: f64::MAX, rotation_rad: std::f64::consts::PI, stable: false };
@@ -283,13 +282,13 @@ fn supports(
     inputs: &Inputs,
     placed: &[PlacedSolid],
     bodies: &[Body],
-    interrupt: &Interrupt,
+    cancel: &CancelFlag,
 ) -> Result<Vec<SupportFinding>, StageError> {
     (1..placed.len())
         .into_par_iter()
         .map(|index| {
             let carriers = carriers(inputs, index);
-            Ok(support(placed, bodies, index, &carriers, &inputs.certify, interrupt)?)
+            Ok(support(placed, bodies, index, &carriers, &inputs.certify, cancel)?)
         })
         .collect()
 }
@@ -353,13 +352,13 @@ fn reasons(
         let sentence = format!("{} reaches {over_mm:.0} mm over the table's edge", object.name);
         reason(ReasonCode::OverTheEdge, &[object.name.as_str()], sentence);
     }
-    let least = inputs.fidelity.least_silhouette_iou;
-    if fidelity.silhouette_iou < least {
+    let lowest = inputs.fidelity.min_silhouette_iou;
+    if fidelity.silhouette_iou < lowest {
         let sentence = format!(
-            "the scene does not look like the picture: mean silhouette IoU {:.2}, at least {least:.2} is asked",
+            "the scene does not look like the picture: mean silhouette IoU {:.2}, at least {lowest:.2} is asked",
             fidelity.silhouette_iou
         );
-        reason(ReasonCode::UnlikePicture, &[], sentence);
+        reason(ReasonCode::UnlikeImage, &[], sentence);
     }
     reasons
 }

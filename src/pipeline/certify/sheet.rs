@@ -1,14 +1,14 @@
-//! What became of a picture, on one sheet: the picture, the pixels of each thing, the table from above, and the finished
-//! scene from the picture's camera.
+//! What became of an image, on one sheet: the image, the pixels of each object, the table from above, and the finished
+//! scene from the image's camera.
 
 use imaging::Image;
-use render::overlay::sheet;
+use render::annotate::sheet;
 
 /// Side of a cell, pixels.
 const CELL_PX: u32 = 640;
 
 pub(super) struct Panels<'a> {
-    pub picture: &'a Image,
+    pub image: &'a Image,
     pub masks: &'a Image,
     pub top_view: &'a Image,
     pub scene: &'a Image,
@@ -19,7 +19,7 @@ pub(super) struct Panels<'a> {
 
 pub(super) fn drawn(panels: &Panels<'_>) -> Image {
     let cells = [
-        (panels.picture, "the picture"),
+        (panels.image, "the picture"),
         (panels.masks, "what was found in it"),
         (panels.top_view, "the picture, rectified from above"),
         (panels.scene, "the finished scene from the same camera"),

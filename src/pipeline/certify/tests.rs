@@ -5,20 +5,20 @@ use serde::de::DeserializeOwned;
 
 use super::*;
 use catalog::PhysicalProperties;
-use export::Pictures;
+use export::Images;
 use geometry::convex_hull::convex_hull;
 use geometry::decompose::{DecomposeSettings, decompose_and_fit};
 use geometry::mass_properties::solid_mass_properties;
-use geometry::mesh_solid::MeshSolid;
 use geometry::rotational_symmetry::RotationalSymmetry;
+use geometry::solid_query::MeshSolid;
 use geometry::{Camera, Friction, Material, Pose, Rgb, Solid, TexturedMesh, shapes};
 use imaging::Mask;
-use runtime::Interrupt;
+use runtime::CancelFlag;
 use scene::certificate::{Certificate, ReasonCode};
 use scene::recognition::{CameraKnowledge, RecognizedTable, StandsOn};
 use scene::request::RequestOptions;
 use scene::{Input, InstanceId, RecognizedObject, ReconstructionMethod, TableShape};
-use vision::fidelity::{Likeness, Region, Regions, ThingLikeness};
+use vision::image_similarity::{MismatchRegion, MismatchRegions, ObjectSimilarity, SceneSimilarity};
 
 /// A section of the built-in settings.
 fn section<T: DeserializeOwned>(name: &str) -> T {
@@ -88,15 +88,15 @@ fn body(name: &str, solid: Solid, world_from_object: Pose, table: bool) -> (Body
     (parts, loaded)
 }
 
-/// The second cube stands beside its place in the picture.
-fn likeness() -> Likeness {
-    let thing = |overlap: f64, color: f64| ThingLikeness { overlap, color_distance: Some(color) };
-    let region = Region { thing: 1, box_px: [4, 5, 9, 11], picture_share: 0.01 };
-    Likeness {
-        things: vec![thing(0.9, 7.0), thing(0.7, 9.0)],
+/// The second cube stands beside its place in the image.
+fn likeness() -> SceneSimilarity {
+    let object = |overlap: f64, color: f64| ObjectSimilarity { overlap, color_distance: Some(color) };
+    let region = MismatchRegion { object: 1, box_px: [4, 5, 9, 11], image_share: 0.01 };
+    SceneSimilarity {
+        objects: vec![object(0.9, 7.0), object(0.7, 9.0)],
         color_distance: Some(8.0),
-        missed: Regions { share: 0.1, largest: vec![region] },
-        invented: Regions::default(),
+        missed: MismatchRegions { share: 0.1, largest: vec![region] },
+        invented: MismatchRegions::default(),
     }
 }
 
@@ -167,7 +167,7 @@ fn sound() -> Planted {
                 settings: serde_json::Value::Null,
             },
         },
-        picture: artifact("picture"),
+        image: artifact("picture"),
         recognition: Arc::new(Recognition {
             camera,
             camera_is: CameraKnowledge::Known,
@@ -211,7 +211,7 @@ impl Planted {
     }
 
     fn certificate(&self) -> Result<Certificate, StageError> {
-        let measured = measure::measure(&self.inputs, &self.loaded, &Interrupt::default())?;
+        let measured = measure::measure(&self.inputs, &self.loaded, &CancelFlag::default())?;
         let appearance = Appearance { extractor: "none".into(), model: "1".into(), similarity: 1.0 };
         measure::certificate(&self.inputs, &self.loaded, &measured, &likeness(), appearance)
     }
@@ -260,12 +260,12 @@ fn a_sound_scene_passes_and_is_packed() {
     );
     let density = certificate.bodies[1].density_kg_m3;
     assert!((density - 700.0).abs() < 1e-6 && certificate.bodies[1].uncovered_m < 1e-9, "{density}");
-    let certified = write::files(&planted.inputs, &planted.loaded, certificate, &Pictures::default());
+    let certified = write::files(&planted.inputs, &planted.loaded, certificate, &Images::default());
     assert!(certified.is_ok_and(|certified| !certified.archive.is_empty()));
 }
 
 #[test]
-fn likeness_to_the_picture_is_told_thing_by_thing() {
+fn image_similarity_is_reported_per_object() {
     let certificate = sound().certificate().expect("sound");
     let fidelity = &certificate.fidelity;
     assert!((fidelity.silhouette_iou - 0.8).abs() < 1e-12);
@@ -278,7 +278,7 @@ fn likeness_to_the_picture_is_told_thing_by_thing() {
 }
 
 #[test]
-fn how_far_a_thing_was_moved_is_told_in_parts() {
+fn displacement_is_reported_by_cause() {
     let planted = Planted::with(|planted| {
         let resolved = &mut planted.inputs.bodies[1].resolved;
         resolved.aligned.translation_m.x += 0.004;
@@ -322,29 +322,30 @@ fn a_hull_that_leaves_a_part_out_is_a_missing_collider() {
 #[test]
 fn what_is_large_may_lie_outside_its_hulls_by_a_share_of_its_size() {
     let limits = section::<HealthSettings>("health").thresholds();
-    let most_m = |side_m: f64| limits.most_uncovered_m([0.5 * side_m, side_m, 0.1 * side_m]);
-    assert_eq!(most_m(0.2), limits.uncovered_m);
-    assert!((most_m(2.0) - 2.0 * limits.uncovered_share).abs() < 1e-12 && most_m(2.0) > limits.uncovered_m);
+    let max_m = |side_m: f64| limits.max_uncovered_m([0.5 * side_m, side_m, 0.1 * side_m]);
+    assert_eq!(max_m(0.2), limits.uncovered_m);
+    assert!((max_m(2.0) - 2.0 * limits.uncovered_share).abs() < 1e-12 && max_m(2.0) > limits.uncovered_m);
 }
 
 #[test]
-fn hulls_that_fill_a_cup_are_told_by_its_openings() {
+fn hulls_that_fill_a_cup_are_detected_by_its_openings() {
     let profile = [DVec2::new(0.03, 0.0), DVec2::new(0.03, 0.06)];
     let cup = shapes::shell_of_revolution(&profile, 0.004, 0.006, 48);
     let (_, cup) = body("cup", cup, Pose::IDENTITY, false);
-    let (_, fit) = decompose_and_fit(&cup.mesh, &section("decompose"), &Interrupt::default()).expect("a cup");
+    let (_, fit) =
+        decompose_and_fit(&cup.mesh, &section("decompose"), &CancelFlag::default()).expect("a cup");
     let planted = Planted::with(|planted| planted.inputs.bodies[1].hull_fit = fit);
     let certificate = planted.certificate().expect("it can be measured");
     assert_eq!((certificate.verdict, certificate.bodies[1].hull_fit), (Verdict::Pass, fit));
     // One hull to a cup: what a simulator makes of a body for which nothing else is said.
     let coarse = DecomposeSettings { max_hulls: 1, joined_excess_m: 1.0, ..section("decompose") };
-    let (_, filled) = decompose_and_fit(&cup.mesh, &coarse, &Interrupt::default()).expect("a cup");
+    let (_, filled) = decompose_and_fit(&cup.mesh, &coarse, &CancelFlag::default()).expect("a cup");
     let planted = Planted::with(|planted| planted.inputs.bodies[1].hull_fit = filled);
     assert_eq!(planted.codes(), [ReasonCode::ClosedOpening], "{filled:?}");
 }
 
 #[test]
-fn an_open_mesh_is_quarantined_whether_it_is_a_thing_or_the_table() {
+fn open_mesh_of_object_or_table_is_quarantined() {
     for body in [0, 2] {
         let planted = Planted::with(|planted| {
             let loaded = &mut planted.loaded[body];

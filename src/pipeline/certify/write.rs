@@ -1,4 +1,4 @@
-//! The scene as one value, its pictures, and the files of every format.
+//! The scene as one value, its images, and the files of every format.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
@@ -10,34 +10,34 @@ use rayon::prelude::*;
 use super::{BodyParts, Inputs};
 use crate::pipeline::error::StageError;
 use crate::pipeline::preview;
-use crate::pipeline::preview::{Shown, Studio};
+use crate::pipeline::preview::{PreviewBody, Studio};
 use crate::pipeline::resolve::Loaded;
 use catalog::{Affordance, PhysicalProperties, category, made_of, wikidata_item};
-use export::{Assets, BodyAsset, Pictures, write_formats, zip_bundle};
-use geometry::mesh_solid::MeshSolid;
+use export::{Assets, BodyAsset, Images, write_formats, zip_bundle};
 use geometry::parallel_grasp::{Gripper, ParallelGrasp, parallel_grasp};
+use geometry::solid_query::MeshSolid;
 use gpu::{Gpu, GpuError};
 use imaging::codec::encode_png;
 use imaging::{Image, Mask};
-use render::overlay::{fitted, side_by_side};
+use render::annotate::{fitted, side_by_side};
 use scene::finished::Frame;
-use scene::instance::{Picture, SupportRelation};
+use scene::instance::{ImageRegion, SupportRelation};
 use scene::{Certificate, Instance, InstanceId, RecognizedObject, Scene, Support, Table};
-use vision::fidelity::{Likeness, compare};
+use vision::image_similarity::{SceneSimilarity, compare};
 
-/// Pictures of the scene, and how much they are like the reference picture.
-pub(super) struct Painted {
-    pub pictures: Pictures,
-    /// The scene from the camera of the reference picture.
+/// Images of the scene, and how much they are like the reference image.
+pub(super) struct Rendered {
+    pub images: Images,
+    /// The scene from the camera of the reference image.
     pub scene_view: Arc<Image>,
     pub top_view: Image,
-    /// Where it agrees with the reference picture.
+    /// Where it agrees with the reference image.
     pub agreement: Image,
-    pub likeness: Likeness,
+    pub likeness: SceneSimilarity,
 }
 
-/// Pictures that earlier stages drew, as PNG.
-pub(super) struct Drawn {
+/// Images that earlier stages drew, as PNG.
+pub(super) struct StoredImages {
     pub reference_png: Bytes,
     /// Of each body, where there is one.
     pub thumbnails: Vec<Option<Bytes>>,
@@ -49,19 +49,22 @@ pub(super) struct Certified {
     pub archive: Vec<u8>,
 }
 
-/// Paints all previews.
+/// Renders all previews.
 /// What is an error here has broken the device.
-pub(super) fn paint(
+pub(super) fn render(
     inputs: &Inputs,
     loaded: &[Loaded],
     reference: &Image,
-    drawn: &Drawn,
+    drawn: &StoredImages,
     gpu: Option<Arc<Gpu>>,
-) -> Result<Painted, GpuError> {
-    let bodies: Vec<Shown> = loaded
+) -> Result<Rendered, GpuError> {
+    let bodies: Vec<PreviewBody> = loaded
         .iter()
         .zip(&inputs.bodies)
-        .map(|(geometry, body)| Shown { mesh: &geometry.mesh, world_from_object: body.resolved.settled })
+        .map(|(geometry, body)| PreviewBody {
+            mesh: &geometry.mesh,
+            world_from_object: body.resolved.settled,
+        })
         .collect();
     let studio = Studio::new(&bodies, &inputs.render);
     let studio = match gpu {
@@ -73,32 +76,32 @@ pub(super) fn paint(
         Ok(((*name).to_owned(), encode_png(&studio.side(*azimuth_rad, &inputs.preview)?)))
     };
     let thumbnail = |((geometry, body), drawn): ((&Loaded, &BodyParts), &Option<Bytes>)| {
-        let picture = match drawn {
+        let image = match drawn {
             Some(drawn) => drawn.to_vec(),
             None => encode_png(&preview::thumbnail(&geometry.mesh)),
         };
-        (body.resolved.name.clone(), picture)
+        (body.resolved.name.clone(), image)
     };
     let camera = &inputs.recognition.camera;
     let view = || -> Result<_, GpuError> {
         let seen = studio.reference_geometry(camera);
         let masks = (2..inputs.masks.len() as u32 + 2).into_par_iter();
         let in_scene: Vec<Mask> = masks.map(|id| seen.mask(id)).collect();
-        let in_picture: Vec<&Mask> = inputs.masks.iter().map(|mask| &mask.visible).collect();
+        let in_image: Vec<&Mask> = inputs.masks.iter().map(|mask| &mask.visible).collect();
         let scene_view = studio.reference_view(camera, &inputs.preview)?;
-        let (likeness, agreement) = compare(reference, &scene_view, &in_picture, &in_scene);
+        let (likeness, agreement) = compare(reference, &scene_view, &in_image, &in_scene);
         let small = fitted(reference, scene_view.width_px(), scene_view.height_px());
         let beside_png = encode_png(&side_by_side(&[&small, &scene_view, &agreement]));
         Ok((scene_view, agreement, likeness, beside_png))
     };
     let ((seen, hero), (sides_png, (top, thumbnails))) = rayon::join(
-        || rayon::join(view, || studio.hero(&inputs.preview).map(|picture| encode_png(&picture))),
+        || rayon::join(view, || studio.hero(&inputs.preview).map(|image| encode_png(&image))),
         || {
             rayon::join(
                 || sides.par_iter().map(side).collect::<Result<Vec<_>, GpuError>>(),
                 || {
                     rayon::join(
-                        || studio.top(&inputs.preview).map(|picture| (encode_png(&picture), picture)),
+                        || studio.top(&inputs.preview).map(|image| (encode_png(&image), image)),
                         || {
                             let bodies = loaded.par_iter().zip(&inputs.bodies).zip(&drawn.thumbnails);
                             bodies.map(thumbnail).collect()
@@ -110,7 +113,7 @@ pub(super) fn paint(
     );
     let (scene_view, agreement, likeness, beside_png) = seen?;
     let (top_png, top_view) = top?;
-    let pictures = Pictures {
+    let images = Images {
         hero_png: hero?,
         top_png,
         sides_png: sides_png?,
@@ -118,7 +121,7 @@ pub(super) fn paint(
         beside_png,
         thumbnails,
     };
-    Ok(Painted { pictures, scene_view: Arc::new(scene_view), top_view, agreement, likeness })
+    Ok(Rendered { images, scene_view: Arc::new(scene_view), top_view, agreement, likeness })
 }
 
 /// Writes every format, reads it back and packs it.
@@ -126,7 +129,7 @@ pub(super) fn files(
     inputs: &Inputs,
     loaded: &[Loaded],
     certificate: Certificate,
-    pictures: &Pictures,
+    images: &Images,
 ) -> Result<Certified, StageError> {
     let scene = scene(inputs, loaded, &certificate)?;
     let asset = |index: usize, label: &str, category: &str, material: Option<&str>| {
@@ -152,7 +155,7 @@ pub(super) fn files(
         table: asset(0, &table.label, TABLE_CATEGORY, table.material.as_deref()),
         instances: objects.par_iter().enumerate().map(of_object).collect(),
     };
-    let archive = write_formats(&scene, &certificate, &assets, pictures, &inputs.export)
+    let archive = write_formats(&scene, &certificate, &assets, images, &inputs.export)
         .and_then(|files| zip_bundle(&files))
         .map_err(|error| StageError::permanent(error.code(), format!("writing the bundle: {error}")))?;
     Ok(Certified { certificate, archive })
@@ -161,7 +164,7 @@ pub(super) fn files(
 /// What the table is called among categories.
 const TABLE_CATEGORY: &str = "table";
 
-/// How a gripper takes a thing that the catalog says can be taken.
+/// How a gripper takes an object that the catalog says can be taken.
 fn grasp(category_name: &str, physical: &PhysicalProperties, solid: &MeshSolid) -> Option<ParallelGrasp> {
     category(category_name).filter(|category| category.affords(Affordance::Graspable))?;
     let friction = physical.friction.dynamic_coefficient;
@@ -196,7 +199,7 @@ fn scene(inputs: &Inputs, loaded: &[Loaded], certificate: &Certificate) -> Resul
             name: InstanceId::new(&body.resolved.name).map_err(invalid)?,
             label: object.label.clone(),
             category: object.category.clone(),
-            picture: Picture { bbox_px: inputs.masks[index].visible.bbox_px().unwrap_or_default() },
+            image: ImageRegion { bbox_px: inputs.masks[index].visible.bbox_px().unwrap_or_default() },
             world_from_object: body.resolved.settled,
             yaw_rad: body.resolved.settled.yaw_rad(),
             symmetry_order: body.symmetry_order,

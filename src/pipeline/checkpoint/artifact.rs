@@ -1,4 +1,4 @@
-//! Bytes a stage puts aside: for the next stage, or for a person to look at.
+//! Bytes that a stage stores for later stages or for inspection.
 
 use std::sync::{Arc, Mutex};
 

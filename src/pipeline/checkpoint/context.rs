@@ -8,11 +8,11 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::artifact::{ArtifactRef, Artifacts, is_valid_name};
-use super::{Interrupt, JobScope, Stage};
+use super::{CancelFlag, JobScope, Stage};
 use crate::pipeline::error::StageError;
 use crate::pipeline::ledger::JobLedger;
 use ports::call::Call;
-use runtime::Cpu;
+use runtime::CpuPool;
 use scene::InstanceId;
 use store::{Digest, Store};
 
@@ -22,7 +22,7 @@ pub struct StageContext<S = ()> {
     instance: Option<InstanceId>,
     store: Store,
     job: Arc<JobScope>,
-    cpu: Cpu,
+    cpu: CpuPool,
     services: Arc<S>,
     artifacts: Artifacts,
 }
@@ -47,7 +47,7 @@ impl<S> StageContext<S> {
         instance: Option<InstanceId>,
         store: Store,
         job: Arc<JobScope>,
-        cpu: Cpu,
+        cpu: CpuPool,
         services: Arc<S>,
     ) -> Self {
         Self { stage, instance, store, job, cpu, services, artifacts: Artifacts::default() }
@@ -72,8 +72,8 @@ impl<S> StageContext<S> {
     }
 
     /// Hand this to computations; they poll it at least every 50 ms.
-    pub fn interrupt(&self) -> &Interrupt {
-        &self.job.interrupt
+    pub fn cancel(&self) -> &CancelFlag {
+        &self.job.cancel
     }
 
     /// Runs a blocking computation on the CPU pool.
@@ -82,7 +82,7 @@ impl<S> StageContext<S> {
         T: Send + 'static,
         W: FnOnce() -> T + Send + 'static,
     {
-        self.job.interrupt.check()?;
+        self.job.cancel.check()?;
         Ok(self.cpu.run(work).await?)
     }
 
@@ -90,7 +90,7 @@ impl<S> StageContext<S> {
     pub fn call(&self) -> Call {
         let (store, lease) = (self.store.clone(), self.job.lease.clone());
         let ledger = JobLedger::new(store, lease, self.stage.name, self.instance.clone());
-        Call { cpu: self.cpu.clone(), interrupt: self.job.interrupt.clone(), ledger: Arc::new(ledger) }
+        Call { cpu: self.cpu.clone(), cancel: self.job.cancel.clone(), ledger: Arc::new(ledger) }
     }
 
     /// Stores bytes under `<stage>/[<instance>/]<name>`; they appear among the scene's artifacts once
@@ -143,7 +143,7 @@ impl<S> StageContext<S> {
         })
     }
 
-    /// Bytes known by digest alone, such as the picture of a request; `what` names them in an error.
+    /// Bytes known by digest alone, such as the image of a request; `what` names them in an error.
     pub async fn blob(&self, digest: &Digest, what: &str) -> Result<Bytes, StageError> {
         // The stage that made them runs again on the next attempt, because its blob is gone.
         self.store.blobs().get(digest).await?.ok_or_else(|| {
@@ -151,7 +151,7 @@ impl<S> StageContext<S> {
         })
     }
 
-    /// Tells whoever watches the job.
+    /// Publishes a progress message for the watchers of the job.
     pub async fn note(&self, message: impl Into<String>) -> Result<(), StageError> {
         Ok(self.store.note(&self.job.lease, self.stage.name, message.into()).await?)
     }

@@ -8,6 +8,7 @@ use serde_json::{Map, Value, json};
 
 use super::Stage;
 use crate::pipeline::error::StageError;
+use scene::TenantId;
 use store::Digest;
 
 /// The digest of one run of one stage.
@@ -16,7 +17,7 @@ pub(super) fn digest<I: Serialize>(
     inputs: &I,
     instance: &str,
     backend: &str,
-    tenant_id: &str,
+    tenant_id: &TenantId,
     salt: Option<&str>,
 ) -> Result<Digest, StageError> {
     let inputs = serde_json::to_value(inputs).map_err(|error| {
@@ -63,8 +64,12 @@ mod tests {
 
     const STAGE: Stage = Stage { name: "paint", version: 3 };
 
+    fn tenant(id: &str) -> TenantId {
+        id.parse().expect("a valid id")
+    }
+
     fn of(inputs: Value) -> Digest {
-        digest(STAGE, &inputs, "mug_1", "cpu", "default", None).expect("hashes")
+        digest(STAGE, &inputs, "mug_1", "cpu", &tenant("default"), None).expect("hashes")
     }
 
     #[test]
@@ -72,8 +77,8 @@ mod tests {
         let inputs = || json!({ "a": 1, "b": { "x": [1.5, 2], "y": null } });
         let base = of(inputs());
         assert_eq!(base, of(json!({ "b": { "y": null, "x": [1.5, 2] }, "a": 1 })));
-        let with = |stage, instance, backend, tenant, salt| {
-            digest(stage, &inputs(), instance, backend, tenant, salt).expect("hashes")
+        let with = |stage, instance, backend, tenant_id, salt| {
+            digest(stage, &inputs(), instance, backend, &tenant(tenant_id), salt).expect("hashes")
         };
         let others = [
             of(json!({ "a": 2, "b": { "x": [1.5, 2], "y": null } })),

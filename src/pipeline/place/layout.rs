@@ -5,14 +5,16 @@ use glam::{DVec2, DVec3};
 use super::{Inputs, Output, PlacedInstance, PlacedTable};
 use crate::pipeline::checkpoint::ArtifactRef;
 use crate::pipeline::error::StageError;
-use crate::pipeline::{Context, carry};
-use geometry::cast::{Supporter, drop_height};
+use crate::pipeline::{Context, artifact_io};
 use geometry::collision_shape::CollisionShape;
+use geometry::drop_cast::{Supporter, drop_height};
 use geometry::{ConvexHull, Outline, Pose, TexturedMesh};
 use ports::TopBoxes;
 use pose_estimation::contained;
-use pose_estimation::contained::Contained;
-use pose_estimation::tsa::{BoxFromAbove, TsaInstance, TsaProblem, align_top_view, footprint};
+use pose_estimation::contained::ContainedObject;
+use pose_estimation::top_view_layout::{
+    BoxFromAbove, TopViewInstance, TopViewProblem, align_top_view, footprint,
+};
 use scene::StandsOn;
 
 /// Yaws surer than this may set the scene's scale.
@@ -27,7 +29,7 @@ pub(super) async fn lay_out(
 ) -> Result<Output, StageError> {
     let mut footprints = Vec::with_capacity(inputs.instances.len());
     for instance in &inputs.instances {
-        let mesh = carry::mesh(context, &instance.mesh).await?;
+        let mesh = artifact_io::mesh(context, &instance.mesh).await?;
         let yaw_rad = instance.yaw_rad;
         footprints.push(context.cpu(move || footprint(&mesh, yaw_rad)).await?);
     }
@@ -36,7 +38,7 @@ pub(super) async fn lay_out(
         .iter()
         .zip(&boxes.objects)
         .zip(&footprints)
-        .map(|((instance, found), &footprint)| TsaInstance {
+        .map(|((instance, found), &footprint)| TopViewInstance {
             box_px: found.box_px,
             footprint,
             // What leans in a container shows another footprint than its upright mesh.
@@ -45,7 +47,7 @@ pub(super) async fn lay_out(
             seen_m: instance.seen_m.map(|origin_m| origin_m + 0.5 * (footprint.low_m + footprint.high_m)),
         })
         .collect();
-    let problem = TsaProblem {
+    let problem = TopViewProblem {
         table_box_px: boxes.table_px,
         table_size_m: inputs.table.size_m.truncate(),
         instances,
@@ -156,25 +158,25 @@ pub async fn resized(
     if scale == DVec3::ONE {
         return Ok((mesh.clone(), hulls.clone()));
     }
-    let original = carry::mesh(context, mesh).await?;
+    let original = artifact_io::mesh(context, mesh).await?;
     let larger: TexturedMesh = context.cpu(move || (*original).clone().scaled(scale)).await?;
-    let mut parts: Vec<ConvexHull> = carry::hulls(context, hulls).await?;
+    let mut parts: Vec<ConvexHull> = artifact_io::hulls(context, hulls).await?;
     parts.iter_mut().flat_map(|hull| &mut hull.points).for_each(|point| *point *= scale);
-    let mesh = carry::put_mesh(context, &format!("resized/{name}.glb"), larger).await?;
+    let mesh = artifact_io::put_mesh(context, &format!("resized/{name}.glb"), larger).await?;
     let hulls = context.put_json(&format!("resized/{name}_hulls.json"), &parts).await?;
     Ok((mesh, hulls))
 }
 
-/// `t_z`: supporters first, each object straight down onto what carries it; how things lie in a container their boxes tell.
+/// `t_z`: supporters first, each object straight down onto what carries it; how objects lie in a container their boxes tell.
 pub async fn let_down(context: &Context, output: &mut Output) -> Result<(), StageError> {
     let broken = |what: &str, error: String| {
         StageError::permanent("no_collision_geometry", format!("placing {what}: {error}"))
     };
-    let table_hulls = carry::hulls(context, &output.table.hulls).await?;
+    let table_hulls = artifact_io::hulls(context, &output.table.hulls).await?;
     let table = CollisionShape::new(&table_hulls).map_err(|e| broken("the table", e.to_string()))?;
     let mut shapes = Vec::with_capacity(output.instances.len());
     for instance in &output.instances {
-        let hulls = carry::hulls(context, &instance.hulls).await?;
+        let hulls = artifact_io::hulls(context, &instance.hulls).await?;
         let shape = CollisionShape::new(&hulls).map_err(|e| broken(instance.id.as_str(), e.to_string()))?;
         shapes.push(shape);
     }
@@ -185,21 +187,25 @@ pub async fn let_down(context: &Context, output: &mut Output) -> Result<(), Stag
     let poses = context
         .cpu(move || {
             let mut is_down = vec![false; poses.len()];
-            let mut is_looked_into = vec![false; poses.len() + 1];
+            let mut is_container_checked = vec![false; poses.len() + 1];
             for index in order {
                 let (parent, inside) = supports[index];
                 let below = match parent.checked_sub(1) {
                     Some(parent) => Supporter { shape: &shapes[parent], world_from_object: poses[parent] },
                     None => Supporter { shape: &table, world_from_object: Pose::IDENTITY },
                 };
-                if inside && parent > 0 && !std::mem::replace(&mut is_looked_into[parent], true) {
+                if inside && parent > 0 && !std::mem::replace(&mut is_container_checked[parent], true) {
                     let together: Vec<usize> =
                         (0..poses.len()).filter(|&k| supports[k] == (parent, true)).collect();
-                    let things: Vec<Contained> = together
+                    let objects: Vec<ContainedObject> = together
                         .iter()
-                        .map(|&k| Contained { shape: &shapes[k], upright: poses[k].rotation, seen: seen[k] })
+                        .map(|&k| ContainedObject {
+                            shape: &shapes[k],
+                            upright: poses[k].rotation,
+                            seen: seen[k],
+                        })
                         .collect();
-                    for (&k, pose) in together.iter().zip(contained::lie(&things, below)) {
+                    for (&k, pose) in together.iter().zip(contained::lie(&objects, below)) {
                         is_down[k] = pose.is_some();
                         poses[k] = pose.unwrap_or(poses[k]);
                     }

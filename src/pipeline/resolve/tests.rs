@@ -7,8 +7,8 @@ use super::*;
 use geometry::decompose::decompose;
 use geometry::shapes::{block, rectangle, shell_of_revolution};
 use geometry::{Material, Rgb, Solid};
-use runtime::Interrupt;
-use scene::certificate::Concession;
+use runtime::CancelFlag;
+use scene::certificate::RelaxationKind;
 use store::Digest;
 
 /// A section of the built-in settings.
@@ -24,7 +24,7 @@ struct Planted {
 }
 
 impl Planted {
-    fn on(side_m: f64, outcome: NoRoom) -> Self {
+    fn on(side_m: f64, outcome: OnNoSpace) -> Self {
         let mut planted = Self {
             inputs: Inputs {
                 bodies: Vec::new(),
@@ -32,7 +32,7 @@ impl Planted {
                 resolve: section("resolve"),
                 settle: section("settle"),
                 certify: section("certify"),
-                no_room: NoRoomSettings { outcome, ..section("no_room") },
+                no_room: NoSpaceSettings { outcome, ..section("no_room") },
             },
             solids: Vec::new(),
         };
@@ -65,7 +65,7 @@ impl Planted {
             let mut mesh = TexturedMesh::default();
             let solid = solid.clone().scaled(DVec3::splat(scale));
             mesh.add(solid, &Material::plain("wood", Rgb::hex(0x806040), 0.5));
-            let found = decompose(&mesh, &section("decompose"), &Interrupt::default()).expect("a solid");
+            let found = decompose(&mesh, &section("decompose"), &CancelFlag::default()).expect("a solid");
             Loaded {
                 solid: Arc::new(MeshSolid::new(&mesh).expect("a solid")),
                 hulls: found.hulls,
@@ -78,9 +78,9 @@ impl Planted {
     /// As the stage does it; the code of the failure where nothing more may be conceded.
     fn resolve(&self) -> Result<Output, &'static str> {
         let mut attempt = Attempt::new(self.inputs.bodies.clone());
-        for _ in 0..MOST_TRIES {
+        for _ in 0..MAX_TRIES {
             let loaded = self.loaded(&attempt.scales);
-            let failed = match solve(&self.inputs, &attempt.parts, &loaded, &Interrupt::default()) {
+            let failed = match solve(&self.inputs, &attempt.parts, &loaded, &CancelFlag::default()) {
                 Ok(solved) => return Ok(solved.conceded(&attempt)),
                 Err(failed) => failed,
             };
@@ -95,7 +95,7 @@ impl Planted {
 }
 
 /// Four cubes of 10 cm on a table of 20 cm, which would fit without the margin.
-fn crowded(outcome: NoRoom) -> Planted {
+fn crowded(outcome: OnNoSpace) -> Planted {
     let mut planted = Planted::on(0.2, outcome);
     for (k, corner) in [(-0.05, -0.05), (0.05, -0.05), (0.05, 0.05), (-0.05, 0.05)].into_iter().enumerate() {
         planted.add(&format!("cube_{k}"), block(DVec3::splat(0.1)), corner.into(), Some((0, false)));
@@ -104,11 +104,11 @@ fn crowded(outcome: NoRoom) -> Planted {
 }
 
 #[test]
-fn a_full_table_fails_the_job_unless_things_may_shrink() {
-    assert_eq!(crowded(NoRoom::Fail).resolve().err(), Some("no_room"));
+fn full_table_fails_the_job_unless_objects_may_shrink() {
+    assert_eq!(crowded(OnNoSpace::Fail).resolve().err(), Some("no_room"));
     // All stand on the table already.
-    assert_eq!(crowded(NoRoom::Move).resolve().err(), Some("no_room"));
-    let shrunk = crowded(NoRoom::Shrink).resolve().expect("smaller ones fit");
+    assert_eq!(crowded(OnNoSpace::Move).resolve().err(), Some("no_room"));
+    let shrunk = crowded(OnNoSpace::Shrink).resolve().expect("smaller ones fit");
     assert_eq!(shrunk.gave_way.len(), 4);
     for body in &shrunk.bodies[1..] {
         assert!((body.scale - 0.9).abs() < 1e-12 && body.displacement_m < 0.01, "{}", body.name);
@@ -126,11 +126,11 @@ fn what_does_not_go_into_its_cup_stands_beside_it_if_it_may() {
         planted.add("cube", block(DVec3::splat(0.1)), DVec2::new(0.01, 0.0), Some((1, true)));
         planted.resolve()
     };
-    assert_eq!(with(NoRoom::Fail).err(), Some("unresolved"));
-    let moved = with(NoRoom::Move).expect("there is room beside it");
+    assert_eq!(with(OnNoSpace::Fail).err(), Some("unresolved"));
+    let moved = with(OnNoSpace::Move).expect("there is room beside it");
     assert_eq!(
         moved.gave_way,
-        [GaveWay { name: "cube".into(), how: Concession::Moved { from: "cup".into() } }]
+        [Relaxation { name: "cube".into(), how: RelaxationKind::Moved { from: "cup".into() } }]
     );
     assert_eq!((moved.bodies[2].support, moved.bodies[2].scale), (Some((0, false)), 1.0));
     assert!(moved.bodies[2].settled.translation_m.z.abs() < 1e-3 && moved.bodies[1].displacement_m < 1e-3);

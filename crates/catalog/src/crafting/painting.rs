@@ -4,10 +4,10 @@ use glam::DVec3;
 
 use crate::Order;
 use crate::assembly::{
-    Assembly, bar, black, grain_along_y, lobed, main_look, pierced, pitched, points, print_plate, resting,
+    Assembly, bar, black, grain_along_y, lobed, main_finish, pierced, pitched, points, print_plate, resting,
     turned_ring, wood, yawed,
 };
-use crate::texture::{Noise, fill_disc, fill_rectangle, paint, wrap_label, wrapped_around};
+use crate::texture::{Noise, draw_texture, fill_disc, fill_rectangle, wrap_label, wrapped_around};
 use geometry::shapes::{circle, lathe, prism, rounded_block, smooth};
 use geometry::{Material, Rgb, TexturedMesh};
 use imaging::{Image, Texture};
@@ -19,7 +19,7 @@ const PIGMENTS: [u32; 12] = [
 
 /// Acrylic craft paint: bottle of the paint's color, label, flip cap.
 pub(super) fn paint_bottle(order: &mut Order) -> TexturedMesh {
-    let mut thing = Assembly::new();
+    let mut object = Assembly::new();
     let color = Material::plain("paint", order.color, 0.3);
     let body = points(&[
         (0.0, 0.0),
@@ -32,24 +32,24 @@ pub(super) fn paint_bottle(order: &mut Order) -> TexturedMesh {
         (9.0, 75.0),
         (0.0, 75.0),
     ]);
-    thing.put(lathe(&body, 40), [0.0; 3], &color);
+    object.put(lathe(&body, 40), [0.0; 3], &color);
     let ground = Rgb::hex([0xf6f4ee, 0x26282c][order.pick(2)]);
     let word = ["ACRYL", "PAINT", "COLOR"][order.pick(3)];
     let paper = Material::textured("label", wrap_label(ground, order.color, word, &mut order.rng), 0.5);
-    thing.put(wrapped_around(prism(&circle(18.1, 40), 38.0)), [0.0, 0.0, 12.0], &paper);
+    object.put(wrapped_around(prism(&circle(18.1, 40), 38.0)), [0.0, 0.0, 12.0], &paper);
     let cap = if order.pick(2) == 0 { black() } else { Material::plain("cap", Rgb::hex(0xf0eee8), 0.4) };
     let ribbed = [(0.0, 0.0), (13.0, 0.0), (13.0, 9.0), (12.0, 10.0), (0.0, 10.0)];
-    thing.put(lobed(&ribbed, 20, 0.03, 60), [0.0, 0.0, 72.0], &cap);
+    object.put(lobed(&ribbed, 20, 0.03, 60), [0.0, 0.0, 72.0], &cap);
     let spout = points(&[(0.0, 0.0), (9.5, 0.0), (7.0, 8.0), (5.5, 13.0), (4.5, 14.0), (0.0, 14.0)]);
-    thing.put(lathe(&spout, 28), [0.0, 0.0, 81.5], &cap);
-    thing.fitted_round(order.size_m)
+    object.put(lathe(&spout, 28), [0.0, 0.0, 81.5], &cap);
+    object.fitted_round(order.size_m)
 }
 
 /// Flat artist's brush, bristles at +y, wet with paint.
 pub(super) fn paintbrush(order: &mut Order) -> TexturedMesh {
-    let mut thing = Assembly::new();
-    let handle_look = match (order.material, order.pick(2)) {
-        (Some(_), _) => main_look(order, "wood"),
+    let mut object = Assembly::new();
+    let handle_finish = match (order.material, order.pick(2)) {
+        (Some(_), _) => main_finish(order, "wood"),
         (None, 0) => wood(order, 0xd0a460),
         _ => Material::plain("lacquer", order.color, 0.2),
     };
@@ -63,7 +63,7 @@ pub(super) fn paintbrush(order: &mut Order) -> TexturedMesh {
         (24.0, 0.0, 0.0, 8.6, 8.2),
         (36.0, 0.0, 0.0, 8.4, 7.4),
     ];
-    thing.put(grain_along_y(resting(bar(&handle, 2.0, 24), floor)), [0.0; 3], &handle_look);
+    object.put(grain_along_y(resting(bar(&handle, 2.0, 24), floor)), [0.0; 3], &handle_finish);
     let ferrule = Material::metal("ferrule", Rgb::hex(0xc8cace), 0.2);
     let sleeve = [
         (30.0, 0.0, 0.0, 9.6, 8.4),
@@ -74,10 +74,10 @@ pub(super) fn paintbrush(order: &mut Order) -> TexturedMesh {
         (58.0, 0.0, 0.0, 16.0, 7.2),
         (68.0, 0.0, 0.0, 16.0, 7.2),
     ];
-    thing.put(resting(bar(&sleeve, 2.6, 24), floor), [0.0; 3], &ferrule);
+    object.put(resting(bar(&sleeve, 2.6, 24), floor), [0.0; 3], &ferrule);
     let hair = Material::plain("bristles", Rgb::hex([0x8a5a30, 0xe6d6b0, 0x3a2a22][order.pick(3)]), 0.9);
     let tuft = [(66.0, 0.0, 0.0, 15.4, 6.8), (78.0, 0.0, -0.2, 17.6, 7.4), (90.0, 0.0, -0.4, 17.8, 6.8)];
-    thing.put(resting(bar(&tuft, 3.0, 24), floor), [0.0; 3], &hair);
+    object.put(resting(bar(&tuft, 3.0, 24), floor), [0.0; 3], &hair);
     let wet = Material::plain("paint", Rgb::hex(PIGMENTS[order.pick(9)]), 0.25);
     let tip = [
         (86.0, 0.0, -0.4, 18.2, 7.4),
@@ -85,15 +85,15 @@ pub(super) fn paintbrush(order: &mut Order) -> TexturedMesh {
         (103.0, 0.0, -1.4, 14.6, 4.4),
         (106.0, 0.0, -2.2, 10.0, 2.4),
     ];
-    thing.put(resting(bar(&tip, 3.0, 24), floor), [0.0; 3], &wet);
-    thing.fitted(order.size_m)
+    object.put(resting(bar(&tip, 3.0, 24), floor), [0.0; 3], &wet);
+    object.fitted(order.size_m)
 }
 
 /// Painter's palette with a thumb hole and dabs of color.
 pub(super) fn paint_palette(order: &mut Order) -> TexturedMesh {
-    let mut thing = Assembly::new();
+    let mut object = Assembly::new();
     let board = match (order.material, order.pick(3)) {
-        (Some(_), _) => main_look(order, "birch"),
+        (Some(_), _) => main_finish(order, "birch"),
         (None, 0) => Material::plain("enamel", Rgb::hex(0xf0eee8), 0.25),
         _ => wood(order, 0xc8965a),
     };
@@ -121,7 +121,7 @@ pub(super) fn paint_palette(order: &mut Order) -> TexturedMesh {
         1.0 / ((cos / 18.0).powi(2) + (sin / 13.0).powi(2)).sqrt()
     };
     let plate = pierced(&outline, (82.0, -18.0), hole, 7.0, 1.8, 60);
-    thing.put(plate.with_box_uvs(260.0), [0.0; 3], &board);
+    object.put(plate.with_box_uvs(260.0), [0.0; 3], &board);
     let first = order.pick(PIGMENTS.len());
     for k in 0..8 {
         let angle = (62.0 + 24.0 * k as f64).to_radians();
@@ -131,25 +131,25 @@ pub(super) fn paint_palette(order: &mut Order) -> TexturedMesh {
         let dab =
             [(0.0, 0.0), (0.5 * size, 0.0), (0.47 * size, 3.0), (0.3 * size, 6.5), (3.0, 8.0), (0.0, 8.6)];
         let turn = order.uniform(0.0, 90.0);
-        thing.put(yawed(lobed(&dab, 3 + k % 3, 0.09, 30), turn), [x, y, 6.2], &color);
+        object.put(yawed(lobed(&dab, 3 + k % 3, 0.09, 30), turn), [x, y, 6.2], &color);
     }
-    // A mixed smear in the middle.
+    // A mixed smear in the center.
     for (dx, mix) in [(-26.0, 0.2), (4.0, 0.5), (30.0, 0.8)] {
         let a = Rgb::hex(PIGMENTS[(first + 1) % PIGMENTS.len()]);
         let b = Rgb::hex(PIGMENTS[(first + 6) % PIGMENTS.len()]);
         let smear = lobed(&[(0.0, 0.0), (20.0, 0.0), (18.0, 1.6), (0.0, 2.2)], 2, 0.22, 30);
-        thing.put(yawed(smear, 24.0), [dx - 8.0, -22.0, 6.0], &Material::plain("smear", a.mix(b, mix), 0.3));
+        object.put(yawed(smear, 24.0), [dx - 8.0, -22.0, 6.0], &Material::plain("smear", a.mix(b, mix), 0.3));
     }
-    thing.fitted(order.size_m)
+    object.fitted(order.size_m)
 }
 
 /// Watercolor box, lid leaning open behind two rows of pans and a brush.
 pub(super) fn watercolor_set(order: &mut Order) -> TexturedMesh {
-    let mut thing = Assembly::new();
-    let case = main_look(order, "plastic");
+    let mut object = Assembly::new();
+    let case = main_finish(order, "plastic");
     let white = Material::plain("enamel", Rgb::hex(0xf4f2ee), 0.25);
-    thing.put(rounded_block(DVec3::new(206.0, 104.0, 16.0), 7.0, 2.0), [0.0; 3], &case);
-    thing.put(rounded_block(DVec3::new(196.0, 94.0, 4.0), 5.0, 0.8), [0.0, 0.0, 13.0], &white);
+    object.put(rounded_block(DVec3::new(206.0, 104.0, 16.0), 7.0, 2.0), [0.0; 3], &case);
+    object.put(rounded_block(DVec3::new(196.0, 94.0, 4.0), 5.0, 0.8), [0.0, 0.0, 13.0], &white);
     let rim = |width: f64| {
         [
             (0.5 * width - 1.4, 0.0),
@@ -162,31 +162,31 @@ pub(super) fn watercolor_set(order: &mut Order) -> TexturedMesh {
         for column in 0..6 {
             let (x, y) = (-78.0 + 31.2 * f64::from(column), -29.0 + 58.0 * f64::from(row));
             let pigment = Material::plain("pan", Rgb::hex(PIGMENTS[(row * 6 + column) as usize]), 0.55);
-            thing.put(
+            object.put(
                 lathe(&points(&[(0.0, 0.0), (12.6, 0.0), (12.6, 2.4), (8.0, 1.8), (0.0, 1.6)]), 24),
                 [x, y, 16.4],
                 &pigment,
             );
-            thing.put(turned_ring(&rim(27.0), 24), [x, y, 16.2], &white);
+            object.put(turned_ring(&rim(27.0), 24), [x, y, 16.2], &white);
         }
     }
     // The brush in its groove.
     let stick = [(-70.0, 0.0, 0.0, 3.0, 3.0), (10.0, 0.0, 0.0, 6.0, 6.0), (34.0, 0.0, 0.0, 5.0, 5.0)];
-    let brush_look = Material::plain("brush", order.color.mix(Rgb::hex(0xc8282c), 0.6), 0.3);
-    thing.put(yawed(bar(&stick, 2.0, 14), -90.0), [-8.0, 0.0, 19.4], &brush_look);
+    let brush_finish = Material::plain("brush", order.color.mix(Rgb::hex(0xc8282c), 0.6), 0.3);
+    object.put(yawed(bar(&stick, 2.0, 14), -90.0), [-8.0, 0.0, 19.4], &brush_finish);
     let ferrule = Material::metal("ferrule", Rgb::hex(0xd0d2d6), 0.2);
-    thing.put(
+    object.put(
         yawed(bar(&[(30.0, 0.0, 0.0, 5.6, 5.6), (48.0, 0.0, 0.0, 5.6, 5.6)], 2.0, 14), -90.0),
         [-8.0, 0.0, 19.4],
         &ferrule,
     );
     let hair = [(46.0, 0.0, 0.0, 5.0, 5.0), (54.0, 0.0, 0.0, 6.0, 6.0), (66.0, 0.0, 0.0, 1.2, 1.2)];
-    thing.put(yawed(bar(&hair, 2.0, 14), -90.0), [-8.0, 0.0, 19.4], &black());
+    object.put(yawed(bar(&hair, 2.0, 14), -90.0), [-8.0, 0.0, 19.4], &black());
     // Lid.
     let lean = |solid| pitched(solid, -14.0);
     let hinge = [0.0, 51.0, 11.0];
-    thing.put(lean(rounded_block(DVec3::new(206.0, 7.0, 96.0), 3.0, 1.6)), hinge, &case);
-    thing.put(
+    object.put(lean(rounded_block(DVec3::new(206.0, 7.0, 96.0), 3.0, 1.6)), hinge, &case);
+    object.put(
         lean(rounded_block(DVec3::new(194.0, 4.0, 84.0), 1.5, 0.8).translated(DVec3::new(0.0, -2.6, 6.0))),
         hinge,
         &white,
@@ -194,27 +194,23 @@ pub(super) fn watercolor_set(order: &mut Order) -> TexturedMesh {
     for (k, x) in (0..3).zip([-62.0, 0.0, 62.0]) {
         let tint = Rgb::hex(PIGMENTS[(k * 3 + 1) as usize]).mix(Rgb([1.0; 3]), 0.72);
         let well = pitched(prism(&circle(24.0, 32), 2.0), 90.0).translated(DVec3::new(x, -3.4, 48.0));
-        thing.put(lean(well), hinge, &Material::plain("well", tint, 0.3));
+        object.put(lean(well), hinge, &Material::plain("well", tint, 0.3));
     }
-    thing.fitted(order.size_m)
+    object.fitted(order.size_m)
 }
 
 /// Stretched canvas lying flat with a painting on it.
 pub(super) fn canvas_board(order: &mut Order) -> TexturedMesh {
-    let mut thing = Assembly::new();
+    let mut object = Assembly::new();
     let cloth = Material::plain("canvas", Rgb::hex(0xeeeae0), 0.9);
-    thing.put(rounded_block(DVec3::new(250.0, 200.0, 17.4), 2.5, 1.5), [0.0; 3], &cloth);
-    let picture = match order.pick(3) {
+    object.put(rounded_block(DVec3::new(250.0, 200.0, 17.4), 2.5, 1.5), [0.0; 3], &cloth);
+    let image = match order.pick(3) {
         0 => landscape(order),
-        1 => abstract_picture(order),
+        1 => abstract_image(order),
         _ => flowers(order),
     };
-    thing.put(
-        print_plate(246.0, 196.0, 2.0),
-        [0.0, 0.0, 16.0],
-        &Material::textured("painting", picture, 0.6),
-    );
-    thing.fitted(order.size_m)
+    object.put(print_plate(246.0, 196.0, 2.0), [0.0, 0.0, 16.0], &Material::textured("painting", image, 0.6));
+    object.fitted(order.size_m)
 }
 
 fn landscape(order: &mut Order) -> Texture {
@@ -226,7 +222,7 @@ fn landscape(order: &mut Order) -> Texture {
     let dusk = order.pick(2) == 0;
     let (high, low) = if dusk { (0x3a5a9a, 0xf4b07a) } else { (0x4a96d8, 0xd8ecf4) };
     let sun = (order.uniform(0.2, 0.8) as f32, order.uniform(0.66, 0.84) as f32);
-    paint(256, 256, |u, v| {
+    draw_texture(256, 256, |u, v| {
         let stroke = 0.93 + 0.14 * brush.at(u, v);
         let sky = Rgb::hex(low).mix(Rgb::hex(high), ((v - 0.4) / 0.6).clamp(0.0, 1.0));
         let distance = ((u - sun.0).powi(2) * 1.5 + (v - sun.1).powi(2)).sqrt();
@@ -243,7 +239,7 @@ fn landscape(order: &mut Order) -> Texture {
     })
 }
 
-fn abstract_picture(order: &mut Order) -> Texture {
+fn abstract_image(order: &mut Order) -> Texture {
     let mut image = Image::filled(256, 256, Rgb::hex(0xeee6d2).to_rgba8());
     for k in 0..9 {
         let color = if k == 0 { order.color } else { Rgb::hex(PIGMENTS[order.pick(PIGMENTS.len())]) };

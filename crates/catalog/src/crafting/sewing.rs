@@ -5,19 +5,19 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use crate::Order;
 use crate::assembly::{
-    Assembly, across_y, along_x, black, curve, front_plate, lobed, main_look, path, pierced, pitched, points,
-    resting, rolled, turned_ring, wood, yawed,
+    Assembly, across_y, along_x, black, curve, front_plate, lobed, main_finish, path, pierced, pitched,
+    points, resting, rolled, turned_ring, wood, yawed,
 };
-use crate::texture::{Noise, draw_text, fabric_weave, fill_disc, fill_rectangle, paint, stripes};
+use crate::texture::{Noise, draw_text, draw_texture, fabric_weave, fill_disc, fill_rectangle, stripes};
 use geometry::shapes::{circle, cylinder, lathe, prism, rounded_block, sphere, sweep_closed, tube};
 use geometry::{Material, Rgb, TexturedMesh};
 use imaging::{Image, Texture};
 
 /// Spool of sewing thread, standing.
 pub(super) fn thread_spool(order: &mut Order) -> TexturedMesh {
-    let mut thing = Assembly::new();
+    let mut object = Assembly::new();
     let flange = match (order.material, order.pick(2)) {
-        (Some(_), _) => main_look(order, "wood"),
+        (Some(_), _) => main_finish(order, "wood"),
         (None, 0) => wood(order, 0xd4aa70),
         _ => Material::plain("spool", Rgb::hex(0xf2eee4), 0.4),
     };
@@ -36,7 +36,7 @@ pub(super) fn thread_spool(order: &mut Order) -> TexturedMesh {
         (4.0, 42.5),
         (0.0, 42.5),
     ]);
-    thing.put(lathe(&spool, 36), [0.0; 3], &flange);
+    object.put(lathe(&spool, 36), [0.0; 3], &flange);
     let full = order.uniform(11.6, 13.4);
     let winding = points(&[
         (0.0, 4.2),
@@ -49,8 +49,8 @@ pub(super) fn thread_spool(order: &mut Order) -> TexturedMesh {
         (full - 2.4, 39.4),
         (0.0, 39.8),
     ]);
-    thing.put(lathe(&winding, 36), [0.0; 3], &thread);
-    thing.put(cylinder(3.8, 1.2, 0.0, 20), [0.0, 0.0, 42.0], &black());
+    object.put(lathe(&winding, 36), [0.0; 3], &thread);
+    object.put(cylinder(3.8, 1.2, 0.0, 20), [0.0, 0.0, 42.0], &black());
     let loose = Material::plain("thread_end", order.color, 0.7);
     let tail = curve(
         &[
@@ -63,19 +63,19 @@ pub(super) fn thread_spool(order: &mut Order) -> TexturedMesh {
         ],
         6,
     );
-    thing.put(resting(tube(&tail, 0.7, 8), 0.0), [0.0; 3], &loose);
-    thing.fitted(order.size_m)
+    object.put(resting(tube(&tail, 0.7, 8), 0.0), [0.0; 3], &loose);
+    object.fitted(order.size_m)
 }
 
 /// Ball of yarn: windings in all directions, the end trailing on the table.
 pub(super) fn yarn_ball(order: &mut Order) -> TexturedMesh {
-    let mut thing = Assembly::new();
+    let mut object = Assembly::new();
     let yarn = Material::textured("yarn", stripes(order.color, order.color.scaled(0.66), 40), 0.95);
     let strand = Material::plain("strand", order.color.scaled(1.08), 0.95);
     let shade = Material::plain("shaded_strand", order.color.scaled(0.82), 0.95);
     let floor = -35.0;
     let core = sphere(36.5, 32).translated(DVec3::NEG_Z * 36.5);
-    thing.put(resting(core.rotated(DQuat::from_rotation_x(1.1)), floor), [0.0; 3], &yarn);
+    object.put(resting(core.rotated(DQuat::from_rotation_x(1.1)), floor), [0.0; 3], &yarn);
     for k in 0..13 {
         // Bundles of near-great circles, three side by side, in turned planes.
         let bundle = f64::from(k / 3);
@@ -88,7 +88,7 @@ pub(super) fn yarn_ball(order: &mut Order) -> TexturedMesh {
             .map(|s| turn * (radius * DVec2::from_angle(TAU * f64::from(s) / 30.0)).extend(offset))
             .collect();
         let solid = sweep_closed(&ring, &circle(2.3, 5), turn * DVec3::Z);
-        thing.put(resting(solid, floor), [0.0; 3], if k % 2 == 0 { &strand } else { &shade });
+        object.put(resting(solid, floor), [0.0; 3], if k % 2 == 0 { &strand } else { &shade });
     }
     let tail = curve(
         &[
@@ -101,18 +101,18 @@ pub(super) fn yarn_ball(order: &mut Order) -> TexturedMesh {
         ],
         6,
     );
-    thing.put(resting(tube(&tail, 2.2, 8), floor), [0.0; 3], &strand);
-    thing.fitted(order.size_m)
+    object.put(resting(tube(&tail, 2.2, 8), floor), [0.0; 3], &strand);
+    object.fitted(order.size_m)
 }
 
 /// Sewing machine: bed, pillar, arm, needle, hand wheel, stitch chart, thread on its pin.
 pub(super) fn sewing_machine(order: &mut Order) -> TexturedMesh {
-    let mut thing = Assembly::new();
-    let shell = main_look(order, "plastic");
+    let mut object = Assembly::new();
+    let shell = main_finish(order, "plastic");
     let trim = Material::plain("trim", Rgb::hex(0xf4f1ea), 0.35);
     let metal = Material::metal("metal", Rgb::hex(0xc8cace), 0.25);
-    thing.put(rounded_block(DVec3::new(360.0, 164.0, 56.0), 18.0, 6.0), [0.0; 3], &trim);
-    thing.put(rounded_block(DVec3::new(352.0, 156.0, 10.0), 16.0, 3.0), [0.0, 0.0, 49.0], &shell);
+    object.put(rounded_block(DVec3::new(360.0, 164.0, 56.0), 18.0, 6.0), [0.0; 3], &trim);
+    object.put(rounded_block(DVec3::new(352.0, 156.0, 10.0), 16.0, 3.0), [0.0, 0.0, 49.0], &shell);
     let arm = points(&[
         (86.0, 52.0),
         (174.0, 52.0),
@@ -127,14 +127,14 @@ pub(super) fn sewing_machine(order: &mut Order) -> TexturedMesh {
         (66.0, 194.0),
         (84.0, 176.0),
     ]);
-    thing.put(across_y(&arm, 104.0, 9.0), [0.0; 3], &shell);
+    object.put(across_y(&arm, 104.0, 9.0), [0.0; 3], &shell);
     // Needle plate, presser foot, needle.
-    thing.put(rounded_block(DVec3::new(70.0, 84.0, 3.0), 4.0, 0.8), [-134.0, -8.0, 57.6], &metal);
-    thing.put(cylinder(4.0, 62.0, 0.6, 16), [-140.0, 4.0, 92.0], &metal);
-    thing.put(cylinder(1.4, 46.0, 0.0, 10), [-140.0, -6.0, 60.0], &metal);
-    thing.put(cylinder(4.6, 52.0, 0.8, 16), [-140.0, -6.0, 102.0], &metal);
-    thing.put(rounded_block(DVec3::new(20.0, 34.0, 3.0), 3.0, 0.8), [-140.0, -8.0, 62.0], &metal);
-    thing.put(cylinder(2.6, 34.0, 0.4, 12), [-140.0, 4.0, 62.0], &metal);
+    object.put(rounded_block(DVec3::new(70.0, 84.0, 3.0), 4.0, 0.8), [-134.0, -8.0, 57.6], &metal);
+    object.put(cylinder(4.0, 62.0, 0.6, 16), [-140.0, 4.0, 92.0], &metal);
+    object.put(cylinder(1.4, 46.0, 0.0, 10), [-140.0, -6.0, 60.0], &metal);
+    object.put(cylinder(4.6, 52.0, 0.8, 16), [-140.0, -6.0, 102.0], &metal);
+    object.put(rounded_block(DVec3::new(20.0, 34.0, 3.0), 3.0, 0.8), [-140.0, -8.0, 62.0], &metal);
+    object.put(cylinder(2.6, 34.0, 0.4, 12), [-140.0, 4.0, 62.0], &metal);
     // Hand wheel.
     let wheel = [
         (0.0, 0.0),
@@ -146,30 +146,30 @@ pub(super) fn sewing_machine(order: &mut Order) -> TexturedMesh {
         (12.0, 25.0),
         (0.0, 25.0),
     ];
-    thing.put(along_x(lobed(&wheel, 20, 0.02, 40)), [174.0, 0.0, 214.0], &trim);
+    object.put(along_x(lobed(&wheel, 20, 0.02, 40)), [174.0, 0.0, 214.0], &trim);
     // Front: stitch chart, dials, lever, name.
     let chart = Material::textured("chart", stitch_chart(), 0.5);
-    thing.put(front_plate(62.0, 62.0, 3.0), [130.0, -51.6, 116.0], &chart);
+    object.put(front_plate(62.0, 62.0, 3.0), [130.0, -51.6, 116.0], &chart);
     let dial = Material::plain("dial", order.color.scaled(0.62), 0.4);
     for (x, z, radius) in [(130.0, 188.0, 24.0), (130.0, 238.0, 17.0), (66.0, 232.0, 15.0)] {
         let knob = [(0.0, 0.0), (radius, 0.0), (0.94 * radius, 9.0), (0.8 * radius, 11.0), (0.0, 11.0)];
-        thing.put(pitched(lobed(&knob, 12, 0.03, 36), 90.0), [x, -50.0, z], &trim);
-        thing.put(front_plate(3.4, 1.3 * radius, 3.0), [x, -60.6, z], &dial);
+        object.put(pitched(lobed(&knob, 12, 0.03, 36), 90.0), [x, -50.0, z], &trim);
+        object.put(front_plate(3.4, 1.3 * radius, 3.0), [x, -60.6, z], &dial);
     }
     let mut name = Image::filled(256, 64, Rgb::hex(0xf4f1ea).to_rgba8());
     draw_text(&mut name, "STELLA", 24, 10, 6, order.color.scaled(0.55));
-    thing.put(
+    object.put(
         front_plate(108.0, 27.0, 3.0),
         [-50.0, -51.6, 232.0],
         &Material::textured("name", Texture::new(name), 0.5),
     );
-    thing.put(rounded_block(DVec3::new(10.0, 14.0, 40.0), 3.0, 1.5), [-134.0, -54.0, 180.0], &metal);
+    object.put(rounded_block(DVec3::new(10.0, 14.0, 40.0), 3.0, 1.5), [-134.0, -54.0, 180.0], &metal);
     // Spool on its pin and the thread to the needle.
     let thread = Material::plain("thread", Rgb::hex([0xd82c4c, 0x2c6cc0, 0xf0b028][order.pick(3)]), 0.7);
-    thing.put(cylinder(2.4, 66.0, 0.6, 12), [84.0, 14.0, 266.0], &metal);
-    thing.put(cylinder(15.0, 34.0, 1.0, 24), [84.0, 14.0, 278.0], &thread);
+    object.put(cylinder(2.4, 66.0, 0.6, 12), [84.0, 14.0, 266.0], &metal);
+    object.put(cylinder(15.0, 34.0, 1.0, 24), [84.0, 14.0, 278.0], &thread);
     for z in [272.0, 311.0] {
-        thing.put(cylinder(18.0, 4.0, 1.0, 24), [84.0, 14.0, z], &trim);
+        object.put(cylinder(18.0, 4.0, 1.0, 24), [84.0, 14.0, z], &trim);
     }
     let way = path(&[
         (84.0, 0.0, 296.0),
@@ -178,9 +178,9 @@ pub(super) fn sewing_machine(order: &mut Order) -> TexturedMesh {
         (-140.0, -53.0, 150.0),
         (-140.0, -8.0, 90.0),
     ]);
-    thing.put(tube(&way, 0.9, 6), [0.0; 3], &thread);
-    thing.put(cylinder(3.0, 12.0, 0.6, 12), [-126.0, -20.0, 266.0], &metal);
-    thing.fitted(order.size_m)
+    object.put(tube(&way, 0.9, 6), [0.0; 3], &thread);
+    object.put(cylinder(3.0, 12.0, 0.6, 12), [-126.0, -20.0, 266.0], &metal);
+    object.fitted(order.size_m)
 }
 
 fn stitch_chart() -> Texture {
@@ -205,7 +205,7 @@ fn stitch_chart() -> Texture {
 
 /// Tomato pin cushion with colored pins.
 pub(super) fn pin_cushion(order: &mut Order) -> TexturedMesh {
-    let mut thing = Assembly::new();
+    let mut object = Assembly::new();
     let cloth = Material::textured("cloth", fabric_weave(order.color, &mut order.rng), 0.95);
     let cushion = [
         (0.0, 0.0),
@@ -220,11 +220,11 @@ pub(super) fn pin_cushion(order: &mut Order) -> TexturedMesh {
         (4.0, 39.0),
         (0.0, 38.0),
     ];
-    thing.put(lobed(&cushion, 8, 0.035, 48), [0.0; 3], &cloth);
+    object.put(lobed(&cushion, 8, 0.035, 48), [0.0; 3], &cloth);
     let leaf = Material::plain("leaf", Rgb::hex(0x3f8a42), 0.9);
     let star = [(0.0, 36.0), (11.5, 36.5), (12.0, 41.0), (10.0, 43.0), (3.0, 43.2), (0.0, 43.4)];
-    thing.put(lobed(&star, 6, 0.62, 60), [0.0; 3], &leaf);
-    thing.put(cylinder(2.0, 5.0, 0.8, 12), [0.0, 0.0, 41.5], &leaf);
+    object.put(lobed(&star, 6, 0.62, 60), [0.0; 3], &leaf);
+    object.put(cylinder(2.0, 5.0, 0.8, 12), [0.0, 0.0, 41.5], &leaf);
     let steel = Material::metal("pin", Rgb::hex(0xc8cace), 0.2);
     let heads = [0xf4f2ec, 0xf2c428, 0x2c6cc8, 0xe03a7a, 0x2f9a5a, 0x222428];
     for k in 0..9 {
@@ -243,18 +243,18 @@ pub(super) fn pin_cushion(order: &mut Order) -> TexturedMesh {
                 angle,
             )
         };
-        thing.put(stand(cylinder(0.7, length, 0.0, 8), 0.0), [0.0; 3], &steel);
+        object.put(stand(cylinder(0.7, length, 0.0, 8), 0.0), [0.0; 3], &steel);
         let color = Material::plain("head", Rgb::hex(heads[k % heads.len()]), 0.25);
-        thing.put(stand(sphere(2.9, 12), length - 1.5), [0.0; 3], &color);
+        object.put(stand(sphere(2.9, 12), length - 1.5), [0.0; 3], &color);
     }
-    thing.fitted(order.size_m)
+    object.fitted(order.size_m)
 }
 
 /// Sewing button with two or four real holes and a raised rim.
 pub(super) fn button(order: &mut Order) -> TexturedMesh {
-    let mut thing = Assembly::new();
-    let look = match (order.material, order.pick(3)) {
-        (Some(_), _) => main_look(order, "plastic"),
+    let mut object = Assembly::new();
+    let finish = match (order.material, order.pick(3)) {
+        (Some(_), _) => main_finish(order, "plastic"),
         (None, 0) => wood(order, 0xb07a48),
         _ => Material::plain("plastic", order.color, 0.25),
     };
@@ -271,7 +271,7 @@ pub(super) fn button(order: &mut Order) -> TexturedMesh {
     let part = pierced(&sector, (hole_at, 0.0), |_| 1.5, 3.0, 0.0, 28);
     let start = order.uniform(0.0, 90.0);
     for k in 0..holes {
-        thing.put(yawed(part.clone(), start + 360.0 * k as f64 / holes as f64), [0.0; 3], &look);
+        object.put(yawed(part.clone(), start + 360.0 * k as f64 / holes as f64), [0.0; 3], &finish);
     }
     let rim = [
         (10.4, 0.2),
@@ -283,15 +283,15 @@ pub(super) fn button(order: &mut Order) -> TexturedMesh {
         (11.4, 4.4),
         (10.2, 3.1),
     ];
-    thing.put(turned_ring(&rim, 44), [0.0; 3], &look);
-    thing.fitted_round(order.size_m)
+    object.put(turned_ring(&rim, 44), [0.0; 3], &finish);
+    object.fitted_round(order.size_m)
 }
 
 /// Embroidery hoop with cloth, a stitched flower and the brass screw behind (+y).
 pub(super) fn embroidery_hoop(order: &mut Order) -> TexturedMesh {
-    let mut thing = Assembly::new();
+    let mut object = Assembly::new();
     let frame = match order.material {
-        Some(_) => main_look(order, "beech"),
+        Some(_) => main_finish(order, "beech"),
         None => wood(order, 0xd8b078),
     };
     let hoop = |inner: f64, outer: f64, low: f64, high: f64| {
@@ -309,22 +309,22 @@ pub(super) fn embroidery_hoop(order: &mut Order) -> TexturedMesh {
             64,
         )
     };
-    thing.put(hoop(70.0, 75.5, 0.0, 10.0), [0.0; 3], &frame);
-    thing.put(hoop(64.0, 69.2, 0.0, 8.4), [0.0; 3], &frame);
-    let picture = embroidery(order);
-    thing.put(prism(&circle(70.4, 64), 2.0), [0.0, 0.0, 4.0], &Material::textured("cloth", picture, 0.95));
+    object.put(hoop(70.0, 75.5, 0.0, 10.0), [0.0; 3], &frame);
+    object.put(hoop(64.0, 69.2, 0.0, 8.4), [0.0; 3], &frame);
+    let image = embroidery(order);
+    object.put(prism(&circle(70.4, 64), 2.0), [0.0, 0.0, 4.0], &Material::textured("cloth", image, 0.95));
     let brass = Material::metal("brass", Rgb::hex(0xc9a24c), 0.28);
     for x in [-5.5, 5.5] {
-        thing.put(rounded_block(DVec3::new(6.0, 14.0, 9.4), 1.5, 0.8), [x, 79.0, 0.3], &frame);
+        object.put(rounded_block(DVec3::new(6.0, 14.0, 9.4), 1.5, 0.8), [x, 79.0, 0.3], &frame);
     }
-    thing.put(along_x(cylinder(1.8, 30.0, 0.3, 14)), [-13.0, 82.0, 5.0], &brass);
-    thing.put(
+    object.put(along_x(cylinder(1.8, 30.0, 0.3, 14)), [-13.0, 82.0, 5.0], &brass);
+    object.put(
         along_x(lobed(&[(0.0, 0.0), (4.4, 0.0), (4.4, 6.0), (0.0, 6.0)], 10, 0.06, 40)),
         [11.5, 82.0, 5.0],
         &brass,
     );
-    thing.put(along_x(cylinder(3.4, 2.4, 0.5, 16)), [-14.0, 82.0, 5.0], &brass);
-    thing.fitted(order.size_m)
+    object.put(along_x(cylinder(3.4, 2.4, 0.5, 16)), [-14.0, 82.0, 5.0], &brass);
+    object.fitted(order.size_m)
 }
 
 /// Cloth of 256 px with a satin-stitched flower, leaves and a stem.
@@ -333,7 +333,7 @@ fn embroidery(order: &mut Order) -> Texture {
     let weave = Noise::new(64, 64, &mut order.rng);
     let petal_color = order.color;
     let petals = [5, 6, 8][order.pick(3)];
-    let cloth = paint(256, 256, |u, v| {
+    let cloth = draw_texture(256, 256, |u, v| {
         let (x, y) = (u - 0.5, v - 0.58);
         let (radius, angle) = ((x * x + y * y).sqrt(), y.atan2(x));
         let wave = (angle * petals as f32 * 0.5).cos().abs();

@@ -4,10 +4,10 @@ use std::f64::consts::TAU;
 
 use glam::{DVec2, DVec3};
 
-use super::drawing::beads_picture;
+use super::drawing::beads_image;
 use crate::Order;
 use crate::assembly::{
-    Assembly, along_x, along_y, black, curve, lobed, main_look, mirrored_x, points, print_plate, resting,
+    Assembly, along_x, along_y, black, curve, lobed, main_finish, mirrored_x, points, print_plate, resting,
     turned_ring, yawed,
 };
 use crate::texture::label;
@@ -18,8 +18,8 @@ use geometry::{Material, Rgb, Solid, TexturedMesh};
 
 /// Scissors lying a little open, points at +y.
 pub(super) fn scissors(order: &mut Order) -> TexturedMesh {
-    let mut thing = Assembly::new();
-    let grip = main_look(order, "plastic");
+    let mut object = Assembly::new();
+    let grip = main_finish(order, "plastic");
     let metal = Material::metal("blade", Rgb::hex(0xc4c8cc), 0.22);
     let open = order.uniform(5.0, 9.0);
     let blade = points(&[
@@ -57,29 +57,29 @@ pub(super) fn scissors(order: &mut Order) -> TexturedMesh {
         ]
     };
     for (solid, is_metal) in half(2.6) {
-        thing.put(solid, [0.0; 3], if is_metal { &metal } else { &grip });
+        object.put(solid, [0.0; 3], if is_metal { &metal } else { &grip });
     }
     for (solid, is_metal) in half(4.6) {
-        thing.put(mirrored_x(solid), [0.0; 3], if is_metal { &metal } else { &grip });
+        object.put(mirrored_x(solid), [0.0; 3], if is_metal { &metal } else { &grip });
     }
-    thing.put(
+    object.put(
         cylinder(5.0, 8.0, 0.8, 24),
         [0.0, 4.0, 1.0],
         &Material::metal("pivot", Rgb::hex(0x85888e), 0.35),
     );
-    thing.put(rounded_block(DVec3::new(7.0, 1.4, 1.2), 0.3, 0.2), [0.0, 4.0, 8.6], &black());
-    thing.fitted(order.size_m)
+    object.put(rounded_block(DVec3::new(7.0, 1.4, 1.2), 0.3, 0.2), [0.0, 4.0, 8.6], &black());
+    object.fitted(order.size_m)
 }
 
 /// Magnifying glass lying flat, handle toward -y.
 pub(super) fn magnifying_glass(order: &mut Order) -> TexturedMesh {
-    let mut thing = Assembly::new();
-    let handle_look = match (order.material, order.pick(2)) {
-        (Some(_), _) => main_look(order, "walnut"),
+    let mut object = Assembly::new();
+    let handle_finish = match (order.material, order.pick(2)) {
+        (Some(_), _) => main_finish(order, "walnut"),
         (None, 0) => Material::plain("handle", order.color, 0.35),
         _ => crate::assembly::wood(order, 0x6a452c),
     };
-    let rim_look = if order.pick(2) == 0 {
+    let rim_finish = if order.pick(2) == 0 {
         Material::metal("brass", Rgb::hex(0xc9a24c), 0.25)
     } else {
         Material::metal("steel", Rgb::hex(0xc4c6ca), 0.25)
@@ -94,7 +94,7 @@ pub(super) fn magnifying_glass(order: &mut Order) -> TexturedMesh {
         (39.5, 13.4),
         (39.0, 7.0),
     ];
-    thing.put(turned_ring(&rim, 56), [0.0, 50.0, 0.0], &rim_look);
+    object.put(turned_ring(&rim, 56), [0.0, 50.0, 0.0], &rim_finish);
     let lens = points(&[
         (0.0, 2.4),
         (14.0, 2.9),
@@ -106,11 +106,11 @@ pub(super) fn magnifying_glass(order: &mut Order) -> TexturedMesh {
         (0.0, 11.6),
     ]);
     let glass = Material { opacity: 0.32, ..Material::plain("lens", Rgb::hex(0xd8ecf4), 0.04) };
-    thing.put(lathe(&lens, 48), [0.0, 50.0, 0.0], &glass);
+    object.put(lathe(&lens, 48), [0.0, 50.0, 0.0], &glass);
     let floor = -7.0;
-    thing.put(along_y(cylinder(4.0, 22.0, 0.6, 20)), [0.0, -14.0, 7.0], &rim_look);
+    object.put(along_y(cylinder(4.0, 22.0, 0.6, 20)), [0.0, -14.0, 7.0], &rim_finish);
     let ferrule = points(&[(0.0, 0.0), (7.2, 0.0), (7.6, 2.0), (5.8, 13.0), (4.6, 15.0), (0.0, 15.0)]);
-    thing.put(resting(along_y(lathe(&ferrule, 28)), floor), [0.0, -23.0, 7.0], &rim_look);
+    object.put(resting(along_y(lathe(&ferrule, 28)), floor), [0.0, -23.0, 7.0], &rim_finish);
     let handle = points(&[
         (0.0, 0.0),
         (5.0, 0.0),
@@ -122,14 +122,14 @@ pub(super) fn magnifying_glass(order: &mut Order) -> TexturedMesh {
         (6.8, 88.0),
         (0.0, 88.0),
     ]);
-    thing.put(resting(along_y(lathe(&handle, 32)), floor), [0.0, -110.0, 7.0], &handle_look);
-    thing.fitted(order.size_m)
+    object.put(resting(along_y(lathe(&handle, 32)), floor), [0.0, -110.0, 7.0], &handle_finish);
+    object.fitted(order.size_m)
 }
 
 /// Hot glue gun on its side, nozzle at +y, a glue stick in its back.
 pub(super) fn hot_glue_gun(order: &mut Order) -> TexturedMesh {
-    let mut thing = Assembly::new();
-    let shell = main_look(order, "plastic");
+    let mut object = Assembly::new();
+    let shell = main_finish(order, "plastic");
     let outline = smooth(
         &points(&[
             (-17.0, -58.0),
@@ -151,14 +151,14 @@ pub(super) fn hot_glue_gun(order: &mut Order) -> TexturedMesh {
         ]),
         3,
     );
-    thing.put(slab(&outline, 33.0, 6.0), [0.0; 3], &shell);
+    object.put(slab(&outline, 33.0, 6.0), [0.0; 3], &shell);
     let pad = smooth(
         &points(&[(30.0, -60.0), (58.0, -72.0), (84.0, -80.0), (88.0, -68.0), (58.0, -56.0), (38.0, -46.0)]),
         3,
     );
-    thing.put(slab(&pad, 3.0, 0.9), [0.0, 0.0, 31.4], &black());
+    object.put(slab(&pad, 3.0, 0.9), [0.0, 0.0, 31.4], &black());
     let badge = label(Rgb::hex(0x2a2c30), order.color, "HOT", &mut order.rng);
-    thing.put(
+    object.put(
         yawed(print_plate(44.0, 21.0, 2.0), 90.0),
         [-1.0, 4.0, 31.8],
         &Material::textured("badge", badge, 0.5),
@@ -169,37 +169,37 @@ pub(super) fn hot_glue_gun(order: &mut Order) -> TexturedMesh {
         Rgb::hex(0xe8641c).mix(Rgb::hex(0x222428), if order.color.0[0] > 0.6 { 0.9 } else { 0.0 }),
         0.45,
     );
-    thing.put(slab(&trigger, 14.0, 2.5), [0.0, 0.0, 9.5], &accent);
+    object.put(slab(&trigger, 14.0, 2.5), [0.0, 0.0, 9.5], &accent);
     let sleeve = [(0.0, 0.0), (11.5, 0.0), (11.0, 3.0), (8.6, 18.0), (8.0, 20.0), (0.0, 20.0)];
-    thing.put(
+    object.put(
         along_y(lobed(&sleeve, 10, 0.03, 40)),
         [0.0, 50.0, 16.5],
         &Material::plain("sleeve", Rgb::hex(0xd8521c), 0.7),
     );
     let nozzle = points(&[(0.0, 0.0), (7.0, 0.0), (7.0, 5.0), (5.0, 7.0), (2.0, 19.0), (0.0, 19.4)]);
-    thing.put(
+    object.put(
         along_y(lathe(&nozzle, 24)),
         [0.0, 69.0, 16.5],
         &Material::metal("nozzle", Rgb::hex(0xc9a24c), 0.3),
     );
     let stick = Material { opacity: 0.85, ..Material::plain("glue", Rgb::hex(0xf2ecd8), 0.3) };
-    thing.put(along_y(cylinder(5.6, 58.0, 0.6, 24)), [2.0, -116.0, 16.5], &stick);
+    object.put(along_y(cylinder(5.6, 58.0, 0.6, 24)), [2.0, -116.0, 16.5], &stick);
     for (x, y) in [(-8.0, -46.0), (74.0, -76.0), (2.0, 44.0)] {
-        thing.put(cylinder(2.8, 2.0, 0.3, 16), [x, y, 31.6 + if x > 50.0 { 2.0 } else { 0.0 }], &black());
+        object.put(cylinder(2.8, 2.0, 0.3, 16), [x, y, 31.6 + if x > 50.0 { 2.0 } else { 0.0 }], &black());
     }
-    thing.fitted(order.size_m)
+    object.fitted(order.size_m)
 }
 
 /// Flat sorting case: clear lid, compartments of beads, latches and a handle in front.
 pub(super) fn storage_case(order: &mut Order) -> TexturedMesh {
-    let mut thing = Assembly::new();
-    let tray = main_look(order, "plastic");
+    let mut object = Assembly::new();
+    let tray = main_finish(order, "plastic");
     let (width, depth, height, wall) = (250.0, 170.0, 38.0, 3.0);
-    thing.put(rounded_block(DVec3::new(width, depth, 3.6), 8.0, 1.0), [0.0; 3], &tray);
+    object.put(rounded_block(DVec3::new(width, depth, 3.6), 8.0, 1.0), [0.0; 3], &tray);
     for y in [-1.0, 1.0] {
         let side = slab(&rectangle(width - 6.0, wall), height - 1.0, 0.5);
-        thing.put(side, [0.0, y * 0.5 * (depth - wall), 0.6], &tray);
-        thing.put(
+        object.put(side, [0.0, y * 0.5 * (depth - wall), 0.6], &tray);
+        object.put(
             slab(&rectangle(wall, depth - 6.0), height - 1.0, 0.5),
             [y * 0.5 * (width - wall), 0.0, 0.6],
             &tray,
@@ -207,29 +207,29 @@ pub(super) fn storage_case(order: &mut Order) -> TexturedMesh {
     }
     let divider = Material::plain("divider", order.color.mix(Rgb([1.0; 3]), 0.6), 0.4);
     for x in [-62.0, 0.0, 62.0] {
-        thing.put(slab(&rectangle(2.2, depth - 4.0), 33.0, 0.4), [x, 0.0, 2.0], &divider);
+        object.put(slab(&rectangle(2.2, depth - 4.0), 33.0, 0.4), [x, 0.0, 2.0], &divider);
     }
-    thing.put(slab(&rectangle(width - 4.0, 2.2), 33.0, 0.4), [0.0, 0.0, 2.4], &divider);
+    object.put(slab(&rectangle(width - 4.0, 2.2), 33.0, 0.4), [0.0, 0.0, 2.4], &divider);
     let hues = [0xd82c2c, 0xf4c428, 0x2f9a58, 0x2c6cc8, 0xc03a8a, 0xf07c1e, 0x7a4ab0, 0x26a0b0].map(Rgb::hex);
     let first = order.pick(8);
     for k in 0..8 {
         let (column, row) = (k % 4, k / 4);
         let hue = hues[(first + 3 * k) % 8];
         let mixed = [hue, hue.mix(Rgb([1.0; 3]), 0.35), hue.scaled(0.75), hues[(first + k) % 8]];
-        let picture = beads_picture(if k % 3 == 2 { &mixed } else { &mixed[..3] }, order);
+        let image = beads_image(if k % 3 == 2 { &mixed } else { &mixed[..3] }, order);
         let level = order.uniform(14.0, 25.0);
         let fill = rounded_block(DVec3::new(59.0, 79.0, level), 5.0, 3.0).with_box_uvs(40.0);
         let at = [-93.0 + 62.0 * column as f64, -41.0 + 82.0 * row as f64, 2.6];
-        thing.put(fill, at, &Material::textured("beads", picture, 0.35));
+        object.put(fill, at, &Material::textured("beads", image, 0.35));
     }
     let clear = Material { opacity: 0.22, ..Material::plain("lid", Rgb::hex(0xe4eef4), 0.08) };
-    thing.put(
+    object.put(
         rounded_block(DVec3::new(width - 2.0, depth - 2.0, 3.4), 7.0, 1.0),
         [0.0, 0.0, height - 1.6],
         &clear,
     );
     for x in [-72.0, 72.0] {
-        thing.put(
+        object.put(
             rounded_block(DVec3::new(28.0, 7.0, 22.0), 2.0, 1.2),
             [x, -0.5 * depth - 1.0, 17.0],
             &black(),
@@ -245,9 +245,9 @@ pub(super) fn storage_case(order: &mut Order) -> TexturedMesh {
         ],
         5,
     );
-    thing.put(sweep(&handle, &superellipse(8.0, 12.0, 3.0, 14), DVec3::Z, |_| 1.0), [0.0; 3], &black());
+    object.put(sweep(&handle, &superellipse(8.0, 12.0, 3.0, 14), DVec3::Z, |_| 1.0), [0.0; 3], &black());
     for x in [-80.0, 80.0] {
-        thing.put(along_x(cylinder(3.4, 34.0, 0.5, 16)), [x - 17.0, 0.5 * depth + 1.0, height - 3.0], &tray);
+        object.put(along_x(cylinder(3.4, 34.0, 0.5, 16)), [x - 17.0, 0.5 * depth + 1.0, height - 3.0], &tray);
     }
-    thing.fitted(order.size_m)
+    object.fitted(order.size_m)
 }

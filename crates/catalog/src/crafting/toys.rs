@@ -3,7 +3,7 @@
 use glam::{DQuat, DVec3, Vec2};
 
 use crate::Order;
-use crate::assembly::{Assembly, bar, main_look, mirrored_x, pitched, points, resting, rolled, yawed};
+use crate::assembly::{Assembly, bar, main_finish, mirrored_x, pitched, points, resting, rolled, yawed};
 use crate::texture::{draw_text, fill_disc, fill_rectangle, granite, stripes};
 use geometry::shapes::{cylinder, ellipsoid, lathe, prism, rounded_block, rounded_rectangle, slab, sphere};
 use geometry::{Material, Rgb, Solid, TexturedMesh};
@@ -11,11 +11,11 @@ use imaging::{Image, Texture};
 
 /// Six-sided die; opposite faces add up to seven.
 pub(super) fn dice(order: &mut Order) -> TexturedMesh {
-    let mut thing = Assembly::new();
+    let mut object = Assembly::new();
     let [r, g, b] = order.color.0;
     let pip = if 0.3 * r + 0.6 * g + 0.1 * b > 0.55 { Rgb::hex(0x1a1a1e) } else { Rgb::hex(0xf8f6f0) };
     let ground = match order.material {
-        Some(_) => main_look(order, "plastic"),
+        Some(_) => main_finish(order, "plastic"),
         None => Material::plain("die", order.color, 0.25),
     };
     let tone = if ground.base_color_texture.is_some() { Rgb::hex(0xc49a62) } else { ground.base_color };
@@ -32,11 +32,11 @@ pub(super) fn dice(order: &mut Order) -> TexturedMesh {
     let faces =
         Material { base_color_texture: Some(pips(values, tone, pip)), base_color: Rgb([1.0; 3]), ..ground };
     let cube = slab(&rounded_rectangle(18.0, 18.0, 3.4, 5), 18.0, 2.6);
-    thing.put(six_faces(cube), [0.0; 3], &faces);
-    thing.fitted(order.size_m)
+    object.put(six_faces(cube), [0.0; 3], &faces);
+    object.fitted(order.size_m)
 }
 
-/// The six faces side by side, each a cell of a 4 x 2 picture; corners are split per face.
+/// The six faces side by side, each a cell of a 4 x 2 image; corners are split per face.
 fn six_faces(solid: Solid) -> Solid {
     let (low, high) = solid
         .positions
@@ -96,12 +96,12 @@ fn pips(values: [i32; 6], ground: Rgb, ink: Rgb) -> Texture {
 
 /// Staunton pawn on a felt foot.
 pub(super) fn chess_pawn(order: &mut Order) -> TexturedMesh {
-    let mut thing = Assembly::new();
-    let look = match order.material {
-        Some(_) => main_look(order, "wood"),
+    let mut object = Assembly::new();
+    let finish = match order.material {
+        Some(_) => main_finish(order, "wood"),
         None => Material::plain("lacquer", order.color, 0.25),
     };
-    thing.put(cylinder(14.2, 1.6, 0.2, 40), [0.0; 3], &Material::plain("felt", Rgb::hex(0x2f5a3c), 0.95));
+    object.put(cylinder(14.2, 1.6, 0.2, 40), [0.0; 3], &Material::plain("felt", Rgb::hex(0x2f5a3c), 0.95));
     let mut body = vec![
         (0.0, 0.9),
         (15.0, 0.9),
@@ -130,30 +130,30 @@ pub(super) fn chess_pawn(order: &mut Order) -> TexturedMesh {
     if let Some(top) = body.last_mut() {
         top.0 = 0.0;
     }
-    thing.put(lathe(&points(&body), 44), [0.0; 3], &look);
-    thing.fitted_round(order.size_m)
+    object.put(lathe(&points(&body), 44), [0.0; 3], &finish);
+    object.fitted_round(order.size_m)
 }
 
 /// Deck of playing cards, one face card on top.
 pub(super) fn playing_cards(order: &mut Order) -> TexturedMesh {
-    let mut thing = Assembly::new();
+    let mut object = Assembly::new();
     let edges = Material::textured("edges", stripes(Rgb::hex(0xfaf8f4), Rgb::hex(0xd8d4cc), 12), 0.8);
     let card = |thickness: f64| prism(&rounded_rectangle(63.0, 88.0, 4.0, 5), thickness);
     let mut z = 0.0;
     for k in 0..5 {
         let slip = if k == 0 { 0.0 } else { order.uniform(-2.2, 2.2) };
         let (x, y) = (order.uniform(-0.8, 0.8), order.uniform(-0.8, 0.8));
-        thing.put(yawed(card(3.6), slip), [x, y, z], &edges);
+        object.put(yawed(card(3.6), slip), [x, y, z], &edges);
         z += 3.2;
     }
     let back = Material::textured("back", card_back(order.color), 0.5);
-    thing.put(yawed(card(1.4), 1.0), [0.0, 0.0, z - 0.4], &back);
+    object.put(yawed(card(1.4), 1.0), [0.0, 0.0, z - 0.4], &back);
     let suit = order.pick(4);
     let rank = ["A", "7", "K", "Q", "10"][order.pick(5)];
     let face = Material::textured("face", card_face(suit, rank), 0.5);
     let aside = order.uniform(16.0, 28.0);
-    thing.put(yawed(card(1.3), -aside), [4.0, -2.0, z + 0.6], &face);
-    thing.fitted(order.size_m)
+    object.put(yawed(card(1.3), -aside), [4.0, -2.0, z + 0.6], &face);
+    object.fitted(order.size_m)
 }
 
 fn card_back(color: Rgb) -> Texture {
@@ -228,28 +228,28 @@ fn symbol(image: &mut Image, suit: usize, x: i32, y: i32, size: i32, ink: Rgb) {
 
 /// Toy building brick with two by four studs.
 pub(super) fn building_brick(order: &mut Order) -> TexturedMesh {
-    let mut thing = Assembly::new();
-    let look = match order.material {
-        Some(_) => main_look(order, "plastic"),
+    let mut object = Assembly::new();
+    let finish = match order.material {
+        Some(_) => main_finish(order, "plastic"),
         None => Material::plain("brick", order.color, 0.22),
     };
-    thing.put(rounded_block(DVec3::new(31.8, 15.8, 9.6), 0.7, 0.35), [0.0; 3], &look);
+    object.put(rounded_block(DVec3::new(31.8, 15.8, 9.6), 0.7, 0.35), [0.0; 3], &finish);
     let stud = lathe(&points(&[(0.0, 0.0), (2.45, 0.0), (2.45, 1.95), (2.2, 2.2), (0.0, 2.2)]), 28);
     for k in 0..8 {
         let (x, y) = (-12.0 + 8.0 * f64::from(k % 4), -4.0 + 8.0 * f64::from(k / 4));
-        thing.put(stud.clone(), [x, y, 9.1], &look);
-        thing.put(
+        object.put(stud.clone(), [x, y, 9.1], &finish);
+        object.put(
             cylinder(1.5, 1.0, 0.15, 16),
             [x, y, 10.5],
             &Material::plain("mark", order.color.scaled(0.86), 0.3),
         );
     }
-    thing.fitted(order.size_m)
+    object.fitted(order.size_m)
 }
 
 /// Teddy bear sitting, legs toward -y.
 pub(super) fn teddy_bear(order: &mut Order) -> TexturedMesh {
-    let mut thing = Assembly::new();
+    let mut object = Assembly::new();
     let plush =
         |color: Rgb, order: &mut Order| Material::textured("plush", granite(color, &mut order.rng), 1.0);
     let fur = plush(order.color, order);
@@ -259,24 +259,24 @@ pub(super) fn teddy_bear(order: &mut Order) -> TexturedMesh {
     let ball = |width: f64, depth: f64, height: f64, segments: usize| {
         ellipsoid(DVec3::new(width, depth, height), segments).translated(DVec3::NEG_Z * 0.5 * height)
     };
-    thing.put(resting(ball(88.0, 78.0, 104.0, 26).translated(DVec3::Z * 54.0), floor), [0.0; 3], &fur);
-    thing.put(ball(60.0, 20.0, 70.0, 20), [0.0, -32.0, 54.0], &pale);
+    object.put(resting(ball(88.0, 78.0, 104.0, 26).translated(DVec3::Z * 54.0), floor), [0.0; 3], &fur);
+    object.put(ball(60.0, 20.0, 70.0, 20), [0.0, -32.0, 54.0], &pale);
     let head = DVec3::new(0.0, -4.0, 132.0);
     let at = |x: f64, y: f64, z: f64| (head + DVec3::new(x, y, z)).to_array();
-    thing.put(ball(84.0, 74.0, 74.0, 26), at(0.0, 0.0, 0.0), &fur);
-    thing.put(ball(40.0, 34.0, 30.0, 18), at(0.0, -32.0, -10.0), &pale);
-    thing.put(ball(15.0, 9.0, 11.0, 12), at(0.0, -48.0, -3.0), &dark);
-    thing.put(rounded_block(DVec3::new(2.4, 4.0, 9.0), 1.0, 0.6), at(0.0, -47.4, -16.0), &dark);
-    thing.put_pair(
+    object.put(ball(84.0, 74.0, 74.0, 26), at(0.0, 0.0, 0.0), &fur);
+    object.put(ball(40.0, 34.0, 30.0, 18), at(0.0, -32.0, -10.0), &pale);
+    object.put(ball(15.0, 9.0, 11.0, 12), at(0.0, -48.0, -3.0), &dark);
+    object.put(rounded_block(DVec3::new(2.4, 4.0, 9.0), 1.0, 0.6), at(0.0, -47.4, -16.0), &dark);
+    object.put_pair(
         &ball(9.0, 6.0, 10.0, 12),
         at(15.0, -32.5, 9.0),
         &Material::plain("eye", Rgb::hex(0x120c0a), 0.1),
     );
-    thing.put_pair(&ball(32.0, 16.0, 32.0, 18), at(32.0, 2.0, 30.0), &fur);
-    thing.put_pair(&ball(20.0, 8.0, 20.0, 12), at(32.0, -5.0, 29.0), &pale);
+    object.put_pair(&ball(32.0, 16.0, 32.0, 18), at(32.0, 2.0, 30.0), &fur);
+    object.put_pair(&ball(20.0, 8.0, 20.0, 12), at(32.0, -5.0, 29.0), &pale);
     // Arms hang forward, legs lie toward the viewer, soles up.
     let arm = rolled(pitched(ball(30.0, 30.0, 66.0, 18), 24.0), -28.0);
-    thing.put_pair(&arm, [47.0, -16.0, 68.0], &fur);
+    object.put_pair(&arm, [47.0, -16.0, 68.0], &fur);
     let leg = bar(
         &[
             (-36.0, 0.0, 0.0, 2.0, 2.0),
@@ -292,17 +292,17 @@ pub(super) fn teddy_bear(order: &mut Order) -> TexturedMesh {
         20,
     );
     let right = resting(yawed(leg, 20.0).translated(DVec3::new(34.0, -40.0, 23.0)), floor);
-    thing.put(mirrored_x(right.clone()), [0.0; 3], &fur);
-    thing.put(right, [0.0; 3], &fur);
+    object.put(mirrored_x(right.clone()), [0.0; 3], &fur);
+    object.put(right, [0.0; 3], &fur);
     let sole = yawed(ball(27.0, 7.0, 30.0, 14), 20.0).translated(DVec3::new(46.0, -73.0, 23.5));
-    thing.put_pair(&sole, [0.0; 3], &pale);
+    object.put_pair(&sole, [0.0; 3], &pale);
     // Bow tie.
     let ribbon = Material::plain("ribbon", Rgb::hex([0xc8283c, 0x2c5cb0, 0x2f8a58][order.pick(3)]), 0.7);
     let wing = slab(&points(&[(0.0, -4.0), (24.0, -12.0), (26.0, 0.0), (24.0, 12.0), (0.0, 4.0)]), 7.0, 2.0)
         .rotated(DQuat::from_rotation_x(std::f64::consts::FRAC_PI_2));
-    thing.put_pair(&wing, [0.0, -32.0, 99.0], &ribbon);
-    thing.put(sphere(6.5, 14), [0.0, -36.0, 92.5], &ribbon);
-    thing.fitted(order.size_m)
+    object.put_pair(&wing, [0.0, -32.0, 99.0], &ribbon);
+    object.put(sphere(6.5, 14), [0.0, -36.0, 92.5], &ribbon);
+    object.fitted(order.size_m)
 }
 
 #[cfg(test)]
@@ -310,12 +310,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn faces_carry_as_many_pips_as_they_say() {
-        let picture = pips([1, 6, 2, 5, 3, 4], Rgb([1.0; 3]), Rgb([0.0; 3]));
+    fn die_faces_have_their_number_of_pips() {
+        let image = pips([1, 6, 2, 5, 3, 4], Rgb([1.0; 3]), Rgb([0.0; 3]));
         let dark = |cell: i32| {
             let (x0, y0) = (128 * (cell % 4), if cell < 4 { 128 } else { 0 });
             (0..128 * 128)
-                .filter(|k| picture.pixel((x0 + k % 128) as u32, (y0 + k / 128) as u32)[0] == 0)
+                .filter(|k| image.pixel((x0 + k % 128) as u32, (y0 + k / 128) as u32)[0] == 0)
                 .count()
         };
         let one = dark(0);

@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 use glam::{DVec2, DVec3};
 
 use crate::Order;
-use crate::texture::{is_look, material_look, wrapped_around};
+use crate::texture::{is_finish, material_finish, wrapped_around};
 use geometry::shapes::{circle, ellipse, lathe, loft, loft_closed, rounded_rectangle, sweep};
 use geometry::{Material, Solid, TexturedMesh, Vec2};
 
@@ -46,7 +46,7 @@ pub(super) fn spline(pairs: &[(f64, f64)], steps: usize) -> Vec<DVec2> {
     curve
 }
 
-/// An open vessel turned about +z. `outside` runs (radius, z) from the foot to the rim; the inside
+/// An open vessel of revolution about +z. `outside` runs (radius, z) from the foot to the rim; the inside
 /// lies `wall_m` within it, measured across the wall, and has its floor at z = `floor_m`.
 pub(super) fn vessel(outside: &[DVec2], wall_m: f64, floor_m: f64, segments: usize) -> Solid {
     let n = outside.len();
@@ -89,14 +89,14 @@ pub(super) fn fitted(mesh: TexturedMesh, size_m: DVec3) -> TexturedMesh {
     mesh.scaled(scale).seated()
 }
 
-/// As [`fitted`], with one common factor for x and y, for turned things.
+/// As [`fitted`], with one common factor for x and y, for bodies of revolution.
 pub(super) fn fitted_round(mesh: TexturedMesh, size_m: DVec3) -> TexturedMesh {
     let built = mesh.size_m();
     let across = (size_m.x + size_m.y) / (built.x + built.y);
     mesh.scaled(DVec3::new(across, across, size_m.z / built.z)).seated()
 }
 
-/// Adds one closed solid whose triangles wear different materials, chosen from each triangle's center
+/// Adds one closed solid with different materials, chosen by each triangle's center
 /// and outward normal.
 pub(super) fn add_by(
     mesh: &mut TexturedMesh,
@@ -131,7 +131,7 @@ pub(super) fn add_by(
     }
 }
 
-/// A paper band around a turned body of `radius_m`, from z = `low_m` to `high_m`, its picture's middle in
+/// A paper band around a body of revolution of `radius_m`, from z = `low_m` to `high_m`, its image's center in
 /// front; 0.6 mm proud of the body, 1.3 mm thick.
 pub(super) fn label_band(radius_m: f64, low_m: f64, high_m: f64, segments: usize) -> Solid {
     let (inner, outer) = (radius_m - 0.0007, radius_m + 0.0006);
@@ -142,13 +142,13 @@ pub(super) fn label_band(radius_m: f64, low_m: f64, high_m: f64, segments: usize
     wrapped_around(loft_closed(&rings))
 }
 
-/// The solid with its picture repeated `u` x `v` times.
+/// The solid with its image repeated `u` x `v` times.
 pub(super) fn repeated(mut solid: Solid, u: f32, v: f32) -> Solid {
     solid.uvs.iter_mut().for_each(|uv| *uv *= Vec2::new(u, v));
     solid
 }
 
-/// Distance of the middle of a turned wall from the axis at a height; `outside` as in [`vessel`].
+/// Distance of the center of a wall of revolution from the axis at a height; `outside` as in [`vessel`].
 pub(super) fn wall_radius_m(outside: &[DVec2], wall_m: f64, z_m: f64) -> f64 {
     let above = outside.iter().position(|p| p.y > z_m).unwrap_or(outside.len() - 1).max(1);
     let (low, high) = (outside[above - 1], outside[above]);
@@ -158,7 +158,7 @@ pub(super) fn wall_radius_m(outside: &[DVec2], wall_m: f64, z_m: f64) -> f64 {
 
 /// A loop handle in the x-z plane toward +x: half an ellipse, sheared so that it ends at the distances
 /// `roots_m` from the axis, z + height/2 and z - height/2, and reaches `reach_m` farther outward (to the bar's
-/// middle); flat-oval bar of `thick_m` x `wide_m`.
+/// center); flat-oval bar of `thick_m` x `wide_m`.
 pub(super) fn loop_handle(
     roots_m: [f64; 2],
     reach_m: f64,
@@ -198,10 +198,10 @@ pub(super) fn ribbon(stations: &[[f64; 4]], steps: usize) -> Solid {
     loft(&rings)
 }
 
-/// The look the request asked for, else the usual one.
-pub(super) fn look(order: &mut Order, usual: Material) -> Material {
+/// The requested material, else the usual one.
+pub(super) fn finish(order: &mut Order, usual: Material) -> Material {
     match order.material {
-        Some(name) if is_look(name) => material_look(name, order.color, &mut order.rng),
+        Some(name) if is_finish(name) => material_finish(name, order.color, &mut order.rng),
         _ => usual,
     }
 }
@@ -211,7 +211,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_middle_of_a_wall_is_where_it_was_turned() {
+    fn wall_center_matches_the_revolved_profile() {
         let cone = points(&[(0.02, 0.0), (0.04, 0.1)]);
         for (z_m, radius_m) in [(0.0, 0.018), (0.05, 0.028), (0.1, 0.038), (0.3, 0.038)] {
             assert!((wall_radius_m(&cone, 0.004, z_m) - radius_m).abs() < 1e-12, "{z_m}");
@@ -219,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn vessels_handles_and_ribbons_are_closed() {
+    fn shared_solids_are_closed() {
         let bowl = vessel(&spline(&[(0.04, 0.0), (0.07, 0.03), (0.08, 0.06)], 5), 0.003, 0.004, 32);
         assert!(bowl.is_watertight() && bowl.volume_m3() > 0.0);
         let grip = loop_handle([0.04, 0.038], 0.03, 0.05, 0.06, 0.007, 0.01);

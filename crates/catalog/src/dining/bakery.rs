@@ -6,7 +6,7 @@ use glam::{DQuat, DVec2, DVec3};
 
 use super::assembly::{add_by, counter_clockwise, deformed, fitted, flattened, repeated, spline};
 use crate::Order;
-use crate::texture::{Noise, crust, mapped_from_above, mapped_on_box, paint, sprinkles};
+use crate::texture::{Noise, crust, draw_texture, mapped_from_above, mapped_on_box, sprinkles};
 use geometry::shapes::{
     circle, cylinder, ellipse, ellipsoid, lathe, loft, prism, ring, smooth, sphere, superellipse, sweep,
 };
@@ -18,7 +18,7 @@ use runtime::seed::Rng;
 fn crumb(rng: &mut Rng) -> Texture {
     let (pores, cloud) = (Noise::new(34, 34, rng), Noise::new(6, 6, rng));
     let pale = Rgb::hex(0xf0_dd_b4);
-    paint(128, 128, |u, v| {
+    draw_texture(128, 128, |u, v| {
         let pore = (pores.at(u, v) - 0.72).max(0.0);
         pale.scaled(0.96 + 0.06 * cloud.at(u, v) - 0.9 * pore)
     })
@@ -154,14 +154,14 @@ pub(super) fn croissant(order: &mut Order) -> TexturedMesh {
         let envelope = (1.0 - s.abs().powf(1.6)).max(0.0).powf(0.62).max(0.14);
         let steps = 7.0 * t;
         let within = if s < 0.0 { steps.fract() } else { 1.0 - steps.fract() };
-        let middle = (steps.floor() - 3.0).abs() < 0.5;
-        let roll = if middle { 1.0 } else { 0.84 + 0.16 * within };
+        let midpoint = (steps.floor() - 3.0).abs() < 0.5;
+        let roll = if midpoint { 1.0 } else { 0.84 + 0.16 * within };
         envelope * roll
     };
     let section = ellipse(2.3 * r, 2.0 * r, 20);
     let brown = order.color;
     let (streak, fine) = (Noise::new(5, 42, &mut order.rng), Noise::new(20, 60, &mut order.rng));
-    let skin = paint(128, 256, |u, v| {
+    let skin = draw_texture(128, 256, |u, v| {
         let layer = 0.5 + 0.5 * (v * 7.0 * std::f32::consts::TAU).cos();
         let pale = (0.45 * layer + 0.7 * streak.at(u, v) - 0.35).clamp(0.0, 0.8);
         brown.mix(Rgb::hex(0xe9_b8_66), pale).scaled(0.9 + 0.2 * fine.at(u, v))
@@ -210,9 +210,9 @@ pub(super) fn cake(order: &mut Order) -> TexturedMesh {
     let sponge = Material::textured("sponge", sponge, 0.9);
     // A slice is missing toward the front right.
     let gap = (-0.62 * PI, -0.32 * PI);
-    let middle = 0.5 * (gap.0 + gap.1);
+    let midpoint = 0.5 * (gap.0 + gap.1);
     let sector = |radius: f64, back: f64| -> Vec<DVec2> {
-        let center = -back * DVec2::from_angle(middle);
+        let center = -back * DVec2::from_angle(midpoint);
         let mut outline = vec![center];
         let steps = 40;
         outline.extend((0..=steps).map(|k| {
@@ -275,7 +275,7 @@ pub(super) fn cheese_wedge(order: &mut Order) -> TexturedMesh {
             })
             .collect();
         let cloud = Noise::new(5, 5, &mut order.rng);
-        paint(256, 256, move |u, v| {
+        draw_texture(256, 256, move |u, v| {
             let mut shade = 0.97 + 0.06 * cloud.at(u, v);
             for &(x, y, radius) in &spots {
                 let (dx, dy) = ((u - x) / radius, (v - y) / (0.85 * radius));
@@ -291,14 +291,14 @@ pub(super) fn cheese_wedge(order: &mut Order) -> TexturedMesh {
         })
     };
     let paste = Material::textured("paste", holes, 0.5);
-    // Tip toward -x, rind along +x; round bites where holes were cut through the front side.
+    // Tip toward -x, rind along +x; round notches where holes were cut through the front side.
     let tip = DVec2::new(-0.5 * l, 0.0);
     let front = DVec2::new(0.44 * l, -0.5 * w);
-    let bites = [(0.3, 0.05), (0.58, 0.075), (0.82, 0.045)];
+    let notches = [(0.3, 0.05), (0.58, 0.075), (0.82, 0.045)];
     let mut outline = vec![tip];
     let along = (front - tip).normalize();
     let inside = along.perp();
-    for (t, size) in bites {
+    for (t, size) in notches {
         let center = tip + (front - tip) * t;
         let radius = size * l * order.uniform(0.8, 1.1);
         outline.extend((0..=7).map(|k| {
@@ -311,10 +311,10 @@ pub(super) fn cheese_wedge(order: &mut Order) -> TexturedMesh {
         DVec2::new(0.44 * l + 0.06 * l * (1.0 - t * t), 0.5 * w * t)
     }));
     let outline = counter_clockwise(outline);
-    let middle: Vec<DVec3> = outline.iter().map(|p| p.extend(0.5 * h)).collect();
+    let midpoint: Vec<DVec3> = outline.iter().map(|p| p.extend(0.5 * h)).collect();
     let wedge = loft(&[
         outline.iter().map(|p| p.extend(0.0)).collect(),
-        middle,
+        midpoint,
         outline.iter().map(|p| p.extend(h)).collect(),
     ]);
     let wedge = mapped_on_box(wedge);

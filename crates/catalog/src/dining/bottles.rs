@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use glam::{DVec2, DVec3};
 
-use super::assembly::{add_by, deformed, fitted_round, label_band, look, points, spline, vessel};
+use super::assembly::{add_by, deformed, finish, fitted_round, label_band, points, spline, vessel};
 use crate::Order;
 use crate::texture::{wood_grain, wrap_label, wrapped_around};
 use geometry::shapes::{cylinder, ellipse, lathe, loft, prism, ring, rounded_rectangle, slab, sweep};
@@ -26,7 +26,7 @@ pub(super) fn water_bottle(order: &mut Order) -> TexturedMesh {
         // Insulated steel flask: powder coat, logo, black cap with a carrying loop.
         let coat = wrap_label(color, color.mix(Rgb([0.95; 3]), 0.8), "AQUA", &mut order.rng);
         let usual = Material::textured("powder_coat", coat, 0.5);
-        let coat = look(order, usual);
+        let coat = finish(order, usual);
         let steel = Material::metal("steel", Rgb::hex(0xc4_c6_c8), 0.25);
         let black = Material::plain("cap", Rgb([0.1, 0.1, 0.11]), 0.6);
         let body = turned(
@@ -69,7 +69,7 @@ pub(super) fn water_bottle(order: &mut Order) -> TexturedMesh {
         // Clear bottle with ribs, paper label and a screw cap.
         let clear =
             Material { opacity: 0.45, ..Material::plain("clear_plastic", Rgb::hex(0xc4_e2_f0), 0.08) };
-        let clear = look(order, clear);
+        let clear = finish(order, clear);
         let mut outline = points(&[(0.8 * r, 0.0), (0.97 * r, 0.01)]);
         outline.extend((1..=18).map(|k| {
             let t = f64::from(k) / 18.0;
@@ -115,7 +115,7 @@ pub(super) fn wine_bottle(order: &mut Order) -> TexturedMesh {
     pairs.extend(shoulder);
     pairs.extend([(0.36 * r, 0.9 * h), (0.36 * r, 0.93 * h)]);
     let glass = Material::plain("bottle_glass", order.color, 0.08);
-    let glass = look(order, glass);
+    let glass = finish(order, glass);
     let foil_color = [0x6e_1f_2a, 0x20_24_2a, 0xb0_8a_3c, 0x26_3f_5a].map(Rgb::hex)[order.pick(4)];
     let foil = Material { metalness: 0.5, ..Material::plain("capsule", foil_color, 0.35) };
     let paper = Rgb::hex(0xee_e6_d2);
@@ -188,7 +188,7 @@ pub(super) fn jar(order: &mut Order) -> TexturedMesh {
     let r = 0.25 * (order.size_m.x + order.size_m.y);
     let h = order.size_m.z;
     let clear = Material { opacity: 0.35, ..Material::plain("glass", Rgb::hex(0xdd_ee_ee), 0.05) };
-    let clear = look(order, clear);
+    let clear = finish(order, clear);
     let mut outside = spline(
         &[
             (0.88 * r, 0.0),
@@ -253,7 +253,7 @@ pub(super) fn salt_shaker(order: &mut Order) -> TexturedMesh {
         mesh.add(loft(&salt), &Material::plain("salt", Rgb([0.97, 0.97, 0.96]), 0.9));
     } else {
         let usual = Material::plain("porcelain", order.color, 0.2);
-        let body = look(order, usual);
+        let body = finish(order, usual);
         let outline =
             turned(&[(0.9 * r, 0.0), (r, 0.1 * body_h), (0.93 * r, 0.55 * body_h), (0.78 * r, body_h)], 4);
         mesh.add(lathe(&outline, 32), &body);
@@ -291,7 +291,7 @@ pub(super) fn pepper_mill(order: &mut Order) -> TexturedMesh {
     let r = 0.25 * (order.size_m.x + order.size_m.y);
     let h = order.size_m.z;
     let usual = Material::textured("wood", wood_grain(order.color, &mut order.rng), 0.4);
-    let wood = look(order, usual);
+    let wood = finish(order, usual);
     let steel = Material::metal("steel", Rgb::hex(0xcc_ce_d0), 0.22);
     let mut mesh = TexturedMesh::default();
     let lower = turned(

@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use glam::{DQuat, DVec2, DVec3};
 
-use super::assembly::{add_by, fitted, flattened, look, points, ribbon, spline, vessel};
+use super::assembly::{add_by, finish, fitted, flattened, points, ribbon, spline, vessel};
 use crate::Order;
 use crate::texture::{brushed_metal, wood_grain, wood_planks};
 use geometry::shapes::{
@@ -51,7 +51,7 @@ pub(super) fn frying_pan(order: &mut Order) -> TexturedMesh {
     let r = 0.5 * d;
     let deep = 0.8 * h;
     let usual = Material::plain("enamel", order.color, 0.35);
-    let outer = look(order, usual);
+    let outer = finish(order, usual);
     let coating = Material::plain("nonstick", Rgb([0.13, 0.13, 0.14]), 0.4);
     let outside =
         spline(&[(0.76 * r, 0.0), (0.8 * r, 0.06 * deep), (0.9 * r, 0.45 * deep), (r, 0.97 * deep)], 4);
@@ -74,7 +74,7 @@ pub(super) fn saucepan(order: &mut Order) -> TexturedMesh {
     let r = 0.5 * d;
     let metal = order.pick(2) == 0;
     let usual = if metal { steel(order) } else { Material::plain("enamel", order.color, 0.25) };
-    let outer = look(order, usual);
+    let outer = finish(order, usual);
     let inside = Material { metalness: 0.9, ..Material::plain("inside", Rgb::hex(0xb8_ba_bd), 0.35) };
     let bare = Material::metal("base", Rgb::hex(0x9a_9c_9f), 0.35);
     let outside = points(&[
@@ -108,7 +108,7 @@ pub(super) fn cutting_board(order: &mut Order) -> TexturedMesh {
     let DVec3 { x: w, y: l, z: h } = order.size_m;
     let boards = 4 + order.pick(4);
     let mut texture = Material::textured("wood", wood_planks(order.color, boards, &mut order.rng), 0.6);
-    texture = look(order, texture);
+    texture = finish(order, texture);
     let mut mesh = TexturedMesh::default();
     let planked = |solid: Solid, from: f64, to: f64| {
         let mut solid = solid;
@@ -170,16 +170,16 @@ pub(super) fn cutting_board(order: &mut Order) -> TexturedMesh {
 pub(super) fn spatula(order: &mut Order) -> TexturedMesh {
     let DVec3 { x: w, y: l, z: h } = order.size_m;
     let metal = steel(order);
-    let blade_look = if order.pick(2) == 0 { metal.clone() } else { black() };
+    let blade_finish = if order.pick(2) == 0 { metal.clone() } else { black() };
     let grip = Material::plain("grip", order.color, 0.5);
-    let grip = look(order, grip);
+    let grip = finish(order, grip);
     let mut mesh = TexturedMesh::default();
     let (front, blade) = (0.5 * l, 0.3 * l);
     let t = 0.0018;
     let root = front - blade;
     for (y, depth, wide) in [(front - 0.011, 0.022, w), (root + 0.01, 0.024, 0.86 * w)] {
         let bar = slab(&rounded_rectangle(wide, depth, 0.008, 4), t, 0.0005);
-        mesh.add(bar.translated(DVec3::Y * y), &blade_look);
+        mesh.add(bar.translated(DVec3::Y * y), &blade_finish);
     }
     for k in 0..5 {
         let x = (f64::from(k) - 2.0) * 0.205;
@@ -192,7 +192,7 @@ pub(super) fn spatula(order: &mut Order) -> TexturedMesh {
             path[1] - DVec3::X * half,
         ];
         let strip: Vec<DVec2> = outline.iter().map(|p| p.truncate()).collect();
-        mesh.add(prism(&strip, t - 0.0003), &blade_look);
+        mesh.add(prism(&strip, t - 0.0003), &blade_finish);
     }
     let shaft = ribbon(
         &[
@@ -223,9 +223,9 @@ pub(super) fn ladle(order: &mut Order) -> TexturedMesh {
     let DVec3 { x: w, y: l, z: h } = order.size_m;
     let texture = brushed_metal(order.color, &mut order.rng);
     let usual = Material { metalness: 0.9, ..Material::textured("steel", texture, 0.25) };
-    let metal = look(order, usual);
+    let metal = finish(order, usual);
     let r = 0.5 * w;
-    let middle = 0.5 * l - r;
+    let center = 0.5 * l - r;
     let deep = h;
     let outside = spline(
         &[
@@ -238,9 +238,9 @@ pub(super) fn ladle(order: &mut Order) -> TexturedMesh {
         4,
     );
     let mut mesh = TexturedMesh::default();
-    mesh.add(vessel(&outside, 0.0018, 0.002, 40).translated(DVec3::Y * middle), &metal);
+    mesh.add(vessel(&outside, 0.0018, 0.002, 40).translated(DVec3::Y * center), &metal);
     let back = -0.5 * l;
-    let rim = middle - r;
+    let rim = center - r;
     let at = |t: f64| back + (rim - back) * t;
     let bar = ribbon(
         &[
@@ -268,7 +268,7 @@ pub(super) fn whisk(order: &mut Order) -> TexturedMesh {
     } else {
         Material::plain("handle", order.color, 0.5)
     };
-    let grip = look(order, usual);
+    let grip = finish(order, usual);
     let thick = 0.0013;
     let r = 0.5 * w / (PI / 8.0).cos() - thick;
     let neck = -0.5 * l + 0.47 * l;
@@ -316,12 +316,12 @@ pub(super) fn whisk(order: &mut Order) -> TexturedMesh {
     parts.push((eye.translated(DVec3::new(-0.0014, -0.5 * l - 0.004, 0.0)), &wire));
     let tilt = ((r * (PI / 8.0).cos() + thick - rh) / (0.75 * l)).atan();
     let turn = DQuat::from_rotation_x(tilt);
-    let parts: Vec<_> = parts.into_iter().map(|(solid, look)| (solid.rotated(turn), look)).collect();
+    let parts: Vec<_> = parts.into_iter().map(|(solid, finish)| (solid.rotated(turn), finish)).collect();
     let low = |solid: &Solid| solid.positions.iter().map(|p| p.z).fold(f64::INFINITY, f64::min);
     let floor = low(&parts[1].0).max(low(&parts[4].0)) + 0.0004;
     let mut mesh = TexturedMesh::default();
-    for (solid, look) in parts {
-        mesh.add(flattened(solid, floor), look);
+    for (solid, finish) in parts {
+        mesh.add(flattened(solid, floor), finish);
     }
     fitted(mesh, order.size_m)
 }
@@ -330,7 +330,7 @@ pub(super) fn rolling_pin(order: &mut Order) -> TexturedMesh {
     let DVec3 { x: l, y: d, .. } = order.size_m;
     let r = 0.5 * d;
     let usual = Material::textured("wood", wood_grain(order.color, &mut order.rng), 0.55);
-    let wood = look(order, usual);
+    let wood = finish(order, usual);
     let tinted = order.pick(2) == 0;
     let accent = if tinted {
         Material::plain(

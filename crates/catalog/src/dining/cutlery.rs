@@ -2,7 +2,9 @@
 
 use glam::{DVec2, DVec3};
 
-use super::assembly::{counter_clockwise, deformed, fitted, flattened, look, points, ribbon, spline, vessel};
+use super::assembly::{
+    counter_clockwise, deformed, finish, fitted, flattened, points, ribbon, spline, vessel,
+};
 use crate::Order;
 use crate::texture::{brushed_metal, wood_grain};
 use geometry::shapes::{inset, loft, prism, rounded_rectangle, slab, smooth, sphere};
@@ -12,7 +14,7 @@ use geometry::{Material, Rgb, Solid, TexturedMesh};
 fn silver(order: &mut Order) -> Material {
     let texture = brushed_metal(order.color, &mut order.rng);
     let usual = Material { metalness: 1.0, ..Material::textured("polished_steel", texture, 0.22) };
-    look(order, usual)
+    finish(order, usual)
 }
 
 /// The handle both fork and spoon have: wide end on the table, arched neck; from `back` to `neck` (y),
@@ -84,14 +86,14 @@ pub(super) fn spoon(order: &mut Order) -> TexturedMesh {
     );
     let dish = vessel(&outside, 0.0014, 0.0014, 40);
     let stretch = long / w;
-    let middle = 0.5 * l - 0.5 * long;
+    let center = 0.5 * l - 0.5 * long;
     let dish = deformed(dish, |p| {
         let y = p.y * stretch;
         let egg = 1.0 - 0.16 * y / (0.5 * long);
-        DVec3::new(p.x * egg, middle + y, p.z)
+        DVec3::new(p.x * egg, center + y, p.z)
     });
     mesh.add(dish, &metal);
-    let rim = middle - 0.5 * long;
+    let rim = center - 0.5 * long;
     mesh.add(
         flattened(handle(-0.5 * l, rim + 0.004, deep - 0.0013, 0.46 * w), 0.0003)
             .translated(DVec3::Z * -0.0003),
@@ -185,7 +187,7 @@ pub(super) fn knife(order: &mut Order) -> TexturedMesh {
 pub(super) fn chopsticks(order: &mut Order) -> TexturedMesh {
     let DVec3 { x: w, y: l, z: h } = order.size_m;
     let usual = Material::textured("lacquer", wood_grain(order.color, &mut order.rng), 0.35);
-    let wood = look(order, usual);
+    let wood = finish(order, usual);
     let band = Material::plain("band", Rgb::hex(0xc9_a2_4c), 0.3);
     let mut mesh = TexturedMesh::default();
     let rest_y = 0.3 * l;

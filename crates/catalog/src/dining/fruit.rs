@@ -329,7 +329,7 @@ pub(super) fn carrot(order: &mut Order) -> TexturedMesh {
 /// Orange with short darker rings across (v runs along the root).
 fn carrot_skin(color: Rgb, rng: &mut runtime::seed::Rng) -> imaging::Texture {
     let marks = crate::texture::Noise::new(9, 48, rng);
-    crate::texture::paint(64, 256, |u, v| {
+    crate::texture::draw_texture(64, 256, |u, v| {
         let mark = (marks.at(u, v) - 0.72).max(0.0) * 1.6;
         color.scaled(1.0 - mark).mix(Rgb::hex(0x7d_8a_2e), ((v - 0.95) * 14.0).clamp(0.0, 0.7))
     })
@@ -361,7 +361,7 @@ pub(super) fn cucumber(order: &mut Order) -> TexturedMesh {
         let rng = &mut order.rng;
         (crate::texture::Noise::new(18, 3, rng), crate::texture::Noise::new(24, 60, rng))
     };
-    let skin = crate::texture::paint(128, 256, |u, v| {
+    let skin = crate::texture::draw_texture(128, 256, |u, v| {
         let pale = (stripe.at(u, v) - 0.5).max(0.0) * 1.1 + ((v - 0.5).abs() * 2.0 - 0.85).max(0.0);
         let bump = if bumps.at(u, v) > 0.9 { 0.35 } else { 0.0 };
         color.mix(Rgb::hex(0xa9_b8_5e), (pale + bump).min(0.8))

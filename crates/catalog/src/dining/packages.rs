@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use glam::{DQuat, DVec2, DVec3};
 
-use super::assembly::{add_by, fitted, look, repeated, spline};
+use super::assembly::{add_by, finish, fitted, repeated, spline};
 use crate::Order;
 use crate::texture::{
     brushed_metal, crust, draw_text, fill_disc, fill_rectangle, label, mapped_on_box, printed_page, stripes,
@@ -17,7 +17,7 @@ use geometry::shapes::{
 use geometry::{Material, Rgb, Solid, TexturedMesh};
 use imaging::{Image, Texture};
 
-/// A label with a picture drawn into its lower half.
+/// A label with an image in its lower half.
 fn pictured(base: &Texture, draw: impl Fn(&mut Image)) -> Texture {
     let mut image: Image = (**base).clone();
     draw(&mut image);
@@ -153,7 +153,7 @@ pub(super) fn napkin_holder(order: &mut Order) -> TexturedMesh {
     } else {
         Material::textured("wood", wood_grain(order.color, &mut order.rng), 0.5)
     };
-    let frame = look(order, usual);
+    let frame = finish(order, usual);
     let mut mesh = TexturedMesh::default();
     let foot = slab(&rounded_rectangle(w, d, 0.008, 5), 0.006, 0.0015);
     mesh.add(foot.with_box_uvs(0.12), &frame);
@@ -200,7 +200,7 @@ pub(super) fn napkin_holder(order: &mut Order) -> TexturedMesh {
     fitted(mesh, order.size_m)
 }
 
-/// A slice of toast standing in the x-z plane, its middle at y.
+/// A slice of toast standing in the x-z plane, its center at y.
 fn toast(w: f64, h: f64, thick: f64) -> Solid {
     let outline: Vec<DVec2> = smooth(
         &[
@@ -234,7 +234,7 @@ pub(super) fn toaster(order: &mut Order) -> TexturedMesh {
     } else {
         Material::plain("enamel", color, 0.25)
     };
-    let shell = look(order, usual);
+    let shell = finish(order, usual);
     let black = Material::plain("plastic", Rgb([0.09, 0.09, 0.1]), 0.5);
     let chrome = Material::metal("chrome", Rgb::hex(0xd0_d2_d4), 0.2);
     let glow = Material::plain("slot", Rgb::hex(0x2a_18_12), 0.9);
@@ -296,7 +296,7 @@ pub(super) fn tray(order: &mut Order) -> TexturedMesh {
     } else {
         Material::textured("wood", wood_grain(order.color, &mut order.rng), 0.5)
     };
-    let body = look(order, usual);
+    let body = finish(order, usual);
     let rim_h = 0.62 * h;
     let long = w - if oval { 0.03 } else { 0.0 };
     let ring = |inset: f64, z: f64| -> Vec<DVec3> {
@@ -354,8 +354,8 @@ pub(super) fn basket(order: &mut Order) -> TexturedMesh {
     let rim_h = if arched { 0.5 * h } else { 0.94 * h };
     let color = order.color;
     let weave = Material::textured("wicker", wicker(color, 8, &mut order.rng), 0.85);
-    let weave = look(order, weave);
-    let braid_look = Material::textured("braid", stripes(color.scaled(0.95), color.scaled(0.68), 8), 0.85);
+    let weave = finish(order, weave);
+    let braid_finish = Material::textured("braid", stripes(color.scaled(0.95), color.scaled(0.68), 8), 0.85);
     let strakes = 48_usize;
     let levels = 9;
     let (long, deep) = (w - 0.014, d - 0.014);
@@ -389,7 +389,7 @@ pub(super) fn basket(order: &mut Order) -> TexturedMesh {
         .enumerate()
         .map(|(k, p)| p.extend(rim_h - 0.002 + 0.0008 * if k % 2 == 0 { 1.0 } else { -1.0 }))
         .collect();
-    mesh.add(repeated(sweep_closed(&braid_path, &circle(0.0055, 10), DVec3::Z), 1.0, 7.0), &braid_look);
+    mesh.add(repeated(sweep_closed(&braid_path, &circle(0.0055, 10), DVec3::Z), 1.0, 7.0), &braid_finish);
     if arched {
         let path: Vec<DVec3> = (0..=28)
             .map(|k| {
@@ -398,7 +398,10 @@ pub(super) fn basket(order: &mut Order) -> TexturedMesh {
                 DVec3::new(x, 0.0, 0.3 * rim_h + (h - 0.006 - 0.3 * rim_h) * angle.sin().powf(0.7))
             })
             .collect();
-        mesh.add(repeated(sweep(&path, &ellipse(0.01, 0.016, 12), DVec3::Y, |_| 1.0), 1.0, 6.0), &braid_look);
+        mesh.add(
+            repeated(sweep(&path, &ellipse(0.01, 0.016, 12), DVec3::Y, |_| 1.0), 1.0, 6.0),
+            &braid_finish,
+        );
     } else {
         for side in [-1.0, 1.0] {
             let path: Vec<DVec3> = (0..=14)
@@ -408,7 +411,7 @@ pub(super) fn basket(order: &mut Order) -> TexturedMesh {
                     DVec3::new(side * (0.5 * long - 0.003), 0.2 * deep * angle.cos(), z)
                 })
                 .collect();
-            mesh.add(sweep(&path, &circle(0.0042, 10), DVec3::X, |_| 1.0), &braid_look);
+            mesh.add(sweep(&path, &circle(0.0042, 10), DVec3::X, |_| 1.0), &braid_finish);
         }
     }
     fitted(mesh, order.size_m)

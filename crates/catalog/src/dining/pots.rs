@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use glam::{DQuat, DVec2, DVec3};
 
-use super::assembly::{add_by, deformed, fitted, look, loop_handle, points, spline, vessel};
+use super::assembly::{add_by, deformed, finish, fitted, loop_handle, points, spline, vessel};
 use crate::Order;
 use crate::texture::{brushed_metal, ceramic_speckle, striped_band, wrapped_around};
 use geometry::shapes::{circle, cylinder, ellipse, ellipsoid, lathe, sweep};
@@ -33,7 +33,7 @@ pub(super) fn teapot(order: &mut Order) -> TexturedMesh {
         _ => striped_band(color, color.scaled(0.7), 0.0, 0.3, 1, &mut order.rng),
     };
     let usual = Material::textured("glaze", texture, 0.25);
-    let glaze = look(order, usual);
+    let glaze = finish(order, usual);
     let plain = if order.material.is_some() {
         glaze.clone()
     } else {
@@ -97,7 +97,7 @@ pub(super) fn kettle(order: &mut Order) -> TexturedMesh {
     } else {
         Material::plain("enamel", color, 0.2)
     };
-    let body_look = look(order, usual);
+    let body_finish = finish(order, usual);
     let black = Material::plain("grip", Rgb([0.09, 0.09, 0.1]), 0.55);
     let chrome = Material::metal("chrome", Rgb::hex(0xc8_ca_cc), 0.2);
     let mut mesh = TexturedMesh::default();
@@ -116,7 +116,7 @@ pub(super) fn kettle(order: &mut Order) -> TexturedMesh {
     ));
     profile.push(DVec2::new(0.0, 0.96 * body_h));
     let lathe_body = lathe(&profile, 40);
-    add_by(&mut mesh, lathe_body, &[&body_look, &chrome], |c, _| usize::from(c.z < 0.02 * body_h));
+    add_by(&mut mesh, lathe_body, &[&body_finish, &chrome], |c, _| usize::from(c.z < 0.02 * body_h));
     let lid = points(&[
         (0.0, 0.94 * body_h),
         (0.44 * r, 0.94 * body_h),
@@ -133,7 +133,7 @@ pub(super) fn kettle(order: &mut Order) -> TexturedMesh {
     let tip = r + (long - d);
     let spout = path(&[(0.62 * r, 0.5 * body_h), (0.95 * r, 0.66 * body_h), (tip - 0.01, 1.02 * body_h)], 5);
     let wide = 0.2 * r;
-    mesh.add(sweep(&spout, &circle(wide, 18), DVec3::Y, |t| 1.2 - 0.65 * t), &body_look);
+    mesh.add(sweep(&spout, &circle(wide, 18), DVec3::Y, |t| 1.2 - 0.65 * t), &body_finish);
     let last = spout.len() - 1;
     mesh.add(mouth(spout[last], spout[last] - spout[last - 1], 0.42 * wide), &black);
     let arch = path(
@@ -191,7 +191,7 @@ pub(super) fn pitcher(order: &mut Order) -> TexturedMesh {
             striped_band(color, color.mix(Rgb::hex(0x2f_4f_7a), 0.75), 0.3, 0.42, 2, &mut order.rng);
         Material::textured("glaze", texture, 0.25)
     };
-    let outer = look(order, usual);
+    let outer = finish(order, usual);
     let inner = if glassy || order.material.is_some() {
         outer.clone()
     } else {
@@ -201,13 +201,13 @@ pub(super) fn pitcher(order: &mut Order) -> TexturedMesh {
     add_by(&mut mesh, wrapped_around(body), &[&outer, &inner], |c, n| {
         usize::from(n.dot(DVec3::new(c.x, c.y, 0.0)) < 0.0 || (n.z > 0.5 && c.z < 0.5 * h))
     });
-    let grip_look = if glassy || order.material.is_some() {
+    let grip_finish = if glassy || order.material.is_some() {
         outer.clone()
     } else {
         Material::plain("handle", color, 0.25)
     };
     let reach = (long - d - 0.4 * lip).max(0.02);
     let grip = loop_handle([0.8 * r; 2], reach + 0.2 * r - 0.004, 0.58 * h, 0.56 * h, 0.009, 0.015);
-    mesh.add(grip, &grip_look);
+    mesh.add(grip, &grip_finish);
     fitted(mesh, order.size_m)
 }

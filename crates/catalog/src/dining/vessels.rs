@@ -1,12 +1,12 @@
-//! Things one drinks and eats from: mug, teacup, saucer, glasses, plate, bowl.
+//! Drinking vessels and tableware: mug, teacup, saucer, glasses, plate, bowl.
 
 use glam::{DVec2, DVec3};
 
 use super::assembly::{
-    add_by, fitted, fitted_round, look, loop_handle, points, spline, vessel, wall_radius_m,
+    add_by, finish, fitted, fitted_round, loop_handle, points, spline, vessel, wall_radius_m,
 };
 use crate::Order;
-use crate::texture::{ceramic_speckle, paint, striped_band, stripes, wrap_label, wrapped_around};
+use crate::texture::{ceramic_speckle, draw_texture, striped_band, stripes, wrap_label, wrapped_around};
 use geometry::shapes::{lathe, ring};
 use geometry::{Material, Rgb, TexturedMesh};
 
@@ -29,12 +29,12 @@ fn glaze(order: &mut Order, printed: bool) -> Material {
         _ => heart(color, if light { Rgb::hex(0xc0_39_2f) } else { CREAM }),
     };
     let usual = Material::textured("glaze", texture, 0.25);
-    look(order, usual)
+    finish(order, usual)
 }
 
-/// A heart in the middle of the front.
+/// A heart in the center of the front.
 fn heart(ground: Rgb, ink: Rgb) -> imaging::Texture {
-    paint(256, 128, |u, v| {
+    draw_texture(256, 128, |u, v| {
         let (x, y) = ((u - 0.5) * 9.0, (v - 0.48) * 3.6);
         let r = x * x + y * y - 1.0;
         if r * r * r - x * x * y * y * y < 0.0 { ink } else { ground }
@@ -102,12 +102,12 @@ pub(super) fn teacup(order: &mut Order) -> TexturedMesh {
     let color = order.color;
     let gold = Material { metalness: 0.6, ..Material::plain("gilding", Rgb::hex(0xc9_a2_4c), 0.3) };
     let usual = Material::plain("porcelain", color, 0.18);
-    let body = look(order, usual);
-    let painted = Material::textured("flowers", flowers(color, &mut order.rng), 0.18);
+    let body = finish(order, usual);
+    let rendered = Material::textured("flowers", flowers(color, &mut order.rng), 0.18);
     let mut mesh = TexturedMesh::default();
     let wall_m = 0.003;
     let cup = wrapped_around(vessel(&profile, wall_m, 0.0055, 48));
-    add_by(&mut mesh, cup, &[&body, &painted, &gold], |center, normal| {
+    add_by(&mut mesh, cup, &[&body, &rendered, &gold], |center, normal| {
         let outward = normal.dot(DVec3::new(center.x, center.y, 0.0)) > 0.0;
         if center.z > 0.965 * h { 2 } else { usize::from(outward && center.z > 0.2 * h) }
     });
@@ -124,7 +124,7 @@ fn flowers(ground: Rgb, rng: &mut runtime::seed::Rng) -> imaging::Texture {
     let spots: Vec<(f32, f32)> = (0..9)
         .map(|k| ((k as f32 + rng.random_range(0.2..0.8)) / 9.0, rng.random_range(0.45..0.8)))
         .collect();
-    paint(256, 128, |u, v| {
+    draw_texture(256, 128, |u, v| {
         for &(su, sv) in &spots {
             let (x, y) = ((u - su) * 6.0, (v - sv) * 2.0);
             let (radius, angle) = ((x * x + y * y).sqrt(), y.atan2(x));
@@ -144,7 +144,7 @@ fn flowers(ground: Rgb, rng: &mut runtime::seed::Rng) -> imaging::Texture {
 
 pub(super) fn saucer(order: &mut Order) -> TexturedMesh {
     let usual = Material::plain("porcelain", order.color, 0.18);
-    let body = look(order, usual);
+    let body = finish(order, usual);
     let gold = Material { metalness: 0.6, ..Material::plain("gilding", Rgb::hex(0xc9_a2_4c), 0.3) };
     let r = 0.25 * (order.size_m.x + order.size_m.y);
     let h = order.size_m.z;
@@ -194,7 +194,7 @@ pub(super) fn drinking_glass(order: &mut Order) -> TexturedMesh {
     }));
     let body = vessel(&outside, 0.0028, 0.011, 48);
     let usual = glass(order.color);
-    let glass = look(order, usual);
+    let glass = finish(order, usual);
     let rim = Material { opacity: 0.75, ..Material::plain("rim", order.color.mix(Rgb([1.0; 3]), 0.5), 0.05) };
     let mut mesh = TexturedMesh::default();
     add_by(&mut mesh, body, &[&glass, &rim], |center, _| {
@@ -248,7 +248,7 @@ pub(super) fn wine_glass(order: &mut Order) -> TexturedMesh {
     );
     profile.push(DVec2::new(0.0, 0.45 * h));
     let usual = glass(order.color);
-    let glass = look(order, usual);
+    let glass = finish(order, usual);
     let bright =
         Material { opacity: 0.7, ..Material::plain("rim", order.color.mix(Rgb([1.0; 3]), 0.5), 0.05) };
     let mut mesh = TexturedMesh::default();
@@ -282,7 +282,7 @@ pub(super) fn plate(order: &mut Order) -> TexturedMesh {
     let color = order.color;
     let light = color.0.iter().sum::<f32>() > 1.8;
     let usual = Material::plain("glaze", color, 0.18);
-    let body = look(order, usual);
+    let body = finish(order, usual);
     let palette = [0x2f_4f_8a, 0x3f_7a_55, 0xb0_45_36, 0xc0_9a_45];
     let accent = if light { Rgb::hex(palette[order.pick(4)]) } else { CREAM };
     let band = Material::plain("rim_band", accent, 0.2);

@@ -4,8 +4,8 @@ use std::f64::consts::{PI, TAU};
 
 use glam::DQuat;
 
+use super::images::{clock_dial, grille};
 use super::parts::*;
-use super::pictures::{clock_dial, grille};
 use crate::Order;
 use crate::tables::grain::along_repeating;
 use crate::texture::mapped_from_front;
@@ -18,7 +18,7 @@ use geometry::{DVec3, Material, Rgb, TexturedMesh};
 /// Lying with swiveled ear cups, cushions up, the band behind them.
 pub fn headphones(order: &mut Order) -> TexturedMesh {
     let size = order.size_m;
-    let body = body_look(order, 0.4);
+    let body = body_finish(order, 0.4);
     let (pad, mesh_cloth) =
         (plain("cushion", 0x1d_1d_20, 0.85), Material::textured("cloth", grille(Rgb::hex(0x55_57_5c)), 0.9));
     let metal = steel();
@@ -65,7 +65,7 @@ pub fn headphones(order: &mut Order) -> TexturedMesh {
 /// A cabinet with woofer, tweeter, port and badge on its front.
 pub fn speaker(order: &mut Order) -> TexturedMesh {
     let size = order.size_m;
-    let body = body_look(order, 0.5);
+    let body = body_finish(order, 0.5);
     let (baffle, rubber) = (plain("baffle", 0x1c_1d_1f, 0.6), plain("surround", 0x30_31_34, 0.8));
     let (cone, metal) = (plain("cone", 0x8d_8a_80, 0.6), steel());
     let (w, d, h) = (size.x, size.y, size.z);
@@ -110,7 +110,7 @@ pub fn speaker(order: &mut Order) -> TexturedMesh {
 /// Weighted foot, two arms with joints, a conical shade over the light bulb.
 pub fn desk_lamp(order: &mut Order) -> TexturedMesh {
     let size = order.size_m;
-    let body = body_look(order, 0.35);
+    let body = body_finish(order, 0.35);
     let (metal, bulb) = (steel(), plain("bulb", 0xff_f3_cf, 0.3));
     let (w, d, h) = (size.x, size.y, size.z);
     let radius = 0.5 * w;
@@ -163,7 +163,7 @@ pub fn desk_lamp(order: &mut Order) -> TexturedMesh {
 /// Four blades behind a wire cage on a weighted stand.
 pub fn desk_fan(order: &mut Order) -> TexturedMesh {
     let size = order.size_m;
-    let body = body_look(order, 0.4);
+    let body = body_finish(order, 0.4);
     let wire = Material::metal("cage", Rgb::hex(0xc4_c7_cb), 0.3);
     let dark = plain("motor", 0x3a_3c_40, 0.5);
     let (w, d, h) = (size.x, size.y, size.z);
@@ -240,12 +240,12 @@ pub fn desk_fan(order: &mut Order) -> TexturedMesh {
 /// Twin-bell alarm clock on two feet, dial toward the viewer.
 pub fn desk_clock(order: &mut Order) -> TexturedMesh {
     let size = order.size_m;
-    let body = body_look(order, 0.3);
+    let body = body_finish(order, 0.3);
     let face = Rgb::hex([0xf6_f2_e6, 0xfd_fd_fb, 0x22_25_2a][order.pick(3)]);
     let ink = if face.0[0] > 0.5 { Rgb::hex(0x1c_1c_1e) } else { Rgb::hex(0xf0_ee_e6) };
     let dial = Material::textured("dial", clock_dial(face, ink, &mut order.rng), 0.4);
     let bells = [Rgb::hex(0xc9_cb_cd), Rgb::hex(0xc9_a2_4c)][order.pick(2)];
-    let metal = look_or(order, |_| Material::metal("bells", bells, 0.22));
+    let metal = finish_or(order, |_| Material::metal("bells", bells, 0.22));
     let (w, d, h) = (size.x, size.y, size.z);
     let radius = 0.46 * w;
     let center = at(0.0, 0.0, 0.06 * h + radius);

@@ -2,8 +2,8 @@
 
 use glam::DQuat;
 
+use super::images::desktop;
 use super::parts::*;
-use super::pictures::desktop;
 use crate::Order;
 use crate::texture::mapped_from_front;
 use geometry::shapes::{loft, rounded_rectangle, superellipse, sweep};
@@ -12,7 +12,7 @@ use geometry::{DVec3, Material, Rgb, Solid, TexturedMesh};
 /// Open, screen leaning back about fifteen degrees, keys and touchpad on the deck.
 pub fn laptop(order: &mut Order) -> TexturedMesh {
     let size = order.size_m;
-    let body = body_look(order, 0.4);
+    let body = body_finish(order, 0.4);
     let screen = Material::textured("screen", desktop(&mut order.rng), 0.2);
     let (bezel, key) = (plain("bezel", 0x16_17_19, 0.4), plain("keys", 0x22_23_26, 0.5));
     let lean = order.uniform(0.2, 0.32);
@@ -43,8 +43,8 @@ pub fn laptop(order: &mut Order) -> TexturedMesh {
         0.004,
         0.0003,
     );
-    let pad_look = Material::plain("touchpad", body.base_color.scaled(0.8), 0.3);
-    mesh.add(pad, &pad_look);
+    let pad_finish = Material::plain("touchpad", body.base_color.scaled(0.8), 0.3);
+    mesh.add(pad, &pad_finish);
     let turn = DQuat::from_rotation_x(-lean);
     let hinge = at(0.0, back - 0.012, thick - 0.004);
     let outline: Vec<_> =
@@ -56,11 +56,11 @@ pub fn laptop(order: &mut Order) -> TexturedMesh {
         .map(|p| p2(p.x, p.y + 0.5 * length))
         .collect();
     mesh.add(stand(upright(&inner, -0.0006, 0.001, 0.0003)), &bezel);
-    let picture: Vec<_> = rounded_rectangle(0.92 * w, 0.83 * length, 0.001, 1)
+    let image: Vec<_> = rounded_rectangle(0.92 * w, 0.83 * length, 0.001, 1)
         .iter()
         .map(|p| p2(p.x, p.y + 0.52 * length))
         .collect();
-    mesh.add(stand(mapped_from_front(upright(&picture, -0.0012, 0.0, 0.0))), &screen);
+    mesh.add(stand(mapped_from_front(upright(&image, -0.0012, 0.0, 0.0))), &screen);
     for side in [-0.32, 0.32] {
         let barrel = turned_along_x(&[(0.005, -0.02), (0.005, 0.02)], 16);
         mesh.add(barrel.translated(at(side * w, back - 0.01, thick - 0.001)), &bezel);
@@ -92,7 +92,7 @@ fn key_row(row: i32, width: f64) -> Vec<(f64, f64)> {
 /// A wide screen on a neck and foot.
 pub fn monitor(order: &mut Order) -> TexturedMesh {
     let size = order.size_m;
-    let body = body_look(order, 0.45);
+    let body = body_finish(order, 0.45);
     let bezel = plain("bezel", 0x14_15_17, 0.35);
     let screen = Material::textured("screen", desktop(&mut order.rng), 0.15);
     let (w, h) = (size.x, size.z);
@@ -109,9 +109,9 @@ pub fn monitor(order: &mut Order) -> TexturedMesh {
     mesh.add(upright(&centered(w, height, 0.008), front, front + 0.022, 0.003), &bezel);
     mesh.add(upright(&centered(0.8 * w, 0.7 * height, 0.02), front + 0.02, front + 0.05, 0.008), &body);
     let lift = 0.012 * height;
-    let picture: Vec<_> =
+    let image: Vec<_> =
         centered(w - 0.018, height - 0.032, 0.001).iter().map(|p| p2(p.x, p.y + lift)).collect();
-    mesh.add(mapped_from_front(upright(&picture, front - 0.0007, front + 0.001, 0.0)), &screen);
+    mesh.add(mapped_from_front(upright(&image, front - 0.0007, front + 0.001, 0.0)), &screen);
     let lamp = turned_along_y(&[(0.002, -0.0008), (0.002, 0.001)], 10);
     mesh.add(lamp.translated(at(0.44 * w, front, panel_low + 0.008)), &plain("power_light", 0x4f_d0_6a, 0.4));
     let neck_y = front + 0.06;
@@ -139,7 +139,7 @@ pub fn monitor(order: &mut Order) -> TexturedMesh {
 /// Sloped case, five rows of keys and a function row, cursor keys and a number pad.
 pub fn keyboard(order: &mut Order) -> TexturedMesh {
     let size = order.size_m;
-    let body = body_look(order, 0.5);
+    let body = body_finish(order, 0.5);
     let dark = body.base_color.0.iter().sum::<f32>() < 1.2;
     let key = if dark { plain("keys", 0x3c_3e_43, 0.55) } else { plain("keys", 0xf4_f3_ef, 0.5) };
     let special =
@@ -164,11 +164,11 @@ pub fn keyboard(order: &mut Order) -> TexturedMesh {
     let full = order.pick(2) == 0;
     let main_width = if full { 0.64 * w } else { 0.95 * w };
     let main_center = if full { -0.155 * w } else { 0.0 };
-    let mut add = |x: f64, row: f64, width: f64, tall: f64, look: &Material| {
+    let mut add = |x: f64, row: f64, width: f64, tall: f64, finish: &Material| {
         let y = 0.44 * d - (row + 0.5 * tall) * pitch;
         let z = low + (y + 0.5 * d) * (high - low) / d - 0.001;
         let solid = key_cap(DVec3::ZERO, at(width - 0.0024, tall * pitch - 0.0024, cap), 0.0016);
-        mesh.add(solid.rotated(tilt).translated(at(x, y, z)), look);
+        mesh.add(solid.rotated(tilt).translated(at(x, y, z)), finish);
     };
     for k in 0..14 {
         let unit = main_width / 14.0;
@@ -179,14 +179,14 @@ pub fn keyboard(order: &mut Order) -> TexturedMesh {
         let keys = key_row(row, main_width);
         let last = keys.len() - 1;
         for (k, (x, width)) in keys.into_iter().enumerate() {
-            let look = if row == 2 && k == last {
+            let finish = if row == 2 && k == last {
                 &accent
             } else if (k == 0 || k == last || row == 4) && width < 0.3 * main_width && (k != 3 || row != 4) {
                 &special
             } else {
                 &key
             };
-            add(main_center + x, 1.0 + f64::from(row), width, 1.0, look);
+            add(main_center + x, 1.0 + f64::from(row), width, 1.0, finish);
         }
     }
     if full {
@@ -202,8 +202,8 @@ pub fn keyboard(order: &mut Order) -> TexturedMesh {
         for row in 0..5 {
             for column in 0..4 {
                 let x = pad + (f64::from(column) + 0.5) * pad_unit;
-                let look = if row == 0 || column == 3 { &special } else { &key };
-                add(x, 1.0 + f64::from(row), pad_unit, 1.0, look);
+                let finish = if row == 0 || column == 3 { &special } else { &key };
+                add(x, 1.0 + f64::from(row), pad_unit, 1.0, finish);
             }
         }
     }
@@ -213,12 +213,12 @@ pub fn keyboard(order: &mut Order) -> TexturedMesh {
 /// Rounded hump with two buttons and a wheel.
 pub fn mouse(order: &mut Order) -> TexturedMesh {
     let size = order.size_m;
-    let body = body_look(order, 0.35);
+    let body = body_finish(order, 0.35);
     let seam = Material::plain("seam", body.base_color.scaled(0.35), 0.6);
     let (w, d, h) = (size.x, size.y, size.z);
     let crest = order.uniform(0.05, 0.2);
     let exponent = order.uniform(2.3, 2.9);
-    // Height of the back over the table at depth y: highest a little behind the middle.
+    // Height of the back over the table at depth y: highest a little behind the center.
     let hump = |y: f64| {
         let t = (y / (0.5 * d) - crest) / (1.0 + crest);
         h * (1.0 - 0.42 * t * t)

@@ -5,10 +5,10 @@ use std::f64::consts::{PI, TAU};
 use glam::DQuat;
 use rand::RngExt;
 
+use super::images::earth;
 use super::parts::*;
-use super::pictures::earth;
 use crate::Order;
-use crate::texture::{is_look, mapped_from_front, material_look};
+use crate::texture::{is_finish, mapped_from_front, material_finish};
 use geometry::shapes::{circle, cylinder, ellipsoid, rounded_rectangle, superellipse, sweep_closed, tube};
 use geometry::{DVec2, DVec3, Material, TexturedMesh};
 
@@ -18,7 +18,9 @@ pub fn hourglass(order: &mut Order) -> TexturedMesh {
     let across = 0.5 * (size.x + size.y);
     let (r, h) = (0.5 * across, size.z);
     let wood = match order.material {
-        Some(name) if is_look(name) && name != "glass" => material_look(name, order.color, &mut order.rng),
+        Some(name) if is_finish(name) && name != "glass" => {
+            material_finish(name, order.color, &mut order.rng)
+        }
         _ => Material::plain("frame", order.color, 0.45),
     };
     let glass = Material { opacity: 0.3, ..plain("glass", 0xd8_ea_ec, 0.05) };
@@ -31,16 +33,16 @@ pub fn hourglass(order: &mut Order) -> TexturedMesh {
     let upper = turned(&disc, 40).rotated(DQuat::from_rotation_x(PI)).translated(DVec3::Z * h);
     mesh.add(lower, &wood);
     mesh.add(upper, &wood);
-    let (low, high, middle) = (slab, h - slab, 0.5 * h);
+    let (low, high, center) = (slab, h - slab, 0.5 * h);
     let bulb = 0.62 * r;
     let half = curve(
         &[
             (0.5 * bulb, low),
             (0.96 * bulb, low + 0.04 * h),
             (bulb, low + 0.15 * h),
-            (0.7 * bulb, middle - 0.12 * h),
-            (0.16 * bulb, middle - 0.015 * h),
-            (0.13 * bulb, middle),
+            (0.7 * bulb, center - 0.12 * h),
+            (0.16 * bulb, center - 0.015 * h),
+            (0.13 * bulb, center),
         ],
         2,
     );
@@ -69,8 +71,8 @@ pub fn hourglass(order: &mut Order) -> TexturedMesh {
         turned(&profile, 32)
     };
     mesh.add(fill(low - 0.001, low + 0.12 * h, 0.07 * h), &sand);
-    mesh.add(fill(middle - 0.002, middle + 0.14 * h, -0.03 * h), &sand);
-    mesh.add(cylinder(0.0012, middle - low, 0.0, 10).translated(DVec3::Z * low), &sand);
+    mesh.add(fill(center - 0.002, center + 0.14 * h, -0.03 * h), &sand);
+    mesh.add(cylinder(0.0012, center - low, 0.0, 10).translated(DVec3::Z * low), &sand);
     for k in 0..3 {
         let spot = DVec2::from_angle(TAU * f64::from(k) / 3.0 + 0.5 * PI) * (0.82 * r);
         let span = high - low;
@@ -79,7 +81,7 @@ pub fn hourglass(order: &mut Order) -> TexturedMesh {
                 (0.055 * r, low - 0.001),
                 (0.1 * r, low + 0.06 * span),
                 (0.05 * r, low + 0.14 * span),
-                (0.08 * r, middle),
+                (0.08 * r, center),
                 (0.05 * r, high - 0.14 * span),
                 (0.1 * r, high - 0.06 * span),
                 (0.055 * r, high + 0.001),
@@ -96,7 +98,7 @@ pub fn rubiks_cube(order: &mut Order) -> TexturedMesh {
     let side = order.size_m.min_element();
     let body = plain("body", 0x14_14_17, 0.4);
     let colors = [0xf4_f4_f2, 0xf2_d0_2c, 0xc4_2a_2c, 0xe8_7a_24, 0x24_9a_50, 0x24_5a_b8];
-    let looks: Vec<Material> =
+    let finishes: Vec<Material> =
         colors.iter().map(|&rgb| plain(&format!("sticker_{rgb:06x}"), rgb, 0.3)).collect();
     // Nine of each color, shuffled (Fisher-Yates) unless it comes solved.
     let mut stickers: Vec<usize> = (0..54).map(|k| k / 9).collect();
@@ -128,7 +130,7 @@ pub fn rubiks_cube(order: &mut Order) -> TexturedMesh {
                 row * cell,
                 0.0,
             ));
-            mesh.add(sticker.rotated(turn), &looks[stickers[9 * face + k]]);
+            mesh.add(sticker.rotated(turn), &finishes[stickers[9 * face + k]]);
         }
     }
     fitted(mesh, order.size_m)
@@ -137,9 +139,9 @@ pub fn rubiks_cube(order: &mut Order) -> TexturedMesh {
 /// A globe on a tilted axis in a half meridian.
 pub fn globe(order: &mut Order) -> TexturedMesh {
     let size = order.size_m;
-    let stand = look_or(order, |order| {
+    let stand = finish_or(order, |order| {
         let name = ["walnut", "brass"][order.pick(2)];
-        material_look(name, order.color, &mut order.rng)
+        material_finish(name, order.color, &mut order.rng)
     });
     let brass = Material::metal("meridian", geometry::Rgb::hex(0xc4_9f_52), 0.3);
     let map = Material::textured("map", earth(order.color, &mut order.rng), 0.4);
@@ -188,7 +190,7 @@ pub fn globe(order: &mut Order) -> TexturedMesh {
 /// Spectacles standing on their rims and the tips of the opened temples.
 pub fn eyeglasses(order: &mut Order) -> TexturedMesh {
     let size = order.size_m;
-    let frame = body_look(order, 0.35);
+    let frame = body_finish(order, 0.35);
     let sun = order.pick(3) == 0;
     let lens = if sun {
         Material { opacity: 0.85, ..plain("lens", 0x22_26_2a, 0.08) }

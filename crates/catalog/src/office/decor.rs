@@ -4,10 +4,10 @@ use std::f64::consts::{PI, TAU};
 
 use glam::DQuat;
 
+use super::images::{blossoms, landscape};
 use super::parts::*;
-use super::pictures::{blossoms, landscape};
 use crate::Order;
-use crate::texture::{checker, mapped_from_above, material_look, striped_band, stripes, wrapped_around};
+use crate::texture::{checker, mapped_from_above, material_finish, striped_band, stripes, wrapped_around};
 use geometry::shapes::{
     circle, ellipse, ellipsoid, inset, loft_closed, rectangle, ring, rounded_rectangle, shell_of_revolution,
     tube,
@@ -18,8 +18,8 @@ use geometry::{DVec2, DVec3, Material, Rgb, Solid, TexturedMesh};
 pub fn picture_frame(order: &mut Order) -> TexturedMesh {
     let size = order.size_m;
     let (w, d, h) = (size.x, size.y, size.z);
-    let frame = look_or(order, |order| match order.pick(2) {
-        0 => material_look("oak", order.color, &mut order.rng),
+    let frame = finish_or(order, |order| match order.pick(2) {
+        0 => material_finish("oak", order.color, &mut order.rng),
         _ => Material::plain("frame", order.color, 0.4),
     });
     let photo = Material::textured("photograph", landscape(&mut order.rng), 0.25);
@@ -49,14 +49,14 @@ pub fn picture_frame(order: &mut Order) -> TexturedMesh {
     mesh.add(stand(plate(&outline(0.6 * wide), 0.001, 0.25 * thick, 0.0), floor), &back);
     mesh.add(stand(plate(&outline(0.9 * wide), 0.2 * thick, 0.4 * thick, 0.0), floor), &mat);
     let margin = wide + 0.07 * w;
-    let picture = plate(
+    let image = plate(
         &rounded_rectangle(w - 2.0 * margin, length - 2.0 * margin, 0.0008, 2),
         0.35 * thick,
         0.4 * thick + 0.001,
         0.0,
     );
-    let picture = mapped_from_above(picture).translated(at(0.0, 0.5 * length, 0.0));
-    mesh.add(stand(picture, floor), &photo);
+    let image = mapped_from_above(image).translated(at(0.0, 0.5 * length, 0.0));
+    mesh.add(stand(image, floor), &photo);
     let (foot, hinge) = (0.5 * d, 0.62 * h);
     let y = -0.5 * d + hinge * lean.tan() + thick - 0.003;
     let strut = [p2(foot - 0.012, 0.0), p2(foot, 0.0), p2(y + 0.005, hinge), p2(y - 0.003, hinge)];
@@ -76,7 +76,7 @@ pub fn vase(order: &mut Order) -> TexturedMesh {
     let line = order.color.mix(Rgb::hex(0xf6_f0_e2), 0.75);
     let count = 2 + order.pick(3);
     let (low, high) = [(0.3, 0.5), (0.45, 0.6), (0.12, 0.3)][order.pick(3)];
-    let body = look_or(order, |order| {
+    let body = finish_or(order, |order| {
         Material::textured("glaze", striped_band(order.color, line, low, high, count, &mut order.rng), 0.25)
     });
     let shape: &[(f64, f64)] = match order.pick(3) {
@@ -97,7 +97,7 @@ pub fn vase(order: &mut Order) -> TexturedMesh {
 pub fn candle(order: &mut Order) -> TexturedMesh {
     let size = order.size_m;
     let wax = Material::plain("wax", order.color, 0.5);
-    let holder = look_or(order, |_| Material::metal("brass", Rgb::hex(0xb9_93_4a), 0.32));
+    let holder = finish_or(order, |_| Material::metal("brass", Rgb::hex(0xb9_93_4a), 0.32));
     let (w, d, h) = (size.x, size.y, size.z);
     let radius = 0.5 * d;
     let center = at(-0.5 * w + radius, 0.0, 0.0);
@@ -149,7 +149,7 @@ pub fn candle(order: &mut Order) -> TexturedMesh {
 pub fn coaster(order: &mut Order) -> TexturedMesh {
     let size = order.size_m;
     let (w, d, h) = (size.x, size.y, size.z);
-    let body = body_look(order, 0.5);
+    let body = body_finish(order, 0.5);
     let pale = order.color.mix(Rgb::hex(0xf4_ee_e0), 0.7);
     let pattern = match order.pick(4) {
         0 => stripes(order.color, pale, 10),
@@ -157,8 +157,8 @@ pub fn coaster(order: &mut Order) -> TexturedMesh {
         2 => blossoms(order.color.mix(pale, 0.2), pale, &mut order.rng),
         _ => landscape(&mut order.rng),
     };
-    let picture = Material::textured("pattern", pattern, 0.4);
-    let cork = material_look("cork", order.color, &mut order.rng);
+    let image = Material::textured("pattern", pattern, 0.4);
+    let cork = material_finish("cork", order.color, &mut order.rng);
     let edge = if order.pick(2) == 0 { circle(0.5, 48) } else { rounded_rectangle(1.0, 1.0, 0.12, 8) };
     let outline =
         |by: f64| -> Vec<DVec2> { edge.iter().map(|p| *p * p2(w - 2.0 * by, d - 2.0 * by)).collect() };
@@ -174,7 +174,7 @@ pub fn coaster(order: &mut Order) -> TexturedMesh {
         ring_at(0.005, 0.75 * h),
     ]);
     mesh.add(tray.with_box_uvs(0.1), &body);
-    mesh.add(mapped_from_above(plate(&outline(0.0045), 0.36 * h, 0.8 * h, 0.0)), &picture);
+    mesh.add(mapped_from_above(plate(&outline(0.0045), 0.36 * h, 0.8 * h, 0.0)), &image);
     fitted(mesh, size)
 }
 

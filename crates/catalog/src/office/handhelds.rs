@@ -4,8 +4,8 @@ use std::f64::consts::TAU;
 
 use rand::RngExt;
 
+use super::images::{home_screen, lcd};
 use super::parts::*;
-use super::pictures::{home_screen, lcd};
 use crate::Order;
 use crate::texture::mapped_from_above;
 use geometry::shapes::{circle, inset, loft, rounded_rectangle, smooth};
@@ -14,7 +14,7 @@ use geometry::{DVec2, Material, Solid, TexturedMesh};
 /// Lying on its back, home screen lit.
 pub fn smartphone(order: &mut Order) -> TexturedMesh {
     let size = order.size_m;
-    let body = body_look(order, 0.3);
+    let body = body_finish(order, 0.3);
     let rows = 5;
     slate(order, &body, 0.011, 0.0032, 4, rows, size)
 }
@@ -22,7 +22,7 @@ pub fn smartphone(order: &mut Order) -> TexturedMesh {
 /// Lying on its back; wider margins, a stylus beside the screen on some.
 pub fn tablet(order: &mut Order) -> TexturedMesh {
     let size = order.size_m;
-    let body = body_look(order, 0.3);
+    let body = body_finish(order, 0.3);
     slate(order, &body, 0.012, 0.011, 5, 5, size)
 }
 
@@ -66,7 +66,7 @@ fn slate(
 /// Sloped display above five rows of round-cornered keys.
 pub fn calculator(order: &mut Order) -> TexturedMesh {
     let size = order.size_m;
-    let body = body_look(order, 0.5);
+    let body = body_finish(order, 0.5);
     let number = order.rng.random_range(100..99_999);
     let display = Material::textured("display", lcd(&format!("{number}.{}", number % 10)), 0.25);
     let dark = body.base_color.0.iter().sum::<f32>() < 1.3;
@@ -90,9 +90,9 @@ pub fn calculator(order: &mut Order) -> TexturedMesh {
     mesh.add(side_on(&profile, -0.5 * w, 0.5 * w, 0.002), &body);
     let lean = ((high - low) / (0.5 * d - fold - 0.003)).atan();
     let tilt = glam::DQuat::from_rotation_x(lean);
-    let middle = at(0.0, 0.5 * (fold + 0.5 * d), 0.5 * (low + high));
+    let center = at(0.0, 0.5 * (fold + 0.5 * d), 0.5 * (low + high));
     let tall = (0.5 * d - fold) * 0.72;
-    let place = |solid: Solid| solid.rotated(tilt).translated(middle);
+    let place = |solid: Solid| solid.rotated(tilt).translated(center);
     mesh.add(
         place(plate(&rounded_rectangle(0.88 * w, tall * 1.2, 0.003, 3), -0.002, 0.0005, 0.0003)),
         &plain("bezel", 0x15_16_18, 0.4),
@@ -112,14 +112,14 @@ pub fn calculator(order: &mut Order) -> TexturedMesh {
         for column in 0..columns {
             let x = (f64::from(column) + 0.5) * pitch_x - 0.44 * w;
             let y = fold - 0.02 * d - (f64::from(row) + 0.5) * pitch_y;
-            let look = match (row, column) {
+            let finish = match (row, column) {
                 (0, 0) => &operator,
                 (0, _) => &function,
                 (_, 3) => &operator,
                 _ => &keys,
             };
             let outline = moved(&rounded_rectangle(0.78 * pitch_x, 0.72 * pitch_y, 0.0025, 3), p2(x, y));
-            mesh.add(button(&outline, low - 0.001, low + cap, 0.001), look);
+            mesh.add(button(&outline, low - 0.001, low + cap, 0.001), finish);
         }
     }
     fitted(mesh, size)
@@ -128,7 +128,7 @@ pub fn calculator(order: &mut Order) -> TexturedMesh {
 /// A long wand of keys: power, digits, a direction ring, volume and channel rockers.
 pub fn remote_control(order: &mut Order) -> TexturedMesh {
     let size = order.size_m;
-    let body = body_look(order, 0.45);
+    let body = body_finish(order, 0.45);
     let light = body.base_color.0.iter().sum::<f32>() > 1.5;
     let keys = if light { plain("keys", 0x4a_4d_52, 0.6) } else { plain("keys", 0xc9_cb_ce, 0.6) };
     let (w, d, h) = (size.x, size.y, size.z);
@@ -141,9 +141,9 @@ pub fn remote_control(order: &mut Order) -> TexturedMesh {
         at(p.x * (1.0 - 0.1 * (1.0 - t * t).max(0.0)), p.y, p.z)
     };
     mesh.add(bent(case, waisted), &body);
-    let mut key = |x: f64, y: f64, wide: f64, tall: f64, look: &Material| {
+    let mut key = |x: f64, y: f64, wide: f64, tall: f64, finish: &Material| {
         let outline = rounded_rectangle(wide * w, tall * w, 0.45 * tall.min(wide) * w, 3);
-        mesh.add(button(&moved(&outline, p2(x * w, y * d)), top - 0.0012, h, 0.0007), look);
+        mesh.add(button(&moved(&outline, p2(x * w, y * d)), top - 0.0012, h, 0.0007), finish);
     };
     let [red, green, yellow, blue] = [0xd0_3a_30, 0x3c_a0_50, 0xe8_c0_30, 0x35_6f_c8]
         .map(|rgb| plain(&format!("key_{rgb:06x}"), rgb, 0.5));
@@ -156,8 +156,8 @@ pub fn remote_control(order: &mut Order) -> TexturedMesh {
     }
     key(-0.28, 0.06, 0.18, 0.42, &keys);
     key(0.28, 0.06, 0.18, 0.42, &keys);
-    for (k, look) in [&red, &green, &yellow, &blue].into_iter().enumerate() {
-        key(0.21 * (k as f64 - 1.5), -0.29, 0.15, 0.1, look);
+    for (k, finish) in [&red, &green, &yellow, &blue].into_iter().enumerate() {
+        key(0.21 * (k as f64 - 1.5), -0.29, 0.15, 0.1, finish);
     }
     for column in 0..3 {
         key(0.26 * f64::from(column - 1), -0.36, 0.18, 0.12, &keys);
@@ -172,7 +172,7 @@ pub fn remote_control(order: &mut Order) -> TexturedMesh {
 /// Two grips, two sticks, a direction cross and four colored buttons.
 pub fn game_controller(order: &mut Order) -> TexturedMesh {
     let size = order.size_m;
-    let body = body_look(order, 0.4);
+    let body = body_finish(order, 0.4);
     let light = body.base_color.0.iter().sum::<f32>() > 1.5;
     let trim = if light { plain("trim", 0x2a_2b_2e, 0.6) } else { plain("trim", 0x9a_9d_a2, 0.55) };
     let stick = plain("sticks", 0x1b_1c_1e, 0.8);
@@ -194,7 +194,7 @@ pub fn game_controller(order: &mut Order) -> TexturedMesh {
     let top = 0.66 * h;
     let mut mesh = TexturedMesh::default();
     // The control polygon is shrunk, not the fine outline, so that narrow grips stay simple curves;
-    // the grips hang lower than the middle.
+    // the grips are lower than the center.
     let levels = [(0.0065, 0.0), (0.002, 0.12), (0.0, 0.3), (0.001, 0.46), (0.0035, 0.59), (0.0075, 0.66)];
     let rings: Vec<Vec<geometry::DVec3>> = levels
         .iter()
@@ -204,9 +204,9 @@ pub fn game_controller(order: &mut Order) -> TexturedMesh {
         })
         .collect();
     mesh.add(loft(&rings), &body);
-    let mut disc = |x: f64, y: f64, radius: f64, low: f64, high: f64, look: &Material| {
+    let mut disc = |x: f64, y: f64, radius: f64, low: f64, high: f64, finish: &Material| {
         let outline = moved(&circle(radius, 24), p2(x * w, y * d));
-        mesh.add(button(&outline, low, high, 0.001), look);
+        mesh.add(button(&outline, low, high, 0.001), finish);
     };
     let unit = 0.16 * w;
     for (x, y) in [(-0.145, 0.0), (0.145, 0.0)] {
@@ -216,8 +216,8 @@ pub fn game_controller(order: &mut Order) -> TexturedMesh {
     }
     for (k, rgb) in [0x3c_a0_50, 0xd0_3a_30, 0x35_6f_c8, 0xe8_c0_30].into_iter().enumerate() {
         let spot = DVec2::from_angle(TAU * (k as f64 + 3.0) / 4.0) * 0.055;
-        let look = plain(&format!("button_{rgb:06x}"), rgb, 0.35);
-        disc(0.32 + spot.x, 0.2 + spot.y * w / d, 0.028 * w, top - 0.003, top + 0.004, &look);
+        let finish = plain(&format!("button_{rgb:06x}"), rgb, 0.35);
+        disc(0.32 + spot.x, 0.2 + spot.y * w / d, 0.028 * w, top - 0.003, top + 0.004, &finish);
     }
     disc(0.0, 0.2, 0.032 * w, top - 0.002, top + 0.0015, &trim);
     for x in [-0.09, 0.09] {

@@ -1,10 +1,10 @@
-//! Building blocks of desk things: boards and profiles set upright, bars along y, facets to rest on,
+//! Building blocks of desk objects: boards and profiles set upright, bars along y, facets to rest on,
 //! and the last step that brings a mesh to its ordered extents.
 
 use glam::{DMat3, DQuat, DVec2, DVec3};
 
 use crate::Order;
-use crate::texture::{is_look, material_look};
+use crate::texture::{is_finish, material_finish};
 use geometry::shapes::{circle, inset, lathe, loft, loft_closed, prism, rounded_rectangle, slab, sweep};
 use geometry::{Material, Rgb, Solid, TexturedMesh, Vec3};
 
@@ -30,15 +30,15 @@ pub fn steel() -> Material {
     Material::metal("steel", Rgb::hex(0xb9_bc_c0), 0.32)
 }
 
-/// The look of the main body: what the order's material asks for, else `roughness` on its color.
-pub fn body_look(order: &mut Order, roughness: f32) -> Material {
-    look_or(order, |order| Material::plain("body", order.color, roughness))
+/// The main material: the requested one, else the order's color with `roughness`.
+pub fn body_finish(order: &mut Order, roughness: f32) -> Material {
+    finish_or(order, |order| Material::plain("body", order.color, roughness))
 }
 
-/// The look that the order's material asks for, or `usual` where it asks for none.
-pub fn look_or(order: &mut Order, usual: impl FnOnce(&mut Order) -> Material) -> Material {
+/// The requested material, or `usual` if none is requested.
+pub fn finish_or(order: &mut Order, usual: impl FnOnce(&mut Order) -> Material) -> Material {
     match order.material {
-        Some(name) if is_look(name) => material_look(name, order.color, &mut order.rng),
+        Some(name) if is_finish(name) => material_finish(name, order.color, &mut order.rng),
         _ => usual(order),
     }
 }
@@ -47,8 +47,8 @@ pub fn look_or(order: &mut Order, usual: impl FnOnce(&mut Order) -> Material) ->
 pub fn rounded(low: DVec3, high: DVec3, corner_m: f64, edge_m: f64) -> Solid {
     let size = high - low;
     let outline = rounded_rectangle(size.x, size.y, corner_m.max(1.05 * edge_m), 5);
-    let middle = 0.5 * (low + high);
-    slab(&outline, size.z, edge_m).with_flat_ends().translated(at(middle.x, middle.y, low.z))
+    let center = 0.5 * (low + high);
+    slab(&outline, size.z, edge_m).with_flat_ends().translated(at(center.x, center.y, low.z))
 }
 
 /// `outline` raised between two heights, edges rounded.
@@ -133,7 +133,7 @@ pub fn hoop(section: &[(f64, f64)], sides: usize) -> Solid {
     loft_closed(&rings)
 }
 
-/// [`loft`] with the rings turned around if they came clockwise, so that faces look outward.
+/// [`loft`] with clockwise rings reversed, so that faces point outward.
 pub fn skin(rings: &[Vec<DVec3>]) -> Solid {
     let solid = loft(rings);
     if solid.volume_m3() > 0.0 {
@@ -166,7 +166,7 @@ pub fn curve(points: &[(f64, f64)], steps: usize) -> Vec<(f64, f64)> {
     line
 }
 
-/// Turns a solid drawn along +z so that +z becomes `direction`, then moves its origin to `from`.
+/// Rotates a solid modeled along +z so that +z becomes `direction`, then moves its origin to `from`.
 pub fn pointed(solid: Solid, from: DVec3, direction: DVec3) -> Solid {
     solid.rotated(DQuat::from_rotation_arc(DVec3::Z, direction.normalize_or(DVec3::Z))).translated(from)
 }
@@ -176,13 +176,13 @@ pub fn moved(outline: &[DVec2], offset_m: DVec2) -> Vec<DVec2> {
     outline.iter().map(|p| *p + offset_m).collect()
 }
 
-/// The solid with every point moved by `change`, normals computed anew.
+/// The solid with every point moved by `change`, normals recomputed.
 pub fn bent(solid: Solid, change: impl Fn(DVec3) -> DVec3) -> Solid {
     let positions: Vec<DVec3> = solid.positions.iter().map(|p| change(*p)).collect();
     Solid::from_corners(&positions, &solid.uvs, &solid.triangles)
 }
 
-/// Scales the mesh to exactly `size_m` and seats it. Generators draw in the ordered meters already, so
+/// Scales the mesh to exactly `size_m` and seats it. Generators model in the requested extents already, so
 /// the factors are close to one.
 pub fn fitted(mesh: TexturedMesh, size_m: DVec3) -> TexturedMesh {
     let scale = size_m / mesh.size_m().max(DVec3::splat(1e-6));

@@ -2,8 +2,8 @@
 
 use std::f64::consts::{PI, TAU};
 
+use super::images::leaf;
 use super::parts::*;
-use super::pictures::leaf;
 use crate::Order;
 use crate::texture::{granite, wrapped_around};
 use geometry::shapes::{shell_of_revolution, tube};
@@ -11,7 +11,7 @@ use geometry::{DVec2, DVec3, Material, Rgb, Solid, TexturedMesh};
 
 /// A pot with a rim, filled with soil; returns the soil's level.
 fn add_pot(order: &mut Order, mesh: &mut TexturedMesh, radius: f64, height: f64) -> f64 {
-    let look = look_or(order, |order| Material::plain("pot", order.color, 0.55));
+    let finish = finish_or(order, |order| Material::plain("pot", order.color, 0.55));
     let soil = Material::textured("soil", granite(Rgb::hex(0x3f_2e_22), &mut order.rng), 1.0);
     let rim = 0.2 * height;
     let outside = if order.pick(2) == 0 {
@@ -30,7 +30,7 @@ fn add_pot(order: &mut Order, mesh: &mut TexturedMesh, radius: f64, height: f64)
             .map(|&(r, z)| p2(r * radius, z * height))
             .collect()
     };
-    mesh.add(wrapped_around(shell_of_revolution(&outside, 0.0045, 0.006, 36)), &look);
+    mesh.add(wrapped_around(shell_of_revolution(&outside, 0.0045, 0.006, 36)), &finish);
     let level = 0.86 * height;
     let earth = turned(
         &[

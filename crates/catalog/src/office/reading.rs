@@ -5,8 +5,8 @@ use std::f64::consts::{PI, TAU};
 use glam::DQuat;
 use rand::RngExt;
 
+use super::images::{book_cover, note, page_edges};
 use super::parts::*;
-use super::pictures::{book_cover, note, page_edges};
 use crate::Order;
 use crate::tables::grain::along_repeating;
 use crate::texture::{mapped_from_above, printed_page};
@@ -18,7 +18,7 @@ const PAPER: Rgb = Rgb::hex(0xf1_ea_d8);
 /// Closed hardcover lying on its back: two boards, a rounded spine at the left, a block of pages.
 pub fn book(order: &mut Order) -> TexturedMesh {
     let size = order.size_m;
-    let cover = body_look(order, 0.6);
+    let cover = body_finish(order, 0.6);
     let front = Material::textured("front_cover", book_cover(cover.base_color, &mut order.rng), 0.55);
     let pages = Material::textured("pages", page_edges(PAPER, &mut order.rng), 0.9);
     let (w, d, h) = (size.x, size.y, size.z);
@@ -26,9 +26,9 @@ pub fn book(order: &mut Order) -> TexturedMesh {
     let spine = (0.18 * h).max(0.004);
     let left = -0.5 * w + spine;
     let mut mesh = TexturedMesh::default();
-    for (low, look) in [(0.0, &cover), (h - board_m, &front)] {
+    for (low, finish) in [(0.0, &cover), (h - board_m, &front)] {
         let lid = rounded(at(left, -0.5 * d, low), at(0.5 * w, 0.5 * d, low + board_m), 0.002, 0.0008);
-        mesh.add(mapped_from_above(lid), look);
+        mesh.add(mapped_from_above(lid), finish);
     }
     let block = [
         p2(left - 0.4 * spine, board_m - 0.0005),
@@ -71,7 +71,7 @@ fn front_ink(color: Rgb) -> Rgb {
 /// Spiral-bound at the left, or bound with an elastic band and a ribbon.
 pub fn notebook(order: &mut Order) -> TexturedMesh {
     let size = order.size_m;
-    let cover = body_look(order, 0.55);
+    let cover = body_finish(order, 0.55);
     let pages = Material::textured("pages", page_edges(Rgb::hex(0xf6_f3_ea), &mut order.rng), 0.9);
     let label = Material::textured("label", note(Rgb::hex(0xf4_ee_dc), &mut order.rng), 0.8);
     let (w, d, h) = (size.x, size.y, size.z);
@@ -210,7 +210,7 @@ pub fn sticky_notes(order: &mut Order) -> TexturedMesh {
 pub fn bookend(order: &mut Order) -> TexturedMesh {
     let size = order.size_m;
     let (w, d, h) = (size.x, size.y, size.z);
-    let body = body_look(order, 0.5);
+    let body = body_finish(order, 0.5);
     let wooden = order.rng.random_range(0..2) == 0;
     let thick = if wooden { 0.014 } else { 0.008 };
     let mut mesh = TexturedMesh::default();

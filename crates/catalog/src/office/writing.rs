@@ -3,8 +3,8 @@
 use glam::DQuat;
 use rand::RngExt;
 
+use super::images::{lattice, page_edges};
 use super::parts::*;
-use super::pictures::{lattice, page_edges};
 use crate::Order;
 use crate::texture::{mapped_from_above, printed_page};
 use geometry::shapes::{circle, rounded_rectangle, smooth};
@@ -13,7 +13,7 @@ use geometry::{DVec3, Material, Rgb, TexturedMesh};
 /// Ballpoint lying on a flat of its barrel, tip away from the viewer, clip on top.
 pub fn pen(order: &mut Order) -> TexturedMesh {
     let size = order.size_m;
-    let body = body_look(order, 0.3);
+    let body = body_finish(order, 0.3);
     let (grip, metal) = (plain("grip", 0x24_26_2a, 0.75), steel());
     let d = size.y;
     let r = 0.5 * size.x;
@@ -72,13 +72,13 @@ pub fn pen(order: &mut Order) -> TexturedMesh {
 /// Hexagonal, lying on a flat; sharpened end away from the viewer, ferrule and eraser toward them.
 pub fn pencil(order: &mut Order) -> TexturedMesh {
     let size = order.size_m;
-    let paint = body_look(order, 0.4);
+    let finish = body_finish(order, 0.4);
     let (wood, lead) = (plain("cut_wood", 0xdd_b8_84, 0.7), plain("lead", 0x2b_2b_2e, 0.5));
     let (ferrule, eraser) =
         (Material::metal("ferrule", Rgb::hex(0xc9_b8_6a), 0.35), plain("eraser", 0xe0_8a_8a, 0.85));
     let (r, d) = (0.5 * size.x, size.y);
     let mut mesh = TexturedMesh::default();
-    mesh.add(turned_along_y(&[(r, -0.43 * d), (r, 0.37 * d), (0.93 * r, 0.375 * d)], 6), &paint);
+    mesh.add(turned_along_y(&[(r, -0.43 * d), (r, 0.37 * d), (0.93 * r, 0.375 * d)], 6), &finish);
     mesh.add(turned_along_y(&[(0.9 * r, 0.37 * d), (0.28 * r, 0.468 * d)], 32), &wood);
     mesh.add(turned_along_y(&[(0.29 * r, 0.466 * d), (0.05 * r, 0.5 * d)], 16), &lead);
     let crimped: Vec<(f64, f64)> = (0..=8)
@@ -97,7 +97,7 @@ pub fn pencil(order: &mut Order) -> TexturedMesh {
 /// A cup for pens: round or square, wire mesh or solid, with rims and a second compartment.
 pub fn pen_holder(order: &mut Order) -> TexturedMesh {
     let size = order.size_m;
-    let body = body_look(order, 0.5);
+    let body = body_finish(order, 0.5);
     let rim = Material::plain("rim", body.base_color.scaled(0.7), 0.4);
     let walls = if order.material.is_none() && order.rng.random_range(0..3) < 2 {
         Material::textured("mesh_wall", lattice(body.base_color.scaled(1.1)), 0.5)
@@ -134,7 +134,7 @@ pub fn pen_holder(order: &mut Order) -> TexturedMesh {
 /// Mouth away from the viewer: base with anvil, steel magazine, cushioned arm, hinge.
 pub fn stapler(order: &mut Order) -> TexturedMesh {
     let size = order.size_m;
-    let body = body_look(order, 0.35);
+    let body = body_finish(order, 0.35);
     let (dark, metal) = (plain("cushion", 0x26_28_2b, 0.7), steel());
     let (w, d, h) = (size.x, size.y, size.z);
     let p = |y: f64, z: f64| p2(y * d, z * h);
@@ -173,7 +173,7 @@ pub fn stapler(order: &mut Order) -> TexturedMesh {
 /// A weighted holder with a roll of clear tape and a toothed cutter toward the viewer.
 pub fn tape_dispenser(order: &mut Order) -> TexturedMesh {
     let size = order.size_m;
-    let body = body_look(order, 0.4);
+    let body = body_finish(order, 0.4);
     let tape = Material { opacity: 1.0, ..plain("tape", 0xd9_cf_a0, 0.25) };
     let (core, metal) = (plain("core", 0xf0_ee_e8, 0.6), steel());
     let (w, d, h) = (size.x, size.y, size.z);
@@ -242,7 +242,7 @@ pub fn tape_dispenser(order: &mut Order) -> TexturedMesh {
 /// Two trays on posts, open toward the viewer; printed sheets in the lower one.
 pub fn file_tray(order: &mut Order) -> TexturedMesh {
     let size = order.size_m;
-    let body = body_look(order, 0.45);
+    let body = body_finish(order, 0.45);
     let print = Material::textured("printed_sheet", printed_page(Rgb::hex(0xfa_f9_f5), &mut order.rng), 0.9);
     let sheets = Material::textured("sheets", page_edges(Rgb::hex(0xf4_f2_ec), &mut order.rng), 0.9);
     let post = Material::metal("posts", Rgb::hex(0x8d_90_95), 0.35);

@@ -1,4 +1,4 @@
-//! What a table is made of: looks of its top, frame and metal parts.
+//! Finishes of a table's top, frame and metal parts.
 
 use rand::RngExt;
 
@@ -16,7 +16,7 @@ pub struct Finish {
 }
 
 impl Finish {
-    /// The ordered material, or one usual for the model; `color` paints the top.
+    /// The requested material, or a usual one for the model; `color` is the color of the top.
     pub fn choose(model: &str, color: Option<Rgb>, material: Option<&str>, rng: &mut Rng) -> Self {
         let usual: &[&str] = match model {
             "workbench" => &["pine", "birch", "oak"],
@@ -50,8 +50,8 @@ impl Finish {
                 let sheet = Material::metal("steel", color.unwrap_or(Rgb::hex(0xb4_b8_bc)), 0.38);
                 (sheet, dark.clone())
             }
-            "white" | "painted" => painted(color.unwrap_or(Rgb::hex(0xee_ed_e8))),
-            "black" => painted(color.unwrap_or(Rgb::hex(0x2a_2a_2c))),
+            "white" | "painted" => rendered(color.unwrap_or(Rgb::hex(0xee_ed_e8))),
+            "black" => rendered(color.unwrap_or(Rgb::hex(0x2a_2a_2c))),
             wood => timber(wood, color, rng),
         };
         Self { top, frame, metal: steel, thickness_m }
@@ -65,11 +65,11 @@ fn stone(color: Option<Rgb>, rng: &mut Rng) -> Material {
     Material::textured("marble", marble(base, vein, rng), 0.22)
 }
 
-fn painted(color: Rgb) -> (Material, Material) {
+fn rendered(color: Rgb) -> (Material, Material) {
     (Material::plain("paint", color, 0.45), Material::plain("frame_paint", color.scaled(0.92), 0.5))
 }
 
-/// Boards glued up to a top, and plain grain for the frame.
+/// A top of glued boards, and plain grain for the frame.
 fn timber(name: &str, color: Option<Rgb>, rng: &mut Rng) -> (Material, Material) {
     let usual = match name {
         "walnut" => Rgb::hex(0x6e_49_30),

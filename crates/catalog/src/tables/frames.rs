@@ -10,7 +10,7 @@ use super::shapes::{board, leg};
 use geometry::shapes::{cylinder, rectangle, rounded_rectangle, tube};
 use runtime::seed::Rng;
 
-/// How far parts reach into each other.
+/// Overlap between parts.
 const JOINT_M: f64 = 0.001;
 
 /// Four corners (+-x, +-y).
@@ -68,7 +68,7 @@ pub fn dining_table(draft: &mut Draft, rng: &mut Rng) -> Vec<DVec2> {
     edge
 }
 
-/// A pedestal of three drawers on the right, legs on the left, a flat drawer in the middle and a modesty board behind.
+/// A pedestal of three drawers on the right, legs on the left, a flat drawer in the center and a modesty board behind.
 pub fn desk(draft: &mut Draft) -> Vec<DVec2> {
     let size = draft.size_m;
     let edge = rounded_rectangle(size.x, size.y, 0.012, 4);
@@ -127,15 +127,15 @@ fn add_drawer(draft: &mut Draft, low: DVec3, high: DVec3) {
         board(DVec3::new(low.x, face_y, low.z), DVec3::new(high.x, low.y + 0.001, high.z)),
         DVec3::X,
     );
-    let middle = 0.5 * (low + high);
+    let center = 0.5 * (low + high);
     let half = (0.18 * (high.x - low.x)).min(0.07);
     let path = [
-        DVec3::new(middle.x - half, face_y + 0.002, middle.z),
-        DVec3::new(middle.x - half, face_y - 0.014, middle.z),
-        DVec3::new(middle.x - half + 0.006, face_y - 0.02, middle.z),
-        DVec3::new(middle.x + half - 0.006, face_y - 0.02, middle.z),
-        DVec3::new(middle.x + half, face_y - 0.014, middle.z),
-        DVec3::new(middle.x + half, face_y + 0.002, middle.z),
+        DVec3::new(center.x - half, face_y + 0.002, center.z),
+        DVec3::new(center.x - half, face_y - 0.014, center.z),
+        DVec3::new(center.x - half + 0.006, face_y - 0.02, center.z),
+        DVec3::new(center.x + half - 0.006, face_y - 0.02, center.z),
+        DVec3::new(center.x + half, face_y - 0.014, center.z),
+        DVec3::new(center.x + half, face_y + 0.002, center.z),
     ];
     let metal = draft.finish.metal.clone();
     draft.mesh.add(tube(&path, 0.005, 10), &metal);

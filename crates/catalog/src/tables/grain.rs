@@ -1,4 +1,4 @@
-//! Texture coordinates for boards cut from a log: the picture's u axis (the grain) runs along a part.
+//! Texture coordinates for boards cut from a log: the image's u axis (the grain) runs along a part.
 
 use glam::{DVec2, DVec3};
 
@@ -13,9 +13,9 @@ pub fn along(solid: Solid, axis: DVec3) -> Solid {
     along_repeating(solid, axis, METERS_PER_REPEAT)
 }
 
-/// As [`along`] with another repeat length, for things smaller than furniture.
+/// As [`along`] with another repeat length, for objects smaller than furniture.
 pub fn along_repeating(mut solid: Solid, axis: DVec3, meters_per_repeat: f64) -> Solid {
-    // Parts side by side must not show the same piece of the log.
+    // Adjacent parts must not show the same piece of the log.
     let first = solid.positions.first().copied().unwrap_or_default();
     let offset = DVec2::new(0.37 * first.x + 0.61 * first.z, 1.7 * first.y + 1.3 * first.x);
     for ((uv, p), n) in solid.uvs.iter_mut().zip(&solid.positions).zip(&solid.normals) {

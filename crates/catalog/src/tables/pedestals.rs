@@ -1,4 +1,4 @@
-//! Tables whose tops are no rectangles: round, oval, triangular, hexagonal, kidney-shaped.
+//! Tables with non-rectangular tops: round, oval, triangular, hexagonal, kidney-shaped.
 //!
 //! Each function adds its parts to the draft and returns the outer edge of the top, centered on its
 //! axis-aligned box.
@@ -11,7 +11,7 @@ use super::Draft;
 use super::shapes::{bar, board, column, leg, round_leg};
 use geometry::shapes::{cylinder, ellipse, prism, regular_polygon, smooth};
 
-/// How far parts reach into each other.
+/// Overlap between parts.
 const JOINT_M: f64 = 0.001;
 
 /// A turned column on four arched feet.
@@ -132,9 +132,9 @@ pub fn triangular_table(draft: &mut Draft) -> Vec<DVec2> {
     let edge = fitted(&rounded_corners(&corners, 0.16 * size.x.min(size.y), 8), size.truncate());
     draft.add_top(&edge);
     let top = draft.underside_m() + JOINT_M;
-    let middle = DVec2::new(0.0, -size.y / 6.0);
-    let feet = corners.map(|c| middle + 0.62 * (c - middle));
-    let heads = corners.map(|c| middle + 0.52 * (c - middle));
+    let center = DVec2::new(0.0, -size.y / 6.0);
+    let feet = corners.map(|c| center + 0.62 * (c - center));
+    let heads = corners.map(|c| center + 0.52 * (c - center));
     for (foot, head) in feet.iter().zip(&heads) {
         draft.add_frame(round_leg(foot.extend(0.0), head.extend(top), 0.016, 0.027), DVec3::Z);
     }

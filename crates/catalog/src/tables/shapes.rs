@@ -7,8 +7,8 @@ use geometry::shapes::{block, lathe, loft, rectangle, rounded_rectangle};
 
 /// An axis-aligned board between its lowest and highest corner.
 pub fn board(low: DVec3, high: DVec3) -> Solid {
-    let middle = 0.5 * (low + high);
-    block(high - low).translated(DVec3::new(middle.x, middle.y, low.z))
+    let center = 0.5 * (low + high);
+    block(high - low).translated(DVec3::new(center.x, center.y, low.z))
 }
 
 /// A straight leg with a rounded-rectangle section from `foot` (on the floor) up to `head`, its side

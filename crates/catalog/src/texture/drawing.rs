@@ -1,11 +1,11 @@
-//! Painting pictures: a function of (u, v), filled rectangles, frames, discs. Pixels from the top left;
-//! what falls outside the picture is cut off.
+//! Drawing on textures: a function of (u, v), filled rectangles, frames, discs. Pixel coordinates start at the top
+//! left; shapes are clipped to the image.
 
 use geometry::Rgb;
 use imaging::{Image, Texture};
 
-/// A picture whose pixel centers get `color(u, v)`; u runs right, v runs *up*, both 0..1.
-pub fn paint(width_px: u32, height_px: u32, mut color: impl FnMut(f32, f32) -> Rgb) -> Texture {
+/// A texture whose pixel centers get `color(u, v)`; u runs right, v runs *up*, both 0..1.
+pub fn draw_texture(width_px: u32, height_px: u32, mut color: impl FnMut(f32, f32) -> Rgb) -> Texture {
     let mut image = Image::filled(width_px, height_px, [0, 0, 0, 255]);
     for y in 0..height_px {
         for x in 0..width_px {

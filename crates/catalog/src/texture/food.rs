@@ -2,7 +2,7 @@
 
 use rand::RngExt;
 
-use super::{Noise, paint};
+use super::{Noise, draw_texture};
 use geometry::Rgb;
 use imaging::Texture;
 use runtime::seed::Rng;
@@ -10,7 +10,7 @@ use runtime::seed::Rng;
 /// Smooth skin: streaks from stem to base, a blush of `blush` on one side, paler dots; u repeats.
 pub fn fruit_skin(color: Rgb, blush: Rgb, rng: &mut Rng) -> Texture {
     let (side, streak, dots) = (Noise::new(2, 2, rng), Noise::new(40, 3, rng), Noise::new(56, 40, rng));
-    paint(256, 128, |u, v| {
+    draw_texture(256, 128, |u, v| {
         let amount = (1.5 * side.at(u, v) - 0.4 + 0.5 * (streak.at(u, v) - 0.5)).clamp(0.0, 1.0);
         let dot = if dots.at(u, v) > 0.93 { 0.25 } else { 0.0 };
         color.mix(blush, amount).mix(Rgb([1.0, 0.95, 0.75]), dot)
@@ -20,7 +20,7 @@ pub fn fruit_skin(color: Rgb, blush: Rgb, rng: &mut Rng) -> Texture {
 /// Dimpled peel; repeats.
 pub fn citrus_peel(color: Rgb, rng: &mut Rng) -> Texture {
     let (pits, tone) = (Noise::new(110, 60, rng), Noise::new(5, 4, rng));
-    paint(256, 128, |u, v| {
+    draw_texture(256, 128, |u, v| {
         let pit = (pits.at(u, v) - 0.7).max(0.0);
         color.scaled(0.97 + 0.08 * tone.at(u, v) - 0.45 * pit)
     })
@@ -30,7 +30,7 @@ pub fn citrus_peel(color: Rgb, rng: &mut Rng) -> Texture {
 pub fn banana_skin(color: Rgb, rng: &mut Rng) -> Texture {
     let (fleck, line) = (Noise::new(24, 30, rng), Noise::new(30, 4, rng));
     let brown = Rgb([0.32, 0.2, 0.08]);
-    paint(128, 256, |u, v| {
+    draw_texture(128, 256, |u, v| {
         let tip = (1.0 - v / 0.05).max(0.0).max((v - 0.9) / 0.1).clamp(0.0, 1.0);
         let spot = if fleck.at(u, v) > 0.88 { 0.6 } else { 0.0 };
         let streak = (line.at(u, v) - 0.75).max(0.0);
@@ -38,10 +38,10 @@ pub fn banana_skin(color: Rgb, rng: &mut Rng) -> Texture {
     })
 }
 
-/// Baked crust: brown in the middle, paler toward `pale`, floury patches; repeats.
+/// Baked crust: brown in the center, paler toward `pale`, floury patches; repeats.
 pub fn crust(brown: Rgb, pale: Rgb, rng: &mut Rng) -> Texture {
     let (broad, fine) = (Noise::new(5, 5, rng), Noise::new(40, 40, rng));
-    paint(256, 256, |u, v| {
+    draw_texture(256, 256, |u, v| {
         let mixed = brown.mix(pale, (0.9 * broad.at(u, v) - 0.1).clamp(0.0, 1.0));
         mixed.scaled(0.88 + 0.22 * fine.at(u, v))
     })
@@ -57,7 +57,7 @@ pub fn sprinkles(base: Rgb, count: usize, rng: &mut Rng) -> Texture {
             (rng.random_range(0.0..1.0), rng.random_range(0.0..1.0), angle, colors[pick])
         })
         .collect();
-    paint(256, 256, |u, v| {
+    draw_texture(256, 256, |u, v| {
         let hit = sticks.iter().find(|(su, sv, angle, _)| {
             let (dx, dy) = (u - su, v - sv);
             let along = dx * angle.cos() + dy * angle.sin();

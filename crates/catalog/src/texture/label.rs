@@ -15,7 +15,7 @@ pub fn label(background: Rgb, accent: Rgb, word: &str, rng: &mut Rng) -> Texture
     Texture::new(image)
 }
 
-/// A label of 512 x 256 px that runs once around: the front of [`label`] in the middle (u = 0.5),
+/// A label of 512 x 256 px that runs once around: the front of [`label`] in the center (u = 0.5),
 /// small print and a bar code at the back.
 pub fn wrap_label(background: Rgb, accent: Rgb, word: &str, rng: &mut Rng) -> Texture {
     let mut image = Image::filled(512, 256, background.to_rgba8());

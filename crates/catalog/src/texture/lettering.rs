@@ -1,4 +1,4 @@
-//! Letters five dots wide and seven high, drawn onto pictures at whole multiples of a pixel.
+//! A 5 x 7 dot font, drawn onto images at whole multiples of a pixel.
 
 use super::fill_rectangle;
 use geometry::Rgb;
@@ -88,7 +88,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn letters_stay_inside_their_width() {
+    fn letters_stay_inside_the_text_width() {
         let (black, white) = (Rgb([0.0; 3]), Rgb([1.0; 3]));
         let mut image = Image::filled(64, 16, white.to_rgba8());
         draw_text(&mut image, "Hi!", 2, 1, 2, black);

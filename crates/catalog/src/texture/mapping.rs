@@ -1,20 +1,20 @@
-//! Texture coordinates for solids that wear one picture: projected from above or in front, or wrapped
-//! around a turned body.
+//! Texture coordinates for solids with one image: projected from above or from the front, or wrapped around a body of
+//! revolution.
 
 use geometry::{Solid, Vec2};
 
-/// One picture over the solid's box seen from above: u along +x, v along +y.
+/// One image over the solid's box seen from above: u along +x, v along +y.
 pub fn mapped_from_above(solid: Solid) -> Solid {
     mapped(solid, |p| (p[0], p[1]))
 }
 
-/// One picture over the solid's box seen from the front (-y): u along +x, v along +z.
+/// One image over the solid's box seen from the front (-y): u along +x, v along +z.
 pub fn mapped_from_front(solid: Solid) -> Solid {
     mapped(solid, |p| (p[0], p[2]))
 }
 
-/// For solids turned about +z (their own u already runs once around from +x): v becomes the height
-/// between the solid's lowest and highest point, and the picture's middle (u = 0.5) faces -y.
+/// For solids of revolution about +z (their own u already runs once around from +x): v becomes the height
+/// between the solid's lowest and highest point, and the image's center (u = 0.5) faces -y.
 pub fn wrapped_around(mut solid: Solid) -> Solid {
     let (low, high) = span(solid.positions.iter().map(|p| p.z));
     for (uv, p) in solid.uvs.iter_mut().zip(&solid.positions) {
@@ -23,7 +23,7 @@ pub fn wrapped_around(mut solid: Solid) -> Solid {
     solid
 }
 
-/// One upright picture on each face of a boxlike solid (by each vertex's dominant normal), stretched over
+/// One upright image on each face of a boxlike solid (by each vertex's dominant normal), stretched over
 /// the solid's box; never mirrored.
 pub fn mapped_on_box(mut solid: Solid) -> Solid {
     let spans = [0, 1, 2].map(|axis| span(solid.positions.iter().map(|p| p.to_array()[axis])));
@@ -68,7 +68,7 @@ mod tests {
     use geometry::shapes::cylinder;
 
     #[test]
-    fn a_wrapped_picture_shows_its_middle_in_front() {
+    fn wrapped_around_puts_the_image_center_in_front() {
         let can = wrapped_around(cylinder(0.03, 0.1, 0.0, 32));
         let front = can
             .positions

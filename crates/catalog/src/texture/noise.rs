@@ -1,4 +1,4 @@
-//! Value noise that repeats: a lattice of random numbers, smoothly interpolated, wrapped at its edges.
+//! Periodic value noise: a lattice of random numbers, smoothly interpolated, wrapped at its edges.
 
 use rand::RngExt;
 
@@ -35,11 +35,11 @@ impl Noise {
     }
 }
 
-/// The coordinate in 0..=1 at the same place of the pattern: `rem_euclid(1.0)` without a call, for textures ask this
-/// millions of times.
+/// The equivalent coordinate in 0..=1: `rem_euclid(1.0)` without a function call, because textures need it millions of
+/// times.
 #[inline]
 fn wrapped(c: f32) -> f32 {
-    /// From here on there are whole numbers only.
+    /// Larger numbers are integers.
     const WHOLE: f32 = 8_388_608.0;
     if c.abs() >= WHOLE {
         return 0.0;
@@ -54,7 +54,7 @@ mod tests {
     use runtime::seed::child_rng;
 
     #[test]
-    fn wrapping_is_the_euclidean_remainder() {
+    fn wrapping_equals_the_euclidean_remainder() {
         for c in [0.0, -0.0, 0.25, 1.0, 7.75, -0.25, -3.0, -1e-9, 8_388_607.5, -8_388_607.5, 1e12, -1e30_f32]
         {
             assert_eq!(wrapped(c), c.rem_euclid(1.0), "{c}");
@@ -62,7 +62,7 @@ mod tests {
     }
 
     #[test]
-    fn opposite_edges_match_and_values_stay_in_range() {
+    fn noise_is_periodic_and_stays_in_range() {
         let noise = Noise::new(5, 3, &mut child_rng(1, "noise"));
         for k in 0..20 {
             let t = k as f32 / 20.0;

@@ -1,4 +1,4 @@
-//! Printed pages: a heading, lines of words, sometimes a picture.
+//! Printed pages: a heading, lines of words, sometimes an image.
 
 use rand::RngExt;
 
@@ -32,15 +32,15 @@ fn page(image: &mut Image, left: i32, paper: Rgb, rng: &mut Rng) {
     let (low, high) = (left + 28, left + 228);
     let heading = rng.random_range(70..150);
     fill_rectangle(image, low, 22, heading, 10, ink);
-    let picture = (rng.random_range(0..3) == 0).then(|| rng.random_range(70..150));
-    if let Some(top) = picture {
+    let illustration = (rng.random_range(0..3) == 0).then(|| rng.random_range(70..150));
+    if let Some(top) = illustration {
         let tint = Rgb([0.45, 0.6, 0.72]).mix(paper, rng.random_range(0.0..0.3));
         fill_rectangle(image, low, top, 200, 60, tint);
         fill_rectangle(image, low, top + 38, 200, 22, Rgb([0.4, 0.52, 0.32]));
     }
     let mut y = 46;
     while y < 234 {
-        let inside = picture.is_some_and(|top| y + 6 > top && y < top + 64);
+        let inside = illustration.is_some_and(|top| y + 6 > top && y < top + 64);
         let last = rng.random_range(0..6) == 0;
         let end = if last { low + rng.random_range(40..150) } else { high };
         let mut x = low;

@@ -1,6 +1,6 @@
 //! Wood: growth rings stretched along u (the grain's direction), pores, and boards.
 
-use super::{Noise, paint};
+use super::{Noise, draw_texture};
 use geometry::Rgb;
 use imaging::Texture;
 use runtime::seed::Rng;
@@ -8,14 +8,14 @@ use runtime::seed::Rng;
 /// Plain-sawn wood of the given color, 256 px, grain along u; repeats.
 pub fn wood_grain(color: Rgb, rng: &mut Rng) -> Texture {
     let grain = Grain::new(rng);
-    paint(256, 256, |u, v| grain.color(color, u, v))
+    draw_texture(256, 256, |u, v| grain.color(color, u, v))
 }
 
 /// Boards side by side (`boards` along v), each with its own shade; grain along u; repeats.
 pub fn wood_planks(color: Rgb, boards: usize, rng: &mut Rng) -> Texture {
     let grains: Vec<Grain> = (0..boards).map(|_| Grain::new(rng)).collect();
     let shades = Noise::new(1, boards, rng);
-    paint(256, 256, |u, v| {
+    draw_texture(256, 256, |u, v| {
         let across = v * boards as f32;
         let board = (across as usize).min(boards - 1);
         let edge = (across.fract() - 0.5).abs();

@@ -1,10 +1,10 @@
-//! Things that measure: tape measure, spirit level, multimeter. Model millimeters.
+//! Measuring tools: tape measure, spirit level, multimeter. Model millimeters.
 
 use glam::DVec3;
 
 use crate::Order;
 use crate::assembly::{
-    Assembly, across_y, along_x, along_y, black, main_look, pitched, plastic, points, print_plate,
+    Assembly, across_y, along_x, along_y, black, main_finish, pitched, plastic, points, print_plate,
     side_plate, steel, turned_ring, yawed,
 };
 use crate::texture::{draw_text, fill_disc, fill_rectangle, label};
@@ -14,8 +14,8 @@ use imaging::{Image, Texture};
 
 /// Tape measure standing on its base, blade out toward +x.
 pub(super) fn tape_measure(order: &mut Order) -> TexturedMesh {
-    let mut thing = Assembly::new();
-    let shell = main_look(order, "plastic");
+    let mut object = Assembly::new();
+    let shell = main_finish(order, "plastic");
     let metal = steel(order);
     let view = points(&[
         (-35.0, 0.0),
@@ -32,9 +32,9 @@ pub(super) fn tape_measure(order: &mut Order) -> TexturedMesh {
         (-38.0, 32.0),
         (-38.5, 5.0),
     ]);
-    thing.put(across_y(&view, 38.0, 5.0), [0.0; 3], &shell);
+    object.put(across_y(&view, 38.0, 5.0), [0.0; 3], &shell);
     let bumper = view.iter().map(|p| glam::DVec2::new(p.x * 1.035, p.y * 1.03)).collect::<Vec<_>>();
-    thing.put(across_y(&bumper, 19.0, 3.0), [0.0; 3], &black());
+    object.put(across_y(&bumper, 19.0, 3.0), [0.0; 3], &black());
     let length = ["3M", "5M", "8M"][order.pick(3)];
     let badge = Material::textured(
         "badge",
@@ -42,21 +42,21 @@ pub(super) fn tape_measure(order: &mut Order) -> TexturedMesh {
         0.5,
     );
     let disc = pitched(prism(&circle(23.0, 40), 3.0), 90.0);
-    thing.put(disc.clone(), [-3.0, -17.2, 33.0], &badge);
-    thing.put(yawed(disc, 180.0), [-3.0, 17.2, 33.0], &badge);
+    object.put(disc.clone(), [-3.0, -17.2, 33.0], &badge);
+    object.put(yawed(disc, 180.0), [-3.0, 17.2, 33.0], &badge);
     let tape = Material::textured("tape", ticks(Rgb::hex(0xf2cf3a), Rgb::hex(0x222224), 6), 0.4);
-    thing.put(print_plate(34.0, 25.0, 1.4), [47.0, 0.0, 4.6], &tape);
-    thing.put(rounded_block(DVec3::new(1.8, 24.0, 9.0), 0.7, 0.5), [63.0, 0.0, 0.3], &metal);
-    thing.put(rounded_block(DVec3::new(7.0, 12.0, 1.4), 0.6, 0.4), [60.0, 0.0, 5.6], &metal);
+    object.put(print_plate(34.0, 25.0, 1.4), [47.0, 0.0, 4.6], &tape);
+    object.put(rounded_block(DVec3::new(1.8, 24.0, 9.0), 0.7, 0.5), [63.0, 0.0, 0.3], &metal);
+    object.put(rounded_block(DVec3::new(7.0, 12.0, 1.4), 0.6, 0.4), [60.0, 0.0, 5.6], &metal);
     let button = pitched(rounded_block(DVec3::new(13.0, 15.0, 7.0), 3.0, 1.5), 0.0);
-    thing.put(
+    object.put(
         crate::assembly::rolled(button, 52.0),
         [33.0, 0.0, 46.0],
         &Material::plain("lock", Rgb::hex(0xc83228), 0.45),
     );
-    thing.put(rounded_block(DVec3::new(18.0, 2.0, 44.0), 0.9, 0.6), [-2.0, 22.0, 12.0], &metal);
-    thing.put(rounded_block(DVec3::new(18.0, 6.0, 5.0), 1.0, 0.6), [-2.0, 20.0, 51.0], &metal);
-    thing.fitted(order.size_m)
+    object.put(rounded_block(DVec3::new(18.0, 2.0, 44.0), 0.9, 0.6), [-2.0, 22.0, 12.0], &metal);
+    object.put(rounded_block(DVec3::new(18.0, 6.0, 5.0), 1.0, 0.6), [-2.0, 20.0, 51.0], &metal);
+    object.fitted(order.size_m)
 }
 
 /// A scale with `groups` numbered tenths along u, ticks from the lower edge.
@@ -75,8 +75,8 @@ fn ticks(ground: Rgb, ink: Rgb, groups: i32) -> Texture {
 
 /// Spirit level on its edge along y: I-beam, top vial and two plumb vials.
 pub(super) fn spirit_level(order: &mut Order) -> TexturedMesh {
-    let mut thing = Assembly::new();
-    let beam_look = main_look(order, "plastic");
+    let mut object = Assembly::new();
+    let beam_finish = main_finish(order, "plastic");
     let beam = points(&[
         (-12.0, 0.0),
         (12.0, 0.0),
@@ -91,78 +91,78 @@ pub(super) fn spirit_level(order: &mut Order) -> TexturedMesh {
         (-6.5, 11.0),
         (-12.0, 8.0),
     ]);
-    thing.put(across_y(&beam, 396.0, 0.0), [0.0; 3], &beam_look);
+    object.put(across_y(&beam, 396.0, 0.0), [0.0; 3], &beam_finish);
     for y in [-197.0, 197.0] {
-        thing.put(rounded_block(DVec3::new(27.0, 12.0, 54.0), 3.0, 1.5), [0.0, y, 0.0], &black());
+        object.put(rounded_block(DVec3::new(27.0, 12.0, 54.0), 3.0, 1.5), [0.0, y, 0.0], &black());
     }
     let fluid = Material { opacity: 0.85, ..Material::plain("fluid", Rgb::hex(0xc8e03a), 0.1) };
     let line = Material::plain("line", Rgb::hex(0x1c1d1f), 0.5);
     let bubble = Material::plain("bubble", Rgb::hex(0xf4fad8), 0.1);
-    thing.put(rounded_block(DVec3::new(25.0, 74.0, 18.0), 3.0, 1.2), [0.0, 0.0, 36.5], &black());
-    thing.put(
+    object.put(rounded_block(DVec3::new(25.0, 74.0, 18.0), 3.0, 1.2), [0.0, 0.0, 36.5], &black());
+    object.put(
         along_y(lathe(&points(&[(0.0, -27.0), (6.0, -27.0), (8.0, 0.0), (6.0, 27.0), (0.0, 27.0)]), 28)),
         [0.0, 0.0, 52.0],
         &fluid,
     );
     for y in [-8.0, 8.0] {
-        thing.put(along_y(cylinder(8.0, 1.4, 0.2, 24)), [0.0, y - 0.7, 52.0], &line);
+        object.put(along_y(cylinder(8.0, 1.4, 0.2, 24)), [0.0, y - 0.7, 52.0], &line);
     }
     let off_level = order.uniform(-2.5, 2.5);
-    thing.put(ellipsoid(DVec3::new(9.0, 13.0, 6.0), 20), [0.0, off_level, 55.2], &bubble);
+    object.put(ellipsoid(DVec3::new(9.0, 13.0, 6.0), 20), [0.0, off_level, 55.2], &bubble);
     let ring = [(13.5, -12.8), (19.0, -12.8), (19.6, -12.0), (19.6, 12.0), (19.0, 12.8), (13.5, 12.8)];
     for y in [-140.0, 140.0] {
-        thing.put(along_x(turned_ring(&ring, 32)), [0.0, y, 26.0], &black());
-        thing.put(
+        object.put(along_x(turned_ring(&ring, 32)), [0.0, y, 26.0], &black());
+        object.put(
             lathe(&points(&[(0.0, 12.0), (7.6, 12.0), (9.0, 26.0), (7.6, 40.0), (0.0, 40.0)]), 20),
             [0.0, y, 0.0],
             &fluid,
         );
         for z in [22.0, 29.0] {
-            thing.put(cylinder(9.4, 1.2, 0.2, 20), [0.0, y, z], &line);
+            object.put(cylinder(9.4, 1.2, 0.2, 20), [0.0, y, z], &line);
         }
     }
     let badge =
         Material::textured("badge", label(order.color, Rgb::hex(0xf4f4f0), "LEVEL", &mut order.rng), 0.5);
     for (x, turn) in [(6.2, 0.0), (-6.2, 180.0)] {
-        thing.put(yawed(side_plate(56.0, 26.0, 2.0), turn), [x, -70.0, 26.0], &badge);
+        object.put(yawed(side_plate(56.0, 26.0, 2.0), turn), [x, -70.0, 26.0], &badge);
     }
     // Inch marks along both flanges of the top.
     let scale = Material::textured("scale", ticks(Rgb::hex(0xe8e6dc), Rgb::hex(0x222224), 12), 0.5);
     for y in [-112.0, 112.0] {
-        thing.put(yawed(print_plate(146.0, 9.0, 1.6), 90.0), [-5.0, y, 51.0], &scale);
+        object.put(yawed(print_plate(146.0, 9.0, 1.6), 90.0), [-5.0, y, 51.0], &scale);
     }
-    thing.fitted(order.size_m)
+    object.fitted(order.size_m)
 }
 
 /// Multimeter on its back: display, range dial, keys, jacks.
 pub(super) fn multimeter(order: &mut Order) -> TexturedMesh {
-    let mut thing = Assembly::new();
+    let mut object = Assembly::new();
     let (holster, dark) = (plastic(order.color), Material::plain("case", Rgb::hex(0x2c2e32), 0.5));
-    thing.put(rounded_block(DVec3::new(86.0, 166.0, 30.0), 14.0, 5.0), [0.0; 3], &holster);
-    thing.put(rounded_block(DVec3::new(94.0, 34.0, 31.0), 10.0, 5.0), [0.0, 60.0, 0.0], &holster);
-    thing.put(rounded_block(DVec3::new(94.0, 34.0, 31.0), 10.0, 5.0), [0.0, -60.0, 0.0], &holster);
-    thing.put(rounded_block(DVec3::new(72.0, 148.0, 10.0), 8.0, 1.5), [0.0, 0.0, 25.0], &dark);
+    object.put(rounded_block(DVec3::new(86.0, 166.0, 30.0), 14.0, 5.0), [0.0; 3], &holster);
+    object.put(rounded_block(DVec3::new(94.0, 34.0, 31.0), 10.0, 5.0), [0.0, 60.0, 0.0], &holster);
+    object.put(rounded_block(DVec3::new(94.0, 34.0, 31.0), 10.0, 5.0), [0.0, -60.0, 0.0], &holster);
+    object.put(rounded_block(DVec3::new(72.0, 148.0, 10.0), 8.0, 1.5), [0.0, 0.0, 25.0], &dark);
     let bezel = Material::plain("bezel", Rgb::hex(0x141517), 0.3);
-    thing.put(rounded_block(DVec3::new(64.0, 42.0, 4.0), 4.0, 1.0), [0.0, 47.0, 33.0], &bezel);
+    object.put(rounded_block(DVec3::new(64.0, 42.0, 4.0), 4.0, 1.0), [0.0, 47.0, 33.0], &bezel);
     let reading = ["12.47", "230.1", "1.503", "0.998"][order.pick(4)];
-    let display = Material::textured("display", display_picture(reading), 0.25);
-    thing.put(print_plate(56.0, 33.0, 2.0), [0.0, 47.0, 35.6], &display);
+    let display = Material::textured("display", display_image(reading), 0.25);
+    object.put(print_plate(56.0, 33.0, 2.0), [0.0, 47.0, 35.6], &display);
     let keys = [0xd8d9da, 0xd8d9da, 0xe8b02c, 0xd8d9da];
     for (k, color) in (0..4).zip(keys) {
         let key = Material::plain("key", Rgb::hex(color), 0.5);
-        thing.put(
+        object.put(
             rounded_block(DVec3::new(10.0, 6.5, 4.0), 2.5, 1.0),
             [-22.5 + 15.0 * f64::from(k), 18.0, 33.6],
             &key,
         );
     }
-    let dial = Material::textured("dial", dial_picture(order.color), 0.5);
-    thing.put(prism(&circle(26.0, 48), 3.0), [0.0, -16.0, 32.8], &dial);
+    let dial = Material::textured("dial", dial_image(order.color), 0.5);
+    object.put(prism(&circle(26.0, 48), 3.0), [0.0, -16.0, 32.8], &dial);
     let knob = Material::plain("knob", Rgb::hex(0x4a4d52), 0.45);
-    thing.put(cylinder(14.0, 7.0, 1.5, 36), [0.0, -16.0, 35.0], &knob);
+    object.put(cylinder(14.0, 7.0, 1.5, 36), [0.0, -16.0, 35.0], &knob);
     let turn = [0.0, 35.0, -50.0, 80.0][order.pick(4)];
-    thing.put(yawed(rounded_block(DVec3::new(7.0, 27.0, 6.0), 3.0, 1.5), turn), [0.0, -16.0, 40.0], &knob);
-    thing.put(
+    object.put(yawed(rounded_block(DVec3::new(7.0, 27.0, 6.0), 3.0, 1.5), turn), [0.0, -16.0, 40.0], &knob);
+    object.put(
         yawed(rounded_block(DVec3::new(2.0, 9.0, 1.4), 0.6, 0.3).translated(DVec3::Y * 8.0), turn),
         [0.0, -16.0, 45.2],
         &Material::plain("pointer", Rgb::hex(0xf6f6f2), 0.5),
@@ -170,12 +170,12 @@ pub(super) fn multimeter(order: &mut Order) -> TexturedMesh {
     let jack = [(2.8, 0.0), (6.4, 0.0), (6.4, 3.0), (5.4, 4.4), (2.8, 4.4)];
     for (x, color) in [(-24.0, 0xc83228), (-8.0, 0xc83228), (8.0, 0x18191b), (24.0, 0xc83228)] {
         let rim = Material::plain("jack", Rgb::hex(color), 0.4);
-        thing.put(turned_ring(&jack, 24), [x, -59.0, 33.0], &rim);
+        object.put(turned_ring(&jack, 24), [x, -59.0, 33.0], &rim);
     }
-    thing.fitted(order.size_m)
+    object.fitted(order.size_m)
 }
 
-fn display_picture(reading: &str) -> Texture {
+fn display_image(reading: &str) -> Texture {
     let (ground, ink) = (Rgb::hex(0xb4c2a4), Rgb::hex(0x1c221c));
     let mut image = Image::filled(256, 128, ground.to_rgba8());
     draw_text(&mut image, reading, 18, 34, 7, ink);
@@ -189,7 +189,7 @@ fn display_picture(reading: &str) -> Texture {
 }
 
 /// Ranges around a selector, colored sectors.
-fn dial_picture(accent: Rgb) -> Texture {
+fn dial_image(accent: Rgb) -> Texture {
     let mut image = Image::filled(256, 256, Rgb::hex(0x2c2e32).to_rgba8());
     let white = Rgb::hex(0xf0f0ec);
     for k in 0..12_i32 {

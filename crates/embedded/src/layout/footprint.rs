@@ -1,13 +1,13 @@
-//! What a thing covers seen from above: a convex polygon.
+//! Footprints: the vertical projection of an object as a convex polygon.
 
 use glam::DVec2;
 
 use super::Placement;
 use geometry::Outline;
-use geometry::collide::convex_hull_2d;
+use geometry::polygon::convex_hull_2d;
 
-/// Corners kept of a footprint; a circle of 12 cm radius is then missed by at most a millimeter.
-const MOST_CORNERS: usize = 24;
+/// Maximum number of corners; the error for a circle of 12 cm radius is at most a millimeter.
+const MAX_CORNERS: usize = 24;
 
 /// A convex counter-clockwise polygon, meters.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,19 +18,19 @@ pub(super) struct Footprint {
 }
 
 impl Footprint {
-    /// The convex hull of the points, reduced to a few corners.
+    /// The convex hull of the points, simplified to at most [`MAX_CORNERS`] corners.
     pub fn around(points: impl Iterator<Item = DVec2>) -> Self {
         let points: Vec<DVec2> = points.collect();
         let mut corners = convex_hull_2d(&points);
-        while corners.len() > MOST_CORNERS {
+        while corners.len() > MAX_CORNERS {
             let count = corners.len();
-            // The corner that cuts off the least area goes.
-            let lost = |k: usize| {
+            // Remove the corner whose triangle has the smallest area.
+            let removed_area = |k: usize| {
                 let (a, b, c) = (corners[(k + count - 1) % count], corners[k], corners[(k + 1) % count]);
                 (b - a).perp_dot(c - b).abs()
             };
-            let least = (0..count).min_by(|&a, &b| lost(a).total_cmp(&lost(b))).unwrap_or(0);
-            corners.remove(least);
+            let corner = (0..count).min_by(|&a, &b| removed_area(a).total_cmp(&removed_area(b))).unwrap_or(0);
+            corners.remove(corner);
         }
         Self::of_corners(corners)
     }
@@ -43,7 +43,7 @@ impl Footprint {
         Self { corners, center, radius_m }
     }
 
-    /// Turned about the origin, then moved.
+    /// The footprint rotated about the origin, then translated.
     pub fn placed(&self, at: &Placement) -> Self {
         let turn = DVec2::from_angle(at.yaw_rad);
         Self::of_corners(self.corners.iter().map(|c| at.xy_m + turn.rotate(*c)).collect())
@@ -53,7 +53,7 @@ impl Footprint {
         &self.corners
     }
 
-    /// Middle of the axis-aligned box.
+    /// Center of the axis-aligned bounding box.
     pub fn center(&self) -> DVec2 {
         self.center
     }
@@ -68,8 +68,8 @@ impl Footprint {
         high - low
     }
 
-    /// How far the polygon reaches from its center along the unit direction.
-    pub fn reach_m(&self, direction: DVec2) -> f64 {
+    /// Extent of the polygon from its center along a unit direction, meters.
+    pub fn extent_m(&self, direction: DVec2) -> f64 {
         self.corners.iter().map(|c| (*c - self.center).dot(direction)).fold(0.0, f64::max)
     }
 
@@ -79,11 +79,11 @@ impl Footprint {
         (0..count).map(|k| 0.5 * self.corners[k].perp_dot(self.corners[(k + 1) % count])).sum()
     }
 
-    /// Distance between two footprints, negative where they overlap. At most the true distance (exact
-    /// unless corner faces corner).
+    /// Signed distance between two footprints, negative on overlap. A lower bound of the true distance, exact unless
+    /// the closest features are two corners.
     pub fn gap_m(&self, other: &Self) -> f64 {
         let apart = self.center.distance(other.center) - self.radius_m - other.radius_m;
-        // Circles far apart need no closer look.
+        // The distance of the bounding circles is sufficient for distant footprints.
         if apart > 0.3 { apart } else { self.separation_m(other).max(other.separation_m(self)) }
     }
 
@@ -100,29 +100,29 @@ impl Footprint {
             .fold(f64::NEG_INFINITY, f64::max)
     }
 
-    /// Distance it keeps from the outline's edge, at least; negative where it reaches over.
+    /// Lower bound of the distance to the outline's edge, meters; negative if the footprint extends beyond the edge.
     pub fn depth_inside_m(&self, outline: &Outline) -> f64 {
-        let middle_m = outline.depth_inside_m(self.center);
-        // Far from the edge the circle around it is answer enough.
-        if middle_m < 0.0 || middle_m - self.radius_m > 0.1 {
-            return middle_m - self.radius_m;
+        let center_m = outline.depth_inside_m(self.center);
+        // Far from the edge the bounding circle is sufficient.
+        if center_m < 0.0 || center_m - self.radius_m > 0.1 {
+            return center_m - self.radius_m;
         }
         let count = self.corners.len();
         let edges = (0..count).flat_map(|k| {
             let (a, b) = (self.corners[k], self.corners[(k + 1) % count]);
-            // Middles of edges too: an outline may be dented.
+            // Edge midpoints are included because an outline may be concave.
             [a, 0.5 * (a + b)]
         });
         edges.map(|p| outline.depth_inside_m(p)).fold(f64::INFINITY, f64::min)
     }
 
-    /// Distance it keeps from the edge of a convex polygon around it; negative where it reaches over.
+    /// Distance to the edge of an enclosing convex polygon, meters; negative if the footprint extends beyond the edge.
     pub fn depth_in_m(&self, around: &Self) -> f64 {
-        let depth = |p: DVec2| geometry::collide::depth_in_convex_m(&around.corners, p);
+        let depth = |p: DVec2| geometry::polygon::depth_in_convex_m(&around.corners, p);
         self.corners.iter().map(|&c| depth(c)).fold(f64::INFINITY, f64::min)
     }
 
-    /// The hull of several.
+    /// The convex hull of several footprints.
     pub fn union<'a>(parts: impl Iterator<Item = &'a Self>) -> Self {
         Self::around(parts.flat_map(|part| part.corners.iter().copied()))
     }
@@ -139,13 +139,13 @@ mod tests {
     }
 
     #[test]
-    fn gaps_are_signed_and_round_things_keep_their_size() {
+    fn gap_is_signed_and_simplified_circle_keeps_its_radius() {
         assert!((square(0.0, 0.0).gap_m(&square(2.2, 0.5)) - 0.2).abs() < 1e-12);
         assert!((square(0.0, 0.0).gap_m(&square(1.7, 0.5)) + 0.3).abs() < 1e-12);
         let circle = Footprint::around((0..200).map(|k| 0.12 * DVec2::from_angle(0.0314159 * f64::from(k))));
-        assert_eq!(circle.corners().len(), MOST_CORNERS);
+        assert_eq!(circle.corners().len(), MAX_CORNERS);
         for k in 0..50 {
-            let reach = circle.reach_m(DVec2::from_angle(0.13 * f64::from(k)));
+            let reach = circle.extent_m(DVec2::from_angle(0.13 * f64::from(k)));
             // Fewer corners keep the radius within two hundredths.
             assert!((0.1176..0.1224).contains(&reach), "{reach}");
         }

@@ -1,4 +1,4 @@
-//! HTML that is also well-formed XML; every text and attribute is escaped, whatever a label holds.
+//! Writer of HTML that is also well-formed XML. Every text and attribute is escaped.
 
 /// A page under construction. Elements are closed in the order they were opened.
 #[derive(Default)]
@@ -7,16 +7,16 @@ pub struct Html {
     open: Vec<&'static str>,
 }
 
-/// What stands in a cell of a table.
+/// Content of a table cell.
 pub enum Cell {
-    /// Words of this program.
+    /// Text of this program.
     Words(String),
-    /// Words of a user or a model: kept apart from their surroundings, whatever direction they run in.
-    Told(String),
+    /// Text of a user or a model, isolated from the text direction of its surroundings (`<bdi>`).
+    UserText(String),
     Number(String),
-    /// A number that did not pass.
+    /// A number that failed its check.
     Bad(String),
-    /// Passed or not.
+    /// Whether a check passed.
     Mark(bool),
     /// A name that links to a body's row.
     Body(String),
@@ -60,12 +60,12 @@ impl Html {
         self.close();
     }
 
-    /// Words of a user or a model.
-    pub fn told(&mut self, text: &str) {
+    /// Text of a user or a model.
+    pub fn user_text(&mut self, text: &str) {
         self.leaf("bdi", &[], text);
     }
 
-    /// A style sheet of this program's own; nobody else's words may stand in it.
+    /// A style sheet of this program. It is not escaped, so it must not contain text of users or models.
     pub fn style(&mut self, sheet: &'static str) {
         self.text.push_str("<style>\n");
         self.text.push_str(sheet);
@@ -93,13 +93,13 @@ impl Html {
         (0..3).for_each(|_| self.close());
     }
 
-    /// The title of a column, above its numbers where it has some.
+    /// The title of a column, right-aligned above numbers.
     pub fn heading(&mut self, title: &str, numbers: bool) {
         let class = if numbers { "n" } else { "words" };
         self.leaf("th", &[("scope", "col"), ("class", class)], title);
     }
 
-    /// The whole text; what is open is closed.
+    /// Closes the open elements and returns the text.
     pub fn finish(mut self) -> String {
         while !self.open.is_empty() {
             self.close();
@@ -110,9 +110,9 @@ impl Html {
     fn cell(&mut self, cell: Cell) {
         match cell {
             Cell::Words(words) => self.leaf("td", &[], &words),
-            Cell::Told(words) => {
+            Cell::UserText(words) => {
                 self.open("td", &[("class", "told")]);
-                self.told(&words);
+                self.user_text(&words);
                 self.close();
             }
             Cell::Number(number) => self.leaf("td", &[("class", "n")], &number),
@@ -140,7 +140,7 @@ impl Html {
     }
 }
 
-/// Characters that neither HTML nor XML can hold become U+FFFD.
+/// Appends escaped text. Characters that are invalid in HTML or XML become U+FFFD.
 fn push_escaped(page: &mut String, text: &str) {
     for c in text.chars() {
         match c {
@@ -163,10 +163,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn nothing_told_becomes_markup() {
+    fn user_text_is_escaped() {
         let mut page = Html::default();
         page.open("p", &[("title", "a\"b<c>&'d")]);
-        page.told("</p><script>alert(1)</script> ]]> 🍎\u{7}\u{202e}");
+        page.user_text("</p><script>alert(1)</script> ]]> 🍎\u{7}\u{202e}");
         let text = page.finish();
         let expected = "<p title=\"a&quot;b&lt;c&gt;&amp;&#39;d\"><bdi>&lt;/p&gt;&lt;script&gt;alert(1)\
                         &lt;/script&gt; ]]&gt; 🍎\u{fffd}\u{202e}</bdi></p>\n";

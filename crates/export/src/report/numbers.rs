@@ -1,11 +1,11 @@
-//! Measured values as people read them: millimeters, degrees, percent.
+//! Formatting of measured values for people: millimeters, degrees, percent.
 
 use scene::certificate::Displacement;
 
-/// What is farther has left the world, meters.
+/// A body that moved farther has left the scene, meters.
 const LOST_M: f64 = 100.0;
 
-/// Millimeters with two decimals; what is smaller than shows says so.
+/// Millimeters with two decimals; smaller values print as `< 0.01 mm`.
 pub fn mm(meters: f64) -> String {
     match 1e3 * meters {
         lost if lost.abs() > 1e3 * LOST_M => "lost".to_owned(),
@@ -25,7 +25,7 @@ pub fn degrees(radians: f64) -> String {
     }
 }
 
-/// Way and turn.
+/// Distance and angle.
 pub fn movement(moved: &Displacement) -> String {
     match mm(moved.distance_m) {
         lost if lost == "lost" => lost,
@@ -52,12 +52,12 @@ pub fn significant(value: f64) -> String {
     }
 }
 
-/// A difference that was rounded up to a power of ten.
+/// An upper bound, rounded up to a power of ten.
 pub fn at_most(difference: f64) -> String {
     if difference == 0.0 { "0".to_owned() } else { format!("≤ {difference:e}") }
 }
 
-/// The word that `report.json` has for a value of an enumeration.
+/// The name of an enumeration's value in `report.json`.
 pub fn word(value: impl serde::Serialize) -> String {
     let value = serde_json::to_value(value).unwrap_or_default();
     value.as_str().unwrap_or_default().to_owned()
@@ -68,7 +68,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn values_read_as_people_write_them() {
+    fn values_are_rounded_to_readable_text() {
         assert_eq!(
             [0.0, 4e-8, 0.00123, 0.25, 1e308].map(mm),
             ["0 mm", "< 0.01 mm", "1.23 mm", "250 mm", "lost"]

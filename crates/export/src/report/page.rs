@@ -1,24 +1,24 @@
-//! `report.html`: one page without scripts, links or files beside it, for a screen or for paper.
+//! `report.html`: a self-contained page without scripts, external links or files, for screen and print.
 
 use super::html::{Cell, Html};
+use super::image::{Embedded, EmbeddedImages};
 use super::numbers::word;
-use super::picture::{Embedded, EmbeddedPictures};
 use super::{Report, plan, sections};
 use scene::Input;
 
-/// Nothing is fetched from anywhere, whatever a label says.
+/// Content security policy: the page loads nothing, whatever a label contains.
 const POLICY: &str = "default-src 'none'; img-src data:; style-src 'unsafe-inline'";
 
-/// The page's text.
+/// The text of the page.
 pub fn write(report: &Report<'_>) -> String {
-    let pictures = EmbeddedPictures::of(report.pictures);
+    let images = EmbeddedImages::of(report.images);
     let mut page = Html::default();
     page.open("html", &[("lang", "en"), ("xmlns", "http://www.w3.org/1999/xhtml")]);
     head(&mut page, report);
     page.open("body", &[]);
     page.open("main", &[]);
     verdict(&mut page, report);
-    figure(&mut page, pictures.hero.as_ref(), "The finished scene");
+    figure(&mut page, images.hero.as_ref(), "The finished scene");
     section(&mut page, "Checks", |page| sections::checks::write(page, report));
     if !report.certificate.collisions.is_empty() {
         section(&mut page, "Collisions", |page| sections::checks::collisions(page, report));
@@ -29,13 +29,13 @@ pub fn write(report: &Report<'_>) -> String {
             .map(|body| report.certificate.reasons.iter().any(|reason| reason.bodies.contains(&body.name)))
             .collect();
         plan::draw(page, &report.scene.table, &report.bodies[1..], &at_fault);
-        sections::objects::write(page, report, &pictures);
+        sections::objects::write(page, report, &images);
     });
     section(&mut page, "Meshes and hulls", |page| sections::bodies::write(page, report));
     section(&mut page, "Likeness to the picture", |page| {
         let caption = "The reference picture; the scene from its camera; where both show objects (green), what the scene misses \
                        (red) and what it invents (blue)";
-        figure(page, pictures.beside.as_ref(), caption);
+        figure(page, images.beside.as_ref(), caption);
         sections::likeness::write(page, report);
     });
     if let Some(appraisal) = &report.certificate.appraisal {
@@ -44,7 +44,7 @@ pub fn write(report: &Report<'_>) -> String {
         });
     }
     section(&mut page, "Formats read back", |page| sections::formats::write(page, report));
-    views(&mut page, &pictures);
+    views(&mut page, &images);
     section(&mut page, "Where it comes from", |page| sections::provenance::write(page, report));
     let page = page.finish();
     format!("<!DOCTYPE html>\n{page}")
@@ -60,7 +60,7 @@ fn head(page: &mut Html, report: &Report<'_>) {
     page.close();
 }
 
-/// Verdict and why, what was asked for, and a picture.
+/// Header: verdict, summary, reasons, and the request.
 fn verdict(page: &mut Html, report: &Report<'_>) {
     let certificate = report.certificate;
     let word_of_verdict = word(certificate.verdict);
@@ -82,7 +82,7 @@ fn verdict(page: &mut Html, report: &Report<'_>) {
     match &report.scene.request.input {
         Input::Text { text } => {
             page.open("blockquote", &[]);
-            page.told(text);
+            page.user_text(text);
             page.close();
         }
         Input::Image { sha256, media_type } => {
@@ -100,27 +100,27 @@ fn section(page: &mut Html, title: &str, content: impl FnOnce(&mut Html)) {
     page.close();
 }
 
-fn views(page: &mut Html, pictures: &EmbeddedPictures) {
-    let sides = pictures.sides.iter().map(|(name, picture)| (name.as_str(), picture));
-    let views: Vec<_> = pictures.top.iter().map(|picture| ("above", picture)).chain(sides).collect();
+fn views(page: &mut Html, images: &EmbeddedImages) {
+    let sides = images.sides.iter().map(|(name, image)| (name.as_str(), image));
+    let views: Vec<_> = images.top.iter().map(|image| ("above", image)).chain(sides).collect();
     if views.is_empty() {
         return;
     }
     section(page, "Views", |page| {
         page.open("div", &[("class", "views")]);
-        for (name, picture) in views {
+        for (name, image) in views {
             let caption = format!("From {}{name}", if name == "above" { "" } else { "the " });
-            figure(page, Some(picture), &caption);
+            figure(page, Some(image), &caption);
         }
         page.close();
     });
 }
 
-fn figure(page: &mut Html, picture: Option<&Embedded>, caption: &str) {
-    let Some(picture) = picture else { return };
-    let (width, height) = (picture.width_px.to_string(), picture.height_px.to_string());
+fn figure(page: &mut Html, image: Option<&Embedded>, caption: &str) {
+    let Some(image) = image else { return };
+    let (width, height) = (image.width_px.to_string(), image.height_px.to_string());
     page.open("figure", &[]);
-    page.void("img", &[("src", &picture.uri), ("width", &width), ("height", &height), ("alt", caption)]);
+    page.void("img", &[("src", &image.uri), ("width", &width), ("height", &height), ("alt", caption)]);
     page.leaf("figcaption", &[], caption);
     page.close();
 }

@@ -1,19 +1,19 @@
-//! The scene from above as a drawing: the table's outline and every object's footprint with its number.
+//! Plan of the scene as SVG: the table's outline and the numbered footprint of every object.
 
 use glam::{DVec2, DVec3};
 
 use crate::Body;
-use geometry::collide::convex_hull_2d;
+use geometry::polygon::convex_hull_2d;
 use scene::Table;
 
 use super::html::Html;
 
 /// Width of the drawing's coordinate system.
 const WIDTH: f64 = 1000.0;
-/// Free border around what is drawn, in the same.
+/// Margin around the drawing, in the same units.
 const BORDER: f64 = 12.0;
 
-/// Objects are numbered from 1 in the order of the scene; those of `at_fault` are marked.
+/// Draws the plan. Objects are numbered from 1 in the order of the scene; those of `at_fault` are highlighted.
 pub fn draw(page: &mut Html, table: &Table, objects: &[Body], at_fault: &[bool]) {
     let footprints: Vec<Vec<DVec2>> = objects.iter().map(footprint).collect();
     let (mut low, mut high) = table.outline_m.bounds();
@@ -22,7 +22,7 @@ pub fn draw(page: &mut Html, table: &Table, objects: &[Body], at_fault: &[bool])
     }
     let scale = (WIDTH - 2.0 * BORDER) / (high.x - low.x).max(1e-3);
     let height = scale * (high.y - low.y) + 2.0 * BORDER;
-    // The front edge is below, as somebody standing there sees it.
+    // The front edge is at the bottom of the drawing.
     let at = |p: DVec2| (BORDER + scale * (p.x - low.x), BORDER + scale * (high.y - p.y));
     let polygon = |corners: &[DVec2]| {
         let words: Vec<String> =
@@ -47,8 +47,8 @@ pub fn draw(page: &mut Html, table: &Table, objects: &[Body], at_fault: &[bool])
         page.void("polygon", &[("class", class), ("points", &polygon(footprint))]);
     }
     for (number, footprint) in (1..).zip(&footprints) {
-        let middle = footprint.iter().sum::<DVec2>() / footprint.len().max(1) as f64;
-        let (x, y) = at(middle);
+        let center = footprint.iter().sum::<DVec2>() / footprint.len().max(1) as f64;
+        let (x, y) = at(center);
         let attributes = [("x", format!("{x:.1}")), ("y", format!("{y:.1}"))];
         let attributes: Vec<(&str, &str)> = attributes.iter().map(|(name, v)| (*name, v.as_str())).collect();
         page.leaf("text", &attributes, &format!("{number}"));
@@ -59,7 +59,7 @@ pub fn draw(page: &mut Html, table: &Table, objects: &[Body], at_fault: &[bool])
 /// Outline of a body's hulls seen from above.
 fn footprint(body: &Body) -> Vec<DVec2> {
     let corners = body.hulls.iter().flat_map(|hull| &hull.points);
-    let seen: Vec<DVec2> =
+    let projected: Vec<DVec2> =
         corners.map(|p: &DVec3| body.world_from_object.transform_point(*p).truncate()).collect();
-    convex_hull_2d(&seen)
+    convex_hull_2d(&projected)
 }

@@ -1,19 +1,19 @@
-//! A layer in OpenUSD's crate format (`.usdc`), version 0.8.0, which OpenUSD itself writes unless a layer needs more.
+//! Writer of OpenUSD's crate format (`.usdc`), version 0.8.0, the default version of OpenUSD's own writer.
 //!
-//! The file is a header, a heap of values, six sections and a table of contents that names them:
+//! The file consists of a header, a heap of values, six sections and a table of contents:
 //!
 //! | section | holds |
 //! | --- | --- |
-//! | `TOKENS` | every name and text, once |
-//! | `STRINGS` | which tokens are texts |
-//! | `FIELDS` | pairs of a name and a value, once |
-//! | `FIELDSETS` | lists of fields, once |
+//! | `TOKENS` | the distinct names and texts |
+//! | `STRINGS` | the tokens that are strings |
+//! | `FIELDS` | the distinct pairs of name and value |
+//! | `FIELDSETS` | the distinct lists of fields |
 //! | `PATHS` | the tree of prims and properties |
-//! | `SPECS` | what stands at a path: its kind and its list of fields |
+//! | `SPECS` | for each path its spec type and its list of fields |
 //!
-//! Fields carry their values as 64-bit words ([`value_word`]): small ones in the word, others by their place
-//! in the heap ([`heap`]). Tables are compressed ([`compression`]). Source: `crateFile.h` and `crateFile.cpp` of
-//! OpenUSD. Equal layers give equal bytes.
+//! Fields hold 64-bit value words ([`value_word`]): small values are inlined, others are offsets into the heap
+//! ([`heap`]). Tables are compressed ([`compression`]). Source: `crateFile.h` and `crateFile.cpp` of OpenUSD. Equal
+//! layers give equal bytes.
 
 mod compression;
 mod heap;
@@ -24,7 +24,7 @@ mod values;
 
 use std::collections::BTreeMap;
 
-use super::layer::{Content, Layer, Prim, Property, Specifier, Switch, Variability};
+use super::layer::{Content, Layer, Prim, Property, Specifier, Variability, VariantSet};
 use super::value::{Value, ValueType};
 use compression::{compressed, compressed_integers};
 use heap::Heap;
@@ -44,7 +44,7 @@ pub fn write(layer: &Layer) -> Vec<u8> {
     file.finish()
 }
 
-/// Kinds of specs.
+/// Spec types.
 #[derive(Clone, Copy)]
 enum SpecType {
     Attribute = 1,
@@ -57,7 +57,7 @@ enum SpecType {
 
 struct Spec {
     path: u32,
-    /// Where its list begins in `field_sets`.
+    /// Start of its list in `field_sets`.
     field_set: u32,
     spec_type: SpecType,
 }
@@ -65,12 +65,12 @@ struct Spec {
 /// The sections under construction.
 #[derive(Default)]
 struct CrateFile {
-    tokens: Numbered<String>,
-    /// Numbers of tokens.
-    strings: Numbered<u32>,
-    /// Numbers of tokens, with values.
-    fields: Numbered<(u32, ValueWord)>,
-    /// Numbers of fields, each list followed by [`END_OF_FIELDS`].
+    tokens: Interner<String>,
+    /// Token indices.
+    strings: Interner<u32>,
+    /// Token indices with values.
+    fields: Interner<(u32, ValueWord)>,
+    /// Field indices, each list followed by [`END_OF_FIELDS`].
     field_sets: Vec<u32>,
     known_field_sets: BTreeMap<Vec<u32>, u32>,
     paths: PathTree,
@@ -78,23 +78,23 @@ struct CrateFile {
     heap: Heap,
 }
 
-/// Different things, numbered as they come.
-struct Numbered<T> {
-    things: Vec<T>,
+/// Interned values, numbered in order of first use.
+struct Interner<T> {
+    values: Vec<T>,
     numbers: BTreeMap<T, u32>,
 }
 
-impl<T> Default for Numbered<T> {
+impl<T> Default for Interner<T> {
     fn default() -> Self {
-        Self { things: Vec::new(), numbers: BTreeMap::new() }
+        Self { values: Vec::new(), numbers: BTreeMap::new() }
     }
 }
 
-impl<T: Ord + Clone> Numbered<T> {
-    fn number(&mut self, thing: T) -> u32 {
-        let next = self.things.len() as u32;
-        *self.numbers.entry(thing).or_insert_with_key(|thing| {
-            self.things.push(thing.clone());
+impl<T: Ord + Clone> Interner<T> {
+    fn number(&mut self, value: T) -> u32 {
+        let next = self.values.len() as u32;
+        *self.numbers.entry(value).or_insert_with_key(|value| {
+            self.values.push(value.clone());
             next
         })
     }
@@ -102,8 +102,8 @@ impl<T: Ord + Clone> Numbered<T> {
 
 impl CrateFile {
     fn add_layer(&mut self, layer: &Layer) {
-        // The sign of a token's number tells properties from prims in the tree of paths, so that no
-        // property may have the number 0.
+        // In the tree of paths the sign of a token index distinguishes properties from prims, so no property may have
+        // index 0.
         let root_element = self.token("");
         assert_eq!(root_element, 0, "the first token of a file");
         let mut fields = Vec::new();
@@ -164,20 +164,21 @@ impl CrateFile {
             let word = self.token_vector(&names);
             fields.push(self.field("primChildren", word));
         }
-        if !prim.switches.is_empty() {
-            self.describe_switches(&prim.switches, &mut fields);
+        if !prim.variant_sets.is_empty() {
+            self.describe_variant_sets(&prim.variant_sets, &mut fields);
         }
         self.spec(path, SpecType::Prim, fields);
         prim.properties().iter().for_each(|property| self.add_property(path, property));
         prim.children().iter().for_each(|child| self.add_prim(path, child));
-        prim.switches.iter().for_each(|switch| self.add_switch(path, switch));
+        prim.variant_sets.iter().for_each(|variant_set| self.add_variant_set(path, variant_set));
     }
 
-    /// What a prim says of its variant sets.
-    fn describe_switches(&mut self, switches: &[Switch], fields: &mut Vec<u32>) {
-        let names: Vec<String> = switches.iter().map(|switch| switch.name.to_owned()).collect();
+    /// Appends the fields of a prim's variant sets.
+    fn describe_variant_sets(&mut self, variant_sets: &[VariantSet], fields: &mut Vec<u32>) {
+        let names: Vec<String> = variant_sets.iter().map(|variant_set| variant_set.name.to_owned()).collect();
         let strings: Vec<u32> = names.iter().map(|name| self.string(name)).collect();
-        let chosen: Vec<(&str, &str)> = names.iter().map(|name| (name.as_str(), Switch::OFF)).collect();
+        let chosen: Vec<(&str, &str)> =
+            names.iter().map(|name| (name.as_str(), VariantSet::DISABLED)).collect();
         let word = self.variant_selection(&chosen);
         fields.push(self.field("variantSelection", word));
         let word = self.token_vector(&names);
@@ -186,21 +187,21 @@ impl CrateFile {
         fields.push(self.field("variantSetNames", word));
     }
 
-    /// The set and its variants, which stand beside each other below the prim.
-    fn add_switch(&mut self, prim: u32, switch: &Switch) {
+    /// Adds the variant set and its variants, which are siblings below the prim.
+    fn add_variant_set(&mut self, prim: u32, variant_set: &VariantSet) {
         let path = |file: &mut Self, variant: &str| {
-            let element = file.token(&format!("{{{}={variant}}}", switch.name));
+            let element = file.token(&format!("{{{}={variant}}}", variant_set.name));
             file.paths.prim(prim, element)
         };
         let set = path(self, "");
-        let word = self.token_vector(&[Switch::OFF.to_owned(), Switch::ON.to_owned()]);
+        let word = self.token_vector(&[VariantSet::DISABLED.to_owned(), VariantSet::ENABLED.to_owned()]);
         let fields = vec![self.field("variantChildren", word)];
         self.spec(set, SpecType::VariantSet, fields);
-        for variant in [Switch::OFF, Switch::ON] {
+        for variant in [VariantSet::DISABLED, VariantSet::ENABLED] {
             let path = path(self, variant);
             let mut fields = vec![self.field("specifier", ValueWord::specifier(Specifier::Over))];
-            if variant == Switch::ON {
-                let word = self.prepended_payload(&switch.payload);
+            if variant == VariantSet::ENABLED {
+                let word = self.prepended_payload(&variant_set.payload);
                 fields.push(self.field("payload", word));
             }
             self.spec(path, SpecType::Variant, fields);
@@ -280,9 +281,9 @@ impl CrateFile {
     fn finish(self) -> Vec<u8> {
         let mut bytes = self.heap.into_bytes();
         let sections = [
-            ("TOKENS", section::tokens(&self.tokens.things)),
-            ("STRINGS", section::strings(&self.strings.things)),
-            ("FIELDS", section::fields(&self.fields.things)),
+            ("TOKENS", section::tokens(&self.tokens.values)),
+            ("STRINGS", section::strings(&self.strings.values)),
+            ("FIELDS", section::fields(&self.fields.values)),
             ("FIELDSETS", section::counted_integers(&self.field_sets)),
             ("PATHS", self.paths.section()),
             ("SPECS", section::specs(&self.specs)),

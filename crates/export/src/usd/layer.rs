@@ -1,14 +1,14 @@
-//! A USD layer as a value: what layers of a bundle contain, and nothing else.
+//! A USD layer as a value, restricted to the features that layers of a bundle use.
 //!
 //! Built once, then written as text ([`super::text_file`]) or in the crate format ([`super::crate_file`]).
-//! The type of an attribute follows from its value and the default prim is the one root, so neither can be
-//! wrong; a name used twice in one place is a mistake of the program and panics.
+//! The type of an attribute follows from its value, and the default prim is the single root. A name used twice in one
+//! scope is a bug and panics.
 
 use std::fmt;
 
 use super::value::{Dictionary, Text, Value, ValueType};
 
-/// A file's worth of prims: z up, meters, kilograms, with the root as its default prim.
+/// The content of one file: z up, meters, kilograms; the root is the default prim.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Layer {
     /// `customLayerData`.
@@ -28,35 +28,35 @@ pub struct Prim {
     pub asset_info: Dictionary,
     pub display_name: Option<Text>,
     pub kind: Option<&'static str>,
-    /// The layer that is referenced (prepended), relative to this one.
+    /// The referenced layer (prepended), relative to this one.
     pub reference: Option<Text>,
     /// Variant sets, each named once.
-    pub switches: Vec<Switch>,
+    pub variant_sets: Vec<VariantSet>,
     properties: Vec<Property>,
     children: Vec<Prim>,
 }
 
-/// What a prim in a layer is for.
+/// Specifier of a prim.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Specifier {
-    /// Makes a prim of that type.
+    /// Defines a prim of that type.
     Def(&'static str),
-    /// Says more about a prim that another layer makes.
+    /// Overrides a prim that another layer defines.
     Over,
 }
 
-/// A variant set of two: `Disabled`, which is selected and says nothing, and `Enabled`, which loads a layer.
+/// A variant set of two variants: `Disabled` (selected, empty) and `Enabled`, which loads a layer as payload.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Switch {
-    /// Of the variant set; an identifier.
+pub struct VariantSet {
+    /// Name of the variant set; an identifier.
     pub name: &'static str,
     /// The layer that `Enabled` loads, relative to this one.
     pub payload: Text,
 }
 
-impl Switch {
-    pub const OFF: &'static str = "Disabled";
-    pub const ON: &'static str = "Enabled";
+impl VariantSet {
+    pub const DISABLED: &'static str = "Disabled";
+    pub const ENABLED: &'static str = "Enabled";
 }
 
 /// An attribute or a relationship.
@@ -67,7 +67,7 @@ pub struct Property {
     pub content: Content,
 }
 
-/// What a property says.
+/// Content of a property.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Content {
     Attribute {
@@ -77,7 +77,7 @@ pub enum Content {
     },
     /// An attribute without a value.
     Declaration(ValueType),
-    /// An attribute that has its value from elsewhere.
+    /// An attribute that is connected to another one.
     Connection(ValueType, Path),
     /// A relationship with one target.
     Relationship(Path),
@@ -90,14 +90,14 @@ pub enum Variability {
     Uniform,
 }
 
-/// How the elements of an array belong to a mesh.
+/// Interpolation of a primvar array over a mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Interpolation {
-    /// One a face.
+    /// One element per face.
     Uniform,
-    /// One a corner of a face.
+    /// One element per corner of a face.
     FaceVarying,
-    /// One for all.
+    /// One element for the whole mesh.
     Constant,
 }
 
@@ -111,7 +111,7 @@ impl Interpolation {
     }
 }
 
-/// A prim, or a property of it, seen from the root of the layer.
+/// Absolute path of a prim or a property.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Path {
     prims: Vec<String>,
@@ -119,7 +119,7 @@ pub struct Path {
 }
 
 impl Path {
-    /// The prim that these names lead to.
+    /// The path of a prim, by names from the root.
     pub fn prim(names: &[&str]) -> Self {
         Self { prims: names.iter().map(|name| (*name).to_owned()).collect(), property: None }
     }
@@ -147,12 +147,12 @@ impl fmt::Display for Path {
 }
 
 impl Prim {
-    /// Without anything in it. The name must be an identifier.
+    /// An empty prim. The name must be an identifier.
     pub fn new(type_name: &'static str, name: &str) -> Self {
         Self::specified(Specifier::Def(type_name), name)
     }
 
-    /// More about a prim of another layer. The name must be an identifier.
+    /// An override of a prim of another layer. The name must be an identifier.
     pub fn over(name: &str) -> Self {
         Self::specified(Specifier::Over, name)
     }
@@ -166,7 +166,7 @@ impl Prim {
             display_name: None,
             kind: None,
             reference: None,
-            switches: Vec::new(),
+            variant_sets: Vec::new(),
             properties: Vec::new(),
             children: Vec::new(),
         }
@@ -177,19 +177,19 @@ impl Prim {
         Self { schemas: schemas.to_vec(), ..self }
     }
 
-    /// Writes an attribute of the prim's schemas.
+    /// Sets an attribute of the prim's schemas.
     pub fn set(&mut self, name: &str, value: Value) {
         let content = Content::Attribute { value, variability: Variability::Varying, interpolation: None };
         self.push(name, content);
     }
 
-    /// As [`Prim::set`], for an attribute that cannot change over time.
+    /// As [`Prim::set`], for an attribute with uniform variability.
     pub fn set_uniform(&mut self, name: &str, value: Value) {
         let content = Content::Attribute { value, variability: Variability::Uniform, interpolation: None };
         self.push(name, content);
     }
 
-    /// As [`Prim::set`], for an array that says how its elements belong to the mesh.
+    /// As [`Prim::set`], for an array with interpolation metadata.
     pub fn set_interpolated(&mut self, name: &str, value: Value, interpolation: Interpolation) {
         let interpolation = Some(interpolation);
         self.push(name, Content::Attribute { value, variability: Variability::Varying, interpolation });
@@ -200,7 +200,7 @@ impl Prim {
         self.push(name, Content::Declaration(value_type));
     }
 
-    /// Lets an attribute have its value from another.
+    /// Connects an attribute to another one.
     pub fn connect(&mut self, name: &str, value_type: ValueType, source: Path) {
         self.push(name, Content::Connection(value_type, source));
     }

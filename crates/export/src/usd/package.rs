@@ -1,5 +1,5 @@
-//! A USD package (`.usdz`): a ZIP in which every file lies uncompressed at a multiple of 64 bytes, the root
-//! layer first, so that readers use it as it is. Only layers and pictures belong in one.
+//! USD packages (`.usdz`): a ZIP of uncompressed files aligned to 64 bytes, with the root layer first. Readers can map
+//! the files without unpacking. A package may contain only layers and images.
 
 use std::io::{Cursor, Write};
 
@@ -7,7 +7,7 @@ use zip::result::ZipError;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
 
-/// Where the format wants the content of files to begin.
+/// Alignment of file contents that the format requires.
 const ALIGNMENT_BYTES: u16 = 64;
 
 /// The bytes of the package. `files` are paths and contents; the first is the root layer.

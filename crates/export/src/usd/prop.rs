@@ -1,5 +1,5 @@
 //! One body as a USD prop: rigid body on the root, a visual mesh per material, one collider mesh per hull, a grasp
-//! where one is known, and a switch for each program with schemas of its own.
+//! where one is known, and a variant set for each simulator with schemas of its own.
 //!
 //! Points of a visual mesh are welded by position, so its topology is closed where the surface is; normals and
 //! texture coordinates are per face corner.
@@ -12,21 +12,11 @@ use geometry::parallel_grasp::ParallelGrasp;
 use geometry::{ConvexHull, FaceGroup, TexturedMesh};
 use scene::Scene;
 
-use super::layer::{Interpolation, Layer, Path, Prim, Switch};
-use super::look::{LOOKS, PHYSICS_MATERIAL, display_color, looks};
-use super::runtime::Runtime;
+use super::layer::{Interpolation, Layer, Path, Prim, VariantSet};
+use super::material::{display_color, materials};
+use super::prim_names::{COLLIDERS, MATERIALS, PHYSICS_MATERIAL, VISUAL, hull_name};
+use super::simulator_schemas::Simulator;
 use super::value::{Dictionary, Quaternion, Value};
-
-/// Name of the prim above the meshes that are seen.
-const VISUAL: &str = "visual";
-
-/// Name of the prim above the colliders.
-pub const COLLIDERS: &str = "colliders";
-
-/// Name of a collider.
-pub fn hull_name(index: usize) -> String {
-    format!("hull_{index:02}")
-}
 
 /// The layer of one body.
 pub fn prop(scene: &Scene, body: &Body, settings: &ExportSettings) -> Layer {
@@ -49,7 +39,7 @@ pub fn prop(scene: &Scene, body: &Body, settings: &ExportSettings) -> Layer {
     root.set("physics:rigidBodyEnabled", Value::Bool(true));
     root.set("semantics:labels:class", Value::tokens(&[&body.category]));
     root.set("semantics:labels:wikidata_qcode", Value::tokens(&[&body.wikidata_item]));
-    root.switches = Runtime::ALL.map(Runtime::switch).into();
+    root.variant_sets = Simulator::ALL.map(Simulator::variant_set).into();
     root.add(visual(body));
     if let Some(grasp) = &body.grasp {
         root.add(grasp_line(grasp));
@@ -59,14 +49,14 @@ pub fn prop(scene: &Scene, body: &Body, settings: &ExportSettings) -> Layer {
         colliders.add(collider(&body.name, k, hull));
     }
     root.add(colliders);
-    root.add(looks(body));
+    root.add(materials(body));
     Layer { custom_data: custom_data(scene, body, settings), root }
 }
 
 fn custom_data(scene: &Scene, body: &Body, settings: &ExportSettings) -> Dictionary {
     let instance = scene.instances.iter().find(|instance| instance.name.as_str() == body.name);
     let licence = instance.map_or(settings.licence.as_str(), |instance| &instance.provenance.licence);
-    // SimReady wants these twice, inside its own dictionary and beside it.
+    // SimReady requires these entries twice: inside its own dictionary and beside it.
     let with_identity = |dictionary: Dictionary| {
         dictionary
             .with("asset_name", Value::string(&body.name))
@@ -81,21 +71,21 @@ fn custom_data(scene: &Scene, body: &Body, settings: &ExportSettings) -> Diction
         .with("rigid_body_count", Value::Int(1))
         .with("asset_extents", Value::Float3(body.visual.size_m().as_vec3().to_array()))
         .with("mass", Value::Double(body.mass.mass_kg))
-        .with_dictionary("Variants", Dictionary::default().with_dictionary("Physics", runtimes(body)));
+        .with_dictionary("Variants", Dictionary::default().with_dictionary("Physics", simulators(body)));
     with_identity(Dictionary::default().with_dictionary("SimReady_Metadata", metadata))
         .with("label", Value::string(&body.label))
         .with("scene", Value::string(&scene.id))
 }
 
-/// How each program's variant set is switched on.
-fn runtimes(body: &Body) -> Dictionary {
+/// How each simulator's variant set is enabled, as SimReady's metadata describes it.
+fn simulators(body: &Body) -> Dictionary {
     let prim = Path::prim(&[&body.name]).to_string();
-    Runtime::ALL.into_iter().fold(Dictionary::default(), |all, runtime| {
-        let how = Dictionary::default()
-            .with("activateOption", Value::string(Switch::ON))
+    Simulator::ALL.into_iter().fold(Dictionary::default(), |all, simulator| {
+        let activation = Dictionary::default()
+            .with("activateOption", Value::string(VariantSet::ENABLED))
             .with("prim", Value::string(&prim))
-            .with("variantSetName", Value::string(runtime.variant_set()));
-        all.with_dictionary(runtime.variant_set(), how)
+            .with("variantSetName", Value::string(simulator.variant_set_name()));
+        all.with_dictionary(simulator.variant_set_name(), activation)
     })
 }
 
@@ -114,10 +104,10 @@ fn grasp_line(grasp: &ParallelGrasp) -> Prim {
     prim
 }
 
-/// How thick the line of a grasp is drawn, meters.
+/// Width of the grasp line, meters.
 const GRASP_LINE_WIDTH_M: f32 = 0.001;
 
-/// A mesh for each material, as readers of materials do not all look into subsets of faces.
+/// One mesh per material, because not every reader supports `GeomSubset`.
 fn visual(body: &Body) -> Prim {
     let mut parts = Prim::new("Xform", VISUAL);
     body.visual.groups.iter().for_each(|group| parts.add(part(body, group)));
@@ -128,7 +118,7 @@ fn part(body: &Body, group: &FaceGroup) -> Prim {
     let (mesh, material) = (&body.visual, &body.visual.materials[group.material]);
     let (points, point_of_vertex) = welded(mesh, group);
     let mut prim = Prim::new("Mesh", &material.name).with_schemas(&["MaterialBindingAPI"]);
-    prim.relate("material:binding", Path::prim(&[&body.name, LOOKS, &material.name]));
+    prim.relate("material:binding", Path::prim(&[&body.name, MATERIALS, &material.name]));
     prim.set_uniform("orientation", Value::token("rightHanded"));
     prim.set_uniform("subdivisionScheme", Value::token("none"));
     set_points(&mut prim, points);
@@ -150,7 +140,7 @@ fn collider(body: &str, index: usize, hull: &ConvexHull) -> Prim {
     prim.set_uniform("purpose", Value::token("guide"));
     prim.set("physics:collisionEnabled", Value::Bool(true));
     prim.set_uniform("physics:approximation", Value::token("convexHull"));
-    prim.relate("material:binding:physics", Path::prim(&[body, LOOKS, PHYSICS_MATERIAL]));
+    prim.relate("material:binding:physics", Path::prim(&[body, MATERIALS, PHYSICS_MATERIAL]));
     prim.set_uniform("orientation", Value::token("rightHanded"));
     prim.set_uniform("subdivisionScheme", Value::token("none"));
     set_points(&mut prim, hull.points.iter().map(|p| p.as_vec3().to_array()).collect());
@@ -163,7 +153,7 @@ fn collider(body: &str, index: usize, hull: &ConvexHull) -> Prim {
     prim
 }
 
-/// Points and the box they fill. The box is taken from the very numbers that are written.
+/// Sets points and extent. The extent is computed from the single-precision values that are written.
 fn set_points(prim: &mut Prim, points: Vec<[f32; 3]>) {
     let (low, high) = box_of(&points);
     prim.set("extent", Value::Float3s(vec![low, high]));
@@ -187,12 +177,12 @@ fn set_faces(prim: &mut Prim, count: usize, point_indices: impl Iterator<Item = 
     prim.set("faceVertexIndices", indices(point_indices));
 }
 
-/// USD counts with signs.
+/// Indices as the signed integers of USD.
 fn indices(indices: impl Iterator<Item = u32>) -> Value {
     Value::Ints(indices.map(|index| index as i32).collect())
 }
 
-/// Distinct positions in order of first appearance in a triangle, and each vertex's number among them.
+/// Distinct positions in order of first use by a triangle, and each vertex's index among them.
 fn welded(mesh: &TexturedMesh, group: &FaceGroup) -> (Vec<[f32; 3]>, Vec<u32>) {
     let mut known = BTreeMap::new();
     let mut points = Vec::new();

@@ -1,4 +1,4 @@
-//! Layers made by chance, written both ways for a judge that compares them, and read back here.
+//! Random layers for tests: written in both formats, compared by OpenUSD and by this crate's readers.
 
 use std::path::Path as FilePath;
 
@@ -6,17 +6,17 @@ use rand::seq::IndexedRandom;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::layer::{Interpolation, Layer, Path, Prim, Switch};
+use super::layer::{Interpolation, Layer, Path, Prim, VariantSet};
 use super::value::{Dictionary, Quaternion, Text, Value};
 use super::{crate_file, text_file};
 
-/// As many as a judge compares in a second.
+/// Number of layers; OpenUSD compares them in a second.
 pub const LAYERS: u64 = 24;
 
-/// Prims have at most this many properties, and children, and so many generations below the root.
-const MOST_PROPERTIES: usize = 24;
-const MOST_CHILDREN: usize = 4;
-const MOST_GENERATIONS: usize = 3;
+/// Maximum numbers of properties, of children, and of generations below the root.
+const MAX_PROPERTIES: usize = 24;
+const MAX_CHILDREN: usize = 4;
+const MAX_GENERATIONS: usize = 3;
 
 const TYPES: [&str; 5] = ["Xform", "Mesh", "Scope", "Material", "Shader"];
 const SCHEMAS: [&str; 4] = ["PhysicsMassAPI", "MaterialBindingAPI", "SemanticsLabelsAPI:class", "MadeUpAPI"];
@@ -32,16 +32,16 @@ const TEXTS: [&str; 9] = [
     "'''\"\"\"",
 ];
 
-/// Around the length from which integers are compressed, and long enough for several blocks of codes.
+/// Array lengths around the compression threshold of integers, and one long enough for several blocks of codes.
 const LENGTHS: [usize; 8] = [0, 1, 3, 15, 16, 17, 64, 2000];
 
-/// A random layer as text and in the crate format.
+/// A random layer in the text format and in the crate format.
 pub fn written(seed: u64) -> (String, Vec<u8>) {
     let layer = random_layer(seed);
     (text_file::write(&layer), crate_file::write(&layer))
 }
 
-/// A layer with every type of value in it, and everything else that a layer can say.
+/// A layer with every value type and every other feature of [`Layer`].
 fn random_layer(seed: u64) -> Layer {
     let mut chance = ChaCha8Rng::seed_from_u64(seed);
     let custom_data = dictionary(&mut chance, 2);
@@ -66,10 +66,10 @@ fn prim(chance: &mut ChaCha8Rng, name: &str, generation: usize) -> Prim {
     prim.reference = chance.random_bool(0.2).then(|| asset(chance));
     for name in ["Newton", "MuJoCo", "aSet"] {
         if chance.random_bool(0.15) {
-            prim.switches.push(Switch { name, payload: asset(chance) });
+            prim.variant_sets.push(VariantSet { name, payload: asset(chance) });
         }
     }
-    for k in 0..chance.random_range(0..=MOST_PROPERTIES) {
+    for k in 0..chance.random_range(0..=MAX_PROPERTIES) {
         let name = format!("{}:value_{k}", picked(chance, &["physics", "inputs", "a:b_1:C"]));
         let value_type = one_of_each(chance).choose(chance).expect("some").value_type();
         match chance.random_range(0..8) {
@@ -83,8 +83,8 @@ fn prim(chance: &mut ChaCha8Rng, name: &str, generation: usize) -> Prim {
             _ => prim.set(&name, value(chance)),
         }
     }
-    if generation < MOST_GENERATIONS {
-        for k in 0..chance.random_range(0..=MOST_CHILDREN) {
+    if generation < MAX_GENERATIONS {
+        for k in 0..chance.random_range(0..=MAX_CHILDREN) {
             let name = format!("{}_{k}", picked(chance, &["a", "B2", "hull"]));
             prim.add(self::prim(chance, &name, generation + 1));
         }
@@ -92,7 +92,7 @@ fn prim(chance: &mut ChaCha8Rng, name: &str, generation: usize) -> Prim {
     prim
 }
 
-/// Leads to a prim of the layer only by chance; targets need not exist.
+/// A random path; its target need not exist.
 fn path(chance: &mut ChaCha8Rng) -> Path {
     let names = ["root", "a_0", "B2_1", "hull_0", "elsewhere"];
     let path: Vec<&str> = (0..chance.random_range(1..=3)).map(|_| picked(chance, &names)).collect();
@@ -135,7 +135,7 @@ fn one_of_each(chance: &mut ChaCha8Rng) -> Vec<Value> {
     ]
 }
 
-/// Small or of any size, or each one more than the last.
+/// Small integers, arbitrary integers, or a consecutive range.
 fn integers(chance: &mut ChaCha8Rng, length: usize) -> Vec<i32> {
     match chance.random_range(0..3) {
         0 => (0..length).map(|_| chance.random_range(-200..200)).collect(),
@@ -164,7 +164,7 @@ fn asset(chance: &mut ChaCha8Rng) -> Text {
 }
 
 fn vector<const N: usize>(chance: &mut ChaCha8Rng) -> [f32; N] {
-    // Small integers stand in a field's word, all others in the heap.
+    // Small integers are inlined, all others go to the heap.
     if chance.random_bool(0.3) {
         std::array::from_fn(|_| chance.random_range(-130_i16..=130).into())
     } else {
@@ -172,7 +172,7 @@ fn vector<const N: usize>(chance: &mut ChaCha8Rng) -> [f32; N] {
     }
 }
 
-/// Half of them of ordinary size. OpenUSD warns of text with more digits than an integer has.
+/// Half of the values are of ordinary size. OpenUSD warns of text with more digits than an integer has.
 fn float(chance: &mut ChaCha8Rng) -> f32 {
     if chance.random() {
         return chance.random_range(-10.0..10.0);
@@ -193,10 +193,10 @@ fn picked<'a>(chance: &mut ChaCha8Rng, of: &[&'a str]) -> &'a str {
     of.choose(chance).expect("some")
 }
 
-/// Leaves each layer as text and in the crate format under `target/usd_layers/` for `tests/judges/usd_layers.py`.
+/// Writes each layer in both formats under `target/usd_layers/` for `tests/judges/usd_layers.py`.
 #[test]
-fn random_layers_are_written_for_the_judge() {
-    let folder = FilePath::new(env!("CARGO_MANIFEST_DIR")).join("target/usd_layers");
+fn random_layers_are_written_for_openusd() {
+    let folder = FilePath::new(env!("CARGO_MANIFEST_DIR")).join("../../target/usd_layers");
     if folder.exists() {
         std::fs::remove_dir_all(&folder).expect("target is writable");
     }
@@ -209,7 +209,7 @@ fn random_layers_are_written_for_the_judge() {
 }
 
 #[test]
-fn equal_layers_give_equal_bytes() {
+fn crate_file_is_deterministic() {
     for seed in 0..LAYERS {
         assert_eq!(written(seed), written(seed));
     }

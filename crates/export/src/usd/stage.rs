@@ -9,11 +9,11 @@ use scene::Scene;
 use super::layer::{Layer, Prim};
 use super::value::{Dictionary, Value};
 
-/// Width of the USD camera's film in tenths of a scene unit; only its ratio to the focal length matters
-/// to a pinhole.
+/// Width of the USD camera's film in tenths of a scene unit. A pinhole camera depends only on its ratio to the focal
+/// length.
 const FILM_WIDTH: f64 = 20.955;
 
-/// The layer of the scene. `prop_path` tells where a body's layer lies, relative to this one.
+/// The layer of the scene. `prop_path` returns the path of a body's layer, relative to this one.
 pub fn stage(
     scene: &Scene,
     bodies: &[Body],
@@ -72,7 +72,7 @@ fn floor(scene: &Scene) -> Prim {
 }
 
 fn reference_camera(camera: &Camera) -> Prim {
-    // USD cameras look along -z with +y up; ours along +z with +y down.
+    // USD cameras view along -z with +y up; ours view along +z with +y down.
     let rotation = camera.world_from_camera.rotation * DQuat::from_rotation_x(std::f64::consts::PI);
     let (width, height) = (f64::from(camera.width_px), f64::from(camera.height_px));
     let per_pixel_x = FILM_WIDTH / width;

@@ -1,8 +1,8 @@
-//! A layer as text (`.usda`).
+//! Writer of the text format (`.usda`).
 
 use crate::number::{push_f32, push_f64};
 
-use super::layer::{Content, Layer, Prim, Property, Specifier, Switch, Variability};
+use super::layer::{Content, Layer, Prim, Property, Specifier, Variability, VariantSet};
 use super::value::{Dictionary, Entry, Quaternion, Text, Value};
 
 /// The text of the file.
@@ -87,18 +87,18 @@ impl Writer {
         self.indented(|writer| {
             prim.properties().iter().for_each(|property| writer.property(property));
             prim.children().iter().for_each(|child| writer.prim(child));
-            prim.switches.iter().for_each(|switch| writer.switch(switch));
+            prim.variant_sets.iter().for_each(|variant_set| writer.variant_set(variant_set));
         });
         self.line("}");
     }
 
-    fn switch(&mut self, switch: &Switch) {
-        self.line(&format!("variantSet {} = {{", quoted(switch.name)));
+    fn variant_set(&mut self, variant_set: &VariantSet) {
+        self.line(&format!("variantSet {} = {{", quoted(variant_set.name)));
         self.indented(|writer| {
-            writer.line(&format!("{} {{", quoted(Switch::OFF)));
+            writer.line(&format!("{} {{", quoted(VariantSet::DISABLED)));
             writer.line("}");
-            writer.line(&format!("{} (", quoted(Switch::ON)));
-            writer.indented(|writer| writer.line(&format!("prepend payload = @{}@", &*switch.payload)));
+            writer.line(&format!("{} (", quoted(VariantSet::ENABLED)));
+            writer.indented(|writer| writer.line(&format!("prepend payload = @{}@", &*variant_set.payload)));
             writer.line(") {");
             writer.line("}");
         });
@@ -122,15 +122,16 @@ impl Writer {
         if let Some(reference) = &prim.reference {
             self.line(&format!("prepend references = @{}@", &**reference));
         }
-        if !prim.switches.is_empty() {
+        if !prim.variant_sets.is_empty() {
             self.line("variants = {");
             self.indented(|writer| {
-                for switch in &prim.switches {
-                    writer.line(&format!("string {} = {}", switch.name, quoted(Switch::OFF)));
+                for variant_set in &prim.variant_sets {
+                    writer.line(&format!("string {} = {}", variant_set.name, quoted(VariantSet::DISABLED)));
                 }
             });
             self.line("}");
-            let names: Vec<String> = prim.switches.iter().map(|switch| quoted(switch.name)).collect();
+            let names: Vec<String> =
+                prim.variant_sets.iter().map(|variant_set| quoted(variant_set.name)).collect();
             self.line(&format!("prepend variantSets = [{}]", names.join(", ")));
         }
     }
@@ -246,12 +247,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn strings_are_escaped() {
+    fn string_literals_are_escaped() {
         assert_eq!(quoted("a \"b\" <c>\n\\🍎\u{7}"), "\"a \\\"b\\\" <c>\\n\\\\🍎\\x07\"");
     }
 
     #[test]
-    fn blocks_nest() {
+    fn nested_prims_are_indented() {
         let mut root = Prim::new("Xform", "x");
         root.kind = Some("component");
         root.set("a", Value::Bool(true));

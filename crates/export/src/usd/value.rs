@@ -1,9 +1,9 @@
-//! What stands in a layer: typed values, texts, dictionaries.
+//! Typed values, texts and dictionaries of a layer.
 
-/// Declares [`Value`] and its [`ValueType`] from one table: variant, what it holds, the type's name in USD.
+/// Declares [`Value`] and its [`ValueType`] from one table: variant, Rust type, name of the type in USD.
 macro_rules! value_types {
     ($($variant:ident($holds:ty) $name:literal,)*) => {
-        /// A value of one of the types that layers of a bundle use. Numbers are finite.
+        /// A value of one of the types used in layers of a bundle. Numbers are finite.
         #[derive(Clone, Debug, PartialEq)]
         pub enum Value {
             $($variant($holds),)*
@@ -24,7 +24,7 @@ macro_rules! value_types {
         }
 
         impl ValueType {
-            /// As USD spells it, role included.
+            /// Name of the type in USD, including its role.
             pub fn name(self) -> &'static str {
                 match self {
                     $(ValueType::$variant => $name,)*
@@ -70,7 +70,7 @@ impl Value {
         Value::Token(text.into())
     }
 
-    /// One token or more.
+    /// An array of at least one token.
     pub fn tokens(texts: &[&str]) -> Self {
         Value::Tokens(texts.iter().map(|text| Text::from(*text)).collect())
     }
@@ -81,7 +81,7 @@ impl Value {
     }
 }
 
-/// Named by component, because files differ in the order.
+/// A quaternion with named components, because the component order differs between file formats.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quaternion<T> {
     pub w: T,
@@ -100,7 +100,7 @@ impl From<glam::DQuat> for Quaternion<f64> {
     }
 }
 
-/// Text without NUL, which ends a string in many readers: it becomes U+FFFD.
+/// Text without NUL, which terminates strings in many readers. A NUL becomes U+FFFD.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Text(String);
 
@@ -118,11 +118,11 @@ impl std::ops::Deref for Text {
     }
 }
 
-/// Names, each used once, with what they stand for.
+/// Unique names with their entries.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Dictionary(Vec<(String, Entry)>);
 
-/// What a name in a dictionary stands for.
+/// An entry of a dictionary: a value or a nested dictionary.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Entry {
     Value(Value),
@@ -130,12 +130,12 @@ pub enum Entry {
 }
 
 impl Dictionary {
-    /// With one more value; `name` is an identifier that the dictionary does not have yet.
+    /// Adds a value. `name` must be an identifier that the dictionary does not contain yet.
     pub fn with(self, name: &str, value: Value) -> Self {
         self.with_entry(name, Entry::Value(value))
     }
 
-    /// With a dictionary inside; `name` as in [`Dictionary::with`].
+    /// Adds a nested dictionary; `name` as in [`Dictionary::with`].
     pub fn with_dictionary(self, name: &str, inner: Dictionary) -> Self {
         self.with_entry(name, Entry::Dictionary(inner))
     }

@@ -1,12 +1,12 @@
 //! Quickhull of a cloud with volume (Barber, Dobkin and Huhdanpaa, "The quickhull algorithm for convex hulls",
 //! 1996).
 //!
-//! The steps and their arithmetic are those of parry's `try_convex_hull`, so corners and faces come out the same,
-//! in the same order; what differs is that all facets lie in one list, and the points that see a facet in a
-//! chain through another, so that adding a point allocates nothing. Clouds without volume and those whose
-//! rounding leads to a silhouette that is no simple loop are left to parry.
+//! The steps and their arithmetic are those of parry's `try_convex_hull` (Apache-2.0), so corners and faces are the
+//! same and in the same order. Here all facets lie in one list, and the points above a facet form a linked list in
+//! another, so that adding a point allocates nothing. Degenerate clouds, and those whose rounding errors give a
+//! silhouette that is not a simple loop, return `None`; the caller then uses parry.
 //!
-//! Any frame and unit. About a third of the time of parry's for a hundred points.
+//! Any frame and unit. For a hundred points it takes about a third of parry's time.
 
 use glam::DVec3;
 use parry3d_f64::math::MatExt;
@@ -17,10 +17,10 @@ use wide::f64x4;
 const ROUNDING: f64 = 100.0 * f64::EPSILON;
 /// Smallest spread of a cloud with volume along its thinnest axis, share of its squared size.
 const FLAT: f64 = 1e-7;
-/// The end of a chain of points.
+/// The end of a linked list of points.
 const NONE: u32 = u32::MAX;
 
-/// Corners and outward faces, or `None` where parry must be asked.
+/// Corners and outward faces, or `None` if parry must compute the hull.
 pub(super) fn quick_hull(points: &[DVec3]) -> Option<(Vec<DVec3>, Vec<[u32; 3]>)> {
     if points.len() < 4 {
         return None;
@@ -53,8 +53,8 @@ impl Scaled {
     fn of(points: &[DVec3]) -> Option<Self> {
         let first = points[0];
         let (low, high) = points.iter().fold((first, first), |(low, high), &p| (low.min(p), high.max(p)));
-        let (middle, size) = (low.midpoint(high), low.distance(high));
-        let mut points: Vec<DVec3> = points.iter().map(|&p| (p - middle) / size).collect();
+        let (center, size) = (low.midpoint(high), low.distance(high));
+        let mut points: Vec<DVec3> = points.iter().map(|&p| (p - center) / size).collect();
         let (mean, covariance) = center_cov(&points);
         let spread = covariance.symmetric_eigen();
         let (axes, values) = (spread.eigenvectors, spread.eigenvalues);
@@ -76,12 +76,12 @@ impl Scaled {
 
     fn farthest_along(&self, direction: DVec3, among: impl Iterator<Item = u32>) -> Option<u32> {
         let mut farthest = None;
-        let mut most = -f64::MAX;
+        let mut highest = -f64::MAX;
         for point in among {
             let reach = direction.dot(self.points[point as usize]);
-            if reach > most {
+            if reach > highest {
                 farthest = Some(point);
-                most = reach;
+                highest = reach;
             }
         }
         farthest
@@ -97,7 +97,7 @@ struct Facet {
     valid: bool,
     /// Its corners lie on a line.
     flat: bool,
-    /// First and last of the points that see it.
+    /// First and last of the points above it.
     first: u32,
     last: u32,
 }
@@ -140,18 +140,18 @@ struct Hull<'a> {
 }
 
 impl<'a> Hull<'a> {
-    /// A triangle seen from both sides, and who sees which.
+    /// The first triangle from both sides, with the points assigned to them.
     fn start(scaled: &'a Scaled) -> Option<Self> {
         let points = &scaled.points;
         let all = || 0..points.len() as u32;
         let a = scaled.farthest_along(scaled.longest, all())?;
         let b = scaled.farthest_along(-scaled.longest, all())?;
-        let (mut most, mut c) = (0.0, None);
+        let (mut highest, mut c) = (0.0, None);
         for (point, p) in all().zip(points) {
             let at = points[a as usize];
             let area = (points[b as usize] - at).cross(*p - at).length() * 0.5;
-            if area > most {
-                (most, c) = (area, Some(point));
+            if area > highest {
+                (highest, c) = (area, Some(point));
             }
         }
         let c = c?;
@@ -276,7 +276,7 @@ impl<'a> Hull<'a> {
         Some(())
     }
 
-    /// Gives the points that saw the removed facets to the new ones.
+    /// Reassigns the points above the removed facets to the new ones.
     fn hand_over(&mut self, added: u32, first_new: usize) {
         let apex = self.scaled.points[added as usize];
         self.fan.spread(apex, &self.facets[first_new..]);
@@ -330,21 +330,22 @@ impl Fan {
     /// The first of the facets that the point sees from the farthest.
     fn seen_best(&self, point: DVec3) -> Option<usize> {
         let [px, py, pz] = (point - self.apex).to_array().map(f64x4::splat);
-        let (mut most, mut best) = (f64x4::ZERO, f64x4::ZERO);
+        let (mut highest, mut best) = (f64x4::ZERO, f64x4::ZERO);
         for (chunk, [x, y, z]) in self.normals.iter().enumerate() {
             let height = px * *x + py * *y + pz * *z;
-            let higher = height.simd_gt(most);
-            most = higher.select(height, most);
+            let higher = height.simd_gt(highest);
+            highest = higher.select(height, highest);
             best = higher.select(f64x4::splat(chunk as f64), best);
         }
-        let (most, best) = (most.to_array(), best.to_array());
+        let (highest, best) = (highest.to_array(), best.to_array());
         let mut found: Option<(f64, usize)> = None;
         for lane in 0..4 {
             let index = 4 * best[lane] as usize + lane;
-            let is_better = found
-                .is_none_or(|(height, first)| most[lane] > height || (most[lane] == height && index < first));
-            if most[lane] >= ROUNDING && is_better {
-                found = Some((most[lane], index));
+            let is_better = found.is_none_or(|(height, first)| {
+                highest[lane] > height || (highest[lane] == height && index < first)
+            });
+            if highest[lane] >= ROUNDING && is_better {
+                found = Some((highest[lane], index));
             }
         }
         found.map(|(_, index)| index)
@@ -368,7 +369,7 @@ mod tests {
     }
 
     #[test]
-    fn known_shapes_have_the_hulls_parry_gives_them() {
+    fn quick_hull_equals_parry_on_known_shapes() {
         let profile = [DVec2::new(0.04, 0.0), DVec2::new(0.04, 0.1)];
         let shapes = [
             block(DVec3::new(0.1, 0.2, 0.3)),
@@ -383,7 +384,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn any_cloud_has_the_hull_parry_gives_it(
+        fn quick_hull_equals_parry_on_any_cloud(
             cloud in prop::collection::vec(prop::array::uniform3(-1.0..1.0_f64), 4..80), grid in 1..9_i32,
         ) {
             // A coarse grid puts many points on common planes and lines.

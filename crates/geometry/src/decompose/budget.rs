@@ -1,8 +1,9 @@
-//! Fewer hulls: joining on when the tolerance asks for more hulls than there may be.
+//! Merging down to the hull budget, if the tolerance requires more hulls than `max_hulls`.
 //!
-//! Always the two hulls are joined whose common hull encloses the least that neither of them did (what few corners
-//! lose counted in), as long as it does not stick out too far: else a small hole of a handle would be closed first.
-//! Hulls of pieces cut by planes do not overlap, so the sum of what is added is what the union of all hulls grows by.
+//! The two hulls whose common hull adds the least volume are merged first, including the volume lost by limiting its
+//! corners. The excess of the common hull is bounded; otherwise the small hole of a handle would be closed first.
+//! Hulls of pieces cut by planes do not overlap, so the sum of the added volumes is the growth of the union of all
+//! hulls.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -10,40 +11,40 @@ use rayon::prelude::*;
 use super::DecomposeSettings;
 use super::excess::excess;
 use super::field::Field;
-use super::fitted::Fitted;
+use super::fitted_hull::FittedHull;
 use crate::ConvexHull;
 use crate::convex_hull::{convex_hull, loss_of_corners_m3, planes};
-use runtime::{Interrupt, Interrupted};
+use runtime::{CancelFlag, Cancelled};
 
-/// A hull with its faces and its box.
+/// A hull with its faces and its bounding box.
 struct Part {
     hull: ConvexHull,
     volume_m3: f64,
-    /// About what it loses when it is left with few corners.
+    /// Approximate volume lost by limiting its corners.
     missed_m3: f64,
     faces: Vec<(DVec3, f64)>,
     low: DVec3,
     high: DVec3,
-    /// How far it sticks out; `None` for one joined here.
+    /// Its excess over the solid; `None` for a hull merged here.
     excess_m: Option<f64>,
 }
 
-/// What is known of two parts.
+/// Known result for a pair of parts.
 #[derive(Clone)]
 enum Pair {
     /// Their boxes are too far from each other.
     Apart,
-    /// Their common hull sticks out by at least this, meters.
+    /// Lower bound of the excess of their common hull, meters.
     Beyond(f64),
     Joint(Joint),
 }
 
-/// What joining two parts would give.
+/// Result of merging two parts.
 #[derive(Clone)]
 struct Joint {
     hull: ConvexHull,
     added_m3: f64,
-    /// It sticks out by at least this, meters.
+    /// Lower bound of its excess, meters.
     at_least_m: f64,
 }
 
@@ -57,30 +58,30 @@ impl Pair {
     }
 }
 
-/// At most `max_hulls` hulls, each with how far it sticks out.
+/// At most `max_hulls` hulls, each with its excess.
 pub(super) fn fewer(
-    hulls: Vec<Fitted>,
+    hulls: Vec<FittedHull>,
     solid: &Field,
     settings: &DecomposeSettings,
-    interrupt: &Interrupt,
-) -> Result<Vec<Fitted>, Interrupted> {
-    let most = settings.max_hulls as usize;
-    if hulls.len() <= most {
+    cancel: &CancelFlag,
+) -> Result<Vec<FittedHull>, Cancelled> {
+    let highest = settings.max_hulls as usize;
+    if hulls.len() <= highest {
         return Ok(hulls);
     }
     let corners = settings.max_vertices as usize;
     let parts: Vec<Part> = hulls.into_iter().map(|f| Part::new(f.hull, Some(f.excess_m), corners)).collect();
-    let mut pool = Pool::new(parts, solid, settings, interrupt);
+    let mut pool = Pool::new(parts, solid, settings, cancel);
     let mut allowed_m = settings.joined_excess_m;
-    pool.look_at_all(TOUCHING_M, allowed_m);
-    while pool.parts.len() > most && allowed_m < NO_LIMIT_M {
-        pool.join_down_to(most, TOUCHING_M, allowed_m)?;
+    pool.evaluate_all(TOUCHING_M, allowed_m);
+    while pool.parts.len() > highest && allowed_m < NO_LIMIT_M {
+        pool.join_down_to(highest, TOUCHING_M, allowed_m)?;
         allowed_m *= RELAX;
     }
-    pool.join_down_to(most, TOUCHING_M, f64::INFINITY)?;
-    if pool.parts.len() > most {
-        pool.look_at_all(f64::INFINITY, f64::INFINITY);
-        pool.join_down_to(most, f64::INFINITY, f64::INFINITY)?;
+    pool.join_down_to(highest, TOUCHING_M, f64::INFINITY)?;
+    if pool.parts.len() > highest {
+        pool.evaluate_all(f64::INFINITY, f64::INFINITY);
+        pool.join_down_to(highest, f64::INFINITY, f64::INFINITY)?;
     }
     pool.parts
         .into_par_iter()
@@ -89,10 +90,10 @@ pub(super) fn fewer(
                 Some(known) => known,
                 None => {
                     let spacing_m = settings.excess_spacing_m;
-                    excess(&part.hull, solid, spacing_m, 0.0, f64::INFINITY, interrupt)?.distance_m
+                    excess(&part.hull, solid, spacing_m, 0.0, f64::INFINITY, cancel)?.distance_m
                 }
             };
-            Ok(Fitted { hull: part.hull, excess_m })
+            Ok(FittedHull { hull: part.hull, excess_m })
         })
         .collect()
 }
@@ -103,7 +104,7 @@ struct Pool<'a> {
     pairs: Vec<Vec<Pair>>,
     solid: &'a Field<'a>,
     settings: &'a DecomposeSettings,
-    interrupt: &'a Interrupt,
+    cancel: &'a CancelFlag,
 }
 
 impl<'a> Pool<'a> {
@@ -111,20 +112,20 @@ impl<'a> Pool<'a> {
         parts: Vec<Part>,
         solid: &'a Field<'a>,
         settings: &'a DecomposeSettings,
-        interrupt: &'a Interrupt,
+        cancel: &'a CancelFlag,
     ) -> Self {
-        Self { parts, pairs: Vec::new(), solid, settings, interrupt }
+        Self { parts, pairs: Vec::new(), solid, settings, cancel }
     }
 
-    /// Looks at the pairs whose boxes are within `reach_m`; those known to stick out by more than `allowed_m` wait.
-    fn look_at_all(&mut self, reach_m: f64, allowed_m: f64) {
+    /// Evaluates the pairs whose boxes are within `reach_m`, except those whose known excess is above `allowed_m`.
+    fn evaluate_all(&mut self, reach_m: f64, allowed_m: f64) {
         self.pairs = (0..self.parts.len())
             .into_par_iter()
             .map(|a| (0..a).map(|b| self.pair(a, b, 0.0, reach_m, allowed_m)).collect())
             .collect();
     }
 
-    /// The pair, whose common hull is known to stick out by at least `at_least_m`.
+    /// Evaluates a pair; `at_least_m` is a known lower bound of the excess of its common hull.
     fn pair(&self, a: usize, b: usize, at_least_m: f64, reach_m: f64, allowed_m: f64) -> Pair {
         let (one, other) = (&self.parts[a], &self.parts[b]);
         if (one.low - other.high).max(other.low - one.high).max_element() > reach_m {
@@ -139,9 +140,9 @@ impl<'a> Pool<'a> {
             .map_or(Pair::Apart, |(hull, added_m3)| Pair::Joint(Joint { hull, added_m3, at_least_m }))
     }
 
-    /// Joins parts whose boxes are within `reach_m` and whose common hull sticks out by at most `allowed_m`.
-    fn join_down_to(&mut self, most: usize, reach_m: f64, allowed_m: f64) -> Result<(), Interrupted> {
-        if self.parts.len() <= most {
+    /// Merges parts whose boxes are within `reach_m` and whose common hull has an excess of at most `allowed_m`.
+    fn join_down_to(&mut self, highest: usize, reach_m: f64, allowed_m: f64) -> Result<(), Cancelled> {
+        if self.parts.len() <= highest {
             return Ok(());
         }
         let mut pairs = std::mem::take(&mut self.pairs);
@@ -153,16 +154,16 @@ impl<'a> Pool<'a> {
             }
         });
         self.pairs = pairs;
-        while self.parts.len() > most {
-            self.interrupt.check()?;
+        while self.parts.len() > highest {
+            self.cancel.check()?;
             let Some((a, b)) = self.best(allowed_m) else { return Ok(()) };
             let Pair::Joint(mut joint) = std::mem::replace(&mut self.pairs[a][b], Pair::Apart) else {
                 return Ok(());
             };
-            // Only now, as most joints are never the best.
+            // Computed late, because most candidates are never the best.
             let excess_m = if allowed_m.is_finite() {
                 let (spacing_m, known_m) = (self.settings.excess_spacing_m, self.settings.tolerance_m);
-                let found = excess(&joint.hull, self.solid, spacing_m, known_m, allowed_m, self.interrupt)?;
+                let found = excess(&joint.hull, self.solid, spacing_m, known_m, allowed_m, self.cancel)?;
                 if found.distance_m > allowed_m {
                     joint.at_least_m = found.distance_m;
                     self.pairs[a][b] = Pair::Joint(joint);
@@ -177,7 +178,7 @@ impl<'a> Pool<'a> {
         Ok(())
     }
 
-    /// The pair whose joint adds the least.
+    /// The pair whose merged hull adds the least volume.
     fn best(&self, allowed_m: f64) -> Option<(usize, usize)> {
         let joints =
             (0..self.parts.len()).flat_map(|a| (0..a).map(move |b| (a, b))).filter_map(|(a, b)| match &self
@@ -189,7 +190,7 @@ impl<'a> Pool<'a> {
         joints.min_by(|x, y| x.2.total_cmp(&y.2)).map(|(a, b, _)| (a, b))
     }
 
-    /// Replaces b by the common hull, and drops a and what else lies in that.
+    /// Replaces b by the common hull and drops a and all other parts inside it.
     fn join(
         &mut self,
         a: usize,
@@ -200,7 +201,7 @@ impl<'a> Pool<'a> {
         allowed_m: f64,
     ) {
         let joined = Part::new(hull, excess_m, self.settings.max_vertices as usize);
-        // What sticks out too far with one of the two does so with both.
+        // A common hull with both exceeds the mesh by at least as much as one with either.
         let of = |c: usize, k: usize| if c == k { 0.0 } else { self.pairs[c.max(k)][c.min(k)].at_least_m() };
         let mut at_least_m: Vec<f64> = (0..self.parts.len()).map(|c| of(c, a).max(of(c, b))).collect();
         let mut gone: Vec<usize> = (0..self.parts.len())
@@ -224,14 +225,14 @@ impl<'a> Pool<'a> {
     }
 }
 
-/// More than any gap on a table: then nothing keeps two hulls apart.
+/// Allowed excess above which it is no longer limited, meters; larger than any gap on a table.
 const NO_LIMIT_M: f64 = 1.0;
-/// By how much hulls may stick out more where too many are left.
+/// Factor by which the allowed excess is raised if too many hulls are left.
 const RELAX: f64 = 1.5;
-/// Hulls whose boxes are this close touch, meters.
+/// Distance of boxes up to which hulls count as touching, meters.
 const TOUCHING_M: f64 = 1e-4;
 
-/// The common hull, and by what it encloses more than the two.
+/// The common hull and the volume that it adds to the two.
 fn joint(one: &Part, other: &Part, corners: usize) -> Option<(ConvexHull, f64)> {
     let points: Vec<DVec3> = one.hull.points.iter().chain(&other.hull.points).copied().collect();
     let hull = convex_hull(&points, usize::MAX, 0.0)?;

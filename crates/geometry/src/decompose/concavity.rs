@@ -1,10 +1,10 @@
-//! How concave the surface of a piece is, and how concave two halves of it would be.
+//! Concavity of the surface of a piece, and of the two halves of a candidate cut.
 //!
-//! The depth of a surface point is the distance along its outward normal to the hull of its piece, that is,
-//! how much air a hull would add above it. The hull is approximated from outside by its supporting
-//! planes in the directions that matter for the piece (26 fixed ones and the piece's own normals), which
-//! costs a hundredth of building it. Cuts are only compared with each other, so single precision does; what does not
-//! depend on the cut (how far points reach in each direction, where rays from whole faces start) is computed once a piece.
+//! The depth of a surface point is the distance along its outward normal to the hull of its piece: the thickness of
+//! the air that a hull adds above it. The hull is approximated from outside by its supporting planes in 26 fixed
+//! directions and along the piece's own normals, which costs a hundredth of building it. Cuts are only compared with
+//! each other, so single precision suffices. Values that do not depend on the cut (reach of points in each direction,
+//! ray origins on whole faces) are computed once per piece.
 
 use std::collections::BTreeMap;
 
@@ -14,7 +14,7 @@ use wide::f32x8;
 use super::piece::{Face, Piece, Side, clipped, crossing, side};
 use super::plane::Plane;
 
-/// A bit of surface and how deep it lies.
+/// A surface sample with its area and depth.
 #[derive(Clone, Copy)]
 pub(super) struct Sample {
     pub point: DVec3,
@@ -23,15 +23,15 @@ pub(super) struct Sample {
     pub depth_m: f64,
 }
 
-/// Most normals of the piece among the directions.
+/// Maximum number of normals of the piece among the directions.
 const OWN_NORMALS: usize = 38;
-/// Most bits of surface a cut is judged by.
+/// Maximum number of surface samples for the evaluation of a cut.
 const SAMPLES: usize = 240;
-/// A ray leaves through no plane whose normal is farther than this from its own: cosine.
-const LEAST_ALONG: f32 = 0.05;
+/// Smallest cosine between a ray and the normal of a plane through which it can leave.
+const MIN_ALONG: f32 = 0.05;
 
-/// Directions in which hulls of a piece and of parts of it are supported, as x, y, z of eight at a time; those
-/// that fill up the last eight are zero.
+/// Support directions for hulls of a piece and of its parts, as x, y, z in groups of eight; padding of the last group
+/// is zero.
 struct Directions(Vec<[f32x8; 3]>);
 
 impl Directions {
@@ -58,24 +58,24 @@ impl Directions {
         Self(all.chunks(8).map(eight).collect())
     }
 
-    /// Reach of a point in each direction.
+    /// Support value of a point in each direction.
     fn reaches(&self, p: DVec3) -> impl Iterator<Item = f32x8> + '_ {
         let [px, py, pz] = p.as_vec3().to_array().map(f32x8::splat);
         self.0.iter().map(move |&[x, y, z]| x * px + y * py + z * pz)
     }
 
-    /// From a point along a unit normal: where the ray starts in each direction, and its way by the height it gains there. One
-    /// that does not leave through a plane starts infinitely far below it.
+    /// A ray from a point along a unit normal: for each direction its start, and its length per height gained. For a
+    /// plane through which the ray cannot leave, the start is infinitely far below it.
     fn ray(&self, point: DVec3, normal: DVec3) -> impl Iterator<Item = (f32x8, f32x8)> + '_ {
         self.reaches(point).zip(self.reaches(normal)).map(|(at, along)| {
-            let leaves = along.simd_gt(f32x8::splat(LEAST_ALONG));
+            let leaves = along.simd_gt(f32x8::splat(MIN_ALONG));
             let never = f32x8::splat(f32::NEG_INFINITY);
             (leaves.select(at, never), leaves.select(f32x8::ONE / along, f32x8::ONE))
         })
     }
 }
 
-/// Values of eight directions at a time for each of a number of things, one after another.
+/// Rows of values in groups of eight directions, one row per point or face.
 struct Table {
     eights: usize,
     values: Vec<f32x8>,
@@ -87,7 +87,7 @@ impl Table {
     }
 }
 
-/// Farthest reach of a set of points in each direction.
+/// Support function of a point set in each direction.
 struct Support {
     reach_m: Vec<f32x8>,
 }
@@ -103,39 +103,39 @@ impl Support {
         }
     }
 
-    /// Way of a ray until it leaves all supporting planes.
+    /// Length of a ray until it leaves all supporting planes.
     fn depth_m(&self, ray: impl Iterator<Item = (f32x8, f32x8)>) -> f32 {
-        let mut least = f32x8::splat(f32::INFINITY);
+        let mut lowest = f32x8::splat(f32::INFINITY);
         for (&reach, (at, way_by_height)) in self.reach_m.iter().zip(ray) {
-            least = least.fast_min((reach - at) * way_by_height);
+            lowest = lowest.fast_min((reach - at) * way_by_height);
         }
-        let depth = least.to_array().into_iter().fold(f32::INFINITY, f32::min);
+        let depth = lowest.to_array().into_iter().fold(f32::INFINITY, f32::min);
         if depth.is_finite() { depth.max(0.0) } else { 0.0 }
     }
 }
 
-/// What all cuts of a piece are judged by.
-pub(super) struct Judge<'a> {
+/// Evaluates the cuts of a piece.
+pub(super) struct CutEvaluator<'a> {
     piece: &'a Piece,
     directions: Directions,
-    /// Reach of every point of the piece.
+    /// Support values of every point of the piece.
     reaches: Table,
     /// The surface of the piece, a sample each face.
     pub samples: Vec<Sample>,
-    /// Concave bits shallower than this are left out, meters.
+    /// Concave samples shallower than this are ignored, meters.
     shallow_m: f64,
     tolerance_m: f64,
-    /// Of each face, its index among those a cut is judged by.
+    /// For each face, its index among the sampled faces.
     sampled: Vec<Option<u32>>,
-    /// Faces for one that a cut is judged by.
+    /// Number of faces per sampled face.
     stride: usize,
-    /// Rays from the middles of the faces a cut is judged by.
+    /// Rays from the centers of the sampled faces.
     starts: Table,
     ways_by_height: Table,
     areas_m2: Vec<f32>,
 }
 
-impl<'a> Judge<'a> {
+impl<'a> CutEvaluator<'a> {
     pub(super) fn of(piece: &'a Piece, tolerance_m: f64, shallow_m: f64) -> Self {
         let directions = Directions::of(piece);
         let eights = directions.0.len();
@@ -145,7 +145,7 @@ impl<'a> Judge<'a> {
         (0..piece.points.len()).for_each(|point| support.add(reaches.row(point).iter().copied()));
         piece.inner().iter().for_each(|&p| support.add(directions.reaches(p)));
         let sample = |face: Face<'_>| {
-            let point = middle(&piece.points, face.corners);
+            let point = center(&piece.points, face.corners);
             Sample {
                 point,
                 normal: face.normal,
@@ -155,7 +155,7 @@ impl<'a> Judge<'a> {
         };
         let samples: Vec<Sample> = piece.faces().map(sample).collect();
         let empty = || Table { eights, values: Vec::new() };
-        let mut judge = Self {
+        let mut evaluator = Self {
             piece,
             reaches,
             shallow_m,
@@ -168,8 +168,8 @@ impl<'a> Judge<'a> {
             directions,
             samples,
         };
-        judge.choose();
-        judge
+        evaluator.choose();
+        evaluator
     }
 
     /// The concave samples.
@@ -182,7 +182,7 @@ impl<'a> Judge<'a> {
         self.concave().map(|s| weight(s.area_m2, s.depth_m, self.tolerance_m)).sum()
     }
 
-    /// Chooses the faces a cut is judged by.
+    /// Chooses the sampled faces.
     fn choose(&mut self) {
         self.stride = self.concave().count().div_ceil(SAMPLES).max(1);
         let mut met = 0;
@@ -200,9 +200,9 @@ impl<'a> Judge<'a> {
         }
     }
 
-    /// Concavity of the two parts the plane would make of the piece: area times the logarithm of depth over
-    /// tolerance, summed, so that resolving a bit of surface counts far more than making it shallower. `None`
-    /// unless there is surface on both sides.
+    /// Concavity of the two parts into which the plane cuts the piece: the sum of area times the logarithm of depth
+    /// over tolerance, so that resolving a concave region counts far more than making it shallower. `None` unless
+    /// there is surface on both sides.
     pub(super) fn concavity_after_cut(&self, plane: &Plane) -> Option<f64> {
         let heights = self.piece.heights_m(plane);
         let mut halves = [-1.0, 1.0].map(|sign| Half::new(sign, self, &heights));
@@ -218,34 +218,34 @@ impl<'a> Judge<'a> {
     }
 }
 
-/// Weight of a bit of surface in a concavity.
+/// Weight of a surface sample in the concavity.
 pub(super) fn weight(area_m2: f64, depth_m: f64, tolerance_m: f64) -> f64 {
     area_m2 * (depth_m / tolerance_m).ln_1p()
 }
 
-/// What is on one side of a plane.
+/// The part of a piece on one side of a plane.
 struct Half<'a> {
     sign: f64,
-    judge: &'a Judge<'a>,
+    evaluator: &'a CutEvaluator<'a>,
     heights_m: &'a [f64],
     support: Support,
     seen: Vec<bool>,
     faces: usize,
-    /// Of the faces a cut is judged by, those all of which are here.
+    /// Sampled faces that are entirely on this side.
     whole: Vec<u32>,
-    /// What is here of those that are cut: middle, normal, area.
+    /// Parts of cut faces on this side: center, normal, area.
     bits: Vec<(DVec3, DVec3, f32)>,
     corners: Vec<DVec3>,
 }
 
 impl<'a> Half<'a> {
-    fn new(sign: f64, judge: &'a Judge<'a>, heights_m: &'a [f64]) -> Self {
+    fn new(sign: f64, evaluator: &'a CutEvaluator<'a>, heights_m: &'a [f64]) -> Self {
         Self {
             sign,
-            judge,
+            evaluator,
             heights_m,
-            support: Support::new(&judge.directions),
-            seen: vec![false; judge.piece.points.len()],
+            support: Support::new(&evaluator.directions),
+            seen: vec![false; evaluator.piece.points.len()],
             faces: 0,
             whole: Vec::new(),
             bits: Vec::new(),
@@ -253,53 +253,53 @@ impl<'a> Half<'a> {
         }
     }
 
-    /// Adds a face all of which is on this side.
+    /// Adds a face that is entirely on this side.
     fn add_whole(&mut self, face: &Face, sampled: Option<u32>) {
         self.faces += 1;
         face.corners.iter().for_each(|&corner| self.reach_to(corner));
         self.whole.extend(sampled);
     }
 
-    /// Adds what of a face is on this side.
+    /// Adds the part of a face on this side.
     fn add_part(&mut self, face: &Face, sampled: bool) {
         self.faces += 1;
         let mut corners = std::mem::take(&mut self.corners);
         corners.clear();
         clipped(face, self.heights_m, self.sign, |a, b| {
-            let p = crossing(&self.judge.piece.points, self.heights_m, a, b);
+            let p = crossing(&self.evaluator.piece.points, self.heights_m, a, b);
             corners.push(p);
             if a == b {
                 self.reach_to(a);
             } else {
-                self.support.add(self.judge.directions.reaches(p));
+                self.support.add(self.evaluator.directions.reaches(p));
             }
         });
         self.corners = corners;
         if sampled && self.corners.len() > 2 {
-            let middle = self.corners.iter().sum::<DVec3>() / self.corners.len() as f64;
-            self.bits.push((middle, face.normal, area_of(&self.corners) as f32));
+            let center = self.corners.iter().sum::<DVec3>() / self.corners.len() as f64;
+            self.bits.push((center, face.normal, area_of(&self.corners) as f32));
         }
     }
 
     fn reach_to(&mut self, corner: u32) {
         if !std::mem::replace(&mut self.seen[corner as usize], true) {
-            self.support.add(self.judge.reaches.row(corner as usize).iter().copied());
+            self.support.add(self.evaluator.reaches.row(corner as usize).iter().copied());
         }
     }
 
     fn concavity(&self) -> f64 {
-        let judge = self.judge;
+        let evaluator = self.evaluator;
         let whole = self.whole.iter().map(|&k| {
-            let (at, way_by_height) = (judge.starts.row(k as usize), judge.ways_by_height.row(k as usize));
+            let (at, way_by_height) =
+                (evaluator.starts.row(k as usize), evaluator.ways_by_height.row(k as usize));
             let ray = at.iter().copied().zip(way_by_height.iter().copied());
-            (judge.areas_m2[k as usize], self.support.depth_m(ray))
+            (evaluator.areas_m2[k as usize], self.support.depth_m(ray))
         });
-        let cut = self
-            .bits
-            .iter()
-            .map(|&(p, normal, area_m2)| (area_m2, self.support.depth_m(judge.directions.ray(p, normal))));
+        let cut = self.bits.iter().map(|&(p, normal, area_m2)| {
+            (area_m2, self.support.depth_m(evaluator.directions.ray(p, normal)))
+        });
         let all: Vec<(f32, f32)> = whole.chain(cut).collect();
-        let by_tolerance = f32x8::splat(1.0 / judge.tolerance_m as f32);
+        let by_tolerance = f32x8::splat(1.0 / evaluator.tolerance_m as f32);
         let mut sum = f32x8::ZERO;
         for eight in all.chunks(8) {
             let of = |part: fn(&(f32, f32)) -> f32| {
@@ -311,7 +311,7 @@ impl<'a> Half<'a> {
     }
 }
 
-/// Area of a plane polygon.
+/// Area of a planar polygon.
 fn area_of(corners: &[DVec3]) -> f64 {
     let origin = corners[0];
     0.5 * corners.windows(2).map(|w| (w[0] - origin).cross(w[1] - origin)).sum::<DVec3>().length()
@@ -322,6 +322,6 @@ fn area_m2(points: &[DVec3], corners: &[u32]) -> f64 {
     0.5 * (2..corners.len()).map(|k| (at(k - 1) - at(0)).cross(at(k) - at(0))).sum::<DVec3>().length()
 }
 
-fn middle(points: &[DVec3], corners: &[u32]) -> DVec3 {
+fn center(points: &[DVec3], corners: &[u32]) -> DVec3 {
     corners.iter().map(|&c| points[c as usize]).sum::<DVec3>() / corners.len() as f64
 }

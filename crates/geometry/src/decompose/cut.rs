@@ -1,9 +1,9 @@
-//! Where to cut a piece that is not convex.
+//! Selection of cutting planes for a concave piece.
 //!
-//! Candidates go through the worst notch, and the best is the one that leaves the least concavity
-//! (see `concavity`): planes that continue large faces which look into air (the floor of a tray, a wall of a
-//! box: cutting there leaves exact slabs), planes through the deepest point that contain its normal
-//! (across a bent bar, along the crease of two lumps), and planes that halve the piece.
+//! Candidates are planes that continue large faces with air above them (the floor of a tray, a wall of a box: such cuts
+//! give exact slabs), planes through the deepest point that contain its normal (across a bent bar, along the crease
+//! between two bulges), and planes that halve the piece. The best candidate leaves the smallest concavity (see
+//! `concavity`).
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -11,35 +11,34 @@ use std::f64::consts::PI;
 use glam::{DMat3, DVec3};
 use parry3d_f64::math::MatExt;
 
-use super::concavity::{Judge, Sample, weight};
+use super::concavity::{CutEvaluator, Sample, weight};
 use super::piece::Piece;
 use super::plane::Plane;
 
-/// Continued faces tried.
+/// Maximum number of continued faces that are tried.
 const FACE_PLANES: usize = 7;
-/// Turns tried of a plane that contains the normal at a notch.
+/// Number of orientations that are tried of a plane that contains the normal at a notch.
 const TURNS: usize = 4;
-/// Concave bits shallower than this share of the tolerance are left out.
+/// Concave samples shallower than this share of the tolerance are ignored.
 const SHALLOW: f64 = 0.1;
-/// However small the tolerance, differences between depths below this one count little, meters.
+/// Lower bound of the tolerance in weights, meters: differences between smaller depths count little.
 const SHALLOWEST_M: f64 = 0.0003;
-/// A child should not be a sliver: penalty of the most lopsided cut, share of the concavity.
+/// Penalty of the most unbalanced cut, share of the concavity, against slivers.
 const LOPSIDED: f64 = 0.1;
 
-/// Planes to cut the piece along, the best first, each with the share of the concavity it leaves; each has surface on
-/// both sides.
+/// Cutting planes, the best first, each with the share of the concavity that it leaves. Each has surface on both sides.
 pub(super) fn ranked_cuts(piece: &Piece, worst_at: DVec3, tolerance_m: f64) -> Vec<(f64, Plane)> {
     let tolerance_m = tolerance_m.max(SHALLOWEST_M);
-    let judge = Judge::of(piece, tolerance_m, SHALLOW * tolerance_m);
-    let concave: Vec<Sample> = judge.concave().copied().collect();
-    let before = judge.concavity();
+    let evaluator = CutEvaluator::of(piece, tolerance_m, SHALLOW * tolerance_m);
+    let concave: Vec<Sample> = evaluator.concave().copied().collect();
+    let before = evaluator.concavity();
     let (low, high) = bounds(&piece.points);
     let mut ranked: Vec<(f64, Plane)> = Vec::new();
-    for plane in candidates(&judge.samples, &concave, worst_at, tolerance_m, low, high) {
-        let Some(after) = judge.concavity_after_cut(&plane) else { continue };
+    for plane in candidates(&evaluator.samples, &concave, worst_at, tolerance_m, low, high) {
+        let Some(after) = evaluator.concavity_after_cut(&plane) else { continue };
         let along = plane.normal.abs();
-        let middle = plane.height_m(0.5 * (low + high)).abs() / (0.5 * (high - low)).dot(along).max(1e-9);
-        ranked.push((after + LOPSIDED * before * middle.min(1.0), plane));
+        let center = plane.height_m(0.5 * (low + high)).abs() / (0.5 * (high - low)).dot(along).max(1e-9);
+        ranked.push((after + LOPSIDED * before * center.min(1.0), plane));
     }
     ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
     ranked.into_iter().map(|(left, plane)| (left / before.max(1e-30), plane)).collect()
@@ -67,8 +66,8 @@ fn candidates(
             Plane::through(sample.point, angle.cos() * side + angle.sin() * up)
         }));
     }
-    let middle = 0.5 * (low + high);
-    planes.extend([DVec3::X, DVec3::Y, DVec3::Z].map(|axis| Plane::through(middle, axis)));
+    let center = 0.5 * (low + high);
+    planes.extend([DVec3::X, DVec3::Y, DVec3::Z].map(|axis| Plane::through(center, axis)));
     planes.extend([DVec3::X, DVec3::Y, DVec3::Z].map(|axis| Plane::through(worst_at, axis)));
     planes.extend(across_principal_axes(all));
     planes

@@ -1,14 +1,14 @@
-//! How deep points lie in one shell of the solid, asked for many points close to each other.
+//! Signed distance to one shell of the solid, for many queries close to each other.
 //!
-//! The hierarchy of boxes is the shell's own, gathered four boxes a node in single precision and rounded outward,
-//! so that one step looks at four. A question starts from a triangle found before: the closer the point it
-//! was found for, the fewer boxes are looked into, and a poor guess costs one triangle. The nearest triangle
-//! and the depth are measured in double precision, as [`MeshSolid`] measures them; of triangles equally near the
-//! first is taken, so the guess changes the time and not the answer.
+//! The bounding-volume hierarchy is that of the shell, regrouped to four boxes per node in single precision with
+//! outward rounding, so that one step tests four boxes. A query starts from the triangle of an earlier one as a
+//! guess: a good guess prunes most boxes, a poor one costs one triangle. The nearest triangle and the depth are
+//! computed in double precision, as in [`MeshSolid`]. Of equally near triangles the first is taken, so the guess
+//! changes the time and not the result.
 //!
-//! Object frame, meters. Some tenths of a microsecond.
+//! Object frame, meters. A query takes some tenths of a microsecond.
 //!
-//! [`MeshSolid`]: crate::mesh_solid::MeshSolid
+//! [`MeshSolid`]: crate::solid_query::MeshSolid
 
 use glam::DVec3;
 use parry3d_f64::partitioning::TraversalAction;
@@ -16,14 +16,14 @@ use parry3d_f64::query::PointQueryWithLocation;
 use parry3d_f64::shape::{TriMesh, TrianglePointLocation};
 use wide::{f32x4, f64x4};
 
-/// Set in the reference to a child that is a triangle.
+/// Bit set in the reference to a child that is a triangle.
 const TRIANGLE: u32 = 1 << 31;
 /// A reference to no child.
 const NOTHING: u32 = u32::MAX;
-/// Slack of a bound, share and meters: far above what rounding does to a distance in double precision.
+/// Slack of a bound, as a share and in meters; far above rounding errors of distances in double precision.
 const SLACK: f64 = 1e-9;
 const SLACK_M: f64 = 1e-12;
-/// Share by which rounding may raise a squared distance in single precision.
+/// Relative rounding error of a squared distance in single precision.
 const SLACK_SINGLE: f32 = 1e-5;
 
 pub(super) struct ShellDepth<'a> {
@@ -31,11 +31,11 @@ pub(super) struct ShellDepth<'a> {
     /// The root first.
     nodes: Vec<Node>,
     prisms: Vec<Prism>,
-    /// What rounding to single precision does to a distance at most, meters.
+    /// Largest rounding error of a distance in single precision, meters.
     rounding_m: f64,
 }
 
-/// Four boxes and what is in them: another node or, marked by [`TRIANGLE`], a triangle.
+/// Four boxes with their children: a node or, marked by [`TRIANGLE`], a triangle.
 #[derive(Clone, Copy)]
 struct Node {
     low: [f32x4; 3],
@@ -43,7 +43,7 @@ struct Node {
     child: [u32; 4],
 }
 
-/// A box of the shell's hierarchy and what is in it.
+/// A box of the shell's hierarchy with its child.
 #[derive(Clone, Copy)]
 struct Branch {
     low: DVec3,
@@ -59,8 +59,8 @@ impl<'a> ShellDepth<'a> {
         Self { surface, nodes: gathered(&branches(surface)), prisms, rounding_m }
     }
 
-    /// Distance to the surface: positive behind it, negative before it. `triangle` is the guess and then the
-    /// one found.
+    /// Distance to the surface: positive behind it, negative in front of it. `triangle` is the guess on entry and the
+    /// nearest triangle on return.
     pub(super) fn depth_m(&self, point: DVec3, triangle: &mut u32, open: &mut Vec<(f32, u32)>) -> f64 {
         let mut best = Best { triangle: *triangle, ..Best::default() };
         let mut limit = f32::INFINITY;
@@ -69,7 +69,7 @@ impl<'a> ShellDepth<'a> {
             let (projected, location) = face.project_local_point_and_get_location(point, false);
             let distance_m = (projected.point - point).length();
             let nearer = distance_m < best.distance_m;
-            // Of equally near ones the first, so that the guess changes nothing.
+            // The first of equally near triangles, so that the guess does not change the result.
             if nearer || (distance_m == best.distance_m && triangle < best.triangle) {
                 best = Best { distance_m, triangle, at: projected.point, location: Some(location) };
                 let reach = (distance_m + self.rounding_m) as f32;
@@ -87,7 +87,7 @@ impl<'a> ShellDepth<'a> {
             }
             let node = &self.nodes[index as usize];
             let squared = node.squared_m2(single);
-            let (mut least, mut nearest) = (f32::INFINITY, None);
+            let (mut lowest, mut nearest) = (f32::INFINITY, None);
             let mut close = squared.simd_le(f32x4::splat(limit)).to_bitmask();
             let squared = squared.to_array();
             while close != 0 {
@@ -95,8 +95,8 @@ impl<'a> ShellDepth<'a> {
                 close &= close - 1;
                 let child = node.child[k];
                 if child & TRIANGLE == 0 {
-                    if squared[k] < least {
-                        (least, nearest) = (squared[k], Some(open.len()));
+                    if squared[k] < lowest {
+                        (lowest, nearest) = (squared[k], Some(open.len()));
                     }
                     open.push((squared[k], child));
                 } else if child != NOTHING {
@@ -115,7 +115,7 @@ impl<'a> ShellDepth<'a> {
         if self.is_behind(point, &best) { best.distance_m } else { -best.distance_m }
     }
 
-    /// Whether the point lies behind the surface, by the pseudo-normal where it is nearest.
+    /// Whether the point lies behind the surface, by the pseudo-normal at the nearest point.
     fn is_behind(&self, point: DVec3, best: &Best) -> bool {
         let (Some(location), Some(normals)) = (best.location, self.surface.pseudo_normals()) else {
             return false;
@@ -135,7 +135,7 @@ impl<'a> ShellDepth<'a> {
 }
 
 /// The planes of a triangle and through its edges, across it; all four as x, y, z of the unit normals that
-/// look outward, and offsets. Zeros for a triangle without area.
+/// point outward, and offsets. Zeros for a triangle without area.
 #[derive(Clone, Copy)]
 struct Prism {
     x: f64x4,

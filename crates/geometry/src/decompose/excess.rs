@@ -1,4 +1,4 @@
-//! How far a hull sticks out of the solid it stands for.
+//! Excess of a hull: the largest distance of its surface outside the solid.
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
@@ -7,55 +7,55 @@ use glam::DVec3;
 
 use super::field::Field;
 use crate::ConvexHull;
-use runtime::{Interrupt, Interrupted};
+use runtime::{CancelFlag, Cancelled};
 
-/// Where a hull sticks out the farthest and by how much.
+/// The excess of a hull and its location.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Excess {
     pub distance_m: f64,
     pub at: DVec3,
 }
 
-/// Largest distance of the hull's surface outside the solid. Distance is 1-Lipschitz, so the triangle whose
-/// middle lies out the farthest, or which is large and unexplored, is always halved next; until a sample every
-/// `spacing_m` is taken, no point can beat the worst one found or `known_m`, or [`MOST_SAMPLES`] are
-/// taken. Stops at the first sample beyond `enough_m`.
+/// Largest distance of the hull's surface outside the solid, by branch and bound. Distance is 1-Lipschitz, so the
+/// triangle with the largest upper bound (its center is far outside, or it is large and unexplored) is halved next.
+/// The search ends at a sample spacing of `spacing_m`, if no point can exceed the largest distance found or
+/// `known_m`, after [`MAX_SAMPLES`] samples, or at the first sample beyond `enough_m`.
 pub(super) fn excess(
     hull: &ConvexHull,
     solid: &Field,
     spacing_m: f64,
     known_m: f64,
     enough_m: f64,
-    interrupt: &Interrupt,
-) -> Result<Excess, Interrupted> {
-    interrupt.check()?;
+    cancel: &CancelFlag,
+) -> Result<Excess, Cancelled> {
+    cancel.check()?;
     let mut worst = Excess { distance_m: 0.0, at: hull.points.first().copied().unwrap_or(DVec3::ZERO) };
     let mut open: BinaryHeap<Open> = BinaryHeap::with_capacity(2 * hull.triangles.len());
     let mut fresh: Vec<[DVec3; 3]> =
         hull.triangles.iter().map(|t| t.map(|v| hull.points[v as usize])).collect();
-    let most = MOST_SAMPLES.max(2 * fresh.len());
+    let highest = MAX_SAMPLES.max(2 * fresh.len());
     let mut taken = 0;
     let mut nearby = solid.nearby();
     loop {
         for corners in fresh.drain(..) {
             let [a, b, c] = corners;
-            let middle = (a + b + c) / 3.0;
+            let center = (a + b + c) / 3.0;
             let radius = a
-                .distance_squared(middle)
-                .max(b.distance_squared(middle))
-                .max(c.distance_squared(middle))
+                .distance_squared(center)
+                .max(b.distance_squared(center))
+                .max(c.distance_squared(center))
                 .sqrt();
-            // The corners of a hull lie in the solid, so small faces cannot leave it far.
+            // The corners of a hull lie in the solid, which bounds the excess of small faces.
             if radius < 0.5 * spacing_m {
                 continue;
             }
             taken += 1;
-            if solid.outside_at_most_m(middle, &mut nearby) + radius <= worst.distance_m.max(known_m) {
+            if solid.outside_at_most_m(center, &mut nearby) + radius <= worst.distance_m.max(known_m) {
                 continue;
             }
-            let outside = solid.outside_m(middle, &mut nearby);
+            let outside = solid.outside_m(center, &mut nearby);
             if outside > worst.distance_m {
-                worst = Excess { distance_m: outside, at: middle };
+                worst = Excess { distance_m: outside, at: center };
                 if outside > enough_m {
                     return Ok(worst);
                 }
@@ -63,7 +63,7 @@ pub(super) fn excess(
             open.push(Open { reach_m: outside + radius, corners });
         }
         let Some(Open { reach_m, corners: [a, b, c] }) = open.pop() else { break };
-        if reach_m <= worst.distance_m.max(known_m) || taken >= most {
+        if reach_m <= worst.distance_m.max(known_m) || taken >= highest {
             break;
         }
         let (ab, bc, ca) = (a.distance_squared(b), b.distance_squared(c), c.distance_squared(a));
@@ -81,10 +81,10 @@ pub(super) fn excess(
     Ok(worst)
 }
 
-/// Samples of a hull, unless it has more faces.
-const MOST_SAMPLES: usize = 300;
+/// Maximum number of samples of a hull, unless it has more faces.
+const MAX_SAMPLES: usize = 300;
 
-/// A triangle still to be looked into and the most that a point of it can be outside.
+/// A triangle to explore, with the upper bound of the excess of its points.
 struct Open {
     reach_m: f64,
     corners: [DVec3; 3],

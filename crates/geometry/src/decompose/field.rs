@@ -1,19 +1,19 @@
-//! Distance to a solid, looked up: a grid of exact distances, filled where it is asked.
+//! Cached signed distance field of a solid: a grid of exact distances, computed lazily.
 //!
-//! A decomposition asks ten thousands of times how far a point lies outside the solid, mostly in the same
-//! places. Grid corners are measured when first needed and interpolated in between; the error is a small
-//! fraction of the spacing next to the surface and less away from it. Which thread measures a corner
-//! does not matter, as all get the same number. Object frame, meters.
+//! A decomposition needs tens of thousands of distances to the solid, mostly in the same regions. Grid corners are
+//! computed on first use, and values between them are interpolated. The error is a small fraction of the spacing next
+//! to the surface and smaller away from it. All threads compute the same value for a corner, so results are
+//! deterministic. Object frame, meters.
 
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use glam::{DVec3, UVec3};
 
 use super::depth::ShellDepth;
-use crate::mesh_solid::MeshSolid;
+use crate::solid_query::MeshSolid;
 
-/// Most grid corners; larger solids are measured directly.
-const MOST_CORNERS: usize = 3_000_000;
+/// Maximum number of grid corners; larger solids are queried directly.
+const MAX_CORNERS: usize = 3_000_000;
 /// Grid steps along the longest edge of the solid.
 const STEPS: f64 = 64.0;
 /// Coarsest grid, meters.
@@ -25,19 +25,19 @@ pub(super) struct Field<'a> {
     low: DVec3,
     step_m: f64,
     size: UVec3,
-    /// Bits of the depth as `f32`; [`UNKNOWN`] until asked.
+    /// Bits of the depth as `f32`; [`UNKNOWN`] until computed.
     depths: Vec<AtomicU32>,
 }
 
-/// What the last question found, for the next one close by.
+/// Results of the last query, as the guess for the next one nearby.
 pub(super) struct Nearby {
     /// The nearest triangle of each shell.
     triangles: Vec<u32>,
-    /// Room for the boxes still to be looked into, kept to be used again.
+    /// Scratch space for open boxes, reused between queries.
     open: Vec<(f32, u32)>,
 }
 
-/// A NaN no computation gives.
+/// A NaN that no computation returns.
 const UNKNOWN: u32 = 0x7fc1_2345;
 
 impl<'a> Field<'a> {
@@ -47,7 +47,7 @@ impl<'a> Field<'a> {
         let low = low - DVec3::splat(step_m);
         let size = ((high - low) / step_m).ceil().as_uvec3() + UVec3::splat(2);
         let count = size.x as usize * size.y as usize * size.z as usize;
-        let depths = if count <= MOST_CORNERS {
+        let depths = if count <= MAX_CORNERS {
             std::iter::repeat_with(|| AtomicU32::new(UNKNOWN)).take(count).collect()
         } else {
             Vec::new()
@@ -57,12 +57,12 @@ impl<'a> Field<'a> {
         Self { solid, shells, low, step_m, size, depths }
     }
 
-    /// Nothing known yet of the neighborhood.
+    /// State of a first query.
     pub(super) fn nearby(&self) -> Nearby {
         Nearby { triangles: vec![0; self.shells.len()], open: Vec::new() }
     }
 
-    /// Distance of the point outside the solid; at most 0 inside. Faster where `nearby` knows a point close by.
+    /// Distance of the point outside the solid; at most 0 inside. Faster if the last query of `nearby` was close.
     pub(super) fn outside_m(&self, point: DVec3, nearby: &mut Nearby) -> f64 {
         let at = (point - self.low) / self.step_m;
         let inner = at.cmpge(DVec3::ZERO).all() && (at + 1.0).cmplt(self.size.as_dvec3()).all();
@@ -82,7 +82,7 @@ impl<'a> Field<'a> {
         -sum
     }
 
-    /// Whether the point lies in a shell and not on its surface, measured exactly.
+    /// Whether the point lies in a shell and not on its surface, computed exactly.
     pub(super) fn is_inside(&self, shell: usize, point: DVec3) -> bool {
         const ON_SURFACE_M: f64 = 1e-5;
         self.solid.depth_in_shell_m(shell, point) > ON_SURFACE_M
@@ -104,13 +104,13 @@ impl<'a> Field<'a> {
         f64::from(depth)
     }
 
-    /// A bound of the distance of the point outside the solid, from the corner of the grid next to it alone: depth changes no faster
-    /// than place.
+    /// Bounds of the distance of the point outside the solid, from the nearest grid corner alone: distance is
+    /// 1-Lipschitz.
     pub(super) fn outside_at_most_m(&self, point: DVec3, nearby: &mut Nearby) -> f64 {
         self.next_to(point).map_or(f64::INFINITY, |(corner, away_m)| away_m - self.depth_at(corner, nearby))
     }
 
-    /// Whether the point lies outside the solid, measured exactly unless a bound decides.
+    /// Whether the point lies outside the solid, computed exactly unless a bound decides.
     pub(super) fn is_outside(&self, point: DVec3, nearby: &mut Nearby) -> bool {
         if let Some((corner, away_m)) = self.next_to(point) {
             let depth_m = self.depth_at(corner, nearby);
@@ -134,8 +134,8 @@ impl<'a> Field<'a> {
         self.depth_besides_m(None, point, nearby)
     }
 
-    /// The depth of a point on the surface of this shell, for which the shell itself is not asked: positive inside another
-    /// one, negative in a cavity.
+    /// The depth of a point on the surface of this shell with respect to the other shells: positive inside another one,
+    /// negative in a cavity.
     pub(super) fn depth_on_m(&self, shell: usize, point: DVec3, nearby: &mut Nearby) -> f64 {
         self.depth_besides_m(Some(shell), point, nearby)
     }
@@ -150,7 +150,7 @@ impl<'a> Field<'a> {
         }
         for (index, (shell, depth)) in self.solid.shells().iter().zip(&self.shells).enumerate() {
             let outside_box_m = shell.box_distance_m(point);
-            // A shell farther away than the best one so far decides nothing.
+            // A shell farther away than the best one so far has no effect.
             let is_far = shell.outward && outside_box_m > 0.0 && -outside_box_m < solid_m;
             if is_far || on == Some(index) {
                 continue;

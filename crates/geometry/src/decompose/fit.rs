@@ -13,10 +13,10 @@ use super::DecomposeError;
 use super::field::{Field, Nearby};
 use crate::ConvexHull;
 use crate::convex_hull::{FlatPlanes, convex_hull, planes};
-use crate::mesh_solid::MeshSolid;
-use runtime::Interrupt;
+use crate::solid_query::MeshSolid;
+use runtime::CancelFlag;
 
-/// Figures of the hulls of a mesh.
+/// Measures of fit of the hulls of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HullFit {
     /// Volume error: what of the union of the hulls lies outside the solid, over what lies in it.
@@ -27,9 +27,9 @@ pub struct HullFit {
     /// Largest and mean distance of the mesh from the surface of the hulls' union, meters.
     pub mesh_from_hulls_max_m: f64,
     pub mesh_from_hulls_mean_m: f64,
-    /// Share of the openings that no hull fills: of what lies in the mesh's convex hull and farther from the mesh than a
-    /// fiftieth of its size, so that cavities and handles count and creases do not. 1 where all is as open as the mesh
-    /// has it, or where there is no opening.
+    /// Share of the openings that no hull fills. Openings are points in the mesh's convex hull farther from the mesh
+    /// than a fiftieth of its size, so that cavities and handles count and creases do not. 1 if all openings stay
+    /// open, or if there is none.
     pub open_share: f64,
 }
 
@@ -69,23 +69,23 @@ pub(super) fn fit(
     solid: &MeshSolid,
     field: &Field,
     hulls: &[ConvexHull],
-    interrupt: &Interrupt,
+    cancel: &CancelFlag,
 ) -> Result<HullFit, DecomposeError> {
     let mut depths = Depths { field, nearby: field.nearby() };
     let union = Union::of(hulls);
-    interrupt.check()?;
+    cancel.check()?;
     let corners: Vec<[DVec3; 3]> = solid.triangles().collect();
     let shells = solid.shells().iter().enumerate();
     let shell_of: Vec<usize> = shells.flat_map(|(k, s)| repeat_n(k, s.surface.num_triangles())).collect();
     // Where shells overlap, part of their surface is inside.
     let bare = spread(&corners).into_iter().filter(|&(triangle, p)| depths.is_bare(shell_of[triangle], p));
     let from_hulls = Distances::of(bare.map(|(_, p)| union.depth_m(p).abs()));
-    interrupt.check()?;
+    cancel.check()?;
     let faces: Vec<[DVec3; 3]> =
         hulls.iter().flat_map(|h| h.triangles.iter().map(|t| t.map(|v| h.points[v as usize]))).collect();
     let on_hulls = spread(&faces).into_iter().filter(|&(_, p)| union.covers_of(p, SAME_M) < 2);
     let from_mesh = Distances::of(on_hulls.map(|(_, p)| depths.depth_m(p).abs()));
-    interrupt.check()?;
+    cancel.check()?;
     Ok(HullFit {
         air_share: air_share(hulls, &mut depths, &union),
         hulls_from_mesh_max_m: from_mesh.max_m,
@@ -135,8 +135,8 @@ impl Distances {
     }
 }
 
-/// Air in the union of the hulls over solid in it, by points spread evenly in each hull; one that lies in two hulls counts
-/// half in either.
+/// Volume of air over volume of solid in the union of the hulls, from points spread evenly in each hull. A point in n
+/// hulls counts 1/n in each.
 fn air_share(hulls: &[ConvexHull], depths: &mut Depths<'_>, union: &Union) -> f64 {
     let (mut air_m3, mut solid_m3) = (0.0, 0.0);
     for hull in hulls {
@@ -235,8 +235,8 @@ impl Union {
     }
 }
 
-/// Points spread evenly over triangles by area, each with the index of its triangle: a low-discrepancy sequence (Roberts'
-/// R2) along the sum of the areas.
+/// Points spread evenly over triangles by area, each with the index of its triangle: Roberts' low-discrepancy
+/// sequence R2 over the cumulative areas.
 fn spread(triangles: &[[DVec3; 3]]) -> Vec<(usize, DVec3)> {
     const STEP: DVec2 = DVec2::new(0.754_877_666_246_693, 0.569_840_290_998_053_2);
     let areas: Vec<f64> = triangles.iter().map(|[a, b, c]| (*b - *a).cross(*c - *a).length()).collect();
@@ -259,12 +259,12 @@ fn spread(triangles: &[[DVec3; 3]]) -> Vec<(usize, DVec3)> {
     points
 }
 
-/// Points spread evenly in a hull by volume: its cones from the middle, folded cubes of Roberts' R3.
+/// Points spread evenly in a hull by volume: Roberts' sequence R3, folded into the tetrahedra between center and faces.
 fn spread_inside(hull: &ConvexHull) -> Vec<DVec3> {
     const STEP: DVec3 = DVec3::new(0.819_172_513_396_164_4, 0.671_043_606_703_789_2, 0.549_700_477_901_970_3);
-    let middle = hull.points.iter().sum::<DVec3>() / hull.points.len().max(1) as f64;
+    let center = hull.points.iter().sum::<DVec3>() / hull.points.len().max(1) as f64;
     let cones: Vec<[DVec3; 3]> =
-        hull.triangles.iter().map(|t| t.map(|v| hull.points[v as usize] - middle)).collect();
+        hull.triangles.iter().map(|t| t.map(|v| hull.points[v as usize] - center)).collect();
     let volumes: Vec<f64> = cones.iter().map(|[a, b, c]| a.dot(b.cross(*c)).abs()).collect();
     let total: f64 = volumes.iter().sum();
     let mut points = Vec::with_capacity(HULL_POINTS);
@@ -279,7 +279,7 @@ fn spread_inside(hull: &ConvexHull) -> Vec<DVec3> {
         // Differences of three sorted numbers are spread evenly over a tetrahedron.
         let mut u = ((k + 1) as f64 * STEP).fract().to_array();
         u.sort_by(f64::total_cmp);
-        points.push(middle + u[0] * *a + (u[1] - u[0]) * *b + (u[2] - u[1]) * *c);
+        points.push(center + u[0] * *a + (u[1] - u[0]) * *b + (u[2] - u[1]) * *c);
     }
     points
 }

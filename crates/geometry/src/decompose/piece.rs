@@ -3,7 +3,7 @@
 //! A piece keeps the polygons that remain of the shell's triangles and the corners of its cell that
 //! lie inside the solid. Together their corners span the convex hull of (solid in the cell): where
 //! the solid meets a face or an edge of the cell, it does so along clipped polygons. No caps are built, so
-//! nothing depends on their triangulation.
+//! results do not depend on their triangulation.
 
 use std::collections::HashMap;
 
@@ -12,8 +12,8 @@ use glam::DVec3;
 use super::plane::Plane;
 use crate::shells::Shell;
 
-/// Corners closer to a cutting plane than this lie on it, meters: above the rounding of
-/// single-precision positions, far below anything seen.
+/// Distance up to which corners count as on a cutting plane, meters: above the rounding of single-precision
+/// positions, far below visible sizes.
 const ON_PLANE_M: f64 = 1e-6;
 
 /// Polygons of a shell inside a convex cell. Object frame, meters.
@@ -27,8 +27,8 @@ pub(super) struct Piece {
     cell: Vec<Plane>,
     /// Corners of the cell inside the solid.
     inner: Vec<DVec3>,
-    /// What closes the piece along the faces of its cell, as signed triangles: together they cover the cut as often as
-    /// it should be covered, one by one they may lie outside it. Good for integrals only.
+    /// Signed triangles that close the piece along the faces of its cell. Their signed sum covers the cut exactly;
+    /// single triangles may extend outside it. For integrals only.
     caps: Vec<[DVec3; 3]>,
 }
 
@@ -39,7 +39,7 @@ struct Polygon {
     normal: DVec3,
 }
 
-/// One polygon as seen from outside this file.
+/// One polygon, for other modules.
 pub(super) struct Face<'a> {
     pub corners: &'a [u32],
     /// Unit, away from the solid.
@@ -156,7 +156,7 @@ impl Piece {
         above.take_caps(self, plane, 1.0);
     }
 
-    /// Takes over what is left of another piece's caps on one side of the plane, and closes the cut along it.
+    /// Takes over the part of another piece's caps on one side of the plane, and closes the cut along it.
     fn take_caps(&mut self, from: &Piece, plane: &Plane, sign: f64) {
         let mut rim: Vec<(DVec3, DVec3)> = Vec::new();
         let height = |p: DVec3| {
@@ -165,7 +165,7 @@ impl Piece {
         };
         for cap in &from.caps {
             let heights = cap.map(height);
-            // One in the plane belongs to the part it closes.
+            // A cap in the plane belongs to the part that it closes.
             if heights == [0.0; 3] {
                 let toward = (cap[1] - cap[0]).cross(cap[2] - cap[0]).dot(plane.normal);
                 if toward * sign < 0.0 {
@@ -191,7 +191,7 @@ impl Piece {
             .extend(rim.into_iter().filter(|(a, b)| *a != apex && *b != apex).map(|(a, b)| [apex, b, a]));
     }
 
-    /// Where the plane cuts the edges of the cell.
+    /// Intersections of the plane with the edges of the cell.
     fn new_cell_corners(&self, plane: &Plane) -> Vec<DVec3> {
         let mut corners = Vec::new();
         for (k, a) in self.cell.iter().enumerate() {
@@ -204,7 +204,7 @@ impl Piece {
     }
 }
 
-/// Edges of a polygon that lie on the plane, unless all of it does.
+/// Edges of a polygon that lie on the plane, unless the whole polygon does.
 fn edges_on(plane: &Plane, corners: impl ExactSizeIterator<Item = DVec3>) -> Vec<(DVec3, DVec3)> {
     let corners: Vec<(DVec3, bool)> = corners.map(|p| (p, plane.height_m(p).abs() < ON_PLANE_M)).collect();
     let n = corners.len();
@@ -215,7 +215,7 @@ fn edges_on(plane: &Plane, corners: impl ExactSizeIterator<Item = DVec3>) -> Vec
         .collect()
 }
 
-/// Where a polygon lies.
+/// Position of a polygon relative to a plane.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Side {
     Below,
@@ -223,7 +223,7 @@ pub(super) enum Side {
     Both,
 }
 
-/// Side of the plane a polygon lies on. One in the plane belongs to the side its solid is on.
+/// Side of the plane on which a polygon lies. A polygon in the plane belongs to the side of its solid.
 pub(super) fn side(face: &Face, heights_m: &[f64], plane: &Plane) -> Side {
     let (mut low, mut high) = (0.0_f64, 0.0_f64);
     for &c in face.corners {
@@ -239,7 +239,7 @@ pub(super) fn side(face: &Face, heights_m: &[f64], plane: &Plane) -> Side {
     }
 }
 
-/// Walks the corners of a polygon that remain on one side (`sign` -1 below, 1 above): corners of its own
+/// Visits the corners of a polygon that remain on one side (`sign` -1 below, 1 above): corners of its own
 /// as `(a, a)`, crossings of an edge as `(a, b)` with a < b.
 pub(super) fn clipped(face: &Face, heights_m: &[f64], sign: f64, mut corner: impl FnMut(u32, u32)) {
     let n = face.corners.len();

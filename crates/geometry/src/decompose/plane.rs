@@ -20,12 +20,12 @@ impl Plane {
         self.normal.dot(point) - self.offset_m
     }
 
-    /// The same plane seen from the other side.
+    /// The same plane with the opposite normal.
     pub(super) fn flipped(&self) -> Self {
         Self { normal: -self.normal, offset_m: -self.offset_m }
     }
 
-    /// The point three planes share; `None` where two of them are nearly parallel.
+    /// The common point of three planes; `None` if two of them are nearly parallel.
     pub(super) fn meet(&self, b: &Plane, c: &Plane) -> Option<DVec3> {
         let rows = DMat3::from_cols(self.normal, b.normal, c.normal).transpose();
         (rows.determinant().abs() > 1e-3)

@@ -1,21 +1,21 @@
-//! Convex parts of a simple polygon: the profile of a turned body.
+//! Convex partition of a simple polygon, for profiles of bodies of revolution.
 //!
-//! As long as a pocket of the polygon lies deeper below the polygon's hull than the tolerance, the polygon is cut
-//! from the deepest corner of that pocket to the boundary opposite, in the direction that leaves the shallowest
-//! pockets. Every corner of a part is a corner of the polygon or lies on one of its edges.
+//! While a pocket of the polygon is deeper below the polygon's hull than the tolerance, the polygon is cut from the
+//! deepest corner of that pocket to the opposite boundary, in the direction that leaves the shallowest pockets. Every
+//! corner of a part is a corner of the polygon or lies on one of its edges.
 
 use glam::DVec2;
 
 /// Parts of a counter-clockwise simple polygon whose pockets are at most `tolerance` deep.
 pub(super) fn convex_parts(polygon: Vec<DVec2>, tolerance: f64) -> Vec<Vec<DVec2>> {
-    /// No profile needs more.
-    const MOST_PARTS: usize = 64;
+    /// Maximum number of parts; no profile needs more.
+    const MAX_PARTS: usize = 64;
     let mut open = vec![polygon];
     let mut parts = Vec::new();
     while let Some(polygon) = open.pop() {
         let deepest = deepest_corner(&polygon).filter(|&(_, depth)| depth > tolerance);
         let cut = match deepest {
-            Some((corner, _)) if parts.len() + open.len() < MOST_PARTS => best_split(&polygon, corner),
+            Some((corner, _)) if parts.len() + open.len() < MAX_PARTS => best_split(&polygon, corner),
             _ => None,
         };
         match cut {
@@ -35,7 +35,7 @@ pub(super) fn crosses_itself(polygon: &[DVec2], slack: f64) -> bool {
         let [from, to] = ends.map(|end| along.perp_dot(end - a));
         from.min(to) < -slack && from.max(to) > slack
     };
-    // Edges that share a corner are never on both sides of each other.
+    // Edges that share a corner never cross.
     (0..n).any(|j| (0..j).any(|k| on_both_sides(edges[j], edges[k]) && on_both_sides(edges[k], edges[j])))
 }
 
@@ -77,7 +77,7 @@ fn deepest_corner(polygon: &[DVec2]) -> Option<(usize, f64)> {
         let mut k = (from + 1) % n;
         while k != to {
             let depth = edge.perp_dot(polygon[k] - polygon[from]);
-            if deepest.is_none_or(|(_, most)| depth > most) {
+            if deepest.is_none_or(|(_, highest)| depth > highest) {
                 deepest = Some((k, depth));
             }
             k = (k + 1) % n;
@@ -86,7 +86,7 @@ fn deepest_corner(polygon: &[DVec2]) -> Option<(usize, f64)> {
     deepest.filter(|&(_, depth)| depth > 0.0)
 }
 
-/// The two polygons a cut makes.
+/// The two polygons of a cut.
 type Halves = (Vec<DVec2>, Vec<DVec2>);
 
 fn best_split(polygon: &[DVec2], corner: usize) -> Option<Halves> {
@@ -100,14 +100,14 @@ fn best_split(polygon: &[DVec2], corner: usize) -> Option<Halves> {
         let Some((parts, length)) = split(polygon, corner, direction) else { continue };
         let depth = |part: &[DVec2]| deepest_corner(part).map_or(0.0, |(_, depth)| depth);
         let cost = depth(&parts.0) + depth(&parts.1) + 0.05 * length;
-        if best.as_ref().is_none_or(|(least, _)| cost < *least) {
+        if best.as_ref().is_none_or(|(lowest, _)| cost < *lowest) {
             best = Some((cost, parts));
         }
     }
     best.map(|(_, parts)| parts)
 }
 
-/// Cuts from a corner in a direction that points inside; also how long the cut is.
+/// Cuts from a corner in a direction that points inside. Also returns the length of the cut.
 fn split(polygon: &[DVec2], corner: usize, direction: DVec2) -> Option<(Halves, f64)> {
     let n = polygon.len();
     let at = polygon[corner];
@@ -138,7 +138,7 @@ fn split(polygon: &[DVec2], corner: usize, direction: DVec2) -> Option<(Halves, 
     let (length, edge) = hit?;
     let mut end = at + length * direction;
     let (from, to) = (polygon[edge], polygon[(edge + 1) % n]);
-    // Next to a corner, cut to the corner: no slivers.
+    // Next to a corner, cut to the corner to avoid slivers.
     let near = 0.05 * (to - from).length();
     if end.distance(from) < near && edge != (corner + 1) % n {
         end = from;
@@ -179,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cup_is_a_floor_and_a_wall() {
+    fn convex_parts_of_a_cup_are_floor_and_wall() {
         let cup = [(0.0, 0.0), (4.0, 0.0), (4.0, 10.0), (3.6, 10.0), (3.6, 0.5), (0.0, 0.5)];
         let cup: Vec<DVec2> = cup.iter().map(|&(x, y)| DVec2::new(x, y)).collect();
         let whole = area(&cup);
@@ -189,8 +189,8 @@ mod tests {
     }
 
     #[test]
-    fn a_profile_that_crosses_itself_is_known_and_one_with_pockets_is_not_taken_for_one() {
-        // A plate whose underside comes out above its upper side beside the foot, millimeters.
+    fn crosses_itself_detects_crossings_and_ignores_pockets() {
+        // A plate whose underside rises above its upper side beside the foot, millimeters.
         let plate =
             [(0.0, 0.0), (76.5, 0.0), (79.0, 1.5), (127.5, 24.8), (96.3, 16.3), (83.5, 4.6), (0.0, 4.2)];
         let sound: Vec<DVec2> = plate.iter().map(|&(x, y)| DVec2::new(x, y)).collect();
@@ -210,7 +210,7 @@ mod tests {
     }
 
     #[test]
-    fn a_curved_wall_needs_as_many_parts_as_the_tolerance_asks() {
+    fn convex_parts_of_a_curved_wall_follow_the_tolerance() {
         let arc = |radius: f64, up: bool| {
             (0..=24).map(move |k| {
                 let k = if up { k } else { 24 - k };

@@ -1,4 +1,4 @@
-//! Known shapes and properties of decompositions.
+//! Decompositions of known shapes, and their properties.
 
 use super::*;
 use crate::shapes::{block, lathe, ring, shell_of_revolution, sphere, tube};
@@ -41,16 +41,16 @@ fn is_in_a_hull(d: &Decomposition, p: DVec3) -> bool {
 }
 
 #[test]
-fn convex_parts_are_their_own_hulls() {
+fn decompose_returns_convex_parts_unchanged() {
     let blocks = [block(DVec3::splat(0.1)), sphere(0.03, 32).translated(DVec3::new(0.0, 0.0, 0.1))];
-    let d = decompose(&mesh(blocks), &settings(), &Interrupt::default()).expect("two convex parts");
+    let d = decompose(&mesh(blocks), &settings(), &CancelFlag::default()).expect("two convex parts");
     assert_eq!(d.hulls.len(), 2);
     assert!(d.watertight && d.max_excess_m < 0.0011, "{}", d.max_excess_m);
     assert!((d.hull_volume_m3 / d.mesh_volume_m3 - 1.0).abs() < 0.02);
 }
 
 #[test]
-fn a_vase_was_filled_as_its_sectors_were_joined_upward_first() {
+fn decompose_keeps_the_cavity_of_a_vase_open() {
     // Radius and height of the outside, millimeters.
     let outside = [
         (35.24, 0.0),
@@ -76,7 +76,7 @@ fn a_vase_was_filled_as_its_sectors_were_joined_upward_first() {
     let outside: Vec<DVec2> = outside.iter().map(|&(radius, z)| 1e-3 * DVec2::new(radius, z)).collect();
     let body = shell_of_revolution(&outside, 0.004, 0.007, 40);
     let lip = ring(0.0469, 0.0026, 44, 8).translated(DVec3::Z * 0.2238);
-    let d = decompose(&mesh([body, lip]), &settings(), &Interrupt::default()).expect("a vase");
+    let d = decompose(&mesh([body, lip]), &settings(), &CancelFlag::default()).expect("a vase");
     assert!(
         d.hulls.len() <= 32 && d.hull_volume_m3 < 2.3 * d.mesh_volume_m3,
         "{} {}",
@@ -89,21 +89,21 @@ fn a_vase_was_filled_as_its_sectors_were_joined_upward_first() {
     }
 }
 
-/// Half a turn is pi or -pi, whichever rounding gives; sorted, such rings were one step apart.
+/// Regression: half a turn is pi or -pi depending on rounding; sorted, such rings were one step apart.
 #[test]
-fn a_body_was_not_seen_to_be_turned_where_rounding_split_its_seam() {
+fn revolution_is_recognized_despite_rounding_at_its_seam() {
     let outside = [DVec2::new(0.03, 0.0), DVec2::new(0.04, 0.1)];
     let mut cup = shells(&mesh([shell_of_revolution(&outside, 0.004, 0.006, 40)])).remove(0);
     let seam = cup.points.iter_mut().filter(|p| p.x < 0.0 && p.y.abs() < 1e-9);
     for (k, point) in seam.enumerate() {
         point.y = if k % 2 == 0 { 1e-17 } else { -1e-17 };
     }
-    assert!(Turned::recognize(&cup).is_some());
+    assert!(Revolution::recognize(&cup).is_some());
 }
 
 #[test]
-fn a_mug_stays_open_and_its_handle_too() {
-    let d = decompose(&mug(), &settings(), &Interrupt::default()).expect("a mug");
+fn decompose_keeps_mug_and_handle_open() {
+    let d = decompose(&mug(), &settings(), &CancelFlag::default()).expect("a mug");
     assert!(d.hulls.len() > 8 && d.hulls.iter().all(|h| h.points.len() <= 64));
     for z in [0.012, 0.05, 0.099] {
         assert!(!is_in_a_hull(&d, DVec3::new(0.0, 0.0, z)), "the cavity is filled at {z}");
@@ -119,39 +119,39 @@ fn a_mug_stays_open_and_its_handle_too() {
 }
 
 #[test]
-fn hulls_cover_the_surface() {
+fn decompose_covers_the_surface() {
     for shape in [mug(), mesh([ring(0.05, 0.01, 48, 16)])] {
-        let d = decompose(&shape, &settings(), &Interrupt::default()).expect("a shape");
+        let d = decompose(&shape, &settings(), &CancelFlag::default()).expect("a shape");
         let faces: Vec<_> = d.hulls.iter().map(planes).collect();
         for t in shape.triangles() {
-            let middle = t.map(|v| shape.positions[v as usize]).iter().sum::<DVec3>() / 3.0;
-            let outside = faces.iter().map(|f| distance_above(f, middle)).fold(f64::INFINITY, f64::min);
-            assert!(outside < 0.0008, "{middle} sticks out by {outside}");
+            let center = t.map(|v| shape.positions[v as usize]).iter().sum::<DVec3>() / 3.0;
+            let outside = faces.iter().map(|f| distance_above(f, center)).fold(f64::INFINITY, f64::min);
+            assert!(outside < 0.0008, "{center} sticks out by {outside}");
         }
     }
 }
 
 #[test]
-fn the_same_bytes_with_one_thread_and_with_two() {
+fn decompose_gives_the_same_bytes_with_one_and_two_threads() {
     let with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
-        pool.install(|| decompose(&mug(), &settings(), &Interrupt::default())).expect("a mug")
+        pool.install(|| decompose(&mug(), &settings(), &CancelFlag::default())).expect("a mug")
     };
     assert_eq!(with(1), with(2));
 }
 
 #[test]
-fn it_stops_when_asked_and_refuses_nothing() {
-    let interrupt = Interrupt::default();
-    interrupt.raise();
-    assert_eq!(decompose(&mug(), &settings(), &interrupt), Err(DecomposeError::Interrupted(Interrupted)));
-    let nothing = decompose(&TexturedMesh::default(), &settings(), &Interrupt::default());
+fn decompose_stops_on_cancel_and_rejects_an_empty_mesh() {
+    let cancel = CancelFlag::default();
+    cancel.cancel();
+    assert_eq!(decompose(&mug(), &settings(), &cancel), Err(DecomposeError::Cancelled(Cancelled)));
+    let nothing = decompose(&TexturedMesh::default(), &settings(), &CancelFlag::default());
     assert_eq!(nothing, Err(DecomposeError::NoHull));
 }
 
 #[test]
-fn the_fit_of_a_block_is_perfect_and_that_of_a_mug_filled_up_is_told() {
-    let figures = |mesh: &TexturedMesh| decompose_and_fit(mesh, &settings(), &Interrupt::default());
+fn fit_is_perfect_for_a_block_and_reports_a_filled_mug() {
+    let figures = |mesh: &TexturedMesh| decompose_and_fit(mesh, &settings(), &CancelFlag::default());
     let (_, perfect) = figures(&mesh([block(DVec3::splat(0.1))])).expect("a block");
     assert!(
         perfect.air_share == 0.0 && perfect.open_share == 1.0 && perfect.hausdorff_m() < 1e-9,
@@ -161,24 +161,24 @@ fn the_fit_of_a_block_is_perfect_and_that_of_a_mug_filled_up_is_told() {
     assert!(close.open_share > 0.9 && close.hausdorff_m() < 0.006 && close.air_share < 0.5, "{close:?}");
     let solid = MeshSolid::new(&mug()).expect("a mug");
     let filled = convex_hull(&mug().positions, 64, 0.0).expect("a hull");
-    let filled = fit(&solid, &Field::new(&solid), &[filled], &Interrupt::default()).expect("figures");
+    let filled = fit(&solid, &Field::new(&solid), &[filled], &CancelFlag::default()).expect("figures");
     assert!(filled.open_share < 0.1 && filled.hausdorff_m() > 0.03 && filled.air_share > 2.0, "{filled:?}");
 }
 
 #[test]
-fn the_column_of_a_large_table_is_cut_at_its_waists() {
-    // Too large for a grid of distances; on its axis the column is nearer to the top than to its own side.
+fn decompose_cuts_a_large_column_at_its_waists() {
+    // Too large for a distance grid; on its axis the column is nearer to the top than to its own side.
     let profile =
         [(0.0, 0.0), (0.06, 0.0), (0.04, 0.1), (0.06, 0.4), (0.04, 0.62), (0.1, 0.702), (0.0, 0.702)];
     let column = lathe(&profile.map(|(radius, height)| DVec2::new(radius, height)), 40);
     let top = block(DVec3::new(1.6, 1.0, 0.03)).translated(DVec3::new(0.0, 0.0, 0.7));
-    let d = decompose(&mesh([top, column]), &settings(), &Interrupt::default()).expect("a table");
+    let d = decompose(&mesh([top, column]), &settings(), &CancelFlag::default()).expect("a table");
     assert!(d.hulls.len() <= 6 && d.max_excess_m < 0.0016, "{} out {}", d.hulls.len(), d.max_excess_m);
     assert!(!is_in_a_hull(&d, DVec3::new(0.055, 0.0, 0.1)), "the waist is filled");
 }
 
 #[test]
-fn few_hulls_are_the_better_ones() {
+fn decompose_with_few_hulls_minimizes_added_volume() {
     let mug = mug();
     let mut last_m3 = f64::INFINITY;
     for max_hulls in [2, 8, 24, 60] {
@@ -189,7 +189,7 @@ fn few_hulls_are_the_better_ones() {
             joined_excess_m: 1.0,
             ..settings()
         };
-        let d = decompose(&mug, &settings, &Interrupt::default()).expect("a mug");
+        let d = decompose(&mug, &settings, &CancelFlag::default()).expect("a mug");
         assert!(d.hulls.len() <= max_hulls as usize, "{} of {max_hulls}", d.hulls.len());
         assert!(d.hull_volume_m3 < last_m3, "{max_hulls} hulls hold {} m^3", d.hull_volume_m3);
         last_m3 = d.hull_volume_m3;
@@ -198,7 +198,7 @@ fn few_hulls_are_the_better_ones() {
 }
 
 #[test]
-fn an_open_mesh_is_closed_first_and_keeps_its_opening() {
+fn decompose_repairs_an_open_mesh_and_keeps_its_opening() {
     // A mug without the triangles of its handle's ends.
     let mut torn = mug();
     let is_end = |t: &[u32; 3]| {
@@ -207,13 +207,13 @@ fn an_open_mesh_is_closed_first_and_keeps_its_opening() {
     let kept: Vec<Vec<[u32; 3]>> =
         torn.groups.iter().map(|g| g.triangles.iter().copied().filter(|t| !is_end(t)).collect()).collect();
     torn.groups.iter_mut().zip(kept).for_each(|(group, kept)| group.triangles = kept);
-    let d = decompose(&torn, &settings(), &Interrupt::default()).expect("a mug");
+    let d = decompose(&torn, &settings(), &CancelFlag::default()).expect("a mug");
     assert!(!d.watertight && d.repair.holes_filled > 0 && d.repair.shells_remeshed == 0, "{:?}", d.repair);
     assert!(!is_in_a_hull(&d, DVec3::new(0.0, 0.0, 0.05)) && !is_in_a_hull(&d, DVec3::new(0.05, 0.0, 0.055)));
 }
 
 #[test]
-fn the_volume_of_a_piece_is_that_of_the_solid_in_its_cell() {
+fn piece_volume_is_that_of_the_solid_in_its_cell() {
     use super::piece::Piece;
     use super::plane::Plane;
     let shells = crate::shells::shells(&mesh([ring(0.05, 0.01, 48, 16)]));

@@ -1,4 +1,4 @@
-//! Whether a surface passes through itself.
+//! Detection of self-intersections.
 
 use glam::DVec3;
 use parry3d_f64::bounding_volume::Aabb;
@@ -6,8 +6,8 @@ use parry3d_f64::shape::TriMesh;
 
 use crate::shells::{CONVEX_M, Shell};
 
-/// Whether an edge of a triangle passes through another one, by more than touching. Triangles that share an edge are
-/// not held against each other, so a fold onto itself is not seen.
+/// Whether an edge of a triangle passes through another triangle, beyond touching. Triangles that share an edge are not
+/// compared, so a fold of the surface onto itself is not detected.
 pub(super) fn crosses_itself(shell: &Shell) -> bool {
     if shell.is_convex() {
         return false;

@@ -15,7 +15,7 @@ fn volume_m3(shells: &[Shell]) -> f64 {
 }
 
 #[test]
-fn what_is_sound_stays_as_it_is() {
+fn repaired_leaves_sound_shells_unchanged() {
     let profile = [DVec2::new(0.04, 0.0), DVec2::new(0.04, 0.1)];
     let sound = vec![shell(shell_of_revolution(&profile, 0.004, 0.006, 48)), shell(block(DVec3::splat(0.1)))];
     let (after, repair) = repaired(sound.clone(), 0.001);
@@ -24,7 +24,7 @@ fn what_is_sound_stays_as_it_is() {
 }
 
 #[test]
-fn a_hole_is_filled_and_what_was_torn_is_welded() {
+fn repaired_fills_holes_and_welds_torn_vertices() {
     let mut ball = shell(sphere(0.05, 32));
     let whole = ball.volume_m3();
     ball.triangles.swap_remove(200);
@@ -52,7 +52,7 @@ fn a_hole_is_filled_and_what_was_torn_is_welded() {
 }
 
 #[test]
-fn a_sheet_keeps_its_opening() {
+fn repaired_thickens_a_sheet_and_keeps_its_opening() {
     // A box without its lid, drawn as one sheet.
     let mut tub = shell(block(DVec3::new(0.2, 0.1, 0.05)));
     let top = tub.points.iter().map(|p| p.z).fold(0.0, f64::max);
@@ -66,7 +66,7 @@ fn a_sheet_keeps_its_opening() {
 }
 
 #[test]
-fn what_is_inside_out_is_turned() {
+fn repaired_flips_inverted_shells() {
     let mut cube = shell(block(DVec3::splat(0.1)));
     cube.triangles.iter_mut().for_each(|t| t.swap(1, 2));
     let (after, repair) = repaired(vec![cube.clone()], 0.001);
@@ -79,7 +79,7 @@ fn what_is_inside_out_is_turned() {
 }
 
 #[test]
-fn what_crosses_itself_is_drawn_anew() {
+fn repaired_rebuilds_self_intersecting_shells() {
     // Two balls joined into one surface where they overlap, which counts the overlap twice.
     let (one, other) =
         (shell(sphere(0.05, 48)), shell(sphere(0.05, 48).translated(DVec3::new(0.06, 0.0, 0.0))));

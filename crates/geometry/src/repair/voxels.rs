@@ -1,11 +1,11 @@
-//! A surface drawn anew around the voxels a broken one encloses.
+//! Rebuilds a broken surface from the voxels that it encloses.
 //!
-//! A grid point is inside where two of three rays along the axes say so; a ray says so where it has entered the
-//! surface more often than it has left it, and says nothing where it enters and leaves unequally often
-//! (it met a hole). Every cell of which some corners are inside gets a corner of the new surface at the mean of where
-//! its edges cross the old one (surface nets: Gibson, "Constrained elastic surface nets", 1998), every grid edge
-//! with one end inside a square of the four cells around it. Diagonal patterns are filled first, so the result is
-//! closed. Then it is simplified.
+//! A grid point is inside by majority vote of three rays along the axes. A ray votes inside if it has entered the
+//! surface more often than it has left it, and abstains if it enters and leaves unequally often, because it passed a
+//! hole. The new surface is a surface net (Gibson, "Constrained elastic surface nets", 1998): each cell with corners
+//! on both sides gets a vertex at the mean of its edges' crossings with the old surface, and each grid edge with one
+//! end inside gets a quad of the four cells around it. Diagonal patterns are filled first, so that the result is
+//! closed. The result is decimated.
 
 use glam::{DVec3, IVec3, Vec2, Vec3};
 
@@ -15,15 +15,15 @@ use crate::{Material, Rgb, Solid, TexturedMesh};
 
 /// Voxels along the longest edge of the surface's box.
 const STEPS: f64 = 72.0;
-/// The grid starts this share of a voxel off the box, so that rays meet no corner of anything drawn on a grid.
+/// Offset of the grid from the box, share of a voxel, so that rays miss the vertices of meshes that lie on a grid.
 const OFF_GRID: DVec3 = DVec3::new(0.5377, 0.4613, 0.5129);
-/// Triangles of the result at most, and how far simplifying may move the surface, in voxels.
-const MOST_TRIANGLES: usize = 6000;
+/// Maximum number of triangles of the result, and how far decimation may move the surface, in voxels.
+const MAX_TRIANGLES: usize = 6000;
 const SIMPLIFIED_VOXELS: f64 = 0.1;
-/// Islands of fewer voxels than this are dust.
+/// Islands of fewer voxels than this are removed.
 const DUST_VOXELS: f64 = 8.0;
 
-/// Share of what a closed shell encloses that it encloses more than once, or from outside.
+/// Share of the volume of a closed shell that it encloses more than once, or inverted.
 pub(super) fn share_covered_wrong(shell: &Shell) -> f64 {
     let (low, high) = shell.bounds();
     let step_m = (high - low).max_element() / STEPS;
@@ -43,8 +43,7 @@ pub(super) fn share_covered_wrong(shell: &Shell) -> f64 {
     if all > 0.0 { wrong / all } else { 0.0 }
 }
 
-/// The surfaces of what the shell encloses, and the voxels' edge in meters; `None` where it encloses nothing a voxel
-/// could show.
+/// The surfaces of the enclosed volume, and the voxels' edge in meters. `None` if the shell encloses no voxel.
 pub(super) fn around_voxels(shell: &Shell) -> Option<(Vec<Shell>, f64)> {
     let (low, high) = shell.bounds();
     let step_m = (high - low).max_element() / STEPS;
@@ -59,7 +58,7 @@ pub(super) fn around_voxels(shell: &Shell) -> Option<(Vec<Shell>, f64)> {
     }
     let mut mesh = TexturedMesh::default();
     mesh.add(solid, &Material::plain("voxels", Rgb::hex(0x80_80_80), 0.5));
-    let mesh = decimated(&mesh, MOST_TRIANGLES, SIMPLIFIED_VOXELS * step_m);
+    let mesh = decimated(&mesh, MAX_TRIANGLES, SIMPLIFIED_VOXELS * step_m);
     let parts: Vec<Shell> = shells(&mesh)
         .into_iter()
         .filter(|part| part.volume_m3().abs() > DUST_VOXELS * step_m.powi(3))
@@ -92,7 +91,7 @@ impl Grid {
         grid
     }
 
-    /// Notes where the columns along an axis meet a triangle, all in steps.
+    /// Records where the columns along an axis meet a triangle, all in steps.
     fn cross(&mut self, axis: usize, corners: [DVec3; 3]) {
         let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
         let flat = corners.map(|p| (p[u], p[v]));
@@ -104,10 +103,10 @@ impl Grid {
         if area == 0.0 {
             return;
         }
-        let range = |of: fn(&(f64, f64)) -> f64, most: i32| {
+        let range = |of: fn(&(f64, f64)) -> f64, highest: i32| {
             let low = flat.iter().map(of).fold(f64::INFINITY, f64::min).ceil().max(0.0) as i32;
             let high = flat.iter().map(of).fold(f64::NEG_INFINITY, f64::max).floor() as i32;
-            low..=high.min(most - 1)
+            low..=high.min(highest - 1)
         };
         for j in range(|p| p.1, self.size[v]) {
             for i in range(|p| p.0, self.size[u]) {
@@ -115,7 +114,7 @@ impl Grid {
                 let weights = [turn(b, c, p) / area, turn(c, a, p) / area, turn(a, b, p) / area];
                 if weights.iter().all(|&w| w >= 0.0) {
                     let at: f64 = weights.iter().zip(corners).map(|(w, corner)| w * corner[axis]).sum();
-                    // A face that looks against the ray is entered.
+                    // The ray enters through a face that faces it.
                     let sign = if area < 0.0 { 1 } else { -1 };
                     self.crossings[axis][(j * self.size[u] + i) as usize].push((at, sign));
                 }
@@ -162,7 +161,7 @@ impl Grid {
         }
     }
 
-    /// Rays that say a point is inside less those that say it is outside.
+    /// Number of rays that vote inside minus those that vote outside.
     fn votes(&self, p: IVec3) -> i32 {
         (0..3)
             .map(|axis| {

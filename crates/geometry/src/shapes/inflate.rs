@@ -1,13 +1,14 @@
-//! Outlines blown up: a closed body with this outline whose thickness follows its width.
+//! Inflation of an outline: a closed body with this silhouette whose thickness follows its width.
 //!
-//! As in Teddy (Igarashi, Matsuoka and Tanaka 1999) wide parts become fat and narrow parts thin, but without a spine: half the
-//! thickness is the square root of the solution of Poisson's equation, laplacian f = -2, that vanishes on the outline. Across a
-//! long strip that is a circle, and it goes smoothly from a body into its limbs. f is found on a grid whose squares the
-//! outline cuts (Shortley and Weller 1938; marching squares); two sheets of the same triangles, one on either side of the
-//! outline's plane, share their rim. What lies loses as much of its lower sheet as gives it a foot under its center of mass;
-//! what stands is cut off a little above its lowest point and is as thick there as if it went on below.
+//! As in Teddy (Igarashi, Matsuoka and Tanaka 1999), wide parts become thick and narrow parts thin, but without a
+//! spine. Half the thickness is the square root of the solution f of Poisson's equation, laplacian f = -2, with f = 0
+//! on the outline. The cross section of a long strip is a circle, and bodies blend smoothly into limbs. f is solved
+//! on a grid whose boundary squares the outline cuts (Shortley and Weller 1938; marching squares). Two sheets of the
+//! same triangles, one on either side of the outline's plane, share their rim. A lying body is flattened below until
+//! its foot supports its center of mass. A standing body is cut off slightly above its lowest point and is as thick
+//! there as if it continued below.
 //!
-//! Holes of the outline are not known, and parts that hang on by less than a square are left out. Cost: about a
+//! Limitations: the outline has no holes, and parts connected by less than a square are dropped. Cost: about a
 //! millisecond at 700 squares, a tenth of that at 150.
 
 mod grid;
@@ -16,35 +17,35 @@ use glam::{DVec2, DVec3, Vec2};
 
 use self::grid::Grid;
 use crate::Solid;
-use crate::collide::convex_hull_2d;
-use crate::standing_solid::Posture;
+use crate::polygon::convex_hull_2d;
+use crate::posed_primitive::Posture;
 
-/// Height at which what stands is cut off, a share of the whole.
+/// Height at which a standing body is cut off, share of its height.
 const CUT_OFF: f64 = 0.03;
-/// Part of half the thickness that is tried to be cut off what lies.
+/// Shares of half the thickness that are tried for the flattening of a lying body.
 const FLATTENED: [f64; 7] = [0.08, 0.15, 0.25, 0.4, 0.55, 0.7, 0.85];
-/// How far inside its foot the center of mass of what lies must be, in half thicknesses.
+/// Smallest distance of a lying body's center of mass from the edge of its foot, in half thicknesses.
 const WITHIN_FOOT: f64 = 0.2;
-/// Least half depth of a foot that stands, and the height up to which it is so deep, shares of the height.
+/// Minimum half depth of the foot of a standing body, and the height up to which it applies, shares of the height.
 const FOOT_HALF_DEPTH: f64 = 0.07;
 const FOOT_HEIGHT: f64 = 0.05;
 
-/// An outline and how fat it is everywhere.
+/// An outline with its thickness function.
 #[derive(Clone, Debug)]
 pub struct Inflation {
     posture: Posture,
-    /// Corners of either sheet in the outline's plane, and half the thickness there; 0 on the rim.
+    /// Vertices of either sheet in the outline's plane, and half the thickness there; 0 on the rim.
     places: Vec<DVec2>,
     half: Vec<f64>,
-    /// Of the sheet that is seen with the outline counter-clockwise.
+    /// Triangles of the sheet from whose side the outline is counter-clockwise.
     triangles: Vec<[u32; 3]>,
-    /// Sides of the sheets along which what stands was cut off, left to right.
+    /// Edges of the sheets along which a standing body was cut off, left to right.
     foot: Vec<[u32; 2]>,
 }
 
 impl Inflation {
-    /// Of a simple outline (any orientation), in the plane of x and y for what lies and of x and z for what stands, on a grid
-    /// of about `squares` within it. `None` where it encloses nothing.
+    /// Inflates a simple outline (any orientation), in the xy plane if lying and in the xz plane if standing, on a
+    /// grid of about `squares` squares inside it. `None` if the outline encloses nothing.
     pub fn new(outline: &[DVec2], posture: Posture, squares: u32) -> Option<Self> {
         let grid = match posture {
             Posture::Lying => Grid::new(outline, None, squares)?,
@@ -57,11 +58,11 @@ impl Inflation {
             }
         };
         let grid::Sheet { places, half, triangles, foot } = grid.sheet();
-        let most = half.iter().copied().fold(0.0, f64::max);
-        (most > 0.0 && triangles.len() > 2).then_some(Self { posture, places, half, triangles, foot })
+        let highest = half.iter().copied().fold(0.0, f64::max);
+        (highest > 0.0 && triangles.len() > 2).then_some(Self { posture, places, half, triangles, foot })
     }
 
-    /// How thick it is where it is fattest if it is as thick as it is wide all along.
+    /// Maximum thickness if the body is everywhere as thick as it is wide.
     pub fn natural_thickness(&self) -> f64 {
         2.0 * self.fattest()
     }
@@ -70,8 +71,8 @@ impl Inflation {
         self.half.iter().copied().fold(0.0, f64::max)
     }
 
-    /// The closed shell where it is `thickness` thick at the most: positions as placed in the outline's plane, the lowest at
-    /// z = 0, and outward triangles.
+    /// The closed shell with maximum thickness `thickness`: positions as in the outline's plane, the lowest at z = 0,
+    /// and outward triangles.
     pub fn shell(&self, thickness: f64) -> (Vec<DVec3>, Vec<[u32; 3]>) {
         let count = self.places.len() as u32;
         let (front, back): (Vec<DVec3>, Vec<DVec3>) = match self.posture {
@@ -112,7 +113,7 @@ impl Inflation {
         (positions, triangles)
     }
 
-    /// The body with these extents, the middle of its box above the origin and its base on z = 0.
+    /// The body with these extents, the center of its box above the origin and its base on z = 0.
     pub fn solid(&self, size_m: DVec3) -> Solid {
         let thickness = match self.posture {
             Posture::Lying => size_m.z,
@@ -130,7 +131,7 @@ impl Inflation {
         Solid::from_corners(&placed, &uvs, &triangles)
     }
 
-    /// The part of half the thickness to cut off so that what lies has its center of mass above its foot.
+    /// The share of half the thickness to cut off so that the center of mass of a lying body is above its foot.
     fn flattened(&self) -> f64 {
         let fattest = self.fattest();
         let mut weight = 0.0;
@@ -142,24 +143,24 @@ impl Inflation {
             weight += mass;
             moment += mass * (a + b + c) / 3.0;
         }
-        let middle = moment / weight.max(1e-300);
+        let center = moment / weight.max(1e-300);
         let stands_on = |cut: f64| {
             let touching =
                 self.places.iter().zip(&self.half).filter(|(_, half)| **half >= (1.0 - cut) * fattest);
             let hull = convex_hull_2d(&touching.map(|(p, _)| *p).collect::<Vec<_>>());
             let depth = (0..hull.len()).map(|k| {
                 let (a, b) = (hull[k], hull[(k + 1) % hull.len()]);
-                (b - a).normalize_or_zero().perp_dot(middle - a)
+                (b - a).normalize_or_zero().perp_dot(center - a)
             });
             hull.len() > 2 && depth.fold(f64::INFINITY, f64::min) >= WITHIN_FOOT * fattest
         };
-        let [.., most] = FLATTENED;
-        FLATTENED.into_iter().find(|cut| stands_on(*cut)).unwrap_or(most)
+        let [.., highest] = FLATTENED;
+        FLATTENED.into_iter().find(|cut| stands_on(*cut)).unwrap_or(highest)
     }
 }
 
-/// The part of a simple polygon above a height: Sutherland and Hodgman. Where it falls apart, its parts hang together by
-/// sides along the cut.
+/// The part of a simple polygon above a height (Sutherland and Hodgman). If it has several components, they are
+/// connected by edges along the cut.
 fn above(polygon: &[DVec2], low: f64) -> Vec<DVec2> {
     let mut left = Vec::with_capacity(polygon.len() + 4);
     for (k, &here) in polygon.iter().enumerate() {
@@ -212,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn a_strip_becomes_as_thick_as_wide_and_a_disc_about_as_a_lens() {
+    fn inflation_of_a_strip_is_a_cylinder_and_of_a_disc_a_lens() {
         let strip = [(-1.0, -0.05), (1.0, -0.05), (1.0, 0.05), (-1.0, 0.05)].map(|(x, y)| DVec2::new(x, y));
         let strip = Inflation::new(&strip, Posture::Lying, 700).expect("encloses");
         assert!((strip.natural_thickness() / 0.1 - 1.0).abs() < 0.04, "{}", strip.natural_thickness());
@@ -225,7 +226,7 @@ mod tests {
     }
 
     #[test]
-    fn bodies_are_closed_have_their_extents_and_rest_on_a_level_foot() {
+    fn inflated_bodies_are_closed_and_rest_on_a_level_foot() {
         let size = DVec3::new(0.66, 0.22, 0.7);
         let standing = Inflation::new(&figure(), Posture::Standing, 700).expect("encloses").solid(size);
         let lying_size = DVec3::new(0.3, 0.06, 0.05);
@@ -252,7 +253,7 @@ mod tests {
     }
 
     #[test]
-    fn a_taper_lies_on_more_than_its_thick_end() {
+    fn inflated_taper_rests_on_more_than_its_thick_end() {
         let carrot =
             [(-0.1, -0.02), (0.1, -0.004), (0.1, 0.004), (-0.1, 0.02)].map(|(x, y)| DVec2::new(x, y));
         let solid = Inflation::new(&carrot, Posture::Lying, 700)
@@ -273,7 +274,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_comes_of_nothing() {
+    fn inflate_rejects_empty_outline() {
         assert!(Inflation::new(&[], Posture::Lying, 100).is_none());
         assert!(Inflation::new(&[DVec2::ZERO; 5], Posture::Standing, 100).is_none());
         let line = [DVec2::ZERO, DVec2::X, DVec2::ZERO];

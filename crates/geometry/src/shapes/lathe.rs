@@ -7,10 +7,10 @@ use glam::{DVec2, DVec3};
 use super::loft;
 use crate::Solid;
 
-/// Turns `profile`, points (radius, z) in meters, about the z axis in `segments` steps. The profile
+/// Revolves `profile`, points (radius, z) in meters, about the z axis in `segments` steps. The profile
 /// runs from the bottom of the axis outward and up to the top of the axis (counter-clockwise in the
-/// r-z plane); ends that are not on the axis are closed by flat caps. For a hollow vessel let it come back
-/// down inside: `[(0,0), (R,0), (R,H), (R-t,H), (R-t,t), (0,t)]`.
+/// r-z plane); ends that are not on the axis are closed by flat caps. For a hollow vessel the profile returns
+/// down the inside: `[(0,0), (R,0), (R,H), (R-t,H), (R-t,t), (0,t)]`.
 pub fn lathe(profile: &[DVec2], segments: usize) -> Solid {
     let rings: Vec<Vec<DVec3>> = profile
         .iter()
@@ -103,7 +103,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn volumes_match_the_formulas_and_shells_are_closed() {
+    fn revolved_solids_have_analytic_volumes_and_closed_shells() {
         let ball = sphere(0.1, 96);
         assert!(ball.is_watertight());
         assert!((ball.volume_m3() / (4.0 / 3.0 * PI * 1e-3) - 1.0).abs() < 0.01);

@@ -1,4 +1,4 @@
-//! A skin over a stack of rings: the shape every other one here is made of.
+//! Lofts: a skin over a stack of rings, which all other shapes are built on.
 
 use glam::{DVec2, DVec3, Vec2};
 
@@ -6,7 +6,7 @@ use super::triangulate;
 use crate::Solid;
 
 /// Skins `rings` (at least two closed loops with equally many points, each counter-clockwise seen
-/// from where the stack is heading) and closes the first and last ring with flat caps. A ring whose
+/// from the direction in which the stack proceeds) and closes the first and last ring with flat caps. A ring whose
 /// points coincide is a tip and gets no cap. On the side u runs once around (0..1) and v along the
 /// stack by length (0..1); caps are mapped by their own extent, x right and y up.
 pub fn loft(rings: &[Vec<DVec3>]) -> Solid {

@@ -61,9 +61,9 @@ pub fn inset(outline: &[DVec2], distance_m: f64) -> Vec<DVec2> {
             let (before, here, after) = (outline[(k + n - 1) % n], outline[k], outline[(k + 1) % n]);
             let a = (here - before).normalize_or_zero().perp();
             let b = (after - here).normalize_or_zero().perp();
-            let middle = (a + b).normalize_or(a);
-            let cosine = middle.dot(a).max(0.25);
-            here + middle * (distance_m / cosine)
+            let center = (a + b).normalize_or(a);
+            let cosine = center.dot(a).max(0.25);
+            here + center * (distance_m / cosine)
         })
         .collect()
 }

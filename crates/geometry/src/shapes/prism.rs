@@ -1,4 +1,4 @@
-//! Outlines given a height.
+//! Extrusions of outlines.
 
 use std::f64::consts::PI;
 
@@ -46,7 +46,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn blocks_and_slabs_are_closed_with_outward_faces() {
+    fn prisms_are_closed_with_outward_faces() {
         let sharp = block(DVec3::new(0.2, 0.1, 0.05));
         assert!(sharp.is_watertight() && (sharp.volume_m3() - 1e-3).abs() < 1e-12);
         let round = rounded_block(DVec3::new(0.2, 0.1, 0.05), 0.01, 0.004);

@@ -1,4 +1,4 @@
-//! A cross-section carried along a path: handles, cables, rings, wire.
+//! Sweeps of a cross-section along a path: handles, cables, rings, wire.
 
 use std::f64::consts::TAU;
 
@@ -7,7 +7,7 @@ use glam::{DQuat, DVec2, DVec3};
 use super::{circle, loft, loft_closed};
 use crate::Solid;
 
-/// Carries `section` (counter-clockwise, x = the frame's side, y = its up) along `path` (at least two
+/// Sweeps `section` (counter-clockwise, x = the frame's side, y = its up) along `path` (at least two
 /// points) with a rotation-minimizing frame that starts with its up direction nearest to `up`.
 /// `scale` gives the section's size at each path fraction 0..1.
 pub fn sweep(path: &[DVec3], section: &[DVec2], up: DVec3, scale: impl Fn(f64) -> f64) -> Solid {
@@ -26,7 +26,7 @@ pub fn tube(path: &[DVec3], radius_m: f64, segments: usize) -> Solid {
     sweep(path, &circle(radius_m, segments), up, |_| 1.0)
 }
 
-/// A torus about +z lying on z = 0: `radius_m` to the middle of a bar of `bar_radius_m`.
+/// A torus about +z lying on z = 0: `radius_m` to the center of a bar of `bar_radius_m`.
 pub fn ring(radius_m: f64, bar_radius_m: f64, segments: usize, bar_segments: usize) -> Solid {
     let path: Vec<DVec3> = (0..segments)
         .map(|k| (radius_m * DVec2::from_angle(TAU * k as f64 / segments as f64)).extend(bar_radius_m))
@@ -70,7 +70,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn bars_and_rings_are_closed_with_outward_faces() {
+    fn sweeps_are_closed_with_outward_faces() {
         let bar = tube(&[DVec3::ZERO, DVec3::Z, DVec3::new(0.0, 1.0, 1.5)], 0.1, 16);
         assert!(bar.is_watertight() && bar.volume_m3() > 0.0);
         let torus = ring(0.1, 0.01, 64, 24);

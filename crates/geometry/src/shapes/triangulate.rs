@@ -1,4 +1,4 @@
-//! Ear clipping of a simple polygon. O(n^2); outlines here have at most a few hundred corners.
+//! Ear clipping of a simple polygon. O(n^2), for outlines of at most a few hundred corners.
 
 use glam::DVec2;
 
@@ -19,7 +19,8 @@ pub fn triangulate(outline: &[DVec2]) -> Vec<[u32; 3]> {
                     cross(a, b, p) >= 0.0 && cross(b, c, p) >= 0.0 && cross(c, a, p) >= 0.0
                 })
         };
-        // The fattest ear first keeps slivers away; a degenerate rest is clipped at its flattest corner.
+        // The ear with the best shape comes first, to avoid slivers. A degenerate rest is clipped at its flattest
+        // corner.
         let shape = |k: usize| {
             let (a, b, c) = (corner(k + n - 1), corner(k), corner(k + 1));
             let longest =
@@ -44,7 +45,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_concave_polygon_keeps_its_area() {
+    fn triangulation_of_a_concave_polygon_keeps_its_area() {
         let outline =
             [(0.0, 0.0), (3.0, 0.0), (3.0, 3.0), (1.5, 1.0), (0.0, 3.0)].map(|(x, y)| DVec2::new(x, y));
         let area: f64 = triangulate(&outline)

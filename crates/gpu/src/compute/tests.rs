@@ -1,4 +1,4 @@
-//! What a process does without a GPU, and with one that failed.
+//! Fallback to the CPU: no GPU, and a GPU that failed.
 
 use std::io::Write;
 use std::sync::{Arc, Mutex};
@@ -8,7 +8,7 @@ use wgpu::Backends;
 use super::*;
 use crate::test_devices::devices;
 
-/// Lines of a log.
+/// Captured log lines.
 #[derive(Clone, Default)]
 struct Lines(Arc<Mutex<Vec<u8>>>);
 
@@ -23,7 +23,7 @@ impl Write for Lines {
 }
 
 #[test]
-fn without_a_gpu_the_log_says_so_once_and_it_is_the_cpu() {
+fn compute_without_gpu_logs_once_and_falls_back_to_the_cpu() {
     for (device, level) in [(DeviceChoice::Auto, "INFO"), (DeviceChoice::Gpu, "WARN")] {
         let lines = Lines::default();
         let written = lines.clone();
@@ -33,15 +33,18 @@ fn without_a_gpu_the_log_says_so_once_and_it_is_the_cpu() {
         tracing::subscriber::with_default(log, || {
             assert!(compute.gpu_or(nowhere).is_none() && compute.gpu_or(nowhere).is_none());
         });
-        let told = String::from_utf8(lines.0.lock().expect("no panic").clone()).expect("text");
-        assert_eq!(told.lines().count(), 1, "{told}");
-        assert!(told.contains(level) && told.contains("on the CPU") && told.contains("no adapter"), "{told}");
+        let message = String::from_utf8(lines.0.lock().expect("no panic").clone()).expect("text");
+        assert_eq!(message.lines().count(), 1, "{message}");
+        assert!(
+            message.contains(level) && message.contains("on the CPU") && message.contains("no adapter"),
+            "{message}"
+        );
         assert!(compute.opened().is_none());
     }
 }
 
 #[test]
-fn a_gpu_that_was_given_up_is_not_handed_out_again() {
+fn compute_does_not_return_a_gpu_that_was_given_up() {
     for gpu in devices() {
         let compute = Compute::new(&ComputeSettings { device: DeviceChoice::Gpu });
         assert!(compute.gpu_or(|_| Ok(Some(gpu.clone()))).is_some());

@@ -1,9 +1,9 @@
-//! Masks as COCO writes them into JSON: for servers that answer with some. Who reads them has code of its
-//! own.
+//! A second, independent encoder of COCO's compressed run lengths, for mock servers: tests of
+//! [`RunLengths::from_compressed`](super::RunLengths::from_compressed) then do not depend on its own inverse.
 
 use crate::Mask;
 
-/// Compressed run lengths, after the description of COCO's format: columns, alternating runs, differences,
+/// Compressed run lengths of the mask, as COCO's format describes them: columns, alternating runs, differences,
 /// groups of five bits.
 pub fn compressed(mask: &Mask) -> String {
     let (mut runs, mut inside) = (vec![0_i64], false);
@@ -39,8 +39,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn run_lengths_are_those_of_the_documented_example() {
-        // The example of docs/segmentation-sidecar.yaml: two by two pixels in the middle of four by four.
+    fn compressed_matches_the_documented_example() {
+        // The example of docs/segmentation-sidecar.yaml: the center two by two pixels of four by four.
         let mask = Mask::from_fn(4, 4, |x, y| (1..3).contains(&x) && (1..3).contains(&y));
         assert_eq!(compressed(&mask), "52203");
     }

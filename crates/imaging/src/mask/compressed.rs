@@ -1,15 +1,17 @@
-//! Run lengths as COCO compresses them into text (`rleToString` of its API): each count, from the third on as the
-//! difference to the one two before it, in groups of five bits from the lowest, each a character from `0` on, with a bit that
-//! says whether more follow; the last group's highest bit is the sign.
+//! COCO's compressed run-length text (`rleToString` of its API).
+//!
+//! Counts after the third are stored as differences to the count two before them. Each number is split into groups of
+//! five bits, lowest first; a group is one character from `0` on, with a sixth bit that says whether more groups
+//! follow. The highest bit of the last group is the sign.
 
 use super::{InvalidRunLengths, RunLengths};
 
-/// Groups of one count that are read; 32-bit counts have at most seven.
+/// Largest number of groups of one count; 32-bit counts have at most seven.
 const MAX_GROUPS: u32 = 7;
 
 impl RunLengths {
-    /// Reads `counts`; `size` is [height, width]. Memory is bounded by the text's length. Whether the counts fill the
-    /// picture is found when they become a mask.
+    /// Reads `counts`; `size` is [height, width]. Memory is bounded by the text's length. The sum of the counts is
+    /// checked by the conversion to [`Mask`](super::Mask).
     pub fn from_compressed(size: [u32; 2], counts: &str) -> Result<Self, InvalidRunLengths> {
         let mut read: Vec<u32> = Vec::new();
         let mut groups = counts.bytes();
@@ -30,7 +32,7 @@ impl RunLengths {
                     return Err(InvalidRunLengths);
                 }
             }
-            // Unlike the runs before it, the first may be empty, so differences begin with the fourth count.
+            // The first run may be empty, so differences begin with the fourth count.
             if read.len() > 2 {
                 value += i64::from(read[read.len() - 2]);
             }
@@ -67,11 +69,11 @@ mod tests {
     use crate::Mask;
 
     #[test]
-    fn texts_that_coco_wrote_are_read() {
-        // pycocotools.mask.encode of a 4 x 4 picture with its middle 2 x 2 set, and of one with nothing set.
-        let middle = RunLengths::from_compressed([4, 4], "52203").expect("is intact");
-        assert_eq!(middle.counts, [5, 2, 2, 2, 5]);
-        let mask = Mask::try_from(middle).expect("fills the picture");
+    fn from_compressed_reads_texts_of_pycocotools() {
+        // pycocotools.mask.encode of a 4 x 4 image with its center 2 x 2 set, and of an empty one.
+        let center = RunLengths::from_compressed([4, 4], "52203").expect("is intact");
+        assert_eq!(center.counts, [5, 2, 2, 2, 5]);
+        let mask = Mask::try_from(center).expect("fills the picture");
         assert_eq!((mask.bbox_px(), mask.area_px()), (Some([1, 1, 3, 3]), 4));
         let empty = RunLengths::from_compressed([4, 4], "`0").expect("is intact");
         assert_eq!(empty.counts, [16]);
@@ -83,7 +85,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_written_is_read() {
+    fn compressed_text_round_trips() {
         for bits in 0..1 << 9 {
             let mask = Mask::from_fn(3, 3, |x, y| bits >> (3 * y + x) & 1 == 1);
             let runs = RunLengths::from(mask);
@@ -94,7 +96,7 @@ mod tests {
     }
 
     #[test]
-    fn hostile_texts_are_refused() {
+    fn from_compressed_rejects_hostile_texts() {
         for text in ["oooooooooooo", "o", "\u{7f}", "0 0", "é", "~~~~~~~~", "@", "00@", "?"] {
             let read = RunLengths::from_compressed([4, 4], text).and_then(Mask::try_from);
             assert_eq!(read, Err(InvalidRunLengths), "{text}");

@@ -1,10 +1,10 @@
 //! `evaluate`: runs a benchmark set and writes its tables.
 //!
-//! Scenes of the layout set are worked on side by side, one per core, each in a temporary data directory that is gone
-//! when the scene is scored; so are pictures of the picture set ([`pictures`]), which need none. Files are written at the
-//! end and whole: an interrupted run leaves none.
+//! Scenes of the layout set run in parallel, one per core, each in a temporary data directory that is removed after
+//! scoring. Images of the image set ([`images`]) run in parallel without one. Files are written completely at the
+//! end: an interrupted run writes none.
 
-mod pictures;
+mod images;
 
 use std::fs::Permissions;
 use std::io::Write;
@@ -18,17 +18,17 @@ use futures::{StreamExt, stream};
 use super::split::SplitName;
 use crate::app::evaluation;
 use crate::app::evaluation::Opened;
-use crate::evaluate::layout::{Difficulty, LayoutBench, SceneScore};
-use crate::evaluate::report::{Report, Section};
-use crate::evaluate::scenes::{BenchmarkScene, scenes, spread};
+use crate::benchmark::layout::{Difficulty, LayoutBench, SceneScore};
+use crate::benchmark::report::{Report, Section};
+use crate::benchmark::scenes::{BenchmarkScene, scenes, spread};
 use ports::Call;
-use runtime::Cpu;
+use runtime::CpuPool;
 use tabletopgen::app::config::Config;
 use tabletopgen::app::{AppError, logging};
 use tabletopgen::cli::options::ConfigOptions;
-use tabletopgen::cli::outcome::write_artifacts;
-use tabletopgen::cli::{Exit, Failure, folder, generate, runtime, signals, terminal};
-use tabletopgen::pipeline::checkpoint::Interrupt;
+use tabletopgen::cli::scene_summary::write_artifacts;
+use tabletopgen::cli::{Exit, Failure, generate, output_dir, runtime, signals, terminal};
+use tabletopgen::pipeline::checkpoint::CancelFlag;
 use tabletopgen::pipeline::error::StageError;
 
 /// Arguments of `evaluate`.
@@ -37,29 +37,29 @@ pub struct Arguments {
     /// The benchmark set
     #[arg(long = "set", value_name = "NAME", value_enum)]
     set_name: SetName,
-    /// Layout: what the stages get to see: exact knowledge, spoiled knowledge, or one after the other
+    /// Layout: exact or noisy stage inputs, or both in turn
     #[arg(long, value_enum, default_value_t = Difficulties::Both)]
     difficulty: Difficulties,
-    /// Only so many scenes, spread over the set, or so many pictures, the first [default: all]
+    /// Number of scenes, spread over the set, or of images, from the first [default: all]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     scenes: Option<u32>,
-    /// Pictures: whose pictures; thresholds are chosen on those of the validation split
+    /// Images: split; thresholds are chosen on the validation split
     #[arg(long, value_enum, default_value_t = SplitName::Test)]
     split: SplitName,
-    /// Pictures: read maps that say the truth in place of the network's, so that what is lost is lost by the reading of maps
+    /// Images: use ground-truth maps in place of the network's, to measure the decoding of maps alone
     #[arg(long)]
     perfect_maps: bool,
     /// Folder for <set>.md and <set>.json, or one of these files; the other is written beside it
     #[arg(long, value_name = "PATH", default_value = "out/evaluate")]
     out: PathBuf,
-    /// Layout: only scenes whose names begin so, such as office_living or office_living_07
+    /// Layout: only scenes whose names start with this, such as office_living or office_living_07
     #[arg(long, value_name = "NAME")]
     scene: Option<String>,
-    /// Layout: also write what every stage put aside, under DIR/<difficulty>/<scene>/artifacts/<stage>/. Pictures: also
-    /// write each picture beside what was painted and what was read, DIR/<number>.png
+    /// Layout: also write the artifacts of every stage, under DIR/<difficulty>/<scene>/artifacts/<stage>/. Images:
+    /// also write ground truth and estimate side by side, DIR/<number>.png
     #[arg(long, value_name = "DIR")]
     artifacts: Option<PathBuf>,
-    /// Threads that compute [default: one per core]; the scores do not depend on it
+    /// Compute threads [default: one per core]; the scores do not depend on it
     #[arg(long, value_name = "N")]
     threads: Option<usize>,
     /// Print the JSON document instead of the tables
@@ -70,15 +70,14 @@ pub struct Arguments {
     config: Option<PathBuf>,
 }
 
-/// The benchmark sets there are.
+/// The benchmark sets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum SetName {
-    /// 78 painted scenes: yaw, position and scale of the layout against the truth
+    /// 78 synthetic scenes: yaw, position and scale of the layout against the ground truth
     Layout,
-    /// 200 painted pictures of things, tops and backdrops of their own: what `generate --image` reads in them
-    Pictures,
-    /// Painted pictures: whether what is believed of the regions that things are chosen from holds; `training/belief.py` fits
-    /// it to the file this writes
+    /// 200 synthetic images with their own objects, tops and backdrops: the estimates of `generate --image`
+    Images,
+    /// Synthetic images: calibration of the region score; `training/region_score.py` fits it to the written file
     Regions,
 }
 
@@ -86,13 +85,13 @@ impl SetName {
     fn name(self) -> &'static str {
         match self {
             Self::Layout => "layout",
-            Self::Pictures => "pictures",
+            Self::Images => "images",
             Self::Regions => "regions",
         }
     }
 }
 
-/// Which difficulties are run.
+/// The difficulties of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Difficulties {
     Clean,
@@ -114,20 +113,20 @@ impl Difficulties {
     }
 }
 
-/// Everything a run needs besides its scenes.
+/// State of a run.
 struct Bench {
     config: Config,
     layout: LayoutBench,
-    cpu: Cpu,
-    interrupt: Interrupt,
+    cpu: CpuPool,
+    cancel: CancelFlag,
     artifacts: Option<PathBuf>,
 }
 
-/// Why a scene has no score.
+/// Reason of a missing score.
 enum Unscored {
-    /// The run was stopped, or cannot go on.
+    /// The run was stopped or cannot continue.
     Stop(Failure),
-    /// This scene alone.
+    /// Only this scene failed.
     Scene(StageError),
 }
 
@@ -145,8 +144,8 @@ pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
     let started = Instant::now();
     let Finished { table, document, complete } = match arguments.set_name {
         SetName::Layout => layout(&arguments, resolved.config)?,
-        SetName::Pictures => pictures::run(&arguments, &resolved)?,
-        SetName::Regions => pictures::run_regions(&arguments, &resolved)?,
+        SetName::Images => images::run(&arguments, &resolved)?,
+        SetName::Regions => images::run_regions(&arguments, &resolved)?,
     };
     write_whole(&markdown, table.as_bytes())?;
     write_whole(&json, document.as_bytes())?;
@@ -160,7 +159,7 @@ pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
     Ok(if complete { Exit::Success } else { Exit::JobFailed })
 }
 
-/// What a run says, and whether every scene has a score.
+/// Output of a run, and whether every scene has a score.
 struct Finished {
     table: String,
     document: String,
@@ -172,7 +171,7 @@ fn layout(arguments: &Arguments, config: Config) -> Result<Finished, Failure> {
         layout: evaluation::layout_bench(&config),
         cpu: evaluation::cpu(&config)?,
         config,
-        interrupt: Interrupt::default(),
+        cancel: CancelFlag::default(),
         artifacts: arguments.artifacts.clone(),
     };
     let mut all = scenes();
@@ -205,10 +204,10 @@ async fn sections(
     chosen: &[BenchmarkScene],
 ) -> Result<Vec<Section>, Failure> {
     let stop = signals::stop_on_signal("stopping; again to stop at once")?;
-    let interrupt = bench.interrupt.clone();
+    let cancel = bench.cancel.clone();
     tokio::spawn(async move {
         stop.cancelled().await;
-        interrupt.raise();
+        cancel.cancel();
     });
     let mut sections = Vec::new();
     for &difficulty in difficulties {
@@ -242,7 +241,7 @@ async fn section(
         let head = format!("{} {done}/{} {} {seconds:.1} s", difficulty.name(), chosen.len(), scene.name);
         match result {
             Ok(score) => {
-                terminal::note(&format!("{head}: {}", told(&score)));
+                terminal::note(&format!("{head}: {}", message(&score)));
                 scored.push((index, score));
             }
             Err(Unscored::Stop(failure)) => return Err(failure),
@@ -258,7 +257,7 @@ async fn section(
     Ok(Section::new(difficulty, scored, failed.into_iter().map(|(_, failure)| failure).collect()))
 }
 
-/// One scene in a data directory of its own.
+/// Scores one scene in its own data directory.
 async fn score(
     bench: &Bench,
     difficulty: Difficulty,
@@ -271,44 +270,44 @@ async fn score(
             format!("cannot make a directory in {}: {error}; set TMPDIR to another", place.display());
         Unscored::Stop(Failure::new(Exit::Error, message))
     })?;
-    bench.interrupt.check().map_err(|_| stopped())?;
+    bench.cancel.check().map_err(|_| stopped())?;
     let request = LayoutBench::request(scene);
-    let opened = evaluation::opened(directory.path(), &bench.config, &bench.cpu, &bench.interrupt, &request);
+    let opened = evaluation::opened(directory.path(), &bench.config, &bench.cpu, &bench.cancel, &request);
     let Opened { checkpoints, store, scene_id } =
         opened.await.map_err(|error: AppError| Unscored::Stop(error.into()))?;
-    let call = Call::without_budget(bench.cpu.clone(), bench.interrupt.clone());
+    let call = Call::without_budget(bench.cpu.clone(), bench.cancel.clone());
     let scored = bench.layout.score(scene, difficulty, checkpoints, &call).await;
     if let Some(artifacts) = &bench.artifacts {
         let folder = artifacts.join(difficulty.name().replace(", ", "-").replace(' ', "-")).join(&scene.name);
-        let folder = folder::prepare(&folder, true).map_err(Unscored::Stop)?;
+        let folder = output_dir::prepare(&folder, true).map_err(Unscored::Stop)?;
         write_artifacts(&store, &scene_id, &folder).await.map_err(Unscored::Stop)?;
     }
-    scored.map_err(|error| match bench.interrupt.check() {
+    scored.map_err(|error| match bench.cancel.check() {
         Err(_) => stopped(),
         Ok(()) => Unscored::Scene(error),
     })
 }
 
-/// The scene's largest errors on one line.
-fn told(score: &SceneScore) -> String {
-    let most = |values: Vec<f64>| values.into_iter().fold(0.0, f64::max);
-    let yaw_deg = most(score.objects.iter().filter_map(|o| o.yaw_error_deg).collect());
-    let off_m = most(score.objects.iter().filter_map(|o| o.position_error_m).collect());
+/// Largest errors of a scene in one line.
+fn message(score: &SceneScore) -> String {
+    let highest = |values: Vec<f64>| values.into_iter().fold(0.0, f64::max);
+    let yaw_deg = highest(score.objects.iter().filter_map(|o| o.yaw_error_deg).collect());
+    let off_m = highest(score.objects.iter().filter_map(|o| o.position_error_m).collect());
     let objects = score.objects.len();
     format!("{objects} objects, at worst {yaw_deg:.1} degrees and {:.1} mm off", 1e3 * off_m)
 }
 
-/// Markdown and JSON file for what `--out` says.
+/// Markdown and JSON path for `--out`.
 fn files(out: &Path, set: &str) -> (PathBuf, PathBuf) {
     let named = out.extension().is_some_and(|extension| extension == "md" || extension == "json");
     let stem = if named { out.with_extension("") } else { out.join(set) };
     (stem.with_extension("md"), stem.with_extension("json"))
 }
 
-/// Writes a file so that it is there whole or not at all.
+/// Writes a file atomically.
 fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    // Temporary files are their owner's alone; a result is as readable as any file (the umask still counts).
+    // Temporary files are private to their owner; results use the usual mode (subject to the umask).
     let made = tempfile::Builder::new().permissions(Permissions::from_mode(0o666)).tempfile_in(folder);
     let mut file = made.map_err(|error| unwritable(path, &error))?;
     file.write_all(bytes).map_err(|error| unwritable(path, &error))?;

@@ -1,8 +1,8 @@
-//! Names of the splits of painted pictures.
+//! Names of the splits of synthetic images.
 
 use clap::ValueEnum;
 
-use crate::synthetic::Split;
+use crate::synthetic_images::Split;
 
 /// A split, as options name it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

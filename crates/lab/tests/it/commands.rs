@@ -11,7 +11,7 @@ fn run(home: &Path, arguments: &[&str]) -> Output {
 fn help_lists_every_command() {
     let home = tempfile::tempdir().unwrap();
     let help = String::from_utf8(run(home.path(), &["--help"]).stdout).unwrap();
-    for command in ["evaluate", "paint-pictures", "dev-providers"] {
+    for command in ["evaluate", "synthesize", "mock-vendors"] {
         assert!(help.contains(command), "{help}");
     }
 }
@@ -22,7 +22,7 @@ fn invalid_arguments_are_refused_before_the_work() {
     for (arguments, code, says) in [
         (vec![], 2, "Usage"),
         (vec!["evaluate"], 2, "--set <NAME>"),
-        (vec!["evaluate", "--set", "layuot"], 2, "[possible values: layout, pictures, regions]"),
+        (vec!["evaluate", "--set", "layuot"], 2, "[possible values: layout, images, regions]"),
         (vec!["evaluate", "--set", "layout", "--scenes", "0"], 2, "--scenes"),
         (vec!["evaluate", "--set", "layout", "--out", "/proc/none"], 1, "cannot write /proc/none"),
         (vec!["dance"], 2, "unrecognized subcommand"),

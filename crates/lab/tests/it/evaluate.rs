@@ -1,13 +1,13 @@
 //! The layout benchmark on scenes small enough for a test: scores are small, repeat, and depend on no thread.
 
 use lab::app::evaluation;
-use lab::evaluate::layout::{Difficulty, LayoutBench, SceneScore};
-use lab::evaluate::report::Section;
-use lab::evaluate::scenes::{BenchmarkScene, Family, Outline};
-use lab::evaluate::score::Standing;
+use lab::benchmark::layout::{Difficulty, LayoutBench, SceneScore};
+use lab::benchmark::report::Section;
+use lab::benchmark::scenes::{BenchmarkScene, Family, Outline};
+use lab::benchmark::score::YawStatus;
 use ports::Call;
 use tabletopgen::app::config::layers::{Sources, load};
-use tabletopgen::pipeline::checkpoint::Interrupt;
+use tabletopgen::pipeline::checkpoint::CancelFlag;
 
 fn scene(text: &'static str, outline: Outline, seed: u64) -> BenchmarkScene {
     let name = format!("small_{seed}");
@@ -19,27 +19,27 @@ async fn scored(scene: &BenchmarkScene, difficulty: Difficulty, threads: usize) 
         arguments: vec![
             ("worker.cpu_threads".to_owned(), threads.to_string(), "--threads"),
             ("store.fsync".to_owned(), "false".to_owned(), "--set"),
-            ("painter.width_px".to_owned(), "640".to_owned(), "--set"),
-            ("painter.height_px".to_owned(), "480".to_owned(), "--set"),
+            ("image_generator.width_px".to_owned(), "640".to_owned(), "--set"),
+            ("image_generator.height_px".to_owned(), "480".to_owned(), "--set"),
         ],
         ..Sources::default()
     };
     let config = load(sources).unwrap().config;
-    let (home, interrupt) = (tempfile::tempdir().unwrap(), Interrupt::default());
+    let (home, cancel) = (tempfile::tempdir().unwrap(), CancelFlag::default());
     let cpu = evaluation::cpu(&config).unwrap();
     let request = LayoutBench::request(scene);
-    let opened = evaluation::opened(home.path(), &config, &cpu, &interrupt, &request).await.unwrap();
-    let call = Call::without_budget(cpu, interrupt);
+    let opened = evaluation::opened(home.path(), &config, &cpu, &cancel, &request).await.unwrap();
+    let call = Call::without_budget(cpu, cancel);
     evaluation::layout_bench(&config).score(scene, difficulty, opened.checkpoints, &call).await.unwrap()
 }
 
 #[tokio::test]
-async fn a_clean_scene_is_placed_as_it_was_painted() {
+async fn clean_scene_layout_matches_truth() {
     let scene = scene("a table with a mug, a book and a plate", Outline::Rectangular, 5);
     let score = scored(&scene, Difficulty::Clean, 1).await;
     assert_eq!(score, scored(&scene, Difficulty::Clean, 2).await, "scores depend on the number of threads");
-    let standing: Vec<Standing> = score.objects.iter().map(|object| object.standing).collect();
-    assert_eq!(standing, [Standing::Scored, Standing::Scored, Standing::OrderZero]);
+    let yaw_status: Vec<YawStatus> = score.objects.iter().map(|object| object.yaw_status).collect();
+    assert_eq!(yaw_status, [YawStatus::Scored, YawStatus::Scored, YawStatus::OrderZero]);
     for object in &score.objects {
         assert!(object.yaw_error_deg.is_none_or(|error| error < 3.0), "{object:?}");
         assert!(object.position_error_m.is_some_and(|error| error < 0.01), "{object:?}");
@@ -55,7 +55,7 @@ async fn a_clean_scene_is_placed_as_it_was_painted() {
 }
 
 #[tokio::test]
-async fn noise_changes_what_the_stages_see_and_not_what_is_true() {
+async fn noise_affects_stage_inputs_but_not_truth() {
     let scene = scene("a round table with a mug and a book", Outline::RoundOrOval, 6);
     let score = scored(&scene, Difficulty::Noisy, 2).await;
     assert!(score.objects.iter().all(|object| object.scale_error > 1e-6), "{score:?}");

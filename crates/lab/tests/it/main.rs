@@ -13,5 +13,5 @@ mod script;
 mod contract;
 mod commands;
 mod evaluate;
-mod pictures;
+mod images;
 mod remote_scene;

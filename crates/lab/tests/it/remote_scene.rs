@@ -1,5 +1,5 @@
-//! Whole scenes whose every question goes over the network, to the stand-in for all remote models: they become what the
-//! embedded adapters make of the same wish or picture, and a recording of them becomes the same, byte for byte.
+//! Whole scenes whose every question goes over the network to the mock vendors. They match the scenes of the
+//! embedded adapters for the same text or image, and a recording replays to the same scene, byte for byte.
 
 use std::collections::BTreeSet;
 use std::io::Cursor;
@@ -10,18 +10,18 @@ use std::time::Duration;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use bytes::Bytes;
-use lab::app::dev_providers;
+use lab::app::mock_vendors;
 use scene::Scene;
 use serde_json::{Value, json};
-use tabletopgen::app::scenes;
+use tabletopgen::app::pipeline;
 use tabletopgen::config::{Resolved, Sources, layers};
 
 use crate::server::{Server, settings};
 
-/// Of every request here, and of the stand-in.
+/// Seed of every request and of the mock server.
 const SEED: u64 = 7;
 
-/// A finished scene with what its service said.
+/// A finished scene with the service's responses.
 struct Made {
     /// `GET /scenes/{id}`.
     shown: Value,
@@ -31,7 +31,7 @@ struct Made {
 
 impl Made {
     async fn of(resolved: &Resolved, request: &Value) -> Self {
-        let server = Server::building(scenes::build_scene(resolved).unwrap(), resolved).await;
+        let server = Server::building(pipeline::build_pipeline(resolved).unwrap(), resolved).await;
         let reply = server.post("/scenes", request.clone()).await;
         assert_eq!(reply.status, 202, "{reply:?}");
         let (scene_id, job_id) = {
@@ -52,7 +52,7 @@ impl Made {
         json_in(&self.bundle, "report.json")
     }
 
-    /// How many calls asked this.
+    /// Number of calls of this operation.
     fn count(&self, operation: &str) -> usize {
         let calls = self.shown["spending"]["calls"].as_array().unwrap();
         calls.iter().filter(|call| call["operation"] == operation).count()
@@ -85,13 +85,13 @@ fn embedded() -> Resolved {
     settings(&[("worker.cpu_threads", "0")])
 }
 
-/// Every port's first provider is the one at this address.
+/// Settings in which every port's first provider is at this address.
 fn remote(address: &str, more: &[(&str, &str)]) -> Resolved {
     let (v1, root) = (format!("http://{address}/v1"), format!("http://{address}"));
     let mut set = vec![
         ("worker.cpu_threads", "0"),
         ("providers.analyst", "chat, embedded"),
-        ("providers.painter", "openai_images, embedded"),
+        ("providers.image_generator", "openai_images, embedded"),
         ("providers.segmenter", "sidecar"),
         ("providers.mesh_generator", "replicate, embedded"),
         ("providers.allow_http", "true"),
@@ -101,9 +101,9 @@ fn remote(address: &str, more: &[(&str, &str)]) -> Resolved {
         ("providers.openai_images.calls_per_minute", "1000000"),
         ("providers.segmenter_sidecar.base_url", &root),
         ("providers.replicate.base_url", &v1),
-        ("providers.replicate.look_every_ms", "20"),
+        ("providers.replicate.poll_interval_ms", "20"),
         ("providers.hunyuan3d.base_url", &root),
-        ("providers.hunyuan3d.look_every_ms", "20"),
+        ("providers.hunyuan3d.poll_interval_ms", "20"),
         ("appraise.ratings", "true"),
         ("appraise.tasks", "3"),
     ];
@@ -111,7 +111,7 @@ fn remote(address: &str, more: &[(&str, &str)]) -> Resolved {
     settings(&set)
 }
 
-/// The settings of the recording that comes with the program, to be played.
+/// Settings that replay the recording of the repository.
 fn breakfast() -> Resolved {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/fixtures/cassettes");
     let archive = folder.join("breakfast.zip").display().to_string();
@@ -126,15 +126,15 @@ fn breakfast() -> Resolved {
     layers::load(Sources { file, arguments, ..Sources::default() }).unwrap()
 }
 
-async fn stand_in() -> dev_providers::Running {
+async fn mock_server() -> mock_vendors::Running {
     let resolved = embedded();
-    let providers = dev_providers::providers(&resolved, SEED, Duration::ZERO).unwrap();
-    dev_providers::start(&resolved, "127.0.0.1:0", providers).await.unwrap()
+    let providers = mock_vendors::providers(&resolved, SEED, Duration::ZERO).unwrap();
+    mock_vendors::start(&resolved, "127.0.0.1:0", providers).await.unwrap()
 }
 
-/// Largest differences of what stands in two scenes: place, meters; size, share; yaw, degrees, as far as symmetry lets one
-/// tell it, and `turns` of a full turn; of four where a thing is nearly as deep as wide, which a fit to one view cannot
-/// tell apart.
+/// Largest differences between two scenes: position, meters; relative size; yaw, degrees, modulo the symmetry and
+/// modulo 1/`turns` of a full turn, or a quarter turn if an object is nearly square and `turns` > 1, because a fit
+/// to one view cannot distinguish these.
 fn apart(a: &Scene, b: &Scene, turns: f64) -> (f64, f64, f64) {
     let names = |scene: &Scene| {
         let mut names: Vec<String> =
@@ -162,14 +162,14 @@ fn apart(a: &Scene, b: &Scene, turns: f64) -> (f64, f64, f64) {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_text_becomes_the_same_scene_over_the_network_and_again_without_one() {
+async fn text_scene_over_network_matches_embedded_and_replays() {
     let request = json!({ "text": "an apple on a plate and a fork beside it", "seed": SEED });
-    let there = stand_in().await;
+    let there = mock_server().await;
     let address = there.address.to_string();
     let recording = tempfile::tempdir().unwrap();
     let place = recording.path().to_str().unwrap();
     let recorded = remote(&address, &[("providers.mode", "record"), ("providers.cassette", place)]);
-    there.providers.spoiled_top_views.store(1, Ordering::Relaxed);
+    there.providers.invalid_top_views.store(1, Ordering::Relaxed);
     let over_network = Made::of(&recorded, &request).await;
     assert_eq!(over_network.count("top_view"), 2, "the first drawing was refused");
     assert_eq!(over_network.count("check_top"), 2);
@@ -203,7 +203,7 @@ async fn a_text_becomes_the_same_scene_over_the_network_and_again_without_one() 
     assert_eq!(appraisal["tasks"]["said"].as_array().unwrap().len(), 3, "{appraisal}");
     there.stop().await;
 
-    // Nobody listens at that address any more.
+    // The address has no listener any more.
     let played = remote(&address, &[("providers.mode", "replay"), ("providers.cassette", place)]);
     let again = Made::of(&played, &request).await;
     assert!(again.bundle == over_network.bundle, "the bundle is another");
@@ -216,9 +216,9 @@ async fn a_text_becomes_the_same_scene_over_the_network_and_again_without_one() 
     assert!(place_m < 0.02 && size < 0.05 && yaw_deg < 10.0, "{place_m} m, {size}, {yaw_deg} degrees");
 }
 
-/// If it says that something was not recorded: `scripts/cassette.py` records it again.
+/// On "not recorded": `scripts/cassette.py` records it again.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn the_recording_that_comes_with_the_program_plays() {
+async fn bundled_recording_replays() {
     let request = json!({ "text": "an apple on a plate and a fork beside it", "seed": SEED });
     let made = Made::of(&breakfast(), &request).await;
     let names: BTreeSet<&str> = made.scene.instances.iter().map(|instance| instance.name.as_str()).collect();
@@ -232,16 +232,16 @@ async fn the_recording_that_comes_with_the_program_plays() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_picture_becomes_the_same_scene_over_the_network() {
-    let picture = std::fs::read(concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/demo_table.png")).unwrap();
-    let request = json!({ "image": { "base64": STANDARD.encode(picture) }, "seed": SEED });
-    let there = stand_in().await;
+async fn image_scene_over_network_matches_embedded() {
+    let image = std::fs::read(concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/demo_table.png")).unwrap();
+    let request = json!({ "image": { "base64": STANDARD.encode(image) }, "seed": SEED });
+    let there = mock_server().await;
     let address = there.address.to_string();
     let ark = format!("http://{address}/api/v3");
-    // Ark draws the view from above, and single things before a color.
+    // Ark generates the top view, and objects on a uniform background.
     let others = [
         ("providers.mesh_generator", "hunyuan3d, embedded"),
-        ("providers.painter", "ark, embedded"),
+        ("providers.image_generator", "ark, embedded"),
         ("providers.ark.base_url", &ark),
     ];
     let over_network = Made::of(&remote(&address, &others), &request).await;
@@ -256,7 +256,7 @@ async fn a_picture_becomes_the_same_scene_over_the_network() {
     assert_eq!(providers, asked.into());
     there.stop().await;
     let alone = Made::of(&embedded(), &request).await;
-    // A solid that was fitted to one view is the same from behind.
+    // A solid fitted to one view is symmetric front to back.
     let (place_m, size, yaw_deg) = apart(&alone.scene, &over_network.scene, 2.0);
     eprintln!("picture: {place_m} m, {size}, {yaw_deg} degrees");
     assert!(place_m < 0.03 && size < 0.1 && yaw_deg < 10.0, "{place_m} m, {size}, {yaw_deg} degrees");

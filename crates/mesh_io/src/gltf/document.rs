@@ -1,4 +1,4 @@
-//! The part of the glTF 2.0 JSON document that is written and read here.
+//! The subset of the glTF 2.0 JSON document that the reader and the writer use.
 
 use serde::{Deserialize, Serialize};
 
@@ -136,7 +136,7 @@ pub struct MetallicRoughness {
     pub roughness_factor: Option<f64>,
 }
 
-/// The sRGB color the linear factor was made from, so that it comes back to the bit.
+/// The sRGB color that the linear factor was computed from, so that it round-trips exactly.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[serde(default)]
 pub struct MaterialExtras {

@@ -1,21 +1,21 @@
 //! Reads the triangles of a GLB file into one mesh, z up.
 //!
-//! Accepts what mesh generators write: node transforms, interleaved arrays, 8, 16 and 32-bit indices,
-//! PNG, JPEG and WebP pictures inside the file, missing normals and texture coordinates. Refuses
-//! external files, sparse arrays and required extensions. Every index, offset and count is checked and
-//! the totals are bounded ([`Limits`]), so hostile bytes give an error and never a panic.
+//! Accepts the output of mesh generators: node transforms, interleaved arrays, 8, 16 and 32-bit indices,
+//! embedded PNG, JPEG and WebP images, missing normals and texture coordinates. Rejects external files, sparse
+//! arrays and required extensions. Every index, offset and count is checked and the totals are bounded
+//! ([`Limits`]), so hostile bytes give an error and never a panic.
 
 use glam::{DMat3, DMat4, DQuat, DVec3, Vec2, Vec3};
 
 use geometry::{FaceGroup, Material, Rgb, TexturedMesh};
-use imaging::codec::{PictureError, decode_picture};
+use imaging::codec::{CodecError, decode_image};
 use imaging::{Image, Texture};
 
 use super::ROOT_ROTATION_XYZW;
 use super::document as doc;
 use super::write::upside_down;
 
-/// Bounds on what a file may make us allocate.
+/// Bounds on the allocations that a file can cause.
 struct Limits;
 
 impl Limits {
@@ -44,12 +44,15 @@ pub enum GltfError {
     #[error("the glTF file contradicts itself: {0}")]
     Inconsistent(&'static str),
     #[error("a texture of the glTF file could not be read")]
-    Texture(#[from] PictureError),
+    Texture(#[from] CodecError),
 }
 
-/// All triangles of the file's scene in our frame: z up, glTF's front (+Z) at -y. Nodes' transforms are
-/// applied; a file of [`super::write_mesh_glb`] comes back as it was authored. Material names are folded
-/// to `[a-z0-9_]` and made unique.
+/// All triangles of the file's scene with z up and glTF's front (+Z) at -y. Node transforms are applied;
+/// the output of [`super::write_mesh_glb`] round-trips. Material names are folded to `[a-z0-9_]` and made unique.
+///
+/// # Errors
+///
+/// [`GltfError`] for damaged, unsupported or oversized files.
 pub fn read_mesh_glb(bytes: &[u8]) -> Result<TexturedMesh, GltfError> {
     let (document, binary) = split(bytes)?;
     if let Some(extension) = document.extensions_required.first() {
@@ -102,12 +105,12 @@ struct Reader<'a> {
     document: &'a doc::Document,
     binary: &'a [u8],
     mesh: TexturedMesh,
-    /// Of the mesh so far: counting them again for each group takes minutes where there are many.
+    /// Number of triangles so far. Counting them again for each group takes minutes if there are many groups.
     triangles: usize,
     visits: usize,
 }
 
-/// Vertex arrays already read under the current node: their accessors and first vertex.
+/// Vertex arrays already read under the current node: accessors and first vertex.
 type ReadVertices = Vec<(doc::Attributes, u32)>;
 
 impl Reader<'_> {
@@ -118,7 +121,7 @@ impl Reader<'_> {
         }
         let document = self.document;
         let node = document.nodes.get(index).ok_or(GltfError::Missing { what: "node", index })?;
-        // `None` stands for our root rotation, to the bit: no arithmetic touches such meshes.
+        // `None` represents exactly `ROOT_ROTATION_XYZW`, so that such meshes are read without arithmetic.
         let is_our_root = parent.is_none()
             && node.rotation == Some(ROOT_ROTATION_XYZW)
             && node.translation.is_none()
@@ -197,7 +200,7 @@ impl Reader<'_> {
                 let ours_from_node = ours_from_gltf() * gltf_from_node;
                 let linear = DMat3::from_mat4(ours_from_node);
                 // Normals follow the cofactor matrix, which exists for flat scales too and, with the
-                // determinant's sign, points outward in mirrored nodes (whose winding is turned).
+                // determinant's sign, points outward in mirrored nodes (whose winding is reversed).
                 let cofactor = DMat3::from_cols(
                     linear.y_axis.cross(linear.z_axis),
                     linear.z_axis.cross(linear.x_axis),
@@ -252,7 +255,7 @@ impl Reader<'_> {
         Ok(self.accessor(index)?.count)
     }
 
-    /// Vertex numbers within the primitive's arrays, all below `count`.
+    /// Vertex indices into the primitive's arrays, all below `count`.
     fn corners(&self, primitive: &doc::Primitive, count: usize) -> Result<Vec<u32>, GltfError> {
         let corners = match primitive.indices {
             Some(indices) => self.read_indices(indices)?,
@@ -366,13 +369,13 @@ impl Reader<'_> {
         if self.document.materials.len() > Limits::MATERIALS {
             return Err(GltfError::TooLarge("4096 materials"));
         }
-        let mut pictures: Vec<Option<Texture>> = vec![None; self.document.images.len()];
+        let mut images: Vec<Option<Texture>> = vec![None; self.document.images.len()];
         let mut budget_px = Limits::PIXELS;
         for (index, material) in self.document.materials.iter().enumerate() {
             let surface = material.pbr_metallic_roughness.clone().unwrap_or_default();
             let texture = match &surface.base_color_texture {
                 Some(reference) if reference.tex_coord.unwrap_or(0) == 0 => {
-                    Some(self.texture(reference.index, &mut pictures, &mut budget_px)?)
+                    Some(self.texture(reference.index, &mut images, &mut budget_px)?)
                 }
                 _ => None,
             };
@@ -411,14 +414,14 @@ impl Reader<'_> {
     fn texture(
         &self,
         index: usize,
-        pictures: &mut [Option<Texture>],
+        images: &mut [Option<Texture>],
         budget_px: &mut u64,
     ) -> Result<Texture, GltfError> {
         let texture =
             self.document.textures.get(index).ok_or(GltfError::Missing { what: "texture", index })?;
         let index = texture.source.ok_or(GltfError::Unsupported("a texture without a picture".to_owned()))?;
         let missing = GltfError::Missing { what: "image", index };
-        let (Some(image), Some(slot)) = (self.document.images.get(index), pictures.get_mut(index)) else {
+        let (Some(image), Some(slot)) = (self.document.images.get(index), images.get_mut(index)) else {
             return Err(missing);
         };
         if let Some(known) = slot {
@@ -427,16 +430,16 @@ impl Reader<'_> {
         let view = image
             .buffer_view
             .ok_or_else(|| GltfError::Unsupported("a picture outside the file".to_owned()))?;
-        let picture: Image = decode_picture(self.view(view)?.1, *budget_px)?;
-        *budget_px -= u64::from(picture.width_px()) * u64::from(picture.height_px());
-        let texture = Texture::new(upside_down(&picture));
+        let image: Image = decode_image(self.view(view)?.1, *budget_px)?;
+        *budget_px -= u64::from(image.width_px()) * u64::from(image.height_px());
+        let texture = Texture::new(upside_down(&image));
         *slot = Some(texture.clone());
         Ok(texture)
     }
 }
 
 fn ours_from_gltf() -> DMat4 {
-    // (x, y, z) of glTF is (x, -z, y) here; written out so that no rounding enters.
+    // (x, y, z) of glTF is (x, -z, y) here; written out to avoid rounding.
     DMat4::from_cols_array(&[1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0])
 }
 
@@ -486,7 +489,7 @@ mod tests {
     }
 
     #[test]
-    fn a_written_mesh_comes_back_to_the_bit() {
+    fn mesh_glb_round_trips_exactly() {
         let mesh = two_tone_mesh();
         let bytes = write_mesh_glb(&mesh);
         assert_eq!(bytes, write_mesh_glb(&mesh));
@@ -494,7 +497,7 @@ mod tests {
     }
 
     #[test]
-    fn a_scene_file_reads_at_its_poses() {
+    fn read_mesh_glb_applies_the_poses_of_a_scene_file() {
         let mesh = two_tone_mesh();
         let pose = Pose::upright(DVec3::new(0.2, -0.1, 0.05), 0.8);
         let node = SceneNode { name: "a", label: "\"<a>\"\n🍎", mesh: &mesh, world_from_object: pose };
@@ -510,13 +513,13 @@ mod tests {
     }
 
     #[test]
-    fn an_empty_mesh_is_a_file_too() {
+    fn write_mesh_glb_accepts_an_empty_mesh() {
         let read = read_mesh_glb(&write_mesh_glb(&TexturedMesh::default())).expect("our own file");
         assert_eq!(read, TexturedMesh::default());
     }
 
     #[test]
-    fn hostile_documents_are_refused() {
+    fn read_mesh_glb_rejects_hostile_documents() {
         let glb = |json: &str, binary: &[u8]| {
             let mut json = json.as_bytes().to_vec();
             json.resize(json.len().next_multiple_of(4), b' ');
@@ -552,7 +555,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn changed_bytes_never_panic(at in 0_usize..4000, value: u8, cut in 0_usize..4000) {
+        fn read_mesh_glb_never_panics_on_changed_bytes(at in 0_usize..4000, value: u8, cut in 0_usize..4000) {
             let mut bytes = write_mesh_glb(&two_tone_mesh());
             let at = at % bytes.len();
             bytes[at] = value;

@@ -10,8 +10,8 @@ use imaging::{Image, Texture};
 use super::ROOT_ROTATION_XYZW;
 use super::document as doc;
 
-/// A file with one mesh in its own frame, under the root rotation. [`super::read_mesh_glb`] returns an
-/// equal mesh if it has a triangle, no empty group, and positions that single precision can hold.
+/// A GLB file with one mesh in its own frame, under the root rotation. [`super::read_mesh_glb`] returns an
+/// equal mesh if it has a triangle, no empty group, and positions that are exact in single precision.
 pub fn write_mesh_glb(mesh: &TexturedMesh) -> Vec<u8> {
     let mut file = GlbFile::default();
     let mesh = file.add_mesh("mesh", mesh);
@@ -33,7 +33,7 @@ pub struct SceneNode<'a> {
     pub world_from_object: Pose,
 }
 
-/// A file with all bodies at their poses below the root rotation.
+/// A GLB file with all bodies at their poses, under the root rotation.
 pub fn write_scene_glb(bodies: &[SceneNode<'_>]) -> Vec<u8> {
     let mut file = GlbFile::default();
     let mut children = Vec::new();
@@ -134,7 +134,7 @@ impl GlbFile {
         self.document.materials.len() - 1
     }
 
-    /// Index of the texture in the document; textures, images and `self.textures` go in step.
+    /// Index of the texture in the document; textures, images and `self.textures` share indices.
     fn add_texture(&mut self, texture: &Texture) -> usize {
         if let Some(index) = self.textures.iter().position(|known| known == texture) {
             return index;
@@ -179,7 +179,7 @@ impl GlbFile {
         self.document.accessors.len() - 1
     }
 
-    /// Appends the bytes at a multiple of four.
+    /// Appends the bytes at the next multiple of four.
     fn add_view(&mut self, bytes: &[u8], target: Option<u32>) -> usize {
         self.binary.resize(self.binary.len().next_multiple_of(4), 0);
         self.document.buffer_views.push(doc::BufferView {
@@ -226,12 +226,12 @@ fn floats<const N: usize>(rows: &[[f32; N]]) -> Vec<u8> {
     rows.as_flattened().iter().flat_map(|value| value.to_le_bytes()).collect()
 }
 
-/// The picture with its rows in reverse order.
-pub(super) fn upside_down(picture: &Image) -> Image {
-    let row = picture.width_px() as usize * 4;
+/// The image with its rows in reverse order.
+pub(super) fn upside_down(image: &Image) -> Image {
+    let row = image.width_px() as usize * 4;
     let rgba = match row {
         0 => Vec::new(),
-        _ => picture.as_rgba().chunks_exact(row).rev().flatten().copied().collect(),
+        _ => image.as_rgba().chunks_exact(row).rev().flatten().copied().collect(),
     };
-    Image::from_rgba(picture.width_px(), picture.height_px(), rgba).expect("as many pixels as before")
+    Image::from_rgba(image.width_px(), image.height_px(), rgba).expect("as many pixels as before")
 }

@@ -1,43 +1,42 @@
-//! Finding a place in a container: an apple in a bowl, the third croissant in the basket, a pen that leans
-//! in its holder.
+//! Placement in a container: an apple in a bowl, the third croissant in the basket, a pen that leans in its holder.
 //!
-//! Places are tried one after the other, first as the thing is and near where it was wanted, then stood up and
-//! leaning: it is dropped there and let go under gravity while everything else stands still, then, if that
-//! leads nowhere, together with what lies in the container already (the third apple pushes the first two
-//! aside). The place is taken if all that moved then reaches in and what it touches carries it. So heaped
-//! things have their three contacts and leaning ones touch floor and rim before the whole scene is settled.
+//! Positions are tried one after the other, first with the object's own orientation and near the wanted position, then
+//! upright and leaning. The object is dropped there and simulated under gravity with all other objects fixed. If that
+//! fails, it is simulated together with the other contents of the container (the third apple pushes the first two
+//! aside). A position is accepted if every moved object then reaches in and is carried by its contacts. Heaped objects
+//! thus have their three contacts, and leaning ones touch floor and rim, before the whole scene is settled.
 
 use std::f64::consts::{PI, TAU};
 
 use glam::{DQuat, DVec2, DVec3};
 use rand::RngExt;
 
-use super::place::{dropped, middle_of};
+use super::drop::{center_of, dropped};
 use super::{ResolveError, Scene};
 use crate::{Body, SettleSettings, settle, support_by_hulls};
 use geometry::Pose;
-use geometry::cast::{Supporter, drop_height, floor_hull, slid_in_height};
 use geometry::collide::PlacedSolid;
 use geometry::collision_shape::CollisionShape;
-use runtime::Interrupt;
+use geometry::drop_cast::{Supporter, drop_height, floor_hull, slid_in_height};
+use runtime::CancelFlag;
 use runtime::seed::child_rng;
 
-/// Longest time a thing is given to come to rest in its container, seconds.
+/// Longest time an object is given to come to rest in its container, seconds.
 const RELAX_S: f64 = 1.5;
 
 /// Places tried under gravity before the best one is taken.
 const TRIES: usize = 10;
 
-/// Free space around what is slid in below a handle, meters.
+/// Clearance around an object that is slid in below a handle, meters.
 const SLIDING_GAP_M: f64 = 0.0005;
 
-/// A contained thing reaches no farther below its container's lowest point than a contact is soft, meters.
+/// A contained object reaches no farther below its container's lowest point than a contact is soft, meters.
 const BELOW_BOTTOM_M: f64 = 0.0005;
 
-/// Angles between a stood-up thing and the vertical, degrees: the flattest that goes in is taken.
+/// Angles between an upright object and the vertical, degrees: the flattest feasible one is taken.
 const LEANS_DEG: [f64; 8] = [40.0, 32.0, 25.0, 19.0, 14.0, 9.0, 4.0, 0.0];
 
-/// What is let down into a container to find its bottom: 2 mm wide, its lowest point at its origin.
+/// Probe lowered into a container to find its bottom: 2 mm wide, its lowest point at its origin.
 fn probe() -> Option<CollisionShape> {
     let mut hull = floor_hull(0.001, 0.002);
     hull.points.iter_mut().for_each(|p| p.z += 0.002);
@@ -47,13 +46,13 @@ fn probe() -> Option<CollisionShape> {
 /// Height of the rim and of the deepest reachable point of the cavity.
 fn rim_and_floor(scene: &Scene, parent: usize, poses: &[Pose]) -> (f64, f64) {
     let (low, high) = scene.shapes[parent].bounds(&poses[parent]);
-    let middle = 0.5 * (low + high).truncate();
+    let midpoint = 0.5 * (low + high).truncate();
     let Some(probe) = probe() else { return (high.z, low.z) };
     let under = [scene.placed(parent, poses)];
     let reach = 0.25 * (high - low).truncate();
     let floor = (0..9)
         .filter_map(|k| {
-            let at = middle + reach * DVec2::new(f64::from(k % 3) - 1.0, f64::from(k / 3) - 1.0);
+            let at = midpoint + reach * DVec2::new(f64::from(k % 3) - 1.0, f64::from(k / 3) - 1.0);
             drop_height(&probe, DQuat::IDENTITY, at, &under)
         })
         .fold(high.z, f64::min);
@@ -62,7 +61,7 @@ fn rim_and_floor(scene: &Scene, parent: usize, poses: &[Pose]) -> (f64, f64) {
 
 /// Where a container is open and deep, seen from above: a mug's cup without its handle. World xy, meters.
 struct Cavity {
-    middle: DVec2,
+    midpoint: DVec2,
     /// Half its extents.
     half: DVec2,
 }
@@ -72,7 +71,7 @@ struct Cavity {
 fn cavity(scene: &Scene, parent: usize, poses: &[Pose]) -> Cavity {
     const PROBES: u32 = 13;
     let (low, high) = scene.shapes[parent].bounds(&poses[parent]);
-    let whole = Cavity { middle: 0.5 * (low + high).truncate(), half: 0.5 * (high - low).truncate() };
+    let whole = Cavity { midpoint: 0.5 * (low + high).truncate(), half: 0.5 * (high - low).truncate() };
     let Some(probe) = probe() else { return whole };
     let under = [scene.placed(parent, poses)];
     let step = (high - low).truncate() / f64::from(PROBES);
@@ -90,10 +89,10 @@ fn cavity(scene: &Scene, parent: usize, poses: &[Pose]) -> Cavity {
     if near.x > far.x {
         return whole;
     }
-    Cavity { middle: 0.5 * (near + far), half: 0.5 * (far - near + step) }
+    Cavity { midpoint: 0.5 * (near + far), half: 0.5 * (far - near + step) }
 }
 
-/// Whether the body reaches into its container as far as it must, its weight above the container's outline.
+/// Whether the body reaches into its container as far as required, its center of mass above the container's outline.
 pub(super) fn reaches_in(scene: &Scene, body: usize, parent: usize, poses: &[Pose]) -> bool {
     let (rim, floor) = rim_and_floor(scene, parent, poses);
     let (low, _) = scene.shapes[body].bounds(&poses[body]);
@@ -120,7 +119,7 @@ pub(super) fn into(
     below: &[usize],
     poses: &[Pose],
     nudges: usize,
-    interrupt: &Interrupt,
+    cancel: &CancelFlag,
 ) -> Result<Vec<(usize, Pose)>, ResolveError> {
     let supporters: Vec<Supporter> = below.iter().map(|&other| scene.placed(other, poses)).collect();
     let heap: Vec<usize> = scene.tree.heap(body).into_iter().filter(|k| below.contains(k)).collect();
@@ -130,8 +129,7 @@ pub(super) fn into(
         moved.iter().all(|&(k, _)| reaches_in(scene, k, parent, &trial))
     };
     let (mut skipped, mut best) = (0, None::<(f64, Vec<(usize, Pose)>)>);
-    // What lies there stays where it is if possible, and makes room if not; what failed once is done the
-    // other way round.
+    // Existing contents stay fixed first and yield second; after a failure the order is reversed.
     let mut ways = vec![&[][..], &heap[..]];
     ways.dedup();
     if nudges % 2 == 1 {
@@ -140,9 +138,9 @@ pub(super) fn into(
     for yielding in ways {
         let mut tries = 0;
         for (rotation, xy) in places(scene, body, parent, poses, nudges) {
-            interrupt.check()?;
+            cancel.check()?;
             let Some(mut pose) = dropped(scene, body, rotation, xy, &supporters) else { continue };
-            // A heap that makes room may carry it on top at first.
+            // A yielding heap may carry the body on top at first.
             let may_sink = !yielding.is_empty() && falls_in(scene, body, parent, poses, &pose);
             if !fits(&[(body, pose)]) && !may_sink {
                 match slid_in(scene, body, parent, pose, &supporters, poses) {
@@ -155,7 +153,7 @@ pub(super) fn into(
                 best.get_or_insert_with(|| (f64::NEG_INFINITY, vec![(body, pose)]));
                 continue;
             }
-            let (calm, margin_m) = relaxed(scene, body, yielding, below, poses, pose, interrupt)?;
+            let (calm, margin_m) = relaxed(scene, body, yielding, below, poses, pose, cancel)?;
             if !fits(&calm) {
                 best.get_or_insert_with(|| (f64::NEG_INFINITY, vec![(body, pose)]));
             } else if margin_m >= 0.0 {
@@ -170,9 +168,9 @@ pub(super) fn into(
         }
     }
     let wanted = poses[body];
-    let middle = middle_of(scene, parent, poses) - center_offset(scene, body, wanted.rotation);
+    let midpoint = center_of(scene, parent, poses) - center_offset(scene, body, wanted.rotation);
     Ok(best.map(|(_, found)| found).unwrap_or_else(|| {
-        let fallback = dropped(scene, body, wanted.rotation, middle, &supporters).unwrap_or(wanted);
+        let fallback = dropped(scene, body, wanted.rotation, midpoint, &supporters).unwrap_or(wanted);
         vec![(body, fallback)]
     }))
 }
@@ -194,9 +192,9 @@ fn slid_in(
 /// Whether what lies at `pose` is above the inside of the container: its weight well within the walls.
 fn falls_in(scene: &Scene, body: usize, parent: usize, poses: &[Pose], pose: &Pose) -> bool {
     let (low, high) = scene.shapes[parent].bounds(&poses[parent]);
-    let (middle, half) = (0.5 * (low + high).truncate(), 0.5 * (high - low).truncate());
+    let (midpoint, half) = (0.5 * (low + high).truncate(), 0.5 * (high - low).truncate());
     let center = pose.transform_point(scene.problem.bodies[body].mass.center_of_mass_m).truncate();
-    ((center - middle) / half).length() < 0.6
+    ((center - midpoint) / half).length() < 0.6
 }
 
 /// Where the body and what is `yielding` come to rest from `pose` while the others stand still, and the
@@ -208,7 +206,7 @@ fn relaxed(
     below: &[usize],
     poses: &[Pose],
     pose: Pose,
-    interrupt: &Interrupt,
+    cancel: &CancelFlag,
 ) -> Result<(Vec<(usize, Pose)>, f64), ResolveError> {
     let at = |k: usize, pose: Pose, fixed: bool| Body {
         world_from_object: pose,
@@ -219,7 +217,7 @@ fn relaxed(
         below.iter().map(|&other| at(other, poses[other], !yielding.contains(&other))).collect();
     bodies.push(at(body, pose, false));
     let settings = SettleSettings { duration_s: RELAX_S, ..scene.settle.clone() };
-    let settled = settle(&bodies, &settings, interrupt)?;
+    let settled = settle(&bodies, &settings, cancel)?;
     let members: Vec<usize> = below.iter().copied().chain([body]).collect();
     let free: Vec<usize> = (0..members.len()).filter(|&k| !bodies[k].fixed).collect();
     let calm: Vec<(usize, Pose)> = free.iter().map(|&k| (members[k], settled.poses[k])).collect();
@@ -231,28 +229,28 @@ fn relaxed(
         .zip(&settled.poses)
         .map(|(&k, pose)| PlacedSolid { solid: scene.problem.solids[k], world_from_object: *pose })
         .collect();
-    let mut least_m = f64::INFINITY;
+    let mut min_m = f64::INFINITY;
     for &k in &free {
         let heap = scene.tree.carriers(members[k]);
         let carriers: Vec<usize> =
             (0..members.len()).filter(|&other| heap.contains(&members[other])).collect();
         let finding = support_by_hulls(&solids, &bodies, k, &carriers, scene.certify);
-        least_m = least_m.min(finding.margin_m);
+        min_m = min_m.min(finding.margin_m);
     }
-    Ok((calm, least_m))
+    Ok((calm, min_m))
 }
 
 /// Rotations and positions (of the origin, seen from above) to try, best first.
 fn places(scene: &Scene, body: usize, parent: usize, poses: &[Pose], nudges: usize) -> Vec<(DQuat, DVec2)> {
     let wanted = poses[body];
-    let Cavity { middle, half } = cavity(scene, parent, poses);
+    let Cavity { midpoint, half } = cavity(scene, parent, poses);
     let mut rng = child_rng(nudges as u64, scene.name(body));
     // The first attempt is exact; later ones are shaken by up to a tenth of the container and 30 degrees.
     let mut shaken = |rotation: DQuat, xy: DVec2| {
         if nudges == 0 {
             return (rotation, xy);
         }
-        let mut draw = |most: f64| rng.random_range(-most..most);
+        let mut draw = |highest: f64| rng.random_range(-highest..highest);
         (
             DQuat::from_rotation_z(draw(PI / 6.0)) * rotation,
             xy + 0.2 * half * DVec2::new(draw(0.5), draw(0.5)),
@@ -260,25 +258,25 @@ fn places(scene: &Scene, body: usize, parent: usize, poses: &[Pose], nudges: usi
     };
     let around = |share: f64, count: u32| {
         (0..count)
-            .map(move |k| middle + share * half * DVec2::from_angle(TAU * f64::from(k) / f64::from(count)))
+            .map(move |k| midpoint + share * half * DVec2::from_angle(TAU * f64::from(k) / f64::from(count)))
     };
     let offset = center_offset(scene, body, wanted.rotation);
-    // As it is: where it is, then ever nearer to the middle, then around the middle.
+    // With its own orientation: at its own position, then ever nearer to the center, then around the center.
     let own = wanted.translation_m.truncate() + offset;
     let mut places: Vec<(DQuat, DVec2)> = (0..=4)
-        .map(|k| own.lerp(middle, 0.25 * f64::from(k)))
+        .map(|k| own.lerp(midpoint, 0.25 * f64::from(k)))
         .chain(around(0.3, 6))
         .chain(around(0.55, 8))
         .map(|at| shaken(wanted.rotation, at - offset))
         .collect();
-    // Stood up and leaning, as people put spoons into mugs, the heavy end down first.
+    // Upright and leaning, as a spoon in a mug, the heavy end down first.
     for lean_deg in LEANS_DEG {
         for rotation in leaning(scene, body, wanted.rotation, f64::to_radians(lean_deg)) {
             let foot = foot_offset(scene, body, rotation);
             let lean_toward = (center_offset(scene, body, rotation) - foot).normalize_or_zero();
             for share in [0.5, 0.3, 0.1, -0.15] {
                 // The foot stands opposite to where it leans.
-                let at = middle - lean_toward * (share * half.min_element()) - foot;
+                let at = midpoint - lean_toward * (share * half.min_element()) - foot;
                 places.push(shaken(rotation, at));
             }
         }
@@ -286,7 +284,7 @@ fn places(scene: &Scene, body: usize, parent: usize, poses: &[Pose], nudges: usi
     places
 }
 
-/// From the origin to the middle of the turned body's box, seen from above.
+/// From the origin to the center of the turned body's box, seen from above.
 fn center_offset(scene: &Scene, body: usize, rotation: DQuat) -> DVec2 {
     let (low, high) = scene.shapes[body].bounds(&Pose { translation_m: DVec3::ZERO, rotation });
     0.5 * (low + high).truncate()

@@ -1,13 +1,13 @@
-//! How far a footprint reaches over the table's edge, and which way it must go.
+//! Overhang of a footprint over the table's edge, and the direction back.
 
 use glam::DVec2;
 
 use geometry::Outline;
-use geometry::collide::depth_in_convex_m;
+use geometry::polygon::depth_in_convex_m;
 
-/// The worst place of a convex footprint (counter-clockwise) on a table with that outline, of which it is to lie at least
-/// `margin_m` inside: how much is missing, and the shift that mends it there. Zero where nothing is missing. Corners of the
-/// footprint count, and notches of the outline that reach into it.
+/// The largest violation of a convex footprint (counter-clockwise) on a table with that outline, of which it is to lie
+/// at least `margin_m` inside: the missing distance, and the shift that removes it there. Zero if there is none.
+/// Corners of the footprint count, and notches of the outline that reach into it.
 pub(super) fn missing(outline: &Outline, footprint: &[DVec2], margin_m: f64) -> (f64, DVec2) {
     let corners = outline.corners();
     let mut worst = (0.0, DVec2::ZERO);
@@ -63,8 +63,8 @@ mod tests {
     }
 
     #[test]
-    fn corners_that_reach_over_come_back_and_notches_are_left() {
-        // A square meter with a notch in the middle of its front edge.
+    fn missing_shift_returns_corners_and_avoids_notches() {
+        // A square meter with a notch in the center of its front edge.
         let outline = Outline::new(points(&[
             (-0.5, -0.5),
             (-0.1, -0.5),

@@ -1,30 +1,31 @@
-//! Dropping bodies onto and into their supporters.
+//! Placement of bodies onto and into their supporters.
 
-use glam::{DQuat, DVec2};
+use glam::DVec2;
 
+use super::drop::center_of;
 use super::{ResolveError, Scene, contain, depth_over_parent_m};
 use geometry::Pose;
-use geometry::cast::{Supporter, drop_height};
-use runtime::Interrupt;
+use geometry::drop_cast::{Supporter, drop_height};
+use runtime::CancelFlag;
 
-/// Drops every body onto its supporter, supporters first; what it carries moves with it. `nudges[k]`
-/// quarters of the way to the supporter's middle are gone before body k is dropped (contained ones try other
-/// places instead). `seated` remembers where in its container a body found its place
-/// (`container_from_body`), so that it keeps it when the container is moved; begin with `None`s.
+/// Drops every body onto its supporter, supporters first; carried bodies move with it. Before body k is dropped it
+/// moves `nudges[k]` quarters of the way to the supporter's center (contained bodies try other positions instead).
+/// `seated` stores the pose of a body in its container (`container_from_body`), so that it is kept when the container
+/// moves; begin with `None`s.
 pub(super) fn drop_all(
     scene: &Scene,
     poses: &mut [Pose],
     nudges: &[usize],
     seated: &mut [Option<Pose>],
     log: &mut Vec<String>,
-    interrupt: &Interrupt,
+    cancel: &CancelFlag,
 ) -> Result<(), ResolveError> {
     let mut placed: Vec<usize> = vec![scene.tree.table];
     for &body in &scene.tree.order {
         let Some(support) = scene.tree.support[body] else { continue };
-        interrupt.check()?;
+        cancel.check()?;
         let parent = support.parent;
-        // Things in the same group may lie below it; on the table itself neighbors are pushed apart instead.
+        // Objects in the same group may lie below it; on the table itself neighbors are pushed apart instead.
         let below: Vec<usize> = placed
             .iter()
             .copied()
@@ -37,7 +38,7 @@ pub(super) fn drop_all(
             match seated[body] {
                 Some(parent_from_body) => moves.push((body, poses[parent] * parent_from_body)),
                 None => {
-                    moves = contain::into(scene, body, parent, &below, poses, nudges[body], interrupt)?;
+                    moves = contain::into(scene, body, parent, &below, poses, nudges[body], cancel)?;
                     for &(moved, pose) in &moves {
                         seated[moved] = Some(poses[parent].inverse() * pose);
                     }
@@ -65,11 +66,6 @@ pub(super) fn drop_all(
     Ok(())
 }
 
-pub(super) fn middle_of(scene: &Scene, body: usize, poses: &[Pose]) -> DVec2 {
-    let (low, high) = scene.shapes[body].bounds(&poses[body]);
-    0.5 * (low + high).truncate()
-}
-
 fn onto(
     scene: &Scene,
     body: usize,
@@ -80,14 +76,14 @@ fn onto(
 ) -> Pose {
     let mut pose = poses[body];
     let center = pose.transform_point(scene.problem.bodies[body].mass.center_of_mass_m).truncate();
-    let to_middle = middle_of(scene, parent, poses) - center;
+    let to_center = center_of(scene, parent, poses) - center;
     let on_table = parent == scene.tree.table;
-    let mut toward = if on_table { DVec2::ZERO } else { to_middle * (0.25 * nudges as f64).min(1.0) };
+    let mut toward = if on_table { DVec2::ZERO } else { to_center * (0.25 * nudges as f64).min(1.0) };
     if !on_table && depth_over_parent_m(scene, body, parent, poses) < 0.002 {
-        // Its weight hangs over the edge: go in until it does not.
+        // The center of mass is beyond the supporter's edge: move inward until it is not.
         let mut moved = poses.to_vec();
         for step in 1..=20 {
-            toward = to_middle * (f64::from(step) / 20.0);
+            toward = to_center * (f64::from(step) / 20.0);
             moved[body].translation_m = poses[body].translation_m + toward.extend(0.0);
             if depth_over_parent_m(scene, body, parent, &moved) >= 0.002 {
                 break;
@@ -101,16 +97,4 @@ fn onto(
         pose.translation_m.z = z;
     }
     pose
-}
-
-/// The body dropped there.
-pub(super) fn dropped(
-    scene: &Scene,
-    body: usize,
-    rotation: DQuat,
-    xy: DVec2,
-    supporters: &[Supporter],
-) -> Option<Pose> {
-    let z = drop_height(&scene.shapes[body], rotation, xy, supporters)?;
-    Some(Pose { translation_m: xy.extend(z), rotation })
 }

@@ -1,9 +1,9 @@
-//! Pushing bodies apart horizontally, the shortest way, and back inside the table's outline.
+//! Separation of bodies along the shortest horizontal direction, and back inside the table's outline.
 //!
-//! Pairs are handled one after the other (Gauss-Seidel): a pair that comes closer than the clearance is
-//! moved apart along the direction that needs the least, half each. Only whole branches of the support
-//! tree move, so what stands on something goes with it. If passes do not end it, bodies are laid out again one
-//! by one, largest first, each on the free place nearest to where it was wanted.
+//! Pairs are handled one after the other (Gauss-Seidel): a pair that comes closer than the clearance is moved apart
+//! along the direction of minimum translation, half each. Only whole branches of the support tree move, so supported
+//! bodies move with their supporter. If the passes do not converge, bodies are laid out again one by one, largest
+//! first, each at the free position nearest to its wanted one.
 
 use std::f64::consts::TAU;
 
@@ -11,25 +11,25 @@ use glam::DVec2;
 
 use super::{ResolveError, Scene, depth_over_parent_m, inside};
 use geometry::Pose;
-use geometry::cast::{are_closer, slide_distance};
-use runtime::Interrupt;
+use geometry::drop_cast::{are_closer, slide_distance};
+use runtime::CancelFlag;
 
 /// Moves below this do not count, meters.
 const SMALL_M: f64 = 2e-6;
 
-/// Separates everything; whether anything moved. Body k keeps `insets_m[k]` more than the margin from the edge.
+/// Separates all bodies; returns whether any moved. Body k keeps `insets_m[k]` more than the margin from the edge.
 pub(super) fn push_apart(
     scene: &Scene,
     poses: &mut [Pose],
     clearance_m: f64,
     insets_m: &[f64],
     log: &mut Vec<String>,
-    interrupt: &Interrupt,
+    cancel: &CancelFlag,
 ) -> Result<bool, ResolveError> {
     let before = poses.to_vec();
     let mut settled = false;
     for _ in 0..scene.settings.separation_passes {
-        let apart = push_pairs(scene, poses, clearance_m, interrupt)?;
+        let apart = push_pairs(scene, poses, clearance_m, cancel)?;
         let inside = push_inside(scene, poses, insets_m);
         if apart.max(inside) < SMALL_M {
             settled = true;
@@ -38,7 +38,7 @@ pub(super) fn push_apart(
     }
     if !settled {
         poses.copy_from_slice(&before);
-        lay_out_again(scene, poses, clearance_m, insets_m, interrupt)?;
+        lay_out_again(scene, poses, clearance_m, insets_m, cancel)?;
     }
     let mut moved = false;
     for &body in &scene.tree.order {
@@ -69,11 +69,11 @@ fn push_pairs(
     scene: &Scene,
     poses: &mut [Pose],
     clearance_m: f64,
-    interrupt: &Interrupt,
+    cancel: &CancelFlag,
 ) -> Result<f64, ResolveError> {
     let mut largest: f64 = 0.0;
     for a in 0..poses.len() {
-        interrupt.check()?;
+        cancel.check()?;
         for b in 0..a {
             if a == scene.tree.table || b == scene.tree.table {
                 continue;
@@ -93,7 +93,7 @@ fn push_pairs(
             if way_m < SMALL_M {
                 continue;
             }
-            // A hair more than half, or rounding would keep the pair coming back.
+            // Slightly more than half, since rounding would otherwise keep the pair too close.
             let half = direction * (0.5 * way_m + SMALL_M);
             shift(scene, poses, x, half);
             shift(scene, poses, y, -half);
@@ -103,7 +103,7 @@ fn push_pairs(
     Ok(largest)
 }
 
-/// How far a branch must move to lie inside the outline with the margin: the worst member's way.
+/// Shift that moves a branch inside the outline with the margin: that of the worst member.
 fn way_inside(scene: &Scene, poses: &[Pose], body: usize, insets_m: &[f64]) -> DVec2 {
     let outline = scene.problem.outline;
     let of = |member: usize| {
@@ -126,8 +126,8 @@ fn push_inside(scene: &Scene, poses: &mut [Pose], insets_m: &[f64]) -> f64 {
             let missing = 0.001 - depth_over_parent_m(scene, body, support.parent, poses);
             if missing > 0.0 {
                 let (low, high) = scene.shapes[support.parent].bounds(&poses[support.parent]);
-                let middle = 0.5 * (low + high).truncate();
-                let way = (middle - poses[body].translation_m.truncate()).normalize_or_zero() * missing;
+                let center = 0.5 * (low + high).truncate();
+                let way = (center - poses[body].translation_m.truncate()).normalize_or_zero() * missing;
                 shift(scene, poses, body, way);
                 largest = largest.max(way.length());
             }
@@ -136,13 +136,13 @@ fn push_inside(scene: &Scene, poses: &mut [Pose], insets_m: &[f64]) -> f64 {
     largest
 }
 
-/// Greedy: branches on the table by size, each at the nearest free place; errors where there is none.
+/// Greedy layout: branches on the table by size, each at the nearest free position; an error without one.
 fn lay_out_again(
     scene: &Scene,
     poses: &mut [Pose],
     clearance_m: f64,
     insets_m: &[f64],
-    interrupt: &Interrupt,
+    cancel: &CancelFlag,
 ) -> Result<(), ResolveError> {
     let area = |body: usize| {
         let (low, high) = scene.shapes[body].bounds(&scene.problem.bodies[body].world_from_object);
@@ -155,13 +155,13 @@ fn lay_out_again(
     let (low, high) = scene.problem.outline.bounds();
     let rings = ((high - low).length() / 0.008).ceil() as u32;
     let mut standing: Vec<usize> = Vec::new();
-    let mut homeless: Vec<String> = Vec::new();
+    let mut unplaced: Vec<String> = Vec::new();
     for &body in &waiting {
         let members = scene.tree.branch(body);
         let start = poses.to_vec();
         let mut found = false;
         'search: for ring in 0..rings {
-            interrupt.check()?;
+            cancel.check()?;
             let count = if ring == 0 { 1 } else { 8 + 2 * ring.min(20) };
             for k in 0..count {
                 let way =
@@ -183,9 +183,9 @@ fn lay_out_again(
         }
         if !found {
             poses.copy_from_slice(&start);
-            homeless.push(scene.name(body).to_owned());
+            unplaced.push(scene.name(body).to_owned());
         }
         standing.extend(members);
     }
-    if homeless.is_empty() { Ok(()) } else { Err(ResolveError::NoRoom { names: homeless }) }
+    if unplaced.is_empty() { Ok(()) } else { Err(ResolveError::NoSpace { names: unplaced }) }
 }

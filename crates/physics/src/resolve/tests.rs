@@ -1,4 +1,4 @@
-//! Small layouts with a known way out, and some without one.
+//! Small layouts with a known solution, and infeasible ones.
 
 use std::f64::consts::PI;
 
@@ -43,7 +43,7 @@ fn hollow(name: &str, solid: Solid, pose: Pose) -> Body {
     let mesh = mesh(solid);
     Body {
         name: name.into(),
-        hulls: decompose(&mesh, &decompose_settings(), &Interrupt::default()).expect("hulls").hulls,
+        hulls: decompose(&mesh, &decompose_settings(), &CancelFlag::default()).expect("hulls").hulls,
         world_from_object: pose,
         mass: solid_mass_properties(&mesh, 2300.0).expect("mass"),
         friction: Friction { static_coefficient: 0.45, dynamic_coefficient: 0.35 },
@@ -75,23 +75,23 @@ impl Scenery {
         self.bodies.len() - 1
     }
 
-    fn resolve_on(&self, outline: &Outline) -> Result<Resolved, ResolveError> {
+    fn resolve_on(&self, outline: &Outline) -> Result<ResolvedLayout, ResolveError> {
         let solids: Vec<&MeshSolid> = self.solids.iter().collect();
         let problem =
             ResolveProblem { bodies: &self.bodies, solids: &solids, supports: &self.supports, outline };
-        resolve(problem, &settings(), &settle_settings(), &certify_settings(), &Interrupt::default())
+        resolve(problem, &settings(), &settle_settings(), &certify_settings(), &CancelFlag::default())
     }
 
     /// Everything the method asks of a shipped scene.
-    fn check(&self, resolved: &Resolved, outline: &Outline) {
+    fn check(&self, resolved: &ResolvedLayout, outline: &Outline) {
         let placed: Vec<PlacedSolid> = self
             .solids
             .iter()
             .zip(&resolved.poses)
             .map(|(solid, pose)| PlacedSolid { solid, world_from_object: *pose })
             .collect();
-        let (certify, interrupt) = (certify_settings(), Interrupt::default());
-        let found = collisions(&placed, &certify, &interrupt).expect("no interrupt");
+        let (certify, cancel) = (certify_settings(), CancelFlag::default());
+        let found = collisions(&placed, &certify, &cancel).expect("no interrupt");
         assert_eq!(found.colliding, [], "{:?}", resolved.log);
         for k in 1..self.bodies.len() {
             let own = self.supports[k].expect("only the table has no supporter");
@@ -99,7 +99,7 @@ impl Scenery {
             let carriers: Vec<usize> =
                 (0..self.bodies.len()).filter(|&other| other == own.parent || shares(other)).collect();
             let finding =
-                support(&placed, &self.bodies, k, &carriers, &certify, &interrupt).expect("no interrupt");
+                support(&placed, &self.bodies, k, &carriers, &certify, &cancel).expect("no interrupt");
             assert!(finding.is_supported(), "{} {finding:?} {:?}", self.bodies[k].name, resolved.poses[k]);
             for p in self.bodies[k].hulls.iter().flat_map(|h| &h.points) {
                 assert!(outline.contains(resolved.poses[k].transform_point(*p).truncate()));
@@ -107,7 +107,7 @@ impl Scenery {
         }
         let mut bodies = self.bodies.clone();
         bodies.iter_mut().zip(&resolved.poses).for_each(|(b, p)| b.world_from_object = *p);
-        let stable = stability(&bodies, &certify, &settle_settings(), &interrupt).expect("a simulation");
+        let stable = stability(&bodies, &certify, &settle_settings(), &cancel).expect("a simulation");
         assert!(stable.movements.iter().all(|m| m.displacement_m < 0.001), "{:?}", stable.movements);
     }
 }
@@ -132,7 +132,7 @@ fn bowl() -> Solid {
 }
 
 #[test]
-fn two_overlapping_blocks_part_the_short_way_half_each() {
+fn resolve_separates_overlapping_blocks_by_half_each() {
     let mut scenery = Scenery::new();
     let cube = || block(DVec3::splat(0.05));
     scenery.add("left", cube(), -0.02, 0.0, 0, false);
@@ -146,7 +146,7 @@ fn two_overlapping_blocks_part_the_short_way_half_each() {
 }
 
 #[test]
-fn what_stands_well_stays_where_it_is() {
+fn resolve_keeps_stable_layout() {
     let mut scenery = Scenery::new();
     scenery.add("box", rounded_block(DVec3::new(0.1, 0.06, 0.04), 0.005, 0.002), 0.1, 0.2, 0, false);
     scenery.add("can", cylinder(0.03, 0.1, 0.002, 48), -0.2, 0.0, 0, false);
@@ -158,7 +158,7 @@ fn what_stands_well_stays_where_it_is() {
 }
 
 #[test]
-fn what_hangs_over_the_edge_comes_in_with_what_it_carries() {
+fn resolve_moves_overhanging_body_with_its_load() {
     let mut scenery = Scenery::new();
     let tray = scenery.add("tray", block(DVec3::new(0.2, 0.15, 0.02)), 0.48, 0.0, 0, false);
     let cup = scenery.add("hollow_cup", mug(), 0.5, 0.02, tray, false);
@@ -172,7 +172,7 @@ fn what_hangs_over_the_edge_comes_in_with_what_it_carries() {
 }
 
 #[test]
-fn what_falls_over_the_edge_is_set_back_until_it_lies_on_the_table() {
+fn resolve_insets_body_that_falls_over_edge() {
     let outline = square(0.3);
     let mut scenery = Scenery::new();
     let plate = scenery.add("plate", block(DVec3::new(0.1, 0.01, 0.3)), 0.0, 0.2, 0, false);
@@ -187,13 +187,13 @@ fn what_falls_over_the_edge_is_set_back_until_it_lies_on_the_table() {
 }
 
 #[test]
-fn clearances_grow_as_planned_and_double_after() {
+fn clearance_follows_plan_then_doubles() {
     let found: Vec<f64> = (0..6).map(|round| clearance_m(&settings(), round)).collect();
     assert_eq!(found, [0.0005, 0.001, 0.002, 0.004, 0.008, 0.016]);
 }
 
 #[test]
-fn a_spoon_goes_into_the_mug_and_an_apple_into_the_bowl() {
+fn resolve_places_spoon_in_mug_and_apple_in_bowl() {
     let mut scenery = Scenery::new();
     let cup = scenery.add("hollow_mug", mug(), 0.0, 0.0, 0, false);
     let spoon = scenery.add(
@@ -237,7 +237,7 @@ fn mug_with_handle() -> Solid {
 }
 
 #[test]
-fn a_spoon_does_not_hang_through_the_handle_of_the_mug() {
+fn resolve_rejects_spoon_through_mug_handle() {
     for at in [DVec2::new(0.055, 0.0), DVec2::new(0.02, 0.01)] {
         let mut scenery = Scenery::new();
         let cup = scenery.add("hollow_mug", mug_with_handle(), 0.0, 0.0, 0, false);
@@ -257,7 +257,7 @@ fn a_spoon_does_not_hang_through_the_handle_of_the_mug() {
 }
 
 #[test]
-fn a_crowded_table_is_sorted_out_and_an_overfull_one_names_the_homeless() {
+fn resolve_clears_crowded_table_and_names_unplaced_of_overfull_one() {
     let mut scenery = Scenery::new();
     for k in 0..9 {
         let (x, y) = (f64::from(k % 3) - 1.0, f64::from(k / 3) - 1.0);
@@ -270,7 +270,7 @@ fn a_crowded_table_is_sorted_out_and_an_overfull_one_names_the_homeless() {
 }
 
 #[test]
-fn bad_support_is_refused_and_the_same_problem_gives_the_same_bytes() {
+fn resolve_rejects_bad_support_and_is_deterministic() {
     let mut scenery = Scenery::new();
     let cube = scenery.add("cube", block(DVec3::splat(0.05)), 0.0, 0.0, 0, false);
     scenery.add("other", block(DVec3::splat(0.05)), 0.03, 0.01, 0, false);
@@ -281,7 +281,7 @@ fn bad_support_is_refused_and_the_same_problem_gives_the_same_bytes() {
 }
 
 #[test]
-fn a_board_wanted_on_its_edge_ends_flat_and_says_so() {
+fn resolve_logs_board_that_falls_flat() {
     let mut scenery = Scenery::new();
     let board = scenery.add("board", block(DVec3::new(0.01, 0.1, 0.2)), 0.0, 0.0, 0, false);
     scenery.bodies[board].world_from_object.rotation = DQuat::from_rotation_y(0.4);

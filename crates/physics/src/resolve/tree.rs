@@ -1,4 +1,4 @@
-//! The support tree: who stands on whom, the table at the root.
+//! The support tree: the supporter of each body, with the table at the root.
 
 use super::{ResolveError, SupportedBy};
 use crate::Body;
@@ -48,14 +48,14 @@ impl Tree {
         path
     }
 
-    /// Others that lie in the same container; empty for what stands on something.
+    /// The other bodies in the same container; empty for a body that stands on its supporter.
     pub fn heap(&self, body: usize) -> Vec<usize> {
         let own = self.support[body].filter(|support| support.inside);
         let shares = |other: &usize| *other != body && own.is_some() && self.support[*other] == own;
         (0..self.support.len()).filter(shares).collect()
     }
 
-    /// What a body stands on or in, and what lies in the same container.
+    /// The body's supporter, and the other bodies in the same container.
     pub fn carriers(&self, body: usize) -> Vec<usize> {
         self.support[body].map(|support| support.parent).into_iter().chain(self.heap(body)).collect()
     }

@@ -1,18 +1,17 @@
-//! Bodies that cannot meet, simulated apart and in parallel.
+//! Simulation islands: bodies that cannot meet are simulated apart and in parallel.
 //!
-//! Movable bodies whose boxes, widened by a margin, overlap form an island; every island is simulated with
-//! the fixed bodies and without the others, which is exact as long as nobody leaves its widened box. Where
-//! somebody does, islands are formed again with a wider margin, and at last all bodies are simulated
-//! together. Islands that stay the same are not simulated twice. The split depends on the input alone, so
-//! any number of threads gives the same bytes.
+//! Movable bodies whose boxes, widened by a margin, overlap form an island. Every island is simulated with the fixed
+//! bodies and without the others, which is exact while every body stays in its widened box. If a body leaves its box,
+//! islands are formed again with a wider margin, and at last all bodies are simulated together. Unchanged islands are
+//! not simulated twice. The split depends on the input alone, so any number of threads gives the same bytes.
 
 use glam::DVec3;
 use rayon::prelude::*;
 
 use super::world::{Run, run};
-use super::{SettleError, SettleSettings, Settled, angle_between_rad};
+use super::{SettleError, SettleSettings, SettledPoses, angle_between_rad};
 use crate::Body;
-use runtime::Interrupt;
+use runtime::CancelFlag;
 
 /// Margins of the boxes, meters, tried in turn; the last puts all bodies into one island. A settling body
 /// moves by less than the first one as a rule, a leaning or toppling one by the second.
@@ -28,8 +27,8 @@ pub(super) fn simulate(
     bodies: &[Body],
     settings: &SettleSettings,
     may_end_early: bool,
-    interrupt: &Interrupt,
-) -> Result<Settled, SettleError> {
+    cancel: &CancelFlag,
+) -> Result<SettledPoses, SettleError> {
     let fixed: Vec<usize> = (0..bodies.len()).filter(|&k| bodies[k].fixed).collect();
     let boxes: Vec<(DVec3, DVec3)> = bodies.iter().map(world_box).collect();
     let mut known: Vec<Known> = Vec::new();
@@ -42,7 +41,7 @@ pub(super) fn simulate(
             .into_par_iter()
             .map(|members| {
                 let with_fixed: Vec<&Body> = fixed.iter().chain(&members).map(|&k| &bodies[k]).collect();
-                let run = run(&with_fixed, settings, may_end_early, interrupt)?;
+                let run = run(&with_fixed, settings, may_end_early, cancel)?;
                 Ok(Known { members, run })
             })
             .collect::<Result<_, SettleError>>()?;
@@ -61,7 +60,7 @@ pub(super) fn simulate(
         simulated_s = simulated_s.max(island.run.simulated_s);
     }
     let from = |k: usize| &bodies[k].world_from_object;
-    Ok(Settled {
+    Ok(SettledPoses {
         displacements_m: (0..bodies.len())
             .map(|k| (poses[k].translation_m - from(k).translation_m).length())
             .collect(),
@@ -111,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn neighbors_share_an_island_and_distant_things_do_not() {
+    fn islands_join_neighbors_only() {
         let bodies = [table(), cube("a", 0.0, 0.0), cube("b", 0.2, 0.0), cube("c", 0.055, 0.0)];
         let boxes: Vec<_> = bodies.iter().map(world_box).collect();
         assert_eq!(islands(&bodies, &boxes, 0.005), [vec![2], vec![1, 3]]);
@@ -119,24 +118,24 @@ mod tests {
     }
 
     #[test]
-    fn what_falls_onto_a_neighbor_is_simulated_with_it() {
+    fn islands_merge_on_falling_body() {
         // Stands on its lower left edge and falls over onto the other cube.
         let mut falling = cube("falling", 0.0, 0.0);
         falling.world_from_object.rotation = glam::DQuat::from_rotation_y(0.9);
         falling.world_from_object.translation_m.z = 0.03;
         let bodies = [table(), falling, cube("near", 0.085, 0.0), cube("far", 0.5, 0.0)];
-        let settled = simulate(&bodies, &settle_settings(), true, &Interrupt::default()).expect("a fall");
+        let settled = simulate(&bodies, &settle_settings(), true, &CancelFlag::default()).expect("a fall");
         let gap = settled.poses[2].translation_m.x - settled.poses[1].translation_m.x;
         assert!(settled.displacements_m[1] > 0.01 && gap > 0.03, "{settled:?}");
         assert!(settled.displacements_m[3] < 1e-4);
     }
 
     #[test]
-    fn the_same_bytes_with_one_thread_and_with_three() {
+    fn settle_bytes_do_not_depend_on_thread_count() {
         let bodies = [table(), cube("a", 0.0, 0.004), cube("b", 0.2, 0.01), cube("c", -0.3, 0.02)];
         let with = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
-            pool.install(|| simulate(&bodies, &settle_settings(), false, &Interrupt::default()))
+            pool.install(|| simulate(&bodies, &settle_settings(), false, &CancelFlag::default()))
         };
         assert_eq!(with(1).expect("cubes"), with(3).expect("cubes"));
     }

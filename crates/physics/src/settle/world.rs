@@ -1,4 +1,4 @@
-//! One simulation of a few bodies.
+//! The simulation of one island.
 
 use glam::DVec3;
 use rapier3d_f64::geometry::NarrowPhase;
@@ -13,7 +13,7 @@ use crate::contacts::HullContacts;
 use crate::hull_set::HullSet;
 use geometry::Pose;
 use geometry::collision_shape::{BrokenHull, from_parry, to_parry};
-use runtime::Interrupt;
+use runtime::CancelFlag;
 
 /// Standard gravity, m/s^2.
 const GRAVITY_M_S2: f64 = 9.81;
@@ -22,7 +22,7 @@ const GRAVITY_M_S2: f64 = 9.81;
 /// engine follows the known points.
 const RECYCLE_M: f64 = 1e-5;
 
-/// Contacts of moving bodies are looked for this far ahead, meters.
+/// Contacts of moving bodies are predicted up to this distance, meters.
 const LOOK_AHEAD_M: f64 = 0.02;
 
 /// Length of the windows in which drift is watched, seconds.
@@ -32,7 +32,7 @@ const WINDOW_S: f64 = 0.25;
 /// would move no point of them by this much, meters: a three-hundredth of what counts as moving.
 const DRIFT_TO_THE_END_M: f64 = 1e-4;
 
-/// How a simulation ended.
+/// Outcome of a simulation.
 #[derive(Clone, Debug)]
 pub(super) struct Run {
     /// `world_from_object`, in the order of the bodies.
@@ -43,13 +43,13 @@ pub(super) struct Run {
     pub simulated_s: f64,
 }
 
-/// Simulates the bodies: until all rest, or to the end. What has come to rest for good is not simulated on
-/// (see [`DRIFT_TO_THE_END_M`]); a pose that creeps is.
+/// Simulates the bodies until all rest, or to the end. Bodies at permanent rest are not simulated further (see
+/// [`DRIFT_TO_THE_END_M`]); a creeping pose is.
 pub(super) fn run(
     bodies: &[&Body],
     settings: &SettleSettings,
     may_end_early: bool,
-    interrupt: &Interrupt,
+    cancel: &CancelFlag,
 ) -> Result<Run, SettleError> {
     let mut world = empty_world(settings);
     let handles = bodies
@@ -69,7 +69,7 @@ pub(super) fn run(
     let (mut rested, mut done, mut excursion_m) = (0, 0, 0.0_f64);
     while done < steps && !(may_end_early && rested >= steps_at_rest) {
         if done % 8 == 0 {
-            interrupt.check()?;
+            cancel.check()?;
         }
         world.step();
         done += 1;
@@ -127,18 +127,18 @@ pub(super) fn run(
 fn resist_rolling(world: &mut PhysicsWorld, bodies: &[&Body], handles: &[RigidBodyHandle]) {
     let step_s = world.integration_parameters.dt;
     for (body, &handle) in bodies.iter().zip(handles).filter(|(body, _)| !body.fixed) {
-        let most = body.rolling_friction_m * body.mass.mass_kg * GRAVITY_M_S2 * step_s;
+        let highest = body.rolling_friction_m * body.mass.mass_kg * GRAVITY_M_S2 * step_s;
         let touches = world.bodies[handle].colliders().iter().any(|&collider| {
             let mut pairs = world.narrow_phase.contact_pairs_with(collider);
             pairs.any(|pair| pair.total_impulse_magnitude() > 0.0)
         });
-        if !touches || most <= 0.0 {
+        if !touches || highest <= 0.0 {
             continue;
         }
         let moving = &mut world.bodies[handle];
         let (spin, inertia) = (moving.angvel(), moving.mass_properties().effective_angular_inertia());
         let momentum = (inertia * spin).length();
-        let left = if momentum > most { 1.0 - most / momentum } else { 0.0 };
+        let left = if momentum > highest { 1.0 - highest / momentum } else { 0.0 };
         moving.set_angvel(spin * left, false);
     }
 }
@@ -160,7 +160,7 @@ fn empty_world(settings: &SettleSettings) -> PhysicsWorld {
     parameters.contact_softness.natural_frequency = settings.contact_frequency_hz;
     parameters.static_contact_softness.natural_frequency = settings.contact_frequency_hz;
     parameters.friction_model = FrictionModel::Coulomb;
-    // Our contacts are merged already, and fast things look ahead instead of being swept.
+    // Our contacts are merged already, and fast objects use a larger contact distance instead of sweeping.
     parameters.contact_clustering = false;
     parameters.normalized_contact_recycle_distance = RECYCLE_M / settings.length_unit_m;
     parameters.max_ccd_substeps = 0;

@@ -1,30 +1,34 @@
-//! The classical descriptor of a soft picture, and its derivative: what stands in for learned features in the paper's
-//! appearance term `L_app = ||Phi(I_render) - Phi(I_instance)||^2`.
+//! The classical descriptor of a soft image with its derivative. It replaces learned features in the paper's
+//! appearance term `L_app =
 //!
-//! On a grid of square patches, one block of pixels wide: the distribution of gradient orientations, unsigned and
-//! weighted by magnitude (as in Dalal and Triggs, "Histograms of oriented gradients", 2005, but kept as the first
-//! harmonics 1, cos 2t, sin 2t, cos 4t, sin 4t of the histogram, which are smooth in the picture where bins are not);
-//! mean color and spread of the gray. Colors count as deviations from the picture's own mean color, which is also the
-//! background: exposure and white balance drop out, and an outline is an edge only where the color beside it is not the
-//! mean. The outline itself is the other terms' matter. Square roots keep one strong patch from drowning the others;
-//! both halves are normalized to a length near 1, below it where there is little to normalize, and weighted.
+//! Phi(I_render) - Phi(I_instance)
+//!
+//! ^2`.
+//!
+//! It is computed on a grid of square patches, one block of pixels wide. Each patch holds the distribution of gradient
+//! orientations, unsigned and weighted by magnitude (as in Dalal and Triggs, "Histograms of oriented gradients", 2005,
+//! but as the first harmonics 1, cos 2t, sin 2t, cos 4t, sin 4t of the histogram, which are smooth in the image where
+//! bins are not), the mean color and the spread of the gray. Colors are deviations from the image's own mean color,
+//! which is also the background: exposure and white balance drop out, and an outline is an edge only where the color
+//! beside it differs from the mean. The other loss terms cover the outline itself. Square roots keep one strong patch
+//! from dominating. Both halves are normalized to a length near 1, or below it for faint content, and weighted.
 //!
 //! The definition is close to that of `vision::descriptor`, which scores finished scenes and has no derivative: its
-//! patches' color histograms in CIELAB are means and spreads here, its crop's own box the fit of DRO. Their numbers
-//! are not comparable with each other, nor with DINOv2's.
+//! patches' color histograms in CIELAB are means and spreads here, its crop's own box the fit of DRO. The values are
+//! not comparable with each other, nor with DINOv2's.
 //!
-//! Only pixels that `known` calls 1 count, and gradients only where all four neighbors are known: what hides a part is
-//! neither shape nor color. Every number carries its derivative by each parameter along.
+//! Only pixels with `known` = 1 count, and gradients only where all four neighbors are known: an occluder is neither
+//! shape nor color. Every number carries its derivative by each parameter.
 //!
-//! Inputs: a picture and a plane of its size. Guarantees: the same bits always. Cost: two passes over the blocks
-//! in which anything is seen, eight pixels at a time. Not for pictures of different crops.
+//! Inputs: an image and a plane of its size. Guarantees: the same bits always. Cost: two passes over the blocks with
+//! visible pixels, eight pixels at a time. Images of different crops are not comparable.
 
 use std::array::from_fn;
 
 use wide::f32x8;
 
-use soft_raster::color::{CHANNELS, SoftPicture};
-use soft_raster::loss::Sloped;
+use soft_raster::color::{CHANNELS, SoftImage};
+use soft_raster::loss::Dual;
 use soft_raster::{BLOCK_PX, Grid};
 
 /// Gradients up to this are noise, square roots of light a pixel.
@@ -57,7 +61,7 @@ pub struct Descriptor<const N: usize> {
     slopes: [Vec<f64>; N],
 }
 
-/// Which pixels count; as large as the pictures.
+/// Which pixels count; as large as the images.
 #[derive(Clone, Debug, PartialEq)]
 pub struct KnownPixels {
     grid: Grid,
@@ -66,7 +70,7 @@ pub struct KnownPixels {
     inner: Vec<f32>,
 }
 
-/// What one description after another works in.
+/// Working memory for descriptions.
 #[derive(Debug)]
 pub struct DescriptorRoom<const N: usize> {
     gray: Vec<f32>,
@@ -94,27 +98,27 @@ impl KnownPixels {
 
 impl<const N: usize> Descriptor<N> {
     /// `||self - other||^2` and its derivative.
-    pub fn squared_distance(&self, other: &Descriptor<0>) -> Sloped<N> {
+    pub fn squared_distance(&self, other: &Descriptor<0>) -> Dual<N> {
         let apart = || self.values.iter().zip(&other.values).map(|(a, b)| a - b);
         let along = |slopes: &Vec<f64>| 2.0 * apart().zip(slopes).map(|(d, s)| d * s).sum::<f64>();
-        Sloped { value: apart().map(|d| d * d).sum(), slopes: from_fn(|k| along(&self.slopes[k])) }
+        Dual { value: apart().map(|d| d * d).sum(), slopes: from_fn(|k| along(&self.slopes[k])) }
     }
 }
 
-/// Describes a picture. All 0 where nothing known is seen.
+/// Describes an image. All 0 if no known pixel is visible.
 pub fn describe<const N: usize>(
-    picture: &SoftPicture<N>,
+    image: &SoftImage<N>,
     pixels: &KnownPixels,
     room: &mut DescriptorRoom<N>,
 ) -> Descriptor<N> {
-    let grid = picture.grid();
+    let grid = image.grid();
     let patches = grid.blocks_across * grid.height_px.div_ceil(BLOCK_PX);
     let mut lines = Half::<N>::new(patches * LINES);
     let mut colors = Half::<N>::new(patches * COLORS);
-    let means = MeanColor::of(picture, pixels);
-    room.fill(picture, &means);
+    let means = MeanColor::of(image, pixels);
+    room.fill(image, &means);
     for patch in 0..patches {
-        let sums = PatchSums::of(picture, pixels, room, patch);
+        let sums = PatchSums::of(image, pixels, room, patch);
         lines.set(LINES * patch, sums.lines());
         colors.set(COLORS * patch, sums.colors(&means));
     }
@@ -148,9 +152,9 @@ impl<const N: usize> Lanes<N> {
         Self { value: self.value * factor, slopes: self.slopes.map(|s| s * factor) }
     }
 
-    fn sum(self) -> Sloped<N> {
+    fn sum(self) -> Dual<N> {
         let total = |lanes: f32x8| f64::from(lanes.reduce_add());
-        Sloped { value: total(self.value), slopes: self.slopes.map(total) }
+        Dual { value: total(self.value), slopes: self.slopes.map(total) }
     }
 }
 
@@ -162,26 +166,26 @@ fn eight(plane: &[f32], at: usize) -> f32x8 {
 }
 
 #[inline]
-fn channel<const N: usize>(picture: &SoftPicture<N>, number: usize, at: usize) -> Lanes<N> {
+fn channel<const N: usize>(image: &SoftImage<N>, number: usize, at: usize) -> Lanes<N> {
     Lanes {
-        value: eight(&picture.planes()[number], at),
-        slopes: from_fn(|k| eight(&picture.slopes()[k][number], at)),
+        value: eight(&image.planes()[number], at),
+        slopes: from_fn(|k| eight(&image.slopes()[k][number], at)),
     }
 }
 
-/// Mean color of what is known of a picture.
-struct MeanColor<const N: usize>([Sloped<N>; 3]);
+/// Mean color of the known pixels of an image.
+struct MeanColor<const N: usize>([Dual<N>; 3]);
 
 impl<const N: usize> MeanColor<N> {
-    fn of(picture: &SoftPicture<N>, pixels: &KnownPixels) -> Self {
-        let nothing = Sloped { value: 0.0, slopes: [0.0; N] };
+    fn of(image: &SoftImage<N>, pixels: &KnownPixels) -> Self {
+        let nothing = Dual { value: 0.0, slopes: [0.0; N] };
         let mut sums = [nothing; CHANNELS];
-        for row in picture.shown().chunks(picture.grid().blocks_across).enumerate() {
+        for row in image.shown().chunks(image.grid().blocks_across).enumerate() {
             let mut row_sums = [Lanes::ZERO; CHANNELS];
             for (block, _) in row.1.iter().enumerate().filter(|(_, shown)| **shown) {
                 let at = (row.0 * row.1.len() + block) * BLOCK_PX;
                 let known = eight(&pixels.known, at);
-                (0..CHANNELS).for_each(|c| row_sums[c].add(channel(picture, c, at).times(known)));
+                (0..CHANNELS).for_each(|c| row_sums[c].add(channel(image, c, at).times(known)));
             }
             for (sum, row) in sums.iter_mut().zip(row_sums) {
                 let row = row.sum();
@@ -196,33 +200,33 @@ impl<const N: usize> MeanColor<N> {
         Self([r, g, b].map(|color| {
             let value = color.value / weight.value;
             let slope = |k: usize| (color.slopes[k] - value * weight.slopes[k]) / weight.value;
-            Sloped { value, slopes: from_fn(slope) }
+            Dual { value, slopes: from_fn(slope) }
         }))
     }
 
-    fn luma(&self) -> Sloped<N> {
-        let total = |of: &dyn Fn(&Sloped<N>) -> f64| -> f64 {
+    fn luma(&self) -> Dual<N> {
+        let total = |of: &dyn Fn(&Dual<N>) -> f64| -> f64 {
             self.0.iter().zip(LUMA).map(|(color, share)| f64::from(share) * of(color)).sum()
         };
-        Sloped { value: total(&|c| c.value), slopes: from_fn(|k| total(&|c| c.slopes[k])) }
+        Dual { value: total(&|c| c.value), slopes: from_fn(|k| total(&|c| c.slopes[k])) }
     }
 }
 
 impl<const N: usize> DescriptorRoom<N> {
-    /// The gray picture, its mean color's gray subtracted where it is seen.
-    fn fill(&mut self, picture: &SoftPicture<N>, means: &MeanColor<N>) {
-        let pixels = picture.grid().pixels();
+    /// The gray image, its mean color's gray subtracted where it is seen.
+    fn fill(&mut self, image: &SoftImage<N>, means: &MeanColor<N>) {
+        let pixels = image.grid().pixels();
         for plane in self.gray_slopes.iter_mut().chain([&mut self.gray]) {
             plane.clear();
             plane.resize(pixels, 0.0);
         }
         let mean = means.luma();
         let (value, slopes) = (f32x8::splat(mean.value as f32), mean.slopes.map(|s| f32x8::splat(s as f32)));
-        for (block, _) in picture.shown().iter().enumerate().filter(|(_, shown)| **shown) {
+        for (block, _) in image.shown().iter().enumerate().filter(|(_, shown)| **shown) {
             let at = block * BLOCK_PX;
             let mut gray = Lanes::<N>::ZERO;
-            (0..3).for_each(|c| gray.add(channel(picture, c, at).times(f32x8::splat(LUMA[c]))));
-            let weight = channel(picture, CHANNELS - 1, at);
+            (0..3).for_each(|c| gray.add(channel(image, c, at).times(f32x8::splat(LUMA[c]))));
+            let weight = channel(image, CHANNELS - 1, at);
             let store = |plane: &mut Vec<f32>, lanes: f32x8| {
                 plane[at..at + BLOCK_PX].copy_from_slice(&lanes.to_array());
             };
@@ -246,8 +250,8 @@ struct PatchSums<const N: usize> {
 }
 
 impl<const N: usize> PatchSums<N> {
-    fn of(picture: &SoftPicture<N>, pixels: &KnownPixels, room: &DescriptorRoom<N>, patch: usize) -> Self {
-        let grid = picture.grid();
+    fn of(image: &SoftImage<N>, pixels: &KnownPixels, room: &DescriptorRoom<N>, patch: usize) -> Self {
+        let grid = image.grid();
         let (across, height) = (grid.blocks_across, grid.height_px);
         let (column, top) = (patch % across, patch / across * BLOCK_PX);
         let mut sums = Self {
@@ -261,8 +265,8 @@ impl<const N: usize> PatchSums<N> {
             let at = (y * across + column) * BLOCK_PX;
             let known = eight(&pixels.known, at);
             sums.known += known;
-            if picture.shown()[y * across + column] {
-                (0..CHANNELS).for_each(|c| sums.colors[c].add(channel(picture, c, at).times(known)));
+            if image.shown()[y * across + column] {
+                (0..CHANNELS).for_each(|c| sums.colors[c].add(channel(image, c, at).times(known)));
                 let gray = eight(&room.gray, at);
                 let slopes: [f32x8; N] = from_fn(|k| eight(&room.gray_slopes[k], at));
                 sums.gray.add(Lanes { value: gray, slopes }.times(known));
@@ -271,8 +275,8 @@ impl<const N: usize> PatchSums<N> {
             }
             let beside = column.saturating_sub(1)..(column + 2).min(across);
             let near = (y.saturating_sub(1)..(y + 2).min(height))
-                .any(|v| picture.shown()[v * across..][beside.clone()].contains(&true));
-            // The picture's first and last row and column are not inner.
+                .any(|v| image.shown()[v * across..][beside.clone()].contains(&true));
+            // The image's first and last row and column are not inner.
             if near && y > 0 && y + 1 < height {
                 sums.add_lines(pixels, room, at, grid.width_px());
             }
@@ -320,19 +324,19 @@ impl<const N: usize> PatchSums<N> {
     }
 
     /// The harmonics over the square root of the first.
-    fn lines(&self) -> [Sloped<N>; LINES] {
+    fn lines(&self) -> [Dual<N>; LINES] {
         let sums = self.lines.map(Lanes::sum);
         let total = &sums[0];
         let root = (total.value.max(0.0) + FEW_LINES).sqrt();
         sums.each_ref().map(|sum| {
             let value = sum.value / root;
             let slope = |k: usize| (sum.slopes[k] - 0.5 * value * total.slopes[k] / root) / root;
-            Sloped { value, slopes: from_fn(slope) }
+            Dual { value, slopes: from_fn(slope) }
         })
     }
 
     /// Mean deviation from the mean color, and the spread of gray.
-    fn colors(&self, means: &MeanColor<N>) -> [Sloped<N>; COLORS] {
+    fn colors(&self, means: &MeanColor<N>) -> [Dual<N>; COLORS] {
         let area = (BLOCK_PX * BLOCK_PX) as f64;
         let known = f64::from(self.known.reduce_add());
         let [r, g, b, weight] = self.colors.map(Lanes::sum);
@@ -340,7 +344,7 @@ impl<const N: usize> PatchSums<N> {
             let mean = &means.0[c];
             let slope =
                 |k: usize| color.slopes[k] - weight.slopes[k] * mean.value - weight.value * mean.slopes[k];
-            Sloped {
+            Dual {
                 value: (color.value - weight.value * mean.value) / area,
                 slopes: from_fn(|k| slope(k) / area),
             }
@@ -349,12 +353,12 @@ impl<const N: usize> PatchSums<N> {
         let per_known = 1.0 / known.max(1.0);
         let mean = gray.value * per_known;
         let variance = (squared.value * per_known - mean * mean).max(0.0);
-        // A patch that is known in part has that part of a say, as its mean color has.
+        // A partly known patch is weighted by its known share, as its mean color is.
         let share = known / area;
         let root = (variance + EVEN * EVEN).sqrt();
         let slope = |k: usize| per_known * (squared.slopes[k] - 2.0 * mean * gray.slopes[k]);
         let spread =
-            Sloped { value: share * (root - EVEN), slopes: from_fn(|k| share * 0.5 * slope(k) / root) };
+            Dual { value: share * (root - EVEN), slopes: from_fn(|k| share * 0.5 * slope(k) / root) };
         [r, g, b, spread]
     }
 }
@@ -370,7 +374,7 @@ impl<const N: usize> Half<N> {
         Self { values: vec![0.0; length], slopes: from_fn(|_| vec![0.0; length]) }
     }
 
-    fn set<const M: usize>(&mut self, from: usize, numbers: [Sloped<N>; M]) {
+    fn set<const M: usize>(&mut self, from: usize, numbers: [Dual<N>; M]) {
         for (at, number) in numbers.into_iter().enumerate() {
             self.values[from + at] = number.value;
             (0..N).for_each(|k| self.slopes[k][from + at] = number.slopes[k]);

@@ -1,9 +1,9 @@
-//! Where a picture of an object has lines and which way they run, whatever their colors.
+//! Line structure of an object's image, independent of its colors.
 //!
-//! The structure tensor of Bigun and Granlund (1987) without its scale: at each pixel the strength of the gradient,
-//! and a vector of twice its direction, so that a line and its negative are the same; square roots keep one strong
-//! line from drowning the others. Means over a neighborhood forgive lines that are a little off. Only pixels whose four
-//! neighbors belong to the object count, so that its outline, which others compare, says nothing here.
+//! The structure tensor of Bigun and Granlund (1987) without its scale: at each pixel the gradient's strength, and a
+//! vector of twice its direction, so that a line and its negative are equal. Square roots keep one strong line from
+//! dominating. Means over a neighborhood tolerate small offsets. Only pixels whose four neighbors belong to the object
+//! count, so the outline, which other terms compare, has no effect.
 
 use glam::Vec3;
 
@@ -13,15 +13,15 @@ const REACH_PX: usize = 2;
 /// Gradients up to this are noise, gray levels a pixel.
 const QUIET_PER_PX: f32 = 2.0;
 
-/// Mean square of the gathered lines below which a picture has none to compare, gray levels a pixel.
+/// Mean square of the gathered lines below which an image has none to compare, gray levels a pixel.
 const NO_LINES: f64 = 0.02;
 
-/// Of each pixel the strength of its lines, and twice their direction as a vector; `None` where the object is not
-/// seen.
+/// For each pixel the strength of its lines, and twice their direction as a vector; `None` where the object is not
+/// visible.
 pub struct Structure(Vec<Option<Vec3>>);
 
 impl Structure {
-    /// Of a square picture, row-major, sRGB 0..255, `None` where the object is not seen.
+    /// Of a square image, row-major, sRGB 0..255, `None` where the object is not seen.
     pub fn new(colors: &[Option<Vec3>], side_px: usize) -> Self {
         let luma = Vec3::new(0.299, 0.587, 0.114);
         let gray: Vec<Option<f32>> = colors.iter().map(|color| color.map(|c| c.dot(luma))).collect();

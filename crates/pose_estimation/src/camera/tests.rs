@@ -1,7 +1,8 @@
-//! Misjudged angles come back from rendered silhouettes; exact ones stay; a mesh of the wrong shape has no say.
+//! Wrong camera angles are recovered from rendered silhouettes; exact ones stay; a mesh of the wrong shape has no
+//! effect.
 
 use super::*;
-use crate::dro::tests::settings;
+use crate::yaw::tests::settings;
 use geometry::{Material, Pose, Rgb, shapes};
 use render::{RenderObject, View, render_geometry};
 
@@ -45,7 +46,7 @@ fn objects() -> Vec<(TexturedMesh, Pose)> {
     names.iter().enumerate().map(built).collect()
 }
 
-struct Seen {
+struct ObservedScene {
     table: TexturedMesh,
     objects: Vec<(TexturedMesh, Pose)>,
     table_mask: Mask,
@@ -54,7 +55,7 @@ struct Seen {
     none: Mask,
 }
 
-fn seen() -> Seen {
+fn seen() -> ObservedScene {
     let (table, objects) = (table(), objects());
     let mut placed = vec![RenderObject { mesh: &table, world_from_object: Pose::IDENTITY, id: 1 }];
     placed.extend(objects.iter().zip(2..).map(|((mesh, pose), id)| RenderObject {
@@ -68,23 +69,23 @@ fn seen() -> Seen {
     let none = Mask::empty(800, 600);
     let mut all = none.clone();
     masks.iter().for_each(|mask| all.unite(mask));
-    Seen { table, objects, table_mask, masks, all, none }
+    ObservedScene { table, objects, table_mask, masks, all, none }
 }
 
-impl Seen {
+impl ObservedScene {
     fn refined(&self, camera: &Camera, with_table: bool) -> RefinedCamera {
-        let table = with_table.then_some(Outlined {
+        let table = with_table.then_some(ObservedMesh {
             mesh: &self.table,
             mask: &self.table_mask,
             unknown: &self.all,
-            seat_height_m: self.table.bounds().0.z,
+            support_height_m: self.table.bounds().0.z,
         });
         let objects = self.objects.iter().zip(&self.masks);
         let objects = objects
-            .map(|((mesh, _), mask)| Outlined { mesh, mask, unknown: &self.none, seat_height_m: 0.0 })
+            .map(|((mesh, _), mask)| ObservedMesh { mesh, mask, unknown: &self.none, support_height_m: 0.0 })
             .collect();
         let problem = CameraProblem { camera, table, objects };
-        refine_camera(&problem, &settings(), &Interrupt::default()).expect("not interrupted")
+        refine_camera(&problem, &settings(), &CancelFlag::default()).expect("not interrupted")
     }
 }
 
@@ -97,7 +98,7 @@ fn off_deg(found: &RefinedCamera) -> [f64; 2] {
 }
 
 #[test]
-fn the_table_tells_both_angles_and_an_exact_camera_stays() {
+fn table_determines_both_angles_and_keeps_exact_camera() {
     let seen = seen();
     for (azimuth, elevation) in [(0.0, 0.0), (2.0, 5.0), (-2.0, -5.0), (1.3, -3.0)] {
         let given = camera().orbited(azimuth * DEGREE_RAD, elevation * DEGREE_RAD);
@@ -109,7 +110,7 @@ fn the_table_tells_both_angles_and_an_exact_camera_stays() {
 }
 
 #[test]
-fn without_the_table_objects_tell_the_elevation() {
+fn objects_determine_elevation_without_table() {
     let seen = seen();
     for elevation in [0.0, 4.0, -4.0] {
         let found = seen.refined(&camera().orbited(0.0, elevation * DEGREE_RAD), false);
@@ -119,18 +120,18 @@ fn without_the_table_objects_tell_the_elevation() {
 }
 
 #[test]
-fn one_bad_mesh_does_not_pull() {
+fn refine_camera_is_robust_to_one_bad_mesh() {
     let mut seen = seen();
     seen.objects[0].0 = seen.objects[0].0.clone().scaled(DVec3::new(1.0, 1.0, 1.6));
     let found = seen.refined(&camera().orbited(0.0, 3.0 * DEGREE_RAD), false);
     assert!(off_deg(&found)[1] < 1.5, "{found:?}");
-    // Nor does a table of quite another shape: the objects are asked instead.
+    // A table of a different shape has no effect either: the objects are used instead.
     seen.table = seen.objects[1].0.clone().scaled(DVec3::new(0.3, 4.0, 0.2));
     assert_ne!(seen.refined(&camera(), true).witness, CameraWitness::Table);
 }
 
 #[test]
-fn any_number_of_threads_finds_the_same() {
+fn refine_camera_does_not_depend_on_thread_count() {
     let seen = seen();
     let given = camera().orbited(0.02, -0.05);
     let on = |threads: usize, table: bool| {

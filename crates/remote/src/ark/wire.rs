@@ -1,5 +1,5 @@
-//! What is on the wire: `POST {base}/images/generations` of Ark, for Seedream 4.0 and later. The literals of the tests have
-//! the form of the published examples.
+//! Wire format: `POST {base}/images/generations` of Ark, for Seedream 4.0 and later. The literals of the tests have the
+//! form of the published examples.
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
@@ -9,40 +9,40 @@ use serde_json::{Value, json};
 
 use super::super::endpoint::Reading;
 use super::super::failure::{Failure, FailureKind, one_line};
-use super::super::outbound::Reply;
 use super::super::settings::ArkSettings;
+use http_client::HttpResponse;
 use ports::ledger::MicroUsd;
 
-/// Body of a request to paint one picture of a size, after PNG files if there are some. Watermarks are the default, and
-/// switched off.
-pub fn request(settings: &ArkSettings, size: &str, prompt: &str, pictures: &[Bytes]) -> Value {
+/// Body of a request for one image of a size, conditioned on PNG files if any. It switches off watermarks, which are
+/// the default.
+pub fn request(settings: &ArkSettings, size: &str, prompt: &str, images: &[Bytes]) -> Value {
     let mut body = json!({
         "model": settings.model, "prompt": prompt, "size": size, "sequential_image_generation": "disabled",
         "response_format": "b64_json", "watermark": false, "stream": false,
     });
-    if !pictures.is_empty() {
-        let urls = pictures.iter().map(|png| format!("data:image/png;base64,{}", STANDARD.encode(png)));
+    if !images.is_empty() {
+        let urls = images.iter().map(|png| format!("data:image/png;base64,{}", STANDARD.encode(png)));
         body["image"] = json!(urls.collect::<Vec<String>>());
     }
     body
 }
 
 #[derive(Deserialize)]
-struct Painted {
+struct Rendered {
     #[serde(default)]
-    data: Vec<Picture>,
+    data: Vec<Image>,
     usage: Option<Usage>,
 }
 
-/// Each picture comes, or says why not.
+/// One image, or the reason why it is missing.
 #[derive(Deserialize)]
-struct Picture {
+struct Image {
     b64_json: Option<String>,
-    error: Option<Told>,
+    error: Option<Message>,
 }
 
 #[derive(Deserialize)]
-struct Told {
+struct Message {
     #[serde(default)]
     code: String,
     #[serde(default)]
@@ -55,37 +55,37 @@ struct Usage {
     output_tokens: Option<u64>,
 }
 
-/// Reads a successful answer: the bytes of one picture. An address in its place is not followed.
-pub fn read(settings: &ArkSettings, reply: &Reply) -> Reading<Vec<u8>> {
+/// Reads a successful response: the file of one image. A URL in its place is not followed.
+pub fn read(settings: &ArkSettings, reply: &HttpResponse) -> Reading<Vec<u8>> {
     let bad = |reason: String| Failure::new(FailureKind::BadAnswer, reason);
-    let painted: Result<Painted, Failure> = match reply.content_type.ends_with("json") {
+    let rendered: Result<Rendered, Failure> = match reply.content_type.ends_with("json") {
         true => serde_json::from_slice(&reply.body)
             .map_err(|error| bad(format!("its answer is no list of pictures: {error}"))),
         false => Err(bad(format!("it answered with {:?} in place of JSON", one_line(&reply.content_type)))),
     };
-    let usage = painted.as_ref().ok().and_then(|painted| painted.usage.as_ref());
-    let pictures = usage.and_then(|usage| usage.generated_images);
+    let usage = rendered.as_ref().ok().and_then(|rendered| rendered.usage.as_ref());
+    let images = usage.and_then(|usage| usage.generated_images);
     Reading {
-        // Pictures are paid for by the piece.
-        cost: pictures.map(|count| MicroUsd::of_usd(f64::from(count) * settings.usd_per_picture)),
+        // Images are billed individually.
+        cost: images.map(|count| MicroUsd::of_usd(f64::from(count) * settings.usd_per_image)),
         input_tokens: None,
         output_tokens: usage.and_then(|usage| usage.output_tokens),
         task: None,
-        result: painted.and_then(|painted| file(painted.data)),
+        result: rendered.and_then(|rendered| file(rendered.data)),
     }
 }
 
-fn file(data: Vec<Picture>) -> Result<Vec<u8>, Failure> {
+fn file(data: Vec<Image>) -> Result<Vec<u8>, Failure> {
     let bad = |reason: String| Failure::new(FailureKind::BadAnswer, reason);
-    let picture = data.into_iter().next().ok_or_else(|| bad("its answer has no picture".into()))?;
-    if let Some(Told { code, message }) = picture.error {
+    let image = data.into_iter().next().ok_or_else(|| bad("its answer has no picture".into()))?;
+    if let Some(Message { code, message }) = image.error {
         let kind = match code.contains("SensitiveContent") {
             true => FailureKind::Refused,
             false => FailureKind::BadAnswer,
         };
         return Err(Failure::new(kind, one_line(&format!("{code}: {message}"))));
     }
-    let text = picture.b64_json.ok_or_else(|| bad("its answer has no picture in base64".into()))?;
+    let text = image.b64_json.ok_or_else(|| bad("its answer has no picture in base64".into()))?;
     STANDARD.decode(text).map_err(|error| bad(format!("its picture is no base64: {error}")))
 }
 
@@ -103,12 +103,12 @@ mod tests {
         let body = Bytes::copy_from_slice(body.as_bytes());
         read(
             &settings(),
-            &Reply { status: 200, content_type: "application/json".into(), retry_after: None, body },
+            &HttpResponse { status: 200, content_type: "application/json".into(), retry_after: None, body },
         )
     }
 
     #[test]
-    fn a_request_switches_the_watermark_off_and_names_what_the_reference_names() {
+    fn request_disables_the_watermark_and_has_the_documented_fields() {
         let body = request(&settings(), "2K", "a table", &[]);
         assert_eq!(
             (&body["watermark"], &body["sequential_image_generation"]),
@@ -121,19 +121,19 @@ mod tests {
     }
 
     #[test]
-    fn a_picture_comes_and_is_paid_for() {
+    fn read_parses_and_bills_an_image() {
         let reading = read_text(
             r#"{"model": "doubao-seedream-4-0-250828", "created": 1757323224,
                 "data": [{"b64_json": "UE5H", "size": "1152x864"}],
                 "usage": {"generated_images": 1, "output_tokens": 3888, "total_tokens": 3888}}"#,
         );
         assert_eq!(reading.result, Ok(b"PNG".to_vec()));
-        assert_eq!(reading.cost, Some(MicroUsd::of_usd(settings().usd_per_picture)));
+        assert_eq!(reading.cost, Some(MicroUsd::of_usd(settings().usd_per_image)));
         assert_eq!(reading.output_tokens, Some(3888));
     }
 
     #[test]
-    fn pictures_that_do_not_come_say_why() {
+    fn read_reports_why_an_image_is_missing() {
         let reading = read_text(
             r#"{"data": [{"error": {"code": "OutputImageSensitiveContentDetected", "message": "The request failed."}}],
                 "usage": {"generated_images": 0, "output_tokens": 0, "total_tokens": 0}}"#,

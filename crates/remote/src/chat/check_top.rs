@@ -1,17 +1,17 @@
-//! Whether a drawn view from above can be measured on: the gate behind a painter that draws.
+//! The check of a generated top view: whether positions can be measured on it.
 
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::conversation::Topic;
 use super::prompts::prompts;
-use super::words::Complaints;
+use super::repair_turn::Topic;
+use super::response_values::Complaints;
 use super::{ChatAnalyst, rejected, schema};
-use crate::picture;
+use crate::image;
 use ports::{Call, Port, ProviderError, TopCheck, TopVerdict};
 
-/// Longest sentence that is passed on to the painter, characters.
-const MAX_TOLD_CHARS: usize = 400;
+/// Maximum length of the feedback to the image generator, characters.
+const MAX_FEEDBACK_CHARS: usize = 400;
 
 #[derive(Deserialize)]
 pub(super) struct Answer {
@@ -20,7 +20,8 @@ pub(super) struct Answer {
     front_below: bool,
     all_there: bool,
     none_added: bool,
-    told: String,
+    #[serde(rename = "told")]
+    feedback: String,
 }
 
 pub(super) fn schema() -> Value {
@@ -31,20 +32,20 @@ pub(super) fn schema() -> Value {
     schema::object(&properties)
 }
 
-/// Asks about both pictures.
+/// Asks about the reference image and the top view.
 pub(super) async fn check(
     analyst: &ChatAnalyst,
     call: &Call,
     question: TopCheck,
 ) -> Result<TopVerdict, ProviderError> {
-    let longest_px = analyst.settings.picture_px;
-    let (seen, top) = (question.reference.picture.clone(), question.top.clone());
-    let pictures = call.compute(Port::Analyst, move |_| {
+    let longest_px = analyst.settings.image_px;
+    let (reference, top) = (question.reference.image.clone(), question.top.clone());
+    let images = call.compute(Port::Analyst, move |_| {
         let sent = |image| {
-            picture::sent(image, longest_px)
+            image::sent(image, longest_px)
                 .map_err(|error| rejected("image_unreadable", format!("the picture cannot be sent: {error}")))
         };
-        Ok(vec![sent(&seen)?, sent(&top)?])
+        Ok(vec![sent(&reference)?, sent(&top)?])
     });
     let objects = question.recognition.objects.iter();
     let topic = Topic {
@@ -52,14 +53,21 @@ pub(super) async fn check(
         schema: schema(),
         seed: question.seed,
         data: json!({ "objects": objects.map(|object| &object.label).collect::<Vec<_>>() }),
-        pictures: pictures.await?,
+        images: images.await?,
     };
     analyst.ask(call, topic, accepted).await
 }
 
 pub(super) fn accepted(answer: Answer) -> Result<TopVerdict, Vec<String>> {
     let mut complaints = Complaints::default();
-    complaints.plain("told", &answer.told, MAX_TOLD_CHARS);
-    let Answer { straight_down, no_perspective, front_below, all_there, none_added, told } = answer;
-    complaints.none_or(TopVerdict { straight_down, no_perspective, front_below, all_there, none_added, told })
+    complaints.plain("told", &answer.feedback, MAX_FEEDBACK_CHARS);
+    let Answer { straight_down, no_perspective, front_below, all_there, none_added, feedback } = answer;
+    complaints.none_or(TopVerdict {
+        straight_down,
+        no_perspective,
+        front_below,
+        all_there,
+        none_added,
+        feedback,
+    })
 }

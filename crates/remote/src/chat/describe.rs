@@ -1,4 +1,4 @@
-//! A wish in words becomes a description: what stands on the table, how large it is, what is where.
+//! Text to scene description: the objects on the table, their sizes and their relations.
 
 use std::collections::BTreeMap;
 
@@ -6,9 +6,9 @@ use glam::DVec3;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::conversation::Topic;
 use super::prompts::prompts;
-use super::words::{Complaints, Extents, circles};
+use super::repair_turn::Topic;
+use super::response_values::{Complaints, Extents, cyclic};
 use super::{ChatAnalyst, rejected, schema};
 use catalog::tables::TABLE_MATERIALS;
 use catalog::{categories, category, substance, table_models};
@@ -17,21 +17,21 @@ use runtime::seed::child_seed;
 use scene::request::{MAX_SEED, RequestOptions};
 use scene::{InstanceId, ObjectSpec, Relation, RelationKind, SceneDescription, TableShape, TableSpec};
 
-/// Longest wish that is sent, characters.
+/// Maximum length of the request text, characters.
 const MAX_TEXT_CHARS: usize = 4000;
 
-/// Most objects of a scene whose request does not say.
-const USUAL_MAX_OBJECTS: u32 = 64;
+/// Maximum objects of a scene whose request states none.
+const DEFAULT_MAX_OBJECTS: u32 = 64;
 
 const FAMILIES: [&str; 4] = ["office_living", "dining_kitchen", "workbench_utility", "crafting_hobby"];
 
-/// Extents of things on a table, meters.
+/// Range of the extents of objects on a table, meters.
 pub(super) const OBJECT_M: [f64; 2] = [0.001, 2.0];
 
-/// Extents of a table's top, and its height, meters.
+/// Ranges of the width and depth of a table top and of its height, meters.
 pub(super) const TABLE_M: [[f64; 2]; 3] = [[0.2, 5.0], [0.2, 5.0], [0.1, 2.0]];
 
-/// The answer as it comes.
+/// The answer on the wire.
 #[derive(Deserialize)]
 pub(super) struct Answer {
     theme: String,
@@ -161,16 +161,16 @@ pub(super) async fn describe(
             format!("there is no table model {model}; choose of {known}"),
         ));
     }
-    let most = options.max_objects.unwrap_or(USUAL_MAX_OBJECTS) as usize;
+    let max_objects = options.max_objects.unwrap_or(DEFAULT_MAX_OBJECTS) as usize;
     let topic = Topic {
         prompt: &prompts().describe,
         schema: schema(),
         seed,
-        data: json!({ "wish": text, "most_objects": most, "table": wanted }),
-        pictures: Vec::new(),
+        data: json!({ "wish": text, "most_objects": max_objects, "table": wanted }),
+        images: Vec::new(),
     };
     let description =
-        analyst.ask(call, topic, |answer: Answer| accepted(answer, seed, most, &wanted)).await?;
+        analyst.ask(call, topic, |answer: Answer| accepted(answer, seed, max_objects, &wanted)).await?;
     if description.objects.is_empty() {
         let terms = description.unrecognized_terms.join(", ");
         let reason = format!("nothing in the text is a thing that can stand on a table ({terms}); name some");
@@ -179,18 +179,19 @@ pub(super) async fn describe(
     Ok(description)
 }
 
-/// The answer as a description, or what is wrong with it.
+/// The description of a valid answer, or its violations.
 pub(super) fn accepted(
     answer: Answer,
     seed: u64,
-    most: usize,
+    max_objects: usize,
     wanted: &TableSpec,
 ) -> Result<SceneDescription, Vec<String>> {
     let mut complaints = Complaints::default();
-    if answer.objects.len() > most {
-        // Not looked at: there may be a million.
-        let told = format!("there are {} objects; at most {most} are allowed", answer.objects.len());
-        return Err(vec![told]);
+    if answer.objects.len() > max_objects {
+        // The objects stay unread: there may be a million.
+        let message =
+            format!("there are {} objects; at most {max_objects} are allowed", answer.objects.len());
+        return Err(vec![message]);
     }
     complaints.plain("theme", &answer.theme, 60);
     complaints.plain("prose", &answer.prose.replace('\n', " "), 4000);
@@ -212,7 +213,7 @@ pub(super) fn accepted(
     })
 }
 
-/// What the request says about the table stays as it says.
+/// The table: values of the request override those of the answer.
 fn table_of(answer: &AnswerTable, wanted: &TableSpec, complaints: &mut Complaints) -> TableSpec {
     check_extents("table", answer.extents, TABLE_M, complaints);
     let fits = |shape: TableShape, name: &str| {
@@ -277,7 +278,7 @@ fn objects_of(answers: &[AnswerObject], seed: u64, complaints: &mut Complaints) 
                     | RelationKind::AtLeft
                     | RelationKind::AtRight
             );
-            // `on` the table is what everything is.
+            // A support without a target is the table, which is the default.
             if kind.is_support() && target.is_none() {
                 continue;
             }
@@ -307,18 +308,18 @@ fn objects_of(answers: &[AnswerObject], seed: u64, complaints: &mut Complaints) 
             relations,
         });
     }
-    for index in circles(&carried) {
+    for index in cyclic(&carried) {
         complaints.add(format!("objects[{index}] stands, in the end, on itself"));
     }
     objects
 }
 
-/// A name of ours for every thing of these kinds: `mug_1`, `mug_2`.
+/// A numbered id for each object of these kinds: `mug_1`, `mug_2`.
 pub(super) fn numbered<'a>(kinds: impl Iterator<Item = &'a str>) -> Vec<InstanceId> {
     let mut counts: BTreeMap<String, usize> = BTreeMap::new();
     kinds
         .map(|kind| {
-            // Different words can make the same name.
+            // Different kinds can give the same stem.
             let stem = InstanceId::numbered(kind, 0);
             let count = counts.entry(stem.as_str().to_owned()).or_default();
             *count += 1;
@@ -341,7 +342,7 @@ pub(super) fn check_material(at: &str, material: Option<&str>, complaints: &mut 
     }
 }
 
-/// The shape a catalog's word means.
+/// The shape of a catalog's shape name.
 pub(super) fn shape_of(word: &str) -> TableShape {
     match word {
         "square" => TableShape::Square,

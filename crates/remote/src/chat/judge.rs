@@ -1,25 +1,26 @@
-//! How good a finished scene looks: the ratings of the paper's evaluation, 1 to 7, with a reason each.
+//! Ratings of a finished scene by a vision-language model: the criteria of the paper's evaluation, 1 to 7, with a
+//! reason each.
 
 use std::collections::BTreeMap;
 
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::conversation::Topic;
 use super::prompts::prompts;
-use super::words::Complaints;
+use super::repair_turn::Topic;
+use super::response_values::Complaints;
 use super::{ChatAnalyst, rejected, schema};
-use crate::picture;
+use crate::image;
 use ports::{Call, Judgement, MadeAfter, Port, ProviderError};
-use scene::appraisal::{Criterion, Opinion, Rating, SCORES};
+use scene::appraisal::{Criterion, ModelResponse, Rating, SCORES};
 
-/// Longest reason, characters.
+/// Maximum length of a reason, characters.
 const MAX_WHY_CHARS: usize = 400;
 
-/// Longest text that is sent, characters.
+/// Maximum length of the sent text, characters.
 const MAX_TEXT_CHARS: usize = 4000;
 
-/// Scores by the criterion's word.
+/// Scores by the criterion's name.
 #[derive(Deserialize)]
 #[serde(transparent)]
 pub(super) struct Answer(BTreeMap<String, Score>);
@@ -48,32 +49,31 @@ pub(super) async fn judge(
     analyst: &ChatAnalyst,
     call: &Call,
     question: Judgement,
-) -> Result<Opinion<Vec<Rating>>, ProviderError> {
+) -> Result<ModelResponse<Vec<Rating>>, ProviderError> {
     let (prompt, criteria, data): (_, &[Criterion], _) = match &question.after {
-        MadeAfter::Picture(_) => {
+        MadeAfter::Image(_) => {
             let data = json!({ "question": "How good is the scene in the second picture?" });
-            (&prompts().judge_picture, &Criterion::OF_A_PICTURE, data)
+            (&prompts().judge_image, &Criterion::OF_IMAGE, data)
         }
         MadeAfter::Text(text) => {
             let words: String = text.chars().take(MAX_TEXT_CHARS).collect();
-            (&prompts().judge_text, &Criterion::OF_A_TEXT, json!({ "made_after": words }))
+            (&prompts().judge_text, &Criterion::OF_TEXT, json!({ "made_after": words }))
         }
     };
-    let longest_px = analyst.settings.picture_px;
+    let longest_px = analyst.settings.image_px;
     let (after, scene_view) = (question.after, question.scene_view);
-    let pictures = call.compute(Port::Analyst, move |_| {
+    let images = call.compute(Port::Analyst, move |_| {
         let reference = match &after {
-            MadeAfter::Picture(picture) => Some(picture.as_ref()),
+            MadeAfter::Image(image) => Some(image.as_ref()),
             MadeAfter::Text(_) => None,
         };
         let sent = |image| {
-            picture::sent(image, longest_px)
+            image::sent(image, longest_px)
                 .map_err(|error| rejected("image_unreadable", format!("a picture cannot be sent: {error}")))
         };
         reference.into_iter().chain([scene_view.as_ref()]).map(sent).collect::<Result<Vec<_>, _>>()
     });
-    let topic =
-        Topic { prompt, schema: schema(criteria), seed: question.seed, data, pictures: pictures.await? };
+    let topic = Topic { prompt, schema: schema(criteria), seed: question.seed, data, images: images.await? };
     let ratings = analyst.ask(call, topic, |answer| accepted(answer, criteria)).await?;
     Ok(analyst.opinion(prompt, ratings))
 }
@@ -115,15 +115,15 @@ mod tests {
     }
 
     #[test]
-    fn ratings_come_in_the_order_of_the_criteria() {
-        let ratings = answered(GOOD, &Criterion::OF_A_PICTURE).expect("holds");
+    fn accepted_orders_ratings_by_criterion() {
+        let ratings = answered(GOOD, &Criterion::OF_IMAGE).expect("holds");
         let scores: Vec<(Criterion, u8)> =
             ratings.iter().map(|rating| (rating.criterion, rating.score)).collect();
-        assert_eq!(scores, Criterion::OF_A_PICTURE.into_iter().zip([6, 5, 7]).collect::<Vec<_>>());
+        assert_eq!(scores, Criterion::OF_IMAGE.into_iter().zip([6, 5, 7]).collect::<Vec<_>>());
     }
 
     #[test]
-    fn no_number_is_made_up_where_the_answer_has_none() {
+    fn accepted_rejects_missing_and_invalid_scores() {
         for (from, to) in [
             ("\"score\": 6", "\"score\": 0"),
             ("\"score\": 6", "\"score\": 8"),
@@ -134,16 +134,19 @@ mod tests {
         ] {
             let spoiled = GOOD.replace(from, to);
             assert_ne!(spoiled, GOOD);
-            assert!(answered(&spoiled, &Criterion::OF_A_PICTURE).is_err(), "{to}");
+            assert!(answered(&spoiled, &Criterion::OF_IMAGE).is_err(), "{to}");
         }
         // Of the other kind of scene.
-        let told = answered(GOOD, &Criterion::OF_A_TEXT).expect_err("complains").join("\n");
-        assert!(told.contains("layout_coherence is missing") && told.contains("not asked for"), "{told}");
+        let message = answered(GOOD, &Criterion::OF_TEXT).expect_err("complains").join("\n");
+        assert!(
+            message.contains("layout_coherence is missing") && message.contains("not asked for"),
+            "{message}"
+        );
     }
 
     #[test]
-    fn words_in_files_are_those_of_the_answer() {
-        for criterion in Criterion::OF_A_PICTURE.into_iter().chain(Criterion::OF_A_TEXT) {
+    fn criteria_serialize_to_their_names() {
+        for criterion in Criterion::OF_IMAGE.into_iter().chain(Criterion::OF_TEXT) {
             assert_eq!(json!(criterion), json!(criterion.name()));
         }
     }

@@ -1,17 +1,16 @@
-//! What a robot could do in a finished scene: instructions, each with the objects it is about, all of which
-//! exist.
+//! Robot tasks in a finished scene: instructions, each with the existing objects that it involves.
 
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::conversation::Topic;
 use super::prompts::prompts;
-use super::words::Complaints;
+use super::repair_turn::Topic;
+use super::response_values::Complaints;
 use super::{ChatAnalyst, schema};
-use ports::{Call, ProviderError, TaskQuestion, TaskThing};
-use scene::appraisal::{Opinion, ProposedTask, TaskKind};
+use ports::{Call, ProviderError, TaskObject, TaskQuestion};
+use scene::appraisal::{ModelResponse, ProposedTask, TaskKind};
 
-/// Longest instruction, characters.
+/// Maximum length of an instruction, characters.
 const MAX_INSTRUCTION_CHARS: usize = 300;
 
 #[derive(Deserialize)]
@@ -40,28 +39,28 @@ pub(super) async fn propose(
     analyst: &ChatAnalyst,
     call: &Call,
     question: TaskQuestion,
-) -> Result<Opinion<Vec<ProposedTask>>, ProviderError> {
+) -> Result<ModelResponse<Vec<ProposedTask>>, ProviderError> {
     let prompt = &prompts().propose_tasks;
     let topic = Topic {
         prompt,
         schema: schema(),
         seed: question.seed,
-        data: json!({ "count": question.count, "things": question.things }),
-        pictures: Vec::new(),
+        data: json!({ "count": question.count, "things": question.objects }),
+        images: Vec::new(),
     };
     let count = question.count as usize;
-    let tasks = analyst.ask(call, topic, |answer| accepted(answer, &question.things, count)).await?;
+    let tasks = analyst.ask(call, topic, |answer| accepted(answer, &question.objects, count)).await?;
     Ok(analyst.opinion(prompt, tasks))
 }
 
 pub(super) fn accepted(
     answer: Answer,
-    things: &[TaskThing],
+    known: &[TaskObject],
     count: usize,
 ) -> Result<Vec<ProposedTask>, Vec<String>> {
     let mut complaints = Complaints::default();
     if answer.tasks.len() != count {
-        // Not looked at: there may be a million.
+        // The tasks stay unread: there may be a million.
         return Err(vec![format!("there are {} tasks; {count} are wanted", answer.tasks.len())]);
     }
     let mut tasks: Vec<ProposedTask> = Vec::with_capacity(count);
@@ -77,17 +76,17 @@ pub(super) fn accepted(
             TaskKind::Stack => objects.len() >= 2,
             TaskKind::MultiStep => !objects.is_empty(),
         };
-        if !fits || objects.len() > things.len() {
+        if !fits || objects.len() > known.len() {
             complaints.add(format!("{at} is about {} objects, which does not fit its kind", objects.len()));
             continue;
         }
         let mut named = Vec::with_capacity(objects.len());
         for name in &objects {
-            match things.iter().find(|thing| thing.name.as_str() == name) {
-                Some(thing) if named.contains(&thing.name) => {
-                    complaints.add(format!("{at}.objects names {} twice", thing.name));
+            match known.iter().find(|object| object.name.as_str() == name) {
+                Some(object) if named.contains(&object.name) => {
+                    complaints.add(format!("{at}.objects names {} twice", object.name));
                 }
-                Some(thing) => named.push(thing.name.clone()),
+                Some(object) => named.push(object.name.clone()),
                 None => complaints.add(format!("{at}.objects has a name that was not given")),
             }
         }
@@ -102,9 +101,9 @@ mod tests {
     use scene::InstanceId;
     use scene::instance::SupportRelation;
 
-    fn things() -> Vec<TaskThing> {
+    fn objects() -> Vec<TaskObject> {
         ["apple_1", "bowl_1", "fork_1"]
-            .map(|name| TaskThing {
+            .map(|name| TaskObject {
                 name: InstanceId::new(name).expect(name),
                 label: name.into(),
                 material: None,
@@ -117,7 +116,7 @@ mod tests {
     }
 
     fn answered(text: &str, count: usize) -> Result<Vec<ProposedTask>, Vec<String>> {
-        accepted(serde_json::from_str(text).expect("has the form"), &things(), count)
+        accepted(serde_json::from_str(text).expect("has the form"), &objects(), count)
     }
 
     const GOOD: &str = r#"{"tasks": [
@@ -125,7 +124,7 @@ mod tests {
         {"instruction": "Swap the fork and the apple.", "kind": "swap", "objects": ["fork_1", "apple_1"]}]}"#;
 
     #[test]
-    fn tasks_name_objects_of_the_scene() {
+    fn accepted_tasks_name_objects_of_the_scene() {
         let tasks = answered(GOOD, 2).expect("holds");
         assert_eq!((tasks[0].kind, tasks[1].kind), (TaskKind::PickAndPlace, TaskKind::Swap));
         let named: Vec<&str> = tasks[0].objects.iter().map(InstanceId::as_str).collect();
@@ -136,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn what_no_robot_could_be_told_is_complained_about() {
+    fn accepted_rejects_invalid_tasks() {
         assert!(answered(GOOD, 3).is_err(), "one is missing");
         for (from, to) in [
             ("\"apple_1\", \"bowl_1\"", "\"apple_1\", \"cup_1\""),

@@ -1,13 +1,10 @@
-//! JSON schemas of answers, in the subset that strict servers take: every property required, none besides,
-//! and no keyword beyond `type`, `enum`, `items` and `description`. Ranges are said in words and checked when
-//! an answer is read.
+//! JSON schemas of answers, in the subset of strict servers: every property is required, no other is allowed, and the
+//! only keywords are `type`, `enum`, `items` and `description`. Ranges are part of descriptions; the parser checks
+//! them.
 
 use serde_json::{Map, Value, json};
 
-use super::{check_top, describe, judge, measure, propose_tasks, recognize, stacking, upright};
-use scene::appraisal::Criterion;
-
-/// The largest coordinate of a box: boxes are in thousandths of the picture.
+/// The maximum coordinate of a box: boxes are in thousandths of the image size.
 pub(super) const PER_MILLE: f64 = 1000.0;
 
 /// An object with exactly these properties.
@@ -33,12 +30,12 @@ pub fn text_or_null(description: &str) -> Value {
     json!({ "type": ["string", "null"], "description": description })
 }
 
-/// One of some words.
+/// An enumeration.
 pub fn word<'a>(words: impl IntoIterator<Item = &'a str>) -> Value {
     json!({ "type": "string", "enum": words.into_iter().collect::<Vec<_>>() })
 }
 
-/// One of some words, or null.
+/// An enumeration or null.
 pub fn word_or_null<'a>(words: impl IntoIterator<Item = &'a str>) -> Value {
     let words: Vec<Value> = words.into_iter().map(|word| json!(word)).chain([Value::Null]).collect();
     json!({ "type": ["string", "null"], "enum": words })
@@ -54,25 +51,10 @@ pub fn yes_or_no() -> Value {
     json!({ "type": "boolean" })
 }
 
-/// A box on the picture.
-pub fn picture_box(low: f64, high: f64) -> Value {
+/// A box on the image.
+pub fn image_box(low: f64, high: f64) -> Value {
     let side = |name: &str| number(low, high, &format!("{name}, thousandths of the picture"));
     object(&[("x0", side("left")), ("y0", side("top")), ("x1", side("right")), ("y1", side("bottom"))])
-}
-
-/// All schemas: they are part of the adapter's identity.
-pub(super) fn identity() -> Value {
-    json!([
-        describe::schema(),
-        recognize::schema(),
-        measure::schema(),
-        stacking::schema(),
-        check_top::schema(),
-        upright::schema(),
-        judge::schema(&Criterion::OF_A_PICTURE),
-        judge::schema(&Criterion::OF_A_TEXT),
-        propose_tasks::schema(),
-    ])
 }
 
 #[cfg(test)]
@@ -104,8 +86,8 @@ mod tests {
     }
 
     #[test]
-    fn schemas_are_strict() {
-        for (index, schema) in identity().as_array().expect("schemas").iter().enumerate() {
+    fn schemas_obey_strict_mode() {
+        for (index, schema) in crate::chat::schemas().as_array().expect("schemas").iter().enumerate() {
             let (mut properties, mut words) = (0, 0);
             hold(schema, &format!("schema {index}"), &mut properties, &mut words, 0);
             assert!(properties > 1 && properties <= 5000 && words <= 1000, "{index}: {properties}, {words}");

@@ -1,19 +1,19 @@
-//! What carries what on a picture.
+//! The support relation of the objects in an image.
 
 use bytes::Bytes;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::conversation::Topic;
 use super::prompts::prompts;
-use super::recognize::{Seen, named};
-use super::words::{Complaints, circles};
+use super::recognize::{Detections, named};
+use super::repair_turn::Topic;
+use super::response_values::{Complaints, cyclic};
 use super::{ChatAnalyst, schema};
 use ports::{Call, ProviderError};
 use scene::instance::SupportRelation;
 use scene::{InstanceId, StandsOn};
 
-/// The table, where objects are named.
+/// The name of the table in answers.
 const TABLE: &str = "table";
 
 #[derive(Deserialize)]
@@ -37,22 +37,22 @@ pub(super) fn schema() -> Value {
     schema::object(&[("objects", schema::list(&object))])
 }
 
-/// Asks what carries what; one answer per object, in the order in which they were seen.
+/// Asks for the support of each object, in the order of the detections.
 pub(super) async fn stacking(
     analyst: &ChatAnalyst,
     call: &Call,
-    picture: &Bytes,
-    seen: &Seen,
+    image: &Bytes,
+    detections: &Detections,
     seed: u64,
 ) -> Result<Vec<StandsOn>, ProviderError> {
     let topic = Topic {
         prompt: &prompts().stacking,
         schema: schema(),
         seed,
-        data: json!({ "objects": named(seen) }),
-        pictures: vec![picture.clone()],
+        data: json!({ "objects": named(detections) }),
+        images: vec![image.clone()],
     };
-    let ids: Vec<InstanceId> = seen.objects.iter().map(|object| object.id.clone()).collect();
+    let ids: Vec<InstanceId> = detections.objects.iter().map(|object| object.id.clone()).collect();
     analyst.ask(call, topic, |answer| accepted(&answer, &ids)).await
 }
 
@@ -76,7 +76,7 @@ pub(super) fn accepted(answer: &Answer, asked: &[InstanceId]) -> Result<Vec<Stan
         });
     }
     if carried.len() == asked.len() {
-        for index in circles(&carried) {
+        for index in cyclic(&carried) {
             complaints.add(format!("{} is carried, in the end, by itself", asked[index]));
         }
     }
@@ -96,7 +96,7 @@ mod tests {
     }
 
     #[test]
-    fn a_tree_is_taken_in_the_order_that_was_asked() {
+    fn stacking_accepts_a_tree_in_the_order_asked() {
         let stands = answered(
             r#"{"objects": [{"name": "plate_2", "relation": "on", "carried_by": "plate_1"},
                 {"name": "fork_1", "relation": "in", "carried_by": "plate_2"},
@@ -107,16 +107,16 @@ mod tests {
     }
 
     #[test]
-    fn circles_and_strangers_are_complained_about() {
-        let told = answered(
+    fn stacking_rejects_cycles_and_unknown_ids() {
+        let message = answered(
             r#"{"objects": [{"name": "plate_1", "relation": "on", "carried_by": "plate_2"},
                 {"name": "plate_2", "relation": "on", "carried_by": "plate_1"},
                 {"name": "fork_1", "relation": "on", "carried_by": "floor"}]}"#,
         );
-        let told = told.expect_err("complains").join("\n");
+        let message = message.expect_err("complains").join("\n");
         assert!(
-            told.contains("plate_1 is carried, in the end, by itself") && told.contains("fork_1"),
-            "{told}"
+            message.contains("plate_1 is carried, in the end, by itself") && message.contains("fork_1"),
+            "{message}"
         );
     }
 }

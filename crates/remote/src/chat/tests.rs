@@ -1,4 +1,4 @@
-//! What tests of the adapter share.
+//! Shared helpers of the tests.
 
 use serde_json::Value;
 

@@ -1,4 +1,4 @@
-//! What is on the wire: requests and answers of `POST {base}/chat/completions`.
+//! Wire format: requests and responses of `POST {base}/chat/completions`.
 //!
 //! The literals of the tests are the published examples of OpenAI's API reference.
 
@@ -9,11 +9,11 @@ use serde_json::{Value, json};
 use super::super::ChatSettings;
 use super::super::endpoint::Reading;
 use super::super::failure::{Billed, Failure, FailureKind, one_line};
-use super::super::outbound::Reply;
 use super::super::settings::{SchemaSupport, TokenLimitField};
+use http_client::HttpResponse;
 use ports::ledger::MicroUsd;
 
-/// Who says something.
+/// The author of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
     System,
@@ -21,15 +21,15 @@ pub enum Role {
     Assistant,
 }
 
-/// Part of what is said.
+/// Part of a message.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Part {
     Text(String),
-    /// A picture, as the bytes of a PNG file.
-    Picture(Bytes),
+    /// An image as a PNG file.
+    Image(Bytes),
 }
 
-/// What somebody says.
+/// One message of a conversation.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Message {
     pub role: Role,
@@ -88,7 +88,7 @@ fn message_of(message: &Message, settings: &ChatSettings) -> Value {
     }
     let part = |part: &Part| match part {
         Part::Text(text) => json!({ "type": "text", "text": text }),
-        Part::Picture(png) => {
+        Part::Image(png) => {
             let data = base64::engine::general_purpose::STANDARD.encode(png);
             let url = format!("data:image/png;base64,{data}");
             json!({ "type": "image_url", "image_url": { "url": url, "detail": settings.detail } })
@@ -97,16 +97,16 @@ fn message_of(message: &Message, settings: &ChatSettings) -> Value {
     json!({ "role": role, "content": message.parts.iter().map(part).collect::<Vec<_>>() })
 }
 
-/// The most that a question can cost: no text has more tokens than bytes, and answers end at their limit.
-pub fn most_it_can_cost(settings: &ChatSettings, messages: &[Message], schema: &Value) -> MicroUsd {
+/// Maximum cost of a question: a text has at most as many tokens as bytes, and answers end at their limit.
+pub fn max_cost(settings: &ChatSettings, messages: &[Message], schema: &Value) -> MicroUsd {
     let mut input = schema.to_string().len() as f64;
     for message in messages {
-        // What separates messages counts a few tokens.
+        // Separators of messages count a few tokens.
         input += 16.0;
         for part in &message.parts {
             input += match part {
                 Part::Text(text) => text.len() as f64,
-                Part::Picture(_) => f64::from(settings.picture_tokens),
+                Part::Image(_) => f64::from(settings.image_tokens),
             };
         }
     }
@@ -147,8 +147,8 @@ struct Usage {
     completion_tokens: u64,
 }
 
-/// Reads a successful answer: the model's words, or why there are none.
-pub fn read(settings: &ChatSettings, reply: &Reply) -> Reading<String> {
+/// Reads a successful response: the model's answer as text, or the failure.
+pub fn read(settings: &ChatSettings, reply: &HttpResponse) -> Reading<String> {
     let failed = |kind, reason: String| Reading {
         cost: None,
         input_tokens: None,
@@ -169,7 +169,7 @@ pub fn read(settings: &ChatSettings, reply: &Reply) -> Reading<String> {
     if let Some(error) = completion.error.filter(|error| !error.is_null()) {
         let body = Bytes::from(json!({ "error": error }).to_string());
         let status = error["code"].as_u64().filter(|code| (400..600).contains(code)).unwrap_or(500);
-        let inner = Reply { status: status as u16, body, ..reply.clone() };
+        let inner = HttpResponse { status: status as u16, body, ..reply.clone() };
         if let Some(failure) = Failure::of_status(&inner) {
             let cost = (failure.kind.billed() == Billed::No).then_some(MicroUsd::ZERO);
             return Reading {
@@ -189,10 +189,10 @@ pub fn read(settings: &ChatSettings, reply: &Reply) -> Reading<String> {
         .usage
         .as_ref()
         .map(|usage| cost(settings, usage.prompt_tokens as f64, usage.completion_tokens as f64));
-    Reading { cost: spent, input_tokens, output_tokens, task: None, result: words(completion.choices) }
+    Reading { cost: spent, input_tokens, output_tokens, task: None, result: answer_text(completion.choices) }
 }
 
-fn words(choices: Vec<Choice>) -> Result<String, Failure> {
+fn answer_text(choices: Vec<Choice>) -> Result<String, Failure> {
     let bad = |reason: &str| Failure::new(FailureKind::BadAnswer, reason);
     let choice = choices.into_iter().next().ok_or_else(|| bad("its answer has no choice"))?;
     let message = choice.message.ok_or_else(|| bad("its answer has no message"))?;

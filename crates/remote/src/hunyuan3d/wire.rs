@@ -1,4 +1,4 @@
-//! What is on the wire: `POST {base}/send` and `GET {base}/status/{uid}` of Hunyuan3D's `api_server.py`, 2 and 2.1.
+//! Wire format: `POST {base}/send` and `GET {base}/status/{uid}` of Hunyuan3D's `api_server.py`, 2 and 2.1.
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
@@ -7,25 +7,25 @@ use serde_json::{Value, json};
 
 use super::super::endpoint::Reading;
 use super::super::failure::{Failure, FailureKind, one_line};
-use super::super::outbound::Reply;
 use super::super::settings::Hunyuan3dSettings;
-use super::super::task::Progress;
+use super::super::vendor_job::Progress;
+use http_client::HttpResponse;
 use ports::ledger::MicroUsd;
 
-/// Longest id of a job.
+/// Maximum length of a job id.
 const MAX_UID_CHARS: usize = 64;
 
-/// Body of a request. The server takes seeds of 32 bits, and counts faces where it paints.
+/// Body of a request. The server accepts seeds of 31 bits and limits faces only where it textures.
 pub fn request(settings: &Hunyuan3dSettings, png: &[u8], seed: u64) -> Value {
     json!({
         "image": STANDARD.encode(png), "seed": seed & 0x7fff_ffff, "octree_resolution": settings.octree_resolution,
         "num_inference_steps": settings.inference_steps, "guidance_scale": settings.guidance_scale,
-        "texture": settings.texture, "face_count": settings.mesh.most_triangles, "type": "glb",
+        "texture": settings.texture, "face_count": settings.mesh.max_triangles, "type": "glb",
     })
 }
 
 #[derive(Deserialize)]
-struct Sent {
+struct Submitted {
     uid: String,
 }
 
@@ -36,11 +36,11 @@ struct Status {
     message: Option<String>,
 }
 
-/// Reads the answer to a submission.
-pub fn submitted(settings: &Hunyuan3dSettings, reply: &Reply) -> Reading<String> {
+/// Reads the response to a submission.
+pub fn submitted(settings: &Hunyuan3dSettings, reply: &HttpResponse) -> Reading<String> {
     let plain = |c: char| c.is_ascii_alphanumeric() || c == '-';
-    let uid = json_of::<Sent>(reply).and_then(|Sent { uid }| {
-        // It becomes part of a path.
+    let uid = json_of::<Submitted>(reply).and_then(|Submitted { uid }| {
+        // The id becomes part of a path.
         match uid.is_empty() || uid.len() > MAX_UID_CHARS || !uid.chars().all(plain) {
             true => Err(bad("a job's uid is no plain word".into())),
             false => Ok(uid),
@@ -55,8 +55,8 @@ pub fn submitted(settings: &Hunyuan3dSettings, reply: &Reply) -> Reading<String>
     }
 }
 
-/// How far a job is.
-pub fn progress(reply: &Reply) -> Result<Progress, Failure> {
+/// Reads the status of a job.
+pub fn progress(reply: &HttpResponse) -> Result<Progress, Failure> {
     let Status { status, model_base64, message } = json_of(reply)?;
     match (status.as_str(), model_base64) {
         ("processing" | "texturing", _) => Ok(Progress::Working),
@@ -70,7 +70,7 @@ pub fn progress(reply: &Reply) -> Result<Progress, Failure> {
     }
 }
 
-fn json_of<T: serde::de::DeserializeOwned>(reply: &Reply) -> Result<T, Failure> {
+fn json_of<T: serde::de::DeserializeOwned>(reply: &HttpResponse) -> Result<T, Failure> {
     if !reply.content_type.ends_with("json") {
         return Err(bad(format!("it answered with {:?} in place of JSON", one_line(&reply.content_type))));
     }
@@ -93,13 +93,13 @@ mod tests {
         serde_json::from_value(section).expect("is the section")
     }
 
-    fn reply(body: &str) -> Reply {
+    fn reply(body: &str) -> HttpResponse {
         let body = Bytes::copy_from_slice(body.as_bytes());
-        Reply { status: 200, content_type: "application/json".into(), retry_after: None, body }
+        HttpResponse { status: 200, content_type: "application/json".into(), retry_after: None, body }
     }
 
     #[test]
-    fn a_request_names_what_the_server_reads() {
+    fn request_has_the_fields_of_the_server() {
         let body = request(&settings(), b"\x89PNG", 1 << 33 | 5);
         let names: Vec<&String> = body.as_object().expect("is an object").keys().collect();
         let read = [
@@ -117,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_servers_source_answers_is_read() {
+    fn responses_of_the_server_source_are_read() {
         let reading = submitted(&settings(), &reply(r#"{"uid":"0f1d5a52-5f5c-4c1e-9d0e-0a6f5b1f9b11"}"#));
         assert_eq!(reading.task.as_deref(), Some("0f1d5a52-5f5c-4c1e-9d0e-0a6f5b1f9b11"));
         assert_eq!(progress(&reply(r#"{"status":"processing"}"#)), Ok(Progress::Working));
@@ -130,7 +130,7 @@ mod tests {
     }
 
     #[test]
-    fn anything_else_is_a_bad_answer() {
+    fn other_responses_are_rejected() {
         for body in [
             "",
             "{}",

@@ -1,4 +1,4 @@
-//! What an image model is told.
+//! The prompts of image models.
 
 use std::sync::LazyLock;
 
@@ -6,18 +6,18 @@ use serde_json::{Value, json};
 
 use crate::prompt::Prompt;
 
-/// The prompts, by what is painted.
+/// The prompts, by what is generated.
 pub struct Prompts {
-    pub paint: Prompt,
+    pub render: Prompt,
     pub redraw: Prompt,
     pub redraw_on_backdrop: Prompt,
     pub top: Prompt,
 }
 
-/// All of them.
+/// All prompts.
 pub fn prompts() -> &'static Prompts {
     static PROMPTS: LazyLock<Prompts> = LazyLock::new(|| Prompts {
-        paint: Prompt::new("paint", include_str!("../../../../config/prompts/paint.md")),
+        render: Prompt::new("paint", include_str!("../../../../config/prompts/paint.md")),
         redraw: Prompt::new("redraw", include_str!("../../../../config/prompts/redraw.md")),
         redraw_on_backdrop: Prompt::new(
             "redraw_on_backdrop",
@@ -28,27 +28,27 @@ pub fn prompts() -> &'static Prompts {
     &PROMPTS
 }
 
-/// Names, versions and digests of those for a painter that draws on no background.
+/// Names, versions and digests for a model with transparent output.
 pub(crate) fn identity() -> Value {
-    let Prompts { paint, redraw, top, .. } = prompts();
-    json!([paint, redraw, top].map(Prompt::identity))
+    let Prompts { render, redraw, top, .. } = prompts();
+    json!([render, redraw, top].map(Prompt::identity))
 }
 
-/// And for one that draws before a backdrop.
+/// Names, versions and digests for a model that draws on a key color.
 pub(crate) fn identity_on_backdrop() -> Value {
-    let Prompts { paint, redraw_on_backdrop, top, .. } = prompts();
-    json!([paint, redraw_on_backdrop, top].map(Prompt::identity))
+    let Prompts { render, redraw_on_backdrop, top, .. } = prompts();
+    json!([render, redraw_on_backdrop, top].map(Prompt::identity))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Whoever changes a prompt raises its version and pins the new text here.
+    /// A change of a prompt raises its version and pins the new digest here.
     #[test]
-    fn no_prompt_changes_without_its_version() {
-        let Prompts { paint, redraw, redraw_on_backdrop, top } = prompts();
-        let pinned = [paint, redraw, redraw_on_backdrop, top]
+    fn prompts_match_their_pinned_versions() {
+        let Prompts { render, redraw, redraw_on_backdrop, top } = prompts();
+        let pinned = [render, redraw, redraw_on_backdrop, top]
             .map(|prompt| format!("{} {} {}", prompt.name, prompt.version, prompt.digest()));
         assert_eq!(
             pinned,
@@ -60,7 +60,7 @@ mod tests {
             ]
         );
         assert!(
-            [paint, redraw, redraw_on_backdrop, top].iter().all(|prompt| prompt.text.contains("not obeyed"))
+            [render, redraw, redraw_on_backdrop, top].iter().all(|prompt| prompt.text.contains("not obeyed"))
         );
     }
 }

@@ -1,23 +1,23 @@
-//! A description becomes a picture.
+//! The reference image of a description.
 
 use serde_json::json;
 
 use super::super::endpoint::Question;
 use super::prompts::prompts;
-use super::{ImagesPainter, NAME, decoded, not_taken, wire};
+use super::{NAME, OpenAiImageGenerator, decoded, not_taken, wire};
 use imaging::Image;
 use ports::{Call, Port, ProviderError};
-use render::overlay::fitted;
+use render::annotate::fitted;
 use runtime::seed::child_seed;
 use scene::{ObjectSpec, RelationKind, SceneDescription};
 
-/// Longer side of the picture that is kept, pixels: the largest that later stages look at.
+/// Maximum side of the kept image, pixels; later stages need no more.
 const KEPT_PX: u32 = 1280;
 
-/// Shortest side of a picture that things can be told apart on, pixels.
-pub(crate) const LEAST_PX: u32 = 256;
+/// Minimum side of an image on which objects can be distinguished, pixels.
+pub(crate) const MIN_PX: u32 = 256;
 
-/// Where the seed may put the camera.
+/// Viewing directions from which the seed chooses.
 const SIDES: [&str; 5] = [
     "straight from the front",
     "from the front, a little to the left",
@@ -26,14 +26,14 @@ const SIDES: [&str; 5] = [
     "from the front, 20 degrees to the right",
 ];
 
-/// Has it painted.
-pub(super) async fn paint(
-    painter: &ImagesPainter,
+/// Generates the reference image.
+pub(super) async fn render(
+    image_generator: &OpenAiImageGenerator,
     call: &Call,
     description: &SceneDescription,
     seed: u64,
 ) -> Result<Image, ProviderError> {
-    let settings = &painter.settings;
+    let settings = &image_generator.settings;
     let prompt = prompt_of(description, seed);
     let mut reason = String::new();
     for _ in 0..=settings.redraws {
@@ -43,48 +43,49 @@ pub(super) async fn paint(
             headers: Vec::new(),
             content_type: "application/json".into(),
             body: wire::generation(settings, &prompt).to_string().into(),
-            reserved: wire::most_it_can_cost(settings, &prompt, 0),
+            reserved: wire::max_cost(settings, &prompt, 0),
         };
-        let file = painter.endpoint.ask(call, &question, |reply| wire::read(settings, reply)).await?;
+        let file = image_generator.endpoint.ask(call, &question, |reply| wire::read(settings, reply)).await?;
         match decoded(call, file).await? {
-            Ok(picture) if picture.width_px().min(picture.height_px()) < LEAST_PX => {
-                reason = format!("{} x {} pixels are too few", picture.width_px(), picture.height_px());
+            Ok(image) if image.width_px().min(image.height_px()) < MIN_PX => {
+                reason = format!("{} x {} pixels are too few", image.width_px(), image.height_px());
             }
-            Ok(picture) => return call.compute(Port::Painter, move |_| Ok(kept(picture))).await,
+            Ok(image) => return call.compute(Port::ImageGenerator, move |_| Ok(kept(image))).await,
             Err(refused) => reason = refused,
         }
     }
     Err(not_taken(NAME, &reason, settings.redraws + 1))
 }
 
-/// Opaque, and no larger than is looked at.
-pub(crate) fn kept(mut picture: Image) -> Image {
-    for pixel in picture.as_rgba_mut().chunks_exact_mut(4) {
+/// The image composited over white and reduced to [`KEPT_PX`].
+pub(crate) fn kept(mut image: Image) -> Image {
+    for pixel in image.as_rgba_mut().chunks_exact_mut(4) {
         let alpha = u32::from(pixel[3]);
         for channel in &mut pixel[..3] {
             *channel = ((u32::from(*channel) * alpha + 255 * (255 - alpha) + 127) / 255) as u8;
         }
         pixel[3] = 255;
     }
-    match picture.width_px().max(picture.height_px()) > KEPT_PX {
-        true => fitted(&picture, KEPT_PX, KEPT_PX),
-        false => picture,
+    match image.width_px().max(image.height_px()) > KEPT_PX {
+        true => fitted(&image, KEPT_PX, KEPT_PX),
+        false => image,
     }
 }
 
-/// The prompt: what pictures are like, what this one shows, and from where.
+/// The prompt: style, content and viewing direction.
 pub(crate) fn prompt_of(description: &SceneDescription, seed: u64) -> String {
     let side = SIDES[(child_seed(seed, "side") % SIDES.len() as u64) as usize];
-    let mut told = vec![
-        prompts().paint.text.to_owned(),
+    let mut message = vec![
+        prompts().render.text.to_owned(),
         String::new(),
         format!("The table is seen {side}. {}", description.prose.trim()),
         String::new(),
         format!("The table: {}.", table_words(description)),
         "On it:".to_owned(),
     ];
-    told.extend(description.objects.iter().map(|object| format!("- {}", object_words(object, description))));
-    told.join("\n")
+    message
+        .extend(description.objects.iter().map(|object| format!("- {}", object_words(object, description))));
+    message.join("\n")
 }
 
 fn table_words(description: &SceneDescription) -> String {
@@ -94,35 +95,40 @@ fn table_words(description: &SceneDescription) -> String {
     words.extend(table.material.clone());
     words.extend(table.shape.map(|shape| json!(shape).as_str().unwrap_or_default().to_owned()));
     words.push(table.model.as_deref().unwrap_or("table").replace('_', " "));
-    let mut told = words.join(", ");
+    let mut message = words.join(", ");
     if let Some(size) = table.size_m {
-        told.push_str(&format!(", {:.0} x {:.0} x {:.0} cm", 100.0 * size.x, 100.0 * size.y, 100.0 * size.z));
+        message.push_str(&format!(
+            ", {:.0} x {:.0} x {:.0} cm",
+            100.0 * size.x,
+            100.0 * size.y,
+            100.0 * size.z
+        ));
     }
-    told
+    message
 }
 
 fn object_words(object: &ObjectSpec, description: &SceneDescription) -> String {
     let size = 100.0 * object.size_m;
-    let mut told = format!(
+    let mut message = format!(
         "{}: {}, {:.1} cm wide, {:.1} deep, {:.1} high",
         object.id, object.label, size.x, size.y, size.z
     );
     if let Some(material) = &object.material {
-        told.push_str(&format!(", {material}"));
+        message.push_str(&format!(", {material}"));
     }
     if let Some(color) = object.color {
         let [r, g, b, _] = color.to_rgba8();
-        told.push_str(&format!(", #{r:02x}{g:02x}{b:02x}"));
+        message.push_str(&format!(", #{r:02x}{g:02x}{b:02x}"));
     }
     for relation in &object.relations {
         let target = relation.target.as_ref();
         let known = target.filter(|id| description.objects.iter().any(|other| other.id == **id));
-        told.push_str(&format!(", {}", relation_words(relation.kind)));
+        message.push_str(&format!(", {}", relation_words(relation.kind)));
         if let Some(target) = known {
-            told.push_str(&format!(" {target}"));
+            message.push_str(&format!(" {target}"));
         }
     }
-    told
+    message
 }
 
 fn relation_words(kind: RelationKind) -> &'static str {
@@ -166,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn everything_is_listed_with_its_size_and_place() {
+    fn prompt_lists_every_object_with_size_and_relations() {
         let plate = InstanceId::new("plate_1").expect("a name");
         let description = SceneDescription {
             theme: "t".into(),
@@ -199,10 +205,10 @@ mod tests {
     }
 
     #[test]
-    fn large_pictures_are_reduced_and_become_opaque() {
-        let picture = kept(Image::filled(1536, 1024, [10, 20, 30, 0]));
-        assert_eq!((picture.width_px(), picture.height_px()), (1280, 853));
-        assert_eq!(picture.pixel(5, 5), [255; 4]);
+    fn kept_reduces_large_images_and_makes_them_opaque() {
+        let image = kept(Image::filled(1536, 1024, [10, 20, 30, 0]));
+        assert_eq!((image.width_px(), image.height_px()), (1280, 853));
+        assert_eq!(image.pixel(5, 5), [255; 4]);
         assert_eq!(kept(Image::filled(640, 480, [10, 20, 30, 255])).pixel(0, 0), [10, 20, 30, 255]);
     }
 }

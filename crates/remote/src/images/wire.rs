@@ -1,4 +1,4 @@
-//! What is on the wire: requests and answers of `POST {base}/images/generations` and `POST {base}/images/edits`.
+//! Wire format: requests and responses of `POST {base}/images/generations` and `POST {base}/images/edits`.
 //!
 //! The literals of the tests are the published examples of OpenAI's API reference.
 
@@ -11,11 +11,11 @@ use serde_json::{Value, json};
 use super::super::endpoint::Reading;
 use super::super::failure::{Failure, FailureKind, one_line};
 use super::super::multipart::Form;
-use super::super::outbound::Reply;
 use super::super::settings::{ImagesSettings, InputFidelity, ReferenceSize};
+use http_client::HttpResponse;
 use ports::ledger::MicroUsd;
 
-/// Body of a request to paint something from words.
+/// Body of a text-to-image request.
 pub fn generation(settings: &ImagesSettings, prompt: &str) -> Value {
     json!({
         "model": settings.model, "prompt": prompt, "n": 1, "size": settings.reference_size,
@@ -23,23 +23,23 @@ pub fn generation(settings: &ImagesSettings, prompt: &str) -> Value {
     })
 }
 
-/// What is drawn on.
+/// The canvas of an edit request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Canvas {
-    /// Square and transparent, for one thing.
-    Thing,
-    /// As reference pictures are, opaque, for a whole table.
+    /// Square and transparent, for one object.
+    Object,
+    /// Opaque and of the size of reference images, for a whole table.
     Table,
 }
 
-/// Form of a request to draw something from PNG files.
-pub fn edit(settings: &ImagesSettings, canvas: Canvas, prompt: &str, pictures: &[Bytes]) -> Form {
+/// Form of an image-to-image request with PNG files.
+pub fn edit(settings: &ImagesSettings, canvas: Canvas, prompt: &str, images: &[Bytes]) -> Form {
     let (size, background) = match canvas {
-        Canvas::Thing => (ReferenceSize::Square.word(), "transparent"),
+        Canvas::Object => (ReferenceSize::Square.word(), "transparent"),
         Canvas::Table => (settings.reference_size.word(), "opaque"),
     };
     let mut form = Form::default().text("model", &settings.model);
-    for (number, png) in pictures.iter().enumerate() {
+    for (number, png) in images.iter().enumerate() {
         form = form.file("image[]", &format!("{number}.png"), "image/png", png.clone());
     }
     form = form
@@ -56,22 +56,20 @@ pub fn edit(settings: &ImagesSettings, canvas: Canvas, prompt: &str, pictures: &
     }
 }
 
-/// The most that a question can cost: no text has more tokens than bytes.
-pub fn most_it_can_cost(settings: &ImagesSettings, prompt: &str, pictures: usize) -> MicroUsd {
-    let picture_tokens = pictures as f64 * f64::from(settings.picture_tokens);
-    cost(settings, prompt.len() as f64, picture_tokens, f64::from(settings.drawn_tokens))
+/// Maximum cost of a question: a text has at most as many tokens as bytes.
+pub fn max_cost(settings: &ImagesSettings, prompt: &str, images: usize) -> MicroUsd {
+    let image_tokens = images as f64 * f64::from(settings.image_tokens);
+    cost(settings, prompt.len() as f64, image_tokens, f64::from(settings.drawn_tokens))
 }
 
-fn cost(settings: &ImagesSettings, text: f64, pictures: f64, drawn: f64) -> MicroUsd {
-    let ImagesSettings { text_usd_per_million, picture_usd_per_million, drawn_usd_per_million, .. } =
-        settings;
-    let price =
-        text * text_usd_per_million + pictures * picture_usd_per_million + drawn * drawn_usd_per_million;
+fn cost(settings: &ImagesSettings, text: f64, images: f64, drawn: f64) -> MicroUsd {
+    let ImagesSettings { text_usd_per_million, image_usd_per_million, drawn_usd_per_million, .. } = settings;
+    let price = text * text_usd_per_million + images * image_usd_per_million + drawn * drawn_usd_per_million;
     MicroUsd::of_usd(price / 1e6)
 }
 
 #[derive(Deserialize)]
-struct Drawn {
+struct ImageList {
     #[serde(default)]
     data: Vec<Drawing>,
     usage: Option<Usage>,
@@ -99,8 +97,8 @@ struct InputDetails {
     image_tokens: u64,
 }
 
-/// Reads a successful answer: the bytes of one picture. An address in its place is not followed.
-pub fn read(settings: &ImagesSettings, reply: &Reply) -> Reading<Vec<u8>> {
+/// Reads a successful response: the file of one image. A URL in its place is not followed.
+pub fn read(settings: &ImagesSettings, reply: &HttpResponse) -> Reading<Vec<u8>> {
     let failed = |reason: String| Reading {
         cost: None,
         input_tokens: None,
@@ -111,17 +109,17 @@ pub fn read(settings: &ImagesSettings, reply: &Reply) -> Reading<Vec<u8>> {
     if !reply.content_type.ends_with("json") {
         return failed(format!("it answered with {:?} in place of JSON", one_line(&reply.content_type)));
     }
-    let drawn: Drawn = match serde_json::from_slice(&reply.body) {
-        Ok(drawn) => drawn,
+    let list: ImageList = match serde_json::from_slice(&reply.body) {
+        Ok(list) => list,
         Err(error) => return failed(format!("its answer is no list of pictures: {error}")),
     };
-    let usage = drawn.usage.as_ref();
+    let usage = list.usage.as_ref();
     let spent = usage.map(|usage| match &usage.input_tokens_details {
         Some(input) => {
-            let (text, pictures) = (input.text_tokens as f64, input.image_tokens as f64);
-            cost(settings, text, pictures, usage.output_tokens as f64)
+            let (text, images) = (input.text_tokens as f64, input.image_tokens as f64);
+            cost(settings, text, images, usage.output_tokens as f64)
         }
-        // All of it as what costs more.
+        // All input is billed at the higher price.
         None => {
             let input = usage.input_tokens as f64;
             cost(settings, input, 0.0, usage.output_tokens as f64).max(cost(
@@ -137,7 +135,7 @@ pub fn read(settings: &ImagesSettings, reply: &Reply) -> Reading<Vec<u8>> {
         input_tokens: usage.map(|usage| usage.input_tokens),
         output_tokens: usage.map(|usage| usage.output_tokens),
         task: None,
-        result: file(drawn.data),
+        result: file(list.data),
     }
 }
 

@@ -1,4 +1,4 @@
-//! What is on the wire: `POST {base}/predictions`, `GET {base}/predictions/{id}`.
+//! Wire format: `POST {base}/predictions`, `GET {base}/predictions/{id}`.
 //!
 //! The literals of the tests are the published examples of Replicate's HTTP API.
 
@@ -7,22 +7,22 @@ use serde_json::{Map, Value, json};
 
 use super::super::endpoint::Reading;
 use super::super::failure::{Failure, FailureKind, one_line};
-use super::super::outbound::Reply;
 use super::super::settings::ReplicateSettings;
-use super::super::task::Progress;
+use super::super::vendor_job::Progress;
+use http_client::HttpResponse;
 use ports::ledger::MicroUsd;
 
-/// Longest id of a prediction.
+/// Maximum length of a prediction id.
 const MAX_ID_CHARS: usize = 64;
 
-/// Most values of an output that are looked at for a file.
+/// Maximum values of an output that are searched for a file.
 const MAX_VALUES: usize = 64;
 
 /// Body of a request; an error where the settings' inputs are no JSON object.
-pub fn prediction(settings: &ReplicateSettings, picture: &str, seed: u64) -> Result<Value, String> {
+pub fn prediction(settings: &ReplicateSettings, image: &str, seed: u64) -> Result<Value, String> {
     let mut input: Map<String, Value> = serde_json::from_str(&settings.inputs)
         .map_err(|error| format!("the inputs are no JSON object: {error}"))?;
-    input.insert(settings.image_input.clone(), json!(picture));
+    input.insert(settings.image_input.clone(), json!(image));
     if !settings.seed_input.is_empty() {
         // Models take 31 bits.
         input.insert(settings.seed_input.clone(), json!(seed & 0x7fff_ffff));
@@ -40,8 +40,8 @@ struct Prediction {
     error: Value,
 }
 
-/// Reads the answer to a submission. The price counts from here: vendors bill what has begun.
-pub fn submitted(settings: &ReplicateSettings, reply: &Reply) -> Reading<String> {
+/// Reads the response to a submission. The price counts from here: vendors bill started predictions.
+pub fn submitted(settings: &ReplicateSettings, reply: &HttpResponse) -> Reading<String> {
     let read = read(reply);
     let id = read.as_ref().ok().map(|prediction| prediction.id.clone());
     Reading {
@@ -53,14 +53,14 @@ pub fn submitted(settings: &ReplicateSettings, reply: &Reply) -> Reading<String>
     }
 }
 
-/// How far a prediction is.
-pub fn progress(reply: &Reply) -> Result<Progress, Failure> {
+/// Reads the status of a prediction.
+pub fn progress(reply: &HttpResponse) -> Result<Progress, Failure> {
     let Prediction { status, output, error, .. } = read(reply)?;
     match status.as_str() {
         "starting" | "processing" | "queued" => Ok(Progress::Working),
-        "succeeded" => {
-            file_of(&output).map(Progress::At).ok_or_else(|| bad("its output names no GLB file".into()))
-        }
+        "succeeded" => file_of(&output)
+            .map(|url| Progress::Ready { url })
+            .ok_or_else(|| bad("its output names no GLB file".into())),
         "failed" | "canceled" | "aborted" => {
             let why = error.as_str().map_or_else(|| error.to_string(), str::to_owned);
             Ok(Progress::Failed(format!("{status}: {}", one_line(&why))))
@@ -69,14 +69,14 @@ pub fn progress(reply: &Reply) -> Result<Progress, Failure> {
     }
 }
 
-fn read(reply: &Reply) -> Result<Prediction, Failure> {
+fn read(reply: &HttpResponse) -> Result<Prediction, Failure> {
     if !reply.content_type.ends_with("json") {
         let kind = one_line(&reply.content_type);
         return Err(bad(format!("it answered with {kind:?} in place of JSON")));
     }
     let prediction: Prediction = serde_json::from_slice(&reply.body)
         .map_err(|error| bad(format!("its answer is no prediction: {error}")))?;
-    // It becomes part of a path.
+    // The id becomes part of a path.
     let plain = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
     match prediction.id.is_empty() || prediction.id.len() > MAX_ID_CHARS || !prediction.id.chars().all(plain)
     {
@@ -85,14 +85,14 @@ fn read(reply: &Reply) -> Result<Prediction, Failure> {
     }
 }
 
-/// The address of a GLB file: the output itself, or a value in its list or object. Of several the first whose path ends
-/// in `.glb`.
+/// The URL of a GLB file: the output itself, or a value of its list or object. Of several, the first whose path ends in
+/// `.glb`.
 fn file_of(output: &Value) -> Option<String> {
     let mut open = vec![output];
-    let mut looked_at = 0;
+    let mut visited = 0;
     while let Some(value) = open.pop() {
-        looked_at += 1;
-        if looked_at > MAX_VALUES {
+        visited += 1;
+        if visited > MAX_VALUES {
             return None;
         }
         match value {
@@ -125,9 +125,9 @@ mod tests {
         serde_json::from_value(section).expect("is the section")
     }
 
-    fn reply(body: &str) -> Reply {
+    fn reply(body: &str) -> HttpResponse {
         let body = Bytes::copy_from_slice(body.as_bytes());
-        Reply { status: 201, content_type: "application/json".into(), retry_after: None, body }
+        HttpResponse { status: 201, content_type: "application/json".into(), retry_after: None, body }
     }
 
     const STARTING: &str = r#"{
@@ -151,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn a_prediction_is_asked_for_in_the_published_form() {
+    fn prediction_request_has_the_published_form() {
         let settings = ReplicateSettings {
             version: "5c7d5dc6dd8bf75c1acaa8565735e7986bc5b66206b55cca93cb72c9bf15ccaa".into(),
             image_input: "image".into(),
@@ -170,7 +170,7 @@ mod tests {
     }
 
     #[test]
-    fn the_published_answers_are_read() {
+    fn published_responses_are_read() {
         let reading = submitted(&settings(), &reply(STARTING));
         assert_eq!(reading.task.as_deref(), Some("gm3qorzdhgbfurvjtvhg6dckhu"));
         assert_eq!(reading.result.as_deref(), Ok("gm3qorzdhgbfurvjtvhg6dckhu"));
@@ -184,7 +184,7 @@ mod tests {
         ] {
             assert_eq!(
                 progress(&reply(&with("succeeded", &output))),
-                Ok(Progress::At(url.into())),
+                Ok(Progress::Ready { url: url.into() }),
                 "{output}"
             );
         }
@@ -193,7 +193,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_prediction_is_a_bad_answer() {
+    fn malformed_predictions_are_rejected() {
         let deep = format!("{}1{}", "[".repeat(100), "]".repeat(100));
         for body in [
             "",

@@ -1,22 +1,23 @@
-//! Which found thing is which recognized one.
+//! Assignment of detections to recognized objects.
 //!
-//! Method: every pair of a recognized and a found thing is scored by their boxes (intersection over union, where recognition
-//! says a box), their labels and the finder's own score; the best pairs are taken first, no thing twice, and none
-//! that has most of its pixels in common with one that is taken. Pairs that neither label nor box speaks for are none.
-//! Guarantee: same input, same match; equal pairs in the order of recognition.
+//! Method: every pair of an object and a detection is scored by the overlap of their boxes (intersection over union,
+//! where recognition states a box), by equal labels and by the detector's score. Pairs are accepted greedily by
+//! score, each object once. A detection is rejected where its mask mostly coincides with an accepted one. A pair
+//! needs an equal label or overlapping boxes. Guarantee: equal input gives an equal assignment; ties follow the order
+//! of recognition.
 
-use super::wire::{Found, normalized};
+use super::wire::{Detection, normalized};
 use imaging::Mask;
 use scene::{InstanceId, RecognizedObject};
 
-/// Least overlap of boxes by which things of different labels are the same.
+/// Minimum overlap of boxes at which objects with different labels match.
 const SAME_BOX: f64 = 0.5;
 
-/// Overlap of masks from which two found things are one.
+/// Overlap of masks above which two detections are the same object.
 const SAME_MASK: f64 = 0.8;
 
-/// A mask for every recognized object, in their order, or the first that has none.
-pub fn matched(objects: &[RecognizedObject], found: &[Found]) -> Result<Vec<Mask>, InstanceId> {
+/// The mask of every recognized object in order, or the first object without one.
+pub fn matched(objects: &[RecognizedObject], found: &[Detection]) -> Result<Vec<Mask>, InstanceId> {
     let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
     for (index, object) in objects.iter().enumerate() {
         let label = normalized(&object.label);
@@ -40,8 +41,8 @@ pub fn matched(objects: &[RecognizedObject], found: &[Found]) -> Result<Vec<Mask
         .collect()
 }
 
-/// How much speaks for a pair; `None` where nothing does.
-fn score(object: &RecognizedObject, label: &str, candidate: &Found) -> Option<f64> {
+/// The score of a pair; `None` where neither label nor box supports it.
+fn score(object: &RecognizedObject, label: &str, candidate: &Detection) -> Option<f64> {
     let named = candidate.label.as_deref() == Some(label);
     match object.seen_px {
         Some(seen) => {
@@ -82,24 +83,24 @@ mod tests {
         }
     }
 
-    fn found(label: Option<&str>, score: f64, box_px: [f64; 4]) -> Found {
+    fn found(label: Option<&str>, score: f64, box_px: [f64; 4]) -> Detection {
         let inside = |x: u32, y: u32| {
             let (x, y) = (f64::from(x) + 0.5, f64::from(y) + 0.5);
             box_px[0] < x && x < box_px[2] && box_px[1] < y && y < box_px[3]
         };
-        Found { label: label.map(str::to_owned), score, box_px, mask: Mask::from_fn(100, 60, inside) }
+        Detection { label: label.map(str::to_owned), score, box_px, mask: Mask::from_fn(100, 60, inside) }
     }
 
     const LEFT: [f64; 4] = [10.0, 10.0, 30.0, 40.0];
     const RIGHT: [f64; 4] = [60.0, 12.0, 80.0, 42.0];
 
-    fn places(objects: &[RecognizedObject], found: &[Found]) -> Result<Vec<u32>, String> {
+    fn places(objects: &[RecognizedObject], found: &[Detection]) -> Result<Vec<u32>, String> {
         let masks = matched(objects, found).map_err(|id| id.to_string())?;
         Ok(masks.iter().map(|mask| mask.bbox_px().expect("shows")[0]).collect())
     }
 
     #[test]
-    fn equal_things_are_told_apart_by_where_they_were_seen() {
+    fn equal_labels_are_matched_by_their_boxes() {
         let near = |[x0, y0, x1, y1]: [f64; 4]| Some([x0 + 2.0, y0 - 3.0, x1 + 4.0, y1]);
         let objects = [object("mug_1", "Mug", near(RIGHT)), object("mug_2", "mug", near(LEFT))];
         let all = [found(Some("mug"), 0.9, LEFT), found(Some("mug"), 0.5, RIGHT)];
@@ -107,14 +108,14 @@ mod tests {
     }
 
     #[test]
-    fn without_places_the_surest_come_first() {
+    fn objects_without_boxes_take_the_highest_scores() {
         let objects = [object("mug_1", "mug", None), object("mug_2", "mug", None)];
         let all = [found(Some("mug"), 0.5, LEFT), found(Some("mug"), 0.9, RIGHT)];
         assert_eq!(places(&objects, &all), Ok(vec![60, 10]));
     }
 
     #[test]
-    fn a_thing_that_was_found_under_two_names_is_one() {
+    fn duplicate_detections_match_once() {
         let objects = [object("mug_1", "mug", None), object("cup_1", "cup", None)];
         let again = [LEFT[0], LEFT[1], LEFT[2] + 1.0, LEFT[3]];
         let all =
@@ -124,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn a_place_speaks_for_a_thing_whose_name_was_lost() {
+    fn overlapping_box_matches_a_detection_without_label() {
         let objects = [object("mug_1", "mug", Some(LEFT))];
         assert_eq!(places(&objects, &[found(None, 0.4, LEFT)]), Ok(vec![10]));
         assert_eq!(places(&objects, &[found(None, 0.9, RIGHT)]), Err("mug_1".into()));

@@ -1,20 +1,20 @@
-//! Which box on a view from above is which thing's.
+//! Assignment of boxes on a top view to recognized objects.
 //!
-//! Method: where the reference camera sees a thing, at half its height above what carries it, says where on the table it
-//! is; the box around the table on the view from above says where that is there. Of the boxes under a thing's label the
-//! nearest to that place is taken, the nearest pair first, no box twice. Input: boxes in pixels, y down, the view's up = world
-//! +y. Guarantee: same input, same match.
+//! Method: the ray of the reference camera through an object meets the plane at half its height above its support;
+//! this gives its position on the table. The box of the table maps the position onto the top view. Boxes with the
+//! object's label are assigned by distance, the nearest pair first, each box once. Input: boxes in pixels, y down; up
+//! in the view = world +y. Guarantee: equal input gives an equal assignment.
 
 use glam::DVec2;
 
-use super::wire::{Found, normalized};
+use super::wire::{Detection, normalized};
 use ports::TopBoxes;
 use scene::{InstanceId, Recognition, RecognizedObject, TopBox};
 
-/// A box for every recognized object, or the first that has none.
+/// The box of every recognized object, or the first object without one.
 pub fn matched(
     recognition: &Recognition,
-    found: &[Found],
+    found: &[Detection],
     table_px: [f64; 4],
 ) -> Result<TopBoxes, InstanceId> {
     let objects = &recognition.objects;
@@ -23,9 +23,9 @@ pub fn matched(
         let (label, expected) = (normalized(&object.label), expected_px(recognition, object, table_px));
         for (other, candidate) in found.iter().enumerate() {
             if candidate.label.as_deref() == Some(label.as_str()) {
-                // Without a place the surest come first, behind all that have one.
+                // Objects without an expected position come last, the highest scores first.
                 let apart = match expected {
-                    Some(place) => (middle(candidate.box_px) - place).length(),
+                    Some(place) => (center(candidate.box_px) - place).length(),
                     None => 1e9 - candidate.score,
                 };
                 pairs.push((apart, index, other));
@@ -46,22 +46,22 @@ pub fn matched(
     Ok(TopBoxes { table_px, objects: boxes.collect::<Result<_, InstanceId>>()? })
 }
 
-/// Where a thing's middle should be on the view; `None` where recognition does not say where it was seen.
+/// The expected center of an object on the view; `None` where recognition states no box.
 fn expected_px(
     recognition: &Recognition,
     object: &RecognizedObject,
     [x0, y0, x1, y1]: [f64; 4],
 ) -> Option<DVec2> {
     let height_m = carried_m(recognition, object) + 0.5 * object.size_m.z;
-    let met = recognition.camera.meet_plane(middle(object.seen_px?), height_m)?.truncate();
+    let met = recognition.camera.meet_plane(center(object.seen_px?), height_m)?.truncate();
     let share = met / recognition.table.size_m.truncate();
     Some(DVec2::new(x0 + (0.5 + share.x) * (x1 - x0), y0 + (0.5 - share.y) * (y1 - y0)))
 }
 
-/// How far above the table a thing stands.
+/// Height of the support of an object above the table.
 fn carried_m(recognition: &Recognition, object: &RecognizedObject) -> f64 {
     let (mut below, mut height_m) = (object.stands_on.object(), 0.0);
-    // No tree is deeper than it has things.
+    // A tree is at most as deep as it has objects.
     for _ in 0..recognition.objects.len() {
         let Some(next) = below.and_then(|id| recognition.objects.iter().find(|other| other.id == *id)) else {
             break;
@@ -72,7 +72,7 @@ fn carried_m(recognition: &Recognition, object: &RecognizedObject) -> f64 {
     height_m
 }
 
-fn middle([x0, y0, x1, y1]: [f64; 4]) -> DVec2 {
+fn center([x0, y0, x1, y1]: [f64; 4]) -> DVec2 {
     DVec2::new(0.5 * (x0 + x1), 0.5 * (y0 + y1))
 }
 
@@ -84,7 +84,7 @@ mod tests {
     use imaging::Mask;
     use scene::{CameraKnowledge, RecognizedTable, StandsOn, TableShape};
 
-    /// Two mugs left and right on a table of 1.2 m, seen by a camera that looks down at 45 degrees.
+    /// Two mugs left and right on a table of 1.2 m, seen by a camera at 45 degrees of elevation.
     fn recognition() -> Recognition {
         let camera = Camera::orbit(640, 480, 0.7, DVec3::ZERO, 0.0, 0.8, 2.5);
         let object = |id: &str, x: f64| {
@@ -120,16 +120,16 @@ mod tests {
         }
     }
 
-    fn found(label: &str, x0: u32, y0: u32) -> Found {
+    fn found(label: &str, x0: u32, y0: u32) -> Detection {
         let inside = |x: u32, y: u32| (x0..x0 + 20).contains(&x) && (y0..y0 + 20).contains(&y);
         let box_px = [x0, y0, x0 + 20, y0 + 20].map(f64::from);
-        Found { label: Some(label.into()), score: 0.5, box_px, mask: Mask::from_fn(300, 220, inside) }
+        Detection { label: Some(label.into()), score: 0.5, box_px, mask: Mask::from_fn(300, 220, inside) }
     }
 
     const TABLE_PX: [f64; 4] = [30.0, 30.0, 270.0, 190.0];
 
     #[test]
-    fn equal_things_are_told_apart_by_where_the_camera_saw_them() {
+    fn equal_labels_are_matched_by_the_position_in_the_reference_image() {
         // A tenth of a meter is 20 pixels; up is away from the camera.
         let (left, right) = (found("mug", 80, 80), found("mug", 200, 80));
         let boxes = matched(&recognition(), &[left, right], TABLE_PX).expect("both are there");
@@ -141,7 +141,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_found_is_named() {
+    fn missing_object_is_named() {
         let one = [found("mug", 80, 80), found("bowl", 200, 80)];
         assert_eq!(matched(&recognition(), &one, TABLE_PX).expect_err("one is missing").as_str(), "mug_1");
     }

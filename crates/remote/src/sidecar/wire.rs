@@ -1,5 +1,5 @@
-//! What is on the wire: `POST {base}/v1/segment`, the form of `docs/segmentation-sidecar.yaml`. Its answers have the shape
-//! that the demonstrations of Grounded SAM 2 write into files.
+//! Wire format: `POST {base}/v1/segment`, the protocol of `docs/segmentation-sidecar.yaml`. Responses have the shape
+//! of the files that the demonstrations of Grounded SAM 2 write.
 
 use bytes::Bytes;
 use serde::Deserialize;
@@ -8,24 +8,24 @@ use serde_json::json;
 use super::super::endpoint::Reading;
 use super::super::failure::{Failure, FailureKind, one_line};
 use super::super::multipart::Form;
-use super::super::outbound::Reply;
 use super::super::settings::SidecarSettings;
+use http_client::HttpResponse;
 use imaging::{Mask, RunLengths};
 use ports::ledger::MicroUsd;
 
-/// Most things of an answer that are looked at.
-const MAX_FOUND: usize = 512;
+/// Maximum detections of a response.
+const MAX_DETECTIONS: usize = 512;
 
-/// Something that was found.
+/// A detected object.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Found {
-    /// One of the labels that were asked for; `None` where the answer's words are none of them.
+pub struct Detection {
+    /// One of the requested labels; `None` where the class name means none of them.
     pub label: Option<String>,
     /// 0..1.
     pub score: f64,
-    /// Box around it: x0, y0, x1, y1, pixels.
+    /// Bounding box: x0, y0, x1, y1, pixels.
     pub box_px: [f64; 4],
-    /// Of the picture's size, not empty.
+    /// Of the size of the image, not empty.
     pub mask: Mask,
 }
 
@@ -37,7 +37,7 @@ pub fn request(settings: &SidecarSettings, png: Bytes, labels: &[String]) -> For
     Form::default().file("image", "image.png", "image/png", png).text("request", &asked.to_string())
 }
 
-/// Words as detectors want them: lower case, letters, digits and single spaces.
+/// A label in the form for detectors: lower case, letters, digits and single spaces.
 pub fn normalized(label: &str) -> String {
     let spaced: String =
         label.to_lowercase().chars().map(|c| if c.is_alphanumeric() { c } else { ' ' }).collect();
@@ -73,19 +73,19 @@ struct Segmentation {
     counts: String,
 }
 
-/// Reads a successful answer; masks are as large as the picture, `size_px` = [height, width].
+/// Reads a successful response. Masks have the size of the image, `size_px` = [height, width].
 pub fn read(
     settings: &SidecarSettings,
-    reply: &Reply,
+    reply: &HttpResponse,
     size_px: [u32; 2],
     labels: &[String],
-) -> Reading<Vec<Found>> {
+) -> Reading<Vec<Detection>> {
     let result = found(reply, size_px, labels).map_err(|why| Failure::new(FailureKind::BadAnswer, why));
     let cost = Some(MicroUsd::of_usd(settings.usd_per_call));
     Reading { cost, input_tokens: None, output_tokens: None, task: None, result }
 }
 
-fn found(reply: &Reply, size_px: [u32; 2], labels: &[String]) -> Result<Vec<Found>, String> {
+fn found(reply: &HttpResponse, size_px: [u32; 2], labels: &[String]) -> Result<Vec<Detection>, String> {
     if !reply.content_type.ends_with("json") {
         return Err(format!("it answered with {:?} in place of JSON", one_line(&reply.content_type)));
     }
@@ -98,8 +98,8 @@ fn found(reply: &Reply, size_px: [u32; 2], labels: &[String]) -> Result<Vec<Foun
             "it speaks of a picture of {other_width} x {other_height}, sent was {width} x {height}"
         ));
     }
-    if answer.annotations.len() > MAX_FOUND {
-        return Err(format!("it found {} things, more than {MAX_FOUND}", answer.annotations.len()));
+    if answer.annotations.len() > MAX_DETECTIONS {
+        return Err(format!("it found {} things, more than {MAX_DETECTIONS}", answer.annotations.len()));
     }
     let read = answer.annotations.into_iter().enumerate().map(|(index, annotation)| {
         let wrong = |what: &str| format!("annotations[{index}]: {what}");
@@ -118,15 +118,15 @@ fn found(reply: &Reply, size_px: [u32; 2], labels: &[String]) -> Result<Vec<Foun
         let mask = RunLengths::from_compressed(size, &counts).and_then(Mask::try_from);
         let mask = mask.map_err(|error| wrong(&error.to_string()))?;
         let label = label_of(&annotation.class_name, labels);
-        Ok((mask.area_px() > 0).then_some(Found { label, score, box_px: annotation.bbox, mask }))
+        Ok((mask.area_px() > 0).then_some(Detection { label, score, box_px: annotation.bbox, mask }))
     });
-    let found: Result<Vec<Option<Found>>, String> = read.collect();
+    let found: Result<Vec<Option<Detection>>, String> = read.collect();
     Ok(found?.into_iter().flatten().collect())
 }
 
-/// The label that an answer's words mean. Grounding DINO answers with the tokens that matched: words of several labels, or
-/// pieces of words ("##fying glass" for "magnifying glass"); what shares most letters with a label means it, if
-/// that is at least half of it.
+/// The label that a class name means. Grounding DINO answers with the matched tokens: words of several labels, or
+/// pieces of words ("##fying glass" for "magnifying glass"). The label with the most shared letters wins, if they are
+/// at least half of it.
 fn label_of(class_name: &str, labels: &[String]) -> Option<String> {
     let pieces: String = class_name.replace("##", "");
     let name = normalized(&pieces);
@@ -141,7 +141,7 @@ fn label_of(class_name: &str, labels: &[String]) -> Option<String> {
     let scored = labels.iter().map(|label| (shared(label), label));
     let letters = |label: &str| label.chars().filter(|c| *c != ' ').count();
     let enough = scored.filter(|(shared, label)| *shared > 0 && 2 * shared >= letters(label));
-    // Of equals the shorter label, which leaves less unsaid, then the first.
+    // Ties go to the shorter label, then to the first.
     let best = enough.max_by_key(|(shared, label)| (*shared, std::cmp::Reverse((label.len(), *label))));
     best.map(|(_, label)| label.clone())
 }
@@ -156,9 +156,10 @@ mod tests {
         serde_json::from_value(section).expect("is the section")
     }
 
-    fn read_text(body: &str) -> Result<Vec<Found>, String> {
+    fn read_text(body: &str) -> Result<Vec<Detection>, String> {
         let body = Bytes::copy_from_slice(body.as_bytes());
-        let reply = Reply { status: 200, content_type: "application/json".into(), retry_after: None, body };
+        let reply =
+            HttpResponse { status: 200, content_type: "application/json".into(), retry_after: None, body };
         let labels = ["mug".to_owned(), "magnifying glass".to_owned()];
         read(&settings(), &reply, [4, 4], &labels).result.map_err(|failure| failure.reason)
     }
@@ -167,20 +168,20 @@ mod tests {
         "bbox": [1.0, 1.0, 3.0, 3.0], "segmentation": {"size": [4, 4], "counts": "52203"}}]}"#;
 
     #[test]
-    fn the_documented_answer_is_read() {
+    fn read_parses_the_documented_response() {
         let [found] = &read_text(DOCUMENTED).expect("is read")[..] else { panic!("one thing") };
         assert_eq!((found.label.as_deref(), found.score), (Some("mug"), 0.93));
         assert_eq!(found.mask.bbox_px(), Some([1, 1, 3, 3]));
-        // As the demonstrations write scores.
+        // The demonstrations write scores as lists.
         let list = DOCUMENTED.replace("0.93", "[0.93]");
         assert_eq!(read_text(&list), read_text(DOCUMENTED));
-        // What is found and has no pixels is nothing.
+        // Detections without pixels are dropped.
         let empty = DOCUMENTED.replace("52203", "`0");
         assert_eq!(read_text(&empty), Ok(Vec::new()));
     }
 
     #[test]
-    fn a_request_has_the_documented_form() {
+    fn request_has_the_documented_form() {
         let labels = ["mug".to_owned()];
         let (_, body) = request(&settings(), Bytes::from_static(b"PNG"), &labels).encoded();
         let text = String::from_utf8(body.to_vec()).expect("is text here");
@@ -193,7 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_fit_the_picture_is_a_bad_answer() {
+    fn read_rejects_detections_that_do_not_fit_the_image() {
         for (from, to) in [
             ("\"img_width\": 4", "\"img_width\": 5"),
             ("[4, 4]", "[4, 5]"),
@@ -212,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn pieces_of_words_mean_the_label_they_came_from() {
+    fn label_of_resolves_pieces_of_words() {
         let labels: Vec<String> =
             ["mug", "magnifying glass", "wine glass", "red mug", "plate"].map(str::to_owned).into();
         for (answered, meant) in [

@@ -1,26 +1,28 @@
-//! TC3-HMAC-SHA256, by which Tencent Cloud's APIs know who asks.
+//! TC3-HMAC-SHA256, the request signature of Tencent Cloud's APIs.
 //!
-//! Method: "Signature v3" of Tencent Cloud's API documentation: a canonical form of the request is hashed, and the hash
-//! signed with a key that is derived from the secret key, the day and the service (HMAC after RFC 2104). Times are seconds
-//! since 1970 in UTC; a server takes a signature for five minutes. The tests hold the published worked example.
+//! Method: "Signature v3" of Tencent Cloud's API documentation. The hash of a canonical form of the request is signed
+//! with a key derived from the secret key, the day and the service (HMAC after RFC 2104). Times are seconds since
+//! 1970 in UTC; a server accepts a signature for five minutes. The tests hold the published worked example.
 
 use sha2::{Digest as _, Sha256};
 
-use crate::Secret;
+use runtime::digest::hex;
 
-/// Bytes of SHA-256's blocks.
+use http_client::Secret;
+
+/// Block size of SHA-256, bytes.
 const BLOCK_BYTES: usize = 64;
 
-/// Headers that are signed, sorted.
+/// The signed headers, sorted.
 const SIGNED_HEADERS: &str = "content-type;host;x-tc-action";
 
-/// Who asks what of which service.
+/// The signed parts of a request.
 #[derive(Clone, Copy, Debug)]
 pub struct Signed<'a> {
     pub secret_id: &'a str,
     /// The first label of the service's host (`ai3d`).
     pub service: &'a str,
-    /// As it is sent, with a port that is not the scheme's own.
+    /// The sent `Host` header, with the port where it is not the default.
     pub host: &'a str,
     pub action: &'a str,
     pub content_type: &'a str,
@@ -38,20 +40,20 @@ pub fn authorization(signed: &Signed<'_>, secret_key: &Secret) -> String {
     of_canonical(signed, &canonical, SIGNED_HEADERS, secret_key)
 }
 
-/// Of a POST to the root, without a query.
+/// The canonical form of a POST to the root without a query.
 fn canonical_request(headers: &str, signed_headers: &str, body: &[u8]) -> String {
-    format!("POST\n/\n\n{headers}\n{signed_headers}\n{}", hexadecimal(&Sha256::digest(body)))
+    format!("POST\n/\n\n{headers}\n{signed_headers}\n{}", hex(&Sha256::digest(body)))
 }
 
 fn of_canonical(signed: &Signed<'_>, canonical: &str, signed_headers: &str, secret_key: &Secret) -> String {
     let Signed { secret_id, service, timestamp_s, .. } = *signed;
     let date = date_of(timestamp_s);
     let scope = format!("{date}/{service}/tc3_request");
-    let hashed = hexadecimal(&Sha256::digest(canonical));
+    let hashed = hex(&Sha256::digest(canonical));
     let to_sign = format!("TC3-HMAC-SHA256\n{timestamp_s}\n{scope}\n{hashed}");
     let of_day = hmac(format!("TC3{}", secret_key.expose()).as_bytes(), date.as_bytes());
     let of_service = hmac(&of_day, service.as_bytes());
-    let signature = hexadecimal(&hmac(&hmac(&of_service, b"tc3_request"), to_sign.as_bytes()));
+    let signature = hex(&hmac(&hmac(&of_service, b"tc3_request"), to_sign.as_bytes()));
     format!(
         "TC3-HMAC-SHA256 Credential={secret_id}/{scope}, SignedHeaders={signed_headers}, Signature={signature}"
     )
@@ -72,7 +74,7 @@ fn hmac(key: &[u8], message: &[u8]) -> [u8; 32] {
 
 /// `YYYY-MM-DD` of a time in UTC (H. Hinnant, "chrono-compatible low-level date algorithms", `civil_from_days`).
 fn date_of(timestamp_s: u64) -> String {
-    // Days since 0000-03-01, so that leap days end years.
+    // Days since 0000-03-01: leap days end years.
     let days = timestamp_s / 86_400 + 719_468;
     let (era, day_of_era) = (days / 146_097, days % 146_097);
     let year_of_era = (day_of_era - day_of_era / 1460 + day_of_era / 36_524 - day_of_era / 146_096) / 365;
@@ -82,10 +84,6 @@ fn date_of(timestamp_s: u64) -> String {
     let month = if month_from_march < 10 { month_from_march + 3 } else { month_from_march - 9 };
     let year = 400 * era + year_of_era + u64::from(month <= 2);
     format!("{year:04}-{month:02}-{day:02}")
-}
-
-fn hexadecimal(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 #[cfg(test)]
@@ -110,13 +108,13 @@ mod tests {
     }
 
     #[test]
-    fn the_published_worked_example_comes_out() {
+    fn authorization_matches_the_published_example() {
         let (signed, key) = example();
         let headers = "content-type:application/json; charset=utf-8\nhost:cvm.tencentcloudapi.com\n";
         let canonical = canonical_request(headers, "content-type;host", signed.body);
         assert!(canonical.ends_with("35e9c5b0e3ae67532d3c9f17ead6c90222632e5b1ff7f6e89887f1398934f064"));
         assert_eq!(
-            hexadecimal(&Sha256::digest(&canonical)),
+            hex(&Sha256::digest(&canonical)),
             "5ffe6a04c0664d6b969fab9a13bdab201d63ee709638e2749d62a09ca18d7031"
         );
         assert_eq!(
@@ -128,13 +126,13 @@ mod tests {
     }
 
     #[test]
-    fn the_action_is_signed_as_the_newer_example_signs_it() {
+    fn authorization_signs_the_action_and_the_body() {
         let (signed, key) = example();
         let headers = "content-type:application/json; charset=utf-8\nhost:cvm.tencentcloudapi.com\n\
                        x-tc-action:describeinstances\n";
         let canonical = canonical_request(headers, SIGNED_HEADERS, signed.body);
         assert_eq!(
-            hexadecimal(&Sha256::digest(&canonical)),
+            hex(&Sha256::digest(&canonical)),
             "7019a55be8395899b900fb5564e4200d984910f34794a27cb3fb7d10ff6a1e84"
         );
         assert_eq!(authorization(&signed, &key), of_canonical(&signed, &canonical, SIGNED_HEADERS, &key));
@@ -143,15 +141,15 @@ mod tests {
     }
 
     #[test]
-    fn hmac_is_that_of_rfc_4231() {
+    fn hmac_matches_rfc_4231() {
         let short = hmac(b"Jefe", b"what do ya want for nothing?");
-        assert_eq!(hexadecimal(&short), "5bdcc146bf60754e6a042426089575c75a003f089d2739839dec58b964ec3843");
+        assert_eq!(hex(&short), "5bdcc146bf60754e6a042426089575c75a003f089d2739839dec58b964ec3843");
         let long = hmac(&[0xaa; 131], b"Test Using Larger Than Block-Size Key - Hash Key First");
-        assert_eq!(hexadecimal(&long), "60e431591ee0b67f0d8a26aacbf5b77f8e0bc6213728c5140546040f0ee37f54");
+        assert_eq!(hex(&long), "60e431591ee0b67f0d8a26aacbf5b77f8e0bc6213728c5140546040f0ee37f54");
     }
 
     #[test]
-    fn days_have_their_dates() {
+    fn date_of_handles_leap_years() {
         for (timestamp_s, date) in [
             (0, "1970-01-01"),
             (951_782_399, "2000-02-28"),

@@ -1,5 +1,5 @@
-//! What is on the wire: the actions `SubmitHunyuanTo3DProJob` and `QueryHunyuanTo3DProJob` of Tencent Cloud. Whatever goes
-//! wrong is told inside an answer with status 200.
+//! Wire format: the actions `SubmitHunyuanTo3DProJob` and `QueryHunyuanTo3DProJob` of Tencent Cloud. Errors come inside
+//! responses with status 200.
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
@@ -8,18 +8,18 @@ use serde_json::{Value, json};
 
 use super::super::endpoint::Reading;
 use super::super::failure::{Failure, FailureKind, one_line};
-use super::super::outbound::Reply;
 use super::super::settings::TencentSettings;
-use super::super::task::Progress;
+use super::super::vendor_job::Progress;
+use http_client::HttpResponse;
 use ports::ledger::MicroUsd;
 
-/// Begins a job.
+/// The action that starts a job.
 pub const SUBMIT: &str = "SubmitHunyuanTo3DProJob";
 
-/// Asks how far a job is.
+/// The action that queries a job.
 pub const QUERY: &str = "QueryHunyuanTo3DProJob";
 
-/// Longest id of a job.
+/// Maximum length of a job id.
 const MAX_ID_CHARS: usize = 64;
 
 /// Body of a submission. The model cannot be seeded.
@@ -30,7 +30,7 @@ pub fn submission(settings: &TencentSettings, png: &[u8]) -> Value {
     })
 }
 
-/// Body of a look at a job.
+/// Body of a status query.
 pub fn query(id: &str) -> Value {
     json!({ "JobId": id })
 }
@@ -46,14 +46,14 @@ struct Envelope<T> {
 enum Response<T> {
     Failed {
         #[serde(rename = "Error")]
-        error: Told,
+        error: Message,
     },
     Good(T),
 }
 
 #[derive(Deserialize)]
 #[serde(rename_all = "PascalCase")]
-struct Told {
+struct Message {
     code: String,
     message: String,
 }
@@ -66,7 +66,7 @@ struct Submitted {
 
 #[derive(Deserialize)]
 #[serde(rename_all = "PascalCase")]
-struct Looked {
+struct JobStatus {
     status: String,
     #[serde(default)]
     error_code: String,
@@ -85,8 +85,8 @@ struct File {
     url: String,
 }
 
-/// Reads the answer to a submission. The price counts from here.
-pub fn submitted(settings: &TencentSettings, reply: &Reply) -> Reading<String> {
+/// Reads the response to a submission. The price counts from here.
+pub fn submitted(settings: &TencentSettings, reply: &HttpResponse) -> Reading<String> {
     let plain = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
     let id = read::<Submitted>(reply).and_then(|Submitted { job_id }| {
         match job_id.is_empty() || job_id.len() > MAX_ID_CHARS || !job_id.chars().all(plain) {
@@ -96,15 +96,15 @@ pub fn submitted(settings: &TencentSettings, reply: &Reply) -> Reading<String> {
     });
     let cost = match &id {
         Ok(_) => Some(MicroUsd::of_usd(settings.usd_per_mesh)),
-        // Where it tells an error, it has begun nothing.
+        // A response with an error has started no job.
         Err(failure) => (failure.kind != FailureKind::BadAnswer).then_some(MicroUsd::ZERO),
     };
     Reading { cost, input_tokens: None, output_tokens: None, task: id.as_ref().ok().cloned(), result: id }
 }
 
-/// How far a job is. A GLB file is taken before a ZIP archive of an OBJ file.
-pub fn progress(reply: &Reply) -> Result<Progress, Failure> {
-    let Looked { status, error_code, error_message, files } = read(reply)?;
+/// Reads the status of a job. A GLB file has priority over a ZIP archive of an OBJ file.
+pub fn progress(reply: &HttpResponse) -> Result<Progress, Failure> {
+    let JobStatus { status, error_code, error_message, files } = read(reply)?;
     match status.as_str() {
         "WAIT" | "RUN" => Ok(Progress::Working),
         "FAIL" => Ok(Progress::Failed(one_line(&format!("{error_code}: {error_message}")))),
@@ -112,13 +112,13 @@ pub fn progress(reply: &Reply) -> Result<Progress, Failure> {
             let of_kind = |kind: &str| files.iter().find(|file| file.kind.eq_ignore_ascii_case(kind));
             let file = of_kind("GLB").or_else(|| of_kind("OBJ")).filter(|file| !file.url.is_empty());
             let file = file.ok_or_else(|| bad("it is done and names no GLB or OBJ file".into()))?;
-            Ok(Progress::At(file.url.clone()))
+            Ok(Progress::Ready { url: file.url.clone() })
         }
         other => Err(bad(format!("a job is {:?}", one_line(other)))),
     }
 }
 
-fn read<T: serde::de::DeserializeOwned>(reply: &Reply) -> Result<T, Failure> {
+fn read<T: serde::de::DeserializeOwned>(reply: &HttpResponse) -> Result<T, Failure> {
     if !reply.content_type.ends_with("json") {
         return Err(bad(format!("it answered with {:?} in place of JSON", one_line(&reply.content_type))));
     }
@@ -133,7 +133,7 @@ fn read<T: serde::de::DeserializeOwned>(reply: &Reply) -> Result<T, Failure> {
     }
 }
 
-/// What a code of Tencent Cloud's means: the common ones by their first part, then those of the service.
+/// The kind of an error code of Tencent Cloud: common codes by their first part, then those of the service.
 fn kind_of(code: &str) -> FailureKind {
     let (family, detail) = code.split_once('.').unwrap_or((code, ""));
     match (family, detail) {
@@ -170,13 +170,13 @@ mod tests {
         serde_json::from_value(section).expect("is the section")
     }
 
-    fn reply(body: &str) -> Reply {
+    fn reply(body: &str) -> HttpResponse {
         let body = Bytes::copy_from_slice(body.as_bytes());
-        Reply { status: 200, content_type: "application/json".into(), retry_after: None, body }
+        HttpResponse { status: 200, content_type: "application/json".into(), retry_after: None, body }
     }
 
     #[test]
-    fn a_submission_names_what_the_reference_names() {
+    fn submission_has_the_documented_fields() {
         let body = submission(&settings(), b"\x89PNG");
         let names: Vec<&String> = body.as_object().expect("is an object").keys().collect();
         assert_eq!(names, ["Model", "ImageBase64", "EnablePBR", "FaceCount", "GenerateType"]);
@@ -185,20 +185,20 @@ mod tests {
 
     // The literals have the form of the API reference's examples.
     #[test]
-    fn a_submitted_job_has_its_id_and_its_price() {
-        let told = r#"{"Response": {"JobId": "1375367755519696896", "RequestId": "173f8c3f-d326-4e0e-b9d0-7a5c4ed0fcb0"}}"#;
-        let reading = submitted(&settings(), &reply(told));
+    fn submitted_reads_the_job_id_and_the_price() {
+        let message = r#"{"Response": {"JobId": "1375367755519696896", "RequestId": "173f8c3f-d326-4e0e-b9d0-7a5c4ed0fcb0"}}"#;
+        let reading = submitted(&settings(), &reply(message));
         assert_eq!(reading.result, Ok("1375367755519696896".to_owned()));
         assert_eq!(reading.task, Some("1375367755519696896".to_owned()));
         assert_eq!(reading.cost, Some(MicroUsd::of_usd(settings().usd_per_mesh)));
-        for spoiled in [told.replace("1375", "../"), told.replace("JobId", "Id"), "[]".to_owned()] {
+        for spoiled in [message.replace("1375", "../"), message.replace("JobId", "Id"), "[]".to_owned()] {
             assert!(submitted(&settings(), &reply(&spoiled)).result.is_err(), "{spoiled}");
         }
     }
 
     #[test]
     fn errors_come_with_status_200() {
-        let told = |code: &str| {
+        let message = |code: &str| {
             let body = format!(
                 r#"{{"Response": {{"Error": {{"Code": "{code}", "Message": "told"}}, "RequestId": "ed93f3cb"}}}}"#
             );
@@ -221,26 +221,26 @@ mod tests {
             ("FailedOperation.InnerError", FailureKind::ServerError),
             ("InvalidAction", FailureKind::NotFound),
         ] {
-            assert_eq!(told(code), kind, "{code}");
+            assert_eq!(message(code), kind, "{code}");
         }
     }
 
     #[test]
-    fn every_status_is_understood() {
-        let looked = |status: &str, files: &str| {
+    fn progress_reads_every_documented_status() {
+        let status_of = |status: &str, files: &str| {
             progress(&reply(&format!(
                 r#"{{"Response": {{"Status": "{status}", "ErrorCode": "", "ErrorMessage": "", "ResultFile3Ds": {files},
                     "RequestId": "8d4c"}}}}"#
             )))
         };
-        assert_eq!(looked("WAIT", "[]"), Ok(Progress::Working));
-        assert_eq!(looked("RUN", "[]"), Ok(Progress::Working));
+        assert_eq!(status_of("WAIT", "[]"), Ok(Progress::Working));
+        assert_eq!(status_of("RUN", "[]"), Ok(Progress::Working));
         let obj = r#"{"Type": "OBJ", "Url": "https://a.example/b.zip?q-sign=1", "PreviewImageUrl": ""}"#;
         let glb = r#"{"Type": "GLB", "Url": "https://a.example/b.glb?q-sign=1", "PreviewImageUrl": ""}"#;
-        let at = |url: &str| Ok(Progress::At(url.to_owned()));
-        assert_eq!(looked("DONE", &format!("[{obj}, {glb}]")), at("https://a.example/b.glb?q-sign=1"));
-        assert_eq!(looked("DONE", &format!("[{obj}]")), at("https://a.example/b.zip?q-sign=1"));
-        assert!(looked("DONE", "[]").is_err() && looked("LOST", "[]").is_err());
+        let at = |url: &str| Ok(Progress::Ready { url: url.to_owned() });
+        assert_eq!(status_of("DONE", &format!("[{obj}, {glb}]")), at("https://a.example/b.glb?q-sign=1"));
+        assert_eq!(status_of("DONE", &format!("[{obj}]")), at("https://a.example/b.zip?q-sign=1"));
+        assert!(status_of("DONE", "[]").is_err() && status_of("LOST", "[]").is_err());
         let failed = r#"{"Response": {"Status": "FAIL", "ErrorCode": "FailedOperation.ModelError",
             "ErrorMessage": "no thing", "RequestId": "8d4c"}}"#;
         assert_eq!(

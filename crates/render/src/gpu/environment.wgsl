@@ -1,6 +1,6 @@
 // Light of sky and surroundings, environment.rs's, and on the backdrop's floor, floor_light.rs's.
 
-// What a white matte surface of that normal reflects of sky and ground.
+// Light that a white matte surface of that normal reflects from sky and ground.
 fn diffuse_light(normal: vec3<f32>, seen: SkyShare) -> vec3<f32> {
     let up = 0.5 + 0.5 * normal.z;
     return job.sky_color * (up * (0.12 + 0.88 * seen.arriving))
@@ -29,7 +29,7 @@ fn floor_node(x: u32, y: u32) -> vec3<f32> {
     return vec3(light_f32(at), light_f32(at + 1u), light_f32(at + 2u));
 }
 
-// Bilinear; beyond the grid its edge goes on.
+// Bilinear sample; positions beyond the grid take its edge value.
 fn floor_light(point: vec2<f32>) -> vec3<f32> {
     let last = f32(job.floor_nodes - 1u);
     let p = clamp((point - job.floor_low) * job.nodes_per_m, vec2(0.0), vec2(last));
@@ -58,7 +58,7 @@ fn floor_point(p: vec2<f32>) -> FloorPoint {
     return FloorPoint(origin + t * direction, t > 0.0 && t < 1e30);
 }
 
-// The backdrop at height `fraction` of the picture (0 = top), dimmed where shadows fall on its floor.
+// The backdrop at height `fraction` of the image (0 = top), dimmed where shadows fall on its floor.
 fn backdrop(fraction: f32, on_floor: FloorPoint, reaching: f32) -> vec3<f32> {
     let color = mix(job.top_color, job.bottom_color, fraction);
     if !on_floor.met {

@@ -26,7 +26,7 @@ fn front(
     let flat_normal = turned_toward(triangle.facing, toward_eye(found.in_camera));
     let normal = smooth_normal(triangle, found.weights, flat_normal);
     state[result] = bitcast<u32>(depth_of(key_of(state[keys_at() + at])));
-    state[result + 1u] = scene[job.looks_at + triangle.look * LOOK_WORDS + 7u];
+    state[result + 1u] = scene[job.materials_at + triangle.material * MATERIAL_WORDS + 7u];
     state[result + 2u] = bitcast<u32>(normal.x);
     state[result + 3u] = bitcast<u32>(normal.y);
     state[result + 4u] = bitcast<u32>(normal.z);

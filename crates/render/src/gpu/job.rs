@@ -2,13 +2,13 @@
 
 use glam::{Affine3A, Vec3, Vec3A};
 
-use super::light_words::{LightLayout, PictureLight};
+use super::light_words::{ImageLight, LightLayout};
 use super::scene_words::SceneLayout;
 use super::words::Words;
-use crate::floor_light;
-use crate::projection::Projection;
+use crate::forward::floor_light;
+use crate::forward::projection::Projection;
 
-/// What a pass writes.
+/// Output of a pass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Phase {
     Keys = 0,
@@ -16,29 +16,29 @@ pub enum Phase {
     Layers = 2,
 }
 
-/// Which triangles it draws.
+/// The triangles a pass draws.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kept {
+pub enum TriangleSet {
     All = 0,
     Opaque = 1,
     Transparent = 2,
 }
 
-/// Rows of a picture that are drawn at a time.
+/// Rows of an image that are drawn at a time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Strip {
     pub first_row_px: usize,
     pub rows_px: usize,
 }
 
-/// A picture to be drawn. `projection` has the size in samples.
+/// An image to be drawn. `projection` has the size in samples.
 pub struct Job<'a> {
     pub projection: &'a Projection,
     /// Samples along each side of a pixel.
     pub samples: usize,
     pub scene: SceneLayout,
     /// With the layout of its buffer; `None` where no color is wanted.
-    pub light: Option<(&'a PictureLight<'a>, LightLayout)>,
+    pub light: Option<(&'a ImageLight<'a>, LightLayout)>,
     pub layer_capacity: u32,
 }
 
@@ -48,7 +48,7 @@ impl Job<'_> {
     }
 
     /// The uniform of one pass over one strip.
-    pub fn bytes(&self, strip: Strip, phase: Phase, kept: Kept) -> Words {
+    pub fn bytes(&self, strip: Strip, phase: Phase, kept: TriangleSet) -> Words {
         let mut words = Words::default();
         let Projection { lens, height_px, .. } = self.projection;
         words.push_rows(self.projection.camera_from_world.as_affine3a());
@@ -83,9 +83,9 @@ impl Job<'_> {
         words.push([self.width_px() as u32, (height_px / self.samples) as u32]);
         words.push([strip.first_row_px as u32, strip.rows_px as u32, self.scene.triangles]);
         words.push([phase as u32, kept as u32, self.layer_capacity, self.scene.directions]);
-        let SceneLayout { triangles_at, looks_at, directions_at, disks_at, linear_of_srgb_at, .. } =
+        let SceneLayout { triangles_at, materials_at, directions_at, disks_at, linear_of_srgb_at, .. } =
             self.scene;
-        words.push([triangles_at, looks_at, directions_at, disks_at, linear_of_srgb_at]);
+        words.push([triangles_at, materials_at, directions_at, disks_at, linear_of_srgb_at]);
         let [width, height, coarse_width, coarse_height] = map.map_or([0; 4], |map| {
             [map.width, map.height, map.coarse_width, map.coarse.len() / map.coarse_width]
         });

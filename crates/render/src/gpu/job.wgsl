@@ -1,4 +1,4 @@
-// What all passes know: the view, the strip of the picture, the light, and where things lie in the buffers.
+// Uniform of all passes: the view, the strip of the image, the light, and the offsets of the lists in the buffers.
 // Affine maps are three rows, each with its shift last. The host writes the fields in this order.
 
 struct Job {
@@ -42,7 +42,7 @@ struct Job {
     directions: u32,
     // First word of each list in `scene`.
     triangles_at: u32,
-    looks_at: u32,
+    materials_at: u32,
     directions_at: u32,
     disks_at: u32,
     linear_of_srgb_at: u32,
@@ -82,7 +82,7 @@ fn results_at() -> u32 {
     return heads_at() + job.width_px * job.rows_px;
 }
 
-// Of a sample of the whole picture, in its strip.
+// Of a sample of the whole image, in its strip.
 fn sample_index(sample: vec2<u32>) -> u32 {
     return (sample.y - job.first_row_px * SAMPLES) * (job.width_px * SAMPLES) + sample.x;
 }

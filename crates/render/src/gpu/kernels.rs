@@ -1,4 +1,4 @@
-//! The compiled passes, and how one strip of a picture goes through them.
+//! The compiled compute passes, and their dispatch for one strip of an image.
 
 use wgpu::{
     BindGroupDescriptor, BindGroupEntry, Buffer, BufferUsages, CommandEncoder, ComputePassDescriptor,
@@ -6,9 +6,9 @@ use wgpu::{
     ShaderModuleDescriptor, ShaderSource,
 };
 
-use super::job::{Job, Kept, Phase, Strip};
-use crate::projection::NEAR_M;
-use crate::{light_map, sky};
+use super::job::{Job, Phase, Strip, TriangleSet};
+use crate::forward::projection::NEAR_M;
+use crate::forward::{light_map, sky};
 use gpu::Gpu;
 use gpu::transfer::sized;
 
@@ -17,8 +17,8 @@ const THREADS: usize = 64;
 /// Side of the tile of a workgroup of `sweep`, and of the block of a thread of `shade`, pixels.
 const TILE_PX: usize = 16;
 const BLOCK_PX: usize = 2;
-/// Most workgroups along one axis, as all adapters promise.
-const MOST_GROUPS: usize = 65_535;
+/// Maximum number of workgroups along one axis on all adapters.
+const MAX_GROUPS: usize = 65_535;
 
 /// Counters at the beginning of the state, words; the layers' is one of them.
 pub const COUNTERS: usize = 4;
@@ -36,7 +36,7 @@ pub struct Kernels {
     shade: ComputePipeline,
 }
 
-/// What the passes work in.
+/// Buffers of the passes.
 pub struct Workspace<'a> {
     pub scene: &'a Buffer,
     pub state: &'a Buffer,
@@ -64,7 +64,7 @@ impl Kernels {
             include_str!("key_light.wgsl"),
             include_str!("environment.wgsl"),
             include_str!("shade.wgsl"),
-            include_str!("picture.wgsl"),
+            include_str!("image.wgsl"),
         ];
         let shade = module("shade", &lit);
         Self {
@@ -82,14 +82,14 @@ impl Kernels {
         (4 * (results + words_of_a_pixel * pixels), 4 * results)
     }
 
-    /// Writes the passes that find what is in front. Where there is a light that is what is opaque, and then the
-    /// see-through layers before it if there is room for any.
+    /// Records the passes that find the visible triangles. With a light these are the opaque ones, and then the
+    /// transparent layers before them if there is room for any.
     pub fn find(&self, gpu: &Gpu, encoder: &mut CommandEncoder, space: &Workspace, job: &Job, strip: Strip) {
         let pixels = job.width_px() * strip.rows_px;
         encoder.clear_buffer(space.state, 0, Some(self.state_bytes(pixels, 0).0 as u64));
-        let kept = if job.light.is_some() { Kept::Opaque } else { Kept::All };
+        let kept = if job.light.is_some() { TriangleSet::Opaque } else { TriangleSet::All };
         let mut phases = vec![(Phase::Keys, kept), (Phase::Fronts, kept)];
-        phases.extend((job.layer_capacity > 0).then_some((Phase::Layers, Kept::Transparent)));
+        phases.extend((job.layer_capacity > 0).then_some((Phase::Layers, TriangleSet::Transparent)));
         let threads = job.scene.triangles as usize;
         let tiles = [job.width_px().div_ceil(TILE_PX), strip.rows_px.div_ceil(TILE_PX)];
         for (phase, kept) in phases {
@@ -100,23 +100,23 @@ impl Kernels {
         }
     }
 
-    /// Writes the pass that tells depth, id and normal of what is in front.
+    /// Records the pass that writes depth, id and normal of the visible surface.
     pub fn front(&self, gpu: &Gpu, encoder: &mut CommandEncoder, space: &Workspace, job: &Job, strip: Strip) {
-        let uniform = uniform(gpu, job, strip, Phase::Fronts, Kept::All);
+        let uniform = uniform(gpu, job, strip, Phase::Fronts, TriangleSet::All);
         let groups = groups_of(job.width_px() * strip.rows_px);
         run(gpu, encoder, &self.front, &[&uniform, space.scene, space.state], groups);
     }
 
-    /// Writes the pass that colors what is in front, with the layers before it.
+    /// Records the pass that shades the visible surface and the layers before it.
     pub fn shade(&self, gpu: &Gpu, encoder: &mut CommandEncoder, space: &Workspace, job: &Job, strip: Strip) {
-        let uniform = uniform(gpu, job, strip, Phase::Layers, Kept::All);
+        let uniform = uniform(gpu, job, strip, Phase::Layers, TriangleSet::All);
         let blocks = job.width_px().div_ceil(BLOCK_PX) * strip.rows_px.div_ceil(BLOCK_PX);
         let buffers = [&uniform, space.scene, space.state, space.light, space.layers];
         run(gpu, encoder, &self.shade, &buffers, groups_of(blocks));
     }
 }
 
-/// What kernels share with the CPU's code.
+/// Constants shared with the CPU code.
 fn constants(samples: usize) -> String {
     let whole = [
         ("THREADS", THREADS),
@@ -131,7 +131,7 @@ fn constants(samples: usize) -> String {
     ];
     let real = [
         ("NEAR_M", NEAR_M),
-        ("LEAST", f32::MIN),
+        ("LOWEST_F32", f32::MIN),
         ("BORDER", light_map::BORDER),
         ("FEW_BLOCKS", light_map::FEW_BLOCKS),
         ("NARROW", light_map::NARROW),
@@ -158,7 +158,7 @@ fn pipeline(device: &Device, module: &ShaderModule, entry_point: &str) -> Comput
     })
 }
 
-fn uniform(gpu: &Gpu, job: &Job, strip: Strip, phase: Phase, kept: Kept) -> Buffer {
+fn uniform(gpu: &Gpu, job: &Job, strip: Strip, phase: Phase, kept: TriangleSet) -> Buffer {
     let words = job.bytes(strip, phase, kept);
     let uniform = sized(gpu, words.bytes().len(), BufferUsages::UNIFORM | BufferUsages::COPY_DST);
     gpu.queue.write_buffer(&uniform, 0, words.bytes());
@@ -168,7 +168,7 @@ fn uniform(gpu: &Gpu, job: &Job, strip: Strip, phase: Phase, kept: Kept) -> Buff
 /// Workgroups for so many threads, in two axes.
 fn groups_of(threads: usize) -> [usize; 2] {
     let groups = threads.div_ceil(THREADS);
-    let rows = groups.div_ceil(MOST_GROUPS);
+    let rows = groups.div_ceil(MAX_GROUPS);
     [groups.div_ceil(rows.max(1)), rows]
 }
 

@@ -19,7 +19,7 @@ fn highest_within(p: vec2<f32>, radius: f32) -> f32 {
     let left = block_of(p.x - radius, job.map_width);
     let right = block_of(p.x + radius, job.map_width);
     let bottom = block_of(p.y + radius, job.map_height);
-    var highest = LEAST;
+    var highest = LOWEST_F32;
     for (var row = block_of(p.y - radius, job.map_height); row <= bottom; row++) {
         for (var column = left; column <= right; column++) {
             highest = max(highest, light_f32(job.fine_at + row * columns + column));
@@ -28,7 +28,7 @@ fn highest_within(p: vec2<f32>, radius: f32) -> f32 {
     return highest;
 }
 
-// Beyond the map there is nothing, as in its border.
+// Outside the map keys are those of the empty border.
 fn map_key(p: vec2<f32>) -> f32 {
     let last = vec2(f32(job.map_width), f32(job.map_height)) - 1.0;
     let texel = vec2<u32>(clamp(p, vec2(0.0), last));

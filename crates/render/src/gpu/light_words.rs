@@ -1,11 +1,11 @@
-//! The light of one picture as the kernels read it: the key light's map and the light on the backdrop's floor.
+//! The light of one image as the kernels read it: the key light's map and the light on the backdrop's floor.
 
 use super::words::Words;
-use crate::environment::Environment;
-use crate::floor_light::FloorLight;
+use crate::forward::environment::Environment;
+use crate::forward::floor_light::FloorLight;
 use crate::lighting::Background;
 
-/// Where things lie in the buffer.
+/// Offsets of the lists in the buffer.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct LightLayout {
     pub coarse_at: u32,
@@ -13,15 +13,15 @@ pub struct LightLayout {
     pub floor_at: u32,
 }
 
-/// All the light of a picture.
-pub struct PictureLight<'a> {
+/// Lighting of one image.
+pub struct ImageLight<'a> {
     pub environment: Environment<'a>,
     pub floor: Option<FloorLight>,
     pub background: Background,
 }
 
 /// The buffer's content: the map's keys, its blocks, the floor's nodes.
-pub fn light_words(light: &PictureLight) -> (Words, LightLayout) {
+pub fn light_words(light: &ImageLight) -> (Words, LightLayout) {
     let mut words = Words::default();
     let mut layout = LightLayout::default();
     if let Some(map) = &light.environment.key_map {

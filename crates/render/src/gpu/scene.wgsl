@@ -5,7 +5,7 @@
 
 const VERTEX_WORDS = 8u;
 const TRIANGLE_WORDS = 8u;
-const LOOK_WORDS = 8u;
+const MATERIAL_WORDS = 8u;
 
 const ONE_SIDED = 1u;
 const TRANSPARENT = 2u;
@@ -15,7 +15,7 @@ struct Triangle {
     flags: u32,
     // Unit, in the world, by its winding.
     facing: vec3<f32>,
-    look: u32,
+    material: u32,
 }
 
 fn scene_f32(at: u32) -> f32 {

@@ -1,24 +1,24 @@
-//! The objects of a diorama as the kernels read them: one buffer, uploaded once.
+//! The view-independent buffer of the kernels, uploaded once.
 //!
-//! Vertices (point, normal and texture position in the world), triangles, looks of materials, textures with their
-//! halved versions, the sky's occlusion maps, and two tables: linear light of sRGB bytes and the sampling pattern of
+//! It holds vertices (point, normal and texture position, world frame), triangles, shading materials, textures with
+//! their mipmaps, the sky's occlusion maps, and two tables: linear light of sRGB bytes and the sampling pattern of
 //! penumbras. Layouts are those of scene.wgsl and the files that read them.
 
 use glam::Mat3A;
 
 use super::words::Words;
-use crate::light_map;
-use crate::looks::Looks;
-use crate::scenery::{Keep, Scenery};
-use crate::sky::Sky;
+use crate::forward::light_map;
+use crate::forward::scene_buffers::{SceneBuffers, TriangleFilter};
+use crate::forward::shading_materials::ShadingMaterials;
+use crate::forward::sky::Sky;
 use imaging::srgb::LINEAR_OF_SRGB;
 
-/// Where things lie in the buffer, and how many there are.
+/// Offsets and lengths of the lists in the buffer.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct SceneLayout {
     pub triangles: u32,
     pub triangles_at: u32,
-    pub looks_at: u32,
+    pub materials_at: u32,
     pub directions: u32,
     pub directions_at: u32,
     pub disks_at: u32,
@@ -30,38 +30,41 @@ const ONE_SIDED: u32 = 1;
 const TRANSPARENT: u32 = 2;
 
 /// The buffer's content.
-pub fn scene_words(scenery: &Scenery, sky: &Sky) -> (Words, SceneLayout) {
+pub fn scene_words(scene_buffers: &SceneBuffers, sky: &Sky) -> (Words, SceneLayout) {
     let mut words = Words::default();
-    let mut layout = SceneLayout { triangles: scenery.triangles.len() as u32, ..SceneLayout::default() };
-    for (object, first) in scenery.objects.iter().zip(&scenery.first_vertex) {
+    let mut layout =
+        SceneLayout { triangles: scene_buffers.triangles.len() as u32, ..SceneLayout::default() };
+    for (object, first) in scene_buffers.objects.iter().zip(&scene_buffers.first_vertex) {
         let world_from_object = Mat3A::from_quat(object.world_from_object.rotation.as_quat());
         let mesh = object.mesh;
         for (k, (normal, uv)) in mesh.normals.iter().zip(&mesh.uvs).enumerate() {
-            let point = scenery.points_in_world[*first as usize + k];
+            let point = scene_buffers.points_in_world[*first as usize + k];
             let normal = world_from_object * *normal;
             words.push_floats([point.x, point.y, point.z, normal.x, normal.y, normal.z, uv.x, uv.y]);
         }
     }
-    let looks = Looks::new(&scenery.objects);
-    let mut flags = vec![0; scenery.triangles.len()];
-    let glass = scenery.drawn(Keep::Transparent);
+    let materials = ShadingMaterials::new(&scene_buffers.objects);
+    let mut flags = vec![0; scene_buffers.triangles.len()];
+    let glass = scene_buffers.drawn(TriangleFilter::Transparent);
     (0..glass.len()).for_each(|place| flags[glass.at(place) as usize] |= TRANSPARENT);
     layout.has_glass = glass.len() > 0;
     layout.triangles_at = words.count();
-    for ((triangle, facing), flags) in scenery.triangles.iter().zip(scenery.facings()).zip(flags) {
+    for ((triangle, facing), flags) in scene_buffers.triangles.iter().zip(scene_buffers.facings()).zip(flags)
+    {
         let one_sided = if triangle.one_sided { ONE_SIDED } else { 0 };
         words.push(triangle.vertices.into_iter().chain([flags | one_sided]));
         words.push_floats(facing.to_array());
-        words.push([looks.number(triangle.object as usize, triangle.material as usize) as u32]);
+        words.push([materials.number(triangle.object as usize, triangle.material as usize) as u32]);
     }
-    // Textures before looks, which say where they lie; the level list stands behind each texture's pictures.
-    let textures: Vec<u32> = looks.textures.iter().map(|texture| push_texture(&mut words, texture)).collect();
-    layout.looks_at = words.count();
-    for (index, object) in scenery.objects.iter().enumerate() {
-        for look in looks.of_object(index) {
-            words.push_vector(look.base_color, look.roughness);
-            words.push_floats([look.metalness, look.opacity]);
-            words.push([look.texture.map_or(0, |texture| textures[texture]), object.id]);
+    // Textures precede materials, which hold their offsets; the level list follows each texture's images.
+    let textures: Vec<u32> =
+        materials.textures.iter().map(|texture| push_texture(&mut words, texture)).collect();
+    layout.materials_at = words.count();
+    for (index, object) in scene_buffers.objects.iter().enumerate() {
+        for material in materials.of_object(index) {
+            words.push_vector(material.base_color, material.roughness);
+            words.push_floats([material.metalness, material.opacity]);
+            words.push([material.texture.map_or(0, |texture| textures[texture]), object.id]);
         }
     }
     layout.disks_at = words.count();

@@ -1,6 +1,6 @@
 // The color of a surface point: Lambert and GGX under key light, sky and surroundings, shade.rs's.
 
-struct Look {
+struct Material {
     base_color: vec3<f32>,
     roughness: f32,
     metalness: f32,
@@ -19,7 +19,7 @@ struct Surface {
     uv: vec2<f32>,
     // Texture repeats squared per square meter.
     uv_density: f32,
-    look: u32,
+    material: u32,
 }
 
 struct Reflected {
@@ -28,14 +28,14 @@ struct Reflected {
 }
 
 // Linear light: what is added, and the factor on what lies behind.
-struct Shown {
+struct Shaded {
     added: vec3<f32>,
     passed: vec3<f32>,
 }
 
-fn look_at(index: u32) -> Look {
-    let at = job.looks_at + index * LOOK_WORDS;
-    return Look(
+fn material_at(index: u32) -> Material {
+    let at = job.materials_at + index * MATERIAL_WORDS;
+    return Material(
         scene_vec3(at), scene_f32(at + 3u), scene_f32(at + 4u), scene_f32(at + 5u), scene[at + 6u],
     );
 }
@@ -62,7 +62,7 @@ fn surface_at(index: u32, p: vec2<f32>) -> Surface {
         eye,
         found.weights.x * a + found.weights.y * b + found.weights.z * c,
         uv_area / max(area, 1e-20),
-        triangle.look,
+        triangle.material,
     );
 }
 
@@ -70,16 +70,16 @@ fn surface_at(index: u32, p: vec2<f32>) -> Surface {
 fn continues(a: u32, b: u32) -> bool {
     let p = triangle_at(a);
     let q = triangle_at(b);
-    return p.look == q.look && dot(p.facing, q.facing) > 0.965;
+    return p.material == q.material && dot(p.facing, q.facing) > 0.965;
 }
 
-fn albedo_of(s: Surface, look: Look, pixel_size_m: f32) -> vec3<f32> {
-    if look.texture == 0u {
-        return look.base_color;
+fn albedo_of(s: Surface, material: Material, pixel_size_m: f32) -> vec3<f32> {
+    if material.texture == 0u {
+        return material.base_color;
     }
     let facing = max(dot(s.flat_normal, s.toward_eye), 0.05);
-    let texels = s.uv_density * scene_f32(look.texture) * pixel_size_m * pixel_size_m / facing;
-    return look.base_color * texture_color(look.texture, s.uv, 0.5 * log2(max(texels, 1.0)) - 0.25);
+    let texels = s.uv_density * scene_f32(material.texture) * pixel_size_m * pixel_size_m / facing;
+    return material.base_color * texture_color(material.texture, s.uv, 0.5 * log2(max(texels, 1.0)) - 0.25);
 }
 
 fn fifth(x: f32) -> f32 {
@@ -104,19 +104,19 @@ fn key_cosine(s: Surface) -> f32 {
 }
 
 // `nl` is the cosine to the key light, `reaching` the share of it that reaches the point.
-fn reflected(s: Surface, look: Look, albedo: vec3<f32>, nl: f32, reaching: f32, seen: SkyShare) -> Reflected {
+fn reflected(s: Surface, material: Material, albedo: vec3<f32>, nl: f32, reaching: f32, seen: SkyShare) -> Reflected {
     let n = s.normal;
     let v = s.toward_eye;
     let l = job.toward_key;
     let nv = clamp(dot(n, v), 0.02, 1.0);
-    let f0 = mix(vec3(0.04), albedo, look.metalness);
-    let matte = albedo * (1.0 - look.metalness);
+    let f0 = mix(vec3(0.04), albedo, material.metalness);
+    let matte = albedo * (1.0 - material.metalness);
     var light = Reflected(vec3(0.0), vec3(0.0));
     if nl > 0.0 && reaching > 0.0 {
         let key = job.key_color * (nl * reaching);
         let h = unit_or(l + v, vec3(0.0));
         // A light of finite size blurs the highlight (Karis 2013).
-        let alpha = min(look.roughness * look.roughness + 0.4 * job.key_radius_rad, 1.0);
+        let alpha = min(material.roughness * material.roughness + 0.4 * job.key_radius_rad, 1.0);
         let a2 = alpha * alpha;
         let nh = clamp(dot(n, h), 0.0, 1.0);
         let d = nh * nh * (a2 - 1.0) + 1.0;
@@ -128,20 +128,20 @@ fn reflected(s: Surface, look: Look, albedo: vec3<f32>, nl: f32, reaching: f32, 
     }
     let up = 0.5 + 0.5 * n.z;
     let up_flat = 0.5 + 0.5 * s.flat_normal.z;
-    // Occlusion is that of the flat face; its brightness is carried over to the smooth one.
+    // Occlusion is evaluated for the flat face and rescaled to the smooth normal.
     let smooth_over_flat = (job.sky_color * up + job.ground_color * (1.0 - up))
         / max(job.sky_color * up_flat + job.ground_color * (1.0 - up_flat), vec3(1e-3));
     light.diffuse += matte * diffuse_light(s.flat_normal, seen) * smooth_over_flat;
-    let surroundings = mirrored(2.0 * dot(n, v) * n - v, look.roughness);
+    let surroundings = mirrored(2.0 * dot(n, v) * n - v, material.roughness);
     let occlusion = min(0.25 + 0.75 * seen.open, 1.0);
-    light.specular += surroundings * mirror_share(f0, look.roughness, nv) * occlusion;
+    light.specular += surroundings * mirror_share(f0, material.roughness, nv) * occlusion;
     return light;
 }
 
-// A see-through surface: what it adds, and the factor on what lies behind.
-fn glass(s: Surface, look: Look, albedo: vec3<f32>, light: Reflected) -> Shown {
+// A transparent surface: the light it adds, and the factor on the light from behind.
+fn glass(s: Surface, material: Material, albedo: vec3<f32>, light: Reflected) -> Shaded {
     let grazing = 1.0 - clamp(dot(s.normal, s.toward_eye), 0.0, 1.0);
-    let solid = look.opacity + (1.0 - look.opacity) * 0.35 * (grazing * grazing * grazing);
-    let tint = mix(vec3(1.0), albedo, 0.35 + 0.3 * look.opacity);
-    return Shown((light.diffuse * solid * 0.8 + light.specular) * job.exposure, tint * (1.0 - solid));
+    let solid = material.opacity + (1.0 - material.opacity) * 0.35 * (grazing * grazing * grazing);
+    let tint = mix(vec3(1.0), albedo, 0.35 + 0.3 * material.opacity);
+    return Shaded((light.diffuse * solid * 0.8 + light.specular) * job.exposure, tint * (1.0 - solid));
 }

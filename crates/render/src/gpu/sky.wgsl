@@ -25,10 +25,10 @@ fn sky_seen_from(point: vec3<f32>, normal: vec3<f32>) -> SkyShare {
     for (var k = 0u; k < job.directions; k++) {
         let at = job.directions_at + k * DIRECTION_WORDS;
         let texel_m = scene_f32(at + 3u);
-        // A texel off the surface, so that it does not shade itself.
+        // Offset by a texel from the surface, against self-shadowing.
         let texel = moved(scene_rows(at + 4u), point + normal * texel_m);
         let width = scene[at + 16u];
-        // Around what is drawn a map is empty, so positions beyond it may be moved to its rim.
+        // A map is empty around its content, so positions beyond it may be moved to its border.
         let last = vec2(f32(width), f32(scene[at + 17u])) - 2.0;
         let place = clamp(texel.xy - 0.5, vec2(0.0), last);
         let lit_up_to = 0.5 * texel_m - texel.z;
@@ -49,7 +49,7 @@ fn sky_seen_from(point: vec3<f32>, normal: vec3<f32>) -> SkyShare {
     return SkyShare(lit / all, open / f32(job.directions));
 }
 
-// The sky's share at one place, for its neighborhood on the same smooth surface.
+// Sky share of one point, reused in its neighborhood on the same smooth surface.
 struct Nearby {
     known: bool,
     point: vec3<f32>,

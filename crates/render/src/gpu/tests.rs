@@ -1,18 +1,17 @@
-//! Pictures of a GPU agree with the CPU's. Runs on every adapter that is there, software too; where there is none it
-//! says so on standard error, or fails where `TABLETOPGEN_GPU_TESTS` is `require`.
+//! GPU images agree with the CPU's. Runs on every available adapter, including software adapters; without an adapter
+//! it reports that on standard error, or fails where `TABLETOPGEN_GPU_TESTS` is `require`.
 
 use std::io::Write;
 use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
-use wgpu::Backends;
 
-use super::diorama::Room;
+use super::scene_cache::Room;
 use super::*;
-use gpu::test_devices::devices;
-use crate::{Background, Diorama, Frame, Lighting, RenderObject, RenderSettings, TopView, View};
+use crate::{Background, Frame, Lighting, RenderObject, RenderSettings, SceneCache, TopView, View};
 use catalog::{Recipe, build, build_table, category};
 use geometry::{Camera, Material, Pose, Rgb, TexturedMesh, shapes};
+use gpu::test_devices::devices;
 
 type Placed = (TexturedMesh, Pose);
 
@@ -28,13 +27,13 @@ fn settings(supersampling: u32) -> RenderSettings {
     RenderSettings { supersampling, shadow_map_px: 512, sky_directions: 12, sky_map_px: 128 }
 }
 
-/// Things of the catalog on a table: textured, metallic, of glass; and plain shapes.
+/// Objects of the catalog on a table: textured, metallic, of glass; and plain shapes.
 fn laid_table() -> Vec<Placed> {
     let mut placed = Vec::new();
     let size_m = DVec3::new(0.9, 0.7, 0.74);
     let table = build_table("dining_table", size_m, None, Some("oak"), 4).expect("a known table");
     placed.push((table.mesh, Pose::IDENTITY));
-    let things = [
+    let objects = [
         ("wine_glass", -0.15, -0.1),
         ("drinking_glass", -0.08, -0.17),
         ("saucepan", 0.2, 0.12),
@@ -42,7 +41,7 @@ fn laid_table() -> Vec<Placed> {
         ("mug", -0.25, 0.1),
         ("book", 0.22, -0.12),
     ];
-    for (k, (name, x, y)) in things.into_iter().enumerate() {
+    for (k, (name, x, y)) in objects.into_iter().enumerate() {
         let size = &category(name).expect("a known category").size;
         let size_m = 0.5 * (size.low_m + size.high_m);
         let recipe = Recipe { category: name.into(), size_m, color: None, material: None, seed: k as u64 };
@@ -89,7 +88,7 @@ fn views() -> Vec<View> {
     ]
 }
 
-/// How far a picture is from the expected one.
+/// Differences between an image and the expected one.
 #[derive(Debug, Default)]
 struct Apart {
     pixels: usize,
@@ -161,46 +160,46 @@ impl Apart {
 
 /// One device after the other, because compiling for software adapters takes longer than drawing.
 #[test]
-fn pictures_agree_with_the_cpu() {
+fn gpu_images_agree_with_cpu() {
     let placed = laid_table();
     let dioramas: Vec<_> =
-        [1, 2].map(|samples| Arc::new(Diorama::new(objects(&placed), &settings(samples)))).into();
+        [1, 2].map(|samples| Arc::new(SceneCache::new(objects(&placed), &settings(samples)))).into();
     for gpu in devices() {
-        for diorama in &dioramas {
-            let mut drawn = GpuDiorama::new(gpu.clone(), diorama.clone()).expect("uploaded");
+        for scene_cache in &dioramas {
+            let mut drawn = GpuSceneCache::new(gpu.clone(), scene_cache.clone()).expect("uploaded");
             let mut apart = Apart::default();
             for view in views() {
-                let found = drawn.paint_with_normals(lighting(), background(), &view).expect("painted");
-                apart.add(&found, &diorama.paint_with_normals(lighting(), background(), &view));
+                let found = drawn.render_with_normals(lighting(), background(), &view).expect("painted");
+                apart.add(&found, &scene_cache.render_with_normals(lighting(), background(), &view));
                 let geometry = drawn.measure(&view).expect("measured");
                 assert!(geometry.ids == found.ids && geometry.depth_m == found.depth_m);
             }
             let [ids, depths, normals] =
                 [apart.ids, apart.depths, apart.normals].map(|count| apart.share(count));
             let (mean, p99, p999) = (apart.color_mean(), apart.color_within(100), apart.color_within(1000));
-            let told = format!(
+            let message = format!(
                 "{}: ids {ids:.6} ({} off edges), depths {depths:.6}, normals {normals:.6}, bytes {mean:.4} on \
                  average, {p99} in 99 of 100, {p999} in 999 of 1000",
                 gpu.name(),
                 apart.ids_off_edges
             );
-            writeln!(std::io::stderr().lock(), "pictures compared on {told}").expect("standard error");
-            // Found: none, none, 9e-6, 9e-6, 0.0034, 0, 0.
-            assert!(ids < 1e-3 && apart.ids_off_edges == 0, "{told}");
-            assert!(depths < 2e-4 && normals < 2e-4, "{told}");
-            assert!(mean < 0.02 && p99 <= 1 && p999 <= 4, "{told}");
-            however_it_is_cut_a_picture_has_the_same_bytes(&mut drawn);
+            writeln!(std::io::stderr().lock(), "pictures compared on {message}").expect("standard error");
+            // Measured: none, none, 9e-6, 9e-6, 0.0034, 0, 0.
+            assert!(ids < 1e-3 && apart.ids_off_edges == 0, "{message}");
+            assert!(depths < 2e-4 && normals < 2e-4, "{message}");
+            assert!(mean < 0.02 && p99 <= 1 && p999 <= 4, "{message}");
+            image_bytes_do_not_depend_on_strips(&mut drawn);
         }
-        without_objects_there_is_the_backdrop(&gpu);
+        empty_scene_renders_backdrop(&gpu);
     }
 }
 
-/// Strips, layers that find no room at first, and threads that draw at the same time.
-fn however_it_is_cut_a_picture_has_the_same_bytes(drawn: &mut GpuDiorama) {
+/// Strips, layer buffers that are too small at first, and concurrent threads.
+fn image_bytes_do_not_depend_on_strips(drawn: &mut GpuSceneCache) {
     let view = views()[1];
-    let whole = drawn.paint_with_normals(lighting(), background(), &view).expect("painted");
+    let whole = drawn.render_with_normals(lighting(), background(), &view).expect("painted");
     drawn.room = Room { pixels: 192 * 50, layers_of_a_pixel: 0, fewest_layers: 3000, ..drawn.room };
-    let cut = || drawn.paint_with_normals(lighting(), background(), &view).expect("painted");
+    let cut = || drawn.render_with_normals(lighting(), background(), &view).expect("painted");
     let (one, other) = std::thread::scope(|scope| {
         let (one, other) = (scope.spawn(cut), scope.spawn(cut));
         (one.join().expect("no panic"), other.join().expect("no panic"))
@@ -208,32 +207,32 @@ fn however_it_is_cut_a_picture_has_the_same_bytes(drawn: &mut GpuDiorama) {
     assert!(one == whole && other == whole, "{}", drawn.gpu().name());
     drawn.room.fewest_layers = 5;
     let refused = drawn.color(lighting(), background(), &view).expect_err("there is more glass than that");
-    assert!(matches!(refused, GpuError::TooManyLayers { most: 5, .. }), "{refused}");
-    assert!(!refused.is_of_the_device() && drawn.gpu().given_up().is_none());
+    assert!(matches!(refused, GpuError::TooManyLayers { highest: 5, .. }), "{refused}");
+    assert!(!refused.is_device_failure() && drawn.gpu().given_up().is_none());
 }
 
-fn without_objects_there_is_the_backdrop(gpu: &Arc<Gpu>) {
-    let (view, diorama) = (views()[0], Arc::new(Diorama::new(Vec::new(), &settings(1))));
-    let expected = diorama.paint_with_normals(lighting(), background(), &view);
-    let drawn = GpuDiorama::new(gpu.clone(), diorama).expect("uploaded");
+fn empty_scene_renders_backdrop(gpu: &Arc<Gpu>) {
+    let (view, scene_cache) = (views()[0], Arc::new(SceneCache::new(Vec::new(), &settings(1))));
+    let expected = scene_cache.render_with_normals(lighting(), background(), &view);
+    let drawn = GpuSceneCache::new(gpu.clone(), scene_cache).expect("uploaded");
     let mut apart = Apart::default();
-    apart.add(&drawn.paint_with_normals(lighting(), background(), &view).expect("painted"), &expected);
+    apart.add(&drawn.render_with_normals(lighting(), background(), &view).expect("painted"), &expected);
     assert!(apart.ids == 0 && apart.color_within(1000) <= 1, "{apart:?}");
 }
 
 #[test]
-fn what_does_not_fit_is_an_error_and_leaves_the_device_good_and_a_broken_one_says_so() {
+fn oversized_image_is_error_and_lost_device_is_reported() {
     let top =
         TopView { width_px: 1 << 30, height_px: 2, meters_per_px: 1e-9, center_m: DVec2::ZERO, eye_z_m: 1.0 };
     for gpu in devices() {
-        let diorama = Arc::new(Diorama::new(Vec::new(), &settings(1)));
-        let drawn = GpuDiorama::new(gpu.clone(), diorama.clone()).expect("uploaded");
+        let scene_cache = Arc::new(SceneCache::new(Vec::new(), &settings(1)));
+        let drawn = GpuSceneCache::new(gpu.clone(), scene_cache.clone()).expect("uploaded");
         let refused = drawn.measure(&View::Orthographic(top)).expect_err("no device holds that");
         assert!(matches!(refused, GpuError::DoesNotFit { .. }), "{refused}");
-        assert!(!refused.is_of_the_device() && gpu.given_up().is_none());
+        assert!(!refused.is_device_failure() && gpu.given_up().is_none());
         gpu.give_up("asked to by a test");
         let failed = drawn.measure(&views()[0]).expect_err("it was given up");
-        assert!(failed.is_of_the_device() && failed.to_string().contains("asked to by a test"), "{failed}");
-        assert!(GpuDiorama::new(gpu, diorama).is_err_and(|error| error.is_of_the_device()));
+        assert!(failed.is_device_failure() && failed.to_string().contains("asked to by a test"), "{failed}");
+        assert!(GpuSceneCache::new(gpu, scene_cache).is_err_and(|error| error.is_device_failure()));
     }
 }

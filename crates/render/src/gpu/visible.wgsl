@@ -103,7 +103,7 @@ fn is_kept(triangle: Triangle) -> bool {
     return !(job.keep == KEEP_OPAQUE && transparent) && !(job.keep == KEEP_TRANSPARENT && !transparent);
 }
 
-// What the row loop needs; its box is empty where there is nothing to draw.
+// Edge functions for the row loop; the box is empty if there is nothing to draw.
 fn edges_of(s: Screen, triangle: u32) -> Edges {
     var edges: Edges;
     edges.triangle = triangle;
@@ -184,7 +184,7 @@ fn draw_layer(edges: Edges, pixel: vec2<u32>) {
     if mask == 0u {
         return;
     }
-    // The count goes on where there is no room, so that it says how much there should have been.
+    // The count continues without room, so that it reports the required capacity.
     let layer = atomicAdd(&state[2], 1u);
     if layer < job.layer_capacity {
         let next = atomicExchange(&state[heads_at() + pixel_index(pixel)], layer + 1u);

@@ -1,8 +1,8 @@
-//! Numbers of four bytes, one after another, as kernels read them.
+//! Serialization to four-byte words, in the layout that kernels read.
 
 use glam::{Affine3A, Vec3};
 
-/// What a buffer is filled with.
+/// Content of a buffer.
 #[derive(Default)]
 pub struct Words(Vec<u8>);
 
@@ -24,7 +24,7 @@ impl Words {
         self.push(numbers.into_iter().map(f32::to_bits));
     }
 
-    /// Depth keys; nothing is the least finite number, for not every driver knows infinities.
+    /// Depth keys; the empty key is the lowest finite number, since not every driver supports infinities.
     pub fn push_keys(&mut self, keys: &[f32]) {
         self.push_floats(keys.iter().map(|key| key.max(f32::MIN)));
     }

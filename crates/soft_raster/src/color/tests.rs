@@ -1,4 +1,4 @@
-//! Soft pictures agree with the slow reference in color and derivative.
+//! Soft images agree with the slow reference in color and derivative.
 
 use std::collections::BTreeSet;
 
@@ -8,7 +8,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::*;
 use crate::reference;
-use crate::reference::color::{SeenPoint, SlowView};
+use crate::reference::color::{SlowView, SurfacePoint};
 use crate::turntable::{Turntable, random_object};
 use geometry::{FaceGroup, Material, Rgb, TexturedMesh};
 use imaging::Image;
@@ -55,7 +55,7 @@ impl Model {
         (turned, -DVec3::Z.cross(turned))
     }
 
-    fn drawn(&self, yaw_rad: f64) -> SoftPicture<1> {
+    fn drawn(&self, yaw_rad: f64) -> SoftImage<1> {
         let surface = self.object.surface();
         let points = self.object.points(yaw_rad);
         let mut silhouette = SoftSilhouette::default();
@@ -71,22 +71,22 @@ impl Model {
             up: MovingDirection { at: Vec3::Z, slopes: [Vec3::ZERO] },
         };
         let faces: Vec<u32> = (0..surface.triangles.len() as u32).collect();
-        let paint = Paint::new(&self.mesh, &faces, &surface);
-        let mut picture = SoftPicture::default();
-        picture.draw(&Painted {
+        let shading = ShadingMaterials::new(&self.mesh, &faces, &surface);
+        let mut image = SoftImage::default();
+        image.draw(&ColorInput {
             surface: &surface,
             points: &points,
             keys: &keys,
-            paint: &paint,
+            shading: &shading,
             light: &light,
             silhouette: &silhouette,
             shrink: SHRINK,
         });
-        picture
+        image
     }
 
     /// One half of the object in a material of its own, without a texture.
-    fn paint_in_halves(&mut self) {
+    fn render_in_halves(&mut self) {
         let side = |t: &&[u32; 3]| t.iter().map(|&v| self.object.positions[v as usize].x).sum::<f64>() > 0.0;
         let (left, right) = self.object.triangles.iter().partition(side);
         let groups = [(0, left), (1, right)].map(|(material, triangles)| FaceGroup { material, triangles });
@@ -108,7 +108,7 @@ impl Model {
         }
     }
 
-    /// Mean over `fine` times `fine` samples a pixel of what is seen, summed over the picture.
+    /// Mean over `fine` times `fine` samples a pixel of what is seen, summed over the image.
     fn each_sample(&self, yaw_rad: f64, fine: usize, of: impl Fn(f64, f64, DVec3) -> f64) -> f64 {
         let in_camera: Vec<DVec3> = self.object.in_camera(yaw_rad).iter().map(|q| q.0).collect();
         let (view, side) = (self.view(&in_camera, yaw_rad), SIDE_PX / SHRINK * fine);
@@ -124,7 +124,7 @@ impl Model {
     }
 
     /// The reference's color and weight of each pixel.
-    fn slowly(&self, yaw_rad: f64) -> Vec<(Option<SeenPoint>, f64)> {
+    fn slowly(&self, yaw_rad: f64) -> Vec<(Option<SurfacePoint>, f64)> {
         let in_camera: Vec<DVec3> = self.object.in_camera(yaw_rad).iter().map(|q| q.0).collect();
         let side = SIDE_PX / SHRINK;
         let view = self.view(&in_camera, yaw_rad);
@@ -143,13 +143,14 @@ impl Model {
     }
 }
 
-fn premultiplied((seen, weight): &(Option<SeenPoint>, f64)) -> [f64; CHANNELS] {
+fn premultiplied((seen, weight): &(Option<SurfacePoint>, f64)) -> [f64; CHANNELS] {
     (*weight * seen.map_or(DVec3::ZERO, |seen| seen.color)).extend(*weight).to_array()
 }
 
-/// 15 objects. Left out are pixels where rounding decides which face is nearest, and those mixed at breaks.
+/// 15 objects. Pixels whose nearest face is decided by rounding, and those mixed at color discontinuities, are
+/// excluded.
 #[test]
-fn agrees_with_the_reference() {
+fn soft_result_agrees_with_reference() {
     let mut rng = ChaCha8Rng::seed_from_u64(7);
     let (mut compared, mut left_out, mut worst) = (0, 0, 0.0_f64);
     for kind in 0..15 {
@@ -174,14 +175,14 @@ fn agrees_with_the_reference() {
     }
     eprintln!("{compared} pixels, {left_out} left out, worst {worst:.5}");
     assert!(compared > 1500 && left_out * 200 < compared, "{compared} {left_out}");
-    // Found: 0.00008.
+    // Measured: 0.00008.
     assert!(worst < 5e-4, "{worst}");
 }
 
-/// Each channel of each pixel against central differences of the reference. Left out are pixels where another face
-/// becomes nearest within the step or by rounding, and those mixed at breaks, which the next test judges.
+/// Each channel of each pixel against central differences of the reference. Excluded are pixels whose nearest face
+/// changes within the step or by rounding, and those mixed at color discontinuities, which the next test covers.
 #[test]
-fn derivatives_agree_with_central_differences_of_the_reference() {
+fn derivatives_agree_with_central_differences_of_reference() {
     const STEP_RAD: f64 = 1e-6;
     let mut rng = ChaCha8Rng::seed_from_u64(8);
     let (mut errors, mut left_out) = (Vec::new(), 0);
@@ -196,7 +197,7 @@ fn derivatives_agree_with_central_differences_of_the_reference() {
             if mixed.contains(&at) || drawn.planes()[CHANNELS - 1][at] == 0.0 {
                 continue;
             }
-            let face = |slow: &(Option<SeenPoint>, f64)| slow.0.map(|seen| seen.face as u32);
+            let face = |slow: &(Option<SurfacePoint>, f64)| slow.0.map(|seen| seen.face as u32);
             if face(low) != face(high) || face(low) != Some(drawn.faces()[at]) {
                 left_out += 1;
                 continue;
@@ -210,7 +211,7 @@ fn derivatives_agree_with_central_differences_of_the_reference() {
         let mut sizes: Vec<f64> = pairs.iter().map(|p| p.1.abs()).collect();
         sizes.sort_by(f64::total_cmp);
         let usual = sizes[sizes.len() / 2].max(1e-3);
-        errors.extend(pairs.iter().map(|(told, exact)| (told - exact).abs() / exact.abs().max(usual)));
+        errors.extend(pairs.iter().map(|(message, exact)| (message - exact).abs() / exact.abs().max(usual)));
     }
     errors.sort_by(f64::total_cmp);
     let at = |share: f64| errors[(share * (errors.len() - 1) as f64) as usize];
@@ -223,26 +224,26 @@ fn derivatives_agree_with_central_differences_of_the_reference() {
         at(1.0)
     );
     assert!(errors.len() > 6000 && left_out * 200 < errors.len());
-    // Found: 0.000001, 0.0023, 0.0065, 0.02; those in the blur's reach are off most.
+    // Measured: 0.000001, 0.0023, 0.0065, 0.02; those in the blur's reach are off most.
     assert!(at(0.5) < 1e-4 && at(0.99) < 1e-2 && at(0.999) < 3e-2, "{} {}", at(0.99), at(0.999));
 }
 
-/// Whole pictures, breaks included: the gray of a picture under a smooth window, its derivative against central
-/// differences of the reference's, which is sampled 144 times a pixel and knows no edges. The
-/// objects' halves are pale and dark.
+/// Whole images with color discontinuities: the gray of an image under a smooth window, its derivative against central
+/// differences of the reference's, which is sampled 144 times a pixel and has no edge model. The objects' halves are
+/// pale and dark.
 #[test]
-fn breaks_move_as_in_the_finely_sampled_reference() {
+fn discontinuity_derivatives_agree_with_supersampled_reference() {
     const STEP_RAD: f64 = 0.02;
     let mut rng = ChaCha8Rng::seed_from_u64(9);
     let mut errors = Vec::new();
     for kind in [0, 2, 3, 4, 0, 2, 3, 4] {
         let mut model = model(&mut rng, kind);
-        model.paint_in_halves();
+        model.render_in_halves();
         let yaw_rad = rng.random_range(0.0..6.3);
         let window = |x: f64, y: f64| (-((x - 14.0).powi(2) + (y - 18.0).powi(2)) / 40.0).exp();
         let side = SIDE_PX / SHRINK;
         let drawn = model.drawn(yaw_rad);
-        let told: f64 = (0..side * side)
+        let message: f64 = (0..side * side)
             .map(|at| {
                 let here = window((at % side) as f64 + 0.5, (at / side) as f64 + 0.5);
                 here * (0..3).map(|c| f64::from(drawn.slopes()[0][c][at])).sum::<f64>()
@@ -256,14 +257,14 @@ fn breaks_move_as_in_the_finely_sampled_reference() {
             })
         };
         let difference = (total(yaw_rad + STEP_RAD) - total(yaw_rad - STEP_RAD)) / (2.0 * STEP_RAD);
-        errors.push((told, difference));
+        errors.push((message, difference));
     }
     let size = errors.iter().map(|e| e.1 * e.1).sum::<f64>().sqrt();
     let off = errors.iter().map(|e| (e.0 - e.1).powi(2)).sum::<f64>().sqrt();
-    // Found: 17.6 of 84.9, nearly all of it in one picture of crossing boxes.
+    // Measured: 17.6 of 84.9, nearly all of it in one image of crossing boxes.
     assert!(off < 0.25 * size, "{off} of {size}: {errors:?}");
     let mut shares: Vec<f64> = errors.iter().map(|e| (e.0 - e.1).abs() / e.1.abs().max(10.0)).collect();
     shares.sort_by(f64::total_cmp);
-    // Found: 0.2 in the upper middle.
+    // Measured: 0.2 in the upper half.
     assert!(shares[errors.len() / 2] < 0.25, "{shares:?}");
 }

@@ -11,9 +11,9 @@ const SUMS = 4u * PLANES;
 
 var<workgroup> shares: array<f32, THREADS * SUMS>;
 
-fn sobel(first: u32, left: u32, here: u32, right: u32, above: u32, middle: u32, below: u32) -> vec2<f32> {
+fn sobel(first: u32, left: u32, here: u32, right: u32, above: u32, center: u32, below: u32) -> vec2<f32> {
     let a = first + above;
-    let m = first + middle;
+    let m = first + center;
     let b = first + below;
     let upper = vec3(planes[a + left], planes[a + here], planes[a + right]);
     let lower = vec3(planes[b + left], planes[b + here], planes[b + right]);

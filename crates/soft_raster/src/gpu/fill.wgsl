@@ -1,4 +1,4 @@
-// The hard silhouette, fill.rs's: a workgroup a row of a picture. Layers begin where lines cross the row; a
+// The hard silhouette, fill.rs's: a workgroup a row of an image. Layers begin where lines cross the row; a
 // pixel with a layer is inside.
 
 struct Line {

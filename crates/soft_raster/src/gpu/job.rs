@@ -1,4 +1,4 @@
-//! The kernels, and what they are given: one job for many poses.
+//! The compute kernels and their inputs: one job for many poses.
 
 use wgpu::{
     BindGroup, BindGroupDescriptor, BindGroupEntry, Buffer, CommandEncoder, ComputePassDescriptor,
@@ -7,10 +7,10 @@ use wgpu::{
 };
 
 use crate::loss::EDGE_EPSILON;
-use crate::outline::{Layered, Outline};
+use crate::outline::{LayeredSurface, Outline};
 use crate::{Grid, MovingPoint, Surface, band, fill};
 
-/// Largest width and height of a picture: a row's counts must fit a workgroup's memory.
+/// Largest width and height of an image: a row's counts must fit a workgroup's memory.
 pub const LARGEST_SIDE_PX: usize = 1024;
 
 /// Threads of a workgroup; the tile of `soften` and its bits are made for this number.
@@ -66,7 +66,7 @@ impl Kernels {
         }
     }
 
-    /// Writes the passes that draw `poses` pictures into `planes`.
+    /// Records the passes that draw `poses` images into `planes`.
     pub fn draw(&self, device: &Device, encoder: &mut CommandEncoder, drawn: &DrawBuffers, grid: Grid) {
         let (width, height) = (grid.width_px() as u32, grid.height_px as u32);
         let group = |pipeline, third| bound(device, pipeline, [drawn.job, drawn.poses, third, drawn.planes]);
@@ -76,7 +76,7 @@ impl Kernels {
         run(encoder, &[fill, soften]);
     }
 
-    /// Writes the pass that sums up what the loss is made of.
+    /// Records the pass that computes the sums of the loss.
     pub fn compare(
         &self,
         device: &Device,
@@ -90,7 +90,7 @@ impl Kernels {
     }
 }
 
-/// What a drawing reads and writes.
+/// Buffers of a drawing.
 pub struct DrawBuffers<'a> {
     pub job: &'a Buffer,
     pub poses: &'a Buffer,
@@ -101,7 +101,7 @@ pub struct DrawBuffers<'a> {
     pub count: u32,
 }
 
-/// Strips of a picture whose sums come back one by one.
+/// Strips of an image whose sums come back one by one.
 pub fn strips(grid: Grid) -> usize {
     grid.height_px.div_ceil(STRIP_ROWS as usize)
 }
@@ -127,13 +127,13 @@ fn run(encoder: &mut CommandEncoder, passes: &[(&ComputePipeline, BindGroup, [u3
 
 /// The contour and the outline of one pose, as the kernels read them.
 #[derive(Debug, Default)]
-pub struct Traced {
+pub struct TracedPose {
     lines: Vec<[u32; LINE_WORDS]>,
     /// `1 + N` quadruples a piece.
     pieces: Vec<[f32; 4]>,
 }
 
-/// What tracing one pose after another works in.
+/// Working memory for tracing poses one after another.
 #[derive(Debug, Default)]
 pub struct Tracer<const N: usize> {
     clockwise: Vec<bool>,
@@ -148,7 +148,7 @@ impl<const N: usize> Tracer<N> {
         points: &[MovingPoint<N>],
         grid: Grid,
         sigma_px2: f32,
-    ) -> Traced {
+    ) -> TracedPose {
         surface.find_clockwise(points, &mut self.clockwise);
         let mut lines = Vec::new();
         self.fill.count(surface, points, &self.clockwise, grid);
@@ -160,30 +160,30 @@ impl<const N: usize> Tracer<N> {
                 lines.push([x, y, slope, end, layers as u32, 0]);
             }
         });
-        let seen = Layered { surface, points, clockwise: &self.clockwise, fill: &self.fill };
+        let seen = LayeredSurface { surface, points, clockwise: &self.clockwise, fill: &self.fill };
         self.outline.trace(&seen, grid, band::reach_px(sigma_px2));
         let pieces = self.outline.pieces().iter().flat_map(|piece| {
             let [a, b] = piece.ends;
             let quad = |a: [f32; 2], b: [f32; 2]| [a[0], a[1], b[0], b[1]];
             std::iter::once(quad(a.at_px, b.at_px)).chain((0..N).map(move |k| quad(a.slopes[k], b.slopes[k])))
         });
-        Traced { lines, pieces: pieces.collect() }
+        TracedPose { lines, pieces: pieces.collect() }
     }
 }
 
 /// Many poses, one after another, as bytes.
 #[derive(Debug, Default)]
-pub struct Packed {
+pub struct PackedPoses {
     pub poses: Vec<u8>,
     pub lines: Vec<u8>,
     pub pieces: Vec<u8>,
 }
 
-impl Packed {
-    pub fn new<const N: usize>(traced: &[Traced]) -> Self {
+impl PackedPoses {
+    pub fn new<const N: usize>(traced: &[TracedPose]) -> Self {
         let mut packed = Self::default();
         let (mut first_line, mut first_piece) = (0, 0);
-        for Traced { lines, pieces } in traced {
+        for TracedPose { lines, pieces } in traced {
             let ranges = [first_line, lines.len(), first_piece, pieces.len() / (1 + N)];
             packed.poses.extend(ranges.into_iter().flat_map(|n| (n as u32).to_ne_bytes()));
             packed.lines.extend(lines.iter().flatten().flat_map(|word| word.to_ne_bytes()));

@@ -1,4 +1,4 @@
-// What all passes know of their pictures.
+// Uniform of all passes.
 
 struct Job {
     width_px: u32,

@@ -1,6 +1,6 @@
-// From the hard picture and the outline to soft coverage with derivatives, band.rs's: a workgroup a tile of
-// 8 x 8 pixels. Pieces within reach of the tile are found 64 at a time, one a thread, and each pixel then looks
-// at those, in their order, so that ties are decided as on the CPU.
+// Soft coverage with derivatives from the hard image and the outline, as band.rs: a workgroup per tile of 8 x 8
+// pixels. Pieces within reach of the tile are found 64 at a time, one per thread. Each pixel then tests those in their
+// order, so that ties are decided as on the CPU.
 
 @group(0) @binding(0) var<uniform> job: Job;
 @group(0) @binding(1) var<storage, read> poses: array<Pose>;
@@ -30,7 +30,7 @@ fn foot(p: vec2<f32>, piece: vec4<f32>) -> Foot {
 fn soften(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) thread: u32) {
     let pose = poses[group.z];
     let corner = vec2<f32>(group.xy) * 8.0;
-    // From the tile's middle to its farthest pixel centers.
+    // From the tile's center to its farthest pixel centers.
     let tile_reach = job.reach_px + 4.95;
     let pixel = group.xy * 8u + vec2(thread % 8u, thread / 8u);
     let center = vec2<f32>(pixel) + 0.5;

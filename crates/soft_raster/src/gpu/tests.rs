@@ -1,8 +1,9 @@
-//! The GPU agrees with the CPU, and whatever goes wrong is an error. Runs on every adapter that is there, software
-//! too; where there is none it says so on standard error, or fails where `TABLETOPGEN_GPU_TESTS` is `require`.
+//! The GPU agrees with the CPU, and every failure is an error. Runs on every available adapter, including software
+//! adapters; without an adapter it reports that on standard error, or fails where `TABLETOPGEN_GPU_TESTS` is
+//! `require`.
 
 use std::io::Write;
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -13,7 +14,7 @@ use crate::loss::terms;
 use crate::turntable::{Turntable, random_object};
 use crate::{Grid, MovingPoint, SoftSilhouette, Surface};
 use gpu::test_devices::devices;
-use gpu::{Compute, ComputeSettings, DeviceChoice, Gpu, GpuError};
+use gpu::{DeviceChoice, Gpu, GpuError};
 
 const SIDE_PX: usize = 64;
 
@@ -38,7 +39,7 @@ fn on_cpu<const N: usize>(
 }
 
 /// Largest difference of the coverages; share of the pixels whose slopes differ by more than 1e-3 of the largest.
-fn differences<const N: usize>(drawn: &Drawn<N>, expected: &SoftSilhouette<N>) -> (f32, f64) {
+fn differences<const N: usize>(drawn: &DrawnImages<N>, expected: &SoftSilhouette<N>) -> (f32, f64) {
     assert_eq!(drawn.coverage.len(), expected.coverage().len());
     let apart = |a: &[f32], b: &[f32]| -> Vec<f32> { a.iter().zip(b).map(|(a, b)| (a - b).abs()).collect() };
     let worst = apart(&drawn.coverage, expected.coverage()).into_iter().fold(0.0, f32::max);
@@ -52,10 +53,10 @@ fn differences<const N: usize>(drawn: &Drawn<N>, expected: &SoftSilhouette<N>) -
 }
 
 #[test]
-fn pictures_and_losses_agree_with_the_cpu() {
+fn gpu_silhouettes_and_losses_agree_with_cpu() {
     for gpu in devices() {
         let mut rng = ChaCha8Rng::seed_from_u64(11);
-        let (mut worst, mut most_off, mut worst_term, mut worst_slope) = (0.0_f32, 0.0_f64, 0.0_f64, 0.0_f64);
+        let (mut worst, mut max_off, mut worst_term, mut worst_slope) = (0.0_f32, 0.0_f64, 0.0_f64, 0.0_f64);
         for kind in 0..15 {
             let side_px = [SIDE_PX, 72, 128][kind / 5];
             let sigma_px2 = [0.3, 1.0, 1.6, 4.0][kind % 4];
@@ -71,7 +72,7 @@ fn pictures_and_losses_agree_with_the_cpu() {
             for ((points, drawn), found) in poses.iter().zip(&drawn).zip(&found) {
                 let expected = on_cpu(&surface, points, grid, sigma_px2);
                 let (apart, off) = differences(drawn, &expected);
-                (worst, most_off) = (worst.max(apart), most_off.max(off));
+                (worst, max_off) = (worst.max(apart), max_off.max(off));
                 let expected = terms(&expected, &target);
                 for (found, expected) in
                     [(found.silhouette, expected.silhouette), (found.edge, expected.edge)]
@@ -82,15 +83,15 @@ fn pictures_and_losses_agree_with_the_cpu() {
                 }
             }
         }
-        let told = format!("{}: {worst:e} {most_off:e} {worst_term:e} {worst_slope:e}", gpu.name());
-        writeln!(std::io::stderr().lock(), "soft silhouettes compared on {told}").expect("standard error");
-        // Found: 1e-6, none, 5e-8, 7e-6.
-        assert!(worst < 1e-5 && most_off < 2e-3 && worst_term < 1e-6 && worst_slope < 1e-3, "{told}");
+        let message = format!("{}: {worst:e} {max_off:e} {worst_term:e} {worst_slope:e}", gpu.name());
+        writeln!(std::io::stderr().lock(), "soft silhouettes compared on {message}").expect("standard error");
+        // Measured: 1e-6, none, 5e-8, 7e-6.
+        assert!(worst < 1e-5 && max_off < 2e-3 && worst_term < 1e-6 && worst_slope < 1e-3, "{message}");
     }
 }
 
 #[test]
-fn several_parameters_or_none_agree_too() {
+fn gpu_agrees_with_cpu_for_other_parameter_counts() {
     for gpu in devices() {
         let object = random_object(&mut ChaCha8Rng::seed_from_u64(3), 4, SIDE_PX);
         let (surface, grid, by_yaw) = (object.surface(), Grid::square(SIDE_PX), object.points(0.4));
@@ -112,7 +113,7 @@ fn several_parameters_or_none_agree_too() {
 }
 
 #[test]
-fn what_reaches_beyond_the_picture_and_what_is_not_there_agree() {
+fn gpu_agrees_with_cpu_for_clipped_and_empty_surfaces() {
     let corners = [[-500.0, -300.0], [40.0, 20.0], [-200.0, 900.0], [-5000.0, 30.0]];
     let still = |corners: &[[f32; 2]]| -> Vec<MovingPoint<0>> {
         corners.iter().map(|&at_px| MovingPoint { at_px, slopes: [] }).collect()
@@ -133,7 +134,7 @@ fn what_reaches_beyond_the_picture_and_what_is_not_there_agree() {
 
 /// In two threads at a time and in batches of other sizes: ties and sums are in a fixed order.
 #[test]
-fn one_device_gives_the_same_bits_every_time() {
+fn one_device_gives_equal_bits_every_time() {
     let object: Turntable = random_object(&mut ChaCha8Rng::seed_from_u64(5), 4, SIDE_PX);
     let poses: Vec<_> = (0..6).map(|k| object.points(f64::from(k))).collect();
     let planes = object.planes(0.5, |_, _| false);
@@ -154,7 +155,7 @@ fn one_device_gives_the_same_bits_every_time() {
 }
 
 #[test]
-fn no_adapter_is_an_error_that_says_what_to_do() {
+fn missing_adapter_is_error_with_remedy() {
     for choice in [DeviceChoice::Auto, DeviceChoice::Gpu] {
         let error = Gpu::open_among(Backends::empty(), choice).expect_err("there is no backend");
         assert!(matches!(error, GpuError::NoAdapter { .. }), "{error}");
@@ -163,10 +164,10 @@ fn no_adapter_is_an_error_that_says_what_to_do() {
     assert!(matches!(Gpu::open(DeviceChoice::Cpu), Ok(None)));
 }
 
-/// `cargo test --lib -- --ignored --nocapture what_a_gpu_takes`: milliseconds a pose.
+/// `cargo test --lib -- --ignored --nocapture gpu_cost_per_pose`: milliseconds a pose.
 #[test]
 #[ignore = "a measurement"]
-fn what_a_gpu_takes() {
+fn gpu_cost_per_pose() {
     use super::job::Tracer;
     use std::time::Instant;
     let mut rng = ChaCha8Rng::seed_from_u64(2);
@@ -209,7 +210,7 @@ fn what_a_gpu_takes() {
 }
 
 #[test]
-fn auto_does_not_take_software() {
+fn auto_device_rejects_software_adapters() {
     for gpu in devices().iter().filter(|gpu| gpu.name().contains("llvmpipe")) {
         let backend = if gpu.name().starts_with("gl") { Backends::GL } else { Backends::VULKAN };
         if let Err(error) = Gpu::open_among(backend, DeviceChoice::Auto) {
@@ -219,7 +220,7 @@ fn auto_does_not_take_software() {
 }
 
 #[test]
-fn too_large_a_picture_is_an_error_and_leaves_the_device_as_it_was() {
+fn oversized_image_is_error_and_keeps_device() {
     for gpu in devices() {
         let refused = GpuSilhouettes::<0>::new(gpu.clone(), Surface::new(&[]), Grid::square(1032), 1.0);
         assert_eq!(refused.err(), Some(GpuError::TooLarge { side_px: 1032, largest_px: LARGEST_SIDE_PX }));
@@ -228,7 +229,7 @@ fn too_large_a_picture_is_an_error_and_leaves_the_device_as_it_was() {
 }
 
 #[test]
-fn validation_errors_are_captured_and_give_the_device_up() {
+fn validation_error_gives_device_up() {
     for gpu in devices() {
         let nonsense = BufferDescriptor {
             label: None,
@@ -248,7 +249,7 @@ fn validation_errors_are_captured_and_give_the_device_up() {
 }
 
 #[test]
-fn errors_outside_of_any_scope_are_noted_too() {
+fn unscoped_errors_are_recorded() {
     for gpu in devices() {
         let _refused = gpu.device.create_buffer(&BufferDescriptor {
             label: None,
@@ -261,7 +262,7 @@ fn errors_outside_of_any_scope_are_noted_too() {
 }
 
 #[test]
-fn a_lost_device_is_an_error() {
+fn lost_device_is_error() {
     for gpu in devices() {
         let object = random_object(&mut ChaCha8Rng::seed_from_u64(5), 0, SIDE_PX);
         let mut batch = silhouettes(&gpu, object.surface(), Grid::square(SIDE_PX), 1.0);

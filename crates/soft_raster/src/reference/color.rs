@@ -1,8 +1,8 @@
-//! The slow, obvious soft picture, in double precision: every pixel against every face. The fast one must agree with
-//! it, and its derivatives with its central differences.
+//! Reference implementation of the soft image, in double precision: every pixel against every face. The fast one must
+//! agree with it, and its derivatives with its central differences.
 //!
-//! It meets each pixel's ray with each face in space instead of interpolating on the screen, and reads textures'
-//! bytes. What it shares with the fast one is what is defined, not computed: the studio's constants.
+//! It intersects each pixel's ray with each face in space instead of interpolating on the screen, and reads textures'
+//! bytes. It shares definitions with the fast one, but no computation: the studio's constants.
 
 use glam::{DMat3, DVec2, DVec3};
 
@@ -10,9 +10,9 @@ use crate::color::{DARK, GROUND, KEY, SKY};
 use geometry::TexturedMesh;
 use imaging::srgb::LINEAR_OF_SRGB;
 
-/// A picture's pixel.
+/// An image's pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SeenPoint {
+pub struct SurfacePoint {
     /// Among all triangles of the mesh.
     pub face: usize,
     /// Square roots of linear light.
@@ -36,8 +36,8 @@ pub struct SlowView<'a> {
 }
 
 impl SlowView<'_> {
-    /// What is seen at a pixel position; `None` where there is no surface.
-    pub fn at(&self, at_px: DVec2) -> Option<SeenPoint> {
+    /// The surface point at a pixel position; `None` for background.
+    pub fn at(&self, at_px: DVec2) -> Option<SurfacePoint> {
         let ray = ((at_px - self.center_px) / self.focal_px).extend(1.0);
         let all = self.mesh.groups.iter().flat_map(|g| g.triangles.iter().map(|t| (g.material, *t)));
         let mut nearest: Option<(f64, usize, usize, [u32; 3], DVec3)> = None;
@@ -85,7 +85,7 @@ impl SlowView<'_> {
         let light = ground + (sky - ground) * (0.5 + 0.5 * normal.dot(self.up)) + key * facing.max(0.0);
         let linear = albedo * light + dark;
         let color = DVec3::new(linear.x.sqrt(), linear.y.sqrt(), linear.z.sqrt());
-        Some(SeenPoint { face, color, level, facing })
+        Some(SurfacePoint { face, color, level, facing })
     }
 }
 

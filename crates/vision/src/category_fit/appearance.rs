@@ -1,42 +1,42 @@
-//! What a category's parts, faces and prints explain of a thing's colors.
+//! Share of an object's color pattern that a category's parts, faces and prints explain.
 //!
-//! Colors themselves are anybody's choice, so they are not compared: each part takes whichever color suits it. What counts is
-//! how much of the pattern inside the outline is explained by where the mesh has its parts, its shaded faces and its
-//! prints, beyond what a smooth ramp over the picture explains. By least squares, channel by channel.
+//! Absolute colors vary freely, so each part takes its best color. The measure is the share of the variance inside
+//! the outline that parts, shaded faces and prints of the mesh explain beyond a smooth ramp. Least squares,
+//! channel by channel.
 
-use super::observed::Observed;
+use super::observed::Observation;
 use super::outline_raster::{NOTHING, Projection, Raster, Stance};
 use super::stock_mesh::StockMesh;
 use crate::pixels::distance;
 use geometry::Camera;
 
-/// A part counts by itself from this share of the cells up.
-const LEAST_PART: f64 = 0.03;
+/// Minimum share of the cells of a part with its own column.
+const MIN_PART: f64 = 0.03;
 /// Columns of a smooth ramp: 1, x, y, x^2, xy, y^2.
 const RAMP: usize = 6;
-/// Most columns altogether.
-const MOST: usize = 18;
+/// Maximum number of columns.
+const MAX: usize = 18;
 
-/// What was explained.
+/// Result of the comparison.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Appearance {
-    /// Share of the colors' variance that a smooth ramp explains, and that mesh and ramp explain.
+    /// Share of the color variance that a smooth ramp explains, and that mesh and ramp explain.
     pub by_ramp: f64,
     pub by_mesh: f64,
     /// Standard deviation of the colors, CIELAB.
     pub contrast: f64,
-    /// Mean distance of the parts' colors to those that the category comes in, CIELAB, each at most [`FAR`].
+    /// Mean distance of the parts' colors to those of the category, CIELAB, each at most [`FAR`].
     pub off_palette: f64,
     /// Cells compared.
     pub cells: usize,
 }
 
-/// Beyond this, colors are equally strange.
+/// Maximum distance of a color.
 const FAR: f32 = 40.0;
 
-/// Compares at that stance; `palette` are the category's colors. `None` where too little of the thing is covered.
-pub(super) fn compared(
-    observed: &Observed,
+/// Compares at a stance; `palette` are the category's colors. `None` if too little of the object is covered.
+pub(super) fn compare(
+    observed: &Observation,
     camera: &Camera,
     mesh: &StockMesh,
     palette: &[[f32; 3]],
@@ -48,9 +48,9 @@ pub(super) fn compared(
     if !raster.draw((grid.columns, grid.rows), &mesh.positions, &mesh.triangles, &through) {
         return None;
     }
-    let shown = |cell: usize| raster.front()[cell] != NOTHING && observed.cover[cell] > 0.6;
+    let masked = |cell: usize| raster.front()[cell] != NOTHING && observed.cover[cell] > 0.6;
     let cells: Vec<(usize, usize)> = (0..grid.cells())
-        .filter(|cell| shown(*cell))
+        .filter(|cell| masked(*cell))
         .map(|cell| (cell, raster.front()[cell] as usize))
         .collect();
     if cells.len() < 24 {
@@ -58,11 +58,11 @@ pub(super) fn compared(
     }
     let mut counts = vec![0_usize; mesh.part_lab.len()];
     cells.iter().for_each(|(_, triangle)| counts[usize::from(mesh.part[*triangle])] += 1);
-    let least = (LEAST_PART * cells.len() as f64) as usize + 1;
-    let mut parts: Vec<usize> = (0..counts.len()).filter(|part| counts[*part] >= least).collect();
+    let lowest = (MIN_PART * cells.len() as f64) as usize + 1;
+    let mut parts: Vec<usize> = (0..counts.len()).filter(|part| counts[*part] >= lowest).collect();
     parts.sort_by_key(|part| (std::cmp::Reverse(counts[*part]), *part));
     // The largest part needs no column of its own: the ramp has a constant.
-    parts.truncate(1 + MOST - RAMP - 4);
+    parts.truncate(1 + MAX - RAMP - 4);
     let inner = parts.get(1..).unwrap_or_default();
     let columns = RAMP + 4 + inner.len();
     let turn = glam::Quat::from_rotation_z(stance.yaw_rad as f32);
@@ -74,11 +74,11 @@ pub(super) fn compared(
     for (cell, triangle) in &cells {
         let x = (*cell % grid.columns) as f32 / grid.columns as f32 - 0.5;
         let y = (*cell / grid.columns) as f32 / grid.rows as f32 - 0.5;
-        let mut row = [0.0_f32; MOST];
+        let mut row = [0.0_f32; MAX];
         row[..RAMP].copy_from_slice(&[1.0, x, y, x * x, x * y, y * y]);
         row[RAMP..RAMP + 3].copy_from_slice(&(turn * mesh.normal[*triangle]).to_array());
         let part = usize::from(mesh.part[*triangle]);
-        row[RAMP + 3] = 0.02 * (mesh.worn[*triangle][0] - mesh.part_lab[part][0]);
+        row[RAMP + 3] = 0.02 * (mesh.surface_lab[*triangle][0] - mesh.part_lab[part][0]);
         if let Some(at) = inner.iter().position(|other| *other == part) {
             row[RAMP + 4 + at] = 1.0;
         }
@@ -86,7 +86,7 @@ pub(super) fn compared(
     }
     let total = fit.left_by(1);
     let contrast = (total / cells.len() as f64).sqrt();
-    // Two or so of sensor noise and grain are nobody's to explain.
+    // About two units of sensor noise and grain count as explained.
     let noise = 4.0 * cells.len() as f64;
     let explained = |left: f64| 1.0 - (left + noise) / (total + noise);
     let (by_ramp, by_mesh) = (explained(fit.left_by(RAMP)), explained(fit.left_by(columns)));
@@ -100,7 +100,7 @@ pub(super) fn compared(
 }
 
 fn off_palette(
-    observed: &Observed,
+    observed: &Observation,
     mesh: &StockMesh,
     palette: &[[f32; 3]],
     cells: &[(usize, usize)],
@@ -149,7 +149,7 @@ impl LeastSquares {
         self.squares += color.iter().map(|c| f64::from(*c).powi(2)).sum::<f64>();
     }
 
-    /// Sum of squares that the first columns leave unexplained, with a little ridge, by Cholesky's decomposition.
+    /// Residual sum of squares of the first columns, with a small ridge, by Cholesky decomposition.
     fn left_by(&self, first: usize) -> f64 {
         let mut lower = vec![0.0; first * first];
         let mut solved = vec![[0.0; 3]; first];
@@ -180,7 +180,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_column_that_is_the_color_explains_it_and_another_does_not() {
+    fn least_squares_explains_color_by_matching_column_only() {
         let mut fit = LeastSquares::new(3);
         for k in 0..40 {
             let (stripe, ramp) = (f32::from(k % 2 == 0), k as f32 / 40.0);

@@ -1,55 +1,55 @@
-//! What is seen of one thing: a small grid with its mask, what may hide it, and its colors.
+//! Observation of one object: a small grid with its mask, its occluders and its colors.
 
 use glam::{DVec2, DVec3};
 
 use super::outline_raster::Grid;
 use super::views::{Bits, SIDE};
-use crate::SolidFit;
+use crate::PosedPrimitive;
 use crate::pixels::lab_of;
 use geometry::Camera;
 use imaging::srgb::LINEAR_OF_SRGB;
 use imaging::{Image, Mask};
 
-/// Cells along the longer side of the box that is compared.
+/// Cells along the longer side of the compared box.
 const CELLS: f64 = 34.0;
 /// Margin around it on each side, as a share.
 const MARGIN: f64 = 0.22;
 /// Samples a cell along each side.
 const SAMPLES: usize = 3;
 
-/// One thing.
-pub(super) struct Observed {
+/// Observation of one object.
+pub(super) struct Observation {
     pub grid: Grid,
-    /// Share of each cell in its mask, and in which it cannot be told whether the thing is there.
+    /// Share of each cell inside the mask, and share in which occluders hide the object.
     pub cover: Vec<f32>,
     pub hidden: Vec<f32>,
     /// Mean color of the mask's part of each cell, CIELAB.
     pub lab: Vec<[f32; 3]>,
     pub area: f32,
-    /// Box of the thing, with what is likely hidden: pixels.
+    /// Box of the object with its probably occluded part: pixels.
     pub low_px: DVec2,
     pub high_px: DVec2,
-    /// Share of the cells around its outline in which something else may hide it.
+    /// Share of the cells around its outline that may be occluded.
     pub hidden_rim: f64,
     /// The box as a square of bits.
     pub bits: Bits,
     pub hidden_bits: Bits,
 }
 
-/// The picture with the masks of its things, farthest first.
+/// The image with the masks of its objects, farthest first.
 #[derive(Clone, Copy)]
-pub(super) struct Shown<'a> {
-    pub picture: &'a Image,
+pub(super) struct MaskedImage<'a> {
+    pub image: &'a Image,
     pub camera: &'a Camera,
     pub masks: &'a [&'a Mask],
 }
 
-impl Observed {
-    /// The thing of that index; `None` where nothing shows.
-    pub fn new(shown: &Shown, index: usize, solid: &SolidFit) -> Option<Self> {
-        let mask = shown.masks[index];
+impl Observation {
+    /// The object of that index; `None` if nothing of it is visible.
+    pub fn new(masked: &MaskedImage, index: usize, solid: &PosedPrimitive) -> Option<Self> {
+        let mask = masked.masks[index];
         let [x0, y0, x1, y1] = mask.bbox_px()?.map(f64::from);
-        let in_front = &shown.masks[index + 1..];
+        let in_front = &masked.masks[index + 1..];
         let frame = DVec2::new(f64::from(mask.width_px()), f64::from(mask.height_px()));
         let is_hidden = |p: DVec2| {
             p.cmplt(DVec2::ZERO).any()
@@ -58,7 +58,7 @@ impl Observed {
         };
         let is_own = |p: DVec2| p.cmpge(DVec2::ZERO).all() && mask.contains(p.x as u32, p.y as u32);
         let (low_px, high_px) =
-            with_hidden(DVec2::new(x0, y0), DVec2::new(x1, y1), solid, shown.camera, &is_hidden);
+            with_hidden(DVec2::new(x0, y0), DVec2::new(x1, y1), solid, masked.camera, &is_hidden);
         let extent = high_px - low_px;
         let cell_px = (extent.max_element() / CELLS).max(1.0);
         let margin = (MARGIN * extent).max(DVec2::splat(2.0 * cell_px));
@@ -85,7 +85,7 @@ impl Observed {
                 let inner = DVec2::new((sample % SAMPLES) as f64 + 0.5, (sample / SAMPLES) as f64 + 0.5);
                 let p = origin_px + cell_px * (corner + inner / SAMPLES as f64);
                 if is_own(p) {
-                    let color = shown.picture.pixel(p.x as u32, p.y as u32);
+                    let color = masked.image.pixel(p.x as u32, p.y as u32);
                     (0..3).for_each(|k| light[k] += LINEAR_OF_SRGB[usize::from(color[k])]);
                     set += 1;
                 } else if is_hidden(p) {
@@ -112,13 +112,13 @@ impl Observed {
         (own.area > 0.0).then_some(own)
     }
 
-    /// Intersection over union with the cells that `front` says to show something; what is hidden hardly counts.
+    /// Intersection over union with the cells covered in `front`; occluded cells have a small weight.
     pub fn overlap(&self, front: &[u32]) -> f64 {
         let (mut both, mut own) = (0.0_f32, 0.0_f32);
         for ((front, cover), hidden) in front.iter().zip(&self.cover).zip(&self.hidden) {
             if *front != super::outline_raster::NOTHING {
                 both += cover;
-                own += 1.0 - (1.0 - HIDDEN_COUNTS) * hidden;
+                own += 1.0 - (1.0 - OCCLUDED_WEIGHT) * hidden;
             }
         }
         f64::from(both) / f64::from(own + self.area - both).max(1e-9)
@@ -141,14 +141,14 @@ impl Observed {
     }
 }
 
-/// How much a cell counts in which something else hides whatever may be there.
-const HIDDEN_COUNTS: f32 = 0.1;
+/// Weight of an occluded cell.
+const OCCLUDED_WEIGHT: f32 = 0.1;
 
-/// The box of what shows, grown to that of the solid where the strip between them is mostly hidden.
+/// The box of the visible part, grown to that of the primitive where the strip between them is mostly occluded.
 fn with_hidden(
     low: DVec2,
     high: DVec2,
-    solid: &SolidFit,
+    solid: &PosedPrimitive,
     camera: &Camera,
     is_hidden: &impl Fn(DVec2) -> bool,
 ) -> (DVec2, DVec2) {

@@ -1,12 +1,11 @@
-//! Which triangle of a mesh is in front in each cell of a small grid.
-//!
-//! One sample a cell, at its middle; faces that look away are left out, since the catalog's meshes are closed.
+//! Rasterizer: the front triangle of a mesh in each cell of a small grid. One sample a cell, at its center. Back
+//! faces are culled, since the catalog's meshes are closed.
 
 use glam::{DMat3, DQuat, DVec2, DVec3, Vec2, Vec3};
 
 use geometry::Camera;
 
-/// Cells over a part of a picture.
+/// Grid of cells over a part of an image.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Grid {
     /// Corner of the first cell and side of each, pixels.
@@ -22,10 +21,10 @@ impl Grid {
     }
 }
 
-/// Where an upright mesh stands, and by how much its extents differ from those it was built with.
+/// Stance of an upright mesh, and the ratio of its extents to those it was built with.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Stance {
-    /// Middle of its base on the table, meters.
+    /// Center of its base on the table, meters.
     pub center: DVec2,
     pub yaw_rad: f64,
     pub stretch: DVec3,
@@ -58,7 +57,7 @@ impl Projection {
         }
     }
 
-    /// Seen from infinitely far, from that elevation above the horizon, turned by the yaw; one cell is one meter.
+    /// Orthographic projection from that elevation above the horizon, rotated by the yaw; one cell is one meter.
     pub fn from_afar(elevation_rad: f64, yaw_rad: f64) -> Self {
         let turn = DMat3::from_rotation_z(yaw_rad);
         let row = |direction: DVec3| {
@@ -66,19 +65,19 @@ impl Projection {
             [x, y, z, 0.0]
         };
         let (sin, cos) = elevation_rad.sin_cos();
-        // Nearness grows toward the eye; it stays within a few percent of 1 so that nothing lies behind.
+        // Inverse depth grows toward the eye; it stays within a few percent of 1, so no point lies behind the eye.
         let [x, y, z, _] = row(DVec3::new(0.0, cos, -sin));
         Self { x: row(DVec3::X), y: row(DVec3::new(0.0, -sin, -cos)), w: [1e-4 * x, 1e-4 * y, 1e-4 * z, 1.0] }
     }
 
-    /// Column, row, and one over the depth; the last is negative behind the camera.
+    /// Column, row, and inverse depth; the last is negative behind the camera.
     fn cell(&self, p: Vec3) -> [f32; 3] {
         let dot = |row: &[f32; 4]| row[0] * p.x + row[1] * p.y + row[2] * p.z + row[3];
         let nearness = 1.0 / dot(&self.w);
         [dot(&self.x) * nearness, dot(&self.y) * nearness, nearness]
     }
 
-    /// Box of the points in cells; `None` where one lies behind the camera.
+    /// Bounding box of the points in cells; `None` if one lies behind the camera.
     pub fn bounds(&self, positions: &[Vec3]) -> Option<(Vec2, Vec2)> {
         let (mut low, mut high) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
         for p in positions {
@@ -96,7 +95,7 @@ impl Projection {
 /// No triangle.
 pub(super) const NOTHING: u32 = u32::MAX;
 
-/// Buffers, used again and again.
+/// Reused buffers.
 #[derive(Default)]
 pub(super) struct Raster {
     columns: usize,
@@ -108,7 +107,7 @@ pub(super) struct Raster {
 }
 
 impl Raster {
-    /// Draws the triangles alone on an empty grid of so many columns and rows; false where a part lies behind the camera.
+    /// Rasterizes the triangles on an empty grid of that size; false if a part lies behind the camera.
     pub fn draw(
         &mut self,
         (columns, rows): (usize, usize),
@@ -121,7 +120,7 @@ impl Raster {
         self.draw_corners((columns, rows), triangles)
     }
 
-    /// Likewise, stretched so that the given box in cells fills the grid.
+    /// As [`Self::draw`], stretched so that the given box in cells fills the grid.
     pub fn draw_filling(
         &mut self,
         side: usize,
@@ -161,7 +160,7 @@ impl Raster {
 
     fn triangle(&mut self, index: u32, [a, b, c]: [[f32; 3]; 3]) {
         let area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
-        // Rows grow downward: what runs clockwise there faces the camera.
+        // Rows grow downward: clockwise triangles face the camera.
         if area.is_nan() || area >= 0.0 {
             return;
         }
@@ -204,7 +203,7 @@ mod tests {
     use geometry::shapes::block;
 
     #[test]
-    fn a_block_shows_where_the_camera_sees_it() {
+    fn rasterized_box_matches_projected_bounds() {
         let camera = Camera::orbit(320, 240, 0.6, DVec3::ZERO, 0.0, 0.5, 1.2);
         let solid = block(DVec3::new(0.1, 0.1, 0.1));
         let positions: Vec<Vec3> = solid.positions.iter().map(|p| p.as_vec3()).collect();
@@ -221,8 +220,8 @@ mod tests {
         let (min, max) = through.bounds(&positions).expect("in front");
         let at = (pixel / 2.0).as_vec2();
         assert!(at.cmpge(min - 1e-3).all() && at.cmple(max + 1e-3).all(), "{at} {min} {max}");
-        let middle = camera.project(stance.center.extend(0.02)).expect("in front").0 / 2.0;
-        assert_ne!(raster.front()[middle.y as usize * 160 + middle.x as usize], NOTHING);
+        let midpoint = camera.project(stance.center.extend(0.02)).expect("in front").0 / 2.0;
+        assert_ne!(raster.front()[midpoint.y as usize * 160 + midpoint.x as usize], NOTHING);
         let seen = raster.front().iter().filter(|front| **front != NOTHING).count() as f32;
         let filled = (max.x - min.x) * (max.y - min.y);
         assert!(seen > 0.5 * filled && seen <= filled, "{seen} {filled}");

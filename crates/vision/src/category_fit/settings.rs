@@ -1,25 +1,17 @@
-//! Knobs of the comparison with the catalog.
+//! Settings of the category fit.
 
 use serde::{Deserialize, Serialize};
 
-/// Section `[category_fit]`: how things in photographs are named.
+/// Section `[category_fit]`: classification of objects in images.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct CategoryFitSettings {
-    /// Meshes that are fitted to each thing, 1..64; more finds odd views of things and costs in proportion. Usual: 18.
+    /// Meshes fitted to each object, 1..64. More finds unusual views; the cost is proportional.
     pub candidates: u32,
-    /// Most by which a picture's scale may be off, natural logarithm, 0.1..1.5; more looks at more categories and
-    /// takes large things for small ones. Usual: 0.8.
-    pub most_oversize: f64,
-    /// Probability from which a thing is given the name of a category, 0..1; less names more things and more of them
-    /// wrongly. 1 names none and looks at nothing. Usual: 0.6, chosen on painted validation pictures.
-    pub least_confidence: f64,
-}
-
-#[cfg(test)]
-impl CategoryFitSettings {
-    /// As `config/default.toml` has them.
-    pub(crate) fn usual() -> Self {
-        Self { candidates: 18, most_oversize: 0.8, least_confidence: 0.6 }
-    }
+    /// Maximum error of the image's scale, natural logarithm, 0.1..1.5. More tries more categories and confuses
+    /// sizes.
+    pub max_oversize: f64,
+    /// Minimum probability of an assigned category, 0..1. Less names more objects, and more of them wrongly. 1
+    /// disables the classification. The default was chosen on synthetic validation images.
+    pub min_confidence: f64,
 }

@@ -1,6 +1,6 @@
-//! The catalog's categories as light meshes, made once a process.
+//! Light meshes of the catalog's categories, built once a process.
 //!
-//! What is kept is a pure function of the catalog, so that results are the same whoever made it first.
+//! They are a pure function of the catalog, so results do not depend on the order of construction.
 
 use std::collections::BTreeMap;
 use std::sync::{LazyLock, OnceLock};
@@ -13,13 +13,13 @@ use catalog;
 use catalog::{Category, Recipe};
 use geometry::{Rgb, TexturedMesh};
 
-/// Looks of a category that are tried: its generator draws them from so many seeds.
+/// Variants of a category: its generator runs with this many seeds.
 pub(super) const VARIANTS: usize = 2;
 
-/// Cells along the longest extent to which corners are drawn together for outlines.
+/// Vertex-clustering cells along the longest extent, for outlines.
 const OUTLINE_CELLS: f32 = 30.0;
 
-/// Elevations, this far apart, from which views are kept.
+/// Step between elevations with precomputed views.
 pub(super) const ELEVATION_STEP_RAD: f64 = 0.105;
 const ELEVATIONS: usize = 16;
 
@@ -31,12 +31,12 @@ pub(super) struct StockMesh {
     pub size_m: DVec3,
     pub positions: Vec<Vec3>,
     pub triangles: Vec<[u32; 3]>,
-    /// Part of each triangle: parts wear different materials.
+    /// Part of each triangle; each part has its material.
     pub part: Vec<u8>,
     /// Outward normal of each triangle, as its corners are shaded.
     pub normal: Vec<Vec3>,
-    /// CIELAB of what each triangle wears at its middle, and of each part as a whole.
-    pub worn: Vec<[f32; 3]>,
+    /// CIELAB of each triangle's center, and of each part as a whole.
+    pub surface_lab: Vec<[f32; 3]>,
     pub part_lab: Vec<[f32; 3]>,
     /// The same shape with few triangles.
     pub outline_positions: Vec<Vec3>,
@@ -44,7 +44,7 @@ pub(super) struct StockMesh {
     views: Vec<OnceLock<Vec<View>>>,
 }
 
-/// Everything of a category.
+/// Meshes and palette of a category.
 pub(super) struct StockCategory {
     pub category: &'static Category,
     meshes: [OnceLock<Option<StockMesh>>; VARIANTS],
@@ -87,21 +87,21 @@ impl StockMesh {
             seed: variant,
         })?;
         let positions: Vec<Vec3> = mesh.positions.iter().map(|p| p.as_vec3()).collect();
-        let (mut triangles, mut part, mut normal, mut worn) =
+        let (mut triangles, mut part, mut normal, mut surface_lab) =
             (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         let mut part_lab = vec![[0.0; 3]; mesh.groups.len()];
         for (index, group) in mesh.groups.iter().enumerate() {
-            let wear = Wear::new(&mesh, group.material);
-            part_lab[index] = wear.mean;
+            let surface = SurfaceColor::new(&mesh, group.material);
+            part_lab[index] = surface.mean;
             for t in &group.triangles {
                 triangles.push(*t);
                 part.push(index.min(usize::from(u8::MAX)) as u8);
                 let [a, b, c] = t.map(|v| mesh.normals[v as usize]);
                 normal.push((a + b + c).normalize_or_zero());
-                worn.push(wear.at(&mesh, t));
+                surface_lab.push(surface.at(&mesh, t));
             }
         }
-        let (outline_positions, outline_triangles) = drawn_together(&positions, &triangles);
+        let (outline_positions, outline_triangles) = cluster_vertices(&positions, &triangles);
         Some(Self {
             category,
             variant,
@@ -110,7 +110,7 @@ impl StockMesh {
             triangles,
             part,
             normal,
-            worn,
+            surface_lab,
             part_lab,
             outline_positions,
             outline_triangles,
@@ -118,15 +118,15 @@ impl StockMesh {
         })
     }
 
-    /// Its outlines all around, from about that elevation.
+    /// Its outlines from all directions, at about that elevation.
     pub fn views(&self, elevation_rad: f64) -> &[View] {
         let at = (elevation_rad / ELEVATION_STEP_RAD).floor().clamp(0.0, ELEVATIONS as f64 - 1.0) as usize;
         self.views[at].get_or_init(|| views::around(self, (at as f64 + 0.5) * ELEVATION_STEP_RAD))
     }
 }
 
-/// What a group of triangles wears.
-struct Wear {
+/// Surface color of a group of triangles.
+struct SurfaceColor {
     mean: [f32; 3],
     base: [f32; 3],
     /// A few texels a side, CIELAB.
@@ -136,7 +136,7 @@ struct Wear {
 /// Longer side of a texture as it is compared.
 const TEXTURE_PX: u32 = 16;
 
-impl Wear {
+impl SurfaceColor {
     fn new(mesh: &TexturedMesh, material: usize) -> Self {
         let material = &mesh.materials[material];
         let base = material.base_color.to_linear();
@@ -165,8 +165,8 @@ impl Wear {
     }
 }
 
-/// The triangles with all corners in a cell drawn together to their mean, and their box as before.
-fn drawn_together(positions: &[Vec3], triangles: &[[u32; 3]]) -> (Vec<Vec3>, Vec<[u32; 3]>) {
+/// Vertex clustering: all vertices in a cell merge into their mean; the bounding box is restored.
+fn cluster_vertices(positions: &[Vec3], triangles: &[[u32; 3]]) -> (Vec<Vec3>, Vec<[u32; 3]>) {
     let bounds = |points: &[Vec3]| {
         points.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| (low.min(*p), high.max(*p)))
     };

@@ -1,4 +1,4 @@
-//! Things of the catalog are recognized in pictures of themselves; what is of no category stays without a name.
+//! Catalog objects are recognized in renderings; an object of no category gets no name.
 
 use glam::{DQuat, DVec3};
 
@@ -12,8 +12,8 @@ use render::{Background, Lighting, RenderObject, RenderScene, RenderSettings, Vi
 const QUALITY: RenderSettings =
     RenderSettings { supersampling: 1, shadow_map_px: 256, sky_directions: 8, sky_map_px: 64 };
 
-/// The thing painted on a gray table, and read without a mistake.
-fn seen(mesh: &TexturedMesh, yaw_rad: f64) -> (Image, PictureReading) {
+/// The object rendered on a gray table, with a perfect reading.
+fn seen(mesh: &TexturedMesh, yaw_rad: f64) -> (Image, ImageReading) {
     let mut table = TexturedMesh::default();
     let top = block(DVec3::new(1.2, 0.8, 0.02)).translated(-0.02 * DVec3::Z);
     table.add(top, &Material::plain("top", Rgb([0.6, 0.6, 0.6]), 0.8));
@@ -27,11 +27,11 @@ fn seen(mesh: &TexturedMesh, yaw_rad: f64) -> (Image, PictureReading) {
         lighting: Lighting::studio(-0.6, 0.95, 0.6),
         background: Background::light(),
     };
-    let painted = render(&scene, &View::Perspective(camera), &QUALITY);
-    let bits = painted.ids.iter().map(|id| *id == 2).collect();
+    let rendered = render(&scene, &View::Perspective(camera), &QUALITY);
+    let bits = rendered.ids.iter().map(|id| *id == 2).collect();
     let mask = Mask::from_bits(480, 360, bits);
-    let solid = fit_solid(&mask, &camera, Some(&painted.color), None).expect("a solid");
-    let reading = PictureReading {
+    let solid = fit_solid(&mask, &camera, Some(&rendered.color), None).expect("a solid");
+    let reading = ImageReading {
         camera,
         table: TableReading {
             shape: TopShape::Rectangle,
@@ -44,77 +44,84 @@ fn seen(mesh: &TexturedMesh, yaw_rad: f64) -> (Image, PictureReading) {
         },
         objects: vec![ObjectReading { mask, solid, color: Rgb([0.5; 3]), stands_on: None }],
     };
-    (painted.color, reading)
+    (rendered.color, reading)
 }
 
-/// Named where that is a little less sure than is usually asked for.
+/// A slightly lower confidence than the default.
 fn settings() -> CategoryFitSettings {
-    CategoryFitSettings { least_confidence: 0.4, ..CategoryFitSettings::usual() }
+    CategoryFitSettings {
+        min_confidence: 0.4,
+        ..test_settings::section::<CategoryFitSettings>("category_fit")
+    }
 }
 
-fn named(picture: &Image, reading: &PictureReading) -> (Vec<ThingEvidence>, Naming) {
+fn named(image: &Image, reading: &ImageReading) -> (Vec<ObjectEvidence>, Naming) {
     let settings = settings();
-    let found = evidence(picture, reading, &settings, &Interrupt::default()).expect("not interrupted");
-    let naming = names(&found, &settings, |_, _| true);
+    let found = evidence(image, reading, &settings, &CancelFlag::default()).expect("not interrupted");
+    let naming = assign_categories(&found, &settings, |_, _| true);
     (found, naming)
 }
 
 #[test]
-fn things_are_recognized_from_other_sides_and_in_other_sizes() {
+fn catalog_objects_are_recognized_at_other_yaws_and_sizes() {
     for (name, yaw_rad, factor) in [("mug", 0.7, 1.15), ("banana", 2.1, 0.9)] {
         let size_m = factor * category(name).expect("in the catalog").size.typical_m();
         let (category, color) = (name.to_owned(), Some(Rgb::hex(0x3a7a5c)));
         let mesh = build(&Recipe { category, size_m, color, material: None, seed: 77 }).expect("a mesh");
-        let (picture, reading) = seen(&mesh, yaw_rad);
-        let (found, naming) = named(&picture, &reading);
-        let Some(given) = &naming.things[0] else { panic!("{name} has no name: {found:?}") };
-        assert_eq!(given.look.category, name, "{found:?}");
-        let off = (given.look.yaw_rad - yaw_rad).rem_euclid(TAU);
-        assert!(off.min(TAU - off) < 0.35, "{name} is turned by {} for {yaw_rad}", given.look.yaw_rad);
-        let ratio = given.look.size_m / size_m;
+        let (image, reading) = seen(&mesh, yaw_rad);
+        let (found, naming) = named(&image, &reading);
+        let Some(given) = &naming.objects[0] else { panic!("{name} has no name: {found:?}") };
+        assert_eq!(given.category_match.category, name, "{found:?}");
+        let off = (given.category_match.yaw_rad - yaw_rad).rem_euclid(TAU);
+        assert!(
+            off.min(TAU - off) < 0.35,
+            "{name} is turned by {} for {yaw_rad}",
+            given.category_match.yaw_rad
+        );
+        let ratio = given.category_match.size_m / size_m;
         assert!(ratio.max_element() < 1.25 && ratio.min_element() > 0.8, "{name} {ratio}");
-        assert!(given.look.overlap > 0.88, "{name} {}", given.look.overlap);
-        // Nobody who has no such category says that it is one.
-        let without = names(&found, &settings(), |_, category| category != name);
-        assert_ne!(without.things[0].as_ref().map(|given| given.look.category), Some(name));
+        assert!(given.category_match.overlap > 0.88, "{name} {}", given.category_match.overlap);
+        // With its own category left out, the object gets another name or none.
+        let without = assign_categories(&found, &settings(), |_, category| category != name);
+        assert_ne!(without.objects[0].as_ref().map(|given| given.category_match.category), Some(name));
     }
 }
 
-/// A set of watercolors is as much of a lid on a tray: whichever is likelier, nothing else is said.
+/// A set of watercolors is also a lid on a tray; either name is accepted, no other.
 #[test]
-fn a_laptop_fits_a_laptop_and_is_taken_for_nothing_else() {
+fn laptop_matches_laptop_and_gets_no_other_name() {
     let size_m = 0.85 * category("laptop").expect("in the catalog").size.typical_m();
     let mesh =
         build(&Recipe { category: "laptop".to_owned(), size_m, color: None, material: None, seed: 77 });
-    let (picture, reading) = seen(&mesh.expect("a mesh"), -0.4);
-    let (found, naming) = named(&picture, &reading);
-    let own = found[0].looks.iter().find(|look| look.category == "laptop").expect("is looked at");
+    let (image, reading) = seen(&mesh.expect("a mesh"), -0.4);
+    let (found, naming) = named(&image, &reading);
+    let own = found[0].matches.iter().find(|candidate| candidate.category == "laptop").expect("is looked at");
     assert!(own.overlap > 0.88 && own.overlap > found[0].solid_overlap, "{own:?}");
     assert!((own.yaw_rad + 0.4).abs() < 0.2, "{own:?}");
     assert!((own.size_m / size_m - 1.0).abs().max_element() < 0.2, "{own:?}");
-    let given = naming.things[0].as_ref().map(|given| given.look.category);
+    let given = naming.objects[0].as_ref().map(|given| given.category_match.category);
     assert!(matches!(given, None | Some("laptop")), "{given:?}");
 }
 
 #[test]
-fn what_is_of_no_category_has_no_name() {
+fn object_of_no_category_gets_no_name() {
     let mut mesh = TexturedMesh::default();
-    let paint = |hex: u32| Material::plain(&format!("paint_{hex:x}"), Rgb::hex(hex), 0.6);
-    mesh.add(block(DVec3::new(0.16, 0.04, 0.03)), &paint(0xaa3355));
+    let render = |hex: u32| Material::plain(&format!("paint_{hex:x}"), Rgb::hex(hex), 0.6);
+    mesh.add(block(DVec3::new(0.16, 0.04, 0.03)), &render(0xaa3355));
     let leaning = DQuat::from_rotation_y(0.7);
     mesh.add(
         block(DVec3::new(0.03, 0.03, 0.2)).rotated(leaning).translated(DVec3::X * -0.04),
-        &paint(0x33aa55),
+        &render(0x33aa55),
     );
-    mesh.add(cone(0.05, 0.0, 0.09, 24).translated(DVec3::new(0.06, 0.07, 0.0)), &paint(0x3355aa));
-    let (picture, reading) = seen(&mesh.seated(), 0.5);
-    let (found, naming) = named(&picture, &reading);
-    assert_eq!(naming.things, [None], "{found:?}");
+    mesh.add(cone(0.05, 0.0, 0.09, 24).translated(DVec3::new(0.06, 0.07, 0.0)), &render(0x3355aa));
+    let (image, reading) = seen(&mesh.seated(), 0.5);
+    let (found, naming) = named(&image, &reading);
+    assert_eq!(naming.objects, [None], "{found:?}");
     assert_eq!(naming.scale, None);
 }
 
 #[test]
-fn where_nothing_shows_nothing_is_found() {
+fn empty_mask_yields_empty_evidence() {
     let mesh = build(&Recipe {
         category: "apple".to_owned(),
         size_m: DVec3::splat(0.08),
@@ -122,11 +129,14 @@ fn where_nothing_shows_nothing_is_found() {
         material: None,
         seed: 3,
     });
-    let (picture, mut reading) = seen(&mesh.expect("a mesh"), 0.0);
+    let (image, mut reading) = seen(&mesh.expect("a mesh"), 0.0);
     reading.objects[0].mask = Mask::empty(480, 360);
-    let (found, naming) = named(&picture, &reading);
-    assert_eq!((found, naming.things), (vec![ThingEvidence::default()], vec![None]));
-    let stop = Interrupt::default();
-    stop.raise();
-    assert!(evidence(&picture, &reading, &CategoryFitSettings::usual(), &stop).is_err());
+    let (found, naming) = named(&image, &reading);
+    assert_eq!((found, naming.objects), (vec![ObjectEvidence::default()], vec![None]));
+    let stop = CancelFlag::default();
+    stop.cancel();
+    assert!(
+        evidence(&image, &reading, &test_settings::section::<CategoryFitSettings>("category_fit"), &stop)
+            .is_err()
+    );
 }

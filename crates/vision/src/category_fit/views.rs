@@ -1,4 +1,4 @@
-//! Outlines of categories from all around, each stretched to a square of bits: what a silhouette is held against first.
+//! Outlines of categories from all directions, each stretched to a square of bits, for the initial comparison.
 
 use std::f64::consts::TAU;
 
@@ -14,17 +14,17 @@ pub(super) const YAWS: usize = 24;
 /// A square of bits; bit 0 of a row is its left cell.
 pub(super) type Bits = [u32; SIDE];
 
-/// A category seen from afar.
+/// An orthographic view of a category.
 pub(super) struct View {
-    /// Turn about +z as the eye looks along +y.
+    /// Yaw about +z with the view along +y.
     pub yaw_rad: f64,
-    /// Extents of what is seen, meters.
+    /// Extents of the view, meters.
     pub width_m: f64,
     pub height_m: f64,
     pub bits: Bits,
 }
 
-/// All views from that elevation; one of what looks the same from everywhere.
+/// All views from that elevation; a single one of a rotationally symmetric mesh.
 pub(super) fn around(mesh: &StockMesh, elevation_rad: f64) -> Vec<View> {
     let order = mesh.category.symmetry_order as usize;
     let count = match order {
@@ -50,7 +50,7 @@ pub(super) fn around(mesh: &StockMesh, elevation_rad: f64) -> Vec<View> {
     (0..count).filter_map(view).collect()
 }
 
-/// Intersection over union, where it is not hidden.
+/// Intersection over union outside occluded cells.
 pub(super) fn overlap(a: &Bits, b: &Bits, hidden: &Bits) -> f64 {
     let (mut both, mut either) = (0, 0);
     for ((a, b), hidden) in a.iter().zip(b).zip(hidden) {

@@ -1,11 +1,11 @@
-//! Which DINOv2 it is: the part of `config.json` that decides shapes and arithmetic.
+//! Architecture of a DINOv2 model: the part of `config.json` that determines shapes and arithmetic.
 
 use serde::{Deserialize, Serialize};
 
 use super::SIDE_PX;
 use super::error::Dinov2WeightsError;
 
-/// Keys of `config.json`, under their names there; other keys do not change what is computed.
+/// Keys of `config.json`, under their names there; other keys do not change the computation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Dinov2Architecture {
     pub model_type: String,
@@ -13,11 +13,11 @@ pub struct Dinov2Architecture {
     pub hidden_size: usize,
     pub num_hidden_layers: usize,
     pub num_attention_heads: usize,
-    /// Width of the feed-forward network over that of a token.
+    /// Ratio of the feed-forward width to that of a token.
     pub mlp_ratio: f64,
     pub hidden_act: String,
     pub layer_norm_eps: f64,
-    /// Side of the pictures the stored position embeddings are for, pixels.
+    /// Image side of the stored position embeddings, pixels.
     pub image_size: usize,
     /// Side of a patch, pixels.
     pub patch_size: usize,
@@ -41,7 +41,7 @@ impl Dinov2Architecture {
         Err(Dinov2WeightsError::Config { reason })
     }
 
-    /// Patches along each side that the stored position embeddings are for.
+    /// Patches along each side of the stored position embeddings.
     pub(super) fn stored_grid(&self) -> usize {
         self.image_size / self.patch_size
     }
@@ -53,7 +53,7 @@ impl Dinov2Architecture {
         if self.use_swiglu_ffn { (size * 2 / 3).next_multiple_of(8) } else { size }
     }
 
-    /// Why this is nothing that can be computed here.
+    /// Reason why the architecture is not supported.
     fn unfit(&self) -> Option<String> {
         let words = [("model_type", &self.model_type, "dinov2"), ("hidden_act", &self.hidden_act, "gelu")];
         for (key, found, known) in words {

@@ -1,12 +1,12 @@
-//! Cubic convolution (Keys, 1981) along one axis, as the reference resamples with.
+//! Cubic convolution (Keys, 1981) along one axis, as in the reference implementation.
 
-/// What one output sample is made of: inputs from `first` on, each with its weight; the weights add up to 1.
+/// Weights of one output sample: inputs from `first` on, each with its weight; the weights add up to 1.
 pub(super) struct Taps {
     pub first: usize,
     pub weights: Vec<f32>,
 }
 
-/// Samples at the new centers, from four neighbors each; those beyond the ends repeat the last. Sharpness -0.75.
+/// Interpolation at the new centers, from four neighbors each; the ends repeat. Sharpness -0.75.
 pub(super) fn interpolating(from: usize, to: usize) -> Vec<Taps> {
     let step = from as f64 / to as f64;
     let taps = |index: usize| {
@@ -23,7 +23,8 @@ pub(super) fn interpolating(from: usize, to: usize) -> Vec<Taps> {
     (0..to).map(taps).collect()
 }
 
-/// The same, widened by the factor of reduction so that nothing is skipped, and cut off at the ends. Sharpness -0.5.
+/// Antialiased resampling: widened by the reduction factor so that no input is skipped, and cut off at the ends.
+/// Sharpness -0.5.
 pub(super) fn antialiased(from: usize, to: usize) -> Vec<Taps> {
     let step = from as f64 / to as f64;
     let widening = step.max(1.0);

@@ -1,8 +1,8 @@
-//! Why weights were not read, and why a picture got no features.
+//! Errors of reading weights and of feature extraction.
 
-use runtime::Interrupted;
+use runtime::Cancelled;
 
-/// Why there is no model. Whoever knows the files puts their names before it.
+/// Reason why a model is rejected; the caller adds the file names.
 #[derive(Debug, thiserror::Error)]
 pub enum Dinov2WeightsError {
     #[error("config.json describes no DINOv2 that can be computed: {reason}")]
@@ -21,7 +21,7 @@ pub enum Dinov2WeightsError {
     Computation(#[from] candle_core::Error),
 }
 
-/// Why a picture got no features.
+/// Reason why feature extraction failed.
 #[derive(Debug, thiserror::Error)]
 pub enum Dinov2Error {
     #[error("the class token has no length; these weights give nothing for this picture")]
@@ -29,5 +29,5 @@ pub enum Dinov2Error {
     #[error("a tensor operation failed: {0}")]
     Computation(#[from] candle_core::Error),
     #[error(transparent)]
-    Interrupted(#[from] Interrupted),
+    Cancelled(#[from] Cancelled),
 }

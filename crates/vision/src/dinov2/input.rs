@@ -1,9 +1,9 @@
-//! From a picture to what DINOv2 looks at.
+//! Input of DINOv2 from an image.
 //!
-//! The opaque part is cropped, laid on the mean color of ImageNet, padded with it to a square, resized (bicubic with
-//! antialiasing, as the reference's) and normalized with ImageNet's mean and deviation, so that what is not there is
-//! exactly 0. The reference cuts the middle out of the picture instead; here nothing at the rim is lost. Colors of
-//! transparent pixels do not count.
+//! The opaque part is cropped, composited over the mean color of ImageNet, padded with it to a square, resized
+//! (bicubic with antialiasing, as in the reference) and normalized with ImageNet's mean and deviation, so that
+//! padding is exactly 0. The reference crops the center of the image instead; here nothing at the rim is lost.
+//! Colors of transparent pixels do not count.
 
 use super::Pixels;
 use super::bicubic::antialiased;
@@ -13,21 +13,21 @@ use imaging::Image;
 const MEAN: [f32; 3] = [0.485, 0.456, 0.406];
 const DEVIATION: [f32; 3] = [0.229, 0.224, 0.225];
 
-/// The normalized square; `None` where nothing is opaque.
-pub(super) fn pixels(picture: &Image, side_px: usize) -> Option<Pixels> {
-    let [left, top, right, bottom] = opaque_bounds(picture)?;
+/// The normalized square; `None` if nothing is opaque.
+pub(super) fn pixels(image: &Image, side_px: usize) -> Option<Pixels> {
+    let [left, top, right, bottom] = opaque_bounds(image)?;
     let (width, height) = (right - left, bottom - top);
     let square = width.max(height);
     let (pad_x, pad_y) = ((square - width) / 2, (square - height) / 2);
     let taps = antialiased(square, side_px);
 
-    // Row by row, so that a large picture needs no copy of itself in floating point.
+    // Row by row, so that a large image needs no copy of itself in floating point.
     let background = MEAN.map(|mean| 255.0 * mean);
     let mut reduced_rows = vec![background; square * side_px];
     let mut row = vec![background; square];
     for y in 0..height {
         for (x, color) in row[pad_x..pad_x + width].iter_mut().enumerate() {
-            *color = flattened(picture.pixel((left + x) as u32, (top + y) as u32), background);
+            *color = flattened(image.pixel((left + x) as u32, (top + y) as u32), background);
         }
         let reduced = &mut reduced_rows[(pad_y + y) * side_px..][..side_px];
         for (color, taps) in reduced.iter_mut().zip(&taps) {
@@ -48,12 +48,12 @@ pub(super) fn pixels(picture: &Image, side_px: usize) -> Option<Pixels> {
     Some(Pixels { rgb, height_px: side_px, width_px: side_px })
 }
 
-/// Left, top, right and bottom of what is opaque, the latter two one beyond.
-fn opaque_bounds(picture: &Image) -> Option<[usize; 4]> {
+/// Bounds of the opaque part: left, top, and right and bottom exclusive.
+fn opaque_bounds(image: &Image) -> Option<[usize; 4]> {
     let mut bounds: Option<[usize; 4]> = None;
-    for y in 0..picture.height_px() {
-        for x in 0..picture.width_px() {
-            if picture.pixel(x, y)[3] >= 128 {
+    for y in 0..image.height_px() {
+        for x in 0..image.width_px() {
+            if image.pixel(x, y)[3] >= 128 {
                 let (x, y) = (x as usize, y as usize);
                 let [left, top, right, bottom] = bounds.unwrap_or([x, y, x + 1, y + 1]);
                 bounds = Some([left.min(x), top.min(y), right.max(x + 1), bottom.max(y + 1)]);

@@ -1,5 +1,5 @@
-//! One layer of the transformer: attention, then a feed-forward network, each after a norm, scaled value by value and
-//! added to what came in. Tokens are rows.
+//! One layer of the transformer: attention, then a feed-forward network. Each follows a norm, is scaled value by
+//! value and added to its input. Tokens are rows.
 
 use candle_core::{D, Result, Tensor};
 
@@ -26,7 +26,7 @@ enum FeedForward {
         fc1: Linear,
         fc2: Linear,
     },
-    /// Gate and value come out of one projection, the gate first.
+    /// One projection yields gate and value, the gate first.
     SwiGlu {
         weights_in: Linear,
         weights_out: Linear,
@@ -39,7 +39,7 @@ pub(super) struct Linear {
     bias: Option<Tensor>,
 }
 
-/// Each token brought to mean 0 and variance 1, then scaled and shifted.
+/// Normalizes each token to mean 0 and variance 1, then scales and shifts it.
 pub(super) struct LayerNorm {
     weight: Tensor,
     bias: Tensor,
@@ -88,7 +88,7 @@ impl TransformerLayer {
         })
     }
 
-    /// Adds what each token learns from all others.
+    /// Adds the attention over all tokens.
     pub(super) fn attend(&self, tokens: &Tensor) -> Result<Tensor> {
         let (count, hidden) = tokens.dims2()?;
         let width = hidden / self.heads;
@@ -102,7 +102,7 @@ impl TransformerLayer {
         tokens + self.attention_output.forward(&mixed)?.broadcast_mul(&self.layer_scale1)?
     }
 
-    /// Adds what each token says of itself.
+    /// Adds the feed-forward network of each token.
     pub(super) fn feed_forward(&self, tokens: &Tensor) -> Result<Tensor> {
         let normed = self.norm2.forward(tokens)?;
         let said = match &self.feed_forward {

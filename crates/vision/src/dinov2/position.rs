@@ -2,7 +2,7 @@
 
 use super::bicubic::interpolating;
 
-/// `stored` is row-major over `grid` x `grid` places of `hidden` values; so is the answer over `rows` x `columns`.
+/// `stored` is row-major over `grid` x `grid` cells of `hidden` values; so is the result over `rows` x `columns`.
 pub(super) fn interpolate(
     stored: &[f32],
     grid: usize,

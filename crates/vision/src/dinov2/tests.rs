@@ -1,5 +1,5 @@
-//! Parity with the reference implementation, on the small random models of `scripts/golden/dinov2.py`, and what is
-//! said of files that will not do.
+//! Parity with the reference implementation on the small random models of `scripts/golden/dinov2.py`, and
+//! rejection of unfit files.
 
 use candle_core::safetensors::BufferedSafetensors;
 use candle_core::{DType, Device};
@@ -13,10 +13,10 @@ const SWIGLU_CONFIG: &[u8] = include_bytes!("../../../../tests/golden/dinov2/swi
 const SWIGLU_WEIGHTS: &[u8] = include_bytes!("../../../../tests/golden/dinov2/swiglu/model.safetensors");
 const GOLDEN: &[u8] = include_bytes!("../../../../tests/golden/dinov2/golden.safetensors");
 
-/// Largest difference from the reference; values of class tokens are about 1.
+/// Maximum difference from the reference; values of class tokens are about 1.
 const TOLERANCE: f32 = 1e-5;
 
-/// What the reference said.
+/// Outputs of the reference implementation.
 struct Golden(BufferedSafetensors);
 
 impl Golden {
@@ -40,7 +40,7 @@ impl Golden {
         Pixels { rgb, height_px, width_px }
     }
 
-    fn picture(&self, index: usize) -> Image {
+    fn image(&self, index: usize) -> Image {
         let bytes = self.tensor(&format!("picture.{index}.rgba"));
         let (height, width, _) = bytes.dims3().expect("rows, columns, channels");
         let rgba = bytes.flatten_all().expect("flat").to_vec1::<u8>().expect("bytes");
@@ -64,11 +64,11 @@ fn models() -> [(Dinov2, Vec<&'static str>); 2] {
 }
 
 #[test]
-fn class_tokens_are_the_references() {
+fn class_tokens_match_reference() {
     let golden = Golden::open();
     for (model, keys) in models() {
         for key in keys {
-            let found = model.class_token(&golden.input(key), &Interrupt::default()).expect("a class token");
+            let found = model.class_token(&golden.input(key), &CancelFlag::default()).expect("a class token");
             let difference = apart(&found, &golden.values(&format!("{key}.class_token")));
             eprintln!("{key}: class token {difference:e} apart");
             assert!(difference < TOLERANCE, "{key}: {difference}");
@@ -77,7 +77,7 @@ fn class_tokens_are_the_references() {
 }
 
 #[test]
-fn position_embeddings_are_the_references() {
+fn position_embeddings_match_reference() {
     let golden = Golden::open();
     for (model, keys) in models() {
         for key in keys {
@@ -91,10 +91,10 @@ fn position_embeddings_are_the_references() {
 }
 
 #[test]
-fn pictures_are_squared_and_resized_as_the_reference_does() {
+fn image_resizing_matches_reference() {
     let golden = Golden::open();
     for index in 0..2 {
-        let found = input::pixels(&golden.picture(index), 28).expect("is opaque somewhere").rgb;
+        let found = input::pixels(&golden.image(index), 28).expect("is opaque somewhere").rgb;
         let difference = apart(&found, &golden.values(&format!("picture.{index}.pixels")));
         eprintln!("picture {index}: {difference:e} apart");
         assert!(difference < TOLERANCE, "picture {index}: {difference}");
@@ -102,7 +102,7 @@ fn pictures_are_squared_and_resized_as_the_reference_does() {
 }
 
 #[test]
-fn every_tensor_counts() {
+fn every_tensor_affects_class_token() {
     let golden = Golden::open();
     for (config, weights, key) in
         [(MLP_CONFIG, MLP_WEIGHTS, "mlp.42x98"), (SWIGLU_CONFIG, SWIGLU_WEIGHTS, "swiglu.84x42")]
@@ -113,39 +113,39 @@ fn every_tensor_counts() {
             let mut broken = weights.to_vec();
             bytes_of(&mut broken, &name).fill(0);
             let found = Dinov2::read(config, broken).expect("zeros are finite");
-            let found = found.class_token(&input, &Interrupt::default()).expect("a class token");
+            let found = found.class_token(&input, &CancelFlag::default()).expect("a class token");
             if apart(&found, &expected) < 100.0 * TOLERANCE {
                 without_effect.push(name);
             }
         }
-        // A key's bias adds the same to all scores of a query, which the softmax does not see.
+        // A key's bias adds the same to all scores of a query, so the softmax cancels it.
         without_effect.retain(|name| !name.ends_with("key.bias"));
         assert_eq!(without_effect, ["embeddings.mask_token"]);
     }
 }
 
 #[test]
-fn features_have_length_one_and_see_what_is_opaque() {
+fn features_have_unit_length_and_ignore_transparent_pixels() {
     let model = mlp();
     assert_eq!(model.side_px(), 224);
-    let features = |picture: &Image| model.features(picture, &Interrupt::default()).expect("features");
-    let picture = Golden::open().picture(0);
-    let seen = features(&picture);
+    let features = |image: &Image| model.features(image, &CancelFlag::default()).expect("features");
+    let image = Golden::open().image(0);
+    let seen = features(&image);
     assert!((seen.iter().map(|v| v * v).sum::<f32>() - 1.0).abs() < 1e-5);
-    let mut recolored = picture.clone();
+    let mut recolored = image.clone();
     for pixel in recolored.as_rgba_mut().chunks_exact_mut(4).filter(|pixel| pixel[3] == 0) {
         pixel[..3].copy_from_slice(&[1, 200, 3]);
     }
     assert_eq!(features(&recolored), seen);
-    assert_ne!(features(&Golden::open().picture(1)), seen);
+    assert_ne!(features(&Golden::open().image(1)), seen);
     assert!(features(&Image::filled(9, 9, [10, 10, 10, 0])).iter().all(|v| *v == 0.0));
-    let interrupt = Interrupt::default();
-    interrupt.raise();
-    assert!(matches!(model.features(&picture, &interrupt), Err(Dinov2Error::Interrupted(_))));
+    let cancel = CancelFlag::default();
+    cancel.cancel();
+    assert!(matches!(model.features(&image, &cancel), Err(Dinov2Error::Cancelled(_))));
 }
 
 #[test]
-fn the_middle_of_a_plain_picture_is_its_color() {
+fn resizing_keeps_color_of_uniform_image() {
     let pixels = input::pixels(&Image::filled(60, 20, [255, 0, 0, 255]), 28).expect("is opaque");
     let at = |channel: usize, y: usize, x: usize| pixels.rgb[(channel * 28 + y) * 28 + x];
     assert!((at(0, 14, 14) - (1.0 - 0.485) / 0.229).abs() < 1e-5);
@@ -154,7 +154,7 @@ fn the_middle_of_a_plain_picture_is_its_color() {
 }
 
 #[test]
-fn files_that_will_not_do_are_named_with_key_and_tensor() {
+fn unfit_files_are_rejected_with_key_and_tensor() {
     let refused = |config: &[u8], weights: &[u8]| match Dinov2::read(config, weights.to_vec()) {
         Ok(_) => panic!("is taken"),
         Err(error) => error.to_string(),

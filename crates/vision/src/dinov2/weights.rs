@@ -5,7 +5,7 @@ use candle_core::{DType, Device, Tensor};
 
 use super::error::Dinov2WeightsError;
 
-/// The file; tensors nobody asks for are not looked at.
+/// The file; unused tensors are not checked.
 pub(super) struct Weights(BufferedSafetensors);
 
 impl Weights {

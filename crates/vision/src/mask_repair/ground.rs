@@ -1,30 +1,30 @@
-//! What the ground looks like around a pixel.
+//! Local model of the ground's color.
 
 use glam::Vec3;
 
 use super::EROSION_PX;
 use imaging::distance_transform::distance_transform;
 
-/// Ground is looked at in squares of so many pixels to each side, the first that shows enough of it.
+/// Half sides of the windows; the first one with enough ground is used.
 const AROUND_PX: [usize; 3] = [14, 32, 72];
 
-/// Pixels of ground that are enough to tell its color.
-const ENOUGH_GROUND_PX: f32 = 30.0;
+/// Minimum number of ground pixels of an estimate.
+const MIN_GROUND_PX: f32 = 30.0;
 
-/// Shades of the ground: the darkest shadow on it, and the brightest light. Brass on light wood has the wood's hue at a
-/// third of its light, and is not its shadow.
+/// Range of ground shades: the darkest shadow, and the brightest light. Brass on light wood has the wood's hue at
+/// a third of its light, and must not count as its shadow.
 const SHADES: [f32; 2] = [0.45, 1.15];
 
-/// Mean colors of what no mask is near.
+/// Mean colors of the pixels away from all masks.
 pub(super) struct Ground {
     width: usize,
     height: usize,
-    /// Sums over all pixels above and to the left: red, green, blue, number; one row and one column more than pixels.
+    /// Summed-area table: red, green, blue, count; one row and one column more than pixels.
     sums: Vec<[f64; 4]>,
 }
 
 impl Ground {
-    /// Of the pixels farther than erosion reaches from those that are claimed.
+    /// From the pixels farther than the erosion depth from claimed ones.
     pub(super) fn new(colors: &[Vec3], claimed: &[bool], width: usize, height: usize) -> Self {
         let from_masks_px = distance_transform(claimed, width, height);
         let mut sums = vec![[0.0; 4]; (width + 1) * (height + 1)];
@@ -44,8 +44,8 @@ impl Ground {
         Self { width, height, sums }
     }
 
-    /// The shade of the ground around a pixel that is nearest to a color, of the four directions that show enough of
-    /// it; `None` where none does.
+    /// The shade of the surrounding ground nearest to a color, over the four quadrants with enough ground; `None`
+    /// without one.
     pub(super) fn nearest(&self, x: usize, y: usize, color: Vec3) -> Option<Vec3> {
         let shade = |mean: Vec3| {
             let share = color.dot(mean) / mean.length_squared().max(1.0);
@@ -65,6 +65,6 @@ impl Ground {
         let at = |x: usize, y: usize| self.sums[y * (self.width + 1) + x];
         let [a, b, c, d] = [at(x0, y0), at(x1, y0), at(x0, y1), at(x1, y1)];
         let [red, green, blue, count] = std::array::from_fn(|k| (d[k] - b[k] - c[k] + a[k]) as f32);
-        (count >= ENOUGH_GROUND_PX).then(|| Vec3::new(red, green, blue) / count)
+        (count >= MIN_GROUND_PX).then(|| Vec3::new(red, green, blue) / count)
     }
 }

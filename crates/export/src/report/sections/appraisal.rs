@@ -1,9 +1,10 @@
-//! What a model thinks of the scene, where one was asked: a row a criterion, a row a task, and what was not given.
+//! Tables of the model's ratings, one row per criterion, and of its proposed tasks, one row per task; then missing
+//! answers.
 
 use crate::report::Report;
 use crate::report::html::{Cell, Html};
 use crate::report::numbers::word;
-use scene::appraisal::{Appraisal, Opinion};
+use scene::appraisal::{Appraisal, ModelResponse};
 
 pub fn write(page: &mut Html, report: &Report<'_>, appraisal: &Appraisal) {
     if let Some(ratings) = &appraisal.ratings {
@@ -11,11 +12,11 @@ pub fn write(page: &mut Html, report: &Report<'_>, appraisal: &Appraisal) {
             vec![
                 Cell::Words(word(rating.criterion)),
                 Cell::Number(format!("{} of 7", rating.score)),
-                Cell::Told(rating.why.clone()),
+                Cell::UserText(rating.why.clone()),
             ]
         });
         page.table("", &["Rated", "Score", "Why"], rows.collect());
-        said_by(page, ratings);
+        source(page, ratings);
     }
     if let Some(tasks) = &appraisal.tasks {
         let label_of = |name: &str| {
@@ -26,24 +27,24 @@ pub fn write(page: &mut Html, report: &Report<'_>, appraisal: &Appraisal) {
         let rows = tasks.said.iter().map(|task| {
             let objects: Vec<String> = task.objects.iter().map(|name| label_of(name.as_str())).collect();
             vec![
-                Cell::Told(task.instruction.clone()),
+                Cell::UserText(task.instruction.clone()),
                 Cell::Words(word(task.kind)),
-                Cell::Told(objects.join(", ")),
+                Cell::UserText(objects.join(", ")),
             ]
         });
         page.table("", &["Task", "Kind", "About"], rows.collect());
-        said_by(page, tasks);
+        source(page, tasks);
     }
-    for told in &appraisal.missing {
+    for reason in &appraisal.missing {
         page.open("p", &[]);
         page.text("Not given: ");
-        page.told(told);
+        page.user_text(reason);
         page.close();
     }
 }
 
-fn said_by<T>(page: &mut Html, opinion: &Opinion<T>) {
-    let Opinion { by, model, prompt, .. } = opinion;
+fn source<T>(page: &mut Html, response: &ModelResponse<T>) {
+    let ModelResponse { by, model, prompt, .. } = response;
     let words = format!(
         "Said by {by}, model {model}, asked with prompt {prompt}. The verdict does not depend on it."
     );

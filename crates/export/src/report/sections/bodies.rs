@@ -1,4 +1,4 @@
-//! One row a body: its mesh and its hulls.
+//! One row per body: its mesh and its hulls.
 
 use crate::report::Report;
 use crate::report::html::{Cell, Html};
@@ -41,7 +41,7 @@ pub fn write(page: &mut Html, report: &Report<'_>) {
             Cell::Number(body.hull_corners.to_string()),
             Cell::Number(percent((1e3 * body.hull_volume_m3 / body.volume_m3).round() / 1e3)),
             judged(mm(body.hull_excess_m), body.hull_excess_m <= limits.hull_excess_m),
-            judged(mm(body.uncovered_m), body.uncovered_m <= limits.most_uncovered_m(body.size_m)),
+            judged(mm(body.uncovered_m), body.uncovered_m <= limits.max_uncovered_m(body.size_m)),
             Cell::Number(percent((1e3 * body.hull_fit.air_share).round() / 1e3)),
             Cell::Number(mm(body.hull_fit.hausdorff_m())),
             Cell::Number(mm(body.hull_fit.mean_m())),
@@ -64,7 +64,7 @@ pub fn write(page: &mut Html, report: &Report<'_>) {
     );
 }
 
-/// What was done to a mesh before hulls were made of it.
+/// The repairs of a mesh before its convex decomposition.
 fn repaired(repair: &Repair) -> String {
     let done = [
         (repair.corners_welded, "corners welded"),

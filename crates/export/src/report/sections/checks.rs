@@ -1,4 +1,4 @@
-//! What was measured of the whole scene, beside what it is compared with.
+//! Table of the checks of the whole scene: measurement, requirement and verdict.
 
 use crate::report::Report;
 use crate::report::html::{Cell, Html};
@@ -10,7 +10,7 @@ pub fn write(page: &mut Html, report: &Report<'_>) {
     rows.extend(bodies(report));
     rows.extend(likeness(report));
     let tolerance = "names, numbers of hulls and labels equal; differences within the tolerances below";
-    let parity = report.parity;
+    let parity = report.round_trip;
     let worst = [parity.usd, parity.urdf, parity.mjcf, parity.sdf]
         .iter()
         .map(|format| format.translation_m.max(format.hull_corner_m).max(format.center_of_mass_m))
@@ -24,7 +24,7 @@ pub fn write(page: &mut Html, report: &Report<'_>) {
     page.table("checks", &["Check", "Measured", "Asked", "Verdict"], rows);
 }
 
-/// Pairs that collide.
+/// Table of the colliding pairs.
 pub fn collisions(page: &mut Html, report: &Report<'_>) {
     let rows = report.certificate.collisions.iter().map(|pair| {
         vec![Cell::Body(pair.a.clone()), Cell::Body(pair.b.clone()), Cell::Bad(mm(pair.depth_m))]
@@ -32,14 +32,14 @@ pub fn collisions(page: &mut Html, report: &Report<'_>) {
     page.table("", &["One", "The other", "Depth"], rows.collect());
 }
 
-/// One check: whether it holds is whether no reason has its code.
+/// One check. It passes if the certificate has no reason with its code.
 fn row(report: &Report<'_>, code: ReasonCode, check: &str, measured: String, asked: String) -> Vec<Cell> {
     let failed = report.certificate.reasons.iter().any(|reason| reason.code == code);
     vec![Cell::Words(check.to_owned()), Cell::Words(measured), Cell::Words(asked), Cell::Mark(!failed)]
 }
 
-/// A measurement that nothing is asked of.
-fn told(check: &str, measured: String, why: &str) -> Vec<Cell> {
+/// A measurement without a requirement.
+fn report_only(check: &str, measured: String, why: &str) -> Vec<Cell> {
     vec![
         Cell::Words(check.to_owned()),
         Cell::Words(measured),
@@ -56,14 +56,12 @@ fn poses(report: &Report<'_>) -> Vec<Vec<Cell>> {
         0.0 => String::new(),
         deepest => format!(", the deepest by {}", mm(deepest)),
     };
-    let least = |value: fn(&ObjectCertificate) -> Option<f64>| {
+    let min_over_objects = |value: fn(&ObjectCertificate) -> Option<f64>| {
         let values: Option<Vec<f64>> = objects.iter().map(value).collect();
-        values
-            .map(|values| values.into_iter().fold(f64::INFINITY, f64::min))
-            .filter(|least| least.is_finite())
+        values.map(|values| values.into_iter().fold(f64::INFINITY, f64::min)).filter(|min| min.is_finite())
     };
     let supported = objects.iter().filter(|o| o.support_margin_m.is_some_and(|margin| margin >= 0.0)).count();
-    let margin = least(|object| object.support_margin_m)
+    let margin = min_over_objects(|object| object.support_margin_m)
         .map_or(String::new(), |margin| format!(", least margin {}", mm(margin)));
     let stays =
         |share: f64| format!("{} ({})", of((share * objects.len() as f64).round() as usize), percent(share));
@@ -73,7 +71,7 @@ fn poses(report: &Report<'_>) -> Vec<Vec<Cell>> {
         degrees(limits.dss_rotation_rad),
         limits.dss_duration_s
     );
-    let edge = least(|object| Some(object.outline_margin_m))
+    let edge = min_over_objects(|object| Some(object.outline_margin_m))
         .map_or(String::new(), |margin| format!(", least margin {}", mm(margin)));
     let inside = objects.iter().filter(|object| object.inside_outline).count();
     vec![
@@ -111,7 +109,7 @@ fn poses(report: &Report<'_>) -> Vec<Vec<Cell>> {
             stays(metrics.dss_shipped),
             rest,
         ),
-        told(
+        report_only(
             "The same from the aligned poses (DSS as aligned)",
             stays(metrics.dss_aligned),
             "what the layout alone would do; the paper's figure compares with this",
@@ -214,12 +212,12 @@ fn likeness(report: &Report<'_>) -> Vec<Vec<Cell>> {
     vec![
         row(
             report,
-            ReasonCode::UnlikePicture,
+            ReasonCode::UnlikeImage,
             "It looks like the picture (silhouettes)",
             format!("mean intersection over union {:.3}", fidelity.silhouette_iou),
             format!("at least {}", certificate.thresholds.silhouette_iou),
         ),
-        told(
+        report_only(
             "It looks like the picture (colors)",
             match fidelity.color_difference {
                 Some(apart) => format!("mean CIELAB difference {apart:.1}"),
@@ -227,7 +225,7 @@ fn likeness(report: &Report<'_>) -> Vec<Vec<Cell>> {
             },
             "where both show the same object; the difference of their light is in it",
         ),
-        told(
+        report_only(
             "Regions of one picture only",
             format!(
                 "{} of what the picture shows is missed, {} of what the scene shows is invented",
@@ -236,8 +234,8 @@ fn likeness(report: &Report<'_>) -> Vec<Vec<Cell>> {
             ),
             "pixels of objects",
         ),
-        told("Ways in which meshes were made", methods(fidelity), "objects by method"),
-        told(
+        report_only("Ways in which meshes were made", methods(fidelity), "objects by method"),
+        report_only(
             "It looks like the picture (features)",
             format!("similarity {:.3}", appearance.similarity),
             &format!(
@@ -245,7 +243,7 @@ fn likeness(report: &Report<'_>) -> Vec<Vec<Cell>> {
                 appearance.extractor, appearance.model
             ),
         ),
-        told("Sizes and boxes agree on the scale", scale, "how far they contradict each other"),
+        report_only("Sizes and boxes agree on the scale", scale, "how far they contradict each other"),
     ]
 }
 

@@ -1,5 +1,5 @@
-//! One row an object: how well it covers its pixels and colors them, how its mesh was made, how sure its turn is. One row
-//! a region that only one picture shows.
+//! Image similarity. One row per object: silhouette overlap, color difference, reconstruction method, yaw and its
+//! confidence. One row per region that contains objects in only one of the two images.
 
 use crate::report::Report;
 use crate::report::html::{Cell, Html};
@@ -42,7 +42,7 @@ pub fn write(page: &mut Html, report: &Report<'_>) {
                 Cell::Words(what.to_owned()),
                 Cell::Body(region.body.to_string()),
                 Cell::Words(format!("{x0}, {y0} to {x1}, {y1}")),
-                Cell::Number(format!("{:.2} %", 100.0 * region.picture_share)),
+                Cell::Number(format!("{:.2} %", 100.0 * region.image_share)),
             ]
         };
         regions.largest.iter().map(row).collect::<Vec<_>>()

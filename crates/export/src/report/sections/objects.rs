@@ -1,13 +1,13 @@
-//! One row an object: what carries it, how far it was moved, and how far it would move.
+//! One row per object: its support, how far it was moved, and how far it moves under gravity.
 
 use crate::report::Report;
 use crate::report::html::{Cell, Html};
+use crate::report::image::EmbeddedImages;
 use crate::report::numbers::{mm, movement, percent, word};
-use crate::report::picture::EmbeddedPictures;
-use scene::certificate::{Concession, Displacement, Displacements, ReasonCode};
+use scene::certificate::{Displacement, Displacements, ReasonCode, RelaxationKind};
 
-pub fn write(page: &mut Html, report: &Report<'_>, pictures: &EmbeddedPictures) {
-    cards(page, report, pictures);
+pub fn write(page: &mut Html, report: &Report<'_>, images: &EmbeddedImages) {
+    cards(page, report, images);
     page.leaf("h3", &[], "How far each was moved");
     let objects = &report.certificate.objects;
     let spread = |of: fn(&Displacements) -> Displacement| {
@@ -56,8 +56,10 @@ pub fn write(page: &mut Html, report: &Report<'_>, pictures: &EmbeddedPictures) 
         page.leaf("h3", &[], "For which there was no room");
         let rows = resolve.gave_way.iter().map(|object| {
             let done = match &object.how {
-                Concession::Shrunk { scale } => format!("made smaller, to {} of its size", percent(*scale)),
-                Concession::Moved { from } => format!("moved from {from} to free space on the table"),
+                RelaxationKind::Shrunk { scale } => {
+                    format!("made smaller, to {} of its size", percent(*scale))
+                }
+                RelaxationKind::Moved { from } => format!("moved from {from} to free space on the table"),
             };
             vec![Cell::Body(object.name.clone()), Cell::Words(done)]
         });
@@ -71,8 +73,8 @@ pub fn write(page: &mut Html, report: &Report<'_>, pictures: &EmbeddedPictures) 
     }
 }
 
-/// Picture, words and support of every object.
-fn cards(page: &mut Html, report: &Report<'_>, pictures: &EmbeddedPictures) {
+/// Thumbnail, label and support of every object.
+fn cards(page: &mut Html, report: &Report<'_>, images: &EmbeddedImages) {
     page.open("div", &[("class", "scroll")]);
     page.open("table", &[("class", "cards")]);
     page.open("thead", &[]);
@@ -90,13 +92,13 @@ fn cards(page: &mut Html, report: &Report<'_>, pictures: &EmbeddedPictures) {
         page.open("tr", &[("id", name)]);
         page.leaf("td", &[("class", "n")], &format!("{number}"));
         page.open("td", &[("class", "picture")]);
-        if let Some(picture) = pictures.thumbnails.get(name) {
-            page.void("img", &[("src", &picture.uri), ("width", "64"), ("height", "64"), ("alt", "")]);
+        if let Some(image) = images.thumbnails.get(name) {
+            page.void("img", &[("src", &image.uri), ("width", "64"), ("height", "64"), ("alt", "")]);
         }
         page.close();
         page.leaf("td", &[], name);
         page.open("td", &[("class", "told")]);
-        page.told(&instance.label);
+        page.user_text(&instance.label);
         page.close();
         let relation = word(instance.support.relation);
         page.leaf("td", &[], &format!("{relation} {}", instance.support.parent));

@@ -1,4 +1,4 @@
-//! What was asked, what answered, and every setting: enough to make the same bytes again.
+//! Request, adapters and every setting: sufficient to reproduce the bundle.
 
 use serde_json::Value;
 
@@ -29,7 +29,7 @@ pub fn write(page: &mut Html, report: &Report<'_>) {
             Cell::Body(instance.name.to_string()),
             Cell::Words(provenance.mesh_by.clone()),
             Cell::Words(provenance.licence.clone()),
-            Cell::Told(provenance.notes.join("; ")),
+            Cell::UserText(provenance.notes.join("; ")),
         ]
     });
     page.table("", &["Object", "Made by", "Licence", "Notes"], rows.collect());

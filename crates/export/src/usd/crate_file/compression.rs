@@ -1,11 +1,11 @@
-//! How crate files compress: LZ4 blocks, and for integers a code of their differences before that.
+//! Compression of crate files: LZ4 blocks, after delta coding for integers.
 
 use std::collections::BTreeMap;
 
 /// The longest input of one LZ4 block.
 const MAX_BLOCK_BYTES: usize = 0x7e00_0000;
 
-/// One LZ4 block behind the byte 0, which says that there is one.
+/// One LZ4 block. The leading byte 0 marks a single block.
 pub fn compressed(bytes: &[u8]) -> Vec<u8> {
     assert!(bytes.len() <= MAX_BLOCK_BYTES, "{} bytes in one table of a crate file", bytes.len());
     let mut packed = vec![0];
@@ -13,9 +13,9 @@ pub fn compressed(bytes: &[u8]) -> Vec<u8> {
     packed
 }
 
-/// The commonest difference between neighbors as 32 bits; for each integer two bits that say how its
-/// difference to the one before is told (not at all when it is the commonest, or as 8, 16 or 32 bits); those
-/// differences. All little-endian, compressed. Empty for no integers.
+/// Delta coding: the most common difference between neighbors in 32 bits; a two-bit code per integer for the width of
+/// its difference (none if it is the most common one, or 8, 16 or 32 bits); the differences. All little-endian, then
+/// compressed. Empty for no integers.
 pub fn compressed_integers(integers: &[i32]) -> Vec<u8> {
     if integers.is_empty() {
         return Vec::new();
@@ -23,7 +23,7 @@ pub fn compressed_integers(integers: &[i32]) -> Vec<u8> {
     let before = std::iter::once(&0).chain(integers);
     let differences: Vec<i32> =
         integers.iter().zip(before).map(|(now, before)| now.wrapping_sub(*before)).collect();
-    let common = commonest(&differences);
+    let common = mode(&differences);
     let mut bytes = common.to_le_bytes().to_vec();
     let codes_at = bytes.len();
     bytes.resize(codes_at + differences.len().div_ceil(4), 0);
@@ -45,8 +45,8 @@ pub fn compressed_integers(integers: &[i32]) -> Vec<u8> {
     compressed(&bytes)
 }
 
-/// Of equally common ones the largest.
-fn commonest(values: &[i32]) -> i32 {
+/// The mode, that is, the most common value; the largest among equally common values.
+fn mode(values: &[i32]) -> i32 {
     let mut counts = BTreeMap::new();
     values.iter().for_each(|value| *counts.entry(*value).or_insert(0_usize) += 1);
     counts.into_iter().max_by_key(|(value, count)| (*count, *value)).map_or(0, |(value, _)| value)
@@ -57,8 +57,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn integers_are_told_by_their_differences() {
-        // OpenUSD's own example: differences 123 1 1 1 1 1 -127 -100000; the commonest is 1.
+    fn integers_are_delta_coded() {
+        // Example of OpenUSD's source: differences 123 1 1 1 1 1 -127 -100000; the most common is 1.
         let packed = compressed_integers(&[123, 124, 125, 126, 127, 128, 1, -99999]);
         let bytes = lz4_flex::block::decompress(&packed[1..], 64).expect("one block");
         let mut expected = vec![1, 0, 0, 0, 0b00_00_00_01, 0b11_01_00_00, 123, (-127_i8) as u8];
@@ -68,7 +68,7 @@ mod tests {
     }
 
     #[test]
-    fn the_commonest_is_the_largest_of_equals() {
-        assert_eq!(commonest(&[1, 2, 2, 1, -7]), 2);
+    fn mode_prefers_the_largest_of_equals() {
+        assert_eq!(mode(&[1, 2, 2, 1, -7]), 2);
     }
 }

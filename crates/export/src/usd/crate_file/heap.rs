@@ -1,4 +1,4 @@
-//! The values of a crate file that do not fit into a field: one after another, equal ones once.
+//! Heap of the values that do not fit into a value word. Equal values are stored once.
 
 use std::collections::BTreeMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -9,16 +9,16 @@ use super::compressed_integers;
 use super::section::{put_bytes, put_packed, put_u32, put_u64};
 use super::value_word::{CrateType, ValueWord};
 
-/// The file begins with this many bytes of header; the heap follows.
+/// Size of the header, which precedes the heap.
 pub const HEADER_BYTES: usize = 88;
 
-/// Shorter arrays of integers are not compressed; readers count on that.
-const LEAST_COMPRESSED: usize = 16;
+/// Shorter arrays of integers are not compressed; readers rely on this.
+const MIN_COMPRESSED: usize = 16;
 
-/// The file from its first byte to the end of the values, with the header left blank.
+/// The file from its first byte to the end of the values; the header is blank.
 pub struct Heap {
     bytes: Vec<u8>,
-    /// From a hash of values to where they lie: begin and end.
+    /// Begin and end of stored values by hash.
     placed: BTreeMap<u64, Vec<(usize, usize)>>,
 }
 
@@ -29,8 +29,8 @@ impl Default for Heap {
 }
 
 impl Heap {
-    /// Where these bytes lie in the file: where equal ones do already, or behind all others. Places are
-    /// multiples of eight, so that readers may use arrays in mapped memory as they are.
+    /// Stores the bytes, unless equal bytes are stored already, and returns their file offset. Offsets are multiples of
+    /// eight, so that readers can use arrays in mapped memory directly.
     pub fn place(&mut self, value: &[u8]) -> u64 {
         let mut hasher = DefaultHasher::new();
         value.hash(&mut hasher);
@@ -49,7 +49,7 @@ impl Heap {
         self.bytes
     }
 
-    /// An array of tokens by their numbers.
+    /// An array of tokens, given by index.
     pub fn tokens(&mut self, numbers: &[u32]) -> ValueWord {
         if numbers.is_empty() {
             return ValueWord::empty_array(CrateType::Token);
@@ -60,7 +60,7 @@ impl Heap {
         ValueWord::stored_array(CrateType::Token, self.place(&bytes))
     }
 
-    /// A number; stands in the word where single precision holds it exactly.
+    /// A number; inlined if single precision holds it exactly.
     pub fn double(&mut self, value: f64) -> ValueWord {
         let single = value as f32;
         if f64::from(single) == value {
@@ -85,7 +85,7 @@ impl Heap {
         }
     }
 
-    /// Quaternions are stored whatever they are: x, y, z, w.
+    /// Quaternions are never inlined; order x, y, z, w.
     pub fn quaternion_f32(&mut self, Quaternion { w, xyz: [x, y, z] }: Quaternion<f32>) -> ValueWord {
         ValueWord::stored(CrateType::Quatf, self.place(&f32_bytes(&[x, y, z, w])))
     }
@@ -102,7 +102,7 @@ impl Heap {
         }
         let mut bytes = Vec::new();
         put_u64(&mut bytes, values.len() as u64);
-        if values.len() < LEAST_COMPRESSED {
+        if values.len() < MIN_COMPRESSED {
             values.iter().for_each(|value| put_bytes(&mut bytes, &value.to_le_bytes()));
             return ValueWord::stored_array(CrateType::Int, self.place(&bytes));
         }
@@ -128,7 +128,7 @@ impl Heap {
     }
 }
 
-/// Vectors of integers from -128 to 127 stand in the word, a byte a component.
+/// Inlined vector of integers from -128 to 127, one byte per component.
 fn small_integers(components: impl Iterator<Item = f64>) -> Option<u64> {
     let mut packed = 0;
     for (k, value) in components.enumerate() {
@@ -141,7 +141,7 @@ fn small_integers(components: impl Iterator<Item = f64>) -> Option<u64> {
     Some(packed)
 }
 
-/// Little-endian, with 0 for -0 as in text.
+/// Little-endian bytes. -0 becomes 0, as in text.
 fn f32_bytes(values: &[f32]) -> Vec<u8> {
     values.iter().flat_map(|value| (value + 0.0).to_le_bytes()).collect()
 }

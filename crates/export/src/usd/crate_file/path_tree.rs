@@ -5,15 +5,15 @@ use std::collections::BTreeMap;
 use super::compressed_integers;
 use super::section::{put_packed, put_u64};
 
-/// Paths, numbered as they come; number 0 is the root.
+/// Paths, indexed in order of creation; index 0 is the root.
 pub struct PathTree {
-    /// For each path what lies below it, in order of arrival.
+    /// The children of each path, in order of creation.
     below: Vec<Vec<(Element, u32)>>,
     known: BTreeMap<(u32, Element), u32>,
     empty: Option<u32>,
 }
 
-/// The last part of a path, as the number of its token.
+/// The last element of a path, as a token index.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Element {
     Prim(u32),
@@ -29,12 +29,12 @@ impl Default for PathTree {
 impl PathTree {
     pub const ROOT: u32 = 0;
 
-    /// The path to a prim below another, or below the root.
+    /// The path of a prim below another prim or the root.
     pub fn prim(&mut self, parent: u32, token: u32) -> u32 {
         self.beneath(parent, Element::Prim(token))
     }
 
-    /// The path to a property of a prim.
+    /// The path of a property.
     pub fn property(&mut self, prim: u32, token: u32) -> u32 {
         assert!(token > 0, "the number of a property's token is told by its negative");
         self.beneath(prim, Element::Property(token))
@@ -50,7 +50,7 @@ impl PathTree {
         number
     }
 
-    /// The path that leads nowhere. It has a number but no place in the tree.
+    /// The empty path. It has an index but is not in the tree.
     pub fn empty(&mut self) -> u32 {
         if let Some(number) = self.empty {
             return number;
@@ -65,8 +65,8 @@ impl PathTree {
         self.below.len() as u32 - 1
     }
 
-    /// How many paths there are, then the tree from the root down, each subtree whole before what stands beside
-    /// it: numbers of paths; tokens of last parts, negative for properties; and jumps, which say what follows.
+    /// The section: path count, then the tree in depth-first order as three lists. These are path indices; tokens of
+    /// last elements, negative for properties; and jumps, which encode child and sibling links.
     pub fn section(&self) -> Vec<u8> {
         let mut rows = Rows::default();
         self.add_rows(&mut rows, Self::ROOT, 0, true);
@@ -96,7 +96,7 @@ impl PathTree {
             (true, true) => -2,
             (false, true) => -1,
             (true, false) => 0,
-            // From here to what stands beside this path.
+            // Distance from here to the next sibling.
             (false, false) => (rows.numbers.len() - row) as i32,
         };
     }
@@ -114,7 +114,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn jumps_lead_past_subtrees() {
+    fn jumps_skip_subtrees() {
         let mut tree = PathTree::default();
         let root = tree.prim(PathTree::ROOT, 1);
         let first = tree.prim(root, 2);

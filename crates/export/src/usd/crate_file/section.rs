@@ -1,9 +1,9 @@
-//! The tables of a crate file as bytes. Numbers are little-endian.
+//! Encoding of a crate file's sections. Numbers are little-endian.
 
 use super::value_word::ValueWord;
 use super::{Spec, compressed, compressed_integers};
 
-/// Every token, ended by NUL: how many, how long, how long compressed, compressed.
+/// The tokens, each terminated by NUL: count, size, compressed size, compressed bytes.
 pub fn tokens(tokens: &[String]) -> Vec<u8> {
     let mut text = Vec::new();
     for token in tokens {
@@ -18,7 +18,7 @@ pub fn tokens(tokens: &[String]) -> Vec<u8> {
     bytes
 }
 
-/// The token of each string.
+/// The token index of each string.
 pub fn strings(tokens: &[u32]) -> Vec<u8> {
     let mut bytes = Vec::new();
     put_u64(&mut bytes, tokens.len() as u64);
@@ -26,7 +26,7 @@ pub fn strings(tokens: &[u32]) -> Vec<u8> {
     bytes
 }
 
-/// Names, then values.
+/// Name indices, then value words.
 pub fn fields(fields: &[(u32, ValueWord)]) -> Vec<u8> {
     let names: Vec<u32> = fields.iter().map(|(name, _)| *name).collect();
     let mut bytes = counted_integers(&names);
@@ -35,7 +35,7 @@ pub fn fields(fields: &[(u32, ValueWord)]) -> Vec<u8> {
     bytes
 }
 
-/// How many integers, and they.
+/// Count and compressed integers.
 pub fn counted_integers(integers: &[u32]) -> Vec<u8> {
     let mut bytes = Vec::new();
     put_u64(&mut bytes, integers.len() as u64);
@@ -43,7 +43,7 @@ pub fn counted_integers(integers: &[u32]) -> Vec<u8> {
     bytes
 }
 
-/// Paths, then lists of fields, then kinds.
+/// Path indices, then starts of field lists, then spec types.
 pub fn specs(specs: &[Spec]) -> Vec<u8> {
     let mut bytes = Vec::new();
     put_u64(&mut bytes, specs.len() as u64);
@@ -58,7 +58,7 @@ fn put_integers(bytes: &mut Vec<u8>, integers: impl Iterator<Item = u32>) {
     put_packed(bytes, &compressed_integers(&integers));
 }
 
-/// How long, and it.
+/// Length and bytes.
 pub fn put_packed(bytes: &mut Vec<u8>, packed: &[u8]) {
     put_u64(bytes, packed.len() as u64);
     put_bytes(bytes, packed);

@@ -1,11 +1,11 @@
-//! The 64 bits by which a field of a crate file tells its value.
+//! The 64-bit value word of a field in a crate file.
 //!
-//! Bit 63: an array. Bit 62: the value itself stands in the lower 48 bits. Bit 61: the array is compressed.
-//! Bits 48 to 55: the type. Lower 48 bits: the value, or where it lies in the file; an array at 0 is empty.
+//! Bit 63: array. Bit 62: the value is inlined in the lower 48 bits. Bit 61: the array is compressed. Bits 48 to 55:
+//! type. Lower 48 bits: the inlined value or the file offset; an array at offset 0 is empty.
 
 use crate::usd::layer::{Specifier, Variability};
 
-/// Types of values that layers of a bundle use, by the format's numbers.
+/// The value types used in layers of a bundle, with the format's type numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum CrateType {
     Bool = 1,
@@ -62,12 +62,12 @@ impl ValueWord {
         Self::inlined(CrateType::Variability, number)
     }
 
-    /// A value of at most 48 bits.
+    /// An inlined value of at most 48 bits.
     pub fn inlined(of: CrateType, value: u64) -> Self {
         Self(INLINED | Self::typed(of, value))
     }
 
-    /// A value that lies at `offset` in the file.
+    /// A value at a file offset.
     pub fn stored(of: CrateType, offset: u64) -> Self {
         Self(Self::typed(of, offset))
     }

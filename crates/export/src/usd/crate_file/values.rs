@@ -1,4 +1,4 @@
-//! How values become the words of fields, and what of them lies in the heap.
+//! Encoding of values as value words, with the heap for values that do not fit.
 
 use crate::usd::layer::Path;
 use crate::usd::value::{Dictionary, Entry, Value};
@@ -8,13 +8,13 @@ use super::path_tree::PathTree;
 use super::section::{put_bytes, put_u32, put_u64};
 use super::value_word::{CrateType, ValueWord};
 
-/// Bits before an edit of a list: what the edit contains.
+/// Header bits of a list edit (`SdfListOp`): which lists it contains.
 const LIST_IS_EXPLICIT: u8 = 1 << 0;
 const LIST_HAS_EXPLICIT: u8 = 1 << 1;
 const LIST_PREPENDS: u8 = 1 << 5;
 
 impl CrateFile {
-    /// Names of children, in their order.
+    /// The names of children, in order.
     pub fn token_vector(&mut self, names: &[String]) -> ValueWord {
         let mut bytes = Vec::new();
         put_u64(&mut bytes, names.len() as u64);
@@ -22,7 +22,7 @@ impl CrateFile {
         ValueWord::stored(CrateType::TokenVector, self.heap.place(&bytes))
     }
 
-    /// The value itself, or where it was put.
+    /// The word of a value: inlined, or an offset into the heap.
     pub fn value(&mut self, value: &Value) -> ValueWord {
         match value {
             Value::Bool(value) => ValueWord::boolean(*value),
@@ -54,7 +54,7 @@ impl CrateFile {
         }
     }
 
-    /// Names with words, in their order; what the words need is put before.
+    /// A dictionary: names with value words, in order. Nested values are stored first.
     pub fn dictionary(&mut self, dictionary: &Dictionary) -> ValueWord {
         let mut bytes = Vec::new();
         put_u64(&mut bytes, dictionary.entries().len() as u64);
@@ -64,14 +64,14 @@ impl CrateFile {
                 Entry::Dictionary(inner) => self.dictionary(inner),
             };
             put_u32(&mut bytes, self.string(name));
-            // How far it is from here to the word: right behind.
+            // Offset from here to the value word, which follows directly.
             put_u64(&mut bytes, 8);
             put_u64(&mut bytes, word.bits());
         }
         ValueWord::stored(CrateType::Dictionary, self.heap.place(&bytes))
     }
 
-    /// An edit of a list that puts numbered things before what is there.
+    /// A list edit that prepends elements, given by index.
     pub fn prepended(&mut self, of: CrateType, numbers: &[u32]) -> ValueWord {
         let mut bytes = vec![LIST_PREPENDS];
         put_u64(&mut bytes, numbers.len() as u64);
@@ -79,7 +79,7 @@ impl CrateFile {
         ValueWord::stored(of, self.heap.place(&bytes))
     }
 
-    /// A reference to the default prim of another layer, put before others.
+    /// A prepended reference to the default prim of another layer.
     pub fn prepended_reference(&mut self, asset: &str) -> ValueWord {
         let mut bytes = self.prepended_layer(asset);
         let custom_data_entries = 0;
@@ -97,7 +97,7 @@ impl CrateFile {
         let mut bytes = vec![LIST_PREPENDS];
         put_u64(&mut bytes, 1);
         put_u32(&mut bytes, self.string(asset));
-        // The empty path asks for the default prim.
+        // The empty path means the default prim.
         put_u32(&mut bytes, self.paths.empty());
         let (time_offset, time_scale) = (0.0_f64, 1.0_f64);
         put_bytes(&mut bytes, &time_offset.to_le_bytes());
@@ -105,7 +105,7 @@ impl CrateFile {
         bytes
     }
 
-    /// Which variant is chosen of each set: names by names.
+    /// The selected variant of each variant set.
     pub fn variant_selection(&mut self, chosen: &[(&str, &str)]) -> ValueWord {
         let mut bytes = Vec::new();
         put_u64(&mut bytes, chosen.len() as u64);
@@ -116,7 +116,7 @@ impl CrateFile {
         ValueWord::stored(CrateType::VariantSelectionMap, self.heap.place(&bytes))
     }
 
-    /// A list of one path that replaces what is there.
+    /// An explicit list edit with one path.
     pub fn explicit_path(&mut self, target: &Path) -> ValueWord {
         let mut path = PathTree::ROOT;
         for name in target.prim_names() {

@@ -1,14 +1,14 @@
-//! A grid over an outline: where its squares are cut, and Poisson's equation on what is inside.
+//! A grid over an outline: boundary squares, and the solution of Poisson's equation inside.
 
 use std::collections::BTreeMap;
 
 use glam::DVec2;
 
-/// Most squares along the longer side.
+/// Maximum number of squares along the longer side.
 const LONGEST: f64 = 120.0;
-/// Nodes are kept this far from the outline, squares: nearer ones make slivers.
+/// Minimum distance of nodes from the outline, squares; closer nodes give slivers.
 const CLEARANCE: f64 = 0.1;
-/// Over-relaxation, and rounds for each square root of the count of squares and besides.
+/// Over-relaxation factor, and iterations: per square root of the number of squares, plus a constant.
 const RELAXATION: f64 = 1.6;
 const ROUNDS: [f64; 2] = [6.0, 30.0];
 
@@ -20,7 +20,7 @@ pub(super) struct Grid {
     rows: usize,
     /// Signed distance to the outline, squares; positive inside.
     depth: Vec<f64>,
-    /// Whether the outline goes on below the lowest row as it does above.
+    /// Whether the outline continues below the lowest row as it does above.
     is_mirrored: bool,
 }
 
@@ -33,8 +33,8 @@ pub(super) struct Sheet {
 }
 
 impl Grid {
-    /// About `squares` squares inside the outline. With a `cut` the lowest row of nodes lies at that height, and
-    /// sides of the outline along it are none. Only the largest part that hangs together counts. `None` where no node is
+    /// About `squares` squares inside the outline. With a `cut`, the lowest row of nodes is at that height, and edges
+    /// of the outline along it are ignored. Only the largest connected component is kept. `None` if no node is
     /// inside.
     pub fn new(outline: &[DVec2], cut: Option<f64>, squares: u32) -> Option<Self> {
         let (low, high) = outline
@@ -57,7 +57,7 @@ impl Grid {
         let depth = (0..columns * rows)
             .map(|k| {
                 let p = origin + side * DVec2::new((k % columns) as f64, (k / columns) as f64);
-                // Just above the cut, so that its row is inside where the outline is.
+                // Just above the cut, so that nodes of its row count as inside.
                 let lifted = p + DVec2::new(0.0, 1e-6 * side);
                 let (mut nearest, mut inside) = (f64::INFINITY, false);
                 for (k, &b) in outline.iter().enumerate() {
@@ -126,7 +126,7 @@ impl Grid {
     /// The solution of laplacian f = -2 that vanishes on the outline, squares squared.
     fn solved(&self) -> Vec<f64> {
         let mut f = vec![0.0; self.depth.len()];
-        // Of each inside node: itself, and for each neighbor who it is, if inside, and its weight.
+        // For each inside node: its index, and for each neighbor its index, if inside, and its weight.
         let mut nodes: Vec<(usize, [Option<usize>; 4], [f64; 4])> = Vec::new();
         for at in (0..self.depth.len()).filter(|at| self.depth[*at] > 0.0) {
             let mut who = self.neighbors(at);
@@ -153,7 +153,7 @@ impl Grid {
         f
     }
 
-    /// The sheet: nodes inside, and where the outline cuts the grid's sides.
+    /// The sheet: inside nodes, and intersections of the outline with the grid's edges.
     pub fn sheet(&self) -> Sheet {
         let f = self.solved();
         let mut sheet =

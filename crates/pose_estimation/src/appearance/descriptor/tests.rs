@@ -4,8 +4,8 @@ use super::*;
 
 const SIDE_PX: usize = 64;
 
-/// Waves of color that fade toward a disk's rim, and slopes that look alike.
-fn picture() -> SoftPicture<1> {
+/// Waves of color that fade toward a disk's rim, and slopes of equal form.
+fn image() -> SoftImage<1> {
     let waves = |phase: f64| -> [Vec<f32>; CHANNELS] {
         let value = |at: usize, c: usize| {
             let (x, y) = ((at % SIDE_PX) as f64 - 31.0, (at / SIDE_PX) as f64 - 33.0);
@@ -15,7 +15,7 @@ fn picture() -> SoftPicture<1> {
         };
         from_fn(|c| (0..SIDE_PX * SIDE_PX).map(|at| value(at, c)).collect())
     };
-    SoftPicture::of_planes(Grid::square(SIDE_PX), waves(0.7), [waves(-1.9)])
+    SoftImage::of_planes(Grid::square(SIDE_PX), waves(0.7), [waves(-1.9)])
 }
 
 fn known(hidden: impl Fn(usize, usize) -> bool) -> KnownPixels {
@@ -55,8 +55,8 @@ fn slowly(planes: &[Vec<f64>; CHANNELS], pixels: &KnownPixels) -> Vec<f64> {
         let sum = |of: &dyn Fn(usize) -> f64| all.iter().map(|&at| known(at) * of(at)).sum::<f64>();
         colors.extend((0..3).map(|c| sum(&|at| off(c, at)) / 64.0));
         let count = sum(&|_| 1.0);
-        let middle = sum(&gray) / count.max(1.0);
-        let variance = sum(&|at| gray(at).powi(2)) / count.max(1.0) - middle * middle;
+        let center = sum(&gray) / count.max(1.0);
+        let variance = sum(&|at| gray(at).powi(2)) / count.max(1.0) - center * center;
         colors.push(count / 64.0 * ((variance.max(0.0) + EVEN * EVEN).sqrt() - EVEN));
     }
     let unit = |half: Vec<f64>, faint: f64, share: f64| {
@@ -69,14 +69,14 @@ fn slowly(planes: &[Vec<f64>; CHANNELS], pixels: &KnownPixels) -> Vec<f64> {
 }
 
 #[test]
-fn agrees_with_the_slow_one_and_its_central_differences() {
+fn descriptor_agrees_with_reference_and_central_differences() {
     const STEP: f64 = 1e-5;
-    let picture = picture();
+    let image = image();
     for pixels in [known(|_, _| false), known(|x, y| x > 20 && y > 40 || x == 13)] {
-        let found = describe(&picture, &pixels, &mut DescriptorRoom::default());
+        let found = describe(&image, &pixels, &mut DescriptorRoom::default());
         let moved = |step: f64| -> [Vec<f64>; CHANNELS] {
             from_fn(|c| {
-                let both = picture.planes()[c].iter().zip(&picture.slopes()[0][c]);
+                let both = image.planes()[c].iter().zip(&image.slopes()[0][c]);
                 both.map(|(value, slope)| f64::from(*value) + step * f64::from(*slope)).collect()
             })
         };
@@ -96,43 +96,43 @@ fn agrees_with_the_slow_one_and_its_central_differences() {
 }
 
 #[test]
-fn the_distance_has_the_slope_it_says() {
+fn squared_distance_derivative_is_correct() {
     const STEP: f64 = 1e-5;
-    let (picture, pixels) = (picture(), known(|_, _| false));
-    let found = describe(&picture, &pixels, &mut DescriptorRoom::default());
-    let turned = picture.planes().clone().map(|plane| plane.into_iter().rev().collect());
-    let other = SoftPicture::of_planes(Grid::square(SIDE_PX), turned, []);
+    let (image, pixels) = (image(), known(|_, _| false));
+    let found = describe(&image, &pixels, &mut DescriptorRoom::default());
+    let turned = image.planes().clone().map(|plane| plane.into_iter().rev().collect());
+    let other = SoftImage::of_planes(Grid::square(SIDE_PX), turned, []);
     let other = describe(&other, &pixels, &mut DescriptorRoom::default());
-    let told = found.squared_distance(&other);
+    let hints = found.squared_distance(&other);
     let at = |step: f64| {
         let moved = found.values.iter().zip(&found.slopes[0]).map(|(v, s)| v + step * s);
         moved.zip(&other.values).map(|(a, b)| (a - b) * (a - b)).sum::<f64>()
     };
-    assert!((told.value - at(0.0)).abs() < 1e-12 && told.value > 0.1, "{told:?}");
+    assert!((hints.value - at(0.0)).abs() < 1e-12 && hints.value > 0.1, "{hints:?}");
     let difference = (at(STEP) - at(-STEP)) / (2.0 * STEP);
-    assert!((told.slopes[0] - difference).abs() < 1e-6 * difference.abs(), "{told:?} {difference}");
+    assert!((hints.slopes[0] - difference).abs() < 1e-6 * difference.abs(), "{hints:?} {difference}");
 }
 
 #[test]
-fn exposure_and_what_is_hidden_do_not_count() {
-    let picture = picture();
+fn descriptor_ignores_exposure_and_hidden_pixels() {
+    let image = image();
     let hidden = |x: usize, y: usize| x > 36 && y < 30;
     let pixels = known(hidden);
     let described = |planes: [Vec<f32>; CHANNELS]| {
-        let picture = SoftPicture::of_planes(Grid::square(SIDE_PX), planes, []);
-        describe(&picture, &pixels, &mut DescriptorRoom::default())
+        let image = SoftImage::of_planes(Grid::square(SIDE_PX), planes, []);
+        describe(&image, &pixels, &mut DescriptorRoom::default())
     };
-    let plain = described(picture.planes().clone());
-    let mut other = picture.planes().clone();
+    let plain = described(image.planes().clone());
+    let mut other = image.planes().clone();
     for at in (0..SIDE_PX * SIDE_PX).filter(|at| hidden(at % SIDE_PX, at / SIDE_PX)) {
         (0..CHANNELS).for_each(|c| other[c][at] = (at * (c + 3) % 17) as f32 / 17.0);
     }
     assert_eq!(described(other), plain);
-    let mut dim = picture.planes().clone();
+    let mut dim = image.planes().clone();
     dim[..3].iter_mut().flatten().for_each(|v| *v *= 0.7);
     let as_dim = described(dim);
     let distance = |a: &Descriptor<0>| a.squared_distance(&plain).value;
-    let mirrored = picture.planes().clone().map(|plane| {
+    let mirrored = image.planes().clone().map(|plane| {
         plane.chunks(SIDE_PX).flat_map(|row| row.iter().rev().copied().collect::<Vec<f32>>()).collect()
     });
     assert!(distance(&as_dim) < 0.05 * distance(&described(mirrored)), "{}", distance(&as_dim));

@@ -36,7 +36,7 @@ fn spoiled(pointer: &str, value: Value) -> String {
 }
 
 #[test]
-fn an_answer_becomes_a_description() {
+fn accepted_converts_a_valid_answer() {
     let description = read(&answer(), &TableSpec::default()).expect("holds");
     assert_eq!(description.table.shape, Some(TableShape::Rectangular));
     assert_eq!(description.table.size_m, Some(DVec3::new(1.4, 0.8, 0.74)));
@@ -48,8 +48,8 @@ fn an_answer_becomes_a_description() {
 }
 
 #[test]
-fn what_does_not_hold_is_named() {
-    for (pointer, value, told) in [
+fn accepted_names_each_violation() {
+    for (pointer, value, message) in [
         ("/family", json!("laboratory"), "family"),
         ("/table/model", json!("throne"), "table.model"),
         ("/table/width_m", json!(0.01), "table.width_m is 0.01"),
@@ -71,12 +71,12 @@ fn what_does_not_hold_is_named() {
         ("/objects/0/width_m", json!("wide"), "invalid type"),
     ] {
         let complaint = spoiled(pointer, value.clone());
-        assert!(complaint.contains(told), "{pointer} = {value}: {complaint}");
+        assert!(complaint.contains(message), "{pointer} = {value}: {complaint}");
     }
 }
 
 #[test]
-fn too_many_objects_are_complained_about() {
+fn accepted_rejects_too_many_objects() {
     let mut answer = answer();
     let object = answer["objects"][0].clone();
     for number in 2..6 {
@@ -89,7 +89,7 @@ fn too_many_objects_are_complained_about() {
 }
 
 #[test]
-fn the_requests_words_about_the_table_stay() {
+fn table_values_of_the_request_override_the_answer() {
     let wanted = TableSpec {
         size_m: Some(DVec3::new(1.0, 1.0, 0.7)),
         model: Some("round_table".into()),
@@ -104,7 +104,7 @@ fn the_requests_words_about_the_table_stay() {
 }
 
 #[test]
-fn names_are_ours_whatever_the_model_calls_things() {
+fn numbered_derives_ids_from_kinds() {
     let ids = numbered(["mug", "plate", "mug", "Mug!", "<b>"].into_iter());
     let names: Vec<&str> = ids.iter().map(InstanceId::as_str).collect();
     assert_eq!(names, ["mug_1", "plate_1", "mug_2", "mug_3", "b_1"]);

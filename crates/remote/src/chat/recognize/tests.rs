@@ -1,4 +1,4 @@
-//! Answers that are taken, and answers that are complained about.
+//! Valid and invalid answers.
 
 use super::*;
 
@@ -21,24 +21,24 @@ fn answer() -> Value {
     })
 }
 
-fn read(answer: &Value) -> Result<Seen, String> {
+fn read(answer: &Value) -> Result<Detections, String> {
     let answer: Answer = serde_json::from_value(answer.clone()).map_err(|error| error.to_string())?;
     accepted(answer).map_err(|complaints| complaints.join("; "))
 }
 
 #[test]
-fn an_answer_is_taken_and_things_get_names_of_ours() {
-    let seen = read(&answer()).unwrap_or_else(|complaint| panic!("{complaint}"));
-    let names: Vec<&str> = seen.objects.iter().map(|object| object.id.as_str()).collect();
+fn accepted_converts_a_valid_answer_and_numbers_objects() {
+    let detections = read(&answer()).unwrap_or_else(|complaint| panic!("{complaint}"));
+    let names: Vec<&str> = detections.objects.iter().map(|object| object.id.as_str()).collect();
     assert_eq!(names, ["mug_1", "brass_astrolabe_1"]);
-    assert!((seen.camera.elevation_rad - std::f64::consts::FRAC_PI_4).abs() < 1e-9);
-    assert_eq!(seen.camera.table_box, [0.1, 0.3, 0.9, 0.8]);
-    assert_eq!(named(&seen)[0]["name"], "mug_1");
+    assert!((detections.camera.elevation_rad - std::f64::consts::FRAC_PI_4).abs() < 1e-9);
+    assert_eq!(detections.camera.table_box, [0.1, 0.3, 0.9, 0.8]);
+    assert_eq!(named(&detections)[0]["name"], "mug_1");
 }
 
 #[test]
-fn what_does_not_hold_is_named() {
-    for (pointer, value, told) in [
+fn accepted_names_each_violation() {
+    for (pointer, value, message) in [
         ("/table/model", json!("throne"), "table.model"),
         ("/table/box/x0", json!(-501), "table.box.x0"),
         ("/table/box/x1", json!(50), "table.box is empty"),
@@ -52,6 +52,6 @@ fn what_does_not_hold_is_named() {
         let mut answer = answer();
         *answer.pointer_mut(pointer).expect(pointer) = value.clone();
         let Err(complaint) = read(&answer) else { panic!("{pointer} = {value} is taken") };
-        assert!(complaint.contains(told), "{pointer} = {value}: {complaint}");
+        assert!(complaint.contains(message), "{pointer} = {value}: {complaint}");
     }
 }

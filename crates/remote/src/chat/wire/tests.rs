@@ -9,8 +9,8 @@ pub(in super::super) fn settings() -> ChatSettings {
     serde_json::from_value(sources["providers"]["chat"].clone()).expect("are the settings")
 }
 
-fn reply(body: &str) -> Reply {
-    Reply {
+fn reply(body: &str) -> HttpResponse {
+    HttpResponse {
         status: 200,
         content_type: "application/json".into(),
         retry_after: None,
@@ -19,7 +19,7 @@ fn reply(body: &str) -> Reply {
 }
 
 #[test]
-fn a_published_answer_is_read() {
+fn read_parses_the_published_response() {
     let reading = read(
         &settings(),
         &reply(
@@ -62,7 +62,7 @@ fn a_published_answer_is_read() {
 }
 
 #[test]
-fn a_published_refusal_is_a_refusal_and_is_billed() {
+fn read_classifies_and_bills_a_refusal() {
     let reading = read(
         &settings(),
         &reply(
@@ -94,7 +94,7 @@ fn a_published_refusal_is_a_refusal_and_is_billed() {
 }
 
 #[test]
-fn other_ends_have_their_kinds() {
+fn read_classifies_other_endings() {
     let kind = |body: &str| read(&settings(), &reply(body)).result.map_err(|failure| failure.kind);
     let end = |reason: &str| {
         kind(&format!(r#"{{"choices": [{{"message": {{"content": "{{"}}, "finish_reason": "{reason}"}}]}}"#))
@@ -121,18 +121,15 @@ fn other_ends_have_their_kinds() {
     assert_eq!(routed(502), Err(FailureKind::ConnectionLost));
     assert_eq!(routed(500), Err(FailureKind::ServerError));
     assert_eq!(routed(429), Err(FailureKind::Busy));
-    let page = Reply { content_type: "text/html".into(), ..reply("{}") };
+    let page = HttpResponse { content_type: "text/html".into(), ..reply("{}") };
     assert_eq!(read(&settings(), &page).result.map_err(|f| f.kind), Err(FailureKind::BadAnswer));
 }
 
 #[test]
-fn a_picture_is_asked_about_in_the_published_form() {
+fn request_with_an_image_has_the_published_form() {
     let messages = [Message {
         role: Role::User,
-        parts: vec![
-            Part::Text("What is in this image?".into()),
-            Part::Picture(Bytes::from_static(b"\x89PNG")),
-        ],
+        parts: vec![Part::Text("What is in this image?".into()), Part::Image(Bytes::from_static(b"\x89PNG"))],
     }];
     let body = request(&settings(), &messages, "n", &json!({ "type": "object" }), 1);
     // Of "Images and vision", with our detail.
@@ -150,7 +147,7 @@ fn a_picture_is_asked_about_in_the_published_form() {
 }
 
 #[test]
-fn structure_is_asked_for_in_the_published_form() {
+fn request_with_a_schema_has_the_published_form() {
     // Of "Structured Outputs": the form of `response_format`, with the schema of the mathematics tutor.
     let published: Value = serde_json::from_str(
         r#"{
@@ -189,7 +186,7 @@ fn structure_is_asked_for_in_the_published_form() {
 }
 
 #[test]
-fn servers_differ_and_settings_say_how() {
+fn request_follows_the_settings_of_the_server() {
     let settings = ChatSettings {
         schema: SchemaSupport::JsonObject,
         token_limit_field: TokenLimitField::MaxTokens,
@@ -206,14 +203,14 @@ fn servers_differ_and_settings_say_how() {
 }
 
 #[test]
-fn what_is_set_aside_is_never_less_than_what_is_billed() {
+fn max_cost_bounds_the_billed_cost() {
     let settings = settings();
     let messages = [
         Message::text(Role::System, "word ".repeat(1000)),
-        Message { role: Role::User, parts: vec![Part::Picture(Bytes::new())] },
+        Message { role: Role::User, parts: vec![Part::Image(Bytes::new())] },
     ];
-    let reserved = most_it_can_cost(&settings, &messages, &json!({}));
-    // 1,000 tokens of text, a picture at its limit, the longest answer.
+    let reserved = max_cost(&settings, &messages, &json!({}));
+    // 1,000 tokens of text, an image at its limit, the longest answer.
     let billed = cost(&settings, 1000.0 + 3000.0, 8000.0);
     assert!(reserved >= billed && reserved <= MicroUsd(2 * billed.0), "{reserved} {billed}");
 }

@@ -1,7 +1,7 @@
-//! The published examples of the Images endpoints, and what is no answer.
+//! The published examples of the Images endpoints, and malformed responses.
 
 use super::*;
-use crate::settings::{PictureQuality, ReferenceSize};
+use crate::settings::{ImageQuality, ReferenceSize};
 
 fn settings() -> ImagesSettings {
     let mut defaults = crate::chat::tests::defaults();
@@ -9,21 +9,21 @@ fn settings() -> ImagesSettings {
     ImagesSettings {
         model: "gpt-image-1".into(),
         text_usd_per_million: 5.0,
-        picture_usd_per_million: 10.0,
+        image_usd_per_million: 10.0,
         drawn_usd_per_million: 40.0,
         ..serde_json::from_value(section).expect("is the section")
     }
 }
 
-fn reply(body: &str) -> Reply {
+fn reply(body: &str) -> HttpResponse {
     let body = Bytes::copy_from_slice(body.as_bytes());
-    Reply { status: 200, content_type: "application/json".into(), retry_after: None, body }
+    HttpResponse { status: 200, content_type: "application/json".into(), retry_after: None, body }
 }
 
 #[test]
-fn painting_is_asked_for_in_the_published_form() {
+fn generation_request_has_the_published_form() {
     let settings =
-        ImagesSettings { reference_size: ReferenceSize::Square, quality: PictureQuality::High, ..settings() };
+        ImagesSettings { reference_size: ReferenceSize::Square, quality: ImageQuality::High, ..settings() };
     let body = generation(&settings, "A cute baby sea otter");
     // The published example, with what this program adds to it.
     let published =
@@ -39,11 +39,11 @@ fn painting_is_asked_for_in_the_published_form() {
 }
 
 #[test]
-fn redrawing_is_asked_for_in_the_published_form() {
-    let pictures = [Bytes::from_static(b"first"), Bytes::from_static(b"second")];
+fn edit_request_has_the_published_form() {
+    let images = [Bytes::from_static(b"first"), Bytes::from_static(b"second")];
     let settings = ImagesSettings { input_fidelity: InputFidelity::High, ..settings() };
     let (content_type, body) =
-        edit(&settings, Canvas::Thing, "Create a lovely gift basket", &pictures).encoded();
+        edit(&settings, Canvas::Object, "Create a lovely gift basket", &images).encoded();
     let boundary = content_type.strip_prefix("multipart/form-data; boundary=").expect("is a form");
     let text = String::from_utf8(body.to_vec()).expect("is text here");
     let heads: Vec<&str> = text
@@ -72,7 +72,7 @@ fn redrawing_is_asked_for_in_the_published_form() {
 }
 
 #[test]
-fn the_published_answer_is_read_and_priced() {
+fn read_parses_and_prices_the_published_response() {
     let published = r#"{
       "created": 1713833628,
       "data": [{"b64_json": "aGVsbG8="}],
@@ -92,7 +92,7 @@ fn the_published_answer_is_read_and_priced() {
 }
 
 #[test]
-fn what_is_no_picture_is_a_bad_answer() {
+fn read_rejects_responses_without_an_image() {
     for body in [
         "{}",
         r#"{"data": []}"#,
@@ -106,14 +106,14 @@ fn what_is_no_picture_is_a_bad_answer() {
         let failure = read(&settings(), &reply(body)).result.expect_err(body);
         assert_eq!(failure.kind, FailureKind::BadAnswer, "{body}");
     }
-    let page = Reply { content_type: "text/html".into(), ..reply("{}") };
+    let page = HttpResponse { content_type: "text/html".into(), ..reply("{}") };
     assert_eq!(read(&settings(), &page).result.map_err(|failure| failure.kind), Err(FailureKind::BadAnswer));
 }
 
 #[test]
-fn no_answer_costs_more_than_was_set_aside() {
+fn max_cost_bounds_the_billed_cost() {
     let settings = settings();
-    let set_aside = most_it_can_cost(&settings, "Redraw the mug.", 2);
-    // "Redraw the mug." is 5 tokens; two pictures and one drawing of the documented largest sizes.
+    let set_aside = max_cost(&settings, "Redraw the mug.", 2);
+    // "Redraw the mug." is 5 tokens; two sent images and one generated image of the documented largest sizes.
     assert!(set_aside >= cost(&settings, 5.0, 2.0 * 6563.0, 6240.0), "{set_aside}");
 }

@@ -1,0 +1,88 @@
+//! Ground truth of a rendered image.
+
+use super::arrangement::Arrangement;
+use super::objects::SceneObject;
+use super::render_scene::{FIRST_OBJECT_ID, TABLE_ID};
+use super::table::SceneTable;
+use super::viewpoint::Viewpoint;
+use ports::{ImageAnnotations, Truth, TruthInstance};
+use render::Frame;
+use scene::{
+    CameraKnowledge, InstanceMask, MaskEdges, ObjectSpec, Recognition, RecognizedObject, RelationKind,
+    StandsOn,
+};
+
+/// Visible pixels of each object, in order.
+pub(super) fn masks(frame: &Frame, objects: &[SceneObject]) -> Vec<InstanceMask> {
+    objects
+        .iter()
+        .enumerate()
+        .map(|(k, object)| InstanceMask {
+            id: object.spec.id.clone(),
+            visible: frame.mask(k as u32 + FIRST_OBJECT_ID),
+        })
+        .collect()
+}
+
+/// Exact recognition, masks and camera.
+pub(super) fn image(
+    table: &SceneTable,
+    objects: &[SceneObject],
+    viewpoint: &Viewpoint,
+    frame: &Frame,
+    masks: Vec<InstanceMask>,
+) -> ImageAnnotations {
+    ImageAnnotations {
+        recognition: Recognition {
+            camera: viewpoint.camera,
+            camera_is: CameraKnowledge::Known,
+            table: table.recognized.clone(),
+            objects: objects.iter().map(|object| recognized(object.spec)).collect(),
+        },
+        masks,
+        mask_edges: MaskEdges::Sharp,
+        table_mask: frame.mask(TABLE_ID),
+    }
+}
+
+fn recognized(spec: &ObjectSpec) -> RecognizedObject {
+    RecognizedObject {
+        id: spec.id.clone(),
+        label: spec.label.clone(),
+        category: spec.category.clone(),
+        size_m: spec.size_m,
+        color: spec.color,
+        material: spec.material.clone(),
+        seed: spec.seed,
+        stands_on: stands_on(spec),
+        seen_px: None,
+        seen_as: None,
+        seen_like: None,
+    }
+}
+
+fn stands_on(spec: &ObjectSpec) -> StandsOn {
+    let support = spec.relations.iter().find(|relation| relation.kind.is_support());
+    match support.and_then(|relation| relation.target.clone().map(|id| (relation.kind, id))) {
+        Some((RelationKind::In, id)) => StandsOn::In(id),
+        Some((_, id)) => StandsOn::On(id),
+        None => StandsOn::Table,
+    }
+}
+
+/// Settled poses.
+pub(super) fn truth(objects: &[SceneObject], arrangement: &Arrangement) -> Truth {
+    let instances = objects
+        .iter()
+        .zip(&arrangement.poses)
+        .map(|(object, pose)| TruthInstance {
+            name: object.spec.id.clone(),
+            translation_m: pose.translation_m,
+            rotation_xyzw: pose.rotation,
+            yaw_rad: pose.yaw_rad(),
+            size_m: object.mesh.size_m(),
+            symmetry_order: object.category.symmetry_order,
+        })
+        .collect();
+    Truth { instances }
+}

@@ -1,0 +1,205 @@
+//! Co-occurrence priors: usual relative positions and yaws of categories that the text leaves open.
+
+use std::f64::consts::{FRAC_PI_2, PI};
+
+use glam::DVec2;
+use rand::RngExt;
+
+use super::spatial_constraints::{BEHIND, FRONT, LEFT, RIGHT, RelativePosition, SpatialConstraint};
+use super::support_tree::Supporter;
+use super::{LayoutObject, ObjectGeometry};
+use catalog::Facing;
+use runtime::seed::Rng;
+
+/// Behind and to the right of a plate: the usual position of glasses.
+const UPPER_RIGHT: RelativePosition = RelativePosition::Toward(0.9);
+/// Behind and to the left of a plate: the usual position of bowls.
+const UPPER_LEFT: RelativePosition = RelativePosition::Toward(2.25);
+
+/// The usual position of a category relative to the first target category that is present.
+struct Prior {
+    category: &'static str,
+    position: RelativePosition,
+    targets: &'static [&'static str],
+    /// Whether directions are in the target's frame instead of the world frame.
+    in_target_frame: bool,
+}
+
+const fn prior(
+    category: &'static str,
+    position: RelativePosition,
+    targets: &'static [&'static str],
+) -> Prior {
+    Prior { category, position, targets, in_target_frame: false }
+}
+
+const fn setting_prior(
+    category: &'static str,
+    position: RelativePosition,
+    targets: &'static [&'static str],
+) -> Prior {
+    Prior { category, position, targets, in_target_frame: true }
+}
+
+const PRIORS: &[Prior] = &[
+    prior("keyboard", FRONT, &["monitor", "laptop"]),
+    prior("mouse", RIGHT, &["keyboard", "laptop"]),
+    setting_prior("fork", LEFT, &["plate", "bowl"]),
+    setting_prior("knife", RIGHT, &["plate", "cutting_board"]),
+    setting_prior("spoon", RIGHT, &["plate", "bowl", "teacup", "saucer", "mug"]),
+    setting_prior("chopsticks", RIGHT, &["plate", "bowl"]),
+    setting_prior("wine_glass", UPPER_RIGHT, &["plate"]),
+    setting_prior("drinking_glass", UPPER_RIGHT, &["plate"]),
+    setting_prior("mug", UPPER_RIGHT, &["plate"]),
+    setting_prior("bowl", UPPER_LEFT, &["plate"]),
+    prior("pepper_mill", RelativePosition::Beside, &["salt_shaker"]),
+    prior("salt_shaker", RelativePosition::Beside, &["pepper_mill"]),
+    prior("pen", RIGHT, &["notebook", "paper_stack", "sticky_notes"]),
+    prior("pencil", RIGHT, &["notebook", "paper_stack", "sticky_notes"]),
+    prior("eyeglasses", RelativePosition::Beside, &["book", "notebook"]),
+    prior("remote_control", RelativePosition::Beside, &["game_controller"]),
+    prior("paintbrush", RelativePosition::Beside, &["paint_palette", "watercolor_set", "canvas_board"]),
+    prior("dice", RelativePosition::Beside, &["playing_cards"]),
+    prior("nut", RelativePosition::Beside, &["bolt"]),
+    prior("pin_cushion", RelativePosition::Beside, &["sewing_machine"]),
+    prior("utility_knife", RelativePosition::Beside, &["cutting_mat"]),
+    prior("pitcher", BEHIND, &["drinking_glass"]),
+];
+
+/// Category groups whose members are placed next to each other.
+const GROUPED_CATEGORIES: &[&str] = &[
+    "fruit",
+    "vegetable",
+    "food",
+    "bakery",
+    "hand_tool",
+    "hardware",
+    "writing_tool",
+    "pen",
+    "paint",
+    "brush",
+    "sewing",
+    "game",
+    "toy",
+    "adhesive",
+    "spool",
+    "bottle",
+    "measuring_tool",
+    "reading",
+];
+
+/// Adds soft constraints from the priors for objects without a relation of the text.
+pub(super) fn add_soft_constraints(
+    objects: &[LayoutObject],
+    supporters: &[Option<Supporter>],
+    constraints: &mut Vec<SpatialConstraint>,
+) {
+    let same_surface =
+        |a: usize, b: usize| supporters[a].map(|c| c.parent) == supporters[b].map(|c| c.parent);
+    let of = |name: &str, near: usize| -> Vec<usize> {
+        (0..objects.len()).filter(|&k| objects[k].category.name == name && same_surface(k, near)).collect()
+    };
+    for from in 0..objects.len() {
+        if supporters[from].is_some_and(|supporter| supporter.inside) {
+            continue;
+        }
+        let category = objects[from].category;
+        let stated: Vec<SpatialConstraint> =
+            constraints.iter().copied().filter(|l| l.from == from && l.hard).collect();
+        let placed =
+            objects[from].relations.iter().any(|(kind, target)| target.is_none() && !kind.is_support());
+        let rank = of(&category.name, from).iter().position(|&k| k == from).unwrap_or(0);
+        for prior in PRIORS.iter().filter(|prior| prior.category == category.name) {
+            // "Next to the plate" leaves the side open; other relations determine it.
+            let beside = stated.iter().find(|l| {
+                l.position == RelativePosition::Beside
+                    && prior.targets.contains(&objects[l.to].category.name.as_str())
+            });
+            if let Some(constraint) = beside {
+                constraints.push(SpatialConstraint {
+                    position: prior.position,
+                    in_target_frame: prior.in_target_frame,
+                    hard: false,
+                    ..*constraint
+                });
+            } else if stated.is_empty() && !placed {
+                let targets =
+                    prior.targets.iter().map(|name| of(name, from)).find(|present| !present.is_empty());
+                let Some(targets) = targets else { continue };
+                // One object for each target in its frame; surplus objects stay unconstrained.
+                let Some(&to) =
+                    targets.get(rank).or(if prior.in_target_frame { None } else { targets.last() })
+                else {
+                    continue;
+                };
+                let mutual = constraints.iter().any(|l| l.from == to && l.to == from);
+                if to != from && !mutual {
+                    constraints.push(SpatialConstraint {
+                        from,
+                        to,
+                        position: prior.position,
+                        in_target_frame: prior.in_target_frame,
+                        hard: false,
+                    });
+                }
+            }
+        }
+        let constrained = constraints.iter().any(|l| l.from == from);
+        if !constrained && !placed && rank > 0 && GROUPED_CATEGORIES.contains(&category.group.as_str()) {
+            let to = of(&category.name, from)[rank - 1];
+            constraints.push(SpatialConstraint {
+                from,
+                to,
+                position: RelativePosition::Beside,
+                in_target_frame: false,
+                hard: false,
+            });
+        }
+    }
+}
+
+/// Samples the yaw of an object.
+pub(super) struct YawSampler<'a> {
+    pub object: &'a ObjectGeometry<'a>,
+    /// Yaw of the reference object: the fork's plate, the place setting, or a neighbor of the same category.
+    pub reference_yaw_rad: Option<f64>,
+    /// Half the depth of the surface, meters; gives the distance of the viewer.
+    pub half_depth_m: f64,
+    pub jitter_rad: f64,
+    /// Whether objects that face the viewer may also face sideways (in late attempts).
+    pub allow_sideways: bool,
+}
+
+impl YawSampler<'_> {
+    /// A random yaw for the object at `xy_m`.
+    pub fn yaw_rad(&self, xy_m: DVec2, rng: &mut Rng) -> f64 {
+        let jitter = self.jitter_rad * (rng.random_range(-1.0..1.0_f64) + rng.random_range(-1.0..1.0_f64));
+        if let Some(yaw_rad) = self.reference_yaw_rad {
+            return yaw_rad + jitter;
+        }
+        match self.object.category.facing {
+            Facing::Viewer => {
+                // Rotated by half the angle toward a viewer in front of the center.
+                let away = xy_m.y + self.half_depth_m + 0.45;
+                let sideways = if self.allow_sideways {
+                    [0.0, FRAC_PI_2, -FRAC_PI_2][rng.random_range(0..3)]
+                } else {
+                    0.0
+                };
+                0.5 * (-xy_m.x).atan2(away) + sideways + jitter
+            }
+            Facing::Aligned => jitter,
+            Facing::Any if self.object.slenderness() > 1.8 => {
+                // Long objects mostly point away from the viewer or lie crosswise.
+                let base = if self.object.long_in_y() { 0.0 } else { FRAC_PI_2 };
+                let turn = match rng.random_range(0..10) {
+                    0..=5 => rng.random_range(-0.45..0.45),
+                    6..=7 => FRAC_PI_2 + rng.random_range(-0.4..0.4),
+                    _ => rng.random_range(-PI..PI),
+                };
+                base + turn
+            }
+            Facing::Any => rng.random_range(-PI..PI),
+        }
+    }
+}

@@ -1,0 +1,37 @@
+//! Instance masks of the recognized objects.
+
+use super::ImageReader;
+use imaging::Image;
+use ports::{Port, ProviderError};
+use runtime::CancelFlag;
+use scene::{InstanceMask, Recognition};
+
+/// Masks of the recognized objects, in their order. The recognition must be that of this image with the same
+/// settings.
+pub fn segment(
+    image: &Image,
+    recognition: &Recognition,
+    reader: &ImageReader,
+    cancel: &CancelFlag,
+) -> Result<Vec<InstanceMask>, ProviderError> {
+    let reading = reader.read(image, Port::Segmenter, cancel)?;
+    if reading.objects.len() != recognition.objects.len() {
+        return Err(ProviderError::Unsupported {
+            port: Port::Segmenter,
+            adapter: "embedded/photograph".into(),
+            reason: format!(
+                "{} things were recognized and {} are found; it only follows its own recognition, use a remote \
+                 segmenter with another analyst",
+                recognition.objects.len(),
+                reading.objects.len()
+            ),
+        });
+    }
+    let masks = reading.objects.iter().map(|object| object.mask.clone());
+    Ok(recognition
+        .objects
+        .iter()
+        .zip(masks)
+        .map(|(object, visible)| InstanceMask { id: object.id.clone(), visible })
+        .collect())
+}

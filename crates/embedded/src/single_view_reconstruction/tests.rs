@@ -1,0 +1,273 @@
+//! A rendered image, read as a client's image, all the way to meshes.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use glam::{DVec2, DVec3};
+
+use super::*;
+use catalog::{Recipe, build, build_table, category};
+use geometry::{Camera, Pose, TexturedMesh};
+use imaging::{Image, Mask};
+use ports::{CompletionRequest, ProviderError, ReconstructionRequest, ReferenceImage, TopViewRequest};
+use render::{Background, Lighting, RenderObject, RenderScene, RenderSettings, View, render};
+use runtime::CancelFlag;
+use scene::TableShape;
+use scene::request::{MetricAnchor, RequestOptions};
+
+fn settings() -> SingleViewSettings {
+    let sizes = SizeSettings { table_height_m: 0.74, top_view_px: 512, texture_px: 512 };
+    SingleViewSettings { sizes, naming: test_settings::section("category_fit") }
+}
+
+fn reader() -> ImageReader {
+    let network = ReadingNetwork::built_in(test_settings::section_without("network", &["weights"]));
+    ImageReader::new(network.expect("the built-in weights"), settings())
+}
+
+const TABLE_SIZE_M: DVec3 = DVec3::new(1.4, 0.8, 0.74);
+
+/// Category, position (x, y) in meters, yaw in degrees.
+const OBJECTS: [(&str, f64, f64, f64); 6] = [
+    ("mug", -0.35, 0.1, 30.0),
+    ("plate", 0.0, -0.05, 0.0),
+    ("wine_bottle", 0.35, 0.22, 0.0),
+    ("bowl", 0.38, -0.15, 0.0),
+    ("apple", -0.15, 0.25, 0.0),
+    ("book", -0.45, -0.2, 20.0),
+];
+
+/// A rendering of a laid dining table, and the true centers of the objects' boxes, meters.
+fn rendered_table(azimuth_deg: f64, elevation_deg: f64) -> (Image, Vec<DVec2>) {
+    let table = build_table("dining_table", TABLE_SIZE_M, None, Some("oak"), 7).expect("a model");
+    let objects: Vec<(TexturedMesh, Pose)> = OBJECTS
+        .iter()
+        .enumerate()
+        .map(|(k, &(name, x, y, yaw_deg))| {
+            let size_m = category(name).expect("in the catalog").size.typical_m();
+            let (color, material, seed) = (None, None, 11 + k as u64);
+            let recipe = Recipe { category: name.to_owned(), size_m, color, material, seed };
+            let mesh = build(&recipe).expect("a generator");
+            (mesh, Pose::upright(DVec3::new(x, y, 0.0), f64::to_radians(yaw_deg)))
+        })
+        .collect();
+    let mut shown = vec![RenderObject { mesh: &table.mesh, world_from_object: Pose::IDENTITY, id: 1 }];
+    shown.extend(objects.iter().map(|(mesh, pose)| RenderObject { mesh, world_from_object: *pose, id: 2 }));
+    let (azimuth_rad, elevation_rad) = (azimuth_deg.to_radians(), elevation_deg.to_radians());
+    let scene = RenderScene {
+        objects: shown,
+        lighting: Lighting::studio(azimuth_rad - 0.6, 0.95, 0.6),
+        background: Background::light_with_floor(-TABLE_SIZE_M.z),
+    };
+    let aim = DVec3::new(0.0, 0.0, -0.25);
+    let camera = Camera::orbit(1024, 768, 0.6109, aim, azimuth_rad, elevation_rad, 3.0);
+    let quality =
+        RenderSettings { supersampling: 2, shadow_map_px: 1024, sky_directions: 12, sky_map_px: 192 };
+    let image = render(&scene, &View::Perspective(camera), &quality).color;
+    let center = |(mesh, pose): &(TexturedMesh, Pose)| {
+        let (low, high) = mesh.clone().rotated(pose.rotation).translated(pose.translation_m).bounds();
+        0.5 * (low + high).truncate()
+    };
+    (image, objects.iter().map(center).collect())
+}
+
+fn is_watertight(mesh: &TexturedMesh) -> bool {
+    let bits = |v: u32| (mesh.positions[v as usize] + DVec3::ZERO).to_array().map(f64::to_bits);
+    let mut balance: BTreeMap<_, i32> = BTreeMap::new();
+    for t in mesh.triangles() {
+        for k in 0..3 {
+            let (a, b) = (bits(t[k]), bits(t[(k + 1) % 3]));
+            if a < b {
+                *balance.entry((a, b)).or_default() += 1;
+            } else {
+                *balance.entry((b, a)).or_default() -= 1;
+            }
+        }
+    }
+    balance.values().all(|&count| count == 0)
+}
+
+fn volume(mesh: &TexturedMesh) -> f64 {
+    mesh.triangles()
+        .map(|t| {
+            let [a, b, c] = t.map(|v| mesh.positions[v as usize]);
+            a.dot(b.cross(c)) / 6.0
+        })
+        .sum()
+}
+
+#[test]
+fn rendered_table_is_reconstructed_with_objects_at_their_positions() {
+    let stop = CancelFlag::default();
+    let (image, true_centers_m) = rendered_table(0.0, 35.0);
+    let image = Arc::new(image);
+    let reader = reader();
+    let reference = ReferenceImage { image: image.clone(), known: None };
+    let recognition = recognize(&image, 5, &RequestOptions::default(), &reader, &stop).expect("recognized");
+    assert_eq!(recognition.table.shape, TableShape::Rectangular);
+    let size = recognition.table.size_m;
+    assert!(
+        (size.x / TABLE_SIZE_M.x - 1.0).abs() < 0.1 && (size.y / TABLE_SIZE_M.y - 1.0).abs() < 0.12,
+        "{size}"
+    );
+    assert_eq!(recognition.table.material.as_deref(), Some("oak"));
+    assert_eq!(recognition.objects.len(), true_centers_m.len());
+    let again = recognize(&image, 5, &RequestOptions::default(), &reader, &stop).expect("recognized");
+    assert_eq!(recognition, again);
+
+    let masks = segment(&image, &recognition, &reader, &stop).expect("segmented");
+    let recognition = Arc::new(recognition);
+    let request = TopViewRequest {
+        reference: reference.clone(),
+        recognition: recognition.clone(),
+        masks: Arc::new(masks.clone()),
+        rendered: None,
+        refused: Vec::new(),
+    };
+    let top = top_view(&request, &settings(), &stop).expect("rectified");
+    let known = top.known.expect("known");
+    assert_eq!(known.objects.len(), masks.len());
+    let [x0, y0, x1, y1] = known.table.bbox_px().expect("a table").map(f64::from);
+    let mut off_m = Vec::new();
+    let mut meshes = Vec::new();
+    for (k, (object, mask)) in recognition.objects.iter().zip(&masks).enumerate() {
+        let others = Mask::from_fn(image.width_px(), image.height_px(), |x, y| {
+            masks.iter().enumerate().any(|(j, other)| j != k && other.visible.contains(x, y))
+        });
+        let request = CompletionRequest {
+            reference: reference.clone(),
+            object: object.clone(),
+            visible: mask.visible.clone(),
+            others,
+            camera: Some(recognition.camera),
+            alone: None,
+        };
+        let completion = complete(&request, &stop).expect("completed");
+        let request = ReconstructionRequest {
+            object: object.clone(),
+            completion,
+            camera: recognition.camera,
+            rendered: false,
+            seed: 9 + k as u64,
+        };
+        let raw = reconstruct(&request, &settings(), &stop).expect("reconstructed");
+        assert!(is_watertight(&raw.mesh) && volume(&raw.mesh) > 0.0, "{} {:?}", object.id, raw.notes);
+        assert!((raw.mesh.size_m().max_element() - 1.0).abs() < 1e-6);
+        let (mesh, fit, _) =
+            reconstruct::stood_up(&request.object, &request.completion, &request.camera, &settings())
+                .expect("reconstructed");
+        assert!((mesh.size_m() / object.size_m - 1.0).abs().max_element() < 1e-6);
+        meshes.push((mesh, Pose::upright(fit.center.extend(0.0), fit.yaw_rad)));
+
+        // The object's box on the top view lies at its true position.
+        let found = known.objects[k].visible.bbox_px().expect("a footprint").map(f64::from);
+        let center = DVec2::new(
+            0.5 * (found[0] + found[2]) - 0.5 * (x0 + x1),
+            0.5 * (y0 + y1) - 0.5 * (found[1] + found[3]),
+        );
+        let place = center * TABLE_SIZE_M.x / (x1 - x0);
+        let nearest =
+            true_centers_m.iter().map(|center| (*center - place).length()).fold(f64::INFINITY, f64::min);
+        off_m.push(nearest);
+    }
+    off_m.sort_by(f64::total_cmp);
+    eprintln!("distances from where they stood: {off_m:.3?} m");
+    assert!(off_m[off_m.len() / 2] < 0.04 && off_m[off_m.len() - 1] < 0.06, "{off_m:?}");
+
+    if let Some(directory) = std::env::var_os("TABLETOPGEN_VISION_OVERLAYS") {
+        let table = &recognition.table;
+        let built =
+            build_table(&table.model, table.size_m, table.color, table.material.as_deref(), table.seed)
+                .expect("a model");
+        let mut objects = vec![RenderObject { mesh: &built.mesh, world_from_object: Pose::IDENTITY, id: 1 }];
+        objects.extend(meshes.iter().map(|(mesh, pose)| RenderObject {
+            mesh,
+            world_from_object: *pose,
+            id: 2,
+        }));
+        let scene = RenderScene {
+            objects,
+            lighting: Lighting::studio(-0.6, 0.95, 0.6),
+            background: Background::light(),
+        };
+        let quality =
+            RenderSettings { supersampling: 1, shadow_map_px: 512, sky_directions: 8, sky_map_px: 128 };
+        let turned = |azimuth_deg: f64| {
+            let eye = recognition.camera.world_from_camera.translation_m;
+            let camera = geometry::Camera::orbit(
+                800,
+                600,
+                0.5,
+                DVec3::new(0.0, 0.0, -0.1),
+                azimuth_deg.to_radians(),
+                recognition.camera.elevation_rad(),
+                1.1 * eye.length(),
+            );
+            render(&scene, &View::Perspective(camera), &quality).color
+        };
+        let same = render(&scene, &View::Perspective(recognition.camera), &quality).color;
+        let (left, back) = (turned(-50.0), turned(150.0));
+        let page = render::annotate::sheet(
+            &[(&same, "same view"), (&left, "left"), (&back, "back"), (&top.image, "top")],
+            2,
+            640,
+        );
+        let path = std::path::Path::new(&directory).join("reconstructed.png");
+        std::fs::write(path, imaging::codec::encode_png(&page)).expect("writable");
+    }
+}
+
+#[test]
+fn request_sets_scale_and_contradictions_are_rejected() {
+    let stop = CancelFlag::default();
+    let (image, _) = rendered_table(0.0, 35.0);
+    let reader = reader();
+    let anchor = MetricAnchor { object: "table".into(), width_m: 2.0 };
+    let options = RequestOptions { metric_anchor: Some(anchor), ..Default::default() };
+    let recognition = recognize(&image, 5, &options, &reader, &stop).expect("recognized");
+    assert!((recognition.table.size_m.x - 2.0).abs() < 1e-12);
+    let table = scene::TableSpec { shape: Some(TableShape::Round), ..Default::default() };
+    let options = RequestOptions { table: Some(table), ..Default::default() };
+    let refused = recognize(&image, 5, &options, &reader, &stop);
+    assert!(matches!(refused, Err(ProviderError::Rejected { code: "table_differs", .. })), "{refused:?}");
+}
+
+#[test]
+fn images_without_table_are_rejected() {
+    let stop = CancelFlag::default();
+    let reader = reader();
+    let code = |image: &Image| match recognize(image, 1, &RequestOptions::default(), &reader, &stop) {
+        Err(ProviderError::Rejected { code, .. }) => code,
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(code(&Image::filled(400, 300, [230, 230, 232, 255])), "no_table_top");
+    assert_eq!(code(&Image::filled(40, 30, [230, 230, 232, 255])), "picture_too_small");
+    let mut noise = Image::filled(400, 300, [0; 4]);
+    for y in 0..300 {
+        for x in 0..400 {
+            let k = (x * 7919 + y * 104_729 + x * y * 31) % 256;
+            noise.set_pixel(x, y, [k as u8, (k * 7 % 256) as u8, (k * 13 % 256) as u8, 255]);
+        }
+    }
+    assert_eq!(code(&noise), "no_table_top");
+}
+
+#[test]
+fn reader_caches_each_image_once() {
+    let stop = CancelFlag::default();
+    let generated_images =
+        [(0.0, 35.0), (12.0, 55.0)].map(|(azimuth, elevation)| rendered_table(azimuth, elevation).0);
+    let shared = reader();
+    let again = shared.clone();
+    let [first, same, other] = [(&shared, 0), (&again, 0), (&again, 1)]
+        .map(|(reader, k)| reader.reading(&generated_images[k], &stop).expect("readable"));
+    assert!(Arc::ptr_eq(&first, &same) && !Arc::ptr_eq(&first, &other));
+    // The mirror image has the same size and other pixels.
+    let (width, height) = (generated_images[0].width_px(), generated_images[0].height_px());
+    let mut mirrored = generated_images[0].clone();
+    for y in 0..height {
+        (0..width).for_each(|x| mirrored.set_pixel(x, y, generated_images[0].pixel(width - 1 - x, y)));
+    }
+    let turned = shared.reading(&mirrored, &stop).expect("readable");
+    assert!(!Arc::ptr_eq(&first, &turned));
+}

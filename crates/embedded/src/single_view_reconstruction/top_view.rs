@@ -1,0 +1,169 @@
+//! Rectified top view: the image under the homography of the table plane, with the footprints of the recognized
+//! objects.
+//!
+//! Rectification smears objects away from the camera. So positions come from the fitted primitives or categories,
+//! not from the rectified pixels.
+
+use glam::DVec2;
+use rayon::prelude::*;
+
+use super::{SingleViewSettings, category_mesh};
+use crate::recognized_table;
+use geometry::{Camera, Outline};
+use imaging::{Image, Mask};
+use ports::{Port, ProviderError, TopViewAnnotations, TopViewImage, TopViewRequest};
+use render::TopView;
+use runtime::{CancelFlag, Cancelled};
+use scene::{InstanceMask, Recognition};
+use vision::{ShapePrior, fit_solid};
+
+/// Margin around the table, as a share of its larger extent.
+const MARGIN: f64 = 0.06;
+
+/// Rectifies the request's image.
+///
+/// # Errors
+///
+/// [`ProviderError::Rejected`] for an unknown table model, or for an object without a footprint.
+pub fn top_view(
+    request: &TopViewRequest,
+    settings: &SingleViewSettings,
+    cancel: &CancelFlag,
+) -> Result<TopViewImage, ProviderError> {
+    let recognition = &*request.recognition;
+    let camera = &recognition.camera;
+    let table = &recognition.table;
+    let outline = recognized_table::built(table).map(|built| built.outline_m.clone()).ok_or_else(|| {
+        ProviderError::Rejected {
+            port: Port::ImageGenerator,
+            code: "no_table_model",
+            reason: format!("there is no table model {}; recognize the picture again", table.model),
+        }
+    })?;
+    let footprints = footprints(request, &outline, cancel)?;
+    let view = view_of(&outline, settings);
+    let rendered = rectified(&request.reference.image, camera, &view, cancel)?;
+    let mask_of = |outline: &Outline| {
+        Mask::from_fn(view.width_px, view.height_px, |x, y| {
+            outline.contains(view.world_from_pixel(DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5)))
+        })
+    };
+    let known = TopViewAnnotations {
+        table: mask_of(&outline),
+        objects: recognition
+            .objects
+            .iter()
+            .zip(&footprints)
+            .map(|(object, footprint)| InstanceMask { id: object.id.clone(), visible: mask_of(footprint) })
+            .collect(),
+    };
+    Ok(TopViewImage { image: rendered, known: Some(known) })
+}
+
+/// Footprint of each object on the table (or on its support, seen from above), meters. A footprint whose center
+/// lies beside `top` is moved to the edge of the top.
+fn footprints(
+    request: &TopViewRequest,
+    top: &Outline,
+    cancel: &CancelFlag,
+) -> Result<Vec<Outline>, ProviderError> {
+    let recognition = &*request.recognition;
+    let eye_m = recognition.camera.world_from_camera.translation_m;
+    recognition
+        .objects
+        .par_iter()
+        .zip(request.masks.par_iter())
+        .map(|(object, mask)| {
+            cancel.check()?;
+            let nearer = ((eye_m.z - raised(recognition, object)) / eye_m.z).clamp(0.2, 1.0);
+            let solid = object.seen_as.clone().or_else(|| {
+                let expected = ShapePrior { base: None, height: object.size_m.z / nearer };
+                let image = &request.reference.image;
+                fit_solid(&mask.visible, &recognition.camera, Some(image), Some(&expected))
+            });
+            let of_solid = || solid.map(|solid| (solid.center, solid.footprint()));
+            let of_category = category_mesh::footprint(object)
+                .zip(object.seen_like.as_ref())
+                .map(|(own, like)| (like.center, own));
+            let corners = of_category.or_else(of_solid).map(|(center, corners)| {
+                // An object on another one was fitted on the table plane; it moves toward the eye.
+                let eye = eye_m.truncate();
+                let lifted = |p: DVec2| eye + nearer * (p - eye);
+                let way = top.nearest_inside(lifted(center)) - lifted(center);
+                corners.into_iter().map(|p| lifted(p) + way).collect::<Vec<_>>()
+            });
+            corners.and_then(|corners| Outline::new(corners).ok()).ok_or_else(|| ProviderError::Rejected {
+                port: Port::ImageGenerator,
+                code: "nothing_visible",
+                reason: format!(
+                    "no place on the table can be told for {}: its pixels are too few or above the horizon; \
+                     leave it out",
+                    object.id
+                ),
+            })
+        })
+        .collect()
+}
+
+fn raised(recognition: &Recognition, object: &scene::RecognizedObject) -> f64 {
+    let (mut below, mut height) = (object.stands_on.object(), 0.0);
+    for _ in 0..recognition.objects.len() {
+        let Some(next) = below.and_then(|id| recognition.objects.iter().find(|o| o.id == *id)) else { break };
+        height += next.size_m.z;
+        below = next.stands_on.object();
+    }
+    height
+}
+
+fn view_of(outline: &Outline, settings: &SingleViewSettings) -> TopView {
+    let (low, high) = outline.bounds();
+    let margin = MARGIN * (high - low).max_element();
+    let extent = high - low + DVec2::splat(2.0 * margin);
+    let meters_per_px = extent.max_element() / f64::from(settings.sizes.top_view_px.max(16));
+    TopView {
+        width_px: (extent.x / meters_per_px).ceil() as u32,
+        height_px: (extent.y / meters_per_px).ceil() as u32,
+        meters_per_px,
+        center_m: 0.5 * (low + high),
+        eye_z_m: 1.0,
+    }
+}
+
+/// The image on the table plane, bilinear; white beyond its border.
+fn rectified(
+    image: &Image,
+    camera: &Camera,
+    view: &TopView,
+    cancel: &CancelFlag,
+) -> Result<Image, Cancelled> {
+    let mut top = Image::filled(view.width_px, view.height_px, [255; 4]);
+    for y in 0..view.height_px {
+        cancel.check()?;
+        for x in 0..view.width_px {
+            let world = view.world_from_pixel(DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5));
+            if let Some(color) = camera.project(world.extend(0.0)).and_then(|(p, _)| sample(image, p)) {
+                top.set_pixel(x, y, color);
+            }
+        }
+    }
+    Ok(top)
+}
+
+fn sample(image: &Image, p: DVec2) -> Option<[u8; 4]> {
+    let size = DVec2::new(f64::from(image.width_px()), f64::from(image.height_px()));
+    if p.x < 0.0 || p.y < 0.0 || p.x >= size.x || p.y >= size.y {
+        return None;
+    }
+    let q = (p - 0.5).clamp(DVec2::ZERO, size - 1.0);
+    let (x, y) = (q.x as u32, q.y as u32);
+    let (right, below) = ((x + 1).min(image.width_px() - 1), (y + 1).min(image.height_px() - 1));
+    let (u, v) = (q.x.fract(), q.y.fract());
+    let corners = [(x, y), (right, y), (x, below), (right, below)].map(|(x, y)| image.pixel(x, y));
+    let weights = [(1.0 - u) * (1.0 - v), u * (1.0 - v), (1.0 - u) * v, u * v];
+    let mut out = [255; 4];
+    for (c, channel) in out.iter_mut().enumerate().take(3) {
+        let sum: f64 = corners.iter().zip(weights).map(|(corner, w)| w * f64::from(corner[c])).sum();
+        *channel = sum.round() as u8;
+    }
+    Some(out)
+}

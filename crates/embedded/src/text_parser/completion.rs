@@ -1,0 +1,103 @@
+//! Completion of open scenes with typical objects of the theme.
+
+use rand::RngExt;
+
+use super::TextParserSettings;
+use super::counts::is_excluded;
+use super::draft::Draft;
+use super::grammar::ParsedText;
+use super::phrase::Attributes;
+use super::themes::{Theme, ThemeItem};
+use runtime::seed::child_rng;
+use scene::RelationKind;
+
+/// Adds typical objects until the seeded number of objects is reached. Categories that the text names or excludes are
+/// skipped; added objects are marked as not requested.
+pub(super) fn complete(
+    draft: &mut Draft,
+    parsed: &ParsedText,
+    theme: &Theme,
+    settings: &TextParserSettings,
+    limit: usize,
+) {
+    let mut rng = child_rng(draft.seed, "completion");
+    let low = settings.fewest_objects.min(limit);
+    let high = settings.default_max_objects.clamp(low, limit);
+    let goal = rng.random_range(low..=high);
+    let settings_at_table = parsed.people.or_else(|| {
+        theme.settings.map(|[low, high]| if low < high { rng.random_range(low..=high) } else { low })
+    });
+    // All random numbers are drawn in file order, so that an additional item does not change the others.
+    let rolls: Vec<f64> = theme.items.iter().map(|_| rng.random_range(0.0..1.0)).collect();
+    let picks: Vec<u64> = theme.items.iter().map(|_| rng.random_range(0..1_u64 << 32)).collect();
+    let mut done = vec![false; theme.items.len()];
+    for by_probability in [true, false] {
+        for (k, item) in theme.items.iter().enumerate() {
+            if done[k] || draft.objects.len() >= goal || (by_probability && rolls[k] >= item.probability) {
+                continue;
+            }
+            done[k] = true;
+            let names: Vec<&str> = item.names().collect();
+            let name = names[picks[k] as usize % names.len()];
+            let Some(category) = draft.lexicon.index_of(name) else { continue };
+            let present = draft.objects.iter().any(|object| object.category == category);
+            if present || is_excluded(draft, parsed, category) {
+                continue;
+            }
+            let [min_count, max_count] = item.count;
+            let mut count = min_count + (picks[k] >> 8) as u32 % (max_count - min_count + 1);
+            if let (Some(settings), true) = (settings_at_table, name == "plate") {
+                count = settings;
+            }
+            // Every guest gets a complete place setting.
+            let max_objects =
+                if item.each && parsed.people.is_some() { limit } else { settings.default_max_objects };
+            add_item(draft, item, category, count as usize, limit.min(max_objects));
+        }
+    }
+}
+
+fn add_item(draft: &mut Draft, item: &ThemeItem, category: usize, count: usize, limit: usize) {
+    let targets: Vec<usize> = item
+        .target
+        .as_deref()
+        .and_then(|name| draft.lexicon.index_of(name))
+        .map(|index| (0..draft.objects.len()).filter(|&o| draft.objects[o].category == index).collect())
+        .unwrap_or_default();
+    if item.each && targets.is_empty() {
+        return;
+    }
+    let total = if item.each { count * targets.len() } else { count };
+    if draft.objects.len() + total > limit.max(1) && !draft.objects.is_empty() {
+        return;
+    }
+    let mut below: Option<usize> = None;
+    for k in 0..total {
+        let label = draft.lexicon.categories[category].label.clone();
+        let object = draft.add(category, label, Attributes { scale: 1.0, ..Attributes::default() }, false);
+        if let (Some(kind), false) = (item.relation, targets.is_empty()) {
+            let free = targets.iter().position(|&t| {
+                !draft.objects.iter().any(|o| kind.is_support() && o.relations.contains(&(kind, Some(t))))
+            });
+            let target = if item.each {
+                Some(k / count.max(1))
+            } else if kind.is_support() {
+                free
+            } else {
+                Some(0)
+            };
+            if let Some(target) = target {
+                draft.relate(object, kind, Some(targets[target]));
+            }
+        }
+        if let Some(place) = item.place {
+            draft.relate(object, place, None);
+        }
+        if item.stacked {
+            if let Some(below) = below {
+                draft.relate(object, RelationKind::StackedOn, Some(below));
+            }
+            below = Some(object);
+        }
+    }
+}

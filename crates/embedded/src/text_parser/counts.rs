@@ -1,0 +1,234 @@
+//! Instantiates mentions: number and categories of their objects.
+
+use rand::RngExt;
+
+use super::DescribeError;
+use super::draft::Draft;
+use super::grammar::{Mention, ParsedText};
+use super::lexicon::Meaning;
+use super::phrase::Attributes;
+use super::themes::VagueSet;
+use runtime::seed::child_rng;
+use scene::RelationKind;
+
+/// Creates the objects of every mention. The limit is checked before the first one is created.
+pub(super) fn instantiate(draft: &mut Draft, parsed: &ParsedText, limit: usize) -> Result<(), DescribeError> {
+    let counts: Vec<usize> = (0..parsed.mentions.len()).map(|m| instances(draft, parsed, m, 0)).collect();
+    let total = parsed
+        .mentions
+        .iter()
+        .zip(&counts)
+        .map(|(mention, &count)| count.saturating_mul(objects_per_unit(draft, mention)))
+        .fold(0_usize, usize::saturating_add);
+    if total > limit {
+        return Err(DescribeError::TooManyObjects { count: total, limit });
+    }
+    for (m, mention) in parsed.mentions.iter().enumerate() {
+        let mut made = Vec::new();
+        match sense(draft, mention) {
+            Some(Meaning::Category(category)) => {
+                for k in 0..counts[m] {
+                    let label = label(draft, mention, category, k);
+                    let mut attributes = mention.attributes.clone();
+                    if attributes.colors.len() > 1 {
+                        let pick = k % attributes.colors.len();
+                        attributes.colors.swap(0, pick);
+                    }
+                    made.push(draft.add(category, label, attributes, true));
+                }
+                if mention.stacked {
+                    for pair in made.windows(2) {
+                        draft.relate(pair[1], RelationKind::StackedOn, Some(pair[0]));
+                    }
+                }
+            }
+            Some(Meaning::Vague(index)) => {
+                let vague = &draft.lexicon.themes.vague[index];
+                if vague.place_setting {
+                    for _ in 0..counts[m] {
+                        made.extend(place_setting(draft, true).first());
+                    }
+                } else {
+                    for category in members(draft, vague, counts[m], m, parsed) {
+                        let label = draft.lexicon.categories[category].label.clone();
+                        made.push(draft.add(category, label, mention.attributes.clone(), true));
+                    }
+                }
+            }
+            _ => {}
+        }
+        draft.of_mention.push(made);
+    }
+    Ok(())
+}
+
+/// The sense of a mention that fits the scene's family.
+fn sense(draft: &Draft, mention: &Mention) -> Option<Meaning> {
+    let at_home = mention.meanings.iter().find(|meaning| match meaning {
+        Meaning::Category(index) => {
+            draft.lexicon.categories[*index].families.iter().any(|f| f == draft.family)
+        }
+        _ => false,
+    });
+    let first = mention.meanings.first()?;
+    match first {
+        Meaning::Category(_) => Some(at_home.unwrap_or(first).clone()),
+        _ => Some(first.clone()),
+    }
+}
+
+fn objects_per_unit(draft: &Draft, mention: &Mention) -> usize {
+    match mention.meanings.first() {
+        Some(Meaning::Vague(index)) if draft.lexicon.themes.vague[*index].place_setting => 4,
+        _ => 1,
+    }
+}
+
+/// Number of units of a mention, multiplied by the hosts of "each".
+fn instances(draft: &Draft, parsed: &ParsedText, m: usize, depth: usize) -> usize {
+    let mention = &parsed.mentions[m];
+    let mut rng = child_rng(draft.seed, &format!("count of {m}: {}", mention.words));
+    let plural = &draft.lexicon.vocabulary.plural;
+    let vague = mention.meanings.iter().find_map(|meaning| match meaning {
+        Meaning::Vague(index) => Some(&draft.lexicon.themes.vague[*index]),
+        _ => None,
+    });
+    let range = match (mention.count, vague) {
+        (Some([1, 1]) | None, Some(vague)) if vague.place_setting => {
+            let people = parsed.people.unwrap_or(1);
+            [people, people]
+        }
+        (Some(range), _) => range,
+        (None, Some(vague)) => vague.count,
+        (None, None) if mention.stacked => [3, 4],
+        (None, None) if mention.plural && mention.each_of.is_none() => {
+            if mention.contents {
+                // Several categories share the vessel.
+                match kinds_of_contents(parsed, m) {
+                    0 | 1 => plural.contents,
+                    2 => [2, 3],
+                    _ => [1, 2],
+                }
+            } else if let (Some(people), true) = (parsed.people, is_tableware(draft, mention)) {
+                [people, people]
+            } else {
+                plural.bare
+            }
+        }
+        _ => [1, 1],
+    };
+    let own = if range[0] < range[1] { rng.random_range(range[0]..=range[1]) } else { range[0] } as usize;
+    match mention.each_of {
+        Some(host) if host != m && depth < 8 => {
+            own.saturating_mul(instances(draft, parsed, host, depth + 1).max(1))
+        }
+        _ => own,
+    }
+}
+
+/// Number of content categories in the vessel of this mention.
+fn kinds_of_contents(parsed: &ParsedText, m: usize) -> usize {
+    let Some(vessel) = parsed.links.iter().find(|link| link.from == m).map(|link| link.to) else { return 1 };
+    parsed.links.iter().filter(|link| link.to == vessel && parsed.mentions[link.from].contents).count()
+}
+
+fn is_tableware(draft: &Draft, mention: &Mention) -> bool {
+    const TABLEWARE: &[&str] = &[
+        "plate",
+        "bowl",
+        "fork",
+        "knife",
+        "spoon",
+        "chopsticks",
+        "mug",
+        "teacup",
+        "saucer",
+        "drinking_glass",
+        "wine_glass",
+        "coaster",
+    ];
+    matches!(mention.meanings.first(), Some(Meaning::Category(index))
+        if TABLEWARE.contains(&draft.lexicon.categories[*index].name.as_str()))
+}
+
+/// Categories of a vague set, sampled without repetition until the set is exhausted.
+fn members(draft: &Draft, vague: &VagueSet, count: usize, m: usize, parsed: &ParsedText) -> Vec<usize> {
+    let mut rng = child_rng(draft.seed, &format!("members of {m}: {}", vague.words[0]));
+    let named: Vec<usize> = parsed
+        .mentions
+        .iter()
+        .filter_map(|mention| match mention.meanings[0] {
+            Meaning::Category(index) => Some(index),
+            _ => None,
+        })
+        .collect();
+    let known: Vec<usize> = vague
+        .members_in(draft.family)
+        .iter()
+        .filter_map(|name| draft.lexicon.index_of(name))
+        .filter(|index| !is_excluded(draft, parsed, *index))
+        .collect();
+    // "model cars and tools": categories named explicitly are sampled only after the others.
+    let fresh: Vec<usize> = known.iter().copied().filter(|index| !named.contains(index)).collect();
+    let source = if fresh.len() >= count.min(known.len()) { fresh } else { known };
+    let mut drawn = Vec::new();
+    let mut pool = Vec::new();
+    while drawn.len() < count && !source.is_empty() {
+        if pool.is_empty() {
+            if !drawn.is_empty() && !vague.repeat && drawn.len() >= source.len() * 3 {
+                break;
+            }
+            pool.clone_from(&source);
+        }
+        drawn.push(pool.swap_remove(rng.random_range(0..pool.len())));
+    }
+    drawn
+}
+
+/// Whether the text excludes the category.
+pub(super) fn is_excluded(draft: &Draft, parsed: &ParsedText, category: usize) -> bool {
+    parsed.excluded.iter().any(|meaning| match meaning {
+        Meaning::Category(index) => *index == category,
+        Meaning::Vague(index) => {
+            draft.lexicon.themes.vague[*index].members.contains(&draft.lexicon.categories[category].name)
+        }
+        Meaning::Table(_) => false,
+    })
+}
+
+/// A plate with a fork at its left, a knife at its right and a glass behind it; the plate first.
+pub(super) fn place_setting(draft: &mut Draft, requested: bool) -> Vec<usize> {
+    let mut made = Vec::new();
+    let parts = [
+        ("plate", None),
+        ("fork", Some(RelationKind::LeftOf)),
+        ("knife", Some(RelationKind::RightOf)),
+        ("drinking_glass", Some(RelationKind::Behind)),
+    ];
+    for (name, kind) in parts {
+        let Some(category) = draft.lexicon.index_of(name) else { continue };
+        let label = draft.lexicon.categories[category].label.clone();
+        let object =
+            draft.add(category, label, Attributes { scale: 1.0, ..Attributes::default() }, requested);
+        if let (Some(kind), Some(&plate)) = (kind, made.first()) {
+            draft.relate(object, kind, Some(plate));
+        }
+        made.push(object);
+    }
+    made
+}
+
+/// The user's words for one of the mention's objects.
+fn label(draft: &Draft, mention: &Mention, category: usize, k: usize) -> String {
+    let vocabulary = draft.lexicon.vocabulary;
+    let known = &draft.lexicon.categories[category].label;
+    if mention.attributes.color_words.len() > 1 {
+        return format!(
+            "{} {known}",
+            mention.attributes.color_words[k % mention.attributes.color_words.len()]
+        );
+    }
+    let words = if mention.plural { vocabulary.singular_of(&mention.words) } else { mention.words.clone() };
+    let short: String = words.chars().take(80).collect();
+    if short.trim().is_empty() { known.clone() } else { short }
+}

@@ -1,0 +1,221 @@
+//! The lexicon: phrases for catalog categories, tables and vague sets, in singular and plural.
+//!
+//! Built once from the catalog's labels and synonyms, the aliases of `words.toml` and the vague sets of
+//! `themes.toml`. A phrase may have several senses; the scene's family picks one later. Lookup is
+//! longest match over whole words.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::themes::Themes;
+use super::tokens::{Token, tokenize};
+use super::vocabulary::Vocabulary;
+use catalog::{Category, TableModel};
+
+/// A meaning of a phrase.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Meaning {
+    /// Index into the catalog's categories.
+    Category(usize),
+    /// The table, with the model if the phrase names one.
+    Table(Option<String>),
+    /// Index into the vague sets.
+    Vague(usize),
+}
+
+/// An entry of the lexicon.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(super) struct Entry {
+    /// Senses, best first.
+    pub meanings: Vec<Meaning>,
+    /// Whether the form is a plural ("mugs").
+    pub plural: bool,
+    /// Whether singular and plural are identical ("scissors", "coffee"); without a count it means one.
+    pub one_by_default: bool,
+}
+
+pub(super) struct Lexicon<'c> {
+    pub categories: &'c [Category],
+    pub tables: &'c [TableModel],
+    pub vocabulary: &'c Vocabulary,
+    pub themes: &'c Themes,
+    phrases: BTreeMap<String, Entry>,
+    longest: usize,
+}
+
+impl<'c> Lexicon<'c> {
+    pub fn new(
+        categories: &'c [Category],
+        tables: &'c [TableModel],
+        vocabulary: &'c Vocabulary,
+        themes: &'c Themes,
+    ) -> Self {
+        let mut lexicon =
+            Self { categories, tables, vocabulary, themes, phrases: BTreeMap::new(), longest: 1 };
+        lexicon.add_tables();
+        // Labels precede aliases, aliases precede synonyms.
+        for (index, category) in categories.iter().enumerate() {
+            let own = vec![category.label.clone(), category.name.replace('_', " ")];
+            for phrase in own {
+                lexicon.add(&phrase, category.plural.as_deref(), Meaning::Category(index), false);
+            }
+        }
+        for (aliases, mass) in [(&vocabulary.aliases, false), (&vocabulary.drinks, true)] {
+            for (name, phrases) in aliases {
+                if let Some(index) = lexicon.index_of(name) {
+                    for phrase in phrases {
+                        lexicon.add(phrase, None, Meaning::Category(index), mass);
+                    }
+                }
+            }
+        }
+        for (index, category) in categories.iter().enumerate() {
+            for phrase in &category.synonyms {
+                lexicon.add(phrase, None, Meaning::Category(index), false);
+            }
+        }
+        for (index, vague) in themes.vague.iter().enumerate() {
+            for phrase in &vague.words {
+                lexicon.add(phrase, None, Meaning::Vague(index), false);
+            }
+        }
+        lexicon
+    }
+
+    fn add_tables(&mut self) {
+        let (vocabulary, tables) = (self.vocabulary, self.tables);
+        for (phrase, model) in &vocabulary.tables {
+            let model = tables.iter().find(|table| table.name == model).map(|table| table.name.to_owned());
+            self.add(phrase, None, Meaning::Table(model), false);
+        }
+        for table in tables {
+            for phrase in std::iter::once(&table.label).chain(table.synonyms) {
+                self.add(phrase, None, Meaning::Table(Some(table.name.to_owned())), false);
+            }
+        }
+    }
+
+    fn add(&mut self, phrase: &str, plural: Option<&str>, meaning: Meaning, mass: bool) {
+        let singular = normalize(phrase);
+        if singular.is_empty() {
+            return;
+        }
+        let plural = plural.map_or_else(|| self.vocabulary.plural_of(&singular), normalize);
+        let last = singular.rsplit(' ').next().unwrap_or_default();
+        let same = mass
+            || self.vocabulary.grammar.plural_only.contains(&singular)
+            || self.vocabulary.grammar.plural_only.contains(last)
+            || singular == plural;
+        let mut forms = vec![(singular.clone(), false)];
+        if plural != singular && !mass {
+            forms.push((plural, true));
+        }
+        // "desklamp" for "desk lamp".
+        if singular.split(' ').count() == 2 && !mass {
+            let fused = singular.replace(' ', "");
+            let fused_plural = self.vocabulary.plural_of(&fused);
+            forms.push((fused, false));
+            forms.push((fused_plural, true));
+        }
+        for (form, is_plural) in forms {
+            self.longest = self.longest.max(form.split(' ').count());
+            let entry = self.phrases.entry(form).or_insert_with(|| Entry {
+                meanings: Vec::new(),
+                plural: is_plural && !same,
+                one_by_default: same,
+            });
+            // A word that is the plural of one noun and the singular of another ("glasses") counts as both.
+            if entry.plural && same && !mass {
+                entry.one_by_default = true;
+            }
+            if !entry.meanings.contains(&meaning) {
+                entry.meanings.push(meaning.clone());
+            }
+        }
+    }
+
+    /// Index of the category with this name.
+    pub fn index_of(&self, name: &str) -> Option<usize> {
+        self.categories.iter().position(|category| category.name == name)
+    }
+
+    /// The entry of exactly these words.
+    pub fn get(&self, phrase: &str) -> Option<&Entry> {
+        self.phrases.get(phrase)
+    }
+
+    /// The longest phrase that starts at `at`, with its number of tokens.
+    pub fn longest_at(&self, tokens: &[Token], at: usize) -> Option<(&Entry, usize)> {
+        let mut phrase = String::new();
+        let mut best = None;
+        for (k, token) in tokens[at.min(tokens.len())..].iter().take(self.longest).enumerate() {
+            let Some(word) = token.word() else { break };
+            if k > 0 {
+                phrase.push(' ');
+            }
+            phrase.push_str(word);
+            if let Some(entry) = self.phrases.get(&phrase) {
+                best = Some((entry, k + 1));
+            }
+        }
+        best
+    }
+
+    /// Known words closest to an unknown one, best first.
+    pub fn closest(&self, word: &str, how_many: usize) -> Vec<String> {
+        let limit = (word.chars().count() / 3).clamp(1, 3);
+        let mut scored: Vec<(usize, &String)> = self
+            .phrases
+            .iter()
+            .filter(|(_, entry)| !entry.plural && matches!(entry.meanings[0], Meaning::Category(_)))
+            .map(|(phrase, _)| (edit_distance(word, phrase), phrase))
+            .filter(|(distance, _)| *distance <= limit)
+            .collect();
+        scored.sort();
+        let mut seen = BTreeSet::new();
+        scored
+            .into_iter()
+            .filter(|(_, phrase)| seen.insert((*phrase).clone()))
+            .take(how_many)
+            .map(|(_, phrase)| phrase.clone())
+            .collect()
+    }
+}
+
+fn normalize(phrase: &str) -> String {
+    tokenize(phrase)
+        .iter()
+        .filter_map(|token| match token {
+            Token::Word(word) => Some(word.clone()),
+            _ => None,
+        })
+        .collect::<Vec<_>>()
+        .join(" ")
+}
+
+/// Levenshtein distance in characters.
+fn edit_distance(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, ca) in a.chars().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, &cb) in b.iter().enumerate() {
+            let next = (diagonal + usize::from(ca != cb)).min(row[j] + 1).min(row[j + 1] + 1);
+            diagonal = row[j + 1];
+            row[j + 1] = next;
+        }
+    }
+    row[b.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn distances_are_levenshtein() {
+        assert_eq!(edit_distance("kitten", "sitting"), 3);
+        assert_eq!(edit_distance("", "abc"), 3);
+        assert_eq!(edit_distance("labtop", "laptop"), 1);
+    }
+}

@@ -1,0 +1,240 @@
+//! Prepositions, and named regions of a table top.
+
+use super::tokens::Token;
+use RelationKind::{
+    Around, AtBack, AtCenter, AtFront, AtLeft, AtRight, Behind, In, InFrontOf, LeftOf, NextTo, On, RightOf,
+};
+use scene::RelationKind;
+
+/// A preposition with its relation and syntax.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Preposition {
+    pub kind: RelationKind,
+    /// Whether subject and object are exchanged ("under", "below").
+    pub inverse: bool,
+    /// Whether the object is optional ("inside", "on top", "beside").
+    pub may_stand_alone: bool,
+    /// Whether the preposition has two objects ("between A and B").
+    pub two_targets: bool,
+}
+
+/// Phrase, relation and flags: `i` inverse, `a` optional object, `2` two objects. Longer phrases come first.
+const PREPOSITIONS: &[(&str, RelationKind, &str)] = &[
+    ("on the left hand side of", LeftOf, ""),
+    ("on the right hand side of", RightOf, ""),
+    ("to the left side of", LeftOf, ""),
+    ("to the right side of", RightOf, ""),
+    ("on the left side of", LeftOf, ""),
+    ("on the right side of", RightOf, ""),
+    ("in the middle of", NextTo, ""),
+    ("on both sides of", NextTo, ""),
+    ("on either side of", NextTo, ""),
+    ("on each side of", NextTo, ""),
+    ("to the left of", LeftOf, ""),
+    ("to the right of", RightOf, ""),
+    ("on the left of", LeftOf, ""),
+    ("on the right of", RightOf, ""),
+    ("at the left of", LeftOf, ""),
+    ("at the right of", RightOf, ""),
+    ("to the side of", NextTo, ""),
+    ("by the side of", NextTo, ""),
+    ("in the front of", InFrontOf, ""),
+    ("in front of", InFrontOf, ""),
+    ("in back of", Behind, ""),
+    ("in between", NextTo, "2"),
+    ("on top of", On, ""),
+    ("on the top of", On, ""),
+    ("in the back of", Behind, ""),
+    ("all around", Around, "a"),
+    ("right next to", NextTo, ""),
+    ("close to", NextTo, ""),
+    ("adjacent to", NextTo, ""),
+    ("next to", NextTo, ""),
+    ("close by", NextTo, "a"),
+    ("left of", LeftOf, ""),
+    ("right of", RightOf, ""),
+    ("ahead of", InFrontOf, ""),
+    ("in front", InFrontOf, "a"),
+    ("to the left", LeftOf, "a"),
+    ("to the right", RightOf, "a"),
+    ("on top", On, "a"),
+    ("piled on", On, ""),
+    ("placed on", On, ""),
+    ("inside of", In, ""),
+    ("along with", NextTo, ""),
+    ("together with", NextTo, ""),
+    ("leaning against", NextTo, ""),
+    ("near to", NextTo, ""),
+    ("atop", On, ""),
+    ("upon", On, ""),
+    ("onto", On, ""),
+    ("on", On, ""),
+    ("inside", In, "a"),
+    ("within", In, ""),
+    ("into", In, ""),
+    ("in", In, ""),
+    ("behind", Behind, "a"),
+    ("beside", NextTo, "a"),
+    ("besides", NextTo, ""),
+    ("alongside", NextTo, "a"),
+    ("nearby", NextTo, "a"),
+    ("near", NextTo, ""),
+    ("by", NextTo, ""),
+    ("against", NextTo, ""),
+    ("around", Around, "a"),
+    ("surrounding", Around, ""),
+    ("between", NextTo, "2"),
+    ("among", NextTo, ""),
+    ("amid", NextTo, ""),
+    ("underneath", On, "ia"),
+    ("beneath", On, "i"),
+    ("below", On, "i"),
+    ("under", On, "i"),
+];
+
+/// The preposition at `at` and its number of words.
+pub(super) fn preposition_at(tokens: &[Token], at: usize) -> Option<(Preposition, usize)> {
+    PREPOSITIONS
+        .iter()
+        .filter_map(|(phrase, kind, marks)| {
+            let length = match_phrase(tokens, at, phrase)?;
+            let preposition = Preposition {
+                kind: *kind,
+                inverse: marks.contains('i'),
+                may_stand_alone: marks.contains('a'),
+                two_targets: marks.contains('2'),
+            };
+            Some((preposition, length))
+        })
+        .max_by_key(|(_, length)| *length)
+}
+
+/// "on top of each other", "beside one another": the relation and the number of words.
+pub(super) fn reciprocal_at(tokens: &[Token], at: usize) -> Option<(RelationKind, usize)> {
+    let (preposition, length) = preposition_at(tokens, at)?;
+    let other =
+        ["each other", "one another"].iter().find_map(|phrase| match_phrase(tokens, at + length, phrase))?;
+    Some((preposition.kind, length + other))
+}
+
+/// Number of words of `phrase` if it occurs at `at`.
+fn match_phrase(tokens: &[Token], at: usize, phrase: &str) -> Option<usize> {
+    let mut length = 0;
+    for word in phrase.split(' ') {
+        if tokens.get(at + length)?.word()? != word {
+            return None;
+        }
+        length += 1;
+    }
+    Some(length)
+}
+
+/// "in the center (of the table)", "at the back", "in the left corner", "on the far left", "to one
+/// side". `None` if the words continue with an object ("in the center of the plates").
+pub(super) fn place_at(
+    tokens: &[Token],
+    at: usize,
+    is_table: &impl Fn(&str) -> bool,
+) -> Option<(Vec<RelationKind>, usize)> {
+    let word = |p: usize| tokens.get(p).and_then(Token::word);
+    let mut p = at;
+    if word(p) == Some("centered") {
+        return Some((vec![AtCenter], 1));
+    }
+    let opener = word(p)?;
+    if !matches!(opener, "in" | "at" | "on" | "to" | "toward" | "towards" | "near" | "along" | "from") {
+        return None;
+    }
+    p += 1;
+    let mut article = false;
+    while matches!(word(p), Some("the" | "one" | "its" | "very" | "a")) {
+        if word(p) == Some("its") {
+            return None;
+        }
+        article = true;
+        p += 1;
+    }
+    let mut places = Vec::new();
+    let mut nouns = 0;
+    while let Some(w) = word(p) {
+        match w {
+            "center" | "centre" | "middle" => places.push(AtCenter),
+            "back" | "rear" => places.push(AtBack),
+            "front" => places.push(AtFront),
+            "left" => places.push(AtLeft),
+            "right" => places.push(AtRight),
+            // "the far left" is just the left; "the far side" is the back.
+            "far" if matches!(word(p + 1), Some("end" | "side" | "edge" | "corner")) => places.push(AtBack),
+            "near" if matches!(word(p + 1), Some("end" | "side" | "edge")) => places.push(AtFront),
+            "far" | "hand" | "upper" | "top" | "bottom" | "lower" if article && place_ahead(&word, p + 1) => {
+                match w {
+                    "upper" | "top" => places.push(AtBack),
+                    "bottom" | "lower" => places.push(AtFront),
+                    _ => {}
+                }
+            }
+            "corner" | "side" | "edge" | "end" | "part" | "half" | "corners" => nouns += 1,
+            _ => break,
+        }
+        p += 1;
+    }
+    if places.is_empty() {
+        return None;
+    }
+    // "to the left" alone and "in front" alone are relations.
+    if nouns == 0 && (opener == "to" || (opener == "in" && !article)) {
+        return None;
+    }
+    if word(p) == Some("of") {
+        let mut q = p + 1;
+        while matches!(word(q), Some("the" | "a" | "this" | "that" | "its"))
+            || q < p + 5 && word(q).is_some_and(|w| !is_table(w)) && word(q + 1).is_some_and(is_table)
+        {
+            q += 1;
+        }
+        if word(q).is_some_and(is_table) && word(q) != Some("it") {
+            return Some((places, q + 1 - at));
+        }
+        return None;
+    }
+    // "near the left mug" names an object.
+    if nouns == 0 && opener == "near" {
+        return None;
+    }
+    Some((places, p - at))
+}
+
+fn place_ahead<'a>(word: &impl Fn(usize) -> Option<&'a str>, at: usize) -> bool {
+    matches!(
+        word(at),
+        Some("left" | "right" | "corner" | "side" | "edge" | "end" | "back" | "front" | "center" | "middle")
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tokens::tokenize;
+    use super::*;
+
+    #[test]
+    fn place_at_distinguishes_regions_from_relations() {
+        let table = |word: &str| word == "table" || word == "desk";
+        let places = |text: &str| place_at(&tokenize(text), 0, &table).map(|(places, _)| places);
+        assert_eq!(places("in the center of the oak table"), Some(vec![AtCenter]));
+        assert_eq!(places("in the back left corner"), Some(vec![AtBack, AtLeft]));
+        assert_eq!(places("on the left"), Some(vec![AtLeft]));
+        assert_eq!(places("at the far end of the desk"), Some(vec![AtBack]));
+        assert_eq!(places("to the left of the mug"), None);
+        assert_eq!(places("in the middle of the plates"), None);
+        assert_eq!(places("in front of the mug"), None);
+        assert_eq!(places("on the right side of the laptop"), None);
+    }
+
+    #[test]
+    fn the_longest_preposition_wins() {
+        let kind = |text: &str| preposition_at(&tokenize(text), 0).map(|(p, length)| (p.kind, length));
+        assert_eq!(kind("on top of it"), Some((On, 3)));
+        assert_eq!(kind("on top"), Some((On, 2)));
+        assert_eq!(kind("in front of the mug"), Some((InFrontOf, 3)));
+    }
+}

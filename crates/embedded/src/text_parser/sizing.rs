@@ -1,0 +1,125 @@
+//! Object sizes: a random sample from the category's range, adjusted by the text.
+
+use super::draft::Draft;
+use super::measures;
+use catalog::Affordance;
+use runtime::seed::child_rng;
+use scene::RelationKind;
+
+/// Sets every size. The random sample of an object depends only on the seed and its name.
+pub(super) fn size(draft: &mut Draft) {
+    for k in 0..draft.objects.len() {
+        let category = draft.category(k);
+        let object = &draft.objects[k];
+        let mut rng = child_rng(draft.seed, object.id.as_str());
+        let typical = category.size.typical_m();
+        let (low, high) = (category.size.low_m, category.size.high_m);
+        let attributes = &object.attributes;
+        let mut size = category.size.sample(&mut rng);
+        if (attributes.scale - 1.0).abs() > 1e-9 {
+            // "small" starts from the smaller half, "large" from the larger; a little beyond the range.
+            let end = if attributes.scale < 1.0 { low } else { high };
+            size = (0.5 * (size + end) * attributes.scale.sqrt()).clamp(0.8 * low, 1.25 * high);
+        }
+        for &(axis, factor) in &attributes.stretches {
+            let k = match axis {
+                'x' => 0,
+                'y' => 1,
+                'z' => 2,
+                _ => usize::from(size.y > size.x),
+            };
+            size[k] = (size[k] * factor).clamp(0.8 * low[k], 1.25 * high[k]);
+        }
+        if !attributes.measures.is_empty() {
+            size = measures::apply(&attributes.measures, size, typical);
+        }
+        // Round and square objects keep equal width and depth.
+        let as_deep_as_wide = low.x == low.y && high.x == high.y;
+        if as_deep_as_wide && attributes.stretches.is_empty() && attributes.measures.len() < 2 {
+            size.x = 0.5 * (size.x + size.y);
+            size.y = size.x;
+        }
+        draft.objects[k].size_m = size;
+    }
+    largest_at_the_bottom(draft);
+    containers_hold_their_contents(draft);
+}
+
+/// Maximum factor by which a container exceeds its usual size to hold its contents.
+const MAX_GROWTH: f64 = 1.7;
+
+/// Share of a container's outer width that is free at the height of round contents.
+const FREE_WIDTH: f64 = 0.76;
+
+/// Share of a container's outer length that is free for long contents.
+const FREE_LENGTH: f64 = 0.85;
+
+/// Enlarges containers whose size the text leaves open until their contents lie side by side (a bowl for three apples,
+/// a basket for a baguette). Only containers in which contents lie grow in length: in a mug or a pen holder, slender
+/// objects are upright and lean.
+fn containers_hold_their_contents(draft: &mut Draft) {
+    for host in 0..draft.objects.len() {
+        let attributes = &draft.objects[host].attributes;
+        let open = attributes.measures.is_empty() && attributes.stretches.is_empty();
+        if !open || !draft.category(host).affords(Affordance::Container) {
+            continue;
+        }
+        let inside = |kind: &RelationKind, to: &Option<usize>| {
+            *to == Some(host) && matches!(kind, RelationKind::In | RelationKind::On)
+        };
+        let (mut widths, mut longest_m) = (Vec::new(), 0.0_f64);
+        for object in &draft.objects {
+            if !object.relations.iter().any(|(kind, to)| inside(kind, to)) {
+                continue;
+            }
+            let mut extents = object.size_m.to_array();
+            extents.sort_by(f64::total_cmp);
+            if extents[2] <= 2.5 * extents[1] {
+                widths.push((extents[1] * extents[2]).sqrt());
+            } else {
+                longest_m = longest_m.max(extents[2]);
+            }
+        }
+        let is_carrier = draft.category(host).group == "carrier";
+        let size = &mut draft.objects[host].size_m;
+        if !widths.is_empty() {
+            let mean_m = widths.iter().sum::<f64>() / widths.len() as f64;
+            let needed_m = enclosing_circle(widths.len()) * mean_m / FREE_WIDTH;
+            let growth = (needed_m / size.x.min(size.y)).clamp(1.0, MAX_GROWTH);
+            *size *= glam::DVec3::new(growth, growth, growth.sqrt());
+        }
+        if is_carrier {
+            size.x *= (longest_m / FREE_LENGTH / size.x).clamp(1.0, MAX_GROWTH);
+        }
+    }
+}
+
+/// Diameter of the smallest circle that holds `count` circles of diameter 1 (Graham et al., "Dense
+/// packings of congruent circles in a circle", 1998, rounded up).
+fn enclosing_circle(count: usize) -> f64 {
+    const KNOWN: [f64; 8] = [0.0, 1.0, 2.0, 2.155, 2.415, 2.702, 3.0, 3.0];
+    KNOWN.get(count).copied().unwrap_or_else(|| 1.17 * (count as f64).sqrt())
+}
+
+/// Sorts stacks so that larger objects are below.
+fn largest_at_the_bottom(draft: &mut Draft) {
+    for bottom in 0..draft.objects.len() {
+        let mut pile = vec![bottom];
+        while let Some(next) = (0..draft.objects.len()).find(|&o| {
+            !pile.contains(&o)
+                && draft.objects[o].relations.contains(&(RelationKind::StackedOn, pile.last().copied()))
+        }) {
+            pile.push(next);
+        }
+        let is_bottom = !draft.objects[bottom].relations.iter().any(|(k, _)| *k == RelationKind::StackedOn);
+        let alike = pile.iter().all(|&o| draft.objects[o].category == draft.objects[bottom].category);
+        if pile.len() < 2 || !is_bottom || !alike {
+            continue;
+        }
+        let mut sizes: Vec<_> = pile.iter().map(|&o| draft.objects[o].size_m).collect();
+        sizes.sort_by(|a, b| (b.x * b.y).total_cmp(&(a.x * a.y)));
+        for (&object, size) in pile.iter().zip(sizes) {
+            draft.objects[object].size_m = size;
+        }
+    }
+}

@@ -1,0 +1,173 @@
+//! Relations between objects from the links of the text, restricted to physically possible supports.
+
+use glam::DVec3;
+
+use super::draft::Draft;
+use super::grammar::{Link, LinkKind, ParsedText};
+use RelationKind::{In, LeftOf, NextTo, On, RightOf};
+use catalog::Affordance;
+use scene::RelationKind;
+
+/// Flat objects that support others even if the text only says "with".
+const CARRIERS: &[&str] = &["plate", "saucer", "tray", "cutting_board", "coaster"];
+const CUTLERY: &[&str] = &["fork", "knife", "spoon", "chopsticks"];
+
+/// Adds the relations stated by the text to every object.
+pub(super) fn relate(draft: &mut Draft, parsed: &ParsedText) {
+    // Supports come first, because other relations depend on them ("to the left of the mug").
+    for pass in 0..2 {
+        for link in &parsed.links {
+            let (from, to) = (draft.of_mention[link.from].clone(), draft.of_mention[link.to].clone());
+            if from.is_empty() || to.is_empty() {
+                continue;
+            }
+            let kind = kind_of(draft, parsed, link, from[0], to[0]);
+            if kind.is_support() != (pass == 0) {
+                continue;
+            }
+            // The members of a stack share the position of its bottom object.
+            let stacked = parsed.mentions[link.from].stacked;
+            let on_pile = parsed.mentions[link.to].stacked;
+            let each = parsed.mentions[link.from].each_of == Some(link.to);
+            for (k, &object) in from.iter().enumerate() {
+                if stacked && k > 0 {
+                    break;
+                }
+                let target = if on_pile && kind.is_support() {
+                    to[to.len() - 1]
+                } else if on_pile {
+                    to[0]
+                } else if each {
+                    to[(k / (from.len() / to.len()).max(1)).min(to.len() - 1)]
+                } else {
+                    to[k % to.len()]
+                };
+                let kind = match link.kind {
+                    LinkKind::Flank => {
+                        if k % 2 == 0 {
+                            LeftOf
+                        } else {
+                            RightOf
+                        }
+                    }
+                    _ => kind,
+                };
+                draft.relate(object, kind, Some(target));
+            }
+        }
+    }
+    for (m, mention) in parsed.mentions.iter().enumerate() {
+        for &object in &draft.of_mention[m].clone() {
+            for &place in &mention.places {
+                draft.relate(object, place, None);
+            }
+        }
+    }
+}
+
+/// The relation that a link expresses between these categories.
+fn kind_of(draft: &Draft, parsed: &ParsedText, link: &Link, from: usize, to: usize) -> RelationKind {
+    let (item, host) = (draft.category(from), draft.category(to));
+    match link.kind {
+        LinkKind::Relation(kind) => kind,
+        LinkKind::Flank => NextTo,
+        LinkKind::WithAtSide(side) => {
+            match kind_of(draft, parsed, &Link { kind: LinkKind::With, ..*link }, from, to) {
+                NextTo => side,
+                kind => kind,
+            }
+        }
+        LinkKind::With => {
+            let contents = parsed.mentions[link.from].contents;
+            let carrier = CARRIERS.contains(&host.name.as_str());
+            let cutlery = CUTLERY.contains(&item.name.as_str());
+            let fits = fits_in(item.size.typical_m(), host.size.typical_m());
+            // Food goes on a plate, a glass beside it, a cup on a saucer, every object on a tray.
+            let dishes = ["cutlery", "vessel", "dish"].contains(&item.group.as_str());
+            let served = match host.name.as_str() {
+                "plate" => !dishes,
+                "saucer" | "coaster" => item.group == "vessel",
+                _ => !cutlery || host.name == "tray" || host.name == "cutting_board",
+            };
+            let small = item.size.typical_m().truncate().max_element()
+                < 0.8 * host.size.typical_m().truncate().max_element();
+            if host.affords(Affordance::Container)
+                && !carrier
+                && fits
+                && !(cutlery && !contents && host.name != "mug")
+            {
+                In
+            } else if (carrier && (contents || (small && served)))
+                || (contents && host.affords(Affordance::Support))
+            {
+                On
+            } else {
+                NextTo
+            }
+        }
+    }
+}
+
+/// Whether the narrower side of an object fits through the opening of a vessel of this size.
+fn fits_in(item_m: DVec3, vessel_m: DVec3) -> bool {
+    let opening = 0.85 * vessel_m.x.min(vessel_m.y);
+    // A banana lies across a shallow bowl.
+    let shallow = vessel_m.z < 0.7 * vessel_m.x.min(vessel_m.y);
+    if shallow
+        && item_m.x.max(item_m.y) < 1.3 * vessel_m.x.max(vessel_m.y)
+        && item_m.x.min(item_m.y) < opening
+    {
+        return true;
+    }
+    let mut extents = item_m.to_array();
+    extents.sort_by(f64::total_cmp);
+    // Slender objects lean, so their second extent decides.
+    let slender = extents[2] > 2.5 * extents[1];
+    let through = if slender { extents[1] } else { item_m.x.max(item_m.y) };
+    through < opening
+}
+
+/// Replaces impossible supports ("a laptop on a mouse", the ninth apple of a small bowl) by `NextTo`.
+pub(super) fn keep_what_fits(draft: &mut Draft) {
+    let mut filled: Vec<f64> = vec![0.0; draft.objects.len()];
+    for object in 0..draft.objects.len() {
+        let Some((slot, kind, to)) =
+            draft.objects[object].relations.iter().enumerate().find_map(|(slot, (kind, to))| match to {
+                Some(to) if matches!(kind, In | On) => Some((slot, *kind, *to)),
+                _ => None,
+            })
+        else {
+            continue;
+        };
+        let host = draft.category(to);
+        let (item_m, host_m) = (draft.objects[object].size_m, draft.objects[to].size_m);
+        let container = host.affords(Affordance::Container);
+        let carries = host.affords(Affordance::Support) || CARRIERS.contains(&host.name.as_str());
+        let narrow = |size: DVec3| size.x.min(size.y);
+        let kind = match kind {
+            In if container && fits_in(item_m, host_m) => In,
+            On if container && !carries && fits_in(item_m, host_m) => In,
+            In | On if carries && narrow(item_m) < 2.2 * narrow(host_m) => On,
+            _ => NextTo,
+        };
+        let kind = if kind == In {
+            // A slender object takes the space of its cross-section; contents may form two layers.
+            let mut extents = item_m.to_array();
+            extents.sort_by(f64::total_cmp);
+            let room = (0.85 * narrow(host_m)).powi(2);
+            let need =
+                if extents[2] > 2.5 * extents[1] { 2.0 * extents[1].powi(2) } else { extents[1].powi(2) };
+            filled[to] += need;
+            // The first object always fits.
+            if filled[to] > 1.7 * room && filled[to] > need { NextTo } else { In }
+        } else if kind == On {
+            let room = host_m.x * host_m.y;
+            let need = item_m.x * item_m.y;
+            filled[to] += need;
+            if filled[to] > 0.9 * room && filled[to] > need { NextTo } else { On }
+        } else {
+            kind
+        };
+        draft.objects[object].relations[slot] = (kind, Some(to));
+    }
+}

@@ -1,0 +1,411 @@
+//! Round trip: reads every format and compares it with the scene: names, mass, center of mass, inertia, friction,
+//! restitution, pose, hulls, visual meshes, labels.
+//!
+//! The readers share only the file layout with the writers. A wrong axis order, unit or rounding in a writer is an
+//! error here, and no bundle is made. Differences within the tolerances go into the report.
+
+mod usd;
+mod urdf;
+mod mjcf;
+mod sdf;
+mod glb;
+mod labels;
+mod visuals;
+mod xml_node;
+
+use std::collections::BTreeMap;
+
+use glam::{DMat3, DVec3};
+use serde::Serialize;
+
+use geometry::{ConvexHull, Pose};
+
+use super::{Body, BundleFile, ExportError};
+
+/// Largest differences allowed. Single-precision formats round at 6e-8 of a value.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Tolerances {
+    pub mass_relative: f64,
+    pub center_of_mass_m: f64,
+    /// Over the largest moment.
+    pub inertia_relative: f64,
+    pub dynamic_friction: f64,
+    pub static_friction: f64,
+    pub restitution: f64,
+    pub rolling_friction_m: f64,
+    pub torsional_friction_m: f64,
+    pub translation_m: f64,
+    pub rotation_rad: f64,
+    pub hull_corner_m: f64,
+    pub hull_volume_relative: f64,
+    /// Of the visual meshes.
+    pub vertex_m: f64,
+}
+
+impl Tolerances {
+    pub const BUNDLE: Self = Self {
+        mass_relative: 1e-6,
+        center_of_mass_m: 1e-6,
+        inertia_relative: 1e-5,
+        dynamic_friction: 1e-6,
+        static_friction: 1e-6,
+        restitution: 1e-6,
+        rolling_friction_m: 1e-6,
+        torsional_friction_m: 1e-6,
+        translation_m: 1e-6,
+        rotation_rad: 1e-6,
+        hull_corner_m: 1e-6,
+        hull_volume_relative: 1e-4,
+        vertex_m: 1e-6,
+    };
+}
+
+/// One body as read from a format.
+#[derive(Clone, Debug)]
+struct ReadBody {
+    mass_kg: f64,
+    center_of_mass_m: DVec3,
+    /// About the center of mass, along the object's axes.
+    inertia_tensor_kg_m2: DMat3,
+    contact: ReadContact,
+    world_from_object: Pose,
+    /// `None` where the format leaves this to the loader.
+    movable: Option<bool>,
+    /// Corners of every hull, object frame.
+    hulls: Vec<Vec<DVec3>>,
+    /// Triangles of the visual meshes by material, object frame; `None` where they are compared separately.
+    visual: Option<BTreeMap<String, Vec<[DVec3; 3]>>>,
+    /// `None` where they are compared separately.
+    labels: Option<ReadLabels>,
+}
+
+/// Contact parameters of a body; `None` where the format has no place for one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct ReadContact {
+    dynamic_friction: f64,
+    static_friction: Option<f64>,
+    restitution: Option<f64>,
+    rolling_friction_m: Option<f64>,
+    torsional_friction_m: Option<f64>,
+}
+
+/// Names of a body for people and for taxonomies.
+#[derive(Clone, Debug)]
+struct ReadLabels {
+    label: String,
+    category: String,
+    wikidata_item: String,
+}
+
+/// Bodies by name.
+type ReadScene = BTreeMap<String, ReadBody>;
+
+/// The error is the reason why a format could not be read; it becomes [`ExportError::Unreadable`].
+type ReadResult<T> = Result<T, String>;
+
+/// Result of the comparison, per format. If there is a report, names, labels, movable bodies and the numbers of bodies,
+/// hulls and corners are equal.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct RoundTripReport {
+    pub tolerances: Tolerances,
+    pub usd: FormatDeviation,
+    pub urdf: FormatDeviation,
+    pub mjcf: FormatDeviation,
+    pub sdf: FormatDeviation,
+    pub glb: MeshDeviation,
+}
+
+/// Largest differences between a format and the scene over all bodies, rounded up to a power of ten.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct FormatDeviation {
+    pub bodies: usize,
+    pub hulls: usize,
+    pub mass_relative: f64,
+    pub center_of_mass_m: f64,
+    pub inertia_relative: f64,
+    pub dynamic_friction: f64,
+    /// `None` where the format has no place for it; likewise the three fields below.
+    pub static_friction: Option<f64>,
+    pub restitution: Option<f64>,
+    pub rolling_friction_m: Option<f64>,
+    pub torsional_friction_m: Option<f64>,
+    pub translation_m: f64,
+    pub rotation_rad: f64,
+    pub hull_corner_m: f64,
+    pub hull_volume_relative: f64,
+    /// Of the visual meshes.
+    pub vertex_m: f64,
+}
+
+/// Largest differences between the GLB files and the scene, rounded up to a power of ten.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct MeshDeviation {
+    pub meshes: usize,
+    pub translation_m: f64,
+    pub rotation_rad: f64,
+    /// Vertices of the scene file against the meshes at their poses.
+    pub vertex_m: f64,
+}
+
+/// Reads all formats among `files` and compares them with the bodies.
+///
+/// # Errors
+///
+/// [`ExportError::Unreadable`] for a file that is missing or malformed; [`ExportError::RoundTripMismatch`] for the
+/// first difference beyond [`Tolerances::BUNDLE`].
+pub fn read_back(bodies: &[Body], files: &[BundleFile]) -> Result<RoundTripReport, ExportError> {
+    let by_path: BTreeMap<&str, &[u8]> =
+        files.iter().map(|file| (file.path.as_str(), file.bytes.as_slice())).collect();
+    let files = Files(by_path);
+    let check = |format, read: fn(&Files<'_>) -> ReadResult<ReadScene>| {
+        let read = read(&files).map_err(|reason| ExportError::Unreadable { format, reason })?;
+        compare(bodies, &read).map_err(|difference| ExportError::RoundTripMismatch { format, difference })
+    };
+    let ((usd, urdf), (mjcf, (sdf, glb))) = rayon::join(
+        || rayon::join(|| check("USD", usd::read), || check("URDF", urdf::read)),
+        || {
+            rayon::join(
+                || check("MJCF", mjcf::read),
+                || rayon::join(|| check("SDF", sdf::read), || glb::compare(bodies, &files)),
+            )
+        },
+    );
+    let (usd, mut urdf, mut mjcf, mut sdf, glb) = (usd?, urdf?, mjcf?, sdf?, glb?);
+    let (labels, visuals) =
+        rayon::join(|| labels::compare(bodies, &files), || visuals::compare(bodies, &files));
+    labels?;
+    let visuals = visuals?;
+    urdf.vertex_m = visuals.urdf;
+    mjcf.vertex_m = visuals.mjcf;
+    sdf.vertex_m = visuals.sdf;
+    Ok(RoundTripReport { tolerances: Tolerances::BUNDLE, usd, urdf, mjcf, sdf, glb })
+}
+
+/// The files by path.
+struct Files<'a>(BTreeMap<&'a str, &'a [u8]>);
+
+impl<'a> Files<'a> {
+    fn bytes(&self, path: &str) -> ReadResult<&'a [u8]> {
+        self.0.get(path).copied().ok_or_else(|| format!("{path} is missing"))
+    }
+
+    fn text(&self, path: &str) -> ReadResult<&'a str> {
+        std::str::from_utf8(self.bytes(path)?).map_err(|_| format!("{path} is not UTF-8"))
+    }
+}
+
+fn compare(bodies: &[Body], read: &ReadScene) -> Result<FormatDeviation, String> {
+    let mut deviation = FormatDeviation { bodies: read.len(), ..FormatDeviation::default() };
+    if read.len() != bodies.len() {
+        return Err(format!("{} bodies instead of {}", read.len(), bodies.len()));
+    }
+    for body in bodies {
+        let found = read.get(&body.name).ok_or_else(|| format!("{} is missing", body.name))?;
+        if found.hulls.len() != body.hulls.len() {
+            return Err(format!("{}: {} hulls", body.name, found.hulls.len()));
+        }
+        if found.movable.is_some_and(|movable| movable != body.movable) {
+            return Err(format!("{}: movable {}", body.name, !body.movable));
+        }
+        deviation.hulls += found.hulls.len();
+        compare_labels(body, found)?;
+        let inertia = body.inertia_tensor_kg_m2();
+        let largest_moment = body.mass.inertia_diagonal_kg_m2.max_element();
+        let inertia_difference = (found.inertia_tensor_kg_m2 - inertia).to_cols_array();
+        let pose = body.world_from_object;
+        let (mut corner_m, mut volume): (f64, f64) = (0.0, 0.0);
+        for (hull, found) in body.hulls.iter().zip(&found.hulls) {
+            if hull.points.len() != found.len() {
+                return Err(format!("{}: a hull has {} corners", body.name, found.len()));
+            }
+            let farthest = hull.points.iter().zip(found).map(|(a, b)| (*a - *b).length());
+            corner_m = farthest.fold(corner_m, larger);
+            let found = ConvexHull { points: found.clone(), triangles: hull.triangles.clone() };
+            volume = larger(volume, (found.volume_m3() / hull.volume_m3() - 1.0).abs());
+        }
+        let vertex_m = match &found.visual {
+            Some(triangles) => visuals::farthest_corner_m(&body.visual, triangles)
+                .map_err(|reason| format!("{}: {reason}", body.name))?,
+            None => 0.0,
+        };
+        let limits = Tolerances::BUNDLE;
+        compare_contact(body, &found.contact, &mut deviation)?;
+        let differences = [
+            (
+                "mass",
+                &mut deviation.mass_relative,
+                (found.mass_kg - body.mass.mass_kg).abs() / body.mass.mass_kg,
+                limits.mass_relative,
+            ),
+            (
+                "center of mass",
+                &mut deviation.center_of_mass_m,
+                (found.center_of_mass_m - body.mass.center_of_mass_m).length(),
+                limits.center_of_mass_m,
+            ),
+            (
+                "inertia",
+                &mut deviation.inertia_relative,
+                inertia_difference.iter().fold(0.0_f64, |worst, d| larger(worst, d.abs())) / largest_moment,
+                limits.inertia_relative,
+            ),
+            (
+                "position",
+                &mut deviation.translation_m,
+                (found.world_from_object.translation_m - pose.translation_m).length(),
+                limits.translation_m,
+            ),
+            (
+                "rotation",
+                &mut deviation.rotation_rad,
+                angle_between_rad(found.world_from_object.rotation, pose.rotation),
+                limits.rotation_rad,
+            ),
+            ("hull", &mut deviation.hull_corner_m, corner_m, limits.hull_corner_m),
+            ("hull volume", &mut deviation.hull_volume_relative, volume, limits.hull_volume_relative),
+            ("visual mesh", &mut deviation.vertex_m, vertex_m, limits.vertex_m),
+        ];
+        for (name, worst, difference, tolerance) in differences {
+            *worst = worst.max(within(body, name, difference, tolerance)?);
+        }
+    }
+    Ok(deviation)
+}
+
+/// Checks a difference against its tolerance and rounds it up to a power of ten, which hides the rounding of the
+/// platform.
+fn within(body: &Body, name: &str, difference: f64, tolerance: f64) -> Result<f64, String> {
+    if difference.is_nan() || difference > tolerance {
+        return Err(format!("{}: {name} differs by {difference}", body.name));
+    }
+    Ok(ceil_to_power_of_ten(difference))
+}
+
+fn compare_contact(body: &Body, found: &ReadContact, deviation: &mut FormatDeviation) -> Result<(), String> {
+    let limits = Tolerances::BUNDLE;
+    let dynamic = (found.dynamic_friction - body.friction.dynamic_coefficient).abs();
+    let dynamic = within(body, "dynamic friction", dynamic, limits.dynamic_friction)?;
+    deviation.dynamic_friction = deviation.dynamic_friction.max(dynamic);
+    let static_friction = body.friction.static_coefficient;
+    let optional = [
+        (
+            "static friction",
+            &mut deviation.static_friction,
+            found.static_friction,
+            static_friction,
+            limits.static_friction,
+        ),
+        ("restitution", &mut deviation.restitution, found.restitution, body.restitution, limits.restitution),
+        (
+            "rolling friction",
+            &mut deviation.rolling_friction_m,
+            found.rolling_friction_m,
+            body.rolling_friction_m,
+            limits.rolling_friction_m,
+        ),
+        (
+            "torsional friction",
+            &mut deviation.torsional_friction_m,
+            found.torsional_friction_m,
+            body.torsional_friction_m,
+            limits.torsional_friction_m,
+        ),
+    ];
+    for (name, worst, found, wanted, tolerance) in optional {
+        let Some(found) = found else { continue };
+        let difference = within(body, name, (found - wanted).abs(), tolerance)?;
+        *worst = Some(worst.unwrap_or(0.0).max(difference));
+    }
+    Ok(())
+}
+
+fn compare_labels(body: &Body, found: &ReadBody) -> Result<(), String> {
+    let Some(labels) = &found.labels else { return Ok(()) };
+    // USD strings cannot hold a NUL.
+    let label = body.label.replace('\0', "\u{fffd}");
+    let pairs = [
+        ("label", &labels.label, &label),
+        ("category", &labels.category, &body.category),
+        ("Wikidata item", &labels.wikidata_item, &body.wikidata_item),
+    ];
+    match pairs.into_iter().find(|(_, found, wanted)| found != wanted) {
+        Some((what, found, wanted)) => {
+            Err(format!("{}: the {what} is {found:?} instead of {wanted:?}", body.name))
+        }
+        None => Ok(()),
+    }
+}
+
+/// Maximum that propagates NaN, unlike `f64::max`.
+fn larger(a: f64, b: f64) -> f64 {
+    if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
+}
+
+/// Angle between two rotations. Exact for small angles, where the arc cosine of the scalar part is not.
+fn angle_between_rad(a: glam::DQuat, b: glam::DQuat) -> f64 {
+    let q = a.conjugate() * b;
+    2.0 * q.xyz().length().atan2(q.w.abs())
+}
+
+/// The next power of ten at or above the value; zero stays zero.
+fn ceil_to_power_of_ten(value: f64) -> f64 {
+    if value <= 1e-15 { 0.0 } else { 10_f64.powi(value.log10().ceil() as i32) }
+}
+
+/// Numbers separated by white space, commas or brackets.
+fn numbers(text: &str) -> ReadResult<Vec<f64>> {
+    text.split(|c: char| c.is_whitespace() || ",()[]".contains(c))
+        .filter(|part| !part.is_empty())
+        .map(|part| part.parse().map_err(|_| format!("{part:?} is no number")))
+        .collect()
+}
+
+/// Three numbers.
+fn vector(text: &str) -> ReadResult<DVec3> {
+    match numbers(text)?.as_slice() {
+        &[x, y, z] => Ok(DVec3::new(x, y, z)),
+        _ => Err(format!("{text:?} is no vector")),
+    }
+}
+
+/// Four numbers in the order w, x, y, z.
+fn quaternion_wxyz(text: &str) -> ReadResult<glam::DQuat> {
+    match numbers(text)?.as_slice() {
+        &[w, x, y, z] => Ok(glam::DQuat::from_xyzw(x, y, z, w).normalize()),
+        _ => Err(format!("{text:?} is no quaternion")),
+    }
+}
+
+/// Triples.
+fn points(text: &str) -> ReadResult<Vec<DVec3>> {
+    Ok(numbers(text)?.chunks_exact(3).map(DVec3::from_slice).collect())
+}
+
+/// Corners of a hull in a Wavefront file. Its faces must enclose a positive volume.
+fn obj_hull(text: &str) -> ReadResult<Vec<DVec3>> {
+    let rows: Vec<&str> = text.lines().filter_map(|line| line.strip_prefix("v ")).collect();
+    let corners = points(&rows.join(" "))?;
+    let mut triangles = Vec::new();
+    for face in text.lines().filter_map(|line| line.strip_prefix("f ")) {
+        let corner = |word: &str| {
+            let index = word.split('/').next().and_then(|first| first.parse::<u32>().ok());
+            index.and_then(|index| index.checked_sub(1)).filter(|&k| (k as usize) < corners.len())
+        };
+        match face.split_whitespace().map(corner).collect::<Option<Vec<u32>>>().as_deref() {
+            Some(&[a, b, c]) => triangles.push([a, b, c]),
+            _ => return Err(format!("{face:?} is no triangle of {} corners", corners.len())),
+        }
+    }
+    let hull = ConvexHull { points: corners, triangles };
+    if hull.volume_m3() > 0.0 {
+        Ok(hull.points)
+    } else {
+        Err("a hull encloses no volume or is inside out".to_owned())
+    }
+}
+
+/// The inertia tensor along the object's axes from its principal moments.
+fn tensor(diagonal: DVec3, object_from_principal: glam::DQuat) -> DMat3 {
+    let axes = DMat3::from_quat(object_from_principal);
+    axes * DMat3::from_diagonal(diagonal) * axes.transpose()
+}

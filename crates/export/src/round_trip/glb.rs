@@ -1,0 +1,145 @@
+//! Reads the GLB files. The mesh of each body must be equal to the scene's; the nodes of the scene file must have the
+//! names and poses of the bodies, and its vertices the transformed positions.
+
+use std::collections::BTreeMap;
+
+use glam::{DQuat, DVec3};
+use serde::Deserialize;
+
+use crate::{Body, ExportError};
+use geometry::Pose;
+use mesh_io::gltf::{ROOT_ROTATION_XYZW, read_mesh_glb};
+
+use super::{Files, MeshDeviation, ReadResult, Tolerances, angle_between_rad, ceil_to_power_of_ten, larger};
+
+pub fn compare(bodies: &[Body], files: &Files<'_>) -> Result<MeshDeviation, ExportError> {
+    let format = "GLB";
+    let read = |path: &str| {
+        let bytes = files.bytes(path).map_err(|reason| ExportError::Unreadable { format, reason })?;
+        read_mesh_glb(bytes)
+            .map_err(|error| ExportError::Unreadable { format, reason: format!("{path}: {error}") })
+    };
+    let differs = |difference: String| Err(ExportError::RoundTripMismatch { format, difference });
+    for body in bodies {
+        if read(&format!("glb/{}.glb", body.name))? != body.visual {
+            return differs(format!("the mesh of {}", body.name));
+        }
+    }
+    let scene = read("glb/scene.glb")?;
+    let vertices: usize = bodies.iter().map(|body| body.visual.positions.len()).sum();
+    let triangles: usize = bodies.iter().map(|body| body.visual.triangle_count()).sum();
+    if scene.positions.len() != vertices || scene.triangle_count() != triangles {
+        return differs(format!("{} vertices instead of {vertices}", scene.positions.len()));
+    }
+    let expected = bodies.iter().flat_map(|body| {
+        body.visual.positions.iter().map(|position| body.world_from_object.transform_point(*position))
+    });
+    let vertex_m = expected.zip(&scene.positions).map(|(a, b)| (a - *b).length()).fold(0.0, f64::max);
+    let limits = Tolerances::BUNDLE;
+    if vertex_m.is_nan() || vertex_m > limits.vertex_m {
+        return differs(format!("a vertex of the scene by {vertex_m} m"));
+    }
+    let nodes = nodes(files).map_err(|reason| ExportError::Unreadable { format, reason })?;
+    if nodes.len() != bodies.len() {
+        return differs(format!("{} nodes instead of {}", nodes.len(), bodies.len()));
+    }
+    let (mut translation_m, mut rotation_rad) = (0.0, 0.0);
+    for body in bodies {
+        let Some(node) = nodes.get(&body.name) else { return differs(format!("no node is {}", body.name)) };
+        let (found, pose) = (node.pose(), body.world_from_object);
+        translation_m = larger(translation_m, (found.translation_m - pose.translation_m).length());
+        rotation_rad = larger(rotation_rad, angle_between_rad(found.rotation, pose.rotation));
+        let sound = translation_m <= limits.translation_m && rotation_rad <= limits.rotation_rad;
+        if !sound {
+            return differs(format!("the pose of {} by {translation_m} m, {rotation_rad} rad", body.name));
+        }
+    }
+    Ok(MeshDeviation {
+        meshes: bodies.len(),
+        translation_m: ceil_to_power_of_ten(translation_m),
+        rotation_rad: ceil_to_power_of_ten(rotation_rad),
+        vertex_m: ceil_to_power_of_ten(vertex_m),
+    })
+}
+
+/// Labels of the bodies in the scene file, by name.
+pub fn labels(files: &Files<'_>) -> ReadResult<BTreeMap<String, String>> {
+    let nodes = nodes(files)?.into_iter();
+    Ok(nodes.map(|(name, node)| (name, node.extras.map(|extras| extras.label).unwrap_or_default())).collect())
+}
+
+/// A node of the document; absent parts of its pose are the identity.
+#[derive(Deserialize)]
+struct Node {
+    #[serde(default)]
+    name: String,
+    #[serde(default)]
+    translation: [f64; 3],
+    #[serde(default = "identity_rotation")]
+    rotation: [f64; 4],
+    scale: Option<[f64; 3]>,
+    matrix: Option<Vec<f64>>,
+    extras: Option<Extras>,
+    #[serde(default)]
+    children: Vec<usize>,
+}
+
+#[derive(Deserialize)]
+struct Extras {
+    label: String,
+}
+
+fn identity_rotation() -> [f64; 4] {
+    [0.0, 0.0, 0.0, 1.0]
+}
+
+impl Node {
+    fn pose(&self) -> Pose {
+        Pose {
+            translation_m: DVec3::from_array(self.translation),
+            rotation: DQuat::from_array(self.rotation).normalize(),
+        }
+    }
+
+    fn is_scaled(&self) -> bool {
+        self.matrix.is_some() || self.scale.is_some_and(|scale| scale != [1.0; 3])
+    }
+}
+
+/// The nodes of the scene file below its single root, which rotates z up to y up.
+fn nodes(files: &Files<'_>) -> ReadResult<BTreeMap<String, Node>> {
+    #[derive(Deserialize)]
+    struct Document {
+        nodes: Vec<Node>,
+        scenes: Vec<Scene>,
+    }
+    #[derive(Deserialize)]
+    struct Scene {
+        nodes: Vec<usize>,
+    }
+    let bytes = files.bytes("glb/scene.glb")?;
+    // Header of 12 bytes, then length and kind of the JSON chunk.
+    let length =
+        bytes.get(12..16).map(|length| u32::from_le_bytes([length[0], length[1], length[2], length[3]]));
+    let json =
+        length.and_then(|length| bytes.get(20..20 + length as usize)).ok_or("there is no JSON chunk")?;
+    let document: Document = serde_json::from_slice(json).map_err(|error| error.to_string())?;
+    let root = match document.scenes.as_slice() {
+        [Scene { nodes }] => nodes.as_slice(),
+        _ => &[],
+    };
+    let &[root] = root else { return Err("there is not one root".to_owned()) };
+    if document.nodes.iter().any(Node::is_scaled) {
+        return Err("a node is scaled".to_owned());
+    }
+    let root_node = document.nodes.get(root).ok_or("the root is missing")?;
+    let expected = Pose { translation_m: DVec3::ZERO, rotation: DQuat::from_array(ROOT_ROTATION_XYZW) };
+    if root_node.translation != [0.0; 3]
+        || angle_between_rad(root_node.pose().rotation, expected.rotation) > 1e-9
+    {
+        return Err("the root does not turn z up to y up".to_owned());
+    }
+    let children = root_node.children.clone();
+    let below = document.nodes.into_iter().enumerate().filter(|(index, _)| children.contains(index));
+    Ok(below.map(|(_, node)| (node.name.clone(), node)).collect())
+}

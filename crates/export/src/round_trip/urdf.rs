@@ -1,0 +1,97 @@
+//! Reads `urdf/scene.urdf` for poses and `urdf/<name>/<name>.urdf` for bodies.
+
+use glam::{DMat3, DQuat, DVec3};
+
+use geometry::Pose;
+use roxmltree::Node;
+
+use super::xml_node::{self, XmlNode};
+use super::{Files, ReadBody, ReadContact, ReadResult, ReadScene, obj_hull, vector};
+
+pub fn read(files: &Files<'_>) -> ReadResult<ReadScene> {
+    let document = xml_node::parse(files.text("urdf/scene.urdf")?)?;
+    let assembly = document.root_element();
+    let mut scene = ReadScene::new();
+    for joint in assembly.all("joint") {
+        let name = joint.child("child")?.required("link")?;
+        let origin = joint.child("origin")?;
+        let rpy = vector(origin.required("rpy")?)?;
+        let world_from_object = Pose {
+            translation_m: vector(origin.required("xyz")?)?,
+            rotation: DQuat::from_rotation_z(rpy.z)
+                * DQuat::from_rotation_y(rpy.y)
+                * DQuat::from_rotation_x(rpy.x),
+        };
+        let document = xml_node::parse(files.text(&format!("urdf/{name}/{name}.urdf"))?)?;
+        let robot = document.root_element();
+        let body = read_link(files, robot.child("link")?, &format!("urdf/{name}"), world_from_object)?;
+        // Gazebo reads friction from its own elements.
+        let gazebo = robot.child("gazebo")?;
+        for direction in ["mu1", "mu2"] {
+            if gazebo.child(direction)?.text_number()? != body.contact.dynamic_friction {
+                return Err(format!("{name} rubs otherwise in Gazebo"));
+            }
+        }
+        let placed = assembly.all("link").find(|link| link.attribute("name") == Some(name));
+        let placed = placed.ok_or_else(|| format!("the assembly has no link {name}"))?;
+        let assembled = read_link(files, placed, "urdf", world_from_object)?;
+        let same = assembled.hulls == body.hulls
+            && assembled.mass_kg == body.mass_kg
+            && assembled.center_of_mass_m == body.center_of_mass_m
+            && assembled.inertia_tensor_kg_m2 == body.inertia_tensor_kg_m2
+            && assembled.contact == body.contact;
+        if !same {
+            return Err(format!("the assembly's {name} is not the one of its own file"));
+        }
+        scene.insert(name.to_owned(), body);
+    }
+    Ok(scene)
+}
+
+fn read_link(
+    files: &Files<'_>,
+    link: Node<'_, '_>,
+    folder: &str,
+    world_from_object: Pose,
+) -> ReadResult<ReadBody> {
+    let inertial = link.child("inertial")?;
+    let origin = inertial.child("origin")?;
+    if vector(origin.required("rpy")?)? != DVec3::ZERO {
+        return Err("inertia is not along the link's axes".to_owned());
+    }
+    let inertia = inertial.child("inertia")?;
+    let [xx, xy, xz, yy, yz, zz] =
+        ["ixx", "ixy", "ixz", "iyy", "iyz", "izz"].map(|name| inertia.number(name));
+    let (xx, xy, xz, yy, yz, zz) = (xx?, xy?, xz?, yy?, yz?, zz?);
+    let mesh_path = |element: Node<'_, '_>| -> ReadResult<String> {
+        let mesh = element.child("geometry")?.child("mesh")?;
+        if vector(mesh.attribute("scale").unwrap_or("1 1 1"))? != DVec3::ONE {
+            return Err(format!("a mesh of {} is scaled", link.required("name")?));
+        }
+        Ok(format!("{folder}/{}", mesh.required("filename")?))
+    };
+    for visual in link.all("visual") {
+        files.bytes(&mesh_path(visual)?)?;
+    }
+    let contact = link.child("contact")?;
+    let surface = |name: &str| contact.child(name)?.number("value");
+    let hulls: ReadResult<Vec<_>> =
+        link.all("collision").map(|collision| obj_hull(files.text(&mesh_path(collision)?)?)).collect();
+    Ok(ReadBody {
+        mass_kg: inertial.child("mass")?.number("value")?,
+        center_of_mass_m: vector(origin.required("xyz")?)?,
+        inertia_tensor_kg_m2: DMat3::from_cols_array(&[xx, xy, xz, xy, yy, yz, xz, yz, zz]),
+        contact: ReadContact {
+            dynamic_friction: surface("lateral_friction")?,
+            static_friction: None,
+            restitution: Some(surface("restitution")?),
+            rolling_friction_m: Some(surface("rolling_friction")?),
+            torsional_friction_m: Some(surface("spinning_friction")?),
+        },
+        world_from_object,
+        movable: None,
+        hulls: hulls?,
+        visual: None,
+        labels: None,
+    })
+}

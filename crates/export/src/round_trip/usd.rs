@@ -1,0 +1,268 @@
+//! Reads the USD stage and its props, from files or from a package, in the text or the crate format.
+
+mod crate_layer;
+mod text_layer;
+
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::io::{Cursor, Read};
+
+use glam::{DQuat, DVec3};
+use zip::ZipArchive;
+
+use geometry::Pose;
+
+use super::{Files, ReadBody, ReadContact, ReadLabels, ReadResult, ReadScene, tensor};
+use crate_layer::CrateLayer;
+use text_layer::TextLayer;
+
+pub fn read(files: &Files<'_>) -> ReadResult<ReadScene> {
+    match files.bytes("usd/scene.usdz") {
+        Ok(package) => read_package(package),
+        Err(_) => read_stage("scene.usda", |path| files.bytes(&format!("usd/{path}")).map(Cow::Borrowed)),
+    }
+}
+
+/// Reads a package. Its first file is the root layer; content must be uncompressed and aligned to 64 bytes.
+fn read_package(package: &[u8]) -> ReadResult<ReadScene> {
+    let mut archive =
+        ZipArchive::new(Cursor::new(package)).map_err(|error| format!("the package: {error}"))?;
+    let mut contents: Vec<(String, Vec<u8>)> = Vec::new();
+    for index in 0..archive.len() {
+        let mut entry = archive.by_index(index).map_err(|error| format!("the package: {error}"))?;
+        let name = entry.name().map_err(|error| format!("the package: {error}"))?.into_owned();
+        let begin = entry.data_start().unwrap_or_default();
+        if entry.compressed_size() != entry.size() || begin == 0 || begin % 64 != 0 {
+            return Err(format!("{name} is compressed in the package or begins at byte {begin}"));
+        }
+        let mut content = Vec::new();
+        entry.read_to_end(&mut content).map_err(|error| format!("{name} in the package: {error}"))?;
+        contents.push((name, content));
+    }
+    let (root, _) = contents.first().ok_or("the package is empty")?;
+    read_stage(root, |path| {
+        let found = contents.iter().find(|(name, _)| name == path);
+        found.map(|(_, content)| content.into()).ok_or_else(|| format!("{path} is not in the package"))
+    })
+}
+
+/// Read access to a layer. Prims are named by their paths.
+trait Layer {
+    /// Every prim.
+    fn prims(&self) -> Vec<&str>;
+
+    /// The asset path that a prim references, as written.
+    fn reference(&self, prim: &str) -> ReadResult<Option<String>>;
+
+    /// The numbers of an attribute, flattened row by row, quaternions as w, x, y, z. `None` if the prim has no such
+    /// attribute.
+    fn numbers(&self, prim: &str, attribute: &str) -> ReadResult<Option<Vec<f64>>>;
+
+    /// The text of an attribute; the first element of a list of texts.
+    fn text(&self, prim: &str, attribute: &str) -> ReadResult<Option<String>>;
+
+    /// The text or number of a metadata field. The fields of the layer itself have the empty path.
+    fn field(&self, prim: &str, field: &str) -> ReadResult<Option<String>>;
+
+    /// Whether a schema is applied to a prim.
+    fn has_schema(&self, prim: &str, schema: &str) -> ReadResult<bool>;
+
+    /// The target path of a relationship.
+    fn target(&self, prim: &str, relationship: &str) -> ReadResult<Option<String>>;
+
+    /// The asset path that the variant `Enabled` of a variant set loads, as written.
+    fn payload(&self, prim: &str, variant_set: &str) -> ReadResult<Option<String>>;
+}
+
+/// Reads the stage and its props. `content` returns a file by its path relative to the stage.
+fn read_stage<'a>(root: &str, content: impl Fn(&str) -> ReadResult<Cow<'a, [u8]>>) -> ReadResult<ReadScene> {
+    let mut scene = ReadScene::new();
+    let root_bytes = content(root)?;
+    let stage = opened(root, &root_bytes)?;
+    check_units(root, &*stage)?;
+    for path in stage.prims() {
+        let Some(reference) = stage.reference(path)? else { continue };
+        let asset = reference.trim_start_matches("./");
+        let name = path.rsplit('/').next().unwrap_or_default();
+        let world_from_object = Pose {
+            translation_m: vector(&*stage, path, "xformOp:translate")?,
+            rotation: quaternion(&*stage, path, "xformOp:orient")?,
+        };
+        let enabled = stage.numbers(path, "physics:rigidBodyEnabled")?;
+        let movable = enabled.is_none_or(|value| value == [1.0]);
+        let bytes = content(asset)?;
+        let prop = opened(asset, &bytes)?;
+        check_units(asset, &*prop)?;
+        let mut body = read_prop(&*prop, name, world_from_object, movable)?;
+        let folder = asset.rsplit_once('/').map_or("", |(folder, _)| folder);
+        let hulls = body.hulls.len();
+        let [rolling, torsional] = read_simulator_layers(&*prop, name, hulls, |path| {
+            content(&format!("{folder}/{}", path.trim_start_matches("./")))
+        })?;
+        body.contact.rolling_friction_m = Some(rolling);
+        body.contact.torsional_friction_m = Some(torsional);
+        scene.insert(name.to_owned(), body);
+    }
+    Ok(scene)
+}
+
+fn opened<'a>(path: &str, bytes: &'a [u8]) -> ReadResult<Box<dyn Layer + 'a>> {
+    let error = |reason: String| format!("{path}: {reason}");
+    if path.ends_with(".usdc") {
+        return Ok(Box::new(CrateLayer::open(bytes).map_err(error)?));
+    }
+    let text = std::str::from_utf8(bytes).map_err(|_| error("is not UTF-8".to_owned()))?;
+    Ok(Box::new(TextLayer::open(text)))
+}
+
+/// Fails unless the layer is z up, in meters and kilograms.
+fn check_units(path: &str, layer: &dyn Layer) -> ReadResult<()> {
+    for (field, wanted) in [("upAxis", "Z"), ("metersPerUnit", "1"), ("kilogramsPerUnit", "1")] {
+        let value = layer.field("", field)?;
+        if value.as_deref() != Some(wanted) {
+            return Err(format!("{path}: {field} is {value:?} instead of {wanted}"));
+        }
+    }
+    Ok(())
+}
+
+/// Rolling and torsional friction (meters) from the layers of the single simulators. Each layer must name every
+/// collider.
+fn read_simulator_layers<'a>(
+    prop: &dyn Layer,
+    name: &str,
+    hulls: usize,
+    content: impl Fn(&str) -> ReadResult<Cow<'a, [u8]>>,
+) -> ReadResult<[f64; 2]> {
+    let root = format!("/{name}");
+    let contact = format!("/{name}/Looks/Physics_material");
+    let mut coefficients: Vec<[f64; 2]> = Vec::new();
+    for (program, schema, attributes) in [
+        ("Newton", "NewtonCollisionAPI", Some(["newton:rollingFriction", "newton:torsionalFriction"])),
+        ("MuJoCo", "MjcCollisionAPI", Some(["mjc:rollingfriction", "mjc:torsionalfriction"])),
+        ("PhysX", "PhysxCollisionAPI", None),
+    ] {
+        let path = prop.payload(&root, program)?.ok_or_else(|| format!("{name} has no variant {program}"))?;
+        let bytes = content(&path)?;
+        let layer = opened(&path, &bytes)?;
+        for hull in 0..hulls {
+            let collider = format!("/{name}/colliders/hull_{hull:02}");
+            if !layer.has_schema(&collider, schema)? {
+                return Err(format!("{path} of {name} does not make {collider} a collider of {program}"));
+            }
+        }
+        if let Some([rolling, torsional]) = attributes {
+            coefficients.push([number(&*layer, &contact, rolling)?, number(&*layer, &contact, torsional)?]);
+        }
+    }
+    match coefficients.as_slice() {
+        // Newton's coefficients are in single precision.
+        &[newton, mujoco] if (0..2).all(|k| (newton[k] - mujoco[k]).abs() < 1e-6) => Ok(mujoco),
+        other => Err(format!("programs are told different frictions of {name}: {other:?}")),
+    }
+}
+
+fn read_prop(prop: &dyn Layer, name: &str, world_from_object: Pose, movable: bool) -> ReadResult<ReadBody> {
+    let root = format!("/{name}");
+    for schema in ["PhysicsRigidBodyAPI", "PhysicsMassAPI"] {
+        if !prop.has_schema(&root, schema)? {
+            return Err(format!("{root} lacks {schema}"));
+        }
+    }
+    let contact = format!("/{name}/Looks/Physics_material");
+    let axes = quaternion(prop, &root, "physics:principalAxes")?;
+    let colliders = format!("/{name}/colliders/hull_");
+    let mut hulls: Vec<(usize, Vec<DVec3>)> = Vec::new();
+    for path in prop.prims() {
+        let Some(index) = path.strip_prefix(&colliders) else { continue };
+        if prop.text(path, "physics:approximation")?.as_deref() != Some("convexHull") {
+            return Err(format!("{path} is not approximated by its convex hull"));
+        }
+        let enabled = prop.numbers(path, "physics:collisionEnabled")?;
+        if !prop.has_schema(path, "PhysicsCollisionAPI")? || enabled.is_some_and(|value| value != [1.0]) {
+            return Err(format!("{path} does not collide"));
+        }
+        if prop.target(path, "material:binding:physics")?.as_deref() != Some(contact.as_str()) {
+            return Err(format!("{path} is not bound to {contact}"));
+        }
+        let index = index.parse().map_err(|_| format!("{path} has no number"))?;
+        let corners = numbers(prop, path, "points")?;
+        hulls.push((index, corners.chunks_exact(3).map(DVec3::from_slice).collect()));
+    }
+    hulls.sort_by_key(|(index, _)| *index);
+    if !prop.has_schema(&contact, "PhysicsMaterialAPI")? {
+        return Err(format!("{contact} lacks PhysicsMaterialAPI"));
+    }
+    let word = |attribute: &str| {
+        prop.text(&root, attribute)?.ok_or_else(|| format!("{root}.{attribute} is missing"))
+    };
+    Ok(ReadBody {
+        mass_kg: number(prop, &root, "physics:mass")?,
+        center_of_mass_m: vector(prop, &root, "physics:centerOfMass")?,
+        inertia_tensor_kg_m2: tensor(vector(prop, &root, "physics:diagonalInertia")?, axes),
+        contact: ReadContact {
+            dynamic_friction: number(prop, &contact, "physics:dynamicFriction")?,
+            static_friction: Some(number(prop, &contact, "physics:staticFriction")?),
+            restitution: Some(number(prop, &contact, "physics:restitution")?),
+            rolling_friction_m: None,
+            torsional_friction_m: None,
+        },
+        world_from_object,
+        movable: Some(movable),
+        hulls: hulls.into_iter().map(|(_, corners)| corners).collect(),
+        visual: Some(read_visuals(prop, &format!("{root}/visual/"))?),
+        labels: Some(ReadLabels {
+            label: prop.field(&root, "displayName")?.unwrap_or_default(),
+            category: word("semantics:labels:class")?,
+            wikidata_item: word("semantics:labels:wikidata_qcode")?,
+        }),
+    })
+}
+
+/// Triangles of the meshes directly below a prim, by name.
+fn read_visuals(prop: &dyn Layer, above: &str) -> ReadResult<BTreeMap<String, Vec<[DVec3; 3]>>> {
+    let prims = prop.prims();
+    let parts = prims.iter().filter_map(|path| Some((*path, path.strip_prefix(above)?)));
+    parts.map(|(path, name)| Ok((name.to_owned(), read_visual(prop, path)?))).collect()
+}
+
+/// Triangles of a mesh.
+fn read_visual(prop: &dyn Layer, path: &str) -> ReadResult<Vec<[DVec3; 3]>> {
+    let points = numbers(prop, path, "points")?;
+    let (counts, indices) =
+        (numbers(prop, path, "faceVertexCounts")?, numbers(prop, path, "faceVertexIndices")?);
+    if counts.iter().any(|count| *count != 3.0) || indices.len() != 3 * counts.len() {
+        return Err(format!("{path} has faces that are no triangles"));
+    }
+    let corner = |index: &f64| {
+        let row = points.get(3 * *index as usize..3 * *index as usize + 3);
+        row.map(DVec3::from_slice).ok_or_else(|| format!("{path} has no point {index}"))
+    };
+    let corners: Vec<DVec3> = indices.iter().map(corner).collect::<ReadResult<_>>()?;
+    Ok(corners.as_chunks::<3>().0.to_vec())
+}
+
+fn numbers(layer: &dyn Layer, prim: &str, attribute: &str) -> ReadResult<Vec<f64>> {
+    layer.numbers(prim, attribute)?.ok_or_else(|| format!("{prim}.{attribute} is missing"))
+}
+
+fn number(layer: &dyn Layer, prim: &str, attribute: &str) -> ReadResult<f64> {
+    match numbers(layer, prim, attribute)?.as_slice() {
+        &[value] => Ok(value),
+        other => Err(format!("{prim}.{attribute} has {} numbers instead of one", other.len())),
+    }
+}
+
+fn vector(layer: &dyn Layer, prim: &str, attribute: &str) -> ReadResult<DVec3> {
+    match numbers(layer, prim, attribute)?.as_slice() {
+        &[x, y, z] => Ok(DVec3::new(x, y, z)),
+        other => Err(format!("{prim}.{attribute} has {} numbers instead of three", other.len())),
+    }
+}
+
+fn quaternion(layer: &dyn Layer, prim: &str, attribute: &str) -> ReadResult<DQuat> {
+    match numbers(layer, prim, attribute)?.as_slice() {
+        &[w, x, y, z] => Ok(DQuat::from_xyzw(x, y, z, w).normalize()),
+        other => Err(format!("{prim}.{attribute} has {} numbers instead of four", other.len())),
+    }
+}

@@ -1,0 +1,147 @@
+//! Image benchmark: sample images are read, and the estimate is compared with the ground truth.
+//!
+//! The reader gets the image only. The images belong to the test split, which shares no category, finish or
+//! backdrop with any other split ([`crate::synthetic_images::split`]); thresholds are chosen on the validation
+//! split. The comparison is defined in [`score`], the compared quantities in [`estimate`].
+
+pub mod perfect_maps;
+pub mod estimate;
+pub mod score;
+pub mod regions;
+pub mod rectangle;
+pub mod report;
+pub mod comparison_image;
+
+use serde::Serialize;
+
+use self::estimate::TableEstimate;
+use self::perfect_maps::PerfectMaps;
+use self::regions::ImageRegions;
+use self::score::ImageScore;
+use crate::synthetic_images::{Split, SyntheticImage, synthesize};
+use embedded::single_view_reconstruction::{ImageReader, SingleViewSettings, at_usual_scale};
+use runtime::{CancelFlag, Cancelled};
+use vision::category_fit;
+use vision::category_fit::Naming;
+use vision::{
+    CandidateRegions, ImageReading, NetworkReadingSettings, VisionError, candidate_regions, read_with_network,
+};
+
+/// Number of images in the set.
+pub const SET_SIZE: u32 = 200;
+
+/// Longer side of the images, pixels.
+pub const SIZE_PX: u32 = 1024;
+
+/// Reads images and compares the estimates with the truth.
+#[derive(Clone)]
+pub struct ImageBench {
+    pub reader: Reader,
+    /// Settings that scale and name the estimate.
+    pub single_view: SingleViewSettings,
+}
+
+/// The reader under test.
+#[derive(Clone)]
+pub enum Reader {
+    /// The reader of `generate --image`.
+    Usual(ImageReader),
+    /// The same reader with ground-truth network maps.
+    PerfectMaps(NetworkReadingSettings),
+}
+
+impl Reader {
+    fn reading(&self, sample: &SyntheticImage, cancel: &CancelFlag) -> Result<ImageReading, VisionError> {
+        let image = &sample.image;
+        match self {
+            Self::Usual(reader) => Ok((*reader.reading(image, cancel)?).clone()),
+            Self::PerfectMaps(settings) => {
+                read_with_network(image, &PerfectMaps::new(sample), settings, cancel)
+            }
+        }
+    }
+
+    /// Candidate regions of the instance selection.
+    fn regions(&self, sample: &SyntheticImage, cancel: &CancelFlag) -> Result<CandidateRegions, VisionError> {
+        let image = &sample.image;
+        match self {
+            Self::Usual(reader) => reader.candidate_regions(image, cancel),
+            Self::PerfectMaps(settings) => {
+                candidate_regions(image, &PerfectMaps::new(sample), settings, cancel)
+            }
+        }
+    }
+}
+
+/// Result of one image.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ImageResult {
+    pub number: u64,
+    /// Error code of the refusal, if the reader refused the image.
+    pub refused: Option<String>,
+    pub score: ImageScore,
+}
+
+impl ImageBench {
+    /// Image `number` of the split.
+    pub fn image(split: Split, number: u64) -> SyntheticImage {
+        synthesize(split, number, SIZE_PX)
+    }
+
+    /// Reads an image and compares; also returns the estimate for display. A refusal scores as an empty estimate.
+    pub fn read(
+        &self,
+        sample: &SyntheticImage,
+        cancel: &CancelFlag,
+    ) -> Result<(ImageResult, Option<TableEstimate>), Cancelled> {
+        let read = match self.reader.reading(sample, cancel) {
+            Ok(reading) => Ok(self.label(sample, &reading, cancel)?),
+            Err(VisionError::Cancelled(cancelled)) => return Err(cancelled),
+            Err(error) => Err(error.code().to_owned()),
+        };
+        let score = score::score(&sample.truth, &sample.labels, read.as_ref().ok());
+        let (read, refused) = match read {
+            Ok(read) => (Some(read), None),
+            Err(code) => (None, Some(code)),
+        };
+        Ok((ImageResult { number: sample.truth.number, refused, score }, read))
+    }
+
+    /// Candidate regions of an image with their overlaps; none if no table is found.
+    pub fn regions(&self, sample: &SyntheticImage, cancel: &CancelFlag) -> Result<ImageRegions, Cancelled> {
+        match self.reader.regions(sample, cancel) {
+            Ok(candidates) => Ok(regions::compare(sample, &candidates)),
+            Err(VisionError::Cancelled(cancelled)) => Err(cancelled),
+            Err(_) => Ok(ImageRegions { number: sample.truth.number, regions: Vec::new() }),
+        }
+    }
+
+    /// The estimate with labels: the assigned ones, and those that would be assigned if the catalog lacked the
+    /// category of each object. The truth only selects the category to leave out, after all evidence is computed.
+    fn label(
+        &self,
+        sample: &SyntheticImage,
+        reading: &ImageReading,
+        cancel: &CancelFlag,
+    ) -> Result<TableEstimate, Cancelled> {
+        let mut read = TableEstimate::from(reading);
+        let scaled = at_usual_scale(reading, &self.single_view);
+        let settings = &self.single_view.naming;
+        let evidence = category_fit::evidence(&sample.image, &scaled, settings, cancel)?;
+        let own = score::true_names(&sample.truth, &sample.labels, &read);
+        let given = category_fit::assign_categories(&evidence, settings, |_, _| true);
+        let foreign = category_fit::assign_categories(&evidence, settings, |object, category| {
+            own[object] != Some(category)
+        });
+        let labels = |naming: Naming| {
+            naming.objects.into_iter().map(|name| name.map(|name| name.category_match.category))
+        };
+        for ((object, label), as_foreign) in read.objects.iter_mut().zip(labels(given)).zip(labels(foreign)) {
+            (object.label, object.label_as_foreign) = (label, as_foreign);
+        }
+        Ok(read)
+    }
+}
+
+#[cfg(test)]
+mod tests;

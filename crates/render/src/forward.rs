@@ -1,0 +1,24 @@
+//! The CPU forward renderer: projection, rasterization, shadow maps, sky light and shading.
+//!
+//! [`scene_buffers`] holds the placed geometry, [`prepare`] projects and bins it, [`raster`] fills the z-buffer of one
+//! band of rows, [`shade`] and [`shade_band`] turn surfaces into light, [`tone_map`] turns light into sRGB, and
+//! [`bands`] runs these steps on rayon. [`reference`] is the slow version that the tests compare with.
+
+pub mod bands;
+pub mod environment;
+pub mod floor_light;
+pub mod light_map;
+mod one_sided;
+pub mod prepare;
+pub mod projection;
+pub mod raster;
+pub mod reference;
+pub mod scene_buffers;
+pub mod shade;
+pub mod shade_band;
+pub mod shading_materials;
+pub mod sky;
+pub mod sky_group;
+pub mod texture_map;
+mod tone_curve;
+pub mod tone_map;

@@ -1,0 +1,69 @@
+//! Lighting of an image, prepared: the key light with its shadow map, the sky, and the surroundings mirrored by shiny
+//! surfaces.
+
+use glam::{Vec3, Vec3A};
+
+use super::light_map::LightMap;
+use super::scene_buffers::SceneBuffers;
+use super::sky::{Sky, SkyShare};
+use crate::Lighting;
+
+/// Light arriving at points of the scene.
+pub struct Environment<'a> {
+    pub lighting: Lighting,
+    pub toward_key: Vec3A,
+    pub sky: &'a Sky,
+    /// Directions toward two soft boxes beside the key light, which give metal and glaze their highlights.
+    pub side_box: Vec3A,
+    pub rim_box: Vec3A,
+    pub key_map: Option<LightMap>,
+}
+
+impl<'a> Environment<'a> {
+    pub fn new(scene_buffers: &SceneBuffers, sky: &'a Sky, lighting: Lighting, shadow_map_px: u32) -> Self {
+        let shadow_map_px = shadow_map_px.min(4096);
+        let key_map =
+            LightMap::new(scene_buffers, lighting.toward_key, shadow_map_px, Some(lighting.key_radius_rad));
+        let key = Vec3A::from(lighting.toward_key.as_vec3());
+        let side_box = Vec3A::new(-key.y, key.x, 0.35).normalize_or_zero();
+        let rim_box = Vec3A::new(-key.x, -key.y, 0.6).normalize_or_zero();
+        Self { lighting, toward_key: key, sky, side_box, rim_box, key_map }
+    }
+
+    /// Reciprocal of the light on an unshadowed floor.
+    pub fn per_open_floor(&self) -> Vec3 {
+        let open = self.lighting.key_color * self.toward_key.z.max(0.0) + self.lighting.sky_color;
+        open.max(Vec3::splat(1e-3)).recip()
+    }
+
+    /// Share of the key light that reaches a surface point.
+    pub fn key_visibility(&self, point: Vec3A, normal: Vec3A, turn: f32) -> f32 {
+        self.key_map.as_ref().map_or(1.0, |map| map.soft_visibility(point, normal, turn))
+    }
+
+    /// Light that a white matte surface of that normal reflects from sky and ground.
+    pub fn diffuse(&self, normal: Vec3A, seen: SkyShare) -> Vec3 {
+        let up = 0.5 + 0.5 * normal.z;
+        self.lighting.sky_color * (up * (0.12 + 0.88 * seen.arriving))
+            + self.lighting.ground_color * ((1.0 - up) * (0.35 + 0.65 * seen.open))
+    }
+
+    /// Light from that direction, blurred by `roughness`: ceiling, walls, floor and soft boxes.
+    pub fn mirrored(&self, direction: Vec3A, roughness: f32) -> Vec3 {
+        let (sky, ground) = (self.lighting.sky_color, self.lighting.ground_color);
+        let wall = 0.55 * sky + 0.25 * ground;
+        let blend = |t: f32| {
+            let width = 0.25 + 0.75 * roughness;
+            ((t + width) / (2.0 * width)).clamp(0.0, 1.0)
+        };
+        let above = wall.lerp(1.35 * sky, direction.z.max(0.0));
+        let below = (0.7 * wall).lerp(ground, (-2.0 * direction.z).clamp(0.0, 1.0));
+        let base = below.lerp(above, blend(direction.z));
+        let sharp = 1.0 / (0.06 + 0.9 * roughness * roughness);
+        let lamp = |toward: Vec3A, size: f32| {
+            let near = (direction.dot(toward) - 1.0) * sharp / size;
+            (0.4 * sharp.sqrt() * near.exp()).min(1.0)
+        };
+        base + self.lighting.key_color * (0.9 * lamp(self.side_box, 1.5) + 0.7 * lamp(self.rim_box, 1.0))
+    }
+}

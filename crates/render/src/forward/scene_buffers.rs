@@ -1,0 +1,139 @@
+//! World-space vertex and triangle buffers of all objects. They depend on neither view nor light, so all images of a
+//! scene and their light maps share them.
+
+use std::sync::OnceLock;
+
+use glam::{DVec3, Vec3A};
+use rayon::prelude::*;
+
+use super::one_sided::shows_no_backs;
+use crate::RenderObject;
+use geometry::Material;
+
+/// A triangle with its object and material.
+pub struct SourceTriangle {
+    /// Into [`SceneBuffers::points_in_world`].
+    pub vertices: [u32; 3],
+    /// Index of the object.
+    pub object: u32,
+    /// Material in the object's mesh.
+    pub material: u32,
+    /// Its back face is never visible, see [`shows_no_backs`].
+    pub one_sided: bool,
+}
+
+/// Which triangles to draw.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum TriangleFilter {
+    All,
+    Opaque,
+    Transparent,
+}
+
+/// Vertices and triangles of the placed objects.
+pub struct SceneBuffers<'a> {
+    pub objects: Vec<RenderObject<'a>>,
+    /// Box of each object's mesh, in its own frame: lowest and highest corner.
+    pub bounds: Vec<(DVec3, DVec3)>,
+    /// Vertices of all objects, one after the other.
+    pub points_in_world: Vec<Vec3A>,
+    /// First vertex of each object.
+    pub first_vertex: Vec<u32>,
+    /// Triangles of all objects, one after the other.
+    pub triangles: Vec<SourceTriangle>,
+    opaque: Vec<u32>,
+    transparent: Vec<u32>,
+    facings: OnceLock<Vec<Vec3A>>,
+}
+
+fn is_opaque(material: &Material) -> bool {
+    material.opacity >= 0.999
+}
+
+impl<'a> SceneBuffers<'a> {
+    /// Moves every vertex into the world and lists the triangles.
+    pub fn new(objects: Vec<RenderObject<'a>>) -> Self {
+        let placed: Vec<Vec<Vec3A>> = objects
+            .par_iter()
+            .map(|object| {
+                let world_from_object = object.world_from_object;
+                let place = |p: &glam::DVec3| world_from_object.transform_point(*p).as_vec3a();
+                object.mesh.positions.iter().map(place).collect()
+            })
+            .collect();
+        let mut first_vertex = Vec::with_capacity(objects.len());
+        let mut points_in_world = Vec::with_capacity(placed.iter().map(Vec::len).sum());
+        for points in placed {
+            first_vertex.push(points_in_world.len() as u32);
+            points_in_world.extend(points);
+        }
+        let count = objects.iter().map(|object| object.mesh.triangle_count()).sum();
+        let mut triangles = Vec::with_capacity(count);
+        let (mut opaque, mut transparent) = (Vec::with_capacity(count), Vec::new());
+        let no_backs: Vec<bool> =
+            objects.par_iter().map(|object| shows_no_backs(object.mesh, is_opaque)).collect();
+        for (index, object) in objects.iter().enumerate() {
+            let base = first_vertex[index];
+            for group in &object.mesh.groups {
+                let next = triangles.len() as u32;
+                let hides = is_opaque(&object.mesh.materials[group.material]);
+                triangles.extend(group.triangles.iter().map(|t| SourceTriangle {
+                    vertices: t.map(|v| v + base),
+                    object: index as u32,
+                    material: group.material as u32,
+                    one_sided: hides && no_backs[index],
+                }));
+                let kept = if hides { &mut opaque } else { &mut transparent };
+                kept.extend(next..triangles.len() as u32);
+            }
+        }
+        let bounds = objects.iter().map(|object| object.mesh.bounds()).collect();
+        let facings = OnceLock::new();
+        Self { objects, bounds, points_in_world, first_vertex, triangles, opaque, transparent, facings }
+    }
+
+    /// The triangles to draw.
+    pub fn drawn(&self, keep: TriangleFilter) -> DrawnTriangles<'_> {
+        match keep {
+            TriangleFilter::All => DrawnTriangles::All(self.triangles.len()),
+            TriangleFilter::Opaque => DrawnTriangles::Some(&self.opaque),
+            TriangleFilter::Transparent => DrawnTriangles::Some(&self.transparent),
+        }
+    }
+
+    /// Unit normal of each triangle by its winding, world frame; zero for a degenerate triangle.
+    pub fn facings(&self) -> &[Vec3A] {
+        self.facings.get_or_init(|| {
+            let facing = |triangle: &SourceTriangle| {
+                let [p, q, r] = triangle.vertices.map(|v| self.points_in_world[v as usize]);
+                (q - p).cross(r - p).normalize_or_zero()
+            };
+            self.triangles.iter().map(facing).collect()
+        })
+    }
+}
+
+/// Indices of triangles, in list order.
+#[derive(Clone, Copy)]
+pub enum DrawnTriangles<'a> {
+    All(usize),
+    Some(&'a [u32]),
+}
+
+impl DrawnTriangles<'_> {
+    pub fn len(&self) -> usize {
+        match self {
+            Self::All(count) => *count,
+            Self::Some(numbers) => numbers.len(),
+        }
+    }
+
+    /// Index of the triangle at a position of the list.
+    #[inline]
+    pub fn at(&self, place: usize) -> u32 {
+        match self {
+            Self::All(_) => place as u32,
+            Self::Some(numbers) => numbers[place],
+        }
+    }
+}

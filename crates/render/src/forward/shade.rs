@@ -1,0 +1,273 @@
+//! Shading of a surface point: Lambert and GGX under a key light, sky and mirrored surroundings.
+//!
+//! Metallic-roughness model of glTF 2.0 (appendix B): GGX distribution, Smith visibility, Schlick Fresnel; the
+//! mirrored surroundings use Karis' fit of the split-sum table. Perspective-correct attributes come from intersecting
+//! the pixel's ray with the triangle itself, so clipping needs no special case.
+
+use glam::{Mat3A, Vec2, Vec3, Vec3A};
+
+use super::environment::Environment;
+use super::floor_light::FloorLight;
+use super::prepare::ViewGeometry;
+use super::projection::Lens;
+use super::scene_buffers::{SceneBuffers, SourceTriangle};
+use super::shading_materials::{ShadingMaterial, ShadingMaterials};
+use super::sky::{SkyNearby, SkyShare};
+use super::texture_map::TextureMap;
+use crate::{Background, RenderObject};
+
+/// Everything that shading a point needs.
+pub struct Shader<'a> {
+    scene_buffers: &'a SceneBuffers<'a>,
+    camera_points: &'a [Vec3],
+    environment: Environment<'a>,
+    background: Background,
+    floor_light: Option<FloorLight>,
+    /// Reciprocal of the light on an unshadowed floor.
+    per_open_floor: Vec3,
+    world_from_camera: glam::Affine3A,
+    world_from_object: Vec<Mat3A>,
+    materials: ShadingMaterials<'a>,
+    textures: Vec<TextureMap<'a>>,
+    /// Of each triangle, unit, in the world, by its winding.
+    facings: &'a [Vec3A],
+}
+
+/// Intersection of a pixel's ray with the plane of a triangle.
+struct Hit {
+    object: usize,
+    /// In the mesh.
+    vertices: [usize; 3],
+    weights: [f32; 3],
+    in_camera: Vec3,
+    /// Sides from the first corner, camera's frame.
+    sides: [Vec3; 2],
+}
+
+/// A point of a triangle seen through a pixel.
+pub struct Surface {
+    point: Vec3A,
+    /// Unit, smooth, turned toward the eye.
+    pub normal: Vec3A,
+    /// Unit, of the flat triangle, turned toward the eye.
+    flat_normal: Vec3A,
+    toward_eye: Vec3A,
+    uv: Vec2,
+    /// Texture repeats squared per square meter.
+    uv_density: f32,
+    material: usize,
+}
+
+impl<'a> Shader<'a> {
+    pub fn new(
+        scene_buffers: &'a SceneBuffers<'a>,
+        prepared: &'a ViewGeometry,
+        environment: Environment<'a>,
+        background: Background,
+        world_from_camera: glam::Affine3A,
+    ) -> Self {
+        let materials = ShadingMaterials::new(&scene_buffers.objects);
+        use rayon::prelude::*;
+        let textures = materials.textures.par_iter().map(|texture| TextureMap::new(texture)).collect();
+        let turn = |object: &RenderObject| Mat3A::from_quat(object.world_from_object.rotation.as_quat());
+        let floor_light =
+            background.floor.map(|floor| FloorLight::new(scene_buffers, &environment, floor.z_m as f32));
+        Self {
+            scene_buffers,
+            camera_points: &prepared.camera_points,
+            floor_light,
+            per_open_floor: environment.per_open_floor(),
+            environment,
+            background,
+            world_from_camera,
+            world_from_object: scene_buffers.objects.iter().map(turn).collect(),
+            materials,
+            textures,
+            facings: scene_buffers.facings(),
+        }
+    }
+
+    fn hit(&self, source: &SourceTriangle, lens: &Lens, x: f32, y: f32) -> Hit {
+        let [a, b, c] = source.vertices.map(|v| self.camera_points[v as usize]);
+        let (origin, direction) = lens.ray(x, y);
+        let (e1, e2) = (b - a, c - a);
+        let across = direction.cross(e2);
+        let determinant = e1.dot(across);
+        let inverse = if determinant.abs() > 1e-30 { 1.0 / determinant } else { 0.0 };
+        let from_a = origin - a;
+        let u = (from_a.dot(across) * inverse).clamp(0.0, 1.0);
+        let v = (direction.dot(from_a.cross(e1)) * inverse).clamp(0.0, 1.0 - u);
+        let object = source.object as usize;
+        let first = self.scene_buffers.first_vertex[object];
+        Hit {
+            object,
+            vertices: source.vertices.map(|v| (v - first) as usize),
+            weights: [1.0 - u - v, u, v],
+            in_camera: a + u * e1 + v * e2,
+            sides: [e1, e2],
+        }
+    }
+
+    /// Unit, smooth, turned to the side of `flat_normal`.
+    fn smooth_normal(&self, hit: &Hit, flat_normal: Vec3A) -> Vec3A {
+        let normals = &self.scene_buffers.objects[hit.object].mesh.normals;
+        let smooth = (0..3).fold(Vec3::ZERO, |sum, k| sum + hit.weights[k] * normals[hit.vertices[k]]);
+        let normal = (self.world_from_object[hit.object] * Vec3A::from(smooth)).normalize_or(flat_normal);
+        if normal.dot(flat_normal) < 0.0 { -normal } else { normal }
+    }
+
+    /// Unit, from the surface point back along the ray.
+    fn toward_eye(&self, in_camera: Vec3, lens: &Lens) -> Vec3A {
+        let away = if lens.perspective { in_camera } else { Vec3::Z };
+        -self.world_from_camera.transform_vector3a(Vec3A::from(away)).normalize_or_zero()
+    }
+
+    /// Unit, of the flat triangle, turned toward the eye.
+    fn flat_normal(&self, source: u32, toward_eye: Vec3A) -> Vec3A {
+        let normal = self.facings[source as usize];
+        if normal.dot(toward_eye) < 0.0 { -normal } else { normal }
+    }
+
+    /// Unit smooth normal, facing the eye: the normal of [`Self::surface`] without its other fields.
+    pub fn normal(&self, source: u32, lens: &Lens, x: f32, y: f32) -> Vec3A {
+        let hit = self.hit(&self.scene_buffers.triangles[source as usize], lens, x, y);
+        self.smooth_normal(&hit, self.flat_normal(source, self.toward_eye(hit.in_camera, lens)))
+    }
+
+    /// The point of the triangle on the ray through a sample position.
+    pub fn surface(&self, source: u32, lens: &Lens, x: f32, y: f32) -> Surface {
+        let triangle = &self.scene_buffers.triangles[source as usize];
+        let hit = self.hit(triangle, lens, x, y);
+        let toward_eye = self.toward_eye(hit.in_camera, lens);
+        let flat_normal = self.flat_normal(source, toward_eye);
+        let uvs = hit.vertices.map(|v| self.scene_buffers.objects[hit.object].mesh.uvs[v]);
+        let uv_area = (uvs[1] - uvs[0]).perp_dot(uvs[2] - uvs[0]).abs();
+        let area = hit.sides[0].cross(hit.sides[1]).length();
+        Surface {
+            point: self.world_from_camera.transform_point3a(Vec3A::from(hit.in_camera)),
+            normal: self.smooth_normal(&hit, flat_normal),
+            flat_normal,
+            toward_eye,
+            uv: (0..3).fold(Vec2::ZERO, |sum, k| sum + hit.weights[k] * uvs[k]),
+            uv_density: uv_area / area.max(1e-20),
+            material: self.materials.number(hit.object, triangle.material as usize),
+        }
+    }
+
+    /// Whether two triangles belong to one smooth piece of one material: same object, same material, and
+    /// planes within about 15 degrees.
+    pub fn continues(&self, a: u32, b: u32) -> bool {
+        let (p, q) = (&self.scene_buffers.triangles[a as usize], &self.scene_buffers.triangles[b as usize]);
+        p.object == q.object
+            && p.material == q.material
+            && self.facings[a as usize].dot(self.facings[b as usize]) > 0.965
+    }
+
+    /// Linear light leaving an opaque surface point toward the eye. `nearby` caches the sky share for neighboring
+    /// pixels; `turn` (0..1) is the pixel's rotation of the shadow sampling pattern.
+    pub fn color(&self, s: &Surface, pixel_size_m: f32, turn: f32, nearby: &mut SkyNearby) -> Vec3 {
+        let material = self.materials.material(s.material);
+        let albedo = self.albedo(s, material, pixel_size_m);
+        let seen = nearby.at(self.environment.sky, s.point, s.flat_normal, pixel_size_m);
+        let (diffuse, specular) = self.reflected(s, material, albedo, turn, seen);
+        (diffuse + specular) * self.environment.lighting.exposure
+    }
+
+    /// A transparent surface: the light it adds, and the factor on the light from behind.
+    pub fn glass(&self, s: &Surface, pixel_size_m: f32, turn: f32) -> (Vec3, Vec3) {
+        let material = self.materials.material(s.material);
+        let albedo = self.albedo(s, material, pixel_size_m);
+        let seen = self.environment.sky.seen_from(s.point, s.flat_normal);
+        let (diffuse, specular) = self.reflected(s, material, albedo, turn, seen);
+        let facing = s.normal.dot(s.toward_eye).clamp(0.0, 1.0);
+        let grazing = (1.0 - facing).powi(3);
+        let solid = material.opacity + (1.0 - material.opacity) * 0.35 * grazing;
+        let tint = Vec3::ONE.lerp(albedo, 0.35 + 0.3 * material.opacity);
+        let added = (diffuse * solid * 0.8 + specular) * self.environment.lighting.exposure;
+        (added, tint * (1.0 - solid))
+    }
+
+    fn albedo(&self, s: &Surface, material: &ShadingMaterial, pixel_size_m: f32) -> Vec3 {
+        let Some(texture) = material.texture else { return material.base_color };
+        let texture = &self.textures[texture];
+        let facing = s.flat_normal.dot(s.toward_eye).max(0.05);
+        let texels = s.uv_density * texture.area_texels() * pixel_size_m * pixel_size_m / facing;
+        material.base_color * texture.sample(s.uv, 0.5 * texels.max(1.0).log2() - 0.25)
+    }
+
+    fn reflected(
+        &self,
+        s: &Surface,
+        material: &ShadingMaterial,
+        albedo: Vec3,
+        turn: f32,
+        seen: SkyShare,
+    ) -> (Vec3, Vec3) {
+        let lighting = &self.environment.lighting;
+        let (n, v, l) = (s.normal, s.toward_eye, self.environment.toward_key);
+        let nv = n.dot(v).clamp(0.02, 1.0);
+        let nl = n.dot(l).min(2.0 * s.flat_normal.dot(l)).max(0.0);
+        let f0 = Vec3::splat(0.04).lerp(albedo, material.metalness);
+        let matte = albedo * (1.0 - material.metalness);
+        let mut diffuse = Vec3::ZERO;
+        let mut specular = Vec3::ZERO;
+        if nl > 0.0 {
+            let reaching = self.environment.key_visibility(s.point, s.flat_normal, turn);
+            if reaching > 0.0 {
+                let key = lighting.key_color * (nl * reaching);
+                let h = (l + v).normalize_or_zero();
+                // A light of finite size blurs the highlight (Karis 2013).
+                let alpha =
+                    (material.roughness * material.roughness + 0.4 * lighting.key_radius_rad as f32).min(1.0);
+                let a2 = alpha * alpha;
+                let nh = n.dot(h).clamp(0.0, 1.0);
+                let d = nh * nh * (a2 - 1.0) + 1.0;
+                let smith = nl * (nv * nv * (1.0 - a2) + a2).sqrt() + nv * (nl * nl * (1.0 - a2) + a2).sqrt();
+                let shine = 0.5 * a2 / (d * d * smith.max(1e-4));
+                let fresnel = f0 + (Vec3::ONE - f0) * (1.0 - v.dot(h).clamp(0.0, 1.0)).powi(5);
+                diffuse += matte * key;
+                specular += fresnel * key * shine.min(12.0);
+            }
+        }
+        let up = 0.5 + 0.5 * n.z;
+        let up_flat = 0.5 + 0.5 * s.flat_normal.z;
+        // Occlusion is evaluated for the flat face, since a smooth normal would leak through it, and rescaled to the
+        // smooth normal.
+        let smooth_over_flat = (lighting.sky_color * up + lighting.ground_color * (1.0 - up))
+            / (lighting.sky_color * up_flat + lighting.ground_color * (1.0 - up_flat)).max(Vec3::splat(1e-3));
+        diffuse += matte * self.environment.diffuse(s.flat_normal, seen) * smooth_over_flat;
+        let r = 2.0 * n.dot(v) * n - v;
+        let surroundings = self.environment.mirrored(r, material.roughness);
+        let occlusion = (0.25 + 0.75 * seen.open).min(1.0);
+        specular += surroundings * mirror_share(f0, material.roughness, nv) * occlusion;
+        (diffuse, specular)
+    }
+
+    /// The backdrop at height `fraction` of the image (0 = top), dimmed by shadows on its floor.
+    pub fn backdrop(&self, fraction: f32, lens: &Lens, x: f32, y: f32, turn: f32) -> Vec3 {
+        let color = self.background.top_color.lerp(self.background.bottom_color, fraction);
+        let Some(floor) = self.background.floor else { return color };
+        let (origin, direction) = lens.ray(x, y);
+        let origin = self.world_from_camera.transform_point3a(Vec3A::from(origin));
+        let direction = self.world_from_camera.transform_vector3a(Vec3A::from(direction));
+        let t = (floor.z_m as f32 - origin.z) / direction.z;
+        if !t.is_finite() || t <= 0.0 {
+            return color;
+        }
+        let point = origin + t * direction;
+        let lighting = &self.environment.lighting;
+        let key = lighting.key_color * self.environment.toward_key.z.max(0.0);
+        let reaching = self.environment.key_visibility(point, Vec3A::Z, turn);
+        let sky = self.floor_light.as_ref().map_or(lighting.sky_color, |light| light.at(point));
+        color * ((key * reaching + sky) * self.per_open_floor).min(Vec3::ONE)
+    }
+}
+
+/// Share of the surroundings a surface mirrors (Karis, "Physically based shading on mobile", 2014).
+fn mirror_share(f0: Vec3, roughness: f32, nv: f32) -> Vec3 {
+    let r =
+        [1.0 - roughness, 0.0425 - 0.0275 * roughness, 1.04 - 0.572 * roughness, 0.022 * roughness - 0.04];
+    let a004 = (r[0] * r[0]).min((-9.28 * nv).exp2()) * r[0] + r[1];
+    let (scale, offset) = (-1.04 * a004 + r[2], 1.04 * a004 + r[3]);
+    f0 * scale + Vec3::splat(offset.max(0.0))
+}

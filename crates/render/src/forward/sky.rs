@@ -1,0 +1,91 @@
+//! Sky occlusion: which of a few directions are open at a point. It depends on the objects alone, so all images of one
+//! scene share it.
+
+use glam::Vec3A;
+use rayon::prelude::*;
+
+use super::light_map::{LightMap, sky_directions};
+use super::scene_buffers::SceneBuffers;
+use super::sky_group::{SkyGroup, SkyMap};
+use crate::RenderSettings;
+
+/// One occlusion map per direction.
+pub struct Sky {
+    groups: Vec<SkyGroup>,
+    directions: usize,
+}
+
+/// Share of the sky that a surface point receives.
+#[derive(Clone, Copy, Debug)]
+pub struct SkyShare {
+    /// Of the light that would arrive at a surface of that normal, the share that does, 0..1.
+    pub arriving: f32,
+    /// Share of the directions that are open, 0..1.
+    pub open: f32,
+}
+
+impl Sky {
+    /// Renders an occlusion map of the objects from every direction.
+    pub fn new(scene_buffers: &SceneBuffers, settings: &RenderSettings) -> Self {
+        let directions: Vec<(Vec3A, LightMap)> = sky_directions(settings.sky_directions.min(64))
+            .into_par_iter()
+            .filter_map(|d| {
+                let map =
+                    LightMap::new(scene_buffers, d.as_dvec3(), settings.sky_map_px.clamp(32, 1024), None)?;
+                Some((Vec3A::from(d), map))
+            })
+            .collect();
+        Self { groups: directions.chunks(8).map(SkyGroup::new).collect(), directions: directions.len() }
+    }
+
+    /// Every direction with its map, in order.
+    pub fn maps(&self) -> impl Iterator<Item = SkyMap<'_>> {
+        self.groups.iter().flat_map(SkyGroup::maps).take(self.directions)
+    }
+
+    /// Share of the sky at a surface point; the whole sky if there are no maps.
+    pub fn seen_from(&self, point: Vec3A, normal: Vec3A) -> SkyShare {
+        if self.groups.is_empty() {
+            return SkyShare { arriving: 1.0, open: 1.0 };
+        }
+        let (mut lit, mut all, mut open) = (0.0_f32, 1e-4_f32, 0.0_f32);
+        for group in &self.groups {
+            let shares = group.shares(point, normal);
+            lit += shares.lit;
+            all += shares.all;
+            open += shares.open;
+        }
+        // Left-over lanes of the last group are open.
+        open -= (8 * self.groups.len() - self.directions) as f32;
+        SkyShare { arriving: lit / all, open: open / self.directions as f32 }
+    }
+}
+
+/// Sky share of one point, reused in its neighborhood on the same smooth surface, where it varies slowly.
+#[derive(Default)]
+pub struct SkyNearby(Option<(Vec3A, Vec3A, SkyShare)>);
+
+/// Limits of the neighborhood: cosine of the angle between normals, distance, and distance from the plane in pixels.
+pub const SAME_DIRECTION: f32 = 0.965;
+pub const NEAR_PX: f32 = 3.0;
+pub const SAME_PLANE_PX: f32 = 0.5;
+
+impl SkyNearby {
+    /// Sky share at a point: the cached one if the point lies in its neighborhood, else a new one, which is then
+    /// cached.
+    #[inline]
+    pub fn at(&mut self, sky: &Sky, point: Vec3A, normal: Vec3A, pixel_size_m: f32) -> SkyShare {
+        if let Some((near, direction, share)) = self.0 {
+            let offset = point - near;
+            if normal.dot(direction) > SAME_DIRECTION
+                && offset.length_squared() < (NEAR_PX * pixel_size_m).powi(2)
+                && offset.dot(direction).abs() < SAME_PLANE_PX * pixel_size_m
+            {
+                return share;
+            }
+        }
+        let share = sky.seen_from(point, normal);
+        self.0 = Some((point, normal, share));
+        share
+    }
+}

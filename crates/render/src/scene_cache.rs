@@ -1,0 +1,58 @@
+//! Cache of the view- and light-independent data of a scene.
+
+use super::{Background, Frame, GeometryFrame, Lighting, RenderObject, RenderSettings, View};
+use crate::forward::bands::{self, ExtraOutputs, Light, VisibleSurfaces};
+use crate::forward::scene_buffers::SceneBuffers;
+use crate::forward::sky::Sky;
+use imaging::Image;
+
+/// Placed objects with their sky occlusion, which depends on neither view nor key light. Several images of one scene
+/// share it.
+pub struct SceneCache<'a> {
+    pub(super) scene_buffers: SceneBuffers<'a>,
+    pub(super) sky: Sky,
+    pub(super) settings: RenderSettings,
+}
+
+impl<'a> SceneCache<'a> {
+    pub fn new(objects: Vec<RenderObject<'a>>, settings: &RenderSettings) -> Self {
+        let scene_buffers = SceneBuffers::new(objects);
+        let sky = Sky::new(&scene_buffers, settings);
+        Self { scene_buffers, sky, settings: settings.clone() }
+    }
+
+    /// Color as [`render`](crate::render) gives it for these objects.
+    pub fn color(&self, lighting: Lighting, background: Background, view: &View) -> Image {
+        self.rendered(lighting, background, view, ExtraOutputs::Nothing).0
+    }
+
+    /// Color, depth and ids as [`render`](crate::render) gives them for these objects, without normals.
+    pub fn render(&self, lighting: Lighting, background: Background, view: &View) -> Frame {
+        let (color, VisibleSurfaces { depth_m, ids, .. }) =
+            self.rendered(lighting, background, view, ExtraOutputs::Geometry);
+        Frame { color, depth_m, normals: None, ids }
+    }
+
+    /// Color, depth, ids and normals as [`render`](crate::render) gives them.
+    pub fn render_with_normals(&self, lighting: Lighting, background: Background, view: &View) -> Frame {
+        let (color, VisibleSurfaces { depth_m, ids, normals }) =
+            self.rendered(lighting, background, view, ExtraOutputs::GeometryAndNormals);
+        Frame { color, depth_m, normals: Some(normals), ids }
+    }
+
+    /// Depth and ids as [`render_geometry`](crate::render_geometry) gives them.
+    pub fn measure(&self, view: &View) -> GeometryFrame {
+        bands::measure(&self.scene_buffers, view)
+    }
+
+    fn rendered(
+        &self,
+        lighting: Lighting,
+        background: Background,
+        view: &View,
+        extra: ExtraOutputs,
+    ) -> (Image, VisibleSurfaces) {
+        let light = Light { sky: &self.sky, lighting, background };
+        bands::render(&self.scene_buffers, &light, view, &self.settings, extra)
+    }
+}

@@ -1,0 +1,125 @@
+//! Images from outside: PNG, JPEG or WebP by their first bytes, whatever the sender calls them.
+//!
+//! Dimensions are read from the header and checked before anything is decoded; then the whole image is
+//! decoded once under memory limits, so that a broken file is refused here and not in a job.
+
+use bytes::Bytes;
+use imaging::codec::{CodecError, ImageHeader, MAX_SIDE_PX, read_header, verify_image};
+
+use super::Settings;
+use super::error::{Problem, ProblemType};
+use store::Digest;
+
+/// Smallest side of an image in which a table can be recognized, pixels.
+const MIN_SIDE_PX: u32 = 32;
+
+/// An image that was checked, but not stored.
+#[derive(Clone, Debug)]
+pub struct UploadedImage {
+    pub bytes: Bytes,
+    pub digest: Digest,
+    pub media_type: &'static str,
+}
+
+/// Checks an image (decoding it, so it blocks); refuses with what to change.
+pub fn check(bytes: Bytes, settings: &Settings) -> Result<UploadedImage, Problem> {
+    let limit = settings.max_image_bytes;
+    if bytes.len() > limit {
+        return Err(Problem::new(
+            ProblemType::PayloadTooLarge,
+            "image_too_large",
+            format!("the picture has {} bytes; send one of at most {limit}", bytes.len()),
+        ));
+    }
+    inspect(bytes, settings.max_image_pixels)
+}
+
+fn inspect(bytes: Bytes, max_pixels: u64) -> Result<UploadedImage, Problem> {
+    let ImageHeader { media_type, width_px: width, height_px: height } =
+        read_header(&bytes).map_err(refused)?;
+    if u64::from(width) * u64::from(height) > max_pixels {
+        return Err(invalid(
+            "image_dimensions",
+            format!("the picture is {width} x {height}; send one of at most {max_pixels} pixels"),
+        ));
+    }
+    if width.max(height) > MAX_SIDE_PX {
+        return Err(invalid(
+            "image_dimensions",
+            format!("the picture is {width} x {height}; each side may have at most {MAX_SIDE_PX} pixels"),
+        ));
+    }
+    if width.min(height) < MIN_SIDE_PX {
+        return Err(invalid(
+            "image_dimensions",
+            format!("the picture is {width} x {height}; each side must have at least {MIN_SIDE_PX} pixels"),
+        ));
+    }
+    verify_image(&bytes, max_pixels.saturating_mul(12)).map_err(refused)?;
+    Ok(UploadedImage { digest: Digest::of(&bytes), bytes, media_type })
+}
+
+fn refused(error: CodecError) -> Problem {
+    match error {
+        CodecError::UnknownFormat => Problem::new(
+            ProblemType::UnsupportedMediaType,
+            "image_format",
+            "the picture is no PNG, JPEG or WebP (its first bytes decide); convert it to one of them",
+        ),
+        CodecError::Animated => {
+            invalid("image_animated", "the image is animated; send a still image".to_owned())
+        }
+        CodecError::Broken(error) => unreadable(&error.to_string()),
+        error @ CodecError::TooLarge { .. } => unreadable(&error.to_string()),
+    }
+}
+
+/// An image whose bytes cannot be decoded.
+pub(super) fn unreadable(reason: &str) -> Problem {
+    let reason: String = reason.chars().take(200).collect();
+    invalid("image_unreadable", format!("the picture is damaged ({reason}); save it again and send that"))
+}
+
+fn invalid(code: &'static str, detail: String) -> Problem {
+    Problem::new(ProblemType::InvalidRequest, code, detail)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Cursor;
+
+    use image::ImageFormat;
+
+    use super::*;
+
+    fn png(width: u32, height: u32) -> Vec<u8> {
+        let mut bytes = Cursor::new(Vec::new());
+        image::RgbImage::new(width, height).write_to(&mut bytes, ImageFormat::Png).expect("encodes");
+        bytes.into_inner()
+    }
+
+    fn code(bytes: Vec<u8>, max_pixels: u64) -> &'static str {
+        inspect(bytes.into(), max_pixels).map_or_else(|problem| problem.code, |_| "fine")
+    }
+
+    #[test]
+    fn valid_images_pass_and_invalid_ones_get_their_code() {
+        let good = png(64, 48);
+        assert_eq!(code(good.clone(), 10_000), "fine");
+        assert_eq!(code(good.clone(), 3_000), "image_dimensions");
+        assert_eq!(code(png(8, 200), 10_000), "image_dimensions");
+        assert_eq!(code(png(16_500, 32), 10_000_000), "image_dimensions");
+        assert_eq!(code(good[..good.len() / 2].to_vec(), 10_000), "image_unreadable");
+        assert_eq!(code(b"GIF89a................".to_vec(), 10_000), "image_format");
+        assert_eq!(code(b"<svg onload=alert(1)>".to_vec(), 10_000), "image_format");
+        assert_eq!(code(b"\xff\xd8\xff\xe0 no jpeg at all".to_vec(), 10_000), "image_unreadable");
+        assert_eq!(code(Vec::new(), 10_000), "image_format");
+        let moving = b"RIFF\x5a\0\0\0WEBPVP8X\x0a\0\0\0\x12\0\0\0\x3f\0\0\x3f\0\0";
+        assert_eq!(code(moving.to_vec(), 10_000), "image_animated");
+
+        // A header that claims 60,000 x 60,000 pixels is refused before anything of it is decoded.
+        let mut bomb = good;
+        bomb[16..24].copy_from_slice(&[0, 0, 0xEA, 0x60, 0, 0, 0xEA, 0x60]);
+        assert_ne!(code(bomb, 64_000_000), "fine");
+    }
+}

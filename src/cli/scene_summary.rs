@@ -1,0 +1,201 @@
+//! What came of a scene: its bundle on disk, and the document that `--json` prints.
+
+use futures::TryStreamExt;
+use rayon::prelude::*;
+use serde::Serialize;
+use serde_json::{Value, json};
+
+use super::output_dir::Folder;
+use super::progress::StageTime;
+use super::{Exit, Failure};
+use scene::{Certificate, SceneId};
+use store::scenes::SceneRow;
+use store::{DEFAULT_TENANT, Digest, Store, StoreError};
+
+/// Where the bundle goes.
+pub struct Target {
+    pub folder: Folder,
+    /// The folder itself was asked for; else a folder named after the scene inside it.
+    pub named: bool,
+    pub force: bool,
+    pub artifacts: bool,
+}
+
+/// A scene that was made.
+pub struct Outcome {
+    /// The bundle's own id.
+    pub scene_id: String,
+    pub seed: u64,
+    pub passed: bool,
+    /// `None` when the report is not one this version writes.
+    pub certificate: Option<Certificate>,
+    pub metrics: Value,
+    pub summary: Value,
+    pub stages: Vec<StageTime>,
+    pub paths: Paths,
+}
+
+/// What was written, as paths.
+#[derive(Clone, Debug, Serialize)]
+pub struct Paths {
+    pub bundle: String,
+    pub scene: String,
+    pub report: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub artifacts: Option<String>,
+}
+
+impl Outcome {
+    /// Unpacks the bundle of a finished scene.
+    pub async fn write(
+        store: &Store,
+        scene: &SceneRow,
+        seed: u64,
+        stages: Vec<StageTime>,
+        target: Target,
+    ) -> Result<Self, Failure> {
+        let stored = |error: StoreError| Failure::new(Exit::Error, error.chain());
+        let archive = store.archive(&DEFAULT_TENANT, &scene.id, "all").await.map_err(stored)?;
+        let archive = match archive {
+            // Each entry has a checksum, which unpacking compares.
+            Some(row) => unverified(store, &row.digest, "the bundle").await?,
+            None => return Err(Failure::new(Exit::Error, "the finished scene has no bundle; a bug")),
+        };
+        let files = unpacked(&archive)?;
+        let scene_id = match files.iter().find(|(name, _)| name == "scene.json") {
+            Some((_, bytes)) => id_of(bytes)?,
+            None => return Err(Failure::new(Exit::Error, "the finished bundle has no scene.json; a bug")),
+        };
+        let Target { mut folder, named, force, artifacts } = target;
+        if !named {
+            let short: String = scene_id.chars().take(12).collect();
+            folder = folder.inside(&short, force)?;
+        }
+        folder.clear()?;
+        // The manifest goes first: a folder that was left half way is recognized as a bundle.
+        let (first, rest): (Vec<_>, Vec<_>) = files.iter().partition(|(name, _)| name == "manifest.json");
+        first.iter().try_for_each(|(name, bytes)| folder.write(name, bytes))?;
+        rest.par_iter().try_for_each(|(name, bytes)| folder.write(name, bytes))?;
+        let report = files.iter().find(|(name, _)| name == "report.json");
+        let certificate = report.and_then(|(_, bytes)| serde_json::from_slice(bytes).ok());
+        if artifacts {
+            write_artifacts(store, &scene.id, &folder).await?;
+        }
+        let path = |name: &str| folder.path().join(name).display().to_string();
+        let paths = Paths {
+            bundle: folder.path().display().to_string(),
+            scene: path("scene.json"),
+            report: path("report.json"),
+            artifacts: artifacts.then(|| path("artifacts")),
+        };
+        Ok(Self {
+            scene_id,
+            seed,
+            passed: scene.verdict.as_deref() == Some("pass"),
+            certificate,
+            metrics: scene.metrics.clone().unwrap_or_default(),
+            summary: scene.summary.clone().unwrap_or_default(),
+            stages,
+            paths,
+        })
+    }
+
+    /// The JSON document.
+    pub fn document(&self, total_ms: u128) -> String {
+        let reasons = self.certificate.as_ref().map_or(&[][..], |certificate| &certificate.reasons);
+        let reasons: Vec<&str> = reasons.iter().map(|reason| reason.sentence.as_str()).collect();
+        let document = json!({
+            "scene_id": self.scene_id,
+            "seed": self.seed,
+            "verdict": if self.passed { "pass" } else { "quarantine" },
+            "metrics": self.metrics,
+            "reasons": reasons,
+            "summary": self.summary,
+            "stages": self.stages,
+            "total_ms": u64::try_from(total_ms).unwrap_or(u64::MAX),
+            "paths": self.paths,
+            "failure": null,
+        });
+        format!("{document:#}\n")
+    }
+}
+
+/// The JSON document of a scene that was not made.
+pub fn failure_document(failure: &Failure) -> String {
+    let kind = match failure.exit {
+        Exit::Success | Exit::Quarantined | Exit::Error => "error",
+        Exit::Usage => "usage",
+        Exit::JobFailed => "job_failed",
+        Exit::Interrupted => "interrupted",
+    };
+    let document = json!({
+        "verdict": null,
+        "failure": { "kind": kind, "message": failure.message, "exit_code": failure.exit as u8 },
+    });
+    format!("{document:#}\n")
+}
+
+/// Writes every artifact that the scene's stages left so far below `artifacts/`.
+pub async fn write_artifacts(store: &Store, scene_id: &SceneId, folder: &Folder) -> Result<(), Failure> {
+    let rows = store.artifacts(&DEFAULT_TENANT, scene_id).await;
+    for row in rows.map_err(|error| Failure::new(Exit::Error, error.chain()))? {
+        let bytes = bytes(store, &row.file.digest, &row.file.name).await?;
+        folder.write(&format!("artifacts/{}", row.file.name), &bytes)?;
+    }
+    Ok(())
+}
+
+async fn bytes(store: &Store, digest: &Digest, what: &str) -> Result<bytes::Bytes, Failure> {
+    let found = store.blobs().get(digest).await;
+    found.map_err(|error| Failure::new(Exit::Error, error.chain()))?.ok_or_else(|| gone(what))
+}
+
+/// The same as [`bytes`], not compared with the digest.
+async fn unverified(store: &Store, digest: &Digest, what: &str) -> Result<Vec<u8>, Failure> {
+    let failed = |error: StoreError| Failure::new(Exit::Error, error.chain());
+    let Some(mut parts) = store.blobs().stream(digest, None).await.map_err(failed)? else {
+        return Err(gone(what));
+    };
+    let mut bytes = Vec::new();
+    while let Some(part) = parts.try_next().await.map_err(failed)? {
+        bytes.extend_from_slice(&part);
+    }
+    Ok(bytes)
+}
+
+fn gone(what: &str) -> Failure {
+    Failure::new(Exit::Error, format!("the stored bytes of {what} are gone; run it again"))
+}
+
+/// Path below the archive's one folder, and bytes, of every file.
+fn unpacked(archive: &[u8]) -> Result<Vec<(String, Vec<u8>)>, Failure> {
+    let damaged = |error: &dyn std::fmt::Display| {
+        Failure::new(Exit::Error, format!("the stored bundle cannot be unpacked: {error}; run it again"))
+    };
+    let archive = zip::ZipArchive::new(std::io::Cursor::new(archive)).map_err(|e| damaged(&e))?;
+    (0..archive.len())
+        .into_par_iter()
+        .map_init(
+            || archive.clone(),
+            |archive, index| {
+                let mut entry = archive.by_index(index).map_err(|e| damaged(&e))?;
+                let path = entry.name().map_err(|e| damaged(&e))?.into_owned();
+                let name = path.split_once('/').map_or("", |(_, name)| name).to_owned();
+                let mut bytes = Vec::new();
+                std::io::Read::read_to_end(&mut entry, &mut bytes).map_err(|e| damaged(&e))?;
+                Ok((name, bytes))
+            },
+        )
+        .collect()
+}
+
+fn id_of(scene: &[u8]) -> Result<String, Failure> {
+    #[derive(serde::Deserialize)]
+    struct Scene {
+        id: String,
+    }
+    let scene: Result<Scene, _> = serde_json::from_slice(scene);
+    let valid = |id: &String| !id.is_empty() && id.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'-');
+    let id = scene.ok().map(|scene| scene.id).filter(valid);
+    id.ok_or_else(|| Failure::new(Exit::Error, "the finished scene.json has no usable id; a bug"))
+}
