@@ -7,7 +7,6 @@
 
 use std::sync::Arc;
 
-use catalog;
 use catalog::{Recipe, physical_properties};
 use embedded::image_generator::EmbeddedImageGenerator;
 use embedded::single_view_reconstruction::SingleViewSettings;

@@ -215,5 +215,5 @@ fn send_error(error: &reqwest::Error) -> SendError {
 
 /// The chain of causes without the URL: its query may hold a signature.
 fn chain(error: &reqwest::Error) -> String {
-    std::error::Error::source(error).map_or_else(|| "no reason is known".into(), |cause| error_chain(cause))
+    std::error::Error::source(error).map_or_else(|| "no reason is known".into(), error_chain)
 }

@@ -251,13 +251,13 @@ fn initial_matches(
             }
             evaluated.sort_by(|a, b| b.0.total_cmp(&a.0));
             let &(merit, overlap, yaw_rad, scale) = evaluated.first()?;
-            let mismatch = |yaw: f64| {
+            let angle_to_best = |yaw: f64| {
                 let turn = (yaw - yaw_rad).rem_euclid(TAU);
                 turn.min(TAU - turn)
             };
             let mut starts = vec![(yaw_rad, scale)];
             // Most objects have the same outline from behind.
-            let opposite = evaluated.iter().find(|(_, _, yaw, _)| mismatch(*yaw) > 0.6);
+            let opposite = evaluated.iter().find(|(_, _, yaw, _)| angle_to_best(*yaw) > 0.6);
             starts.extend(opposite.map(|(_, _, yaw, scale)| (*yaw, *scale)));
             Some(InitialMatch { category, mesh, overlap, merit, starts })
         });

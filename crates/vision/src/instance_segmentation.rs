@@ -165,7 +165,7 @@ fn indices(mask: &Mask) -> Vec<usize> {
 
 fn table(top: &TableTop, maps: &Maps, pixels: &Pixels) -> TableReading {
     let class_at = |index: usize| {
-        let (x, y) = pixels.cell(index);
+        let (x, y) = pixels.xy(index);
         let p = maps.in_map(DVec2::new(x as f64 + 0.5, y as f64 + 0.5) / pixels.scale);
         let x = (p.x as usize).min(maps.width() - 1);
         maps.class((p.y as usize).min(maps.height() - 1) * maps.width() + x)

@@ -44,7 +44,7 @@ impl Pixels {
     }
 
     /// Column and row of an index.
-    pub fn cell(&self, index: usize) -> (usize, usize) {
+    pub fn xy(&self, index: usize) -> (usize, usize) {
         (index % self.width, index / self.width)
     }
 

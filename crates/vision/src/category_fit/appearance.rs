@@ -48,9 +48,9 @@ pub(super) fn compare(
     if !raster.draw((grid.columns, grid.rows), &mesh.positions, &mesh.triangles, &through) {
         return None;
     }
-    let masked = |cell: usize| raster.front()[cell] != NOTHING && observed.cover[cell] > 0.6;
+    let is_covered = |cell: usize| raster.front()[cell] != NOTHING && observed.cover[cell] > 0.6;
     let cells: Vec<(usize, usize)> = (0..grid.cells())
-        .filter(|cell| masked(*cell))
+        .filter(|cell| is_covered(*cell))
         .map(|cell| (cell, raster.front()[cell] as usize))
         .collect();
     if cells.len() < 24 {

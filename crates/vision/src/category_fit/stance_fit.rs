@@ -46,7 +46,7 @@ impl StanceFit<'_> {
     /// The best stance near an initial one; `None` if the mesh is not visible there.
     pub fn from(&self, first: Stance, raster: &mut Raster) -> Option<FittedStance> {
         let boxed = self.boxed(first)?;
-        let mut best = self.evaluated(boxed, raster)?;
+        let mut best = self.evaluate(boxed, raster)?;
         let away = self.away(best.stance.center);
         let right = DVec2::new(away.y, -away.x);
         let reach = 0.05 * (best.stance.stretch * self.mesh.size_m).max_element();
@@ -74,7 +74,7 @@ impl StanceFit<'_> {
                         _ => stance.stretch.y *= (0.08 * by).exp(),
                     }
                     if let Some(moved) =
-                        self.evaluated(stance, raster).filter(|moved| moved.merit() > best.merit())
+                        self.evaluate(stance, raster).filter(|moved| moved.merit() > best.merit())
                     {
                         best = moved;
                         break;
@@ -106,7 +106,7 @@ impl StanceFit<'_> {
         stance.center.is_finite().then_some(stance)
     }
 
-    fn evaluated(&self, stance: Stance, raster: &mut Raster) -> Option<FittedStance> {
+    fn evaluate(&self, stance: Stance, raster: &mut Raster) -> Option<FittedStance> {
         let grid = &self.observed.grid;
         let stray = stray(stance.stretch);
         let through = Projection::new(self.camera, grid, &stance);

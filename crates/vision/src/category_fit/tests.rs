@@ -106,14 +106,14 @@ fn laptop_matches_laptop_and_gets_no_other_name() {
 #[test]
 fn object_of_no_category_gets_no_name() {
     let mut mesh = TexturedMesh::default();
-    let render = |hex: u32| Material::plain(&format!("paint_{hex:x}"), Rgb::hex(hex), 0.6);
-    mesh.add(block(DVec3::new(0.16, 0.04, 0.03)), &render(0xaa3355));
+    let material = |hex: u32| Material::plain(&format!("paint_{hex:x}"), Rgb::hex(hex), 0.6);
+    mesh.add(block(DVec3::new(0.16, 0.04, 0.03)), &material(0xaa3355));
     let leaning = DQuat::from_rotation_y(0.7);
     mesh.add(
         block(DVec3::new(0.03, 0.03, 0.2)).rotated(leaning).translated(DVec3::X * -0.04),
-        &render(0x33aa55),
+        &material(0x33aa55),
     );
-    mesh.add(cone(0.05, 0.0, 0.09, 24).translated(DVec3::new(0.06, 0.07, 0.0)), &render(0x3355aa));
+    mesh.add(cone(0.05, 0.0, 0.09, 24).translated(DVec3::new(0.06, 0.07, 0.0)), &material(0x3355aa));
     let (image, reading) = seen(&mesh.seated(), 0.5);
     let (found, naming) = named(&image, &reading);
     assert_eq!(naming.objects, [None], "{found:?}");

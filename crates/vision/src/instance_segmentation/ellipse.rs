@@ -35,9 +35,9 @@ impl Ellipse {
         let (xx, xy, yy) =
             (xx / total - mean.x * mean.x, xy / total - mean.x * mean.y, yy / total - mean.y * mean.y);
         let angle_rad = 0.5 * (2.0 * xy).atan2(xx - yy);
-        let (half, std_dev) = (0.5 * (xx + yy), (0.5 * (xx - yy)).hypot(xy));
+        let (half, spread) = (0.5 * (xx + yy), (0.5 * (xx - yy)).hypot(xy));
         // A filled ellipse has a quarter of its squared semi-axes as variances.
-        let semi_axes = DVec2::new(2.0 * (half + std_dev).sqrt(), 2.0 * (half - std_dev).max(0.0).sqrt());
+        let semi_axes = DVec2::new(2.0 * (half + spread).sqrt(), 2.0 * (half - spread).max(0.0).sqrt());
         (semi_axes.y > 1e-3 * semi_axes.x).then(|| Self { center: origin + mean, semi_axes, angle_rad })
     }
 

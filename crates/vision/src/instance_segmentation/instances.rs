@@ -170,7 +170,7 @@ pub(crate) fn pixels_of(objects: &[DetectedObject], maps: &Maps, pixels: &Pixels
     }
     let mut own = vec![Vec::new(); objects.len()];
     for index in 0..pixels.len() {
-        let (x, y) = pixels.cell(index);
+        let (x, y) = pixels.xy(index);
         let p = maps.in_map(DVec2::new(x as f64 + 0.5, y as f64 + 0.5) / pixels.scale);
         if !maps.shows(p) {
             continue;

@@ -81,7 +81,7 @@ impl JointEstimate<'_> {
             .collect::<Result<Vec<Option<ElevationHypothesis>>, Cancelled>>()?;
         let likelihoods: Vec<Option<f64>> =
             tried.iter().map(|seen| seen.as_ref().map(|seen| seen.likelihood)).collect();
-        let steps = parabola_peak(&likelihoods).map(|cell| cell - f64::from(STEPS_PER_SIDE));
+        let steps = parabola_peak(&likelihoods).map(|index| index - f64::from(STEPS_PER_SIDE));
         let between = steps.map(hypothesis).transpose()?.flatten();
         let all = tried.into_iter().flatten().chain(between);
         let best = all.max_by(|a, b| a.likelihood.total_cmp(&b.likelihood)).ok_or(VisionError::NoCamera)?;
@@ -154,7 +154,7 @@ struct ElevationHypothesis {
 /// Index of the maximum of the parabola through the largest value and its neighbors; `None` if a neighbor is
 /// missing.
 fn parabola_peak(values: &[Option<f64>]) -> Option<f64> {
-    let known = values.iter().enumerate().filter_map(|(cell, value)| Some((cell, (*value)?)));
+    let known = values.iter().enumerate().filter_map(|(index, value)| Some((index, (*value)?)));
     let (highest, here) = known.max_by(|a, b| a.1.total_cmp(&b.1))?;
     let (before, after) = ((*values.get(highest.checked_sub(1)?)?)?, (*values.get(highest + 1)?)?);
     let bend = before + after - 2.0 * here;

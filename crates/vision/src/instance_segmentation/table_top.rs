@@ -148,7 +148,7 @@ impl TopObservation {
 fn inside(maps: &Maps, pixels: &Pixels) -> Vec<usize> {
     let bits: Vec<bool> = (0..pixels.len())
         .map(|index| {
-            let (x, y) = pixels.cell(index);
+            let (x, y) = pixels.xy(index);
             let p = maps.in_map(DVec2::new(x as f64 + 0.5, y as f64 + 0.5) / pixels.scale);
             let logit = maps.around(p).iter().map(|&(cell, weight)| weight * maps.outline(cell)).sum::<f64>();
             maps.shows(p) && logit > 0.0
