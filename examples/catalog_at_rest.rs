@@ -1,8 +1,8 @@
 //! Stands every category of the catalog alone on a table, as it is made, and says what does not stay, is not
 //! watertight or is slow to cut: `cargo run --release --example catalog_at_rest -- [CATEGORY]...`.
 //!
-//! A line a category: watertight, hulls, how far they stick out, milliseconds to cut them, and how far it moved and turned while it
-//! settled and in the five seconds after. The exit code tells whether everything is closed and stays.
+//! A line a category: watertight, hulls, how far they stick out, milliseconds to cut them, and how far it moved and
+//! turned while it settled and in the five seconds after. The exit code tells whether everything is closed and stays.
 
 use std::io::Write;
 use std::process::ExitCode;

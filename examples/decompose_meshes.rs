@@ -1,10 +1,11 @@
-//! Writes meshes and their hulls for `benches/decompose_beside_coacd.py`, which compares them with those of another program.
+//! Writes meshes and their hulls for `benches/decompose_beside_coacd.py`, which compares them with those of another
+//! program.
 //!
-//! `cargo run --release --example decompose_meshes -- meshes OUT_DIR FOLDER` writes thirty objects of the catalog and the
-//! OBJ files of a folder, repaired, one OBJ file each with an `o` line before each closed shell, and prints what repairing
-//! changed. `... -- hulls OUT_DIR FILE=HULLS...` cuts each OBJ file into at most so many hulls in one thread, writes
-//! them as an OBJ file of the same name with an `o` line before each, and prints name, CPU seconds and how far they
-//! stick out. `... -- hulls OUT_DIR FILE=shipped` does it with the shipped settings. Meters.
+//! `cargo run --release --example decompose_meshes -- meshes OUT_DIR FOLDER` writes thirty objects of the catalog and
+//! the OBJ files of a folder, repaired, one OBJ file each with an `o` line before each closed shell, and prints what
+//! repairing changed. `... -- hulls OUT_DIR FILE=HULLS...` cuts each OBJ file into at most so many hulls in one thread,
+//! writes them as an OBJ file of the same name with an `o` line before each, and prints name, CPU seconds and how far
+//! they stick out. `... -- hulls OUT_DIR FILE=shipped` does it with the shipped settings. Meters.
 
 use std::error::Error;
 use std::fmt::Write as _;

@@ -59,7 +59,8 @@ pub struct Settings {
     pub fetch_images: bool,
     /// Longest time to fetch one, seconds.
     pub fetch_timeout_secs: u64,
-    /// Hosts, or `host:port`, that images may be fetched from by plain HTTP and at private addresses; separated by spaces.
+    /// Hosts, or `host:port`, that images may be fetched from by plain HTTP and at private addresses; separated by
+    /// spaces.
     pub fetch_hosts: String,
     /// Longest wait a client may ask for with `Prefer: wait=N`, seconds.
     pub max_wait_secs: u64,

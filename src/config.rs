@@ -36,7 +36,6 @@ use pose_estimation::upright::UprightSettings;
 use pose_estimation::yaw::YawSettings;
 use remote::ProviderSettings;
 use render::RenderSettings;
-use store;
 use vision::NetworkReadingSettings;
 use vision::category_fit::CategoryFitSettings;
 use vision::descriptor::DescriptorSettings;
@@ -78,8 +77,9 @@ pub struct Config {
     pub export: ExportSettings,
 }
 
-/// Sections about the process; all others shape a scene, and a request may override those. Features, network and providers
-/// shape scenes too, but name files of this machine and services that cost money, which are not a request's to choose.
+/// Sections about the process; all others shape a scene, and a request may override those. Features, network and
+/// providers shape scenes too, but name files of this machine and services that cost money, which are not a request's
+/// to choose.
 pub const PROCESS_SECTIONS: [&str; 8] =
     ["server", "store", "worker", "compute", "log", "features", "network", "providers"];
 

@@ -14,7 +14,6 @@ use crate::pipeline::Settings;
 use crate::pipeline::error::StageError;
 use crate::pipeline::resources::StageResources;
 use crate::worker::{BuildScene, JobContext};
-use embedded;
 use embedded::EmbeddedSettings;
 use embedded::single_view_reconstruction::{ReadingNetwork, SingleViewSettings};
 use gpu::Compute;
@@ -30,8 +29,8 @@ struct Models {
     compute: Arc<Compute>,
 }
 
-/// Builds scenes with the configured adapters, each with the settings its request asks for. Weights and keys are read here,
-/// so that those that will not do are found before any work.
+/// Builds scenes with the configured adapters, each with the settings its request asks for. Weights and keys are read
+/// here, so that those that will not do are found before any work.
 pub fn build_pipeline(resolved: &Resolved) -> Result<BuildScene, ConfigErrors> {
     let models = Models {
         features: Features::load(resolved)?,

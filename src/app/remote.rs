@@ -1,5 +1,5 @@
 //! Which remote models answer, if any: their endpoints are made once, when the program starts, so that all
-//! jobs share rate limiters, circuit breakers and connections. Without any, nothing here touches the network or looks for
+//! jobs share rate limiters, circuit breakers and connections. Without any, nothing here touches the network or reads
 //! certificates.
 
 use std::path::Path;

@@ -43,9 +43,9 @@ pub struct Output {
     pub size_m: DVec3,
     /// 0..1: how clearly this rotation stood out.
     pub confidence: f64,
-    /// What a model said of each look at the mesh, where one was asked; the image may have overruled it.
+    /// The model's answer for each set of views of the mesh, where a model was asked. The image may have overruled it.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub looks: Vec<UprightView>,
+    pub views: Vec<UprightView>,
 }
 
 /// One entry per recognized object, in order.
@@ -108,7 +108,7 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
     let size_m = mesh.size_m();
     let mesh = artifact_io::put_mesh(&context, "canonical.glb", mesh).await?;
     let confidence = pose.confidence;
-    let output = Output { mesh, image, rotation_xyzw: rotation, scale, size_m, confidence, looks: views };
+    let output = Output { mesh, image, rotation_xyzw: rotation, scale, size_m, confidence, views };
     context.put_json("canonical.json", &output).await?;
     Ok(output)
 }

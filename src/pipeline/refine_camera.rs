@@ -1,6 +1,7 @@
 //! Stage `refine_camera`: corrects the camera's angles from all silhouettes, where a model judged the camera.
 //!
-//! Every later stage gets the recognition with the camera of this stage. The stage does not run where the camera is known.
+//! Every later stage gets the recognition with the camera of this stage. The stage does not run where the camera is
+//! known.
 
 use std::sync::Arc;
 

@@ -30,8 +30,8 @@ async fn artifact(made: &Made, name: &str) -> Vec<u8> {
     }
 }
 
-/// A good model: it reads the image off what its image generator knows, with angles to half a degree, boxes to a thousandth and
-/// sizes to a millimeter.
+/// A good model: it reads the image off what its image generator knows, with angles to half a degree, boxes to a
+/// thousandth and sizes to a millimeter.
 fn good_model(made: Made) -> Answers {
     Arc::new(move |schema| {
         let made = made.clone();

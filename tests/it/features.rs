@@ -1,5 +1,5 @@
-//! The feature port's adapters, from outside: weights are checked before the work, and the certificate names who made its
-//! appearance score.
+//! The feature port's adapters, from outside: weights are checked before the work, and the certificate names who made
+//! its appearance score.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};

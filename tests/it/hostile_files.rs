@@ -1,4 +1,5 @@
-//! Files and answers that mean harm, or are broken: each is refused by whatever reads its kind, and none brings anything down.
+//! Files and answers that mean harm, or are broken: each is refused by whatever reads its kind, and none brings
+//! anything down.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;

@@ -1,5 +1,5 @@
-//! A server that speaks as Hunyuan3D's `api_server.py` does, written from its source: one mesh for everybody, its habit of
-//! saying `processing` about everything it does not know, scripts of faults.
+//! A server that speaks as Hunyuan3D's `api_server.py` does, written from its source: one mesh for everybody, its habit
+//! of saying `processing` about everything it does not know, scripts of faults.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};

@@ -1,4 +1,5 @@
-//! The images image generator against a server that speaks its protocol: what is asked, what is taken, what is written down.
+//! The images image generator against a server that speaks its protocol: what is asked, what is taken, what is written
+//! down.
 
 use std::sync::Arc;
 use std::time::Duration;

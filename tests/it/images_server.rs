@@ -1,5 +1,5 @@
-//! A server that speaks OpenAI's Images endpoints, written from the published format: it shares no types with the adapter,
-//! is strict about requests, follows a script of faults, and keeps a bill.
+//! A server that speaks OpenAI's Images endpoints, written from the published format: it shares no types with the
+//! adapter, is strict about requests, follows a script of faults, and keeps a bill.
 
 use std::sync::{Arc, Mutex};
 

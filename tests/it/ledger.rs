@@ -1,4 +1,5 @@
-//! The books: no budget is overrun, however many ask at once; a cost of unknown outcome counts as spent; clients see all entries.
+//! The books: no budget is overrun, however many ask at once; a cost of unknown outcome counts as spent; clients see
+//! all entries.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

@@ -1,5 +1,5 @@
-//! A server that speaks Replicate's predictions, written from the published format: it shares no types with the adapter,
-//! is strict about requests, makes one mesh for everybody, follows scripts of faults, and keeps a bill.
+//! A server that speaks Replicate's predictions, written from the published format: it shares no types with the
+//! adapter, is strict about requests, makes one mesh for everybody, follows scripts of faults, and keeps a bill.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};

@@ -1,5 +1,5 @@
-//! A server that speaks the protocol of `docs/segmentation-sidecar.yaml`: it shares no types with the adapter, is strict
-//! about requests, finds the objects that the test declares, and follows a script of faults.
+//! A server that speaks the protocol of `docs/segmentation-sidecar.yaml`: it shares no types with the adapter, is
+//! strict about requests, finds the objects that the test declares, and follows a script of faults.
 
 use std::sync::{Arc, Mutex};
 

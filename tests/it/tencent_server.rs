@@ -1,5 +1,6 @@
-//! A server that speaks Tencent Cloud's Hunyuan3D Pro, written from its API reference: it checks signatures by a reckoning
-//! of its own, tells errors inside answers with status 200, makes one file for everybody, follows scripts of faults.
+//! A server that speaks Tencent Cloud's Hunyuan3D Pro, written from its API reference: it checks signatures by a
+//! reckoning of its own, tells errors inside answers with status 200, makes one file for everybody, follows scripts of
+//! faults.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};

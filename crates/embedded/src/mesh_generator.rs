@@ -4,7 +4,6 @@
 //! Meshes match the output of remote generators: unit-sized, in one of the 24 axis-aligned orientations, selected by
 //! the seed. The canonicalization stage restores the upright orientation.
 
-use catalog;
 use catalog::Recipe;
 use ports::{
     Adapter, Answer, Call, MeshGenerator, Port, ProviderError, RawMesh, RawTable, ReconstructionRequest,

@@ -158,9 +158,9 @@ pub const ROOT_MODULES: &[Layer] = &[
 
 /// The modules of the laboratory; `tabletopgen::` precedes a module of the root package.
 pub const LAB_MODULES: &[Layer] = &[
-    layer("synthetic", &["catalog", "geometry", "imaging", "render", "runtime"], PURE),
+    layer("synthetic_images", &["catalog", "geometry", "imaging", "render", "runtime"], PURE),
     layer(
-        "evaluate",
+        "benchmark",
         &[
             "catalog",
             "embedded",
@@ -173,7 +173,7 @@ pub const LAB_MODULES: &[Layer] = &[
             "render",
             "runtime",
             "scene",
-            "synthetic",
+            "synthetic_images",
             "tabletopgen::config",
             "tabletopgen::pipeline",
             "vision",

@@ -76,9 +76,8 @@ pub(super) async fn appraise(
     Ok(appraisal)
 }
 
-/// What was said. Where nobody will say it, says nothing that can be used, or no money is left for it, that
-/// is told in its place, and the scene is none the worse; what may pass is tried again, as for any other
-/// question.
+/// The model's response. A refusal, an unusable answer and a spent budget are recorded in `missing` and leave the scene
+/// as it is. A transient failure is an error and is tried again, as for any other question.
 fn given<T>(
     said: Result<ModelResponse<T>, ProviderError>,
     what: &str,

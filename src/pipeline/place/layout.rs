@@ -167,7 +167,8 @@ pub async fn resized(
     Ok((mesh, hulls))
 }
 
-/// `t_z`: supporters first, each object straight down onto what carries it; how objects lie in a container their boxes tell.
+/// `t_z`: supporters first, each object straight down onto what carries it; how objects lie in a container their boxes
+/// tell.
 pub async fn let_down(context: &Context, output: &mut Output) -> Result<(), StageError> {
     let broken = |what: &str, error: String| {
         StageError::permanent("no_collision_geometry", format!("placing {what}: {error}"))

@@ -7,7 +7,6 @@ use rayon::prelude::*;
 
 use super::error;
 use super::table::SceneTable;
-use catalog;
 use catalog::{Category, PhysicalProperties, Recipe, category, physical_properties};
 use geometry::convex_hull::convex_hull;
 use geometry::decompose::{DecomposeError, DecomposeSettings, decompose};

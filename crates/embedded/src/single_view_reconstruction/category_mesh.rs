@@ -7,7 +7,6 @@ use std::sync::Arc;
 
 use glam::DVec2;
 
-use catalog;
 use catalog::Recipe;
 use geometry::polygon::convex_hull_2d;
 use geometry::{Camera, Pose, Rgb, TexturedMesh};

@@ -10,7 +10,6 @@ use tokio_util::sync::CancellationToken;
 
 use crate::mock_vendors::image_sessions::ImageSessions;
 use crate::mock_vendors::{MockVendors, router};
-use embedded;
 use ports::Call;
 use runtime::CancelFlag;
 use tabletopgen::api;

@@ -19,7 +19,6 @@ use super::prerendered_reference::PrerenderedReference;
 use super::recording_mesh_generator::RecordingMeshGenerator;
 use super::scenes::{BenchmarkScene, Family, Outline};
 use super::score::{Compared, ObjectScore};
-use embedded;
 use embedded::EmbeddedSettings;
 use embedded::single_view_reconstruction::ReadingNetwork;
 use geometry::Camera;

@@ -9,7 +9,6 @@ use glam::{DVec3, Vec3};
 
 use super::views::{self, View};
 use crate::pixels::{lab_of, lab_of_srgb};
-use catalog;
 use catalog::{Category, Recipe};
 use geometry::{Rgb, TexturedMesh};
 
