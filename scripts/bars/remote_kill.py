@@ -95,7 +95,7 @@ class Providers:
         base = f"http://127.0.0.1:{self.port}"
         chosen = {
             "analyst": "chat, embedded",
-            "painter": "openai_images, embedded",
+            "image_generator": "openai_images, embedded",
             "segmenter": "sidecar",
             "mesh_generator": "replicate, embedded",
             "allow_http": "true",
