@@ -43,13 +43,13 @@ pub struct Arguments {
         value_parser = clap::value_parser!(u64).range(..=MAX_SEED)
     )]
     seed: Option<u64>,
-    /// Folder for the bundle [default: out/<short id>]
+    /// Folder for the bundle [default: out/SHORT_ID]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Write into a folder that holds other objects
     #[arg(long)]
     force: bool,
-    /// Also write what every stage put aside, under DIR/artifacts/<stage>/
+    /// Also write what every stage put aside, under DIR/artifacts/STAGE/
     #[arg(long)]
     artifacts: bool,
     /// Refuse a scene of more objects (1 to 64)

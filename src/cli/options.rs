@@ -14,7 +14,7 @@ pub struct ConfigOptions {
     /// TOML file laid over the defaults
     #[arg(long, value_name = "FILE")]
     pub config: Option<PathBuf>,
-    /// Override one setting, such as decompose.resolution=64 (repeatable; `check-config` lists them all)
+    /// Override one setting, such as decompose.max_hulls=16 (repeatable; `check-config` lists them all)
     #[arg(long, value_name = "KEY=VALUE", value_parser = assignment)]
     pub set: Vec<(String, String)>,
 }

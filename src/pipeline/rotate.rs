@@ -74,7 +74,7 @@ pub async fn gpu(services: &StageResources, settings: &Settings) -> Option<Strin
     services.gpu_name().await
 }
 
-/// One entry per recognized object, in order; `gpu` is what [`gpu`] returned.
+/// One entry per recognized object, in order; `gpu` is what [`gpu()`] returned.
 pub fn inputs(
     reference: &reference::Output,
     recognition: &Recognition,

@@ -1,7 +1,7 @@
 //! The embedded image generator: arranges catalog objects on a table, settles them and renders them.
 //!
 //! `reference` builds every mesh of a description and lays the meshes out ([`super::layout`]). It resolves the
-//! layout into stable poses ([`physics::resolve`]), selects a camera that shows every object, and renders the
+//! layout into stable poses ([`physics::resolve()`]), selects a camera that shows every object, and renders the
 //! reference image. The ground truth is returned with the image: labels, masks and camera (`known`), poses
 //! (`truth`), an isolated view of each object, and the top view. Images from other sources are completed and
 //! viewed from above by [`super::single_view_reconstruction`].

@@ -1,6 +1,6 @@
 //! The image generator over OpenAI's Images endpoints.
 //!
-//! [`reference`] generates the reference image of a description (`/images/generations`).
+//! [`mod@reference`] generates the reference image of a description (`/images/generations`).
 //! [`mod@inpaint`] completes one object from its surroundings and its visible pixels (`/images/edits`, two images,
 //! transparent background) and registers the result with the reference image. A result with another object or a
 //! background is rejected, and the next prompt states the reason. [`top_view`] generates the table from straight above,

@@ -4,7 +4,7 @@
 //! metallic-roughness surfaces, glass. [`render_geometry`] gives depth and ids alone, much cheaper, for masks and pose
 //! estimation. Both need no GPU, no display and no system library. The inner loops are eight lanes wide (`wide`). The
 //! image is cut into horizontal bands that run on rayon; the bytes do not depend on the number of threads.
-//! [`reference`] is the slow renderer that the tests compare with. [`annotate`] draws boxes, outlines, curves and
+//! [`mod@reference`] is the slow renderer that the tests compare with. [`annotate`] draws boxes, outlines, curves and
 //! labels onto finished images. [`gpu`] renders the same images on a GPU, within a stated tolerance.
 //!
 //! Frames and units: the world frame is in meters, +z up; cameras are [`geometry::Camera`] (OpenCV axes, pixel centers

@@ -5,7 +5,7 @@
 //! CPU file), so that a few numbers per pose and eight rows return. A GPU therefore speeds up the part of the work
 //! that grows with the image, not the part that grows with the mesh.
 //!
-//! The device is that of the [`gpu`](::gpu) crate. Portable: storage buffers and 32-bit integer atomics within a
+//! The device is that of the `gpu` crate. Portable: storage buffers and 32-bit integer atomics within a
 //! workgroup only, the limits of OpenGL ES 3.1 ([`wgpu::Limits::downlevel_defaults`]), no render targets, no float
 //! atomics, no subgroups. Ties and sums are in a fixed order, so one device gives the same bits every time. Other
 //! devices, and the CPU, give other bits. A caller that stores results stores [`Gpu::name`](::gpu::Gpu::name) with

@@ -49,14 +49,14 @@ pub struct Arguments {
     /// Images: use ground-truth maps in place of the network's, to measure the decoding of maps alone
     #[arg(long)]
     perfect_maps: bool,
-    /// Folder for <set>.md and <set>.json, or one of these files; the other is written beside it
+    /// Folder for SET.md and SET.json, or one of these files; the other is written beside it
     #[arg(long, value_name = "PATH", default_value = "out/evaluate")]
     out: PathBuf,
     /// Layout: only scenes whose names start with this, such as office_living or office_living_07
     #[arg(long, value_name = "NAME")]
     scene: Option<String>,
-    /// Layout: also write the artifacts of every stage, under DIR/<difficulty>/<scene>/artifacts/<stage>/. Images:
-    /// also write ground truth and estimate side by side, DIR/<number>.png
+    /// Layout: also write the artifacts of every stage, under DIR/DIFFICULTY/SCENE/artifacts/STAGE/. Images:
+    /// also write ground truth and estimate side by side, DIR/NUMBER.png
     #[arg(long, value_name = "DIR")]
     artifacts: Option<PathBuf>,
     /// Compute threads [default: one per core]; the scores do not depend on it

@@ -1,7 +1,7 @@
 //! The upright orientation of a raw mesh: a model names the side views that are the top and the front.
 //!
 //! The model is asked a second time after the mesh is rotated accordingly. Its answers are one kind of evidence beside
-//! the object size and the image ([`pose_estimation::upright`]), which override them where they disagree.
+//! the object size and the image ([`stood_up`]), which override them where they disagree.
 
 use std::sync::Arc;
 
