@@ -2,8 +2,8 @@
 //! or a GPU.
 //!
 //! [`text_parser`] converts texts to scene descriptions, [`layout`] arranges objects on a table, [`image_generator`]
-//! renders reference images, and [`single_view_reconstruction`] handles images from other sources. [`ports()`] assembles
-//! them. Every adapter is always available except [`dinov2`], which needs external weights.
+//! renders reference images, and [`single_view_reconstruction`] handles images from other sources. [`ports()`]
+//! assembles them. Every adapter is always available except [`dinov2`], which needs external weights.
 //!
 //! The crate depends on `ports`, `vision`, `pose_estimation`, `physics`, `render`, `catalog` and the crates below
 //! them. It must not depend on the remote adapters, the store, the pipeline or the API, and it opens no network
