@@ -73,13 +73,13 @@ def text(path: Path) -> str:
 
 
 def with_names(content: str, path: Path, renamed: dict):
-    """JSON files as values and reports as text, with their keys renamed; other files as they are."""
+    """JSON files as values with their keys renamed, reports with the settings they list renamed, other files as they are."""
     if path.name == "manifest.json":
         return sorted(paths_of(json.loads(content)))
     if path.suffix == ".json":
         return named(json.loads(content), renamed)
     if path.suffix == ".html":
-        return re.sub(r"\w+", lambda word: renamed.get(word[0], word[0]), content)
+        return re.sub(r"(?<=\.)\w+", lambda word: renamed.get(word[0], word[0]), content)
     return content
 
 
