@@ -79,7 +79,7 @@ def with_names(content: str, path: Path, renamed: dict):
     if path.suffix == ".json":
         return named(json.loads(content), renamed)
     if path.suffix == ".html":
-        return re.sub(r"(?<=\.)\w+", lambda word: renamed.get(word[0], word[0]), content)
+        return re.sub(r"(?<=\.)\w+(?=</dt>)", lambda key: renamed.get(key[0], key[0]), content)
     return content
 
 
