@@ -6,8 +6,6 @@
 //! misses no corner by much, but never beyond the cloud's box: flat bottoms stay where they are. Meters, any
 //! frame. Milliseconds for a thousand points.
 
-mod quick_hull;
-
 use std::borrow::Cow;
 use std::f64::consts::TAU;
 
@@ -16,7 +14,6 @@ use parry3d_f64::math::MatExt;
 use parry3d_f64::transformation::try_convex_hull;
 use wide::f64x4;
 
-use self::quick_hull::quick_hull;
 use super::ConvexHull;
 
 /// Hull of `points` with at most `max_vertices` corners, at least `min_thickness_m` thick; `None` for
@@ -88,7 +85,7 @@ fn hull_of(points: &[DVec3]) -> Option<ConvexHull> {
     // Nearly equal or nearly coplanar points can defeat the incremental hull; a coarser grid removes them.
     [0.0, 1e-7, 1e-6, 1e-5, 1e-4].into_iter().find_map(|grid_m| {
         let snapped = if grid_m > 0.0 { Cow::Owned(snapped(points, grid_m)) } else { Cow::Borrowed(points) };
-        let (points, triangles) = quick_hull(&snapped).or_else(|| try_convex_hull(&snapped).ok())?;
+        let (points, triangles) = try_convex_hull(&snapped).ok()?;
         let hull = ConvexHull { points, triangles };
         is_sound(&hull, &snapped).then_some(hull)
     })

@@ -7,30 +7,34 @@ pub fn convex_hull_2d(points: &[DVec2]) -> Vec<DVec2> {
     convex_hull_2d_with_tolerance(points, 0.0)
 }
 
-/// As [`convex_hull_2d`]: Andrew's monotone chain, which drops corners whose two edges have a cross product of at
-/// most `tolerance` (area units).
+/// As [`convex_hull_2d`], without corners whose two edges have a cross product of at most `tolerance` (area units).
 pub fn convex_hull_2d_with_tolerance(points: &[DVec2], tolerance: f64) -> Vec<DVec2> {
-    let mut sorted = points.to_vec();
-    sorted.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
-    sorted.dedup();
-    if sorted.len() < 3 {
-        return sorted;
+    convex_hull_indices(points, tolerance).into_iter().map(|k| points[k]).collect()
+}
+
+/// Indices of the corners of [`convex_hull_2d_with_tolerance`]: Andrew's monotone chain.
+pub(crate) fn convex_hull_indices(points: &[DVec2], tolerance: f64) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..points.len()).collect();
+    order.sort_by(|&a, &b| points[a].x.total_cmp(&points[b].x).then(points[a].y.total_cmp(&points[b].y)));
+    order.dedup_by(|a, b| points[*a] == points[*b]);
+    if order.len() < 3 {
+        return order;
     }
-    let half = |points: &mut dyn Iterator<Item = DVec2>| {
-        let mut chain: Vec<DVec2> = Vec::new();
-        for p in points {
+    let half = |order: &mut dyn Iterator<Item = usize>| {
+        let mut chain: Vec<usize> = Vec::new();
+        for k in order {
             while let [.., a, b] = chain[..]
-                && (b - a).perp_dot(p - b) <= tolerance
+                && (points[b] - points[a]).perp_dot(points[k] - points[b]) <= tolerance
             {
                 chain.pop();
             }
-            chain.push(p);
+            chain.push(k);
         }
         chain.pop();
         chain
     };
-    let mut hull = half(&mut sorted.iter().copied());
-    hull.extend(half(&mut sorted.iter().rev().copied()));
+    let mut hull = half(&mut order.iter().copied());
+    hull.extend(half(&mut order.iter().rev().copied()));
     hull
 }
 

@@ -6,6 +6,8 @@
 
 use glam::DVec2;
 
+use crate::polygon::convex_hull_indices;
+
 /// Parts of a counter-clockwise simple polygon whose pockets are at most `tolerance` deep.
 pub(super) fn convex_parts(polygon: Vec<DVec2>, tolerance: f64) -> Vec<Vec<DVec2>> {
     /// Maximum number of parts; no profile needs more.
@@ -39,36 +41,11 @@ pub(super) fn crosses_itself(polygon: &[DVec2], slack: f64) -> bool {
     (0..n).any(|j| (0..j).any(|k| on_both_sides(edges[j], edges[k]) && on_both_sides(edges[k], edges[j])))
 }
 
-fn cross(a: DVec2, b: DVec2, c: DVec2) -> f64 {
-    (b - a).perp_dot(c - a)
-}
-
-/// Indices of the corners on the convex hull, counter-clockwise, in the polygon's order.
-fn hull(polygon: &[DVec2]) -> Vec<usize> {
-    let mut order: Vec<usize> = (0..polygon.len()).collect();
-    order.sort_by(|&a, &b| polygon[a].x.total_cmp(&polygon[b].x).then(polygon[a].y.total_cmp(&polygon[b].y)));
-    let chain = |order: &mut dyn Iterator<Item = usize>| {
-        let mut chain: Vec<usize> = Vec::new();
-        for k in order {
-            while chain.len() > 1
-                && cross(polygon[chain[chain.len() - 2]], polygon[chain[chain.len() - 1]], polygon[k]) <= 0.0
-            {
-                chain.pop();
-            }
-            chain.push(k);
-        }
-        chain.pop();
-        chain
-    };
-    let mut corners = chain(&mut order.iter().copied());
-    corners.extend(chain(&mut order.iter().rev().copied()));
-    corners.sort_unstable();
-    corners
-}
-
 /// The corner farthest below the hull and its depth; `None` for a convex polygon.
 fn deepest_corner(polygon: &[DVec2]) -> Option<(usize, f64)> {
-    let hull = hull(polygon);
+    // In the order of the polygon.
+    let mut hull = convex_hull_indices(polygon, 0.0);
+    hull.sort_unstable();
     let n = polygon.len();
     let mut deepest = None;
     for (h, &from) in hull.iter().enumerate() {
