@@ -1,4 +1,4 @@
-//! Images and masks: pixels, colors, textures, filters, and one bounded codec.
+//! Images and masks: pixels, colors, textures, filters, a dot font, and one bounded codec.
 //!
 //! The crate must not depend on any other crate of the workspace. It knows no meshes, cameras or scenes, and reads no
 //! file and no clock.
@@ -20,6 +20,7 @@ pub mod mask;
 pub mod rounding;
 pub mod sobel;
 pub mod srgb;
+pub mod text;
 pub mod texture;
 
 pub use self::image::Image;
