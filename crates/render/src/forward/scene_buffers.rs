@@ -22,12 +22,12 @@ pub struct SourceTriangle {
     pub one_sided: bool,
 }
 
-/// Which triangles to draw.
-#[derive(Clone, Copy, PartialEq, Eq)]
+/// The triangles to draw. The shaders of the GPU renderer know the numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TriangleFilter {
-    All,
-    Opaque,
-    Transparent,
+    All = 0,
+    Opaque = 1,
+    Transparent = 2,
 }
 
 /// Vertices and triangles of the placed objects.

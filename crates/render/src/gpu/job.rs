@@ -7,6 +7,7 @@ use super::scene_words::SceneLayout;
 use super::words::Words;
 use crate::forward::floor_light;
 use crate::forward::projection::Projection;
+use crate::forward::scene_buffers::TriangleFilter;
 
 /// Output of a pass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -14,14 +15,6 @@ pub enum Phase {
     Keys = 0,
     Fronts = 1,
     Layers = 2,
-}
-
-/// The triangles a pass draws.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum TriangleSet {
-    All = 0,
-    Opaque = 1,
-    Transparent = 2,
 }
 
 /// Rows of an image that are drawn at a time.
@@ -48,7 +41,7 @@ impl Job<'_> {
     }
 
     /// The uniform of one pass over one strip.
-    pub fn bytes(&self, strip: Strip, phase: Phase, kept: TriangleSet) -> Words {
+    pub fn bytes(&self, strip: Strip, phase: Phase, kept: TriangleFilter) -> Words {
         let mut words = Words::default();
         let Projection { lens, height_px, .. } = self.projection;
         words.push_rows(self.projection.camera_from_world.as_affine3a());

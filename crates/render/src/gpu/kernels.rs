@@ -6,8 +6,9 @@ use wgpu::{
     ShaderModuleDescriptor, ShaderSource,
 };
 
-use super::job::{Job, Phase, Strip, TriangleSet};
+use super::job::{Job, Phase, Strip};
 use crate::forward::projection::NEAR_M;
+use crate::forward::scene_buffers::TriangleFilter;
 use crate::forward::{light_map, sky};
 use gpu::Gpu;
 use gpu::transfer::sized;
@@ -87,9 +88,9 @@ impl Kernels {
     pub fn find(&self, gpu: &Gpu, encoder: &mut CommandEncoder, space: &Workspace, job: &Job, strip: Strip) {
         let pixels = job.width_px() * strip.rows_px;
         encoder.clear_buffer(space.state, 0, Some(self.state_bytes(pixels, 0).0 as u64));
-        let kept = if job.light.is_some() { TriangleSet::Opaque } else { TriangleSet::All };
+        let kept = if job.light.is_some() { TriangleFilter::Opaque } else { TriangleFilter::All };
         let mut phases = vec![(Phase::Keys, kept), (Phase::Fronts, kept)];
-        phases.extend((job.layer_capacity > 0).then_some((Phase::Layers, TriangleSet::Transparent)));
+        phases.extend((job.layer_capacity > 0).then_some((Phase::Layers, TriangleFilter::Transparent)));
         let threads = job.scene.triangles as usize;
         let tiles = [job.width_px().div_ceil(TILE_PX), strip.rows_px.div_ceil(TILE_PX)];
         for (phase, kept) in phases {
@@ -102,14 +103,14 @@ impl Kernels {
 
     /// Records the pass that writes depth, id and normal of the visible surface.
     pub fn front(&self, gpu: &Gpu, encoder: &mut CommandEncoder, space: &Workspace, job: &Job, strip: Strip) {
-        let uniform = uniform(gpu, job, strip, Phase::Fronts, TriangleSet::All);
+        let uniform = uniform(gpu, job, strip, Phase::Fronts, TriangleFilter::All);
         let groups = groups_of(job.width_px() * strip.rows_px);
         run(gpu, encoder, &self.front, &[&uniform, space.scene, space.state], groups);
     }
 
     /// Records the pass that shades the visible surface and the layers before it.
     pub fn shade(&self, gpu: &Gpu, encoder: &mut CommandEncoder, space: &Workspace, job: &Job, strip: Strip) {
-        let uniform = uniform(gpu, job, strip, Phase::Layers, TriangleSet::All);
+        let uniform = uniform(gpu, job, strip, Phase::Layers, TriangleFilter::All);
         let blocks = job.width_px().div_ceil(BLOCK_PX) * strip.rows_px.div_ceil(BLOCK_PX);
         let buffers = [&uniform, space.scene, space.state, space.light, space.layers];
         run(gpu, encoder, &self.shade, &buffers, groups_of(blocks));
@@ -158,7 +159,7 @@ fn pipeline(device: &Device, module: &ShaderModule, entry_point: &str) -> Comput
     })
 }
 
-fn uniform(gpu: &Gpu, job: &Job, strip: Strip, phase: Phase, kept: TriangleSet) -> Buffer {
+fn uniform(gpu: &Gpu, job: &Job, strip: Strip, phase: Phase, kept: TriangleFilter) -> Buffer {
     let words = job.bytes(strip, phase, kept);
     let uniform = sized(gpu, words.bytes().len(), BufferUsages::UNIFORM | BufferUsages::COPY_DST);
     gpu.queue.write_buffer(&uniform, 0, words.bytes());
