@@ -25,9 +25,10 @@ mod position;
 mod weights;
 
 use candle_core::{Device, Tensor};
+use candle_nn::{LayerNorm, Linear, Module};
 
 use imaging::Image;
-use layer::{LayerNorm, Linear, TransformerLayer};
+use layer::{TransformerLayer, layer_norm};
 use runtime::CancelFlag;
 use weights::Weights;
 
@@ -75,7 +76,7 @@ impl Dinov2 {
         let patch_projection = Linear::new(
             weights.take(kernel, &[hidden, 3, patch, patch])?.reshape((hidden, 3 * patch * patch))?,
             Some(weights.take("embeddings.patch_embeddings.projection.bias", &[hidden])?),
-        )?;
+        );
         let class_token = weights.take("embeddings.cls_token", &[1, 1, hidden])?.reshape((1, hidden))?;
         let stored = "embeddings.position_embeddings";
         let stored = weights.take(stored, &[1, 1 + grid * grid, hidden])?.squeeze(0)?;
@@ -88,7 +89,7 @@ impl Dinov2 {
             class_position: stored.narrow(0, 0, 1)?,
             positions: stored.narrow(0, 1, grid * grid)?.flatten_all()?.to_vec1()?,
             layers,
-            norm: LayerNorm::read(&weights, "layernorm", &architecture)?,
+            norm: layer_norm(&weights, "layernorm", &architecture)?,
             architecture,
         })
     }

@@ -24,7 +24,7 @@ pub enum Dinov2WeightsError {
 /// Reason why feature extraction failed.
 #[derive(Debug, thiserror::Error)]
 pub enum Dinov2Error {
-    #[error("the class token has no length; these weights give nothing for this picture")]
+    #[error("the class token has no length; these weights give nothing for this image")]
     NotFinite,
     #[error("a tensor operation failed: {0}")]
     Computation(#[from] candle_core::Error),

@@ -2,6 +2,8 @@
 //! value and added to its input. Tokens are rows.
 
 use candle_core::{D, Result, Tensor};
+use candle_nn::ops::softmax_last_dim;
+use candle_nn::{LayerNorm, Linear, Module};
 
 use super::architecture::Dinov2Architecture;
 use super::error::Dinov2WeightsError;
@@ -33,17 +35,16 @@ enum FeedForward {
     },
 }
 
-/// `x W^T + b`.
-pub(super) struct Linear {
-    weight_transposed: Tensor,
-    bias: Option<Tensor>,
-}
-
-/// Normalizes each token to mean 0 and variance 1, then scales and shifts it.
-pub(super) struct LayerNorm {
-    weight: Tensor,
-    bias: Tensor,
-    epsilon: f64,
+/// The layer norm with the tensors below `prefix`.
+pub(super) fn layer_norm(
+    weights: &Weights,
+    prefix: &str,
+    architecture: &Dinov2Architecture,
+) -> std::result::Result<LayerNorm, Dinov2WeightsError> {
+    let hidden = architecture.hidden_size;
+    let weight = weights.take(&format!("{prefix}.weight"), &[hidden])?;
+    let bias = weights.take(&format!("{prefix}.bias"), &[hidden])?;
+    Ok(LayerNorm::new(weight, bias, architecture.layer_norm_eps))
 }
 
 impl TransformerLayer {
@@ -58,9 +59,9 @@ impl TransformerLayer {
         let linear = |name: &str, from: usize, to: usize, has_bias: bool| {
             let weight = weights.take(&format!("{prefix}.{name}.weight"), &[to, from])?;
             let bias = has_bias.then(|| weights.take(&format!("{prefix}.{name}.bias"), &[to])).transpose()?;
-            Ok::<_, Dinov2WeightsError>(Linear::new(weight, bias)?)
+            Ok::<_, Dinov2WeightsError>(Linear::new(weight, bias))
         };
-        let norm = |name: &str| LayerNorm::read(weights, &format!("{prefix}.{name}"), architecture);
+        let norm = |name: &str| layer_norm(weights, &format!("{prefix}.{name}"), architecture);
         let scale = |name: &str| weights.take(&format!("{prefix}.{name}.lambda1"), &[hidden]);
         let projection = |name: &str| {
             linear(&format!("attention.attention.{name}"), hidden, hidden, architecture.qkv_bias)
@@ -98,64 +99,20 @@ impl TransformerLayer {
         };
         let (query, key, value) = (by_head(&self.query)?, by_head(&self.key)?, by_head(&self.value)?);
         let scores = (query.matmul(&key.transpose(1, 2)?)? * (width as f64).powf(-0.5))?;
-        let mixed = softmax(&scores)?.matmul(&value)?.transpose(0, 1)?.reshape((count, hidden))?;
+        let mixed = softmax_last_dim(&scores)?.matmul(&value)?.transpose(0, 1)?.reshape((count, hidden))?;
         tokens + self.attention_output.forward(&mixed)?.broadcast_mul(&self.layer_scale1)?
     }
 
     /// Adds the feed-forward network of each token.
     pub(super) fn feed_forward(&self, tokens: &Tensor) -> Result<Tensor> {
         let normed = self.norm2.forward(tokens)?;
-        let said = match &self.feed_forward {
+        let output = match &self.feed_forward {
             FeedForward::Mlp { fc1, fc2 } => fc2.forward(&fc1.forward(&normed)?.gelu_erf()?)?,
             FeedForward::SwiGlu { weights_in, weights_out } => {
                 let halves = weights_in.forward(&normed)?.chunk(2, D::Minus1)?;
                 weights_out.forward(&(halves[0].silu()? * &halves[1])?)?
             }
         };
-        tokens + said.broadcast_mul(&self.layer_scale2)?
+        tokens + output.broadcast_mul(&self.layer_scale2)?
     }
-}
-
-impl Linear {
-    /// From a weight of one row per output.
-    pub(super) fn new(weight: Tensor, bias: Option<Tensor>) -> Result<Self> {
-        Ok(Self { weight_transposed: weight.t()?, bias })
-    }
-
-    pub(super) fn forward(&self, tokens: &Tensor) -> Result<Tensor> {
-        let product = tokens.matmul(&self.weight_transposed)?;
-        match &self.bias {
-            Some(bias) => product.broadcast_add(bias),
-            None => Ok(product),
-        }
-    }
-}
-
-impl LayerNorm {
-    /// The tensors below `prefix`.
-    pub(super) fn read(
-        weights: &Weights,
-        prefix: &str,
-        architecture: &Dinov2Architecture,
-    ) -> std::result::Result<Self, Dinov2WeightsError> {
-        let hidden = architecture.hidden_size;
-        Ok(Self {
-            weight: weights.take(&format!("{prefix}.weight"), &[hidden])?,
-            bias: weights.take(&format!("{prefix}.bias"), &[hidden])?,
-            epsilon: architecture.layer_norm_eps,
-        })
-    }
-
-    pub(super) fn forward(&self, tokens: &Tensor) -> Result<Tensor> {
-        let centered = tokens.broadcast_sub(&tokens.mean_keepdim(D::Minus1)?)?;
-        let variance = centered.sqr()?.mean_keepdim(D::Minus1)?;
-        let normed = centered.broadcast_div(&(variance + self.epsilon)?.sqrt()?)?;
-        normed.broadcast_mul(&self.weight)?.broadcast_add(&self.bias)
-    }
-}
-
-/// Over the last dimension.
-fn softmax(scores: &Tensor) -> Result<Tensor> {
-    let exponentials = scores.broadcast_sub(&scores.max_keepdim(D::Minus1)?)?.exp()?;
-    exponentials.broadcast_div(&exponentials.sum_keepdim(D::Minus1)?)
 }
