@@ -2,15 +2,13 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
-#[path = "../../../../tests/it/server.rs"]
+#[path = "../../../../tests/it/harness"]
 #[allow(dead_code, reason = "the server's own tests use all of it")]
-mod server;
-#[path = "../../../../tests/it/script.rs"]
-#[allow(dead_code, reason = "the server's own tests use all of it")]
-mod script;
-#[path = "../../../../tests/it/contract.rs"]
-#[allow(dead_code, reason = "the server's own tests use all of it")]
-mod contract;
+mod harness {
+    pub mod contract;
+    pub mod script;
+    pub mod server;
+}
 mod commands;
 mod evaluate;
 mod images;

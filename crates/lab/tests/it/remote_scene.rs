@@ -16,7 +16,7 @@ use serde_json::{Value, json};
 use tabletopgen::app::pipeline;
 use tabletopgen::config::{Resolved, Sources, layers};
 
-use crate::server::{Server, settings};
+use crate::harness::server::{Server, settings};
 
 /// Seed of every request and of the mock server.
 const SEED: u64 = 7;

@@ -1,0 +1,9 @@
+//! The HTTP API as clients see it.
+
+mod submissions;
+mod listing;
+mod documents;
+mod downloads;
+mod events;
+mod slow_clients;
+mod rejected_images;

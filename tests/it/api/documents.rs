@@ -1,0 +1,92 @@
+//! Whole documents of the API, with ids, times, durations and digests redacted.
+
+use hyper::Method;
+use insta::assert_json_snapshot;
+use serde_json::{Value, json};
+
+use crate::harness::script::{Act, Script};
+use crate::harness::server::Server;
+
+/// The document without what differs from run to run.
+fn redacted(document: Value) -> Value {
+    let redact = |(name, value): (String, Value)| {
+        let replacement = match name.as_str() {
+            "created_at" | "updated_at" | "started_at" | "finished_at" | "at" => "[time]",
+            "elapsed_ms" => "[duration]",
+            "sha256" => "[digest]",
+            "next_page_token" => "[token]",
+            _ => return (name, redacted(value)),
+        };
+        let value = if value.is_null() { value } else { replacement.into() };
+        (name, value)
+    };
+    match document {
+        Value::Object(fields) => fields.into_iter().map(redact).collect(),
+        Value::Array(items) => items.into_iter().map(redacted).collect(),
+        Value::String(text) => {
+            let part = |part: &str| if is_id(part) { "[id]".to_owned() } else { part.to_owned() };
+            text.split('/').map(part).collect::<Vec<_>>().join("/").into()
+        }
+        other => other,
+    }
+}
+
+/// Whether a part of a path is the id of a scene or a job.
+fn is_id(part: &str) -> bool {
+    part.len() == 36 && part.bytes().all(|byte| byte.is_ascii_hexdigit() || byte == b'-')
+}
+
+/// A server that has made one scene.
+async fn with_a_scene() -> (Server, String, String) {
+    let server = Server::start(&Script::new(&[])).await;
+    let body = json!({
+        "text": "two mugs on a round table", "seed": 7, "labels": { "set": "a1" },
+        "options": { "max_objects": 4, "budget_usd": 0.5 },
+    });
+    let headers = [("content-type", "application/json"), ("prefer", "wait=30")];
+    let scene = server.call(Method::POST, "/scenes", &headers, body.to_string()).await.json();
+    let text = |pointer: &str| scene.pointer(pointer).and_then(Value::as_str).unwrap_or_default().to_owned();
+    let (id, job) = (text("/id"), text("/job/id"));
+    (server, id, job)
+}
+
+#[tokio::test]
+async fn a_finished_scene_and_its_job_have_these_documents() {
+    let (server, scene, job) = with_a_scene().await;
+    let documents = [
+        ("scene", format!("/scenes/{scene}")),
+        ("scenes", "/scenes".to_owned()),
+        ("artifacts", format!("/scenes/{scene}/artifacts")),
+        ("job", format!("/jobs/{job}")),
+        ("stages", format!("/jobs/{job}/stages")),
+        ("events", format!("/jobs/{job}/events")),
+    ];
+    for (name, path) in documents {
+        assert_json_snapshot!(name, redacted(server.get(&path).await.json()));
+    }
+}
+
+#[tokio::test]
+async fn a_failed_scene_has_this_document() {
+    let server = Server::start(&Script::new(&[("alpha", &[Act::Permanent])])).await;
+    let headers = [("content-type", "application/json"), ("prefer", "wait=30")];
+    let body = json!({ "text": "a mug", "seed": 7 }).to_string();
+    let scene = server.call(Method::POST, "/scenes", &headers, body).await.json();
+    assert_json_snapshot!("failed_scene", redacted(scene));
+}
+
+#[tokio::test]
+async fn a_validated_request_has_this_document() {
+    let server = Server::start(&Script::new(&[])).await;
+    let valid = server.post("/scenes?validate_only=true", json!({ "text": "a mug", "seed": 7 })).await;
+    assert_json_snapshot!("validated", redacted(valid.json()));
+}
+
+#[tokio::test]
+async fn refused_requests_have_these_documents() {
+    let server = Server::start(&Script::new(&[])).await;
+    let invalid = json!({ "text": "", "seed": 1u64 << 60, "options": { "max_objects": 0 } });
+    assert_json_snapshot!("invalid_request", redacted(server.post("/scenes", invalid).await.json()));
+    assert_json_snapshot!("invalid_parameter", redacted(server.get("/scenes?page_size=0").await.json()));
+    assert_json_snapshot!("unknown_scene", redacted(server.get("/scenes/none").await.json()));
+}

@@ -1,0 +1,114 @@
+//! Lists and what is asked for by name: pages, filters, probes, strangers.
+
+use hyper::Method;
+use serde_json::{Value, json};
+
+use crate::harness::script::{Act, Script};
+use crate::harness::server::Server;
+
+fn ids(page: &Value) -> Vec<String> {
+    page["scenes"].as_array().unwrap().iter().map(|scene| scene["id"].as_str().unwrap().to_owned()).collect()
+}
+
+#[tokio::test]
+async fn pages_hold_every_scene_once_newest_first() {
+    let server = Server::start(&Script::new(&[])).await;
+    let mut made = Vec::new();
+    for index in 0..5 {
+        let labels = json!({ "parity": if index % 2 == 0 { "even" } else { "odd" } });
+        let reply = server.post("/scenes", json!({ "text": "a mug", "labels": labels })).await;
+        made.push(reply.json()["id"].as_str().unwrap().to_owned());
+    }
+    made.reverse();
+    let (mut seen, mut path, mut pages) = (Vec::new(), "/scenes?page_size=2".to_owned(), 0);
+    loop {
+        let page = server.get(&path).await.json();
+        seen.extend(ids(&page));
+        pages += 1;
+        match page["next_page_token"].as_str() {
+            Some(token) => path = format!("/scenes?page_size=2&page_token={token}"),
+            None => break,
+        }
+    }
+    assert_eq!((seen, pages), (made.clone(), 3));
+
+    let odd = server.get("/scenes?label=parity:odd").await.json();
+    assert_eq!(ids(&odd), [made[1].clone(), made[3].clone()]);
+    assert_eq!(ids(&server.get("/scenes?label=parity:none").await.json()), Vec::<String>::new());
+    assert_eq!(
+        ids(&server.get("/scenes?created_after=2999-01-01T00:00:00Z").await.json()),
+        Vec::<String>::new()
+    );
+    assert_eq!(ids(&server.get("/scenes?created_after=2020-01-01T00:00:00Z").await.json()), made);
+
+    let deleted = server.call(Method::DELETE, &format!("/scenes/{}", made[0]), &[], "").await;
+    assert_eq!(deleted.status, 204);
+    assert_eq!(ids(&server.get("/scenes").await.json()), made[1..]);
+    assert_eq!(ids(&server.get("/scenes?state=deleted").await.json()), made[..1]);
+}
+
+#[tokio::test]
+async fn parameters_that_mean_nothing_are_refused() {
+    let server = Server::start(&Script::new(&[])).await;
+    for path in [
+        "/scenes?page_size=0",
+        "/scenes?page_size=201",
+        "/scenes?page_size=x",
+        "/scenes?page_token=abc",
+        "/scenes?state=broken",
+        "/scenes?label=nocolon",
+        "/scenes?created_after=yesterday",
+        "/scenes?colour=red",
+        "/scenes?state=ready&state=failed",
+    ] {
+        assert_eq!(server.get(path).await.problem(), (400, "invalid_parameter".into()), "{path}");
+    }
+}
+
+#[tokio::test]
+async fn what_is_not_there_is_said_to_be_not_there() {
+    let server = Server::start(&Script::new(&[])).await;
+    for path in [
+        "/scenes/none",
+        "/scenes/none/bundle",
+        "/scenes/none/artifacts",
+        "/scenes/none/artifacts/a/b.json",
+        "/jobs/none",
+        "/jobs/none/stages",
+        "/jobs/none/events",
+        "/nowhere",
+        "/scenes/none/",
+    ] {
+        assert_eq!(server.get(path).await.problem().0, 404, "{path}");
+    }
+    for path in ["/jobs/none/cancel", "/jobs/none/retry"] {
+        assert_eq!(server.call(Method::POST, path, &[], "").await.problem().0, 404, "{path}");
+    }
+    assert_eq!(server.call(Method::DELETE, "/scenes/none", &[], "").await.problem().0, 404);
+    let wrong = server.call(Method::PUT, "/scenes", &[], "").await;
+    assert_eq!(wrong.problem(), (405, "method_not_allowed".into()));
+    assert!(!wrong.header("allow").is_empty());
+}
+
+#[tokio::test]
+async fn probes_metrics_version_and_the_document() {
+    let script = Script::new(&[("alpha", &[Act::Wait])]);
+    let server = Server::start(&script).await;
+    let (_, job) = server.submit("a mug").await;
+    assert_eq!(server.get("/healthz").await.json(), json!({ "status": "ok" }));
+    assert_eq!(server.get("/readyz").await.json(), json!({ "status": "ready" }));
+    let version = server.get("/version").await.json();
+    assert_eq!(version, json!({ "name": "tabletopgen", "version": env!("CARGO_PKG_VERSION") }));
+    let document = server.get("/openapi.yaml").await;
+    assert!(document.body.starts_with(b"openapi: 3.1"));
+    script.open_gate();
+    server.job_is(&job, "succeeded").await;
+    let metrics = String::from_utf8(server.get("/metrics").await.body.to_vec()).unwrap();
+    for name in ["tabletopgen_jobs{state=\"succeeded\"}", "tabletopgen_http_requests_total"] {
+        assert!(metrics.contains(name), "{name} is missing in {metrics}");
+    }
+    let id = server.call(Method::GET, "/healthz", &[("x-request-id", "mine-1")], "").await;
+    assert_eq!(id.header("x-request-id"), "mine-1");
+    let id = server.call(Method::GET, "/healthz", &[("x-request-id", "not mine; drop table")], "").await;
+    assert_ne!(id.header("x-request-id"), "not mine; drop table");
+}

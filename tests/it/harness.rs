@@ -1,0 +1,5 @@
+//! Servers, scripted stages and the API contract that the tests share.
+
+pub mod script;
+pub mod server;
+pub mod contract;

@@ -1,0 +1,3 @@
+//! Files that are damaged or hostile.
+
+mod hostile_files;

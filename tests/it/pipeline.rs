@@ -1,0 +1,4 @@
+//! Stages against scenes whose truth is known.
+
+mod truth;
+mod features;

@@ -1,0 +1,6 @@
+//! Jobs: retries, leases, restarts, outages.
+
+mod lifecycle;
+mod restarts;
+mod leases;
+mod outages;
