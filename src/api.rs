@@ -4,7 +4,8 @@
 //! full before it is enqueued, and what they refuse is a problem document that says what to change.
 
 pub mod error;
-pub mod wire;
+pub mod views;
+mod query;
 pub mod spending;
 pub mod submission;
 pub mod image;
@@ -70,10 +71,11 @@ pub struct Settings {
     pub shutdown_grace_secs: u64,
 }
 
-/// Checks a request against the rest of the configuration (`options.set`); empty = acceptable.
+/// Validates a request against the configuration (`options.set`); empty = valid. Made by `app::pipeline::validate`.
 pub type Validate = Arc<dyn Fn(&SceneRequest) -> Vec<FieldError> + Send + Sync>;
 
-/// Fetches an image from an address of a client's, at most so many bytes; an error is for the client to read.
+/// Fetches an image from a client's address, at most so many bytes; an error is for the client to read. Made by
+/// `app::fetching`.
 pub type FetchImage = Arc<dyn Fn(String, usize) -> BoxFuture<'static, Result<Bytes, String>> + Send + Sync>;
 
 /// What handlers share; cloning shares it.

@@ -7,7 +7,7 @@ use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use libfuzzer_sys::fuzz_target;
 use tabletopgen::api::Validate;
-use tabletopgen::api::submission::{Draft, SceneBody, accept, parse};
+use tabletopgen::api::submission::{SceneBody, parse, validate};
 use tabletopgen::app::pipeline;
 use tabletopgen::config::{Resolved, Sources, layers};
 
@@ -17,13 +17,12 @@ static VALIDATE: LazyLock<Validate> = LazyLock::new(|| pipeline::validate(&RESOL
 
 fuzz_target!(|body: &[u8]| {
     let Ok(body) = parse::<SceneBody>(body) else { return };
-    let image = body.image.and_then(|image| STANDARD.decode(image.base64?.trim()).ok());
-    let SceneBody { text, seed, labels, options, .. } = body;
-    let draft = Draft { text, image: image.map(Into::into), seed, labels, options };
-    if let Ok(submission) = accept(draft, &RESOLVED.config.server, &VALIDATE) {
-        // What is taken is kept as JSON, and read from it again.
-        let kept = serde_json::to_vec(&submission.request).expect("a request has a JSON form");
-        let read = serde_json::from_slice(&kept).expect("a request is read again");
+    let base64 = body.image.as_ref().and_then(|image| image.base64.as_ref());
+    let image = base64.and_then(|text| STANDARD.decode(text.trim()).ok());
+    if let Ok(submission) = validate(body, image.map(Into::into), &RESOLVED.config.server, &VALIDATE) {
+        // An accepted request is stored as JSON and read again.
+        let stored = serde_json::to_vec(&submission.request).expect("a request has a JSON form");
+        let read = serde_json::from_slice(&stored).expect("a request is read again");
         assert_eq!(submission.request, read);
     }
 });

@@ -10,7 +10,7 @@ use super::Api;
 use super::download::{Download, respond};
 use super::error::Problem;
 use super::scenes::{find, parse_id};
-use super::wire::ArtifactView;
+use super::views::ArtifactView;
 use store::DEFAULT_TENANT;
 
 /// `GET /scenes/{scene_id}/artifacts`.

@@ -5,18 +5,19 @@
 
 use std::io::Cursor;
 
-use axum::extract::{Path, RawQuery, State};
+use axum::extract::{Path, State};
 use axum::http::HeaderMap;
 use axum::response::Response;
 use bytes::Bytes;
+use serde::Deserialize;
 use zip::result::ZipResult;
 use zip::{ZipArchive, ZipWriter};
 
 use super::Api;
 use super::download::{Download, respond};
 use super::error::{Problem, ProblemType};
+use super::query::Parameters;
 use super::scenes::{find, parse_id};
-use super::wire::{parameter, query};
 use scene::SceneId;
 use scene::job::SceneState;
 use store::DEFAULT_TENANT;
@@ -26,23 +27,53 @@ use store::scenes::SceneRow;
 /// Formats with a folder of their own in the bundle; everything outside these folders is in every archive.
 const FORMATS: [&str; 5] = ["usd", "urdf", "mjcf", "sdf", "glb"];
 
+/// Parameters of `GET /scenes/{scene_id}/bundle`.
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct BundleParameters {
+    format: BundleFormat,
+    /// Whether the bundle of a quarantined scene is wanted.
+    quarantined: bool,
+}
+
+/// One of [`FORMATS`], or `all`.
+#[derive(Deserialize)]
+#[serde(try_from = "String")]
+struct BundleFormat(String);
+
+impl BundleFormat {
+    fn as_str(&self) -> &str {
+        &self.0
+    }
+}
+
+impl Default for BundleFormat {
+    fn default() -> Self {
+        Self("all".to_owned())
+    }
+}
+
+impl TryFrom<String> for BundleFormat {
+    type Error = String;
+
+    fn try_from(name: String) -> Result<Self, Self::Error> {
+        if name == "all" || FORMATS.contains(&name.as_str()) {
+            Ok(Self(name))
+        } else {
+            Err(format!("must be {} or all", FORMATS.join(", ")))
+        }
+    }
+}
+
 /// `GET /scenes/{scene_id}/bundle`.
 pub async fn download(
     State(api): State<Api>,
     Path(scene_id): Path<String>,
-    RawQuery(raw_query): RawQuery,
+    Parameters(parameters): Parameters<BundleParameters>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    let parameters = query(raw_query.as_deref(), &["format", "quarantined"])?;
-    let format = parameters.get("format").map_or("all", String::as_str);
-    if format != "all" && !FORMATS.contains(&format) {
-        return Err(parameter("format", "must be usd, urdf, mjcf, sdf, glb or all"));
-    }
-    let quarantined = match parameters.get("quarantined").map(String::as_str) {
-        None | Some("false") => false,
-        Some("true") => true,
-        Some(_) => return Err(parameter("quarantined", "must be `true` or `false`")),
-    };
+    let BundleParameters { format, quarantined } = parameters;
+    let format = format.as_str();
     let scene_id = parse_id(&scene_id)?;
     let scene = find(&api, &scene_id).await?;
     check_state(&scene, quarantined)?;

@@ -8,11 +8,12 @@ use std::convert::Infallible;
 use std::time::Duration;
 
 use axum::Json;
-use axum::extract::{Path, RawQuery, State};
+use axum::extract::{Path, State};
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::response::sse::{Event as SentEvent, KeepAlive, Sse};
 use axum::response::{IntoResponse, Response};
 use futures::Stream;
+use serde::Deserialize;
 use serde_json::json;
 use tokio::sync::mpsc;
 use tokio_stream::wrappers::ReceiverStream;
@@ -20,24 +21,29 @@ use tokio_stream::wrappers::ReceiverStream;
 use super::Api;
 use super::error::{Problem, ProblemType};
 use super::jobs::{find, parse_id};
-use super::wire::{EventView, page_size, parameter, query};
+use super::query::{PageSize, Parameters, Sequence};
+use super::views::EventView;
 use scene::JobId;
 use store::events::Event;
 use store::{DEFAULT_TENANT, StoreError};
+
+/// Parameters of `GET /jobs/{job_id}/events`.
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct EventParameters {
+    /// Only later events.
+    after: Sequence,
+    page_size: PageSize,
+}
 
 /// `GET /jobs/{job_id}/events`.
 pub async fn list(
     State(api): State<Api>,
     Path(job_id): Path<String>,
-    RawQuery(raw_query): RawQuery,
+    Parameters(parameters): Parameters<EventParameters>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    let parameters = query(raw_query.as_deref(), &["after", "page_size"])?;
-    let after = match parameters.get("after") {
-        None => 0,
-        Some(text) => sequence(text).ok_or_else(|| parameter("after", "must be the `seq` of an event"))?,
-    };
-    let size = page_size(parameters.get("page_size").map(String::as_str))?;
+    let (after, size) = (parameters.after.0, parameters.page_size.get());
     let job_id = parse_id(&job_id)?;
     let job = find(&api, &job_id).await?;
     if !wants_stream(&headers) {
@@ -48,10 +54,14 @@ pub async fn list(
     }
     let seen = match headers.get("last-event-id") {
         None => after,
-        Some(id) => id.to_str().ok().and_then(sequence).ok_or_else(|| {
-            let detail = "Last-Event-ID must be the id of an event of this stream";
-            Problem::new(ProblemType::MalformedRequest, "invalid_last_event_id", detail)
-        })?,
+        Some(id) => {
+            let id = id.to_str().ok().and_then(|id| Sequence::try_from(id.to_owned()).ok());
+            let Sequence(seen) = id.ok_or_else(|| {
+                let detail = "Last-Event-ID must be the id of an event of this stream";
+                Problem::new(ProblemType::MalformedRequest, "invalid_last_event_id", detail)
+            })?;
+            seen
+        }
     };
     if job.state.is_final() && api.store.events(&DEFAULT_TENANT, &job_id, seen, 1).await?.is_empty() {
         // Tells an EventSource that there is nothing to come back for.
@@ -63,11 +73,6 @@ pub async fn list(
     headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
     headers.insert("x-accel-buffering", HeaderValue::from_static("no"));
     Ok(response)
-}
-
-/// A sequence number: 0 or more.
-fn sequence(text: &str) -> Option<i64> {
-    text.parse().ok().filter(|seq| *seq >= 0)
 }
 
 fn wants_stream(headers: &HeaderMap) -> bool {

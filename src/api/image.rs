@@ -28,7 +28,7 @@ pub fn check(bytes: Bytes, settings: &Settings) -> Result<UploadedImage, Problem
         return Err(Problem::new(
             ProblemType::PayloadTooLarge,
             "image_too_large",
-            format!("the picture has {} bytes; send one of at most {limit}", bytes.len()),
+            format!("the image has {} bytes; send one of at most {limit}", bytes.len()),
         ));
     }
     inspect(bytes, settings.max_image_pixels)
@@ -40,19 +40,19 @@ fn inspect(bytes: Bytes, max_pixels: u64) -> Result<UploadedImage, Problem> {
     if u64::from(width) * u64::from(height) > max_pixels {
         return Err(invalid(
             "image_dimensions",
-            format!("the picture is {width} x {height}; send one of at most {max_pixels} pixels"),
+            format!("the image is {width} x {height}; send one of at most {max_pixels} pixels"),
         ));
     }
     if width.max(height) > MAX_SIDE_PX {
         return Err(invalid(
             "image_dimensions",
-            format!("the picture is {width} x {height}; each side may have at most {MAX_SIDE_PX} pixels"),
+            format!("the image is {width} x {height}; each side may have at most {MAX_SIDE_PX} pixels"),
         ));
     }
     if width.min(height) < MIN_SIDE_PX {
         return Err(invalid(
             "image_dimensions",
-            format!("the picture is {width} x {height}; each side must have at least {MIN_SIDE_PX} pixels"),
+            format!("the image is {width} x {height}; each side must have at least {MIN_SIDE_PX} pixels"),
         ));
     }
     verify_image(&bytes, max_pixels.saturating_mul(12)).map_err(refused)?;
@@ -64,7 +64,7 @@ fn refused(error: CodecError) -> Problem {
         CodecError::UnknownFormat => Problem::new(
             ProblemType::UnsupportedMediaType,
             "image_format",
-            "the picture is no PNG, JPEG or WebP (its first bytes decide); convert it to one of them",
+            "the image is no PNG, JPEG or WebP (its first bytes decide); convert it to one of them",
         ),
         CodecError::Animated => {
             invalid("image_animated", "the image is animated; send a still image".to_owned())
@@ -77,7 +77,7 @@ fn refused(error: CodecError) -> Problem {
 /// An image whose bytes cannot be decoded.
 pub(super) fn unreadable(reason: &str) -> Problem {
     let reason: String = reason.chars().take(200).collect();
-    invalid("image_unreadable", format!("the picture is damaged ({reason}); save it again and send that"))
+    invalid("image_unreadable", format!("the image is damaged ({reason}); save it again and send that"))
 }
 
 fn invalid(code: &'static str, detail: String) -> Problem {

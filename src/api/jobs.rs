@@ -10,7 +10,7 @@ use serde_json::json;
 use super::Api;
 use super::error::{FieldError, Problem, ProblemType};
 use super::submission::{json_bytes, media_type, parse};
-use super::wire::{JobView, StageView};
+use super::views::{JobView, StageView};
 use scene::JobId;
 use store::DEFAULT_TENANT;
 use store::jobs::{JobRow, RetryOutcome};

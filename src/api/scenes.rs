@@ -3,50 +3,43 @@
 use std::time::Duration;
 
 use axum::Json;
-use axum::extract::{Path, RawQuery, Request, State};
+use axum::extract::{Path, Request, State};
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
+use serde::Deserialize;
 use serde_json::json;
 
 use super::error::{Problem, ProblemType};
-use super::wire::{
-    ArtifactView, SceneView, SpendingView, StageView, page_size, page_token, parameter, parse_page_token,
-    parse_timestamp, query,
-};
+use super::query::{LabelFilter, PageSize, PageToken, Parameters, Time};
+use super::views::{ArtifactView, SceneView, SpendingView, StageView};
 use super::{Api, submission};
 use scene::SceneId;
 use scene::job::SceneState;
 use store::DEFAULT_TENANT;
-use store::scenes::{DeleteOutcome, NewScene, SceneFilter, SceneRow, SubmitOutcome};
+use store::scenes::{DeleteOutcome, SceneFilter, SceneRow, SubmitOutcome};
+
+/// Parameters of `POST /scenes`.
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SubmitParameters {
+    /// Whether the request is validated only.
+    validate_only: bool,
+}
 
 /// `POST /scenes`.
 pub async fn submit(
     State(api): State<Api>,
-    RawQuery(raw_query): RawQuery,
+    Parameters(SubmitParameters { validate_only }): Parameters<SubmitParameters>,
     request: Request,
 ) -> Result<Response, Problem> {
-    let parameters = query(raw_query.as_deref(), &["validate_only"])?;
-    let validate_only = match parameters.get("validate_only").map(String::as_str) {
-        None | Some("false") => false,
-        Some("true") => true,
-        Some(_) => return Err(parameter("validate_only", "must be `true` or `false`")),
-    };
     let key = idempotency_key(request.headers())?;
     let wait = preferred_wait(request.headers(), api.settings.max_wait_secs);
-    let submission = submission::read(&api, request).await?;
+    let submission = submission::receive(&api, request).await?;
     if validate_only {
         return Ok(Json(json!({ "valid": true, "request": submission.request })).into_response());
     }
-    if let Some(image) = &submission.image {
-        api.store.blobs().put(image.bytes.clone()).await?;
-    }
-    let new = NewScene {
-        tenant_id: DEFAULT_TENANT.clone(),
-        request: json!(submission.request),
-        labels: submission.labels,
-        budget_micro_usd: submission.request.options.budget(api.settings.usual_budget_usd).0,
-        idempotency: key.map(|key| (key, submission.body_digest.to_string())),
-    };
+    let budget_usd = api.settings.usual_budget_usd;
+    let new = submission.into_row(&api.store, DEFAULT_TENANT.clone(), budget_usd, key).await?;
     let scene_id = match api.store.submit(new).await? {
         SubmitOutcome::Created { scene_id, .. } => {
             metrics::counter!("tabletopgen_scenes_submitted_total").increment(1);
@@ -82,42 +75,36 @@ pub async fn submit(
     Ok(response)
 }
 
+/// Parameters of `GET /scenes`.
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ListParameters {
+    state: Option<SceneState>,
+    label: Option<LabelFilter>,
+    parent: Option<SceneId>,
+    created_after: Option<Time>,
+    page_size: PageSize,
+    page_token: Option<PageToken>,
+}
+
 /// `GET /scenes`.
-pub async fn list(State(api): State<Api>, RawQuery(raw_query): RawQuery) -> Result<Response, Problem> {
-    let known = ["state", "label", "parent", "created_after", "page_size", "page_token"];
-    let parameters = query(raw_query.as_deref(), &known)?;
-    let get = |name: &str| parameters.get(name).map(String::as_str);
-    let size = page_size(get("page_size"))?;
-    let state = get("state")
-        .map(|text| {
-            let advice = "must be pending, ready, failed or deleted";
-            SceneState::parse(text).ok_or_else(|| parameter("state", advice))
-        })
-        .transpose()?;
-    let label = get("label")
-        .map(|text| {
-            let pair = text.split_once(':').ok_or_else(|| parameter("label", "must be `key:value`"))?;
-            Ok::<_, Problem>((pair.0.to_owned(), pair.1.to_owned()))
-        })
-        .transpose()?;
-    let created_after_ms = get("created_after")
-        .map(|text| {
-            let advice = "must be a time such as 2026-01-31T12:00:00Z";
-            parse_timestamp(text).ok_or_else(|| parameter("created_after", advice))
-        })
-        .transpose()?;
+pub async fn list(
+    State(api): State<Api>,
+    Parameters(parameters): Parameters<ListParameters>,
+) -> Result<Response, Problem> {
+    let size = parameters.page_size.get();
     let filter = SceneFilter {
-        state,
-        label,
-        parent: get("parent").map(parent_id).transpose()?,
-        created_after_ms,
-        before_id: get("page_token").map(parse_page_token).transpose()?,
+        state: parameters.state,
+        label: parameters.label.map(|label| (label.key, label.value)),
+        parent: parameters.parent,
+        created_after_ms: parameters.created_after.map(Time::as_ms),
+        before_id: parameters.page_token.map(|PageToken(id)| id),
         limit: size + 1,
     };
     let mut rows = api.store.scenes(&DEFAULT_TENANT, filter).await?;
     let more = rows.len() > size as usize;
     rows.truncate(size as usize);
-    let next = rows.last().filter(|_| more).map(|scene| page_token(&scene.id));
+    let next = rows.last().filter(|_| more).map(|scene| PageToken(scene.id.clone()).to_string());
     let mut scenes = Vec::with_capacity(rows.len());
     for scene in rows {
         let job = api.store.latest_job(&DEFAULT_TENANT, &scene.id).await?;
@@ -157,10 +144,6 @@ pub async fn remove(State(api): State<Api>, Path(scene_id): Path<String>) -> Res
 /// The scene id in a path. A text that is no id names no scene.
 pub(super) fn parse_id(text: &str) -> Result<SceneId, Problem> {
     text.parse().map_err(|_| Problem::not_found("scene", text))
-}
-
-fn parent_id(text: &str) -> Result<SceneId, Problem> {
-    text.parse().map_err(|_| parameter("parent", "must be the id of a scene"))
 }
 
 /// A scene that is there.

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::wire::timestamp;
+use super::views::timestamp;
 use scene::{JobId, MicroUsd};
 use store::calls::{CallRow, Spending};
 

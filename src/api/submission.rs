@@ -1,6 +1,6 @@
-//! What `POST /scenes` accepts: JSON, or multipart with the image as a file, checked in full.
+//! The body of `POST /scenes`: JSON, or multipart with the image as a file.
 //!
-//! The check is a function of its own ([`accept`]), so that every way in refuses the same objects.
+//! [`validate`] is a function of its own, so that the command line refuses the same requests.
 
 use std::collections::BTreeMap;
 
@@ -20,11 +20,12 @@ use super::image::UploadedImage;
 use super::{Api, Settings, Validate, image};
 use scene::Violation;
 use scene::request::{MAX_SEED, RequestOptions};
-use scene::{Input, SceneRequest};
-use store::Digest;
+use scene::{Input, SceneRequest, TenantId};
+use store::scenes::NewScene;
+use store::{Digest, Store, StoreError};
 
-/// The JSON body (or the `request` field of a multipart one), as [`parse`] reads it: unchecked.
-#[derive(Debug, Default, Deserialize)]
+/// The wire form of a request, not validated: the JSON body, or the `request` field of a multipart body.
+#[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SceneBody {
     pub text: Option<String>,
@@ -35,23 +36,11 @@ pub struct SceneBody {
 }
 
 /// Where an image is, or its bytes; one of them.
-#[derive(Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ImageSource {
     pub base64: Option<String>,
     pub url: Option<String>,
-}
-
-/// The content of a request before validation.
-#[derive(Clone, Debug, Default)]
-pub struct Draft {
-    pub text: Option<String>,
-    /// The bytes of an image file.
-    pub image: Option<Bytes>,
-    /// Drawn when absent.
-    pub seed: Option<u64>,
-    pub labels: BTreeMap<String, String>,
-    pub options: RequestOptions,
 }
 
 /// A submission that may be enqueued.
@@ -65,24 +54,52 @@ pub struct Submission {
     pub body_digest: Digest,
 }
 
-/// Reads and checks a request's body.
-pub async fn read(api: &Api, request: Request) -> Result<Submission, Problem> {
+impl Submission {
+    /// Stores the image, if there is one, and returns the row to insert. `default_budget_usd` applies to requests
+    /// without a budget.
+    ///
+    /// # Errors
+    ///
+    /// A [`StoreError`] if the image cannot be stored.
+    pub async fn into_row(
+        self,
+        store: &Store,
+        tenant_id: TenantId,
+        default_budget_usd: f64,
+        idempotency_key: Option<String>,
+    ) -> Result<NewScene, StoreError> {
+        if let Some(image) = self.image {
+            store.blobs().put(image.bytes).await?;
+        }
+        Ok(NewScene {
+            tenant_id,
+            budget_micro_usd: self.request.options.budget(default_budget_usd).0,
+            request: json!(self.request),
+            labels: self.labels,
+            idempotency: idempotency_key.map(|key| (key, self.body_digest.to_string())),
+        })
+    }
+}
+
+/// Reads the body of a request, loads its image, and validates both.
+pub async fn receive(api: &Api, request: Request) -> Result<Submission, Problem> {
     let limit = std::time::Duration::from_secs(api.settings.body_timeout_secs);
-    let (body, file) = tokio::time::timeout(limit, receive(api, request)).await.map_err(|_| {
+    let (mut body, file) = tokio::time::timeout(limit, read_body(api, request)).await.map_err(|_| {
         Problem::new(
             ProblemType::RequestTimeout,
             "body_too_slow",
             format!("the body did not arrive within {} seconds", limit.as_secs()),
         )
     })??;
-    check(api, body, file).await
+    let image = load_image(api, &mut body, file).await?;
+    validate_apart(api, body, image).await
 }
 
-async fn receive(api: &Api, request: Request) -> Result<(SceneBody, Option<Bytes>), Problem> {
+async fn read_body(api: &Api, request: Request) -> Result<(SceneBody, Option<Bytes>), Problem> {
     let kind = media_type(request.headers());
     match kind.as_str() {
         "application/json" => Ok((parse(&json_bytes(api, request.into_body()).await?)?, None)),
-        "multipart/form-data" => receive_multipart(request).await,
+        "multipart/form-data" => read_multipart(request).await,
         _ => Err(Problem::new(
             ProblemType::UnsupportedMediaType,
             "body_format",
@@ -91,10 +108,10 @@ async fn receive(api: &Api, request: Request) -> Result<(SceneBody, Option<Bytes
     }
 }
 
-async fn receive_multipart(request: Request) -> Result<(SceneBody, Option<Bytes>), Problem> {
+async fn read_multipart(request: Request) -> Result<(SceneBody, Option<Bytes>), Problem> {
     let refused = |status: axum::http::StatusCode, text: String| {
         if status == axum::http::StatusCode::PAYLOAD_TOO_LARGE {
-            Problem::new(ProblemType::PayloadTooLarge, "body_too_large", "send a smaller picture")
+            Problem::new(ProblemType::PayloadTooLarge, "body_too_large", "send a smaller image")
         } else {
             Problem::new(ProblemType::MalformedRequest, "malformed_multipart", text)
         }
@@ -181,48 +198,58 @@ pub fn parse<T: for<'de> Deserialize<'de>>(bytes: &[u8]) -> Result<T, Problem> {
     })
 }
 
-async fn check(api: &Api, body: SceneBody, file: Option<Bytes>) -> Result<Submission, Problem> {
-    let mut image = file;
-    match (body.image, &image) {
+/// The content of the image of the request: the file of the form, or what `body.image` names, which is taken out.
+async fn load_image(api: &Api, body: &mut SceneBody, file: Option<Bytes>) -> Result<Option<Bytes>, Problem> {
+    match (body.image.take(), file) {
+        (None, file) => Ok(file),
+        (Some(_), Some(_)) => Err(Problem::invalid(vec![FieldError::new(
+            "",
+            "the image is there twice; send it as the form's `image` or in `request`",
+        )])),
         (Some(source), None) => match image_of(api, source).await {
-            Ok(bytes) => image = Some(bytes),
-            Err((pointer, detail)) => return Err(Problem::invalid(vec![FieldError::new(pointer, detail)])),
+            Ok(bytes) => Ok(Some(bytes)),
+            Err((pointer, detail)) => Err(Problem::invalid(vec![FieldError::new(pointer, detail)])),
         },
-        (Some(_), Some(_)) => {
-            return Err(Problem::invalid(vec![FieldError::new(
-                "",
-                "the picture is there twice; send it as the form's `image` or in `request`",
-            )]));
-        }
-        (None, _) => {}
     }
-    let draft = Draft { text: body.text, image, seed: body.seed, labels: body.labels, options: body.options };
-    // Images are decoded a few at a time.
-    let turn = match &draft.image {
+}
+
+/// [`validate`] on a thread that may block; images are decoded a few at a time.
+async fn validate_apart(api: &Api, body: SceneBody, image: Option<Bytes>) -> Result<Submission, Problem> {
+    let permit = match &image {
         Some(_) => api.decoders.clone().acquire_owned().await.ok(),
         None => None,
     };
-    let (settings, validate) = (api.settings.clone(), api.validate.clone());
-    let accepted = tokio::task::spawn_blocking(move || {
-        let _turn = turn;
-        accept(draft, &settings, &validate)
+    let (settings, validate_settings) = (api.settings.clone(), api.validate.clone());
+    let validated = tokio::task::spawn_blocking(move || {
+        let _permit = permit;
+        validate(body, image, &settings, &validate_settings)
     });
-    accepted.await.unwrap_or_else(|_| Err(image::unreadable("its decoder gave up")))
+    validated.await.unwrap_or_else(|_| Err(image::unreadable("its decoder gave up")))
 }
 
-/// Checks a draft in full; what comes back may be enqueued. Decodes the image, so it blocks.
-pub fn accept(draft: Draft, settings: &Settings, validate: &Validate) -> Result<Submission, Problem> {
+/// Validates a request; the result may be enqueued. `image` is the content of an image file, wherever it came from;
+/// `body.image` is not read. Decodes the image, so it blocks.
+///
+/// # Errors
+///
+/// A [`Problem`] with every violation of the body, or with the reason why the image is refused.
+pub fn validate(
+    body: SceneBody,
+    image: Option<Bytes>,
+    settings: &Settings,
+    validate_settings: &Validate,
+) -> Result<Submission, Problem> {
     let mut errors = Vec::new();
     let mut wrong = |pointer: &str, detail: String| errors.push(FieldError::new(pointer, detail));
-    if draft.seed.is_some_and(|seed| seed > MAX_SEED) {
+    if body.seed.is_some_and(|seed| seed > MAX_SEED) {
         wrong("/seed", format!("must be at most {MAX_SEED}"));
     }
-    check_labels(&draft.labels, &mut wrong);
-    for Violation { pointer, detail } in draft.options.violations() {
+    check_labels(&body.labels, &mut wrong);
+    for Violation { pointer, detail } in body.options.violations() {
         wrong(&format!("/options{pointer}"), detail);
     }
     let mut text = None;
-    match (&draft.text, &draft.image) {
+    match (&body.text, &image) {
         (Some(given), None) => match check_text(given, settings.max_text_chars) {
             Ok(checked) => text = Some(checked),
             Err(detail) => wrong("/text", detail),
@@ -234,7 +261,7 @@ pub fn accept(draft: Draft, settings: &Settings, validate: &Validate) -> Result<
     if !errors.is_empty() {
         return Err(Problem::invalid(errors));
     }
-    let image = draft.image.map(|bytes| image::check(bytes, settings)).transpose()?;
+    let image = image.map(|bytes| image::check(bytes, settings)).transpose()?;
     let input = match &image {
         Some(image) => {
             Input::Image { sha256: image.digest.to_string(), media_type: image.media_type.to_owned() }
@@ -242,15 +269,15 @@ pub fn accept(draft: Draft, settings: &Settings, validate: &Validate) -> Result<
         None => Input::Text { text: text.unwrap_or_default() },
     };
     let content =
-        json!({ "input": input, "seed": draft.seed, "labels": draft.labels, "options": draft.options });
+        json!({ "input": input, "seed": body.seed, "labels": body.labels, "options": body.options });
     let body_digest = Digest::of(content.to_string().as_bytes());
-    let seed = draft.seed.unwrap_or_else(draw_seed);
-    let request = SceneRequest { version: SceneRequest::VERSION, input, seed, options: draft.options };
-    let errors = validate(&request);
+    let seed = body.seed.unwrap_or_else(draw_seed);
+    let request = SceneRequest { version: SceneRequest::VERSION, input, seed, options: body.options };
+    let errors = validate_settings(&request);
     if !errors.is_empty() {
         return Err(Problem::invalid(errors));
     }
-    Ok(Submission { request, labels: draft.labels, image, body_digest })
+    Ok(Submission { request, labels: body.labels, image, body_digest })
 }
 
 /// A random seed, for a request without one; the scene reports it.
@@ -282,7 +309,7 @@ async fn image_of(api: &Api, source: ImageSource) -> Result<Bytes, (&'static str
             .map(Bytes::from)
             .map_err(|_| ("/image/base64", "is no base64; encode the file's bytes with padding".to_owned())),
         (None, Some(_)) if !api.settings.fetch_images => {
-            let message = "this server fetches no pictures; send the bytes as `base64` or as multipart";
+            let message = "this server fetches no images; send the bytes as `base64` or as multipart";
             Err(("/image/url", message.to_owned()))
         }
         (None, Some(url)) => {

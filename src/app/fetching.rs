@@ -26,18 +26,24 @@ pub fn fetch_image(settings: &api::Settings) -> FetchImage {
                 Some((client(named)?, client(strict)?))
             });
             let Some((named, strict)) = made else {
-                return Err("this server cannot fetch pictures; send the bytes as `base64`".to_owned());
+                return Err("this server cannot fetch images; send the bytes as `base64`".to_owned());
             };
-            let client = if is_named(&url, &hosts) { named } else { strict };
+            let is_allowed_plain = is_named(&url, &hosts);
+            let is_plain = !is_allowed_plain && url.to_ascii_lowercase().starts_with("http://");
+            let client = if is_allowed_plain { named } else { strict };
             let outgoing = HttpRequest::get(url);
             let reply = match tokio::time::timeout(timeout, client.send(&outgoing, max_bytes)).await {
                 Ok(Ok(reply)) => reply,
+                Ok(Err(error)) if is_plain => {
+                    let advice = "use https, or let the operator name the host in server.fetch_hosts";
+                    return Err(format!("cannot be fetched: {error}; {advice}"));
+                }
                 Ok(Err(error)) => return Err(format!("cannot be fetched: {error}")),
                 Err(_) => return Err(format!("did not come within {} s", timeout.as_secs())),
             };
             match reply.status {
                 200 => Ok(reply.body),
-                status => Err(format!("was answered with status {status} in place of a picture")),
+                status => Err(format!("was answered with status {status} in place of an image")),
             }
         }
         .boxed()

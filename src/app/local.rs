@@ -1,7 +1,6 @@
 //! One scene, built in this process the way the server builds it: submitted to the store, taken by a
 //! worker, followed through its events.
 
-use serde_json::json;
 use tokio_util::sync::CancellationToken;
 
 use super::AppError;
@@ -11,7 +10,7 @@ use crate::worker::BuildScene;
 use scene::{JobId, SceneId};
 use store::events::Event;
 use store::jobs::JobRow;
-use store::scenes::{NewScene, SceneRow, SubmitOutcome};
+use store::scenes::{SceneRow, SubmitOutcome};
 use store::{DEFAULT_TENANT, Outage, Store, StoreError};
 
 /// How it ended.
@@ -33,16 +32,8 @@ pub async fn run(
     cancel: CancellationToken,
     mut tell: impl FnMut(&Event),
 ) -> Result<Ended, AppError> {
-    if let Some(image) = &submission.image {
-        store.blobs().put(image.bytes.clone()).await?;
-    }
-    let new = NewScene {
-        tenant_id: DEFAULT_TENANT.clone(),
-        request: json!(submission.request),
-        labels: submission.labels,
-        budget_micro_usd: submission.request.options.budget(config.server.usual_budget_usd).0,
-        idempotency: None,
-    };
+    let budget_usd = config.server.usual_budget_usd;
+    let new = submission.into_row(store, DEFAULT_TENANT.clone(), budget_usd, None).await?;
     let (scene_id, job_id) = match store.submit(new).await? {
         SubmitOutcome::Created { scene_id, job_id } | SubmitOutcome::Replayed { scene_id, job_id } => {
             (scene_id, job_id)

@@ -14,7 +14,7 @@ use super::output_dir::{self, Folder};
 use super::progress::Progress;
 use super::scene_summary::{self, Outcome};
 use super::{Exit, Failure, certificate, runtime, signals, terminal};
-use crate::api::submission::{Draft, Submission, accept};
+use crate::api::submission::{self, SceneBody, Submission};
 use crate::app::config::keys::keys;
 use crate::app::config::{Config, Origin, Resolved, shapes_scenes};
 use crate::app::local;
@@ -79,19 +79,20 @@ pub fn run(mut arguments: Arguments) -> Result<Exit, Failure> {
     adapt(&mut resolved, arguments.data_dir.is_some());
     logging::start(&resolved.config.log);
 
-    let draft = Draft {
+    let image = arguments.image.as_deref().map(|path| read_image(path, &resolved.config)).transpose()?;
+    let body = SceneBody {
         text: arguments.text.clone(),
-        image: arguments.image.as_deref().map(|path| read_image(path, &resolved.config)).transpose()?,
         seed: arguments.seed,
-        labels: Default::default(),
         options: RequestOptions {
             max_objects: arguments.max_objects,
             set: own.into_iter().collect(),
             ..RequestOptions::default()
         },
+        ..SceneBody::default()
     };
+    let settings = &resolved.config.server;
     let submission =
-        accept(draft, &resolved.config.server, &app::pipeline::validate(&resolved)).map_err(refused)?;
+        submission::validate(body, image, settings, &app::pipeline::validate(&resolved)).map_err(refused)?;
     let build = app::pipeline::build_pipeline(&resolved)?;
     let out = arguments.out.clone().unwrap_or_else(|| PathBuf::from("out"));
     // The default folder holds one folder per bundle, so it may hold anything itself.
@@ -213,17 +214,16 @@ impl Arguments {
 }
 
 fn read_image(path: &Path, config: &Config) -> Result<bytes::Bytes, Failure> {
-    let unreadable = |error: std::io::Error| {
-        Failure::usage(format!("cannot read the picture {}: {error}", path.display()))
-    };
+    let unreadable =
+        |error: std::io::Error| Failure::usage(format!("cannot read the image {}: {error}", path.display()));
     let about = std::fs::metadata(path).map_err(unreadable)?;
     let limit = config.server.max_image_bytes;
     if !about.is_file() {
-        return Err(Failure::usage(format!("the picture {} is not a file", path.display())));
+        return Err(Failure::usage(format!("the image {} is not a file", path.display())));
     }
     if about.len() > limit as u64 {
         return Err(Failure::usage(format!(
-            "the picture {} has {} bytes; give one of at most {limit}",
+            "the image {} has {} bytes; give one of at most {limit}",
             path.display(),
             about.len()
         )));

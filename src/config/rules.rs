@@ -28,7 +28,7 @@ pub(super) fn broken(config: &Config) -> Vec<(&'static str, String)> {
         "server.max_body_bytes",
         server.max_body_bytes / 4 * 3 >= server.max_image_bytes,
         format!(
-            "{} bytes of body hold no base64 picture of server.max_image_bytes = {}; a third more is needed",
+            "{} bytes of body hold no base64 image of server.max_image_bytes = {}; a third more is needed",
             server.max_body_bytes, server.max_image_bytes
         ),
     );

@@ -56,16 +56,16 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Recognition, S
 /// Ports answer data, and data is checked: unique names, positive sizes, supports that end at the table.
 fn check(recognition: &Recognition, image: &Image) -> Result<(), StageError> {
     let wrong = |what: String| {
-        StageError::permanent("recognition_inconsistent", format!("recognizing the picture: {what}"))
+        StageError::permanent("recognition_inconsistent", format!("recognizing the image: {what}"))
     };
     let camera = &recognition.camera;
     if (camera.width_px, camera.height_px) != (image.width_px(), image.height_px()) {
-        return Err(wrong("the camera belongs to a picture of another size".into()));
+        return Err(wrong("the camera belongs to an image of another size".into()));
     }
     if recognition.objects.is_empty() {
         return Err(StageError::permanent(
             "nothing_on_the_table",
-            "no object was found on the table; send a picture of a table with things on it",
+            "no object was found on the table; send an image of a table with things on it",
         ));
     }
     for (index, object) in recognition.objects.iter().enumerate() {

@@ -122,13 +122,10 @@ async fn rendered(context: &Context, inputs: &Inputs, text: &str) -> Result<Outp
 
 async fn given(context: &Context, sha256: &str) -> Result<Output, StageError> {
     let unreadable = |cause: String| {
-        StageError::permanent(
-            "image_unreadable",
-            format!("the picture cannot be read ({cause}); send another"),
-        )
+        StageError::permanent("image_unreadable", format!("the image cannot be read ({cause}); send another"))
     };
     let digest = Digest::parse(sha256).map_err(|error| unreadable(error.to_string()))?;
-    let bytes = context.blob(&digest, "the picture of the request").await?;
+    let bytes = context.blob(&digest, "the image of the request").await?;
     let decoded = context
         .cpu(move || {
             let image = decode_oriented_image(&bytes, MAX_DECODED_PX)?;

@@ -100,13 +100,13 @@ fn check_masks(masks: &[InstanceMask], recognition: &Recognition, image: &Image)
     if !named || masks.iter().any(|m| (m.visible.width_px(), m.visible.height_px()) != size) {
         return Err(StageError::permanent(
             "masks_inconsistent",
-            "segmenting the picture: the masks are not those of the recognized objects",
+            "segmenting the image: the masks are not those of the recognized objects",
         ));
     }
     match masks.iter().find(|mask| mask.visible.area_px() == 0) {
         Some(hidden) => Err(StageError::permanent(
             "object_not_visible",
-            format!("segmenting the picture: {} shows nowhere; use another seed or picture", hidden.id),
+            format!("segmenting the image: {} shows nowhere; use another seed or image", hidden.id),
         )),
         None => Ok(()),
     }
@@ -117,7 +117,7 @@ fn check_table(output: &Output, image: &Image) -> Result<(), StageError> {
     match &output.table {
         Some(table) if (table.width_px(), table.height_px()) != size => Err(StageError::permanent(
             "masks_inconsistent",
-            "segmenting the picture: the table's mask belongs to a picture of another size",
+            "segmenting the image: the table's mask belongs to an image of another size",
         )),
         _ => Ok(()),
     }

@@ -103,7 +103,8 @@ impl JobAttempt {
         for pause_ms in [100, 1000, 5000] {
             match self.store.finish(lease, outcome.clone()).await {
                 Ok(state) => {
-                    metrics::counter!("tabletopgen_job_turns_total", "state" => state.as_str()).increment(1);
+                    metrics::counter!("tabletopgen_job_attempts_total", "state" => state.as_str())
+                        .increment(1);
                     tracing::info!(%state, "the job's attempt is over");
                     return;
                 }

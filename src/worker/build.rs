@@ -6,13 +6,13 @@ use futures::future::BoxFuture;
 
 use crate::pipeline::checkpoint::{CancelFlag, Checkpoints};
 use crate::pipeline::error::StageError;
-use scene::job::SceneRequest;
-use scene::{JobId, SceneId};
+use scene::{JobId, SceneId, SceneRequest};
 
 /// The finished scene's blobs (stored already) and its summary.
 pub use store::artifacts::{ArchiveRow, BuiltScene, FileRow};
 
-/// The whole pipeline: a request in, a stored bundle out.
+/// The whole pipeline: a request in, a stored bundle out. Made by `app::pipeline::build_pipeline`; calls
+/// `pipeline::build_scene`.
 pub type BuildScene =
     Arc<dyn Fn(JobContext) -> BoxFuture<'static, Result<BuiltScene, StageError>> + Send + Sync>;
 

@@ -51,7 +51,7 @@ impl SidecarSegmenter {
         let png = call
             .compute(Port::Segmenter, move |_| {
                 image::sent(&image, SENT_PX).map_err(|error| {
-                    rejected("image_unreadable", format!("the picture cannot be sent: {error}"))
+                    rejected("image_unreadable", format!("the image cannot be sent: {error}"))
                 })
             })
             .await?;
@@ -89,7 +89,7 @@ impl Segmenter for SidecarSegmenter {
                         "object_not_found",
                         format!(
                             "the segmenter finds nothing that could be {id}; lower \
-                             providers.segmenter_sidecar.box_threshold, or recognize the picture again"
+                             providers.segmenter_sidecar.box_threshold, or recognize the image again"
                         ),
                     )
                 })?;

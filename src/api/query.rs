@@ -1,0 +1,184 @@
+//! Query parameters: a typed extractor, and the types of the parameters that several routes have.
+
+use axum::extract::FromRequestParts;
+use axum::extract::Query;
+use axum::http::request::Parts;
+use base64::Engine as _;
+use base64::engine::general_purpose::URL_SAFE_NO_PAD;
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
+
+use super::error::{Problem, ProblemType};
+use scene::SceneId;
+
+/// The parameters of a query as a struct, which should deny unknown fields. A parameter that is unknown, repeated or
+/// invalid gives the problem `invalid_parameter`.
+pub struct Parameters<T>(pub T);
+
+impl<T: DeserializeOwned, S: Sync> FromRequestParts<S> for Parameters<T> {
+    type Rejection = Problem;
+
+    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, Problem> {
+        match Query::try_from_uri(&parts.uri) {
+            Ok(Query(parameters)) => Ok(Self(parameters)),
+            Err(rejection) => {
+                // The source names the parameter; the rejection itself repeats it behind a fixed sentence.
+                let reason = std::error::Error::source(&rejection)
+                    .map_or_else(|| rejection.body_text(), ToString::to_string);
+                let detail = format!("query parameters: {reason}");
+                Err(Problem::new(ProblemType::MalformedRequest, "invalid_parameter", detail))
+            }
+        }
+    }
+}
+
+/// Number of items of a page, 1 to 200; 50 if absent.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[serde(try_from = "String")]
+pub struct PageSize(u32);
+
+impl PageSize {
+    pub fn get(self) -> u32 {
+        self.0
+    }
+}
+
+impl Default for PageSize {
+    fn default() -> Self {
+        Self(50)
+    }
+}
+
+impl TryFrom<String> for PageSize {
+    type Error = &'static str;
+
+    fn try_from(text: String) -> Result<Self, Self::Error> {
+        let size = text.parse().ok().filter(|size| (1..=200).contains(size));
+        size.map(Self).ok_or("must be a whole number from 1 to 200")
+    }
+}
+
+/// Opaque token that continues a list after a scene.
+#[derive(Clone, Debug, Deserialize, PartialEq, Eq)]
+#[serde(try_from = "String")]
+pub struct PageToken(pub SceneId);
+
+impl std::fmt::Display for PageToken {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&URL_SAFE_NO_PAD.encode(self.0.as_str()))
+    }
+}
+
+impl TryFrom<String> for PageToken {
+    type Error = &'static str;
+
+    fn try_from(token: String) -> Result<Self, Self::Error> {
+        let id = URL_SAFE_NO_PAD.decode(token).ok().and_then(|bytes| String::from_utf8(bytes).ok());
+        id.and_then(|id| SceneId::try_from(id).ok())
+            .map(Self)
+            .ok_or("take it from `next_page_token` of the page before, unchanged")
+    }
+}
+
+/// A label that scenes must have, `key:value`.
+#[derive(Clone, Debug, Deserialize, PartialEq, Eq)]
+#[serde(try_from = "String")]
+pub struct LabelFilter {
+    pub key: String,
+    pub value: String,
+}
+
+impl TryFrom<String> for LabelFilter {
+    type Error = &'static str;
+
+    fn try_from(text: String) -> Result<Self, Self::Error> {
+        let (key, value) = text.split_once(':').ok_or("must be `key:value`")?;
+        Ok(Self { key: key.to_owned(), value: value.to_owned() })
+    }
+}
+
+/// Sequence number of an event, 0 or more.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
+#[serde(try_from = "String")]
+pub struct Sequence(pub i64);
+
+impl TryFrom<String> for Sequence {
+    type Error = &'static str;
+
+    fn try_from(text: String) -> Result<Self, Self::Error> {
+        let sequence = text.parse().ok().filter(|sequence| *sequence >= 0);
+        sequence.map(Self).ok_or("must be the `seq` of an event")
+    }
+}
+
+/// A time in RFC 3339, such as `2026-01-31T12:00:00Z`.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[serde(try_from = "String")]
+pub struct Time(jiff::Timestamp);
+
+impl Time {
+    /// Milliseconds since 1970.
+    pub fn as_ms(self) -> i64 {
+        self.0.as_millisecond()
+    }
+}
+
+impl TryFrom<String> for Time {
+    type Error = &'static str;
+
+    fn try_from(text: String) -> Result<Self, Self::Error> {
+        text.parse().map(Self).map_err(|_| "must be a time such as 2026-01-31T12:00:00Z")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[derive(Debug, Default, Deserialize, PartialEq)]
+    #[serde(deny_unknown_fields, default)]
+    struct Example {
+        label: Option<LabelFilter>,
+        page_size: PageSize,
+        page_token: Option<PageToken>,
+        created_after: Option<Time>,
+    }
+
+    async fn parse(query: &str) -> Result<Example, String> {
+        let request = axum::http::Request::get(format!("/scenes?{query}")).body(()).expect("a request");
+        let extracted = Parameters::from_request_parts(&mut request.into_parts().0, &()).await;
+        extracted.map(|Parameters(example)| example).map_err(|problem| problem.detail)
+    }
+
+    #[tokio::test]
+    async fn parameters_are_decoded_and_typed() {
+        let parsed =
+            parse("label=a%3Ab+c&page_size=7&created_after=2000-02-29T00:00:00Z").await.expect("valid");
+        assert_eq!(parsed.label, Some(LabelFilter { key: "a".to_owned(), value: "b c".to_owned() }));
+        assert_eq!((parsed.page_size.get(), parsed.page_token), (7, None));
+        assert_eq!(parsed.created_after.map(Time::as_ms), Some(951_782_400_000));
+        assert_eq!(parse("").await, Ok(Example::default()));
+    }
+
+    #[tokio::test]
+    async fn invalid_parameters_are_named() {
+        for (query, named) in [
+            ("colour=red", "colour"),
+            ("page_size=7&page_size=8", "page_size"),
+            ("page_size=0", "from 1 to 200"),
+            ("page_token=Li4vLi4vbG9jaw", "next_page_token"),
+            ("label=nocolon", "key:value"),
+            ("created_after=2001-02-29T00:00:00Z", "2026-01-31T12:00:00Z"),
+            ("created_after=yesterday", "2026-01-31T12:00:00Z"),
+        ] {
+            let detail = parse(query).await.expect_err(query);
+            assert!(detail.contains(named), "{query}: {detail}");
+        }
+    }
+
+    #[test]
+    fn page_tokens_are_read_again() {
+        let id = SceneId::try_from("0190a3b0-0000-7000-8000-000000000001".to_owned()).expect("an id");
+        assert_eq!(PageToken::try_from(PageToken(id.clone()).to_string()), Ok(PageToken(id)));
+    }
+}
