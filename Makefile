@@ -1,10 +1,10 @@
-# make demo    a sentence and a picture become two scenes under out/
+# make demo    a sentence and an image become two scenes under out/
 # make test    everything: formatting, lints, tests, and independent programs that judge sample scenes
 # make bars    the promises of the README measured in full; writes docs/results/
 # make programs  the README's examples of a sample scene in every program that can be installed; gigabytes
 # make fuzz    every parser of foreign bytes under libFuzzer, ten minutes each; wants a nightly toolchain
 # make build   the release binary
-# make train   pictures are painted and the network that reads pictures is trained on them; hours
+# make train   synthetic images are rendered and the table network is trained on them; hours
 # make advisories  whether a known vulnerability is in Cargo.lock; asks a database on the network
 #
 # Needed: a Rust toolchain, a C compiler and make. For `make demo` also Python 3.9 or later; without one the demo does
@@ -27,7 +27,7 @@ build:
 	@scripts/prerequisites.sh build
 	$(CARGO) build --release --locked --package tabletopgen
 
-# The same with the benchmarks, the painter of training pictures and the stand-in for remote models
+# The same with the benchmarks, the generator of training images and the mock vendors
 lab:
 	@scripts/prerequisites.sh build
 	$(CARGO) build --release --locked --package tabletopgen --package tabletopgen-lab
@@ -54,15 +54,15 @@ programs:
 	@tests/judges/programs.sh
 	@"$(TARGET_DIR)/judges/bin/python" tests/judges/judge.py --only readme "$(TARGET_DIR)"/sample/*/
 
-# TRAINING is where pictures, frames, environment and network go; PICTURES how many are learned from
+# TRAINING is the folder of images, frames, environment and network; IMAGES is the number of training images
 TRAINING ?= out/training
-PICTURES ?= 20000
+IMAGES ?= 20000
 train: lab
-	"$(TARGET_DIR)/release/tabletopgen-lab" synthesize --split validation --count 800 --out "$(TRAINING)/painted"
-	"$(TARGET_DIR)/release/tabletopgen-lab" synthesize --split training --count $(PICTURES) --out "$(TRAINING)/painted"
+	"$(TARGET_DIR)/release/tabletopgen-lab" synthesize --split validation --count 800 --out "$(TRAINING)/images"
+	"$(TARGET_DIR)/release/tabletopgen-lab" synthesize --split training --count $(IMAGES) --out "$(TRAINING)/images"
 	@python="$$(scripts/prerequisites.sh train)" && { test -d "$(TRAINING)/venv" || "$$python" -m venv "$(TRAINING)/venv"; }
 	"$(TRAINING)/venv/bin/python" -m pip install --quiet -r training/requirements.txt
-	"$(TRAINING)/venv/bin/python" training/train.py --painted "$(TRAINING)/painted" --out "$(TRAINING)/network"
+	"$(TRAINING)/venv/bin/python" training/train.py --images "$(TRAINING)/images" --out "$(TRAINING)/network"
 
 # BARS names those to run
 BARS ?= sentences certified generate_time determinism kill certify_time picture_time remote_kill remote_fanout

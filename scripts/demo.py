@@ -1,7 +1,7 @@
-"""`make demo`: a sentence and a picture go in, two bundles come out. Standard library only, of Python 3.9 or later;
+"""`make demo`: a sentence and an image go in, two bundles come out. Standard library only, of Python 3.9 or later;
 demo.sh does the same without a Python and without the server.
 
-    python3 scripts/demo.py --binary target/release/tabletopgen [--out out] [--text T] [--picture F] [--seed N]
+    python3 scripts/demo.py --binary target/release/tabletopgen [--out out] [--text T] [--image F] [--seed N]
 
 Starts the server on its embedded defaults (any free port, temporary data), submits both, shows what
 happens, downloads and unpacks both bundles, prints their certificates and stops the server.
@@ -33,7 +33,7 @@ def main() -> int:
     parser.add_argument("--binary", type=Path, default=root / "target/release/tabletopgen")
     parser.add_argument("--out", type=Path, default=root / "out")
     parser.add_argument("--text", default=TEXT)
-    parser.add_argument("--picture", type=Path, default=root / "docs/demo_table.png")
+    parser.add_argument("--image", type=Path, default=root / "docs/demo_table.png")
     parser.add_argument("--seed", type=int, default=7)
     arguments = parser.parse_args()
     for number in (signal.SIGTERM, signal.SIGHUP):
@@ -41,7 +41,7 @@ def main() -> int:
     log = arguments.out / "server.log"
     try:
         make_room(arguments.out)
-        picture = read_picture(arguments.picture)
+        image = read_image(arguments.image)
         loopback_works()
         log.unlink(missing_ok=True)
         with temporary_data() as data, Server(arguments.binary, data, log) as server:
@@ -49,9 +49,9 @@ def main() -> int:
             print(f"tabletopgen {version} listens on http://127.0.0.1:{server.port} (until this demo ends)\n")
             print(f"the sentence: {arguments.text}")
             make(server, server.submit_text(arguments.text, arguments.seed), arguments.out, "sentence")
-            print(f"the picture: {arguments.picture} ({len(picture)} bytes, nothing else is known about it)")
-            make(server, server.submit_picture(picture, arguments.seed), arguments.out, "picture")
-        print(f"done; look at {arguments.out}/sentence/preview and {arguments.out}/picture/preview,")
+            print(f"the image: {arguments.image} ({len(image)} bytes, nothing else is known about it)")
+            make(server, server.submit_image(image, arguments.seed), arguments.out, "image")
+        print(f"done; look at {arguments.out}/sentence/preview and {arguments.out}/image/preview,")
         print("or load a scene as the README.md beside it says; the server has stopped")
         return 0
     except KeyboardInterrupt:
@@ -85,11 +85,11 @@ def make_room(out: Path):
             raise Problem(f"{folder} has {free // 10**6} MB left and {NEEDED_BYTES // 10**6} MB are needed; free some")
 
 
-def read_picture(path: Path) -> bytes:
+def read_image(path: Path) -> bytes:
     try:
         return path.read_bytes()
     except OSError as error:
-        raise Problem(f"the picture {path} cannot be read: {error.strerror}")
+        raise Problem(f"the image {path} cannot be read: {error.strerror}")
 
 
 def make(server, scene, out: Path, name: str):

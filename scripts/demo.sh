@@ -6,7 +6,7 @@ set -eu
 
 binary=$1 out=${2:-out}
 text="A wooden desk with a laptop, a mug with two pencils in it, three books stacked on each other, a plate with two apples and a potted plant"
-picture=$(CDPATH= cd -- "$(dirname -- "$0")/.." && pwd)/docs/demo_table.png
+image=$(CDPATH= cd -- "$(dirname -- "$0")/.." && pwd)/docs/demo_table.png
 
 generate() {
     name=$1
@@ -22,7 +22,7 @@ echo "no Python 3.9 or later is here: the demo does without the server, and make
 echo
 echo "the sentence: $text"
 generate sentence --text "$text"
-echo "the picture: $picture"
-generate picture --image "$picture"
-echo "done; look at $out/sentence/preview and $out/picture/preview,"
+echo "the image: $image"
+generate image --image "$image"
+echo "done; look at $out/sentence/preview and $out/image/preview,"
 echo "or load a scene as the README.md beside it says"

@@ -1,6 +1,6 @@
 """Fuzzes each parser of bytes that somebody else wrote (fuzz/), one after the other; writes docs/results/fuzz.md.
 
-    python3 scripts/fuzz.py [--target-dir target] [--seconds 600] [--only glb,pictures] [--build-only]
+    python3 scripts/fuzz.py [--target-dir target] [--seconds 600] [--only glb,images] [--build-only]
 
 Needs a nightly toolchain, for the coverage that libFuzzer steers by; cargo-fuzz is not needed. Each target
 begins with the files of fuzz/seeds/ and tests/fixtures/hostile/; what it finds on the way stays in the corpus
@@ -37,14 +37,14 @@ COVERAGE = [
 # Target, what it reads, folders and files of tests/ that it begins with beside its seeds.
 TARGETS = [
     ("glb", "GLB files of mesh generators", ["fixtures/hostile/glb"]),
-    ("wavefront", "OBJ files, with MTL files and pictures, in ZIP archives and plain", ["fixtures/hostile/archive"]),
-    ("pictures", "PNG, JPEG and WebP of requests, painters and textures", ["fixtures/hostile/picture"]),
+    ("wavefront", "OBJ files, with MTL files and images, in ZIP archives and plain", ["fixtures/hostile/archive"]),
+    ("images", "PNG, JPEG and WebP of requests, image generators and textures", ["fixtures/hostile/picture"]),
     ("segmentations", "answers of the segmenter's server: boxes, words, masks as run lengths", ["fixtures/hostile/answer"]),
     ("vendor_answers", "answers of chat, painting and mesh endpoints as they come over the wire", ["fixtures/hostile/answer"]),
     ("cassettes", "recordings", ["fixtures/hostile/answer"]),
-    ("weights", "safetensors files of the picture network and of DINOv2, with its config.json", []),
-    ("requests", "bodies of POST /scenes, with their options, settings and pictures", ["fixtures/hostile/answer"]),
-    ("chat_words", "what chat models say to each question", ["fixtures/hostile/answer"]),
+    ("weights", "safetensors files of the table network and of DINOv2, with its config.json", []),
+    ("requests", "bodies of POST /scenes, with their options, settings and images", ["fixtures/hostile/answer"]),
+    ("chat_answers", "answers of chat models to each question", ["fixtures/hostile/answer"]),
 ]
 
 RSS_LIMIT_MB, MALLOC_LIMIT_MB, TIMEOUT_SECS, MAX_LEN = 2048, 1024, 10, 65536

@@ -159,7 +159,7 @@ class Server:
     def submit_text(self, text, seed=None, **more):
         return self.json("POST", "/scenes", dict({"text": text}, **({} if seed is None else {"seed": seed}), **more))
 
-    def submit_picture(self, content: bytes, seed=None):
+    def submit_image(self, content: bytes, seed=None):
         """As a browser's form would send it: bytes and nothing about them."""
         boundary = uuid.uuid4().hex
         parts = [(b'name="image"; filename="picture"', b"application/octet-stream", content)]

@@ -1,8 +1,8 @@
 """Trains the network that reads pictures of tables, and writes its weights.
 
-    python training/train.py --painted out/painted --out out/network
+    python training/train.py --images out/images --out out/network
 
-`--painted` has the folders `training` and `validation` that `tabletopgen-lab synthesize` wrote. Whatever `--out` holds of an
+`--images` has the folders `training` and `validation` that `tabletopgen-lab synthesize` wrote. Whatever `--out` holds of an
 earlier run with the same numbers is gone on with: frames are packed once, a checkpoint is written every --every steps and
 again at the end; --steps may be another as long as the learning rate has not begun to fall. The run is seeded; the order of
 the pictures depends on the seed and the step alone. Written are
@@ -352,7 +352,7 @@ def plot(history, path):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--painted", type=Path, required=True)
+    parser.add_argument("--images", type=Path, required=True)
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--steps", type=int, default=20000)
     parser.add_argument("--batch", type=int, default=16)
@@ -368,7 +368,7 @@ def main():
     arguments = parser.parse_args()
     arguments.processes = arguments.processes or (torch.cuda.device_count() if arguments.device == "cuda" else os.cpu_count())
     arguments.out.mkdir(parents=True, exist_ok=True)
-    training, _ = (pack(arguments.painted / part, arguments.out / "frames" / part, os.cpu_count()) for part in ("training", "validation"))
+    training, _ = (pack(arguments.images / part, arguments.out / "frames" / part, os.cpu_count()) for part in ("training", "validation"))
     identity = {name: getattr(arguments, name) for name in ("batch", "processes", "rate", "small_share", "seed")}
     identity.update(pictures=len(training["whole"]), began_with=str(arguments.begin_with or ""))
     checkpoint = arguments.out / "checkpoint.pt"

@@ -42,13 +42,13 @@ class WithoutPython(unittest.TestCase):
         code, words, errors = self.place.run("demo.sh", binary, "away")
         self.assertEqual((code, errors), (0, ""))
         asked = re.findall(r"<generate>\n((?:<.*>\n?)+)", words)
-        picture = SCRIPTS.parent / "docs/demo_table.png"
-        wanted = [["--text", demo.TEXT, "sentence"], ["--image", str(picture), "picture"]]
+        image = SCRIPTS.parent / "docs/demo_table.png"
+        wanted = [["--text", demo.TEXT, "sentence"], ["--image", str(image), "image"]]
         for (option, value, name), told in zip(wanted, asked):
             self.assertEqual(told.split("\n")[:-1], [f"<{w}>" for w in (option, value, "--seed", "7", "--out", f"away/{name}")])
         self.assertEqual(len(asked), 2)
-        self.assertTrue(picture.is_file())
-        self.assertIn("look at away/sentence/preview and away/picture/preview", words)
+        self.assertTrue(image.is_file())
+        self.assertIn("look at away/sentence/preview and away/image/preview", words)
 
     def test_a_scene_that_did_not_come_ends_it(self):
         binary = self.place.program("tabletopgen", "#!/bin/sh\nexit 3\n")

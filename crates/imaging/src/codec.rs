@@ -49,16 +49,16 @@ pub struct ImageHeader {
 /// Why bytes were not decoded as an image.
 #[derive(Debug, thiserror::Error)]
 pub enum CodecError {
-    #[error("these bytes are no picture of an accepted format (PNG, JPEG, WebP)")]
+    #[error("these bytes are no image of an accepted format (PNG, JPEG, WebP)")]
     UnknownFormat,
     #[error(
-        "the picture is {width_px} x {height_px} pixels; decoding stops at {max_side_px} a side or \
+        "the image is {width_px} x {height_px} pixels; decoding stops at {max_side_px} a side or \
          {max_pixels} in all"
     )]
     TooLarge { width_px: u32, height_px: u32, max_side_px: u32, max_pixels: u64 },
-    #[error("the picture moves; send a single one")]
+    #[error("the image is animated; send a still image")]
     Animated,
-    #[error("the picture could not be decoded; send an intact file")]
+    #[error("the image could not be decoded; send an intact file")]
     Broken(#[source] image::ImageError),
 }
 

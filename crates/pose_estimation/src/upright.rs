@@ -78,7 +78,7 @@ pub struct UprightPose {
 pub enum UprightError {
     #[error("standing a mesh up: it has no triangles or no extent; reconstruct it again")]
     EmptyMesh,
-    #[error("standing a mesh up: the instance's mask is empty or not as large as the camera's picture")]
+    #[error("standing a mesh up: the instance's mask is empty or not as large as the camera's image")]
     NoMask,
     #[error("standing a mesh up: its commonsense size is not positive; measure it again")]
     NoSize,

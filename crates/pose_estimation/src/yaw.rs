@@ -149,7 +149,7 @@ pub enum YawError {
     EmptyMask,
     #[error("estimating a yaw: the mesh has no triangles; reconstruct it again")]
     EmptyMesh,
-    #[error("estimating a yaw: the masks are not as large as the camera's picture")]
+    #[error("estimating a yaw: the masks are not as large as the camera's image")]
     DifferentSizes,
     #[error(transparent)]
     Gpu(#[from] GpuError),

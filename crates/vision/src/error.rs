@@ -7,31 +7,31 @@ use runtime::Cancelled;
 #[derive(Debug, thiserror::Error)]
 pub enum VisionError {
     #[error(
-        "reading the picture: {width_px} x {height_px} pixels are too few to tell things apart; send one \
+        "reading the image: {width_px} x {height_px} pixels are too few to tell things apart; send one \
          of at least 160 pixels a side"
     )]
     TooSmall { width_px: u32, height_px: u32 },
     #[error(
-        "reading the picture: nothing that stands on a table top could be told apart in it; send a picture of one whole \
+        "reading the image: nothing that stands on a table top could be told apart in it; send an image of one whole \
          table, seen somewhat from above, with things on it that differ from the top"
     )]
     NoObjects,
     #[error(
-        "reading the picture: {count} separate things were found on the table, more than can be believed \
+        "reading the image: {count} separate things were found on the table, more than can be believed \
          (a patterned top?); use a plain top or fewer objects"
     )]
     TooManyObjects { count: usize },
     #[error(
-        "reading the picture: no table top fills at least {percent:.0} % of it; send a picture that shows the whole \
+        "reading the image: no table top fills at least {percent:.0} % of it; send an image that shows the whole \
          table"
     )]
     NoTableTop { percent: f64 },
     #[error(
-        "reading the picture: a table top was found, but no camera above it shows it with this outline; hold the camera \
+        "reading the image: a table top was found, but no camera above it shows it with this outline; hold the camera \
          level and show the whole table"
     )]
     NoCamera,
-    #[error("reading the picture: {0}")]
+    #[error("reading the image: {0}")]
     Network(NetworkError),
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
@@ -41,7 +41,7 @@ impl VisionError {
     /// Stable error code, `[a-z_]+`.
     pub fn code(&self) -> &'static str {
         match self {
-            Self::TooSmall { .. } => "picture_too_small",
+            Self::TooSmall { .. } => "image_too_small",
             Self::NoTableTop { .. } => "no_table_top",
             Self::NoCamera => "camera_unclear",
             Self::NoObjects => "no_objects",

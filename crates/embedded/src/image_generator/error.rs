@@ -42,7 +42,7 @@ pub(super) fn hidden(names: &[String]) -> ProviderError {
     rejected(
         "hidden",
         format!(
-            "painting: {} would be hidden in every picture tried; ask for a larger table or fewer objects",
+            "painting: {} would be hidden in every image tried; ask for a larger table or fewer objects",
             if names.is_empty() { "some objects".to_owned() } else { names.join(", ") }
         ),
     )

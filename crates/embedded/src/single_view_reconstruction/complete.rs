@@ -39,7 +39,7 @@ pub fn complete(request: &CompletionRequest, cancel: &CancelFlag) -> Result<Comp
             port: Port::ImageGenerator,
             code: "nothing_visible",
             reason: format!(
-                "no pixel of {} shows in the picture, so it cannot be completed; leave it out",
+                "no pixel of {} shows in the image, so it cannot be completed; leave it out",
                 request.object.id
             ),
         });

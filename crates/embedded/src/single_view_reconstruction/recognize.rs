@@ -54,7 +54,7 @@ pub fn recognize(
             port: Port::Analyst,
             code: "too_many_objects",
             reason: format!(
-                "the picture shows {} things, the request allows {limit}; raise max_objects or send a picture \
+                "the image shows {} things, the request allows {limit}; raise max_objects or send an image \
                  with fewer",
                 reading.objects.len()
             ),
@@ -180,8 +180,8 @@ fn table_model(reading: &ImageReading, options: &RequestOptions) -> Result<Built
         port: Port::Analyst,
         code: "table_differs",
         reason: format!(
-            "the request asks for {what}, but the picture shows a {} table top; leave the table out of the \
-             request or send another picture",
+            "the request asks for {what}, but the image shows a {} table top; leave the table out of the \
+             request or send another image",
             seen[0]
         ),
     };

@@ -242,7 +242,7 @@ fn images_without_table_are_rejected() {
     };
     let codes = ["no_table_top", "no_objects", "camera_unclear"];
     assert!(codes.contains(&code(&Image::filled(400, 300, [230, 230, 232, 255]))));
-    assert_eq!(code(&Image::filled(40, 30, [230, 230, 232, 255])), "picture_too_small");
+    assert_eq!(code(&Image::filled(40, 30, [230, 230, 232, 255])), "image_too_small");
     let mut noise = Image::filled(400, 300, [0; 4]);
     for y in 0..300 {
         for x in 0..400 {

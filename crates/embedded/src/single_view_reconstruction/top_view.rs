@@ -37,7 +37,7 @@ pub fn top_view(
         ProviderError::Rejected {
             port: Port::ImageGenerator,
             code: "no_table_model",
-            reason: format!("there is no table model {}; recognize the picture again", table.model),
+            reason: format!("there is no table model {}; recognize the image again", table.model),
         }
     })?;
     let footprints = footprints(request, &outline, cancel)?;

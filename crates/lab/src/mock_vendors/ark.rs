@@ -32,7 +32,7 @@ async fn generated(providers: &MockVendors, body: &Bytes) -> Result<Image, Vendo
     let wanted = [("watermark", json!(false)), ("response_format", json!("b64_json"))];
     if wanted.iter().any(|(name, value)| request[name] != *value) {
         return Err(VendorError::Invalid(
-            "a picture without a watermark, in the answer, is all there is here".into(),
+            "an image without a watermark, in the answer, is all there is here".into(),
         ));
     }
     let prompt = request["prompt"].as_str().filter(|prompt| !prompt.is_empty());
@@ -62,7 +62,7 @@ fn shown(url: &Value) -> Result<Image, VendorError> {
     let data = url.as_str().and_then(|url| url.strip_prefix("data:image/png;base64,"));
     let png = data.and_then(|data| STANDARD.decode(data).ok());
     let png = png.ok_or_else(|| VendorError::Invalid("image must be data URLs of PNG files".into()))?;
-    decode_png(&png).map_err(|error| VendorError::Invalid(format!("the picture cannot be decoded: {error}")))
+    decode_png(&png).map_err(|error| VendorError::Invalid(format!("the image cannot be decoded: {error}")))
 }
 
 fn response(image: &Image) -> Value {

@@ -266,9 +266,8 @@ impl ImageSessions {
         });
         let best =
             candidates.min_by(|a, b| a.0.total_cmp(&b.0)).filter(|(distance, ..)| *distance <= SAME_OBJECT);
-        best.map(|(_, known, index)| (known.clone(), index)).ok_or_else(|| {
-            VendorError::Unsupported("it shows nothing of a picture that was seen here".into())
-        })
+        best.map(|(_, known, index)| (known.clone(), index))
+            .ok_or_else(|| VendorError::Unsupported("it shows nothing of an image that was seen here".into()))
     }
 
     async fn analyze(&self, image: Image) -> Result<RecognizedImage, VendorError> {
@@ -305,7 +304,7 @@ impl ImageSessions {
 }
 
 fn transparent() -> VendorError {
-    VendorError::Invalid("the picture is transparent".into())
+    VendorError::Invalid("the image is transparent".into())
 }
 
 fn known(recognized: RecognizedImage) -> Result<Arc<FingerprintedImage>, VendorError> {

@@ -23,7 +23,7 @@ const PREFIX: &str = "prediction";
 /// The GLB file of the object in a PNG file.
 pub(super) async fn mesh_file(sessions: &ImageSessions, png: &[u8]) -> Result<Bytes, VendorError> {
     let image = decode_png(png)
-        .map_err(|error| VendorError::Invalid(format!("the picture cannot be decoded: {error}")))?;
+        .map_err(|error| VendorError::Invalid(format!("the image cannot be decoded: {error}")))?;
     let (known, index) = sessions.whole_object(&image).await?;
     let mesh = sessions.mesh(&known.recognized, index).await?;
     Ok(write_mesh_glb(&mesh.snap_to_f32()).into())

@@ -20,7 +20,7 @@ pub enum NetworkWeightsError {
 /// Reason why inference failed.
 #[derive(Debug, thiserror::Error)]
 pub enum NetworkError {
-    #[error("the network's answer is not finite; these weights are of no use for this picture")]
+    #[error("the network's answer is not finite; these weights are of no use for this image")]
     NotFinite,
     #[error("a tensor operation failed: {0}")]
     Computation(#[from] candle_core::Error),

@@ -24,7 +24,7 @@ pub(super) async fn answered(sessions: &ImageSessions, question: &Question) -> R
         "propose_tasks" => return ratings::tasks(question),
         _ => {}
     }
-    let image = question.images.first().ok_or_else(|| VendorError::Invalid("there is no picture".into()))?;
+    let image = question.images.first().ok_or_else(|| VendorError::Invalid("there is no image".into()))?;
     let known = sessions.recognize(image.clone()).await?;
     match question.schema.as_str() {
         "recognize" => Ok(recognized(&known.recognized)),
@@ -108,7 +108,7 @@ fn recognized(recognized: &RecognizedImage) -> Value {
 /// Whether the second image is the top view of the first.
 async fn top_checked(sessions: &ImageSessions, question: &Question) -> Result<Value, VendorError> {
     let [image, top] = &question.images[..] else {
-        return Err(VendorError::Invalid("two pictures are wanted".into()));
+        return Err(VendorError::Invalid("two images are wanted".into()));
     };
     let shown = sessions.recognize(image.clone()).await?;
     let known = sessions.known_top_view(top).await;

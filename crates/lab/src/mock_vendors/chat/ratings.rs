@@ -19,7 +19,7 @@ const GRIPPED_KG: f64 = 2.0;
 /// Ratings of a scene generated from an image.
 pub(super) fn after_image(question: &Question) -> Result<Value, VendorError> {
     let [reference, scene] = &question.images[..] else {
-        return Err(VendorError::Invalid("two pictures are wanted".into()));
+        return Err(VendorError::Invalid("two images are wanted".into()));
     };
     rated(reference, scene, &["visual_fidelity", "image_alignment", "physical_plausibility"])
 }
@@ -29,7 +29,7 @@ pub(super) async fn after_text(sessions: &ImageSessions, question: &Question) ->
     let words = question.data["made_after"].as_str();
     let words =
         words.ok_or_else(|| VendorError::Invalid("there are no words that it was made after".into()))?;
-    let scene = question.images.first().ok_or_else(|| VendorError::Invalid("there is no picture".into()))?;
+    let scene = question.images.first().ok_or_else(|| VendorError::Invalid("there is no image".into()))?;
     let known = sessions.reference_for_text(words).await?;
     let criteria = ["consistency_with_text", "object_quality", "layout_coherence", "physical_plausibility"];
     rated(&known.recognized.image, scene, &criteria)
@@ -37,7 +37,7 @@ pub(super) async fn after_text(sessions: &ImageSessions, question: &Question) ->
 
 fn rated(wanted: &Image, scene: &Image, criteria: &[&str]) -> Result<Value, VendorError> {
     let fingerprint =
-        |image| Fingerprint::of(image).ok_or_else(|| VendorError::Invalid("a picture is transparent".into()));
+        |image| Fingerprint::of(image).ok_or_else(|| VendorError::Invalid("an image is transparent".into()));
     let distance = fingerprint(wanted)?.distance(&fingerprint(scene)?);
     let score = (7.0 - 6.0 * (distance / WORST).min(1.0)).round();
     let why = format!("It looks {distance:.2} away from what it was made after, where {WORST} is the worst.");

@@ -22,7 +22,7 @@ const SAME_SHEET: f64 = 0.012;
 
 pub(super) async fn answer(sessions: &ImageSessions, question: &Question) -> Result<Value, VendorError> {
     let [object, shown] = &question.images[..] else {
-        return Err(VendorError::Invalid("two pictures are wanted".into()));
+        return Err(VendorError::Invalid("two images are wanted".into()));
     };
     let (known, index) = sessions.whole_object(&cut_out(object)).await?;
     let mesh = sessions.mesh(&known.recognized, index).await?;
