@@ -15,11 +15,11 @@ use embedded::text_parser::DescribeOptions;
 use geometry::decompose::decompose;
 use geometry::solid_query::MeshSolid;
 use geometry::{Outline, Pose, TexturedMesh};
-use physics::{Body, SupportedBy};
+use physics::Body;
 use ports::{Call, GeneratedReference, ImageGenerator, SyntheticGroundTruth};
 use runtime::CancelFlag;
 use runtime::CpuPool;
-use scene::{RecognizedObject, SceneDescription, StandsOn};
+use scene::{RecognizedObject, SceneDescription, SupportTree};
 use tabletopgen::config;
 use tabletopgen::config::{Config, Sources};
 
@@ -129,19 +129,9 @@ impl Breakfast {
         made.unzip()
     }
 
-    /// Who carries each body, in the order of [`Self::bodies`].
-    pub fn supports(&self) -> Vec<Option<SupportedBy>> {
-        let index = |of: &StandsOn| match of.object() {
-            None => 0,
-            Some(id) => {
-                1 + self.objects().iter().position(|o| o.id == *id).expect("a carrier is on the table")
-            }
-        };
-        let carried = self.objects().iter().map(|object| {
-            let inside = matches!(object.stands_on, StandsOn::In(_));
-            Some(SupportedBy { parent: index(&object.stands_on), inside })
-        });
-        std::iter::once(None).chain(carried).collect()
+    /// Supports of [`Self::objects`].
+    pub fn supports(&self) -> SupportTree {
+        self.ground_truth().known.recognition.support_tree().expect("a rendered scene is valid")
     }
 }
 

@@ -6,7 +6,7 @@ use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use geometry::collide::PlacedSolid;
-use physics::{collisions, stability, support};
+use physics::{carriers, collisions, stability, support};
 use runtime::CancelFlag;
 
 fn bench(criterion: &mut Criterion) {
@@ -22,14 +22,7 @@ fn bench(criterion: &mut Criterion) {
         b.iter(|| collisions(black_box(&placed), &config.certify, &cancel))
     });
     let supports = scene.supports();
-    let carriers: Vec<Vec<usize>> = (0..supports.len())
-        .map(|k| {
-            let shares = |other: &usize| {
-                *other != k && supports[k].is_some_and(|own| own.inside) && supports[*other] == supports[k]
-            };
-            supports[k].map(|own| own.parent).into_iter().chain((0..supports.len()).filter(shares)).collect()
-        })
-        .collect();
+    let carriers: Vec<Vec<usize>> = (0..bodies.len()).map(|body| carriers(&supports, body)).collect();
     criterion.bench_function("certify/support", |b| {
         b.iter(|| {
             let found = (1..placed.len()).filter(|&k| {

@@ -11,7 +11,7 @@ use scene::certificate::{
     Appearance, Fidelity, HealthThresholds, MadeWith, Metrics, Regions, ResolveFinding, Thresholds, Verdict,
 };
 use scene::finished::Frame;
-use scene::instance::{ImageRegion, SupportRelation};
+use scene::instance::ImageRegion;
 use scene::request::RequestOptions;
 use scene::{Certificate, Input, Instance, InstanceId, Provenance, Scene, SceneRequest, Support, Table};
 
@@ -55,10 +55,10 @@ fn asset(category: &str, visual: &geometry::TexturedMesh, body: &Body) -> BodyAs
 
 fn finished(scene: &Breakfast, bodies: &[Body]) -> Scene {
     let seen = &scene.ground_truth().known.recognition;
-    let parents = scene.supports();
+    let supports = scene.supports();
     let instances = scene.objects().iter().zip(&scene.meshes).zip(1..).map(|((object, mesh), k)| {
         let body: &Body = &bodies[k];
-        let carrier = parents[k].expect("only the table has none");
+        let supporter = supports.supporter(k - 1);
         Instance {
             name: InstanceId::new(&body.name).expect("a name"),
             label: object.label.clone(),
@@ -73,8 +73,8 @@ fn finished(scene: &Breakfast, bodies: &[Body]) -> Scene {
             friction: body.friction,
             restitution: body.restitution,
             support: Support {
-                parent: bodies[carrier.parent].name.clone(),
-                relation: if carrier.inside { SupportRelation::In } else { SupportRelation::On },
+                parent: bodies[supporter.parent.map_or(0, |parent| parent + 1)].name.clone(),
+                relation: supporter.relation,
             },
             hulls: body.hulls.len() as u32,
             mesh: format!("glb/{}.glb", body.name),

@@ -38,7 +38,7 @@ use pose_estimation::upright::UprightSettings;
 use pose_estimation::yaw::YawSettings;
 use render::RenderSettings;
 use resources::StageResources;
-use scene::{Recognition, SceneRequest};
+use scene::{Recognition, SceneRequest, SupportTree};
 use store::artifacts::BuiltScene;
 
 /// What a stage function gets besides its inputs.
@@ -91,6 +91,8 @@ pub struct PreparedObjects {
     pub(in crate::pipeline) settings: Arc<Settings>,
     pub(in crate::pipeline) reference: reference::Output,
     pub recognition: Arc<Recognition>,
+    /// Of the recognized objects.
+    pub(in crate::pipeline) supports: SupportTree,
     pub(in crate::pipeline) masks: segment::Output,
     pub(in crate::pipeline) raw_meshes: Vec<reconstruct::Output>,
     pub canonical_meshes: Vec<canonicalize::Output>,
@@ -165,6 +167,7 @@ async fn run_stages(
 
     let inputs = recognize::Inputs::new(&request, &reference, &ports);
     let recognition = Arc::new(stages.run(recognize::STAGE, inputs, recognize::run).await?);
+    let supports = recognize::support_tree(&recognition)?;
 
     let inputs = segment::Inputs::new(&reference, &recognition, &ports);
     let masks = stages.run(segment::STAGE, inputs, segment::run).await?;
@@ -183,8 +186,14 @@ async fn run_stages(
     let inputs = decompose::inputs(&recognition, &raw_meshes, &canonical_meshes, &settings)?;
     let hulls = stages.run_each_by(decompose::STAGE, inputs, decompose::Inputs::effort, decompose::run);
     let yaws = async {
-        let inputs =
-            refine_camera::Inputs::new(&recognition, &masks, &raw_meshes, &canonical_meshes, &settings);
+        let inputs = refine_camera::Inputs::new(
+            &recognition,
+            &supports,
+            &masks,
+            &raw_meshes,
+            &canonical_meshes,
+            &settings,
+        );
         let recognition = match inputs {
             Some(inputs) => {
                 let refined = stages.run(refine_camera::STAGE, inputs, refine_camera::run).await?;
@@ -193,7 +202,8 @@ async fn run_stages(
             None => recognition.clone(),
         };
         let gpu = rotate::gpu(stages.services(), &settings).await;
-        let inputs = rotate::inputs(&reference, &recognition, &masks, &canonical_meshes, &settings, gpu);
+        let inputs =
+            rotate::inputs(&reference, &recognition, &supports, &masks, &canonical_meshes, &settings, gpu);
         let yaws = stages.run_each_by(rotate::STAGE, inputs, rotate::Inputs::effort, rotate::run).await?;
         Ok((recognition, yaws))
     };
@@ -205,6 +215,7 @@ async fn run_stages(
         settings,
         reference,
         recognition,
+        supports,
         masks,
         raw_meshes,
         canonical_meshes,

@@ -27,13 +27,15 @@ use physics::{CertifySettings, SettleSettings};
 use ports::{Adapter, Ports};
 use render::RenderSettings;
 use scene::certificate::{AdapterUsed, Appearance, MadeWith, Metrics, ResolveFinding, Verdict};
-use scene::{Input, InstanceMask, Provenance, Recognition, ReconstructionMethod, SceneRequest};
+use scene::{
+    Input, InstanceMask, Provenance, Recognition, ReconstructionMethod, SceneRequest, SupportTree, Supporter,
+};
 use store::Digest;
 
 pub use plausibility::HealthSettings;
 pub use vlm_rating::AppraiseSettings;
 
-pub const STAGE: Stage = Stage { name: "certify", version: 8 };
+pub const STAGE: Stage = Stage { name: "certify", version: 9 };
 
 /// Section `[fidelity]`.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
@@ -91,6 +93,8 @@ pub struct Inputs {
     masks: Vec<InstanceMask>,
     /// The table first.
     bodies: Vec<BodyParts>,
+    /// Of the bodies after the table.
+    supports: SupportTree,
     table: place::PlacedTable,
     /// Of the objects, in order.
     yaws: Vec<rotate::Output>,
@@ -132,8 +136,6 @@ struct BodyParts {
     repair: Repair,
     scale: f64,
     symmetry_order: u32,
-    /// Index of the supporter and whether it stands in it; `None` for the table.
-    support: Option<(usize, bool)>,
     provenance: Provenance,
 }
 
@@ -182,7 +184,6 @@ impl Inputs {
             repair: table_hulls.repair,
             scale: 1.0,
             symmetry_order: 1,
-            support: None,
             provenance: provenance(raw_meshes.last().ok_or_else(missing)?, Vec::new()),
         }];
         for (index, ((resolved, placed), yaw)) in
@@ -203,7 +204,6 @@ impl Inputs {
                 repair: hulls[index].repair,
                 scale,
                 symmetry_order: yaw.symmetry_order,
-                support: resolved.support,
                 provenance: provenance(&raw_meshes[index], rescaled.into_iter().chain(shrunk).collect()),
             });
         }
@@ -213,6 +213,7 @@ impl Inputs {
             recognition: recognition.clone(),
             masks: masks.masks.clone(),
             bodies,
+            supports: resolved.supports.clone(),
             table: layout.table.clone(),
             yaws: yaws.to_vec(),
             methods: raw_meshes.iter().filter_map(|raw| raw.method).collect(),
@@ -239,6 +240,12 @@ impl Inputs {
 
     fn outline(&self) -> &Outline {
         &self.table.outline_m
+    }
+
+    /// The name of the supporting body.
+    fn name_of(&self, supporter: Supporter) -> &str {
+        let body = supporter.parent.map_or(0, |parent| parent + 1);
+        &self.bodies[body].resolved.name
     }
 }
 

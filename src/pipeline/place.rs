@@ -18,9 +18,9 @@ use ports::{Adapter, TopBoxes, TopCheck, TopVerdict, TopViewImage, TopViewReques
 use pose_estimation::top_view_layout::{BoxFromAbove, Consensus, Registration, TopViewSettings};
 use render::annotate::{distinct_color, draw_box, draw_text};
 use scene::request::MetricAnchor;
-use scene::{InstanceId, InstanceMask, Recognition, RecognizedObject, StandsOn};
+use scene::{InstanceId, InstanceMask, Recognition, RecognizedObject, SupportTree};
 
-pub const STAGE: Stage = Stage { name: "place", version: 7 };
+pub const STAGE: Stage = Stage { name: "place", version: 8 };
 
 /// Most top views that are checked before the stage gives up, whatever the image generator would go on drawing.
 const MAX_DRAWINGS: usize = 8;
@@ -33,6 +33,7 @@ pub struct Inputs {
     recognition: Arc<Recognition>,
     masks: Arc<Vec<InstanceMask>>,
     instances: Vec<Instance>,
+    supports: SupportTree,
     table: Table,
     metric_anchor: Option<MetricAnchor>,
     tsa: TopViewSettings,
@@ -77,6 +78,8 @@ pub struct Output {
     pub table: PlacedTable,
     /// In the order of the recognized objects.
     pub instances: Vec<PlacedInstance>,
+    /// Of the instances.
+    pub supports: SupportTree,
     /// The table from above, without marks.
     pub top_view: ArtifactRef,
 }
@@ -103,7 +106,6 @@ pub struct PlacedInstance {
     pub world_from_object: Pose,
     /// Its box on the top view.
     pub seen_from_above: BoxFromAbove,
-    pub stands_on: StandsOn,
     /// `A_px / (1 + (e / tau)^2)`, square pixels.
     pub rma_score: f64,
 }
@@ -116,7 +118,7 @@ impl Inputs {
     /// `table_missing`, where no table was reconstructed.
     pub fn new(objects: &PreparedObjects, yaws: &[rotate::Output]) -> Result<Self, StageError> {
         let PreparedObjects { request, ports, settings, reference, recognition, masks, .. } = objects;
-        let PreparedObjects { raw_meshes, canonical_meshes, hulls, .. } = objects;
+        let PreparedObjects { supports, raw_meshes, canonical_meshes, hulls, .. } = objects;
         let (table, table_hulls) = raw_meshes.last().zip(hulls.last()).ok_or_else(no_table)?;
         let instances = recognition
             .objects
@@ -124,14 +126,15 @@ impl Inputs {
             .zip(canonical_meshes)
             .zip(hulls)
             .zip(yaws)
-            .map(|(((object, canonical), hulls), yaw)| Instance {
+            .enumerate()
+            .map(|(index, (((object, canonical), hulls), yaw))| Instance {
                 object: object.clone(),
                 mesh: canonical.mesh.clone(),
                 size_m: canonical.size_m,
                 hulls: hulls.hulls.clone(),
                 yaw_rad: yaw.yaw_rad,
                 confidence: yaw.confidence,
-                seen_m: yaw.seen_m.filter(|_| !matches!(object.stands_on, StandsOn::In(_))),
+                seen_m: yaw.seen_m.filter(|_| !supports.supporter(index).is_container()),
             })
             .collect();
         Ok(Self {
@@ -141,6 +144,7 @@ impl Inputs {
             recognition: recognition.clone(),
             masks: Arc::new(masks.masks.clone()),
             instances,
+            supports: supports.clone(),
             table: Table {
                 mesh: table.mesh.clone(),
                 hulls: table_hulls.hulls.clone(),
@@ -154,15 +158,6 @@ impl Inputs {
             analyst: ports.analyst.adapter(),
             segmenter: ports.segmenter.adapter(),
         })
-    }
-}
-
-impl Output {
-    /// What carries the instance at `index`, counted with the table first, and whether it stands in it.
-    pub fn support_of(&self, index: usize) -> (usize, bool) {
-        let stands_on = &self.instances[index].stands_on;
-        let parent = stands_on.object().and_then(|id| self.instances.iter().position(|i| &i.id == id));
-        (parent.map_or(0, |parent| parent + 1), matches!(stands_on, StandsOn::In(_)))
     }
 }
 
@@ -250,18 +245,14 @@ fn annotated(mut image: Image, boxes: &TopBoxes, output: &Output) -> Image {
 
 /// Who carries whom, the table at the root: `{"table": [{"mug_1": []}, ...]}` as nested lists.
 fn support_tree(output: &Output) -> serde_json::Value {
-    fn carried_by(output: &Output, parent: Option<&InstanceId>) -> Vec<serde_json::Value> {
-        let carried = output.instances.iter().filter(|i| i.stands_on.object() == parent);
+    fn carried_by(output: &Output, parent: Option<usize>) -> Vec<serde_json::Value> {
+        let carried = output.supports.children(parent);
         carried
-            .map(|instance| {
-                let relation = match &instance.stands_on {
-                    StandsOn::In(_) => "in",
-                    StandsOn::On(_) | StandsOn::Table => "on",
-                };
+            .map(|index| {
                 serde_json::json!({
-                    "name": instance.id,
-                    "relation": relation,
-                    "carries": carried_by(output, Some(&instance.id)),
+                    "name": output.instances[index].id,
+                    "relation": output.supports.supporter(index).relation,
+                    "carries": carried_by(output, Some(index)),
                 })
             })
             .collect()

@@ -15,7 +15,7 @@ use imaging::Image;
 use ports::{Adapter, Ports};
 use render::annotate::{draw_axes, draw_polyline};
 use scene::request::RequestOptions;
-use scene::{Recognition, RecognizedTable, SceneRequest, StandsOn, TableShape};
+use scene::{Recognition, RecognizedTable, SceneRequest, SupportTree, TableShape};
 
 pub const STAGE: Stage = Stage { name: "recognize", version: 6 };
 
@@ -53,14 +53,25 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Recognition, S
     Ok(recognition)
 }
 
-/// Ports answer data, and data is checked: unique names, positive sizes, supports that end at the table.
+/// The supports of the recognized objects, which every later stage uses.
+///
+/// # Errors
+///
+/// `recognition_inconsistent`, where they form no tree. The stage checks that.
+pub fn support_tree(recognition: &Recognition) -> Result<SupportTree, StageError> {
+    recognition.support_tree().map_err(|error| inconsistent(&error.to_string()))
+}
+
+fn inconsistent(what: &str) -> StageError {
+    StageError::permanent("recognition_inconsistent", format!("recognizing the image: {what}"))
+}
+
+/// Ports answer data, and data is checked: a camera of this image, at least one object, and what
+/// [`Recognition::validate`] demands.
 fn check(recognition: &Recognition, image: &Image) -> Result<(), StageError> {
-    let wrong = |what: String| {
-        StageError::permanent("recognition_inconsistent", format!("recognizing the image: {what}"))
-    };
     let camera = &recognition.camera;
     if (camera.width_px, camera.height_px) != (image.width_px(), image.height_px()) {
-        return Err(wrong("the camera belongs to an image of another size".into()));
+        return Err(inconsistent("the camera belongs to an image of another size"));
     }
     if recognition.objects.is_empty() {
         return Err(StageError::permanent(
@@ -68,34 +79,7 @@ fn check(recognition: &Recognition, image: &Image) -> Result<(), StageError> {
             "no object was found on the table; send an image of a table with things on it",
         ));
     }
-    for (index, object) in recognition.objects.iter().enumerate() {
-        let id = &object.id;
-        if id.as_str() == "table" || recognition.objects[..index].iter().any(|other| &other.id == id) {
-            return Err(wrong(format!("the name {id} is taken twice")));
-        }
-        if !(object.size_m.min_element() > 0.0 && object.size_m.is_finite()) {
-            return Err(wrong(format!("{id} has no size")));
-        }
-        let (mut below, mut steps) = (object.stands_on.object(), 0);
-        while let Some(next) = below {
-            let Some(found) = recognition.objects.iter().find(|other| &other.id == next) else {
-                return Err(wrong(format!("{id} stands on {next}, which is not there")));
-            };
-            steps += 1;
-            if steps > recognition.objects.len() {
-                return Err(wrong(format!("{id} stands, in the end, on itself")));
-            }
-            below = match &found.stands_on {
-                StandsOn::Table => None,
-                StandsOn::On(id) | StandsOn::In(id) => Some(id),
-            };
-        }
-    }
-    let size = recognition.table.size_m;
-    if !(size.min_element() > 0.0 && size.is_finite()) {
-        return Err(wrong("the table has no size".into()));
-    }
-    Ok(())
+    recognition.validate().map_err(|invalid| inconsistent(&invalid.to_string()))
 }
 
 /// The image with the world's axes and the edge of the table top, as the camera sees them.
@@ -132,11 +116,56 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use geometry::Outline;
+    use geometry::{Camera, Outline};
+    use scene::{CameraKnowledge, InstanceId, RecognizedObject, StandsOn};
 
     #[test]
-    fn the_edge_of_a_round_top_is_round_and_an_outline_is_itself() {
-        let table = |shape: TableShape, outline_m: Option<Outline>| RecognizedTable {
+    fn contradictory_recognition_is_refused() {
+        let object = |name: &str, stands_on: StandsOn| RecognizedObject {
+            id: id(name),
+            label: name.into(),
+            category: "mug".into(),
+            size_m: DVec3::splat(0.1),
+            color: None,
+            material: None,
+            seed: 1,
+            stands_on,
+            seen_px: None,
+            seen_as: None,
+            seen_like: None,
+        };
+        let checked = |objects: Vec<RecognizedObject>, side_px: u32| {
+            let recognition = Recognition {
+                camera: Camera::orbit(64, 48, 0.7, DVec3::ZERO, 0.0, 0.8, 1.6),
+                camera_is: CameraKnowledge::Known,
+                table: table(TableShape::Round, None),
+                objects,
+            };
+            let image = Image::filled(side_px, 48, [0; 4]);
+            check(&recognition, &image).and_then(|()| support_tree(&recognition)).map_err(|error| error.code)
+        };
+        let (on_plate, on_mug) = (StandsOn::On(id("plate_1")), StandsOn::On(id("mug_1")));
+        let mug = || object("mug_1", on_plate.clone());
+        let sound = checked(vec![mug(), object("plate_1", StandsOn::Table)], 64).expect("sound");
+        assert_eq!(sound.order(), [1, 0]);
+        for objects in [
+            vec![mug(), object("plate_1", on_mug)],
+            vec![mug()],
+            vec![object("mug_1", StandsOn::Table), object("mug_1", StandsOn::Table)],
+            vec![RecognizedObject { size_m: DVec3::ZERO, ..object("mug_1", StandsOn::Table) }],
+        ] {
+            assert_eq!(checked(objects, 64), Err("recognition_inconsistent"));
+        }
+        assert_eq!(checked(vec![object("mug_1", StandsOn::Table)], 60), Err("recognition_inconsistent"));
+        assert_eq!(checked(Vec::new(), 64), Err("nothing_on_the_table"));
+    }
+
+    fn id(name: &str) -> InstanceId {
+        InstanceId::new(name).expect("a name")
+    }
+
+    fn table(shape: TableShape, outline_m: Option<Outline>) -> RecognizedTable {
+        RecognizedTable {
             label: "table".into(),
             shape,
             model: "any".into(),
@@ -145,7 +174,11 @@ mod tests {
             color: None,
             material: None,
             seed: 1,
-        };
+        }
+    }
+
+    #[test]
+    fn the_edge_of_a_round_top_is_round_and_an_outline_is_itself() {
         let oval = top_edge(&table(TableShape::Oval, None));
         assert!(oval.iter().all(|p| ((p.x / 0.6).hypot(p.y / 0.4) - 1.0).abs() < 1e-9));
         assert_eq!(top_edge(&table(TableShape::Rectangular, None))[2], DVec2::new(0.6, 0.4));

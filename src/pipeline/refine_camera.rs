@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use serde::Serialize;
 
-use super::rotate::{below, hiders, instances_at};
+use super::rotate::{hiders, instances_at};
 use crate::pipeline::checkpoint::{ArtifactRef, Stage};
 use crate::pipeline::error::StageError;
 use crate::pipeline::{Context, Settings, artifact_io, canonicalize, reconstruct, segment};
@@ -15,7 +15,7 @@ use geometry::{Camera, TexturedMesh};
 use imaging::Mask;
 use pose_estimation::camera::{CameraProblem, ObservedMesh, RefinedCamera, refine_camera};
 use pose_estimation::yaw::{YawSettings, support_height_m};
-use scene::{CameraKnowledge, Recognition};
+use scene::{CameraKnowledge, Recognition, SupportTree};
 
 /// The stage needs all instances at once; `rotate` works on one instance at a time.
 pub const STAGE: Stage = Stage { name: "refine_camera", version: 1 };
@@ -49,6 +49,7 @@ impl Inputs {
     /// `None` where the camera stays as it was recognized.
     pub fn new(
         recognition: &Recognition,
+        supports: &SupportTree,
         masks: &segment::Output,
         raw_meshes: &[reconstruct::Output],
         canonical_meshes: &[canonicalize::Output],
@@ -62,14 +63,12 @@ impl Inputs {
             .masks
             .iter()
             .zip(canonical_meshes)
-            .map(|(mask, canonical)| {
-                let below = below(recognition, &mask.id);
-                Object {
-                    mesh: canonical.mesh.clone(),
-                    visible: mask.visible.clone(),
-                    hiders: hiders(&masks.masks, &instances_at, &mask.id, &below),
-                    below: below.iter().map(|(index, _)| canonical_meshes[*index].mesh.clone()).collect(),
-                }
+            .enumerate()
+            .map(|(index, (mask, canonical))| Object {
+                mesh: canonical.mesh.clone(),
+                visible: mask.visible.clone(),
+                hiders: hiders(&masks.masks, &instances_at, index, supports),
+                below: supports.ancestors(index).map(|below| canonical_meshes[below].mesh.clone()).collect(),
             })
             .collect();
         let table = masks.table.as_ref().zip(raw_meshes.last()).map(|(visible, table)| {

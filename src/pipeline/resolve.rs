@@ -15,22 +15,23 @@ use super::{Context, Settings, artifact_io};
 use catalog::{PhysicalProperties, physical_properties};
 use geometry::solid_query::MeshSolid;
 use geometry::{ConvexHull, Outline, Pose, TexturedMesh};
-use physics::resolve::SupportedBy;
 use physics::{
     Body, CertifySettings, ResolveError, ResolveProblem, ResolveSettings, ResolvedLayout, SettleSettings,
 };
 use scene::certificate::Relaxation;
-use scene::{Recognition, RecognizedObject};
+use scene::{Recognition, RecognizedObject, SupportTree};
 
 use relaxation::{Attempt, Infeasible};
 pub use relaxation::{NoSpaceSettings, OnNoSpace};
 
-pub const STAGE: Stage = Stage { name: "resolve", version: 6 };
+pub const STAGE: Stage = Stage { name: "resolve", version: 7 };
 
 #[derive(Serialize)]
 pub struct Inputs {
     /// The table first.
     bodies: Vec<Part>,
+    /// Of the bodies after the table.
+    supports: SupportTree,
     outline_m: Outline,
     resolve: ResolveSettings,
     settle: SettleSettings,
@@ -48,14 +49,14 @@ pub(super) struct Part {
     pub hulls: ArtifactRef,
     /// `world_from_object` wanted.
     pub aligned: Pose,
-    /// Index of the supporter and whether this stands in it; `None` for the table.
-    pub support: Option<(usize, bool)>,
 }
 
 /// Rest poses and what the bodies are made of; the table first.
 #[derive(Clone, Serialize, Deserialize)]
 pub struct Output {
     pub bodies: Vec<ResolvedBody>,
+    /// Of the bodies after the table: those of the layout, unless an object was moved to the table.
+    pub supports: SupportTree,
     /// Rounds it took.
     pub rounds: usize,
     /// What was done, one sentence each.
@@ -72,8 +73,6 @@ pub struct ResolvedBody {
     pub hulls: ArtifactRef,
     /// Factor on the size that the layout gave; 1 unless there was no room.
     pub scale: f64,
-    /// Index of the supporter and whether this stands in it; `None` for the table.
-    pub support: Option<(usize, bool)>,
     pub aligned: Pose,
     /// `world_from_object` before gravity: dropped and pushed apart.
     pub planned: Pose,
@@ -94,20 +93,19 @@ impl Inputs {
             mesh: layout.table.mesh.clone(),
             hulls: layout.table.hulls.clone(),
             aligned: Pose::IDENTITY,
-            support: None,
         };
-        let of = |(index, (object, placed)): (usize, (&RecognizedObject, &PlacedInstance))| Part {
+        let of = |(object, placed): (&RecognizedObject, &PlacedInstance)| Part {
             name: placed.id.to_string(),
             category: object.category.clone(),
             material: object.material.clone(),
             mesh: placed.mesh.clone(),
             hulls: placed.hulls.clone(),
             aligned: placed.world_from_object,
-            support: Some(layout.support_of(index)),
         };
-        let objects = recognition.objects.iter().zip(&layout.instances).enumerate().map(of);
+        let objects = recognition.objects.iter().zip(&layout.instances).map(of);
         Self {
             bodies: std::iter::once(table).chain(objects).collect(),
+            supports: layout.supports.clone(),
             outline_m: layout.table.outline_m.clone(),
             resolve: settings.resolve.clone(),
             settle: settings.settle.clone(),
@@ -143,7 +141,7 @@ pub(super) async fn load(
 const MAX_TRIES: usize = 8;
 
 pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageError> {
-    let mut attempt = Attempt::new(inputs.bodies.clone());
+    let mut attempt = Attempt::new(inputs.bodies.clone(), inputs.supports.clone());
     for _ in 0..MAX_TRIES {
         for (k, part) in attempt.parts.iter_mut().enumerate() {
             let (original, scale) = (&inputs.bodies[k], DVec3::splat(attempt.scales[k]));
@@ -153,8 +151,9 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
         let loaded = attempt.parts.iter().map(|part| load(&context, &part.name, &part.mesh, &part.hulls));
         let loaded = Arc::new(futures::future::try_join_all(loaded).await?);
         let (given, geometry, cancel) = (inputs.clone(), loaded.clone(), context.cancel().clone());
-        let parts = attempt.parts.clone();
-        let failed = match context.cpu(move || solve(&given, &parts, &geometry, &cancel)).await? {
+        let (parts, supports) = (attempt.parts.clone(), attempt.supports.clone());
+        let solved = context.cpu(move || solve(&given, &parts, supports, &geometry, &cancel)).await?;
+        let failed = match solved {
             Ok(solved) => {
                 let solved = solved.conceded(&attempt);
                 context.put_json("poses.json", &solved).await?;
@@ -217,24 +216,21 @@ impl From<ResolveError> for Failed {
 fn solve(
     inputs: &Inputs,
     parts: &[Part],
+    supports: SupportTree,
     loaded: &[Loaded],
     cancel: &runtime::CancelFlag,
 ) -> Result<Output, Failed> {
     let mut bodies = Vec::with_capacity(loaded.len());
     let mut physical = Vec::with_capacity(loaded.len());
-    for (part, geometry) in parts.iter().zip(loaded) {
+    for (index, (part, geometry)) in parts.iter().zip(loaded).enumerate() {
         let failed = |error: String| {
             StageError::permanent("no_physical_properties", format!("resolving {}: {error}", part.name))
         };
         let properties = physical_properties(&geometry.mesh, &part.category, part.material.as_deref())
             .map_err(|error| failed(error.to_string()))?;
-        bodies.push(body(&part.name, geometry, part.aligned, &properties, part.support.is_none()));
+        bodies.push(body(&part.name, geometry, part.aligned, &properties, index == 0));
         physical.push(properties);
     }
-    let supports: Vec<Option<SupportedBy>> = parts
-        .iter()
-        .map(|part| part.support.map(|(parent, inside)| SupportedBy { parent, inside }))
-        .collect();
     let solids: Vec<&MeshSolid> = loaded.iter().map(|geometry| &*geometry.solid).collect();
     let problem =
         ResolveProblem { bodies: &bodies, solids: &solids, supports: &supports, outline: &inputs.outline_m };
@@ -249,7 +245,6 @@ fn solve(
             mesh: part.mesh.clone(),
             hulls: part.hulls.clone(),
             scale: 1.0,
-            support: part.support,
             aligned: part.aligned,
             planned: planned[index],
             settled: poses[index],
@@ -258,7 +253,7 @@ fn solve(
             physical,
         })
         .collect();
-    Ok(Output { bodies, rounds, log, gave_way: Vec::new() })
+    Ok(Output { bodies, supports, rounds, log, gave_way: Vec::new() })
 }
 
 /// A body as the simulation wants it.

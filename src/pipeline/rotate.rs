@@ -17,7 +17,7 @@ use pose_estimation::yaw::{
     YawError, YawEstimate, YawProblem, YawSettings, YawSolver, estimate_yaw_on, support_height_m,
 };
 use render::annotate::{Curve, plot_curves};
-use scene::{InstanceId, InstanceMask, Recognition, StandsOn};
+use scene::{InstanceId, InstanceMask, Recognition, SupportTree};
 use soft_raster::gpu::LARGEST_SIDE_PX;
 
 pub const STAGE: Stage = Stage { name: "rotate", version: 8 };
@@ -78,6 +78,7 @@ pub async fn gpu(services: &StageResources, settings: &Settings) -> Option<Strin
 pub fn inputs(
     reference: &reference::Output,
     recognition: &Recognition,
+    supports: &SupportTree,
     masks: &segment::Output,
     canonical_meshes: &[canonicalize::Output],
     settings: &Settings,
@@ -89,37 +90,21 @@ pub fn inputs(
         .iter()
         .zip(canonical_meshes)
         .zip(&masks.masks)
-        .map(|((object, canonical), mask)| {
-            let below = below(recognition, &object.id);
+        .enumerate()
+        .map(|(index, ((object, canonical), mask))| {
             let inputs = Inputs {
                 mesh: canonical.mesh.clone(),
                 image: reference.image.clone(),
                 camera: recognition.camera,
                 visible: mask.visible.clone(),
-                hiders: hiders(&masks.masks, &instances_at, &object.id, &below),
-                below: below.iter().map(|(index, _)| canonical_meshes[*index].mesh.clone()).collect(),
+                hiders: hiders(&masks.masks, &instances_at, index, supports),
+                below: supports.ancestors(index).map(|below| canonical_meshes[below].mesh.clone()).collect(),
                 dro: settings.dro.clone(),
                 gpu: gpu.clone(),
             };
             (object.id.clone(), inputs)
         })
         .collect()
-}
-
-/// Indices of what is below the object, nearest first, and whether it stands *on* each, all the way up.
-pub(in crate::pipeline) fn below(recognition: &Recognition, id: &InstanceId) -> Vec<(usize, bool)> {
-    let objects = &recognition.objects;
-    let position = |id: &InstanceId| objects.iter().position(|object| &object.id == id);
-    let mut found: Vec<(usize, bool)> = Vec::new();
-    let (mut at, mut on_all) = (position(id), true);
-    // A circle of supporters ends after one round.
-    while let Some(index) = at.filter(|_| found.len() < objects.len()) {
-        let stands_on = &objects[index].stands_on;
-        on_all &= matches!(stands_on, StandsOn::On(_));
-        at = stands_on.object().and_then(position);
-        found.extend(at.map(|index| (index, on_all)));
-    }
-    found
 }
 
 /// How many instances each pixel belongs to.
@@ -132,19 +117,19 @@ pub(in crate::pipeline) fn instances_at(masks: &[InstanceMask]) -> Vec<u16> {
     counts
 }
 
-/// Pixels of other instances, less those it stands on: what is below is not in front. A container is both.
+/// Pixels of instances other than the one at `index`, less those it stands on: what is below is not in front. A
+/// container is both.
 pub(in crate::pipeline) fn hiders(
     masks: &[InstanceMask],
     instances_at: &[u16],
-    id: &InstanceId,
-    below: &[(usize, bool)],
+    index: usize,
+    supports: &SupportTree,
 ) -> Mask {
     let Some(first) = masks.first() else { return Mask::empty(0, 0) };
     let mut others = instances_at.to_vec();
-    for (index, mask) in masks.iter().enumerate() {
-        if &mask.id == id || below.contains(&(index, true)) {
-            others.iter_mut().zip(mask.visible.bits()).for_each(|(count, bit)| *count -= u16::from(*bit));
-        }
+    for counted in std::iter::once(index).chain(supports.ancestors_on(index)) {
+        let mask = &masks[counted].visible;
+        others.iter_mut().zip(mask.bits()).for_each(|(count, bit)| *count -= u16::from(*bit));
     }
     let hidden = others.into_iter().map(|count| count > 0).collect();
     Mask::from_bits(first.visible.width_px(), first.visible.height_px(), hidden)
@@ -232,6 +217,7 @@ fn curve_of(name: &str, estimate: &YawEstimate) -> imaging::Image {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use scene::Supporter;
 
     #[test]
     fn what_it_stands_on_does_not_hide_it_and_a_container_may() {
@@ -240,7 +226,9 @@ mod tests {
             visible: Mask::from_fn(4, 1, |x, _| x == column),
         };
         let masks = [mask("mug_1", 0), mask("coaster_1", 1), mask("tray_1", 2), mask("vase_1", 3)];
-        let hidden = hiders(&masks, &instances_at(&masks), &masks[0].id, &[(1, true), (2, false)]);
+        let supporters = vec![Supporter::on(1), Supporter::containing(2), Supporter::TABLE, Supporter::TABLE];
+        let supports = SupportTree::new(supporters).expect("a tree");
+        let hidden = hiders(&masks, &instances_at(&masks), 0, &supports);
         assert_eq!(hidden.bits(), [false, false, true, true]);
     }
 }

@@ -36,8 +36,8 @@ use catalog::Category;
 use geometry::{Outline, Pose, TexturedMesh};
 use runtime::seed::child_rng;
 use runtime::{CancelFlag, Cancelled};
-use scene::RelationKind;
-pub use support_tree::Supporter;
+use scene::{RelationKind, SupportTree};
+pub use support_tree::support_tree;
 
 /// Section `[layout]`.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
@@ -110,11 +110,6 @@ struct ObjectGeometry<'a> {
     height_map: Option<HeightMap>,
 }
 
-/// The supporter of each object; `None` = the table.
-pub fn supporters(objects: &[LayoutObject]) -> Vec<Option<Supporter>> {
-    support_tree::supporters(objects)
-}
-
 /// A pose for each object. Another seed gives another arrangement.
 ///
 /// # Errors
@@ -127,12 +122,12 @@ pub fn arrange(
     settings: &LayoutSettings,
     cancel: &CancelFlag,
 ) -> Result<Vec<Pose>, LayoutError> {
-    let supporters = support_tree::supporters(objects);
+    let supports = support_tree(objects);
     let geometries: Vec<ObjectGeometry> = objects
         .iter()
         .enumerate()
         .map(|(index, object)| {
-            let is_supporter = supporters.iter().flatten().any(|supporter| supporter.parent == index);
+            let is_supporter = supports.children(Some(index)).next().is_some();
             ObjectGeometry {
                 category: object.category,
                 mesh: object.mesh,
@@ -142,8 +137,8 @@ pub fn arrange(
             }
         })
         .collect();
-    let mut constraints = spatial_constraints::hard_constraints(objects, &supporters);
-    co_occurrence_priors::add_soft_constraints(objects, &supporters, &mut constraints);
+    let mut constraints = spatial_constraints::hard_constraints(objects, &supports);
+    co_occurrence_priors::add_soft_constraints(objects, &supports, &mut constraints);
     let mut failures = vec![0_u32; objects.len()];
     for number in 0..settings.attempts {
         cancel.check()?;
@@ -151,7 +146,7 @@ pub fn arrange(
         let relaxation = ((lateness - 0.4) / 0.5).clamp(0.0, 1.0);
         let mut attempt = LayoutAttempt {
             objects: &geometries,
-            supporters: &supporters,
+            supports: &supports,
             constraints: &constraints,
             requests: objects,
             settings,
@@ -160,7 +155,7 @@ pub fn arrange(
             rng: child_rng(seed, &format!("layout {number}")),
         };
         match attempt.arrange_on(outline) {
-            Ok(groups) => return Ok(poses(&geometries, &supporters, &groups)),
+            Ok(groups) => return Ok(poses(&geometries, &supports, &groups)),
             Err(object) => failures[object] += 1,
         }
     }
@@ -176,11 +171,7 @@ pub fn arrange(
 }
 
 /// Poses of all members of the groups on the table.
-fn poses(
-    objects: &[ObjectGeometry],
-    supporters: &[Option<Supporter>],
-    groups: &[(Placement, Group)],
-) -> Vec<Pose> {
+fn poses(objects: &[ObjectGeometry], supports: &SupportTree, groups: &[(Placement, Group)]) -> Vec<Pose> {
     let mut poses = vec![Pose::IDENTITY; objects.len()];
     for (placement, group) in groups {
         for member in &group.members {
@@ -192,10 +183,8 @@ fn poses(
     }
     for object in 0..objects.len() {
         // Approximate height: the sum of the heights of the supporters.
-        let mut below = supporters[object];
-        while let Some(supporter) = below {
-            poses[object].translation_m.z += objects[supporter.parent].height_m;
-            below = supporters[supporter.parent];
+        for below in supports.ancestors(object) {
+            poses[object].translation_m.z += objects[below].height_m;
         }
     }
     poses

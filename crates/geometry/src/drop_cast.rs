@@ -16,9 +16,9 @@ use super::{ConvexHull, Pose};
 /// Largest error of [`drop_height`], meters.
 pub const TOLERANCE_M: f64 = 1e-6;
 
-/// A posed collision shape that objects may rest on.
+/// A collision shape in its pose.
 #[derive(Clone, Copy)]
-pub struct Supporter<'a> {
+pub struct PosedShape<'a> {
     pub shape: &'a CollisionShape,
     pub world_from_object: Pose,
 }
@@ -29,7 +29,7 @@ pub fn drop_height(
     object: &CollisionShape,
     rotation: DQuat,
     xy_m: DVec2,
-    supporters: &[Supporter],
+    supporters: &[PosedShape],
 ) -> Option<f64> {
     let at_zero = Pose { translation_m: xy_m.extend(0.0), rotation };
     let boxes = object.part_boxes(&at_zero);
@@ -84,7 +84,7 @@ pub fn slid_in_height(
     object: &CollisionShape,
     above: &Pose,
     (bottom_m, top_m): (f64, f64),
-    supporters: &[Supporter],
+    supporters: &[PosedShape],
     gap_m: f64,
 ) -> Option<f64> {
     const STEPS: u32 = 40;
@@ -144,7 +144,7 @@ pub fn slid_in_height(
 /// Shortest displacement along the horizontal unit vector `direction` after which `object` keeps `clearance_m` from
 /// `other`, as if it had been slid in from far away along the opposite direction. 0 if it is clear already. The result
 /// is never inside a cavity.
-pub fn slide_distance(object: &Supporter, other: &Supporter, direction: DVec2, clearance_m: f64) -> f64 {
+pub fn slide_distance(object: &PosedShape, other: &PosedShape, direction: DVec2, clearance_m: f64) -> f64 {
     let along = direction.extend(0.0);
     let boxes = object.shape.part_boxes(&object.world_from_object);
     let other_boxes = other.shape.part_boxes(&other.world_from_object);
@@ -198,7 +198,7 @@ pub fn slide_distance(object: &Supporter, other: &Supporter, direction: DVec2, c
 }
 
 /// Whether any two parts are closer than `clearance_m` (0 = overlap or touch).
-pub fn are_closer(a: &Supporter, b: &Supporter, clearance_m: f64) -> bool {
+pub fn are_closer(a: &PosedShape, b: &PosedShape, clearance_m: f64) -> bool {
     let (a_boxes, b_boxes) =
         (a.shape.part_boxes(&a.world_from_object), b.shape.part_boxes(&b.world_from_object));
     let (a_pose, b_pose) = (to_parry(&a.world_from_object), to_parry(&b.world_from_object));
@@ -274,7 +274,7 @@ mod tests {
     #[test]
     fn drop_height_is_the_table_top_and_none_beside_it() {
         let (table, cube) = (table(), shape(&[block(DVec3::splat(0.1))]));
-        let on = [Supporter { shape: &table, world_from_object: Pose::IDENTITY }];
+        let on = [PosedShape { shape: &table, world_from_object: Pose::IDENTITY }];
         let z = drop_height(&cube, DQuat::IDENTITY, DVec2::new(0.3, -0.2), &on).expect("the table is there");
         assert!(z.abs() <= TOLERANCE_M, "{z}");
         let edge = DQuat::from_rotation_x(std::f64::consts::FRAC_PI_4);
@@ -287,7 +287,7 @@ mod tests {
     #[test]
     fn drop_height_of_a_ball_is_the_box_floor_or_its_rim() {
         let (open_box, ball) = (open_box(), shape(&[sphere(0.05, 48)]));
-        let on = [Supporter {
+        let on = [PosedShape {
             shape: &open_box,
             world_from_object: Pose::upright(DVec3::new(0.5, 0.0, 0.2), 0.3),
         }];
@@ -302,8 +302,8 @@ mod tests {
     #[test]
     fn slide_distance_clears_the_shape_and_its_cavity() {
         let (open_box, ball) = (open_box(), shape(&[sphere(0.03, 48)]));
-        let obstacle = Supporter { shape: &open_box, world_from_object: Pose::IDENTITY };
-        let at = |x: f64, z: f64| Supporter {
+        let obstacle = PosedShape { shape: &open_box, world_from_object: Pose::IDENTITY };
+        let at = |x: f64, z: f64| PosedShape {
             shape: &ball,
             world_from_object: Pose::upright(DVec3::new(x, 0.0, z), 0.0),
         };
@@ -324,8 +324,8 @@ mod tests {
             let (open_box, block) = (open_box(), shape(&[block(DVec3::new(0.06, 0.03, 0.02))]));
             let floor = table();
             let on = [
-                Supporter { shape: &open_box, world_from_object: Pose::IDENTITY },
-                Supporter { shape: &floor, world_from_object: Pose::IDENTITY },
+                PosedShape { shape: &open_box, world_from_object: Pose::IDENTITY },
+                PosedShape { shape: &floor, world_from_object: Pose::IDENTITY },
             ];
             let rotation = DQuat::from_rotation_z(yaw) * DQuat::from_rotation_x(tilt);
             let z = drop_height(&block, rotation, DVec2::new(x, y), &on).expect("the floor is below");

@@ -1,7 +1,7 @@
 //! Rigid bodies on a table: settling under gravity, resolving overlaps, and the physical metrics of a layout.
 //!
 //! Everything is deterministic: fixed order, fixed time steps, the same bytes with any number of threads. World frame,
-//! SI units. The crate must not depend on scenes, files, clocks or the pipeline.
+//! SI units. Of the domain types the crate takes the support tree. It must not depend on files, clocks or the pipeline.
 //!
 //! ```
 //! use geometry::{DVec3, Pose};
@@ -24,6 +24,6 @@ mod test_bodies;
 
 pub use body::Body;
 pub use metrics::{CertifySettings, Collisions, Stability, collisions, stability};
-pub use resolve::{ResolveError, ResolveProblem, ResolveSettings, ResolvedLayout, SupportedBy, resolve};
+pub use resolve::{ResolveError, ResolveProblem, ResolveSettings, ResolvedLayout, resolve};
 pub use settle::{SettleError, SettleSettings, SettledPoses, settle};
-pub use support::{SupportFinding, support, support_by_hulls};
+pub use support::{SupportFinding, carriers, support, support_by_hulls};

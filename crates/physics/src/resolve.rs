@@ -26,17 +26,18 @@ use serde::{Deserialize, Serialize};
 
 use super::metrics::{CertifySettings, collisions, stability};
 use super::settle::{SettleError, SettleSettings, angle_between_rad, settle};
-use super::support::{SupportFinding, support};
+use super::support::{SupportFinding, carriers, support};
 use super::{Body, SettledPoses};
 use geometry::collide::PlacedSolid;
 use geometry::collision_shape::CollisionShape;
-use geometry::drop_cast::{Supporter, are_closer};
+use geometry::drop_cast::{PosedShape, are_closer};
 use geometry::polygon::{convex_hull_2d, depth_in_convex_m};
 use geometry::solid_query::MeshSolid;
 use geometry::{Outline, Pose};
 use runtime::{CancelFlag, Cancelled};
+use scene::SupportTree;
 
-use tree::Tree;
+use tree::{BodyTree, TABLE};
 
 /// Section `[resolve]`.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
@@ -63,24 +64,16 @@ pub struct ResolveSettings {
     pub fallen_rotation_rad: f64,
 }
 
-/// The supporter of a body.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct SupportedBy {
-    /// Index of the supporter among the bodies.
-    pub parent: usize,
-    /// In it (a spoon in a mug) rather than on it.
-    pub inside: bool,
-}
-
-/// A scene to resolve. All slices have the same order and length.
+/// A scene to resolve. The slices have the same order and length: the table, which is fixed, then the objects of the
+/// support tree.
 #[derive(Clone, Copy)]
 pub struct ResolveProblem<'a> {
     /// `world_from_object` is the wanted pose; its height matters little, it is dropped anyway.
     pub bodies: &'a [Body],
     /// Their visual meshes.
     pub solids: &'a [&'a MeshSolid],
-    /// `None` for the table only, which is fixed.
-    pub supports: &'a [Option<SupportedBy>],
+    /// Supports of all bodies but the table.
+    pub supports: &'a SupportTree,
     /// Edge of the table's top in the world's xy plane.
     pub outline: &'a Outline,
 }
@@ -104,8 +97,10 @@ pub struct ResolvedLayout {
 /// Reason why a scene is infeasible.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ResolveError {
-    #[error("resolving: {problem}; give one table without a supporter and every object a chain down to it")]
-    BadSupport { problem: String },
+    #[error(
+        "resolving: {bodies} bodies but supports of {objects} objects; give the table and one body per object"
+    )]
+    BadSupport { bodies: usize, objects: usize },
     #[error("resolving: no room on the table for {}; use a larger table or fewer objects", names.join(", "))]
     NoSpace { names: Vec<String> },
     #[error("resolving: {} after {rounds} rounds; remove or replace the named objects", reasons.join("; "))]
@@ -130,15 +125,15 @@ impl ResolveError {
 struct Scene<'a> {
     problem: ResolveProblem<'a>,
     shapes: Vec<CollisionShape>,
-    tree: Tree,
+    tree: BodyTree<'a>,
     settings: &'a ResolveSettings,
     settle: &'a SettleSettings,
     certify: &'a CertifySettings,
 }
 
 impl Scene<'_> {
-    fn placed<'b>(&'b self, body: usize, poses: &[Pose]) -> Supporter<'b> {
-        Supporter { shape: &self.shapes[body], world_from_object: poses[body] }
+    fn placed<'b>(&'b self, body: usize, poses: &[Pose]) -> PosedShape<'b> {
+        PosedShape { shape: &self.shapes[body], world_from_object: poses[body] }
     }
 
     fn name(&self, body: usize) -> &str {
@@ -185,8 +180,8 @@ fn clearance_m(settings: &ResolveSettings, round: usize) -> f64 {
 ///
 /// # Errors
 ///
-/// [`ResolveError`] if the support tree is invalid, a body cannot be simulated, or no round ends without faults; it
-/// names the objects at fault.
+/// [`ResolveError`] if there is not one body for the table and each object of the tree, a body cannot be simulated, or
+/// no round ends without faults; it names the objects at fault.
 pub fn resolve(
     problem: ResolveProblem,
     settings: &ResolveSettings,
@@ -194,7 +189,10 @@ pub fn resolve(
     certify: &CertifySettings,
     cancel: &CancelFlag,
 ) -> Result<ResolvedLayout, ResolveError> {
-    let tree = Tree::new(problem.bodies, problem.supports)?;
+    let (bodies, objects) = (problem.bodies.len(), problem.supports.len());
+    if bodies != objects + 1 {
+        return Err(ResolveError::BadSupport { bodies, objects });
+    }
     let shapes = problem
         .bodies
         .iter()
@@ -203,6 +201,7 @@ pub fn resolve(
                 .map_err(|source| SettleError::BrokenHull { name: body.name.clone(), source })
         })
         .collect::<Result<Vec<_>, _>>()?;
+    let tree = BodyTree::new(problem.supports);
     let scene = Scene { problem, shapes, tree, settings, settle: settle_settings, certify };
     let wanted: Vec<Pose> = problem.bodies.iter().map(|b| b.world_from_object).collect();
     let (mut plan, mut log) = (wanted.clone(), Vec::new());
@@ -306,8 +305,7 @@ fn find_faults(
 ) -> Result<Vec<Fault>, ResolveError> {
     let (settings, certify) = (scene.settings, scene.certify);
     let mut faults = Vec::new();
-    for &body in &scene.tree.order {
-        let Some(support) = scene.tree.support[body] else { continue };
+    for body in scene.tree.order() {
         let name = scene.name(body);
         let (over_edge_m, _) = inside::missing(scene.problem.outline, &scene.footprint(body, poses), 0.0);
         if over_edge_m > 0.0 {
@@ -315,8 +313,8 @@ fn find_faults(
             faults.push(Fault { body, reason, nudge: false, over_edge_m, needs_space: true });
         }
         let mut fault = |reason: String, nudge: bool| faults.push(Fault { nudge, ..Fault::of(body, reason) });
-        let parent = support.parent;
-        if support.inside {
+        let (parent, is_contained) = (scene.tree.parent(body), scene.tree.is_contained(body));
+        if is_contained {
             if !contain::reaches_in(scene, body, parent, poses) {
                 fault(format!("{name} does not stay in {}", scene.name(parent)), true);
             }
@@ -324,7 +322,7 @@ fn find_faults(
             fault(format!("{name} fell off {}", scene.name(parent)), true);
         }
         let turned = angle_between_rad(&plan[body], &poses[body]);
-        if !support.inside && turned > settings.fallen_rotation_rad && !last_round {
+        if !is_contained && turned > settings.fallen_rotation_rad && !last_round {
             fault(format!("{name} turned by {:.0} degrees while settling", turned.to_degrees()), false);
         }
     }
@@ -339,11 +337,12 @@ fn find_faults(
         .zip(poses)
         .map(|(solid, pose)| PlacedSolid { solid, world_from_object: *pose })
         .collect();
-    let movable: Vec<usize> = scene.tree.order.iter().copied().filter(|&k| k != scene.tree.table).collect();
+    let movable: Vec<usize> = scene.tree.order().collect();
     let findings: Vec<SupportFinding> = movable
         .par_iter()
         .map(|&body| {
-            support(&solids, scene.problem.bodies, body, &scene.tree.carriers(body), certify, cancel)
+            let carriers = carriers(scene.problem.supports, body);
+            support(&solids, scene.problem.bodies, body, &carriers, certify, cancel)
         })
         .collect::<Result<_, Cancelled>>()?;
     for (&body, finding) in movable.iter().zip(&findings).filter(|(_, finding)| !finding.is_supported()) {
@@ -352,7 +351,7 @@ fn find_faults(
         faults.push(Fault { nudge: true, ..Fault::of(body, reason) });
     }
     for pair in collisions(&solids, certify, cancel)?.colliding {
-        let body = if pair.a == scene.tree.table { pair.b } else { pair.a };
+        let body = if pair.a == TABLE { pair.b } else { pair.a };
         let (a, b) = (scene.name(pair.a), scene.name(pair.b));
         let reason = format!("{a} and {b} overlap by {:.1} mm", 1e3 * pair.depth_m);
         faults.push(Fault { needs_space: true, ..Fault::of(body, reason) });
@@ -365,7 +364,7 @@ fn touches_group(scene: &Scene, body: usize, parent: usize, poses: &[Pose], gap_
     let own = scene.placed(body, poses);
     let carried_by_parent = |other: usize| {
         other == parent
-            || (parent != scene.tree.table
+            || (parent != TABLE
                 && other != body
                 && scene.tree.is_below(other, parent)
                 && !scene.tree.is_below(other, body))

@@ -13,6 +13,7 @@ use geometry::collide::{PlacedSolid, contact_region};
 use geometry::collision_shape::to_parry;
 use geometry::polygon::{convex_hull_2d, depth_in_convex_m};
 use runtime::{CancelFlag, Cancelled};
+use scene::SupportTree;
 
 /// Support of one object.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,6 +30,14 @@ impl SupportFinding {
     pub fn is_supported(&self) -> bool {
         self.margin_m >= 0.0
     }
+}
+
+/// The bodies that may carry a body: its supporter, and for a contained body the other bodies in its container. Body 0
+/// is the table, which nothing carries; body k + 1 is object k of the tree.
+pub fn carriers(supports: &SupportTree, body: usize) -> Vec<usize> {
+    let Some(object) = body.checked_sub(1) else { return Vec::new() };
+    let below = supports.supporter(object).parent.map_or(0, |parent| parent + 1);
+    std::iter::once(below).chain(supports.container_mates(object).map(|mate| mate + 1)).collect()
 }
 
 /// SS of one object: is the center of mass above the hull of all contacts (gap at most 1 mm) with all
@@ -166,6 +175,17 @@ mod tests {
             support(&placed, &self.bodies, object, &[0], &certify_settings(), &CancelFlag::default())
                 .expect("no interrupt")
         }
+    }
+
+    #[test]
+    fn carriers_are_supporter_and_container_mates() {
+        use scene::Supporter;
+        // A bowl (body 1) with two apples (2, 3), a saucer (4) with a mug (5).
+        let apple = Supporter::containing(0);
+        let supporters = vec![Supporter::TABLE, apple, apple, Supporter::TABLE, Supporter::on(3)];
+        let tree = SupportTree::new(supporters).expect("a tree");
+        let found: Vec<Vec<usize>> = (0..6).map(|body| carriers(&tree, body)).collect();
+        assert_eq!(found, [vec![], vec![0], vec![1, 3], vec![1, 2], vec![0], vec![4]]);
     }
 
     #[test]

@@ -15,7 +15,7 @@ use glam::{DQuat, DVec2, DVec3};
 use super::top_view_layout::BoxFromAbove;
 use geometry::Pose;
 use geometry::collision_shape::CollisionShape;
-use geometry::drop_cast::{Supporter, drop_height, slid_in_height};
+use geometry::drop_cast::{PosedShape, drop_height, slid_in_height};
 
 /// Objects with a smaller ratio of longest to second-longest extent do not lean; they keep their upright rotation.
 const SLENDER: f64 = 2.2;
@@ -60,7 +60,7 @@ pub struct ContainedObject<'a> {
 
 /// `world_from_object` of all objects in a container, in the order of the objects. `None` for an object whose box lies
 /// beside the container.
-pub fn lie(objects: &[ContainedObject], container: Supporter) -> Vec<Option<Pose>> {
+pub fn lie(objects: &[ContainedObject], container: PosedShape) -> Vec<Option<Pose>> {
     let bottom_m = container.shape.bounds(&container.world_from_object).0.z;
     let mut found: Vec<Option<Pose>> =
         objects.iter().map(|object| DroppedObject { object, container, bottom_m }.pose()).collect();
@@ -71,14 +71,14 @@ pub fn lie(objects: &[ContainedObject], container: Supporter) -> Vec<Option<Pose
     let mut heap: Vec<(f64, usize, Pose)> =
         (0..objects.len()).filter_map(|k| lies(k).map(|pose| (lowest_m(k, &pose), k, pose))).collect();
     heap.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let mut below: Vec<Supporter> = Vec::with_capacity(heap.len());
+    let mut below: Vec<PosedShape> = Vec::with_capacity(heap.len());
     for (_, k, mut pose) in heap {
         let slim = objects[k].shape.slimmer(SLIM);
         if let Some(z_m) = drop_height(&slim, pose.rotation, pose.translation_m.truncate(), &below) {
             pose.translation_m.z = pose.translation_m.z.max(z_m);
         }
         found[k] = Some(pose);
-        below.push(Supporter { shape: objects[k].shape, world_from_object: pose });
+        below.push(PosedShape { shape: objects[k].shape, world_from_object: pose });
     }
     found
 }
@@ -95,7 +95,7 @@ struct Tilt {
 /// An object to be dropped into a container with no other contents.
 struct DroppedObject<'a> {
     object: &'a ContainedObject<'a>,
-    container: Supporter<'a>,
+    container: PosedShape<'a>,
     /// Lowest point of the container.
     bottom_m: f64,
 }
@@ -261,7 +261,7 @@ mod tests {
         shape: &CollisionShape,
         upright: DQuat,
         seen: BoxFromAbove,
-        container: Supporter,
+        container: PosedShape,
     ) -> Option<Pose> {
         lie(&[ContainedObject { shape, upright, seen }], container)[0]
     }
@@ -269,7 +269,7 @@ mod tests {
     #[test]
     fn lie_recovers_leaning_brush() {
         let (holder, brush) = (holder(), brush());
-        let container = Supporter { shape: &holder, world_from_object: Pose::IDENTITY };
+        let container = PosedShape { shape: &holder, world_from_object: Pose::IDENTITY };
         for azimuth_deg in [20.0_f64, 115.0, 200.0, 290.0] {
             let azimuth_rad = azimuth_deg.to_radians();
             let rotation = turned(
@@ -298,7 +298,7 @@ mod tests {
     #[test]
     fn lie_keeps_object_across_rim() {
         let (holder, brush) = (holder(), brush());
-        let container = Supporter { shape: &holder, world_from_object: Pose::IDENTITY };
+        let container = PosedShape { shape: &holder, world_from_object: Pose::IDENTITY };
         let upright = DQuat::from_rotation_z(0.3);
         let z_m = drop_height(&brush, upright, DVec2::ZERO, &[container]).expect("below it is the holder");
         let truth = Pose { translation_m: DVec3::Z * z_m, rotation: upright };
@@ -318,7 +318,7 @@ mod tests {
             solids.push(bar(DVec3::new(x - 0.0015, -0.004, 0.1), DVec3::new(x + 0.0015, 0.004, 0.15)));
         }
         let basket = shape(&solids);
-        let container = Supporter { shape: &basket, world_from_object: Pose::IDENTITY };
+        let container = PosedShape { shape: &basket, world_from_object: Pose::IDENTITY };
         let ball = shape(&[sphere(0.02, 24)]);
         let seen = BoxFromAbove { center_m: DVec2::ZERO, extent_m: DVec2::splat(0.04) };
         let found = lies(&ball, DQuat::IDENTITY, seen, container).expect("a pose");
@@ -330,7 +330,7 @@ mod tests {
     fn lie_stacks_fourth_ball_on_three() {
         let holder = holder();
         let ball = shape(&[sphere(0.016, 24)]);
-        let container = Supporter { shape: &holder, world_from_object: Pose::IDENTITY };
+        let container = PosedShape { shape: &holder, world_from_object: Pose::IDENTITY };
         // Three on the bottom, slightly nearer to each other than possible; the fourth over the gap between them.
         let around = (0..3).map(|k| 0.0182 * DVec2::from_angle(TAU * f64::from(k) / 3.0));
         let objects: Vec<ContainedObject> = [DVec2::ZERO]

@@ -37,7 +37,7 @@ pub use description::{ObjectSpec, Relation, RelationKind, SceneDescription};
 pub use finished::Scene;
 pub use geometry::{Friction, MassProperties};
 pub use id::{JobId, SceneId, TenantId};
-pub use instance::{Instance, Provenance, ReconstructionMethod, Support};
+pub use instance::{Instance, Provenance, ReconstructionMethod, Support, SupportRelation};
 pub use money::MicroUsd;
 pub use name::InstanceId;
 pub use recognition::{
@@ -45,7 +45,7 @@ pub use recognition::{
     StandsOn, TopBox, UNNAMED_CATEGORY,
 };
 pub use request::{Input, SceneRequest};
-pub use support_tree::SupportTree;
+pub use support_tree::{SupportTree, Supporter};
 pub use table::{Table, TableShape, TableSpec};
 pub use validation::{InvalidValue, Violation};
 

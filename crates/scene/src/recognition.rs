@@ -65,11 +65,17 @@ impl Recognition {
         // An unknown id becomes an index that is out of range.
         let parent = |id: &InstanceId| Some(position(id).unwrap_or(self.objects.len()));
         let supporter = |object: &RecognizedObject| match &object.stands_on {
-            StandsOn::Table => Supporter { parent: None, relation: SupportRelation::On },
+            StandsOn::Table => Supporter::TABLE,
             StandsOn::On(id) => Supporter { parent: parent(id), relation: SupportRelation::On },
             StandsOn::In(id) => Supporter { parent: parent(id), relation: SupportRelation::In },
         };
         SupportTree::new(self.objects.iter().map(supporter).collect())
+    }
+
+    /// Height above the table of what an object stands on or in, meters: the sum of the heights of its supporters.
+    /// `supports` is the tree of [`Self::support_tree()`].
+    pub fn support_height_m(&self, supports: &SupportTree, index: usize) -> f64 {
+        supports.ancestors(index).fold(0.0, |height_m, below| height_m + self.objects[below].size_m.z)
     }
 }
 
@@ -143,7 +149,7 @@ pub struct CategoryStance {
     pub overlap: f64,
 }
 
-/// Stacking relation of one object.
+/// Stacking relation of one object in a serialized recognition. Code works with [`Recognition::support_tree()`].
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(tag = "kind", content = "object", rename_all = "snake_case")]
 pub enum StandsOn {

@@ -105,6 +105,29 @@ fn recognition_rejects_invalid_names_sizes_and_supports() {
     );
 }
 
+#[test]
+fn support_height_is_the_sum_of_the_supporters_heights() {
+    let on = |id: &str| json!({ "kind": "on", "object": id });
+    let mut recognition: Recognition = serde_json::from_value(json!({
+        "camera": camera(),
+        "camera_is": "known",
+        "table": {
+            "label": "table", "shape": "round", "model": "desk", "size_m": [1, 1, 0.7], "color": null,
+            "material": null, "seed": 1,
+        },
+        "objects": [
+            recognized("spoon_1", json!({ "kind": "in", "object": "mug_1" })),
+            recognized("mug_1", on("plate_1")),
+            recognized("plate_1", json!({ "kind": "table" })),
+        ],
+    }))
+    .expect("a valid recognition");
+    recognition.objects[2].size_m.z = 0.25;
+    let supports = recognition.support_tree().expect("a tree");
+    let heights_m = [0, 1, 2].map(|index| recognition.support_height_m(&supports, index));
+    assert_eq!(heights_m, [0.35, 0.25, 0.0]);
+}
+
 fn instance(name: &str, parent: &str) -> Value {
     json!({
         "name": name, "label": name, "category": "mug", "image": { "bbox_px": [0, 0, 1, 1] },

@@ -45,11 +45,12 @@ pub const CRATES: &[Layer] = &[
     layer("mesh_io", &["geometry", "imaging"], PURE),
     layer("soft_raster", &["geometry", "gpu", "imaging"], PURE),
     layer("render", &["geometry", "gpu", "imaging", "runtime"], PURE),
-    layer("physics", &["geometry", "runtime"], PURE),
     layer("catalog", &["geometry", "imaging", "runtime"], PURE),
     layer("vision", &["catalog", "geometry", "imaging", "render", "runtime"], PURE),
     layer("pose_estimation", &["geometry", "gpu", "imaging", "render", "runtime", "soft_raster"], PURE),
     layer("scene", &["geometry", "imaging"], PURE),
+    // Of the domain types it takes the support tree alone.
+    layer("physics", &["geometry", "runtime", "scene"], PURE),
     layer(
         "export",
         &["geometry", "imaging", "mesh_io", "runtime", "scene"],

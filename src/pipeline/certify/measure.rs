@@ -13,7 +13,7 @@ use geometry::Pose;
 use geometry::collide::PlacedSolid;
 use physics::metrics::Movement;
 use physics::settle::{SettleError, angle_between_rad};
-use physics::{Body, Collisions, Stability, SupportFinding, collisions, stability, support};
+use physics::{Body, Collisions, Stability, SupportFinding, carriers, collisions, stability, support};
 use runtime::CancelFlag;
 use scene::certificate::{
     Appearance, BodyHealth, Certificate, Collision, Displacement, Displacements, Fidelity, MethodShare,
@@ -257,9 +257,10 @@ fn bodies(inputs: &Inputs, loaded: &[Loaded], pose: impl Fn(&super::BodyParts) -
         .bodies
         .iter()
         .zip(loaded)
-        .map(|(parts, geometry)| {
+        .enumerate()
+        .map(|(index, (parts, geometry))| {
             let (name, physical) = (&parts.resolved.name, &parts.resolved.physical);
-            body(name, geometry, pose(parts), physical, parts.support.is_none())
+            body(name, geometry, pose(parts), physical, index == 0)
         })
         .collect()
 }
@@ -287,17 +288,10 @@ fn supports(
     (1..placed.len())
         .into_par_iter()
         .map(|index| {
-            let carriers = carriers(inputs, index);
+            let carriers = carriers(&inputs.supports, index);
             Ok(support(placed, bodies, index, &carriers, &inputs.certify, cancel)?)
         })
         .collect()
-}
-
-/// What an object stands on or in, and what lies in the same container.
-fn carriers(inputs: &Inputs, index: usize) -> Vec<usize> {
-    let Some(support) = inputs.bodies[index].support else { return Vec::new() };
-    let shares = |other: usize| support.1 && other != index && inputs.bodies[other].support == Some(support);
-    (0..inputs.bodies.len()).filter(|&other| other == support.0 || shares(other)).collect()
 }
 
 /// Depth of the hulls' farthest corner inside the table's outline; negative outside.

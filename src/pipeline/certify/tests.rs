@@ -32,7 +32,7 @@ struct Planted {
     loaded: Vec<Loaded>,
 }
 
-fn body(name: &str, solid: Solid, world_from_object: Pose, table: bool) -> (BodyParts, Loaded) {
+fn body(name: &str, solid: Solid, world_from_object: Pose) -> (BodyParts, Loaded) {
     let mut mesh = TexturedMesh::default();
     mesh.add(solid.clone(), &Material::plain("wood", Rgb::hex(0x806040), 0.5));
     let physical = PhysicalProperties {
@@ -54,7 +54,6 @@ fn body(name: &str, solid: Solid, world_from_object: Pose, table: bool) -> (Body
             mesh: artifact("mesh"),
             hulls: artifact("hulls"),
             scale: 1.0,
-            support: (!table).then_some((0, false)),
             aligned: world_from_object,
             planned: world_from_object,
             settled: world_from_object,
@@ -77,7 +76,6 @@ fn body(name: &str, solid: Solid, world_from_object: Pose, table: bool) -> (Body
         repair: Repair::default(),
         scale: 1.0,
         symmetry_order: 1,
-        support: (!table).then_some((0, false)),
         provenance: Provenance { mesh_by: "by hand".into(), licence: "CC0-1.0".into(), notes: Vec::new() },
     };
     let loaded = Loaded {
@@ -105,9 +103,9 @@ fn sound() -> Planted {
     let top = shapes::block(DVec3::new(1.0, 1.0, 0.03)).translated(DVec3::new(0.0, 0.0, -0.03));
     let at = |x: f64| Pose::upright(DVec3::new(x, 0.0, 0.0), 0.3);
     let (bodies, loaded) = [
-        body("table", top, Pose::IDENTITY, true),
-        body("cube_1", block(0.06), at(-0.1), false),
-        body("cube_2", block(0.06), at(0.1), false),
+        body("table", top, Pose::IDENTITY),
+        body("cube_1", block(0.06), at(-0.1)),
+        body("cube_2", block(0.06), at(0.1)),
     ]
     .into_iter()
     .unzip();
@@ -176,6 +174,7 @@ fn sound() -> Planted {
         }),
         masks: ids.iter().map(|id| InstanceMask { id: id.clone(), visible: Mask::empty(64, 48) }).collect(),
         bodies,
+        supports: SupportTree::new(vec![Supporter::TABLE; 2]).expect("a tree"),
         table: place::PlacedTable {
             mesh: artifact("table"),
             hulls: artifact("hulls"),

@@ -14,7 +14,6 @@ use ports::BAD_ANSWER;
 use ports::{Adapter, Judgement, MadeAfter, ProviderError, TaskObject, TaskQuestion};
 use runtime::seed::child_seed;
 use scene::appraisal::{Appraisal, ModelResponse};
-use scene::instance::SupportRelation;
 use scene::{Input, InstanceId};
 
 /// Section `[appraise]`.
@@ -104,8 +103,9 @@ fn given<T>(
 fn objects(inputs: &Inputs, loaded: &[Loaded]) -> Result<Vec<TaskObject>, StageError> {
     let objects = inputs.recognition.objects.iter().zip(&inputs.bodies[1..]).zip(&loaded[1..]);
     objects
-        .map(|((object, body), geometry)| {
-            let (carrier, inside) = body.support.unwrap_or((0, false));
+        .enumerate()
+        .map(|(index, ((object, body), geometry))| {
+            let supporter = inputs.supports.supporter(index);
             let name = InstanceId::new(&body.resolved.name)
                 .map_err(|error| StageError::permanent("invalid_name", error.to_string()))?;
             // To a millimeter and a gram: what is asked is the same wherever the last digits differ.
@@ -116,11 +116,8 @@ fn objects(inputs: &Inputs, loaded: &[Loaded]) -> Result<Vec<TaskObject>, StageE
                 material: object.material.clone(),
                 size_m: geometry.mesh.size_m().to_array().map(rounded),
                 mass_kg: rounded(body.resolved.physical.mass.mass_kg),
-                relation: if inside { SupportRelation::In } else { SupportRelation::On },
-                carried_by: match carrier {
-                    0 => "table".to_owned(),
-                    index => inputs.bodies[index].resolved.name.clone(),
-                },
+                relation: supporter.relation,
+                carried_by: inputs.name_of(supporter).to_owned(),
             })
         })
         .collect()

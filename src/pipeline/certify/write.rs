@@ -21,7 +21,7 @@ use imaging::codec::encode_png;
 use imaging::{Image, Mask};
 use render::annotate::{fitted, side_by_side};
 use scene::finished::Frame;
-use scene::instance::{ImageRegion, SupportRelation};
+use scene::instance::ImageRegion;
 use scene::{Certificate, Instance, InstanceId, RecognizedObject, Scene, Support, Table};
 use vision::image_similarity::{SceneSimilarity, compare};
 
@@ -194,7 +194,7 @@ fn scene(inputs: &Inputs, loaded: &[Loaded], certificate: &Certificate) -> Resul
     let mut instances = Vec::with_capacity(inputs.recognition.objects.len());
     for (index, object) in inputs.recognition.objects.iter().enumerate() {
         let body = &inputs.bodies[index + 1];
-        let (parent, inside) = body.support.unwrap_or((0, false));
+        let supporter = inputs.supports.supporter(index);
         instances.push(Instance {
             name: InstanceId::new(&body.resolved.name).map_err(invalid)?,
             label: object.label.clone(),
@@ -208,10 +208,7 @@ fn scene(inputs: &Inputs, loaded: &[Loaded], certificate: &Certificate) -> Resul
             mass: body.resolved.physical.mass,
             friction: body.resolved.physical.friction,
             restitution: body.resolved.physical.restitution,
-            support: Support {
-                parent: inputs.bodies[parent].resolved.name.clone(),
-                relation: if inside { SupportRelation::In } else { SupportRelation::On },
-            },
+            support: Support { parent: inputs.name_of(supporter).to_owned(), relation: supporter.relation },
             hulls: hulls(index + 1),
             mesh: format!("glb/{}.glb", body.resolved.name),
             provenance: body.provenance.clone(),

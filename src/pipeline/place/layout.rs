@@ -7,7 +7,7 @@ use crate::pipeline::checkpoint::ArtifactRef;
 use crate::pipeline::error::StageError;
 use crate::pipeline::{Context, artifact_io};
 use geometry::collision_shape::CollisionShape;
-use geometry::drop_cast::{Supporter, drop_height};
+use geometry::drop_cast::{PosedShape, drop_height};
 use geometry::{ConvexHull, Outline, Pose, TexturedMesh};
 use ports::TopBoxes;
 use pose_estimation::contained;
@@ -15,7 +15,6 @@ use pose_estimation::contained::ContainedObject;
 use pose_estimation::top_view_layout::{
     BoxFromAbove, TopViewInstance, TopViewProblem, align_top_view, footprint,
 };
-use scene::StandsOn;
 
 /// Yaws surer than this may set the scene's scale.
 const ANCHOR_CONFIDENCE: f64 = 0.05;
@@ -38,12 +37,13 @@ pub(super) async fn lay_out(
         .iter()
         .zip(&boxes.objects)
         .zip(&footprints)
-        .map(|((instance, found), &footprint)| TopViewInstance {
+        .enumerate()
+        .map(|(index, ((instance, found), &footprint))| TopViewInstance {
             box_px: found.box_px,
             footprint,
             // What leans in a container shows another footprint than its upright mesh.
             may_anchor: instance.confidence >= ANCHOR_CONFIDENCE
-                && !matches!(instance.object.stands_on, StandsOn::In(_)),
+                && !inputs.supports.supporter(index).is_container(),
             seen_m: instance.seen_m.map(|origin_m| origin_m + 0.5 * (footprint.low_m + footprint.high_m)),
         })
         .collect();
@@ -58,10 +58,10 @@ pub(super) async fn lay_out(
     let table = place_table(context, inputs, found.table_rescaled.then_some(found.table_size_m)).await?;
 
     let mut placed = Vec::with_capacity(inputs.instances.len());
-    for ((instance, layout), &rma_score) in
-        inputs.instances.iter().zip(&found.instances).zip(&found.rma_scores)
+    for (index, ((instance, layout), &rma_score)) in
+        inputs.instances.iter().zip(&found.instances).zip(&found.rma_scores).enumerate()
     {
-        let leans = matches!(instance.object.stands_on, StandsOn::In(_));
+        let leans = inputs.supports.supporter(index).is_container();
         let scale = if leans { 1.0 } else { layout.scale };
         let (mesh, hulls) = resized(
             context,
@@ -79,7 +79,6 @@ pub(super) async fn lay_out(
             scale,
             world_from_object: Pose::upright(layout.xy_m.extend(0.0), instance.yaw_rad),
             seen_from_above: layout.seen,
-            stands_on: instance.object.stands_on.clone(),
             rma_score,
         });
     }
@@ -91,6 +90,7 @@ pub(super) async fn lay_out(
         registered: found.registered,
         table,
         instances: placed,
+        supports: inputs.supports.clone(),
         top_view,
     };
     let_down(context, &mut output).await?;
@@ -181,23 +181,24 @@ pub async fn let_down(context: &Context, output: &mut Output) -> Result<(), Stag
         let shape = CollisionShape::new(&hulls).map_err(|e| broken(instance.id.as_str(), e.to_string()))?;
         shapes.push(shape);
     }
-    let order = supporters_first(output);
-    let supports: Vec<(usize, bool)> = (0..shapes.len()).map(|index| output.support_of(index)).collect();
+    let supports = output.supports.clone();
     let seen: Vec<BoxFromAbove> = output.instances.iter().map(|i| i.seen_from_above).collect();
     let mut poses: Vec<Pose> = output.instances.iter().map(|i| i.world_from_object).collect();
     let poses = context
         .cpu(move || {
             let mut is_down = vec![false; poses.len()];
-            let mut is_container_checked = vec![false; poses.len() + 1];
-            for index in order {
-                let (parent, inside) = supports[index];
-                let below = match parent.checked_sub(1) {
-                    Some(parent) => Supporter { shape: &shapes[parent], world_from_object: poses[parent] },
-                    None => Supporter { shape: &table, world_from_object: Pose::IDENTITY },
+            let mut is_container_checked = vec![false; poses.len()];
+            for &index in supports.order() {
+                let supporter = supports.supporter(index);
+                let below = match supporter.parent {
+                    Some(parent) => PosedShape { shape: &shapes[parent], world_from_object: poses[parent] },
+                    None => PosedShape { shape: &table, world_from_object: Pose::IDENTITY },
                 };
-                if inside && parent > 0 && !std::mem::replace(&mut is_container_checked[parent], true) {
-                    let together: Vec<usize> =
-                        (0..poses.len()).filter(|&k| supports[k] == (parent, true)).collect();
+                let container = supporter.parent.filter(|_| supporter.is_container());
+                let is_unchecked =
+                    |container: usize| !std::mem::replace(&mut is_container_checked[container], true);
+                if container.is_some_and(is_unchecked) {
+                    let together: Vec<usize> = supports.supported_by(supporter).collect();
                     let objects: Vec<ContainedObject> = together
                         .iter()
                         .map(|&k| ContainedObject {
@@ -226,21 +227,4 @@ pub async fn let_down(context: &Context, output: &mut Output) -> Result<(), Stag
         instance.world_from_object = pose;
     }
     Ok(())
-}
-
-/// Indices such that whatever carries something comes before it.
-fn supporters_first(output: &Output) -> Vec<usize> {
-    let depth = |mut index: usize| {
-        let mut steps = 0;
-        while let Some(parent) = output.instances[index].stands_on.object() {
-            match output.instances.iter().position(|other| &other.id == parent) {
-                Some(next) if steps <= output.instances.len() => (index, steps) = (next, steps + 1),
-                _ => break,
-            }
-        }
-        steps
-    };
-    let mut order: Vec<usize> = (0..output.instances.len()).collect();
-    order.sort_by_key(|&index| depth(index));
-    order
 }

@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize};
 use super::Part;
 use geometry::{ConvexHull, Outline};
 use scene::certificate::{Relaxation, RelaxationKind};
+use scene::{SupportTree, Supporter};
 
 /// Section `[no_room]`.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
@@ -40,6 +41,8 @@ pub enum OnNoSpace {
 pub(super) struct Attempt {
     /// The table first.
     pub parts: Vec<Part>,
+    /// Of the parts after the table.
+    pub supports: SupportTree,
     /// Factors on the sizes that the layout gave.
     pub scales: Vec<f64>,
     moved: Vec<Relaxation>,
@@ -61,8 +64,8 @@ const MARGIN_M: f64 = 0.005;
 const PLACES_M: f64 = 0.01;
 
 impl Attempt {
-    pub fn new(parts: Vec<Part>) -> Self {
-        Self { scales: vec![1.0; parts.len()], parts, moved: Vec::new() }
+    pub fn new(parts: Vec<Part>, supports: SupportTree) -> Self {
+        Self { scales: vec![1.0; parts.len()], parts, supports, moved: Vec::new() }
     }
 
     /// Concedes what the settings allow; whether that is anything. `hulls` are those of the parts as they are now.
@@ -78,13 +81,13 @@ impl Attempt {
         match settings.outcome {
             OnNoSpace::Fail => false,
             OnNoSpace::Shrink if stuck.crowded => {
-                let all: Vec<usize> = (1..self.parts.len()).filter(|&k| self.parent(k) == Some(0)).collect();
+                let all: Vec<usize> = self.supports.children(None).map(|object| object + 1).collect();
                 self.shrink(&all, settings.min_scale)
             }
             OnNoSpace::Shrink => self.shrink(&named, settings.min_scale),
             OnNoSpace::Move => {
-                let wanted: Vec<usize> =
-                    named.into_iter().filter(|&k| self.parts[k].support != Some((0, false))).collect();
+                let is_on_table = |&k: &usize| self.supports.supporter(k - 1) == Supporter::TABLE;
+                let wanted: Vec<usize> = named.into_iter().filter(|k| !is_on_table(k)).collect();
                 wanted.into_iter().filter(|k| self.move_to_table(*k, hulls, outline)).count() > 0
             }
         }
@@ -100,25 +103,9 @@ impl Attempt {
         self.moved.iter().cloned().chain(shrunk).collect()
     }
 
-    fn parent(&self, part: usize) -> Option<usize> {
-        self.parts[part].support.map(|(parent, _)| parent)
-    }
-
     /// The part and what it carries.
     fn branch(&self, root: usize) -> Vec<usize> {
-        let stands_on_root = |&part: &usize| {
-            let mut at = Some(part);
-            // No chain is longer than there are parts.
-            for _ in 0..self.parts.len() {
-                match at {
-                    Some(k) if k == root => return true,
-                    Some(k) => at = self.parent(k),
-                    None => return false,
-                }
-            }
-            false
-        };
-        (0..self.parts.len()).filter(stands_on_root).collect()
+        self.supports.branch(root - 1).map(|object| object + 1).collect()
     }
 
     /// Makes the branches smaller by one step, each about its root's origin; whether any could be.
@@ -152,8 +139,9 @@ impl Attempt {
             .map(|k| self.footprint(&[k], hulls))
             .collect();
         let Some(way) = free_place(own, &others, outline) else { return false };
-        let from = self.parent(root).map_or_else(String::new, |parent| self.parts[parent].name.clone());
-        self.parts[root].support = Some((0, false));
+        let from = self.supports.supporter(root - 1).parent.map_or(0, |parent| parent + 1);
+        let from = self.parts[from].name.clone();
+        self.supports.move_to_table(root - 1);
         for &k in &branch {
             self.parts[k].aligned.translation_m += way.extend(0.0);
         }
@@ -202,7 +190,7 @@ mod tests {
     use geometry::shapes::{block, rectangle};
     use store::Digest;
 
-    fn part(name: &str, at: DVec2, support: Option<(usize, bool)>) -> Part {
+    fn part(name: &str, at: DVec2) -> Part {
         let artifact = ArtifactRef {
             name: name.into(),
             digest: Digest::of(name.as_bytes()),
@@ -216,19 +204,20 @@ mod tests {
             mesh: artifact.clone(),
             hulls: artifact,
             aligned: Pose::upright(at.extend(0.0), 0.0),
-            support,
         }
     }
 
     /// A tray with a cup on it that holds a pen, and a box beside them, all cubes of 10 cm.
     fn attempt() -> Attempt {
-        Attempt::new(vec![
-            part("table", DVec2::ZERO, None),
-            part("tray", DVec2::ZERO, Some((0, false))),
-            part("cup", DVec2::new(0.02, 0.0), Some((1, false))),
-            part("pen", DVec2::new(0.03, 0.0), Some((2, true))),
-            part("box", DVec2::new(0.2, 0.0), Some((0, false))),
-        ])
+        let parts = vec![
+            part("table", DVec2::ZERO),
+            part("tray", DVec2::ZERO),
+            part("cup", DVec2::new(0.02, 0.0)),
+            part("pen", DVec2::new(0.03, 0.0)),
+            part("box", DVec2::new(0.2, 0.0)),
+        ];
+        let supporters = vec![Supporter::TABLE, Supporter::on(0), Supporter::containing(1), Supporter::TABLE];
+        Attempt::new(parts, SupportTree::new(supporters).expect("a tree"))
     }
 
     fn give_way(attempt: &mut Attempt, outcome: OnNoSpace, name: &str, crowded: bool, side_m: f64) -> bool {
@@ -276,7 +265,7 @@ mod tests {
     fn what_does_not_fit_in_another_moves_to_the_nearest_free_place_and_stands_on_the_table() {
         let mut attempt = attempt();
         assert!(give_way(&mut attempt, OnNoSpace::Move, "cup", false, 1.0));
-        assert_eq!(attempt.parts[2].support, Some((0, false)));
+        assert_eq!(attempt.supports.supporter(1), Supporter::TABLE);
         let way = |k: usize, x: f64| attempt.parts[k].aligned.translation_m - DVec3::new(x, 0.0, 0.0);
         assert!((way(2, 0.02) - way(3, 0.03)).length() < 1e-12, "the pen goes with it");
         let apart = attempt.parts[2].aligned.translation_m.abs().max_element();

@@ -8,6 +8,7 @@ use geometry::decompose::decompose;
 use geometry::shapes::{block, rectangle, shell_of_revolution};
 use geometry::{Material, Rgb, Solid};
 use runtime::CancelFlag;
+use scene::Supporter;
 use scene::certificate::RelaxationKind;
 use store::Digest;
 
@@ -21,6 +22,7 @@ fn section<T: DeserializeOwned>(name: &str) -> T {
 struct Planted {
     inputs: Inputs,
     solids: Vec<Solid>,
+    supporters: Vec<Supporter>,
 }
 
 impl Planted {
@@ -28,6 +30,7 @@ impl Planted {
         let mut planted = Self {
             inputs: Inputs {
                 bodies: Vec::new(),
+                supports: SupportTree::new(Vec::new()).expect("no objects"),
                 outline_m: Outline::new(rectangle(side_m, side_m)).expect("a square"),
                 resolve: section("resolve"),
                 settle: section("settle"),
@@ -35,13 +38,20 @@ impl Planted {
                 no_room: NoSpaceSettings { outcome, ..section("no_room") },
             },
             solids: Vec::new(),
+            supporters: Vec::new(),
         };
         let top = block(DVec3::new(side_m, side_m, 0.03)).translated(DVec3::new(0.0, 0.0, -0.03));
-        planted.add("table", top, DVec2::ZERO, None);
+        planted.add_body("table", top, DVec2::ZERO);
         planted
     }
 
-    fn add(&mut self, name: &str, solid: Solid, at: DVec2, support: Option<(usize, bool)>) {
+    fn add(&mut self, name: &str, solid: Solid, at: DVec2, supporter: Supporter) {
+        self.add_body(name, solid, at);
+        self.supporters.push(supporter);
+        self.inputs.supports = SupportTree::new(self.supporters.clone()).expect("a tree");
+    }
+
+    fn add_body(&mut self, name: &str, solid: Solid, at: DVec2) {
         let artifact = ArtifactRef {
             name: name.into(),
             digest: Digest::of(name.as_bytes()),
@@ -55,7 +65,6 @@ impl Planted {
             mesh: artifact.clone(),
             hulls: artifact,
             aligned: Pose::upright(at.extend(0.0), 0.0),
-            support,
         });
         self.solids.push(solid);
     }
@@ -77,10 +86,12 @@ impl Planted {
 
     /// As the stage does it; the code of the failure where nothing more may be conceded.
     fn resolve(&self) -> Result<Output, &'static str> {
-        let mut attempt = Attempt::new(self.inputs.bodies.clone());
+        let mut attempt = Attempt::new(self.inputs.bodies.clone(), self.inputs.supports.clone());
         for _ in 0..MAX_TRIES {
             let loaded = self.loaded(&attempt.scales);
-            let failed = match solve(&self.inputs, &attempt.parts, &loaded, &CancelFlag::default()) {
+            let supports = attempt.supports.clone();
+            let failed = match solve(&self.inputs, &attempt.parts, supports, &loaded, &CancelFlag::default())
+            {
                 Ok(solved) => return Ok(solved.conceded(&attempt)),
                 Err(failed) => failed,
             };
@@ -98,7 +109,7 @@ impl Planted {
 fn crowded(outcome: OnNoSpace) -> Planted {
     let mut planted = Planted::on(0.2, outcome);
     for (k, corner) in [(-0.05, -0.05), (0.05, -0.05), (0.05, 0.05), (-0.05, 0.05)].into_iter().enumerate() {
-        planted.add(&format!("cube_{k}"), block(DVec3::splat(0.1)), corner.into(), Some((0, false)));
+        planted.add(&format!("cube_{k}"), block(DVec3::splat(0.1)), corner.into(), Supporter::TABLE);
     }
     planted
 }
@@ -114,7 +125,7 @@ fn full_table_fails_the_job_unless_objects_may_shrink() {
         assert!((body.scale - 0.9).abs() < 1e-12 && body.displacement_m < 0.01, "{}", body.name);
         assert!(body.settled.translation_m.truncate().abs().max_element() < 0.1 - 0.045);
     }
-    assert_eq!((shrunk.bodies[0].scale, shrunk.bodies[0].support), (1.0, None));
+    assert_eq!((shrunk.bodies[0].scale, shrunk.supports.len()), (1.0, 4));
 }
 
 #[test]
@@ -122,8 +133,8 @@ fn what_does_not_go_into_its_cup_stands_beside_it_if_it_may() {
     let with = |outcome| {
         let mut planted = Planted::on(0.6, outcome);
         let profile = [DVec2::new(0.03, 0.0), DVec2::new(0.03, 0.06)];
-        planted.add("cup", shell_of_revolution(&profile, 0.004, 0.006, 32), DVec2::ZERO, Some((0, false)));
-        planted.add("cube", block(DVec3::splat(0.1)), DVec2::new(0.01, 0.0), Some((1, true)));
+        planted.add("cup", shell_of_revolution(&profile, 0.004, 0.006, 32), DVec2::ZERO, Supporter::TABLE);
+        planted.add("cube", block(DVec3::splat(0.1)), DVec2::new(0.01, 0.0), Supporter::containing(0));
         planted.resolve()
     };
     assert_eq!(with(OnNoSpace::Fail).err(), Some("unresolved"));
@@ -132,6 +143,6 @@ fn what_does_not_go_into_its_cup_stands_beside_it_if_it_may() {
         moved.gave_way,
         [Relaxation { name: "cube".into(), how: RelaxationKind::Moved { from: "cup".into() } }]
     );
-    assert_eq!((moved.bodies[2].support, moved.bodies[2].scale), (Some((0, false)), 1.0));
+    assert_eq!((moved.supports.supporter(1), moved.bodies[2].scale), (Supporter::TABLE, 1.0));
     assert!(moved.bodies[2].settled.translation_m.z.abs() < 1e-3 && moved.bodies[1].displacement_m < 1e-3);
 }

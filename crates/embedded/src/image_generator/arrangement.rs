@@ -7,7 +7,7 @@ use crate::layout;
 use crate::layout::LayoutObject;
 use geometry::Pose;
 use geometry::solid_query::MeshSolid;
-use physics::{ResolveProblem, SupportedBy, resolve};
+use physics::{ResolveProblem, resolve};
 use ports::ProviderError;
 use runtime::CancelFlag;
 
@@ -33,14 +33,7 @@ pub(super) fn arrange(
     for (body, pose) in movable.iter_mut().skip(1).zip(&poses) {
         body.world_from_object = *pose;
     }
-    let supported = layout::supporters(&requests).into_iter().map(|supporter| {
-        // Body 0 is the table.
-        Some(match supporter {
-            Some(supporter) => SupportedBy { parent: supporter.parent + 1, inside: supporter.inside },
-            None => SupportedBy { parent: 0, inside: false },
-        })
-    });
-    let supports: Vec<Option<SupportedBy>> = std::iter::once(None).chain(supported).collect();
+    let supports = layout::support_tree(&requests);
     let solids: Vec<&MeshSolid> = bodies.solids.iter().collect();
     let problem =
         ResolveProblem { bodies: &movable, solids: &solids, supports: &supports, outline: &table.outline };

@@ -6,10 +6,10 @@ use glam::DVec2;
 use rand::RngExt;
 
 use super::spatial_constraints::{BEHIND, FRONT, LEFT, RIGHT, RelativePosition, SpatialConstraint};
-use super::support_tree::Supporter;
 use super::{LayoutObject, ObjectGeometry};
 use catalog::Facing;
 use runtime::seed::Rng;
+use scene::SupportTree;
 
 /// Behind and to the right of a plate: the usual position of glasses.
 const UPPER_RIGHT: RelativePosition = RelativePosition::Toward(0.9);
@@ -91,16 +91,15 @@ const GROUPED_CATEGORIES: &[&str] = &[
 /// Adds soft constraints from the priors for objects without a relation of the text.
 pub(super) fn add_soft_constraints(
     objects: &[LayoutObject],
-    supporters: &[Option<Supporter>],
+    supports: &SupportTree,
     constraints: &mut Vec<SpatialConstraint>,
 ) {
-    let same_surface =
-        |a: usize, b: usize| supporters[a].map(|c| c.parent) == supporters[b].map(|c| c.parent);
+    let same_surface = |a: usize, b: usize| supports.supporter(a).parent == supports.supporter(b).parent;
     let of = |name: &str, near: usize| -> Vec<usize> {
         (0..objects.len()).filter(|&k| objects[k].category.name == name && same_surface(k, near)).collect()
     };
     for from in 0..objects.len() {
-        if supporters[from].is_some_and(|supporter| supporter.inside) {
+        if supports.supporter(from).is_container() {
             continue;
         }
         let category = objects[from].category;

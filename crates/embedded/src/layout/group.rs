@@ -6,11 +6,10 @@ use rand::RngExt;
 use super::place_settings;
 use super::spatial_constraints::SpatialConstraint;
 use super::support_surface::SupportSurface;
-use super::support_tree::Supporter;
 use super::{Footprint, LayoutObject, LayoutSettings, ObjectGeometry, Placement, container};
 use geometry::Outline;
 use runtime::seed::Rng;
-use scene::RelationKind;
+use scene::{RelationKind, SupportTree, Supporter};
 
 /// An object of a group.
 #[derive(Clone, Debug)]
@@ -37,7 +36,7 @@ pub(super) struct Group {
 /// One attempt to lay out all objects.
 pub(super) struct LayoutAttempt<'a> {
     pub objects: &'a [ObjectGeometry<'a>],
-    pub supporters: &'a [Option<Supporter>],
+    pub supports: &'a SupportTree,
     pub constraints: &'a [SpatialConstraint],
     pub requests: &'a [LayoutObject<'a>],
     pub settings: &'a LayoutSettings,
@@ -50,7 +49,7 @@ pub(super) struct LayoutAttempt<'a> {
 impl LayoutAttempt<'_> {
     /// Groups on the table with their placements; the error is the object without a feasible placement.
     pub fn arrange_on(&mut self, outline: &Outline) -> Result<Vec<(Placement, Group)>, usize> {
-        let roots: Vec<usize> = (0..self.objects.len()).filter(|&k| self.supporters[k].is_none()).collect();
+        let roots: Vec<usize> = self.supports.children(None).collect();
         let groups = roots.into_iter().map(|root| self.build_group(root)).collect::<Result<Vec<_>, _>>()?;
         let margin_m = self.settings.edge_margin_m;
         let surface = SupportSurface::Table {
@@ -58,7 +57,7 @@ impl LayoutAttempt<'_> {
             margin_m,
             place_settings: place_settings::place_settings(
                 self.requests,
-                self.supporters,
+                self.supports,
                 self.objects,
                 outline,
                 margin_m + 0.004,
@@ -66,11 +65,6 @@ impl LayoutAttempt<'_> {
         };
         let placements = self.place_groups(&surface, &groups)?;
         Ok(placements.into_iter().zip(groups).collect())
-    }
-
-    fn children(&self, parent: usize, inside: bool) -> Vec<usize> {
-        let carried = Some(Supporter { parent, inside });
-        (0..self.objects.len()).filter(|&k| self.supporters[k] == carried).collect()
     }
 
     /// The group of an object and all objects it supports.
@@ -88,14 +82,14 @@ impl LayoutAttempt<'_> {
             footprint: own.footprint.clone(),
             height_m: own.height_m,
         };
-        let contained = self.children(root, true);
+        let contained: Vec<usize> = self.supports.supported_by(Supporter::containing(root)).collect();
         for (at, lean, child) in container::place_contained(self.objects, root, &contained, &mut self.rng) {
             let inner = self.build_group(child)?;
             let rise_m = if lean == DQuat::IDENTITY { inner.height_m } else { own.height_m };
             group.add(self.objects, inner, at, lean);
             group.height_m = group.height_m.max(0.4 * own.height_m + rise_m);
         }
-        let carried = self.children(root, false);
+        let carried: Vec<usize> = self.supports.supported_by(Supporter::on(root)).collect();
         let inner = carried.iter().map(|&child| self.build_group(child)).collect::<Result<Vec<_>, _>>()?;
         let placements = self.place_on(root, &inner)?;
         let base_m = own.height_m;

@@ -4,10 +4,9 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use glam::DVec2;
 
-use super::support_tree::Supporter;
 use super::{Footprint, LayoutObject, ObjectGeometry, Placement};
 use geometry::Outline;
-use scene::RelationKind;
+use scene::{RelationKind, SupportTree};
 
 /// Width of a place setting with its cutlery, meters.
 const SETTING_WIDTH_M: f64 = 0.46;
@@ -24,13 +23,15 @@ struct PlaceSetting {
 /// A place setting for each plate on the table whose position the text leaves open.
 pub(super) fn place_settings(
     objects: &[LayoutObject],
-    supporters: &[Option<Supporter>],
+    supports: &SupportTree,
     geometries: &[ObjectGeometry],
     outline: &Outline,
     margin_m: f64,
 ) -> Vec<(usize, Placement)> {
     let free = |k: usize| {
-        supporters[k].is_none() && objects[k].category.name == "plate" && objects[k].relations.is_empty()
+        supports.supporter(k).parent.is_none()
+            && objects[k].category.name == "plate"
+            && objects[k].relations.is_empty()
     };
     let plates: Vec<usize> = (0..objects.len()).filter(|&k| free(k)).collect();
     // Directions are those of a person at the front edge, so plates with directed relations are placed there.

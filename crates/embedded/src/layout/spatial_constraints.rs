@@ -5,11 +5,10 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use glam::DVec2;
 use rand::RngExt;
 
-use super::support_tree::{Supporter, rests_on};
 use super::{Footprint, LayoutObject};
 use geometry::pose::wrap_angle_rad;
 use runtime::seed::Rng;
-use scene::RelationKind;
+use scene::{RelationKind, SupportTree};
 
 /// Position of an object relative to another one.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,16 +39,13 @@ pub(super) struct SpatialConstraint {
 }
 
 /// The constraints stated by the text.
-pub(super) fn hard_constraints(
-    objects: &[LayoutObject],
-    supporters: &[Option<Supporter>],
-) -> Vec<SpatialConstraint> {
+pub(super) fn hard_constraints(objects: &[LayoutObject], supports: &SupportTree) -> Vec<SpatialConstraint> {
     let mut constraints = Vec::new();
     for (from, object) in objects.iter().enumerate() {
         for &(kind, target) in &object.relations {
             let Some(to) = target.filter(|&to| {
                 // Directions between an object and its supporter have no meaning.
-                to != from && !rests_on(supporters, from, to) && !rests_on(supporters, to, from)
+                to != from && !supports.rests_on(from, to) && !supports.rests_on(to, from)
             }) else {
                 continue;
             };

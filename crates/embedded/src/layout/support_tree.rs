@@ -1,42 +1,53 @@
-//! The support tree of the objects.
+//! The support tree that the relations of the objects state.
 
 use super::LayoutObject;
+use scene::{RelationKind, SupportRelation, SupportTree, Supporter};
 
-/// The supporter of an object.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Supporter {
-    /// Index of the supporting object.
-    pub parent: usize,
-    /// Whether the object is inside the supporter rather than on top.
-    pub inside: bool,
-}
-
-/// The supporter of each object by its first support relation; `None` = the table. Relations that would close a
-/// cycle are ignored.
-pub(super) fn supporters(objects: &[LayoutObject]) -> Vec<Option<Supporter>> {
-    let mut supporters: Vec<Option<Supporter>> = vec![None; objects.len()];
-    for (index, object) in objects.iter().enumerate() {
-        let support = object.relations.iter().find_map(|&(kind, target)| match target {
-            Some(parent) if kind.is_support() && parent < objects.len() => {
-                Some(Supporter { parent, inside: kind == scene::RelationKind::In })
-            }
-            _ => None,
+/// The supports of the objects: each by its first support relation to another object, on the table without one.
+/// Relations that would close a cycle are ignored.
+pub fn support_tree(objects: &[LayoutObject]) -> SupportTree {
+    let stated = |object: &LayoutObject| {
+        let support = object.relations.iter().find_map(|&(kind, target)| {
+            let parent = target.filter(|&parent| kind.is_support() && parent < objects.len())?;
+            let relation = match kind {
+                RelationKind::In => SupportRelation::In,
+                _ => SupportRelation::On,
+            };
+            Some(Supporter { parent: Some(parent), relation })
         });
-        if support.is_some_and(|supporter| !rests_on(&supporters, supporter.parent, index)) {
-            supporters[index] = support;
-        }
-    }
-    supporters
+        support.unwrap_or(Supporter::TABLE)
+    };
+    let stated: Vec<Supporter> = objects.iter().map(stated).collect();
+    SupportTree::without_contradictions(&stated)
 }
 
-/// Whether `object` is `base` or rests on it, directly or indirectly.
-pub(super) fn rests_on(supporters: &[Option<Supporter>], object: usize, base: usize) -> bool {
-    let mut at = Some(object);
-    while let Some(here) = at {
-        if here == base {
-            return true;
-        }
-        at = supporters[here].map(|supporter| supporter.parent);
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use RelationKind::{In, LeftOf, On, StackedOn};
+    use catalog::category;
+    use geometry::TexturedMesh;
+
+    #[test]
+    fn first_support_relation_counts_unless_it_closes_a_cycle() {
+        let mesh = TexturedMesh::default();
+        let object = |relations: &[(RelationKind, Option<usize>)]| LayoutObject {
+            name: "mug".into(),
+            category: category("mug").expect("a category of the catalog"),
+            mesh: &mesh,
+            relations: relations.to_vec(),
+        };
+        let objects = [
+            object(&[(LeftOf, Some(2)), (On, None), (In, Some(1)), (On, Some(2))]),
+            // Closes the cycle with the first.
+            object(&[(StackedOn, Some(0))]),
+            object(&[(LeftOf, Some(0))]),
+            object(&[(StackedOn, Some(2)), (In, Some(1))]),
+            // No such object.
+            object(&[(On, Some(5)), (In, Some(3))]),
+        ];
+        let table = Supporter::TABLE;
+        let expected = [Supporter::containing(1), table, table, Supporter::on(2), Supporter::containing(3)];
+        assert_eq!(support_tree(&objects).supporters(), expected);
     }
-    false
 }

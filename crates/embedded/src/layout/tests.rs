@@ -3,7 +3,7 @@
 use super::*;
 use crate::text_parser::{DescribeOptions, TextParserSettings, describe};
 use catalog::{Recipe, TableModel, build, build_table, category, table_models};
-use scene::{ObjectSpec, SceneDescription};
+use scene::{ObjectSpec, SceneDescription, Supporter};
 
 fn settings() -> LayoutSettings {
     LayoutSettings {
@@ -90,14 +90,14 @@ impl SampledLayout {
 
     fn check(&self, text: &str) {
         let objects = objects(&self.description.objects, &self.meshes);
-        let supporters = supporters(&objects);
+        let supports = support_tree(&objects);
         let prints: Vec<Footprint> = (0..objects.len()).map(|k| self.footprint(k)).collect();
         for a in 0..objects.len() {
             let name = &objects[a].name;
-            if supporters[a].is_none() {
+            if supports.supporter(a).parent.is_none() {
                 let depth_m = prints[a].depth_inside_m(&self.outline);
                 assert!(depth_m > 0.015, "{text}: {name} is {depth_m} m from the edge");
-                for b in (0..a).filter(|&b| supporters[b].is_none()) {
+                for b in (0..a).filter(|&b| supports.supporter(b).parent.is_none()) {
                     let gap_m = prints[a].gap_m(&prints[b]);
                     assert!(gap_m > 0.003, "{text}: {name} and {} are {gap_m} m apart", objects[b].name);
                 }
@@ -105,7 +105,7 @@ impl SampledLayout {
             for &(kind, target) in &objects[a].relations {
                 let at = prints[a].center();
                 let Some(b) = target else {
-                    assert_eq!(supporters[a], None);
+                    assert_eq!(supports.supporter(a), Supporter::TABLE);
                     let (low, high) = self.outline.bounds();
                     let share = (at - 0.5 * (low + high)) / (0.5 * (high - low));
                     let holds = match kind {

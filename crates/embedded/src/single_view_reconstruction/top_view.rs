@@ -14,7 +14,7 @@ use imaging::{Image, Mask};
 use ports::{Port, ProviderError, TopViewAnnotations, TopViewImage, TopViewRequest};
 use render::TopView;
 use runtime::{CancelFlag, Cancelled};
-use scene::{InstanceMask, Recognition};
+use scene::InstanceMask;
 use vision::{ShapePrior, fit_solid};
 
 /// Margin around the table, as a share of its larger extent.
@@ -68,14 +68,21 @@ fn footprints(
     cancel: &CancelFlag,
 ) -> Result<Vec<Outline>, ProviderError> {
     let recognition = &*request.recognition;
+    let supports = recognition.support_tree().map_err(|error| ProviderError::Rejected {
+        port: Port::ImageGenerator,
+        code: "recognition_inconsistent",
+        reason: format!("{error}; recognize the picture again"),
+    })?;
     let eye_m = recognition.camera.world_from_camera.translation_m;
     recognition
         .objects
         .par_iter()
         .zip(request.masks.par_iter())
-        .map(|(object, mask)| {
+        .enumerate()
+        .map(|(index, (object, mask))| {
             cancel.check()?;
-            let nearer = ((eye_m.z - raised(recognition, object)) / eye_m.z).clamp(0.2, 1.0);
+            let height_m = recognition.support_height_m(&supports, index);
+            let nearer = ((eye_m.z - height_m) / eye_m.z).clamp(0.2, 1.0);
             let solid = object.seen_as.clone().or_else(|| {
                 let expected = ShapePrior { base: None, height: object.size_m.z / nearer };
                 let image = &request.reference.image;
@@ -103,16 +110,6 @@ fn footprints(
             })
         })
         .collect()
-}
-
-fn raised(recognition: &Recognition, object: &scene::RecognizedObject) -> f64 {
-    let (mut below, mut height) = (object.stands_on.object(), 0.0);
-    for _ in 0..recognition.objects.len() {
-        let Some(next) = below.and_then(|id| recognition.objects.iter().find(|o| o.id == *id)) else { break };
-        height += next.size_m.z;
-        below = next.stands_on.object();
-    }
-    height
 }
 
 fn view_of(outline: &Outline, settings: &SingleViewSettings) -> TopView {

@@ -403,6 +403,7 @@ fn compare<'a>(
             category: &object.category,
             truth,
             placed,
+            supporter: layout.supports.supporter(index),
             canonical: &prepared.canonical_meshes[index],
             yaw: &prepared.yaws[index],
             raw_from_rendered,

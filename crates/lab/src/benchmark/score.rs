@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 
 use super::indistinguishable_yaws::IndistinguishableYaws;
 use ports::TruthInstance;
-use scene::{InstanceId, StandsOn};
+use scene::{InstanceId, Supporter};
 use tabletopgen::pipeline::canonicalize;
 use tabletopgen::pipeline::place::PlacedInstance;
 use tabletopgen::pipeline::rotate;
@@ -82,6 +82,7 @@ pub struct Compared<'a> {
     pub category: &'a str,
     pub truth: &'a TruthInstance,
     pub placed: &'a PlacedInstance,
+    pub supporter: Supporter,
     pub canonical: &'a canonicalize::Output,
     pub yaw: &'a rotate::Output,
     pub raw_from_rendered: DQuat,
@@ -150,8 +151,8 @@ impl Compared<'_> {
         ObjectScore {
             name: self.truth.name.clone(),
             category: self.category.to_owned(),
-            contained: matches!(self.placed.stands_on, StandsOn::In(_)),
-            stacked: matches!(self.placed.stands_on, StandsOn::On(_)),
+            contained: self.supporter.is_container(),
+            stacked: self.supporter.parent.is_some() && !self.supporter.is_container(),
             tilt_deg: tilt_rad.to_degrees(),
             yaw_status,
             yaw_error_deg: has_yaw.then_some(yaw_error_deg),

@@ -13,11 +13,12 @@ use rand::RngExt;
 
 use super::drop::{center_of, dropped};
 use super::{ResolveError, Scene};
+use crate::support::carriers;
 use crate::{Body, SettleSettings, settle, support_by_hulls};
 use geometry::Pose;
 use geometry::collide::PlacedSolid;
 use geometry::collision_shape::CollisionShape;
-use geometry::drop_cast::{Supporter, drop_height, floor_hull, slid_in_height};
+use geometry::drop_cast::{PosedShape, drop_height, floor_hull, slid_in_height};
 use runtime::CancelFlag;
 use runtime::seed::child_rng;
 
@@ -121,8 +122,8 @@ pub(super) fn into(
     nudges: usize,
     cancel: &CancelFlag,
 ) -> Result<Vec<(usize, Pose)>, ResolveError> {
-    let supporters: Vec<Supporter> = below.iter().map(|&other| scene.placed(other, poses)).collect();
-    let heap: Vec<usize> = scene.tree.heap(body).into_iter().filter(|k| below.contains(k)).collect();
+    let supporters: Vec<PosedShape> = below.iter().map(|&other| scene.placed(other, poses)).collect();
+    let heap: Vec<usize> = scene.tree.container_mates(body).filter(|k| below.contains(k)).collect();
     let mut trial = poses.to_vec();
     let mut fits = |moved: &[(usize, Pose)]| {
         moved.iter().for_each(|&(k, pose)| trial[k] = pose);
@@ -181,7 +182,7 @@ fn slid_in(
     body: usize,
     parent: usize,
     above: Pose,
-    supporters: &[Supporter],
+    supporters: &[PosedShape],
     poses: &[Pose],
 ) -> Option<Pose> {
     let (floor, rim) = scene.shapes[parent].bounds(&poses[parent]);
@@ -231,10 +232,9 @@ fn relaxed(
         .collect();
     let mut min_m = f64::INFINITY;
     for &k in &free {
-        let heap = scene.tree.carriers(members[k]);
-        let carriers: Vec<usize> =
-            (0..members.len()).filter(|&other| heap.contains(&members[other])).collect();
-        let finding = support_by_hulls(&solids, &bodies, k, &carriers, scene.certify);
+        let all = carriers(scene.problem.supports, members[k]);
+        let present: Vec<usize> = (0..members.len()).filter(|&other| all.contains(&members[other])).collect();
+        let finding = support_by_hulls(&solids, &bodies, k, &present, scene.certify);
         min_m = min_m.min(finding.margin_m);
     }
     Ok((calm, min_m))

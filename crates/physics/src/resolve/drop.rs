@@ -4,7 +4,7 @@ use glam::{DQuat, DVec2};
 
 use super::Scene;
 use geometry::Pose;
-use geometry::drop_cast::{Supporter, drop_height};
+use geometry::drop_cast::{PosedShape, drop_height};
 
 /// Center of the body's bounding box seen from above, world xy, meters.
 pub(super) fn center_of(scene: &Scene, body: usize, poses: &[Pose]) -> DVec2 {
@@ -18,7 +18,7 @@ pub(super) fn dropped(
     body: usize,
     rotation: DQuat,
     xy: DVec2,
-    supporters: &[Supporter],
+    supporters: &[PosedShape],
 ) -> Option<Pose> {
     let z = drop_height(&scene.shapes[body], rotation, xy, supporters)?;
     Some(Pose { translation_m: xy.extend(z), rotation })

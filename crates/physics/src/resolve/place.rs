@@ -3,9 +3,10 @@
 use glam::DVec2;
 
 use super::drop::center_of;
+use super::tree::TABLE;
 use super::{ResolveError, Scene, contain, depth_over_parent_m};
 use geometry::Pose;
-use geometry::drop_cast::{Supporter, drop_height};
+use geometry::drop_cast::{PosedShape, drop_height};
 use runtime::CancelFlag;
 
 /// Drops every body onto its supporter, supporters first; carried bodies move with it. Before body k is dropped it
@@ -20,21 +21,18 @@ pub(super) fn drop_all(
     log: &mut Vec<String>,
     cancel: &CancelFlag,
 ) -> Result<(), ResolveError> {
-    let mut placed: Vec<usize> = vec![scene.tree.table];
-    for &body in &scene.tree.order {
-        let Some(support) = scene.tree.support[body] else { continue };
+    let mut placed: Vec<usize> = vec![TABLE];
+    for body in scene.tree.order() {
         cancel.check()?;
-        let parent = support.parent;
+        let parent = scene.tree.parent(body);
         // Objects in the same group may lie below it; on the table itself neighbors are pushed apart instead.
         let below: Vec<usize> = placed
             .iter()
             .copied()
-            .filter(|&other| {
-                other == parent || (parent != scene.tree.table && scene.tree.is_below(other, parent))
-            })
+            .filter(|&other| other == parent || (parent != TABLE && scene.tree.is_below(other, parent)))
             .collect();
         let mut moves = Vec::with_capacity(1);
-        if support.inside && parent != scene.tree.table {
+        if scene.tree.is_contained(body) && parent != TABLE {
             match seated[body] {
                 Some(parent_from_body) => moves.push((body, poses[parent] * parent_from_body)),
                 None => {
@@ -45,7 +43,7 @@ pub(super) fn drop_all(
                 }
             }
         } else {
-            let supporters: Vec<Supporter> = below.iter().map(|&other| scene.placed(other, poses)).collect();
+            let supporters: Vec<PosedShape> = below.iter().map(|&other| scene.placed(other, poses)).collect();
             moves.push((body, onto(scene, body, parent, &supporters, poses, nudges[body])));
         }
         for (moved, pose) in moves {
@@ -70,14 +68,14 @@ fn onto(
     scene: &Scene,
     body: usize,
     parent: usize,
-    supporters: &[Supporter],
+    supporters: &[PosedShape],
     poses: &[Pose],
     nudges: usize,
 ) -> Pose {
     let mut pose = poses[body];
     let center = pose.transform_point(scene.problem.bodies[body].mass.center_of_mass_m).truncate();
     let to_center = center_of(scene, parent, poses) - center;
-    let on_table = parent == scene.tree.table;
+    let on_table = parent == TABLE;
     let mut toward = if on_table { DVec2::ZERO } else { to_center * (0.25 * nudges as f64).min(1.0) };
     if !on_table && depth_over_parent_m(scene, body, parent, poses) < 0.002 {
         // The center of mass is beyond the supporter's edge: move inward until it is not.

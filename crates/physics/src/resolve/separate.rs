@@ -9,6 +9,7 @@ use std::f64::consts::TAU;
 
 use glam::DVec2;
 
+use super::tree::TABLE;
 use super::{ResolveError, Scene, depth_over_parent_m, inside};
 use geometry::Pose;
 use geometry::drop_cast::{are_closer, slide_distance};
@@ -41,7 +42,7 @@ pub(super) fn push_apart(
         lay_out_again(scene, poses, clearance_m, insets_m, cancel)?;
     }
     let mut moved = false;
-    for &body in &scene.tree.order {
+    for body in scene.tree.order() {
         let way_m = (poses[body].translation_m - before[body].translation_m).length();
         moved |= way_m > SMALL_M;
         if way_m > 0.001 {
@@ -61,7 +62,7 @@ fn shift(scene: &Scene, poses: &mut [Pose], body: usize, by: DVec2) {
 /// Branches whose members must keep apart: not those that share a container.
 fn keep_apart(scene: &Scene, a: usize, b: usize) -> Option<(usize, usize)> {
     let (x, y) = scene.tree.branches(a, b)?;
-    let contained = [x, y].iter().all(|&k| scene.tree.support[k].is_some_and(|s| s.inside));
+    let contained = [x, y].iter().all(|&k| scene.tree.is_contained(k));
     (!contained).then_some((x, y))
 }
 
@@ -72,12 +73,9 @@ fn push_pairs(
     cancel: &CancelFlag,
 ) -> Result<f64, ResolveError> {
     let mut largest: f64 = 0.0;
-    for a in 0..poses.len() {
+    for a in (0..poses.len()).filter(|&k| k != TABLE) {
         cancel.check()?;
-        for b in 0..a {
-            if a == scene.tree.table || b == scene.tree.table {
-                continue;
-            }
+        for b in (0..a).filter(|&k| k != TABLE) {
             let Some((x, y)) = keep_apart(scene, a, b) else { continue };
             let (here, there) = (scene.placed(a, poses), scene.placed(b, poses));
             if !are_closer(&here, &there, clearance_m) {
@@ -110,22 +108,22 @@ fn way_inside(scene: &Scene, poses: &[Pose], body: usize, insets_m: &[f64]) -> D
         let margin_m = scene.settings.outline_margin_m + insets_m[member];
         inside::missing(outline, &scene.footprint(member, poses), margin_m)
     };
-    let members = scene.tree.branch(body).into_iter().map(of);
+    let members = scene.tree.branch(body).map(of);
     members.fold((0.0, DVec2::ZERO), |worst, next| if next.0 > worst.0 { next } else { worst }).1
 }
 
 fn push_inside(scene: &Scene, poses: &mut [Pose], insets_m: &[f64]) -> f64 {
     let mut largest: f64 = 0.0;
-    for &body in &scene.tree.order {
-        let Some(support) = scene.tree.support[body] else { continue };
-        if support.parent == scene.tree.table {
+    for body in scene.tree.order() {
+        let parent = scene.tree.parent(body);
+        if parent == TABLE {
             let way = way_inside(scene, poses, body, insets_m);
             shift(scene, poses, body, way);
             largest = largest.max(way.length());
-        } else if !support.inside {
-            let missing = 0.001 - depth_over_parent_m(scene, body, support.parent, poses);
+        } else if !scene.tree.is_contained(body) {
+            let missing = 0.001 - depth_over_parent_m(scene, body, parent, poses);
             if missing > 0.0 {
-                let (low, high) = scene.shapes[support.parent].bounds(&poses[support.parent]);
+                let (low, high) = scene.shapes[parent].bounds(&poses[parent]);
                 let center = 0.5 * (low + high).truncate();
                 let way = (center - poses[body].translation_m.truncate()).normalize_or_zero() * missing;
                 shift(scene, poses, body, way);
@@ -148,16 +146,15 @@ fn lay_out_again(
         let (low, high) = scene.shapes[body].bounds(&scene.problem.bodies[body].world_from_object);
         (high - low).truncate().element_product()
     };
-    let mut waiting: Vec<usize> = (0..poses.len())
-        .filter(|&k| scene.tree.support[k].is_some_and(|s| s.parent == scene.tree.table))
-        .collect();
+    let mut waiting: Vec<usize> =
+        (0..poses.len()).filter(|&k| k != TABLE && scene.tree.parent(k) == TABLE).collect();
     waiting.sort_by(|&a, &b| area(b).total_cmp(&area(a)).then(a.cmp(&b)));
     let (low, high) = scene.problem.outline.bounds();
     let rings = ((high - low).length() / 0.008).ceil() as u32;
     let mut standing: Vec<usize> = Vec::new();
     let mut unplaced: Vec<String> = Vec::new();
     for &body in &waiting {
-        let members = scene.tree.branch(body);
+        let members: Vec<usize> = scene.tree.branch(body).collect();
         let start = poses.to_vec();
         let mut found = false;
         'search: for ring in 0..rings {

@@ -12,6 +12,7 @@ use geometry::decompose::{DecomposeSettings, decompose};
 use geometry::mass_properties::solid_mass_properties;
 use geometry::shapes::{block, cylinder, rounded_block, shell_of_revolution, sphere, tube};
 use geometry::{Friction, Solid};
+use scene::{SupportRelation, Supporter};
 
 fn settings() -> ResolveSettings {
     ResolveSettings {
@@ -57,28 +58,31 @@ fn hollow(name: &str, solid: Solid, pose: Pose) -> Body {
 struct Scenery {
     bodies: Vec<Body>,
     solids: Vec<MeshSolid>,
-    supports: Vec<Option<SupportedBy>>,
+    /// Of the bodies after the table.
+    supporters: Vec<Supporter>,
 }
 
 impl Scenery {
     fn new() -> Self {
         let solid = MeshSolid::new(&mesh(table_solid())).expect("a table");
-        Self { bodies: vec![table()], solids: vec![solid], supports: vec![None] }
+        Self { bodies: vec![table()], solids: vec![solid], supporters: Vec::new() }
     }
 
-    fn add(&mut self, name: &str, solid: Solid, x: f64, y: f64, parent: usize, inside: bool) -> usize {
+    /// Adds a body on or in the body `below` (0 = the table); returns its index among the bodies.
+    fn add(&mut self, name: &str, solid: Solid, x: f64, y: f64, below: usize, inside: bool) -> usize {
         let pose = Pose::upright(DVec3::new(x, y, 0.0), 0.3);
         self.solids.push(MeshSolid::new(&mesh(solid.clone())).expect("a solid"));
         let convex = !name.starts_with("hollow");
         self.bodies.push(if convex { body(name, solid, pose) } else { hollow(name, solid, pose) });
-        self.supports.push(Some(SupportedBy { parent, inside }));
+        let relation = if inside { SupportRelation::In } else { SupportRelation::On };
+        self.supporters.push(Supporter { parent: below.checked_sub(1), relation });
         self.bodies.len() - 1
     }
 
     fn resolve_on(&self, outline: &Outline) -> Result<ResolvedLayout, ResolveError> {
         let solids: Vec<&MeshSolid> = self.solids.iter().collect();
-        let problem =
-            ResolveProblem { bodies: &self.bodies, solids: &solids, supports: &self.supports, outline };
+        let supports = SupportTree::new(self.supporters.clone()).expect("a tree");
+        let problem = ResolveProblem { bodies: &self.bodies, solids: &solids, supports: &supports, outline };
         resolve(problem, &settings(), &settle_settings(), &certify_settings(), &CancelFlag::default())
     }
 
@@ -94,10 +98,13 @@ impl Scenery {
         let found = collisions(&placed, &certify, &cancel).expect("no interrupt");
         assert_eq!(found.colliding, [], "{:?}", resolved.log);
         for k in 1..self.bodies.len() {
-            let own = self.supports[k].expect("only the table has no supporter");
-            let shares = |other: usize| own.inside && other != k && self.supports[other] == Some(own);
+            let own = self.supporters[k - 1];
+            let below = own.parent.map_or(0, |parent| parent + 1);
+            let shares = |other: usize| {
+                own.is_container() && other != 0 && other != k && self.supporters[other - 1] == own
+            };
             let carriers: Vec<usize> =
-                (0..self.bodies.len()).filter(|&other| other == own.parent || shares(other)).collect();
+                (0..self.bodies.len()).filter(|&other| other == below || shares(other)).collect();
             let finding =
                 support(&placed, &self.bodies, k, &carriers, &certify, &cancel).expect("no interrupt");
             assert!(finding.is_supported(), "{} {finding:?} {:?}", self.bodies[k].name, resolved.poses[k]);
@@ -270,14 +277,15 @@ fn resolve_clears_crowded_table_and_names_unplaced_of_overfull_one() {
 }
 
 #[test]
-fn resolve_rejects_bad_support_and_is_deterministic() {
+fn resolve_rejects_bodies_without_support_and_is_deterministic() {
     let mut scenery = Scenery::new();
-    let cube = scenery.add("cube", block(DVec3::splat(0.05)), 0.0, 0.0, 0, false);
+    scenery.add("cube", block(DVec3::splat(0.05)), 0.0, 0.0, 0, false);
     scenery.add("other", block(DVec3::splat(0.05)), 0.03, 0.01, 0, false);
     let once = scenery.resolve_on(&square(0.5)).expect("there is room");
     assert_eq!(once, scenery.resolve_on(&square(0.5)).expect("there is room"));
-    scenery.supports[cube] = Some(SupportedBy { parent: cube, inside: false });
-    assert!(matches!(scenery.resolve_on(&square(0.5)), Err(ResolveError::BadSupport { .. })));
+    scenery.supporters.pop();
+    let refused = scenery.resolve_on(&square(0.5));
+    assert_eq!(refused, Err(ResolveError::BadSupport { bodies: 3, objects: 1 }));
 }
 
 #[test]

@@ -1,75 +1,63 @@
-//! The support tree: the supporter of each body, with the table at the root.
+//! The support tree in the indices of the bodies: body 0 is the table, body k + 1 is object k.
 
-use super::{ResolveError, SupportedBy};
-use crate::Body;
+use scene::SupportTree;
 
-/// A checked support tree.
-pub(super) struct Tree {
-    pub table: usize,
-    pub support: Vec<Option<SupportedBy>>,
-    /// Supporters before what they carry; the table first.
-    pub order: Vec<usize>,
+/// Index of the table among the bodies.
+pub(super) const TABLE: usize = 0;
+
+/// The supports of the bodies of a problem.
+#[derive(Clone, Copy)]
+pub(super) struct BodyTree<'a> {
+    supports: &'a SupportTree,
 }
 
-impl Tree {
-    pub fn new(bodies: &[Body], supports: &[Option<SupportedBy>]) -> Result<Self, ResolveError> {
-        let bad = |problem: String| Err(ResolveError::BadSupport { problem });
-        let roots: Vec<usize> = (0..supports.len()).filter(|&k| supports[k].is_none()).collect();
-        let [table] = roots[..] else {
-            return bad(format!("{} objects have no supporter", roots.len()));
-        };
-        if bodies.len() != supports.len() {
-            return bad(format!("{} bodies but {} supports", bodies.len(), supports.len()));
-        }
-        let mut order = vec![table];
-        for next in 0..bodies.len() {
-            let Some(&carrier) = order.get(next) else { break };
-            order.extend((0..supports.len()).filter(|&k| supports[k].is_some_and(|s| s.parent == carrier)));
-        }
-        if let Some(lost) = (0..bodies.len()).find(|k| !order.contains(k)) {
-            return bad(format!("{} is not carried by the table", bodies[lost].name));
-        }
-        Ok(Self { table, support: supports.to_vec(), order })
+impl<'a> BodyTree<'a> {
+    pub fn new(supports: &'a SupportTree) -> Self {
+        Self { supports }
     }
 
-    /// Whether `body` is `ancestor` or is carried by it, directly or not.
-    pub fn is_below(&self, body: usize, ancestor: usize) -> bool {
-        self.path(body).contains(&ancestor)
+    /// All bodies but the table, supporters before what they carry.
+    pub fn order(self) -> impl Iterator<Item = usize> + 'a {
+        self.supports.order().iter().map(|object| object + 1)
     }
 
-    /// The body, its supporter, and so on up to the table.
-    pub fn path(&self, body: usize) -> Vec<usize> {
+    /// The supporter of a body other than the table.
+    pub fn parent(self, body: usize) -> usize {
+        self.supports.supporter(body - 1).parent.map_or(TABLE, |parent| parent + 1)
+    }
+
+    /// Whether a body other than the table is inside its supporter rather than on top.
+    pub fn is_contained(self, body: usize) -> bool {
+        self.supports.supporter(body - 1).is_container()
+    }
+
+    /// Whether `body` is `ancestor` or rests on it, directly or through others.
+    pub fn is_below(self, body: usize, ancestor: usize) -> bool {
+        ancestor == TABLE || (body != TABLE && self.supports.rests_on(body - 1, ancestor - 1))
+    }
+
+    /// The other bodies in the container of a body other than the table.
+    pub fn container_mates(self, body: usize) -> impl Iterator<Item = usize> + 'a {
+        self.supports.container_mates(body - 1).map(|object| object + 1)
+    }
+
+    /// The body, which is not the table, and everything it carries.
+    pub fn branch(self, body: usize) -> impl Iterator<Item = usize> + 'a {
+        self.supports.branch(body - 1).map(|object| object + 1)
+    }
+
+    /// The two bodies with one supporter whose branches hold `a` and `b`, which are not the table; `None` where one
+    /// carries the other.
+    pub fn branches(self, a: usize, b: usize) -> Option<(usize, usize)> {
+        let (a_path, b_path) = (self.path_from_table(a), self.path_from_table(b));
+        a_path.into_iter().zip(b_path).find(|(x, y)| x != y)
+    }
+
+    /// From the body on the table to the body itself.
+    fn path_from_table(self, body: usize) -> Vec<usize> {
         let mut path = vec![body];
-        let mut at = body;
-        while let Some(support) = self.support[at] {
-            at = support.parent;
-            path.push(at);
-        }
+        path.extend(self.supports.ancestors(body - 1).map(|object| object + 1));
+        path.reverse();
         path
-    }
-
-    /// The other bodies in the same container; empty for a body that stands on its supporter.
-    pub fn heap(&self, body: usize) -> Vec<usize> {
-        let own = self.support[body].filter(|support| support.inside);
-        let shares = |other: &usize| *other != body && own.is_some() && self.support[*other] == own;
-        (0..self.support.len()).filter(shares).collect()
-    }
-
-    /// The body's supporter, and the other bodies in the same container.
-    pub fn carriers(&self, body: usize) -> Vec<usize> {
-        self.support[body].map(|support| support.parent).into_iter().chain(self.heap(body)).collect()
-    }
-
-    /// The two bodies with one supporter whose branches hold `a` and `b`; `None` where one carries the
-    /// other.
-    pub fn branches(&self, a: usize, b: usize) -> Option<(usize, usize)> {
-        let (a_path, b_path) = (self.path(a), self.path(b));
-        let pair = a_path.iter().rev().zip(b_path.iter().rev()).find(|(x, y)| x != y)?;
-        Some((*pair.0, *pair.1))
-    }
-
-    /// The body and everything it carries.
-    pub fn branch(&self, body: usize) -> Vec<usize> {
-        self.order.iter().copied().filter(|&other| self.is_below(other, body)).collect()
     }
 }

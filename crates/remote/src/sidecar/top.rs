@@ -9,18 +9,20 @@ use glam::DVec2;
 
 use super::wire::{Detection, normalized};
 use ports::TopBoxes;
-use scene::{InstanceId, Recognition, RecognizedObject, TopBox};
+use scene::{InstanceId, Recognition, SupportTree, TopBox};
 
 /// The box of every recognized object, or the first object without one.
 pub fn matched(
     recognition: &Recognition,
+    supports: &SupportTree,
     found: &[Detection],
     table_px: [f64; 4],
 ) -> Result<TopBoxes, InstanceId> {
     let objects = &recognition.objects;
     let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
     for (index, object) in objects.iter().enumerate() {
-        let (label, expected) = (normalized(&object.label), expected_px(recognition, object, table_px));
+        let label = normalized(&object.label);
+        let expected = expected_px(recognition, supports, index, table_px);
         for (other, candidate) in found.iter().enumerate() {
             if candidate.label.as_deref() == Some(label.as_str()) {
                 // Objects without an expected position come last, the highest scores first.
@@ -49,27 +51,15 @@ pub fn matched(
 /// The expected center of an object on the view; `None` where recognition states no box.
 fn expected_px(
     recognition: &Recognition,
-    object: &RecognizedObject,
+    supports: &SupportTree,
+    index: usize,
     [x0, y0, x1, y1]: [f64; 4],
 ) -> Option<DVec2> {
-    let height_m = carried_m(recognition, object) + 0.5 * object.size_m.z;
+    let object = &recognition.objects[index];
+    let height_m = recognition.support_height_m(supports, index) + 0.5 * object.size_m.z;
     let met = recognition.camera.meet_plane(center(object.seen_px?), height_m)?.truncate();
     let share = met / recognition.table.size_m.truncate();
     Some(DVec2::new(x0 + (0.5 + share.x) * (x1 - x0), y0 + (0.5 - share.y) * (y1 - y0)))
-}
-
-/// Height of the support of an object above the table.
-fn carried_m(recognition: &Recognition, object: &RecognizedObject) -> f64 {
-    let (mut below, mut height_m) = (object.stands_on.object(), 0.0);
-    // A tree is at most as deep as it has objects.
-    for _ in 0..recognition.objects.len() {
-        let Some(next) = below.and_then(|id| recognition.objects.iter().find(|other| other.id == *id)) else {
-            break;
-        };
-        height_m += next.size_m.z;
-        below = next.stands_on.object();
-    }
-    height_m
 }
 
 fn center([x0, y0, x1, y1]: [f64; 4]) -> DVec2 {
@@ -82,7 +72,7 @@ mod tests {
     use geometry::Camera;
     use glam::DVec3;
     use imaging::Mask;
-    use scene::{CameraKnowledge, RecognizedTable, StandsOn, TableShape};
+    use scene::{CameraKnowledge, RecognizedObject, RecognizedTable, StandsOn, TableShape};
 
     /// Two mugs left and right on a table of 1.2 m, seen by a camera at 45 degrees of elevation.
     fn recognition() -> Recognition {
@@ -132,17 +122,21 @@ mod tests {
     fn equal_labels_are_matched_by_the_position_in_the_reference_image() {
         // A tenth of a meter is 20 pixels; up is away from the camera.
         let (left, right) = (found("mug", 80, 80), found("mug", 200, 80));
-        let boxes = matched(&recognition(), &[left, right], TABLE_PX).expect("both are there");
+        let recognition = recognition();
+        let supports = recognition.support_tree().expect("a tree");
+        let boxes = matched(&recognition, &supports, &[left, right], TABLE_PX).expect("both are there");
         let places: Vec<f64> = boxes.objects.iter().map(|found| found.box_px[0]).collect();
         assert_eq!(places, [200.0, 80.0]);
-        let recognition = recognition();
-        let expected = expected_px(&recognition, &recognition.objects[0], TABLE_PX).expect("was seen");
+        let expected = expected_px(&recognition, &supports, 0, TABLE_PX).expect("was seen");
         assert!((expected - DVec2::new(210.0, 90.0)).length() < 1.0, "{expected}");
     }
 
     #[test]
     fn missing_object_is_named() {
         let one = [found("mug", 80, 80), found("bowl", 200, 80)];
-        assert_eq!(matched(&recognition(), &one, TABLE_PX).expect_err("one is missing").as_str(), "mug_1");
+        let recognition = recognition();
+        let supports = recognition.support_tree().expect("a tree");
+        let missing = matched(&recognition, &supports, &one, TABLE_PX).expect_err("one is missing");
+        assert_eq!(missing.as_str(), "mug_1");
     }
 }
