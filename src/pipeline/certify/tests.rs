@@ -330,7 +330,7 @@ fn what_is_large_may_lie_outside_its_hulls_by_a_share_of_its_size() {
 fn hulls_that_fill_a_cup_are_detected_by_its_openings() {
     let profile = [DVec2::new(0.03, 0.0), DVec2::new(0.03, 0.06)];
     let cup = shapes::shell_of_revolution(&profile, 0.004, 0.006, 48);
-    let (_, cup) = body("cup", cup, Pose::IDENTITY, false);
+    let (_, cup) = body("cup", cup, Pose::IDENTITY);
     let (_, fit) =
         decompose_and_fit(&cup.mesh, &section("decompose"), &CancelFlag::default()).expect("a cup");
     let planted = Planted::with(|planted| planted.inputs.bodies[1].hull_fit = fit);
