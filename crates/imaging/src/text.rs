@@ -25,8 +25,8 @@ pub fn width_dots(text: &str) -> u32 {
     (text.chars().count() as u32 * ADVANCE_DOTS).saturating_sub(1)
 }
 
-/// Positions (column, row) of the dots of a text, from its top left corner, letter by letter. `replacement` is drawn for
-/// characters without a glyph.
+/// Positions (column, row) of the dots of a text, from its top left corner, letter by letter. `replacement` is drawn
+/// for characters without a glyph.
 pub fn dots(text: &str, replacement: char) -> impl Iterator<Item = (u32, u32)> + '_ {
     text.chars().enumerate().flat_map(move |(index, letter)| {
         let columns = glyph(letter).or_else(|| glyph(replacement)).unwrap_or_default();
