@@ -64,7 +64,6 @@ class Meaning:
     is_spelled_so: bool
     is_plant: bool
     is_alive: bool
-    is_food: bool
 
 
 class Rules:
@@ -81,7 +80,7 @@ class Rules:
         self.chosen = {lemma: nouns.synset(meaning) for lemma, meaning in table["meanings"].items()}
         self.ignored = {nouns.synset(meaning) for meaning in table["ignored"]["of"]}
         self.general = {nouns.synset(meaning) for meaning in table["too_general"]["of"]}
-        self.plant, self.living, self.food = map(nouns.synset, ("plant.n.02", "living_thing.n.01", "food.n.01"))
+        self.plant, self.living = nouns.synset("plant.n.02"), nouns.synset("living_thing.n.01")
         self.left_out = set(table["left_out"]["nouns"])
 
     def rule(self, synset: int):
@@ -94,7 +93,7 @@ class Rules:
     def meaning(self, lemma: str):
         """What a noun stands for, or None if it is only a proper name."""
         if lemma in self.chosen:
-            return Meaning(self.chosen[lemma], self.rule(self.chosen[lemma]), 0, True, False, False, False)
+            return Meaning(self.chosen[lemma], self.rule(self.chosen[lemma]), 0, True, False, False)
         meanings = list(self.meanings(lemma))
         # "Frisbee" is no name of one object; a word that is also spelled in lower case is not meant as a name.
         meanings = [meaning for meaning in meanings if meaning.is_spelled_so] or meanings
@@ -116,7 +115,8 @@ class Rules:
                     rule,
                     self.nouns.count(lemma, sense) // NOISE,
                     lemma in found.words,
-                    *(kind in above for kind in (self.plant, self.living, self.food)),
+                    self.plant in above,
+                    self.living in above,
                 )
 
 
@@ -125,35 +125,33 @@ class Categories:
 
     def __init__(self, files: list, rules: Rules, chosen: dict):
         self.rules = rules
-        self.synsets = {}
+        # Name to the steps up from the category to each meaning that is specific enough to compare by.
+        self.steps = {}
         for category in (category for file in files for category in file.get("category", [])):
             name = category["name"]
-            synset = rules.nouns.synset(chosen[name]) if name in chosen else self.named(category["label"])
-            if synset is not None:
-                self.synsets[name] = synset
-        self.distances = {synset: self.upward(synset) for synset in self.synsets.values()}
+            found = (rules.nouns.synset(chosen[name]), 0) if name in chosen else self.named(category["label"])
+            if found:
+                self.steps[name] = self.upward(*found)
 
     def named(self, label: str):
-        """The object that the label, or else its last words, stands for."""
+        """The object that the label stands for. Its last words alone mean something more general: one step up."""
         words = label.lower().split()
         for start in range(len(words)):
             lemma = "_".join(words[start:])
             meaning = self.rules.meaning(lemma) if lemma in self.rules.nouns.senses else None
             if meaning and not meaning.rule.reason:
-                return meaning.synset
+                return meaning.synset, int(start > 0)
         return None
 
-    def upward(self, synset: int) -> dict:
-        """Steps to each meaning above that is specific enough to compare by."""
+    def upward(self, synset: int, before: int = 0) -> dict:
         levels = self.rules.nouns.levels(synset)
-        return {up: steps for steps, level in enumerate(levels) for up in level if up not in self.rules.general}
+        return {up: before + k for k, level in enumerate(levels) for up in level if up not in self.rules.general}
 
     def nearest(self, synset: int) -> str:
         """The category with the fewest steps over a common meaning; the first of the catalog among equal ones."""
         steps = self.upward(synset)
         best = (sys.maxsize, NO_CATEGORY)
-        for name, category in self.synsets.items():
-            above = self.distances[category]
+        for name, above in self.steps.items():
             shared = [steps[up] + above[up] for up in steps if up in above]
             if shared and min(shared) < best[0]:
                 best = (min(shared), name)
@@ -165,9 +163,11 @@ def noun_of(lemma: str) -> str:
 
 
 def is_listed(lemma: str, meaning: Meaning, rules: Rules) -> bool:
-    """Whether a noun is worth its bytes: rare words for no object are not, nor breeds and species that their last word
-    describes as well."""
+    """Whether a noun is worth its bytes: Latin names are not, nor breeds and species that their last word describes as
+    well, nor rare words for no object."""
     nouns, reason = rules.nouns, meaning.rule.reason
+    if meaning.is_alive and not meaning.is_spelled_so:
+        return False
     head = lemma.rpartition("_")[2]
     if meaning.is_alive and head != lemma and head in nouns.senses:
         of_head = rules.meaning(head)
@@ -175,7 +175,7 @@ def is_listed(lemma: str, meaning: Meaning, rules: Rules) -> bool:
             return False
     if reason in ("abstract", "substance"):
         is_frequent = any(nouns.count(lemma, sense) for sense in range(1, len(nouns.senses[lemma]) + 1))
-        return "_" not in lemma and (is_frequent or meaning.is_food)
+        return "_" not in lemma and (is_frequent or reason == "substance")
     return not reason or "_" not in lemma or reason == "too_large"
 
 

@@ -127,6 +127,7 @@ impl Category {
             super::office::GENERATORS,
             super::workbench::GENERATORS,
             super::crafting::GENERATORS,
+            super::stand_in::GENERATORS,
         ]
         .iter()
         .flat_map(|family| family.iter())
@@ -162,7 +163,7 @@ pub fn categories() -> &'static [Category] {
     &CATEGORIES
 }
 
-/// The category of that name.
+/// The category of that name, also of the hidden ones that build stand-ins.
 pub fn category(name: &str) -> Option<&'static Category> {
-    CATEGORIES.iter().find(|category| category.name == name)
+    CATEGORIES.iter().chain(super::stand_in::hidden_categories()).find(|category| category.name == name)
 }

@@ -19,6 +19,7 @@ mod assembly;
 mod mesh_cache;
 pub mod substance;
 mod wikidata;
+pub mod stand_in;
 pub mod physical;
 pub mod texture;
 pub mod dining;

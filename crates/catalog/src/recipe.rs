@@ -288,6 +288,22 @@ mod tests {
         assert_none(&objections(&recipes, &judges));
     }
 
+    #[test]
+    fn build_gives_sound_meshes_for_every_stand_in() {
+        let usual = crate::stand_in::hidden_categories()
+            .iter()
+            .flat_map(|category| (0..5).map(move |seed| recipe(category, seed)));
+        let of_nouns = crate::stand_in::rule_samples()
+            .into_iter()
+            .enumerate()
+            .map(|(k, stand_in)| stand_in.recipe(None, None, None, k as u64));
+        let recipes: Vec<Recipe> = usual.chain(of_nouns).collect();
+        assert_none(&objections(
+            &recipes,
+            &[closed, normals_agree, in_size_and_budget, dressed, stands, repeats, symmetric, nowhere_inside_out],
+        ));
+    }
+
     /// Winding number of the surface around a point: 1 inside, 0 outside, other values at self-intersections.
     fn winding(triangles: &[[DVec3; 3]], point: DVec3) -> f64 {
         let solid_angle = |corners: &[DVec3; 3]| {
