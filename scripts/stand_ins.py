@@ -78,9 +78,9 @@ class Rules:
                 if known.order != order:
                     raise ValueError(f"`{meaning}` of `{name}` is also a meaning of `{known.name}`; keep one of them")
         self.chosen = {lemma: nouns.synset(meaning) for lemma, meaning in table["meanings"].items()}
-        self.ignored = {nouns.synset(meaning) for meaning in table["ignored"]["of"]}
-        self.general = {nouns.synset(meaning) for meaning in table["too_general"]["of"]}
-        self.plant, self.living = nouns.synset("plant.n.02"), nouns.synset("living_thing.n.01")
+        names = ("ignored", "plants", "living", "too_general")
+        sets = [{nouns.synset(meaning) for meaning in table[name]["of"]} for name in names]
+        self.ignored, self.plants, self.living, self.general = sets
         self.left_out = set(table["left_out"]["nouns"])
 
     def rule(self, synset: int):
@@ -109,14 +109,14 @@ class Rules:
             found = self.nouns.synsets[synset]
             above = set().union(*self.nouns.levels(synset))
             rule = self.rule(synset)
-            if rule and not found.is_instance and not above & self.ignored:
+            if rule and not found.is_instance and above.isdisjoint(self.ignored):
                 yield Meaning(
                     synset,
                     rule,
                     self.nouns.count(lemma, sense) // NOISE,
                     lemma in found.words,
-                    self.plant in above,
-                    self.living in above,
+                    not above.isdisjoint(self.plants),
+                    not above.isdisjoint(self.living),
                 )
 
 
