@@ -86,6 +86,17 @@ impl Obstacle {
         }
     }
 
+    /// The obstacle as the end of a sentence ("A sofa ...").
+    pub fn explanation(self) -> &'static str {
+        match self {
+            Self::TooLarge => "is too large for a table",
+            Self::Substance => "is a substance without a shape; name a container of it",
+            Self::Person => "is a person or a part of a body",
+            Self::Place => "is a place",
+            Self::Abstract => "is not a physical object",
+        }
+    }
+
     fn named(name: &str) -> Option<Self> {
         let all = [Self::TooLarge, Self::Substance, Self::Person, Self::Place, Self::Abstract];
         all.into_iter().find(|obstacle| obstacle.name() == name)

@@ -116,8 +116,7 @@ pub(super) fn produce(order: &mut Order) -> TexturedMesh {
 pub(super) fn plate(order: &mut Order) -> TexturedMesh {
     let DVec3 { x, y, z } = order.size_m;
     let is_round = (x - y).abs() < ROUND * x.max(y);
-    let outline =
-        if is_round { circle(0.5 * x, 48) } else { rounded_rectangle(x, y, 0.06 * x.min(y), 8) };
+    let outline = if is_round { circle(0.5 * x, 48) } else { rounded_rectangle(x, y, 0.06 * x.min(y), 8) };
     in_one_piece(order, slab(&outline, z, 0.25 * z))
 }
 
@@ -148,8 +147,8 @@ pub(super) fn pillow(order: &mut Order) -> TexturedMesh {
     in_one_piece(order, column(&sections, 4.0, 36))
 }
 
-/// An animal or a person, by the proportions: on four sides of a base either a lying body with a raised head in front,
-/// or an upright body with the head on top.
+/// An animal or a person on an oval base. The proportions decide: a low figure has a long body with a raised head in
+/// front, a tall one an upright body with the head on top.
 pub(super) fn figure(order: &mut Order) -> TexturedMesh {
     let DVec3 { x, y, z } = order.size_m;
     let main = finish(order);

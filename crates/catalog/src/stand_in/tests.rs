@@ -88,7 +88,9 @@ fn stand_in_finds_other_spellings_and_toys() {
     assert_eq!(stand_in("cash box"), stand_in("cashbox"));
     assert_eq!(stand_in("tweezers"), stand_in("tweezer"));
     assert_eq!(stand_in("pop-bottle"), stand_in("pop bottle"));
-    assert!(stand_in("cashbox").is_some() && stand_in("tweezer").is_some() && stand_in("pop bottle").is_some());
+    assert!(
+        stand_in("cashbox").is_some() && stand_in("tweezer").is_some() && stand_in("pop bottle").is_some()
+    );
     assert_eq!(stand_in("truck"), None);
     assert_eq!(stand_in("toy truck").map(|toy| toy.family), Some(Family::Box));
     assert_eq!(stand_in("toy bear"), stand_in("bear"));
@@ -135,7 +137,8 @@ fn every_rule_gives_a_plausible_mass() {
     for (rule, sample) in rules().iter().zip(rule_samples()) {
         let recipe = sample.recipe(None, None, None, 5);
         let mesh = build(&recipe).expect("a generator");
-        let found = physical_properties(&mesh, &recipe.category, recipe.material.as_deref()).expect("a solid");
+        let found =
+            physical_properties(&mesh, &recipe.category, recipe.material.as_deref()).expect("a solid");
         let mass_kg = found.mass.mass_kg;
         // From a seed to a keg.
         assert!((0.0005..10.0).contains(&mass_kg), "{} weighs {mass_kg} kg", rule.name);
