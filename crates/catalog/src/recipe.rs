@@ -300,7 +300,16 @@ mod tests {
         let recipes: Vec<Recipe> = usual.chain(of_nouns).collect();
         assert_none(&objections(
             &recipes,
-            &[closed, normals_agree, in_size_and_budget, dressed, stands, repeats, symmetric, nowhere_inside_out],
+            &[
+                closed,
+                normals_agree,
+                in_size_and_budget,
+                dressed,
+                stands,
+                repeats,
+                symmetric,
+                nowhere_inside_out,
+            ],
         ));
     }
 
