@@ -7,14 +7,15 @@ use rand::RngExt;
 use serde::Deserialize;
 
 use super::Generator;
+use super::kit::{Shape, from_shape};
 use geometry::Rgb;
 use runtime::seed::Rng;
 
-/// An object category, as its table in `config/catalog/<family>.toml` defines it.
+/// An object category, as its table in `config/catalog/*.toml` defines it.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Category {
-    /// `[a-z0-9_]`, unique; also the generator's name.
+    /// `[a-z0-9_]`, unique; also the generator's name where there is no shape.
     pub name: String,
     /// Singular display name ("coffee mug").
     pub label: String,
@@ -40,14 +41,43 @@ pub struct Category {
     /// For hollow bodies modeled as solids: mass = area x thickness x density of the substance.
     #[serde(default)]
     pub shell_thickness_m: Option<f64>,
+    /// Mass at the typical size, kg; the density follows from the volume of the typical mesh. For objects whose
+    /// contents or cavities the mesh does not show.
+    #[serde(default)]
+    pub mass_kg: Option<f64>,
+    /// Volume that a container holds at the typical size, m^3.
+    #[serde(default)]
+    pub container_volume_m3: Option<f64>,
     #[serde(default)]
     pub affordances: Vec<Affordance>,
+    /// States that it can be in or shows, beside standing upright.
+    #[serde(default)]
+    pub states: Vec<State>,
     /// Whether it has a front (its local -y) that usually faces the person.
     pub facing: Facing,
     /// Order of rotational symmetry about its vertical axis; 0 = any angle.
     pub symmetry_order: u32,
     /// Usual zone on a table.
     pub zone: Zone,
+    /// Its shape, unless a generator of that name builds it.
+    #[serde(default)]
+    pub shape: Option<Shape>,
+}
+
+/// What an object can be like beside standing upright.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum State {
+    /// It can lie on its side without rolling away at once.
+    Lying,
+    /// It can stand on its rim or top.
+    UpsideDown,
+    /// The mesh shows it open.
+    Open,
+    /// The mesh shows it closed.
+    Closed,
+    /// The mesh shows it folded.
+    Folded,
 }
 
 /// Affordances of an object.
@@ -121,7 +151,21 @@ impl Category {
         self.affordances.contains(&affordance)
     }
 
+    pub fn can_be(&self, state: State) -> bool {
+        self.states.contains(&state)
+    }
+
+    /// Volume that it holds at these extents, m^3; `None` if it holds nothing or the volume is unknown.
+    pub fn holds_m3(&self, size_m: DVec3) -> Option<f64> {
+        let scale = size_m / self.size.typical_m();
+        self.container_volume_m3.map(|volume_m3| volume_m3 * scale.element_product())
+    }
+
+    /// The builder of its mesh: its shape if there is one, else the function of its name.
     pub(super) fn generator(&self) -> Option<Generator> {
+        if self.shape.is_some() {
+            return Some(from_shape);
+        }
         [
             super::dining::GENERATORS,
             super::office::GENERATORS,
@@ -147,6 +191,14 @@ static CATEGORIES: LazyLock<Vec<Category>> = LazyLock::new(|| {
         include_str!("../../../config/catalog/office_living.toml"),
         include_str!("../../../config/catalog/workbench_utility.toml"),
         include_str!("../../../config/catalog/crafting_hobby.toml"),
+        include_str!("../../../config/catalog/primitives.toml"),
+        include_str!("../../../config/catalog/packaged_food.toml"),
+        include_str!("../../../config/catalog/produce.toml"),
+        include_str!("../../../config/catalog/meals.toml"),
+        include_str!("../../../config/catalog/household.toml"),
+        include_str!("../../../config/catalog/kitchen_equipment.toml"),
+        include_str!("../../../config/catalog/toys.toml"),
+        include_str!("../../../config/catalog/stationery_tools.toml"),
     ];
     sources
         .iter()
@@ -167,3 +219,6 @@ pub fn categories() -> &'static [Category] {
 pub fn category(name: &str) -> Option<&'static Category> {
     CATEGORIES.iter().chain(super::stand_in::hidden_categories()).find(|category| category.name == name)
 }
+
+#[cfg(test)]
+mod tests;

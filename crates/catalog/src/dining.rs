@@ -12,6 +12,8 @@ mod cookware;
 mod bakery;
 mod packages;
 
+pub(crate) use assembly::vessel;
+
 /// Name of the category and the function that builds it.
 pub const GENERATORS: &[(&str, Generator)] = &[
     ("mug", vessels::mug),

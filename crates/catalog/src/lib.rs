@@ -2,7 +2,7 @@
 //! meshes.
 //!
 //! Data live in `config/catalog/*.toml` and `config/materials.toml` and are compiled in by `include_str!`. Each
-//! category names a generator in one of the family modules below. Building is deterministic: the same recipe gives
+//! category has a shape, which the module `kit` builds, or names a generator in one of the family modules below. Building is deterministic: the same recipe gives
 //! the same mesh. The crate must not depend on rendering, scenes, models or file formats.
 //!
 //! ```
@@ -16,6 +16,7 @@
 mod category;
 mod recipe;
 mod assembly;
+mod kit;
 mod mesh_cache;
 pub mod substance;
 mod wikidata;
@@ -28,7 +29,7 @@ pub mod workbench;
 pub mod crafting;
 pub mod tables;
 
-pub use category::{Affordance, Category, Facing, SizeRange, Zone, categories, category};
+pub use category::{Affordance, Category, Facing, SizeRange, State, Zone, categories, category};
 pub use physical::{PhysicalProperties, made_of, physical_properties};
 pub use recipe::{Generator, Order, Recipe, build, build_cached};
 pub use substance::{Substance, substance};

@@ -48,7 +48,7 @@ pub(super) fn spline(pairs: &[(f64, f64)], steps: usize) -> Vec<DVec2> {
 
 /// An open vessel of revolution about +z. `outside` runs (radius, z) from the foot to the rim; the inside
 /// lies `wall_m` within it, measured across the wall, and has its floor at z = `floor_m`.
-pub(super) fn vessel(outside: &[DVec2], wall_m: f64, floor_m: f64, segments: usize) -> Solid {
+pub(crate) fn vessel(outside: &[DVec2], wall_m: f64, floor_m: f64, segments: usize) -> Solid {
     let n = outside.len();
     let inward = |k: usize| {
         let along = (outside[(k + 1).min(n - 1)] - outside[k.saturating_sub(1)]).normalize_or_zero();

@@ -1,0 +1,137 @@
+//! Shapes described by data: the `[category.shape]` tables of `config/catalog/*.toml`.
+//!
+//! A shape is a list of parts. Each part is a form (a box, a body of revolution, an extruded outline, a lofted body, a
+//! tube, an inflated silhouette) with a placement and a look. Lengths are meters at the category's typical size; the
+//! finished mesh is scaled to the extents of the recipe. Front toward -y, +z up. Parts overlap by half a millimeter
+//! or more and do not share a face plane. A shape may also be `like` that of another category, with looks of its own.
+//!
+//! Deserialization validates: a part with two forms, an unknown finish, or a form without a volume is an error that
+//! names the part.
+
+mod form;
+mod forms;
+mod look;
+mod part;
+mod placement;
+
+use std::collections::BTreeMap;
+
+use glam::DVec3;
+use serde::Deserialize;
+
+use crate::{Order, category};
+use form::rested;
+use geometry::{Material, TexturedMesh};
+use look::{Finish, Look};
+use part::Part;
+
+/// Ratio of the scales of width and depth up to which a round shape stays round.
+const ROUND_RATIO: f64 = 1.12;
+
+/// A shape as its table defines it.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Shape {
+    /// The category whose parts and looks this shape has; looks of its own replace those of the same name.
+    #[serde(default)]
+    like: Option<String>,
+    #[serde(default)]
+    part: Vec<Part>,
+    /// Finish of the look `main`, which has the object's color, and the requested material if there is one.
+    #[serde(default)]
+    finish: Option<Finish>,
+    #[serde(default)]
+    look: BTreeMap<String, Look>,
+    /// Printed on labels; a made-up brand where it is absent.
+    #[serde(default)]
+    word: Option<String>,
+    /// Whatever lies below this height is pressed up to it, so that the object has a facet to rest on.
+    #[serde(default)]
+    rest_m: f64,
+}
+
+/// Why a shape cannot be built.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum ShapeError {
+    NoParts,
+    /// The category that it is like is unknown, has no shape of its own, or is itself like another one.
+    NotLike(String),
+    UnknownLook(String),
+}
+
+impl std::fmt::Display for ShapeError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::NoParts => write!(f, "the shape has no parts; list them or name a category that it is like"),
+            Self::NotLike(name) => write!(f, "the shape cannot be like `{name}`, which has no parts of its own"),
+            Self::UnknownLook(name) => write!(f, "no look `{name}`: define it below `[category.shape.look]`"),
+        }
+    }
+}
+
+impl Shape {
+    /// The shape with the parts.
+    fn origin(&self) -> Result<&Shape, ShapeError> {
+        let Some(name) = &self.like else { return Ok(self) };
+        let origin = category(name).and_then(|category| category.shape.as_ref());
+        origin.filter(|shape| shape.like.is_none()).ok_or_else(|| ShapeError::NotLike(name.clone()))
+    }
+
+    /// Whether the shape has parts and every part has a look.
+    pub fn check(&self) -> Result<(), ShapeError> {
+        let origin = self.origin()?;
+        if origin.part.is_empty() {
+            return Err(ShapeError::NoParts);
+        }
+        let known = |name: &str| {
+            name == look::MAIN
+                || self.look.contains_key(name)
+                || origin.look.contains_key(name)
+                || look::common(name).is_some()
+        };
+        match origin.part.iter().find(|part| !known(&part.look)) {
+            Some(part) => Err(ShapeError::UnknownLook(part.look.clone())),
+            None => Ok(()),
+        }
+    }
+
+    /// The parts in meters at the typical size, not yet scaled to the order's extents.
+    fn assembled(&self, order: &mut Order) -> TexturedMesh {
+        let Ok(origin) = self.origin() else { return TexturedMesh::default() };
+        let word = self.word.as_ref().or(origin.word.as_ref()).map_or("", String::as_str);
+        let mut dressed: BTreeMap<&str, (Look, Material)> = BTreeMap::new();
+        let mut mesh = TexturedMesh::default();
+        for part in &origin.part {
+            let name = part.look.as_str();
+            let (look, material) = dressed.entry(name).or_insert_with(|| {
+                let own = self.look.get(name).or_else(|| origin.look.get(name)).cloned();
+                let finish = self.finish.or(origin.finish).unwrap_or_default();
+                let look = own.or_else(|| look::common(name)).unwrap_or_else(|| Look::main(finish));
+                let material = look.material(name, word, order);
+                (look, material)
+            });
+            for solid in part.solids(order) {
+                let solid = if origin.rest_m > 0.0 { rested(solid, origin.rest_m) } else { solid };
+                mesh.add(look.mapped(solid), material);
+            }
+        }
+        mesh
+    }
+}
+
+/// Builds the shape of the order's category in the order's extents. An empty mesh if the category has no shape; the
+/// tests of the catalog check every shape.
+pub(crate) fn from_shape(order: &mut Order) -> TexturedMesh {
+    let Some(shape) = &order.category.shape else { return TexturedMesh::default() };
+    let mesh = shape.assembled(order);
+    let mut scale = order.size_m / mesh.size_m().max(DVec3::splat(1e-9));
+    let round = !matches!(order.category.symmetry_order, 1 | 2);
+    if round && (1.0 / ROUND_RATIO..ROUND_RATIO).contains(&(scale.x / scale.y)) {
+        let across = 0.5 * (scale.x + scale.y);
+        scale = DVec3::new(across, across, scale.z);
+    }
+    mesh.seated().scaled(scale)
+}
+
+#[cfg(test)]
+mod tests;

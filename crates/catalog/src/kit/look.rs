@@ -1,0 +1,240 @@
+//! The look of a part: a finish and its colors.
+
+use serde::Deserialize;
+
+use crate::Order;
+use crate::texture::{
+    banana_skin, checker, citrus_peel, crust, fruit_skin, is_finish, label, mapped_from_above,
+    mapped_from_front, mapped_on_box, material_finish, sprinkles, stripes, wrap_label, wrapped_around,
+};
+use geometry::{Material, Rgb, Solid};
+
+/// The look of parts that name none: the object's color and the requested material.
+pub(super) const MAIN: &str = "main";
+
+/// One repeat of a woven, grained or speckled surface, meters.
+const REPEAT_M: f64 = 0.12;
+
+/// A look as its table defines it.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Look {
+    #[serde(default)]
+    finish: Finish,
+    #[serde(default)]
+    color: Tint,
+    /// Second color of patterns and labels.
+    #[serde(default = "Tint::contrasting")]
+    second: Tint,
+    /// Printed on a label, in place of the shape's word.
+    #[serde(default)]
+    word: Option<String>,
+    /// Number of stripes, squares or sprinkles.
+    #[serde(default)]
+    count: Option<u32>,
+    /// Share of light that the surface lets through.
+    #[serde(default)]
+    transparency: f32,
+}
+
+/// How a color follows from the object's.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
+#[serde(try_from = "String")]
+pub(super) enum Tint {
+    #[default]
+    Same,
+    Lighter,
+    Darker,
+    /// Light beside a dark color and dark beside a light one.
+    Contrasting,
+    Fixed(Rgb),
+}
+
+impl Tint {
+    fn contrasting() -> Self {
+        Self::Contrasting
+    }
+
+    fn of(self, main: Rgb) -> Rgb {
+        let [r, g, b] = main.0;
+        match self {
+            Self::Same => main,
+            Self::Lighter => main.mix(Rgb([1.0; 3]), 0.45),
+            Self::Darker => main.scaled(0.62),
+            Self::Contrasting if 0.3 * r + 0.6 * g + 0.1 * b > 0.55 => main.scaled(0.35),
+            Self::Contrasting => main.mix(Rgb([1.0, 0.98, 0.93]), 0.82),
+            Self::Fixed(color) => color,
+        }
+    }
+}
+
+impl TryFrom<String> for Tint {
+    type Error = String;
+
+    fn try_from(text: String) -> Result<Self, String> {
+        match text.as_str() {
+            "main" => Ok(Self::Same),
+            "lighter" => Ok(Self::Lighter),
+            "darker" => Ok(Self::Darker),
+            "contrasting" => Ok(Self::Contrasting),
+            _ => {
+                let digits = text.strip_prefix('#').filter(|digits| digits.len() == 6);
+                let number = digits.and_then(|digits| u32::from_str_radix(digits, 16).ok());
+                number.map(|number| Self::Fixed(Rgb::hex(number))).ok_or_else(|| {
+                    format!("`{text}` is no color: write main, lighter, darker, contrasting or #rrggbb")
+                })
+            }
+        }
+    }
+}
+
+/// The kind of a surface.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
+#[serde(try_from = "String")]
+pub(super) enum Finish {
+    /// Smooth plastic.
+    #[default]
+    Plastic,
+    Gloss,
+    Matte,
+    /// A material that [`material_finish`] knows.
+    Material(&'static str),
+    /// A fruit's skin, its second color a blush.
+    Skin,
+    Peel,
+    BananaSkin,
+    /// Baked, the second color paler.
+    Crust,
+    Sprinkles,
+    Stripes,
+    Checker,
+    /// A label on each face of a box, around a body of revolution, on the front, on the top.
+    BoxLabel,
+    WrapLabel,
+    FrontLabel,
+    TopLabel,
+}
+
+/// Names of [`Finish::Material`]s, which need a static lifetime.
+const MATERIALS: &[&str] = &[
+    "oak", "walnut", "pine", "birch", "beech", "maple", "bamboo", "wood", "steel", "cast_iron", "aluminum", "chrome",
+    "copper", "brass", "gold", "glass", "ceramic", "porcelain", "stoneware", "terracotta", "rubber", "leather",
+    "fabric", "cork", "paper", "cardboard", "stone", "marble", "wicker",
+];
+
+impl TryFrom<String> for Finish {
+    type Error = String;
+
+    fn try_from(text: String) -> Result<Self, String> {
+        let finish = match text.as_str() {
+            "plastic" => Self::Plastic,
+            "gloss" => Self::Gloss,
+            "matte" => Self::Matte,
+            "skin" => Self::Skin,
+            "peel" => Self::Peel,
+            "banana_skin" => Self::BananaSkin,
+            "crust" => Self::Crust,
+            "sprinkles" => Self::Sprinkles,
+            "stripes" => Self::Stripes,
+            "checker" => Self::Checker,
+            "box_label" => Self::BoxLabel,
+            "wrap_label" => Self::WrapLabel,
+            "front_label" => Self::FrontLabel,
+            "top_label" => Self::TopLabel,
+            _ => {
+                let material = MATERIALS.iter().find(|name| **name == text);
+                let material = material.ok_or_else(|| format!("no finish is called `{text}`"))?;
+                Self::Material(material)
+            }
+        };
+        Ok(finish)
+    }
+}
+
+/// Looks that every shape may use.
+pub(super) fn common(name: &str) -> Option<Look> {
+    let look = |finish: Finish, color: u32| Look {
+        color: Tint::Fixed(Rgb::hex(color)),
+        ..Look::main(finish)
+    };
+    let derived = |color: Tint| Look { color, ..Look::main(Finish::Plastic) };
+    let look = match name {
+        "steel" => look(Finish::Material("steel"), 0xc9_cb_cd),
+        "chrome" => look(Finish::Material("chrome"), 0xdd_de_e0),
+        "brass" => look(Finish::Material("brass"), 0xc9_a2_4c),
+        "gold" => look(Finish::Material("gold"), 0xe0_b9_4e),
+        "wood" => look(Finish::Material("beech"), 0xcf_a4_70),
+        "paper" => look(Finish::Matte, 0xf2_ee_e4),
+        "cardboard" => look(Finish::Matte, 0xb8_92_62),
+        "glass" => Look { transparency: 0.6, ..look(Finish::Gloss, 0xdc_ea_ee) },
+        "black" => look(Finish::Matte, 0x24_25_28),
+        "dark" => look(Finish::Matte, 0x3c_3f_45),
+        "gray" => look(Finish::Plastic, 0x8d_91_96),
+        "white" => look(Finish::Plastic, 0xf2_f1_ec),
+        "cream" => look(Finish::Plastic, 0xef_e4_c8),
+        "red" => look(Finish::Plastic, 0xc0_30_2a),
+        "orange" => look(Finish::Plastic, 0xe8_84_26),
+        "yellow" => look(Finish::Plastic, 0xf0_c8_30),
+        "green" => look(Finish::Plastic, 0x3a_8f_4a),
+        "blue" => look(Finish::Plastic, 0x2f_63_b5),
+        "purple" => look(Finish::Plastic, 0x6f_47_9c),
+        "pink" => look(Finish::Plastic, 0xe6_9a_b0),
+        "brown" => look(Finish::Matte, 0x6e_47_2c),
+        "leaf" => look(Finish::Matte, 0x4d_84_36),
+        "stem" => look(Finish::Matte, 0x77_71_3c),
+        "lighter" => derived(Tint::Lighter),
+        "darker" => derived(Tint::Darker),
+        "contrasting" => derived(Tint::Contrasting),
+        _ => return None,
+    };
+    Some(look)
+}
+
+impl Look {
+    /// The object's color with this finish.
+    pub fn main(finish: Finish) -> Self {
+        Self { finish, color: Tint::Same, second: Tint::Contrasting, word: None, count: None, transparency: 0.0 }
+    }
+
+    /// The material, called `name`. `word` is the shape's.
+    pub fn material(&self, name: &str, word: &str, order: &mut Order) -> Material {
+        let requested = order.material.filter(|material| name == MAIN && is_finish(material));
+        let color = self.color.of(order.color);
+        let second = self.second.of(color);
+        let word = self.word.as_deref().unwrap_or(word);
+        let rng = &mut order.rng;
+        let textured = |texture, roughness| Material::textured(name, texture, roughness);
+        let count = |usual: u32| self.count.unwrap_or(usual) as usize;
+        let material = match (requested, self.finish) {
+            (Some(requested), _) => material_finish(requested, color, rng),
+            (None, Finish::Plastic) => Material::plain(name, color, 0.38),
+            (None, Finish::Gloss) => Material::plain(name, color, 0.14),
+            (None, Finish::Matte) => Material::plain(name, color, 0.8),
+            (None, Finish::Material(material)) => material_finish(material, color, rng),
+            (None, Finish::Skin) => textured(fruit_skin(color, second, rng), 0.4),
+            (None, Finish::Peel) => textured(citrus_peel(color, rng), 0.5),
+            (None, Finish::BananaSkin) => textured(banana_skin(color, rng), 0.5),
+            (None, Finish::Crust) => textured(crust(color, second, rng), 0.85),
+            (None, Finish::Sprinkles) => textured(sprinkles(color, count(60), rng), 0.4),
+            (None, Finish::Stripes) => textured(stripes(color, second, count(8)), 0.6),
+            (None, Finish::Checker) => textured(checker(color, second, count(6), count(6)), 0.6),
+            (None, Finish::WrapLabel) => textured(wrap_label(color, second, word, rng), 0.45),
+            (None, Finish::BoxLabel | Finish::FrontLabel | Finish::TopLabel) => {
+                textured(label(color, second, word, rng), 0.5)
+            }
+        };
+        Material { name: name.to_owned(), opacity: material.opacity * (1.0 - self.transparency), ..material }
+    }
+
+    /// The solid with texture coordinates for this finish.
+    pub fn mapped(&self, solid: Solid) -> Solid {
+        match self.finish {
+            Finish::BoxLabel => mapped_on_box(solid),
+            Finish::WrapLabel => wrapped_around(solid),
+            Finish::FrontLabel | Finish::Stripes => mapped_from_front(solid),
+            Finish::TopLabel | Finish::Sprinkles => mapped_from_above(solid),
+            Finish::Material(_) | Finish::Checker => solid.with_box_uvs(REPEAT_M),
+            _ => solid,
+        }
+    }
+}

@@ -1,0 +1,98 @@
+//! A part of a shape: a form, where it is placed, and its look.
+
+use serde::Deserialize;
+
+use super::form::Form;
+use super::forms::{Ball, Block, Cylinder, Extrusion, Hoop, Loft, Revolution, Silhouette, Torus, Tube};
+use super::look::MAIN;
+use super::placement::{Circle, Mirror, Placement, Row};
+use crate::Order;
+use geometry::{DVec3, Solid};
+
+/// One part, possibly repeated.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(try_from = "PartTable")]
+pub(super) struct Part {
+    form: Form,
+    placement: Placement,
+    /// Amplitude of irregular bumps, share of the distance from the part's center.
+    lumpy: f64,
+    /// `main`, a look of the shape, or a common look.
+    pub look: String,
+}
+
+/// A part as it stands in the file: exactly one of the forms is given.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PartTable {
+    #[serde(rename = "box")]
+    block: Option<Block>,
+    cylinder: Option<Cylinder>,
+    ball: Option<Ball>,
+    turned: Option<Revolution>,
+    hoop: Option<Hoop>,
+    ring: Option<Torus>,
+    tube: Option<Tube>,
+    plate: Option<Extrusion>,
+    loft: Option<Loft>,
+    inflated: Option<Silhouette>,
+    #[serde(default)]
+    at: DVec3,
+    /// Rotations about x, then y, then z, degrees, about the form's own origin.
+    #[serde(default)]
+    turn: DVec3,
+    mirror: Option<Mirror>,
+    #[serde(default)]
+    rows: Vec<Row>,
+    circle: Option<Circle>,
+    #[serde(default)]
+    lumpy: f64,
+    look: Option<String>,
+}
+
+impl TryFrom<PartTable> for Part {
+    type Error = String;
+
+    fn try_from(table: PartTable) -> Result<Self, String> {
+        let forms = [
+            table.block.map(Form::Block),
+            table.cylinder.map(Form::Cylinder),
+            table.ball.map(Form::Ball),
+            table.turned.map(Form::Revolution),
+            table.hoop.map(Form::Hoop),
+            table.ring.map(Form::Torus),
+            table.tube.map(Form::Tube),
+            table.plate.map(Form::Extrusion),
+            table.loft.map(Form::Loft),
+            table.inflated.map(Form::Silhouette),
+        ];
+        let mut given = forms.into_iter().flatten();
+        let (Some(form), None) = (given.next(), given.next()) else {
+            return Err("a part has exactly one form: box, cylinder, ball, turned, hoop, ring, tube, plate, loft or \
+                        inflated"
+                .to_owned());
+        };
+        form.check()?;
+        if !(0.0..0.5).contains(&table.lumpy) {
+            return Err(format!("`lumpy` is a share below one half, not {}", table.lumpy));
+        }
+        let placement = Placement {
+            at_m: table.at,
+            turn_deg: table.turn,
+            mirror: table.mirror,
+            rows: table.rows,
+            circle: table.circle,
+        };
+        let look = table.look.unwrap_or_else(|| MAIN.to_owned());
+        Ok(Self { form, placement, lumpy: table.lumpy, look })
+    }
+}
+
+impl Part {
+    /// The closed solids of all copies, in the shape's frame, meters.
+    pub fn solids(&self, order: &mut Order) -> Vec<Solid> {
+        let solid = self.form.solid();
+        let solid = if self.lumpy > 0.0 { super::form::bumpy(solid, self.lumpy, order) } else { solid };
+        self.placement.copies(&solid)
+    }
+}
