@@ -44,6 +44,9 @@ const SENTENCES: &[&str] = &[
     "four plates around a vase, each with a fork and a knife",
 ];
 
+/// Objects on a sheet.
+const PER_SHEET: usize = 64;
+
 const RENDER: RenderSettings =
     RenderSettings { supersampling: 2, shadow_map_px: 1024, sky_directions: 24, sky_map_px: 192 };
 
@@ -68,7 +71,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// One sheet per family of categories and one of tables.
+/// Sheets of each family of categories and one of tables.
 fn objects(out: &Path) -> Result<(), Box<dyn Error>> {
     let families = ["dining_kitchen", "office_living", "workbench_utility", "crafting_hobby"];
     for family in families {
@@ -82,7 +85,9 @@ fn objects(out: &Path) -> Result<(), Box<dyn Error>> {
                 build(&recipe).map(|mesh| (portrait(&mesh, 0.0), kind.label.clone()))
             })
             .collect();
-        write_sheet(&out.join(format!("catalog_{family}.png")), &images)?;
+        for (page, images) in images.chunks(PER_SHEET).enumerate() {
+            write_sheet(&out.join(format!("catalog_{family}_{page}.png")), images)?;
+        }
     }
     let tables: Vec<Option<(Image, String)>> = table_models()
         .par_iter()
