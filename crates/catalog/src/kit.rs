@@ -5,8 +5,8 @@
 //! finished mesh is scaled to the extents of the recipe. Front toward -y, +z up. Parts overlap by half a millimeter
 //! or more and do not share a face plane. A shape may also be `like` that of another category, with looks of its own.
 //!
-//! Deserialization validates: a part with two forms, an unknown finish, or a form without a volume is an error that
-//! names the part.
+//! Deserialization refuses a part with two forms or too few points, an unknown finish and an unknown key;
+//! [`Shape::check`] refuses forms that are no solids and looks that do not exist.
 
 mod form;
 mod forms;
@@ -57,6 +57,8 @@ pub enum ShapeError {
     /// The category that it is like is unknown, has no shape of its own, or is itself like another one.
     NotLike(String),
     UnknownLook(String),
+    /// The surface of the part with this number is open, or it encloses no volume.
+    NoSolid(usize),
 }
 
 impl std::fmt::Display for ShapeError {
@@ -64,6 +66,9 @@ impl std::fmt::Display for ShapeError {
         match self {
             Self::NoParts => write!(f, "the shape has no parts; list them or name a category that it is like"),
             Self::NotLike(name) => write!(f, "the shape cannot be like `{name}`, which has no parts of its own"),
+            Self::NoSolid(number) => {
+                write!(f, "part {number} is no solid: its surface is open, inverted or encloses nothing")
+            }
             Self::UnknownLook(name) => write!(f, "no look `{name}`: define it below `[category.shape.look]`"),
         }
     }
@@ -77,7 +82,8 @@ impl Shape {
         origin.filter(|shape| shape.like.is_none()).ok_or_else(|| ShapeError::NotLike(name.clone()))
     }
 
-    /// Whether the shape has parts and every part has a look.
+    /// Whether the shape has parts and every part is a solid with a look. Builds the parts; the tests of the catalog
+    /// check every shape.
     pub fn check(&self) -> Result<(), ShapeError> {
         let origin = self.origin()?;
         if origin.part.is_empty() {
@@ -89,8 +95,11 @@ impl Shape {
                 || origin.look.contains_key(name)
                 || look::common(name).is_some()
         };
-        match origin.part.iter().find(|part| !known(&part.look)) {
-            Some(part) => Err(ShapeError::UnknownLook(part.look.clone())),
+        if let Some(part) = origin.part.iter().find(|part| !known(&part.look)) {
+            return Err(ShapeError::UnknownLook(part.look.clone()));
+        }
+        match origin.part.iter().position(|part| !part.is_solid()) {
+            Some(number) => Err(ShapeError::NoSolid(number)),
             None => Ok(()),
         }
     }

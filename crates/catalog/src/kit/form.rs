@@ -40,8 +40,8 @@ impl Form {
         }
     }
 
-    /// Refuses what has too few points or no closed surface of positive volume.
-    pub fn check(&self) -> Result<(), String> {
+    /// Refuses what has too few points to be a solid.
+    pub fn check_points(&self) -> Result<(), String> {
         let (points, needed) = match self {
             Self::Revolution(form) => (form.profile.len(), 2),
             Self::Hoop(form) => (form.section.len(), 3),
@@ -54,12 +54,13 @@ impl Form {
         if points < needed {
             return Err(format!("the form has {points} points, but needs {needed}: {self:?}"));
         }
-        let solid = self.solid();
-        let (watertight, volume_m3) = (solid.is_watertight(), solid.volume_m3());
-        if !watertight || volume_m3.is_nan() || volume_m3 <= 0.0 {
-            return Err(format!("the form is no solid (closed: {watertight}, {volume_m3:e} m^3): {self:?}"));
-        }
         Ok(())
+    }
+
+    /// Whether its surface is closed and encloses a positive volume. Builds it, which takes longer than reading it.
+    pub fn is_solid(&self) -> bool {
+        let solid = self.solid();
+        solid.is_watertight() && solid.volume_m3() > 0.0
     }
 }
 

@@ -88,6 +88,10 @@ impl TryFrom<String> for Tint {
     }
 }
 
+/// One of [`MATERIALS`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct MaterialName(&'static str);
+
 /// The kind of a surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
 #[serde(try_from = "String")]
@@ -98,7 +102,7 @@ pub(super) enum Finish {
     Gloss,
     Matte,
     /// A material that [`material_finish`] knows.
-    Material(&'static str),
+    Material(MaterialName),
     /// A fruit's skin, its second color a blush.
     Skin,
     Peel,
@@ -144,7 +148,7 @@ impl TryFrom<String> for Finish {
             _ => {
                 let material = MATERIALS.iter().find(|name| **name == text);
                 let material = material.ok_or_else(|| format!("no finish is called `{text}`"))?;
-                Self::Material(material)
+                Self::Material(MaterialName(material))
             }
         };
         Ok(finish)
@@ -159,11 +163,11 @@ pub(super) fn common(name: &str) -> Option<Look> {
     };
     let derived = |color: Tint| Look { color, ..Look::main(Finish::Plastic) };
     let look = match name {
-        "steel" => look(Finish::Material("steel"), 0xc9_cb_cd),
-        "chrome" => look(Finish::Material("chrome"), 0xdd_de_e0),
-        "brass" => look(Finish::Material("brass"), 0xc9_a2_4c),
-        "gold" => look(Finish::Material("gold"), 0xe0_b9_4e),
-        "wood" => look(Finish::Material("beech"), 0xcf_a4_70),
+        "steel" => look(Finish::Material(MaterialName("steel")), 0xc9_cb_cd),
+        "chrome" => look(Finish::Material(MaterialName("chrome")), 0xdd_de_e0),
+        "brass" => look(Finish::Material(MaterialName("brass")), 0xc9_a2_4c),
+        "gold" => look(Finish::Material(MaterialName("gold")), 0xe0_b9_4e),
+        "wood" => look(Finish::Material(MaterialName("beech")), 0xcf_a4_70),
         "paper" => look(Finish::Matte, 0xf2_ee_e4),
         "cardboard" => look(Finish::Matte, 0xb8_92_62),
         "glass" => Look { transparency: 0.6, ..look(Finish::Gloss, 0xdc_ea_ee) },
@@ -210,7 +214,7 @@ impl Look {
             (None, Finish::Plastic) => Material::plain(name, color, 0.38),
             (None, Finish::Gloss) => Material::plain(name, color, 0.14),
             (None, Finish::Matte) => Material::plain(name, color, 0.8),
-            (None, Finish::Material(material)) => material_finish(material, color, rng),
+            (None, Finish::Material(material)) => material_finish(material.0, color, rng),
             (None, Finish::Skin) => textured(fruit_skin(color, second, rng), 0.4),
             (None, Finish::Peel) => textured(citrus_peel(color, rng), 0.5),
             (None, Finish::BananaSkin) => textured(banana_skin(color, rng), 0.5),

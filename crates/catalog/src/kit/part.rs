@@ -72,7 +72,7 @@ impl TryFrom<PartTable> for Part {
                         inflated"
                 .to_owned());
         };
-        form.check()?;
+        form.check_points()?;
         if !(0.0..0.5).contains(&table.lumpy) {
             return Err(format!("`lumpy` is a share below one half, not {}", table.lumpy));
         }
@@ -89,6 +89,11 @@ impl TryFrom<PartTable> for Part {
 }
 
 impl Part {
+    /// Whether its form is a closed solid.
+    pub fn is_solid(&self) -> bool {
+        self.form.is_solid()
+    }
+
     /// The closed solids of all copies, in the shape's frame, meters.
     pub fn solids(&self, order: &mut Order) -> Vec<Solid> {
         let solid = self.form.solid();

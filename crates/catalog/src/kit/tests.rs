@@ -49,9 +49,7 @@ fn shapes_that_cannot_be_built_are_refused_with_the_reason() {
             "part = [{ ball = { size = [0.1, 0.1, 0.1] }, box = { size = [0.1, 0.1, 0.1] } }]",
             "exactly one form",
         ),
-        ("part = [{ box = { size = [0.1, 0.1, 0.0] } }]", "no solid"),
         ("part = [{ turned = { profile = [[0.1, 0.0]] } }]", "needs 2"),
-        ("part = [{ turned = { profile = [[0.1, 0.1], [0.1, 0.0]] } }]", "no solid"),
         ("part = [{ box = { size = [0.1, 0.1, 0.1], radius = 0.1 } }]", "unknown field `radius`"),
         ("finish = \"velvet\"", "no finish is called `velvet`"),
         ("look.cap = { color = \"#12\" }", "`#12` is no color"),
@@ -63,6 +61,10 @@ fn shapes_that_cannot_be_built_are_refused_with_the_reason() {
     }
     assert_eq!(shape("").expect("parses").check(), Err(ShapeError::NoParts));
     assert_eq!(shape("like = \"mug\"").expect("parses").check(), Err(ShapeError::NotLike("mug".into())));
+    let inverted = "part = [{ ball = { size = [0.1, 0.1, 0.1] } }, { turned = { profile = [[0.1, 0.1], [0.1, 0.0]] } }]";
+    assert_eq!(shape(inverted).expect("parses").check(), Err(ShapeError::NoSolid(1)));
+    let flat = "part = [{ box = { size = [0.1, 0.1, 0.0] } }]";
+    assert_eq!(shape(flat).expect("parses").check(), Err(ShapeError::NoSolid(0)));
     let odd = "part = [{ ball = { size = [0.1, 0.1, 0.1] }, look = \"felt\" }]";
     assert_eq!(shape(odd).expect("parses").check(), Err(ShapeError::UnknownLook("felt".into())));
 }

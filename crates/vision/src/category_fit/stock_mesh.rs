@@ -1,4 +1,4 @@
-//! Light meshes of the catalog's categories, built once a process.
+//! Light meshes of the catalog's categories that are candidates in images, built once a process.
 //!
 //! They are a pure function of the catalog, so results do not depend on the order of construction.
 
@@ -51,7 +51,7 @@ pub(super) struct StockCategory {
     pub palette: Vec<[f32; 3]>,
 }
 
-/// Every category, in the catalog's order.
+/// Every category that an object of an image may be, in the catalog's order.
 pub(super) fn stock() -> &'static [StockCategory] {
     static STOCK: LazyLock<Vec<StockCategory>> = LazyLock::new(|| {
         let palette = |category: &Category| {
@@ -64,7 +64,7 @@ pub(super) fn stock() -> &'static [StockCategory] {
             meshes: Default::default(),
             palette: palette(category),
         };
-        catalog::categories().iter().map(of).collect()
+        catalog::categories().iter().filter(|category| category.is_image_candidate()).map(of).collect()
     });
     &STOCK
 }
