@@ -85,14 +85,7 @@ impl SceneAnalyst for EmbeddedAnalyst {
     }
 }
 
-/// The stable error code and the message of a rejected text.
+/// The error of the port for a rejected text.
 fn rejected(error: DescribeError) -> ProviderError {
-    let code = match error {
-        DescribeError::Empty => "text_empty",
-        DescribeError::TooLong { .. } => "text_too_long",
-        DescribeError::NothingRecognized { .. } => "nothing_recognized",
-        DescribeError::TooManyObjects { .. } => "too_many_objects",
-        DescribeError::UnknownTableModel { .. } => "unknown_table_model",
-    };
-    ProviderError::Rejected { port: Port::Analyst, code, reason: error.to_string() }
+    ProviderError::Rejected { port: Port::Analyst, code: error.code(), reason: error.to_string() }
 }

@@ -4,6 +4,7 @@
 
 pub mod mock_vendors;
 pub mod evaluate;
+pub mod parse;
 pub mod synthesize;
 pub mod split;
 
@@ -11,7 +12,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-/// Benchmarks tabletopgen, synthesizes training images, and mocks the remote models.
+/// Benchmarks tabletopgen, synthesizes training images, describes texts, and mocks the remote models.
 #[derive(Debug, Parser)]
 #[command(name = "tabletopgen-lab", version, about, propagate_version = true)]
 struct Cli {
@@ -25,6 +26,8 @@ enum Command {
     Evaluate(evaluate::Arguments),
     /// Synthesize table images with ground truth, to train and to evaluate image readers.
     Synthesize(synthesize::Arguments),
+    /// Describe texts with the embedded parser, one JSON document per text, without building scenes.
+    Parse(parse::Arguments),
     /// Serve the protocols of all remote models with the embedded adapters, for use without keys.
     MockVendors(mock_vendors::Arguments),
 }
@@ -34,6 +37,7 @@ pub fn main() -> ExitCode {
     tabletopgen::cli::run(Cli::try_parse(), |cli| match cli.command {
         Command::Evaluate(arguments) => evaluate::run(arguments),
         Command::Synthesize(arguments) => synthesize::run(arguments),
+        Command::Parse(arguments) => parse::run(arguments),
         Command::MockVendors(arguments) => mock_vendors::run(arguments),
     })
 }

@@ -11,7 +11,7 @@ fn run(home: &Path, arguments: &[&str]) -> Output {
 fn help_lists_every_command() {
     let home = tempfile::tempdir().unwrap();
     let help = String::from_utf8(run(home.path(), &["--help"]).stdout).unwrap();
-    for command in ["evaluate", "synthesize", "mock-vendors"] {
+    for command in ["evaluate", "synthesize", "parse", "mock-vendors"] {
         assert!(help.contains(command), "{help}");
     }
 }
@@ -25,6 +25,7 @@ fn invalid_arguments_are_refused_before_the_work() {
         (vec!["evaluate", "--set", "layuot"], 2, "[possible values: layout, images, regions]"),
         (vec!["evaluate", "--set", "layout", "--scenes", "0"], 2, "--scenes"),
         (vec!["evaluate", "--set", "layout", "--out", "/proc/none"], 1, "cannot write /proc/none"),
+        (vec!["parse", "--texts", "/proc/none"], 1, "cannot read /proc/none"),
         (vec!["dance"], 2, "unrecognized subcommand"),
     ] {
         let done = run(home.path(), &arguments);
