@@ -10,6 +10,8 @@ SAME = {"on": ("stacked_on",), "stacked_on": ("on",)}
 STEPS = ("lifted", "moved", "out_of", "off", "opened", "away_from")
 # Conditions on a change, which no start satisfies.
 CHANGES = ("away_from", "swapped", "lifted", "rotated", "moved", "poured_into", "used_on", "pressed")
+# Categories that are open unless a text says otherwise.
+OPEN = ("laptop",)
 POSES = ("upright", "lying_on_side", "upside_down")
 
 
@@ -74,8 +76,8 @@ def holds(predicate: dict, view) -> bool:
     if kind in POSES:
         return item.pose == kind
     if kind in ("opened", "closed"):
-        # Lids and doors are closed unless stated otherwise.
-        return (item.state or "closed") == {"opened": "open", "closed": "closed"}[kind]
+        usual = "open" if item.category in OPEN else "closed"
+        return (item.state or usual) == {"opened": "open", "closed": "closed"}[kind]
     if kind == "out_of":
         return not view.related("in", name, target)
     if kind == "off":

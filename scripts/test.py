@@ -15,6 +15,7 @@ from pathlib import Path
 
 import cargo_results
 import tools
+import words_sample
 from generating import differing_files, generate
 from judging import JUDGE_NAMES, JUDGES, complaints, finish_setup, judge, start_setup
 from sentences import differences, sentences
@@ -51,6 +52,7 @@ def main() -> int:
         ("documentation", document),
         ("cargo test", test_workspace),
         ("programs", build_programs),
+        ("words", lambda: words_sample.check(target / "debug" / "tabletopgen-lab")),
         ("killed while models are asked", lambda: kill_sample(target)),
         ("judges' environment", finish_environment),
         ("layers of USD", lambda: judge_layers(environment)),
