@@ -58,7 +58,8 @@ def entries(table: str) -> list:
 
 def sample(every: list, count: int) -> list:
     """`count` of them, spread evenly, always the same."""
-    return [every[k * len(every) // count] for k in range(min(count, len(every)))]
+    count = min(count, len(every))
+    return [every[k * len(every) // count] for k in range(count)]
 
 
 def ignorable() -> frozenset:
@@ -114,7 +115,13 @@ def sentence_complaints(entry: dict, outcome: dict, view=None) -> list:
     if entry.get("refused"):
         found = Counter(item["category"] for item in outcome["description"]["objects"])
         return [f"not refused, but {', '.join(f'{n} {category}' for category, n in found.items()) or 'an empty table'}"]
-    return complaints(entry, view or Described(outcome["description"]))
+    view = view or Described(outcome["description"])
+    wrong = complaints(entry, view)
+    if "goal" in entry:
+        cast = Cast(entry["objects"], [item for item in view.objects if item.requested])
+        wrong += goal_complaints(entry["goal"], cast, view)
+        wrong += ["the start satisfies the goal"] if is_satisfied(view.goal, view) else []
+    return wrong
 
 
 def rejected_complaints(entry: dict, error: dict) -> list:
