@@ -6,8 +6,8 @@ import re
 from expectations import Item
 
 INVERSE = {
-    "left_of": "right_of", "right_of": "left_of", "in_front_of": "behind", "behind": "in_front_of", "next_to": "next_to",
-    "parallel_to": "parallel_to",
+    "left_of": "right_of", "right_of": "left_of", "in_front_of": "behind", "behind": "in_front_of",
+    "next_to": "next_to", "parallel_to": "parallel_to",
 }
 # What else says the same.
 ALSO = {
@@ -30,7 +30,7 @@ class Described:
         self.objects = [item(told) for told in description["objects"]]
         self.by_name = {found.name: found for found in self.objects}
         self.relations = [
-            (told["id"], relation["kind"], relation.get("target"), relation.get("second_target"), relation.get("distance_m"))
+            (told["id"], relation["kind"], *map(relation.get, ("target", "second_target", "distance_m")))
             for told in description["objects"]
             for relation in told.get("relations", ())
         ]
@@ -88,7 +88,7 @@ class Described:
         return all(sides[word] for word in words)
 
     def distances_cm(self, kind, name, target) -> list:
-        """The stated distances of an object to a target, with the relation that states them or with any (`distance`)."""
+        """The distances of an object to a target that a relation states, or any relation (`distance`)."""
         found = [
             100 * distance
             for subject, stated, to, _, distance in self.relations
@@ -107,7 +107,8 @@ class Described:
     def arranged(self, kind, names) -> list:
         """(members, gap in cm) of every arrangement of the kind that these objects alone make."""
         if kind == "stack":
-            return [(chain, None) for chain in chains(names, lambda a, b: self.related("on", a, b) or self.related("in", a, b))]
+            carried = lambda a, b: self.related("on", a, b) or self.related("in", a, b)
+            return [(chain, None) for chain in chains(names, carried)]
         return [
             (members, None if gap_m is None else 100 * gap_m)
             for shape, members, gap_m, _ in self.arrangements
@@ -116,7 +117,7 @@ class Described:
 
 
 def chains(names, carried) -> list:
-    """Longest runs of objects of which each is carried by the one before, from every object that none of them carries."""
+    """Runs of objects of which each is carried by the one before, from every object that none of them carries."""
     below = {name: [other for other in names if other != name and carried(name, other)] for name in names}
     found = []
     for bottom in (name for name in names if not below[name]):

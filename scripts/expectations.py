@@ -1,9 +1,10 @@
 """Whether a scene is what a text asks for. The format of the expectations is in tests/words/README.md.
 
-The same checks serve what the program says it understood (`described.py`) and the finished scene (`measured.py`): both are
-views with `objects`, `related`, `distances_cm`, `arranged`, `table`, `excluded`, `reported` and `corrected`.
+The same checks serve what the program says it understood (`described.py`) and the finished scene (`measured.py`): both
+are views with `objects`, `related`, `distances_cm`, `arranged`, `table`, `excluded`, `reported` and `corrected`.
 """
 
+import itertools
 from dataclasses import dataclass
 
 from colors import is_color
@@ -44,8 +45,8 @@ class Cast:
         self.entries, self.taken = entries, [[] for _ in entries]
         free = list(items)
         # The most particular entries choose first, the plain ones get what is left.
-        order = sorted(range(len(entries)), key=lambda k: (-len(qualifiers(entries[k])), len(listed(entries[k]["category"]))))
-        for k in order:
+        rank = lambda k: (-len(qualifiers(entries[k])), len(listed(entries[k]["category"])))
+        for k in sorted(range(len(entries)), key=rank):
             entry = entries[k]
             fitting = [item for item in free if fits(item, entry)]
             if entry.get("size") == "large":
@@ -80,8 +81,8 @@ class Cast:
     def size_complaints(self) -> list:
         """What is called small has to be smaller than what is called large."""
         wrong = []
-        for small, large in ((a, b) for a in self.sized() for b in self.sized() if SIZES.index(a[0]) < SIZES.index(b[0])):
-            if small[1] & large[1] and small[2] and large[2]:
+        for small, large in itertools.product(self.sized(), repeat=2):
+            if SIZES.index(small[0]) < SIZES.index(large[0]) and small[1] & large[1] and small[2] and large[2]:
                 if max(map(Item.volume, small[2])) >= min(map(Item.volume, large[2])):
                     wrong.append(f"the {small[0]} {small[2][0].category} is no smaller than the {large[0]} one")
         return wrong
@@ -113,7 +114,11 @@ def complaints(expected: dict, view) -> list:
         if all(told):
             wrong.append("neither: " + "; nor: ".join("; ".join(words) for words in told))
     wrong += table_complaints(expected.get("table", {}), view)
-    wrong += [f"{asked['text']!r} is not reported" for asked in expected.get("reported", ()) if not is_reported(asked, view)]
+    wrong += [
+        f"{asked['text']!r} is not reported"
+        for asked in expected.get("reported", ())
+        if not is_reported(asked, view)
+    ]
     wrong += [
         f"{asked['from']!r} is not corrected to {asked['to']!r}"
         for asked in expected.get("corrected", ())
@@ -134,7 +139,8 @@ def relation_complaints(relation, cast, view) -> list:
     partners = {item.name: partners_of(item, relation, cast, view) for item in subjects}
     held = [name for name, targets in partners.items() if targets]
     low, high = bounds(relation.get("count", max(1, len(subjects))))
-    words = f"{told(relation['object'])} {'/'.join(listed(relation['relation']))} {told(relation.get('target'))}".strip()
+    kinds = "/".join(listed(relation["relation"]))
+    words = f"{told(relation['object'])} {kinds} {told(relation.get('target'))}".strip()
     if "distance_cm" in relation:
         words += f" at {relation['distance_cm'][0]} to {relation['distance_cm'][1]} cm"
     if not low <= len(held) <= high:
@@ -152,7 +158,8 @@ def partners_of(item, relation, cast, view) -> list:
     for target in targets:
         for second in seconds:
             alike = target is item or (second is not None and second in (item, target))
-            if not alike and any(has(kind, item, target, second, relation, view) for kind in listed(relation["relation"])):
+            kinds = () if alike else listed(relation["relation"])
+            if any(has(kind, item, target, second, relation, view) for kind in kinds):
                 found.append(target.name if target else "table")
     return found
 
@@ -171,7 +178,8 @@ def arrangement_complaints(group, cast, view) -> list:
     low, high = bounds(group["count"])
     for kind in listed(group["kind"]):
         for members, gap_cm in view.arranged(kind, names):
-            if low <= len(members) <= high and ("gap_cm" not in group or gap_cm is not None and within(gap_cm, group["gap_cm"])):
+            spaced = "gap_cm" not in group or gap_cm is not None and within(gap_cm, group["gap_cm"])
+            if low <= len(members) <= high and spaced:
                 return []
     gap = f" with gaps of {group['gap_cm'][0]} to {group['gap_cm'][1]} cm" if "gap_cm" in group else ""
     return [f"no {'/'.join(listed(group['kind']))} of {told(group)}{gap}"]
@@ -206,7 +214,8 @@ def plays_reported(item, asked) -> bool:
     if item.category in asked.get("or_category", ()):
         return True
     heads = [words.split()[-1] for words in listed(asked["text"])]
-    return bool(asked.get("or_stand_in")) and item.stand_in and any(head in item.label.lower().split() for head in heads)
+    label = item.label.lower().split()
+    return bool(asked.get("or_stand_in")) and item.stand_in and any(head in label for head in heads)
 
 
 def overlap(reported: str, asked: str) -> bool:

@@ -1,7 +1,7 @@
 """A thousand generated sentences of 1 to 12 objects with relations, and what each asks for.
 
-The grammar below and the number of a sentence decide everything, so that the set is the same everywhere. Expectations have
-the format of tests/words/README.md. Categories and their words are those of the catalog.
+The grammar below and the number of a sentence decide everything, so that the set is the same everywhere. Expectations
+have the format of tests/words/README.md. Categories and their words are those of the catalog.
 """
 
 import random
@@ -82,8 +82,8 @@ def written(clauses: list, table: str, chance) -> str:
 
 
 class Clauses:
-    """Clauses until the wanted number of objects is reached. A category is in one clause only, so that every reference is
-    clear."""
+    """Clauses until the wanted number of objects is reached. A category is in one clause only, so that every reference
+    is clear."""
 
     def __init__(self, family, words, chance, wanted):
         self.family, self.words, self.chance = family, words, chance
@@ -100,10 +100,12 @@ class Clauses:
             self.clauses.append(self.noun(category, number, colored=True))
 
     def inside(self, left):
-        self.hosted(left, self.family.inside, "in", ["{host} with {things} in it", "{things} in {host}", "{host} containing {things}"])
+        forms = ["{host} with {things} in it", "{things} in {host}", "{host} containing {things}"]
+        self.hosted(left, self.family.inside, "in", forms)
 
     def upon(self, left):
-        self.hosted(left, self.family.upon, "on", ["{host} with {things} on it", "{things} on {host}"])
+        forms = ["{host} with {things} on it", "{things} on {host}"]
+        self.hosted(left, self.family.upon, "on", forms)
 
     def hosted(self, left, pairs, relation, forms):
         host, category, most = self.chance.choice(pairs)

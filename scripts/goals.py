@@ -27,13 +27,15 @@ def goal_complaints(expected: list, cast, view) -> list:
             held += [subject] if stated else []
         low, high = bounds(asked.get("count", max(1, len(subjects))))
         if not low <= len(held) <= high:
-            words = f"{'/'.join(listed(asked['predicate']))} {told(asked['object'])} {told(asked.get('target'))}".strip()
+            kinds = "/".join(listed(asked["predicate"]))
+            words = f"{kinds} {told(asked['object'])} {told(asked.get('target'))}".strip()
             wrong.append(f"goal {words}: stated for {len(held)} of {len(subjects)}")
     with_goal = {name for asked in expected for name in names_of(asked, cast)}
     for predicate in view.goal:
         is_step = predicate["predicate"] in STEPS and predicate["object"] in with_goal
         if predicate not in used and not is_step:
-            wrong.append(f"goal {predicate['predicate']} {predicate['object']} {predicate.get('target') or ''}".rstrip() + " is not asked for")
+            words = f"{predicate['predicate']} {predicate['object']} {predicate.get('target') or ''}".rstrip()
+            wrong.append(f"goal {words} is not asked for")
     return wrong
 
 
@@ -56,7 +58,7 @@ def states(predicate: dict, asked: dict, subject, cast) -> bool:
         if "second" not in asked:
             return True
         return predicate.get("second_target") in {item.name for item in cast.of(asked["second"])} - {to}
-    turned = {INVERSE[wanted] for wanted in kinds if wanted in INVERSE} | {wanted for wanted in kinds if wanted in SYMMETRIC}
+    turned = {INVERSE[wanted] for wanted in kinds if wanted in INVERSE} | kinds & set(SYMMETRIC)
     return kind in turned and to == subject.name and is_target(name)
 
 

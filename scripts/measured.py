@@ -37,7 +37,8 @@ class Measured:
     def __init__(self, scene: dict, described):
         self.things = {instance["name"]: Thing(instance) for instance in scene["instances"]}
         self.described = described
-        self.objects = [measured(item, self.things[item.name]) for item in described.objects if item.name in self.things]
+        found = [item for item in described.objects if item.name in self.things]
+        self.objects = [measured(item, self.things[item.name]) for item in found]
         self.by_name = {item.name: item for item in self.objects}
         outline = scene["table"]["outline_m"]
         self.low = [min(corner[k] for corner in outline) for k in (0, 1)]
@@ -114,7 +115,10 @@ class Measured:
 def measured(item, thing):
     """The described object with the measured size, pose, yaw and position."""
     up = thing.axes[2][2]
-    pose = "upright" if up >= UPRIGHT else "upside_down" if up <= -UPRIGHT else "lying_on_side" if abs(up) <= LYING else "tilted"
+    if abs(up) >= UPRIGHT:
+        pose = "upright" if up > 0 else "upside_down"
+    else:
+        pose = "lying_on_side" if abs(up) <= LYING else "tilted"
     return dataclasses.replace(
         item,
         size_cm=tuple(100 * side for side in thing.size),

@@ -127,7 +127,8 @@ def sentence_complaints(entry: dict, outcome: dict, view=None) -> list:
 def rejected_complaints(entry: dict, error: dict) -> list:
     words = entry.get("message", "")
     if entry.get("refused"):
-        return [] if words.lower() in error["message"].lower() else [f"the message does not say {words}: {error['message']}"]
+        said = words.lower() in error["message"].lower()
+        return [] if said else [f"the message does not say {words}: {error['message']}"]
     # A contradiction that leaves nothing may be refused altogether.
     if entry.get("reported") and all(isinstance(o["count"], list) and o["count"][0] == 0 for o in entry["objects"]):
         return []

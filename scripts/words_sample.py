@@ -1,7 +1,7 @@
 """A fixed sample of the names, sentences and instructions, parsed only: what `make test` can measure within seconds.
 
-`make bars BARS=words` measures all of them, and the finished scenes. The least shares of the sample are somewhat below the
-bars, because one of forty entries is 2.5 %.
+`make bars BARS=words` measures all of them, and the finished scenes. The least shares of the sample are somewhat below
+the bars, because one of forty entries is 2.5 %.
 """
 
 from dataclasses import dataclass

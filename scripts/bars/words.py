@@ -2,8 +2,8 @@
 
     PYTHONPATH=scripts python3 -m bars.words [--target-dir target] [--scenes 300] [--tasks 200] [--generated 1000]
 
-Names are parsed only. `scenes`, `tasks` and `generated` are how many sentences, instructions and generated sentences become
-scenes as well; all of them are parsed. Relations of a scene are measured from scene.json (`scripts/measured.py`).
+Names are parsed only. `scenes`, `tasks` and `generated` are how many sentences, instructions and generated sentences
+become scenes as well; all of them are parsed. Relations of a scene are measured from scene.json (`scripts/measured.py`).
 """
 
 import json
@@ -39,7 +39,8 @@ def main() -> bool:
     ]
     bars = [bar for part in found for bar in part.bars]
     rows = [[what, value, bar, "holds" if holds else "DOES NOT HOLD"] for what, value, bar, holds in bars]
-    write("words", "Names, sentences and task instructions", "\n\n".join([table(["", "found", "bar", ""], rows)] + [p.page for p in found]))
+    pages = [table(["", "found", "bar", ""], rows)] + [part.page for part in found]
+    write("words", "Names, sentences and task instructions", "\n\n".join(pages))
     return all(holds for *_, holds in bars)
 
 
@@ -63,23 +64,26 @@ def names(lab) -> Part:
         kind, categories, silent = words.outcome_of(name, outcome, ignored)
         counts[name.vocabulary][kind] += 1
         if kind not in ("exact", "stand-in") or (kind == "stand-in" and name.expected == "exact"):
-            as_what = f" (no word on {', '.join(silent)})" if silent else f" as {', '.join(categories)}" if categories else ""
-            failures.append((f"{name.vocabulary}, {name.name}", kind + as_what))
+            words_left = f" (no word on {', '.join(silent)})" if silent else ""
+            read_as = f" as {', '.join(categories)}" if categories else ""
+            failures.append((f"{name.vocabulary}, {name.name}", kind + read_as + words_left))
     total = sum(counts.values(), Counter())
     share = lambda *kinds: sum(total[kind] for kind in kinds) / len(every)
     rows = [
         [vocabulary, sum(found.values())] + [found[kind] for kind in words.OUTCOMES]
         for vocabulary, found in [*counts.items(), ("all", total)]
     ]
+    exact, sensible, wrong = share("exact"), share("exact", "stand-in"), share("wrong")
     bars = [
-        ("Names, exact", percent(share("exact")), "75 %", share("exact") >= EXACT_BAR),
-        ("Names, exact or marked stand-in", percent(share("exact", "stand-in")), "95 %", share("exact", "stand-in") >= SENSIBLE_BAR),
-        ("Names, wrong", percent(share("wrong")), "at most 2 %", share("wrong") <= WRONG_BAR),
+        ("Names, exact", percent(exact), "75 %", exact >= EXACT_BAR),
+        ("Names, exact or marked stand-in", percent(sensible), "95 %", sensible >= SENSIBLE_BAR),
+        ("Names, wrong", percent(wrong), "at most 2 %", wrong <= WRONG_BAR),
         ("Names, silent", str(total["silent"]), "0", not total["silent"]),
     ]
     body = (
-        "Each name is parsed as \"A table with a NAME\" and compared with `tests/words/vocabulary.tsv`. *Unmarked*: a plainer "
-        "object of the kind that is not marked as a stand-in. *Silent*: a word of the name is neither used nor reported.\n\n"
+        "Each name is parsed as \"A table with a NAME\" and compared with `tests/words/vocabulary.tsv`. *Unmarked*: a "
+        "plainer object of the kind that is not marked as a stand-in. *Silent*: a word of the name is neither used nor "
+        "reported.\n\n"
         + table(["vocabulary", "names", *words.OUTCOMES], rows)
     )
     return Part("Names of five vocabularies", bars, body, failures)
@@ -181,15 +185,16 @@ def generated_scenes(lab, given) -> Part:
     scenes = min(len(every), given.generated)
     first = passed / scenes if scenes else 0.0
     bars = [
-        (f"Generated sentences certified at the first attempt, of {scenes}", percent(first), "99.5 %", first >= FIRST_BAR),
+        (f"{scenes} generated sentences, certified at the first attempt", percent(first), "99.5 %", first >= FIRST_BAR),
         ("Generated scenes over three times the median time", str(len(slow)), "0", not slow),
     ]
     rows = [
-        [objects, len(runs), f"{medians[objects]:.1f}", f"{max(runs)[0]:.1f}"] for objects, runs in sorted(seconds.items())
+        [objects, len(runs), f"{medians[objects]:.1f}", f"{max(runs)[0]:.1f}"]
+        for objects, runs in sorted(seconds.items())
     ]
     body = (
-        f"{parsed_right} of {len(every)} sentences of `scripts/generated_sentences.py` are understood; {silent_words} words "
-        "have no account.\n\n" + table(["objects", "scenes", "median s", "slowest s"], rows)
+        f"{parsed_right} of {len(every)} sentences of `scripts/generated_sentences.py` are understood; {silent_words} "
+        "words have no account.\n\n" + table(["objects", "scenes", "median s", "slowest s"], rows)
     )
     return Part("Generated sentences", bars, body, failures + slow)
 

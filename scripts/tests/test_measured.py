@@ -11,7 +11,8 @@ sys.path.insert(0, str(SCRIPTS))
 from described import Described  # noqa: E402
 from measured import Measured  # noqa: E402
 
-TABLE = {"shape": "rectangular", "outline_m": [[-0.6, -0.3], [0.6, -0.3], [0.6, 0.3], [-0.6, 0.3]], "size_m": [1.2, 0.6, 0.75]}
+OUTLINE = [[-0.6, -0.3], [0.6, -0.3], [0.6, 0.3], [-0.6, 0.3]]
+TABLE = {"shape": "rectangular", "outline_m": OUTLINE, "size_m": [1.2, 0.6, 0.75]}
 
 
 def body(name, x, y, z=0.0, size=(0.1, 0.1, 0.1), yaw_deg=0.0, parent="table", tilt_deg=0.0):
@@ -78,7 +79,8 @@ class Relations(unittest.TestCase):
         self.assertAlmostEqual(found.distances_cm("from_back_edge", B, None)[0], 25.0)
 
     def test_poses_are_read_from_the_tilt(self):
-        found = scene(body(A, 0, 0, yaw_deg=30), body(B, 0.3, 0, 0.05, tilt_deg=90), body("jar_1", -0.3, 0, 0.1, tilt_deg=180))
+        turned = body(A, 0, 0, yaw_deg=30)
+        found = scene(turned, body(B, 0.3, 0, 0.05, tilt_deg=90), body("jar_1", -0.3, 0, 0.1, tilt_deg=180))
         self.assertEqual([item.pose for item in found.objects], ["upright", "lying_on_side", "upside_down"])
         self.assertAlmostEqual(found.objects[0].yaw_deg, 30.0)
 

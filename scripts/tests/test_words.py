@@ -15,19 +15,22 @@ from server import Problem  # noqa: E402
 from test_expectations import predicate, span, thing  # noqa: E402
 
 RELATIONS = set(
-    "on in left_of right_of in_front_of behind next_to between facing parallel_to around stacked_on at_center at_back at_front "
-    "at_left at_right at_back_left at_back_right at_front_left at_front_right from_left_edge from_right_edge from_front_edge "
-    "from_back_edge distance".split()
+    "on in left_of right_of in_front_of behind next_to between facing parallel_to around stacked_on at_center at_back "
+    "at_front at_left at_right at_back_left at_back_right at_front_left at_front_right from_left_edge from_right_edge "
+    "from_front_edge from_back_edge distance".split()
 )
 PREDICATES = set(
-    "in out_of on off stacked_on left_of right_of in_front_of behind next_to between away_from at_center at_back at_front at_left "
-    "at_right at_back_left at_back_right at_front_left at_front_right swapped lifted opened closed upright lying_on_side "
-    "upside_down rotated moved poured_into used_on pressed".split()
+    "in out_of on off stacked_on left_of right_of in_front_of behind next_to between away_from at_center at_back at_front "
+    "at_left at_right at_back_left at_back_right at_front_left at_front_right swapped lifted opened closed upright "
+    "lying_on_side upside_down rotated moved poured_into used_on pressed".split()
 )
-REASONS = set("unknown_object unknown_word not_placeable out_of_range not_supported contradiction no_referent not_expressible".split())
+REASONS = set(
+    "unknown_object unknown_word not_placeable out_of_range not_supported contradiction no_referent "
+    "not_expressible".split()
+)
 ARRANGEMENTS = {"row", "column", "circle", "grid", "pile", "pyramid", "stack"}
-KEYS = {"id", "kind", "text", "objects", "absent", "closed", "relations", "arrangements", "any_of", "table", "goal", "reported",
-        "refused", "message", "corrected"}
+KEYS = {"id", "kind", "text", "objects", "absent", "closed", "relations", "arrangements", "any_of", "table", "goal",
+        "reported", "refused", "message", "corrected"}
 
 
 def described(*objects, **more):
@@ -56,7 +59,8 @@ class Tables(unittest.TestCase):
                 self.assertLessEqual(entry.keys(), KEYS)
                 alternatives = [one for options in entry.get("any_of", ()) for one in options]
                 relations = entry.get("relations", []) + [one["relation"] for one in alternatives if "relation" in one]
-                groups = entry.get("arrangements", []) + [one["arrangement"] for one in alternatives if "arrangement" in one]
+                groups = entry.get("arrangements", [])
+                groups = groups + [one["arrangement"] for one in alternatives if "arrangement" in one]
                 self.assertLessEqual(set(all_of("relation", *relations)), RELATIONS)
                 self.assertLessEqual(set(all_of("kind", *groups)), ARRANGEMENTS)
                 self.assertLessEqual(set(all_of("predicate", *entry.get("goal", ()))), PREDICATES)
@@ -82,8 +86,9 @@ class Tables(unittest.TestCase):
 
     def test_names_say_what_is_expected(self):
         for name in words.names():
-            has = {"exact": bool(name.exact), "stand_in": not name.exact and bool(name.sensible), "refuse": not name.exact}
-            self.assertTrue(has[name.expected], name.name)
+            exact, sensible = bool(name.exact), bool(name.sensible)
+            says = {"exact": exact, "stand_in": sensible and not exact, "refuse": not exact}
+            self.assertTrue(says[name.expected], name.name)
 
 
 class Generated(unittest.TestCase):
@@ -123,7 +128,8 @@ class Names(unittest.TestCase):
     def test_words_without_account_are_silent(self):
         can = words.Name("hope", "corn can", "exact", ["food_can"], [])
         account = {"understood": [{"span": span("can", 20), "kind": "object"}]}
-        self.assertEqual(words.outcome_of(can, described(thing("food_can_1"), **account), {"a", "with", "table"})[2], ["corn"])
+        found = words.outcome_of(can, described(thing("food_can_1"), **account), {"a", "with", "table"})
+        self.assertEqual(found[2], ["corn"])
 
     def test_refusals_are_right_where_they_are_expected(self):
         socket = words.Name("maniskill", "wall socket", "refuse", [], [])
@@ -151,7 +157,8 @@ class Sentences(unittest.TestCase):
         entry = {"objects": [{"category": "mug", "count": 1}], "goal": [{"predicate": "lifted", "object": "mug"}]}
         goal = {"instruction": "", "predicates": [predicate("lifted", "mug_1")]}
         self.assertEqual(words.sentence_complaints(entry, described(thing("mug_1"), goal=goal)), [])
-        self.assertEqual(words.sentence_complaints(entry, described(thing("mug_1"))), ["goal lifted mug: stated for 0 of 1"])
+        found = words.sentence_complaints(entry, described(thing("mug_1")))
+        self.assertEqual(found, ["goal lifted mug: stated for 0 of 1"])
 
 
 class Tasks(unittest.TestCase):
