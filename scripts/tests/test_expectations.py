@@ -59,6 +59,8 @@ CASES = [
      view(thing("mug_1"), thing("fork_1", requested=False))),
     ("closed", {"objects": [MUG], "closed": True}, view(thing("mug_1")),
      view(thing("mug_1"), thing("pen_1", requested=False))),
+    ("fillings", {"objects": [MUG], "fillings": True}, view(thing("mug_1"), thing("fork_1"), thing("pen_1", requested=False)),
+     view(thing("mug_1"))),
     ("open", {"objects": [MUG]}, view(thing("mug_1"), thing("pen_1", requested=False)),
      view(thing("pen_1", requested=False))),
     ("color", {"objects": [some("mug", color="red"), some("mug", color="blue")]},

@@ -30,7 +30,7 @@ REASONS = set(
 )
 ARRANGEMENTS = {"row", "column", "circle", "grid", "pile", "pyramid", "stack"}
 KEYS = {"id", "kind", "text", "objects", "absent", "closed", "relations", "arrangements", "any_of", "table", "goal",
-        "reported", "refused", "message", "corrected"}
+        "reported", "refused", "message", "corrected", "fillings"}
 
 
 def described(*objects, **more):
