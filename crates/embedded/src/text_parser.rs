@@ -25,6 +25,7 @@ mod completion;
 mod sizing;
 mod table_choice;
 mod prose;
+mod error_code;
 
 use std::sync::LazyLock;
 
@@ -82,27 +83,6 @@ pub enum DescribeError {
     TooManyObjects { count: usize, limit: usize },
     #[error("there is no table model {model:?}: use one of {}", .known.join(", "))]
     UnknownTableModel { model: String, known: Vec<String> },
-}
-
-impl DescribeError {
-    /// The stable error code.
-    pub fn code(&self) -> &'static str {
-        match self {
-            Self::Empty => "text_empty",
-            Self::TooLong { .. } => "text_too_long",
-            Self::NothingRecognized { .. } => "nothing_recognized",
-            Self::TooManyObjects { .. } => "too_many_objects",
-            Self::UnknownTableModel { .. } => "unknown_table_model",
-        }
-    }
-
-    /// The words of the text that are not known; empty if the text is rejected for another reason.
-    pub fn terms(&self) -> &[String] {
-        match self {
-            Self::NothingRecognized { terms, .. } => terms,
-            _ => &[],
-        }
-    }
 }
 
 fn unknown_clause(terms: &[String]) -> String {

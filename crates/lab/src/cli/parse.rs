@@ -107,12 +107,11 @@ mod tests {
     }
 
     #[test]
-    fn known_object_is_described_and_unknown_one_rejected() {
+    fn known_object_is_described_and_empty_text_rejected() {
         let described = serde_json::to_value(outcome("a desk with two mugs", 3, &settings())).expect("JSON");
         assert_eq!(described["description"]["objects"][1]["category"], "mug");
-        let rejected = serde_json::to_value(outcome("a zorblax", 3, &settings())).expect("JSON");
-        assert_eq!(rejected["error"]["code"], "nothing_recognized");
-        assert_eq!(rejected["error"]["terms"][0], "zorblax");
+        let rejected = serde_json::to_value(outcome("", 3, &settings())).expect("JSON");
+        assert_eq!(rejected["error"]["code"], "text_empty");
         assert!(rejected.get("description").is_none());
     }
 }
