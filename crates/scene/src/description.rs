@@ -1,8 +1,9 @@
 //! Description of a scene by the analyst: objects with sizes and relations, and the table.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 
+use super::text_account::{Goal, Understood, Unrecognized};
 use super::{InstanceId, TableSpec};
 use geometry::Rgb;
 
@@ -17,8 +18,21 @@ pub struct SceneDescription {
     pub table: TableSpec,
     /// In the order of the text. Relations refer to objects by id, in any order.
     pub objects: Vec<ObjectSpec>,
-    /// Nouns of the text that no category of the catalog matches.
-    pub unrecognized_terms: Vec<String>,
+    /// Groups of objects in a regular arrangement.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub arrangements: Vec<Arrangement>,
+    /// The goal of a task instruction; the objects are in its start state.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub goal: Option<Goal>,
+    /// Categories that must be absent.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub excluded_categories: Vec<String>,
+    /// Parts of the text with a meaning, in the order of the text.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub understood: Vec<Understood>,
+    /// Parts of the text without effect, in the order of the text.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub unrecognized: Vec<Unrecognized>,
     /// The description in plain language.
     pub prose: String,
 }
@@ -43,6 +57,25 @@ pub struct ObjectSpec {
     pub seed: u64,
     /// Whether the text names it; otherwise the theme added it.
     pub requested: bool,
+    /// Whether its mesh is a plain shape of the size of the object, because the catalog does not have the object.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub stand_in: bool,
+    /// The orientation the text asks for.
+    #[serde(default, skip_serializing_if = "RequestedPose::is_upright")]
+    pub pose: RequestedPose,
+    /// Rotation about the vertical axis that the text asks for, counter-clockwise seen from above; 0 faces the front
+    /// edge.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub yaw_rad: Option<f64>,
+    /// Center that the text asks for, from the center of the table top: x to the right, y to the back, meters.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub position_m: Option<DVec2>,
+    /// A state of its category (`open`, `closed`) that the text asks for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub state: Option<String>,
+    /// The mass that the text asks for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mass_kg: Option<f64>,
     pub relations: Vec<Relation>,
 }
 
@@ -53,6 +86,68 @@ pub struct Relation {
     /// The other object; `None` means the table.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub target: Option<InstanceId>,
+    /// The second object of [`RelationKind::Between`].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub second_target: Option<InstanceId>,
+    /// Free distance between the nearest points of the two objects, or of the object and the edge of the table.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub distance_m: Option<f64>,
+}
+
+impl Relation {
+    /// A relation to one object, or to the table, without a distance.
+    pub fn new(kind: RelationKind, target: Option<InstanceId>) -> Self {
+        Self { kind, target, second_target: None, distance_m: None }
+    }
+}
+
+/// The orientation of an object that a text asks for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum RequestedPose {
+    #[default]
+    Upright,
+    /// Its vertical axis is horizontal.
+    LyingOnSide,
+    /// Its bottom is on top.
+    UpsideDown,
+}
+
+impl RequestedPose {
+    pub fn is_upright(&self) -> bool {
+        *self == Self::Upright
+    }
+}
+
+/// A regular arrangement of objects.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Arrangement {
+    pub kind: ArrangementKind,
+    /// At least two, in order: left to right, front to back, counter-clockwise, or from the bottom up.
+    pub objects: Vec<InstanceId>,
+    /// Free distance between neighbors.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gap_m: Option<f64>,
+    /// The object at the center of a circle.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub center: Option<InstanceId>,
+}
+
+/// Kinds of arrangements.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", tag = "arrangement")]
+pub enum ArrangementKind {
+    /// Along the front edge.
+    Row,
+    /// From the front to the back.
+    Column,
+    Circle,
+    /// Rows of `columns` objects each.
+    Grid { columns: usize },
+    /// Loosely on top of and beside each other.
+    Pile,
+    /// Layers of a triangle: each object of a layer stands on two of the layer below.
+    Pyramid,
 }
 
 /// Kinds of spatial relations. Directions are as seen from the front edge of the table.
@@ -66,6 +161,12 @@ pub enum RelationKind {
     InFrontOf,
     Behind,
     NextTo,
+    /// Between the target and the second target.
+    Between,
+    /// Its front points to the target.
+    Facing,
+    /// Its front is parallel to the front of the target.
+    ParallelTo,
     /// One of several objects distributed around the target.
     Around,
     /// One of a stack of equal objects: on top of the previous one.
@@ -76,6 +177,15 @@ pub enum RelationKind {
     AtFront,
     AtLeft,
     AtRight,
+    AtBackLeft,
+    AtBackRight,
+    AtFrontLeft,
+    AtFrontRight,
+    /// At a distance from an edge of the table; likewise the variants below.
+    FromLeftEdge,
+    FromRightEdge,
+    FromFrontEdge,
+    FromBackEdge,
 }
 
 impl RelationKind {

@@ -22,6 +22,7 @@ pub mod id;
 pub mod name;
 pub mod request;
 pub mod description;
+pub mod text_account;
 pub mod table;
 pub mod recognition;
 pub mod instance;
@@ -33,7 +34,9 @@ pub mod finished;
 pub mod job;
 
 pub use certificate::Certificate;
-pub use description::{ObjectSpec, Relation, RelationKind, SceneDescription};
+pub use description::{
+    Arrangement, ArrangementKind, ObjectSpec, Relation, RelationKind, RequestedPose, SceneDescription,
+};
 pub use finished::Scene;
 pub use geometry::{Friction, MassProperties};
 pub use id::{JobId, SceneId, TenantId};
