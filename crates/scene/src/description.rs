@@ -16,6 +16,9 @@ pub struct SceneDescription {
     /// `workbench_utility`, `crafting_hobby`.
     pub family: String,
     pub table: TableSpec,
+    /// Whether text or options state the size of the table; otherwise it grows where space is missing.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub table_size_is_stated: bool,
     /// In the order of the text. Relations refer to objects by id, in any order.
     pub objects: Vec<ObjectSpec>,
     /// Groups of objects in a regular arrangement.

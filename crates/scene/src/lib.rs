@@ -23,6 +23,7 @@ pub mod name;
 pub mod request;
 pub mod description;
 pub mod text_account;
+pub mod predicates;
 pub mod table;
 pub mod recognition;
 pub mod instance;
@@ -45,7 +46,7 @@ pub use money::MicroUsd;
 pub use name::InstanceId;
 pub use recognition::{
     CameraKnowledge, CategoryStance, InstanceMask, MaskEdges, Recognition, RecognizedObject, RecognizedTable,
-    StandsOn, TopBox, UNNAMED_CATEGORY,
+    StandsOn, TippedPose, TopBox, UNNAMED_CATEGORY,
 };
 pub use request::{Input, SceneRequest};
 pub use support_tree::{SupportTree, Supporter};

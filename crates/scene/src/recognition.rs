@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 
-use super::{InstanceId, TableShape};
+use super::{InstanceId, RequestedPose, TableShape};
 use crate::instance::SupportRelation;
 use crate::support_tree::{InvalidSupport, SupportTree, Supporter};
 use crate::validation::{Violation, Violations, validated};
@@ -114,8 +114,12 @@ pub struct RecognizedObject {
     pub id: InstanceId,
     pub label: String,
     pub category: String,
-    /// Typical upright extents: width, depth, height; meters.
+    /// Typical extents as it stands: width, depth, height; meters.
     pub size_m: DVec3,
+    /// Where it does not stand upright: how its upright mesh is rotated before anything else. `None` if it stands
+    /// upright, or if the recognition adapter does not know.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tipped: Option<TippedPose>,
     pub color: Option<Rgb>,
     pub material: Option<String>,
     pub seed: u64,
@@ -131,6 +135,14 @@ pub struct RecognizedObject {
     /// The catalog mesh of its category that matches its pixels. `None` if the category is unknown or no mesh matches.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub seen_like: Option<CategoryStance>,
+}
+
+/// The pose of an object that does not stand upright.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TippedPose {
+    pub pose: RequestedPose,
+    /// Upright extents: width, depth, height; meters.
+    pub upright_size_m: DVec3,
 }
 
 /// Pose and size of a catalog mesh fitted to an object's pixels. For an object on another object, the mesh stands on
