@@ -54,8 +54,28 @@ pub fn table_models() -> &'static [TableModel] {
 }
 
 /// Builds the model at `size_m` (width, depth, height); `None` for an unknown name. `material` is one
-/// of [`TABLE_MATERIALS`] (any other word gives the model's usual finish); `color` is the color of the top.
+/// of [`TABLE_MATERIALS`] (any other word gives the model's usual finish); `color` is the color of the top. A table
+/// that is smaller than its model's range is a scaled copy of the smallest one: its parts keep their proportions.
 pub fn build_table(
+    name: &str,
+    size_m: DVec3,
+    color: Option<Rgb>,
+    material: Option<&str>,
+    seed: u64,
+) -> Option<BuiltTable> {
+    let model = MODELS.iter().find(|model| model.name == name)?;
+    let built_m = size_m.max(model.low_m);
+    let built = build_in_range(name, built_m, color, material, seed)?;
+    if built_m == size_m {
+        return Some(built);
+    }
+    let scale = size_m / built_m;
+    let corners = built.outline_m.corners().iter().map(|corner| *corner * scale.truncate());
+    Some(BuiltTable { outline_m: Outline::new(corners.collect()).ok()?, mesh: built.mesh.scaled(scale) })
+}
+
+/// Builds a model at least as large as the smallest one, for which its joints are made.
+fn build_in_range(
     name: &str,
     size_m: DVec3,
     color: Option<Rgb>,
@@ -334,6 +354,24 @@ mod tests {
     }
 
     #[test]
+    fn small_and_low_tables_are_closed_and_have_their_size() {
+        for model in table_models() {
+            for size_m in [DVec3::new(0.9, 0.9, 0.45), DVec3::new(0.5, 0.5, 0.4), DVec3::new(0.4, 0.3, 0.72)]
+            {
+                let table = build_table(model.name, size_m, None, None, 1).expect("a known model");
+                let (low, high) = table.mesh.bounds();
+                let context = format!("{} {size_m} {low} {high}", model.name);
+                assert!(high.z.abs() < 1e-9 && (low.z + size_m.z).abs() < 1e-9, "{context}");
+                assert!(((high - low) / size_m - 1.0).abs().max_element() < 0.02, "{context}");
+                assert!(is_closed(&table.mesh), "{context}");
+                let (from, to) = table.outline_m.bounds();
+                assert!(((to - from) - size_m.truncate()).abs().max_element() < 0.02, "{context}");
+                assert!(part_volumes_m3(&table.mesh).iter().all(|&volume| volume > 0.0), "{context}");
+            }
+        }
+    }
+
+    #[test]
     fn build_outlined_table_has_its_outline_and_feet_below_it() {
         let bean = geometry::shapes::smooth(
             &[(-0.5, 0.0), (-0.4, -0.3), (0.0, -0.1), (0.4, -0.3), (0.5, 0.0), (0.0, 0.3)]
@@ -363,31 +401,37 @@ mod tests {
         // inverted part would reverse that.
         for model in table_models() {
             let mesh = build_table(model.name, model.high_m, None, None, 2).expect("a known model").mesh;
-            let mut part_of: Vec<usize> = (0..mesh.positions.len()).collect();
-            let mut by_position = BTreeMap::new();
-            for (v, p) in mesh.positions.iter().enumerate() {
-                part_of[v] = *by_position.entry((*p + DVec3::ZERO).to_array().map(f64::to_bits)).or_insert(v);
-            }
-            let find = |part_of: &[usize], mut v: usize| {
-                while part_of[v] != v {
-                    v = part_of[v];
-                }
-                v
-            };
-            for t in mesh.triangles() {
-                for k in 0..2 {
-                    let (a, b) = (find(&part_of, t[k] as usize), find(&part_of, t[k + 1] as usize));
-                    part_of[a.max(b)] = a.min(b);
-                }
-            }
-            let mut volume_m3: BTreeMap<usize, f64> = BTreeMap::new();
-            for t in mesh.triangles() {
-                let [a, b, c] = t.map(|v| mesh.positions[v as usize]);
-                *volume_m3.entry(find(&part_of, t[0] as usize)).or_default() += a.dot(b.cross(c)) / 6.0;
-            }
-            assert!(volume_m3.len() > 3, "{}: {} parts", model.name, volume_m3.len());
-            assert!(volume_m3.values().all(|&v| v > 0.0), "{}: {volume_m3:?}", model.name);
+            let volumes_m3 = part_volumes_m3(&mesh);
+            assert!(volumes_m3.len() > 3, "{}: {} parts", model.name, volumes_m3.len());
+            assert!(volumes_m3.iter().all(|&v| v > 0.0), "{}: {volumes_m3:?}", model.name);
         }
+    }
+
+    /// Signed volume of each connected part, about the origin.
+    fn part_volumes_m3(mesh: &TexturedMesh) -> Vec<f64> {
+        let mut part_of: Vec<usize> = (0..mesh.positions.len()).collect();
+        let mut by_position = BTreeMap::new();
+        for (v, p) in mesh.positions.iter().enumerate() {
+            part_of[v] = *by_position.entry((*p + DVec3::ZERO).to_array().map(f64::to_bits)).or_insert(v);
+        }
+        let find = |part_of: &[usize], mut v: usize| {
+            while part_of[v] != v {
+                v = part_of[v];
+            }
+            v
+        };
+        for t in mesh.triangles() {
+            for k in 0..2 {
+                let (a, b) = (find(&part_of, t[k] as usize), find(&part_of, t[k + 1] as usize));
+                part_of[a.max(b)] = a.min(b);
+            }
+        }
+        let mut volume_m3: BTreeMap<usize, f64> = BTreeMap::new();
+        for t in mesh.triangles() {
+            let [a, b, c] = t.map(|v| mesh.positions[v as usize]);
+            *volume_m3.entry(find(&part_of, t[0] as usize)).or_default() += a.dot(b.cross(c)) / 6.0;
+        }
+        volume_m3.into_values().collect()
     }
 
     #[test]

@@ -8,9 +8,11 @@ use std::sync::Arc;
 
 use serde::Serialize;
 
+use super::requested_pose::posed;
 use super::single_view_reconstruction::{self, ImageReader, ReaderIdentity};
 use super::text_parser::{self, DescribeError, DescribeOptions};
 use catalog::Recipe;
+use geometry::TexturedMesh;
 use ports::{
     Adapter, Answer, Call, Port, ProviderError, ReferenceImage, SceneAnalyst, Upright, UprightQuestion,
     stood_up,
@@ -78,7 +80,11 @@ impl SceneAnalyst for EmbeddedAnalyst {
             let seen =
                 || single_view_reconstruction::as_seen(object, completion, camera, &settings).map(Arc::new);
             let typical = || Recipe::typical(&object.category, object.color, object.material.clone());
-            let example = seen().or_else(|| catalog::build_cached(&typical()?));
+            let tipped = |mesh: Arc<TexturedMesh>| match &object.tipped {
+                Some(tipped) => posed(&mesh, tipped.pose).map(Arc::new),
+                None => Some(mesh),
+            };
+            let example = seen().or_else(|| catalog::build_cached(&typical()?).and_then(tipped));
             let pose = stood_up(&question, example.as_deref(), &[], cancel)?;
             Ok(Upright { pose, views: Vec::new() })
         }))

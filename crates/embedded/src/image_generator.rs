@@ -12,7 +12,9 @@
 
 mod table;
 mod objects;
+mod arrangement_supports;
 mod arrangement;
+mod table_growth;
 mod viewpoint;
 mod render_scene;
 mod isolated_views;
@@ -21,13 +23,15 @@ mod ground_truth;
 mod error;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod stated_layout_tests;
 
 use std::sync::Arc;
 
 use futures::FutureExt;
 use serde::{Deserialize, Serialize};
 
-use super::layout::LayoutSettings;
+use super::layout::{LayoutSettings, posed_footprint};
 use super::single_view_reconstruction::{self, SingleViewSettings};
 use geometry::decompose::DecomposeSettings;
 use physics::{CertifySettings, ResolveSettings, SettleSettings};
@@ -37,13 +41,11 @@ use ports::{
 };
 use render::RenderSettings;
 use runtime::CancelFlag;
-use runtime::seed::child_seed;
 use scene::SceneDescription;
+use scene::predicates::unmet;
 pub use table::{SceneTable, build_scene_table};
 
-use self::arrangement::Arrangement;
-use self::objects::SceneObject;
-use self::viewpoint::Viewpoint;
+use self::table_growth::ArrangedTable;
 
 /// Section `[image_generator]`.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
@@ -165,10 +167,10 @@ fn render(
     settings: &Settings,
     cancel: &CancelFlag,
 ) -> Result<GeneratedReference, ProviderError> {
-    let table = timed("table", || build_scene_table(&description.table, seed))?;
+    let description = &arrangement_supports::with_supports(description);
     let objects = timed("meshes", || objects::build(&description.objects))?;
-    let bodies = timed("bodies", || objects::bodies(&table, &objects, &settings.decompose, cancel))?;
-    let (arrangement, viewpoint) = arrange(&table, &objects, &bodies, seed, settings, cancel)?;
+    let arranged = table_growth::arrange_on_sufficient_table(description, &objects, seed, settings, cancel)?;
+    let ArrangedTable { table, arrangement, viewpoint } = arranged;
     let scene = render_scene::RenderScene::new(&table, &objects, &arrangement, &viewpoint, &settings.render);
     cancel.check()?;
     let (views, top) = rayon::join(
@@ -183,7 +185,10 @@ fn render(
         || timed("top view", || top_view::render(&scene, &objects, &table, settings, cancel)),
     );
     let ((frame, masks, alone), top) = (views?, top?);
+    let posed = objects.iter().zip(&arrangement.poses);
+    let footprints: Vec<_> = posed.map(|(object, pose)| posed_footprint(&object.mesh, pose)).collect();
     Ok(GeneratedReference {
+        unmet: unmet(description, &footprints, &table.outline),
         ground_truth: Some(SyntheticGroundTruth {
             known: ground_truth::image(&table, &objects, &viewpoint, &frame, masks),
             truth: ground_truth::truth(&objects, &arrangement),
@@ -192,50 +197,6 @@ fn render(
         }),
         image: frame.color,
     })
-}
-
-/// A stable arrangement and a camera with sufficient visibility of every object, or the best pair tried.
-fn arrange(
-    table: &SceneTable,
-    objects: &[SceneObject],
-    bodies: &objects::Bodies,
-    seed: u64,
-    settings: &Settings,
-    cancel: &CancelFlag,
-) -> Result<(Arrangement, Viewpoint), ProviderError> {
-    let mut last_error: Option<ProviderError> = None;
-    let mut best: Option<(Arrangement, Viewpoint)> = None;
-    for number in 0..settings.image_generator.arrangements.max(1) {
-        let seed = child_seed(seed, &format!("arrangement {number}"));
-        let arranged =
-            timed("arrangement", || arrangement::arrange(table, objects, bodies, seed, settings, cancel));
-        let arrangement = match arranged {
-            Ok(arrangement) => arrangement,
-            Err(ProviderError::Cancelled(cancelled)) => return Err(cancelled.into()),
-            Err(error) => {
-                tracing::debug!(%error, number, "an arrangement did not hold");
-                last_error = Some(error);
-                continue;
-            }
-        };
-        let viewpoint = timed("viewpoint", || {
-            viewpoint::choose(table, objects, &arrangement, seed, &settings.image_generator, cancel)
-        })?;
-        let sufficient = viewpoint.min_visible_share >= settings.image_generator.min_visible_share;
-        let better =
-            best.as_ref().is_none_or(|(_, best)| viewpoint.min_visible_share > best.min_visible_share);
-        if better {
-            best = Some((arrangement, viewpoint));
-        }
-        if sufficient {
-            break;
-        }
-    }
-    match best {
-        Some((_, viewpoint)) if viewpoint.min_visible_share <= 0.0 => Err(error::hidden(&viewpoint.hidden)),
-        Some(best) => Ok(best),
-        None => Err(last_error.unwrap_or_else(|| error::hidden(&[]))),
-    }
 }
 
 /// Runs a step and logs its duration at debug level.

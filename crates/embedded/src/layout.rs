@@ -6,12 +6,17 @@
 //! keyboard, the fork left of the plate, one place setting for each plate), and the zone of the category. Candidates
 //! that overlap, extend beyond the outline or violate a relation are rejected; the candidate with the lowest cost is
 //! selected. An infeasible group ends the attempt, and the next attempt uses another random stream. Late attempts use
-//! smaller gaps and larger tolerances. If no attempt succeeds, the error names the objects without space.
+//! smaller gaps and larger tolerances.
+//!
+//! Exact demands (distances, positions, yaws, between, facing) move each candidate until it meets them
+//! ([`exact_placement`]); arrangements are groups with fixed inner placements ([`arranged_group`]). If no attempt meets
+//! all demands, they yield in the order of [`Yielding`]: habits of the theme, closeness, places, distances, then all
+//! relations. If no attempt succeeds even so, the error names the objects without space.
 //!
 //! Input: meshes in canonical frames (meters, +z up, front toward -y) and their relations. Output: poses in the
 //! world frame (table top at z = 0) with approximate heights, to be settled by simulation. Guarantees: the same input
-//! gives the same poses; footprints on one surface are disjoint and lie inside the outline. Arrangements that balance
-//! or lean are out of scope. Cost: milliseconds for twelve objects.
+//! gives the same poses; footprints on one surface are disjoint and lie inside the outline. Arrangements that lean are
+//! out of scope. Cost: milliseconds for twelve objects.
 
 mod footprint;
 mod height_map;
@@ -23,10 +28,16 @@ mod support_surface;
 mod group;
 mod placement_sampler;
 mod container;
+mod stated_demands;
+mod exact_placement;
+mod arranged_group;
+mod yielding;
+#[cfg(test)]
+mod stated_demands_tests;
 #[cfg(test)]
 mod tests;
 
-use glam::{DQuat, DVec2};
+use glam::{DQuat, DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 
 use self::footprint::Footprint;
@@ -36,8 +47,11 @@ use catalog::Category;
 use geometry::{Outline, Pose, TexturedMesh};
 use runtime::seed::child_rng;
 use runtime::{CancelFlag, Cancelled};
+use scene::predicates::PosedFootprint;
 use scene::{RelationKind, SupportTree};
+pub use stated_demands::{Demand, DemandKind, StatedArrangement, StatedDemands};
 pub use support_tree::support_tree;
+pub use yielding::Yielding;
 
 /// Section `[layout]`.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
@@ -110,7 +124,27 @@ struct ObjectGeometry<'a> {
     height_map: Option<HeightMap>,
 }
 
-/// A pose for each object. Another seed gives another arrangement.
+/// Objects to lay out on a table, with everything that a text demands.
+#[derive(Clone, Copy)]
+pub struct LayoutProblem<'a> {
+    pub objects: &'a [LayoutObject<'a>],
+    /// Indices are those of `objects`.
+    pub stated: &'a StatedDemands,
+    pub outline: &'a Outline,
+    /// What may stay unmet.
+    pub max_yielding: Yielding,
+}
+
+/// A finished layout.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LayoutOutcome {
+    /// `world_from_object`, in the order of the objects.
+    pub poses: Vec<Pose>,
+    /// What was permitted to stay unmet in the successful attempt; it may be met nevertheless.
+    pub yielded: Yielding,
+}
+
+/// A pose for each object by plain relations, all of which are met. Another seed gives another arrangement.
 ///
 /// # Errors
 ///
@@ -122,6 +156,23 @@ pub fn arrange(
     settings: &LayoutSettings,
     cancel: &CancelFlag,
 ) -> Result<Vec<Pose>, LayoutError> {
+    let stated = StatedDemands::default();
+    let problem = LayoutProblem { objects, stated: &stated, outline, max_yielding: Yielding::Nothing };
+    lay_out(problem, seed, settings, cancel).map(|outcome| outcome.poses)
+}
+
+/// A pose for each object that meets the demands, except those that yield. Another seed gives another layout.
+///
+/// # Errors
+///
+/// `NoRoom` if no attempt places every object; `Cancelled` if `cancel` is set.
+pub fn lay_out(
+    problem: LayoutProblem,
+    seed: u64,
+    settings: &LayoutSettings,
+    cancel: &CancelFlag,
+) -> Result<LayoutOutcome, LayoutError> {
+    let LayoutProblem { objects, stated, outline, max_yielding } = problem;
     let supports = support_tree(objects);
     let geometries: Vec<ObjectGeometry> = objects
         .iter()
@@ -137,37 +188,56 @@ pub fn arrange(
             }
         })
         .collect();
-    let mut constraints = spatial_constraints::hard_constraints(objects, &supports);
+    let mut constraints = spatial_constraints::hard_constraints(objects, &supports, stated);
     co_occurrence_priors::add_soft_constraints(objects, &supports, &mut constraints);
     let mut failures = vec![0_u32; objects.len()];
-    for number in 0..settings.attempts {
-        cancel.check()?;
-        let lateness = f64::from(number) / f64::from(settings.attempts);
-        let relaxation = ((lateness - 0.4) / 0.5).clamp(0.0, 1.0);
-        let mut attempt = LayoutAttempt {
-            objects: &geometries,
-            supports: &supports,
-            constraints: &constraints,
-            requests: objects,
-            settings,
-            gap_m: settings.gap_m + relaxation * (settings.min_gap_m - settings.gap_m),
-            tolerance_factor: 1.0 + 2.0 * relaxation,
-            rng: child_rng(seed, &format!("layout {number}")),
-        };
-        match attempt.arrange_on(outline) {
-            Ok(groups) => return Ok(poses(&geometries, &supports, &groups)),
-            Err(object) => failures[object] += 1,
+    let mut count = 0;
+    for yielding in Yielding::ALL.into_iter().filter(|yielding| *yielding <= max_yielding) {
+        let attempts = yielding.attempts(settings.attempts);
+        for number in 0..attempts {
+            cancel.check()?;
+            let lateness = f64::from(number) / f64::from(attempts);
+            let relaxation = ((lateness - 0.4) / 0.5).clamp(0.0, 1.0);
+            let mut attempt = LayoutAttempt {
+                objects: &geometries,
+                supports: &supports,
+                constraints: &constraints,
+                requests: objects,
+                stated,
+                yielding,
+                settings,
+                gap_m: settings.gap_m + relaxation * (settings.min_gap_m - settings.gap_m),
+                tolerance_factor: 1.0 + 2.0 * relaxation,
+                rng: child_rng(seed, &yielding.stream(number)),
+            };
+            match attempt.arrange_on(outline) {
+                Ok(groups) => {
+                    let poses = poses(&geometries, &supports, &groups);
+                    return Ok(LayoutOutcome { poses, yielded: yielding });
+                }
+                Err(object) => failures[object] += 1,
+            }
+            count += 1;
         }
     }
     // Objects that failed in at least a fifth of the attempts.
-    let min_failures = (settings.attempts / 5).max(1).min(failures.iter().copied().max().unwrap_or(0));
+    let min_failures = (count / 5).max(1).min(failures.iter().copied().max().unwrap_or(0));
     let names = objects
         .iter()
         .zip(&failures)
         .filter(|(_, f)| **f >= min_failures)
         .map(|(object, _)| object.name.clone())
         .collect();
-    Err(LayoutError::NoRoom { names, attempts: settings.attempts })
+    Err(LayoutError::NoRoom { names, attempts: count })
+}
+
+/// Footprint and height range of a posed mesh, for [`scene::predicates`]. A pose without a yaw has yaw 0.
+pub fn posed_footprint(mesh: &TexturedMesh, world_from_object: &Pose) -> PosedFootprint {
+    let points: Vec<DVec3> = mesh.positions.iter().map(|p| world_from_object.transform_point(*p)).collect();
+    let bottom_m = points.iter().map(|p| p.z).fold(f64::INFINITY, f64::min);
+    let top_m = points.iter().map(|p| p.z).fold(f64::NEG_INFINITY, f64::max);
+    let corners: Vec<DVec2> = points.iter().map(|p| p.truncate()).collect();
+    PosedFootprint::new(&corners, world_from_object.yaw_rad().unwrap_or(0.0), bottom_m, top_m)
 }
 
 /// Poses of all members of the groups on the table.

@@ -30,6 +30,7 @@ pub mod layout;
 pub mod image_generator;
 pub mod single_view_reconstruction;
 pub mod orientation;
+pub mod requested_pose;
 mod recognized_table;
 pub mod text_parser;
 pub mod segmenter;

@@ -8,10 +8,11 @@ use catalog::Recipe;
 use ports::{
     Adapter, Answer, Call, MeshGenerator, Port, ProviderError, RawMesh, RawTable, ReconstructionRequest,
 };
-use scene::{RecognizedTable, ReconstructionMethod};
+use scene::{RecognizedTable, ReconstructionMethod, RequestedPose};
 
 use super::orientation::randomly_oriented;
 use super::recognized_table;
+use super::requested_pose::posed;
 use super::single_view_reconstruction::{self, SingleViewSettings};
 
 /// Answers the mesh port from the catalog or from a single view.
@@ -38,7 +39,7 @@ impl MeshGenerator for EmbeddedMeshGenerator {
             let object = &request.object;
             let recipe = Recipe {
                 category: object.category.clone(),
-                size_m: object.size_m,
+                size_m: object.tipped.as_ref().map_or(object.size_m, |tipped| tipped.upright_size_m),
                 color: object.color,
                 material: object.material.clone(),
                 seed: object.seed,
@@ -48,8 +49,14 @@ impl MeshGenerator for EmbeddedMeshGenerator {
                 adapter: CATALOG.into(),
                 reason: format!("{:?} is no category of the catalog", object.category),
             })?;
+            let pose = object.tipped.as_ref().map_or(RequestedPose::Upright, |tipped| tipped.pose);
+            let mesh = posed(&mesh, pose).ok_or_else(|| ProviderError::Unsupported {
+                port: Port::MeshGenerator,
+                adapter: CATALOG.into(),
+                reason: format!("{:?} cannot rest in the pose {pose:?}", object.category),
+            })?;
             Ok(RawMesh {
-                mesh: randomly_oriented((*mesh).clone(), request.seed),
+                mesh: randomly_oriented(mesh, request.seed),
                 method: ReconstructionMethod::Category,
                 made_by: CATALOG.into(),
                 licence: LICENCE.into(),

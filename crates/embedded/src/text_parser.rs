@@ -39,6 +39,7 @@ use self::themes::Theme;
 use catalog::{categories, table_models};
 use geometry::Rgb;
 use runtime::seed::child_rng;
+use scene::text_account::{TextSpan, Unrecognized, UnrecognizedReason};
 use scene::{SceneDescription, TableSpec};
 
 /// Section `[analyst]`.
@@ -156,11 +157,34 @@ pub fn describe(
         family: theme.family.clone(),
         table,
         objects,
-        unrecognized_terms: parsed.unknown,
+        table_size_is_stated: false,
+        arrangements: Vec::new(),
+        goal: None,
+        excluded_categories: Vec::new(),
+        understood: Vec::new(),
+        unrecognized: unrecognized(text, &parsed.unknown),
         prose: String::new(),
     };
     description.prose = prose::write(&description);
     Ok(description)
+}
+
+/// Unknown terms with their first place in the text.
+fn unrecognized(text: &str, terms: &[String]) -> Vec<Unrecognized> {
+    let lower = text.to_ascii_lowercase();
+    let at = |term: &String| {
+        let start = lower.find(term.as_str()).unwrap_or(0);
+        TextSpan { start, end: (start + term.len()).min(text.len()), text: term.clone() }
+    };
+    terms
+        .iter()
+        .map(|term| Unrecognized {
+            span: at(term),
+            reason: UnrecognizedReason::UnknownWord,
+            nearest_by_spelling: None,
+            nearest_by_meaning: None,
+        })
+        .collect()
 }
 
 /// The theme, and whether the text names it; an error if the text has no recognized content.

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::{Adapter, Answer, Call};
 use geometry::Camera;
 use imaging::{Image, Mask};
+use scene::predicates::Unmet;
 use scene::{InstanceId, InstanceMask, MaskEdges, Recognition, RecognizedObject, SceneDescription};
 
 /// Generates images.
@@ -34,6 +35,8 @@ pub trait ImageGenerator: Send + Sync {
 #[derive(Clone, Debug)]
 pub struct GeneratedReference {
     pub image: Image,
+    /// Demands of the description that a known arrangement does not meet; empty where the arrangement is not known.
+    pub unmet: Vec<Unmet>,
     /// Present where the image was rendered from a known arrangement.
     pub ground_truth: Option<SyntheticGroundTruth>,
 }

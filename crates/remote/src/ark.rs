@@ -73,7 +73,7 @@ impl ArkImageGenerator {
                 Ok(image) => {
                     let image =
                         call.compute(Port::ImageGenerator, move |_| Ok(reference::kept(image))).await?;
-                    return Ok(GeneratedReference { image, ground_truth: None });
+                    return Ok(GeneratedReference { image, unmet: Vec::new(), ground_truth: None });
                 }
                 Err(refused) => reason = refused,
             }

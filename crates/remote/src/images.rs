@@ -86,7 +86,7 @@ impl ImageGenerator for OpenAiImageGenerator {
     ) -> Answer<'a, GeneratedReference> {
         Box::pin(async move {
             let image = reference::render(self, call, &description, seed).await?;
-            Ok(GeneratedReference { image, ground_truth: None })
+            Ok(GeneratedReference { image, unmet: Vec::new(), ground_truth: None })
         })
     }
 

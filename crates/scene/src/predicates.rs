@@ -14,10 +14,10 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use glam::DVec2;
 
 use crate::description::RelationKind;
+pub use arrangements::{arrangement_holds, pyramid_layers};
 use geometry::Outline;
 use geometry::polygon::{convex_distance_m, convex_hull_2d, depth_in_convex_m};
 use geometry::pose::wrap_angle_rad;
-pub use arrangements::{arrangement_holds, pyramid_layers};
 pub use places::{edge_distance_m, is_at_place, place_shares};
 pub use unmet::{Unmet, UnmetDemand, unmet};
 
@@ -118,7 +118,9 @@ pub struct PosedRelation<'a> {
 ///
 /// A relation that needs a target and has none does not hold.
 pub fn holds(relation: &PosedRelation, table: &Outline) -> bool {
-    use RelationKind::{Around, Behind, Between, Facing, In, InFrontOf, LeftOf, NextTo, On, ParallelTo, RightOf, StackedOn};
+    use RelationKind::{
+        Around, Behind, Between, Facing, In, InFrontOf, LeftOf, NextTo, On, ParallelTo, RightOf, StackedOn,
+    };
     let object = relation.object;
     let distance_holds = |target: &PosedFootprint, max_m: f64| {
         let free_m = object.distance_m(target);
@@ -148,7 +150,9 @@ pub fn holds(relation: &PosedRelation, table: &Outline) -> bool {
             distance_holds(target, NEXT_TO_M) && object.distance_m(target) > -DISTANCE_TOLERANCE_M
         }
         (Around, Some(target)) => distance_holds(target, AROUND_M),
-        (Between, Some(first)) => relation.second_target.is_some_and(|second| is_between(object, first, second)),
+        (Between, Some(first)) => {
+            relation.second_target.is_some_and(|second| is_between(object, first, second))
+        }
         (Facing, target) => {
             let (low, high) = table.bounds();
             let toward = target.map_or(0.5 * (low + high), PosedFootprint::center) - object.center;

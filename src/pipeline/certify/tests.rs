@@ -115,6 +115,7 @@ fn sound() -> Planted {
         label: "a cube".into(),
         category: "cube".into(),
         size_m: DVec3::splat(0.06),
+        tipped: None,
         color: None,
         material: None,
         seed: 1,

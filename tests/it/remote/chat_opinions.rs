@@ -63,6 +63,7 @@ static GLASS: LazyLock<UprightQuestion> = LazyLock::new(|| {
             label: "wine glass".into(),
             category: "object".into(),
             size_m,
+            tipped: None,
             color: None,
             material: None,
             seed: 9,

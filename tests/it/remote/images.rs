@@ -155,6 +155,7 @@ pub fn half_hidden_ball() -> CompletionRequest {
             label: "red ball".into(),
             category: "ball".into(),
             size_m: DVec3::splat(0.08),
+            tipped: None,
             color: None,
             material: None,
             stands_on: StandsOn::Table,

@@ -101,6 +101,7 @@ pub fn request() -> ReconstructionRequest {
             label: "bottle".into(),
             category: "bottle".into(),
             size_m: DVec3::new(0.08, 0.08, 0.2),
+            tipped: None,
             color: None,
             material: None,
             seed: 1,

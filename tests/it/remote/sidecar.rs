@@ -61,6 +61,7 @@ fn recognition() -> Recognition {
         label: label.into(),
         category: "mug".into(),
         size_m: DVec3::splat(0.1),
+        tipped: None,
         color: None,
         material: None,
         seed: 1,

@@ -4,9 +4,9 @@ use super::objects::{Bodies, SceneObject};
 use super::table::SceneTable;
 use super::{Settings, error};
 use crate::layout;
-use crate::layout::LayoutObject;
-use geometry::Pose;
+use crate::layout::{LayoutObject, LayoutProblem, StatedDemands, Yielding};
 use geometry::solid_query::MeshSolid;
+use geometry::{Outline, Pose};
 use physics::{ResolveProblem, resolve};
 use ports::ProviderError;
 use runtime::CancelFlag;
@@ -17,18 +17,27 @@ pub(super) struct Arrangement {
     pub poses: Vec<Pose>,
 }
 
-/// Lays the objects out and settles them; the error names the objects without space or without support.
+/// A scene before its layout.
+pub(super) struct UnarrangedScene<'a> {
+    pub table: &'a SceneTable,
+    pub objects: &'a [SceneObject<'a>],
+    pub bodies: &'a Bodies,
+    pub stated: &'a StatedDemands,
+}
+
+/// Lays the objects out and settles them; demands yield up to `max_yielding`. The error names the objects without
+/// space or without support.
 pub(super) fn arrange(
-    table: &SceneTable,
-    objects: &[SceneObject],
-    bodies: &Bodies,
+    scene: &UnarrangedScene,
+    max_yielding: Yielding,
     seed: u64,
     settings: &Settings,
     cancel: &CancelFlag,
 ) -> Result<Arrangement, ProviderError> {
+    let UnarrangedScene { table, objects, bodies, stated } = *scene;
     let requests = layout_objects(objects);
-    let poses =
-        layout::arrange(&requests, &table.outline, seed, &settings.layout, cancel).map_err(error::layout)?;
+    let problem = LayoutProblem { objects: &requests, stated, outline: &table.outline, max_yielding };
+    let poses = layout::lay_out(problem, seed, &settings.layout, cancel).map_err(error::layout)?.poses;
     let mut movable = bodies.bodies.clone();
     for (body, pose) in movable.iter_mut().skip(1).zip(&poses) {
         body.world_from_object = *pose;
@@ -43,6 +52,27 @@ pub(super) fn arrange(
         tracing::debug!(line, "resolving the layout");
     }
     Ok(Arrangement { poses: resolved.poses.into_iter().skip(1).collect() })
+}
+
+/// Whether the layout succeeds on a top that is larger by a factor, without the habits of the theme.
+pub(super) fn has_room(
+    scene: &UnarrangedScene,
+    growth: f64,
+    seed: u64,
+    settings: &Settings,
+    cancel: &CancelFlag,
+) -> Result<bool, ProviderError> {
+    let requests = layout_objects(scene.objects);
+    let corners = scene.table.outline.corners().iter().map(|corner| growth * *corner);
+    let Ok(outline) = Outline::new(corners.collect()) else { return Ok(false) };
+    let stated = scene.stated;
+    let problem =
+        LayoutProblem { objects: &requests, stated, outline: &outline, max_yielding: Yielding::Habits };
+    match layout::lay_out(problem, seed, &settings.layout, cancel) {
+        Ok(_) => Ok(true),
+        Err(layout::LayoutError::NoRoom { .. }) => Ok(false),
+        Err(error) => Err(error::layout(error)),
+    }
 }
 
 /// The objects as requests to the layout sampler.

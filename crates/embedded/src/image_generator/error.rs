@@ -4,6 +4,7 @@ use crate::layout::LayoutError;
 use physics::ResolveError;
 use ports::{Port, ProviderError};
 use runtime::Cancelled;
+use scene::RequestedPose;
 
 fn rejected(code: &'static str, reason: String) -> ProviderError {
     ProviderError::Rejected { port: Port::ImageGenerator, code, reason }
@@ -20,6 +21,21 @@ pub(super) fn unknown(what: &str, name: &str) -> ProviderError {
 /// A catalog mesh that does not convert to a rigid body.
 pub(super) fn broken(name: &str, why: &dyn std::fmt::Display) -> ProviderError {
     rejected("broken_mesh", format!("painting {name}: {why}"))
+}
+
+/// An object that no face of its hull carries in the requested pose.
+pub(super) fn cannot_rest(name: &str, pose: RequestedPose) -> ProviderError {
+    let pose = match pose {
+        RequestedPose::Upright => "upright",
+        RequestedPose::LyingOnSide => "on its side",
+        RequestedPose::UpsideDown => "upside down",
+    };
+    rejected("pose_not_supported", format!("painting {name}: it cannot rest {pose}; ask for another pose"))
+}
+
+/// Whether the error states that space is missing.
+pub(super) fn is_no_room(error: &ProviderError) -> bool {
+    matches!(error, ProviderError::Rejected { code: "no_room", .. })
 }
 
 pub(super) fn layout(error: LayoutError) -> ProviderError {

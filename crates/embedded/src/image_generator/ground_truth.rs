@@ -9,7 +9,7 @@ use ports::{ImageAnnotations, Truth, TruthInstance};
 use render::Frame;
 use scene::{
     CameraKnowledge, InstanceMask, MaskEdges, ObjectSpec, Recognition, RecognizedObject, RelationKind,
-    StandsOn,
+    RequestedPose, StandsOn, TippedPose,
 };
 
 /// Visible pixels of each object, in order.
@@ -37,7 +37,7 @@ pub(super) fn image(
             camera: viewpoint.camera,
             camera_is: CameraKnowledge::Known,
             table: table.recognized.clone(),
-            objects: objects.iter().map(|object| recognized(object.spec)).collect(),
+            objects: objects.iter().map(recognized).collect(),
         },
         masks,
         mask_edges: MaskEdges::Sharp,
@@ -45,12 +45,16 @@ pub(super) fn image(
     }
 }
 
-fn recognized(spec: &ObjectSpec) -> RecognizedObject {
+fn recognized(object: &SceneObject) -> RecognizedObject {
+    let spec = object.spec;
+    let tipped =
+        (!spec.pose.is_upright()).then(|| TippedPose { pose: spec.pose, upright_size_m: spec.size_m });
     RecognizedObject {
         id: spec.id.clone(),
         label: spec.label.clone(),
         category: spec.category.clone(),
-        size_m: spec.size_m,
+        size_m: if tipped.is_some() { object.mesh.size_m() } else { spec.size_m },
+        tipped,
         color: spec.color,
         material: spec.material.clone(),
         seed: spec.seed,
@@ -81,7 +85,11 @@ pub(super) fn truth(objects: &[SceneObject], arrangement: &Arrangement) -> Truth
             rotation_xyzw: pose.rotation,
             yaw_rad: pose.yaw_rad(),
             size_m: object.mesh.size_m(),
-            symmetry_order: object.category.symmetry_order,
+            symmetry_order: if object.spec.pose == RequestedPose::LyingOnSide {
+                1
+            } else {
+                object.category.symmetry_order
+            },
         })
         .collect();
     Truth { instances }

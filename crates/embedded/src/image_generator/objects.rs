@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::error;
 use super::table::SceneTable;
+use crate::requested_pose::posed;
 use catalog::{Category, PhysicalProperties, Recipe, category, physical_properties};
 use geometry::convex_hull::convex_hull;
 use geometry::decompose::{DecomposeError, DecomposeSettings, decompose};
@@ -22,7 +23,7 @@ use scene::{InstanceId, ObjectSpec};
 pub(super) struct SceneObject<'a> {
     pub spec: &'a ObjectSpec,
     pub category: &'static Category,
-    /// Canonical frame.
+    /// Canonical frame, in the requested pose.
     pub mesh: Arc<TexturedMesh>,
 }
 
@@ -46,7 +47,14 @@ pub(super) fn build(objects: &[ObjectSpec]) -> Result<Vec<SceneObject<'_>>, Prov
                 material: spec.material.clone(),
                 seed: spec.seed,
             };
-            Ok(SceneObject { spec, category, mesh: catalog::build_cached(&recipe).ok_or_else(unknown)? })
+            let mesh = catalog::build_cached(&recipe).ok_or_else(unknown)?;
+            let mesh = if spec.pose.is_upright() {
+                mesh
+            } else {
+                let cannot = || error::cannot_rest(spec.id.as_str(), spec.pose);
+                Arc::new(posed(&mesh, spec.pose).ok_or_else(cannot)?)
+            };
+            Ok(SceneObject { spec, category, mesh })
         })
         .collect()
 }

@@ -12,7 +12,7 @@ use runtime::CpuPool;
 use scene::{RelationKind, StandsOn};
 
 /// The built-in settings with small images.
-fn image_generator() -> EmbeddedImageGenerator {
+pub(super) fn image_generator() -> EmbeddedImageGenerator {
     let defaults: toml::Table =
         toml::from_str(include_str!("../../../../config/default.toml")).expect("the built-in settings");
     fn section<T: serde::de::DeserializeOwned>(defaults: &toml::Table, name: &str) -> T {
@@ -39,7 +39,7 @@ fn image_generator() -> EmbeddedImageGenerator {
     }
 }
 
-fn call(threads: usize) -> Call {
+pub(super) fn call(threads: usize) -> Call {
     Call::without_budget(CpuPool::new(threads).expect("a pool"), CancelFlag::default())
 }
 

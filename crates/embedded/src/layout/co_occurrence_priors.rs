@@ -119,6 +119,7 @@ pub(super) fn add_soft_constraints(
                     position: prior.position,
                     in_target_frame: prior.in_target_frame,
                     hard: false,
+                    distance_m: None,
                     ..*constraint
                 });
             } else if stated.is_empty() && !placed {
@@ -139,6 +140,7 @@ pub(super) fn add_soft_constraints(
                         position: prior.position,
                         in_target_frame: prior.in_target_frame,
                         hard: false,
+                        distance_m: None,
                     });
                 }
             }
@@ -152,6 +154,7 @@ pub(super) fn add_soft_constraints(
                 position: RelativePosition::Beside,
                 in_target_frame: false,
                 hard: false,
+                distance_m: None,
             });
         }
     }

@@ -63,6 +63,11 @@ impl Footprint {
         self.corners.iter().fold((first, first), |(l, h), &c| (l.min(c), h.max(c)))
     }
 
+    /// Radius of the circle around the center that contains the polygon, meters.
+    pub fn radius_m(&self) -> f64 {
+        self.radius_m
+    }
+
     pub fn size_m(&self) -> DVec2 {
         let (low, high) = self.bounds();
         high - low

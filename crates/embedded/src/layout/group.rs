@@ -6,7 +6,8 @@ use rand::RngExt;
 use super::place_settings;
 use super::spatial_constraints::SpatialConstraint;
 use super::support_surface::SupportSurface;
-use super::{Footprint, LayoutObject, LayoutSettings, ObjectGeometry, Placement, container};
+use super::yielding::Yielding;
+use super::{Footprint, LayoutObject, LayoutSettings, ObjectGeometry, Placement, StatedDemands, container};
 use geometry::Outline;
 use runtime::seed::Rng;
 use scene::{RelationKind, SupportTree, Supporter};
@@ -26,8 +27,10 @@ pub(super) struct Member {
 /// Objects that move as a unit.
 #[derive(Clone, Debug)]
 pub(super) struct Group {
-    /// The object on the surface; its frame is the group's frame.
+    /// The object on the surface; its frame is the group's frame. Of an arrangement, the first object.
     pub root: usize,
+    /// All objects on the surface: the root, or those of an arrangement in its order.
+    pub bases: Vec<usize>,
     pub members: Vec<Member>,
     pub footprint: Footprint,
     pub height_m: f64,
@@ -39,6 +42,8 @@ pub(super) struct LayoutAttempt<'a> {
     pub supports: &'a SupportTree,
     pub constraints: &'a [SpatialConstraint],
     pub requests: &'a [LayoutObject<'a>],
+    pub stated: &'a StatedDemands,
+    pub yielding: Yielding,
     pub settings: &'a LayoutSettings,
     pub gap_m: f64,
     /// Factor on the tolerances of the constraints; 1 = strict.
@@ -51,18 +56,18 @@ impl LayoutAttempt<'_> {
     pub fn arrange_on(&mut self, outline: &Outline) -> Result<Vec<(Placement, Group)>, usize> {
         let roots: Vec<usize> = self.supports.children(None).collect();
         let groups = roots.into_iter().map(|root| self.build_group(root)).collect::<Result<Vec<_>, _>>()?;
+        let groups = self.arranged(groups);
         let margin_m = self.settings.edge_margin_m;
-        let surface = SupportSurface::Table {
+        let mut place_settings = place_settings::place_settings(
+            self.requests,
+            self.supports,
+            self.objects,
             outline,
-            margin_m,
-            place_settings: place_settings::place_settings(
-                self.requests,
-                self.supports,
-                self.objects,
-                outline,
-                margin_m + 0.004,
-            ),
-        };
+            margin_m + 0.004,
+        );
+        place_settings
+            .retain(|(plate, _)| self.yielding < Yielding::Habits && !self.stated.determine(*plate));
+        let surface = SupportSurface::Table { outline, margin_m, place_settings };
         let placements = self.place_groups(&surface, &groups)?;
         Ok(placements.into_iter().zip(groups).collect())
     }
@@ -73,6 +78,7 @@ impl LayoutAttempt<'_> {
         let origin = Placement { xy_m: DVec2::ZERO, yaw_rad: 0.0 };
         let mut group = Group {
             root,
+            bases: vec![root],
             members: vec![Member {
                 object: root,
                 at: origin,
@@ -91,6 +97,7 @@ impl LayoutAttempt<'_> {
         }
         let carried: Vec<usize> = self.supports.supported_by(Supporter::on(root)).collect();
         let inner = carried.iter().map(|&child| self.build_group(child)).collect::<Result<Vec<_>, _>>()?;
+        let inner = if self.is_pyramid_level(root, &carried) { inner } else { self.arranged(inner) };
         let placements = self.place_on(root, &inner)?;
         let base_m = own.height_m;
         for (placement, inner) in placements.into_iter().zip(inner) {
@@ -111,6 +118,9 @@ impl LayoutAttempt<'_> {
         let is_stacked = |group: &Group| {
             self.requests[group.root].relations.contains(&(RelationKind::StackedOn, Some(root)))
         };
+        if let Some(placements) = self.pyramid_placements(root, groups) {
+            return Ok(placements);
+        }
         if groups.len() == 1 && is_stacked(&groups[0]) {
             let max_shift = 0.03 * own.footprint.size_m();
             let shift = DVec2::new(self.rng.random_range(-1.0..1.0), self.rng.random_range(-1.0..1.0));
@@ -142,7 +152,7 @@ impl LayoutAttempt<'_> {
 
 impl Group {
     /// Adds the members of a group at `at` in this group's frame.
-    fn add(&mut self, objects: &[ObjectGeometry], inner: Group, at: Placement, lean: DQuat) {
+    pub fn add(&mut self, objects: &[ObjectGeometry], inner: Group, at: Placement, lean: DQuat) {
         for member in inner.members {
             let at = at.compose(&member.at);
             let lean = (lean * member.lean).normalize();

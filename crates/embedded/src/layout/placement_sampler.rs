@@ -7,7 +7,9 @@ use super::Placement;
 use super::co_occurrence_priors::YawSampler;
 use super::group::{Group, LayoutAttempt};
 use super::spatial_constraints::{RelativePosition, SpatialConstraint};
+use super::stated_demands::{Demand, DemandKind};
 use super::support_surface::SupportSurface;
+use super::yielding::Yielding;
 use catalog::Zone;
 use scene::RelationKind;
 
@@ -16,18 +18,18 @@ const SPACE_WEIGHT_PER_M: f64 = 30.0;
 
 /// A constraint between two groups on one surface.
 #[derive(Clone, Copy)]
-struct GroupConstraint {
+pub(super) struct GroupConstraint {
     spatial: SpatialConstraint,
     from: usize,
     to: usize,
 }
 
 /// The groups of a surface with the placements made so far.
-struct PartialLayout<'a> {
-    surface: &'a SupportSurface<'a>,
-    groups: &'a [Group],
+pub(super) struct PartialLayout<'a> {
+    pub surface: &'a SupportSurface<'a>,
+    pub groups: &'a [Group],
     constraints: Vec<GroupConstraint>,
-    placed: Vec<Option<Placement>>,
+    pub placed: Vec<Option<Placement>>,
 }
 
 impl LayoutAttempt<'_> {
@@ -44,11 +46,12 @@ impl LayoutAttempt<'_> {
             .iter()
             .filter_map(|&spatial| {
                 let (from, to) = (group_of(spatial.from)?, group_of(spatial.to)?);
+                let spatial = self.relaxed(spatial)?;
                 (from != to).then_some(GroupConstraint { spatial, from, to })
             })
             .collect();
         let mut layout = PartialLayout { surface, groups, constraints, placed: vec![None; groups.len()] };
-        for group in layout.order() {
+        for group in layout.order(&self.stated.demands) {
             match self.best_placement(&layout, group) {
                 Some(placement) => layout.placed[group] = Some(placement),
                 None => return Err(groups[group].root),
@@ -57,10 +60,25 @@ impl LayoutAttempt<'_> {
         Ok(layout.placed.into_iter().flatten().collect())
     }
 
+    /// A constraint as far as it has not yielded; `None` for habits that have.
+    fn relaxed(&self, spatial: SpatialConstraint) -> Option<SpatialConstraint> {
+        if !spatial.hard {
+            return (self.yielding < Yielding::Habits).then_some(spatial);
+        }
+        let is_close = matches!(spatial.position, RelativePosition::Beside | RelativePosition::Around { .. });
+        let distance_m = spatial.distance_m.filter(|_| self.yielding < Yielding::Distances);
+        let hard = match (is_close, distance_m) {
+            (true, None) => self.yielding < Yielding::Closeness,
+            _ => self.yielding < Yielding::Relations,
+        };
+        Some(SpatialConstraint { hard, distance_m, ..spatial })
+    }
+
     fn best_placement(&mut self, layout: &PartialLayout, group: usize) -> Option<Placement> {
         let mut best: Option<(f64, Placement)> = None;
         for number in 0..self.settings.candidates {
             let placement = self.candidate(layout, group, number);
+            let placement = self.projected(layout, group, placement);
             let Some(cost) = self.cost(layout, group, &placement) else { continue };
             let cost = cost + self.settings.placement_cost_noise * self.rng.random_range(0.0..1.0);
             if best.is_none_or(|(min_cost, _)| cost < min_cost) {
@@ -83,12 +101,8 @@ impl LayoutAttempt<'_> {
             jitter_rad: jitter * self.settings.jitter_rad,
             allow_sideways,
         };
-        let places: Vec<RelationKind> = self.requests[own.root]
-            .relations
-            .iter()
-            .filter(|(kind, target)| target.is_none() && !kind.is_support())
-            .map(|(kind, _)| *kind)
-            .collect();
+        let places: Vec<RelationKind> =
+            self.table_relations(own).filter(|(_, kind)| !kind.is_support()).map(|(_, kind)| kind).collect();
         let constraints: Vec<&GroupConstraint> = layout.constraints_of(group).collect();
         if let SupportSurface::Table { place_settings, .. } = layout.surface
             && let Some((_, setting)) = place_settings.iter().find(|(object, _)| *object == own.root)
@@ -188,18 +202,18 @@ impl LayoutAttempt<'_> {
         let own = &layout.groups[group];
         let footprint = own.footprint.placed(at);
         let root = &self.objects[own.root];
-        let root_footprint = root.footprint.placed(at);
-        if !layout.surface.allows(&footprint) {
+        let root_footprint = if own.bases.len() > 1 { footprint.clone() } else { root.footprint.placed(at) };
+        if !layout.surface.allows(&footprint, self.margin_m(layout, group)) {
             return None;
         }
-        let named = self.requests[own.root].relations.iter().any(|(_, target)| target.is_none());
+        let named = self.table_relations(own).next().is_some();
         let zone = if named { Zone::Any } else { root.category.zone };
         let mut cost = layout.surface.cost(&root_footprint, zone);
         for (other, placement) in layout.placed.iter().enumerate() {
             let Some(placement) = placement else { continue };
             let obstacle = layout.groups[other].footprint.placed(placement);
             let gap_m = footprint.gap_m(&obstacle);
-            if gap_m < self.gap_m {
+            if gap_m < self.pair_gap_m(layout, group, other) {
                 return None;
             }
             let constrained = layout
@@ -212,12 +226,16 @@ impl LayoutAttempt<'_> {
             cost += occlusion_cost(&footprint, own.height_m, &obstacle, other_height_m)
                 + occlusion_cost(&obstacle, other_height_m, &footprint, own.height_m);
         }
-        let places = self.requests[own.root].relations.iter().filter(|(_, target)| target.is_none());
-        let misplaced = places
-            .clone()
-            .filter(|(kind, _)| !layout.surface.is_at(root_footprint.center(), *kind, self.tolerance_factor))
-            .count();
-        if misplaced > 0 && matches!(layout.surface, SupportSurface::Table { .. }) {
+        for (base, place) in self.table_relations(own) {
+            let center = own.member_at(base, at)?.0.center();
+            let is_table = matches!(layout.surface, SupportSurface::Table { .. });
+            let is_strict = is_table && self.yielding < Yielding::Places;
+            if is_strict && !layout.surface.is_at(center, place, self.tolerance_factor) {
+                return None;
+            }
+            cost += layout.surface.corner_cost(center, place);
+        }
+        if !self.meets_demands(layout, group, at) {
             return None;
         }
         for constraint in layout.constraints_of(group) {
@@ -234,6 +252,14 @@ impl LayoutAttempt<'_> {
             cost += constraint.spatial.cost(&from.0, &to.0, to.1).min(5.0);
         }
         Some(cost + SPACE_WEIGHT_PER_M * self.missing_space_m(layout, group, at))
+    }
+
+    /// Relations to the table of the objects of a group that stand on its surface.
+    fn table_relations<'b>(&'b self, group: &'b Group) -> impl Iterator<Item = (usize, RelationKind)> + 'b {
+        group.bases.iter().flat_map(move |&base| {
+            let relations = self.requests[base].relations.iter();
+            relations.filter(|(_, target)| target.is_none()).map(move |(kind, _)| (base, *kind))
+        })
     }
 
     /// Space missing beside a group for unplaced objects that the text requires there, meters.
@@ -309,28 +335,80 @@ impl PartialLayout<'_> {
         self.has_setting(group.root) || carries_directed
     }
 
-    /// Placement order: large groups first, each followed by the groups constrained to it.
-    fn order(&self) -> Vec<usize> {
+    /// The group that holds an object.
+    pub fn group_of(&self, object: usize) -> Option<usize> {
+        self.groups.iter().position(|group| group.members.iter().any(|member| member.object == object))
+    }
+
+    /// Placement order: groups whose position is stated first, then large groups, each followed by the groups
+    /// constrained to it.
+    fn order(&self, demands: &[Demand]) -> Vec<usize> {
         let mut by_size: Vec<usize> = (0..self.groups.len()).collect();
         by_size.sort_by(|&a, &b| {
             self.groups[b].footprint.area_m2().total_cmp(&self.groups[a].footprint.area_m2()).then(a.cmp(&b))
         });
         let mut order = Vec::new();
         let mut visited = vec![false; self.groups.len()];
+        let is_pinned = |group: usize| {
+            let pins =
+                |demand: &Demand| demand.kind.is_pinning() && self.group_of(demand.object) == Some(group);
+            demands.iter().any(pins)
+        };
+        for &group in by_size.iter().filter(|group| is_pinned(**group)) {
+            // Its other demands may need their targets; a target that is pinned too does not wait for it.
+            for target in self.demanded_by(demands, group).filter(|target| !is_pinned(*target)) {
+                self.visit(target, &by_size, demands, &mut visited, &mut order);
+            }
+            if !std::mem::replace(&mut visited[group], true) {
+                order.push(group);
+            }
+        }
         for group in &by_size {
-            self.visit(*group, &by_size, &mut visited, &mut order);
+            self.visit(*group, &by_size, demands, &mut visited, &mut order);
         }
         order
     }
 
-    fn visit(&self, group: usize, by_size: &[usize], visited: &mut [bool], order: &mut Vec<usize>) {
+    /// Other groups that the demands on a group need for its direction or for a place between them.
+    fn demanded_by<'b>(&'b self, demands: &'b [Demand], group: usize) -> impl Iterator<Item = usize> + 'b {
+        demands
+            .iter()
+            .filter(move |demand| self.group_of(demand.object) == Some(group))
+            .filter(|demand| !matches!(demand.kind, DemandKind::Distance { .. }))
+            .flat_map(|demand| demand.kind.targets())
+            .flatten()
+            .filter_map(|target| self.group_of(target))
+            .filter(move |target| *target != group)
+    }
+
+    fn visit(
+        &self,
+        group: usize,
+        by_size: &[usize],
+        demands: &[Demand],
+        visited: &mut [bool],
+        order: &mut Vec<usize>,
+    ) {
         if std::mem::replace(&mut visited[group], true) {
             return;
         }
         for constraint in self.constraints.iter().filter(|constraint| constraint.from == group) {
-            self.visit(constraint.to, by_size, visited, order);
+            self.visit(constraint.to, by_size, demands, visited, order);
+        }
+        for target in self.demanded_by(demands, group) {
+            self.visit(target, by_size, demands, visited, order);
         }
         order.push(group);
+        // An object between two others comes right after them, before its place is taken.
+        for demand in demands.iter().filter(|demand| matches!(demand.kind, DemandKind::Between { .. })) {
+            let ends = demand.kind.targets().map(|end| end.and_then(|end| self.group_of(end)));
+            if ends.contains(&Some(group))
+                && ends.iter().all(|end| end.is_some_and(|end| order.contains(&end)))
+                && let Some(object) = self.group_of(demand.object)
+            {
+                self.visit(object, by_size, demands, visited, order);
+            }
+        }
         // Axis-aligned constraints come before those with more freedom.
         for on_axis in [true, false] {
             for &other in by_size {
@@ -342,7 +420,7 @@ impl PartialLayout<'_> {
                     .filter(constrained)
                     .any(|constraint| constraint.spatial.is_on_axis() == on_axis)
                 {
-                    self.visit(other, by_size, visited, order);
+                    self.visit(other, by_size, demands, visited, order);
                 }
             }
         }

@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use glam::DVec2;
 use rand::RngExt;
 
-use super::{Footprint, LayoutObject};
+use super::{Footprint, LayoutObject, StatedDemands};
 use geometry::pose::wrap_angle_rad;
 use runtime::seed::Rng;
 use scene::{RelationKind, SupportTree};
@@ -36,10 +36,16 @@ pub(super) struct SpatialConstraint {
     pub in_target_frame: bool,
     /// Whether the constraint is stated by the text (hard) or comes from a prior (soft).
     pub hard: bool,
+    /// Stated free distance, meters.
+    pub distance_m: Option<f64>,
 }
 
 /// The constraints stated by the text.
-pub(super) fn hard_constraints(objects: &[LayoutObject], supports: &SupportTree) -> Vec<SpatialConstraint> {
+pub(super) fn hard_constraints(
+    objects: &[LayoutObject],
+    supports: &SupportTree,
+    stated: &StatedDemands,
+) -> Vec<SpatialConstraint> {
     let mut constraints = Vec::new();
     for (from, object) in objects.iter().enumerate() {
         for &(kind, target) in &object.relations {
@@ -58,7 +64,10 @@ pub(super) fn hard_constraints(objects: &[LayoutObject], supports: &SupportTree)
                 RelationKind::Around => around(objects, from, to),
                 _ => continue,
             };
-            constraints.push(SpatialConstraint { from, to, position, in_target_frame: false, hard: true });
+            let distance_m = stated.distance_m(from, kind, to);
+            let constraint =
+                SpatialConstraint { from, to, position, in_target_frame: false, hard: true, distance_m };
+            constraints.push(constraint);
         }
     }
     constraints
@@ -101,10 +110,13 @@ impl SpatialConstraint {
     pub fn holds(&self, from: &Footprint, to: &Footprint, to_yaw_rad: f64, tolerance_factor: f64) -> bool {
         let offset = from.center() - to.center();
         let gap_m = from.gap_m(to);
+        // Stated distances are tested exactly elsewhere.
+        let is_near =
+            |free_m: f64, max_m: f64| self.distance_m.is_some() || free_m < max_m * tolerance_factor;
         match (self.position, self.position.direction(self.turned_by(to_yaw_rad))) {
             (RelativePosition::Around { of, .. }, Some(direction)) => {
                 let off = wrap_angle_rad(offset.to_angle() - direction.to_angle()).abs();
-                off < tolerance_factor * (0.8 * PI / of as f64).min(0.8) && gap_m < 0.45 * tolerance_factor
+                off < tolerance_factor * (0.8 * PI / of as f64).min(0.8) && is_near(gap_m, 0.45)
             }
             (_, Some(direction)) => {
                 let along = offset.dot(direction);
@@ -114,16 +126,16 @@ impl SpatialConstraint {
                 along > 0.0
                     && clear_m > -0.004 * tolerance_factor
                     && across < (0.7 * along).max(sideways) * tolerance_factor.min(1.4)
-                    && clear_m < 0.4 * tolerance_factor
+                    && is_near(clear_m, 0.4)
             }
-            (_, None) => gap_m < 0.1 * tolerance_factor,
+            (_, None) => is_near(gap_m, 0.1),
         }
     }
 
     /// Deviation of the footprints from the preferred position; 10 cm costs 1.
     pub fn cost(&self, from: &Footprint, to: &Footprint, to_yaw_rad: f64) -> f64 {
         let offset = from.center() - to.center();
-        let gap_m = from.gap_m(to).max(0.0);
+        let gap_m = self.distance_m.map_or_else(|| from.gap_m(to).max(0.0), |_| 0.0);
         match self.position.direction(self.turned_by(to_yaw_rad)) {
             Some(direction) => {
                 let along = offset.dot(direction);
@@ -159,7 +171,8 @@ impl SpatialConstraint {
             _ if self.hard => 0.18 * squared * squared,
             _ => 0.05 * squared * squared,
         };
-        let distance_m = to.extent_m(direction) + from.extent_m(-direction) + gap_m + extra_m;
+        let free_m = self.distance_m.unwrap_or(gap_m + extra_m);
+        let distance_m = to.extent_m(direction) + from.extent_m(-direction) + free_m;
         let sideways = match self.position {
             RelativePosition::Beside => 0.0,
             RelativePosition::Around { .. } => 0.2 * distance_m,

@@ -24,7 +24,8 @@ pub(super) enum SupportSurface<'a> {
 }
 
 impl SupportSurface<'_> {
-    fn bounds(&self) -> (DVec2, DVec2) {
+    /// Lowest and highest corner of the surface's box.
+    pub fn bounds(&self) -> (DVec2, DVec2) {
         match self {
             SupportSurface::Table { outline, .. } => outline.bounds(),
             SupportSurface::Top { footprint, .. } => footprint.bounds(),
@@ -48,10 +49,10 @@ impl SupportSurface<'_> {
         0.5 * (low + high) + shares * self.half_m()
     }
 
-    /// Whether a footprint lies on the surface.
-    pub fn allows(&self, footprint: &Footprint) -> bool {
+    /// Whether a footprint lies on the surface, this far from the edge of a table.
+    pub fn allows(&self, footprint: &Footprint, margin_m: f64) -> bool {
         match self {
-            SupportSurface::Table { outline, margin_m, .. } => footprint.depth_inside_m(outline) >= *margin_m,
+            SupportSurface::Table { outline, .. } => footprint.depth_inside_m(outline) >= margin_m,
             SupportSurface::Top { footprint: top, .. } => {
                 let center = Footprint::around([footprint.center()].into_iter());
                 center.depth_in_m(top) > 0.0
@@ -112,6 +113,20 @@ impl SupportSurface<'_> {
         Some(self.at_shares(DVec2::new(rng.random_range(x.0..x.1), rng.random_range(y.0..y.1))))
     }
 
+    /// Cost of a point in a named corner: the deviation from the corner's usual position, 0 for other places.
+    pub fn corner_cost(&self, at: DVec2, place: RelationKind) -> f64 {
+        let is_corner = matches!(
+            place,
+            RelationKind::AtBackLeft
+                | RelationKind::AtBackRight
+                | RelationKind::AtFrontLeft
+                | RelationKind::AtFrontRight
+        );
+        let Some(((x0, x1), (y0, y1))) = region(place).filter(|_| is_corner) else { return 0.0 };
+        let usual = 0.8 * DVec2::new(x0 + x1, y0 + y1).signum();
+        1.5 * self.shares(at).distance(usual)
+    }
+
     /// Whether a point lies in the named region; true for relations without a region.
     pub fn is_at(&self, at: DVec2, place: RelationKind, tolerance_factor: f64) -> bool {
         let Some((x, y)) = region(place) else { return true };
@@ -125,12 +140,18 @@ impl SupportSurface<'_> {
 
 /// Range of a named region in normalized coordinates: x from left to right, y from front to back.
 fn region(place: RelationKind) -> Option<((f64, f64), (f64, f64))> {
+    // Corners leave out the central third, so that they exist on round tables.
+    const CORNER: f64 = 0.34;
     Some(match place {
         RelationKind::AtCenter => ((-0.4, 0.4), (-0.4, 0.4)),
         RelationKind::AtBack => ((-0.95, 0.95), (0.12, 1.0)),
         RelationKind::AtFront => ((-0.95, 0.95), (-1.0, -0.12)),
         RelationKind::AtLeft => ((-1.0, -0.2), (-0.95, 0.95)),
         RelationKind::AtRight => ((0.2, 1.0), (-0.95, 0.95)),
+        RelationKind::AtBackLeft => ((-0.98, -CORNER), (CORNER, 0.98)),
+        RelationKind::AtBackRight => ((CORNER, 0.98), (CORNER, 0.98)),
+        RelationKind::AtFrontLeft => ((-0.98, -CORNER), (-0.98, -CORNER)),
+        RelationKind::AtFrontRight => ((CORNER, 0.98), (-0.98, -CORNER)),
         _ => return None,
     })
 }

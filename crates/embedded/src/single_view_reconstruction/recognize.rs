@@ -85,6 +85,7 @@ pub fn recognize(
                 label: category.map_or(UNNAMED_CATEGORY, |category| &category.label).to_owned(),
                 category: category.map_or(UNNAMED_CATEGORY, |category| &category.name).to_owned(),
                 size_m: (nearer * extents_m).max(DVec3::splat(0.002)),
+                tipped: None,
                 color: Some(object.color),
                 material: None,
                 seed: child_seed(seed, id.as_str()),

@@ -108,10 +108,16 @@ impl<'a, 'c> Draft<'a, 'c> {
                 color: object.color,
                 material: object.material,
                 requested: object.requested,
+                stand_in: false,
+                pose: scene::RequestedPose::Upright,
+                yaw_rad: None,
+                position_m: None,
+                state: None,
+                mass_kg: None,
                 relations: object
                     .relations
                     .into_iter()
-                    .map(|(kind, to)| Relation { kind, target: to.map(|to| ids[to].clone()) })
+                    .map(|(kind, to)| Relation::new(kind, to.map(|to| ids[to].clone())))
                     .collect(),
             })
             .collect()

@@ -30,8 +30,9 @@ pub(super) fn write(description: &SceneDescription) -> String {
             text.push_str(&phrase);
         }
     }
-    if !description.unrecognized_terms.is_empty() {
-        let _ = write!(text, " Not known and left out: {}.", description.unrecognized_terms.join(", "));
+    if !description.unrecognized.is_empty() {
+        let terms: Vec<&str> = description.unrecognized.iter().map(|term| term.span.text.as_str()).collect();
+        let _ = write!(text, " Not known and left out: {}.", terms.join(", "));
     }
     text
 }

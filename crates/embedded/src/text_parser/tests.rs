@@ -42,8 +42,9 @@ fn summary(description: &SceneDescription) -> String {
             text += &format!(" | {} {}{target}", object.id, kind.as_str().expect("a string"));
         }
     }
-    if !description.unrecognized_terms.is_empty() {
-        text += &format!(" | ? {}", description.unrecognized_terms.join(", "));
+    let terms: Vec<&str> = description.unrecognized.iter().map(|term| term.span.text.as_str()).collect();
+    if !terms.is_empty() {
+        text += &format!(" | ? {}", terms.join(", "));
     }
     text
 }

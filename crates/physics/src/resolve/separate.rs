@@ -66,6 +66,18 @@ fn keep_apart(scene: &Scene, a: usize, b: usize) -> Option<(usize, usize)> {
     (!contained).then_some((x, y))
 }
 
+/// Whether one of the bodies stands on an object and lies above the other one, as in a pyramid: it may touch both.
+fn is_carried_too(scene: &Scene, poses: &[Pose], a: usize, b: usize) -> bool {
+    const MAX_SINK_M: f64 = 0.001;
+    let is_above = |upper: usize, lower: usize| {
+        let support = scene.tree.support[upper];
+        let is_carried = support.is_some_and(|s| !s.inside && s.parent != scene.tree.table);
+        let bottom_m = scene.shapes[upper].bounds(&poses[upper]).0.z;
+        is_carried && bottom_m > scene.shapes[lower].bounds(&poses[lower]).1.z - MAX_SINK_M
+    };
+    is_above(a, b) || is_above(b, a)
+}
+
 fn push_pairs(
     scene: &Scene,
     poses: &mut [Pose],
@@ -78,7 +90,7 @@ fn push_pairs(
         for b in (0..a).filter(|&k| k != TABLE) {
             let Some((x, y)) = keep_apart(scene, a, b) else { continue };
             let (here, there) = (scene.placed(a, poses), scene.placed(b, poses));
-            if !are_closer(&here, &there, clearance_m) {
+            if !are_closer(&here, &there, clearance_m) || is_carried_too(scene, poses, a, b) {
                 continue;
             }
             let between = (poses[a].translation_m - poses[b].translation_m).truncate();

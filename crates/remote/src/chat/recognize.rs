@@ -188,6 +188,7 @@ pub(super) async fn recognize(
                 label: object.label,
                 category: object.category,
                 size_m: size.size_m,
+                tipped: None,
                 color: size.color,
                 material: size.material,
                 stands_on,

@@ -73,6 +73,7 @@ mod tests {
             label: label.into(),
             category: "mug".into(),
             size_m: DVec3::splat(0.1),
+            tipped: None,
             color: None,
             material: None,
             seed: 1,

@@ -84,6 +84,7 @@ mod tests {
                 label: "Mug".into(),
                 category: "mug".into(),
                 size_m: DVec3::splat(0.1),
+                tipped: None,
                 color: None,
                 material: None,
                 seed: 1,

@@ -89,7 +89,8 @@ fn is_line(objects: &[&PosedFootprint], way: DVec2) -> bool {
     let across: Vec<f64> = objects.iter().map(|object| object.center().dot(way.perp())).collect();
     let mean = across.iter().sum::<f64>() / across.len() as f64;
     let advances = |pair: &[&PosedFootprint]| (pair[1].center() - pair[0].center()).dot(way) > 0.0;
-    across.iter().all(|value| (value - mean).abs() <= ALIGNMENT_TOLERANCE_M) && objects.windows(2).all(advances)
+    across.iter().all(|value| (value - mean).abs() <= ALIGNMENT_TOLERANCE_M)
+        && objects.windows(2).all(advances)
 }
 
 fn neighbor_gaps_m(objects: &[&PosedFootprint]) -> Vec<f64> {
@@ -134,7 +135,9 @@ fn is_pyramid(objects: &[&PosedFootprint], gaps_hold: &dyn Fn(Vec<f64>, bool) ->
     for size in pyramid_layers(objects.len()) {
         let layer = &objects[start..start + size];
         let is_carried = |slot: usize, object: &PosedFootprint| {
-            let Some(pair) = below.and_then(|below| below.get(slot..slot + 2)) else { return below.is_none() };
+            let Some(pair) = below.and_then(|below| below.get(slot..slot + 2)) else {
+                return below.is_none();
+            };
             let between = 0.5 * (pair[0].center() + pair[1].center());
             pair.iter().all(|lower| (object.bottom_m - lower.top_m).abs() <= CONTACT_TOLERANCE_M)
                 && object.center().distance(between) <= ALIGNMENT_TOLERANCE_M

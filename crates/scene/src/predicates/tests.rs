@@ -148,9 +148,8 @@ fn between_needs_the_central_third_and_no_overlap() {
 #[test]
 fn arrangements_hold_in_their_order_with_their_gaps() {
     use ArrangementKind::*;
-    let at = |points: &[(f64, f64)]| -> Vec<PosedFootprint> {
-        points.iter().map(|&(x, y)| cube(x, y)).collect()
-    };
+    let at =
+        |points: &[(f64, f64)]| -> Vec<PosedFootprint> { points.iter().map(|&(x, y)| cube(x, y)).collect() };
     let ring = |radius_m: f64, count: u32| -> Vec<PosedFootprint> {
         let angle = |k: u32| std::f64::consts::TAU * f64::from(k) / f64::from(count);
         (0..count).map(|k| DVec2::from_angle(angle(k)) * radius_m).map(|p| cube(p.x, p.y)).collect()

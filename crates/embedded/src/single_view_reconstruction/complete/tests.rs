@@ -50,6 +50,7 @@ fn scene(others: impl Fn(u32, u32) -> bool, seen_as: Option<PosedPrimitive>) -> 
         label: "box".into(),
         category: "box".into(),
         size_m: DVec3::new(0.12, 0.06, 0.1),
+        tipped: None,
         color: None,
         material: None,
         seed: 1,
