@@ -93,7 +93,7 @@ pub struct EmbeddedImageGenerator {
 
 impl EmbeddedImageGenerator {
     const NAME: &str = "embedded/painter";
-    const MODEL: &str = "2";
+    const MODEL: &str = "3";
 
     fn settings(&self) -> Settings {
         Settings {

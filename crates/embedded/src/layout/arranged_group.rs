@@ -87,8 +87,9 @@ impl LayoutAttempt<'_> {
     ) -> Vec<Placement> {
         let gap_m = self.arrangement_gap_m(arrangement, members);
         match arrangement.kind {
-            ArrangementKind::Row | ArrangementKind::Pyramid => self.line(members, DVec2::X, gap_m),
-            ArrangementKind::Column => self.line(members, DVec2::Y, gap_m),
+            ArrangementKind::Row => self.line(members, DVec2::X, gap_m, true),
+            ArrangementKind::Pyramid => self.line(members, DVec2::X, gap_m, false),
+            ArrangementKind::Column => self.line(members, DVec2::Y, gap_m, true),
             ArrangementKind::Grid { columns } => self.grid(members, columns.max(1), gap_m),
             ArrangementKind::Circle => self.circle(arrangement, members, center, gap_m),
             ArrangementKind::Pile => self.pile(members, gap_m),
@@ -125,25 +126,27 @@ impl LayoutAttempt<'_> {
         Placement { xy_m: center - root.center(), yaw_rad }
     }
 
-    /// Members one after the other along a direction, with centers on a line and exact free distances.
-    fn line(&self, members: &[Group], way: DVec2, gap_m: f64) -> Vec<Placement> {
+    /// Members one after the other along a direction, with centers on a line and exact free distances. `with_carried`
+    /// keeps the distances also between the objects that they carry.
+    fn line(&self, members: &[Group], way: DVec2, gap_m: f64, with_carried: bool) -> Vec<Placement> {
         let mut placements: Vec<Placement> = Vec::new();
         let mut previous: Option<Footprint> = None;
         for group in members {
+            let root = &self.objects[group.root].footprint;
+            let own = if with_carried { &group.footprint } else { root };
             let mut at = self.turned(group, 0.0);
             if let Some(before) = &previous {
-                at.xy_m += before.center() + (before.extent_m(way) + gap_m) * way;
-                at.xy_m += group.footprint.placed(&at).extent_m(-way) * way;
+                let free_m = before.extent_m(way) + gap_m + own.placed(&at).extent_m(-way);
+                at.xy_m += before.center() + free_m * way;
                 // Round and slanted sides are farther apart than their boxes.
                 for _ in 0..12 {
-                    let own = group.footprint.placed(&at);
-                    at.xy_m += (gap_m - convex_distance_m(own.corners(), before.corners())) * way;
+                    let distance_m = convex_distance_m(own.placed(&at).corners(), before.corners());
+                    at.xy_m += (gap_m - distance_m) * way;
                 }
                 let across = way.perp();
-                let root = self.objects[group.root].footprint.placed(&at);
-                at.xy_m -= root.center().dot(across) * across;
+                at.xy_m -= root.placed(&at).center().dot(across) * across;
             }
-            previous = Some(group.footprint.placed(&at));
+            previous = Some(own.placed(&at));
             placements.push(at);
         }
         placements

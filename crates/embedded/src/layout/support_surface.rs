@@ -115,14 +115,7 @@ impl SupportSurface<'_> {
 
     /// Cost of a point in a named corner: the deviation from the corner's usual position, 0 for other places.
     pub fn corner_cost(&self, at: DVec2, place: RelationKind) -> f64 {
-        let is_corner = matches!(
-            place,
-            RelationKind::AtBackLeft
-                | RelationKind::AtBackRight
-                | RelationKind::AtFrontLeft
-                | RelationKind::AtFrontRight
-        );
-        let Some(((x0, x1), (y0, y1))) = region(place).filter(|_| is_corner) else { return 0.0 };
+        let Some(((x0, x1), (y0, y1))) = region(place).filter(|_| is_corner(place)) else { return 0.0 };
         let usual = 0.8 * DVec2::new(x0 + x1, y0 + y1).signum();
         1.5 * self.shares(at).distance(usual)
     }
@@ -131,11 +124,18 @@ impl SupportSurface<'_> {
     pub fn is_at(&self, at: DVec2, place: RelationKind, tolerance_factor: f64) -> bool {
         let Some((x, y)) = region(place) else { return true };
         let shares = self.shares(at);
-        let tolerance = 0.1 * (tolerance_factor - 1.0);
+        // Corners are smaller than sides.
+        let share = if is_corner(place) { 0.02 } else { 0.1 };
+        let tolerance = share * (tolerance_factor - 1.0);
         let within =
             |value: f64, (low, high): (f64, f64)| value >= low - tolerance && value <= high + tolerance;
         within(shares.x, x) && within(shares.y, y)
     }
+}
+
+fn is_corner(place: RelationKind) -> bool {
+    use RelationKind::{AtBackLeft, AtBackRight, AtFrontLeft, AtFrontRight};
+    matches!(place, AtBackLeft | AtBackRight | AtFrontLeft | AtFrontRight)
 }
 
 /// Range of a named region in normalized coordinates: x from left to right, y from front to back.
