@@ -1,16 +1,16 @@
 //! Shapes described by data: the `[category.shape]` tables of `config/catalog/*.toml`.
 //!
 //! A shape is a list of parts. Each part is a form (a box, a body of revolution, an extruded outline, a lofted body, a
-//! tube, an inflated silhouette) with a placement and a look. Lengths are meters at the category's typical size; the
+//! tube, an inflated silhouette) with a placement and a surface. Lengths are meters at the category's typical size; the
 //! finished mesh is scaled to the extents of the recipe. Front toward -y, +z up. Parts overlap by half a millimeter
-//! or more and do not share a face plane. A shape may also be `like` that of another category, with looks of its own.
+//! or more and do not share a face plane. A shape may also be `like` that of another category, with surfaces of its own.
 //!
 //! Deserialization refuses a part with two forms or too few points, an unknown finish and an unknown key;
-//! [`Shape::check`] refuses forms that are no solids and looks that do not exist.
+//! [`Shape::check`] refuses forms that are no solids and surfaces that do not exist.
 
 mod form;
 mod forms;
-mod look;
+mod surface;
 mod part;
 mod placement;
 
@@ -22,8 +22,8 @@ use serde::Deserialize;
 use crate::{Order, category};
 use form::rested;
 use geometry::{Material, TexturedMesh};
-use look::{Finish, Look};
 use part::Part;
+use surface::{Finish, Surface};
 
 /// Ratio of the scales of width and depth up to which a round shape stays round.
 const ROUND_RATIO: f64 = 1.12;
@@ -32,16 +32,16 @@ const ROUND_RATIO: f64 = 1.12;
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Shape {
-    /// The category whose parts and looks this shape has; looks of its own replace those of the same name.
+    /// The category whose parts and surfaces this shape has; surfaces of its own replace those of the same name.
     #[serde(default)]
     like: Option<String>,
     #[serde(default)]
     part: Vec<Part>,
-    /// Finish of the look `main`, which has the object's color, and the requested material if there is one.
+    /// Finish of the surface `main`, which has the object's color, and the requested material if there is one.
     #[serde(default)]
     finish: Option<Finish>,
     #[serde(default)]
-    look: BTreeMap<String, Look>,
+    surface: BTreeMap<String, Surface>,
     /// Printed on labels; a made-up brand where it is absent.
     #[serde(default)]
     word: Option<String>,
@@ -56,7 +56,7 @@ pub enum ShapeError {
     NoParts,
     /// The category that it is like is unknown, has no shape of its own, or is itself like another one.
     NotLike(String),
-    UnknownLook(String),
+    UnknownSurface(String),
     /// The surface of the part with this number is open, or it encloses no volume.
     NoSolid(usize),
 }
@@ -64,12 +64,18 @@ pub enum ShapeError {
 impl std::fmt::Display for ShapeError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Self::NoParts => write!(f, "the shape has no parts; list them or name a category that it is like"),
-            Self::NotLike(name) => write!(f, "the shape cannot be like `{name}`, which has no parts of its own"),
+            Self::NoParts => {
+                write!(f, "the shape has no parts; list them or name a category that it is like")
+            }
+            Self::NotLike(name) => {
+                write!(f, "the shape cannot be like `{name}`, which has no parts of its own")
+            }
             Self::NoSolid(number) => {
                 write!(f, "part {number} is no solid: its surface is open, inverted or encloses nothing")
             }
-            Self::UnknownLook(name) => write!(f, "no look `{name}`: define it below `[category.shape.look]`"),
+            Self::UnknownSurface(name) => {
+                write!(f, "no surface `{name}`: define it below `[category.shape.surface]`")
+            }
         }
     }
 }
@@ -82,7 +88,7 @@ impl Shape {
         origin.filter(|shape| shape.like.is_none()).ok_or_else(|| ShapeError::NotLike(name.clone()))
     }
 
-    /// Whether the shape has parts and every part is a solid with a look. Builds the parts; the tests of the catalog
+    /// Whether the shape has parts and every part is a solid with a surface. Builds the parts; the tests of the catalog
     /// check every shape.
     pub fn check(&self) -> Result<(), ShapeError> {
         let origin = self.origin()?;
@@ -90,13 +96,13 @@ impl Shape {
             return Err(ShapeError::NoParts);
         }
         let known = |name: &str| {
-            name == look::MAIN
-                || self.look.contains_key(name)
-                || origin.look.contains_key(name)
-                || look::common(name).is_some()
+            name == surface::MAIN
+                || self.surface.contains_key(name)
+                || origin.surface.contains_key(name)
+                || surface::common(name).is_some()
         };
-        if let Some(part) = origin.part.iter().find(|part| !known(&part.look)) {
-            return Err(ShapeError::UnknownLook(part.look.clone()));
+        if let Some(part) = origin.part.iter().find(|part| !known(&part.surface)) {
+            return Err(ShapeError::UnknownSurface(part.surface.clone()));
         }
         match origin.part.iter().position(|part| !part.is_solid()) {
             Some(number) => Err(ShapeError::NoSolid(number)),
@@ -108,20 +114,20 @@ impl Shape {
     fn assembled(&self, order: &mut Order) -> TexturedMesh {
         let Ok(origin) = self.origin() else { return TexturedMesh::default() };
         let word = self.word.as_ref().or(origin.word.as_ref()).map_or("", String::as_str);
-        let mut dressed: BTreeMap<&str, (Look, Material)> = BTreeMap::new();
+        let mut dressed: BTreeMap<&str, (Surface, Material)> = BTreeMap::new();
         let mut mesh = TexturedMesh::default();
         for part in &origin.part {
-            let name = part.look.as_str();
-            let (look, material) = dressed.entry(name).or_insert_with(|| {
-                let own = self.look.get(name).or_else(|| origin.look.get(name)).cloned();
+            let name = part.surface.as_str();
+            let (surface, material) = dressed.entry(name).or_insert_with(|| {
+                let own = self.surface.get(name).or_else(|| origin.surface.get(name)).cloned();
                 let finish = self.finish.or(origin.finish).unwrap_or_default();
-                let look = own.or_else(|| look::common(name)).unwrap_or_else(|| Look::main(finish));
-                let material = look.material(name, word, order);
-                (look, material)
+                let surface = own.or_else(|| surface::common(name)).unwrap_or_else(|| Surface::main(finish));
+                let material = surface.material(name, word, order);
+                (surface, material)
             });
             for solid in part.solids(order) {
                 let solid = if origin.rest_m > 0.0 { rested(solid, origin.rest_m) } else { solid };
-                mesh.add(look.mapped(solid), material);
+                mesh.add(surface.mapped(solid), material);
             }
         }
         mesh

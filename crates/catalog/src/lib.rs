@@ -30,6 +30,7 @@ pub mod crafting;
 pub mod tables;
 
 pub use category::{Affordance, Category, Facing, SizeRange, State, Zone, categories, category};
+pub use kit::{Shape, ShapeError};
 pub use physical::{PhysicalProperties, made_of, physical_properties};
 pub use recipe::{Generator, Order, Recipe, build, build_cached};
 pub use substance::{Substance, substance};

@@ -36,7 +36,11 @@ fn synonyms_are_lower_case_and_listed_once() {
         let mut seen = std::collections::BTreeSet::new();
         for synonym in &category.synonyms {
             assert_eq!(synonym, &synonym.to_lowercase(), "{}", category.name);
-            assert!(!synonym.trim().is_empty() && synonym.trim() == synonym, "{}: `{synonym}`", category.name);
+            assert!(
+                !synonym.trim().is_empty() && synonym.trim() == synonym,
+                "{}: `{synonym}`",
+                category.name
+            );
             assert!(seen.insert(normalized(synonym)), "{}: {synonym} twice", category.name);
         }
         let name = &category.name;

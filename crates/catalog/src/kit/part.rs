@@ -1,11 +1,11 @@
-//! A part of a shape: a form, where it is placed, and its look.
+//! A part of a shape: a form, where it is placed, and its surface.
 
 use serde::Deserialize;
 
 use super::form::Form;
 use super::forms::{Ball, Block, Cylinder, Extrusion, Hoop, Loft, Revolution, Silhouette, Torus, Tube};
-use super::look::MAIN;
 use super::placement::{Circle, Mirror, Placement, Row};
+use super::surface::MAIN;
 use crate::Order;
 use geometry::{DVec3, Solid};
 
@@ -17,8 +17,8 @@ pub(super) struct Part {
     placement: Placement,
     /// Amplitude of irregular bumps, share of the distance from the part's center.
     lumpy: f64,
-    /// `main`, a look of the shape, or a common look.
-    pub look: String,
+    /// `main`, a surface of the shape, or a common surface.
+    pub surface: String,
 }
 
 /// A part as it stands in the file: exactly one of the forms is given.
@@ -47,7 +47,7 @@ struct PartTable {
     circle: Option<Circle>,
     #[serde(default)]
     lumpy: f64,
-    look: Option<String>,
+    surface: Option<String>,
 }
 
 impl TryFrom<PartTable> for Part {
@@ -68,9 +68,11 @@ impl TryFrom<PartTable> for Part {
         ];
         let mut given = forms.into_iter().flatten();
         let (Some(form), None) = (given.next(), given.next()) else {
-            return Err("a part has exactly one form: box, cylinder, ball, turned, hoop, ring, tube, plate, loft or \
+            return Err(
+                "a part has exactly one form: box, cylinder, ball, turned, hoop, ring, tube, plate, loft or \
                         inflated"
-                .to_owned());
+                    .to_owned(),
+            );
         };
         form.check_points()?;
         if !(0.0..0.5).contains(&table.lumpy) {
@@ -83,8 +85,8 @@ impl TryFrom<PartTable> for Part {
             rows: table.rows,
             circle: table.circle,
         };
-        let look = table.look.unwrap_or_else(|| MAIN.to_owned());
-        Ok(Self { form, placement, lumpy: table.lumpy, look })
+        let surface = table.surface.unwrap_or_else(|| MAIN.to_owned());
+        Ok(Self { form, placement, lumpy: table.lumpy, surface })
     }
 }
 

@@ -8,9 +8,11 @@ fn with_shape() -> impl Iterator<Item = (&'static Category, &'static Shape)> {
 }
 
 #[test]
-fn every_shape_has_parts_and_looks() {
+fn every_shape_has_parts_and_surfaces() {
     let objections: Vec<String> = with_shape()
-        .filter_map(|(category, shape)| shape.check().err().map(|error| format!("{}: {error}", category.name)))
+        .filter_map(|(category, shape)| {
+            shape.check().err().map(|error| format!("{}: {error}", category.name))
+        })
         .collect();
     assert!(objections.is_empty(), "{}", objections.join("\n"));
 }
@@ -44,7 +46,7 @@ fn shape(text: &str) -> Result<Shape, String> {
 #[test]
 fn shapes_that_cannot_be_built_are_refused_with_the_reason() {
     let cases = [
-        ("part = [{ look = \"steel\" }]", "exactly one form"),
+        ("part = [{ surface = \"steel\" }]", "exactly one form"),
         (
             "part = [{ ball = { size = [0.1, 0.1, 0.1] }, box = { size = [0.1, 0.1, 0.1] } }]",
             "exactly one form",
@@ -52,7 +54,7 @@ fn shapes_that_cannot_be_built_are_refused_with_the_reason() {
         ("part = [{ turned = { profile = [[0.1, 0.0]] } }]", "needs 2"),
         ("part = [{ box = { size = [0.1, 0.1, 0.1], radius = 0.1 } }]", "unknown field `radius`"),
         ("finish = \"velvet\"", "no finish is called `velvet`"),
-        ("look.cap = { color = \"#12\" }", "`#12` is no color"),
+        ("surface.cap = { color = \"#12\" }", "`#12` is no color"),
         ("part = [{ ball = { size = [0.1, 0.1, 0.1] }, lumpy = 0.7 }]", "below one half"),
     ];
     for (text, reason) in cases {
@@ -61,12 +63,13 @@ fn shapes_that_cannot_be_built_are_refused_with_the_reason() {
     }
     assert_eq!(shape("").expect("parses").check(), Err(ShapeError::NoParts));
     assert_eq!(shape("like = \"mug\"").expect("parses").check(), Err(ShapeError::NotLike("mug".into())));
-    let inverted = "part = [{ ball = { size = [0.1, 0.1, 0.1] } }, { turned = { profile = [[0.1, 0.1], [0.1, 0.0]] } }]";
+    let inverted =
+        "part = [{ ball = { size = [0.1, 0.1, 0.1] } }, { turned = { profile = [[0.1, 0.1], [0.1, 0.0]] } }]";
     assert_eq!(shape(inverted).expect("parses").check(), Err(ShapeError::NoSolid(1)));
     let flat = "part = [{ box = { size = [0.1, 0.1, 0.0] } }]";
     assert_eq!(shape(flat).expect("parses").check(), Err(ShapeError::NoSolid(0)));
-    let odd = "part = [{ ball = { size = [0.1, 0.1, 0.1] }, look = \"felt\" }]";
-    assert_eq!(shape(odd).expect("parses").check(), Err(ShapeError::UnknownLook("felt".into())));
+    let odd = "part = [{ ball = { size = [0.1, 0.1, 0.1] }, surface = \"felt\" }]";
+    assert_eq!(shape(odd).expect("parses").check(), Err(ShapeError::UnknownSurface("felt".into())));
 }
 
 #[test]
@@ -94,7 +97,8 @@ fn copies_are_where_rows_circles_and_mirrors_put_them() {
         centers
     };
     assert_eq!(centers("at = [0.1, 0, 0]"), [[100, 0, 5]]);
-    let row = "at = [0.1, 0, 0], rows = [{ count = 2, step = [0, 0.02, 0] }, { count = 2, step = [0, 0, 0.03] }]";
+    let row =
+        "at = [0.1, 0, 0], rows = [{ count = 2, step = [0, 0.02, 0] }, { count = 2, step = [0, 0, 0.03] }]";
     assert_eq!(centers(row), [[100, 0, 5], [100, 0, 35], [100, 20, 5], [100, 20, 35]]);
     assert_eq!(centers("at = [0.1, 0, 0], circle = { count = 2 }"), [[-100, 0, 5], [100, 0, 5]]);
     assert_eq!(centers("at = [0.1, 0.2, 0], mirror = \"y\""), [[100, -200, 5], [100, 200, 5]]);

@@ -53,9 +53,10 @@ impl Block {
             Some(wall) => {
                 let rim = 0.3 * wall;
                 let floor = self.floor.unwrap_or(wall);
-                rings.extend([(height - rim, 0.0), (height, rim), (height, wall - rim), (height - rim, wall)].map(
-                    |(z, inset)| level(z, inset),
-                ));
+                rings.extend(
+                    [(height - rim, 0.0), (height, rim), (height, wall - rim), (height - rim, wall)]
+                        .map(|(z, inset)| level(z, inset)),
+                );
                 rings.push(level(floor, wall));
             }
             None if edge > 0.0 => {

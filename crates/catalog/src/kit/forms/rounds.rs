@@ -88,10 +88,8 @@ pub(crate) struct Revolution {
 impl Revolution {
     pub fn solid(&self) -> Solid {
         let knots: Vec<DVec3> = self.profile.iter().map(|p| p.extend(0.0)).collect();
-        let line: Vec<DVec2> = smooth_path(&knots, self.smooth)
-            .iter()
-            .map(|p| DVec2::new(p.x.max(0.0), p.y))
-            .collect();
+        let line: Vec<DVec2> =
+            smooth_path(&knots, self.smooth).iter().map(|p| DVec2::new(p.x.max(0.0), p.y)).collect();
         let solid = match self.wall {
             Some(wall) => crate::dining::vessel(&line, wall, self.floor.unwrap_or(wall), self.segments),
             None => lathe(&line, self.segments),

@@ -1,4 +1,4 @@
-//! The look of a part: a finish and its colors.
+//! The surface of a part: a finish and its colors.
 
 use serde::Deserialize;
 
@@ -9,16 +9,16 @@ use crate::texture::{
 };
 use geometry::{Material, Rgb, Solid};
 
-/// The look of parts that name none: the object's color and the requested material.
+/// The surface of parts that name none: the object's color and the requested material.
 pub(super) const MAIN: &str = "main";
 
 /// One repeat of a woven, grained or speckled surface, meters.
 const REPEAT_M: f64 = 0.12;
 
-/// A look as its table defines it.
+/// A surface as its table defines it.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Look {
+pub(super) struct Surface {
     #[serde(default)]
     finish: Finish,
     #[serde(default)]
@@ -121,9 +121,35 @@ pub(super) enum Finish {
 
 /// Names of [`Finish::Material`]s, which need a static lifetime.
 const MATERIALS: &[&str] = &[
-    "oak", "walnut", "pine", "birch", "beech", "maple", "bamboo", "wood", "steel", "cast_iron", "aluminum", "chrome",
-    "copper", "brass", "gold", "glass", "ceramic", "porcelain", "stoneware", "terracotta", "rubber", "leather",
-    "fabric", "cork", "paper", "cardboard", "stone", "marble", "wicker",
+    "oak",
+    "walnut",
+    "pine",
+    "birch",
+    "beech",
+    "maple",
+    "bamboo",
+    "wood",
+    "steel",
+    "cast_iron",
+    "aluminum",
+    "chrome",
+    "copper",
+    "brass",
+    "gold",
+    "glass",
+    "ceramic",
+    "porcelain",
+    "stoneware",
+    "terracotta",
+    "rubber",
+    "leather",
+    "fabric",
+    "cork",
+    "paper",
+    "cardboard",
+    "stone",
+    "marble",
+    "wicker",
 ];
 
 impl TryFrom<String> for Finish {
@@ -156,48 +182,53 @@ impl TryFrom<String> for Finish {
 }
 
 /// Looks that every shape may use.
-pub(super) fn common(name: &str) -> Option<Look> {
-    let look = |finish: Finish, color: u32| Look {
-        color: Tint::Fixed(Rgb::hex(color)),
-        ..Look::main(finish)
-    };
-    let derived = |color: Tint| Look { color, ..Look::main(Finish::Plastic) };
-    let look = match name {
-        "steel" => look(Finish::Material(MaterialName("steel")), 0xc9_cb_cd),
-        "chrome" => look(Finish::Material(MaterialName("chrome")), 0xdd_de_e0),
-        "brass" => look(Finish::Material(MaterialName("brass")), 0xc9_a2_4c),
-        "gold" => look(Finish::Material(MaterialName("gold")), 0xe0_b9_4e),
-        "wood" => look(Finish::Material(MaterialName("beech")), 0xcf_a4_70),
-        "paper" => look(Finish::Matte, 0xf2_ee_e4),
-        "cardboard" => look(Finish::Matte, 0xb8_92_62),
-        "glass" => Look { transparency: 0.6, ..look(Finish::Gloss, 0xdc_ea_ee) },
-        "black" => look(Finish::Matte, 0x24_25_28),
-        "dark" => look(Finish::Matte, 0x3c_3f_45),
-        "gray" => look(Finish::Plastic, 0x8d_91_96),
-        "white" => look(Finish::Plastic, 0xf2_f1_ec),
-        "cream" => look(Finish::Plastic, 0xef_e4_c8),
-        "red" => look(Finish::Plastic, 0xc0_30_2a),
-        "orange" => look(Finish::Plastic, 0xe8_84_26),
-        "yellow" => look(Finish::Plastic, 0xf0_c8_30),
-        "green" => look(Finish::Plastic, 0x3a_8f_4a),
-        "blue" => look(Finish::Plastic, 0x2f_63_b5),
-        "purple" => look(Finish::Plastic, 0x6f_47_9c),
-        "pink" => look(Finish::Plastic, 0xe6_9a_b0),
-        "brown" => look(Finish::Matte, 0x6e_47_2c),
-        "leaf" => look(Finish::Matte, 0x4d_84_36),
-        "stem" => look(Finish::Matte, 0x77_71_3c),
+pub(super) fn common(name: &str) -> Option<Surface> {
+    let surface =
+        |finish: Finish, color: u32| Surface { color: Tint::Fixed(Rgb::hex(color)), ..Surface::main(finish) };
+    let derived = |color: Tint| Surface { color, ..Surface::main(Finish::Plastic) };
+    let surface = match name {
+        "steel" => surface(Finish::Material(MaterialName("steel")), 0xc9_cb_cd),
+        "chrome" => surface(Finish::Material(MaterialName("chrome")), 0xdd_de_e0),
+        "brass" => surface(Finish::Material(MaterialName("brass")), 0xc9_a2_4c),
+        "gold" => surface(Finish::Material(MaterialName("gold")), 0xe0_b9_4e),
+        "wood" => surface(Finish::Material(MaterialName("beech")), 0xcf_a4_70),
+        "paper" => surface(Finish::Matte, 0xf2_ee_e4),
+        "cardboard" => surface(Finish::Matte, 0xb8_92_62),
+        "glass" => Surface { transparency: 0.6, ..surface(Finish::Gloss, 0xdc_ea_ee) },
+        "black" => surface(Finish::Matte, 0x24_25_28),
+        "dark" => surface(Finish::Matte, 0x3c_3f_45),
+        "gray" => surface(Finish::Plastic, 0x8d_91_96),
+        "white" => surface(Finish::Plastic, 0xf2_f1_ec),
+        "cream" => surface(Finish::Plastic, 0xef_e4_c8),
+        "red" => surface(Finish::Plastic, 0xc0_30_2a),
+        "orange" => surface(Finish::Plastic, 0xe8_84_26),
+        "yellow" => surface(Finish::Plastic, 0xf0_c8_30),
+        "green" => surface(Finish::Plastic, 0x3a_8f_4a),
+        "blue" => surface(Finish::Plastic, 0x2f_63_b5),
+        "purple" => surface(Finish::Plastic, 0x6f_47_9c),
+        "pink" => surface(Finish::Plastic, 0xe6_9a_b0),
+        "brown" => surface(Finish::Matte, 0x6e_47_2c),
+        "leaf" => surface(Finish::Matte, 0x4d_84_36),
+        "stem" => surface(Finish::Matte, 0x77_71_3c),
         "lighter" => derived(Tint::Lighter),
         "darker" => derived(Tint::Darker),
         "contrasting" => derived(Tint::Contrasting),
         _ => return None,
     };
-    Some(look)
+    Some(surface)
 }
 
-impl Look {
+impl Surface {
     /// The object's color with this finish.
     pub fn main(finish: Finish) -> Self {
-        Self { finish, color: Tint::Same, second: Tint::Contrasting, word: None, count: None, transparency: 0.0 }
+        Self {
+            finish,
+            color: Tint::Same,
+            second: Tint::Contrasting,
+            word: None,
+            count: None,
+            transparency: 0.0,
+        }
     }
 
     /// The material, called `name`. `word` is the shape's.
