@@ -151,8 +151,8 @@ impl Category {
         self.affordances.contains(&affordance)
     }
 
-    /// Whether an object of an image may get this name when no text names it. The thresholds of that decision were measured
-    /// with the categories that have generators, so those with shapes are left out until they are measured with them.
+    /// Whether an object of an image may get this name when no text names it. The thresholds of that decision were
+    /// measured with the categories that have generators; those with shapes are left out until they are measured too.
     pub fn is_image_candidate(&self) -> bool {
         self.shape.is_none()
     }

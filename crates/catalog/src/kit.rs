@@ -3,7 +3,8 @@
 //! A shape is a list of parts. Each part is a form (a box, a body of revolution, an extruded outline, a lofted body, a
 //! tube, an inflated silhouette) with a placement and a surface. Lengths are meters at the category's typical size; the
 //! finished mesh is scaled to the extents of the recipe. Front toward -y, +z up. Parts overlap by half a millimeter
-//! or more and do not share a face plane. A shape may also be `like` that of another category, with surfaces of its own.
+//! or more and do not share a face plane. A shape may also be `like` that of another category, with its own
+//! surfaces.
 //!
 //! Deserialization refuses a part with two forms or too few points, an unknown finish and an unknown key;
 //! [`Shape::check`] refuses forms that are no solids and surfaces that do not exist.

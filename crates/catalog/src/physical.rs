@@ -36,9 +36,9 @@ pub struct PhysicalProperties {
 
 /// Physical properties of `mesh` (meters, object frame) as an object of the category.
 ///
-/// `material` (a substance, or a table finish) replaces the category's substance. A density or mass of the category itself
-/// stays, because it describes the contents, which the material does not determine. A category with a shell thickness
-/// has the mass of a shell. Unknown categories and tables are solid wood unless a material is given.
+/// `material` (a substance, or a table finish) replaces the category's substance. A density or mass of the category
+/// itself stays, because it describes the contents, which the material does not determine. A category with a shell
+/// thickness has the mass of a shell. Unknown categories and tables are solid wood unless a material is given.
 ///
 /// # Errors
 ///
