@@ -4,15 +4,14 @@
 //! Meshes match the output of remote generators: unit-sized, in one of the 24 axis-aligned orientations, selected by
 //! the seed. The canonicalization stage restores the upright orientation.
 
-use catalog::Recipe;
 use ports::{
     Adapter, Answer, Call, MeshGenerator, Port, ProviderError, RawMesh, RawTable, ReconstructionRequest,
 };
-use scene::{RecognizedTable, ReconstructionMethod, RequestedPose};
+use scene::{RecognizedTable, ReconstructionMethod};
 
 use super::orientation::randomly_oriented;
 use super::recognized_table;
-use super::requested_pose::posed;
+use super::requested_pose::rendered_mesh;
 use super::single_view_reconstruction::{self, SingleViewSettings};
 
 /// Answers the mesh port from the catalog or from a single view.
@@ -37,23 +36,10 @@ impl MeshGenerator for EmbeddedMeshGenerator {
                 return single_view_reconstruction::reconstruct(&request, &settings, cancel);
             }
             let object = &request.object;
-            let recipe = Recipe {
-                category: object.category.clone(),
-                size_m: object.tipped.as_ref().map_or(object.size_m, |tipped| tipped.upright_size_m),
-                color: object.color,
-                material: object.material.clone(),
-                seed: object.seed,
-            };
-            let mesh = catalog::build_cached(&recipe).ok_or_else(|| ProviderError::Unsupported {
+            let mesh = rendered_mesh(object).ok_or_else(|| ProviderError::Unsupported {
                 port: Port::MeshGenerator,
                 adapter: CATALOG.into(),
-                reason: format!("{:?} is no category of the catalog", object.category),
-            })?;
-            let pose = object.tipped.as_ref().map_or(RequestedPose::Upright, |tipped| tipped.pose);
-            let mesh = posed(&mesh, pose).ok_or_else(|| ProviderError::Unsupported {
-                port: Port::MeshGenerator,
-                adapter: CATALOG.into(),
-                reason: format!("{:?} cannot rest in the pose {pose:?}", object.category),
+                reason: format!("the catalog has no {:?} in the requested pose", object.category),
             })?;
             Ok(RawMesh {
                 mesh: randomly_oriented(mesh, request.seed),

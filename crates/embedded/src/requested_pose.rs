@@ -10,11 +10,12 @@ use std::f64::consts::PI;
 
 use glam::{DQuat, DVec2, DVec3};
 
+use catalog::{Recipe, build_cached};
 use geometry::TexturedMesh;
 use geometry::convex_hull::{convex_hull, planes};
 use geometry::mass_properties::solid_mass_properties;
 use geometry::polygon::{convex_hull_2d, depth_in_convex_m};
-use scene::RequestedPose;
+use scene::{RecognizedObject, RequestedPose};
 
 /// Corners of the hull; faces of round objects stay narrow enough to lie flat.
 const MAX_HULL_CORNERS: usize = 256;
@@ -32,6 +33,20 @@ struct RestingFace {
     tilt_rad: f64,
     /// Angle by which the object may be tipped before it falls, radians.
     stability_rad: f64,
+}
+
+/// The mesh of a rendered object in its pose, as the image shows it: built by the catalog from the recognized
+/// attributes. `None` for an unknown category, or if the object cannot rest in the pose.
+pub fn rendered_mesh(object: &RecognizedObject) -> Option<TexturedMesh> {
+    let tipped = object.tipped.as_ref();
+    let mesh = build_cached(&Recipe {
+        category: object.category.clone(),
+        size_m: tipped.map_or(object.size_m, |tipped| tipped.upright_size_m),
+        color: object.color,
+        material: object.material.clone(),
+        seed: object.seed,
+    })?;
+    posed(&mesh, tipped.map_or(RequestedPose::Upright, |tipped| tipped.pose))
 }
 
 /// The mesh rotated into the pose and seated on the origin; an upright mesh stays as it is. `None` if the object
@@ -97,7 +112,7 @@ fn resting_faces(mesh: &TexturedMesh, tilt_rad: &dyn Fn(DVec3) -> f64) -> Option
 #[cfg(test)]
 mod tests {
     use super::*;
-    use catalog::{Recipe, build};
+    use catalog::build;
 
     fn typical(category: &str) -> TexturedMesh {
         build(&Recipe::typical(category, None, None).expect("a category")).expect("a mesh")

@@ -5,12 +5,13 @@ use std::sync::Arc;
 use glam::{DQuat, DVec3};
 
 use super::indistinguishable_yaws::{IndistinguishableYaws, RenderedScene, indistinguishable_yaws};
-use catalog::{Recipe, build, build_table};
+use catalog::build_table;
+use embedded::requested_pose::rendered_mesh;
 use geometry::{Camera, Pose, TexturedMesh};
 use ports::{Call, Truth};
 use render::RenderObject;
 use runtime::CancelFlag;
-use scene::{Recognition, RecognizedObject};
+use scene::Recognition;
 use tabletopgen::pipeline::error::StageError;
 
 /// The table and all objects in their true poses.
@@ -44,7 +45,7 @@ impl GroundTruthScene {
         let top = build_table(&table.model, table.size_m, table.color, table.material.as_deref(), table.seed)
             .ok_or_else(|| gone(&table.model))?;
         let objects = recognition.objects.iter().zip(&truth.instances).map(|(object, true_one)| {
-            let mesh = as_rendered(object).ok_or_else(|| gone(&object.category))?;
+            let mesh = rendered_mesh(object).ok_or_else(|| gone(&object.category))?;
             let pose = Pose { translation_m: true_one.translation_m, rotation: true_one.rotation_xyzw };
             Ok((mesh, pose))
         });
@@ -95,14 +96,4 @@ impl GroundTruthScene {
         let seat = DVec3::new(0.5 * (low.x + high.x), 0.5 * (low.y + high.y), low.z);
         Pose { translation_m: pose.translation_m - seat, rotation: query.rotation }
     }
-}
-
-fn as_rendered(object: &RecognizedObject) -> Option<TexturedMesh> {
-    build(&Recipe {
-        category: object.category.clone(),
-        size_m: object.size_m,
-        color: object.color,
-        material: object.material.clone(),
-        seed: object.seed,
-    })
 }

@@ -12,7 +12,7 @@ use futures::FutureExt;
 use glam::{DMat3, DQuat, DVec3};
 
 use super::noise::{Noise, meshes};
-use catalog::{Recipe, build};
+use embedded::requested_pose::rendered_mesh;
 use geometry::TexturedMesh;
 use ports::{
     Adapter, Answer, Call, MeshGenerator, Port, ProviderError, RawMesh, RawTable, ReconstructionRequest,
@@ -52,14 +52,7 @@ impl MeshGenerator for RecordingMeshGenerator {
             let true_object = self.true_objects.get(&id).ok_or_else(|| unknown("it was not painted"))?;
             request.object.size_m = true_object.size_m;
             let mut raw = self.generator.reconstruct(call, request).await?;
-            let recipe = Recipe {
-                category: true_object.category.clone(),
-                size_m: true_object.size_m,
-                color: true_object.color,
-                material: true_object.material.clone(),
-                seed: true_object.seed,
-            };
-            let own = build(&recipe).ok_or_else(|| unknown("the catalog does not build it"))?;
+            let own = rendered_mesh(true_object).ok_or_else(|| unknown("the catalog does not build it"))?;
             let rotation = turn_between(&own, &raw.mesh)
                 .ok_or_else(|| unknown("the generated mesh is not the painted one turned"))?;
             if let Ok(mut known) = self.raw_from_rendered.lock() {
@@ -67,7 +60,8 @@ impl MeshGenerator for RecordingMeshGenerator {
             }
             if let Some(noise) = self.noise {
                 let seed = child_seed(self.seed, id.as_str());
-                let other = build(&Recipe { seed: child_seed(seed, "texture"), ..recipe });
+                let seed_of_texture = child_seed(seed, "texture");
+                let other = rendered_mesh(&RecognizedObject { seed: seed_of_texture, ..true_object.clone() });
                 raw.mesh = meshes::degrade(raw.mesh, other.as_ref(), &noise, seed);
             }
             Ok(raw)
@@ -109,6 +103,7 @@ fn axis_aligned() -> Vec<DQuat> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use catalog::{Recipe, build};
     use embedded::orientation::randomly_oriented;
 
     #[test]
