@@ -1,17 +1,16 @@
-//! Images from outside: PNG, JPEG or WebP by their first bytes, whatever the sender calls them.
+//! Images from outside: PNG, JPEG or WebP by their first bytes. What the sender calls them must not contradict these.
 //!
 //! Dimensions are read from the header and checked before anything is decoded; then the whole image is
 //! decoded once under memory limits, so that a broken file is refused here and not in a job.
 
 use bytes::Bytes;
-use imaging::codec::{CodecError, ImageHeader, MAX_SIDE_PX, read_header, verify_image};
+use imaging::codec::{
+    CodecError, ImageHeader, MAX_SCENE_SIDE_RATIO, MAX_SIDE_PX, MIN_SCENE_SIDE_PX, read_header, verify_image,
+};
 
 use super::Settings;
 use super::error::{Problem, ProblemType};
 use store::Digest;
-
-/// Smallest side of an image in which a table can be recognized, pixels.
-const MIN_SIDE_PX: u32 = 32;
 
 /// An image that was checked, but not stored.
 #[derive(Clone, Debug)]
@@ -49,10 +48,21 @@ fn inspect(bytes: Bytes, max_pixels: u64) -> Result<UploadedImage, Problem> {
             format!("the image is {width} x {height}; each side may have at most {MAX_SIDE_PX} pixels"),
         ));
     }
-    if width.min(height) < MIN_SIDE_PX {
+    if width.min(height) < MIN_SCENE_SIDE_PX {
         return Err(invalid(
             "image_dimensions",
-            format!("the image is {width} x {height}; each side must have at least {MIN_SIDE_PX} pixels"),
+            format!(
+                "the image is {width} x {height}; each side must have at least {MIN_SCENE_SIDE_PX} pixels"
+            ),
+        ));
+    }
+    if width.max(height) > MAX_SCENE_SIDE_RATIO * width.min(height) {
+        return Err(invalid(
+            "image_dimensions",
+            format!(
+                "the image is {width} x {height}; its longer side may be at most {MAX_SCENE_SIDE_RATIO} times \
+                 its shorter one"
+            ),
         ));
     }
     verify_image(&bytes, max_pixels.saturating_mul(12)).map_err(refused)?;
@@ -70,6 +80,7 @@ fn refused(error: CodecError) -> Problem {
             invalid("image_animated", "the image is animated; send a still image".to_owned())
         }
         CodecError::Broken(error) => unreadable(&error.to_string()),
+        CodecError::Truncated => unreadable("the file ends early"),
         error @ CodecError::TooLarge { .. } => unreadable(&error.to_string()),
     }
 }
@@ -104,12 +115,14 @@ mod tests {
 
     #[test]
     fn valid_images_pass_and_invalid_ones_get_their_code() {
-        let good = png(64, 48);
-        assert_eq!(code(good.clone(), 10_000), "fine");
+        let good = png(200, 160);
+        assert_eq!(code(good.clone(), 40_000), "fine");
+        assert_eq!(code(png(200, 159), 40_000), "image_dimensions");
+        assert_eq!(code(png(1_290, 160), 1_000_000), "image_dimensions");
         assert_eq!(code(good.clone(), 3_000), "image_dimensions");
         assert_eq!(code(png(8, 200), 10_000), "image_dimensions");
         assert_eq!(code(png(16_500, 32), 10_000_000), "image_dimensions");
-        assert_eq!(code(good[..good.len() / 2].to_vec(), 10_000), "image_unreadable");
+        assert_eq!(code(good[..good.len() / 2].to_vec(), 40_000), "image_unreadable");
         assert_eq!(code(b"GIF89a................".to_vec(), 10_000), "image_format");
         assert_eq!(code(b"<svg onload=alert(1)>".to_vec(), 10_000), "image_format");
         assert_eq!(code(b"\xff\xd8\xff\xe0 no jpeg at all".to_vec(), 10_000), "image_unreadable");

@@ -24,6 +24,8 @@ pub enum ImageRefused {
     UnknownFormat,
     #[error("it moves")]
     Animated,
+    #[error("its file ends early")]
+    Truncated,
     #[error("it is {0} x {1} pixels, more than {MAX_SIDE_PX} a side")]
     TooLarge(u32, u32),
     #[error("it cannot be decoded: {0}")]
@@ -35,6 +37,7 @@ impl From<CodecError> for ImageRefused {
         match error {
             CodecError::UnknownFormat => Self::UnknownFormat,
             CodecError::Animated => Self::Animated,
+            CodecError::Truncated => Self::Truncated,
             CodecError::TooLarge { width_px, height_px, .. } => Self::TooLarge(width_px, height_px),
             CodecError::Broken(error) => Self::Broken(error),
         }

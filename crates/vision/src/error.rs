@@ -1,6 +1,7 @@
 //! Errors of the image reader.
 
 use super::table_network::NetworkError;
+use imaging::codec::MIN_SCENE_SIDE_PX;
 use runtime::Cancelled;
 
 /// Reason why an image cannot be read, with advice. The reader refuses; it never substitutes missing parts.
@@ -8,7 +9,7 @@ use runtime::Cancelled;
 pub enum VisionError {
     #[error(
         "reading the image: {width_px} x {height_px} pixels are too few to tell things apart; send one \
-         of at least 160 pixels a side"
+         of at least {MIN_SCENE_SIDE_PX} pixels a side"
     )]
     TooSmall { width_px: u32, height_px: u32 },
     #[error(

@@ -42,6 +42,7 @@ use super::shape_fit::{self, InnerEdges};
 use super::table_network::DensePredictor;
 use super::table_network::frame::ImageCrop;
 use super::table_network::maps::{Maps, PixelClass};
+use imaging::codec::MIN_SCENE_SIDE_PX;
 use imaging::{Image, Mask};
 use runtime::CancelFlag;
 
@@ -57,7 +58,7 @@ pub fn read_with_network(
     cancel: &CancelFlag,
 ) -> Result<ImageReading, VisionError> {
     let (width_px, height_px) = (image.width_px(), image.height_px());
-    if width_px.min(height_px) < 160 {
+    if width_px.min(height_px) < MIN_SCENE_SIDE_PX {
         return Err(VisionError::TooSmall { width_px, height_px });
     }
     let [whole, maps] = predict_both(image, network, settings, cancel)?;
