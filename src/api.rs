@@ -9,6 +9,8 @@ mod query;
 pub mod spending;
 pub mod submission;
 pub mod image;
+mod data_uri;
+mod json_detail;
 pub mod scenes;
 pub mod download;
 pub mod bundle;

@@ -7,8 +7,6 @@ use std::collections::BTreeMap;
 use axum::body::{Body, to_bytes};
 use axum::extract::{FromRequest, Multipart, Request};
 use axum::http::{HeaderMap, header};
-use base64::Engine as _;
-use base64::engine::general_purpose::STANDARD;
 use bytes::Bytes;
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -17,7 +15,8 @@ use uuid::Uuid;
 
 use super::error::{FieldError, Problem, ProblemType};
 use super::image::UploadedImage;
-use super::{Api, Settings, Validate, image};
+use super::json_detail::json_detail;
+use super::{Api, Settings, Validate, data_uri, image};
 use scene::Violation;
 use scene::request::{MAX_SEED, RequestOptions};
 use scene::{Input, SceneRequest, TenantId};
@@ -39,6 +38,7 @@ pub struct SceneBody {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ImageSource {
+    /// Base64, alone or as a data URI.
     pub base64: Option<String>,
     pub url: Option<String>,
 }
@@ -193,7 +193,7 @@ pub fn parse<T: for<'de> Deserialize<'de>>(bytes: &[u8]) -> Result<T, Problem> {
                 Segment::Enum { .. } | Segment::Unknown => {}
             }
         }
-        let detail: String = error.inner().to_string().chars().take(300).collect();
+        let detail: String = json_detail(&error.inner().to_string()).chars().take(300).collect();
         Problem::invalid(vec![FieldError::new(pointer, detail)])
     })
 }
@@ -304,10 +304,7 @@ fn check_text(text: &str, max_chars: usize) -> Result<String, String> {
 /// The image's bytes, or which part of the source will not do and why.
 async fn image_of(api: &Api, source: ImageSource) -> Result<Bytes, (&'static str, String)> {
     match (source.base64, source.url) {
-        (Some(text), None) => STANDARD
-            .decode(text.trim())
-            .map(Bytes::from)
-            .map_err(|_| ("/image/base64", "is no base64; encode the file's bytes with padding".to_owned())),
+        (Some(text), None) => data_uri::decode(&text).map_err(|detail| ("/image/base64", detail)),
         (None, Some(_)) if !api.settings.fetch_images => {
             let message = "this server fetches no images; send the bytes as `base64` or as multipart";
             Err(("/image/url", message.to_owned()))

@@ -70,7 +70,7 @@ async fn a_text_becomes_a_scene() {
 #[tokio::test]
 async fn image_is_accepted_as_file_or_base64() {
     let server = Server::start(&Script::new(&[])).await;
-    let image = png(64, 48);
+    let image = png(240, 180);
     let (kind, body) = form(&[("image", &image), ("request", br#"{"seed": 3}"#)]);
     let by_file = server.call(Method::POST, "/scenes", &[("content-type", &kind)], body).await;
     assert_eq!(by_file.status, 202, "{by_file:?}");
@@ -78,6 +78,13 @@ async fn image_is_accepted_as_file_or_base64() {
     let by_base64 = server.post("/scenes", body).await;
     let (one, other) = (by_file.json(), by_base64.json());
     assert_eq!(one["request"], other["request"]);
+    let uri = format!("data:image/png;base64,{}", STANDARD.encode(&image));
+    let by_uri = server.post("/scenes", json!({ "image": { "base64": uri }, "seed": 3 })).await;
+    assert_eq!(by_uri.json()["request"], one["request"], "{by_uri:?}");
+    let uri = format!("data:image/jpeg;base64,{}", STANDARD.encode(&image));
+    let contradicting = server.post("/scenes", json!({ "image": { "base64": uri } })).await;
+    assert_eq!(contradicting.problem(), (422, "invalid_body".into()));
+    assert_eq!(contradicting.json()["errors"][0]["pointer"], "/image/base64");
     assert_eq!(one["request"]["input"]["media_type"], "image/png");
     let digest = one["request"]["input"]["sha256"].as_str().unwrap();
     let digest = store::Digest::parse(digest).expect("is a digest");
@@ -124,7 +131,7 @@ async fn bad_json_is_refused_with_advice_and_nothing_is_enqueued() {
     let server = Server::with(&Script::new(&[]), &[("server.max_text_chars", "200")]).await;
     let long = "x".repeat(201);
     let small = STANDARD.encode(png(16, 16));
-    let cut = STANDARD.encode(&png(64, 64)[..200]);
+    let cut = STANDARD.encode(&png(240, 180)[..400]);
     let huge = STANDARD.encode(claiming(20_000, 20_000));
     let many: Value =
         (0..33).map(|i| (format!("k{i}"), json!("v"))).collect::<serde_json::Map<_, _>>().into();
@@ -232,6 +239,8 @@ async fn bad_json_is_refused_with_advice_and_nothing_is_enqueued() {
     let suggestion = json!({ "text": "a", "options": { "set": { "decompose.max_huls": "24" } } });
     let detail = server.post("/scenes", suggestion).await.json()["errors"][0]["detail"].to_string();
     assert!(detail.contains("decompose.max_hulls"), "{detail}");
+    let negative = server.post("/scenes", json!({ "text": "a", "seed": -1 })).await.json();
+    assert_eq!(negative["errors"][0]["detail"], "must be a whole number of at least 0, not -1");
     nothing_enqueued(&server).await;
 }
 
@@ -312,7 +321,7 @@ async fn nothing_enqueued(server: &Server) {
 
 #[tokio::test]
 async fn images_are_fetched_only_from_allowed_hosts() {
-    let image = png(64, 48);
+    let image = png(240, 180);
     let served = image.clone();
     let router = axum::Router::new()
         .route("/table.png", axum::routing::get(move || async move { served }))

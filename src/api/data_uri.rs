@@ -1,0 +1,82 @@
+//! Base64 text of an image in a JSON body: alone, or as a data URI (RFC 2397).
+
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
+use bytes::Bytes;
+use imaging::codec::media_type_of;
+
+/// The bytes, or what is wrong with the text. Line breaks within base64 are skipped. A media type of an image must be
+/// that of the bytes.
+pub fn decode(text: &str) -> Result<Bytes, String> {
+    let text = text.trim();
+    let is_uri = text.get(..5).is_some_and(|scheme| scheme.eq_ignore_ascii_case("data:"));
+    let (declared, data) = if is_uri { split_uri(&text[5..])? } else { (String::new(), text) };
+    let compact: String = data.chars().filter(|c| !c.is_ascii_whitespace()).collect();
+    let bytes = STANDARD
+        .decode(compact)
+        .map(Bytes::from)
+        .map_err(|_| "is no base64; encode the file's bytes with padding".to_owned())?;
+    match media_type_of(&bytes) {
+        Some(actual) if contradicts(&declared, actual) => Err(format!(
+            "declares {declared:?}, but its bytes are {actual}; correct the media type, or send the base64 alone"
+        )),
+        _ => Ok(bytes),
+    }
+}
+
+/// The media type in lower case and the base64 text of a data URI without its scheme.
+fn split_uri(rest: &str) -> Result<(String, &str), String> {
+    let (head, data) = rest
+        .split_once(',')
+        .ok_or("is a data URI without data; write `data:image/png;base64,` before the base64")?;
+    let mut parameters = head.split(';').map(str::trim);
+    let media_type: String = parameters.next().unwrap_or_default().chars().take(80).collect();
+    if !parameters.any(|parameter| parameter.eq_ignore_ascii_case("base64")) {
+        return Err("is a data URI without `;base64`; encode the file's bytes as base64".to_owned());
+    }
+    Ok((media_type.to_ascii_lowercase(), data))
+}
+
+/// Whether a declared media type names another kind of file. None, and that of any bytes, name no kind.
+fn contradicts(declared: &str, actual: &str) -> bool {
+    let declared = if declared == "image/jpg" { "image/jpeg" } else { declared };
+    !matches!(declared, "" | "application/octet-stream" | "image/*") && declared != actual
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn base64_and_data_uris_give_their_bytes_or_say_what_is_wrong() {
+        let png = imaging::codec::encode_png(&imaging::Image::filled(3, 2, [1, 2, 3, 255]));
+        let base64 = STANDARD.encode(&png);
+        let (first, second) = base64.split_at(20);
+        for accepted in [
+            base64.clone(),
+            format!(" {base64}\n"),
+            format!("{first}\r\n{second}"),
+            format!("data:image/png;base64,{base64}"),
+            format!("DATA:Image/PNG;name=table.png;BASE64, {base64}"),
+            format!("data:;base64,{base64}"),
+            format!("data:application/octet-stream;base64,{base64}"),
+        ] {
+            let shown = &accepted[..accepted.len().min(50)];
+            assert_eq!(decode(&accepted).as_deref(), Ok(&png[..]), "{shown}");
+        }
+        for (refused, detail) in [
+            ("%%%".to_owned(), "is no base64"),
+            (format!("data:image/png,{base64}"), "without `;base64`"),
+            ("data:image/png;base64".to_owned(), "without data"),
+            ("data:image/png;base64,%%%".to_owned(), "is no base64"),
+            (format!("data:image/jpeg;base64,{base64}"), "declares \"image/jpeg\", but its bytes are image/png"),
+            (format!("data:image/gif;base64,{base64}"), "declares \"image/gif\", but its bytes are image/png"),
+            (format!("data:text/html;base64,{base64}"), "declares \"text/html\", but its bytes are image/png"),
+        ] {
+            let message = decode(&refused).expect_err("is refused");
+            assert!(message.contains(detail), "{message}");
+        }
+        // What is no accepted image is refused by its bytes, whatever it declares.
+        assert!(decode(&format!("data:image/png;base64,{}", STANDARD.encode("GIF89a"))).is_ok());
+    }
+}
