@@ -68,8 +68,17 @@ pub struct Arguments {
     options: ConfigOptions,
 }
 
-/// Makes the scene, writes its bundle, prints its certificate.
-pub fn run(mut arguments: Arguments) -> Result<Exit, Failure> {
+/// Makes the scene, writes its bundle, prints its certificate. With `--json`, failures are printed as a document, too.
+pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
+    let is_json = arguments.json;
+    let done = generate(arguments);
+    if let (Err(failure), true) = (&done, is_json) {
+        terminal::print(&scene_summary::failure_document(failure));
+    }
+    done
+}
+
+fn generate(mut arguments: Arguments) -> Result<Exit, Failure> {
     let (own, process) = std::mem::take(&mut arguments.options.set)
         .into_iter()
         .partition::<Vec<_>, _>(|(key, _)| keys().contains_key(key) && shapes_scenes(key));
@@ -97,12 +106,7 @@ pub fn run(mut arguments: Arguments) -> Result<Exit, Failure> {
     let out = arguments.out.clone().unwrap_or_else(|| PathBuf::from("out"));
     // The default folder holds one folder per bundle, so it may hold anything itself.
     let folder = output_dir::prepare(&out, arguments.force || arguments.out.is_none())?;
-    let done = runtime()
-        .and_then(|runtime| runtime.block_on(make(&arguments, &resolved.config, build, submission, folder)));
-    if let (Err(failure), true) = (&done, arguments.json) {
-        terminal::print(&scene_summary::failure_document(failure));
-    }
-    done
+    runtime()?.block_on(make(&arguments, &resolved.config, build, submission, folder))
 }
 
 /// Defaults that differ without a server: nothing temporary is worth waiting for the disk, or writing to it
@@ -231,10 +235,18 @@ fn read_image(path: &Path, config: &Config) -> Result<bytes::Bytes, Failure> {
     Ok(std::fs::read(path).map_err(unreadable)?.into())
 }
 
-/// A refusal in the words of the command line.
+/// A refusal in the words of the command line, with the document that the server would answer.
 fn refused(problem: crate::api::Problem) -> Failure {
+    let mut document = problem.document("");
+    if let Some(members) = document.as_object_mut() {
+        members.remove("request_id");
+    }
+    Failure { problem: Some(document), ..Failure::usage(refusal_message(problem)) }
+}
+
+fn refusal_message(problem: crate::api::Problem) -> String {
     if problem.errors.is_empty() {
-        return Failure::usage(problem.detail);
+        return problem.detail;
     }
     let lines = problem.errors.iter().map(|error| {
         let option = match error.pointer.as_str() {
@@ -248,7 +260,7 @@ fn refused(problem: crate::api::Problem) -> Failure {
         let gap = if error.detail.starts_with(|c: char| c.is_lowercase()) { " " } else { ": " };
         format!("{option}{gap}{}", error.detail)
     });
-    Failure::usage(lines.collect::<Vec<_>>().join("\n"))
+    lines.collect::<Vec<_>>().join("\n")
 }
 
 fn storage_failure(why: Outage, data_dir: &Path) -> Failure {

@@ -128,10 +128,13 @@ pub fn failure_document(failure: &Failure) -> String {
         Exit::JobFailed => "job_failed",
         Exit::Interrupted => "interrupted",
     };
-    let document = json!({
+    let mut document = json!({
         "verdict": null,
         "failure": { "kind": kind, "message": failure.message, "exit_code": failure.exit as u8 },
     });
+    if let Some(problem) = &failure.problem {
+        document["failure"]["problem"] = problem.clone();
+    }
     format!("{document:#}\n")
 }
 

@@ -77,12 +77,16 @@ fn generate_rejects_invalid_image_files() {
     let mut claims = png.clone();
     // 20,000 x 20,000 by the header; its check sum is wrong then, too.
     claims[16..24].copy_from_slice(&[0, 0, 0x4e, 0x20, 0, 0, 0x4e, 0x20]);
-    for (name, bytes, says) in [
-        ("cut.png", &png[..png.len() / 2], "the image is damaged"),
-        ("claims.png", &claims[..], "the image is"),
-        ("moving.gif", b"GIF89a\x10\0\x10\0\0\0\0;", "convert it"),
-        ("drawn.svg", b"<svg xmlns='http://www.w3.org/2000/svg'/>", "convert it"),
-        ("text.png", b"a table with a mug", "convert it"),
+    let mut jpeg = Cursor::new(Vec::new());
+    page.write_to(&mut jpeg, ImageFormat::Jpeg).unwrap();
+    let jpeg = jpeg.into_inner();
+    for (name, bytes, says, code) in [
+        ("cut.png", &png[..png.len() / 2], "the image is damaged", "image_unreadable"),
+        ("cut.jpg", &jpeg[..jpeg.len() * 3 / 4], "the image is damaged", "image_unreadable"),
+        ("claims.png", &claims[..], "the image is", "image_unreadable"),
+        ("moving.gif", b"GIF89a\x10\0\x10\0\0\0\0;", "convert it", "image_format"),
+        ("drawn.svg", b"<svg xmlns='http://www.w3.org/2000/svg'/>", "convert it", "image_format"),
+        ("text.png", b"a table with a mug", "convert it", "image_format"),
     ] {
         std::fs::write(home.path().join(name), bytes).unwrap();
         let output = run(home.path(), &["generate", "--image", name, "--out", "out"]);
@@ -90,5 +94,9 @@ fn generate_rejects_invalid_image_files() {
         assert_eq!(output.status.code(), Some(2), "{name}: {said}");
         assert!(said.contains(says) && !said.contains("panicked"), "{name}: {said}");
         assert!(!home.path().join("out").exists(), "{name} left a bundle");
+        let output = run(home.path(), &["generate", "--image", name, "--out", "out", "--json"]);
+        let document: serde_json::Value = serde_json::from_slice(&output.stdout).expect("prints JSON");
+        assert_eq!(document["failure"]["problem"]["code"], code, "{name}: {document}");
+        assert_eq!(document["failure"]["exit_code"], 2, "{name}: {document}");
     }
 }
