@@ -69,9 +69,18 @@ mod tests {
             (format!("data:image/png,{base64}"), "without `;base64`"),
             ("data:image/png;base64".to_owned(), "without data"),
             ("data:image/png;base64,%%%".to_owned(), "is no base64"),
-            (format!("data:image/jpeg;base64,{base64}"), "declares \"image/jpeg\", but its bytes are image/png"),
-            (format!("data:image/gif;base64,{base64}"), "declares \"image/gif\", but its bytes are image/png"),
-            (format!("data:text/html;base64,{base64}"), "declares \"text/html\", but its bytes are image/png"),
+            (
+                format!("data:image/jpeg;base64,{base64}"),
+                "declares \"image/jpeg\", but its bytes are image/png",
+            ),
+            (
+                format!("data:image/gif;base64,{base64}"),
+                "declares \"image/gif\", but its bytes are image/png",
+            ),
+            (
+                format!("data:text/html;base64,{base64}"),
+                "declares \"text/html\", but its bytes are image/png",
+            ),
         ] {
             let message = decode(&refused).expect_err("is refused");
             assert!(message.contains(detail), "{message}");

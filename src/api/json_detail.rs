@@ -8,13 +8,16 @@ pub fn json_detail(message: &str) -> String {
     // serde_json appends where it stood in the text.
     let message = message.split(" at line ").next().unwrap_or(message);
     for kind in ["invalid type: ", "invalid value: ", "invalid length "] {
-        if let Some((found, expected)) = message.strip_prefix(kind).and_then(|rest| rest.split_once(", expected "))
+        if let Some((found, expected)) =
+            message.strip_prefix(kind).and_then(|rest| rest.split_once(", expected "))
         {
-            let found = if kind == "invalid length " { format!("a list of {found}") } else { json_value(found) };
+            let found =
+                if kind == "invalid length " { format!("a list of {found}") } else { json_value(found) };
             return format!("must be {}, not {found}", json_type(expected));
         }
     }
-    if let Some((name, expected)) = message.strip_prefix("unknown variant ").and_then(|r| r.split_once(", ")) {
+    if let Some((name, expected)) = message.strip_prefix("unknown variant ").and_then(|r| r.split_once(", "))
+    {
         return format!("must be {}, not {}", choices(expected, "nothing"), quoted(name));
     }
     if let Some((_, expected)) = message.strip_prefix("unknown field ").and_then(|r| r.split_once(", ")) {
@@ -47,7 +50,8 @@ fn json_type(expected: &str) -> String {
         "string or map" => "a string or an object".to_owned(),
         "map with a single key" => "an object with one name".to_owned(),
         _ => {
-            let counted = ["an array of length ", "a tuple of size "].iter().find_map(|p| expected.strip_prefix(p));
+            let counted =
+                ["an array of length ", "a tuple of size "].iter().find_map(|p| expected.strip_prefix(p));
             // Vectors of glam: "a sequence of 3 f64 values".
             if let Some(rest) = expected.strip_prefix("a sequence of ") {
                 return list_of(&format!("{} numbers", rest.split(' ').next().unwrap_or_default()));
@@ -124,8 +128,14 @@ mod tests {
         for (message, expected) in [
             ("invalid type: string \"x\", expected u64", "must be a whole number of at least 0, not \"x\""),
             ("invalid value: integer `-1`, expected u64", "must be a whole number of at least 0, not -1"),
-            ("invalid type: floating point `1.5`, expected u64", "must be a whole number of at least 0, not 1.5"),
-            ("invalid value: integer `5000000000`, expected u32", "must be a whole number from 0 to 4294967295, not 5000000000"),
+            (
+                "invalid type: floating point `1.5`, expected u64",
+                "must be a whole number of at least 0, not 1.5",
+            ),
+            (
+                "invalid value: integer `5000000000`, expected u32",
+                "must be a whole number from 0 to 4294967295, not 5000000000",
+            ),
             ("invalid type: null, expected i64", "must be a whole number, not null"),
             ("invalid value: integer `200`, expected i8", "must be a whole number from -128 to 127, not 200"),
             ("invalid type: sequence, expected f64", "must be a number, not a list"),
@@ -139,20 +149,38 @@ mod tests {
             ("invalid type: integer `1`, expected enum Shape", "must be a string or an object, not 1"),
             ("invalid type: unit value, expected a sequence", "must be a list, not null"),
             ("invalid type: integer `1`, expected unit", "must be null, not 1"),
-            ("invalid length 2, expected an array of length 3", "must be a list of 3 values, not a list of 2"),
+            (
+                "invalid length 2, expected an array of length 3",
+                "must be a list of 3 values, not a list of 2",
+            ),
             ("invalid length 2, expected a tuple of size 3", "must be a list of 3 values, not a list of 2"),
-            ("invalid length 1, expected struct X with 2 elements", "must be a list of 2 values, not a list of 1"),
-            ("invalid length 4, expected a sequence of 3 f64 values", "must be a list of 3 numbers, not a list of 4"),
+            (
+                "invalid length 1, expected struct X with 2 elements",
+                "must be a list of 2 values, not a list of 1",
+            ),
+            (
+                "invalid length 4, expected a sequence of 3 f64 values",
+                "must be a list of 3 numbers, not a list of 4",
+            ),
             ("invalid length 4, expected fewer elements in array", "must be a shorter list, not a list of 4"),
-            ("unknown variant `hexagonal`, expected `round` or `oval`", "must be `round` or `oval`, not `hexagonal`"),
+            (
+                "unknown variant `hexagonal`, expected `round` or `oval`",
+                "must be `round` or `oval`, not `hexagonal`",
+            ),
             ("unknown variant `x`, expected one of `a`, `b`, `c`", "must be one of `a`, `b`, `c`, not `x`"),
             ("unknown variant `x`, there are no variants", "must be nothing, not `x`"),
-            ("unknown field `txet`, expected one of `text`, `image`", "is not known here; the name must be one of `text`, `image`"),
+            (
+                "unknown field `txet`, expected one of `text`, `image`",
+                "is not known here; the name must be one of `text`, `image`",
+            ),
             ("unknown field `x`, there are no fields", "is not known here; the name must be left out"),
             ("missing field `object`", "must have `object`"),
             ("duplicate field `seed`", "has `seed` twice; give it once"),
             ("must be from 1 to 64", "must be from 1 to 64"),
-            ("invalid type: map, expected u64 at line 1 column 5", "must be a whole number of at least 0, not an object"),
+            (
+                "invalid type: map, expected u64 at line 1 column 5",
+                "must be a whole number of at least 0, not an object",
+            ),
         ] {
             assert_eq!(json_detail(message), expected, "{message}");
         }
@@ -162,15 +190,45 @@ mod tests {
     #[test]
     fn no_detail_of_a_refused_body_names_a_rust_type() {
         let values = [
-            json!(null), json!(true), json!(-1), json!(1.5), json!(1e300), json!(u64::MAX), json!("x"), json!([]),
-            json!([1, "a"]), json!([1, 2, 3, 4]), json!({}), json!({ "a": 1 }),
+            json!(null),
+            json!(true),
+            json!(-1),
+            json!(1.5),
+            json!(1e300),
+            json!(u64::MAX),
+            json!("x"),
+            json!([]),
+            json!([1, "a"]),
+            json!([1, 2, 3, 4]),
+            json!({}),
+            json!({ "a": 1 }),
         ];
         let pointers = [
-            "", "/text", "/image", "/image/base64", "/image/url", "/seed", "/labels", "/labels/k", "/options",
-            "/options/table", "/options/table/shape", "/options/table/size_m", "/options/table/size_m/0",
-            "/options/table/material", "/options/table/color", "/options/table/model", "/options/metric_anchor",
-            "/options/metric_anchor/object", "/options/metric_anchor/width_m", "/options/max_objects",
-            "/options/budget_usd", "/options/set", "/options/set/k", "/unknown", "/options/unknown",
+            "",
+            "/text",
+            "/image",
+            "/image/base64",
+            "/image/url",
+            "/seed",
+            "/labels",
+            "/labels/k",
+            "/options",
+            "/options/table",
+            "/options/table/shape",
+            "/options/table/size_m",
+            "/options/table/size_m/0",
+            "/options/table/material",
+            "/options/table/color",
+            "/options/table/model",
+            "/options/metric_anchor",
+            "/options/metric_anchor/object",
+            "/options/metric_anchor/width_m",
+            "/options/max_objects",
+            "/options/budget_usd",
+            "/options/set",
+            "/options/set/k",
+            "/unknown",
+            "/options/unknown",
         ];
         let mut refused = 0;
         for pointer in pointers {
@@ -182,12 +240,17 @@ mod tests {
                     let words: Vec<&str> =
                         error.detail.split(|c: char| !c.is_ascii_alphanumeric() && c != '_').collect();
                     for rust in [
-                        "u8", "u16", "u32", "u64", "usize", "i32", "i64", "f32", "f64", "struct", "enum", "tuple",
-                        "variant", "map", "sequence", "unit", "array", "invalid", "DVec3", "integer", "floating",
+                        "u8", "u16", "u32", "u64", "usize", "i32", "i64", "f32", "f64", "struct", "enum",
+                        "tuple", "variant", "map", "sequence", "unit", "array", "invalid", "DVec3",
+                        "integer", "floating",
                     ] {
                         assert!(!words.contains(&rust), "{body}: {:?}", error.detail);
                     }
-                    assert!(error.detail.starts_with("must ") || error.detail.starts_with("is "), "{body}: {}", error.detail);
+                    assert!(
+                        error.detail.starts_with("must ") || error.detail.starts_with("is "),
+                        "{body}: {}",
+                        error.detail
+                    );
                 }
             }
         }

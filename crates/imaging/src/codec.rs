@@ -3,9 +3,9 @@
 //! The encoder is lossless; opaque images are stored without an alpha channel. It runs single-threaded with fixed
 //! filters and the fast deflate level, so equal images give equal bytes.
 //!
-//! One rule holds for all formats: a damaged, incomplete or animated file is refused. The decoder walks the parts of the
-//! file before it decodes, drops those that only describe the image, and checks the size before it allocates pixels.
-//! Its memory is bounded by the declared pixels, whatever else the file holds.
+//! One rule holds for all formats: a damaged, incomplete or animated file is refused. The decoder walks the parts of
+//! the file before it decodes, drops those that only describe the image, and checks the size before it allocates
+//! pixels. Its memory is bounded by the declared pixels, whatever else the file holds.
 
 mod jpeg;
 mod jpeg_segments;

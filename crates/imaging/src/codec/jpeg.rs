@@ -55,7 +55,8 @@ pub(super) fn decode_jpeg(
 /// Bytes of the end marker, with which every file ends here.
 const END_BYTES: usize = 2;
 /// Coded data of no meaning, without marker bytes.
-const MORE_DATA: [u8; 24] = *b"\x5a\x13\xc7\x2e\x91\x0b\x6d\xe4\x38\xa2\x55\x1f\x8c\x49\xf6\x70\x03\xbd\x67\xda\x24\x9e\x41\xb8";
+const MORE_DATA: [u8; 24] =
+    *b"\x5a\x13\xc7\x2e\x91\x0b\x6d\xe4\x38\xa2\x55\x1f\x8c\x49\xf6\x70\x03\xbd\x67\xda\x24\x9e\x41\xb8";
 
 fn decoder_of(file: &[u8], is_strict: bool) -> JpegDecoder<ZCursor<&[u8]>> {
     let options = DecoderOptions::default()

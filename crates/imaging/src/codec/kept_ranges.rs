@@ -26,7 +26,9 @@ impl<'a> KeptRanges<'a> {
     pub fn into_bytes(self) -> Cow<'a, [u8]> {
         match self.ranges.as_slice() {
             [only] => Cow::Borrowed(&self.file[only.clone()]),
-            ranges => Cow::Owned(ranges.iter().flat_map(|range| &self.file[range.clone()]).copied().collect()),
+            ranges => {
+                Cow::Owned(ranges.iter().flat_map(|range| &self.file[range.clone()]).copied().collect())
+            }
         }
     }
 }

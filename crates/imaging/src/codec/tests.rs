@@ -61,8 +61,7 @@ fn decoders_reject_foreign_and_oversized_files() {
 /// Checksum of a PNG chunk (PNG 1.2, appendix D).
 fn crc32(bytes: &[u8]) -> u32 {
     !bytes.iter().fold(!0, |sum: u32, byte| {
-        (0..8)
-            .fold(sum ^ u32::from(*byte), |sum, _| (sum >> 1) ^ (0xedb8_8320 & (sum & 1).wrapping_neg()))
+        (0..8).fold(sum ^ u32::from(*byte), |sum, _| (sum >> 1) ^ (0xedb8_8320 & (sum & 1).wrapping_neg()))
     })
 }
 
@@ -86,7 +85,9 @@ const LOSSY_WEBP: &str = "\
     5ff7264f59dc7a1d60401be2ffa62bf3fed9a5e5ae8000";
 
 fn bytes_of(hex: &str) -> Vec<u8> {
-    (0..hex.len() / 2).map(|k| u8::from_str_radix(&hex[2 * k..2 * k + 2], 16).expect("a digit pair")).collect()
+    (0..hex.len() / 2)
+        .map(|k| u8::from_str_radix(&hex[2 * k..2 * k + 2], 16).expect("a digit pair"))
+        .collect()
 }
 
 /// A gradient of 16 x 16 pixels.
@@ -132,7 +133,10 @@ fn a_jpeg_whose_coded_data_stop_early_is_refused_despite_its_end_marker() {
     for share in [0.4, 0.6, 0.8, 0.95, 0.999] {
         let mut cut = whole[..(whole.len() as f64 * share) as usize].to_vec();
         cut.extend([0xff, 0xd9]);
-        assert!(matches!(decode_image(&cut, 10_000), Err(CodecError::Truncated | CodecError::Broken(_))), "{share}");
+        assert!(
+            matches!(decode_image(&cut, 10_000), Err(CodecError::Truncated | CodecError::Broken(_))),
+            "{share}"
+        );
     }
 }
 
