@@ -18,7 +18,7 @@ use scene::request::RequestOptions;
 use scene::{Input, InstanceId, SceneRequest};
 use store::Digest;
 
-pub const STAGE: Stage = Stage { name: "reference", version: 5 };
+pub const STAGE: Stage = Stage { name: "reference", version: 6 };
 
 /// Largest side of the reference image, pixels; larger images are reduced, smaller ones stay.
 const MAX_SIDE_PX: u32 = 1280;

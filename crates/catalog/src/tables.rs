@@ -353,6 +353,48 @@ mod tests {
         assert!(build_table("hovering_table", DVec3::ONE, None, None, 1).is_none());
     }
 
+    /// Regression: the column of a round table of 0.45 m rose 7 cm above its top, and scenes were quarantined.
+    #[test]
+    fn no_part_leaves_the_box_of_a_table_that_is_low_small_or_large() {
+        for model in table_models() {
+            let small = DVec3::new(0.5, 0.4, 0.35).min(model.low_m);
+            let large = 1.6 * model.high_m;
+            for size_m in [
+                small,
+                small.with_z(model.low_m.z),
+                model.low_m.with_z(0.4),
+                model.high_m.with_z(0.45),
+                model.high_m.with_z(0.5),
+                large.with_z(0.35),
+                large,
+            ] {
+                let table = build_table(model.name, size_m, None, None, 1).expect("a known model");
+                let (low, high) = table.mesh.bounds();
+                let context = format!("{} {size_m} {low} {high}", model.name);
+                assert!(high.z < 1e-9 && low.z > -size_m.z - 1e-9, "{context}");
+                assert!(((high - low) / size_m - 1.0).abs().max_element() < 0.02, "{context}");
+                assert!(is_closed(&table.mesh), "{context}");
+            }
+        }
+    }
+
+    /// Heights and widths of a foot and a column follow one after the other: no outline crosses itself.
+    #[test]
+    fn parts_of_a_low_round_table_enclose_what_they_span() {
+        for size_m in [DVec3::new(0.5, 0.5, 0.35), DVec3::new(0.8, 0.8, 0.45), DVec3::new(1.2, 1.2, 0.5)] {
+            let table = build_table("round_table", size_m, None, None, 1).expect("a known model");
+            let full = build_table("round_table", size_m.with_z(0.74), None, None, 1).expect("a known model");
+            let volume_m3 = |mesh: &TexturedMesh| -> f64 {
+                let corners = mesh.triangles().map(|t| t.map(|v| mesh.positions[v as usize]));
+                corners.map(|[a, b, c]| a.dot(b.cross(c)) / 6.0).sum()
+            };
+            // A loop of the column would count negatively: a lower table has less column, about 60 cm^2 in section.
+            let less_m3 = volume_m3(&full.mesh) - volume_m3(&table.mesh);
+            let section_m2 = less_m3 / (0.74 - size_m.z);
+            assert!((0.004..0.014).contains(&section_m2), "{size_m}: {section_m2}");
+        }
+    }
+
     #[test]
     fn small_and_low_tables_are_closed_and_have_their_size() {
         for model in table_models() {

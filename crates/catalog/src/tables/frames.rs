@@ -101,7 +101,10 @@ pub fn desk(draft: &mut Draft) -> Vec<DVec2> {
     }
     let left = -x + 0.025;
     draft.add_frame(
-        board(DVec3::new(left, y - 0.035, top - 0.32), DVec3::new(cabinet_left + 0.01, y - 0.015, top)),
+        board(
+            DVec3::new(left, y - 0.035, (top - 0.32).max(0.02)),
+            DVec3::new(cabinet_left + 0.01, y - 0.015, top),
+        ),
         DVec3::X,
     );
     draft.add_frame(

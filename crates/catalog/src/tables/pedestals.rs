@@ -20,15 +20,19 @@ pub fn round_table(draft: &mut Draft) -> Vec<DVec2> {
     let edge = ellipse(size.x, size.y, 64);
     draft.add_top(&edge);
     let top = draft.underside_m() + JOINT_M;
+    // The turned part is shortened below low tops: a profile that turned back would leave the column.
+    let (foot, shaft) = (0.09, 0.43);
+    let shortening = ((top - 0.145 - foot) / shaft).min(1.0);
+    let turned = |z: f64| foot + shortening * (z - foot);
     let profile = [
         (0.06, 0.075),
-        (0.065, 0.09),
-        (0.065, 0.2),
-        (0.045, 0.22),
-        (0.04, 0.26),
-        (0.052, 0.36),
-        (0.056, 0.42),
-        (0.045, 0.52),
+        (0.065, foot),
+        (0.065, turned(0.2)),
+        (0.045, turned(0.22)),
+        (0.04, turned(0.26)),
+        (0.052, turned(0.36)),
+        (0.056, turned(0.42)),
+        (0.045, turned(foot + shaft)),
         (0.035, top - 0.13),
         (0.05, top - 0.11),
         (0.05, top - 0.085),
@@ -39,16 +43,18 @@ pub fn round_table(draft: &mut Draft) -> Vec<DVec2> {
     ];
     draft.add_frame(column(&profile), DVec3::Z);
     let reach = 0.34 * size.x.min(size.y);
+    // Feet below small tops keep their shape.
+    let scale = (reach / 0.27).min(1.0);
     for k in 0..4 {
         let foot: [DVec2; 9] = [
             DVec2::new(0.03, 0.08),
-            DVec2::new(0.1, 0.07),
-            DVec2::new(reach - 0.11, 0.012),
-            DVec2::new(reach - 0.08, 0.0),
+            DVec2::new(scale * 0.1, 0.07),
+            DVec2::new(reach - scale * 0.11, 0.012),
+            DVec2::new(reach - scale * 0.08, 0.0),
             DVec2::new(reach, 0.0),
             DVec2::new(reach, 0.025),
-            DVec2::new(reach - 0.06, 0.045),
-            DVec2::new(0.14, 0.13),
+            DVec2::new(reach - scale * 0.06, 0.045),
+            DVec2::new(scale * 0.14, 0.13),
             DVec2::new(0.03, 0.18),
         ];
         // The outline stands upright: prism along z, then its y becomes the world's z.
