@@ -45,7 +45,7 @@ use self::partition::cut_apart;
 use self::revolution::Revolution;
 use super::ConvexHull;
 use super::TexturedMesh;
-use super::convex_hull::{convex_hull, distance_above, planes};
+use super::convex_hull::{convex_hull, distance_above, planes, without_slivers};
 use super::repair::{Repair, repaired};
 use super::shells::{Shell, shells};
 use super::solid_query::{MeshSolid, SolidError};
@@ -295,7 +295,7 @@ fn revolution_hulls_relaxed_together(
     }
 }
 
-/// The final hull: limited number of corners, minimum thickness.
+/// The final hull: limited number of corners, minimum thickness, no faces without area.
 fn finished(
     fitted_hull: FittedHull,
     solid: &Field,
@@ -303,7 +303,8 @@ fn finished(
     cancel: &CancelFlag,
 ) -> Result<Option<FittedHull>, Cancelled> {
     let points = &fitted_hull.hull.points;
-    let Some(hull) = convex_hull(points, settings.max_vertices as usize, settings.min_thickness_m) else {
+    let found = convex_hull(points, settings.max_vertices as usize, settings.min_thickness_m);
+    let Some(hull) = found.map(without_slivers) else {
         return Ok(None);
     };
     if hull == fitted_hull.hull {
