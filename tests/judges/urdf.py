@@ -2,6 +2,7 @@
 
 import logging
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import yourdfpy
@@ -22,8 +23,18 @@ def judge(bundle: Path) -> Verdict:
             found = robot.get_transform(body["name"], robot.base_link)
             if differs(found, body["world_from_object"], absolute=1e-5):
                 verdict.complaints.append(f"urdf/scene.urdf: the pose of {body['name']} is not the scene's")
+    check_names(verdict, bundle / "urdf" / "scene.urdf")
     verdict.facts = {"descriptions": len(scene["instances"]) + 2}
     return verdict
+
+
+def check_names(verdict, path):
+    """Names of links, visuals and collisions of an assembly, each of which some loaders use as a key."""
+    root = ElementTree.parse(path).getroot()
+    for kind in ("link", "visual", "collision"):
+        names = [element.get("name") for element in root.iter(kind)]
+        if len(set(names)) < len(names):
+            verdict.complaints.append(f"urdf/scene.urdf: {len(names) - len(set(names))} names of a {kind} repeat")
 
 
 def load(verdict, bundle, path):

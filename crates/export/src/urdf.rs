@@ -43,7 +43,7 @@ fn write_label(document: &mut XmlDocument, body: &Body) {
     document.empty("tabletopgen:label", &[("link", &body.name), ("text", &body.label)]);
 }
 
-/// A link named as the body; mesh paths start with `prefix`.
+/// A link named as the body. Mesh paths and names of shapes start with `prefix`: no name of an assembly repeats.
 fn write_link(document: &mut XmlDocument, body: &Body, prefix: &str) {
     document.open("link", &[("name", &body.name)]);
     document.open("contact", &[]);
@@ -75,11 +75,14 @@ fn write_link(document: &mut XmlDocument, body: &Body, prefix: &str) {
         ],
     );
     document.close();
+    let named = prefix.replace('/', "_");
     for k in 0..body.visual.groups.len() {
-        write_geometry(document, "visual", &format!("visual_{k:02}"), &format!("{prefix}{}", visual_file(k)));
+        let (name, file) = (format!("{named}visual_{k:02}"), format!("{prefix}{}", visual_file(k)));
+        write_geometry(document, "visual", &name, &file);
     }
     for k in 0..body.hulls.len() {
-        write_geometry(document, "collision", &format!("hull_{k:02}"), &format!("{prefix}{}", hull_file(k)));
+        let (name, file) = (format!("{named}hull_{k:02}"), format!("{prefix}{}", hull_file(k)));
+        write_geometry(document, "collision", &name, &file);
     }
     document.close();
 }
