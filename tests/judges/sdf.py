@@ -1,4 +1,5 @@
-"""Drake loads every model; mass, center of mass, inertia and hulls are the scene's, and so are the world's poses.
+"""Drake loads every model; mass, center of mass, inertia and hulls are the scene's, and so are the world's poses. Then
+all models together stay where they are for five seconds of hydroelastic contact.
 
 It does so in a process of its own: Drake does not bear the other programs in one. The world is read as XML, since
 Drake 1.51 ends with a segmentation fault on worlds of many models, each of which it loads.
@@ -10,10 +11,17 @@ import sys
 from pathlib import Path
 from xml.etree import ElementTree
 
+import numpy as np
 from scipy.spatial.transform import Rotation
 
 from overheard import Overheard
 from verdict import Verdict, bodies, differs, inertia_tensor, matrix, read_scene
+
+STEP_S = 0.005
+DURATION_S = 5.0
+DISPLACEMENT_M = 0.03
+# Apples slide into each other by 3 mm in a bowl; a ruler that sank did so by 7 mm.
+SINKING_M = 0.005
 
 
 def judge(bundle: Path) -> Verdict:
@@ -40,7 +48,43 @@ def judge_here(bundle: Path) -> Verdict:
         else:
             check_placed(verdict, body, models[name], bundle)
     verdict.facts = {"bodies": len(bodies(scene)), "hulls": hulls}
+    if not verdict.complaints:
+        check_rest(verdict, bundle, scene)
     return verdict
+
+
+def check_rest(verdict, bundle, scene):
+    """Drake's own steps: nothing leaves its place, and nothing sinks."""
+    from pydrake.common.eigen_geometry import Quaternion
+    from pydrake.math import RigidTransform
+    from pydrake.multibody.parsing import Parser
+    from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
+    from pydrake.systems.analysis import Simulator
+    from pydrake.systems.framework import DiagramBuilder
+
+    builder = DiagramBuilder()
+    plant, _ = AddMultibodyPlantSceneGraph(builder, time_step=STEP_S)
+    for body in bodies(scene):
+        Parser(plant).AddModels(str(bundle / "sdf" / "models" / body["name"] / "model.sdf"))
+    for instance in scene["instances"]:
+        x, y, z, w = instance["rotation_xyzw"]
+        pose = RigidTransform(Quaternion(w, x, y, z), instance["translation_m"])
+        plant.SetDefaultFloatingBaseBodyPose(plant.GetBodyByName(instance["name"]), pose)
+    plant.Finalize()
+    simulator = Simulator(builder.Build())
+    simulator.AdvanceTo(DURATION_S)
+    context = plant.GetMyContextFromRoot(simulator.get_context())
+    moved, sunk = {}, {}
+    for instance in scene["instances"]:
+        name = instance["name"]
+        way = plant.EvalBodyPoseInWorld(context, plant.GetBodyByName(name)).translation() - instance["translation_m"]
+        moved[name], sunk[name] = float(np.linalg.norm(way)), float(-way[2])
+        if not moved[name] < DISPLACEMENT_M:
+            verdict.complaints.append(f"{name} moves by {1e3 * moved[name]:.1f} mm in Drake")
+        elif sunk[name] > SINKING_M:
+            verdict.complaints.append(f"{name} sinks by {1e3 * sunk[name]:.1f} mm in Drake")
+    verdict.facts["largest_displacement_mm"] = round(1e3 * max(moved.values(), default=0.0), 3)
+    verdict.facts["largest_sinking_mm"] = round(1e3 * max(sunk.values(), default=0.0), 3)
 
 
 def check_placed(verdict, body, model, bundle):

@@ -7,6 +7,7 @@ use roxmltree::Node;
 
 use super::xml_node::{self, XmlNode};
 use super::{Files, ReadBody, ReadContact, ReadResult, ReadScene, numbers, obj_hull};
+use crate::sdf::DRAKE_NAMESPACE;
 
 pub fn read(files: &Files<'_>) -> ReadResult<ReadScene> {
     let document = xml_node::parse(files.text("sdf/world.sdf")?)?;
@@ -59,6 +60,7 @@ fn read_model(files: &Files<'_>, model: Node<'_, '_>, folder: &str) -> ReadResul
     for collision in link.all("collision") {
         hulls.push(obj_hull(files.text(&path(collision)?)?)?);
         let surface = read_surface(collision.child("surface")?)?;
+        let surface = with_proximity(surface, collision, model.child("static")?.content() == "false")?;
         if contact.is_some_and(|contact| contact != surface) {
             return Err("friction differs between hulls".to_owned());
         }
@@ -99,6 +101,23 @@ fn read_surface(surface: Node<'_, '_>) -> ReadResult<ReadContact> {
         rolling_friction_m: Some(bullet.child("rolling_friction")?.text_number()?),
         torsional_friction_m: Some(lever * radius_m),
     })
+}
+
+/// Adds the static friction of Drake's elements. Its dynamic friction must be that of the surface, and movable models
+/// must be compliant.
+fn with_proximity(
+    surface: ReadContact,
+    collision: Node<'_, '_>,
+    is_movable: bool,
+) -> ReadResult<ReadContact> {
+    let proximity = collision.child((DRAKE_NAMESPACE, "proximity_properties"))?;
+    if proximity.child((DRAKE_NAMESPACE, "mu_dynamic"))?.text_number()? != surface.dynamic_friction {
+        return Err("friction differs between mu and drake:mu_dynamic".to_owned());
+    }
+    proximity
+        .child((DRAKE_NAMESPACE, if is_movable { "compliant_hydroelastic" } else { "rigid_hydroelastic" }))?;
+    let static_friction = Some(proximity.child((DRAKE_NAMESPACE, "mu_static"))?.text_number()?);
+    Ok(ReadContact { static_friction, ..surface })
 }
 
 /// Parses a position, and roll, pitch, yaw about the fixed axes.
