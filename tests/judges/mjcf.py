@@ -1,4 +1,7 @@
-"""MuJoCo loads the scene, finds the scene's masses, and everything stays where it is for five seconds."""
+"""MuJoCo loads the scene, finds the scene's masses, and everything stays where it is for five seconds.
+
+The file of each object loads alone, and its sites enclose it as loaders of robosuite's kind expect.
+"""
 
 import math
 from pathlib import Path
@@ -28,6 +31,8 @@ def judge(bundle: Path) -> Verdict:
     mujoco.mj_forward(model, data)
     for body in bodies(scene):
         check_body(verdict, model, data, body)
+        if body["movable"]:
+            check_object(verdict, bundle, body)
     if verdict.complaints:
         return verdict
     depth = max((-contact.dist for contact in data.contact), default=0.0)
@@ -55,6 +60,45 @@ def judge(bundle: Path) -> Verdict:
         },
     }
     return verdict
+
+
+def check_object(verdict, bundle, body):
+    name = body["name"]
+    path = bundle / "mjcf" / name / f"{name}.xml"
+    try:
+        model = mujoco.MjModel.from_xml_path(str(path))
+    except ValueError as error:
+        verdict.complaints.append(f"mjcf/{name}/{name}.xml: MuJoCo does not load it: {error}")
+        return
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    sites = {model.site(k).name: data.site_xpos[k] for k in range(model.nsite)}
+    missing = {"bottom_site", "top_site", "horizontal_radius_site"} - set(sites)
+    found = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, "object")
+    if missing or found < 0:
+        verdict.complaints.append(f"mjcf/{name}/{name}.xml lacks {sorted(missing) or 'the body object'}")
+        return
+    corners = [visual_corners(model, data, g) for g in range(model.ngeom) if model.geom_group[g] == 1]
+    hulls = [g for g in range(model.ngeom) if model.geom_group[g] == 0]
+    corners = np.concatenate(corners)
+    pairs = {
+        "mass": (model.body_mass[found], body["mass_kg"], 1e-12),
+        "number of hulls": (len(hulls), body["hulls"], 0.0),
+        "bottom": (sites["bottom_site"][2], corners[:, 2].min(), 1e-5),
+        "top": (sites["top_site"][2], corners[:, 2].max(), 1e-5),
+        "radius": (sites["horizontal_radius_site"][0], np.linalg.norm(corners[:, :2], axis=1).max(), 1e-5),
+    }
+    for what, (got, wanted, absolute) in pairs.items():
+        if differs(got, wanted, absolute=absolute):
+            verdict.complaints.append(f"mjcf/{name}/{name}.xml: {what} is {got}, not {wanted}")
+
+
+def visual_corners(model, data, geom):
+    """Corners of the mesh of a geom, in the frame of the file."""
+    mesh = model.geom_dataid[geom]
+    first, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
+    turn = data.geom_xmat[geom].reshape(3, 3)
+    return model.mesh_vert[first : first + count] @ turn.T + data.geom_xpos[geom]
 
 
 def check_body(verdict, model, data, body):

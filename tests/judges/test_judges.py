@@ -134,11 +134,14 @@ BREAKS = {
         lambda b: edit_text(b / "mjcf/scene.xml", lambda t: t.replace("<freejoint", "<!-- <freejoint", 1).replace("<inertial", " --> <inertial", 2).replace(" --> <inertial", "<inertial", 1)),
         lambda b: edit_text(b / "mjcf/scene.xml", lambda t: t.replace('<inertial pos="', '<inertial pos="1')),
         lambda b: edit_text(b / "mjcf/scene.xml", lambda t: t.replace("</mujoco>", "")),
+        lambda b: (b / f"mjcf/{first(b)}/{first(b)}.xml").unlink(),
+        lambda b: edit_text(b / f"mjcf/{first(b)}/{first(b)}.xml", lambda t: t.replace("top_site", "upper_site")),
     ],
     "urdf": [
         lambda b: (b / f"urdf/{first(b)}/hull_00.obj").unlink(),
         lambda b: edit_text(b / f"urdf/{first(b)}/{first(b)}.urdf", lambda t: t.replace('<mass value="', '<mass value="1')),
         lambda b: edit_text(b / "urdf/scene.urdf", lambda t: t.replace('<origin xyz="', '<origin xyz="1')),
+        lambda b: edit_text(b / "urdf/scene.urdf", lambda t: t.replace(f"{first(b)}_hull_00", "table_hull_00")),
     ],
     "bullet": [
         lambda b: (b / f"urdf/{first(b)}/hull_00.obj").unlink(),

@@ -1,10 +1,14 @@
-//! `mjcf/scene.xml`: the scene for MuJoCo.
+//! `mjcf/scene.xml`: the scene for MuJoCo, and `mjcf/<name>/<name>.xml`: each object for loaders of robosuite's kind.
 //!
 //! World frame of the scene (table top at z = 0, floor plane at -height). Every movable body has a free
 //! joint and an explicit inertial frame; hulls are inline vertex lists in geom group 3, visual meshes
 //! are in group 2 without contact. Friction is sliding (the dynamic coefficient), torsional and
 //! rolling, so contacts have six dimensions; the cone is elliptic and several contact points per pair
 //! are on, without which cups creep by a centimeter in seconds.
+//!
+//! The file of an object holds the body `object` without a joint, which loaders add, and beside it the sites that they
+//! place it by: `bottom_site`, `top_site` and `horizontal_radius_site`. Its hulls are in group 0, its visual meshes in
+//! group 1, as such loaders expect. Paths are relative to the file.
 
 use rayon::prelude::*;
 
@@ -30,6 +34,7 @@ pub fn write(
 ) -> Vec<BundleFile> {
     let both = bodies.par_iter().zip(wavefronts);
     let mut files: Vec<BundleFile> = both.flat_map_iter(|(body, obj)| asset_files(body, obj)).collect();
+    files.extend(bodies.iter().filter(|body| body.movable).map(object_file));
     let text = scene_xml(scene, bodies, settings);
     files.push(BundleFile::text("mjcf/scene.xml", text, "mjcf_scene", "application/xml"));
     files
@@ -55,6 +60,33 @@ fn mesh_file(body: &Body, material: &Material) -> String {
 
 fn texture_file(body: &Body, material: &Material) -> String {
     format!("{}_{}.png", body.name, material.name)
+}
+
+/// The file of one object, its frame that of the object.
+fn object_file(body: &Body) -> BundleFile {
+    let mut document = XmlDocument::new();
+    document.open("mujoco", &[("model", &body.name)]);
+    document.empty("compiler", &[("angle", "radian")]);
+    document.open("asset", &[]);
+    write_assets(&mut document, body, "../assets/");
+    document.close();
+    document.open("worldbody", &[]);
+    document.open("body", &[]);
+    document.open("body", &[("name", "object")]);
+    write_shapes(&mut document, body, Groups { visual: "1", hulls: "0" });
+    document.close();
+    let (low, high) = body.visual.bounds();
+    let radius_m = body.visual.positions.iter().map(|p| p.truncate().length()).fold(0.0, f64::max);
+    for (name, position) in [
+        ("bottom_site", DVec3::new(0.0, 0.0, low.z)),
+        ("top_site", DVec3::new(0.0, 0.0, high.z)),
+        ("horizontal_radius_site", DVec3::new(radius_m, 0.0, 0.0)),
+    ] {
+        let position = spaced(&position.to_array());
+        document.empty("site", &[("name", name), ("pos", &position), ("size", "0.005"), ("rgba", "0 0 0 0")]);
+    }
+    let path = format!("mjcf/{0}/{0}.xml", body.name);
+    BundleFile::text(path, document.finish(), "mjcf_object", "application/xml")
 }
 
 fn scene_xml(scene: &Scene, bodies: &[Body], settings: &ExportSettings) -> String {
@@ -92,7 +124,7 @@ fn scene_xml(scene: &Scene, bodies: &[Body], settings: &ExportSettings) -> Strin
     document.close();
     document.open("asset", &[]);
     for body in bodies {
-        write_assets(&mut document, body);
+        write_assets(&mut document, body, "");
     }
     document.close();
     document.open("worldbody", &[]);
@@ -122,11 +154,12 @@ fn label(body: &Body) -> &str {
     if body.label.is_empty() { &body.name } else { &body.label }
 }
 
-fn write_assets(document: &mut XmlDocument, body: &Body) {
+/// Materials, meshes and hulls; files lie in `folder`, which is empty where the document's mesh directory is theirs.
+fn write_assets(document: &mut XmlDocument, body: &Body, folder: &str) {
     for material in &body.visual.materials {
         let name = format!("{}_{}", body.name, material.name);
         if material.base_color_texture.is_some() {
-            let file = texture_file(body, material);
+            let file = format!("{folder}{}", texture_file(body, material));
             document.empty("texture", &[("name", &name), ("type", "2d"), ("file", &file)]);
         }
         let [r, g, b] = material.base_color.0.map(f64::from);
@@ -149,7 +182,7 @@ fn write_assets(document: &mut XmlDocument, body: &Body) {
         let material = &body.visual.materials[group.material];
         let name = format!("{}_visual_{}", body.name, material.name);
         // The inertia of visual meshes is not used; shells need not enclose a volume.
-        let file = mesh_file(body, material);
+        let file = format!("{folder}{}", mesh_file(body, material));
         document.empty("mesh", &[("name", &name), ("inertia", "shell"), ("file", &file)]);
     }
     for (k, hull) in body.hulls.iter().enumerate() {
@@ -166,6 +199,18 @@ fn write_body(document: &mut XmlDocument, body: &Body) {
     if body.movable {
         document.empty("freejoint", &[("name", &format!("{}_free", body.name))]);
     }
+    write_shapes(document, body, Groups { visual: "2", hulls: "3" });
+    document.close();
+}
+
+/// Groups of geoms.
+struct Groups {
+    visual: &'static str,
+    hulls: &'static str,
+}
+
+/// Inertia, visual meshes and hulls of the open body.
+fn write_shapes(document: &mut XmlDocument, body: &Body, groups: Groups) {
     document.empty(
         "inertial",
         &[
@@ -184,7 +229,7 @@ fn write_body(document: &mut XmlDocument, body: &Body) {
                 ("type", "mesh"),
                 ("mesh", &format!("{}_visual_{material}", body.name)),
                 ("material", &format!("{}_{material}", body.name)),
-                ("group", "2"),
+                ("group", groups.visual),
                 ("contype", "0"),
                 ("conaffinity", "0"),
                 ("mass", "0"),
@@ -201,14 +246,13 @@ fn write_body(document: &mut XmlDocument, body: &Body) {
                 ("name", &name),
                 ("type", "mesh"),
                 ("mesh", &name),
-                ("group", "3"),
+                ("group", groups.hulls),
                 ("condim", "6"),
                 ("friction", &friction),
                 ("rgba", "0.2 0.7 0.3 0.4"),
             ],
         );
     }
-    document.close();
 }
 
 fn write_camera(document: &mut XmlDocument, scene: &Scene) {

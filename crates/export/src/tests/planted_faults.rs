@@ -62,6 +62,7 @@ const fn fault(what: &'static str, path: &'static str, from: &'static str, to: &
 }
 
 const MJCF: &str = "mjcf/scene.xml";
+const MJCF_OBJECT: &str = "mjcf/mug_1/mug_1.xml";
 const URDF: &str = "urdf/mug_1/mug_1.urdf";
 const SDF: &str = "sdf/world.sdf";
 const USD: &str = "usd/assets/mug_1/simready_usd/mug_1.usda";
@@ -86,6 +87,16 @@ const FAULTS: &[Fault] = &[
         "name=\"box_1_hull_00\" type=\"mesh\"",
         "name=\"box_1_hull_00\" contype=\"0\"",
     ),
+    fault("negative mass", MJCF_OBJECT, "mass=\"0.3\"", "mass=\"-0.3\""),
+    fault("missing site", MJCF_OBJECT, "bottom_site", "lower_site"),
+    fault("missing mesh", MJCF_OBJECT, "../assets/", "assets/"),
+    fault(
+        "impossible friction",
+        SDF,
+        "<drake:mu_static>0.6</drake:mu_static>",
+        "<drake:mu_static>9</drake:mu_static>",
+    ),
+    fault("missing collider", SDF, "<drake:compliant_hydroelastic/>", "<drake:rigid_hydroelastic/>"),
     fault("missing collider", URDF, "hull_03.obj", "hull_99.obj"),
     fault("missing collider", USD, "[\"PhysicsCollisionAPI\", ", "["),
     fault("missing collider", USD, "physics:collisionEnabled = 1", "physics:collisionEnabled = 0"),
