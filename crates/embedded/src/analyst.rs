@@ -39,7 +39,7 @@ struct Identity {
 impl SceneAnalyst for EmbeddedAnalyst {
     fn adapter(&self) -> Adapter {
         let identity = Identity { analyst: self.settings.clone(), photograph: self.photograph.identity() };
-        Adapter::new("embedded/grammar", "4", &identity)
+        Adapter::new("embedded/grammar", "5", &identity)
     }
 
     fn describe<'a>(
@@ -54,6 +54,7 @@ impl SceneAnalyst for EmbeddedAnalyst {
             let options = DescribeOptions {
                 max_objects: options.max_objects.unwrap_or(DEFAULT_MAX_OBJECTS) as usize,
                 table: options.table,
+                on_unknown: options.on_unknown.unwrap_or_default(),
             };
             text_parser::describe(&text, seed, &options, &settings).map_err(rejected)
         }))

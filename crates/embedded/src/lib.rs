@@ -16,7 +16,6 @@
 //!     max_text_chars: 4000,
 //!     fewest_objects: 8,
 //!     default_max_objects: 15,
-//!     kinds_that_close_a_text: 3,
 //!     table_area_per_footprint: 3.0,
 //! };
 //! let options = DescribeOptions { max_objects: 64, table: None };

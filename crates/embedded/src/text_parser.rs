@@ -1,17 +1,25 @@
 //! Rule-based text parser: a grammar over the catalog converts an English text to a scene description.
 //!
-//! Method: tokens -> noun phrases (longest match over labels, synonyms and plurals) -> mentions and links (lists,
-//! prepositions, pronouns, "with", "each") -> theme (keywords and named categories) -> objects with sizes, attributes
-//! and relations -> table of sufficient size. The vocabulary is data (`config/catalog/words.toml`, `themes.toml`).
-//! Lengths are in meters. Left, right, front and back are relative to a viewer at the front edge.
+//! Method: tokens with their positions -> noun phrases (longest match over labels, synonyms and plurals; the head noun
+//! decides) -> mentions and links (lists, prepositions, pronouns, negation, arrangements, instructions) -> theme (keywords
+//! and named categories) -> objects with sizes, attributes and relations, in the start state of the goal -> table of
+//! sufficient size. The vocabulary is data (`config/catalog/words.toml`, `verbs.toml`, `themes.toml`). Lengths are in
+//! meters. Left, right, front and back are relative to a viewer at the front edge.
 //!
 //! Guarantees: the same text, seed and options give the same description; every recognized object is present with its
-//! count; supports form a tree rooted at the table; no text causes a panic. Terms outside the vocabulary are listed in
-//! `unrecognized_terms`. Limits: English only, lists and simple sentences; long prose is parsed poorly.
+//! count; supports form a tree rooted at the table; no text causes a panic; the time is linear in the text. Every word is
+//! accounted for: it is part of `understood` or `unrecognized`, or of a closed list of ignorable words. Limits: English
+//! only, lists, simple sentences and instructions; long prose is parsed poorly.
 
 mod tokens;
+mod json_input;
 mod vocabulary;
+mod verbs;
+mod nouns;
 mod lexicon;
+mod correction;
+mod language;
+mod account;
 mod measures;
 mod quantity;
 mod phrase;
@@ -21,9 +29,13 @@ mod themes;
 mod draft;
 mod counts;
 mod supports;
+mod start_state;
 mod completion;
+mod measured_size;
 mod sizing;
 mod table_choice;
+mod arranged;
+mod understood;
 mod prose;
 mod error_code;
 
@@ -31,15 +43,18 @@ use std::sync::LazyLock;
 
 use serde::{Deserialize, Serialize};
 
+use self::account::Claimed;
 use self::draft::Draft;
 use self::grammar::ParsedText;
 use self::lexicon::{Lexicon, Meaning};
 pub(crate) use self::table_choice::shape_of as table_shape;
 use self::themes::Theme;
+use self::tokens::Source;
 use catalog::{categories, table_models};
 use geometry::Rgb;
 use runtime::seed::child_rng;
-use scene::text_account::{TextSpan, Unrecognized, UnrecognizedReason};
+use scene::request::OnUnknown;
+use scene::text_account::{Goal, GoalPredicate, Unrecognized, UnrecognizedReason};
 use scene::{SceneDescription, TableSpec};
 
 /// Section `[analyst]`.
@@ -52,9 +67,6 @@ pub struct TextParserSettings {
     pub fewest_objects: usize,
     /// Maximum number of objects of a scene completed by its theme (`fewest_objects`..=64).
     pub default_max_objects: usize,
-    /// Number of categories from which a text that names its theme is not completed (1..). Higher: themes also complete
-    /// longer lists.
-    pub kinds_that_close_a_text: usize,
     /// Ratio of table area to total footprint area of the objects (1.5..10). Higher: emptier tables.
     pub table_area_per_footprint: f64,
 }
@@ -66,6 +78,8 @@ pub struct DescribeOptions {
     pub max_objects: usize,
     /// Table specification that overrides the text.
     pub table: Option<TableSpec>,
+    /// What happens to objects that the catalog does not have.
+    pub on_unknown: OnUnknown,
 }
 
 /// Failure to describe a text.
@@ -82,6 +96,12 @@ pub enum DescribeError {
         "the text asks for {count} objects, the limit is {limit}: ask for fewer, or raise `max_objects` (64 at most)"
     )]
     TooManyObjects { count: usize, limit: usize },
+    #[error("most words of the text are not known ({}): write the text in English, such as \"a desk with two mugs\"",
+        .words.join(", "))]
+    NotEnglish { words: Vec<String> },
+    #[error("the text has parts that are not understood: {}; remove or reword them, or set `on_unknown` to `stand_in` or \
+        `drop`", .parts.iter().map(described).collect::<Vec<_>>().join(", "))]
+    NotUnderstood { parts: Vec<Unrecognized> },
     #[error("there is no table model {model:?}: use one of {}", .known.join(", "))]
     UnknownTableModel { model: String, known: Vec<String> },
 }
@@ -90,8 +110,16 @@ fn unknown_clause(terms: &[String]) -> String {
     if terms.is_empty() { String::new() } else { format!(" (not known: {})", terms.join(", ")) }
 }
 
-static LEXICON: LazyLock<Lexicon<'static>> =
-    LazyLock::new(|| Lexicon::new(categories(), table_models(), vocabulary::vocabulary(), themes::themes()));
+/// A part of the text with its position and the nearest known word.
+fn described(part: &Unrecognized) -> String {
+    let nearest = part.nearest_by_meaning.as_ref().or(part.nearest_by_spelling.as_ref());
+    let hint = nearest.map_or(String::new(), |nearest| format!(", nearest is {nearest:?}"));
+    format!("{:?} (bytes {} to {}{hint})", part.span.text, part.span.start, part.span.end)
+}
+
+static LEXICON: LazyLock<Lexicon<'static>> = LazyLock::new(|| {
+    Lexicon::new(categories(), table_models(), vocabulary::vocabulary(), themes::themes(), &nouns::CatalogOnly)
+});
 
 /// The color of a color word ("navy", "light blue"), as used for `TableSpec::color`.
 pub fn color_of_word(word: &str) -> Option<Rgb> {
@@ -110,45 +138,90 @@ pub fn color_of_word(word: &str) -> Option<Rgb> {
 ///
 /// # Errors
 ///
-/// A [`DescribeError`] if the text is empty, too long or without a known object, if it requests too many objects, or
-/// if `options` name an unknown table model.
+/// A [`DescribeError`] if the text is empty, too long, not English or without a known object, if it requests too many
+/// objects, if `options` name an unknown table model, or if a part of the text is not understood and `options` do not
+/// permit that.
 pub fn describe(
     text: &str,
     seed: u64,
     options: &DescribeOptions,
     settings: &TextParserSettings,
 ) -> Result<SceneDescription, DescribeError> {
-    let lexicon = &*LEXICON;
+    describe_with(&LEXICON, text, seed, options, settings)
+}
+
+fn describe_with(
+    lexicon: &Lexicon<'static>,
+    text: &str,
+    seed: u64,
+    options: &DescribeOptions,
+    settings: &TextParserSettings,
+) -> Result<SceneDescription, DescribeError> {
     let chars = text.chars().count();
     if chars > settings.max_text_chars {
         return Err(DescribeError::TooLong { chars, limit: settings.max_text_chars });
     }
-    let tokens = tokens::tokenize(text);
-    if tokens.is_empty() {
+    let mut source = json_input::read(text).unwrap_or_else(|| Source::read(text));
+    if source.tokens.is_empty() {
         return Err(DescribeError::Empty);
     }
-    let normalized = tokens.iter().filter_map(tokens::Token::word).collect::<Vec<_>>().join(" ");
-    let parsed = grammar::parse(lexicon, &tokens);
-    let (theme, named) = theme_of(lexicon, &parsed, &normalized, seed)?;
+    let corrections = correction::correct(lexicon, &mut source);
+    if let Some(words) = language::foreign_words(lexicon, &source) {
+        return Err(DescribeError::NotEnglish { words: words.into_iter().take(12).collect() });
+    }
+    source.separate_bare_nouns(lexicon);
+    let normalized = source.tokens.iter().filter_map(tokens::Token::word).collect::<Vec<_>>().join(" ");
+    let mut parsed = grammar::parse(lexicon, &source, options.on_unknown == OnUnknown::StandIn);
+    for (token, corrected) in corrections {
+        parsed.account.note(token..token + 1, Claimed::Correction(corrected));
+    }
+    let theme = theme_of(lexicon, &parsed, &normalized, seed)?;
     let limit = options.max_objects.min(64);
 
     let mut draft = Draft::new(lexicon, &theme.family, seed);
     counts::instantiate(&mut draft, &parsed, limit)?;
     supports::relate(&mut draft, &parsed);
-    let kinds = parsed.mentions.len();
-    let says = |words: &std::collections::BTreeSet<String>| {
-        words.iter().any(|phrase| themes::has_phrase(&normalized, phrase))
-    };
-    let grammar = &lexicon.vocabulary.grammar;
-    let open = named && kinds < settings.kinds_that_close_a_text || says(&grammar.openers);
-    if draft.objects.is_empty() || (open && !says(&grammar.closers)) {
+    let is_open = completion::is_open(lexicon, &mut parsed, &source, draft.objects.is_empty());
+    if is_open {
         completion::complete(&mut draft, &parsed, theme, settings, limit);
     }
+    themes::claim_words(theme, lexicon, &source, &mut parsed.account);
     if draft.objects.is_empty() {
         return Err(nothing_recognized(lexicon, &parsed));
     }
-    sizing::size(&mut draft);
+    let out_of_range = sizing::size(&mut draft);
     supports::keep_what_fits(&mut draft);
+    let goals = start_state::predicates(&draft, &parsed);
+    let satisfied = start_state::stand_apart(&mut draft, &goals.predicates);
+    for object in out_of_range {
+        report_measures(&draft, &mut parsed, object);
+    }
+    if !satisfied.is_empty() {
+        for range in parsed.instructions.clone() {
+            parsed.account.report(range, UnrecognizedReason::NotExpressible);
+        }
+    }
+    parsed.account.close(&source, lexicon.vocabulary);
+    let ids = draft.ids();
+    let predicates: Vec<GoalPredicate> = goals
+        .predicates
+        .iter()
+        .filter(|predicate| !satisfied.contains(predicate))
+        .map(|predicate| GoalPredicate {
+            predicate: predicate.kind,
+            object: ids[predicate.object].clone(),
+            target: predicate.target.map(|target| ids[target].clone()),
+            second_target: predicate.second.map(|second| ids[second].clone()),
+        })
+        .collect();
+    let goal = (!parsed.instructions.is_empty())
+        .then(|| Goal { instruction: instruction_text(&source, &parsed), predicates });
+    let arrangements = arranged::arrangements(&draft, &parsed);
+    let unrecognized = understood::unrecognized(lexicon, &parsed.account, &source);
+    if options.on_unknown == OnUnknown::Fail && !unrecognized.is_empty() {
+        return Err(DescribeError::NotUnderstood { parts: unrecognized });
+    }
+    let understood = understood::understood(&draft, &parsed, &source, &theme.name, &goals.of_goal);
     let objects = draft.into_objects();
     let table =
         table_choice::choose(lexicon, &parsed, options.table.as_ref(), theme, &objects, seed, settings)?;
@@ -156,44 +229,75 @@ pub fn describe(
         theme: theme.name.clone(),
         family: theme.family.clone(),
         table,
+        table_size_is_stated: table_choice::size_is_stated(&parsed, options.table.as_ref()),
         objects,
-        table_size_is_stated: false,
-        arrangements: Vec::new(),
-        goal: None,
-        excluded_categories: Vec::new(),
-        understood: Vec::new(),
-        unrecognized: unrecognized(text, &parsed.unknown),
+        arrangements,
+        goal,
+        excluded_categories: understood::categories_of(lexicon, &parsed.excluded),
+        understood,
+        unrecognized,
         prose: String::new(),
     };
     description.prose = prose::write(&description);
     Ok(description)
 }
 
-/// Unknown terms with their first place in the text.
-fn unrecognized(text: &str, terms: &[String]) -> Vec<Unrecognized> {
-    let lower = text.to_ascii_lowercase();
-    let at = |term: &String| {
-        let start = lower.find(term.as_str()).unwrap_or(0);
-        TextSpan { start, end: (start + term.len()).min(text.len()), text: term.clone() }
-    };
-    terms
+/// Reports the measures of an object that are outside the range of its category.
+fn report_measures(draft: &Draft, parsed: &mut ParsedText, object: usize) {
+    let Some(mention) = draft.of_mention.iter().position(|objects| objects.contains(&object)) else { return };
+    let measures: Vec<_> = parsed
+        .account
+        .claims
         .iter()
-        .map(|term| Unrecognized {
-            span: at(term),
-            reason: UnrecognizedReason::UnknownWord,
-            nearest_by_spelling: None,
-            nearest_by_meaning: None,
+        .filter_map(|claim| match &claim.meaning {
+            Claimed::Property { property: "size" | "volume" | "mass", mentions } if mentions.contains(&mention) => {
+                Some(claim.tokens.clone())
+            }
+            _ => None,
         })
-        .collect()
+        .collect();
+    for tokens in measures {
+        parsed.account.retract(&tokens);
+        parsed.account.report(tokens, UnrecognizedReason::OutOfRange);
+    }
 }
 
-/// The theme, and whether the text names it; an error if the text has no recognized content.
+/// The instructions as the text has them.
+fn instruction_text(source: &Source, parsed: &ParsedText) -> String {
+    let mut parts: Vec<String> = Vec::new();
+    let mut last: Option<std::ops::Range<usize>> = None;
+    let mut flush = |range: &std::ops::Range<usize>| {
+        let span = source.span(range.clone());
+        let text = source.text[span].trim().trim_end_matches([',', '.', ';']);
+        parts.push(text.to_owned());
+    };
+    for range in &parsed.instructions {
+        match &mut last {
+            // Neighboring clauses of one sentence are one instruction.
+            Some(known) if range.start <= known.end + 2 && !source.has_end(known.end..range.start) => {
+                known.end = range.end.max(known.end);
+            }
+            _ => {
+                if let Some(known) = last.take() {
+                    flush(&known);
+                }
+                last = Some(range.clone());
+            }
+        }
+    }
+    if let Some(known) = last {
+        flush(&known);
+    }
+    parts.join(". ")
+}
+
+/// The theme; an error if the text has no recognized content.
 fn theme_of<'t>(
     lexicon: &Lexicon<'t>,
     parsed: &ParsedText,
     normalized: &str,
     seed: u64,
-) -> Result<(&'t Theme, bool), DescribeError> {
+) -> Result<&'t Theme, DescribeError> {
     let named: Vec<(&str, &[String])> = parsed
         .mentions
         .iter()
@@ -206,11 +310,11 @@ fn theme_of<'t>(
         })
         .collect();
     if let Some(choice) = themes::choose_theme(lexicon.themes, normalized, &named) {
-        return Ok((choice.theme, choice.named));
+        return Ok(choice);
     }
     let scene =
         lexicon.vocabulary.grammar.scene_words.iter().any(|word| themes::has_phrase(normalized, word));
-    let bare_table = (parsed.table.is_some() || scene) && parsed.unknown.is_empty();
+    let bare_table = (parsed.table.is_some() || scene || parsed.nothing_else) && parsed.unknown.is_empty();
     if !bare_table && parsed.mentions.is_empty() {
         return Err(nothing_recognized(lexicon, parsed));
     }
@@ -225,7 +329,7 @@ fn theme_of<'t>(
     let pool = if fitting.is_empty() { lexicon.themes.theme.iter().collect() } else { fitting };
     use rand::RngExt;
     let pick = child_rng(seed, "theme").random_range(0..pool.len());
-    Ok((pool[pick], false))
+    Ok(pool[pick])
 }
 
 fn nothing_recognized(lexicon: &Lexicon, parsed: &ParsedText) -> DescribeError {

@@ -121,9 +121,25 @@ pub struct RequestOptions {
     /// Maximum total cost of remote calls, US dollars (0..=[`MAX_BUDGET_USD`]).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub budget_usd: Option<f64>,
+    /// What happens to objects of the text that the catalog does not have.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub on_unknown: Option<OnUnknown>,
     /// `key = value` overrides of the resolved settings, validated against the configuration.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub set: BTreeMap<String, String>,
+}
+
+/// Policy for the parts of a text that are not understood.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum OnUnknown {
+    /// The request fails if any part is not understood.
+    Fail,
+    /// A plain shape stands in for an object that the catalog does not have; what has no stand-in is reported.
+    #[default]
+    StandIn,
+    /// Unknown objects are reported and left out.
+    Drop,
 }
 
 /// "The mug is 9 cm wide": a length along the named object's (or the table's) width.

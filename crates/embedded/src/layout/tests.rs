@@ -22,7 +22,6 @@ fn described(text: &str, seed: u64) -> SceneDescription {
         max_text_chars: 4000,
         fewest_objects: 8,
         default_max_objects: 15,
-        kinds_that_close_a_text: 3,
         table_area_per_footprint: 3.0,
     };
     describe(text, seed, &DescribeOptions { max_objects: 64, table: None }, &settings).expect(text)

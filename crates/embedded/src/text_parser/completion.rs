@@ -1,15 +1,40 @@
 //! Completion of open scenes with typical objects of the theme.
 
+use std::collections::BTreeSet;
+
 use rand::RngExt;
 
 use super::TextParserSettings;
+use super::account::Claimed;
 use super::counts::is_excluded;
-use super::draft::Draft;
+use super::draft::{Draft, Kind};
 use super::grammar::ParsedText;
+use super::lexicon::Lexicon;
 use super::phrase::Attributes;
 use super::themes::{Theme, ThemeItem};
+use super::tokens::{Source, match_phrase};
+use catalog::Category;
 use runtime::seed::child_rng;
 use scene::RelationKind;
+
+/// Whether the theme completes the scene: the text names no objects, or it asks for more than it names. Claims the words
+/// that say so.
+pub(super) fn is_open(lexicon: &Lexicon, parsed: &mut ParsedText, source: &Source, is_bare: bool) -> bool {
+    let grammar = &lexicon.vocabulary.grammar;
+    let mut claim = |phrases: &BTreeSet<String>, complete: bool| {
+        let mut found = false;
+        for at in 0..source.tokens.len() {
+            let longest = phrases.iter().filter_map(|phrase| match_phrase(&source.tokens, at, phrase)).max();
+            if let Some(length) = longest {
+                parsed.account.claim(at..at + length, Claimed::Completion(complete));
+                found = true;
+            }
+        }
+        found
+    };
+    let (opens, closes) = (claim(&grammar.openers, true), claim(&grammar.closers, false));
+    is_bare && parsed.mentions.is_empty() || (opens && !closes && !parsed.nothing_else)
+}
 
 /// Adds typical objects until the seeded number of objects is reached. Categories that the text names or excludes are
 /// skipped; added objects are marked as not requested.
@@ -39,9 +64,10 @@ pub(super) fn complete(
             done[k] = true;
             let names: Vec<&str> = item.names().collect();
             let name = names[picks[k] as usize % names.len()];
-            let Some(category) = draft.lexicon.index_of(name) else { continue };
-            let present = draft.objects.iter().any(|object| object.category == category);
-            if present || is_excluded(draft, parsed, category) {
+            let Some(index) = draft.lexicon.index_of(name) else { continue };
+            let category = &draft.lexicon.categories[index];
+            let present = draft.objects.iter().any(|object| object.kind.category.name == category.name);
+            if present || is_excluded(draft, parsed, index) {
                 continue;
             }
             let [min_count, max_count] = item.count;
@@ -57,12 +83,11 @@ pub(super) fn complete(
     }
 }
 
-fn add_item(draft: &mut Draft, item: &ThemeItem, category: usize, count: usize, limit: usize) {
+fn add_item<'c>(draft: &mut Draft<'_, 'c>, item: &ThemeItem, category: &'c Category, count: usize, limit: usize) {
     let targets: Vec<usize> = item
         .target
         .as_deref()
-        .and_then(|name| draft.lexicon.index_of(name))
-        .map(|index| (0..draft.objects.len()).filter(|&o| draft.objects[o].category == index).collect())
+        .map(|name| (0..draft.objects.len()).filter(|&o| draft.category(o).name == name).collect())
         .unwrap_or_default();
     if item.each && targets.is_empty() {
         return;
@@ -73,11 +98,10 @@ fn add_item(draft: &mut Draft, item: &ThemeItem, category: usize, count: usize, 
     }
     let mut below: Option<usize> = None;
     for k in 0..total {
-        let label = draft.lexicon.categories[category].label.clone();
-        let object = draft.add(category, label, Attributes { scale: 1.0, ..Attributes::default() }, false);
+        let object = draft.add(Kind::of(category), category.label.clone(), Attributes::plain(), false);
         if let (Some(kind), false) = (item.relation, targets.is_empty()) {
             let free = targets.iter().position(|&t| {
-                !draft.objects.iter().any(|o| kind.is_support() && o.relations.contains(&(kind, Some(t))))
+                !draft.objects.iter().any(|o| kind.is_support() && o.has(kind, Some(t)))
             });
             let target = if item.each {
                 Some(k / count.max(1))

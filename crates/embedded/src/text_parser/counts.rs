@@ -3,7 +3,7 @@
 use rand::RngExt;
 
 use super::DescribeError;
-use super::draft::Draft;
+use super::draft::{Draft, Kind};
 use super::grammar::{Mention, ParsedText};
 use super::lexicon::Meaning;
 use super::phrase::Attributes;
@@ -26,15 +26,16 @@ pub(super) fn instantiate(draft: &mut Draft, parsed: &ParsedText, limit: usize) 
     for (m, mention) in parsed.mentions.iter().enumerate() {
         let mut made = Vec::new();
         match sense(draft, mention) {
-            Some(Meaning::Category(category)) => {
+            Some(meaning @ (Meaning::Category(_) | Meaning::StandIn(_))) => {
+                let Some(kind) = draft.lexicon.kind(&meaning) else { continue };
                 for k in 0..counts[m] {
-                    let label = label(draft, mention, category, k);
+                    let label = label(draft, mention, &kind, k);
                     let mut attributes = mention.attributes.clone();
                     if attributes.colors.len() > 1 {
                         let pick = k % attributes.colors.len();
                         attributes.colors.swap(0, pick);
                     }
-                    made.push(draft.add(category, label, attributes, true));
+                    made.push(draft.add_of(mention, kind.clone(), label, attributes));
                 }
                 if mention.stacked {
                     for pair in made.windows(2) {
@@ -50,8 +51,9 @@ pub(super) fn instantiate(draft: &mut Draft, parsed: &ParsedText, limit: usize) 
                     }
                 } else {
                     for category in members(draft, vague, counts[m], m, parsed) {
-                        let label = draft.lexicon.categories[category].label.clone();
-                        made.push(draft.add(category, label, mention.attributes.clone(), true));
+                        let category = &draft.lexicon.categories[category];
+                        let attributes = mention.attributes.clone();
+                        made.push(draft.add_of(mention, Kind::of(category), category.label.clone(), attributes));
                     }
                 }
             }
@@ -101,7 +103,7 @@ fn instances(draft: &Draft, parsed: &ParsedText, m: usize, depth: usize) -> usiz
         (Some(range), _) => range,
         (None, Some(vague)) => vague.count,
         (None, None) if mention.stacked => [3, 4],
-        (None, None) if mention.plural && mention.each_of.is_none() => {
+        (None, None) if mention.plural && mention.each_of.is_none() && !mention.per_person => {
             if mention.contents {
                 // Several categories share the vessel.
                 match kinds_of_contents(parsed, m) {
@@ -117,7 +119,9 @@ fn instances(draft: &Draft, parsed: &ParsedText, m: usize, depth: usize) -> usiz
         }
         _ => [1, 1],
     };
+    let persons = if mention.per_person { parsed.people.unwrap_or(1) as usize } else { 1 };
     let own = if range[0] < range[1] { rng.random_range(range[0]..=range[1]) } else { range[0] } as usize;
+    let own = own.saturating_mul(persons);
     match mention.each_of {
         Some(host) if host != m && depth < 8 => {
             own.saturating_mul(instances(draft, parsed, host, depth + 1).max(1))
@@ -192,7 +196,7 @@ pub(super) fn is_excluded(draft: &Draft, parsed: &ParsedText, category: usize) -
         Meaning::Vague(index) => {
             draft.lexicon.themes.vague[*index].members.contains(&draft.lexicon.categories[category].name)
         }
-        Meaning::Table(_) => false,
+        Meaning::Table(_) | Meaning::StandIn(_) => false,
     })
 }
 
@@ -207,9 +211,8 @@ pub(super) fn place_setting(draft: &mut Draft, requested: bool) -> Vec<usize> {
     ];
     for (name, kind) in parts {
         let Some(category) = draft.lexicon.index_of(name) else { continue };
-        let label = draft.lexicon.categories[category].label.clone();
-        let object =
-            draft.add(category, label, Attributes { scale: 1.0, ..Attributes::default() }, requested);
+        let category = &draft.lexicon.categories[category];
+        let object = draft.add(Kind::of(category), category.label.clone(), Attributes::plain(), requested);
         if let (Some(kind), Some(&plate)) = (kind, made.first()) {
             draft.relate(object, kind, Some(plate));
         }
@@ -219,9 +222,9 @@ pub(super) fn place_setting(draft: &mut Draft, requested: bool) -> Vec<usize> {
 }
 
 /// The user's words for one of the mention's objects.
-fn label(draft: &Draft, mention: &Mention, category: usize, k: usize) -> String {
+fn label(draft: &Draft, mention: &Mention, kind: &Kind, k: usize) -> String {
     let vocabulary = draft.lexicon.vocabulary;
-    let known = &draft.lexicon.categories[category].label;
+    let known = kind.stand_in.as_ref().map_or(&kind.category.label, |(noun, _)| noun);
     if mention.attributes.color_words.len() > 1 {
         return format!(
             "{} {known}",

@@ -1,21 +1,65 @@
 //! Draft objects requested by the text and the theme, before their sizes are final.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
+use super::grammar::Mention;
 use super::lexicon::Lexicon;
 use super::phrase::Attributes;
-use catalog::Category;
+use catalog::{Category, SizeRange};
 use geometry::Rgb;
 use runtime::seed::child_seed;
+use scene::description::RequestedPose;
 use scene::request::MAX_SEED;
 use scene::{InstanceId, ObjectSpec, Relation, RelationKind};
 
+/// A relation to another object by index; `None` is the table.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct DraftRelation {
+    pub kind: RelationKind,
+    pub to: Option<usize>,
+    pub second: Option<usize>,
+    pub distance_m: Option<f64>,
+}
+
+impl DraftRelation {
+    pub fn new(kind: RelationKind, to: Option<usize>) -> Self {
+        Self { kind, to, second: None, distance_m: None }
+    }
+}
+
+/// A category, or a stand-in for an object that the catalog does not have.
+#[derive(Clone, Debug)]
+pub(super) struct Kind<'c> {
+    pub category: &'c Category,
+    pub size: SizeRange,
+    /// Noun and substance of a stand-in.
+    pub stand_in: Option<(String, String)>,
+}
+
+impl<'c> Kind<'c> {
+    pub fn of(category: &'c Category) -> Self {
+        Self { category, size: category.size, stand_in: None }
+    }
+
+    /// First part of the ids of its objects.
+    fn name(&self) -> String {
+        match &self.stand_in {
+            Some((noun, _)) => noun
+                .chars()
+                .filter(|c| c.is_ascii_alphanumeric() || *c == ' ')
+                .map(|c| if c == ' ' { '_' } else { c })
+                .take(40)
+                .collect(),
+            None => self.category.name.clone(),
+        }
+    }
+}
+
 /// A draft object.
 #[derive(Clone, Debug)]
-pub(super) struct DraftObject {
+pub(super) struct DraftObject<'c> {
     pub id: InstanceId,
-    /// Index into the catalog.
-    pub category: usize,
+    pub kind: Kind<'c>,
     pub label: String,
     pub color: Option<Rgb>,
     pub material: Option<String>,
@@ -23,15 +67,24 @@ pub(super) struct DraftObject {
     /// Zero until `sizing`.
     pub size_m: DVec3,
     pub requested: bool,
-    /// Relations to other objects by index; `None` is the table.
-    pub relations: Vec<(RelationKind, Option<usize>)>,
+    pub pose: RequestedPose,
+    pub yaw_rad: Option<f64>,
+    pub position_m: Option<DVec2>,
+    pub state: Option<String>,
+    pub relations: Vec<DraftRelation>,
+}
+
+impl DraftObject<'_> {
+    pub fn has(&self, kind: RelationKind, to: Option<usize>) -> bool {
+        self.relations.iter().any(|relation| relation.kind == kind && relation.to == to)
+    }
 }
 
 pub(super) struct Draft<'a, 'c> {
     pub lexicon: &'a Lexicon<'c>,
     pub family: &'a str,
     pub seed: u64,
-    pub objects: Vec<DraftObject>,
+    pub objects: Vec<DraftObject<'c>>,
     /// Indices of the objects of each mention.
     pub of_mention: Vec<Vec<usize>>,
 }
@@ -42,29 +95,44 @@ impl<'a, 'c> Draft<'a, 'c> {
     }
 
     pub fn category(&self, object: usize) -> &'c Category {
-        &self.lexicon.categories[self.objects[object].category]
+        self.objects[object].kind.category
     }
 
     /// Adds an object with the next free number of its category.
-    pub fn add(&mut self, category: usize, label: String, attributes: Attributes, requested: bool) -> usize {
-        let name = &self.lexicon.categories[category].name;
-        let number = 1 + self.objects.iter().filter(|object| object.category == category).count();
+    pub fn add(&mut self, kind: Kind<'c>, label: String, attributes: Attributes, requested: bool) -> usize {
+        let name = kind.name();
+        let number = 1 + self.objects.iter().filter(|object| object.kind.name() == name).count();
         self.objects.push(DraftObject {
-            id: InstanceId::numbered(name, number),
-            category,
+            id: InstanceId::numbered(&name, number),
+            kind,
             label,
             color: attributes.colors.first().copied().or(attributes.material_color),
             material: attributes.substance.clone(),
             attributes,
             size_m: DVec3::ZERO,
             requested,
+            pose: RequestedPose::Upright,
+            yaw_rad: None,
+            position_m: None,
+            state: None,
             relations: Vec::new(),
         });
         self.objects.len() - 1
     }
 
+    /// Adds an object of a mention, with its pose, state and position.
+    pub fn add_of(&mut self, mention: &Mention, kind: Kind<'c>, label: String, attributes: Attributes) -> usize {
+        let object = self.add(kind, label, attributes, true);
+        let draft = &mut self.objects[object];
+        draft.pose = mention.pose;
+        draft.yaw_rad = mention.yaw_rad;
+        draft.position_m = mention.position_m;
+        draft.state = mention.state.clone();
+        object
+    }
+
     pub fn supporter(&self, object: usize) -> Option<usize> {
-        self.objects[object].relations.iter().find(|(kind, _)| kind.is_support()).and_then(|(_, to)| *to)
+        self.objects[object].relations.iter().find(|relation| relation.kind.is_support()).and_then(|r| r.to)
     }
 
     /// Whether `object` rests on `base`, directly or indirectly.
@@ -81,9 +149,14 @@ impl<'a, 'c> Draft<'a, 'c> {
         true
     }
 
-    /// Adds a relation; a second support, a cycle and a repetition are ignored.
     pub fn relate(&mut self, from: usize, kind: RelationKind, to: Option<usize>) {
-        if to == Some(from) || self.objects[from].relations.contains(&(kind, to)) {
+        self.relate_as(from, DraftRelation::new(kind, to));
+    }
+
+    /// Adds a relation; a second support, a cycle and a repetition are ignored.
+    pub fn relate_as(&mut self, from: usize, relation: DraftRelation) {
+        let DraftRelation { kind, to, .. } = relation;
+        if to == Some(from) || self.objects[from].has(kind, to) {
             return;
         }
         if kind.is_support() {
@@ -92,32 +165,42 @@ impl<'a, 'c> Draft<'a, 'c> {
                 return;
             }
         }
-        self.objects[from].relations.push((kind, to));
+        self.objects[from].relations.push(relation);
+    }
+
+    pub fn ids(&self) -> Vec<InstanceId> {
+        self.objects.iter().map(|object| object.id.clone()).collect()
     }
 
     pub fn into_objects(self) -> Vec<ObjectSpec> {
-        let ids: Vec<InstanceId> = self.objects.iter().map(|object| object.id.clone()).collect();
+        let ids = self.ids();
+        let id = |index: Option<usize>| index.map(|index| ids[index].clone());
         self.objects
             .into_iter()
             .map(|object| ObjectSpec {
                 seed: child_seed(self.seed, object.id.as_str()) & MAX_SEED,
-                category: self.lexicon.categories[object.category].name.clone(),
+                category: object.kind.category.name.clone(),
                 id: object.id,
                 label: object.label,
                 size_m: object.size_m,
                 color: object.color,
-                material: object.material,
+                material: object.material.or(object.kind.stand_in.clone().map(|(_, substance)| substance)),
                 requested: object.requested,
-                stand_in: false,
-                pose: scene::RequestedPose::Upright,
-                yaw_rad: None,
-                position_m: None,
-                state: None,
-                mass_kg: None,
+                stand_in: object.kind.stand_in.is_some(),
+                pose: object.pose,
+                yaw_rad: object.yaw_rad,
+                position_m: object.position_m,
+                state: object.state,
+                mass_kg: object.attributes.mass_kg,
                 relations: object
                     .relations
                     .into_iter()
-                    .map(|(kind, to)| Relation::new(kind, to.map(|to| ids[to].clone())))
+                    .map(|relation| Relation {
+                        kind: relation.kind,
+                        target: id(relation.to),
+                        second_target: id(relation.second),
+                        distance_m: relation.distance_m,
+                    })
                     .collect(),
             })
             .collect()

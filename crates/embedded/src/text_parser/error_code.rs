@@ -9,6 +9,8 @@ impl DescribeError {
             Self::Empty => "text_empty",
             Self::TooLong { .. } => "text_too_long",
             Self::NothingRecognized { .. } => "nothing_recognized",
+            Self::NotEnglish { .. } => "not_english",
+            Self::NotUnderstood { .. } => "not_understood",
             Self::TooManyObjects { .. } => "too_many_objects",
             Self::UnknownTableModel { .. } => "unknown_table_model",
         }
@@ -18,6 +20,7 @@ impl DescribeError {
     pub fn terms(&self) -> &[String] {
         match self {
             Self::NothingRecognized { terms, .. } => terms,
+            Self::NotEnglish { words } => words,
             _ => &[],
         }
     }

@@ -1,20 +1,40 @@
 //! The grammar: tokens to mentions and links, with clauses, lists, prepositions, pronouns, "with ..." and "each".
 //!
-//! A recursive-descent parser that never fails: it skips unparsable tokens and collects unknown nouns. Pronouns refer
-//! to the last subject; "the X" refers to an earlier X (references.rs); prepositions link subjects to objects
-//! (relations.rs).
+//! A recursive-descent parser that never fails: it skips unparsable tokens, which the account of the text then reports.
+//! Pronouns refer to the last subject; "the X" refers to an earlier X (references.rs); prepositions link subjects to
+//! objects (relations.rs); instructions state goals (instruction.rs).
 
+mod action;
+mod arrangements;
+mod contents;
+mod distances;
+mod ellipsis;
+mod exclusion;
+mod goals;
+mod instruction;
+mod orientation;
+mod outcome;
+mod places;
 mod references;
 mod relations;
+mod states;
+mod steps;
 mod with_list;
 
+use std::ops::Range;
+
+use glam::DVec2;
+
+use super::account::{Account, Claimed};
 use super::lexicon::{Lexicon, Meaning};
-use super::phrase::{Attributes, Determiner, Head, NounPhrase, noun_phrase, predicate};
-use super::prepositions::{place_at, preposition_at, reciprocal_at};
-use super::quantity::quantity;
-use super::tokens::{Token, word};
-use references::{Referent, merge};
+use super::phrase::{Attributes, Group, Head, NounPhrase, PropertySpan};
+use super::tokens::{Source, Token, word};
+pub(super) use goals::{GoalDraft, GoalKind};
+pub(super) use states::category_shows;
+use references::Referent;
 use scene::RelationKind;
+use scene::description::RequestedPose;
+use scene::text_account::UnrecognizedReason;
 
 /// A group of objects of the text with common attributes.
 #[derive(Clone, Debug)]
@@ -27,19 +47,44 @@ pub(super) struct Mention {
     pub words: String,
     /// Repeated for every instance of that mention.
     pub each_of: Option<usize>,
+    /// Repeated for every person.
+    pub per_person: bool,
     /// Whether the mention is the contents of a vessel; its vague plural may be larger.
     pub contents: bool,
-    pub places: Vec<RelationKind>,
+    pub places: Vec<Place>,
+    pub pose: RequestedPose,
+    pub state: Option<String>,
+    pub yaw_rad: Option<f64>,
+    pub position_m: Option<DVec2>,
     /// Whether the mention is only referred to so far ("the monitor" before "a monitor").
     pub forward: bool,
+    /// The head in the text.
+    pub tokens: Range<usize>,
+    pub properties: Vec<PropertySpan>,
+}
+
+/// A named part of the table top, or a distance from one of its edges.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Place {
+    pub kind: RelationKind,
+    pub distance_m: Option<f64>,
 }
 
 /// A relation between two mentions: "from kind to".
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Link {
     pub from: usize,
     pub kind: LinkKind,
     pub to: usize,
+    /// The second object of "between".
+    pub second: Option<usize>,
+    pub distance_m: Option<f64>,
+}
+
+impl Link {
+    pub fn new(from: usize, kind: LinkKind, to: usize) -> Self {
+        Self { from, kind, to, second: None, distance_m: None }
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,6 +96,19 @@ pub(super) enum LinkKind {
     WithAtSide(RelationKind),
     /// One object on the left, one on the right.
     Flank,
+    /// In the target if it is a container, otherwise on it.
+    At,
+}
+
+/// A regular arrangement of mentions.
+#[derive(Clone, Debug)]
+pub(super) struct ArrangementDraft {
+    pub group: Group,
+    pub columns: Option<usize>,
+    pub mentions: Vec<usize>,
+    pub gap_m: Option<f64>,
+    pub center: Option<usize>,
+    pub tokens: Range<usize>,
 }
 
 /// The parse of a text.
@@ -58,16 +116,36 @@ pub(super) enum LinkKind {
 pub(super) struct ParsedText {
     pub mentions: Vec<Mention>,
     pub links: Vec<Link>,
+    pub arrangements: Vec<ArrangementDraft>,
+    pub goals: Vec<GoalDraft>,
+    /// Tokens of the instructions.
+    pub instructions: Vec<Range<usize>>,
     /// Meanings excluded by the text.
     pub excluded: Vec<Meaning>,
     pub table: Option<(Option<String>, Attributes)>,
+    /// Unknown nouns.
     pub unknown: Vec<String>,
     /// "for four people".
     pub people: Option<u32>,
+    /// Whether the text says that nothing else is on the table.
+    pub nothing_else: bool,
+    pub account: Account,
+}
+
+/// A relation whose subject follows.
+#[derive(Clone, Debug)]
+struct PendingRelation {
+    kind: RelationKind,
+    inverse: bool,
+    targets: Vec<usize>,
+    second: Option<usize>,
+    distance_m: Option<f64>,
+    tokens: Range<usize>,
 }
 
 struct Parser<'a, 'c> {
     lexicon: &'a Lexicon<'c>,
+    source: &'a Source,
     tokens: &'a [Token],
     at: usize,
     parsed: ParsedText,
@@ -78,24 +156,37 @@ struct Parser<'a, 'c> {
     /// Referents of "them".
     salient_list: Vec<usize>,
     /// Fronted relations before their subject.
-    pending: Vec<(RelationKind, Vec<usize>)>,
-    pending_places: Vec<RelationKind>,
+    pending: Vec<PendingRelation>,
+    pending_places: Vec<(Place, Range<usize>)>,
     pending_each: Option<usize>,
     /// Whether the target of the pending relation is the referent of "it", which is fixed for the rest of the sentence.
     pending_pronoun: bool,
+    pending_per_person: bool,
     /// Whether the last member of the current list follows a bare "and".
     after_and: bool,
     joined: bool,
     clause_start: bool,
+    /// Target of the preposition that has just been read ("a cup on a saucer" before "on a tray").
+    chain: Option<usize>,
+    /// A plural mention that is being split ("two mugs, one red ..."), and how many objects are left.
+    split: Option<(usize, u32)>,
+    /// Whether an instruction has been read; later clauses may continue it.
+    instructed: bool,
+    stand_ins: bool,
 }
 
-/// Parses the whole text.
-pub(super) fn parse(lexicon: &Lexicon, tokens: &[Token]) -> ParsedText {
+/// Maximum number of mentions that are read; a scene has fewer objects.
+const MAX_MENTIONS: usize = 256;
+
+/// Parses the whole text. Without stand-ins, nouns outside the catalog are reported.
+pub(super) fn parse(lexicon: &Lexicon, source: &Source, stand_ins: bool) -> ParsedText {
+    let account = Account::new(source.tokens.len());
     let mut reader = Parser {
         lexicon,
-        tokens,
+        source,
+        tokens: &source.tokens,
         at: 0,
-        parsed: ParsedText::default(),
+        parsed: ParsedText { account, ..ParsedText::default() },
         subject: Vec::new(),
         salient: None,
         salient_list: Vec::new(),
@@ -103,228 +194,83 @@ pub(super) fn parse(lexicon: &Lexicon, tokens: &[Token]) -> ParsedText {
         pending_places: Vec::new(),
         pending_each: None,
         pending_pronoun: false,
+        pending_per_person: false,
         after_and: false,
         joined: false,
         clause_start: true,
+        chain: None,
+        split: None,
+        instructed: false,
+        stand_ins,
     };
-    while reader.at < tokens.len() {
+    while reader.at < reader.tokens.len() && reader.parsed.mentions.len() < MAX_MENTIONS {
         let before = reader.at;
         reader.step();
-        if reader.at == before {
-            reader.at += 1;
+        if reader.at <= before {
+            reader.at = before + 1;
         }
     }
+    reader.end_clause();
+    reader.drop_excluded();
     reader.parsed
 }
 
-impl Parser<'_, '_> {
-    fn word(&self, ahead: usize) -> Option<&str> {
+impl<'a> Parser<'a, '_> {
+    fn word(&self, ahead: usize) -> Option<&'a str> {
         word(self.tokens, self.at + ahead)
     }
 
-    fn step(&mut self) {
-        match &self.tokens[self.at] {
-            Token::End => {
-                self.end_clause();
-                self.at += 1;
-                return;
-            }
-            Token::Pause => {
-                self.after_and = false;
-                self.joined = false;
-                self.at += 1;
-                return;
-            }
-            _ => {}
-        }
-        let clause_start = self.clause_start;
-        self.clause_start = false;
-        if self.people() || self.exclusion() {
-            return;
-        }
-        if matches!(self.word(0), Some("and" | "plus" | "also" | "then" | "while" | "but" | "or")) {
-            self.after_and = self.word(0) == Some("and");
-            self.at += 1;
-            self.clause_start = clause_start;
-            return;
-        }
-        // "each with a fork", "with a fork each".
-        if matches!(self.word(0), Some("each" | "both"))
-            && matches!(self.word(1), Some("with" | "has" | "have" | "holding" | "containing"))
-        {
-            self.at += 1;
-            self.with_list(true);
-            return;
-        }
-        if self.with_at().is_some() {
-            self.with_list(false);
-            return;
-        }
-        if let Some((places, length)) = place_at(self.tokens, self.at, &self.table_words()) {
-            self.at += length;
-            self.place(places, clause_start);
-            return;
-        }
-        // "on each other" stacks them; "next to each other" is the default for objects of one category.
-        if let Some((kind, length)) = reciprocal_at(self.tokens, self.at) {
-            if let (RelationKind::On, Some(&last)) = (kind, self.subject.last()) {
-                self.parsed.mentions[last].stacked = true;
-            }
-            self.at += length;
-            return;
-        }
-        if let Some((preposition, length)) = preposition_at(self.tokens, self.at) {
-            self.at += length;
-            self.prepositional(preposition, clause_start);
-            return;
-        }
-        if let Some(kind) = self.side_of_it() {
-            self.relate_or_wait(kind, clause_start);
-            return;
-        }
-        // "three mugs stacked on a tray".
-        if matches!(self.word(0), Some("stacked" | "piled"))
-            && let Some(&last) = self.subject.last()
-        {
-            self.parsed.mentions[last].stacked = true;
-            self.at += 1;
-            return;
-        }
-        // "the laptop is silver".
-        if matches!(self.word(0), Some("is" | "are" | "in"))
-            && let Some((attributes, end)) = predicate(self.lexicon, self.tokens, self.at + 1)
-        {
-            self.at = end;
-            let described =
-                if self.subject.is_empty() { self.salient_list.clone() } else { self.subject.clone() };
-            for mention in described {
-                merge(&mut self.parsed.mentions[mention].attributes, attributes.clone());
-            }
-            return;
-        }
-        if let Some((phrase, end)) = noun_phrase(self.lexicon, self.tokens, self.at) {
-            self.at = end;
-            self.noun(phrase);
-        } else {
-            self.at += 1;
-        }
+    fn word_at(&self, at: usize) -> Option<&'a str> {
+        word(self.tokens, at)
+    }
+
+    fn report(&mut self, tokens: Range<usize>, reason: UnrecognizedReason) {
+        self.parsed.account.report(tokens, reason);
     }
 
     fn end_clause(&mut self) {
         if !self.subject.is_empty() {
             self.salient_list = self.subject.clone();
         }
+        self.end_split();
         self.subject.clear();
-        self.pending.clear();
+        for pending in std::mem::take(&mut self.pending) {
+            self.report(pending.tokens, UnrecognizedReason::NoReferent);
+        }
         self.pending_places.clear();
         self.pending_each = None;
         self.pending_pronoun = false;
+        self.pending_per_person = false;
         (self.after_and, self.joined) = (false, false);
+        self.chain = None;
         self.clause_start = true;
     }
 
-    fn table_words(&self) -> impl Fn(&str) -> bool + use<> {
-        |word: &str| {
-            matches!(
-                word,
-                "table" | "desk" | "tabletop" | "workbench" | "bench" | "surface" | "counter" | "it"
-            )
-        }
-    }
-
-    /// "for four people", "set for two".
-    fn people(&mut self) -> bool {
-        if self.word(0) != Some("for") {
-            return false;
-        }
-        let Some(([low, _], length)) = quantity(self.lexicon, self.tokens, self.at + 1) else {
-            return false;
-        };
-        let after = self.tokens.get(self.at + 1 + length);
-        let people = matches!(
-            after.and_then(Token::word),
-            Some("people" | "persons" | "guests" | "friends" | "diners" | "kids" | "children" | "players")
-        );
-        let ends = !matches!(after, Some(Token::Word(_) | Token::Number(_)))
-            || matches!(after.and_then(Token::word), Some("with" | "and" | "on" | "in" | "at"));
-        if !(people || ends) || low == 0 || low > 12 {
-            return false;
-        }
-        self.parsed.people = Some(low);
-        self.at += 1 + length + usize::from(people);
-        true
-    }
-
-    /// "without a mouse", "no plates".
-    fn exclusion(&mut self) -> bool {
-        let start = match self.word(0) {
-            Some("without" | "except" | "excluding" | "minus") => 1,
-            Some("not") if matches!(self.word(1), Some("a" | "any" | "the")) => 1,
-            Some("no") => 0,
-            _ => return false,
-        };
-        let mut p = self.at + start;
-        if matches!(self.tokens.get(p).and_then(Token::word), Some("for" | "any")) {
-            p += 1;
-        }
-        let mut found = false;
-        while let Some((phrase, end)) = noun_phrase(self.lexicon, self.tokens, p) {
-            match phrase.head {
-                Head::Objects(meanings) => self.parsed.excluded.extend(meanings),
-                _ => break,
-            }
-            found = true;
-            p = end;
-            if matches!(self.tokens.get(p).and_then(Token::word), Some("or" | "and" | "nor"))
-                && !matches!(self.tokens.get(p + 1).and_then(Token::word), Some("a" | "an" | "some" | "the"))
-                && !matches!(self.tokens.get(p + 1), Some(Token::Number(_)))
-            {
-                p += 1;
-            } else {
-                break;
-            }
-        }
-        self.at = if found { p } else { self.at + 1 };
-        true
-    }
-
-    fn with_at(&self) -> Option<usize> {
-        match self.word(0)? {
-            "with" | "containing" | "holding" | "carrying" | "featuring" | "including" => Some(1),
-            "filled" | "topped" | "loaded" | "full" if matches!(self.word(1), Some("with" | "of")) => Some(2),
-            "surrounded" | "flanked" | "accompanied" if self.word(1) == Some("by") => Some(2),
-            "has" | "have" | "holds" | "contains" | "carries" if !self.subject.is_empty() => Some(1),
-            _ => None,
-        }
+    fn is_table_word(word: &str) -> bool {
+        matches!(
+            word,
+            "table" | "desk" | "tabletop" | "workbench" | "bench" | "surface" | "counter" | "countertop" | "it" | "workspace"
+        )
     }
 
     /// A phrase in subject position.
     fn noun(&mut self, phrase: NounPhrase) {
         if phrase.negated {
-            if let Head::Objects(meanings) = phrase.head {
-                self.parsed.excluded.extend(meanings);
-            }
+            self.exclude(phrase);
+            return;
+        }
+        if phrase.head == Head::One && self.elliptic(&phrase) {
             return;
         }
         // "a bowl of apples".
         let of = self.word(0) == Some("of");
         let referred = matches!(phrase.head, Head::It | Head::Them);
+        let is_table = phrase.is_table();
         match self.refer(phrase, false) {
             Referent::Mentions(list) => {
-                let is_new = !referred;
                 for &mention in &list {
-                    if is_new {
-                        for (kind, targets) in self.pending.clone() {
-                            for target in targets {
-                                self.link(mention, kind, false, target);
-                            }
-                        }
-                        let places = self.pending_places.clone();
-                        let mention = &mut self.parsed.mentions[mention];
-                        mention.places.extend(places);
-                        if let Some(each) = self.pending_each {
-                            mention.each_of = Some(each);
-                        }
+                    if !referred {
+                        self.apply_pending(mention);
                     }
                     if !self.subject.contains(&mention) {
                         self.subject.push(mention);
@@ -339,52 +285,55 @@ impl Parser<'_, '_> {
                     self.contents_of(vessel);
                 }
             }
-            Referent::Table => self.subject.clear(),
+            Referent::Table => {
+                self.subject.clear();
+                if is_table {
+                    self.table_attributes();
+                }
+            }
             Referent::Nothing => {}
+        }
+        self.chain = None;
+    }
+
+    fn apply_pending(&mut self, mention: usize) {
+        for pending in self.pending.clone() {
+            for &target in &pending.targets {
+                self.relate(mention, &pending, target);
+            }
+        }
+        for (place, tokens) in self.pending_places.clone() {
+            self.set_place(mention, place, tokens);
+        }
+        if let Some(each) = self.pending_each {
+            self.parsed.mentions[mention].each_of = Some(each);
+        }
+        if self.pending_per_person {
+            self.parsed.mentions[mention].per_person = true;
         }
     }
 
-    /// After "of": the contents of a vessel or the load of a board.
-    fn contents_of(&mut self, vessel: usize) {
-        let mut p = self.at + 1;
-        loop {
-            let substance = self
-                .tokens
-                .get(p)
-                .and_then(Token::word)
-                .is_some_and(|word| self.lexicon.vocabulary.grammar.substances.contains(word));
-            let Some((phrase, end)) = noun_phrase(self.lexicon, self.tokens, p) else {
-                if substance {
-                    self.at = p + 1;
-                }
-                return;
-            };
-            if substance && phrase.determiner == Determiner::New && phrase.count.is_none() && !phrase.plural {
-                // "a cup of tea": a part of the cup's name.
-                self.at = p + 1;
-                return;
-            }
-            let open = phrase.count.is_none();
-            self.at = end;
-            if let Referent::Mentions(list) = self.refer(phrase, false) {
-                for content in list {
-                    self.parsed.mentions[content].contents = true;
-                    self.parsed.links.push(Link { from: content, kind: LinkKind::With, to: vessel });
-                }
-            }
-            // "a bowl of apples and pears": bare plurals are also contents of the vessel.
-            let next = self.at + 1;
-            if open
-                && self.word(0) == Some("and")
-                && let Some((second, _)) = noun_phrase(self.lexicon, self.tokens, next)
-                && second.count.is_none()
-                && second.plural
-                && matches!(second.head, Head::Objects(_))
-            {
-                p = next;
-            } else {
-                return;
-            }
+    /// Attributes of the table after a verb: "the desk is white".
+    fn table_attributes(&mut self) {
+        if !matches!(self.word(0), Some("is")) {
+            return;
         }
+        let Some((attributes, properties, end)) =
+            super::phrase::predicate(self.lexicon, self.tokens, self.at + 1)
+        else {
+            return;
+        };
+        if let Some((_, known)) = &mut self.parsed.table {
+            references::merge(known, attributes);
+        }
+        for (_, range) in properties {
+            self.parsed.account.claim(range, Claimed::Table);
+        }
+        self.at = end;
+    }
+
+    /// Adds a claim of a property of mentions.
+    fn claim_property(&mut self, tokens: Range<usize>, property: &'static str, mentions: Vec<usize>) {
+        self.parsed.account.claim(tokens, Claimed::Property { property, mentions });
     }
 }

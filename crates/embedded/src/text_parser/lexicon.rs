@@ -6,6 +6,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::draft::Kind;
+use super::nouns::Nouns;
 use super::themes::Themes;
 use super::tokens::{Token, tokenize};
 use super::vocabulary::Vocabulary;
@@ -20,6 +22,8 @@ pub(super) enum Meaning {
     Table(Option<String>),
     /// Index into the vague sets.
     Vague(usize),
+    /// A noun outside the catalog that has a stand-in.
+    StandIn(String),
 }
 
 /// An entry of the lexicon.
@@ -38,6 +42,9 @@ pub(super) struct Lexicon<'c> {
     pub tables: &'c [TableModel],
     pub vocabulary: &'c Vocabulary,
     pub themes: &'c Themes,
+    pub nouns: &'c dyn Nouns,
+    /// Words of the phrases.
+    words: BTreeSet<String>,
     phrases: BTreeMap<String, Entry>,
     longest: usize,
 }
@@ -48,9 +55,10 @@ impl<'c> Lexicon<'c> {
         tables: &'c [TableModel],
         vocabulary: &'c Vocabulary,
         themes: &'c Themes,
+        nouns: &'c dyn Nouns,
     ) -> Self {
-        let mut lexicon =
-            Self { categories, tables, vocabulary, themes, phrases: BTreeMap::new(), longest: 1 };
+        let (phrases, words) = (BTreeMap::new(), BTreeSet::new());
+        let mut lexicon = Self { categories, tables, vocabulary, themes, nouns, words, phrases, longest: 1 };
         lexicon.add_tables();
         // Labels precede aliases, aliases precede synonyms.
         for (index, category) in categories.iter().enumerate() {
@@ -78,7 +86,40 @@ impl<'c> Lexicon<'c> {
                 lexicon.add(phrase, None, Meaning::Vague(index), false);
             }
         }
+        let words = lexicon.phrases.keys().flat_map(|phrase| phrase.split(' ')).map(str::to_owned);
+        lexicon.words = words.collect();
         lexicon
+    }
+
+    /// Whether the word occurs in a phrase of the lexicon.
+    pub fn has_word(&self, word: &str) -> bool {
+        self.words.contains(word)
+    }
+
+    pub fn words(&self) -> impl Iterator<Item = &str> {
+        self.words.iter().map(String::as_str)
+    }
+
+    /// The meaning of an unknown noun that has a stand-in.
+    pub fn stand_in(&self, noun: &str) -> Option<Meaning> {
+        let singular = self.vocabulary.singular_of(noun);
+        [singular.as_str(), noun]
+            .into_iter()
+            .find(|noun| self.nouns.stand_in(noun).is_some())
+            .map(|noun| Meaning::StandIn(noun.to_owned()))
+    }
+
+    /// The category of a meaning, or the shape of its stand-in.
+    pub fn kind(&self, meaning: &Meaning) -> Option<Kind<'c>> {
+        match meaning {
+            Meaning::Category(index) => Some(Kind::of(&self.categories[*index])),
+            Meaning::StandIn(noun) => self.nouns.stand_in(noun).map(|stand_in| Kind {
+                category: stand_in.category,
+                size: stand_in.size,
+                stand_in: Some((noun.clone(), stand_in.substance)),
+            }),
+            _ => None,
+        }
     }
 
     fn add_tables(&mut self) {
@@ -193,7 +234,7 @@ fn normalize(phrase: &str) -> String {
 }
 
 /// Levenshtein distance in characters.
-fn edit_distance(a: &str, b: &str) -> usize {
+pub(super) fn edit_distance(a: &str, b: &str) -> usize {
     let b: Vec<char> = b.chars().collect();
     let mut row: Vec<usize> = (0..=b.len()).collect();
     for (i, ca) in a.chars().enumerate() {

@@ -1,14 +1,25 @@
 //! The noun-phrase chunker: "two small light blue ceramic mugs", "a stack of three books", "a 30 cm
 //! wide oak table", "them".
 //!
-//! A phrase consists of determiners and quantities, then modifiers, then the longest lexicon match as head. Words
-//! that are both modifier and noun ("glass", "orange") are modifiers if a noun follows in the same phrase.
+//! A phrase consists of determiners and quantities, then modifiers, then the head (head.rs). Words that are both modifier
+//! and noun ("glass", "orange") are modifiers if a noun follows in the same phrase (modifiers.rs).
 
-use super::lexicon::{Entry, Lexicon, Meaning};
-use super::measures::{Measure, read_measures};
+mod boundary;
+mod head;
+mod modifiers;
+
+use std::ops::Range;
+
+use super::lexicon::{Lexicon, Meaning};
+use super::measures::{Measure, read_measure};
 use super::quantity::quantity;
 use super::tokens::{Token, word};
+pub(super) use boundary::is_boundary;
 use geometry::Rgb;
+use modifiers::modifier;
+pub(super) use modifiers::{color_of, predicate};
+use scene::RelationKind;
+use scene::text_account::UnrecognizedReason;
 
 /// The determiner of a phrase.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,8 +40,38 @@ pub(super) enum Head {
     It,
     /// "them".
     Them,
+    /// A head that the text leaves out: "a red and a blue mug", "the blue one".
+    One,
+    /// "all objects", "everything".
+    All,
     Unknown(String),
+    /// A noun for something that does not stand on a table.
+    NotPlaceable,
 }
+
+/// What selects among several objects of a category, beside their attributes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Selector {
+    Side(RelationKind),
+    /// "the second mug".
+    Ordinal(usize),
+    /// "the other mug".
+    Other,
+}
+
+/// A word for a group: "a row of".
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Group {
+    Row,
+    Column,
+    Circle,
+    Grid,
+    Pile,
+    Pyramid,
+}
+
+/// A property and the tokens that describe it.
+pub(super) type PropertySpan = (&'static str, Range<usize>);
 
 /// Attributes given by the modifiers of a phrase.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -47,8 +88,16 @@ pub(super) struct Attributes {
     /// Factors on single extents (axis letter, factor).
     pub stretches: Vec<(char, f64)>,
     pub measures: Vec<Measure>,
+    pub volume_m3: Option<f64>,
+    pub mass_kg: Option<f64>,
     /// A key of `[shapes]`.
     pub shape: Option<String>,
+}
+
+impl Attributes {
+    pub fn plain() -> Self {
+        Self { scale: 1.0, ..Self::default() }
+    }
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -59,350 +108,314 @@ pub(super) struct NounPhrase {
     pub plural: bool,
     /// "a stack of".
     pub stacked: bool,
+    pub group: Option<(Group, Range<usize>)>,
+    /// Columns of "a 2 x 3 grid", "two rows of three".
+    pub columns: Option<usize>,
     /// "no mugs".
     pub negated: bool,
+    pub selector: Option<Selector>,
     pub attributes: Attributes,
     pub head: Head,
     /// Modifiers and head as written in the text, with the head in the singular where the text has it so.
     pub words: String,
+    /// All tokens of the phrase.
+    pub tokens: Range<usize>,
+    pub head_tokens: Range<usize>,
+    pub properties: Vec<PropertySpan>,
+    /// Words of the phrase without an effect.
+    pub reports: Vec<(Range<usize>, UnrecognizedReason)>,
 }
 
 /// Parses the noun phrase at `at`; returns it with the position after it. `None` if no phrase starts here.
 pub(super) fn noun_phrase(lexicon: &Lexicon, tokens: &[Token], at: usize) -> Option<(NounPhrase, usize)> {
-    let vocabulary = lexicon.vocabulary;
-    let mut p = at;
-    let mut phrase = NounPhrase {
+    let phrase = NounPhrase {
         determiner: Determiner::New,
         count: None,
         plural: false,
         stacked: false,
+        group: None,
+        columns: None,
         negated: false,
-        attributes: Attributes { scale: 1.0, ..Attributes::default() },
+        selector: None,
+        attributes: Attributes::plain(),
         head: Head::It,
         words: String::new(),
+        tokens: at..at,
+        head_tokens: at..at,
+        properties: Vec::new(),
+        reports: Vec::new(),
     };
-    match word(tokens, p) {
-        Some("it" | "this" | "that" | "itself") if !starts_noun(lexicon, tokens, p + 1) => {
-            return Some((phrase, p + 1));
-        }
-        Some("each") if !starts_noun(lexicon, tokens, p + 1) => {
-            phrase.determiner = Determiner::Each;
-            let of =
-                word(tokens, p + 1) == Some("of") && matches!(word(tokens, p + 2), Some("them" | "these"));
-            return Some((phrase, if of { p + 3 } else { p + 1 }));
-        }
-        Some("them" | "these" | "those" | "both") if !starts_noun(lexicon, tokens, p + 1) => {
-            phrase.head = Head::Them;
-            return Some((phrase, p + 1));
-        }
-        _ => {}
+    let mut chunk = Chunk { lexicon, tokens, at, start: at, phrase, words: Vec::new(), determined: false };
+    let end = chunk.pronoun().or_else(|| {
+        chunk.determiners()?;
+        chunk.head()
+    })?;
+    chunk.phrase.tokens = at..end;
+    if chunk.phrase.head_tokens.is_empty() {
+        chunk.phrase.head_tokens = at..end;
     }
-    // A phrase of the lexicon may begin with a quantity word ("pair of glasses").
-    let mut phrase_words: Vec<String> = Vec::new();
-    let mut determined = false;
-    loop {
-        if p >= tokens.len() {
-            return None;
+    Some((chunk.phrase, end))
+}
+
+/// A phrase in progress.
+pub(super) struct Chunk<'a, 'c> {
+    pub lexicon: &'a Lexicon<'c>,
+    pub tokens: &'a [Token],
+    pub at: usize,
+    pub start: usize,
+    pub phrase: NounPhrase,
+    pub words: Vec<String>,
+    pub determined: bool,
+}
+
+impl<'a> Chunk<'a, '_> {
+    pub fn word(&self, ahead: usize) -> Option<&'a str> {
+        word(self.tokens, self.at + ahead)
+    }
+
+    /// A pronoun; the position after it.
+    fn pronoun(&mut self) -> Option<usize> {
+        let p = self.at;
+        let noun = starts_noun(self.lexicon, self.tokens, p + 1);
+        match self.word(0)? {
+            "it" | "this" | "that" | "itself" if !noun => Some(p + 1),
+            "each" | "every" if !noun && !matches!(self.word(1), Some("one" | "person" | "guest" | "place" | "corner")) => {
+                self.phrase.determiner = Determiner::Each;
+                let of = self.word(1) == Some("of") && matches!(self.word(2), Some("them" | "these"));
+                Some(if of { p + 3 } else { p + 1 })
+            }
+            "each" | "every" if self.word(1) == Some("one") => {
+                self.phrase.determiner = Determiner::Each;
+                Some(p + 2)
+            }
+            "them" | "these" | "those" | "both" | "they" if !noun => {
+                self.phrase.head = Head::Them;
+                let of = self.word(1) == Some("of") && matches!(self.word(2), Some("them" | "these"));
+                Some(if of { p + 3 } else { p + 1 })
+            }
+            "all" if self.word(1) == Some("of") && matches!(self.word(2), Some("them" | "these")) => {
+                self.phrase.head = Head::Them;
+                Some(p + 3)
+            }
+            "everything" => {
+                self.phrase.head = Head::All;
+                let on_table = self.word(1) == Some("on") && self.word(2) == Some("the")
+                    && matches!(self.word(3), Some("table" | "desk"));
+                Some(if on_table { p + 4 } else { p + 1 })
+            }
+            _ => None,
         }
-        if let Some((measures, length)) = read_measures(vocabulary, tokens, p) {
-            phrase.attributes.measures.extend(measures);
-            p += length;
-            determined = true;
-            continue;
-        }
-        if let Some((range, length)) = quantity(lexicon, tokens, p)
-            && lexicon.longest_at(tokens, p).is_none_or(|(_, n)| n < length)
-        {
-            phrase.count = Some(match phrase.count {
-                // "a dozen", "two pairs": the inner number counts.
-                Some([1, 1]) | None => range,
-                Some([low, high]) => [low.saturating_mul(range[0]), high.saturating_mul(range[1])],
-            });
-            determined = true;
-            p += length;
-            continue;
-        }
-        let w = word(tokens, p)?;
-        let known = lexicon.longest_at(tokens, p);
-        match w {
-            "no" | "zero" => phrase.negated = true,
-            "a" | "an" | "another" => {
-                phrase.count.get_or_insert([1, 1]);
-                determined = true;
+    }
+
+    fn property(&mut self, property: &'static str, length: usize) {
+        self.phrase.properties.push((property, self.at..self.at + length));
+    }
+
+    /// Determiners, quantities and modifiers; `None` if the text ends before a head.
+    fn determiners(&mut self) -> Option<()> {
+        let vocabulary = self.lexicon.vocabulary;
+        while self.at < self.tokens.len() {
+            if self.grid() {
+                continue;
             }
-            "the" | "this" | "that" | "these" | "those" | "its" | "their" | "his" | "her" => {
-                phrase.determiner = Determiner::Definite;
-                determined = true;
-            }
-            "each" | "every" => {
-                phrase.determiner = Determiner::Each;
-                determined = true;
-            }
-            "pair" | "pairs" if word(tokens, p + 1) == Some("of") => {
-                let (_, two) = phrase.count.map_or((1, 1), |[low, high]| (low, high));
-                // "a pair of scissors" is one; two of anything else.
-                let next = lexicon.longest_at(tokens, p + 2);
-                let single = next.is_some_and(|(entry, _)| entry.one_by_default);
-                let each = if single { 1 } else { 2 };
-                phrase.count = Some([two.saturating_mul(each); 2]);
-                determined = true;
-                p += 1;
-            }
-            _ if known.is_none()
-                && vocabulary.grammar.piles.contains(w)
-                && word(tokens, p + 1) == Some("of") =>
+            if let Some((reading, length)) = read_measure(vocabulary, self.tokens, self.at)
+                && self.lexicon.longest_at(self.tokens, self.at).is_none_or(|(_, n)| n < length)
             {
-                phrase.stacked = true;
-                phrase.count = phrase.count.filter(|count| *count != [1, 1]);
-                determined = true;
-                p += 1;
+                // "a height of 12 cm" has no head of its own.
+                if matches!(self.tokens.get(self.at + length), None | Some(Token::Pause | Token::End)) {
+                    return None;
+                }
+                let property = self.phrase.attributes.add_reading(reading);
+                self.property(property, length);
+                self.at += length;
+                self.determined = true;
+                continue;
             }
-            _ if known.is_none()
-                && vocabulary.grammar.partitives.contains(w)
-                && word(tokens, p + 1) == Some("of") =>
+            if let Some((range, length)) = quantity(self.lexicon, self.tokens, self.at)
+                && self.lexicon.longest_at(self.tokens, self.at).is_none_or(|(_, n)| n < length)
+                && !(self.phrase.determiner == Determiner::Definite && self.is_one(self.at))
             {
-                // "a set of mugs" leaves the number open, "a slice of bread" is one.
-                if matches!(w, "set" | "sets" | "row" | "line" | "circle" | "mix" | "range" | "arrangement") {
-                    phrase.count = None;
-                }
-                determined = true;
-                p += 1;
+                self.count(range);
+                self.at += length;
+                continue;
             }
-            "stacked" => phrase.stacked = true,
-            _ if vocabulary.grammar.determiners.contains(w) => determined = true,
-            _ => match modifier(lexicon, tokens, p, &mut phrase.attributes) {
-                Some(length) => {
-                    phrase_words
-                        .extend(tokens[p..p + length].iter().filter_map(Token::word).map(str::to_owned));
-                    p += length;
-                    determined = true;
-                    continue;
+            let w = self.word(0)?;
+            let known = self.lexicon.longest_at(self.tokens, self.at);
+            let of = self.word(1) == Some("of");
+            match w {
+                "no" | "zero" => self.phrase.negated = true,
+                "a" | "an" | "another" => {
+                    self.phrase.count.get_or_insert([1, 1]);
+                    self.determined = true;
                 }
-                None => {
-                    return finish(lexicon, tokens, p, phrase, phrase_words, determined);
+                "the" | "this" | "that" | "these" | "those" | "its" | "their" | "his" | "her" | "my" | "your" => {
+                    self.phrase.determiner = Determiner::Definite;
+                    self.determined = true;
                 }
-            },
+                "each" | "every" => {
+                    self.phrase.determiner = Determiner::Each;
+                    self.determined = true;
+                }
+                "all" | "both" => {
+                    self.phrase.determiner = Determiner::Definite;
+                    self.determined = true;
+                    if of {
+                        self.at += 1;
+                    }
+                }
+                "pair" | "pairs" if of => self.pair(),
+                _ if known.is_none() && vocabulary.grammar.piles.contains(w) && of => {
+                    self.phrase.stacked = true;
+                    if matches!(w, "pile" | "piles" | "heap") {
+                        self.phrase.group = Some((Group::Pile, self.at..self.at + 2));
+                    }
+                    self.phrase.count = self.phrase.count.filter(|count| *count != [1, 1]);
+                    self.determined = true;
+                    self.property("arrangement", 2);
+                    self.at += 1;
+                }
+                _ if known.is_none() && of && group_of(w).is_some() => {
+                    let (group, rows) = (group_of(w)?, self.phrase.count);
+                    self.phrase.group = Some((group, self.at..self.at + 2));
+                    self.phrase.count = rows.filter(|rows| group == Group::Row && rows[0] > 1);
+                    if self.phrase.count.is_some() {
+                        self.phrase.group = Some((Group::Grid, self.at..self.at + 2));
+                        self.phrase.columns = Some(0);
+                    }
+                    self.determined = true;
+                    self.at += 1;
+                }
+                _ if known.is_none() && vocabulary.grammar.partitives.contains(w) && of => {
+                    // "a set of mugs" leaves the number open, "a slice of bread" is one.
+                    if matches!(w, "set" | "sets" | "mix" | "range" | "arrangement") {
+                        self.phrase.count = None;
+                    }
+                    self.determined = true;
+                    self.at += 1;
+                }
+                "stacked" => {
+                    self.phrase.stacked = true;
+                    self.property("arrangement", 1);
+                }
+                _ if self.selector() => {}
+                _ if vocabulary.grammar.determiners.contains(w) && w != "other" => self.determined = true,
+                _ => match modifier(self.lexicon, self.tokens, self.at, &mut self.phrase.attributes) {
+                    Some(found) => {
+                        let range = self.at..self.at + found.length;
+                        self.words.extend(self.tokens[range].iter().filter_map(Token::word).map(str::to_owned));
+                        self.property(found.property, found.length);
+                        self.at += found.length;
+                        self.determined = true;
+                        continue;
+                    }
+                    None => return Some(()),
+                },
+            }
+            self.at += 1;
         }
-        p += 1;
+        None
     }
-}
 
-/// The head and what follows it.
-fn finish(
-    lexicon: &Lexicon,
-    tokens: &[Token],
-    at: usize,
-    mut phrase: NounPhrase,
-    mut phrase_words: Vec<String>,
-    determined: bool,
-) -> Option<(NounPhrase, usize)> {
-    let mut p = at;
-    // Ordinary and unknown adjectives before a noun of this phrase.
-    let mut skipped = 0;
-    while lexicon.longest_at(tokens, p).is_none() {
-        let w = word(tokens, p)?;
-        let ordinary = lexicon.vocabulary.is_ordinary(w);
-        let glue = GLUE.contains(&w);
-        if glue || (ordinary && !noun_ahead(lexicon, tokens, p + 1)) {
-            return None;
-        }
-        if !ordinary && !noun_ahead(lexicon, tokens, p + 1) {
-            return unknown(lexicon, tokens, p, phrase);
-        }
-        if let Some(length) = modifier(lexicon, tokens, p, &mut phrase.attributes) {
-            phrase_words.extend(tokens[p..p + length].iter().filter_map(Token::word).map(str::to_owned));
-            p += length;
-            continue;
-        }
-        if let Some((range, length)) = quantity(lexicon, tokens, p) {
-            phrase.count = Some(range);
-            p += length;
-            continue;
-        }
-        phrase_words.push(w.to_owned());
-        p += 1;
-        skipped += 1;
-        if skipped > 6 {
-            return None;
-        }
+    /// Whether the word is "one" as a pronoun.
+    fn is_one(&self, at: usize) -> bool {
+        matches!(word(self.tokens, at), Some("one" | "ones"))
+            && word(self.tokens, at + 1).is_none_or(|next| is_boundary(self.lexicon.vocabulary, next))
     }
-    let (entry, length) = lexicon.longest_at(tokens, p)?;
-    let (mut entry, mut end) = (entry.clone(), p + length);
-    // "bottle of wine" is the wine bottle, "ball of yarn" the yarn ball.
-    if word(tokens, end) == Some("of")
-        && let Some((inverted, after)) = inverted_phrase(lexicon, tokens, p, end)
-    {
-        entry = Entry { plural: entry.plural, ..inverted };
-        end = after;
-    }
-    // A vague word before a noun is a modifier ("tool box" is in the lexicon, "fruit tray" is a tray). Before a
-    // table any noun is a modifier ("electronics bench").
-    while let Some((next, more)) = lexicon.longest_at(tokens, end)
-        && !next.plural
-        && matches!(
-            (&entry.meanings[0], &next.meanings[0]),
-            (Meaning::Vague(_) | Meaning::Table(_), Meaning::Category(_))
-                | (Meaning::Vague(_) | Meaning::Category(_), Meaning::Table(_))
-        )
-    {
-        phrase_words.extend(tokens[p..end].iter().filter_map(Token::word).map(str::to_owned));
-        p = end;
-        entry = next.clone();
-        end += more;
-    }
-    // "mug holder" is another noun.
-    if let Some(next) = word(tokens, end)
-        && lexicon.vocabulary.grammar.compound_heads.contains(next)
-        && lexicon.longest_at(tokens, end).is_none()
-    {
-        let name: Vec<&str> = tokens[p..=end].iter().filter_map(Token::word).collect();
-        phrase.head = Head::Unknown(name.join(" "));
-        return Some((phrase, end + 1));
-    }
-    phrase_words.extend(tokens[p..end].iter().filter_map(Token::word).map(str::to_owned));
-    phrase.plural = entry.plural || (entry.one_by_default && phrase.count.is_some_and(|c| c[1] > 1));
-    if phrase.count == Some([1, 1]) && entry.plural && !determined {
-        phrase.count = None;
-    }
-    // "some bread", "some coffee": one of it.
-    if entry.one_by_default && !entry.plural && phrase.count.is_some_and(|c| c[0] != c[1]) {
-        phrase.count = Some([1, 1]);
-        phrase.plural = false;
-    }
-    phrase.head = Head::Objects(entry.meanings);
-    phrase.words = phrase_words.join(" ");
-    end = trailing_measures(lexicon, tokens, end, &mut phrase);
-    Some((phrase, end))
-}
 
-/// "a plate 30 cm wide", "a mug 9 cm tall".
-fn trailing_measures(lexicon: &Lexicon, tokens: &[Token], at: usize, phrase: &mut NounPhrase) -> usize {
-    let mut end = at;
-    let start = if matches!(tokens.get(end), Some(Token::Pause)) { end + 1 } else { end };
-    let start = match word(tokens, start) {
-        Some("about" | "of" | "measuring" | "roughly") => start + 1,
-        _ => start,
-    };
-    if matches!(tokens.get(start), Some(Token::Number(_)))
-        && let Some((measures, length)) = read_measures(lexicon.vocabulary, tokens, start)
-        && !noun_ahead(lexicon, tokens, start + length)
-    {
-        phrase.attributes.measures.extend(measures);
-        end = start + length;
+    fn count(&mut self, range: [u32; 2]) {
+        self.phrase.count = Some(match self.phrase.count {
+            // "a dozen", "two pairs": the inner number counts.
+            Some([1, 1]) | None => range,
+            // "two different mugs".
+            Some(known) if range[0] != range[1] => known,
+            Some([low, high]) => {
+                if self.phrase.columns == Some(0) {
+                    self.phrase.columns = Some(range[0] as usize);
+                }
+                [low.saturating_mul(range[0]), high.saturating_mul(range[1])]
+            }
+        });
+        self.determined = true;
     }
-    end
-}
 
-/// "of" and prepositions end a phrase.
-const GLUE: &[&str] = &[
-    "and",
-    "or",
-    "with",
-    "of",
-    "on",
-    "in",
-    "at",
-    "to",
-    "by",
-    "for",
-    "from",
-    "next",
-    "near",
-    "beside",
-    "behind",
-    "under",
-    "between",
-    "around",
-    "inside",
-    "without",
-    "but",
-    "is",
-    "are",
-    "it",
-    "them",
-    "there",
-    "left",
-    "right",
-    "front",
-    "into",
-    "onto",
-    "over",
-    "above",
-    "below",
-    "beneath",
-    "underneath",
-    "atop",
-    "upon",
-    "within",
-    "along",
-    "alongside",
-    "against",
-    "containing",
-    "holding",
-    "filled",
-    "full",
-    "topped",
-    "surrounded",
-    "has",
-    "have",
-    "plus",
-    "then",
-    "while",
-    "where",
-    "which",
-    "as",
-    "also",
-    "not",
-    "except",
-    "close",
-    "adjacent",
-    "together",
-    "stacked",
-    "placed",
-    "standing",
-    "lying",
-    "sitting",
-    "resting",
-    "arranged",
-    "opposite",
-    "facing",
-];
+    fn pair(&mut self) {
+        let (_, two) = self.phrase.count.map_or((1, 1), |[low, high]| (low, high));
+        // "a pair of scissors" is one; two of anything else.
+        let next = self.lexicon.longest_at(self.tokens, self.at + 2);
+        let single = next.is_some_and(|(entry, _)| entry.one_by_default);
+        let each = if single { 1 } else { 2 };
+        self.phrase.count = Some([two.saturating_mul(each); 2]);
+        self.determined = true;
+        self.at += 1;
+    }
 
-fn unknown(
-    lexicon: &Lexicon,
-    tokens: &[Token],
-    at: usize,
-    mut phrase: NounPhrase,
-) -> Option<(NounPhrase, usize)> {
-    let mut names = Vec::new();
-    let mut end = at;
-    while let Some(w) = word(tokens, end) {
-        if lexicon.vocabulary.is_ordinary(w) || GLUE.contains(&w) || lexicon.longest_at(tokens, end).is_some()
+    /// "a 2 x 3 grid of": rows by columns.
+    fn grid(&mut self) -> bool {
+        let numbers = [self.at, self.at + 2].map(|p| match self.tokens.get(p) {
+            Some(Token::Number(number)) => Some(number.clamp(0.0, 64.0) as u32),
+            _ => word(self.tokens, p).and_then(|w| self.lexicon.vocabulary.numbers.get(w)).copied(),
+        });
+        let [Some(rows), Some(columns)] = numbers else { return false };
+        let joined = matches!(self.word(1), Some("x" | "by"));
+        if !joined || self.word(3) != Some("grid") || self.word(4) != Some("of") || rows * columns == 0 {
+            return false;
+        }
+        self.phrase.group = Some((Group::Grid, self.at..self.at + 5));
+        self.phrase.columns = Some(columns as usize);
+        self.phrase.count = Some([rows * columns; 2]);
+        self.determined = true;
+        self.at += 5;
+        true
+    }
+
+    /// "the left mug", "the second mug", "the other mug".
+    fn selector(&mut self) -> bool {
+        let Some(w) = self.word(0) else { return false };
+        if self.phrase.determiner != Determiner::Definite
+            || !starts_noun(self.lexicon, self.tokens, self.at + 1)
+                && !self.is_one(self.at + 1)
         {
-            break;
+            return false;
         }
-        names.push(w.to_owned());
-        end += 1;
-        if names.len() == 4 {
-            break;
-        }
+        let selector = match w {
+            "left" | "leftmost" => Selector::Side(RelationKind::AtLeft),
+            "right" | "rightmost" => Selector::Side(RelationKind::AtRight),
+            "front" => Selector::Side(RelationKind::AtFront),
+            "back" | "rear" => Selector::Side(RelationKind::AtBack),
+            "middle" | "center" | "central" => Selector::Side(RelationKind::AtCenter),
+            "first" => Selector::Ordinal(0),
+            "second" => Selector::Ordinal(1),
+            "third" => Selector::Ordinal(2),
+            "fourth" => Selector::Ordinal(3),
+            "other" | "remaining" => Selector::Other,
+            _ => return false,
+        };
+        self.phrase.selector = Some(selector);
+        true
     }
-    phrase.head = Head::Unknown(names.join(" "));
-    Some((phrase, end.max(at + 1)))
+}
+
+fn group_of(word: &str) -> Option<Group> {
+    Some(match word {
+        "row" | "rows" | "line" | "lines" => Group::Row,
+        "column" | "columns" => Group::Column,
+        "circle" | "ring" => Group::Circle,
+        "grid" => Group::Grid,
+        "heap" => Group::Pile,
+        "pyramid" => Group::Pyramid,
+        _ => return None,
+    })
 }
 
 /// Whether a noun of the lexicon follows within this phrase, after modifiers and adjectives.
-fn noun_ahead(lexicon: &Lexicon, tokens: &[Token], at: usize) -> bool {
+pub(super) fn noun_ahead(lexicon: &Lexicon, tokens: &[Token], at: usize) -> bool {
     for p in at..(at + 5).min(tokens.len()) {
         let Some(w) = word(tokens, p) else { return false };
-        if GLUE.contains(&w) || lexicon.vocabulary.grammar.determiners.contains(w) {
-            return false;
-        }
-        if quantity(lexicon, tokens, p).is_some() && lexicon.longest_at(tokens, p).is_none() {
-            return false;
-        }
         if lexicon.longest_at(tokens, p).is_some() {
             return true;
+        }
+        if is_boundary(lexicon.vocabulary, w) || quantity(lexicon, tokens, p).is_some() {
+            return false;
         }
     }
     false
@@ -411,171 +424,4 @@ fn noun_ahead(lexicon: &Lexicon, tokens: &[Token], at: usize) -> bool {
 /// Whether a noun phrase with a known head begins here, after its determiner.
 fn starts_noun(lexicon: &Lexicon, tokens: &[Token], at: usize) -> bool {
     noun_ahead(lexicon, tokens, at) || quantity(lexicon, tokens, at).is_some()
-}
-
-/// A color, material, size, shape or measure at `at`; the number of tokens it takes.
-fn modifier(lexicon: &Lexicon, tokens: &[Token], at: usize, attributes: &mut Attributes) -> Option<usize> {
-    let vocabulary = lexicon.vocabulary;
-    let w = word(tokens, at)?;
-    let two = word(tokens, at + 1).map(|next| format!("{w} {next}"));
-    let object = lexicon.longest_at(tokens, at).map_or(0, |(_, length)| length);
-    let allowed = |length: usize| {
-        length > object || (length == object && adjective_position(lexicon, tokens, at + length))
-    };
-    if let Some((measures, length)) = read_measures(vocabulary, tokens, at)
-        && allowed(length)
-    {
-        attributes.measures.extend(measures);
-        return Some(length);
-    }
-    // "light blue".
-    if let (Some(&shade), Some(next)) = (vocabulary.shades.get(w), word(tokens, at + 1)) {
-        let longer = word(tokens, at + 2).map(|third| format!("{next} {third}"));
-        for (name, length) in [(longer.as_deref(), 3), (Some(next), 2)] {
-            if let Some(name) = name
-                && let Some(color) = color_of(vocabulary, name)
-                && allowed(length)
-            {
-                let toward = if shade >= 0.0 { Rgb([1.0; 3]) } else { Rgb([0.0; 3]) };
-                attributes.colors.push(color.mix(toward, shade.abs()));
-                attributes.color_words.push(format!("{w} {name}"));
-                return Some(length);
-            }
-        }
-    }
-    for (name, length) in [(two.as_deref(), 2), (Some(w), 1)] {
-        let Some(name) = name else { continue };
-        if !allowed(length) {
-            continue;
-        }
-        if let Some(color) = color_of(vocabulary, name) {
-            attributes.colors.push(color);
-            attributes.color_words.push(name.to_owned());
-            // "red and blue mugs": the joint color belongs to the same phrase.
-            if word(tokens, at + length) == Some("and")
-                && word(tokens, at + length + 1).is_some_and(|next| color_of(vocabulary, next).is_some())
-                && adjective_position(lexicon, tokens, at + length + 2)
-            {
-                return Some(length + 1);
-            }
-            return Some(length);
-        }
-        if let Some(material) = vocabulary.materials.get(name) {
-            attributes.substance = Some(material.substance.clone());
-            attributes.material_color = material.color.as_deref().and_then(parse_hex);
-            attributes.table_finish = material.table.clone();
-            return Some(length);
-        }
-        if let Some(&factor) = vocabulary.sizes.get(name) {
-            attributes.scale *= factor;
-            return Some(length);
-        }
-        if let Some(stretch) = vocabulary.stretch.get(name) {
-            attributes.stretches.push((stretch.axis, stretch.factor));
-            return Some(length);
-        }
-        if vocabulary.shapes.contains_key(name) {
-            attributes.shape = Some(name.to_owned());
-            return Some(length);
-        }
-    }
-    // "hot coffee" implies no color, "water glass" is in the lexicon.
-    (vocabulary.grammar.substances.contains(w) && allowed(1) && adjective_position(lexicon, tokens, at + 1))
-        .then_some(1)
-}
-
-/// Whether a noun follows directly, after further modifiers.
-fn adjective_position(lexicon: &Lexicon, tokens: &[Token], at: usize) -> bool {
-    let vocabulary = lexicon.vocabulary;
-    for p in at..at + 6 {
-        let Some(w) = word(tokens, p) else { return false };
-        if lexicon.longest_at(tokens, p).is_some() {
-            return true;
-        }
-        let is_modifier = color_of(vocabulary, w).is_some()
-            || vocabulary.materials.contains_key(w)
-            || vocabulary.sizes.contains_key(w)
-            || vocabulary.stretch.contains_key(w)
-            || vocabulary.shapes.contains_key(w)
-            || vocabulary.shades.contains_key(w)
-            || (w == "and" && word(tokens, p + 1).is_some_and(|next| color_of(vocabulary, next).is_some()));
-        if !is_modifier && (GLUE.contains(&w) || !vocabulary.grammar.stop.contains(w)) {
-            return false;
-        }
-    }
-    false
-}
-
-/// Attributes after a verb: "the laptop is silver", "they are blue and small".
-pub(super) fn predicate(lexicon: &Lexicon, tokens: &[Token], at: usize) -> Option<(Attributes, usize)> {
-    let vocabulary = lexicon.vocabulary;
-    let mut attributes = Attributes { scale: 1.0, ..Attributes::default() };
-    let mut p = at;
-    let mut found = false;
-    while let Some(w) = word(tokens, p) {
-        if matches!(w, "very" | "made" | "of" | "all" | "both" | "and" | "quite" | "about")
-            || matches!(w, "a" | "in")
-                && word(tokens, p + 1).is_some_and(|n| color_of(vocabulary, n).is_some())
-        {
-            p += 1;
-            continue;
-        }
-        if let Some(color) = color_of(vocabulary, w) {
-            attributes.colors.push(color);
-            attributes.color_words.push(w.to_owned());
-        } else if let Some(material) = vocabulary.materials.get(w) {
-            attributes.substance = Some(material.substance.clone());
-            attributes.material_color = material.color.as_deref().and_then(parse_hex);
-            attributes.table_finish = material.table.clone();
-        } else if let Some(&factor) = vocabulary.sizes.get(w) {
-            attributes.scale *= factor;
-        } else if vocabulary.shapes.contains_key(w) {
-            attributes.shape = Some(w.to_owned());
-        } else {
-            break;
-        }
-        found = true;
-        p += 1;
-    }
-    if matches!(tokens.get(p), Some(Token::Number(_)))
-        && let Some((measures, length)) = read_measures(vocabulary, tokens, p)
-    {
-        attributes.measures.extend(measures);
-        p += length;
-        found = true;
-    }
-    // A continuation as a noun phrase means that this is not a predicate ("there are red mugs").
-    let ends = word(tokens, p).is_none_or(|w| GLUE.contains(&w));
-    (found && ends).then_some((attributes, p))
-}
-
-/// "X of Y" where the lexicon knows "Y X" (Y also in the singular, or fused).
-fn inverted_phrase(lexicon: &Lexicon, tokens: &[Token], head: usize, of: usize) -> Option<(Entry, usize)> {
-    let joined_words = |from: usize, to: usize| -> Option<String> {
-        let words: Option<Vec<&str>> = (from..to).map(|p| word(tokens, p)).collect();
-        words.map(|words| words.join(" "))
-    };
-    let noun = joined_words(head, of)?;
-    let noun_singular = lexicon.vocabulary.singular_of(&noun);
-    for length in [2, 1] {
-        let Some(complement) = joined_words(of + 1, of + 1 + length) else { continue };
-        for y in [complement.clone(), lexicon.vocabulary.singular_of(&complement)] {
-            for x in [&noun, &noun_singular] {
-                for phrase in [format!("{y} {x}"), format!("{y}{x}")] {
-                    if let Some(entry) = lexicon.get(&phrase) {
-                        return Some((entry.clone(), of + 1 + length));
-                    }
-                }
-            }
-        }
-    }
-    None
-}
-
-pub(super) fn color_of(vocabulary: &super::vocabulary::Vocabulary, name: &str) -> Option<Rgb> {
-    vocabulary.colors.get(name).and_then(|hex| parse_hex(hex))
-}
-
-fn parse_hex(hex: &str) -> Option<Rgb> {
-    u32::from_str_radix(hex.trim_start_matches('#'), 16).ok().map(Rgb::hex)
 }

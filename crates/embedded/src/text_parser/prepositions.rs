@@ -1,8 +1,9 @@
 //! Prepositions, and named regions of a table top.
 
-use super::tokens::Token;
+use super::tokens::{Token, match_phrase};
 use RelationKind::{
-    Around, AtBack, AtCenter, AtFront, AtLeft, AtRight, Behind, In, InFrontOf, LeftOf, NextTo, On, RightOf,
+    Around, AtBack, AtBackLeft, AtBackRight, AtCenter, AtFront, AtFrontLeft, AtFrontRight, AtLeft, AtRight, Behind,
+    Between, In, InFrontOf, LeftOf, NextTo, On, RightOf,
 };
 use scene::RelationKind;
 
@@ -27,6 +28,9 @@ const PREPOSITIONS: &[(&str, RelationKind, &str)] = &[
     ("on the left side of", LeftOf, ""),
     ("on the right side of", RightOf, ""),
     ("in the middle of", NextTo, ""),
+    ("in the middle between", Between, "2"),
+    ("halfway between", Between, "2"),
+    ("midway between", Between, "2"),
     ("on both sides of", NextTo, ""),
     ("on either side of", NextTo, ""),
     ("on each side of", NextTo, ""),
@@ -41,12 +45,45 @@ const PREPOSITIONS: &[(&str, RelationKind, &str)] = &[
     ("in the front of", InFrontOf, ""),
     ("in front of", InFrontOf, ""),
     ("in back of", Behind, ""),
-    ("in between", NextTo, "2"),
+    ("in between", Between, "2"),
     ("on top of", On, ""),
     ("on the top of", On, ""),
     ("in the back of", Behind, ""),
     ("all around", Around, "a"),
     ("right next to", NextTo, ""),
+    ("directly next to", NextTo, ""),
+    ("directly behind", Behind, ""),
+    ("right behind", Behind, ""),
+    ("directly in front of", InFrontOf, ""),
+    ("directly on top of", On, ""),
+    ("right in front of", InFrontOf, ""),
+    ("just behind", Behind, ""),
+    ("standing on", On, ""),
+    ("sitting on", On, ""),
+    ("lying on", On, ""),
+    ("lying in", In, ""),
+    ("resting on", On, ""),
+    ("stacked on", On, ""),
+    ("stacked on top of", On, ""),
+    ("on the surface of", On, ""),
+    ("at the side of", NextTo, ""),
+    ("left from", LeftOf, ""),
+    ("right from", RightOf, ""),
+    ("to the back of", Behind, ""),
+    ("to the front of", InFrontOf, ""),
+    ("at the back of", Behind, ""),
+    ("at the front of", InFrontOf, ""),
+    ("to the rear of", Behind, ""),
+    ("opposite", NextTo, ""),
+    ("in contact with", NextTo, ""),
+    ("touching", NextTo, ""),
+    ("followed by", NextTo, ""),
+    ("in the vicinity of", NextTo, ""),
+    ("on to", On, ""),
+    ("in to", In, ""),
+    ("inserted in", In, ""),
+    ("over", On, ""),
+    ("above", On, ""),
     ("close to", NextTo, ""),
     ("adjacent to", NextTo, ""),
     ("next to", NextTo, ""),
@@ -83,7 +120,7 @@ const PREPOSITIONS: &[(&str, RelationKind, &str)] = &[
     ("against", NextTo, ""),
     ("around", Around, "a"),
     ("surrounding", Around, ""),
-    ("between", NextTo, "2"),
+    ("between", Between, "2"),
     ("among", NextTo, ""),
     ("amid", NextTo, ""),
     ("underneath", On, "ia"),
@@ -94,8 +131,10 @@ const PREPOSITIONS: &[(&str, RelationKind, &str)] = &[
 
 /// The preposition at `at` and its number of words.
 pub(super) fn preposition_at(tokens: &[Token], at: usize) -> Option<(Preposition, usize)> {
+    let first = tokens.get(at)?.word()?;
     PREPOSITIONS
         .iter()
+        .filter(|(phrase, _, _)| phrase.starts_with(first))
         .filter_map(|(phrase, kind, marks)| {
             let length = match_phrase(tokens, at, phrase)?;
             let preposition = Preposition {
@@ -117,18 +156,6 @@ pub(super) fn reciprocal_at(tokens: &[Token], at: usize) -> Option<(RelationKind
     Some((preposition.kind, length + other))
 }
 
-/// Number of words of `phrase` if it occurs at `at`.
-fn match_phrase(tokens: &[Token], at: usize, phrase: &str) -> Option<usize> {
-    let mut length = 0;
-    for word in phrase.split(' ') {
-        if tokens.get(at + length)?.word()? != word {
-            return None;
-        }
-        length += 1;
-    }
-    Some(length)
-}
-
 /// "in the center (of the table)", "at the back", "in the left corner", "on the far left", "to one
 /// side". `None` if the words continue with an object ("in the center of the plates").
 pub(super) fn place_at(
@@ -138,16 +165,27 @@ pub(super) fn place_at(
 ) -> Option<(Vec<RelationKind>, usize)> {
     let word = |p: usize| tokens.get(p).and_then(Token::word);
     let mut p = at;
-    if word(p) == Some("centered") {
-        return Some((vec![AtCenter], 1));
+    if word(p) == Some("centered") && !matches!(word(p + 1), Some("between")) {
+        let of = ["on the table", "on the desk", "in the table", "on the table top"];
+        let length = of.iter().filter_map(|phrase| match_phrase(tokens, at + 1, phrase)).max().unwrap_or(0);
+        return Some((vec![AtCenter], 1 + length));
     }
     let opener = word(p)?;
-    if !matches!(opener, "in" | "at" | "on" | "to" | "toward" | "towards" | "near" | "along" | "from") {
+    if !matches!(
+        opener,
+        "in" | "at" | "on" | "to" | "toward" | "towards" | "near" | "along" | "from" | "into" | "onto" | "close" | "by"
+    ) {
         return None;
     }
     p += 1;
+    if opener == "close" || (opener == "over" && word(p) == Some("to")) {
+        if word(p) != Some("to") {
+            return None;
+        }
+        p += 1;
+    }
     let mut article = false;
-    while matches!(word(p), Some("the" | "one" | "its" | "very" | "a")) {
+    while matches!(word(p), Some("the" | "one" | "its" | "very" | "a" | "exact")) {
         if word(p) == Some("its") {
             return None;
         }
@@ -173,16 +211,26 @@ pub(super) fn place_at(
                     _ => {}
                 }
             }
-            "corner" | "side" | "edge" | "end" | "part" | "half" | "corners" => nouns += 1,
+            "corner" | "side" | "edge" | "end" | "part" | "half" | "corners" | "third" | "area" | "region" | "zone"
+            | "quarter" | "quadrant" | "portion" | "section" => nouns += 1,
+            "table" | "desk" if places.is_empty() && is_table(w) && place_ahead(&word, p + 1) => {}
             _ => break,
         }
         p += 1;
     }
     if places.is_empty() {
-        return None;
+        // "in a corner": any of them.
+        let corner = nouns > 0 && word(p - 1) == Some("corner") && article;
+        if !corner {
+            return None;
+        }
+        places.push(AtBackRight);
     }
+    // "in the table's center", "on the left and right".
+    let places = corner_of(places);
     // "to the left" alone and "in front" alone are relations.
-    if nouns == 0 && (opener == "to" || (opener == "in" && !article)) {
+    let is_center = places == [AtCenter];
+    if nouns == 0 && !is_center && (matches!(opener, "to" | "toward" | "towards") || (opener == "in" && !article)) {
         return None;
     }
     if word(p) == Some("of") {
@@ -198,10 +246,24 @@ pub(super) fn place_at(
         return None;
     }
     // "near the left mug" names an object.
-    if nouns == 0 && opener == "near" {
+    if nouns == 0 && matches!(opener, "near" | "from" | "by" | "close") {
         return None;
     }
     Some((places, p - at))
+}
+
+/// Two sides name a corner.
+fn corner_of(places: Vec<RelationKind>) -> Vec<RelationKind> {
+    let corner = match places[..] {
+        [AtBack, AtLeft] | [AtLeft, AtBack] => AtBackLeft,
+        [AtBack, AtRight] | [AtRight, AtBack] => AtBackRight,
+        [AtFront, AtLeft] | [AtLeft, AtFront] => AtFrontLeft,
+        [AtFront, AtRight] | [AtRight, AtFront] => AtFrontRight,
+        // "in the back center".
+        [side, AtCenter] | [AtCenter, side] => side,
+        _ => return places,
+    };
+    vec![corner]
 }
 
 fn place_ahead<'a>(word: &impl Fn(usize) -> Option<&'a str>, at: usize) -> bool {
@@ -221,7 +283,9 @@ mod tests {
         let table = |word: &str| word == "table" || word == "desk";
         let places = |text: &str| place_at(&tokenize(text), 0, &table).map(|(places, _)| places);
         assert_eq!(places("in the center of the oak table"), Some(vec![AtCenter]));
-        assert_eq!(places("in the back left corner"), Some(vec![AtBack, AtLeft]));
+        assert_eq!(places("in the back left corner"), Some(vec![AtBackLeft]));
+        assert_eq!(places("in the top right corner of the table"), Some(vec![AtBackRight]));
+        assert_eq!(places("on the left third of the table"), Some(vec![AtLeft]));
         assert_eq!(places("on the left"), Some(vec![AtLeft]));
         assert_eq!(places("at the far end of the desk"), Some(vec![AtBack]));
         assert_eq!(places("to the left of the mug"), None);

@@ -31,8 +31,11 @@ pub(super) fn write(description: &SceneDescription) -> String {
         }
     }
     if !description.unrecognized.is_empty() {
-        let terms: Vec<&str> = description.unrecognized.iter().map(|term| term.span.text.as_str()).collect();
-        let _ = write!(text, " Not known and left out: {}.", terms.join(", "));
+        let parts: Vec<&str> = description.unrecognized.iter().map(|part| part.span.text.as_str()).collect();
+        let _ = write!(text, " Without effect: {}.", parts.join(", "));
+    }
+    if let Some(goal) = &description.goal {
+        let _ = write!(text, " Goal: {}.", goal.instruction);
     }
     text
 }
@@ -98,6 +101,14 @@ fn place(kind: RelationKind) -> Option<&'static str> {
         RelationKind::AtFront => "at the front",
         RelationKind::AtLeft => "on the left side",
         RelationKind::AtRight => "on the right side",
+        RelationKind::AtBackLeft => "at the back left",
+        RelationKind::AtBackRight => "at the back right",
+        RelationKind::AtFrontLeft => "at the front left",
+        RelationKind::AtFrontRight => "at the front right",
+        RelationKind::FromLeftEdge => "near the left edge",
+        RelationKind::FromRightEdge => "near the right edge",
+        RelationKind::FromFrontEdge => "near the front edge",
+        RelationKind::FromBackEdge => "near the back edge",
         _ => return None,
     })
 }
@@ -113,6 +124,9 @@ fn preposition(kind: RelationKind) -> &'static str {
         RelationKind::NextTo => "next to",
         RelationKind::Around => "one of those around",
         RelationKind::StackedOn => "stacked on",
+        RelationKind::Between => "between its neighbors and",
+        RelationKind::Facing => "turned to",
+        RelationKind::ParallelTo => "parallel to",
         _ => "at",
     }
 }

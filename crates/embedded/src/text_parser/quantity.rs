@@ -1,10 +1,24 @@
 //! Counts in words and digits.
 
 use super::lexicon::Lexicon;
-use super::tokens::{Token, word};
+use super::tokens::{Token, match_phrase, word};
 
-/// The count at `at`: digits, number words, "a dozen", "two or three", "2 to 4".
+/// Words before a count that leave it unchanged.
+const BEFORE: &[&str] = &[
+    "exactly", "precisely", "at least", "at most", "up to", "no more than", "not more than", "no less than",
+    "no fewer than", "about", "around", "approximately", "roughly", "only", "a total of", "as many as", "just",
+    "less than", "fewer than", "more than",
+];
+
+/// The count at `at`: digits, number words, "a dozen", "two or three", "2 to 4", "3x", "exactly two".
 pub(super) fn quantity(lexicon: &Lexicon, tokens: &[Token], at: usize) -> Option<([u32; 2], usize)> {
+    let before = BEFORE.iter().filter_map(|phrase| match_phrase(tokens, at, phrase)).max().unwrap_or(0);
+    let (range, length) = number_of(lexicon, tokens, at + before)?;
+    let exact = range[0] == range[1];
+    (before == 0 || exact).then_some((range, before + length))
+}
+
+fn number_of(lexicon: &Lexicon, tokens: &[Token], at: usize) -> Option<([u32; 2], usize)> {
     let vocabulary = lexicon.vocabulary;
     let single = |p: usize| -> Option<(u32, usize)> {
         match tokens.get(p)? {
@@ -34,8 +48,10 @@ pub(super) fn quantity(lexicon: &Lexicon, tokens: &[Token], at: usize) -> Option
         {
             return Some(([low, high], length + 1 + more));
         }
+        // "3x mug".
+        let times = usize::from(word(tokens, at + length) == Some("x") && word(tokens, at + length + 1).is_some());
         let of = usize::from(word(tokens, at + length) == Some("of"));
-        return Some(([low, low], length + of));
+        return Some(([low, low], length + of.max(times)));
     }
     let mut phrase = String::new();
     let mut best = None;

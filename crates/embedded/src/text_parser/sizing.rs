@@ -1,21 +1,24 @@
 //! Object sizes: a random sample from the category's range, adjusted by the text.
 
-use super::draft::Draft;
-use super::measures;
+use super::draft::{Draft, DraftRelation};
+use super::measured_size;
 use catalog::Affordance;
 use runtime::seed::child_rng;
 use scene::RelationKind;
 
-/// Sets every size. The random sample of an object depends only on the seed and its name.
-pub(super) fn size(draft: &mut Draft) {
+/// Sets every size. The random sample of an object depends only on the seed and its name. Returns the objects whose
+/// stated measures are outside the range of their category.
+pub(super) fn size(draft: &mut Draft) -> Vec<usize> {
+    let mut out_of_range = Vec::new();
     for k in 0..draft.objects.len() {
         let category = draft.category(k);
         let object = &draft.objects[k];
         let mut rng = child_rng(draft.seed, object.id.as_str());
-        let typical = category.size.typical_m();
-        let (low, high) = (category.size.low_m, category.size.high_m);
+        let range = object.kind.size;
+        let typical = range.typical_m();
+        let (low, high) = (range.low_m, range.high_m);
         let attributes = &object.attributes;
-        let mut size = category.size.sample(&mut rng);
+        let mut size = range.sample(&mut rng);
         if (attributes.scale - 1.0).abs() > 1e-9 {
             // "small" starts from the smaller half, "large" from the larger; a little beyond the range.
             let end = if attributes.scale < 1.0 { low } else { high };
@@ -30,8 +33,23 @@ pub(super) fn size(draft: &mut Draft) {
             };
             size[k] = (size[k] * factor).clamp(0.8 * low[k], 1.25 * high[k]);
         }
+        let is_container = category.affords(Affordance::Container);
+        if let (Some(volume_m3), true) = (attributes.volume_m3, is_container && attributes.measures.is_empty()) {
+            let factor = (volume_m3 / (CONTENT_SHARE * size.element_product())).cbrt();
+            let wanted = factor * size;
+            size = wanted.clamp(typical / 3.0, typical * 3.0);
+            if (size - wanted).abs().max_element() > 1e-9 {
+                out_of_range.push(k);
+            }
+        }
+        let mut is_clamped = false;
         if !attributes.measures.is_empty() {
-            size = measures::apply(&attributes.measures, size, typical);
+            let wanted = measured_size::apply(&attributes.measures, size);
+            size = wanted.clamp(typical / 3.0, typical * 3.0);
+            is_clamped = (size - wanted).abs().max_element() > 1e-9;
+        }
+        if is_clamped || attributes.mass_kg.is_some_and(|mass_kg| !MASSES_KG.contains(&mass_kg)) {
+            out_of_range.push(k);
         }
         // Round and square objects keep equal width and depth.
         let as_deep_as_wide = low.x == low.y && high.x == high.y;
@@ -39,11 +57,26 @@ pub(super) fn size(draft: &mut Draft) {
             size.x = 0.5 * (size.x + size.y);
             size.y = size.x;
         }
-        draft.objects[k].size_m = size;
+        let object = &mut draft.objects[k];
+        object.size_m = size;
+        // Ounces of what contains something are a volume.
+        if is_container && object.attributes.volume_m3.is_some() {
+            object.attributes.mass_kg = None;
+        }
+        if object.attributes.mass_kg.is_some_and(|mass_kg| !MASSES_KG.contains(&mass_kg)) {
+            object.attributes.mass_kg = None;
+        }
     }
     largest_at_the_bottom(draft);
     containers_hold_their_contents(draft);
+    out_of_range
 }
+
+/// Share of the bounding box of a vessel that is its content: a cylinder with walls.
+const CONTENT_SHARE: f64 = 0.6;
+
+/// Range of stated masses, kilograms.
+const MASSES_KG: std::ops::RangeInclusive<f64> = 0.001..=30.0;
 
 /// Maximum factor by which a container exceeds its usual size to hold its contents.
 const MAX_GROWTH: f64 = 1.7;
@@ -64,12 +97,12 @@ fn containers_hold_their_contents(draft: &mut Draft) {
         if !open || !draft.category(host).affords(Affordance::Container) {
             continue;
         }
-        let inside = |kind: &RelationKind, to: &Option<usize>| {
-            *to == Some(host) && matches!(kind, RelationKind::In | RelationKind::On)
+        let inside = |relation: &DraftRelation| {
+            relation.to == Some(host) && matches!(relation.kind, RelationKind::In | RelationKind::On)
         };
         let (mut widths, mut longest_m) = (Vec::new(), 0.0_f64);
         for object in &draft.objects {
-            if !object.relations.iter().any(|(kind, to)| inside(kind, to)) {
+            if !object.relations.iter().any(inside) {
                 continue;
             }
             let mut extents = object.size_m.to_array();
@@ -107,12 +140,12 @@ fn largest_at_the_bottom(draft: &mut Draft) {
         let mut pile = vec![bottom];
         while let Some(next) = (0..draft.objects.len()).find(|&o| {
             !pile.contains(&o)
-                && draft.objects[o].relations.contains(&(RelationKind::StackedOn, pile.last().copied()))
+                && draft.objects[o].has(RelationKind::StackedOn, pile.last().copied())
         }) {
             pile.push(next);
         }
-        let is_bottom = !draft.objects[bottom].relations.iter().any(|(k, _)| *k == RelationKind::StackedOn);
-        let alike = pile.iter().all(|&o| draft.objects[o].category == draft.objects[bottom].category);
+        let is_bottom = !draft.objects[bottom].relations.iter().any(|relation| relation.kind == RelationKind::StackedOn);
+        let alike = pile.iter().all(|&o| draft.category(o).name == draft.category(bottom).name);
         if pile.len() < 2 || !is_bottom || !alike {
             continue;
         }

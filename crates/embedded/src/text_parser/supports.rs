@@ -2,10 +2,10 @@
 
 use glam::DVec3;
 
-use super::draft::Draft;
+use super::draft::{Draft, DraftRelation};
 use super::grammar::{Link, LinkKind, ParsedText};
 use RelationKind::{In, LeftOf, NextTo, On, RightOf};
-use catalog::Affordance;
+use catalog::{Affordance, Category};
 use scene::RelationKind;
 
 /// Flat objects that support others even if the text only says "with".
@@ -52,14 +52,21 @@ pub(super) fn relate(draft: &mut Draft, parsed: &ParsedText) {
                     }
                     _ => kind,
                 };
-                draft.relate(object, kind, Some(target));
+                let second = link.second.and_then(|second| {
+                    let others = &draft.of_mention[second];
+                    others.iter().copied().find(|&other| other != target && other != object)
+                });
+                let kind = if kind == RelationKind::Between && second.is_none() { NextTo } else { kind };
+                let relation = DraftRelation { second, distance_m: link.distance_m, ..DraftRelation::new(kind, Some(target)) };
+                draft.relate_as(object, relation);
             }
         }
     }
     for (m, mention) in parsed.mentions.iter().enumerate() {
         for &object in &draft.of_mention[m].clone() {
-            for &place in &mention.places {
-                draft.relate(object, place, None);
+            for place in &mention.places {
+                let relation = DraftRelation::new(place.kind, None);
+                draft.relate_as(object, DraftRelation { distance_m: place.distance_m, ..relation });
             }
         }
     }
@@ -71,6 +78,7 @@ fn kind_of(draft: &Draft, parsed: &ParsedText, link: &Link, from: usize, to: usi
     match link.kind {
         LinkKind::Relation(kind) => kind,
         LinkKind::Flank => NextTo,
+        LinkKind::At => at(item, host),
         LinkKind::WithAtSide(side) => {
             match kind_of(draft, parsed, &Link { kind: LinkKind::With, ..*link }, from, to) {
                 NextTo => side,
@@ -108,6 +116,34 @@ fn kind_of(draft: &Draft, parsed: &ParsedText, link: &Link, from: usize, to: usi
     }
 }
 
+/// In a container that holds the item, otherwise on what carries it, otherwise beside it.
+pub(super) fn at(item: &Category, host: &Category) -> RelationKind {
+    if host.affords(Affordance::Container) && !is_carrier(host) && fits_in(item.size.typical_m(), host.size.typical_m()) {
+        In
+    } else if host.affords(Affordance::Support) || is_carrier(host) || host.affords(Affordance::Container) {
+        On
+    } else {
+        NextTo
+    }
+}
+
+/// Whether the category is a flat object that supports others.
+pub(super) fn is_carrier(category: &Category) -> bool {
+    CARRIERS.contains(&category.name.as_str())
+}
+
+/// Whether an item fits in or on a host.
+pub(super) fn fits(item: &Category, host: &Category, kind: RelationKind) -> bool {
+    let (item_m, host_m) = (item.size.typical_m(), host.size.typical_m());
+    match kind {
+        In => host.affords(Affordance::Container) && fits_in(item_m, host_m),
+        _ => {
+            (is_carrier(host) || host.affords(Affordance::Support) || host.affords(Affordance::Container))
+                && item_m.truncate().max_element() < 0.8 * host_m.truncate().max_element()
+        }
+    }
+}
+
 /// Whether the narrower side of an object fits through the opening of a vessel of this size.
 fn fits_in(item_m: DVec3, vessel_m: DVec3) -> bool {
     let opening = 0.85 * vessel_m.x.min(vessel_m.y);
@@ -132,8 +168,8 @@ pub(super) fn keep_what_fits(draft: &mut Draft) {
     let mut filled: Vec<f64> = vec![0.0; draft.objects.len()];
     for object in 0..draft.objects.len() {
         let Some((slot, kind, to)) =
-            draft.objects[object].relations.iter().enumerate().find_map(|(slot, (kind, to))| match to {
-                Some(to) if matches!(kind, In | On) => Some((slot, *kind, *to)),
+            draft.objects[object].relations.iter().enumerate().find_map(|(slot, relation)| match relation.to {
+                Some(to) if matches!(relation.kind, In | On) => Some((slot, relation.kind, to)),
                 _ => None,
             })
         else {
@@ -168,6 +204,6 @@ pub(super) fn keep_what_fits(draft: &mut Draft) {
         } else {
             kind
         };
-        draft.objects[object].relations[slot] = (kind, Some(to));
+        draft.objects[object].relations[slot].kind = kind;
     }
 }

@@ -5,7 +5,7 @@ use rand::RngExt;
 
 use super::grammar::ParsedText;
 use super::lexicon::Lexicon;
-use super::measures;
+use super::measures::Axis;
 use super::themes::Theme;
 use super::{DescribeError, TextParserSettings};
 use catalog::TableModel;
@@ -83,6 +83,13 @@ pub(super) fn choose(
     })
 }
 
+/// Whether the text or the request states the extents of the table top.
+pub(super) fn size_is_stated(parsed: &ParsedText, wanted: Option<&TableSpec>) -> bool {
+    let measures = parsed.table.iter().flat_map(|(_, attributes)| &attributes.measures);
+    wanted.is_some_and(|table| table.size_m.is_some())
+        || measures.into_iter().any(|measure| measure.axis != Axis::Height)
+}
+
 pub(crate) fn shape_of(word: &str) -> Option<TableShape> {
     Some(match word {
         "rectangular" => TableShape::Rectangular,
@@ -152,7 +159,6 @@ fn sized_by_words(size: DVec3, attributes: &super::phrase::Attributes, model: &T
         }
     }
     for measure in &attributes.measures {
-        use measures::Axis;
         match measure.axis {
             Axis::Depth => size.y = measure.meters,
             Axis::Height => size.z = measure.meters,

@@ -7,7 +7,6 @@ fn settings() -> TextParserSettings {
         max_text_chars: 4000,
         fewest_objects: 8,
         default_max_objects: 15,
-        kinds_that_close_a_text: 3,
         table_area_per_footprint: 3.0,
     }
 }

@@ -5,6 +5,9 @@ use std::sync::LazyLock;
 
 use serde::Deserialize;
 
+use super::account::{Account, Claimed};
+use super::lexicon::Lexicon;
+use super::tokens::{Source, match_phrase};
 use scene::RelationKind;
 
 #[derive(Deserialize)]
@@ -80,6 +83,13 @@ static THEMES: LazyLock<Themes> = LazyLock::new(|| {
         .expect("the built-in themes parse (a test loads them)")
 });
 
+impl Themes {
+    /// Whether the word occurs in a phrase that names or suggests a theme.
+    pub fn has_word(&self, word: &str) -> bool {
+        self.theme.iter().flat_map(|theme| theme.keywords.iter().chain(&theme.hints)).any(|phrase| has_phrase(phrase, word))
+    }
+}
+
 pub(super) fn themes() -> &'static Themes {
     &THEMES
 }
@@ -99,20 +109,14 @@ pub(super) fn has_phrase(text: &str, phrase: &str) -> bool {
     false
 }
 
-/// The theme with the highest score, and whether the text names it.
-pub(super) struct ThemeChoice<'t> {
-    pub theme: &'t Theme,
-    pub named: bool,
-}
-
 /// Scores every theme: keywords most (longer phrases more), then hints, then named categories that
 /// are typical of it or of its family. `None` if no theme has a positive score.
 pub(super) fn choose_theme<'t>(
     themes: &'t Themes,
     text: &str,
     categories: &[(&str, &[String])],
-) -> Option<ThemeChoice<'t>> {
-    let mut best: Option<(f64, ThemeChoice)> = None;
+) -> Option<&'t Theme> {
+    let mut best: Option<(f64, &Theme)> = None;
     for theme in &themes.theme {
         let keyword: f64 = theme
             .keywords
@@ -132,10 +136,27 @@ pub(super) fn choose_theme<'t>(
         let share = if categories.is_empty() { 0.0 } else { 2.0 * votes / categories.len() as f64 };
         let score = keyword + hints + share;
         if score > 0.0 && best.as_ref().is_none_or(|(top, _)| score > *top + 1e-9) {
-            best = Some((score, ThemeChoice { theme, named: keyword > 0.0 }));
+            best = Some((score, theme));
         }
     }
-    best.map(|(_, choice)| choice)
+    best.map(|(_, theme)| theme)
+}
+
+/// Claims the words of the text that name the theme, where they have no other meaning.
+pub(super) fn claim_words(theme: &Theme, lexicon: &Lexicon, source: &Source, account: &mut Account) {
+    let others = lexicon.themes.theme.iter().filter(|other| other.name != theme.name);
+    let own = theme.keywords.iter().chain(&theme.hints);
+    let phrases: Vec<&String> =
+        own.chain(others.flat_map(|other| &other.keywords)).chain(&lexicon.vocabulary.grammar.scene_words).collect();
+    for at in 0..source.tokens.len() {
+        if !account.is_open(at) || source.tokens[at].word().is_none() {
+            continue;
+        }
+        let longest = phrases.iter().filter_map(|phrase| match_phrase(&source.tokens, at, phrase)).max();
+        if let Some(length) = longest {
+            account.claim(at..at + length, Claimed::Theme);
+        }
+    }
 }
 
 impl ThemeItem {

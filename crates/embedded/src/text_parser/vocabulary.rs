@@ -22,6 +22,12 @@ pub(super) struct Vocabulary {
     pub stretch: BTreeMap<String, Stretch>,
     /// Meters.
     pub units: BTreeMap<String, f64>,
+    /// Cubic meters.
+    pub volumes: BTreeMap<String, f64>,
+    /// Kilograms.
+    pub masses: BTreeMap<String, f64>,
+    /// Poses and states of objects.
+    pub states: BTreeMap<String, String>,
     pub shapes: BTreeMap<String, String>,
     pub tables: BTreeMap<String, String>,
     pub aliases: IndexMap<String, Vec<String>>,
@@ -67,6 +73,10 @@ pub(super) struct GrammarWords {
     pub substances: BTreeSet<String>,
     pub parts: BTreeSet<String>,
     pub stop: BTreeSet<String>,
+    /// The closed list of words without an effect of their own.
+    pub ignorable: BTreeSet<String>,
+    /// Words that end a noun phrase where they follow a noun.
+    pub after_noun: BTreeSet<String>,
     pub soft_endings: Vec<String>,
     pub hard_nouns: BTreeSet<String>,
     pub compound_heads: BTreeSet<String>,
@@ -120,10 +130,36 @@ impl Vocabulary {
         if head.is_empty() { singular } else { format!("{head} {singular}") }
     }
 
+    /// Whether the word occurs in any of the lists.
+    pub fn has_word(&self, word: &str) -> bool {
+        let grammar = &self.grammar;
+        let phrases = self.quantities.keys().chain(self.states.keys()).chain(&grammar.openers).chain(&grammar.closers);
+        self.is_listed(word)
+            || grammar.ignorable.contains(word)
+            || grammar.after_noun.contains(word)
+            || grammar.scene_words.contains(word)
+            || grammar.compound_heads.contains(word)
+            || self.volumes.contains_key(word)
+            || self.masses.contains_key(word)
+            || self.states.contains_key(word)
+            || phrases.flat_map(|phrase| phrase.split(' ')).any(|known| known == word)
+    }
+
     /// Whether a word outside the lexicon is probably not a noun for an object: grammar, a part, a modifier, an adverb.
     pub fn is_ordinary(&self, word: &str) -> bool {
         let grammar = &self.grammar;
-        if grammar.stop.contains(word)
+        if self.is_listed(word) {
+            return true;
+        }
+        let singular = word.strip_suffix('s').unwrap_or(word);
+        !grammar.hard_nouns.contains(singular)
+            && word.len() > 4
+            && grammar.soft_endings.iter().any(|ending| word.ends_with(ending.as_str()))
+    }
+
+    fn is_listed(&self, word: &str) -> bool {
+        let grammar = &self.grammar;
+        grammar.stop.contains(word)
             || grammar.parts.contains(word)
             || grammar.substances.contains(word)
             || grammar.determiners.contains(word)
@@ -138,13 +174,6 @@ impl Vocabulary {
             || self.shapes.contains_key(word)
             || self.numbers.contains_key(word)
             || word.chars().count() < 3
-        {
-            return true;
-        }
-        let singular = word.strip_suffix('s').unwrap_or(word);
-        !grammar.hard_nouns.contains(singular)
-            && word.len() > 4
-            && grammar.soft_endings.iter().any(|ending| word.ends_with(ending.as_str()))
     }
 }
 

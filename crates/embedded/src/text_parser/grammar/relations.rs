@@ -1,31 +1,19 @@
-//! Spatial relations: regions of the table top, and prepositions with or without an object, before or after their
-//! subject.
+//! Spatial relations: prepositions with or without an object, before or after their subject.
 
-use super::{Link, LinkKind, Parser, Referent};
+use std::ops::Range;
+
+use super::steps::is_object;
+use super::{Link, LinkKind, Parser, PendingRelation, Place, Referent};
+use crate::text_parser::account::Claimed;
 use crate::text_parser::lexicon::Meaning;
 use crate::text_parser::phrase::{Determiner, Head, noun_phrase};
 use crate::text_parser::prepositions::{Preposition, place_at, preposition_at};
+use crate::text_parser::supports::fits;
 use crate::text_parser::tokens::Token;
 use scene::RelationKind;
+use scene::text_account::UnrecognizedReason;
 
 impl Parser<'_, '_> {
-    /// Assigns a region of the table top to the subject, or to the phrase that follows.
-    pub(super) fn place(&mut self, places: Vec<RelationKind>, clause_start: bool) {
-        if self.fronted(clause_start) || self.subject.is_empty() {
-            self.subject.clear();
-            self.pending.clear();
-            self.pending_places = places;
-            return;
-        }
-        for mention in self.attached() {
-            for &place in &places {
-                if !self.parsed.mentions[mention].places.contains(&place) {
-                    self.parsed.mentions[mention].places.push(place);
-                }
-            }
-        }
-    }
-
     /// Whether the preceding phrase is fronted: a noun phrase or a verb of position follows.
     pub(super) fn fronted(&self, clause_start: bool) -> bool {
         let mut ahead = 0;
@@ -34,30 +22,15 @@ impl Parser<'_, '_> {
         }
         while matches!(
             self.word(ahead),
-            Some(
-                "is" | "are"
-                    | "there"
-                    | "stands"
-                    | "stand"
-                    | "sits"
-                    | "sit"
-                    | "lies"
-                    | "lie"
-                    | "put"
-                    | "place"
-                    | "rests"
-            )
+            Some("is" | "are" | "there" | "stands" | "stand" | "sits" | "sit" | "lies" | "lie" | "put" | "place" | "rests")
         ) {
             ahead += 1;
         }
         let at = self.at + ahead;
-        if place_at(self.tokens, at, &self.table_words()).is_some()
-            || preposition_at(self.tokens, at).is_some()
-        {
+        if place_at(self.tokens, at, &Self::is_table_word).is_some() || preposition_at(self.tokens, at).is_some() {
             return clause_start && ahead == 0 && self.subject.is_empty();
         }
-        noun_phrase(self.lexicon, self.tokens, at)
-            .is_some_and(|(phrase, _)| matches!(phrase.head, Head::Objects(_) | Head::Unknown(_)))
+        noun_phrase(self.lexicon, self.tokens, at).is_some_and(|(phrase, _)| is_object(&phrase.head))
     }
 
     /// The members of the current list to which a following preposition applies: the last one, or both of "X and Y" if
@@ -65,22 +38,52 @@ impl Parser<'_, '_> {
     pub(super) fn attached(&self) -> Vec<usize> {
         let Some((&last, before)) = self.subject.split_last() else { return Vec::new() };
         let [.., other] = before else { return vec![last] };
-        let bare = |m: usize| self.parsed.links.iter().all(|link| link.from != m && link.to != m);
+        let bare = |m: usize| self.is_bare(m);
         let group = |m: usize| match self.parsed.mentions[m].meanings.first() {
             Some(Meaning::Category(index)) => Some(self.lexicon.categories[*index].group.as_str()),
             _ => None,
         };
         let families = group(*other) == group(last) && group(last).is_some();
-        if self.joined && bare(*other) && self.parsed.mentions[*other].places.is_empty() && families {
+        if self.joined && bare(*other) && families {
             vec![*other, last]
         } else {
             vec![last]
         }
     }
 
+    fn is_bare(&self, m: usize) -> bool {
+        self.parsed.links.iter().all(|link| link.from != m && link.to != m) && self.parsed.mentions[m].places.is_empty()
+    }
+
+    /// The members of the current list that a support applies to: all of "A, B and C in a box" that fit the target.
+    fn supported(&self, kind: RelationKind, targets: &[usize]) -> Vec<usize> {
+        let attached = self.attached();
+        let [target] = targets else { return attached };
+        if !self.joined || !kind.is_support() {
+            return attached;
+        }
+        let category = |m: usize| match self.parsed.mentions[m].meanings.first() {
+            Some(Meaning::Category(index)) => Some(&self.lexicon.categories[*index]),
+            _ => None,
+        };
+        let Some(host) = category(*target) else { return attached };
+        let mut members: Vec<usize> = self
+            .subject
+            .iter()
+            .rev()
+            .copied()
+            .take_while(|&m| {
+                attached.contains(&m)
+                    || (m != *target && self.is_bare(m) && category(m).is_some_and(|item| fits(item, host, kind)))
+            })
+            .collect();
+        members.reverse();
+        members
+    }
+
     /// "to its left", "on its right".
     pub(super) fn side_of_it(&mut self) -> Option<RelationKind> {
-        let start = usize::from(matches!(self.word(0), Some("to" | "on" | "at")));
+        let start = usize::from(matches!(self.word(0), Some("to" | "on" | "at" | "in")));
         if !matches!(self.word(start), Some("its" | "their" | "his" | "her")) {
             return None;
         }
@@ -89,56 +92,91 @@ impl Parser<'_, '_> {
             "right" => RelationKind::RightOf,
             "front" => RelationKind::InFrontOf,
             "back" | "rear" => RelationKind::Behind,
-            "side" | "sides" => RelationKind::NextTo,
+            "side" | "sides" if self.word(0) != Some("on") => RelationKind::NextTo,
             _ => return None,
         };
         self.at += start + 2 + usize::from(matches!(self.word(start + 2), Some("side" | "hand")));
         Some(kind)
     }
 
-    pub(super) fn prepositional(&mut self, preposition: Preposition, clause_start: bool) {
+    /// A preposition of `length` tokens at the current position, at a distance from its object.
+    pub(super) fn prepositional(
+        &mut self,
+        preposition: Preposition,
+        length: usize,
+        clause_start: bool,
+        distance: Option<(f64, usize)>,
+    ) {
+        let start = distance.map_or(self.at, |(_, start)| start);
+        self.at += length;
+        let tokens = start..self.at;
+        let distance_m = distance.map(|(distance_m, _)| distance_m);
         let kind = preposition.kind;
         // "on top", "inside", "beside": relative to the last mention.
         let target = noun_phrase(self.lexicon, self.tokens, self.at)
             .filter(|_| !(preposition.may_stand_alone && self.pause_follows()));
         let Some((phrase, end)) = target else {
             if preposition.may_stand_alone {
-                self.relate_or_wait(kind, clause_start);
+                self.relate_or_wait(kind, clause_start, tokens, distance_m);
+            } else if kind != RelationKind::On && kind != RelationKind::In {
+                self.report(tokens, UnrecognizedReason::NoReferent);
             }
             return;
         };
         let pronoun = phrase.head == Head::It;
-        let subjects = match self.subject.last() {
-            Some(&last) if pronoun => vec![last],
-            _ => self.attached(),
-        };
+        let is_unknown = matches!(phrase.head, Head::Unknown(_));
+        let chained = self.chain.filter(|_| kind.is_support() && !pronoun);
         self.at = end;
         let each = phrase.determiner == Determiner::Each;
-        let mut targets = match self.refer(phrase, true) {
-            Referent::Mentions(targets) => targets,
+        let plural = phrase.plural;
+        let before = self.subject.clone();
+        let referent = match self.refer(phrase, true) {
             Referent::Table => {
                 // "on the desk": the default position.
+                self.parsed.account.used(tokens);
                 if self.with_at().is_some() || self.fronted(clause_start) {
                     self.subject.clear();
                 }
                 return;
             }
-            Referent::Nothing => return,
+            referent => referent,
+        };
+        self.subject = before;
+        let (Referent::Mentions(mut targets), false) = (referent, false) else {
+            if is_unknown {
+                self.report(tokens, UnrecognizedReason::NoReferent);
+            }
+            return;
         };
         // "between the plate and the vase".
-        if preposition.two_targets
-            && self.word(0) == Some("and")
-            && let Some((second, end)) = noun_phrase(self.lexicon, self.tokens, self.at + 1)
-        {
-            self.at = end;
-            if let Referent::Mentions(more) = self.refer(second, true) {
-                targets.extend(more);
+        let mut second = None;
+        if preposition.two_targets {
+            if self.word(0) == Some("and")
+                && let Some((phrase, end)) = noun_phrase(self.lexicon, self.tokens, self.at + 1)
+            {
+                self.parsed.account.used(self.at..self.at + 1);
+                self.at = end;
+                if let Referent::Mentions(more) = self.refer(phrase, true) {
+                    second = more.first().copied();
+                }
+            } else if let [first, other, ..] = targets[..] {
+                (targets, second) = (vec![first], Some(other));
+            } else if plural {
+                second = targets.first().copied();
             }
         }
-        if subjects.is_empty() || self.fronted(clause_start) {
+        let kind = if kind == RelationKind::Between && second.is_none() { RelationKind::NextTo } else { kind };
+        let subjects = match (chained, self.subject.last()) {
+            (Some(chain), _) => vec![chain],
+            (None, Some(&last)) if pronoun => vec![last],
+            _ => self.supported(kind, &targets),
+        };
+        let relation =
+            PendingRelation { kind, inverse: preposition.inverse, targets: targets.clone(), second, distance_m, tokens };
+        if chained.is_none() && (subjects.is_empty() || self.fronted(clause_start)) {
             self.subject.clear();
             self.pending_places.clear();
-            self.pending = vec![(kind, targets.clone())];
+            self.pending = vec![relation];
             self.pending_each = each.then(|| targets[0]);
             self.pending_pronoun = pronoun;
             // "Next to the monitor, a lamp. Beside it ...": "it" is the lamp; before the lamp it is the monitor.
@@ -150,9 +188,10 @@ impl Parser<'_, '_> {
                 self.parsed.mentions[subject].each_of = Some(target);
             }
             for &target in &targets {
-                self.link(subject, kind, preposition.inverse, target);
+                self.relate(subject, &relation, target);
             }
         }
+        self.chain = targets.last().copied().filter(|_| kind.is_support());
     }
 
     fn pause_follows(&self) -> bool {
@@ -160,13 +199,23 @@ impl Parser<'_, '_> {
     }
 
     /// A relation without an object: relative to the last mention, for the subject or for the phrase that follows.
-    pub(super) fn relate_or_wait(&mut self, kind: RelationKind, clause_start: bool) {
+    pub(super) fn relate_or_wait(
+        &mut self,
+        kind: RelationKind,
+        clause_start: bool,
+        tokens: Range<usize>,
+        distance_m: Option<f64>,
+    ) {
         let subjects = self.attached();
         if self.fronted(clause_start) || subjects.is_empty() {
-            if let Some(it) = subjects.first().copied().or(self.salient) {
-                self.subject.clear();
-                self.pending = vec![(kind, vec![it])];
-                self.pending_pronoun = true;
+            match subjects.first().copied().or(self.salient) {
+                Some(it) => {
+                    self.subject.clear();
+                    let (targets, inverse, second) = (vec![it], false, None);
+                    self.pending = vec![PendingRelation { kind, inverse, targets, second, distance_m, tokens }];
+                    self.pending_pronoun = true;
+                }
+                None => self.report(tokens, UnrecognizedReason::NoReferent),
             }
             return;
         }
@@ -184,28 +233,75 @@ impl Parser<'_, '_> {
         let it = other_side.map(|link| link.to).or_else(|| self.earlier_than(&subjects));
         for &subject in &subjects {
             match it {
-                Some(it) => self.link(subject, kind, false, it),
-                None => match kind {
-                    RelationKind::LeftOf => self.parsed.mentions[subject].places.push(RelationKind::AtLeft),
-                    RelationKind::RightOf => self.parsed.mentions[subject].places.push(RelationKind::AtRight),
-                    RelationKind::InFrontOf => {
-                        self.parsed.mentions[subject].places.push(RelationKind::AtFront);
-                    }
-                    RelationKind::Behind => self.parsed.mentions[subject].places.push(RelationKind::AtBack),
-                    _ => {}
-                },
+                Some(it) => {
+                    let (targets, inverse, second) = (vec![it], false, None);
+                    let relation = PendingRelation { kind, inverse, targets, second, distance_m, tokens: tokens.clone() };
+                    self.relate(subject, &relation, it);
+                }
+                None => {
+                    let place = match kind {
+                        RelationKind::LeftOf => RelationKind::AtLeft,
+                        RelationKind::RightOf => RelationKind::AtRight,
+                        RelationKind::InFrontOf => RelationKind::AtFront,
+                        RelationKind::Behind => RelationKind::AtBack,
+                        _ => {
+                            self.report(tokens.clone(), UnrecognizedReason::NoReferent);
+                            continue;
+                        }
+                    };
+                    self.set_place(subject, Place { kind: place, distance_m: None }, tokens.clone());
+                }
             }
         }
     }
 
-    pub(super) fn link(&mut self, from: usize, kind: RelationKind, inverse: bool, to: usize) {
-        let (from, to) = if inverse { (to, from) } else { (from, to) };
+    /// Links a subject to a target; a relation that contradicts an earlier one is reported.
+    pub(super) fn relate(&mut self, subject: usize, relation: &PendingRelation, target: usize) {
+        let (from, to) = if relation.inverse { (target, subject) } else { (subject, target) };
+        let tokens = relation.tokens.clone();
         if from == to {
+            if !self.parsed.mentions[from].plural {
+                self.report(tokens, UnrecognizedReason::NoReferent);
+            }
             return;
         }
-        let link = Link { from, kind: LinkKind::Relation(kind), to };
+        if self.contradicts(from, relation.kind, to) {
+            self.report(tokens, UnrecognizedReason::Contradiction);
+            return;
+        }
+        let link = Link {
+            second: relation.second,
+            distance_m: relation.distance_m,
+            ..Link::new(from, LinkKind::Relation(relation.kind), to)
+        };
+        let mut targets = vec![to];
+        targets.extend(relation.second.filter(|second| *second != to));
+        self.parsed.account.claim(tokens, Claimed::Relation { kind: relation.kind, from: vec![from], to: targets });
         if !self.parsed.links.contains(&link) {
             self.parsed.links.push(link);
         }
+    }
+
+    /// Whether an earlier relation excludes this one.
+    fn contradicts(&self, from: usize, kind: RelationKind, to: usize) -> bool {
+        use RelationKind::{Behind, In, InFrontOf, LeftOf, On, RightOf};
+        let opposite = |kind: RelationKind| match kind {
+            LeftOf => Some(RightOf),
+            RightOf => Some(LeftOf),
+            InFrontOf => Some(Behind),
+            Behind => Some(InFrontOf),
+            _ => None,
+        };
+        let single = |m: usize| !self.parsed.mentions[m].plural;
+        self.parsed.links.iter().any(|link| {
+            let LinkKind::Relation(known) = link.kind else { return false };
+            let same = (link.from, link.to) == (from, to);
+            let reversed = (link.from, link.to) == (to, from);
+            let sided = (same && opposite(kind) == Some(known)) || (reversed && opposite(kind).is_some() && known == kind);
+            // Supports: of each other, or two supports of one object.
+            let mutual = reversed && matches!(kind, On | In) && matches!(known, On | In);
+            let second = link.from == from && link.to != to && matches!(kind, On | In) && matches!(known, On | In);
+            single(from) && single(to) && (sided || mutual || second)
+        })
     }
 }

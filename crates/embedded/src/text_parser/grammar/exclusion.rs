@@ -1,0 +1,262 @@
+//! Negation and exclusion: "no mugs", "do not include any forks", "neither X nor Y", "a fork instead of a spoon". The
+//! excluded categories are absent, also from fillings.
+
+use super::Parser;
+use crate::text_parser::account::Claimed;
+use crate::text_parser::phrase::{Determiner, Head, NounPhrase, noun_phrase};
+use crate::text_parser::prepositions::preposition_at;
+use crate::text_parser::tokens::{Token, match_phrase};
+use scene::text_account::UnrecognizedReason;
+
+/// Phrases before what is excluded.
+const TRIGGERS: &[&str] = &[
+    "without", "without any", "with no", "with none of", "with neither", "except", "except for", "excluding", "minus",
+    "but no", "but not", "but without", "and no", "and not", "not", "no", "neither", "nor", "instead of", "rather than",
+    "in place of", "in lieu of", "other than", "apart from", "aside from", "free of", "free from", "devoid of",
+    "lacking", "lacks", "missing", "avoid", "avoid adding", "avoid including", "avoid any", "leave out", "leaving out",
+    "omit", "omitting", "exclude", "skip", "there is no", "there are no", "there should be no", "there must be no",
+    "there isnt", "there arent", "there must not be", "there should not be", "there shouldnt be", "there cannot be",
+    "there are not", "there is not", "must not contain", "should not contain", "does not contain", "doesnt contain",
+    "must not have", "should not have", "does not have", "doesnt have", "do not have", "dont have", "has no", "have no",
+    "contains no", "does not include", "doesnt include", "should not include", "shouldnt include", "never", "not include", "not including", "none of",
+    "everything but", "anything but", "all but", "get rid of", "forget", "forget about", "ditch", "drop",
+    "no need for", "i dislike", "i hate", "hold", "nothing like", "as opposed to", "not even", "nor any", "zero",
+    "must not include", "cannot contain", "cant have", "cant contain", "wont have", "will not have", "never any",
+];
+
+/// Negations of a verb that asks for objects.
+const NEGATIONS: &[&str] = &[
+    "do not", "dont", "does not", "doesnt", "did not", "didnt", "should not", "shouldnt", "must not", "mustnt", "cannot",
+    "can not", "cant", "never", "please dont", "wont", "will not", "would not", "wouldnt", "not", "no need to",
+];
+
+/// Verbs that ask for objects.
+const ASKS: &[&str] = &[
+    "want", "include", "add", "put", "place", "use", "have", "contain", "show", "see", "need", "like", "generate",
+    "draw", "want any", "want to see", "want to have", "give", "create", "render", "be", "feature", "want you to add",
+    "want you to include", "bring", "leave", "set", "like to see", "wish for", "require", "get", "make", "display", "model", "spawn", "insert", "like any", "ask for",
+];
+
+impl Parser<'_, '_> {
+    /// Number of tokens of the negation at the current position.
+    fn negation(&self) -> Option<usize> {
+        let longest = |phrases: &[&str], at: usize| {
+            phrases.iter().filter_map(|phrase| match_phrase(self.tokens, at, phrase)).max()
+        };
+        let verb = NEGATIONS
+            .iter()
+            .filter_map(|phrase| match_phrase(self.tokens, self.at, phrase))
+            .filter_map(|length| Some(length + longest(ASKS, self.at + length)?))
+            .max();
+        let subject = usize::from(matches!(self.word(0), Some("i" | "we" | "you")));
+        let after_subject = (subject == 1).then(|| {
+            NEGATIONS
+                .iter()
+                .filter_map(|phrase| match_phrase(self.tokens, self.at + 1, phrase))
+                .filter_map(|length| Some(1 + length + longest(ASKS, self.at + 1 + length)?))
+                .max()
+        });
+        let plain = longest(TRIGGERS, self.at).filter(|length| {
+            // "hold the mug" and "drop the mug" are instructions, "not on the plate" is a relation.
+            let first = self.word(0);
+            let next = self.word(*length);
+            !matches!(first, Some("hold" | "drop" | "skip" | "forget"))
+                && !(*length == 1
+                    && matches!(first, Some("not" | "never" | "no"))
+                    && (preposition_at(self.tokens, self.at + length).is_some()
+                        || matches!(next, Some("more" | "less" | "fewer" | "need"))))
+        });
+        [verb, after_subject.flatten(), plain].into_iter().flatten().max()
+    }
+
+    /// An exclusion at the current position. Whether the rule applies.
+    pub(super) fn exclusion(&mut self) -> bool {
+        if self.nothing_else() || self.missing_after_noun() {
+            return true;
+        }
+        let Some(length) = self.negation() else { return false };
+        let start = self.at;
+        let mut p = start + length;
+        while matches!(self.word_at(p), Some("for" | "any" | "of" | "also" | "either")) {
+            p += 1;
+        }
+        let end = self.excluded_list(p);
+        let Some(mut end) = end else {
+            // "not" before something else: what it negates is not expressible.
+            let relation = preposition_at(self.tokens, start + length).is_some();
+            let reason =
+                if relation { UnrecognizedReason::NotExpressible } else { UnrecognizedReason::NotSupported };
+            let negates = matches!(self.word(0), Some("not" | "never" | "dont" | "without"));
+            if negates {
+                self.report(start..start + length, reason);
+            }
+            self.at = start + length;
+            return negates;
+        };
+        self.parsed.account.used(start..p);
+        // "without a fork on it", "no mugs on the table".
+        let on = matches!(self.word_at(end), Some("on" | "in" | "inside" | "there" | "here" | "at"));
+        if on {
+            let after = end + usize::from(self.word_at(end + 1) == Some("the"));
+            let place = self.word_at(after + 1);
+            if matches!(place, Some("it" | "table" | "desk" | "scene" | "them" | "picture" | "image" | "surface")) {
+                self.parsed.account.used(end..after + 2);
+                end = after + 2;
+            }
+        }
+        while matches!(self.word_at(end), Some("either" | "please" | "anywhere" | "whatsoever" | "though" | "at" | "all"))
+            && !(self.word_at(end) == Some("at") && self.word_at(end + 1) != Some("all"))
+        {
+            self.parsed.account.used(end..end + 1);
+            end += 1;
+        }
+        self.at = end;
+        self.after_and = false;
+        true
+    }
+
+    /// A list of phrases that are excluded; the position after it.
+    fn excluded_list(&mut self, from: usize) -> Option<usize> {
+        let mut p = from;
+        let mut end = None;
+        let mut first_is_bare = true;
+        loop {
+            let Some((phrase, after)) = noun_phrase(self.lexicon, self.tokens, p) else { break };
+            if !matches!(phrase.head, Head::Objects(_) | Head::Unknown(_)) || phrase.is_table() {
+                break;
+            }
+            let article = matches!(self.word_at(p), Some("a" | "an" | "the" | "some"))
+                || matches!(self.tokens.get(p), Some(Token::Number(_)));
+            if end.is_none() {
+                first_is_bare = !article;
+            }
+            self.exclude(phrase);
+            end = Some(after);
+            let comma = matches!(self.tokens.get(after), Some(Token::Pause));
+            let next = after + usize::from(comma);
+            let conjunction = self.word_at(next);
+            let skip = usize::from(matches!(conjunction, Some("or" | "nor" | "and")));
+            let continues = match conjunction {
+                Some("or" | "nor") => true,
+                Some("and") => {
+                    let article = matches!(self.word_at(next + 1), Some("a" | "an" | "some" | "the" | "two" | "one"))
+                        || matches!(self.tokens.get(next + 1), Some(Token::Number(_)));
+                    first_is_bare && !article
+                }
+                // "no forks, knives or spoons".
+                _ => comma && first_is_bare && self.ends_in_alternative(next),
+            };
+            if !continues {
+                break;
+            }
+            p = next + skip;
+            while matches!(self.word_at(p), Some("any" | "no" | "without")) {
+                p += 1;
+            }
+            self.parsed.account.used(after..p);
+        }
+        end
+    }
+
+    /// Whether the comma list that continues at `from` has "or", or consists of bare nouns to the end of the sentence.
+    fn ends_in_alternative(&self, from: usize) -> bool {
+        let mut p = from;
+        for _ in 0..8 {
+            let Some((phrase, end)) = noun_phrase(self.lexicon, self.tokens, p) else { return false };
+            if phrase.determiner != Determiner::New || phrase.count.is_some() {
+                return false;
+            }
+            let comma = matches!(self.tokens.get(end), Some(Token::Pause));
+            let next = end + usize::from(comma);
+            match (self.tokens.get(end), self.word_at(next)) {
+                (_, Some("or" | "nor" | "and")) => return true,
+                (None | Some(Token::End), _) => return true,
+                _ if comma => p = next,
+                _ => return false,
+            }
+        }
+        false
+    }
+
+    /// Excludes the objects of a phrase.
+    pub(super) fn exclude(&mut self, phrase: NounPhrase) {
+        self.parsed.account.used(phrase.tokens.clone());
+        let meanings = match phrase.head {
+            Head::Objects(meanings) => meanings,
+            _ => Vec::new(),
+        };
+        // "no red mugs" excludes only some of them, which the description cannot express.
+        if phrase.properties.iter().any(|(property, _)| *property != "content") {
+            self.report(phrase.tokens, UnrecognizedReason::NotExpressible);
+            return;
+        }
+        self.parsed.account.claim(phrase.head_tokens, Claimed::Exclusion(meanings.clone()));
+        self.parsed.excluded.extend(meanings);
+    }
+
+    /// "nothing else", "no other objects".
+    fn nothing_else(&mut self) -> bool {
+        const CLOSED: &[&str] = &[
+            "nothing else", "and nothing else", "nothing more", "nothing besides", "no other objects", "no other object",
+            "no other items", "no other things", "no extra objects", "no extras", "no additional objects", "no clutter",
+            "not anything else", "without anything else", "without other objects", "no fillings",
+            "no other stuff", "nothing other than that", "without any other objects", "without extra objects",
+            "no more objects", "no further objects", "nothing extra", "do not add anything else", "dont add anything else",
+            "do not add anything", "dont add anything", "without clutter", "no additional items", "no other item",
+        ];
+        let Some(length) = CLOSED.iter().filter_map(|phrase| match_phrase(self.tokens, self.at, phrase)).max() else {
+            return false;
+        };
+        let on_it = ["on it", "on the table", "on the desk", "on top"]
+            .iter()
+            .find_map(|phrase| match_phrase(self.tokens, self.at + length, phrase));
+        let end = self.at + length + on_it.unwrap_or(0);
+        self.parsed.nothing_else = true;
+        self.parsed.account.claim(self.at..end, Claimed::Completion(false));
+        self.at = end;
+        true
+    }
+
+    /// "The fork is missing", "a mug is not there".
+    fn missing_after_noun(&mut self) -> bool {
+        const AFTER: &[&str] = &[
+            "is missing", "are missing", "is absent", "are absent", "is not there", "are not there", "is not present",
+            "are not present", "isnt there", "arent there", "is not wanted", "are not wanted", "are not allowed",
+            "is not allowed", "must not be there", "should not be there", "should be absent", "must be absent",
+            "should not be present", "are forbidden", "is forbidden", "should not appear", "must not appear", "should be left out", "are to be left out",
+        ];
+        let Some(length) = AFTER.iter().filter_map(|phrase| match_phrase(self.tokens, self.at, phrase)).max() else {
+            return false;
+        };
+        if self.subject.is_empty() {
+            return false;
+        }
+        let mut excluded = Vec::new();
+        for &mention in &self.subject {
+            excluded.extend(self.parsed.mentions[mention].meanings.clone());
+        }
+        self.parsed.account.claim(self.at..self.at + length, Claimed::Exclusion(excluded.clone()));
+        self.parsed.excluded.extend(excluded);
+        self.at += length;
+        true
+    }
+
+    /// Mentions of excluded categories lose their objects. A text that first asks for them contradicts itself, unless the
+    /// mention is the exclusion itself.
+    pub(super) fn drop_excluded(&mut self) {
+        for m in 0..self.parsed.mentions.len() {
+            let mention = &self.parsed.mentions[m];
+            let is_excluded =
+                !mention.meanings.is_empty() && mention.meanings.iter().any(|meaning| self.parsed.excluded.contains(meaning));
+            if is_excluded {
+                let tokens = mention.tokens.clone();
+                self.parsed.mentions[m].count = Some([0, 0]);
+                self.parsed.account.claims.retain(|claim| claim.meaning != Claimed::Object(m));
+                let said_missing = matches!(self.word_at(tokens.end), Some("is" | "are" | "isnt" | "arent" | "must" | "should"));
+                if !said_missing {
+                    self.report(tokens, UnrecognizedReason::Contradiction);
+                }
+            }
+        }
+    }
+}

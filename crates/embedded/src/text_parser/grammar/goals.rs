@@ -1,0 +1,85 @@
+//! Goals of instructions: predicates over mentions.
+
+use std::ops::Range;
+
+use super::Parser;
+use crate::text_parser::account::Claimed;
+use scene::text_account::PredicateKind;
+
+/// A predicate of the goal over the objects of mentions.
+#[derive(Clone, Debug, PartialEq)]
+pub(in crate::text_parser) enum GoalKind {
+    Predicate(PredicateKind),
+    /// In the target if it is a container, otherwise on it, otherwise beside it.
+    At,
+    /// Out of the target if it is a container, otherwise off it.
+    AwayFromSupport,
+    /// A stack of the objects of the mention.
+    StackOfItself,
+    /// The objects of the mention are beside each other.
+    Together,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub(in crate::text_parser) struct GoalDraft {
+    pub kind: GoalKind,
+    pub object: usize,
+    /// Only the first objects of the mention.
+    pub take: Option<u32>,
+    pub target: Option<usize>,
+    pub second: Option<usize>,
+}
+
+impl GoalDraft {
+    pub fn new(kind: PredicateKind, object: usize) -> Self {
+        Self { kind: GoalKind::Predicate(kind), object, take: None, target: None, second: None }
+    }
+
+    pub fn to(self, target: usize) -> Self {
+        Self { target: Some(target), ..self }
+    }
+}
+
+impl Parser<'_, '_> {
+    /// Adds a predicate that the tokens state. Lifting an object that is then moved elsewhere is a step, not a goal.
+    pub(super) fn add_goal(&mut self, goal: GoalDraft, tokens: Range<usize>) {
+        let lifted = GoalKind::Predicate(PredicateKind::Lifted);
+        if goal.kind == lifted && self.parsed.goals.iter().any(|known| known.object == goal.object) {
+            return;
+        }
+        if let Some(known) = self.parsed.goals.iter_mut().find(|known| {
+            let step = known.kind == lifted
+                || known.kind == GoalKind::AwayFromSupport
+                || matches!(known.kind, GoalKind::Predicate(PredicateKind::OutOf | PredicateKind::Off | PredicateKind::Moved));
+            step && known.object == goal.object && known.take == goal.take && moves(&goal.kind)
+        }) {
+            *known = goal;
+            let index = self.parsed.goals.iter().position(|known| known.kind != lifted).unwrap_or(0);
+            self.parsed.account.claim(tokens, Claimed::Goal(index));
+            return;
+        }
+        if !self.parsed.goals.contains(&goal) {
+            self.parsed.goals.push(goal);
+        }
+        self.parsed.account.claim(tokens, Claimed::Goal(self.parsed.goals.len() - 1));
+    }
+}
+
+/// Whether the predicate states where the object is at the end.
+fn moves(kind: &GoalKind) -> bool {
+    match kind {
+        GoalKind::At | GoalKind::StackOfItself | GoalKind::Together => true,
+        GoalKind::AwayFromSupport => false,
+        GoalKind::Predicate(kind) => !matches!(
+            kind,
+            PredicateKind::Lifted
+                | PredicateKind::Opened
+                | PredicateKind::Closed
+                | PredicateKind::Pressed
+                | PredicateKind::UsedOn
+                | PredicateKind::PouredInto
+                | PredicateKind::Off
+                | PredicateKind::OutOf
+        ),
+    }
+}

@@ -1,0 +1,164 @@
+//! Named parts of the table top: "in the back left corner", "10 cm from the left edge", "one in each corner", and table
+//! coordinates.
+
+use std::ops::Range;
+
+use glam::DVec2;
+
+use super::{Parser, Place};
+use crate::text_parser::account::Claimed;
+use crate::text_parser::measures::read_length;
+use crate::text_parser::prepositions::place_at;
+use crate::text_parser::tokens::Token;
+use scene::RelationKind;
+use scene::text_account::UnrecognizedReason;
+
+/// Range of table coordinates, meters from the center of the table top.
+const MAX_COORDINATE_M: f64 = 2.5;
+
+impl Parser<'_, '_> {
+    /// Assigns a region of the table top to the subject, or to the phrase that follows.
+    pub(super) fn place(&mut self, clause_start: bool) -> bool {
+        let Some((places, length)) = place_at(self.tokens, self.at, &Self::is_table_word) else { return false };
+        let tokens = self.at..self.at + length;
+        self.at += length;
+        let places = places.into_iter().map(|kind| Place { kind, distance_m: None });
+        self.place_subject(places.collect(), tokens, clause_start);
+        true
+    }
+
+    pub(super) fn place_subject(&mut self, places: Vec<Place>, tokens: Range<usize>, clause_start: bool) {
+        if self.fronted(clause_start) || self.subject.is_empty() {
+            self.subject.clear();
+            self.pending.clear();
+            self.parsed.account.used(tokens.clone());
+            self.pending_places = places.into_iter().map(|place| (place, tokens.clone())).collect();
+            return;
+        }
+        for mention in self.attached() {
+            for &place in &places {
+                self.set_place(mention, place, tokens.clone());
+            }
+        }
+    }
+
+    /// Assigns a place to a mention; a place that contradicts an earlier one is reported.
+    pub(super) fn set_place(&mut self, mention: usize, place: Place, tokens: Range<usize>) {
+        let known = &self.parsed.mentions[mention].places;
+        if known.iter().any(|known| exclude_each_other(known.kind, place.kind)) {
+            self.report(tokens, UnrecognizedReason::Contradiction);
+            return;
+        }
+        let claim = Claimed::Relation { kind: place.kind, from: vec![mention], to: Vec::new() };
+        self.parsed.account.claim(tokens, claim);
+        let places = &mut self.parsed.mentions[mention].places;
+        if !places.contains(&place) {
+            places.push(place);
+        }
+    }
+
+    /// "at (0.2, -0.1)", "at x = 0.2 m, y = 10 cm".
+    pub(super) fn coordinates(&mut self) -> bool {
+        let start = self.at;
+        let mut p = start;
+        if !matches!(self.word_at(p), Some("at" | "position" | "coordinates" | "coordinate" | "x" | "point")) {
+            return false;
+        }
+        while matches!(self.word_at(p), Some("at" | "position" | "coordinates" | "coordinate" | "the" | "table" | "point"))
+        {
+            p += 1;
+        }
+        let mut values = Vec::new();
+        let mut is_named = false;
+        while values.len() < 2 {
+            while matches!(self.tokens.get(p), Some(Token::Pause))
+                || matches!(self.word_at(p), Some("x" | "y" | "and" | "is"))
+            {
+                is_named = is_named || self.word_at(p) == Some("x");
+                p += 1;
+            }
+            if let Some((meters, length)) = self.signed_length(p) {
+                values.push(meters);
+                p += length;
+            } else if let Some(Token::Number(number)) = self.tokens.get(p) {
+                values.push(*number);
+                p += 1;
+            } else {
+                return false;
+            }
+        }
+        let bracketed = (start..p).any(|token| self.source.is_open_bracket(token));
+        if !bracketed && !is_named {
+            return false;
+        }
+        if matches!(self.tokens.get(p), Some(Token::Pause)) && bracketed {
+            p += 1;
+        }
+        if matches!(self.word_at(p), Some("m" | "meters" | "meter")) {
+            p += 1;
+        }
+        let position = DVec2::new(values[0], values[1]);
+        let subjects = self.attached();
+        if subjects.is_empty() {
+            self.report(start..p, UnrecognizedReason::NoReferent);
+        } else if position.abs().max_element() > MAX_COORDINATE_M {
+            self.report(start..p, UnrecognizedReason::OutOfRange);
+        } else {
+            for &mention in &subjects {
+                self.parsed.mentions[mention].position_m = Some(position);
+            }
+            self.claim_property(start..p, "position", subjects);
+        }
+        self.at = p;
+        true
+    }
+
+    /// A length with a unit whose number may be negative.
+    fn signed_length(&self, at: usize) -> Option<(f64, usize)> {
+        read_length(self.lexicon.vocabulary, self.tokens, at)
+    }
+}
+
+/// Whether an object cannot have both places.
+fn exclude_each_other(a: RelationKind, b: RelationKind) -> bool {
+    use RelationKind::{
+        AtBack, AtBackLeft, AtBackRight, AtCenter, AtFront, AtFrontLeft, AtFrontRight, AtLeft, AtRight,
+    };
+    let sides = |kind: RelationKind| match kind {
+        AtLeft => Some((-1, 0)),
+        AtRight => Some((1, 0)),
+        AtBack => Some((0, 1)),
+        AtFront => Some((0, -1)),
+        AtBackLeft => Some((-1, 1)),
+        AtBackRight => Some((1, 1)),
+        AtFrontLeft => Some((-1, -1)),
+        AtFrontRight => Some((1, -1)),
+        AtCenter => Some((0, 0)),
+        _ => None,
+    };
+    match (sides(a), sides(b)) {
+        (Some((0, 0)), Some(other)) | (Some(other), Some((0, 0))) => other.0 != 0 && other.1 != 0,
+        (Some(a), Some(b)) => a.0 * b.0 < 0 || a.1 * b.1 < 0,
+        _ => false,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn opposite_places_exclude_each_other() {
+        use RelationKind::{AtBackLeft, AtCenter, AtFront, AtLeft, AtRight, Facing};
+        for (a, b, excluded) in [
+            (AtLeft, AtRight, true),
+            (AtBackLeft, AtFront, true),
+            (AtBackLeft, AtLeft, false),
+            (AtCenter, AtBackLeft, true),
+            (AtCenter, AtFront, false),
+            (AtLeft, Facing, false),
+        ] {
+            assert_eq!(exclude_each_other(a, b), excluded, "{a:?} {b:?}");
+        }
+    }
+}

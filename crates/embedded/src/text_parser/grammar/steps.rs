@@ -1,0 +1,244 @@
+//! The rules in the order in which they are tried at a position.
+
+use super::Parser;
+use super::references::merge;
+use crate::text_parser::phrase::{Head, noun_phrase, predicate};
+use crate::text_parser::prepositions::{preposition_at, reciprocal_at};
+use crate::text_parser::quantity::quantity;
+use crate::text_parser::tokens::Token;
+use scene::RelationKind;
+
+impl Parser<'_, '_> {
+    /// Applies one rule; the caller skips a token if none applies.
+    pub(super) fn step(&mut self) {
+        match &self.tokens[self.at] {
+            Token::End => {
+                self.end_clause();
+                self.at += 1;
+                return;
+            }
+            Token::Pause => {
+                self.after_and = false;
+                self.joined = false;
+                self.chain = None;
+                self.at += 1;
+                return;
+            }
+            _ => {}
+        }
+        if self.instruction() {
+            return;
+        }
+        let clause_start = std::mem::take(&mut self.clause_start);
+        if self.people() || self.per_person() || self.exclusion() {
+            return;
+        }
+        if matches!(self.word(0), Some("and" | "plus" | "also" | "then" | "while" | "but" | "or")) {
+            self.after_and = self.word(0) == Some("and");
+            self.chain = None;
+            self.at += 1;
+            self.clause_start = clause_start;
+            return;
+        }
+        // "there is", "there are", "I want".
+        if clause_start && self.introduction() {
+            self.clause_start = true;
+            return;
+        }
+        // "each with a fork", "with a fork each".
+        if matches!(self.word(0), Some("each" | "both"))
+            && matches!(self.word(1), Some("with" | "has" | "have" | "holding" | "containing" | "holds" | "contains"))
+        {
+            self.parsed.account.used(self.at..self.at + 1);
+            self.at += 1;
+            self.with_list(true);
+            return;
+        }
+        if self.arrangement() || self.distance(clause_start) || self.coordinates() || self.orientation() || self.state() {
+            return;
+        }
+        if self.with_at().is_some() {
+            self.with_list(false);
+            return;
+        }
+        if self.place(clause_start) {
+            return;
+        }
+        // "on each other" stacks them; "next to each other" is the default for objects of one category.
+        if let Some((kind, length)) = reciprocal_at(self.tokens, self.at) {
+            self.reciprocal(kind, length);
+            return;
+        }
+        if let Some((preposition, length)) = preposition_at(self.tokens, self.at) {
+            self.prepositional(preposition, length, clause_start, None);
+            return;
+        }
+        let start = self.at;
+        if let Some(kind) = self.side_of_it() {
+            self.relate_or_wait(kind, clause_start, start..self.at, None);
+            return;
+        }
+        // "three mugs stacked on a tray".
+        if matches!(self.word(0), Some("stacked" | "piled"))
+            && let Some(&last) = self.subject.last()
+        {
+            self.parsed.mentions[last].stacked = true;
+            self.claim_property(start..start + 1, "arrangement", vec![last]);
+            self.at += 1;
+            return;
+        }
+        if self.attributes() {
+            return;
+        }
+        if let Some((phrase, end)) = noun_phrase(self.lexicon, self.tokens, self.at) {
+            self.at = end;
+            self.noun(phrase);
+            return;
+        }
+        self.clause_start = clause_start && self.is_transparent();
+        self.at += 1;
+    }
+
+    /// Whether a clause may still begin after this word.
+    fn is_transparent(&self) -> bool {
+        self.word(0).is_some_and(|word| {
+            self.lexicon.vocabulary.grammar.ignorable.contains(word) && !matches!(word, "of" | "with")
+        })
+    }
+
+    fn introduction(&mut self) -> bool {
+        let length = match self.word(0) {
+            Some("there" | "here") if matches!(self.word(1), Some("is" | "are" | "should" | "must" | "will")) => {
+                2 + usize::from(self.word(2) == Some("be"))
+            }
+            Some("theres") => 1,
+            _ => return false,
+        };
+        self.parsed.account.used(self.at..self.at + length);
+        self.at += length;
+        true
+    }
+
+    fn reciprocal(&mut self, kind: RelationKind, length: usize) {
+        let tokens = self.at..self.at + length;
+        match (kind, self.subject.last()) {
+            (RelationKind::On, Some(&last)) => {
+                self.parsed.mentions[last].stacked = true;
+                self.claim_property(tokens, "arrangement", vec![last]);
+            }
+            (_, Some(_)) => self.beside_each_other(kind, tokens),
+            _ => {}
+        }
+        self.at += length;
+    }
+
+    /// "the laptop is silver", "a mug (red)", "a mug, red, ...".
+    fn attributes(&mut self) -> bool {
+        let verb = matches!(self.word(0), Some("is" | "are" | "in" | "was" | "were"));
+        let bracket = self.at > 0
+            && matches!(self.tokens[self.at - 1], Token::Pause)
+            && !self.subject.is_empty();
+        if !verb && !bracket {
+            return false;
+        }
+        let start = self.at + usize::from(verb);
+        let Some((attributes, properties, end)) = predicate(self.lexicon, self.tokens, start) else { return false };
+        let closes = matches!(self.tokens.get(end), None | Some(Token::Pause | Token::End));
+        if bracket && !verb {
+            // "a bowl, orange, ..." is a list of nouns.
+            let open = self.source.is_open_bracket(self.at - 1);
+            if !closes || (!open && self.lexicon.longest_at(self.tokens, self.at).is_some()) {
+                return false;
+            }
+        }
+        let described = match (bracket && !verb, self.subject.last()) {
+            (true, Some(&last)) => vec![last],
+            (false, Some(_)) => self.subject.clone(),
+            _ => self.salient_list.clone(),
+        };
+        if described.is_empty() {
+            return false;
+        }
+        self.parsed.account.used(self.at..end);
+        self.at = end;
+        for &mention in &described {
+            merge(&mut self.parsed.mentions[mention].attributes, attributes.clone());
+        }
+        for (property, range) in properties {
+            self.claim_property(range, property, described.clone());
+        }
+        true
+    }
+
+    /// "for four people", "set for two".
+    fn people(&mut self) -> bool {
+        if self.word(0) != Some("for") {
+            return false;
+        }
+        let Some(([low, _], length)) = quantity(self.lexicon, self.tokens, self.at + 1) else {
+            return false;
+        };
+        let after = self.word(1 + length);
+        let people = after.is_some_and(is_people);
+        let is_word = matches!(self.tokens.get(self.at + 1 + length), Some(Token::Word(_) | Token::Number(_)));
+        let ends = !is_word || matches!(after, Some("with" | "and" | "on" | "in" | "at"));
+        if !(people || ends) || low == 0 || low > 12 {
+            return false;
+        }
+        self.parsed.people = Some(low);
+        let end = self.at + 1 + length + usize::from(people);
+        self.claim_property(self.at..end, "people", Vec::new());
+        self.at = end;
+        true
+    }
+
+    /// "each person has a plate", "a plate per guest", "for every person".
+    fn per_person(&mut self) -> bool {
+        let start = usize::from(matches!(self.word(0), Some("for" | "at")));
+        let each = matches!(self.word(start), Some("each" | "every" | "per"))
+            && self.word(start + 1).is_some_and(|w| is_people(w) || matches!(w, "place" | "seat"));
+        if !each {
+            return false;
+        }
+        let mut end = self.at + start + 2;
+        if matches!(self.word_at(end), Some("setting")) {
+            end += 1;
+        }
+        let gets = matches!(self.word_at(end), Some("has" | "gets" | "needs" | "have" | "receives" | "with"));
+        if self.parsed.people.is_none() && !self.people_ahead(end) {
+            self.report(self.at..end, scene::text_account::UnrecognizedReason::NoReferent);
+        } else {
+            self.claim_property(self.at..end, "people", Vec::new());
+        }
+        if gets || self.subject.is_empty() {
+            self.parsed.account.used(end..end + usize::from(gets));
+            end += usize::from(gets);
+            self.subject.clear();
+            self.pending_per_person = true;
+        } else {
+            for mention in self.subject.clone() {
+                self.parsed.mentions[mention].per_person = true;
+            }
+        }
+        self.at = end;
+        true
+    }
+
+    /// Whether a later part of the text states the number of people.
+    fn people_ahead(&self, from: usize) -> bool {
+        (from..self.tokens.len()).take(60).any(|p| self.word_at(p) == Some("for") && self.word_at(p + 2).is_some_and(is_people))
+    }
+}
+
+fn is_people(word: &str) -> bool {
+    matches!(
+        word,
+        "people" | "persons" | "guests" | "friends" | "diners" | "kids" | "children" | "players" | "person" | "guest"
+            | "diner" | "player" | "child" | "adults" | "students" | "visitors"
+    )
+}
+
+/// Whether a head is an object or refers to one.
+pub(super) fn is_object(head: &Head) -> bool {
+    matches!(head, Head::Objects(_) | Head::Unknown(_))
+}

@@ -1,0 +1,214 @@
+//! Modifiers of noun phrases: colors, materials, sizes, shapes and measures, before a noun or after a verb.
+
+use super::{Attributes, is_boundary};
+use crate::text_parser::lexicon::Lexicon;
+use crate::text_parser::measures::{Reading, read_measure, trailing};
+use crate::text_parser::tokens::{Token, word};
+use crate::text_parser::vocabulary::Vocabulary;
+use geometry::Rgb;
+
+/// A modifier: the number of tokens and the property it describes.
+pub(super) struct Modifier {
+    pub length: usize,
+    pub property: &'static str,
+}
+
+impl Attributes {
+    pub fn add_reading(&mut self, reading: Reading) -> &'static str {
+        let property = match (&reading.lengths[..], reading.volume_m3) {
+            ([], None) => "mass",
+            ([], Some(_)) => "volume",
+            _ => "size",
+        };
+        self.measures.extend(reading.lengths);
+        self.volume_m3 = reading.volume_m3.or(self.volume_m3);
+        self.mass_kg = reading.mass_kg.or(self.mass_kg);
+        property
+    }
+
+    /// Adds the attribute that a word or two words name; the property, or `None` if they name none.
+    fn add_word(&mut self, vocabulary: &Vocabulary, name: &str) -> Option<&'static str> {
+        if let Some(color) = color_of(vocabulary, name) {
+            self.colors.push(color);
+            self.color_words.push(name.to_owned());
+            return Some("color");
+        }
+        if let Some(material) = vocabulary.materials.get(name) {
+            self.substance = Some(material.substance.clone());
+            self.material_color = material.color.as_deref().and_then(parse_hex);
+            self.table_finish = material.table.clone();
+            return Some("material");
+        }
+        if let Some(&factor) = vocabulary.sizes.get(name) {
+            self.scale *= factor;
+            return Some("size");
+        }
+        if let Some(stretch) = vocabulary.stretch.get(name) {
+            self.stretches.push((stretch.axis, stretch.factor));
+            return Some("size");
+        }
+        if vocabulary.shapes.contains_key(name) {
+            self.shape = Some(name.to_owned());
+            return Some("shape");
+        }
+        None
+    }
+}
+
+/// A color, material, size, shape or measure at `at`.
+pub(super) fn modifier(
+    lexicon: &Lexicon,
+    tokens: &[Token],
+    at: usize,
+    attributes: &mut Attributes,
+) -> Option<Modifier> {
+    let vocabulary = lexicon.vocabulary;
+    let w = word(tokens, at)?;
+    let two = word(tokens, at + 1).map(|next| format!("{w} {next}"));
+    let object = lexicon.longest_at(tokens, at).map_or(0, |(_, length)| length);
+    let allowed = |length: usize| {
+        length > object || (length == object && adjective_position(lexicon, tokens, at + length))
+    };
+    if let Some((reading, length)) = read_measure(vocabulary, tokens, at)
+        && allowed(length)
+    {
+        return Some(Modifier { length, property: attributes.add_reading(reading) });
+    }
+    // "light blue".
+    if let (Some(&shade), Some(next)) = (vocabulary.shades.get(w), word(tokens, at + 1)) {
+        let longer = word(tokens, at + 2).map(|third| format!("{next} {third}"));
+        for (name, length) in [(longer.as_deref(), 3), (Some(next), 2)] {
+            if let Some(name) = name
+                && let Some(color) = color_of(vocabulary, name)
+                && allowed(length)
+            {
+                let toward = if shade >= 0.0 { Rgb([1.0; 3]) } else { Rgb([0.0; 3]) };
+                attributes.colors.push(color.mix(toward, shade.abs()));
+                attributes.color_words.push(format!("{w} {name}"));
+                return Some(Modifier { length, property: "color" });
+            }
+        }
+    }
+    for (name, length) in [(two.as_deref(), 2), (Some(w), 1)] {
+        let Some(name) = name else { continue };
+        if !allowed(length) {
+            continue;
+        }
+        if let Some(property) = attributes.add_word(vocabulary, name) {
+            // "red and blue mugs": the joint color belongs to the same phrase.
+            let joined = property == "color"
+                && word(tokens, at + length) == Some("and")
+                && word(tokens, at + length + 1).is_some_and(|next| color_of(vocabulary, next).is_some())
+                && adjective_position(lexicon, tokens, at + length + 2);
+            return Some(Modifier { length: length + usize::from(joined), property });
+        }
+    }
+    // "hot coffee" implies no color, "water glass" is in the lexicon.
+    let substance = vocabulary.grammar.substances.contains(w)
+        && allowed(1)
+        && adjective_position(lexicon, tokens, at + 1);
+    substance.then_some(Modifier { length: 1, property: "content" })
+}
+
+/// Whether a noun follows directly, after further modifiers.
+fn adjective_position(lexicon: &Lexicon, tokens: &[Token], at: usize) -> bool {
+    let vocabulary = lexicon.vocabulary;
+    for p in at..at + 6 {
+        let Some(w) = word(tokens, p) else { return false };
+        if lexicon.longest_at(tokens, p).is_some() {
+            return true;
+        }
+        let is_modifier = is_attribute(vocabulary, w)
+            || vocabulary.shades.contains_key(w)
+            || (w == "and" && word(tokens, p + 1).is_some_and(|next| color_of(vocabulary, next).is_some()));
+        if is_modifier {
+            continue;
+        }
+        if is_boundary(vocabulary, w) {
+            return false;
+        }
+        if !vocabulary.is_ordinary(w) {
+            // A noun outside the lexicon.
+            return true;
+        }
+    }
+    false
+}
+
+pub(super) fn is_attribute(vocabulary: &Vocabulary, word: &str) -> bool {
+    vocabulary.colors.contains_key(word)
+        || vocabulary.materials.contains_key(word)
+        || vocabulary.sizes.contains_key(word)
+        || vocabulary.stretch.contains_key(word)
+        || vocabulary.shapes.contains_key(word)
+}
+
+/// Attributes after a verb, with the property of each token range, and the position after them: "the laptop is silver",
+/// "they are blue and small", "a mug (red)".
+pub(in crate::text_parser) fn predicate(
+    lexicon: &Lexicon,
+    tokens: &[Token],
+    at: usize,
+) -> Option<(Attributes, Vec<super::PropertySpan>, usize)> {
+    let vocabulary = lexicon.vocabulary;
+    let mut attributes = Attributes { scale: 1.0, ..Attributes::default() };
+    let mut properties = Vec::new();
+    let mut p = at;
+    while let Some(w) = word(tokens, p) {
+        if matches!(w, "very" | "made" | "of" | "all" | "both" | "and" | "quite" | "about" | "colored" | "coloured")
+            || matches!(w, "a" | "in")
+                && word(tokens, p + 1).is_some_and(|n| color_of(vocabulary, n).is_some())
+        {
+            p += 1;
+            continue;
+        }
+        let shade = vocabulary.shades.contains_key(w)
+            && word(tokens, p + 1).is_some_and(|next| color_of(vocabulary, next).is_some());
+        if shade && let Some(found) = modifier_alone(vocabulary, tokens, p, &mut attributes) {
+            properties.push(("color", p..p + found));
+            p += found;
+            continue;
+        }
+        match attributes.add_word(vocabulary, w) {
+            Some(property) => properties.push((property, p..p + 1)),
+            None => break,
+        }
+        p += 1;
+    }
+    let (readings, end) = trailing(vocabulary, tokens, p);
+    for (reading, range) in readings {
+        properties.push((attributes.add_reading(reading), range));
+        p = end;
+    }
+    // "and" before the next clause is not part of it.
+    while p > at && matches!(word(tokens, p - 1), Some("and" | "all" | "both" | "a" | "in")) {
+        p -= 1;
+    }
+    // A continuation as a noun phrase means that this is not a predicate ("there are red mugs").
+    let ends = word(tokens, p).is_none_or(|w| is_boundary(vocabulary, w)) || matches!(word(tokens, p), Some("too"));
+    (!properties.is_empty() && ends).then_some((attributes, properties, p))
+}
+
+/// "light blue" outside a noun phrase; the number of tokens.
+fn modifier_alone(
+    vocabulary: &Vocabulary,
+    tokens: &[Token],
+    at: usize,
+    attributes: &mut Attributes,
+) -> Option<usize> {
+    let shade = *vocabulary.shades.get(word(tokens, at)?)?;
+    let name = word(tokens, at + 1)?;
+    let color = color_of(vocabulary, name)?;
+    let toward = if shade >= 0.0 { Rgb([1.0; 3]) } else { Rgb([0.0; 3]) };
+    attributes.colors.push(color.mix(toward, shade.abs()));
+    attributes.color_words.push(format!("{} {name}", word(tokens, at)?));
+    Some(2)
+}
+
+pub(in crate::text_parser) fn color_of(vocabulary: &Vocabulary, name: &str) -> Option<Rgb> {
+    vocabulary.colors.get(name).and_then(|hex| parse_hex(hex))
+}
+
+fn parse_hex(hex: &str) -> Option<Rgb> {
+    u32::from_str_radix(hex.trim_start_matches('#'), 16).ok().map(Rgb::hex)
+}

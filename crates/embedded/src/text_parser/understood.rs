@@ -1,0 +1,119 @@
+//! The account of a text in the terms of the scene: object ids instead of mentions, spans of the text instead of tokens.
+
+use std::ops::Range;
+
+use super::account::{Account, Claimed};
+use super::arranged;
+use super::draft::Draft;
+use super::grammar::ParsedText;
+use super::lexicon::{Lexicon, Meaning};
+use super::tokens::{Source, Token};
+use scene::InstanceId;
+use scene::text_account::{TextMeaning, TextSpan, Understood, Unrecognized, UnrecognizedReason};
+
+/// Maximum number of parts of a text with their nearest known words.
+const MAX_NEAREST: usize = 32;
+
+pub(super) fn span_of(source: &Source, tokens: Range<usize>) -> TextSpan {
+    let Range { start, end } = source.span(tokens);
+    TextSpan { start, end, text: source.text[start..end].to_owned() }
+}
+
+/// What the tokens mean.
+pub(super) fn understood(
+    draft: &Draft,
+    parsed: &ParsedText,
+    source: &Source,
+    theme: &str,
+    predicate_of_goal: &[Option<usize>],
+) -> Vec<Understood> {
+    let ids = draft.ids();
+    let of = |mentions: &[usize]| -> Vec<InstanceId> {
+        mentions.iter().flat_map(|&m| draft.of_mention[m].iter().map(|&o| ids[o].clone())).collect()
+    };
+    let mut understood: Vec<Understood> = parsed
+        .account
+        .claims
+        .iter()
+        .filter_map(|claim| {
+            let span = span_of(source, claim.tokens.clone());
+            let meaning = match &claim.meaning {
+                Claimed::Object(mention) => {
+                    let objects = of(&[*mention]);
+                    let first = draft.of_mention[*mention].first()?;
+                    TextMeaning::Object { category: draft.category(*first).name.clone(), objects }
+                }
+                Claimed::Property { property, mentions } => TextMeaning::Property {
+                    property: (*property).to_owned(),
+                    value: span.text.to_lowercase(),
+                    objects: of(mentions),
+                },
+                Claimed::Relation { kind, from, to } => {
+                    TextMeaning::Relation { relation: *kind, objects: of(from), targets: of(to) }
+                }
+                Claimed::Arrangement(index) => TextMeaning::Arrangement {
+                    index: arranged::index_of(draft, parsed, *index)?,
+                    objects: of(&parsed.arrangements.get(*index)?.mentions),
+                },
+                Claimed::Exclusion(meanings) => {
+                    TextMeaning::Exclusion { categories: categories_of(draft.lexicon, meanings) }
+                }
+                Claimed::Goal(index) => TextMeaning::Goal { index: predicate_of_goal.get(*index).copied().flatten()? },
+                Claimed::Table => TextMeaning::Table,
+                Claimed::Theme => TextMeaning::Theme { theme: theme.to_owned() },
+                Claimed::Completion(complete) => TextMeaning::Completion { complete: *complete },
+                Claimed::Correction(corrected) => TextMeaning::Correction { corrected: corrected.clone() },
+            };
+            Some(Understood { span, meaning })
+        })
+        .collect();
+    understood.sort_by_key(|part| (part.span.start, part.span.end));
+    understood.dedup();
+    understood
+}
+
+/// Names of the categories of meanings; the members of vague sets.
+pub(super) fn categories_of(lexicon: &Lexicon, meanings: &[Meaning]) -> Vec<String> {
+    let mut names: Vec<String> = meanings
+        .iter()
+        .flat_map(|meaning| match meaning {
+            Meaning::Category(index) => vec![lexicon.categories[*index].name.clone()],
+            Meaning::Vague(index) => lexicon.themes.vague[*index].members.clone(),
+            Meaning::Table(_) | Meaning::StandIn(_) => Vec::new(),
+        })
+        .collect();
+    names.sort();
+    names.dedup();
+    names
+}
+
+/// What has no effect, with the nearest known words.
+pub(super) fn unrecognized(lexicon: &Lexicon, account: &Account, source: &Source) -> Vec<Unrecognized> {
+    let mut parts: Vec<Unrecognized> = Vec::new();
+    for report in &account.reports {
+        let unknown =
+            matches!(report.reason, UnrecognizedReason::UnknownObject | UnrecognizedReason::UnknownWord);
+        let name = source.tokens[report.tokens.clone()]
+            .iter()
+            .filter_map(Token::word)
+            .collect::<Vec<_>>()
+            .join(" ");
+        let compared = unknown && parts.len() < MAX_NEAREST && name.len() <= 40;
+        let nearest_by_spelling = if compared { nearest(lexicon, &name) } else { None };
+        let singular = lexicon.vocabulary.singular_of(&name);
+        let nearest_by_meaning =
+            if compared { lexicon.nouns.nearest_by_meaning(&singular).map(str::to_owned) } else { None };
+        let is_obstacle = unknown && lexicon.nouns.is_not_placeable(&singular);
+        let reason = if is_obstacle { UnrecognizedReason::NotPlaceable } else { report.reason };
+        let span = span_of(source, report.tokens.clone());
+        parts.push(Unrecognized { span, reason, nearest_by_spelling, nearest_by_meaning });
+    }
+    parts
+}
+
+/// The known object that is spelled most similarly to a phrase, or to its last word.
+fn nearest(lexicon: &Lexicon, name: &str) -> Option<String> {
+    let last = name.rsplit(' ').next().unwrap_or_default();
+    let whole = lexicon.closest(name, 1).into_iter().next();
+    whole.or_else(|| lexicon.closest(last, 1).into_iter().next())
+}
