@@ -15,7 +15,7 @@ use ports::{
 };
 use render::annotate::fitted;
 use scene::request::RequestOptions;
-use scene::{Input, InstanceId, SceneRequest};
+use scene::{Input, InstanceId, SceneRequest, Unrecognized};
 use store::Digest;
 
 pub const STAGE: Stage = Stage { name: "reference", version: 6 };
@@ -43,8 +43,8 @@ pub struct Output {
     pub known: Option<ArtifactRef>,
     pub alone: Vec<AloneRef>,
     pub top: Option<TopRef>,
-    /// Words of the text that name an object outside the catalog.
-    pub unrecognized_terms: Vec<String>,
+    /// Parts of the text without effect.
+    pub unrecognized: Vec<Unrecognized>,
 }
 
 /// An object drawn alone.
@@ -101,10 +101,10 @@ async fn rendered(context: &Context, inputs: &Inputs, text: &str) -> Result<Outp
     let description =
         ports.analyst.describe(&call, text.to_owned(), inputs.seed, inputs.options.clone()).await?;
     context.put_json("description.json", &description).await?;
-    let unrecognized_terms = description.unrecognized_terms.clone();
+    let unrecognized = description.unrecognized.clone();
     let generated = ports.image_generator.reference(&call, Arc::new(description), inputs.seed).await?;
     let image = artifact_io::put_image(context, "reference.png", generated.image).await?;
-    let mut output = Output { image, known: None, alone: Vec::new(), top: None, unrecognized_terms };
+    let mut output = Output { image, known: None, alone: Vec::new(), top: None, unrecognized };
     if let Some(SyntheticGroundTruth { known, truth, alone, top }) = generated.ground_truth {
         output.known = Some(context.put_json("known.json", &known).await?);
         // Nothing reads it again: it is not part of the output, so no stage can take it as input.
@@ -134,7 +134,7 @@ async fn given(context: &Context, sha256: &str) -> Result<Output, StageError> {
         .await?;
     let image = decoded.map_err(|error: imaging::codec::CodecError| unreadable(error.to_string()))?;
     let image = artifact_io::put_image(context, "reference.png", image).await?;
-    Ok(Output { image, known: None, alone: Vec::new(), top: None, unrecognized_terms: Vec::new() })
+    Ok(Output { image, known: None, alone: Vec::new(), top: None, unrecognized: Vec::new() })
 }
 
 fn fitted_down(image: Image) -> Image {

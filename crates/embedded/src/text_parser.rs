@@ -190,7 +190,9 @@ fn describe_with(
         return Err(nothing_recognized(lexicon, &parsed));
     }
     let out_of_range = sizing::size(&mut draft);
-    supports::keep_what_fits(&mut draft);
+    for object in supports::keep_what_fits(&mut draft) {
+        report_support(&draft, &mut parsed, object);
+    }
     let goals = start_state::predicates(&draft, &parsed);
     let satisfied = start_state::stand_apart(&mut draft, &goals.predicates);
     for object in out_of_range {
@@ -214,7 +216,7 @@ fn describe_with(
             second_target: predicate.second.map(|second| ids[second].clone()),
         })
         .collect();
-    let goal = (!parsed.instructions.is_empty())
+    let goal = (!predicates.is_empty())
         .then(|| Goal { instruction: instruction_text(&source, &parsed), predicates });
     let arrangements = arranged::arrangements(&draft, &parsed);
     let unrecognized = understood::unrecognized(lexicon, &parsed.account, &source);
@@ -240,6 +242,30 @@ fn describe_with(
     };
     description.prose = prose::write(&description);
     Ok(description)
+}
+
+/// Reports the relation of an object to a support on which it does not fit.
+fn report_support(draft: &Draft, parsed: &mut ParsedText, object: usize) {
+    let Some(mention) = draft.of_mention.iter().position(|objects| objects.contains(&object)) else { return };
+    let relations: Vec<_> = parsed
+        .account
+        .claims
+        .iter()
+        .filter_map(|claim| match &claim.meaning {
+            Claimed::Relation { kind, from, .. } if kind.is_support() && from.contains(&mention) => {
+                Some(claim.tokens.clone())
+            }
+            _ => None,
+        })
+        .collect();
+    // Where the first objects of the mention fit, the relation has an effect.
+    let first = draft.of_mention[mention].first() == Some(&object);
+    for tokens in relations {
+        if first {
+            parsed.account.retract(&tokens);
+        }
+        parsed.account.report(tokens, UnrecognizedReason::NotSupported);
+    }
 }
 
 /// Reports the measures of an object that are outside the range of its category.

@@ -104,7 +104,11 @@ pub fn plain_description() -> SceneDescription {
         family: "dining_kitchen".into(),
         table: TableSpec::default(),
         objects: Vec::new(),
-        unrecognized_terms: Vec::new(),
+        arrangements: Vec::new(),
+        goal: None,
+        excluded_categories: Vec::new(),
+        understood: Vec::new(),
+        unrecognized: Vec::new(),
         prose: "A red ball on a table.".into(),
     }
 }

@@ -107,6 +107,53 @@ impl Account {
         }
         self.reports.sort_by_key(|report| report.tokens.start);
         self.claims.sort_by_key(|claim| claim.tokens.start);
+        self.spread(source, vocabulary);
+    }
+
+    /// Gives words of a construction ("without" of an exclusion, "three" of an object) the meaning of the claim after
+    /// them, or before them.
+    fn spread(&mut self, source: &Source, vocabulary: &Vocabulary) {
+        let mut meaning: Vec<Option<usize>> = vec![None; source.tokens.len()];
+        let mut is_covered = vec![false; source.tokens.len()];
+        for (index, claim) in self.claims.iter().enumerate() {
+            for token in claim.tokens.clone() {
+                if let (Some(slot), Some(covered)) = (meaning.get_mut(token), is_covered.get_mut(token)) {
+                    (*slot, *covered) = (Some(index), true);
+                }
+            }
+        }
+        for token in self.reports.iter().flat_map(|report| report.tokens.clone()) {
+            if let Some(covered) = is_covered.get_mut(token) {
+                *covered = true;
+            }
+        }
+        let needs = |token: usize| {
+            !is_covered[token]
+                && match &source.tokens[token] {
+                    Token::Word(word) => !vocabulary.grammar.ignorable.contains(word),
+                    Token::Number(_) => true,
+                    _ => false,
+                }
+        };
+        // The nearest claim before and after each token.
+        let before: Vec<Option<usize>> = meaning
+            .iter()
+            .scan(None, |last, index| {
+                *last = index.or(*last);
+                Some(*last)
+            })
+            .collect();
+        let mut after = None;
+        let mut spread = Vec::new();
+        for token in (0..source.tokens.len()).rev() {
+            after = meaning[token].or(after);
+            if needs(token)
+                && let Some(index) = after.or(before[token])
+            {
+                spread.push(Claim { tokens: token..token + 1, meaning: self.claims[index].meaning.clone() });
+            }
+        }
+        self.claims.extend(spread);
     }
 }
 

@@ -8,7 +8,9 @@ use super::verbs::verbs;
 /// Maximum number of words of a text that are compared with the vocabulary.
 const MAX_WORDS: usize = 32;
 /// Length of the shortest word that is corrected.
-const SHORTEST: usize = 5;
+const SHORTEST: usize = 4;
+/// Length up to which a letter may be missing, superfluous or exchanged, but not another one.
+const SHORT: usize = 4;
 /// Length from which two letters may differ.
 const LONG: usize = 8;
 /// Length of the longest word that is compared.
@@ -65,13 +67,13 @@ fn corrected(lexicon: &Lexicon, word: &str) -> Option<String> {
     let mut is_tied = false;
     for known in words.filter(|known| known.len() >= 3 && known.len().abs_diff(word.len()) <= limit) {
         // The first letter is seldom wrong, except where two letters are exchanged.
-        let same_start = known.as_bytes()[0] == word.as_bytes()[0];
+        let same_start = known.as_bytes()[0] == word.as_bytes()[0] || known.get(1..) == Some(word);
         let exchanged = is_exchange(word, known);
         if !same_start && !exchanged {
             continue;
         }
         let distance = if exchanged { 1 } else { edit_distance(word, known) };
-        if distance > limit {
+        if distance > limit || (word.len() <= SHORT && known.len() == word.len() && !exchanged) {
             continue;
         }
         let rank = (distance, known.len().abs_diff(word.len()));
@@ -81,7 +83,14 @@ fn corrected(lexicon: &Lexicon, word: &str) -> Option<String> {
                 if rank < best_rank {
                     (best, is_tied) = (Some((rank.0, rank.1, known)), false);
                 } else if rank == best_rank && known != best_known {
-                    is_tied = true;
+                    // Singular and plural of one noun: the one that ends as the word does.
+                    let (plural, other) = if known.len() > best_known.len() { (known, best_known) } else { (best_known, known) };
+                    let same_noun = lexicon.vocabulary.plural_of(other) == plural;
+                    if same_noun && word.ends_with('s') == known.ends_with('s') {
+                        best = Some((rank.0, rank.1, known));
+                    } else if !same_noun {
+                        is_tied = true;
+                    }
                 }
             }
             None => best = Some((rank.0, rank.1, known)),

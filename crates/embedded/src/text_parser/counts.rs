@@ -27,18 +27,19 @@ pub(super) fn instantiate(draft: &mut Draft, parsed: &ParsedText, limit: usize) 
         let mut made = Vec::new();
         match sense(draft, mention) {
             Some(meaning @ (Meaning::Category(_) | Meaning::StandIn(_))) => {
-                let Some(kind) = draft.lexicon.kind(&meaning) else { continue };
                 for k in 0..counts[m] {
+                    let Some(kind) = draft.lexicon.kind(&meaning) else { break };
                     let label = label(draft, mention, &kind, k);
                     let mut attributes = mention.attributes.clone();
                     if attributes.colors.len() > 1 {
                         let pick = k % attributes.colors.len();
                         attributes.colors.swap(0, pick);
                     }
-                    made.push(draft.add_of(mention, kind.clone(), label, attributes));
+                    made.push(draft.add_of(mention, kind, label, attributes));
                 }
                 if mention.stacked {
-                    for pair in made.windows(2) {
+                    let size = mention.stack_size.unwrap_or(made.len()).max(1);
+                    for pair in made.chunks(size).flat_map(|stack| stack.windows(2)) {
                         draft.relate(pair[1], RelationKind::StackedOn, Some(pair[0]));
                     }
                 }

@@ -27,8 +27,9 @@ use glam::DVec2;
 
 use super::account::{Account, Claimed};
 use super::lexicon::{Lexicon, Meaning};
-use super::phrase::{Attributes, Group, Head, NounPhrase, PropertySpan};
+use super::phrase::{Attributes, Group, Head, NounPhrase};
 use super::tokens::{Source, Token, word};
+use super::verbs::Frame;
 pub(super) use goals::{GoalDraft, GoalKind};
 pub(super) use states::category_shows;
 use references::Referent;
@@ -43,6 +44,10 @@ pub(super) struct Mention {
     pub count: Option<[u32; 2]>,
     pub plural: bool,
     pub stacked: bool,
+    /// Number of objects of each of several stacks.
+    pub stack_size: Option<usize>,
+    /// Whether each object is at a corner of its own.
+    pub corners: bool,
     pub attributes: Attributes,
     pub words: String,
     /// Repeated for every instance of that mention.
@@ -60,7 +65,6 @@ pub(super) struct Mention {
     pub forward: bool,
     /// The head in the text.
     pub tokens: Range<usize>,
-    pub properties: Vec<PropertySpan>,
 }
 
 /// A named part of the table top, or a distance from one of its edges.
@@ -162,6 +166,8 @@ struct Parser<'a, 'c> {
     /// Whether the target of the pending relation is the referent of "it", which is fixed for the rest of the sentence.
     pending_pronoun: bool,
     pending_per_person: bool,
+    /// Whether the next mention is at every corner.
+    pending_corners: bool,
     /// Whether the last member of the current list follows a bare "and".
     after_and: bool,
     joined: bool,
@@ -170,6 +176,14 @@ struct Parser<'a, 'c> {
     chain: Option<usize>,
     /// A plural mention that is being split ("two mugs, one red ..."), and how many objects are left.
     split: Option<(usize, u32)>,
+    /// What the next phrase is arranged as ("stack three saucers", "line up four mugs").
+    arranged_next: Option<(Frame, Range<usize>)>,
+    /// An arrangement that the following members of the list join.
+    open_group: Option<usize>,
+    /// Whether the next preposition applies to the whole list ("all in a basket").
+    all_members: bool,
+    /// States of mentions, also those that cannot be shown.
+    stated: Vec<(usize, String)>,
     /// Whether an instruction has been read; later clauses may continue it.
     instructed: bool,
     stand_ins: bool,
@@ -195,11 +209,16 @@ pub(super) fn parse(lexicon: &Lexicon, source: &Source, stand_ins: bool) -> Pars
         pending_each: None,
         pending_pronoun: false,
         pending_per_person: false,
+        pending_corners: false,
         after_and: false,
         joined: false,
         clause_start: true,
         chain: None,
         split: None,
+        arranged_next: None,
+        open_group: None,
+        all_members: false,
+        stated: Vec::new(),
         instructed: false,
         stand_ins,
     };
@@ -243,6 +262,8 @@ impl<'a> Parser<'a, '_> {
         self.pending_per_person = false;
         (self.after_and, self.joined) = (false, false);
         self.chain = None;
+        self.open_group = None;
+        self.all_members = false;
         self.clause_start = true;
     }
 
@@ -275,6 +296,12 @@ impl<'a> Parser<'a, '_> {
                     if !self.subject.contains(&mention) {
                         self.subject.push(mention);
                     }
+                    if let Some(group) = self.open_group
+                        && let Some(arrangement) = self.parsed.arrangements.get_mut(group)
+                        && !arrangement.mentions.contains(&mention)
+                    {
+                        arrangement.mentions.push(mention);
+                    }
                 }
                 if !self.pending_pronoun {
                     self.salient = list.last().copied().or(self.salient);
@@ -297,6 +324,14 @@ impl<'a> Parser<'a, '_> {
     }
 
     fn apply_pending(&mut self, mention: usize) {
+        if let Some((frame, tokens)) = self.arranged_next.take() {
+            if frame == Frame::Stack {
+                self.parsed.mentions[mention].stacked = true;
+                self.claim_property(tokens, "arrangement", vec![mention]);
+            } else {
+                self.arrange(vec![mention], Group::Row, None, tokens);
+            }
+        }
         for pending in self.pending.clone() {
             for &target in &pending.targets {
                 self.relate(mention, &pending, target);
@@ -307,6 +342,10 @@ impl<'a> Parser<'a, '_> {
         }
         if let Some(each) = self.pending_each {
             self.parsed.mentions[mention].each_of = Some(each);
+        }
+        if std::mem::take(&mut self.pending_corners) {
+            self.parsed.mentions[mention].corners = true;
+            self.parsed.mentions[mention].count = Some([4, 4]);
         }
         if self.pending_per_person {
             self.parsed.mentions[mention].per_person = true;

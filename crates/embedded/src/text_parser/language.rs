@@ -15,7 +15,7 @@ pub(super) fn foreign_words(lexicon: &Lexicon, source: &Source) -> Option<Vec<St
     let words: Vec<&str> = source.tokens.iter().filter_map(Token::word).collect();
     let known = |word: &str| is_known(lexicon, word) || lexicon.nouns.is_noun(word);
     let unknown: Vec<String> =
-        words.iter().filter(|word| !known(word)).take(words.len()).map(|word| (*word).to_owned()).collect();
+        words.iter().filter(|word| !known(word)).map(|word| (*word).to_owned()).collect();
     let english = words.iter().filter(|word| ENGLISH.contains(word)).count();
     let letters: usize = source.text.chars().filter(|c| c.is_alphabetic()).count();
     let latin = source.text.chars().filter(|c| c.is_ascii_alphabetic()).count();

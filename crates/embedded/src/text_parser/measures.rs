@@ -94,7 +94,7 @@ fn numbers_first(vocabulary: &Vocabulary, tokens: &[Token], at: usize) -> Option
 /// "a height of 12 cm", "diameter: 10 cm", "a capacity of 300 ml", "weighing 2 kg".
 fn name_first(vocabulary: &Vocabulary, tokens: &[Token], at: usize) -> Option<(Reading, usize)> {
     let mut p = at;
-    while matches!(word(tokens, p), Some("a" | "an" | "the" | "its" | "total")) {
+    while matches!(word(tokens, p), Some("a" | "an" | "the" | "its" | "total" | "edge" | "side" | "overall")) {
         p += 1;
     }
     let name = word(tokens, p)?;
@@ -207,7 +207,7 @@ pub(super) fn trailing(
         while matches!(
             word(tokens, p),
             Some(
-                "and" | "with" | "about" | "of" | "measuring" | "roughly" | "approximately" | "which" | "that" | "has"
+                "and" | "with" | "about" | "of" | "measuring" | "roughly" | "approximately" | "which" | "that" | "has" | "dimensions" | "sized"
                     | "is" | "are" | "having" | "around" | "each"
             )
         ) && connectors < 4

@@ -13,7 +13,7 @@ use std::ops::Range;
 use super::lexicon::{Lexicon, Meaning};
 use super::measures::{Measure, read_measure};
 use super::quantity::quantity;
-use super::tokens::{Token, word};
+use super::tokens::{Token, match_phrase, word};
 pub(super) use boundary::is_boundary;
 use geometry::Rgb;
 use modifiers::modifier;
@@ -45,8 +45,6 @@ pub(super) enum Head {
     /// "all objects", "everything".
     All,
     Unknown(String),
-    /// A noun for something that does not stand on a table.
-    NotPlaceable,
 }
 
 /// What selects among several objects of a category, beside their attributes.
@@ -111,6 +109,10 @@ pub(super) struct NounPhrase {
     pub group: Option<(Group, Range<usize>)>,
     /// Columns of "a 2 x 3 grid", "two rows of three".
     pub columns: Option<usize>,
+    /// Number of objects of each of several stacks.
+    pub stack_size: Option<usize>,
+    /// States before the noun ("an upside-down bowl").
+    pub states: Vec<(String, Range<usize>)>,
     /// "no mugs".
     pub negated: bool,
     pub selector: Option<Selector>,
@@ -135,6 +137,8 @@ pub(super) fn noun_phrase(lexicon: &Lexicon, tokens: &[Token], at: usize) -> Opt
         stacked: false,
         group: None,
         columns: None,
+        stack_size: None,
+        states: Vec::new(),
         negated: false,
         selector: None,
         attributes: Attributes::plain(),
@@ -145,7 +149,7 @@ pub(super) fn noun_phrase(lexicon: &Lexicon, tokens: &[Token], at: usize) -> Opt
         properties: Vec::new(),
         reports: Vec::new(),
     };
-    let mut chunk = Chunk { lexicon, tokens, at, start: at, phrase, words: Vec::new(), determined: false };
+    let mut chunk = Chunk { lexicon, tokens, at, phrase, words: Vec::new(), determined: false };
     let end = chunk.pronoun().or_else(|| {
         chunk.determiners()?;
         chunk.head()
@@ -162,7 +166,6 @@ pub(super) struct Chunk<'a, 'c> {
     pub lexicon: &'a Lexicon<'c>,
     pub tokens: &'a [Token],
     pub at: usize,
-    pub start: usize,
     pub phrase: NounPhrase,
     pub words: Vec<String>,
     pub determined: bool,
@@ -177,6 +180,18 @@ impl<'a> Chunk<'a, '_> {
     fn pronoun(&mut self) -> Option<usize> {
         let p = self.at;
         let noun = starts_noun(self.lexicon, self.tokens, p + 1);
+        // "one of them".
+        if let Some((range, length)) = quantity(self.lexicon, self.tokens, p)
+            && self.word(length - 1) == Some("of")
+            && matches!(self.word(length), Some("them" | "these" | "those" | "which"))
+        {
+            self.phrase.count = Some(range);
+            self.phrase.head = Head::One;
+            return Some(p + length + 1);
+        }
+        let determiner_follows = self.word(1).is_some_and(|next| {
+            matches!(next, "the" | "a" | "an" | "on" | "in" | "inside" | "under" | "at" | "to" | "of" | "with")
+        });
         match self.word(0)? {
             "it" | "this" | "that" | "itself" if !noun => Some(p + 1),
             "each" | "every" if !noun && !matches!(self.word(1), Some("one" | "person" | "guest" | "place" | "corner")) => {
@@ -188,6 +203,7 @@ impl<'a> Chunk<'a, '_> {
                 self.phrase.determiner = Determiner::Each;
                 Some(p + 2)
             }
+            "both" if determiner_follows && self.word(1) != Some("of") => None,
             "them" | "these" | "those" | "both" | "they" if !noun => {
                 self.phrase.head = Head::Them;
                 let of = self.word(1) == Some("of") && matches!(self.word(2), Some("them" | "these"));
@@ -197,6 +213,8 @@ impl<'a> Chunk<'a, '_> {
                 self.phrase.head = Head::Them;
                 Some(p + 3)
             }
+            "latter" | "former" if p > 0 => Some(p + 1),
+            "the" if matches!(self.word(1), Some("latter" | "former" | "same")) && self.phrase_ends(p + 2) => Some(p + 2),
             "everything" => {
                 self.phrase.head = Head::All;
                 let on_table = self.word(1) == Some("on") && self.word(2) == Some("the")
@@ -205,6 +223,35 @@ impl<'a> Chunk<'a, '_> {
             }
             _ => None,
         }
+    }
+
+    /// Whether no noun follows.
+    fn phrase_ends(&self, at: usize) -> bool {
+        !noun_ahead(self.lexicon, self.tokens, at)
+    }
+
+    /// A state before a noun; the number of tokens.
+    fn state(&mut self) -> Option<usize> {
+        let states = &self.lexicon.vocabulary.states;
+        let object = self.lexicon.longest_at(self.tokens, self.at).map_or(0, |(_, length)| length);
+        let mut phrase = String::new();
+        let mut best = None;
+        for k in 0..4 {
+            let Some(next) = self.word(k) else { break };
+            if k > 0 {
+                phrase.push(' ');
+            }
+            phrase.push_str(next);
+            if let Some(state) = states.get(&phrase)
+                && k + 1 > object
+                && noun_ahead(self.lexicon, self.tokens, self.at + k + 1)
+            {
+                best = Some((state.clone(), k + 1));
+            }
+        }
+        let (state, length) = best?;
+        self.phrase.states.push((state, self.at..self.at + length));
+        Some(length)
     }
 
     fn property(&mut self, property: &'static str, length: usize) {
@@ -241,7 +288,8 @@ impl<'a> Chunk<'a, '_> {
             }
             let w = self.word(0)?;
             let known = self.lexicon.longest_at(self.tokens, self.at);
-            let of = self.word(1) == Some("of");
+            let joint = self.of_length();
+            let of = joint > 0;
             match w {
                 "no" | "zero" => self.phrase.negated = true,
                 "a" | "an" | "another" => {
@@ -270,20 +318,27 @@ impl<'a> Chunk<'a, '_> {
                         self.phrase.group = Some((Group::Pile, self.at..self.at + 2));
                     }
                     self.phrase.count = self.phrase.count.filter(|count| *count != [1, 1]);
+                    if self.phrase.count.is_some() {
+                        self.phrase.stack_size = Some(0);
+                    }
                     self.determined = true;
-                    self.property("arrangement", 2);
-                    self.at += 1;
+                    self.property("arrangement", 1 + joint);
+                    self.at += joint;
                 }
                 _ if known.is_none() && of && group_of(w).is_some() => {
                     let (group, rows) = (group_of(w)?, self.phrase.count);
+                    let in_columns = w == "columns";
                     self.phrase.group = Some((group, self.at..self.at + 2));
                     self.phrase.count = rows.filter(|rows| group == Group::Row && rows[0] > 1);
                     if self.phrase.count.is_some() {
                         self.phrase.group = Some((Group::Grid, self.at..self.at + 2));
-                        self.phrase.columns = Some(0);
+                        self.phrase.columns = Some(match rows {
+                            Some([columns, _]) if in_columns => columns as usize,
+                            _ => 0,
+                        });
                     }
                     self.determined = true;
-                    self.at += 1;
+                    self.at += joint;
                 }
                 _ if known.is_none() && vocabulary.grammar.partitives.contains(w) && of => {
                     // "a set of mugs" leaves the number open, "a slice of bread" is one.
@@ -297,6 +352,8 @@ impl<'a> Chunk<'a, '_> {
                     self.phrase.stacked = true;
                     self.property("arrangement", 1);
                 }
+                "same" | "identical" | "more" | "additional" | "further" | "extra"
+                    if self.determined && starts_noun(self.lexicon, self.tokens, self.at + 1) => {}
                 _ if self.selector() => {}
                 _ if vocabulary.grammar.determiners.contains(w) && w != "other" => self.determined = true,
                 _ => match modifier(self.lexicon, self.tokens, self.at, &mut self.phrase.attributes) {
@@ -308,12 +365,26 @@ impl<'a> Chunk<'a, '_> {
                         self.determined = true;
                         continue;
                     }
-                    None => return Some(()),
+                    None => {
+                        let Some(length) = self.state() else { return Some(()) };
+                        self.at += length;
+                        self.determined = true;
+                        continue;
+                    }
                 },
             }
             self.at += 1;
         }
         None
+    }
+
+    /// Number of tokens of "of", "made of", "consisting of" after the current word.
+    fn of_length(&self) -> usize {
+        ["of", "made of", "made up of", "made from", "built of", "built from", "consisting of", "composed of"]
+            .iter()
+            .filter_map(|phrase| match_phrase(self.tokens, self.at + 1, phrase))
+            .max()
+            .unwrap_or(0)
     }
 
     /// Whether the word is "one" as a pronoun.
@@ -331,6 +402,9 @@ impl<'a> Chunk<'a, '_> {
             Some([low, high]) => {
                 if self.phrase.columns == Some(0) {
                     self.phrase.columns = Some(range[0] as usize);
+                }
+                if self.phrase.stack_size == Some(0) {
+                    self.phrase.stack_size = Some(range[0] as usize);
                 }
                 [low.saturating_mul(range[0]), high.saturating_mul(range[1])]
             }
@@ -357,7 +431,7 @@ impl<'a> Chunk<'a, '_> {
         });
         let [Some(rows), Some(columns)] = numbers else { return false };
         let joined = matches!(self.word(1), Some("x" | "by"));
-        if !joined || self.word(3) != Some("grid") || self.word(4) != Some("of") || rows * columns == 0 {
+        if !joined || !matches!(self.word(3), Some("grid" | "array")) || self.word(4) != Some("of") || rows * columns == 0 {
             return false;
         }
         self.phrase.group = Some((Group::Grid, self.at..self.at + 5));
@@ -372,8 +446,7 @@ impl<'a> Chunk<'a, '_> {
     fn selector(&mut self) -> bool {
         let Some(w) = self.word(0) else { return false };
         if self.phrase.determiner != Determiner::Definite
-            || !starts_noun(self.lexicon, self.tokens, self.at + 1)
-                && !self.is_one(self.at + 1)
+            || !starts_noun(self.lexicon, self.tokens, self.at + 1) && !self.is_one(self.at + 1)
         {
             return false;
         }
@@ -398,9 +471,11 @@ impl<'a> Chunk<'a, '_> {
 fn group_of(word: &str) -> Option<Group> {
     Some(match word {
         "row" | "rows" | "line" | "lines" => Group::Row,
-        "column" | "columns" => Group::Column,
-        "circle" | "ring" => Group::Circle,
-        "grid" => Group::Grid,
+        "column" => Group::Column,
+        // "two columns of three" are two objects wide.
+        "columns" => Group::Row,
+        "circle" | "ring" | "semicircle" => Group::Circle,
+        "grid" | "array" | "square" => Group::Grid,
         "heap" => Group::Pile,
         "pyramid" => Group::Pyramid,
         _ => return None,

@@ -85,6 +85,9 @@ const PREPOSITIONS: &[(&str, RelationKind, &str)] = &[
     ("over", On, ""),
     ("above", On, ""),
     ("close to", NextTo, ""),
+    ("closer to", NextTo, ""),
+    ("closest to", NextTo, ""),
+    ("nearest to", NextTo, ""),
     ("adjacent to", NextTo, ""),
     ("next to", NextTo, ""),
     ("close by", NextTo, "a"),
@@ -165,6 +168,13 @@ pub(super) fn place_at(
 ) -> Option<(Vec<RelationKind>, usize)> {
     let word = |p: usize| tokens.get(p).and_then(Token::word);
     let mut p = at;
+    if word(p) == Some("the") {
+        // "the left third of the table holds ...".
+        return place_of(tokens, at, at, "in", is_table).filter(|(_, length)| {
+            let holds = word(at + length);
+            *length > 2 && matches!(holds, Some("holds" | "has" | "contains" | "carries" | "a" | "an" | "is" | "are"))
+        });
+    }
     if word(p) == Some("centered") && !matches!(word(p + 1), Some("between")) {
         let of = ["on the table", "on the desk", "in the table", "on the table top"];
         let length = of.iter().filter_map(|phrase| match_phrase(tokens, at + 1, phrase)).max().unwrap_or(0);
@@ -184,6 +194,19 @@ pub(super) fn place_at(
         }
         p += 1;
     }
+    place_of(tokens, at, p, opener, is_table)
+}
+
+/// The place whose article or noun is at `start`, after its opener.
+fn place_of(
+    tokens: &[Token],
+    at: usize,
+    start: usize,
+    opener: &str,
+    is_table: &impl Fn(&str) -> bool,
+) -> Option<(Vec<RelationKind>, usize)> {
+    let word = |p: usize| tokens.get(p).and_then(Token::word);
+    let mut p = start;
     let mut article = false;
     while matches!(word(p), Some("the" | "one" | "its" | "very" | "a" | "exact")) {
         if word(p) == Some("its") {
@@ -202,7 +225,8 @@ pub(super) fn place_at(
             "left" => places.push(AtLeft),
             "right" => places.push(AtRight),
             // "the far left" is just the left; "the far side" is the back.
-            "far" if matches!(word(p + 1), Some("end" | "side" | "edge" | "corner")) => places.push(AtBack),
+            "far" if matches!(word(p + 1), Some("end" | "side" | "edge" | "corner"))
+                || word(p + 2) == Some("corner") => places.push(AtBack),
             "near" if matches!(word(p + 1), Some("end" | "side" | "edge")) => places.push(AtFront),
             "far" | "hand" | "upper" | "top" | "bottom" | "lower" if article && place_ahead(&word, p + 1) => {
                 match w {
@@ -246,7 +270,7 @@ pub(super) fn place_at(
         return None;
     }
     // "near the left mug" names an object.
-    if nouns == 0 && matches!(opener, "near" | "from" | "by" | "close") {
+    if nouns == 0 && matches!(opener, "near" | "from" | "by" | "close") && word(p).is_some_and(|w| !matches!(w, "and" | "with" | "is")) {
         return None;
     }
     Some((places, p - at))

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::draft::{Draft, DraftRelation};
 use super::grammar::{Link, LinkKind, ParsedText};
-use RelationKind::{In, LeftOf, NextTo, On, RightOf};
+use RelationKind::{AtBackLeft, AtBackRight, AtFrontLeft, AtFrontRight, In, LeftOf, NextTo, On, RightOf};
 use catalog::{Affordance, Category};
 use scene::RelationKind;
 
@@ -64,6 +64,11 @@ pub(super) fn relate(draft: &mut Draft, parsed: &ParsedText) {
     }
     for (m, mention) in parsed.mentions.iter().enumerate() {
         for &object in &draft.of_mention[m].clone() {
+            if mention.corners {
+                let corners = [AtBackLeft, AtBackRight, AtFrontLeft, AtFrontRight];
+                let position = draft.of_mention[m].iter().position(|&other| other == object).unwrap_or(0);
+                draft.relate(object, corners[position % corners.len()], None);
+            }
             for place in &mention.places {
                 let relation = DraftRelation::new(place.kind, None);
                 draft.relate_as(object, DraftRelation { distance_m: place.distance_m, ..relation });
@@ -163,8 +168,10 @@ fn fits_in(item_m: DVec3, vessel_m: DVec3) -> bool {
     through < opening
 }
 
-/// Replaces impossible supports ("a laptop on a mouse", the ninth apple of a small bowl) by `NextTo`.
-pub(super) fn keep_what_fits(draft: &mut Draft) {
+/// Replaces impossible supports ("a laptop on a mouse", the ninth apple of a small bowl) by `NextTo`. Returns the objects
+/// that lost their support.
+pub(super) fn keep_what_fits(draft: &mut Draft) -> Vec<usize> {
+    let mut replaced = Vec::new();
     let mut filled: Vec<f64> = vec![0.0; draft.objects.len()];
     for object in 0..draft.objects.len() {
         let Some((slot, kind, to)) =
@@ -204,6 +211,10 @@ pub(super) fn keep_what_fits(draft: &mut Draft) {
         } else {
             kind
         };
+        if kind == NextTo {
+            replaced.push(object);
+        }
         draft.objects[object].relations[slot].kind = kind;
     }
+    replaced
 }

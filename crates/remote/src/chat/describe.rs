@@ -15,7 +15,10 @@ use catalog::{categories, category, substance, table_models};
 use ports::{Call, ProviderError};
 use runtime::seed::child_seed;
 use scene::request::{MAX_SEED, RequestOptions};
-use scene::{InstanceId, ObjectSpec, Relation, RelationKind, SceneDescription, TableShape, TableSpec};
+use scene::{
+    InstanceId, ObjectSpec, Relation, RelationKind, RequestedPose, SceneDescription, TableShape, TableSpec, TextSpan,
+    Unrecognized, UnrecognizedReason,
+};
 
 /// Maximum length of the request text, characters.
 const MAX_TEXT_CHARS: usize = 4000;
@@ -166,13 +169,14 @@ pub(super) async fn describe(
         prompt: &prompts().describe,
         schema: schema(),
         seed,
-        data: json!({ "wish": text, "most_objects": max_objects, "table": wanted }),
+        data: json!({ "wish": &text, "most_objects": max_objects, "table": wanted }),
         images: Vec::new(),
     };
     let description =
-        analyst.ask(call, topic, |answer: Answer| accepted(answer, seed, max_objects, &wanted)).await?;
+        analyst.ask(call, topic, |answer: Answer| accepted(answer, &text, seed, max_objects, &wanted)).await?;
     if description.objects.is_empty() {
-        let terms = description.unrecognized_terms.join(", ");
+        let terms: Vec<&str> = description.unrecognized.iter().map(|part| part.span.text.as_str()).collect();
+        let terms = terms.join(", ");
         let reason = format!("nothing in the text is a thing that can stand on a table ({terms}); name some");
         return Err(rejected("nothing_recognized", reason));
     }
@@ -182,6 +186,7 @@ pub(super) async fn describe(
 /// The description of a valid answer, or its violations.
 pub(super) fn accepted(
     answer: Answer,
+    text: &str,
     seed: u64,
     max_objects: usize,
     wanted: &TableSpec,
@@ -208,9 +213,36 @@ pub(super) fn accepted(
         family: answer.family,
         table,
         objects,
-        unrecognized_terms: answer.unrecognized_terms,
+        arrangements: Vec::new(),
+        goal: None,
+        excluded_categories: Vec::new(),
+        understood: Vec::new(),
+        unrecognized: unrecognized(&answer.unrecognized_terms, text),
         prose: answer.prose,
     })
+}
+
+/// The terms at their positions in the text. A term that the text does not have covers the whole text.
+fn unrecognized(terms: &[String], text: &str) -> Vec<Unrecognized> {
+    let lower = text.to_lowercase();
+    // The positions are those of the text only if letters keep their length.
+    let searchable = if lower.len() == text.len() { lower.as_str() } else { text };
+    let mut parts: Vec<Unrecognized> = terms
+        .iter()
+        .map(|term| {
+            let found = searchable.find(&term.to_lowercase()).map(|start| (start, start + term.to_lowercase().len()));
+            let (start, end) = found.filter(|(start, end)| text.get(*start..*end).is_some()).unwrap_or((0, text.len()));
+            let words = if found.is_some() { text[start..end].to_owned() } else { term.clone() };
+            Unrecognized {
+                span: TextSpan { start, end, text: words },
+                reason: UnrecognizedReason::UnknownObject,
+                nearest_by_spelling: None,
+                nearest_by_meaning: None,
+            }
+        })
+        .collect();
+    parts.sort_by_key(|part| part.span.start);
+    parts
 }
 
 /// The table: values of the request override those of the answer.
@@ -291,7 +323,7 @@ fn objects_of(answers: &[AnswerObject], seed: u64, complaints: &mut Complaints) 
             if kind.is_support() {
                 carried[index] = place;
             }
-            let relation = Relation { kind: *kind, target: place.map(|to| ids[to].clone()) };
+            let relation = Relation::new(*kind, place.map(|to| ids[to].clone()));
             if !relations.contains(&relation) {
                 relations.push(relation);
             }
@@ -305,6 +337,12 @@ fn objects_of(answers: &[AnswerObject], seed: u64, complaints: &mut Complaints) 
             material: answer.material.clone(),
             seed: child_seed(seed, ids[index].as_str()) & MAX_SEED,
             requested: answer.requested,
+            stand_in: false,
+            pose: RequestedPose::Upright,
+            yaw_rad: None,
+            position_m: None,
+            state: None,
+            mass_kg: None,
             relations,
         });
     }

@@ -147,6 +147,17 @@ fn relation_words(kind: RelationKind) -> &'static str {
         RelationKind::AtFront => "at the front of the table",
         RelationKind::AtLeft => "at the left of the table",
         RelationKind::AtRight => "at the right of the table",
+        RelationKind::AtBackLeft => "at the back left of the table",
+        RelationKind::AtBackRight => "at the back right of the table",
+        RelationKind::AtFrontLeft => "at the front left of the table",
+        RelationKind::AtFrontRight => "at the front right of the table",
+        RelationKind::FromLeftEdge => "at a distance from the left edge of the table",
+        RelationKind::FromRightEdge => "at a distance from the right edge of the table",
+        RelationKind::FromFrontEdge => "at a distance from the front edge of the table",
+        RelationKind::FromBackEdge => "at a distance from the back edge of the table",
+        RelationKind::Between => "between another object and",
+        RelationKind::Facing => "turned to",
+        RelationKind::ParallelTo => "parallel to",
     }
 }
 
@@ -167,6 +178,12 @@ mod tests {
             material: Some("ceramic".into()),
             seed: 1,
             requested: true,
+            stand_in: false,
+            pose: scene::RequestedPose::Upright,
+            yaw_rad: None,
+            position_m: None,
+            state: None,
+            mass_kg: None,
             relations,
         }
     }
@@ -183,10 +200,14 @@ mod tests {
                 ..TableSpec::default()
             },
             objects: vec![
-                object("plate_1", vec![Relation { kind: RelationKind::AtFront, target: None }]),
-                object("mug_1", vec![Relation { kind: RelationKind::On, target: Some(plate) }]),
+                object("plate_1", vec![Relation::new(RelationKind::AtFront, None)]),
+                object("mug_1", vec![Relation::new(RelationKind::On, Some(plate))]),
             ],
-            unrecognized_terms: vec![],
+            arrangements: Vec::new(),
+            goal: None,
+            excluded_categories: Vec::new(),
+            understood: Vec::new(),
+            unrecognized: Vec::new(),
             prose: "A mug on a plate.".into(),
         };
         let prompt = prompt_of(&description, 3);

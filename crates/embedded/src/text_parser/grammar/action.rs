@@ -59,8 +59,15 @@ pub(super) struct Action {
     pub substance: bool,
     /// Whether the text names an object that is not known.
     pub unknown: bool,
-    /// The verb and particles after the object.
+    /// Whether the next path belongs to a relative clause ("that is next to the kettle").
+    pub relative: bool,
+    /// Particles after the object.
     pub particles: Vec<Range<usize>>,
+}
+
+/// Whether the noun is a part that moves with its object or that is pressed.
+fn is_part(word: &str) -> bool {
+    matches!(word, "door" | "lid" | "drawer" | "button" | "handle" | "cap" | "switch" | "lever" | "cover" | "doors" | "drawers" | "knobs" | "knob")
 }
 
 /// Prepositions of sources; longer ones first.
@@ -118,6 +125,7 @@ impl Parser<'_, '_> {
             paths: Vec::new(),
             substance: false,
             unknown: false,
+            relative: false,
             particles: Vec::new(),
         }
     }
@@ -136,7 +144,17 @@ impl Parser<'_, '_> {
         if matches!(self.word(0), Some("and" | "then" | "or" | "but" | "while" | "before" | "after" | "so" | "without")) {
             return self.after_conjunction(action);
         }
-        self.source(action)
+        if matches!(self.word(0), Some("that" | "which"))
+            && matches!(self.word(1), Some("is" | "are" | "lies" | "stands" | "sits" | "was"))
+            && !action.objects.is_empty()
+        {
+            self.parsed.account.used(self.at..self.at + 2);
+            self.at += 2;
+            action.relative = true;
+            return true;
+        }
+        self.turn(action)
+            || self.source(action)
             || self.state_path(action)
             || self.place_path(action)
             || self.tool(action)
@@ -204,7 +222,13 @@ impl Parser<'_, '_> {
             return true;
         }
         // "put the mug on the plate and the spoon in the bowl".
-        let own_path = preposition_at(self.tokens, end).is_some() || self.is_directed(end);
+        let own_path = preposition_at(self.tokens, end).is_some()
+            || self.is_directed(end)
+            || place_at(self.tokens, end, &Self::is_table_word).is_some();
+        if action.frame == Frame::Swap {
+            self.at = next;
+            return true;
+        }
         if own_path {
             let (frame, verb) = (action.frame, action.verb.clone());
             let finished = std::mem::replace(action, self.new_action(frame, verb));
@@ -266,7 +290,7 @@ impl Parser<'_, '_> {
         self.at = end;
         let tokens = start..p;
         let is_unknown = matches!(phrase.head, Head::Unknown(_));
-        let path = match self.refer(phrase, true) {
+        let path = match self.refer_target(phrase, action) {
             Referent::Mentions(targets) => {
                 let kind = if away { PathKind::Away } else { kind.map_or(PathKind::At, PathKind::Relation) };
                 Path { targets, ..self.path(kind, tokens) }
@@ -355,7 +379,7 @@ impl Parser<'_, '_> {
             action.substance = true;
             return true;
         }
-        if let Referent::Mentions(list) = self.refer(phrase, false) {
+        if let Referent::Mentions(list) = self.refer_target(phrase, action) {
             if action.frame == Frame::Swap {
                 action.seconds.extend(list.into_iter().map(|mention| Part { mention, take: None }));
             } else {
@@ -403,12 +427,26 @@ impl Parser<'_, '_> {
             },
         };
         p += length;
-        if matches!(self.word_at(p), Some("me" | "us" | "him" | "her")) {
+        if matches!(self.word_at(p), Some("me" | "us" | "him" | "her" | "you" | "yourself")) {
             self.at = p + 1;
-            action.paths.push(self.path(PathKind::Person, start..p + 1));
+            let nearer = matches!(self.word_at(start), Some("toward" | "towards"));
+            let kind = if nearer { PathKind::Places(vec![RelationKind::AtFront]) } else { PathKind::Person };
+            action.paths.push(Path { directed: true, ..self.path(kind, start..p + 1) });
             return true;
         }
-        let Some((phrase, end)) = noun_phrase(self.lexicon, self.tokens, p) else {
+        let ends = matches!(self.tokens.get(p), None | Some(Token::Pause | Token::End))
+            || matches!(self.word_at(p), Some("and" | "then" | "again"));
+        if let Some(preposition) = preposition.filter(|preposition| ends && preposition.kind.is_support()) {
+            // "put the mug in": the target is what the text was about.
+            let objects: Vec<usize> = action.objects.iter().map(|part| part.mention).collect();
+            let target = (0..self.parsed.mentions.len()).rev().find(|m| !objects.contains(m));
+            let Some(target) = target.filter(|_| !objects.is_empty()) else { return false };
+            self.at = p;
+            let kind = PathKind::Relation(preposition.kind);
+            action.paths.push(Path { targets: vec![target], directed: true, ..self.path(kind, start..p) });
+            return true;
+        }
+        let Some((phrase, end)) = self.whole_of_part(p).or_else(|| noun_phrase(self.lexicon, self.tokens, p)) else {
             let person = p + usize::from(matches!(self.word_at(p), Some("the" | "a")));
             if matches!(self.word_at(person), Some("person" | "user" | "human" | "robot" | "operator" | "guest")) {
                 self.at = person + 1;
@@ -428,7 +466,17 @@ impl Parser<'_, '_> {
                 if two {
                     self.second_target(&mut path, plural);
                 }
-                action.paths.push(path);
+                let describes = action.relative
+                    || (!directed
+                        && !action.objects.is_empty()
+                        && matches!(action.frame, Frame::Swap | Frame::Open | Frame::Close | Frame::Press | Frame::Rotate | Frame::Flip));
+                if describes {
+                    action.relative = false;
+                    let objects: Vec<usize> = action.objects.last().map(|part| part.mention).into_iter().collect();
+                    self.start_relation(&objects, &path);
+                } else {
+                    action.paths.push(path);
+                }
             }
             Referent::Table => {
                 let path = self.path(PathKind::Table, start..end);
@@ -499,7 +547,16 @@ impl Parser<'_, '_> {
             self.at += 1;
             return true;
         }
-        let Some((phrase, end)) = noun_phrase(self.lexicon, self.tokens, self.at) else { return false };
+        // "the positions of the apple and the orange", "the contents of the cup".
+        let of = ["the positions of", "the places of", "the position of", "the contents of", "the content of", "positions of"]
+            .iter()
+            .find_map(|phrase| match_phrase(self.tokens, self.at, phrase));
+        if let Some(length) = of {
+            self.parsed.account.used(self.at..self.at + length);
+            self.at += length;
+        }
+        let found = self.whole_of_part(self.at).or_else(|| noun_phrase(self.lexicon, self.tokens, self.at));
+        let Some((phrase, end)) = found else { return of.is_some() };
         if phrase.negated {
             return false;
         }
@@ -543,7 +600,7 @@ impl Parser<'_, '_> {
     }
 
     /// An earlier plural mention of which the phrase takes some.
-    fn part_of_earlier(&self, phrase: &NounPhrase) -> Option<usize> {
+    pub(super) fn part_of_earlier(&self, phrase: &NounPhrase) -> Option<usize> {
         let Head::Objects(meanings) = &phrase.head else { return None };
         let [low, high] = phrase.count?;
         if phrase.determiner != Determiner::New || low != high {
@@ -552,7 +609,7 @@ impl Parser<'_, '_> {
         let color = &phrase.attributes.color_words;
         self.parsed.mentions.iter().rposition(|mention| {
             mention.meanings.iter().any(|meaning| meanings.contains(meaning))
-                && mention.count.is_some_and(|count| count[0] > low || (count[0] >= low && self.parsed.goals.is_empty()))
+                && mention.count.is_some_and(|count| count[0] > low)
                 && (color.is_empty() || *color == mention.attributes.color_words)
         })
     }
@@ -612,8 +669,55 @@ impl Parser<'_, '_> {
                         self.set_place(object, super::Place { kind, distance_m: None }, path.tokens.clone());
                     }
                 }
+                PathKind::State(state) => self.set_states(&[object], state, path.tokens.clone()),
                 _ => self.parsed.account.used(path.tokens.clone()),
             }
         }
+    }
+
+    /// "the lid of the toolbox", "the microwave door": the object with that part, and the position after it.
+    fn whole_of_part(&self, at: usize) -> Option<(NounPhrase, usize)> {
+        let mut p = at;
+        while matches!(self.word_at(p), Some("the" | "its" | "top" | "bottom" | "upper" | "lower" | "middle" | "left" | "right")) {
+            p += 1;
+        }
+        if self.word_at(p).is_some_and(is_part) && self.word_at(p + 1) == Some("of") {
+            let (mut phrase, end) = noun_phrase(self.lexicon, self.tokens, p + 2)?;
+            phrase.tokens.start = at;
+            return matches!(phrase.head, Head::Objects(_)).then_some((phrase, end));
+        }
+        let (mut phrase, end) = noun_phrase(self.lexicon, self.tokens, at)?;
+        let Head::Unknown(_) = phrase.head else { return None };
+        let range = phrase.head_tokens.clone();
+        let last = range.end.checked_sub(1)?;
+        let (entry, length) = self.lexicon.longest_at(self.tokens, range.start)?;
+        if !self.word_at(last).is_some_and(is_part) || range.start + length != last {
+            return None;
+        }
+        phrase.head = Head::Objects(entry.meanings.clone());
+        phrase.words = self.tokens[range.start..last].iter().filter_map(Token::word).collect::<Vec<_>>().join(" ");
+        Some((phrase, end))
+    }
+
+    /// "clockwise", "by 90 degrees", "by a quarter turn" after "rotate".
+    fn turn(&mut self, action: &Action) -> bool {
+        if action.frame != Frame::Rotate || action.objects.is_empty() {
+            return false;
+        }
+        let is_angle = match &self.tokens[self.at] {
+            Token::Number(_) => true,
+            Token::Word(word) => {
+                matches!(word.as_str(), "by" | "clockwise" | "counterclockwise" | "anticlockwise" | "counter" | "degrees"
+                    | "degree" | "quarter" | "half" | "full" | "turn" | "turns" | "about" | "through")
+                    || word == "a" && matches!(self.word(1), Some("quarter" | "half" | "full"))
+                    || self.lexicon.vocabulary.numbers.contains_key(word)
+            }
+            _ => false,
+        };
+        if is_angle {
+            self.parsed.account.used(self.at..self.at + 1);
+            self.at += 1;
+        }
+        is_angle
     }
 }

@@ -33,6 +33,8 @@ const PHRASES: &[(&str, Group)] = &[
     ("into a circle", Group::Circle),
     ("in a grid", Group::Grid),
     ("into a grid", Group::Grid),
+    ("in a square", Group::Grid),
+    ("in a semicircle", Group::Circle),
     ("in a pile", Group::Pile),
     ("in a heap", Group::Pile),
     ("into a pile", Group::Pile),
@@ -153,10 +155,17 @@ impl Parser<'_, '_> {
         if self.parsed.mentions[mention].count.is_none() && group == Group::Pyramid {
             self.parsed.mentions[mention].count = Some([6, 6]);
         }
-        if self.parsed.mentions[mention].count.is_none() && self.parsed.mentions[mention].plural {
+        if self.parsed.mentions[mention].count.is_none()
+            && self.parsed.mentions[mention].plural
+            && !matches!(self.tokens.get(self.at), Some(Token::Pause))
+        {
             self.parsed.mentions[mention].count = Some([4, 4]);
         }
         self.arrange(vec![mention], group, columns, tokens);
+        // "a row of one apple, one orange and one pear".
+        if !self.is_several(mention) {
+            self.open_group = Some(self.parsed.arrangements.len() - 1);
+        }
         if matches!(self.word(0), Some("around")) && group == Group::Circle {
             self.circle_around();
         }

@@ -22,7 +22,8 @@ impl Parser<'_, '_> {
         while matches!(
             self.word_at(p),
             Some("with" | "a" | "at" | "about" | "approximately" | "exactly" | "roughly" | "the" | "distance" | "gap"
-                | "of" | "spaced" | "space" | "spacing" | "each" | "separated" | "by" | "around" | "within" | "set" | "placed" | "and" | "is" | "are")
+                | "of" | "spaced" | "space" | "spacing" | "each" | "separated" | "by" | "around" | "within" | "set" | "placed" | "and" | "is" | "are" | "should" | "must" | "be" | "least" | "most"
+                | "stands" | "stand" | "located" | "positioned" | "lies" | "sits")
         ) && p < start + 6
         {
             p += 1;
@@ -48,11 +49,22 @@ impl Parser<'_, '_> {
             if !DISTANCES_M.contains(&meters) {
                 self.report(start..end, UnrecognizedReason::OutOfRange);
             } else {
-                self.place_subject(vec![Place { kind, distance_m: Some(meters) }], start..end, clause_start);
+                let mut places = vec![Place { kind, distance_m: Some(meters) }];
+                let mut last = end;
+                // "from both the left edge and the back edge".
+                if self.word(0) == Some("and")
+                    && let Some((kind, length)) = self.edge_after(end + 1)
+                {
+                    places.push(Place { kind, distance_m: Some(meters) });
+                    last = end + 1 + length;
+                    self.at = last;
+                }
+                self.place_subject(places, start..last, clause_start);
             }
             return true;
         }
-        let away = ["away from", "from", "off"].iter().filter_map(|phrase| match_phrase(self.tokens, after, phrase)).max();
+        let within = (start..p).any(|token| self.word_at(token) == Some("within"));
+        let away = ["away from", "from", "off"].iter().chain(within.then_some(&"of")).filter_map(|phrase| match_phrase(self.tokens, after, phrase)).max();
         let (preposition, length) = match (preposition_at(self.tokens, after), away) {
             (Some((preposition, length)), None) if !preposition.kind.is_support() => (preposition, length),
             (_, Some(length)) => (
@@ -78,7 +90,14 @@ impl Parser<'_, '_> {
         p += match_phrase(self.tokens, p, "away from")
             .or_else(|| match_phrase(self.tokens, p, "in from"))
             .or_else(|| match_phrase(self.tokens, p, "from"))?;
-        while matches!(self.word_at(p), Some("the" | "table" | "tables" | "desk" | "desks" | "its")) {
+        let (kind, length) = self.edge_after(p)?;
+        Some((kind, p + length - at))
+    }
+
+    /// "the left edge (of the table)".
+    fn edge_after(&self, at: usize) -> Option<(RelationKind, usize)> {
+        let mut p = at;
+        while matches!(self.word_at(p), Some("both" | "the" | "table" | "tables" | "desk" | "desks" | "its")) {
             p += 1;
         }
         let kind = match self.word_at(p)? {

@@ -78,6 +78,16 @@ impl Parser<'_, '_> {
             Some(split) => split,
             None => {
                 let Some(last) = self.subject.last().copied().or(self.salient) else { return false };
+                // "the plates ...; there are three of them".
+                if let (None, Some(count), true) =
+                    (self.parsed.mentions[last].count, phrase.count, self.parsed.mentions[last].plural)
+                    && phrase.properties.is_empty()
+                    && matches!(self.word_at(phrase.tokens.end.saturating_sub(1)), Some("them" | "these"))
+                {
+                    self.parsed.mentions[last].count = Some(count);
+                    self.claim_property(phrase.tokens.clone(), "count", vec![last]);
+                    return true;
+                }
                 match self.parsed.mentions[last].count {
                     Some([low, high]) if low == high && low > 1 && low <= 64 => (last, low),
                     _ => return false,

@@ -21,7 +21,7 @@ const TRIGGERS: &[&str] = &[
     "contains no", "does not include", "doesnt include", "should not include", "shouldnt include", "never", "not include", "not including", "none of",
     "everything but", "anything but", "all but", "get rid of", "forget", "forget about", "ditch", "drop",
     "no need for", "i dislike", "i hate", "hold", "nothing like", "as opposed to", "not even", "nor any", "zero",
-    "must not include", "cannot contain", "cant have", "cant contain", "wont have", "will not have", "never any",
+    "must not include", "there must never be", "there should never be", "must never be", "shouldnt contain", "mustnt contain", "shouldnt have", "nothing like", "none of them", "cannot contain", "cant have", "cant contain", "wont have", "will not have", "never any",
 ];
 
 /// Negations of a verb that asks for objects.
@@ -39,7 +39,7 @@ const ASKS: &[&str] = &[
 
 impl Parser<'_, '_> {
     /// Number of tokens of the negation at the current position.
-    fn negation(&self) -> Option<usize> {
+    pub(super) fn negation(&self) -> Option<usize> {
         let longest = |phrases: &[&str], at: usize| {
             phrases.iter().filter_map(|phrase| match_phrase(self.tokens, at, phrase)).max()
         };
@@ -197,11 +197,11 @@ impl Parser<'_, '_> {
     /// "nothing else", "no other objects".
     fn nothing_else(&mut self) -> bool {
         const CLOSED: &[&str] = &[
-            "nothing else", "and nothing else", "nothing more", "nothing besides", "no other objects", "no other object",
+            "nothing else", "and nothing else", "nothing more", "nothing besides", "no other objects", "with nothing on it", "with nothing in it", "with nothing inside", "nothing on it", "nothing in it", "no other object",
             "no other items", "no other things", "no extra objects", "no extras", "no additional objects", "no clutter",
             "not anything else", "without anything else", "without other objects", "no fillings",
             "no other stuff", "nothing other than that", "without any other objects", "without extra objects",
-            "no more objects", "no further objects", "nothing extra", "do not add anything else", "dont add anything else",
+            "no more objects", "nothing but", "nothing except", "thats all", "that is all", "otherwise empty", "nothing other than", "and no others", "no others", "no further objects", "nothing extra", "do not add anything else", "dont add anything else",
             "do not add anything", "dont add anything", "without clutter", "no additional items", "no other item",
         ];
         let Some(length) = CLOSED.iter().filter_map(|phrase| match_phrase(self.tokens, self.at, phrase)).max() else {

@@ -47,6 +47,18 @@ impl Parser<'_, '_> {
         if goal.kind == lifted && self.parsed.goals.iter().any(|known| known.object == goal.object) {
             return;
         }
+        // Only the state at the end counts.
+        let opposite = match goal.kind {
+            GoalKind::Predicate(PredicateKind::Closed) => Some(GoalKind::Predicate(PredicateKind::Opened)),
+            GoalKind::Predicate(PredicateKind::Opened) => Some(GoalKind::Predicate(PredicateKind::Closed)),
+            _ => None,
+        };
+        let earlier = self.parsed.goals.iter().position(|known| Some(&known.kind) == opposite.as_ref() && known.object == goal.object);
+        if let Some(index) = earlier {
+            self.parsed.goals[index] = goal;
+            self.parsed.account.claim(tokens, Claimed::Goal(index));
+            return;
+        }
         if let Some(known) = self.parsed.goals.iter_mut().find(|known| {
             let step = known.kind == lifted
                 || known.kind == GoalKind::AwayFromSupport

@@ -2,8 +2,9 @@
 //! ...") or a purpose ("so that", "to wipe the table"). Verbs are never objects.
 
 use super::Parser;
-use crate::text_parser::phrase::{Determiner, Head, noun_phrase};
-use crate::text_parser::prepositions::{place_at, preposition_at};
+use crate::text_parser::measures::read_length;
+use crate::text_parser::phrase::{Determiner, Head, NounPhrase, noun_phrase};
+use crate::text_parser::prepositions::preposition_at;
 use crate::text_parser::tokens::Token;
 use crate::text_parser::verbs::{Frame, verbs};
 use scene::text_account::UnrecognizedReason;
@@ -15,6 +16,10 @@ impl Parser<'_, '_> {
     /// An instruction at the current position. Whether the rule applies.
     pub(super) fn instruction(&mut self) -> bool {
         let start = self.at;
+        // "leave out the stapler" asks for nothing to be done.
+        if self.negation().is_some() {
+            return false;
+        }
         let purpose = self.is_purpose();
         if !purpose && !self.clause_begins() {
             return self.required_state();
@@ -34,6 +39,9 @@ impl Parser<'_, '_> {
         while self.word_at(p).is_some_and(|word| word.ends_with("ly") && word.len() > 4 && requested) {
             p += 1;
         }
+        if requested && self.states_goal(start, p) {
+            return true;
+        }
         let Some((frame, length)) = verbs().at(self.tokens, p) else {
             return p > start && requested && self.scene_request(start, p);
         };
@@ -43,8 +51,11 @@ impl Parser<'_, '_> {
         if self.arranges_scene(frame, p + length, requested) {
             self.parsed.account.used(start..p + length);
             self.at = p + length;
-            self.clause_start = false;
+            self.clause_start = true;
             self.subject.clear();
+            if frame == Frame::Stack || self.word_at(self.at - 1) == Some("up") && frame == Frame::Other {
+                self.arranged_next = Some((frame, p..p + length));
+            }
             return true;
         }
         let subjects = self.subject.clone();
@@ -62,7 +73,7 @@ impl Parser<'_, '_> {
         let before = self.at.checked_sub(1).map(|before| &self.tokens[before]);
         match before {
             None | Some(Token::Pause | Token::End) => true,
-            Some(Token::Word(word)) => matches!(word.as_str(), "and" | "then" | "please" | "but" | "now" | "so" | "next"),
+            Some(Token::Word(word)) => matches!(word.as_str(), "and" | "then" | "please" | "but" | "now" | "so" | "next" | "by"),
             Some(Token::Number(_)) => false,
         }
     }
@@ -90,7 +101,7 @@ impl Parser<'_, '_> {
     fn governs(&self, at: usize, length: usize, frame: Frame, requested: bool) -> bool {
         let after = at + length;
         let follows = self.phrase_follows(after)
-            || (preposition_at(self.tokens, after).is_some() && (requested || frame == Frame::Pour));
+            || (preposition_at(self.tokens, after).is_some() && (requested || matches!(frame, Frame::Pour | Frame::Use)));
         if !follows {
             return false;
         }
@@ -119,51 +130,65 @@ impl Parser<'_, '_> {
         })
     }
 
-    /// Whether "put", "place" and the like only say what is on the table: an indefinite object, and no destination but
-    /// the table.
+    /// Whether "put", "place", "stack" and the like only say what is on the table: their object is indefinite, so it is not
+    /// there yet; or its destination has a measured distance.
     fn arranges_scene(&self, frame: Frame, at: usize, requested: bool) -> bool {
-        if frame != Frame::Place && !(frame == Frame::Hand) && !(frame == Frame::Stack && self.instructed) {
-            return false;
-        }
         let verb = self.word_at(at.saturating_sub(1)).unwrap_or_default();
-        let at = at + usize::from(matches!(self.word_at(at), Some("me" | "us")));
-        let Some((phrase, mut end)) = noun_phrase(self.lexicon, self.tokens, at) else { return false };
-        if phrase.is_table() {
-            return matches!(verb, "set" | "lay" | "arrange" | "organize");
-        }
-        let bare = phrase.count.is_none() && !phrase.plural && !matches!(phrase.head, Head::One);
-        if phrase.determiner != Determiner::New
-            || matches!(phrase.head, Head::It | Head::Them | Head::All)
-            || (bare && verb != "add")
-            || (requested && self.instructed)
-        {
+        let lines_up = frame == Frame::Other && matches!(verb, "up" | "group" | "lean");
+        if !matches!(frame, Frame::Place | Frame::Hand | Frame::Stack | Frame::Hang) && !lines_up {
             return false;
         }
-        if verb == "add" || frame == Frame::Hand {
+        let at = at + usize::from(matches!(self.word_at(at), Some("me" | "us")));
+        let Some((phrase, end)) = noun_phrase(self.lexicon, self.tokens, at) else { return false };
+        if phrase.is_table() {
+            return frame == Frame::Place;
+        }
+        if phrase.determiner == Determiner::Definite
+            && frame == Frame::Place
+            && read_length(self.lexicon.vocabulary, self.tokens, end).is_some()
+        {
             return true;
         }
-        // The destination comes after the whole list.
-        for _ in 0..12 {
-            if matches!(self.word_at(end), Some("of")) {
-                end = noun_phrase(self.lexicon, self.tokens, end + 1).map_or(end + 1, |(_, end)| end);
-            }
-            let comma = usize::from(matches!(self.tokens.get(end), Some(Token::Pause)));
-            let and = usize::from(self.word_at(end + comma) == Some("and"));
-            match noun_phrase(self.lexicon, self.tokens, end + comma + and) {
-                Some((_, after)) if comma + and > 0 => end = after,
-                _ => break,
-            }
+        let counted = phrase.count.is_some() || phrase.plural && verb != "sort";
+        phrase.determiner == Determiner::New
+            && !matches!(phrase.head, Head::It | Head::Them | Head::All)
+            && (counted || verb == "add")
+            && !(self.instructed && (requested || self.part_of_earlier(&phrase).is_some()))
+            && !(phrase.plural && phrase.count.is_none() && self.earlier_plural(&phrase))
+    }
+
+    /// Whether the text has objects of the phrase.
+    fn earlier_plural(&self, phrase: &NounPhrase) -> bool {
+        let Head::Objects(meanings) = &phrase.head else { return false };
+        self.parsed.mentions.iter().any(|mention| mention.meanings.iter().any(|meaning| meanings.contains(meaning)))
+    }
+
+    /// "the goal is to have the lemon in the jar", "goal: the banana is in the bowl".
+    fn states_goal(&mut self, start: usize, p: usize) -> bool {
+        let says = (start..p).any(|token| matches!(self.word_at(token), Some("goal" | "task" | "objective" | "aim")));
+        if !says {
+            return false;
         }
-        if matches!(self.word_at(end), Some("with" | "without")) || place_at(self.tokens, end, &Self::is_table_word).is_some() {
+        if matches!(self.word_at(p), Some("have" | "get")) && self.phrase_follows(p + 1) {
+            self.parsed.account.used(start..p);
+            self.instructed = true;
+            self.act(Frame::Place, p, 1, Vec::new());
+            self.parsed.instructions.push(start..self.at);
+            self.subject.clear();
             return true;
         }
-        match preposition_at(self.tokens, end) {
-            Some((_, length)) => {
-                let target = noun_phrase(self.lexicon, self.tokens, end + length);
-                target.is_none_or(|(target, _)| target.is_table() || (verb == "arrange" && target.determiner == Determiner::New))
-            }
-            None => true,
+        let Some((phrase, end)) = noun_phrase(self.lexicon, self.tokens, p) else { return false };
+        if !matches!(self.word_at(end), Some("is" | "are")) {
+            return false;
         }
+        self.at = end;
+        let super::Referent::Mentions(subjects) = self.refer(phrase, false) else { return false };
+        self.parsed.account.used(start..p);
+        self.instructed = true;
+        self.act(Frame::Place, end, 1, subjects);
+        self.parsed.instructions.push(start..self.at);
+        self.subject.clear();
+        true
     }
 
     /// "can you make a desk with ...": a request for a scene.

@@ -37,7 +37,13 @@ impl Parser<'_, '_> {
             Frame::Press => self.property(&mut action, PredicateKind::Pressed),
             Frame::Rotate => self.rotated_goal(&mut action),
             Frame::Flip => self.flipped(&mut action),
-            Frame::Upright => self.property(&mut action, PredicateKind::Upright),
+            Frame::Upright => {
+                self.each_object(&action, PredicateKind::Upright);
+                if let Some(path) = self.destination(&mut action) {
+                    self.reach(&action, &path);
+                }
+                self.states(&mut action);
+            }
             Frame::Topple => self.property(&mut action, PredicateKind::LyingOnSide),
             Frame::UseTool | Frame::Other => self.modified(&mut action),
         }
@@ -249,6 +255,10 @@ impl Parser<'_, '_> {
             return;
         }
         self.modified(action);
+        let out = action.particles.iter().any(|range| matches!(self.word_at(range.start), Some("out" | "off")));
+        if out && action.sources.is_empty() && self.leave_known_support(action) {
+            return;
+        }
         if action.sources.iter().any(|path| !path.targets.is_empty()) && action.frame == Frame::Take {
             self.leave_sources(action);
         } else if action.frame == Frame::Take && self.verb_is(action, "unstack") {
@@ -258,6 +268,25 @@ impl Parser<'_, '_> {
         } else {
             self.each_object(action, PredicateKind::Lifted);
         }
+    }
+
+    /// "a bowl with a spoon in it; take it out": the object that is in or on another.
+    fn leave_known_support(&mut self, action: &Action) -> bool {
+        let mut found = false;
+        for part in action.objects.clone() {
+            let supported = |link: &&super::Link| match link.kind {
+                super::LinkKind::Relation(kind) => kind.is_support(),
+                _ => true,
+            };
+            let links = self.parsed.links.iter();
+            let own = links.clone().filter(supported).find(|link| link.from == part.mention);
+            let inside = links.filter(supported).find(|link| link.to == part.mention);
+            let Some(&link) = own.or(inside) else { continue };
+            let goal = GoalDraft::new(PredicateKind::Off, link.from).to(link.to);
+            self.goal(GoalDraft { kind: GoalKind::AwayFromSupport, ..goal }, action);
+            found = true;
+        }
+        found
     }
 
     fn verb_is(&self, action: &Action, verb: &str) -> bool {

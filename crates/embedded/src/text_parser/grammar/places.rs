@@ -9,7 +9,7 @@ use super::{Parser, Place};
 use crate::text_parser::account::Claimed;
 use crate::text_parser::measures::read_length;
 use crate::text_parser::prepositions::place_at;
-use crate::text_parser::tokens::Token;
+use crate::text_parser::tokens::{Token, match_phrase};
 use scene::RelationKind;
 use scene::text_account::UnrecognizedReason;
 
@@ -20,8 +20,20 @@ impl Parser<'_, '_> {
     /// Assigns a region of the table top to the subject, or to the phrase that follows.
     pub(super) fn place(&mut self, clause_start: bool) -> bool {
         let Some((places, length)) = place_at(self.tokens, self.at, &Self::is_table_word) else { return false };
+        let noun = self.word(0) == Some("the");
+        if noun && self.at > 0 && self.word_at(self.at - 1).is_some_and(|before| before != "and") {
+            return false;
+        }
         let tokens = self.at..self.at + length;
         self.at += length;
+        if noun {
+            // The place is the subject.
+            self.at += usize::from(matches!(self.word(0), Some("holds" | "has" | "contains" | "carries")));
+            self.subject.clear();
+            let places = places.into_iter().map(|kind| (Place { kind, distance_m: None }, tokens.clone()));
+            self.pending_places = places.collect();
+            return true;
+        }
         let places = places.into_iter().map(|kind| Place { kind, distance_m: None });
         self.place_subject(places.collect(), tokens, clause_start);
         true
@@ -97,6 +109,9 @@ impl Parser<'_, '_> {
         if matches!(self.word_at(p), Some("m" | "meters" | "meter")) {
             p += 1;
         }
+        let relative = ["relative to the table center", "relative to the center of the table", "relative to the center",
+            "from the center of the table", "from the center", "from the table center"];
+        p += relative.iter().filter_map(|phrase| match_phrase(self.tokens, p, phrase)).max().unwrap_or(0);
         let position = DVec2::new(values[0], values[1]);
         let subjects = self.attached();
         if subjects.is_empty() {

@@ -1,7 +1,7 @@
 //! Reference resolution: a phrase refers to a new mention, an earlier one ("the mug", "it", "each plate") or the table.
 //! Color, material, size, place and order identify earlier mentions.
 
-use super::{Mention, Parser};
+use super::{LinkKind, Mention, Parser, Place};
 use crate::text_parser::account::Claimed;
 use crate::text_parser::lexicon::Meaning;
 use crate::text_parser::phrase::{Attributes, Determiner, Head, NounPhrase, Selector};
@@ -19,17 +19,15 @@ impl Parser<'_, '_> {
     /// The referent of a phrase; adds a new mention if there is no earlier one.
     pub(super) fn refer(&mut self, phrase: NounPhrase, as_target: bool) -> Referent {
         self.parsed.account.used(phrase.tokens.clone());
-        let (states, reports): (Vec<_>, Vec<_>) = phrase.reports.clone().into_iter().partition(|(tokens, _)| {
-            self.word_at(tokens.start).is_some_and(|word| self.lexicon.vocabulary.states.contains_key(word))
-        });
-        for (tokens, reason) in reports {
+        for (tokens, reason) in phrase.reports.clone() {
             self.report(tokens, reason);
         }
+        let states = phrase.states.clone();
         let referent = self.referent(phrase, as_target);
-        for (tokens, _) in states {
-            let Some((state, _)) = self.state_at(tokens.start) else { continue };
+        for (state, tokens) in states {
             match &referent {
                 Referent::Mentions(mentions) => self.set_states(&mentions.clone(), &state, tokens),
+                Referent::Table if state == "empty" => self.parsed.account.used(tokens),
                 _ => self.report(tokens, UnrecognizedReason::NotSupported),
             }
         }
@@ -60,10 +58,6 @@ impl Parser<'_, '_> {
             }
             Head::All => return Referent::Mentions((0..self.parsed.mentions.len()).collect()),
             Head::One => return self.one(phrase),
-            Head::NotPlaceable => {
-                self.report(phrase.head_tokens, UnrecognizedReason::NotPlaceable);
-                return Referent::Nothing;
-            }
             Head::Unknown(ref name) => {
                 match self.lexicon.stand_in(name).filter(|_| self.stand_ins) {
                     Some(meaning) => vec![meaning],
@@ -111,6 +105,8 @@ impl Parser<'_, '_> {
             count: phrase.count,
             plural: phrase.plural,
             stacked: phrase.stacked,
+            stack_size: phrase.stack_size.filter(|size| *size > 0),
+            corners: false,
             attributes: phrase.attributes,
             words: phrase.words,
             each_of: None,
@@ -123,8 +119,10 @@ impl Parser<'_, '_> {
             position_m: None,
             forward: as_target && phrase.determiner == Determiner::Definite,
             tokens: phrase.head_tokens,
-            properties: phrase.properties,
         });
+        if let Some(Selector::Side(side)) = phrase.selector {
+            self.parsed.mentions[index].places.push(Place { kind: side, distance_m: None });
+        }
         if let Some((group, tokens)) = phrase.group {
             self.grouped(index, group, phrase.columns.filter(|columns| *columns > 0), tokens);
         }
@@ -155,8 +153,14 @@ impl Parser<'_, '_> {
 
     fn table(&mut self, model: Option<String>, phrase: NounPhrase) {
         self.parsed.account.claim(phrase.head_tokens.clone(), Claimed::Table);
-        for (_, range) in phrase.properties {
-            self.parsed.account.claim(range, Claimed::Table);
+        let mut shapes = 0;
+        for (property, range) in phrase.properties {
+            shapes += usize::from(property == "shape");
+            if property == "shape" && shapes > 1 {
+                self.report(range, UnrecognizedReason::Contradiction);
+            } else {
+                self.parsed.account.claim(range, Claimed::Table);
+            }
         }
         // Attributes of later phrases complete those of the first.
         match &mut self.parsed.table {
@@ -177,7 +181,12 @@ impl Parser<'_, '_> {
         let compatible: Vec<usize> = (0..mentions.len())
             .filter(|&m| shares(&mentions[m]) && identifies(&phrase.attributes, &mentions[m].attributes))
             .collect();
-        let same_count = |m: usize| phrase.count.is_none() || phrase.count == mentions[m].count;
+        let same_count = |m: usize| {
+            let known = mentions[m].count;
+            phrase.count.is_none()
+                || phrase.count == known
+                || matches!((phrase.count, known), (Some([_, high]), Some([low, _])) if high < low)
+        };
         match phrase.determiner {
             Determiner::Definite => {
                 let candidates: Vec<usize> = compatible.into_iter().filter(|&m| same_count(m)).collect();
@@ -205,9 +214,11 @@ impl Parser<'_, '_> {
         match selector {
             None => candidates.last().copied(),
             Some(Selector::Ordinal(k)) => candidates.get(k).or(candidates.last()).copied(),
-            Some(Selector::Other) => {
-                candidates.iter().copied().find(|m| Some(*m) != self.salient).or(candidates.last().copied())
-            }
+            Some(Selector::Other) => candidates
+                .iter()
+                .copied()
+                .find(|m| Some(*m) != self.salient)
+                .or(candidates.last().copied().filter(|m| self.is_several(*m))),
             Some(Selector::Side(side)) => candidates.iter().copied().rfind(|&m| {
                 self.parsed.mentions[m].places.iter().any(|place| place.kind == side)
             }),
@@ -221,12 +232,19 @@ impl Parser<'_, '_> {
             let candidates: Vec<usize> = (0..mentions.len())
                 .filter(|&m| identifies(&phrase.attributes, &mentions[m].attributes))
                 .collect();
-            let found = self.selected(&candidates, phrase.selector);
+            let found = self.selected(&candidates, phrase.selector).or_else(|| self.single_of(&candidates, phrase.selector));
             if let Some(found) = found {
                 for (property, range) in phrase.properties {
                     self.claim_property(range, property, vec![found]);
                 }
                 return Referent::Mentions(vec![found]);
+            }
+            // "the green one" of a category of which the text has others.
+            let described = phrase.properties.iter().any(|(property, _)| *property == "color" || *property == "size");
+            if let Some(last) = self.salient.filter(|_| described) {
+                let meanings = self.parsed.mentions[last].meanings.clone();
+                let phrase = self.completed(phrase, last);
+                return Referent::Mentions(vec![self.add_mention(meanings, phrase, false)]);
             }
         } else if let Some(last) = self.subject.last().copied().or(self.salient) {
             let meanings = mentions[last].meanings.clone();
@@ -235,6 +253,26 @@ impl Parser<'_, '_> {
         }
         self.report(phrase.tokens, UnrecognizedReason::NoReferent);
         Referent::Nothing
+    }
+
+    /// "the left one" of "two plates": one object of a plural mention, which becomes a mention at that side.
+    fn single_of(&mut self, candidates: &[usize], selector: Option<Selector>) -> Option<usize> {
+        let Some(Selector::Side(kind)) = selector else { return None };
+        let free = |m: &usize| self.parsed.mentions[*m].places.is_empty();
+        let &candidate = candidates.iter().rfind(|m| free(m))?;
+        let single = match self.parsed.mentions[candidate].count {
+            Some([low, high]) if low == high && low > 1 => {
+                let part = self.duplicate(candidate);
+                for (mention, count) in [(part, 1), (candidate, low - 1)] {
+                    self.parsed.mentions[mention].count = Some([count; 2]);
+                    self.parsed.mentions[mention].plural = count > 1;
+                }
+                part
+            }
+            _ => candidate,
+        };
+        self.parsed.mentions[single].places.push(Place { kind, distance_m: None });
+        Some(single)
     }
 
     /// The referent of "it" for these subjects: the mention they are linked to, or the one before them.
@@ -246,8 +284,19 @@ impl Parser<'_, '_> {
             .rev()
             .find(|link| subjects.contains(&link.from))
             .map(|link| link.to)
+            .or_else(|| self.parallel_target(subjects))
             .or_else(|| self.salient.filter(|it| !subjects.contains(it)))
             .or_else(|| self.subject.iter().copied().rfind(|&m| m < first))
+    }
+}
+
+impl Parser<'_, '_> {
+    /// "The fork lies left of the plate, and the knife right of it": the target of the relation before.
+    fn parallel_target(&self, subjects: &[usize]) -> Option<usize> {
+        use scene::RelationKind::{Behind, InFrontOf, LeftOf, RightOf};
+        let last = self.parsed.links.last()?;
+        let sided = matches!(last.kind, LinkKind::Relation(LeftOf | RightOf | InFrontOf | Behind));
+        (sided && self.subject.contains(&last.from) && !subjects.contains(&last.to)).then_some(last.to)
     }
 }
 

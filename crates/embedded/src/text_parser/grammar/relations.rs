@@ -13,6 +13,9 @@ use crate::text_parser::tokens::Token;
 use scene::RelationKind;
 use scene::text_account::UnrecognizedReason;
 
+/// Maximum number of links that are searched for circles.
+const MAX_COMPARED: usize = 64;
+
 impl Parser<'_, '_> {
     /// Whether the preceding phrase is fronted: a noun phrase or a verb of position follows.
     pub(super) fn fronted(&self, clause_start: bool) -> bool {
@@ -37,6 +40,9 @@ impl Parser<'_, '_> {
     /// their categories are in the same group.
     pub(super) fn attached(&self) -> Vec<usize> {
         let Some((&last, before)) = self.subject.split_last() else { return Vec::new() };
+        if self.all_members {
+            return self.subject.clone();
+        }
         let [.., other] = before else { return vec![last] };
         let bare = |m: usize| self.is_bare(m);
         let group = |m: usize| match self.parsed.mentions[m].meanings.first() {
@@ -142,7 +148,7 @@ impl Parser<'_, '_> {
             referent => referent,
         };
         self.subject = before;
-        let (Referent::Mentions(mut targets), false) = (referent, false) else {
+        let Referent::Mentions(mut targets) = referent else {
             if is_unknown {
                 self.report(tokens, UnrecognizedReason::NoReferent);
             }
@@ -302,6 +308,39 @@ impl Parser<'_, '_> {
             let mutual = reversed && matches!(kind, On | In) && matches!(known, On | In);
             let second = link.from == from && link.to != to && matches!(kind, On | In) && matches!(known, On | In);
             single(from) && single(to) && (sided || mutual || second)
-        })
+        }) || (single(from) && single(to) && self.closes_circle(from, kind, to))
+    }
+
+    /// Whether relations to one side form a circle ("the fork left of the knife, the knife left of the fork").
+    fn closes_circle(&self, from: usize, kind: RelationKind, to: usize) -> bool {
+        use RelationKind::{Behind, InFrontOf, LeftOf, RightOf};
+        // The first of the pair is to the left or in front.
+        let ordered = |kind: RelationKind, from: usize, to: usize| match kind {
+            LeftOf => Some((0, from, to)),
+            RightOf => Some((0, to, from)),
+            InFrontOf => Some((1, from, to)),
+            Behind => Some((1, to, from)),
+            _ => None,
+        };
+        let Some((axis, first, last)) = ordered(kind, from, to) else { return false };
+        if self.parsed.links.len() > MAX_COMPARED {
+            return false;
+        }
+        let mut reached = vec![last];
+        let mut k = 0;
+        while k < reached.len() {
+            for link in &self.parsed.links {
+                let LinkKind::Relation(kind) = link.kind else { continue };
+                if let Some((other, before, after)) = ordered(kind, link.from, link.to)
+                    && other == axis
+                    && before == reached[k]
+                    && !reached.contains(&after)
+                {
+                    reached.push(after);
+                }
+            }
+            k += 1;
+        }
+        reached.contains(&first)
     }
 }

@@ -19,7 +19,7 @@ impl Parser<'_, '_> {
         let mut p = self.at;
         while matches!(
             self.word_at(p),
-            Some("is" | "are" | "that" | "which" | "placed" | "standing" | "lying" | "all" | "both" | "still" | "put" | "turned" | "left" | "kept" | "should" | "be" | "must")
+            Some("is" | "are" | "that" | "which" | "placed" | "standing" | "lying" | "all" | "both" | "still" | "put" | "turned" | "left" | "kept" | "should" | "be" | "must" | "has" | "have" | "been")
         ) && self.state_at(p).is_none()
             && p < self.at + 4
         {
@@ -75,6 +75,13 @@ impl Parser<'_, '_> {
     /// Sets a pose or a state of mentions.
     pub(super) fn set_states(&mut self, mentions: &[usize], state: &str, tokens: Range<usize>) {
         let pose = pose_of(state);
+        if mentions.iter().any(|&m| self.contradicts_state(m, state)) {
+            self.report(tokens, UnrecognizedReason::Contradiction);
+            return;
+        }
+        for &m in mentions {
+            self.stated.push((m, state.to_owned()));
+        }
         let supported: Vec<usize> =
             mentions.iter().copied().filter(|&m| pose.is_some() || self.can_show(m, state)).collect();
         if supported.is_empty() {
@@ -85,10 +92,24 @@ impl Parser<'_, '_> {
             let mention = &mut self.parsed.mentions[m];
             match pose {
                 Some(pose) => mention.pose = pose,
-                None => mention.state = Some(state.to_owned()).filter(|state| state != "empty"),
+                None => mention.state = Some(state.to_owned()).filter(|state| state != "empty").or(mention.state.take()),
             }
         }
         self.claim_property(tokens, "state", supported);
+    }
+
+    /// Whether the mention has a state that excludes this one.
+    fn contradicts_state(&self, mention: usize, state: &str) -> bool {
+        const EXCLUSIVE: &[&[&str]] = &[
+            &["upright", "lying_on_side", "upside_down"],
+            &["open", "closed"],
+            &["empty", "full", "half_full"],
+            &["on", "off"],
+        ];
+        let known = self.stated.iter().filter(|(m, _)| *m == mention).map(|(_, known)| known.as_str());
+        known.into_iter().any(|known| {
+            known != state && EXCLUSIVE.iter().any(|group| group.contains(&known) && group.contains(&state))
+        })
     }
 
     /// Whether objects of the mention can show a state. Containers are empty unless the text says what they contain.

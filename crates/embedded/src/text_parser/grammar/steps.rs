@@ -1,12 +1,15 @@
 //! The rules in the order in which they are tried at a position.
 
-use super::Parser;
 use super::references::merge;
+use super::{Link, LinkKind, Parser, Referent};
+use crate::text_parser::account::Claimed;
 use crate::text_parser::phrase::{Head, noun_phrase, predicate};
 use crate::text_parser::prepositions::{preposition_at, reciprocal_at};
 use crate::text_parser::quantity::quantity;
-use crate::text_parser::tokens::Token;
+use crate::text_parser::tokens::{Token, match_phrase};
 use scene::RelationKind;
+
+pub(super) const FLANKS: &[&str] = &["on either side", "on both sides", "on each side", "to either side", "to both sides"];
 
 impl Parser<'_, '_> {
     /// Applies one rule; the caller skips a token if none applies.
@@ -30,7 +33,7 @@ impl Parser<'_, '_> {
             return;
         }
         let clause_start = std::mem::take(&mut self.clause_start);
-        if self.people() || self.per_person() || self.exclusion() {
+        if self.people() || self.per_person() || self.corners() || self.of_each() || self.exclusion() {
             return;
         }
         if matches!(self.word(0), Some("and" | "plus" | "also" | "then" | "while" | "but" | "or")) {
@@ -43,6 +46,18 @@ impl Parser<'_, '_> {
         // "there is", "there are", "I want".
         if clause_start && self.introduction() {
             self.clause_start = true;
+            return;
+        }
+        // "all in a basket".
+        if matches!(self.word(0), Some("all" | "both"))
+            && !self.subject.is_empty()
+            && preposition_at(self.tokens, self.at + 1).is_some()
+        {
+            self.all_members = true;
+            self.at += 1;
+            return;
+        }
+        if self.flank() || self.total() {
             return;
         }
         // "each with a fork", "with a fork each".
@@ -106,6 +121,54 @@ impl Parser<'_, '_> {
         })
     }
 
+    /// "speakers on either side of the monitor": one on the left, one on the right.
+    fn flank(&mut self) -> bool {
+        let Some(length) = FLANKS.iter().filter_map(|phrase| match_phrase(self.tokens, self.at, phrase)).max() else {
+            return false;
+        };
+        let (Some(&subject), of) = (self.subject.last(), self.word(length) == Some("of")) else { return false };
+        let tokens = self.at..self.at + length + usize::from(of);
+        self.at = tokens.end;
+        let target = if of {
+            let Some((phrase, end)) = noun_phrase(self.lexicon, self.tokens, self.at) else { return true };
+            self.at = end;
+            match self.refer(phrase, true) {
+                Referent::Mentions(targets) => targets.first().copied(),
+                _ => None,
+            }
+        } else {
+            self.earlier_than(&[subject])
+        };
+        match target.filter(|target| *target != subject) {
+            Some(target) => {
+                let mention = &mut self.parsed.mentions[subject];
+                if mention.count.is_none() {
+                    mention.count = Some([2, 2]);
+                }
+                self.parsed.links.push(Link::new(subject, LinkKind::Flank, target));
+                let claim = Claimed::Relation { kind: RelationKind::NextTo, from: vec![subject], to: vec![target] };
+                self.parsed.account.claim(tokens, claim);
+            }
+            None => self.report(tokens, scene::text_account::UnrecognizedReason::NoReferent),
+        }
+        true
+    }
+
+    /// "two objects: a kettle and a jar".
+    fn total(&mut self) -> bool {
+        let Some((_, length)) = quantity(self.lexicon, self.tokens, self.at) else { return false };
+        let noun = matches!(self.word(length), Some("objects" | "object" | "items" | "item" | "things" | "pieces"));
+        let only = usize::from(self.word(length + 1) == Some("only"));
+        let ends = matches!(self.tokens.get(self.at + length + 1 + only), None | Some(Token::Pause | Token::End));
+        if !noun || !ends {
+            return false;
+        }
+        let end = self.at + length + 1 + only;
+        self.claim_property(self.at..end, "count", Vec::new());
+        self.at = end;
+        true
+    }
+
     fn introduction(&mut self) -> bool {
         let length = match self.word(0) {
             Some("there" | "here") if matches!(self.word(1), Some("is" | "are" | "should" | "must" | "will")) => {
@@ -161,6 +224,16 @@ impl Parser<'_, '_> {
         }
         self.parsed.account.used(self.at..end);
         self.at = end;
+        let other_color = described.iter().any(|&mention| {
+            let known = &self.parsed.mentions[mention].attributes.color_words;
+            !known.is_empty() && !attributes.color_words.is_empty() && *known != attributes.color_words
+        });
+        if other_color {
+            for (_, range) in properties {
+                self.report(range, scene::text_account::UnrecognizedReason::Contradiction);
+            }
+            return true;
+        }
         for &mention in &described {
             merge(&mut self.parsed.mentions[mention].attributes, attributes.clone());
         }
@@ -220,6 +293,61 @@ impl Parser<'_, '_> {
                 self.parsed.mentions[mention].per_person = true;
             }
         }
+        self.at = end;
+        true
+    }
+
+    /// "each corner of the table has a candle", "a candle in each corner".
+    fn corners(&mut self) -> bool {
+        let start = usize::from(matches!(self.word(0), Some("in" | "at" | "on")));
+        if !matches!(self.word(start), Some("each" | "every" | "all")) {
+            return false;
+        }
+        let mut p = self.at + start + 1;
+        while matches!(self.word_at(p), Some("the" | "four" | "of")) {
+            p += 1;
+        }
+        if !matches!(self.word_at(p), Some("corner" | "corners")) {
+            return false;
+        }
+        p += 1;
+        if self.word_at(p) == Some("of") {
+            p += 1;
+            while self.word_at(p).is_some_and(|word| word == "the" || Self::is_table_word(word)) {
+                p += 1;
+            }
+        }
+        let has = matches!(self.word_at(p), Some("has" | "holds" | "have" | "contains" | "carries"));
+        p += usize::from(has);
+        self.claim_property(self.at..p, "position", self.attached());
+        self.at = p;
+        match self.attached()[..] {
+            [mention] if !has => {
+                self.parsed.mentions[mention].corners = true;
+                self.parsed.mentions[mention].count = Some([4, 4]);
+            }
+            _ => self.pending_corners = true,
+        }
+        true
+    }
+
+    /// "bananas and pears, two of each".
+    fn of_each(&mut self) -> bool {
+        let Some((range, length)) = quantity(self.lexicon, self.tokens, self.at) else { return false };
+        let of = usize::from(self.word(length) == Some("of"));
+        let after = self.at + length + of;
+        let each = self.word_at(after) == Some("each") || (self.word_at(after - 1) == Some("each"));
+        let of_before = self.word_at(after - 1) == Some("of");
+        if !each || !of_before || self.subject.is_empty() {
+            return false;
+        }
+        let kind = matches!(self.word_at(after + 1), Some("kind" | "type" | "color" | "sort"));
+        let end = after + 1 + usize::from(kind);
+        for mention in self.subject.clone() {
+            self.parsed.mentions[mention].count = Some(range);
+            self.parsed.mentions[mention].plural = true;
+        }
+        self.claim_property(self.at..end, "count", self.subject.clone());
         self.at = end;
         true
     }

@@ -1,13 +1,13 @@
 //! With-lists: "a plate with a fork on the left and a knife".
 
-use super::steps::is_object;
+use super::steps::{FLANKS, is_object};
 use super::{Link, LinkKind, Parser, PendingRelation, Referent};
 use crate::text_parser::account::Claimed;
 use crate::text_parser::lexicon::Meaning;
 use crate::text_parser::phrase::{Determiner, Head, noun_phrase};
 use crate::text_parser::prepositions::preposition_at;
 use crate::text_parser::supports::is_carrier;
-use crate::text_parser::tokens::Token;
+use crate::text_parser::tokens::{Token, match_phrase};
 use catalog::Affordance;
 use scene::RelationKind;
 
@@ -87,8 +87,18 @@ impl Parser<'_, '_> {
                 self.contents_of(vessel);
             }
             let start = self.at;
-            let kind = match self.side_of_host() {
-                Some(side) if kind == LinkKind::With => {
+            let flanks = FLANKS.iter().find_map(|phrase| match_phrase(self.tokens, self.at, phrase));
+            let kind = match (flanks, self.side_of_host()) {
+                (Some(length), _) if self.word(length) != Some("of") => {
+                    let claim = Claimed::Relation { kind: RelationKind::NextTo, from: list.clone(), to: vec![host] };
+                    self.parsed.account.claim(start..start + length, claim);
+                    self.at = start + length;
+                    for &item in &list {
+                        self.parsed.mentions[item].count.get_or_insert([2, 2]);
+                    }
+                    LinkKind::Flank
+                }
+                (_, Some(side)) if kind == LinkKind::With => {
                     let claim = Claimed::Relation { kind: side, from: list.clone(), to: vec![host] };
                     self.parsed.account.claim(start..self.at, claim);
                     LinkKind::WithAtSide(side)
@@ -167,7 +177,7 @@ impl Parser<'_, '_> {
     fn shared_relation(&self, items: &[(usize, LinkKind)], host: usize) -> Option<RelationKind> {
         let (last, _) = items.last()?;
         self.parsed.links.iter().find_map(|link| match link.kind {
-            LinkKind::Relation(kind) if link.from == *last && link.to == host && kind.is_support() => Some(kind),
+            LinkKind::Relation(kind) if link.from == *last && link.to == host => Some(kind),
             _ => None,
         })
     }
@@ -177,10 +187,12 @@ impl Parser<'_, '_> {
     fn whole_list(&self, host: usize) -> Option<usize> {
         let mut p = self.at;
         let mut and = false;
+        // The end of the last member, if the list was closed with "and" before it.
+        let mut closed = None;
         for members in 1..=MAX_MEMBERS {
-            let (phrase, mut end) = noun_phrase(self.lexicon, self.tokens, p)?;
+            let Some((phrase, mut end)) = noun_phrase(self.lexicon, self.tokens, p) else { break };
             if !(is_object(&phrase.head) || phrase.head == Head::One) || phrase.is_table() {
-                return None;
+                break;
             }
             if self.word_at(end) == Some("of") {
                 end = noun_phrase(self.lexicon, self.tokens, end + 1)?.1;
@@ -189,27 +201,35 @@ impl Parser<'_, '_> {
                 let pronoun = matches!(self.word_at(end + length), Some("it" | "them"));
                 let alone = preposition.may_stand_alone
                     && matches!(self.tokens.get(end + length), None | Some(Token::Pause | Token::End));
-                preposition.kind.is_support() && (pronoun || alone)
+                pronoun || alone && preposition.kind.is_support()
             });
             if on_it {
                 return (members > 1 && and).then_some(end);
             }
             let comma = matches!(self.tokens.get(end), Some(Token::Pause));
             let next = end + usize::from(comma);
+            if and && members > 2 {
+                closed = Some(end);
+            }
             if matches!(self.tokens.get(end), None | Some(Token::End)) {
-                let only = self.subject.len() == 1 && self.parsed.mentions.len() == 1 + host && self.carries(host);
-                return (only && and && members > 2).then_some(end);
+                break;
             }
             if self.word_at(next) == Some("and") {
+                if and {
+                    break;
+                }
                 and = true;
                 p = next + 1;
-            } else if comma {
+            } else if comma && !and {
                 p = next;
+            } else if comma {
+                break;
             } else {
                 return None;
             }
         }
-        None
+        let only = self.subject.len() == 1 && self.parsed.mentions.len() == 1 + host && self.carries(host);
+        closed.filter(|_| only)
     }
 
     fn carries(&self, host: usize) -> bool {

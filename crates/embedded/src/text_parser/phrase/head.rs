@@ -122,7 +122,8 @@ impl Chunk<'_, '_> {
                 // "a red and a blue mug".
                 let joins = matches!(self.word(0), Some("and" | "or")) || self.word(0).is_none();
                 let elliptic = self.phrase.properties.iter().any(|(property, _)| *property != "arrangement");
-                if described && elliptic && joins {
+                let selected = self.phrase.selector.is_some() && self.determined;
+                if described && elliptic && joins || selected {
                     self.phrase.head = Head::One;
                     return Some(());
                 }

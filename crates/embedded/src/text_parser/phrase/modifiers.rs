@@ -115,7 +115,7 @@ fn adjective_position(lexicon: &Lexicon, tokens: &[Token], at: usize) -> bool {
     let vocabulary = lexicon.vocabulary;
     for p in at..at + 6 {
         let Some(w) = word(tokens, p) else { return false };
-        if lexicon.longest_at(tokens, p).is_some() {
+        if lexicon.longest_at(tokens, p).is_some() || matches!(w, "one" | "ones") && p > at.saturating_sub(1) {
             return true;
         }
         let is_modifier = is_attribute(vocabulary, w)
@@ -154,7 +154,17 @@ pub(in crate::text_parser) fn predicate(
     let mut attributes = Attributes { scale: 1.0, ..Attributes::default() };
     let mut properties = Vec::new();
     let mut p = at;
-    while let Some(w) = word(tokens, p) {
+    let is_color = |p: usize| word(tokens, p).is_some_and(|next| color_of(vocabulary, next).is_some());
+    loop {
+        // "in red, green and blue".
+        if matches!(tokens.get(p), Some(Token::Pause))
+            && p > at
+            && is_color(p - 1)
+            && (is_color(p + 1) || word(tokens, p + 1) == Some("and") && is_color(p + 2))
+        {
+            p += 1;
+        }
+        let Some(w) = word(tokens, p) else { break };
         if matches!(w, "very" | "made" | "of" | "all" | "both" | "and" | "quite" | "about" | "colored" | "coloured")
             || matches!(w, "a" | "in")
                 && word(tokens, p + 1).is_some_and(|n| color_of(vocabulary, n).is_some())

@@ -70,9 +70,10 @@ fn description(known: &DescribedScene) -> Value {
         "model": table.model, "material": description.table.material, "color": description.table.color,
     });
     put_size(&mut top, table.size_m);
+    let terms: Vec<&str> = description.unrecognized.iter().map(|part| part.span.text.as_str()).collect();
     json!({
         "theme": description.theme, "family": description.family, "table": top, "objects": objects,
-        "unrecognized_terms": description.unrecognized_terms, "prose": description.prose,
+        "unrecognized_terms": terms, "prose": description.prose,
     })
 }
 

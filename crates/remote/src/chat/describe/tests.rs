@@ -26,7 +26,7 @@ fn answer() -> Value {
 
 fn read(answer: &Value, wanted: &TableSpec) -> Result<SceneDescription, String> {
     let answer: Answer = serde_json::from_value(answer.clone()).map_err(|error| error.to_string())?;
-    accepted(answer, 7, 4, wanted).map_err(|complaints| complaints.join("; "))
+    accepted(answer, "A plate with an apple and a Flux Capacitor", 7, 4, wanted).map_err(|complaints| complaints.join("; "))
 }
 
 fn spoiled(pointer: &str, value: Value) -> String {
@@ -44,7 +44,8 @@ fn accepted_converts_a_valid_answer() {
     assert_eq!((plate.id.as_str(), apple.id.as_str()), ("plate_1", "apple_1"));
     assert_eq!(apple.supporter(), Some(&plate.id));
     assert!(plate.supporter().is_none() && plate.seed != apple.seed);
-    assert_eq!(description.unrecognized_terms, ["flux capacitor"]);
+    let [term] = &description.unrecognized[..] else { panic!("one term") };
+    assert_eq!((term.span.start, term.span.end, term.span.text.as_str()), (28, 42, "Flux Capacitor"));
 }
 
 #[test]

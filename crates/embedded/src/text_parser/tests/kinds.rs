@@ -1,0 +1,209 @@
+//! Kinds of sentences with the expected objects, relations and reports.
+
+use super::*;
+use scene::text_account::TextMeaning;
+
+/// Text, requested counts, and parts of the summary ("!" before parts that must be absent).
+const TABLE: &[(&str, &str, &[&str])] = &[
+    // Negation.
+    ("a desk with a laptop, but no pens and no pencils", "1 laptop", &[]),
+    ("Set the table with a plate and a spoon. Do not include any forks.", "1 plate, 1 spoon", &[]),
+    ("We don't want a keyboard here. A monitor and a mouse.", "1 monitor, 1 mouse", &[]),
+    ("a mug instead of a glass, and a plate", "1 mug, 1 plate", &[]),
+    ("Neither knives nor scissors: a cutting board and a tomato", "1 cutting_board, 1 tomato", &[]),
+    // Compounds: the head decides.
+    ("a lamp shade next to a book", "1 book", &["? lamp shade"]),
+    ("a bottle cap and a mug", "1 mug", &["? bottle cap"]),
+    ("a zorblax holder, two plates", "2 plate", &["? zorblax holder"]),
+    // Coordination.
+    ("a red and a blue mug", "2 mug", &[]),
+    ("three wooden and two metal spoons", "5 spoon", &[]),
+    ("two mugs, one red and one blue", "2 mug", &[]),
+    ("3x mug (red), 2x plate (white)", "3 mug, 2 plate", &[]),
+    ("- two forks\n- a bowl\n- one wine bottle", "2 fork, 1 bowl, 1 wine_bottle", &[]),
+    ("1) laptop 2) mouse", "1 laptop, 1 mouse", &[]),
+    (r#"{"objects": ["mug", {"name": "plate", "count": 2}]}"#, "1 mug, 2 plate", &[]),
+    (
+        "a tray with a cup, a spoon and a plate on it",
+        "1 tray, 1 mug, 1 spoon, 1 plate",
+        &["mug_1 on tray_1", "spoon_1 on tray_1", "plate_1 on tray_1"],
+    ),
+    ("a spoon on a saucer on a tray", "1 spoon, 1 saucer, 1 tray", &["spoon_1 on saucer_1", "saucer_1 on tray_1"]),
+    ("bananas and pears, two of each", "2 banana, 2 pear", &[]),
+    // Measures are no counts.
+    ("a 12 oz mug and a 16 oz glass", "1 mug, 1 drinking_glass", &[]),
+    ("a box 30 cm wide, 20 cm deep and 10 cm high", "1 storage_case", &[]),
+    // Definite descriptions.
+    ("the small cup and the large cup", "2 mug", &[]),
+    ("There is a red mug and a blue mug. The red mug holds a spoon.", "2 mug, 1 spoon", &["spoon_1 in mug_1"]),
+    // Distances and places.
+    ("a mug 10 cm from the left edge of the table", "1 mug", &["mug_1 from_left_edge"]),
+    ("the bowl is 20 cm to the right of the plate", "1 bowl, 1 plate", &["bowl_1 right_of plate_1"]),
+    ("a vase in the back left corner", "1 vase", &["vase_1 at_back_left"]),
+    ("a candle between the plate and the bowl", "1 candle, 1 plate, 1 bowl", &["candle_1 between plate_1 bowl_1"]),
+    ("each corner of the table has a candle", "4 candle", &["candle_1 at_back_left", "candle_4 at_front_right"]),
+    ("a laptop facing a teddy bear", "1 laptop, 1 teddy_bear", &["laptop_1 facing teddy_bear_1"]),
+    // Arrangements.
+    ("a 2x3 grid of dice", "6 dice", &[]),
+    ("two rows of four dice", "8 dice", &[]),
+    ("three stacks of two books", "6 book", &["book_2 stacked_on book_1", "book_4 stacked_on book_3", "!book_3 stacked_on"]),
+    // Contradictions.
+    ("a mug to the left of the plate and to the right of the plate", "1 mug, 1 plate", &["mug_1 left_of plate_1"]),
+];
+
+#[test]
+fn each_kind_of_sentence_has_its_objects_and_relations() {
+    let mut faults = Vec::new();
+    for (text, counts, parts) in TABLE {
+        let summary = summary(&describe_seed(text, 3));
+        let read = summary.split(" | ").next().expect("counts");
+        if read != *counts {
+            faults.push(format!("{text}: {summary}"));
+        }
+        for part in *parts {
+            let holds = match part.strip_prefix('!') {
+                Some(absent) => !summary.contains(absent),
+                None => summary.contains(part),
+            };
+            if !holds {
+                faults.push(format!("{text}: {part:?} in {summary}"));
+            }
+        }
+    }
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
+#[test]
+fn reports_have_a_reason_and_a_span() {
+    for (text, span, reason) in [
+        ("a mug and a zorblax", "zorblax", UnrecognizedReason::UnknownObject),
+        ("a vintage mug", "vintage", UnrecognizedReason::NotSupported),
+        ("a mug and a person", "person", UnrecognizedReason::NotPlaceable),
+        ("a plate 3 meters in diameter", "3 meters in diameter", UnrecognizedReason::OutOfRange),
+        ("a laptop inside a mug", "inside", UnrecognizedReason::NotSupported),
+        ("a red mug that is blue", "blue", UnrecognizedReason::Contradiction),
+        ("a mug left of a plate and right of the plate", "right of", UnrecognizedReason::Contradiction),
+        ("a burning candle", "burning", UnrecognizedReason::NotSupported),
+    ] {
+        let description = describe_seed(text, 3);
+        let found = description.unrecognized.iter().find(|part| part.span.text == span);
+        assert_eq!(found.map(|part| part.reason), Some(reason), "{text}: {:?}", description.unrecognized);
+        for part in &description.unrecognized {
+            assert_eq!(text[part.span.start..part.span.end], part.span.text);
+        }
+    }
+}
+
+#[test]
+fn excluded_categories_are_absent_also_from_fillings() {
+    for (text, excluded) in [
+        ("a typical office desk without a desk lamp", "desk_lamp"),
+        ("a messy desk, but please no mugs", "mug"),
+        ("a dinner table for two; there must never be a knife", "knife"),
+        ("an office desk. Leave out the keyboard.", "keyboard"),
+    ] {
+        for seed in 0..4 {
+            let description = describe_seed(text, seed);
+            assert!(description.objects.iter().any(|object| !object.requested), "{text}");
+            assert!(description.objects.iter().all(|object| object.category != excluded), "{text}");
+            assert!(description.excluded_categories.iter().any(|name| name == excluded), "{text}");
+        }
+    }
+}
+
+#[test]
+fn lists_are_closed_and_bare_themes_are_filled() {
+    for (text, filled) in [
+        ("an office desk with a mug", false),
+        ("a kitchen table with a whisk", false),
+        ("a cluttered workbench", true),
+        ("a laptop on an office desk and other typical things", true),
+        ("a dinner table for two", true),
+        ("a desk with a mug and nothing else", false),
+    ] {
+        let description = describe_seed(text, 5);
+        assert_eq!(description.objects.iter().any(|object| !object.requested), filled, "{text}");
+    }
+}
+
+#[test]
+fn misspelled_words_are_corrected_and_reported() {
+    let description = describe_seed("a labtop and a keybord", 1);
+    let corrections: Vec<&str> = description
+        .understood
+        .iter()
+        .filter_map(|part| match &part.meaning {
+            TextMeaning::Correction { corrected } => Some(corrected.as_str()),
+            _ => None,
+        })
+        .collect();
+    assert_eq!(corrections, ["laptop", "keyboard"]);
+    assert!(summary(&description).starts_with("1 laptop, 1 keyboard"));
+}
+
+#[test]
+fn other_languages_and_unknown_parts_are_refused_on_request() {
+    let refused = describe("ein Tisch mit zwei Tassen", 1, &options(), &settings());
+    assert!(matches!(refused, Err(DescribeError::NotEnglish { .. })), "{refused:?}");
+    let strict = DescribeOptions { on_unknown: OnUnknown::Fail, ..options() };
+    let refused = describe("a mug and a zorblax", 1, &strict, &settings());
+    let Err(DescribeError::NotUnderstood { parts }) = refused else { panic!("{refused:?}") };
+    assert_eq!((parts[0].span.start, parts[0].span.text.as_str()), (12, "zorblax"));
+    assert!(describe("a mug and a plate", 1, &strict, &settings()).is_ok());
+}
+
+/// Every word of a description is in a span, or ignorable.
+fn open_words(text: &str, description: &SceneDescription) -> Vec<String> {
+    let spans: Vec<(usize, usize)> = description
+        .understood
+        .iter()
+        .map(|part| (part.span.start, part.span.end))
+        .chain(description.unrecognized.iter().map(|part| (part.span.start, part.span.end)))
+        .collect();
+    let source = Source::read(text);
+    let ignorable = &vocabulary::vocabulary().grammar.ignorable;
+    source
+        .tokens
+        .iter()
+        .zip(&source.spans)
+        .filter_map(|(token, span)| Some((token.word()?, span)))
+        .filter(|(word, span)| {
+            !ignorable.contains(*word) && !spans.iter().any(|(start, end)| *start <= span.start && span.end <= *end)
+        })
+        .map(|(word, _)| word.to_owned())
+        .collect()
+}
+
+#[test]
+fn every_word_is_accounted_for() {
+    let mut faults = Vec::new();
+    let sentences = SENTENCES.iter().chain(TABLE).map(|(text, _, _)| *text);
+    for text in sentences.filter(|text| !text.starts_with('{')) {
+        let open = open_words(text, &describe_seed(text, 3));
+        if !open.is_empty() {
+            faults.push(format!("{text}: {open:?}"));
+        }
+    }
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
+#[test]
+fn adversarial_texts_are_read_without_a_panic() {
+    let words = [
+        "a", "the", "mug", "with", "on", "left", "of", "and", ",", ".", "no", "not", "put", "in", "10", "cm", "x", "red",
+        "each", "between", "it", "them", "one", "(", ")", "zorblax", "row", "stack", "to", "from", "facing", "upside",
+        "down", "table", "two", "without", "plate", "glass", "half", "full", "so", "that", "swap", "degrees", "-", "½",
+    ];
+    let mut state = 1_u64;
+    for _ in 0..300 {
+        let mut text = String::new();
+        for _ in 0..40 {
+            // Numerical Recipes' linear congruential generator.
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            text.push_str(words[(state >> 33) as usize % words.len()]);
+            text.push(' ');
+        }
+        // An error is as good as a description.
+        let _ = describe(&text, 1, &options(), &settings());
+    }
+}
