@@ -118,7 +118,13 @@ fn described(part: &Unrecognized) -> String {
 }
 
 static LEXICON: LazyLock<Lexicon<'static>> = LazyLock::new(|| {
-    Lexicon::new(categories(), table_models(), vocabulary::vocabulary(), themes::themes(), &nouns::CatalogOnly)
+    Lexicon::new(
+        categories(),
+        table_models(),
+        vocabulary::vocabulary(),
+        themes::themes(),
+        &nouns::CatalogOnly,
+    )
 });
 
 /// The color of a color word ("navy", "light blue"), as used for `TableSpec::color`.
@@ -276,7 +282,9 @@ fn report_measures(draft: &Draft, parsed: &mut ParsedText, object: usize) {
         .claims
         .iter()
         .filter_map(|claim| match &claim.meaning {
-            Claimed::Property { property: "size" | "volume" | "mass", mentions } if mentions.contains(&mention) => {
+            Claimed::Property { property: "size" | "volume" | "mass", mentions }
+                if mentions.contains(&mention) =>
+            {
                 Some(claim.tokens.clone())
             }
             _ => None,

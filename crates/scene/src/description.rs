@@ -146,7 +146,9 @@ pub enum ArrangementKind {
     Column,
     Circle,
     /// Rows of `columns` objects each.
-    Grid { columns: usize },
+    Grid {
+        columns: usize,
+    },
     /// Loosely on top of and beside each other.
     Pile,
     /// Layers of a triangle: each object of a layer stands on two of the layer below.

@@ -51,7 +51,9 @@ pub use recognition::{
 pub use request::{Input, SceneRequest};
 pub use support_tree::{SupportTree, Supporter};
 pub use table::{Table, TableShape, TableSpec};
-pub use text_account::{Goal, GoalPredicate, PredicateKind, TextMeaning, TextSpan, Understood, Unrecognized, UnrecognizedReason};
+pub use text_account::{
+    Goal, GoalPredicate, PredicateKind, TextMeaning, TextSpan, Understood, Unrecognized, UnrecognizedReason,
+};
 pub use validation::{InvalidValue, Violation};
 
 #[cfg(test)]

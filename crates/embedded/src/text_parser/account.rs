@@ -182,7 +182,10 @@ mod tests {
     fn open_words_are_ignorable_or_reported_with_a_reason() {
         for (text, expected) in [
             ("there is a", vec![]),
-            ("a zorblax frob the vintage", vec![(1..3, UnrecognizedReason::UnknownWord), (4..5, UnrecognizedReason::NotSupported)]),
+            (
+                "a zorblax frob the vintage",
+                vec![(1..3, UnrecognizedReason::UnknownWord), (4..5, UnrecognizedReason::NotSupported)],
+            ),
             ("and 7", vec![(1..2, UnrecognizedReason::NotExpressible)]),
         ] {
             let source = Source::read(text);

@@ -32,6 +32,7 @@ fn of(draft: &Draft, arrangement: &ArrangementDraft) -> Option<Arrangement> {
         Group::Pile => ArrangementKind::Pile,
         Group::Pyramid => ArrangementKind::Pyramid,
     };
-    let center = arrangement.center.and_then(|center| draft.of_mention[center].first()).map(|&o| ids[o].clone());
+    let center =
+        arrangement.center.and_then(|center| draft.of_mention[center].first()).map(|&o| ids[o].clone());
     Some(Arrangement { kind, objects, gap_m: arrangement.gap_m, center })
 }

@@ -83,7 +83,13 @@ pub(super) fn complete(
     }
 }
 
-fn add_item<'c>(draft: &mut Draft<'_, 'c>, item: &ThemeItem, category: &'c Category, count: usize, limit: usize) {
+fn add_item<'c>(
+    draft: &mut Draft<'_, 'c>,
+    item: &ThemeItem,
+    category: &'c Category,
+    count: usize,
+    limit: usize,
+) {
     let targets: Vec<usize> = item
         .target
         .as_deref()
@@ -100,9 +106,9 @@ fn add_item<'c>(draft: &mut Draft<'_, 'c>, item: &ThemeItem, category: &'c Categ
     for k in 0..total {
         let object = draft.add(Kind::of(category), category.label.clone(), Attributes::plain(), false);
         if let (Some(kind), false) = (item.relation, targets.is_empty()) {
-            let free = targets.iter().position(|&t| {
-                !draft.objects.iter().any(|o| kind.is_support() && o.has(kind, Some(t)))
-            });
+            let free = targets
+                .iter()
+                .position(|&t| !draft.objects.iter().any(|o| kind.is_support() && o.has(kind, Some(t))));
             let target = if item.each {
                 Some(k / count.max(1))
             } else if kind.is_support() {

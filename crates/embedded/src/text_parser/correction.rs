@@ -18,8 +18,9 @@ const LONGEST: usize = 24;
 
 /// Prepositions and other words of the grammar that are corrected.
 const FUNCTION_WORDS: &[&str] = &[
-    "with", "without", "between", "behind", "beside", "around", "inside", "under", "next", "left", "right", "front",
-    "center", "corner", "stack", "three", "four", "seven", "eight", "table", "please", "facing", "upside",
+    "with", "without", "between", "behind", "beside", "around", "inside", "under", "next", "left", "right",
+    "front", "center", "corner", "stack", "three", "four", "seven", "eight", "table", "please", "facing",
+    "upside",
 ];
 
 /// Whether any rule of the parser knows the word.
@@ -41,7 +42,10 @@ pub(super) fn correct(lexicon: &Lexicon, source: &mut Source) -> Vec<(usize, Str
         let Token::Word(word) = &source.tokens[token] else { continue };
         let length = word.chars().count();
         let plain = word.chars().all(|c| c.is_ascii_lowercase());
-        if !plain || !(SHORTEST..=LONGEST).contains(&length) || is_known(lexicon, word) || lexicon.nouns.is_noun(word)
+        if !plain
+            || !(SHORTEST..=LONGEST).contains(&length)
+            || is_known(lexicon, word)
+            || lexicon.nouns.is_noun(word)
         {
             continue;
         }
@@ -84,7 +88,11 @@ fn corrected(lexicon: &Lexicon, word: &str) -> Option<String> {
                     (best, is_tied) = (Some((rank.0, rank.1, known)), false);
                 } else if rank == best_rank && known != best_known {
                     // Singular and plural of one noun: the one that ends as the word does.
-                    let (plural, other) = if known.len() > best_known.len() { (known, best_known) } else { (best_known, known) };
+                    let (plural, other) = if known.len() > best_known.len() {
+                        (known, best_known)
+                    } else {
+                        (best_known, known)
+                    };
                     let same_noun = lexicon.vocabulary.plural_of(other) == plural;
                     if same_noun && word.ends_with('s') == known.ends_with('s') {
                         best = Some((rank.0, rank.1, known));
@@ -125,7 +133,8 @@ mod tests {
             ("a plate", vec![]),
         ] {
             let mut source = Source::read(text);
-            let words: Vec<String> = correct(&LEXICON, &mut source).into_iter().map(|(_, word)| word).collect();
+            let words: Vec<String> =
+                correct(&LEXICON, &mut source).into_iter().map(|(_, word)| word).collect();
             assert_eq!(words, expected, "{text}");
         }
     }

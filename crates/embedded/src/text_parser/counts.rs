@@ -54,7 +54,12 @@ pub(super) fn instantiate(draft: &mut Draft, parsed: &ParsedText, limit: usize) 
                     for category in members(draft, vague, counts[m], m, parsed) {
                         let category = &draft.lexicon.categories[category];
                         let attributes = mention.attributes.clone();
-                        made.push(draft.add_of(mention, Kind::of(category), category.label.clone(), attributes));
+                        made.push(draft.add_of(
+                            mention,
+                            Kind::of(category),
+                            category.label.clone(),
+                            attributes,
+                        ));
                     }
                 }
             }

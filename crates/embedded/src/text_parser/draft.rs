@@ -121,7 +121,13 @@ impl<'a, 'c> Draft<'a, 'c> {
     }
 
     /// Adds an object of a mention, with its pose, state and position.
-    pub fn add_of(&mut self, mention: &Mention, kind: Kind<'c>, label: String, attributes: Attributes) -> usize {
+    pub fn add_of(
+        &mut self,
+        mention: &Mention,
+        kind: Kind<'c>,
+        label: String,
+        attributes: Attributes,
+    ) -> usize {
         let object = self.add(kind, label, attributes, true);
         let draft = &mut self.objects[object];
         draft.pose = mention.pose;

@@ -31,11 +31,11 @@ use super::phrase::{Attributes, Group, Head, NounPhrase};
 use super::tokens::{Source, Token, word};
 use super::verbs::Frame;
 pub(super) use goals::{GoalDraft, GoalKind};
-pub(super) use states::category_shows;
 use references::Referent;
 use scene::RelationKind;
 use scene::description::RequestedPose;
 use scene::text_account::UnrecognizedReason;
+pub(super) use states::category_shows;
 
 /// A group of objects of the text with common attributes.
 #[derive(Clone, Debug)]
@@ -270,7 +270,16 @@ impl<'a> Parser<'a, '_> {
     fn is_table_word(word: &str) -> bool {
         matches!(
             word,
-            "table" | "desk" | "tabletop" | "workbench" | "bench" | "surface" | "counter" | "countertop" | "it" | "workspace"
+            "table"
+                | "desk"
+                | "tabletop"
+                | "workbench"
+                | "bench"
+                | "surface"
+                | "counter"
+                | "countertop"
+                | "it"
+                | "workspace"
         )
     }
 

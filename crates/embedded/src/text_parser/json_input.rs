@@ -14,8 +14,10 @@ pub(super) fn read(text: &str) -> Option<Source> {
         return None;
     }
     let value: Value = serde_json::from_str(text).ok()?;
-    let mut reader =
-        Reader { source: Source { text: text.to_owned(), ..Source::default() }, cursor: text.len() - trimmed.len() };
+    let mut reader = Reader {
+        source: Source { text: text.to_owned(), ..Source::default() },
+        cursor: text.len() - trimmed.len(),
+    };
     reader.value(&value, 0);
     Some(reader.source)
 }
@@ -58,7 +60,8 @@ impl Reader {
     /// An object: count, properties, name, then everything else in the order of the text.
     fn object(&mut self, fields: &serde_json::Map<String, Value>, name: &str, depth: usize) {
         let start = self.cursor;
-        let count = ["count", "quantity", "number", "amount"].into_iter().find(|key| fields.contains_key(*key));
+        let count =
+            ["count", "quantity", "number", "amount"].into_iter().find(|key| fields.contains_key(*key));
         if let Some(Value::Number(number)) = count.and_then(|key| fields.get(key)) {
             self.number(number.as_f64().unwrap_or(1.0));
         }
@@ -76,7 +79,10 @@ impl Reader {
             match value {
                 Value::String(text) if !is_read => {
                     let relation = key.replace('_', " ");
-                    if !matches!(relation.as_str(), "position" | "location" | "place" | "relation" | "state" | "pose") {
+                    if !matches!(
+                        relation.as_str(),
+                        "position" | "location" | "place" | "relation" | "state" | "pose"
+                    ) {
                         self.words_from(&relation, start);
                     }
                     self.words_from(text, start);

@@ -6,8 +6,8 @@ use super::tokens::{Source, Token};
 
 /// Words that other languages seldom have.
 const ENGLISH: &[&str] = &[
-    "the", "and", "with", "of", "two", "three", "four", "on", "is", "are", "there", "next", "left", "right", "put", "to",
-    "that", "this", "it", "without", "please", "pick", "place", "move",
+    "the", "and", "with", "of", "two", "three", "four", "on", "is", "are", "there", "next", "left", "right",
+    "put", "to", "that", "this", "it", "without", "please", "pick", "place", "move",
 ];
 
 /// The words that are not known, if the text does not seem to be English.

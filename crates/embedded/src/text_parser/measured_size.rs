@@ -44,7 +44,10 @@ mod tests {
         let measure = |axis, meters| Measure { axis, meters };
         for (measures, expected) in [
             (vec![measure(Axis::Height, 0.2)], DVec3::new(0.2, 0.1, 0.2)),
-            (vec![measure(Axis::Width, 0.3), measure(Axis::Depth, 0.2), measure(Axis::Height, 0.1)], DVec3::new(0.3, 0.2, 0.1)),
+            (
+                vec![measure(Axis::Width, 0.3), measure(Axis::Depth, 0.2), measure(Axis::Height, 0.1)],
+                DVec3::new(0.3, 0.2, 0.1),
+            ),
             (vec![measure(Axis::Diameter, 0.08), measure(Axis::Height, 0.12)], DVec3::new(0.08, 0.08, 0.12)),
         ] {
             assert!((apply(&measures, typical) - expected).length() < 1e-12, "{measures:?}");

@@ -94,13 +94,15 @@ fn numbers_first(vocabulary: &Vocabulary, tokens: &[Token], at: usize) -> Option
 /// "a height of 12 cm", "diameter: 10 cm", "a capacity of 300 ml", "weighing 2 kg".
 fn name_first(vocabulary: &Vocabulary, tokens: &[Token], at: usize) -> Option<(Reading, usize)> {
     let mut p = at;
-    while matches!(word(tokens, p), Some("a" | "an" | "the" | "its" | "total" | "edge" | "side" | "overall")) {
+    while matches!(word(tokens, p), Some("a" | "an" | "the" | "its" | "total" | "edge" | "side" | "overall"))
+    {
         p += 1;
     }
     let name = word(tokens, p)?;
     let content = matches!(name, "volume" | "capacity" | "weight" | "mass" | "weighing" | "weighs" | "holds");
     let axis = axis_of(name);
-    let is_noun = matches!(name, "width" | "depth" | "height" | "length" | "diameter" | "thickness" | "radius");
+    let is_noun =
+        matches!(name, "width" | "depth" | "height" | "length" | "diameter" | "thickness" | "radius");
     if !content && !is_noun {
         return None;
     }
@@ -207,8 +209,23 @@ pub(super) fn trailing(
         while matches!(
             word(tokens, p),
             Some(
-                "and" | "with" | "about" | "of" | "measuring" | "roughly" | "approximately" | "which" | "that" | "has" | "dimensions" | "sized"
-                    | "is" | "are" | "having" | "around" | "each"
+                "and"
+                    | "with"
+                    | "about"
+                    | "of"
+                    | "measuring"
+                    | "roughly"
+                    | "approximately"
+                    | "which"
+                    | "that"
+                    | "has"
+                    | "dimensions"
+                    | "sized"
+                    | "is"
+                    | "are"
+                    | "having"
+                    | "around"
+                    | "each"
             )
         ) && connectors < 4
         {
@@ -219,11 +236,26 @@ pub(super) fn trailing(
         let after = p + length;
         let starts_relation = matches!(
             word(tokens, after),
-            Some("apart" | "from" | "away" | "to" | "behind" | "left" | "right" | "between" | "in" | "above" | "off")
+            Some(
+                "apart"
+                    | "from"
+                    | "away"
+                    | "to"
+                    | "behind"
+                    | "left"
+                    | "right"
+                    | "between"
+                    | "in"
+                    | "above"
+                    | "off"
+            )
         );
         let names_extent = reading.lengths.iter().all(|measure| measure.axis != Axis::Unspecified);
         let is_part = matches!(tokens.get(after), Some(Token::Pause | Token::End) | None)
-            || matches!(word(tokens, after), Some("and" | "with" | "each" | "next" | "on" | "is" | "are" | "or"))
+            || matches!(
+                word(tokens, after),
+                Some("and" | "with" | "each" | "next" | "on" | "is" | "are" | "or")
+            )
             || (names_extent && !matches!(word(tokens, after), Some("apart")))
             || match_phrase(tokens, after, "in size").is_some();
         if (starts_relation && !names_extent) || !is_part {

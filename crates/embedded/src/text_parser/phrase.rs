@@ -128,8 +128,16 @@ pub(super) struct NounPhrase {
     pub reports: Vec<(Range<usize>, UnrecognizedReason)>,
 }
 
+#[cfg(test)]
+thread_local! {
+    /// Number of calls of [`noun_phrase`], the most expensive operation of the parser.
+    pub(super) static CALLS: std::cell::Cell<usize> = const { std::cell::Cell::new(0) };
+}
+
 /// Parses the noun phrase at `at`; returns it with the position after it. `None` if no phrase starts here.
 pub(super) fn noun_phrase(lexicon: &Lexicon, tokens: &[Token], at: usize) -> Option<(NounPhrase, usize)> {
+    #[cfg(test)]
+    CALLS.with(|calls| calls.set(calls.get() + 1));
     let phrase = NounPhrase {
         determiner: Determiner::New,
         count: None,
@@ -190,11 +198,17 @@ impl<'a> Chunk<'a, '_> {
             return Some(p + length + 1);
         }
         let determiner_follows = self.word(1).is_some_and(|next| {
-            matches!(next, "the" | "a" | "an" | "on" | "in" | "inside" | "under" | "at" | "to" | "of" | "with")
+            matches!(
+                next,
+                "the" | "a" | "an" | "on" | "in" | "inside" | "under" | "at" | "to" | "of" | "with"
+            )
         });
         match self.word(0)? {
             "it" | "this" | "that" | "itself" if !noun => Some(p + 1),
-            "each" | "every" if !noun && !matches!(self.word(1), Some("one" | "person" | "guest" | "place" | "corner")) => {
+            "each" | "every"
+                if !noun
+                    && !matches!(self.word(1), Some("one" | "person" | "guest" | "place" | "corner")) =>
+            {
                 self.phrase.determiner = Determiner::Each;
                 let of = self.word(1) == Some("of") && matches!(self.word(2), Some("them" | "these"));
                 Some(if of { p + 3 } else { p + 1 })
@@ -214,10 +228,15 @@ impl<'a> Chunk<'a, '_> {
                 Some(p + 3)
             }
             "latter" | "former" if p > 0 => Some(p + 1),
-            "the" if matches!(self.word(1), Some("latter" | "former" | "same")) && self.phrase_ends(p + 2) => Some(p + 2),
+            "the"
+                if matches!(self.word(1), Some("latter" | "former" | "same")) && self.phrase_ends(p + 2) =>
+            {
+                Some(p + 2)
+            }
             "everything" => {
                 self.phrase.head = Head::All;
-                let on_table = self.word(1) == Some("on") && self.word(2) == Some("the")
+                let on_table = self.word(1) == Some("on")
+                    && self.word(2) == Some("the")
                     && matches!(self.word(3), Some("table" | "desk"));
                 Some(if on_table { p + 4 } else { p + 1 })
             }
@@ -296,7 +315,8 @@ impl<'a> Chunk<'a, '_> {
                     self.phrase.count.get_or_insert([1, 1]);
                     self.determined = true;
                 }
-                "the" | "this" | "that" | "these" | "those" | "its" | "their" | "his" | "her" | "my" | "your" => {
+                "the" | "this" | "that" | "these" | "those" | "its" | "their" | "his" | "her" | "my"
+                | "your" => {
                     self.phrase.determiner = Determiner::Definite;
                     self.determined = true;
                 }
@@ -359,7 +379,8 @@ impl<'a> Chunk<'a, '_> {
                 _ => match modifier(self.lexicon, self.tokens, self.at, &mut self.phrase.attributes) {
                     Some(found) => {
                         let range = self.at..self.at + found.length;
-                        self.words.extend(self.tokens[range].iter().filter_map(Token::word).map(str::to_owned));
+                        self.words
+                            .extend(self.tokens[range].iter().filter_map(Token::word).map(str::to_owned));
                         self.property(found.property, found.length);
                         self.at += found.length;
                         self.determined = true;
@@ -431,7 +452,11 @@ impl<'a> Chunk<'a, '_> {
         });
         let [Some(rows), Some(columns)] = numbers else { return false };
         let joined = matches!(self.word(1), Some("x" | "by"));
-        if !joined || !matches!(self.word(3), Some("grid" | "array")) || self.word(4) != Some("of") || rows * columns == 0 {
+        if !joined
+            || !matches!(self.word(3), Some("grid" | "array"))
+            || self.word(4) != Some("of")
+            || rows * columns == 0
+        {
             return false;
         }
         self.phrase.group = Some((Group::Grid, self.at..self.at + 5));

@@ -2,8 +2,8 @@
 
 use super::tokens::{Token, match_phrase};
 use RelationKind::{
-    Around, AtBack, AtBackLeft, AtBackRight, AtCenter, AtFront, AtFrontLeft, AtFrontRight, AtLeft, AtRight, Behind,
-    Between, In, InFrontOf, LeftOf, NextTo, On, RightOf,
+    Around, AtBack, AtBackLeft, AtBackRight, AtCenter, AtFront, AtFrontLeft, AtFrontRight, AtLeft, AtRight,
+    Behind, Between, In, InFrontOf, LeftOf, NextTo, On, RightOf,
 };
 use scene::RelationKind;
 
@@ -172,7 +172,8 @@ pub(super) fn place_at(
         // "the left third of the table holds ...".
         return place_of(tokens, at, at, "in", is_table).filter(|(_, length)| {
             let holds = word(at + length);
-            *length > 2 && matches!(holds, Some("holds" | "has" | "contains" | "carries" | "a" | "an" | "is" | "are"))
+            *length > 2
+                && matches!(holds, Some("holds" | "has" | "contains" | "carries" | "a" | "an" | "is" | "are"))
         });
     }
     if word(p) == Some("centered") && !matches!(word(p + 1), Some("between")) {
@@ -183,7 +184,18 @@ pub(super) fn place_at(
     let opener = word(p)?;
     if !matches!(
         opener,
-        "in" | "at" | "on" | "to" | "toward" | "towards" | "near" | "along" | "from" | "into" | "onto" | "close" | "by"
+        "in" | "at"
+            | "on"
+            | "to"
+            | "toward"
+            | "towards"
+            | "near"
+            | "along"
+            | "from"
+            | "into"
+            | "onto"
+            | "close"
+            | "by"
     ) {
         return None;
     }
@@ -225,8 +237,12 @@ fn place_of(
             "left" => places.push(AtLeft),
             "right" => places.push(AtRight),
             // "the far left" is just the left; "the far side" is the back.
-            "far" if matches!(word(p + 1), Some("end" | "side" | "edge" | "corner"))
-                || word(p + 2) == Some("corner") => places.push(AtBack),
+            "far"
+                if matches!(word(p + 1), Some("end" | "side" | "edge" | "corner"))
+                    || word(p + 2) == Some("corner") =>
+            {
+                places.push(AtBack)
+            }
             "near" if matches!(word(p + 1), Some("end" | "side" | "edge")) => places.push(AtFront),
             "far" | "hand" | "upper" | "top" | "bottom" | "lower" if article && place_ahead(&word, p + 1) => {
                 match w {
@@ -235,8 +251,8 @@ fn place_of(
                     _ => {}
                 }
             }
-            "corner" | "side" | "edge" | "end" | "part" | "half" | "corners" | "third" | "area" | "region" | "zone"
-            | "quarter" | "quadrant" | "portion" | "section" => nouns += 1,
+            "corner" | "side" | "edge" | "end" | "part" | "half" | "corners" | "third" | "area"
+            | "region" | "zone" | "quarter" | "quadrant" | "portion" | "section" => nouns += 1,
             "table" | "desk" if places.is_empty() && is_table(w) && place_ahead(&word, p + 1) => {}
             _ => break,
         }
@@ -254,7 +270,10 @@ fn place_of(
     let places = corner_of(places);
     // "to the left" alone and "in front" alone are relations.
     let is_center = places == [AtCenter];
-    if nouns == 0 && !is_center && (matches!(opener, "to" | "toward" | "towards") || (opener == "in" && !article)) {
+    if nouns == 0
+        && !is_center
+        && (matches!(opener, "to" | "toward" | "towards") || (opener == "in" && !article))
+    {
         return None;
     }
     if word(p) == Some("of") {
@@ -270,7 +289,10 @@ fn place_of(
         return None;
     }
     // "near the left mug" names an object.
-    if nouns == 0 && matches!(opener, "near" | "from" | "by" | "close") && word(p).is_some_and(|w| !matches!(w, "and" | "with" | "is")) {
+    if nouns == 0
+        && matches!(opener, "near" | "from" | "by" | "close")
+        && word(p).is_some_and(|w| !matches!(w, "and" | "with" | "is"))
+    {
         return None;
     }
     Some((places, p - at))

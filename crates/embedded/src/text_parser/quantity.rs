@@ -5,9 +5,26 @@ use super::tokens::{Token, match_phrase, word};
 
 /// Words before a count that leave it unchanged.
 const BEFORE: &[&str] = &[
-    "exactly", "precisely", "at least", "at most", "up to", "no more than", "not more than", "no less than",
-    "no fewer than", "about", "around", "approximately", "roughly", "only", "a total of", "as many as", "just",
-    "less than", "fewer than", "more than",
+    "exactly",
+    "precisely",
+    "at least",
+    "at most",
+    "up to",
+    "no more than",
+    "not more than",
+    "no less than",
+    "no fewer than",
+    "about",
+    "around",
+    "approximately",
+    "roughly",
+    "only",
+    "a total of",
+    "as many as",
+    "just",
+    "less than",
+    "fewer than",
+    "more than",
 ];
 
 /// The count at `at`: digits, number words, "a dozen", "two or three", "2 to 4", "3x", "exactly two".
@@ -49,7 +66,8 @@ fn number_of(lexicon: &Lexicon, tokens: &[Token], at: usize) -> Option<([u32; 2]
             return Some(([low, high], length + 1 + more));
         }
         // "3x mug".
-        let times = usize::from(word(tokens, at + length) == Some("x") && word(tokens, at + length + 1).is_some());
+        let times =
+            usize::from(word(tokens, at + length) == Some("x") && word(tokens, at + length + 1).is_some());
         let of = usize::from(word(tokens, at + length) == Some("of"));
         return Some(([low, low], length + of.max(times)));
     }

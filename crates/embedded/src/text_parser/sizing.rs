@@ -34,7 +34,9 @@ pub(super) fn size(draft: &mut Draft) -> Vec<usize> {
             size[k] = (size[k] * factor).clamp(0.8 * low[k], 1.25 * high[k]);
         }
         let is_container = category.affords(Affordance::Container);
-        if let (Some(volume_m3), true) = (attributes.volume_m3, is_container && attributes.measures.is_empty()) {
+        if let (Some(volume_m3), true) =
+            (attributes.volume_m3, is_container && attributes.measures.is_empty())
+        {
             let factor = (volume_m3 / (CONTENT_SHARE * size.element_product())).cbrt();
             let wanted = factor * size;
             size = wanted.clamp(typical / 3.0, typical * 3.0);
@@ -139,12 +141,12 @@ fn largest_at_the_bottom(draft: &mut Draft) {
     for bottom in 0..draft.objects.len() {
         let mut pile = vec![bottom];
         while let Some(next) = (0..draft.objects.len()).find(|&o| {
-            !pile.contains(&o)
-                && draft.objects[o].has(RelationKind::StackedOn, pile.last().copied())
+            !pile.contains(&o) && draft.objects[o].has(RelationKind::StackedOn, pile.last().copied())
         }) {
             pile.push(next);
         }
-        let is_bottom = !draft.objects[bottom].relations.iter().any(|relation| relation.kind == RelationKind::StackedOn);
+        let is_bottom =
+            !draft.objects[bottom].relations.iter().any(|relation| relation.kind == RelationKind::StackedOn);
         let alike = pile.iter().all(|&o| draft.category(o).name == draft.category(bottom).name);
         if pile.len() < 2 || !is_bottom || !alike {
             continue;

@@ -48,7 +48,9 @@ fn of_goal(draft: &Draft, goal: &GoalDraft) -> Vec<DraftPredicate> {
     let targets: &[usize] = goal.target.map_or(&[], |target| &draft.of_mention[target]);
     let chain = |kind: PredicateKind| -> Vec<DraftPredicate> {
         let pairs = objects.windows(2);
-        pairs.map(|pair| DraftPredicate { kind, object: pair[1], target: Some(pair[0]), second: None }).collect()
+        pairs
+            .map(|pair| DraftPredicate { kind, object: pair[1], target: Some(pair[0]), second: None })
+            .collect()
     };
     match &goal.kind {
         GoalKind::StackOfItself => return chain(PredicateKind::StackedOn),
@@ -104,16 +106,17 @@ fn violate(draft: &mut Draft, predicate: &DraftPredicate) -> bool {
     use RelationKind as R;
     let &DraftPredicate { kind, object, target, second } = predicate;
     let remove = |draft: &mut Draft, kinds: &[RelationKind]| {
-        draft.objects[object].relations.retain(|relation| !(relation.to == target && kinds.contains(&relation.kind)));
+        draft.objects[object]
+            .relations
+            .retain(|relation| !(relation.to == target && kinds.contains(&relation.kind)));
     };
     match (kind, target) {
         (P::In | P::On | P::StackedOn, Some(target)) => {
             remove(draft, &[R::In, R::On, R::StackedOn]);
-            draft.supporter(target) != Some(object)
-                || {
-                    draft.objects[target].relations.retain(|relation| relation.to != Some(object));
-                    true
-                }
+            draft.supporter(target) != Some(object) || {
+                draft.objects[target].relations.retain(|relation| relation.to != Some(object));
+                true
+            }
         }
         (P::On, None) => draft.supporter(object).is_some(),
         (P::LeftOf, Some(to)) => opposite(draft, object, R::LeftOf, R::RightOf, to),
@@ -193,7 +196,10 @@ fn opposite(draft: &mut Draft, object: usize, goal: RelationKind, start: Relatio
 /// A place for an object without one.
 fn place(draft: &mut Draft, object: usize, kind: RelationKind) {
     let free = draft.objects[object].position_m.is_none()
-        && draft.objects[object].relations.iter().all(|relation: &DraftRelation| relation.to.is_some() && !relation.kind.is_support());
+        && draft.objects[object]
+            .relations
+            .iter()
+            .all(|relation: &DraftRelation| relation.to.is_some() && !relation.kind.is_support());
     if free && draft.objects[object].relations.is_empty() {
         draft.relate(object, kind, None);
     }

@@ -57,7 +57,11 @@ pub(super) fn relate(draft: &mut Draft, parsed: &ParsedText) {
                     others.iter().copied().find(|&other| other != target && other != object)
                 });
                 let kind = if kind == RelationKind::Between && second.is_none() { NextTo } else { kind };
-                let relation = DraftRelation { second, distance_m: link.distance_m, ..DraftRelation::new(kind, Some(target)) };
+                let relation = DraftRelation {
+                    second,
+                    distance_m: link.distance_m,
+                    ..DraftRelation::new(kind, Some(target))
+                };
                 draft.relate_as(object, relation);
             }
         }
@@ -123,7 +127,10 @@ fn kind_of(draft: &Draft, parsed: &ParsedText, link: &Link, from: usize, to: usi
 
 /// In a container that holds the item, otherwise on what carries it, otherwise beside it.
 pub(super) fn at(item: &Category, host: &Category) -> RelationKind {
-    if host.affords(Affordance::Container) && !is_carrier(host) && fits_in(item.size.typical_m(), host.size.typical_m()) {
+    if host.affords(Affordance::Container)
+        && !is_carrier(host)
+        && fits_in(item.size.typical_m(), host.size.typical_m())
+    {
         In
     } else if host.affords(Affordance::Support) || is_carrier(host) || host.affords(Affordance::Container) {
         On
@@ -175,9 +182,11 @@ pub(super) fn keep_what_fits(draft: &mut Draft) -> Vec<usize> {
     let mut filled: Vec<f64> = vec![0.0; draft.objects.len()];
     for object in 0..draft.objects.len() {
         let Some((slot, kind, to)) =
-            draft.objects[object].relations.iter().enumerate().find_map(|(slot, relation)| match relation.to {
-                Some(to) if matches!(relation.kind, In | On) => Some((slot, relation.kind, to)),
-                _ => None,
+            draft.objects[object].relations.iter().enumerate().find_map(|(slot, relation)| {
+                match relation.to {
+                    Some(to) if matches!(relation.kind, In | On) => Some((slot, relation.kind, to)),
+                    _ => None,
+                }
             })
         else {
             continue;

@@ -86,7 +86,10 @@ static THEMES: LazyLock<Themes> = LazyLock::new(|| {
 impl Themes {
     /// Whether the word occurs in a phrase that names or suggests a theme.
     pub fn has_word(&self, word: &str) -> bool {
-        self.theme.iter().flat_map(|theme| theme.keywords.iter().chain(&theme.hints)).any(|phrase| has_phrase(phrase, word))
+        self.theme
+            .iter()
+            .flat_map(|theme| theme.keywords.iter().chain(&theme.hints))
+            .any(|phrase| has_phrase(phrase, word))
     }
 }
 
@@ -146,8 +149,10 @@ pub(super) fn choose_theme<'t>(
 pub(super) fn claim_words(theme: &Theme, lexicon: &Lexicon, source: &Source, account: &mut Account) {
     let others = lexicon.themes.theme.iter().filter(|other| other.name != theme.name);
     let own = theme.keywords.iter().chain(&theme.hints);
-    let phrases: Vec<&String> =
-        own.chain(others.flat_map(|other| &other.keywords)).chain(&lexicon.vocabulary.grammar.scene_words).collect();
+    let phrases: Vec<&String> = own
+        .chain(others.flat_map(|other| &other.keywords))
+        .chain(&lexicon.vocabulary.grammar.scene_words)
+        .collect();
     for at in 0..source.tokens.len() {
         if !account.is_open(at) || source.tokens[at].word().is_none() {
             continue;

@@ -151,7 +151,9 @@ impl Reader<'_> {
     fn read(&mut self) {
         while self.at < self.characters.len() {
             let c = self.peek(0);
-            if c.is_ascii_digit() || (c == '.' && self.peek(1).is_ascii_digit() && !self.previous().is_alphanumeric()) {
+            if c.is_ascii_digit()
+                || (c == '.' && self.peek(1).is_ascii_digit() && !self.previous().is_alphanumeric())
+            {
                 self.number();
             } else if matches!(c, '-' | '−')
                 && self.peek(1).is_ascii_digit()
@@ -234,7 +236,8 @@ impl Reader<'_> {
     }
 
     fn is_abbreviation(&self) -> bool {
-        let lower = self.characters[self.at..].iter().map(|character| &self.source.text[character.span.clone()]);
+        let lower =
+            self.characters[self.at..].iter().map(|character| &self.source.text[character.span.clone()]);
         let next = lower.skip(1).find(|text| !text.trim().is_empty()).and_then(|text| text.chars().next());
         next.is_some_and(|c| c.is_lowercase() || c.is_ascii_digit())
             && self.source.tokens.last().and_then(Token::word).is_some_and(|w| ABBREVIATIONS.contains(&w))
@@ -263,7 +266,9 @@ pub(super) fn tokenize(text: &str) -> Vec<Token> {
 
 /// The number at the start and how many characters it takes: "1.2", "1,5", "1,000", "12".
 fn read_number(characters: &[Character]) -> (f64, usize) {
-    let digits = |from: usize| characters[from.min(characters.len())..].iter().take_while(|c| c.c.is_ascii_digit()).count();
+    let digits = |from: usize| {
+        characters[from.min(characters.len())..].iter().take_while(|c| c.c.is_ascii_digit()).count()
+    };
     let at = |position: usize| characters.get(position).map(|character| character.c);
     let whole = digits(0);
     let mut text: String = characters[..whole].iter().map(|character| character.c).collect();

@@ -58,7 +58,9 @@ pub(super) fn understood(
                 Claimed::Exclusion(meanings) => {
                     TextMeaning::Exclusion { categories: categories_of(draft.lexicon, meanings) }
                 }
-                Claimed::Goal(index) => TextMeaning::Goal { index: predicate_of_goal.get(*index).copied().flatten()? },
+                Claimed::Goal(index) => {
+                    TextMeaning::Goal { index: predicate_of_goal.get(*index).copied().flatten()? }
+                }
                 Claimed::Table => TextMeaning::Table,
                 Claimed::Theme => TextMeaning::Theme { theme: theme.to_owned() },
                 Claimed::Completion(complete) => TextMeaning::Completion { complete: *complete },
@@ -93,11 +95,8 @@ pub(super) fn unrecognized(lexicon: &Lexicon, account: &Account, source: &Source
     for report in &account.reports {
         let unknown =
             matches!(report.reason, UnrecognizedReason::UnknownObject | UnrecognizedReason::UnknownWord);
-        let name = source.tokens[report.tokens.clone()]
-            .iter()
-            .filter_map(Token::word)
-            .collect::<Vec<_>>()
-            .join(" ");
+        let name =
+            source.tokens[report.tokens.clone()].iter().filter_map(Token::word).collect::<Vec<_>>().join(" ");
         let compared = unknown && parts.len() < MAX_NEAREST && name.len() <= 40;
         let nearest_by_spelling = if compared { nearest(lexicon, &name) } else { None };
         let singular = lexicon.vocabulary.singular_of(&name);

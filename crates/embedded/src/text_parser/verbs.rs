@@ -68,6 +68,8 @@ pub(super) struct Verbs {
     phrases: BTreeMap<String, Frame>,
     /// First words of the phrases.
     forms: BTreeSet<String>,
+    /// Those in their base form.
+    bases: BTreeSet<String>,
     scene: BTreeSet<String>,
     openers: BTreeMap<String, Vec<String>>,
 }
@@ -78,12 +80,15 @@ static VERBS: LazyLock<Verbs> = LazyLock::new(|| {
     let mut verbs = Verbs {
         phrases: BTreeMap::new(),
         forms: BTreeSet::new(),
+        bases: BTreeSet::new(),
         scene: file.scene.verbs,
         openers: BTreeMap::new(),
     };
     for group in file.verb {
         for phrase in group.forms {
-            let (base, rest) = phrase.split_once(' ').map_or((phrase.as_str(), ""), |(base, rest)| (base, rest));
+            let (base, rest) =
+                phrase.split_once(' ').map_or((phrase.as_str(), ""), |(base, rest)| (base, rest));
+            verbs.bases.insert(base.to_owned());
             for form in inflected(base) {
                 let phrase = format!("{form} {rest}").trim_end().to_owned();
                 verbs.phrases.entry(phrase).or_insert(group.frame);
@@ -128,6 +133,11 @@ impl Verbs {
     /// Whether the word is a form of a verb.
     pub fn is_form(&self, word: &str) -> bool {
         self.forms.contains(word)
+    }
+
+    /// Whether the word is a verb in its base form.
+    pub fn is_base(&self, word: &str) -> bool {
+        self.bases.contains(word)
     }
 
     /// Whether the word asks for a scene ("create").

@@ -133,7 +133,8 @@ impl Vocabulary {
     /// Whether the word occurs in any of the lists.
     pub fn has_word(&self, word: &str) -> bool {
         let grammar = &self.grammar;
-        let phrases = self.quantities.keys().chain(self.states.keys()).chain(&grammar.openers).chain(&grammar.closers);
+        let phrases =
+            self.quantities.keys().chain(self.states.keys()).chain(&grammar.openers).chain(&grammar.closers);
         self.is_listed(word)
             || grammar.ignorable.contains(word)
             || grammar.after_noun.contains(word)

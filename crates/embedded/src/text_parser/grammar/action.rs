@@ -67,7 +67,22 @@ pub(super) struct Action {
 
 /// Whether the noun is a part that moves with its object or that is pressed.
 fn is_part(word: &str) -> bool {
-    matches!(word, "door" | "lid" | "drawer" | "button" | "handle" | "cap" | "switch" | "lever" | "cover" | "doors" | "drawers" | "knobs" | "knob")
+    matches!(
+        word,
+        "door"
+            | "lid"
+            | "drawer"
+            | "button"
+            | "handle"
+            | "cap"
+            | "switch"
+            | "lever"
+            | "cover"
+            | "doors"
+            | "drawers"
+            | "knobs"
+            | "knob"
+    )
 }
 
 /// Prepositions of sources; longer ones first.
@@ -91,7 +106,32 @@ const SOURCES: &[(&str, Option<RelationKind>)] = &[
 ];
 
 /// Prepositions of destinations that are not relations of a description.
-const DIRECTED: &[&str] = &["into", "onto", "to", "on to", "in to", "toward", "towards", "over to", "back to", "back into", "back onto", "back on", "back in", "all the way to", "over into", "over onto", "up to", "down on", "down in", "down onto", "down into", "up onto", "on top of", "up on"];
+const DIRECTED: &[&str] = &[
+    "into",
+    "onto",
+    "to",
+    "on to",
+    "in to",
+    "toward",
+    "towards",
+    "over to",
+    "back to",
+    "back into",
+    "back onto",
+    "back on",
+    "back in",
+    "all the way to",
+    "over into",
+    "over onto",
+    "up to",
+    "down on",
+    "down in",
+    "down onto",
+    "down into",
+    "up onto",
+    "on top of",
+    "up on",
+];
 
 impl Parser<'_, '_> {
     /// Reads an instruction whose verb is at `at`, and states its goal.
@@ -141,7 +181,10 @@ impl Parser<'_, '_> {
             Token::Pause => return self.after_pause(action),
             Token::Number(_) | Token::Word(_) => {}
         }
-        if matches!(self.word(0), Some("and" | "then" | "or" | "but" | "while" | "before" | "after" | "so" | "without")) {
+        if matches!(
+            self.word(0),
+            Some("and" | "then" | "or" | "but" | "while" | "before" | "after" | "so" | "without")
+        ) {
             return self.after_conjunction(action);
         }
         if matches!(self.word(0), Some("that" | "which"))
@@ -172,12 +215,14 @@ impl Parser<'_, '_> {
             self.at = next;
             return self.after_conjunction(action);
         }
-        let is_verb = verbs().at(self.tokens, next).is_some() || verbs().opener_at(self.tokens, next).is_some();
+        let is_verb =
+            verbs().at(self.tokens, next).is_some() || verbs().opener_at(self.tokens, next).is_some();
         let list = action.paths.is_empty() && action.sources.is_empty() && !action.objects.is_empty();
         let phrase = noun_phrase(self.lexicon, self.tokens, next);
-        let continues = (list && phrase.is_some_and(|(phrase, _)| !phrase.negated) && !self.is_statement(next))
-            || self.is_source(next)
-            || self.is_directed(next);
+        let continues =
+            (list && phrase.is_some_and(|(phrase, _)| !phrase.negated) && !self.is_statement(next))
+                || self.is_source(next)
+                || self.is_directed(next);
         if is_verb || !continues {
             return false;
         }
@@ -187,8 +232,9 @@ impl Parser<'_, '_> {
 
     /// Whether a subject with a verb begins ("the mug is red").
     fn is_statement(&self, at: usize) -> bool {
-        noun_phrase(self.lexicon, self.tokens, at)
-            .is_some_and(|(_, end)| matches!(self.word_at(end), Some("is" | "are" | "has" | "should" | "must")))
+        noun_phrase(self.lexicon, self.tokens, at).is_some_and(|(_, end)| {
+            matches!(self.word_at(end), Some("is" | "are" | "has" | "should" | "must"))
+        })
     }
 
     /// After "and": another object, another action with the same verb ("and the spoon in the mug"), or the end.
@@ -251,7 +297,10 @@ impl Parser<'_, '_> {
     fn phrase_or_end(&self, at: usize) -> bool {
         noun_phrase(self.lexicon, self.tokens, at).is_some()
             || self.word_at(at).is_none()
-            || matches!(self.word_at(at), Some("it" | "them" | "up" | "down" | "the" | "all" | "back" | "over"))
+            || matches!(
+                self.word_at(at),
+                Some("it" | "them" | "up" | "down" | "the" | "all" | "back" | "over")
+            )
             || preposition_at(self.tokens, at).is_some()
     }
 
@@ -310,13 +359,23 @@ impl Parser<'_, '_> {
     }
 
     fn path(&self, kind: PathKind, tokens: Range<usize>) -> Path {
-        Path { kind, targets: Vec::new(), second: None, directed: false, inverse: false, distance_m: None, tokens }
+        Path {
+            kind,
+            targets: Vec::new(),
+            second: None,
+            directed: false,
+            inverse: false,
+            distance_m: None,
+            tokens,
+        }
     }
 
     /// "upright", "upside down", "on its side".
     fn state_path(&mut self, action: &mut Action) -> bool {
         let Some((state, length)) = self.state_at(self.at) else { return false };
-        if super::states::pose_of(&state).is_none() || (action.objects.is_empty() && self.object_after(length)) {
+        if super::states::pose_of(&state).is_none()
+            || (action.objects.is_empty() && self.object_after(length))
+        {
             return false;
         }
         let tokens = self.at..self.at + length;
@@ -332,10 +391,25 @@ impl Parser<'_, '_> {
     /// "to the left side of the table", "in the center", "to the left".
     fn place_path(&mut self, action: &mut Action) -> bool {
         let start = self.at;
-        let direction = ["to the left", "to the right", "to the front", "to the back", "leftward", "rightward", "leftwards", "rightwards", "forward", "forwards", "backward", "backwards", "left", "right"]
-            .iter()
-            .filter_map(|phrase| match_phrase(self.tokens, start, phrase))
-            .max();
+        let direction = [
+            "to the left",
+            "to the right",
+            "to the front",
+            "to the back",
+            "leftward",
+            "rightward",
+            "leftwards",
+            "rightwards",
+            "forward",
+            "forwards",
+            "backward",
+            "backwards",
+            "left",
+            "right",
+        ]
+        .iter()
+        .filter_map(|phrase| match_phrase(self.tokens, start, phrase))
+        .max();
         let (places, length) = match place_at(self.tokens, start, &Self::is_table_word) {
             Some(place) => place,
             None => {
@@ -393,7 +467,9 @@ impl Parser<'_, '_> {
 
     /// "10 cm to the left of the plate", "5 cm to the left".
     fn distance_path(&mut self, action: &mut Action) -> bool {
-        let Some((meters, length)) = read_length(self.lexicon.vocabulary, self.tokens, self.at) else { return false };
+        let Some((meters, length)) = read_length(self.lexicon.vocabulary, self.tokens, self.at) else {
+            return false;
+        };
         let start = self.at;
         self.at += length;
         let paths = action.paths.len();
@@ -412,13 +488,18 @@ impl Parser<'_, '_> {
     fn relation_path(&mut self, action: &mut Action) -> bool {
         let start = self.at;
         let mut p = start;
-        if let Some(length) = ["back", "down", "over", "up", "all the way"].iter().find_map(|w| match_phrase(self.tokens, p, w))
+        if let Some(length) =
+            ["back", "down", "over", "up", "all the way"].iter().find_map(|w| match_phrase(self.tokens, p, w))
             && (preposition_at(self.tokens, p + length).is_some() || self.is_directed(p + length))
         {
             p += length;
         }
         let directed = self.is_directed(p);
-        let plain = DIRECTED.iter().filter(|phrase| phrase.ends_with("to") || phrase.starts_with("toward")).filter_map(|phrase| match_phrase(self.tokens, p, phrase)).max();
+        let plain = DIRECTED
+            .iter()
+            .filter(|phrase| phrase.ends_with("to") || phrase.starts_with("toward"))
+            .filter_map(|phrase| match_phrase(self.tokens, p, phrase))
+            .max();
         let (preposition, length) = match preposition_at(self.tokens, p) {
             Some((preposition, length)) => (Some(preposition), length),
             None => match plain {
@@ -446,9 +527,13 @@ impl Parser<'_, '_> {
             action.paths.push(Path { targets: vec![target], directed: true, ..self.path(kind, start..p) });
             return true;
         }
-        let Some((phrase, end)) = self.whole_of_part(p).or_else(|| noun_phrase(self.lexicon, self.tokens, p)) else {
+        let Some((phrase, end)) = self.whole_of_part(p).or_else(|| noun_phrase(self.lexicon, self.tokens, p))
+        else {
             let person = p + usize::from(matches!(self.word_at(p), Some("the" | "a")));
-            if matches!(self.word_at(person), Some("person" | "user" | "human" | "robot" | "operator" | "guest")) {
+            if matches!(
+                self.word_at(person),
+                Some("person" | "user" | "human" | "robot" | "operator" | "guest")
+            ) {
                 self.at = person + 1;
                 action.paths.push(self.path(PathKind::Person, start..person + 1));
                 return true;
@@ -469,10 +554,19 @@ impl Parser<'_, '_> {
                 let describes = action.relative
                     || (!directed
                         && !action.objects.is_empty()
-                        && matches!(action.frame, Frame::Swap | Frame::Open | Frame::Close | Frame::Press | Frame::Rotate | Frame::Flip));
+                        && matches!(
+                            action.frame,
+                            Frame::Swap
+                                | Frame::Open
+                                | Frame::Close
+                                | Frame::Press
+                                | Frame::Rotate
+                                | Frame::Flip
+                        ));
                 if describes {
                     action.relative = false;
-                    let objects: Vec<usize> = action.objects.last().map(|part| part.mention).into_iter().collect();
+                    let objects: Vec<usize> =
+                        action.objects.last().map(|part| part.mention).into_iter().collect();
                     self.start_relation(&objects, &path);
                 } else {
                     action.paths.push(path);
@@ -494,9 +588,10 @@ impl Parser<'_, '_> {
         }
         self.parsed.account.used(phrase.tokens.clone());
         let objects: Vec<usize> = action.objects.iter().map(|part| part.mention).collect();
-        let earlier = self.salient.filter(|it| !objects.contains(it)).or_else(|| {
-            (0..self.parsed.mentions.len()).rev().find(|m| !objects.contains(m))
-        });
+        let earlier = self
+            .salient
+            .filter(|it| !objects.contains(it))
+            .or_else(|| (0..self.parsed.mentions.len()).rev().find(|m| !objects.contains(m)));
         earlier.map_or(Referent::Nothing, |it| Referent::Mentions(vec![it]))
     }
 
@@ -519,7 +614,22 @@ impl Parser<'_, '_> {
     /// A particle after the object: "pick the mug up", "turn it over", "turn the lamp on".
     fn particle(&mut self, action: &mut Action) -> bool {
         let Some(word) = self.word(0) else { return false };
-        if !matches!(word, "up" | "down" | "over" | "out" | "away" | "off" | "on" | "back" | "together" | "apart" | "around" | "open" | "closed" | "shut") {
+        if !matches!(
+            word,
+            "up" | "down"
+                | "over"
+                | "out"
+                | "away"
+                | "off"
+                | "on"
+                | "back"
+                | "together"
+                | "apart"
+                | "around"
+                | "open"
+                | "closed"
+                | "shut"
+        ) {
             return false;
         }
         let verb = self.word_at(action.verb.start).unwrap_or_default().to_owned();
@@ -548,9 +658,16 @@ impl Parser<'_, '_> {
             return true;
         }
         // "the positions of the apple and the orange", "the contents of the cup".
-        let of = ["the positions of", "the places of", "the position of", "the contents of", "the content of", "positions of"]
-            .iter()
-            .find_map(|phrase| match_phrase(self.tokens, self.at, phrase));
+        let of = [
+            "the positions of",
+            "the places of",
+            "the position of",
+            "the contents of",
+            "the content of",
+            "positions of",
+        ]
+        .iter()
+        .find_map(|phrase| match_phrase(self.tokens, self.at, phrase));
         if let Some(length) = of {
             self.parsed.account.used(self.at..self.at + length);
             self.at += length;
@@ -560,7 +677,10 @@ impl Parser<'_, '_> {
         if phrase.negated {
             return false;
         }
-        if matches!(action.frame, Frame::Pour | Frame::Fill) && self.is_substance(&phrase) && self.source_ahead(end) {
+        if matches!(action.frame, Frame::Pour | Frame::Fill)
+            && self.is_substance(&phrase)
+            && self.source_ahead(end)
+        {
             self.parsed.account.used(phrase.tokens);
             self.at = end;
             action.substance = true;
@@ -573,10 +693,9 @@ impl Parser<'_, '_> {
         let referent = match self.part_of_earlier(&phrase) {
             Some(mention) => {
                 self.parsed.account.used(phrase.tokens.clone());
-                self.parsed.account.claim(
-                    phrase.head_tokens.clone(),
-                    crate::text_parser::account::Claimed::Object(mention),
-                );
+                self.parsed
+                    .account
+                    .claim(phrase.head_tokens.clone(), crate::text_parser::account::Claimed::Object(mention));
                 Referent::Mentions(vec![mention])
             }
             None => self.refer(phrase, false),
@@ -678,7 +797,10 @@ impl Parser<'_, '_> {
     /// "the lid of the toolbox", "the microwave door": the object with that part, and the position after it.
     fn whole_of_part(&self, at: usize) -> Option<(NounPhrase, usize)> {
         let mut p = at;
-        while matches!(self.word_at(p), Some("the" | "its" | "top" | "bottom" | "upper" | "lower" | "middle" | "left" | "right")) {
+        while matches!(
+            self.word_at(p),
+            Some("the" | "its" | "top" | "bottom" | "upper" | "lower" | "middle" | "left" | "right")
+        ) {
             p += 1;
         }
         if self.word_at(p).is_some_and(is_part) && self.word_at(p + 1) == Some("of") {
@@ -695,7 +817,8 @@ impl Parser<'_, '_> {
             return None;
         }
         phrase.head = Head::Objects(entry.meanings.clone());
-        phrase.words = self.tokens[range.start..last].iter().filter_map(Token::word).collect::<Vec<_>>().join(" ");
+        phrase.words =
+            self.tokens[range.start..last].iter().filter_map(Token::word).collect::<Vec<_>>().join(" ");
         Some((phrase, end))
     }
 
@@ -707,9 +830,22 @@ impl Parser<'_, '_> {
         let is_angle = match &self.tokens[self.at] {
             Token::Number(_) => true,
             Token::Word(word) => {
-                matches!(word.as_str(), "by" | "clockwise" | "counterclockwise" | "anticlockwise" | "counter" | "degrees"
-                    | "degree" | "quarter" | "half" | "full" | "turn" | "turns" | "about" | "through")
-                    || word == "a" && matches!(self.word(1), Some("quarter" | "half" | "full"))
+                matches!(
+                    word.as_str(),
+                    "by" | "clockwise"
+                        | "counterclockwise"
+                        | "anticlockwise"
+                        | "counter"
+                        | "degrees"
+                        | "degree"
+                        | "quarter"
+                        | "half"
+                        | "full"
+                        | "turn"
+                        | "turns"
+                        | "about"
+                        | "through"
+                ) || word == "a" && matches!(self.word(1), Some("quarter" | "half" | "full"))
                     || self.lexicon.vocabulary.numbers.contains_key(word)
             }
             _ => false,

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::{ArrangementDraft, LinkKind, Link, Parser, Referent};
+use super::{ArrangementDraft, Link, LinkKind, Parser, Referent};
 use crate::text_parser::account::Claimed;
 use crate::text_parser::phrase::{Group, noun_phrase};
 use crate::text_parser::tokens::{Token, match_phrase};
@@ -46,8 +46,21 @@ const PHRASES: &[(&str, Group)] = &[
 ];
 
 /// Words before such a phrase.
-const VERBS: &[&str] =
-    &["arranged", "placed", "laid", "set", "standing", "lying", "aligned", "ordered", "stacked", "put", "organized", "lined up", "all"];
+const VERBS: &[&str] = &[
+    "arranged",
+    "placed",
+    "laid",
+    "set",
+    "standing",
+    "lying",
+    "aligned",
+    "ordered",
+    "stacked",
+    "put",
+    "organized",
+    "lined up",
+    "all",
+];
 
 impl Parser<'_, '_> {
     /// An arrangement of the current list. Whether the rule applies.
@@ -63,7 +76,9 @@ impl Parser<'_, '_> {
         if matches!(self.word_at(p), Some("neatly" | "evenly")) {
             p += 1;
         }
-        let Some((group, columns, length)) = self.phrase_at(p).or_else(|| self.stack_at(p)) else { return false };
+        let Some((group, columns, length)) = self.phrase_at(p).or_else(|| self.stack_at(p)) else {
+            return false;
+        };
         let tokens = start..p + length;
         let Some(group) = group else {
             // "in a stack".
@@ -93,12 +108,21 @@ impl Parser<'_, '_> {
     }
 
     fn stack_at(&self, at: usize) -> Option<(Option<Group>, Option<usize>, usize)> {
-        ["in a stack", "in a tower", "into a stack", "into a tower", "one on top of the other", "on top of one another",
-            "one on top of another", "on top of each other", "stacked vertically"]
-            .iter()
-            .filter_map(|phrase| match_phrase(self.tokens, at, phrase))
-            .max()
-            .map(|length| (None, None, length))
+        [
+            "in a stack",
+            "in a tower",
+            "into a stack",
+            "into a tower",
+            "one on top of the other",
+            "on top of one another",
+            "one on top of another",
+            "on top of each other",
+            "stacked vertically",
+        ]
+        .iter()
+        .filter_map(|phrase| match_phrase(self.tokens, at, phrase))
+        .max()
+        .map(|length| (None, None, length))
     }
 
     /// "in a 2 x 3 grid", "in two rows of three", "in two rows".
@@ -129,23 +153,43 @@ impl Parser<'_, '_> {
             return Some((Some(Group::Grid), Some(if in_columns { first } else { per_row }), p + 4 - at));
         }
         // "in two rows": the number of columns follows from the count.
-        let total = self.members().iter().map(|&m| self.parsed.mentions[m].count.map_or(1, |c| c[1])).sum::<u32>();
+        let total =
+            self.members().iter().map(|&m| self.parsed.mentions[m].count.map_or(1, |c| c[1])).sum::<u32>();
         let columns = if in_columns { first } else { (total as usize).div_ceil(first).max(1) };
         Some((Some(Group::Grid), Some(columns), p + 2 - at))
     }
 
-    pub(super) fn arrange(&mut self, mentions: Vec<usize>, group: Group, columns: Option<usize>, tokens: Range<usize>) {
+    pub(super) fn arrange(
+        &mut self,
+        mentions: Vec<usize>,
+        group: Group,
+        columns: Option<usize>,
+        tokens: Range<usize>,
+    ) {
         self.parsed.account.claim(tokens.clone(), Claimed::Arrangement(self.parsed.arrangements.len()));
         for &mention in &mentions {
             if group == Group::Pyramid || group == Group::Pile {
                 self.parsed.mentions[mention].stacked = false;
             }
         }
-        self.parsed.arrangements.push(ArrangementDraft { group, columns, mentions, gap_m: None, center: None, tokens });
+        self.parsed.arrangements.push(ArrangementDraft {
+            group,
+            columns,
+            mentions,
+            gap_m: None,
+            center: None,
+            tokens,
+        });
     }
 
     /// "a row of five cups": the group word belongs to the phrase.
-    pub(super) fn grouped(&mut self, mention: usize, group: Group, columns: Option<usize>, tokens: Range<usize>) {
+    pub(super) fn grouped(
+        &mut self,
+        mention: usize,
+        group: Group,
+        columns: Option<usize>,
+        tokens: Range<usize>,
+    ) {
         if group == Group::Pile {
             if self.is_flat(mention) {
                 return;

@@ -8,9 +8,8 @@ impl Parser<'_, '_> {
     pub(super) fn contents_of(&mut self, vessel: usize) {
         let mut p = self.at + 1;
         loop {
-            let substance = self
-                .word_at(p)
-                .is_some_and(|word| self.lexicon.vocabulary.grammar.substances.contains(word));
+            let substance =
+                self.word_at(p).is_some_and(|word| self.lexicon.vocabulary.grammar.substances.contains(word));
             let Some((phrase, end)) = noun_phrase(self.lexicon, self.tokens, p) else {
                 if substance {
                     self.claim_property(self.at..p + 1, "content", vec![vessel]);

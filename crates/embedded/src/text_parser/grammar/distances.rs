@@ -21,22 +21,80 @@ impl Parser<'_, '_> {
         let mut p = start;
         while matches!(
             self.word_at(p),
-            Some("with" | "a" | "at" | "about" | "approximately" | "exactly" | "roughly" | "the" | "distance" | "gap"
-                | "of" | "spaced" | "space" | "spacing" | "each" | "separated" | "by" | "around" | "within" | "set" | "placed" | "and" | "is" | "are" | "should" | "must" | "be" | "least" | "most"
-                | "stands" | "stand" | "located" | "positioned" | "lies" | "sits")
+            Some(
+                "with"
+                    | "a"
+                    | "at"
+                    | "about"
+                    | "approximately"
+                    | "exactly"
+                    | "roughly"
+                    | "the"
+                    | "distance"
+                    | "gap"
+                    | "of"
+                    | "spaced"
+                    | "space"
+                    | "spacing"
+                    | "each"
+                    | "separated"
+                    | "by"
+                    | "around"
+                    | "within"
+                    | "set"
+                    | "placed"
+                    | "and"
+                    | "is"
+                    | "are"
+                    | "should"
+                    | "must"
+                    | "be"
+                    | "least"
+                    | "most"
+                    | "stands"
+                    | "stand"
+                    | "located"
+                    | "positioned"
+                    | "lies"
+                    | "sits"
+            )
         ) && p < start + 6
         {
             p += 1;
         }
-        let Some((meters, length)) = read_length(self.lexicon.vocabulary, self.tokens, p) else { return false };
-        let is_gap = (start..p).any(|token| matches!(self.word_at(token), Some("gap" | "spacing" | "space" | "spaced" | "separated")));
+        let Some((meters, length)) = read_length(self.lexicon.vocabulary, self.tokens, p) else {
+            return false;
+        };
+        let is_gap = (start..p).any(|token| {
+            matches!(self.word_at(token), Some("gap" | "spacing" | "space" | "spaced" | "separated"))
+        });
         let after = p + length;
-        let apart = ["apart from each other", "apart", "from each other", "from one another", "between them", "between each", "between each other",
-            "between each of them", "between the two", "of space between them", "gap between them", "in between", "gaps between them", "away from each other", "gaps", "gap", "between neighbors", "spacing"]
-            .iter()
-            .filter_map(|phrase| match_phrase(self.tokens, after, phrase))
-            .max();
-        if apart.is_some() || (is_gap && !matches!(self.word_at(after), Some("from" | "to" | "away" | "between"))) {
+        let apart = [
+            "apart from each other",
+            "apart",
+            "from each other",
+            "from one another",
+            "between them",
+            "between each",
+            "between each other",
+            "between each of them",
+            "between the two",
+            "of space between them",
+            "gap between them",
+            "in between",
+            "gaps between them",
+            "away from each other",
+            "gaps",
+            "gap",
+            "between neighbors",
+            "spacing",
+        ]
+        .iter()
+        .filter_map(|phrase| match_phrase(self.tokens, after, phrase))
+        .max();
+        if apart.is_some()
+            || (is_gap && !matches!(self.word_at(after), Some("from" | "to" | "away" | "between")))
+        {
             let end = after + apart.unwrap_or(0);
             self.at = end;
             self.apart(meters, start..end);
@@ -64,11 +122,20 @@ impl Parser<'_, '_> {
             return true;
         }
         let within = (start..p).any(|token| self.word_at(token) == Some("within"));
-        let away = ["away from", "from", "off"].iter().chain(within.then_some(&"of")).filter_map(|phrase| match_phrase(self.tokens, after, phrase)).max();
+        let away = ["away from", "from", "off"]
+            .iter()
+            .chain(within.then_some(&"of"))
+            .filter_map(|phrase| match_phrase(self.tokens, after, phrase))
+            .max();
         let (preposition, length) = match (preposition_at(self.tokens, after), away) {
             (Some((preposition, length)), None) if !preposition.kind.is_support() => (preposition, length),
             (_, Some(length)) => (
-                Preposition { kind: RelationKind::NextTo, inverse: false, may_stand_alone: false, two_targets: false },
+                Preposition {
+                    kind: RelationKind::NextTo,
+                    inverse: false,
+                    may_stand_alone: false,
+                    two_targets: false,
+                },
                 length,
             ),
             _ => return false,
@@ -97,7 +164,8 @@ impl Parser<'_, '_> {
     /// "the left edge (of the table)".
     fn edge_after(&self, at: usize) -> Option<(RelationKind, usize)> {
         let mut p = at;
-        while matches!(self.word_at(p), Some("both" | "the" | "table" | "tables" | "desk" | "desks" | "its")) {
+        while matches!(self.word_at(p), Some("both" | "the" | "table" | "tables" | "desk" | "desks" | "its"))
+        {
             p += 1;
         }
         let kind = match self.word_at(p)? {
@@ -115,7 +183,8 @@ impl Parser<'_, '_> {
         while matches!(self.word_at(p), Some("hand" | "side")) {
             p += 1;
         }
-        if !matches!(self.word_at(p), Some("edge" | "border" | "end")) && self.word_at(p - 1) != Some("side") {
+        if !matches!(self.word_at(p), Some("edge" | "border" | "end")) && self.word_at(p - 1) != Some("side")
+        {
             return None;
         }
         p += usize::from(matches!(self.word_at(p), Some("edge" | "border" | "end")));
@@ -150,16 +219,23 @@ impl Parser<'_, '_> {
         let members = self.members();
         match members[..] {
             [] => self.report(tokens, UnrecognizedReason::NoReferent),
-            [first, second] if !self.parsed.mentions[first].plural && !self.parsed.mentions[second].plural => {
+            [first, second]
+                if !self.parsed.mentions[first].plural && !self.parsed.mentions[second].plural =>
+            {
                 let kind = LinkKind::Relation(RelationKind::NextTo);
                 let known = self.parsed.links.iter_mut().find(|link| {
-                    [(first, second), (second, first)].contains(&(link.from, link.to)) && !matches!(link.kind, LinkKind::Relation(kind) if kind.is_support())
+                    [(first, second), (second, first)].contains(&(link.from, link.to))
+                        && !matches!(link.kind, LinkKind::Relation(kind) if kind.is_support())
                 });
                 match known {
                     Some(link) => link.distance_m = Some(meters),
-                    None => self.parsed.links.push(Link { distance_m: Some(meters), ..Link::new(second, kind, first) }),
+                    None => self
+                        .parsed
+                        .links
+                        .push(Link { distance_m: Some(meters), ..Link::new(second, kind, first) }),
                 }
-                let claim = Claimed::Relation { kind: RelationKind::NextTo, from: vec![second], to: vec![first] };
+                let claim =
+                    Claimed::Relation { kind: RelationKind::NextTo, from: vec![second], to: vec![first] };
                 self.parsed.account.claim(tokens, claim);
             }
             _ => {

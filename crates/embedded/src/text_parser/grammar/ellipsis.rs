@@ -57,11 +57,14 @@ impl Parser<'_, '_> {
         let mut at = phrase.tokens.end;
         // At most this many heads are left out.
         for _ in 0..6 {
-            while matches!(self.word_at(at), Some("and" | "or")) || matches!(self.tokens.get(at), Some(Token::Pause)) {
+            while matches!(self.word_at(at), Some("and" | "or"))
+                || matches!(self.tokens.get(at), Some(Token::Pause))
+            {
                 at += 1;
             }
             let (next, end) = noun_phrase(self.lexicon, self.tokens, at)?;
-            let alike = next.properties.iter().any(|(kind, _)| phrase.properties.iter().any(|(k, _)| k == kind));
+            let alike =
+                next.properties.iter().any(|(kind, _)| phrase.properties.iter().any(|(k, _)| k == kind));
             match next.head {
                 Head::Objects(_) | Head::Unknown(_) if alike => return Some(next),
                 Head::One => at = end,

@@ -10,31 +10,179 @@ use scene::text_account::UnrecognizedReason;
 
 /// Phrases before what is excluded.
 const TRIGGERS: &[&str] = &[
-    "without", "without any", "with no", "with none of", "with neither", "except", "except for", "excluding", "minus",
-    "but no", "but not", "but without", "and no", "and not", "not", "no", "neither", "nor", "instead of", "rather than",
-    "in place of", "in lieu of", "other than", "apart from", "aside from", "free of", "free from", "devoid of",
-    "lacking", "lacks", "missing", "avoid", "avoid adding", "avoid including", "avoid any", "leave out", "leaving out",
-    "omit", "omitting", "exclude", "skip", "there is no", "there are no", "there should be no", "there must be no",
-    "there isnt", "there arent", "there must not be", "there should not be", "there shouldnt be", "there cannot be",
-    "there are not", "there is not", "must not contain", "should not contain", "does not contain", "doesnt contain",
-    "must not have", "should not have", "does not have", "doesnt have", "do not have", "dont have", "has no", "have no",
-    "contains no", "does not include", "doesnt include", "should not include", "shouldnt include", "never", "not include", "not including", "none of",
-    "everything but", "anything but", "all but", "get rid of", "forget", "forget about", "ditch", "drop",
-    "no need for", "i dislike", "i hate", "hold", "nothing like", "as opposed to", "not even", "nor any", "zero",
-    "must not include", "there must never be", "there should never be", "must never be", "shouldnt contain", "mustnt contain", "shouldnt have", "nothing like", "none of them", "cannot contain", "cant have", "cant contain", "wont have", "will not have", "never any",
+    "without",
+    "without any",
+    "with no",
+    "with none of",
+    "with neither",
+    "except",
+    "except for",
+    "excluding",
+    "minus",
+    "but no",
+    "but not",
+    "but without",
+    "and no",
+    "and not",
+    "not",
+    "no",
+    "neither",
+    "nor",
+    "instead of",
+    "rather than",
+    "in place of",
+    "in lieu of",
+    "other than",
+    "apart from",
+    "aside from",
+    "free of",
+    "free from",
+    "devoid of",
+    "lacking",
+    "lacks",
+    "missing",
+    "avoid",
+    "avoid adding",
+    "avoid including",
+    "avoid any",
+    "leave out",
+    "leaving out",
+    "omit",
+    "omitting",
+    "exclude",
+    "skip",
+    "there is no",
+    "there are no",
+    "there should be no",
+    "there must be no",
+    "there isnt",
+    "there arent",
+    "there must not be",
+    "there should not be",
+    "there shouldnt be",
+    "there cannot be",
+    "there are not",
+    "there is not",
+    "must not contain",
+    "should not contain",
+    "does not contain",
+    "doesnt contain",
+    "must not have",
+    "should not have",
+    "does not have",
+    "doesnt have",
+    "do not have",
+    "dont have",
+    "has no",
+    "have no",
+    "contains no",
+    "does not include",
+    "doesnt include",
+    "should not include",
+    "shouldnt include",
+    "never",
+    "not include",
+    "not including",
+    "none of",
+    "everything but",
+    "anything but",
+    "all but",
+    "get rid of",
+    "forget",
+    "forget about",
+    "ditch",
+    "drop",
+    "no need for",
+    "i dislike",
+    "i hate",
+    "hold",
+    "nothing like",
+    "as opposed to",
+    "not even",
+    "nor any",
+    "zero",
+    "must not include",
+    "there must never be",
+    "there should never be",
+    "must never be",
+    "shouldnt contain",
+    "mustnt contain",
+    "shouldnt have",
+    "nothing like",
+    "none of them",
+    "cannot contain",
+    "cant have",
+    "cant contain",
+    "wont have",
+    "will not have",
+    "never any",
 ];
 
 /// Negations of a verb that asks for objects.
 const NEGATIONS: &[&str] = &[
-    "do not", "dont", "does not", "doesnt", "did not", "didnt", "should not", "shouldnt", "must not", "mustnt", "cannot",
-    "can not", "cant", "never", "please dont", "wont", "will not", "would not", "wouldnt", "not", "no need to",
+    "do not",
+    "dont",
+    "does not",
+    "doesnt",
+    "did not",
+    "didnt",
+    "should not",
+    "shouldnt",
+    "must not",
+    "mustnt",
+    "cannot",
+    "can not",
+    "cant",
+    "never",
+    "please dont",
+    "wont",
+    "will not",
+    "would not",
+    "wouldnt",
+    "not",
+    "no need to",
 ];
 
 /// Verbs that ask for objects.
 const ASKS: &[&str] = &[
-    "want", "include", "add", "put", "place", "use", "have", "contain", "show", "see", "need", "like", "generate",
-    "draw", "want any", "want to see", "want to have", "give", "create", "render", "be", "feature", "want you to add",
-    "want you to include", "bring", "leave", "set", "like to see", "wish for", "require", "get", "make", "display", "model", "spawn", "insert", "like any", "ask for",
+    "want",
+    "include",
+    "add",
+    "put",
+    "place",
+    "use",
+    "have",
+    "contain",
+    "show",
+    "see",
+    "need",
+    "like",
+    "generate",
+    "draw",
+    "want any",
+    "want to see",
+    "want to have",
+    "give",
+    "create",
+    "render",
+    "be",
+    "feature",
+    "want you to add",
+    "want you to include",
+    "bring",
+    "leave",
+    "set",
+    "like to see",
+    "wish for",
+    "require",
+    "get",
+    "make",
+    "display",
+    "model",
+    "spawn",
+    "insert",
+    "like any",
+    "ask for",
 ];
 
 impl Parser<'_, '_> {
@@ -99,13 +247,18 @@ impl Parser<'_, '_> {
         if on {
             let after = end + usize::from(self.word_at(end + 1) == Some("the"));
             let place = self.word_at(after + 1);
-            if matches!(place, Some("it" | "table" | "desk" | "scene" | "them" | "picture" | "image" | "surface")) {
+            if matches!(
+                place,
+                Some("it" | "table" | "desk" | "scene" | "them" | "picture" | "image" | "surface")
+            ) {
                 self.parsed.account.used(end..after + 2);
                 end = after + 2;
             }
         }
-        while matches!(self.word_at(end), Some("either" | "please" | "anywhere" | "whatsoever" | "though" | "at" | "all"))
-            && !(self.word_at(end) == Some("at") && self.word_at(end + 1) != Some("all"))
+        while matches!(
+            self.word_at(end),
+            Some("either" | "please" | "anywhere" | "whatsoever" | "though" | "at" | "all")
+        ) && !(self.word_at(end) == Some("at") && self.word_at(end + 1) != Some("all"))
         {
             self.parsed.account.used(end..end + 1);
             end += 1;
@@ -139,8 +292,9 @@ impl Parser<'_, '_> {
             let continues = match conjunction {
                 Some("or" | "nor") => true,
                 Some("and") => {
-                    let article = matches!(self.word_at(next + 1), Some("a" | "an" | "some" | "the" | "two" | "one"))
-                        || matches!(self.tokens.get(next + 1), Some(Token::Number(_)));
+                    let article =
+                        matches!(self.word_at(next + 1), Some("a" | "an" | "some" | "the" | "two" | "one"))
+                            || matches!(self.tokens.get(next + 1), Some(Token::Number(_)));
                     first_is_bare && !article
                 }
                 // "no forks, knives or spoons".
@@ -197,14 +351,53 @@ impl Parser<'_, '_> {
     /// "nothing else", "no other objects".
     fn nothing_else(&mut self) -> bool {
         const CLOSED: &[&str] = &[
-            "nothing else", "and nothing else", "nothing more", "nothing besides", "no other objects", "with nothing on it", "with nothing in it", "with nothing inside", "nothing on it", "nothing in it", "no other object",
-            "no other items", "no other things", "no extra objects", "no extras", "no additional objects", "no clutter",
-            "not anything else", "without anything else", "without other objects", "no fillings",
-            "no other stuff", "nothing other than that", "without any other objects", "without extra objects",
-            "no more objects", "nothing but", "nothing except", "thats all", "that is all", "otherwise empty", "nothing other than", "and no others", "no others", "no further objects", "nothing extra", "do not add anything else", "dont add anything else",
-            "do not add anything", "dont add anything", "without clutter", "no additional items", "no other item",
+            "nothing else",
+            "and nothing else",
+            "nothing more",
+            "nothing besides",
+            "no other objects",
+            "with nothing on it",
+            "with nothing in it",
+            "with nothing inside",
+            "nothing on it",
+            "nothing in it",
+            "no other object",
+            "no other items",
+            "no other things",
+            "no extra objects",
+            "no extras",
+            "no additional objects",
+            "no clutter",
+            "not anything else",
+            "without anything else",
+            "without other objects",
+            "no fillings",
+            "no other stuff",
+            "nothing other than that",
+            "without any other objects",
+            "without extra objects",
+            "no more objects",
+            "nothing but",
+            "nothing except",
+            "thats all",
+            "that is all",
+            "otherwise empty",
+            "nothing other than",
+            "and no others",
+            "no others",
+            "no further objects",
+            "nothing extra",
+            "do not add anything else",
+            "dont add anything else",
+            "do not add anything",
+            "dont add anything",
+            "without clutter",
+            "no additional items",
+            "no other item",
         ];
-        let Some(length) = CLOSED.iter().filter_map(|phrase| match_phrase(self.tokens, self.at, phrase)).max() else {
+        let Some(length) =
+            CLOSED.iter().filter_map(|phrase| match_phrase(self.tokens, self.at, phrase)).max()
+        else {
             return false;
         };
         let on_it = ["on it", "on the table", "on the desk", "on top"]
@@ -220,12 +413,34 @@ impl Parser<'_, '_> {
     /// "The fork is missing", "a mug is not there".
     fn missing_after_noun(&mut self) -> bool {
         const AFTER: &[&str] = &[
-            "is missing", "are missing", "is absent", "are absent", "is not there", "are not there", "is not present",
-            "are not present", "isnt there", "arent there", "is not wanted", "are not wanted", "are not allowed",
-            "is not allowed", "must not be there", "should not be there", "should be absent", "must be absent",
-            "should not be present", "are forbidden", "is forbidden", "should not appear", "must not appear", "should be left out", "are to be left out",
+            "is missing",
+            "are missing",
+            "is absent",
+            "are absent",
+            "is not there",
+            "are not there",
+            "is not present",
+            "are not present",
+            "isnt there",
+            "arent there",
+            "is not wanted",
+            "are not wanted",
+            "are not allowed",
+            "is not allowed",
+            "must not be there",
+            "should not be there",
+            "should be absent",
+            "must be absent",
+            "should not be present",
+            "are forbidden",
+            "is forbidden",
+            "should not appear",
+            "must not appear",
+            "should be left out",
+            "are to be left out",
         ];
-        let Some(length) = AFTER.iter().filter_map(|phrase| match_phrase(self.tokens, self.at, phrase)).max() else {
+        let Some(length) = AFTER.iter().filter_map(|phrase| match_phrase(self.tokens, self.at, phrase)).max()
+        else {
             return false;
         };
         if self.subject.is_empty() {
@@ -246,13 +461,16 @@ impl Parser<'_, '_> {
     pub(super) fn drop_excluded(&mut self) {
         for m in 0..self.parsed.mentions.len() {
             let mention = &self.parsed.mentions[m];
-            let is_excluded =
-                !mention.meanings.is_empty() && mention.meanings.iter().any(|meaning| self.parsed.excluded.contains(meaning));
+            let is_excluded = !mention.meanings.is_empty()
+                && mention.meanings.iter().any(|meaning| self.parsed.excluded.contains(meaning));
             if is_excluded {
                 let tokens = mention.tokens.clone();
                 self.parsed.mentions[m].count = Some([0, 0]);
                 self.parsed.account.claims.retain(|claim| claim.meaning != Claimed::Object(m));
-                let said_missing = matches!(self.word_at(tokens.end), Some("is" | "are" | "isnt" | "arent" | "must" | "should"));
+                let said_missing = matches!(
+                    self.word_at(tokens.end),
+                    Some("is" | "are" | "isnt" | "arent" | "must" | "should")
+                );
                 if !said_missing {
                     self.report(tokens, UnrecognizedReason::Contradiction);
                 }

@@ -53,7 +53,11 @@ impl Parser<'_, '_> {
             GoalKind::Predicate(PredicateKind::Opened) => Some(GoalKind::Predicate(PredicateKind::Closed)),
             _ => None,
         };
-        let earlier = self.parsed.goals.iter().position(|known| Some(&known.kind) == opposite.as_ref() && known.object == goal.object);
+        let earlier = self
+            .parsed
+            .goals
+            .iter()
+            .position(|known| Some(&known.kind) == opposite.as_ref() && known.object == goal.object);
         if let Some(index) = earlier {
             self.parsed.goals[index] = goal;
             self.parsed.account.claim(tokens, Claimed::Goal(index));
@@ -62,7 +66,10 @@ impl Parser<'_, '_> {
         if let Some(known) = self.parsed.goals.iter_mut().find(|known| {
             let step = known.kind == lifted
                 || known.kind == GoalKind::AwayFromSupport
-                || matches!(known.kind, GoalKind::Predicate(PredicateKind::OutOf | PredicateKind::Off | PredicateKind::Moved));
+                || matches!(
+                    known.kind,
+                    GoalKind::Predicate(PredicateKind::OutOf | PredicateKind::Off | PredicateKind::Moved)
+                );
             step && known.object == goal.object && known.take == goal.take && moves(&goal.kind)
         }) {
             *known = goal;

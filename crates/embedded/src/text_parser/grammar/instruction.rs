@@ -10,7 +10,22 @@ use crate::text_parser::verbs::{Frame, verbs};
 use scene::text_account::UnrecognizedReason;
 
 /// Openers that do not by themselves ask for an action.
-const WEAK: &[&str] = &["please", "kindly", "next", "then", "now", "finally", "first", "second", "third", "lastly", "just", "and", "lets", "afterwards"];
+const WEAK: &[&str] = &[
+    "please",
+    "kindly",
+    "next",
+    "then",
+    "now",
+    "finally",
+    "first",
+    "second",
+    "third",
+    "lastly",
+    "just",
+    "and",
+    "lets",
+    "afterwards",
+];
 
 impl Parser<'_, '_> {
     /// An instruction at the current position. Whether the rule applies.
@@ -73,7 +88,9 @@ impl Parser<'_, '_> {
         let before = self.at.checked_sub(1).map(|before| &self.tokens[before]);
         match before {
             None | Some(Token::Pause | Token::End) => true,
-            Some(Token::Word(word)) => matches!(word.as_str(), "and" | "then" | "please" | "but" | "now" | "so" | "next" | "by"),
+            Some(Token::Word(word)) => {
+                matches!(word.as_str(), "and" | "then" | "please" | "but" | "now" | "so" | "next" | "by")
+            }
             Some(Token::Number(_)) => false,
         }
     }
@@ -81,7 +98,9 @@ impl Parser<'_, '_> {
     /// "so that the robot can ...", "for the robot to ...", "in order to ...", "to wipe the table".
     fn is_purpose(&self) -> bool {
         match self.word(0) {
-            Some("so" | "for" | "in") => verbs().opener_at(self.tokens, self.at).is_some_and(|length| length > 2),
+            Some("so" | "for" | "in") => {
+                verbs().opener_at(self.tokens, self.at).is_some_and(|length| length > 2)
+            }
             Some("to") => {
                 let before = self.at.checked_sub(1).and_then(|before| self.word_at(before));
                 let Some((_, length)) = verbs().at(self.tokens, self.at + 1) else { return false };
@@ -94,14 +113,23 @@ impl Parser<'_, '_> {
 
     fn phrase_follows(&self, at: usize) -> bool {
         noun_phrase(self.lexicon, self.tokens, at).is_some_and(|(phrase, _)| !phrase.negated)
-            || matches!(self.word_at(at), Some("me" | "us" | "the" | "all" | "up" | "down" | "over" | "from" | "off" | "out"))
+            || matches!(
+                self.word_at(at),
+                Some("me" | "us" | "the" | "all" | "up" | "down" | "over" | "from" | "off" | "out")
+            )
     }
 
     /// Whether the word at `at` is a verb with objects, not a noun or an adjective.
     fn governs(&self, at: usize, length: usize, frame: Frame, requested: bool) -> bool {
         let after = at + length;
+        let by = at.checked_sub(1).and_then(|before| self.word_at(before)) == Some("by");
+        // "and holds a spoon" describes the subject.
+        if !requested && !by && !self.word_at(at).is_some_and(|word| verbs().is_base(word)) {
+            return false;
+        }
         let follows = self.phrase_follows(after)
-            || (preposition_at(self.tokens, after).is_some() && (requested || matches!(frame, Frame::Pour | Frame::Use)));
+            || (preposition_at(self.tokens, after).is_some()
+                && (requested || matches!(frame, Frame::Pour | Frame::Use)));
         if !follows {
             return false;
         }
@@ -112,22 +140,50 @@ impl Parser<'_, '_> {
         // "lamps, open book" in a list; "drill the hole" at the start of a sentence.
         let determined = matches!(
             self.word_at(after),
-            Some("the" | "a" | "an" | "it" | "them" | "this" | "that" | "these" | "those" | "all" | "both" | "each"
-                | "every" | "one" | "another" | "me" | "up" | "any" | "your" | "its" | "everything")
+            Some(
+                "the"
+                    | "a"
+                    | "an"
+                    | "it"
+                    | "them"
+                    | "this"
+                    | "that"
+                    | "these"
+                    | "those"
+                    | "all"
+                    | "both"
+                    | "each"
+                    | "every"
+                    | "one"
+                    | "another"
+                    | "me"
+                    | "up"
+                    | "any"
+                    | "your"
+                    | "its"
+                    | "everything"
+            )
         ) || matches!(self.tokens.get(after), Some(Token::Number(_)))
             || self.word_at(after).is_some_and(|word| self.lexicon.vocabulary.numbers.contains_key(word));
         let sentence_start = at == 0 || matches!(self.tokens[at - 1], Token::End) || self.instructed;
         let is_noun = self.lexicon.longest_at(self.tokens, at).is_some_and(|(_, n)| n >= length);
-        let is_adjective = self.lexicon.vocabulary.is_ordinary(word) && matches!(frame, Frame::Open | Frame::Close | Frame::Use | Frame::Pour | Frame::Other);
-        determined || (sentence_start && !is_noun && !is_adjective) || (sentence_start && self.instructed && !is_noun)
-            || (sentence_start && is_adjective && self.known_noun_ends_sentence(after))
+        let is_adjective = self.lexicon.vocabulary.is_ordinary(word)
+            && matches!(frame, Frame::Open | Frame::Close | Frame::Use | Frame::Pour | Frame::Other);
+        determined
+            || (sentence_start && !is_noun && !is_adjective)
+            || (sentence_start && self.instructed && !is_noun)
+            || (sentence_start
+                && matches!(frame, Frame::Open | Frame::Close)
+                && self.known_noun_ends_sentence(after))
     }
 
     /// "open drawer": a bare noun is all that follows the verb.
     fn known_noun_ends_sentence(&self, at: usize) -> bool {
-        at == 1 && noun_phrase(self.lexicon, self.tokens, at).is_some_and(|(_, end)| {
-            matches!(self.tokens.get(end), None | Some(Token::End)) || self.word_at(end).is_some()
-        })
+        at == 1
+            && noun_phrase(self.lexicon, self.tokens, at).is_some_and(|(_, end)| {
+                matches!(self.tokens.get(end), None | Some(Token::End))
+                    || verbs().at(self.tokens, end + 1).is_some()
+            })
     }
 
     /// Whether "put", "place", "stack" and the like only say what is on the table: their object is indefinite, so it is not
@@ -160,12 +216,16 @@ impl Parser<'_, '_> {
     /// Whether the text has objects of the phrase.
     fn earlier_plural(&self, phrase: &NounPhrase) -> bool {
         let Head::Objects(meanings) = &phrase.head else { return false };
-        self.parsed.mentions.iter().any(|mention| mention.meanings.iter().any(|meaning| meanings.contains(meaning)))
+        self.parsed
+            .mentions
+            .iter()
+            .any(|mention| mention.meanings.iter().any(|meaning| meanings.contains(meaning)))
     }
 
     /// "the goal is to have the lemon in the jar", "goal: the banana is in the bowl".
     fn states_goal(&mut self, start: usize, p: usize) -> bool {
-        let says = (start..p).any(|token| matches!(self.word_at(token), Some("goal" | "task" | "objective" | "aim")));
+        let says = (start..p)
+            .any(|token| matches!(self.word_at(token), Some("goal" | "task" | "objective" | "aim")));
         if !says {
             return false;
         }
@@ -206,15 +266,42 @@ impl Parser<'_, '_> {
     fn required_state(&mut self) -> bool {
         let start = self.at;
         let Some(&object) = self.subject.last() else { return false };
-        let modal = matches!(self.word(0), Some("should" | "must" | "needs" | "need" | "has" | "have" | "ought" | "shall" | "gets" | "goes" | "belongs" | "ends"));
+        let modal = matches!(
+            self.word(0),
+            Some(
+                "should"
+                    | "must"
+                    | "needs"
+                    | "need"
+                    | "has"
+                    | "have"
+                    | "ought"
+                    | "shall"
+                    | "gets"
+                    | "goes"
+                    | "belongs"
+                    | "ends"
+            )
+        );
         if !modal {
             return false;
         }
-        let mut p = start + usize::from(matches!(self.word(0), Some("should" | "must" | "needs" | "need" | "has" | "have" | "ought" | "shall")));
+        let mut p = start
+            + usize::from(matches!(
+                self.word(0),
+                Some("should" | "must" | "needs" | "need" | "has" | "have" | "ought" | "shall")
+            ));
         p += usize::from(self.word_at(p) == Some("to"));
         let (length, certain) = match (self.word_at(p), self.word_at(p + 1)) {
             (Some("end" | "ends"), Some("up")) => (2, true),
-            (Some("be"), Some("moved" | "placed" | "put" | "stacked" | "brought" | "transferred" | "dropped" | "inserted" | "opened" | "lifted" | "picked" | "removed" | "taken" | "pushed" | "carried")) => (1, true),
+            (
+                Some("be"),
+                Some(
+                    "moved" | "placed" | "put" | "stacked" | "brought" | "transferred" | "dropped"
+                    | "inserted" | "opened" | "lifted" | "picked" | "removed" | "taken" | "pushed"
+                    | "carried",
+                ),
+            ) => (1, true),
             (Some("go" | "goes" | "belongs" | "land"), _) => (1, true),
             (Some("be" | "stand" | "sit" | "lie"), _) => (1, self.instructed || self.goal_words()),
             _ => return false,
@@ -233,9 +320,12 @@ impl Parser<'_, '_> {
             "pushed" => Frame::Push,
             _ => Frame::Place,
         };
-        let passive = matches!(participle, "moved" | "placed" | "put" | "brought" | "transferred" | "dropped" | "inserted" | "carried")
-            || frame != Frame::Place;
-        let length = usize::from(passive) + usize::from(matches!(participle, "picked" | "lifted") && self.word_at(p + 1) == Some("up"));
+        let passive = matches!(
+            participle,
+            "moved" | "placed" | "put" | "brought" | "transferred" | "dropped" | "inserted" | "carried"
+        ) || frame != Frame::Place;
+        let length = usize::from(passive)
+            + usize::from(matches!(participle, "picked" | "lifted") && self.word_at(p + 1) == Some("up"));
         self.parsed.account.used(start..p + length);
         self.instructed = true;
         self.act(frame, p, length, vec![object]);
@@ -247,7 +337,18 @@ impl Parser<'_, '_> {
     /// Whether the text speaks of a goal or of a robot.
     fn goal_words(&self) -> bool {
         self.tokens.iter().take(400).filter_map(Token::word).any(|word| {
-            matches!(word, "goal" | "task" | "robot" | "finally" | "afterwards" | "end" | "finished" | "done" | "gripper")
+            matches!(
+                word,
+                "goal"
+                    | "task"
+                    | "robot"
+                    | "finally"
+                    | "afterwards"
+                    | "end"
+                    | "finished"
+                    | "done"
+                    | "gripper"
+            )
         })
     }
 

@@ -15,12 +15,26 @@ impl Parser<'_, '_> {
     }
 
     fn facing(&mut self) -> bool {
-        let Some(length) = ["facing", "which faces", "that faces", "faces", "face", "oriented toward", "oriented towards",
-            "pointing to", "pointing at", "pointing toward", "pointing towards", "pointing", "turned toward", "turned towards", "looking at"]
-            .iter()
-            .filter_map(|phrase| match_phrase(self.tokens, self.at, phrase))
-            .max()
-        else {
+        let Some(length) = [
+            "facing",
+            "which faces",
+            "that faces",
+            "faces",
+            "face",
+            "oriented toward",
+            "oriented towards",
+            "pointing to",
+            "pointing at",
+            "pointing toward",
+            "pointing towards",
+            "pointing",
+            "turned toward",
+            "turned towards",
+            "looking at",
+        ]
+        .iter()
+        .filter_map(|phrase| match_phrase(self.tokens, self.at, phrase))
+        .max() else {
             return false;
         };
         let (start, mut p) = (self.at, self.at + length);
@@ -28,12 +42,16 @@ impl Parser<'_, '_> {
         if subjects.is_empty() {
             return false;
         }
-        if let Some(other) = match_phrase(self.tokens, p, "each other").or_else(|| match_phrase(self.tokens, p, "one another")) {
+        if let Some(other) =
+            match_phrase(self.tokens, p, "each other").or_else(|| match_phrase(self.tokens, p, "one another"))
+        {
             self.at = p + other;
             self.beside_each_other(RelationKind::Facing, start..p + other);
             return true;
         }
-        while matches!(self.word_at(p), Some("to" | "toward" | "towards" | "the" | "away")) && self.is_direction(p + 1) {
+        while matches!(self.word_at(p), Some("to" | "toward" | "towards" | "the" | "away"))
+            && self.is_direction(p + 1)
+        {
             p += 1;
         }
         if let Some((yaw_rad, length)) = self.direction(p) {
@@ -51,7 +69,9 @@ impl Parser<'_, '_> {
         };
         self.at = end;
         match self.refer(phrase, true) {
-            Referent::Mentions(targets) => self.relate_all(&subjects, RelationKind::Facing, &targets, start..p),
+            Referent::Mentions(targets) => {
+                self.relate_all(&subjects, RelationKind::Facing, &targets, start..p)
+            }
             _ => self.report(start..p, UnrecognizedReason::NotExpressible),
         }
         true
@@ -67,7 +87,8 @@ impl Parser<'_, '_> {
         let yaw_rad = match self.word_at(at + the)? {
             "left" => -FRAC_PI_2,
             "right" => FRAC_PI_2,
-            "front" | "viewer" | "user" | "camera" | "forward" | "forwards" | "robot" | "person" | "us" | "me" => 0.0,
+            "front" | "viewer" | "user" | "camera" | "forward" | "forwards" | "robot" | "person" | "us"
+            | "me" => 0.0,
             "back" | "backward" | "backwards" | "rear" => PI,
             _ => return None,
         };
@@ -105,7 +126,8 @@ impl Parser<'_, '_> {
             self.claim_property(start..self.at, "orientation", subjects);
             return true;
         }
-        let other = match_phrase(self.tokens, p, "each other").or_else(|| match_phrase(self.tokens, p, "one another"));
+        let other = match_phrase(self.tokens, p, "each other")
+            .or_else(|| match_phrase(self.tokens, p, "one another"));
         if let Some(other) = other {
             self.at = p + other;
             self.beside_each_other(RelationKind::ParallelTo, start..p + other);
@@ -117,7 +139,9 @@ impl Parser<'_, '_> {
         }
         self.at = end;
         match self.refer(phrase, true) {
-            Referent::Mentions(targets) => self.relate_all(&subjects, RelationKind::ParallelTo, &targets, start..p),
+            Referent::Mentions(targets) => {
+                self.relate_all(&subjects, RelationKind::ParallelTo, &targets, start..p)
+            }
             Referent::Table => {
                 for &mention in &subjects {
                     self.parsed.mentions[mention].yaw_rad = Some(0.0);
@@ -129,12 +153,24 @@ impl Parser<'_, '_> {
         true
     }
 
-    fn relate_all(&mut self, subjects: &[usize], kind: RelationKind, targets: &[usize], tokens: std::ops::Range<usize>) {
+    fn relate_all(
+        &mut self,
+        subjects: &[usize],
+        kind: RelationKind,
+        targets: &[usize],
+        tokens: std::ops::Range<usize>,
+    ) {
         for &subject in subjects {
             for &target in targets {
                 let (inverse, second, distance_m) = (false, None, None);
-                let relation =
-                    PendingRelation { kind, inverse, targets: vec![target], second, distance_m, tokens: tokens.clone() };
+                let relation = PendingRelation {
+                    kind,
+                    inverse,
+                    targets: vec![target],
+                    second,
+                    distance_m,
+                    tokens: tokens.clone(),
+                };
                 self.relate(subject, &relation, target);
             }
         }
@@ -144,11 +180,29 @@ impl Parser<'_, '_> {
     fn rotated(&mut self) -> bool {
         let start = self.at;
         let mut p = start;
-        let is_verb = matches!(self.word_at(p), Some("rotated" | "turned" | "angled" | "tilted" | "oriented" | "at"));
+        let is_verb =
+            matches!(self.word_at(p), Some("rotated" | "turned" | "angled" | "tilted" | "oriented" | "at"));
         if !is_verb {
             return false;
         }
-        while matches!(self.word_at(p), Some("rotated" | "turned" | "angled" | "tilted" | "oriented" | "at" | "by" | "an" | "a" | "angle" | "of" | "about" | "to")) {
+        while matches!(
+            self.word_at(p),
+            Some(
+                "rotated"
+                    | "turned"
+                    | "angled"
+                    | "tilted"
+                    | "oriented"
+                    | "at"
+                    | "by"
+                    | "an"
+                    | "a"
+                    | "angle"
+                    | "of"
+                    | "about"
+                    | "to"
+            )
+        ) {
             p += 1;
         }
         let mut sign = 1.0;
@@ -191,9 +245,16 @@ impl Parser<'_, '_> {
 
     /// The sign of a direction of rotation, and its number of tokens.
     fn turn_direction(&self, at: usize) -> Option<(f64, usize)> {
-        [("clockwise", -1.0), ("counter clockwise", 1.0), ("counterclockwise", 1.0), ("anticlockwise", 1.0),
-            ("anti clockwise", 1.0), ("to the left", 1.0), ("to the right", -1.0)]
-            .into_iter()
-            .find_map(|(phrase, sign)| Some((sign, match_phrase(self.tokens, at, phrase)?)))
+        [
+            ("clockwise", -1.0),
+            ("counter clockwise", 1.0),
+            ("counterclockwise", 1.0),
+            ("anticlockwise", 1.0),
+            ("anti clockwise", 1.0),
+            ("to the left", 1.0),
+            ("to the right", -1.0),
+        ]
+        .into_iter()
+        .find_map(|(phrase, sign)| Some((sign, match_phrase(self.tokens, at, phrase)?)))
     }
 }

@@ -1,8 +1,8 @@
 //! Goals and start relations of instructions, by the frame of the verb.
 
+use super::Parser;
 use super::action::{Action, Part, Path, PathKind};
 use super::goals::{GoalDraft, GoalKind};
-use super::Parser;
 use crate::text_parser::verbs::{Frame, verbs};
 use scene::RelationKind;
 use scene::text_account::PredicateKind;
@@ -146,15 +146,23 @@ impl Parser<'_, '_> {
                 };
                 if path.inverse && predicate == PredicateKind::On {
                     // "put the coaster under the mug": the mug is on the coaster at the end.
-                    return path.targets.iter().map(|&target| GoalDraft::new(predicate, target).to(object)).collect();
+                    return path
+                        .targets
+                        .iter()
+                        .map(|&target| GoalDraft::new(predicate, target).to(object))
+                        .collect();
                 }
                 to(predicate)
             }
-            PathKind::At => to(PredicateKind::On).into_iter().map(|goal| GoalDraft { kind: GoalKind::At, ..goal }).collect(),
+            PathKind::At => to(PredicateKind::On)
+                .into_iter()
+                .map(|goal| GoalDraft { kind: GoalKind::At, ..goal })
+                .collect(),
             PathKind::Away => to(PredicateKind::AwayFrom),
-            PathKind::Places(places) => {
-                places.iter().filter_map(|place| Some(GoalDraft::new(place_predicate(*place)?, object))).collect()
-            }
+            PathKind::Places(places) => places
+                .iter()
+                .filter_map(|place| Some(GoalDraft::new(place_predicate(*place)?, object)))
+                .collect(),
             PathKind::Table => vec![GoalDraft::new(PredicateKind::On, object)],
             PathKind::Person => vec![GoalDraft::new(PredicateKind::Lifted, object)],
             PathKind::State(state) => match state.as_str() {
@@ -181,7 +189,9 @@ impl Parser<'_, '_> {
         let destination = self.destination(action);
         match destination {
             Some(path) => {
-                let pressed = action.frame == Frame::Push && matches!(path.kind, PathKind::Relation(kind) if kind.is_support()) && !path.directed;
+                let pressed = action.frame == Frame::Push
+                    && matches!(path.kind, PathKind::Relation(kind) if kind.is_support())
+                    && !path.directed;
                 if pressed {
                     // "push the button on the lamp": it describes the object.
                     let objects = Self::mentions(&action.objects);
@@ -189,19 +199,30 @@ impl Parser<'_, '_> {
                     self.each_object(action, PredicateKind::Moved);
                 } else {
                     self.reach(action, &path);
-                    if action.frame == Frame::Push && matches!(path.kind, PathKind::Places(_)) && path.distance_m.is_some() {
+                    if action.frame == Frame::Push
+                        && matches!(path.kind, PathKind::Places(_))
+                        && path.distance_m.is_some()
+                    {
                         self.each_object(action, PredicateKind::Moved);
                     }
                 }
             }
             None if action.frame == Frame::Hand => self.each_object(action, PredicateKind::Lifted),
-            None if action.frame == Frame::Push || matches!(verb, "move" | "shift" | "relocate" | "reposition") => {
+            None if action.frame == Frame::Push
+                || matches!(verb, "move" | "shift" | "relocate" | "reposition") =>
+            {
                 self.each_object(action, PredicateKind::Moved);
             }
             None if !action.paths.is_empty() => {}
             None if gathers => {
                 for part in action.objects.clone() {
-                    self.goal(GoalDraft { kind: GoalKind::Together, ..GoalDraft::new(PredicateKind::NextTo, part.mention) }, action);
+                    self.goal(
+                        GoalDraft {
+                            kind: GoalKind::Together,
+                            ..GoalDraft::new(PredicateKind::NextTo, part.mention)
+                        },
+                        action,
+                    );
                 }
             }
             None if !action.sources.is_empty() => self.leave_sources(action),
@@ -221,7 +242,10 @@ impl Parser<'_, '_> {
         for part in action.objects.clone() {
             for path in action.sources.clone() {
                 for &target in &path.targets {
-                    let goal = GoalDraft { take: part.take, ..GoalDraft::new(PredicateKind::Off, part.mention).to(target) };
+                    let goal = GoalDraft {
+                        take: part.take,
+                        ..GoalDraft::new(PredicateKind::Off, part.mention).to(target)
+                    };
                     let kind = match path.kind {
                         PathKind::Relation(RelationKind::In) => GoalKind::Predicate(PredicateKind::OutOf),
                         PathKind::Relation(RelationKind::On) => GoalKind::Predicate(PredicateKind::Off),
@@ -239,7 +263,10 @@ impl Parser<'_, '_> {
 
     fn taken(&mut self, action: &mut Action) {
         // "pick up the mug on the plate": the path describes the mug; "take the mug to the plate" moves it.
-        let moves = action.paths.iter().any(|path| path.directed || matches!(path.kind, PathKind::Person | PathKind::Table));
+        let moves = action
+            .paths
+            .iter()
+            .any(|path| path.directed || matches!(path.kind, PathKind::Person | PathKind::Table));
         if moves && action.frame == Frame::Take {
             if let Some(path) = self.destination(action) {
                 self.reach(action, &path);
@@ -255,7 +282,8 @@ impl Parser<'_, '_> {
             return;
         }
         self.modified(action);
-        let out = action.particles.iter().any(|range| matches!(self.word_at(range.start), Some("out" | "off")));
+        let out =
+            action.particles.iter().any(|range| matches!(self.word_at(range.start), Some("out" | "off")));
         if out && action.sources.is_empty() && self.leave_known_support(action) {
             return;
         }
@@ -319,7 +347,8 @@ impl Parser<'_, '_> {
                 }
                 _ => {
                     for pair in objects.windows(2) {
-                        let goal = GoalDraft::new(PredicateKind::StackedOn, pair[1].mention).to(pair[0].mention);
+                        let goal =
+                            GoalDraft::new(PredicateKind::StackedOn, pair[1].mention).to(pair[0].mention);
                         self.goal(goal, action);
                     }
                 }
@@ -333,9 +362,13 @@ impl Parser<'_, '_> {
                 self.goal(GoalDraft { kind: GoalKind::StackOfItself, ..goal }, action);
                 continue;
             }
-            let inside = paths.iter().any(|path| path.kind == PathKind::Relation(RelationKind::In)) && container(self, below[0]);
+            let inside = paths.iter().any(|path| path.kind == PathKind::Relation(RelationKind::In))
+                && container(self, below[0]);
             let kind = if inside { PredicateKind::In } else { PredicateKind::StackedOn };
-            self.goal(GoalDraft { take: part.take, ..GoalDraft::new(kind, part.mention).to(below[0]) }, action);
+            self.goal(
+                GoalDraft { take: part.take, ..GoalDraft::new(kind, part.mention).to(below[0]) },
+                action,
+            );
         }
         for pair in below.windows(2) {
             self.goal(GoalDraft::new(PredicateKind::StackedOn, pair[0]).to(pair[1]), action);
@@ -397,7 +430,10 @@ impl Parser<'_, '_> {
                     .parsed
                     .links
                     .iter()
-                    .filter(|link| link.to == object && !matches!(link.kind, super::LinkKind::Relation(kind) if !kind.is_support()))
+                    .filter(|link| {
+                        link.to == object
+                            && !matches!(link.kind, super::LinkKind::Relation(kind) if !kind.is_support())
+                    })
                     .map(|link| link.from)
                     .collect();
                 for content in inside {

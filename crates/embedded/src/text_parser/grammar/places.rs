@@ -19,7 +19,9 @@ const MAX_COORDINATE_M: f64 = 2.5;
 impl Parser<'_, '_> {
     /// Assigns a region of the table top to the subject, or to the phrase that follows.
     pub(super) fn place(&mut self, clause_start: bool) -> bool {
-        let Some((places, length)) = place_at(self.tokens, self.at, &Self::is_table_word) else { return false };
+        let Some((places, length)) = place_at(self.tokens, self.at, &Self::is_table_word) else {
+            return false;
+        };
         let noun = self.word(0) == Some("the");
         if noun && self.at > 0 && self.word_at(self.at - 1).is_some_and(|before| before != "and") {
             return false;
@@ -73,11 +75,14 @@ impl Parser<'_, '_> {
     pub(super) fn coordinates(&mut self) -> bool {
         let start = self.at;
         let mut p = start;
-        if !matches!(self.word_at(p), Some("at" | "position" | "coordinates" | "coordinate" | "x" | "point")) {
+        if !matches!(self.word_at(p), Some("at" | "position" | "coordinates" | "coordinate" | "x" | "point"))
+        {
             return false;
         }
-        while matches!(self.word_at(p), Some("at" | "position" | "coordinates" | "coordinate" | "the" | "table" | "point"))
-        {
+        while matches!(
+            self.word_at(p),
+            Some("at" | "position" | "coordinates" | "coordinate" | "the" | "table" | "point")
+        ) {
             p += 1;
         }
         let mut values = Vec::new();
@@ -109,8 +114,14 @@ impl Parser<'_, '_> {
         if matches!(self.word_at(p), Some("m" | "meters" | "meter")) {
             p += 1;
         }
-        let relative = ["relative to the table center", "relative to the center of the table", "relative to the center",
-            "from the center of the table", "from the center", "from the table center"];
+        let relative = [
+            "relative to the table center",
+            "relative to the center of the table",
+            "relative to the center",
+            "from the center of the table",
+            "from the center",
+            "from the table center",
+        ];
         p += relative.iter().filter_map(|phrase| match_phrase(self.tokens, p, phrase)).max().unwrap_or(0);
         let position = DVec2::new(values[0], values[1]);
         let subjects = self.attached();

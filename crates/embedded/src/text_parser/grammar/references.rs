@@ -58,16 +58,14 @@ impl Parser<'_, '_> {
             }
             Head::All => return Referent::Mentions((0..self.parsed.mentions.len()).collect()),
             Head::One => return self.one(phrase),
-            Head::Unknown(ref name) => {
-                match self.lexicon.stand_in(name).filter(|_| self.stand_ins) {
-                    Some(meaning) => vec![meaning],
-                    None => {
-                        let name = name.clone();
-                        self.unknown(name, &phrase);
-                        return Referent::Nothing;
-                    }
+            Head::Unknown(ref name) => match self.lexicon.stand_in(name).filter(|_| self.stand_ins) {
+                Some(meaning) => vec![meaning],
+                None => {
+                    let name = name.clone();
+                    self.unknown(name, &phrase);
+                    return Referent::Nothing;
                 }
-            }
+            },
             Head::Objects(ref meanings) => meanings.clone(),
         };
         if let Meaning::Table(model) = &meanings[0] {
@@ -94,7 +92,12 @@ impl Parser<'_, '_> {
     }
 
     /// Adds a mention with its claims.
-    pub(super) fn add_mention(&mut self, meanings: Vec<Meaning>, phrase: NounPhrase, as_target: bool) -> usize {
+    pub(super) fn add_mention(
+        &mut self,
+        meanings: Vec<Meaning>,
+        phrase: NounPhrase,
+        as_target: bool,
+    ) -> usize {
         let index = self.parsed.mentions.len();
         self.parsed.account.claim(phrase.head_tokens.clone(), Claimed::Object(index));
         for (property, range) in phrase.properties.clone() {
@@ -219,9 +222,10 @@ impl Parser<'_, '_> {
                 .copied()
                 .find(|m| Some(*m) != self.salient)
                 .or(candidates.last().copied().filter(|m| self.is_several(*m))),
-            Some(Selector::Side(side)) => candidates.iter().copied().rfind(|&m| {
-                self.parsed.mentions[m].places.iter().any(|place| place.kind == side)
-            }),
+            Some(Selector::Side(side)) => candidates
+                .iter()
+                .copied()
+                .rfind(|&m| self.parsed.mentions[m].places.iter().any(|place| place.kind == side)),
         }
     }
 
@@ -232,7 +236,9 @@ impl Parser<'_, '_> {
             let candidates: Vec<usize> = (0..mentions.len())
                 .filter(|&m| identifies(&phrase.attributes, &mentions[m].attributes))
                 .collect();
-            let found = self.selected(&candidates, phrase.selector).or_else(|| self.single_of(&candidates, phrase.selector));
+            let found = self
+                .selected(&candidates, phrase.selector)
+                .or_else(|| self.single_of(&candidates, phrase.selector));
             if let Some(found) = found {
                 for (property, range) in phrase.properties {
                     self.claim_property(range, property, vec![found]);
@@ -240,7 +246,8 @@ impl Parser<'_, '_> {
                 return Referent::Mentions(vec![found]);
             }
             // "the green one" of a category of which the text has others.
-            let described = phrase.properties.iter().any(|(property, _)| *property == "color" || *property == "size");
+            let described =
+                phrase.properties.iter().any(|(property, _)| *property == "color" || *property == "size");
             if let Some(last) = self.salient.filter(|_| described) {
                 let meanings = self.parsed.mentions[last].meanings.clone();
                 let phrase = self.completed(phrase, last);
@@ -302,7 +309,8 @@ impl Parser<'_, '_> {
 
 /// Whether a description with these attributes can identify an object with the known ones.
 fn identifies(description: &Attributes, known: &Attributes) -> bool {
-    let same_size = |a: f64, b: f64| (a - 1.0).abs() < 1e-9 || ((a > 1.0) == (b > 1.0) && (b - 1.0).abs() > 1e-9);
+    let same_size =
+        |a: f64, b: f64| (a - 1.0).abs() < 1e-9 || ((a > 1.0) == (b > 1.0) && (b - 1.0).abs() > 1e-9);
     let same_stretch = description.stretches.iter().all(|(axis, factor)| {
         known.stretches.iter().any(|(other, known)| other == axis && (*known > 1.0) == (*factor > 1.0))
     });

@@ -25,12 +25,26 @@ impl Parser<'_, '_> {
         }
         while matches!(
             self.word(ahead),
-            Some("is" | "are" | "there" | "stands" | "stand" | "sits" | "sit" | "lies" | "lie" | "put" | "place" | "rests")
+            Some(
+                "is" | "are"
+                    | "there"
+                    | "stands"
+                    | "stand"
+                    | "sits"
+                    | "sit"
+                    | "lies"
+                    | "lie"
+                    | "put"
+                    | "place"
+                    | "rests"
+            )
         ) {
             ahead += 1;
         }
         let at = self.at + ahead;
-        if place_at(self.tokens, at, &Self::is_table_word).is_some() || preposition_at(self.tokens, at).is_some() {
+        if place_at(self.tokens, at, &Self::is_table_word).is_some()
+            || preposition_at(self.tokens, at).is_some()
+        {
             return clause_start && ahead == 0 && self.subject.is_empty();
         }
         noun_phrase(self.lexicon, self.tokens, at).is_some_and(|(phrase, _)| is_object(&phrase.head))
@@ -50,15 +64,12 @@ impl Parser<'_, '_> {
             _ => None,
         };
         let families = group(*other) == group(last) && group(last).is_some();
-        if self.joined && bare(*other) && families {
-            vec![*other, last]
-        } else {
-            vec![last]
-        }
+        if self.joined && bare(*other) && families { vec![*other, last] } else { vec![last] }
     }
 
     fn is_bare(&self, m: usize) -> bool {
-        self.parsed.links.iter().all(|link| link.from != m && link.to != m) && self.parsed.mentions[m].places.is_empty()
+        self.parsed.links.iter().all(|link| link.from != m && link.to != m)
+            && self.parsed.mentions[m].places.is_empty()
     }
 
     /// The members of the current list that a support applies to: all of "A, B and C in a box" that fit the target.
@@ -80,7 +91,9 @@ impl Parser<'_, '_> {
             .copied()
             .take_while(|&m| {
                 attached.contains(&m)
-                    || (m != *target && self.is_bare(m) && category(m).is_some_and(|item| fits(item, host, kind)))
+                    || (m != *target
+                        && self.is_bare(m)
+                        && category(m).is_some_and(|item| fits(item, host, kind)))
             })
             .collect();
         members.reverse();
@@ -171,14 +184,21 @@ impl Parser<'_, '_> {
                 second = targets.first().copied();
             }
         }
-        let kind = if kind == RelationKind::Between && second.is_none() { RelationKind::NextTo } else { kind };
+        let kind =
+            if kind == RelationKind::Between && second.is_none() { RelationKind::NextTo } else { kind };
         let subjects = match (chained, self.subject.last()) {
             (Some(chain), _) => vec![chain],
             (None, Some(&last)) if pronoun => vec![last],
             _ => self.supported(kind, &targets),
         };
-        let relation =
-            PendingRelation { kind, inverse: preposition.inverse, targets: targets.clone(), second, distance_m, tokens };
+        let relation = PendingRelation {
+            kind,
+            inverse: preposition.inverse,
+            targets: targets.clone(),
+            second,
+            distance_m,
+            tokens,
+        };
         if chained.is_none() && (subjects.is_empty() || self.fronted(clause_start)) {
             self.subject.clear();
             self.pending_places.clear();
@@ -218,7 +238,8 @@ impl Parser<'_, '_> {
                 Some(it) => {
                     self.subject.clear();
                     let (targets, inverse, second) = (vec![it], false, None);
-                    self.pending = vec![PendingRelation { kind, inverse, targets, second, distance_m, tokens }];
+                    self.pending =
+                        vec![PendingRelation { kind, inverse, targets, second, distance_m, tokens }];
                     self.pending_pronoun = true;
                 }
                 None => self.report(tokens, UnrecognizedReason::NoReferent),
@@ -241,7 +262,14 @@ impl Parser<'_, '_> {
             match it {
                 Some(it) => {
                     let (targets, inverse, second) = (vec![it], false, None);
-                    let relation = PendingRelation { kind, inverse, targets, second, distance_m, tokens: tokens.clone() };
+                    let relation = PendingRelation {
+                        kind,
+                        inverse,
+                        targets,
+                        second,
+                        distance_m,
+                        tokens: tokens.clone(),
+                    };
                     self.relate(subject, &relation, it);
                 }
                 None => {
@@ -282,7 +310,9 @@ impl Parser<'_, '_> {
         };
         let mut targets = vec![to];
         targets.extend(relation.second.filter(|second| *second != to));
-        self.parsed.account.claim(tokens, Claimed::Relation { kind: relation.kind, from: vec![from], to: targets });
+        self.parsed
+            .account
+            .claim(tokens, Claimed::Relation { kind: relation.kind, from: vec![from], to: targets });
         if !self.parsed.links.contains(&link) {
             self.parsed.links.push(link);
         }
@@ -303,10 +333,12 @@ impl Parser<'_, '_> {
             let LinkKind::Relation(known) = link.kind else { return false };
             let same = (link.from, link.to) == (from, to);
             let reversed = (link.from, link.to) == (to, from);
-            let sided = (same && opposite(kind) == Some(known)) || (reversed && opposite(kind).is_some() && known == kind);
+            let sided = (same && opposite(kind) == Some(known))
+                || (reversed && opposite(kind).is_some() && known == kind);
             // Supports: of each other, or two supports of one object.
             let mutual = reversed && matches!(kind, On | In) && matches!(known, On | In);
-            let second = link.from == from && link.to != to && matches!(kind, On | In) && matches!(known, On | In);
+            let second =
+                link.from == from && link.to != to && matches!(kind, On | In) && matches!(known, On | In);
             single(from) && single(to) && (sided || mutual || second)
         }) || (single(from) && single(to) && self.closes_circle(from, kind, to))
     }

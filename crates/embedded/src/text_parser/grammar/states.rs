@@ -19,7 +19,27 @@ impl Parser<'_, '_> {
         let mut p = self.at;
         while matches!(
             self.word_at(p),
-            Some("is" | "are" | "that" | "which" | "placed" | "standing" | "lying" | "all" | "both" | "still" | "put" | "turned" | "left" | "kept" | "should" | "be" | "must" | "has" | "have" | "been")
+            Some(
+                "is" | "are"
+                    | "that"
+                    | "which"
+                    | "placed"
+                    | "standing"
+                    | "lying"
+                    | "all"
+                    | "both"
+                    | "still"
+                    | "put"
+                    | "turned"
+                    | "left"
+                    | "kept"
+                    | "should"
+                    | "be"
+                    | "must"
+                    | "has"
+                    | "have"
+                    | "been"
+            )
         ) && self.state_at(p).is_none()
             && p < self.at + 4
         {
@@ -32,11 +52,14 @@ impl Parser<'_, '_> {
         if matches!(state.as_str(), "full") && matches!(next, Some("of" | "with")) {
             return false;
         }
-        let subjects = if self.subject.is_empty() && p > self.at { self.salient_list.clone() } else { self.attached() };
+        let subjects =
+            if self.subject.is_empty() && p > self.at { self.salient_list.clone() } else { self.attached() };
         if subjects.is_empty() {
             return false;
         }
-        if matches!(state.as_str(), "open" | "empty" | "full" | "closed" | "folded" | "broken") && self.noun_follows(tokens.end) {
+        if matches!(state.as_str(), "open" | "empty" | "full" | "closed" | "folded" | "broken")
+            && self.noun_follows(tokens.end)
+        {
             return false;
         }
         self.at = tokens.end;
@@ -92,7 +115,10 @@ impl Parser<'_, '_> {
             let mention = &mut self.parsed.mentions[m];
             match pose {
                 Some(pose) => mention.pose = pose,
-                None => mention.state = Some(state.to_owned()).filter(|state| state != "empty").or(mention.state.take()),
+                None => {
+                    mention.state =
+                        Some(state.to_owned()).filter(|state| state != "empty").or(mention.state.take())
+                }
             }
         }
         self.claim_property(tokens, "state", supported);
@@ -117,7 +143,8 @@ impl Parser<'_, '_> {
         match self.parsed.mentions[mention].meanings.first() {
             Some(Meaning::Category(index)) => {
                 let category = &self.lexicon.categories[*index];
-                (state == "empty" && category.affords(Affordance::Container)) || category_shows(category, state)
+                (state == "empty" && category.affords(Affordance::Container))
+                    || category_shows(category, state)
             }
             _ => false,
         }

@@ -9,7 +9,8 @@ use crate::text_parser::quantity::quantity;
 use crate::text_parser::tokens::{Token, match_phrase};
 use scene::RelationKind;
 
-pub(super) const FLANKS: &[&str] = &["on either side", "on both sides", "on each side", "to either side", "to both sides"];
+pub(super) const FLANKS: &[&str] =
+    &["on either side", "on both sides", "on each side", "to either side", "to both sides"];
 
 impl Parser<'_, '_> {
     /// Applies one rule; the caller skips a token if none applies.
@@ -62,14 +63,22 @@ impl Parser<'_, '_> {
         }
         // "each with a fork", "with a fork each".
         if matches!(self.word(0), Some("each" | "both"))
-            && matches!(self.word(1), Some("with" | "has" | "have" | "holding" | "containing" | "holds" | "contains"))
+            && matches!(
+                self.word(1),
+                Some("with" | "has" | "have" | "holding" | "containing" | "holds" | "contains")
+            )
         {
             self.parsed.account.used(self.at..self.at + 1);
             self.at += 1;
             self.with_list(true);
             return;
         }
-        if self.arrangement() || self.distance(clause_start) || self.coordinates() || self.orientation() || self.state() {
+        if self.arrangement()
+            || self.distance(clause_start)
+            || self.coordinates()
+            || self.orientation()
+            || self.state()
+        {
             return;
         }
         if self.with_at().is_some() {
@@ -123,10 +132,14 @@ impl Parser<'_, '_> {
 
     /// "speakers on either side of the monitor": one on the left, one on the right.
     fn flank(&mut self) -> bool {
-        let Some(length) = FLANKS.iter().filter_map(|phrase| match_phrase(self.tokens, self.at, phrase)).max() else {
+        let Some(length) =
+            FLANKS.iter().filter_map(|phrase| match_phrase(self.tokens, self.at, phrase)).max()
+        else {
             return false;
         };
-        let (Some(&subject), of) = (self.subject.last(), self.word(length) == Some("of")) else { return false };
+        let (Some(&subject), of) = (self.subject.last(), self.word(length) == Some("of")) else {
+            return false;
+        };
         let tokens = self.at..self.at + length + usize::from(of);
         self.at = tokens.end;
         let target = if of {
@@ -146,7 +159,8 @@ impl Parser<'_, '_> {
                     mention.count = Some([2, 2]);
                 }
                 self.parsed.links.push(Link::new(subject, LinkKind::Flank, target));
-                let claim = Claimed::Relation { kind: RelationKind::NextTo, from: vec![subject], to: vec![target] };
+                let claim =
+                    Claimed::Relation { kind: RelationKind::NextTo, from: vec![subject], to: vec![target] };
                 self.parsed.account.claim(tokens, claim);
             }
             None => self.report(tokens, scene::text_account::UnrecognizedReason::NoReferent),
@@ -157,9 +171,11 @@ impl Parser<'_, '_> {
     /// "two objects: a kettle and a jar".
     fn total(&mut self) -> bool {
         let Some((_, length)) = quantity(self.lexicon, self.tokens, self.at) else { return false };
-        let noun = matches!(self.word(length), Some("objects" | "object" | "items" | "item" | "things" | "pieces"));
+        let noun =
+            matches!(self.word(length), Some("objects" | "object" | "items" | "item" | "things" | "pieces"));
         let only = usize::from(self.word(length + 1) == Some("only"));
-        let ends = matches!(self.tokens.get(self.at + length + 1 + only), None | Some(Token::Pause | Token::End));
+        let ends =
+            matches!(self.tokens.get(self.at + length + 1 + only), None | Some(Token::Pause | Token::End));
         if !noun || !ends {
             return false;
         }
@@ -171,7 +187,9 @@ impl Parser<'_, '_> {
 
     fn introduction(&mut self) -> bool {
         let length = match self.word(0) {
-            Some("there" | "here") if matches!(self.word(1), Some("is" | "are" | "should" | "must" | "will")) => {
+            Some("there" | "here")
+                if matches!(self.word(1), Some("is" | "are" | "should" | "must" | "will")) =>
+            {
                 2 + usize::from(self.word(2) == Some("be"))
             }
             Some("theres") => 1,
@@ -198,14 +216,15 @@ impl Parser<'_, '_> {
     /// "the laptop is silver", "a mug (red)", "a mug, red, ...".
     fn attributes(&mut self) -> bool {
         let verb = matches!(self.word(0), Some("is" | "are" | "in" | "was" | "were"));
-        let bracket = self.at > 0
-            && matches!(self.tokens[self.at - 1], Token::Pause)
-            && !self.subject.is_empty();
+        let bracket =
+            self.at > 0 && matches!(self.tokens[self.at - 1], Token::Pause) && !self.subject.is_empty();
         if !verb && !bracket {
             return false;
         }
         let start = self.at + usize::from(verb);
-        let Some((attributes, properties, end)) = predicate(self.lexicon, self.tokens, start) else { return false };
+        let Some((attributes, properties, end)) = predicate(self.lexicon, self.tokens, start) else {
+            return false;
+        };
         let closes = matches!(self.tokens.get(end), None | Some(Token::Pause | Token::End));
         if bracket && !verb {
             // "a bowl, orange, ..." is a list of nouns.
@@ -253,7 +272,8 @@ impl Parser<'_, '_> {
         };
         let after = self.word(1 + length);
         let people = after.is_some_and(is_people);
-        let is_word = matches!(self.tokens.get(self.at + 1 + length), Some(Token::Word(_) | Token::Number(_)));
+        let is_word =
+            matches!(self.tokens.get(self.at + 1 + length), Some(Token::Word(_) | Token::Number(_)));
         let ends = !is_word || matches!(after, Some("with" | "and" | "on" | "in" | "at"));
         if !(people || ends) || low == 0 || low > 12 {
             return false;
@@ -354,15 +374,31 @@ impl Parser<'_, '_> {
 
     /// Whether a later part of the text states the number of people.
     fn people_ahead(&self, from: usize) -> bool {
-        (from..self.tokens.len()).take(60).any(|p| self.word_at(p) == Some("for") && self.word_at(p + 2).is_some_and(is_people))
+        (from..self.tokens.len())
+            .take(60)
+            .any(|p| self.word_at(p) == Some("for") && self.word_at(p + 2).is_some_and(is_people))
     }
 }
 
 fn is_people(word: &str) -> bool {
     matches!(
         word,
-        "people" | "persons" | "guests" | "friends" | "diners" | "kids" | "children" | "players" | "person" | "guest"
-            | "diner" | "player" | "child" | "adults" | "students" | "visitors"
+        "people"
+            | "persons"
+            | "guests"
+            | "friends"
+            | "diners"
+            | "kids"
+            | "children"
+            | "players"
+            | "person"
+            | "guest"
+            | "diner"
+            | "player"
+            | "child"
+            | "adults"
+            | "students"
+            | "visitors"
     )
 }
 

@@ -22,7 +22,8 @@ impl Parser<'_, '_> {
             "surrounded" | "flanked" | "accompanied" if self.word(1) == Some("by") => Some(2),
             "has" | "have" | "holds" | "contains" | "carries" if !self.subject.is_empty() => Some(1),
             "which" | "that"
-                if matches!(self.word(1), Some("has" | "holds" | "contains" | "carries")) && !self.subject.is_empty() =>
+                if matches!(self.word(1), Some("has" | "holds" | "contains" | "carries"))
+                    && !self.subject.is_empty() =>
             {
                 Some(2)
             }
@@ -90,7 +91,8 @@ impl Parser<'_, '_> {
             let flanks = FLANKS.iter().find_map(|phrase| match_phrase(self.tokens, self.at, phrase));
             let kind = match (flanks, self.side_of_host()) {
                 (Some(length), _) if self.word(length) != Some("of") => {
-                    let claim = Claimed::Relation { kind: RelationKind::NextTo, from: list.clone(), to: vec![host] };
+                    let claim =
+                        Claimed::Relation { kind: RelationKind::NextTo, from: list.clone(), to: vec![host] };
                     self.parsed.account.claim(start..start + length, claim);
                     self.at = start + length;
                     for &item in &list {
@@ -310,8 +312,14 @@ impl Parser<'_, '_> {
         for &item in items {
             for &target in targets {
                 let (second, distance_m) = (None, None);
-                let relation =
-                    PendingRelation { kind, inverse, targets: vec![target], second, distance_m, tokens: tokens.clone() };
+                let relation = PendingRelation {
+                    kind,
+                    inverse,
+                    targets: vec![target],
+                    second,
+                    distance_m,
+                    tokens: tokens.clone(),
+                };
                 self.relate(item, &relation, target);
             }
         }

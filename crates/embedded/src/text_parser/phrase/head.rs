@@ -95,15 +95,17 @@ impl Chunk<'_, '_> {
         if table_word {
             return true;
         }
-        if is_boundary(vocabulary, w) || grammar.after_noun.contains(w) || vocabulary.numbers.contains_key(w) {
+        if is_boundary(vocabulary, w) || grammar.after_noun.contains(w) || vocabulary.numbers.contains_key(w)
+        {
             return false;
         }
         if grammar.parts.contains(w) {
             return !matches!(entry.meanings[0], Meaning::Table(_)) || !grammar.scene_words.contains(w);
         }
         // "the lamp illuminates the desk": a verb.
-        let verb = word(self.tokens, at + 1)
-            .is_some_and(|next| vocabulary.grammar.determiners.contains(next) || next == "it" || next == "them");
+        let verb = word(self.tokens, at + 1).is_some_and(|next| {
+            vocabulary.grammar.determiners.contains(next) || next == "it" || next == "them"
+        });
         !vocabulary.is_ordinary(w) && !verb
     }
 
@@ -255,7 +257,8 @@ impl Chunk<'_, '_> {
             let part = vocabulary.grammar.parts.contains(w) && end > at;
             let ordinary = vocabulary.is_ordinary(w) && !part;
             let verb = end > at
-                && word(self.tokens, end + 1).is_some_and(|next| vocabulary.grammar.determiners.contains(next));
+                && word(self.tokens, end + 1)
+                    .is_some_and(|next| vocabulary.grammar.determiners.contains(next));
             if ordinary || verb || is_boundary(vocabulary, w) || end - at == 4 {
                 break;
             }

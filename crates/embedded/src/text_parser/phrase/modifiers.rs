@@ -115,7 +115,8 @@ fn adjective_position(lexicon: &Lexicon, tokens: &[Token], at: usize) -> bool {
     let vocabulary = lexicon.vocabulary;
     for p in at..at + 6 {
         let Some(w) = word(tokens, p) else { return false };
-        if lexicon.longest_at(tokens, p).is_some() || matches!(w, "one" | "ones") && p > at.saturating_sub(1) {
+        if lexicon.longest_at(tokens, p).is_some() || matches!(w, "one" | "ones") && p > at.saturating_sub(1)
+        {
             return true;
         }
         let is_modifier = is_attribute(vocabulary, w)
@@ -165,9 +166,11 @@ pub(in crate::text_parser) fn predicate(
             p += 1;
         }
         let Some(w) = word(tokens, p) else { break };
-        if matches!(w, "very" | "made" | "of" | "all" | "both" | "and" | "quite" | "about" | "colored" | "coloured")
-            || matches!(w, "a" | "in")
-                && word(tokens, p + 1).is_some_and(|n| color_of(vocabulary, n).is_some())
+        if matches!(
+            w,
+            "very" | "made" | "of" | "all" | "both" | "and" | "quite" | "about" | "colored" | "coloured"
+        ) || matches!(w, "a" | "in")
+            && word(tokens, p + 1).is_some_and(|n| color_of(vocabulary, n).is_some())
         {
             p += 1;
             continue;
@@ -195,7 +198,8 @@ pub(in crate::text_parser) fn predicate(
         p -= 1;
     }
     // A continuation as a noun phrase means that this is not a predicate ("there are red mugs").
-    let ends = word(tokens, p).is_none_or(|w| is_boundary(vocabulary, w)) || matches!(word(tokens, p), Some("too"));
+    let ends =
+        word(tokens, p).is_none_or(|w| is_boundary(vocabulary, w)) || matches!(word(tokens, p), Some("too"));
     (!properties.is_empty() && ends).then_some((attributes, properties, p))
 }
 

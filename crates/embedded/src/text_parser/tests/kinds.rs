@@ -28,27 +28,51 @@ const TABLE: &[(&str, &str, &[&str])] = &[
         "1 tray, 1 mug, 1 spoon, 1 plate",
         &["mug_1 on tray_1", "spoon_1 on tray_1", "plate_1 on tray_1"],
     ),
-    ("a spoon on a saucer on a tray", "1 spoon, 1 saucer, 1 tray", &["spoon_1 on saucer_1", "saucer_1 on tray_1"]),
+    (
+        "a spoon on a saucer on a tray",
+        "1 spoon, 1 saucer, 1 tray",
+        &["spoon_1 on saucer_1", "saucer_1 on tray_1"],
+    ),
     ("bananas and pears, two of each", "2 banana, 2 pear", &[]),
     // Measures are no counts.
     ("a 12 oz mug and a 16 oz glass", "1 mug, 1 drinking_glass", &[]),
     ("a box 30 cm wide, 20 cm deep and 10 cm high", "1 storage_case", &[]),
     // Definite descriptions.
     ("the small cup and the large cup", "2 mug", &[]),
-    ("There is a red mug and a blue mug. The red mug holds a spoon.", "2 mug, 1 spoon", &["spoon_1 in mug_1"]),
+    (
+        "There is a red mug and a blue mug. The red mug holds a spoon.",
+        "2 mug, 1 spoon",
+        &["spoon_1 in mug_1"],
+    ),
     // Distances and places.
     ("a mug 10 cm from the left edge of the table", "1 mug", &["mug_1 from_left_edge"]),
     ("the bowl is 20 cm to the right of the plate", "1 bowl, 1 plate", &["bowl_1 right_of plate_1"]),
     ("a vase in the back left corner", "1 vase", &["vase_1 at_back_left"]),
-    ("a candle between the plate and the bowl", "1 candle, 1 plate, 1 bowl", &["candle_1 between plate_1 bowl_1"]),
-    ("each corner of the table has a candle", "4 candle", &["candle_1 at_back_left", "candle_4 at_front_right"]),
+    (
+        "a candle between the plate and the bowl",
+        "1 candle, 1 plate, 1 bowl",
+        &["candle_1 between plate_1 bowl_1"],
+    ),
+    (
+        "each corner of the table has a candle",
+        "4 candle",
+        &["candle_1 at_back_left", "candle_4 at_front_right"],
+    ),
     ("a laptop facing a teddy bear", "1 laptop, 1 teddy_bear", &["laptop_1 facing teddy_bear_1"]),
     // Arrangements.
     ("a 2x3 grid of dice", "6 dice", &[]),
     ("two rows of four dice", "8 dice", &[]),
-    ("three stacks of two books", "6 book", &["book_2 stacked_on book_1", "book_4 stacked_on book_3", "!book_3 stacked_on"]),
+    (
+        "three stacks of two books",
+        "6 book",
+        &["book_2 stacked_on book_1", "book_4 stacked_on book_3", "!book_3 stacked_on"],
+    ),
     // Contradictions.
-    ("a mug to the left of the plate and to the right of the plate", "1 mug, 1 plate", &["mug_1 left_of plate_1"]),
+    (
+        "a mug to the left of the plate and to the right of the plate",
+        "1 mug, 1 plate",
+        &["mug_1 left_of plate_1"],
+    ),
 ];
 
 #[test]
@@ -168,7 +192,8 @@ fn open_words(text: &str, description: &SceneDescription) -> Vec<String> {
         .zip(&source.spans)
         .filter_map(|(token, span)| Some((token.word()?, span)))
         .filter(|(word, span)| {
-            !ignorable.contains(*word) && !spans.iter().any(|(start, end)| *start <= span.start && span.end <= *end)
+            !ignorable.contains(*word)
+                && !spans.iter().any(|(start, end)| *start <= span.start && span.end <= *end)
         })
         .map(|(word, _)| word.to_owned())
         .collect()
@@ -190,9 +215,10 @@ fn every_word_is_accounted_for() {
 #[test]
 fn adversarial_texts_are_read_without_a_panic() {
     let words = [
-        "a", "the", "mug", "with", "on", "left", "of", "and", ",", ".", "no", "not", "put", "in", "10", "cm", "x", "red",
-        "each", "between", "it", "them", "one", "(", ")", "zorblax", "row", "stack", "to", "from", "facing", "upside",
-        "down", "table", "two", "without", "plate", "glass", "half", "full", "so", "that", "swap", "degrees", "-", "½",
+        "a", "the", "mug", "with", "on", "left", "of", "and", ",", ".", "no", "not", "put", "in", "10", "cm",
+        "x", "red", "each", "between", "it", "them", "one", "(", ")", "zorblax", "row", "stack", "to",
+        "from", "facing", "upside", "down", "table", "two", "without", "plate", "glass", "half", "full",
+        "so", "that", "swap", "degrees", "-", "½",
     ];
     let mut state = 1_u64;
     for _ in 0..300 {
@@ -205,5 +231,33 @@ fn adversarial_texts_are_read_without_a_panic() {
         }
         // An error is as good as a description.
         let _ = describe(&text, 1, &options(), &settings());
+    }
+}
+
+#[test]
+fn the_time_is_linear_in_the_text() {
+    let calls = |text: &str| {
+        phrase::CALLS.with(|calls| calls.set(0));
+        let source = Source::read(text);
+        let _ = grammar::parse(&LEXICON, &source, true);
+        phrase::CALLS.with(std::cell::Cell::get)
+    };
+    for unit in [
+        "with a cup, ",
+        "put it in the mug and ",
+        "no mug, ",
+        "one red and ",
+        "a mug on a plate on ",
+        "to the left of ",
+        "zorblax ",
+        "each ",
+        "a tray with a cup, a spoon and ",
+        "between the mug and ",
+        "10 cm ",
+        "that is ",
+        "the ",
+    ] {
+        let (short, long) = (calls(&unit.repeat(60)), calls(&unit.repeat(240)));
+        assert!(long <= 5 * short + 100, "{unit:?}: {short} calls for 60 repetitions, {long} for 240");
     }
 }
