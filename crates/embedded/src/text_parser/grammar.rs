@@ -5,15 +5,19 @@
 //! objects (relations.rs); instructions state goals (instruction.rs).
 
 mod action;
+mod action_objects;
 mod arrangements;
 mod contents;
 mod distances;
 mod ellipsis;
 mod exclusion;
+mod exclusion_phrases;
+mod frames;
 mod goals;
 mod instruction;
 mod orientation;
 mod outcome;
+mod paths;
 mod places;
 mod references;
 mod relations;

@@ -155,13 +155,23 @@ impl Chunk<'_, '_> {
                 self.at += length;
                 continue;
             }
-            let reason = if ordinary {
+            let grammar = &vocabulary.grammar;
+            // "a messy office desk": words of the theme and of its completion.
+            let of_theme = grammar.openers.contains(w)
+                || grammar.closers.contains(w)
+                || self.lexicon.themes.has_word(w)
+                || grammar.scene_words.contains(w);
+            if ordinary || of_theme {
                 self.words.push(w.to_owned());
-                UnrecognizedReason::NotSupported
-            } else {
-                UnrecognizedReason::UnknownWord
-            };
-            self.phrase.reports.push((self.at..self.at + 1, reason));
+            }
+            if !of_theme {
+                let reason = if ordinary {
+                    UnrecognizedReason::NotSupported
+                } else {
+                    UnrecognizedReason::UnknownWord
+                };
+                self.phrase.reports.push((self.at..self.at + 1, reason));
+            }
             self.at += 1;
             skipped += 1;
             if skipped > MAX_MODIFIERS {
