@@ -123,7 +123,7 @@ static LEXICON: LazyLock<Lexicon<'static>> = LazyLock::new(|| {
         table_models(),
         vocabulary::vocabulary(),
         themes::themes(),
-        &nouns::CatalogOnly,
+        &nouns::WordNetNouns,
     )
 });
 

@@ -355,7 +355,7 @@ fn find_faults(
         let (a, b) = (scene.name(pair.a), scene.name(pair.b));
         let reason = format!("{a} and {b} overlap by {:.1} mm", 1e3 * pair.depth_m);
         // Gravity closes every gap in a container, so what it holds is placed elsewhere and turned instead.
-        let is_inside = |&k: &usize| scene.tree.support[k].is_some_and(|s| s.inside);
+        let is_inside = |&k: &usize| k != TABLE && scene.tree.is_contained(k);
         let contained = [pair.b, pair.a].into_iter().find(is_inside);
         let (body, nudge) = (contained.unwrap_or(body), contained.is_some());
         faults.push(Fault { nudge, needs_space: true, ..Fault::of(body, reason) });

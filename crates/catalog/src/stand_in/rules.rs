@@ -33,6 +33,7 @@ static RULES: LazyLock<Vec<Rule>> = LazyLock::new(|| {
 });
 
 /// Every rule, in file order.
+#[cfg(test)]
 pub(super) fn rules() -> &'static [Rule] {
     &RULES
 }

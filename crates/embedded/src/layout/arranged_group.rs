@@ -224,7 +224,8 @@ impl LayoutAttempt<'_> {
         let mut placements: Vec<Placement> = Vec::new();
         let mut placed: Vec<Footprint> = Vec::new();
         for group in members {
-            let at = self.turned(group, self.rng.random_range(-PI..PI));
+            let yaw_rad = self.rng.random_range(-PI..PI);
+            let at = self.turned(group, yaw_rad);
             let start_rad = self.rng.random_range(-PI..PI);
             let moved = |by: DVec2| Placement { xy_m: at.xy_m + by, ..at };
             let is_free = |by: DVec2| {

@@ -1,6 +1,7 @@
 //! Nouns outside the catalog: stand-ins, meanings, and nouns for what does not stand on a table.
 
-use catalog::{Category, SizeRange};
+use catalog::stand_in::{self, Placeability};
+use catalog::{Category, SizeRange, category};
 
 /// A plain shape in place of an object that the catalog does not have.
 #[derive(Clone, Debug)]
@@ -24,23 +25,25 @@ pub(super) trait Nouns: Sync {
     fn is_noun(&self, word: &str) -> bool;
 }
 
-/// No nouns beside those of the catalog.
-pub(super) struct CatalogOnly;
+/// The nouns of WordNet, with the plain shapes of the catalog.
+pub(super) struct WordNetNouns;
 
-impl Nouns for CatalogOnly {
-    fn stand_in(&self, _: &str) -> Option<StandIn<'static>> {
-        None
+impl Nouns for WordNetNouns {
+    fn stand_in(&self, noun: &str) -> Option<StandIn<'static>> {
+        let found = stand_in::stand_in(noun)?;
+        let category = category(found.family.category_name())?;
+        Some(StandIn { category, size: found.size, substance: found.substance.to_owned() })
     }
 
-    fn nearest_by_meaning(&self, _: &str) -> Option<&'static str> {
-        None
+    fn nearest_by_meaning(&self, noun: &str) -> Option<&'static str> {
+        stand_in::nearest_by_meaning(noun)
     }
 
-    fn is_not_placeable(&self, _: &str) -> bool {
-        false
+    fn is_not_placeable(&self, noun: &str) -> bool {
+        matches!(stand_in::placeability(noun), Some(Placeability::NotPlaceable(_)))
     }
 
-    fn is_noun(&self, _: &str) -> bool {
-        false
+    fn is_noun(&self, word: &str) -> bool {
+        stand_in::placeability(word).is_some()
     }
 }

@@ -93,7 +93,7 @@ mod tests {
         points.push(DVec3::new(0.01, 0.02 + 2e-9, 0.002));
         points.push(DVec3::new(0.03 + 3e-9, 0.02, 0.002 + 1e-9));
         points.push(DVec3::new(0.03 + 2e-6, 0.02, 0.001));
-        let quick = super::super::quick_hull::quick_hull(&points).expect("a hull");
+        let quick = parry3d_f64::transformation::try_convex_hull(&points).expect("a hull");
         let given = ConvexHull { points: quick.0, triangles: quick.1 };
         let cleaned = without_slivers(given.clone());
         assert!(least_twice_area_m2(&cleaned) >= MIN_TWICE_AREA_M2, "{}", least_twice_area_m2(&cleaned));

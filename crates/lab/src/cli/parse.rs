@@ -11,6 +11,7 @@ use serde::Serialize;
 
 use embedded::text_parser::{DescribeError, DescribeOptions, TextParserSettings, describe};
 use scene::SceneDescription;
+use scene::request::OnUnknown;
 use tabletopgen::cli::options::ConfigOptions;
 use tabletopgen::cli::{Exit, Failure, terminal};
 
@@ -78,7 +79,7 @@ fn texts(content: &str, path: &Path) -> Result<Vec<String>, Failure> {
 }
 
 fn outcome(text: &str, seed: u64, settings: &TextParserSettings) -> Outcome {
-    let options = DescribeOptions { max_objects: MAX_OBJECTS, table: None };
+    let options = DescribeOptions { max_objects: MAX_OBJECTS, table: None, on_unknown: OnUnknown::default() };
     match describe(text, seed, &options, settings) {
         Ok(description) => Outcome::Description(Box::new(description)),
         Err(error) => Outcome::Error(rejection(&error)),

@@ -70,8 +70,7 @@ fn keep_apart(scene: &Scene, a: usize, b: usize) -> Option<(usize, usize)> {
 fn is_carried_too(scene: &Scene, poses: &[Pose], a: usize, b: usize) -> bool {
     const MAX_SINK_M: f64 = 0.001;
     let is_above = |upper: usize, lower: usize| {
-        let support = scene.tree.support[upper];
-        let is_carried = support.is_some_and(|s| !s.inside && s.parent != scene.tree.table);
+        let is_carried = !scene.tree.is_contained(upper) && scene.tree.parent(upper) != TABLE;
         let bottom_m = scene.shapes[upper].bounds(&poses[upper]).0.z;
         is_carried && bottom_m > scene.shapes[lower].bounds(&poses[lower]).1.z - MAX_SINK_M
     };

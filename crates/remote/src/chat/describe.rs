@@ -212,6 +212,8 @@ pub(super) fn accepted(
         theme: answer.theme,
         family: answer.family,
         table,
+        // A model states sizes that the text does not.
+        table_size_is_stated: wanted.size_m.is_some(),
         objects,
         arrangements: Vec::new(),
         goal: None,

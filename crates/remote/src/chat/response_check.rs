@@ -40,7 +40,7 @@ impl QuestionKind {
         match self {
             Self::Describe => {
                 let anything = TableSpec::default();
-                complaints_of(response, |answer| describe::accepted(answer, 1, asked.len(), &anything))
+                complaints_of(response, |answer| describe::accepted(answer, "", 1, asked.len(), &anything))
             }
             Self::Recognize => complaints_of(response, recognize::accepted),
             Self::Measure => complaints_of(response, |answer| measure::accepted(answer, asked)),
