@@ -140,7 +140,13 @@ fn parallel_grasp_rejects_solids_wider_than_the_opening() {
 
 #[test]
 fn parallel_grasp_rejects_candidates_under_a_lid() {
-    let mast = block(DVec3::new(0.02, 0.02, 0.1));
-    let lid = block(DVec3::new(0.3, 0.3, 0.02)).translated(DVec3::new(0.0, 0.0, 0.1));
-    assert_eq!(grasp([mast, lid], DVec3::new(0.0, 0.0, 0.08)), None);
+    let under_lid = |height_m: f64| {
+        let mast = block(DVec3::new(0.02, 0.02, height_m));
+        let lid = block(DVec3::new(0.3, 0.3, 0.02)).translated(DVec3::new(0.0, 0.0, height_m));
+        grasp([mast, lid], DVec3::new(0.0, 0.0, 0.8 * height_m))
+    };
+    assert_eq!(under_lid(0.05), None);
+    // Below a high lid there is room for a hand from the side.
+    let [a, b] = under_lid(0.2).expect("from the side").contacts_m;
+    assert!((a.distance(b) - 0.02).abs() < 1e-6 && a.z < 0.17, "{a} {b}");
 }
