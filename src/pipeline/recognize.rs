@@ -133,6 +133,7 @@ mod tests {
             seen_px: None,
             seen_as: None,
             seen_like: None,
+            tipped: None,
         };
         let checked = |objects: Vec<RecognizedObject>, side_px: u32| {
             let recognition = Recognition {

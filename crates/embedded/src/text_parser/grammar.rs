@@ -116,7 +116,6 @@ pub(super) struct ArrangementDraft {
     pub mentions: Vec<usize>,
     pub gap_m: Option<f64>,
     pub center: Option<usize>,
-    pub tokens: Range<usize>,
 }
 
 /// The parse of a text.

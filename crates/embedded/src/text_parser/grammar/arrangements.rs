@@ -166,7 +166,7 @@ impl Parser<'_, '_> {
         columns: Option<usize>,
         tokens: Range<usize>,
     ) {
-        self.parsed.account.claim(tokens.clone(), Claimed::Arrangement(self.parsed.arrangements.len()));
+        self.parsed.account.claim(tokens, Claimed::Arrangement(self.parsed.arrangements.len()));
         for &mention in &mentions {
             if group == Group::Pyramid || group == Group::Pile {
                 self.parsed.mentions[mention].stacked = false;
@@ -178,7 +178,6 @@ impl Parser<'_, '_> {
             mentions,
             gap_m: None,
             center: None,
-            tokens,
         });
     }
 
