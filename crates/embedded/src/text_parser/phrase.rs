@@ -200,7 +200,7 @@ impl<'a> Chunk<'a, '_> {
         let determiner_follows = self.word(1).is_some_and(|next| {
             matches!(
                 next,
-                "the" | "a" | "an" | "on" | "in" | "inside" | "under" | "at" | "to" | "of" | "with"
+                "the" | "a" | "an" | "my" | "on" | "in" | "inside" | "under" | "at" | "to" | "of" | "with"
             )
         });
         match self.word(0)? {
@@ -297,6 +297,15 @@ impl<'a> Chunk<'a, '_> {
                 self.determined = true;
                 continue;
             }
+            // "both oranges" are the two that there are.
+            if self.word(0) == Some("both") {
+                self.phrase.determiner = Determiner::Definite;
+                let joins = matches!(self.word(1), Some("the" | "a" | "an" | "my"));
+                self.phrase.count = Some([2, 2]).filter(|_| !joins);
+                self.determined = true;
+                self.at += 1 + usize::from(self.word(1) == Some("of"));
+                continue;
+            }
             if let Some((range, length)) = quantity(self.lexicon, self.tokens, self.at)
                 && self.lexicon.longest_at(self.tokens, self.at).is_none_or(|(_, n)| n < length)
                 && !(self.phrase.determiner == Determiner::Definite && self.is_one(self.at))
@@ -324,7 +333,7 @@ impl<'a> Chunk<'a, '_> {
                     self.phrase.determiner = Determiner::Each;
                     self.determined = true;
                 }
-                "all" | "both" => {
+                "all" => {
                     self.phrase.determiner = Determiner::Definite;
                     self.determined = true;
                     if of {

@@ -188,6 +188,7 @@ impl Parser<'_, '_> {
             let known = mentions[m].count;
             phrase.count.is_none()
                 || phrase.count == known
+                || (known.is_none() && mentions[m].plural)
                 || matches!((phrase.count, known), (Some([_, high]), Some([low, _])) if high < low)
         };
         match phrase.determiner {
