@@ -138,10 +138,11 @@ impl Shape {
 /// Builds the shape of the order's category in the order's extents. An empty mesh if the category has no shape; the
 /// tests of the catalog check every shape.
 pub(crate) fn from_shape(order: &mut Order) -> TexturedMesh {
-    let Some(shape) = &order.category.shape else { return TexturedMesh::default() };
+    let category = order.category;
+    let Some(shape) = &category.shape else { return TexturedMesh::default() };
     let mesh = shape.assembled(order);
     let mut scale = order.size_m / mesh.size_m().max(DVec3::splat(1e-9));
-    let round = !matches!(order.category.symmetry_order, 1 | 2);
+    let round = !matches!(category.symmetry_order, 1 | 2);
     if round && (1.0 / ROUND_RATIO..ROUND_RATIO).contains(&(scale.x / scale.y)) {
         let across = 0.5 * (scale.x + scale.y);
         scale = DVec3::new(across, across, scale.z);

@@ -181,7 +181,7 @@ impl TryFrom<String> for Finish {
     }
 }
 
-/// Looks that every shape may use.
+/// Surfaces that every shape may use.
 pub(super) fn common(name: &str) -> Option<Surface> {
     let surface =
         |finish: Finish, color: u32| Surface { color: Tint::Fixed(Rgb::hex(color)), ..Surface::main(finish) };
