@@ -33,7 +33,7 @@ pub fn config() -> Config {
 }
 
 pub fn describe(config: &Config) -> SceneDescription {
-    let options = DescribeOptions { max_objects: 64, table: None };
+    let options = DescribeOptions { max_objects: 64, table: None, on_unknown: Default::default() };
     text_parser::describe(TEXT, SEED, &options, &config.analyst).expect("every word is known")
 }
 

@@ -9,7 +9,7 @@ use embedded::text_parser::{DescribeOptions, describe};
 
 fn bench(criterion: &mut Criterion) {
     let config = breakfast::config();
-    let options = DescribeOptions { max_objects: 64, table: None };
+    let options = DescribeOptions { max_objects: 64, table: None, on_unknown: Default::default() };
     criterion.bench_function("describe/breakfast", |b| {
         b.iter(|| describe(black_box(breakfast::TEXT), breakfast::SEED, &options, &config.analyst))
     });

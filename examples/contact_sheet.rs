@@ -139,8 +139,12 @@ fn scenes(out: &Path, sentences: &[&str]) -> Result<usize, Box<dyn Error>> {
     let mut report = String::new();
     for (number, sentence) in sentences.iter().enumerate() {
         let seed = number as u64 + 1;
-        let described =
-            describe(sentence, seed, &DescribeOptions { max_objects: 64, table: None }, &config.analyst)?;
+        let described = describe(
+            sentence,
+            seed,
+            &DescribeOptions { max_objects: 64, table: None, on_unknown: Default::default() },
+            &config.analyst,
+        )?;
         let count = described.objects.len();
         let start = Instant::now();
         let rendered = runtime.block_on(image_generator.reference(&call, Arc::new(described), seed));

@@ -18,7 +18,7 @@
 //!     default_max_objects: 15,
 //!     table_area_per_footprint: 3.0,
 //! };
-//! let options = DescribeOptions { max_objects: 64, table: None };
+//! let options = DescribeOptions { max_objects: 64, table: None, on_unknown: Default::default() };
 //! let scene = describe("a desk with two mugs", 7, &options, &settings)?;
 //! assert_eq!(scene.objects.iter().filter(|object| object.requested).count(), 2);
 //! # Ok::<(), embedded::text_parser::DescribeError>(())

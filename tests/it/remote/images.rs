@@ -103,6 +103,7 @@ pub fn plain_description() -> SceneDescription {
         theme: "t".into(),
         family: "dining_kitchen".into(),
         table: TableSpec::default(),
+        table_size_is_stated: false,
         objects: Vec::new(),
         arrangements: Vec::new(),
         goal: None,

@@ -50,7 +50,7 @@ fn described(text: &str, seed: u64) -> Arc<SceneDescription> {
         default_max_objects: 15,
         table_area_per_footprint: 3.0,
     };
-    let options = DescribeOptions { max_objects: 64, table: None };
+    let options = DescribeOptions { max_objects: 64, table: None, on_unknown: Default::default() };
     Arc::new(describe(text, seed, &options, &settings).expect(text))
 }
 

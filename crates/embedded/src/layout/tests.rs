@@ -24,7 +24,13 @@ fn described(text: &str, seed: u64) -> SceneDescription {
         default_max_objects: 15,
         table_area_per_footprint: 3.0,
     };
-    describe(text, seed, &DescribeOptions { max_objects: 64, table: None }, &settings).expect(text)
+    describe(
+        text,
+        seed,
+        &DescribeOptions { max_objects: 64, table: None, on_unknown: Default::default() },
+        &settings,
+    )
+    .expect(text)
 }
 
 fn meshes(objects: &[ObjectSpec]) -> Vec<TexturedMesh> {

@@ -184,7 +184,11 @@ mod tests {
         let sources = Sources { file: None, environment: Vec::new(), arguments: Vec::new() };
         let settings = load(sources).expect("the defaults load").config.analyst;
         for scene in scenes() {
-            let options = DescribeOptions { max_objects: scene.max_objects as usize, table: None };
+            let options = DescribeOptions {
+                max_objects: scene.max_objects as usize,
+                table: None,
+                on_unknown: Default::default(),
+            };
             let description = describe(scene.text, scene.seed, &options, &settings).expect("is understood");
             let name = &scene.name;
             assert_eq!(description.family, scene.family.name(), "{name}");

@@ -16,8 +16,8 @@ use ports::{Call, ProviderError};
 use runtime::seed::child_seed;
 use scene::request::{MAX_SEED, RequestOptions};
 use scene::{
-    InstanceId, ObjectSpec, Relation, RelationKind, RequestedPose, SceneDescription, TableShape, TableSpec, TextSpan,
-    Unrecognized, UnrecognizedReason,
+    InstanceId, ObjectSpec, Relation, RelationKind, RequestedPose, SceneDescription, TableShape, TableSpec,
+    TextSpan, Unrecognized, UnrecognizedReason,
 };
 
 /// Maximum length of the request text, characters.
@@ -172,8 +172,9 @@ pub(super) async fn describe(
         data: json!({ "wish": &text, "most_objects": max_objects, "table": wanted }),
         images: Vec::new(),
     };
-    let description =
-        analyst.ask(call, topic, |answer: Answer| accepted(answer, &text, seed, max_objects, &wanted)).await?;
+    let description = analyst
+        .ask(call, topic, |answer: Answer| accepted(answer, &text, seed, max_objects, &wanted))
+        .await?;
     if description.objects.is_empty() {
         let terms: Vec<&str> = description.unrecognized.iter().map(|part| part.span.text.as_str()).collect();
         let terms = terms.join(", ");
@@ -232,8 +233,10 @@ fn unrecognized(terms: &[String], text: &str) -> Vec<Unrecognized> {
     let mut parts: Vec<Unrecognized> = terms
         .iter()
         .map(|term| {
-            let found = searchable.find(&term.to_lowercase()).map(|start| (start, start + term.to_lowercase().len()));
-            let (start, end) = found.filter(|(start, end)| text.get(*start..*end).is_some()).unwrap_or((0, text.len()));
+            let found =
+                searchable.find(&term.to_lowercase()).map(|start| (start, start + term.to_lowercase().len()));
+            let (start, end) =
+                found.filter(|(start, end)| text.get(*start..*end).is_some()).unwrap_or((0, text.len()));
             let words = if found.is_some() { text[start..end].to_owned() } else { term.clone() };
             Unrecognized {
                 span: TextSpan { start, end, text: words },

@@ -165,11 +165,8 @@ impl Chunk<'_, '_> {
                 self.words.push(w.to_owned());
             }
             if !of_theme {
-                let reason = if ordinary {
-                    UnrecognizedReason::NotSupported
-                } else {
-                    UnrecognizedReason::UnknownWord
-                };
+                let reason =
+                    if ordinary { UnrecognizedReason::NotSupported } else { UnrecognizedReason::UnknownWord };
                 self.phrase.reports.push((self.at..self.at + 1, reason));
             }
             self.at += 1;

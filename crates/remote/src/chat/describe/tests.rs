@@ -26,7 +26,8 @@ fn answer() -> Value {
 
 fn read(answer: &Value, wanted: &TableSpec) -> Result<SceneDescription, String> {
     let answer: Answer = serde_json::from_value(answer.clone()).map_err(|error| error.to_string())?;
-    accepted(answer, "A plate with an apple and a Flux Capacitor", 7, 4, wanted).map_err(|complaints| complaints.join("; "))
+    accepted(answer, "A plate with an apple and a Flux Capacitor", 7, 4, wanted)
+        .map_err(|complaints| complaints.join("; "))
 }
 
 fn spoiled(pointer: &str, value: Value) -> String {
