@@ -110,6 +110,7 @@ fn finished(scene: &Breakfast, bodies: &[Body]) -> Scene {
         },
         instances: instances.collect(),
         metrics: METRICS,
+        text: None,
     }
 }
 

@@ -34,6 +34,7 @@ use tokio::sync::Semaphore;
 use tokio_util::sync::CancellationToken;
 
 use scene::SceneRequest;
+use scene::text_account::TextAccount;
 use store::Store;
 
 pub use error::{FieldError, Problem};
@@ -76,6 +77,10 @@ pub struct Settings {
 /// Validates a request against the configuration (`options.set`); empty = valid. Made by `app::pipeline::validate`.
 pub type Validate = Arc<dyn Fn(&SceneRequest) -> Vec<FieldError> + Send + Sync>;
 
+/// The account of the text of a request, without making a scene; `None` for an image, and where a remote model reads
+/// texts. The error is that of the field `/text`. Made by `app::pipeline::understand`.
+pub type Understand = Arc<dyn Fn(&SceneRequest) -> Result<Option<TextAccount>, FieldError> + Send + Sync>;
+
 /// Fetches an image from a client's address, at most so many bytes; an error is for the client to read. Made by
 /// `app::fetching`.
 pub type FetchImage = Arc<dyn Fn(String, usize) -> BoxFuture<'static, Result<Bytes, String>> + Send + Sync>;
@@ -86,6 +91,7 @@ pub struct Api {
     pub store: Store,
     pub settings: Arc<Settings>,
     pub validate: Validate,
+    pub understand: Understand,
     pub fetch_image: FetchImage,
     pub metrics: PrometheusHandle,
     /// Cancelled when the process is to end: not ready any more, streams end.
@@ -99,12 +105,22 @@ impl Api {
         store: Store,
         settings: Settings,
         validate: Validate,
+        understand: Understand,
         fetch_image: FetchImage,
         metrics: PrometheusHandle,
         shutdown: CancellationToken,
     ) -> Self {
         let decoders = Arc::new(Semaphore::new(2));
-        Self { store, settings: Arc::new(settings), validate, fetch_image, metrics, shutdown, decoders }
+        Self {
+            store,
+            settings: Arc::new(settings),
+            validate,
+            understand,
+            fetch_image,
+            metrics,
+            shutdown,
+            decoders,
+        }
     }
 }
 

@@ -36,7 +36,9 @@ pub async fn submit(
     let wait = preferred_wait(request.headers(), api.settings.max_wait_secs);
     let submission = submission::receive(&api, request).await?;
     if validate_only {
-        return Ok(Json(json!({ "valid": true, "request": submission.request })).into_response());
+        let text = (api.understand)(&submission.request).map_err(|error| Problem::invalid(vec![error]))?;
+        let document = json!({ "valid": true, "request": submission.request, "text": text });
+        return Ok(Json(document).into_response());
     }
     let budget_usd = api.settings.usual_budget_usd;
     let new = submission.into_row(&api.store, DEFAULT_TENANT.clone(), budget_usd, key).await?;

@@ -7,18 +7,19 @@ use futures::FutureExt;
 use super::features::Features;
 use super::network;
 use super::remote::Remote;
-use crate::api::{FieldError, Validate};
+use crate::api::{FieldError, Understand, Validate};
 use crate::config::{Config, ConfigErrors, Resolved};
 use crate::pipeline;
 use crate::pipeline::Settings;
 use crate::pipeline::error::StageError;
 use crate::pipeline::resources::StageResources;
 use crate::worker::{BuildScene, JobContext};
-use embedded::EmbeddedSettings;
 use embedded::single_view_reconstruction::{ReadingNetwork, SingleViewSettings};
+use embedded::{EmbeddedSettings, analyst};
 use gpu::Compute;
 use ports::Ports;
-use scene::SceneRequest;
+use remote::settings::AnalystProvider;
+use scene::{Input, SceneRequest};
 
 /// What was made when the program started: networks read from files of weights, and remote models.
 #[derive(Clone)]
@@ -66,6 +67,21 @@ pub fn validate(resolved: &Resolved) -> Validate {
         let errors = resolved.with(&request.options.set).err().map_or_else(Vec::new, |errors| errors.0);
         let place = |key: &str| format!("/options/set/{}", key.replace('~', "~0").replace('/', "~1"));
         errors.into_iter().map(|error| FieldError::new(place(&error.key), error.detail)).collect()
+    })
+}
+
+/// The account of a request's text by the embedded parser, if it is the one that describes texts.
+pub fn understand(resolved: &Resolved) -> Understand {
+    let analysts = &resolved.config.providers.analyst;
+    let is_embedded = analysts.iter().all(|provider| *provider == AnalystProvider::Embedded);
+    let settings = resolved.config.analyst.clone();
+    Arc::new(move |request: &SceneRequest| match &request.input {
+        Input::Text { text } if is_embedded => {
+            let described = analyst::describe(text, request.seed, &request.options, &settings);
+            let account = described.map(|description| Some(description.account()));
+            account.map_err(|error| FieldError::new("/text", error.to_string()))
+        }
+        _ => Ok(None),
     })
 }
 

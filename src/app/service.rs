@@ -39,9 +39,11 @@ pub async fn start(resolved: &Resolved, data_dir: &Path, build: BuildScene) -> R
 
     let shutdown = CancellationToken::new();
     let validate = super::pipeline::validate(resolved);
+    let understand = super::pipeline::understand(resolved);
     let fetch_image = super::fetching::fetch_image(&config.server);
     let (settings, store_of_api) = (config.server.clone(), store.clone());
-    let api = Api::new(store_of_api, settings, validate, fetch_image, recorder(), shutdown.clone());
+    let api =
+        Api::new(store_of_api, settings, validate, understand, fetch_image, recorder(), shutdown.clone());
     let (router, settings, stopped) = (api::router(api), config.server.clone(), shutdown.clone());
     let server = tokio::spawn(async move { api::serve::serve(listener, router, &settings, stopped).await });
     let worker = tokio::spawn(worker.run(shutdown.clone()));

@@ -27,9 +27,9 @@ use physics::{CertifySettings, SettleSettings};
 use ports::{Adapter, Ports};
 use render::RenderSettings;
 use scene::certificate::{AdapterUsed, Appearance, MadeWith, Metrics, ResolveFinding, Verdict};
+use scene::text_account::TextAccount;
 use scene::{
     Input, InstanceMask, Provenance, Recognition, ReconstructionMethod, SceneRequest, SupportTree, Supporter,
-    Unrecognized,
 };
 use store::Digest;
 
@@ -106,7 +106,7 @@ pub struct Inputs {
     /// Standard error of the scene's scale, as a share of it, where the objects voted on it.
     scale_error: Option<f64>,
     resolve: ResolveFinding,
-    unrecognized: Vec<Unrecognized>,
+    account: Option<TextAccount>,
     certify: CertifySettings,
     settle: SettleSettings,
     fidelity: FidelitySettings,
@@ -225,7 +225,7 @@ impl Inputs {
                 log: resolved.log.clone(),
                 gave_way: resolved.gave_way.clone(),
             },
-            unrecognized: reference.unrecognized.clone(),
+            account: reference.account.clone(),
             certify: settings.certify.clone(),
             settle: settings.settle.clone(),
             fidelity: settings.fidelity.clone(),
@@ -329,7 +329,7 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
     let summary = json!({
         "objects": inputs.recognition.objects.len(),
         "table": inputs.recognition.table.label,
-        "unrecognized": inputs.unrecognized,
+        "text": inputs.account,
         "fidelity": certificate.fidelity,
         "resolve": inputs.resolve.log,
         "gave_way": inputs.resolve.gave_way,

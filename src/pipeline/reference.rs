@@ -15,7 +15,8 @@ use ports::{
 };
 use render::annotate::fitted;
 use scene::request::RequestOptions;
-use scene::{Input, InstanceId, SceneRequest, Unrecognized};
+use scene::text_account::TextAccount;
+use scene::{Input, InstanceId, SceneRequest};
 use store::Digest;
 
 pub const STAGE: Stage = Stage { name: "reference", version: 6 };
@@ -43,8 +44,8 @@ pub struct Output {
     pub known: Option<ArtifactRef>,
     pub alone: Vec<AloneRef>,
     pub top: Option<TopRef>,
-    /// Parts of the text without effect.
-    pub unrecognized: Vec<Unrecognized>,
+    /// The account of the text; `None` for an image.
+    pub account: Option<TextAccount>,
 }
 
 /// An object drawn alone.
@@ -101,10 +102,10 @@ async fn rendered(context: &Context, inputs: &Inputs, text: &str) -> Result<Outp
     let description =
         ports.analyst.describe(&call, text.to_owned(), inputs.seed, inputs.options.clone()).await?;
     context.put_json("description.json", &description).await?;
-    let unrecognized = description.unrecognized.clone();
+    let account = Some(description.account());
     let generated = ports.image_generator.reference(&call, Arc::new(description), inputs.seed).await?;
     let image = artifact_io::put_image(context, "reference.png", generated.image).await?;
-    let mut output = Output { image, known: None, alone: Vec::new(), top: None, unrecognized };
+    let mut output = Output { image, known: None, alone: Vec::new(), top: None, account };
     if let Some(SyntheticGroundTruth { known, truth, alone, top }) = generated.ground_truth {
         output.known = Some(context.put_json("known.json", &known).await?);
         // Nothing reads it again: it is not part of the output, so no stage can take it as input.
@@ -134,7 +135,7 @@ async fn given(context: &Context, sha256: &str) -> Result<Output, StageError> {
         .await?;
     let image = decoded.map_err(|error: imaging::codec::CodecError| unreadable(error.to_string()))?;
     let image = artifact_io::put_image(context, "reference.png", image).await?;
-    Ok(Output { image, known: None, alone: Vec::new(), top: None, unrecognized: Vec::new() })
+    Ok(Output { image, known: None, alone: Vec::new(), top: None, account: None })
 }
 
 fn fitted_down(image: Image) -> Image {

@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use super::requested_pose::posed;
 use super::single_view_reconstruction::{self, ImageReader, ReaderIdentity};
-use super::text_parser::{self, DescribeError, DescribeOptions};
+use super::text_parser::{self, DescribeError, DescribeOptions, TextParserSettings};
 use catalog::Recipe;
 use geometry::TexturedMesh;
 use ports::{
@@ -50,14 +50,11 @@ impl SceneAnalyst for EmbeddedAnalyst {
         options: RequestOptions,
     ) -> Answer<'a, SceneDescription> {
         let settings = self.settings.clone();
-        Box::pin(call.compute(Port::Analyst, move |_| {
-            let options = DescribeOptions {
-                max_objects: options.max_objects.unwrap_or(DEFAULT_MAX_OBJECTS) as usize,
-                table: options.table,
-                on_unknown: options.on_unknown.unwrap_or_default(),
-            };
-            text_parser::describe(&text, seed, &options, &settings).map_err(rejected)
-        }))
+        Box::pin(
+            call.compute(Port::Analyst, move |_| {
+                describe(&text, seed, &options, &settings).map_err(rejected)
+            }),
+        )
     }
 
     fn recognize<'a>(
@@ -90,6 +87,25 @@ impl SceneAnalyst for EmbeddedAnalyst {
             Ok(Upright { pose, views: Vec::new() })
         }))
     }
+}
+
+/// Describes a text with the options of a request.
+///
+/// # Errors
+///
+/// As [`text_parser::describe`].
+pub fn describe(
+    text: &str,
+    seed: u64,
+    options: &RequestOptions,
+    settings: &TextParserSettings,
+) -> Result<SceneDescription, DescribeError> {
+    let options = DescribeOptions {
+        max_objects: options.max_objects.unwrap_or(DEFAULT_MAX_OBJECTS) as usize,
+        table: options.table.clone(),
+        on_unknown: options.on_unknown.unwrap_or_default(),
+    };
+    text_parser::describe(text, seed, &options, settings)
 }
 
 /// The error of the port for a rejected text.

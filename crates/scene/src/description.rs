@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 
-use super::text_account::{Goal, Understood, Unrecognized};
+use super::text_account::{Goal, TextAccount, Understood, Unrecognized};
 use super::{InstanceId, TableSpec};
 use geometry::Rgb;
 
@@ -38,6 +38,22 @@ pub struct SceneDescription {
     pub unrecognized: Vec<Unrecognized>,
     /// The description in plain language.
     pub prose: String,
+}
+
+impl SceneDescription {
+    /// The account of the text that this describes.
+    pub fn account(&self) -> TextAccount {
+        let ids = |chosen: fn(&ObjectSpec) -> bool| {
+            self.objects.iter().filter(|object| chosen(object)).map(|object| object.id.clone()).collect()
+        };
+        TextAccount {
+            understood: self.understood.clone(),
+            unrecognized: self.unrecognized.clone(),
+            goal: self.goal.clone(),
+            stand_ins: ids(|object| object.stand_in),
+            fillings: ids(|object| !object.requested),
+        }
+    }
 }
 
 /// One requested object.

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::{Certificate, Instance, SceneRequest, Support, Table};
 use crate::certificate::Metrics;
 use crate::support_tree::{InvalidSupport, SupportTree, Supporter};
+use crate::text_account::TextAccount;
 use crate::validation::{Violation, Violations, validated};
 use geometry::Camera;
 
@@ -26,6 +27,9 @@ pub struct Scene {
     /// The table is not among them.
     pub instances: Vec<Instance>,
     pub metrics: Metrics,
+    /// What was understood of the text, and what was not; `None` for scenes of images.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub text: Option<TextAccount>,
 }
 
 validated!(Scene);

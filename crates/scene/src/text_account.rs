@@ -16,6 +16,21 @@ pub struct TextSpan {
     pub text: String,
 }
 
+/// The account of a text as scenes and the API show it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct TextAccount {
+    /// Parts of the text with a meaning, in the order of the text.
+    pub understood: Vec<Understood>,
+    /// Parts of the text without effect, in the order of the text.
+    pub unrecognized: Vec<Unrecognized>,
+    /// The goal of an instruction; the scene shows its start state.
+    pub goal: Option<Goal>,
+    /// Objects that the catalog does not have, shown by plain shapes of their size.
+    pub stand_ins: Vec<InstanceId>,
+    /// Objects that the text does not name; the theme added them.
+    pub fillings: Vec<InstanceId>,
+}
+
 /// A part of the text and its meaning.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Understood {

@@ -188,7 +188,7 @@ fn sound() -> Planted {
         top_view: artifact("top"),
         scale_error: None,
         resolve: ResolveFinding { rounds: 1, log: Vec::new(), gave_way: Vec::new() },
-        unrecognized: Vec::new(),
+        account: None,
         certify: section("certify"),
         settle: section("settle"),
         fidelity: section("fidelity"),

@@ -224,5 +224,6 @@ fn scene(inputs: &Inputs, loaded: &[Loaded], certificate: &Certificate) -> Resul
         table,
         instances,
         metrics: certificate.metrics,
+        text: inputs.account.clone(),
     })
 }

@@ -218,6 +218,7 @@ pub(super) fn specimen() -> (Scene, Certificate, Assets, Images) {
         },
         instances,
         metrics,
+        text: None,
     };
     let asset = |name: &str, category: &str, visual, hulls| BodyAsset {
         name: name.into(),
