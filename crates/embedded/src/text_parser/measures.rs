@@ -1,5 +1,6 @@
 //! Measures in a text: "30 cm wide", "10x20 cm", "12 inches tall", "a height of 12 cm", "12 oz", "500 g".
 
+use super::phrase::is_boundary;
 use super::tokens::{Token, match_phrase, word};
 use super::vocabulary::Vocabulary;
 
@@ -250,13 +251,11 @@ pub(super) fn trailing(
                     | "off"
             )
         );
-        let names_extent = reading.lengths.iter().all(|measure| measure.axis != Axis::Unspecified);
-        let is_part = matches!(tokens.get(after), Some(Token::Pause | Token::End) | None)
-            || matches!(
-                word(tokens, after),
-                Some("and" | "with" | "each" | "next" | "on" | "is" | "are" | "or")
-            )
-            || (names_extent && !matches!(word(tokens, after), Some("apart")))
+        let names_extent = !reading.lengths.is_empty()
+            && reading.lengths.iter().all(|measure| measure.axis != Axis::Unspecified);
+        // "a mug and a 12 oz glass": the measure belongs to the noun after it.
+        let is_part = word(tokens, after).is_none_or(|next| is_boundary(vocabulary, next))
+            && !matches!(tokens.get(after), Some(Token::Number(_)))
             || match_phrase(tokens, after, "in size").is_some();
         if (starts_relation && !names_extent) || !is_part {
             break;
@@ -333,6 +332,8 @@ mod tests {
             ("20 cm to the right of the mug", 0),
             ("5 cm apart", 0),
             ("and a 20 cm plate", 0),
+            ("and 12 oz glass", 0),
+            ("and 30 cm wide tray", 0),
         ] {
             assert_eq!(trailing(vocabulary(), &tokenize(text), 0).0.len(), count, "{text}");
         }

@@ -31,8 +31,15 @@ const BEFORE: &[&str] = &[
 pub(super) fn quantity(lexicon: &Lexicon, tokens: &[Token], at: usize) -> Option<([u32; 2], usize)> {
     let before = BEFORE.iter().filter_map(|phrase| match_phrase(tokens, at, phrase)).max().unwrap_or(0);
     let (range, length) = number_of(lexicon, tokens, at + before)?;
-    let exact = range[0] == range[1];
-    (before == 0 || exact).then_some((range, before + length))
+    if before > 0 && range[0] != range[1] {
+        return None;
+    }
+    let range = match word(tokens, at) {
+        Some("more") => range.map(|count| count.saturating_add(1)),
+        Some("less" | "fewer") => range.map(|count| count.saturating_sub(1).max(1)),
+        _ => range,
+    };
+    Some((range, before + length))
 }
 
 fn number_of(lexicon: &Lexicon, tokens: &[Token], at: usize) -> Option<([u32; 2], usize)> {
