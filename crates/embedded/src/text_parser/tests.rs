@@ -165,22 +165,3 @@ fn describe_keeps_mug_size_in_range_with_spoon_inside() {
         assert!(size_of("mug_1").x <= mug.size.high_m.x, "seed {seed}: {}", size_of("mug_1"));
     }
 }
-
-/// A development aid: describes the texts of a file.
-#[test]
-fn zz_texts_of_a_file() {
-    let Ok(path) = std::env::var("ZZ_TEXTS") else { return };
-    let out: String = std::fs::read_to_string(path)
-        .expect("texts")
-        .lines()
-        .map(|line| {
-            let text: String = serde_json::from_str(line).expect("a string");
-            let value = match describe(&text, 32, &options(), &settings()) {
-                Ok(description) => serde_json::json!({ "description": description }),
-                Err(error) => serde_json::json!({ "error": error.to_string() }),
-            };
-            format!("{value}\n")
-        })
-        .collect();
-    std::fs::write(std::env::var("ZZ_OUT").expect("a path"), out).expect("written");
-}
