@@ -76,8 +76,15 @@ impl<'c> Lexicon<'c> {
                 }
             }
         }
-        for (index, category) in categories.iter().enumerate() {
-            for phrase in &category.synonyms {
+        let mut synonyms: Vec<(usize, &String)> = categories
+            .iter()
+            .enumerate()
+            .flat_map(|(index, category)| category.synonyms.iter().map(move |phrase| (index, phrase)))
+            .collect();
+        // Shorter phrases first, since what they mean decides whether a longer one says more.
+        synonyms.sort_by_key(|(_, phrase)| phrase.split(' ').count());
+        for (index, phrase) in synonyms {
+            if !lexicon.is_described(phrase, &Meaning::Category(index)) {
                 lexicon.add(phrase, None, Meaning::Category(index), false);
             }
         }
@@ -89,6 +96,17 @@ impl<'c> Lexicon<'c> {
         let words = lexicon.phrases.keys().flat_map(|phrase| phrase.split(' ')).map(str::to_owned);
         lexicon.words = words.collect();
         lexicon
+    }
+
+    /// Whether a phrase is a color, a material or a size before another phrase of the same meaning ("red apple"): its
+    /// first word then is a property, not a part of the name.
+    fn is_described(&self, phrase: &str, meaning: &Meaning) -> bool {
+        let Some((first, rest)) = phrase.split_once(' ') else { return false };
+        let vocabulary = self.vocabulary;
+        let is_property = vocabulary.colors.contains_key(first)
+            || vocabulary.materials.contains_key(first)
+            || vocabulary.sizes.contains_key(first);
+        is_property && self.phrases.get(rest).is_some_and(|known| known.meanings.first() == Some(meaning))
     }
 
     /// Whether the word occurs in a phrase of the lexicon.

@@ -194,6 +194,7 @@ mod tests {
         let description = SceneDescription {
             theme: "t".into(),
             family: "dining_kitchen".into(),
+            table_size_is_stated: false,
             table: TableSpec {
                 model: Some("dining_table".into()),
                 size_m: Some(DVec3::new(1.4, 0.8, 0.74)),

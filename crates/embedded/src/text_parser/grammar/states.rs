@@ -6,7 +6,7 @@ use std::ops::Range;
 use super::Parser;
 use crate::text_parser::lexicon::Meaning;
 use crate::text_parser::tokens::word;
-use catalog::{Affordance, Category};
+use catalog::{Affordance, Category, State};
 use scene::description::RequestedPose;
 use scene::text_account::UnrecognizedReason;
 
@@ -161,7 +161,12 @@ pub(super) fn pose_of(state: &str) -> Option<RequestedPose> {
     })
 }
 
-/// Whether the meshes of a category can show a state. The laptop of the catalog is always open.
+/// Whether the meshes of a category show a state.
 pub(in crate::text_parser) fn category_shows(category: &Category, state: &str) -> bool {
-    matches!((category.name.as_str(), state), ("laptop", "open"))
+    match state {
+        "open" => category.can_be(State::Open),
+        "closed" => category.can_be(State::Closed),
+        "folded" => category.can_be(State::Folded),
+        _ => false,
+    }
 }
