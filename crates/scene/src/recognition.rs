@@ -170,16 +170,6 @@ pub enum StandsOn {
     In(InstanceId),
 }
 
-impl StandsOn {
-    /// The supporting object; `None` = the table.
-    pub fn object(&self) -> Option<&InstanceId> {
-        match self {
-            Self::Table => None,
-            Self::On(id) | Self::In(id) => Some(id),
-        }
-    }
-}
-
 /// Mask of one instance in the reference image.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct InstanceMask {
