@@ -76,7 +76,8 @@ fn corrected(lexicon: &Lexicon, word: &str) -> Option<String> {
         if !same_start && !exchanged {
             continue;
         }
-        let distance = if exchanged { 1 } else { edit_distance(word, known) };
+        // Exchanged letters are the likeliest error.
+        let distance = if exchanged { 0 } else { edit_distance(word, known) };
         if distance > limit || (word.len() <= SHORT && known.len() == word.len() && !exchanged) {
             continue;
         }
