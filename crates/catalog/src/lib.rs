@@ -2,8 +2,9 @@
 //! meshes.
 //!
 //! Data live in `config/catalog/*.toml` and `config/materials.toml` and are compiled in by `include_str!`. Each
-//! category has a shape, which the module `kit` builds, or names a generator in one of the family modules below. Building is deterministic: the same recipe gives
-//! the same mesh. The crate must not depend on rendering, scenes, models or file formats.
+//! category has a shape, which the module `kit` builds, or names a generator in one of the family modules below.
+//! Building is deterministic: the same recipe gives the same mesh. The crate must not depend on rendering, scenes,
+//! models or file formats.
 //!
 //! ```
 //! use catalog::{Recipe, build};

@@ -1,15 +1,15 @@
 //! Rule-based text parser: a grammar over the catalog converts an English text to a scene description.
 //!
 //! Method: tokens with their positions -> noun phrases (longest match over labels, synonyms and plurals; the head noun
-//! decides) -> mentions and links (lists, prepositions, pronouns, negation, arrangements, instructions) -> theme (keywords
-//! and named categories) -> objects with sizes, attributes and relations, in the start state of the goal -> table of
-//! sufficient size. The vocabulary is data (`config/catalog/words.toml`, `verbs.toml`, `themes.toml`). Lengths are in
-//! meters. Left, right, front and back are relative to a viewer at the front edge.
+//! decides) -> mentions and links (lists, prepositions, pronouns, negation, arrangements, instructions) -> theme
+//! (keywords and named categories) -> objects with sizes, attributes and relations, in the start state of the goal ->
+//! table of sufficient size. The vocabulary is data (`config/catalog/words.toml`, `verbs.toml`, `themes.toml`). Lengths
+//! are in meters. Left, right, front and back are relative to a viewer at the front edge.
 //!
 //! Guarantees: the same text, seed and options give the same description; every recognized object is present with its
-//! count; supports form a tree rooted at the table; no text causes a panic; the time is linear in the text. Every word is
-//! accounted for: it is part of `understood` or `unrecognized`, or of a closed list of ignorable words. Limits: English
-//! only, lists, simple sentences and instructions; long prose is parsed poorly.
+//! count; supports form a tree rooted at the table; no text causes a panic; the time is linear in the text. Every word
+//! is accounted for: it is part of `understood` or `unrecognized`, or of a closed list of ignorable words. Limits:
+//! English only, lists, simple sentences and instructions; long prose is parsed poorly.
 
 mod tokens;
 mod json_input;

@@ -31,7 +31,7 @@ use self::png_chunks::still_png;
 use self::webp_chunks::check_still_webp;
 use crate::Image;
 
-/// Smallest side of an image of a scene, pixels: with fewer, objects cannot be told apart.
+/// Smallest side of an image of a scene, pixels: with fewer, objects cannot be distinguished.
 pub const MIN_SCENE_SIDE_PX: u32 = 160;
 
 /// Largest ratio of the sides of an image of a scene: reduced to 1280 pixels, its shorter side keeps

@@ -25,11 +25,6 @@ pub const ALLOWED: &[Allowed] = &[
         reason: "the file builds paint bottles, brushes, a painter's palette and a canvas with a painting",
     },
     Allowed {
-        path: "crates/catalog/src/physical.rs",
-        words: &["paint"],
-        reason: "the paint can is an object",
-    },
-    Allowed {
         path: "crates/catalog/src/workbench",
         words: &["paint"],
         reason: "the paint can is an object, with drips of paint",

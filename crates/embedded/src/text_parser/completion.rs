@@ -17,8 +17,8 @@ use catalog::Category;
 use runtime::seed::child_rng;
 use scene::RelationKind;
 
-/// Whether the theme completes the scene: the text names no objects, or it asks for more than it names. Claims the words
-/// that say so.
+/// Whether the theme completes the scene: the text names no objects, or it asks for more than it names. Claims the
+/// words that say so.
 pub(super) fn is_open(lexicon: &Lexicon, parsed: &mut ParsedText, source: &Source, is_bare: bool) -> bool {
     let grammar = &lexicon.vocabulary.grammar;
     let mut claim = |phrases: &BTreeSet<String>, complete: bool| {

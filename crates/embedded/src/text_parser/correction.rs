@@ -1,5 +1,5 @@
-//! Misspelled words: a word that is not known and differs by one letter, or by two if it is long, from exactly one known
-//! word is read as that word. The nearest known words of other unknown words.
+//! Misspelled words: a word that is not known and differs by one letter, or by two if it is long, from exactly one
+//! known word is read as that word. The nearest known words of other unknown words.
 
 use super::lexicon::{Lexicon, edit_distance};
 use super::tokens::{Source, Token};

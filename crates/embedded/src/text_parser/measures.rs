@@ -192,8 +192,8 @@ fn unit_at(vocabulary: &Vocabulary, tokens: &[Token], at: usize) -> Option<f64> 
     vocabulary.units.get(unit).copied()
 }
 
-/// The measures after a noun: "a box 30 cm wide, 20 cm deep and 10 cm high", "a jar with a height of 12 cm". Returns the
-/// readings, each with the position of its first token, and the position after the last one.
+/// The measures after a noun: "a box 30 cm wide, 20 cm deep and 10 cm high", "a jar with a height of 12 cm". Returns
+/// the readings, each with the position of its first token, and the position after the last one.
 pub(super) fn trailing(
     vocabulary: &Vocabulary,
     tokens: &[Token],

@@ -1,8 +1,8 @@
 //! The noun-phrase chunker: "two small light blue ceramic mugs", "a stack of three books", "a 30 cm
 //! wide oak table", "them".
 //!
-//! A phrase consists of determiners and quantities, then modifiers, then the head (head.rs). Words that are both modifier
-//! and noun ("glass", "orange") are modifiers if a noun follows in the same phrase (modifiers.rs).
+//! A phrase consists of determiners and quantities, then modifiers, then the head (head.rs). Words that are both
+//! modifier and noun ("glass", "orange") are modifiers if a noun follows in the same phrase (modifiers.rs).
 
 mod boundary;
 mod head;

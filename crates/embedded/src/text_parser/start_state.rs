@@ -89,7 +89,8 @@ fn of_goal(draft: &Draft, goal: &GoalDraft) -> Vec<DraftPredicate> {
     predicates
 }
 
-/// Changes the draft so that it does not satisfy the predicates. Returns the predicates that no start state can violate.
+/// Changes the draft so that it does not satisfy the predicates. Returns the predicates that no start state can
+/// violate.
 pub(super) fn stand_apart(draft: &mut Draft, predicates: &[DraftPredicate]) -> Vec<DraftPredicate> {
     let mut satisfied = Vec::new();
     for predicate in predicates {

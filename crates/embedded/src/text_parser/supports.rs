@@ -175,8 +175,8 @@ fn fits_in(item_m: DVec3, vessel_m: DVec3) -> bool {
     through < opening
 }
 
-/// Replaces impossible supports ("a laptop on a mouse", the ninth apple of a small bowl) by `NextTo`. Returns the objects
-/// that lost their support.
+/// Replaces impossible supports ("a laptop on a mouse", the ninth apple of a small bowl) by `NextTo`. Returns the
+/// objects that lost their support.
 pub(super) fn keep_what_fits(draft: &mut Draft) -> Vec<usize> {
     let mut replaced = Vec::new();
     let mut filled: Vec<f64> = vec![0.0; draft.objects.len()];

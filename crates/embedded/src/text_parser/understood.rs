@@ -1,4 +1,5 @@
-//! The account of a text in the terms of the scene: object ids instead of mentions, spans of the text instead of tokens.
+//! The account of a text in the terms of the scene: object ids instead of mentions, spans of the text instead of
+//! tokens.
 
 use std::ops::Range;
 

@@ -145,8 +145,8 @@ impl Verbs {
         self.scene.contains(word)
     }
 
-    /// The frame of the longest verb phrase at `at`, and its number of words. A particle after the object ("pick the mug
-    /// up") is not part of it.
+    /// The frame of the longest verb phrase at `at`, and its number of words. A particle after the object ("pick the
+    /// mug up") is not part of it.
     pub fn at(&self, tokens: &[Token], at: usize) -> Option<(Frame, usize)> {
         let mut phrase = word(tokens, at)?.to_owned();
         if !self.forms.contains(&phrase) {

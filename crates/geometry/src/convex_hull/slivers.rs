@@ -1,6 +1,6 @@
 //! Removal of corners that give sliver faces.
 //!
-//! Corners in the middle of an edge and corners that nearly coincide give faces without area, in this triangulation or
+//! Corners at the center of an edge and corners that nearly coincide give faces without area, in this triangulation or
 //! in that of another program. Programs that build a volume mesh from a hull fail on them (Drake rejects normals of
 //! less than 1e-10 m^2), and engines gain nothing from them. Removed are corners that change the surface by less than a
 //! micrometer, and of each face without area the corner opposite to its longest edge. Object frame, meters.
@@ -43,7 +43,7 @@ fn spare_corners(hull: &ConvexHull) -> Vec<usize> {
         .points
         .iter()
         .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), &p| (low.min(p), high.max(p)));
-    let least_m2 = MIN_TWICE_AREA_M2.max(MIN_TWICE_AREA_SHARE * (high - low).length_squared());
+    let min_m2 = MIN_TWICE_AREA_M2.max(MIN_TWICE_AREA_SHARE * (high - low).length_squared());
     let mut spared: Vec<usize> = Vec::new();
     let mut touched: Vec<u32> = Vec::new();
     let mut around_m2 = vec![0.0; hull.points.len()];
@@ -61,7 +61,7 @@ fn spare_corners(hull: &ConvexHull) -> Vec<usize> {
     }
     for t in &hull.triangles {
         let [a, b, c] = t.map(|v| hull.points[v as usize]);
-        if (b - a).cross(c - a).length() >= least_m2 || t.iter().any(|v| touched.contains(v)) {
+        if (b - a).cross(c - a).length() >= min_m2 || t.iter().any(|v| touched.contains(v)) {
             continue;
         }
         let opposite = [(b - c).length(), (c - a).length(), (a - b).length()];
@@ -78,17 +78,17 @@ mod tests {
     use crate::convex_hull::convex_hull;
     use crate::shapes::{block, cylinder};
 
-    fn least_twice_area_m2(hull: &ConvexHull) -> f64 {
+    fn min_twice_area_m2(hull: &ConvexHull) -> f64 {
         let corners = hull.triangles.iter().map(|t| t.map(|v| hull.points[v as usize]));
         corners.map(|[a, b, c]| (b - a).cross(c - a).length()).fold(f64::INFINITY, f64::min)
     }
 
-    /// Regression: Drake refused hulls whose corners lay in the middle of an edge or nearly coincided.
+    /// Regression: Drake refused hulls whose corners lay at the center of an edge or nearly coincided.
     #[test]
     fn corners_on_edges_and_near_others_are_spared() {
         let size = DVec3::new(0.06, 0.04, 0.002);
         let mut points = block(size).positions;
-        // Just outside the middle of an edge, and a copy of a corner moved by a nanometer.
+        // Just outside the center of an edge, and a copy of a corner moved by a nanometer.
         points.push(DVec3::new(0.0, -0.02 - 1e-9, 0.0));
         points.push(DVec3::new(0.01, 0.02 + 2e-9, 0.002));
         points.push(DVec3::new(0.03 + 3e-9, 0.02, 0.002 + 1e-9));
@@ -96,7 +96,7 @@ mod tests {
         let quick = parry3d_f64::transformation::try_convex_hull(&points).expect("a hull");
         let given = ConvexHull { points: quick.0, triangles: quick.1 };
         let cleaned = without_slivers(given.clone());
-        assert!(least_twice_area_m2(&cleaned) >= MIN_TWICE_AREA_M2, "{}", least_twice_area_m2(&cleaned));
+        assert!(min_twice_area_m2(&cleaned) >= MIN_TWICE_AREA_M2, "{}", min_twice_area_m2(&cleaned));
         assert!((cleaned.volume_m3() / (size.x * size.y * size.z) - 1.0).abs() < 2e-4);
     }
 

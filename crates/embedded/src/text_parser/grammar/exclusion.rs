@@ -208,8 +208,8 @@ impl Parser<'_, '_> {
         true
     }
 
-    /// Mentions of excluded categories lose their objects. A text that first asks for them contradicts itself, unless the
-    /// mention is the exclusion itself.
+    /// Mentions of excluded categories lose their objects. A text that first asks for them contradicts itself, unless
+    /// the mention is the exclusion itself.
     pub(super) fn drop_excluded(&mut self) {
         for m in 0..self.parsed.mentions.len() {
             let mention = &self.parsed.mentions[m];

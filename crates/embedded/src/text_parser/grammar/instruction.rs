@@ -1,5 +1,5 @@
-//! Recognition of instructions: an imperative ("put the apple in the bowl"), a request ("can you ...", "the robot should
-//! ...") or a purpose ("so that", "to wipe the table"). Verbs are never objects.
+//! Recognition of instructions: an imperative ("put the apple in the bowl"), a request ("can you ...", "the robot
+//! should ...") or a purpose ("so that", "to wipe the table"). Verbs are never objects.
 
 use super::Parser;
 use crate::text_parser::measures::read_length;
@@ -186,8 +186,8 @@ impl Parser<'_, '_> {
             })
     }
 
-    /// Whether "put", "place", "stack" and the like only say what is on the table: their object is indefinite, so it is not
-    /// there yet; or its destination has a measured distance.
+    /// Whether "put", "place", "stack" and the like only say what is on the table: their object is indefinite, so it is
+    /// not there yet; or its destination has a measured distance.
     fn arranges_scene(&self, frame: Frame, at: usize, requested: bool) -> bool {
         let verb = self.word_at(at.saturating_sub(1)).unwrap_or_default();
         let lines_up = frame == Frame::Other && matches!(verb, "up" | "group" | "lean");

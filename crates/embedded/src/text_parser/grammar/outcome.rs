@@ -81,8 +81,8 @@ impl Parser<'_, '_> {
         }
     }
 
-    /// The destination among the paths. "put the apple on the plate into the bowl": the directed path, or the last support;
-    /// paths before it describe the object, paths after it describe its target.
+    /// The destination among the paths. "put the apple on the plate into the bowl": the directed path, or the last
+    /// support; paths before it describe the object, paths after it describe its target.
     pub(super) fn destination(&mut self, action: &mut Action) -> Option<Path> {
         let paths = std::mem::take(&mut action.paths);
         let support = |path: &Path| match &path.kind {

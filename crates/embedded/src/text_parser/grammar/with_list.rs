@@ -184,8 +184,8 @@ impl Parser<'_, '_> {
         })
     }
 
-    /// The end of the list at the current position if all of it belongs to the host: its last member has a relation to the
-    /// host ("on it"), or the list ends the sentence and the host is a vessel or a board.
+    /// The end of the list at the current position if all of it belongs to the host: its last member has a relation to
+    /// the host ("on it"), or the list ends the sentence and the host is a vessel or a board.
     fn whole_list(&self, host: usize) -> Option<usize> {
         let mut p = self.at;
         let mut and = false;
