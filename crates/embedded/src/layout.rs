@@ -251,10 +251,10 @@ fn poses(objects: &[ObjectGeometry], supports: &SupportTree, groups: &[(Placemen
                 Pose { translation_m: at.xy_m.extend(0.0), rotation: rotation.normalize() };
         }
     }
-    for object in 0..objects.len() {
+    for (object, pose) in poses.iter_mut().enumerate() {
         // Approximate height: the sum of the heights of the supporters.
         for below in supports.ancestors(object) {
-            poses[object].translation_m.z += objects[below].height_m;
+            pose.translation_m.z += objects[below].height_m;
         }
     }
     poses

@@ -247,7 +247,7 @@ mod tests {
         assert_eq!(stored, r#"[{"parent":1,"relation":"in"},{"parent":null,"relation":"on"}]"#);
         assert_eq!(serde_json::from_str::<SupportTree>(&stored).expect("a tree"), tree);
         let cyclic = r#"[{"parent":0,"relation":"on"}]"#;
-        let error = serde_json::from_str::<SupportTree>(cyclic).unwrap_err();
+        let error = serde_json::from_str::<SupportTree>(cyclic).expect_err("a cycle");
         assert!(error.to_string().starts_with("object 0 supports itself"), "{error}");
     }
 

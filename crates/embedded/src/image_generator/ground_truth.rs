@@ -48,7 +48,7 @@ pub(super) fn image(
 fn recognized(object: &SceneObject) -> RecognizedObject {
     let spec = object.spec;
     let tipped =
-        (!spec.pose.is_upright()).then(|| TippedPose { pose: spec.pose, upright_size_m: spec.size_m });
+        (!spec.pose.is_upright()).then_some(TippedPose { pose: spec.pose, upright_size_m: spec.size_m });
     RecognizedObject {
         id: spec.id.clone(),
         label: spec.label.clone(),

@@ -97,8 +97,7 @@ impl Parser<'_, '_> {
         let mut p = from;
         let mut end = None;
         let mut first_is_bare = true;
-        loop {
-            let Some((phrase, after)) = noun_phrase(self.lexicon, self.tokens, p) else { break };
+        while let Some((phrase, after)) = noun_phrase(self.lexicon, self.tokens, p) {
             if !matches!(phrase.head, Head::Objects(_) | Head::Unknown(_)) || phrase.is_table() {
                 break;
             }
