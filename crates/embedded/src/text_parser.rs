@@ -187,7 +187,14 @@ fn describe_with(
     let mut draft = Draft::new(lexicon, &theme.family, seed);
     counts::instantiate(&mut draft, &parsed, limit)?;
     supports::relate(&mut draft, &parsed);
-    let is_open = completion::is_open(lexicon, &mut parsed, &source, draft.objects.is_empty());
+    // "Afternoon tea" and "an electronics bench" name the theme, not objects.
+    let names_theme = |words: &str| {
+        let keywords = theme.keywords.iter().filter(|keyword| themes::has_phrase(&normalized, keyword));
+        keywords.into_iter().any(|keyword| themes::has_phrase(keyword, words))
+    };
+    let is_bare =
+        parsed.mentions.iter().all(|mention| mention.count.is_none() && names_theme(&mention.words));
+    let is_open = completion::is_open(lexicon, &mut parsed, &source, is_bare);
     if is_open {
         completion::complete(&mut draft, &parsed, theme, settings, limit);
     }

@@ -17,7 +17,7 @@ use catalog::Category;
 use runtime::seed::child_rng;
 use scene::RelationKind;
 
-/// Whether the theme completes the scene: the text names no objects, or it asks for more than it names. Claims the
+/// Whether the theme completes the scene: the text is bare of objects, or it asks for more than it names. Claims the
 /// words that say so.
 pub(super) fn is_open(lexicon: &Lexicon, parsed: &mut ParsedText, source: &Source, is_bare: bool) -> bool {
     let grammar = &lexicon.vocabulary.grammar;
@@ -33,7 +33,7 @@ pub(super) fn is_open(lexicon: &Lexicon, parsed: &mut ParsedText, source: &Sourc
         found
     };
     let (opens, closes) = (claim(&grammar.openers, true), claim(&grammar.closers, false));
-    is_bare && parsed.mentions.is_empty() || (opens && !closes && !parsed.nothing_else)
+    is_bare || (opens && !closes && !parsed.nothing_else)
 }
 
 /// Adds typical objects until the seeded number of objects is reached. Categories that the text names or excludes are
