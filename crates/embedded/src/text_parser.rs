@@ -190,10 +190,14 @@ fn describe_with(
     // "Afternoon tea" and "an electronics bench" name the theme, not objects.
     let names_theme = |words: &str| {
         let keywords = theme.keywords.iter().filter(|keyword| themes::has_phrase(&normalized, keyword));
-        keywords.into_iter().any(|keyword| themes::has_phrase(keyword, words))
+        keywords
+            .into_iter()
+            .any(|keyword| themes::has_phrase(keyword, words) || themes::has_phrase(words, keyword))
     };
-    let is_bare =
-        parsed.mentions.iter().all(|mention| mention.count.is_none() && names_theme(&mention.words));
+    let is_vague = |meanings: &[Meaning]| matches!(meanings.first(), Some(Meaning::Vague(_)));
+    let is_bare = parsed.mentions.iter().all(|mention| {
+        (mention.count.is_none() || is_vague(&mention.meanings)) && names_theme(&mention.words)
+    });
     let is_open = completion::is_open(lexicon, &mut parsed, &source, is_bare);
     if is_open {
         completion::complete(&mut draft, &parsed, theme, settings, limit);
