@@ -114,7 +114,10 @@ def load(path):
         Parser(plant).AddModels(str(path))
         plant.Finalize()
     plant.diagram = builder.Build()  # keeps the scene graph alive
-    return plant, overheard.text.strip()
+    # Restitution, resistance to spinning and the friction beside Drake's own are for Gazebo.
+    known = ("Ignoring unsupported SDFormat element in ", "When drake contact parameters are fully specified")
+    lines = [line for line in overheard.text.splitlines() if line.strip()]
+    return plant, "\n".join(line for line in lines if not any(words in line for words in known))
 
 
 def check_body(verdict, body, plant, link) -> int:
