@@ -22,6 +22,10 @@ pub struct Category {
     /// Synonyms, singular, lower case.
     #[serde(default)]
     pub synonyms: Vec<String>,
+    /// Other objects, singular, lower case, of which it is a plainer one of the kind ("scone" of a muffin): an object
+    /// of that name has its shape and is marked as a stand-in.
+    #[serde(default)]
+    pub stands_in_for: Vec<String>,
     /// Irregular plural ("knives"); `None` if s or es is appended.
     #[serde(default)]
     pub plural: Option<String>,

@@ -19,6 +19,7 @@ mod nouns;
 mod lexicon;
 mod correction;
 mod language;
+mod position_verbs;
 mod account;
 mod measures;
 mod quantity;
@@ -172,14 +173,20 @@ fn describe_with(
         return Err(DescribeError::Empty);
     }
     let corrections = correction::correct(lexicon, &mut source);
+    let corrections: Vec<_> =
+        corrections.into_iter().map(|(token, word)| (source.spans[token].clone(), word)).collect();
     if let Some(words) = language::foreign_words(lexicon, &source) {
         return Err(DescribeError::NotEnglish { words: words.into_iter().take(12).collect() });
     }
     source.separate_bare_nouns(lexicon);
+    position_verbs::separate(lexicon, &mut source);
     let normalized = source.tokens.iter().filter_map(tokens::Token::word).collect::<Vec<_>>().join(" ");
     let mut parsed = grammar::parse(lexicon, &source, options.on_unknown == OnUnknown::StandIn);
-    for (token, corrected) in corrections {
-        parsed.account.note(token..token + 1, Claimed::Correction(corrected));
+    for (span, corrected) in corrections {
+        // Separation inserts tokens, so that those of corrected words are found by their place in the text.
+        if let Some(token) = source.spans.iter().position(|other| *other == span) {
+            parsed.account.note(token..token + 1, Claimed::Correction(corrected));
+        }
     }
     let theme = theme_of(lexicon, &parsed, &normalized, seed)?;
     let limit = options.max_objects.min(64);
@@ -211,9 +218,14 @@ fn describe_with(
         report_support(&draft, &mut parsed, object);
     }
     let goals = start_state::predicates(&draft, &parsed);
-    let satisfied = start_state::stand_apart(&mut draft, &goals.predicates);
+    let start_state::Unviolated { satisfied, unshown } =
+        start_state::stand_apart(&mut draft, &goals.predicates);
+    report_unshown(&mut parsed, &goals, &unshown);
     for object in out_of_range {
         report_measures(&draft, &mut parsed, object);
+    }
+    for object in sizing::contradictions(&draft) {
+        report_last_measure(&draft, &mut parsed, object);
     }
     if !satisfied.is_empty() {
         for range in parsed.instructions.clone() {
@@ -285,6 +297,30 @@ fn report_support(draft: &Draft, parsed: &mut ParsedText, object: usize) {
     }
 }
 
+/// Reports the goals whose start state the meshes do not show ("close the drawer" without a mesh of an open drawer).
+fn report_unshown(
+    parsed: &mut ParsedText,
+    goals: &start_state::Predicates,
+    unshown: &[start_state::DraftPredicate],
+) {
+    let is_unshown = |goal: &usize| {
+        let first = goals.of_goal.get(*goal).copied().flatten();
+        first.is_some_and(|first| unshown.contains(&goals.predicates[first]))
+    };
+    let tokens: Vec<_> = parsed
+        .account
+        .claims
+        .iter()
+        .filter_map(|claim| match &claim.meaning {
+            Claimed::Goal(goal) if is_unshown(goal) => Some(claim.tokens.clone()),
+            _ => None,
+        })
+        .collect();
+    for tokens in tokens {
+        parsed.account.report(tokens, UnrecognizedReason::NotSupported);
+    }
+}
+
 /// Reports the measures of an object that are outside the range of its category.
 fn report_measures(draft: &Draft, parsed: &mut ParsedText, object: usize) {
     let Some(mention) = draft.of_mention.iter().position(|objects| objects.contains(&object)) else { return };
@@ -304,6 +340,17 @@ fn report_measures(draft: &Draft, parsed: &mut ParsedText, object: usize) {
     for tokens in measures {
         parsed.account.retract(&tokens);
         parsed.account.report(tokens, UnrecognizedReason::OutOfRange);
+    }
+}
+
+/// Reports the last measure of an object as a contradiction of those before it.
+fn report_last_measure(draft: &Draft, parsed: &mut ParsedText, object: usize) {
+    let Some(mention) = draft.of_mention.iter().position(|objects| objects.contains(&object)) else { return };
+    let is_size = |meaning: &Claimed| matches!(meaning, Claimed::Property { property: "size", mentions } if mentions.contains(&mention));
+    let last = parsed.account.claims.iter().rev().find(|claim| is_size(&claim.meaning));
+    if let Some(tokens) = last.map(|claim| claim.tokens.clone()) {
+        parsed.account.retract(&tokens);
+        parsed.account.report(tokens, UnrecognizedReason::Contradiction);
     }
 }
 

@@ -48,6 +48,25 @@ fn synonyms_are_lower_case_and_listed_once() {
     }
 }
 
+/// What a category stands in for has no category of its own.
+#[test]
+fn categories_stand_in_for_what_the_catalog_lacks() {
+    let words = |category: &Category| -> Vec<String> {
+        let own = [&category.name, &category.label].into_iter().chain(&category.synonyms);
+        own.map(|word| normalized(word)).collect()
+    };
+    let known: std::collections::BTreeSet<String> = categories().iter().flat_map(words).collect();
+    let mut seen = std::collections::BTreeSet::new();
+    for category in categories() {
+        for noun in &category.stands_in_for {
+            assert_eq!(noun, &noun.trim().to_lowercase(), "{}", category.name);
+            assert!(!known.contains(&normalized(noun)), "{}: {noun} is a name of a category", category.name);
+            assert!(seen.insert(normalized(noun)), "{}: {noun} twice", category.name);
+        }
+    }
+    assert!(seen.contains("parsnip"));
+}
+
 /// Words that robots' instructions use, and the category that they denote.
 #[test]
 fn words_of_robot_instructions_denote_the_expected_category() {
@@ -72,6 +91,11 @@ fn words_of_robot_instructions_denote_the_expected_category() {
         ("chips can", "chips_tube"),
         ("nut", "nut"),
         ("walnut", "walnut"),
+        ("magazine", "magazine"),
+        ("tee block", "t_block"),
+        ("hotdog bun", "hot_dog_bun"),
+        ("bottle of whiskey", "liquor_bottle"),
+        ("bookcase", "shelf"),
     ];
     for (word, name) in expected {
         let owner = categories().iter().find(|category| {

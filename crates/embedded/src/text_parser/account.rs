@@ -85,6 +85,11 @@ impl Account {
         self.reports.push(Report { tokens, reason });
     }
 
+    /// Whether exactly these tokens have a meaning.
+    pub fn is_claimed(&self, tokens: &Range<usize>) -> bool {
+        self.claims.iter().rev().take(RECENT * RECENT).any(|claim| claim.tokens == *tokens)
+    }
+
     pub fn is_open(&self, token: usize) -> bool {
         self.accounted.get(token).is_some_and(|accounted| !accounted)
     }
@@ -118,7 +123,10 @@ impl Account {
         for (index, claim) in self.claims.iter().enumerate() {
             for token in claim.tokens.clone() {
                 if let (Some(slot), Some(covered)) = (meaning.get_mut(token), is_covered.get_mut(token)) {
-                    (*slot, *covered) = (Some(index), true);
+                    // A correction is about its own word only.
+                    let is_correction = matches!(claim.meaning, Claimed::Correction(_));
+                    *slot = if is_correction { *slot } else { Some(index) };
+                    *covered = true;
                 }
             }
         }

@@ -4,7 +4,7 @@ use rand::RngExt;
 
 use super::DescribeError;
 use super::draft::{Draft, Kind};
-use super::grammar::{Mention, ParsedText};
+use super::grammar::{LinkKind, Mention, ParsedText};
 use super::lexicon::Meaning;
 use super::phrase::Attributes;
 use super::themes::VagueSet;
@@ -25,17 +25,16 @@ pub(super) fn instantiate(draft: &mut Draft, parsed: &ParsedText, limit: usize) 
     }
     for (m, mention) in parsed.mentions.iter().enumerate() {
         let mut made = Vec::new();
-        match sense(draft, mention) {
+        match open_box(draft, parsed, m).or_else(|| sense(draft, mention)) {
             Some(meaning @ (Meaning::Category(_) | Meaning::StandIn(_))) => {
                 for k in 0..counts[m] {
                     let Some(kind) = draft.lexicon.kind(&meaning) else { break };
+                    let kind = match &mention.stand_in {
+                        Some(noun) => kind.standing_in_for(noun),
+                        None => kind,
+                    };
                     let label = label(draft, mention, &kind, k);
-                    let mut attributes = mention.attributes.clone();
-                    if attributes.colors.len() > 1 {
-                        let pick = k % attributes.colors.len();
-                        attributes.colors.swap(0, pick);
-                    }
-                    made.push(draft.add_of(mention, kind, label, attributes));
+                    made.push(draft.add_of(mention, kind, label, mention.attributes.of_object(k)));
                 }
                 if mention.stacked {
                     let size = mention.stack_size.unwrap_or(made.len()).max(1);
@@ -54,12 +53,11 @@ pub(super) fn instantiate(draft: &mut Draft, parsed: &ParsedText, limit: usize) 
                     for category in members(draft, vague, counts[m], m, parsed) {
                         let category = &draft.lexicon.categories[category];
                         let attributes = mention.attributes.clone();
-                        made.push(draft.add_of(
-                            mention,
-                            Kind::of(category),
-                            category.label.clone(),
-                            attributes,
-                        ));
+                        let (kind, label) = match &mention.stand_in {
+                            Some(noun) => (Kind::of(category).standing_in_for(noun), noun.clone()),
+                            None => (Kind::of(category), category.label.clone()),
+                        };
+                        made.push(draft.add_of(mention, kind, label, attributes));
                     }
                 }
             }
@@ -68,6 +66,19 @@ pub(super) fn instantiate(draft: &mut Draft, parsed: &ParsedText, limit: usize) 
         draft.of_mention.push(made);
     }
     Ok(())
+}
+
+/// "a box with an apple in it": a box without another name is open if it holds something.
+fn open_box(draft: &Draft, parsed: &ParsedText, m: usize) -> Option<Meaning> {
+    let mention = &parsed.mentions[m];
+    let holds = parsed
+        .links
+        .iter()
+        .any(|link| link.to == m && link.kind == LinkKind::Relation(RelationKind::In) && link.from != m);
+    let is_plain =
+        matches!(draft.lexicon.vocabulary.singular_of(&mention.words).rsplit(' ').next(), Some("box"))
+            && mention.meanings.first() == draft.lexicon.get("box")?.meanings.first();
+    (holds && is_plain).then(|| draft.lexicon.index_of("cardboard_box").map(Meaning::Category)).flatten()
 }
 
 /// The sense of a mention that fits the scene's family.
@@ -119,6 +130,9 @@ fn instances(draft: &Draft, parsed: &ParsedText, m: usize, depth: usize) -> usiz
                 }
             } else if let (Some(people), true) = (parsed.people, is_tableware(draft, mention)) {
                 [people, people]
+            } else if mention.attributes.kinds() > 1 {
+                // "red, blue and green cubes": one of each.
+                [mention.attributes.kinds() as u32; 2]
             } else {
                 plural.bare
             }
@@ -236,6 +250,9 @@ fn label(draft: &Draft, mention: &Mention, kind: &Kind, k: usize) -> String {
             "{} {known}",
             mention.attributes.color_words[k % mention.attributes.color_words.len()]
         );
+    }
+    if let Some(variant) = mention.attributes.variants.get(k % mention.attributes.variants.len().max(1)) {
+        return format!("{} {known}", variant.word);
     }
     let words = if mention.plural { vocabulary.singular_of(&mention.words) } else { mention.words.clone() };
     let short: String = words.chars().take(80).collect();

@@ -32,13 +32,18 @@ impl DraftRelation {
 pub(super) struct Kind<'c> {
     pub category: &'c Category,
     pub size: SizeRange,
-    /// Noun and substance of a stand-in.
-    pub stand_in: Option<(String, String)>,
+    /// Noun of a stand-in, and its substance where the shape has no surface of its own.
+    pub stand_in: Option<(String, Option<String>)>,
 }
 
 impl<'c> Kind<'c> {
     pub fn of(category: &'c Category) -> Self {
         Self { category, size: category.size, stand_in: None }
+    }
+
+    /// The kind as a stand-in for what the noun names.
+    pub fn standing_in_for(self, noun: &str) -> Self {
+        Self { stand_in: self.stand_in.or_else(|| Some((noun.to_owned(), None))), ..self }
     }
 
     /// First part of the ids of its objects.
@@ -190,7 +195,11 @@ impl<'a, 'c> Draft<'a, 'c> {
                 label: object.label,
                 size_m: object.size_m,
                 color: object.color,
-                material: object.material.or(object.kind.stand_in.clone().map(|(_, substance)| substance)),
+                material: object.material.or(object
+                    .kind
+                    .stand_in
+                    .clone()
+                    .and_then(|(_, substance)| substance)),
                 requested: object.requested,
                 stand_in: object.kind.stand_in.is_some(),
                 pose: object.pose,

@@ -6,23 +6,47 @@
 
 mod action;
 mod action_objects;
+mod answers;
 mod arrangements;
+mod attachment;
+mod betweenness;
 mod contents;
+mod clauses;
+mod colon_lists;
+mod desired_state;
 mod distances;
 mod ellipsis;
+mod exceptions;
 mod exclusion;
 mod exclusion_phrases;
+mod fillers;
+mod examples;
+mod flanks;
+mod formations;
 mod frames;
 mod goals;
+mod implied_ends;
 mod instruction;
+mod mishaps;
+mod moving_parts;
+mod openings;
 mod orientation;
 mod outcome;
+mod part_states;
+mod partitives;
+mod parts;
+mod path_places;
 mod paths;
 mod places;
+mod pouring;
+mod predicates;
 mod references;
 mod relations;
+mod remarks;
+mod stated_counts;
 mod states;
 mod steps;
+mod targets;
 mod with_list;
 
 use std::ops::Range;
@@ -31,10 +55,11 @@ use glam::DVec2;
 
 use super::account::{Account, Claimed};
 use super::lexicon::{Lexicon, Meaning};
-use super::phrase::{Attributes, Group, Head, NounPhrase};
+use super::phrase::{Attributes, Determiner, Group, Head, NounPhrase, Selector};
 use super::tokens::{Source, Token, word};
 use super::verbs::Frame;
 pub(super) use goals::{GoalDraft, GoalKind};
+use parts::Split;
 use references::Referent;
 use scene::RelationKind;
 use scene::description::RequestedPose;
@@ -54,6 +79,8 @@ pub(super) struct Mention {
     pub corners: bool,
     pub attributes: Attributes,
     pub words: String,
+    /// As [`NounPhrase::stand_in`].
+    pub stand_in: Option<String>,
     /// Repeated for every instance of that mention.
     pub each_of: Option<usize>,
     /// Repeated for every person.
@@ -177,8 +204,32 @@ struct Parser<'a, 'c> {
     clause_start: bool,
     /// Target of the preposition that has just been read ("a cup on a saucer" before "on a tray").
     chain: Option<usize>,
-    /// A plural mention that is being split ("two mugs, one red ..."), and how many objects are left.
-    split: Option<(usize, u32)>,
+    /// A plural mention that is being split ("two mugs, one red ...").
+    split: Option<Split>,
+    /// The parts of the last split mention.
+    parts: Vec<usize>,
+    /// Objects that a place or an order identified ("the left one"), with what selected them.
+    selected_parts: Vec<(Selector, usize)>,
+    /// Number of members of the current list to which a predicate has been applied.
+    predicated: usize,
+    /// Where a predicate may follow without a verb ("the cup is white, the saucer blue").
+    predicate_at: Option<usize>,
+    /// The relation that the last verb of the sentence stated ("the left one holds ..., the right one ...").
+    gap: Option<LinkKind>,
+    /// The edge of the table that the sentence has named.
+    last_edge: Option<RelationKind>,
+    /// The list of the sentence before; "the former" and "the latter" refer to it.
+    last_list: Vec<usize>,
+    /// The referent of "it" when the sentence before ended.
+    last_salient: Option<usize>,
+    /// The object of the last preposition and the position after it, for a relative clause.
+    last_target: Option<(usize, usize)>,
+    /// The subject of "each plate has ...".
+    each_subject: Option<usize>,
+    /// A set of which the text is about to name the members ("some fruit, such as ...").
+    open_set: Option<usize>,
+    /// What every following member of the list is ("two towers: ..."); a stack is no group.
+    each_member: Option<Option<Group>>,
     /// What the next phrase is arranged as ("stack three saucers", "line up four mugs").
     arranged_next: Option<(Frame, Range<usize>)>,
     /// An arrangement that the following members of the list join.
@@ -189,6 +240,18 @@ struct Parser<'a, 'c> {
     stated: Vec<(usize, String)>,
     /// Whether an instruction has been read; later clauses may continue it.
     instructed: bool,
+    /// Referent of "it" before the current instruction.
+    before_action: Option<usize>,
+    /// Objects of the last instruction.
+    acted: Vec<usize>,
+    /// Objects of instructions that a later sentence may introduce ("put the eggs in the bowl; there are two eggs").
+    expected: Vec<usize>,
+    /// Those of "each egg".
+    each: Vec<usize>,
+    /// The objects that have fallen, and from what.
+    fallen: Option<(Vec<usize>, action::Path)>,
+    /// What everything is to leave, with the words that say so.
+    emptied: Vec<(usize, Range<usize>)>,
     stand_ins: bool,
 }
 
@@ -218,11 +281,29 @@ pub(super) fn parse(lexicon: &Lexicon, source: &Source, stand_ins: bool) -> Pars
         clause_start: true,
         chain: None,
         split: None,
+        parts: Vec::new(),
+        selected_parts: Vec::new(),
+        predicated: 0,
+        predicate_at: None,
+        gap: None,
+        last_edge: None,
+        last_list: Vec::new(),
+        last_salient: None,
+        last_target: None,
+        each_subject: None,
+        open_set: None,
+        each_member: None,
         arranged_next: None,
         open_group: None,
         all_members: false,
         stated: Vec::new(),
         instructed: false,
+        before_action: None,
+        acted: Vec::new(),
+        expected: Vec::new(),
+        each: Vec::new(),
+        fallen: None,
+        emptied: Vec::new(),
         stand_ins,
     };
     while reader.at < reader.tokens.len() && reader.parsed.mentions.len() < MAX_MENTIONS {
@@ -233,6 +314,7 @@ pub(super) fn parse(lexicon: &Lexicon, source: &Source, stand_ins: bool) -> Pars
         }
     }
     reader.end_clause();
+    reader.leave_emptied();
     reader.drop_excluded();
     reader.parsed
 }
@@ -254,11 +336,22 @@ impl<'a> Parser<'a, '_> {
         if !self.subject.is_empty() {
             self.salient_list = self.subject.clone();
         }
+        if self.subject.len() > 1 {
+            self.last_list = self.subject.clone();
+        }
+        self.last_salient = self.salient;
         self.end_split();
         self.subject.clear();
         for pending in std::mem::take(&mut self.pending) {
-            self.report(pending.tokens, UnrecognizedReason::NoReferent);
+            // Claimed if a phrase has followed.
+            if !self.parsed.account.is_claimed(&pending.tokens) {
+                self.report(pending.tokens, UnrecognizedReason::NoReferent);
+            }
         }
+        self.parts.clear();
+        (self.predicated, self.predicate_at) = (0, None);
+        (self.gap, self.last_edge, self.each_member) = (None, None, None);
+        (self.each_subject, self.open_set) = (None, None);
         self.pending_places.clear();
         self.pending_each = None;
         self.pending_pronoun = false;
@@ -292,9 +385,15 @@ impl<'a> Parser<'a, '_> {
             self.exclude(phrase);
             return;
         }
+        self.begin_clause();
         if phrase.head == Head::One && self.elliptic(&phrase) {
             return;
         }
+        let phrase = self.at_another_place(phrase);
+        let like_before = self.is_like_before(&phrase);
+        let each = phrase.determiner == Determiner::Each;
+        let described = self.shares_adjectives(&phrase);
+        let on_stack = self.continues_stack(&phrase);
         // "a bowl of apples".
         let of = self.word(0) == Some("of");
         let referred = matches!(phrase.head, Head::It | Head::Them);
@@ -305,6 +404,8 @@ impl<'a> Parser<'a, '_> {
                     if !referred {
                         self.apply_pending(mention);
                     }
+                    // The phrase read last is the one that follows the others.
+                    self.subject.retain(|&member| member != mention || referred);
                     if !self.subject.contains(&mention) {
                         self.subject.push(mention);
                     }
@@ -320,8 +421,24 @@ impl<'a> Parser<'a, '_> {
                 }
                 self.salient_list = self.subject.clone();
                 self.joined = std::mem::take(&mut self.after_and);
+                self.all_members = false;
+                self.each_subject = list.last().copied().filter(|_| each);
+                if let (Some(first), [mention]) = (described, &list[..]) {
+                    self.share_adjectives(first, *mention);
+                }
+                if let (Some(below), [mention]) = (on_stack, &list[..]) {
+                    let kind = LinkKind::Relation(RelationKind::On);
+                    self.parsed.links.push(Link::new(*mention, kind, below));
+                }
+                if !referred && let [mention] = list[..] {
+                    self.arrange_member(mention, like_before);
+                    self.join_open_set(mention);
+                }
                 if of && let Some(&vessel) = list.last() {
                     self.contents_of(vessel);
+                }
+                if let Some(&host) = list.last() {
+                    self.gapped(host);
                 }
             }
             Referent::Table => {
@@ -335,6 +452,7 @@ impl<'a> Parser<'a, '_> {
         self.chain = None;
     }
 
+    /// Applies what stands before a phrase to its mention.
     fn apply_pending(&mut self, mention: usize) {
         if let Some((frame, tokens)) = self.arranged_next.take() {
             if frame == Frame::Stack {
@@ -342,6 +460,10 @@ impl<'a> Parser<'a, '_> {
                 self.claim_property(tokens, "arrangement", vec![mention]);
             } else {
                 self.arrange(vec![mention], Group::Row, None, tokens);
+                // "line up a fork, a spoon and a knife".
+                if !self.is_several(mention) {
+                    self.open_group = Some(self.parsed.arrangements.len() - 1);
+                }
             }
         }
         for pending in self.pending.clone() {
@@ -374,11 +496,18 @@ impl<'a> Parser<'a, '_> {
         else {
             return;
         };
-        if let Some((_, known)) = &mut self.parsed.table {
-            references::merge(known, attributes);
+        let shape = self.table_shape();
+        let contradicts = self.is_other_shape(shape.as_deref(), attributes.shape.as_deref());
+        for (property, range) in properties {
+            if contradicts && property == "shape" {
+                self.report(range, UnrecognizedReason::Contradiction);
+            } else {
+                self.parsed.account.claim(range, Claimed::Table);
+            }
         }
-        for (_, range) in properties {
-            self.parsed.account.claim(range, Claimed::Table);
+        if let Some((_, known)) = &mut self.parsed.table {
+            let shape = if contradicts { shape } else { attributes.shape.clone() };
+            references::merge(known, super::phrase::Attributes { shape, ..attributes });
         }
         self.at = end;
     }

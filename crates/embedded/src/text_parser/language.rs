@@ -1,4 +1,5 @@
-//! Texts in other languages are refused: most of their words are not known.
+//! Texts in other languages are refused: most of their words are not known, or their articles and prepositions are of
+//! another language.
 
 use super::correction::is_known;
 use super::lexicon::Lexicon;
@@ -10,19 +11,35 @@ const ENGLISH: &[&str] = &[
     "put", "to", "that", "this", "it", "without", "please", "pick", "place", "move",
 ];
 
+/// Articles, prepositions and conjunctions of other languages that English texts seldom have.
+const FOREIGN: &[&str] = &[
+    // German, Dutch, Swedish, Danish.
+    "der", "das", "de", "den", "dem", "ein", "eine", "einen", "einem", "einer", "und", "mit", "auf", "neben",
+    "een", "het", "met", "op", "ett", "och", "med", "og", // French.
+    "un", "une", "le", "les", "des", "du", "et", "avec", "sur", "dans", "aux",
+    // Spanish, Italian, Portuguese.
+    "una", "uno", "el", "la", "los", "las", "unos", "unas", "con", "en", "sobre", "il", "lo", "gli", "sul",
+    "sulla", "nel", "nella", "di", "um", "uma", "os", "dois", "duas", "com", "em",
+];
+
 /// The words that are not known, if the text does not seem to be English.
 pub(super) fn foreign_words(lexicon: &Lexicon, source: &Source) -> Option<Vec<String>> {
     let words: Vec<&str> = source.tokens.iter().filter_map(Token::word).collect();
     let known = |word: &str| is_known(lexicon, word) || lexicon.nouns.is_noun(word);
-    let unknown: Vec<String> =
-        words.iter().filter(|word| !known(word)).map(|word| (*word).to_owned()).collect();
+    let foreign = words.iter().filter(|word| FOREIGN.contains(word)).count();
+    let unknown = words.iter().filter(|word| !known(word)).count();
     let english = words.iter().filter(|word| ENGLISH.contains(word)).count();
     let letters: usize = source.text.chars().filter(|c| c.is_alphabetic()).count();
     let latin = source.text.chars().filter(|c| c.is_ascii_alphabetic()).count();
     let other_script = letters >= 2 && 2 * latin < letters;
-    let mostly_unknown = words.len() >= 3 && 2 * unknown.len() >= words.len() && english <= words.len() / 8;
-    let hardly_known = words.len() >= 6 && 3 * unknown.len() >= 2 * words.len();
-    (other_script || mostly_unknown || hardly_known).then_some(unknown)
+    let mostly_unknown = words.len() >= 3 && 2 * unknown >= words.len() && english <= words.len() / 8;
+    let hardly_known = words.len() >= 6 && 3 * unknown >= 2 * words.len();
+    // Portuguese and Spanish have an "a" as well.
+    let has_article = words.iter().any(|word| matches!(*word, "a" | "an"));
+    let is_foreign = foreign >= 2 && foreign > english || foreign == 1 && english == 0 && !has_article;
+    let strange = words.iter().filter(|word| !known(word) || FOREIGN.contains(word));
+    (other_script || mostly_unknown || hardly_known || is_foreign)
+        .then(|| strange.map(|word| (*word).to_owned()).collect())
 }
 
 #[cfg(test)]
@@ -39,6 +56,16 @@ mod tests {
             ("机の上にマグカップ", true),
             ("стол с двумя чашками", true),
             ("un escritorio con una lámpara y tres libros", true),
+            ("una taza", true),
+            ("Eine Banane", true),
+            ("Un plato y una manzana", true),
+            ("Leg den roten Würfel in die Schüssel", true),
+            ("Pon la manzana en el plato", true),
+            ("een kopje en een bord", true),
+            ("leg de appel in de mand", true),
+            ("Et bord med en kop og to skeer", true),
+            ("two cups, pain au chocolat", false),
+            ("a le creuset pot", false),
             ("a desk with a zorblax", false),
             ("two mugs and a plate", false),
             ("a zorblax and a frobnicator", false),

@@ -6,6 +6,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::correction::is_known;
 use super::draft::Kind;
 use super::nouns::Nouns;
 use super::themes::Themes;
@@ -35,6 +36,18 @@ pub(super) struct Entry {
     pub plural: bool,
     /// Whether singular and plural are identical ("scissors", "coffee"); without a count it means one.
     pub one_by_default: bool,
+    /// Whether the phrase names another object, for which the category only stands in.
+    pub stands_in: bool,
+}
+
+/// How a phrase names its meaning.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Naming {
+    Count,
+    /// "some coffee" is one.
+    Mass,
+    /// The category stands in for what the phrase names.
+    StandIn,
 }
 
 pub(super) struct Lexicon<'c> {
@@ -64,14 +77,15 @@ impl<'c> Lexicon<'c> {
         for (index, category) in categories.iter().enumerate() {
             let own = vec![category.label.clone(), category.name.replace('_', " ")];
             for phrase in own {
-                lexicon.add(&phrase, category.plural.as_deref(), Meaning::Category(index), false);
+                lexicon.add(&phrase, category.plural.as_deref(), Meaning::Category(index), Naming::Count);
             }
         }
-        for (aliases, mass) in [(&vocabulary.aliases, false), (&vocabulary.drinks, true)] {
+        let aliases = [(&vocabulary.aliases, Naming::Count), (&vocabulary.drinks, Naming::Mass)];
+        for (aliases, naming) in aliases {
             for (name, phrases) in aliases {
                 if let Some(index) = lexicon.index_of(name) {
                     for phrase in phrases {
-                        lexicon.add(phrase, None, Meaning::Category(index), mass);
+                        lexicon.add(phrase, None, Meaning::Category(index), naming);
                     }
                 }
             }
@@ -85,12 +99,17 @@ impl<'c> Lexicon<'c> {
         synonyms.sort_by_key(|(_, phrase)| phrase.split(' ').count());
         for (index, phrase) in synonyms {
             if !lexicon.is_described(phrase, &Meaning::Category(index)) {
-                lexicon.add(phrase, None, Meaning::Category(index), false);
+                lexicon.add(phrase, None, Meaning::Category(index), Naming::Count);
             }
         }
         for (index, vague) in themes.vague.iter().enumerate() {
             for phrase in &vague.words {
-                lexicon.add(phrase, None, Meaning::Vague(index), false);
+                lexicon.add(phrase, None, Meaning::Vague(index), Naming::Count);
+            }
+        }
+        for (index, category) in categories.iter().enumerate() {
+            for phrase in &category.stands_in_for {
+                lexicon.add(phrase, None, Meaning::Category(index), Naming::StandIn);
             }
         }
         let words = lexicon.phrases.keys().flat_map(|phrase| phrase.split(' ')).map(str::to_owned);
@@ -102,10 +121,17 @@ impl<'c> Lexicon<'c> {
     /// first word then is a property, not a part of the name.
     fn is_described(&self, phrase: &str, meaning: &Meaning) -> bool {
         let Some((first, rest)) = phrase.split_once(' ') else { return false };
+        // "Orange juice" and "olive oil" are names, so that "orange juice carton" is one as well.
+        let words: Vec<&str> = phrase.split(' ').collect();
+        if (2..words.len()).any(|length| self.phrases.contains_key(&words[..length].join(" "))) {
+            return false;
+        }
         let vocabulary = self.vocabulary;
-        let is_property = vocabulary.colors.contains_key(first)
-            || vocabulary.materials.contains_key(first)
-            || vocabulary.sizes.contains_key(first);
+        // A small plate is a plate, even where another category has that name.
+        if vocabulary.sizes.contains_key(first) && self.phrases.contains_key(rest) {
+            return true;
+        }
+        let is_property = vocabulary.colors.contains_key(first) || vocabulary.materials.contains_key(first);
         is_property && self.phrases.get(rest).is_some_and(|known| known.meanings.first() == Some(meaning))
     }
 
@@ -114,16 +140,31 @@ impl<'c> Lexicon<'c> {
         self.words.contains(word)
     }
 
+    /// Whether the word alone names an object of the catalog.
+    pub fn names_object(&self, word: &str) -> bool {
+        self.get(word).is_some_and(|entry| matches!(entry.meanings[0], Meaning::Category(_)))
+    }
+
     pub fn words(&self) -> impl Iterator<Item = &str> {
         self.words.iter().map(String::as_str)
     }
 
-    /// The meaning of an unknown noun that has a stand-in.
+    /// The meaning of an unknown noun that has a stand-in, or whose last word has one ("pet collar").
     pub fn stand_in(&self, noun: &str) -> Option<Meaning> {
         let singular = self.vocabulary.singular_of(noun);
+        let whole = [singular.as_str(), noun].into_iter().find(|noun| self.nouns.stand_in(noun).is_some());
+        if let Some(noun) = whole {
+            return Some(Meaning::StandIn(noun.to_owned()));
+        }
+        // Nothing follows from the last word after a word that is not known ("zorblax holder").
+        let (modifiers, _) = noun.rsplit_once(' ')?;
+        let is_known = |word: &str| is_known(self, word) || self.nouns.is_noun(word);
+        if self.nouns.is_not_placeable(&singular) || !modifiers.split(' ').all(is_known) {
+            return None;
+        }
         [singular.as_str(), noun]
             .into_iter()
-            .find(|noun| self.nouns.stand_in(noun).is_some())
+            .find(|noun| self.nouns.stand_in(last_word(noun)).is_some())
             .map(|noun| Meaning::StandIn(noun.to_owned()))
     }
 
@@ -131,11 +172,14 @@ impl<'c> Lexicon<'c> {
     pub fn kind(&self, meaning: &Meaning) -> Option<Kind<'c>> {
         match meaning {
             Meaning::Category(index) => Some(Kind::of(&self.categories[*index])),
-            Meaning::StandIn(noun) => self.nouns.stand_in(noun).map(|stand_in| Kind {
-                category: stand_in.category,
-                size: stand_in.size,
-                stand_in: Some((noun.clone(), stand_in.substance)),
-            }),
+            Meaning::StandIn(noun) => {
+                let stand_in = self.nouns.stand_in(noun).or_else(|| self.nouns.stand_in(last_word(noun)))?;
+                Some(Kind {
+                    category: stand_in.category,
+                    size: stand_in.size,
+                    stand_in: Some((noun.clone(), Some(stand_in.substance))),
+                })
+            }
             _ => None,
         }
     }
@@ -144,16 +188,17 @@ impl<'c> Lexicon<'c> {
         let (vocabulary, tables) = (self.vocabulary, self.tables);
         for (phrase, model) in &vocabulary.tables {
             let model = tables.iter().find(|table| table.name == model).map(|table| table.name.to_owned());
-            self.add(phrase, None, Meaning::Table(model), false);
+            self.add(phrase, None, Meaning::Table(model), Naming::Count);
         }
         for table in tables {
             for phrase in std::iter::once(&table.label).chain(table.synonyms) {
-                self.add(phrase, None, Meaning::Table(Some(table.name.to_owned())), false);
+                self.add(phrase, None, Meaning::Table(Some(table.name.to_owned())), Naming::Count);
             }
         }
     }
 
-    fn add(&mut self, phrase: &str, plural: Option<&str>, meaning: Meaning, mass: bool) {
+    fn add(&mut self, phrase: &str, plural: Option<&str>, meaning: Meaning, naming: Naming) {
+        let (mass, stands_in) = (naming == Naming::Mass, naming == Naming::StandIn);
         let singular = normalize(phrase);
         if singular.is_empty() {
             return;
@@ -175,12 +220,15 @@ impl<'c> Lexicon<'c> {
             forms.push((fused, false));
             forms.push((fused_plural, true));
         }
+        // What a phrase names comes before what stands in for it.
+        forms.retain(|(form, _)| !stands_in || !self.phrases.contains_key(form));
         for (form, is_plural) in forms {
             self.longest = self.longest.max(form.split(' ').count());
             let entry = self.phrases.entry(form).or_insert_with(|| Entry {
                 meanings: Vec::new(),
                 plural: is_plural && !same,
                 one_by_default: same,
+                stands_in,
             });
             // A word that is the plural of one noun and the singular of another ("glasses") counts as both.
             if entry.plural && same && !mass {
@@ -221,7 +269,11 @@ impl<'c> Lexicon<'c> {
 
     /// Known words closest to an unknown one, best first.
     pub fn closest(&self, word: &str, how_many: usize) -> Vec<String> {
-        let limit = (word.chars().count() / 3).clamp(1, 3);
+        let length = word.chars().count();
+        if length > LONGEST_COMPARED {
+            return Vec::new();
+        }
+        let limit = (length / 3).clamp(1, 3);
         let mut scored: Vec<(usize, &String)> = self
             .phrases
             .iter()
@@ -238,6 +290,14 @@ impl<'c> Lexicon<'c> {
             .map(|(_, phrase)| phrase.clone())
             .collect()
     }
+}
+
+/// Length of the longest word for which known words are suggested.
+const LONGEST_COMPARED: usize = 24;
+
+/// The head of a compound.
+pub(super) fn last_word(phrase: &str) -> &str {
+    phrase.rsplit(' ').next().unwrap_or(phrase)
 }
 
 fn normalize(phrase: &str) -> String {

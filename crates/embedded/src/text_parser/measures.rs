@@ -83,6 +83,11 @@ fn numbers_first(vocabulary: &Vocabulary, tokens: &[Token], at: usize) -> Option
         if axis != Axis::Unspecified {
             p = word_at + 1;
         }
+        // "with 3 cm sides", "5 cm edge length".
+        p += ["edge length", "edge lengths", "side length", "side lengths", "sides", "edges"]
+            .iter()
+            .find_map(|phrase| match_phrase(tokens, p, phrase))
+            .unwrap_or(0);
         let factor = if word(tokens, p.saturating_sub(1)) == Some("radius") { 2.0 } else { 1.0 };
         vec![Measure { axis, meters: factor * meters }]
     } else {
@@ -99,11 +104,22 @@ fn name_first(vocabulary: &Vocabulary, tokens: &[Token], at: usize) -> Option<(R
     {
         p += 1;
     }
+    // "a cube, edge 45 mm".
+    let bare_edge = p > at
+        && matches!(tokens.get(p), Some(Token::Number(_)))
+        && matches!(word(tokens, p - 1), Some("edge" | "side"))
+        && at.checked_sub(1).is_none_or(|before| {
+            word(tokens, before).is_none_or(|word| matches!(word, "with" | "of" | "and" | "has" | "having"))
+        });
+    p -= usize::from(bare_edge);
     let name = word(tokens, p)?;
     let content = matches!(name, "volume" | "capacity" | "weight" | "mass" | "weighing" | "weighs" | "holds");
     let axis = axis_of(name);
-    let is_noun =
-        matches!(name, "width" | "depth" | "height" | "length" | "diameter" | "thickness" | "radius");
+    // "Ø 5 cm, h 12 cm".
+    let is_sign = p == at && matches!(name, "ø" | "dia" | "diam" | "h" | "w" | "l" | "d");
+    let is_noun = is_sign
+        || bare_edge
+        || matches!(name, "width" | "depth" | "height" | "length" | "diameter" | "thickness" | "radius");
     if !content && !is_noun {
         return None;
     }
@@ -127,11 +143,11 @@ fn name_first(vocabulary: &Vocabulary, tokens: &[Token], at: usize) -> Option<(R
 
 fn axis_of(word: &str) -> Axis {
     match word {
-        "wide" | "width" | "broad" => Axis::Width,
-        "deep" | "depth" => Axis::Depth,
-        "tall" | "high" | "height" | "thick" | "thickness" => Axis::Height,
-        "long" | "length" => Axis::Length,
-        "diameter" | "across" | "radius" => Axis::Diameter,
+        "wide" | "width" | "broad" | "w" => Axis::Width,
+        "deep" | "depth" | "d" => Axis::Depth,
+        "tall" | "high" | "height" | "thick" | "thickness" | "h" => Axis::Height,
+        "long" | "length" | "l" => Axis::Length,
+        "diameter" | "across" | "radius" | "ø" | "dia" | "diam" => Axis::Diameter,
         _ => Axis::Unspecified,
     }
 }
@@ -142,6 +158,10 @@ fn number_at(vocabulary: &Vocabulary, tokens: &[Token], at: usize) -> Option<(f6
         Token::Number(number) => Some((*number, 1)),
         Token::Word(first) if first == "half" => {
             Some((0.5, 1 + usize::from(matches!(word(tokens, at + 1), Some("a" | "an")))))
+        }
+        Token::Word(first) if first == "quarter" => {
+            let of = ["of a", "of an"].iter().find_map(|phrase| match_phrase(tokens, at + 1, phrase));
+            Some((0.25, 1 + of.unwrap_or(0)))
         }
         Token::Word(first) if first == "a" || first == "an" || first == "one" => {
             // "a liter", "an inch".
@@ -215,6 +235,8 @@ pub(super) fn trailing(
                     | "about"
                     | "of"
                     | "measuring"
+                    | "measures"
+                    | "measure"
                     | "roughly"
                     | "approximately"
                     | "which"
@@ -235,35 +257,62 @@ pub(super) fn trailing(
         }
         let Some((reading, length)) = read_measure(vocabulary, tokens, p) else { break };
         let after = p + length;
-        let starts_relation = matches!(
-            word(tokens, after),
-            Some(
-                "apart"
-                    | "from"
-                    | "away"
-                    | "to"
-                    | "behind"
-                    | "left"
-                    | "right"
-                    | "between"
-                    | "in"
-                    | "above"
-                    | "off"
-            )
-        );
+        // "cubes of 5 cm in a row", but "5 cm in front of".
+        let sized =
+            matches!(word(tokens, p.saturating_sub(1)), Some("of" | "measuring" | "sized")) && p > end;
+        let is_place = word(tokens, after) == Some("in")
+            && (!sized || matches!(word(tokens, after + 1), Some("front" | "from" | "between" | "back")));
+        let starts_relation = is_place
+            || matches!(
+                word(tokens, after),
+                Some(
+                    "apart"
+                        | "of"
+                        | "space"
+                        | "spacing"
+                        | "gap"
+                        | "gaps"
+                        | "distance"
+                        | "next"
+                        | "beside"
+                        | "below"
+                        | "from"
+                        | "away"
+                        | "to"
+                        | "behind"
+                        | "left"
+                        | "right"
+                        | "between"
+                        | "above"
+                        | "off"
+                )
+            );
         let names_extent = !reading.lengths.is_empty()
             && reading.lengths.iter().all(|measure| measure.axis != Axis::Unspecified);
         // "a mug and a 12 oz glass": the measure belongs to the noun after it.
         let is_part = word(tokens, after).is_none_or(|next| is_boundary(vocabulary, next))
             && !matches!(tokens.get(after), Some(Token::Number(_)))
-            || match_phrase(tokens, after, "in size").is_some();
+            || quantity_name(tokens, after).is_some();
         if (starts_relation && !names_extent) || !is_part {
             break;
         }
         readings.push((reading, p..after));
-        end = after + match_phrase(tokens, after, "in size").unwrap_or(0);
+        end = after + quantity_name(tokens, after).unwrap_or(0);
+        if readings.len() == MAX_MEASURES {
+            break;
+        }
     }
     (readings, end)
+}
+
+/// Maximum number of measures after a noun.
+const MAX_MEASURES: usize = 6;
+
+/// Number of tokens of what a measure may name after its unit: "half a liter in volume".
+fn quantity_name(tokens: &[Token], at: usize) -> Option<usize> {
+    ["in size", "in volume", "in capacity", "in weight", "in mass"]
+        .iter()
+        .find_map(|phrase| match_phrase(tokens, at, phrase))
 }
 
 #[cfg(test)]

@@ -4,22 +4,30 @@
 //! A phrase consists of determiners and quantities, then modifiers, then the head (head.rs). Words that are both
 //! modifier and noun ("glass", "orange") are modifiers if a noun follows in the same phrase (modifiers.rs).
 
+mod attributes;
 mod boundary;
+mod compounds;
+mod groups;
 mod head;
 mod modifiers;
+mod packages;
+mod pronouns;
+mod selectors;
 
 use std::ops::Range;
 
 use super::lexicon::{Lexicon, Meaning};
-use super::measures::{Measure, read_measure};
+use super::measures::read_measure;
 use super::quantity::quantity;
-use super::tokens::{Token, match_phrase, word};
+use super::tokens::{Token, word};
+pub(super) use attributes::Attributes;
+use attributes::Variant;
 pub(super) use boundary::is_boundary;
-use geometry::Rgb;
-use modifiers::modifier;
+pub(super) use groups::group_of;
+use modifiers::{adjective_position, is_attribute, modifier};
 pub(super) use modifiers::{color_of, predicate};
-use scene::RelationKind;
 use scene::text_account::UnrecognizedReason;
+pub(super) use selectors::Selector;
 
 /// The determiner of a phrase.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,16 +55,6 @@ pub(super) enum Head {
     Unknown(String),
 }
 
-/// What selects among several objects of a category, beside their attributes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Selector {
-    Side(RelationKind),
-    /// "the second mug".
-    Ordinal(usize),
-    /// "the other mug".
-    Other,
-}
-
 /// A word for a group: "a row of".
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Group {
@@ -70,33 +68,6 @@ pub(super) enum Group {
 
 /// A property and the tokens that describe it.
 pub(super) type PropertySpan = (&'static str, Range<usize>);
-
-/// Attributes given by the modifiers of a phrase.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Attributes {
-    /// Two or more for "red and blue mugs".
-    pub colors: Vec<Rgb>,
-    pub color_words: Vec<String>,
-    pub substance: Option<String>,
-    /// Color implied by the material.
-    pub material_color: Option<Rgb>,
-    pub table_finish: Option<String>,
-    /// Factor on all extents.
-    pub scale: f64,
-    /// Factors on single extents (axis letter, factor).
-    pub stretches: Vec<(char, f64)>,
-    pub measures: Vec<Measure>,
-    pub volume_m3: Option<f64>,
-    pub mass_kg: Option<f64>,
-    /// A key of `[shapes]`.
-    pub shape: Option<String>,
-}
-
-impl Attributes {
-    pub fn plain() -> Self {
-        Self { scale: 1.0, ..Self::default() }
-    }
-}
 
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct NounPhrase {
@@ -116,10 +87,14 @@ pub(super) struct NounPhrase {
     /// "no mugs".
     pub negated: bool,
     pub selector: Option<Selector>,
+    /// "the same fruit".
+    pub same: bool,
     pub attributes: Attributes,
     pub head: Head,
     /// Modifiers and head as written in the text, with the head in the singular where the text has it so.
     pub words: String,
+    /// The noun of the text, where the category of the head only stands in for what it names.
+    pub stand_in: Option<String>,
     /// All tokens of the phrase.
     pub tokens: Range<usize>,
     pub head_tokens: Range<usize>,
@@ -134,40 +109,76 @@ thread_local! {
     pub(super) static CALLS: std::cell::Cell<usize> = const { std::cell::Cell::new(0) };
 }
 
+impl NounPhrase {
+    /// A phrase of these tokens without words of its own.
+    fn empty(tokens: Range<usize>) -> Self {
+        Self {
+            determiner: Determiner::New,
+            count: None,
+            plural: false,
+            stacked: false,
+            group: None,
+            columns: None,
+            stack_size: None,
+            states: Vec::new(),
+            negated: false,
+            selector: None,
+            same: false,
+            attributes: Attributes::plain(),
+            head: Head::It,
+            words: String::new(),
+            stand_in: None,
+            head_tokens: tokens.clone(),
+            tokens,
+            properties: Vec::new(),
+            reports: Vec::new(),
+        }
+    }
+
+    /// "one" and "two" of "two mugs, one upside down".
+    pub fn part(count: [u32; 2], tokens: Range<usize>) -> Self {
+        Self { count: Some(count), head: Head::One, ..Self::empty(tokens) }
+    }
+}
+
 /// Parses the noun phrase at `at`; returns it with the position after it. `None` if no phrase starts here.
 pub(super) fn noun_phrase(lexicon: &Lexicon, tokens: &[Token], at: usize) -> Option<(NounPhrase, usize)> {
     #[cfg(test)]
     CALLS.with(|calls| calls.set(calls.get() + 1));
-    let phrase = NounPhrase {
-        determiner: Determiner::New,
-        count: None,
-        plural: false,
-        stacked: false,
-        group: None,
-        columns: None,
-        stack_size: None,
-        states: Vec::new(),
-        negated: false,
-        selector: None,
-        attributes: Attributes::plain(),
-        head: Head::It,
-        words: String::new(),
-        tokens: at..at,
-        head_tokens: at..at,
-        properties: Vec::new(),
-        reports: Vec::new(),
+    let phrase = NounPhrase::empty(at..at);
+    let mut chunk = Chunk {
+        lexicon,
+        tokens,
+        at,
+        phrase,
+        words: Vec::new(),
+        modifiers: Vec::new(),
+        determined: false,
+        alone: false,
     };
-    let mut chunk = Chunk { lexicon, tokens, at, phrase, words: Vec::new(), determined: false };
     let end = chunk.pronoun().or_else(|| {
         chunk.determiners()?;
+        if chunk.alone {
+            chunk.phrase.head = Head::One;
+            return Some(chunk.measured(chunk.at));
+        }
         chunk.head()
     })?;
     chunk.phrase.tokens = at..end;
+    // "a red, green and blue cube" is one of each; "a red and white mug" is one mug.
+    let colors = chunk.phrase.attributes.colors.len() as u32;
+    if chunk.phrase.count == Some([1, 1]) && colors > 2 {
+        chunk.phrase.count = Some([colors; 2]);
+        chunk.phrase.plural = true;
+    }
     if chunk.phrase.head_tokens.is_empty() {
         chunk.phrase.head_tokens = at..end;
     }
     Some((chunk.phrase, end))
 }
+
+/// Maximum number of tokens before the head.
+const MAX_BEFORE_HEAD: usize = 32;
 
 /// A phrase in progress.
 pub(super) struct Chunk<'a, 'c> {
@@ -176,7 +187,11 @@ pub(super) struct Chunk<'a, 'c> {
     pub at: usize,
     pub phrase: NounPhrase,
     pub words: Vec<String>,
+    /// Nouns and unknown words before the head; they make another object of it ("a dumbbell rack").
+    pub modifiers: Vec<String>,
     pub determined: bool,
+    /// Whether a selector stands without a noun ("the other").
+    pub alone: bool,
 }
 
 impl<'a> Chunk<'a, '_> {
@@ -184,75 +199,18 @@ impl<'a> Chunk<'a, '_> {
         word(self.tokens, self.at + ahead)
     }
 
-    /// A pronoun; the position after it.
-    fn pronoun(&mut self) -> Option<usize> {
-        let p = self.at;
-        let noun = starts_noun(self.lexicon, self.tokens, p + 1);
-        // "one of them".
-        if let Some((range, length)) = quantity(self.lexicon, self.tokens, p)
-            && self.word(length - 1) == Some("of")
-            && matches!(self.word(length), Some("them" | "these" | "those" | "which"))
-        {
-            self.phrase.count = Some(range);
-            self.phrase.head = Head::One;
-            return Some(p + length + 1);
-        }
-        let determiner_follows = self.word(1).is_some_and(|next| {
-            matches!(
-                next,
-                "the" | "a" | "an" | "my" | "on" | "in" | "inside" | "under" | "at" | "to" | "of" | "with"
-            )
-        });
-        match self.word(0)? {
-            "it" | "this" | "that" | "itself" if !noun => Some(p + 1),
-            "each" | "every"
-                if !noun
-                    && !matches!(self.word(1), Some("one" | "person" | "guest" | "place" | "corner")) =>
-            {
-                self.phrase.determiner = Determiner::Each;
-                let of = self.word(1) == Some("of") && matches!(self.word(2), Some("them" | "these"));
-                Some(if of { p + 3 } else { p + 1 })
-            }
-            "each" | "every" if self.word(1) == Some("one") => {
-                self.phrase.determiner = Determiner::Each;
-                Some(p + 2)
-            }
-            "both" if determiner_follows && self.word(1) != Some("of") => None,
-            "them" | "these" | "those" | "both" | "they" if !noun => {
-                self.phrase.head = Head::Them;
-                let of = self.word(1) == Some("of") && matches!(self.word(2), Some("them" | "these"));
-                Some(if of { p + 3 } else { p + 1 })
-            }
-            "all" if self.word(1) == Some("of") && matches!(self.word(2), Some("them" | "these")) => {
-                self.phrase.head = Head::Them;
-                Some(p + 3)
-            }
-            "latter" | "former" if p > 0 => Some(p + 1),
-            "the"
-                if matches!(self.word(1), Some("latter" | "former" | "same")) && self.phrase_ends(p + 2) =>
-            {
-                Some(p + 2)
-            }
-            "everything" => {
-                self.phrase.head = Head::All;
-                let on_table = self.word(1) == Some("on")
-                    && self.word(2) == Some("the")
-                    && matches!(self.word(3), Some("table" | "desk"));
-                Some(if on_table { p + 4 } else { p + 1 })
-            }
-            _ => None,
-        }
-    }
-
-    /// Whether no noun follows.
-    fn phrase_ends(&self, at: usize) -> bool {
-        !noun_ahead(self.lexicon, self.tokens, at)
-    }
-
     /// A state before a noun; the number of tokens.
     fn state(&mut self) -> Option<usize> {
         let states = &self.lexicon.vocabulary.states;
-        let object = self.lexicon.longest_at(self.tokens, self.at).map_or(0, |(_, length)| length);
+        let object = self.lexicon.longest_at(self.tokens, self.at);
+        // "an open laptop": the whole and the noun alone have one meaning, so that the rest of the words is the state.
+        let within = |length: usize| {
+            object.is_some_and(|(whole, whole_length)| {
+                let noun = self.lexicon.longest_at(self.tokens, self.at + length);
+                length <= whole_length
+                    && noun.is_none_or(|(noun, _)| noun.meanings.first() != whole.meanings.first())
+            })
+        };
         let mut phrase = String::new();
         let mut best = None;
         for k in 0..4 {
@@ -262,11 +220,18 @@ impl<'a> Chunk<'a, '_> {
             }
             phrase.push_str(next);
             if let Some(state) = states.get(&phrase)
-                && k + 1 > object
+                && !within(k + 1)
                 && noun_ahead(self.lexicon, self.tokens, self.at + k + 1)
             {
                 best = Some((state.clone(), k + 1));
             }
+        }
+        // "one lying bottle": elsewhere "lying" is a verb.
+        if matches!(self.word(0), Some("lying" | "standing"))
+            && self.lexicon.longest_at(self.tokens, self.at + 1).is_some()
+        {
+            let state = if self.word(0) == Some("lying") { "lying_on_side" } else { "upright" };
+            best = Some((state.to_owned(), 1));
         }
         let (state, length) = best?;
         self.phrase.states.push((state, self.at..self.at + length));
@@ -280,7 +245,16 @@ impl<'a> Chunk<'a, '_> {
     /// Determiners, quantities and modifiers; `None` if the text ends before a head.
     fn determiners(&mut self) -> Option<()> {
         let vocabulary = self.lexicon.vocabulary;
+        let start = self.at;
         while self.at < self.tokens.len() {
+            // Longer runs of numbers and modifiers are no phrase.
+            if self.at - start > MAX_BEFORE_HEAD {
+                return None;
+            }
+            // "the other 20 cm wide".
+            if self.alone && read_measure(vocabulary, self.tokens, self.at).is_some() {
+                return Some(());
+            }
             if self.grid() {
                 continue;
             }
@@ -308,13 +282,22 @@ impl<'a> Chunk<'a, '_> {
             }
             if let Some((range, length)) = quantity(self.lexicon, self.tokens, self.at)
                 && self.lexicon.longest_at(self.tokens, self.at).is_none_or(|(_, n)| n < length)
-                && !(self.phrase.determiner == Determiner::Definite && self.is_one(self.at))
+                && !(self.determined && self.is_one(self.at))
             {
                 self.count(range);
                 self.at += length;
                 continue;
             }
-            let w = self.word(0)?;
+            let Some(w) = self.word(0) else {
+                if self.comma_joins() {
+                    self.at += 1;
+                    continue;
+                }
+                // "a black, a white and a red bowl", "the other.".
+                let counted = self.phrase.count.is_some() || self.phrase.determiner != Determiner::New;
+                let described = self.phrase.properties.iter().any(|(property, _)| *property != "arrangement");
+                return (counted && described || self.alone).then_some(());
+            };
             let known = self.lexicon.longest_at(self.tokens, self.at);
             let joint = self.of_length();
             let of = joint > 0;
@@ -326,12 +309,16 @@ impl<'a> Chunk<'a, '_> {
                 }
                 "the" | "this" | "that" | "these" | "those" | "its" | "their" | "his" | "her" | "my"
                 | "your" => {
-                    self.phrase.determiner = Determiner::Definite;
+                    // "each of the three cups".
+                    if self.phrase.determiner != Determiner::Each {
+                        self.phrase.determiner = Determiner::Definite;
+                    }
                     self.determined = true;
                 }
                 "each" | "every" => {
                     self.phrase.determiner = Determiner::Each;
                     self.determined = true;
+                    self.at += usize::from(self.word(1) == Some("of"));
                 }
                 "all" => {
                     self.phrase.determiner = Determiner::Definite;
@@ -341,10 +328,13 @@ impl<'a> Chunk<'a, '_> {
                     }
                 }
                 "pair" | "pairs" if of => self.pair(),
-                _ if known.is_none() && vocabulary.grammar.piles.contains(w) && of => {
+                _ if of
+                    && vocabulary.grammar.piles.contains(w)
+                    && known.is_none_or(|(_, length)| length == 1 && self.is_of_many(joint)) =>
+                {
                     self.phrase.stacked = true;
                     if matches!(w, "pile" | "piles" | "heap") {
-                        self.phrase.group = Some((Group::Pile, self.at..self.at + 2));
+                        self.phrase.group = Some((Group::Pile, self.at..self.at + 1 + joint));
                     }
                     self.phrase.count = self.phrase.count.filter(|count| *count != [1, 1]);
                     if self.phrase.count.is_some() {
@@ -354,13 +344,14 @@ impl<'a> Chunk<'a, '_> {
                     self.property("arrangement", 1 + joint);
                     self.at += joint;
                 }
-                _ if known.is_none() && of && group_of(w).is_some() => {
+                _ if of && group_of(w).is_some() && (known.is_none() || self.is_of_many(joint)) => {
                     let (group, rows) = (group_of(w)?, self.phrase.count);
                     let in_columns = w == "columns";
-                    self.phrase.group = Some((group, self.at..self.at + 2));
+                    let tokens = self.at..self.at + 1 + joint;
+                    self.phrase.group = Some((group, tokens.clone()));
                     self.phrase.count = rows.filter(|rows| group == Group::Row && rows[0] > 1);
                     if self.phrase.count.is_some() {
-                        self.phrase.group = Some((Group::Grid, self.at..self.at + 2));
+                        self.phrase.group = Some((Group::Grid, tokens));
                         self.phrase.columns = Some(match rows {
                             Some([columns, _]) if in_columns => columns as usize,
                             _ => 0,
@@ -382,10 +373,22 @@ impl<'a> Chunk<'a, '_> {
                     self.property("arrangement", 1);
                 }
                 "same" | "identical" | "more" | "additional" | "further" | "extra"
-                    if self.determined && starts_noun(self.lexicon, self.tokens, self.at + 1) => {}
+                    if self.determined && starts_noun(self.lexicon, self.tokens, self.at + 1) =>
+                {
+                    self.phrase.same |= w == "same" && self.phrase.determiner == Determiner::Definite;
+                }
+                "own" | "alternating" if adjective_position(self.lexicon, self.tokens, self.at + 1) => {}
+                "only" | "sole" if self.phrase.determiner == Determiner::Definite => {}
                 _ if self.selector() => {}
                 _ if vocabulary.grammar.determiners.contains(w) && w != "other" => self.determined = true,
+                _ if self.phrase.properties.is_empty() && self.is_noun_alone(w) => return Some(()),
                 _ => match modifier(self.lexicon, self.tokens, self.at, &mut self.phrase.attributes) {
+                    Some(found) if found.contradicts => {
+                        let range = self.at..self.at + found.length;
+                        self.phrase.reports.push((range, UnrecognizedReason::Contradiction));
+                        self.at += found.length;
+                        continue;
+                    }
                     Some(found) => {
                         let range = self.at..self.at + found.length;
                         self.words
@@ -408,13 +411,13 @@ impl<'a> Chunk<'a, '_> {
         None
     }
 
-    /// Number of tokens of "of", "made of", "consisting of" after the current word.
-    fn of_length(&self) -> usize {
-        ["of", "made of", "made up of", "made from", "built of", "built from", "consisting of", "composed of"]
-            .iter()
-            .filter_map(|phrase| match_phrase(self.tokens, self.at + 1, phrase))
-            .max()
-            .unwrap_or(0)
+    /// "a small, red mug": another modifier of the same noun follows the comma.
+    fn comma_joins(&self) -> bool {
+        let follows = self.phrase.properties.last().is_some_and(|(_, range)| range.end == self.at);
+        matches!(self.tokens.get(self.at), Some(Token::Pause))
+            && follows
+            && self.word(1).is_some_and(|next| is_attribute(self.lexicon.vocabulary, next))
+            && adjective_position(self.lexicon, self.tokens, self.at + 1)
     }
 
     /// Whether the word is "one" as a pronoun.
@@ -441,79 +444,6 @@ impl<'a> Chunk<'a, '_> {
         });
         self.determined = true;
     }
-
-    fn pair(&mut self) {
-        let (_, two) = self.phrase.count.map_or((1, 1), |[low, high]| (low, high));
-        // "a pair of scissors" is one; two of anything else.
-        let next = self.lexicon.longest_at(self.tokens, self.at + 2);
-        let single = next.is_some_and(|(entry, _)| entry.one_by_default);
-        let each = if single { 1 } else { 2 };
-        self.phrase.count = Some([two.saturating_mul(each); 2]);
-        self.determined = true;
-        self.at += 1;
-    }
-
-    /// "a 2 x 3 grid of": rows by columns.
-    fn grid(&mut self) -> bool {
-        let numbers = [self.at, self.at + 2].map(|p| match self.tokens.get(p) {
-            Some(Token::Number(number)) => Some(number.clamp(0.0, 64.0) as u32),
-            _ => word(self.tokens, p).and_then(|w| self.lexicon.vocabulary.numbers.get(w)).copied(),
-        });
-        let [Some(rows), Some(columns)] = numbers else { return false };
-        let joined = matches!(self.word(1), Some("x" | "by"));
-        if !joined
-            || !matches!(self.word(3), Some("grid" | "array"))
-            || self.word(4) != Some("of")
-            || rows * columns == 0
-        {
-            return false;
-        }
-        self.phrase.group = Some((Group::Grid, self.at..self.at + 5));
-        self.phrase.columns = Some(columns as usize);
-        self.phrase.count = Some([rows * columns; 2]);
-        self.determined = true;
-        self.at += 5;
-        true
-    }
-
-    /// "the left mug", "the second mug", "the other mug".
-    fn selector(&mut self) -> bool {
-        let Some(w) = self.word(0) else { return false };
-        if self.phrase.determiner != Determiner::Definite
-            || !starts_noun(self.lexicon, self.tokens, self.at + 1) && !self.is_one(self.at + 1)
-        {
-            return false;
-        }
-        let selector = match w {
-            "left" | "leftmost" => Selector::Side(RelationKind::AtLeft),
-            "right" | "rightmost" => Selector::Side(RelationKind::AtRight),
-            "front" => Selector::Side(RelationKind::AtFront),
-            "back" | "rear" => Selector::Side(RelationKind::AtBack),
-            "middle" | "center" | "central" => Selector::Side(RelationKind::AtCenter),
-            "first" => Selector::Ordinal(0),
-            "second" => Selector::Ordinal(1),
-            "third" => Selector::Ordinal(2),
-            "fourth" => Selector::Ordinal(3),
-            "other" | "remaining" => Selector::Other,
-            _ => return false,
-        };
-        self.phrase.selector = Some(selector);
-        true
-    }
-}
-
-fn group_of(word: &str) -> Option<Group> {
-    Some(match word {
-        "row" | "rows" | "line" | "lines" => Group::Row,
-        "column" => Group::Column,
-        // "two columns of three" are two objects wide.
-        "columns" => Group::Row,
-        "circle" | "ring" | "semicircle" => Group::Circle,
-        "grid" | "array" | "square" => Group::Grid,
-        "heap" => Group::Pile,
-        "pyramid" => Group::Pyramid,
-        _ => return None,
-    })
 }
 
 /// Whether a noun of the lexicon follows within this phrase, after modifiers and adjectives.

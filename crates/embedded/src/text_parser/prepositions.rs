@@ -28,9 +28,9 @@ const PREPOSITIONS: &[(&str, RelationKind, &str)] = &[
     ("on the left side of", LeftOf, ""),
     ("on the right side of", RightOf, ""),
     ("in the middle of", NextTo, ""),
-    ("in the middle between", Between, "2"),
-    ("halfway between", Between, "2"),
-    ("midway between", Between, "2"),
+    ("in the middle between", Between, "2a"),
+    ("halfway between", Between, "2a"),
+    ("midway between", Between, "2a"),
     ("on both sides of", NextTo, ""),
     ("on either side of", NextTo, ""),
     ("on each side of", NextTo, ""),
@@ -45,7 +45,7 @@ const PREPOSITIONS: &[(&str, RelationKind, &str)] = &[
     ("in the front of", InFrontOf, ""),
     ("in front of", InFrontOf, ""),
     ("in back of", Behind, ""),
-    ("in between", Between, "2"),
+    ("in between", Between, "2a"),
     ("on top of", On, ""),
     ("on the top of", On, ""),
     ("in the back of", Behind, ""),
@@ -88,6 +88,8 @@ const PREPOSITIONS: &[(&str, RelationKind, &str)] = &[
     ("closer to", NextTo, ""),
     ("closest to", NextTo, ""),
     ("nearest to", NextTo, ""),
+    ("nearest", NextTo, ""),
+    ("closest", NextTo, ""),
     ("adjacent to", NextTo, ""),
     ("next to", NextTo, ""),
     ("close by", NextTo, "a"),
@@ -123,7 +125,11 @@ const PREPOSITIONS: &[(&str, RelationKind, &str)] = &[
     ("against", NextTo, ""),
     ("around", Around, "a"),
     ("surrounding", Around, ""),
-    ("between", Between, "2"),
+    ("sandwiched between", Between, "2a"),
+    ("wedged between", Between, "2a"),
+    ("nestled between", Between, "2a"),
+    ("squeezed between", Between, "2a"),
+    ("between", Between, "2a"),
     ("among", NextTo, ""),
     ("amid", NextTo, ""),
     ("underneath", On, "ia"),
@@ -206,6 +212,14 @@ pub(super) fn place_at(
         }
         p += 1;
     }
+    // "near the viewer", "close to me".
+    let noun = p + usize::from(word(p) == Some("the"));
+    let viewer = matches!(word(noun), Some("viewer" | "user" | "robot" | "camera" | "observer" | "operator"))
+        && noun > p
+        || matches!(word(p), Some("me" | "us" | "you"));
+    if viewer && matches!(opener, "near" | "close") {
+        return Some((vec![AtFront], noun + 1 - at));
+    }
     place_of(tokens, at, p, opener, is_table)
 }
 
@@ -243,7 +257,12 @@ fn place_of(
             {
                 places.push(AtBack)
             }
-            "near" if matches!(word(p + 1), Some("end" | "side" | "edge")) => places.push(AtFront),
+            "near"
+                if matches!(word(p + 1), Some("end" | "side" | "edge" | "corner"))
+                    || word(p + 2) == Some("corner") =>
+            {
+                places.push(AtFront)
+            }
             "far" | "hand" | "upper" | "top" | "bottom" | "lower" if article && place_ahead(&word, p + 1) => {
                 match w {
                     "upper" | "top" => places.push(AtBack),
@@ -251,7 +270,7 @@ fn place_of(
                     _ => {}
                 }
             }
-            "corner" | "side" | "edge" | "end" | "part" | "half" | "corners" | "third" | "area"
+            "corner" | "side" | "edge" | "end" | "part" | "half" | "corners" | "third" | "area" | "row"
             | "region" | "zone" | "quarter" | "quadrant" | "portion" | "section" => nouns += 1,
             "table" | "desk" if places.is_empty() && is_table(w) && place_ahead(&word, p + 1) => {}
             _ => break,
@@ -286,7 +305,16 @@ fn place_of(
         if word(q).is_some_and(is_table) && word(q) != Some("it") {
             return Some((places, q + 1 - at));
         }
-        return None;
+        // "at the center of the back edge", "at the left of the front side".
+        let (inner, length) = place_of(tokens, p + 1, p + 1, "at", is_table)?;
+        let is_named = (p + 1..p + 1 + length)
+            .any(|q| matches!(word(q), Some("edge" | "side" | "end" | "half" | "third" | "part" | "corner")));
+        let both = match (&places[..], &inner[..]) {
+            ([AtCenter], [_]) => inner,
+            ([one], [other]) => corner_of(vec![*one, *other]),
+            _ => return None,
+        };
+        return (is_named && both.len() == 1).then_some((both, p + 1 + length - at));
     }
     // "near the left mug" names an object.
     if nouns == 0
@@ -299,7 +327,7 @@ fn place_of(
 }
 
 /// Two sides name a corner.
-fn corner_of(places: Vec<RelationKind>) -> Vec<RelationKind> {
+pub(super) fn corner_of(places: Vec<RelationKind>) -> Vec<RelationKind> {
     let corner = match places[..] {
         [AtBack, AtLeft] | [AtLeft, AtBack] => AtBackLeft,
         [AtBack, AtRight] | [AtRight, AtBack] => AtBackRight,
@@ -334,6 +362,10 @@ mod tests {
         assert_eq!(places("on the left third of the table"), Some(vec![AtLeft]));
         assert_eq!(places("on the left"), Some(vec![AtLeft]));
         assert_eq!(places("at the far end of the desk"), Some(vec![AtBack]));
+        assert_eq!(places("in the middle of the back edge"), Some(vec![AtBack]));
+        assert_eq!(places("in the near left corner"), Some(vec![AtFrontLeft]));
+        assert_eq!(places("close to the near edge"), Some(vec![AtFront]));
+        assert_eq!(places("near the viewer"), Some(vec![AtFront]));
         assert_eq!(places("to the left of the mug"), None);
         assert_eq!(places("in the middle of the plates"), None);
         assert_eq!(places("in front of the mug"), None);

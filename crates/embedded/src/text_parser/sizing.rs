@@ -1,7 +1,10 @@
 //! Object sizes: a random sample from the category's range, adjusted by the text.
 
+use glam::DVec3;
+
 use super::draft::{Draft, DraftRelation};
 use super::measured_size;
+use super::measures::Measure;
 use catalog::Affordance;
 use runtime::seed::child_rng;
 use scene::RelationKind;
@@ -33,6 +36,14 @@ pub(super) fn size(draft: &mut Draft) -> Vec<usize> {
             };
             size[k] = (size[k] * factor).clamp(0.8 * low[k], 1.25 * high[k]);
         }
+        // Round and square objects keep equal width and depth, cubes and balls all three extents.
+        let as_deep_as_wide = low.x == low.y && high.x == high.y;
+        let as_high = as_deep_as_wide && low.x == low.z && high.x == high.z;
+        let is_proportional = attributes.stretches.is_empty() && attributes.measures.len() < 2;
+        if is_proportional && as_deep_as_wide && !attributes.measures.is_empty() {
+            let mean_m = 0.5 * (size.x + size.y);
+            size = DVec3::new(mean_m, mean_m, if as_high { mean_m } else { size.z });
+        }
         let is_container = category.affords(Affordance::Container);
         if let (Some(volume_m3), true) =
             (attributes.volume_m3, is_container && attributes.measures.is_empty())
@@ -53,9 +64,7 @@ pub(super) fn size(draft: &mut Draft) -> Vec<usize> {
         if is_clamped || attributes.mass_kg.is_some_and(|mass_kg| !MASSES_KG.contains(&mass_kg)) {
             out_of_range.push(k);
         }
-        // Round and square objects keep equal width and depth.
-        let as_deep_as_wide = low.x == low.y && high.x == high.y;
-        if as_deep_as_wide && attributes.stretches.is_empty() && attributes.measures.len() < 2 {
+        if as_deep_as_wide && is_proportional {
             size.x = 0.5 * (size.x + size.y);
             size.y = size.x;
         }
@@ -72,6 +81,22 @@ pub(super) fn size(draft: &mut Draft) -> Vec<usize> {
     largest_at_the_bottom(draft);
     containers_hold_their_contents(draft);
     out_of_range
+}
+
+/// Objects whose stated lengths exclude each other: two heights, or a cube of two lengths.
+pub(super) fn contradictions(draft: &Draft) -> Vec<usize> {
+    let differ = |a: &Measure, b: &Measure| (a.meters - b.meters).abs() > 1e-6;
+    let contradicts = |&object: &usize| {
+        let measures = &draft.objects[object].attributes.measures;
+        let range = draft.objects[object].kind.size;
+        let is_cubic =
+            range.low_m == DVec3::splat(range.low_m.x) && range.high_m == DVec3::splat(range.high_m.x);
+        measures
+            .iter()
+            .enumerate()
+            .any(|(k, a)| measures[..k].iter().any(|b| (a.axis == b.axis || is_cubic) && differ(a, b)))
+    };
+    (0..draft.objects.len()).filter(contradicts).collect()
 }
 
 /// Share of the bounding box of a vessel that is its content: a cylinder with walls.
@@ -121,7 +146,7 @@ fn containers_hold_their_contents(draft: &mut Draft) {
             let mean_m = widths.iter().sum::<f64>() / widths.len() as f64;
             let needed_m = enclosing_circle(widths.len()) * mean_m / FREE_WIDTH;
             let growth = (needed_m / size.x.min(size.y)).clamp(1.0, MAX_GROWTH);
-            *size *= glam::DVec3::new(growth, growth, growth.sqrt());
+            *size *= DVec3::new(growth, growth, growth.sqrt());
         }
         if is_carrier {
             size.x *= (longest_m / FREE_LENGTH / size.x).clamp(1.0, MAX_GROWTH);

@@ -3,6 +3,7 @@
 use super::draft::{Draft, DraftRelation};
 use super::grammar::{GoalDraft, GoalKind, ParsedText, category_shows};
 use super::supports::at;
+use catalog::{Affordance, Category};
 use scene::RelationKind;
 use scene::description::RequestedPose;
 use scene::text_account::PredicateKind;
@@ -14,6 +15,17 @@ pub(super) struct DraftPredicate {
     pub object: usize,
     pub target: Option<usize>,
     pub second: Option<usize>,
+    /// Whether it may hold at the start, because a step of the task undoes it.
+    pub is_restored: bool,
+}
+
+/// What the start state cannot be.
+#[derive(Debug, Default)]
+pub(super) struct Unviolated {
+    /// Predicates that every start state satisfies.
+    pub satisfied: Vec<DraftPredicate>,
+    /// Predicates whose start state the meshes do not show.
+    pub unshown: Vec<DraftPredicate>,
 }
 
 /// The predicates of the goal.
@@ -29,7 +41,8 @@ pub(super) fn predicates(draft: &Draft, parsed: &ParsedText) -> Predicates {
     let mut all = Predicates::default();
     for goal in &parsed.goals {
         let mut first = None;
-        for predicate in of_goal(draft, goal) {
+        let stacked = parsed.mentions[goal.object].stacked;
+        for predicate in of_goal(draft, goal, stacked) {
             let known = all.predicates.iter().position(|known| known == &predicate);
             if known.is_none() && predicate.target != Some(predicate.object) {
                 all.predicates.push(predicate);
@@ -41,20 +54,38 @@ pub(super) fn predicates(draft: &Draft, parsed: &ParsedText) -> Predicates {
     all
 }
 
-fn of_goal(draft: &Draft, goal: &GoalDraft) -> Vec<DraftPredicate> {
+fn of_goal(draft: &Draft, goal: &GoalDraft, stacked: bool) -> Vec<DraftPredicate> {
     let all = &draft.of_mention[goal.object];
     let take = goal.take.map_or(all.len(), |take| (take as usize).min(all.len()));
-    let objects = &all[..take];
+    // Those on top are taken from a stack.
+    let unstacks = goal.kind == GoalKind::UnstackOfItself && goal.take.is_some();
+    let below = usize::from(unstacks);
+    let objects = if stacked { &all[all.len().saturating_sub(take + below)..] } else { &all[..take] };
     let targets: &[usize] = goal.target.map_or(&[], |target| &draft.of_mention[target]);
     let chain = |kind: PredicateKind| -> Vec<DraftPredicate> {
         let pairs = objects.windows(2);
         pairs
-            .map(|pair| DraftPredicate { kind, object: pair[1], target: Some(pair[0]), second: None })
+            .map(|pair| DraftPredicate {
+                kind,
+                object: pair[1],
+                target: Some(pair[0]),
+                second: None,
+                is_restored: false,
+            })
             .collect()
     };
     match &goal.kind {
         GoalKind::StackOfItself => return chain(PredicateKind::StackedOn),
+        GoalKind::UnstackOfItself => return chain(PredicateKind::Off),
         GoalKind::Together => return chain(PredicateKind::NextTo),
+        GoalKind::InOrder(kind) => {
+            let turned = |p: DraftPredicate| DraftPredicate {
+                object: p.target.unwrap_or(p.object),
+                target: Some(p.object),
+                ..p
+            };
+            return chain(*kind).into_iter().map(turned).collect();
+        }
         GoalKind::Predicate(PredicateKind::Swapped) if goal.target == Some(goal.object) => {
             return chain(PredicateKind::Swapped).into_iter().take(1).collect();
         }
@@ -64,48 +95,99 @@ fn of_goal(draft: &Draft, goal: &GoalDraft) -> Vec<DraftPredicate> {
         return Vec::new();
     }
     let mut predicates = Vec::new();
-    for (k, &object) in objects.iter().enumerate() {
+    // One vessel fills every glass.
+    let reaches_all = matches!(
+        goal.kind,
+        GoalKind::Predicate(PredicateKind::PouredInto | PredicateKind::UsedOn | PredicateKind::AwayFrom)
+    );
+    let rounds = if reaches_all { objects.len().max(targets.len()) } else { objects.len() };
+    for (k, &object) in objects.iter().cycle().take(rounds).enumerate() {
         let target = targets.get(k % targets.len().max(1)).copied();
         let second = goal.second.and_then(|second| {
             draft.of_mention[second].iter().copied().find(|&other| Some(other) != target && other != object)
         });
         let kind = match &goal.kind {
             GoalKind::Predicate(kind) => *kind,
-            GoalKind::At => match target.map(|target| at(draft.category(object), draft.category(target))) {
-                Some(RelationKind::In) => PredicateKind::In,
-                Some(RelationKind::NextTo) => PredicateKind::NextTo,
-                _ => PredicateKind::On,
-            },
+            GoalKind::At => {
+                match target.map(|target| reached(draft.category(object), draft.category(target))) {
+                    Some(RelationKind::In) => PredicateKind::In,
+                    Some(RelationKind::NextTo) => PredicateKind::NextTo,
+                    _ => PredicateKind::On,
+                }
+            }
             GoalKind::AwayFromSupport => {
                 match target.map(|target| at(draft.category(object), draft.category(target))) {
                     Some(RelationKind::In) => PredicateKind::OutOf,
                     _ => PredicateKind::Off,
                 }
             }
-            GoalKind::StackOfItself | GoalKind::Together => continue,
+            GoalKind::StackOfItself
+            | GoalKind::UnstackOfItself
+            | GoalKind::Together
+            | GoalKind::InOrder(_) => continue,
         };
-        predicates.push(DraftPredicate { kind, object, target, second });
+        let is_restored = goal.is_restored;
+        predicates.push(DraftPredicate { kind, object, target, second, is_restored });
     }
     predicates
 }
 
-/// Changes the draft so that it does not satisfy the predicates. Returns the predicates that no start state can
-/// violate.
-pub(super) fn stand_apart(draft: &mut Draft, predicates: &[DraftPredicate]) -> Vec<DraftPredicate> {
-    let mut satisfied = Vec::new();
+/// Where an object is that has been brought to another: in it, on it if it is flat or made to carry, or beside it.
+fn reached(item: &Category, host: &Category) -> RelationKind {
+    const CARRIES: &[&str] = &["shelf", "cabinet", "display_stand", "stove", "dish_rack", "kitchen_scale"];
+    match at(item, host) {
+        // "bring the tape measure to the toolbox".
+        RelationKind::In if host.name == "toolbox" => RelationKind::NextTo,
+        RelationKind::On => {
+            let size_m = host.size.typical_m();
+            let is_flat = size_m.z <= 0.5 * size_m.x.min(size_m.y);
+            let carries =
+                is_flat || CARRIES.contains(&host.name.as_str()) || host.affords(Affordance::Container);
+            if carries { RelationKind::On } else { RelationKind::NextTo }
+        }
+        kind => kind,
+    }
+}
+
+/// Changes the draft so that it does not satisfy the predicates. Returns those for which that fails.
+pub(super) fn stand_apart(draft: &mut Draft, predicates: &[DraftPredicate]) -> Unviolated {
+    let mut unviolated = Unviolated::default();
     for predicate in predicates {
-        if !violate(draft, predicate) {
-            satisfied.push(*predicate);
+        if predicate.is_restored {
+            restore(draft, predicate);
+        } else if !violate(draft, predicate) {
+            unviolated.satisfied.push(*predicate);
+        } else if !shows_start(draft, predicate) {
+            unviolated.unshown.push(*predicate);
         }
     }
-    satisfied
+    unviolated
+}
+
+/// The start state of what is undone on the way and restored.
+fn restore(draft: &mut Draft, predicate: &DraftPredicate) {
+    let state = match predicate.kind {
+        PredicateKind::Closed => "closed",
+        PredicateKind::Opened => "open",
+        _ => return,
+    };
+    if category_shows(draft.category(predicate.object), state) {
+        draft.objects[predicate.object].state = Some(state.to_owned());
+    }
+}
+
+/// Whether the mesh shows the start state of "open" and "close".
+fn shows_start(draft: &Draft, predicate: &DraftPredicate) -> bool {
+    let is_state = matches!(predicate.kind, PredicateKind::Opened | PredicateKind::Closed);
+    let state = draft.objects[predicate.object].state.as_deref().filter(|_| is_state);
+    state.is_none_or(|state| category_shows(draft.category(predicate.object), state))
 }
 
 /// Makes the start state violate a predicate; `false` if it cannot.
 fn violate(draft: &mut Draft, predicate: &DraftPredicate) -> bool {
     use PredicateKind as P;
     use RelationKind as R;
-    let &DraftPredicate { kind, object, target, second } = predicate;
+    let &DraftPredicate { kind, object, target, second, .. } = predicate;
     let remove = |draft: &mut Draft, kinds: &[RelationKind]| {
         draft.objects[object]
             .relations
@@ -148,20 +230,18 @@ fn violate(draft: &mut Draft, predicate: &DraftPredicate) -> bool {
             place(draft, to, R::AtRight);
             true
         }
-        (P::OutOf, Some(to)) => {
-            if draft.supporter(object).is_none() {
-                draft.relate(object, R::In, Some(to));
-            }
-            draft.supporter(object).is_some()
+        (P::OutOf, Some(to)) => supported(draft, object, R::In, to),
+        (P::Off, Some(to)) => supported(draft, object, R::On, to),
+        (P::Opened, _) => {
+            let category = draft.category(object);
+            let closed = category_shows(category, "closed") || category_shows(category, "open");
+            draft.objects[object].state = closed.then(|| "closed".to_owned());
+            true
         }
-        (P::Off, Some(to)) => {
-            if draft.supporter(object).is_none() {
-                draft.relate(object, R::On, Some(to));
-            }
-            draft.supporter(object).is_some()
+        (P::Closed, _) => {
+            draft.objects[object].state = Some("open".to_owned());
+            true
         }
-        (P::Opened, _) => state(draft, object, "open", "closed"),
-        (P::Closed, _) => state(draft, object, "closed", "open"),
         (P::Upright, _) => {
             if draft.objects[object].pose.is_upright() {
                 draft.objects[object].pose = RequestedPose::LyingOnSide;
@@ -169,7 +249,14 @@ fn violate(draft: &mut Draft, predicate: &DraftPredicate) -> bool {
             true
         }
         (P::LyingOnSide | P::UpsideDown, _) => {
-            draft.objects[object].pose = RequestedPose::Upright;
+            let is_goal = match draft.objects[object].pose {
+                RequestedPose::LyingOnSide => kind == P::LyingOnSide,
+                RequestedPose::UpsideDown => kind == P::UpsideDown,
+                _ => false,
+            };
+            if is_goal {
+                draft.objects[object].pose = RequestedPose::Upright;
+            }
             true
         }
         _ => match at_place(kind) {
@@ -206,15 +293,16 @@ fn place(draft: &mut Draft, object: usize, kind: RelationKind) {
     }
 }
 
-fn state(draft: &mut Draft, object: usize, goal: &str, start: &str) -> bool {
-    let category = draft.category(object);
-    if draft.objects[object].state.as_deref() == Some(goal) {
-        draft.objects[object].state = None;
+/// The object that is to leave a support is on it or in it; `false` if another support is stated.
+fn supported(draft: &mut Draft, object: usize, kind: RelationKind, to: usize) -> bool {
+    if draft.objects[object].has(kind, Some(to))
+        || draft.objects[object].has(RelationKind::StackedOn, Some(to))
+    {
+        return true;
     }
-    if category_shows(category, start) {
-        draft.objects[object].state = Some(start.to_owned());
-    }
-    true
+    draft.objects[object].relations.retain(|relation| relation.to != Some(to));
+    draft.relate(object, kind, Some(to));
+    draft.supporter(object).is_some()
 }
 
 /// The place that a predicate requires, and an opposite one.

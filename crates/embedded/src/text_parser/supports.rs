@@ -4,9 +4,11 @@ use glam::DVec3;
 
 use super::draft::{Draft, DraftRelation};
 use super::grammar::{Link, LinkKind, ParsedText};
+use super::measured_size;
 use RelationKind::{AtBackLeft, AtBackRight, AtFrontLeft, AtFrontRight, In, LeftOf, NextTo, On, RightOf};
 use catalog::{Affordance, Category};
 use scene::RelationKind;
+use scene::description::RequestedPose;
 
 /// Flat objects that support others even if the text only says "with".
 const CARRIERS: &[&str] = &["plate", "saucer", "tray", "cutting_board", "coaster"];
@@ -17,6 +19,7 @@ pub(super) fn relate(draft: &mut Draft, parsed: &ParsedText) {
     // Supports come first, because other relations depend on them ("to the left of the mug").
     for pass in 0..2 {
         for link in &parsed.links {
+            let link = &underlaid(draft, link);
             let (from, to) = (draft.of_mention[link.from].clone(), draft.of_mention[link.to].clone());
             if from.is_empty() || to.is_empty() {
                 continue;
@@ -81,6 +84,21 @@ pub(super) fn relate(draft: &mut Draft, parsed: &ParsedText) {
     }
 }
 
+/// "every cup has its own saucer": the cup is on the saucer.
+fn underlaid(draft: &Draft, link: &Link) -> Link {
+    let category = |mention: usize| draft.of_mention[mention].first().map(|&object| draft.category(object));
+    match (category(link.from), category(link.to)) {
+        (Some(item), Some(host))
+            if link.kind == LinkKind::With
+                && ["saucer", "coaster"].contains(&item.name.as_str())
+                && host.group == "vessel" =>
+        {
+            Link { from: link.to, to: link.from, kind: LinkKind::Relation(On), ..*link }
+        }
+        _ => *link,
+    }
+}
+
 /// The relation that a link expresses between these categories.
 fn kind_of(draft: &Draft, parsed: &ParsedText, link: &Link, from: usize, to: usize) -> RelationKind {
     let (item, host) = (draft.category(from), draft.category(to));
@@ -98,7 +116,14 @@ fn kind_of(draft: &Draft, parsed: &ParsedText, link: &Link, from: usize, to: usi
             let contents = parsed.mentions[link.from].contents;
             let carrier = CARRIERS.contains(&host.name.as_str());
             let cutlery = CUTLERY.contains(&item.name.as_str());
-            let fits = fits_in(item.size.typical_m(), host.size.typical_m());
+            // A stated size decides what fits.
+            let measures = &draft.objects[to].attributes.measures;
+            let host_m = if measures.is_empty() {
+                host.size.typical_m()
+            } else {
+                measured_size::apply(measures, host.size.typical_m())
+            };
+            let fits = fits_in(item.size.typical_m(), host_m);
             // Food goes on a plate, a glass beside it, a cup on a saucer, every object on a tray.
             let dishes = ["cutlery", "vessel", "dish"].contains(&item.group.as_str());
             let served = match host.name.as_str() {
@@ -127,16 +152,47 @@ fn kind_of(draft: &Draft, parsed: &ParsedText, link: &Link, from: usize, to: usi
 
 /// In a container that holds the item, otherwise on what carries it, otherwise beside it.
 pub(super) fn at(item: &Category, host: &Category) -> RelationKind {
-    if host.affords(Affordance::Container)
-        && !is_carrier(host)
-        && fits_in(item.size.typical_m(), host.size.typical_m())
-    {
+    if covers(item) {
+        On
+    } else if holds(item, host) {
         In
     } else if host.affords(Affordance::Support) || is_carrier(host) || host.affords(Affordance::Container) {
         On
     } else {
         NextTo
     }
+}
+
+/// Whether the host has an inside with room for the item.
+fn holds(item: &Category, host: &Category) -> bool {
+    let (item_m, host_m) = (item.size.typical_m(), host.size.typical_m());
+    let is_open_container = host.affords(Affordance::Container) && !is_carrier(host);
+    (encloses(host) && is_smaller(item_m, host_m)) || (is_open_container && fits_in(item_m, host_m))
+}
+
+/// Whether the category has an inside that its mesh does not open.
+fn encloses(category: &Category) -> bool {
+    const ENCLOSURES: &[&str] = &[
+        "cabinet",
+        "microwave",
+        "toaster_oven",
+        "toolbox",
+        "storage_case",
+        "rice_cooker",
+        "pressure_cooker",
+        "slow_cooker",
+        "dutch_oven",
+    ];
+    ENCLOSURES.contains(&category.name.as_str())
+}
+
+fn is_smaller(item_m: DVec3, host_m: DVec3) -> bool {
+    item_m.min_element() < host_m.min_element() && item_m.max_element() < host_m.max_element()
+}
+
+/// Whether the category closes a vessel from above.
+fn covers(category: &Category) -> bool {
+    category.name == "lid"
 }
 
 /// Whether the category is a flat object that supports others.
@@ -167,6 +223,12 @@ fn fits_in(item_m: DVec3, vessel_m: DVec3) -> bool {
     {
         return true;
     }
+    // A folded towel lies along an oblong basket.
+    let (item_long, item_short) = (item_m.x.max(item_m.y), item_m.x.min(item_m.y));
+    let (long, short) = (vessel_m.x.max(vessel_m.y), vessel_m.x.min(vessel_m.y));
+    if long > 1.1 * short && item_long < 0.85 * long && item_short < 0.85 * short {
+        return true;
+    }
     let mut extents = item_m.to_array();
     extents.sort_by(f64::total_cmp);
     // Slender objects lean, so their second extent decides.
@@ -176,7 +238,7 @@ fn fits_in(item_m: DVec3, vessel_m: DVec3) -> bool {
 }
 
 /// Replaces impossible supports ("a laptop on a mouse", the ninth apple of a small bowl) by `NextTo`. Returns the
-/// objects that lost their support.
+/// objects that lost their support, and those inside of something whose mesh is closed.
 pub(super) fn keep_what_fits(draft: &mut Draft) -> Vec<usize> {
     let mut replaced = Vec::new();
     let mut filled: Vec<f64> = vec![0.0; draft.objects.len()];
@@ -193,11 +255,20 @@ pub(super) fn keep_what_fits(draft: &mut Draft) -> Vec<usize> {
         };
         let host = draft.category(to);
         let (item_m, host_m) = (draft.objects[object].size_m, draft.objects[to].size_m);
-        let container = host.affords(Affordance::Container);
-        let carries = host.affords(Affordance::Support) || CARRIERS.contains(&host.name.as_str());
+        // An overturned container carries objects on its bottom.
+        let is_overturned =
+            draft.objects[to].pose == RequestedPose::UpsideDown && host.affords(Affordance::Container);
+        let container = host.affords(Affordance::Container) && !is_overturned;
+        let carries =
+            host.affords(Affordance::Support) || is_overturned || CARRIERS.contains(&host.name.as_str());
         let narrow = |size: DVec3| size.x.min(size.y);
         let kind = match kind {
+            On if container && covers(draft.category(object)) => On,
             In if container && fits_in(item_m, host_m) => In,
+            In if encloses(host) && is_smaller(item_m, host_m) => {
+                replaced.push(object);
+                continue;
+            }
             On if container && !carries && fits_in(item_m, host_m) => In,
             In | On if carries && narrow(item_m) < 2.2 * narrow(host_m) => On,
             _ => NextTo,
@@ -209,6 +280,8 @@ pub(super) fn keep_what_fits(draft: &mut Draft) -> Vec<usize> {
             let room = (0.85 * narrow(host_m)).powi(2);
             let need =
                 if extents[2] > 2.5 * extents[1] { 2.0 * extents[1].powi(2) } else { extents[1].powi(2) };
+            // Flat contents lie on each other.
+            let need = if extents[0] < 0.35 * extents[1] { 0.5 * need } else { need };
             filled[to] += need;
             // The first object always fits.
             if filled[to] > 1.7 * room && filled[to] > need { NextTo } else { In }

@@ -34,6 +34,8 @@ pub(super) struct Source {
     pub tokens: Vec<Token>,
     /// Bytes of the text that each token covers.
     pub spans: Vec<Range<usize>>,
+    /// Bytes of the numbers of list items ("1)") and of the keys of JSON, which are no tokens.
+    pub markers: Vec<Range<usize>>,
 }
 
 impl Source {
@@ -58,10 +60,11 @@ impl Source {
     /// Bytes that the tokens of a range cover.
     pub fn span(&self, tokens: Range<usize>) -> Range<usize> {
         let last = tokens.end.saturating_sub(1).max(tokens.start);
-        match (self.spans.get(tokens.start), self.spans.get(last)) {
-            (Some(first), Some(last)) => first.start..last.end,
-            _ => self.text.len()..self.text.len(),
-        }
+        // The tokens of JSON do not follow the order of the text.
+        let spans = self.spans.get(tokens.start..=last).unwrap_or_default();
+        let start = spans.iter().map(|span| span.start).min();
+        let end = spans.iter().map(|span| span.end).max();
+        start.unwrap_or(self.text.len())..end.unwrap_or(self.text.len())
     }
 
     /// Whether a sentence ends within the tokens.
@@ -96,6 +99,16 @@ impl Source {
         self.spans.get(token).is_some_and(|span| matches!(&self.text[span.clone()], "(" | "["))
     }
 
+    /// The token after a quotation that begins at a token.
+    pub fn quotation(&self, first: usize) -> Option<usize> {
+        let is_quote = |c: char| matches!(c, '"' | '\'' | '“' | '”' | '‘' | '’' | '«' | '»');
+        let opens = |token: usize| self.text[..self.spans.get(token)?.start].chars().next_back();
+        let closes = |token: usize| self.text[self.spans.get(token)?.end..].chars().next();
+        opens(first).filter(|c| is_quote(*c))?;
+        // The writing on an object is short.
+        (first..first + 8).find(|&token| closes(token).is_some_and(is_quote)).map(|token| token + 1)
+    }
+
     fn pause(&mut self, mark: Token, span: Range<usize>) {
         match self.tokens.last_mut() {
             None => {}
@@ -117,6 +130,9 @@ struct Reader<'a> {
     at: usize,
     source: &'a mut Source,
 }
+
+/// Names that begin with a digit.
+const NAMES: &[&str] = &["7up"];
 
 /// Words after which a period is part of an abbreviation.
 const ABBREVIATIONS: &[&str] = &["oz", "cm", "mm", "in", "ft", "lb", "lbs", "kg", "approx", "ca", "ml", "fl"];
@@ -141,6 +157,13 @@ impl Reader<'_> {
         self.at += length;
     }
 
+    /// Whether this name stands here as a word.
+    fn is_name(&self, name: &str) -> bool {
+        name.chars().enumerate().all(|(k, c)| self.peek(k) == c)
+            && !self.previous().is_alphanumeric()
+            && !self.peek(name.len()).is_alphanumeric()
+    }
+
     /// Whether only blanks precede on this line.
     fn at_line_start(&self) -> bool {
         let before = self.characters[..self.at].iter().rev().map(|character| character.c);
@@ -151,7 +174,9 @@ impl Reader<'_> {
     fn read(&mut self) {
         while self.at < self.characters.len() {
             let c = self.peek(0);
-            if c.is_ascii_digit()
+            if let Some(name) = NAMES.iter().find(|name| self.is_name(name)) {
+                self.push(Token::Word((*name).to_owned()), name.len());
+            } else if c.is_ascii_digit()
                 || (c == '.' && self.peek(1).is_ascii_digit() && !self.previous().is_alphanumeric())
             {
                 self.number();
@@ -177,11 +202,11 @@ impl Reader<'_> {
     fn number(&mut self) {
         let (number, length) = read_number(&self.characters[self.at..]);
         let (mark, after) = (self.peek(length), self.peek(length + 1));
-        let opened = self.source.tokens.last() == Some(&Token::Pause)
-            && self.source.is_open_bracket(self.source.tokens.len() - 1);
+        let opened = self.in_brackets();
         let blank = after.is_whitespace();
         if (mark == '.' && blank && self.at_line_start()) || (mark == ')' && blank && !opened && length < 3) {
             let span = self.span(length + 1);
+            self.source.markers.push(span.clone());
             self.source.pause(Token::End, span);
             self.at += length + 1;
             return;
@@ -189,8 +214,22 @@ impl Reader<'_> {
         self.push(Token::Number(number), length);
     }
 
+    /// Whether a bracket of this line is open.
+    fn in_brackets(&self) -> bool {
+        let line = self.characters[..self.at].iter().rev().map(|character| character.c);
+        let mut line = line.take_while(|c| !matches!(c, '\n' | '\r')).filter(|c| matches!(c, '(' | ')'));
+        line.next() == Some('(')
+    }
+
     fn words(&mut self) {
         let (word, length, apostrophe) = read_word(&self.characters[self.at..]);
+        // "w/" and "w/o".
+        if word == "w" && self.peek(1) == '/' && !self.peek(2).is_ascii_digit() {
+            let without = self.peek(2) == 'o' && !self.peek(3).is_alphanumeric();
+            let (word, length) = if without { ("without", 3) } else { ("with", 2) };
+            self.push(Token::Word(word.to_owned()), length);
+            return;
+        }
         // "it's" is "it is".
         if apostrophe
             && let Some(base) = word.strip_suffix('s')
@@ -215,17 +254,30 @@ impl Reader<'_> {
         let is_number = matches!(self.source.tokens.last(), Some(Token::Number(_)));
         let word = |source: &mut Source, word: &str| source.push(Token::Word(word.to_owned()), span.clone());
         match c {
+            '-' | '=' if next == '>' => {
+                let arrow = self.span(2);
+                self.source.pause(Token::Pause, arrow);
+                self.at += 1;
+            }
+            '<' if next == '-' && self.peek(2) == '>' => {
+                let arrow = self.span(3);
+                self.source.pause(Token::Pause, arrow);
+                self.at += 2;
+            }
+            '→' | '⇒' | '↔' => self.source.pause(Token::Pause, span),
             ',' | ':' | '(' | ')' | '[' | ']' | '—' | '|' => self.source.pause(Token::Pause, span),
             '-' | '–' if previous.is_ascii_digit() && next.is_ascii_digit() => word(self.source, "to"),
             '-' | '–' if self.at_line_start() => {}
             '-' | '–' if previous.is_whitespace() && next.is_whitespace() => {
                 self.source.pause(Token::Pause, span);
             }
+            '.' if self.is_initial(next) => {}
             '.' if next == ' ' && self.is_abbreviation() => {}
             '.' | ';' | '!' | '?' | '\n' | '\r' | '。' => self.source.pause(Token::End, span),
             '/' if is_number && next.is_ascii_digit() => self.fraction(),
             '&' | '+' | '/' => word(self.source, "and"),
             '½' => self.source.push(Token::Number(0.5), span),
+            '@' => word(self.source, "at"),
             '%' if is_number => word(self.source, "percent"),
             '°' if is_number => word(self.source, "degrees"),
             '×' | '*' if is_number => word(self.source, "x"),
@@ -233,6 +285,15 @@ impl Reader<'_> {
             _ => {}
         }
         self.at += 1;
+    }
+
+    /// Whether the period belongs to "e.g." or "i.e.".
+    fn is_initial(&self, next: char) -> bool {
+        let word = |back: usize| {
+            self.source.tokens.len().checked_sub(back).and_then(|at| self.source.tokens[at].word())
+        };
+        let first = matches!((word(1), next), (Some("e"), 'g') | (Some("i"), 'e'));
+        first || matches!((word(2), word(1)), (Some("e"), Some("g")) | (Some("i"), Some("e")))
     }
 
     fn is_abbreviation(&self) -> bool {
@@ -366,8 +427,10 @@ mod tests {
             ("* mug\n* plate", "mug . plate"),
             ("it's red, .5 m, 1/2 full", "it is red , 0.5 m , 0.5 full"),
             ("at (0.2, -0.1)", "at , 0.2 , -0.1 ,"),
+            ("at (-10, 5) cm, e.g. a mug w/ a spoon", "at , -10 , 5 , cm , e g a mug with a spoon"),
             ("a 12 oz. mug", "a 12 oz mug"),
             ("45° and 50%", "45 degrees and 50 percent"),
+            ("a 7up can, 7 upright cans", "a 7up can , 7 upright cans"),
         ] {
             assert_eq!(formatted(text), tokens, "{text}");
         }

@@ -52,10 +52,18 @@ pub(super) fn understood(
                 Claimed::Relation { kind, from, to } => {
                     TextMeaning::Relation { relation: *kind, objects: of(from), targets: of(to) }
                 }
-                Claimed::Arrangement(index) => TextMeaning::Arrangement {
-                    index: arranged::index_of(draft, parsed, *index)?,
-                    objects: of(&parsed.arrangements.get(*index)?.mentions),
-                },
+                Claimed::Arrangement(index) => {
+                    let objects = of(&parsed.arrangements.get(*index)?.mentions);
+                    match arranged::index_of(draft, parsed, *index) {
+                        Some(index) => TextMeaning::Arrangement { index, objects },
+                        // A single object.
+                        None => TextMeaning::Property {
+                            property: "arrangement".to_owned(),
+                            value: span.text.to_lowercase(),
+                            objects,
+                        },
+                    }
+                }
                 Claimed::Exclusion(meanings) => {
                     TextMeaning::Exclusion { categories: categories_of(draft.lexicon, meanings) }
                 }
@@ -72,6 +80,19 @@ pub(super) fn understood(
         .collect();
     understood.sort_by_key(|part| (part.span.start, part.span.end));
     understood.dedup();
+    // The number of a list item and the key of a field belong to what they mark.
+    let marked: Vec<Understood> = source
+        .markers
+        .iter()
+        .filter_map(|marker| {
+            let part = understood.iter().find(|part| part.span.start >= marker.end).or(understood.last())?;
+            let Range { start, end } = marker.clone();
+            let span = TextSpan { start, end, text: source.text[start..end].to_owned() };
+            Some(Understood { span, meaning: part.meaning.clone() })
+        })
+        .collect();
+    understood.extend(marked);
+    understood.sort_by_key(|part| (part.span.start, part.span.end));
     understood
 }
 

@@ -39,8 +39,17 @@ pub(super) enum Frame {
 #[serde(deny_unknown_fields)]
 struct VerbFile {
     verb: Vec<VerbGroup>,
+    vessel: Vec<Vessel>,
     scene: SceneVerbs,
     request: Requests,
+}
+
+/// What substances are poured from if the text does not say.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Vessel {
+    pub noun: String,
+    pub holds: Vec<String>,
 }
 
 #[derive(Deserialize)]
@@ -60,6 +69,7 @@ struct SceneVerbs {
 #[serde(deny_unknown_fields)]
 struct Requests {
     openers: Vec<String>,
+    desires: Vec<String>,
 }
 
 /// The verbs by form.
@@ -72,6 +82,8 @@ pub(super) struct Verbs {
     bases: BTreeSet<String>,
     scene: BTreeSet<String>,
     openers: BTreeMap<String, Vec<String>>,
+    desires: Vec<String>,
+    vessels: Vec<Vessel>,
 }
 
 static VERBS: LazyLock<Verbs> = LazyLock::new(|| {
@@ -83,6 +95,8 @@ static VERBS: LazyLock<Verbs> = LazyLock::new(|| {
         bases: BTreeSet::new(),
         scene: file.scene.verbs,
         openers: BTreeMap::new(),
+        desires: file.request.desires,
+        vessels: file.vessel,
     };
     for group in file.verb {
         for phrase in group.forms {
@@ -172,6 +186,17 @@ impl Verbs {
     pub fn opener_at(&self, tokens: &[Token], at: usize) -> Option<usize> {
         let openers = self.openers.get(word(tokens, at)?)?;
         openers.iter().filter_map(|opener| match_phrase(tokens, at, opener)).max()
+    }
+
+    /// Number of tokens of the longest phrase at `at` after which an object and its end state follow ("i want").
+    pub fn desire_at(&self, tokens: &[Token], at: usize) -> Option<usize> {
+        self.desires.iter().filter_map(|desire| match_phrase(tokens, at, desire)).max()
+    }
+
+    /// The noun of what a substance is poured from.
+    pub fn vessel_of(&self, substance: &str) -> Option<&str> {
+        let holds = |vessel: &&Vessel| vessel.holds.iter().any(|held| held == substance);
+        self.vessels.iter().find(holds).map(|vessel| vessel.noun.as_str())
     }
 }
 

@@ -32,6 +32,8 @@ pub(super) struct Vocabulary {
     pub tables: BTreeMap<String, String>,
     pub aliases: IndexMap<String, Vec<String>>,
     pub drinks: IndexMap<String, Vec<String>>,
+    /// Categories of closed packages, whose contents are no objects.
+    pub packages: BTreeMap<String, String>,
     pub grammar: GrammarWords,
 }
 
@@ -79,6 +81,10 @@ pub(super) struct GrammarWords {
     pub after_noun: BTreeSet<String>,
     pub soft_endings: Vec<String>,
     pub hard_nouns: BTreeSet<String>,
+    /// Common words that are no nouns for objects and no misspellings of such.
+    pub common: BTreeSet<String>,
+    /// Nouns that are likelier misspellings of the words for common objects.
+    pub rare_nouns: BTreeSet<String>,
     pub compound_heads: BTreeSet<String>,
     pub openers: BTreeSet<String>,
     pub closers: BTreeSet<String>,
@@ -122,7 +128,10 @@ impl Vocabulary {
             last.to_owned()
         } else if let Some(stem) = last.strip_suffix("ies") {
             format!("{stem}y")
-        } else if ["ses", "xes", "zes", "ches", "shes"].iter().any(|ending| last.ends_with(ending)) {
+        } else if ["sses", "buses", "lenses", "xes", "zzes", "ches", "shes"]
+            .iter()
+            .any(|ending| last.ends_with(ending))
+        {
             last[..last.len() - 2].to_owned()
         } else {
             last.strip_suffix('s').unwrap_or(last).to_owned()
@@ -139,6 +148,7 @@ impl Vocabulary {
             || grammar.ignorable.contains(word)
             || grammar.after_noun.contains(word)
             || grammar.scene_words.contains(word)
+            || grammar.common.contains(word)
             || grammar.compound_heads.contains(word)
             || self.volumes.contains_key(word)
             || self.masses.contains_key(word)
@@ -158,9 +168,11 @@ impl Vocabulary {
             && grammar.soft_endings.iter().any(|ending| word.ends_with(ending.as_str()))
     }
 
-    fn is_listed(&self, word: &str) -> bool {
+    /// Whether the word occurs in a list of words that are no nouns for objects.
+    pub fn is_listed(&self, word: &str) -> bool {
         let grammar = &self.grammar;
         grammar.stop.contains(word)
+            || grammar.common.contains(word)
             || grammar.parts.contains(word)
             || grammar.substances.contains(word)
             || grammar.determiners.contains(word)
@@ -194,6 +206,11 @@ mod tests {
             ("pair of scissors", "pair of scissors"),
             ("mouse", "mice"),
             ("storage box", "storage boxes"),
+            ("vase", "vases"),
+            ("bus", "buses"),
+            ("wine glass", "wine glasses"),
+            ("cookie", "cookies"),
+            ("pie", "pies"),
         ] {
             assert_eq!(words.plural_of(one), many);
             assert_eq!(words.singular_of(many), one);

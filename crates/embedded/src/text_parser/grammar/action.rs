@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::{Parser, Referent};
-use crate::text_parser::phrase::noun_phrase;
+use crate::text_parser::phrase::{Determiner, noun_phrase};
 use crate::text_parser::prepositions::{place_at, preposition_at};
 use crate::text_parser::tokens::Token;
 use crate::text_parser::verbs::{Frame, verbs};
@@ -44,6 +44,15 @@ pub(super) enum PathKind {
     State(String),
 }
 
+/// How objects stand to each other at the end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Formation {
+    Stack,
+    Together,
+    /// Each object in this relation to the next.
+    Ordered(RelationKind),
+}
+
 /// An instruction in parts.
 #[derive(Clone, Debug)]
 pub(super) struct Action {
@@ -54,35 +63,63 @@ pub(super) struct Action {
     pub tools: Vec<usize>,
     pub sources: Vec<Path>,
     pub paths: Vec<Path>,
-    /// Whether a substance without an object is moved ("pour the water").
-    pub substance: bool,
+    /// A substance without an object that is moved ("pour the water").
+    pub substance: Option<Range<usize>>,
     /// Whether the text names an object that is not known.
     pub unknown: bool,
     /// Whether the next path belongs to a relative clause ("that is next to the kettle").
     pub relative: bool,
     /// Particles after the object.
     pub particles: Vec<Range<usize>>,
+    /// "on top of each other", "from left to right".
+    pub formation: Option<Formation>,
+    /// Whether the objects are for a person ("bring me the mug").
+    pub for_person: bool,
+    /// Whether a clause or a list after the instruction states its outcome.
+    pub is_continued: bool,
+    /// Whether the object is "everything".
+    pub everything: bool,
 }
 
 impl Parser<'_, '_> {
     /// Reads an instruction whose verb is at `at`, and states its goal.
     pub(super) fn act(&mut self, frame: Frame, at: usize, length: usize, subjects: Vec<usize>) {
-        let verb = at..at + length;
-        self.at = verb.end;
-        let mut action = self.new_action(frame, verb.clone());
+        let subjects = if length <= 2 || frame == Frame::Use { subjects } else { Vec::new() };
+        self.act_on(frame, at..at + length, at + length, subjects);
+    }
+
+    /// Reads the parts of an instruction from `at` on, and states its goal.
+    pub(super) fn act_on(&mut self, frame: Frame, verb: Range<usize>, at: usize, subjects: Vec<usize>) {
+        self.at = at;
+        self.before_action = self.salient;
+        let mut action = self.new_action(frame, verb);
         if frame == Frame::Use {
             action.tools = subjects;
-        } else if !subjects.is_empty() && length <= 2 && !self.object_follows() {
+        } else if !subjects.is_empty() && !self.object_follows() {
             action.objects = subjects.into_iter().map(|mention| Part { mention, take: None }).collect();
         }
+        self.parts(&mut action);
+        if self.listed(&mut action) {
+            return;
+        }
+        let result = self.result_ahead(&action);
+        action.is_continued = result.is_some();
+        self.conclude(action);
+        if let Some((subjects, state)) = result {
+            self.parsed.account.used(self.at..state.at);
+            self.act_on(state.frame, state.link, state.at, subjects);
+        }
+    }
+
+    /// Reads parts until the instruction ends.
+    pub(super) fn parts(&mut self, action: &mut Action) {
         while self.at < self.tokens.len() {
             let before = self.at;
-            if !self.part(&mut action) {
+            if !self.part(action) {
                 break;
             }
             self.at = self.at.max(before + 1);
         }
-        self.conclude(action);
     }
 
     pub(super) fn new_action(&self, frame: Frame, verb: Range<usize>) -> Action {
@@ -94,10 +131,14 @@ impl Parser<'_, '_> {
             tools: Vec::new(),
             sources: Vec::new(),
             paths: Vec::new(),
-            substance: false,
+            substance: None,
             unknown: false,
             relative: false,
             particles: Vec::new(),
+            formation: None,
+            for_person: false,
+            is_continued: false,
+            everything: false,
         }
     }
 
@@ -110,6 +151,7 @@ impl Parser<'_, '_> {
         match &self.tokens[self.at] {
             Token::End => return false,
             Token::Pause => return self.after_pause(action),
+            _ if self.step_number(self.at).is_some() => return false,
             Token::Number(_) | Token::Word(_) => {}
         }
         if matches!(
@@ -117,6 +159,13 @@ impl Parser<'_, '_> {
             Some("and" | "then" | "or" | "but" | "while" | "before" | "after" | "so" | "without")
         ) {
             return self.after_conjunction(action);
+        }
+        // "put the carrot in the bowl" with a knife beside it.
+        if self.word(0) == Some("with") && !action.paths.is_empty() {
+            return self.tool(action);
+        }
+        if self.result_opener().is_some() || self.purpose_begins() {
+            return false;
         }
         if matches!(self.word(0), Some("that" | "which"))
             && matches!(self.word(1), Some("is" | "are" | "lies" | "stands" | "sits" | "was"))
@@ -127,7 +176,10 @@ impl Parser<'_, '_> {
             action.relative = true;
             return true;
         }
-        self.turn(action)
+        self.aimless_end()
+            || self.turn(action)
+            || self.formation(action)
+            || self.exchanged_place(action)
             || self.source(action)
             || self.state_path(action)
             || self.place_path(action)
@@ -139,6 +191,13 @@ impl Parser<'_, '_> {
             || self.filler()
     }
 
+    /// "use the sponge to wipe the plate", "pull the handle to open the drawer".
+    fn purpose_begins(&self) -> bool {
+        let verb = verbs().at(self.tokens, self.at + 1).map_or(0, |(_, length)| length);
+        let builds = matches!(self.word(1), Some("build" | "make" | "form" | "construct" | "create"));
+        self.word(0) == Some("to") && (verb > 0 && self.phrase_follows(self.at + 1 + verb) || builds)
+    }
+
     /// After a comma: the list of objects continues, or another prepositional phrase.
     pub(super) fn after_pause(&mut self, action: &mut Action) -> bool {
         let next = self.at + 1;
@@ -146,10 +205,43 @@ impl Parser<'_, '_> {
             self.at = next;
             return self.after_conjunction(action);
         }
-        let is_verb =
-            verbs().at(self.tokens, next).is_some() || verbs().opener_at(self.tokens, next).is_some();
+        if self.is_colon(self.at) {
+            return self.colon_target(action);
+        }
+        if self.stated_number(action) {
+            return true;
+        }
+        if self.is_arrow(self.at) {
+            return self.verb_begins(next).is_none() && self.pointed_target(action);
+        }
+        // "put the can, which is in the bowl, on the plate".
+        let relates = matches!(self.word_at(next), Some("which" | "that"))
+            && matches!(self.word_at(next + 1), Some("is" | "are" | "lies" | "stands"))
+            && !action.objects.is_empty();
+        let resumes = action.frame == Frame::Place
+            && action.paths.is_empty()
+            && !action.objects.is_empty()
+            && self.path_follows(next);
+        if relates || resumes {
+            self.at = next;
+            return true;
+        }
+        let is_verb = self.verb_begins(next).is_some() || verbs().opener_at(self.tokens, next).is_some();
         let list = action.paths.is_empty() && action.sources.is_empty() && !action.objects.is_empty();
         let phrase = noun_phrase(self.lexicon, self.tokens, next);
+        // "put the apple in the bowl, the plate on the tray".
+        if let Some((phrase, end)) = &phrase
+            && !is_verb
+            && !action.objects.is_empty()
+            && !action.paths.is_empty()
+            && (phrase.determiner == Determiner::Definite || phrase.count.is_none())
+            && !phrase.negated
+            && self.path_follows(*end)
+        {
+            self.finish(action);
+            self.at = next;
+            return true;
+        }
         let continues =
             (list && phrase.is_some_and(|(phrase, _)| !phrase.negated) && !self.is_statement(next))
                 || self.is_source(next)
@@ -161,10 +253,43 @@ impl Parser<'_, '_> {
         true
     }
 
+    /// Concludes an action; the next one has the same verb.
+    fn finish(&mut self, action: &mut Action) {
+        let (frame, verb) = (action.frame, action.verb.clone());
+        let finished = std::mem::replace(action, self.new_action(frame, verb));
+        self.before_action = finished.objects.last().map(|part| part.mention).or(self.before_action);
+        self.conclude(finished);
+    }
+
+    /// Whether a destination begins at `at`.
+    pub(super) fn path_follows(&self, at: usize) -> bool {
+        preposition_at(self.tokens, at).is_some()
+            || self.is_directed(at)
+            || place_at(self.tokens, at, &Self::is_table_word).is_some()
+    }
+
     /// Whether a subject with a verb begins ("the mug is red").
     pub(super) fn is_statement(&self, at: usize) -> bool {
         noun_phrase(self.lexicon, self.tokens, at).is_some_and(|(_, end)| {
-            matches!(self.word_at(end), Some("is" | "are" | "has" | "should" | "must"))
+            matches!(
+                self.word_at(end),
+                Some(
+                    "is" | "are"
+                        | "has"
+                        | "should"
+                        | "must"
+                        | "goes"
+                        | "go"
+                        | "belongs"
+                        | "belong"
+                        | "needs"
+                        | "need"
+                        | "stays"
+                        | "stay"
+                        | "remains"
+                        | "remain"
+                )
+            )
         })
     }
 
@@ -175,7 +300,7 @@ impl Parser<'_, '_> {
         if conjunction != Some("and") && conjunction != Some("or") {
             return false;
         }
-        if verbs().at(self.tokens, next).is_some_and(|(_, length)| self.phrase_or_end(next + length))
+        if self.verb_begins(next).is_some_and(|length| self.phrase_or_end(next + length))
             || verbs().opener_at(self.tokens, next).is_some()
             || self.is_statement(next)
         {
@@ -199,18 +324,19 @@ impl Parser<'_, '_> {
             return true;
         }
         // "put the mug on the plate and the spoon in the bowl".
-        let own_path = preposition_at(self.tokens, end).is_some()
-            || self.is_directed(end)
-            || place_at(self.tokens, end, &Self::is_table_word).is_some();
         if action.frame == Frame::Swap {
             self.at = next;
             return true;
         }
-        if own_path {
-            let (frame, verb) = (action.frame, action.verb.clone());
-            let finished = std::mem::replace(action, self.new_action(frame, verb));
-            self.conclude(finished);
+        if self.path_follows(end) {
+            self.finish(action);
             self.at = next;
+            return true;
+        }
+        // "in the pot or pan": one of them is enough.
+        if conjunction == Some("or") {
+            self.parsed.account.used(phrase.tokens);
+            self.at = end;
             return true;
         }
         // "between the plate and the mug" is read with its preposition; otherwise another target.
@@ -225,6 +351,17 @@ impl Parser<'_, '_> {
         false
     }
 
+    /// The number of words of a verb at `at` that is no noun ("and water bottle", "and brush in the jar").
+    fn verb_begins(&self, at: usize) -> Option<usize> {
+        let (_, length) = verbs().at(self.tokens, at)?;
+        let noun = self.lexicon.longest_at(self.tokens, at).map_or(0, |(_, noun)| noun);
+        let has_object = matches!(
+            self.word_at(at + length),
+            Some("the" | "a" | "an" | "it" | "them" | "this" | "that" | "both" | "all" | "each" | "one")
+        );
+        (noun < length || noun == length && has_object).then_some(length)
+    }
+
     pub(super) fn phrase_or_end(&self, at: usize) -> bool {
         noun_phrase(self.lexicon, self.tokens, at).is_some()
             || self.word_at(at).is_none()
@@ -232,18 +369,8 @@ impl Parser<'_, '_> {
                 self.word_at(at),
                 Some("it" | "them" | "up" | "down" | "the" | "all" | "back" | "over")
             )
+            || verbs().is_base(self.word_at(at.saturating_sub(1)).unwrap_or_default())
+                && matches!(self.word_at(at), Some("again" | "afterwards"))
             || preposition_at(self.tokens, at).is_some()
-    }
-
-    /// Adverbs and words without an effect stay open; the account reports those that are not ignorable.
-    pub(super) fn filler(&mut self) -> bool {
-        let Some(word) = self.word(0) else { return false };
-        let known = self.lexicon.vocabulary.grammar.ignorable.contains(word) || word.ends_with("ly");
-        let ends = matches!(word, "is" | "are" | "has" | "there" | "should" | "must");
-        if !known || ends {
-            return false;
-        }
-        self.at += 1;
-        true
     }
 }

@@ -4,45 +4,82 @@ use std::ops::Range;
 
 use super::{ArrangementDraft, Link, LinkKind, Parser, Referent};
 use crate::text_parser::account::Claimed;
-use crate::text_parser::phrase::{Group, noun_phrase};
+use crate::text_parser::phrase::{Group, group_of, noun_phrase};
 use crate::text_parser::tokens::{Token, match_phrase};
 use scene::RelationKind;
 use scene::text_account::UnrecognizedReason;
 
 /// Phrases after the objects.
 const PHRASES: &[(&str, Group)] = &[
-    ("in a row", Group::Row),
-    ("in a line", Group::Row),
-    ("in one row", Group::Row),
-    ("in a single row", Group::Row),
-    ("in a straight line", Group::Row),
-    ("in a horizontal row", Group::Row),
-    ("in a horizontal line", Group::Row),
-    ("into a row", Group::Row),
-    ("into a line", Group::Row),
     ("lined up", Group::Row),
     ("lined up in a row", Group::Row),
+    ("lined up in a line", Group::Row),
     ("side by side", Group::Row),
-    ("in a column", Group::Column),
-    ("in a vertical line", Group::Column),
+    ("one beside the other", Group::Row),
     ("one behind the other", Group::Column),
     ("one behind another", Group::Column),
-    ("in a circle", Group::Circle),
-    ("in a ring", Group::Circle),
     ("in circle", Group::Circle),
-    ("into a circle", Group::Circle),
-    ("in a grid", Group::Grid),
-    ("into a grid", Group::Grid),
-    ("in a square", Group::Grid),
-    ("in a semicircle", Group::Circle),
-    ("in a pile", Group::Pile),
-    ("in a heap", Group::Pile),
-    ("into a pile", Group::Pile),
-    ("in a pyramid", Group::Pyramid),
-    ("into a pyramid", Group::Pyramid),
-    ("as a pyramid", Group::Pyramid),
     ("stacked in a pyramid", Group::Pyramid),
     ("stacked as a pyramid", Group::Pyramid),
+];
+
+/// Words before the noun of an arrangement: "in a row", "to form a circle".
+const OPENERS: &[&str] = &[
+    "in",
+    "into",
+    "as",
+    "like",
+    "form",
+    "forms",
+    "forming",
+    "to form",
+    "that form",
+    "which form",
+    "make",
+    "making",
+    "to make",
+    "that make",
+    "make up",
+    "in the form of",
+    "in the shape of",
+];
+
+/// Adjectives of such a noun.
+const SHAPES: &[&str] = &[
+    "single",
+    "straight",
+    "long",
+    "short",
+    "neat",
+    "small",
+    "tight",
+    "loose",
+    "perfect",
+    "horizontal",
+    "vertical",
+    "large",
+    "tidy",
+    "wide",
+    "tall",
+    "regular",
+    "closed",
+    "simple",
+    "nice",
+    "little",
+];
+
+/// The direction of a row.
+const DIRECTIONS: &[(&str, Group)] = &[
+    ("from left to right", Group::Row),
+    ("from right to left", Group::Row),
+    ("from front to back", Group::Column),
+    ("from back to front", Group::Column),
+    ("going away from the viewer", Group::Column),
+    ("leading away from the viewer", Group::Column),
+    ("away from the viewer", Group::Column),
+    ("away from me", Group::Column),
+    ("toward the back", Group::Column),
+    ("towards the back", Group::Column),
 ];
 
 /// Words before such a phrase.
@@ -65,6 +102,9 @@ const VERBS: &[&str] = &[
 impl Parser<'_, '_> {
     /// An arrangement of the current list. Whether the rule applies.
     pub(super) fn arrangement(&mut self) -> bool {
+        if self.row_direction() {
+            return true;
+        }
         let start = self.at;
         let mut p = start;
         while let Some(length) = VERBS.iter().filter_map(|verb| match_phrase(self.tokens, p, verb)).max()
@@ -79,7 +119,19 @@ impl Parser<'_, '_> {
         let Some((group, columns, length)) = self.phrase_at(p).or_else(|| self.stack_at(p)) else {
             return false;
         };
-        let tokens = start..p + length;
+        // Objects that no part has yet belong to the arrangement too.
+        self.end_split();
+        let mut tokens = start..p + length;
+        let direction = DIRECTIONS
+            .iter()
+            .find_map(|(phrase, group)| Some((*group, match_phrase(self.tokens, tokens.end, phrase)?)));
+        let group = match (group, direction) {
+            (Some(Group::Row | Group::Column), Some((directed, more))) => {
+                tokens.end += more;
+                Some(directed)
+            }
+            (group, _) => group,
+        };
         let Some(group) = group else {
             // "in a stack".
             let members = self.members();
@@ -99,20 +151,73 @@ impl Parser<'_, '_> {
         true
     }
 
-    fn phrase_at(&self, at: usize) -> Option<(Option<Group>, Option<usize>, usize)> {
+    pub(super) fn phrase_at(&self, at: usize) -> Option<(Option<Group>, Option<usize>, usize)> {
         let fixed = PHRASES
             .iter()
             .filter_map(|(phrase, group)| Some((Some(*group), None, match_phrase(self.tokens, at, phrase)?)))
             .max_by_key(|(_, _, length)| *length);
-        fixed.or_else(|| self.counted_grid(at))
+        fixed.or_else(|| self.shaped(at)).or_else(|| self.counted_grid(at))
     }
 
-    fn stack_at(&self, at: usize) -> Option<(Option<Group>, Option<usize>, usize)> {
+    /// "a column of cans going away from the viewer", "a plate, a bowl and a cup, from left to right". Whether it
+    /// applies.
+    fn row_direction(&mut self) -> bool {
+        let found = DIRECTIONS
+            .iter()
+            .filter_map(|(phrase, group)| Some((*group, match_phrase(self.tokens, self.at, phrase)?)))
+            .max_by_key(|(_, length)| *length);
+        let members = self.members();
+        let several = members.len() > 1 || members.iter().any(|&m| self.is_several(m));
+        let Some((group, length)) = found.filter(|_| several && !self.subject.is_empty()) else {
+            return false;
+        };
+        let tokens = self.at..self.at + length;
+        self.at = tokens.end;
+        match self.parsed.arrangements.last_mut() {
+            Some(last) if members.iter().any(|m| last.mentions.contains(m)) => {
+                if matches!(last.group, Group::Row | Group::Column) {
+                    last.group = group;
+                }
+                self.claim_property(tokens, "arrangement", members);
+            }
+            _ => self.arrange(members, group, None, tokens),
+        }
+        true
+    }
+
+    /// "in a straight line", "to form a circle", "as a tower".
+    fn shaped(&self, at: usize) -> Option<(Option<Group>, Option<usize>, usize)> {
+        let opener = OPENERS.iter().filter_map(|phrase| match_phrase(self.tokens, at, phrase)).max()?;
+        let mut p = at + opener;
+        p += usize::from(matches!(self.word_at(p), Some("a" | "an" | "one" | "the")));
+        // "form a circle" needs a subject.
+        let verb = matches!(self.word_at(at), Some("form" | "forms" | "make"));
+        if p == at + opener || verb && self.subject.is_empty() {
+            return None;
+        }
+        let adjectives = p;
+        while self.word_at(p).is_some_and(|word| SHAPES.contains(&word)) {
+            p += 1;
+        }
+        let vertical = (adjectives..p).any(|p| self.word_at(p) == Some("vertical"));
+        let noun = self.word_at(p)?;
+        // "in a ring box" and "in a pile of books" name objects.
+        let named = self.lexicon.longest_at(self.tokens, p).is_some_and(|(_, length)| length > 1);
+        if named || self.word_at(p + 1) == Some("of") {
+            return None;
+        }
+        let group = match noun {
+            "stack" | "tower" => None,
+            "pile" => Some(Group::Pile),
+            "triangle" => Some(Group::Circle),
+            "row" | "line" if vertical => Some(Group::Column),
+            _ => Some(group_of(noun).filter(|_| !noun.ends_with('s'))?),
+        };
+        Some((group, None, p + 1 - at))
+    }
+
+    pub(super) fn stack_at(&self, at: usize) -> Option<(Option<Group>, Option<usize>, usize)> {
         [
-            "in a stack",
-            "in a tower",
-            "into a stack",
-            "into a tower",
             "one on top of the other",
             "on top of one another",
             "one on top of another",
@@ -127,10 +232,13 @@ impl Parser<'_, '_> {
 
     /// "in a 2 x 3 grid", "in two rows of three", "in two rows".
     fn counted_grid(&self, at: usize) -> Option<(Option<Group>, Option<usize>, usize)> {
-        if !matches!(self.word_at(at), Some("in" | "into" | "as")) {
+        let opener =
+            OPENERS.iter().filter_map(|phrase| match_phrase(self.tokens, at, phrase)).max().unwrap_or(0);
+        // "six mugs, two rows of three".
+        if opener == 0 && !(at == self.at && self.follows_pause() && !self.subject.is_empty()) {
             return None;
         }
-        let p = at + 1 + usize::from(self.word_at(at + 1) == Some("a"));
+        let p = at + opener + usize::from(opener > 0 && self.word_at(at + opener) == Some("a"));
         let number = |p: usize| match self.tokens.get(p)? {
             Token::Number(number) if (1.0..=64.0).contains(number) => Some(*number as usize),
             Token::Word(word) => self.lexicon.vocabulary.numbers.get(word).map(|number| *number as usize),
@@ -139,9 +247,26 @@ impl Parser<'_, '_> {
         let first = number(p)?;
         if matches!(self.word_at(p + 1), Some("x" | "by"))
             && let Some(columns) = number(p + 2)
-            && matches!(self.word_at(p + 3), Some("grid" | "pattern" | "array"))
+            && opener > 0
         {
-            return Some((Some(Group::Grid), Some(columns), p + 4 - at));
+            let noun = matches!(
+                self.word_at(p + 3),
+                Some(
+                    "grid"
+                        | "pattern"
+                        | "array"
+                        | "square"
+                        | "matrix"
+                        | "rectangle"
+                        | "layout"
+                        | "formation"
+                        | "arrangement"
+                )
+            );
+            let ends = matches!(self.tokens.get(p + 3), None | Some(Token::Pause | Token::End));
+            if noun || ends {
+                return Some((Some(Group::Grid), Some(columns), p + 3 + usize::from(noun) - at));
+            }
         }
         if !matches!(self.word_at(p + 1), Some("rows" | "columns")) || first < 2 {
             return None;
@@ -149,10 +274,14 @@ impl Parser<'_, '_> {
         let in_columns = self.word_at(p + 1) == Some("columns");
         if self.word_at(p + 2) == Some("of")
             && let Some(per_row) = number(p + 3)
+            && (opener > 0 || matches!(self.tokens.get(p + 4), None | Some(Token::Pause | Token::End)))
         {
             return Some((Some(Group::Grid), Some(if in_columns { first } else { per_row }), p + 4 - at));
         }
         // "in two rows": the number of columns follows from the count.
+        if opener == 0 {
+            return None;
+        }
         let total =
             self.members().iter().map(|&m| self.parsed.mentions[m].count.map_or(1, |c| c[1])).sum::<u32>();
         let columns = if in_columns { first } else { (total as usize).div_ceil(first).max(1) };
@@ -166,6 +295,14 @@ impl Parser<'_, '_> {
         columns: Option<usize>,
         tokens: Range<usize>,
     ) {
+        // "3 x 3 cubes in a grid" is one arrangement.
+        if let Some((known, last)) = self.parsed.arrangements.iter_mut().enumerate().next_back()
+            && (last.group, &last.mentions) == (group, &mentions)
+        {
+            last.columns = last.columns.or(columns);
+            self.parsed.account.claim(tokens, Claimed::Arrangement(known));
+            return;
+        }
         self.parsed.account.claim(tokens, Claimed::Arrangement(self.parsed.arrangements.len()));
         for &mention in &mentions {
             if group == Group::Pyramid || group == Group::Pile {
@@ -266,7 +403,14 @@ impl Parser<'_, '_> {
 
     /// "next to each other", "facing each other".
     pub(super) fn beside_each_other(&mut self, kind: RelationKind, tokens: Range<usize>) {
-        let members = self.members();
+        let mut members = self.members();
+        // "two cups facing each other".
+        if let [both] = members[..]
+            && matches!(kind, RelationKind::Facing | RelationKind::ParallelTo)
+            && self.parsed.mentions[both].count == Some([2, 2])
+        {
+            members.push(self.one_of(both));
+        }
         if let [first, second] = members[..] {
             self.parsed.links.push(Link::new(second, LinkKind::Relation(kind), first));
             if kind == RelationKind::Facing {

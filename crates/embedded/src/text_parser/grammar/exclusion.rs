@@ -32,7 +32,7 @@ impl Parser<'_, '_> {
             // "hold the mug" and "drop the mug" are instructions, "not on the plate" is a relation.
             let first = self.word(0);
             let next = self.word(*length);
-            !matches!(first, Some("hold" | "drop" | "skip" | "forget"))
+            !matches!(first, Some("hold" | "drop"))
                 && !(*length == 1
                     && matches!(first, Some("not" | "never" | "no"))
                     && (preposition_at(self.tokens, self.at + length).is_some()
@@ -43,7 +43,7 @@ impl Parser<'_, '_> {
 
     /// An exclusion at the current position. Whether the rule applies.
     pub(super) fn exclusion(&mut self) -> bool {
-        if self.nothing_else() || self.missing_after_noun() {
+        if self.nothing_else() || self.missing_after_noun() || self.bare_table() {
             return true;
         }
         let Some(length) = self.negation() else { return false };
@@ -81,7 +81,22 @@ impl Parser<'_, '_> {
         }
         while matches!(
             self.word_at(end),
-            Some("either" | "please" | "anywhere" | "whatsoever" | "though" | "at" | "all")
+            Some(
+                "either"
+                    | "please"
+                    | "anywhere"
+                    | "whatsoever"
+                    | "though"
+                    | "at"
+                    | "all"
+                    | "allowed"
+                    | "wanted"
+                    | "needed"
+                    | "required"
+                    | "permitted"
+                    | "necessary"
+                    | "desired"
+            )
         ) && !(self.word_at(end) == Some("at") && self.word_at(end + 1) != Some("all"))
         {
             self.parsed.account.used(end..end + 1);
@@ -118,7 +133,12 @@ impl Parser<'_, '_> {
                     let article =
                         matches!(self.word_at(next + 1), Some("a" | "an" | "some" | "the" | "two" | "one"))
                             || matches!(self.tokens.get(next + 1), Some(Token::Number(_)));
-                    first_is_bare && !article
+                    // "minus the keyboard and the mouse".
+                    let alike = self.word_at(from) == Some("the")
+                        && self.word_at(next + 1) == Some("the")
+                        && noun_phrase(self.lexicon, self.tokens, next + 1)
+                            .is_some_and(|(_, end)| !self.finite_verb_at(end));
+                    first_is_bare && !article || alike
                 }
                 // "no forks, knives or spoons".
                 _ => comma && first_is_bare && self.ends_in_alternative(next),
@@ -188,6 +208,50 @@ impl Parser<'_, '_> {
         true
     }
 
+    /// "replace the mug with a glass": the mug is absent. Whether the rule applies.
+    pub(super) fn replacement(&mut self) -> bool {
+        if !matches!(self.word(0), Some("replace" | "substitute")) {
+            return false;
+        }
+        let Some((phrase, end)) = noun_phrase(self.lexicon, self.tokens, self.at + 1) else { return false };
+        let Head::Objects(meanings) = &phrase.head else { return false };
+        if !matches!(self.word_at(end), Some("with" | "by")) {
+            return false;
+        }
+        for mention in &mut self.parsed.mentions {
+            if mention.meanings.iter().any(|meaning| meanings.contains(meaning)) {
+                mention.count = Some([0, 0]);
+            }
+        }
+        // Before a list, the replacement is that of the list.
+        let listed = noun_phrase(self.lexicon, self.tokens, end + 1).filter(|(_, last)| self.is_colon(*last));
+        let after = listed.map_or(end + 1, |(_, last)| last);
+        self.parsed.account.used(self.at..after);
+        self.exclude(phrase);
+        self.at = after;
+        self.clause_start = true;
+        self.subject.clear();
+        true
+    }
+
+    /// "a bare table except for one cactus": the cactus is all there is. Whether the rule applies.
+    fn bare_table(&mut self) -> bool {
+        let except = ["except for", "except", "but for", "apart from", "aside from", "save for"]
+            .iter()
+            .find_map(|phrase| match_phrase(self.tokens, self.at, phrase));
+        let Some(length) = except else { return false };
+        let before: Vec<&str> =
+            self.tokens[self.at.saturating_sub(5)..self.at].iter().rev().map_while(Token::word).collect();
+        let bare = before.iter().any(|word| matches!(*word, "bare" | "empty" | "clear" | "blank"));
+        if !bare || !before.iter().any(|word| Self::is_table_word(word)) {
+            return false;
+        }
+        self.parsed.nothing_else = true;
+        self.parsed.account.claim(self.at..self.at + length, Claimed::Completion(false));
+        self.at += length;
+        true
+    }
+
     /// "The fork is missing", "a mug is not there".
     fn missing_after_noun(&mut self) -> bool {
         let Some(length) = AFTER.iter().filter_map(|phrase| match_phrase(self.tokens, self.at, phrase)).max()
@@ -197,8 +261,14 @@ impl Parser<'_, '_> {
         if self.subject.is_empty() {
             return false;
         }
+        // "Plates are wanted, forks are unwanted": a verb before ends what is excluded.
+        let verb = (0..self.at)
+            .rev()
+            .take_while(|at| !matches!(self.tokens[*at], Token::End))
+            .find(|at| self.finite_verb_at(*at))
+            .unwrap_or(0);
         let mut excluded = Vec::new();
-        for &mention in &self.subject {
+        for &mention in self.subject.iter().filter(|m| self.parsed.mentions[**m].tokens.start >= verb) {
             excluded.extend(self.parsed.mentions[mention].meanings.clone());
         }
         self.parsed.account.claim(self.at..self.at + length, Claimed::Exclusion(excluded.clone()));
@@ -214,6 +284,7 @@ impl Parser<'_, '_> {
             let mention = &self.parsed.mentions[m];
             let is_excluded = !mention.meanings.is_empty()
                 && mention.meanings.iter().any(|meaning| self.parsed.excluded.contains(meaning));
+            let is_replaced = mention.count == Some([0, 0]);
             if is_excluded {
                 let tokens = mention.tokens.clone();
                 self.parsed.mentions[m].count = Some([0, 0]);
@@ -222,7 +293,7 @@ impl Parser<'_, '_> {
                     self.word_at(tokens.end),
                     Some("is" | "are" | "isnt" | "arent" | "must" | "should")
                 );
-                if !said_missing {
+                if !said_missing && !is_replaced {
                     self.report(tokens, UnrecognizedReason::Contradiction);
                 }
             }

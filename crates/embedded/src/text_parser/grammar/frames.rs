@@ -3,8 +3,10 @@
 use super::Parser;
 use super::action::{Action, Part, Path, PathKind};
 use super::goals::{GoalDraft, GoalKind};
+use crate::text_parser::tokens::Token;
 use crate::text_parser::verbs::{Frame, verbs};
 use scene::RelationKind;
+use scene::description::RequestedPose;
 use scene::text_account::PredicateKind;
 
 impl Parser<'_, '_> {
@@ -33,18 +35,15 @@ impl Parser<'_, '_> {
     }
 
     pub(super) fn taken(&mut self, action: &mut Action) {
-        // "pick up the mug on the plate": the path describes the mug; "take the mug to the plate" moves it.
-        let moves = action
-            .paths
-            .iter()
-            .any(|path| path.directed || matches!(path.kind, PathKind::Person | PathKind::Table));
-        if moves && action.frame == Frame::Take {
-            if let Some(path) = self.destination(action) {
-                self.reach(action, &path);
-            }
+        // "lift the marker upright".
+        if action.frame == Frame::Lift
+            && action.paths.iter().any(|path| path.kind == PathKind::State("upright".to_owned()))
+        {
+            self.modified_but_states(action);
             self.states(action);
             return;
         }
+        let moves = action.paths.iter().any(|path| self.is_destination(action, path));
         if moves {
             if let Some(path) = self.destination(action) {
                 self.reach(action, &path);
@@ -58,15 +57,75 @@ impl Parser<'_, '_> {
         if out && action.sources.is_empty() && self.leave_known_support(action) {
             return;
         }
+        // "open the box and take the ball out".
+        if out && action.sources.is_empty() && self.leave_opened(action) {
+            return;
+        }
         if action.sources.iter().any(|path| !path.targets.is_empty()) && action.frame == Frame::Take {
             self.leave_sources(action);
+        } else if action.frame == Frame::Take && self.leave_stack(action) {
         } else if action.frame == Frame::Take && self.verb_is(action, "unstack") {
             for part in action.objects.clone() {
                 self.parsed.mentions[part.mention].stacked = true;
+                let goal = GoalDraft::new(PredicateKind::Off, part.mention);
+                self.goal(GoalDraft { kind: GoalKind::UnstackOfItself, ..goal }, action);
             }
         } else {
             self.each_object(action, PredicateKind::Lifted);
         }
+    }
+
+    /// The objects are no longer in what has been opened.
+    fn leave_opened(&mut self, action: &Action) -> bool {
+        let opened = self.parsed.goals.iter().rev().find(|goal| {
+            matches!(goal.kind, GoalKind::Predicate(PredicateKind::Opened | PredicateKind::Closed))
+        });
+        let Some(host) = opened.map(|goal| goal.object) else { return false };
+        let parts: Vec<Part> = action.objects.iter().copied().filter(|part| part.mention != host).collect();
+        for part in &parts {
+            let goal = GoalDraft::new(PredicateKind::OutOf, part.mention).to(host);
+            self.goal(GoalDraft { take: part.take, ..goal }, action);
+        }
+        !parts.is_empty()
+    }
+
+    /// "remove the top book of the stack": the last objects leave the others.
+    fn leave_stack(&mut self, action: &Action) -> bool {
+        let stacked = |part: &&Part| part.take.is_some() && self.parsed.mentions[part.mention].stacked;
+        let parts: Vec<Part> = action.objects.iter().filter(stacked).copied().collect();
+        for part in &parts {
+            let goal = GoalDraft::new(PredicateKind::Off, part.mention);
+            self.goal(GoalDraft { kind: GoalKind::UnstackOfItself, take: part.take, ..goal }, action);
+        }
+        !parts.is_empty()
+    }
+
+    /// Whether the path says where the object is taken. "pick up the mug on the plate" and "pick up the apple to the
+    /// left of the bowl" describe the object; "take the mug to the plate" moves it.
+    fn is_destination(&self, action: &Action, path: &Path) -> bool {
+        match path.kind {
+            PathKind::Person => true,
+            // "pick up the block on the table".
+            PathKind::Table => path.directed || action.frame == Frame::Take,
+            _ if !path.directed => false,
+            _ if is_sided(path) => {
+                // "take the apple to the left of the bowl and put it in the bowl".
+                let goes_on = matches!(self.word(0), Some("and" | "then"))
+                    || matches!(self.tokens.get(self.at), Some(Token::Pause));
+                action.frame == Frame::Take && !goes_on
+            }
+            _ => true,
+        }
+    }
+
+    /// The paths but states describe the objects.
+    fn modified_but_states(&mut self, action: &mut Action) {
+        let (states, others): (Vec<Path>, Vec<Path>) = std::mem::take(&mut action.paths)
+            .into_iter()
+            .partition(|path| matches!(path.kind, PathKind::State(_)));
+        action.paths = others;
+        self.modified(action);
+        action.paths = states;
     }
 
     /// "a bowl with a spoon in it; take it out": the object that is in or on another.
@@ -82,7 +141,8 @@ impl Parser<'_, '_> {
             let inside = links.filter(supported).find(|link| link.to == part.mention);
             let Some(&link) = own.or(inside) else { continue };
             let goal = GoalDraft::new(PredicateKind::Off, link.from).to(link.to);
-            self.goal(GoalDraft { kind: GoalKind::AwayFromSupport, ..goal }, action);
+            let take = part.take.filter(|_| link.from == part.mention);
+            self.goal(GoalDraft { kind: GoalKind::AwayFromSupport, take, ..goal }, action);
             found = true;
         }
         found
@@ -180,63 +240,25 @@ impl Parser<'_, '_> {
         paths.iter().flat_map(|path| path.targets.iter().copied()).collect()
     }
 
-    pub(super) fn poured(&mut self, action: &mut Action) {
-        let sources = Self::targets(&action.sources);
-        let vessels = if sources.is_empty() { Self::mentions(&action.objects) } else { sources };
-        for path in action.sources.iter().chain(&action.paths).cloned().collect::<Vec<_>>() {
-            self.parsed.account.used(path.tokens);
-        }
-        for target in Self::targets(&action.paths) {
-            for &vessel in &vessels {
-                if vessel != target {
-                    self.goal(GoalDraft::new(PredicateKind::PouredInto, vessel).to(target), action);
-                }
-            }
-        }
-        // "empty the box": everything leaves it.
-        let objects = Self::mentions(&action.objects);
-        if action.paths.is_empty() {
-            for object in objects {
-                let inside: Vec<usize> = self
-                    .parsed
-                    .links
-                    .iter()
-                    .filter(|link| {
-                        link.to == object
-                            && !matches!(link.kind, super::LinkKind::Relation(kind) if !kind.is_support())
-                    })
-                    .map(|link| link.from)
-                    .collect();
-                for content in inside {
-                    self.goal(GoalDraft::new(PredicateKind::OutOf, content).to(object), action);
-                }
-            }
-        }
-    }
-
-    /// "fill the mug with water from the pitcher".
-    pub(super) fn filled(&mut self, action: &Action) {
-        let mut vessels = Self::targets(&action.sources);
-        vessels.extend(&action.tools);
-        for path in action.sources.iter().chain(&action.paths).cloned().collect::<Vec<_>>() {
-            self.parsed.account.used(path.tokens);
-        }
-        for part in action.objects.clone() {
-            for &vessel in &vessels {
-                if vessel != part.mention {
-                    let pours = action.substance || self.is_container(vessel);
-                    let kind = if pours { PredicateKind::PouredInto } else { PredicateKind::In };
-                    self.goal(GoalDraft::new(kind, vessel).to(part.mention), action);
-                }
-            }
-        }
-    }
-
     pub(super) fn used_on(&mut self, action: &mut Action) {
-        let table = action.paths.iter().any(|path| path.kind == PathKind::Table);
+        let table = action.paths.iter().chain(&action.sources).any(|path| path.kind == PathKind::Table);
         let verb = self.word_at(action.verb.start).unwrap_or_default().to_owned();
         let mut objects = Self::mentions(&action.objects);
         let paths = std::mem::take(&mut action.paths);
+        // "grab the sponge; wipe the plate".
+        if action.tools.is_empty() {
+            let lifted = GoalKind::Predicate(PredicateKind::Lifted);
+            let held =
+                self.parsed.goals.iter().rev().find(|goal| goal.kind == lifted).map(|goal| goal.object);
+            action.tools.extend(held.filter(|held| !objects.contains(held)));
+        }
+        // "stamp the seal on the block".
+        if matches!(verb.as_str(), "stamp" | "press")
+            && action.tools.is_empty()
+            && paths.iter().any(|path| !path.targets.is_empty())
+        {
+            action.tools = std::mem::take(&mut objects);
+        }
         // "spread butter on the bread with the knife", "stir in the pot", "sweep the beans into the pan".
         let mut moved = false;
         for path in &paths {
@@ -265,6 +287,9 @@ impl Parser<'_, '_> {
     /// "use the knife to cut the apple": the object is the tool of the next verb.
     pub(super) fn use_tool(&mut self, action: Action) {
         let tools = Self::mentions(&action.objects);
+        if self.tools_form_stack(&tools) {
+            return;
+        }
         if self.word(0) == Some("to") || self.word(0) == Some("for") || self.word(0) == Some("and") {
             let at = self.at + 1;
             if let Some((frame, length)) = verbs().at(self.tokens, at) {
@@ -294,6 +319,12 @@ impl Parser<'_, '_> {
 
     /// "cover the bowl with the plate": the plate is on the bowl.
     pub(super) fn covered(&mut self, action: &Action) {
+        // "cover the plate with the bowl upside down".
+        let covers: Vec<Part> = action.tools.iter().map(|&mention| Part { mention, take: None }).collect();
+        let stated = Action { objects: covers, ..action.clone() };
+        for path in action.paths.iter().filter(|path| matches!(path.kind, PathKind::State(_))) {
+            self.reach(&stated, path);
+        }
         for part in action.objects.clone() {
             for &cover in &action.tools {
                 self.goal(GoalDraft::new(PredicateKind::On, cover).to(part.mention), action);
@@ -334,9 +365,26 @@ impl Parser<'_, '_> {
         self.each_object(action, PredicateKind::Rotated);
     }
 
+    /// What is upside down is upright when it has been turned over.
     pub(super) fn flipped(&mut self, action: &mut Action) {
         let upright = action.paths.iter().any(|path| path.kind == PathKind::State("upright".to_owned()));
-        let kind = if upright { PredicateKind::Upright } else { PredicateKind::UpsideDown };
-        self.property(action, kind);
+        let paths = std::mem::take(&mut action.paths);
+        for part in action.objects.clone() {
+            let is_turned = self.parsed.mentions[part.mention].pose == RequestedPose::UpsideDown;
+            let kind = if upright || is_turned { PredicateKind::Upright } else { PredicateKind::UpsideDown };
+            action.objects = vec![part];
+            action.paths.clone_from(&paths);
+            self.property(action, kind);
+        }
     }
+}
+
+/// Whether the path names a side of its target.
+pub(super) fn is_sided(path: &Path) -> bool {
+    matches!(
+        path.kind,
+        PathKind::Relation(
+            RelationKind::LeftOf | RelationKind::RightOf | RelationKind::InFrontOf | RelationKind::Behind
+        )
+    )
 }

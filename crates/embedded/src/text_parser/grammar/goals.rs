@@ -16,8 +16,12 @@ pub(in crate::text_parser) enum GoalKind {
     AwayFromSupport,
     /// A stack of the objects of the mention.
     StackOfItself,
+    /// The objects of the mention are no longer on each other.
+    UnstackOfItself,
     /// The objects of the mention are beside each other.
     Together,
+    /// Each object of the mention has this relation to the next.
+    InOrder(PredicateKind),
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -28,11 +32,20 @@ pub(in crate::text_parser) struct GoalDraft {
     pub take: Option<u32>,
     pub target: Option<usize>,
     pub second: Option<usize>,
+    /// Whether an earlier step undoes it ("open the drawer, ... close it"), so that it may hold at the start.
+    pub is_restored: bool,
 }
 
 impl GoalDraft {
     pub fn new(kind: PredicateKind, object: usize) -> Self {
-        Self { kind: GoalKind::Predicate(kind), object, take: None, target: None, second: None }
+        Self {
+            kind: GoalKind::Predicate(kind),
+            object,
+            take: None,
+            target: None,
+            second: None,
+            is_restored: false,
+        }
     }
 
     pub fn to(self, target: usize) -> Self {
@@ -59,21 +72,37 @@ impl Parser<'_, '_> {
             .iter()
             .position(|known| Some(&known.kind) == opposite.as_ref() && known.object == goal.object);
         if let Some(index) = earlier {
-            self.parsed.goals[index] = goal;
+            self.parsed.goals[index] = GoalDraft { is_restored: true, ..goal };
             self.parsed.account.claim(tokens, Claimed::Goal(index));
             return;
         }
-        if let Some(known) = self.parsed.goals.iter_mut().find(|known| {
-            let step = known.kind == lifted
+        let step = self.parsed.goals.iter().position(|known| {
+            let is_step = known.kind == lifted
                 || known.kind == GoalKind::AwayFromSupport
                 || matches!(
                     known.kind,
                     GoalKind::Predicate(PredicateKind::OutOf | PredicateKind::Off | PredicateKind::Moved)
                 );
-            step && known.object == goal.object && known.take == goal.take && moves(&goal.kind)
-        }) {
-            *known = goal;
-            let index = self.parsed.goals.iter().position(|known| known.kind != lifted).unwrap_or(0);
+            let is_turned = known.kind == GoalKind::Predicate(PredicateKind::Rotated) && is_pose(&goal.kind);
+            let acts = known.kind == lifted
+                && matches!(
+                    goal.kind,
+                    GoalKind::Predicate(PredicateKind::UsedOn | PredicateKind::PouredInto)
+                );
+            // What is taken out of the box and put on the table has left the box.
+            let on_table = goal.kind == GoalKind::Predicate(PredicateKind::On)
+                && goal.target.is_none()
+                && matches!(
+                    known.kind,
+                    GoalKind::AwayFromSupport
+                        | GoalKind::Predicate(PredicateKind::OutOf | PredicateKind::Off)
+                );
+            (is_step && moves(&goal.kind) && !on_table || is_turned || acts)
+                && known.object == goal.object
+                && known.take == goal.take
+        });
+        if let Some(index) = step {
+            self.parsed.goals[index] = goal;
             self.parsed.account.claim(tokens, Claimed::Goal(index));
             return;
         }
@@ -87,8 +116,8 @@ impl Parser<'_, '_> {
 /// Whether the predicate states where the object is at the end.
 fn moves(kind: &GoalKind) -> bool {
     match kind {
-        GoalKind::At | GoalKind::StackOfItself | GoalKind::Together => true,
-        GoalKind::AwayFromSupport => false,
+        GoalKind::At | GoalKind::StackOfItself | GoalKind::Together | GoalKind::InOrder(_) => true,
+        GoalKind::AwayFromSupport | GoalKind::UnstackOfItself => false,
         GoalKind::Predicate(kind) => !matches!(
             kind,
             PredicateKind::Lifted
@@ -101,4 +130,10 @@ fn moves(kind: &GoalKind) -> bool {
                 | PredicateKind::OutOf
         ),
     }
+}
+
+/// Whether the predicate states how the object lies at the end.
+fn is_pose(kind: &GoalKind) -> bool {
+    use PredicateKind::{LyingOnSide, Upright, UpsideDown};
+    matches!(kind, GoalKind::Predicate(Upright | UpsideDown | LyingOnSide))
 }

@@ -32,6 +32,9 @@ impl Parser<'_, '_> {
     pub(super) fn instruction(&mut self) -> bool {
         let start = self.at;
         // "leave out the stapler" asks for nothing to be done.
+        if self.happened() {
+            return true;
+        }
         if self.negation().is_some() {
             return false;
         }
@@ -43,8 +46,12 @@ impl Parser<'_, '_> {
         let mut requested = purpose;
         // Openers may follow each other: "please, can you".
         for _ in 0..4 {
-            let Some(length) = verbs().opener_at(self.tokens, p) else { break };
-            requested |= !(length == 1 && self.word_at(p).is_some_and(|word| WEAK.contains(&word)));
+            let known = verbs().opener_at(self.tokens, p).filter(|length| self.opens(p, *length));
+            let heading = self.goal_heading(p).filter(|_| p == start && !purpose);
+            let own = self.agent_opener(p).max(self.step_number(p)).max(heading);
+            let Some(length) = known.max(own) else { break };
+            requested |= own == Some(length)
+                || !(length == 1 && self.word_at(p).is_some_and(|word| WEAK.contains(&word)));
             p += length;
             while matches!(self.tokens.get(p), Some(Token::Pause)) && p > start {
                 p += 1;
@@ -54,11 +61,31 @@ impl Parser<'_, '_> {
         while self.word_at(p).is_some_and(|word| word.ends_with("ly") && word.len() > 4 && requested) {
             p += 1;
         }
-        if requested && self.states_goal(start, p) {
+        if (requested && self.states_goal(start, p))
+            || self.desire(start, p)
+            || self.causative(start, p)
+            || self.builds_stack(start, p)
+            || self.terse_list(start, p)
+            || self.arrow_statement(start, p)
+            || self.verbless(start, p)
+        {
             return true;
         }
+        // "pick up and lift the mug".
+        if let Some((first, length)) = verbs().at(self.tokens, p)
+            && self.word_at(p + length) == Some("and")
+            && matches!(first, Frame::Lift | Frame::Take | Frame::Push)
+            && verbs()
+                .at(self.tokens, p + length + 1)
+                .is_some_and(|(_, more)| self.phrase_follows(p + length + 1 + more))
+        {
+            self.parsed.account.used(p..p + length + 1);
+            p += length + 1;
+            requested = true;
+        }
         let Some((frame, length)) = verbs().at(self.tokens, p) else {
-            return p > start && requested && self.scene_request(start, p);
+            return self.unknown_imperative(start, p)
+                || p > start && requested && self.scene_request(start, p);
         };
         if !self.governs(p, length, frame, requested) {
             return p > start && requested && self.scene_request(start, p);
@@ -83,16 +110,40 @@ impl Parser<'_, '_> {
         true
     }
 
+    /// Whether the opener at `at` is one: "goal: ...", but not "the task lamp".
+    fn opens(&self, at: usize, length: usize) -> bool {
+        let last = self.word_at(at + length - 1);
+        !matches!(last, Some("goal" | "task" | "instruction" | "objective"))
+            || matches!(self.tokens.get(at + length), Some(Token::Pause | Token::End))
+            || verbs().at(self.tokens, at + length).is_some()
+    }
+
     /// Whether a clause may begin here.
     fn clause_begins(&self) -> bool {
         let before = self.at.checked_sub(1).map(|before| &self.tokens[before]);
-        match before {
+        let begins = match before {
             None | Some(Token::Pause | Token::End) => true,
             Some(Token::Word(word)) => {
                 matches!(word.as_str(), "and" | "then" | "please" | "but" | "now" | "so" | "next" | "by")
+                    || self.is_quoted()
             }
             Some(Token::Number(_)) => false,
-        }
+        };
+        begins || self.step_number(self.at).is_some()
+    }
+
+    /// "for the instruction "put the carrot in the bowl"".
+    fn is_quoted(&self) -> bool {
+        let says = self.at.checked_sub(1).and_then(|before| self.word_at(before));
+        let is_instruction = matches!(
+            says,
+            Some(
+                "instruction" | "task" | "command" | "goal" | "prompt" | "says" | "say" | "called" | "named"
+            )
+        );
+        let start = self.source.spans.get(self.at).map_or(0, |span| span.start);
+        let quote = self.source.text[..start].trim_end().chars().next_back();
+        is_instruction && quote.is_some_and(|c| matches!(c, '"' | '\'' | '“' | '”' | '‘' | '’' | '«' | '`'))
     }
 
     /// "so that the robot can ...", "for the robot to ...", "in order to ...", "to wipe the table".
@@ -111,29 +162,106 @@ impl Parser<'_, '_> {
         }
     }
 
-    fn phrase_follows(&self, at: usize) -> bool {
+    pub(super) fn phrase_follows(&self, at: usize) -> bool {
         noun_phrase(self.lexicon, self.tokens, at).is_some_and(|(phrase, _)| !phrase.negated)
+            || self.bare_one(at).is_some()
+            || self.bare_color(at).is_some() && preposition_at(self.tokens, at + 1).is_some()
             || matches!(
                 self.word_at(at),
-                Some("me" | "us" | "the" | "all" | "up" | "down" | "over" | "from" | "off" | "out")
+                Some(
+                    "me" | "us"
+                        | "the"
+                        | "its"
+                        | "all"
+                        | "either"
+                        | "up"
+                        | "down"
+                        | "over"
+                        | "from"
+                        | "off"
+                        | "out"
+                )
             )
     }
 
+    /// "frobnicate the mug": a verb that is not known. Its words never describe the start state.
+    fn unknown_imperative(&mut self, start: usize, p: usize) -> bool {
+        let vocabulary = self.lexicon.vocabulary;
+        let begins = p == 0 || matches!(self.tokens[p - 1], Token::End) || p > start || self.instructed;
+        let Some(word) = self.word_at(p).filter(|_| begins) else { return false };
+        let is_known = vocabulary.is_ordinary(word)
+            || vocabulary.has_word(word)
+            || self.lexicon.longest_at(self.tokens, p).is_some();
+        let is_function_word = vocabulary.numbers.contains_key(word)
+            || verbs().asks_for_scene(word)
+            || verbs().is_form(word)
+            || vocabulary.grammar.determiners.contains(word)
+            || vocabulary.grammar.ignorable.contains(word)
+            || word.ends_with("ing")
+            || word.len() < 3
+            || preposition_at(self.tokens, p).is_some();
+        let definite = matches!(
+            self.word_at(p + 1),
+            Some("the" | "it" | "them" | "this" | "that" | "these" | "those" | "both" | "my" | "your")
+        );
+        let indefinite =
+            matches!(self.word_at(p + 1), Some("a" | "an" | "one" | "all" | "each" | "every" | "either"));
+        // "ferry the mug to the tray": a noun before an article, and a path.
+        let reaches = || {
+            noun_phrase(self.lexicon, self.tokens, p + 1)
+                .is_some_and(|(_, end)| preposition_at(self.tokens, end).is_some() || self.is_directed(end))
+        };
+        let is_verb = match (is_known, definite) {
+            (false, true) => true,
+            (false, false) => indefinite && reaches(),
+            (true, true) => {
+                matches!(self.word_at(p + 1), Some("the" | "it" | "them"))
+                    && !super::desired_state::is_state_word(word)
+                    && !vocabulary.is_listed(word)
+                    && reaches()
+            }
+            (true, false) => false,
+        };
+        if !is_verb || is_function_word || !self.phrase_follows(p + 1) {
+            return false;
+        }
+        self.parsed.account.used(start..p);
+        self.instructed = true;
+        self.clause_start = false;
+        self.act(Frame::Other, p, 1, Vec::new());
+        self.parsed.instructions.push(start..self.at);
+        self.subject.clear();
+        true
+    }
+
     /// Whether the word at `at` is a verb with objects, not a noun or an adjective.
-    fn governs(&self, at: usize, length: usize, frame: Frame, requested: bool) -> bool {
+    pub(super) fn governs(&self, at: usize, length: usize, frame: Frame, requested: bool) -> bool {
         let after = at + length;
         let by = at.checked_sub(1).and_then(|before| self.word_at(before)) == Some("by");
         // "and holds a spoon" describes the subject.
         if !requested && !by && !self.word_at(at).is_some_and(|word| verbs().is_base(word)) {
             return false;
         }
+        let pours = matches!(frame, Frame::Pour | Frame::Fill | Frame::Use);
+        // "pick the apple and place in the bowl", "put the mug in and close".
+        let continues = self.instructed
+            && matches!(frame, Frame::Place | Frame::Push | Frame::Hang | Frame::Stack)
+            && self.path_follows(after);
+        let closes = self.instructed
+            && matches!(frame, Frame::Open | Frame::Close)
+            && (self.word_at(after).is_none() || matches!(self.word_at(after), Some("again" | "afterwards")));
         let follows = self.phrase_follows(after)
-            || (preposition_at(self.tokens, after).is_some()
-                && (requested || matches!(frame, Frame::Pour | Frame::Use)));
+            || (preposition_at(self.tokens, after).is_some() && (requested || pours))
+            || (pours && self.substance_length(after).is_some())
+            || (matches!(frame, Frame::Push | Frame::Rotate | Frame::Place)
+                && matches!(self.word_at(after), Some("left" | "right" | "forward" | "backward"))
+                && self.phrase_follows(after + 1))
+            || continues
+            || closes;
         if !follows {
             return false;
         }
-        if requested {
+        if requested || continues || closes {
             return true;
         }
         let word = self.word_at(at).unwrap_or_default();
@@ -155,6 +283,7 @@ impl Parser<'_, '_> {
                     | "each"
                     | "every"
                     | "one"
+                    | "either"
                     | "another"
                     | "me"
                     | "up"
@@ -197,13 +326,30 @@ impl Parser<'_, '_> {
         let at = at + usize::from(matches!(self.word_at(at), Some("me" | "us")));
         let Some((phrase, end)) = noun_phrase(self.lexicon, self.tokens, at) else { return false };
         if phrase.is_table() {
-            return frame == Frame::Place;
+            return frame == Frame::Place && !self.is_colon(end);
+        }
+        // "stack two red blocks" as the whole text.
+        if frame == Frame::Stack && self.parsed.mentions.is_empty() && end == self.tokens.len() {
+            return false;
         }
         if phrase.determiner == Determiner::Definite
-            && frame == Frame::Place
-            && read_length(self.lexicon.vocabulary, self.tokens, end).is_some()
+            && matches!(verb, "put" | "place" | "set" | "position" | "lay" | "keep" | "leave")
+            && read_length(self.lexicon.vocabulary, self.tokens, self.after_hedges(end)).is_some()
         {
             return true;
+        }
+        // "put 2 markers in the cup" as the first sentence: the cup is there.
+        if frame == Frame::Place && self.parsed.mentions.is_empty() && self.definite_support(end) {
+            return false;
+        }
+        // "put one block on the other".
+        let mut sentence = (end..self.tokens.len()).take_while(|&at| self.tokens[at] != Token::End);
+        let names_other = self.word_at(phrase.tokens.start) == Some("one")
+            && sentence.any(|at| {
+                self.word_at(at) == Some("other") && self.word_at(at.saturating_sub(1)) == Some("the")
+            });
+        if names_other {
+            return false;
         }
         let counted = phrase.count.is_some() || phrase.plural && verb != "sort";
         phrase.determiner == Determiner::New
@@ -211,6 +357,17 @@ impl Parser<'_, '_> {
             && (counted || verb == "add")
             && !(self.instructed && (requested || self.part_of_earlier(&phrase).is_some()))
             && !(phrase.plural && phrase.count.is_none() && self.earlier_plural(&phrase))
+    }
+
+    /// "in the cup" at `at`.
+    fn definite_support(&self, at: usize) -> bool {
+        let Some((preposition, length)) = preposition_at(self.tokens, at) else { return false };
+        noun_phrase(self.lexicon, self.tokens, at + length).is_some_and(|(phrase, _)| {
+            (preposition.kind.is_support() && phrase.determiner == Determiner::Definite
+                || phrase.determiner == Determiner::Each)
+                && !phrase.is_table()
+                && matches!(phrase.head, Head::Objects(_))
+        })
     }
 
     /// Whether the text has objects of the phrase.
@@ -222,35 +379,6 @@ impl Parser<'_, '_> {
             .any(|mention| mention.meanings.iter().any(|meaning| meanings.contains(meaning)))
     }
 
-    /// "the goal is to have the lemon in the jar", "goal: the banana is in the bowl".
-    fn states_goal(&mut self, start: usize, p: usize) -> bool {
-        let says = (start..p)
-            .any(|token| matches!(self.word_at(token), Some("goal" | "task" | "objective" | "aim")));
-        if !says {
-            return false;
-        }
-        if matches!(self.word_at(p), Some("have" | "get")) && self.phrase_follows(p + 1) {
-            self.parsed.account.used(start..p);
-            self.instructed = true;
-            self.act(Frame::Place, p, 1, Vec::new());
-            self.parsed.instructions.push(start..self.at);
-            self.subject.clear();
-            return true;
-        }
-        let Some((phrase, end)) = noun_phrase(self.lexicon, self.tokens, p) else { return false };
-        if !matches!(self.word_at(end), Some("is" | "are")) {
-            return false;
-        }
-        self.at = end;
-        let super::Referent::Mentions(subjects) = self.refer(phrase, false) else { return false };
-        self.parsed.account.used(start..p);
-        self.instructed = true;
-        self.act(Frame::Place, end, 1, subjects);
-        self.parsed.instructions.push(start..self.at);
-        self.subject.clear();
-        true
-    }
-
     /// "can you make a desk with ...": a request for a scene.
     fn scene_request(&mut self, start: usize, p: usize) -> bool {
         let asks = self.word_at(p).is_some_and(|word| verbs().asks_for_scene(word));
@@ -260,96 +388,6 @@ impl Parser<'_, '_> {
         self.parsed.account.used(start..p + 1);
         self.at = p + 1;
         true
-    }
-
-    /// "the apple should be in the bowl at the end", "the mug must end up on the plate": a goal about the last subject.
-    fn required_state(&mut self) -> bool {
-        let start = self.at;
-        let Some(&object) = self.subject.last() else { return false };
-        let modal = matches!(
-            self.word(0),
-            Some(
-                "should"
-                    | "must"
-                    | "needs"
-                    | "need"
-                    | "has"
-                    | "have"
-                    | "ought"
-                    | "shall"
-                    | "gets"
-                    | "goes"
-                    | "belongs"
-                    | "ends"
-            )
-        );
-        if !modal {
-            return false;
-        }
-        let mut p = start
-            + usize::from(matches!(
-                self.word(0),
-                Some("should" | "must" | "needs" | "need" | "has" | "have" | "ought" | "shall")
-            ));
-        p += usize::from(self.word_at(p) == Some("to"));
-        let (length, certain) = match (self.word_at(p), self.word_at(p + 1)) {
-            (Some("end" | "ends"), Some("up")) => (2, true),
-            (
-                Some("be"),
-                Some(
-                    "moved" | "placed" | "put" | "stacked" | "brought" | "transferred" | "dropped"
-                    | "inserted" | "opened" | "lifted" | "picked" | "removed" | "taken" | "pushed"
-                    | "carried",
-                ),
-            ) => (1, true),
-            (Some("go" | "goes" | "belongs" | "land"), _) => (1, true),
-            (Some("be" | "stand" | "sit" | "lie"), _) => (1, self.instructed || self.goal_words()),
-            _ => return false,
-        };
-        if !certain {
-            return false;
-        }
-        p += length;
-        let participle = self.word_at(p).unwrap_or_default();
-        let frame = match participle {
-            "opened" => Frame::Open,
-            "closed" | "shut" => Frame::Close,
-            "lifted" | "picked" => Frame::Lift,
-            "stacked" => Frame::Stack,
-            "removed" | "taken" => Frame::Take,
-            "pushed" => Frame::Push,
-            _ => Frame::Place,
-        };
-        let passive = matches!(
-            participle,
-            "moved" | "placed" | "put" | "brought" | "transferred" | "dropped" | "inserted" | "carried"
-        ) || frame != Frame::Place;
-        let length = usize::from(passive)
-            + usize::from(matches!(participle, "picked" | "lifted") && self.word_at(p + 1) == Some("up"));
-        self.parsed.account.used(start..p + length);
-        self.instructed = true;
-        self.act(frame, p, length, vec![object]);
-        self.parsed.instructions.push(start..self.at);
-        self.subject.clear();
-        true
-    }
-
-    /// Whether the text speaks of a goal or of a robot.
-    fn goal_words(&self) -> bool {
-        self.tokens.iter().take(400).filter_map(Token::word).any(|word| {
-            matches!(
-                word,
-                "goal"
-                    | "task"
-                    | "robot"
-                    | "finally"
-                    | "afterwards"
-                    | "end"
-                    | "finished"
-                    | "done"
-                    | "gripper"
-            )
-        })
     }
 
     /// Reports an instruction whose goal has no predicate.

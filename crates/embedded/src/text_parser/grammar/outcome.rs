@@ -1,8 +1,10 @@
 //! Goals and start relations of instructions, by the frame of the verb.
 
 use super::Parser;
-use super::action::{Action, Part, Path, PathKind};
+use super::action::{Action, Formation, Part, Path, PathKind};
+use super::frames::is_sided;
 use super::goals::{GoalDraft, GoalKind};
+use crate::text_parser::tokens::Token;
 use crate::text_parser::verbs::Frame;
 use scene::RelationKind;
 use scene::text_account::PredicateKind;
@@ -10,9 +12,7 @@ use scene::text_account::PredicateKind;
 impl Parser<'_, '_> {
     /// States the goal of an instruction, and the relations of its start state.
     pub(super) fn conclude(&mut self, mut action: Action) {
-        let goals = self.parsed.goals.len();
         let known = self.parsed.goals.clone();
-        let verb = action.verb.clone();
         for range in action.particles.clone() {
             self.parsed.account.used(range);
         }
@@ -22,6 +22,20 @@ impl Parser<'_, '_> {
             return;
         }
         self.sources(&mut action);
+        self.implied_objects(&mut action);
+        self.moved_part(&mut action);
+        self.load_hosts(&mut action);
+        if self.empties_host(&action) {
+            self.acted = Self::mentions(&action.objects);
+            return;
+        }
+        let lines_up = self.verb_is(&action, "line") && action.frame == Frame::Other;
+        let formation = action.formation.or(lines_up.then_some(Formation::Together));
+        if let Some(formation) = formation.filter(|_| !action.objects.is_empty()) {
+            self.forms(&mut action, formation);
+            self.end(&action, &known);
+            return;
+        }
         match action.frame {
             Frame::Place | Frame::Hang | Frame::Hand | Frame::Push => self.placed(&mut action),
             Frame::Stack => self.stacked(&mut action),
@@ -33,6 +47,8 @@ impl Parser<'_, '_> {
             Frame::Cover => self.covered(&action),
             Frame::Separate => self.separated(&action),
             Frame::Open => self.property(&mut action, PredicateKind::Opened),
+            // "close the pot with the lid".
+            Frame::Close if !action.tools.is_empty() => self.covered(&action),
             Frame::Close => self.property(&mut action, PredicateKind::Closed),
             Frame::Press => self.property(&mut action, PredicateKind::Pressed),
             Frame::Rotate => self.rotated_goal(&mut action),
@@ -44,13 +60,76 @@ impl Parser<'_, '_> {
                 }
                 self.states(&mut action);
             }
+            Frame::Topple if Self::tips_into(&action) => self.poured(&mut action),
             Frame::Topple => self.property(&mut action, PredicateKind::LyingOnSide),
-            Frame::UseTool | Frame::Other => self.modified(&mut action),
+            // What is said after an unknown verb may be its end, so it is no start state.
+            Frame::UseTool | Frame::Other => {
+                if self.other_goal(&mut action) {
+                    self.acted = Self::mentions(&action.objects);
+                    return;
+                }
+            }
         }
-        if self.parsed.goals.len() == goals && self.parsed.goals == known {
-            self.not_expressible(verb);
+        self.end(&action, &known);
+    }
+
+    /// Reports an instruction that states no goal beside the known ones.
+    fn end(&mut self, action: &Action, known: &[GoalDraft]) {
+        let stays = self.stays(action) && !action.objects.is_empty();
+        if self.parsed.goals == known && !action.is_continued && !stays {
+            self.not_expressible(action.verb.clone());
         } else {
-            self.parsed.account.used(verb);
+            self.parsed.account.used(action.verb.clone());
+        }
+        if !action.objects.is_empty() {
+            self.acted = Self::mentions(&action.objects);
+        }
+    }
+
+    /// "tip the cup into the bowl".
+    fn tips_into(action: &Action) -> bool {
+        let inside = |path: &Path| matches!(path.kind, PathKind::Relation(RelationKind::In) | PathKind::At);
+        action.paths.iter().any(|path| path.directed && inside(path))
+    }
+
+    /// "pull out the drawer" opens it, "push the drawer in" closes it, "lift the lid of the box" opens the box.
+    fn moved_part(&self, action: &mut Action) {
+        let [object] = action.objects[..] else { return };
+        let mention = &self.parsed.mentions[object.mention];
+        let mut parts = self.tokens[mention.tokens.clone()].iter().filter_map(Token::word);
+        let part =
+            parts.next_back().filter(|word| matches!(*word, "drawer" | "door" | "lid" | "flap" | "drawers"));
+        let Some(part) = part.filter(|_| self.can_open(object.mention)) else { return };
+        let verb = self.word_at(action.verb.start).unwrap_or_default();
+        if !action.paths.is_empty() || !action.sources.is_empty() {
+            return;
+        }
+        action.frame = match verb {
+            "pull" | "pulls" | "slide" if action.frame != Frame::Close => Frame::Open,
+            "push" | "pushes" => Frame::Close,
+            "lift" | "raise" if part == "lid" => Frame::Open,
+            "lower" | "drop" if part == "lid" => Frame::Close,
+            _ => action.frame,
+        };
+    }
+
+    /// Whether the objects stay where they are ("leave the green block on the table").
+    fn stays(&self, action: &Action) -> bool {
+        matches!(self.word_at(action.verb.start), Some("leave" | "keep" | "leaves" | "keeps"))
+    }
+
+    /// "pick up the apple and place in the bowl": the objects of the instruction before.
+    fn implied_objects(&self, action: &mut Action) {
+        let moves = matches!(action.frame, Frame::Place | Frame::Push | Frame::Hang | Frame::Stack);
+        let closes = matches!(action.frame, Frame::Open | Frame::Close);
+        if !action.objects.is_empty() || action.unknown {
+            return;
+        }
+        let part = |mention: usize| Part { mention, take: None };
+        if closes {
+            action.objects = self.openable().map(part).into_iter().collect();
+        } else if moves && !action.paths.is_empty() {
+            action.objects = self.acted.iter().copied().map(part).collect();
         }
     }
 
@@ -92,15 +171,19 @@ impl Parser<'_, '_> {
         };
         let is_state = |path: &Path| matches!(path.kind, PathKind::State(_));
         let spatial: Vec<usize> = (0..paths.len()).filter(|&k| !is_state(&paths[k])).collect();
-        let last = *spatial.last()?;
-        let directed = spatial.iter().copied().find(|&k| paths[k].directed);
-        let chosen = directed.unwrap_or_else(|| {
-            if support(&paths[last]) {
-                last
-            } else {
-                spatial.iter().copied().rfind(|&k| support(&paths[k])).unwrap_or(last)
-            }
-        });
+        let Some(&last) = spatial.last() else {
+            action.paths = paths;
+            return None;
+        };
+        let from_end = |wanted: &dyn Fn(&Path) -> bool| spatial.iter().copied().rfind(|&k| wanted(&paths[k]));
+        let directed = spatial.iter().copied().find(|&k| paths[k].directed && !is_sided(&paths[k]));
+        // "move the apple on the plate to the left of the bowl", but "put the apple on the plate to the left of the
+        // bowl".
+        let sided = from_end(&|path| path.directed && is_sided(path)).filter(|_| self.moves(action));
+        let chosen = directed
+            .or(sided)
+            .or_else(|| if support(&paths[last]) { Some(last) } else { from_end(&support) })
+            .unwrap_or(last);
         let objects = Self::mentions(&action.objects);
         for (k, path) in paths.iter().enumerate() {
             if is_state(path) {
@@ -117,6 +200,15 @@ impl Parser<'_, '_> {
             }
         }
         Some(paths[chosen].clone())
+    }
+
+    /// Whether the verb names a motion, so that "to" begins its end.
+    fn moves(&self, action: &Action) -> bool {
+        action.frame == Frame::Push
+            || matches!(
+                self.word_at(action.verb.start),
+                Some("move" | "shift" | "bring" | "transfer" | "relocate" | "carry" | "take")
+            )
     }
 
     /// States that the objects are at the destination at the end.
@@ -163,7 +255,7 @@ impl Parser<'_, '_> {
                 .iter()
                 .filter_map(|place| Some(GoalDraft::new(place_predicate(*place)?, object)))
                 .collect(),
-            PathKind::Table => vec![GoalDraft::new(PredicateKind::On, object)],
+            PathKind::Table => self.on_table(object),
             PathKind::Person => vec![GoalDraft::new(PredicateKind::Lifted, object)],
             PathKind::State(state) => match state.as_str() {
                 "upright" => vec![GoalDraft::new(PredicateKind::Upright, object)],
@@ -184,14 +276,22 @@ impl Parser<'_, '_> {
             self.modified(action);
             return;
         }
+        if self.stays(action) {
+            self.modified(action);
+            return;
+        }
         let verb = self.word_at(action.verb.start).unwrap_or_default();
         let gathers = matches!(verb, "gather" | "collect" | "group");
-        let destination = self.destination(action);
+        let leaves = action.sources.iter().any(|path| !path.targets.is_empty());
+        let lays =
+            verb == "lay" && action.particles.iter().any(|range| self.word_at(range.start) == Some("down"));
+        let destination = self.destination(action).or_else(|| self.place_before(action));
         match destination {
             Some(path) => {
-                let pressed = action.frame == Frame::Push
-                    && matches!(path.kind, PathKind::Relation(kind) if kind.is_support())
-                    && !path.directed;
+                let pressed = verb == "push"
+                    && matches!(path.kind, PathKind::Relation(RelationKind::On))
+                    && !path.directed
+                    && !path.inverse;
                 if pressed {
                     // "push the button on the lamp": it describes the object.
                     let objects = Self::mentions(&action.objects);
@@ -207,6 +307,9 @@ impl Parser<'_, '_> {
                     }
                 }
             }
+            None if action.for_person => self.each_object(action, PredicateKind::Lifted),
+            None if leaves => self.leave_sources(action),
+            None if lays && action.paths.is_empty() => self.each_object(action, PredicateKind::LyingOnSide),
             None if action.frame == Frame::Hand => self.each_object(action, PredicateKind::Lifted),
             None if action.frame == Frame::Push
                 || matches!(verb, "move" | "shift" | "relocate" | "reposition") =>
@@ -225,7 +328,6 @@ impl Parser<'_, '_> {
                     );
                 }
             }
-            None if !action.sources.is_empty() => self.leave_sources(action),
             None => {}
         }
         self.states(action);
@@ -252,7 +354,7 @@ impl Parser<'_, '_> {
     }
 }
 
-fn predicate_of(kind: RelationKind, inverse: bool) -> Option<PredicateKind> {
+pub(super) fn predicate_of(kind: RelationKind, inverse: bool) -> Option<PredicateKind> {
     Some(match kind {
         RelationKind::On | RelationKind::StackedOn => PredicateKind::On,
         RelationKind::In if !inverse => PredicateKind::In,

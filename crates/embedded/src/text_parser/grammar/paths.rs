@@ -2,12 +2,12 @@
 
 use std::ops::Range;
 
-use super::{Parser, PendingRelation, Referent};
+use super::{Parser, Referent};
 use crate::text_parser::measures::read_length;
-use crate::text_parser::phrase::{Head, NounPhrase, noun_phrase};
+use crate::text_parser::phrase::{Determiner, Head, noun_phrase};
 use crate::text_parser::prepositions::{Preposition, place_at, preposition_at};
 use crate::text_parser::tokens::{Token, match_phrase};
-use crate::text_parser::verbs::Frame;
+use crate::text_parser::verbs::{Frame, verbs};
 use scene::RelationKind;
 
 use super::action::{Action, Part, Path, PathKind};
@@ -60,6 +60,32 @@ const DIRECTED: &[&str] = &[
     "up on",
 ];
 
+const POSES: &[(&str, &str)] = &[
+    ("onto its side", "lying_on_side"),
+    ("onto their sides", "lying_on_side"),
+    ("on to its side", "lying_on_side"),
+    ("over onto its side", "lying_on_side"),
+    ("over on its side", "lying_on_side"),
+    ("down on its side", "lying_on_side"),
+    ("to its side", "lying_on_side"),
+    ("down flat", "lying_on_side"),
+    ("on its head", "upside_down"),
+    ("onto its head", "upside_down"),
+    ("on its rim", "upside_down"),
+    ("on its base", "upright"),
+    ("onto its base", "upright"),
+    ("on its feet", "upright"),
+    ("back on its feet", "upright"),
+    ("back on its base", "upright"),
+    ("back upright", "upright"),
+    ("standing up", "upright"),
+    ("vertically", "upright"),
+    ("to an upright position", "upright"),
+    ("in an upright position", "upright"),
+    ("into an upright position", "upright"),
+    ("to upright", "upright"),
+];
+
 impl Parser<'_, '_> {
     pub(super) fn is_source(&self, at: usize) -> bool {
         SOURCES.iter().any(|(phrase, _)| match_phrase(self.tokens, at, phrase).is_some())
@@ -81,7 +107,11 @@ impl Parser<'_, '_> {
         else {
             return false;
         };
-        if let Some((places, length)) = place_at(self.tokens, p, &Self::is_table_word)
+        // "from the center to the front": the words before "to".
+        let stop = (p + 1..self.tokens.len())
+            .find(|&at| matches!(self.word_at(at), Some("to" | "into" | "onto" | "and")))
+            .unwrap_or(self.tokens.len());
+        if let Some((places, length)) = place_at(&self.tokens[..stop], p, &Self::is_table_word)
             && self.word_at(p) == Some("from")
         {
             self.at = p + length;
@@ -89,15 +119,17 @@ impl Parser<'_, '_> {
             return true;
         }
         p += length;
-        let Some((phrase, end)) = noun_phrase(self.lexicon, self.tokens, p) else {
+        let Some((phrase, end)) = self.object_at(p, action.frame) else {
             // "turn off", "take off".
             return false;
         };
         self.at = end;
         let tokens = start..p;
         let is_unknown = matches!(phrase.head, Head::Unknown(_));
-        let path = match self.refer_target(phrase, action) {
+        let is_inside = self.names_inside(&phrase);
+        let path = match self.refer_target(phrase, action, None) {
             Referent::Mentions(targets) => {
+                let kind = if is_inside { kind.or(Some(RelationKind::In)) } else { kind };
                 let kind = if away { PathKind::Away } else { kind.map_or(PathKind::At, PathKind::Relation) };
                 Path { targets, ..self.path(kind, tokens) }
             }
@@ -129,7 +161,9 @@ impl Parser<'_, '_> {
 
     /// "upright", "upside down", "on its side".
     pub(super) fn state_path(&mut self, action: &mut Action) -> bool {
-        let Some((state, length)) = self.state_at(self.at) else { return false };
+        let Some((state, length)) = self.state_after_verb().or_else(|| self.state_at(self.at)) else {
+            return false;
+        };
         if super::states::pose_of(&state).is_none()
             || (action.objects.is_empty() && self.object_after(length))
         {
@@ -141,52 +175,18 @@ impl Parser<'_, '_> {
         true
     }
 
-    pub(super) fn object_after(&self, length: usize) -> bool {
-        noun_phrase(self.lexicon, self.tokens, self.at + length).is_some()
+    /// A pose in the words that follow a verb of motion: "onto its side", "back on its feet".
+    fn state_after_verb(&self) -> Option<(String, usize)> {
+        POSES
+            .iter()
+            .filter_map(|(phrase, state)| {
+                Some(((*state).to_owned(), match_phrase(self.tokens, self.at, phrase)?))
+            })
+            .max_by_key(|(_, length)| *length)
     }
 
-    /// "to the left side of the table", "in the center", "to the left".
-    pub(super) fn place_path(&mut self, action: &mut Action) -> bool {
-        let start = self.at;
-        let direction = [
-            "to the left",
-            "to the right",
-            "to the front",
-            "to the back",
-            "leftward",
-            "rightward",
-            "leftwards",
-            "rightwards",
-            "forward",
-            "forwards",
-            "backward",
-            "backwards",
-            "left",
-            "right",
-        ]
-        .iter()
-        .filter_map(|phrase| match_phrase(self.tokens, start, phrase))
-        .max();
-        let (places, length) = match place_at(self.tokens, start, &Self::is_table_word) {
-            Some(place) => place,
-            None => {
-                let Some(length) = direction else { return false };
-                if matches!(self.word(length), Some("of" | "side" | "edge" | "corner" | "half" | "end")) {
-                    return false;
-                }
-                let kind = match self.word(length - 1) {
-                    Some("left" | "leftward" | "leftwards") => RelationKind::AtLeft,
-                    Some("right" | "rightward" | "rightwards") => RelationKind::AtRight,
-                    Some("back" | "forward" | "forwards") => RelationKind::AtBack,
-                    _ => RelationKind::AtFront,
-                };
-                (vec![kind], length)
-            }
-        };
-        self.at = start + length;
-        let directed = matches!(self.word_at(start), Some("to" | "toward" | "towards" | "into" | "onto"));
-        action.paths.push(Path { directed, ..self.path(PathKind::Places(places), start..start + length) });
-        true
+    pub(super) fn object_after(&self, length: usize) -> bool {
+        noun_phrase(self.lexicon, self.tokens, self.at + length).is_some()
     }
 
     /// "with the sponge", "using a knife".
@@ -195,22 +195,43 @@ impl Parser<'_, '_> {
         let uses = self.word(0) == Some("using");
         let takes_tool = matches!(
             action.frame,
-            Frame::Use | Frame::Cover | Frame::Fill | Frame::Swap | Frame::Stack | Frame::Push | Frame::Press
-        );
+            Frame::Use
+                | Frame::Cover
+                | Frame::Fill
+                | Frame::Swap
+                | Frame::Stack
+                | Frame::Push
+                | Frame::Press
+                | Frame::Lift
+                | Frame::Take
+                | Frame::Rotate
+                | Frame::Flip
+                | Frame::Topple
+                | Frame::Pour
+                | Frame::Close
+                | Frame::Other
+        ) || self.loads(action);
         let with = self.word(0) == Some("with") && takes_tool;
         let swap = action.frame == Frame::Swap && self.word(0) == Some("for");
         if !(uses || with || swap) {
             return false;
         }
-        let Some((phrase, end)) = noun_phrase(self.lexicon, self.tokens, start + 1) else { return false };
-        self.parsed.account.used(start..start + 1);
-        self.at = end;
-        if action.frame == Frame::Fill && self.is_substance(&phrase) {
-            self.parsed.account.used(phrase.tokens);
-            action.substance = true;
-            return true;
+        if action.frame == Frame::Fill {
+            self.at = start + 1;
+            if self.substance(action) {
+                self.parsed.account.used(start..start + 1);
+                return true;
+            }
+            self.at = start;
         }
-        if let Referent::Mentions(list) = self.refer_target(phrase, action) {
+        // "align the ruler with the edge of the book".
+        let edges =
+            ["the edge of", "the side of", "the end of", "the rim of", "the front of", "the edges of"];
+        let object = start + 1 + self.longest(&edges, start + 1);
+        let Some((phrase, end)) = noun_phrase(self.lexicon, self.tokens, object) else { return false };
+        self.parsed.account.used(start..object);
+        self.at = end;
+        if let Referent::Mentions(list) = self.refer_target(phrase, action, None) {
             if action.frame == Frame::Swap {
                 action.seconds.extend(list.into_iter().map(|mention| Part { mention, take: None }));
             } else {
@@ -244,6 +265,13 @@ impl Parser<'_, '_> {
     /// "in the bowl", "to the left of the plate", "to me".
     pub(super) fn relation_path(&mut self, action: &mut Action) -> bool {
         let start = self.at;
+        if let Some(kind) = self.side_of_it() {
+            let objects = Self::mentions(&action.objects);
+            let Some(target) = self.target_of_its(&objects) else { return true };
+            let path = self.path(PathKind::Relation(kind), start..self.at);
+            action.paths.push(Path { targets: vec![target], ..path });
+            return true;
+        }
         let mut p = start;
         if let Some(length) =
             ["back", "down", "over", "up", "all the way"].iter().find_map(|w| match_phrase(self.tokens, p, w))
@@ -257,7 +285,7 @@ impl Parser<'_, '_> {
             .filter(|phrase| phrase.ends_with("to") || phrase.starts_with("toward"))
             .filter_map(|phrase| match_phrase(self.tokens, p, phrase))
             .max();
-        let (preposition, length) = match preposition_at(self.tokens, p) {
+        let (preposition, length) = match self.preposition_of(p, action.frame) {
             Some((preposition, length)) => (Some(preposition), length),
             None => match plain {
                 Some(length) => (None, length),
@@ -273,37 +301,72 @@ impl Parser<'_, '_> {
             return true;
         }
         let ends = matches!(self.tokens.get(p), None | Some(Token::Pause | Token::End))
-            || matches!(self.word_at(p), Some("and" | "then" | "again"));
+            || matches!(self.word_at(p), Some("and" | "then" | "again"))
+            || self.step_number(p).is_some();
+        // "turn the lamp on".
+        let verb = self.word_at(action.verb.start).unwrap_or_default();
+        let particle = self.word_at(start).unwrap_or_default();
+        if ends && p == start + 1 && verbs().with_particle(verb, particle).is_some() {
+            return false;
+        }
         if let Some(preposition) = preposition.filter(|preposition| ends && preposition.kind.is_support()) {
             // "put the mug in": the target is what the text was about.
             let objects: Vec<usize> = action.objects.iter().map(|part| part.mention).collect();
-            let target = (0..self.parsed.mentions.len()).rev().find(|m| !objects.contains(m));
+            let target = self.earlier_target(&objects, Some(preposition.kind));
             let Some(target) = target.filter(|_| !objects.is_empty()) else { return false };
             self.at = p;
             let kind = PathKind::Relation(preposition.kind);
             action.paths.push(Path { targets: vec![target], directed: true, ..self.path(kind, start..p) });
             return true;
         }
-        let Some((phrase, end)) = self.whole_of_part(p).or_else(|| noun_phrase(self.lexicon, self.tokens, p))
-        else {
+        let own = self.own_at(p);
+        let Some((mut phrase, end)) = self.object_at(own.unwrap_or(p), action.frame) else {
             let person = p + usize::from(matches!(self.word_at(p), Some("the" | "a")));
             if matches!(
                 self.word_at(person),
                 Some("person" | "user" | "human" | "robot" | "operator" | "guest")
             ) {
                 self.at = person + 1;
-                action.paths.push(self.path(PathKind::Person, start..person + 1));
+                // "pull the cube towards the robot" moves it; "give the cube to the robot" does not.
+                let is_moved = action.frame == Frame::Push
+                    || matches!(self.word_at(start), Some("toward" | "towards" | "closer" | "near"));
+                let kind =
+                    if is_moved { PathKind::Places(vec![RelationKind::AtFront]) } else { PathKind::Person };
+                action.paths.push(self.path(kind, start..person + 1));
                 return true;
             }
             return false;
         };
         self.at = end;
-        let kind = preposition.map_or(PathKind::At, |preposition| PathKind::Relation(preposition.kind));
+        self.bare_is_definite(&mut phrase);
+        if own.is_some() {
+            self.parsed.account.used(p..phrase.tokens.start);
+            phrase.determiner = Determiner::New;
+        }
+        let nearer = preposition.is_none() && matches!(self.word_at(p - 1), Some("toward" | "towards"));
+        let kind = match preposition {
+            Some(preposition) => PathKind::Relation(preposition.kind),
+            None if nearer => PathKind::Relation(RelationKind::NextTo),
+            None => PathKind::At,
+        };
+        let support = preposition.map(|preposition| preposition.kind);
         let plural = phrase.plural;
+        let each = phrase.determiner == Determiner::Each;
         let two = preposition.is_some_and(|preposition| preposition.two_targets);
         let inverse = preposition.is_some_and(|preposition: Preposition| preposition.inverse);
-        match self.refer_target(phrase, action) {
+        let is_single =
+            phrase.determiner == Determiner::New && phrase.count.is_none_or(|count| count == [1, 1]);
+        let mentions = self.parsed.mentions.len();
+        let referent = match self.other_of_pair(&phrase, action) {
+            Some(other) => Referent::Mentions(vec![other]),
+            None => self.refer_target(phrase, action, support),
+        };
+        match referent {
             Referent::Mentions(targets) => {
+                self.one_for_each(&targets, mentions, action, is_single);
+                if each {
+                    self.for_each_target(&targets, action);
+                }
                 let mut path = Path { targets, directed, inverse, ..self.path(kind, start..p) };
                 if two {
                     self.second_target(&mut path, plural);
@@ -321,9 +384,14 @@ impl Parser<'_, '_> {
                                 | Frame::Flip
                         ));
                 if describes {
+                    // "the pot which is in the sink" as a target.
+                    let target = action.paths.last().filter(|_| action.relative);
+                    let objects: Vec<usize> = target
+                        .and_then(|path| path.targets.last().copied())
+                        .or(action.objects.last().map(|part| part.mention))
+                        .into_iter()
+                        .collect();
                     action.relative = false;
-                    let objects: Vec<usize> =
-                        action.objects.last().map(|part| part.mention).into_iter().collect();
                     self.start_relation(&objects, &path);
                 } else {
                     action.paths.push(path);
@@ -336,67 +404,5 @@ impl Parser<'_, '_> {
             Referent::Nothing => action.unknown = true,
         }
         true
-    }
-
-    /// The referent of a target; a pronoun is not the object itself.
-    pub(super) fn refer_target(&mut self, phrase: NounPhrase, action: &Action) -> Referent {
-        if phrase.head != Head::It {
-            return self.refer(phrase, true);
-        }
-        self.parsed.account.used(phrase.tokens.clone());
-        let objects: Vec<usize> = action.objects.iter().map(|part| part.mention).collect();
-        let earlier = self
-            .salient
-            .filter(|it| !objects.contains(it))
-            .or_else(|| (0..self.parsed.mentions.len()).rev().find(|m| !objects.contains(m)));
-        earlier.map_or(Referent::Nothing, |it| Referent::Mentions(vec![it]))
-    }
-
-    pub(super) fn second_target(&mut self, path: &mut Path, plural: bool) {
-        if self.word(0) == Some("and")
-            && let Some((phrase, end)) = noun_phrase(self.lexicon, self.tokens, self.at + 1)
-        {
-            self.parsed.account.used(self.at..self.at + 1);
-            self.at = end;
-            if let Referent::Mentions(more) = self.refer(phrase, true) {
-                path.second = more.first().copied();
-            }
-        } else if let [first, second, ..] = path.targets[..] {
-            (path.targets, path.second) = (vec![first], Some(second));
-        } else if plural {
-            path.second = path.targets.first().copied();
-        }
-    }
-
-    /// Relates mentions by a path that describes the start state.
-    pub(super) fn start_relation(&mut self, objects: &[usize], path: &Path) {
-        for &object in objects {
-            match &path.kind {
-                PathKind::Relation(kind) => {
-                    for &target in &path.targets {
-                        let (kind, inverse, second) = (*kind, path.inverse, path.second);
-                        let (targets, distance_m) = (vec![target], path.distance_m);
-                        let tokens = path.tokens.clone();
-                        let relation = PendingRelation { kind, inverse, targets, second, distance_m, tokens };
-                        self.relate(object, &relation, target);
-                    }
-                }
-                PathKind::At => {
-                    for &target in &path.targets {
-                        if target != object {
-                            self.parsed.account.used(path.tokens.clone());
-                            self.parsed.links.push(super::Link::new(object, super::LinkKind::At, target));
-                        }
-                    }
-                }
-                PathKind::Places(places) => {
-                    for &kind in places {
-                        self.set_place(object, super::Place { kind, distance_m: None }, path.tokens.clone());
-                    }
-                }
-                PathKind::State(state) => self.set_states(&[object], state, path.tokens.clone()),
-                _ => self.parsed.account.used(path.tokens.clone()),
-            }
-        }
     }
 }

@@ -35,8 +35,19 @@ impl Parser<'_, '_> {
     }
 
     fn referent(&mut self, phrase: NounPhrase, as_target: bool) -> Referent {
+        if let Head::Unknown(name) = &phrase.head
+            && let Some(earlier) = self.abbreviated(name, &phrase)
+        {
+            self.parsed.account.claim(phrase.head_tokens, Claimed::Object(earlier));
+            return Referent::Mentions(vec![earlier]);
+        }
         let meanings = match phrase.head {
             Head::It => {
+                // "unload the rack: a plate is in it".
+                let emptied = self.emptied.last().map(|(host, _)| *host).filter(|_| as_target);
+                if let Some(it) = self.former_or_latter(&phrase).or(emptied) {
+                    return Referent::Mentions(vec![it]);
+                }
                 let it = if as_target {
                     let last: Vec<usize> = self.subject.last().copied().into_iter().collect();
                     self.earlier_than(&last).or(self.salient)
@@ -66,7 +77,13 @@ impl Parser<'_, '_> {
                     return Referent::Nothing;
                 }
             },
-            Head::Objects(ref meanings) => meanings.clone(),
+            Head::Objects(ref meanings) => match phrase.stand_in.clone().filter(|_| !self.stand_ins) {
+                Some(name) => {
+                    self.unknown(name, &phrase);
+                    return Referent::Nothing;
+                }
+                None => meanings.clone(),
+            },
         };
         if let Meaning::Table(model) = &meanings[0] {
             self.table(model.clone(), phrase);
@@ -74,21 +91,53 @@ impl Parser<'_, '_> {
         }
         if let Some(earlier) = self.earlier(&meanings, &phrase, as_target) {
             let tokens = phrase.head_tokens.clone();
-            let selected = phrase.determiner != Determiner::New || !self.parsed.mentions[earlier].forward;
+            let is_open = self.parsed.mentions[earlier].forward || self.expected.contains(&earlier);
+            let selected = phrase.determiner != Determiner::New || !is_open;
+            if !selected {
+                self.introduce(earlier, &phrase);
+            }
             self.parsed.account.claim(tokens, Claimed::Object(earlier));
             for (property, range) in phrase.properties.clone() {
                 self.claim_property(range, property, vec![earlier]);
             }
             let mention = &mut self.parsed.mentions[earlier];
-            if !selected {
-                mention.forward = false;
-                mention.count = phrase.count;
-                mention.plural = phrase.plural;
-            }
             merge(&mut mention.attributes, phrase.attributes);
             return Referent::Mentions(vec![earlier]);
         }
+        if let Some(part) = self.part_of_several(&meanings, &phrase) {
+            self.parsed.account.claim(phrase.head_tokens, Claimed::Object(part));
+            for (property, range) in phrase.properties {
+                self.claim_property(range, property, vec![part]);
+            }
+            return Referent::Mentions(vec![part]);
+        }
+        if phrase.same && matches!(meanings[0], Meaning::Vague(_)) {
+            let phrase = NounPhrase { plural: true, ..phrase };
+            let meanings = self.same_kind(meanings);
+            return Referent::Mentions(vec![self.add_mention(meanings, phrase, as_target)]);
+        }
         Referent::Mentions(vec![self.add_mention(meanings, phrase, as_target)])
+    }
+
+    /// "the same fruit": the kind that the text has named before.
+    fn same_kind(&self, meanings: Vec<Meaning>) -> Vec<Meaning> {
+        let Some(Meaning::Vague(index)) = meanings.first() else { return meanings };
+        let members = &self.lexicon.themes.vague[*index].members;
+        let named = self.parsed.mentions.iter().rev().flat_map(|mention| mention.meanings.first());
+        let known = named.into_iter().find(|meaning| match meaning {
+            Meaning::Category(category) => members.contains(&self.lexicon.categories[*category].name),
+            _ => false,
+        });
+        known.map_or(meanings.clone(), |known| vec![known.clone()])
+    }
+
+    /// "the deck" after "a deck of cards".
+    fn abbreviated(&self, name: &str, phrase: &NounPhrase) -> Option<usize> {
+        let is_definite = phrase.determiner == Determiner::Definite && phrase.properties.is_empty();
+        (0..self.parsed.mentions.len()).rev().find(|&m| {
+            let words = &self.parsed.mentions[m].words;
+            is_definite && words.starts_with(name) && words[name.len()..].starts_with(" of ")
+        })
     }
 
     /// Adds a mention with its claims.
@@ -112,6 +161,7 @@ impl Parser<'_, '_> {
             corners: false,
             attributes: phrase.attributes,
             words: phrase.words,
+            stand_in: phrase.stand_in,
             each_of: None,
             per_person: false,
             contents: false,
@@ -120,9 +170,13 @@ impl Parser<'_, '_> {
             state: None,
             yaw_rad: None,
             position_m: None,
-            forward: as_target && phrase.determiner == Determiner::Definite,
+            forward: phrase.determiner == Determiner::Each && phrase.count.is_none()
+                || as_target && phrase.determiner == Determiner::Definite,
             tokens: phrase.head_tokens,
         });
+        if let Some(selector @ Selector::Ordinal(_)) = phrase.selector {
+            self.selected_parts.push((selector, index));
+        }
         if let Some(Selector::Side(side)) = phrase.selector {
             self.parsed.mentions[index].places.push(Place { kind: side, distance_m: None });
         }
@@ -156,25 +210,50 @@ impl Parser<'_, '_> {
 
     fn table(&mut self, model: Option<String>, phrase: NounPhrase) {
         self.parsed.account.claim(phrase.head_tokens.clone(), Claimed::Table);
-        let mut shapes = 0;
+        let mut shape = self.table_shape().or_else(|| self.shape_of_model(model.as_deref()));
+        let mut attributes = phrase.attributes;
         for (property, range) in phrase.properties {
-            shapes += usize::from(property == "shape");
-            if property == "shape" && shapes > 1 {
+            if property != "shape" {
+                self.parsed.account.claim(range, Claimed::Table);
+                continue;
+            }
+            let own = self.word_at(range.start).map(str::to_owned);
+            if self.is_other_shape(shape.as_deref(), own.as_deref()) {
                 self.report(range, UnrecognizedReason::Contradiction);
+                attributes.shape = shape.clone();
             } else {
                 self.parsed.account.claim(range, Claimed::Table);
+                shape = shape.or(own);
             }
         }
         // Attributes of later phrases complete those of the first.
         match &mut self.parsed.table {
-            None => self.parsed.table = Some((model, phrase.attributes)),
-            Some((known, attributes)) => {
+            None => self.parsed.table = Some((model, attributes)),
+            Some((known, earlier)) => {
                 if known.is_none() {
                     *known = model;
                 }
-                merge(attributes, phrase.attributes);
+                merge(earlier, attributes);
             }
         }
+    }
+
+    /// The shape of the table that the text has stated, as a key of `[shapes]`.
+    pub(super) fn table_shape(&self) -> Option<String> {
+        let (model, attributes) = self.parsed.table.as_ref()?;
+        attributes.shape.clone().or_else(|| self.shape_of_model(model.as_deref()))
+    }
+
+    /// The shape in the name of a table model ("round_table").
+    fn shape_of_model(&self, model: Option<&str>) -> Option<String> {
+        let word = model?.split('_').next()?;
+        self.lexicon.vocabulary.shapes.contains_key(word).then(|| word.to_owned())
+    }
+
+    /// Whether two words of `[shapes]` name different shapes.
+    pub(super) fn is_other_shape(&self, known: Option<&str>, more: Option<&str>) -> bool {
+        let shape = |word: &str| self.lexicon.vocabulary.shapes.get(word);
+        matches!((known.and_then(shape), more.and_then(shape)), (Some(known), Some(more)) if known != more)
     }
 
     /// The earlier mention that a phrase refers to.
@@ -207,8 +286,13 @@ impl Parser<'_, '_> {
             }
             Determiner::Each => compatible.last().copied(),
             Determiner::New => {
+                if let Some(expected) = self.introduced(&compatible, phrase) {
+                    return Some(expected);
+                }
                 let last = *compatible.last()?;
-                (mentions[last].forward && !as_target).then_some(last)
+                // "pen left of laptop" in notes without articles.
+                let bare = as_target && phrase.count.is_none() && !phrase.plural && !self.is_several(last);
+                (mentions[last].forward && !as_target || bare).then_some(last)
             }
         }
     }
@@ -217,12 +301,20 @@ impl Parser<'_, '_> {
     fn selected(&self, candidates: &[usize], selector: Option<Selector>) -> Option<usize> {
         match selector {
             None => candidates.last().copied(),
-            Some(Selector::Ordinal(k)) => candidates.get(k).or(candidates.last()).copied(),
+            Some(Selector::Ordinal(k)) => candidates.get(k).copied().filter(|_| {
+                candidates.iter().all(|m| !self.is_several(*m)) && self.selected_parts.is_empty()
+            }),
             Some(Selector::Other) => candidates
                 .iter()
                 .copied()
                 .find(|m| Some(*m) != self.salient)
                 .or(candidates.last().copied().filter(|m| self.is_several(*m))),
+            Some(Selector::Top | Selector::Bottom) => candidates
+                .iter()
+                .copied()
+                .rfind(|&m| self.parsed.mentions[m].stacked)
+                .or(candidates.last().copied()),
+            Some(Selector::Former | Selector::Latter) => None,
             Some(Selector::Side(side)) => candidates
                 .iter()
                 .copied()
@@ -232,15 +324,15 @@ impl Parser<'_, '_> {
 
     /// The referent of "the blue one"; another object of the last category for "a blue one".
     fn one(&mut self, phrase: NounPhrase) -> Referent {
-        let mentions = &self.parsed.mentions;
         if phrase.determiner == Determiner::Definite {
-            let candidates: Vec<usize> = (0..mentions.len())
-                .filter(|&m| identifies(&phrase.attributes, &mentions[m].attributes))
-                .collect();
-            let found = self
-                .selected(&candidates, phrase.selector)
-                .or_else(|| self.single_of(&candidates, phrase.selector));
+            let found = match phrase.selector {
+                Some(_) => self.selected_one(&phrase),
+                None => self.described_one(&phrase),
+            };
             if let Some(found) = found {
+                if self.parsed.mentions[found].attributes.color_words.is_empty() {
+                    merge(&mut self.parsed.mentions[found].attributes, phrase.attributes);
+                }
                 for (property, range) in phrase.properties {
                     self.claim_property(range, property, vec![found]);
                 }
@@ -248,14 +340,15 @@ impl Parser<'_, '_> {
             }
             // "the green one" of a category of which the text has others.
             let described =
-                phrase.properties.iter().any(|(property, _)| *property == "color" || *property == "size");
+                phrase.properties.iter().any(|(property, _)| *property == "color" || *property == "size")
+                    || matches!(phrase.selector, Some(Selector::Ordinal(_)));
             if let Some(last) = self.salient.filter(|_| described) {
                 let meanings = self.parsed.mentions[last].meanings.clone();
                 let phrase = self.completed(phrase, last);
                 return Referent::Mentions(vec![self.add_mention(meanings, phrase, false)]);
             }
         } else if let Some(last) = self.subject.last().copied().or(self.salient) {
-            let meanings = mentions[last].meanings.clone();
+            let meanings = self.parsed.mentions[last].meanings.clone();
             let phrase = self.completed(phrase, last);
             return Referent::Mentions(vec![self.add_mention(meanings, phrase, false)]);
         }
@@ -263,24 +356,20 @@ impl Parser<'_, '_> {
         Referent::Nothing
     }
 
-    /// "the left one" of "two plates": one object of a plural mention, which becomes a mention at that side.
-    fn single_of(&mut self, candidates: &[usize], selector: Option<Selector>) -> Option<usize> {
-        let Some(Selector::Side(kind)) = selector else { return None };
-        let free = |m: &usize| self.parsed.mentions[*m].places.is_empty();
-        let &candidate = candidates.iter().rfind(|m| free(m))?;
-        let single = match self.parsed.mentions[candidate].count {
-            Some([low, high]) if low == high && low > 1 => {
-                let part = self.duplicate(candidate);
-                for (mention, count) in [(part, 1), (candidate, low - 1)] {
-                    self.parsed.mentions[mention].count = Some([count; 2]);
-                    self.parsed.mentions[mention].plural = count > 1;
-                }
-                part
+    /// "the blue one": the last object of this description, or one of several without a description.
+    fn described_one(&mut self, phrase: &NounPhrase) -> Option<usize> {
+        let mentions = &self.parsed.mentions;
+        let identified =
+            (0..mentions.len()).rev().find(|&m| identifies(&phrase.attributes, &mentions[m].attributes));
+        let several = (0..mentions.len()).rev().find(|&m| self.is_several(m));
+        match (identified, several) {
+            (Some(found), _) => Some(found),
+            (None, Some(several)) => {
+                let meanings = mentions[several].meanings.clone();
+                self.part_of_several(&meanings, phrase)
             }
-            _ => candidate,
-        };
-        self.parsed.mentions[single].places.push(Place { kind, distance_m: None });
-        Some(single)
+            _ => None,
+        }
     }
 
     /// The referent of "it" for these subjects: the mention they are linked to, or the one before them.
@@ -295,6 +384,7 @@ impl Parser<'_, '_> {
             .or_else(|| self.parallel_target(subjects))
             .or_else(|| self.salient.filter(|it| !subjects.contains(it)))
             .or_else(|| self.subject.iter().copied().rfind(|&m| m < first))
+            .or_else(|| self.last_salient.filter(|it| !subjects.contains(it)))
     }
 }
 
@@ -335,6 +425,9 @@ pub(super) fn merge(known: &mut Attributes, more: Attributes) {
     }
     if more.shape.is_some() {
         known.shape = more.shape;
+    }
+    if !more.variants.is_empty() {
+        known.variants = more.variants;
     }
     if (more.scale - 1.0).abs() > 1e-9 {
         known.scale = more.scale;

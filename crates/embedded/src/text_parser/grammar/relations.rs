@@ -50,6 +50,14 @@ impl Parser<'_, '_> {
         noun_phrase(self.lexicon, self.tokens, at).is_some_and(|(phrase, _)| is_object(&phrase.head))
     }
 
+    /// Whether the object follows, also after a colon: "phone, 5 cm to the left: pencil".
+    fn is_announced(&self, clause_start: bool) -> bool {
+        let listed = self.is_colon(self.at)
+            && noun_phrase(self.lexicon, self.tokens, self.at + 1)
+                .is_some_and(|(phrase, _)| is_object(&phrase.head));
+        listed || self.fronted(clause_start)
+    }
+
     /// The members of the current list to which a following preposition applies: the last one, or both of "X and Y" if
     /// their categories are in the same group.
     pub(super) fn attached(&self) -> Vec<usize> {
@@ -70,6 +78,7 @@ impl Parser<'_, '_> {
     fn is_bare(&self, m: usize) -> bool {
         self.parsed.links.iter().all(|link| link.from != m && link.to != m)
             && self.parsed.mentions[m].places.is_empty()
+            && self.parsed.mentions[m].position_m.is_none()
     }
 
     /// The members of the current list that a support applies to: all of "A, B and C in a box" that fit the target.
@@ -131,23 +140,48 @@ impl Parser<'_, '_> {
         let tokens = start..self.at;
         let distance_m = distance.map(|(distance_m, _)| distance_m);
         let kind = preposition.kind;
+        let also = self.coordinated(preposition);
+        if preposition.two_targets && self.between_named_before(preposition, clause_start, &tokens) {
+            return;
+        }
         // "on top", "inside", "beside": relative to the last mention.
         let target = noun_phrase(self.lexicon, self.tokens, self.at)
             .filter(|_| !(preposition.may_stand_alone && self.pause_follows()));
-        let Some((phrase, end)) = target else {
-            if preposition.may_stand_alone {
+        let named = self.arrangement_named_at(self.at).filter(|_| !preposition.two_targets);
+        if let Some((member, end)) = named {
+            let start = std::mem::replace(&mut self.at, end);
+            self.parsed.account.used(start..end);
+            let (targets, second) = (vec![member], None);
+            let relation =
+                PendingRelation { kind, inverse: preposition.inverse, targets, second, distance_m, tokens };
+            if self.subject.is_empty() || self.fronted(clause_start) {
+                self.subject.clear();
+                self.pending = vec![relation];
+            } else {
+                for subject in self.attached() {
+                    self.relate(subject, &relation, member);
+                }
+            }
+            return;
+        }
+        let Some((mut phrase, end)) = target else {
+            if preposition.may_stand_alone && !preposition.two_targets {
                 self.relate_or_wait(kind, clause_start, tokens, distance_m);
             } else if kind != RelationKind::On && kind != RelationKind::In {
                 self.report(tokens, UnrecognizedReason::NoReferent);
             }
             return;
         };
+        let distance_m = distance_m.or_else(|| self.bracketed_distance(&mut phrase, kind));
         let pronoun = phrase.head == Head::It;
+        let them = phrase.head == Head::Them;
         let is_unknown = matches!(phrase.head, Head::Unknown(_));
         let chained = self.chain.filter(|_| kind.is_support() && !pronoun);
+        let chained = chained.or_else(|| self.repeated(kind, start));
         self.at = end;
         let each = phrase.determiner == Determiner::Each;
         let plural = phrase.plural;
+        let open_plural = plural && phrase.count.is_none() && phrase.determiner == Determiner::New;
         let before = self.subject.clone();
         let referent = match self.refer(phrase, true) {
             Referent::Table => {
@@ -161,12 +195,46 @@ impl Parser<'_, '_> {
             referent => referent,
         };
         self.subject = before;
+        if let Referent::Mentions(targets) = &referent {
+            self.last_target = targets.last().map(|&target| (target, end));
+        }
+        if let (Referent::Mentions(list), true) = (&referent, open_plural && kind.is_support())
+            && let ([target], Some(&subject)) = (&list[..], self.subject.last())
+            && self.is_several(subject)
+            && self.parsed.mentions[*target].count.is_none()
+        {
+            // "two cups on saucers": one for each.
+            self.parsed.mentions[*target].count = self.parsed.mentions[subject].count;
+        }
         let Referent::Mentions(mut targets) = referent else {
             if is_unknown {
                 self.report(tokens, UnrecognizedReason::NoReferent);
             }
             return;
         };
+        if pronoun && !preposition.two_targets {
+            let follows = self.is_announced(clause_start);
+            for target in &mut targets {
+                *target = match self.subject.last() {
+                    // "a toolbox, in it a wrench; a bucket, in it a sponge".
+                    Some(&last)
+                        if follows
+                            && self
+                                .parsed
+                                .links
+                                .iter()
+                                .all(|link| (link.from, link.to) != (last, *target)) =>
+                    {
+                        last
+                    }
+                    _ if kind.is_support() => *target,
+                    _ => self.beside(self.other_than_support(*target)),
+                };
+            }
+        }
+        if them && !kind.is_support() && !preposition.two_targets && !self.fronted(clause_start) {
+            targets = self.others(targets);
+        }
         // "between the plate and the vase".
         let mut second = None;
         if preposition.two_targets {
@@ -199,10 +267,17 @@ impl Parser<'_, '_> {
             distance_m,
             tokens,
         };
-        if chained.is_none() && (subjects.is_empty() || self.fronted(clause_start)) {
+        let also = also.map(|(preposition, tokens)| PendingRelation {
+            kind: preposition.kind,
+            inverse: preposition.inverse,
+            tokens,
+            ..relation.clone()
+        });
+        let announced = pronoun && self.is_announced(clause_start);
+        if chained.is_none() && (subjects.is_empty() || announced || self.fronted(clause_start)) {
             self.subject.clear();
             self.pending_places.clear();
-            self.pending = vec![relation];
+            self.pending = std::iter::once(relation).chain(also).collect();
             self.pending_each = each.then(|| targets[0]);
             self.pending_pronoun = pronoun;
             // "Next to the monitor, a lamp. Beside it ...": "it" is the lamp; before the lamp it is the monitor.
@@ -215,6 +290,9 @@ impl Parser<'_, '_> {
             }
             for &target in &targets {
                 self.relate(subject, &relation, target);
+                if let Some(also) = &also {
+                    self.relate(subject, also, target);
+                }
             }
         }
         self.chain = targets.last().copied().filter(|_| kind.is_support());
@@ -233,7 +311,7 @@ impl Parser<'_, '_> {
         distance_m: Option<f64>,
     ) {
         let subjects = self.attached();
-        if self.fronted(clause_start) || subjects.is_empty() {
+        if self.is_announced(clause_start) || subjects.is_empty() {
             match subjects.first().copied().or(self.salient) {
                 Some(it) => {
                     self.subject.clear();
@@ -258,6 +336,7 @@ impl Parser<'_, '_> {
                 && self.subject.contains(&link.from)
         });
         let it = other_side.map(|link| link.to).or_else(|| self.earlier_than(&subjects));
+        let it = it.map(|it| self.beside(it)).filter(|it| !subjects.contains(it)).or(it);
         for &subject in &subjects {
             match it {
                 Some(it) => {
@@ -301,6 +380,9 @@ impl Parser<'_, '_> {
         }
         if self.contradicts(from, relation.kind, to) {
             self.report(tokens, UnrecognizedReason::Contradiction);
+            return;
+        }
+        if self.sided_at_distance(from, relation, to) {
             return;
         }
         let link = Link {

@@ -54,9 +54,12 @@ impl Parser<'_, '_> {
         }
         let subjects =
             if self.subject.is_empty() && p > self.at { self.salient_list.clone() } else { self.attached() };
-        if subjects.is_empty() {
-            return false;
-        }
+        // "a glass upside down and a jar lying on its side".
+        let subjects = match subjects.last() {
+            Some(&last) if subjects.iter().any(|&m| self.contradicts_state(m, &state)) => vec![last],
+            Some(_) => subjects,
+            None => return false,
+        };
         if matches!(state.as_str(), "open" | "empty" | "full" | "closed" | "folded" | "broken")
             && self.noun_follows(tokens.end)
         {

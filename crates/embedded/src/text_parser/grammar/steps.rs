@@ -1,16 +1,11 @@
 //! The rules in the order in which they are tried at a position.
 
-use super::references::merge;
-use super::{Link, LinkKind, Parser, Referent};
-use crate::text_parser::account::Claimed;
-use crate::text_parser::phrase::{Head, noun_phrase, predicate};
+use super::Parser;
+use crate::text_parser::phrase::{Head, noun_phrase};
 use crate::text_parser::prepositions::{preposition_at, reciprocal_at};
 use crate::text_parser::quantity::quantity;
-use crate::text_parser::tokens::{Token, match_phrase};
+use crate::text_parser::tokens::Token;
 use scene::RelationKind;
-
-pub(super) const FLANKS: &[&str] =
-    &["on either side", "on both sides", "on each side", "to either side", "to both sides"];
 
 impl Parser<'_, '_> {
     /// Applies one rule; the caller skips a token if none applies.
@@ -22,19 +17,37 @@ impl Parser<'_, '_> {
                 return;
             }
             Token::Pause => {
+                if self.listed_contents() {
+                    return;
+                }
                 self.after_and = false;
                 self.joined = false;
                 self.chain = None;
+                // "two mugs, one red and one blue, on a tray".
+                let parts = self.split.is_none() && self.parts.len() > 1;
+                self.all_members |= parts && self.subject.last() == self.parts.last();
                 self.at += 1;
                 return;
             }
             _ => {}
         }
-        if self.instruction() {
+        if self.answer() || self.heading() || self.place_settings() {
+            return;
+        }
+        if self.remark() || self.replacement() || self.exception() || self.instruction() {
             return;
         }
         let clause_start = std::mem::take(&mut self.clause_start);
         if self.people() || self.per_person() || self.corners() || self.of_each() || self.exclusion() {
+            return;
+        }
+        if self.relative_clause()
+            || self.surround()
+            || self.examples()
+            || self.group_header()
+            || self.stated_count()
+            || self.counted_part()
+        {
             return;
         }
         if matches!(self.word(0), Some("and" | "plus" | "also" | "then" | "while" | "but" | "or")) {
@@ -58,7 +71,7 @@ impl Parser<'_, '_> {
             self.at += 1;
             return;
         }
-        if self.flank() || self.total() {
+        if self.flank() || self.for_each() || self.total() {
             return;
         }
         // "each with a fork", "with a fork each".
@@ -81,16 +94,22 @@ impl Parser<'_, '_> {
         {
             return;
         }
+        if self.part_state() {
+            return;
+        }
         if self.with_at().is_some() {
             self.with_list(false);
             return;
         }
-        if self.place(clause_start) {
+        if self.place(clause_start) || self.bare_place(clause_start) {
             return;
         }
         // "on each other" stacks them; "next to each other" is the default for objects of one category.
         if let Some((kind, length)) = reciprocal_at(self.tokens, self.at) {
             self.reciprocal(kind, length);
+            return;
+        }
+        if self.word(0) == Some("in") && self.attributes() {
             return;
         }
         if let Some((preposition, length)) = preposition_at(self.tokens, self.at) {
@@ -128,44 +147,6 @@ impl Parser<'_, '_> {
         self.word(0).is_some_and(|word| {
             self.lexicon.vocabulary.grammar.ignorable.contains(word) && !matches!(word, "of" | "with")
         })
-    }
-
-    /// "speakers on either side of the monitor": one on the left, one on the right.
-    fn flank(&mut self) -> bool {
-        let Some(length) =
-            FLANKS.iter().filter_map(|phrase| match_phrase(self.tokens, self.at, phrase)).max()
-        else {
-            return false;
-        };
-        let (Some(&subject), of) = (self.subject.last(), self.word(length) == Some("of")) else {
-            return false;
-        };
-        let tokens = self.at..self.at + length + usize::from(of);
-        self.at = tokens.end;
-        let target = if of {
-            let Some((phrase, end)) = noun_phrase(self.lexicon, self.tokens, self.at) else { return true };
-            self.at = end;
-            match self.refer(phrase, true) {
-                Referent::Mentions(targets) => targets.first().copied(),
-                _ => None,
-            }
-        } else {
-            self.earlier_than(&[subject])
-        };
-        match target.filter(|target| *target != subject) {
-            Some(target) => {
-                let mention = &mut self.parsed.mentions[subject];
-                if mention.count.is_none() {
-                    mention.count = Some([2, 2]);
-                }
-                self.parsed.links.push(Link::new(subject, LinkKind::Flank, target));
-                let claim =
-                    Claimed::Relation { kind: RelationKind::NextTo, from: vec![subject], to: vec![target] };
-                self.parsed.account.claim(tokens, claim);
-            }
-            None => self.report(tokens, scene::text_account::UnrecognizedReason::NoReferent),
-        }
-        true
     }
 
     /// "two objects: a kettle and a jar".
@@ -211,55 +192,6 @@ impl Parser<'_, '_> {
             _ => {}
         }
         self.at += length;
-    }
-
-    /// "the laptop is silver", "a mug (red)", "a mug, red, ...".
-    fn attributes(&mut self) -> bool {
-        let verb = matches!(self.word(0), Some("is" | "are" | "in" | "was" | "were"));
-        let bracket =
-            self.at > 0 && matches!(self.tokens[self.at - 1], Token::Pause) && !self.subject.is_empty();
-        if !verb && !bracket {
-            return false;
-        }
-        let start = self.at + usize::from(verb);
-        let Some((attributes, properties, end)) = predicate(self.lexicon, self.tokens, start) else {
-            return false;
-        };
-        let closes = matches!(self.tokens.get(end), None | Some(Token::Pause | Token::End));
-        if bracket && !verb {
-            // "a bowl, orange, ..." is a list of nouns.
-            let open = self.source.is_open_bracket(self.at - 1);
-            if !closes || (!open && self.lexicon.longest_at(self.tokens, self.at).is_some()) {
-                return false;
-            }
-        }
-        let described = match (bracket && !verb, self.subject.last()) {
-            (true, Some(&last)) => vec![last],
-            (false, Some(_)) => self.subject.clone(),
-            _ => self.salient_list.clone(),
-        };
-        if described.is_empty() {
-            return false;
-        }
-        self.parsed.account.used(self.at..end);
-        self.at = end;
-        let other_color = described.iter().any(|&mention| {
-            let known = &self.parsed.mentions[mention].attributes.color_words;
-            !known.is_empty() && !attributes.color_words.is_empty() && *known != attributes.color_words
-        });
-        if other_color {
-            for (_, range) in properties {
-                self.report(range, scene::text_account::UnrecognizedReason::Contradiction);
-            }
-            return true;
-        }
-        for &mention in &described {
-            merge(&mut self.parsed.mentions[mention].attributes, attributes.clone());
-        }
-        for (property, range) in properties {
-            self.claim_property(range, property, described.clone());
-        }
-        true
     }
 
     /// "for four people", "set for two".
@@ -369,7 +301,28 @@ impl Parser<'_, '_> {
         }
         self.claim_property(self.at..end, "count", self.subject.clone());
         self.at = end;
+        // "bananas and pears, two of each, in a bowl".
+        self.all_members = true;
         true
+    }
+
+    /// "a tray with one glass per person": the members of a list, repeated for every person.
+    pub(super) fn per_person_after(&mut self, items: &[usize]) {
+        let start = usize::from(self.word(0) == Some("for"));
+        let each = matches!(self.word(start), Some("per" | "each" | "every"));
+        if !each || !self.word(start + 1).is_some_and(is_people) {
+            return;
+        }
+        let end = self.at + start + 2;
+        if self.parsed.people.is_none() && !self.people_ahead(end) {
+            self.report(self.at..end, scene::text_account::UnrecognizedReason::NoReferent);
+        } else {
+            self.claim_property(self.at..end, "people", items.to_vec());
+        }
+        for &item in items {
+            self.parsed.mentions[item].per_person = true;
+        }
+        self.at = end;
     }
 
     /// Whether a later part of the text states the number of people.

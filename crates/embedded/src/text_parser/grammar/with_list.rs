@@ -1,15 +1,19 @@
 //! With-lists: "a plate with a fork on the left and a knife".
 
-use super::steps::{FLANKS, is_object};
+use std::ops::Range;
+
+use super::flanks::FLANKS;
+use super::steps::is_object;
 use super::{Link, LinkKind, Parser, PendingRelation, Referent};
 use crate::text_parser::account::Claimed;
 use crate::text_parser::lexicon::Meaning;
-use crate::text_parser::phrase::{Determiner, Head, noun_phrase};
+use crate::text_parser::phrase::{Determiner, Head, NounPhrase, noun_phrase};
 use crate::text_parser::prepositions::preposition_at;
 use crate::text_parser::supports::is_carrier;
 use crate::text_parser::tokens::{Token, match_phrase};
 use catalog::Affordance;
 use scene::RelationKind;
+use scene::text_account::UnrecognizedReason;
 
 /// Maximum number of members of a list that is read ahead.
 const MAX_MEMBERS: usize = 12;
@@ -20,7 +24,11 @@ impl Parser<'_, '_> {
             "with" | "containing" | "holding" | "carrying" | "featuring" | "including" => Some(1),
             "filled" | "topped" | "loaded" | "full" if matches!(self.word(1), Some("with" | "of")) => Some(2),
             "surrounded" | "flanked" | "accompanied" if self.word(1) == Some("by") => Some(2),
-            "has" | "have" | "holds" | "contains" | "carries" if !self.subject.is_empty() => Some(1),
+            "has" | "have" | "holds" | "contains" | "carries" | "gets" | "receives"
+                if !self.subject.is_empty() =>
+            {
+                Some(1)
+            }
             "which" | "that"
                 if matches!(self.word(1), Some("has" | "holds" | "contains" | "carries"))
                     && !self.subject.is_empty() =>
@@ -39,23 +47,36 @@ impl Parser<'_, '_> {
             Some("flanked") => LinkKind::Flank,
             Some("topped" | "carrying" | "carries") => LinkKind::Relation(RelationKind::On),
             Some("filled" | "full" | "containing" | "contains") => LinkKind::Relation(RelationKind::In),
+            Some("holding" | "holds") => LinkKind::At,
             _ if matches!(last, Some("contains")) => LinkKind::Relation(RelationKind::In),
             _ => LinkKind::With,
         };
         let with = self.at..self.at + self.with_at().unwrap_or(1);
+        self.keep_gap(last, kind);
         self.at = with.end;
-        let mut each = each;
+        let Some(&host) = self.subject.last() else { return };
+        // "a bowl next to a plate with two cookies": the plate has them.
+        let nearer = self.last_target.filter(|(target, end)| {
+            *end == with.start && kind == LinkKind::With && self.carries(*target) && !each
+        });
+        let host = nearer.filter(|_| !self.has_support(host)).map_or(host, |(target, _)| target);
+        self.list_of(host, kind, with, each);
+    }
+
+    /// The list at the current position, whose members have a relation to the host.
+    pub(super) fn list_of(&mut self, host: usize, kind: LinkKind, with: Range<usize>, each: bool) {
+        let mut each = each || self.each_subject == Some(host);
         let hosts: Vec<usize> = if each && self.subject.len() > 1 && self.all_singular() {
             self.subject.clone()
         } else {
-            self.subject.last().copied().into_iter().collect()
+            vec![host]
         };
-        // "a desk with ...", or a sentence that begins with "with": an ordinary list.
-        let Some(&host) = hosts.last() else { return };
         let whole = self.whole_list(host);
         let mut first = true;
         let mut items: Vec<(usize, LinkKind)> = Vec::new();
         let mut closed = false;
+        // Objects that the text has as many of as of the host.
+        let mut given: Vec<usize> = Vec::new();
         while let Some((mut phrase, end)) = noun_phrase(self.lexicon, self.tokens, self.at) {
             if matches!(phrase.head, Head::It | Head::Them | Head::All) {
                 break;
@@ -74,21 +95,30 @@ impl Parser<'_, '_> {
                     None => break,
                 }
             }
-            if phrase.determiner == Determiner::Definite {
+            if !items.is_empty() && self.begins_clause(&phrase, end) {
+                break;
+            }
+            if phrase.determiner == Determiner::Definite && phrase.selector.is_none() {
                 phrase.determiner = Determiner::New;
             }
             let open_plural = phrase.count.is_none() && phrase.plural;
             let of = self.word_at(end) == Some("of");
             self.at = end;
-            let list = match self.refer(phrase, false) {
-                Referent::Mentions(list) => list,
-                _ => Vec::new(),
+            let list = match self.distributed(&phrase, host).filter(|_| each) {
+                Some(known) => {
+                    given.push(known);
+                    vec![known]
+                }
+                None => match self.refer(phrase, false) {
+                    Referent::Mentions(list) => list,
+                    _ => Vec::new(),
+                },
             };
             if of && let Some(&vessel) = list.last() {
                 self.contents_of(vessel);
             }
             let start = self.at;
-            let flanks = FLANKS.iter().find_map(|phrase| match_phrase(self.tokens, self.at, phrase));
+            let flanks = FLANKS.iter().filter_map(|phrase| match_phrase(self.tokens, self.at, phrase)).max();
             let kind = match (flanks, self.side_of_host()) {
                 (Some(length), _) if self.word(length) != Some("of") => {
                     let claim =
@@ -96,7 +126,7 @@ impl Parser<'_, '_> {
                     self.parsed.account.claim(start..start + length, claim);
                     self.at = start + length;
                     for &item in &list {
-                        self.parsed.mentions[item].count.get_or_insert([2, 2]);
+                        self.parsed.mentions[item].doubled();
                     }
                     LinkKind::Flank
                 }
@@ -111,9 +141,20 @@ impl Parser<'_, '_> {
                 self.parsed.mentions[item].contents = open_plural;
                 items.push((item, kind));
             }
+            // "a tray with two glasses upside down".
+            if let Some((state, length)) = self.state_at(self.at)
+                && !list.is_empty()
+                && self.lexicon.longest_at(self.tokens, self.at + length).is_none()
+                && self.word(length) != Some("of")
+            {
+                let tokens = self.at..self.at + length;
+                self.at = tokens.end;
+                self.set_states(&list, &state, tokens);
+            }
             self.details_of_with(&list, host);
             let has_place = self.at > start;
             first = false;
+            self.per_person_after(&list);
             // "a fork each".
             if self.word(0) == Some("each") {
                 self.parsed.account.used(self.at..self.at + 1);
@@ -126,6 +167,8 @@ impl Parser<'_, '_> {
             let inside = whole.is_some_and(|end| self.at < end);
             let continues = match noun_phrase(self.lexicon, self.tokens, self.at + ahead) {
                 Some((next, _)) if inside && (is_object(&next.head) || next.head == Head::One) => true,
+                Some((next, next_end)) if self.begins_clause(&next, next_end) => false,
+                Some((_, next_end)) if !each && self.stands_by_itself(next_end) => false,
                 // "and next to it a lamp" begins another clause.
                 Some((next, next_end)) if matches!(next.head, Head::Objects(_) | Head::One) => {
                     // "a mug with a spoon in it and two eggs": a member without a relation of its own ends the list.
@@ -149,19 +192,39 @@ impl Parser<'_, '_> {
             self.at += 1;
             each = true;
         }
-        if !items.is_empty() {
+        // "a bowl that is empty and full of apples".
+        let is_empty = self.stated.iter().any(|(m, state)| *m == host && state == "empty");
+        if !items.is_empty() && is_empty && kind == LinkKind::Relation(RelationKind::In) {
+            self.report(with, UnrecognizedReason::Contradiction);
+        } else if !items.is_empty() {
             self.parsed.account.used(with);
+        }
+        // "a tea set with a teapot and four cups": the set is its parts.
+        if items.len() > 1 && kind == LinkKind::With && self.parsed.mentions[host].words.ends_with(" set") {
+            self.parsed.mentions[host].count = Some([0, 0]);
+            self.parsed.account.claims.retain(|claim| claim.meaning != Claimed::Object(host));
+            self.subject.retain(|member| *member != host);
+            self.subject.extend(items.iter().map(|(item, _)| *item));
+            self.salient = items.last().map(|(item, _)| *item);
+            return;
         }
         // "a tray with a cup, a spoon and a plate on it": the relation of the last member is that of all.
         let shared = whole.and_then(|_| self.shared_relation(&items, host));
-        for &(item, kind) in &items {
+        for (number, &(item, kind)) in items.iter().enumerate() {
+            // "flanked by a fork and a knife": one on each side.
+            let kind = match kind {
+                LinkKind::Flank if items.len() == 2 && !self.is_several(item) => {
+                    LinkKind::Relation([RelationKind::LeftOf, RelationKind::RightOf][number])
+                }
+                kind => kind,
+            };
             let tied = self.parsed.links.iter().any(|link| link.from == item && hosts.contains(&link.to));
             let kind = shared.map_or(kind, LinkKind::Relation);
             for (k, &host) in hosts.iter().enumerate() {
                 if item == host {
                     continue;
                 }
-                if each {
+                if each && !given.contains(&item) {
                     let each_host = if k == 0 { item } else { self.duplicate(item) };
                     self.parsed.mentions[each_host].each_of = Some(host);
                     if !tied {
@@ -173,6 +236,21 @@ impl Parser<'_, '_> {
             }
         }
         self.salient = Some(host);
+    }
+
+    /// "three plates and three forks, each plate with a fork": one of the objects that the text has as many of.
+    fn distributed(&mut self, phrase: &NounPhrase, host: usize) -> Option<usize> {
+        let Head::Objects(meanings) = &phrase.head else { return None };
+        let count = self.parsed.mentions[host].count.filter(|count| count[0] == count[1] && count[0] > 1)?;
+        let known = (0..self.parsed.mentions.len()).rev().find(|&m| {
+            let mention = &self.parsed.mentions[m];
+            m != host
+                && phrase.count == Some([1, 1])
+                && mention.count == Some(count)
+                && mention.meanings.iter().any(|meaning| meanings.contains(meaning))
+        })?;
+        self.parsed.account.claim(phrase.tokens.clone(), Claimed::Object(known));
+        Some(known)
     }
 
     /// The support of the last member on the host, if the text states it.
@@ -234,11 +312,28 @@ impl Parser<'_, '_> {
         closed.filter(|_| only)
     }
 
+    /// Whether the mention is on or in another one.
+    fn has_support(&self, mention: usize) -> bool {
+        let supports = |kind: LinkKind| matches!(kind, LinkKind::Relation(kind) if kind.is_support());
+        self.parsed.links.iter().any(|link| link.from == mention && supports(link.kind))
+    }
+
     fn carries(&self, host: usize) -> bool {
         match self.parsed.mentions[host].meanings.first() {
             Some(Meaning::Category(index)) => {
                 let category = &self.lexicon.categories[*index];
                 category.affords(Affordance::Container) || is_carrier(category)
+            }
+            _ => false,
+        }
+    }
+
+    /// Whether a list after a colon names the contents of the host.
+    pub(super) fn holds_others(&self, host: usize) -> bool {
+        match self.parsed.mentions[host].meanings.first() {
+            Some(Meaning::Category(index)) => {
+                let category = &self.lexicon.categories[*index];
+                category.affords(Affordance::Container) && category.group != "vessel" && !is_carrier(category)
             }
             _ => false,
         }
@@ -272,6 +367,19 @@ impl Parser<'_, '_> {
         let after = self.at + length;
         let tokens = start..after;
         let direction = (preposition.kind, preposition.inverse);
+        // "a kettle opposite a teapot with a tray in between", "with a spoon between them".
+        if preposition.two_targets {
+            let pronoun = noun_phrase(self.lexicon, self.tokens, after)
+                .filter(|(phrase, _)| matches!(phrase.head, Head::Them))
+                .map(|(_, end)| end);
+            let alone = preposition.may_stand_alone && self.word_at(after).is_none_or(|word| word == "and");
+            if let (true, Some((first, second))) = (pronoun.is_some() || alone, self.pair_before(items)) {
+                self.at = pronoun.unwrap_or(after);
+                self.parsed.account.used(start..self.at);
+                self.relate_between(items, first, second, tokens);
+                return;
+            }
+        }
         match noun_phrase(self.lexicon, self.tokens, after) {
             Some((phrase, end)) if matches!(phrase.head, Head::It | Head::Them) => {
                 self.parsed.account.used(after..end);
@@ -294,7 +402,10 @@ impl Parser<'_, '_> {
                     self.relate_items(items, direction, &targets, tokens);
                 }
             }
-            None if preposition.may_stand_alone => {
+            // "a pot with a lid on".
+            None if preposition.may_stand_alone
+                || preposition.kind.is_support() && self.word_at(after).is_none_or(|word| word == "and") =>
+            {
                 self.at = after;
                 self.relate_items(items, direction, &[host], tokens);
             }
@@ -307,7 +418,7 @@ impl Parser<'_, '_> {
         items: &[usize],
         (kind, inverse): (RelationKind, bool),
         targets: &[usize],
-        tokens: std::ops::Range<usize>,
+        tokens: Range<usize>,
     ) {
         for &item in items {
             for &target in targets {

@@ -1,12 +1,13 @@
-//! The head of a noun phrase: the last noun decides. With an unknown head, nothing follows from its modifiers ("bottle
-//! cap", "mouse pad").
+//! The head of a noun phrase: the last noun decides. With an unknown head, nothing follows from its modifiers ("watch
+//! strap"). With a known head, a noun before it makes another object, for which the category of the head stands in ("a
+//! blender jug"), unless the lexicon of nouns knows the compound as a kind of the category ("a dessert plate").
 
 use std::ops::Range;
 
 use super::boundary::is_boundary;
 use super::modifiers::modifier;
 use super::{Chunk, Determiner, Head, NounPhrase, noun_ahead};
-use crate::text_parser::lexicon::{Entry, Lexicon, Meaning};
+use crate::text_parser::lexicon::{Entry, Meaning};
 use crate::text_parser::measures::trailing;
 use crate::text_parser::quantity::quantity;
 use crate::text_parser::tokens::{Token, word};
@@ -19,20 +20,23 @@ impl Chunk<'_, '_> {
     /// Reads adjectives and nouns; the position after the phrase.
     pub(super) fn head(&mut self) -> Option<usize> {
         self.adjectives()?;
+        // "another with 5 cm sides".
+        if self.phrase.head == Head::One && word(self.tokens, self.at - 1) == Some("another") {
+            return Some(self.measured(self.at));
+        }
         if matches!(self.phrase.head, Head::One | Head::All) {
             return Some(self.at);
+        }
+        if let Some(length) = self.compound_at(self.at) {
+            return self.unknown_compound(self.at, self.at + length);
         }
         let Some((entry, length)) = self.lexicon.longest_at(self.tokens, self.at) else {
             return self.unknown(self.at);
         };
         let first = self.at;
         let (mut entry, mut start, mut end) = (entry.clone(), self.at, self.at + length);
-        // "bottle of wine" is the wine bottle, "ball of yarn" the yarn ball.
-        if word(self.tokens, end) == Some("of")
-            && let Some((inverted, after)) = inverted_phrase(self.lexicon, self.tokens, start, end)
-        {
-            entry = Entry { plural: entry.plural, ..inverted };
-            end = after;
+        if let Some(found) = self.with_of(&entry, start, end) {
+            (entry, end) = found;
         }
         // "laptop charger": an unknown noun after a known one is the head.
         let mut unknown: Option<Range<usize>> = None;
@@ -44,20 +48,34 @@ impl Chunk<'_, '_> {
             if let Some((next, more)) = self.lexicon.longest_at(self.tokens, at)
                 && !self.is_vague_list(&entry, next)
             {
+                if unknown.is_none() && self.is_package_of(&entry, at, more) {
+                    (entry.plural, end) = (next.plural, at + more);
+                    break;
+                }
                 self.words.extend(words_of(self.tokens, start..at));
+                let is_toy = word(self.tokens, start) == Some("toy");
+                if !matches!(entry.meanings[0], Meaning::Table(_))
+                    && !is_toy
+                    && entry.meanings[0] != next.meanings[0]
+                {
+                    self.modifiers
+                        .extend(words_of(self.tokens, start..unknown.as_ref().map_or(at, |u| u.start)));
+                }
                 if let Some(unknown) = unknown.take() {
+                    self.modifiers.extend(words_of(self.tokens, unknown.clone()));
                     self.phrase.reports.push((unknown, UnrecognizedReason::UnknownWord));
                 }
                 (entry, start, end) = (next.clone(), at, at + more);
-                if word(self.tokens, end) == Some("of")
-                    && let Some((inverted, after)) = inverted_phrase(self.lexicon, self.tokens, start, end)
-                {
-                    entry = Entry { plural: entry.plural, ..inverted };
-                    end = after;
+                if let Some(found) = self.with_of(&entry, start, end) {
+                    (entry, end) = found;
                 }
                 continue;
             }
             match word(self.tokens, at) {
+                Some(w) if unknown.is_none() && self.is_roll_of(&entry, w) => {
+                    (entry.plural, end) = (w == "rolls", at + 1);
+                    break;
+                }
                 Some(w) if self.continues_compound(&entry, w, at) => {
                     let from = unknown.map_or(at, |unknown| unknown.start);
                     unknown = Some(from..at + 1);
@@ -76,6 +94,7 @@ impl Chunk<'_, '_> {
             self.phrase.head_tokens = start..unknown.end;
             return Some(unknown.end);
         }
+        let end = self.more_contents(start, end);
         Some(self.known(entry, start, end))
     }
 
@@ -89,6 +108,9 @@ impl Chunk<'_, '_> {
         let vocabulary = self.lexicon.vocabulary;
         let grammar = &vocabulary.grammar;
         if grammar.compound_heads.contains(w) {
+            return true;
+        }
+        if self.is_noun_here(entry, w, at) {
             return true;
         }
         let table_word = matches!(entry.meanings[0], Meaning::Table(_)) && grammar.scene_words.contains(w);
@@ -119,12 +141,18 @@ impl Chunk<'_, '_> {
                 self.phrase.head = Head::One;
                 return Some(());
             }
+            if self.word(0).is_some_and(|w| self.is_noun_alone(w))
+                && !noun_ahead(self.lexicon, self.tokens, self.at + 1)
+            {
+                return Some(());
+            }
             let described = !self.phrase.properties.is_empty() && self.determined;
             let Some(w) = self.word(0).filter(|w| !is_boundary(vocabulary, w)) else {
                 // "a red and a blue mug".
                 let joins = matches!(self.word(0), Some("and" | "or")) || self.word(0).is_none();
                 let elliptic = self.phrase.properties.iter().any(|(property, _)| *property != "arrangement");
-                let selected = self.phrase.selector.is_some() && self.determined;
+                let selected = self.phrase.selector.is_some() && self.determined
+                    || self.at > 0 && word(self.tokens, self.at - 1) == Some("another");
                 if described && elliptic && joins || selected {
                     self.phrase.head = Head::One;
                     return Some(());
@@ -134,6 +162,9 @@ impl Chunk<'_, '_> {
             };
             let ordinary = vocabulary.is_ordinary(w);
             let noun_follows = noun_ahead(self.lexicon, self.tokens, self.at + 1);
+            if self.compound_at(self.at).is_some() {
+                return Some(());
+            }
             if vocabulary.grammar.parts.contains(w) && !noun_follows {
                 return self.all_objects();
             }
@@ -161,12 +192,16 @@ impl Chunk<'_, '_> {
                 || grammar.closers.contains(w)
                 || self.lexicon.themes.has_word(w)
                 || grammar.scene_words.contains(w);
-            if ordinary || of_theme {
+            // What the parser reports is no part of the label.
+            if of_theme || !ordinary {
                 self.words.push(w.to_owned());
             }
             if !of_theme {
                 let reason =
                     if ordinary { UnrecognizedReason::NotSupported } else { UnrecognizedReason::UnknownWord };
+                if !ordinary {
+                    self.modifiers.push(w.to_owned());
+                }
                 self.phrase.reports.push((self.at..self.at + 1, reason));
             }
             self.at += 1;
@@ -190,6 +225,7 @@ impl Chunk<'_, '_> {
     }
 
     fn known(&mut self, entry: Entry, start: usize, end: usize) -> usize {
+        self.phrase.stand_in = self.stood_in_for(&entry, start, end);
         let phrase = &mut self.phrase;
         self.words.extend(words_of(self.tokens, start..end));
         phrase.plural = entry.plural || (entry.one_by_default && phrase.count.is_some_and(|c| c[1] > 1));
@@ -246,7 +282,7 @@ impl Chunk<'_, '_> {
         Some(self.measured(end))
     }
 
-    fn measured(&mut self, end: usize) -> usize {
+    pub(super) fn measured(&mut self, end: usize) -> usize {
         let end = self.trailing_count(end);
         let (readings, after) = trailing(self.lexicon.vocabulary, self.tokens, end);
         for (reading, range) in readings {
@@ -275,31 +311,8 @@ impl Chunk<'_, '_> {
     }
 }
 
-fn words_of(tokens: &[Token], range: Range<usize>) -> impl Iterator<Item = String> {
+pub(super) fn words_of(tokens: &[Token], range: Range<usize>) -> impl Iterator<Item = String> {
     tokens[range].iter().filter_map(Token::word).map(str::to_owned)
-}
-
-/// "X of Y" where the lexicon knows "Y X" (Y also in the singular, or fused).
-fn inverted_phrase(lexicon: &Lexicon, tokens: &[Token], head: usize, of: usize) -> Option<(Entry, usize)> {
-    let joined_words = |from: usize, to: usize| -> Option<String> {
-        let words: Option<Vec<&str>> = (from..to).map(|p| word(tokens, p)).collect();
-        words.map(|words| words.join(" "))
-    };
-    let noun = joined_words(head, of)?;
-    let noun_singular = lexicon.vocabulary.singular_of(&noun);
-    for length in [2, 1] {
-        let Some(complement) = joined_words(of + 1, of + 1 + length) else { continue };
-        for y in [complement.clone(), lexicon.vocabulary.singular_of(&complement)] {
-            for x in [&noun, &noun_singular] {
-                for phrase in [format!("{y} {x}"), format!("{y}{x}")] {
-                    if let Some(entry) = lexicon.get(&phrase) {
-                        return Some((entry.clone(), of + 1 + length));
-                    }
-                }
-            }
-        }
-    }
-    None
 }
 
 impl NounPhrase {

@@ -1,6 +1,6 @@
 //! Modifiers of noun phrases: colors, materials, sizes, shapes and measures, before a noun or after a verb.
 
-use super::{Attributes, is_boundary};
+use super::{Attributes, Variant, is_boundary};
 use crate::text_parser::lexicon::Lexicon;
 use crate::text_parser::measures::{Reading, read_measure, trailing};
 use crate::text_parser::tokens::{Token, word};
@@ -11,6 +11,14 @@ use geometry::Rgb;
 pub(super) struct Modifier {
     pub length: usize,
     pub property: &'static str,
+    /// Whether the phrase has a property that excludes this one ("a small large bowl"); it is not added then.
+    pub contradicts: bool,
+}
+
+impl Modifier {
+    fn new(length: usize, property: &'static str) -> Self {
+        Self { length, property, contradicts: false }
+    }
 }
 
 impl Attributes {
@@ -24,6 +32,22 @@ impl Attributes {
         self.volume_m3 = reading.volume_m3.or(self.volume_m3);
         self.mass_kg = reading.mass_kg.or(self.mass_kg);
         property
+    }
+
+    /// The property of a word that excludes one of these: "large" after "small", "steel" after "wooden".
+    fn excludes(&self, vocabulary: &Vocabulary, name: &str) -> Option<&'static str> {
+        if color_of(vocabulary, name).is_some() {
+            return None;
+        }
+        let size = vocabulary.sizes.get(name).is_some_and(|size| (size - 1.0) * (self.scale - 1.0) < -1e-9);
+        let material = vocabulary.materials.get(name).is_some_and(|material| {
+            self.substance.as_ref().is_some_and(|known| *known != material.substance)
+        });
+        match (size, material) {
+            (true, _) => Some("size"),
+            (_, true) => Some("material"),
+            _ => None,
+        }
     }
 
     /// Adds the attribute that a word or two words name; the property, or `None` if they name none.
@@ -66,13 +90,22 @@ pub(super) fn modifier(
     let w = word(tokens, at)?;
     let two = word(tokens, at + 1).map(|next| format!("{w} {next}"));
     let object = lexicon.longest_at(tokens, at).map_or(0, |(_, length)| length);
+    let listed = |length: usize, property: &str| {
+        list_end(vocabulary, tokens, at + length, property)
+            .is_some_and(|end| adjective_position(lexicon, tokens, end))
+    };
     let allowed = |length: usize| {
-        length > object || (length == object && adjective_position(lexicon, tokens, at + length))
+        length > object
+            || (length == object
+                && (adjective_position(lexicon, tokens, at + length)
+                    || ["color", "material", "size"]
+                        .into_iter()
+                        .any(|kind| is_of_kind(vocabulary, w, kind) && listed(length, kind))))
     };
     if let Some((reading, length)) = read_measure(vocabulary, tokens, at)
         && allowed(length)
     {
-        return Some(Modifier { length, property: attributes.add_reading(reading) });
+        return Some(Modifier::new(length, attributes.add_reading(reading)));
     }
     // "light blue".
     if let (Some(&shade), Some(next)) = (vocabulary.shades.get(w), word(tokens, at + 1)) {
@@ -85,7 +118,7 @@ pub(super) fn modifier(
                 let toward = if shade >= 0.0 { Rgb([1.0; 3]) } else { Rgb([0.0; 3]) };
                 attributes.colors.push(color.mix(toward, shade.abs()));
                 attributes.color_words.push(format!("{w} {name}"));
-                return Some(Modifier { length, property: "color" });
+                return Some(Modifier::new(length, "color"));
             }
         }
     }
@@ -94,24 +127,75 @@ pub(super) fn modifier(
         if !allowed(length) {
             continue;
         }
+        let scale = attributes.scale;
+        if let Some(property) = attributes.excludes(vocabulary, name)
+            && attributes.variants.is_empty()
+            && !listed(length, property)
+        {
+            return Some(Modifier { length, property, contradicts: true });
+        }
         if let Some(property) = attributes.add_word(vocabulary, name) {
-            // "red and blue mugs": the joint color belongs to the same phrase.
-            let joined = property == "color"
-                && word(tokens, at + length) == Some("and")
-                && word(tokens, at + length + 1).is_some_and(|next| color_of(vocabulary, next).is_some())
-                && adjective_position(lexicon, tokens, at + length + 2);
-            return Some(Modifier { length: length + usize::from(joined), property });
+            // "red, blue and green mugs": the next property belongs to the same phrase.
+            let joined = listed(length, property);
+            let continues = attributes.variants.last().is_some_and(|variant| variant.property == property)
+                && matches!(tokens[at - 1], Token::Pause | Token::Word(_))
+                && !is_of_kind(vocabulary, word(tokens, at - 1).unwrap_or_default(), property);
+            if matches!(property, "material" | "size") && (joined || continues) {
+                attributes.variants.push(Variant {
+                    word: name.to_owned(),
+                    property,
+                    substance: attributes.substance.clone(),
+                    material_color: attributes.material_color,
+                    scale: vocabulary.sizes.get(name).copied().unwrap_or(1.0),
+                });
+                attributes.scale = scale;
+            }
+            let comma = usize::from(joined && matches!(tokens.get(at + length), Some(Token::Pause)));
+            let and = usize::from(joined && matches!(word(tokens, at + length + comma), Some("and" | "or")));
+            return Some(Modifier::new(length + comma + and, property));
         }
     }
     // "hot coffee" implies no color, "water glass" is in the lexicon.
     let substance = vocabulary.grammar.substances.contains(w)
         && allowed(1)
         && adjective_position(lexicon, tokens, at + 1);
-    substance.then_some(Modifier { length: 1, property: "content" })
+    substance.then_some(Modifier::new(1, "content"))
+}
+
+/// The position after further properties of one kind: after ", blue and green" where "red" is before it.
+fn list_end(vocabulary: &Vocabulary, tokens: &[Token], at: usize, property: &str) -> Option<usize> {
+    let mut end = at;
+    // At most this many properties.
+    for _ in 0..6 {
+        let comma = usize::from(matches!(tokens.get(end), Some(Token::Pause)));
+        let and = usize::from(matches!(word(tokens, end + comma), Some("and" | "or")));
+        let mut p = end + comma + and;
+        p += usize::from(
+            property == "color" && word(tokens, p).is_some_and(|w| vocabulary.shades.contains_key(w)),
+        );
+        if comma + and == 0 || !is_of_kind(vocabulary, word(tokens, p)?, property) {
+            return None;
+        }
+        end = p + 1;
+        if and == 1 {
+            return Some(end);
+        }
+    }
+    None
+}
+
+/// Whether the word is a property of this kind.
+fn is_of_kind(vocabulary: &Vocabulary, word: &str, property: &str) -> bool {
+    match property {
+        "color" => color_of(vocabulary, word).is_some(),
+        "material" => vocabulary.materials.contains_key(word),
+        "size" => vocabulary.sizes.contains_key(word),
+        _ => false,
+    }
 }
 
 /// Whether a noun follows directly, after further modifiers.
-fn adjective_position(lexicon: &Lexicon, tokens: &[Token], at: usize) -> bool {
+pub(super) fn adjective_position(lexicon: &Lexicon, tokens: &[Token], at: usize) -> bool {
     let vocabulary = lexicon.vocabulary;
     for p in at..at + 6 {
         let Some(w) = word(tokens, p) else { return false };

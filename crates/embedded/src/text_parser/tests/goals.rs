@@ -3,7 +3,7 @@
 use super::*;
 
 /// "in apple_1 bowl_1, ...".
-fn goal(description: &SceneDescription) -> String {
+pub(super) fn goal(description: &SceneDescription) -> String {
     let predicates = description.goal.iter().flat_map(|goal| &goal.predicates);
     let formatted = predicates.map(|predicate| {
         let kind = serde_json::to_value(predicate.predicate).expect("a name");
@@ -12,6 +12,20 @@ fn goal(description: &SceneDescription) -> String {
         format!("{} {}{others}", kind.as_str().expect("a string"), predicate.object)
     });
     formatted.collect::<Vec<_>>().join(", ")
+}
+
+/// The summary with the poses and states: "mug_1 lying_on_side", "cabinet_1 open".
+pub(super) fn start(description: &SceneDescription) -> String {
+    let mut text = summary(description);
+    for object in &description.objects {
+        let pose = serde_json::to_value(object.pose).expect("a name");
+        let pose = pose.as_str().unwrap_or_default();
+        text += &format!(" | {} {pose}", object.id);
+        if let Some(state) = &object.state {
+            text += &format!(" | {} {state}", object.id);
+        }
+    }
+    text
 }
 
 /// Text, goal, and parts of the summary of the start state ("!" before parts that must be absent).
@@ -62,6 +76,54 @@ const TASKS: &[(&str, &str, &[&str])] = &[
     ),
     ("put the small cup into the large cup", "in mug_1 mug_2", &["2 mug"]),
     ("place the cube between the two bowls", "", &[]),
+    // Headings of the end state.
+    ("Wanted: the spoon inside the mug.", "in spoon_1 mug_1", &["!in mug_1"]),
+    ("The goal state has the book on the tray.", "on book_1 tray_1", &["!on tray_1"]),
+    ("Final state: two apples in the bowl", "in apple_1 bowl_1, in apple_2 bowl_1", &["!in bowl_1"]),
+    (
+        "Goal: the apple is on the plate and the pear is in the bowl",
+        "on apple_1 plate_1, in pear_1 bowl_1",
+        &[],
+    ),
+    // Arrows, steps and agents.
+    ("grab apple -> put in bowl", "in apple_1 bowl_1", &["!in bowl_1"]),
+    ("pear => basket", "in pear_1 basket_1", &["1 pear, 1 basket"]),
+    ("1. pick up the mug 2. put it on the plate", "on mug_1 plate_1", &[]),
+    ("Step one: grab the lid. Step two: put it on the pot.", "on lid_1 saucepan_1", &[]),
+    ("let the gripper place the lemon in the bowl", "in lemon_1 bowl_1", &["!in bowl_1"]),
+    ("the gripper has to move the ball into the basket", "in ball_1 basket_1", &["!in basket_1"]),
+    ("have the cup and the bowl switch places", "swapped mug_1 bowl_1", &["1 mug, 1 bowl"]),
+    ("make the pen lie on its side", "lying_on_side pen_1", &[]),
+    // Verbs that are not known, and verbs without a predicate.
+    ("frobnicate the mug into the bowl", "in mug_1 bowl_1", &["!in bowl_1"]),
+    ("heave the book onto the shelf", "on book_1 shelf_1", &["!on shelf_1"]),
+    ("fold the towel", "moved towel_1", &["1 towel"]),
+    ("load the basket with the two apples", "in apple_1 basket_1, in apple_2 basket_1", &["!in basket_1"]),
+    ("unload the basket: two pears are in it", "out_of pear_1 basket_1, out_of pear_2 basket_1", &[]),
+    ("uncover the pan", "off lid_1 frying_pan_1", &["lid_1 on frying_pan_1"]),
+    ("grab the sponge; wipe the plate", "used_on sponge_1 plate_1", &[]),
+    ("close the jar with the lid", "on lid_1 jar_1", &["!on jar_1"]),
+    // Buttons of an object.
+    ("push the power button of the blender", "pressed blender_1", &["1 blender"]),
+    ("flip the switch of the lamp", "pressed desk_lamp_1", &["1 desk_lamp"]),
+    // Sources, and what happened before.
+    (
+        "open the toolbox and get the wrench out",
+        "opened toolbox_1, out_of wrench_1 toolbox_1",
+        &["wrench_1 in"],
+    ),
+    (
+        "take the pen from the mug and put it on the table",
+        "out_of pen_1 mug_1, on pen_1",
+        &["pen_1 in mug_1"],
+    ),
+    ("the fork fell off the plate, put it back", "on fork_1 plate_1", &["!on plate_1"]),
+    ("the mug should no longer be on the book", "off mug_1 book_1", &["mug_1 on book_1"]),
+    // Some of several objects.
+    ("put either mug on the tray", "on mug_1 tray_1", &["2 mug, 1 tray"]),
+    ("drop one of the two balls into the basket", "in ball_1 basket_1", &["2 ball, 1 basket"]),
+    ("put the red one of the two mugs on the tray", "on mug_1 tray_1", &["2 mug, 1 tray"]),
+    ("remove the top plate from the stack of four plates", "off plate_4 plate_3", &["4 plate"]),
 ];
 
 #[test]

@@ -34,6 +34,46 @@ const TABLE: &[(&str, &str, &[&str])] = &[
         &["spoon_1 on saucer_1", "saucer_1 on tray_1"],
     ),
     ("bananas and pears, two of each", "2 banana, 2 pear", &[]),
+    // What a relation attaches to.
+    (
+        "a fork behind a spoon behind a vase",
+        "1 fork, 1 spoon, 1 vase",
+        &["fork_1 behind spoon_1", "spoon_1 behind vase_1"],
+    ),
+    (
+        "three lemons in a basket at the back, a can to its right",
+        "3 lemon, 1 basket, 1 soda_can",
+        &["basket_1 at_back", "soda_can_1 right_of basket_1"],
+    ),
+    (
+        "A crate, in it a ball; a bowl, in it an egg.",
+        "1 crate, 1 ball, 1 bowl, 1 egg",
+        &["ball_1 in crate_1", "egg_1 in bowl_1"],
+    ),
+    (
+        "a bowl with a fork on either side",
+        "1 bowl, 2 fork",
+        &["fork_1 left_of bowl_1", "fork_2 right_of bowl_1"],
+    ),
+    ("The saucepan has its lid on.", "1 saucepan, 1 lid", &["lid_1 on saucepan_1"]),
+    ("a phone, 4 cm to the left: a pencil", "1 smartphone, 1 pencil", &["pencil_1 left_of smartphone_1"]),
+    ("a fork beside each of the three plates", "3 fork, 3 plate", &["fork_3 next_to plate_3"]),
+    ("Back row: two mugs. Front row: a plate.", "2 mug, 1 plate", &["mug_2 at_back", "plate_1 at_front"]),
+    // Inventories and settings.
+    ("hammer: yes, hand saw: no, pliers: yes", "1 hammer, 1 pliers", &[]),
+    (
+        "A basket: two apples and a pear",
+        "1 basket, 2 apple, 1 pear",
+        &["apple_2 in basket_1", "pear_1 in basket_1"],
+    ),
+    (
+        "Place settings for two: bowl, spoon right.",
+        "2 bowl, 2 spoon",
+        &["spoon_1 right_of bowl_1", "spoon_2 right_of bowl_2"],
+    ),
+    ("a plate and a mug, but under no circumstances a knife", "1 plate, 1 mug", &[]),
+    ("4 x 3 cubes", "12 cube", &[]),
+    ("two towers of three cubes each", "6 cube", &["cube_2 stacked_on cube_1", "cube_5 stacked_on cube_4"]),
     // Measures are no counts.
     ("a 12 oz mug and a 16 oz glass", "1 mug, 1 drinking_glass", &[]),
     ("a box 30 cm wide, 20 cm deep and 10 cm high", "1 storage_case", &[]),
@@ -152,17 +192,26 @@ fn lists_are_closed_and_bare_themes_are_filled() {
 
 #[test]
 fn misspelled_words_are_corrected_and_reported() {
-    let description = describe_seed("a labtop and a keybord", 1);
-    let corrections: Vec<&str> = description
-        .understood
-        .iter()
-        .filter_map(|part| match &part.meaning {
-            TextMeaning::Correction { corrected } => Some(corrected.as_str()),
-            _ => None,
-        })
-        .collect();
-    assert_eq!(corrections, ["laptop", "keyboard"]);
-    assert!(summary(&description).starts_with("1 laptop, 1 keyboard"));
+    let cases: [(&str, &[(&str, &str)]); 3] = [
+        ("a labtop and a keybord", &[("labtop", "laptop"), ("keybord", "keyboard")]),
+        // The words beside it are not corrected.
+        ("There are two bananna on the desk.", &[("bananna", "banana")]),
+        // Bare nouns are separated, which inserts tokens.
+        ("mug plate keybord", &[("keybord", "keyboard")]),
+    ];
+    for (text, expected) in cases {
+        let description = describe_seed(text, 1);
+        let corrections: Vec<(&str, &str)> = description
+            .understood
+            .iter()
+            .filter_map(|part| match &part.meaning {
+                TextMeaning::Correction { corrected } => Some((part.span.text.as_str(), corrected.as_str())),
+                _ => None,
+            })
+            .collect();
+        assert_eq!(corrections, expected, "{text}");
+    }
+    assert!(summary(&describe_seed("a labtop and a keybord", 1)).starts_with("1 laptop, 1 keyboard"));
 }
 
 #[test]
