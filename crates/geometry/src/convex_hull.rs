@@ -6,6 +6,7 @@
 //! misses no corner by much, but never beyond the cloud's box: flat bottoms stay where they are. Meters, any
 //! frame. Milliseconds for a thousand points.
 
+mod halves;
 mod slivers;
 
 use std::borrow::Cow;
@@ -16,6 +17,7 @@ use parry3d_f64::math::MatExt;
 use parry3d_f64::transformation::try_convex_hull;
 use wide::f64x4;
 
+pub use self::halves::convex_hulls;
 pub use self::slivers::without_slivers;
 use super::ConvexHull;
 
@@ -165,7 +167,7 @@ fn simplified(full: &ConvexHull, max_vertices: usize) -> Option<ConvexHull> {
     let missing_m = |hull: &ConvexHull| (full.volume_m3() - hull.volume_m3()) / area_m2(hull);
     let (_, outside_m) = farthest_outside(&hull, points)?;
     if outside_m - missing_m(&hull) > MAX_MISSED_M {
-        return evenly_missed(points, max_vertices).or(Some(hull));
+        return evenly_missed(points, max_vertices, 0.5).or(Some(hull));
     }
     for _ in 0..GROWTHS {
         match grown(&hull, missing_m(&hull).max(0.0), points).filter(|hull| hull.points.len() <= max_vertices)
@@ -184,8 +186,9 @@ const MAX_MISSED_M: f64 = 0.0013;
 const GROWTHS: usize = 3;
 
 /// Greedy subset of the corners: first those of flat faces, then repeatedly the one farthest outside. In the end the
-/// hull grows by half of the remaining error, so that the error of a curved surface is the same on both sides.
-fn evenly_missed(points: &[DVec3], max_vertices: usize) -> Option<ConvexHull> {
+/// hull grows by a share of the remaining error: by half of it, the error of a curved surface is the same on both
+/// sides.
+fn evenly_missed(points: &[DVec3], max_vertices: usize, share: f64) -> Option<ConvexHull> {
     let mut chosen: Vec<DVec3> = corners_of_flat_faces(points).into_iter().map(|k| points[k]).collect();
     chosen.truncate(max_vertices);
     loop {
@@ -195,7 +198,8 @@ fn evenly_missed(points: &[DVec3], max_vertices: usize) -> Option<ConvexHull> {
             return Some(hull);
         }
         if chosen.len() >= max_vertices {
-            return Some(grown(&hull, 0.5 * outside_m, points).unwrap_or(hull));
+            let grown = grown(&hull, share * outside_m, points);
+            return Some(grown.filter(|grown| grown.points.len() <= max_vertices).unwrap_or(hull));
         }
         chosen.push(farthest);
     }

@@ -45,7 +45,7 @@ use self::partition::cut_apart;
 use self::revolution::Revolution;
 use super::ConvexHull;
 use super::TexturedMesh;
-use super::convex_hull::{convex_hull, distance_above, planes, without_slivers};
+use super::convex_hull::{convex_hull, convex_hulls, distance_above, planes, without_slivers};
 use super::repair::{Repair, repaired};
 use super::shells::{Shell, shells};
 use super::solid_query::{MeshSolid, SolidError};
@@ -185,9 +185,11 @@ impl Subject {
                 joined = coarsely;
             }
         }
+        // What is round may become two hulls; there are as many as permitted at most.
+        let may_halve = 2 * joined.len() <= settings.max_hulls as usize;
         let finished: Vec<FittedHull> = joined
             .into_par_iter()
-            .map(|fitted_hull| finished(fitted_hull, field, settings, cancel))
+            .map(|fitted_hull| finished(fitted_hull, may_halve, field, settings, cancel))
             .collect::<Result<Vec<_>, Cancelled>>()?
             .into_iter()
             .flatten()
@@ -295,23 +297,31 @@ fn revolution_hulls_relaxed_together(
     }
 }
 
-/// The final hull: limited number of corners, minimum thickness, no faces without area.
+/// The final hull: limited number of corners, minimum thickness, no faces without area. Two hulls of what is round,
+/// where that is permitted; none of what has no volume.
 fn finished(
     fitted_hull: FittedHull,
+    may_halve: bool,
     solid: &Field,
     settings: &DecomposeSettings,
     cancel: &CancelFlag,
-) -> Result<Option<FittedHull>, Cancelled> {
+) -> Result<Vec<FittedHull>, Cancelled> {
     let points = &fitted_hull.hull.points;
-    let found = convex_hull(points, settings.max_vertices as usize, settings.min_thickness_m);
-    let Some(hull) = found.map(without_slivers) else {
-        return Ok(None);
+    let (max_vertices, min_thickness_m) = (settings.max_vertices as usize, settings.min_thickness_m);
+    let found = if may_halve {
+        convex_hulls(points, max_vertices, min_thickness_m)
+    } else {
+        convex_hull(points, max_vertices, min_thickness_m).into_iter().collect()
     };
-    if hull == fitted_hull.hull {
-        return Ok(Some(fitted_hull));
-    }
-    let found = excess(&hull, solid, settings.excess_spacing_m, fitted_hull.excess_m, f64::INFINITY, cancel)?;
-    Ok(Some(FittedHull { hull, excess_m: found.distance_m.max(fitted_hull.excess_m) }))
+    let with_excess = |hull: ConvexHull| -> Result<FittedHull, Cancelled> {
+        if hull == fitted_hull.hull {
+            return Ok(fitted_hull.clone());
+        }
+        let (spacing_m, known_m) = (settings.excess_spacing_m, fitted_hull.excess_m);
+        let found = excess(&hull, solid, spacing_m, known_m, f64::INFINITY, cancel)?;
+        Ok(FittedHull { hull, excess_m: found.distance_m.max(known_m) })
+    };
+    found.into_iter().map(without_slivers).map(with_excess).collect()
 }
 
 /// Drops hulls with all corners inside another hull.

@@ -14,6 +14,14 @@ pub struct MassProperties {
     pub principal_axes_xyzw: DQuat,
 }
 
+impl MassProperties {
+    /// The same distribution of another mass (positive).
+    pub fn with_mass(self, mass_kg: f64) -> Self {
+        let inertia_diagonal_kg_m2 = self.inertia_diagonal_kg_m2 * (mass_kg / self.mass_kg);
+        Self { mass_kg, inertia_diagonal_kg_m2, ..self }
+    }
+}
+
 /// Coulomb friction coefficients of the surface against an equal one.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename = "friction")]
@@ -22,4 +30,23 @@ pub struct Friction {
     pub static_coefficient: f64,
     #[serde(rename = "dynamic")]
     pub dynamic_coefficient: f64,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn another_mass_scales_the_inertia_and_keeps_the_center() {
+        let found = MassProperties {
+            mass_kg: 0.5,
+            center_of_mass_m: DVec3::new(0.0, 0.01, 0.05),
+            inertia_diagonal_kg_m2: DVec3::new(1.0, 2.0, 2.5),
+            principal_axes_xyzw: DQuat::from_rotation_x(0.3),
+        };
+        let heavier = found.with_mass(2.0);
+        assert_eq!((heavier.mass_kg, heavier.inertia_diagonal_kg_m2), (2.0, DVec3::new(4.0, 8.0, 10.0)));
+        assert_eq!(heavier.center_of_mass_m, found.center_of_mass_m);
+        assert_eq!(heavier.principal_axes_xyzw, found.principal_axes_xyzw);
+    }
 }

@@ -1,79 +1,110 @@
-//! Top-down grasps of a solid with a parallel gripper.
+//! Grasps of a solid with a parallel gripper.
 //!
-//! Two flat fingers close along a horizontal line on opposite sides of the surface (an antipodal grasp: Nguyen,
-//! "Constructing force-closure grasps", 1988). A grasp is valid if both normals lie within the friction cone about that
-//! line, both fingers have room beside the solid before they close, and nothing is above them. Candidates are tried in
-//! order of distance from the center of mass, which minimizes torque; the first valid one is returned. Object frame,
-//! meters. The model is limited to the two finger tips: reachability by an arm and neighboring objects are ignored.
-//! Costs a few rays per candidate, mostly well below a millisecond in total.
+//! Two flat fingers close along a line on opposite sides of the surface (an antipodal grasp: Nguyen, "Constructing
+//! force-closure grasps", 1988). A grasp is valid if both normals lie within the friction cone about that line and the
+//! fingers and the palm between them touch nothing but what they grasp: neither while they approach, nor opened, nor
+//! closed. The hand comes from above; on sloped walls it tilts so that its fingers lie along the wall; where neither is
+//! possible it comes from a side. Vessels wider than the hand are thus taken by their wall near the rim, or by a
+//! handle. Of the valid grasps the one nearest to the center of mass is returned, which minimizes torque.
+//!
+//! Fingers and palm are tested against the collision hulls, because those are what simulators collide; normals are
+//! those of the visual mesh. Object frame, meters; the object stands on a plane at its lowest point, which the hand
+//! stays above. Reachability by an arm and neighboring objects are ignored. Milliseconds.
 
-use std::f64::consts::TAU;
+mod candidates;
+mod hand;
+
+use std::ops::Range;
 
 use glam::DVec3;
 use parry3d_f64::query::{Ray, RayCast};
 
+use self::candidates::candidates;
+use self::hand::Hand;
+use super::ConvexHull;
 use super::solid_query::MeshSolid;
 
-/// Dimensions of the fingers.
+/// Dimensions of the hand.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gripper {
     /// Widest distance between the fingers, meters.
     pub opening_m: f64,
     /// Of one finger along the closing line, meters.
     pub finger_thickness_m: f64,
+    /// Of one finger across the closing line, meters.
+    pub finger_width_m: f64,
+    /// From the tip of a finger to the palm, meters.
+    pub finger_length_m: f64,
 }
 
 impl Gripper {
-    /// A common gripper: 80 mm of opening, finger tips of 10 mm.
-    pub const COMMON: Self = Self { opening_m: 0.08, finger_thickness_m: 0.01 };
-
-    /// The same gripper with its fingers almost closed beforehand, for walls and handles.
-    const ALMOST_CLOSED_M: f64 = 0.02;
+    /// A common gripper: 80 mm of opening, fingers of 20 mm x 10 mm and 45 mm long.
+    pub const COMMON: Self =
+        Self { opening_m: 0.08, finger_thickness_m: 0.01, finger_width_m: 0.02, finger_length_m: 0.045 };
 }
 
-/// The two points of the surface that the fingers touch, object frame, meters.
+/// The centers of the two finger pads when they are closed, object frame, meters. On curved surfaces the center of a
+/// pad is up to a few millimeters from the surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ParallelGrasp {
     pub contacts_m: [DVec3; 2],
 }
 
-/// Closing lines tried about the vertical through the center of mass, and heights along it, as shares.
-const DIRECTIONS: usize = 24;
-const HEIGHTS: [f64; 5] = [0.5, 0.35, 0.65, 0.2, 0.85];
-
-/// Number of triangles of the mesh that are tried besides those lines.
-const MAX_TRIANGLES: usize = 200;
-
 /// Smallest thickness between the fingers, meters.
 const THINNEST_M: f64 = 0.0005;
+/// Least free space beside the object for each opened finger, and so much less than the opening is the thickest object,
+/// meters.
+const CLEARANCE_M: f64 = 0.0015;
+/// Distance from the pad's center to the finger's tip, meters.
+const PAD_TO_TIP_M: f64 = 0.008;
+/// Distance of the pads from the surface at their center that still is a grip there, meters: walls are curved, and
+/// hulls stick out of the mesh.
+const MAX_PAD_GAP_M: f64 = 0.006;
+/// Slopes of closing lines for which the hand tilts, as sines: flatter ones are taken as horizontal, steeper ones not
+/// tried.
+const SLOPES: Range<f64> = 0.1..0.82;
+/// What turning the hand from the vertical by 90 degrees costs, meters of distance from the center of mass.
+const TILT_COST_M: f64 = 0.05;
 
-/// Offset of ray origins from the surface, so that rays do not hit it, meters.
-const CLEAR_M: f64 = 1e-5;
+/// What the gaps of both pads cost, times their sum: flat pads on flat parts hold better.
+const GAP_COST: f64 = 5.0;
 
-/// A grasp of the solid, if one of the candidates is valid. `friction` is the coefficient between finger and solid.
+/// The grasp nearest to the center of mass, if any candidate is valid. `friction` is the coefficient between finger and
+/// solid; `hulls` are the collision geometry of the solid.
 pub fn parallel_grasp(
     solid: &MeshSolid,
+    hulls: &[ConvexHull],
     center_of_mass_m: DVec3,
     friction: f64,
     gripper: Gripper,
 ) -> Option<ParallelGrasp> {
-    let min_cosine = friction.atan().cos();
-    let mut candidates = around(solid, center_of_mass_m);
-    candidates.extend(on_triangles(solid));
-    candidates.sort_by(|a, b| {
-        let [a, b] = [a, b].map(|candidate| candidate.point_m.distance_squared(center_of_mass_m));
-        a.total_cmp(&b)
-    });
-    let openings = [gripper.opening_m, Gripper::ALMOST_CLOSED_M.min(gripper.opening_m)];
-    candidates.iter().find_map(|candidate| {
-        let inward = -candidate.normal.with_z(0.0).try_normalize()?;
-        if -inward.dot(candidate.normal) < min_cosine {
-            return None;
+    let subject = Subject {
+        solid,
+        hulls: hulls.iter().map(hand::Part::of).collect(),
+        floor_m: solid.bounds().0.z,
+        min_cosine: friction.atan().cos(),
+        gripper,
+    };
+    let candidates = candidates(solid, center_of_mass_m);
+    [Approach::Above, Approach::Side].into_iter().find_map(|approach| {
+        let mut best: Option<(f64, ParallelGrasp)> = None;
+        for candidate in &candidates {
+            let nearest_m = candidate.point_m.distance(center_of_mass_m) - 0.5 * gripper.opening_m;
+            if best.as_ref().is_some_and(|(cost_m, _)| nearest_m > *cost_m) {
+                break;
+            }
+            for hand in hands(candidate, approach) {
+                let Some((grasp, gaps_m)) = subject.grasp(candidate, &hand) else { continue };
+                let [a, b] = grasp.contacts_m;
+                let tilt = 1.0 - hand.up.z;
+                let away_m = (0.5 * (a + b)).distance(center_of_mass_m);
+                let cost_m = away_m + TILT_COST_M * tilt + GAP_COST * gaps_m;
+                if best.as_ref().is_none_or(|(known_m, _)| cost_m < *known_m) {
+                    best = Some((cost_m, grasp));
+                }
+            }
         }
-        openings.iter().find_map(|opening_m| {
-            let gripper = Gripper { opening_m: *opening_m, ..gripper };
-            closed(solid, candidate.point_m, inward, min_cosine, gripper)
-        })
+        best.map(|(_, grasp)| grasp)
     })
 }
 
@@ -83,58 +114,103 @@ struct Candidate {
     normal: DVec3,
 }
 
-/// First hits of horizontal rays toward the vertical through the center of mass.
-fn around(solid: &MeshSolid, center_of_mass_m: DVec3) -> Vec<Candidate> {
-    let (low, high) = solid.bounds();
-    let far_m = (high - low).length();
-    let mut candidates = Vec::new();
-    for share in HEIGHTS {
-        let center = center_of_mass_m.with_z(low.z + share * (high.z - low.z));
-        for k in 0..DIRECTIONS {
-            let (sine, cosine) = (TAU * k as f64 / DIRECTIONS as f64).sin_cos();
-            let outward = DVec3::new(cosine, sine, 0.0);
-            if let Some((distance_m, normal)) = first_hit(solid, center + far_m * outward, -outward, far_m) {
-                candidates.push(Candidate { point_m: center + (far_m - distance_m) * outward, normal });
-            }
+/// Whether the hand comes from above, tilted at most as a wall is, or horizontally.
+#[derive(Clone, Copy, PartialEq)]
+enum Approach {
+    Above,
+    Side,
+}
+
+/// The hands that close at a candidate.
+fn hands(candidate: &Candidate, approach: Approach) -> Vec<Hand> {
+    let inward = -candidate.normal;
+    let flat = inward.with_z(0.0).try_normalize();
+    match approach {
+        Approach::Above => {
+            let tilted = SLOPES.contains(&inward.z.abs()).then_some(inward);
+            flat.into_iter().chain(tilted).filter_map(Hand::upright).collect()
+        }
+        Approach::Side => {
+            let sideways =
+                |closing: DVec3| [1.0, -1.0].map(|side| Hand::new(closing, side * closing.cross(DVec3::Z)));
+            flat.into_iter().flat_map(sideways).collect()
         }
     }
-    candidates
 }
 
-/// Centers of triangles, evenly sampled from the mesh's list.
-fn on_triangles(solid: &MeshSolid) -> impl Iterator<Item = Candidate> + '_ {
-    let step = solid.triangles().count().div_ceil(MAX_TRIANGLES).max(1);
-    solid.triangles().step_by(step).filter_map(|[a, b, c]| {
-        let normal = (b - a).cross(c - a).try_normalize()?;
-        Some(Candidate { point_m: (a + b + c) / 3.0, normal })
-    })
-}
-
-/// The grasp with one finger at a point, closing along `inward`.
-fn closed(
-    solid: &MeshSolid,
-    point_m: DVec3,
-    inward: DVec3,
+/// What is to be grasped, and with what.
+struct Subject<'a> {
+    solid: &'a MeshSolid,
+    hulls: Vec<hand::Part<'a>>,
+    /// Height of the plane that the object stands on.
+    floor_m: f64,
     min_cosine: f64,
     gripper: Gripper,
-) -> Option<ParallelGrasp> {
-    let thickness_m = gripper.finger_thickness_m;
-    // The other finger closes from its position in the open hand.
-    let open_at = point_m + gripper.opening_m * inward;
-    let (distance_m, normal) = first_hit(solid, open_at, -inward, gripper.opening_m - THINNEST_M)?;
-    let other_m = open_at - distance_m * inward;
-    let fingers = [(point_m, -inward), (open_at, inward)];
-    let free = fingers.iter().all(|(tip, away)| {
-        let [near, center, far] = [CLEAR_M, 0.5 * thickness_m, thickness_m].map(|along| *tip + along * *away);
-        first_hit(solid, near, *away, thickness_m).is_none()
-            && solid.depth_m(far) < 0.0
-            && first_hit(solid, center, DVec3::Z, f64::MAX).is_none()
-    });
-    (normal.dot(inward) >= min_cosine && free).then_some(ParallelGrasp { contacts_m: [point_m, other_m] })
+}
+
+impl Subject<'_> {
+    /// The grasp of that hand at a candidate, and the sum of the gaps between its pads and the surface, meters.
+    fn grasp(&self, candidate: &Candidate, hand: &Hand) -> Option<(ParallelGrasp, f64)> {
+        if -candidate.normal.dot(hand.closing) < self.min_cosine {
+            return None;
+        }
+        let Gripper { opening_m, finger_thickness_m, finger_width_m, finger_length_m } = self.gripper;
+        let point_m = candidate.point_m;
+        let pad_m = point_m.dot(hand.up);
+        let reach_m = finger_thickness_m + 2.0 * CLEARANCE_M;
+        let tip_m = hand.tip_above(point_m, pad_m - PAD_TO_TIP_M, reach_m, finger_width_m, self.floor_m)?;
+        if tip_m > pad_m {
+            return None;
+        }
+        let column = hand::Column { point_m, half_width_m: 0.5 * finger_width_m };
+        // The fingers come down through all that is above them.
+        let spans = hand.spans(&self.hulls, &column, [tip_m, f64::INFINITY]);
+        let at_m = point_m.dot(hand.closing);
+        let found =
+            spans.iter().position(|[from, to]| from - MAX_PAD_GAP_M <= at_m && at_m <= to + MAX_PAD_GAP_M)?;
+        let [from_m, to_m] = spans[found];
+        let thickness_m = to_m - from_m;
+        if thickness_m < THINNEST_M || thickness_m > opening_m - 2.0 * CLEARANCE_M {
+            return None;
+        }
+        let needed_m = finger_thickness_m + CLEARANCE_M;
+        let has_room = found.checked_sub(1).is_none_or(|below| from_m - spans[below][1] >= needed_m)
+            && spans.get(found + 1).is_none_or(|above| above[0] - to_m >= needed_m);
+        if !has_room {
+            return None;
+        }
+        let mid_m = 0.5 * (from_m + to_m);
+        let palm_half_m = 0.5 * opening_m + finger_thickness_m;
+        let palm_m = tip_m + finger_length_m;
+        let lowest_m = point_m.z + (palm_m - pad_m) * hand.up.z - palm_half_m * hand.closing.z.abs();
+        if lowest_m < self.floor_m {
+            return None;
+        }
+        let above = hand.spans(&self.hulls, &column, [palm_m, f64::INFINITY]);
+        if above.iter().any(|[from, to]| *to > mid_m - palm_half_m && *from < mid_m + palm_half_m) {
+            return None;
+        }
+        self.grips(hand, point_m, [from_m, to_m])
+    }
+
+    /// The closed pads, if they press on the surface at their center within the friction cone, and the sum of their
+    /// gaps.
+    fn grips(&self, hand: &Hand, point_m: DVec3, [from_m, to_m]: [f64; 2]) -> Option<(ParallelGrasp, f64)> {
+        let at = |along_m: f64| point_m + (along_m - point_m.dot(hand.closing)) * hand.closing;
+        // Simplified hulls may lie inside the mesh as well as around it.
+        let gap_m = |pad_m: DVec3, inward: DVec3| {
+            hit(self.solid, pad_m - MAX_PAD_GAP_M * inward, inward, 2.0 * MAX_PAD_GAP_M)
+                .filter(|(_, normal)| -normal.dot(inward) >= self.min_cosine)
+                .map(|(distance_m, _)| (distance_m - MAX_PAD_GAP_M).abs())
+        };
+        let (a, b) = (at(from_m), at(to_m));
+        let gaps_m = gap_m(a, hand.closing)? + gap_m(b, -hand.closing)?;
+        Some((ParallelGrasp { contacts_m: [a, b] }, gaps_m))
+    }
 }
 
 /// Distance to the first surface along a ray, and its normal on the ray's side.
-fn first_hit(solid: &MeshSolid, origin: DVec3, direction: DVec3, max_m: f64) -> Option<(f64, DVec3)> {
+fn hit(solid: &MeshSolid, origin: DVec3, direction: DVec3, max_m: f64) -> Option<(f64, DVec3)> {
     let ray = Ray::new(origin, direction);
     let hits = solid.shells().iter().filter_map(|shell| {
         let hit = shell.surface.cast_local_ray_and_get_normal(&ray, max_m, false)?;
@@ -144,48 +220,4 @@ fn first_hit(solid: &MeshSolid, origin: DVec3, direction: DVec3, max_m: f64) -> 
 }
 
 #[cfg(test)]
-mod tests {
-    use glam::DVec2;
-
-    use super::*;
-    use crate::shapes::{block, shell_of_revolution};
-    use crate::{Material, Rgb, Solid, TexturedMesh};
-
-    fn grasp(solids: impl IntoIterator<Item = Solid>, center_of_mass_m: DVec3) -> Option<ParallelGrasp> {
-        let mut mesh = TexturedMesh::default();
-        for solid in solids {
-            mesh.add(solid, &Material::plain("plain", Rgb::hex(0x80_80_80), 0.5));
-        }
-        let solid = MeshSolid::new(&mesh).expect("closed");
-        parallel_grasp(&solid, center_of_mass_m, 0.4, Gripper::COMMON)
-    }
-
-    #[test]
-    fn parallel_grasp_takes_a_block_across_its_narrow_side() {
-        let found = grasp([block(DVec3::new(0.2, 0.05, 0.1))], DVec3::new(0.0, 0.0, 0.05)).expect("narrow");
-        let [a, b] = found.contacts_m;
-        assert!((a.distance(b) - 0.05).abs() < 1e-6, "{a} {b}");
-        assert!((a - b).x.abs() < 0.01 && (0.5 * (a + b)).distance(DVec3::new(0.0, 0.0, 0.05)) < 0.01);
-    }
-
-    #[test]
-    fn parallel_grasp_rejects_solids_wider_than_the_opening() {
-        assert_eq!(grasp([block(DVec3::new(0.2, 0.15, 0.1))], DVec3::new(0.0, 0.0, 0.05)), None);
-    }
-
-    #[test]
-    fn parallel_grasp_takes_a_wide_bowl_at_its_wall() {
-        let profile = [(0.08, 0.0), (0.08, 0.06)].map(|(x, y)| DVec2::new(x, y));
-        let wall_m = 0.004;
-        let found = grasp([shell_of_revolution(&profile, wall_m, wall_m, 48)], DVec3::new(0.0, 0.0, 0.02));
-        let [a, b] = found.expect("a wall").contacts_m;
-        assert!((a.distance(b) - wall_m).abs() < 1e-3, "{a} {b}");
-    }
-
-    #[test]
-    fn parallel_grasp_rejects_candidates_under_a_lid() {
-        let mast = block(DVec3::new(0.02, 0.02, 0.1));
-        let lid = block(DVec3::new(0.3, 0.3, 0.02)).translated(DVec3::new(0.0, 0.0, 0.1));
-        assert_eq!(grasp([mast, lid], DVec3::new(0.0, 0.0, 0.08)), None);
-    }
-}
+mod tests;

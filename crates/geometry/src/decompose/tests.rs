@@ -42,7 +42,7 @@ fn is_in_a_hull(d: &Decomposition, p: DVec3) -> bool {
 
 #[test]
 fn decompose_returns_convex_parts_unchanged() {
-    let blocks = [block(DVec3::splat(0.1)), sphere(0.03, 32).translated(DVec3::new(0.0, 0.0, 0.1))];
+    let blocks = [block(DVec3::splat(0.1)), sphere(0.012, 32).translated(DVec3::new(0.0, 0.0, 0.1))];
     let d = decompose(&mesh(blocks), &settings(), &CancelFlag::default()).expect("two convex parts");
     assert_eq!(d.hulls.len(), 2);
     assert!(d.watertight && d.max_excess_m < 0.0011, "{}", d.max_excess_m);
