@@ -20,7 +20,7 @@ use render::annotate::{distinct_color, draw_box, draw_text};
 use scene::request::MetricAnchor;
 use scene::{InstanceId, InstanceMask, Recognition, RecognizedObject, SupportTree};
 
-pub const STAGE: Stage = Stage { name: "place", version: 8 };
+pub const STAGE: Stage = Stage { name: "place", version: 9 };
 
 /// Most top views that are checked before the stage gives up, whatever the image generator would go on drawing.
 const MAX_DRAWINGS: usize = 8;
@@ -158,6 +158,15 @@ impl Inputs {
             analyst: ports.analyst.adapter(),
             segmenter: ports.segmenter.adapter(),
         })
+    }
+}
+
+impl Inputs {
+    /// Whether the sizes are those of the meshes in the image: it was rendered here and recognized here, and no stated
+    /// width corrects them.
+    fn knows_sizes(&self) -> bool {
+        let is_embedded = self.analyst.name.starts_with("embedded/");
+        self.rendered.is_some() && self.known.is_some() && is_embedded && self.metric_anchor.is_none()
     }
 }
 

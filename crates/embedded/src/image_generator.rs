@@ -167,7 +167,24 @@ fn render(
     settings: &Settings,
     cancel: &CancelFlag,
 ) -> Result<GeneratedReference, ProviderError> {
-    let description = &arrangement_supports::with_supports(description);
+    let supported = arrangement_supports::with_supports(description);
+    match render_as_described(&supported, seed, settings, cancel) {
+        // What cannot be stacked (a pyramid of balls) stands on the table, and the arrangement is reported as unmet.
+        Err(error @ ProviderError::Rejected { .. }) if supported != *description => {
+            tracing::debug!(%error, "the supports of an arrangement do not hold");
+            render_as_described(description, seed, settings, cancel)
+        }
+        rendered => rendered,
+    }
+}
+
+/// As [`render`], without supports that arrangements imply.
+fn render_as_described(
+    description: &SceneDescription,
+    seed: u64,
+    settings: &Settings,
+    cancel: &CancelFlag,
+) -> Result<GeneratedReference, ProviderError> {
     let objects = timed("meshes", || objects::build(&description.objects))?;
     let arranged = table_growth::arrange_on_sufficient_table(description, &objects, seed, settings, cancel)?;
     let ArrangedTable { table, arrangement, viewpoint } = arranged;
@@ -187,8 +204,9 @@ fn render(
     let ((frame, masks, alone), top) = (views?, top?);
     let posed = objects.iter().zip(&arrangement.poses);
     let footprints: Vec<_> = posed.map(|(object, pose)| posed_footprint(&object.mesh, pose)).collect();
+    let stated = arrangement_supports::without_layers(description);
     Ok(GeneratedReference {
-        unmet: unmet(description, &footprints, &table.outline),
+        unmet: unmet(&stated, &footprints, &table.outline),
         ground_truth: Some(SyntheticGroundTruth {
             known: ground_truth::image(&table, &objects, &viewpoint, &frame, masks),
             truth: ground_truth::truth(&objects, &arrangement),

@@ -60,8 +60,8 @@ pub fn posed(mesh: &TexturedMesh, pose: RequestedPose) -> Option<TexturedMesh> {
 }
 
 /// The rotation from the upright mesh to one that rests in the pose. Lying objects have their top toward +x; objects
-/// that are upside down keep their front.
-fn resting_rotation(mesh: &TexturedMesh, pose: RequestedPose) -> Option<DQuat> {
+/// that are upside down keep their front. `None` if it cannot rest so.
+pub fn resting_rotation(mesh: &TexturedMesh, pose: RequestedPose) -> Option<DQuat> {
     let tilt_rad = |normal: DVec3| match pose {
         RequestedPose::LyingOnSide => normal.z.clamp(-1.0, 1.0).asin(),
         _ => normal.z.clamp(-1.0, 1.0).acos(),

@@ -17,6 +17,7 @@ mod place;
 mod contain;
 mod drop;
 mod inside;
+mod level;
 mod separate;
 mod tree;
 
@@ -31,7 +32,7 @@ use super::{Body, SettledPoses};
 use geometry::collide::PlacedSolid;
 use geometry::collision_shape::CollisionShape;
 use geometry::drop_cast::{PosedShape, are_closer};
-use geometry::polygon::{convex_hull_2d, depth_in_convex_m};
+use geometry::polygon::convex_hull_2d;
 use geometry::solid_query::MeshSolid;
 use geometry::{Outline, Pose};
 use runtime::{CancelFlag, Cancelled};
@@ -403,12 +404,6 @@ fn finish(
         }
     }
     ResolvedLayout { poses, planned: plan.to_vec(), displacements_m, rotations_rad, rounds, log }
-}
-
-/// Depth of the projected center of mass inside the supporter's outline, meters.
-fn depth_over_parent_m(scene: &Scene, body: usize, parent: usize, poses: &[Pose]) -> f64 {
-    let center = poses[body].transform_point(scene.problem.bodies[body].mass.center_of_mass_m).truncate();
-    depth_in_convex_m(&scene.footprint(parent, poses), center)
 }
 
 #[cfg(test)]

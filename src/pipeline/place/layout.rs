@@ -62,7 +62,10 @@ pub(super) async fn lay_out(
         inputs.instances.iter().zip(&found.instances).zip(&found.rma_scores).enumerate()
     {
         let leans = inputs.supports.supporter(index).is_container();
-        let scale = if leans { 1.0 } else { layout.scale };
+        // Of what carries others little is visible. In a rendered image its size is known, so that a box that differs
+        // says that the yaw is wrong.
+        let carries = inputs.supports.children(Some(index)).next().is_some();
+        let scale = if leans || (carries && inputs.knows_sizes()) { 1.0 } else { layout.scale };
         let (mesh, hulls) = resized(
             context,
             &instance.mesh,

@@ -1,10 +1,15 @@
 //! Ground truth of a rendered image.
 
+use std::sync::Arc;
+
 use super::arrangement::Arrangement;
 use super::objects::SceneObject;
 use super::render_scene::{FIRST_OBJECT_ID, TABLE_ID};
 use super::table::SceneTable;
 use super::viewpoint::Viewpoint;
+use crate::requested_pose::resting_rotation;
+use catalog::{Recipe, build_cached};
+use geometry::TexturedMesh;
 use ports::{ImageAnnotations, Truth, TruthInstance};
 use render::Frame;
 use scene::{
@@ -47,8 +52,13 @@ pub(super) fn image(
 
 fn recognized(object: &SceneObject) -> RecognizedObject {
     let spec = object.spec;
-    let tipped =
-        (!spec.pose.is_upright()).then_some(TippedPose { pose: spec.pose, upright_size_m: spec.size_m });
+    let tipped = (!spec.pose.is_upright()).then(|| TippedPose {
+        pose: spec.pose,
+        upright_size_m: spec.size_m,
+        tipped_from_upright: upright_mesh(spec)
+            .and_then(|mesh| resting_rotation(&mesh, spec.pose))
+            .unwrap_or_default(),
+    });
     RecognizedObject {
         id: spec.id.clone(),
         label: spec.label.clone(),
@@ -62,7 +72,18 @@ fn recognized(object: &SceneObject) -> RecognizedObject {
         seen_px: None,
         seen_as: None,
         seen_like: None,
+        mass_kg: spec.mass_kg,
     }
+}
+
+fn upright_mesh(spec: &ObjectSpec) -> Option<Arc<TexturedMesh>> {
+    build_cached(&Recipe {
+        category: spec.category.clone(),
+        size_m: spec.size_m,
+        color: spec.color,
+        material: spec.material.clone(),
+        seed: spec.seed,
+    })
 }
 
 fn stands_on(spec: &ObjectSpec) -> StandsOn {

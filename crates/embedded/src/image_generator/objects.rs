@@ -9,7 +9,7 @@ use super::error;
 use super::table::SceneTable;
 use crate::requested_pose::posed;
 use catalog::{Category, PhysicalProperties, Recipe, category, physical_properties};
-use geometry::convex_hull::convex_hull;
+use geometry::convex_hull::convex_hulls;
 use geometry::decompose::{DecomposeError, DecomposeSettings, decompose};
 use geometry::shells::shells;
 use geometry::solid_query::MeshSolid;
@@ -96,14 +96,14 @@ pub(super) fn bodies(
     Ok(Bodies { bodies, solids })
 }
 
-/// One hull for each closed shell: sufficient for objects that support nothing, and about a hundred times cheaper
-/// than convex decomposition.
+/// One hull for each closed shell, or two of round ones: sufficient for objects that support nothing, and about a
+/// hundred times cheaper than convex decomposition.
 fn shell_hulls(mesh: &TexturedMesh, settings: &DecomposeSettings) -> Vec<ConvexHull> {
     shells(mesh)
         .iter()
         .filter(|shell| shell.volume_m3() > 0.0)
-        .filter_map(|shell| {
-            convex_hull(&shell.points, settings.max_vertices as usize, settings.min_thickness_m)
+        .flat_map(|shell| {
+            convex_hulls(&shell.points, settings.max_vertices as usize, settings.min_thickness_m)
         })
         .collect()
 }

@@ -3,9 +3,12 @@
 //! Positions are tried one after the other, first with the object's own orientation and near the wanted position, then
 //! upright and leaning. The object is dropped there and simulated under gravity with all other objects fixed. If that
 //! fails, it is simulated together with the other contents of the container (the third apple pushes the first two
-//! aside). A position is accepted if every moved object then reaches in and is carried by its contacts. Heaped objects
-//! thus have their three contacts, and leaning ones touch floor and rim, before the whole scene is settled.
+//! aside). A position is accepted if every moved object then reaches in, is carried by its contacts and overlaps
+//! nothing: hulls of few corners lie inside round meshes by up to a millimeter, so that two fruits whose hulls touch
+//! may overlap, turned otherwise they do not. Heaped objects thus have their three contacts, and leaning ones touch
+//! floor and rim, before the whole scene is settled.
 
+use std::collections::BTreeSet;
 use std::f64::consts::{PI, TAU};
 
 use glam::{DQuat, DVec2, DVec3};
@@ -13,20 +16,25 @@ use rand::RngExt;
 
 use super::drop::{center_of, dropped};
 use super::{ResolveError, Scene};
+use crate::metrics::world_box;
 use crate::support::carriers;
 use crate::{Body, SettleSettings, settle, support_by_hulls};
 use geometry::Pose;
-use geometry::collide::PlacedSolid;
+use geometry::collide::{PlacedSolid, penetration};
 use geometry::collision_shape::CollisionShape;
 use geometry::drop_cast::{PosedShape, drop_height, floor_hull, slid_in_height};
-use runtime::CancelFlag;
 use runtime::seed::child_rng;
+use runtime::{CancelFlag, Cancelled};
 
 /// Longest time an object is given to come to rest in its container, seconds.
 const RELAX_S: f64 = 1.5;
 
 /// Places tried under gravity before the best one is taken.
 const TRIES: usize = 10;
+
+/// How much worse than an overlap of no depth it is to be carried by nothing, meters: more than any overlap of objects
+/// at rest.
+const UNSUPPORTED_M: f64 = 0.1;
 
 /// Clearance around an object that is slid in below a handle, meters.
 const SLIDING_GAP_M: f64 = 0.0005;
@@ -158,9 +166,16 @@ pub(super) fn into(
             if !fits(&calm) {
                 best.get_or_insert_with(|| (f64::NEG_INFINITY, vec![(body, pose)]));
             } else if margin_m >= 0.0 {
-                return Ok(calm);
-            } else if best.as_ref().is_none_or(|(known, _)| margin_m > *known) {
-                best = Some((margin_m, calm));
+                let depth_m = deepest_overlap_m(scene, &calm, below, poses, cancel)?;
+                if depth_m <= 0.0 {
+                    return Ok(calm);
+                }
+                // An overlap of a millimeter is better than no support, and a shallow one better than a deep one.
+                if best.as_ref().is_none_or(|(known, _)| -depth_m > *known) {
+                    best = Some((-depth_m, calm));
+                }
+            } else if best.as_ref().is_none_or(|(known, _)| margin_m - UNSUPPORTED_M > *known) {
+                best = Some((margin_m - UNSUPPORTED_M, calm));
             }
             tries += 1;
             if tries == TRIES {
@@ -238,6 +253,38 @@ fn relaxed(
         min_m = min_m.min(finding.margin_m);
     }
     Ok((calm, min_m))
+}
+
+/// The deepest overlap of the visual meshes of what moved with each other, with the container and with its contents, as
+/// far as it counts as a collision, meters; 0 without one.
+fn deepest_overlap_m(
+    scene: &Scene,
+    moved: &[(usize, Pose)],
+    below: &[usize],
+    poses: &[Pose],
+    cancel: &CancelFlag,
+) -> Result<f64, Cancelled> {
+    let placed = |body: usize| {
+        let pose = moved.iter().find(|(k, _)| *k == body).map_or(poses[body], |(_, pose)| *pose);
+        PlacedSolid { solid: scene.problem.solids[body], world_from_object: pose }
+    };
+    let rule = scene.certify.collision_rule();
+    let mut deepest_m: f64 = 0.0;
+    for (number, &(body, _)) in moved.iter().enumerate() {
+        let own = placed(body);
+        let (low, high) = world_box(&own);
+        let is_tested = |other: &usize| *other != body && !moved[..number].iter().any(|(k, _)| k == other);
+        let others = below.iter().copied().chain(moved.iter().map(|(k, _)| *k)).filter(is_tested);
+        for other in others.collect::<BTreeSet<usize>>() {
+            let other = placed(other);
+            let (other_low, other_high) = world_box(&other);
+            if (low - other_high).max(other_low - high).max_element() < 0.0 {
+                let found = penetration(&own, &other, &rule, cancel)?;
+                deepest_m = deepest_m.max(found.map_or(0.0, |overlap| overlap.depth_m));
+            }
+        }
+    }
+    Ok(deepest_m)
 }
 
 /// Rotations and positions (of the origin, seen from above) to try, best first.

@@ -3,8 +3,9 @@
 use glam::DVec2;
 
 use super::drop::center_of;
+use super::level::{MIN_DEPTH_OVER_PARENT_M, carriers_beside, depth_over_parent_m};
 use super::tree::TABLE;
-use super::{ResolveError, Scene, contain, depth_over_parent_m};
+use super::{ResolveError, Scene, contain};
 use geometry::Pose;
 use geometry::drop_cast::{PosedShape, drop_height};
 use runtime::CancelFlag;
@@ -43,7 +44,9 @@ pub(super) fn drop_all(
                 }
             }
         } else {
-            let supporters: Vec<PosedShape> = below.iter().map(|&other| scene.placed(other, poses)).collect();
+            let beside = carriers_beside(scene, body, poses).into_iter().filter(|k| !below.contains(k));
+            let supporters: Vec<PosedShape> =
+                below.iter().copied().chain(beside).map(|other| scene.placed(other, poses)).collect();
             moves.push((body, onto(scene, body, parent, &supporters, poses, nudges[body])));
         }
         for (moved, pose) in moves {
@@ -77,13 +80,13 @@ fn onto(
     let to_center = center_of(scene, parent, poses) - center;
     let on_table = parent == TABLE;
     let mut toward = if on_table { DVec2::ZERO } else { to_center * (0.25 * nudges as f64).min(1.0) };
-    if !on_table && depth_over_parent_m(scene, body, parent, poses) < 0.002 {
+    if !on_table && depth_over_parent_m(scene, body, parent, poses) < MIN_DEPTH_OVER_PARENT_M {
         // The center of mass is beyond the supporter's edge: move inward until it is not.
         let mut moved = poses.to_vec();
         for step in 1..=20 {
             toward = to_center * (f64::from(step) / 20.0);
             moved[body].translation_m = poses[body].translation_m + toward.extend(0.0);
-            if depth_over_parent_m(scene, body, parent, &moved) >= 0.002 {
+            if depth_over_parent_m(scene, body, parent, &moved) >= MIN_DEPTH_OVER_PARENT_M {
                 break;
             }
         }

@@ -9,8 +9,9 @@ use std::f64::consts::TAU;
 
 use glam::DVec2;
 
+use super::level::{carries_beside, depth_over_parent_m};
 use super::tree::TABLE;
-use super::{ResolveError, Scene, depth_over_parent_m, inside};
+use super::{ResolveError, Scene, inside};
 use geometry::Pose;
 use geometry::drop_cast::{are_closer, slide_distance};
 use runtime::CancelFlag;
@@ -66,13 +67,16 @@ fn keep_apart(scene: &Scene, a: usize, b: usize) -> Option<(usize, usize)> {
     (!contained).then_some((x, y))
 }
 
-/// Whether one of the bodies stands on an object and lies above the other one, as in a pyramid: it may touch both.
+/// Whether one of the bodies stands on an object and lies above the other one, or is carried by it too, as in a
+/// pyramid: it may touch both.
 fn is_carried_too(scene: &Scene, poses: &[Pose], a: usize, b: usize) -> bool {
     const MAX_SINK_M: f64 = 0.001;
     let is_above = |upper: usize, lower: usize| {
         let is_carried = !scene.tree.is_contained(upper) && scene.tree.parent(upper) != TABLE;
         let bottom_m = scene.shapes[upper].bounds(&poses[upper]).0.z;
-        is_carried && bottom_m > scene.shapes[lower].bounds(&poses[lower]).1.z - MAX_SINK_M
+        is_carried
+            && (bottom_m > scene.shapes[lower].bounds(&poses[lower]).1.z - MAX_SINK_M
+                || carries_beside(scene, lower, upper, poses))
     };
     is_above(a, b) || is_above(b, a)
 }
