@@ -27,6 +27,7 @@ use store::{Digest, Store, StoreError};
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SceneBody {
+    /// What stands on the table; beside an image, what is in it.
     pub text: Option<String>,
     pub image: Option<ImageSource>,
     pub seed: Option<u64>,
@@ -249,14 +250,13 @@ pub fn validate(
         wrong(&format!("/options{pointer}"), detail);
     }
     let mut text = None;
-    match (&body.text, &image) {
-        (Some(given), None) => match check_text(given, settings.max_text_chars) {
+    match &body.text {
+        Some(given) => match check_text(given, settings.max_text_chars) {
             Ok(checked) => text = Some(checked),
             Err(detail) => wrong("/text", detail),
         },
-        (None, Some(_)) => {}
-        (None, None) => wrong("", "give exactly one of `text` and `image`; there is none".into()),
-        (Some(_), Some(_)) => wrong("", "give exactly one of `text` and `image`; there are two".into()),
+        None if image.is_none() => wrong("", "give `text`, `image`, or both; there is none".into()),
+        None => {}
     }
     if !errors.is_empty() {
         return Err(Problem::invalid(errors));
@@ -264,7 +264,7 @@ pub fn validate(
     let image = image.map(|bytes| image::check(bytes, settings)).transpose()?;
     let input = match &image {
         Some(image) => {
-            Input::Image { sha256: image.digest.to_string(), media_type: image.media_type.to_owned() }
+            Input::Image { sha256: image.digest.to_string(), media_type: image.media_type.to_owned(), text }
         }
         None => Input::Text { text: text.unwrap_or_default() },
     };

@@ -1,21 +1,24 @@
 //! Stage 2: what the image shows: camera, table, objects with their commonsense sizes, and what stands
-//! on what.
+//! on what. The text beside an image is described first; the stage searches for the objects that it names.
+
+mod text_beside_image;
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use glam::DVec2;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::checkpoint::{ArtifactRef, Stage};
 use super::error::StageError;
 use super::{Context, artifact_io, reference};
 use geometry::Pose;
 use imaging::Image;
-use ports::{Adapter, Ports};
+use ports::{Adapter, Ports, RecognitionHints};
 use render::annotate::{draw_axes, draw_polyline};
 use scene::request::RequestOptions;
-use scene::{Recognition, RecognizedTable, SceneRequest, SupportTree, TableShape};
+use scene::text_account::TextAccount;
+use scene::{Input, Recognition, RecognizedTable, SceneDescription, SceneRequest, SupportTree, TableShape};
 
 pub const STAGE: Stage = Stage { name: "recognize", version: 6 };
 
@@ -26,31 +29,72 @@ pub struct Inputs {
     seed: u64,
     options: RequestOptions,
     analyst: Adapter,
+    /// The text beside the image. Without one, the key is that of the image alone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    text: Option<String>,
+}
+
+/// The content of the image, and the account of the text beside it.
+#[derive(Clone, Serialize, Deserialize)]
+pub struct Output {
+    #[serde(flatten)]
+    pub recognition: Recognition,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub account: Option<TextAccount>,
 }
 
 impl Inputs {
     pub fn new(request: &SceneRequest, reference: &reference::Output, ports: &Ports) -> Self {
+        let text = match &request.input {
+            Input::Image { text, .. } => text.clone(),
+            Input::Text { .. } => None,
+        };
         Self {
             image: reference.image.clone(),
             known: reference.known.clone(),
             seed: request.seed,
             options: reference::options_for_key(request),
-            analyst: ports.analyst.adapter(),
+            analyst: match text {
+                Some(_) => ports.analyst.adapter_with_hints(),
+                None => ports.analyst.adapter(),
+            },
+            text,
         }
     }
 }
 
-pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Recognition, StageError> {
+pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageError> {
     let (call, ports) = (context.call(), &context.services().ports);
     let seen = reference::seen(&context, &inputs.image, inputs.known.as_ref()).await?;
-    let recognition =
-        ports.analyst.recognize(&call, seen.clone(), inputs.seed, inputs.options.clone()).await?;
+    let described = described(&context, &inputs).await?;
+    let hints = described.as_ref().map(|(_, hints)| hints.clone());
+    let options = inputs.options.clone();
+    let recognition = ports.analyst.recognize(&call, seen.clone(), inputs.seed, options, hints).await?;
     check(&recognition, &seen.image)?;
+    let account =
+        described.map(|(description, hints)| text_beside_image::account(&description, &hints, &recognition));
     context.put_json("recognition.json", &recognition).await?;
     let message = recognition.clone();
     let drawn = context.cpu(move || drawn_on(&seen.image, &message)).await?;
     artifact_io::put_image(&context, "camera.png", drawn).await?;
-    Ok(recognition)
+    Ok(Output { recognition, account })
+}
+
+/// The description of the text beside the image, and what it says about the image.
+async fn described(
+    context: &Context,
+    inputs: &Inputs,
+) -> Result<Option<(SceneDescription, Arc<RecognitionHints>)>, StageError> {
+    let Some(text) = inputs.text.clone() else { return Ok(None) };
+    let (call, analyst) = (context.call(), &context.services().ports.analyst);
+    // Limits of the request are those of the image; a text may name more than is found.
+    let options = RequestOptions { max_objects: None, table: None, ..inputs.options.clone() };
+    let description = analyst.describe(&call, text, inputs.seed, options).await?;
+    let hints = RecognitionHints::of(&description).map_err(|invalid| {
+        StageError::permanent("text_not_usable", format!("reading the text beside the image: {invalid}"))
+    })?;
+    context.put_json("description.json", &description).await?;
+    Ok(Some((description, Arc::new(hints))))
 }
 
 /// The supports of the recognized objects, which every later stage uses.
@@ -133,6 +177,7 @@ mod tests {
             seen_px: None,
             seen_as: None,
             seen_like: None,
+            mass_kg: None,
             tipped: None,
         };
         let checked = |objects: Vec<RecognizedObject>, side_px: u32| {

@@ -14,8 +14,8 @@ use super::text_parser::{self, DescribeError, DescribeOptions, TextParserSetting
 use catalog::Recipe;
 use geometry::TexturedMesh;
 use ports::{
-    Adapter, Answer, Call, Port, ProviderError, ReferenceImage, SceneAnalyst, Upright, UprightQuestion,
-    stood_up,
+    Adapter, Answer, Call, Port, ProviderError, RecognitionHints, ReferenceImage, SceneAnalyst, Upright,
+    UprightQuestion, stood_up,
 };
 use scene::request::RequestOptions;
 use scene::{Recognition, SceneDescription};
@@ -63,11 +63,22 @@ impl SceneAnalyst for EmbeddedAnalyst {
         reference: ReferenceImage,
         seed: u64,
         options: RequestOptions,
+        hints: Option<Arc<RecognitionHints>>,
     ) -> Answer<'a, Recognition> {
         let reader = self.photograph.clone();
         Box::pin(call.compute(Port::Analyst, move |cancel| match &reference.known {
             Some(known) => Ok(known.recognition.clone()),
-            None => single_view_reconstruction::recognize(&reference.image, seed, &options, &reader, cancel),
+            None => {
+                let hints = hints.as_deref();
+                single_view_reconstruction::recognize(
+                    &reference.image,
+                    seed,
+                    &options,
+                    hints,
+                    &reader,
+                    cancel,
+                )
+            }
         }))
     }
 

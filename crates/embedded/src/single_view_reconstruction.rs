@@ -8,6 +8,7 @@
 mod reader;
 mod reading_cache;
 mod recognize;
+mod text_naming;
 mod segment;
 mod complete;
 mod neighboring_texture;
@@ -22,6 +23,7 @@ pub use reader::{ImageReader, LoadNetworkError, ReaderIdentity, ReadingNetwork};
 pub use recognize::{at_usual_scale, recognize};
 pub use reconstruct::{as_seen, reconstruct};
 pub use segment::segment;
+pub use text_naming::{ObjectNames, name_objects};
 pub use top_view::top_view;
 
 use serde::{Deserialize, Serialize};

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use glam::DQuat;
 use serde::{Deserialize, Serialize};
 
-use super::{Adapter, Answer, Call, Completion, Port, ProviderError, ReferenceImage};
+use super::{Adapter, Answer, Call, Completion, Port, ProviderError, RecognitionHints, ReferenceImage};
 use geometry::{Camera, TexturedMesh};
 use imaging::Image;
 use pose_estimation::upright::{UprightPose, UprightSettings};
@@ -30,14 +30,21 @@ pub trait SceneAnalyst: Send + Sync {
         options: RequestOptions,
     ) -> Answer<'a, SceneDescription>;
 
-    /// Camera, table and objects of a reference image, with commonsense sizes and supports.
+    /// Camera, table and objects of a reference image, with commonsense sizes and supports. `hints` are what a text
+    /// says is in the image, with the contract of [`RecognitionHints`].
     fn recognize<'a>(
         &'a self,
         call: &'a Call,
         reference: ReferenceImage,
         seed: u64,
         options: RequestOptions,
+        hints: Option<Arc<RecognitionHints>>,
     ) -> Answer<'a, Recognition>;
+
+    /// The identity of the adapter when it recognizes an image with hints.
+    fn adapter_with_hints(&self) -> Adapter {
+        self.adapter()
+    }
 
     /// The axis-aligned rotation, one of 24, that orients a raw mesh upright as in the image.
     fn upright<'a>(&'a self, call: &'a Call, question: UprightQuestion) -> Answer<'a, Upright>;

@@ -20,6 +20,7 @@ pub mod call;
 pub mod error;
 pub mod ledger;
 pub mod analyst;
+pub mod recognition_hints;
 pub mod upright;
 pub mod image_generator;
 pub mod segmenter;
@@ -44,6 +45,7 @@ pub use image_generator::{
     TopViewRequest, Truth, TruthInstance,
 };
 pub use mesh_generator::{MeshGenerator, RawMesh, RawTable, ReconstructionRequest};
+pub use recognition_hints::{InvalidHints, NamedObject, RecognitionHints};
 pub use segmenter::{Segmentation, Segmenter, TopBoxes};
 pub use upright::stood_up;
 

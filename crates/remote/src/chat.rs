@@ -37,8 +37,8 @@ use serde_json::{Value, json};
 use super::prompt::Prompt;
 use super::{ChatSettings, Endpoint};
 use ports::{
-    Adapter, Answer, Call, Judgement, Port, ProviderError, ReferenceImage, SceneAnalyst, TaskQuestion,
-    TopCheck, TopVerdict, Upright, UprightQuestion,
+    Adapter, Answer, Call, Judgement, Port, ProviderError, RecognitionHints, ReferenceImage, SceneAnalyst,
+    TaskQuestion, TopCheck, TopVerdict, Upright, UprightQuestion,
 };
 use scene::appraisal::{Criterion, ModelResponse, ProposedTask, Rating};
 use scene::request::RequestOptions;
@@ -80,8 +80,15 @@ impl SceneAnalyst for ChatAnalyst {
         reference: ReferenceImage,
         seed: u64,
         options: RequestOptions,
+        hints: Option<Arc<RecognitionHints>>,
     ) -> Answer<'a, Recognition> {
-        Box::pin(recognize::recognize(self, call, reference, seed, options))
+        Box::pin(recognize::recognize(self, call, reference, seed, options, hints))
+    }
+
+    fn adapter_with_hints(&self) -> Adapter {
+        let mut adapter = self.adapter();
+        adapter.settings["prompts"] = prompts::identity_with_hints();
+        adapter
     }
 
     fn check_top_view<'a>(&'a self, call: &'a Call, question: TopCheck) -> Answer<'a, TopVerdict> {

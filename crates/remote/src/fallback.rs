@@ -7,9 +7,9 @@ use serde_json::json;
 use imaging::Mask;
 use ports::{
     Adapter, Answer, Call, Completion, CompletionRequest, GeneratedReference, ImageGenerator, Judgement,
-    MeshGenerator, ProviderError, RawMesh, RawTable, ReconstructionRequest, ReferenceImage, SceneAnalyst,
-    Segmentation, Segmenter, TaskQuestion, TopBoxes, TopCheck, TopVerdict, TopViewImage, TopViewRequest,
-    Upright, UprightQuestion,
+    MeshGenerator, ProviderError, RawMesh, RawTable, RecognitionHints, ReconstructionRequest, ReferenceImage,
+    SceneAnalyst, Segmentation, Segmenter, TaskQuestion, TopBoxes, TopCheck, TopVerdict, TopViewImage,
+    TopViewRequest, Upright, UprightQuestion,
 };
 use scene::appraisal::{ModelResponse, ProposedTask, Rating};
 use scene::request::RequestOptions;
@@ -89,8 +89,15 @@ impl SceneAnalyst for FallbackChain<dyn SceneAnalyst> {
         reference: ReferenceImage,
         seed: u64,
         options: RequestOptions,
+        hints: Option<Arc<RecognitionHints>>,
     ) -> Answer<'a, Recognition> {
-        Box::pin(self.ask(move |analyst| analyst.recognize(call, reference.clone(), seed, options.clone())))
+        Box::pin(self.ask(move |analyst| {
+            analyst.recognize(call, reference.clone(), seed, options.clone(), hints.clone())
+        }))
+    }
+
+    fn adapter_with_hints(&self) -> Adapter {
+        self.all(SceneAnalyst::adapter_with_hints)
     }
 
     fn upright<'a>(&'a self, call: &'a Call, question: UprightQuestion) -> Answer<'a, Upright> {
@@ -212,6 +219,7 @@ mod tests {
             _: ReferenceImage,
             _: u64,
             _: RequestOptions,
+            _: Option<Arc<RecognitionHints>>,
         ) -> Answer<'a, Recognition> {
             Box::pin(async { Err((self.1)()) })
         }

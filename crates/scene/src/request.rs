@@ -102,7 +102,28 @@ pub enum Input {
     Image {
         sha256: String,
         media_type: String,
+        /// What the text beside the image says is in it. The image decides where objects are.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        text: Option<String>,
     },
+}
+
+impl Input {
+    /// The text, alone or beside an image.
+    pub fn text(&self) -> Option<&str> {
+        match self {
+            Self::Text { text } => Some(text),
+            Self::Image { text, .. } => text.as_deref(),
+        }
+    }
+
+    /// The input of the reference image: the text beside an image does not change it.
+    pub fn of_reference(&self) -> Self {
+        match self.clone() {
+            Self::Image { sha256, media_type, .. } => Self::Image { sha256, media_type, text: None },
+            text => text,
+        }
+    }
 }
 
 /// Options per scene; absent values come from the server's configuration.

@@ -12,7 +12,9 @@
 //! once a process some two seconds for the catalog's meshes and their outlines.
 
 mod appearance;
+mod assignment;
 mod decision;
+mod named;
 mod observed;
 mod outline_raster;
 mod settings;
@@ -20,7 +22,8 @@ mod stance_fit;
 mod stock_mesh;
 mod views;
 
-pub use decision::{CategoryAssignment, Naming, assign_categories};
+pub use decision::{CategoryAssignment, Naming, assign_categories, vote};
+pub use named::{NamedAssignment, NamedKind, NamedObject, assign_named, named_evidence};
 pub use settings::CategoryFitSettings;
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
@@ -57,6 +60,8 @@ pub struct ObjectEvidence {
 pub struct CategoryMatch {
     /// Name in the catalog.
     pub category: &'static str,
+    /// Whether the mesh lies on its side. Only fits to the objects of a text try that.
+    pub is_lying: bool,
     /// Seed of the catalog's recipe.
     pub variant: u64,
     /// Center of its base, yaw about +z, and extents, as if it stood on the table, meters.
@@ -119,31 +124,12 @@ fn object_evidence(
         return Ok(ObjectEvidence::default());
     };
     let mut raster = Raster::default();
+    let region =
+        Region { observed: &observed, view: &view_geometry, camera, center: solid.center, support_scale };
     let mut matches: Vec<CategoryMatch> = Vec::new();
-    for first in initial_matches(&observed, &view_geometry, support_scale, settings, cancel)? {
+    for first in initial_matches(&region, settings, cancel)? {
         cancel.check()?;
-        let fit = StanceFit { observed: &observed, camera, mesh: first.mesh };
-        let stances = first.starts.iter().filter_map(|(yaw_rad, stretch)| {
-            let stance = Stance {
-                center: solid.center,
-                yaw_rad: yaw_rad + view_geometry.azimuth_rad,
-                stretch: DVec3::splat(*stretch),
-            };
-            fit.from(stance, &mut raster)
-        });
-        let best = stances.max_by(|a, b| a.merit().total_cmp(&b.merit()));
-        let Some(best) = best else { continue };
-        let Some(appearance) = appearance::compare(
-            &observed,
-            camera,
-            first.mesh,
-            &first.category.palette,
-            &best.stance,
-            &mut raster,
-        ) else {
-            continue;
-        };
-        matches.push(category_match(&first, &best, &appearance, support_scale));
+        matches.extend(region.fitted(&first, &mut raster));
     }
     Ok(ObjectEvidence {
         matches,
@@ -154,18 +140,48 @@ fn object_evidence(
     })
 }
 
+/// One object of the image and what its fits need.
+struct Region<'a> {
+    observed: &'a Observation,
+    view: &'a ViewGeometry,
+    camera: &'a Camera,
+    center: DVec2,
+    support_scale: f64,
+}
+
+impl Region<'_> {
+    /// The mesh at its best stance; `None` if it covers too little of the object.
+    fn fitted(&self, first: &InitialMatch, raster: &mut Raster) -> Option<CategoryMatch> {
+        let fit = StanceFit { observed: self.observed, camera: self.camera, mesh: first.mesh };
+        let stances = first.starts.iter().filter_map(|(yaw_rad, stretch)| {
+            let stance = Stance {
+                center: self.center,
+                yaw_rad: yaw_rad + self.view.azimuth_rad,
+                stretch: DVec3::splat(*stretch),
+            };
+            fit.from(stance, raster)
+        });
+        let best = stances.max_by(|a, b| a.merit().total_cmp(&b.merit()))?;
+        let palette = &first.category.palette;
+        let seen =
+            appearance::compare(self.observed, self.camera, first.mesh, palette, &best.stance, raster)?;
+        Some(category_match(first, &best, &seen, self.support_scale))
+    }
+}
+
 fn category_match(
     first: &InitialMatch,
     fitted: &stance_fit::FittedStance,
     seen: &Appearance,
     support_scale: f64,
 ) -> CategoryMatch {
-    let category = first.mesh.category;
+    let StockCategory { category, size, .. } = first.category;
     let size_m = fitted.stance.stretch * first.mesh.size_m;
     let usual = |size: DVec3| size.to_array().map(f64::ln).iter().sum::<f64>() / 3.0;
-    let (low, high) = (usual(category.size.low_m), usual(category.size.high_m));
+    let (low, high) = (usual(size.low_m), usual(size.high_m));
     CategoryMatch {
         category: &category.name,
+        is_lying: first.mesh.is_lying,
         variant: first.mesh.variant,
         center: fitted.stance.center,
         yaw_rad: (fitted.stance.yaw_rad + PI).rem_euclid(TAU) - PI,
@@ -203,9 +219,9 @@ impl ViewGeometry {
 }
 
 /// A category's mesh and its best yaws relative to the view.
-struct InitialMatch {
-    category: &'static StockCategory,
-    mesh: &'static StockMesh,
+struct InitialMatch<'a> {
+    category: &'a StockCategory,
+    mesh: &'a StockMesh,
     overlap: f64,
     merit: f64,
     /// Yaw and scale.
@@ -216,33 +232,48 @@ struct InitialMatch {
 const ASPECT_PRICE: f64 = 0.6;
 const FREE_ASPECT: f64 = 0.12;
 
-/// The meshes with the best-matching outlines, best first.
+/// The candidates with the best-matching outlines, best first.
 fn initial_matches(
-    observed: &Observation,
-    view_geometry: &ViewGeometry,
-    support_scale: f64,
+    region: &Region,
     settings: &CategoryFitSettings,
     cancel: &CancelFlag,
-) -> Result<Vec<InitialMatch>, Cancelled> {
-    let seen_m = view_geometry.m_per_px * (observed.high_px - observed.low_px);
-    let seen_m = seen_m.max(DVec2::splat(1e-6));
+) -> Result<Vec<InitialMatch<'static>>, Cancelled> {
     let mut first: Vec<InitialMatch> = Vec::new();
-    for category in stock() {
-        let size = &category.category.size;
-        // No view is wider than the diagonal of the box, and none smaller than its shortest side allows.
-        let longest_m = seen_m.max_element() * support_scale;
-        let slack = settings.max_oversize.exp();
-        if longest_m > slack * size.high_m.length() || longest_m * slack < 0.5 * size.low_m.min_element() {
-            continue;
-        }
+    for category in stock().iter().filter(|stock| stock.category.is_image_candidate()) {
         cancel.check()?;
-        let matches = (0..VARIANTS).filter_map(|variant| {
-            let mesh = category.mesh(variant)?;
+        // The best-matching variant of each category.
+        let meshes = (0..VARIANTS).filter_map(|variant| category.mesh(variant));
+        first.extend(region.initial_match(category, meshes, settings.max_oversize));
+    }
+    first.sort_by(|a, b| b.merit.total_cmp(&a.merit));
+    first.truncate(settings.candidates as usize);
+    Ok(first)
+}
+
+impl Region<'_> {
+    /// The mesh of the category with the best-matching outline; `None` if every size is off by more than
+    /// `max_oversize` (natural logarithm).
+    fn initial_match<'s>(
+        &self,
+        category: &'s StockCategory,
+        meshes: impl Iterator<Item = &'s StockMesh>,
+        max_oversize: f64,
+    ) -> Option<InitialMatch<'s>> {
+        let Self { observed, view: view_geometry, support_scale, .. } = self;
+        let seen_m = view_geometry.m_per_px * (observed.high_px - observed.low_px);
+        let seen_m = seen_m.max(DVec2::splat(1e-6));
+        // No view is wider than the diagonal of the box, and none smaller than its shortest side allows.
+        let (longest_m, slack) = (seen_m.max_element() * support_scale, max_oversize.exp());
+        let size = &category.size;
+        if longest_m > slack * size.high_m.length() || longest_m * slack < 0.5 * size.low_m.min_element() {
+            return None;
+        }
+        let matches = meshes.filter_map(|mesh| {
             let mut evaluated: Vec<(f64, f64, f64, f64)> = Vec::new();
             for view in mesh.views(view_geometry.elevation_rad) {
                 let ratio = seen_m / DVec2::new(view.width_m, view.height_m).max(DVec2::splat(1e-6));
                 let scale = (ratio.x * ratio.y).sqrt();
-                if (scale * support_scale).ln().abs() > settings.max_oversize + 0.2 {
+                if (scale * support_scale).ln().abs() > max_oversize + 0.2 {
                     continue;
                 }
                 let off = ((ratio.x / ratio.y).ln().abs() - FREE_ASPECT).max(0.0);
@@ -261,12 +292,8 @@ fn initial_matches(
             starts.extend(opposite.map(|(_, _, yaw, scale)| (*yaw, *scale)));
             Some(InitialMatch { category, mesh, overlap, merit, starts })
         });
-        // The best-matching variant of each category.
-        first.extend(matches.max_by(|a, b| a.merit.total_cmp(&b.merit)));
+        matches.max_by(|a, b| a.merit.total_cmp(&b.merit))
     }
-    first.sort_by(|a, b| b.merit.total_cmp(&a.merit));
-    first.truncate(settings.candidates as usize);
-    Ok(first)
 }
 
 #[cfg(test)]

@@ -92,6 +92,27 @@ async fn image_is_accepted_as_file_or_base64() {
 }
 
 #[tokio::test]
+async fn text_beside_an_image_is_part_of_the_input() {
+    let server = Server::start(&Script::new(&[])).await;
+    let image = png(240, 180);
+    let (kind, body) =
+        form(&[("image", &image), ("request", br#"{"seed": 3, "text": " a mango and a plate "}"#)]);
+    let by_file = server.call(Method::POST, "/scenes", &[("content-type", &kind)], body).await;
+    assert_eq!(by_file.status, 202, "{by_file:?}");
+    let both =
+        json!({ "text": "a mango and a plate", "image": { "base64": STANDARD.encode(&image) }, "seed": 3 });
+    let by_base64 = server.post("/scenes", both.clone()).await;
+    let input = by_base64.json()["request"]["input"].clone();
+    assert_eq!(by_file.json()["request"]["input"], input);
+    assert_eq!((&input["kind"], &input["text"]), (&json!("image"), &json!("a mango and a plate")));
+    let checked = server.post("/scenes?validate_only=true", both).await.json();
+    assert_eq!(checked["request"]["input"], input);
+    // Without a text, the stored input has no such field.
+    let alone = server.post("/scenes", json!({ "image": { "base64": STANDARD.encode(&image) } })).await;
+    assert!(alone.json()["request"]["input"].get("text").is_none(), "{alone:?}");
+}
+
+#[tokio::test]
 async fn the_same_key_makes_one_scene() {
     let server = Server::start(&Script::new(&[])).await;
     let send = |body: Value, key: &'static str| {
@@ -141,7 +162,12 @@ async fn bad_json_is_refused_with_advice_and_nothing_is_enqueued() {
         (json!(["a mug"]), 422, "invalid_body", ""),
         (json!("a mug"), 422, "invalid_body", ""),
         (json!({ "text": "a", "options": [] }), 422, "invalid_body", "/options"),
-        (json!({ "text": "a", "image": { "base64": small } }), 422, "invalid_body", ""),
+        (
+            json!({ "text": " ", "image": { "base64": STANDARD.encode(&whole) } }),
+            422,
+            "invalid_body",
+            "/text",
+        ),
         (json!({ "text": "  \n " }), 422, "invalid_body", "/text"),
         (json!({ "text": long }), 422, "invalid_body", "/text"),
         (json!({ "text": "a\u{0}b" }), 422, "invalid_body", "/text"),
@@ -277,7 +303,7 @@ async fn bad_bodies_are_refused_and_nothing_is_enqueued() {
         (form_kind, form(&[("image", &vec![7; 3500])]).1, (413, "image_too_large")),
         (form_kind, form(&[("image", b"no picture")]).1, (415, "image_format")),
         (form_kind, form(&[("request", b"{}")]).1, (422, "invalid_body")),
-        (form_kind, form(&[("image", &image), ("request", br#"{"text":"a"}"#)]).1, (422, "invalid_body")),
+        (form_kind, form(&[("image", &image), ("request", br#"{"text":" "}"#)]).1, (422, "invalid_body")),
         (form_kind, form(&[("image", &image), ("request", b"{")]).1, (400, "malformed_json")),
     ] {
         let shown = String::from_utf8_lossy(&body).chars().take(60).collect::<String>();

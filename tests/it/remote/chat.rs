@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use imaging::Image;
 use ports::ledger::{MicroUsd, OnUnknown};
-use ports::{Call, Port, ProviderError, ReferenceImage, SceneAnalyst, TopCheck};
+use ports::{Call, Port, ProviderError, RecognitionHints, ReferenceImage, SceneAnalyst, TopCheck};
 use remote::chat::ChatAnalyst;
 use remote::{ChatSettings, Endpoint};
 use runtime::CancelFlag;
@@ -65,9 +65,16 @@ impl Bench {
     }
 
     pub async fn recognize(&self) -> Result<Recognition, ProviderError> {
+        self.recognize_with(None).await
+    }
+
+    pub async fn recognize_with(
+        &self,
+        hints: Option<Arc<RecognitionHints>>,
+    ) -> Result<Recognition, ProviderError> {
         let image = Arc::new(Image::filled(1200, 900, [200, 190, 180, 255]));
         let reference = ReferenceImage { image, known: None };
-        let asked = self.analyst.recognize(&self.call, reference, 7, RequestOptions::default());
+        let asked = self.analyst.recognize(&self.call, reference, 7, RequestOptions::default(), hints);
         tokio::time::timeout(Duration::from_secs(60), asked).await.expect("nothing hangs")
     }
 }
@@ -127,6 +134,31 @@ async fn every_question_is_left_for_a_judge() {
     assert_eq!(names, all);
     let images = |request: &Value| request["messages"][1]["content"].as_array().unwrap().len() - 1;
     assert_eq!(bench.server.requests().iter().map(images).collect::<Vec<_>>(), [0, 1, 1, 1, 2, 2, 1, 2, 0]);
+}
+
+#[tokio::test]
+async fn text_beside_the_image_is_sent_and_names_the_objects() {
+    let bench = Bench::new().await;
+    let mut description = bench.describe().await.unwrap();
+    description.objects[1].label = "a waxed apple".into();
+    description.objects[1].material = Some("wood".into());
+    description.objects[1].mass_kg = Some(0.2);
+    let hints = Arc::new(RecognitionHints::of(&description).unwrap());
+    let recognition = bench.recognize_with(Some(hints)).await.unwrap();
+    let schemas: Vec<String> = bench.server.bill().into_iter().map(|billed| billed.schema).collect();
+    assert_eq!(schemas, ["describe", "recognize_named", "measure", "stacking"]);
+    let asked = bench.server.requests()[1].to_string();
+    assert!(asked.contains("a waxed apple") && asked.contains("apple_1"), "{asked}");
+    let [_, apple, fork] = &recognition.objects[..] else { panic!("three objects") };
+    assert_eq!(
+        (apple.label.as_str(), apple.material.as_deref(), apple.mass_kg),
+        ("a waxed apple", Some("wood"), Some(0.2))
+    );
+    assert_eq!((fork.label.as_str(), fork.material.as_deref(), fork.mass_kg), ("fork", Some("steel"), None));
+    // The prompt is part of the identity of recognition with hints, and of no other.
+    let (plain, with_hints) = (bench.analyst.adapter(), bench.analyst.adapter_with_hints());
+    assert!(!plain.settings.to_string().contains("recognize_named"));
+    assert!(with_hints.settings.to_string().contains("recognize_named"));
 }
 
 #[tokio::test]

@@ -71,6 +71,7 @@ static GLASS: LazyLock<UprightQuestion> = LazyLock::new(|| {
             seen_px: None,
             seen_as: None,
             seen_like: None,
+            mass_kg: None,
         },
         camera,
         completion: Completion {

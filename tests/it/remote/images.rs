@@ -167,6 +167,7 @@ pub fn half_hidden_ball() -> CompletionRequest {
             seen_px: None,
             seen_as: None,
             seen_like: None,
+            mass_kg: None,
             seed: 1,
         },
         visible,

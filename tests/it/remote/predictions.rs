@@ -109,6 +109,7 @@ pub fn request() -> ReconstructionRequest {
             seen_px: None,
             seen_as: None,
             seen_like: None,
+            mass_kg: None,
         },
         completion: Completion {
             image: Image::filled(40, 100, [60, 160, 80, 255]),

@@ -69,6 +69,7 @@ fn recognition() -> Recognition {
         seen_px: Some(seen.map(|side| f64::from(side) + 1.0)),
         seen_as: None,
         seen_like: None,
+        mass_kg: None,
     };
     Recognition {
         camera: Camera::orbit(80, 60, 0.6, DVec3::ZERO, 0.0, 0.7, 2.0),

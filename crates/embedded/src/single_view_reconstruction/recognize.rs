@@ -1,22 +1,25 @@
 //! Recognition: camera, table and objects of an image, with sizes at a commonsense scale and category names.
 
+use std::collections::BTreeSet;
+
 use glam::DVec3;
 
 use scene::UNNAMED_CATEGORY;
 
+use super::text_naming::{ObjectNames, name_objects, state_supports};
 use super::{ImageReader, SingleViewSettings};
 use catalog::{OUTLINED_TABLE, TableModel, category, table_models};
 use geometry::{Outline, Rgb};
 use imaging::Image;
-use ports::{Port, ProviderError};
+use ports::{NamedObject, Port, ProviderError, RecognitionHints};
 use runtime::CancelFlag;
 use runtime::seed::child_seed;
+use scene::instance::SupportRelation;
 use scene::request::RequestOptions;
 use scene::{
     CameraKnowledge, CategoryStance, InstanceId, Recognition, RecognizedObject, RecognizedTable, StandsOn,
     TableShape,
 };
-use vision::category_fit;
 use vision::category_fit::CategoryAssignment;
 use vision::{ImageReading, ObjectReading, TopShape};
 
@@ -35,7 +38,8 @@ const MIN_CORRECTION: f64 = 0.1;
 
 /// Recognizes the image. The scale comes from the first available source: the request's table size, the request's
 /// metric anchor for the table, the agreement of several categorized objects, a table of standard height with
-/// visible feet, the typical width of such tables.
+/// visible feet, the typical width of such tables. `hints` are what a text says is in the image; the sizes that it
+/// states come before the agreement of categories.
 ///
 /// # Errors
 ///
@@ -44,6 +48,7 @@ pub fn recognize(
     image: &Image,
     seed: u64,
     options: &RequestOptions,
+    hints: Option<&RecognitionHints>,
     reader: &ImageReader,
     cancel: &CancelFlag,
 ) -> Result<Recognition, ProviderError> {
@@ -63,22 +68,25 @@ pub fn recognize(
     let built = table_model(&reading, options)?;
     let size_m = table_size(&reading, &built, options, &reader.settings);
     let reading = (*reading).clone().scaled(size_m.x);
-    let settings = &reader.settings.naming;
-    let evidence = category_fit::evidence(image, &reading, settings, cancel)?;
-    let naming = category_fit::assign_categories(&evidence, settings, |_, _| true);
-    let correction =
-        naming.scale.filter(|scale| !scale_is_given(options) && scale.ln().abs() > MIN_CORRECTION);
+    let naming = name_objects(image, &reading, hints, &reader.settings.naming, cancel)?;
+    let correction = naming.scale.filter(|scale| {
+        let is_large = scale.ln().abs() > MIN_CORRECTION;
+        !scale_is_given(options) && (naming.scale_is_stated || is_large)
+    });
     let correction = correction.unwrap_or(1.0);
     let size_m = DVec3::new(correction * size_m.x, correction * size_m.y, size_m.z);
-    let reading = reading.scaled(correction);
+    let mut reading = reading.scaled(correction);
+    let relations = hints.map(|hints| state_supports(&mut reading, hints, &naming.named));
     let color = reading.table.color;
-    let ids = ids(&naming.objects);
-    let seen = reading.objects.iter().zip(&ids).zip(&naming.objects).enumerate();
+    let ids = ids(&naming, hints);
+    let seen = reading.objects.iter().zip(&ids).zip(&naming.categories).enumerate();
     let objects = seen
         .map(|(index, ((object, id), named))| {
             let nearer = reading.support_scale(index);
             let category = named.as_ref().and_then(|named| category(named.category_match.category));
             let seen_like = named.as_ref().and_then(|named| stance(named, object, correction));
+            let is_inside = relations.as_ref().is_some_and(|all| all[index] == SupportRelation::In);
+            let carried: fn(InstanceId) -> StandsOn = if is_inside { StandsOn::In } else { StandsOn::On };
             let extents_m = seen_like.as_ref().map_or(object.solid.size, |like| like.size_m);
             RecognizedObject {
                 id: id.clone(),
@@ -89,14 +97,15 @@ pub fn recognize(
                 color: Some(object.color),
                 material: None,
                 seed: child_seed(seed, id.as_str()),
-                stands_on: object.stands_on.map_or(StandsOn::Table, |k| StandsOn::On(ids[k].clone())),
+                stands_on: object.stands_on.map_or(StandsOn::Table, |k| carried(ids[k].clone())),
                 seen_px: None,
                 seen_as: Some(object.solid.clone()),
                 seen_like,
+                mass_kg: None,
             }
         })
         .collect();
-    Ok(Recognition {
+    let mut recognition = Recognition {
         camera: reading.camera,
         camera_is: CameraKnowledge::Measured,
         table: RecognizedTable {
@@ -113,7 +122,11 @@ pub fn recognize(
             seed: child_seed(seed, "table"),
         },
         objects,
-    })
+    };
+    if let Some(hints) = hints {
+        hints.apply(&mut recognition);
+    }
+    Ok(recognition)
 }
 
 /// Whether the request determines the size of the table.
@@ -122,20 +135,28 @@ fn scale_is_given(options: &RequestOptions) -> bool {
     anchored || options.table.as_ref().is_some_and(|table| table.size_m.is_some())
 }
 
-/// Instance ids, numbered per category.
-fn ids(objects: &[Option<CategoryAssignment>]) -> Vec<InstanceId> {
-    let stem = |named: &Option<CategoryAssignment>| {
-        named.as_ref().map_or(UNNAMED_CATEGORY, |named| named.category_match.category)
-    };
-    let number =
-        |index: usize| objects[..=index].iter().filter(|other| stem(other) == stem(&objects[index])).count();
-    (0..objects.len()).map(|index| InstanceId::numbered(stem(&objects[index]), number(index))).collect()
+/// Instance ids: those of the text, others numbered per category.
+fn ids(names: &ObjectNames, hints: Option<&RecognitionHints>) -> Vec<InstanceId> {
+    let of_text: &[NamedObject] = hints.map_or(&[], RecognitionHints::named);
+    let mut taken: BTreeSet<InstanceId> = of_text.iter().map(|named| named.id.clone()).collect();
+    let objects = names.named.iter().zip(&names.categories);
+    objects
+        .map(|(named, category)| match named {
+            Some(named) => of_text[*named].id.clone(),
+            None => {
+                let stem = category.as_ref().map_or(UNNAMED_CATEGORY, |found| found.category_match.category);
+                let mut numbers = (1..).map(|number| InstanceId::numbered(stem, number));
+                let free = numbers.find(|id| taken.insert(id.clone()));
+                free.unwrap_or_else(|| InstanceId::numbered(stem, 0))
+            }
+        })
+        .collect()
 }
 
 /// The stance of the category's mesh, if its outline fits about as well as the primitive.
 fn stance(named: &CategoryAssignment, object: &ObjectReading, correction: f64) -> Option<CategoryStance> {
     let found = &named.category_match;
-    (found.overlap >= object.solid.overlap - SHAPE_DOUBT).then(|| CategoryStance {
+    (!found.is_lying && found.overlap >= object.solid.overlap - SHAPE_DOUBT).then(|| CategoryStance {
         variant: found.variant,
         center: correction * found.center,
         yaw_rad: found.yaw_rad,

@@ -6,10 +6,14 @@ use std::sync::Arc;
 use glam::{DVec2, DVec3};
 
 use super::*;
+use crate::analyst::describe;
+use crate::text_parser::TextParserSettings;
 use catalog::{Recipe, build, build_table, category};
 use geometry::{Camera, Pose, TexturedMesh};
 use imaging::{Image, Mask};
-use ports::{CompletionRequest, ProviderError, ReconstructionRequest, ReferenceImage, TopViewRequest};
+use ports::{
+    CompletionRequest, ProviderError, RecognitionHints, ReconstructionRequest, ReferenceImage, TopViewRequest,
+};
 use render::{Background, Lighting, RenderObject, RenderScene, RenderSettings, View, render};
 use runtime::CancelFlag;
 use scene::TableShape;
@@ -103,7 +107,8 @@ fn rendered_table_is_reconstructed_with_objects_at_their_positions() {
     let image = Arc::new(image);
     let reader = reader();
     let reference = ReferenceImage { image: image.clone(), known: None };
-    let recognition = recognize(&image, 5, &RequestOptions::default(), &reader, &stop).expect("recognized");
+    let recognition =
+        recognize(&image, 5, &RequestOptions::default(), None, &reader, &stop).expect("recognized");
     assert_eq!(recognition.table.shape, TableShape::Rectangular);
     let size = recognition.table.size_m;
     assert!(
@@ -112,7 +117,7 @@ fn rendered_table_is_reconstructed_with_objects_at_their_positions() {
     );
     assert_eq!(recognition.table.material.as_deref(), Some("oak"));
     assert_eq!(recognition.objects.len(), true_centers_m.len());
-    let again = recognize(&image, 5, &RequestOptions::default(), &reader, &stop).expect("recognized");
+    let again = recognize(&image, 5, &RequestOptions::default(), None, &reader, &stop).expect("recognized");
     assert_eq!(recognition, again);
 
     let masks = segment(&image, &recognition, &reader, &stop).expect("segmented");
@@ -224,19 +229,74 @@ fn request_sets_scale_and_contradictions_are_rejected() {
     let reader = reader();
     let anchor = MetricAnchor { object: "table".into(), width_m: 2.0 };
     let options = RequestOptions { metric_anchor: Some(anchor), ..Default::default() };
-    let recognition = recognize(&image, 5, &options, &reader, &stop).expect("recognized");
+    let recognition = recognize(&image, 5, &options, None, &reader, &stop).expect("recognized");
     assert!((recognition.table.size_m.x - 2.0).abs() < 1e-12);
     let table = scene::TableSpec { shape: Some(TableShape::Round), ..Default::default() };
     let options = RequestOptions { table: Some(table), ..Default::default() };
-    let refused = recognize(&image, 5, &options, &reader, &stop);
+    let refused = recognize(&image, 5, &options, None, &reader, &stop);
     assert!(matches!(refused, Err(ProviderError::Rejected { code: "table_differs", .. })), "{refused:?}");
+}
+
+/// The text names all six objects, a fork that is not there, and two masses.
+#[test]
+fn text_names_the_objects_of_a_rendered_table() {
+    let stop = CancelFlag::default();
+    let (image, true_centers_m) = rendered_table(0.0, 35.0);
+    let text = "a table with a wine bottle, a mug that weighs 300 g, a bowl, a glass apple, a book, a plate and a fork";
+    let parser: TextParserSettings = test_settings::section("analyst");
+    let described = describe(text, 5, &RequestOptions::default(), &parser).expect("described");
+    let hints = RecognitionHints::of(&described).expect("valid hints");
+    let options = RequestOptions {
+        metric_anchor: Some(MetricAnchor { object: "table".into(), width_m: TABLE_SIZE_M.x }),
+        ..Default::default()
+    };
+    let recognition = recognize(&image, 5, &options, Some(&hints), &reader(), &stop).expect("recognized");
+    recognition.validate().expect("valid");
+    let mut right = 0;
+    for object in &recognition.objects {
+        let center = object.seen_as.as_ref().expect("a primitive").center;
+        let nearest = (0..OBJECTS.len())
+            .min_by(|a, b| {
+                true_centers_m[*a].distance(center).total_cmp(&true_centers_m[*b].distance(center))
+            })
+            .expect("objects");
+        right += usize::from(object.category == OBJECTS[nearest].0);
+    }
+    let names: Vec<(&str, &str)> =
+        recognition.objects.iter().map(|object| (object.id.as_str(), object.category.as_str())).collect();
+    assert!(right >= 5 && recognition.objects.len() <= 7, "{names:?}");
+    assert!(!names.iter().any(|(_, category)| *category == "fork"), "{names:?}");
+    let of = |id: &str| recognition.objects.iter().find(|object| object.id.as_str() == id).expect(id);
+    assert_eq!((of("mug_1").mass_kg, of("bowl_1").mass_kg), (Some(0.3), None));
+    assert_eq!(of("apple_1").material.as_deref(), Some("glass"));
+}
+
+/// A stated height sets the scale: the same image with a mug of twice the height is twice as large.
+#[test]
+fn stated_sizes_set_the_scale_of_the_image() {
+    let stop = CancelFlag::default();
+    let image = rendered_table(0.0, 35.0).0;
+    let (reader, parser) = (reader(), test_settings::section::<TextParserSettings>("analyst"));
+    let width_m = |height_cm: f64| {
+        let text = format!("a mug {height_cm} cm tall, a plate, a bowl, an apple, a wine bottle and a book");
+        let described = describe(&text, 5, &RequestOptions::default(), &parser).expect("described");
+        let hints = RecognitionHints::of(&described).expect("valid hints");
+        assert!(hints.named().iter().any(|named| named.size_is_stated), "{hints:?}");
+        let options = RequestOptions::default();
+        let recognition = recognize(&image, 5, &options, Some(&hints), &reader, &stop).expect("recognized");
+        let mug = recognition.objects.iter().find(|object| object.category == "mug").expect("a mug");
+        assert!((mug.size_m.z / (0.01 * height_cm) - 1.0).abs() < 0.2, "{} for {height_cm} cm", mug.size_m.z);
+        recognition.table.size_m.x
+    };
+    let (small, large) = (width_m(8.0), width_m(12.0));
+    assert!((large / small - 1.5).abs() < 0.05, "{small} {large}");
 }
 
 #[test]
 fn images_without_table_are_rejected() {
     let stop = CancelFlag::default();
     let reader = reader();
-    let code = |image: &Image| match recognize(image, 1, &RequestOptions::default(), &reader, &stop) {
+    let code = |image: &Image| match recognize(image, 1, &RequestOptions::default(), None, &reader, &stop) {
         Err(ProviderError::Rejected { code, .. }) => code,
         other => panic!("{other:?}"),
     };

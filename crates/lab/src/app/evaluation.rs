@@ -34,14 +34,19 @@ pub fn layout_bench(config: &Config) -> LayoutBench {
 
 /// The image benchmark with the settings of `generate`; with `perfect_maps`, ground-truth maps replace the
 /// network's.
-pub fn image_bench(resolved: &Resolved, perfect_maps: bool) -> Result<ImageBench, ConfigErrors> {
+pub fn image_bench(
+    resolved: &Resolved,
+    perfect_maps: bool,
+    with_text: bool,
+) -> Result<ImageBench, ConfigErrors> {
     let single_view = tabletopgen::app::pipeline::adapters(&resolved.config).photograph;
     let reader = if perfect_maps {
         Reader::PerfectMaps(resolved.config.network.reading.clone())
     } else {
         Reader::Usual(ImageReader::new(tabletopgen::app::network::load(resolved)?, single_view.clone()))
     };
-    Ok(ImageBench { reader, single_view })
+    let text_parser = with_text.then(|| resolved.config.analyst.clone());
+    Ok(ImageBench { reader, single_view, text_parser })
 }
 
 /// The CPU pool shared by all computation of a run.

@@ -6,6 +6,7 @@
 
 pub mod perfect_maps;
 pub mod estimate;
+pub mod text_beside;
 pub mod score;
 pub mod regions;
 pub mod rectangle;
@@ -19,10 +20,11 @@ use self::perfect_maps::PerfectMaps;
 use self::regions::ImageRegions;
 use self::score::ImageScore;
 use crate::synthetic_images::{Split, SyntheticImage, synthesize};
-use embedded::single_view_reconstruction::{ImageReader, SingleViewSettings, at_usual_scale};
+use embedded::single_view_reconstruction::{ImageReader, SingleViewSettings, at_usual_scale, name_objects};
+use embedded::text_parser::TextParserSettings;
 use runtime::{CancelFlag, Cancelled};
 use vision::category_fit;
-use vision::category_fit::Naming;
+use vision::category_fit::CategoryAssignment;
 use vision::{
     CandidateRegions, ImageReading, NetworkReadingSettings, VisionError, candidate_regions, read_with_network,
 };
@@ -39,6 +41,8 @@ pub struct ImageBench {
     pub reader: Reader,
     /// Settings that scale and name the estimate.
     pub single_view: SingleViewSettings,
+    /// The parser of texts beside the images; `None` = images without texts.
+    pub text_parser: Option<TextParserSettings>,
 }
 
 /// The reader under test.
@@ -133,11 +137,24 @@ impl ImageBench {
         let foreign = category_fit::assign_categories(&evidence, settings, |object, category| {
             own[object] != Some(category)
         });
-        let labels = |naming: Naming| {
-            naming.objects.into_iter().map(|name| name.map(|name| name.category_match.category))
+        let labels = |objects: Vec<Option<CategoryAssignment>>| {
+            objects.into_iter().map(|name| name.map(|name| name.category_match.category))
         };
-        for ((object, label), as_foreign) in read.objects.iter_mut().zip(labels(given)).zip(labels(foreign)) {
+        for ((object, label), as_foreign) in
+            read.objects.iter_mut().zip(labels(given.objects)).zip(labels(foreign.objects))
+        {
             (object.label, object.label_as_foreign) = (label, as_foreign);
+        }
+        if let Some(hints) =
+            self.text_parser.as_ref().and_then(|parser| text_beside::hints(&sample.truth, parser))
+        {
+            let names = name_objects(&sample.image, &scaled, Some(&hints), settings, cancel)?;
+            let with_text = names.named.iter().zip(labels(names.categories));
+            for (object, (named, by_image)) in read.objects.iter_mut().zip(with_text) {
+                let of_text = named.and_then(|named| catalog::category(&hints.named()[named].category));
+                object.label_with_text = of_text.map(|category| category.name.as_str()).or(by_image);
+                object.named_by_text = named.is_some();
+            }
         }
         Ok(read)
     }

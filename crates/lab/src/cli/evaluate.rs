@@ -49,6 +49,9 @@ pub struct Arguments {
     /// Images: use ground-truth maps in place of the network's, to measure the decoding of maps alone
     #[arg(long)]
     perfect_maps: bool,
+    /// Images: also give each image a text that lists its objects, and count the labels with and without it
+    #[arg(long)]
+    with_text: bool,
     /// Folder for SET.md and SET.json, or one of these files; the other is written beside it
     #[arg(long, value_name = "PATH", default_value = "out/evaluate")]
     out: PathBuf,

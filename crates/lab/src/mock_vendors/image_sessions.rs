@@ -274,7 +274,7 @@ impl ImageSessions {
         let Ports { analyst, segmenter, image_generator, .. } = &self.ports;
         let reference = ReferenceImage { image: Arc::new(image.clone()), known: None };
         let options = RequestOptions::default();
-        let recognition = analyst.recognize(&self.call, reference.clone(), self.seed, options).await?;
+        let recognition = analyst.recognize(&self.call, reference.clone(), self.seed, options, None).await?;
         let recognition_of = Arc::new(recognition.clone());
         let found = segmenter.segment(&self.call, reference.clone(), recognition_of).await?;
         let masks = match found.edges {

@@ -56,6 +56,15 @@ fn image_benchmark_writes_tables_and_comparison_images() {
     assert_eq!((&report["set"], &report["set_size"]), (&Value::from("images"), &Value::from(200)));
     assert_eq!(report["images"].as_array().map(Vec::len), Some(2));
     assert!(home.path().join("sheets/0001.png").is_file());
+    assert!(report.get("with_text").is_none() && !markdown.contains("Labels beside a text"));
+    let with_text = ["evaluate", "--set", "images", "--scenes", "2", "--with-text", "--out", "with_text"];
+    let output = run(home.path(), &with_text);
+    assert_eq!(output.status.code(), Some(0), "{}", message(&output));
+    let json = std::fs::read(home.path().join("with_text/images.json")).unwrap();
+    let report: Value = serde_json::from_slice(&json).unwrap();
+    let candidates = &report["with_text"]["groups"]["image candidates"];
+    let count = |key: &str| candidates[key].as_u64().unwrap_or_else(|| panic!("{key}: {report}"));
+    assert!(count("right_with_text") >= count("right") && count("right_with_text") > 0, "{candidates}");
     let named = run(home.path(), &["evaluate", "--set", "images", "--scene", "office"]);
     assert_eq!(named.status.code(), Some(2), "{}", message(&named));
 }

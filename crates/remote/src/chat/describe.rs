@@ -359,14 +359,27 @@ fn objects_of(answers: &[AnswerObject], seed: u64, complaints: &mut Complaints) 
 
 /// A numbered id for each object of these kinds: `mug_1`, `mug_2`.
 pub(super) fn numbered<'a>(kinds: impl Iterator<Item = &'a str>) -> Vec<InstanceId> {
+    numbered_beside(&[], kinds)
+}
+
+/// The same; none of the names is one of `taken`.
+pub(super) fn numbered_beside<'a>(
+    taken: &[InstanceId],
+    kinds: impl Iterator<Item = &'a str>,
+) -> Vec<InstanceId> {
     let mut counts: BTreeMap<String, usize> = BTreeMap::new();
     kinds
         .map(|kind| {
             // Different kinds can give the same stem.
             let stem = InstanceId::numbered(kind, 0);
             let count = counts.entry(stem.as_str().to_owned()).or_default();
-            *count += 1;
-            InstanceId::numbered(kind, *count)
+            loop {
+                *count += 1;
+                let id = InstanceId::numbered(kind, *count);
+                if !taken.contains(&id) {
+                    break id;
+                }
+            }
         })
         .collect()
 }

@@ -1,19 +1,23 @@
-//! Image to recognition, in three questions: objects and camera, sizes, supports.
+//! Image to recognition, in three questions: objects and camera, sizes, supports. What a text says is in the image
+//! goes with the first question, under a prompt of its own; the answer uses the text's names.
+
+use std::sync::Arc;
 
 use serde::Deserialize;
 use serde_json::{Value, json};
 
 use super::camera_estimate::{CameraEstimate, fit_camera};
-use super::describe::{numbered, shape_of};
+use super::describe::{numbered_beside, shape_of};
 use super::prompts::prompts;
 use super::repair_turn::Topic;
 use super::response_values::{Complaints, ImageBox};
 use super::schema::PER_MILLE;
 use super::{ChatAnalyst, measure, rejected, schema, stacking};
 use crate::image;
+use crate::prompt::Prompt;
 use catalog::{categories, category, table_models};
 use ports::BAD_ANSWER;
-use ports::{Call, Port, ProviderError, ReferenceImage};
+use ports::{Call, NamedObject, Port, ProviderError, RecognitionHints, ReferenceImage};
 use runtime::seed::child_seed;
 use scene::UNNAMED_CATEGORY;
 use scene::request::RequestOptions;
@@ -112,6 +116,7 @@ pub(super) async fn recognize(
     reference: ReferenceImage,
     seed: u64,
     options: RequestOptions,
+    hints: Option<Arc<RecognitionHints>>,
 ) -> Result<Recognition, ProviderError> {
     let (image, longest_px) = (reference.image.clone(), analyst.settings.image_px);
     let (width_px, height_px) = (image.width_px(), image.height_px());
@@ -121,14 +126,10 @@ pub(super) async fn recognize(
     });
     let png = encoded.await?;
 
-    let topic = Topic {
-        prompt: &prompts().recognize,
-        schema: schema(),
-        seed,
-        data: json!({ "question": "What stands on the table?" }),
-        images: vec![png.clone()],
-    };
-    let detections = analyst.ask(call, topic, accepted).await?;
+    let (prompt, data) = question(hints.as_deref());
+    let topic = Topic { prompt, schema: schema(), seed, data, images: vec![png.clone()] };
+    let of_text = hints.as_deref().map_or(&[][..], RecognitionHints::named);
+    let detections = analyst.ask(call, topic, |answer| accepted(answer, of_text)).await?;
     let limit = options.max_objects.map_or(MAX_OBJECTS, |limit| limit as usize);
     if detections.objects.len() > limit {
         let found = detections.objects.len();
@@ -168,7 +169,7 @@ pub(super) async fn recognize(
             }
         })?;
     let objects = detections.objects.into_iter().zip(sizes.objects).zip(carried);
-    Ok(Recognition {
+    let mut recognition = Recognition {
         camera,
         camera_is: CameraKnowledge::Judged,
         table: RecognizedTable {
@@ -195,13 +196,46 @@ pub(super) async fn recognize(
                 seen_px: Some(object.place.in_pixels(width_px, height_px)),
                 seen_as: None,
                 seen_like: None,
+                mass_kg: None,
             })
             .collect(),
-    })
+    };
+    if let Some(hints) = hints {
+        hints.apply(&mut recognition);
+    }
+    Ok(recognition)
 }
 
-/// The detections of a valid answer, or its violations.
-pub(super) fn accepted(answer: Answer) -> Result<Detections, Vec<String>> {
+/// The prompt of the first question, and its data.
+fn question(hints: Option<&RecognitionHints>) -> (&'static Prompt, Value) {
+    let asked = "What stands on the table?";
+    let Some(hints) = hints else { return (&prompts().recognize, json!({ "question": asked })) };
+    let object = |named: &NamedObject| {
+        // Models know the categories of the schema, not those of stand-ins.
+        let category = if named.stand_in { UNNAMED_CATEGORY } else { &named.category };
+        let mut object = json!({ "name": named.id, "label": named.label, "category": category });
+        if let Some(color) = named.color {
+            let [r, g, b, _] = color.to_rgba8();
+            object["color"] = json!(format!("#{r:02x}{g:02x}{b:02x}"));
+        }
+        if let Some(material) = &named.material {
+            object["material"] = json!(material);
+        }
+        if named.size_is_stated {
+            object["size_m"] = json!(named.size_m);
+        }
+        if let Some((relation, supporter)) = &named.supporter {
+            object["stands"] = json!({ "relation": relation, "of": supporter });
+        }
+        object
+    };
+    let named: Vec<Value> = hints.named().iter().map(object).collect();
+    (&prompts().recognize_named, json!({ "question": asked, "named": named, "absent": hints.absent() }))
+}
+
+/// The detections of a valid answer, or its violations. Objects that `of_text` names keep their names; all others are
+/// numbered.
+pub(super) fn accepted(answer: Answer, of_text: &[NamedObject]) -> Result<Detections, Vec<String>> {
     let mut complaints = Complaints::default();
     complaints.label("table.label", &answer.table.label);
     if table_models().iter().all(|model| model.name != answer.table.model) {
@@ -225,11 +259,20 @@ pub(super) fn accepted(answer: Answer) -> Result<Detections, Vec<String>> {
             complaints.add(format!("{at}.category must be one of the given words"));
         }
     }
+    let named = |object: &AnswerObject| of_text.iter().find(|named| named.id.as_str() == object.name);
     // An object without a category is named by its label.
-    let ids = numbered(answer.objects.iter().map(|object| match object.category.as_str() {
+    let kinds = answer.objects.iter().map(|object| match object.category.as_str() {
         UNNAMED_CATEGORY => object.label.as_str(),
         category => category,
-    }));
+    });
+    // The names of the text come first, so that no number is used twice.
+    let taken: Vec<InstanceId> = of_text.iter().map(|named| named.id.clone()).collect();
+    let ids: Vec<InstanceId> = answer
+        .objects
+        .iter()
+        .zip(numbered_beside(&taken, kinds))
+        .map(|(object, other)| named(object).map_or(other, |named| named.id.clone()))
+        .collect();
     let objects = answer.objects.into_iter().zip(ids).map(|(object, id)| DetectedObject {
         id,
         label: object.label.trim().to_owned(),

@@ -42,7 +42,7 @@ impl QuestionKind {
                 let anything = TableSpec::default();
                 complaints_of(response, |answer| describe::accepted(answer, "", 1, asked.len(), &anything))
             }
-            Self::Recognize => complaints_of(response, recognize::accepted),
+            Self::Recognize => complaints_of(response, |answer| recognize::accepted(answer, &[])),
             Self::Measure => complaints_of(response, |answer| measure::accepted(answer, asked)),
             Self::Stacking => complaints_of(response, |answer| stacking::accepted(&answer, asked)),
             Self::CheckTop => complaints_of(response, check_top::accepted),

@@ -81,6 +81,7 @@ mod tests {
             seen_px,
             seen_as: None,
             seen_like: None,
+            mass_kg: None,
         }
     }
 

@@ -92,6 +92,7 @@ mod tests {
                 seen_px: Some([pixel.x - 9.0, pixel.y - 9.0, pixel.x + 9.0, pixel.y + 9.0]),
                 seen_as: None,
                 seen_like: None,
+                mass_kg: None,
             }
         };
         Recognition {

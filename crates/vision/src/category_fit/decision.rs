@@ -77,11 +77,9 @@ pub fn assign_categories(
         .collect();
     let likelihood = |log_scale: f64| {
         let all = evidence.iter().zip(&candidates).map(|(found, matches)| log_sum(found, matches, log_scale));
-        all.sum::<f64>() - 0.5 * (log_scale / SCALE_SIGMA).powi(2)
+        all.sum::<f64>()
     };
-    let [from, to, step] = SCALES;
-    let steps = ((to - from) / step).round() as u32;
-    let tried = (0..=steps).map(|k| from + f64::from(k) * step).map(|scale| (likelihood(scale), scale));
+    let tried = scales().map(|(scale, prior)| (likelihood(scale) + prior, scale));
     let log_scale = tried.max_by(|a, b| a.0.total_cmp(&b.0)).map_or(0.0, |(_, scale)| scale);
     let objects: Vec<Option<CategoryAssignment>> = evidence
         .iter()
@@ -101,8 +99,18 @@ pub fn assign_categories(
     Naming { objects, scale }
 }
 
-/// Median scale of the named objects, if they agree.
-fn vote(objects: &[Option<CategoryAssignment>]) -> Option<f64> {
+/// The logarithms of the tried scales, and of their prior probabilities.
+pub(super) fn scales() -> impl Iterator<Item = (f64, f64)> {
+    let [from, to, step] = SCALES;
+    let steps = ((to - from) / step).round() as u32;
+    (0..=steps).map(move |k| {
+        let log_scale = from + f64::from(k) * step;
+        (log_scale, -0.5 * (log_scale / SCALE_SIGMA).powi(2))
+    })
+}
+
+/// Factor from the image's lengths to typical sizes of the named objects: that of their median, if they agree.
+pub fn vote(objects: &[Option<CategoryAssignment>]) -> Option<f64> {
     let mut votes: Vec<f64> = objects.iter().flatten().map(|named| named.category_match.oversize).collect();
     votes.sort_by(f64::total_cmp);
     let median = *votes.get(votes.len() / 2)?;
@@ -111,7 +119,7 @@ fn vote(objects: &[Option<CategoryAssignment>]) -> Option<f64> {
 }
 
 /// Log-sum-exp of all scores, including the null hypothesis.
-fn log_sum(found: &ObjectEvidence, matches: &[&CategoryMatch], log_scale: f64) -> f64 {
+pub(super) fn log_sum(found: &ObjectEvidence, matches: &[&CategoryMatch], log_scale: f64) -> f64 {
     let none = none_score(found, matches);
     let scores: Vec<f64> = matches.iter().map(|candidate| score(candidate, log_scale)).collect();
     let highest = scores.iter().copied().fold(none, f64::max);
@@ -123,7 +131,7 @@ fn mismatch(overlap: f64) -> f64 {
     ((1.0 - overlap).max(0.0) + 0.02).ln()
 }
 
-fn score(candidate: &CategoryMatch, log_scale: f64) -> f64 {
+pub(super) fn score(candidate: &CategoryMatch, log_scale: f64) -> f64 {
     let unexplained = ((1.0 - candidate.by_mesh + 0.05) / (1.0 - candidate.by_ramp + 0.05)).ln();
     let odd = ((candidate.oversize - log_scale).abs() - candidate.usual_spread).max(0.0);
     WEIGHTS.mismatch * mismatch(candidate.overlap)

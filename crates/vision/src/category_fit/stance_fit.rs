@@ -50,7 +50,7 @@ impl StanceFit<'_> {
         let away = self.away(best.stance.center);
         let right = DVec2::new(away.y, -away.x);
         let reach = 0.05 * (best.stance.stretch * self.mesh.size_m).max_element();
-        let turns_alike = self.mesh.category.symmetry_order == 0;
+        let turns_alike = self.mesh.symmetry_order == 0;
         let mut step = 1.0;
         for _ in 0..ROUNDS {
             for parameter in 0..7 {

@@ -1,15 +1,17 @@
-//! Light meshes of the catalog's categories that are candidates in images, built once a process.
+//! Light meshes of the catalog's categories, built once a process when they are first compared.
 //!
-//! They are a pure function of the catalog, so results do not depend on the order of construction.
+//! They are a pure function of the catalog, so results do not depend on the order of construction. Stand-ins and
+//! categories of a stated size have meshes of their own, in that size.
 
 use std::collections::BTreeMap;
+use std::f64::consts::FRAC_PI_2;
 use std::sync::{LazyLock, OnceLock};
 
-use glam::{DVec3, Vec3};
+use glam::{DQuat, DVec3, Vec3};
 
 use super::views::{self, View};
 use crate::pixels::{lab_of, lab_of_srgb};
-use catalog::{Category, Recipe};
+use catalog::{Category, Recipe, SizeRange};
 use geometry::{Rgb, TexturedMesh};
 
 /// Variants of a category: its generator runs with this many seeds.
@@ -24,7 +26,9 @@ const ELEVATIONS: usize = 16;
 
 /// A mesh of a category in its canonical frame, at its usual size.
 pub(super) struct StockMesh {
-    pub category: &'static Category,
+    /// Number of yaws at which it appears the same; 0 stands for any.
+    pub symmetry_order: u32,
+    pub is_lying: bool,
     pub variant: u64,
     /// Extents, meters.
     pub size_m: DVec3,
@@ -46,63 +50,82 @@ pub(super) struct StockMesh {
 /// Meshes and palette of a category.
 pub(super) struct StockCategory {
     pub category: &'static Category,
+    /// Extents of small and large specimens.
+    pub size: SizeRange,
     meshes: [OnceLock<Option<StockMesh>>; VARIANTS],
+    lying: OnceLock<Option<StockMesh>>,
     /// CIELAB.
     pub palette: Vec<[f32; 3]>,
 }
 
-/// Every category that an object of an image may be, in the catalog's order.
+/// Every category of the catalog, in its order.
 pub(super) fn stock() -> &'static [StockCategory] {
     static STOCK: LazyLock<Vec<StockCategory>> = LazyLock::new(|| {
-        let palette = |category: &Category| {
-            let hex =
-                category.palette.iter().map(|text| u32::from_str_radix(text.trim_start_matches('#'), 16));
-            hex.flatten().map(|hex| lab_of_srgb(Rgb::hex(hex))).collect()
-        };
-        let of = |category: &'static Category| StockCategory {
-            category,
-            meshes: Default::default(),
-            palette: palette(category),
-        };
-        catalog::categories().iter().filter(|category| category.is_image_candidate()).map(of).collect()
+        let of = |category: &'static Category| StockCategory::new(category, category.size);
+        catalog::categories().iter().map(of).collect()
     });
     &STOCK
 }
 
+/// From this ratio of height to width on, a mesh may also lie on its side.
+const SLIM: f64 = 1.6;
+
 impl StockCategory {
+    pub fn new(category: &'static Category, size: SizeRange) -> Self {
+        let hex = category.palette.iter().map(|text| u32::from_str_radix(text.trim_start_matches('#'), 16));
+        let palette = hex.flatten().map(|hex| lab_of_srgb(Rgb::hex(hex))).collect();
+        Self { category, size, meshes: Default::default(), lying: OnceLock::new(), palette }
+    }
+
     /// The mesh of that variant; `None` where the catalog makes none.
     pub fn mesh(&self, variant: usize) -> Option<&StockMesh> {
-        self.meshes[variant].get_or_init(|| StockMesh::new(self.category, variant as u64)).as_ref()
+        self.meshes[variant].get_or_init(|| self.build(variant, false)).as_ref()
+    }
+
+    /// The mesh of the first variant on its side; `None` for what is not slim.
+    pub fn lying_mesh(&self) -> Option<&StockMesh> {
+        self.lying.get_or_init(|| self.build(0, true)).as_ref()
+    }
+
+    fn build(&self, variant: usize, is_lying: bool) -> Option<StockMesh> {
+        let upright = catalog::build(&Recipe {
+            category: self.category.name.clone(),
+            size_m: self.size.typical_m(),
+            color: None,
+            material: None,
+            seed: variant as u64,
+        })?;
+        if !is_lying {
+            return Some(StockMesh::new(&upright, self.category.symmetry_order, variant as u64, false));
+        }
+        let size_m = upright.size_m();
+        let lying = (size_m.z > SLIM * size_m.x.max(size_m.y))
+            .then(|| upright.rotated(DQuat::from_rotation_x(FRAC_PI_2)).seated())?;
+        Some(StockMesh::new(&lying, 1, variant as u64, true))
     }
 }
 
 impl StockMesh {
-    fn new(category: &'static Category, variant: u64) -> Option<Self> {
-        let mesh = catalog::build(&Recipe {
-            category: category.name.clone(),
-            size_m: category.size.typical_m(),
-            color: None,
-            material: None,
-            seed: variant,
-        })?;
+    fn new(mesh: &TexturedMesh, symmetry_order: u32, variant: u64, is_lying: bool) -> Self {
         let positions: Vec<Vec3> = mesh.positions.iter().map(|p| p.as_vec3()).collect();
         let (mut triangles, mut part, mut normal, mut surface_lab) =
             (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         let mut part_lab = vec![[0.0; 3]; mesh.groups.len()];
         for (index, group) in mesh.groups.iter().enumerate() {
-            let surface = SurfaceColor::new(&mesh, group.material);
+            let surface = SurfaceColor::new(mesh, group.material);
             part_lab[index] = surface.mean;
             for t in &group.triangles {
                 triangles.push(*t);
                 part.push(index.min(usize::from(u8::MAX)) as u8);
                 let [a, b, c] = t.map(|v| mesh.normals[v as usize]);
                 normal.push((a + b + c).normalize_or_zero());
-                surface_lab.push(surface.at(&mesh, t));
+                surface_lab.push(surface.at(mesh, t));
             }
         }
         let (outline_positions, outline_triangles) = cluster_vertices(&positions, &triangles);
-        Some(Self {
-            category,
+        Self {
+            symmetry_order,
+            is_lying,
             variant,
             size_m: mesh.size_m(),
             positions,
@@ -114,7 +137,7 @@ impl StockMesh {
             outline_positions,
             outline_triangles,
             views: (0..ELEVATIONS).map(|_| OnceLock::new()).collect(),
-        })
+        }
     }
 
     /// Its outlines from all directions, at about that elevation.

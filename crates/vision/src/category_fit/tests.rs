@@ -13,7 +13,7 @@ const QUALITY: RenderSettings =
     RenderSettings { supersampling: 1, shadow_map_px: 256, sky_directions: 8, sky_map_px: 64 };
 
 /// The object rendered on a gray table, with a perfect reading.
-fn seen(mesh: &TexturedMesh, yaw_rad: f64) -> (Image, ImageReading) {
+pub(super) fn seen(mesh: &TexturedMesh, yaw_rad: f64) -> (Image, ImageReading) {
     let mut table = TexturedMesh::default();
     let top = block(DVec3::new(1.2, 0.8, 0.02)).translated(-0.02 * DVec3::Z);
     table.add(top, &Material::plain("top", Rgb([0.6, 0.6, 0.6]), 0.8));

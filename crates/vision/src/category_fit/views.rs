@@ -26,7 +26,7 @@ pub(super) struct View {
 
 /// All views from that elevation; a single one of a rotationally symmetric mesh.
 pub(super) fn around(mesh: &StockMesh, elevation_rad: f64) -> Vec<View> {
-    let order = mesh.category.symmetry_order as usize;
+    let order = mesh.symmetry_order as usize;
     let count = match order {
         0 => 1,
         order if YAWS.is_multiple_of(order) => YAWS / order,

@@ -29,6 +29,9 @@ pub struct ObjectEstimate {
     /// Assigned category, and the category assigned if the catalog lacks the object's own.
     pub label: Option<&'static str>,
     pub label_as_foreign: Option<&'static str>,
+    /// Category assigned beside a text that names what is in the image, and whether it is one of the text.
+    pub label_with_text: Option<&'static str>,
+    pub named_by_text: bool,
 }
 
 impl From<&ImageReading> for TableEstimate {
@@ -47,6 +50,8 @@ impl From<&ImageReading> for TableEstimate {
                     height: nearer * object.solid.size.z,
                     label: None,
                     label_as_foreign: None,
+                    label_with_text: None,
+                    named_by_text: false,
                 }
             })
             .collect();

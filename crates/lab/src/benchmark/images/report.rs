@@ -6,6 +6,7 @@ use std::fmt::Write;
 use serde::Serialize;
 
 use super::score::ObjectScore;
+use super::text_beside::TextSummary;
 use super::{ImageResult, SIZE_PX};
 use crate::benchmark::statistics::{Quantiles, quantiles};
 use crate::synthetic_images::{Split, TableShape};
@@ -31,6 +32,9 @@ pub struct Report {
     pub cut: Summary,
     /// Number of refusals by error code.
     pub refusals: BTreeMap<String, usize>,
+    /// Labels beside texts, if the images had any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub with_text: Option<TextSummary>,
     pub images: Vec<ImageResult>,
 }
 
@@ -123,6 +127,7 @@ impl Report {
             whole: group(&|p| p.score.table_is_whole),
             cut: group(&|p| !p.score.table_is_whole),
             refusals,
+            with_text: None,
             images,
         }
     }
@@ -161,6 +166,9 @@ impl Report {
         let _ = writeln!(text, "\nMedian elevation error with every refusal as the largest: {elevation}.");
         for (code, count) in &self.refusals {
             let _ = writeln!(text, "\nRefused as `{code}`: {count}");
+        }
+        if let Some(with_text) = &self.with_text {
+            text += &with_text.markdown();
         }
         text
     }

@@ -45,6 +45,8 @@ pub struct ImageScore {
     pub expected: usize,
     pub detected: usize,
     pub false_positives: usize,
+    /// False positives with a name of the text.
+    pub named_false_positives: usize,
     /// 0 without an estimate.
     pub outline_iou: f64,
     /// `None` without an estimate.
@@ -68,6 +70,9 @@ pub struct ObjectScore {
     /// Assigned category, and the category assigned if the catalog lacks the object's own.
     pub label: Option<&'static str>,
     pub label_as_foreign: Option<&'static str>,
+    /// Category assigned beside a text, if there is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub label_with_text: Option<&'static str>,
 }
 
 impl ObjectScore {
@@ -86,11 +91,12 @@ pub fn score(truth: &ImageTruth, labels: &Labels, estimate: Option<&TableEstimat
     let detections: Vec<(usize, usize, f64)> =
         pairs.iter().copied().filter(|(object, _, _)| counts[*object]).collect();
     let is_matched = |detection: usize| pairs.iter().any(|(_, other, _)| *other == detection);
-    let false_positives = (0..objects.len())
+    let false_positives: Vec<&ObjectEstimate> = (0..objects.len())
         .filter(|&detection| {
             !is_matched(detection) && !is_uncounted(&objects[detection].mask, &masks, &counts)
         })
-        .count();
+        .map(|detection| &objects[detection])
+        .collect();
     let aligned = estimate.and_then(|estimate| Alignment::of(estimate, truth));
     let scores = estimate.zip(aligned).map_or_else(Vec::new, |(estimate, aligned)| {
         let one = |&(object, detection, iou): &(usize, usize, f64)| {
@@ -99,6 +105,7 @@ pub fn score(truth: &ImageTruth, labels: &Labels, estimate: Option<&TableEstimat
             ObjectScore {
                 label: detection.label,
                 label_as_foreign: detection.label_as_foreign,
+                label_with_text: detection.label_with_text,
                 ..object_score(object, iou, &footprint, aligned.scale * detection.height)
             }
         };
@@ -111,7 +118,8 @@ pub fn score(truth: &ImageTruth, labels: &Labels, estimate: Option<&TableEstimat
         table_is_whole: truth.table.is_whole,
         expected: counts.iter().filter(|counts| **counts).count(),
         detected: detections.len(),
-        false_positives,
+        false_positives: false_positives.len(),
+        named_false_positives: false_positives.iter().filter(|object| object.named_by_text).count(),
         outline_iou: estimate.map_or(0.0, |estimate| outline_iou(truth, &estimate.outline_px)),
         elevation_error_deg: estimate
             .map(|estimate| (estimate.elevation_rad - truth.elevation_rad).abs().to_degrees()),
@@ -134,7 +142,8 @@ pub fn true_names<'a>(
     names
 }
 
-fn counts(object: &ObjectTruth, truth: &ImageTruth) -> bool {
+/// Whether an object is large enough and visible enough to count.
+pub fn counts(object: &ObjectTruth, truth: &ImageTruth) -> bool {
     let image_px = f64::from(truth.width_px) * f64::from(truth.height_px);
     object.visible_px as f64 >= MIN_SHARE_OF_IMAGE * image_px && object.visible_share >= MIN_VISIBLE_SHARE
 }
@@ -259,6 +268,7 @@ fn object_score(object: &ObjectTruth, iou: f64, footprint_m: &[DVec2], height_m:
         iou,
         label: None,
         label_as_foreign: None,
+        label_with_text: None,
         position_error_m: apart.map(|(expected, estimated)| (estimated - expected).length()),
         height_error: (height_m / object.size_m.z.max(1e-9) - 1.0).abs(),
         yaw_error_deg,

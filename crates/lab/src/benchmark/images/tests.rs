@@ -23,6 +23,8 @@ fn perfect(sample: &SyntheticImage, unit_m: f64) -> TableEstimate {
         height: object.size_m.z / unit_m,
         label: None,
         label_as_foreign: None,
+        label_with_text: None,
+        named_by_text: false,
     };
     TableEstimate {
         elevation_rad: truth.elevation_rad,
@@ -102,6 +104,8 @@ fn score_reflects_each_perturbation() {
             height: 0.1,
             label: None,
             label_as_foreign: None,
+            label_with_text: None,
+            named_by_text: false,
         });
     });
     assert_eq!((more.detected, more.false_positives), (truth.detected, 1));
@@ -145,6 +149,7 @@ fn perfect_maps_yield_high_recall_and_precision() {
             sizes: SizeSettings { table_height_m: 0.74, top_view_px: 512, texture_px: 512 },
             naming: test_settings::section("category_fit"),
         },
+        text_parser: None,
     };
     let results: Vec<ImageResult> = (0..14)
         .into_par_iter()

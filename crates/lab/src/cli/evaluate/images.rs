@@ -10,6 +10,7 @@ use crate::app::evaluation;
 use crate::benchmark::images::comparison_image::comparison_image;
 use crate::benchmark::images::regions::RegionsReport;
 use crate::benchmark::images::report::Report;
+use crate::benchmark::images::text_beside::TextSummary;
 use crate::benchmark::images::{ImageBench, ImageResult, SET_SIZE};
 use crate::synthetic_images::{Split, SyntheticImage};
 use imaging::codec::encode_png;
@@ -32,7 +33,8 @@ pub fn run(arguments: &Arguments, resolved: &Resolved) -> Result<Finished, Failu
         let message = message(&result);
         Ok((result, message))
     })?;
-    let report = Report::new(Split::from(arguments.split), SET_SIZE as usize, results);
+    let mut report = Report::new(Split::from(arguments.split), SET_SIZE as usize, results);
+    report.with_text = arguments.with_text.then(|| TextSummary::new(&report.images));
     Ok(Finished { table: report.markdown(), document: json_of(&report)?, complete: true })
 }
 
@@ -61,7 +63,7 @@ fn for_each_image<T: Send>(
     if arguments.scene.is_some() {
         return Err(Failure::usage("--scene: images have no names; --scenes N takes the first N".to_owned()));
     }
-    let bench = evaluation::image_bench(resolved, arguments.perfect_maps)?;
+    let bench = evaluation::image_bench(resolved, arguments.perfect_maps, arguments.with_text)?;
     let split = Split::from(arguments.split);
     let count = arguments.scenes.unwrap_or(SET_SIZE);
     let cancel = CancelFlag::default();

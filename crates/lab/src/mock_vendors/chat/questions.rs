@@ -27,7 +27,7 @@ pub(super) async fn answered(sessions: &ImageSessions, question: &Question) -> R
     let image = question.images.first().ok_or_else(|| VendorError::Invalid("there is no image".into()))?;
     let known = sessions.recognize(image.clone()).await?;
     match question.schema.as_str() {
-        "recognize" => Ok(recognized(&known.recognized)),
+        "recognize" | "recognize_named" => Ok(recognized(&known.recognized)),
         "measure" => measured(&known.recognized, &question.data),
         "stacking" => stacked(&known.recognized, &question.data),
         other => Err(VendorError::Invalid(format!("nobody here knows what to say to {other}"))),

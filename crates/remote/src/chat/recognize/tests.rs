@@ -23,7 +23,7 @@ fn answer() -> Value {
 
 fn read(answer: &Value) -> Result<Detections, String> {
     let answer: Answer = serde_json::from_value(answer.clone()).map_err(|error| error.to_string())?;
-    accepted(answer).map_err(|complaints| complaints.join("; "))
+    accepted(answer, &[]).map_err(|complaints| complaints.join("; "))
 }
 
 #[test]
@@ -34,6 +34,36 @@ fn accepted_converts_a_valid_answer_and_numbers_objects() {
     assert!((detections.camera.elevation_rad - std::f64::consts::FRAC_PI_4).abs() < 1e-9);
     assert_eq!(detections.camera.table_box, [0.1, 0.3, 0.9, 0.8]);
     assert_eq!(named(&detections)[0]["name"], "mug_1");
+}
+
+#[test]
+fn names_of_the_text_are_kept_and_not_given_twice() {
+    let named = |name: &str| NamedObject {
+        id: InstanceId::new(name).expect("a name"),
+        label: name.into(),
+        category: "mug".into(),
+        stand_in: false,
+        size_m: glam::DVec3::splat(0.1),
+        size_is_stated: false,
+        color: None,
+        material: None,
+        mass_kg: None,
+        pose: Default::default(),
+        supporter: None,
+    };
+    let mut answer = answer();
+    answer["objects"][1]["name"] = json!("mango_1");
+    let answer: Answer = serde_json::from_value(answer).expect("an answer");
+    // The text's first mug is not in the image: the mug there gets the next number.
+    let detections = accepted(answer, &[named("mango_1"), named("mug_2")])
+        .unwrap_or_else(|complaints| panic!("{complaints:?}"));
+    let ids: Vec<&str> = detections.objects.iter().map(|object| object.id.as_str()).collect();
+    assert_eq!(ids, ["mug_1", "mango_1"]);
+    let unused: Answer = serde_json::from_value(super::tests::answer()).expect("an answer");
+    let detections = accepted(unused, &[named("mug_2"), named("brass_astrolabe_1")])
+        .unwrap_or_else(|complaints| panic!("{complaints:?}"));
+    let ids: Vec<&str> = detections.objects.iter().map(|object| object.id.as_str()).collect();
+    assert_eq!(ids, ["mug_1", "brass_astrolabe_2"]);
 }
 
 #[test]
