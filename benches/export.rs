@@ -63,6 +63,7 @@ fn finished(scene: &Breakfast, bodies: &[Body]) -> Scene {
             name: InstanceId::new(&body.name).expect("a name"),
             label: object.label.clone(),
             category: object.category.clone(),
+            stand_in: false,
             image: ImageRegion { bbox_px: [0, 0, 1, 1] },
             world_from_object: body.world_from_object,
             yaw_rad: body.world_from_object.yaw_rad(),

@@ -8,10 +8,12 @@ pub mod options;
 pub mod terminal;
 pub mod signals;
 pub mod generate;
+pub mod parse;
 pub mod progress;
 pub mod output_dir;
 pub mod scene_summary;
 pub mod certificate;
+pub mod text_account;
 pub mod serve;
 pub mod migrate;
 pub mod check_config;
@@ -34,6 +36,8 @@ struct Cli {
 enum Command {
     /// Make one scene here and now, without a server.
     Generate(generate::Arguments),
+    /// Show what a text is understood as, without making a scene.
+    Parse(parse::Arguments),
     /// Run the job server.
     Serve(serve::Arguments),
     /// Bring a data directory's database up to date; `serve` does so by itself.
@@ -46,6 +50,7 @@ enum Command {
 pub fn main() -> ExitCode {
     run(Cli::try_parse(), |cli| match cli.command {
         Command::Generate(arguments) => generate::run(arguments),
+        Command::Parse(arguments) => parse::run(arguments),
         Command::Serve(arguments) => serve::run(arguments),
         Command::Migrate(arguments) => migrate::run(arguments),
         Command::CheckConfig(arguments) => check_config::run(arguments),

@@ -38,6 +38,7 @@ use pose_estimation::upright::UprightSettings;
 use pose_estimation::yaw::YawSettings;
 use render::RenderSettings;
 use resources::StageResources;
+use scene::text_account::TextAccount;
 use scene::{Recognition, SceneRequest, SupportTree};
 use store::artifacts::BuiltScene;
 
@@ -90,6 +91,8 @@ pub struct PreparedObjects {
     pub(in crate::pipeline) ports: Ports,
     pub(in crate::pipeline) settings: Arc<Settings>,
     pub(in crate::pipeline) reference: reference::Output,
+    /// Of the text, alone or beside an image.
+    pub(in crate::pipeline) account: Option<TextAccount>,
     pub recognition: Arc<Recognition>,
     /// Of the recognized objects.
     pub(in crate::pipeline) supports: SupportTree,
@@ -166,7 +169,9 @@ async fn run_stages(
     let reference = stages.run(reference::STAGE, inputs, reference::run).await?;
 
     let inputs = recognize::Inputs::new(&request, &reference, &ports);
-    let recognition = Arc::new(stages.run(recognize::STAGE, inputs, recognize::run).await?);
+    let recognize::Output { recognition, account } =
+        stages.run(recognize::STAGE, inputs, recognize::run).await?;
+    let recognition = Arc::new(recognition);
     let supports = recognize::support_tree(&recognition)?;
 
     let inputs = segment::Inputs::new(&reference, &recognition, &ports);
@@ -213,6 +218,7 @@ async fn run_stages(
         request,
         ports,
         settings,
+        account: account.or_else(|| reference.account.clone()),
         reference,
         recognition,
         supports,

@@ -19,7 +19,7 @@ use embedded::{EmbeddedSettings, analyst};
 use gpu::Compute;
 use ports::Ports;
 use remote::settings::AnalystProvider;
-use scene::{Input, SceneRequest};
+use scene::SceneRequest;
 
 /// What was made when the program started: networks read from files of weights, and remote models.
 #[derive(Clone)]
@@ -75,8 +75,8 @@ pub fn understand(resolved: &Resolved) -> Understand {
     let analysts = &resolved.config.providers.analyst;
     let is_embedded = analysts.iter().all(|provider| *provider == AnalystProvider::Embedded);
     let settings = resolved.config.analyst.clone();
-    Arc::new(move |request: &SceneRequest| match &request.input {
-        Input::Text { text } if is_embedded => {
+    Arc::new(move |request: &SceneRequest| match request.input.text() {
+        Some(text) if is_embedded => {
             let described = analyst::describe(text, request.seed, &request.options, &settings);
             let account = described.map(|description| Some(description.account()));
             account.map_err(|error| FieldError::new("/text", error.to_string()))

@@ -3,10 +3,10 @@
 use std::fmt::Write as _;
 
 use super::scene_summary::Outcome;
+use super::text_account;
+use scene::Certificate;
 use scene::certificate::ObjectCertificate;
 use scene::text_account::TextAccount;
-use scene::{Certificate, InstanceId};
-use serde_json::json;
 
 /// Verdict, metrics and objects of a finished scene, and where it lies.
 pub fn table(outcome: &Outcome, total_ms: u128) -> String {
@@ -38,34 +38,15 @@ pub fn table(outcome: &Outcome, total_ms: u128) -> String {
             let _ = writeln!(text, "  quarantined: {}", reason.sentence);
         }
     }
-    if let Ok(Some(account)) = serde_json::from_value(outcome.summary["text"].clone()) {
-        account_lines(&mut text, &account);
+    if let Ok(Some(account)) = serde_json::from_value::<Option<TextAccount>>(outcome.summary["text"].clone())
+    {
+        text.push_str(&text_account::table(&account, text_account::Detail::Objects));
     }
     if !outcome.passed {
         let _ = writeln!(text, "  the bundle was written to be inspected; do not train on it");
     }
     let _ = writeln!(text, "{}  {:.2} s", outcome.paths.bundle, total_ms as f64 / 1000.0);
     text
-}
-
-/// The goal, the stand-ins, and what was not understood of the text.
-fn account_lines(text: &mut String, account: &TextAccount) {
-    let word = |value: serde_json::Value| value.as_str().unwrap_or_default().replace('_', " ");
-    for predicate in account.goal.iter().flat_map(|goal| &goal.predicates) {
-        let targets = predicate.target.iter().chain(&predicate.second_target);
-        let targets = targets.map(InstanceId::as_str).collect::<Vec<_>>().join(", ");
-        let name = word(json!(predicate.predicate));
-        let _ = writeln!(text, "  goal: {} {name} {targets}", predicate.object);
-    }
-    for id in &account.stand_ins {
-        let _ = writeln!(text, "  stand-in: {id} is a plain shape; the catalog does not have the object");
-    }
-    for part in &account.unrecognized {
-        let nearest = part.nearest_by_spelling.as_ref().or(part.nearest_by_meaning.as_ref());
-        let nearest = nearest.map_or(String::new(), |nearest| format!("; nearest known: {nearest}"));
-        let _ =
-            writeln!(text, "  without effect: {:?} ({}{nearest})", part.span.text, word(json!(part.reason)));
-    }
 }
 
 /// One line an object: how far inside its support, how far it moved, its hulls.

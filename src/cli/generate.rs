@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use clap::{ArgGroup, Args};
 use tokio_util::sync::CancellationToken;
 
-use super::options::ConfigOptions;
+use super::options::{ConfigOptions, TextOptions};
 use super::output_dir::{self, Folder};
 use super::progress::Progress;
 use super::scene_summary::{self, Outcome};
@@ -27,9 +27,9 @@ use store::{BlobPlace, Outage, Store};
 
 /// Arguments of `generate`.
 #[derive(Debug, Args)]
-#[command(group(ArgGroup::new("input").required(true).args(["text", "image"])))]
+#[command(group(ArgGroup::new("input").required(true).multiple(true).args(["text", "image"])))]
 pub struct Arguments {
-    /// What stands on the table, in words
+    /// What stands on the table, in words; beside an image, what is in it
     #[arg(long, value_name = "TEXT")]
     text: Option<String>,
     /// An image of a table: PNG, JPEG or WebP
@@ -52,9 +52,8 @@ pub struct Arguments {
     /// Also write what every stage put aside, under DIR/artifacts/STAGE/
     #[arg(long)]
     artifacts: bool,
-    /// Refuse a scene of more objects (1 to 64)
-    #[arg(long, value_name = "N")]
-    max_objects: Option<u32>,
+    #[command(flatten)]
+    reading: TextOptions,
     /// Keep and reuse finished stages in this data directory instead of a temporary one
     #[arg(long, value_name = "DIR")]
     data_dir: Option<PathBuf>,
@@ -92,16 +91,12 @@ fn generate(mut arguments: Arguments) -> Result<Exit, Failure> {
     let body = SceneBody {
         text: arguments.text.clone(),
         seed: arguments.seed,
-        options: RequestOptions {
-            max_objects: arguments.max_objects,
-            set: own.into_iter().collect(),
-            ..RequestOptions::default()
-        },
+        options: RequestOptions { set: own.into_iter().collect(), ..arguments.reading.request_options() },
         ..SceneBody::default()
     };
     let settings = &resolved.config.server;
-    let submission =
-        submission::validate(body, image, settings, &app::pipeline::validate(&resolved)).map_err(refused)?;
+    let submission = submission::validate(body, image, settings, &app::pipeline::validate(&resolved))
+        .map_err(|problem| refused(problem, "--text"))?;
     let build = app::pipeline::build_pipeline(&resolved)?;
     let out = arguments.out.clone().unwrap_or_else(|| PathBuf::from("out"));
     // The default folder holds one folder per bundle, so it may hold anything itself.
@@ -235,21 +230,23 @@ fn read_image(path: &Path, config: &Config) -> Result<bytes::Bytes, Failure> {
     Ok(std::fs::read(path).map_err(unreadable)?.into())
 }
 
-/// A refusal in the words of the command line, with the document that the server would answer.
-fn refused(problem: crate::api::Problem) -> Failure {
+/// A refusal in the words of the command line, with the document that the server would answer. `text` is the name of
+/// the argument that holds the text.
+pub(super) fn refused(problem: crate::api::Problem, text: &str) -> Failure {
     let mut document = problem.document("");
     if let Some(members) = document.as_object_mut() {
         members.remove("request_id");
     }
-    Failure { problem: Some(document), ..Failure::usage(refusal_message(problem)) }
+    Failure { problem: Some(document), ..Failure::usage(refusal_message(problem, text)) }
 }
 
-fn refusal_message(problem: crate::api::Problem) -> String {
+fn refusal_message(problem: crate::api::Problem, text: &str) -> String {
     if problem.errors.is_empty() {
         return problem.detail;
     }
     let lines = problem.errors.iter().map(|error| {
         let option = match error.pointer.as_str() {
+            "/text" => text.to_owned(),
             "/options/max_objects" => "--max-objects".to_owned(),
             "" => "input".to_owned(),
             pointer => match pointer.strip_prefix("/options/set/") {

@@ -2,11 +2,12 @@
 
 use std::path::PathBuf;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 
 use super::Failure;
 use crate::app::config;
 use crate::app::config::{Resolved, Sources};
+use scene::request::{OnUnknown, RequestOptions};
 
 /// Where settings come from.
 #[derive(Clone, Debug, Default, Args)]
@@ -32,6 +33,41 @@ impl ConfigOptions {
             arguments: arguments.chain(more).collect(),
         };
         Ok(config::layers::load(sources)?)
+    }
+}
+
+/// How a text is read.
+#[derive(Clone, Debug, Default, Args)]
+pub struct TextOptions {
+    /// Refuse a scene of more objects (1 to 64)
+    #[arg(long, value_name = "N")]
+    max_objects: Option<u32>,
+    /// What happens to parts of the text that are not understood [default: stand-in]
+    #[arg(long, value_name = "POLICY")]
+    on_unknown: Option<UnknownPolicy>,
+}
+
+/// [`OnUnknown`] as an argument.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum UnknownPolicy {
+    /// Make no scene
+    Fail,
+    /// Let a plain shape stand in for an object that the catalog does not have
+    #[value(alias = "stand_in")]
+    StandIn,
+    /// Leave unknown objects out
+    Drop,
+}
+
+impl TextOptions {
+    /// As options of a request.
+    pub fn request_options(&self) -> RequestOptions {
+        let on_unknown = self.on_unknown.map(|policy| match policy {
+            UnknownPolicy::Fail => OnUnknown::Fail,
+            UnknownPolicy::StandIn => OnUnknown::StandIn,
+            UnknownPolicy::Drop => OnUnknown::Drop,
+        });
+        RequestOptions { max_objects: self.max_objects, on_unknown, ..RequestOptions::default() }
     }
 }
 

@@ -2,6 +2,8 @@
 //! likeness to the image), rendered, rated by a model where that is wanted, written in every format and read back.
 
 mod plausibility;
+mod grasp;
+mod upright_frame;
 mod measure;
 mod vlm_rating;
 mod write;
@@ -36,7 +38,7 @@ use store::Digest;
 pub use plausibility::HealthSettings;
 pub use vlm_rating::AppraiseSettings;
 
-pub const STAGE: Stage = Stage { name: "certify", version: 9 };
+pub const STAGE: Stage = Stage { name: "certify", version: 10 };
 
 /// Section `[fidelity]`.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
@@ -86,7 +88,7 @@ impl SceneIdentity {
     }
 }
 
-#[derive(Serialize)]
+#[derive(Clone, Serialize)]
 pub struct Inputs {
     identity: SceneIdentity,
     image: ArtifactRef,
@@ -124,7 +126,7 @@ pub struct Inputs {
 }
 
 /// One body with everything the stages found out about it.
-#[derive(Serialize)]
+#[derive(Clone, Serialize)]
 struct BodyParts {
     resolved: ResolvedBody,
     mesh: ArtifactRef,
@@ -225,7 +227,7 @@ impl Inputs {
                 log: resolved.log.clone(),
                 gave_way: resolved.gave_way.clone(),
             },
-            account: reference.account.clone(),
+            account: objects.account.clone(),
             certify: settings.certify.clone(),
             settle: settings.settle.clone(),
             fidelity: settings.fidelity.clone(),
@@ -252,7 +254,9 @@ impl Inputs {
 
 pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageError> {
     let parts = inputs.bodies.iter().map(|body| load(&context, &body.resolved.name, &body.mesh, &body.hulls));
-    let loaded: Arc<Vec<Loaded>> = Arc::new(futures::future::try_join_all(parts).await?);
+    let loaded: Vec<Loaded> = futures::future::try_join_all(parts).await?;
+    let (inputs, loaded) = context.cpu(move || upright_frame::in_upright_frames(inputs, loaded)).await??;
+    let loaded = Arc::new(loaded);
     let reference = artifact_io::image(&context, &inputs.image).await?;
     let mut drawn =
         write::StoredImages { reference_png: context.get(&inputs.image).await?, thumbnails: Vec::new() };

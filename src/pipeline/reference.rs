@@ -19,7 +19,7 @@ use scene::text_account::TextAccount;
 use scene::{Input, InstanceId, SceneRequest};
 use store::Digest;
 
-pub const STAGE: Stage = Stage { name: "reference", version: 6 };
+pub const STAGE: Stage = Stage { name: "reference", version: 7 };
 
 /// Largest side of the reference image, pixels; larger images are reduced, smaller ones stay.
 const MAX_SIDE_PX: u32 = 1280;
@@ -76,7 +76,7 @@ pub struct TopRef {
 impl Inputs {
     pub fn new(request: &SceneRequest, ports: &Ports) -> Self {
         Self {
-            input: request.input.clone(),
+            input: request.input.of_reference(),
             seed: request.seed,
             options: options_for_key(request),
             analyst: ports.analyst.adapter(),
@@ -102,8 +102,9 @@ async fn rendered(context: &Context, inputs: &Inputs, text: &str) -> Result<Outp
     let description =
         ports.analyst.describe(&call, text.to_owned(), inputs.seed, inputs.options.clone()).await?;
     context.put_json("description.json", &description).await?;
-    let account = Some(description.account());
+    let account = description.account();
     let generated = ports.image_generator.reference(&call, Arc::new(description), inputs.seed).await?;
+    let account = Some(TextAccount { unmet: generated.unmet, ..account });
     let image = artifact_io::put_image(context, "reference.png", generated.image).await?;
     let mut output = Output { image, known: None, alone: Vec::new(), top: None, account };
     if let Some(SyntheticGroundTruth { known, truth, alone, top }) = generated.ground_truth {

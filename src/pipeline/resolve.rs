@@ -24,7 +24,7 @@ use scene::{Recognition, RecognizedObject, SupportTree};
 use relaxation::{Attempt, Infeasible};
 pub use relaxation::{NoSpaceSettings, OnNoSpace};
 
-pub const STAGE: Stage = Stage { name: "resolve", version: 7 };
+pub const STAGE: Stage = Stage { name: "resolve", version: 8 };
 
 #[derive(Serialize)]
 pub struct Inputs {
@@ -45,6 +45,9 @@ pub(super) struct Part {
     pub name: String,
     pub category: String,
     pub material: Option<String>,
+    /// The mass that the text states.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mass_kg: Option<f64>,
     pub mesh: ArtifactRef,
     pub hulls: ArtifactRef,
     /// `world_from_object` wanted.
@@ -90,6 +93,7 @@ impl Inputs {
             name: "table".into(),
             category: "table".into(),
             material: recognition.table.material.clone(),
+            mass_kg: None,
             mesh: layout.table.mesh.clone(),
             hulls: layout.table.hulls.clone(),
             aligned: Pose::IDENTITY,
@@ -98,6 +102,7 @@ impl Inputs {
             name: placed.id.to_string(),
             category: object.category.clone(),
             material: object.material.clone(),
+            mass_kg: object.mass_kg,
             mesh: placed.mesh.clone(),
             hulls: placed.hulls.clone(),
             aligned: placed.world_from_object,
@@ -226,8 +231,11 @@ fn solve(
         let failed = |error: String| {
             StageError::permanent("no_physical_properties", format!("resolving {}: {error}", part.name))
         };
-        let properties = physical_properties(&geometry.mesh, &part.category, part.material.as_deref())
+        let mut properties = physical_properties(&geometry.mesh, &part.category, part.material.as_deref())
             .map_err(|error| failed(error.to_string()))?;
+        if let Some(mass_kg) = part.mass_kg {
+            properties.mass = properties.mass.with_mass(mass_kg);
+        }
         bodies.push(body(&part.name, geometry, part.aligned, &properties, index == 0));
         physical.push(properties);
     }

@@ -1,4 +1,5 @@
 //! Stages against scenes whose truth is known.
 
 mod truth;
+mod text_account;
 mod features;

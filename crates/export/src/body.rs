@@ -64,6 +64,8 @@ pub struct Body {
     /// As [`BodyAsset::substance`].
     pub substance: String,
     pub grasp: Option<ParallelGrasp>,
+    /// As [`scene::Instance::stand_in`].
+    pub stand_in: bool,
     pub movable: bool,
     pub world_from_object: Pose,
     pub visual: TexturedMesh,
@@ -105,6 +107,7 @@ pub fn bodies(scene: &Scene, assets: &Assets) -> Result<Vec<Body>, ExportError> 
     let table_facts = Facts {
         name: &table.name,
         label: &table.label,
+        stand_in: false,
         movable: false,
         world_from_object: Pose::IDENTITY,
         mass: table.mass,
@@ -115,6 +118,7 @@ pub fn bodies(scene: &Scene, assets: &Assets) -> Result<Vec<Body>, ExportError> 
     let instances = scene.instances.iter().map(|instance| Facts {
         name: instance.name.as_str(),
         label: &instance.label,
+        stand_in: instance.stand_in,
         movable: true,
         world_from_object: instance.world_from_object,
         mass: instance.mass,
@@ -131,6 +135,7 @@ pub fn bodies(scene: &Scene, assets: &Assets) -> Result<Vec<Body>, ExportError> 
 struct Facts<'a> {
     name: &'a str,
     label: &'a str,
+    stand_in: bool,
     movable: bool,
     world_from_object: Pose,
     mass: MassProperties,
@@ -169,6 +174,7 @@ fn checked_body(facts: &Facts<'_>, asset: &BodyAsset) -> Result<Body, ExportErro
         wikidata_item: asset.wikidata_item.clone(),
         substance: asset.substance.clone(),
         grasp: asset.grasp,
+        stand_in: facts.stand_in,
         movable: facts.movable,
         world_from_object: Pose { translation_m: pose.translation_m, rotation: pose.rotation.normalize() },
         visual,

@@ -1,9 +1,13 @@
 //! `glb/`: one file per body in its own frame, and one for the whole scene.
+//!
+//! Nodes of the scene have the label among their extras, those of stand-ins also `stand_in`. The root of a stand-in's
+//! own file has the same extras.
 
 use rayon::prelude::*;
+use serde_json::{Value, json};
 
 use super::{Body, BundleFile};
-use mesh_io::gltf::{SceneNode, write_mesh_glb, write_scene_glb};
+use mesh_io::gltf::{SceneNode, write_mesh_glb_with_extras, write_scene_glb};
 
 /// `glb/<name>.glb` for every body and `glb/scene.glb`.
 pub fn write(bodies: &[Body]) -> Vec<BundleFile> {
@@ -11,7 +15,7 @@ pub fn write(bodies: &[Body]) -> Vec<BundleFile> {
         .iter()
         .map(|body| SceneNode {
             name: &body.name,
-            label: &body.label,
+            extras: extras(body),
             mesh: &body.visual,
             world_from_object: body.world_from_object,
         })
@@ -22,9 +26,18 @@ pub fn write(bodies: &[Body]) -> Vec<BundleFile> {
         .par_iter()
         .map(|body| {
             let path = format!("glb/{}.glb", body.name);
-            BundleFile::new(path, write_mesh_glb(&body.visual), "glb_mesh", media_type)
+            let mesh = write_mesh_glb_with_extras(&body.visual, body.stand_in.then(|| extras(body)));
+            BundleFile::new(path, mesh, "glb_mesh", media_type)
         })
         .collect();
     files.push(scene);
     files
+}
+
+fn extras(body: &Body) -> Value {
+    let mut extras = json!({ "label": body.label });
+    if body.stand_in {
+        extras["stand_in"] = true.into();
+    }
+    extras
 }

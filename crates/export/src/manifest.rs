@@ -37,6 +37,8 @@ struct Asset<'a> {
     name: &'a str,
     label: &'a str,
     category: &'a str,
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    stand_in: bool,
     licence: &'a str,
     #[serde(skip_serializing_if = "Option::is_none")]
     provenance: Option<&'a Provenance>,
@@ -65,6 +67,7 @@ pub fn write(
         name: &scene.table.name,
         label: &scene.table.label,
         category: &assets.table.category,
+        stand_in: false,
         licence: &settings.licence,
         provenance: None,
         model: Some(&scene.table.model),
@@ -74,6 +77,7 @@ pub fn write(
         name: instance.name.as_str(),
         label: &instance.label,
         category: &instance.category,
+        stand_in: instance.stand_in,
         licence: &instance.provenance.licence,
         provenance: Some(&instance.provenance),
         model: None,

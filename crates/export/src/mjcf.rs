@@ -8,7 +8,7 @@
 //!
 //! The file of an object holds the body `object` without a joint, which loaders add, and beside it the sites that they
 //! place it by: `bottom_site`, `top_site` and `horizontal_radius_site`. Its hulls are in group 0, its visual meshes in
-//! group 1, as such loaders expect. Paths are relative to the file.
+//! group 1, as such loaders expect. Paths are relative to the file. The file of a stand-in also holds its texts.
 
 use rayon::prelude::*;
 
@@ -24,6 +24,9 @@ use super::{Body, BundleFile, ExportSettings};
 
 /// Name prefix of the text entries that hold the user's labels.
 pub const LABEL_PREFIX: &str = "label_";
+
+/// Name prefix of the text entries that mark stand-ins; their data is `true`.
+pub const STAND_IN_PREFIX: &str = "stand_in_";
 
 /// `mjcf/scene.xml` and its meshes and textures under `mjcf/assets/`.
 pub fn write(
@@ -67,6 +70,11 @@ fn object_file(body: &Body) -> BundleFile {
     let mut document = XmlDocument::new();
     document.open("mujoco", &[("model", &body.name)]);
     document.empty("compiler", &[("angle", "radian")]);
+    if body.stand_in {
+        document.open("custom", &[]);
+        write_texts(&mut document, body);
+        document.close();
+    }
     document.open("asset", &[]);
     write_assets(&mut document, body, "../assets/");
     document.close();
@@ -119,7 +127,7 @@ fn scene_xml(scene: &Scene, bodies: &[Body], settings: &ExportSettings) -> Strin
     document.close();
     document.open("custom", &[]);
     for body in bodies {
-        document.empty("text", &[("name", &format!("{LABEL_PREFIX}{}", body.name)), ("data", label(body))]);
+        write_texts(&mut document, body);
     }
     document.close();
     document.open("asset", &[]);
@@ -149,9 +157,13 @@ fn scene_xml(scene: &Scene, bodies: &[Body], settings: &ExportSettings) -> Strin
     document.finish()
 }
 
-/// The label, or the name if the label is empty: MuJoCo rejects empty text.
-fn label(body: &Body) -> &str {
-    if body.label.is_empty() { &body.name } else { &body.label }
+/// The label, or the name if the label is empty, as MuJoCo rejects empty text; and the mark of a stand-in.
+fn write_texts(document: &mut XmlDocument, body: &Body) {
+    let label = if body.label.is_empty() { &body.name } else { &body.label };
+    document.empty("text", &[("name", &format!("{LABEL_PREFIX}{}", body.name)), ("data", label)]);
+    if body.stand_in {
+        document.empty("text", &[("name", &format!("{STAND_IN_PREFIX}{}", body.name)), ("data", "true")]);
+    }
 }
 
 /// Materials, meshes and hulls; files lie in `folder`, which is empty where the document's mesh directory is theirs.

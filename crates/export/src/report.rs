@@ -1,7 +1,7 @@
 //! The certificate as files: `report.json` for programs, `report.html` for people.
 //!
-//! Both contain the verdict and its reasons, measurements with their thresholds, the result of the round trip, and the
-//! provenance of the scene.
+//! Both contain the verdict and its reasons, the account of the text, measurements with their thresholds, the result of
+//! the round trip, and the provenance of the scene.
 
 mod html;
 mod numbers;
@@ -12,6 +12,7 @@ mod page;
 
 use serde::Serialize;
 
+use scene::text_account::TextAccount;
 use scene::{Certificate, Scene};
 
 use super::{Body, BundleFile, ExportError, Images};
@@ -37,6 +38,8 @@ impl Report<'_> {
             format: &'static str,
             scene: &'a str,
             seed: u64,
+            #[serde(skip_serializing_if = "Option::is_none")]
+            text: Option<&'a TextAccount>,
             #[serde(flatten)]
             certificate: &'a Certificate,
             parity: &'a RoundTripReport,
@@ -45,6 +48,7 @@ impl Report<'_> {
             format: "tabletopgen-report/1",
             scene: &self.scene.id,
             seed: self.scene.seed,
+            text: self.scene.text.as_ref(),
             certificate: self.certificate,
             parity: self.round_trip,
         };

@@ -1,5 +1,5 @@
 //! Round trip: reads every format and compares it with the scene: names, mass, center of mass, inertia, friction,
-//! restitution, pose, hulls, visual meshes, labels.
+//! restitution, pose, hulls, visual meshes, labels, marks of stand-ins.
 //!
 //! The readers share only the file layout with the writers. A wrong axis order, unit or rounding in a writer is an
 //! error here, and no bundle is made. Differences within the tolerances go into the report.
@@ -10,6 +10,7 @@ mod mjcf;
 mod sdf;
 mod glb;
 mod labels;
+mod stand_ins;
 mod visuals;
 mod xml_node;
 
@@ -95,6 +96,7 @@ struct ReadLabels {
     label: String,
     category: String,
     wikidata_item: String,
+    stand_in: bool,
 }
 
 /// Bodies by name.
@@ -174,6 +176,7 @@ pub fn read_back(bodies: &[Body], files: &[BundleFile]) -> Result<RoundTripRepor
     let (labels, visuals) =
         rayon::join(|| labels::compare(bodies, &files), || visuals::compare(bodies, &files));
     labels?;
+    stand_ins::compare(bodies, &files)?;
     let visuals = visuals?;
     urdf.vertex_m = visuals.urdf;
     mjcf.vertex_m = visuals.mjcf;
@@ -331,6 +334,10 @@ fn compare_labels(body: &Body, found: &ReadBody) -> Result<(), String> {
     match pairs.into_iter().find(|(_, found, wanted)| found != wanted) {
         Some((what, found, wanted)) => {
             Err(format!("{}: the {what} is {found:?} instead of {wanted:?}", body.name))
+        }
+        None if labels.stand_in != body.stand_in => {
+            let mark = if body.stand_in { "no mark" } else { "the mark" };
+            Err(format!("{}: it has {mark} of a stand-in", body.name))
         }
         None => Ok(()),
     }

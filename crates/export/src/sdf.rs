@@ -5,6 +5,9 @@
 //! spinning is given as a patch whose radius is that length, with the coefficient that makes the torque
 //! radius times normal force. Mesh paths are relative to the file that names them.
 //!
+//! A stand-in is marked by the attribute `tabletopgen:stand_in` of its `<model>`. Drake accepts it, and warns of
+//! elements of a foreign namespace.
+//!
 //! Drake reads its own elements (`drake:proximity_properties`) beside these: objects are compliant and the table is
 //! rigid in its hydroelastic contact, without which flat objects sink by millimeters a second.
 
@@ -16,7 +19,7 @@ use scene::Scene;
 use super::number::spaced;
 use super::urdf::origin;
 use super::wavefront::{Wavefront, hull_file, visual_file};
-use super::xml::XmlDocument;
+use super::xml::{LABEL_NAMESPACE, XmlDocument};
 use super::{Body, BundleFile, ExportSettings};
 
 const VERSION: &str = "1.9";
@@ -50,7 +53,7 @@ pub fn write(
 fn model_files(body: &Body, wavefront: &Wavefront, settings: &ExportSettings) -> Vec<BundleFile> {
     let folder = format!("sdf/models/{}", body.name);
     let mut document = XmlDocument::new();
-    open_sdf(&mut document);
+    open_sdf(&mut document, body.stand_in);
     write_model(&mut document, body, &Pose::IDENTITY, "");
     let mut files = vec![
         BundleFile::text(format!("{folder}/model.sdf"), document.finish(), "sdf_model", "application/xml"),
@@ -79,13 +82,17 @@ fn config(body: &Body, settings: &ExportSettings) -> String {
     document.finish()
 }
 
-fn open_sdf(document: &mut XmlDocument) {
-    document.open("sdf", &[("version", VERSION), ("xmlns:drake", DRAKE_NAMESPACE)]);
+fn open_sdf(document: &mut XmlDocument, has_stand_ins: bool) {
+    let mut attributes = vec![("version", VERSION), ("xmlns:drake", DRAKE_NAMESPACE)];
+    if has_stand_ins {
+        attributes.push(("xmlns:tabletopgen", LABEL_NAMESPACE));
+    }
+    document.open("sdf", &attributes);
 }
 
 fn world(scene: &Scene, bodies: &[Body], settings: &ExportSettings) -> String {
     let mut document = XmlDocument::new();
-    open_sdf(&mut document);
+    open_sdf(&mut document, bodies.iter().any(|body| body.stand_in));
     document.open("world", &[("name", &format!("scene_{}", scene.id))]);
     document.text_element("gravity", &spaced(&[0.0, 0.0, -settings.gravity_m_s2]));
     document.open("light", &[("name", "sun"), ("type", "directional")]);
@@ -123,7 +130,11 @@ fn write_floor(document: &mut XmlDocument, scene: &Scene) {
 
 /// A model named as the body, its only link named likewise; mesh paths start with `prefix`.
 fn write_model(document: &mut XmlDocument, body: &Body, world_from_object: &Pose, prefix: &str) {
-    document.open("model", &[("name", &body.name)]);
+    let mut attributes = vec![("name", body.name.as_str())];
+    if body.stand_in {
+        attributes.push(("tabletopgen:stand_in", "true"));
+    }
+    document.open("model", &attributes);
     document.text_element("static", if body.movable { "false" } else { "true" });
     let (position, angles) = origin(world_from_object);
     document.text_element("pose", &spaced(&[position.to_array(), angles.to_array()].concat()));

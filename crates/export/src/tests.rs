@@ -4,3 +4,4 @@ mod specimen;
 mod bundle;
 mod planted_faults;
 mod label_round_trip;
+mod stand_ins;

@@ -40,7 +40,11 @@ fn open_robot(document: &mut XmlDocument, name: &str) {
 }
 
 fn write_label(document: &mut XmlDocument, body: &Body) {
-    document.empty("tabletopgen:label", &[("link", &body.name), ("text", &body.label)]);
+    let mut attributes = vec![("link", body.name.as_str()), ("text", &body.label)];
+    if body.stand_in {
+        attributes.push(("stand_in", "true"));
+    }
+    document.empty("tabletopgen:label", &attributes);
 }
 
 /// A link named as the body. Mesh paths and names of shapes start with `prefix`: no name of an assembly repeats.

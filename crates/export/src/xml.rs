@@ -3,8 +3,8 @@
 use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, BytesEnd, BytesStart, BytesText, Event};
 
-/// Namespace of the elements that hold a user's label where the format has no place for it. Loaders ignore unknown
-/// elements.
+/// Namespace of the elements and attributes that hold a user's label and the mark of a stand-in where the format has no
+/// place for them. Loaders ignore them.
 pub const LABEL_NAMESPACE: &str = "https://tabletopgen.invalid/label/1";
 
 /// A document under construction. Elements are closed in the order they were opened.

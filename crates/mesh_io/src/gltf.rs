@@ -9,7 +9,7 @@ mod read;
 mod write;
 
 pub use read::{GltfError, read_mesh_glb};
-pub use write::{SceneNode, write_mesh_glb, write_scene_glb};
+pub use write::{SceneNode, write_mesh_glb, write_mesh_glb_with_extras, write_scene_glb};
 
 /// `gltf_from_world`: a quarter turn about -x takes z up to y up.
 pub const ROOT_ROTATION_XYZW: [f64; 4] =

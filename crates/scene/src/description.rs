@@ -41,7 +41,7 @@ pub struct SceneDescription {
 }
 
 impl SceneDescription {
-    /// The account of the text that this describes.
+    /// The account of the text that this describes, before its layout.
     pub fn account(&self) -> TextAccount {
         let ids = |chosen: fn(&ObjectSpec) -> bool| {
             self.objects.iter().filter(|object| chosen(object)).map(|object| object.id.clone()).collect()
@@ -52,6 +52,7 @@ impl SceneDescription {
             goal: self.goal.clone(),
             stand_ins: ids(|object| object.stand_in),
             fillings: ids(|object| !object.requested),
+            unmet: Vec::new(),
         }
     }
 }

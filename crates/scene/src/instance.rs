@@ -13,6 +13,9 @@ pub struct Instance {
     pub name: InstanceId,
     pub label: String,
     pub category: String,
+    /// Whether its mesh is a plain shape of the size of the object, because the catalog does not have the object.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub stand_in: bool,
     pub image: ImageRegion,
     /// `world_from_object` (`translation_m`, `rotation_xyzw`).
     #[serde(flatten)]

@@ -1,6 +1,6 @@
 //! Recognition of an image: camera, table, objects and their masks.
 
-use glam::{DVec2, DVec3};
+use glam::{DQuat, DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 
 use super::{InstanceId, RequestedPose, TableShape};
@@ -46,6 +46,8 @@ impl Recognition {
             let allowed = id.as_str() != "table";
             violations.require(allowed, format!("/objects/{index}/id"), "the name table is reserved");
             violations.require_size(object.size_m, format!("/objects/{index}/size_m"));
+            let mass = object.mass_kg.is_none_or(|mass_kg| mass_kg.is_finite() && mass_kg > 0.0);
+            violations.require(mass, format!("/objects/{index}/mass_kg"), "must be positive");
         }
         if let Err(error @ (InvalidSupport::UnknownParent(index) | InvalidSupport::Cycle(index))) =
             self.support_tree()
@@ -135,6 +137,9 @@ pub struct RecognizedObject {
     /// The catalog mesh of its category that matches its pixels. `None` if the category is unknown or no mesh matches.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub seen_like: Option<CategoryStance>,
+    /// The mass that a text states; otherwise it follows from volume and substance.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mass_kg: Option<f64>,
 }
 
 /// The pose of an object that does not stand upright.
@@ -143,6 +148,9 @@ pub struct TippedPose {
     pub pose: RequestedPose,
     /// Upright extents: width, depth, height; meters.
     pub upright_size_m: DVec3,
+    /// Rotation from the frame of the upright object to that of the image.
+    #[serde(default, rename = "tipped_from_upright_xyzw")]
+    pub tipped_from_upright: DQuat,
 }
 
 /// Pose and size of a catalog mesh fitted to an object's pixels. For an object on another object, the mesh stands on

@@ -1,9 +1,12 @@
 //! The account of an input text: the parts that were understood, with their meaning, and the parts that were not.
 
+mod sentences;
+
 use serde::{Deserialize, Serialize};
 
 use super::InstanceId;
 use super::description::RelationKind;
+use super::predicates::Unmet;
 
 /// A part of the input text.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -29,6 +32,9 @@ pub struct TextAccount {
     pub stand_ins: Vec<InstanceId>,
     /// Objects that the text does not name; the theme added them.
     pub fillings: Vec<InstanceId>,
+    /// Demands of the text that the layout does not meet; empty before a layout exists, and where it is not known.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub unmet: Vec<Unmet>,
 }
 
 /// A part of the text and its meaning.
@@ -98,6 +104,10 @@ pub enum UnrecognizedReason {
     NoReferent,
     /// The text says more about it than the parser can express.
     NotExpressible,
+    /// An object that the image beside the text does not show, as far as it is recognized.
+    NotInImage,
+    /// The image beside the text decides it: the table, places, arrangements.
+    ShownByImage,
 }
 
 /// The goal of a task instruction. The scene shows the start state, which does not satisfy it.

@@ -27,12 +27,12 @@ fn section<T: DeserializeOwned>(name: &str) -> T {
 }
 
 /// Two cubes of 6 cm, 20 cm apart on a table of one square meter.
-struct Planted {
-    inputs: Inputs,
-    loaded: Vec<Loaded>,
+pub(super) struct Planted {
+    pub(super) inputs: Inputs,
+    pub(super) loaded: Vec<Loaded>,
 }
 
-fn body(name: &str, solid: Solid, world_from_object: Pose) -> (BodyParts, Loaded) {
+pub(super) fn body(name: &str, solid: Solid, world_from_object: Pose) -> (BodyParts, Loaded) {
     let mut mesh = TexturedMesh::default();
     mesh.add(solid.clone(), &Material::plain("wood", Rgb::hex(0x806040), 0.5));
     let physical = PhysicalProperties {
@@ -98,7 +98,7 @@ fn likeness() -> SceneSimilarity {
     }
 }
 
-fn sound() -> Planted {
+pub(super) fn sound() -> Planted {
     let block = |side: f64| shapes::block(DVec3::splat(side));
     let top = shapes::block(DVec3::new(1.0, 1.0, 0.03)).translated(DVec3::new(0.0, 0.0, -0.03));
     let at = |x: f64| Pose::upright(DVec3::new(x, 0.0, 0.0), 0.3);
@@ -123,6 +123,7 @@ fn sound() -> Planted {
         seen_px: None,
         seen_as: None,
         seen_like: None,
+        mass_kg: None,
     };
     let yaw = rotate::Output {
         yaw_rad: 0.3,

@@ -28,7 +28,7 @@ pub struct AppraiseSettings {
 }
 
 /// What is asked, and of whom.
-#[derive(Serialize)]
+#[derive(Clone, Serialize)]
 pub(super) struct RatingRequest {
     settings: AppraiseSettings,
     analyst: Adapter,

@@ -7,22 +7,24 @@ use bytes::Bytes;
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::grasp::grasp;
 use super::{BodyParts, Inputs};
 use crate::pipeline::error::StageError;
 use crate::pipeline::preview;
 use crate::pipeline::preview::{PreviewBody, Studio};
 use crate::pipeline::resolve::Loaded;
-use catalog::{Affordance, PhysicalProperties, category, made_of, wikidata_item};
+use catalog::stand_in::is_stand_in;
+use catalog::{made_of, wikidata_item};
 use export::{Assets, BodyAsset, Images, write_formats, zip_bundle};
-use geometry::parallel_grasp::{Gripper, ParallelGrasp, parallel_grasp};
-use geometry::solid_query::MeshSolid;
 use gpu::{Gpu, GpuError};
 use imaging::codec::encode_png;
 use imaging::{Image, Mask};
 use render::annotate::{fitted, side_by_side};
 use scene::finished::Frame;
 use scene::instance::ImageRegion;
-use scene::{Certificate, Instance, InstanceId, RecognizedObject, Scene, Support, Table};
+use scene::{
+    Certificate, Instance, InstanceId, RecognizedObject, ReconstructionMethod, Scene, Support, Table,
+};
 use vision::image_similarity::{SceneSimilarity, compare};
 
 /// Images of the scene, and how much they are like the reference image.
@@ -140,7 +142,7 @@ pub(super) fn files(
             category: category.to_owned(),
             wikidata_item: wikidata_item(category).to_owned(),
             substance: made_of(category, material).to_owned(),
-            grasp: grasp(category, physical, &loaded[index].solid),
+            grasp: grasp(category, physical, &loaded[index]),
             visual: (*loaded[index].mesh).clone(),
             hulls: loaded[index].hulls.clone(),
             rolling_friction_m: physical.rolling_friction_m,
@@ -163,13 +165,6 @@ pub(super) fn files(
 
 /// What the table is called among categories.
 const TABLE_CATEGORY: &str = "table";
-
-/// How a gripper takes an object that the catalog says can be taken.
-fn grasp(category_name: &str, physical: &PhysicalProperties, solid: &MeshSolid) -> Option<ParallelGrasp> {
-    category(category_name).filter(|category| category.affords(Affordance::Graspable))?;
-    let friction = physical.friction.dynamic_coefficient;
-    parallel_grasp(solid, physical.mass.center_of_mass_m, friction, Gripper::COMMON)
-}
 
 /// The one value every format is written from.
 fn scene(inputs: &Inputs, loaded: &[Loaded], certificate: &Certificate) -> Result<Scene, StageError> {
@@ -199,6 +194,9 @@ fn scene(inputs: &Inputs, loaded: &[Loaded], certificate: &Certificate) -> Resul
             name: InstanceId::new(&body.resolved.name).map_err(invalid)?,
             label: object.label.clone(),
             category: object.category.clone(),
+            // The mesh of a recognized object may also come from its image.
+            stand_in: inputs.methods[index] == ReconstructionMethod::Category
+                && is_stand_in(&object.category),
             image: ImageRegion { bbox_px: inputs.masks[index].visible.bbox_px().unwrap_or_default() },
             world_from_object: body.resolved.settled,
             yaw_rad: body.resolved.settled.yaw_rad(),

@@ -201,6 +201,7 @@ mod tests {
             name: name.into(),
             category: "cube".into(),
             material: None,
+            mass_kg: None,
             mesh: artifact.clone(),
             hulls: artifact,
             aligned: Pose::upright(at.extend(0.0), 0.0),

@@ -62,6 +62,7 @@ impl Planted {
             name: name.into(),
             category: "of wood".into(),
             material: None,
+            mass_kg: None,
             mesh: artifact.clone(),
             hulls: artifact,
             aligned: Pose::upright(at.extend(0.0), 0.0),

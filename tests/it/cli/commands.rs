@@ -29,7 +29,7 @@ fn version_and_help() {
     assert_eq!(text(&version.stdout), format!("tabletopgen {}\n", env!("CARGO_PKG_VERSION")));
     assert_eq!(version.status.code(), Some(0));
     let help = text(&run(home.path(), &["--help"]).stdout);
-    for command in ["generate", "serve", "migrate", "check-config"] {
+    for command in ["generate", "parse", "serve", "migrate", "check-config"] {
         assert!(help.contains(command), "{help}");
     }
     assert!(text(&run(home.path(), &["generate", "--help"]).stdout).contains("--artifacts"));
@@ -47,7 +47,7 @@ fn what_will_not_do_is_said_before_the_work() {
     for (arguments, code, says) in [
         (vec![], 2, "Usage"),
         (vec!["generate"], 2, "--text"),
-        (vec!["generate", "--text", "a", "--image", "b"], 2, "cannot be used with"),
+        (vec!["generate", "--text", "a", "--image", "b"], 2, "cannot read the image b"),
         (vec!["generate", "--text", "  "], 2, "--text is empty"),
         (vec!["generate", "--image", "missing.png"], 2, "missing.png: No such file"),
         (vec!["generate", "--image", "full"], 2, "is not a file"),
@@ -73,6 +73,12 @@ fn what_will_not_do_is_said_before_the_work() {
             "cannot write into /proc/none/out",
         ),
         (vec!["generate", "--text", "a mug", "--data-dir", "/proc/none"], 1, "/proc/none"),
+        (vec!["generate", "--text", "a mug", "--on-unknown", "guess"], 2, "stand-in"),
+        (vec!["parse"], 2, "<TEXT>"),
+        (vec!["parse", "  "], 2, "TEXT is empty"),
+        (vec!["parse", "a mug", "--max-objects", "0"], 2, "--max-objects must be from 1 to 64"),
+        (vec!["parse", "a mug and a qwrtz", "--on-unknown", "fail"], 2, "qwrtz"),
+        (vec!["parse", "a mug", "--set", "providers.analyst=chat"], 2, "remote model"),
         (vec!["serve", "--role", "api"], 2, "--role all"),
         (vec!["serve", "--listen", "nowhere"], 2, "server.listen (--listen)"),
         (vec!["serve", "--listen", "203.0.113.1:1"], 1, "cannot listen on 203.0.113.1:1"),

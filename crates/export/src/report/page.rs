@@ -19,6 +19,11 @@ pub fn write(report: &Report<'_>) -> String {
     page.open("main", &[]);
     verdict(&mut page, report);
     figure(&mut page, images.hero.as_ref(), "The finished scene");
+    if let Some(account) = &report.scene.text {
+        section(&mut page, "What was understood of the text", |page| {
+            sections::text::write(page, report, account);
+        });
+    }
     section(&mut page, "Checks", |page| sections::checks::write(page, report));
     if !report.certificate.collisions.is_empty() {
         section(&mut page, "Collisions", |page| sections::checks::collisions(page, report));
@@ -85,9 +90,14 @@ fn verdict(page: &mut Html, report: &Report<'_>) {
             page.user_text(text);
             page.close();
         }
-        Input::Image { sha256, media_type } => {
+        Input::Image { sha256, media_type, text } => {
             let words = format!("made from a picture ({media_type}, SHA-256 {sha256})");
             page.leaf("p", &[("class", "asked")], &words);
+            if let Some(text) = text {
+                page.open("blockquote", &[]);
+                page.user_text(text);
+                page.close();
+            }
         }
     }
     page.close();

@@ -1,5 +1,6 @@
 //! The tables of the page.
 
+pub mod text;
 pub mod checks;
 pub mod objects;
 pub mod bodies;

@@ -1,7 +1,7 @@
 //! Reads the GLB files. The mesh of each body must be equal to the scene's; the nodes of the scene file must have the
 //! names and poses of the bodies, and its vertices the transformed positions.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use glam::{DQuat, DVec3};
 use serde::Deserialize;
@@ -62,6 +62,18 @@ pub fn compare(bodies: &[Body], files: &Files<'_>) -> Result<MeshDeviation, Expo
     })
 }
 
+/// Names of the bodies that the scene file marks as stand-ins.
+pub fn stand_ins(files: &Files<'_>) -> ReadResult<BTreeSet<String>> {
+    let is_marked = |node: &Node| node.extras.as_ref().is_some_and(|extras| extras.stand_in);
+    Ok(nodes(files)?.into_iter().filter(|(_, node)| is_marked(node)).map(|(name, _)| name).collect())
+}
+
+/// Whether a file marks its root as a stand-in.
+pub fn root_is_stand_in(files: &Files<'_>, path: &str) -> ReadResult<bool> {
+    let document = document(files, path)?;
+    Ok(document.root()?.extras.as_ref().is_some_and(|extras| extras.stand_in))
+}
+
 /// Labels of the bodies in the scene file, by name.
 pub fn labels(files: &Files<'_>) -> ReadResult<BTreeMap<String, String>> {
     let nodes = nodes(files)?.into_iter();
@@ -87,6 +99,8 @@ struct Node {
 #[derive(Deserialize)]
 struct Extras {
     label: String,
+    #[serde(default)]
+    stand_in: bool,
 }
 
 fn identity_rotation() -> [f64; 4] {
@@ -106,33 +120,47 @@ impl Node {
     }
 }
 
-/// The nodes of the scene file below its single root, which rotates z up to y up.
-fn nodes(files: &Files<'_>) -> ReadResult<BTreeMap<String, Node>> {
-    #[derive(Deserialize)]
-    struct Document {
-        nodes: Vec<Node>,
-        scenes: Vec<Scene>,
+#[derive(Deserialize)]
+struct Document {
+    nodes: Vec<Node>,
+    scenes: Vec<Scene>,
+}
+
+#[derive(Deserialize)]
+struct Scene {
+    nodes: Vec<usize>,
+}
+
+impl Document {
+    /// The single root.
+    fn root(&self) -> ReadResult<&Node> {
+        let roots = match self.scenes.as_slice() {
+            [Scene { nodes }] => nodes.as_slice(),
+            _ => &[],
+        };
+        let &[root] = roots else { return Err("there is not one root".to_owned()) };
+        self.nodes.get(root).ok_or_else(|| "the root is missing".to_owned())
     }
-    #[derive(Deserialize)]
-    struct Scene {
-        nodes: Vec<usize>,
-    }
-    let bytes = files.bytes("glb/scene.glb")?;
+}
+
+/// The JSON chunk of a file.
+fn document(files: &Files<'_>, path: &str) -> ReadResult<Document> {
+    let bytes = files.bytes(path)?;
     // Header of 12 bytes, then length and kind of the JSON chunk.
     let length =
         bytes.get(12..16).map(|length| u32::from_le_bytes([length[0], length[1], length[2], length[3]]));
     let json =
         length.and_then(|length| bytes.get(20..20 + length as usize)).ok_or("there is no JSON chunk")?;
-    let document: Document = serde_json::from_slice(json).map_err(|error| error.to_string())?;
-    let root = match document.scenes.as_slice() {
-        [Scene { nodes }] => nodes.as_slice(),
-        _ => &[],
-    };
-    let &[root] = root else { return Err("there is not one root".to_owned()) };
+    serde_json::from_slice(json).map_err(|error| error.to_string())
+}
+
+/// The nodes of the scene file below its single root, which rotates z up to y up.
+fn nodes(files: &Files<'_>) -> ReadResult<BTreeMap<String, Node>> {
+    let document = document(files, "glb/scene.glb")?;
+    let root_node = document.root()?;
     if document.nodes.iter().any(Node::is_scaled) {
         return Err("a node is scaled".to_owned());
     }
-    let root_node = document.nodes.get(root).ok_or("the root is missing")?;
     let expected = Pose { translation_m: DVec3::ZERO, rotation: DQuat::from_array(ROOT_ROTATION_XYZW) };
     if root_node.translation != [0.0; 3]
         || angle_between_rad(root_node.pose().rotation, expected.rotation) > 1e-9

@@ -215,6 +215,7 @@ fn read_prop(prop: &dyn Layer, name: &str, world_from_object: Pose, movable: boo
             label: prop.field(&root, "displayName")?.unwrap_or_default(),
             category: word("semantics:labels:class")?,
             wikidata_item: word("semantics:labels:wikidata_qcode")?,
+            stand_in: prop.numbers(&root, "tabletopgen:stand_in")? == Some(vec![1.0]),
         }),
     })
 }

@@ -17,10 +17,13 @@ use scene::certificate::{
 };
 use scene::finished::Frame;
 use scene::instance::{ImageRegion, SupportRelation};
+use scene::predicates::{Unmet, UnmetDemand};
 use scene::request::RequestOptions;
+use scene::text_account::TextAccount;
 use scene::{
-    Certificate, Input, Instance, InstanceId, Provenance, ReconstructionMethod, Scene, SceneRequest, Support,
-    Table, TableShape,
+    Certificate, Goal, GoalPredicate, Input, Instance, InstanceId, PredicateKind, Provenance,
+    ReconstructionMethod, RelationKind, Scene, SceneRequest, Support, Table, TableShape, TextMeaning,
+    TextSpan, Understood, Unrecognized, UnrecognizedReason,
 };
 
 use crate::{Assets, BodyAsset, BundleFile, ExportSettings, Images, UsdForm, write_formats};
@@ -151,6 +154,7 @@ pub(super) fn specimen() -> (Scene, Certificate, Assets, Images) {
             name: InstanceId::new(name).expect("a name"),
             label: label.into(),
             category: category.into(),
+            stand_in: name == "box_1",
             image: ImageRegion { bbox_px: [10, 20, 200, 180] },
             world_from_object: pose,
             yaw_rad: pose.yaw_rad(),
@@ -218,7 +222,7 @@ pub(super) fn specimen() -> (Scene, Certificate, Assets, Images) {
         },
         instances,
         metrics,
-        text: None,
+        text: Some(account()),
     };
     let asset = |name: &str, category: &str, visual, hulls| BodyAsset {
         name: name.into(),
@@ -316,6 +320,43 @@ pub(super) fn specimen() -> (Scene, Certificate, Assets, Images) {
         ..Images::default()
     };
     (scene, certificate, assets, images)
+}
+
+/// An account of every kind of finding.
+fn account() -> TextAccount {
+    let id = |name: &str| InstanceId::new(name).expect("a name");
+    let span = || TextSpan { start: 0, end: NASTY_LABEL.len(), text: NASTY_LABEL.into() };
+    TextAccount {
+        understood: vec![Understood {
+            span: span(),
+            meaning: TextMeaning::Object { category: "mug".into(), objects: vec![id("mug_1")] },
+        }],
+        unrecognized: vec![Unrecognized {
+            span: span(),
+            reason: UnrecognizedReason::UnknownWord,
+            nearest_by_spelling: Some("mug".into()),
+            nearest_by_meaning: None,
+        }],
+        goal: Some(Goal {
+            instruction: NASTY_LABEL.into(),
+            predicates: vec![GoalPredicate {
+                predicate: PredicateKind::NextTo,
+                object: id("mug_1"),
+                target: Some(id("box_1")),
+                second_target: None,
+            }],
+        }),
+        stand_ins: vec![id("box_1")],
+        fillings: vec![id("mug_1")],
+        unmet: vec![Unmet {
+            objects: vec![id("mug_1")],
+            demand: UnmetDemand::Relation {
+                relation: RelationKind::LeftOf,
+                targets: vec![id("box_1")],
+                distance_m: Some(0.2),
+            },
+        }],
+    }
 }
 
 fn appraisal() -> Appraisal {

@@ -212,15 +212,15 @@ impl CrateFile {
         let element = self.token(&property.name);
         let path = self.paths.property(prim, element);
         let mut fields = Vec::new();
-        let mut declare = |file: &mut Self, value_type: ValueType, variability: Variability| {
+        let mut declare = |file: &mut Self, value_type: ValueType, variability: Variability, custom: bool| {
             let type_name = file.token_word(value_type.name());
             fields.push(file.field("typeName", type_name));
-            fields.push(file.field("custom", ValueWord::boolean(false)));
+            fields.push(file.field("custom", ValueWord::boolean(custom)));
             fields.push(file.field("variability", ValueWord::variability(variability)));
         };
         let spec_type = match &property.content {
-            Content::Attribute { value, variability, interpolation } => {
-                declare(self, value.value_type(), *variability);
+            Content::Attribute { value, variability, interpolation, custom } => {
+                declare(self, value.value_type(), *variability, *custom);
                 let word = self.value(value);
                 fields.push(self.field("default", word));
                 if let Some(interpolation) = interpolation {
@@ -230,11 +230,11 @@ impl CrateFile {
                 SpecType::Attribute
             }
             Content::Declaration(value_type) => {
-                declare(self, *value_type, Variability::Varying);
+                declare(self, *value_type, Variability::Varying, false);
                 SpecType::Attribute
             }
             Content::Connection(value_type, source) => {
-                declare(self, *value_type, Variability::Varying);
+                declare(self, *value_type, Variability::Varying, false);
                 let word = self.explicit_path(source);
                 fields.push(self.field("connectionPaths", word));
                 SpecType::Attribute

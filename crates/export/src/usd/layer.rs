@@ -74,6 +74,8 @@ pub enum Content {
         value: Value,
         variability: Variability,
         interpolation: Option<Interpolation>,
+        /// Whether no schema declares it.
+        custom: bool,
     },
     /// An attribute without a value.
     Declaration(ValueType),
@@ -179,20 +181,24 @@ impl Prim {
 
     /// Sets an attribute of the prim's schemas.
     pub fn set(&mut self, name: &str, value: Value) {
-        let content = Content::Attribute { value, variability: Variability::Varying, interpolation: None };
-        self.push(name, content);
+        self.push(name, attribute(value, Variability::Varying));
     }
 
     /// As [`Prim::set`], for an attribute with uniform variability.
     pub fn set_uniform(&mut self, name: &str, value: Value) {
-        let content = Content::Attribute { value, variability: Variability::Uniform, interpolation: None };
-        self.push(name, content);
+        self.push(name, attribute(value, Variability::Uniform));
+    }
+
+    /// As [`Prim::set_uniform`], for an attribute that no schema declares.
+    pub fn set_custom(&mut self, name: &str, value: Value) {
+        let variability = Variability::Uniform;
+        self.push(name, Content::Attribute { value, variability, interpolation: None, custom: true });
     }
 
     /// As [`Prim::set`], for an array with interpolation metadata.
     pub fn set_interpolated(&mut self, name: &str, value: Value, interpolation: Interpolation) {
-        let interpolation = Some(interpolation);
-        self.push(name, Content::Attribute { value, variability: Variability::Varying, interpolation });
+        let (variability, interpolation) = (Variability::Varying, Some(interpolation));
+        self.push(name, Content::Attribute { value, variability, interpolation, custom: false });
     }
 
     /// Declares an attribute without a value.
@@ -230,4 +236,9 @@ impl Prim {
     pub fn children(&self) -> &[Prim] {
         &self.children
     }
+}
+
+/// An attribute of a schema, without interpolation.
+fn attribute(value: Value, variability: Variability) -> Content {
+    Content::Attribute { value, variability, interpolation: None, custom: false }
 }

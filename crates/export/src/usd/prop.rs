@@ -18,6 +18,9 @@ use super::prim_names::{COLLIDERS, MATERIALS, PHYSICS_MATERIAL, VISUAL, hull_nam
 use super::simulator_schemas::Simulator;
 use super::value::{Dictionary, Quaternion, Value};
 
+/// Attribute of the root that marks a stand-in.
+const STAND_IN: &str = "tabletopgen:stand_in";
+
 /// The layer of one body.
 pub fn prop(scene: &Scene, body: &Body, settings: &ExportSettings) -> Layer {
     let schemas = [
@@ -39,6 +42,9 @@ pub fn prop(scene: &Scene, body: &Body, settings: &ExportSettings) -> Layer {
     root.set("physics:rigidBodyEnabled", Value::Bool(true));
     root.set("semantics:labels:class", Value::tokens(&[&body.category]));
     root.set("semantics:labels:wikidata_qcode", Value::tokens(&[&body.wikidata_item]));
+    if body.stand_in {
+        root.set_custom(STAND_IN, Value::Bool(true));
+    }
     root.variant_sets = Simulator::ALL.map(Simulator::variant_set).into();
     root.add(visual(body));
     if let Some(grasp) = &body.grasp {

@@ -72,7 +72,7 @@ fn prim(chance: &mut ChaCha8Rng, name: &str, generation: usize) -> Prim {
     for k in 0..chance.random_range(0..=MAX_PROPERTIES) {
         let name = format!("{}:value_{k}", picked(chance, &["physics", "inputs", "a:b_1:C"]));
         let value_type = one_of_each(chance).choose(chance).expect("some").value_type();
-        match chance.random_range(0..8) {
+        match chance.random_range(0..9) {
             0 => prim.declare(&name, value_type),
             1 => prim.connect(&name, value_type, path(chance).property("outputs:rgb")),
             2 => prim.relate(&name, path(chance)),
@@ -80,6 +80,7 @@ fn prim(chance: &mut ChaCha8Rng, name: &str, generation: usize) -> Prim {
             4 => prim.set_interpolated(&name, value(chance), Interpolation::Uniform),
             5 => prim.set_interpolated(&name, value(chance), Interpolation::FaceVarying),
             6 => prim.set_interpolated(&name, value(chance), Interpolation::Constant),
+            7 => prim.set_custom(&name, value(chance)),
             _ => prim.set(&name, value(chance)),
         }
     }

@@ -139,12 +139,13 @@ impl Writer {
     fn property(&mut self, property: &Property) {
         let name = &property.name;
         match &property.content {
-            Content::Attribute { value, variability, interpolation } => {
+            Content::Attribute { value, variability, interpolation, custom } => {
+                let custom = if *custom { "custom " } else { "" };
                 let uniform = match variability {
                     Variability::Uniform => "uniform ",
                     Variability::Varying => "",
                 };
-                self.attribute(&format!("{uniform}{} {name}", value.value_type().name()), value);
+                self.attribute(&format!("{custom}{uniform}{} {name}", value.value_type().name()), value);
                 if let Some(interpolation) = interpolation {
                     self.text.push_str(" (\n");
                     let line = format!("interpolation = \"{}\"", interpolation.token());

@@ -500,7 +500,8 @@ mod tests {
     fn read_mesh_glb_applies_the_poses_of_a_scene_file() {
         let mesh = two_tone_mesh();
         let pose = Pose::upright(DVec3::new(0.2, -0.1, 0.05), 0.8);
-        let node = SceneNode { name: "a", label: "\"<a>\"\n🍎", mesh: &mesh, world_from_object: pose };
+        let extras = serde_json::json!({ "label": "\"<a>\"\n🍎" });
+        let node = SceneNode { name: "a", extras, mesh: &mesh, world_from_object: pose };
         let read = read_mesh_glb(&write_scene_glb(&[node])).expect("our own file");
         for (read, authored) in read.positions.iter().zip(&mesh.positions) {
             assert!((*read - pose.transform_point(*authored)).length() < 1e-9);

@@ -13,12 +13,18 @@ use super::document as doc;
 /// A GLB file with one mesh in its own frame, under the root rotation. [`super::read_mesh_glb`] returns an
 /// equal mesh if it has a triangle, no empty group, and positions that are exact in single precision.
 pub fn write_mesh_glb(mesh: &TexturedMesh) -> Vec<u8> {
+    write_mesh_glb_with_extras(mesh, None)
+}
+
+/// As [`write_mesh_glb`], with extras of the root node.
+pub fn write_mesh_glb_with_extras(mesh: &TexturedMesh, extras: Option<serde_json::Value>) -> Vec<u8> {
     let mut file = GlbFile::default();
     let mesh = file.add_mesh("mesh", mesh);
     let root = doc::Node {
         name: Some("root".to_owned()),
         mesh,
         rotation: Some(ROOT_ROTATION_XYZW),
+        extras,
         ..doc::Node::default()
     };
     file.document.nodes.push(root);
@@ -28,7 +34,8 @@ pub fn write_mesh_glb(mesh: &TexturedMesh) -> Vec<u8> {
 /// One body of a scene file.
 pub struct SceneNode<'a> {
     pub name: &'a str,
-    pub label: &'a str,
+    /// Data of the application.
+    pub extras: serde_json::Value,
     pub mesh: &'a TexturedMesh,
     pub world_from_object: Pose,
 }
@@ -53,7 +60,7 @@ pub fn write_scene_glb(bodies: &[SceneNode<'_>]) -> Vec<u8> {
             mesh,
             translation: Some(body.world_from_object.translation_m.to_array()),
             rotation: Some(body.world_from_object.rotation.normalize().to_array()),
-            extras: Some(serde_json::json!({ "label": body.label })),
+            extras: Some(body.extras.clone()),
             ..doc::Node::default()
         });
     }

@@ -99,6 +99,14 @@ fn cards(page: &mut Html, report: &Report<'_>, images: &EmbeddedImages) {
         page.leaf("td", &[], name);
         page.open("td", &[("class", "told")]);
         page.user_text(&instance.label);
+        let is_filling =
+            report.scene.text.as_ref().is_some_and(|text| text.fillings.contains(&instance.name));
+        for (is_marked, mark) in [(instance.stand_in, "stand-in"), (is_filling, "filling")] {
+            if is_marked {
+                page.text(" ");
+                page.leaf("span", &[("class", "note")], mark);
+            }
+        }
         page.close();
         let relation = word(instance.support.relation);
         page.leaf("td", &[], &format!("{relation} {}", instance.support.parent));

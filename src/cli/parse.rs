@@ -1,0 +1,76 @@
+//! `parse`: what a text is understood as, without a scene: the answer of `POST /scenes?validate_only=true`.
+
+use clap::Args;
+use serde_json::json;
+
+use super::generate::refused;
+use super::options::{ConfigOptions, TextOptions};
+use super::text_account::Detail;
+use super::{Exit, Failure, scene_summary, terminal, text_account};
+use crate::api::Problem;
+use crate::api::submission::{self, SceneBody};
+use crate::app;
+use scene::request::MAX_SEED;
+
+/// Arguments of `parse`.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// What stands on the table, in words
+    #[arg(value_name = "TEXT")]
+    text: String,
+    /// The seed of the scene, which selects what a theme adds [default: random]
+    #[arg(
+        long,
+        value_name = "N",
+        allow_negative_numbers = true,
+        value_parser = clap::value_parser!(u64).range(..=MAX_SEED)
+    )]
+    seed: Option<u64>,
+    #[command(flatten)]
+    reading: TextOptions,
+    /// Print one JSON document instead of the table
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    options: ConfigOptions,
+}
+
+/// Prints the account of the text. With `--json`, failures are printed as a document, too.
+pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
+    let is_json = arguments.json;
+    let done = parse(arguments);
+    if let (Err(failure), true) = (&done, is_json) {
+        terminal::print(&scene_summary::failure_document(failure));
+    }
+    done
+}
+
+fn parse(arguments: Arguments) -> Result<Exit, Failure> {
+    let resolved = arguments.options.load(Vec::new())?;
+    let body = SceneBody {
+        text: Some(arguments.text),
+        seed: arguments.seed,
+        options: arguments.reading.request_options(),
+        ..SceneBody::default()
+    };
+    let settings = &resolved.config.server;
+    let submission = submission::validate(body, None, settings, &app::pipeline::validate(&resolved))
+        .map_err(|problem| refused(problem, "TEXT"))?;
+    let account = app::pipeline::understand(&resolved)(&submission.request).map_err(|error| {
+        let detail = error.detail.clone();
+        Failure { message: detail, ..refused(Problem::invalid(vec![error]), "TEXT") }
+    })?;
+    let Some(account) = account else {
+        let message = "a remote model reads texts (providers.analyst), and only `generate` asks it; \
+                       add --set providers.analyst=embedded for the built-in parser";
+        return Err(Failure::usage(message));
+    };
+    match arguments.json {
+        true => {
+            let document = json!({ "valid": true, "request": submission.request, "text": account });
+            terminal::print(&format!("{document:#}\n"));
+        }
+        false => terminal::print(&text_account::table(&account, Detail::All)),
+    }
+    Ok(Exit::Success)
+}
