@@ -45,6 +45,7 @@ TARGETS = [
     ("weights", "safetensors files of the table network and of DINOv2, with its config.json", []),
     ("requests", "bodies of POST /scenes, with their options, settings and images", ["fixtures/hostile/answer"]),
     ("chat_answers", "answers of chat models to each question", ["fixtures/hostile/answer"]),
+    ("texts", "texts of scenes and tasks, as the embedded parser reads them", []),
 ]
 
 RSS_LIMIT_MB, MALLOC_LIMIT_MB, TIMEOUT_SECS, MAX_LEN = 2048, 1024, 10, 65536
@@ -59,11 +60,13 @@ def main() -> bool:
     parser.add_argument("--as-built", action="store_true", help="run what was built before")
     given = parser.parse_args()
     work = given.target_dir.resolve() / "fuzz"
+    asked, held = given.only.split(","), True
+    if unknown := set(asked) - {name for name, _, _ in TARGETS}:
+        parser.error(f"unknown targets {', '.join(sorted(unknown))}")
     if not given.as_built:
-        build(work)
+        build(work, asked)
     if given.build_only:
         return True
-    asked, held = given.only.split(","), True
     for name, reads, seeds in TARGETS:
         if name in asked:
             found = run(work, name, reads, seeds, given.seconds)
@@ -73,10 +76,11 @@ def main() -> bool:
     return held
 
 
-def build(work: Path):
+def build(work: Path, targets: list):
     # The versions are the package's.
     shutil.copy(ROOT / "Cargo.lock", ROOT / "fuzz/Cargo.lock")
     command = ["cargo", "+nightly", "build", "--release", "--target", TRIPLE]
+    command += [part for name in targets for part in ("--bin", name)]
     environment = {**os.environ, "RUSTFLAGS": " ".join(COVERAGE), "CARGO_TARGET_DIR": str(work)}
     subprocess.run(command, cwd=ROOT / "fuzz", env=environment, check=True)
     (work / "commit").write_text(commit(), encoding="utf-8")
@@ -143,6 +147,10 @@ def seeded(corpus: Path, name: str, more: list) -> int:
         config = (golden / "dinov2/swiglu/config.json").read_bytes()
         weights = (golden / "dinov2/swiglu/model.safetensors").read_bytes()
         (corpus / "dinov2").write_bytes(b"D" + struct.pack("<H", len(config)) + config + weights)
+    if name == "texts":
+        for path in (ROOT / "tests/words/sentences.jsonl", ROOT / "tests/words/tasks.jsonl"):
+            for entry in map(json.loads, path.read_text(encoding="utf-8").splitlines()):
+                (corpus / f"{path.stem}_{entry['id']}").write_text(entry["text"], encoding="utf-8")
     return len(list(corpus.iterdir()))
 
 
@@ -155,9 +163,11 @@ def dictionary(corpus: Path) -> list:
 
 
 def write(work: Path):
-    """The page, with the last run of each target."""
+    """The page, with the last run of each target; of targets that never ran here, the row stays that stands there."""
     files = [work / f"{name}.json" for name, _, _ in TARGETS]
     rows = [json.loads(path.read_text(encoding="utf-8")) for path in files if path.exists()]
+    path = RESULTS / "fuzz.md"
+    earlier = path.read_text(encoding="utf-8") if path.exists() else ""
     body = f"""# Fuzzing
 
 `make fuzz` on {time.strftime('%Y-%m-%d', time.gmtime())}, {machine()}, one process at a time, each at the commit of its row.
@@ -167,12 +177,17 @@ Each parser of bytes that somebody else wrote, under libFuzzer with overflow che
 are those reached, in the whole program; before that, those of the files that a target begins with.
 
 """
-    path = RESULTS / "fuzz.md"
-    earlier = path.read_text(encoding="utf-8") if path.exists() else ""
     # What was found in earlier runs and is replayed by tests is told by hand.
     kept = earlier[earlier.index("\n## ") :] if "\n## " in earlier else "\n"
-    cells = [list(row.values()) for row in rows]
-    path.write_text(body + table(list(rows[0]), cells) + "\n" + kept, encoding="utf-8")
+    cells = {cell[0]: cell for cell in table_cells(earlier)} | {row["target"]: list(row.values()) for row in rows}
+    path.write_text(body + table(list(rows[0]), list(cells.values())) + "\n" + kept, encoding="utf-8")
+
+
+def table_cells(page: str) -> list:
+    """The cells of the first table of a page, without its head."""
+    found = re.search(r"^\|.*\n\|[ :|-]+\n((?:\|.*\n)*)", page, re.MULTILINE)
+    lines = found[1].splitlines() if found else []
+    return [[cell.strip() for cell in line.strip("|").split(" | ")] for line in lines]
 
 
 if __name__ == "__main__":

@@ -11,13 +11,15 @@ import shutil
 import subprocess
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import cargo_results
 import tools
 import words_sample
+from beside import Beside
 from generating import differing_files, generate
-from judging import JUDGE_NAMES, JUDGES, complaints, finish_setup, judge, start_setup
+from judging import JUDGE_NAMES, JUDGES, complaints, finish_setup, judge_beside, start_setup
 from sentences import differences, sentences
 from server import Problem
 
@@ -25,6 +27,12 @@ ROOT = Path(__file__).resolve().parent.parent
 
 CARGO = os.environ.get("CARGO", "cargo")
 KILLS = 6
+# So many sample scenes meet every judge at full length. Of the others Drake sees a second instead of five, and no
+# examples of the README run: `make bars` has both.
+JUDGED_FULLY = 2
+DRAKE_SECONDS = 1.0
+# The judges' own test breaks a bundle five dozen times: the smaller the better.
+SMALL_SCENE = "An office desk with exactly a mug and a book and nothing else"
 # Where tests leave what the judges are asked about; not the target directory, of which they do not know.
 LEFT = ROOT / "target"
 
@@ -34,13 +42,19 @@ def main() -> int:
     parser.add_argument("--target-dir", type=Path, default=ROOT / "target")
     target = parser.parse_args().target_dir.resolve()
     environment = target / "judges"
-    start, done = time.monotonic(), []
+    start, done, took = time.monotonic(), [], {}
     # The judges' environment comes over the network while the compiler works.
     setup = start_setup(environment)
+    kills = Beside()
 
     def finish_environment():
         finish_setup(setup)
         return f"ready, of Python {sys.version_info[0]}.{sys.version_info[1]}"
+
+    def judge_layers_beside_kills():
+        # These judges and the killed server keep one core busy each.
+        start_kills(kills, target)
+        return judge_layers(environment)
 
     steps = [
         # Those that answer within seconds come first.
@@ -52,13 +66,13 @@ def main() -> int:
         ("documentation", document),
         ("cargo test", test_workspace),
         ("programs", build_programs),
-        ("words", lambda: words_sample.check(target / "debug" / "tabletopgen-lab")),
-        ("killed while models are asked", lambda: kill_sample(target)),
-        ("judges' environment", finish_environment),
-        ("layers of USD", lambda: judge_layers(environment)),
+        ("words", lambda: check_words(target)),
         ("sample scenes", lambda: make_sample(target)),
+        ("judges' environment", finish_environment),
         ("judges", lambda: judge_sample(target, environment)),
+        ("layers of USD", judge_layers_beside_kills),
         ("judges' own test", lambda: test_judges(target, environment)),
+        ("killed while models are asked", lambda: finish_kills(kills)),
         ("segmentation sidecar", lambda: test_sidecar(environment)),
     ]
     code = 1
@@ -66,8 +80,11 @@ def main() -> int:
         for name, step in steps:
             print(f"== {name}", flush=True)
             began = time.monotonic()
-            done.append(f"{name}: {step()}")
-            print(f"== {done[-1]} ({time.monotonic() - began:.0f} s)", flush=True)
+            try:
+                done.append(f"{name}: {step()}")
+            finally:
+                took[name] = time.monotonic() - began
+            print(f"== {done[-1]} ({took[name]:.0f} s)", flush=True)
         code = 0
     except Problem as problem:
         print(f"== {name} FAILED: {problem}", flush=True)
@@ -75,10 +92,13 @@ def main() -> int:
     except KeyboardInterrupt:
         done.append(f"{name} interrupted")
     finally:
+        kills.stop()
         if setup.poll() is None:
             setup.terminate()
             setup.wait()
     minutes = (time.monotonic() - start) / 60
+    for name, seconds in sorted(took.items(), key=lambda step: -step[1]):
+        print(f"   {seconds:6.0f} s  {name}")
     print(f"make test: {'all passed' if code == 0 else 'FAILED'} in {minutes:.1f} min ({'; '.join(done)})")
     return code
 
@@ -180,10 +200,15 @@ def build_programs() -> str:
     return "built"
 
 
-def kill_sample(target: Path) -> str:
+def start_kills(kills: Beside, target: Path):
     """A few of the kills of `make bars BARS=remote_kill`."""
     command = [sys.executable, "-m", "bars.remote_kill", "--target-dir", target, "--kills", KILLS, "--draw", "2"]
-    run([*command, "--program", target / "debug" / "tabletopgen"], {"PYTHONPATH": str(ROOT / "scripts")})
+    command += ["--program", target / "debug" / "tabletopgen"]
+    kills.start(command, ROOT, {"PYTHONPATH": str(ROOT / "scripts")})
+
+
+def finish_kills(kills: Beside) -> str:
+    kills.finish()
     return f"{KILLS} kills, nothing billed twice that is not in the ledger"
 
 
@@ -199,27 +224,39 @@ def judge_layers(environment: Path) -> str:
     python = environment / "bin/python"
     lines = said([python, JUDGES / "usd_layers.py", LEFT / "usd_layers"])
     bundles = [LEFT / "specimen" / form for form in ("usda", "usdc", "usdz")]
-    run([python, JUDGES / "judge.py", "--only", "schema,usd,robotics_prop,readme", *bundles])
+    run([python, JUDGES / "judge.py", "--only", "schema,usd,robotics_prop,marks,readme", *bundles])
     return lines[-1].strip()
+
+
+def check_words(target: Path) -> str:
+    programs, folder = target / "debug", target / "words"
+    # Scenes of an earlier run would be taken for those of this one.
+    shutil.rmtree(folder, ignore_errors=True)
+    return words_sample.check(programs / "tabletopgen-lab", programs / "tabletopgen", folder)
 
 
 def make_sample(target: Path) -> str:
     # The development build is optimized and there already; building for release would take longer.
     binary = target / "debug" / "tabletopgen"
-    slowest = 0.0
+    wanted = [(sample_folder(target, sentence), sentence.text, sentence.seed, 1) for sentence in chosen()]
+    wanted += [(folder_of_threads(target, s), s.text, s.seed, 2) for s in chosen() if s.threads]
+    wanted.append((small_folder(target), SMALL_SCENE, 1, 1))
+    slowest, made = 0.0, {}
+    with ThreadPoolExecutor(2) as pool:
+        for scene in pool.map(lambda one: generate(binary, *one[:3], threads=one[3]), wanted):
+            made[scene.folder] = scene
     for sentence in chosen():
-        made = generate(binary, sample_folder(target, sentence), sentence.text, sentence.seed, threads=2)
-        slowest = max(slowest, made.seconds)
-        wrong = differences(sentence, made.folder) + made.told["reasons"]
-        print(f"   {sentence.name}: {sentence.objects} objects in {made.seconds:.1f} s {'; '.join(wrong)}", flush=True)
+        scene = made[sample_folder(target, sentence)]
+        slowest = max(slowest, scene.seconds)
+        wrong = differences(sentence, scene.folder) + scene.told["reasons"]
+        print(f"   {sentence.name}: {sentence.objects} objects in {scene.seconds:.1f} s {'; '.join(wrong)}", flush=True)
         if wrong:
             raise Problem(f"{sentence.name}: {'; '.join(wrong)}")
         if sentence.threads:
-            again = generate(binary, target / "sample" / "one_thread", sentence.text, sentence.seed, threads=1)
-            if differing := differing_files(made.folder, again.folder):
+            if differing := differing_files(scene.folder, folder_of_threads(target, sentence)):
                 raise Problem(f"one thread and two give other bytes: {', '.join(differing[:10])}")
             print(f"   {sentence.name}: the same bytes with one thread and with two", flush=True)
-    return f"{len(chosen())} scenes as asked for, the slowest in {slowest:.1f} s"
+    return f"{len(chosen())} scenes as asked for, two at once, the slowest in {slowest:.1f} s"
 
 
 def chosen():
@@ -230,10 +267,23 @@ def sample_folder(target: Path, sentence) -> Path:
     return target / "sample" / sentence.name
 
 
+def folder_of_threads(target: Path, sentence) -> Path:
+    return target / "sample_of_two_threads" / sentence.name
+
+
+def small_folder(target: Path) -> Path:
+    return target / "sample_small" / "mug_and_book"
+
+
 def judge_sample(target: Path, environment: Path) -> str:
     bundles = [sample_folder(target, sentence) for sentence in chosen()]
-    # NVIDIA's judges take a second a prop: they see the layers a test left and the first scene, in other steps.
-    findings = judge(environment, bundles, only=[name for name in JUDGE_NAMES if name != "robotics_prop"])
+    # NVIDIA's judges take a second a prop: they see the layers a test left and the small scene, in other steps.
+    fully = [name for name in JUDGE_NAMES if name != "robotics_prop"]
+    briefly = [name for name in fully if name != "readme"]
+    findings = judge_beside(environment, [
+        {"bundles": bundles[:JUDGED_FULLY], "only": fully},
+        {"bundles": bundles[JUDGED_FULLY:], "only": briefly, "drake_seconds": DRAKE_SECONDS},
+    ])
     for bundle in bundles:
         verdicts = findings["bundles"][str(bundle.resolve())]
         words = [f"{name} {v['facts'].get('seconds', 0):.1f} s" for name, v in verdicts.items()]
@@ -247,8 +297,7 @@ def judge_sample(target: Path, environment: Path) -> str:
 
 
 def test_judges(target: Path, environment: Path) -> str:
-    bundle = sample_folder(target, chosen()[0])
-    lines = said([environment / "bin/python", JUDGES / "test_judges.py", bundle])
+    lines = said([environment / "bin/python", JUDGES / "test_judges.py", small_folder(target)])
     return lines[-1].strip() if lines else "silent"
 
 

@@ -19,6 +19,9 @@ ROOT = Path(__file__).resolve().parent.parent
 TABLES = ROOT / "tests" / "words"
 GRAMMAR = ROOT / "config" / "catalog" / "words.toml"
 SEED = 32
+# What is demanded of the names, the sentences and the instructions, as shares; nothing may be silent or unaccounted.
+EXACT_BAR, SENSIBLE_BAR, WRONG_BAR = 0.75, 0.95, 0.02
+SENTENCES_BAR, START_BAR, GOAL_BAR = 0.92, 0.98, 0.90
 # The outcomes of a name, best first.
 OUTCOMES = ("exact", "stand-in", "unmarked", "refused", "wrong", "silent")
 
@@ -155,3 +158,9 @@ def task_score(entry: dict, outcome: dict, view=None) -> TaskScore:
     cast = Cast(entry["objects"], [item for item in view.objects if item.requested])
     solved = not view.goal or is_satisfied(view.goal, view)
     return TaskScore(complaints(entry, view), goal_complaints(entry["goal"], cast, view), solved)
+
+
+def start_complaints(entry: dict, outcome: dict, view) -> list:
+    """What a finished start of an instruction is not as told, and whether it satisfies the goal already."""
+    score = task_score(entry, outcome, view)
+    return score.scene + (["the start satisfies the goal"] if score.solved else [])

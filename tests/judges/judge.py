@@ -1,6 +1,7 @@
 """Runs every judge over unpacked bundles and prints a table.
 
     target/judges/bin/python tests/judges/judge.py BUNDLE_DIR... [--json] [--only usd,mjcf] [--dss-bar 0.95]
+        [--drake-seconds 5]
 
 Exits with 1 if any judge rejects a bundle, or if fewer than the bar of all movable bodies (over all
 bundles together) stay in place in MuJoCo; with 2 on wrong use. A judge that this Python has no packages for is
@@ -18,7 +19,7 @@ from pathlib import Path
 from left_out import LEFT_OUT
 from verdict import Verdict
 
-JUDGES = ["schema", "report", "usd", "robotics_prop", "mjcf", "urdf", "bullet", "sdf", "glb", "collisions", "readme"]
+JUDGES = ["schema", "report", "usd", "robotics_prop", "mjcf", "urdf", "bullet", "sdf", "glb", "marks", "collisions", "readme"]
 
 
 def main() -> int:
@@ -27,6 +28,7 @@ def main() -> int:
     parser.add_argument("--json", action="store_true", help="print machine-readable findings")
     parser.add_argument("--only", default=",".join(JUDGES), help="comma-separated judges")
     parser.add_argument("--dss-bar", type=float, default=0.95, help="share of movable bodies that must stay")
+    parser.add_argument("--drake-seconds", type=float, default=5.0, help="how long Drake simulates each scene")
     arguments = parser.parse_args()
     chosen = arguments.only.split(",")
     unknown = [name for name in chosen if name not in JUDGES]
@@ -40,7 +42,7 @@ def main() -> int:
     findings = {}
     for bundle in arguments.bundles:
         bundle = bundle.resolve()
-        findings[str(bundle)] = [judged(modules[name], name, bundle) for name in chosen]
+        findings[str(bundle)] = [judged(modules[name], name, bundle, arguments) for name in chosen]
 
     settled = [v.facts for verdicts in findings.values() for v in verdicts if v.judge == "mjcf" and "dss" in v.facts]
     movable, stable = sum(f["movable"] for f in settled), sum(f["stable"] for f in settled)
@@ -72,10 +74,11 @@ def main() -> int:
     return 0 if accepted else 1
 
 
-def judged(module, name, bundle) -> Verdict:
+def judged(module, name, bundle, arguments) -> Verdict:
+    more = {"duration_s": arguments.drake_seconds} if name == "sdf" else {}
     start = time.perf_counter()
     try:
-        verdict = module.judge(bundle)
+        verdict = module.judge(bundle, **more)
     except Exception as error:  # whatever a judge trips over counts against the bundle, with its trace
         verdict = Verdict(name, [f"{error!r}: {traceback.format_exc(limit=-2)}"])
     verdict.facts["seconds"] = round(time.perf_counter() - start, 2)

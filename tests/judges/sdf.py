@@ -1,5 +1,5 @@
 """Drake loads every model; mass, center of mass, inertia and hulls are the scene's, and so are the world's poses. Then
-all models together stay where they are for five seconds of hydroelastic contact.
+all models together stay where they are for five seconds of hydroelastic contact, or for as long as is asked for.
 
 It does so in a process of its own: Drake does not bear the other programs in one. The world is read as XML, since
 Drake 1.51 ends with a segmentation fault on worlds of many models, each of which it loads.
@@ -24,14 +24,15 @@ DISPLACEMENT_M = 0.03
 SINKING_M = 0.005
 
 
-def judge(bundle: Path) -> Verdict:
-    run = subprocess.run([sys.executable, __file__, str(bundle)], capture_output=True, text=True, timeout=600)
+def judge(bundle: Path, duration_s: float = DURATION_S) -> Verdict:
+    command = [sys.executable, __file__, str(bundle), str(duration_s)]
+    run = subprocess.run(command, capture_output=True, text=True, timeout=600)
     if run.returncode != 0:
         return Verdict("sdf", [f"Drake fails: {run.stderr.strip()[-500:]}"])
     return Verdict("sdf", **json.loads(run.stdout))
 
 
-def judge_here(bundle: Path) -> Verdict:
+def judge_here(bundle: Path, duration_s: float) -> Verdict:
     verdict = Verdict("sdf")
     scene = read_scene(bundle)
     world = ElementTree.parse(bundle / "sdf" / "world.sdf").getroot().find("world")
@@ -47,13 +48,13 @@ def judge_here(bundle: Path) -> Verdict:
             verdict.complaints.append(f"sdf/world.sdf has no model {name}")
         else:
             check_placed(verdict, body, models[name], bundle)
-    verdict.facts = {"bodies": len(bodies(scene)), "hulls": hulls}
+    verdict.facts = {"bodies": len(bodies(scene)), "hulls": hulls, "simulated_s": duration_s}
     if not verdict.complaints:
-        check_rest(verdict, bundle, scene)
+        check_rest(verdict, bundle, scene, duration_s)
     return verdict
 
 
-def check_rest(verdict, bundle, scene):
+def check_rest(verdict, bundle, scene, duration_s):
     """Drake's own steps: nothing leaves its place, and nothing sinks."""
     from pydrake.common.eigen_geometry import Quaternion
     from pydrake.math import RigidTransform
@@ -72,7 +73,7 @@ def check_rest(verdict, bundle, scene):
         plant.SetDefaultFloatingBaseBodyPose(plant.GetBodyByName(instance["name"]), pose)
     plant.Finalize()
     simulator = Simulator(builder.Build())
-    simulator.AdvanceTo(DURATION_S)
+    simulator.AdvanceTo(duration_s)
     context = plant.GetMyContextFromRoot(simulator.get_context())
     moved, sunk = {}, {}
     for instance in scene["instances"]:
@@ -139,5 +140,5 @@ def check_body(verdict, body, plant, link) -> int:
 
 
 if __name__ == "__main__":
-    found = judge_here(Path(sys.argv[1]))
+    found = judge_here(Path(sys.argv[1]), float(sys.argv[2]))
     print(json.dumps({"complaints": found.complaints, "facts": found.facts}))

@@ -160,6 +160,15 @@ BREAKS = {
         lambda b: edit_glb(b / "glb/scene.glb", lambda d: d["nodes"][1].update(translation=[0, 0, 1])),
         lambda b: edit_glb(b / f"glb/{first(b)}.glb", lambda d: d["nodes"][0].update(scale=[2, 2, 2])),
     ],
+    "marks": [
+        lambda b: edit_scene(b, lambda s: s["instances"][0].update(stand_in=True)),
+        lambda b: edit_scene(b, lambda s: s["instances"][0].update(label="another")),
+        lambda b: edit_text(b / "urdf/scene.urdf", lambda t: t.replace(f'link="{first(b)}"', f'link="{first(b)}" stand_in="true"', 1)),
+        lambda b: edit_text(b / "sdf/world.sdf", lambda t: t.replace("<sdf ", '<sdf xmlns:t="https://tabletopgen.invalid/label/1" ').replace(f'<model name="{first(b)}"', f'<model t:stand_in="true" name="{first(b)}"')),
+        lambda b: edit_text(b / "mjcf/scene.xml", lambda t: t.replace("</custom>", f'<text name="stand_in_{first(b)}" data="true"/></custom>')),
+        lambda b: edit_glb(b / f"glb/{first(b)}.glb", lambda d: d["nodes"][0].update(extras={"stand_in": True})),
+        lambda b: edit_prop(b, marked_as_stand_in),
+    ],
     "collisions": [one_on_the_other, lambda b: edit_glb(b / f"glb/{first(b)}.glb", hole)],
     "readme": [lambda b: edit_text(b / "README.md", lambda t: t.replace("mjcf/scene.xml", "mjcf/none.xml"))],
 }
@@ -199,6 +208,11 @@ def without_provenance(layer):
     told = dict(layer.customLayerData)
     told["SimReady_Metadata"] = {k: v for k, v in told["SimReady_Metadata"].items() if k != "qcode"}
     layer.customLayerData = told
+
+
+def marked_as_stand_in(layer):
+    attribute = Sdf.AttributeSpec(layer.GetPrimAtPath(f"/{layer.defaultPrim}"), "tabletopgen:stand_in", Sdf.ValueTypeNames.Bool)
+    attribute.default = True
 
 
 def cut(path, share):
