@@ -81,9 +81,12 @@ fn is_below_src(path: &str) -> bool {
     path.starts_with("src/") || (path.starts_with("crates/") && path.split('/').nth(2) == Some("src"))
 }
 
-/// The folder of the repository.
+/// The folder of the repository. Cargo tells it at run time: a program in a shared target directory may have been built
+/// from another clone.
 pub fn root() -> PathBuf {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let package =
+        std::env::var("CARGO_MANIFEST_DIR").unwrap_or_else(|_| env!("CARGO_MANIFEST_DIR").to_owned());
+    let root = Path::new(&package).join("../..");
     root.canonicalize().unwrap_or(root)
 }
 
