@@ -70,11 +70,7 @@ pub struct Arguments {
 /// Makes the scene, writes its bundle, prints its certificate. With `--json`, failures are printed as a document, too.
 pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
     let is_json = arguments.json;
-    let done = generate(arguments);
-    if let (Err(failure), true) = (&done, is_json) {
-        terminal::print(&scene_summary::failure_document(failure));
-    }
-    done
+    scene_summary::with_failure_document(generate(arguments), is_json)
 }
 
 fn generate(mut arguments: Arguments) -> Result<Exit, Failure> {

@@ -38,11 +38,7 @@ pub struct Arguments {
 /// Prints the account of the text. With `--json`, failures are printed as a document, too.
 pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
     let is_json = arguments.json;
-    let done = parse(arguments);
-    if let (Err(failure), true) = (&done, is_json) {
-        terminal::print(&scene_summary::failure_document(failure));
-    }
-    done
+    scene_summary::with_failure_document(parse(arguments), is_json)
 }
 
 fn parse(arguments: Arguments) -> Result<Exit, Failure> {

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use super::output_dir::Folder;
 use super::progress::StageTime;
-use super::{Exit, Failure};
+use super::{Exit, Failure, terminal};
 use scene::{Certificate, SceneId};
 use store::scenes::SceneRow;
 use store::{DEFAULT_TENANT, Digest, Store, StoreError};
@@ -120,8 +120,16 @@ impl Outcome {
     }
 }
 
+/// The result of a command; with `--json`, a failure is printed as a document.
+pub fn with_failure_document(done: Result<Exit, Failure>, is_json: bool) -> Result<Exit, Failure> {
+    if let (Err(failure), true) = (&done, is_json) {
+        terminal::print(&failure_document(failure));
+    }
+    done
+}
+
 /// The JSON document of a scene that was not made.
-pub fn failure_document(failure: &Failure) -> String {
+fn failure_document(failure: &Failure) -> String {
     let kind = match failure.exit {
         Exit::Success | Exit::Quarantined | Exit::Error => "error",
         Exit::Usage => "usage",
