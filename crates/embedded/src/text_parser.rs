@@ -3,8 +3,8 @@
 //! Method: tokens with their positions -> noun phrases (longest match over labels, synonyms and plurals; the head noun
 //! decides) -> mentions and links (lists, prepositions, pronouns, negation, arrangements, instructions) -> theme
 //! (keywords and named categories) -> objects with sizes, attributes and relations, in the start state of the goal ->
-//! table of sufficient size. The vocabulary is data (`config/catalog/words.toml`, `verbs.toml`, `themes.toml`). Lengths
-//! are in meters. Left, right, front and back are relative to a viewer at the front edge.
+//! table of sufficient size. The vocabulary is data (`config/catalog/words.toml`, `verbs.toml`, `phrases.toml`,
+//! `themes.toml`). Lengths are in meters. Left, right, front and back are relative to a viewer at the front edge.
 //!
 //! Guarantees: the same text, seed and options give the same description; every recognized object is present with its
 //! count; supports form a tree rooted at the table; no text causes a panic; the time is linear in the text. Every word
@@ -15,6 +15,7 @@ mod tokens;
 mod json_input;
 mod vocabulary;
 mod verbs;
+mod phrases;
 mod nouns;
 mod lexicon;
 mod correction;
@@ -218,6 +219,7 @@ fn describe_with(
         report_support(&draft, &mut parsed, object);
     }
     let goals = start_state::predicates(&draft, &parsed);
+    report_empty(&mut parsed, &goals);
     let start_state::Unviolated { satisfied, unshown } =
         start_state::stand_apart(&mut draft, &goals.predicates);
     report_unshown(&mut parsed, &goals, &unshown);
@@ -294,6 +296,25 @@ fn report_support(draft: &Draft, parsed: &mut ParsedText, object: usize) {
             parsed.account.retract(&tokens);
         }
         parsed.account.report(tokens, UnrecognizedReason::NotSupported);
+    }
+}
+
+/// Reports the goals that these objects cannot have ("gather the tray").
+fn report_empty(parsed: &mut ParsedText, goals: &start_state::Predicates) {
+    let states = |meaning: &Claimed, is_empty: bool| match meaning {
+        Claimed::Goal(goal) => goals.of_goal.get(*goal).copied().flatten().is_none() == is_empty,
+        _ => false,
+    };
+    let claims = &parsed.account.claims;
+    let stated: std::collections::BTreeSet<usize> =
+        claims.iter().filter(|claim| states(&claim.meaning, false)).map(|claim| claim.tokens.start).collect();
+    let tokens: Vec<_> = claims
+        .iter()
+        .filter(|claim| states(&claim.meaning, true) && !stated.contains(&claim.tokens.start))
+        .map(|claim| claim.tokens.clone())
+        .collect();
+    for tokens in tokens {
+        parsed.account.report(tokens, UnrecognizedReason::NotExpressible);
     }
 }
 

@@ -6,6 +6,7 @@
 
 mod action;
 mod action_objects;
+mod agents;
 mod answers;
 mod arrangements;
 mod attachment;
@@ -13,12 +14,12 @@ mod betweenness;
 mod contents;
 mod clauses;
 mod colon_lists;
+mod distance_statements;
 mod desired_state;
 mod distances;
 mod ellipsis;
 mod exceptions;
 mod exclusion;
-mod exclusion_phrases;
 mod fillers;
 mod examples;
 mod flanks;
@@ -34,6 +35,7 @@ mod orientation;
 mod outcome;
 mod part_states;
 mod partitives;
+mod possessives;
 mod parts;
 mod path_places;
 mod paths;
@@ -43,10 +45,13 @@ mod predicates;
 mod references;
 mod relations;
 mod remarks;
+mod stack_levels;
 mod stated_counts;
 mod states;
 mod steps;
+mod table_size;
 mod targets;
+mod unnamed;
 mod with_list;
 
 use std::ops::Range;
@@ -252,6 +257,10 @@ struct Parser<'a, 'c> {
     fallen: Option<(Vec<usize>, action::Path)>,
     /// What everything is to leave, with the words that say so.
     emptied: Vec<(usize, Range<usize>)>,
+    /// Objects that may be there, and need not.
+    permitted: Vec<usize>,
+    /// Whether the text tells what the robot does ("picks the cup and puts it down").
+    is_narrated: bool,
     stand_ins: bool,
 }
 
@@ -304,6 +313,8 @@ pub(super) fn parse(lexicon: &Lexicon, source: &Source, stand_ins: bool) -> Pars
         each: Vec::new(),
         fallen: None,
         emptied: Vec::new(),
+        permitted: Vec::new(),
+        is_narrated: false,
         stand_ins,
     };
     while reader.at < reader.tokens.len() && reader.parsed.mentions.len() < MAX_MENTIONS {
@@ -389,6 +400,17 @@ impl<'a> Parser<'a, '_> {
         if phrase.head == Head::One && self.elliptic(&phrase) {
             return;
         }
+        if let Some(level) = self.stack_level(&phrase) {
+            self.apply_pending(level);
+            self.subject.push(level);
+            self.salient = Some(level);
+            self.salient_list = self.subject.clone();
+            return;
+        }
+        // "one is green, the rest are white" says nothing more of the first.
+        if phrase.selector == Some(Selector::Other) && self.finite_verb_at(self.at) {
+            self.subject.clear();
+        }
         let phrase = self.at_another_place(phrase);
         let like_before = self.is_like_before(&phrase);
         let each = phrase.determiner == Determiner::Each;
@@ -455,7 +477,11 @@ impl<'a> Parser<'a, '_> {
     /// Applies what stands before a phrase to its mention.
     fn apply_pending(&mut self, mention: usize) {
         if let Some((frame, tokens)) = self.arranged_next.take() {
-            if frame == Frame::Stack {
+            if frame == Frame::Stack && matches!(self.word_at(tokens.start), Some("pile" | "heap")) {
+                self.parsed.mentions[mention].stacked = true;
+                self.claim_property(tokens.clone(), "arrangement", vec![mention]);
+                self.grouped(mention, Group::Pile, None, tokens);
+            } else if frame == Frame::Stack {
                 self.parsed.mentions[mention].stacked = true;
                 self.claim_property(tokens, "arrangement", vec![mention]);
             } else {

@@ -3,32 +3,17 @@
 
 use super::correction::is_known;
 use super::lexicon::Lexicon;
+use super::phrases::phrases;
 use super::tokens::{Source, Token};
-
-/// Words that other languages seldom have.
-const ENGLISH: &[&str] = &[
-    "the", "and", "with", "of", "two", "three", "four", "on", "is", "are", "there", "next", "left", "right",
-    "put", "to", "that", "this", "it", "without", "please", "pick", "place", "move",
-];
-
-/// Articles, prepositions and conjunctions of other languages that English texts seldom have.
-const FOREIGN: &[&str] = &[
-    // German, Dutch, Swedish, Danish.
-    "der", "das", "de", "den", "dem", "ein", "eine", "einen", "einem", "einer", "und", "mit", "auf", "neben",
-    "een", "het", "met", "op", "ett", "och", "med", "og", // French.
-    "un", "une", "le", "les", "des", "du", "et", "avec", "sur", "dans", "aux",
-    // Spanish, Italian, Portuguese.
-    "una", "uno", "el", "la", "los", "las", "unos", "unas", "con", "en", "sobre", "il", "lo", "gli", "sul",
-    "sulla", "nel", "nella", "di", "um", "uma", "os", "dois", "duas", "com", "em",
-];
 
 /// The words that are not known, if the text does not seem to be English.
 pub(super) fn foreign_words(lexicon: &Lexicon, source: &Source) -> Option<Vec<String>> {
+    let list = &phrases().language;
     let words: Vec<&str> = source.tokens.iter().filter_map(Token::word).collect();
     let known = |word: &str| is_known(lexicon, word) || lexicon.nouns.is_noun(word);
-    let foreign = words.iter().filter(|word| FOREIGN.contains(word)).count();
+    let foreign = words.iter().filter(|word| list.foreign.has(word)).count();
     let unknown = words.iter().filter(|word| !known(word)).count();
-    let english = words.iter().filter(|word| ENGLISH.contains(word)).count();
+    let english = words.iter().filter(|word| list.english.has(word)).count();
     let letters: usize = source.text.chars().filter(|c| c.is_alphabetic()).count();
     let latin = source.text.chars().filter(|c| c.is_ascii_alphabetic()).count();
     let other_script = letters >= 2 && 2 * latin < letters;
@@ -36,8 +21,12 @@ pub(super) fn foreign_words(lexicon: &Lexicon, source: &Source) -> Option<Vec<St
     let hardly_known = words.len() >= 6 && 3 * unknown >= 2 * words.len();
     // Portuguese and Spanish have an "a" as well.
     let has_article = words.iter().any(|word| matches!(*word, "a" | "an"));
-    let is_foreign = foreign >= 2 && foreign > english || foreign == 1 && english == 0 && !has_article;
-    let strange = words.iter().filter(|word| !known(word) || FOREIGN.contains(word));
+    // "coloque a maçã na tigela".
+    let commands =
+        english == 0 && words.first().is_some_and(|word| list.foreign_verbs.has(word) && unknown > 0);
+    let is_foreign =
+        commands || foreign >= 2 && foreign > english || foreign == 1 && english == 0 && !has_article;
+    let strange = words.iter().filter(|word| !known(word) || list.foreign.has(word));
     (other_script || mostly_unknown || hardly_known || is_foreign)
         .then(|| strange.map(|word| (*word).to_owned()).collect())
 }
@@ -64,6 +53,7 @@ mod tests {
             ("een kopje en een bord", true),
             ("leg de appel in de mand", true),
             ("Et bord med en kop og to skeer", true),
+            ("Coloque a maçã na tigela", true),
             ("two cups, pain au chocolat", false),
             ("a le creuset pot", false),
             ("a desk with a zorblax", false),

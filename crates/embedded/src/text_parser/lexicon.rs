@@ -168,6 +168,12 @@ impl<'c> Lexicon<'c> {
             .map(|noun| Meaning::StandIn(noun.to_owned()))
     }
 
+    /// The meaning of a noun that is the short name of a category where it stands alone ("the holder").
+    pub fn short_name(&self, noun: &str) -> Option<Meaning> {
+        let category = self.vocabulary.short_names.get(&self.vocabulary.singular_of(noun))?;
+        self.index_of(category).map(Meaning::Category)
+    }
+
     /// The category of a meaning, or the shape of its stand-in.
     pub fn kind(&self, meaning: &Meaning) -> Option<Kind<'c>> {
         match meaning {

@@ -255,6 +255,15 @@ pub(super) fn trailing(
             p += 1;
             connectors += 1;
         }
+        // "with a 2 cm diameter".
+        let article = usize::from(
+            connectors > 0
+                && matches!(word(tokens, p), Some("a" | "an"))
+                && numbers_first(vocabulary, tokens, p + 1).is_some_and(|(reading, _)| {
+                    reading.lengths.first().is_some_and(|measure| measure.axis != Axis::Unspecified)
+                }),
+        );
+        p += article;
         let Some((reading, length)) = read_measure(vocabulary, tokens, p) else { break };
         let after = p + length;
         // "cubes of 5 cm in a row", but "5 cm in front of".

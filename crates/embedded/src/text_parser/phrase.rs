@@ -135,6 +135,20 @@ impl NounPhrase {
         }
     }
 
+    /// The phrase as it is where all of its tokens stand `by` tokens later.
+    pub fn shifted(mut self, by: usize) -> Self {
+        let shift = |tokens: &mut Range<usize>| *tokens = tokens.start + by..tokens.end + by;
+        shift(&mut self.tokens);
+        shift(&mut self.head_tokens);
+        self.properties.iter_mut().for_each(|(_, tokens)| shift(tokens));
+        self.states.iter_mut().for_each(|(_, tokens)| shift(tokens));
+        self.reports.iter_mut().for_each(|(tokens, _)| shift(tokens));
+        if let Some((_, tokens)) = &mut self.group {
+            shift(tokens);
+        }
+        self
+    }
+
     /// "one" and "two" of "two mugs, one upside down".
     pub fn part(count: [u32; 2], tokens: Range<usize>) -> Self {
         Self { count: Some(count), head: Head::One, ..Self::empty(tokens) }
@@ -364,6 +378,12 @@ impl<'a> Chunk<'a, '_> {
                     // "a set of mugs" leaves the number open, "a slice of bread" is one.
                     if matches!(w, "set" | "sets" | "mix" | "range" | "arrangement") {
                         self.phrase.count = None;
+                    }
+                    // "some sort of bowl".
+                    if matches!(w, "sort" | "kind" | "type")
+                        && self.phrase.count.is_some_and(|c| c[0] != c[1])
+                    {
+                        self.phrase.count = Some([1, 1]);
                     }
                     self.determined = true;
                     self.at += 1;

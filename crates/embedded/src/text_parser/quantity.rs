@@ -1,35 +1,12 @@
 //! Counts in words and digits.
 
 use super::lexicon::Lexicon;
-use super::tokens::{Token, match_phrase, word};
-
-/// Words before a count that leave it unchanged.
-const BEFORE: &[&str] = &[
-    "exactly",
-    "precisely",
-    "at least",
-    "at most",
-    "up to",
-    "no more than",
-    "not more than",
-    "no less than",
-    "no fewer than",
-    "about",
-    "around",
-    "approximately",
-    "roughly",
-    "only",
-    "a total of",
-    "as many as",
-    "just",
-    "less than",
-    "fewer than",
-    "more than",
-];
+use super::phrases::phrases;
+use super::tokens::{Token, word};
 
 /// The count at `at`: digits, number words, "a dozen", "two or three", "2 to 4", "3x", "exactly two".
 pub(super) fn quantity(lexicon: &Lexicon, tokens: &[Token], at: usize) -> Option<([u32; 2], usize)> {
-    let before = BEFORE.iter().filter_map(|phrase| match_phrase(tokens, at, phrase)).max().unwrap_or(0);
+    let before = phrases().list.hedges.length_at(tokens, at);
     let (range, length) = number_of(lexicon, tokens, at + before)?;
     if before > 0 && range[0] != range[1] {
         return None;

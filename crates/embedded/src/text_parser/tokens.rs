@@ -281,6 +281,10 @@ impl Reader<'_> {
             '%' if is_number => word(self.source, "percent"),
             '°' if is_number => word(self.source, "degrees"),
             '×' | '*' if is_number => word(self.source, "x"),
+            // "30 cm × 20 cm".
+            '×' if next.is_ascii_digit() || next.is_whitespace() && self.peek(2).is_ascii_digit() => {
+                word(self.source, "x");
+            }
             '"' | '″' | '”' if previous.is_ascii_digit() => word(self.source, "inches"),
             _ => {}
         }
@@ -422,6 +426,7 @@ mod tests {
             ("Rubik's cube\n- two–three CAFÉ mugs", "rubiks cube . two three cafe mugs"),
             ("2-3 mugs & 1,5 m / 1,000", "2 to 3 mugs and 1.5 m and 1000"),
             ("12\" x 8\"", "12 inches x 8 inches"),
+            ("30cm × 20 cm×10 cm", "30 cm x 20 cm x 10 cm"),
             ("1. mug\n2. plate", "mug . plate"),
             ("1) mug 2) plate", "mug . plate"),
             ("* mug\n* plate", "mug . plate"),

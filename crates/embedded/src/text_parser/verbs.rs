@@ -39,6 +39,9 @@ pub(super) enum Frame {
 #[serde(deny_unknown_fields)]
 struct VerbFile {
     verb: Vec<VerbGroup>,
+    /// Passive participles.
+    participle: Vec<VerbGroup>,
+    noun: NounVerbs,
     vessel: Vec<Vessel>,
     scene: SceneVerbs,
     request: Requests,
@@ -57,6 +60,13 @@ pub(super) struct Vessel {
 struct VerbGroup {
     frame: Frame,
     forms: Vec<String>,
+}
+
+/// Verbs that may be adjectives or nouns before another noun.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct NounVerbs {
+    verbs: BTreeSet<String>,
 }
 
 #[derive(Deserialize)]
@@ -80,6 +90,8 @@ pub(super) struct Verbs {
     forms: BTreeSet<String>,
     /// Those in their base form.
     bases: BTreeSet<String>,
+    participles: BTreeMap<String, Frame>,
+    modifiers: BTreeSet<String>,
     scene: BTreeSet<String>,
     openers: BTreeMap<String, Vec<String>>,
     desires: Vec<String>,
@@ -93,11 +105,16 @@ static VERBS: LazyLock<Verbs> = LazyLock::new(|| {
         phrases: BTreeMap::new(),
         forms: BTreeSet::new(),
         bases: BTreeSet::new(),
+        participles: BTreeMap::new(),
+        modifiers: file.noun.verbs,
         scene: file.scene.verbs,
         openers: BTreeMap::new(),
         desires: file.request.desires,
         vessels: file.vessel,
     };
+    for group in file.participle {
+        verbs.participles.extend(group.forms.into_iter().map(|form| (form, group.frame)));
+    }
     for group in file.verb {
         for phrase in group.forms {
             let (base, rest) =
@@ -152,6 +169,16 @@ impl Verbs {
     /// Whether the word is a verb in its base form.
     pub fn is_base(&self, word: &str) -> bool {
         self.bases.contains(word)
+    }
+
+    /// The frame of a passive participle ("moved"), or of a state that a verb leads to ("shut").
+    pub fn participle(&self, word: &str) -> Option<Frame> {
+        self.participles.get(word).copied()
+    }
+
+    /// Whether the verb may be an adjective or a noun before another noun ("an open box").
+    pub fn may_modify(&self, word: &str) -> bool {
+        self.modifiers.contains(word)
     }
 
     /// Whether the word asks for a scene ("create").

@@ -32,6 +32,8 @@ pub(super) struct Vocabulary {
     pub tables: BTreeMap<String, String>,
     pub aliases: IndexMap<String, Vec<String>>,
     pub drinks: IndexMap<String, Vec<String>>,
+    /// Nouns that alone, but not as heads of compounds, name a category.
+    pub short_names: BTreeMap<String, String>,
     /// Categories of closed packages, whose contents are no objects.
     pub packages: BTreeMap<String, String>,
     pub grammar: GrammarWords,
@@ -88,6 +90,8 @@ pub(super) struct GrammarWords {
     pub compound_heads: BTreeSet<String>,
     pub openers: BTreeSet<String>,
     pub closers: BTreeSet<String>,
+    /// They end a noun phrase, unless they belong to a phrase of the lexicon.
+    pub boundaries: BTreeSet<String>,
     pub scene_words: BTreeSet<String>,
 }
 

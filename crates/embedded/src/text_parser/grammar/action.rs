@@ -79,6 +79,8 @@ pub(super) struct Action {
     pub is_continued: bool,
     /// Whether the object is "everything".
     pub everything: bool,
+    /// Whether the object is a pronoun, which no path describes.
+    pub by_pronoun: bool,
 }
 
 impl Parser<'_, '_> {
@@ -93,7 +95,7 @@ impl Parser<'_, '_> {
         self.at = at;
         self.before_action = self.salient;
         let mut action = self.new_action(frame, verb);
-        if frame == Frame::Use {
+        if matches!(frame, Frame::Use | Frame::Pour) {
             action.tools = subjects;
         } else if !subjects.is_empty() && !self.object_follows() {
             action.objects = subjects.into_iter().map(|mention| Part { mention, take: None }).collect();
@@ -139,6 +141,7 @@ impl Parser<'_, '_> {
             for_person: false,
             is_continued: false,
             everything: false,
+            by_pronoun: false,
         }
     }
 
@@ -177,6 +180,7 @@ impl Parser<'_, '_> {
             return true;
         }
         self.aimless_end()
+            || self.other_arm(action)
             || self.turn(action)
             || self.formation(action)
             || self.exchanged_place(action)

@@ -116,7 +116,7 @@ impl Parser<'_, '_> {
             action.frame = Frame::Press;
         }
         let Some((mut phrase, end)) = self.object_at(self.at, action.frame) else {
-            return of.is_some();
+            return self.unnamed_object(action) || of.is_some();
         };
         if phrase.negated {
             return false;
@@ -128,6 +128,7 @@ impl Parser<'_, '_> {
         }
         self.at = end;
         action.everything |= phrase.head == Head::All;
+        action.by_pronoun = matches!(phrase.head, Head::It | Head::Them);
         // Objects of an earlier sentence are meant by "one of the mugs" and "a mug" after "three mugs".
         let one = (phrase.head == Head::One && phrase.determiner == Determiner::New).then_some(1);
         let take = phrase.count.filter(|count| count[0] == count[1]).map(|count| count[0]).or(one);
@@ -295,9 +296,12 @@ impl Parser<'_, '_> {
 
     /// A color that stands for the object of that color: "stack red on blue".
     pub(super) fn bare_color(&self, at: usize) -> Option<(NounPhrase, usize)> {
+        // "the red to the left of the blue".
+        let start = at;
+        let at = at + usize::from(self.word_at(at) == Some("the"));
         let word = self.word_at(at)?;
         let color = color_of(self.lexicon.vocabulary, word)?;
-        let mut phrase = NounPhrase::part([1, 1], at..at + 1);
+        let mut phrase = NounPhrase::part([1, 1], start..at + 1);
         phrase.count = None;
         phrase.determiner = Determiner::Definite;
         phrase.attributes.colors = vec![color];

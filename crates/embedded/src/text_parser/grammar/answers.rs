@@ -4,37 +4,10 @@
 use super::{Link, LinkKind, Parser, Referent};
 use crate::text_parser::account::Claimed;
 use crate::text_parser::phrase::{Determiner, Head, noun_phrase};
+use crate::text_parser::phrases::{PhraseList, phrases};
 use crate::text_parser::quantity::quantity;
 use crate::text_parser::tokens::{Token, match_phrase};
 use scene::RelationKind;
-
-const NO: &[&str] =
-    &["not ok", "not okay", "not wanted", "not needed", "not allowed", "no", "nope", "none", "never"];
-const YES: &[&str] = &["yes", "yep", "ok", "okay", "wanted", "needed", "present", "required"];
-
-/// Headings of a list of all objects.
-const HEADINGS: &[&str] = &[
-    "what remains",
-    "what is left",
-    "whats left",
-    "what stays",
-    "what is there",
-    "what you see",
-    "what i see",
-    "what i want",
-    "what i need",
-    "what we need",
-    "contents of the table",
-];
-
-const SETTINGS: &[&str] = &[
-    "place settings for",
-    "place setting for",
-    "table settings for",
-    "table setting for",
-    "settings for",
-    "setting for",
-];
 
 impl Parser<'_, '_> {
     fn ends_at(&self, at: usize) -> bool {
@@ -49,14 +22,10 @@ impl Parser<'_, '_> {
         if noun_end + pause != self.at || pause == 1 && !self.is_colon(self.at - 1) {
             return false;
         }
-        let longest = |phrases: &[&str]| {
-            phrases
-                .iter()
-                .filter_map(|phrase| match_phrase(self.tokens, self.at, phrase))
-                .filter(|length| self.ends_at(self.at + length))
-                .max()
+        let longest = |list: &PhraseList| {
+            list.longest_at(self.tokens, self.at).filter(|length| self.ends_at(self.at + length))
         };
-        let (no, yes) = (longest(NO), longest(YES));
+        let (no, yes) = (longest(&phrases().answer.no), longest(&phrases().answer.yes));
         let Some(length) = no.or(yes) else { return false };
         let tokens = self.at..self.at + length;
         if no.is_some() {
@@ -75,11 +44,7 @@ impl Parser<'_, '_> {
 
     /// "what remains: ..." Whether the rule applies.
     pub(super) fn heading(&mut self) -> bool {
-        let Some(length) =
-            HEADINGS.iter().filter_map(|phrase| match_phrase(self.tokens, self.at, phrase)).max()
-        else {
-            return false;
-        };
+        let Some(length) = phrases().answer.headings.longest_at(self.tokens, self.at) else { return false };
         let is = usize::from(matches!(self.word(length), Some("is" | "are")));
         if !self.is_colon(self.at + length) && is == 0 {
             return false;
@@ -92,7 +57,7 @@ impl Parser<'_, '_> {
     /// "place settings for two: plate, fork left, knife right": every person has each object, and a side is that of
     /// the first object. Whether the rule applies.
     pub(super) fn place_settings(&mut self) -> bool {
-        let opener = SETTINGS.iter().filter_map(|phrase| match_phrase(self.tokens, self.at, phrase)).max();
+        let opener = phrases().answer.settings.longest_at(self.tokens, self.at);
         let Some(length) = opener else { return false };
         let Some(([people, _], more)) = quantity(self.lexicon, self.tokens, self.at + length) else {
             return false;

@@ -5,6 +5,7 @@ use std::ops::Range;
 use super::{ArrangementDraft, Link, LinkKind, Parser, Referent};
 use crate::text_parser::account::Claimed;
 use crate::text_parser::phrase::{Group, group_of, noun_phrase};
+use crate::text_parser::phrases::phrases;
 use crate::text_parser::tokens::{Token, match_phrase};
 use scene::RelationKind;
 use scene::text_account::UnrecognizedReason;
@@ -23,51 +24,6 @@ const PHRASES: &[(&str, Group)] = &[
     ("stacked as a pyramid", Group::Pyramid),
 ];
 
-/// Words before the noun of an arrangement: "in a row", "to form a circle".
-const OPENERS: &[&str] = &[
-    "in",
-    "into",
-    "as",
-    "like",
-    "form",
-    "forms",
-    "forming",
-    "to form",
-    "that form",
-    "which form",
-    "make",
-    "making",
-    "to make",
-    "that make",
-    "make up",
-    "in the form of",
-    "in the shape of",
-];
-
-/// Adjectives of such a noun.
-const SHAPES: &[&str] = &[
-    "single",
-    "straight",
-    "long",
-    "short",
-    "neat",
-    "small",
-    "tight",
-    "loose",
-    "perfect",
-    "horizontal",
-    "vertical",
-    "large",
-    "tidy",
-    "wide",
-    "tall",
-    "regular",
-    "closed",
-    "simple",
-    "nice",
-    "little",
-];
-
 /// The direction of a row.
 const DIRECTIONS: &[(&str, Group)] = &[
     ("from left to right", Group::Row),
@@ -82,23 +38,6 @@ const DIRECTIONS: &[(&str, Group)] = &[
     ("towards the back", Group::Column),
 ];
 
-/// Words before such a phrase.
-const VERBS: &[&str] = &[
-    "arranged",
-    "placed",
-    "laid",
-    "set",
-    "standing",
-    "lying",
-    "aligned",
-    "ordered",
-    "stacked",
-    "put",
-    "organized",
-    "lined up",
-    "all",
-];
-
 impl Parser<'_, '_> {
     /// An arrangement of the current list. Whether the rule applies.
     pub(super) fn arrangement(&mut self) -> bool {
@@ -107,7 +46,7 @@ impl Parser<'_, '_> {
         }
         let start = self.at;
         let mut p = start;
-        while let Some(length) = VERBS.iter().filter_map(|verb| match_phrase(self.tokens, p, verb)).max()
+        while let Some(length) = phrases().arrangement.verbs.longest_at(self.tokens, p)
             && p < start + 4
             && self.phrase_at(p).is_none()
         {
@@ -187,7 +126,7 @@ impl Parser<'_, '_> {
 
     /// "in a straight line", "to form a circle", "as a tower".
     fn shaped(&self, at: usize) -> Option<(Option<Group>, Option<usize>, usize)> {
-        let opener = OPENERS.iter().filter_map(|phrase| match_phrase(self.tokens, at, phrase)).max()?;
+        let opener = phrases().arrangement.openers.longest_at(self.tokens, at)?;
         let mut p = at + opener;
         p += usize::from(matches!(self.word_at(p), Some("a" | "an" | "one" | "the")));
         // "form a circle" needs a subject.
@@ -196,7 +135,7 @@ impl Parser<'_, '_> {
             return None;
         }
         let adjectives = p;
-        while self.word_at(p).is_some_and(|word| SHAPES.contains(&word)) {
+        while self.word_at(p).is_some_and(|word| phrases().arrangement.adjectives.has(word)) {
             p += 1;
         }
         let vertical = (adjectives..p).any(|p| self.word_at(p) == Some("vertical"));
@@ -232,8 +171,7 @@ impl Parser<'_, '_> {
 
     /// "in a 2 x 3 grid", "in two rows of three", "in two rows".
     fn counted_grid(&self, at: usize) -> Option<(Option<Group>, Option<usize>, usize)> {
-        let opener =
-            OPENERS.iter().filter_map(|phrase| match_phrase(self.tokens, at, phrase)).max().unwrap_or(0);
+        let opener = phrases().arrangement.openers.length_at(self.tokens, at);
         // "six mugs, two rows of three".
         if opener == 0 && !(at == self.at && self.follows_pause() && !self.subject.is_empty()) {
             return None;

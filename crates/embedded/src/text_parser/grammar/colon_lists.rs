@@ -6,7 +6,7 @@ use super::action::{Action, Part};
 use super::{Parser, Referent};
 use crate::text_parser::account::Claimed;
 use crate::text_parser::lexicon::Meaning;
-use crate::text_parser::phrase::{Head, NounPhrase, color_of, noun_phrase};
+use crate::text_parser::phrase::{Determiner, Head, NounPhrase, color_of, noun_phrase};
 use crate::text_parser::tokens::Token;
 use crate::text_parser::verbs::{Frame, verbs};
 
@@ -98,6 +98,12 @@ impl Parser<'_, '_> {
             self.at = end;
             let mut phrase = phrase;
             self.bare_is_definite(&mut phrase);
+            // "blue on green, green on red": the second green is the first.
+            let color = &phrase.attributes.color_words;
+            let listed = self.parsed.mentions[mentions..].iter().any(|m| m.attributes.color_words == *color);
+            if phrase.head == Head::One && !color.is_empty() && listed {
+                (phrase.determiner, phrase.count) = (Determiner::Definite, None);
+            }
             let before = self.parsed.mentions.len();
             let is_open = phrase.count.is_none();
             if let Referent::Mentions(list) = self.refer(phrase, false) {

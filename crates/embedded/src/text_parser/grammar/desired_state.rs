@@ -7,58 +7,9 @@ use super::action::Action;
 use super::{Parser, Referent};
 use crate::text_parser::measures::read_length;
 use crate::text_parser::phrase::{Determiner, Head, NounPhrase, noun_phrase};
+use crate::text_parser::phrases::phrases;
 use crate::text_parser::tokens::{Token, match_phrase};
 use crate::text_parser::verbs::{Frame, verbs};
-
-const MODALS: &[&str] = &[
-    "should", "must", "shall", "will", "would", "has to", "have to", "needs to", "need to", "ought to",
-    "is to", "are to", "to",
-];
-
-/// Verbs that link a subject to its end state.
-const COPULAS: &[&str] = &[
-    "be",
-    "is",
-    "are",
-    "was",
-    "were",
-    "been",
-    "being",
-    "end up",
-    "ends up",
-    "ended up",
-    "land",
-    "lands",
-    "stand",
-    "stands",
-    "sit",
-    "sits",
-    "lie",
-    "lies",
-    "rest",
-    "rests",
-    "go",
-    "goes",
-    "belong",
-    "belongs",
-    "falls",
-    "fall",
-    "drops",
-    "comes to rest",
-    "gets",
-    "get",
-    "gets to be",
-];
-
-const ADVERBS: &[&str] = &["finally", "then", "now", "both", "all", "back", "safely", "again", "located"];
-
-/// Openers of a clause that states the outcome of an action.
-const RESULTS: &[&str] =
-    &["so that", "such that", "so", "until", "till", "in such a way that", "in a way that"];
-
-/// Verbs that state that the subject moves or changes, and not where it is.
-const CHANGES: &[&str] =
-    &["end", "ends", "ended", "land", "lands", "go", "goes", "belong", "belongs", "get", "gets"];
 
 /// An end state: the words between it and its subject, and where it begins.
 #[derive(Clone, Debug)]
@@ -68,29 +19,6 @@ pub(super) struct EndState {
     pub at: usize,
 }
 
-/// The frame of a passive participle.
-fn frame_of(participle: &str) -> Option<Frame> {
-    Some(match participle {
-        "moved" | "placed" | "put" | "brought" | "transferred" | "dropped" | "inserted" | "carried"
-        | "set" | "positioned" | "stored" | "returned" | "delivered" | "relocated" | "tucked" | "sorted"
-        | "collected" | "gathered" | "packed" | "thrown" | "left" => Frame::Place,
-        "opened" | "open" => Frame::Open,
-        "closed" | "shut" => Frame::Close,
-        "lifted" | "picked" | "raised" | "grasped" | "held" => Frame::Lift,
-        "stacked" | "piled" => Frame::Stack,
-        "removed" | "taken" => Frame::Take,
-        "pushed" | "pulled" | "slid" => Frame::Push,
-        "swapped" | "exchanged" | "switched" => Frame::Swap,
-        "rotated" | "turned" => Frame::Rotate,
-        "flipped" => Frame::Flip,
-        "pressed" => Frame::Press,
-        "covered" => Frame::Cover,
-        "filled" => Frame::Fill,
-        "separated" => Frame::Separate,
-        _ => return None,
-    })
-}
-
 impl Parser<'_, '_> {
     pub(super) fn longest(&self, phrases: &[&str], at: usize) -> usize {
         phrases.iter().filter_map(|phrase| match_phrase(self.tokens, at, phrase)).max().unwrap_or(0)
@@ -98,18 +26,18 @@ impl Parser<'_, '_> {
 
     /// Number of words of "should", "has to" at `at`.
     pub(super) fn modal_length(&self, at: usize) -> usize {
-        self.longest(MODALS, at)
+        phrases().end_state.modals.length_at(self.tokens, at)
     }
 
     /// Number of words that link a subject and its end state: "has to be", "goes".
     pub(super) fn link_length(&self, at: usize) -> usize {
-        let modal = self.longest(MODALS, at);
-        let copula = self.longest(COPULAS, at + modal);
+        let modal = phrases().end_state.modals.length_at(self.tokens, at);
+        let copula = phrases().end_state.copulas.length_at(self.tokens, at + modal);
         // "to the left": no modal.
         if copula == 0 {
             return 0;
         }
-        modal + copula + self.longest(ADVERBS, at + modal + copula)
+        modal + copula + phrases().end_state.adverbs.length_at(self.tokens, at + modal + copula)
     }
 
     /// The end state of a subject before `at`.
@@ -127,8 +55,10 @@ impl Parser<'_, '_> {
         if self.state_at(p).is_some_and(|(state, _)| poses(&state)) {
             return Some(EndState { frame: Frame::Place, link, at: p });
         }
-        let participle =
-            self.word_at(p).filter(|word| *word != "left" || !self.path_follows(p)).and_then(frame_of);
+        let participle = self
+            .word_at(p)
+            .filter(|word| *word != "left" || !self.path_follows(p))
+            .and_then(|word| verbs().participle(word));
         if let Some(frame) = participle {
             let particle = usize::from(
                 matches!(self.word_at(p), Some("picked" | "lifted" | "turned" | "left"))
@@ -218,8 +148,8 @@ impl Parser<'_, '_> {
         let Some((phrases, end)) = self.subjects_at(p + usize::from(has), !names_goal) else { return false };
         let Some(state) = self.end_state(end) else { return false };
         let says_so = !state.link.is_empty() || has || names_goal;
-        let changes = state.link.clone().any(|at| self.word_at(at).is_some_and(|w| CHANGES.contains(&w)))
-            || state.link.clone().any(|at| self.word_at(at).is_some_and(|w| frame_of(w).is_some()));
+        let changes = state.link.clone().any(|at| self.word_at(at).is_some_and(is_change))
+            || state.link.clone().any(|at| self.word_at(at).is_some_and(|w| verbs().participle(w).is_some()));
         // "A desk with a lamp. Make sure that the lamp is at the back" describes the scene.
         if !says_so || described && !changes && !self.goal_words() {
             return false;
@@ -354,15 +284,15 @@ impl Parser<'_, '_> {
     /// "the apple should be in the bowl at the end", "the mug must end up on the plate": a goal about the last subject.
     pub(super) fn required_state(&mut self) -> bool {
         let start = self.at;
-        let begins = self.longest(MODALS, start) > 0
+        let begins = phrases().end_state.modals.length_at(self.tokens, start) > 0
             || matches!(self.word(0), Some("gets" | "goes" | "go" | "belongs" | "belong" | "ends"));
         if self.subject.is_empty() || !begins || self.word(0) == Some("to") {
             return false;
         }
         let Some(state) = self.end_state(start) else { return false };
         let mut words = state.link.clone().filter_map(|at| self.word_at(at));
-        let changes = words.clone().any(|word| CHANGES.contains(&word));
-        let passive = words.clone().next_back().is_some_and(|word| frame_of(word).is_some());
+        let changes = words.clone().any(is_change);
+        let passive = words.clone().next_back().is_some_and(|word| verbs().participle(word).is_some());
         // "The mug has to be on the plate" as the whole text.
         let obliges = words.any(|word| matches!(word, "must" | "has" | "have" | "needs" | "need" | "ought"))
             && self.parsed.mentions.len() == self.subject.len()
@@ -379,7 +309,7 @@ impl Parser<'_, '_> {
     /// "so that it stands", "until it touches the plate" at the current position: the position of its subject, and its
     /// end state.
     pub(super) fn result_opener(&self) -> Option<(usize, EndState)> {
-        let at = self.at + Some(self.longest(RESULTS, self.at)).filter(|length| *length > 0)?;
+        let at = self.at + phrases().end_state.results.longest_at(self.tokens, self.at)?;
         let end = match self.word_at(at) {
             Some("it" | "they" | "them" | "both") => at + 1,
             _ => noun_phrase(self.lexicon, self.tokens, at)
@@ -431,5 +361,10 @@ impl Parser<'_, '_> {
 
 /// Whether the word names a state of an object ("closed").
 pub(super) fn is_state_word(word: &str) -> bool {
-    frame_of(word).is_some()
+    verbs().participle(word).is_some()
+}
+
+/// Whether the verb states that its subject moves or changes.
+fn is_change(word: &str) -> bool {
+    phrases().end_state.changes.has(word)
 }

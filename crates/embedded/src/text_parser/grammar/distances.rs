@@ -287,7 +287,7 @@ impl Parser<'_, '_> {
     }
 
     /// A gap between the objects of the current list, or of its last plural member.
-    fn apart(&mut self, meters: f64, tokens: Range<usize>) {
+    pub(super) fn apart(&mut self, meters: f64, tokens: Range<usize>) {
         if !DISTANCES_M.contains(&meters) {
             self.report(tokens, UnrecognizedReason::OutOfRange);
             return;

@@ -3,22 +3,7 @@
 
 use super::{Link, Parser};
 use crate::text_parser::lexicon::Meaning;
-use crate::text_parser::tokens::match_phrase;
-
-const EXAMPLES: &[&str] = &[
-    "such as",
-    "e g",
-    "eg",
-    "for example",
-    "for instance",
-    "namely",
-    "i e",
-    "ie",
-    "like",
-    "including",
-    "specifically",
-    "to be precise",
-];
+use crate::text_parser::phrases::phrases;
 
 impl Parser<'_, '_> {
     /// Words that introduce the members of the set before them. Whether the rule applies.
@@ -27,7 +12,7 @@ impl Parser<'_, '_> {
         if !matches!(self.parsed.mentions[set].meanings.first(), Some(Meaning::Vague(_))) {
             return false;
         }
-        let length = EXAMPLES.iter().filter_map(|phrase| match_phrase(self.tokens, self.at, phrase)).max();
+        let length = phrases().list.examples.longest_at(self.tokens, self.at);
         let colon = self.at.checked_sub(1).is_some_and(|before| self.is_colon(before));
         if length.is_none() && !colon || self.open_set == Some(set) {
             return false;

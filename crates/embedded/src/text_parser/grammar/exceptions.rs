@@ -1,23 +1,11 @@
 //! Exceptions from exclusions: "no cutlery except spoons", "any drinkware apart from mugs is banned".
 
 use super::Parser;
-use super::exclusion_phrases::AFTER;
 use crate::text_parser::account::Claimed;
 use crate::text_parser::lexicon::Meaning;
 use crate::text_parser::phrase::{Head, noun_phrase};
-use crate::text_parser::tokens::{Token, match_phrase};
-
-const EXCEPT: &[&str] = &[
-    "except for",
-    "except",
-    "apart from",
-    "aside from",
-    "other than",
-    "but for",
-    "besides",
-    "excluding",
-    "save for",
-];
+use crate::text_parser::phrases::phrases;
+use crate::text_parser::tokens::Token;
 
 impl Parser<'_, '_> {
     /// An exclusion with an exception at the current position. Whether the rule applies.
@@ -33,11 +21,11 @@ impl Parser<'_, '_> {
         }
         let Some((phrase, end)) = noun_phrase(self.lexicon, self.tokens, p) else { return false };
         let Head::Objects(whole) = &phrase.head else { return false };
-        let except = EXCEPT.iter().filter_map(|except| match_phrase(self.tokens, end, except)).max();
+        let except = phrases().list.exceptions.longest_at(self.tokens, end);
         let Some(length) = except else { return false };
         let start = end + length;
         let (kept, after, counted) = self.kept_list(start);
-        let banned = AFTER.iter().filter_map(|phrase| match_phrase(self.tokens, after, phrase)).max();
+        let banned = phrases().exclusion.after.longest_at(self.tokens, after);
         if kept.is_empty() || negation.is_none() && banned.is_none() {
             return false;
         }

@@ -2,48 +2,48 @@
 //! excluded categories are absent, also from fillings.
 
 use super::Parser;
-use super::exclusion_phrases::{AFTER, ASKS, CLOSED, NEGATIONS, TRIGGERS};
 use crate::text_parser::account::Claimed;
 use crate::text_parser::phrase::{Determiner, Head, NounPhrase, noun_phrase};
+use crate::text_parser::phrases::phrases;
 use crate::text_parser::prepositions::preposition_at;
 use crate::text_parser::tokens::{Token, match_phrase};
 use scene::text_account::UnrecognizedReason;
 
+/// Maximum number of tokens of a sentence that are searched for a word.
+const SENTENCE: usize = 40;
+
 impl Parser<'_, '_> {
     /// Number of tokens of the negation at the current position.
     pub(super) fn negation(&self) -> Option<usize> {
-        let longest = |phrases: &[&str], at: usize| {
-            phrases.iter().filter_map(|phrase| match_phrase(self.tokens, at, phrase)).max()
+        let list = &phrases().exclusion;
+        let asks = |at: usize| {
+            let negation = list.negations.longest_at(self.tokens, at)?;
+            Some(negation + list.asks.longest_at(self.tokens, at + negation)?)
         };
-        let verb = NEGATIONS
-            .iter()
-            .filter_map(|phrase| match_phrase(self.tokens, self.at, phrase))
-            .filter_map(|length| Some(length + longest(ASKS, self.at + length)?))
-            .max();
-        let subject = usize::from(matches!(self.word(0), Some("i" | "we" | "you")));
-        let after_subject = (subject == 1).then(|| {
-            NEGATIONS
-                .iter()
-                .filter_map(|phrase| match_phrase(self.tokens, self.at + 1, phrase))
-                .filter_map(|length| Some(1 + length + longest(ASKS, self.at + 1 + length)?))
-                .max()
-        });
-        let plain = longest(TRIGGERS, self.at).filter(|length| {
+        let verb = asks(self.at);
+        let subject = matches!(self.word(0), Some("i" | "we" | "you"));
+        let after_subject = if subject { asks(self.at + 1).map(|length| 1 + length) } else { None };
+        let plain = list.before.longest_at(self.tokens, self.at).filter(|length| {
             // "hold the mug" and "drop the mug" are instructions, "not on the plate" is a relation.
             let first = self.word(0);
             let next = self.word(*length);
-            !matches!(first, Some("hold" | "drop"))
+            !(matches!(first, Some("hold" | "drop")) || first == Some("strike") && self.sentence_has("with"))
                 && !(*length == 1
                     && matches!(first, Some("not" | "never" | "no"))
                     && (preposition_at(self.tokens, self.at + length).is_some()
                         || matches!(next, Some("more" | "less" | "fewer" | "need"))))
         });
-        [verb, after_subject.flatten(), plain].into_iter().flatten().max()
+        [verb, after_subject, plain].into_iter().flatten().max()
     }
 
     /// An exclusion at the current position. Whether the rule applies.
     pub(super) fn exclusion(&mut self) -> bool {
-        if self.nothing_else() || self.missing_after_noun() || self.bare_table() {
+        if self.nothing_else()
+            || self.anything_else()
+            || self.missing_after_noun()
+            || self.permission()
+            || self.bare_table()
+        {
             return true;
         }
         let Some(length) = self.negation() else { return false };
@@ -193,11 +193,7 @@ impl Parser<'_, '_> {
 
     /// "nothing else", "no other objects".
     fn nothing_else(&mut self) -> bool {
-        let Some(length) =
-            CLOSED.iter().filter_map(|phrase| match_phrase(self.tokens, self.at, phrase)).max()
-        else {
-            return false;
-        };
+        let Some(length) = phrases().exclusion.closed.longest_at(self.tokens, self.at) else { return false };
         let on_it = ["on it", "on the table", "on the desk", "on top"]
             .iter()
             .find_map(|phrase| match_phrase(self.tokens, self.at + length, phrase));
@@ -208,14 +204,27 @@ impl Parser<'_, '_> {
         true
     }
 
-    /// "replace the mug with a glass": the mug is absent. Whether the rule applies.
+    /// "replace the mug with a glass", "swap out the fork: use chopsticks instead": the mug is absent. Whether the rule
+    /// applies.
     pub(super) fn replacement(&mut self) -> bool {
-        if !matches!(self.word(0), Some("replace" | "substitute")) {
+        let verbs = ["replace", "substitute", "swap out", "switch out", "exchange"];
+        let verb = self.longest(&verbs, self.at);
+        if verb == 0 {
             return false;
         }
-        let Some((phrase, end)) = noun_phrase(self.lexicon, self.tokens, self.at + 1) else { return false };
+        let Some((phrase, end)) = noun_phrase(self.lexicon, self.tokens, self.at + verb) else {
+            return false;
+        };
         let Head::Objects(meanings) = &phrase.head else { return false };
-        if !matches!(self.word_at(end), Some("with" | "by")) {
+        let pause = usize::from(matches!(self.tokens.get(end), Some(Token::Pause | Token::End)));
+        let uses = pause == 1
+            && matches!(self.word_at(end + 1), Some("use" | "take" | "have" | "put" | "add"))
+            && self.sentence_after(end + 1).any(|at| self.word_at(at) == Some("instead"));
+        let with =
+            matches!(self.word_at(end), Some("with" | "by")) || verb == 2 && self.word_at(end) == Some("for");
+        // "exchange the apple with the pear" swaps two objects.
+        let exchanges = self.word(0) == Some("exchange") || verb == 2 && self.instructed;
+        if !uses && (!with || exchanges) {
             return false;
         }
         for mention in &mut self.parsed.mentions {
@@ -223,13 +232,80 @@ impl Parser<'_, '_> {
                 mention.count = Some([0, 0]);
             }
         }
+        let next = end + if uses { 2 } else { 1 };
         // Before a list, the replacement is that of the list.
-        let listed = noun_phrase(self.lexicon, self.tokens, end + 1).filter(|(_, last)| self.is_colon(*last));
-        let after = listed.map_or(end + 1, |(_, last)| last);
+        let listed = noun_phrase(self.lexicon, self.tokens, next).filter(|(_, last)| self.is_colon(*last));
+        let after = listed.map_or(next, |(_, last)| last);
         self.parsed.account.used(self.at..after);
+        if uses {
+            let instead = self.sentence_after(end + 1).find(|at| self.word_at(*at) == Some("instead"));
+            self.parsed.account.used(instead.map_or(after..after, |at| at..at + 1));
+        }
         self.exclude(phrase);
         self.at = after;
         self.clause_start = true;
+        self.subject.clear();
+        true
+    }
+
+    /// Positions from `at` to the end of its sentence.
+    fn sentence_after(&self, at: usize) -> std::ops::Range<usize> {
+        let rest = &self.tokens[at.min(self.tokens.len())..];
+        let rest = &rest[..rest.len().min(SENTENCE)];
+        let end = rest.iter().position(|token| *token == Token::End);
+        at..at + end.unwrap_or(rest.len())
+    }
+
+    /// Whether the rest of the sentence has the word.
+    fn sentence_has(&self, word: &str) -> bool {
+        self.sentence_after(self.at).any(|at| self.word_at(at) == Some(word))
+    }
+
+    /// "minus the usual clutter", "without other decorations". Whether the rule applies.
+    fn anything_else(&mut self) -> bool {
+        let list = &phrases().exclusion;
+        let Some(length) = list.before.longest_at(self.tokens, self.at) else { return false };
+        let mut p = self.at + length;
+        let first = p;
+        while matches!(
+            self.word_at(p),
+            Some(
+                "the"
+                    | "any"
+                    | "all"
+                    | "of"
+                    | "usual"
+                    | "other"
+                    | "additional"
+                    | "extra"
+                    | "further"
+                    | "more"
+            )
+        ) {
+            p += 1;
+        }
+        let named = self.word_at(p).is_some_and(|word| list.anything_else.has(word));
+        if !named || p == first || self.word_at(p + 1) == Some("of") {
+            return false;
+        }
+        self.parsed.nothing_else = true;
+        self.parsed.account.claim(self.at..p + 1, Claimed::Completion(false));
+        self.at = p + 1;
+        true
+    }
+
+    /// "Spoons are fine" after "forks are banned": what may be there need not. Whether the rule applies.
+    fn permission(&mut self) -> bool {
+        let Some(length) = phrases().exclusion.permitted.longest_at(self.tokens, self.at) else {
+            return false;
+        };
+        let Some(&last) = self.subject.last() else { return false };
+        if self.parsed.mentions[last].tokens.end != self.at || self.parsed.mentions[last].count.is_some() {
+            return false;
+        }
+        self.parsed.account.used(self.at..self.at + length);
+        self.at += length;
+        self.permitted.push(last);
         self.subject.clear();
         true
     }
@@ -254,10 +330,7 @@ impl Parser<'_, '_> {
 
     /// "The fork is missing", "a mug is not there".
     fn missing_after_noun(&mut self) -> bool {
-        let Some(length) = AFTER.iter().filter_map(|phrase| match_phrase(self.tokens, self.at, phrase)).max()
-        else {
-            return false;
-        };
+        let Some(length) = phrases().exclusion.after.longest_at(self.tokens, self.at) else { return false };
         if self.subject.is_empty() {
             return false;
         }
@@ -265,7 +338,7 @@ impl Parser<'_, '_> {
         let verb = (0..self.at)
             .rev()
             .take_while(|at| !matches!(self.tokens[*at], Token::End))
-            .find(|at| self.finite_verb_at(*at))
+            .find(|at| self.finite_verb_at(*at) || self.word_at(*at) == Some("but"))
             .unwrap_or(0);
         let mut excluded = Vec::new();
         for &mention in self.subject.iter().filter(|m| self.parsed.mentions[**m].tokens.start >= verb) {
@@ -280,6 +353,16 @@ impl Parser<'_, '_> {
     /// Mentions of excluded categories lose their objects. A text that first asks for them contradicts itself, unless
     /// the mention is the exclusion itself.
     pub(super) fn drop_excluded(&mut self) {
+        let permitted = std::mem::take(&mut self.permitted);
+        let others = (0..self.parsed.mentions.len()).any(|m| {
+            let mention = &self.parsed.mentions[m];
+            let is_excluded = mention.meanings.iter().any(|meaning| self.parsed.excluded.contains(meaning));
+            !permitted.contains(&m) && mention.count != Some([0, 0]) && !is_excluded
+        });
+        for m in permitted.into_iter().filter(|_| others) {
+            self.parsed.mentions[m].count = Some([0, 0]);
+            self.parsed.account.claims.retain(|claim| claim.meaning != Claimed::Object(m));
+        }
         for m in 0..self.parsed.mentions.len() {
             let mention = &self.parsed.mentions[m];
             let is_excluded = !mention.meanings.is_empty()

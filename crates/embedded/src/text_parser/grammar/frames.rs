@@ -52,8 +52,8 @@ impl Parser<'_, '_> {
             return;
         }
         self.modified(action);
-        let out =
-            action.particles.iter().any(|range| matches!(self.word_at(range.start), Some("out" | "off")));
+        let is_out = |at: usize| matches!(self.word_at(at), Some("out" | "off"));
+        let out = action.particles.iter().any(|range| is_out(range.start)) || action.verb.clone().any(is_out);
         if out && action.sources.is_empty() && self.leave_known_support(action) {
             return;
         }
@@ -61,7 +61,12 @@ impl Parser<'_, '_> {
         if out && action.sources.is_empty() && self.leave_opened(action) {
             return;
         }
-        if action.sources.iter().any(|path| !path.targets.is_empty()) && action.frame == Frame::Take {
+        // "pick the mug from under the coffee maker".
+        let under = |at: usize| matches!(self.word_at(at), Some("under" | "underneath" | "beneath"));
+        let is_under = |path: &Path| path.tokens.clone().any(under) && !path.targets.is_empty();
+        let leaves =
+            action.frame == Frame::Take && action.sources.iter().any(|path| !path.targets.is_empty());
+        if leaves || action.sources.iter().any(is_under) {
             self.leave_sources(action);
         } else if action.frame == Frame::Take && self.leave_stack(action) {
         } else if action.frame == Frame::Take && self.verb_is(action, "unstack") {
@@ -244,7 +249,14 @@ impl Parser<'_, '_> {
         let table = action.paths.iter().chain(&action.sources).any(|path| path.kind == PathKind::Table);
         let verb = self.word_at(action.verb.start).unwrap_or_default().to_owned();
         let mut objects = Self::mentions(&action.objects);
-        let paths = std::mem::take(&mut action.paths);
+        // "rinse the plate under the faucet".
+        let is_above = |path: &Path| path.inverse && path.kind == PathKind::Relation(RelationKind::On);
+        let (above, paths): (Vec<Path>, Vec<Path>) =
+            std::mem::take(&mut action.paths).into_iter().partition(is_above);
+        for path in above {
+            action.tools.extend(path.targets);
+            self.parsed.account.used(path.tokens);
+        }
         // "grab the sponge; wipe the plate".
         if action.tools.is_empty() {
             let lifted = GoalKind::Predicate(PredicateKind::Lifted);
@@ -295,7 +307,7 @@ impl Parser<'_, '_> {
             if let Some((frame, length)) = verbs().at(self.tokens, at) {
                 self.parsed.account.used(action.verb.start..action.verb.end);
                 self.parsed.account.used(self.at..at);
-                let subjects = if frame == Frame::Use { tools } else { Vec::new() };
+                let subjects = if matches!(frame, Frame::Use | Frame::Pour) { tools } else { Vec::new() };
                 self.act(frame, at, length, subjects);
                 return;
             }

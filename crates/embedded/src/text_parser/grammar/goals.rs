@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::Parser;
+use super::{LinkKind, Parser};
 use crate::text_parser::account::Claimed;
 use scene::text_account::PredicateKind;
 
@@ -54,6 +54,18 @@ impl GoalDraft {
 }
 
 impl Parser<'_, '_> {
+    /// Whether the object is in or on another one.
+    fn is_carried(&self, object: usize) -> bool {
+        self.parsed.links.iter().any(|link| {
+            let supports = match link.kind {
+                LinkKind::Relation(kind) => kind.is_support(),
+                LinkKind::With | LinkKind::At => true,
+                _ => false,
+            };
+            link.from == object && supports
+        })
+    }
+
     /// Adds a predicate that the tokens state. Lifting an object that is then moved elsewhere is a step, not a goal.
     pub(super) fn add_goal(&mut self, goal: GoalDraft, tokens: Range<usize>) {
         let lifted = GoalKind::Predicate(PredicateKind::Lifted);
@@ -73,6 +85,16 @@ impl Parser<'_, '_> {
             .position(|known| Some(&known.kind) == opposite.as_ref() && known.object == goal.object);
         if let Some(index) = earlier {
             self.parsed.goals[index] = GoalDraft { is_restored: true, ..goal };
+            self.parsed.account.claim(tokens, Claimed::Goal(index));
+            return;
+        }
+        // "pick up the mug and place it on the counter", on which it stands already.
+        let on_table = goal.kind == GoalKind::Predicate(PredicateKind::On) && goal.target.is_none();
+        let known = self.parsed.goals.iter().position(|known| {
+            (known.kind == lifted || known.kind == GoalKind::Predicate(PredicateKind::AwayFrom))
+                && known.object == goal.object
+        });
+        if let Some(index) = known.filter(|_| on_table && !self.is_carried(goal.object)) {
             self.parsed.account.claim(tokens, Claimed::Goal(index));
             return;
         }

@@ -47,12 +47,23 @@ impl Parser<'_, '_> {
     /// the object has moved, and the verb is reported. Whether the verb is reported.
     pub(super) fn other_goal(&mut self, action: &mut Action) -> bool {
         let verb = self.word_at(action.verb.start).unwrap_or_default();
-        let is_still = STILL.contains(&verb);
+        let is_still =
+            STILL.contains(&verb) || verb.strip_suffix("ing").is_some_and(|verb| STILL.contains(&verb));
         if is_still || action.objects.is_empty() {
             for path in std::mem::take(&mut action.paths) {
                 self.not_expressible(path.tokens);
             }
             return false;
+        }
+        // "fold the cloth from the left to the right" does not move it there.
+        if matches!(verb, "fold" | "unfold" | "unroll") {
+            let is_side = |path: &Path| matches!(path.kind, PathKind::Places(_));
+            let (sides, paths): (Vec<Path>, Vec<Path>) =
+                std::mem::take(&mut action.paths).into_iter().partition(is_side);
+            action.paths = paths;
+            for path in sides {
+                self.not_expressible(path.tokens);
+            }
         }
         if verb == "uncover" && action.paths.is_empty() {
             return self.uncovered(action);

@@ -62,6 +62,8 @@ impl Parser<'_, '_> {
             p += 1;
         }
         if (requested && self.states_goal(start, p))
+            || self.either_ends(start, p)
+            || self.agent_acts(start, p)
             || self.desire(start, p)
             || self.causative(start, p)
             || self.builds_stack(start, p)
@@ -83,7 +85,16 @@ impl Parser<'_, '_> {
             p += length + 1;
             requested = true;
         }
-        let Some((frame, length)) = verbs().at(self.tokens, p) else {
+        // "could you do a desk with a lamp".
+        let asks = self.word_at(p).is_some_and(|word| verbs().asks_for_scene(word));
+        if requested && asks && p > start && self.word_at(p) == Some("do") && self.indefinite_at(p + 1) {
+            return self.scene_request(start, p);
+        }
+        // "after you have moved the mug".
+        let have = p > start && matches!(self.word_at(p - 1), Some("have" | "having" | "has"));
+        let participle = self.word_at(p).filter(|_| have).and_then(|word| verbs().participle(word));
+        let verb = verbs().at(self.tokens, p).or_else(|| participle.map(|frame| (frame, 1)));
+        let Some((frame, length)) = verb else {
             return self.unknown_imperative(start, p)
                 || p > start && requested && self.scene_request(start, p);
         };
@@ -102,6 +113,8 @@ impl Parser<'_, '_> {
         }
         let subjects = self.subject.clone();
         self.parsed.account.used(start..p);
+        let third_person = |word: &str| word.ends_with('s') && !verbs().is_base(word);
+        self.is_narrated |= requested && self.word_at(p).is_some_and(third_person);
         self.instructed = true;
         self.clause_start = false;
         self.act(frame, p, length, if purpose { subjects } else { Vec::new() });
@@ -129,7 +142,11 @@ impl Parser<'_, '_> {
             }
             Some(Token::Number(_)) => false,
         };
-        begins || self.step_number(self.at).is_some()
+        // "close it after taking out the spoon".
+        let while_acting = self.instructed
+            && matches!(self.word(0), Some("after" | "before"))
+            && verbs().at(self.tokens, self.at + 1).is_some();
+        begins || while_acting || self.step_number(self.at).is_some()
     }
 
     /// "for the instruction "put the carrot in the bowl"".
@@ -239,7 +256,8 @@ impl Parser<'_, '_> {
         let after = at + length;
         let by = at.checked_sub(1).and_then(|before| self.word_at(before)) == Some("by");
         // "and holds a spoon" describes the subject.
-        if !requested && !by && !self.word_at(at).is_some_and(|word| verbs().is_base(word)) {
+        let narrated = self.is_narrated && self.instructed;
+        if !requested && !by && !narrated && !self.word_at(at).is_some_and(|word| verbs().is_base(word)) {
             return false;
         }
         let pours = matches!(frame, Frame::Pour | Frame::Fill | Frame::Use);
@@ -323,13 +341,15 @@ impl Parser<'_, '_> {
         if !matches!(frame, Frame::Place | Frame::Hand | Frame::Stack | Frame::Hang) && !lines_up {
             return false;
         }
-        let at = at + usize::from(matches!(self.word_at(at), Some("me" | "us")));
+        let for_person = matches!(self.word_at(at), Some("me" | "us"));
+        let at = at + usize::from(for_person);
         let Some((phrase, end)) = noun_phrase(self.lexicon, self.tokens, at) else { return false };
         if phrase.is_table() {
             return frame == Frame::Place && !self.is_colon(end);
         }
-        // "stack two red blocks" as the whole text.
-        if frame == Frame::Stack && self.parsed.mentions.is_empty() && end == self.tokens.len() {
+        // "stack two red blocks" as the whole text; "pile up five lemons" describes a pile.
+        let piles = (at.saturating_sub(3)..at).any(|at| matches!(self.word_at(at), Some("pile" | "heap")));
+        if frame == Frame::Stack && !piles && self.parsed.mentions.is_empty() && end == self.tokens.len() {
             return false;
         }
         if phrase.determiner == Determiner::Definite
@@ -355,8 +375,28 @@ impl Parser<'_, '_> {
         phrase.determiner == Determiner::New
             && !matches!(phrase.head, Head::It | Head::Them | Head::All)
             && (counted || verb == "add")
-            && !(self.instructed && (requested || self.part_of_earlier(&phrase).is_some()))
+            && !(self.instructed
+                && (requested
+                    || for_person
+                    || self.definite_target(end)
+                    || self.part_of_earlier(&phrase).is_some()))
             && !(phrase.plural && phrase.count.is_none() && self.earlier_plural(&phrase))
+    }
+
+    /// "next to the can" at `at`.
+    fn definite_target(&self, at: usize) -> bool {
+        let Some((_, length)) = preposition_at(self.tokens, at) else { return false };
+        noun_phrase(self.lexicon, self.tokens, at + length).is_some_and(|(phrase, _)| {
+            phrase.determiner == Determiner::Definite
+                && !phrase.is_table()
+                && matches!(phrase.head, Head::Objects(_))
+        })
+    }
+
+    fn indefinite_at(&self, at: usize) -> bool {
+        matches!(self.word_at(at), Some("a" | "an" | "me" | "us" | "one" | "some" | "another"))
+            || matches!(self.tokens.get(at), Some(Token::Number(_)))
+            || self.word_at(at).is_some_and(|word| self.lexicon.vocabulary.numbers.contains_key(word))
     }
 
     /// "in the cup" at `at`.

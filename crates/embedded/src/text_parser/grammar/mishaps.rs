@@ -7,17 +7,12 @@ use super::action::{Action, Part, Path, PathKind};
 use super::goals::{GoalDraft, GoalKind};
 use super::{LinkKind, Parser, Referent};
 use crate::text_parser::phrase::noun_phrase;
+use crate::text_parser::phrases::phrases;
 use crate::text_parser::prepositions::preposition_at;
 use crate::text_parser::tokens::Token;
 use crate::text_parser::verbs::Frame;
 use scene::RelationKind;
 use scene::text_account::PredicateKind;
-
-/// "fell", "has rolled", "slipped".
-const FALLS: &[&str] = &[
-    "fell", "fallen", "falls", "rolled", "dropped", "slipped", "slid", "tumbled", "bounced", "popped",
-    "came", "tipped", "toppled", "knocked", "jumped",
-];
 
 impl Parser<'_, '_> {
     /// After a subject: what has happened to it, or that it stays. Whether the rule applies.
@@ -35,7 +30,7 @@ impl Parser<'_, '_> {
         while matches!(self.word_at(p), Some("has" | "have" | "was" | "were" | "just" | "got" | "is")) {
             p += 1;
         }
-        if !self.word_at(p).is_some_and(|word| FALLS.contains(&word)) {
+        if !self.word_at(p).is_some_and(|word| phrases().list.falls.has(word)) {
             return false;
         }
         p += 1;
@@ -177,7 +172,7 @@ impl Parser<'_, '_> {
         }
         let verb = self.word_at(action.verb.start);
         let hosts: Vec<usize> = match action.objects[..] {
-            [one] if action.sources.is_empty() && matches!(verb, Some("unload" | "unpack")) => {
+            [one] if action.sources.is_empty() && matches!(verb, Some("unload" | "unpack" | "empty")) => {
                 vec![one.mention]
             }
             _ if action.everything => Self::targets(&action.sources),

@@ -29,6 +29,10 @@ fn is_part(word: &str) -> bool {
             | "drawers"
             | "knobs"
             | "knob"
+            | "burner"
+            | "burners"
+            | "dispenser"
+            | "spout"
     )
 }
 
@@ -132,7 +136,21 @@ impl Parser<'_, '_> {
         let mut p = at;
         while matches!(
             self.word_at(p),
-            Some("the" | "its" | "top" | "bottom" | "upper" | "lower" | "middle" | "left" | "right")
+            Some(
+                "the"
+                    | "its"
+                    | "top"
+                    | "bottom"
+                    | "upper"
+                    | "lower"
+                    | "middle"
+                    | "left"
+                    | "right"
+                    | "front"
+                    | "back"
+                    | "rear"
+                    | "center"
+            )
         ) {
             p += 1;
         }
@@ -147,8 +165,17 @@ impl Parser<'_, '_> {
                 matches!(self.word_at(p), Some("button" | "switch" | "knob" | "lever" | "key"))
                     && matches!(self.word_at(p + 1), Some("on" | "of" | "at"))
             });
+            // "the button on the left side of the blender".
+            let whole = |part: usize| {
+                let sides = ["left", "right", "front", "back", "top", "bottom", "rear", "other"];
+                let the = part + 2 + usize::from(self.word_at(part + 2) == Some("the"));
+                let side = the + usize::from(self.word_at(the).is_some_and(|word| sides.contains(&word)));
+                let end = side + usize::from(matches!(self.word_at(side), Some("side" | "panel" | "end")));
+                let of = end > the && self.word_at(end) == Some("of");
+                if of { end + 1 } else { part + 2 }
+            };
             if let Some((mut phrase, end)) =
-                part.and_then(|part| noun_phrase(self.lexicon, self.tokens, part + 2))
+                part.and_then(|part| noun_phrase(self.lexicon, self.tokens, whole(part)))
                 && matches!(phrase.head, Head::Objects(_))
                 && !phrase.is_table()
             {

@@ -6,42 +6,23 @@ use super::goals::GoalDraft;
 use super::{Parser, Referent};
 use crate::text_parser::lexicon::Meaning;
 use crate::text_parser::phrase::{Head, noun_phrase};
+use crate::text_parser::phrases::phrases;
 use crate::text_parser::tokens::Token;
 use crate::text_parser::verbs::{Frame, verbs};
 use scene::RelationKind;
 use scene::text_account::PredicateKind;
 
-/// An agent: "the robot arm", "the left gripper".
-const AGENTS: &[&str] = &[
-    "robot",
-    "arm",
-    "gripper",
-    "hand",
-    "manipulator",
-    "agent",
-    "machine",
-    "assistant",
-    "bot",
-    "claw",
-    "cobot",
-];
-
-/// Verbs that make an agent act.
-const CAUSES: &[&str] = &[
-    "let", "have", "make", "get", "ask", "tell", "command", "instruct", "want", "use", "order", "direct",
-    "program",
-];
-
 impl Parser<'_, '_> {
     /// Number of words that name an agent at `at`.
-    fn agent_length(&self, at: usize) -> Option<usize> {
+    pub(super) fn agent_length(&self, at: usize) -> Option<usize> {
+        let agent = &phrases().agent;
         let mut p =
             at + usize::from(matches!(self.word_at(at), Some("the" | "a" | "your" | "my" | "our" | "this")));
-        while matches!(self.word_at(p), Some("robotic" | "mechanical" | "left" | "right" | "robots")) {
+        while self.word_at(p).is_some_and(|word| agent.adjectives.has(word)) {
             p += 1;
         }
         let mut heads = 0;
-        while self.word_at(p).is_some_and(|word| AGENTS.contains(&word)) {
+        while self.word_at(p).is_some_and(|word| agent.names.has(word)) {
             (p, heads) = (p + 1, heads + 1);
         }
         (heads > 0).then_some(p - at)
@@ -49,7 +30,7 @@ impl Parser<'_, '_> {
 
     /// "let the gripper", "have your arm", "the manipulator has to" before a verb: the number of words.
     pub(super) fn agent_opener(&self, at: usize) -> Option<usize> {
-        let causes = usize::from(self.word_at(at).is_some_and(|word| CAUSES.contains(&word)));
+        let causes = usize::from(self.word_at(at).is_some_and(|word| phrases().agent.causes.has(word)));
         let mut end = at + causes + self.agent_length(at + causes)?;
         if causes == 0 {
             let modal = self.modal_length(end);
@@ -72,78 +53,23 @@ impl Parser<'_, '_> {
         let opens = usize::from(matches!(self.word_at(at), Some("in" | "at" | "as" | "for")));
         let mut p = at + opens;
         p += usize::from(matches!(self.word_at(p), Some("the" | "a" | "my" | "your" | "our")));
-        let named = matches!(
-            self.word_at(p),
-            Some(
-                "goal"
-                    | "target"
-                    | "final"
-                    | "end"
-                    | "desired"
-                    | "wanted"
-                    | "required"
-                    | "intended"
-                    | "expected"
-                    | "requested"
-                    | "resulting"
-                    | "wished"
-            )
-        );
+        let heading = &phrases().goal_heading;
+        let named = self.word_at(p).is_some_and(|word| heading.names.has(word));
         if !named {
             return None;
         }
         p += 1;
-        let is_state = matches!(
-            self.word_at(p),
-            Some(
-                "state"
-                    | "configuration"
-                    | "arrangement"
-                    | "scene"
-                    | "situation"
-                    | "result"
-                    | "outcome"
-                    | "condition"
-                    | "layout"
-                    | "setup"
-                    | "goal"
-                    | "placement"
-            )
-        );
+        let is_state = self.word_at(p).is_some_and(|word| heading.states.has(word));
         p += usize::from(is_state);
         if matches!(self.tokens.get(p), Some(Token::Pause)) {
             let at_end = opens > 0 && self.word_at(p - 1) == Some("end");
             return (is_state || at_end || opens == 0 && self.is_colon(p)).then_some(p + 1 - at);
         }
         if !is_state {
-            let reached = [
-                "is reached when",
-                "is achieved when",
-                "is met when",
-                "is fulfilled when",
-                "has been reached when",
-            ];
-            let link = self.longest(&reached, p);
+            let link = heading.reached.length_at(self.tokens, p);
             return (link > 0).then_some(p + link - at);
         }
-        let links = [
-            "has",
-            "shows",
-            "is that",
-            "requires that",
-            "requires",
-            "is to have",
-            "should have",
-            "must have",
-            "should be that",
-            "contains",
-            "is when",
-            "is reached when",
-            "looks like this",
-            "is as follows",
-            "is",
-        ];
-        let link = self.longest(&links, p);
+        let link = heading.links.length_at(self.tokens, p);
         p += link;
         let pause = usize::from(matches!(self.tokens.get(p), Some(Token::Pause)));
         (link > 0 || opens > 0).then_some(p + pause - at)
@@ -250,6 +176,11 @@ impl Parser<'_, '_> {
         action.frame == Frame::Place && ends && !vague && self.pointed_target(action)
     }
 
+    fn asks_politely(&self, at: usize) -> bool {
+        let pause = usize::from(matches!(self.tokens.get(at), Some(Token::Pause)));
+        self.word_at(at + pause) == Some("please")
+    }
+
     /// "lamp off", "the mug off the tray, please": an end state without a verb. Whether the rule applies.
     pub(super) fn verbless(&mut self, start: usize, p: usize) -> bool {
         let begins = (p == 0 || p > start || matches!(self.tokens[p - 1], Token::End))
@@ -276,6 +207,19 @@ impl Parser<'_, '_> {
                     self.add_goal(GoalDraft::new(PredicateKind::Pressed, mention), end..end + 1);
                 }
             }
+        } else if let Some((state, length)) = self.state_at(end)
+            && super::states::pose_of(&state).is_some()
+            && self.asks_politely(end + length)
+        {
+            // "mug upright, please".
+            self.bare_is_definite(&mut phrase);
+            self.at = end;
+            let Referent::Mentions(objects) = self.refer(phrase, false) else { return true };
+            let mut action = self.new_action(Frame::Place, end..end);
+            action.objects = objects.into_iter().map(|mention| Part { mention, take: None }).collect();
+            action.paths.push(self.path(PathKind::State(state), end..end + length));
+            self.at = end + length;
+            self.conclude(action);
         } else if matches!(word, Some("off")) || word == Some("out") && self.word_at(end + 1) == Some("of") {
             let at = end + usize::from(word == Some("out")) + 1;
             let Some((target, after)) = noun_phrase(self.lexicon, self.tokens, at) else { return false };

@@ -70,6 +70,7 @@ impl Parser<'_, '_> {
         self.at = end;
         match self.refer(phrase, true) {
             Referent::Mentions(targets) => {
+                self.last_target = targets.last().map(|&target| (target, end));
                 self.relate_all(&subjects, RelationKind::Facing, &targets, start..p)
             }
             _ => self.report(start..p, UnrecognizedReason::NotExpressible),

@@ -180,8 +180,11 @@ impl Parser<'_, '_> {
         // "move the apple on the plate to the left of the bowl", but "put the apple on the plate to the left of the
         // bowl".
         let sided = from_end(&|path| path.directed && is_sided(path)).filter(|_| self.moves(action));
+        // "put it in the bowl in the sink": the bowl is in the sink.
+        let first = spatial.iter().copied().find(|&k| support(&paths[k])).filter(|_| action.by_pronoun);
         let chosen = directed
             .or(sided)
+            .or(first)
             .or_else(|| if support(&paths[last]) { Some(last) } else { from_end(&support) })
             .unwrap_or(last);
         let objects = Self::mentions(&action.objects);

@@ -5,7 +5,7 @@ use super::action::{Action, Part};
 use super::{Parser, Referent};
 use crate::text_parser::phrase::{Determiner, Head, NounPhrase, noun_phrase};
 use crate::text_parser::quantity::quantity;
-use crate::text_parser::tokens::Token;
+use crate::text_parser::tokens::{Token, match_phrase};
 
 /// Number of objects of a stack of which the text does not say the number.
 const STACK: u32 = 3;
@@ -184,7 +184,7 @@ impl Parser<'_, '_> {
         let at = self.at + 1;
         let length = ["of which there are", "of which you see", "there are"]
             .iter()
-            .find_map(|words| crate::text_parser::tokens::match_phrase(self.tokens, at, words));
+            .find_map(|words| match_phrase(self.tokens, at, words));
         let (Some(length), Some(part)) = (length, action.objects.last()) else { return false };
         let Some((range, number)) = quantity(self.lexicon, self.tokens, at + length) else { return false };
         let end = at + length + number;

@@ -82,7 +82,7 @@ impl Parser<'_, '_> {
     }
 
     /// Sets the number of objects of a mention; one object has its name in the singular.
-    fn set_count(&mut self, mention: usize, count: u32) {
+    pub(super) fn set_count(&mut self, mention: usize, count: u32) {
         let mention = &mut self.parsed.mentions[mention];
         mention.count = Some([count; 2]);
         if mention.plural && count == 1 {
@@ -306,7 +306,10 @@ impl Parser<'_, '_> {
                     && !self.subject.contains(m)
             };
             let open = self.selected_parts.is_empty() && self.parts.is_empty();
-            let taken = candidates.len() > 1 && (phrase.count.is_some() || !open);
+            let is_plural = self.tokens[phrase.tokens.clone()]
+                .iter()
+                .any(|token| matches!(token.word(), Some("others" | "rest" | "remaining")));
+            let taken = candidates.len() > 1 && (phrase.count.is_some() || !open || is_plural);
             if let Some(rest) = candidates.iter().copied().rfind(named).filter(|_| taken) {
                 return Some(rest);
             }
@@ -318,7 +321,12 @@ impl Parser<'_, '_> {
                 .rfind(|&m| self.parsed.mentions[m].places.iter().any(|place| place.kind == side)),
             Selector::Ordinal(k) if single && self.selected_parts.is_empty() => candidates.get(k).copied(),
             Selector::Other if single => candidates.iter().copied().rfind(|m| Some(*m) != self.salient),
-            Selector::Top if self.word_at(phrase.tokens.end) == Some("is") => self.top_of(&candidates),
+            Selector::Top if matches!(self.word_at(phrase.tokens.end), Some("is" | "being")) => {
+                self.top_of(&candidates)
+            }
+            Selector::Ordinal(k) if candidates.iter().any(|&m| self.parsed.mentions[m].stacked) => {
+                self.level_of(&candidates, k)
+            }
             Selector::Top | Selector::Bottom => {
                 candidates.iter().copied().rfind(|&m| self.parsed.mentions[m].stacked)
             }

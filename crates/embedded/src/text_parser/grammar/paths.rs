@@ -5,6 +5,7 @@ use std::ops::Range;
 use super::{Parser, Referent};
 use crate::text_parser::measures::read_length;
 use crate::text_parser::phrase::{Determiner, Head, noun_phrase};
+use crate::text_parser::phrases::phrases;
 use crate::text_parser::prepositions::{Preposition, place_at, preposition_at};
 use crate::text_parser::tokens::{Token, match_phrase};
 use crate::text_parser::verbs::{Frame, verbs};
@@ -15,6 +16,9 @@ use super::action::{Action, Part, Path, PathKind};
 /// Prepositions of sources; longer ones first.
 const SOURCES: &[(&str, Option<RelationKind>)] = &[
     ("out from under", None),
+    ("from under", Some(RelationKind::NextTo)),
+    ("from underneath", Some(RelationKind::NextTo)),
+    ("from beneath", Some(RelationKind::NextTo)),
     ("from inside of", Some(RelationKind::In)),
     ("from inside", Some(RelationKind::In)),
     ("from within", Some(RelationKind::In)),
@@ -30,34 +34,6 @@ const SOURCES: &[(&str, Option<RelationKind>)] = &[
     ("off of", Some(RelationKind::On)),
     ("off", Some(RelationKind::On)),
     ("from", None),
-];
-
-/// Prepositions of destinations that are not relations of a description.
-const DIRECTED: &[&str] = &[
-    "into",
-    "onto",
-    "to",
-    "on to",
-    "in to",
-    "toward",
-    "towards",
-    "over to",
-    "back to",
-    "back into",
-    "back onto",
-    "back on",
-    "back in",
-    "all the way to",
-    "over into",
-    "over onto",
-    "up to",
-    "down on",
-    "down in",
-    "down onto",
-    "down into",
-    "up onto",
-    "on top of",
-    "up on",
 ];
 
 const POSES: &[(&str, &str)] = &[
@@ -92,7 +68,7 @@ impl Parser<'_, '_> {
     }
 
     pub(super) fn is_directed(&self, at: usize) -> bool {
-        DIRECTED.iter().any(|phrase| match_phrase(self.tokens, at, phrase).is_some())
+        phrases().path.directed.longest_at(self.tokens, at).is_some()
     }
 
     /// "from the plate", "out of the mug", "from the left side".
@@ -280,11 +256,10 @@ impl Parser<'_, '_> {
             p += length;
         }
         let directed = self.is_directed(p);
-        let plain = DIRECTED
-            .iter()
-            .filter(|phrase| phrase.ends_with("to") || phrase.starts_with("toward"))
-            .filter_map(|phrase| match_phrase(self.tokens, p, phrase))
-            .max();
+        let ends_in_to = |length: &usize| {
+            matches!(self.word_at(p + length - 1), Some("to" | "into" | "onto" | "toward" | "towards"))
+        };
+        let plain = phrases().path.directed.longest_at(self.tokens, p).filter(ends_in_to);
         let (preposition, length) = match self.preposition_of(p, action.frame) {
             Some((preposition, length)) => (Some(preposition), length),
             None => match plain {
@@ -386,8 +361,10 @@ impl Parser<'_, '_> {
                 if describes {
                     // "the pot which is in the sink" as a target.
                     let target = action.paths.last().filter(|_| action.relative);
+                    let second = action.seconds.last().map(|part| part.mention);
                     let objects: Vec<usize> = target
                         .and_then(|path| path.targets.last().copied())
+                        .or(second)
                         .or(action.objects.last().map(|part| part.mention))
                         .into_iter()
                         .collect();

@@ -65,6 +65,22 @@ impl Parser<'_, '_> {
             return true;
         }
         let places: Vec<Place> = places.collect();
+        // "a cow in the back left corner looking at a dog in the front right corner": what the first cannot have is
+        // said of the second.
+        if let (Some((target, _)), Some(&subject)) =
+            (self.last_target.filter(|(_, end)| *end == tokens.start), self.subject.last())
+        {
+            let excluded = |place: &Place| {
+                let known = &self.parsed.mentions[subject].places;
+                known.iter().any(|known| exclude_each_other(known.kind, place.kind))
+            };
+            if places.iter().any(excluded) {
+                for place in places {
+                    self.set_place(target, place, tokens.clone());
+                }
+                return true;
+            }
+        }
         // "two pears in a basket at the back": the basket is there.
         if let Some(carrier) = self.carrier_before(tokens.start) {
             for &place in &places {

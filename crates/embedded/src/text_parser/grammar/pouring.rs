@@ -60,9 +60,12 @@ impl Parser<'_, '_> {
     pub(super) fn poured(&mut self, action: &mut Action) {
         let targets = Self::targets(&action.paths);
         let mut vessels = Self::targets(&action.sources);
+        // "use the cup to pour the oats into the bowl".
+        if vessels.is_empty() {
+            vessels.clone_from(&action.tools);
+        }
         if vessels.is_empty() {
             vessels = Self::mentions(&action.objects);
-            vessels.extend(&action.tools);
         }
         self.use_paths(action);
         // "tilt the kettle and pour into the glass".

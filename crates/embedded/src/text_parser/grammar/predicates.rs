@@ -9,6 +9,7 @@ use scene::text_account::UnrecognizedReason;
 const COPULAS: &[&str] = &[
     "is",
     "are",
+    "being",
     "was",
     "were",
     "in",

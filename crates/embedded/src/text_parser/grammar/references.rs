@@ -69,6 +69,9 @@ impl Parser<'_, '_> {
             }
             Head::All => return Referent::Mentions((0..self.parsed.mentions.len()).collect()),
             Head::One => return self.one(phrase),
+            Head::Unknown(ref name) if self.lexicon.short_name(name).is_some() => {
+                self.lexicon.short_name(name).into_iter().collect()
+            }
             Head::Unknown(ref name) => match self.lexicon.stand_in(name).filter(|_| self.stand_ins) {
                 Some(meaning) => vec![meaning],
                 None => {
@@ -208,7 +211,7 @@ impl Parser<'_, '_> {
         }
     }
 
-    fn table(&mut self, model: Option<String>, phrase: NounPhrase) {
+    pub(super) fn table(&mut self, model: Option<String>, phrase: NounPhrase) {
         self.parsed.account.claim(phrase.head_tokens.clone(), Claimed::Table);
         let mut shape = self.table_shape().or_else(|| self.shape_of_model(model.as_deref()));
         let mut attributes = phrase.attributes;
@@ -351,6 +354,9 @@ impl Parser<'_, '_> {
             let meanings = self.parsed.mentions[last].meanings.clone();
             let phrase = self.completed(phrase, last);
             return Referent::Mentions(vec![self.add_mention(meanings, phrase, false)]);
+        }
+        if let Some(block) = self.colored_block(&phrase) {
+            return Referent::Mentions(vec![block]);
         }
         self.report(phrase.tokens, UnrecognizedReason::NoReferent);
         Referent::Nothing

@@ -58,6 +58,17 @@ impl Parser<'_, '_> {
         listed || self.fronted(clause_start)
     }
 
+    /// "a stove and, in front of it, a pan": the words from `start` on stand between commas before their object.
+    fn is_aside(&self, start: usize) -> bool {
+        let before = start.checked_sub(2).and_then(|at| self.word_at(at));
+        start > 1
+            && matches!(self.tokens[start - 1], Token::Pause)
+            && before == Some("and")
+            && matches!(self.tokens.get(self.at), Some(Token::Pause))
+            && noun_phrase(self.lexicon, self.tokens, self.at + 1)
+                .is_some_and(|(phrase, _)| is_object(&phrase.head))
+    }
+
     /// The members of the current list to which a following preposition applies: the last one, or both of "X and Y" if
     /// their categories are in the same group.
     pub(super) fn attached(&self) -> Vec<usize> {
@@ -212,8 +223,9 @@ impl Parser<'_, '_> {
             }
             return;
         };
+        let aside = pronoun && self.is_aside(start);
         if pronoun && !preposition.two_targets {
-            let follows = self.is_announced(clause_start);
+            let follows = aside || self.is_announced(clause_start);
             for target in &mut targets {
                 *target = match self.subject.last() {
                     // "a toolbox, in it a wrench; a bucket, in it a sponge".
@@ -273,7 +285,7 @@ impl Parser<'_, '_> {
             tokens,
             ..relation.clone()
         });
-        let announced = pronoun && self.is_announced(clause_start);
+        let announced = aside || pronoun && self.is_announced(clause_start);
         if chained.is_none() && (subjects.is_empty() || announced || self.fronted(clause_start)) {
             self.subject.clear();
             self.pending_places.clear();

@@ -4,49 +4,9 @@
 use super::Parser;
 use crate::text_parser::measures::read_length;
 use crate::text_parser::phrase::{Group, noun_phrase};
+use crate::text_parser::phrases::phrases;
 use crate::text_parser::tokens::{Token, match_phrase};
 use scene::text_account::UnrecognizedReason;
-
-/// After what has no importance.
-const INDIFFERENT: &[&str] = &[
-    "dont matter",
-    "do not matter",
-    "doesnt matter",
-    "does not matter",
-    "is not important",
-    "are not important",
-    "isnt important",
-    "arent important",
-    "is unimportant",
-    "are unimportant",
-    "is irrelevant",
-    "are irrelevant",
-    "is up to you",
-    "are up to you",
-    "is not relevant",
-    "are not relevant",
-];
-
-/// What a text calls itself.
-const KINDS: &[&str] = &[
-    "picture",
-    "photo",
-    "photograph",
-    "image",
-    "drawing",
-    "sketch",
-    "test",
-    "example",
-    "demo",
-    "demonstration",
-    "scene",
-    "simulation",
-    "benchmark",
-    "experiment",
-    "draft",
-    "exercise",
-    "trial",
-];
 
 impl Parser<'_, '_> {
     /// A remark at the current position. Whether the rule applies.
@@ -75,6 +35,10 @@ impl Parser<'_, '_> {
             "put together",
             "put down",
             "set out",
+            "setup",
+            "initial state",
+            "start state",
+            "initial scene",
             "give me something like",
             "give us something like",
             "show me something like",
@@ -88,7 +52,9 @@ impl Parser<'_, '_> {
         let indefinite = matches!(self.word_at(p), Some("a" | "an" | "one" | "some" | "several"))
             || matches!(self.tokens.get(p), Some(Token::Number(_)))
             || self.word_at(p).is_some_and(|word| self.lexicon.vocabulary.numbers.contains_key(word));
-        if !indefinite || !self.begins() || self.instructed {
+        // "set up: apple left, bowl right".
+        let heads = self.is_colon(p);
+        if !(indefinite || heads) || !self.begins() || self.instructed {
             return false;
         }
         self.parsed.account.used(self.at..p);
@@ -166,7 +132,7 @@ impl Parser<'_, '_> {
             p += 1;
         }
         let ends = matches!(self.tokens.get(p + 1), None | Some(Token::Pause | Token::End));
-        if !self.word_at(p).is_some_and(|word| KINDS.contains(&word)) || !ends {
+        if !self.word_at(p).is_some_and(|word| phrases().remark.kinds.has(word)) || !ends {
             return false;
         }
         self.report(self.at..p + 1, UnrecognizedReason::NotExpressible);
@@ -184,7 +150,7 @@ impl Parser<'_, '_> {
                 return false;
             }
             let p = self.at + words;
-            if let Some(length) = INDIFFERENT.iter().find_map(|phrase| match_phrase(self.tokens, p, phrase)) {
+            if let Some(length) = phrases().remark.indifferent.longest_at(self.tokens, p) {
                 self.report(self.at..p + length, UnrecognizedReason::NotExpressible);
                 self.at = p + length;
                 return true;

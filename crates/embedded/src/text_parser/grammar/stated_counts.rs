@@ -2,24 +2,9 @@
 
 use super::Parser;
 use crate::text_parser::account::Claimed;
+use crate::text_parser::phrases::phrases;
 use crate::text_parser::quantity::quantity;
 use crate::text_parser::tokens::{Token, match_phrase};
-
-const TOTALS: &[&str] = &[
-    "in total",
-    "in all",
-    "altogether",
-    "all together",
-    "all told",
-    "overall",
-    "of them",
-    "of these",
-    "of those",
-    "them",
-    "these",
-    "in number",
-    "pieces",
-];
 
 impl Parser<'_, '_> {
     /// "fork (x3)", "plate: 0", and the line "count: 2" after the line of its object. Whether the rule applies.
@@ -76,7 +61,7 @@ impl Parser<'_, '_> {
             return true;
         }
         let tokens = self.tokens;
-        let total = |at: usize| TOTALS.iter().filter_map(|phrase| match_phrase(tokens, at, phrase)).max();
+        let total = |at: usize| phrases().list.totals.longest_at(tokens, at);
         let own = ["in total", "in all", "altogether", "all told", "overall"]
             .iter()
             .find_map(|phrase| match_phrase(self.tokens, self.at, phrase));
@@ -85,14 +70,18 @@ impl Parser<'_, '_> {
             self.at += length;
             return true;
         }
-        let Some((range, length)) = quantity(self.lexicon, self.tokens, self.at) else { return false };
+        // "a heap of potatoes, say seven".
+        let hedged = self.follows_pause()
+            && matches!(self.word(0), Some("say" | "maybe" | "perhaps" | "namely" | "like" | "possibly"));
+        let number = self.at + usize::from(hedged);
+        let Some((range, length)) = quantity(self.lexicon, self.tokens, number) else { return false };
         let before = self.at.checked_sub(1);
         let there = before.is_some_and(|before| {
             matches!(self.word_at(before), Some("are" | "theres"))
                 && (self.word_at(before) == Some("theres")
                     || before > 0 && matches!(self.word_at(before - 1), Some("there" | "they")))
         });
-        let after_number = self.at + length;
+        let after_number = number + length;
         // "four of" is one quantity.
         let tail = match total(after_number) {
             Some(words)

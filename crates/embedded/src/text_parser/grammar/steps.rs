@@ -31,7 +31,7 @@ impl Parser<'_, '_> {
             }
             _ => {}
         }
-        if self.answer() || self.heading() || self.place_settings() {
+        if self.table_size() || self.answer() || self.heading() || self.place_settings() {
             return;
         }
         if self.remark() || self.replacement() || self.exception() || self.instruction() {
@@ -87,6 +87,7 @@ impl Parser<'_, '_> {
             return;
         }
         if self.arrangement()
+            || self.stated_distance()
             || self.distance(clause_start)
             || self.coordinates()
             || self.orientation()
@@ -101,7 +102,7 @@ impl Parser<'_, '_> {
             self.with_list(false);
             return;
         }
-        if self.place(clause_start) || self.bare_place(clause_start) {
+        if self.owned_side(clause_start) || self.place(clause_start) || self.bare_place(clause_start) {
             return;
         }
         // "on each other" stacks them; "next to each other" is the default for objects of one category.
@@ -252,7 +253,12 @@ impl Parser<'_, '_> {
     /// "each corner of the table has a candle", "a candle in each corner".
     fn corners(&mut self) -> bool {
         let start = usize::from(matches!(self.word(0), Some("in" | "at" | "on")));
-        if !matches!(self.word(start), Some("each" | "every" | "all")) {
+        // "glasses at the four corners of the table".
+        let all = start == 1
+            && self.word(1) == Some("the")
+            && (self.word(2) == Some("corners")
+                || self.word(2) == Some("four") && self.word(3) == Some("corners"));
+        if !all && !matches!(self.word(start), Some("each" | "every" | "all")) {
             return false;
         }
         let mut p = self.at + start + 1;
@@ -263,6 +269,14 @@ impl Parser<'_, '_> {
             return false;
         }
         p += 1;
+        // "at the corners of the tray" are not those of the table.
+        let owner = p + 1 + usize::from(matches!(self.word_at(p + 1), Some("the" | "this" | "a")));
+        let of_other = self.word_at(p) == Some("of") && !self.word_at(owner).is_some_and(Self::is_table_word);
+        let counted =
+            self.attached().iter().any(|&m| self.parsed.mentions[m].count.is_some_and(|c| c != [4, 4]));
+        if all && (of_other || counted) {
+            return false;
+        }
         if self.word_at(p) == Some("of") {
             p += 1;
             while self.word_at(p).is_some_and(|word| word == "the" || Self::is_table_word(word)) {

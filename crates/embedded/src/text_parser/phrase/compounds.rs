@@ -92,7 +92,11 @@ impl Chunk<'_, '_> {
             let words: Option<Vec<&str>> = (at..at + length).map(|p| word(self.tokens, p)).collect();
             words.is_some_and(|words| {
                 let last = at + length - 1;
-                lexicon.longest_at(self.tokens, last).is_none()
+                // "the pot to the left" is no "potto".
+                let is_phrase = PREPOSITIONS.contains(&words[length - 1])
+                    || matches!(words[length - 1], "and" | "or" | "of" | "with" | "for" | "is" | "are");
+                !is_phrase
+                    && lexicon.longest_at(self.tokens, last).is_none()
                     && lexicon.longest_at(self.tokens, last + 1).is_none()
                     && lexicon.longest_at(self.tokens, at).is_none_or(|(_, known)| known < *length)
                     && lexicon.nouns.stand_in(&lexicon.vocabulary.singular_of(&words.join(" "))).is_some()

@@ -16,7 +16,13 @@ impl Chunk<'_, '_> {
         if word(self.tokens, end) != Some("of") {
             return None;
         }
-        let (inverted, after) = inverted_phrase(self.lexicon, self.tokens, start, end)
+        // "a mug of pencils" holds them; "a deck of cards" consists of them.
+        let holds = matches!(word(self.tokens, end - 1), Some("mug" | "cup" | "glass" | "jar" | "bowl"))
+            && self.lexicon.longest_at(self.tokens, end + 1).is_some_and(|(contents, _)| {
+                contents.plural && matches!(contents.meanings.first(), Some(Meaning::Category(_)))
+            });
+        let inverted = inverted_phrase(self.lexicon, self.tokens, start, end).filter(|_| !holds);
+        let (inverted, after) = inverted
             .or_else(|| self.package(start, end))
             .or_else(|| self.portion(start, end))
             .or_else(|| self.filled(entry, end))?;

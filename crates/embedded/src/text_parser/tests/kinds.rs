@@ -5,6 +5,32 @@ use scene::text_account::TextMeaning;
 
 /// Text, requested counts, and parts of the summary ("!" before parts that must be absent).
 const TABLE: &[(&str, &str, &[&str])] = &[
+    // What is permitted need not be there; "anything else" closes the list.
+    ("Forks are banned, spoons are fine: two plates", "2 plate", &[]),
+    ("Knives are okay, so add one butter knife and a bagel.", "1 knife, 1 bagel", &[]),
+    ("A hammer and pliers, minus the usual clutter.", "1 hammer, 1 pliers", &[]),
+    ("Don't bother with plates. One fork.", "1 fork", &[]),
+    ("Swap out the fork: use chopsticks instead.", "1 chopsticks", &[]),
+    ("a shoe box, but the shoes themselves should be left out", "1 shoe_box", &[]),
+    // Sides of an owner, and words between commas.
+    ("On the crate's left: a knife.", "1 crate, 1 knife", &["knife_1 left_of crate_1"]),
+    ("a mug to the plate's right", "1 mug, 1 plate", &["mug_1 right_of plate_1"]),
+    (
+        "a stove and, in front of it, a frying pan",
+        "1 stove, 1 frying_pan",
+        &["frying_pan_1 in_front_of stove_1"],
+    ),
+    // Distances that a clause states.
+    ("The distance between the kettle and the toaster is 25 cm.", "1 kettle, 1 toaster", &["next_to"]),
+    // Levels of stacks.
+    ("the second book of the stack is red", "3 book", &[]),
+    ("a stack of four plates; the second is blue", "4 plate", &[]),
+    ("pile up five lemons", "5 lemon", &[]),
+    ("some sort of cereal bowl", "1 bowl", &[]),
+    ("glasses at the corners of the table", "4 drinking_glass", &[]),
+    ("a heap of potatoes, say seven", "7 potato", &[]),
+    ("could you do a desk with two mugs", "2 mug", &[]),
+    ("put the pot to the left of the plate", "1 saucepan, 1 plate", &[]),
     // Negation.
     ("a desk with a laptop, but no pens and no pencils", "1 laptop", &[]),
     ("Set the table with a plate and a spoon. Do not include any forks.", "1 plate, 1 spoon", &[]),
