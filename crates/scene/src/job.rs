@@ -53,8 +53,12 @@ pub enum JobState {
 /// Events of a job.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum JobEvent {
-    /// A worker claimed it from the queue, or after another worker's lease expired.
+    /// A worker claimed it from the queue.
     Claimed,
+    /// Its worker's lease expired; the job returns to the queue.
+    Orphaned,
+    /// Its deadline passed while it waited.
+    DeadlinePassed,
     /// A client requested cancellation.
     CancelRequested,
     /// Its worker finished the work.
@@ -92,21 +96,24 @@ impl JobState {
         match (self, event) {
             (S::Queued, E::Claimed) => Ok(S::Running),
             (S::Queued, E::CancelRequested) => Ok(S::Cancelled),
+            (S::Queued, E::DeadlinePassed) => Ok(S::Failed),
 
-            (S::Running, E::Claimed) => Ok(S::Running),
             (S::Running, E::CancelRequested) => Ok(S::Cancelling),
             (S::Running, E::Succeeded) => Ok(S::Succeeded),
             (S::Running, E::Failed) => Ok(S::Failed),
-            (S::Running, E::RetryScheduled | E::Released) => Ok(S::Queued),
+            (S::Running, E::Orphaned | E::RetryScheduled | E::Released) => Ok(S::Queued),
 
-            (S::Cancelling, E::Claimed | E::CancelRequested) => Ok(S::Cancelling),
-            (S::Cancelling, E::Stopped | E::Succeeded | E::Failed | E::RetryScheduled | E::Released) => {
-                Ok(S::Cancelled)
-            }
+            (S::Cancelling, E::CancelRequested) => Ok(S::Cancelling),
+            (
+                S::Cancelling,
+                E::Orphaned | E::Stopped | E::Succeeded | E::Failed | E::RetryScheduled | E::Released,
+            ) => Ok(S::Cancelled),
 
             (S::Cancelled, E::CancelRequested) => Ok(S::Cancelled),
 
-            (S::Queued, _) | (S::Running, E::Stopped) | (S::Succeeded | S::Failed | S::Cancelled, _) => {
+            (S::Queued | S::Succeeded | S::Failed | S::Cancelled, _)
+            | (S::Running, E::Claimed | E::DeadlinePassed | E::Stopped)
+            | (S::Cancelling, E::Claimed | E::DeadlinePassed) => {
                 Err(InvalidTransition { state: self, event })
             }
         }
@@ -190,6 +197,9 @@ pub enum FailureClass {
 }
 
 impl FailureClass {
+    pub const ALL: [Self; 6] =
+        [Self::Transient, Self::RateLimited, Self::Permanent, Self::Refused, Self::OverBudget, Self::Crashed];
+
     pub fn as_str(self) -> &'static str {
         match self {
             Self::Transient => "transient",
@@ -217,28 +227,51 @@ pub struct Failure {
     pub message: String,
 }
 
+impl Failure {
+    /// The job did not end by its deadline.
+    pub fn deadline_passed() -> Self {
+        Self {
+            class: FailureClass::Permanent,
+            code: "deadline_passed".into(),
+            message: "the job did not end by its deadline; submit the scene again with a later one".into(),
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use JobEvent as E;
     use JobState as S;
 
-    const EVENTS: [E; 7] =
-        [E::Claimed, E::CancelRequested, E::Succeeded, E::Failed, E::RetryScheduled, E::Released, E::Stopped];
+    const EVENTS: [E; 9] = [
+        E::Claimed,
+        E::CancelRequested,
+        E::Succeeded,
+        E::Failed,
+        E::RetryScheduled,
+        E::Released,
+        E::Stopped,
+        E::Orphaned,
+        E::DeadlinePassed,
+    ];
 
     #[test]
     fn after_matches_the_complete_transition_table() {
         // One row per state, one column per event in the order of EVENTS; None = invalid.
-        let grid: [(S, [Option<S>; 7]); 6] = [
-            (S::Queued, [Some(S::Running), Some(S::Cancelled), None, None, None, None, None]),
+        let cancelled = Some(S::Cancelled);
+        let grid: [(S, [Option<S>; 9]); 6] = [
+            (S::Queued, [Some(S::Running), cancelled, None, None, None, None, None, None, Some(S::Failed)]),
             (
                 S::Running,
                 [
-                    Some(S::Running),
+                    None,
                     Some(S::Cancelling),
                     Some(S::Succeeded),
                     Some(S::Failed),
                     Some(S::Queued),
+                    Some(S::Queued),
+                    None,
                     Some(S::Queued),
                     None,
                 ],
@@ -246,18 +279,20 @@ mod tests {
             (
                 S::Cancelling,
                 [
+                    None,
                     Some(S::Cancelling),
-                    Some(S::Cancelling),
-                    Some(S::Cancelled),
-                    Some(S::Cancelled),
-                    Some(S::Cancelled),
-                    Some(S::Cancelled),
-                    Some(S::Cancelled),
+                    cancelled,
+                    cancelled,
+                    cancelled,
+                    cancelled,
+                    cancelled,
+                    cancelled,
+                    None,
                 ],
             ),
-            (S::Succeeded, [None; 7]),
-            (S::Failed, [None; 7]),
-            (S::Cancelled, [None, Some(S::Cancelled), None, None, None, None, None]),
+            (S::Succeeded, [None; 9]),
+            (S::Failed, [None; 9]),
+            (S::Cancelled, [None, cancelled, None, None, None, None, None, None, None]),
         ];
         for (state, row) in grid {
             for (event, expected) in EVENTS.into_iter().zip(row) {

@@ -15,12 +15,12 @@ impl Store {
     ) -> Result<Option<Digest>, StoreError> {
         let file: Option<String> = sqlx::query_scalar(
             "SELECT answer_file FROM calls
-             WHERE job_id = ? AND idempotency_key = ? AND answer_file IS NOT NULL
-             ORDER BY id LIMIT 1 OFFSET ?",
+             WHERE job_id = $1 AND idempotency_key = $2 AND answer_file IS NOT NULL
+             ORDER BY id LIMIT 1 OFFSET $3",
         )
         .bind(job_id.as_str())
         .bind(idempotency_key)
-        .bind(skip)
+        .bind(i64::from(skip))
         .fetch_optional(&self.readers)
         .await?;
         file.map(|digest| Digest::parse(&digest)).transpose()
@@ -39,7 +39,7 @@ impl Store {
                 Box::pin(async move {
                     guard(connection, &lease).await?;
                     sqlx::query(
-                        "UPDATE calls SET answer_file = NULL WHERE job_id = ? AND stage = ? AND instance = ?",
+                        "UPDATE calls SET answer_file = NULL WHERE job_id = $1 AND stage = $2 AND instance = $3",
                     )
                     .bind(lease.job_id.as_str())
                     .bind(stage)

@@ -1,8 +1,8 @@
 //! Files of a scene: artifacts of its stages, files of its bundle, archives by format.
 
 use serde_json::{Value, json};
-use sqlx::sqlite::SqliteRow;
-use sqlx::{Row, SqliteConnection};
+use sqlx::any::AnyRow;
+use sqlx::{AnyConnection, Row};
 
 use super::{Digest, Store, StoreError, database, events};
 use scene::{JobId, SceneId, TenantId};
@@ -58,7 +58,7 @@ impl Store {
     ) -> Result<Vec<ArtifactRow>, StoreError> {
         let rows = sqlx::query(
             "SELECT * FROM artifacts
-             WHERE scene_id = ? AND (SELECT tenant_id FROM scenes WHERE id = artifacts.scene_id) = ?
+             WHERE scene_id = $1 AND (SELECT tenant_id FROM scenes WHERE id = artifacts.scene_id) = $2
              ORDER BY name",
         )
         .bind(scene_id.as_str())
@@ -77,7 +77,7 @@ impl Store {
     ) -> Result<Option<ArtifactRow>, StoreError> {
         let row = sqlx::query(
             "SELECT * FROM artifacts
-             WHERE scene_id = ? AND name = ? AND (SELECT tenant_id FROM scenes WHERE id = artifacts.scene_id) = ?",
+             WHERE scene_id = $1 AND name = $2 AND (SELECT tenant_id FROM scenes WHERE id = artifacts.scene_id) = $3",
         )
         .bind(scene_id.as_str())
         .bind(name)
@@ -95,7 +95,7 @@ impl Store {
     ) -> Result<Vec<FileRow>, StoreError> {
         let rows = sqlx::query(
             "SELECT path AS name, digest, media_type, size FROM bundle_files
-             WHERE scene_id = ? AND (SELECT tenant_id FROM scenes WHERE id = bundle_files.scene_id) = ?
+             WHERE scene_id = $1 AND (SELECT tenant_id FROM scenes WHERE id = bundle_files.scene_id) = $2
              ORDER BY path",
         )
         .bind(scene_id.as_str())
@@ -114,8 +114,8 @@ impl Store {
     ) -> Result<Option<ArchiveRow>, StoreError> {
         let row = sqlx::query(
             "SELECT digest, size FROM bundle_archives
-             WHERE scene_id = ? AND format = ?
-               AND (SELECT tenant_id FROM scenes WHERE id = bundle_archives.scene_id) = ?",
+             WHERE scene_id = $1 AND format = $2
+               AND (SELECT tenant_id FROM scenes WHERE id = bundle_archives.scene_id) = $3",
         )
         .bind(scene_id.as_str())
         .bind(format)
@@ -150,28 +150,28 @@ impl Store {
 
 /// Commits a finished job: its scene's rows, verdict, state and last event.
 pub(super) async fn record_built(
-    connection: &mut SqliteConnection,
+    connection: &mut AnyConnection,
     job_id: &JobId,
     built: &BuiltScene,
     now_ms: i64,
 ) -> Result<(), StoreError> {
-    let job = sqlx::query("SELECT tenant_id, scene_id FROM jobs WHERE id = ?")
+    let job = sqlx::query("SELECT tenant_id, scene_id FROM jobs WHERE id = $1")
         .bind(job_id.as_str())
         .fetch_one(&mut *connection)
         .await?;
     let tenant_id: TenantId = database::id(&job, "jobs", "tenant_id")?;
     let scene_id: SceneId = database::id(&job, "jobs", "scene_id")?;
-    sqlx::query("DELETE FROM bundle_files WHERE scene_id = ?")
+    sqlx::query("DELETE FROM bundle_files WHERE scene_id = $1")
         .bind(scene_id.as_str())
         .execute(&mut *connection)
         .await?;
-    sqlx::query("DELETE FROM bundle_archives WHERE scene_id = ?")
+    sqlx::query("DELETE FROM bundle_archives WHERE scene_id = $1")
         .bind(scene_id.as_str())
         .execute(&mut *connection)
         .await?;
     for file in &built.files {
         sqlx::query(
-            "INSERT INTO bundle_files (scene_id, path, digest, media_type, size) VALUES (?, ?, ?, ?, ?)",
+            "INSERT INTO bundle_files (scene_id, path, digest, media_type, size) VALUES ($1, $2, $3, $4, $5)",
         )
         .bind(scene_id.as_str())
         .bind(&file.name)
@@ -191,9 +191,9 @@ pub(super) async fn record_built(
         )
     });
     sqlx::query(
-        "UPDATE scenes SET state = CASE state WHEN 'deleted' THEN state ELSE ? END, verdict = ?,
-                           failure_code = ?, failure_message = ?, summary = ?, metrics = ?, updated_at = ?
-         WHERE id = ?",
+        "UPDATE scenes SET state = CASE state WHEN 'deleted' THEN state ELSE $1 END, stripped_at = NULL, verdict = $2,
+                           failure_code = $3, failure_message = $4, summary = $5, metrics = $6, updated_at = $7
+         WHERE id = $8",
     )
     .bind(state)
     .bind(verdict)
@@ -210,7 +210,7 @@ pub(super) async fn record_built(
 }
 
 async fn insert_archive(
-    connection: &mut SqliteConnection,
+    connection: &mut AnyConnection,
     tenant_id: &TenantId,
     scene_id: &SceneId,
     format: &str,
@@ -218,8 +218,8 @@ async fn insert_archive(
 ) -> Result<(), StoreError> {
     sqlx::query(
         "INSERT INTO bundle_archives (scene_id, format, digest, size)
-         SELECT id, ?, ?, ? FROM scenes WHERE id = ? AND tenant_id = ?
-         ON CONFLICT DO UPDATE SET digest = excluded.digest, size = excluded.size",
+         SELECT id, $1, $2, $3 FROM scenes WHERE id = $4 AND tenant_id = $5
+         ON CONFLICT (scene_id, format) DO UPDATE SET digest = excluded.digest, size = excluded.size",
     )
     .bind(format)
     .bind(archive.digest.as_str())
@@ -231,7 +231,7 @@ async fn insert_archive(
     Ok(())
 }
 
-fn artifact_of(row: &SqliteRow) -> Result<ArtifactRow, StoreError> {
+fn artifact_of(row: &AnyRow) -> Result<ArtifactRow, StoreError> {
     Ok(ArtifactRow {
         file: file_of(row)?,
         stage: row.try_get("stage")?,
@@ -239,7 +239,7 @@ fn artifact_of(row: &SqliteRow) -> Result<ArtifactRow, StoreError> {
     })
 }
 
-fn file_of(row: &SqliteRow) -> Result<FileRow, StoreError> {
+fn file_of(row: &AnyRow) -> Result<FileRow, StoreError> {
     let digest: String = row.try_get("digest")?;
     Ok(FileRow {
         name: row.try_get("name")?,

@@ -1,12 +1,12 @@
 //! The ledger: one row per attempt of every call of a remote model.
 //!
 //! A row is committed, and its cost reserved, before the request is sent. The budget check and the insert are one
-//! transaction of the single writer, so concurrent calls cannot exceed the budget. An unsettled row becomes
-//! `outcome_unknown` when its job leaves its worker: the vendor may have answered and billed, so the reserved cost
-//! counts as spent.
+//! transaction that locks the job, and a scene has one active job, so concurrent calls cannot exceed the budget. An
+//! unsettled row becomes `outcome_unknown` when its job leaves its worker: the vendor may have answered and billed,
+//! so the reserved cost counts as spent.
 
-use sqlx::sqlite::SqliteRow;
-use sqlx::{Row, SqliteConnection};
+use sqlx::any::AnyRow;
+use sqlx::{AnyConnection, Row};
 
 use super::queue::guard;
 use super::{Digest, Lease, Store, StoreError, database};
@@ -121,11 +121,11 @@ impl Store {
                     guard(connection, &lease).await?;
                     let now = database::now_ms(connection).await?;
                     sqlx::query(
-                        "UPDATE calls SET settled_micro_usd = COALESCE(?, reserved_micro_usd), outcome = ?,
-                                          received_bytes = ?, input_tokens = ?, output_tokens = ?, finished_at = ?,
-                                          task = ?, task_state = CASE WHEN ? THEN 'submitted' END,
-                                          answer_file = ?
-                         WHERE id = ? AND job_id = ? AND outcome IS NULL",
+                        "UPDATE calls SET settled_micro_usd = COALESCE($1, reserved_micro_usd), outcome = $2,
+                                          received_bytes = $3, input_tokens = $4, output_tokens = $5, finished_at = $6,
+                                          task = $7, task_state = CASE WHEN $8 THEN 'submitted' END,
+                                          answer_file = $9
+                         WHERE id = $10 AND job_id = $11 AND outcome IS NULL",
                     )
                     .bind(end.settled_micro_usd)
                     .bind(end.outcome)
@@ -148,7 +148,7 @@ impl Store {
 
     /// All calls of a scene, oldest first.
     pub async fn calls(&self, tenant_id: &TenantId, scene_id: &SceneId) -> Result<Vec<CallRow>, StoreError> {
-        let rows = sqlx::query("SELECT * FROM calls WHERE scene_id = ? AND tenant_id = ? ORDER BY id")
+        let rows = sqlx::query("SELECT * FROM calls WHERE scene_id = $1 AND tenant_id = $2 ORDER BY id")
             .bind(scene_id.as_str())
             .bind(tenant_id.as_str())
             .fetch_all(&self.readers)
@@ -164,12 +164,12 @@ impl Store {
 }
 
 async fn reserve(
-    connection: &mut SqliteConnection,
+    connection: &mut AnyConnection,
     lease: &Lease,
     call: &NewCall,
 ) -> Result<Reservation, StoreError> {
     guard(connection, lease).await?;
-    let row = sqlx::query("SELECT tenant_id, scene_id FROM jobs WHERE id = ?")
+    let row = sqlx::query("SELECT tenant_id, scene_id FROM jobs WHERE id = $1")
         .bind(lease.job_id.as_str())
         .fetch_one(&mut *connection)
         .await?;
@@ -177,7 +177,7 @@ async fn reserve(
     let scene_id: SceneId = database::id(&row, "jobs", "scene_id")?;
     if call.refuse_after_unknown {
         let unknown: Option<i64> = sqlx::query_scalar(
-            "SELECT 1 FROM calls WHERE job_id = ? AND idempotency_key = ? AND outcome = ? LIMIT 1",
+            "SELECT 1 FROM calls WHERE job_id = $1 AND idempotency_key = $2 AND outcome = $3 LIMIT 1",
         )
         .bind(lease.job_id.as_str())
         .bind(&call.idempotency_key)
@@ -199,7 +199,7 @@ async fn reserve(
         "INSERT INTO calls (tenant_id, scene_id, job_id, epoch, stage, instance, port, provider, model, endpoint,
                             operation, request_digest, idempotency_key, attempt, reserved_micro_usd, sent_bytes,
                             started_at)
-         VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?) RETURNING id",
+         VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17) RETURNING id",
     )
     .bind(tenant_id.as_str())
     .bind(scene_id.as_str())
@@ -214,7 +214,7 @@ async fn reserve(
     .bind(&call.operation)
     .bind(&call.request_digest)
     .bind(&call.idempotency_key)
-    .bind(call.attempt)
+    .bind(i64::from(call.attempt))
     .bind(call.reserved_micro_usd)
     .bind(call.sent_bytes as i64)
     .bind(now)
@@ -224,15 +224,15 @@ async fn reserve(
 }
 
 async fn spending(
-    connection: &mut SqliteConnection,
+    connection: &mut AnyConnection,
     tenant_id: &TenantId,
     scene_id: &SceneId,
 ) -> Result<Spending, StoreError> {
     let row = sqlx::query(
-        "SELECT COALESCE((SELECT budget_micro_usd FROM scenes WHERE id = ?1 AND tenant_id = ?2), 0) AS budget,
-                COALESCE(SUM(settled_micro_usd), 0) AS spent,
-                COALESCE(SUM(CASE WHEN outcome IS NULL THEN reserved_micro_usd END), 0) AS reserved
-         FROM calls WHERE scene_id = ?1 AND tenant_id = ?2",
+        "SELECT COALESCE((SELECT budget_micro_usd FROM scenes WHERE id = $1 AND tenant_id = $2), 0) AS budget,
+                CAST(COALESCE(SUM(settled_micro_usd), 0) AS BIGINT) AS spent,
+                CAST(COALESCE(SUM(CASE WHEN outcome IS NULL THEN reserved_micro_usd END), 0) AS BIGINT) AS reserved
+         FROM calls WHERE scene_id = $1 AND tenant_id = $2",
     )
     .bind(scene_id.as_str())
     .bind(tenant_id.as_str())
@@ -247,13 +247,13 @@ async fn spending(
 
 /// Marks the calls in flight of a job that leaves its worker as `outcome_unknown`.
 pub(super) async fn abandon(
-    connection: &mut SqliteConnection,
+    connection: &mut AnyConnection,
     job_id: &JobId,
     now_ms: i64,
 ) -> Result<(), StoreError> {
     sqlx::query(
-        "UPDATE calls SET settled_micro_usd = reserved_micro_usd, outcome = ?, finished_at = ?
-         WHERE job_id = ? AND outcome IS NULL",
+        "UPDATE calls SET settled_micro_usd = reserved_micro_usd, outcome = $1, finished_at = $2
+         WHERE job_id = $3 AND outcome IS NULL",
     )
     .bind(OUTCOME_UNKNOWN)
     .bind(now_ms)
@@ -263,7 +263,7 @@ pub(super) async fn abandon(
     Ok(())
 }
 
-fn call_of(row: &SqliteRow) -> Result<CallRow, StoreError> {
+fn call_of(row: &AnyRow) -> Result<CallRow, StoreError> {
     Ok(CallRow {
         id: row.try_get("id")?,
         job_id: database::id(row, "calls", "job_id")?,

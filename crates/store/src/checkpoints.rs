@@ -5,11 +5,12 @@
 //! the job's lease.
 
 use serde_json::json;
-use sqlx::{Row, SqliteConnection};
+use sqlx::{AnyConnection, Row};
 
 use super::artifacts::FileRow;
 use super::queue::guard;
-use super::{Digest, Lease, Store, StoreError, database, events};
+use super::stage_claims::StageStart;
+use super::{Digest, Lease, Store, StoreError, database, events, stage_claims};
 use scene::TenantId;
 
 /// Identity of a stage result; an empty instance means the whole scene.
@@ -37,7 +38,7 @@ impl Store {
     /// The checkpoint of a key. An unreadable row counts as missing.
     pub async fn checkpoint(&self, stage: &StageKey) -> Result<Option<Checkpoint>, StoreError> {
         let row = sqlx::query(
-            "SELECT output, artifacts, elapsed_ms FROM checkpoints WHERE tenant_id = ? AND key = ?",
+            "SELECT output, artifacts, elapsed_ms FROM checkpoints WHERE tenant_id = $1 AND key = $2",
         )
         .bind(stage.tenant_id.as_str())
         .bind(stage.key.as_str())
@@ -57,19 +58,25 @@ impl Store {
         }
     }
 
-    /// Records that a job starts to compute a stage.
-    pub async fn stage_started(&self, lease: &Lease, stage: &StageKey) -> Result<(), StoreError> {
+    /// Claims the key of a stage, and records that the job starts to compute it. Nothing is recorded while another job
+    /// computes it.
+    pub async fn stage_started(&self, lease: &Lease, stage: &StageKey) -> Result<StageStart, StoreError> {
         let (lease, stage) = (lease.clone(), stage.clone());
-        self.writer
+        let start = self
+            .writer
             .write("start a stage", move |connection| {
                 Box::pin(async move {
                     guard(connection, &lease).await?;
                     let now = database::now_ms(connection).await?;
+                    let start = stage_claims::claim(connection, &lease, &stage, now).await?;
+                    if start != StageStart::Granted {
+                        return Ok(start);
+                    }
                     sqlx::query(
                         "INSERT INTO stages (job_id, stage, instance, key, state, epoch, runs, started_at)
-                         VALUES (?, ?, ?, ?, 'running', ?, 1, ?)
-                         ON CONFLICT DO UPDATE SET key = excluded.key, state = 'running', cached = 0,
-                             epoch = excluded.epoch, runs = runs + 1, elapsed_ms = NULL,
+                         VALUES ($1, $2, $3, $4, 'running', $5, 1, $6)
+                         ON CONFLICT (job_id, stage, instance) DO UPDATE SET key = excluded.key, state = 'running', cached = 0,
+                             epoch = excluded.epoch, runs = stages.runs + 1, elapsed_ms = NULL,
                              started_at = excluded.started_at",
                     )
                     .bind(lease.job_id.as_str())
@@ -81,12 +88,15 @@ impl Store {
                     .execute(&mut *connection)
                     .await?;
                     let data = about(&stage, json!({}));
-                    events::append(connection, &lease.job_id, now, "stage_started", &data).await
+                    events::append(connection, &lease.job_id, now, "stage_started", &data).await?;
+                    Ok(start)
                 })
             })
             .await?;
-        self.announce();
-        Ok(())
+        if start == StageStart::Granted {
+            self.announce();
+        }
+        Ok(start)
     }
 
     /// Commits a stage: the checkpoint (if new), the job's stage row, the scene's artifacts and the event. A new
@@ -114,7 +124,7 @@ impl Store {
         self.writer
             .write("forget a checkpoint", move |connection| {
                 Box::pin(async move {
-                    sqlx::query("DELETE FROM checkpoints WHERE tenant_id = ? AND key = ?")
+                    sqlx::query("DELETE FROM checkpoints WHERE tenant_id = $1 AND key = $2")
                         .bind(stage.tenant_id.as_str())
                         .bind(stage.key.as_str())
                         .execute(connection)
@@ -143,7 +153,7 @@ impl Store {
 }
 
 async fn commit(
-    connection: &mut SqliteConnection,
+    connection: &mut AnyConnection,
     lease: &Lease,
     stage: &StageKey,
     checkpoint: &Checkpoint,
@@ -155,14 +165,14 @@ async fn commit(
         sqlx::query(
             "INSERT INTO checkpoints (tenant_id, key, stage, version, instance, output, artifacts, elapsed_ms,
                                       created_at)
-             VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)
-             ON CONFLICT DO UPDATE SET output = excluded.output, artifacts = excluded.artifacts,
+             VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9)
+             ON CONFLICT (tenant_id, key) DO UPDATE SET output = excluded.output, artifacts = excluded.artifacts,
                  elapsed_ms = excluded.elapsed_ms, created_at = excluded.created_at",
         )
         .bind(stage.tenant_id.as_str())
         .bind(stage.key.as_str())
         .bind(&stage.stage)
-        .bind(stage.version)
+        .bind(i64::from(stage.version))
         .bind(&stage.instance)
         .bind(checkpoint.output.as_str())
         .bind(write_artifacts(&checkpoint.artifacts))
@@ -170,38 +180,51 @@ async fn commit(
         .bind(now)
         .execute(&mut *connection)
         .await?;
+        stage_claims::release(connection, &stage.tenant_id, stage.key.as_str(), &lease.job_id).await?;
         // The current attempt is the first one since this checkpoint.
-        sqlx::query("UPDATE jobs SET attempt = 1 WHERE id = ?")
+        sqlx::query("UPDATE jobs SET attempt = 1, shared_deaths = 0, lone_deaths = 0 WHERE id = $1")
             .bind(lease.job_id.as_str())
             .execute(&mut *connection)
             .await?;
+    } else {
+        // A sweep may have removed it since it was read. The update locks the row until the stage's row is there, and
+        // keeps off sweeps that found no stage of it.
+        let kept = sqlx::query("UPDATE checkpoints SET created_at = $1 WHERE tenant_id = $2 AND key = $3")
+            .bind(now)
+            .bind(stage.tenant_id.as_str())
+            .bind(stage.key.as_str())
+            .execute(&mut *connection)
+            .await?;
+        if kept.rows_affected() == 0 {
+            return Err(StoreError::CheckpointGone);
+        }
     }
     // A stage that this job computed before a restart keeps its duration; it is "cached" now.
     sqlx::query(
         "INSERT INTO stages (job_id, stage, instance, key, state, cached, epoch, elapsed_ms, started_at)
-         VALUES (?1, ?2, ?3, ?4, 'finished', ?5, ?6, ?7, ?8)
-         ON CONFLICT DO UPDATE SET key = excluded.key, state = 'finished', cached = excluded.cached,
+         VALUES ($1, $2, $3, $4, 'finished', $5, $6, $7, $8)
+         ON CONFLICT (job_id, stage, instance) DO UPDATE SET key = excluded.key, state = 'finished', cached = excluded.cached,
              epoch = excluded.epoch, elapsed_ms = excluded.elapsed_ms",
     )
     .bind(lease.job_id.as_str())
     .bind(&stage.stage)
     .bind(&stage.instance)
     .bind(stage.key.as_str())
-    .bind(cached)
+    .bind(i64::from(cached))
     .bind(lease.epoch)
     .bind(checkpoint.elapsed_ms)
     .bind(now)
     .execute(&mut *connection)
     .await?;
-    let scene_id: String = sqlx::query_scalar("SELECT scene_id FROM jobs WHERE id = ?")
+    let scene_id: String = sqlx::query_scalar("SELECT scene_id FROM jobs WHERE id = $1")
         .bind(lease.job_id.as_str())
         .fetch_one(&mut *connection)
         .await?;
     for artifact in &checkpoint.artifacts {
         sqlx::query(
             "INSERT INTO artifacts (scene_id, name, stage, job_id, digest, media_type, size, created_at)
-             VALUES (?, ?, ?, ?, ?, ?, ?, ?)
-             ON CONFLICT DO UPDATE SET stage = excluded.stage, job_id = excluded.job_id,
+             VALUES ($1, $2, $3, $4, $5, $6, $7, $8)
+             ON CONFLICT (scene_id, name) DO UPDATE SET stage = excluded.stage, job_id = excluded.job_id,
                  digest = excluded.digest, media_type = excluded.media_type, size = excluded.size,
                  created_at = excluded.created_at",
         )
@@ -238,7 +261,7 @@ fn write_artifacts(artifacts: &[FileRow]) -> String {
     json!(list).to_string()
 }
 
-fn read_artifacts(text: &str) -> Option<Vec<FileRow>> {
+pub(super) fn read_artifacts(text: &str) -> Option<Vec<FileRow>> {
     let list: Vec<(String, Digest, String, u64)> = serde_json::from_str(text).ok()?;
     let file = |(name, digest, media_type, size)| FileRow { name, digest, media_type, size };
     Some(list.into_iter().map(file).collect())

@@ -1,59 +1,181 @@
-//! Connections to the SQLite file: WAL, foreign keys, a busy timeout, and FULL synchronization unless the settings
-//! disable it.
+//! Connections to the database: a SQLite file or PostgreSQL, behind sqlx's `Any` driver.
+//!
+//! One set of queries serves both. [`Dialect`] has the few texts that differ.
 
 use std::path::Path;
 use std::str::FromStr;
 use std::time::Duration;
 
+use sqlx::any::{AnyConnectOptions, AnyPoolOptions, AnyRow};
+use sqlx::postgres::{PgConnectOptions, PgConnection};
 use sqlx::sqlite::{
-    SqliteConnectOptions, SqliteJournalMode, SqlitePoolOptions, SqliteRow, SqliteSynchronous,
+    SqliteAutoVacuum, SqliteConnectOptions, SqliteConnection, SqliteJournalMode, SqliteSynchronous,
 };
-use sqlx::{Connection, Row, SqliteConnection, SqlitePool};
+use sqlx::{AnyConnection, AnyPool, AssertSqlSafe, Connection, Row};
 
-use super::{Settings, StoreError};
+use super::{DatabaseAddress, Settings, StoreError};
 use scene::id::InvalidId;
 
-static MIGRATIONS: sqlx::migrate::Migrator = sqlx::migrate!("../../migrations/sqlite");
+static SQLITE_MIGRATIONS: sqlx::migrate::Migrator = sqlx::migrate!("../../migrations/sqlite");
+static POSTGRES_MIGRATIONS: sqlx::migrate::Migrator = sqlx::migrate!("../../migrations/postgres");
 
-fn options(path: &Path, settings: &Settings) -> SqliteConnectOptions {
-    let synchronous = if settings.fsync { SqliteSynchronous::Full } else { SqliteSynchronous::Off };
+/// How long a caller waits for a connection of the pool before the database counts as unreachable.
+const ACQUIRE_TIMEOUT: Duration = Duration::from_secs(5);
+
+/// The write-ahead log of SQLite shrinks to this after a burst of writes.
+const MAX_IDLE_LOG_BYTES: u32 = 16 << 20;
+
+/// The database behind a connection.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Dialect {
+    Sqlite,
+    Postgres,
+}
+
+impl Dialect {
+    /// The database of a connection.
+    pub(super) fn of(connection: &AnyConnection) -> Self {
+        match connection.backend_name() {
+            "SQLite" => Self::Sqlite,
+            _ => Self::Postgres,
+        }
+    }
+
+    /// Locks the rows of a `SELECT` until the end of the transaction. SQLite has one writer, so nothing is needed.
+    pub(super) fn lock(self) -> &'static str {
+        match self {
+            Self::Sqlite => "",
+            Self::Postgres => "FOR UPDATE",
+        }
+    }
+
+    /// The same; rows that another transaction has locked are passed over.
+    pub(super) fn lock_free_rows(self) -> &'static str {
+        match self {
+            Self::Sqlite => "",
+            Self::Postgres => "FOR UPDATE SKIP LOCKED",
+        }
+    }
+
+    /// The value of a key in a column of JSON text; NULL without the key.
+    pub(super) fn json_text(self, column: &str, key: &str) -> String {
+        match self {
+            Self::Sqlite => format!("(SELECT value FROM json_each({column}) WHERE json_each.key = {key})"),
+            Self::Postgres => format!("({column}::json ->> {key})"),
+        }
+    }
+}
+
+/// SQLite's options of both kinds of connection.
+fn sqlite_options(path: &Path, settings: &Settings) -> SqliteConnectOptions {
     SqliteConnectOptions::new()
         .filename(path)
         .create_if_missing(true)
+        // Only a new file takes it; sweeps then give free pages back to the file system.
+        .auto_vacuum(SqliteAutoVacuum::Incremental)
         .journal_mode(SqliteJournalMode::Wal)
-        .synchronous(synchronous)
-        .foreign_keys(true)
+        .synchronous(if settings.fsync { SqliteSynchronous::Full } else { SqliteSynchronous::Off })
         .busy_timeout(Duration::from_millis(settings.busy_timeout_ms))
 }
 
-/// Opens the writing connection and migrates the schema.
-pub(super) async fn writer(path: &Path, settings: &Settings) -> Result<SqliteConnection, StoreError> {
-    let mut connection = SqliteConnection::connect_with(&options(path, settings))
-        .await
-        .map_err(|source| StoreError::Sql { doing: "open", source })?;
-    MIGRATIONS.run_direct(None, &mut connection, false).await?;
+/// The same as statements; the `Any` driver takes only an address. The journal mode stays with the file.
+fn pragmas(settings: &Settings) -> String {
+    let synchronous = if settings.fsync { "FULL" } else { "OFF" };
+    format!(
+        "PRAGMA busy_timeout = {}; PRAGMA synchronous = {synchronous}; PRAGMA foreign_keys = ON; \
+         PRAGMA journal_size_limit = {MAX_IDLE_LOG_BYTES}",
+        settings.busy_timeout_ms
+    )
+}
+
+/// Address of a SQLite file.
+fn sqlite_address(path: &Path, mode: &str) -> Result<AnyConnectOptions, StoreError> {
+    let absolute =
+        std::path::absolute(path).map_err(|source| StoreError::DataDir { path: path.to_owned(), source })?;
+    let escaped: String = absolute
+        .to_string_lossy()
+        .chars()
+        .map(|character| match character {
+            '%' | '?' | '#' => format!("%{:02X}", u32::from(character)),
+            other => other.to_string(),
+        })
+        .collect();
+    AnyConnectOptions::from_str(&format!("sqlite://{escaped}?mode={mode}"))
+        .map_err(|source| StoreError::Sql { doing: "open", source })
+}
+
+/// Migrates the SQLite file and opens the writing connection.
+pub(super) async fn sqlite_writer(path: &Path, settings: &Settings) -> Result<AnyConnection, StoreError> {
+    sqlx::any::install_default_drivers();
+    let opened = |source| StoreError::Sql { doing: "open", source };
+    let mut direct = SqliteConnection::connect_with(&sqlite_options(path, settings)).await.map_err(opened)?;
+    SQLITE_MIGRATIONS.run_direct(None, &mut direct, false).await?;
+    direct.close().await.map_err(opened)?;
+    let mut connection = AnyConnection::connect_with(&sqlite_address(path, "rw")?).await.map_err(opened)?;
+    sqlx::raw_sql(AssertSqlSafe(pragmas(settings))).execute(&mut connection).await.map_err(opened)?;
     Ok(connection)
 }
 
-/// Opens the read connections.
-pub(super) async fn readers(path: &Path, settings: &Settings) -> Result<SqlitePool, StoreError> {
-    SqlitePoolOptions::new()
+/// Opens the connections that read the SQLite file.
+pub(super) async fn sqlite_readers(path: &Path, settings: &Settings) -> Result<AnyPool, StoreError> {
+    let pragmas = pragmas(settings);
+    AnyPoolOptions::new()
         .max_connections(settings.readers.clamp(1, 64))
-        .connect_with(options(path, settings).read_only(true))
+        .after_connect(move |connection, _| {
+            let pragmas = pragmas.clone();
+            Box::pin(async move {
+                sqlx::raw_sql(AssertSqlSafe(pragmas)).execute(connection).await?;
+                Ok(())
+            })
+        })
+        .connect_with(sqlite_address(path, "ro")?)
         .await
         .map_err(|source| StoreError::Sql { doing: "open for reading", source })
 }
 
+/// Migrates a PostgreSQL database, one process at a time, and opens the pool of this process.
+pub(super) async fn postgres_pool(url: &str, settings: &Settings) -> Result<AnyPool, StoreError> {
+    sqlx::any::install_default_drivers();
+    let opened = |source| StoreError::Sql { doing: "open", source };
+    let options = PgConnectOptions::from_str(url).map_err(opened)?;
+    let mut direct = PgConnection::connect_with(&options).await.map_err(opened)?;
+    POSTGRES_MIGRATIONS.run(&mut direct).await?;
+    direct.close().await.map_err(opened)?;
+    AnyPoolOptions::new()
+        .max_connections(settings.connections.clamp(2, 256))
+        .acquire_timeout(ACQUIRE_TIMEOUT)
+        .connect_with(AnyConnectOptions::from_str(url).map_err(opened)?)
+        .await
+        .map_err(opened)
+}
+
+/// A connection beside the processes that use the database, without its lock and without migrations.
+pub(super) async fn bystander(data_dir: &Path, settings: &Settings) -> Result<AnyConnection, StoreError> {
+    sqlx::any::install_default_drivers();
+    let opened = |source| StoreError::Sql { doing: "open", source };
+    let DatabaseAddress::Postgres(url) = &settings.database else {
+        let path = data_dir.join(super::backup::DATABASE_FILE);
+        std::fs::metadata(&path).map_err(|source| StoreError::DataDir { path: path.clone(), source })?;
+        let mut connection =
+            AnyConnection::connect_with(&sqlite_address(&path, "rw")?).await.map_err(opened)?;
+        sqlx::raw_sql(AssertSqlSafe(pragmas(settings))).execute(&mut connection).await.map_err(opened)?;
+        return Ok(connection);
+    };
+    let address = AnyConnectOptions::from_str(url).map_err(opened)?;
+    AnyConnection::connect_with(&address).await.map_err(opened)
+}
+
 /// Milliseconds since 1970 by the database's clock.
-pub(super) async fn now_ms(connection: &mut SqliteConnection) -> Result<i64, StoreError> {
-    let now = sqlx::query_scalar("SELECT CAST(unixepoch('subsec') * 1000 AS INTEGER)")
-        .fetch_one(connection)
-        .await?;
-    Ok(now)
+pub(super) async fn now_ms(connection: &mut AnyConnection) -> Result<i64, StoreError> {
+    let query = match Dialect::of(connection) {
+        Dialect::Sqlite => "SELECT CAST(unixepoch('subsec') * 1000 AS INTEGER)",
+        Dialect::Postgres => "SELECT CAST(EXTRACT(EPOCH FROM clock_timestamp()) * 1000 AS BIGINT)",
+    };
+    Ok(sqlx::query_scalar(query).fetch_one(connection).await?)
 }
 
 /// The id in a column of a row of `table`.
-pub(super) fn id<T>(row: &SqliteRow, table: &'static str, column: &str) -> Result<T, StoreError>
+pub(super) fn id<T>(row: &AnyRow, table: &'static str, column: &str) -> Result<T, StoreError>
 where
     T: FromStr<Err = InvalidId>,
 {
@@ -61,11 +183,7 @@ where
 }
 
 /// As [`id`], for a column that may be NULL.
-pub(super) fn optional_id<T>(
-    row: &SqliteRow,
-    table: &'static str,
-    column: &str,
-) -> Result<Option<T>, StoreError>
+pub(super) fn optional_id<T>(row: &AnyRow, table: &'static str, column: &str) -> Result<Option<T>, StoreError>
 where
     T: FromStr<Err = InvalidId>,
 {

@@ -3,6 +3,8 @@
 use std::error::Error;
 use std::path::PathBuf;
 
+use sqlx::postgres::PgDatabaseError;
+
 use super::outage::Outage;
 use scene::JobId;
 
@@ -30,6 +32,10 @@ pub enum StoreError {
     Corrupt { table: &'static str, reason: String },
     #[error("blob {name} could not be {doing}")]
     Blob { name: String, doing: &'static str, source: object_store::Error },
+    #[error("blob {name} does not match its digest; it is set aside and made again when it is wanted")]
+    BlobDamaged { name: String },
+    #[error("the checkpoint was removed; the stage runs again")]
+    CheckpointGone,
     #[error("{0:?} is no SHA-256 digest (64 lower-case hex digits)")]
     InvalidDigest(String),
 }
@@ -53,8 +59,17 @@ impl StoreError {
             | Self::Migrate(_)
             | Self::LeaseLost { .. }
             | Self::Corrupt { .. }
+            | Self::BlobDamaged { .. }
+            | Self::CheckpointGone
             | Self::InvalidDigest(_) => None,
         }
+    }
+
+    /// Whether the database rolled a transaction back because of another one: a serialization failure, a deadlock, or
+    /// the same key inserted twice. Repeated, it sees what the other one wrote.
+    pub(super) fn is_collision(&self) -> bool {
+        let Self::Sql { source: sqlx::Error::Database(error), .. } = self else { return false };
+        matches!(error.code().as_deref(), Some("40001" | "40P01" | "23505"))
     }
 
     /// Message and causes on one line, for the log.
@@ -71,23 +86,42 @@ impl StoreError {
     }
 }
 
-/// Maps SQLite's result codes (low byte) that mean an unwritable file rather than a wrong statement: BUSY, LOCKED,
-/// READONLY, IOERR, CORRUPT, FULL, CANTOPEN, NOTADB.
+/// The outage that an SQL error means, rather than a wrong statement.
 fn sql_outage(error: &sqlx::Error) -> Option<Outage> {
     match error {
         sqlx::Error::Database(error) => {
-            let code: i64 = error.code()?.parse().ok()?;
-            match code & 0xff {
-                13 => Some(Outage::Full),
-                5 | 6 | 8 | 10 | 11 | 14 | 26 => Some(Outage::Other),
-                _ => None,
+            let code = error.code()?;
+            match error.try_downcast_ref::<PgDatabaseError>() {
+                Some(_) => postgres_outage(&code),
+                None => sqlite_outage(&code),
             }
         }
         sqlx::Error::Io(error) => Some(io_outage(error)),
-        sqlx::Error::PoolTimedOut | sqlx::Error::PoolClosed | sqlx::Error::WorkerCrashed => {
-            Some(Outage::Other)
-        }
+        sqlx::Error::PoolTimedOut
+        | sqlx::Error::PoolClosed
+        | sqlx::Error::WorkerCrashed
+        | sqlx::Error::Tls(_)
+        | sqlx::Error::Protocol(_) => Some(Outage::Other),
         _ => None,
+    }
+}
+
+/// Maps SQLite's result codes (low byte): BUSY, LOCKED, READONLY, IOERR, CORRUPT, FULL, CANTOPEN, NOTADB.
+fn sqlite_outage(code: &str) -> Option<Outage> {
+    match code.parse::<i64>().ok()? & 0xff {
+        13 => Some(Outage::Full),
+        5 | 6 | 8 | 10 | 11 | 14 | 26 => Some(Outage::Other),
+        _ => None,
+    }
+}
+
+/// Maps PostgreSQL's classes of SQLSTATE: connection exceptions, insufficient resources, operator intervention
+/// (shutdown, starting up), system errors, and a read-only server.
+fn postgres_outage(code: &str) -> Option<Outage> {
+    match code {
+        "53100" => Some(Outage::Full),
+        "25006" => Some(Outage::Other),
+        _ => matches!(code.get(..2)?, "08" | "53" | "57" | "58" | "XX").then_some(Outage::Other),
     }
 }
 

@@ -4,9 +4,10 @@
 //! therefore received all earlier events, across restarts.
 
 use serde_json::Value;
-use sqlx::{Row, SqliteConnection};
+use sqlx::{AnyConnection, AssertSqlSafe, Row};
 
-use super::{Store, StoreError};
+use super::{Store, StoreError, database};
+use scene::job::JobState;
 use scene::{JobId, TenantId};
 
 /// One event.
@@ -21,20 +22,30 @@ pub struct Event {
     pub data: Value,
 }
 
+/// How far the events of a job are.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct EventHead {
+    pub job_id: JobId,
+    /// Number of the last event; 0 where there is none.
+    pub last_seq: i64,
+    /// When it is final, no event follows.
+    pub state: JobState,
+}
+
 /// Appends an event inside the caller's transaction.
 pub(super) async fn append(
-    connection: &mut SqliteConnection,
+    connection: &mut AnyConnection,
     job_id: &JobId,
     now_ms: i64,
     kind: &str,
     data: &Value,
 ) -> Result<(), StoreError> {
     let seq: i64 =
-        sqlx::query_scalar("UPDATE jobs SET next_seq = next_seq + 1 WHERE id = ? RETURNING next_seq - 1")
+        sqlx::query_scalar("UPDATE jobs SET next_seq = next_seq + 1 WHERE id = $1 RETURNING next_seq - 1")
             .bind(job_id.as_str())
             .fetch_one(&mut *connection)
             .await?;
-    sqlx::query("INSERT INTO events (job_id, seq, at, kind, data) VALUES (?, ?, ?, ?, ?)")
+    sqlx::query("INSERT INTO events (job_id, seq, at, kind, data) VALUES ($1, $2, $3, $4, $5)")
         .bind(job_id.as_str())
         .bind(seq)
         .bind(now_ms)
@@ -56,13 +67,13 @@ impl Store {
     ) -> Result<Vec<Event>, StoreError> {
         let rows = sqlx::query(
             "SELECT seq, at, kind, data FROM events
-             WHERE job_id = ? AND seq > ? AND (SELECT tenant_id FROM jobs WHERE id = events.job_id) = ?
-             ORDER BY seq LIMIT ?",
+             WHERE job_id = $1 AND seq > $2 AND (SELECT tenant_id FROM jobs WHERE id = events.job_id) = $3
+             ORDER BY seq LIMIT $4",
         )
         .bind(job_id.as_str())
         .bind(after)
         .bind(tenant_id.as_str())
-        .bind(limit)
+        .bind(i64::from(limit))
         .fetch_all(&self.readers)
         .await?;
         rows.into_iter()
@@ -76,6 +87,37 @@ impl Store {
                         table: "events",
                         reason: error.to_string(),
                     })?,
+                })
+            })
+            .collect()
+    }
+
+    /// How far the events of these jobs are, in one query; a job that is not there is left out. At most some hundred
+    /// jobs, since each is a parameter.
+    pub async fn event_heads(
+        &self,
+        tenant_id: &TenantId,
+        job_ids: &[JobId],
+    ) -> Result<Vec<EventHead>, StoreError> {
+        if job_ids.is_empty() {
+            return Ok(Vec::new());
+        }
+        let places: Vec<String> = (2..job_ids.len() + 2).map(|place| format!("${place}")).collect();
+        let sql = format!(
+            "SELECT id, next_seq - 1 AS last_seq, state FROM jobs WHERE tenant_id = $1 AND id IN ({})",
+            places.join(", ")
+        );
+        let query = sqlx::query(AssertSqlSafe(sql)).persistent(false).bind(tenant_id.as_str());
+        let query = job_ids.iter().fold(query, |query, id| query.bind(id.as_str()));
+        let rows = query.fetch_all(&self.readers).await?;
+        rows.iter()
+            .map(|row| {
+                let state: String = row.try_get("state")?;
+                let reason = format!("state {state}");
+                Ok(EventHead {
+                    job_id: database::id(row, "jobs", "id")?,
+                    last_seq: row.try_get("last_seq")?,
+                    state: JobState::parse(&state).ok_or(StoreError::Corrupt { table: "jobs", reason })?,
                 })
             })
             .collect()

@@ -1,8 +1,10 @@
 //! Queries of jobs and their stages, and the retry of a job.
 
-use sqlx::sqlite::SqliteRow;
-use sqlx::{Row, SqliteConnection};
+use sqlx::any::AnyRow;
+use sqlx::{AnyConnection, AssertSqlSafe, Row};
 
+use super::database::Dialect;
+use super::queue::QueueColumns;
 use super::{Store, StoreError, database, scenes};
 use scene::job::{JobKind, JobState, SceneState};
 use scene::{JobId, SceneId, TenantId};
@@ -16,6 +18,8 @@ pub struct JobRow {
     pub retry_of: Option<JobId>,
     pub from_stage: Option<String>,
     pub state: JobState,
+    /// Place among the waiting jobs of the tenant: earlier is claimed first.
+    pub rank_at_ms: i64,
     /// Claims since the last new checkpoint.
     pub attempt: i64,
     pub epoch: i64,
@@ -26,6 +30,18 @@ pub struct JobRow {
     pub created_at_ms: i64,
     pub started_at_ms: Option<i64>,
     pub finished_at_ms: Option<i64>,
+}
+
+/// Filter of a job list.
+#[derive(Clone, Debug, Default)]
+pub struct JobFilter {
+    pub state: Option<JobState>,
+    pub kind: Option<JobKind>,
+    pub scene: Option<SceneId>,
+    pub created_after_ms: Option<i64>,
+    /// Only jobs older than this id, the last id of the previous page.
+    pub before_id: Option<JobId>,
+    pub limit: u32,
 }
 
 /// One stage of one job (for one instance, where the stage works on instances).
@@ -65,12 +81,44 @@ pub enum RetryOutcome {
 impl Store {
     /// A job of the tenant.
     pub async fn job(&self, tenant_id: &TenantId, id: &JobId) -> Result<Option<JobRow>, StoreError> {
-        let row = sqlx::query("SELECT * FROM jobs WHERE id = ? AND tenant_id = ?")
+        let row = sqlx::query("SELECT * FROM jobs WHERE id = $1 AND tenant_id = $2")
             .bind(id.as_str())
             .bind(tenant_id.as_str())
             .fetch_optional(&self.readers)
             .await?;
         row.as_ref().map(job_of).transpose()
+    }
+
+    /// Jobs of the tenant, newest first.
+    pub async fn jobs(&self, tenant_id: &TenantId, filter: JobFilter) -> Result<Vec<JobRow>, StoreError> {
+        // Only the conditions that are asked for, and words of the program in place, so that each finds its index.
+        let mut conditions = "tenant_id = $1".to_owned();
+        let mut texts = vec![tenant_id.to_string()];
+        if let Some(state) = filter.state {
+            conditions.push_str(&format!(" AND state = '{}'", state.as_str()));
+        }
+        if let Some(kind) = filter.kind {
+            conditions.push_str(&format!(" AND kind = '{}'", kind.as_str()));
+        }
+        for (condition, wanted) in
+            [("scene_id =", filter.scene.map(String::from)), ("id <", filter.before_id.map(String::from))]
+        {
+            if let Some(text) = wanted {
+                texts.push(text);
+                conditions.push_str(&format!(" AND {condition} ${}", texts.len()));
+            }
+        }
+        let mut numbers = Vec::new();
+        if let Some(created_after_ms) = filter.created_after_ms {
+            numbers.push(created_after_ms);
+            conditions.push_str(&format!(" AND created_at > ${}", texts.len() + numbers.len()));
+        }
+        numbers.push(i64::from(filter.limit));
+        let limit = texts.len() + numbers.len();
+        let jobs = format!("SELECT * FROM jobs WHERE {conditions} ORDER BY id DESC LIMIT ${limit}");
+        let query = texts.into_iter().fold(sqlx::query(AssertSqlSafe(jobs)), |query, text| query.bind(text));
+        let query = numbers.into_iter().fold(query, |query, number| query.bind(number));
+        query.fetch_all(&self.readers).await?.iter().map(job_of).collect()
     }
 
     /// The newest job of a scene.
@@ -80,7 +128,7 @@ impl Store {
         scene_id: &SceneId,
     ) -> Result<Option<JobRow>, StoreError> {
         let row =
-            sqlx::query("SELECT * FROM jobs WHERE scene_id = ? AND tenant_id = ? ORDER BY id DESC LIMIT 1")
+            sqlx::query("SELECT * FROM jobs WHERE scene_id = $1 AND tenant_id = $2 ORDER BY id DESC LIMIT 1")
                 .bind(scene_id.as_str())
                 .bind(tenant_id.as_str())
                 .fetch_optional(&self.readers)
@@ -92,7 +140,7 @@ impl Store {
     pub async fn stages(&self, tenant_id: &TenantId, job_id: &JobId) -> Result<Vec<StageRow>, StoreError> {
         let rows = sqlx::query(
             "SELECT * FROM stages
-             WHERE job_id = ? AND (SELECT tenant_id FROM jobs WHERE id = stages.job_id) = ?
+             WHERE job_id = $1 AND (SELECT tenant_id FROM jobs WHERE id = stages.job_id) = $2
              ORDER BY started_at, stage, instance",
         )
         .bind(job_id.as_str())
@@ -105,7 +153,7 @@ impl Store {
                     stage: row.try_get("stage")?,
                     instance: row.try_get("instance")?,
                     state: row.try_get("state")?,
-                    cached: row.try_get("cached")?,
+                    cached: row.try_get::<i64, _>("cached")? != 0,
                     runs: row.try_get("runs")?,
                     elapsed_ms: row.try_get("elapsed_ms")?,
                     started_at_ms: row.try_get("started_at")?,
@@ -146,13 +194,13 @@ impl Store {
 }
 
 async fn retry(
-    connection: &mut SqliteConnection,
+    connection: &mut AnyConnection,
     tenant_id: TenantId,
     job_id: JobId,
     from_stage: Option<String>,
 ) -> Result<RetryOutcome, StoreError> {
     let now = database::now_ms(connection).await?;
-    let row = sqlx::query("SELECT * FROM jobs WHERE id = ? AND tenant_id = ?")
+    let row = sqlx::query("SELECT * FROM jobs WHERE id = $1 AND tenant_id = $2")
         .bind(job_id.as_str())
         .bind(tenant_id.as_str())
         .fetch_optional(&mut *connection)
@@ -161,12 +209,13 @@ async fn retry(
     let Some(scene_id) = database::optional_id::<SceneId>(&row, "jobs", "scene_id")? else {
         return Ok(RetryOutcome::NotFound);
     };
-    let scene_state: String = sqlx::query_scalar("SELECT state FROM scenes WHERE id = ?")
-        .bind(scene_id.as_str())
-        .fetch_one(&mut *connection)
-        .await?;
+    // The lock keeps another retry of the same scene waiting.
+    let lock = Dialect::of(connection).lock();
+    let query = AssertSqlSafe(format!("SELECT state FROM scenes WHERE id = $1 {lock}"));
+    let scene_state: String =
+        sqlx::query_scalar(query).bind(scene_id.as_str()).fetch_one(&mut *connection).await?;
     let active: i64 = sqlx::query_scalar(
-        "SELECT COUNT(*) FROM jobs WHERE scene_id = ? AND state IN ('queued', 'running', 'cancelling')",
+        "SELECT COUNT(*) FROM jobs WHERE scene_id = $1 AND state IN ('queued', 'running', 'cancelling')",
     )
     .bind(scene_id.as_str())
     .fetch_one(&mut *connection)
@@ -178,7 +227,7 @@ async fn retry(
     }
     if let Some(stage) = &from_stage {
         let known: Option<i64> =
-            sqlx::query_scalar("SELECT 1 FROM stages WHERE job_id = ? AND stage = ? LIMIT 1")
+            sqlx::query_scalar("SELECT 1 FROM stages WHERE job_id = $1 AND stage = $2 LIMIT 1")
                 .bind(job_id.as_str())
                 .bind(stage)
                 .fetch_optional(&mut *connection)
@@ -195,10 +244,12 @@ async fn retry(
         (None, Some(stage), Some(salt)) => Some((stage.as_str(), salt.as_str())),
         _ => None,
     };
-    let new_id = scenes::insert_job(connection, &tenant_id, &scene_id, Some(&job_id), salt, now).await?;
+    let columns = QueueColumns::of_retry(connection, &job_id, now).await?;
+    let new_id =
+        scenes::insert_job(connection, &tenant_id, &scene_id, Some(&job_id), salt, columns, now).await?;
     sqlx::query(
-        "UPDATE scenes SET state = 'pending', failure_code = NULL, failure_message = NULL, verdict = NULL,
-                           updated_at = ? WHERE id = ?",
+        "UPDATE scenes SET state = 'pending', stripped_at = NULL, failure_code = NULL, failure_message = NULL, verdict = NULL,
+                           updated_at = $1 WHERE id = $2",
     )
     .bind(now)
     .bind(scene_id.as_str())
@@ -207,23 +258,40 @@ async fn retry(
     Ok(RetryOutcome::Created { job_id: new_id, scene_id })
 }
 
-fn job_of(row: &SqliteRow) -> Result<JobRow, StoreError> {
-    let (kind, state): (String, String) = (row.try_get("kind")?, row.try_get("state")?);
+/// Columns of [`job_in`] for a query that joins jobs as `j`.
+pub(super) const JOINED_COLUMNS: &str = "j.id AS job_id, j.kind AS job_kind, j.scene_id AS job_scene_id, \
+     j.retry_of AS job_retry_of, j.from_stage AS job_from_stage, j.state AS job_state, j.rank_at AS job_rank_at, \
+     j.attempt AS job_attempt, j.epoch AS job_epoch, j.failure_class AS job_failure_class, \
+     j.failure_code AS job_failure_code, j.failure_message AS job_failure_message, j.created_at AS job_created_at, \
+     j.started_at AS job_started_at, j.finished_at AS job_finished_at";
+
+fn job_of(row: &AnyRow) -> Result<JobRow, StoreError> {
+    job_in(row, "")
+}
+
+/// The job in a row; `prefix` stands before the names of its columns.
+pub(super) fn job_in(row: &AnyRow, prefix: &str) -> Result<JobRow, StoreError> {
+    let column = |name: &str| format!("{prefix}{name}");
+    let text = |name: &str| row.try_get::<Option<String>, _>(column(name).as_str());
+    let number = |name: &str| row.try_get::<i64, _>(column(name).as_str());
+    let time = |name: &str| row.try_get::<Option<i64>, _>(column(name).as_str());
     let corrupt = |reason: String| StoreError::Corrupt { table: "jobs", reason };
+    let (kind, state) = (text("kind")?.unwrap_or_default(), text("state")?.unwrap_or_default());
     Ok(JobRow {
-        id: database::id(row, "jobs", "id")?,
+        id: database::id(row, "jobs", &column("id"))?,
         kind: JobKind::parse(&kind).ok_or_else(|| corrupt(format!("kind {kind}")))?,
-        scene_id: database::optional_id(row, "jobs", "scene_id")?,
-        retry_of: database::optional_id(row, "jobs", "retry_of")?,
-        from_stage: row.try_get("from_stage")?,
+        scene_id: database::optional_id(row, "jobs", &column("scene_id"))?,
+        retry_of: database::optional_id(row, "jobs", &column("retry_of"))?,
+        from_stage: text("from_stage")?,
         state: JobState::parse(&state).ok_or_else(|| corrupt(format!("state {state}")))?,
-        attempt: row.try_get("attempt")?,
-        epoch: row.try_get("epoch")?,
-        failure_class: row.try_get("failure_class")?,
-        failure_code: row.try_get("failure_code")?,
-        failure_message: row.try_get("failure_message")?,
-        created_at_ms: row.try_get("created_at")?,
-        started_at_ms: row.try_get("started_at")?,
-        finished_at_ms: row.try_get("finished_at")?,
+        rank_at_ms: time("rank_at")?.map_or_else(|| number("created_at"), Ok)?,
+        attempt: number("attempt")?,
+        epoch: number("epoch")?,
+        failure_class: text("failure_class")?,
+        failure_code: text("failure_code")?,
+        failure_message: text("failure_message")?,
+        created_at_ms: number("created_at")?,
+        started_at_ms: time("started_at")?,
+        finished_at_ms: time("finished_at")?,
     })
 }

@@ -1,10 +1,11 @@
 //! Persistent state: scenes, jobs, events, checkpoints, blobs and the ledger of remote calls.
 //!
-//! One data directory holds `tabletopgen.sqlite` and `blobs/` (immutable bytes named by their digest), unless the
-//! settings keep blobs in memory. Blobs are written and synced before the row that refers to them; the row is the
-//! commit point. One process at a time uses a data directory: it holds an exclusive lock on the file `lock` while it
-//! runs. Therefore every lease found at start belongs to a dead process. The store does not interpret blobs or
-//! requests.
+//! By default one data directory holds `tabletopgen.sqlite` and `blobs/` (immutable bytes named by their digest). The
+//! settings may name a PostgreSQL database instead of the file, and other places for blobs. Blobs are written and
+//! synced before the row that refers to them; the row is the commit point. One process at a time uses a data
+//! directory: it holds an exclusive lock on the file `lock` while it runs. Therefore every lease found in a SQLite
+//! file at start belongs to a dead process; in a shared database a lease ends by its time. The store does not
+//! interpret blobs or requests.
 //!
 //! The crate must not depend on the pipeline, providers or the API. Every query of a client's data takes the tenant.
 //!
@@ -16,30 +17,37 @@
 //! # Ok::<(), store::StoreError>(())
 //! ```
 
+pub mod settings;
 pub mod error;
 pub mod digest;
 pub mod outage;
 pub mod blobs;
 mod writer;
 mod database;
+mod changes;
 pub mod scenes;
 pub mod queue;
+pub mod stage_claims;
 pub mod jobs;
+pub mod outlook;
+pub mod queue_depth;
 pub mod events;
 pub mod checkpoints;
 pub mod artifacts;
 pub mod calls;
 pub mod tasks;
 pub mod answers;
+pub mod rebuild;
+pub mod retention;
+pub mod backup;
 #[cfg(test)]
 mod tests;
 
 use std::fs::{File, OpenOptions, TryLockError};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::{Arc, LazyLock};
 
-use serde::{Deserialize, Serialize};
-use sqlx::SqlitePool;
+use sqlx::AnyPool;
 use tokio::sync::watch;
 
 pub use blobs::Blobs;
@@ -48,79 +56,76 @@ pub use error::StoreError;
 pub use outage::Outage;
 pub use queue::Lease;
 use scene::TenantId;
+pub use settings::{BlobPlace, DatabaseAddress, Settings};
 
+use changes::{Change, Changes};
 use outage::{Health, Part};
+use retention::Quota;
 use writer::Writer;
-
-/// Section `[store]`.
-#[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
-#[serde(deny_unknown_fields)]
-pub struct Settings {
-    /// Sync to disk at every commit and blob. `false` is faster and may lose the latest work if the machine (not only
-    /// the process) stops; intended for temporary data directories.
-    pub fsync: bool,
-    /// Where blobs are kept.
-    pub blobs: BlobPlace,
-    /// Number of read connections (1..=64). More connections serve more API requests concurrently.
-    pub readers: u32,
-    /// Time that a statement waits for a locked database before it fails, milliseconds.
-    pub busy_timeout_ms: u64,
-}
-
-/// Where blobs are kept.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize, PartialEq, Eq)]
-#[serde(rename_all = "snake_case")]
-pub enum BlobPlace {
-    /// Files in the data directory.
-    Files,
-    /// Memory of the process: their content is computed again after a restart.
-    Memory,
-}
 
 /// Tenant of every row until API keys exist.
 pub static DEFAULT_TENANT: LazyLock<TenantId> = LazyLock::new(|| "default".parse().expect("a valid id"));
 
-/// Handle on the data directory; cloning shares it.
+/// Handle on the store; cloning shares it.
 #[derive(Clone)]
 pub struct Store {
-    readers: SqlitePool,
+    readers: AnyPool,
     writer: Writer,
     blobs: Blobs,
-    changed: Arc<watch::Sender<u64>>,
-    cancelled: Arc<watch::Sender<u64>>,
+    changes: Changes,
     health: Health,
+    /// Whether other processes use the same database.
+    is_shared: bool,
+    quota: Arc<Quota>,
+    room: Arc<queue::Room>,
     /// Released with the last handle.
-    _lock: Arc<File>,
+    _lock: Option<Arc<File>>,
 }
 
 impl Store {
-    /// Opens and locks the data directory; creates and migrates it if necessary.
+    /// Opens the store, and creates or migrates its database if necessary. A data directory that holds the database or
+    /// the blobs is locked by this process; it is not touched if neither is in it.
     ///
     /// # Errors
     ///
     /// [`StoreError::Locked`] if another process uses the directory, [`StoreError::DataDir`] if it is not writable,
-    /// [`StoreError::Migrate`] if the database belongs to a newer version.
+    /// [`StoreError::Migrate`] if the database belongs to a newer version, [`StoreError::Sql`] if it cannot be reached.
     pub async fn open(data_dir: &Path, settings: &Settings) -> Result<Self, StoreError> {
-        std::fs::create_dir_all(data_dir)
-            .map_err(|source| StoreError::DataDir { path: data_dir.to_owned(), source })?;
-        let lock = lock(data_dir)?;
-        let path: PathBuf = data_dir.join("tabletopgen.sqlite");
         let health = Health::new();
-        let writer = Writer::start(&path, settings, health.clone()).await?;
-        let readers = database::readers(&path, settings).await?;
-        let blobs = match settings.blobs {
-            BlobPlace::Files => Blobs::local(&data_dir.join("blobs"), settings.fsync, health.clone())?,
-            BlobPlace::Memory => Blobs::in_memory(health.clone()),
+        let uses_directory =
+            settings.database == DatabaseAddress::Sqlite || settings.blobs == BlobPlace::Files;
+        let lock = uses_directory.then(|| directory(data_dir)).transpose()?;
+        let (readers, writer, changes) = match &settings.database {
+            DatabaseAddress::Sqlite => {
+                let path = data_dir.join(backup::DATABASE_FILE);
+                let writer = Writer::sqlite(&path, settings, health.clone()).await?;
+                (database::sqlite_readers(&path, settings).await?, writer, Changes::local())
+            }
+            DatabaseAddress::Postgres(url) => {
+                let pool = database::postgres_pool(url, settings).await?;
+                let changes = Changes::shared(url, pool.clone()).await?;
+                (pool.clone(), Writer::postgres(pool, health.clone()), changes)
+            }
         };
+        let blobs = Blobs::open(data_dir, settings, health.clone())?;
+        let quota = Arc::new(Quota::new(settings.retention.tenant_quota_bytes));
+        let is_shared = settings.database != DatabaseAddress::Sqlite;
         Ok(Self {
             readers,
             writer,
             blobs,
-            changed: Arc::new(watch::Sender::new(0)),
-            cancelled: Arc::new(watch::Sender::new(0)),
+            changes,
             health,
-            _lock: Arc::new(lock),
+            is_shared,
+            quota,
+            room: Arc::default(),
+            _lock: lock.map(Arc::new),
         })
+    }
+
+    /// Whether other processes may use the same database, so that a lease of another owner may be alive.
+    pub fn is_shared(&self) -> bool {
+        self.is_shared
     }
 
     /// The blobs.
@@ -130,12 +135,12 @@ impl Store {
 
     /// Ticks after every change to a job, so that waiting tasks need not poll.
     pub fn changes(&self) -> watch::Receiver<u64> {
-        self.changed.subscribe()
+        self.changes.jobs()
     }
 
     /// Ticks after every cancellation request.
     pub fn cancellations(&self) -> watch::Receiver<u64> {
-        self.cancelled.subscribe()
+        self.changes.cancellations()
     }
 
     /// The present outage of storage; `None` while writes succeed.
@@ -147,18 +152,24 @@ impl Store {
     pub async fn is_healthy(&self) -> Result<(), StoreError> {
         sqlx::query("SELECT 1 FROM jobs LIMIT 1").fetch_optional(&self.readers).await?;
         if self.health.is_failing(Part::Blobs) {
-            self.blobs.put(vec![0; 64 << 10]).await?;
+            self.blobs.probe().await?;
         }
         self.writer.write("check the writer", |_| Box::pin(async { Ok(()) })).await
     }
 
     fn announce(&self) {
-        self.changed.send_modify(|tick| *tick += 1);
+        self.changes.announce(Change::Job);
+    }
+
+    fn announce_cancellation(&self) {
+        self.changes.announce(Change::Cancellation);
     }
 }
 
-/// Takes the exclusive lock of a data directory.
-fn lock(data_dir: &Path) -> Result<File, StoreError> {
+/// Creates a data directory if it is missing, and takes its exclusive lock.
+fn directory(data_dir: &Path) -> Result<File, StoreError> {
+    std::fs::create_dir_all(data_dir)
+        .map_err(|source| StoreError::DataDir { path: data_dir.to_owned(), source })?;
     let path = data_dir.join("lock");
     let failed = |source| StoreError::DataDir { path: path.clone(), source };
     let file = OpenOptions::new().create(true).truncate(false).write(true).open(&path).map_err(failed)?;

@@ -69,8 +69,10 @@ impl Health {
         });
         if first {
             let advice = match why {
-                Outage::Full => "the disk of the data directory is full; free space on it",
-                Outage::Other => "see that the data directory can be written",
+                Outage::Full => {
+                    "a disk is full: that of the data directory or of the database; free space on it"
+                }
+                Outage::Other => "see that the database answers and that blobs can be written",
             };
             tracing::error!(
                 error = error.chain(),

@@ -3,16 +3,34 @@
 //! A claim increments the job's epoch (a fencing token). Every later write of the worker is guarded by owner and epoch,
 //! so a worker that was paused past its lease changes no row. Lease times use the database's clock. State changes go
 //! through [`JobState::after`] only.
+//!
+//! Whose turn it is stands in `turns`, what becomes of a dead worker's jobs in `rescue`.
+
+mod schedule;
+mod room;
+mod turns;
+mod rescue;
+mod outcome;
+mod switch;
+pub mod control;
 
 use std::time::Duration;
 
 use serde_json::{Value, json};
-use sqlx::{Row, SqliteConnection};
+use sqlx::{AnyConnection, AssertSqlSafe, Row};
 
 use super::artifacts::BuiltScene;
-use super::{Store, StoreError, artifacts, calls, database, events};
-use scene::job::{Failure, FailureClass, JobEvent, JobState};
+use super::database::Dialect;
+use super::{Store, StoreError, calls, database, events, stage_claims};
+use scene::job::{Failure, JobEvent, JobState};
 use scene::{JobId, SceneId, TenantId};
+
+pub use room::QueueFull;
+pub(crate) use room::Room;
+pub(crate) use schedule::QueueColumns;
+pub use schedule::{Schedule, Settings};
+pub use switch::{Pause, QueueStatus};
+use switch::{set_paused, status};
 
 /// The right to write rows of a job: valid while `owner` and `epoch` equal those of its row.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -32,10 +50,10 @@ pub struct Claim {
     pub request: Value,
     /// Claims since the last new checkpoint, this one included.
     pub attempt: i64,
-    /// `cancelling` if the worker only has to acknowledge the cancellation.
-    pub state: JobState,
     /// Stage and salt: checkpoint keys are salted from this stage on.
     pub salt: Option<(String, String)>,
+    /// Time until the job's deadline.
+    pub time_left: Option<Duration>,
 }
 
 /// Result of a job attempt.
@@ -69,26 +87,87 @@ pub enum CancelOutcome {
 }
 
 impl Store {
-    /// Claims the next job: a job with an expired lease, else the first of the queue by priority and age. A job whose
-    /// worker died `max_attempts` times without a new checkpoint fails instead. `only` restricts the claim to one job.
+    /// Claims the job whose turn it is, after jobs with expired leases have returned to the queue. A job that was
+    /// alone in its process when it died, `max_deaths` times without a new checkpoint, fails instead. `only`
+    /// restricts both to one job.
     pub async fn claim(
         &self,
         owner: &str,
         lease: Duration,
-        max_attempts: u32,
+        max_deaths: u32,
         only: Option<&JobId>,
     ) -> Result<Option<Claim>, StoreError> {
         let (owner, only) = (owner.to_owned(), only.cloned());
         let claim = self
             .writer
             .write("claim a job", move |connection| {
-                Box::pin(claim(connection, owner, lease, i64::from(max_attempts), only))
+                Box::pin(claim(connection, owner, lease, i64::from(max_deaths), only))
             })
             .await?;
         if claim.is_some() {
             self.announce();
         }
         Ok(claim)
+    }
+
+    /// Whether a claim may succeed: a cheap question for workers that are woken by changes of other jobs.
+    pub async fn has_work(&self) -> Result<bool, StoreError> {
+        let mut connection = self.readers.acquire().await?;
+        let now = database::now_ms(&mut connection).await?;
+        let found: Option<i64> = sqlx::query_scalar(
+            "SELECT CAST(1 AS BIGINT) FROM jobs WHERE state = 'queued' AND not_before <= $1 LIMIT 1",
+        )
+        .bind(now)
+        .fetch_optional(&mut *connection)
+        .await?;
+        Ok(found.is_some())
+    }
+
+    /// Returns jobs with expired leases to the queue, and fails waiting jobs whose deadline has passed. Returns their
+    /// number.
+    pub async fn rescue(&self, max_deaths: u32) -> Result<u64, StoreError> {
+        let mut connection = self.readers.acquire().await?;
+        let now = database::now_ms(&mut connection).await?;
+        let found: i64 = sqlx::query_scalar(
+            "SELECT (SELECT COUNT(*) FROM jobs WHERE state IN ('running', 'cancelling') AND lease_until <= $1)
+                  + (SELECT COUNT(*) FROM jobs WHERE state = 'queued' AND deadline_at <= $1)",
+        )
+        .bind(now)
+        .fetch_one(&mut *connection)
+        .await?;
+        drop(connection);
+        if found == 0 {
+            return Ok(0);
+        }
+        let rescued = self
+            .writer
+            .write("rescue jobs", move |connection| {
+                Box::pin(async move {
+                    let now = database::now_ms(connection).await?;
+                    rescue::rescue(connection, i64::from(max_deaths), None, now).await
+                })
+            })
+            .await?;
+        self.announce();
+        Ok(rescued)
+    }
+
+    /// Pauses or resumes claiming, in all processes that work on the database.
+    pub async fn set_paused(&self, paused: bool, reason: &str) -> Result<(), StoreError> {
+        let reason = reason.to_owned();
+        self.writer
+            .write("pause or resume claiming", move |connection| {
+                Box::pin(async move { set_paused(connection, paused, &reason).await })
+            })
+            .await?;
+        self.announce();
+        Ok(())
+    }
+
+    /// The state of the queue.
+    pub async fn queue_status(&self) -> Result<QueueStatus, StoreError> {
+        let mut connection = self.readers.acquire().await?;
+        status(&mut connection).await
     }
 
     /// Extends leases. Returns the state of each job, or `None` if its lease is lost.
@@ -109,7 +188,7 @@ impl Store {
         let lease = lease.clone();
         let state = self
             .writer
-            .write("finish a job", move |connection| Box::pin(finish(connection, lease, outcome)))
+            .write("finish a job", move |connection| Box::pin(outcome::finish(connection, lease, outcome)))
             .await?;
         self.announce();
         Ok(state)
@@ -122,21 +201,24 @@ impl Store {
             .writer
             .write("cancel a job", move |connection| Box::pin(cancel(connection, tenant_id, job_id)))
             .await?;
-        self.announce();
-        self.cancelled.send_modify(|tick| *tick += 1);
+        self.announce_cancellation();
         Ok(answer)
     }
 
-    /// Expires the leases of all other owners and returns their number. This is correct because one process locks the
-    /// data directory, so all other owners are dead.
+    /// Expires the leases of all other owners of a SQLite file and returns their number. This is correct because one
+    /// process locks the data directory, so all other owners are dead. In a shared database other owners may be alive;
+    /// nothing changes there, and the leases of dead workers end by their time.
     pub async fn expire_leases_of_others(&self, owner: &str) -> Result<u64, StoreError> {
+        if self.is_shared {
+            return Ok(0);
+        }
         let owner = owner.to_owned();
         self.writer
             .write("expire the leases of dead workers", move |connection| {
                 Box::pin(async move {
                     let done = sqlx::query(
                         "UPDATE jobs SET lease_until = 0
-                         WHERE state IN ('running', 'cancelling') AND owner IS NOT ?",
+                         WHERE state IN ('running', 'cancelling') AND (owner IS NULL OR owner <> $1)",
                     )
                     .bind(owner)
                     .execute(connection)
@@ -149,90 +231,52 @@ impl Store {
 }
 
 async fn claim(
-    connection: &mut SqliteConnection,
+    connection: &mut AnyConnection,
     owner: String,
     lease: Duration,
-    max_attempts: i64,
+    max_deaths: i64,
     only: Option<JobId>,
 ) -> Result<Option<Claim>, StoreError> {
     let now = database::now_ms(connection).await?;
-    loop {
-        let orphan: Option<(String, i64)> = sqlx::query_as(
-            "SELECT id, attempt FROM jobs
-             WHERE state IN ('running', 'cancelling') AND lease_until <= ?1 AND (?2 IS NULL OR id = ?2)
-             ORDER BY lease_until LIMIT 1",
-        )
-        .bind(now)
-        .bind(only.as_ref().map(JobId::as_str))
-        .fetch_optional(&mut *connection)
-        .await?;
-        let orphan: Option<(JobId, i64)> = orphan
-            .map(|(id, attempt)| Ok::<_, StoreError>((database::parse_id(&id, "jobs")?, attempt)))
-            .transpose()?;
-        if let Some((job_id, attempt)) = &orphan
-            && *attempt >= max_attempts
-        {
-            let failure = Failure {
-                class: FailureClass::Crashed,
-                code: "worker_crashed".into(),
-                message: format!(
-                    "the worker died {attempt} times in the same stage; look at its log, then retry the job"
-                ),
-            };
-            fail(connection, job_id, &failure, now).await?;
-            continue;
-        }
-        let next = match orphan {
-            Some((job_id, _)) => Some(job_id),
-            None => {
-                let id: Option<String> = sqlx::query_scalar(
-                    "SELECT id FROM jobs
-                     WHERE state = 'queued' AND not_before <= ?1 AND (?2 IS NULL OR id = ?2)
-                     ORDER BY priority DESC, id LIMIT 1",
-                )
-                .bind(now)
-                .bind(only.as_ref().map(JobId::as_str))
-                .fetch_optional(&mut *connection)
-                .await?;
-                id.map(|id| database::parse_id(&id, "jobs")).transpose()?
-            }
-        };
-        let Some(job_id) = next else { return Ok(None) };
-        let state = move_job(connection, &job_id, JobEvent::Claimed, now).await?;
-        calls::abandon(connection, &job_id, now).await?;
-        let row = sqlx::query(
-            "UPDATE jobs SET owner = ?1, epoch = epoch + 1, attempt = attempt + 1, lease_until = ?2,
-                             started_at = COALESCE(started_at, ?3)
-             WHERE id = ?4
-             RETURNING tenant_id, scene_id, epoch, attempt, from_stage, salt,
-                       (SELECT request FROM scenes WHERE scenes.id = jobs.scene_id) AS request",
-        )
-        .bind(&owner)
-        .bind(now + milliseconds(lease))
-        .bind(now)
-        .bind(job_id.as_str())
-        .fetch_one(&mut *connection)
-        .await?;
-        let attempt: i64 = row.try_get("attempt")?;
-        let epoch: i64 = row.try_get("epoch")?;
-        let started = json!({ "attempt": attempt, "epoch": epoch });
-        events::append(connection, &job_id, now, "job_started", &started).await?;
-        let request: String = row.try_get("request")?;
-        return Ok(Some(Claim {
-            lease: Lease { job_id, owner, epoch },
-            tenant_id: database::id(&row, "jobs", "tenant_id")?,
-            scene_id: database::id(&row, "jobs", "scene_id")?,
-            request: serde_json::from_str(&request)
-                .map_err(|error| StoreError::Corrupt { table: "scenes", reason: error.to_string() })?,
-            attempt,
-            state,
-            salt: Option::zip(row.try_get("from_stage")?, row.try_get("salt")?),
-        }));
-    }
+    rescue::rescue(connection, max_deaths, only.as_ref(), now).await?;
+    let Some(job_id) = turns::next_job(connection, &owner, only.as_ref(), now).await? else {
+        return Ok(None);
+    };
+    move_job(connection, &job_id, JobEvent::Claimed, now).await?;
+    let row = sqlx::query(
+        "UPDATE jobs SET owner = $1, epoch = epoch + 1, attempt = attempt + 1, lease_until = $2,
+                         started_at = COALESCE(started_at, $3), claimed_at = $3, was_beside = 0, reserved_by = NULL
+         WHERE id = $4
+         RETURNING tenant_id, scene_id, epoch, attempt, from_stage, salt, deadline_at,
+                   (SELECT request FROM scenes WHERE scenes.id = jobs.scene_id) AS request",
+    )
+    .bind(&owner)
+    .bind(now + milliseconds(lease))
+    .bind(now)
+    .bind(job_id.as_str())
+    .fetch_one(&mut *connection)
+    .await?;
+    let attempt: i64 = row.try_get("attempt")?;
+    let epoch: i64 = row.try_get("epoch")?;
+    let started = json!({ "attempt": attempt, "epoch": epoch });
+    events::append(connection, &job_id, now, "job_started", &started).await?;
+    let request: String = row.try_get("request")?;
+    let deadline_at: Option<i64> = row.try_get("deadline_at")?;
+    let time_left = |deadline_at: i64| Duration::from_millis(u64::try_from(deadline_at - now).unwrap_or(0));
+    Ok(Some(Claim {
+        lease: Lease { job_id, owner, epoch },
+        tenant_id: database::id(&row, "jobs", "tenant_id")?,
+        scene_id: database::id(&row, "jobs", "scene_id")?,
+        request: serde_json::from_str(&request)
+            .map_err(|error| StoreError::Corrupt { table: "scenes", reason: error.to_string() })?,
+        attempt,
+        salt: Option::zip(row.try_get("from_stage")?, row.try_get("salt")?),
+        time_left: deadline_at.map(time_left),
+    }))
 }
 
 async fn renew(
-    connection: &mut SqliteConnection,
+    connection: &mut AnyConnection,
     leases: Vec<Lease>,
     duration: Duration,
 ) -> Result<Vec<(Lease, Option<JobState>)>, StoreError> {
@@ -240,7 +284,7 @@ async fn renew(
     let mut answers = Vec::with_capacity(leases.len());
     for lease in leases {
         let state: Option<String> = sqlx::query_scalar(
-            "UPDATE jobs SET lease_until = ? WHERE id = ? AND owner = ? AND epoch = ?
+            "UPDATE jobs SET lease_until = $1 WHERE id = $2 AND owner = $3 AND epoch = $4
              AND state IN ('running', 'cancelling') RETURNING state",
         )
         .bind(now + milliseconds(duration))
@@ -254,87 +298,15 @@ async fn renew(
     Ok(answers)
 }
 
-async fn finish(
-    connection: &mut SqliteConnection,
-    lease: Lease,
-    outcome: AttemptOutcome,
-) -> Result<JobState, StoreError> {
-    let now = database::now_ms(connection).await?;
-    guard(connection, &lease).await?;
-    let job_id = &lease.job_id;
-    match outcome {
-        AttemptOutcome::Built(built) => {
-            let state = move_job(connection, job_id, JobEvent::Succeeded, now).await?;
-            if state == JobState::Succeeded {
-                artifacts::record_built(connection, job_id, &built, now).await?;
-            }
-            Ok(state)
-        }
-        AttemptOutcome::Failed(failure) => fail(connection, job_id, &failure, now).await,
-        AttemptOutcome::Retry { failure, delay, charged, max_attempts } => {
-            let attempt: i64 = sqlx::query_scalar("SELECT attempt FROM jobs WHERE id = ?")
-                .bind(job_id.as_str())
-                .fetch_one(&mut *connection)
-                .await?;
-            if charged && attempt >= i64::from(max_attempts) {
-                return fail(connection, job_id, &failure, now).await;
-            }
-            let state = move_job(connection, job_id, JobEvent::RetryScheduled, now).await?;
-            if state == JobState::Queued {
-                sqlx::query("UPDATE jobs SET not_before = ?, attempt = MAX(attempt - ?, 0) WHERE id = ?")
-                    .bind(now + milliseconds(delay))
-                    .bind(i64::from(!charged))
-                    .bind(job_id.as_str())
-                    .execute(&mut *connection)
-                    .await?;
-                let data = json!({ "failure": failure, "delay_ms": milliseconds(delay) });
-                events::append(connection, job_id, now, "job_retrying", &data).await?;
-            }
-            Ok(state)
-        }
-        AttemptOutcome::Released => {
-            let state = move_job(connection, job_id, JobEvent::Released, now).await?;
-            if state == JobState::Queued {
-                sqlx::query("UPDATE jobs SET attempt = MAX(attempt - 1, 0) WHERE id = ?")
-                    .bind(job_id.as_str())
-                    .execute(&mut *connection)
-                    .await?;
-                events::append(connection, job_id, now, "job_released", &json!({})).await?;
-            }
-            Ok(state)
-        }
-        AttemptOutcome::Stopped => move_job(connection, job_id, JobEvent::Stopped, now).await,
-    }
-}
-
-async fn fail(
-    connection: &mut SqliteConnection,
-    job_id: &JobId,
-    failure: &Failure,
-    now_ms: i64,
-) -> Result<JobState, StoreError> {
-    let state = move_job(connection, job_id, JobEvent::Failed, now_ms).await?;
-    if state == JobState::Failed {
-        sqlx::query("UPDATE jobs SET failure_class = ?, failure_code = ?, failure_message = ? WHERE id = ?")
-            .bind(failure.class.as_str())
-            .bind(&failure.code)
-            .bind(&failure.message)
-            .bind(job_id.as_str())
-            .execute(&mut *connection)
-            .await?;
-        scene_failed(connection, job_id, &failure.code, &failure.message, now_ms).await?;
-        events::append(connection, job_id, now_ms, "job_failed", &json!(failure)).await?;
-    }
-    Ok(state)
-}
-
 async fn cancel(
-    connection: &mut SqliteConnection,
+    connection: &mut AnyConnection,
     tenant_id: TenantId,
     job_id: JobId,
 ) -> Result<CancelOutcome, StoreError> {
     let now = database::now_ms(connection).await?;
-    let state: Option<String> = sqlx::query_scalar("SELECT state FROM jobs WHERE id = ? AND tenant_id = ?")
+    let lock = Dialect::of(connection).lock();
+    let query = AssertSqlSafe(format!("SELECT state FROM jobs WHERE id = $1 AND tenant_id = $2 {lock}"));
+    let state: Option<String> = sqlx::query_scalar(query)
         .bind(job_id.as_str())
         .bind(tenant_id.as_str())
         .fetch_optional(&mut *connection)
@@ -351,25 +323,27 @@ async fn cancel(
 /// Applies an event to a job inside the caller's transaction, with its side effects: leaving `running` releases the
 /// lease, a final state sets the end time, a cancellation updates the scene.
 pub(super) async fn move_job(
-    connection: &mut SqliteConnection,
+    connection: &mut AnyConnection,
     job_id: &JobId,
     event: JobEvent,
     now_ms: i64,
 ) -> Result<JobState, StoreError> {
-    let text: String = sqlx::query_scalar("SELECT state FROM jobs WHERE id = ?")
-        .bind(job_id.as_str())
-        .fetch_one(&mut *connection)
-        .await?;
+    let lock = Dialect::of(connection).lock();
+    let text: String =
+        sqlx::query_scalar(AssertSqlSafe(format!("SELECT state FROM jobs WHERE id = $1 {lock}")))
+            .bind(job_id.as_str())
+            .fetch_one(&mut *connection)
+            .await?;
     let corrupt = |reason: String| StoreError::Corrupt { table: "jobs", reason };
     let before = JobState::parse(&text).ok_or_else(|| corrupt(format!("state {text}")))?;
     let after = before.after(event).map_err(|error| corrupt(error.to_string()))?;
     let holds_lease = matches!(after, JobState::Running | JobState::Cancelling);
     sqlx::query(
-        "UPDATE jobs SET state = ?1,
-                         owner = CASE WHEN ?2 THEN owner END,
-                         lease_until = CASE WHEN ?2 THEN lease_until END,
-                         finished_at = CASE WHEN ?3 THEN COALESCE(finished_at, ?4) END
-         WHERE id = ?5",
+        "UPDATE jobs SET state = $1,
+                         owner = CASE WHEN $2 THEN owner END,
+                         lease_until = CASE WHEN $2 THEN lease_until END,
+                         finished_at = CASE WHEN $3 THEN COALESCE(finished_at, $4) END
+         WHERE id = $5",
     )
     .bind(after.as_str())
     .bind(holds_lease)
@@ -380,6 +354,7 @@ pub(super) async fn move_job(
     .await?;
     if !holds_lease {
         calls::abandon(connection, job_id, now_ms).await?;
+        stage_claims::release_all(connection, job_id).await?;
     }
     if after != before {
         match after {
@@ -388,7 +363,7 @@ pub(super) async fn move_job(
             }
             JobState::Cancelled => {
                 let message = "the job was cancelled; retry it to go on where it stopped";
-                scene_failed(connection, job_id, "cancelled", message, now_ms).await?;
+                outcome::scene_failed(connection, job_id, "cancelled", message, now_ms).await?;
                 events::append(connection, job_id, now_ms, "job_cancelled", &json!({})).await?;
             }
             _ => {}
@@ -397,38 +372,19 @@ pub(super) async fn move_job(
     Ok(after)
 }
 
-/// Fails with [`StoreError::LeaseLost`] unless the lease is still valid.
-pub(super) async fn guard(connection: &mut SqliteConnection, lease: &Lease) -> Result<(), StoreError> {
-    let held: Option<i64> = sqlx::query_scalar(
-        "SELECT 1 FROM jobs WHERE id = ? AND owner = ? AND epoch = ? AND state IN ('running', 'cancelling')",
-    )
+/// Fails with [`StoreError::LeaseLost`] unless the lease is still valid; locks the job's row.
+pub(super) async fn guard(connection: &mut AnyConnection, lease: &Lease) -> Result<(), StoreError> {
+    let lock = Dialect::of(connection).lock();
+    let held: Option<i64> = sqlx::query_scalar(AssertSqlSafe(format!(
+        "SELECT 1 FROM jobs
+         WHERE id = $1 AND owner = $2 AND epoch = $3 AND state IN ('running', 'cancelling') {lock}",
+    )))
     .bind(lease.job_id.as_str())
     .bind(&lease.owner)
     .bind(lease.epoch)
     .fetch_optional(connection)
     .await?;
     held.map(|_| ()).ok_or_else(|| StoreError::LeaseLost { job_id: lease.job_id.clone() })
-}
-
-/// Marks the scene of a job as failed, unless it has been deleted.
-async fn scene_failed(
-    connection: &mut SqliteConnection,
-    job_id: &JobId,
-    code: &str,
-    message: &str,
-    now_ms: i64,
-) -> Result<(), StoreError> {
-    sqlx::query(
-        "UPDATE scenes SET state = 'failed', failure_code = ?, failure_message = ?, updated_at = ?
-         WHERE id = (SELECT scene_id FROM jobs WHERE id = ?) AND state = 'pending'",
-    )
-    .bind(code)
-    .bind(message)
-    .bind(now_ms)
-    .bind(job_id.as_str())
-    .execute(connection)
-    .await?;
-    Ok(())
 }
 
 fn milliseconds(duration: Duration) -> i64 {

@@ -3,10 +3,13 @@
 use std::collections::BTreeMap;
 
 use serde_json::{Value, json};
-use sqlx::sqlite::SqliteRow;
-use sqlx::{Row, SqliteConnection};
+use sqlx::any::AnyRow;
+use sqlx::{AnyConnection, AssertSqlSafe, Row};
 use uuid::Uuid;
 
+use super::database::Dialect;
+use super::jobs::{JOINED_COLUMNS, JobRow, job_in};
+use super::queue::{QueueColumns, QueueFull, Schedule};
 use super::{Store, StoreError, database, events, queue};
 use scene::job::{JobEvent, JobKind, JobState, SceneState};
 use scene::{JobId, SceneId, TenantId};
@@ -41,6 +44,8 @@ pub enum SubmitOutcome {
     },
     /// The key was used before with another body; nothing was enqueued.
     KeyReused,
+    /// The queue has no room; nothing was enqueued.
+    QueueFull(QueueFull),
 }
 
 /// A scene's row.
@@ -83,17 +88,37 @@ pub enum DeleteOutcome {
 }
 
 impl Store {
-    /// Stores a scene and enqueues its job, once per idempotency key.
+    /// Stores a scene and enqueues its job, once per idempotency key: for now, without a deadline, however long the
+    /// queue is.
     pub async fn submit(&self, new: NewScene) -> Result<SubmitOutcome, StoreError> {
-        let submitted =
-            self.writer.write("enqueue a scene", move |connection| Box::pin(submit(connection, new))).await?;
+        self.enqueue(new, None).await
+    }
+
+    /// The same with a schedule, if the queue has room.
+    pub async fn submit_scheduled(
+        &self,
+        new: NewScene,
+        schedule: Schedule,
+    ) -> Result<SubmitOutcome, StoreError> {
+        self.enqueue(new, Some(schedule)).await
+    }
+
+    async fn enqueue(&self, new: NewScene, schedule: Option<Schedule>) -> Result<SubmitOutcome, StoreError> {
+        let full = match &schedule {
+            Some(schedule) => self.room.take(&self.readers, &new.tenant_id, &schedule.queue).await?,
+            None => None,
+        };
+        let submitted = self
+            .writer
+            .write("enqueue a scene", move |connection| Box::pin(submit(connection, new, schedule, full)))
+            .await?;
         self.announce();
         Ok(submitted)
     }
 
     /// A scene of the tenant, including deleted scenes.
     pub async fn scene(&self, tenant_id: &TenantId, id: &SceneId) -> Result<Option<SceneRow>, StoreError> {
-        let row = sqlx::query("SELECT * FROM scenes WHERE id = ? AND tenant_id = ?")
+        let row = sqlx::query("SELECT * FROM scenes WHERE id = $1 AND tenant_id = $2")
             .bind(id.as_str())
             .bind(tenant_id.as_str())
             .fetch_optional(&self.readers)
@@ -101,23 +126,29 @@ impl Store {
         row.as_ref().map(scene_of).transpose()
     }
 
-    /// Scenes of the tenant, newest first.
+    /// Scenes of the tenant, newest first, each with its newest job.
     pub async fn scenes(
         &self,
         tenant_id: &TenantId,
         filter: SceneFilter,
-    ) -> Result<Vec<SceneRow>, StoreError> {
+    ) -> Result<Vec<(SceneRow, Option<JobRow>)>, StoreError> {
         let (label_key, label_value) = filter.label.unzip();
-        let rows = sqlx::query(
-            "SELECT * FROM scenes
-             WHERE tenant_id = ?1
-               AND (state = ?2 OR (?2 IS NULL AND state != 'deleted'))
-               AND (?3 IS NULL OR EXISTS (SELECT 1 FROM json_each(labels) AS l WHERE l.key = ?3 AND l.value = ?4))
-               AND (?5 IS NULL OR parent_id = ?5)
-               AND (?6 IS NULL OR created_at > ?6)
-               AND (?7 IS NULL OR id < ?7)
-             ORDER BY id DESC LIMIT ?8",
-        )
+        let mut connection = self.readers.acquire().await?;
+        let label = Dialect::of(&connection).json_text("labels", "$3");
+        let rows = sqlx::query(AssertSqlSafe(format!(
+            "SELECT s.*, {JOINED_COLUMNS}
+             FROM (SELECT * FROM scenes
+                   WHERE tenant_id = $1
+                     AND (state = $2 OR ($2 IS NULL AND state != 'deleted'))
+                     AND ($3 IS NULL OR {label} = $4)
+                     AND ($5 IS NULL OR parent_id = $5)
+                     AND ($6 IS NULL OR created_at > $6)
+                     AND ($7 IS NULL OR id < $7)
+                   ORDER BY id DESC LIMIT $8) AS s
+             LEFT JOIN jobs AS j
+                    ON j.id = (SELECT id FROM jobs WHERE jobs.scene_id = s.id ORDER BY id DESC LIMIT 1)
+             ORDER BY s.id DESC",
+        )))
         .bind(tenant_id.as_str())
         .bind(filter.state.map(SceneState::as_str))
         .bind(label_key)
@@ -125,10 +156,15 @@ impl Store {
         .bind(filter.parent.map(String::from))
         .bind(filter.created_after_ms)
         .bind(filter.before_id.map(String::from))
-        .bind(filter.limit)
-        .fetch_all(&self.readers)
+        .bind(i64::from(filter.limit))
+        .fetch_all(&mut *connection)
         .await?;
-        rows.iter().map(scene_of).collect()
+        rows.iter()
+            .map(|row| {
+                let has_job = row.try_get::<Option<String>, _>("job_id")?.is_some();
+                Ok((scene_of(row)?, has_job.then(|| job_in(row, "job_")).transpose()?))
+            })
+            .collect()
     }
 
     /// Marks a scene as deleted and cancels its active jobs.
@@ -142,21 +178,25 @@ impl Store {
             .writer
             .write("delete a scene", move |connection| Box::pin(delete(connection, tenant_id, id)))
             .await?;
-        self.announce();
-        self.cancelled.send_modify(|tick| *tick += 1);
+        self.announce_cancellation();
         Ok(deleted)
     }
 }
 
-async fn submit(connection: &mut SqliteConnection, new: NewScene) -> Result<SubmitOutcome, StoreError> {
+async fn submit(
+    connection: &mut AnyConnection,
+    new: NewScene,
+    schedule: Option<Schedule>,
+    full: Option<QueueFull>,
+) -> Result<SubmitOutcome, StoreError> {
     let now = database::now_ms(connection).await?;
     if let Some((key, body_digest)) = &new.idempotency {
-        sqlx::query("DELETE FROM idempotency WHERE expires_at <= ?")
+        sqlx::query("DELETE FROM idempotency WHERE expires_at <= $1")
             .bind(now)
             .execute(&mut *connection)
             .await?;
         let earlier = sqlx::query(
-            "SELECT body_digest, scene_id, job_id FROM idempotency WHERE tenant_id = ? AND key = ?",
+            "SELECT body_digest, scene_id, job_id FROM idempotency WHERE tenant_id = $1 AND key = $2",
         )
         .bind(new.tenant_id.as_str())
         .bind(key)
@@ -173,10 +213,15 @@ async fn submit(connection: &mut SqliteConnection, new: NewScene) -> Result<Subm
             });
         }
     }
+    // A repeated key is answered with its scene, also while the queue is full.
+    if let Some(full) = full {
+        return Ok(SubmitOutcome::QueueFull(full));
+    }
+    let columns = QueueColumns::of_new(schedule.as_ref(), &new.request, now);
     let scene_id: SceneId = database::parse_id(&Uuid::now_v7().to_string(), "scenes")?;
     sqlx::query(
         "INSERT INTO scenes (id, tenant_id, state, request, labels, budget_micro_usd, created_at, updated_at)
-         VALUES (?, ?, 'pending', ?, ?, ?, ?, ?)",
+         VALUES ($1, $2, 'pending', $3, $4, $5, $6, $7)",
     )
     .bind(scene_id.as_str())
     .bind(new.tenant_id.as_str())
@@ -187,11 +232,11 @@ async fn submit(connection: &mut SqliteConnection, new: NewScene) -> Result<Subm
     .bind(now)
     .execute(&mut *connection)
     .await?;
-    let job_id = insert_job(connection, &new.tenant_id, &scene_id, None, None, now).await?;
+    let job_id = insert_job(connection, &new.tenant_id, &scene_id, None, None, columns, now).await?;
     if let Some((key, body_digest)) = new.idempotency {
         sqlx::query(
             "INSERT INTO idempotency (tenant_id, key, body_digest, scene_id, job_id, expires_at)
-             VALUES (?, ?, ?, ?, ?, ?)",
+             VALUES ($1, $2, $3, $4, $5, $6)",
         )
         .bind(new.tenant_id.as_str())
         .bind(key)
@@ -207,11 +252,12 @@ async fn submit(connection: &mut SqliteConnection, new: NewScene) -> Result<Subm
 
 /// Inserts a queued job of a scene with its first event.
 pub(super) async fn insert_job(
-    connection: &mut SqliteConnection,
+    connection: &mut AnyConnection,
     tenant_id: &TenantId,
     scene_id: &SceneId,
     retry_of: Option<&JobId>,
     salt_from: Option<(&str, &str)>,
+    columns: QueueColumns,
     now_ms: i64,
 ) -> Result<JobId, StoreError> {
     let job_id: JobId = database::parse_id(&Uuid::now_v7().to_string(), "jobs")?;
@@ -223,8 +269,9 @@ pub(super) async fn insert_job(
         None => (None, None),
     };
     sqlx::query(
-        "INSERT INTO jobs (id, tenant_id, kind, scene_id, retry_of, from_stage, salt, state, created_at)
-         VALUES (?, ?, ?, ?, ?, ?, ?, 'queued', ?)",
+        "INSERT INTO jobs (id, tenant_id, kind, scene_id, retry_of, from_stage, salt, state, created_at, priority,
+                           not_before, rank_at, deadline_at, request_version)
+         VALUES ($1, $2, $3, $4, $5, $6, $7, 'queued', $8, $9, $10, $11, $12, $13)",
     )
     .bind(job_id.as_str())
     .bind(tenant_id.as_str())
@@ -234,20 +281,25 @@ pub(super) async fn insert_job(
     .bind(from_stage)
     .bind(salt)
     .bind(now_ms)
+    .bind(columns.priority)
+    .bind(columns.not_before)
+    .bind(columns.rank_at)
+    .bind(columns.deadline_at)
+    .bind(columns.request_version)
     .execute(&mut *connection)
     .await?;
     events::append(connection, &job_id, now_ms, "job_queued", &json!({ "scene_id": scene_id })).await?;
     Ok(job_id)
 }
 
-async fn delete(
-    connection: &mut SqliteConnection,
+pub(super) async fn delete(
+    connection: &mut AnyConnection,
     tenant_id: TenantId,
     id: SceneId,
 ) -> Result<DeleteOutcome, StoreError> {
     let now = database::now_ms(connection).await?;
     let changed =
-        sqlx::query("UPDATE scenes SET state = 'deleted', updated_at = ? WHERE id = ? AND tenant_id = ?")
+        sqlx::query("UPDATE scenes SET state = 'deleted', stripped_at = NULL, updated_at = $1 WHERE id = $2 AND tenant_id = $3")
             .bind(now)
             .bind(id.as_str())
             .bind(tenant_id.as_str())
@@ -256,7 +308,7 @@ async fn delete(
     if changed.rows_affected() == 0 {
         return Ok(DeleteOutcome::NotFound);
     }
-    let jobs = sqlx::query("SELECT id, state FROM jobs WHERE scene_id = ?")
+    let jobs = sqlx::query("SELECT id, state FROM jobs WHERE scene_id = $1")
         .bind(id.as_str())
         .fetch_all(&mut *connection)
         .await?;
@@ -271,7 +323,7 @@ async fn delete(
     Ok(DeleteOutcome::Done)
 }
 
-fn scene_of(row: &SqliteRow) -> Result<SceneRow, StoreError> {
+fn scene_of(row: &AnyRow) -> Result<SceneRow, StoreError> {
     let state: String = row.try_get("state")?;
     let json = |column: &'static str| -> Result<Option<Value>, StoreError> {
         let text: Option<String> = row.try_get(column)?;

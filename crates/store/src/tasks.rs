@@ -36,7 +36,7 @@ impl Store {
     ) -> Result<Option<TaskRow>, StoreError> {
         let row = sqlx::query(
             "SELECT id, task, task_file FROM calls
-             WHERE job_id = ? AND idempotency_key = ? AND task_state IN ('submitted', 'fetched')
+             WHERE job_id = $1 AND idempotency_key = $2 AND task_state IN ('submitted', 'fetched')
              ORDER BY id DESC LIMIT 1",
         )
         .bind(job_id.as_str())
@@ -61,8 +61,8 @@ impl Store {
                         TaskEnd::Over => ("over", None),
                     };
                     sqlx::query(
-                        "UPDATE calls SET task_state = ?, task_file = ?
-                         WHERE id = ? AND job_id = ? AND task IS NOT NULL",
+                        "UPDATE calls SET task_state = $1, task_file = $2
+                         WHERE id = $3 AND job_id = $4 AND task IS NOT NULL",
                     )
                     .bind(state)
                     .bind(file)
@@ -78,7 +78,7 @@ impl Store {
 
     /// Whether cancellation of a job has been requested.
     pub async fn is_cancelled(&self, job_id: &JobId) -> Result<bool, StoreError> {
-        let state: Option<String> = sqlx::query_scalar("SELECT state FROM jobs WHERE id = ?")
+        let state: Option<String> = sqlx::query_scalar("SELECT state FROM jobs WHERE id = $1")
             .bind(job_id.as_str())
             .fetch_optional(&self.readers)
             .await?;

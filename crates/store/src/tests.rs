@@ -1,59 +1,174 @@
-//! Tests of the whole store.
+//! The conformance suite: every case runs on SQLite and on PostgreSQL.
+//!
+//! A case gets a [`Place`]: a new database with two handles. In SQLite both are of one process; in PostgreSQL each is
+//! what a process of its own would open.
+
+mod tenants;
+mod submissions;
+mod lists;
+mod claims;
+mod turns;
+mod deaths;
+mod stage_claims;
+mod fences;
+mod stages;
+mod wake_ups;
 
 use std::collections::BTreeMap;
 use std::time::Duration;
 
 use serde_json::json;
 
-use super::artifacts::ArchiveRow;
-use super::calls::{NewCall, Reservation, Spending};
+use super::calls::NewCall;
 use super::checkpoints::{Checkpoint, StageKey};
-use super::jobs::RetryOutcome;
-use super::queue::CancelOutcome;
-use super::scenes::{DeleteOutcome, NewScene, SceneFilter, SubmitOutcome};
+use super::queue::Claim;
+use super::scenes::{NewScene, SubmitOutcome};
 use super::*;
+use scene::{JobId, SceneId};
 
-async fn opened() -> (tempfile::TempDir, Store) {
-    let directory = tempfile::tempdir().expect("temporary directory");
-    let settings = Settings { fsync: false, blobs: BlobPlace::Memory, readers: 1, busy_timeout_ms: 1000 };
-    let store = Store::open(directory.path(), &settings).await.expect("opens");
-    (directory, store)
+/// A new store and two handles on it.
+pub(super) struct Place {
+    handles: [Store; 2],
+    _directories: [tempfile::TempDir; 2],
 }
 
-#[tokio::test]
-async fn queries_of_another_tenant_find_and_change_nothing() {
-    let (_directory, store) = opened().await;
-    let owner: &TenantId = &DEFAULT_TENANT;
-    let other: TenantId = "other".parse().expect("an id");
-    let new = NewScene {
-        tenant_id: owner.clone(),
-        request: json!({}),
+impl Place {
+    async fn sqlite() -> Self {
+        let directories = [(); 2].map(|()| tempfile::tempdir().expect("temporary directory"));
+        let settings = settings(DatabaseAddress::Sqlite);
+        let store = Store::open(directories[0].path(), &settings).await.expect("opens");
+        Self { handles: [store.clone(), store], _directories: directories }
+    }
+
+    async fn postgres() -> Self {
+        let directories = [(); 2].map(|()| tempfile::tempdir().expect("temporary directory"));
+        let settings = settings(DatabaseAddress::Postgres(test_postgres::database().await));
+        let first = Store::open(directories[0].path(), &settings).await.expect("opens");
+        let second = Store::open(directories[1].path(), &settings).await.expect("opens");
+        Self { handles: [first, second], _directories: directories }
+    }
+
+    fn store(&self) -> &Store {
+        &self.handles[0]
+    }
+
+    /// The handles in turn.
+    fn handle(&self, index: usize) -> Store {
+        self.handles[index % 2].clone()
+    }
+}
+
+fn settings(database: DatabaseAddress) -> Settings {
+    Settings {
+        database,
+        fsync: false,
+        blobs: BlobPlace::Memory,
+        readers: 1,
+        connections: 8,
+        busy_timeout_ms: 5000,
+        ..test_settings::section("store")
+    }
+}
+
+macro_rules! conformance {
+    ($($module:ident::$case:ident,)+) => {
+        mod sqlite {
+            $(#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+            async fn $case() {
+                super::$module::$case(super::Place::sqlite().await).await;
+            })+
+        }
+
+        mod postgres {
+            $(#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+            async fn $case() {
+                super::$module::$case(super::Place::postgres().await).await;
+            })+
+        }
+    };
+}
+
+conformance! {
+    tenants::queries_of_another_tenant_find_and_change_nothing,
+    submissions::one_key_at_once_makes_one_scene,
+    submissions::another_body_under_a_key_is_refused,
+    submissions::lists_filter_by_state_label_and_age_newest_first,
+    submissions::a_dropped_caller_leaves_a_whole_submission,
+    lists::jobs_are_listed_by_state_kind_scene_and_age_newest_first,
+    lists::places_follow_rank_and_age_and_ends_the_durations_so_far,
+    claims::jobs_are_claimed_oldest_first_and_once_each,
+    claims::a_claim_may_be_restricted_to_one_job,
+    claims::an_expired_lease_is_claimed_again_with_the_next_epoch,
+    claims::a_job_whose_workers_died_too_often_fails,
+    claims::only_charged_attempts_count,
+    claims::a_delayed_job_waits,
+    claims::a_scene_is_retried_once_at_a_time,
+    claims::a_cancellation_and_an_end_at_once_leave_one_final_state,
+    turns::priority_goes_before_age_within_a_tenant,
+    turns::tenants_take_turns_however_many_jobs_one_has_queued,
+    turns::the_tenant_with_fewer_active_jobs_goes_first,
+    turns::a_job_starts_at_its_time_and_fails_after_its_deadline,
+    turns::a_claim_knows_the_time_until_its_deadline,
+    turns::a_request_of_a_newer_version_is_left_to_newer_workers,
+    turns::a_pause_stops_claims_and_nothing_else,
+    turns::a_full_queue_refuses_new_jobs_and_keeps_the_promise_of_keys,
+    deaths::no_job_is_charged_for_a_shared_death,
+    deaths::after_two_deaths_a_job_runs_alone_until_its_next_checkpoint,
+    deaths::a_busy_worker_makes_room_for_a_suspect_while_others_go_on,
+    deaths::a_job_that_kills_its_process_alone_is_failed_with_a_diagnosis,
+    deaths::a_job_that_is_cancelled_while_its_worker_is_dead_needs_no_worker,
+    stage_claims::a_claim_lasts_as_long_as_its_jobs_lease,
+    stage_claims::of_many_jobs_one_gets_the_key,
+    fences::a_lost_lease_refuses_every_write,
+    fences::calls_at_once_stay_within_the_budget,
+    fences::calls_of_a_dead_worker_have_an_unknown_outcome,
+    stages::a_checkpoint_reads_back_and_can_be_forgotten,
+    stages::stages_tell_whether_they_were_reused_and_how_often_they_ran,
+    stages::events_are_numbered_without_gaps,
+    stages::files_of_a_scene_are_listed_in_byte_order,
+    wake_ups::a_change_of_one_handle_wakes_the_other,
+}
+
+/// A submission without a key and with a budget of 1,000 millionths.
+fn new_scene() -> NewScene {
+    NewScene {
+        tenant_id: DEFAULT_TENANT.clone(),
+        request: json!({ "seed": 1 }),
         labels: BTreeMap::new(),
         budget_micro_usd: 1_000,
         idempotency: None,
-    };
-    let SubmitOutcome::Created { scene_id: scene, job_id: job } = store.submit(new).await.expect("submits")
-    else {
-        panic!("the submission has no key")
-    };
-    let claim =
-        store.claim("worker", Duration::from_secs(60), 3, None).await.expect("claims").expect("a job");
-    let file = artifacts::FileRow {
-        name: "alpha/note.txt".into(),
-        digest: Digest::of(b"note"),
-        media_type: "text/plain".into(),
-        size: 4,
-    };
-    let key = StageKey {
-        tenant_id: owner.clone(),
-        stage: "alpha".into(),
+    }
+}
+
+async fn submitted(store: &Store) -> (SceneId, JobId) {
+    match store.submit(new_scene()).await.expect("submits") {
+        SubmitOutcome::Created { scene_id, job_id } => (scene_id, job_id),
+        other => panic!("a submission without a key is {other:?}"),
+    }
+}
+
+/// Claims a job for a minute.
+async fn claimed(store: &Store, owner: &str) -> Claim {
+    store.claim(owner, Duration::from_secs(60), 3, None).await.expect("claims").expect("there is a job")
+}
+
+fn stage(name: &str) -> StageKey {
+    StageKey {
+        tenant_id: DEFAULT_TENANT.clone(),
+        stage: name.into(),
         version: 1,
         instance: String::new(),
-        key: Digest::of(b"key"),
-    };
-    let checkpoint = Checkpoint { output: Digest::of(b"output"), artifacts: vec![file], elapsed_ms: 1 };
-    store.stage_finished(&claim.lease, &key, &checkpoint, false).await.expect("commits");
-    let call = NewCall {
+        key: Digest::of(name.as_bytes()),
+    }
+}
+
+fn checkpoint() -> Checkpoint {
+    Checkpoint { output: Digest::of(b"output"), artifacts: Vec::new(), elapsed_ms: 1 }
+}
+
+/// A call that reserves an amount.
+fn call(reserved_micro_usd: i64) -> NewCall {
+    NewCall {
         stage: "alpha".into(),
         instance: String::new(),
         port: "analyst".into(),
@@ -64,33 +179,37 @@ async fn queries_of_another_tenant_find_and_change_nothing() {
         request_digest: "d".into(),
         idempotency_key: "k".into(),
         attempt: 1,
-        reserved_micro_usd: 400,
+        reserved_micro_usd,
         sent_bytes: 1,
         refuse_after_unknown: false,
-    };
-    assert!(matches!(store.reserve_call(&claim.lease, call).await, Ok(Reservation::Granted(_))));
-    let archive = ArchiveRow { digest: Digest::of(b"zip"), size: 3 };
-    store.record_archive(&other, &scene, "mjcf", archive.clone()).await.expect("answers");
-    store.record_archive(owner, &scene, "urdf", archive.clone()).await.expect("records");
-
-    for (tenant, count) in [(owner, 1), (&other, 0)] {
-        let all = SceneFilter { limit: 10, ..SceneFilter::default() };
-        assert_eq!(store.scenes(tenant, all).await.expect("reads").len(), count);
-        assert_eq!(store.scene(tenant, &scene).await.expect("reads").iter().count(), count);
-        assert_eq!(store.job(tenant, &job).await.expect("reads").iter().count(), count);
-        assert_eq!(store.latest_job(tenant, &scene).await.expect("reads").iter().count(), count);
-        assert_eq!(store.stages(tenant, &job).await.expect("reads").len(), count);
-        assert_eq!(store.events(tenant, &job, 0, 1).await.expect("reads").len(), count);
-        assert_eq!(store.artifacts(tenant, &scene).await.expect("reads").len(), count);
-        let artifact = store.artifact(tenant, &scene, "alpha/note.txt").await.expect("reads");
-        assert_eq!(artifact.iter().count(), count);
-        assert_eq!(store.archive(tenant, &scene, "urdf").await.expect("reads").iter().count(), count);
-        assert_eq!(store.archive(tenant, &scene, "mjcf").await.expect("reads"), None);
-        assert_eq!(store.calls(tenant, &scene).await.expect("reads").len(), count);
-        let spending = Spending { budget: 1_000 * count as i64, spent: 0, reserved: 400 * count as i64 };
-        assert_eq!(store.spending(tenant, &scene).await.expect("reads"), spending);
     }
-    assert_eq!(store.cancel(&other, &job).await.expect("answers"), CancelOutcome::NotFound);
-    assert_eq!(store.retry(&other, &job, None).await.expect("answers"), RetryOutcome::NotFound);
-    assert_eq!(store.delete_scene(&other, &scene).await.expect("answers"), DeleteOutcome::NotFound);
+}
+
+#[tokio::test]
+async fn a_database_of_a_newer_version_is_refused() {
+    let directory = tempfile::tempdir().expect("temporary directory");
+    let url = test_postgres::database().await;
+    for database in [DatabaseAddress::Sqlite, DatabaseAddress::Postgres(url)] {
+        let settings = settings(database);
+        let store = Store::open(directory.path(), &settings).await.expect("opens");
+        let insert = "INSERT INTO _sqlx_migrations (version, description, success, checksum, execution_time)
+                      SELECT 9999, 'newer', success, checksum, 0 FROM _sqlx_migrations WHERE version = 1";
+        let newer = store.writer.write("pretend a newer version", move |connection| {
+            Box::pin(async move {
+                sqlx::query(insert).execute(connection).await?;
+                Ok(())
+            })
+        });
+        newer.await.expect("inserts");
+        drop(store);
+        let error = loop {
+            match Store::open(directory.path(), &settings).await {
+                // The writer's thread lets go of the lock a moment later.
+                Err(StoreError::Locked { .. }) => tokio::time::sleep(Duration::from_millis(10)).await,
+                Err(error) => break error,
+                Ok(_) => panic!("a newer version opens"),
+            }
+        };
+        assert!(matches!(error, StoreError::Migrate(_)), "{error:?}");
+    }
 }

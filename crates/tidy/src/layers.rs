@@ -93,10 +93,12 @@ pub const CRATES: &[Layer] = &[
         ],
         &[SERVERS, CLIENTS, ROWS],
     ),
-    layer("store", &["runtime", "scene"], &[SERVERS, CLIENTS]),
+    // The client of S3 is that of `object_store`; it takes the provider of cryptography that is installed.
+    layer("store", &["runtime", "scene"], &[SERVERS, CLIENTS]).but(&["rustls::crypto"]),
     layer("tidy", &[], &[SERVERS, CLIENTS, ROWS, TASKS, FUTURES]),
     // For tests alone.
     layer("test_settings", &[], PURE),
+    layer("test_postgres", &[], &[SERVERS, CLIENTS]),
     // Above the server: nothing that makes scenes may depend on it.
     layer("lab", &[EVERYTHING], &[ROWS, CLIENTS]),
 ];
@@ -124,8 +126,10 @@ pub const ROOT_MODULES: &[Layer] = &[
         ],
         &[SERVERS, CLIENTS, ROWS],
     ),
-    layer("worker", &["pipeline", "runtime", "scene", "store"], &[SERVERS, CLIENTS, ROWS]),
-    layer("api", &["imaging", "runtime", "scene", "store"], &[CLIENTS, ROWS]),
+    layer("worker", &["pipeline", "runtime", "scene", "spans", "store"], &[SERVERS, CLIENTS, ROWS]),
+    layer("api", &["imaging", "runtime", "scene", "spans", "store"], &[CLIENTS, ROWS]),
+    // What requests and jobs say of themselves in the log and in traces.
+    layer("spans", &["scene"], &[SERVERS, CLIENTS, ROWS, TASKS]),
     // Settings structs stand beside their algorithms; config only gathers them.
     layer(
         "config",
@@ -204,7 +208,7 @@ pub const LAB_MODULES: &[Layer] = &[
 ];
 
 /// Crates that no crate of the product may depend on.
-pub const NEVER_SHIPPED: &[&str] = &["lab", "test_settings", "tidy"];
+pub const NEVER_SHIPPED: &[&str] = &["lab", "test_postgres", "test_settings", "tidy"];
 
 const fn layer(
     name: &'static str,

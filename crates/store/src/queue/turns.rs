@@ -1,0 +1,177 @@
+//! Whose turn it is: the next job that a worker may claim.
+//!
+//! Tenants take turns: the one with the fewest active jobs comes first, then the one that was served the longest time
+//! ago. Within a tenant, ranks decide (see `schedule`). Jobs whose kind or request version this program does not know
+//! are left to newer workers, so that versions can work side by side.
+//!
+//! A job whose process died twice since its last new checkpoint runs alone (see `rescue`): a worker takes it only
+//! while it holds no other job, and takes no other while it holds it. A worker that is busy reserves it, takes no new
+//! job, and gets to it when its other jobs have ended; other busy workers go on meanwhile, an idle one takes it at
+//! once.
+
+use sqlx::{AnyConnection, AssertSqlSafe, Row};
+
+use crate::database::Dialect;
+use crate::{StoreError, database};
+use scene::{JobId, SceneRequest};
+
+/// What a worker of this version may claim at `$1`, with requests of at most the version `$2`.
+const CLAIMABLE: &str = "state = 'queued' AND not_before <= $1 AND request_version <= $2
+    AND kind IN ('generate', 'retry') AND (deadline_at IS NULL OR deadline_at > $1)";
+
+/// Time that a reservation lasts unless the worker asks again, milliseconds.
+const RESERVATION_MS: i64 = 10_000;
+
+/// The next job for `owner`, locked; `only` restricts the choice to one job and ignores pauses.
+pub(super) async fn next_job(
+    connection: &mut AnyConnection,
+    owner: &str,
+    only: Option<&JobId>,
+    now_ms: i64,
+) -> Result<Option<JobId>, StoreError> {
+    if let Some(job_id) = only {
+        return stated_job(connection, job_id, now_ms).await;
+    }
+    if is_paused(connection).await? {
+        return Ok(None);
+    }
+    let (held, held_alone): (i64, i64) = sqlx::query_as(
+        "SELECT COUNT(*), COUNT(CASE WHEN shared_deaths + lone_deaths >= 2 THEN 1 END)
+         FROM jobs WHERE owner = $1 AND state IN ('running', 'cancelling')",
+    )
+    .bind(owner)
+    .fetch_one(&mut *connection)
+    .await?;
+    if held_alone > 0 {
+        return Ok(None);
+    }
+    if let Some(suspect) = suspect(connection, now_ms).await? {
+        if held == 0 {
+            return Ok(Some(suspect.job_id));
+        }
+        if suspect.reserved_by.is_none_or(|by| by == owner) || suspect.reserved_until <= now_ms {
+            sqlx::query("UPDATE jobs SET reserved_by = $1, reserved_until = $2 WHERE id = $3")
+                .bind(owner)
+                .bind(now_ms + RESERVATION_MS)
+                .bind(suspect.job_id.as_str())
+                .execute(connection)
+                .await?;
+            return Ok(None);
+        }
+    }
+    for tenant in waiting_tenants(connection).await? {
+        if let Some(job_id) = first_of(connection, &tenant, now_ms).await? {
+            return Ok(Some(job_id));
+        }
+    }
+    Ok(None)
+}
+
+/// Whether an operator has paused claiming.
+pub(super) async fn is_paused(connection: &mut AnyConnection) -> Result<bool, StoreError> {
+    let value: Option<String> = sqlx::query_scalar("SELECT value FROM switches WHERE name = 'claiming'")
+        .fetch_optional(connection)
+        .await?;
+    Ok(value.as_deref() == Some("paused"))
+}
+
+struct Suspect {
+    job_id: JobId,
+    reserved_by: Option<String>,
+    reserved_until: i64,
+}
+
+/// The first job that has to run alone.
+async fn suspect(connection: &mut AnyConnection, now_ms: i64) -> Result<Option<Suspect>, StoreError> {
+    let lock = Dialect::of(connection).lock_free_rows();
+    let query = format!(
+        "SELECT id, reserved_by, reserved_until FROM jobs
+         WHERE {CLAIMABLE} AND shared_deaths + lone_deaths >= 2
+         ORDER BY COALESCE(rank_at, created_at), id LIMIT 1 {lock}"
+    );
+    let row = sqlx::query(AssertSqlSafe(query))
+        .bind(now_ms)
+        .bind(i64::from(SceneRequest::VERSION))
+        .fetch_optional(connection)
+        .await?;
+    let Some(row) = row else { return Ok(None) };
+    Ok(Some(Suspect {
+        job_id: database::id(&row, "jobs", "id")?,
+        reserved_by: row.try_get("reserved_by")?,
+        reserved_until: row.try_get("reserved_until")?,
+    }))
+}
+
+/// Tenants with waiting jobs, in the order of their turns.
+async fn waiting_tenants(connection: &mut AnyConnection) -> Result<Vec<String>, StoreError> {
+    // The recursion visits each tenant once instead of each waiting job.
+    let rows = sqlx::query(
+        "WITH RECURSIVE waiting (tenant_id) AS (
+             SELECT MIN(tenant_id) FROM jobs WHERE state = 'queued'
+             UNION ALL
+             SELECT (SELECT MIN(later.tenant_id) FROM jobs AS later
+                     WHERE later.state = 'queued' AND later.tenant_id > waiting.tenant_id)
+             FROM waiting WHERE waiting.tenant_id IS NOT NULL
+         ), active (tenant_id, jobs) AS (
+             SELECT tenant_id, COUNT(*) FROM jobs WHERE state IN ('running', 'cancelling') GROUP BY tenant_id
+         )
+         SELECT waiting.tenant_id AS tenant_id, COALESCE(active.jobs, 0) AS jobs,
+                COALESCE((SELECT MAX(claimed_at) FROM jobs AS past
+                          WHERE past.tenant_id = waiting.tenant_id), 0) AS served_at
+         FROM waiting LEFT JOIN active ON active.tenant_id = waiting.tenant_id
+         WHERE waiting.tenant_id IS NOT NULL
+         ORDER BY jobs, served_at, tenant_id",
+    )
+    .fetch_all(connection)
+    .await?;
+    rows.iter().map(|row| Ok(row.try_get("tenant_id")?)).collect()
+}
+
+/// The first job of a tenant that need not run alone.
+async fn first_of(
+    connection: &mut AnyConnection,
+    tenant: &str,
+    now_ms: i64,
+) -> Result<Option<JobId>, StoreError> {
+    let lock = Dialect::of(connection).lock_free_rows();
+    let query = format!(
+        "SELECT id FROM jobs
+         WHERE {CLAIMABLE} AND tenant_id = $3 AND shared_deaths + lone_deaths < 2
+         ORDER BY COALESCE(rank_at, created_at), id LIMIT 1 {lock}"
+    );
+    let id: Option<String> = sqlx::query_scalar(AssertSqlSafe(query))
+        .bind(now_ms)
+        .bind(i64::from(SceneRequest::VERSION))
+        .bind(tenant)
+        .fetch_optional(connection)
+        .await?;
+    id.map(|id| database::parse_id(&id, "jobs")).transpose()
+}
+
+/// The job itself, if it waits and its time has come.
+async fn stated_job(
+    connection: &mut AnyConnection,
+    job_id: &JobId,
+    now_ms: i64,
+) -> Result<Option<JobId>, StoreError> {
+    let lock = Dialect::of(connection).lock_free_rows();
+    let query = format!("SELECT id FROM jobs WHERE {CLAIMABLE} AND id = $3 {lock}");
+    let id: Option<String> = sqlx::query_scalar(AssertSqlSafe(query))
+        .bind(now_ms)
+        .bind(i64::from(SceneRequest::VERSION))
+        .bind(job_id.as_str())
+        .fetch_optional(connection)
+        .await?;
+    id.map(|id| database::parse_id(&id, "jobs")).transpose()
+}
+
+#[cfg(test)]
+mod tests {
+    use scene::job::JobKind;
+
+    /// The queries name the kinds as text.
+    #[test]
+    fn every_kind_of_job_is_claimed() {
+        assert_eq!(JobKind::ALL.map(JobKind::as_str), ["generate", "retry"]);
+    }
+}

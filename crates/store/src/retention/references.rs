@@ -1,0 +1,137 @@
+//! Every row that refers to a blob.
+//!
+//! Rows of `bundle_files` have digests too, but no blobs: their bytes lie in the archive.
+
+use sqlx::{AnyPool, Row};
+
+use super::super::checkpoints::read_artifacts;
+use super::{Digest, StoreError};
+
+/// Rows of one query.
+const PAGE_ROWS: i64 = 1000;
+
+/// What a blob is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ReferenceKind {
+    /// The output of a stage; computed again if it is missing.
+    Checkpoint,
+    /// An artifact; computed again if it is missing.
+    Artifact,
+    /// An archive of a bundle; computed again if it is missing.
+    Bundle,
+    /// The answer of a remote model to a job that may still need it.
+    Answer,
+    /// The image of a request; nothing can make it again.
+    Input,
+}
+
+/// About how many references there are.
+pub(super) async fn estimate(pool: &AnyPool) -> Result<u64, StoreError> {
+    let count: i64 = sqlx::query_scalar(
+        "SELECT CAST((SELECT COUNT(*) FROM artifacts) + 4 * (SELECT COUNT(*) FROM checkpoints)
+                   + (SELECT COUNT(*) FROM bundle_archives) AS BIGINT)",
+    )
+    .fetch_one(pool)
+    .await?;
+    Ok(count.max(0) as u64)
+}
+
+/// Visits every reference; several rows may refer to the same blob. A row that is added meanwhile may be passed over:
+/// its blob was put a moment ago, or another row refers to it.
+pub(crate) async fn for_each_reference(
+    pool: &AnyPool,
+    mut visit: impl FnMut(ReferenceKind, Digest) + Send,
+) -> Result<(), StoreError> {
+    let (mut tenant, mut key) = (String::new(), String::new());
+    loop {
+        let rows = sqlx::query(
+            "SELECT tenant_id, key, output, artifacts FROM checkpoints
+             WHERE tenant_id > $1 OR (tenant_id = $2 AND key > $3) ORDER BY tenant_id, key LIMIT $4",
+        )
+        .bind(&tenant)
+        .bind(&tenant)
+        .bind(&key)
+        .bind(PAGE_ROWS)
+        .fetch_all(pool)
+        .await?;
+        let Some(last) = rows.last() else { break };
+        (tenant, key) = (last.try_get("tenant_id")?, last.try_get("key")?);
+        for row in &rows {
+            // An unreadable row counts as missing, so its blobs may go.
+            if let Ok(output) = Digest::parse(&row.try_get::<String, _>("output")?) {
+                visit(ReferenceKind::Checkpoint, output);
+            }
+            let artifacts: String = row.try_get("artifacts")?;
+            for artifact in read_artifacts(&artifacts).unwrap_or_default() {
+                visit(ReferenceKind::Artifact, artifact.digest);
+            }
+        }
+    }
+    for (kind, table, name) in
+        [(ReferenceKind::Artifact, "artifacts", "name"), (ReferenceKind::Bundle, "bundle_archives", "format")]
+    {
+        let sql = format!(
+            "SELECT scene_id, {name} AS name, digest FROM {table}
+             WHERE scene_id > $1 OR (scene_id = $2 AND {name} > $3) ORDER BY scene_id, {name} LIMIT $4"
+        );
+        let (mut scene, mut name) = (String::new(), String::new());
+        loop {
+            let rows = sqlx::query(sqlx::AssertSqlSafe(sql.as_str()))
+                .bind(&scene)
+                .bind(&scene)
+                .bind(&name)
+                .bind(PAGE_ROWS)
+                .fetch_all(pool)
+                .await?;
+            let Some(last) = rows.last() else { break };
+            (scene, name) = (last.try_get("scene_id")?, last.try_get("name")?);
+            for row in &rows {
+                visit(kind, Digest::parse(&row.try_get::<String, _>("digest")?)?);
+            }
+        }
+    }
+    let mut call: i64 = 0;
+    loop {
+        let rows = sqlx::query(
+            "SELECT id, answer_file, task_file FROM calls
+             WHERE id > $1 AND (answer_file IS NOT NULL OR task_file IS NOT NULL) ORDER BY id LIMIT $2",
+        )
+        .bind(call)
+        .bind(PAGE_ROWS)
+        .fetch_all(pool)
+        .await?;
+        let Some(last) = rows.last() else { break };
+        call = last.try_get("id")?;
+        for row in &rows {
+            for column in ["answer_file", "task_file"] {
+                if let Some(digest) = row.try_get::<Option<String>, _>(column)? {
+                    visit(ReferenceKind::Answer, Digest::parse(&digest)?);
+                }
+            }
+        }
+    }
+    let mut scene = String::new();
+    loop {
+        let rows = sqlx::query(
+            "SELECT id, request FROM scenes
+             WHERE id > $1 AND state <> 'deleted' AND request LIKE '%sha256%' ORDER BY id LIMIT $2",
+        )
+        .bind(&scene)
+        .bind(PAGE_ROWS)
+        .fetch_all(pool)
+        .await?;
+        let Some(last) = rows.last() else { break };
+        scene = last.try_get("id")?;
+        for row in &rows {
+            digests_in(&row.try_get::<String, _>("request")?)
+                .for_each(|digest| visit(ReferenceKind::Input, digest));
+        }
+    }
+    Ok(())
+}
+
+/// Every word of a text that is a digest. The store does not know the form of requests.
+fn digests_in(text: &str) -> impl Iterator<Item = Digest> {
+    text.split(|c: char| !c.is_ascii_alphanumeric()).filter_map(|word| Digest::parse(word).ok())
+}

@@ -1,0 +1,316 @@
+//! The rows that a sweep removes: one transaction for each scene, so that no other writer waits long.
+
+use sqlx::{AnyConnection, AssertSqlSafe, Row};
+
+use super::super::database::Dialect;
+use super::super::{database, scenes};
+use super::{RetentionSettings, Store, StoreError, SweepReport};
+use scene::SceneId;
+
+/// Scenes that one query finds.
+const PAGE_SCENES: i64 = 100;
+/// Idempotency keys, or checkpoints, of one transaction.
+const PAGE_KEYS: i64 = 1000;
+/// Pages that one transaction returns, 4 KiB each.
+const RETURNED_PAGES: i64 = 500;
+const HOUR_MS: i64 = 3_600_000;
+
+/// Condition on a scene that no job works on.
+const IS_IDLE: &str = "NOT EXISTS (SELECT 1 FROM jobs WHERE jobs.scene_id = scenes.id
+                                   AND jobs.state IN ('queued', 'running', 'cancelling'))";
+
+/// The statements that remove the last rows of a scene, in the order that their references want.
+const PURGES: [&str; 9] = [
+    "DELETE FROM events WHERE job_id IN (SELECT id FROM jobs WHERE scene_id = $1)",
+    "DELETE FROM stages WHERE job_id IN (SELECT id FROM jobs WHERE scene_id = $1)",
+    "DELETE FROM calls WHERE scene_id = $1",
+    "DELETE FROM idempotency WHERE scene_id = $1",
+    "DELETE FROM artifacts WHERE scene_id = $1",
+    "DELETE FROM bundle_files WHERE scene_id = $1",
+    "DELETE FROM bundle_archives WHERE scene_id = $1",
+    "DELETE FROM jobs WHERE scene_id = $1",
+    "DELETE FROM scenes WHERE id = $1",
+];
+
+impl Store {
+    pub(super) async fn sweep_rows(
+        &self,
+        settings: &RetentionSettings,
+        report: &mut SweepReport,
+    ) -> Result<(), StoreError> {
+        let now = database::now_ms(&mut *self.readers.acquire().await?).await?;
+        // The beginning of time finds nothing.
+        let before = |hours: u64| match i64::try_from(hours) {
+            Ok(0) => i64::MIN / 2,
+            Ok(hours) => now.saturating_sub(hours.saturating_mul(HOUR_MS)),
+            Err(_) => i64::MIN / 2,
+        };
+        let dry_run = report.is_dry_run;
+
+        let expired = "state <> 'deleted' AND expires_at IS NOT NULL AND expires_at <= $1";
+        report.expired_scenes = self.each_scene(expired, now, dry_run, Treatment::Delete).await?;
+
+        // All deleted scenes, whatever the time.
+        let deleted = format!("state = 'deleted' AND stripped_at IS NULL AND updated_at <= $1 AND {IS_IDLE}");
+        let finished = format!(
+            "state IN ('ready', 'failed') AND stripped_at IS NULL AND updated_at <= $1 AND {IS_IDLE}"
+        );
+        report.stripped_scenes = self.each_scene(&deleted, i64::MAX, dry_run, Treatment::Strip).await?
+            + self
+                .each_scene(&finished, before(settings.intermediate_hours), dry_run, Treatment::Strip)
+                .await?;
+
+        let grace_ms = i64::try_from(settings.grace_secs).unwrap_or(i64::MAX / 1000).saturating_mul(1000);
+        report.orphaned_checkpoints =
+            self.remove_orphaned_checkpoints(now.saturating_sub(grace_ms), dry_run).await?;
+
+        let quarantined = format!(
+            "state = 'failed' AND failure_code = 'quarantined' AND updated_at <= $1 AND {IS_IDLE}
+             AND EXISTS (SELECT 1 FROM bundle_archives WHERE bundle_archives.scene_id = scenes.id)"
+        );
+        report.quarantined_bundles = self
+            .each_scene(&quarantined, before(settings.quarantined_hours), dry_run, Treatment::RemoveBundle)
+            .await?;
+
+        report.idempotency_keys = self.remove_idempotency_keys(now, dry_run).await?;
+
+        let purged = format!(
+            "state = 'deleted' AND stripped_at IS NOT NULL AND updated_at <= $1 AND {IS_IDLE}
+             AND NOT EXISTS (SELECT 1 FROM idempotency WHERE idempotency.scene_id = scenes.id)
+             AND NOT EXISTS (SELECT 1 FROM scenes AS child WHERE child.parent_id = scenes.id)"
+        );
+        let end =
+            now.saturating_sub(i64::try_from(settings.deleted_hours).unwrap_or(i64::MAX / HOUR_MS) * HOUR_MS);
+        report.purged_scenes = self.each_scene(&purged, end, dry_run, Treatment::Purge).await?;
+        if dry_run { Ok(()) } else { self.return_free_pages().await }
+    }
+
+    /// Gives the free pages of a SQLite file back to the file system. Files of earlier versions keep and reuse them, as
+    /// PostgreSQL does.
+    async fn return_free_pages(&self) -> Result<(), StoreError> {
+        let mut before = i64::MAX;
+        loop {
+            let free = self.writer.write("return free pages", |connection| {
+                Box::pin(async move {
+                    if Dialect::of(connection) != Dialect::Sqlite {
+                        return Ok(0);
+                    }
+                    let step = format!("PRAGMA incremental_vacuum({RETURNED_PAGES})");
+                    sqlx::query(AssertSqlSafe(step)).fetch_all(&mut *connection).await?;
+                    Ok(sqlx::query_scalar::<_, i64>("PRAGMA freelist_count").fetch_one(connection).await?)
+                })
+            });
+            let free = free.await?;
+            if free == 0 || free >= before {
+                return Ok(());
+            }
+            before = free;
+        }
+    }
+
+    /// Treats every scene that the condition holds for, with `$1` = `time_ms`; their number.
+    async fn each_scene(
+        &self,
+        condition: &str,
+        time_ms: i64,
+        dry_run: bool,
+        treatment: Treatment,
+    ) -> Result<u64, StoreError> {
+        let sql = format!("SELECT id FROM scenes WHERE ({condition}) AND id > $2 ORDER BY id LIMIT $3");
+        let (mut last, mut count) = (String::new(), 0);
+        loop {
+            let ids: Vec<String> = sqlx::query_scalar(AssertSqlSafe(sql.as_str()))
+                .bind(time_ms)
+                .bind(&last)
+                .bind(PAGE_SCENES)
+                .fetch_all(&self.readers)
+                .await?;
+            let Some(newest) = ids.last() else { return Ok(count) };
+            last.clone_from(newest);
+            if dry_run {
+                count += ids.len() as u64;
+                continue;
+            }
+            for id in ids {
+                let check = format!("SELECT tenant_id, state FROM scenes WHERE ({condition}) AND id = $2");
+                let id: SceneId = database::parse_id(&id, "scenes")?;
+                let treated = self.writer.write("remove rows of a scene", move |connection| {
+                    let (check, id) = (check.clone(), id.clone());
+                    Box::pin(async move { treat(connection, &check, time_ms, &id, treatment).await })
+                });
+                count += u64::from(treated.await?);
+            }
+        }
+    }
+
+    /// Removes checkpoints that no stage of any job names: an upgrade gave the stages of a running job other keys.
+    async fn remove_orphaned_checkpoints(&self, before_ms: i64, dry_run: bool) -> Result<u64, StoreError> {
+        const IS_ORPHAN: &str = "created_at <= $1
+            AND NOT EXISTS (SELECT 1 FROM stages WHERE stages.key = checkpoints.key)";
+        if dry_run {
+            let sql = format!("SELECT COUNT(*) FROM checkpoints WHERE {IS_ORPHAN}");
+            let count: i64 =
+                sqlx::query_scalar(AssertSqlSafe(sql)).bind(before_ms).fetch_one(&self.readers).await?;
+            return Ok(count.max(0) as u64);
+        }
+        // The time stands twice, so that it is compared again for a row that changed meanwhile.
+        let sql = format!(
+            "DELETE FROM checkpoints WHERE created_at <= $1 AND (tenant_id, key) IN
+               (SELECT tenant_id, key FROM checkpoints WHERE {IS_ORPHAN} LIMIT {PAGE_KEYS})"
+        );
+        let mut count = 0;
+        loop {
+            let sql = sql.clone();
+            let removed = self.writer.write("remove checkpoints", move |connection| {
+                Box::pin(async move {
+                    let done = sqlx::query(AssertSqlSafe(sql)).bind(before_ms).execute(connection).await?;
+                    Ok(done.rows_affected())
+                })
+            });
+            let removed = removed.await?;
+            count += removed;
+            if removed < PAGE_KEYS as u64 {
+                return Ok(count);
+            }
+        }
+    }
+
+    async fn remove_idempotency_keys(&self, now: i64, dry_run: bool) -> Result<u64, StoreError> {
+        if dry_run {
+            let count: i64 = sqlx::query_scalar("SELECT COUNT(*) FROM idempotency WHERE expires_at <= $1")
+                .bind(now)
+                .fetch_one(&self.readers)
+                .await?;
+            return Ok(count.max(0) as u64);
+        }
+        let mut count = 0;
+        loop {
+            let removed = self.writer.write("remove idempotency keys", move |connection| {
+                Box::pin(async move {
+                    let done = sqlx::query(
+                        "DELETE FROM idempotency WHERE (tenant_id, key) IN
+                           (SELECT tenant_id, key FROM idempotency WHERE expires_at <= $1 LIMIT $2)",
+                    )
+                    .bind(now)
+                    .bind(PAGE_KEYS)
+                    .execute(connection)
+                    .await?;
+                    Ok(done.rows_affected())
+                })
+            });
+            let removed = removed.await?;
+            count += removed;
+            if removed < PAGE_KEYS as u64 {
+                return Ok(count);
+            }
+        }
+    }
+}
+
+/// What a scene loses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Treatment {
+    /// It becomes a deleted scene.
+    Delete,
+    /// Artifacts, checkpoints, archives of single formats; the bundle too if it is deleted.
+    Strip,
+    RemoveBundle,
+    /// Every row.
+    Purge,
+}
+
+/// Whether the condition still held.
+async fn treat(
+    connection: &mut AnyConnection,
+    check: &str,
+    time_ms: i64,
+    id: &SceneId,
+    treatment: Treatment,
+) -> Result<bool, StoreError> {
+    let row = sqlx::query(AssertSqlSafe(check))
+        .bind(time_ms)
+        .bind(id.as_str())
+        .fetch_optional(&mut *connection)
+        .await?;
+    let Some(row) = row else { return Ok(false) };
+    match treatment {
+        Treatment::Delete => {
+            let tenant_id = database::id(&row, "scenes", "tenant_id")?;
+            scenes::delete(connection, tenant_id, id.clone()).await?;
+        }
+        Treatment::Strip => {
+            let tenant_id: String = row.try_get("tenant_id")?;
+            let is_deleted = row.try_get::<String, _>("state")? == "deleted";
+            strip(connection, &tenant_id, id, is_deleted).await?;
+        }
+        Treatment::RemoveBundle => remove_bundle(connection, id).await?,
+        Treatment::Purge => {
+            for statement in PURGES {
+                sqlx::query(statement).bind(id.as_str()).execute(&mut *connection).await?;
+            }
+        }
+    }
+    Ok(true)
+}
+
+async fn strip(
+    connection: &mut AnyConnection,
+    tenant_id: &str,
+    id: &SceneId,
+    is_deleted: bool,
+) -> Result<(), StoreError> {
+    // A job that reuses one of them meanwhile holds its row until the job's own row is there, or finds it gone.
+    let lock = Dialect::of(connection).lock();
+    let of_scene = "tenant_id = $1 AND key IN (
+        SELECT stages.key FROM stages JOIN jobs ON jobs.id = stages.job_id WHERE jobs.scene_id = $2)";
+    sqlx::query(AssertSqlSafe(format!("SELECT key FROM checkpoints WHERE {of_scene} ORDER BY key {lock}")))
+        .bind(tenant_id)
+        .bind(id.as_str())
+        .fetch_all(&mut *connection)
+        .await?;
+    // Another scene keeps a checkpoint while it has not been stripped itself.
+    sqlx::query(
+        "DELETE FROM checkpoints
+         WHERE tenant_id = $1
+           AND key IN (SELECT stages.key FROM stages JOIN jobs ON jobs.id = stages.job_id WHERE jobs.scene_id = $2)
+           AND NOT EXISTS (
+               SELECT 1 FROM stages
+               JOIN jobs ON jobs.id = stages.job_id
+               JOIN scenes ON scenes.id = jobs.scene_id
+               WHERE stages.key = checkpoints.key AND scenes.id <> $3 AND scenes.tenant_id = $4
+                 AND scenes.state <> 'deleted' AND scenes.stripped_at IS NULL)",
+    )
+    .bind(tenant_id)
+    .bind(id.as_str())
+    .bind(id.as_str())
+    .bind(tenant_id)
+    .execute(&mut *connection)
+    .await?;
+    for statement in [
+        "DELETE FROM artifacts WHERE scene_id = $1",
+        "DELETE FROM bundle_archives WHERE scene_id = $1 AND format <> 'all'",
+        "UPDATE calls SET answer_file = NULL, task_file = NULL
+         WHERE scene_id = $1 AND (answer_file IS NOT NULL OR task_file IS NOT NULL)",
+    ] {
+        sqlx::query(statement).bind(id.as_str()).execute(&mut *connection).await?;
+    }
+    if is_deleted {
+        remove_bundle(connection, id).await?;
+    }
+    let now = database::now_ms(connection).await?;
+    sqlx::query("UPDATE scenes SET stripped_at = $1 WHERE id = $2")
+        .bind(now)
+        .bind(id.as_str())
+        .execute(connection)
+        .await?;
+    Ok(())
+}
+
+async fn remove_bundle(connection: &mut AnyConnection, id: &SceneId) -> Result<(), StoreError> {
+    for statement in
+        ["DELETE FROM bundle_files WHERE scene_id = $1", "DELETE FROM bundle_archives WHERE scene_id = $1"]
+    {
+        sqlx::query(statement).bind(id.as_str()).execute(&mut *connection).await?;
+    }
+    Ok(())
+}

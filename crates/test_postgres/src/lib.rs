@@ -1,0 +1,73 @@
+//! A private PostgreSQL server for the tests of one process.
+//!
+//! The first call of [`database`] starts a server from installed programs, on a free port of the loopback interface, as
+//! an unprivileged user, in a temporary directory; it stops and is removed when the test process ends, however it ends.
+//! `TABLETOPGEN_TEST_POSTGRES_URL` names a running server instead, `TABLETOPGEN_POSTGRES_BIN` the directory of other
+//! programs than those on the path and in `/usr/lib/postgresql`.
+//!
+//! The crate must not be a dependency of anything but tests.
+//!
+//! ```no_run
+//! # async fn example() {
+//! let url = test_postgres::database().await;
+//! assert!(url.starts_with("postgres://"));
+//! # }
+//! ```
+
+mod programs;
+mod server;
+
+use std::sync::OnceLock;
+
+use sqlx::{AssertSqlSafe, Connection, PgConnection};
+use uuid::Uuid;
+
+use server::Server;
+
+/// The address of a new, empty database.
+///
+/// # Panics
+///
+/// Panics with the reason if there is no server and none can be started.
+pub async fn database() -> String {
+    static SERVER: OnceLock<String> = OnceLock::new();
+    let url = SERVER.get_or_init(|| match std::env::var("TABLETOPGEN_TEST_POSTGRES_URL") {
+        Ok(url) => url,
+        Err(_) => Server::start().unwrap_or_else(|reason| panic!("no PostgreSQL for this test: {reason}")),
+    });
+    let name = format!("test_{}", Uuid::new_v4().simple());
+    let mut connection = PgConnection::connect(url).await.expect("the test server answers");
+    sqlx::raw_sql(AssertSqlSafe(format!("CREATE DATABASE {name}")))
+        .execute(&mut connection)
+        .await
+        .expect("the user of the test server may create databases");
+    connection.close().await.expect("the connection closes");
+    with_database(url, &name)
+}
+
+/// The address of another database of the same server.
+fn with_database(url: &str, name: &str) -> String {
+    let (address, options) = match url.split_once('?') {
+        Some((address, options)) => (address, format!("?{options}")),
+        None => (url, String::new()),
+    };
+    let (scheme, rest) = address.split_once("://").unwrap_or(("postgres", address));
+    let authority = rest.split('/').next().unwrap_or_default();
+    format!("{scheme}://{authority}/{name}{options}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn address_of_another_database_keeps_server_and_options() {
+        for (url, expected) in [
+            ("postgres://u@h:1/old", "postgres://u@h:1/new"),
+            ("postgres://u@h:1", "postgres://u@h:1/new"),
+            ("postgresql://u@h/old?sslmode=disable", "postgresql://u@h/new?sslmode=disable"),
+        ] {
+            assert_eq!(with_database(url, "new"), expected);
+        }
+    }
+}

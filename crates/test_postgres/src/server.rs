@@ -1,0 +1,99 @@
+//! Start and end of the server.
+
+use std::net::{Ipv4Addr, TcpListener, TcpStream};
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use crate::programs;
+
+/// How long a server may take until it answers.
+const START_TIMEOUT: Duration = Duration::from_secs(60);
+
+/// Runs the server (arguments 3 and following) until the input ends, which it does with the test process; then stops it
+/// and removes its directory (argument 1). Argument 2 is the log.
+const KEEPER: &str = r#"
+directory=$1; log=$2; shift 2
+"$@" >"$log" 2>&1 </dev/null &
+server=$!
+cat >/dev/null
+kill -INT "$server"
+wait "$server"
+rm -rf "$directory"
+"#;
+
+pub(crate) struct Server;
+
+impl Server {
+    /// Starts a server that lives as long as this process; returns the address of its first database.
+    pub(crate) fn start() -> Result<String, String> {
+        let programs_in = programs::directory()?;
+        let directory = tempfile::Builder::new()
+            .prefix("tabletopgen-postgres-")
+            .tempdir()
+            .map_err(|error| format!("cannot create a temporary directory: {error}"))?
+            .keep();
+        programs::give_away(&directory)?;
+        let data = directory.join("data");
+        initialize(&programs_in.join("initdb"), &data)?;
+        let port = free_port()?;
+        let log = directory.join("log");
+        let mut keeper = programs::unprivileged(Path::new("sh"));
+        keeper.args(["-c", KEEPER, "sh"]).arg(&directory).arg(&log).arg(programs_in.join("postgres"));
+        keeper.arg("-D").arg(&data).args(["-h", "127.0.0.1", "-p", &port.to_string(), "-k", ""]);
+        for setting in ["fsync=off", "max_connections=300", "shared_buffers=32MB"] {
+            keeper.args(["-c", setting]);
+        }
+        // The keeper's input stays open until this process ends; it must not close when this function returns.
+        let child = keeper
+            .stdin(Stdio::piped())
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .map_err(|error| format!("cannot start the server: {error}"))?;
+        std::mem::forget(child);
+        wait_for(port, &log)?;
+        Ok(format!("postgres://postgres@127.0.0.1:{port}/postgres"))
+    }
+}
+
+fn initialize(initdb: &Path, data: &Path) -> Result<(), String> {
+    let mut command: Command = programs::unprivileged(initdb);
+    command.args([
+        "--auth=trust",
+        "--username=postgres",
+        "--encoding=UTF8",
+        "--no-locale",
+        "--no-sync",
+        "-D",
+    ]);
+    let output = command.arg(data).output().map_err(|error| format!("cannot run initdb: {error}"))?;
+    if output.status.success() {
+        return Ok(());
+    }
+    Err(format!("initdb failed: {}", String::from_utf8_lossy(&output.stderr)))
+}
+
+/// A port that was free a moment ago.
+fn free_port() -> Result<u16, String> {
+    TcpListener::bind((Ipv4Addr::LOCALHOST, 0))
+        .and_then(|listener| listener.local_addr())
+        .map(|address| address.port())
+        .map_err(|error| format!("no free port: {error}"))
+}
+
+/// Returns when the server says in its log that it takes connections.
+fn wait_for(port: u16, log: &Path) -> Result<(), String> {
+    let began = Instant::now();
+    loop {
+        let text = std::fs::read_to_string(log).unwrap_or_default();
+        let is_ready = text.contains("ready to accept connections");
+        if is_ready && TcpStream::connect((Ipv4Addr::LOCALHOST, port)).is_ok() {
+            return Ok(());
+        }
+        if began.elapsed() > START_TIMEOUT {
+            return Err(format!("the server did not start within {START_TIMEOUT:?}: {text}"));
+        }
+        std::thread::sleep(Duration::from_millis(50));
+    }
+}
