@@ -1,15 +1,21 @@
 //! The wiring: configuration in, running parts out. Nothing else knows which adapter answers which port.
 //!
-//! Two programs are made of the same parts: the server ([`service`]), and a worker for one job inside
-//! the calling process ([`local`]). Both open a data directory, build scenes through the worker, and
-//! refuse the same requests.
+//! Three programs are made of the same parts: the server and a worker without the HTTP interface
+//! ([`service`]), and a worker for one job inside the calling process ([`local`]). All open a store, build
+//! scenes through the worker, and refuse the same requests.
 
 pub mod logging;
+pub mod metrics;
+pub mod telemetry;
 pub mod features;
 pub mod network;
 pub mod remote;
 mod fetching;
+mod listening;
 pub mod pipeline;
+pub mod role;
+mod process;
+mod upkeep;
 pub mod service;
 pub mod local;
 
@@ -23,6 +29,7 @@ use crate::config::Config;
 use crate::pipeline::checkpoint::StageRuntime;
 use crate::worker::{BuildScene, Worker};
 use runtime::CpuPool;
+use store::queue::control::QueueControl;
 use store::{Store, StoreError};
 
 /// Why the program could not start or go on.
@@ -32,6 +39,12 @@ pub enum AppError {
     Store(#[from] StoreError),
     #[error("cannot listen on {address}; choose another with --listen (port 0 takes a free one)")]
     Listen { address: String, source: std::io::Error },
+    #[error(
+        "refusing to listen on {address}: clients are not authenticated, so whoever reaches this address could submit, \
+         read and delete scenes; listen on a loopback address such as 127.0.0.1:8080, or let a reverse proxy \
+         authenticate clients and give --allow-unauthenticated (server.allow_unauthenticated = true)"
+    )]
+    OpenToOthers { address: String },
     #[error("cannot start the CPU pool of {threads} threads; set worker.cpu_threads to fewer")]
     CpuPool { threads: usize, source: rayon::ThreadPoolBuildError },
     #[error("the worker ended although nobody asked it to: {reason}")]
@@ -48,6 +61,11 @@ impl AppError {
 /// Opens a data directory.
 pub async fn open(data_dir: &Path, config: &Config) -> Result<Store, AppError> {
     Ok(Store::open(data_dir, &config.store).await?)
+}
+
+/// The operator's connection to the queue, beside running processes.
+pub async fn queue_control(data_dir: &Path, config: &Config) -> Result<QueueControl, AppError> {
+    Ok(QueueControl::open(data_dir, &config.store).await?)
 }
 
 /// A worker on the store.

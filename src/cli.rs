@@ -15,10 +15,16 @@ pub mod scene_summary;
 pub mod certificate;
 pub mod text_account;
 pub mod serve;
+pub mod worker;
+pub mod queue;
 pub mod migrate;
+pub mod backup;
+pub mod restore;
+pub mod sweep;
 pub mod check_config;
 
 use std::process::ExitCode;
+use std::time::Duration;
 
 use clap::{Parser, Subcommand};
 
@@ -40,8 +46,18 @@ enum Command {
     Parse(parse::Arguments),
     /// Run the job server.
     Serve(serve::Arguments),
-    /// Bring a data directory's database up to date; `serve` does so by itself.
+    /// Take jobs from a shared database, without the HTTP interface.
+    Worker(worker::Arguments),
+    /// Show the queue, or pause and resume the claiming of jobs.
+    Queue(queue::Arguments),
+    /// Bring the database up to date; `serve` and `worker` do so by themselves.
     Migrate(migrate::Arguments),
+    /// Copy a data directory, also while a server uses it.
+    Backup(backup::Arguments),
+    /// Make a data directory of a backup, or check that every blob is there.
+    Restore(restore::Arguments),
+    /// Remove what the retention settings do not keep; a running server does so by itself.
+    Sweep(sweep::Arguments),
     /// Print every setting with its value and where that came from, or what is wrong with them.
     CheckConfig(check_config::Arguments),
 }
@@ -52,7 +68,12 @@ pub fn main() -> ExitCode {
         Command::Generate(arguments) => generate::run(arguments),
         Command::Parse(arguments) => parse::run(arguments),
         Command::Serve(arguments) => serve::run(arguments),
+        Command::Worker(arguments) => worker::run(arguments),
+        Command::Queue(arguments) => queue::run(arguments),
         Command::Migrate(arguments) => migrate::run(arguments),
+        Command::Backup(arguments) => backup::run(arguments),
+        Command::Restore(arguments) => restore::run(arguments),
+        Command::Sweep(arguments) => sweep::run(arguments),
         Command::CheckConfig(arguments) => check_config::run(arguments),
     })
 }
@@ -83,4 +104,12 @@ pub fn runtime() -> Result<tokio::runtime::Runtime, Failure> {
         .enable_all()
         .build()
         .map_err(|error| Failure::new(Exit::Error, format!("cannot start the runtime: {error}")))
+}
+
+/// Runs a long task. Computations that still run at its end do not hold the process up.
+pub fn block_on<T>(task: impl Future<Output = Result<T, Failure>>) -> Result<T, Failure> {
+    let runtime = runtime()?;
+    let result = runtime.block_on(task);
+    runtime.shutdown_timeout(Duration::from_secs(1));
+    result
 }

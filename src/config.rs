@@ -50,8 +50,10 @@ pub struct Config {
     pub server: api::Settings,
     pub store: store::Settings,
     pub worker: worker::Settings,
+    pub queue: store::queue::Settings,
     pub compute: ComputeSettings,
     pub log: LogSettings,
+    pub telemetry: TelemetrySettings,
     pub features: FeatureSettings,
     pub network: NetworkSettings,
     pub providers: ProviderSettings,
@@ -77,12 +79,6 @@ pub struct Config {
     pub export: ExportSettings,
 }
 
-/// Sections about the process; all others shape a scene, and a request may override those. Features, network and
-/// providers shape scenes too, but name files of this machine and services that cost money, which are not a request's
-/// to choose.
-pub const PROCESS_SECTIONS: [&str; 8] =
-    ["server", "store", "worker", "compute", "log", "features", "network", "providers"];
-
 /// Section `[network]`.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 pub struct NetworkSettings {
@@ -100,6 +96,22 @@ pub struct LogSettings {
     pub format: LogFormat,
     /// `tracing` directives: which lines are written. More detail costs time and disk.
     pub filter: String,
+    /// A line per answered request.
+    pub access: bool,
+}
+
+/// Section `[telemetry]`.
+#[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct TelemetrySettings {
+    /// Where spans are sent by OTLP (HTTP, protobuf); empty sends none.
+    pub traces_endpoint: String,
+    /// Share of traces that are kept (0..=1), decided by the id of the trace.
+    pub sample_ratio: f64,
+    /// Spans that wait to be sent; more are dropped.
+    pub max_queue_spans: usize,
+    /// Longest time of one send, seconds.
+    pub timeout_secs: u64,
 }
 
 /// Form of the log's lines.
@@ -112,10 +124,11 @@ pub enum LogFormat {
     Json,
 }
 
-/// Whether a key (`section.name`) shapes a scene, so that a request may override it.
-pub fn shapes_scenes(key: &str) -> bool {
-    let section = key.split('.').next().unwrap_or_default();
-    !PROCESS_SECTIONS.contains(&section)
+/// Whether a request may set a key (`section.name`) to this value. The keys are those with `; request` in
+/// `default.toml`: what shapes a scene at little cost. Settings whose cost grows without bound, thresholds of the
+/// certificate, files of this machine and services that cost money are the operator's.
+pub fn is_open_to_requests(key: &str, text: &str) -> bool {
+    keys::keys().get(key).is_some_and(|key| value::parse_for_request(key, text).is_ok())
 }
 
 #[cfg(test)]

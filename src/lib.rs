@@ -17,6 +17,9 @@ pub mod config;
 pub mod app;
 pub mod cli;
 
+// What the log and traces say about the work at hand.
+pub mod spans;
+
 // 1. A request arrives.
 pub mod api;
 

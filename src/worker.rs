@@ -1,15 +1,17 @@
 //! The worker: claim a job, build its scene, finish it.
 //!
 //! Every process start is a new owner. While a job runs, the heartbeat (a thread of its own, so no
-//! computation can starve it) extends the lease, hears of cancellations and of lost leases, and stops
-//! the build through its interrupt. Shutting down stops claiming, lets running stages finish and commit,
-//! gives jobs back uncharged and only then reattempts. At start every lease in the data directory belongs
-//! to a dead process (the store's lock says so), so those jobs are taken over at once.
+//! computation can starve it) extends the lease, hears of cancellations, deadlines and lost leases, and
+//! stops the build through its interrupt. Shutting down stops claiming, lets running stages finish and
+//! commit, and gives jobs back uncharged. Where one process owns the database, every lease at start belongs
+//! to a dead process, so those jobs are taken over at once; where several share it, leases run out. Every
+//! worker returns jobs of dead workers to the queue, also while all of its own slots are busy.
 
 pub mod build;
 pub mod backoff;
 mod heartbeat;
 mod attempt;
+mod rescue;
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -47,6 +49,9 @@ pub struct Settings {
     pub poll_ms: u64,
     /// Tries since the last new checkpoint before a job that keeps failing is failed (1..=100).
     pub max_attempts: u32,
+    /// Times that the process may die while a job runs alone in it, since the job's last new checkpoint, before
+    /// the job is failed (1..=100).
+    pub max_deaths: u32,
     /// Mean of the first retry's delay is half of this, milliseconds; it doubles with every attempt.
     pub backoff_base_ms: u64,
     /// Largest delay of a retry, milliseconds.
@@ -55,7 +60,12 @@ pub struct Settings {
     pub drain_grace_secs: u64,
     /// Longest time one stage (of one instance) may take, seconds.
     pub stage_timeout_secs: u64,
+    /// Address of the probes of a process without the HTTP interface; empty = none.
+    pub listen: String,
 }
+
+/// How long a shutdown waits for interrupted stages to end.
+const INTERRUPT_GRACE: Duration = Duration::from_secs(10);
 
 /// Takes jobs from the store and builds them.
 #[derive(Clone)]
@@ -86,12 +96,14 @@ impl Worker {
         if orphans > 0 {
             tracing::info!(orphans, "taking over jobs of a worker that died");
         }
+        let _rescuer = rescue::start(self.store.clone(), self.settings.clone());
         let heartbeat = Heartbeat::start(
             self.store.clone(),
             Duration::from_secs(self.settings.lease_secs),
             Duration::from_secs(self.settings.heartbeat_secs),
         )?;
         let slots = Arc::new(Semaphore::new(self.settings.concurrency.max(1)));
+        metrics::gauge!("tabletopgen_worker_slots").set(slots.available_permits() as f64);
         let attempts = TaskTracker::new();
         let mut failed_claims = 0;
         loop {
@@ -107,7 +119,7 @@ impl Worker {
             let lease = Duration::from_secs(self.settings.lease_secs);
             let only = self.only.as_ref();
             let mut pause = Duration::from_millis(self.settings.poll_ms);
-            match self.store.claim(&self.owner, lease, self.settings.max_attempts, only).await {
+            match self.store.claim(&self.owner, lease, self.settings.max_deaths, only).await {
                 Ok(Some(claim)) => {
                     let attempt = attempt::JobAttempt {
                         store: self.store.clone(),
@@ -116,15 +128,22 @@ impl Worker {
                         settings: self.settings.clone(),
                         heartbeat: heartbeat.clone(),
                     };
+                    count_claim("claimed");
                     attempts.spawn(async move {
+                        metrics::gauge!("tabletopgen_worker_slots_used").increment(1.0);
                         attempt.run(claim).await;
+                        metrics::gauge!("tabletopgen_worker_slots_used").decrement(1.0);
                         drop(slot);
                     });
                     failed_claims = 0;
                     continue;
                 }
-                Ok(None) => failed_claims = 0,
+                Ok(None) => {
+                    count_claim("empty");
+                    failed_claims = 0;
+                }
                 Err(error) => {
+                    count_claim("failed");
                     failed_claims += 1;
                     pause = pause.max(backoff::full_delay(failed_claims, &self.settings));
                     // The store itself reports outages, once.
@@ -161,14 +180,16 @@ impl Worker {
         }
     }
 
-    /// Returns when it is worth looking at the queue again: a job changed, or an outage ended.
+    /// Returns when it is worth looking at the queue again: a job may be claimed, or an outage ended.
     async fn something_new(&self, changes: &mut watch::Receiver<u64>, claims_fail: bool) {
         if !claims_fail {
-            // An error means that the store is gone; then the pause decides.
-            if changes.changed().await.is_err() {
-                std::future::pending::<()>().await;
+            // An error means that the store is gone; then the pause decides. Most changes are of jobs that run.
+            while changes.changed().await.is_ok() {
+                if !matches!(self.store.has_work().await, Ok(false)) {
+                    return;
+                }
             }
-            return;
+            std::future::pending::<()>().await;
         }
         let mut outage = self.store.outage();
         if outage.wait_for(Option::<Outage>::is_some).await.is_err()
@@ -189,7 +210,7 @@ impl Worker {
         let grace = Duration::from_secs(self.settings.drain_grace_secs);
         if tokio::time::timeout(grace, attempts.wait()).await.is_err() {
             heartbeat.cancel_all();
-            if tokio::time::timeout(Duration::from_secs(10), attempts.wait()).await.is_err() {
+            if tokio::time::timeout(INTERRUPT_GRACE, attempts.wait()).await.is_err() {
                 tracing::warn!(
                     jobs = attempts.len(),
                     "stages ignored the interrupt; their leases will run out"
@@ -197,4 +218,8 @@ impl Worker {
             }
         }
     }
+}
+
+fn count_claim(outcome: &'static str) {
+    metrics::counter!("tabletopgen_claims_total", "outcome" => outcome).increment(1);
 }

@@ -34,11 +34,14 @@ pub async fn run(
 ) -> Result<Ended, AppError> {
     let budget_usd = config.server.usual_budget_usd;
     let new = submission.into_row(store, DEFAULT_TENANT.clone(), budget_usd, None).await?;
+    // The caller of this process has the first place, however many jobs the data directory holds.
     let (scene_id, job_id) = match store.submit(new).await? {
         SubmitOutcome::Created { scene_id, job_id } | SubmitOutcome::Replayed { scene_id, job_id } => {
             (scene_id, job_id)
         }
-        SubmitOutcome::KeyReused => return Err(lost("a submission without a key was refused for its key")),
+        SubmitOutcome::KeyReused | SubmitOutcome::QueueFull(_) => {
+            return Err(lost("a submission without a key and without limits was refused"));
+        }
     };
     let stop = CancellationToken::new();
     let worker = super::worker(store, config, build)?.only(&job_id);

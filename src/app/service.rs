@@ -1,20 +1,19 @@
-//! The server: the HTTP interface and a worker on one data directory, until the operator stops it.
+//! The server: the HTTP interface, with or without a worker, until the operator stops it.
 
 use std::net::SocketAddr;
 use std::path::Path;
-use std::sync::OnceLock;
+use std::time::Duration;
 
-use metrics_exporter_prometheus::{PrometheusBuilder, PrometheusHandle};
 use tokio::net::TcpListener;
-use tokio::task::JoinHandle;
 use tokio_util::sync::CancellationToken;
 
-use super::AppError;
+use super::process::Process;
+use super::{AppError, metrics};
 use crate::api;
 use crate::api::Api;
 use crate::config::Resolved;
 use crate::worker::BuildScene;
-use store::{Store, StoreError};
+use store::Store;
 
 /// A running server. Dropping it does not stop it; [`Service::stop`] does.
 pub struct Service {
@@ -23,76 +22,137 @@ pub struct Service {
     pub store: Store,
     /// Cancelled = not ready any more, nothing new is begun.
     pub shutdown: CancellationToken,
-    server: JoinHandle<()>,
-    worker: JoinHandle<Result<(), StoreError>>,
+    process: Process,
 }
 
-/// Opens the data directory, listens, starts to work. When it returns, requests are answered.
+/// A running worker without the HTTP interface.
+pub struct WorkerService {
+    /// Where it answers probes, if anywhere.
+    pub address: Option<SocketAddr>,
+    pub store: Store,
+    process: Process,
+}
+
+/// Opens the store, listens, starts to work. When it returns, requests are answered.
 pub async fn start(resolved: &Resolved, data_dir: &Path, build: BuildScene) -> Result<Service, AppError> {
+    serve(resolved, data_dir, Some(build)).await
+}
+
+/// As [`start`], without a worker: jobs are left to other processes.
+pub async fn start_api(resolved: &Resolved, data_dir: &Path) -> Result<Service, AppError> {
+    serve(resolved, data_dir, None).await
+}
+
+async fn serve(resolved: &Resolved, data_dir: &Path, build: Option<BuildScene>) -> Result<Service, AppError> {
     let config = &resolved.config;
-    let address = config.server.listen.clone();
-    let unusable = |source| AppError::Listen { address: address.clone(), source };
-    let listener = TcpListener::bind(&address).await.map_err(unusable)?;
-    let address = listener.local_addr().map_err(unusable)?;
+    let listener = super::listening::bind(&config.server).await?;
+    let address = address_of(&listener, &config.server.listen)?;
+    let store = super::open(data_dir, config).await?;
+    let worker = build.map(|build| super::worker(&store, config, build)).transpose()?;
+    let (draining, closing) = (CancellationToken::new(), CancellationToken::new());
+    if worker.is_some() {
+        super::upkeep::start(&store, config, &draining);
+    }
+    let api = interface(resolved, &config.server, &store, &draining, &closing);
+    let (router, settings, closed) = (api::router(api), config.server.clone(), closing.clone());
+    let listener = tokio::spawn(async move { api::serve::serve(listener, router, &settings, closed).await });
+    let process = Process {
+        draining: draining.clone(),
+        closing,
+        close_delay: Duration::from_secs(config.server.close_delay_secs),
+        listener: Some(listener),
+        worker: worker.map(|worker| tokio::spawn(worker.run(draining.clone()))),
+    };
+    Ok(Service { address, store, shutdown: draining, process })
+}
+
+/// Opens the store and starts to work; `listen` is the address for probes and metrics.
+pub async fn start_worker(
+    resolved: &Resolved,
+    data_dir: &Path,
+    listen_on: Option<&str>,
+    build: BuildScene,
+) -> Result<WorkerService, AppError> {
+    let config = &resolved.config;
+    let listener = match listen_on {
+        // Probes and metrics are for everyone who can reach the address.
+        Some(address) => Some(TcpListener::bind(address).await.map_err(unusable(address))?),
+        None => None,
+    };
+    let address = listener.as_ref().map(|bound| address_of(bound, &config.worker.listen)).transpose()?;
     let store = super::open(data_dir, config).await?;
     let worker = super::worker(&store, config, build)?;
-
-    let shutdown = CancellationToken::new();
-    let validate = super::pipeline::validate(resolved);
-    let understand = super::pipeline::understand(resolved);
-    let fetch_image = super::fetching::fetch_image(&config.server);
-    let (settings, store_of_api) = (config.server.clone(), store.clone());
-    let api =
-        Api::new(store_of_api, settings, validate, understand, fetch_image, recorder(), shutdown.clone());
-    let (router, settings, stopped) = (api::router(api), config.server.clone(), shutdown.clone());
-    let server = tokio::spawn(async move { api::serve::serve(listener, router, &settings, stopped).await });
-    let worker = tokio::spawn(worker.run(shutdown.clone()));
-    Ok(Service { address, store, shutdown, server, worker })
+    let (draining, closing) = (CancellationToken::new(), CancellationToken::new());
+    super::upkeep::start(&store, config, &draining);
+    let listener = listener.map(|listener| {
+        let settings = api::Settings {
+            listen: listen_on.unwrap_or_default().to_owned(),
+            allowed_hosts: "*".to_owned(),
+            ..config.server.clone()
+        };
+        let router = api::probe_router(interface(resolved, &settings, &store, &draining, &closing));
+        let closed = closing.clone();
+        tokio::spawn(async move { api::serve::serve(listener, router, &settings, closed).await })
+    });
+    let process = Process {
+        draining: draining.clone(),
+        closing,
+        close_delay: Duration::from_secs(config.server.close_delay_secs),
+        listener,
+        worker: Some(tokio::spawn(worker.run(draining))),
+    };
+    Ok(WorkerService { address, store, process })
 }
 
 impl Service {
     /// Waits until `stop` is done (then drains) or a part of the server ends by itself (an error).
-    pub async fn run_until(mut self, stop: impl Future<Output = ()>) -> Result<(), AppError> {
-        tokio::select! {
-            () = stop => self.stop().await,
-            ended = &mut self.worker => {
-                let reason = match ended {
-                    Ok(Ok(())) => "without a reason".to_owned(),
-                    Ok(Err(error)) => error.chain(),
-                    Err(died) => died.to_string(),
-                };
-                self.shutdown.cancel();
-                // What is being answered may finish; nothing else is left to save.
-                let _ = self.server.await;
-                Err(AppError::WorkerEnded { reason })
-            }
-        }
+    pub async fn run_until(self, stop: impl Future<Output = ()>) -> Result<(), AppError> {
+        self.process.run_until(stop).await
     }
 
     /// Stops in good order: not ready, running stages finish and commit, jobs are given back, requests
     /// that are being answered are answered.
     pub async fn stop(self) -> Result<(), AppError> {
-        self.shutdown.cancel();
-        let (server, worker) = tokio::join!(self.server, self.worker);
-        if let Err(died) = server {
-            tracing::error!(%died, "the listener died");
-        }
-        match worker {
-            Ok(result) => Ok(result?),
-            Err(died) => Err(AppError::WorkerEnded { reason: died.to_string() }),
-        }
+        self.process.stop().await
     }
 }
 
-/// The recorder of metrics, of which a process has one.
-fn recorder() -> PrometheusHandle {
-    static RECORDER: OnceLock<PrometheusHandle> = OnceLock::new();
-    let handle = RECORDER.get_or_init(|| {
-        let recorder = PrometheusBuilder::new().build_recorder();
-        let handle = recorder.handle();
-        // A recorder that is installed already stays; `/metrics` is then empty.
-        let _ = metrics::set_global_recorder(recorder);
-        handle
-    });
-    handle.clone()
+impl WorkerService {
+    /// Waits until `stop` is done (then drains) or the worker ends by itself (an error).
+    pub async fn run_until(self, stop: impl Future<Output = ()>) -> Result<(), AppError> {
+        self.process.run_until(stop).await
+    }
+
+    /// Stops in good order.
+    pub async fn stop(self) -> Result<(), AppError> {
+        self.process.stop().await
+    }
+}
+
+fn address_of(listener: &TcpListener, stated: &str) -> Result<SocketAddr, AppError> {
+    listener.local_addr().map_err(unusable(stated))
+}
+
+fn unusable(address: &str) -> impl Fn(std::io::Error) -> AppError {
+    move |source| AppError::Listen { address: address.to_owned(), source }
+}
+
+/// What handlers share.
+fn interface(
+    resolved: &Resolved,
+    settings: &api::Settings,
+    store: &Store,
+    draining: &CancellationToken,
+    closing: &CancellationToken,
+) -> Api {
+    let services = api::Services {
+        validate: super::pipeline::validate(resolved),
+        understand: super::pipeline::understand(resolved),
+        fetch_image: super::fetching::fetch_image(settings),
+        metrics: metrics::recorder(),
+    };
+    let queue = resolved.config.queue.clone();
+    let mut api = Api::new(store.clone(), settings.clone(), queue, services, closing.clone());
+    api.draining = draining.clone();
+    api
 }

@@ -15,8 +15,7 @@ use super::progress::Progress;
 use super::scene_summary::{self, Outcome};
 use super::{Exit, Failure, certificate, runtime, signals, terminal};
 use crate::api::submission::{self, SceneBody, Submission};
-use crate::app::config::keys::keys;
-use crate::app::config::{Config, Origin, Resolved, shapes_scenes};
+use crate::app::config::{Config, Origin, Resolved, is_open_to_requests};
 use crate::app::local;
 use crate::app::local::Ended;
 use crate::app::{self, logging};
@@ -76,7 +75,7 @@ pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
 fn generate(mut arguments: Arguments) -> Result<Exit, Failure> {
     let (own, process) = std::mem::take(&mut arguments.options.set)
         .into_iter()
-        .partition::<Vec<_>, _>(|(key, _)| keys().contains_key(key) && shapes_scenes(key));
+        .partition::<Vec<_>, _>(|(key, value)| is_open_to_requests(key, value));
     arguments.options.set = process;
     let threads = arguments.threads.map(|n| ("worker.cpu_threads".to_owned(), n.to_string(), "--threads"));
     let mut resolved = arguments.options.load(threads.into_iter().collect())?;

@@ -1,4 +1,4 @@
-//! `migrate`: bring a data directory up to date and leave it.
+//! `migrate`: bring the database up to date and leave it.
 
 use std::path::PathBuf;
 
@@ -7,6 +7,7 @@ use clap::Args;
 use super::options::ConfigOptions;
 use super::{Exit, Failure, runtime, terminal};
 use crate::app;
+use store::DatabaseAddress;
 
 /// Arguments of `migrate`.
 #[derive(Debug, Args)]
@@ -18,10 +19,14 @@ pub struct Arguments {
     options: ConfigOptions,
 }
 
-/// Opens the directory, which migrates it.
+/// Opens the store, which migrates its database.
 pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
     let resolved = arguments.options.load(Vec::new())?;
     runtime()?.block_on(app::open(&arguments.data_dir, &resolved.config))?;
-    terminal::print(&format!("{} is up to date\n", arguments.data_dir.display()));
+    let place = match &resolved.config.store.database {
+        DatabaseAddress::Sqlite => arguments.data_dir.display().to_string(),
+        DatabaseAddress::Postgres(address) => address.clone(),
+    };
+    terminal::print(&format!("{place} is up to date\n"));
     Ok(Exit::Success)
 }

@@ -5,8 +5,10 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::options::ConfigOptions;
-use super::{Exit, Failure, runtime, signals, terminal};
-use crate::app::{self, logging, service};
+use super::worker::take_jobs;
+use super::{Exit, Failure, block_on, signals, terminal};
+use crate::app::role::Role;
+use crate::app::{self, service, telemetry};
 
 /// Arguments of `serve`.
 #[derive(Debug, Args)]
@@ -14,39 +16,48 @@ pub struct Arguments {
     /// Address and port; port 0 takes a free one [default: server.listen, 127.0.0.1:8080]
     #[arg(long, value_name = "ADDR")]
     listen: Option<String>,
+    /// Listen beyond loopback although clients are not authenticated (server.allow_unauthenticated)
+    #[arg(long)]
+    allow_unauthenticated: bool,
     /// Where scenes, jobs and blobs are kept
     #[arg(long, value_name = "DIR", default_value = "data")]
     data_dir: PathBuf,
-    /// What this process does; one SQLite data directory has one process, which does it all
-    #[arg(long, default_value = "all", value_parser = role)]
-    role: String,
+    /// What this process does; separate roles need PostgreSQL and an S3 bucket
+    #[arg(long, value_enum, default_value_t = Role::All)]
+    role: Role,
     #[command(flatten)]
     options: ConfigOptions,
 }
 
 /// Runs the server.
 pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
-    let listen = arguments.listen.map(|address| ("server.listen".to_owned(), address, "--listen"));
-    let resolved = arguments.options.load(listen.into_iter().collect())?;
-    logging::start(&resolved.config.log);
-    let build = app::pipeline::build_pipeline(&resolved)?;
-    runtime()?.block_on(async {
+    let Arguments { listen, allow_unauthenticated, data_dir, role, options } = arguments;
+    let key = if role == Role::Worker { "worker.listen" } else { "server.listen" };
+    let listen = listen.map(|address| (key.to_owned(), address, "--listen"));
+    let allowed = allow_unauthenticated
+        .then(|| ("server.allow_unauthenticated".to_owned(), "true".to_owned(), "--allow-unauthenticated"));
+    let resolved = options.load(listen.into_iter().chain(allowed).collect())?;
+    role.check(&resolved.config).map_err(|error| Failure::usage(error.to_string()))?;
+    if role == Role::Worker {
+        return take_jobs(&resolved, &data_dir);
+    }
+    // Kept to the end: dropping it sends the spans that wait.
+    let _traces = telemetry::start(&resolved.config).map_err(|error| Failure::usage(error.to_string()))?;
+    let build = match role {
+        Role::Api => None,
+        _ => Some(app::pipeline::build_pipeline(&resolved)?),
+    };
+    block_on(async {
         let stop = signals::stop_on_signal("draining: running stages finish, jobs go back to the queue")?;
-        let service = service::start(&resolved, &arguments.data_dir, build).await?;
-        tracing::info!(address = %service.address, data_dir = %arguments.data_dir.display(), "serving");
+        let service = match build {
+            Some(build) => service::start(&resolved, &data_dir, build).await?,
+            None => service::start_api(&resolved, &data_dir).await?,
+        };
+        let role = role.as_str();
+        tracing::info!(address = %service.address, role, data_dir = %data_dir.display(), "serving");
         terminal::print(&format!("listening on http://{}\n", service.address));
         service.run_until(stop.cancelled()).await?;
         tracing::info!("stopped in good order");
         Ok(Exit::Success)
     })
-}
-
-fn role(text: &str) -> Result<String, String> {
-    match text {
-        "all" => Ok(text.to_owned()),
-        "api" | "worker" => Err("separate roles need a database that several processes can share; this one \
-                                 keeps everything in one SQLite file, so use --role all"
-            .to_owned()),
-        _ => Err("use --role all".to_owned()),
-    }
 }

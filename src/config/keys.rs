@@ -2,7 +2,8 @@
 //!
 //! The file is the one place where a setting is described, so the brackets that end a key's comment are
 //! read here instead of being repeated in code: `[unit, low..=high]`, `[unit, low..]`, `[unit]`,
-//! `[word or word]`.
+//! `[word or word]`. `; request` at their end opens the key to requests, `; request low..=high` in a
+//! narrower range.
 
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
@@ -22,6 +23,8 @@ pub struct Key {
     /// `seconds`, `share`, ...; for words, the words.
     pub unit: String,
     pub allowed: Allowed,
+    /// Which of them a request may set; `None` = none, the key is the operator's.
+    pub open_to_requests: Option<Allowed>,
 }
 
 /// Which values of the right type are accepted.
@@ -67,8 +70,13 @@ fn read(text: &str) -> BTreeMap<String, Key> {
             Some((meaning, rest)) if rest.ends_with(']') => (meaning.to_owned(), &rest[..rest.len() - 1]),
             _ => (comment.clone(), ""),
         };
+        let (brackets, request) = match brackets.split_once("; request") {
+            Some((brackets, range)) => (brackets, Some(range)),
+            None => (brackets, None),
+        };
         let (unit, allowed) = constraint(brackets, &default);
-        (path, Key { default, meaning, unit, allowed })
+        let open_to_requests = request.map(|text| range(text.trim()).unwrap_or_else(|| allowed.clone()));
+        (path, Key { default, meaning, unit, allowed, open_to_requests })
     };
     flatten(&table).into_iter().map(key).collect()
 }
@@ -96,14 +104,19 @@ fn comments(text: &str) -> BTreeMap<String, String> {
     found
 }
 
+/// `low..=high` or `low..`.
+fn range(text: &str) -> Option<Allowed> {
+    let (low, high) = text.split_once("..")?;
+    let high = high.strip_prefix('=').and_then(|high| high.parse().ok());
+    Some(Allowed::Range { low: low.parse().ok()?, high })
+}
+
 /// Unit and range of what stands in the brackets.
 fn constraint(brackets: &str, default: &Value) -> (String, Allowed) {
-    if let Some((unit, range)) = brackets.rsplit_once(", ")
-        && let Some((low, high)) = range.split_once("..")
-        && let Ok(low) = low.parse()
+    if let Some((unit, text)) = brackets.rsplit_once(", ")
+        && let Some(allowed) = range(text)
     {
-        let high = high.strip_prefix('=').and_then(|high| high.parse().ok());
-        return (unit.to_owned(), Allowed::Range { low, high });
+        return (unit.to_owned(), allowed);
     }
     let element = default.as_array().and_then(|list| list.first()).unwrap_or(default);
     if element.is_str() && brackets.contains(" or ") {

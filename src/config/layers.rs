@@ -10,7 +10,7 @@ use toml::{Table, Value};
 
 use super::keys::{Key, flatten, keys};
 use super::nearest::nearest;
-use super::{Config, ConfigError, ConfigErrors, rules, shapes_scenes, value};
+use super::{Config, ConfigError, ConfigErrors, rules, value};
 
 /// What environment variables with settings start with.
 const PREFIX: &str = "TABLETOPGEN__";
@@ -80,16 +80,11 @@ pub fn load(sources: Sources) -> Result<Resolved, ConfigErrors> {
 }
 
 impl Resolved {
-    /// With a request's own values for keys that shape a scene; on failure key and complaint of each.
+    /// With a request's own values for keys that are open to requests; on failure key and complaint of each.
     pub fn with(&self, set: &BTreeMap<String, String>) -> Result<Self, ConfigErrors> {
         let mut layers = Layers { values: self.values.clone(), errors: Vec::new() };
         for (path, text) in set {
-            if keys().contains_key(path) && !shapes_scenes(path) {
-                let detail = "belongs to the server and cannot be set for one scene".to_owned();
-                layers.errors.push(ConfigError { key: path.clone(), origin: Origin::Request, detail });
-            } else {
-                layers.text(path.clone(), text, Origin::Request);
-            }
+            layers.lay(path.clone(), Origin::Request, |key| value::parse_for_request(key, text));
         }
         layers.finish()
     }

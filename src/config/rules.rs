@@ -3,6 +3,7 @@
 use super::Config;
 use ports::feature_extractor::FeatureAdapter;
 use remote::settings::{AnalystProvider, TransportMode};
+use store::BlobPlace;
 
 /// Every broken rule: the key to change, and why.
 pub(super) fn broken(config: &Config) -> Vec<(&'static str, String)> {
@@ -14,15 +15,25 @@ pub(super) fn broken(config: &Config) -> Vec<(&'static str, String)> {
     };
     let Config { server, worker, log, analyst, layout, image_generator, descriptor, render, .. } = config;
     let Config { canonicalize, dro, settle, resolve, appraise, export, features, network, .. } = config;
-    let providers = &config.providers;
+    let (providers, store) = (&config.providers, &config.store);
 
     rule(
         "server.listen",
-        server
-            .listen
-            .rsplit_once(':')
-            .is_some_and(|(host, port)| !host.is_empty() && port.parse::<u16>().is_ok()),
+        is_address(&server.listen),
         format!("{:?} is no address with a port, such as 127.0.0.1:8080 or [::1]:0", server.listen),
+    );
+    rule(
+        "worker.listen",
+        worker.listen.is_empty() || is_address(&worker.listen),
+        format!("{:?} is no address with a port, such as 127.0.0.1:9090; empty for none", worker.listen),
+    );
+    rule(
+        "queue.max_jobs_per_tenant",
+        config.queue.max_jobs_per_tenant <= config.queue.max_jobs,
+        format!(
+            "{} is more than queue.max_jobs = {}, so that one tenant could fill the queue",
+            config.queue.max_jobs_per_tenant, config.queue.max_jobs
+        ),
     );
     rule(
         "server.max_body_bytes",
@@ -33,11 +44,56 @@ pub(super) fn broken(config: &Config) -> Vec<(&'static str, String)> {
         ),
     );
     rule(
+        "server.body_memory_bytes",
+        server.body_memory_bytes / 2 >= server.max_body_bytes,
+        format!(
+            "{} bytes are less than twice server.max_body_bytes = {}; a body and what it is decoded into must fit",
+            server.body_memory_bytes, server.max_body_bytes
+        ),
+    );
+    let not_an_address =
+        server.proxy_addresses.split_whitespace().find(|a| a.parse::<std::net::IpAddr>().is_err());
+    rule(
+        "server.proxy_addresses",
+        not_an_address.is_none(),
+        format!("{:?} is no address, such as 10.0.0.1", not_an_address.unwrap_or_default()),
+    );
+    rule(
         "worker.heartbeat_secs",
         worker.heartbeat_secs * 3 <= worker.lease_secs,
         format!(
             "{} is more than a third of worker.lease_secs = {}; a slow worker would lose its jobs",
             worker.heartbeat_secs, worker.lease_secs
+        ),
+    );
+    rule(
+        "store.s3.bucket",
+        store.blobs != BlobPlace::S3 || !store.s3.bucket.is_empty(),
+        "store.blobs = s3 wants a bucket; name one that exists".into(),
+    );
+    let scheme = store.s3.endpoint.split_once("://").map(|(scheme, _)| scheme);
+    rule(
+        "store.s3.endpoint",
+        store.s3.endpoint.is_empty()
+            || scheme == Some("https")
+            || (scheme == Some("http") && store.s3.allow_http),
+        format!("{:?} is no https address; store.s3.allow_http = true allows http", store.s3.endpoint),
+    );
+    rule(
+        "store.s3.retry_secs",
+        store.blobs != BlobPlace::S3 || store.s3.longest_secs() < worker.lease_secs,
+        format!(
+            "all tries of a request take up to {} s, not less than worker.lease_secs = {}; lower it or raise that",
+            store.s3.longest_secs(),
+            worker.lease_secs
+        ),
+    );
+    rule(
+        "store.retention.grace_secs",
+        store.retention.grace_secs > worker.stage_timeout_secs,
+        format!(
+            "{} is not more than worker.stage_timeout_secs = {}; a sweep would remove what a stage has just put",
+            store.retention.grace_secs, worker.stage_timeout_secs
         ),
     );
     rule(
@@ -126,6 +182,11 @@ pub(super) fn broken(config: &Config) -> Vec<(&'static str, String)> {
     );
     rule("export.date", is_date(&export.date), format!("{:?} is no date such as 2026-01-31", export.date));
     found
+}
+
+/// `host:port`.
+fn is_address(text: &str) -> bool {
+    text.rsplit_once(':').is_some_and(|(host, port)| !host.is_empty() && port.parse::<u16>().is_ok())
 }
 
 /// `YYYY-MM-DD`.

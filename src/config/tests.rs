@@ -20,6 +20,18 @@ fn every_key_is_described_and_every_number_has_a_range() {
         let element = key.default.as_array().and_then(|list| list.first()).unwrap_or(&key.default);
         let number = element.is_integer() || element.is_float();
         assert_eq!(matches!(key.allowed, Allowed::Range { .. }), number, "range of {path}");
+        if let Some(open) = &key.open_to_requests {
+            let (whole, open) = (ends_of(&key.allowed), ends_of(open));
+            assert!(
+                whole.0 <= open.0 && open.0 <= open.1 && open.1 <= whole.1,
+                "range of {path} for requests"
+            );
+            let default = key.default.to_string();
+            assert!(
+                value::parse_for_request(key, &default).is_ok(),
+                "{path}: a request may not set {default}"
+            );
+        }
         assert!(value::fit(key, key.default.clone()).is_ok(), "the default of {path} is outside its range");
     }
 }
@@ -132,6 +144,59 @@ fn files_are_read_with_the_same_care() {
     assert!(refused("[worker\n").contains("is no TOML"));
     let missing = Sources { file: Some(directory.path().join("none.toml")), ..Sources::default() };
     assert!(layers::load(missing).expect_err("is refused").to_string().contains("cannot be read"));
+}
+
+/// The ends of a range; of everything else, all numbers.
+fn ends_of(allowed: &Allowed) -> (f64, f64) {
+    match allowed {
+        Allowed::Range { low, high } => (*low, high.unwrap_or(f64::INFINITY)),
+        Allowed::Anything | Allowed::Words(_) => (f64::NEG_INFINITY, f64::INFINITY),
+    }
+}
+
+#[test]
+fn a_request_sets_only_what_is_open_to_it() {
+    let resolved = layers::load(Sources::default()).expect("valid");
+    let refused = |key: &str, value: &str| {
+        let set = [(key.to_owned(), value.to_owned())].into();
+        let errors = resolved.with(&set).expect_err(key);
+        assert_eq!(errors.0[0].key, key);
+        errors.0[0].detail.clone()
+    };
+    // Each of these is a valid setting of the server, and some of them take minutes of every worker.
+    for (key, value) in [
+        ("analyst.max_text_chars", "100000"),
+        ("layout.attempts", "1000"),
+        ("layout.candidates", "1000"),
+        ("image_generator.top_px", "4096"),
+        ("photograph.top_view_px", "2048"),
+        ("category_fit.candidates", "64"),
+        ("canonicalize.yaws", "72"),
+        ("decompose.excess_spacing_m", "0.001"),
+        ("dro.solver", "paper"),
+        ("dro.coarse_yaws", "720"),
+        ("dro.keep", "64"),
+        ("dro.fine_px", "1024"),
+        ("settle.duration_s", "60"),
+        ("settle.steps_per_s", "2000"),
+        ("resolve.separation_passes", "1000"),
+        ("resolve.settles", "10"),
+        ("certify.sample_spacing_m", "0.0001"),
+        ("certify.dss_duration_s", "60"),
+        ("certify.dss_displacement_m", "1"),
+        ("fidelity.min_silhouette_iou", "0"),
+        ("providers.mode", "record"),
+        ("worker.concurrency", "64"),
+        ("queue.max_jobs", "20000"),
+    ] {
+        assert!(layers::load(arguments(&[(key, value)])).is_ok() || key.starts_with("providers"), "{key}");
+        assert!(refused(key, value).contains("cannot be set for one scene"), "{key}");
+    }
+    assert!(refused("preview.hero_width_px", "4096").contains("from 64 to 1920"));
+    assert!(refused("decompose.max_hulls", "256").contains("from 1 to 64"));
+    let long = "0.001, 0.001, 0.001, 0.001, 0.001";
+    assert!(refused("resolve.clearances_m", long).contains("at most 4"));
+    assert!(is_open_to_requests("no_room.outcome", "shrink") && !is_open_to_requests("no_room.outcome", "x"));
 }
 
 #[test]

@@ -7,7 +7,7 @@ use super::keys::{Allowed, Key};
 /// A value of the key's type, inside its range, out of TOML.
 pub fn fit(key: &Key, given: Value) -> Result<Value, String> {
     let value = convert(&key.default, given)?;
-    check(key, &value)?;
+    check(&key.allowed, &key.unit, &value)?;
     Ok(value)
 }
 
@@ -15,7 +15,23 @@ pub fn fit(key: &Key, given: Value) -> Result<Value, String> {
 /// `true` as they are, words without quotes, lists as `1, 2` or `[1, 2]`.
 pub fn parse(key: &Key, text: &str) -> Result<Value, String> {
     let value = typed(&key.default, text.trim())?;
-    check(key, &value)?;
+    check(&key.allowed, &key.unit, &value)?;
+    Ok(value)
+}
+
+/// The same for a request, which may set fewer keys, in narrower ranges, and lists no longer than the default's:
+/// no request may take the workers for itself.
+pub fn parse_for_request(key: &Key, text: &str) -> Result<Value, String> {
+    let Some(allowed) = &key.open_to_requests else {
+        return Err("belongs to the server and cannot be set for one scene".to_owned());
+    };
+    let value = typed(&key.default, text.trim())?;
+    if let (Value::Array(given), Value::Array(default)) = (&value, &key.default)
+        && given.len() > default.len()
+    {
+        return Err(format!("has {} values; a request may give at most {}", given.len(), default.len()));
+    }
+    check(allowed, &key.unit, &value)?;
     Ok(value)
 }
 
@@ -66,16 +82,16 @@ fn kind(value: &Value) -> &'static str {
     }
 }
 
-fn check(key: &Key, value: &Value) -> Result<(), String> {
-    match (&key.allowed, value) {
+fn check(allowed: &Allowed, unit: &str, value: &Value) -> Result<(), String> {
+    match (allowed, value) {
         (_, Value::Array(items)) => {
             if items.is_empty() {
                 return Err("the list is empty; give at least one value".into());
             }
-            items.iter().try_for_each(|item| check(key, item))
+            items.iter().try_for_each(|item| check(allowed, unit, item))
         }
-        (Allowed::Range { low, high }, Value::Integer(whole)) => within(*whole as f64, *low, *high, key),
-        (Allowed::Range { low, high }, Value::Float(number)) => within(*number, *low, *high, key),
+        (Allowed::Range { low, high }, Value::Integer(whole)) => within(*whole as f64, *low, *high, unit),
+        (Allowed::Range { low, high }, Value::Float(number)) => within(*number, *low, *high, unit),
         (_, Value::Float(number)) if !number.is_finite() => Err(format!("{number} is not a finite number")),
         (Allowed::Words(words), Value::String(word)) if !words.contains(word) => {
             Err(format!("{word:?} is not one of {}", words.join(", ")))
@@ -84,11 +100,11 @@ fn check(key: &Key, value: &Value) -> Result<(), String> {
     }
 }
 
-fn within(number: f64, low: f64, high: Option<f64>, key: &Key) -> Result<(), String> {
+fn within(number: f64, low: f64, high: Option<f64>, unit: &str) -> Result<(), String> {
     let inside = number.is_finite() && number >= low && high.is_none_or(|high| number <= high);
     let range = match high {
         Some(high) => format!("from {low} to {high}"),
         None => format!("{low} or more"),
     };
-    if inside { Ok(()) } else { Err(format!("{number} is outside its range, {range} ({})", key.unit)) }
+    if inside { Ok(()) } else { Err(format!("{number} is outside its range, {range} ({unit})")) }
 }

@@ -9,14 +9,15 @@
 //! is hashed, so the key cannot forget an input. The output is stored as a JSON blob and handed on as it
 //! reads back, so a resumed job sees exactly what an undisturbed one saw. Blob first, row second: the row
 //! is the commit point, written under the job's lease. A blob or a row that is missing or unreadable is
-//! a warning and a second run. Two jobs that want the same key at the same time compute it once.
+//! a warning and a second run. Two jobs that want the same key at the same time compute it once: within
+//! the process by a lock, across processes by a claim in the store under the job's lease.
 
 pub mod artifact;
 pub mod context;
 mod key;
+mod single_flight;
 
-use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex, Weak};
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use futures::{StreamExt, stream};
@@ -24,17 +25,21 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use tokio::task::JoinError;
 use tokio_util::task::AbortOnDropHandle;
+use tracing::Instrument;
+use tracing::field::Empty;
 
 use super::error::{StageError, StageErrorClass};
 use runtime::CpuPool;
 use runtime::panic_text;
 use scene::{InstanceId, TenantId};
 use store::checkpoints::{Checkpoint, StageKey};
-use store::{Lease, Store};
+use store::stage_claims::StageStart;
+use store::{Lease, Store, StoreError};
 
 pub use artifact::ArtifactRef;
 pub use context::StageContext;
 pub use runtime::CancelFlag;
+use single_flight::InProgress;
 
 /// A stage's name and the version of its meaning. Raise the version when the same inputs give other
 /// outputs than before.
@@ -59,8 +64,8 @@ pub struct StageRuntime {
     in_progress: Arc<Mutex<InProgress>>,
 }
 
-/// Keys being computed. The holder of the inner lock computes; all others wait and then find the row.
-type InProgress = BTreeMap<(TenantId, String), Weak<tokio::sync::Mutex<()>>>;
+/// How long a stage may ignore an interrupt before its job goes on without it.
+const INTERRUPT_GRACE: Duration = Duration::from_secs(2);
 
 /// One job's right to run stages.
 #[derive(Clone, Debug)]
@@ -111,18 +116,6 @@ impl StageRuntime {
     /// The checkpoints of one job.
     pub fn open(&self, job: JobScope) -> Checkpoints {
         Checkpoints { runtime: self.clone(), job: Arc::new(job), order: &[], services: Arc::new(()) }
-    }
-
-    /// The lock of a key.
-    fn claim_of(&self, key: &StageKey) -> Arc<tokio::sync::Mutex<()>> {
-        let mut in_progress = self.in_progress.lock().expect("no code panics while it holds this lock");
-        in_progress.retain(|_, lock| lock.strong_count() > 0);
-        let slot = in_progress.entry((key.tenant_id.clone(), key.key.to_string())).or_default();
-        slot.upgrade().unwrap_or_else(|| {
-            let lock = Arc::new(tokio::sync::Mutex::new(()));
-            *slot = Arc::downgrade(&lock);
-            lock
-        })
     }
 }
 
@@ -231,19 +224,31 @@ impl<S: Send + Sync + 'static> Checkpoints<S> {
     {
         const { assert!(size_of::<F>() == 0, "a stage function captures nothing: pass it as an input") };
         let store = &self.runtime.store;
-        let lock = self.runtime.claim_of(&key);
+        let lock = self.runtime.lock_of(&key);
         let _computing = loop {
             self.job.cancel.check()?;
             if let Ok(guard) = tokio::time::timeout(Duration::from_millis(50), lock.lock()).await {
                 break guard;
             }
         };
-        if let Some((output, checkpoint)) = self.find(&key).await? {
-            store.stage_finished(&self.job.lease, &key, &checkpoint, true).await?;
-            return Ok(output);
+        loop {
+            if let Some((output, checkpoint)) = self.find(&key).await? {
+                match store.stage_finished(&self.job.lease, &key, &checkpoint, true).await {
+                    // A sweep has removed it since it was read.
+                    Err(StoreError::CheckpointGone) => {}
+                    done => {
+                        done?;
+                        count(stage, "found");
+                        return Ok(output);
+                    }
+                }
+            }
+            self.job.drain.check()?;
+            match store.stage_started(&self.job.lease, &key).await? {
+                StageStart::Granted => break,
+                StageStart::ComputedBy(job_id) => self.wait_for(&key, &job_id).await?,
+            }
         }
-        self.job.drain.check()?;
-        store.stage_started(&self.job.lease, &key).await?;
         let of_instance = key.instance.clone();
         let context = StageContext::new(
             stage,
@@ -255,12 +260,30 @@ impl<S: Send + Sync + 'static> Checkpoints<S> {
         );
         let artifacts = context.artifacts();
         let started = Instant::now();
-        let output = match self.compute(stage, function(context, inputs)).await {
+        let span = tracing::info_span!(
+            "stage",
+            stage = stage.name,
+            instance = of_instance.as_str(),
+            outcome = Empty
+        );
+        let computed = self.compute(stage, function(context, inputs)).instrument(span.clone()).await;
+        let outcome = if computed.is_ok() { "computed" } else { "failed" };
+        span.record("outcome", outcome);
+        count(stage, outcome);
+        let output = match computed {
             Ok(output) => output,
             Err(error) => {
                 // The worker after a dead one reuses recorded answers, but unusable answers must be asked for again.
                 if error.discards_recorded_answers {
                     store.forget_answers(&self.job.lease, stage.name, &of_instance).await?;
+                }
+                // A job that waits for this key need not wait for the end of this one.
+                if let Err(kept) = store.release_stage(&self.job.lease, &key).await {
+                    tracing::debug!(
+                        error = kept.chain(),
+                        stage = stage.name,
+                        "the claim ends with the job's lease"
+                    );
                 }
                 return Err(error);
             }
@@ -290,12 +313,26 @@ impl<S: Send + Sync + 'static> Checkpoints<S> {
         O: Send + 'static,
         Fut: Future<Output = Result<O, StageError>> + Send + 'static,
     {
-        let task = AbortOnDropHandle::new(tokio::spawn(work));
-        match tokio::time::timeout(self.runtime.stage_timeout, task).await {
-            Ok(Ok(Err(_))) if self.job.cancel.check().is_err() => Err(StageError::cancelled()),
-            Ok(Ok(result)) => result,
-            Ok(Err(died)) => {
+        let task = AbortOnDropHandle::new(tokio::spawn(work.in_current_span()));
+        let answered = async {
+            tokio::select! {
+                result = task => Some(result),
+                () = self.interrupt_ignored() => None,
+            }
+        };
+        match tokio::time::timeout(self.runtime.stage_timeout, answered).await {
+            Ok(Some(Ok(Err(_)))) if self.job.cancel.check().is_err() => Err(StageError::cancelled()),
+            Ok(Some(Ok(result))) => result,
+            Ok(Some(Err(died))) => {
                 Err(StageError::crashed(format!("stage {} died: {}", stage.name, died_of(died))))
+            }
+            // The task is aborted, so it writes nothing more; what it computes on the CPU pool is dropped at its end.
+            Ok(None) => {
+                tracing::warn!(
+                    stage = stage.name,
+                    "the stage ignores the interrupt; its job goes on without it"
+                );
+                Err(StageError::cancelled())
             }
             Err(_) => {
                 // Nothing of this attempt may go on in the background.
@@ -310,6 +347,14 @@ impl<S: Send + Sync + 'static> Checkpoints<S> {
                 ))
             }
         }
+    }
+
+    /// Returns when the job has been asked to stop for longer than its stages may take to notice.
+    async fn interrupt_ignored(&self) {
+        while self.job.cancel.check().is_ok() {
+            tokio::time::sleep(Duration::from_millis(50)).await;
+        }
+        tokio::time::sleep(INTERRUPT_GRACE).await;
     }
 
     /// The salt of a stage's keys: `None` before the stage from which the job starts over.
@@ -368,6 +413,10 @@ impl<S: Send + Sync + 'static> Checkpoints<S> {
             }
         }
     }
+}
+
+fn count(stage: Stage, outcome: &'static str) {
+    metrics::counter!("tabletopgen_stages_total", "stage" => stage.name, "outcome" => outcome).increment(1);
 }
 
 /// What a dead task said.

@@ -1,15 +1,16 @@
 //! One attempt at one job: builds the scene and records the outcome.
 
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-use tracing::Instrument;
+use tracing::{Instrument, Span};
 use uuid::Uuid;
 
 use super::heartbeat::{Heartbeat, StopReason};
 use super::{BuildScene, JobContext, Settings, backoff};
 use crate::pipeline::checkpoint::{CancelFlag, JobScope, StageRuntime};
 use crate::pipeline::error::StageError;
+use crate::spans;
 use scene::job::{Failure, FailureClass, JobState, SceneRequest};
 use store::queue::{AttemptOutcome, Claim};
 use store::{Lease, Store, StoreError};
@@ -25,11 +26,12 @@ pub(super) struct JobAttempt {
 impl JobAttempt {
     /// Works on the claimed job until the attempt ends.
     pub(super) async fn run(self, claim: Claim) {
-        let span = tracing::info_span!("job", id = claim.lease.job_id.as_str(), epoch = claim.lease.epoch);
+        let lease = claim.lease.clone();
+        let span = spans::job(&lease.job_id, &claim.scene_id, lease.epoch, claim.attempt);
         async {
-            let lease = claim.lease.clone();
+            let started = Instant::now();
             if let Some(outcome) = self.outcome(claim).await {
-                self.finish(&lease, outcome).await;
+                self.finish(&lease, outcome, started).await;
             }
         }
         .instrument(span)
@@ -38,9 +40,6 @@ impl JobAttempt {
 
     /// Builds the scene; `None` when another worker holds the job by now.
     async fn outcome(&self, claim: Claim) -> Option<AttemptOutcome> {
-        if claim.state == JobState::Cancelling {
-            return Some(AttemptOutcome::Stopped);
-        }
         let request: SceneRequest = match serde_json::from_value(claim.request.clone()) {
             Ok(request) => request,
             Err(error) => {
@@ -54,7 +53,7 @@ impl JobAttempt {
         };
         let (cancel, drain) = (CancelFlag::default(), CancelFlag::default());
         let job_id = claim.lease.job_id.clone();
-        self.heartbeat.watch(claim.lease.clone(), cancel.clone(), drain.clone());
+        self.heartbeat.watch(claim.lease.clone(), cancel.clone(), drain.clone(), claim.time_left);
         let checkpoints = self.runtime.open(JobScope {
             lease: claim.lease,
             tenant_id: claim.tenant_id,
@@ -78,8 +77,10 @@ impl JobAttempt {
         }
         match stopped {
             Some(StopReason::Cancelled) => Some(AttemptOutcome::Stopped),
+            Some(StopReason::DeadlinePassed) => Some(AttemptOutcome::Failed(Failure::deadline_passed())),
             Some(StopReason::Draining) => Some(AttemptOutcome::Released),
             Some(StopReason::LeaseLost) => {
+                metrics::counter!("tabletopgen_lease_losses_total").increment(1);
                 tracing::warn!("the lease was lost; leaving the job alone");
                 None
             }
@@ -99,16 +100,17 @@ impl JobAttempt {
 
     /// Writes the outcome down. A store that does not answer is tried a few times; then the lease runs
     /// out and another worker continues from the last checkpoint.
-    async fn finish(&self, lease: &Lease, outcome: AttemptOutcome) {
+    async fn finish(&self, lease: &Lease, outcome: AttemptOutcome, started: Instant) {
         for pause_ms in [100, 1000, 5000] {
             match self.store.finish(lease, outcome.clone()).await {
                 Ok(state) => {
-                    metrics::counter!("tabletopgen_job_attempts_total", "state" => state.as_str())
-                        .increment(1);
+                    count(state, &outcome, started.elapsed());
+                    Span::current().record("state", state.as_str());
                     tracing::info!(%state, "the job's attempt is over");
                     return;
                 }
                 Err(StoreError::LeaseLost { .. }) => {
+                    metrics::counter!("tabletopgen_lease_losses_total").increment(1);
                     tracing::warn!("the lease was lost; the result is dropped");
                     return;
                 }
@@ -118,6 +120,26 @@ impl JobAttempt {
         }
         tracing::warn!("the outcome of the job's attempt could not be recorded; its lease will expire");
     }
+}
+
+/// Counts a recorded attempt, and its job if that has ended.
+fn count(state: JobState, outcome: &AttemptOutcome, duration: Duration) {
+    metrics::counter!("tabletopgen_job_attempts_total", "state" => state.as_str()).increment(1);
+    metrics::histogram!("tabletopgen_job_attempt_seconds", "state" => state.as_str())
+        .record(duration.as_secs_f64());
+    if !state.is_final() {
+        return;
+    }
+    let class = match outcome {
+        AttemptOutcome::Failed(failure) | AttemptOutcome::Retry { failure, .. }
+            if state == JobState::Failed =>
+        {
+            failure.class.as_str()
+        }
+        _ => "",
+    };
+    metrics::counter!("tabletopgen_jobs_finished_total", "outcome" => state.as_str(), "class" => class)
+        .increment(1);
 }
 
 /// Uniform in 0..1; not a seed of anything.

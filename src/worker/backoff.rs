@@ -66,10 +66,12 @@ mod tests {
             heartbeat_secs: 5,
             poll_ms: 1000,
             max_attempts: 3,
+            max_deaths: 3,
             backoff_base_ms: 1000,
             backoff_cap_ms: 5000,
             drain_grace_secs: 1,
             stage_timeout_secs: 60,
+            listen: String::new(),
         }
     }
 

@@ -1,5 +1,5 @@
 //! The heartbeat: extends the leases of running jobs from a thread of its own, and stops a job whose
-//! lease is lost, that was cancelled, or whose worker shuts down.
+//! lease is lost, that was cancelled, whose deadline has passed, or whose worker shuts down.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard};
@@ -16,6 +16,7 @@ use store::{Lease, Store, StoreError};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum StopReason {
     Cancelled,
+    DeadlinePassed,
     Draining,
     LeaseLost,
 }
@@ -44,6 +45,7 @@ struct Running {
     drain: CancelFlag,
     reason: Option<StopReason>,
     renewed: Instant,
+    deadline: Option<Instant>,
 }
 
 impl Running {
@@ -69,13 +71,21 @@ impl Heartbeat {
         Ok(Self { shared, _stop: Arc::new(guard) })
     }
 
-    /// Takes a claimed job under care.
-    pub(super) fn watch(&self, lease: Lease, cancel: CancelFlag, drain: CancelFlag) {
+    /// Takes a claimed job under care; `time_left` is the time until its deadline.
+    pub(super) fn watch(
+        &self,
+        lease: Lease,
+        cancel: CancelFlag,
+        drain: CancelFlag,
+        time_left: Option<Duration>,
+    ) {
         let mut jobs = self.shared.lock();
         if jobs.draining {
             drain.cancel();
         }
-        let running = Running { lease: lease.clone(), cancel, drain, reason: None, renewed: Instant::now() };
+        let renewed = Instant::now();
+        let deadline = time_left.and_then(|time_left| renewed.checked_add(time_left));
+        let running = Running { lease: lease.clone(), cancel, drain, reason: None, renewed, deadline };
         jobs.running.insert(lease.job_id, running);
     }
 
@@ -155,9 +165,13 @@ async fn beat(
             Ok(Err(error)) => tracing::error!(error = error.chain(), "cannot extend leases"),
             Err(_) => tracing::error!("the store did not answer the heartbeat in time"),
         }
+        let now = Instant::now();
         for running in jobs.running.values_mut() {
             if running.renewed.elapsed() > lease {
                 running.stop(StopReason::LeaseLost);
+            }
+            if running.deadline.is_some_and(|deadline| deadline <= now) {
+                running.stop(StopReason::DeadlinePassed);
             }
         }
     }

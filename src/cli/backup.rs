@@ -1,0 +1,62 @@
+//! `backup`: a copy of a data directory, also while a server uses it.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::options::ConfigOptions;
+use super::{Exit, Failure, runtime, terminal};
+use store::backup::BackupReport;
+use store::{StoreError, backup};
+
+/// Arguments of `backup`.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// Where the copy goes; a folder with an earlier backup gets what is new
+    #[arg(value_name = "DIR")]
+    target: PathBuf,
+    /// The data directory
+    #[arg(long, value_name = "DIR", default_value = "data")]
+    data_dir: PathBuf,
+    #[command(flatten)]
+    options: ConfigOptions,
+}
+
+/// Copies the database, then the blobs it refers to.
+pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
+    let resolved = arguments.options.load(Vec::new())?;
+    let Arguments { target, data_dir, .. } = &arguments;
+    let report =
+        runtime()?.block_on(backup::backup(data_dir, target, &resolved.config.store)).map_err(failed)?;
+    terminal::print(&format!(
+        "{}: {} blobs, {} of them new ({} bytes)\n",
+        target.display(),
+        report.intact.blobs,
+        report.copied.blobs,
+        report.copied.bytes
+    ));
+    outcome(&report)
+}
+
+/// Lists what is lost; the exit code says whether anything is.
+pub(super) fn outcome(report: &BackupReport) -> Result<Exit, Failure> {
+    const SHOWN: usize = 20;
+    for blob in report.lost.iter().take(SHOWN) {
+        let what = if blob.is_damaged { "does not match its digest" } else { "is missing" };
+        terminal::note(&format!("{} ({:?}) {what}", blob.digest, blob.kind));
+    }
+    match report.lost.len() {
+        0 => Ok(Exit::Success),
+        count => Err(Failure::new(
+            Exit::Error,
+            format!(
+                "{count} blobs are lost. Checkpoints, artifacts and bundles are computed again when they are wanted; \
+                 the image of a request and the answer of a remote model are not"
+            ),
+        )),
+    }
+}
+
+pub(super) fn failed(error: StoreError) -> Failure {
+    Failure::new(Exit::Error, error.chain())
+}

@@ -1,0 +1,93 @@
+//! `queue`: shows the queue, or pauses and resumes the claiming of jobs, beside the processes that run.
+
+use std::path::PathBuf;
+
+use clap::{Args, Subcommand};
+use serde_json::json;
+
+use super::options::ConfigOptions;
+use super::{Exit, Failure, runtime, terminal};
+use crate::app;
+use store::queue::QueueStatus;
+
+/// Arguments of `queue`.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    #[command(subcommand)]
+    action: Action,
+}
+
+#[derive(Debug, Subcommand)]
+enum Action {
+    /// Show how many jobs wait and run, and whether claiming is paused
+    Status {
+        /// Print JSON
+        #[arg(long)]
+        json: bool,
+        #[command(flatten)]
+        place: Place,
+    },
+    /// Let every worker finish the jobs it holds and claim no others, until `resume`; submissions go on
+    Pause {
+        /// Why, for `status`
+        #[arg(long, value_name = "TEXT", default_value = "")]
+        reason: String,
+        #[command(flatten)]
+        place: Place,
+    },
+    /// Let workers claim jobs again
+    Resume {
+        #[command(flatten)]
+        place: Place,
+    },
+}
+
+/// Where the database is.
+#[derive(Debug, Args)]
+struct Place {
+    /// The data directory
+    #[arg(long, value_name = "DIR", default_value = "data")]
+    data_dir: PathBuf,
+    #[command(flatten)]
+    options: ConfigOptions,
+}
+
+/// Does it, and prints what holds now.
+pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
+    let (place, as_json) = match &arguments.action {
+        Action::Status { json, place } => (place, *json),
+        Action::Pause { place, .. } | Action::Resume { place } => (place, false),
+    };
+    let resolved = place.options.load(Vec::new())?;
+    let status = runtime()?.block_on(async {
+        let mut control = app::queue_control(&place.data_dir, &resolved.config).await?;
+        match &arguments.action {
+            Action::Status { .. } => {}
+            Action::Pause { reason, .. } => control.pause(reason).await.map_err(app::AppError::from)?,
+            Action::Resume { .. } => control.resume().await.map_err(app::AppError::from)?,
+        }
+        let status = control.status().await.map_err(app::AppError::from)?;
+        Ok::<QueueStatus, Failure>(status)
+    })?;
+    terminal::print(&if as_json { format!("{:#}\n", json!(status)) } else { as_text(&status) });
+    Ok(Exit::Success)
+}
+
+fn as_text(status: &QueueStatus) -> String {
+    let mut text = match &status.paused {
+        None => "claiming: running\n".to_owned(),
+        Some(pause) if pause.reason.is_empty() => "claiming: paused\n".to_owned(),
+        Some(pause) => format!("claiming: paused ({})\n", pause.reason),
+    };
+    text.push_str(&format!("queued: {}\n", status.queued));
+    text.push_str(&format!("  waiting for their time: {}\n", status.delayed));
+    text.push_str(&format!("  to run alone: {}\n", status.suspects));
+    if let Some(oldest_ms) = status.oldest_ms {
+        text.push_str(&format!("  oldest, seconds: {}\n", oldest_ms / 1000));
+    }
+    text.push_str(&format!("active: {}, held by {} workers\n", status.active, status.workers));
+    for job_id in &status.poisoned {
+        text.push_str(&format!("failed as their processes died: {job_id}\n"));
+    }
+    text
+}

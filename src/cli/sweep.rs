@@ -1,0 +1,62 @@
+//! `sweep`: removes what the retention settings do not keep. A running server does so by itself.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::backup::failed;
+use super::options::ConfigOptions;
+use super::{Exit, Failure, runtime, terminal};
+use crate::app;
+use store::retention::SweepReport;
+
+/// Arguments of `sweep`.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// The data directory, which no server may use meanwhile
+    #[arg(long, value_name = "DIR", default_value = "data")]
+    data_dir: PathBuf,
+    /// Say what would be removed, and remove nothing
+    #[arg(long)]
+    dry_run: bool,
+    /// Print the numbers as JSON
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    options: ConfigOptions,
+}
+
+/// Sweeps once.
+pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
+    let resolved = arguments.options.load(Vec::new())?;
+    let settings = &resolved.config.store.retention;
+    let report = runtime()?.block_on(async {
+        let store = app::open(&arguments.data_dir, &resolved.config).await?;
+        store.sweep(settings, arguments.dry_run).await.map_err(failed)
+    })?;
+    let Some(report) = report else {
+        return Err(Failure::new(Exit::Error, "a backup is under way; sweep again when it has ended"));
+    };
+    if arguments.json {
+        terminal::print(&format!("{:#}\n", serde_json::json!(report)));
+    } else {
+        terminal::print(&text(&report));
+    }
+    Ok(Exit::Success)
+}
+
+fn text(report: &SweepReport) -> String {
+    let SweepReport { expired_scenes, stripped_scenes, orphaned_checkpoints, .. } = report;
+    let SweepReport { quarantined_bundles, idempotency_keys, purged_scenes, removed, kept, .. } = report;
+    let verb = if report.is_dry_run { "would be removed" } else { "removed" };
+    format!(
+        "scenes past their expiry: {expired_scenes}\n\
+         scenes whose artifacts and checkpoints {verb}: {stripped_scenes}\n\
+         checkpoints of no job {verb}: {orphaned_checkpoints}\n\
+         bundles of quarantined scenes {verb}: {quarantined_bundles}\n\
+         idempotency keys {verb}: {idempotency_keys}\n\
+         deleted scenes whose last rows {verb}: {purged_scenes}\n\
+         blobs {verb}: {} ({} bytes); kept: {} ({} bytes)\n",
+        removed.blobs, removed.bytes, kept.blobs, kept.bytes
+    )
+}

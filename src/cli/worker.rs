@@ -1,0 +1,59 @@
+//! `worker`: a process that takes jobs from a shared database, without the HTTP interface.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use super::options::ConfigOptions;
+use super::{Exit, Failure, block_on, signals, terminal};
+use crate::app::config::Resolved;
+use crate::app::role::Role;
+use crate::app::{self, service, telemetry};
+
+/// Arguments of `worker`.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// Jobs worked on at the same time [default: worker.concurrency, 2]
+    #[arg(long, value_name = "N")]
+    slots: Option<usize>,
+    /// Address of /healthz, /readyz and /metrics; port 0 takes a free one [default: worker.listen, none]
+    #[arg(long, value_name = "ADDR")]
+    listen: Option<String>,
+    /// Folder for what this process keeps on this machine
+    #[arg(long, value_name = "DIR", default_value = "data")]
+    data_dir: PathBuf,
+    #[command(flatten)]
+    options: ConfigOptions,
+}
+
+/// Takes jobs until SIGTERM or Ctrl-C.
+pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
+    let Arguments { slots, listen, data_dir, options } = arguments;
+    let slots = slots.map(|slots| ("worker.concurrency".to_owned(), slots.to_string(), "--slots"));
+    let listen = listen.map(|address| ("worker.listen".to_owned(), address, "--listen"));
+    let resolved = options.load(slots.into_iter().chain(listen).collect())?;
+    Role::Worker.check(&resolved.config).map_err(|error| Failure::usage(error.to_string()))?;
+    take_jobs(&resolved, &data_dir)
+}
+
+/// Works until a signal; the storage has been checked.
+pub(super) fn take_jobs(resolved: &Resolved, data_dir: &Path) -> Result<Exit, Failure> {
+    // Kept to the end: dropping it sends the spans that wait.
+    let _traces = telemetry::start(&resolved.config).map_err(|error| Failure::usage(error.to_string()))?;
+    let build = app::pipeline::build_pipeline(resolved)?;
+    block_on(async {
+        let stop = signals::stop_on_signal("draining: running stages finish, jobs go back to the queue")?;
+        let listen = resolved.config.worker.listen.as_str();
+        let listen = (!listen.is_empty()).then_some(listen);
+        let service = service::start_worker(resolved, data_dir, listen, build).await?;
+        let slots = resolved.config.worker.concurrency;
+        tracing::info!(slots, "taking jobs");
+        terminal::print(&match service.address {
+            Some(address) => format!("listening on http://{address}\n"),
+            None => format!("taking jobs, {slots} at a time\n"),
+        });
+        service.run_until(stop.cancelled()).await?;
+        tracing::info!("stopped in good order");
+        Ok(Exit::Success)
+    })
+}
