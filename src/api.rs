@@ -8,16 +8,24 @@ pub mod views;
 mod query;
 pub mod spending;
 pub mod submission;
+mod body;
+mod body_memory;
+mod form_body;
+mod json_body;
+mod json_outline;
 pub mod image;
 mod data_uri;
 mod json_detail;
 pub mod scenes;
 pub mod download;
 pub mod bundle;
+mod rebuild;
 pub mod artifacts;
 pub mod jobs;
 pub mod events;
 pub mod probes;
+pub mod process_metrics;
+mod admission;
 pub mod layers;
 pub mod serve;
 
@@ -35,9 +43,15 @@ use tokio_util::sync::CancellationToken;
 
 use scene::SceneRequest;
 use scene::text_account::TextAccount;
-use store::Store;
+use store::{Store, queue};
 
+use admission::AllowedHosts;
+use body_memory::BodyMemory;
 pub use error::{FieldError, Problem};
+use events::hub::EventHub;
+use events::stream_limits::StreamLimits;
+use serve::client_address::Proxies;
+use serve::connections::Limits;
 
 /// Section `[server]`.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
@@ -45,6 +59,12 @@ pub use error::{FieldError, Problem};
 pub struct Settings {
     /// Address and port to listen on; port 0 takes a free one.
     pub listen: String,
+    /// Whether addresses beyond loopback are listened on although clients are not authenticated.
+    pub allow_unauthenticated: bool,
+    /// Further names that clients reach the server by, separated by spaces; `*` for any.
+    pub allowed_hosts: String,
+    /// Addresses of reverse proxies, separated by spaces.
+    pub proxy_addresses: String,
     /// Largest request body, bytes. An image in JSON is a third larger than its file.
     pub max_body_bytes: usize,
     /// Largest image file, bytes.
@@ -55,8 +75,16 @@ pub struct Settings {
     pub usual_budget_usd: f64,
     /// Longest text, characters.
     pub max_text_chars: usize,
+    /// Memory that the bodies of all requests may take together, bytes.
+    pub body_memory_bytes: usize,
     /// A connection that has not sent its whole header by then is closed, seconds.
     pub header_timeout_secs: u64,
+    /// A connection that has not begun its next request by then is closed, seconds.
+    pub keep_alive_timeout_secs: u64,
+    /// Waiting time over which the rate of a client is measured, seconds.
+    pub rate_window_secs: u64,
+    /// A client that sends or takes fewer bytes per second of waiting is refused or closed.
+    pub min_rate_bytes_per_s: u64,
     /// A request that has not sent its whole body by then is refused, seconds.
     pub body_timeout_secs: u64,
     /// Images that a request names by their address are fetched.
@@ -68,9 +96,21 @@ pub struct Settings {
     pub fetch_hosts: String,
     /// Longest wait a client may ask for with `Prefer: wait=N`, seconds.
     pub max_wait_secs: u64,
-    /// Connections served at the same time; more wait to be accepted.
+    /// Connections served at the same time, at most what the limit of open files allows.
     pub max_connections: usize,
-    /// How long a shutdown waits for requests that are being answered, seconds.
+    /// The same of one client address.
+    pub max_connections_per_address: usize,
+    /// Requests answered at the same time; more are refused.
+    pub max_requests: usize,
+    /// Event streams open at the same time, at most half of the connections.
+    pub max_event_streams: usize,
+    /// The same of one client address.
+    pub max_event_streams_per_address: usize,
+    /// An event stream ends after this long, seconds.
+    pub max_event_stream_secs: u64,
+    /// How long a shutdown keeps the listener open while `/readyz` answers 503, seconds.
+    pub close_delay_secs: u64,
+    /// How long a shutdown then waits for requests that are being answered, seconds.
     pub shutdown_grace_secs: u64,
 }
 
@@ -85,43 +125,84 @@ pub type Understand = Arc<dyn Fn(&SceneRequest) -> Result<Option<TextAccount>, F
 /// `app::fetching`.
 pub type FetchImage = Arc<dyn Fn(String, usize) -> BoxFuture<'static, Result<Bytes, String>> + Send + Sync>;
 
+/// What the interface asks of the rest of the program.
+pub struct Services {
+    pub validate: Validate,
+    pub understand: Understand,
+    pub fetch_image: FetchImage,
+    pub metrics: PrometheusHandle,
+}
+
 /// What handlers share; cloning shares it.
 #[derive(Clone)]
 pub struct Api {
     pub store: Store,
     pub settings: Arc<Settings>,
+    pub queue: Arc<queue::Settings>,
     pub validate: Validate,
     pub understand: Understand,
     pub fetch_image: FetchImage,
     pub metrics: PrometheusHandle,
-    /// Cancelled when the process is to end: not ready any more, streams end.
+    /// Cancelled when the process is to end: not ready any more.
+    pub draining: CancellationToken,
+    /// Cancelled when the listener closes: streams end.
     pub shutdown: CancellationToken,
-    /// Images are decoded a few at a time.
+    /// Large bodies are parsed, and images decoded, a few at a time.
     decoders: Arc<Semaphore>,
+    /// Pixels that are being decoded, in blocks: of the largest image there is one at a time.
+    pixel_blocks: Arc<Semaphore>,
+    /// Images are fetched a few at a time.
+    fetches: Arc<Semaphore>,
+    /// Requests that are being answered.
+    requests: Arc<Semaphore>,
+    body_memory: BodyMemory,
+    hosts: Arc<AllowedHosts>,
+    proxies: Arc<Proxies>,
+    streams: StreamLimits,
+    hub: EventHub,
 }
 
 impl Api {
     pub fn new(
         store: Store,
         settings: Settings,
-        validate: Validate,
-        understand: Understand,
-        fetch_image: FetchImage,
-        metrics: PrometheusHandle,
+        queue: queue::Settings,
+        services: Services,
         shutdown: CancellationToken,
     ) -> Self {
-        let decoders = Arc::new(Semaphore::new(2));
+        let Services { validate, understand, fetch_image, metrics } = services;
+        let semaphore = |permits: usize| Arc::new(Semaphore::new(permits.clamp(1, Semaphore::MAX_PERMITS)));
+        let max_streams = settings.max_event_streams.min(Limits::new(&settings).total.div_ceil(2));
         Self {
+            decoders: semaphore(2),
+            pixel_blocks: semaphore(max_pixel_blocks(&settings) as usize),
+            fetches: semaphore(4),
+            requests: semaphore(settings.max_requests),
+            body_memory: BodyMemory::new(settings.body_memory_bytes),
+            hosts: Arc::new(AllowedHosts::new(&settings.listen, &settings.allowed_hosts)),
+            proxies: Arc::new(Proxies::new(&settings.proxy_addresses)),
+            streams: StreamLimits::new(max_streams, settings.max_event_streams_per_address),
+            hub: EventHub::new(store.clone(), shutdown.clone()),
             store,
             settings: Arc::new(settings),
+            queue: Arc::new(queue),
             validate,
             understand,
             fetch_image,
             metrics,
+            draining: shutdown.child_token(),
             shutdown,
-            decoders,
         }
     }
+
+    fn max_pixel_blocks(&self) -> u32 {
+        max_pixel_blocks(&self.settings)
+    }
+}
+
+/// Blocks of the largest image that is accepted.
+fn max_pixel_blocks(settings: &Settings) -> u32 {
+    u32::try_from(settings.max_image_pixels.div_ceil(image::PIXELS_PER_BLOCK)).unwrap_or(u32::MAX).max(1)
 }
 
 /// Every route: method, path, handler. `openapi.yaml` has the same list (a test compares them).
@@ -134,6 +215,7 @@ pub fn routes() -> Vec<(Method, &'static str, MethodRouter<Api>)> {
         (Method::GET, "/scenes/{scene_id}/bundle", get(bundle::download)),
         (Method::GET, "/scenes/{scene_id}/artifacts", get(artifacts::list)),
         (Method::GET, "/scenes/{scene_id}/artifacts/{*name}", get(artifacts::download)),
+        (Method::GET, "/jobs", get(jobs::list)),
         (Method::GET, "/jobs/{job_id}", get(jobs::show)),
         (Method::GET, "/jobs/{job_id}/stages", get(jobs::stages)),
         (Method::GET, "/jobs/{job_id}/events", get(events::list)),
@@ -149,10 +231,20 @@ pub fn routes() -> Vec<(Method, &'static str, MethodRouter<Api>)> {
 
 /// The routes with what surrounds them: request ids, problem documents, metrics, panics caught.
 pub fn router(api: Api) -> Router {
+    router_of(api, |_| true)
+}
+
+/// The routes of a process without the interface: probes, metrics and the version.
+pub fn probe_router(api: Api) -> Router {
+    router_of(api, |path| matches!(path, "/healthz" | "/readyz" | "/metrics" | "/version"))
+}
+
+fn router_of(api: Api, serves: impl Fn(&str) -> bool) -> Router {
     let router = routes()
         .into_iter()
+        .filter(|(_, path, _)| serves(path))
         .fold(Router::new(), |router, (_, path, handler)| router.route(path, handler))
         .fallback(error::no_such_route)
         .method_not_allowed_fallback(error::method_not_allowed);
-    layers::around(router, &api).with_state(api)
+    layers::around(admission::around(router, &api), &api).with_state(api)
 }

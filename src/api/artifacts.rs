@@ -2,13 +2,14 @@
 
 use axum::Json;
 use axum::extract::{Path, State};
-use axum::http::HeaderMap;
+use axum::http::{HeaderMap, Method};
 use axum::response::{IntoResponse, Response};
 use serde_json::json;
 
 use super::Api;
 use super::download::{Download, respond};
 use super::error::Problem;
+use super::rebuild::missing_bytes;
 use super::scenes::{find, parse_id};
 use super::views::ArtifactView;
 use store::DEFAULT_TENANT;
@@ -26,13 +27,22 @@ pub async fn list(State(api): State<Api>, Path(scene_id): Path<String>) -> Resul
 pub async fn download(
     State(api): State<Api>,
     Path((scene_id, name)): Path<(String, String)>,
+    method: Method,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
     let scene_id = parse_id(&scene_id)?;
     find(&api, &scene_id).await?;
     let artifact = api.store.artifact(&DEFAULT_TENANT, &scene_id, &name).await?;
     let file = artifact.ok_or_else(|| Problem::not_found("artifact", &name))?.file;
-    let what =
-        Download { digest: &file.digest, size: file.size, media_type: &file.media_type, file_name: None };
-    respond(&api, &headers, what).await
+    let what = Download {
+        digest: &file.digest,
+        size: file.size,
+        media_type: &file.media_type,
+        file_name: None,
+        bytes: None,
+    };
+    match respond(&api, &method, &headers, what).await? {
+        Some(response) => Ok(response),
+        None => Err(missing_bytes(&api, &scene_id).await),
+    }
 }

@@ -6,7 +6,7 @@
 use std::io::Cursor;
 
 use axum::extract::{Path, State};
-use axum::http::HeaderMap;
+use axum::http::{HeaderMap, Method};
 use axum::response::Response;
 use bytes::Bytes;
 use serde::Deserialize;
@@ -17,12 +17,13 @@ use super::Api;
 use super::download::{Download, respond};
 use super::error::{Problem, ProblemType};
 use super::query::Parameters;
+use super::rebuild::missing_bytes;
 use super::scenes::{find, parse_id};
 use scene::SceneId;
 use scene::job::SceneState;
-use store::DEFAULT_TENANT;
 use store::artifacts::ArchiveRow;
 use store::scenes::SceneRow;
+use store::{DEFAULT_TENANT, Digest};
 
 /// Formats with a folder of their own in the bundle; everything outside these folders is in every archive.
 const FORMATS: [&str; 5] = ["usd", "urdf", "mjcf", "sdf", "glb"];
@@ -70,6 +71,7 @@ pub async fn download(
     State(api): State<Api>,
     Path(scene_id): Path<String>,
     Parameters(parameters): Parameters<BundleParameters>,
+    method: Method,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
     let BundleParameters { format, quarantined } = parameters;
@@ -77,15 +79,22 @@ pub async fn download(
     let scene_id = parse_id(&scene_id)?;
     let scene = find(&api, &scene_id).await?;
     check_state(&scene, quarantined)?;
-    let archive = archive(&api, &scene_id, format).await?;
     let suffix = if format == "all" { String::new() } else { format!("-{format}") };
-    let what = Download {
-        digest: &archive.digest,
-        size: archive.size,
-        media_type: "application/zip",
-        file_name: Some(format!("scene-{scene_id}{suffix}.zip")),
-    };
-    respond(&api, &headers, what).await
+    // A damaged archive of one format is gone once it was found damaged; the second time it is cut again.
+    for _ in 0..2 {
+        let Some(Archive { row, unstored }) = archive(&api, &scene_id, format).await? else { break };
+        let what = Download {
+            digest: &row.digest,
+            size: row.size,
+            media_type: "application/zip",
+            file_name: Some(format!("scene-{scene_id}{suffix}.zip")),
+            bytes: unstored,
+        };
+        if let Some(response) = respond(&api, &method, &headers, what).await? {
+            return Ok(response);
+        }
+    }
+    Err(missing_bytes(&api, &scene_id).await)
 }
 
 fn check_state(scene: &SceneRow, quarantined: bool) -> Result<(), Problem> {
@@ -106,24 +115,30 @@ fn check_state(scene: &SceneRow, quarantined: bool) -> Result<(), Problem> {
     }
 }
 
-async fn archive(api: &Api, scene_id: &SceneId, format: &str) -> Result<ArchiveRow, Problem> {
-    if let Some(archive) = api.store.archive(&DEFAULT_TENANT, scene_id, format).await?
-        && api.store.blobs().contains(&archive.digest).await?
+/// An archive, and its bytes where they could not be stored.
+struct Archive {
+    row: ArchiveRow,
+    unstored: Option<Bytes>,
+}
+
+/// The archive of a format; `None` if the bytes of the whole bundle are gone.
+async fn archive(api: &Api, scene_id: &SceneId, format: &str) -> Result<Option<Archive>, Problem> {
+    if let Some(row) = api.store.archive(&DEFAULT_TENANT, scene_id, format).await?
+        && api.store.blobs().contains(&row.digest).await?
     {
-        return Ok(archive);
+        return Ok(Some(Archive { row, unstored: None }));
     }
-    let gone = || {
-        Problem::new(
-            ProblemType::Internal,
-            "stored_data_missing",
-            "the bundle's bytes are gone; submit the scene again with the same seed",
-        )
+    let Some(all) = api.store.archive(&DEFAULT_TENANT, scene_id, "all").await? else {
+        return Err(Problem::new(
+            ProblemType::Gone,
+            "bundle_removed",
+            "the bundle of this quarantined scene was removed after its time; submit the scene again",
+        ));
     };
     if format == "all" {
-        return Err(gone());
+        return Ok(None);
     }
-    let all = api.store.archive(&DEFAULT_TENANT, scene_id, "all").await?.ok_or_else(gone)?;
-    let bytes = api.store.blobs().get(&all.digest).await?.ok_or_else(gone)?;
+    let Some(bytes) = api.store.blobs().get(&all.digest).await? else { return Ok(None) };
     let wanted = format.to_owned();
     let cut = tokio::task::spawn_blocking(move || only(&bytes, &wanted)).await;
     let part = match cut {
@@ -144,9 +159,22 @@ async fn archive(api: &Api, scene_id: &SceneId, format: &str) -> Result<ArchiveR
         ));
     };
     let size = part.len() as u64;
-    let archive = ArchiveRow { digest: api.store.blobs().put(part).await?, size };
-    api.store.record_archive(&DEFAULT_TENANT, scene_id, format, archive.clone()).await?;
-    Ok(archive)
+    let stored = match api.store.blobs().put(part.clone()).await {
+        Ok(digest) => {
+            let row = ArchiveRow { digest, size };
+            api.store.record_archive(&DEFAULT_TENANT, scene_id, format, row.clone()).await.map(|()| row)
+        }
+        Err(error) => Err(error),
+    };
+    match stored {
+        Ok(row) => Ok(Some(Archive { row, unstored: None })),
+        // A full disk is no reason not to send what is there.
+        Err(error) if error.outage().is_some() => {
+            let row = ArchiveRow { digest: Digest::of(&part), size };
+            Ok(Some(Archive { row, unstored: Some(part) }))
+        }
+        Err(error) => Err(error.into()),
+    }
 }
 
 /// The entries of one format and of no format; `None` when the format has none.

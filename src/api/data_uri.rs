@@ -1,9 +1,37 @@
 //! Base64 text of an image in a JSON body: alone, or as a data URI (RFC 2397).
 
+use std::borrow::Cow;
+use std::fmt;
+
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use bytes::Bytes;
 use imaging::codec::media_type_of;
+use serde::de::{Deserialize, Deserializer, Error, Visitor};
+
+/// The bytes of a file in base64, decoded while the text is read, so that the text is never copied.
+#[derive(Clone, Debug)]
+pub struct Base64Image(pub Bytes);
+
+impl<'de> Deserialize<'de> for Base64Image {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_str(Base64Visitor)
+    }
+}
+
+struct Base64Visitor;
+
+impl Visitor<'_> for Base64Visitor {
+    type Value = Base64Image;
+
+    fn expecting(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+        formatter.write_str("a string")
+    }
+
+    fn visit_str<E: Error>(self, text: &str) -> Result<Base64Image, E> {
+        decode(text).map(Base64Image).map_err(E::custom)
+    }
+}
 
 /// The bytes, or what is wrong with the text. Line breaks within base64 are skipped. A media type of an image must be
 /// that of the bytes.
@@ -11,9 +39,12 @@ pub fn decode(text: &str) -> Result<Bytes, String> {
     let text = text.trim();
     let is_uri = text.get(..5).is_some_and(|scheme| scheme.eq_ignore_ascii_case("data:"));
     let (declared, data) = if is_uri { split_uri(&text[5..])? } else { (String::new(), text) };
-    let compact: String = data.chars().filter(|c| !c.is_ascii_whitespace()).collect();
+    let compact: Cow<'_, str> = match data.bytes().any(|byte| byte.is_ascii_whitespace()) {
+        true => data.chars().filter(|c| !c.is_ascii_whitespace()).collect::<String>().into(),
+        false => data.into(),
+    };
     let bytes = STANDARD
-        .decode(compact)
+        .decode(compact.as_bytes())
         .map(Bytes::from)
         .map_err(|_| "is no base64; encode the file's bytes with padding".to_owned())?;
     match media_type_of(&bytes) {

@@ -1,11 +1,13 @@
 //! Immutable bytes on their way out: strong `ETag` (the digest), `If-None-Match`, single ranges,
-//! streamed from the store.
+//! streamed from the store, or sent by the bucket that a redirect names. Bytes that are gone or damaged have no
+//! response; their scene makes them again.
 
 use std::ops::Range;
 
 use axum::body::Body;
-use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
+use axum::http::{HeaderMap, HeaderValue, Method, StatusCode, header};
 use axum::response::{IntoResponse, Response};
+use bytes::Bytes;
 
 use super::Api;
 use super::error::{Problem, ProblemType};
@@ -19,10 +21,17 @@ pub struct Download<'a> {
     pub media_type: &'a str,
     /// Suggested name; `None` shows it in place.
     pub file_name: Option<String>,
+    /// The bytes, where they are not in the store.
+    pub bytes: Option<Bytes>,
 }
 
-/// The response to a request with these headers.
-pub async fn respond(api: &Api, headers: &HeaderMap, what: Download<'_>) -> Result<Response, Problem> {
+/// The response to a request with this method and these headers; `None` if the stored bytes are missing or damaged.
+pub async fn respond(
+    api: &Api,
+    method: &Method,
+    headers: &HeaderMap,
+    what: Download<'_>,
+) -> Result<Option<Response>, Problem> {
     let etag = format!("\"{}\"", what.digest);
     let mut fields = HeaderMap::new();
     let mut set = |name: header::HeaderName, value: &str| {
@@ -33,15 +42,29 @@ pub async fn respond(api: &Api, headers: &HeaderMap, what: Download<'_>) -> Resu
     set(header::ETAG, &etag);
     set(header::CACHE_CONTROL, "private, no-cache");
     set(header::ACCEPT_RANGES, "bytes");
-    set(header::CONTENT_TYPE, what.media_type);
+    set(header::CONTENT_TYPE, served_as(headers, what.media_type));
     // Model output and user text may be in there; a browser must not run it.
     set(header::CONTENT_SECURITY_POLICY, "sandbox; default-src 'none'");
-    if let Some(name) = &what.file_name {
-        set(header::CONTENT_DISPOSITION, &format!("attachment; filename=\"{name}\""));
+    let disposition = what.file_name.as_ref().map(|name| format!("attachment; filename=\"{name}\""));
+    if let Some(disposition) = &disposition {
+        set(header::CONTENT_DISPOSITION, disposition);
     }
     if matches(headers, header::IF_NONE_MATCH, &etag) {
         fields.remove(header::CONTENT_TYPE);
-        return Ok((StatusCode::NOT_MODIFIED, fields).into_response());
+        return Ok(Some((StatusCode::NOT_MODIFIED, fields).into_response()));
+    }
+    // The address is signed for GET.
+    if method == Method::GET && what.bytes.is_none() {
+        let address =
+            api.store.blobs().presigned(what.digest, what.media_type, disposition.as_deref()).await?;
+        if let Some(Ok(address)) = address.map(|address| HeaderValue::from_str(&address)) {
+            let fields = [
+                (header::LOCATION, address),
+                // The address ends; a client that asks again gets another.
+                (header::CACHE_CONTROL, HeaderValue::from_static("private, no-store")),
+            ];
+            return Ok(Some((StatusCode::TEMPORARY_REDIRECT, fields).into_response()));
+        }
     }
     let wanted = headers.get(header::RANGE).and_then(|range| range.to_str().ok());
     let still_same = !headers.contains_key(header::IF_RANGE) || matches(headers, header::IF_RANGE, &etag);
@@ -58,15 +81,18 @@ pub async fn respond(api: &Api, headers: &HeaderMap, what: Download<'_>) -> Resu
             if let Ok(value) = HeaderValue::from_str(&format!("bytes */{}", what.size)) {
                 response.headers_mut().insert(header::CONTENT_RANGE, value);
             }
-            return Ok(response);
+            return Ok(Some(response));
         }
     };
-    let Some(stream) = api.store.blobs().stream(what.digest, range.clone()).await? else {
-        return Err(Problem::new(
-            ProblemType::Internal,
-            "stored_data_missing",
-            "the stored bytes are gone; retry the scene's job to make them again",
-        ));
+    let body = match &what.bytes {
+        Some(bytes) => Body::from(match &range {
+            Some(range) => bytes.slice(range.start as usize..range.end as usize),
+            None => bytes.clone(),
+        }),
+        None => match api.store.blobs().stream(what.digest, range.clone()).await? {
+            Some(stream) => Body::from_stream(stream),
+            None => return Ok(None),
+        },
     };
     let (status, length) = match &range {
         Some(range) => (StatusCode::PARTIAL_CONTENT, range.end - range.start),
@@ -79,7 +105,23 @@ pub async fn respond(api: &Api, headers: &HeaderMap, what: Download<'_>) -> Resu
     {
         fields.insert(header::CONTENT_RANGE, value);
     }
-    Ok((status, fields, Body::from_stream(stream)).into_response())
+    Ok(Some((status, fields, body).into_response()))
+}
+
+/// The media type of bytes of `media_type` for a client with these headers: `application/octet-stream` where it accepts
+/// that and not the type itself, as generated clients do; else the type.
+pub fn served_as<'a>(headers: &HeaderMap, media_type: &'a str) -> &'a str {
+    const ANY_BYTES: &str = "application/octet-stream";
+    let group = media_type.split('/').next().unwrap_or_default();
+    let lists = headers.get_all(header::ACCEPT).into_iter().filter_map(|value| value.to_str().ok());
+    let (mut itself, mut any_bytes) = (false, false);
+    for range in lists.flat_map(|list| list.split(',')) {
+        let range = range.split(';').next().unwrap_or_default().trim().to_ascii_lowercase();
+        let is_group = range.strip_suffix("/*").is_some_and(|wanted| wanted == "*" || wanted == group);
+        itself |= is_group || media_type.split(';').next() == Some(range.as_str());
+        any_bytes |= range == ANY_BYTES;
+    }
+    if any_bytes && !itself { ANY_BYTES } else { media_type }
 }
 
 /// Whether a list of entity tags holds `etag` (compared weakly) or `*`.
@@ -127,6 +169,25 @@ fn parse_range(text: &str, size: u64) -> Wanted {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn bytes_are_served_in_their_media_type_unless_any_bytes_are_wanted() {
+        for (accept, expected) in [
+            (None, "image/png"),
+            (Some("*/*"), "image/png"),
+            (Some("image/png"), "image/png"),
+            (Some("application/octet-stream, image/*;q=0.1"), "image/png"),
+            (Some("text/html"), "image/png"),
+            (Some("application/octet-stream"), "application/octet-stream"),
+            (Some("text/html, Application/Octet-Stream;q=0.5"), "application/octet-stream"),
+        ] {
+            let mut headers = HeaderMap::new();
+            if let Some(accept) = accept {
+                headers.insert(header::ACCEPT, HeaderValue::from_static(accept));
+            }
+            assert_eq!(served_as(&headers, "image/png"), expected, "{accept:?}");
+        }
+    }
 
     #[test]
     fn ranges_as_rfc_9110_has_them() {

@@ -17,6 +17,8 @@ pub enum ProblemType {
     MalformedRequest,
     /// 422: it can be read, and a value in it will not do.
     InvalidRequest,
+    /// 403: this sender may not ask for this.
+    Forbidden,
     NotFound,
     MethodNotAllowed,
     RequestTimeout,
@@ -26,14 +28,21 @@ pub enum ProblemType {
     PayloadTooLarge,
     UnsupportedMediaType,
     RangeNotSatisfiable,
+    /// 421: the host is not one of this server.
+    Misdirected,
+    /// 429: one client asks for more than its share.
+    TooManyRequests,
     Internal,
     Unavailable,
+    /// 507: a tenant's quota leaves no room.
+    InsufficientStorage,
 }
 
 impl ProblemType {
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 16] = [
         Self::MalformedRequest,
         Self::InvalidRequest,
+        Self::Forbidden,
         Self::NotFound,
         Self::MethodNotAllowed,
         Self::RequestTimeout,
@@ -42,8 +51,11 @@ impl ProblemType {
         Self::PayloadTooLarge,
         Self::UnsupportedMediaType,
         Self::RangeNotSatisfiable,
+        Self::Misdirected,
+        Self::TooManyRequests,
         Self::Internal,
         Self::Unavailable,
+        Self::InsufficientStorage,
     ];
 
     /// The HTTP status, and the name in the type's URI.
@@ -51,6 +63,7 @@ impl ProblemType {
         match self {
             Self::MalformedRequest => (StatusCode::BAD_REQUEST, "malformed-request"),
             Self::InvalidRequest => (StatusCode::UNPROCESSABLE_ENTITY, "invalid-request"),
+            Self::Forbidden => (StatusCode::FORBIDDEN, "forbidden"),
             Self::NotFound => (StatusCode::NOT_FOUND, "not-found"),
             Self::MethodNotAllowed => (StatusCode::METHOD_NOT_ALLOWED, "method-not-allowed"),
             Self::RequestTimeout => (StatusCode::REQUEST_TIMEOUT, "request-timeout"),
@@ -59,8 +72,11 @@ impl ProblemType {
             Self::PayloadTooLarge => (StatusCode::PAYLOAD_TOO_LARGE, "payload-too-large"),
             Self::UnsupportedMediaType => (StatusCode::UNSUPPORTED_MEDIA_TYPE, "unsupported-media-type"),
             Self::RangeNotSatisfiable => (StatusCode::RANGE_NOT_SATISFIABLE, "range-not-satisfiable"),
+            Self::Misdirected => (StatusCode::MISDIRECTED_REQUEST, "misdirected-request"),
+            Self::TooManyRequests => (StatusCode::TOO_MANY_REQUESTS, "too-many-requests"),
             Self::Internal => (StatusCode::INTERNAL_SERVER_ERROR, "internal"),
             Self::Unavailable => (StatusCode::SERVICE_UNAVAILABLE, "unavailable"),
+            Self::InsufficientStorage => (StatusCode::INSUFFICIENT_STORAGE, "insufficient-storage"),
         }
     }
 
@@ -129,6 +145,17 @@ impl Problem {
         )
     }
 
+    /// The tenant's scenes have as many bytes as they may.
+    pub fn quota_exceeded(used_bytes: u64, quota_bytes: u64) -> Self {
+        Self::new(
+            ProblemType::InsufficientStorage,
+            "quota_exceeded",
+            format!(
+                "your scenes use {used_bytes} of {quota_bytes} bytes; delete scenes that you no longer need"
+            ),
+        )
+    }
+
     pub fn not_found(what: &str, id: &str) -> Self {
         let shown: String = id.chars().take(80).collect();
         Self::new(ProblemType::NotFound, "not_found", format!("there is no {what} {shown:?}"))
@@ -156,7 +183,7 @@ impl IntoResponse for Problem {
     /// The body is written by the outermost layer, which knows the request id.
     fn into_response(self) -> Response {
         let mut response = self.kind.status().into_response();
-        if self.kind == ProblemType::Unavailable {
+        if matches!(self.kind, ProblemType::Unavailable | ProblemType::TooManyRequests) {
             response.headers_mut().insert(header::RETRY_AFTER, header::HeaderValue::from_static("5"));
         }
         response.extensions_mut().insert(self);
@@ -173,11 +200,13 @@ impl From<StoreError> for Problem {
         }
         match error {
             _ if error.outage() == Some(Outage::Full) => Self::storage_full(),
-            StoreError::Corrupt { .. } | StoreError::InvalidDigest(_) => Self::new(
-                ProblemType::Internal,
-                "stored_data_unreadable",
-                "stored data cannot be read; the log has the details under this request id",
-            ),
+            StoreError::Corrupt { .. } | StoreError::InvalidDigest(_) | StoreError::BlobDamaged { .. } => {
+                Self::new(
+                    ProblemType::Internal,
+                    "stored_data_unreadable",
+                    "stored data cannot be read; the log has the details under this request id",
+                )
+            }
             _ => Self::new(
                 ProblemType::Unavailable,
                 "store_unavailable",

@@ -1,31 +1,41 @@
 //! `/jobs/{job_id}/events`: what happened, as a JSON page or as server-sent events.
 //!
-//! Events are rows numbered within their job. A stream is nothing but reading rows again whenever the
-//! store says that something changed, from the number the client saw last: a reconnect, or a restart of
-//! the server, loses nothing and repeats nothing.
+//! Events are rows numbered within their job. A stream is nothing but reading rows again whenever the job has moved
+//! ([`hub`]), from the number the client saw last: a reconnect, or a restart of the server, loses nothing and repeats
+//! nothing. A stream therefore ends after a while, so that no client holds a place for ever ([`stream_limits`]).
 
+pub mod hub;
+pub mod stream_limits;
+
+use std::collections::VecDeque;
 use std::convert::Infallible;
+use std::sync::Arc;
 use std::time::Duration;
 
-use axum::Json;
 use axum::extract::{Path, State};
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::response::sse::{Event as SentEvent, KeepAlive, Sse};
 use axum::response::{IntoResponse, Response};
+use axum::{Extension, Json};
 use futures::Stream;
 use serde::Deserialize;
 use serde_json::json;
-use tokio::sync::mpsc;
-use tokio_stream::wrappers::ReceiverStream;
+use tokio::time::Instant;
 
 use super::Api;
 use super::error::{Problem, ProblemType};
 use super::jobs::{find, parse_id};
 use super::query::{PageSize, Parameters, Sequence};
+use super::serve::connection::Connection;
 use super::views::EventView;
+use hub::Progress;
 use scene::JobId;
 use store::events::Event;
 use store::{DEFAULT_TENANT, StoreError};
+use stream_limits::StreamSlot;
+
+/// After a broken stream, a client comes back after this long.
+const RECONNECT: Duration = Duration::from_secs(2);
 
 /// Parameters of `GET /jobs/{job_id}/events`.
 #[derive(Default, Deserialize)]
@@ -41,17 +51,12 @@ pub async fn list(
     State(api): State<Api>,
     Path(job_id): Path<String>,
     Parameters(parameters): Parameters<EventParameters>,
+    connection: Option<Extension<Arc<Connection>>>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
     let (after, size) = (parameters.after.0, parameters.page_size.get());
     let job_id = parse_id(&job_id)?;
     let job = find(&api, &job_id).await?;
-    if !wants_stream(&headers) {
-        let events = api.store.events(&DEFAULT_TENANT, &job_id, after, size).await?;
-        let next = events.last().map_or(after, |event| event.seq);
-        let views: Vec<EventView> = events.into_iter().map(EventView::new).collect();
-        return Ok(Json(json!({ "events": views, "next_after": next })).into_response());
-    }
     let seen = match headers.get("last-event-id") {
         None => after,
         Some(id) => {
@@ -63,15 +68,26 @@ pub async fn list(
             seen
         }
     };
+    if !wants_stream(&headers) {
+        let events = api.store.events(&DEFAULT_TENANT, &job_id, after, size).await?;
+        let next = events.last().map_or(after, |event| event.seq);
+        let views: Vec<EventView> = events.into_iter().map(EventView::new).collect();
+        return Ok(Json(json!({ "events": views, "next_after": next })).into_response());
+    }
     if job.state.is_final() && api.store.events(&DEFAULT_TENANT, &job_id, seen, 1).await?.is_empty() {
         // Tells an EventSource that there is nothing to come back for.
         return Ok(StatusCode::NO_CONTENT.into_response());
     }
+    let client = connection.map(|Extension(connection)| api.proxies.client(connection.peer, &headers));
+    let slot = api.streams.admit(client)?;
     let keep_alive = KeepAlive::new().interval(Duration::from_secs(15)).text("still here");
-    let mut response = Sse::new(stream(api, job_id, seen)).keep_alive(keep_alive).into_response();
+    let events = EventStream::new(api, job_id, seen, slot).into_stream();
+    let mut response = Sse::new(events).keep_alive(keep_alive).into_response();
     let headers = response.headers_mut();
     headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
     headers.insert("x-accel-buffering", HeaderValue::from_static("no"));
+    // The client of a stream that has ended holds no connection.
+    headers.insert(header::CONNECTION, HeaderValue::from_static("close"));
     Ok(response)
 }
 
@@ -80,55 +96,82 @@ fn wants_stream(headers: &HeaderMap) -> bool {
     accepted.flat_map(|value| value.split(',')).any(|kind| kind.trim().starts_with("text/event-stream"))
 }
 
-/// Every event after `seen`, until the job has ended, the client has gone or the process is to end.
-fn stream(api: Api, job_id: JobId, seen: i64) -> impl Stream<Item = Result<SentEvent, Infallible>> {
-    let (sender, receiver) = mpsc::channel(64);
-    tokio::spawn(async move {
-        tokio::select! {
-            () = sender.closed() => {}
-            () = api.shutdown.cancelled() => {}
-            result = follow(&api, &job_id, seen, &sender) => {
-                if let Err(error) = result {
-                    tracing::error!(%error, %job_id, "an event stream broke off; the client will come back");
-                }
-            }
-        }
-    });
-    ReceiverStream::new(receiver)
+/// Every event after the one seen last, until the job has ended, the client has gone, the stream is too old or the
+/// process is to end.
+struct EventStream {
+    api: Api,
+    job_id: JobId,
+    seen: i64,
+    progress: Progress,
+    /// Read, and not yet sent.
+    events: VecDeque<Event>,
+    ends: Instant,
+    has_ended: bool,
+    _slot: StreamSlot,
 }
 
-async fn follow(
-    api: &Api,
-    job_id: &JobId,
-    mut seen: i64,
-    sender: &mpsc::Sender<Result<SentEvent, Infallible>>,
-) -> Result<(), StoreError> {
-    let mut changes = api.store.changes();
-    loop {
-        changes.mark_unchanged();
-        // The state first: when it is final, the events read after it are all there will be.
-        let job = api.store.job(&DEFAULT_TENANT, job_id).await?;
-        let ended = job.is_none_or(|job| job.state.is_final());
-        let events = api.store.events(&DEFAULT_TENANT, job_id, seen, 100).await?;
-        let nothing_new = events.is_empty();
-        for event in events {
-            seen = event.seq;
-            if sender.send(Ok(sent(event))).await.is_err() {
-                return Ok(());
+impl EventStream {
+    fn new(api: Api, job_id: JobId, seen: i64, slot: StreamSlot) -> Self {
+        let progress = api.hub.follow(&job_id);
+        let ends = Instant::now() + Duration::from_secs(api.settings.max_event_stream_secs);
+        let events = VecDeque::new();
+        Self { api, job_id, seen, progress, events, ends, has_ended: false, _slot: slot }
+    }
+
+    fn into_stream(self) -> impl Stream<Item = Result<SentEvent, Infallible>> {
+        futures::stream::unfold(self, |mut stream| async move {
+            match stream.next().await {
+                Ok(event) => event.map(|event| (Ok(event), stream)),
+                Err(error) => {
+                    let job_id = &stream.job_id;
+                    tracing::error!(%error, %job_id, "an event stream broke off; the client will come back");
+                    None
+                }
+            }
+        })
+    }
+
+    async fn next(&mut self) -> Result<Option<SentEvent>, StoreError> {
+        loop {
+            if let Some(event) = self.events.pop_front() {
+                self.seen = event.seq;
+                return Ok(Some(sent(event)));
+            }
+            if self.has_ended {
+                return Ok(None);
+            }
+            let progress = *self.progress.borrow_and_update();
+            if progress.is_some_and(|progress| progress.last_seq > self.seen) {
+                self.events =
+                    self.api.store.events(&DEFAULT_TENANT, &self.job_id, self.seen, 100).await?.into();
+                if !self.events.is_empty() {
+                    continue;
+                }
+            }
+            if progress.is_some_and(|progress| progress.is_final) {
+                return Ok(None);
+            }
+            tokio::select! {
+                changed = self.progress.changed() => self.has_ended = changed.is_err(),
+                () = tokio::time::sleep_until(self.ends) => {
+                    let secs = self.api.settings.max_event_stream_secs;
+                    return Ok(Some(self.end(&format!("a stream ends after {secs} s"))));
+                }
+                () = self.api.shutdown.cancelled() => return Ok(Some(self.end("the server is shutting down"))),
             }
         }
-        if nothing_new {
-            if ended {
-                return Ok(());
-            }
-            // The timeout covers a change whose announcement did not reach this process.
-            let _ = tokio::time::timeout(Duration::from_secs(5), changes.changed()).await;
-        }
+    }
+
+    /// The last message of a stream whose job goes on.
+    fn end(&mut self, why: &str) -> SentEvent {
+        self.has_ended = true;
+        let advice = format!("{why}; reconnect with Last-Event-ID: {}", self.seen);
+        SentEvent::default().comment(advice).retry(RECONNECT)
     }
 }
 
 fn sent(event: Event) -> SentEvent {
     let (id, kind) = (event.seq.to_string(), event.kind.clone());
     let data = json!(EventView::new(event)).to_string();
-    SentEvent::default().id(id).event(kind).retry(Duration::from_secs(2)).data(data)
+    SentEvent::default().id(id).event(kind).retry(RECONNECT).data(data)
 }

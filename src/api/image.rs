@@ -9,15 +9,28 @@ use imaging::codec::{
 };
 
 use super::Settings;
+use super::body_memory::Reservation;
 use super::error::{Problem, ProblemType};
 use store::Digest;
 
 /// An image that was checked, but not stored.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct UploadedImage {
     pub bytes: Bytes,
     pub digest: Digest,
     pub media_type: &'static str,
+    /// Of the bytes, where they came with a request.
+    pub memory: Reservation,
+}
+
+/// Pixels of one block of [`pixel_blocks`].
+pub const PIXELS_PER_BLOCK: u64 = 1024;
+
+/// How many blocks of pixels an image declares; at least 1. Memory of a decoder grows with them.
+pub fn pixel_blocks(bytes: &[u8]) -> u32 {
+    let pixels =
+        read_header(bytes).map_or(0, |header| u64::from(header.width_px) * u64::from(header.height_px));
+    u32::try_from(pixels.div_ceil(PIXELS_PER_BLOCK)).unwrap_or(u32::MAX).max(1)
 }
 
 /// Checks an image (decoding it, so it blocks); refuses with what to change.
@@ -66,7 +79,7 @@ fn inspect(bytes: Bytes, max_pixels: u64) -> Result<UploadedImage, Problem> {
         ));
     }
     verify_image(&bytes, max_pixels.saturating_mul(12)).map_err(refused)?;
-    Ok(UploadedImage { digest: Digest::of(&bytes), bytes, media_type })
+    Ok(UploadedImage { digest: Digest::of(&bytes), bytes, media_type, memory: Reservation::default() })
 }
 
 fn refused(error: CodecError) -> Problem {

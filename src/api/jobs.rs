@@ -1,24 +1,74 @@
-//! `/jobs`: show, stages, cancel, retry.
+//! `/jobs`: list, show, stages, cancel, retry.
 
 use axum::Json;
 use axum::extract::{Path, Request, State};
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use super::Api;
-use super::error::{FieldError, Problem, ProblemType};
+use super::error::{Problem, ProblemType};
+use super::query::{IdFilter, PageSize, PageToken, Parameters, Time};
 use super::submission::{json_bytes, media_type, parse};
 use super::views::{JobView, StageView};
+use crate::spans;
 use scene::JobId;
+use scene::job::{JobKind, JobState};
 use store::DEFAULT_TENANT;
-use store::jobs::{JobRow, RetryOutcome};
+use store::jobs::{JobFilter, JobRow, RetryOutcome};
 use store::queue::CancelOutcome;
+
+/// Parameters of `GET /jobs`.
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ListParameters {
+    state: Option<JobState>,
+    kind: Option<JobKind>,
+    /// Only jobs of this scene.
+    scene: Option<IdFilter>,
+    created_after: Option<Time>,
+    page_size: PageSize,
+    page_token: Option<PageToken>,
+}
+
+/// A page of jobs.
+#[derive(Serialize)]
+struct JobPage {
+    jobs: Vec<JobView>,
+    next_page_token: Option<String>,
+}
+
+/// `GET /jobs`.
+pub async fn list(
+    State(api): State<Api>,
+    Parameters(parameters): Parameters<ListParameters>,
+) -> Result<Response, Problem> {
+    let size = parameters.page_size.get();
+    let filter = JobFilter {
+        state: parameters.state,
+        kind: parameters.kind,
+        scene: parameters.scene.and_then(IdFilter::id),
+        created_after_ms: parameters.created_after.map(Time::as_ms),
+        before_id: parameters.page_token.and_then(PageToken::last_id),
+        limit: size + 1,
+    };
+    let mut rows = api.store.jobs(&DEFAULT_TENANT, filter).await?;
+    let more = rows.len() > size as usize;
+    rows.truncate(size as usize);
+    let next = rows.last().filter(|_| more).and_then(|job| PageToken::after(job.id.as_str()));
+    let jobs = views(&api, rows.into_iter().map(Some).collect()).await?;
+    let page = JobPage {
+        jobs: jobs.into_iter().flatten().collect(),
+        next_page_token: next.map(|token| token.to_string()),
+    };
+    Ok(Json(page).into_response())
+}
 
 /// `GET /jobs/{job_id}`.
 pub async fn show(State(api): State<Api>, Path(job_id): Path<String>) -> Result<Response, Problem> {
-    Ok(Json(JobView::new(find(&api, &parse_id(&job_id)?).await?)).into_response())
+    let job = find(&api, &parse_id(&job_id)?).await?;
+    Ok(Json(view(&api, job).await?).into_response())
 }
 
 /// `GET /jobs/{job_id}/stages`.
@@ -36,7 +86,7 @@ pub async fn cancel(State(api): State<Api>, Path(job_id): Path<String>) -> Resul
     match api.store.cancel(&DEFAULT_TENANT, &job_id).await? {
         CancelOutcome::Accepted(_) => {
             let job = find(&api, &job_id).await?;
-            Ok((StatusCode::ACCEPTED, Json(JobView::new(job))).into_response())
+            Ok((StatusCode::ACCEPTED, Json(view(&api, job).await?)).into_response())
         }
         CancelOutcome::TooLate(state) => Err(Problem::new(
             ProblemType::Conflict,
@@ -76,8 +126,9 @@ pub async fn retry(
     let conflict = |code, detail| Err(Problem::new(ProblemType::Conflict, code, detail));
     let job_id = parse_id(&job_id)?;
     match api.store.retry(&DEFAULT_TENANT, &job_id, body.from_stage).await? {
-        RetryOutcome::Created { job_id, .. } => {
-            let view = JobView::new(find(&api, &job_id).await?);
+        RetryOutcome::Created { job_id, scene_id } => {
+            spans::submitted(&scene_id, &job_id);
+            let view = view(&api, find(&api, &job_id).await?).await?;
             let location = HeaderValue::from_str(&view.links.this);
             let mut response = (StatusCode::ACCEPTED, Json(view)).into_response();
             if let Ok(location) = location {
@@ -94,10 +145,10 @@ pub async fn retry(
             "scene_not_retryable",
             format!("the scene is {}; submit a new one with another seed", state.as_str()),
         ),
-        RetryOutcome::NoSuchStage => Err(Problem::invalid(vec![FieldError::new(
-            "/from_stage",
-            "the job never came to that stage; GET its stages for the names",
-        )])),
+        RetryOutcome::NoSuchStage => conflict(
+            "stage_not_reached",
+            "the job never came to that `from_stage`; GET its stages for the names".to_owned(),
+        ),
     }
 }
 
@@ -110,4 +161,18 @@ pub(super) fn parse_id(text: &str) -> Result<JobId, Problem> {
 pub(super) async fn find(api: &Api, job_id: &JobId) -> Result<JobRow, Problem> {
     let job = api.store.job(&DEFAULT_TENANT, job_id).await?;
     job.ok_or_else(|| Problem::not_found("job", job_id.as_str()))
+}
+
+/// A job as clients see it.
+async fn view(api: &Api, job: JobRow) -> Result<JobView, Problem> {
+    let outlooks = api.store.outlooks(&DEFAULT_TENANT, &[&job]).await?;
+    Ok(JobView::new(job, outlooks.first().copied().unwrap_or_default()))
+}
+
+/// As [`view`], for the jobs of a page at once.
+pub(super) async fn views(api: &Api, jobs: Vec<Option<JobRow>>) -> Result<Vec<Option<JobView>>, Problem> {
+    let known: Vec<&JobRow> = jobs.iter().flatten().collect();
+    let mut outlooks = api.store.outlooks(&DEFAULT_TENANT, &known).await?.into_iter();
+    let mut view = |job| JobView::new(job, outlooks.next().unwrap_or_default());
+    Ok(jobs.into_iter().map(|job| job.map(&mut view)).collect())
 }

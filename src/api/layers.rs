@@ -10,11 +10,12 @@ use axum::middleware::{Next, from_fn};
 use axum::response::{IntoResponse, Response};
 use axum::{Router, middleware};
 use tower_http::catch_panic::CatchPanicLayer;
-use tracing::Instrument;
+use tracing::{Instrument, Span};
 use uuid::Uuid;
 
 use super::Api;
 use super::error::{Problem, ProblemType};
+use crate::spans;
 
 const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
 
@@ -41,8 +42,12 @@ async fn answer(request: Request, next: Next) -> Response {
             && id.bytes().all(|b| b.is_ascii_alphanumeric() || matches!(b, b'-' | b'_' | b'.' | b':'))
     });
     let id = given.map_or_else(|| Uuid::now_v7().to_string(), str::to_owned);
-    let span = tracing::info_span!("request", id, method = %request.method(), path = request.uri().path());
-    let mut response = next.run(request).instrument(span).await;
+    let started = Instant::now();
+    let trace_parent = request.headers().get("traceparent").and_then(|value| value.to_str().ok());
+    let span = spans::request(&id, request.method().as_str(), request.uri().path(), trace_parent);
+    let route = request.extensions().get::<MatchedPath>().cloned();
+    let mut response = next.run(request).instrument(span.clone()).await;
+    log_access(&span, route.as_ref(), response.status(), started);
     if let Some(problem) = response.extensions_mut().remove::<Problem>() {
         let body = problem.document(&id).to_string();
         *response.body_mut() = Body::from(body);
@@ -65,6 +70,19 @@ async fn answer(request: Request, next: Next) -> Response {
     }
     response.headers_mut().insert(header::X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff"));
     response
+}
+
+/// A line in the access log, and route and status in the span.
+fn log_access(span: &Span, route: Option<&MatchedPath>, status: StatusCode, started: Instant) {
+    let (route, status) = (route.map_or("none", MatchedPath::as_str), status.as_u16());
+    span.record("route", route).record("status", status);
+    let seconds = started.elapsed().as_secs_f64();
+    let _entered = span.enter();
+    if spans::is_probe(route) {
+        tracing::debug!(target: "tabletopgen::access", seconds, "answered");
+    } else {
+        tracing::info!(target: "tabletopgen::access", seconds, "answered");
+    }
 }
 
 fn is_plain(response: &Response) -> bool {

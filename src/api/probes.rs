@@ -1,17 +1,24 @@
 //! Probes, metrics, version, contract.
 
+use std::time::Duration;
+
 use axum::Json;
 use axum::extract::State;
-use axum::http::header;
+use axum::http::{HeaderMap, header};
 use axum::response::{IntoResponse, Response};
 use serde_json::json;
 
 use super::Api;
+use super::download::served_as;
 use super::error::{Problem, ProblemType};
+use super::process_metrics;
 use store::Outage;
 
 /// The contract, as it lies in the repository.
 pub const OPENAPI: &str = include_str!("../../openapi.yaml");
+
+/// How long a scrape waits for the database; the metrics of the process are answered without it.
+const QUEUE_DEPTH_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// `GET /healthz`: the process answers.
 pub async fn healthz() -> Response {
@@ -20,7 +27,7 @@ pub async fn healthz() -> Response {
 
 /// `GET /readyz`: it takes new work.
 pub async fn readyz(State(api): State<Api>) -> Result<Response, Problem> {
-    if api.shutdown.is_cancelled() {
+    if api.draining.is_cancelled() {
         return Err(Problem::new(ProblemType::Unavailable, "shutting_down", "the process is shutting down"));
     }
     api.store.is_healthy().await?;
@@ -35,14 +42,29 @@ pub async fn readyz(State(api): State<Api>) -> Result<Response, Problem> {
     Ok(Json(json!({ "status": "ready" })).into_response())
 }
 
-/// `GET /metrics`: Prometheus text.
-pub async fn metrics(State(api): State<Api>) -> Result<Response, Problem> {
-    for (state, count) in api.store.job_counts().await? {
-        metrics::gauge!("tabletopgen_jobs", "state" => state.as_str()).set(count as f64);
+/// `GET /metrics`: Prometheus text. The depth of the queue is read now, so that it is right without a worker too; where
+/// the database does not answer it is not a number, and everything else is still said.
+pub async fn metrics(State(api): State<Api>) -> Response {
+    let depth = tokio::time::timeout(QUEUE_DEPTH_TIMEOUT, api.store.queue_depth()).await;
+    let depth = depth.ok().and_then(Result::ok);
+    metrics::gauge!("tabletopgen_store_readable").set(f64::from(u8::from(depth.is_some())));
+    let count = |jobs: Option<i64>| jobs.map_or(f64::NAN, |jobs| jobs as f64);
+    for (state, jobs) in [
+        ("queued", depth.map(|depth| depth.queued)),
+        ("running", depth.map(|depth| depth.running)),
+        ("cancelling", depth.map(|depth| depth.cancelling)),
+    ] {
+        metrics::gauge!("tabletopgen_jobs", "state" => state).set(count(jobs));
     }
+    let waited = depth.map_or(f64::NAN, |depth| depth.longest_wait.as_secs_f64());
+    metrics::gauge!("tabletopgen_oldest_queued_job_seconds").set(waited);
+    let is_out = api.store.outage().borrow().is_some();
+    metrics::gauge!("tabletopgen_store_outage").set(f64::from(u8::from(is_out)));
+    metrics::gauge!("tabletopgen_body_memory_limit_bytes").set(api.settings.body_memory_bytes as f64);
+    process_metrics::collect();
     api.metrics.run_upkeep();
     let kind = [(header::CONTENT_TYPE, "text/plain; version=0.0.4; charset=utf-8")];
-    Ok((kind, api.metrics.render()).into_response())
+    (kind, api.metrics.render()).into_response()
 }
 
 /// `GET /version`.
@@ -51,6 +73,6 @@ pub async fn version() -> Response {
 }
 
 /// `GET /openapi.yaml`.
-pub async fn openapi() -> Response {
-    ([(header::CONTENT_TYPE, "application/yaml")], OPENAPI).into_response()
+pub async fn openapi(headers: HeaderMap) -> Response {
+    ([(header::CONTENT_TYPE, served_as(&headers, "application/yaml").to_owned())], OPENAPI).into_response()
 }

@@ -7,9 +7,10 @@ use base64::Engine as _;
 use base64::engine::general_purpose::URL_SAFE_NO_PAD;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
+use uuid::Uuid;
 
 use super::error::{Problem, ProblemType};
-use scene::SceneId;
+use super::submission::is_label;
 
 /// The parameters of a query as a struct, which should deny unknown fields. A parameter that is unknown, repeated or
 /// invalid gives the problem `invalid_parameter`.
@@ -58,14 +59,26 @@ impl TryFrom<String> for PageSize {
     }
 }
 
-/// Opaque token that continues a list after a scene.
-#[derive(Clone, Debug, Deserialize, PartialEq, Eq)]
+/// Opaque token that continues a list after the row with this id. The contract states its form exactly: 128 bits.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
 #[serde(try_from = "String")]
-pub struct PageToken(pub SceneId);
+pub struct PageToken(Uuid);
+
+impl PageToken {
+    /// The token of the page after the row with this id; ids of the store are UUIDs.
+    pub fn after(id: &str) -> Option<Self> {
+        Uuid::parse_str(id).ok().map(Self)
+    }
+
+    /// The last id of the page before.
+    pub fn last_id<T: TryFrom<String>>(self) -> Option<T> {
+        T::try_from(self.0.to_string()).ok()
+    }
+}
 
 impl std::fmt::Display for PageToken {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(&URL_SAFE_NO_PAD.encode(self.0.as_str()))
+        f.write_str(&URL_SAFE_NO_PAD.encode(self.0))
     }
 }
 
@@ -73,10 +86,34 @@ impl TryFrom<String> for PageToken {
     type Error = &'static str;
 
     fn try_from(token: String) -> Result<Self, Self::Error> {
-        let id = URL_SAFE_NO_PAD.decode(token).ok().and_then(|bytes| String::from_utf8(bytes).ok());
-        id.and_then(|id| SceneId::try_from(id).ok())
+        let bytes = URL_SAFE_NO_PAD.decode(token).ok();
+        bytes
+            .and_then(|bytes| Uuid::from_slice(&bytes).ok())
             .map(Self)
             .ok_or("take it from `next_page_token` of the page before, unchanged")
+    }
+}
+
+/// Id of a scene that a list is filtered by.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[serde(try_from = "String")]
+pub struct IdFilter(Uuid);
+
+impl IdFilter {
+    /// The id as the store writes it.
+    pub fn id<T: TryFrom<String>>(self) -> Option<T> {
+        T::try_from(self.0.to_string()).ok()
+    }
+}
+
+impl TryFrom<String> for IdFilter {
+    type Error = &'static str;
+
+    fn try_from(text: String) -> Result<Self, Self::Error> {
+        // Of the forms of a UUID the contract has only the one with hyphens.
+        let hyphenated = text.len() == 36;
+        let id = hyphenated.then(|| Uuid::parse_str(&text).ok()).flatten();
+        id.map(Self).ok_or("must be an id, a UUID such as 0192f3a4-5b6c-7d8e-9fa0-b1c2d3e4f5a6")
     }
 }
 
@@ -92,12 +129,15 @@ impl TryFrom<String> for LabelFilter {
     type Error = &'static str;
 
     fn try_from(text: String) -> Result<Self, Self::Error> {
-        let (key, value) = text.split_once(':').ok_or("must be `key:value`")?;
+        let (key, value) = text
+            .split_once(':')
+            .filter(|(key, value)| is_label(key, value))
+            .ok_or("must be `key:value`, with a key and a value that labels may have")?;
         Ok(Self { key: key.to_owned(), value: value.to_owned() })
     }
 }
 
-/// Sequence number of an event, 0 or more.
+/// Sequence number of an event, 0 to 2^53 - 1.
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
 #[serde(try_from = "String")]
 pub struct Sequence(pub i64);
@@ -106,7 +146,7 @@ impl TryFrom<String> for Sequence {
     type Error = &'static str;
 
     fn try_from(text: String) -> Result<Self, Self::Error> {
-        let sequence = text.parse().ok().filter(|sequence| *sequence >= 0);
+        let sequence = text.parse().ok().filter(|sequence| (0..1 << 53).contains(sequence));
         sequence.map(Self).ok_or("must be the `seq` of an event")
     }
 }
@@ -142,6 +182,7 @@ mod tests {
         page_size: PageSize,
         page_token: Option<PageToken>,
         created_after: Option<Time>,
+        scene: Option<IdFilter>,
     }
 
     async fn parse(query: &str) -> Result<Example, String> {
@@ -168,6 +209,10 @@ mod tests {
             ("page_size=0", "from 1 to 200"),
             ("page_token=Li4vLi4vbG9jaw", "next_page_token"),
             ("label=nocolon", "key:value"),
+            ("label=:value", "key:value"),
+            ("label=key:%07", "key:value"),
+            ("scene=none", "a UUID"),
+            ("scene=0192f3a45b6c7d8e9fa0b1c2d3e4f5a6", "a UUID"),
             ("created_after=2001-02-29T00:00:00Z", "2026-01-31T12:00:00Z"),
             ("created_after=yesterday", "2026-01-31T12:00:00Z"),
         ] {
@@ -178,7 +223,12 @@ mod tests {
 
     #[test]
     fn page_tokens_are_read_again() {
-        let id = SceneId::try_from("0190a3b0-0000-7000-8000-000000000001".to_owned()).expect("an id");
-        assert_eq!(PageToken::try_from(PageToken(id.clone()).to_string()), Ok(PageToken(id)));
+        let id = "0190a3b0-0000-7000-8000-000000000001";
+        let token = PageToken::after(id).expect("an id");
+        assert_eq!(token.to_string().len(), 22);
+        assert_eq!(PageToken::try_from(token.to_string()), Ok(token));
+        assert_eq!(token.last_id::<String>().as_deref(), Some(id));
+        // The last character holds two bits of the id and four zeros.
+        assert!(PageToken::try_from("AZCjsAAAcACAAAAAAAAAAB".to_owned()).is_err());
     }
 }

@@ -6,16 +6,19 @@ use axum::Json;
 use axum::extract::{Path, Request, State};
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use super::error::{Problem, ProblemType};
-use super::query::{LabelFilter, PageSize, PageToken, Parameters, Time};
-use super::views::{ArtifactView, SceneView, SpendingView, StageView};
-use super::{Api, submission};
+use super::query::{IdFilter, LabelFilter, PageSize, PageToken, Parameters, Time};
+use super::views::{ArtifactView, JobView, SceneView, SpendingView, StageView};
+use super::{Api, jobs, submission};
+use crate::spans;
 use scene::SceneId;
 use scene::job::SceneState;
 use store::DEFAULT_TENANT;
+use store::queue::QueueFull;
+use store::retention::QuotaOutcome;
 use store::scenes::{DeleteOutcome, SceneFilter, SceneRow, SubmitOutcome};
 
 /// Parameters of `POST /scenes`.
@@ -40,14 +43,23 @@ pub async fn submit(
         let document = json!({ "valid": true, "request": submission.request, "text": text });
         return Ok(Json(document).into_response());
     }
+    if let QuotaOutcome::Exceeded { used_bytes, quota_bytes } = api.store.quota(&DEFAULT_TENANT).await? {
+        return Err(Problem::quota_exceeded(used_bytes, quota_bytes));
+    }
     let budget_usd = api.settings.usual_budget_usd;
+    let schedule = submission.schedule(&api.queue);
     let new = submission.into_row(&api.store, DEFAULT_TENANT.clone(), budget_usd, key).await?;
-    let scene_id = match api.store.submit(new).await? {
-        SubmitOutcome::Created { scene_id, .. } => {
+    let scene_id = match api.store.submit_scheduled(new, schedule).await? {
+        SubmitOutcome::Created { scene_id, job_id } => {
             metrics::counter!("tabletopgen_scenes_submitted_total").increment(1);
+            spans::submitted(&scene_id, &job_id);
             scene_id
         }
-        SubmitOutcome::Replayed { scene_id, .. } => scene_id,
+        SubmitOutcome::Replayed { scene_id, job_id } => {
+            spans::submitted(&scene_id, &job_id);
+            scene_id
+        }
+        SubmitOutcome::QueueFull(full) => return Ok(queue_full(full)),
         SubmitOutcome::KeyReused => {
             return Err(Problem::new(
                 ProblemType::InvalidRequest,
@@ -64,7 +76,7 @@ pub async fn submit(
     // Without `Prefer` the answer is always 202: the same request gets the same answer.
     let status = if wait.is_some() { status } else { StatusCode::ACCEPTED };
     let location = format!("/scenes/{scene_id}");
-    let job = api.store.latest_job(&DEFAULT_TENANT, &scene_id).await?;
+    let job = latest_job(&api, &scene_id).await?;
     let mut response = (status, Json(SceneView::new(scene, job))).into_response();
     if let Ok(location) = HeaderValue::from_str(&location) {
         response.headers_mut().insert(header::LOCATION, location);
@@ -77,13 +89,24 @@ pub async fn submit(
     Ok(response)
 }
 
+/// 429 with the time after which there may be room.
+fn queue_full(full: QueueFull) -> Response {
+    let detail = format!(
+        "{} jobs wait in the queue, and no more may; send the request again in {} seconds",
+        full.limit, full.retry_after_secs
+    );
+    let mut response = Problem::new(ProblemType::TooManyRequests, "queue_full", detail).into_response();
+    response.headers_mut().insert(header::RETRY_AFTER, HeaderValue::from(full.retry_after_secs));
+    response
+}
+
 /// Parameters of `GET /scenes`.
 #[derive(Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ListParameters {
     state: Option<SceneState>,
     label: Option<LabelFilter>,
-    parent: Option<SceneId>,
+    parent: Option<IdFilter>,
     created_after: Option<Time>,
     page_size: PageSize,
     page_token: Option<PageToken>,
@@ -98,28 +121,36 @@ pub async fn list(
     let filter = SceneFilter {
         state: parameters.state,
         label: parameters.label.map(|label| (label.key, label.value)),
-        parent: parameters.parent,
+        parent: parameters.parent.and_then(IdFilter::id),
         created_after_ms: parameters.created_after.map(Time::as_ms),
-        before_id: parameters.page_token.map(|PageToken(id)| id),
+        before_id: parameters.page_token.and_then(PageToken::last_id),
         limit: size + 1,
     };
     let mut rows = api.store.scenes(&DEFAULT_TENANT, filter).await?;
     let more = rows.len() > size as usize;
     rows.truncate(size as usize);
-    let next = rows.last().filter(|_| more).map(|scene| PageToken(scene.id.clone()).to_string());
-    let mut scenes = Vec::with_capacity(rows.len());
-    for scene in rows {
-        let job = api.store.latest_job(&DEFAULT_TENANT, &scene.id).await?;
-        scenes.push(SceneView::new(scene, job));
-    }
-    Ok(Json(json!({ "scenes": scenes, "next_page_token": next })).into_response())
+    let next = rows.last().filter(|_| more).and_then(|(scene, _)| PageToken::after(scene.id.as_str()));
+    let (scenes, jobs): (Vec<_>, Vec<_>) = rows.into_iter().unzip();
+    let jobs = jobs::views(&api, jobs).await?;
+    let page = ScenePage {
+        scenes: scenes.into_iter().zip(jobs).map(|(scene, job)| SceneView::new(scene, job)).collect(),
+        next_page_token: next.map(|token| token.to_string()),
+    };
+    Ok(Json(page).into_response())
+}
+
+/// A page of scenes.
+#[derive(Serialize)]
+struct ScenePage {
+    scenes: Vec<SceneView>,
+    next_page_token: Option<String>,
 }
 
 /// `GET /scenes/{scene_id}`.
 pub async fn show(State(api): State<Api>, Path(scene_id): Path<String>) -> Result<Response, Problem> {
     let scene_id = parse_id(&scene_id)?;
     let scene = find(&api, &scene_id).await?;
-    let job = api.store.latest_job(&DEFAULT_TENANT, &scene_id).await?;
+    let job = latest_job(&api, &scene_id).await?;
     let stages = match &job {
         Some(job) => api.store.stages(&DEFAULT_TENANT, &job.id).await?,
         None => Vec::new(),
@@ -157,6 +188,12 @@ pub(super) async fn find(api: &Api, scene_id: &SceneId) -> Result<SceneRow, Prob
         Some(scene) => Ok(scene),
         None => Err(Problem::not_found("scene", scene_id.as_str())),
     }
+}
+
+/// The newest job of a scene, as clients see it.
+async fn latest_job(api: &Api, scene_id: &SceneId) -> Result<Option<JobView>, Problem> {
+    let job = api.store.latest_job(&DEFAULT_TENANT, scene_id).await?;
+    Ok(jobs::views(api, vec![job]).await?.pop().flatten())
 }
 
 fn idempotency_key(headers: &HeaderMap) -> Result<Option<String>, Problem> {

@@ -4,22 +4,28 @@
 
 use std::collections::BTreeMap;
 
-use axum::body::{Body, to_bytes};
-use axum::extract::{FromRequest, Multipart, Request};
-use axum::http::{HeaderMap, header};
+use axum::extract::Request;
 use bytes::Bytes;
+use jiff::Timestamp;
 use serde::Deserialize;
-use serde_json::{Value, json};
-use serde_path_to_error::Segment;
+use serde_json::json;
 use uuid::Uuid;
 
+use super::admission::overloaded;
+use super::body::BodyReader;
+use super::body_memory::Reservation;
+use super::data_uri::Base64Image;
 use super::error::{FieldError, Problem, ProblemType};
+use super::form_body::Form;
 use super::image::UploadedImage;
-use super::json_detail::json_detail;
-use super::{Api, Settings, Validate, data_uri, image};
+use super::json_body::parse_apart;
+pub use super::json_body::{json_bytes, media_type, parse};
+use super::query::Time;
+use super::{Api, Settings, Validate, form_body, image};
 use scene::Violation;
 use scene::request::{MAX_SEED, RequestOptions};
 use scene::{Input, SceneRequest, TenantId};
+use store::queue::{self, Schedule};
 use store::scenes::NewScene;
 use store::{Digest, Store, StoreError};
 
@@ -33,6 +39,12 @@ pub struct SceneBody {
     pub seed: Option<u64>,
     pub labels: BTreeMap<String, String>,
     pub options: RequestOptions,
+    /// Orders the jobs of the client; more is sooner.
+    pub priority: Option<i64>,
+    /// The job starts no earlier.
+    pub not_before: Option<Time>,
+    /// The job fails if it has not ended by then.
+    pub deadline: Option<Time>,
 }
 
 /// Where an image is, or its bytes; one of them.
@@ -40,15 +52,22 @@ pub struct SceneBody {
 #[serde(deny_unknown_fields)]
 pub struct ImageSource {
     /// Base64, alone or as a data URI.
-    pub base64: Option<String>,
+    pub base64: Option<Base64Image>,
     pub url: Option<String>,
 }
+
+/// Largest priority, and smallest below zero.
+const MAX_PRIORITY: i64 = 100;
 
 /// A submission that may be enqueued.
 #[derive(Debug)]
 pub struct Submission {
     pub request: SceneRequest,
     pub labels: BTreeMap<String, String>,
+    pub priority: i64,
+    /// Milliseconds since 1970.
+    pub not_before_ms: Option<i64>,
+    pub deadline_ms: Option<i64>,
     /// To be stored before the request that names it.
     pub image: Option<UploadedImage>,
     /// The same for the same content, whatever its form; a seed drawn here does not count.
@@ -56,6 +75,12 @@ pub struct Submission {
 }
 
 impl Submission {
+    /// When the job runs.
+    pub fn schedule(&self, queue: &queue::Settings) -> Schedule {
+        let Self { priority, not_before_ms, deadline_ms, .. } = *self;
+        Schedule { priority, not_before_ms, deadline_ms, ..Schedule::usual(queue.clone()) }
+    }
+
     /// Stores the image, if there is one, and returns the row to insert. `default_budget_usd` applies to requests
     /// without a budget.
     ///
@@ -84,145 +109,92 @@ impl Submission {
 
 /// Reads the body of a request, loads its image, and validates both.
 pub async fn receive(api: &Api, request: Request) -> Result<Submission, Problem> {
-    let limit = std::time::Duration::from_secs(api.settings.body_timeout_secs);
-    let (mut body, file) = tokio::time::timeout(limit, read_body(api, request)).await.map_err(|_| {
-        Problem::new(
-            ProblemType::RequestTimeout,
-            "body_too_slow",
-            format!("the body did not arrive within {} seconds", limit.as_secs()),
-        )
-    })??;
-    let image = load_image(api, &mut body, file).await?;
-    validate_apart(api, body, image).await
-}
-
-async fn read_body(api: &Api, request: Request) -> Result<(SceneBody, Option<Bytes>), Problem> {
-    let kind = media_type(request.headers());
-    match kind.as_str() {
-        "application/json" => Ok((parse(&json_bytes(api, request.into_body()).await?)?, None)),
-        "multipart/form-data" => read_multipart(request).await,
-        _ => Err(Problem::new(
-            ProblemType::UnsupportedMediaType,
-            "body_format",
-            "send application/json, or multipart/form-data with a file field `image`",
-        )),
-    }
-}
-
-async fn read_multipart(request: Request) -> Result<(SceneBody, Option<Bytes>), Problem> {
-    let refused = |status: axum::http::StatusCode, text: String| {
-        if status == axum::http::StatusCode::PAYLOAD_TOO_LARGE {
-            Problem::new(ProblemType::PayloadTooLarge, "body_too_large", "send a smaller image")
-        } else {
-            Problem::new(ProblemType::MalformedRequest, "malformed_multipart", text)
+    let (parts, body) = request.into_parts();
+    let (mut body, file, mut memory) = match media_type(&parts.headers).as_str() {
+        "application/json" => {
+            let reader = BodyReader::new(api, &parts, body, api.settings.max_body_bytes);
+            let (body, memory) = parse_apart(api, reader.collect().await?).await?;
+            (body, None, memory)
         }
-    };
-    let mut parts = Multipart::from_request(request, &())
-        .await
-        .map_err(|error| refused(error.status(), error.body_text()))?;
-    let (mut body, mut file) = (None, None);
-    while let Some(part) = parts.next_field().await.map_err(|e| refused(e.status(), e.body_text()))? {
-        let name = part.name().unwrap_or_default().to_owned();
-        let bytes = part.bytes().await.map_err(|e| refused(e.status(), e.body_text()))?;
-        let twice = match name.as_str() {
-            "image" => file.replace(bytes).is_some(),
-            "request" => body.replace(parse(&bytes)?).is_some(),
-            _ => {
-                let shown: String = name.chars().take(40).collect();
+        "multipart/form-data" => {
+            let Form { request, image, memory } = form_body::read(api, parts, body).await?;
+            if image.is_none() {
                 return Err(Problem::new(
                     ProblemType::InvalidRequest,
-                    "unknown_field",
-                    format!("the form's fields are `image` and `request`; {shown:?} is not known"),
+                    "missing_field",
+                    "the form has no file `image`; send a request without one as application/json",
                 ));
             }
-        };
-        if twice {
+            (request.unwrap_or_default(), image, memory)
+        }
+        _ => {
             return Err(Problem::new(
-                ProblemType::InvalidRequest,
-                "repeated_field",
-                format!("the form's field {name:?} comes twice; send it once"),
+                ProblemType::UnsupportedMediaType,
+                "body_format",
+                "send application/json, or multipart/form-data with a file field `image`",
             ));
         }
-    }
-    Ok((body.unwrap_or_default(), file))
-}
-
-/// A JSON body within the limit.
-pub async fn json_bytes(api: &Api, body: Body) -> Result<Bytes, Problem> {
-    to_bytes(body, api.settings.max_body_bytes).await.map_err(|error| {
-        if std::error::Error::source(&error)
-            .is_some_and(|source| source.is::<http_body_util::LengthLimitError>())
-        {
-            Problem::new(
-                ProblemType::PayloadTooLarge,
-                "body_too_large",
-                format!("send at most {} bytes", api.settings.max_body_bytes),
-            )
-        } else {
-            Problem::new(ProblemType::MalformedRequest, "body_incomplete", "the body ended too early")
-        }
-    })
-}
-
-/// The media type without parameters, in lower case.
-pub fn media_type(headers: &HeaderMap) -> String {
-    let text = headers.get(header::CONTENT_TYPE).and_then(|kind| kind.to_str().ok()).unwrap_or_default();
-    text.split(';').next().unwrap_or_default().trim().to_ascii_lowercase()
-}
-
-/// A typed value out of JSON, or the place where it stops being one.
-pub fn parse<T: for<'de> Deserialize<'de>>(bytes: &[u8]) -> Result<T, Problem> {
-    let malformed = |error: serde_json::Error| {
-        Problem::new(ProblemType::MalformedRequest, "malformed_json", format!("the body is no JSON: {error}"))
     };
-    let value: Value = serde_json::from_slice(bytes).map_err(malformed)?;
-    // Serde reads a list as a struct's fields in order; the contract does not.
-    for pointer in ["", "/image", "/options", "/options/table", "/options/metric_anchor"] {
-        if value.pointer(pointer).is_some_and(Value::is_array) {
-            return Err(Problem::invalid(vec![FieldError::new(pointer, "must be an object, not a list")]));
-        }
+    let image = load_image(api, &mut body, file, &mut memory).await?;
+    memory.shrink_to(image.as_ref().map_or(0, Bytes::len) + body.text.as_ref().map_or(0, String::len));
+    let _permit = api.requests.clone().try_acquire_owned().map_err(|_| overloaded())?;
+    let mut submission = validate_apart(api, body, image).await?;
+    if let Some(image) = &mut submission.image {
+        image.memory = memory;
     }
-    serde_path_to_error::deserialize(value).map_err(|error| {
-        let mut pointer = String::new();
-        for segment in error.path() {
-            match segment {
-                Segment::Seq { index } => pointer.push_str(&format!("/{index}")),
-                Segment::Map { key } => {
-                    pointer.push('/');
-                    pointer.push_str(&key.replace('~', "~0").replace('/', "~1"));
-                }
-                Segment::Enum { .. } | Segment::Unknown => {}
-            }
-        }
-        let detail: String = json_detail(&error.inner().to_string()).chars().take(300).collect();
-        Problem::invalid(vec![FieldError::new(pointer, detail)])
-    })
+    Ok(submission)
 }
 
 /// The content of the image of the request: the file of the form, or what `body.image` names, which is taken out.
-async fn load_image(api: &Api, body: &mut SceneBody, file: Option<Bytes>) -> Result<Option<Bytes>, Problem> {
+async fn load_image(
+    api: &Api,
+    body: &mut SceneBody,
+    file: Option<Bytes>,
+    memory: &mut Reservation,
+) -> Result<Option<Bytes>, Problem> {
     match (body.image.take(), file) {
         (None, file) => Ok(file),
         (Some(_), Some(_)) => Err(Problem::invalid(vec![FieldError::new(
             "",
             "the image is there twice; send it as the form's `image` or in `request`",
         )])),
-        (Some(source), None) => match image_of(api, source).await {
-            Ok(bytes) => Ok(Some(bytes)),
-            Err((pointer, detail)) => Err(Problem::invalid(vec![FieldError::new(pointer, detail)])),
-        },
+        (Some(ImageSource { base64: Some(Base64Image(bytes)), url: None }), None) => Ok(Some(bytes)),
+        (Some(ImageSource { base64: None, url: Some(url) }), None) => fetch(api, url, memory).await.map(Some),
+        (Some(_), None) => Err(wrong_image("/image", "give `base64` or `url`")),
     }
 }
 
-/// [`validate`] on a thread that may block; images are decoded a few at a time.
+/// An image by its address; a few at a time.
+async fn fetch(api: &Api, url: String, memory: &mut Reservation) -> Result<Bytes, Problem> {
+    if !api.settings.fetch_images {
+        let detail = "this server fetches no images; send the bytes as `base64` or as multipart";
+        return Err(wrong_image("/image/url", detail));
+    }
+    let _permit = api.fetches.clone().try_acquire_owned().map_err(|_| overloaded())?;
+    memory.grow_to(memory.bytes() + api.settings.max_image_bytes)?;
+    let fetched = (api.fetch_image)(url, api.settings.max_image_bytes).await;
+    fetched.map_err(|detail| wrong_image("/image/url", &detail))
+}
+
+fn wrong_image(pointer: &str, detail: &str) -> Problem {
+    Problem::invalid(vec![FieldError::new(pointer, detail)])
+}
+
+/// [`validate`] on a thread that may block. Images are decoded a few at a time, and of large ones fewer.
 async fn validate_apart(api: &Api, body: SceneBody, image: Option<Bytes>) -> Result<Submission, Problem> {
-    let permit = match &image {
-        Some(_) => api.decoders.clone().acquire_owned().await.ok(),
+    let permits = match &image {
+        Some(bytes) => {
+            let bytes = bytes.clone();
+            let blocks = tokio::task::spawn_blocking(move || image::pixel_blocks(&bytes)).await.unwrap_or(1);
+            let pixels =
+                api.pixel_blocks.clone().acquire_many_owned(blocks.min(api.max_pixel_blocks())).await.ok();
+            Some((pixels, api.decoders.clone().acquire_owned().await.ok()))
+        }
         None => None,
     };
     let (settings, validate_settings) = (api.settings.clone(), api.validate.clone());
     let validated = tokio::task::spawn_blocking(move || {
-        let _permit = permit;
+        let _permits = permits;
         validate(body, image, &settings, &validate_settings)
     });
     validated.await.unwrap_or_else(|_| Err(image::unreadable("its decoder gave up")))
@@ -249,6 +221,7 @@ pub fn validate(
     for Violation { pointer, detail } in body.options.violations() {
         wrong(&format!("/options{pointer}"), detail);
     }
+    let schedule = check_schedule(&body, &mut wrong);
     let mut text = None;
     match &body.text {
         Some(given) => match check_text(given, settings.max_text_chars) {
@@ -268,8 +241,11 @@ pub fn validate(
         }
         None => Input::Text { text: text.unwrap_or_default() },
     };
-    let content =
+    let mut content =
         json!({ "input": input, "seed": body.seed, "labels": body.labels, "options": body.options });
+    if schedule != (0, None, None) {
+        content["schedule"] = json!(schedule);
+    }
     let body_digest = Digest::of(content.to_string().as_bytes());
     let seed = body.seed.unwrap_or_else(draw_seed);
     let request = SceneRequest { version: SceneRequest::VERSION, input, seed, options: body.options };
@@ -277,7 +253,23 @@ pub fn validate(
     if !errors.is_empty() {
         return Err(Problem::invalid(errors));
     }
-    Ok(Submission { request, labels: body.labels, image, body_digest })
+    let (priority, not_before_ms, deadline_ms) = schedule;
+    Ok(Submission { request, labels: body.labels, priority, not_before_ms, deadline_ms, image, body_digest })
+}
+
+/// Priority, and the times in milliseconds since 1970.
+fn check_schedule(body: &SceneBody, wrong: &mut impl FnMut(&str, String)) -> (i64, Option<i64>, Option<i64>) {
+    let priority = body.priority.unwrap_or(0);
+    if priority.abs() > MAX_PRIORITY {
+        wrong("/priority", format!("must be from -{MAX_PRIORITY} to {MAX_PRIORITY}"));
+    }
+    let (not_before_ms, deadline_ms) = (body.not_before.map(Time::as_ms), body.deadline.map(Time::as_ms));
+    if deadline_ms.is_some_and(|deadline_ms| deadline_ms <= not_before_ms.unwrap_or(0)) {
+        wrong("/deadline", "must be later than `not_before`".into());
+    } else if deadline_ms.is_some_and(|deadline_ms| deadline_ms <= Timestamp::now().as_millisecond()) {
+        wrong("/deadline", "has passed already".into());
+    }
+    (priority, not_before_ms, deadline_ms)
 }
 
 /// A random seed, for a request without one; the scene reports it.
@@ -288,9 +280,9 @@ fn draw_seed() -> u64 {
 }
 
 fn check_text(text: &str, max_chars: usize) -> Result<String, String> {
-    let text = text.trim();
     let length = text.chars().count();
-    if length == 0 {
+    let text = text.trim();
+    if text.is_empty() {
         Err("is empty; describe a table and what lies on it".into())
     } else if length > max_chars {
         Err(format!("has {length} characters; say it in at most {max_chars}"))
@@ -301,20 +293,14 @@ fn check_text(text: &str, max_chars: usize) -> Result<String, String> {
     }
 }
 
-/// The image's bytes, or which part of the source will not do and why.
-async fn image_of(api: &Api, source: ImageSource) -> Result<Bytes, (&'static str, String)> {
-    match (source.base64, source.url) {
-        (Some(text), None) => data_uri::decode(&text).map_err(|detail| ("/image/base64", detail)),
-        (None, Some(_)) if !api.settings.fetch_images => {
-            let message = "this server fetches no images; send the bytes as `base64` or as multipart";
-            Err(("/image/url", message.to_owned()))
-        }
-        (None, Some(url)) => {
-            let fetched = (api.fetch_image)(url, api.settings.max_image_bytes);
-            fetched.await.map_err(|message| ("/image/url", message))
-        }
-        _ => Err(("/image", "give `base64` or `url`".to_owned())),
-    }
+/// Whether a label may have this key and this value.
+pub(super) fn is_label(key: &str, value: &str) -> bool {
+    is_label_key(key) && value.chars().count() <= 255 && !value.chars().any(char::is_control)
+}
+
+fn is_label_key(key: &str) -> bool {
+    (1..=63).contains(&key.len())
+        && key.bytes().all(|b| b.is_ascii_alphanumeric() || matches!(b, b'_' | b'-' | b'.'))
 }
 
 fn check_labels(labels: &BTreeMap<String, String>, wrong: &mut impl FnMut(&str, String)) {
@@ -322,11 +308,9 @@ fn check_labels(labels: &BTreeMap<String, String>, wrong: &mut impl FnMut(&str, 
         wrong("/labels", "has more than 32 entries".into());
     }
     for (key, value) in labels.iter().take(33) {
-        let key_is_fine = (1..=63).contains(&key.len())
-            && key.bytes().all(|b| b.is_ascii_alphanumeric() || matches!(b, b'_' | b'-' | b'.'));
-        if !key_is_fine {
+        if !is_label_key(key) {
             wrong("/labels", "keys have 1 to 63 letters, digits, `_`, `-` or `.`".into());
-        } else if value.chars().count() > 255 || value.chars().any(char::is_control) {
+        } else if !is_label(key, value) {
             wrong(&format!("/labels/{key}"), "values have at most 255 characters, none of control".into());
         }
     }

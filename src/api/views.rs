@@ -10,6 +10,7 @@ use scene::{JobId, SceneId};
 use store::artifacts::ArtifactRow;
 use store::events::Event;
 use store::jobs::{JobRow, StageRow};
+use store::outlook::Outlook;
 use store::scenes::SceneRow;
 
 /// A scene with its newest job.
@@ -47,13 +48,13 @@ pub struct SceneLinks {
 }
 
 impl SceneView {
-    pub fn new(scene: SceneRow, job: Option<JobRow>) -> Self {
+    pub fn new(scene: SceneRow, job: Option<JobView>) -> Self {
         let this = format!("/scenes/{}", scene.id);
         Self {
             links: SceneLinks {
                 bundle: format!("{this}/bundle"),
                 artifacts: format!("{this}/artifacts"),
-                events: job.as_ref().map(|job| format!("/jobs/{}/events", job.id)),
+                events: job.as_ref().map(|job| job.links.events.clone()),
                 this,
             },
             id: scene.id,
@@ -68,7 +69,7 @@ impl SceneView {
             summary: scene.summary,
             created_at: timestamp(scene.created_at_ms),
             updated_at: timestamp(scene.updated_at_ms),
-            job: job.map(JobView::new),
+            job,
             stages: None,
             artifacts: None,
             spending: None,
@@ -99,6 +100,10 @@ pub struct JobView {
     pub retry_of: Option<JobId>,
     pub from_stage: Option<String>,
     pub attempt: i64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub queue_position: Option<i64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub estimated_finish_at: Option<String>,
     pub failure: Option<FailureView>,
     pub created_at: String,
     pub started_at: Option<String>,
@@ -116,7 +121,7 @@ pub struct JobLinks {
 }
 
 impl JobView {
-    pub fn new(job: JobRow) -> Self {
+    pub fn new(job: JobRow, outlook: Outlook) -> Self {
         let this = format!("/jobs/{}", job.id);
         Self {
             links: JobLinks {
@@ -132,6 +137,8 @@ impl JobView {
             retry_of: job.retry_of,
             from_stage: job.from_stage,
             attempt: job.attempt,
+            queue_position: outlook.queue_position,
+            estimated_finish_at: outlook.finish_at_ms.map(timestamp),
             failure: FailureView::new(job.failure_class, job.failure_code, job.failure_message),
             created_at: timestamp(job.created_at_ms),
             started_at: job.started_at_ms.map(timestamp),

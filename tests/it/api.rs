@@ -7,3 +7,8 @@ mod downloads;
 mod events;
 mod slow_clients;
 mod rejected_images;
+mod damage;
+mod retention;
+mod bodies;
+mod event_streams;
+mod hosts;

@@ -1,3 +1,6 @@
 //! Commands of the program.
 
 mod commands;
+mod backups;
+mod deployment;
+mod telemetry;

@@ -3,3 +3,4 @@
 pub mod script;
 pub mod server;
 pub mod contract;
+pub mod databases;

@@ -4,3 +4,5 @@ mod lifecycle;
 mod restarts;
 mod leases;
 mod outages;
+mod drain;
+mod single_flight;

@@ -16,6 +16,8 @@ use reqwest::dns::{Addrs, Name, Resolve, Resolving};
 pub struct AddressPolicy {
     /// Whether plain HTTP is allowed.
     pub allow_http: bool,
+    /// Whether it is allowed for `private_hosts`.
+    allow_http_to_private_hosts: bool,
     /// Hosts, or `host:port`, that may be private addresses.
     private_hosts: Arc<BTreeSet<String>>,
 }
@@ -42,7 +44,21 @@ impl AddressPolicy {
     /// A policy whose `private_hosts` (`host` or `host:port`, separated by spaces) may be private addresses.
     pub fn new(allow_http: bool, private_hosts: &str) -> Self {
         let hosts = private_hosts.split_whitespace().map(str::to_ascii_lowercase).collect();
-        Self { allow_http, private_hosts: Arc::new(hosts) }
+        Self { allow_http, allow_http_to_private_hosts: false, private_hosts: Arc::new(hosts) }
+    }
+
+    /// A policy whose `hosts` may be private addresses and plain HTTP; all others have to be public and https.
+    pub fn with_exceptions(hosts: &str) -> Self {
+        Self { allow_http_to_private_hosts: true, ..Self::new(false, hosts) }
+    }
+
+    /// The same policy without private hosts.
+    pub(super) fn public(&self) -> Self {
+        Self { private_hosts: Arc::default(), ..self.clone() }
+    }
+
+    pub(super) fn has_private_hosts(&self) -> bool {
+        !self.private_hosts.is_empty()
     }
 
     /// Parses and checks a URL: its scheme, and its host where that is an address. Names are checked when they resolve.
@@ -59,26 +75,29 @@ impl AddressPolicy {
         match parsed.scheme() {
             "https" => {}
             "http" if self.allow_http => {}
+            "http" if self.allow_http_to_private_hosts && self.names(&parsed) => {}
             "http" => return Err(AddressError::NotHttps(redacted(url))),
             _ => return Err(AddressError::NoUrl(redacted(url))),
         }
         if let Ok(address) = host.trim_matches(['[', ']']).parse::<IpAddr>()
             && !is_public(address)
-            && !self.may_be_private(&host, parsed.port_or_known_default())
+            && !self.names(&parsed)
         {
             return Err(AddressError::Private { host, address });
         }
         Ok(parsed)
     }
 
-    /// Whether `private_hosts` names the host alone or with this port.
-    fn may_be_private(&self, host: &str, port: Option<u16>) -> bool {
-        let host = host.to_ascii_lowercase();
+    /// Whether `private_hosts` names the URL's host, alone or with the URL's port.
+    pub(super) fn names(&self, url: &Url) -> bool {
+        let Some(host) = url.host_str().map(str::to_ascii_lowercase) else { return false };
+        let port = url.port_or_known_default();
         self.private_hosts.contains(&host)
             || port.is_some_and(|port| self.private_hosts.contains(&format!("{host}:{port}")))
     }
 
-    /// Whether any entry names the host. A resolver does not know the port, so an entry with any port counts.
+    /// Whether any entry names the host. A resolver does not know the port, so an entry with any port counts; the
+    /// client resolves URLs of other ports by [`Self::public`].
     fn names_host(&self, host: &str) -> bool {
         let host = host.to_ascii_lowercase();
         self.private_hosts
@@ -263,6 +282,26 @@ mod tests {
         assert!(lenient.check("http://[::1]:9/v1").is_ok());
         assert!(lenient.check("http://127.0.0.1:8124/v1").is_err());
         assert!(lenient.check("http://127.0.0.2:8123/v1").is_err());
+    }
+
+    #[test]
+    fn exceptions_hold_for_the_named_port_alone() {
+        let policy = AddressPolicy::with_exceptions("Images.internal 127.0.0.1:8090");
+        for (url, is_allowed) in [
+            ("http://images.internal/a.png", true),
+            ("http://IMAGES.internal:81/a.png", true),
+            ("http://127.0.0.1:8090/a.png?b#c", true),
+            ("https://example.org/a.png", true),
+            ("http://127.0.0.1:8091/a.png", false),
+            ("https://127.0.0.1:8091/a.png", false),
+            ("http://127.0.0.1/a.png", false),
+            ("http://images.internal.example.org/a.png", false),
+            ("http://a@images.internal/a.png", false),
+            ("http://example.org/http://images.internal/", false),
+            ("images.internal", false),
+        ] {
+            assert_eq!(policy.check(url).is_ok(), is_allowed, "{url}");
+        }
     }
 
     #[test]

@@ -33,10 +33,37 @@ pub struct HttpClient {
 /// The source of responses.
 #[derive(Clone)]
 enum Transport {
-    Network(Client),
-    Recording(Client, Arc<Cassette>),
+    Network(Connectors),
+    Recording(Connectors, Arc<Cassette>),
     /// Without a network.
     Replay(Arc<Cassette>),
+}
+
+/// Two clients, because a resolver does not know the port: one may resolve the names of private hosts, and serves the
+/// URLs whose host and port the policy names.
+#[derive(Clone)]
+struct Connectors {
+    private: Client,
+    public: Client,
+}
+
+impl Connectors {
+    fn new(policy: &AddressPolicy, connect_timeout: Duration) -> Result<Self, reqwest::Error> {
+        let client = |policy: AddressPolicy| {
+            Client::builder()
+                .no_proxy()
+                .redirect(Policy::none())
+                .referer(false)
+                .connect_timeout(connect_timeout)
+                .pool_idle_timeout(Duration::from_secs(30))
+                .user_agent(concat!("tabletopgen/", env!("CARGO_PKG_VERSION")))
+                .dns_resolver(Arc::new(CheckedResolver(policy)))
+                .build()
+        };
+        let public = client(policy.public())?;
+        let private = if policy.has_private_hosts() { client(policy.clone())? } else { public.clone() };
+        Ok(Self { private, public })
+    }
 }
 
 /// Why a request brought no response.
@@ -69,23 +96,15 @@ impl HttpClient {
     pub fn new(policy: AddressPolicy, connect_timeout: Duration) -> Result<Self, reqwest::Error> {
         // Only the first installation counts; another part of the process may have installed the same provider.
         let _ = rustls::crypto::ring::default_provider().install_default();
-        let client = Client::builder()
-            .no_proxy()
-            .redirect(Policy::none())
-            .referer(false)
-            .connect_timeout(connect_timeout)
-            .pool_idle_timeout(Duration::from_secs(30))
-            .user_agent(concat!("tabletopgen/", env!("CARGO_PKG_VERSION")))
-            .dns_resolver(Arc::new(CheckedResolver(policy.clone())))
-            .build()?;
-        Ok(Self { policy, transport: Transport::Network(client) })
+        let connectors = Connectors::new(&policy, connect_timeout)?;
+        Ok(Self { policy, transport: Transport::Network(connectors) })
     }
 
     /// Records every response in `cassette`.
     pub fn recording(self, cassette: Arc<Cassette>) -> Self {
         let transport = match self.transport {
-            Transport::Network(client) | Transport::Recording(client, _) => {
-                Transport::Recording(client, cassette)
+            Transport::Network(connectors) | Transport::Recording(connectors, _) => {
+                Transport::Recording(connectors, cassette)
             }
             replay @ Transport::Replay(_) => replay,
         };
@@ -110,9 +129,11 @@ impl HttpClient {
     pub async fn send(&self, request: &HttpRequest, limit: usize) -> Result<HttpResponse, SendError> {
         let url = self.policy.check(&request.url)?;
         match &self.transport {
-            Transport::Network(client) => self.send_following_redirects(client, request, url, limit).await,
-            Transport::Recording(client, cassette) => {
-                let response = self.send_following_redirects(client, request, url, limit).await?;
+            Transport::Network(connectors) => {
+                self.send_following_redirects(connectors, request, url, limit).await
+            }
+            Transport::Recording(connectors, cassette) => {
+                let response = self.send_following_redirects(connectors, request, url, limit).await?;
                 let recorded = cassette.record(request, &response).await;
                 recorded.map_err(|error| SendError::NotKept(error.to_string()))?;
                 Ok(response)
@@ -131,13 +152,14 @@ impl HttpClient {
 
     async fn send_following_redirects(
         &self,
-        client: &Client,
+        connectors: &Connectors,
         request: &HttpRequest,
         first: Url,
         limit: usize,
     ) -> Result<HttpResponse, SendError> {
         let mut url = first.clone();
         for _ in 0..=MAX_REDIRECTS {
+            let client = if self.policy.names(&url) { &connectors.private } else { &connectors.public };
             let mut builder = client.request(request.method.clone(), url.clone());
             for (name, value) in &request.headers {
                 builder = builder.header(name, value);

@@ -11,7 +11,9 @@ use crate::harness::server::Server;
 fn redacted(document: Value) -> Value {
     let redact = |(name, value): (String, Value)| {
         let replacement = match name.as_str() {
-            "created_at" | "updated_at" | "started_at" | "finished_at" | "at" => "[time]",
+            "created_at" | "updated_at" | "started_at" | "finished_at" | "estimated_finish_at" | "at" => {
+                "[time]"
+            }
             "elapsed_ms" => "[duration]",
             "sha256" => "[digest]",
             "next_page_token" => "[token]",

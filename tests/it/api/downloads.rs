@@ -35,6 +35,8 @@ async fn a_bundle_comes_whole_in_parts_or_not_again() {
     }
     let other = server.call(Method::GET, &path, &[("if-none-match", "\"other\"")], "").await;
     assert_eq!(other.status, 200);
+    let bytes = server.call(Method::GET, &path, &[("accept", "application/octet-stream")], "").await;
+    assert_eq!((bytes.header("content-type"), &bytes.body), ("application/octet-stream", &whole.body));
 
     let half = whole.body.len() / 2;
     let first = server.call(Method::GET, &path, &[("range", &format!("bytes=0-{}", half - 1))], "").await;

@@ -21,7 +21,7 @@ impl Stream {
         socket.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
         let last = last_event_id.map_or(String::new(), |id| format!("last-event-id: {id}\r\n"));
         let request = format!(
-            "GET /jobs/{job}/events HTTP/1.1\r\nhost: test\r\naccept: text/event-stream\r\n{last}\r\n"
+            "GET /jobs/{job}/events HTTP/1.1\r\nhost: localhost\r\naccept: text/event-stream\r\n{last}\r\n"
         );
         socket.write_all(request.as_bytes()).expect("writes");
         let mut reader = BufReader::new(socket);

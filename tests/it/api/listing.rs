@@ -1,5 +1,7 @@
 //! Lists and what is asked for by name: pages, filters, probes, strangers.
 
+use std::time::Duration;
+
 use hyper::Method;
 use serde_json::{Value, json};
 
@@ -47,6 +49,83 @@ async fn pages_hold_every_scene_once_newest_first() {
     assert_eq!(ids(&server.get("/scenes?state=deleted").await.json()), made[..1]);
 }
 
+/// Ids of a page of jobs.
+fn job_ids(page: &Value) -> Vec<String> {
+    page["jobs"].as_array().unwrap().iter().map(|job| job["id"].as_str().unwrap().to_owned()).collect()
+}
+
+#[tokio::test]
+async fn jobs_are_listed_by_page_state_kind_scene_and_time() {
+    let server = Server::start(&Script::new(&[("beta", &[Act::Permanent])])).await;
+    let mut jobs = Vec::new();
+    for text in ["a mug", "a bowl", "a vase"] {
+        jobs.push(server.submit(text).await.1);
+    }
+    for job in &jobs {
+        server.job_ends(job, Duration::from_secs(20)).await;
+    }
+    // One of them failed, whichever came to the stage first; its scene gets another job.
+    let failed = job_ids(&server.get("/jobs?state=failed").await.json());
+    assert_eq!(failed.len(), 1);
+    let path = format!("/jobs/{}/retry", failed[0]);
+    let retry = server.call(Method::POST, &path, &[], "").await.json()["id"].as_str().unwrap().to_owned();
+    let scene = server.job_is(&retry, "succeeded").await["scene_id"].as_str().unwrap().to_owned();
+    jobs.push(retry.clone());
+    jobs.reverse();
+
+    let (mut seen, mut path, mut pages) = (Vec::new(), "/jobs?page_size=3".to_owned(), 0);
+    loop {
+        let page = server.get(&path).await.json();
+        seen.extend(job_ids(&page));
+        pages += 1;
+        match page["next_page_token"].as_str() {
+            Some(token) => path = format!("/jobs?page_size=3&page_token={token}"),
+            None => break,
+        }
+    }
+    assert_eq!((seen, pages), (jobs.clone(), 2));
+    let listed = async |query: &str| job_ids(&server.get(&format!("/jobs?{query}")).await.json());
+    assert_eq!(listed("state=succeeded").await.len(), 3);
+    assert_eq!(listed("kind=retry").await, std::slice::from_ref(&retry));
+    assert_eq!(listed("kind=generate&state=failed").await, failed);
+    assert_eq!(listed(&format!("scene={scene}")).await, [retry, failed[0].clone()]);
+    assert_eq!(listed("created_after=2999-01-01T00:00:00Z").await, Vec::<String>::new());
+    assert_eq!(listed("created_after=2020-01-01T00:00:00Z").await, jobs);
+}
+
+#[tokio::test]
+async fn queued_jobs_have_a_place_and_once_durations_are_known_an_estimate() {
+    let before = Server::start(&Script::new(&[])).await;
+    let (_, first) = before.submit("a mug").await;
+    let ended = before.job_is(&first, "succeeded").await;
+    assert!(ended.get("queue_position").is_none() && ended.get("estimated_finish_at").is_none(), "{ended}");
+    let script = Script::new(&[("alpha", &[Act::Wait])]);
+    let server = Server::on(before.stop().await, &script, &[("worker.concurrency", "1")]).await;
+    let mut jobs = Vec::new();
+    for text in ["a bowl", "a vase", "a jug"] {
+        jobs.push(server.submit(text).await.1);
+    }
+    let running = server.job_is(&jobs[0], "running").await;
+    assert!(running.get("queue_position").is_none(), "{running}");
+    let places = [Value::Null, json!(1), json!(2)];
+    let mut ends = Vec::new();
+    for (job, place) in jobs.iter().zip(places) {
+        let job = server.get(&format!("/jobs/{job}")).await.json();
+        assert_eq!(job.get("queue_position").cloned().unwrap_or_default(), place, "{job}");
+        ends.push(job["estimated_finish_at"].as_str().expect("one job has ended").to_owned());
+    }
+    // The times have one form, so that they compare as texts do.
+    assert!(ends[1] <= ends[2], "{ends:?}");
+    let page = server.get("/jobs?state=queued").await.json();
+    let listed: Vec<&Value> =
+        page["jobs"].as_array().unwrap().iter().map(|job| &job["queue_position"]).collect();
+    assert_eq!(listed, [&json!(2), &json!(1)]);
+    script.open_gate();
+    for job in &jobs {
+        server.job_is(job, "succeeded").await;
+    }
+}
+
 #[tokio::test]
 async fn parameters_that_mean_nothing_are_refused() {
     let server = Server::start(&Script::new(&[])).await;
@@ -60,6 +139,14 @@ async fn parameters_that_mean_nothing_are_refused() {
         "/scenes?created_after=yesterday",
         "/scenes?colour=red",
         "/scenes?state=ready&state=failed",
+        "/scenes?parent=none",
+        "/jobs?page_size=0",
+        "/jobs?page_token=abc",
+        "/jobs?state=ready",
+        "/jobs?kind=edit",
+        "/jobs?scene=none",
+        "/jobs?created_after=yesterday",
+        "/jobs?colour=red",
     ] {
         assert_eq!(server.get(path).await.problem(), (400, "invalid_parameter".into()), "{path}");
     }
@@ -104,7 +191,7 @@ async fn probes_metrics_version_and_the_document() {
     script.open_gate();
     server.job_is(&job, "succeeded").await;
     let metrics = String::from_utf8(server.get("/metrics").await.body.to_vec()).unwrap();
-    for name in ["tabletopgen_jobs{state=\"succeeded\"}", "tabletopgen_http_requests_total"] {
+    for name in ["tabletopgen_jobs{state=\"queued\"}", "tabletopgen_http_requests_total"] {
         assert!(metrics.contains(name), "{name} is missing in {metrics}");
     }
     let id = server.call(Method::GET, "/healthz", &[("x-request-id", "mine-1")], "").await;

@@ -357,6 +357,14 @@ async fn images_are_fetched_only_from_allowed_hosts() {
             "/away.png",
             axum::routing::get(|| async { axum::response::Redirect::temporary("http://localhost/") }),
         );
+    let other = tokio::net::TcpListener::bind("127.0.0.1:0").await.unwrap();
+    let elsewhere = format!("http://localhost:{}/table.png", other.local_addr().unwrap().port());
+    let router = router.route(
+        "/elsewhere.png",
+        axum::routing::get(move || async move { axum::response::Redirect::temporary(&elsewhere) }),
+    );
+    let same = router.clone();
+    tokio::spawn(async move { axum::serve(other, same).await.unwrap() });
     let listener = tokio::net::TcpListener::bind("127.0.0.1:0").await.unwrap();
     let here = listener.local_addr().unwrap().to_string();
     tokio::spawn(async move { axum::serve(listener, router).await.unwrap() });
@@ -377,6 +385,14 @@ async fn images_are_fetched_only_from_allowed_hosts() {
         assert_eq!(error["pointer"], "/image/url");
         assert!(error["detail"].as_str().unwrap().contains(message), "{error}");
     }
+    server.stop().await;
+    // A name with a port is no leave for its other ports, after a redirect neither.
+    let named_host = format!("localhost:{}", here.rsplit(':').next().unwrap());
+    let server = Server::with(&Script::new(&[]), &[("server.fetch_hosts", named_host.as_str())]).await;
+    let body = |path: &str| json!({ "image": { "url": format!("http://{named_host}/{path}") }, "seed": 3 });
+    assert_eq!(server.post("/scenes", body("table.png")).await.status, 202);
+    let refused = server.post("/scenes", body("elsewhere.png")).await;
+    assert_eq!(refused.problem(), (422, "invalid_body".into()), "{refused:?}");
     server.stop().await;
     let server = Server::with(&Script::new(&[]), &[("server.fetch_images", "false")]).await;
     let refused = server.post("/scenes", submit("table.png")).await;

@@ -29,7 +29,7 @@ fn version_and_help() {
     assert_eq!(text(&version.stdout), format!("tabletopgen {}\n", env!("CARGO_PKG_VERSION")));
     assert_eq!(version.status.code(), Some(0));
     let help = text(&run(home.path(), &["--help"]).stdout);
-    for command in ["generate", "parse", "serve", "migrate", "check-config"] {
+    for command in ["generate", "parse", "serve", "worker", "queue", "migrate", "check-config"] {
         assert!(help.contains(command), "{help}");
     }
     assert!(text(&run(home.path(), &["generate", "--help"]).stdout).contains("--artifacts"));
@@ -60,7 +60,7 @@ fn what_will_not_do_is_said_before_the_work() {
         (
             vec!["generate", "--text", "a mug", "--set", "dro.keep=0"],
             2,
-            "--set dro.keep: 0 is outside its range",
+            "dro.keep (--set): 0 is outside its range",
         ),
         (vec!["generate", "--text", "a mug", "--set", "dro.keep=x"], 2, "not a whole number"),
         (vec!["generate", "--text", "a mug", "--set", "dro.keep"], 2, "key=value"),
@@ -79,7 +79,11 @@ fn what_will_not_do_is_said_before_the_work() {
         (vec!["parse", "a mug", "--max-objects", "0"], 2, "--max-objects must be from 1 to 64"),
         (vec!["parse", "a mug and a qwrtz", "--on-unknown", "fail"], 2, "qwrtz"),
         (vec!["parse", "a mug", "--set", "providers.analyst=chat"], 2, "remote model"),
-        (vec!["serve", "--role", "api"], 2, "--role all"),
+        (vec!["serve", "--role", "api"], 2, "the database is a SQLite file"),
+        (vec!["serve", "--role", "worker", "--listen", "127.0.0.1:0"], 2, "or use --role all"),
+        (vec!["serve", "--role", "both"], 2, "possible values: all, api, worker"),
+        (vec!["worker", "--slots", "2"], 2, "set store.database to a PostgreSQL address"),
+        (vec!["worker", "--slots", "0"], 2, "worker.concurrency (--slots): 0 is outside its range"),
         (vec!["serve", "--listen", "nowhere"], 2, "server.listen (--listen)"),
         (vec!["serve", "--listen", "203.0.113.1:1"], 1, "cannot listen on 203.0.113.1:1"),
         (vec!["serve", "--listen", "127.0.0.1:0", "--data-dir", "file"], 1, "cannot use data directory"),

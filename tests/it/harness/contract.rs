@@ -1,11 +1,13 @@
 //! `openapi.yaml` against the program: the same routes, and no answer it does not declare.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::LazyLock;
 
 use hyper::Method;
+use scene::job::{JobKind, JobState, SceneState};
 use serde_json::Value;
 use tabletopgen::api;
+use tabletopgen::config::keys::{Allowed, Key, keys};
 
 use crate::harness::server::Reply;
 
@@ -31,11 +33,138 @@ fn the_document_and_the_router_have_the_same_routes() {
 }
 
 #[test]
-fn the_document_lists_every_problem_type() {
-    let listed = &DOCUMENT["components"]["schemas"]["Problem"]["properties"]["type"]["enum"];
-    let listed: BTreeSet<&str> = listed.as_array().unwrap().iter().map(|v| v.as_str().unwrap()).collect();
-    let known: Vec<String> = api::error::ProblemType::ALL.iter().map(|kind| kind.uri()).collect();
-    assert_eq!(listed, known.iter().map(String::as_str).collect());
+fn words_of_the_document_are_those_of_the_program() {
+    fn uris() -> Vec<String> {
+        api::error::ProblemType::ALL.iter().map(|kind| kind.uri()).collect()
+    }
+    fn names<T: Copy>(all: &[T], name: fn(T) -> &'static str) -> Vec<String> {
+        all.iter().map(|word| name(*word).to_owned()).collect()
+    }
+    for (schema, known) in [
+        ("ProblemType", uris()),
+        ("SceneState", names(&SceneState::ALL, SceneState::as_str)),
+        ("JobState", names(&JobState::ALL, JobState::as_str)),
+        ("JobKind", names(&JobKind::ALL, JobKind::as_str)),
+    ] {
+        let listed = DOCUMENT["components"]["schemas"][schema]["enum"].as_array().expect(schema);
+        let listed: BTreeSet<&str> = listed.iter().map(|word| word.as_str().unwrap()).collect();
+        assert_eq!(listed, known.iter().map(String::as_str).collect(), "{schema}");
+    }
+}
+
+#[test]
+fn settings_of_a_scene_are_those_that_the_program_opens_to_requests() {
+    let listed = DOCUMENT["components"]["schemas"]["SceneSettings"]["properties"].as_object().unwrap();
+    let open: Vec<(&String, &Key)> =
+        keys().iter().filter(|(_, key)| key.open_to_requests.is_some()).collect();
+    let names = |all: Vec<&String>| all.into_iter().cloned().collect::<BTreeSet<String>>();
+    assert_eq!(names(listed.keys().collect()), names(open.iter().map(|(name, _)| *name).collect()));
+    for (name, key) in open {
+        let schema = resolve(&listed[name]);
+        if let Some(Allowed::Words(words)) = &key.open_to_requests {
+            assert_eq!(schema["enum"], serde_json::json!(words), "{name}");
+        }
+        if let Some(Allowed::Range { low, high: Some(high) }) = &key.open_to_requests {
+            let range = format!("{low} to {high})");
+            assert!(schema["description"].as_str().unwrap().contains(&range), "{name}: {range}");
+        }
+    }
+}
+
+#[test]
+fn each_list_of_words_is_one_named_schema() {
+    let mut lists: BTreeMap<String, String> = BTreeMap::new();
+    each_schema(&mut |pointer, schema| {
+        let Some(words) = schema.get("enum").and_then(Value::as_array) else { return };
+        let name = pointer.strip_prefix("/components/schemas/").expect(pointer);
+        assert!(!name.contains('/'), "{pointer} lists its words in place; make it a schema of its own");
+        let words: BTreeSet<String> = words.iter().map(Value::to_string).collect();
+        let other = lists.insert(format!("{words:?}"), name.to_owned());
+        assert_eq!(other, None, "{name} has the same words");
+    });
+    assert!(lists.len() > 15, "{lists:?}");
+}
+
+#[test]
+fn every_number_states_its_range() {
+    let mut count = 0;
+    each_schema(&mut |pointer, schema| {
+        if types(schema).iter().any(|kind| ["integer", "number"].contains(kind)) {
+            assert!(schema["minimum"].is_number() && schema["maximum"].is_number(), "{pointer}");
+            count += 1;
+        }
+    });
+    assert!(count > 40, "{count}");
+}
+
+#[test]
+fn every_object_names_its_fields_and_requests_have_no_others() {
+    each_schema(&mut |pointer, schema| {
+        if types(schema).contains(&"object") {
+            let named = schema["properties"].as_object().is_some_and(|fields| !fields.is_empty());
+            let alike = schema["additionalProperties"].is_object();
+            let is_foreign = pointer == "/components/schemas/OpenApi";
+            assert!(named || alike || is_foreign, "{pointer} names no fields");
+        }
+    });
+    let schemas = &DOCUMENT["components"]["schemas"];
+    for name in
+        ["TextSubmission", "ImageSubmission", "SceneForm", "FormRequest", "Options", "TableSpec", "Retry"]
+    {
+        assert_eq!(schemas[name]["additionalProperties"], Value::Bool(false), "{name}");
+    }
+}
+
+#[test]
+fn bodies_that_are_files_are_binary() {
+    let mut files = 0;
+    for item in DOCUMENT["paths"].as_object().unwrap().values() {
+        let contents = ["get", "post"].iter().filter_map(|method| item[*method]["responses"].as_object());
+        for (kind, media) in contents
+            .flat_map(|responses| responses.values())
+            .filter_map(|response| resolve(response)["content"].as_object())
+            .flatten()
+            .filter(|(kind, _)| {
+                !kind.ends_with("json") && !kind.starts_with("text/") && !kind.ends_with("yaml")
+            })
+        {
+            assert_eq!(resolve(&media["schema"])["format"], "binary", "{kind}");
+            files += 1;
+        }
+    }
+    assert!(files >= 8, "{files}");
+}
+
+/// Calls `visit` with every schema of the document and its pointer.
+fn each_schema(visit: &mut impl FnMut(&str, &'static Value)) {
+    fn walk(value: &'static Value, pointer: &str, visit: &mut impl FnMut(&str, &'static Value)) {
+        match value {
+            Value::Object(map) => {
+                // Examples and links have no schemas, and a field may be named like a keyword.
+                let is_schema =
+                    ["type", "enum", "oneOf", "const", "properties"].iter().any(|k| map.contains_key(*k));
+                if is_schema && !pointer.ends_with("/properties") {
+                    visit(pointer, value);
+                }
+                let inner = map.iter().filter(|(name, _)| !["examples", "links"].contains(&name.as_str()));
+                inner.for_each(|(name, value)| walk(value, &format!("{pointer}/{name}"), visit));
+            }
+            Value::Array(items) => {
+                items.iter().enumerate().for_each(|(k, item)| walk(item, &format!("{pointer}/{k}"), visit));
+            }
+            _ => {}
+        }
+    }
+    walk(&DOCUMENT, "", visit);
+}
+
+/// The types that a schema names.
+fn types(schema: &'static Value) -> Vec<&'static str> {
+    match &schema["type"] {
+        Value::String(one) => vec![one],
+        Value::Array(some) => some.iter().filter_map(Value::as_str).collect(),
+        _ => vec![],
+    }
 }
 
 #[test]
@@ -118,11 +247,7 @@ fn fits(schema: &'static Value, value: &Value, at: &str) -> Result<(), String> {
             return wrong(format!("{fitting} alternatives fit"));
         }
     }
-    let types: Vec<&str> = match &schema["type"] {
-        Value::String(one) => vec![one],
-        Value::Array(some) => some.iter().map(|v| v.as_str().unwrap()).collect(),
-        _ => vec![],
-    };
+    let types = types(schema);
     let is = |kind: &&str| match *kind {
         "null" => value.is_null(),
         "boolean" => value.is_boolean(),
@@ -142,6 +267,12 @@ fn fits(schema: &'static Value, value: &Value, at: &str) -> Result<(), String> {
     if schema.get("const").is_some_and(|only| only != value) {
         return wrong(format!("must be {}", schema["const"]));
     }
+    let number = value.as_f64();
+    if number.zip(schema["minimum"].as_f64()).is_some_and(|(number, low)| number < low)
+        || number.zip(schema["maximum"].as_f64()).is_some_and(|(number, high)| number > high)
+    {
+        return wrong(format!("must be from {} to {}", schema["minimum"], schema["maximum"]));
+    }
     for name in schema["required"].as_array().into_iter().flatten() {
         if value.is_object() && value.get(name.as_str().unwrap()).is_none() {
             return wrong(format!("lacks {name}"));
@@ -153,6 +284,9 @@ fn fits(schema: &'static Value, value: &Value, at: &str) -> Result<(), String> {
                 Some(schema) => fits(schema, inner, &format!("{at}/{name}"))?,
                 // What is answered is described, except in objects that are open on purpose.
                 None if schema["properties"].is_object() => return wrong(format!("{name} is not described")),
+                None if schema["additionalProperties"].is_object() => {
+                    fits(&schema["additionalProperties"], inner, &format!("{at}/{name}"))?;
+                }
                 None => {}
             }
         }

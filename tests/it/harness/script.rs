@@ -24,6 +24,8 @@ pub const OMEGA: Stage = Stage { name: "omega", version: 1 };
 pub enum Act {
     /// Waits for [`Script::open_gate`], or for the interrupt.
     Wait,
+    /// Computes for a minute, whatever it is asked.
+    Ignore,
     Panic,
     Transient,
     Permanent,
@@ -50,6 +52,11 @@ impl Script {
     fn plain(plan: &[(&'static str, &[Act])], passes: bool) -> Self {
         let plan = plan.iter().map(|(stage, acts)| (*stage, acts.iter().cloned().collect())).collect();
         Self { plan: Mutex::new(plan), runs: Mutex::default(), gate: Semaphore::new(0), passes }
+    }
+
+    /// What the next run of a stage does, after what was planned before.
+    pub fn next(&self, stage: &'static str, act: Act) {
+        self.plan.lock().unwrap().entry(stage).or_default().push_back(act);
     }
 
     /// Lets everything that waits, and will wait, go on.
@@ -133,6 +140,7 @@ async fn act(context: &StageContext<Script>) -> Result<(), StageError> {
                 return Ok(());
             }
         },
+        Some(Act::Ignore) => context.cpu(|| std::thread::sleep(Duration::from_secs(60))).await,
         Some(Act::Panic) => panic!("the script says so"),
         Some(Act::Transient) => Err(StageError::transient("flaky", "it did not work this time")),
         Some(Act::Permanent) => Err(StageError::permanent("hopeless", "it never works; change the text")),

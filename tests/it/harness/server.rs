@@ -51,6 +51,26 @@ pub fn settings(set: &[(&str, &str)]) -> Resolved {
     layers::load(Sources { arguments, ..Sources::default() }).expect("is a valid configuration")
 }
 
+/// The same for a data directory. With `TABLETOPGEN_TEST_DATABASE=postgres` its database is one of a private PostgreSQL
+/// server instead of a SQLite file, the same one as long as the directory exists.
+pub async fn settings_in(directory: &Path, set: &[(&str, &str)]) -> Resolved {
+    if std::env::var("TABLETOPGEN_TEST_DATABASE").as_deref() != Ok("postgres") {
+        return settings(set);
+    }
+    let address = directory.join("address_of_the_database");
+    if !address.exists() {
+        std::fs::write(&address, test_postgres::database().await).expect("writes");
+    }
+    let url = std::fs::read_to_string(&address).expect("reads");
+    let database = ("store.database", url.as_str());
+    settings(&[&[database], set].concat())
+}
+
+/// The store of a data directory.
+pub async fn opened(directory: &Path) -> Store {
+    tabletopgen::app::open(directory, &settings_in(directory, &[]).await.config).await.expect("opens")
+}
+
 impl Server {
     pub async fn start(script: &Arc<Script>) -> Self {
         Self::with(script, &[]).await
@@ -71,7 +91,13 @@ impl Server {
     /// On a data directory that was used before.
     pub async fn on(directory: Arc<TempDir>, script: &Arc<Script>, set: &[(&str, &str)]) -> Self {
         let data = directory.path().to_owned();
-        let service = service::start(&settings(set), &data, script.build()).await.expect("starts");
+        let service =
+            service::start(&settings_in(&data, set).await, &data, script.build()).await.expect("starts");
+        Self { directory, service, client: Client::builder(TokioExecutor::new()).build_http() }
+    }
+
+    /// A client of a service that runs already.
+    pub fn serving(directory: Arc<TempDir>, service: Service) -> Self {
         Self { directory, service, client: Client::builder(TokioExecutor::new()).build_http() }
     }
 

@@ -19,20 +19,19 @@ use store::queue::{AttemptOutcome, Claim};
 use store::scenes::NewScene;
 use store::tasks::{TaskEnd, TaskRow};
 use store::{DEFAULT_TENANT, Lease, Store, StoreError};
-use tabletopgen::app;
 use tabletopgen::pipeline::ledger::JobLedger;
 
 use crate::harness::script::{Act, Script};
-use crate::harness::server::{Server, settings, wait_until_unlocked};
+use crate::harness::server::{Server, opened, wait_until_unlocked};
 use crate::remote::chat::{endpoint, quick};
 use crate::remote::chat_answers::breakfast;
 use crate::remote::chat_server::{ChatServer, Fault, KEY};
 
 const HOUR: Duration = Duration::from_secs(3600);
 
-async fn opened(budget_micro_usd: i64) -> (Arc<tempfile::TempDir>, Store, Claim) {
+async fn claimed(budget_micro_usd: i64) -> (Arc<tempfile::TempDir>, Store, Claim) {
     let directory = Arc::new(tempfile::tempdir().unwrap());
-    let store = app::open(directory.path(), &settings(&[]).config).await.unwrap();
+    let store = opened(directory.path()).await;
     let new = NewScene {
         tenant_id: DEFAULT_TENANT.clone(),
         request: json!({ "version": 1, "input": { "kind": "text", "text": "a" }, "seed": 1, "options": {} }),
@@ -89,7 +88,7 @@ fn granted(reserved: Reservation) -> i64 {
 #[tokio::test(flavor = "multi_thread", worker_threads = 4)]
 async fn fifty_at_once_do_not_overrun_a_budget() {
     // Room for seven calls and most of an eighth.
-    let (_directory, store, claim) = opened(7_900).await;
+    let (_directory, store, claim) = claimed(7_900).await;
     for round in 0..5 {
         let asked = (0..50).map(|number| {
             let (store, lease) = (store.clone(), claim.lease.clone());
@@ -125,7 +124,7 @@ async fn fifty_questions_at_once_are_billed_no_more_than_the_budget() {
     chat.endpoint.limits.concurrency = 50;
     chat.endpoint.limits.attempt_timeout_secs = 20;
     let budget = 500_000;
-    let (_directory, store, claim) = opened(budget).await;
+    let (_directory, store, claim) = claimed(budget).await;
     let ledger = JobLedger::new(store.clone(), claim.lease.clone(), "reference", None);
     let mut outside = Call::without_budget(CpuPool::new(1).unwrap(), CancelFlag::default());
     outside.ledger = Arc::new(ledger);
@@ -154,7 +153,7 @@ async fn fifty_questions_at_once_are_billed_no_more_than_the_budget() {
 
 #[tokio::test]
 async fn what_a_dead_worker_had_under_way_is_unknown_and_spent() {
-    let (_directory, store, zombie) = opened(10_000).await;
+    let (_directory, store, zombie) = claimed(10_000).await;
     store.expire_leases_of_others("heir").await.unwrap();
     let id = granted(store.reserve_call(&zombie.lease, call("k", 4_000)).await.unwrap());
     let heir = claim(&store, "heir", HOUR).await;
@@ -183,7 +182,7 @@ async fn what_a_dead_worker_had_under_way_is_unknown_and_spent() {
 
 #[tokio::test]
 async fn a_vendors_job_outlives_the_worker_that_submitted_it() {
-    let (_directory, store, zombie) = opened(10_000).await;
+    let (_directory, store, zombie) = claimed(10_000).await;
     let job = zombie.lease.job_id.clone();
     let id = granted(store.reserve_call(&zombie.lease, call("k", 4_000)).await.unwrap());
     assert_eq!(store.task_of(&job, "k").await.unwrap(), None);
@@ -214,7 +213,7 @@ async fn a_vendors_job_outlives_the_worker_that_submitted_it() {
 #[tokio::test]
 async fn what_a_dead_worker_was_answered_is_not_paid_for_again() {
     let server = ChatServer::start(breakfast()).await;
-    let (_directory, store, zombie) = opened(10_000_000).await;
+    let (_directory, store, zombie) = claimed(10_000_000).await;
     let analyst = {
         let chat = quick(&server);
         ChatAnalyst { endpoint: Arc::new(endpoint(&chat, KEY, OnUnknown::Fail)), settings: chat }
@@ -250,7 +249,7 @@ async fn what_a_dead_worker_was_answered_is_not_paid_for_again() {
 
 #[tokio::test]
 async fn a_question_that_is_asked_twice_has_two_answers() {
-    let (_directory, store, claim) = opened(10_000).await;
+    let (_directory, store, claim) = claimed(10_000).await;
     let ledger = || JobLedger::new(store.clone(), claim.lease.clone(), "reference", None);
     let intent = || Intent {
         port: Port::ImageGenerator,
@@ -296,7 +295,7 @@ async fn every_way_out_of_a_worker_closes_the_books() {
     let retry =
         AttemptOutcome::Retry { failure: failure(), delay: Duration::ZERO, charged: true, max_attempts: 5 };
     for outcome in [retry, AttemptOutcome::Failed(failure()), AttemptOutcome::Released] {
-        let (_directory, store, claim) = opened(10_000).await;
+        let (_directory, store, claim) = claimed(10_000).await;
         granted(store.reserve_call(&claim.lease, call("k", 4_000)).await.unwrap());
         store.finish(&claim.lease, outcome).await.unwrap();
         let spending = store.spending(&DEFAULT_TENANT, &claim.scene_id).await.unwrap();
@@ -306,7 +305,7 @@ async fn every_way_out_of_a_worker_closes_the_books() {
 
 #[tokio::test]
 async fn what_costs_nothing_is_granted_and_a_dearer_bill_than_expected_is_written_as_it_is() {
-    let (_directory, store, claim) = opened(1_000).await;
+    let (_directory, store, claim) = claimed(1_000).await;
     let id = granted(store.reserve_call(&claim.lease, call("k", 1_000)).await.unwrap());
     store.settle_call(&claim.lease, id, end(Some(1_500), "answered")).await.unwrap();
     granted(store.reserve_call(&claim.lease, call("free", 0)).await.unwrap());
@@ -316,7 +315,7 @@ async fn what_costs_nothing_is_granted_and_a_dearer_bill_than_expected_is_writte
 
 #[tokio::test]
 async fn clients_see_what_a_scene_has_cost() {
-    let (directory, store, claim) = opened(2_000_000).await;
+    let (directory, store, claim) = claimed(2_000_000).await;
     let id = granted(store.reserve_call(&claim.lease, call("k", 40_000)).await.unwrap());
     store.settle_call(&claim.lease, id, end(Some(6_000), "answered")).await.unwrap();
     granted(store.reserve_call(&claim.lease, call("l", 50_000)).await.unwrap());

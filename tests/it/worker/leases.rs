@@ -12,15 +12,14 @@ use store::events::Event;
 use store::queue::{AttemptOutcome, Claim};
 use store::scenes::NewScene;
 use store::{DEFAULT_TENANT, Digest, Store, StoreError};
-use tabletopgen::app;
 
-use crate::harness::server::settings;
+use crate::harness::server::opened;
 
 const HOUR: Duration = Duration::from_secs(3600);
 
 async fn store() -> (tempfile::TempDir, Store) {
     let directory = tempfile::tempdir().unwrap();
-    let store = app::open(directory.path(), &settings(&[]).config).await.unwrap();
+    let store = opened(directory.path()).await;
     let new = NewScene {
         tenant_id: DEFAULT_TENANT.clone(),
         request: json!({ "seed": 1 }),
@@ -88,7 +87,7 @@ async fn every_write_of_a_zombie_is_refused() {
     let before = shot().await;
 
     let lost = |result: Result<(), StoreError>| assert!(matches!(result, Err(StoreError::LeaseLost { .. })));
-    lost(store.stage_started(&zombie.lease, &stage()).await);
+    lost(store.stage_started(&zombie.lease, &stage()).await.map(|_| ()));
     lost(store.stage_finished(&zombie.lease, &stage(), &finished(), false).await);
     lost(store.stage_finished(&zombie.lease, &stage(), &finished(), true).await);
     lost(store.note(&zombie.lease, "alpha", "boo".into()).await);
@@ -157,7 +156,7 @@ async fn a_worker_for_one_job_leaves_the_others_alone() {
     let another: JobId = "another".parse().unwrap();
     assert_eq!(store.claim("worker", HOUR, 5, Some(&another)).await.unwrap(), None);
     let job = store.scenes(&DEFAULT_TENANT, store::scenes::SceneFilter { limit: 1, ..Default::default() });
-    let job = store.latest_job(&DEFAULT_TENANT, &job.await.unwrap()[0].id).await.unwrap().unwrap();
+    let job = store.latest_job(&DEFAULT_TENANT, &job.await.unwrap()[0].0.id).await.unwrap().unwrap();
     assert!(store.claim("worker", HOUR, 5, Some(&job.id)).await.unwrap().is_some());
 }
 

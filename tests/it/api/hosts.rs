@@ -1,0 +1,85 @@
+//! Who may ask: hosts of this server, no pages of other sites, and no client beyond this machine unless the operator allows it.
+
+use hyper::Method;
+use tabletopgen::app::AppError;
+use tabletopgen::app::service;
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::net::TcpStream;
+
+use crate::harness::script::Script;
+use crate::harness::server::{Server, settings};
+
+/// The answer to exactly these bytes.
+async fn raw(server: &Server, request: &str) -> String {
+    let mut socket = TcpStream::connect(server.service.address).await.unwrap();
+    socket.write_all(request.as_bytes()).await.unwrap();
+    let mut answer = Vec::new();
+    socket.read_to_end(&mut answer).await.unwrap();
+    String::from_utf8_lossy(&answer).into_owned()
+}
+
+#[tokio::test]
+async fn a_request_names_a_host_of_this_server() {
+    let set = [("server.allowed_hosts", "scenes.example.org")];
+    let server = Server::with(&Script::new(&[]), &set).await;
+    for (line, status) in [
+        ("host: localhost", 200),
+        ("host: 127.0.0.1:1", 200),
+        ("host: scenes.example.org", 200),
+        ("host: rebound.example", 421),
+        ("x: y", 400),
+        ("host: localhost\r\nhost: localhost", 400),
+        ("host: a b", 400),
+    ] {
+        let answer =
+            raw(&server, &format!("GET /healthz HTTP/1.1\r\n{line}\r\nconnection: close\r\n\r\n")).await;
+        assert!(answer.starts_with(&format!("HTTP/1.1 {status}")), "{line:?}: {answer}");
+        assert!(status == 200 || answer.contains("application/problem+json"), "{answer}");
+    }
+    let absolute =
+        "GET http://rebound.example/healthz HTTP/1.1\r\nhost: localhost\r\nconnection: close\r\n\r\n";
+    assert!(raw(&server, absolute).await.starts_with("HTTP/1.1 421"));
+    let old = raw(&server, "GET /healthz HTTP/1.0\r\n\r\n").await;
+    assert!(old.starts_with("HTTP/1.0 200"), "{old}");
+}
+
+#[tokio::test]
+async fn pages_of_other_sites_change_nothing() {
+    let server = Server::start(&Script::new(&[])).await;
+    let body = r#"{"text":"a mug"}"#;
+    for foreign in [("sec-fetch-site", "cross-site"), ("origin", "https://evil.example"), ("origin", "null")]
+    {
+        let headers = [("content-type", "application/json"), foreign];
+        let refused = server.call(Method::POST, "/scenes", &headers, body).await;
+        assert_eq!(refused.problem(), (403, "cross_site_request".into()), "{foreign:?}");
+    }
+    assert_eq!(server.get("/scenes").await.json()["scenes"], serde_json::json!([]));
+    let own = format!("http://{}", server.service.address);
+    for own in [("sec-fetch-site", "same-origin"), ("origin", own.as_str())] {
+        let headers = [("content-type", "application/json"), own];
+        assert_eq!(server.call(Method::POST, "/scenes", &headers, body).await.status, 202, "{own:?}");
+    }
+}
+
+#[tokio::test]
+async fn an_address_beyond_loopback_needs_leave() {
+    let directory = tempfile::tempdir().unwrap();
+    let script = Script::new(&[]);
+    for listen in ["0.0.0.0:0", "[::]:0"] {
+        let refused =
+            service::start(&settings(&[("server.listen", listen)]), directory.path(), script.build()).await;
+        let error = refused.err().expect("is refused");
+        assert!(matches!(error, AppError::OpenToOthers { .. }), "{error}");
+        let message = error.chain();
+        assert!(message.contains(listen) && message.contains("--allow-unauthenticated"), "{message}");
+    }
+    let set = [("server.listen", "0.0.0.0:0"), ("server.allow_unauthenticated", "true")];
+    let server = Server::with(&script, &set).await;
+    let port = server.service.address.port();
+    let mut socket = TcpStream::connect(("127.0.0.1", port)).await.unwrap();
+    let request = "GET /healthz HTTP/1.1\r\nhost: localhost\r\nconnection: close\r\n\r\n";
+    socket.write_all(request.as_bytes()).await.unwrap();
+    let mut answer = String::new();
+    socket.read_to_string(&mut answer).await.unwrap();
+    assert!(answer.starts_with("HTTP/1.1 200"), "{answer}");
+}
