@@ -10,8 +10,8 @@
 # Needed: a Rust toolchain, a C compiler and make. For `make demo` also Python 3.9 or later; without one the demo does
 # without the server. For `make test` Python 3.11 to 3.14 with venv (from 3.12 on without the judge PyBullet, which has
 # no packages there), and an OpenGL (EGL) or Vulkan driver, or TABLETOPGEN_GPU_TESTS=optional. For `make bars` and
-# `make programs` Python 3.11. What else is needed is fetched from the package registries by cargo, pip and npm, the
-# first time only.
+# `make programs` Python 3.11. PostgreSQL is used where it is installed. What else is needed is fetched from the package
+# registries by cargo, pip and npm, the first time only.
 
 TARGET_DIR := $(abspath $(or $(CARGO_TARGET_DIR),target))
 export CARGO_TARGET_DIR := $(TARGET_DIR)
@@ -65,7 +65,7 @@ train: lab
 	"$(TRAINING)/venv/bin/python" training/train.py --images "$(TRAINING)/images" --out "$(TRAINING)/network"
 
 # BARS names those to run, BARS_OPTIONS are options of theirs: make bars BARS=words BARS_OPTIONS="--scenes 60"
-BARS ?= sentences certified generate_time determinism kill certify_time picture_time remote_kill remote_fanout words
+BARS ?= sentences certified generate_time determinism kill certify_time picture_time remote_kill remote_fanout words reliability contract overload
 bars: lab
 	@python="$$(scripts/prerequisites.sh bars)" && for bar in $(BARS); do \
 	    "$$python" -m bars.$$bar --target-dir "$(TARGET_DIR)" $(BARS_OPTIONS) || exit 1; done

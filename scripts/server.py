@@ -29,11 +29,15 @@ class Problem(Exception):
 
 
 class Server:
-    """`tabletopgen serve` on a free port of this machine, its words in `log`."""
+    """`tabletopgen serve` on a free port of this machine, its words in `log`.
 
-    def __init__(self, binary: Path, data: Path, log: Path, environment=None, arguments=()):
+    `role` is that of `--role`; `within` is a command that runs the server, such as `taskset -c 0`.
+    """
+
+    def __init__(self, binary: Path, data: Path, log: Path, environment=None, arguments=(), role=None, within=()):
         self.binary, self.data, self.log = Path(binary), Path(data), Path(log)
         self.environment, self.arguments = environment or {}, list(arguments)
+        self.role, self.within = role, list(within)
         self.process, self.port = None, None
 
     def __enter__(self):
@@ -46,7 +50,13 @@ class Server:
 
     def start(self):
         """Returns when the server takes work."""
-        command = [str(self.binary), "serve", "--listen", "127.0.0.1:0", "--data-dir", str(self.data)]
+        self.launch()
+        self.wait_until_ready()
+
+    def launch(self):
+        """Starts the process and does not wait for it."""
+        command = [*self.within, str(self.binary), "serve", "--listen", "127.0.0.1:0", "--data-dir", str(self.data)]
+        command += ["--role", self.role] if self.role else []
         with open(self.log, "ab") as log:
             try:
                 self.process = subprocess.Popen(
@@ -60,15 +70,13 @@ class Server:
                 )
             except OSError as error:
                 raise Problem(f"{self.binary} does not start: {error.strerror}; build it with `make build`")
-        self.port = None
-        announced = threading.Event()
-        threading.Thread(target=self._listen, args=(self.process.stdout, announced), daemon=True).start()
+        self.port, self.announced = None, threading.Event()
+        threading.Thread(target=self._listen, args=(self.process.stdout, self.announced), daemon=True).start()
+
+    def wait_until_ready(self):
         deadline = time.monotonic() + START_SECONDS
         try:
-            while not announced.wait(0.05):
-                self._check_alive("before it said where it listens")
-                if time.monotonic() > deadline:
-                    raise Problem(f"the server did not say where it listens within {START_SECONDS} s\n{self.words()}")
+            self.wait_until_announced(deadline)
             while True:
                 try:
                     if self.request("GET", "/readyz", timeout=5)[0] == 200:
@@ -82,8 +90,16 @@ class Server:
             self.kill()
             raise
 
+    def wait_until_announced(self, deadline=None):
+        """For a process whose port cannot be reached from here."""
+        deadline = deadline or time.monotonic() + START_SECONDS
+        while not self.announced.wait(0.05):
+            self._check_alive("before it said where it listens")
+            if time.monotonic() > deadline:
+                raise Problem(f"the server did not say where it listens within {START_SECONDS} s\n{self.words()}")
+
     def _listen(self, stdout, announced):
-        """Finds the address in the first line, and keeps the pipe from filling up."""
+        """Finds the address in the first lines, and keeps the pipe from filling up."""
         with open(self.log, "ab", buffering=0) as log:
             for line in stdout:
                 log.write(line)
@@ -111,6 +127,13 @@ class Server:
         if self.process is not None and self.process.poll() is None:
             self.process.kill()
             self.process.wait()
+
+    def pause(self):
+        """The process stops where it is, as a virtual machine does that is moved."""
+        self.process.send_signal(signal.SIGSTOP)
+
+    def resume(self):
+        self.process.send_signal(signal.SIGCONT)
 
     def words(self, lines=15) -> str:
         """The end of its log."""

@@ -92,6 +92,12 @@ class Providers:
         self.process.wait(60)
 
     def settings(self) -> list:
+        # A killed worker's job is taken over at once, and as often as it takes.
+        chosen = self.vendors() | {"worker.poll_ms": "20", "worker.max_attempts": "50"}
+        return [part for key, value in chosen.items() for part in ("--set", f"{key}={value}")]
+
+    def vendors(self) -> dict:
+        """Settings that ask this server for everything."""
         base = f"http://127.0.0.1:{self.port}"
         chosen = {
             "analyst": "chat, embedded",
@@ -109,10 +115,7 @@ class Providers:
             "replicate.base_url": base + "/v1",
             "replicate.poll_interval_ms": "50",
         }
-        chosen = {f"providers.{key}": value for key, value in chosen.items()}
-        # A killed worker's job is taken over at once, and as often as it takes.
-        chosen |= {"worker.poll_ms": "20", "worker.max_attempts": "50", "server.usual_budget_usd": "1000"}
-        return [part for key, value in chosen.items() for part in ("--set", f"{key}={value}")]
+        return {f"providers.{key}": value for key, value in chosen.items()} | {"server.usual_budget_usd": "1000"}
 
     def bill(self) -> list:
         connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=30)

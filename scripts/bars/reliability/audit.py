@@ -1,0 +1,79 @@
+"""Triggers that note who wrote which row, so that the database itself tells of double commits and late writes."""
+
+SQLITE = """
+CREATE TABLE audited (id INTEGER PRIMARY KEY, what TEXT NOT NULL, subject TEXT NOT NULL);
+CREATE TRIGGER audit_of_checkpoints AFTER UPDATE OF output ON checkpoints BEGIN
+    INSERT INTO audited (what, subject) VALUES ('stage', NEW.stage || ' ' || NEW.instance || ' ' || NEW.key);
+END;
+CREATE TRIGGER audit_of_jobs AFTER UPDATE OF state ON jobs
+    WHEN NEW.state = 'succeeded' AND OLD.state = 'succeeded' BEGIN
+    INSERT INTO audited (what, subject) VALUES ('job', NEW.id);
+END;
+"""
+
+POSTGRES = """
+CREATE TABLE audited (id BIGSERIAL PRIMARY KEY, what TEXT NOT NULL, subject TEXT NOT NULL);
+CREATE FUNCTION audit_checkpoint() RETURNS trigger LANGUAGE plpgsql AS $$ BEGIN
+    INSERT INTO audited (what, subject) VALUES ('stage', NEW.stage || ' ' || NEW.instance || ' ' || NEW.key);
+    RETURN NULL;
+END $$;
+CREATE TRIGGER audit_of_checkpoints AFTER UPDATE OF output ON checkpoints
+    FOR EACH ROW EXECUTE FUNCTION audit_checkpoint();
+CREATE FUNCTION audit_job() RETURNS trigger LANGUAGE plpgsql AS $$ BEGIN
+    INSERT INTO audited (what, subject) VALUES ('job', NEW.id);
+    RETURN NULL;
+END $$;
+CREATE TRIGGER audit_of_jobs AFTER UPDATE OF state ON jobs FOR EACH ROW
+    WHEN (NEW.state = 'succeeded' AND OLD.state = 'succeeded') EXECUTE FUNCTION audit_job();
+
+CREATE TABLE written (id BIGSERIAL PRIMARY KEY, by_user TEXT NOT NULL DEFAULT session_user,
+    inside BIGINT NOT NULL DEFAULT txid_current(),
+    claims BOOLEAN NOT NULL, into_table TEXT NOT NULL, job_id TEXT NOT NULL);
+CREATE FUNCTION audit_claim() RETURNS trigger LANGUAGE plpgsql AS $$ BEGIN
+    INSERT INTO written (claims, into_table, job_id) VALUES (NEW.epoch > OLD.epoch, 'jobs', NEW.id);
+    RETURN NULL;
+END $$;
+CREATE TRIGGER audit_of_claims AFTER UPDATE ON jobs FOR EACH ROW EXECUTE FUNCTION audit_claim();
+CREATE FUNCTION audit_write() RETURNS trigger LANGUAGE plpgsql AS $$ BEGIN
+    INSERT INTO written (claims, into_table, job_id) VALUES (FALSE, TG_TABLE_NAME, NEW.job_id);
+    RETURN NULL;
+END $$;
+CREATE TRIGGER audit_of_stages AFTER INSERT OR UPDATE ON stages FOR EACH ROW EXECUTE FUNCTION audit_write();
+CREATE TRIGGER audit_of_events AFTER INSERT ON events FOR EACH ROW EXECUTE FUNCTION audit_write();
+CREATE TRIGGER audit_of_artifacts AFTER INSERT OR UPDATE ON artifacts FOR EACH ROW EXECUTE FUNCTION audit_write();
+"""
+
+
+def install(service):
+    """Into the migrated database of a service that runs."""
+    if service.store == "postgres":
+        service.postgres.sql(POSTGRES, service.database)
+        return
+    import sqlite3
+
+    connection = sqlite3.connect(service.data_folder / "tabletopgen.sqlite", timeout=30)
+    connection.executescript(SQLITE)
+    connection.close()
+
+
+def double_commits(service) -> list:
+    """Stages and jobs that were committed a second time."""
+    return [
+        f"twice: {what} {subject} was committed again"
+        for what, subject in service.rows("SELECT what, subject FROM audited ORDER BY id")
+    ]
+
+
+def late_writes(service) -> list:
+    """Rows of a job that a worker wrote after another had claimed the job; PostgreSQL only, where each has its own
+    user.
+    """
+    rows = service.rows("SELECT by_user, inside, claims, into_table, job_id FROM written ORDER BY id")
+    claiming = {(inside, job) for _, inside, claims, _, job in rows if claims == "t"}
+    holder, late = {}, []
+    for user, inside, _, table, job in rows:
+        if (inside, job) in claiming:
+            holder[job] = user
+        elif user.startswith("worker") and holder.get(job, user) != user:
+            late.append(f"{user} wrote into {table} of a job that {holder[job]} holds")
+    return late

@@ -1,0 +1,88 @@
+"""Scenes per hour with more workers: against slow vendors on one PostgreSQL, and with embedded models on two cores."""
+
+import os
+from pathlib import Path
+
+from bars.reliability.bench import cores
+from bars.reliability.part import Finding
+from bars.reliability.scenes import JOB_SECONDS, SMALL, at_seconds, submit, wait_for_all
+from bars.remote_kill import Providers
+from server import Problem
+
+WORKERS = (1, 2, 4, 8)
+PROMISED_SCENES, LEAST_EFFICIENCY = 4, 0.85
+PROMISED_EMBEDDED, LEAST_SPEEDUP = 8, 1.8
+
+
+def measure_vendors(bench) -> Finding:
+    """Every worker has one slot and makes the same number of scenes; all are different."""
+    rows, rate_of_one = [], None
+    counts = [count for count in WORKERS if count <= bench.given.workers]
+    for count in counts:
+        with Providers(bench.binary, bench.given.latency_ms) as providers:
+            settings = SMALL | providers.vendors() | {"worker.concurrency": "1"}
+            with bench.service("postgres", f"workers{count}", settings=settings, workers_wanted=count) as service:
+                rate, seconds = rate_of(service, count * bench.given.scenes_each)
+        rate_of_one = rate_of_one or rate
+        efficiency = rate / (count * rate_of_one)
+        rows.append(
+            [count, count * bench.given.scenes_each, f"{seconds:.0f}", f"{rate:.0f}", f"{100 * efficiency:.0f} %"]
+        )
+        print(rows[-1], flush=True)
+    columns = ["worker processes", "scenes", "seconds", "scenes per hour", "efficiency"]
+    seconds = bench.given.latency_ms / 1000
+    words = f"Every vendor call takes {seconds:.1f} s; at 8 workers {LEAST_EFFICIENCY:.0%} is promised."
+    full = counts == list(WORKERS) and bench.given.scenes_each >= PROMISED_SCENES
+    return Finding(columns, rows, efficiency >= LEAST_EFFICIENCY, words, full=full)
+
+
+def rate_of(service, scenes: int, first=0) -> tuple:
+    """Scenes per hour and seconds, from the first claim to the last end."""
+    jobs = [submit(service.api, first + number)[1] for number in range(scenes)]
+    states = wait_for_all(service.api, jobs, JOB_SECONDS * scenes)
+    if states != ["succeeded"] * scenes:
+        raise Problem(f"scenes were not made: {states}")
+    events = [service.api.events_after(job) for job in jobs]
+    began = min(at_seconds(event) for one in events for event in one if event["kind"] == "job_started")
+    ended = max(at_seconds(one[-1]) for one in events)
+    return 3600 * scenes / (ended - began), ended - began
+
+
+def measure_cores(bench) -> Finding:
+    """Everything that belongs to the service, PostgreSQL and S3 included, on one core with one worker, then on two
+    with two.
+
+    One is measured before and after two, and the better one counts.
+    """
+    if len(cores()) < 2:
+        raise Problem("two cores are needed for this part: --only names others")
+    rows, rates = [], {1: [], 2: []}
+    try:
+        for count in (1, 2, 1):
+            chosen = cores()[:count]
+            for process in (bench.postgres.process, bench.s3.process):
+                pin(process.pid, chosen)
+            within = ("taskset", "--cpu-list", ",".join(map(str, chosen)))
+            settings = SMALL | {"worker.concurrency": "1", "worker.cpu_threads": "1"}
+            with bench.service(
+                "postgres", f"cores{count}", settings=settings, workers_wanted=count, within=within
+            ) as service:
+                rate, seconds = rate_of(service, count * bench.given.embedded_each)
+            rates[count].append(rate)
+            rows.append([count, count, count * bench.given.embedded_each, f"{seconds:.0f}", f"{rate:.0f}"])
+            print(rows[-1], flush=True)
+    finally:
+        for process in (bench.postgres.process, bench.s3.process):
+            pin(process.pid, cores())
+    speedup = max(rates[2]) / max(rates[1])
+    columns = ["cores", "workers", "scenes", "seconds", "scenes per hour"]
+    words = f"Two workers on two cores are {speedup:.2f} times as fast as one on one; {LEAST_SPEEDUP} is promised."
+    return Finding(columns, rows, speedup >= LEAST_SPEEDUP, words, full=bench.given.embedded_each >= PROMISED_EMBEDDED)
+
+
+def pin(pid: int, chosen: list):
+    """Every thread of a process; what it forks later inherits that."""
+    for thread in Path(f"/proc/{pid}/task").iterdir():
+        os.sched_setaffinity(int(thread.name), chosen)
+    for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split():
+        pin(int(child), chosen)
