@@ -13,6 +13,8 @@ use std::time::{Duration, Instant};
 
 use bytes::Bytes;
 use sha2::{Digest as _, Sha256};
+use tracing::field::Empty;
+use tracing::{Instrument, Span};
 
 use super::LimitSettings;
 use super::failure::{Billed, Failure, FailureKind};
@@ -97,7 +99,18 @@ impl Endpoint {
         let mut tries = 0;
         loop {
             tries += 1;
-            let failure = match self.attempt(call, question, tries, deadline, &read).await? {
+            let span = tracing::info_span!(
+                "provider_call",
+                otel.kind = "client",
+                provider = self.provider,
+                model = self.model,
+                operation = question.operation,
+                attempt = tries,
+                outcome = Empty,
+                cost_micro_usd = Empty,
+            );
+            let attempt = self.attempt(call, question, tries, deadline, &read).instrument(span);
+            let failure = match attempt.await? {
                 Ok(answer) => return Ok(answer),
                 Err(failure) => failure,
             };
@@ -192,6 +205,7 @@ impl Endpoint {
         }
         let left = deadline.saturating_duration_since(Instant::now());
         let longest = left.min(Duration::from_secs(self.limits.attempt_timeout_secs));
+        let started = Instant::now();
         let sent = tokio::time::timeout(longest, self.client.send(&request, self.limits.max_answer_bytes));
         let ended = match unless_cancelled(&call.cancel, sent).await {
             Ok(Ok(Ok(reply))) => Ok(self.read(reply, read)),
@@ -204,6 +218,7 @@ impl Endpoint {
         };
         let Ok(Attempt { result, settlement }) = ended else {
             // A cancelled call may still be billed.
+            self.count(question, &unknown_settlement(), started.elapsed());
             self.settle(call, entry, unknown_settlement()).await?;
             return Err(Cancelled.into());
         };
@@ -219,12 +234,23 @@ impl Endpoint {
                 permit.succeeded();
             }
         }
-        let outcome = settlement.outcome;
-        metrics::counter!("tabletopgen_provider_calls_total", "provider" => self.provider.clone(),
-            "operation" => question.operation, "outcome" => outcome)
-        .increment(1);
+        self.count(question, &settlement, started.elapsed());
         self.settle(call, entry, settlement).await?;
         Ok(result)
+    }
+
+    /// Counts a try in the metrics, and says in its span how it ended.
+    fn count(&self, question: &Question, settlement: &Settlement, duration: Duration) {
+        let (provider, operation) = (self.provider.clone(), question.operation);
+        let labels = [("provider", provider), ("operation", operation.to_owned())];
+        let reserved = if self.client.is_replaying() { MicroUsd::ZERO } else { question.reserved };
+        let cost = u64::try_from(settlement.cost.unwrap_or(reserved).0).unwrap_or(0);
+        metrics::counter!("tabletopgen_provider_calls_total", "provider" => self.provider.clone(),
+            "operation" => operation, "outcome" => settlement.outcome)
+        .increment(1);
+        metrics::histogram!("tabletopgen_provider_call_seconds", &labels).record(duration.as_secs_f64());
+        metrics::counter!("tabletopgen_provider_cost_micro_usd_total", &labels).increment(cost);
+        Span::current().record("outcome", settlement.outcome).record("cost_micro_usd", cost);
     }
 
     async fn reserve(&self, call: &Call, question: &Question, tries: u32) -> Result<Entry, ProviderError> {
