@@ -15,6 +15,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import cargo_results
+import postgres
 import tools
 import words_sample
 from beside import Beside
@@ -66,7 +67,8 @@ def main() -> int:
         ("dependencies", lambda: check_dependencies(target / "tools")),
         ("clippy", lambda: cargo("clippy", "--workspace", "--locked", "--all-targets", "--", "-D", "warnings")),
         ("documentation", document),
-        ("cargo test", test_workspace),
+        ("cargo test", lambda: with_postgres(target, test_workspace)),
+        ("tests on PostgreSQL", lambda: with_postgres(target, test_on_postgres)),
         ("programs", build_programs),
         ("words", lambda: check_words(target)),
         ("sample scenes", lambda: make_sample(target)),
@@ -177,9 +179,21 @@ def test_scripts() -> str:
     return "as they should be"
 
 
-def cargo_test(*arguments) -> str:
+def with_postgres(target: Path, step) -> str:
+    """Runs a step beside a private server, unless the environment names one."""
+    if postgres.VARIABLE in os.environ:
+        return step()
+    with postgres.Postgres(target) as server:
+        os.environ[postgres.VARIABLE] = server.url()
+        try:
+            return step()
+        finally:
+            del os.environ[postgres.VARIABLE]
+
+
+def cargo_test(*arguments, more=None) -> str:
     # Without an adapter the tests of the GPU kernels fail instead of passing by doing nothing.
-    environment = {"TABLETOPGEN_GPU_TESTS": os.environ.get("TABLETOPGEN_GPU_TESTS", "require")}
+    environment = {"TABLETOPGEN_GPU_TESTS": os.environ.get("TABLETOPGEN_GPU_TESTS", "require"), **(more or {})}
     command = [CARGO, "test", "--locked", *arguments]
     # In one stream, so that it can be told which program a failing test is of.
     code, lines = streamed(command, environment, errors=subprocess.STDOUT)
@@ -195,6 +209,13 @@ def test_workspace() -> str:
     for name in ("usd_layers", "specimen"):
         shutil.rmtree(LEFT / name, ignore_errors=True)
     return cargo_test("--workspace", "--no-fail-fast")
+
+
+def test_on_postgres() -> str:
+    """The integration tests that start servers, once more, on PostgreSQL instead of SQLite."""
+    tests = ("worker::", "api::", "remote::ledger")
+    on_postgres = {"TABLETOPGEN_TEST_DATABASE": "postgres"}
+    return cargo_test("--workspace", "--no-fail-fast", "--test", "it", "--", *tests, more=on_postgres)
 
 
 def build_programs() -> str:

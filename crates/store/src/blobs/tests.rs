@@ -263,6 +263,8 @@ async fn s3_that_does_not_answer_is_an_outage_until_it_does() {
     let error = blobs.put(&b"hello table"[..]).await.expect_err("nobody listens");
     assert_eq!(error.outage(), Some(Outage::Other), "{}", error.chain());
     assert_eq!(*outage.borrow(), Some(Outage::Other));
+    // Creates the bucket.
+    server.blobs("outage", "", HOUR);
     let again = server.blobs_with("outage", "", HOUR, health);
     again.probe().await.expect("answers");
     assert_eq!(*outage.borrow(), None);
