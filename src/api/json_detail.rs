@@ -29,6 +29,10 @@ pub fn json_detail(message: &str) -> String {
     if let Some(name) = message.strip_prefix("duplicate field ") {
         return format!("has {} twice; give it once", quoted(name));
     }
+    // The text is JSON, so a value is missing only where the name of a choice should stand.
+    if message == "expected value" {
+        return "must be a string".to_owned();
+    }
     message.to_owned()
 }
 

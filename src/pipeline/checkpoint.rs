@@ -231,6 +231,7 @@ impl<S: Send + Sync + 'static> Checkpoints<S> {
                 break guard;
             }
         };
+        let mut has_key = false;
         loop {
             if let Some((output, checkpoint)) = self.find(&key).await? {
                 match store.stage_finished(&self.job.lease, &key, &checkpoint, true).await {
@@ -243,9 +244,13 @@ impl<S: Send + Sync + 'static> Checkpoints<S> {
                     }
                 }
             }
+            if has_key {
+                break;
+            }
             self.job.drain.check()?;
             match store.stage_started(&self.job.lease, &key).await? {
-                StageStart::Granted => break,
+                // Another job may have committed between the look-up and the claim, so it is looked up once more.
+                StageStart::Granted => has_key = true,
                 StageStart::ComputedBy(job_id) => self.wait_for(&key, &job_id).await?,
             }
         }

@@ -180,7 +180,6 @@ async fn commit(
         .bind(now)
         .execute(&mut *connection)
         .await?;
-        stage_claims::release(connection, &stage.tenant_id, stage.key.as_str(), &lease.job_id).await?;
         // The current attempt is the first one since this checkpoint.
         sqlx::query("UPDATE jobs SET attempt = 1, shared_deaths = 0, lone_deaths = 0 WHERE id = $1")
             .bind(lease.job_id.as_str())
@@ -199,6 +198,7 @@ async fn commit(
             return Err(StoreError::CheckpointGone);
         }
     }
+    stage_claims::release(connection, &stage.tenant_id, stage.key.as_str(), &lease.job_id).await?;
     // A stage that this job computed before a restart keeps its duration; it is "cached" now.
     sqlx::query(
         "INSERT INTO stages (job_id, stage, instance, key, state, cached, epoch, elapsed_ms, started_at)

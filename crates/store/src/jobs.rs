@@ -220,7 +220,15 @@ async fn retry(
     .bind(scene_id.as_str())
     .fetch_one(&mut *connection)
     .await?;
+    let newest: String = sqlx::query_scalar("SELECT MAX(id) FROM jobs WHERE scene_id = $1")
+        .bind(scene_id.as_str())
+        .fetch_one(&mut *connection)
+        .await?;
+    // A job that was to make the lost bytes of a finished scene again; the scene stays as it is.
+    let ended: String = row.try_get("state")?;
+    let is_rebuild = newest == job_id.as_str() && ended != "succeeded" && from_stage.is_none();
     match SceneState::parse(&scene_state) {
+        Some(SceneState::Ready) if is_rebuild && active == 0 => {}
         Some(state @ (SceneState::Ready | SceneState::Deleted)) => return Ok(RetryOutcome::SceneIs(state)),
         _ if active > 0 => return Ok(RetryOutcome::StillActive),
         _ => {}
@@ -248,8 +256,9 @@ async fn retry(
     let new_id =
         scenes::insert_job(connection, &tenant_id, &scene_id, Some(&job_id), salt, columns, now).await?;
     sqlx::query(
-        "UPDATE scenes SET state = 'pending', stripped_at = NULL, failure_code = NULL, failure_message = NULL, verdict = NULL,
-                           updated_at = $1 WHERE id = $2",
+        "UPDATE scenes SET state = 'pending', stripped_at = NULL, failure_code = NULL, failure_message = NULL,
+                           verdict = NULL, updated_at = $1
+         WHERE id = $2 AND state <> 'ready'",
     )
     .bind(now)
     .bind(scene_id.as_str())

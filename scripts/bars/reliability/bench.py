@@ -157,8 +157,9 @@ class Service:
         data = self.data_folder
         if self.store == "postgres":
             data = self.folder / user
-            if not self.postgres.sql(f"SELECT 1 FROM pg_roles WHERE rolname = '{user}'"):
-                self.postgres.sql(f"CREATE ROLE {user} LOGIN SUPERUSER")
+            # Several threads may start servers at once.
+            exists = "EXCEPTION WHEN duplicate_object OR unique_violation THEN NULL"
+            self.postgres.sql(f"DO $$ BEGIN CREATE ROLE {user} LOGIN SUPERUSER; {exists}; END $$")
         data.mkdir(parents=True, exist_ok=True)
         settings = self.storage(role, user) | self.settings
         arguments = [part for key, value in settings.items() for part in ("--set", f"{key}={value}")]

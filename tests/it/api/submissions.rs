@@ -302,7 +302,7 @@ async fn bad_bodies_are_refused_and_nothing_is_enqueued() {
         (form_kind, form(&[("image", &vec![7; 5000])]).1, (413, "body_too_large")),
         (form_kind, form(&[("image", &vec![7; 3500])]).1, (413, "image_too_large")),
         (form_kind, form(&[("image", b"no picture")]).1, (415, "image_format")),
-        (form_kind, form(&[("request", b"{}")]).1, (422, "invalid_body")),
+        (form_kind, form(&[("request", b"{}")]).1, (422, "missing_field")),
         (form_kind, form(&[("image", &image), ("request", br#"{"text":" "}"#)]).1, (422, "invalid_body")),
         (form_kind, form(&[("image", &image), ("request", b"{")]).1, (400, "malformed_json")),
     ] {

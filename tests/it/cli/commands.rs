@@ -85,7 +85,12 @@ fn what_will_not_do_is_said_before_the_work() {
         (vec!["worker", "--slots", "2"], 2, "set store.database to a PostgreSQL address"),
         (vec!["worker", "--slots", "0"], 2, "worker.concurrency (--slots): 0 is outside its range"),
         (vec!["serve", "--listen", "nowhere"], 2, "server.listen (--listen)"),
-        (vec!["serve", "--listen", "203.0.113.1:1"], 1, "cannot listen on 203.0.113.1:1"),
+        (vec!["serve", "--listen", "203.0.113.1:1"], 1, "give --allow-unauthenticated"),
+        (
+            vec!["serve", "--listen", "203.0.113.1:1", "--allow-unauthenticated"],
+            1,
+            "cannot listen on 203.0.113.1:1",
+        ),
         (vec!["serve", "--listen", "127.0.0.1:0", "--data-dir", "file"], 1, "cannot use data directory"),
         (vec!["check-config", "--set", "worker.lease_secs=1"], 2, "worker.lease_secs (--set): 1"),
         (vec!["dance"], 2, "unrecognized subcommand"),
@@ -178,7 +183,7 @@ impl Serving {
     fn get(&self, path: &str) -> String {
         let mut socket = TcpStream::connect(&self.address).expect("connects");
         socket.set_read_timeout(Some(Duration::from_secs(10))).unwrap();
-        write!(socket, "GET {path} HTTP/1.1\r\nhost: x\r\nconnection: close\r\n\r\n").unwrap();
+        write!(socket, "GET {path} HTTP/1.1\r\nhost: {}\r\nconnection: close\r\n\r\n", self.address).unwrap();
         let mut answer = String::new();
         socket.read_to_string(&mut answer).unwrap();
         answer

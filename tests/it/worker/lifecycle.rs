@@ -62,7 +62,7 @@ async fn a_retry_from_a_stage_computes_it_and_what_follows_anew() {
     let (_, job) = server.submit("a mug").await;
     server.job_is(&job, "succeeded").await;
     let unknown = server.post(&format!("/jobs/{job}/retry"), json!({ "from_stage": "gamma" })).await;
-    assert_eq!(unknown.problem(), (422, "invalid_body".into()));
+    assert_eq!(unknown.problem(), (409, "stage_not_reached".into()));
     let misspelled = server.post(&format!("/jobs/{job}/retry"), json!({ "form_stage": "beta" })).await;
     assert_eq!(misspelled.problem(), (422, "invalid_body".into()));
     let path = format!("/jobs/{job}/retry");

@@ -155,13 +155,13 @@ async fn missing_damaged_and_unreadable_work_is_done_again() {
 }
 
 #[tokio::test]
-async fn missing_image_bytes_fail_the_download_and_not_the_server() {
+async fn missing_bytes_are_made_again_and_the_server_goes_on() {
     let server = Server::start(&Script::new(&[])).await;
     let (scene, job) = server.submit("a mug").await;
     server.job_is(&job, "succeeded").await;
     std::fs::remove_file(blob(&server.directory, b"alpha was here")).unwrap();
     let reply = server.get(&format!("/scenes/{scene}/artifacts/alpha/note.txt")).await;
-    assert_eq!(reply.problem(), (500, "stored_data_missing".into()));
+    assert_eq!(reply.problem(), (503, "being_rebuilt".into()));
     assert_eq!(server.get(&format!("/scenes/{scene}")).await.status, 200);
 }
 

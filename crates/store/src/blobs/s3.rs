@@ -33,6 +33,7 @@ pub struct S3Settings {
     pub endpoint: String,
     /// The bucket, which must exist.
     pub bucket: String,
+    /// Region of the bucket; servers of one's own accept any.
     pub region: String,
     /// Folder of the bucket; empty = its top.
     pub prefix: String,
