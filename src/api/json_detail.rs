@@ -29,11 +29,14 @@ pub fn json_detail(message: &str) -> String {
     if let Some(name) = message.strip_prefix("duplicate field ") {
         return format!("has {} twice; give it once", quoted(name));
     }
-    // The text is JSON, so a value is missing only where the name of a choice should stand.
-    if message == "expected value" {
-        return "must be a string".to_owned();
-    }
-    message.to_owned()
+    // The text is JSON, so these messages are about what stands there instead of another kind of value.
+    let other = match message {
+        "expected value" => "must be a string",
+        "trailing characters" => "must be a shorter list",
+        "number out of range" => "must be a number of smaller size",
+        _ => message,
+    };
+    other.to_owned()
 }
 
 /// What a visitor expects, as a type of JSON.
