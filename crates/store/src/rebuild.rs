@@ -36,7 +36,6 @@ impl Store {
         let outcome = self
             .writer
             .write("rebuild a scene", move |connection| {
-                let (tenant_id, scene_id) = (tenant_id.clone(), scene_id.clone());
                 Box::pin(async move { rebuild(connection, &tenant_id, &scene_id).await })
             })
             .await?;

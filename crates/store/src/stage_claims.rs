@@ -37,7 +37,6 @@ impl Store {
         let (lease, stage) = (lease.clone(), stage.clone());
         self.writer
             .write("give up a stage", move |connection| {
-                let (lease, stage) = (lease.clone(), stage.clone());
                 Box::pin(async move {
                     guard(connection, &lease).await?;
                     release(connection, &stage.tenant_id, stage.key.as_str(), &lease.job_id).await

@@ -1,6 +1,6 @@
 //! Distances that a clause states: "the distance between the kettle and the toaster is 25 cm".
 
-use super::{Parser, Referent};
+use super::Parser;
 use crate::text_parser::measures::read_length;
 use crate::text_parser::phrase::noun_phrase;
 
@@ -53,20 +53,7 @@ impl Parser<'_, '_> {
         }
         self.at = end;
         let before = std::mem::take(&mut self.subject);
-        let mut members = match self.refer(first, true) {
-            Referent::Mentions(list) => list,
-            _ => Vec::new(),
-        };
-        if let Some((phrase, end)) = second {
-            self.at = end;
-            if let Referent::Mentions(list) = self.refer(phrase, true) {
-                members.extend(list);
-            }
-        }
-        for &member in &members {
-            self.parsed.mentions[member].forward = false;
-        }
-        self.subject = members;
+        self.subject = self.objects_of(first, second);
         self.at = last + link + length;
         self.parsed.account.used(start..self.at);
         self.apart(meters, last + link..self.at);

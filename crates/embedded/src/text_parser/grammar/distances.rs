@@ -424,7 +424,20 @@ impl Parser<'_, '_> {
         }
         self.at = end;
         let before = self.subject.clone();
-        let mut members = match self.refer(phrase, true) {
+        self.subject = self.objects_of(phrase, second);
+        self.apart(meters, start..after + length);
+        self.subject = if before.is_empty() { std::mem::take(&mut self.subject) } else { before };
+        self.salient_list = self.subject.clone();
+        true
+    }
+
+    /// The objects that a phrase names, and those of a second phrase with the token after it: "the mug and the bowl".
+    pub(super) fn objects_of(
+        &mut self,
+        first: NounPhrase,
+        second: Option<(NounPhrase, usize)>,
+    ) -> Vec<usize> {
+        let mut members = match self.refer(first, true) {
             Referent::Mentions(list) => list,
             _ => Vec::new(),
         };
@@ -437,11 +450,7 @@ impl Parser<'_, '_> {
         for &member in &members {
             self.parsed.mentions[member].forward = false;
         }
-        self.subject = members;
-        self.apart(meters, start..after + length);
-        self.subject = if before.is_empty() { std::mem::take(&mut self.subject) } else { before };
-        self.salient_list = self.subject.clone();
-        true
+        members
     }
 
     /// The mentions that "apart", "in a row" and the like apply to: the last member of the list if it is plural,
