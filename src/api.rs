@@ -159,6 +159,8 @@ pub struct Api {
     hosts: Arc<AllowedHosts>,
     proxies: Arc<Proxies>,
     streams: StreamLimits,
+    /// Event streams read rows a few at a time: [`CONCURRENT_STREAM_READS`].
+    stream_reads: Arc<Semaphore>,
     hub: EventHub,
 }
 
@@ -182,6 +184,7 @@ impl Api {
             hosts: Arc::new(AllowedHosts::new(&settings.listen, &settings.allowed_hosts)),
             proxies: Arc::new(Proxies::new(&settings.proxy_addresses)),
             streams: StreamLimits::new(max_streams, settings.max_event_streams_per_address),
+            stream_reads: semaphore(CONCURRENT_STREAM_READS),
             hub: EventHub::new(store.clone(), shutdown.clone()),
             store,
             settings: Arc::new(settings),
@@ -199,6 +202,9 @@ impl Api {
         max_pixel_blocks(&self.settings)
     }
 }
+
+/// Event streams that read rows at the same time. Other requests keep the remaining connections to the database.
+const CONCURRENT_STREAM_READS: usize = 2;
 
 /// Blocks of the largest image that is accepted.
 fn max_pixel_blocks(settings: &Settings) -> u32 {

@@ -56,6 +56,9 @@ pub async fn list(
 ) -> Result<Response, Problem> {
     let (after, size) = (parameters.after.0, parameters.page_size.get());
     let job_id = parse_id(&job_id)?;
+    let is_stream = wants_stream(&headers);
+    // Of many streams that open at once, a few read their first rows at a time.
+    let turn = if is_stream { api.stream_reads.clone().acquire_owned().await.ok() } else { None };
     let job = find(&api, &job_id).await?;
     let seen = match headers.get("last-event-id") {
         None => after,
@@ -68,7 +71,7 @@ pub async fn list(
             seen
         }
     };
-    if !wants_stream(&headers) {
+    if !is_stream {
         let events = api.store.events(&DEFAULT_TENANT, &job_id, after, size).await?;
         let next = events.last().map_or(after, |event| event.seq);
         let views: Vec<EventView> = events.into_iter().map(EventView::new).collect();
@@ -78,6 +81,7 @@ pub async fn list(
         // Tells an EventSource that there is nothing to come back for.
         return Ok(StatusCode::NO_CONTENT.into_response());
     }
+    drop(turn);
     let client = connection.map(|Extension(connection)| api.proxies.client(connection.peer, &headers));
     let slot = api.streams.admit(client)?;
     let keep_alive = KeepAlive::new().interval(Duration::from_secs(15)).text("still here");
@@ -142,6 +146,7 @@ impl EventStream {
             }
             let progress = *self.progress.borrow_and_update();
             if progress.is_some_and(|progress| progress.last_seq > self.seen) {
+                let _turn = self.api.stream_reads.acquire().await;
                 self.events =
                     self.api.store.events(&DEFAULT_TENANT, &self.job_id, self.seen, 100).await?.into();
                 if !self.events.is_empty() {
