@@ -51,6 +51,7 @@ pub const CRATES: &[Layer] = &[
     layer("scene", &["geometry", "imaging"], PURE),
     // Of the domain types it takes the support tree alone.
     layer("physics", &["geometry", "runtime", "scene"], PURE),
+    layer("editing", &["catalog", "geometry", "physics", "runtime", "scene"], PURE),
     layer(
         "export",
         &["geometry", "imaging", "mesh_io", "runtime", "scene"],
@@ -109,6 +110,7 @@ pub const ROOT_MODULES: &[Layer] = &[
         "pipeline",
         &[
             "catalog",
+            "editing",
             "export",
             "geometry",
             "gpu",

@@ -1,0 +1,1 @@
+//! Operations read from an English sentence.
