@@ -129,6 +129,36 @@ impl Workspace {
         Err(NoPlace::Blocked { object, place, by })
     }
 
+    /// The place straight below or above a pose: same position and orientation in the plane, let down onto the
+    /// supporter.
+    ///
+    /// # Errors
+    ///
+    /// [`NoPlace`] if the object would reach over the table's edge, or into another one.
+    pub fn place_at(
+        &self,
+        object: usize,
+        world_from_object: Pose,
+        supporter: Supporter,
+    ) -> Result<Candidate, NoPlace> {
+        let query = PlaceQuery::default();
+        let search = Search::new(self, object, &query, supporter, 0.001, STEPS_M[0]);
+        let rotation = world_from_object.rotation;
+        let (low, high) = search.object.shape.bounds(&Pose { translation_m: DVec3::ZERO, rotation });
+        let center_m = world_from_object.translation_m.truncate() + 0.5 * (low + high).truncate();
+        let name = || self.objects[object].body.name.clone();
+        let place = || "where it is".to_owned();
+        let scored = search.posed(rotation, center_m);
+        let pose = scored.ok_or_else(|| NoPlace::TooLarge { object: name(), place: place() })?;
+        match search.obstacle_of(&pose) {
+            None => Ok(Candidate { world_from_object: pose, supporter }),
+            Some(other) => {
+                let by = vec![self.objects[other].body.name.clone()];
+                Err(NoPlace::Blocked { object: name(), place: place(), by })
+            }
+        }
+    }
+
     /// The surfaces to search, in order.
     fn surfaces(&self, query: &PlaceQuery) -> Vec<Supporter> {
         match (query.relation, query.target) {
@@ -324,8 +354,8 @@ impl<'a> Search<'a> {
             .collect()
     }
 
-    /// The object with the center of its footprint at a point, if that meets the query.
-    fn scored(&self, rotation: DQuat, center_m: DVec2) -> Option<Scored> {
+    /// The object with the center of its footprint at a point, let down onto the surface; `None` beyond its edge.
+    fn posed(&self, rotation: DQuat, center_m: DVec2) -> Option<Pose> {
         let at_origin = Pose { translation_m: DVec3::ZERO, rotation };
         let (low, high) = self.object.shape.bounds(&at_origin);
         let offset_m = 0.5 * (low + high).truncate();
@@ -369,6 +399,12 @@ impl<'a> Search<'a> {
                 pose.translation_m.z = z_m + DROP_GAP_M;
             }
         }
+        Some(pose)
+    }
+
+    /// The object with the center of its footprint at a point, if that meets the query.
+    fn scored(&self, rotation: DQuat, center_m: DVec2) -> Option<Scored> {
+        let pose = self.posed(rotation, center_m)?;
         let footprint = self.object.footprint_at(&pose);
         if self.is_container() {
             let rim_m = self.surface.as_ref()?.top_m;

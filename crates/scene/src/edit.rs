@@ -3,6 +3,7 @@
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
+use crate::InstanceId;
 use crate::description::RelationKind;
 use crate::validation::{Violation, Violations};
 
@@ -255,6 +256,39 @@ impl EditOperation {
         }
         violations.into_vec()
     }
+}
+
+/// What an edit did: part of `scene.json`, the report, and what the API shows of the scene.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct EditAccount {
+    /// Id of the parent in its `scene.json`.
+    pub parent: String,
+    /// One entry per operation, in order.
+    pub operations: Vec<OperationResult>,
+    /// Objects that no operation names and that moved nevertheless. All others have exactly the parent's poses.
+    pub moved: Vec<MovedObject>,
+}
+
+/// The result of one operation.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct OperationResult {
+    /// [`EditOperation::name`].
+    pub op: String,
+    /// The objects it acted on, by their names in the new scene; removed ones by their names in the parent.
+    pub objects: Vec<InstanceId>,
+    /// What was done, in one sentence.
+    pub sentence: String,
+}
+
+/// A movement that no operation asked for.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MovedObject {
+    pub name: InstanceId,
+    /// Of its origin.
+    pub distance_m: f64,
+    pub angle_rad: f64,
+    /// Why it had to move.
+    pub cause: String,
 }
 
 /// Every violation of a list of operations, with JSON pointers relative to the list.
