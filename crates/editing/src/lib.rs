@@ -11,6 +11,8 @@ pub mod instruction;
 pub mod workspace;
 pub mod place;
 pub mod rest;
+#[cfg(test)]
+mod tests;
 
 pub use object::EditableObject;
 pub use place::{Candidate, NoPlace, PlaceQuery};

@@ -83,8 +83,8 @@ fn blockers(by: &[String]) -> String {
     match by {
         [] => "the edge of the table is".to_owned(),
         [only] => format!("{only} is"),
-        [first, .., last] if by.len() > 2 => format!("{first}, {last} and others are"),
         [first, last] => format!("{first} and {last} are"),
+        [first, second, ..] => format!("{first}, {second} and others are"),
     }
 }
 
