@@ -189,7 +189,7 @@ fn a_slender_object_leans_in_a_narrow_box_and_a_ball_does_not_stay_on_a_cube() {
     put(&mut scene, 1, &related(RelationKind::In, 0)).expect("it leans or lies across");
     assert!(scene.objects[1].footprint().bottom_m < 0.05);
 
-    let ball = object("ball_1", &[geometry::shapes::sphere(0.03, 24, 16)], DVec2::new(-0.3, 0.0));
+    let ball = object("ball_1", &[geometry::shapes::sphere(0.03, 24)], DVec2::new(-0.3, 0.0));
     let tiny = object("peg_1", &[block(DVec3::new(0.008, 0.008, 0.08))], DVec2::ZERO);
     let mut scene = table(1.0, vec![tiny, ball]);
     let why = put(&mut scene, 1, &related(RelationKind::On, 0)).expect_err("it rolls off");

@@ -3,7 +3,6 @@
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use glam::{DQuat, DVec2, DVec3};
-use rand::RngExt;
 
 use super::additions::NewObject;
 use super::draft::{Draft, load};
@@ -13,7 +12,7 @@ use catalog::{named_color, substance};
 use editing::place::nearest_right_angle_rad;
 use editing::{PlaceQuery, references};
 use geometry::pose::wrap_angle_rad;
-use runtime::seed::child_rng;
+use runtime::seed::child_seed;
 use scene::edit::OperationResult;
 use scene::{EditOperation, EditPlace, InstanceId, RelationKind, SupportRelation, Supporter};
 
@@ -151,19 +150,25 @@ fn add(draft: &mut Draft, place: Option<&EditPlace>, given: Given) -> Done {
 }
 
 fn clutter(draft: &mut Draft, given: Given) -> Done {
-    let mut rng = child_rng(given.seed, "clutter");
+    let seed = given.seed;
     let (low, high) = draft.workspace.outline.bounds();
     let added = put_all(draft, given)?;
     for &object in &added {
-        let share = DVec2::new(rng.random_range(0.0..1.0), rng.random_range(0.0..1.0));
+        let share = |axis: &str| unit(child_seed(seed, &format!("{axis} of {}", draft.name(object))));
+        let at = DVec2::new(share("x"), share("y"));
         let query = PlaceQuery {
-            near_m: Some(low + share * (high - low)),
-            usual_yaw_rad: rng.random_range(0.0..TAU),
+            near_m: Some(low + at * (high - low)),
+            usual_yaw_rad: TAU * share("yaw"),
             ..PlaceQuery::default()
         };
         draft.find_and_rest(object, &query)?;
     }
     Ok((ids(draft, &added), format!("added {}", names(draft, &added))))
+}
+
+/// A number in 0..1 from the upper bits of a seed.
+fn unit(seed: u64) -> f64 {
+    (seed >> 11) as f64 / (1_u64 << 53) as f64
 }
 
 fn remove(draft: &mut Draft, phrase: &str, with_contents: bool) -> Done {
@@ -315,7 +320,7 @@ fn resize(draft: &mut Draft, phrase: &str, factor: f64) -> Done {
         let mesh = (*geometry.mesh).clone().scaled(DVec3::splat(factor));
         let mut hulls = geometry.hulls.clone();
         hulls.iter_mut().flat_map(|hull| &mut hull.points).for_each(|point| *point *= factor);
-        draft.reshape(target, load_geometry(mesh, hulls)?, factor)?;
+        draft.reshape(target, load(mesh, hulls)?, factor)?;
         let parts = draft.parts(target);
         parts.scale *= factor;
         parts.hull_excess_m *= factor;
@@ -342,13 +347,6 @@ fn resize(draft: &mut Draft, phrase: &str, factor: f64) -> Done {
         draft.rest_again(&load, &cause)?;
     }
     Ok((ids(draft, &targets), format!("resized {} by {factor:.2}", names(draft, &targets))))
-}
-
-fn load_geometry(
-    mesh: geometry::TexturedMesh,
-    hulls: Vec<geometry::ConvexHull>,
-) -> Result<Loaded, String> {
-    load(mesh, hulls)
 }
 
 fn recolor(draft: &mut Draft, phrase: &str, color: Option<&str>, material: Option<&str>) -> Done {
