@@ -1,17 +1,21 @@
 //! The operations: each changes a draft, or says why it cannot.
 
-use std::f64::consts::{FRAC_PI_2, TAU};
+mod look;
+mod shape;
 
-use glam::{DQuat, DVec2, DVec3};
+use std::f64::consts::TAU;
+
+use glam::DVec2;
+
+pub(super) use look::{color_named, known_material};
+use look::{recolor, relabel, restyle_table};
+use shape::{resize, rotate};
 
 use super::additions::NewObject;
-use super::draft::{Draft, load};
-use super::recolor::recolored;
+use super::draft::Draft;
 use crate::pipeline::resolve::Loaded;
-use catalog::{named_color, substance};
 use editing::place::nearest_right_angle_rad;
 use editing::{PlaceQuery, references};
-use geometry::pose::wrap_angle_rad;
 use runtime::seed::child_seed;
 use scene::edit::OperationResult;
 use scene::{EditOperation, EditPlace, InstanceId, RelationKind, SupportRelation, Supporter};
@@ -262,176 +266,6 @@ fn move_to(draft: &mut Draft, phrase: &str, place: &EditPlace) -> Done {
         where_ = draft.workspace.place_in_words(&query);
     }
     Ok((ids(draft, &targets), format!("moved {} {where_}", names(draft, &targets))))
-}
-
-fn rotate(
-    draft: &mut Draft,
-    phrase: &str,
-    by_rad: Option<f64>,
-    to_rad: Option<f64>,
-    facing: Option<&str>,
-) -> Done {
-    let targets = several(draft, phrase)?;
-    for &target in &targets {
-        let pose = draft.pose(target);
-        let yaw_rad = pose.yaw_rad().ok_or("it lies on its side, so it has no yaw; move it instead")?;
-        let turn_rad = match (by_rad, to_rad, facing) {
-            (Some(by_rad), ..) => by_rad,
-            (_, Some(to_rad), _) => to_rad - yaw_rad,
-            (_, _, Some(phrase)) => {
-                let other = one(draft, phrase)?;
-                if other == target {
-                    return Err("it cannot face itself".into());
-                }
-                let toward = draft.center_m(other) - draft.center_m(target);
-                // At yaw 0 the front faces -y.
-                toward.to_angle() + FRAC_PI_2 - yaw_rad
-            }
-            _ => 0.0,
-        };
-        let turn = DQuat::from_rotation_z(wrap_angle_rad(turn_rad));
-        // About the center of the footprint, so that it stays in its place.
-        let center_m = draft.center_m(target).extend(0.0);
-        let mut turned = pose;
-        turned.rotation = (turn * pose.rotation).normalize();
-        turned.translation_m = center_m + turn * (pose.translation_m - center_m);
-        draft.is_named(target);
-        let load = draft.workspace.branch(target);
-        draft.may_move(&load, &format!("it turns with {}", draft.name(target).to_owned()));
-        draft.rest_at(target, turned, draft.supporter(target))?;
-    }
-    Ok((ids(draft, &targets), format!("turned {}", names(draft, &targets))))
-}
-
-fn resize(draft: &mut Draft, phrase: &str, factor: f64) -> Done {
-    let targets = several(draft, phrase)?;
-    for &target in &targets {
-        draft.is_named(target);
-        let load: Vec<(usize, Supporter)> =
-            draft.load(target).into_iter().map(|object| (object, draft.supporter(object))).collect();
-        for &(object, _) in &load {
-            for member in draft.workspace.branch(object) {
-                draft.workspace.objects[member].is_placed = false;
-            }
-            // Not on it while it is searched a place.
-            draft.workspace.objects[object].supporter = Supporter::TABLE;
-        }
-        let geometry = &draft.loaded[target + 1];
-        let mesh = (*geometry.mesh).clone().scaled(DVec3::splat(factor));
-        let mut hulls = geometry.hulls.clone();
-        hulls.iter_mut().flat_map(|hull| &mut hull.points).for_each(|point| *point *= factor);
-        draft.reshape(target, load(mesh, hulls)?, factor)?;
-        let parts = draft.parts(target);
-        parts.scale *= factor;
-        parts.hull_excess_m *= factor;
-        parts.hull_fit = parts.hull_fit.scaled(factor);
-        parts.provenance.notes.push(format!("resized by {factor:.2} in an edit"));
-        let pose = draft.pose(target);
-        if draft.rest_at(target, pose, draft.supporter(target)).is_err() {
-            let supporter = draft.supporter(target);
-            let relation = supporter.parent.map(|_| match supporter.relation {
-                SupportRelation::On => RelationKind::On,
-                SupportRelation::In => RelationKind::In,
-            });
-            let query = PlaceQuery {
-                relation,
-                target: supporter.parent,
-                near_m: Some(draft.center_m(target)),
-                usual_yaw_rad: pose.yaw_rad().unwrap_or(0.0),
-                ..PlaceQuery::default()
-            };
-            draft.find_and_rest(target, &query)?;
-        }
-        place_branches(draft, &load);
-        let cause = format!("{} was resized below it", draft.name(target));
-        draft.rest_again(&load, &cause)?;
-    }
-    Ok((ids(draft, &targets), format!("resized {} by {factor:.2}", names(draft, &targets))))
-}
-
-fn recolor(draft: &mut Draft, phrase: &str, color: Option<&str>, material: Option<&str>) -> Done {
-    let color = color.map(color_named).transpose()?;
-    if let Some(material) = material {
-        known_material(material)?;
-    }
-    let targets = several(draft, phrase)?;
-    for &target in &targets {
-        let look = color.or_else(|| material.and_then(material_color));
-        let geometry = &draft.loaded[target + 1];
-        let mesh = match look {
-            Some(look) => recolored(&geometry.mesh, look),
-            None => (*geometry.mesh).clone(),
-        };
-        let loaded = load(mesh, geometry.hulls.clone())?;
-        draft.repaint(target, loaded, material)?;
-        let recognition = std::sync::Arc::make_mut(&mut draft.composition.recognition);
-        let recognized = &mut recognition.objects[target];
-        recognized.color = color.or(recognized.color);
-        if let Some(material) = material {
-            recognized.material = Some(material.to_owned());
-        }
-    }
-    let look: Vec<String> = [color.map(|_| "color"), material.map(|_| "material")]
-        .into_iter()
-        .flatten()
-        .map(str::to_owned)
-        .collect();
-    Ok((ids(draft, &targets), format!("changed the {} of {}", look.join(" and "), names(draft, &targets))))
-}
-
-/// The color of a word.
-pub(super) fn color_named(word: &str) -> Result<geometry::Rgb, String> {
-    named_color(&word.trim().to_ascii_lowercase())
-        .ok_or_else(|| format!("{word:?} is no color that is known; give one such as red, navy or beige"))
-}
-
-/// Whether a material is known.
-pub(super) fn known_material(material: &str) -> Result<(), String> {
-    let is_known = substance(material).is_some() || catalog::physical::is_finish(material);
-    is_known
-        .then_some(())
-        .ok_or_else(|| format!("{material:?} is no material that is known; give one such as wood, steel or glass"))
-}
-
-/// What a material looks like, where it has a color of its own.
-fn material_color(material: &str) -> Option<geometry::Rgb> {
-    let hex = match material {
-        "steel" | "stainless_steel" | "metal" => 0xb8_bc_c0,
-        "aluminum" | "aluminium" => 0xc8_cb_ce,
-        "wood" | "oak" => 0xb0_84_55,
-        "walnut" => 0x5e_42_2d,
-        "pine" | "birch" | "bamboo" => 0xd8_b9_86,
-        "plastic" => 0xd8_d8_d4,
-        "ceramic" | "porcelain" => 0xee_eb_e4,
-        "stone" | "marble" => 0xcf_cc_c6,
-        "copper" => 0xb4_70_3f,
-        "brass" => 0xc2_9b_4a,
-        "leather" => 0x7a_4d_2e,
-        "cardboard" | "paper" => 0xc9_a9_7c,
-        "rubber" => 0x33_34_36,
-        _ => return None,
-    };
-    Some(geometry::Rgb::hex(hex))
-}
-
-fn relabel(draft: &mut Draft, phrase: &str, label: &str) -> Done {
-    let target = one(draft, phrase)?;
-    let recognition = std::sync::Arc::make_mut(&mut draft.composition.recognition);
-    label.trim().clone_into(&mut recognition.objects[target].label);
-    Ok((ids(draft, &[target]), format!("labeled {} as {label:?}", draft.name(target))))
-}
-
-fn restyle_table(draft: &mut Draft, given: Given) -> Done {
-    let NewTable { loaded, material, color } = given.table.ok_or("no table was made")?;
-    draft.replace_table(loaded, material.as_deref())?;
-    let recognition = std::sync::Arc::make_mut(&mut draft.composition.recognition);
-    if color.is_some() {
-        recognition.table.color = color;
-    }
-    if material.is_some() {
-        recognition.table.material = material;
-    }
-    Ok((Vec::new(), "changed the look of the table".to_owned()))
 }
 
 fn stack(draft: &mut Draft, phrases: &[String]) -> Done {
