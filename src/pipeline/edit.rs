@@ -9,11 +9,14 @@ mod additions;
 mod apply;
 mod draft;
 mod operations;
+pub mod predict;
 mod recolor;
 mod view;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
+
+pub use predict::{Prediction, predict};
 
 use super::certify::{self, SceneIdentity};
 use super::checkpoint::Checkpoints;

@@ -49,12 +49,13 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Composition, S
     Ok(composition)
 }
 
-struct Parent {
-    stored: StoredComposition,
-    files: BTreeMap<String, Vec<u8>>,
+/// A bundle, unpacked.
+pub(super) struct Parent {
+    pub stored: StoredComposition,
+    pub files: BTreeMap<String, Vec<u8>>,
 }
 
-fn mesh_path(name: &str) -> String {
+pub(super) fn mesh_path(name: &str) -> String {
     format!("glb/{name}.glb")
 }
 
@@ -64,7 +65,7 @@ fn is_thumbnail_of(path: &str, name: &str) -> bool {
 }
 
 /// The composition of a bundle, with the files that it names.
-fn unpacked(archive: &[u8]) -> Result<Parent, StageError> {
+pub(super) fn unpacked(archive: &[u8]) -> Result<Parent, StageError> {
     let is_wanted = |path: &str| {
         path == composition::PATH
             || path == REFERENCE
