@@ -38,6 +38,8 @@ pub(super) struct Draft<'a> {
     causes: BTreeMap<String, String>,
     /// Bodies whose mesh or hulls are new.
     changed: BTreeSet<String>,
+    /// Names of the objects that operations added, in order.
+    added: Vec<String>,
 }
 
 impl<'a> Draft<'a> {
@@ -74,6 +76,7 @@ impl<'a> Draft<'a> {
             named: BTreeSet::new(),
             causes: BTreeMap::new(),
             changed: BTreeSet::new(),
+            added: Vec::new(),
         })
     }
 
@@ -104,6 +107,12 @@ impl<'a> Draft<'a> {
     /// Center of the footprint.
     pub fn center_m(&self, object: usize) -> DVec2 {
         self.workspace.objects[object].footprint().center()
+    }
+
+    /// Indices of the objects that operations added, the latest last.
+    pub fn newest(&self) -> Vec<usize> {
+        let position = |name: &String| (0..self.len()).find(|object| self.name(*object) == name);
+        self.added.iter().filter_map(position).collect()
     }
 
     /// Objects that rest directly on or in another one.
@@ -272,6 +281,7 @@ impl<'a> Draft<'a> {
         Arc::make_mut(&mut self.composition.recognition).objects.push(recognized);
         let object = self.len() - 1;
         self.is_named(object);
+        self.added.push(self.name(object).to_owned());
         Ok(object)
     }
 

@@ -14,8 +14,9 @@ use shape::{resize, rotate};
 use super::additions::NewObject;
 use super::draft::Draft;
 use crate::pipeline::resolve::Loaded;
+use editing::PlaceQuery;
 use editing::place::nearest_right_angle_rad;
-use editing::{PlaceQuery, references};
+use editing::references::{self, ReferenceError};
 use runtime::seed::child_seed;
 use scene::edit::OperationResult;
 use scene::{EditOperation, EditPlace, InstanceId, RelationKind, SupportRelation, Supporter};
@@ -73,14 +74,21 @@ fn one(draft: &Draft, phrase: &str) -> Result<usize, String> {
     if is_table(phrase) {
         return Err("the table cannot be moved, removed, replaced or resized; restyle_table changes its look".into());
     }
-    references::resolve_one(&draft.editable(), phrase).map_err(|error| error.to_string())
+    match several(draft, phrase)?[..] {
+        [object] => Ok(object),
+        ref candidates => Err(ReferenceError::Ambiguous {
+            phrase: phrase.trim().to_owned(),
+            candidates: ids(draft, candidates),
+        }
+        .to_string()),
+    }
 }
 
 fn several(draft: &Draft, phrase: &str) -> Result<Vec<usize>, String> {
     if is_table(phrase) {
         return Err("the table is none of the objects".into());
     }
-    references::resolve(&draft.editable(), phrase).map_err(|error| error.to_string())
+    references::resolve_newest(&draft.editable(), phrase, &draft.newest()).map_err(|error| error.to_string())
 }
 
 fn is_table(phrase: &str) -> bool {
