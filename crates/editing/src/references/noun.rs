@@ -113,14 +113,18 @@ fn any_number(noun: &str, singular: Option<&str>) -> Option<Number> {
 }
 
 /// Whether the word is a noun of English or of the catalog, also in the plural.
-pub(super) fn is_noun(noun: &str) -> bool {
+pub(crate) fn is_noun(noun: &str) -> bool {
     let singular = vocabulary().singular_of(noun);
-    [Some(noun), singular.as_deref()].into_iter().flatten().any(|noun| {
-        catalog::stand_in::placeability(noun).is_some()
-            || vocabulary().is_alias_of_any(noun)
-            || SUPERCLASSES.iter().any(|(words, _)| words.contains(&noun))
-            || catalog::categories().iter().any(|category| is_name(category, noun))
-    })
+    let is_known = |noun: &str| catalog::stand_in::placeability(noun).is_some() || is_of_catalog(noun);
+    [Some(noun), singular.as_deref()].into_iter().flatten().any(is_known)
+}
+
+/// Whether the singular noun names objects of the catalog.
+pub(crate) fn is_of_catalog(noun: &str) -> bool {
+    vocabulary().is_alias_of_any(noun)
+        || SUPERCLASSES.iter().any(|(words, _)| words.contains(&noun))
+        || vague_sets().iter().any(|set| set.words.iter().any(|word| word == noun))
+        || catalog::categories().iter().any(|category| is_name(category, noun))
 }
 
 fn is_name(category: &catalog::Category, noun: &str) -> bool {
