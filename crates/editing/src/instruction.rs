@@ -34,10 +34,16 @@ mod measures;
 mod nouns;
 mod discourse;
 mod chunks;
+mod targets;
 mod place;
+mod regions;
 mod openings;
-mod commands;
-mod changes;
+mod additions;
+mod moves;
+mod removals;
+mod turns;
+mod sizes;
+mod looks;
 mod clauses;
 
 use std::ops::Range;
@@ -86,9 +92,13 @@ pub enum Reason {
     NoAntecedent,
     #[error("this stands for an object that was removed; name another one")]
     Removed,
-    #[error("after the change before it, {0:?} may fit another object; give its name, or make two instructions of it")]
+    #[error(
+        "after the change before it, {0:?} may fit another object; give its name, or make two instructions of it"
+    )]
     Changed(String),
-    #[error("it is not said how far; give a distance (10 cm to the left) or a place (to the left of the laptop, on the left side)")]
+    #[error(
+        "it is not said how far; give a distance (10 cm to the left) or a place (to the left of the laptop, on the left side)"
+    )]
     HowFar,
     #[error("it is not said how far it turns; give an angle (by 90 degrees) or what it faces")]
     HowFarTurned,
@@ -104,11 +114,17 @@ pub enum Reason {
     OffsetOfNew,
     #[error("clutter is spread over the whole table; leave the place out")]
     ClutterPlace,
-    #[error("it is not clear which part says the place and which part says the object; write \"move X to ...\"")]
+    #[error(
+        "it is not clear which part says the place and which part says the object; write \"move X to ...\""
+    )]
     Attachment,
-    #[error("removal from the table or from the other object? say \"remove the spoon\" or \"take the spoon out of the mug\"")]
+    #[error(
+        "removal from the table or from the other object? say \"remove the spoon\" or \"take the spoon out of the mug\""
+    )]
     RemoveFrom,
-    #[error("to swap two objects is not supported; move one after the other, or replace by a new object (\"a wine glass\")")]
+    #[error(
+        "to swap two objects is not supported; move one after the other, or replace by a new object (\"a wine glass\")"
+    )]
     Swap,
     #[error("one object replaces one; name one new object, singular")]
     OneForOne,

@@ -17,6 +17,8 @@ mod qualifier;
 mod noun;
 mod modifier;
 mod places;
+mod picks;
+mod relatives;
 mod selection;
 
 pub use vocabulary::{MaterialWord, color_of, material_of, theme_of};

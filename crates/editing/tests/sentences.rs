@@ -47,7 +47,9 @@ fn score(file: &str) -> Score {
         match (instruction::read(&text), expected, error) {
             (Ok(found), Some(expected), _) if is_same(&found, &expected) => score.right += 1,
             (Ok(found), ..) => {
-                score.wrong.push(format!("{text}\n    {}", serde_json::to_string(&found).expect("serializes")));
+                score
+                    .wrong
+                    .push(format!("{text}\n    {}", serde_json::to_string(&found).expect("serializes")));
             }
             (Err(found), None, Some(word)) if found.to_string().contains(&word) => score.right += 1,
             (Err(found), ..) => score.refused.push(format!("{text}\n    {found}")),

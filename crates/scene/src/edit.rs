@@ -243,7 +243,11 @@ impl EditOperation {
             }
             Self::Resize { factor, .. } => {
                 let range = (1.0 / MAX_RESIZE..=MAX_RESIZE).contains(factor);
-                violations.require(range, "/factor", format!("must be from {} to {MAX_RESIZE}", 1.0 / MAX_RESIZE));
+                violations.require(
+                    range,
+                    "/factor",
+                    format!("must be from {} to {MAX_RESIZE}", 1.0 / MAX_RESIZE),
+                );
             }
             Self::Recolor { color, material, .. } | Self::RestyleTable { color, material } => {
                 let any = color.is_some() || material.is_some();
@@ -316,7 +320,10 @@ mod tests {
                 r#"{"op":"move","target":"a","where":{"relation":"between","target":"b"}}"#,
                 vec!["/0/where/second_target"],
             ),
-            (r#"{"op":"move","target":"a","where":{"offset_m":[0.1,0],"relation":"at_left"}}"#, vec!["/0/where"]),
+            (
+                r#"{"op":"move","target":"a","where":{"offset_m":[0.1,0],"relation":"at_left"}}"#,
+                vec!["/0/where"],
+            ),
             (r#"{"op":"move","target":"a","where":{"offset_m":[9,0]}}"#, vec!["/0/where/offset_m"]),
             (r#"{"op":"add","object":"a","where":{"offset_m":[0.1,0]}}"#, vec!["/0/where/offset_m"]),
             (r#"{"op":"rotate","target":"a"}"#, vec!["/0"]),

@@ -1,45 +1,219 @@
 //! Where noun phrases, places and clauses begin and end.
 
+use super::Reason;
 use super::cursor::{Cursor, Outcome};
 use super::discourse::Target;
-use super::Reason;
 use crate::references::{color_of, is_noun, material_of};
 
 /// Beginnings of places, longer ones first. A distance may precede them.
 const PREPOSITIONS: &[&str] = &[
-    "to the left side of", "to the right side of", "on the left side of", "on the right side of", "to the left of",
-    "to the right of", "on the left of", "on the right of", "left of", "right of", "in front of", "in back of",
-    "behind", "next to", "close to", "near to", "adjacent to", "beside", "alongside", "near", "on top of", "onto",
-    "on to", "on", "upon", "atop", "inside of", "inside", "into", "in between", "in", "between", "at", "to",
-    "towards", "toward", "away from", "from", "out of", "off of", "off", "underneath", "under", "below", "beneath",
-    "over", "above", "against", "around", "across", "beyond", "opposite", "there", "here", "forwards", "forward",
-    "backwards", "backward", "closer", "somewhere", "anywhere", "away", "apart", "up", "down", "aside",
+    "to the left side of",
+    "to the right side of",
+    "on the left side of",
+    "on the right side of",
+    "to the left of",
+    "to the right of",
+    "on the left of",
+    "on the right of",
+    "left of",
+    "right of",
+    "in front of",
+    "in back of",
+    "behind",
+    "next to",
+    "close to",
+    "near to",
+    "adjacent to",
+    "beside",
+    "alongside",
+    "near",
+    "on top of",
+    "onto",
+    "on to",
+    "on",
+    "upon",
+    "atop",
+    "inside of",
+    "inside",
+    "into",
+    "in between",
+    "in",
+    "between",
+    "at",
+    "to",
+    "towards",
+    "toward",
+    "away from",
+    "from",
+    "out of",
+    "off of",
+    "off",
+    "underneath",
+    "under",
+    "below",
+    "beneath",
+    "over",
+    "above",
+    "against",
+    "around",
+    "across",
+    "beyond",
+    "opposite",
+    "there",
+    "here",
+    "forwards",
+    "forward",
+    "backwards",
+    "backward",
+    "closer",
+    "somewhere",
+    "anywhere",
+    "away",
+    "apart",
+    "up",
+    "down",
+    "aside",
 ];
 
-const BOUNDARIES: &[&str] =
-    &["", ".", ",", "and", "then", "also", "please", "thanks", "thank", "instead", "too", "so", "plus", "or", "as"];
+const BOUNDARIES: &[&str] = &[
+    "", ".", ",", "and", "then", "also", "please", "thanks", "thank", "instead", "too", "so", "plus", "or",
+    "as",
+];
 
 const BEGINNINGS: &[&str] = &[
-    "the", "a", "an", "my", "our", "your", "his", "her", "their", "this", "that", "these", "those", "all", "both",
-    "every", "each", "everything", "anything", "it", "them", "another", "some", "several", "half", "any", "its",
+    "the",
+    "a",
+    "an",
+    "my",
+    "our",
+    "your",
+    "his",
+    "her",
+    "their",
+    "this",
+    "that",
+    "these",
+    "those",
+    "all",
+    "both",
+    "every",
+    "each",
+    "everything",
+    "anything",
+    "it",
+    "them",
+    "another",
+    "some",
+    "several",
+    "half",
+    "any",
+    "its",
 ];
 
 /// Words that are a verb where an object follows them and a noun elsewhere are among these.
 const VERBS: &[&str] = &[
-    "add", "put", "place", "insert", "give", "include", "remove", "delete", "take", "clear", "get", "replace", "swap",
-    "move", "shift", "slide", "bring", "rotate", "turn", "spin", "face", "enlarge", "shrink", "make", "paint", "color",
-    "colour", "rename", "relabel", "stack", "tidy", "straighten", "change", "set", "lay", "push", "pull", "scale",
-    "resize", "double", "halve", "grow", "recolor", "recolour", "dye", "call", "label", "pile", "point", "orient",
-    "empty", "throw", "erase", "drop", "position", "relocate", "exchange", "substitute", "i", "id", "organize",
-    "organise", "clean", "create", "increase", "reduce", "let", "lets", "there", "could", "can", "please", "align",
-    "declutter", "stand", "clutter", "twist", "neaten", "arrange", "want", "need", "repaint", "spawn", "discard",
-    "eliminate", "drag", "flip", "wipe", "do", "leave", "keep", "transfer", "triple", "aim", "finally", "next",
+    "add",
+    "put",
+    "place",
+    "insert",
+    "give",
+    "include",
+    "remove",
+    "delete",
+    "take",
+    "clear",
+    "get",
+    "replace",
+    "swap",
+    "move",
+    "shift",
+    "slide",
+    "bring",
+    "rotate",
+    "turn",
+    "spin",
+    "face",
+    "enlarge",
+    "shrink",
+    "make",
+    "paint",
+    "color",
+    "colour",
+    "rename",
+    "relabel",
+    "stack",
+    "tidy",
+    "straighten",
+    "change",
+    "set",
+    "lay",
+    "push",
+    "pull",
+    "scale",
+    "resize",
+    "double",
+    "halve",
+    "grow",
+    "recolor",
+    "recolour",
+    "dye",
+    "call",
+    "label",
+    "pile",
+    "point",
+    "orient",
+    "empty",
+    "throw",
+    "erase",
+    "drop",
+    "position",
+    "relocate",
+    "exchange",
+    "substitute",
+    "i",
+    "id",
+    "organize",
+    "organise",
+    "clean",
+    "create",
+    "increase",
+    "reduce",
+    "let",
+    "lets",
+    "there",
+    "could",
+    "can",
+    "please",
+    "align",
+    "declutter",
+    "stand",
+    "clutter",
+    "twist",
+    "neaten",
+    "arrange",
+    "want",
+    "need",
+    "repaint",
+    "spawn",
+    "discard",
+    "eliminate",
+    "drag",
+    "flip",
+    "wipe",
+    "do",
+    "leave",
+    "keep",
+    "transfer",
+    "triple",
+    "aim",
+    "finally",
+    "next",
 ];
 
 /// Verbs that are also nouns of objects: they are verbs where an object follows.
 const VERBS_AND_NOUNS: &[&str] = &[
-    "place", "paint", "color", "face", "stack", "set", "clear", "point", "pile", "scale", "label", "drop", "double",
-    "empty", "turn", "shift", "slide", "stand", "clutter", "spin", "can", "clean", "next",
+    "place", "paint", "color", "face", "stack", "set", "clear", "point", "pile", "scale", "label", "drop",
+    "double", "empty", "turn", "shift", "slide", "stand", "clutter", "spin", "can", "clean", "next",
 ];
 
 impl Cursor {
@@ -83,11 +257,12 @@ impl Cursor {
     /// Whether a verb that begins a clause stands there.
     pub fn is_verb(&self, index: usize) -> bool {
         let word = self.word(index);
-        let object = || self.is_beginning(index + 1) || matches!(self.word(index + 1), "up" | "away" | "out" | "off");
+        let object =
+            || self.is_beginning(index + 1) || matches!(self.word(index + 1), "up" | "away" | "out" | "off");
         VERBS.contains(&word) && (!VERBS_AND_NOUNS.contains(&word) || object() || self.is_boundary(index + 1))
     }
 
-    fn is_beginning(&self, index: usize) -> bool {
+    pub fn is_beginning(&self, index: usize) -> bool {
         let word = self.word(index);
         BEGINNINGS.contains(&word) || word.contains('_') || self.number_at(index).is_some()
     }
@@ -105,8 +280,25 @@ impl Cursor {
     pub fn is_definite(&self, index: usize) -> bool {
         let word = self.word(index);
         let definite = [
-            "the", "my", "our", "your", "his", "her", "their", "this", "that", "these", "those", "all", "both",
-            "every", "each", "everything", "it", "them", "its",
+            "the",
+            "my",
+            "our",
+            "your",
+            "his",
+            "her",
+            "their",
+            "this",
+            "that",
+            "these",
+            "those",
+            "all",
+            "both",
+            "every",
+            "each",
+            "everything",
+            "it",
+            "them",
+            "its",
         ];
         let part = |at: usize| {
             self.is_at(at, "of") && matches!(self.word(at + 1), "the" | "my" | "these" | "those" | "them")
@@ -137,7 +329,8 @@ impl Cursor {
                 return at;
             }
             // Of "between the two plates" no conjunction follows.
-            between |= word == "between" && !matches!(self.word(at + 1), "both") && !self.is_at(at + 1, "the two");
+            between |=
+                word == "between" && !matches!(self.word(at + 1), "both") && !self.is_at(at + 1, "the two");
             at += 1;
         }
         at
@@ -159,77 +352,5 @@ impl Cursor {
         });
         let side = matches!(self.word(index + 2), "left" | "right" | "front" | "back" | "top" | "bottom");
         ranked && self.is_at(index, "from the") && side && !matches!(self.word(index + 3), "edge" | "side")
-    }
-
-    /// The targets at the cursor, joined by commas and "and". Each ends at a boundary or at what `stops` it.
-    pub fn targets(&mut self, stops: &dyn Fn(&Self, usize) -> bool) -> Outcome<Vec<Target>> {
-        let mut targets = Vec::new();
-        loop {
-            let start = self.at;
-            if let Some(found) = self.pronoun()? {
-                targets.extend(found);
-            } else {
-                let end = self.phrase_end(start, &|index| stops(self, index));
-                if end == start {
-                    return self.not_understood(start, "name the object");
-                }
-                self.at = end;
-                targets.push(Target { phrase: self.target_text(start, end), pronoun: false });
-            }
-            let next = self.at + self.connector_at(self.at);
-            // "the tray and everything on it" is the tray with its contents.
-            let contents = self.length_of_any(next, &["everything on it", "everything in it"]).is_some();
-            if next == self.at || !self.is_phrase(next) || contents {
-                return Ok(targets);
-            }
-            self.at = next;
-        }
-    }
-
-    /// The phrase of the tokens; "other" and "one" say which.
-    pub fn target_text(&self, from: usize, to: usize) -> String {
-        let text = self.text(from, to);
-        let last = self.word(to.saturating_sub(1));
-        if self.is_at(from, "the other") && to > from + 2 {
-            let noun = self.text(from + 2, to).to_lowercase();
-            if let Some(other) = self.discourse.other(&noun) {
-                return other;
-            }
-        }
-        if matches!(last, "one" | "ones")
-            && to > from + 1
-            && let Some(noun) = self.discourse.last_noun()
-        {
-            return format!("{}{noun}", &text[..text.len() - last.len()]);
-        }
-        text
-    }
-
-    /// The objects of a pronoun at the cursor; `None` if another word follows.
-    pub fn pronoun(&mut self) -> Outcome<Option<Vec<Target>>> {
-        let start = self.at;
-        let plural = match self.word(start) {
-            "it" => false,
-            "them" | "they" => true,
-            "that" | "this" if self.ends_pronoun(start + 1) => false,
-            "those" | "these" if self.ends_pronoun(start + 1) => true,
-            _ => return Ok(None),
-        };
-        self.at += 1;
-        let Some(topic) = &self.discourse.topic else {
-            return Err(self.error(start, start + 1, Reason::NoAntecedent));
-        };
-        if topic.removed {
-            return Err(self.error(start, start + 1, Reason::Removed));
-        }
-        if topic.plural != plural {
-            return Err(self.error(start, start + 1, Reason::UnclearPronoun));
-        }
-        let target = |phrase: &String| Target { phrase: phrase.clone(), pronoun: true };
-        Ok(Some(topic.phrases.iter().map(target).collect()))
-    }
-
-    fn ends_pronoun(&self, index: usize) -> bool {
-        self.is_boundary(index) || self.preposition_at(index).is_some()
     }
 }

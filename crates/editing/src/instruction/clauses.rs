@@ -1,51 +1,148 @@
 //! The clauses of an instruction: a verb and what it asks for, a wish, or what an object should be like. A clause without
 //! a verb repeats the verb of the one before it ("a fork on the left and a knife on the right").
 
-use super::changes::Frame;
+use super::Reason;
 use super::cursor::{Cursor, Outcome};
 use super::measures::BIGGER;
-use super::Reason;
 use scene::EditOperation;
+
+/// What a verb asks for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Frame {
+    /// New objects; existing ones are moved.
+    Add,
+    Move,
+    Remove,
+    /// Removal, or a move out of something.
+    Take,
+    Clear,
+    Empty,
+    Replace,
+    Swap,
+    Rotate,
+    Face,
+    /// The factor without a measure.
+    Resize(Option<f64>),
+    Make,
+    Change,
+    ColorOf,
+    Relabel,
+    Stack,
+    Tidy,
+    Clutter,
+}
 
 /// Verbs, longer phrases first.
 const VERBS: &[(&str, Frame)] = &[
-    ("get rid of", Frame::Remove), ("take away", Frame::Remove), ("throw away", Frame::Remove),
-    ("throw out", Frame::Remove), ("remove", Frame::Remove), ("removing", Frame::Remove), ("delete", Frame::Remove),
-    ("deleting", Frame::Remove), ("erase", Frame::Remove), ("discard", Frame::Remove), ("eliminate", Frame::Remove),
-    ("clear away", Frame::Remove), ("clear off", Frame::Clear), ("clear", Frame::Clear), ("empty", Frame::Empty),
-    ("take out", Frame::Take), ("take", Frame::Take),
-    ("swap out", Frame::Replace), ("replace", Frame::Replace), ("replacing", Frame::Replace),
-    ("substitute", Frame::Swap), ("swap", Frame::Swap), ("exchange", Frame::Swap), ("switch", Frame::Swap),
-    ("give me", Frame::Add), ("bring me", Frame::Add), ("add", Frame::Add), ("adding", Frame::Add),
-    ("put", Frame::Add), ("putting", Frame::Add), ("place", Frame::Add), ("placing", Frame::Add),
-    ("insert", Frame::Add), ("include", Frame::Add), ("set", Frame::Add), ("lay", Frame::Add),
-    ("position", Frame::Add), ("create", Frame::Add), ("spawn", Frame::Add), ("drop", Frame::Add),
-    ("stand", Frame::Add), ("bring", Frame::Add),
-    ("move", Frame::Move), ("moving", Frame::Move), ("shift", Frame::Move), ("slide", Frame::Move),
-    ("push", Frame::Move), ("pull", Frame::Move), ("drag", Frame::Move), ("relocate", Frame::Move),
+    ("get rid of", Frame::Remove),
+    ("take away", Frame::Remove),
+    ("throw away", Frame::Remove),
+    ("throw out", Frame::Remove),
+    ("remove", Frame::Remove),
+    ("removing", Frame::Remove),
+    ("delete", Frame::Remove),
+    ("deleting", Frame::Remove),
+    ("erase", Frame::Remove),
+    ("discard", Frame::Remove),
+    ("eliminate", Frame::Remove),
+    ("clear away", Frame::Remove),
+    ("clear off", Frame::Clear),
+    ("clear", Frame::Clear),
+    ("empty", Frame::Empty),
+    ("take out", Frame::Take),
+    ("take", Frame::Take),
+    ("swap out", Frame::Replace),
+    ("replace", Frame::Replace),
+    ("replacing", Frame::Replace),
+    ("substitute", Frame::Swap),
+    ("swap", Frame::Swap),
+    ("exchange", Frame::Swap),
+    ("switch", Frame::Swap),
+    ("give me", Frame::Add),
+    ("bring me", Frame::Add),
+    ("add", Frame::Add),
+    ("adding", Frame::Add),
+    ("put", Frame::Add),
+    ("putting", Frame::Add),
+    ("place", Frame::Add),
+    ("placing", Frame::Add),
+    ("insert", Frame::Add),
+    ("include", Frame::Add),
+    ("set", Frame::Add),
+    ("lay", Frame::Add),
+    ("position", Frame::Add),
+    ("create", Frame::Add),
+    ("spawn", Frame::Add),
+    ("drop", Frame::Add),
+    ("stand", Frame::Add),
+    ("bring", Frame::Add),
+    ("move", Frame::Move),
+    ("moving", Frame::Move),
+    ("shift", Frame::Move),
+    ("slide", Frame::Move),
+    ("push", Frame::Move),
+    ("pull", Frame::Move),
+    ("drag", Frame::Move),
+    ("relocate", Frame::Move),
     ("transfer", Frame::Move),
-    ("rotate", Frame::Rotate), ("rotating", Frame::Rotate), ("turn", Frame::Rotate), ("turning", Frame::Rotate),
-    ("spin", Frame::Rotate), ("twist", Frame::Rotate), ("orient", Frame::Rotate), ("face", Frame::Face),
-    ("point", Frame::Face), ("aim", Frame::Face),
-    ("increase the size of", Frame::Resize(Some(BIGGER))), ("reduce the size of", Frame::Resize(Some(1.0 / BIGGER))),
-    ("enlarge", Frame::Resize(Some(BIGGER))), ("grow", Frame::Resize(Some(BIGGER))),
-    ("shrink", Frame::Resize(Some(1.0 / BIGGER))), ("scale", Frame::Resize(None)), ("resize", Frame::Resize(None)),
-    ("double", Frame::Resize(Some(2.0))), ("halve", Frame::Resize(Some(0.5))), ("triple", Frame::Resize(Some(3.0))),
-    ("make", Frame::Make), ("making", Frame::Make), ("paint", Frame::Make), ("repaint", Frame::Make),
-    ("color", Frame::Make), ("colour", Frame::Make), ("recolor", Frame::Make), ("recolour", Frame::Make),
+    ("rotate", Frame::Rotate),
+    ("rotating", Frame::Rotate),
+    ("turn", Frame::Rotate),
+    ("turning", Frame::Rotate),
+    ("spin", Frame::Rotate),
+    ("twist", Frame::Rotate),
+    ("orient", Frame::Rotate),
+    ("face", Frame::Face),
+    ("point", Frame::Face),
+    ("aim", Frame::Face),
+    ("increase the size of", Frame::Resize(Some(BIGGER))),
+    ("reduce the size of", Frame::Resize(Some(1.0 / BIGGER))),
+    ("enlarge", Frame::Resize(Some(BIGGER))),
+    ("grow", Frame::Resize(Some(BIGGER))),
+    ("shrink", Frame::Resize(Some(1.0 / BIGGER))),
+    ("scale", Frame::Resize(None)),
+    ("resize", Frame::Resize(None)),
+    ("double", Frame::Resize(Some(2.0))),
+    ("halve", Frame::Resize(Some(0.5))),
+    ("triple", Frame::Resize(Some(3.0))),
+    ("make", Frame::Make),
+    ("making", Frame::Make),
+    ("paint", Frame::Make),
+    ("repaint", Frame::Make),
+    ("color", Frame::Make),
+    ("colour", Frame::Make),
+    ("recolor", Frame::Make),
+    ("recolour", Frame::Make),
     ("dye", Frame::Make),
-    ("change the color of", Frame::ColorOf), ("change the colour of", Frame::ColorOf),
-    ("change the material of", Frame::ColorOf), ("set the color of", Frame::ColorOf),
-    ("set the colour of", Frame::ColorOf), ("change", Frame::Change),
-    ("rename", Frame::Relabel), ("relabel", Frame::Relabel), ("label", Frame::Relabel), ("call", Frame::Relabel),
-    ("stack", Frame::Stack), ("pile up", Frame::Stack), ("pile", Frame::Stack),
-    ("tidy up", Frame::Tidy), ("tidy", Frame::Tidy), ("straighten up", Frame::Tidy), ("straighten out", Frame::Tidy),
-    ("straighten", Frame::Tidy), ("neaten up", Frame::Tidy), ("neaten", Frame::Tidy), ("organize", Frame::Tidy),
-    ("organise", Frame::Tidy), ("align", Frame::Tidy), ("arrange", Frame::Tidy),
+    ("change the color of", Frame::ColorOf),
+    ("change the colour of", Frame::ColorOf),
+    ("change the material of", Frame::ColorOf),
+    ("set the color of", Frame::ColorOf),
+    ("set the colour of", Frame::ColorOf),
+    ("change", Frame::Change),
+    ("rename", Frame::Relabel),
+    ("relabel", Frame::Relabel),
+    ("label", Frame::Relabel),
+    ("call", Frame::Relabel),
+    ("stack", Frame::Stack),
+    ("pile up", Frame::Stack),
+    ("pile", Frame::Stack),
+    ("tidy up", Frame::Tidy),
+    ("tidy", Frame::Tidy),
+    ("straighten up", Frame::Tidy),
+    ("straighten out", Frame::Tidy),
+    ("straighten", Frame::Tidy),
+    ("neaten up", Frame::Tidy),
+    ("neaten", Frame::Tidy),
+    ("organize", Frame::Tidy),
+    ("organise", Frame::Tidy),
+    ("align", Frame::Tidy),
+    ("arrange", Frame::Tidy),
     ("clutter", Frame::Clutter),
 ];
 
-const MODALS: &[&str] = &["should", "must", "needs to", "need to", "has to", "have to", "goes", "go", "belongs", "belong"];
+const MODALS: &[&str] =
+    &["should", "must", "needs to", "need to", "has to", "have to", "goes", "go", "belongs", "belong"];
 
 impl Cursor {
     /// Every clause.
@@ -92,7 +189,8 @@ impl Cursor {
         if self.modal_after(start).is_some() {
             return self.subject_first();
         }
-        let found = VERBS.iter().filter(|(verb, _)| self.is_at(start, verb)).max_by_key(|(verb, _)| verb.len());
+        let found =
+            VERBS.iter().filter(|(verb, _)| self.is_at(start, verb)).max_by_key(|(verb, _)| verb.len());
         let Some((verb, frame)) = found else {
             return self.not_understood(
                 start,
@@ -153,7 +251,8 @@ impl Cursor {
         let is_modal = |index: usize| self.length_of_any(index, MODALS).is_some();
         let end = (start..self.tokens.len()).find(|&index| self.is_end(index) || is_modal(index))?;
         let begins = self.is_phrase(start) && !self.is_verb(start);
-        let verb_between = (start..end).any(|index| self.is_verb(index) && self.is_boundary(index.saturating_sub(1)));
+        let verb_between =
+            (start..end).any(|index| self.is_verb(index) && self.is_boundary(index.saturating_sub(1)));
         (is_modal(end) && end > start && begins && !verb_between).then_some(end)
     }
 
@@ -171,7 +270,17 @@ impl Cursor {
         };
         self.at += length;
         let _ = self.take_any(&[
-            "be moved", "be placed", "be put", "be positioned", "be", "stand", "sit", "lie", "go", "move", "become",
+            "be moved",
+            "be placed",
+            "be put",
+            "be positioned",
+            "be",
+            "stand",
+            "sit",
+            "lie",
+            "go",
+            "move",
+            "become",
             "be painted",
         ]);
         if self.take_any(&["removed", "deleted"]) {
@@ -201,12 +310,13 @@ impl Cursor {
         let start = self.at;
         let end = self.phrase_end(start, &|_| false);
         let phrase = self.text(start, end);
-        if self.is_at(start, "everything") || self.is_at(start, "all") || super::discourse::is_plural(&phrase) {
+        if self.is_at(start, "everything") || self.is_at(start, "all") || super::discourse::is_plural(&phrase)
+        {
             return self.remove(false);
         }
         self.at = end;
         let target = match () {
-            () if super::commands::is_table(&phrase) => "everything".to_owned(),
+            () if super::removals::is_table(&phrase) => "everything".to_owned(),
             () if !self.is_definite(start) || self.is_at(start, "it") => {
                 return self.not_understood(start, "say: remove everything on the tray");
             }
@@ -221,9 +331,26 @@ impl Cursor {
     fn tidy(&mut self) -> Outcome<()> {
         let start = self.at;
         let whole = [
-            "everything on the table", "everything on the desk", "everything up", "everything", "all the objects",
-            "all objects", "the whole table", "the table", "the desk", "my desk", "the tabletop", "the scene", "things up",
-            "things", "all", "the objects on the table", "the objects", "it all", "the workbench", "the place",
+            "everything on the table",
+            "everything on the desk",
+            "everything up",
+            "everything",
+            "all the objects",
+            "all objects",
+            "the whole table",
+            "the table",
+            "the desk",
+            "my desk",
+            "the tabletop",
+            "the scene",
+            "things up",
+            "things",
+            "all",
+            "the objects on the table",
+            "the objects",
+            "it all",
+            "the workbench",
+            "the place",
         ];
         if !self.is_boundary(self.at) && !self.take_any(&whole) {
             return self.not_understood(start, "the whole table is tidied, not single objects");
@@ -246,8 +373,12 @@ impl Cursor {
         if self.take("with") {
             let end = self.phrase_end(self.at, &|index| self.preposition_at(index).is_some());
             match self.new_objects(end)? {
-                super::nouns::NewObjects::Clutter { count: stated, theme: named } => (count, theme) = (stated, named),
-                super::nouns::NewObjects::Objects { .. } => return self.not_understood(start, "say: add five mugs"),
+                super::nouns::NewObjects::Clutter { count: stated, theme: named } => {
+                    (count, theme) = (stated, named)
+                }
+                super::nouns::NewObjects::Objects { .. } => {
+                    return self.not_understood(start, "say: add five mugs");
+                }
             }
         }
         self.operations.push(EditOperation::Clutter { count, theme });

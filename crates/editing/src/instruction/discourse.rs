@@ -4,9 +4,9 @@
 //! after "move the leftmost book to the right edge", another book is leftmost. An operation on "it" then precedes that
 //! change, which gives the same scene; where the order matters, the instruction is refused.
 
+use super::Reason;
 use super::cursor::{Cursor, Outcome};
 use super::nouns::{has_color_or_material, has_place, has_size, noun_of};
-use super::Reason;
 use scene::{EditOperation, EditPlace, RelationKind};
 
 /// The objects that pronouns stand for.
@@ -74,9 +74,7 @@ impl Cursor {
             return Ok(());
         };
         let earlier = self.operations[changed_at].clone();
-        let is_absolute = |operation: &EditOperation| {
-            matches!(operation, EditOperation::Move { place, .. } if place.offset_m.is_none())
-        };
+        let is_absolute = |operation: &EditOperation| matches!(operation, EditOperation::Move { place, .. } if place.offset_m.is_none());
         if is_absolute(&operation) && is_absolute(&earlier) && changed_at + 1 == self.operations.len() {
             self.operations[changed_at] = operation;
             return Ok(());
@@ -86,7 +84,9 @@ impl Cursor {
             (&operation, &earlier),
             (EditOperation::Rotate { facing: Some(_), .. }, EditOperation::Move { .. })
         );
-        if same_kind || depends || matches!(operation, EditOperation::Replace { .. } | EditOperation::Remove { .. })
+        if same_kind
+            || depends
+            || matches!(operation, EditOperation::Replace { .. } | EditOperation::Remove { .. })
         {
             return Err(self.error(from, self.at, Reason::Changed(target.phrase.clone())));
         }
@@ -129,7 +129,8 @@ impl Cursor {
             Some(EditOperation::Relabel { .. }) => true,
             _ => false,
         };
-        let changed = phrases.iter().any(ceases).then_some(first.min(self.operations.len().saturating_sub(1)));
+        let changed =
+            phrases.iter().any(ceases).then_some(first.min(self.operations.len().saturating_sub(1)));
         let plural = phrases.len() > 1 || phrases.iter().any(|phrase| is_plural(phrase));
         self.discourse.topic = Some(Topic {
             plural: earlier.as_ref().map_or(plural, |topic| topic.plural),
@@ -156,8 +157,10 @@ pub(super) fn is_plural(phrase: &str) -> bool {
     let words: Vec<&str> = phrase.split(' ').collect();
     let first = words.first().copied().unwrap_or_default().to_lowercase();
     let many = matches!(first.as_str(), "all" | "both" | "every" | "each" | "everything" | "these" | "those");
-    let count = words.iter().take(2).any(|word| crate::references::number(word).is_some_and(|count| count > 1));
+    let count =
+        words.iter().take(2).any(|word| crate::references::number(word).is_some_and(|count| count > 1));
     let noun = noun_of(phrase);
     let singular = crate::references::vocabulary().singular_of(&noun);
-    many || count || singular.is_some_and(|singular| crate::references::is_noun(&singular) && singular != noun)
+    many || count
+        || singular.is_some_and(|singular| crate::references::is_noun(&singular) && singular != noun)
 }

@@ -60,7 +60,9 @@ impl Cursor {
         }
         let (value, length) = self.number_at(index)?;
         match self.word(index + length) {
-            "degrees" | "degree" | "°" | "deg" => Some(Angle { rad: value.to_radians(), length: length + 1 }),
+            "degrees" | "degree" | "°" | "deg" => {
+                Some(Angle { rad: value.to_radians(), length: length + 1 })
+            }
             "radians" | "radian" | "rad" => Some(Angle { rad: value, length: length + 1 }),
             _ => None,
         }
@@ -69,8 +71,18 @@ impl Cursor {
     /// The sign of a direction of rotation: counter-clockwise is positive.
     pub fn turn_direction_at(&self, index: usize) -> Option<(f64, usize)> {
         let directions: [(&[&str], f64); 2] = [
-            (&["counterclockwise", "counter clockwise", "counter-clockwise", "anticlockwise", "anti-clockwise",
-                "ccw", "to the left"], 1.0),
+            (
+                &[
+                    "counterclockwise",
+                    "counter clockwise",
+                    "counter-clockwise",
+                    "anticlockwise",
+                    "anti-clockwise",
+                    "ccw",
+                    "to the left",
+                ],
+                1.0,
+            ),
             (&["clockwise", "cw", "to the right"], -1.0),
         ];
         directions
@@ -80,8 +92,19 @@ impl Cursor {
 
     /// A factor of size as a complement: "twice as large", "20 % smaller", "a bit bigger", "half the size".
     pub fn factor_at(&self, index: usize) -> Option<(f64, usize)> {
-        let compared = ["as large", "as big", "the size", "its size", "their size", "its current size", "as small",
-            "the original size", "its original size", "larger", "bigger"];
+        let compared = [
+            "as large",
+            "as big",
+            "the size",
+            "its size",
+            "their size",
+            "its current size",
+            "as small",
+            "the original size",
+            "its original size",
+            "larger",
+            "bigger",
+        ];
         let times = |at: usize| self.length_of_any(at, &compared).filter(|_| !self.is_at(at, "as small"));
         for (word, factor) in [("twice", 2.0), ("double", 2.0), ("half", 0.5), ("triple", 3.0)] {
             if self.is_at(index, word)
@@ -106,7 +129,8 @@ impl Cursor {
         }
         let slightly = ["a little bit", "a bit", "a little", "slightly", "somewhat"];
         let much = ["much", "a lot", "way", "far", "considerably", "significantly"];
-        let (factor, length) = match (self.length_of_any(index, &slightly), self.length_of_any(index, &much)) {
+        let (factor, length) = match (self.length_of_any(index, &slightly), self.length_of_any(index, &much))
+        {
             (Some(length), _) => (SLIGHTLY_BIGGER, length),
             (_, Some(length)) => (MUCH_BIGGER, length),
             _ => (BIGGER, 0),

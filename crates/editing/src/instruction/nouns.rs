@@ -1,7 +1,7 @@
 //! Parts of noun phrases: the noun, its modifiers, new objects with their number.
 
-use super::cursor::{Cursor, Outcome};
 use super::Reason;
+use super::cursor::{Cursor, Outcome};
 use crate::references::{color_of, is_noun, material_of, number, theme_of, vocabulary};
 use catalog::Affordance;
 use catalog::stand_in::{Placeability, placeability};
@@ -11,8 +11,14 @@ use scene::SupportRelation;
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum NewObjects {
     /// Singular with an indefinite article.
-    Objects { object: String, count: u32 },
-    Clutter { count: u32, theme: Option<String> },
+    Objects {
+        object: String,
+        count: u32,
+    },
+    Clutter {
+        count: u32,
+        theme: Option<String>,
+    },
 }
 
 /// Number of objects of a plural without a number ("put spoons in it").
@@ -22,19 +28,52 @@ const BARE_PLURAL: u32 = 2;
 const CLUTTER: u32 = 5;
 
 const DETERMINERS: &[&str] = &[
-    "the", "a", "an", "my", "our", "your", "his", "her", "their", "this", "that", "these", "those", "all", "both", "every",
-    "each", "other", "another", "some", "its", "new", "old",
+    "the", "a", "an", "my", "our", "your", "his", "her", "their", "this", "that", "these", "those", "all",
+    "both", "every", "each", "other", "another", "some", "its", "new", "old",
 ];
 
 const SIZES: &[&str] = &[
-    "small", "large", "big", "little", "tiny", "huge", "tall", "short", "long", "smallest", "largest", "biggest", "tallest",
-    "shortest", "longest", "smaller", "larger", "bigger", "taller", "shorter", "longer",
+    "small", "large", "big", "little", "tiny", "huge", "tall", "short", "long", "smallest", "largest",
+    "biggest", "tallest", "shortest", "longest", "smaller", "larger", "bigger", "taller", "shorter",
+    "longer",
 ];
 
 const PLACES: &[&str] = &[
-    "left", "right", "front", "back", "rear", "middle", "center", "centre", "leftmost", "rightmost", "nearest", "closest",
-    "farthest", "furthest", "first", "second", "third", "fourth", "fifth", "sixth", "last", "top", "bottom", "on", "in",
-    "inside", "under", "behind", "next", "near", "beside", "between", "by", "from", "at",
+    "left",
+    "right",
+    "front",
+    "back",
+    "rear",
+    "middle",
+    "center",
+    "centre",
+    "leftmost",
+    "rightmost",
+    "nearest",
+    "closest",
+    "farthest",
+    "furthest",
+    "first",
+    "second",
+    "third",
+    "fourth",
+    "fifth",
+    "sixth",
+    "last",
+    "top",
+    "bottom",
+    "on",
+    "in",
+    "inside",
+    "under",
+    "behind",
+    "next",
+    "near",
+    "beside",
+    "between",
+    "by",
+    "from",
+    "at",
 ];
 
 const GENERIC: &[&str] = &["objects", "items", "things", "stuff", "clutter", "object", "item", "thing"];
@@ -70,7 +109,9 @@ pub(super) fn noun_of(phrase: &str) -> String {
             || PLACES.contains(word)
     };
     let start = words.iter().take(words.len() - 1).take_while(|word| is_modifier(word)).count();
-    let follows = |word: &&&str| !PLACES.contains(*word) && !matches!(**word, "with" | "that" | "which" | "except" | "but");
+    let follows = |word: &&&str| {
+        !PLACES.contains(*word) && !matches!(**word, "with" | "that" | "which" | "except" | "but")
+    };
     words[start..].iter().take_while(follows).copied().collect::<Vec<_>>().join(" ")
 }
 
@@ -81,7 +122,11 @@ pub(super) fn definite(object: &str, count: u32) -> String {
         Some(rest) if object.starts_with("a ") || object.starts_with("an ") => rest,
         _ => object,
     };
-    if count == 1 { format!("the {rest}") } else { format!("the {} {}", spelled(count), plural_of_head(rest)) }
+    if count == 1 {
+        format!("the {rest}")
+    } else {
+        format!("the {} {}", spelled(count), plural_of_head(rest))
+    }
 }
 
 fn spelled(count: u32) -> String {
@@ -105,7 +150,8 @@ fn singular_of_head(phrase: &str) -> Option<String> {
 
 fn with_article(noun: &str) -> String {
     let vowel = noun.starts_with(['a', 'e', 'i', 'o', 'u', 'A', 'E', 'I', 'O', 'U']);
-    let like_you = ["uni", "use", "usb", "eu", "one"].iter().any(|start| noun.to_lowercase().starts_with(start));
+    let like_you =
+        ["uni", "use", "usb", "eu", "one"].iter().any(|start| noun.to_lowercase().starts_with(start));
     if vowel && !like_you { format!("an {noun}") } else { format!("a {noun}") }
 }
 
@@ -118,7 +164,9 @@ pub(super) fn supports(phrase: &str, support: SupportRelation) -> bool {
         SupportRelation::In => Affordance::Container,
     };
     let name = |category: &&catalog::Category| {
-        category.label == noun || category.name.replace('_', " ") == noun || vocabulary().is_alias(&category.name, noun)
+        category.label == noun
+            || category.name.replace('_', " ") == noun
+            || vocabulary().is_alias(&category.name, noun)
     };
     catalog::categories().iter().find(name).is_none_or(|category| category.affords(affordance))
 }
@@ -159,7 +207,8 @@ impl Cursor {
             let Some(known) = self.discourse.last_noun() else {
                 return Err(self.error(start, end, Reason::NoAntecedent));
             };
-            let known = vocabulary().singular_of(known).filter(|one| is_noun(one)).unwrap_or(known.to_owned());
+            let known =
+                vocabulary().singular_of(known).filter(|one| is_noun(one)).unwrap_or(known.to_owned());
             noun = format!("{}{known}", &words[..words.len() - last.len()]);
             count = count.or((last == "ones").then_some(BARE_PLURAL));
         }
@@ -170,7 +219,9 @@ impl Cursor {
             (Some(2), _) if pair && two_in_one && singular_of_head(&noun).is_none() => {
                 (format!("a pair of {noun}"), 1)
             }
-            (Some(count), None) if count > 1 && two_in_one => (format!("a pair of {noun}"), if some { 1 } else { count }),
+            (Some(count), None) if count > 1 && two_in_one => {
+                (format!("a pair of {noun}"), if some { 1 } else { count })
+            }
             // "some coffee" is one.
             (Some(_), None) if some => (noun, 1),
             (Some(count), None) => (with_article(&noun), count),
@@ -209,7 +260,8 @@ impl Cursor {
                 Some(Placeability::NotPlaceable(obstacle)) => Some(obstacle),
                 _ => None,
             };
-            let in_catalog = crate::references::is_of_catalog(&phrase) || crate::references::is_of_catalog(&singular);
+            let in_catalog =
+                crate::references::is_of_catalog(&phrase) || crate::references::is_of_catalog(&singular);
             match obstacle {
                 _ if in_catalog => return Ok(()),
                 Some(obstacle) => {

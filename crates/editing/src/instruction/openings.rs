@@ -1,32 +1,87 @@
 //! Polite and narrative words around commands, and instructions that cannot be carried out: negations, conditions,
 //! alternatives, questions.
 
-use super::cursor::{Cursor, Outcome};
 use super::Reason;
+use super::cursor::{Cursor, Outcome};
 
 const POLITE: &[&str] = &[
-    "could you please", "can you please", "would you please", "will you please", "could you", "can you", "would you",
-    "will you", "could we", "can we", "shall we", "id like you to", "i would like you to", "i want you to",
-    "i need you to", "id like to", "i would like to", "i want to", "i need to", "we need to", "we should",
-    "you should", "id love to", "lets", "let us", "please", "kindly", "go ahead and", "now", "then", "also", "next",
-    "finally", "after that", "afterwards", "first", "ok", "okay", "hi", "hello", "hey", "so", "just", "again", "lastly",
-    "i think we should", "in addition", "additionally", "and", "plus", ",",
+    "could you please",
+    "can you please",
+    "would you please",
+    "will you please",
+    "could you",
+    "can you",
+    "would you",
+    "will you",
+    "could we",
+    "can we",
+    "shall we",
+    "id like you to",
+    "i would like you to",
+    "i want you to",
+    "i need you to",
+    "id like to",
+    "i would like to",
+    "i want to",
+    "i need to",
+    "we need to",
+    "we should",
+    "you should",
+    "id love to",
+    "lets",
+    "let us",
+    "please",
+    "kindly",
+    "go ahead and",
+    "now",
+    "then",
+    "also",
+    "next",
+    "finally",
+    "after that",
+    "afterwards",
+    "first",
+    "ok",
+    "okay",
+    "hi",
+    "hello",
+    "hey",
+    "so",
+    "just",
+    "again",
+    "lastly",
+    "i think we should",
+    "in addition",
+    "additionally",
+    "and",
+    "plus",
+    ",",
 ];
 
-const THANKS: &[&str] =
-    &["please", "thank you very much", "thank you", "thanks a lot", "thanks", "for me", "as well", "too", "now", "cheers"];
+const THANKS: &[&str] = &[
+    "please",
+    "thank you very much",
+    "thank you",
+    "thanks a lot",
+    "thanks",
+    "for me",
+    "as well",
+    "too",
+    "now",
+    "cheers",
+];
 
 const NEGATIONS: &[&str] = &[
-    "not", "dont", "never", "without", "cannot", "cant", "wont", "shouldnt", "mustnt", "neither", "nor", "nothing",
-    "avoid",
+    "not", "dont", "never", "without", "cannot", "cant", "wont", "shouldnt", "mustnt", "neither", "nor",
+    "nothing", "avoid",
 ];
 
 const CONDITIONS: &[&str] =
     &["if", "unless", "when", "whenever", "otherwise", "until", "whether", "provided", "while", "in case"];
 
 const QUESTIONS: &[&str] = &[
-    "what", "where", "which", "who", "how", "why", "is", "are", "does", "did", "has", "have", "whats", "wheres",
-    "should", "may", "might", "was", "were", "am",
+    "what", "where", "which", "who", "how", "why", "is", "are", "does", "did", "has", "have", "whats",
+    "wheres", "should", "may", "might", "was", "were", "am",
 ];
 
 impl Cursor {
@@ -48,7 +103,11 @@ impl Cursor {
                 return Err(self.error(index, last, Reason::Alternative));
             }
             if word == "instead" && self.is_at(index + 1, "of") {
-                return Err(self.error(index, index + 2, Reason::NotUnderstood("say: replace the mug with a glass")));
+                return Err(self.error(
+                    index,
+                    index + 2,
+                    Reason::NotUnderstood("say: replace the mug with a glass"),
+                ));
             }
         }
         Ok(())
@@ -94,10 +153,30 @@ impl Cursor {
     /// The number of words of "I want", "there should be" and the like.
     pub fn wish_length(&self, index: usize) -> Option<usize> {
         let wishes = [
-            "i want to have", "i would like to have", "id like to have", "id like to see", "id like", "i would like",
-            "i want to see", "i want", "i need", "we need", "we want", "there should be", "there must be",
-            "let there be", "could i have", "can i have", "could i get", "can i get", "could we have", "can we have",
-            "may i have", "to have", "have", "to see",
+            "i want to have",
+            "i would like to have",
+            "id like to have",
+            "id like to see",
+            "id like",
+            "i would like",
+            "i want to see",
+            "i want",
+            "i need",
+            "we need",
+            "we want",
+            "there should be",
+            "there must be",
+            "let there be",
+            "could i have",
+            "can i have",
+            "could i get",
+            "can i get",
+            "could we have",
+            "can we have",
+            "may i have",
+            "to have",
+            "have",
+            "to see",
         ];
         self.length_of_any(index, &wishes)
     }

@@ -2,28 +2,55 @@
 
 use glam::DVec2;
 
-use super::cursor::{Cursor, Outcome};
 use super::Reason;
+use super::cursor::{Cursor, Outcome};
 use crate::references::vocabulary;
 use scene::RelationKind::{
-    self, AtBack, AtBackLeft, AtBackRight, AtCenter, AtFront, AtFrontLeft, AtFrontRight, AtLeft, AtRight, Behind,
-    Between, FromBackEdge, FromFrontEdge, FromLeftEdge, FromRightEdge, In, InFrontOf, LeftOf, NextTo, On, RightOf,
+    self, AtBack, AtBackLeft, AtBackRight, AtCenter, AtFront, AtFrontLeft, AtFrontRight, AtLeft, AtRight,
+    Behind, Between, FromBackEdge, FromFrontEdge, FromLeftEdge, FromRightEdge, In, InFrontOf, LeftOf, NextTo,
+    On, RightOf,
 };
 use scene::{EditPlace, SupportRelation};
 
 const RELATIONS: &[(&str, RelationKind)] = &[
-    ("to the left side of", LeftOf), ("to the right side of", RightOf), ("on the left side of", LeftOf),
-    ("on the right side of", RightOf), ("to the left of", LeftOf), ("to the right of", RightOf),
-    ("on the left of", LeftOf), ("on the right of", RightOf), ("at the left of", LeftOf), ("at the right of", RightOf),
-    ("left of", LeftOf), ("right of", RightOf), ("in front of", InFrontOf), ("in back of", Behind),
-    ("behind", Behind), ("next to", NextTo), ("close to", NextTo), ("near to", NextTo), ("adjacent to", NextTo),
-    ("beside", NextTo), ("alongside", NextTo), ("near", NextTo), ("away from", NextTo), ("from", NextTo),
-    ("on top of", On), ("onto", On), ("on to", On), ("on", On), ("upon", On), ("atop", On), ("inside of", In),
-    ("inside", In), ("into", In), ("in", In), ("to", NextTo), ("by", NextTo), ("at", NextTo),
+    ("to the left side of", LeftOf),
+    ("to the right side of", RightOf),
+    ("on the left side of", LeftOf),
+    ("on the right side of", RightOf),
+    ("to the left of", LeftOf),
+    ("to the right of", RightOf),
+    ("on the left of", LeftOf),
+    ("on the right of", RightOf),
+    ("at the left of", LeftOf),
+    ("at the right of", RightOf),
+    ("left of", LeftOf),
+    ("right of", RightOf),
+    ("in front of", InFrontOf),
+    ("in back of", Behind),
+    ("behind", Behind),
+    ("next to", NextTo),
+    ("close to", NextTo),
+    ("near to", NextTo),
+    ("adjacent to", NextTo),
+    ("beside", NextTo),
+    ("alongside", NextTo),
+    ("near", NextTo),
+    ("away from", NextTo),
+    ("from", NextTo),
+    ("on top of", On),
+    ("onto", On),
+    ("on to", On),
+    ("on", On),
+    ("upon", On),
+    ("atop", On),
+    ("inside of", In),
+    ("inside", In),
+    ("into", In),
+    ("in", In),
+    ("to", NextTo),
+    ("by", NextTo),
+    ("at", NextTo),
 ];
-
-const TABLE_SUFFIXES: &[&str] =
-    &["of the table top", "of the table", "of the desk", "of the tabletop", "of my desk", "of the counter", "on the table"];
 
 impl Cursor {
     /// The place at the cursor.
@@ -48,7 +75,7 @@ impl Cursor {
         Ok(place)
     }
 
-    fn one_place(&mut self) -> Outcome<EditPlace> {
+    pub fn one_place(&mut self) -> Outcome<EditPlace> {
         let start = self.at;
         if self.take_any(&["there", "in its place", "in the same place"]) {
             let known = self.discourse.place.clone();
@@ -85,103 +112,7 @@ impl Cursor {
         )
     }
 
-    /// "10 cm to the left", "back by 5 cm".
-    fn offset(&mut self, before_m: Option<f64>) -> Outcome<Option<EditPlace>> {
-        let start = self.at;
-        let directions: [(&[&str], DVec2); 4] = [
-            (&["to the left", "left", "leftwards", "towards the left", "toward the left"], -DVec2::X),
-            (&["to the right", "right", "rightwards", "towards the right", "toward the right"], DVec2::X),
-            (&["to the front", "forwards", "forward", "toward me", "towards me", "toward the viewer",
-                "towards the viewer", "toward the front", "towards the front", "closer to me"], -DVec2::Y),
-            (&["to the back", "backwards", "backward", "back", "away from me", "toward the back",
-                "towards the back"], DVec2::Y),
-        ];
-        let found = directions.into_iter().find_map(|(patterns, direction)| {
-            self.length_of_any(self.at, patterns).map(|length| (direction, length))
-        });
-        let Some((direction, length)) = found else { return Ok(None) };
-        let next = self.at + length;
-        let after = if self.is_at(next, "by") { self.distance_at(next + 1) } else { None };
-        let (distance_m, end) = match (before_m, after) {
-            (None, Some((distance_m, length))) => (distance_m, next + 1 + length),
-            (Some(distance_m), None) => (distance_m, next),
-            _ => return Ok(None),
-        };
-        let more = if self.is_at(end, "edge") || self.is_at(end, "side") { 1 } else { 0 };
-        if !self.is_boundary(end + more) || (before_m.is_some() && more > 0) {
-            self.at = start;
-            return Ok(None);
-        }
-        self.at = end;
-        let offset_m = Some(direction * distance_m);
-        Ok(Some(EditPlace { offset_m, ..EditPlace::default() }))
-    }
-
-    /// A region of the table, whether it is an edge, and the index after it.
-    fn region_at(&self, index: usize) -> Option<((i8, i8), bool, usize)> {
-        let prepositions = ["at", "in", "on", "to", "into", "toward", "towards", "near", "from", "along", "away from"];
-        let length = self.length_of_any(index, &prepositions).filter(|_| index < self.tokens.len())?;
-        let mut at = index + length;
-        at += usize::from(matches!(self.word(at), "the" | "its"));
-        at += usize::from(matches!(self.word(at), "very"));
-        let mut region: Option<(i8, i8)> = None;
-        while let Some((x, y)) = side(self.word(at)) {
-            let (known_x, known_y) = region.unwrap_or((0, 0));
-            region = Some((known_x + x, known_y + y));
-            at += 1;
-        }
-        let region = region?;
-        let is_edge = matches!(self.word(at), "edge" | "border");
-        if is_edge || matches!(self.word(at), "side" | "corner" | "end" | "half" | "part" | "area") {
-            at += 1;
-        }
-        let of_table = self.length_of_any(at, TABLE_SUFFIXES);
-        at += of_table.unwrap_or(0);
-        let noun_follows = of_table.is_none() && !self.is_boundary(at) && self.preposition_at(at).is_none();
-        let of_object = self.is_at(at, "of");
-        (!of_object && !noun_follows).then_some((region, is_edge, at))
-    }
-
-    fn region(
-        &self,
-        start: usize,
-        region: (i8, i8),
-        is_edge: bool,
-        distance_m: Option<f64>,
-    ) -> Outcome<EditPlace> {
-        let edge = match region {
-            (-1, 0) => Some(FromLeftEdge),
-            (1, 0) => Some(FromRightEdge),
-            (0, -1) => Some(FromFrontEdge),
-            (0, 1) => Some(FromBackEdge),
-            _ => None,
-        };
-        if is_edge || distance_m.is_some() {
-            let Some(edge) = edge else {
-                return Err(self.error(start, self.at, Reason::NotUnderstood("name one edge of the table")));
-            };
-            return Ok(EditPlace { distance_m, ..EditPlace::at(edge) });
-        }
-        let whole = self.text(start, self.at).to_lowercase();
-        if matches!(whole.as_str(), "to the left" | "to the right") {
-            return Err(self.error(start, self.at, Reason::HowFar));
-        }
-        let kind = match region {
-            (0, 0) => AtCenter,
-            (-1, 0) => AtLeft,
-            (1, 0) => AtRight,
-            (0, -1) => AtFront,
-            (0, 1) => AtBack,
-            (-1, -1) => AtFrontLeft,
-            (1, -1) => AtFrontRight,
-            (-1, 1) => AtBackLeft,
-            (1, 1) => AtBackRight,
-            _ => return Err(self.error(start, self.at, Reason::NotUnderstood("name one part of the table"))),
-        };
-        Ok(EditPlace::at(kind))
-    }
-
-    fn relation(
+    pub fn relation(
         &mut self,
         start: usize,
         pattern: &str,
@@ -216,7 +147,7 @@ impl Cursor {
     }
 
     /// "by 10 cm", "10 cm away" after the object.
-    fn trailing_distance(&self) -> Option<(f64, usize)> {
+    pub fn trailing_distance(&self) -> Option<(f64, usize)> {
         if self.is_at(self.at, "by") {
             return self.distance_at(self.at + 1).map(|(distance_m, length)| (distance_m, 1 + length));
         }
@@ -226,9 +157,10 @@ impl Cursor {
     }
 
     /// The object that a relation is to.
-    fn landmark(&mut self, kind: RelationKind) -> Outcome<String> {
+    pub fn landmark(&mut self, kind: RelationKind) -> Outcome<String> {
         let start = self.at;
-        let each = matches!(self.word(start), "each" | "every" | "all" | "both" | "these" | "those" | "everything");
+        let each =
+            matches!(self.word(start), "each" | "every" | "all" | "both" | "these" | "those" | "everything");
         if each {
             let end = self.phrase_end(start, &|_| false);
             return Err(self.error(start, end, Reason::SeveralLandmarks));
@@ -255,7 +187,7 @@ impl Cursor {
 
     /// What "it" of a place stands for: the topic, or the last landmark in "a fork left of the plate and a knife right
     /// of it".
-    fn landmark_pronoun(&mut self, kind: RelationKind) -> Outcome<Option<String>> {
+    pub fn landmark_pronoun(&mut self, kind: RelationKind) -> Outcome<Option<String>> {
         let start = self.at;
         let pronoun = matches!(self.word(start), "it" | "them")
             || (matches!(self.word(start), "that" | "this") && self.is_boundary(start + 1));
@@ -293,7 +225,7 @@ impl Cursor {
     }
 
     /// What follows "between".
-    fn between(&mut self) -> Outcome<EditPlace> {
+    pub fn between(&mut self) -> Outcome<EditPlace> {
         let start = self.at;
         let place = |first: String, second: String| EditPlace {
             second_target: Some(second),
@@ -303,11 +235,16 @@ impl Cursor {
             let end = self.phrase_end(start, &|_| false);
             let noun = self.text(start + length, end);
             let alone = self.connector_at(end) == 0 || !self.is_phrase(end + self.connector_at(end));
-            if super::discourse::is_plural(&format!("two {noun}")) && alone && super::discourse::is_plural(&noun)
+            if super::discourse::is_plural(&format!("two {noun}"))
+                && alone
+                && super::discourse::is_plural(&noun)
                 || self.is_at(start, "the two")
             {
                 self.at = end;
-                return Ok(place(format!("the first of the two {noun}"), format!("the second of the two {noun}")));
+                return Ok(place(
+                    format!("the first of the two {noun}"),
+                    format!("the second of the two {noun}"),
+                ));
             }
         }
         if self.is_at(start, "them") {
@@ -326,23 +263,5 @@ impl Cursor {
 }
 
 fn is_opposite(a: RelationKind, b: RelationKind) -> bool {
-    matches!(
-        (a, b),
-        (LeftOf, RightOf) | (RightOf, LeftOf) | (InFrontOf, Behind) | (Behind, InFrontOf)
-    )
-}
-
-fn side(word: &str) -> Option<(i8, i8)> {
-    Some(match word {
-        "left" | "left-hand" => (-1, 0),
-        "right" | "right-hand" => (1, 0),
-        "front" => (0, -1),
-        "back" | "rear" => (0, 1),
-        "front-left" => (-1, -1),
-        "front-right" => (1, -1),
-        "back-left" => (-1, 1),
-        "back-right" => (1, 1),
-        "middle" | "center" | "centre" => (0, 0),
-        _ => return None,
-    })
+    matches!((a, b), (LeftOf, RightOf) | (RightOf, LeftOf) | (InFrontOf, Behind) | (Behind, InFrontOf))
 }

@@ -36,11 +36,17 @@ const SUPERCLASSES: &[(&[&str], &[&str])] = &[
     (&["toy animal", "animal"], &["toy_animal"]),
     (&["tool"], &["hand_tool", "tool", "power_tool", "measuring_tool", "garden_tool"]),
     (&["drink", "beverage"], &[]),
-    (&["food", "snack"], &["fruit", "vegetable", "bakery", "baked_good", "meal", "meat", "food", "sweet", "nut", "fish"]),
+    (
+        &["food", "snack"],
+        &["fruit", "vegetable", "bakery", "baked_good", "meal", "meat", "food", "sweet", "nut", "fish"],
+    ),
     (&["pastry"], &["bakery", "baked_good"]),
     (&["plant"], &["plant"]),
     (&["clothes", "clothing"], &["clothing"]),
-    (&["electronics", "device", "gadget"], &["electronics", "handheld_device", "screen", "audio", "input_device"]),
+    (
+        &["electronics", "device", "gadget"],
+        &["electronics", "handheld_device", "screen", "audio", "input_device"],
+    ),
     (&["stationery"], &["stationery", "writing_tool", "pen", "desk_tool"]),
     (&["decoration", "ornament"], &["decoration"]),
     (&["bottle"], &["bottle"]),
@@ -53,14 +59,38 @@ const SUPERCLASS_MEMBERS: &[(&str, &[&str])] = &[
     ("drinkware", &["mug", "teacup", "drinking_glass", "wine_glass"]),
     (
         "drink",
-        &["mug", "teacup", "drinking_glass", "wine_glass", "soda_can", "water_bottle", "wine_bottle", "milk_carton"],
+        &[
+            "mug",
+            "teacup",
+            "drinking_glass",
+            "wine_glass",
+            "soda_can",
+            "water_bottle",
+            "wine_bottle",
+            "milk_carton",
+        ],
     ),
 ];
 
 /// Mass nouns and plurals that mean all objects of a kind: "the fruit" of three apples.
 const COLLECTIVE: &[&str] = &[
-    "fruit", "cutlery", "silverware", "flatware", "dishes", "crockery", "dishware", "tableware", "dinnerware",
-    "drinkware", "cookware", "food", "clothes", "clothing", "electronics", "stationery", "stuff",
+    "fruit",
+    "cutlery",
+    "silverware",
+    "flatware",
+    "dishes",
+    "crockery",
+    "dishware",
+    "tableware",
+    "dinnerware",
+    "drinkware",
+    "cookware",
+    "food",
+    "clothes",
+    "clothing",
+    "electronics",
+    "stationery",
+    "stuff",
 ];
 
 type Test = fn(&EditableObject, &str) -> bool;
@@ -87,7 +117,8 @@ pub(super) fn named(objects: &[EditableObject], pool: &[usize], noun: &str) -> O
     let mut number = None;
     let mut all = BTreeSet::new();
     for level in 0..LEVELS.len() {
-        let of = |sets: &Option<[BTreeSet<usize>; 5]>| sets.as_ref().map_or(BTreeSet::new(), |s| s[level].clone());
+        let of =
+            |sets: &Option<[BTreeSet<usize>; 5]>| sets.as_ref().map_or(BTreeSet::new(), |s| s[level].clone());
         let (singulars, plurals) = (of(&as_is), of(&as_plural));
         if number.is_none() && !(singulars.is_empty() && plurals.is_empty()) {
             let plural = singulars.is_empty() || COLLECTIVE.contains(&noun);
