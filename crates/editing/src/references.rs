@@ -17,11 +17,13 @@ mod qualifier;
 mod noun;
 mod modifier;
 mod places;
+mod picks;
+mod relatives;
 mod selection;
 
 pub use vocabulary::{MaterialWord, color_of, material_of, theme_of};
 
-pub(crate) use noun::is_noun;
+pub(crate) use noun::{is_noun, is_of_catalog};
 pub(crate) use phrase::number;
 pub(crate) use vocabulary::vocabulary;
 
@@ -33,16 +35,16 @@ use selection::Selector;
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ReferenceError {
     /// No object fits.
-    #[error("no object fits {phrase:?}{}", hint("; nearest are", nearest))]
+    #[error("no object fits {phrase:?}{}", hint("; nearest are", .nearest))]
     NotFound { phrase: String, nearest: Vec<InstanceId> },
     /// Fewer objects are meant than fit.
     #[error(
         "{phrase:?} fits several objects: {}; name the one that is meant, or add its color, size or place",
-        list(candidates)
+        list(.candidates)
     )]
     Ambiguous { phrase: String, candidates: Vec<InstanceId> },
     /// More objects are meant than fit.
-    #[error("{phrase:?} asks for {wanted} objects, but {} fit{}", found.len(), hint(":", found))]
+    #[error("{phrase:?} asks for {wanted} objects, but {} fit{}", .found.len(), hint(":", .found))]
     TooFew { phrase: String, wanted: usize, found: Vec<InstanceId> },
     /// Words without a meaning here.
     #[error(

@@ -14,7 +14,18 @@ const MAX_BASIC_DISTANCE: f64 = 0.22;
 const MAX_DISTANCE: f64 = 0.09;
 
 const BASIC: &[&str] = &[
-    "red", "orange", "yellow", "green", "blue", "purple", "pink", "brown", "beige", "turquoise", "white", "black",
+    "red",
+    "orange",
+    "yellow",
+    "green",
+    "blue",
+    "purple",
+    "pink",
+    "brown",
+    "beige",
+    "turquoise",
+    "white",
+    "black",
     "gray",
 ];
 

@@ -63,7 +63,10 @@ pub(super) fn modifiers(
             length = words_of_color;
             found.push(Modifier::Color(words[at..at + length].join(" ")));
             // "a red colored mug"
-            length += usize::from(matches!(words.get(at + length).map(String::as_str), Some("colored" | "coloured")));
+            length += usize::from(matches!(
+                words.get(at + length).map(String::as_str),
+                Some("colored" | "coloured")
+            ));
         } else if let Some(words_of_material) = vocabulary().material_length(words, at) {
             length = words_of_material;
             found.push(Modifier::Material(words[at..at + length].join(" ")));
@@ -121,7 +124,11 @@ pub(super) fn of_color(objects: &[EditableObject], pool: &[usize], words: &str) 
 }
 
 /// Those whose label says the material and those that are made of it.
-pub(super) fn of_material(objects: &[EditableObject], pool: &[usize], words: &str) -> (Vec<usize>, Vec<usize>) {
+pub(super) fn of_material(
+    objects: &[EditableObject],
+    pool: &[usize],
+    words: &str,
+) -> (Vec<usize>, Vec<usize>) {
     let labeled = pool.iter().copied().filter(|&index| label_has(&objects[index], words)).collect();
     let substance = material_of(words).map_or("", |material| material.substance.as_str());
     let metals: &[&str] = match words {

@@ -36,11 +36,17 @@ const SUPERCLASSES: &[(&[&str], &[&str])] = &[
     (&["toy animal", "animal"], &["toy_animal"]),
     (&["tool"], &["hand_tool", "tool", "power_tool", "measuring_tool", "garden_tool"]),
     (&["drink", "beverage"], &[]),
-    (&["food", "snack"], &["fruit", "vegetable", "bakery", "baked_good", "meal", "meat", "food", "sweet", "nut", "fish"]),
+    (
+        &["food", "snack"],
+        &["fruit", "vegetable", "bakery", "baked_good", "meal", "meat", "food", "sweet", "nut", "fish"],
+    ),
     (&["pastry"], &["bakery", "baked_good"]),
     (&["plant"], &["plant"]),
     (&["clothes", "clothing"], &["clothing"]),
-    (&["electronics", "device", "gadget"], &["electronics", "handheld_device", "screen", "audio", "input_device"]),
+    (
+        &["electronics", "device", "gadget"],
+        &["electronics", "handheld_device", "screen", "audio", "input_device"],
+    ),
     (&["stationery"], &["stationery", "writing_tool", "pen", "desk_tool"]),
     (&["decoration", "ornament"], &["decoration"]),
     (&["bottle"], &["bottle"]),
@@ -53,14 +59,38 @@ const SUPERCLASS_MEMBERS: &[(&str, &[&str])] = &[
     ("drinkware", &["mug", "teacup", "drinking_glass", "wine_glass"]),
     (
         "drink",
-        &["mug", "teacup", "drinking_glass", "wine_glass", "soda_can", "water_bottle", "wine_bottle", "milk_carton"],
+        &[
+            "mug",
+            "teacup",
+            "drinking_glass",
+            "wine_glass",
+            "soda_can",
+            "water_bottle",
+            "wine_bottle",
+            "milk_carton",
+        ],
     ),
 ];
 
 /// Mass nouns and plurals that mean all objects of a kind: "the fruit" of three apples.
 const COLLECTIVE: &[&str] = &[
-    "fruit", "cutlery", "silverware", "flatware", "dishes", "crockery", "dishware", "tableware", "dinnerware",
-    "drinkware", "cookware", "food", "clothes", "clothing", "electronics", "stationery", "stuff",
+    "fruit",
+    "cutlery",
+    "silverware",
+    "flatware",
+    "dishes",
+    "crockery",
+    "dishware",
+    "tableware",
+    "dinnerware",
+    "drinkware",
+    "cookware",
+    "food",
+    "clothes",
+    "clothing",
+    "electronics",
+    "stationery",
+    "stuff",
 ];
 
 type Test = fn(&EditableObject, &str) -> bool;
@@ -87,7 +117,8 @@ pub(super) fn named(objects: &[EditableObject], pool: &[usize], noun: &str) -> O
     let mut number = None;
     let mut all = BTreeSet::new();
     for level in 0..LEVELS.len() {
-        let of = |sets: &Option<[BTreeSet<usize>; 5]>| sets.as_ref().map_or(BTreeSet::new(), |s| s[level].clone());
+        let of =
+            |sets: &Option<[BTreeSet<usize>; 5]>| sets.as_ref().map_or(BTreeSet::new(), |s| s[level].clone());
         let (singulars, plurals) = (of(&as_is), of(&as_plural));
         if number.is_none() && !(singulars.is_empty() && plurals.is_empty()) {
             let plural = singulars.is_empty() || COLLECTIVE.contains(&noun);
@@ -113,14 +144,18 @@ fn any_number(noun: &str, singular: Option<&str>) -> Option<Number> {
 }
 
 /// Whether the word is a noun of English or of the catalog, also in the plural.
-pub(super) fn is_noun(noun: &str) -> bool {
+pub(crate) fn is_noun(noun: &str) -> bool {
     let singular = vocabulary().singular_of(noun);
-    [Some(noun), singular.as_deref()].into_iter().flatten().any(|noun| {
-        catalog::stand_in::placeability(noun).is_some()
-            || vocabulary().is_alias_of_any(noun)
-            || SUPERCLASSES.iter().any(|(words, _)| words.contains(&noun))
-            || catalog::categories().iter().any(|category| is_name(category, noun))
-    })
+    let is_known = |noun: &str| catalog::stand_in::placeability(noun).is_some() || is_of_catalog(noun);
+    [Some(noun), singular.as_deref()].into_iter().flatten().any(is_known)
+}
+
+/// Whether the singular noun names objects of the catalog.
+pub(crate) fn is_of_catalog(noun: &str) -> bool {
+    vocabulary().is_alias_of_any(noun)
+        || SUPERCLASSES.iter().any(|(words, _)| words.contains(&noun))
+        || vague_sets().iter().any(|set| set.words.iter().any(|word| word == noun))
+        || catalog::categories().iter().any(|category| is_name(category, noun))
 }
 
 fn is_name(category: &catalog::Category, noun: &str) -> bool {

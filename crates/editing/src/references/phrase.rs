@@ -36,9 +36,17 @@ pub(super) struct NounPhrase {
 /// Words that are not understood.
 pub(super) type Unread = Vec<String>;
 
-const DETERMINERS: &[&str] = &["the", "my", "our", "your", "his", "her", "their", "this", "that", "these", "those"];
-const EXCEPTIONS: &[&[&str]] =
-    &[&["except", "for"], &["except"], &["but", "not"], &["but"], &["other", "than"], &["apart", "from"], &["besides"]];
+const DETERMINERS: &[&str] =
+    &["the", "my", "our", "your", "his", "her", "their", "this", "that", "these", "those"];
+const EXCEPTIONS: &[&[&str]] = &[
+    &["except", "for"],
+    &["except"],
+    &["but", "not"],
+    &["but"],
+    &["other", "than"],
+    &["apart", "from"],
+    &["besides"],
+];
 const CONTAINED: &[&[&str]] = &[&["in", "it"], &["on", "it"], &["inside", "it"]];
 const ORDINALS: &[&str] =
     &["first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth", "ninth", "tenth"];

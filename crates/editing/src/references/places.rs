@@ -47,7 +47,8 @@ impl Ranking {
                 Direction::Bottom => height_m,
             }
         };
-        let same_m = if matches!(direction, Direction::Top | Direction::Bottom) { 0.003 } else { SAME_PLACE_M };
+        let same_m =
+            if matches!(direction, Direction::Top | Direction::Bottom) { 0.003 } else { SAME_PLACE_M };
         Self::new(pool, key, |a, b| b - a < same_m)
     }
 

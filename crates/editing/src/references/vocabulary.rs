@@ -212,7 +212,8 @@ mod tests {
     #[test]
     fn plurals_and_singulars_are_inverse() {
         let words = vocabulary();
-        let pairs = [("mug", "mugs"), ("wine glass", "wine glasses"), ("knife", "knives"), ("battery", "batteries")];
+        let pairs =
+            [("mug", "mugs"), ("wine glass", "wine glasses"), ("knife", "knives"), ("battery", "batteries")];
         for (one, many) in pairs {
             assert_eq!(words.plural_of(one), many);
             assert_eq!(words.singular_of(many).as_deref(), Some(one));
