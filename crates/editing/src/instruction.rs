@@ -51,7 +51,7 @@ use std::ops::Range;
 use cursor::Cursor;
 use discourse::Discourse;
 use scene::EditOperation;
-use scene::edit::{MAX_RESIZE, violations};
+use scene::edit::violations;
 
 /// Longest instruction, characters.
 pub const MAX_CHARACTERS: usize = 4000;
@@ -102,7 +102,7 @@ pub enum Reason {
     HowFar,
     #[error("it is not said how far it turns; give an angle (by 90 degrees) or what it faces")]
     HowFarTurned,
-    #[error("{0} is not a factor from {} to {MAX_RESIZE}, which sizes may change by", 1.0 / MAX_RESIZE)]
+    #[error("{0} is not a factor from 0.5 to 2, which sizes may change by")]
     Factor(f64),
     #[error("two places at once are not supported; give one of them")]
     TwoPlaces,

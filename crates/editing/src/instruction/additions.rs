@@ -51,8 +51,9 @@ impl Cursor {
             self.at += 1;
             return self.add_instead(start, &items);
         }
-        if self.take_any(&["anywhere on the table", "somewhere on the table", "anywhere", "somewhere"]) {
-        } else if self.preposition_at(self.at).is_some() {
+        let anywhere =
+            self.take_any(&["anywhere on the table", "somewhere on the table", "anywhere", "somewhere"]);
+        if !anywhere && self.preposition_at(self.at).is_some() {
             let found = self.place()?;
             if found.offset_m.is_some() {
                 return Err(self.error(pronoun_at, self.at, Reason::OffsetOfNew));

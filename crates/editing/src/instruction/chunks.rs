@@ -1,8 +1,6 @@
 //! Where noun phrases, places and clauses begin and end.
 
-use super::Reason;
-use super::cursor::{Cursor, Outcome};
-use super::discourse::Target;
+use super::cursor::Cursor;
 use crate::references::{color_of, is_noun, material_of};
 
 /// Beginnings of places, longer ones first. A distance may precede them.
@@ -77,7 +75,7 @@ const PREPOSITIONS: &[&str] = &[
 
 const BOUNDARIES: &[&str] = &[
     "", ".", ",", "and", "then", "also", "please", "thanks", "thank", "instead", "too", "so", "plus", "or",
-    "as",
+    "as", "for",
 ];
 
 const BEGINNINGS: &[&str] = &[
@@ -232,6 +230,7 @@ impl Cursor {
             return Some(at + length - index);
         }
         let side = matches!(self.word(at), "left" | "right" | "back")
+            && (at == 0 || self.word(at - 1) != "the")
             && (distance > 0 || self.is_boundary(at + 1) || self.is_at(at + 1, "by"));
         let by_distance = self.is_at(at, "by") && self.distance_at(at + 1).is_some();
         if side || by_distance { Some(at + 1 - index) } else { (distance > 0).then_some(distance) }
@@ -334,6 +333,16 @@ impl Cursor {
             at += 1;
         }
         at
+    }
+
+    /// The end of the clause: the end of the sentence, or a conjunction and another verb.
+    pub fn clause_end(&self, start: usize) -> usize {
+        let ends = |index: usize| {
+            let next = index + self.connector_at(index);
+            let verb = next > index && (self.is_verb(next) || matches!(self.word(next), "then" | "also"));
+            self.is_end(index) || self.is_at(index, "then") || verb
+        };
+        (start..self.tokens.len()).find(|&index| ends(index)).unwrap_or(self.tokens.len())
     }
 
     /// The end of a noun phrase without places; "from the left" after a rank belongs to it.

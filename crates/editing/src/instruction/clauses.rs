@@ -1,7 +1,6 @@
 //! The clauses of an instruction: a verb and what it asks for, a wish, or what an object should be like. A clause without
 //! a verb repeats the verb of the one before it ("a fork on the left and a knife on the right").
 
-use super::Reason;
 use super::cursor::{Cursor, Outcome};
 use super::measures::BIGGER;
 use scene::EditOperation;

@@ -114,14 +114,16 @@ impl Cursor {
     /// Makes the objects of a command what pronouns stand for. `first` is the index of its first operation.
     pub fn now_about(&mut self, targets: &[Target], first: usize) {
         let pronoun = targets.iter().any(|target| target.pronoun);
+        let last = self.operations.last().filter(|_| first < self.operations.len());
+        let removed = matches!(last, Some(EditOperation::Remove { .. }));
+        if !matches!(last, Some(EditOperation::Move { .. })) {
+            self.discourse.landmark = None;
+        }
         let phrases: Vec<String> = targets.iter().map(|target| target.phrase.clone()).collect();
         for phrase in phrases.iter().rev() {
-            let removed = matches!(self.operations.last(), Some(EditOperation::Remove { .. }));
             self.discourse.mention(phrase, removed);
         }
         let earlier = self.discourse.topic.take().filter(|_| pronoun);
-        let last = self.operations.last();
-        let removed = matches!(last, Some(EditOperation::Remove { .. }));
         let ceases = |phrase: &String| match last {
             Some(EditOperation::Move { .. }) => has_place(phrase),
             Some(EditOperation::Recolor { .. }) => has_color_or_material(phrase),

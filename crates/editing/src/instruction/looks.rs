@@ -44,7 +44,7 @@ impl Cursor {
 
     /// Where the complement of the clause begins.
     pub fn complement_index(&self, start: usize) -> Option<usize> {
-        let end = (start..self.tokens.len()).find(|&index| self.is_end(index)).unwrap_or(self.tokens.len());
+        let end = self.clause_end(start);
         let is_noun = |index: usize| {
             let word = self.word(index);
             let article = matches!(

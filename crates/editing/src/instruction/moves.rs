@@ -93,6 +93,13 @@ impl Cursor {
                 at += 3;
                 continue;
             }
+            // "back by 5 cm" is one place.
+            if self.is_at(at, "by")
+                && let Some((_, length)) = self.distance_at(at + 1)
+            {
+                at += 1 + length;
+                continue;
+            }
             match self.preposition_at(at) {
                 Some(length) => {
                     places.push(at);

@@ -80,8 +80,8 @@ const CONDITIONS: &[&str] =
     &["if", "unless", "when", "whenever", "otherwise", "until", "whether", "provided", "while", "in case"];
 
 const QUESTIONS: &[&str] = &[
-    "what", "where", "which", "who", "how", "why", "is", "are", "does", "did", "has", "have", "whats",
-    "wheres", "should", "may", "might", "was", "were", "am",
+    "what", "where", "which", "who", "how", "why", "is", "are", "does", "did", "whats", "wheres", "should",
+    "may", "might", "was", "were",
 ];
 
 impl Cursor {

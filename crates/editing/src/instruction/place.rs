@@ -1,14 +1,10 @@
 //! Places in an instruction: relations to objects, regions of the table, distances from its edges, displacements.
 
-use glam::DVec2;
-
 use super::Reason;
 use super::cursor::{Cursor, Outcome};
 use crate::references::vocabulary;
 use scene::RelationKind::{
-    self, AtBack, AtBackLeft, AtBackRight, AtCenter, AtFront, AtFrontLeft, AtFrontRight, AtLeft, AtRight,
-    Behind, Between, FromBackEdge, FromFrontEdge, FromLeftEdge, FromRightEdge, In, InFrontOf, LeftOf, NextTo,
-    On, RightOf,
+    self, AtLeft, AtRight, Behind, Between, In, InFrontOf, LeftOf, NextTo, On, RightOf,
 };
 use scene::{EditPlace, SupportRelation};
 
@@ -201,6 +197,11 @@ impl Cursor {
         {
             self.at += 1;
             return Ok(Some(phrase.clone()));
+        }
+        let new = self.discourse.topic.as_ref().is_some_and(|topic| !topic.made_at.is_empty());
+        let beside = |kind: RelationKind| kind.target_is_object();
+        if landmark.as_ref().is_some_and(|(before, _)| beside(*before) && beside(kind)) && !new {
+            return Err(self.error(start, start + 1, Reason::UnclearPronoun));
         }
         let targets = self.pronoun()?.unwrap_or_default();
         let [target] = &targets[..] else {

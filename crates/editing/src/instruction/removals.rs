@@ -6,68 +6,54 @@ use super::discourse::{Target, is_plural};
 use super::nouns::{NewObjects, definite};
 use scene::{EditOperation, EditPlace, RelationKind};
 
+const SOURCES: &[&str] = &["out of", "off of", "off", "from", "away", "out"];
+
+/// What removes an object with all that stands on or in it.
+const CONTENTS: &[&str] = &[
+    "with everything on it",
+    "with everything in it",
+    "with everything inside",
+    "with its contents",
+    "with all its contents",
+    "with their contents",
+    "with what is on it",
+    "with what is in it",
+    "including its contents",
+    "including everything on it",
+    "including everything in it",
+    "along with everything on it",
+    "along with everything in it",
+    "together with its contents",
+    "together with everything on it",
+    "and everything on it",
+    "and everything in it",
+    "and its contents",
+];
+
+const WHOLE_TABLE: &[&str] =
+    &["from the table", "off the table", "from the scene", "off the desk", "from the desk", "off my desk"];
+
 impl Cursor {
     /// Removal, or a move where something is taken out of or off something.
     pub fn remove(&mut self, takes: bool) -> Outcome<()> {
         let start = self.at;
-        let sources = [
-            "out of",
-            "off of",
-            "off",
-            "from",
-            "with",
-            "including",
-            "along with",
-            "together with",
-            "away",
-            "out",
-        ];
         let stops = |cursor: &Self, index: usize| {
-            cursor.length_of_any(index, &sources).is_some() && !cursor.is_rank_origin(cursor.at, index)
+            let source = cursor.length_of_any(index, SOURCES).is_some();
+            (source && !cursor.is_rank_origin(cursor.at, index))
+                || cursor.length_of_any(index, CONTENTS).is_some()
         };
         let targets = self.targets(&stops)?;
-        let mut with_contents = false;
         let away =
             self.is_at(self.at, "away") || (self.is_at(self.at, "out") && !self.is_at(self.at, "out of"));
         self.at += usize::from(away);
-        let contents = [
-            "with everything on it",
-            "with everything in it",
-            "with everything inside",
-            "with its contents",
-            "with all its contents",
-            "including its contents",
-            "including everything on it",
-            "including everything in it",
-            "along with everything on it",
-            "along with everything in it",
-            "together with its contents",
-            "together with everything on it",
-            "and everything on it",
-            "and everything in it",
-            "and its contents",
-            "with what is on it",
-            "with what is in it",
-            "with their contents",
-        ];
-        if self.take_any(&contents) {
-            with_contents = true;
-        }
+        let with_contents = self.take_any(CONTENTS);
         let begins = |index: usize| ["put", "place", "set", "lay", "move"].contains(&self.word(index));
         let next = self.at + self.connector_at(self.at);
         if takes && next > self.at && begins(next) && matches!(self.word(next + 1), "it" | "them") {
             self.now_about(&targets, self.operations.len());
             return Ok(());
         }
-        let removal = [
-            "from the table",
-            "off the table",
-            "from the scene",
-            "off the desk",
-            "from the desk",
-            "off my desk",
-        ];
-        let removed = self.take_any(&removal) || away || with_contents || !takes;
+        let removed = self.take_any(WHOLE_TABLE) || away || with_contents || !takes;
         if removed && !stops(self, self.at) {
             let first = self.operations.len();
             for target in &targets {
@@ -120,8 +106,7 @@ impl Cursor {
         let end = self
             .phrase_end(self.at, &|index| self.preposition_at(index).is_some() || self.is_at(index, "with"));
         let from = self.at;
-        let plural_targets =
-            targets.len() > 1 || targets.iter().any(|target| super::discourse::is_plural(&target.phrase));
+        let plural_targets = targets.len() > 1 || targets.iter().any(|target| is_plural(&target.phrase));
         let object = match self.new_objects(end)? {
             NewObjects::Objects { object, count } if count == 1 || plural_targets => object,
             _ => return Err(self.error(from, end, Reason::OneForOne)),

@@ -235,7 +235,7 @@ fn read_quantity(reader: &mut Reader) -> (Quantity, bool) {
 }
 
 /// A number in words or digits.
-pub(super) fn number(word: &str) -> Option<usize> {
+pub(crate) fn number(word: &str) -> Option<usize> {
     let named = || vocabulary().numbers.get(word).map(|&number| number as usize);
     word.parse().ok().or_else(named).filter(|&number| number > 0)
 }

@@ -88,7 +88,7 @@ impl Selector<'_> {
     /// The one in the center of an odd number of objects.
     pub fn center(&self, phrase: &NounPhrase, pool: &[usize]) -> Outcome<Vec<usize>> {
         let ranking = Ranking::from(self.objects, pool, Direction::Left);
-        if pool.len() % 2 == 0 {
+        if pool.len().is_multiple_of(2) {
             return Err(self.ambiguous(phrase, pool));
         }
         ranking.ranks(pool.len() / 2, 1).map_err(|among| self.ambiguous(phrase, &among))
