@@ -20,20 +20,14 @@ use super::checkpoint::{ArtifactRef, Stage};
 use super::composition::{BodyParts, Composition};
 use super::error::StageError;
 use super::preview::PreviewSettings;
-use super::resolve::{Loaded, ResolvedBody, load};
-use super::{Context, PreparedObjects, Settings, artifact_io, place, reconstruct, resolve, rotate, segment};
+use super::resolve::{Loaded, load};
+use super::{Context, PreparedObjects, Settings, artifact_io, place, reconstruct, resolve, segment};
 use export::ExportSettings;
-use geometry::Outline;
-use geometry::decompose::HullFit;
-use geometry::repair::Repair;
 use physics::{CertifySettings, SettleSettings};
 use ports::{Adapter, Ports};
 use render::RenderSettings;
 use scene::certificate::{AdapterUsed, Appearance, MadeWith, Metrics, ResolveFinding, Verdict};
-use scene::text_account::TextAccount;
-use scene::{
-    Input, InstanceMask, Provenance, Recognition, ReconstructionMethod, SceneRequest, SupportTree, Supporter,
-};
+use scene::{Input, Provenance, SceneRequest};
 use store::Digest;
 
 pub use plausibility::HealthSettings;

@@ -259,6 +259,7 @@ fn rotation_finding(yaw: &rotate::Output) -> RotationFinding {
 
 fn bodies(inputs: &Inputs, loaded: &[Loaded], pose: impl Fn(&BodyParts) -> Pose) -> Vec<Body> {
     inputs
+        .composition
         .bodies
         .iter()
         .zip(loaded)

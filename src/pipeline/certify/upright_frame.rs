@@ -21,6 +21,7 @@ pub(super) fn in_upright_frames(
     mut loaded: Vec<Loaded>,
 ) -> Result<(Arc<Inputs>, Vec<Loaded>), StageError> {
     let tipped: Vec<(usize, DQuat)> = inputs
+        .composition
         .recognition
         .objects
         .iter()

@@ -16,11 +16,8 @@ use editing::workspace::{Workspace, WorkspaceObject};
 use editing::{EditableObject, PlaceQuery, RestSettings};
 use geometry::Pose;
 use geometry::solid_query::MeshSolid;
-use physics::settle::angle_between_rad;
 use runtime::CancelFlag;
-use scene::edit::MovedObject;
-use scene::recognition::StandsOn;
-use scene::{InstanceId, Provenance, ReconstructionMethod, SupportRelation, SupportTree, Supporter};
+use scene::{InstanceId, Provenance, ReconstructionMethod, SupportRelation, Supporter};
 
 /// Bodies, their geometry, and the same as a workspace; lists of objects have the same order, and bodies have the table
 /// first.

@@ -270,6 +270,13 @@ fn move_to(draft: &mut Draft, phrase: &str, place: &EditPlace) -> Done {
         draft.is_named(target);
         let load = draft.workspace.branch(target);
         draft.may_move(&load, &format!("it moves with {}", draft.name(target).to_owned()));
+        if let Some(offset_m) = place.offset_m {
+            let mut pose = draft.pose(target);
+            pose.translation_m += offset_m.extend(0.0);
+            draft.rest_at(target, pose, draft.supporter(target))?;
+            "by the stated distance".clone_into(&mut where_);
+            continue;
+        }
         draft.find_and_rest(target, &query)?;
         where_ = draft.workspace.place_in_words(&query);
     }

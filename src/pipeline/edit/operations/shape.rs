@@ -5,7 +5,7 @@ use std::f64::consts::FRAC_PI_2;
 use glam::{DQuat, DVec3};
 
 use super::{Done, ids, names, one, place_branches, several};
-use crate::pipeline::edit::draft::{Draft, load};
+use crate::pipeline::edit::draft::{self, Draft};
 use editing::PlaceQuery;
 use geometry::pose::wrap_angle_rad;
 use scene::{RelationKind, SupportRelation, Supporter};
@@ -66,7 +66,7 @@ pub(super) fn resize(draft: &mut Draft, phrase: &str, factor: f64) -> Done {
         let mesh = (*geometry.mesh).clone().scaled(DVec3::splat(factor));
         let mut hulls = geometry.hulls.clone();
         hulls.iter_mut().flat_map(|hull| &mut hull.points).for_each(|point| *point *= factor);
-        draft.reshape(target, load(mesh, hulls)?, factor)?;
+        draft.reshape(target, draft::load(mesh, hulls)?, factor)?;
         let parts = draft.parts(target);
         parts.scale *= factor;
         parts.hull_excess_m *= factor;
