@@ -7,7 +7,7 @@ use futures::FutureExt;
 use super::features::Features;
 use super::network;
 use super::remote::Remote;
-use crate::api::{FieldError, Understand, Validate};
+use crate::api::{FieldError, Predict, ReadInstruction, Understand, Validate};
 use crate::config::{Config, ConfigErrors, Resolved};
 use crate::pipeline;
 use crate::pipeline::Settings;
@@ -83,6 +83,19 @@ pub fn understand(resolved: &Resolved) -> Understand {
         }
         _ => Ok(None),
     })
+}
+
+/// Reads the operations of an instruction in words.
+pub fn read_instruction() -> ReadInstruction {
+    Arc::new(|_: &str| {
+        let detail = "instructions in words are not supported by this version; give `operations`";
+        Err(FieldError::new("/text", detail))
+    })
+}
+
+/// Predicts places and collisions of an edit, with the settings that its request asks for.
+pub fn predict(_resolved: &Resolved) -> Predict {
+    Arc::new(|_: &SceneRequest, _: &[u8]| Ok(None))
 }
 
 /// The settings of one request; it was checked when it came, but the server may have been configured
