@@ -48,8 +48,8 @@ use serde_json::Value;
 use tokio::sync::Semaphore;
 use tokio_util::sync::CancellationToken;
 
-use scene::{EditOperation, SceneRequest};
 use scene::text_account::TextAccount;
+use scene::{EditOperation, SceneRequest};
 use store::{Store, queue};
 
 use admission::AllowedHosts;

@@ -29,9 +29,11 @@ pub fn read(items: &[Value]) -> Result<Vec<EditOperation>, Vec<FieldError>> {
     }
     if errors.is_empty() {
         let violations = violations(&operations).into_iter();
-        errors.extend(violations.map(|Violation { pointer, detail }| {
-            FieldError::new(format!("/operations{pointer}"), detail)
-        }));
+        errors.extend(
+            violations.map(|Violation { pointer, detail }| {
+                FieldError::new(format!("/operations{pointer}"), detail)
+            }),
+        );
     }
     if errors.is_empty() { Ok(operations) } else { Err(errors) }
 }
@@ -69,7 +71,9 @@ fn first_error(fields: &Map<String, Value>, whole: &serde_json::Error) -> FieldE
             continue;
         }
         let inside = match value {
-            Value::Object(_) if name == "where" => serde_path_to_error::deserialize::<_, EditPlace>(value).err(),
+            Value::Object(_) if name == "where" => {
+                serde_path_to_error::deserialize::<_, EditPlace>(value).err()
+            }
             _ => None,
         };
         return match inside.map(|error| field_error(&error)) {
@@ -95,9 +99,17 @@ mod tests {
             (json!({ "op": "tidy", "x": 1 }), "/x", "is not known here; it must be left out"),
             (json!({ "op": "remove" }), "", "must have `target`"),
             (json!({ "op": "remove", "target": 5 }), "/target", "must be a string, not 5"),
-            (json!({ "op": "remove", "target": "a", "a/b": 1 }), "/a~1b", "is not known here; the name must be "),
+            (
+                json!({ "op": "remove", "target": "a", "a/b": 1 }),
+                "/a~1b",
+                "is not known here; the name must be ",
+            ),
             (json!({ "op": "stack", "targets": ["a", 1] }), "/targets", "must be a string, not 1"),
-            (json!({ "op": "add", "object": "a", "count": -1 }), "/count", "must be a whole number from 0 to "),
+            (
+                json!({ "op": "add", "object": "a", "count": -1 }),
+                "/count",
+                "must be a whole number from 0 to ",
+            ),
             (json!({ "op": "move", "target": "a" }), "", "must have `where`"),
             (
                 json!({ "op": "move", "target": "a", "where": { "relation": "beside" } }),
@@ -114,8 +126,16 @@ mod tests {
                 "/where/x",
                 "is not known here; the name must be ",
             ),
-            (json!({ "op": "move", "target": "a", "where": "there" }), "/where", "must be an object, not \"there\""),
-            (json!({ "op": "move", "target": "a", "where": {} }), "/where", "give `relation` or `position_m`"),
+            (
+                json!({ "op": "move", "target": "a", "where": "there" }),
+                "/where",
+                "must be an object, not \"there\"",
+            ),
+            (
+                json!({ "op": "move", "target": "a", "where": {} }),
+                "/where",
+                "give `relation` or `position_m`",
+            ),
         ] {
             let fine = json!({ "op": "tidy" });
             let errors = read(&[fine, item.clone()]).expect_err("is refused");

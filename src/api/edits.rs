@@ -81,7 +81,7 @@ pub async fn submit(
         let document = json!({ "valid": true, "request": submission.request, "prediction": prediction });
         return Ok(Json(document).into_response());
     }
-    enqueue(&api, Submission { parent_id: Some(scene_id), ..submission }, delivery).await
+    enqueue(&api, submission.child_of(scene_id), delivery).await
 }
 
 /// What the edit will do, without a job; one archive in memory for each of a few requests at a time.

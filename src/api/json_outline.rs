@@ -18,8 +18,15 @@ const MAX_DEPTH: usize = 8;
 const MAX_VALUES: usize = 3000;
 
 /// Where an object must not be a list. A star stands for the index of an item.
-const OBJECTS: [&str; 7] =
-    ["", "/image", "/options", "/options/table", "/options/metric_anchor", "/operations/*", "/operations/*/where"];
+const OBJECTS: [&str; 7] = [
+    "",
+    "/image",
+    "/options",
+    "/options/table",
+    "/options/metric_anchor",
+    "/operations/*",
+    "/operations/*/where",
+];
 
 /// Checks a body.
 ///

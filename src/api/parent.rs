@@ -27,7 +27,8 @@ impl ParentBundle {
     pub(super) async fn of(api: &Api, scene: &SceneRow, allow_quarantined: bool) -> Result<Self, Problem> {
         check_state(scene, allow_quarantined)?;
         let Some(archive) = api.store.archive(&DEFAULT_TENANT, &scene.id, "all").await? else {
-            let detail = "the bundle of this quarantined scene was removed after its time; submit the scene again";
+            let detail =
+                "the bundle of this quarantined scene was removed after its time; submit the scene again";
             return Err(Problem::new(ProblemType::Gone, "bundle_removed", detail));
         };
         let start = 0..archive.size.min(MAX_HEADER_BYTES);

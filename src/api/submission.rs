@@ -80,6 +80,12 @@ impl Submission {
         Schedule { priority, not_before_ms, deadline_ms, ..Schedule::usual(queue.clone()) }
     }
 
+    /// The same as a scene made from `parent`, which is part of its content.
+    pub fn child_of(self, parent: SceneId) -> Self {
+        let body_digest = Digest::of(format!("{parent} {}", self.body_digest).as_bytes());
+        Self { parent_id: Some(parent), body_digest, ..self }
+    }
+
     /// Stores the image and the archive, if there are any, and returns the row to insert. `default_budget_usd` applies
     /// to requests without a budget.
     ///

@@ -17,7 +17,8 @@ async fn finished(server: &Server) -> String {
 async fn edited(server: &Server, parent: &str, target: &str) -> String {
     let body = json!({ "operations": [{ "op": "remove", "target": target }] });
     let headers = [("content-type", "application/json"), ("prefer", "wait=20")];
-    let reply = server.call(Method::POST, &format!("/scenes/{parent}/edits"), &headers, body.to_string()).await;
+    let reply =
+        server.call(Method::POST, &format!("/scenes/{parent}/edits"), &headers, body.to_string()).await;
     assert_eq!(reply.status, 200, "{reply:?}");
     assert_eq!(reply.json()["state"], "ready", "{reply:?}");
     reply.json()["id"].as_str().unwrap().to_owned()
@@ -61,11 +62,15 @@ async fn an_edit_becomes_a_scene_with_a_parent() {
     assert_eq!(input["parent"], "5ce9e");
     let bundle = server.get(&format!("/scenes/{parent}/bundle")).await;
     assert_eq!(bundle.header("etag").trim_matches('"'), input["bundle_sha256"].as_str().unwrap());
-    assert_eq!(scene["request"]["options"], json!({ "budget_usd": 0.5, "set": { "decompose.max_hulls": "24" } }));
+    assert_eq!(
+        scene["request"]["options"],
+        json!({ "budget_usd": 0.5, "set": { "decompose.max_hulls": "24" } })
+    );
     server.job_is(scene["job"]["id"].as_str().unwrap(), "succeeded").await;
 
     let children = server.get(&format!("/scenes?parent={parent}")).await.json();
-    let children: Vec<&Value> = children["scenes"].as_array().unwrap().iter().map(|scene| &scene["id"]).collect();
+    let children: Vec<&Value> =
+        children["scenes"].as_array().unwrap().iter().map(|scene| &scene["id"]).collect();
     assert_eq!(children, [&json!(id)]);
 }
 
@@ -130,7 +135,9 @@ async fn bad_edits_are_refused_with_pointers_and_nothing_is_enqueued() {
             "/operations/1/where/target",
         ),
         (
-            operations(json!({ "op": "move", "target": "a", "where": { "distance_m": "far", "relation": "at_left" } })),
+            operations(
+                json!({ "op": "move", "target": "a", "where": { "distance_m": "far", "relation": "at_left" } }),
+            ),
             "/operations/1/where/distance_m",
         ),
         (operations(json!({ "op": "add", "object": "a", "where": ["on"] })), "/operations/1/where"),
@@ -145,13 +152,17 @@ async fn bad_edits_are_refused_with_pointers_and_nothing_is_enqueued() {
         (with("options", json!([])), "/options"),
         (with("options", json!({ "budget_usd": -1 })), "/options/budget_usd"),
         (with("options", json!({ "max_objects": 5 })), "/options/max_objects"),
-        (with("options", json!({ "set": { "decompose.max_hulls": "0" } })), "/options/set/decompose.max_hulls"),
+        (
+            with("options", json!({ "set": { "decompose.max_hulls": "0" } })),
+            "/options/set/decompose.max_hulls",
+        ),
         (with("priority", json!(101)), "/priority"),
         (with("deadline", json!("2001-01-01T00:00:00Z")), "/deadline"),
         (with("image", json!({ "base64": "" })), "/image"),
     ] {
         let shown: String = body.to_string().chars().take(100).collect();
-        for path in [format!("/scenes/{parent}/edits"), format!("/scenes/{parent}/edits?validate_only=true")] {
+        for path in [format!("/scenes/{parent}/edits"), format!("/scenes/{parent}/edits?validate_only=true")]
+        {
             let reply = server.post(&path, body.clone()).await;
             assert_eq!(reply.problem(), (422, "invalid_body".into()), "{shown}: {reply:?}");
             let errors = reply.json()["errors"].clone();
@@ -163,7 +174,8 @@ async fn bad_edits_are_refused_with_pointers_and_nothing_is_enqueued() {
     let path = format!("/scenes/{parent}/edits");
     let form = server.call(Method::POST, &path, &[("content-type", "text/plain")], "tidy").await;
     assert_eq!(form.problem(), (415, "body_format".into()));
-    let cut = server.call(Method::POST, &path, &[("content-type", "application/json")], "{\"operations\": [").await;
+    let cut =
+        server.call(Method::POST, &path, &[("content-type", "application/json")], "{\"operations\": [").await;
     assert_eq!(cut.problem(), (400, "malformed_json".into()));
     assert_eq!(scene_count(&server).await, 1);
 }
@@ -227,5 +239,8 @@ async fn a_lineage_leads_to_the_first_scene_and_to_the_children() {
     let lineage = server.get(&format!("/scenes/{second}/lineage")).await.json();
     assert_eq!((ids(&lineage["ancestors"]), ids(&lineage["children"])), (vec![first.clone()], vec![third]));
     assert_eq!(lineage["ancestors"][0]["state"], "deleted");
-    assert_eq!(server.get(&format!("/scenes/{first}/lineage")).await.problem(), (410, "scene_deleted".into()));
+    assert_eq!(
+        server.get(&format!("/scenes/{first}/lineage")).await.problem(),
+        (410, "scene_deleted".into())
+    );
 }
