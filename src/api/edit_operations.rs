@@ -1,7 +1,7 @@
 //! Operations of an edit out of JSON, with a pointer to every field that is wrong.
 //!
-//! Serde reads an enum with a tag in one piece and reports no place inside. Where that fails, the fields are read one by
-//! one.
+//! Serde reads an enum with a tag in one piece and reports no place inside. Where that fails, the fields are read one
+//! by one.
 
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
