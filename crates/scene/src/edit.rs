@@ -3,6 +3,7 @@
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
+use crate::InstanceId;
 use crate::description::RelationKind;
 use crate::validation::{Violation, Violations};
 
@@ -87,7 +88,7 @@ pub enum EditOperation {
     },
 }
 
-/// A place: a relation to another object or to the table, or coordinates.
+/// A place: a relation to another object or to the table, coordinates, or a displacement.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct EditPlace {
@@ -107,6 +108,9 @@ pub struct EditPlace {
     /// Center of the object on the table top, from its center: x to the right, y to the back, meters.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub position_m: Option<DVec2>,
+    /// Displacement from where a moved object is: x to the right, y to the back, meters.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub offset_m: Option<DVec2>,
     /// Rotation about the vertical axis; 0 faces the front edge. Chosen where it is absent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub yaw_rad: Option<f64>,
@@ -126,11 +130,10 @@ impl EditPlace {
     fn violations(&self) -> Vec<Violation> {
         use RelationKind::{Around, Between, Facing, In, ParallelTo, StackedOn};
         let mut violations = Violations::default();
-        violations.require(
-            self.relation.is_some() != self.position_m.is_some(),
-            "",
-            "give `relation` or `position_m`, one of them",
-        );
+        let given = usize::from(self.relation.is_some())
+            + usize::from(self.position_m.is_some())
+            + usize::from(self.offset_m.is_some());
+        violations.require(given == 1, "", "give one of `relation`, `position_m` and `offset_m`");
         if let Some(relation) = self.relation {
             let supported = !matches!(relation, Around | Facing | ParallelTo | StackedOn);
             violations.require(supported, "/relation", "is no place; give on, in, left_of, ... or a region");
@@ -155,6 +158,8 @@ impl EditPlace {
         violations.require(distance, "/distance_m", "must be from 0 to 5 meters");
         let position = self.position_m.is_none_or(|at| at.is_finite() && at.abs().max_element() <= 5.0);
         violations.require(position, "/position_m", "must be within 5 meters of the center of the table");
+        let offset = self.offset_m.is_none_or(|by| by.is_finite() && by.abs().max_element() <= 5.0);
+        violations.require(offset, "/offset_m", "must be up to 5 meters");
         violations.require(is_angle(self.yaw_rad), "/yaw_rad", ANGLE);
         violations.into_vec()
     }
@@ -225,6 +230,8 @@ impl EditOperation {
                 let range = (1..=MAX_ADDED).contains(count);
                 violations.require(range, "/count", format!("must be from 1 to {MAX_ADDED}"));
                 violations.extend("/where", place.as_ref().map_or(Vec::new(), EditPlace::violations));
+                let is_displaced = place.as_ref().is_some_and(|place| place.offset_m.is_some());
+                violations.require(!is_displaced, "/where/offset_m", "needs an object that is on the table");
             }
             Self::Move { place, .. } => violations.extend("/where", place.violations()),
             Self::Rotate { by_rad, to_rad, facing, .. } => {
@@ -237,7 +244,11 @@ impl EditOperation {
             }
             Self::Resize { factor, .. } => {
                 let range = (1.0 / MAX_RESIZE..=MAX_RESIZE).contains(factor);
-                violations.require(range, "/factor", format!("must be from {} to {MAX_RESIZE}", 1.0 / MAX_RESIZE));
+                violations.require(
+                    range,
+                    "/factor",
+                    format!("must be from {} to {MAX_RESIZE}", 1.0 / MAX_RESIZE),
+                );
             }
             Self::Recolor { color, material, .. } | Self::RestyleTable { color, material } => {
                 let any = color.is_some() || material.is_some();
@@ -255,6 +266,39 @@ impl EditOperation {
         }
         violations.into_vec()
     }
+}
+
+/// What an edit did: part of `scene.json`, the report, and what the API shows of the scene.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct EditAccount {
+    /// Id of the parent in its `scene.json`.
+    pub parent: String,
+    /// One entry per operation, in order.
+    pub operations: Vec<OperationResult>,
+    /// Objects that no operation names and that moved nevertheless. All others have exactly the parent's poses.
+    pub moved: Vec<MovedObject>,
+}
+
+/// The result of one operation.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct OperationResult {
+    /// [`EditOperation::name`].
+    pub op: String,
+    /// The objects it acted on, by their names in the new scene; removed ones by their names in the parent.
+    pub objects: Vec<InstanceId>,
+    /// What was done, in one sentence.
+    pub sentence: String,
+}
+
+/// A movement that no operation asked for.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MovedObject {
+    pub name: InstanceId,
+    /// Of its origin.
+    pub distance_m: f64,
+    pub angle_rad: f64,
+    /// Why it had to move.
+    pub cause: String,
 }
 
 /// Every violation of a list of operations, with JSON pointers relative to the list.
@@ -282,6 +326,7 @@ mod tests {
             r#"{"op":"add","object":"a spoon","where":{"relation":"in","target":"mug_1"}}"#,
             r#"{"op":"remove","target":"the desk lamp"}"#,
             r#"{"op":"move","target":"mug_1","where":{"position_m":[0.1,-0.2],"yaw_rad":1.5}}"#,
+            r#"{"op":"move","target":"mug_1","where":{"offset_m":[-0.1,0.0]}}"#,
             r#"{"op":"rotate","target":"mug_1","by_rad":0.5}"#,
             r#"{"op":"stack","targets":["the books"]}"#,
             r#"{"op":"tidy"}"#,
@@ -309,6 +354,12 @@ mod tests {
                 r#"{"op":"move","target":"a","where":{"relation":"between","target":"b"}}"#,
                 vec!["/0/where/second_target"],
             ),
+            (
+                r#"{"op":"move","target":"a","where":{"offset_m":[0.1,0],"relation":"at_left"}}"#,
+                vec!["/0/where"],
+            ),
+            (r#"{"op":"move","target":"a","where":{"offset_m":[9,0]}}"#, vec!["/0/where/offset_m"]),
+            (r#"{"op":"add","object":"a","where":{"offset_m":[0.1,0]}}"#, vec!["/0/where/offset_m"]),
             (r#"{"op":"rotate","target":"a"}"#, vec!["/0"]),
             (r#"{"op":"resize","target":"a","factor":9}"#, vec!["/0/factor"]),
             (r#"{"op":"recolor","target":"a"}"#, vec!["/0"]),

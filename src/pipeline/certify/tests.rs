@@ -240,11 +240,11 @@ impl Planted {
     }
 
     fn physical(&mut self, body: usize) -> &mut PhysicalProperties {
-        &mut self.inputs.bodies[body].resolved.physical
+        &mut self.inputs.composition.bodies[body].resolved.physical
     }
 
     fn settled(&mut self, body: usize) -> &mut Pose {
-        &mut self.inputs.bodies[body].resolved.settled
+        &mut self.inputs.composition.bodies[body].resolved.settled
     }
 }
 
@@ -281,7 +281,7 @@ fn image_similarity_is_reported_per_object() {
 #[test]
 fn displacement_is_reported_by_cause() {
     let planted = Planted::with(|planted| {
-        let resolved = &mut planted.inputs.bodies[1].resolved;
+        let resolved = &mut planted.inputs.composition.bodies[1].resolved;
         resolved.aligned.translation_m.x += 0.004;
         resolved.planned.translation_m.z += 0.001;
         resolved.planned.rotation = DQuat::from_rotation_z(0.1) * resolved.planned.rotation;
@@ -316,7 +316,7 @@ fn a_hull_that_leaves_a_part_out_is_a_missing_collider() {
         planted.loaded[1].hulls[0].points.iter_mut().for_each(|p| p.x = p.x.min(0.0));
     });
     assert!(planted.codes().contains(&ReasonCode::MissingCollider));
-    let planted = Planted::with(|planted| planted.inputs.bodies[1].hull_excess_m = 0.06);
+    let planted = Planted::with(|planted| planted.inputs.composition.bodies[1].hull_excess_m = 0.06);
     assert_eq!(planted.codes(), [ReasonCode::ProtrudingCollider]);
 }
 
@@ -335,13 +335,13 @@ fn hulls_that_fill_a_cup_are_detected_by_its_openings() {
     let (_, cup) = body("cup", cup, Pose::IDENTITY);
     let (_, fit) =
         decompose_and_fit(&cup.mesh, &section("decompose"), &CancelFlag::default()).expect("a cup");
-    let planted = Planted::with(|planted| planted.inputs.bodies[1].hull_fit = fit);
+    let planted = Planted::with(|planted| planted.inputs.composition.bodies[1].hull_fit = fit);
     let certificate = planted.certificate().expect("it can be measured");
     assert_eq!((certificate.verdict, certificate.bodies[1].hull_fit), (Verdict::Pass, fit));
     // One hull to a cup: what a simulator makes of a body for which nothing else is said.
     let coarse = DecomposeSettings { max_hulls: 1, joined_excess_m: 1.0, ..section("decompose") };
     let (_, filled) = decompose_and_fit(&cup.mesh, &coarse, &CancelFlag::default()).expect("a cup");
-    let planted = Planted::with(|planted| planted.inputs.bodies[1].hull_fit = filled);
+    let planted = Planted::with(|planted| planted.inputs.composition.bodies[1].hull_fit = filled);
     assert_eq!(planted.codes(), [ReasonCode::ClosedOpening], "{filled:?}");
 }
 

@@ -8,7 +8,8 @@ use std::sync::Arc;
 
 use glam::DQuat;
 
-use super::{BodyParts, Inputs};
+use super::Inputs;
+use crate::pipeline::composition::BodyParts;
 use crate::pipeline::error::StageError;
 use crate::pipeline::resolve::Loaded;
 use geometry::Pose;
@@ -33,7 +34,7 @@ pub(super) fn in_upright_frames(
     }
     let mut inputs = (*inputs).clone();
     for (body, tipped_from_upright) in tipped {
-        turn_upright(&mut inputs.bodies[body], &mut loaded[body], tipped_from_upright)?;
+        turn_upright(&mut inputs.composition.bodies[body], &mut loaded[body], tipped_from_upright)?;
     }
     Ok((Arc::new(inputs), loaded))
 }
@@ -91,14 +92,14 @@ mod tests {
         // 0.16 m tall when upright; it lies with its top toward +x.
         let at = Pose::upright(DVec3::new(0.1, 0.2, 0.0), 0.4);
         let (parts, geometry) = body("cube_2", block(DVec3::new(0.16, 0.06, 0.05)), at);
-        (planted.inputs.bodies[2], planted.loaded[2]) = (parts, geometry);
-        let mut recognition = (*planted.inputs.recognition).clone();
+        (planted.inputs.composition.bodies[2], planted.loaded[2]) = (parts, geometry);
+        let mut recognition = (*planted.inputs.composition.recognition).clone();
         recognition.objects[1].tipped = Some(TippedPose {
             pose: RequestedPose::LyingOnSide,
             upright_size_m: DVec3::new(0.05, 0.06, 0.16),
             tipped_from_upright: DQuat::from_rotation_y(FRAC_PI_2),
         });
-        planted.inputs.recognition = Arc::new(recognition);
+        planted.inputs.composition.recognition = Arc::new(recognition);
         let before = planted.inputs.clone();
         let corners_before = corners(&planted.loaded[2], &before.bodies[2]);
         let (after, loaded) = in_upright_frames(Arc::new(planted.inputs), planted.loaded).expect("a solid");
