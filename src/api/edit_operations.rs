@@ -134,7 +134,7 @@ mod tests {
             (
                 json!({ "op": "move", "target": "a", "where": {} }),
                 "/where",
-                "give `relation` or `position_m`",
+                "give one of `relation`, `position_m` and `offset_m`",
             ),
         ] {
             let fine = json!({ "op": "tidy" });

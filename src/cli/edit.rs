@@ -1,7 +1,6 @@
 //! `edit`: a new scene from a bundle, by operations or by an instruction in words, by the server's code path.
 
-mod sentences;
-
+use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use clap::{ArgGroup, Args};
@@ -16,7 +15,7 @@ use crate::api::parent::ParentBundle;
 use crate::api::submission::Submission;
 use crate::app;
 use crate::app::config::Resolved;
-use scene::{EditOperation, Input};
+use scene::edit::EditAccount;
 use store::Digest;
 
 /// Arguments of `edit`.
@@ -71,17 +70,14 @@ fn edit(mut arguments: Arguments) -> Result<Exit, Failure> {
     if arguments.dry_run {
         return predict(&resolved, &submission, &archive);
     }
-    let operations = operations_of(&submission);
     let submission = Submission { bundle: Some(archive.into()), ..submission };
     let made = arguments.job.run(&resolved, submission)?;
-    if arguments.job.json {
-        let mut document = made.outcome.document(made.total_ms);
-        document["operations"] = json!(operations);
-        terminal::print(&format!("{document:#}\n"));
-    } else {
-        terminal::print(&certificate::table(&made.outcome, made.total_ms));
-        for (index, operation) in operations.iter().enumerate() {
-            terminal::print(&format!("  {:>2}. {}\n", index + 1, sentences::sentence(operation)));
+    match arguments.job.json {
+        true => terminal::print(&format!("{:#}\n", made.outcome.document(made.total_ms))),
+        false => {
+            terminal::print(&certificate::table(&made.outcome, made.total_ms));
+            let account = serde_json::from_value::<EditAccount>(made.outcome.summary["edit"].clone());
+            terminal::print(&account.map(|account| lines(&account)).unwrap_or_default());
         }
     }
     Ok(made.exit())
@@ -96,11 +92,22 @@ fn predict(resolved: &Resolved, submission: &Submission, archive: &[u8]) -> Resu
     Ok(Exit::Success)
 }
 
-fn operations_of(submission: &Submission) -> Vec<EditOperation> {
-    match &submission.request.input {
-        Input::Edit { operations, .. } => operations.clone(),
-        Input::Text { .. } | Input::Image { .. } => Vec::new(),
+/// One line for each operation, and for each object that moved although no operation names it.
+fn lines(account: &EditAccount) -> String {
+    let mut text = String::new();
+    for (index, operation) in account.operations.iter().enumerate() {
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "  {:>2}. {}", index + 1, operation.sentence);
     }
+    for moved in &account.moved {
+        let (distance_mm, turn_deg) = (moved.distance_m * 1000.0, moved.angle_rad.to_degrees());
+        let _ = writeln!(
+            text,
+            "  {} moved {distance_mm:.2} mm and turned {turn_deg:.1}°: {}",
+            moved.name, moved.cause
+        );
+    }
+    text
 }
 
 /// The items of a list of operations, or of `operations` in an object, as JSON or in a file.
@@ -128,6 +135,22 @@ fn read_operations(argument: &str) -> Result<Vec<Value>, Failure> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn each_operation_and_each_moved_object_has_a_line() {
+        let account: EditAccount = serde_json::from_value(json!({
+            "parent": "0a1b",
+            "operations": [
+                { "op": "move", "objects": ["bowl_1"], "sentence": "bowl_1 is at the back" },
+                { "op": "tidy", "objects": [], "sentence": "nothing to tidy" },
+            ],
+            "moved": [{ "name": "apple_1", "distance_m": 0.1, "angle_rad": 0.5, "cause": "it lies in bowl_1" }],
+        }))
+        .expect("an account");
+        let expected = "   1. bowl_1 is at the back\n   2. nothing to tidy\n  \
+                        apple_1 moved 100.00 mm and turned 28.6°: it lies in bowl_1\n";
+        assert_eq!(lines(&account), expected);
+    }
 
     #[test]
     fn operations_come_as_json_or_from_a_file() {

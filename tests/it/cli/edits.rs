@@ -99,7 +99,7 @@ fn an_edit_that_will_not_do_is_refused_before_the_work() {
         ),
         (
             edit(&["mug", "--operations", "[{\"op\": \"add\", \"object\": \"a\", \"where\": {}}]"]),
-            "--operations/0/where give `relation` or `position_m`",
+            "--operations/0/where give one of `relation`",
         ),
         (edit(&["mug", "--text", "  "]), "--text is empty"),
         (edit(&["mug", "--text", "qwrtz zorgle"]), "--text"),
