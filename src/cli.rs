@@ -7,7 +7,11 @@ pub mod exit;
 pub mod options;
 pub mod terminal;
 pub mod signals;
+pub mod local_job;
 pub mod generate;
+pub mod bundle_input;
+pub mod edit;
+pub mod diff;
 pub mod parse;
 pub mod progress;
 pub mod output_dir;
@@ -42,6 +46,10 @@ struct Cli {
 enum Command {
     /// Make one scene here and now, without a server.
     Generate(generate::Arguments),
+    /// Make a scene from a finished one, by operations or by an instruction in words.
+    Edit(edit::Arguments),
+    /// Show what differs between the scenes of two bundles.
+    Diff(diff::Arguments),
     /// Show what a text is understood as, without making a scene.
     Parse(parse::Arguments),
     /// Run the job server.
@@ -66,6 +74,8 @@ enum Command {
 pub fn main() -> ExitCode {
     run(Cli::try_parse(), |cli| match cli.command {
         Command::Generate(arguments) => generate::run(arguments),
+        Command::Edit(arguments) => edit::run(arguments),
+        Command::Diff(arguments) => diff::run(arguments),
         Command::Parse(arguments) => parse::run(arguments),
         Command::Serve(arguments) => serve::run(arguments),
         Command::Worker(arguments) => worker::run(arguments),

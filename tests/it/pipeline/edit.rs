@@ -64,6 +64,32 @@ fn an_edit_does_what_it_states_and_leaves_every_other_object_exactly_in_place() 
     assert_eq!(after["request"]["input"]["kind"], "edit");
     assert_ne!(after["id"], before["id"]);
 
+    // The prediction of a part that needs no new object is what the edit did.
+    let predicted = tabletopgen(folder, &[&edit[..], &["--dry-run"]].concat());
+    let predicted: Value = serde_json::from_slice(&predicted.stdout).expect("is JSON");
+    assert_eq!(predicted["prediction"]["undetermined"], json!([1]), "{predicted}");
+    let ops = predicted["prediction"]["operations"].as_array().unwrap().iter().map(|done| &done["op"]);
+    assert_eq!(ops.collect::<Vec<_>>(), ["move", "remove", "recolor"]);
+    let difference = tabletopgen(folder, &["diff", "parent", "child", "--json"]);
+    assert_eq!(difference.status.code(), Some(1));
+    let difference: Value = serde_json::from_slice(&difference.stdout).expect("is JSON");
+    let difference = &difference["difference"];
+    assert_eq!(
+        (&difference["added"][0]["name"], &difference["removed"][0]["name"]),
+        (&json!("spoon_1"), &json!("book_3"))
+    );
+    let properties = |name: &str| -> Vec<&Value> {
+        let changed =
+            difference["changed"].as_array().unwrap().iter().filter(|object| object["name"] == name);
+        changed
+            .flat_map(|object| object["changes"].as_array().unwrap())
+            .map(|change| &change["property"])
+            .collect()
+    };
+    assert!(properties("mug_1").contains(&&json!("pose")), "{difference}");
+    assert!(properties("bowl_1").contains(&&json!("color")), "{difference}");
+    assert_eq!(properties("laptop_1"), [] as [&Value; 0]);
+
     // The same edit gives the same bytes, and its scene can be edited again.
     made(folder, &[&edit[..], &["--out", "again"]].concat());
     let manifest = |bundle: &str| std::fs::read(folder.join(bundle).join("manifest.json")).unwrap();
