@@ -27,9 +27,11 @@ use scene::{EditOperation, Input, SceneRequest};
 use store::Digest;
 use store::artifacts::BuiltScene;
 
-/// The stages of an edit in order. Those between `parent` and `edit` run for added objects only.
-pub const STAGES: [&str; 13] = [
+/// The stages of an edit in order. Those between `parent` and `edit` run for added objects only, `theme` for
+/// clutter.
+pub const STAGES: [&str; 14] = [
     "parent",
+    "theme",
     "reference",
     "recognize",
     "segment",

@@ -4,20 +4,25 @@ use glam::{DQuat, DVec2, DVec3};
 use serde::de::DeserializeOwned;
 
 use super::*;
+use crate::pipeline::resolve::ResolvedBody;
+use crate::pipeline::rotate;
 use catalog::PhysicalProperties;
 use export::Images;
 use geometry::convex_hull::convex_hull;
-use geometry::decompose::{DecomposeSettings, decompose_and_fit};
+use geometry::decompose::{DecomposeSettings, HullFit, decompose_and_fit};
 use geometry::mass_properties::solid_mass_properties;
+use geometry::repair::Repair;
 use geometry::rotational_symmetry::RotationalSymmetry;
 use geometry::solid_query::MeshSolid;
-use geometry::{Camera, Friction, Material, Pose, Rgb, Solid, TexturedMesh, shapes};
+use geometry::{Camera, Friction, Material, Outline, Pose, Rgb, Solid, TexturedMesh, shapes};
 use imaging::Mask;
 use runtime::CancelFlag;
 use scene::certificate::{Certificate, ReasonCode};
 use scene::recognition::{CameraKnowledge, RecognizedTable, StandsOn};
 use scene::request::RequestOptions;
-use scene::{Input, InstanceId, RecognizedObject, ReconstructionMethod, TableShape};
+use scene::{
+    Input, InstanceId, InstanceMask, RecognizedObject, Recognition, ReconstructionMethod, SupportTree, Supporter, TableShape,
+};
 use vision::image_similarity::{MismatchRegion, MismatchRegions, ObjectSimilarity, SceneSimilarity};
 
 /// A section of the built-in settings.
@@ -167,29 +172,32 @@ pub(super) fn sound() -> Planted {
                 settings: serde_json::Value::Null,
             },
         },
-        image: artifact("picture"),
-        recognition: Arc::new(Recognition {
-            camera,
-            camera_is: CameraKnowledge::Known,
-            table,
-            objects: ids.iter().map(object).collect(),
-        }),
-        masks: ids.iter().map(|id| InstanceMask { id: id.clone(), visible: Mask::empty(64, 48) }).collect(),
-        bodies,
-        supports: SupportTree::new(vec![Supporter::TABLE; 2]).expect("a tree"),
-        table: place::PlacedTable {
-            mesh: artifact("table"),
-            hulls: artifact("hulls"),
-            outline_m: Outline::new(shapes::rectangle(1.0, 1.0)).expect("a square"),
-            size_m: DVec3::new(1.0, 1.0, 0.03),
-            rescaled: false,
+        composition: Composition {
+            image: artifact("picture"),
+            recognition: Arc::new(Recognition {
+                camera,
+                camera_is: CameraKnowledge::Known,
+                table,
+                objects: ids.iter().map(object).collect(),
+            }),
+            masks: ids.iter().map(|id| InstanceMask { id: id.clone(), visible: Mask::empty(64, 48) }).collect(),
+            bodies,
+            supports: SupportTree::new(vec![Supporter::TABLE; 2]).expect("a tree"),
+            table: place::PlacedTable {
+                mesh: artifact("table"),
+                hulls: artifact("hulls"),
+                outline_m: Outline::new(shapes::rectangle(1.0, 1.0)).expect("a square"),
+                size_m: DVec3::new(1.0, 1.0, 0.03),
+                rescaled: false,
+            },
+            yaws: vec![yaw.clone(), yaw],
+            methods: vec![ReconstructionMethod::Box; 2],
+            top_view: artifact("top"),
+            scale_error: None,
+            resolve: ResolveFinding { rounds: 1, log: Vec::new(), gave_way: Vec::new() },
+            account: None,
+            edit: None,
         },
-        yaws: vec![yaw.clone(), yaw],
-        methods: vec![ReconstructionMethod::Box; 2],
-        top_view: artifact("top"),
-        scale_error: None,
-        resolve: ResolveFinding { rounds: 1, log: Vec::new(), gave_way: Vec::new() },
-        account: None,
         certify: section("certify"),
         settle: section("settle"),
         fidelity: section("fidelity"),

@@ -102,22 +102,22 @@ mod tests {
         });
         planted.inputs.composition.recognition = Arc::new(recognition);
         let before = planted.inputs.clone();
-        let corners_before = corners(&planted.loaded[2], &before.bodies[2]);
+        let corners_before = corners(&planted.loaded[2], &before.composition.bodies[2]);
         let (after, loaded) = in_upright_frames(Arc::new(planted.inputs), planted.loaded).expect("a solid");
 
-        let (resolved, geometry) = (&after.bodies[2].resolved, &loaded[2]);
+        let (resolved, geometry) = (&after.composition.bodies[2].resolved, &loaded[2]);
         let size_m = geometry.mesh.size_m();
         assert!((size_m - DVec3::new(0.05, 0.06, 0.16)).abs().max_element() < 1e-6, "{size_m}");
         let top = resolved.settled.rotation * DVec3::Z;
         assert!(top.z.abs() < 1e-9 && (top.truncate().to_angle() - 0.4).abs() < 1e-9, "{top}");
         // Nothing moves in the world: mesh, hulls, center of mass and principal moments along its axes.
-        for (a, b) in corners(geometry, &after.bodies[2]).iter().zip(&corners_before) {
+        for (a, b) in corners(geometry, &after.composition.bodies[2]).iter().zip(&corners_before) {
             assert!(a.distance(*b) < 1e-7, "{a} {b}");
         }
         let center = |body: &BodyParts| {
             body.resolved.settled.transform_point(body.resolved.physical.mass.center_of_mass_m)
         };
-        assert!(center(&after.bodies[2]).distance(center(&before.bodies[2])) < 1e-9);
+        assert!(center(&after.composition.bodies[2]).distance(center(&before.composition.bodies[2])) < 1e-9);
         let longest = |body: &BodyParts| {
             let mass = body.resolved.physical.mass;
             let axes = [DVec3::X, DVec3::Y, DVec3::Z];
@@ -125,9 +125,9 @@ mod tests {
             let smallest = (0..3).min_by(|&a, &b| moments[a].total_cmp(&moments[b])).expect("three");
             body.resolved.settled.rotation * (mass.principal_axes_xyzw * axes[smallest])
         };
-        assert!(longest(&after.bodies[2]).dot(longest(&before.bodies[2])).abs() > 1.0 - 1e-9);
+        assert!(longest(&after.composition.bodies[2]).dot(longest(&before.composition.bodies[2])).abs() > 1.0 - 1e-9);
         let low = geometry.hulls[0].points.iter().map(|p| p.z).fold(f64::INFINITY, f64::min);
         assert!(low.abs() < 1e-6, "{low}");
-        assert_eq!(after.bodies[1].resolved.settled, before.bodies[1].resolved.settled);
+        assert_eq!(after.composition.bodies[1].resolved.settled, before.composition.bodies[1].resolved.settled);
     }
 }

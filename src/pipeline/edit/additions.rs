@@ -1,19 +1,21 @@
 //! Objects that operations add: made by the ordinary stages from a text that lists only them, without a layout.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use serde::Serialize;
 
 use super::{Additions, refused};
-use crate::pipeline::checkpoint::Checkpoints;
+use crate::pipeline::checkpoint::{Checkpoints, Stage};
 use crate::pipeline::composition::Composition;
 use crate::pipeline::error::StageError;
 use crate::pipeline::resources::StageResources;
 use crate::pipeline::{
-    PreparedObjects, Settings, canonicalize, decompose, prepare_objects_with, reconstruct, rotate,
+    Context, PreparedObjects, Settings, canonicalize, decompose, prepare_objects_with, reconstruct, rotate,
 };
+use ports::Adapter;
 use runtime::seed::child_seed;
-use scene::request::{OnUnknown, RequestOptions};
+use scene::request::{MAX_SEED, OnUnknown, RequestOptions};
 use scene::text_account::TextMeaning;
 use scene::{EditOperation, Input, InstanceId, RecognizedObject, SceneRequest};
 
@@ -48,46 +50,80 @@ pub(super) async fn make(
     stages: &Checkpoints<StageResources>,
     settings: &Arc<Settings>,
 ) -> Result<Additions, StageError> {
+    let themes = themes(request, operations, parent, stages).await?;
+    let (text, lines) = listed(operations, &themes);
     let mut additions = Additions::new();
-    let (text, lines) = listed(operations);
     if !lines.is_empty() {
-        let objects = prepare_objects_with(asked(request, "add", text), stages.clone(), settings.clone()).await?;
+        let objects = prepare_objects_with(asked(request, text), stages.clone(), settings.clone()).await?;
         for line in lines {
             let made = of_line(&objects, &line, &operations[line.index])?;
             additions.insert(line.index, made);
         }
     }
-    for (index, operation) in operations.iter().enumerate() {
-        let EditOperation::Clutter { count, theme } = operation else { continue };
-        let theme = theme.clone().unwrap_or_else(|| theme_of(parent));
-        let mut cluttered = asked(request, &format!("clutter {index}"), theme);
-        cluttered.options.max_objects = Some(64);
-        let objects = prepare_objects_with(cluttered, stages.clone(), settings.clone()).await?;
-        let count = *count as usize;
-        let mut made: Vec<NewObject> = (0..objects.recognition.objects.len()).map(|k| new(&objects, k)).collect();
-        if made.len() < count {
-            let have = made.len();
-            return Err(refused(index, operation, format!("the theme has {have} objects, not {count}")));
-        }
-        // Small ones, which find room.
-        made.sort_by(|a, b| footprint_m2(a).total_cmp(&footprint_m2(b)));
-        made.truncate(count);
-        additions.insert(index, made);
-    }
     Ok(additions)
 }
 
-fn footprint_m2(object: &NewObject) -> f64 {
-    object.canonical.size_m.x * object.canonical.size_m.y
+/// What a theme puts on a table, for an operation that adds clutter.
+#[derive(Serialize)]
+struct ThemeInputs {
+    theme: String,
+    count: usize,
+    seed: u64,
+    analyst: Adapter,
+}
+
+const THEME: Stage = Stage { name: "theme", version: 1 };
+
+/// Labels of the objects that clutter adds, by index of the operation.
+async fn themes(
+    request: &SceneRequest,
+    operations: &[EditOperation],
+    parent: &Composition,
+    stages: &Checkpoints<StageResources>,
+) -> Result<BTreeMap<usize, Vec<String>>, StageError> {
+    let (mut inputs, mut indices) = (Vec::new(), Vec::new());
+    for (index, operation) in operations.iter().enumerate() {
+        let EditOperation::Clutter { count, theme } = operation else { continue };
+        let id = InstanceId::numbered("clutter", index + 1);
+        let theme = theme.clone().unwrap_or_else(|| theme_of(parent));
+        let seed = child_seed(request.seed, id.as_str()) & MAX_SEED;
+        let analyst = stages.services().ports.analyst.adapter();
+        inputs.push((id, ThemeInputs { theme, count: *count as usize, seed, analyst }));
+        indices.push(index);
+    }
+    if inputs.is_empty() {
+        return Ok(BTreeMap::new());
+    }
+    let found = stages.run_each(THEME, inputs, theme).await?;
+    let mut themes = BTreeMap::new();
+    for (index, labels) in indices.into_iter().zip(found) {
+        let EditOperation::Clutter { count, .. } = &operations[index] else { continue };
+        if labels.len() < *count as usize {
+            let why = format!("the theme has {} objects, not {count}", labels.len());
+            return Err(refused(index, &operations[index], why));
+        }
+        themes.insert(index, labels);
+    }
+    Ok(themes)
+}
+
+/// The smallest objects of a theme, which find room.
+async fn theme(context: Context, inputs: Arc<ThemeInputs>) -> Result<Vec<String>, StageError> {
+    let ports = &context.services().ports;
+    let options = RequestOptions::default();
+    let described = ports.analyst.describe(&context.call(), inputs.theme.clone(), inputs.seed, options).await?;
+    let mut objects = described.objects;
+    objects.sort_by(|a, b| (a.size_m.x * a.size_m.y).total_cmp(&(b.size_m.x * b.size_m.y)));
+    Ok(objects.into_iter().take(inputs.count).map(|object| object.label).collect())
 }
 
 /// A request for objects alone.
-fn asked(request: &SceneRequest, purpose: &str, text: String) -> SceneRequest {
+fn asked(request: &SceneRequest, text: String) -> SceneRequest {
     let options = &request.options;
     SceneRequest {
         version: SceneRequest::VERSION,
         input: Input::Text { text },
-        seed: child_seed(request.seed, purpose) & scene::request::MAX_SEED,
+        seed: child_seed(request.seed, "add") & MAX_SEED,
         options: RequestOptions {
             on_unknown: Some(options.on_unknown.unwrap_or(OnUnknown::StandIn)),
             set: options.set.clone(),
@@ -106,20 +142,25 @@ fn theme_of(parent: &Composition) -> String {
     theme.unwrap_or_else(|| "a cluttered office desk".to_owned())
 }
 
-/// A text with one line per operation that adds objects.
-fn listed(operations: &[EditOperation]) -> (String, Vec<Line>) {
+/// A text that lists the objects of every operation that adds some.
+fn listed(operations: &[EditOperation], themes: &BTreeMap<usize, Vec<String>>) -> (String, Vec<Line>) {
     let (mut text, mut lines) = (String::new(), Vec::new());
     for (index, operation) in operations.iter().enumerate() {
         let (phrase, count) = match operation {
-            EditOperation::Add { object, count, .. } => (object, *count as usize),
-            EditOperation::Replace { object, .. } => (object, 1),
+            EditOperation::Add { object, count, .. } => (counted(object, *count as usize), *count as usize),
+            EditOperation::Replace { object, .. } => (counted(object, 1), 1),
+            EditOperation::Clutter { .. } => {
+                let labels = themes.get(&index).map_or(&[][..], Vec::as_slice);
+                let phrases: Vec<String> = labels.iter().map(|label| counted(label, 1)).collect();
+                (phrases.join(", "), labels.len())
+            }
             _ => continue,
         };
         if !text.is_empty() {
             text.push_str(", ");
         }
         let start = text.len();
-        text.push_str(&counted(phrase, count));
+        text.push_str(&phrase);
         lines.push(Line { index, start, end: text.len(), count });
     }
     (text, lines)
@@ -195,11 +236,13 @@ mod tests {
             read(r#"{"op":"remove","target":"lamp"}"#),
             read(r#"{"op":"add","object":"fork","count":2}"#),
             read(r#"{"op":"replace","target":"mug_1","object":"An apple"}"#),
+            read(r#"{"op":"clutter","count":2}"#),
         ];
-        let (text, lines) = listed(&operations);
-        assert_eq!(text, "one red mug, 2 fork, one apple");
+        let themes = BTreeMap::from([(4, vec!["pen".to_owned(), "stapler".to_owned()])]);
+        let (text, lines) = listed(&operations, &themes);
+        assert_eq!(text, "one red mug, 2 fork, one apple, one pen, one stapler");
         let found: Vec<(usize, &str)> =
             lines.iter().map(|line| (line.index, &text[line.start..line.end])).collect();
-        assert_eq!(found, [(0, "one red mug"), (2, "2 fork"), (3, "one apple")]);
+        assert_eq!(found, [(0, "one red mug"), (2, "2 fork"), (3, "one apple"), (4, "one pen, one stapler")]);
     }
 }
