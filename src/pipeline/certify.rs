@@ -219,13 +219,19 @@ impl Inputs {
 }
 
 pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageError> {
-    let parts = inputs.composition.bodies.iter().map(|body| load(&context, &body.resolved.name, &body.mesh, &body.hulls));
+    let parts = inputs
+        .composition
+        .bodies
+        .iter()
+        .map(|body| load(&context, &body.resolved.name, &body.mesh, &body.hulls));
     let loaded: Vec<Loaded> = futures::future::try_join_all(parts).await?;
     let (inputs, loaded) = context.cpu(move || upright_frame::in_upright_frames(inputs, loaded)).await??;
     let loaded = Arc::new(loaded);
     let reference = artifact_io::image(&context, &inputs.composition.image).await?;
-    let mut drawn =
-        write::StoredImages { reference_png: context.get(&inputs.composition.image).await?, thumbnails: Vec::new() };
+    let mut drawn = write::StoredImages {
+        reference_png: context.get(&inputs.composition.image).await?,
+        thumbnails: Vec::new(),
+    };
     for body in &inputs.composition.bodies {
         drawn.thumbnails.push(match &body.thumbnail {
             Some(thumbnail) => Some(context.get(thumbnail).await?),

@@ -65,13 +65,15 @@ pub async fn edit_scene(
     let identity = SceneIdentity::new(&request, &ports, &settings)?;
     let stages = checkpoints.for_stages(&STAGES, Arc::new(services));
 
-    let bundle = Digest::parse(&bundle_sha256)
-        .map_err(|error| StageError::permanent("parent_unreadable", format!("reading the parent: {error}")))?;
+    let bundle = Digest::parse(&bundle_sha256).map_err(|error| {
+        StageError::permanent("parent_unreadable", format!("reading the parent: {error}"))
+    })?;
     let parent = stages.run(parent::STAGE, parent::Inputs { bundle }, parent::run).await?;
 
     let additions = additions::make(&request, &operations, &parent, &stages, &settings).await?;
 
-    let inputs = apply::Inputs::new(parent_id, parent, operations, additions, request.seed, &ports, &settings);
+    let inputs =
+        apply::Inputs::new(parent_id, parent, operations, additions, request.seed, &ports, &settings);
     let composition = stages.run(apply::STAGE, inputs, apply::run).await?;
 
     let gpu = stages.services().gpu_name().await;

@@ -9,9 +9,9 @@ use geometry::collide::{PlacedSolid, penetration};
 use physics::settle::{SettleError, angle_between_rad, settle};
 use physics::{Body, CertifySettings, SettleSettings};
 use runtime::{CancelFlag, Cancelled};
+use scene::RelationKind;
 use scene::SupportRelation;
 use scene::predicates::{PosedRelation, holds};
-use scene::RelationKind;
 
 /// Objects whose boxes are farther apart do not meet while one of them settles.
 const REACH_M: f64 = 0.05;
@@ -34,13 +34,22 @@ pub enum RestFault {
     /// It still moves at the end of the simulation.
     Restless,
     /// It slid, rolled or fell over.
-    Slipped { distance_m: f64, angle_rad: f64 },
+    Slipped {
+        distance_m: f64,
+        angle_rad: f64,
+    },
     /// It came to rest outside its container, or beside what it was put on.
-    LeftSupporter { supporter: String },
+    LeftSupporter {
+        supporter: String,
+    },
     /// Its mesh reaches into another one's.
-    Collides { other: String },
+    Collides {
+        other: String,
+    },
     /// The simulation has no result.
-    NotSimulated { reason: String },
+    NotSimulated {
+        reason: String,
+    },
     Cancelled,
 }
 
@@ -204,9 +213,8 @@ impl Workspace {
         cancel: &CancelFlag,
     ) -> Result<(), RestFault> {
         let rule = certify.collision_rule();
-        let placed = |object: &WorkspaceObject| -> (Pose, _) {
-            (object.body.world_from_object, object.solid.clone())
-        };
+        let placed =
+            |object: &WorkspaceObject| -> (Pose, _) { (object.body.world_from_object, object.solid.clone()) };
         let (pose, solid) = placed(&self.objects[index]);
         let own = PlacedSolid { solid: &solid, world_from_object: pose };
         let others = near.iter().filter(|&&other| other != index).map(|&other| &self.objects[other]);

@@ -143,10 +143,8 @@ fn an_object_comes_to_rest_where_its_relation_holds_and_the_others_stay() {
 
 #[test]
 fn a_stated_distance_and_a_stated_position_are_met() {
-    let mut scene = table(
-        1.0,
-        vec![cube("cube_1", 0.06, DVec2::ZERO), cube("cube_2", 0.06, DVec2::new(0.3, 0.3))],
-    );
+    let mut scene =
+        table(1.0, vec![cube("cube_1", 0.06, DVec2::ZERO), cube("cube_2", 0.06, DVec2::new(0.3, 0.3))]);
     let query = PlaceQuery { distance_m: Some(0.12), ..related(RelationKind::LeftOf, 0) };
     put(&mut scene, 1, &query).expect("there is room");
     let free_m = scene.objects[1].footprint().distance_m(&scene.objects[0].footprint());
@@ -199,10 +197,8 @@ fn a_slender_object_leans_in_a_narrow_box_and_a_ball_does_not_stay_on_a_cube() {
 
 #[test]
 fn what_rests_on_an_object_moves_with_it() {
-    let mut scene = table(
-        1.0,
-        vec![open_box(DVec2::new(0.2, 0.0)), cube("cube_1", 0.04, DVec2::new(-0.3, -0.3))],
-    );
+    let mut scene =
+        table(1.0, vec![open_box(DVec2::new(0.2, 0.0)), cube("cube_1", 0.04, DVec2::new(-0.3, -0.3))]);
     put(&mut scene, 1, &related(RelationKind::In, 0)).expect("there is room");
     let inside = scene.objects[0].body.world_from_object.inverse() * scene.objects[1].body.world_from_object;
     let query = PlaceQuery { position_m: Some(DVec2::new(-0.3, 0.2)), ..PlaceQuery::default() };

@@ -303,8 +303,9 @@ fn supports(
 /// Depth of the hulls' farthest corner inside the table's outline; negative outside.
 fn outline_margin_m(inputs: &Inputs, geometry: &Loaded, world_from_object: &Pose) -> f64 {
     let corners = geometry.hulls.iter().flat_map(|hull| &hull.points);
-    let depth_m =
-        |corner| inputs.composition.outline().depth_inside_m(world_from_object.transform_point(corner).truncate());
+    let depth_m = |corner| {
+        inputs.composition.outline().depth_inside_m(world_from_object.transform_point(corner).truncate())
+    };
     corners.map(|corner| depth_m(*corner)).fold(f64::INFINITY, f64::min)
 }
 

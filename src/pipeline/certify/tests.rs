@@ -21,7 +21,8 @@ use scene::certificate::{Certificate, ReasonCode};
 use scene::recognition::{CameraKnowledge, RecognizedTable, StandsOn};
 use scene::request::RequestOptions;
 use scene::{
-    Input, InstanceId, InstanceMask, RecognizedObject, Recognition, ReconstructionMethod, SupportTree, Supporter, TableShape,
+    Input, InstanceId, InstanceMask, Recognition, RecognizedObject, ReconstructionMethod, SupportTree,
+    Supporter, TableShape,
 };
 use vision::image_similarity::{MismatchRegion, MismatchRegions, ObjectSimilarity, SceneSimilarity};
 
@@ -180,7 +181,10 @@ pub(super) fn sound() -> Planted {
                 table,
                 objects: ids.iter().map(object).collect(),
             }),
-            masks: ids.iter().map(|id| InstanceMask { id: id.clone(), visible: Mask::empty(64, 48) }).collect(),
+            masks: ids
+                .iter()
+                .map(|id| InstanceMask { id: id.clone(), visible: Mask::empty(64, 48) })
+                .collect(),
             bodies,
             supports: SupportTree::new(vec![Supporter::TABLE; 2]).expect("a tree"),
             table: place::PlacedTable {

@@ -125,9 +125,15 @@ mod tests {
             let smallest = (0..3).min_by(|&a, &b| moments[a].total_cmp(&moments[b])).expect("three");
             body.resolved.settled.rotation * (mass.principal_axes_xyzw * axes[smallest])
         };
-        assert!(longest(&after.composition.bodies[2]).dot(longest(&before.composition.bodies[2])).abs() > 1.0 - 1e-9);
+        assert!(
+            longest(&after.composition.bodies[2]).dot(longest(&before.composition.bodies[2])).abs()
+                > 1.0 - 1e-9
+        );
         let low = geometry.hulls[0].points.iter().map(|p| p.z).fold(f64::INFINITY, f64::min);
         assert!(low.abs() < 1e-6, "{low}");
-        assert_eq!(after.composition.bodies[1].resolved.settled, before.composition.bodies[1].resolved.settled);
+        assert_eq!(
+            after.composition.bodies[1].resolved.settled,
+            before.composition.bodies[1].resolved.settled
+        );
     }
 }

@@ -101,7 +101,8 @@ fn given<T>(
 
 /// The scene's objects in words and numbers.
 fn objects(inputs: &Inputs, loaded: &[Loaded]) -> Result<Vec<TaskObject>, StageError> {
-    let objects = inputs.composition.recognition.objects.iter().zip(&inputs.composition.bodies[1..]).zip(&loaded[1..]);
+    let objects =
+        inputs.composition.recognition.objects.iter().zip(&inputs.composition.bodies[1..]).zip(&loaded[1..]);
     objects
         .enumerate()
         .map(|(index, ((object, body), geometry))| {

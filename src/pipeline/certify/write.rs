@@ -7,8 +7,8 @@ use bytes::Bytes;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::grasp::grasp;
 use super::Inputs;
+use super::grasp::grasp;
 use crate::pipeline::composition::{BodyParts, StoredComposition};
 use crate::pipeline::error::StageError;
 use crate::pipeline::preview;
@@ -106,7 +106,8 @@ pub(super) fn render(
                     rayon::join(
                         || studio.top(&inputs.preview).map(|image| (encode_png(&image), image)),
                         || {
-                            let bodies = loaded.par_iter().zip(&inputs.composition.bodies).zip(&drawn.thumbnails);
+                            let bodies =
+                                loaded.par_iter().zip(&inputs.composition.bodies).zip(&drawn.thumbnails);
                             bodies.map(thumbnail).collect()
                         },
                     )
@@ -200,7 +201,9 @@ fn scene(inputs: &Inputs, loaded: &[Loaded], certificate: &Certificate) -> Resul
             // The mesh of a recognized object may also come from its image.
             stand_in: inputs.composition.methods[index] == ReconstructionMethod::Category
                 && is_stand_in(&object.category),
-            image: ImageRegion { bbox_px: inputs.composition.masks[index].visible.bbox_px().unwrap_or_default() },
+            image: ImageRegion {
+                bbox_px: inputs.composition.masks[index].visible.bbox_px().unwrap_or_default(),
+            },
             world_from_object: body.resolved.settled,
             yaw_rad: body.resolved.settled.yaw_rad(),
             symmetry_order: body.symmetry_order,
@@ -209,7 +212,10 @@ fn scene(inputs: &Inputs, loaded: &[Loaded], certificate: &Certificate) -> Resul
             mass: body.resolved.physical.mass,
             friction: body.resolved.physical.friction,
             restitution: body.resolved.physical.restitution,
-            support: Support { parent: inputs.composition.name_of(supporter).to_owned(), relation: supporter.relation },
+            support: Support {
+                parent: inputs.composition.name_of(supporter).to_owned(),
+                relation: supporter.relation,
+            },
             hulls: hulls(index + 1),
             mesh: format!("glb/{}.glb", body.resolved.name),
             provenance: body.provenance.clone(),

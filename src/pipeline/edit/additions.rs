@@ -111,7 +111,8 @@ async fn themes(
 async fn theme(context: Context, inputs: Arc<ThemeInputs>) -> Result<Vec<String>, StageError> {
     let ports = &context.services().ports;
     let options = RequestOptions::default();
-    let described = ports.analyst.describe(&context.call(), inputs.theme.clone(), inputs.seed, options).await?;
+    let described =
+        ports.analyst.describe(&context.call(), inputs.theme.clone(), inputs.seed, options).await?;
     let mut objects = described.objects;
     objects.sort_by(|a, b| (a.size_m.x * a.size_m.y).total_cmp(&(b.size_m.x * b.size_m.y)));
     Ok(objects.into_iter().take(inputs.count).map(|object| object.label).collect())

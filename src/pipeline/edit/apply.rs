@@ -70,9 +70,9 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Composition, S
     let loaded: Vec<Loaded> = futures::future::try_join_all(parts).await?;
     let mut additions: BTreeMap<usize, Vec<Loaded>> = BTreeMap::new();
     for (index, objects) in &inputs.additions {
-        let parts = objects.iter().map(|new| {
-            load(&context, new.recognized.id.as_str(), &new.canonical.mesh, &new.hulls.hulls)
-        });
+        let parts = objects
+            .iter()
+            .map(|new| load(&context, new.recognized.id.as_str(), &new.canonical.mesh, &new.hulls.hulls));
         additions.insert(*index, futures::future::try_join_all(parts).await?);
     }
     let tables = tables(&context, &inputs).await?;
@@ -83,7 +83,8 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Composition, S
     for (body, geometry) in composition.bodies.iter_mut().zip(&loaded) {
         let name = body.resolved.name.clone();
         if changed.contains(&name) {
-            body.mesh = artifact_io::put_mesh(&context, &format!("{name}.glb"), (*geometry.mesh).clone()).await?;
+            body.mesh =
+                artifact_io::put_mesh(&context, &format!("{name}.glb"), (*geometry.mesh).clone()).await?;
             body.hulls = context.put_json(&format!("{name}_hulls.json"), &geometry.hulls).await?;
             (body.resolved.mesh, body.resolved.hulls) = (body.mesh.clone(), body.hulls.clone());
         }
@@ -98,7 +99,9 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Composition, S
             rendered.map(|(image, masks)| (composition, image, masks))
         })
         .await?
-        .map_err(|error| StageError::transient("gpu_failed", format!("rendering the edited scene: {error}")))?;
+        .map_err(|error| {
+            StageError::transient("gpu_failed", format!("rendering the edited scene: {error}"))
+        })?;
     let mut composition = composition;
     composition.image = artifact_io::put_image(&context, "reference.png", image).await?;
     composition.masks = masks;
@@ -148,9 +151,8 @@ fn carry_out_all(
     cancel: runtime::CancelFlag,
 ) -> Result<Edited, StageError> {
     let rest = RestSettings { settle: &inputs.settle, certify: &inputs.certify };
-    let unusable = |why: String| {
-        StageError::permanent("no_collision_geometry", format!("editing the parent: {why}"))
-    };
+    let unusable =
+        |why: String| StageError::permanent("no_collision_geometry", format!("editing the parent: {why}"));
     let mut draft = Draft::new(inputs.parent.clone(), loaded, rest, cancel.clone()).map_err(unusable)?;
     let mut results: Vec<OperationResult> = Vec::with_capacity(inputs.operations.len());
     for (index, operation) in inputs.operations.iter().enumerate() {
@@ -167,11 +169,15 @@ fn carry_out_all(
         results.push(done.map_err(|why| refused(index, operation, why))?);
     }
     let (mut composition, loaded, changed, moved) = draft.finish();
-    composition.edit =
-        Some(EditAccount { parent: inputs.parent_id.clone(), operations: results, moved });
+    composition.edit = Some(EditAccount { parent: inputs.parent_id.clone(), operations: results, moved });
     composition.resolve = scene::certificate::ResolveFinding {
         rounds: 1,
-        log: composition.edit.iter().flat_map(|edit| &edit.operations).map(|done| done.sentence.clone()).collect(),
+        log: composition
+            .edit
+            .iter()
+            .flat_map(|edit| &edit.operations)
+            .map(|done| done.sentence.clone())
+            .collect(),
         gave_way: Vec::new(),
     };
     Ok(Edited { composition, loaded, changed })

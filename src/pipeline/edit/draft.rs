@@ -53,8 +53,9 @@ impl<'a> Draft<'a> {
     ) -> Result<Self, String> {
         let mut objects = Vec::with_capacity(loaded.len());
         for (index, (geometry, parts)) in loaded.iter().zip(&composition.bodies).enumerate() {
-            let supporter =
-                index.checked_sub(1).map_or(Supporter::TABLE, |object| composition.supports.supporter(object));
+            let supporter = index
+                .checked_sub(1)
+                .map_or(Supporter::TABLE, |object| composition.supports.supporter(object));
             objects.push(workspace_object(geometry, &parts.resolved, supporter, index == 0)?);
         }
         let table = objects.remove(0);
@@ -182,7 +183,8 @@ impl<'a> Draft<'a> {
     ///
     /// Why it may not be there, in words.
     pub fn rest_at(&mut self, object: usize, pose: Pose, supporter: Supporter) -> Result<(), String> {
-        let candidate = self.workspace.place_at(object, pose, supporter).map_err(|error| error.to_string())?;
+        let candidate =
+            self.workspace.place_at(object, pose, supporter).map_err(|error| error.to_string())?;
         self.workspace
             .put_down(object, &candidate, self.rest, &self.cancel)
             .map_err(|fault| format!("{} does not stay there: {fault}", self.name(object)))
@@ -211,8 +213,13 @@ impl<'a> Draft<'a> {
             });
             let near_m = Some(self.center_m(object));
             let usual_yaw_rad = pose.yaw_rad().unwrap_or(0.0);
-            let query =
-                PlaceQuery { relation, target: supporter.parent, near_m, usual_yaw_rad, ..PlaceQuery::default() };
+            let query = PlaceQuery {
+                relation,
+                target: supporter.parent,
+                near_m,
+                usual_yaw_rad,
+                ..PlaceQuery::default()
+            };
             let found = self.find_and_rest(object, &query);
             let anywhere = PlaceQuery { near_m, usual_yaw_rad, ..PlaceQuery::default() };
             match found {
@@ -383,10 +390,7 @@ fn workspace_object(
 /// # Errors
 ///
 /// What is wrong with the mesh, in words.
-pub(super) fn load(
-    mesh: geometry::TexturedMesh,
-    hulls: Vec<geometry::ConvexHull>,
-) -> Result<Loaded, String> {
+pub(super) fn load(mesh: geometry::TexturedMesh, hulls: Vec<geometry::ConvexHull>) -> Result<Loaded, String> {
     let mesh = mesh.snap_to_f32();
     let solid = MeshSolid::new(&mesh).map_err(|error| error.to_string())?;
     Ok(Loaded { mesh: Arc::new(mesh), solid: Arc::new(solid), hulls })

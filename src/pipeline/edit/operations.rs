@@ -72,7 +72,9 @@ type Done = Result<(Vec<InstanceId>, String), String>;
 
 fn one(draft: &Draft, phrase: &str) -> Result<usize, String> {
     if is_table(phrase) {
-        return Err("the table cannot be moved, removed, replaced or resized; restyle_table changes its look".into());
+        return Err(
+            "the table cannot be moved, removed, replaced or resized; restyle_table changes its look".into(),
+        );
     }
     match several(draft, phrase)?[..] {
         [object] => Ok(object),
@@ -213,7 +215,8 @@ fn remove(draft: &mut Draft, phrase: &str, with_contents: bool) -> Done {
 
 fn replace(draft: &mut Draft, phrase: &str, given: Given) -> Done {
     let target = one(draft, phrase)?;
-    let (old_name, old_pose, supporter) = (draft.name(target).to_owned(), draft.pose(target), draft.supporter(target));
+    let (old_name, old_pose, supporter) =
+        (draft.name(target).to_owned(), draft.pose(target), draft.supporter(target));
     let center_m = draft.center_m(target);
     let load: Vec<(InstanceId, SupportRelation)> = draft
         .load(target)

@@ -31,6 +31,7 @@ pub(super) fn rendered(
     let seen = studio.reference_geometry(camera);
     let objects = &composition.recognition.objects;
     let masks: Vec<Mask> = (2..objects.len() as u32 + 2).into_par_iter().map(|id| seen.mask(id)).collect();
-    let named = objects.iter().zip(masks).map(|(object, visible)| InstanceMask { id: object.id.clone(), visible });
+    let named =
+        objects.iter().zip(masks).map(|(object, visible)| InstanceMask { id: object.id.clone(), visible });
     Ok((image, named.collect()))
 }

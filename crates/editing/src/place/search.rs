@@ -86,12 +86,7 @@ impl Turned {
     fn footprint(&self, center_m: DVec2, pose: &Pose) -> PosedFootprint {
         let corners: Vec<DVec2> = self.corners_m.iter().map(|corner| center_m + *corner).collect();
         let z_m = pose.translation_m.z;
-        PosedFootprint::new(
-            &corners,
-            pose.yaw_rad().unwrap_or(0.0),
-            z_m + self.low_m,
-            z_m + self.high_m,
-        )
+        PosedFootprint::new(&corners, pose.yaw_rad().unwrap_or(0.0), z_m + self.low_m, z_m + self.high_m)
     }
 }
 
@@ -146,10 +141,9 @@ impl<'a> Search<'a> {
                     chunk.par_iter().map(|scored| self.obstacle_of(&scored.pose)).collect();
                 for (scored, obstacle) in chunk.iter().zip(hindered) {
                     match obstacle {
-                        None => found.candidates.push(Candidate {
-                            world_from_object: scored.pose,
-                            supporter: self.supporter,
-                        }),
+                        None => found
+                            .candidates
+                            .push(Candidate { world_from_object: scored.pose, supporter: self.supporter }),
                         Some(other) => blocked_by.push(other),
                     }
                 }
@@ -183,8 +177,7 @@ impl<'a> Search<'a> {
             rotations.push(upright(usual_rad));
             return rotations;
         }
-        let mut turns: Vec<f64> =
-            (0..YAWS).map(|k| wrap_angle_rad(TAU * k as f64 / YAWS as f64)).collect();
+        let mut turns: Vec<f64> = (0..YAWS).map(|k| wrap_angle_rad(TAU * k as f64 / YAWS as f64)).collect();
         // Small turns first, then those that keep the edges parallel.
         turns.sort_by(|a, b| a.abs().total_cmp(&b.abs()));
         rotations.extend(turns.into_iter().map(|turn_rad| upright(usual_rad + turn_rad)));
@@ -370,4 +363,3 @@ impl<'a> Search<'a> {
         })
     }
 }
-

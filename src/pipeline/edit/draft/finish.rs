@@ -27,7 +27,8 @@ impl Draft<'_> {
             if let Some(yaw_rad) = pose.yaw_rad() {
                 self.composition.yaws[index].yaw_rad = yaw_rad;
             }
-            recognition.objects[index].stands_on = match (object.supporter.parent, object.supporter.relation) {
+            recognition.objects[index].stands_on = match (object.supporter.parent, object.supporter.relation)
+            {
                 (None, _) => StandsOn::Table,
                 (Some(parent), SupportRelation::On) => StandsOn::On(ids[parent].clone()),
                 (Some(parent), SupportRelation::In) => StandsOn::In(ids[parent].clone()),

@@ -47,9 +47,9 @@ pub(in crate::pipeline::edit) fn color_named(word: &str) -> Result<Rgb, String> 
 /// Whether a material is known.
 pub(in crate::pipeline::edit) fn known_material(material: &str) -> Result<(), String> {
     let is_known = substance(material).is_some() || physical::is_finish(material);
-    is_known
-        .then_some(())
-        .ok_or_else(|| format!("{material:?} is no material that is known; give one such as wood, steel or glass"))
+    is_known.then_some(()).ok_or_else(|| {
+        format!("{material:?} is no material that is known; give one such as wood, steel or glass")
+    })
 }
 
 /// What a material looks like, where it has a color of its own.
@@ -92,4 +92,3 @@ pub(super) fn restyle_table(draft: &mut Draft, given: Given) -> Done {
     }
     Ok((Vec::new(), "changed the look of the table".to_owned()))
 }
-

@@ -94,4 +94,3 @@ pub(super) fn resize(draft: &mut Draft, phrase: &str, factor: f64) -> Done {
     }
     Ok((ids(draft, &targets), format!("resized {} by {factor:.2}", names(draft, &targets))))
 }
-
