@@ -8,6 +8,7 @@ pub mod options;
 pub mod terminal;
 pub mod signals;
 pub mod generate;
+pub mod batch;
 pub mod parse;
 pub mod progress;
 pub mod output_dir;
@@ -42,6 +43,8 @@ struct Cli {
 enum Command {
     /// Make one scene here and now, without a server.
     Generate(generate::Arguments),
+    /// Make many scenes from one file of requests or from a recipe, without a server.
+    Batch(batch::Arguments),
     /// Show what a text is understood as, without making a scene.
     Parse(parse::Arguments),
     /// Run the job server.
@@ -66,6 +69,7 @@ enum Command {
 pub fn main() -> ExitCode {
     run(Cli::try_parse(), |cli| match cli.command {
         Command::Generate(arguments) => generate::run(arguments),
+        Command::Batch(arguments) => batch::run(arguments),
         Command::Parse(arguments) => parse::run(arguments),
         Command::Serve(arguments) => serve::run(arguments),
         Command::Worker(arguments) => worker::run(arguments),

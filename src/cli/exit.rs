@@ -16,6 +16,8 @@ pub enum Exit {
     Quarantined = 3,
     /// 4: the scene could not be made.
     JobFailed = 4,
+    /// 5: some requests of a batch have no scene that passes; the files of the batch say why.
+    BatchIncomplete = 5,
     /// 130: stopped with Ctrl-C or by SIGTERM.
     Interrupted = 130,
 }
