@@ -115,7 +115,7 @@ fn prepare(out: &Path) -> Result<(), Failure> {
     if out.exists() && !out.is_dir() {
         return Err(Failure::usage(format!("--out {} is a file; name a folder", out.display())));
     }
-    let is_ours = [records::OUTPUT, DATA_DIR].iter().any(|name| out.join(name).exists());
+    let is_ours = records::NAMES.iter().chain(&[DATA_DIR]).any(|name| out.join(name).exists());
     let is_empty = !out.exists() || out.read_dir().is_ok_and(|mut entries| entries.next().is_none());
     if !is_ours && !is_empty {
         return Err(Failure::usage(format!(

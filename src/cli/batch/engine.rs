@@ -99,14 +99,16 @@ impl Engine<'_> {
     ) -> Result<Ending, Failure> {
         let (mut changes, mut outage) = (self.store.changes(), self.store.outage());
         let todo = std::mem::take(&mut self.stock.todo);
-        let mut entries = source.entries()?.zip(todo).filter(|(_, is_todo)| *is_todo).map(|(entry, _)| entry);
+        let mut requests = source.entries()?.zip(todo).filter(|(_, is_todo)| *is_todo).map(|(entry, _)| {
+            entry?.content.map_err(|wrong| changed(&source.shown(&wrong.error)))
+        });
         let mut is_exhausted = false;
         loop {
             changes.mark_unchanged();
             while !is_exhausted && self.active.len() < self.window && !stop.is_cancelled() {
                 let next = match self.deferred.take() {
                     Some(request) => Some(request),
-                    None => entries.next().transpose()?.and_then(|entry| entry.content.ok()),
+                    None => requests.next().transpose()?,
                 };
                 match next {
                     None => is_exhausted = true,
@@ -175,8 +177,8 @@ impl Engine<'_> {
         };
         let key = Some(format!("batch:{digest}"));
         let usual = self.checker.usual_budget_usd();
-        let row = submission.into_row(self.store, DEFAULT_TENANT.clone(), usual, key).await.map_err(failed)?;
-        let mut row = row;
+        let tenant_id = DEFAULT_TENANT.clone();
+        let mut row = submission.into_row(self.store, tenant_id, usual, key).await.map_err(failed)?;
         row.budget_micro_usd = granted.0;
         row.labels.insert(REQUEST_LABEL.to_owned(), digest.to_string());
         row.labels.entry("custom_id".to_owned()).or_insert_with(|| request.custom_id.clone());
@@ -275,6 +277,12 @@ impl Engine<'_> {
     pub(super) fn summary(&self, out: &Path) -> Summary {
         Summary { counts: self.stock.counts, pace: self.pace(), spent: self.money.spent(), out: out.to_owned() }
     }
+}
+
+/// A request that was valid when the file was read first.
+fn changed(shown: &str) -> Failure {
+    let advice = "the file changed while the batch ran; give the same command again";
+    Failure::new(Exit::Error, format!("{shown}; {advice}"))
 }
 
 fn worker_ended(ended: Result<Result<(), StoreError>, tokio::task::JoinError>) -> Failure {
