@@ -139,7 +139,8 @@ mod tests {
         let text = "\u{feff}{\"custom_id\":\"a\",\"body\":{\"text\":\"a mug\",\"seed\":7}}\r\n\n  \n\
                     {\"body\":{\"text\":\"two cups\",\"labels\":{\"k\":\"v\"}},\"custom_id\":\"b\"}";
         let lines = read(text.as_bytes());
-        let read: Vec<_> = lines.iter().map(|line| (line.number, line.content.as_ref().expect("fits"))).collect();
+        let read: Vec<_> =
+            lines.iter().map(|line| (line.number, line.content.as_ref().expect("fits"))).collect();
         assert_eq!(read.len(), 2);
         assert_eq!((read[0].0, read[0].1.custom_id.as_str(), read[0].1.body.seed), (1, "a", Some(7)));
         assert_eq!((read[1].0, read[1].1.custom_id.as_str()), (4, "b"));
@@ -162,7 +163,13 @@ mod tests {
             (r#"{"custom_id":"a"}"#, "invalid_request", Some(17), Some(""), "must have `body`"),
             (r#"{"body":{"text":"a mug"}}"#, "invalid_request", Some(25), Some(""), "must have `custom_id`"),
             (r#"["a"]"#, "invalid_request", Some(5), Some(""), "`body`"),
-            (r#"{"custom_id":"a","body":{"txet":"a mug"}}"#, "invalid_request", Some(31), Some("/body/txet"), "`text`"),
+            (
+                r#"{"custom_id":"a","body":{"txet":"a mug"}}"#,
+                "invalid_request",
+                Some(31),
+                Some("/body/txet"),
+                "`text`",
+            ),
             (
                 r#"{"custom_id":"a","body":{"text":7}}"#,
                 "invalid_request",
@@ -184,7 +191,13 @@ mod tests {
                 Some("/body/options/max_objects"),
                 "from 1 to 64",
             ),
-            (r#"{"custom_id":"a b","body":{"text":"a mug"}}"#, "invalid_request", None, Some("/custom_id"), "A-Z"),
+            (
+                r#"{"custom_id":"a b","body":{"text":"a mug"}}"#,
+                "invalid_request",
+                None,
+                Some("/custom_id"),
+                "A-Z",
+            ),
         ];
         for (wrong, code, column, pointer, says) in cases {
             let lines = read(format!("{good}\n{wrong}\n{good}\n").as_bytes());

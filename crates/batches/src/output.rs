@@ -132,7 +132,10 @@ mod tests {
         let error = OutputError::new("malformed_json", "expected value").on_line(517);
         let line = OutputLine::not_computed(None, RequestState::Invalid, error);
         assert!(line.is_error());
-        assert!(line.text().contains(r#""error":{"code":"malformed_json","message":"expected value","line":517}"#));
+        assert!(
+            line.text()
+                .contains(r#""error":{"code":"malformed_json","message":"expected value","line":517}"#)
+        );
     }
 
     #[test]

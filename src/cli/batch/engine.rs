@@ -99,9 +99,11 @@ impl Engine<'_> {
     ) -> Result<Ending, Failure> {
         let (mut changes, mut outage) = (self.store.changes(), self.store.outage());
         let todo = std::mem::take(&mut self.stock.todo);
-        let mut requests = source.entries()?.zip(todo).filter(|(_, is_todo)| *is_todo).map(|(entry, _)| {
-            entry?.content.map_err(|wrong| changed(&source.shown(&wrong.error)))
-        });
+        let mut requests = source
+            .entries()?
+            .zip(todo)
+            .filter(|(_, is_todo)| *is_todo)
+            .map(|(entry, _)| entry?.content.map_err(|wrong| changed(&source.shown(&wrong.error))));
         let mut is_exhausted = false;
         loop {
             changes.mark_unchanged();
@@ -163,8 +165,13 @@ impl Engine<'_> {
                 return Ok(());
             }
             Grant::Exhausted => {
-                let message = "the budget of the batch is spent; give the same command with a larger --budget";
-                return self.end_early(request, RequestState::Failed, OutputError::new("batch_budget_spent", message));
+                let message =
+                    "the budget of the batch is spent; give the same command with a larger --budget";
+                return self.end_early(
+                    request,
+                    RequestState::Failed,
+                    OutputError::new("batch_budget_spent", message),
+                );
             }
         };
         let submission = match self.checker.submission(&request) {
@@ -275,7 +282,12 @@ impl Engine<'_> {
 
     /// What came of the run so far.
     pub(super) fn summary(&self, out: &Path) -> Summary {
-        Summary { counts: self.stock.counts, pace: self.pace(), spent: self.money.spent(), out: out.to_owned() }
+        Summary {
+            counts: self.stock.counts,
+            pace: self.pace(),
+            spent: self.money.spent(),
+            out: out.to_owned(),
+        }
     }
 }
 

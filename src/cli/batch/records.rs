@@ -72,7 +72,8 @@ mod tests {
         let read = |name: &str| std::fs::read_to_string(out.path().join(name)).expect(name);
         std::fs::write(out.path().join(OUTPUT), "{\"custom_id\":\"a\"}\n{\"custo").expect("writes");
         let mut records = Records::begin(out.path()).expect("begins");
-        let line = |state| OutputLine::not_computed(Some("a".into()), state, OutputError::new("code", "message"));
+        let line =
+            |state| OutputLine::not_computed(Some("a".into()), state, OutputError::new("code", "message"));
         records.write(&line(RequestState::Invalid)).expect("writes");
         assert!(read(OUTPUT).ends_with("{\"custo"), "not replaced yet");
         records.publish().expect("renames");

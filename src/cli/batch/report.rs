@@ -95,7 +95,8 @@ fn bar(counts: &RequestCounts, pace: Pace) -> String {
 /// Requests that have no scene that passes, by state.
 fn problems(counts: &RequestCounts) -> impl Iterator<Item = (u64, &'static str)> {
     let RequestCounts { failed, quarantined, cancelled, invalid, .. } = *counts;
-    let all = [(failed, "failed"), (quarantined, "quarantined"), (cancelled, "cancelled"), (invalid, "invalid")];
+    let all =
+        [(failed, "failed"), (quarantined, "quarantined"), (cancelled, "cancelled"), (invalid, "invalid")];
     all.into_iter().filter(|(count, _)| *count > 0)
 }
 
@@ -161,9 +162,11 @@ mod tests {
         use RequestState as S;
         let fresh = counts(&[(S::Pending, 8), (S::Running, 2)]);
         assert_eq!(bar(&fresh, Pace::default()), format!("[{}] 0/10", " ".repeat(24)));
-        let half = counts(&[(S::Pending, 4), (S::Running, 1), (S::Succeeded, 4), (S::Failed, 1), (S::Duplicate, 7)]);
+        let half =
+            counts(&[(S::Pending, 4), (S::Running, 1), (S::Succeeded, 4), (S::Failed, 1), (S::Duplicate, 7)]);
         let pace = Pace { finished: 5, elapsed: Duration::from_secs(60) };
-        let expected = format!("[{}{}] 5/10  300 scenes/h  1 min 0 s left  1 failed", "=".repeat(12), " ".repeat(12));
+        let expected =
+            format!("[{}{}] 5/10  300 scenes/h  1 min 0 s left  1 failed", "=".repeat(12), " ".repeat(12));
         assert_eq!(bar(&half, pace), expected);
         assert!(bar(&counts(&[(S::Invalid, 2)]), Pace::default()).ends_with("0/0  2 invalid"));
     }
@@ -174,7 +177,10 @@ mod tests {
         let summary = |counts| Summary { counts, pace: Pace::default(), spent: None, out: "out".into() };
         let good = summary(counts(&[(S::Succeeded, 3), (S::Duplicate, 1)]));
         assert_eq!(good.text(), "3 of 4 requests succeeded, 1 duplicate\nout/output.jsonl\n");
-        let bad = Summary { spent: Some(MicroUsd(1_500_000)), ..summary(counts(&[(S::Succeeded, 1), (S::Invalid, 1)])) };
+        let bad = Summary {
+            spent: Some(MicroUsd(1_500_000)),
+            ..summary(counts(&[(S::Succeeded, 1), (S::Invalid, 1)]))
+        };
         assert_eq!(
             bad.text(),
             "1 of 2 requests succeeded, 1 invalid; spent $1.500000\nout/output.jsonl\nout/errors.jsonl\n"

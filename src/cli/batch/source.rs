@@ -102,7 +102,9 @@ impl Source {
             Kind::Recipe(recipe) => {
                 let places = 1_u64..;
                 Box::new(
-                    places.zip(recipe.requests()).map(|(place, request)| Ok(Entry { place, content: Ok(request) })),
+                    places
+                        .zip(recipe.requests())
+                        .map(|(place, request)| Ok(Entry { place, content: Ok(request) })),
                 )
             }
         };
@@ -146,9 +148,10 @@ mod tests {
             let limited = Source::open(&path, Some(1), BTreeMap::new()).expect(name);
             assert_eq!(limited.entries().expect("opens").count(), 1);
         }
-        for (name, content, says) in
-            [("a.txt", "", "neither .jsonl"), ("a.json", "{\"templates\": []}", "/templates: has no templates")]
-        {
+        for (name, content, says) in [
+            ("a.txt", "", "neither .jsonl"),
+            ("a.json", "{\"templates\": []}", "/templates: has no templates"),
+        ] {
             let (_home, path) = file(name, content);
             let failure = Source::open(&path, None, BTreeMap::new()).err().expect(name);
             assert_eq!(failure.exit, Exit::Usage);

@@ -76,13 +76,16 @@ impl Survey<'_> {
             if let Some(line) = &line {
                 records.write(line)?;
                 if line.state == RequestState::Invalid {
-                    self.report.wrong(&line.error.as_ref().map_or(String::new(), |error| source.shown(error)));
+                    self.report
+                        .wrong(&line.error.as_ref().map_or(String::new(), |error| source.shown(error)));
                 }
             }
             stock.counts.add(line.as_ref().map_or(RequestState::Pending, |line| line.state));
             stock.todo.push(line.is_none());
             if stock.counts.total > MAX_REQUESTS {
-                return Err(Failure::usage(format!("the file has more than {MAX_REQUESTS} requests; split it")));
+                return Err(Failure::usage(format!(
+                    "the file has more than {MAX_REQUESTS} requests; split it"
+                )));
             }
         }
         if stock.counts.total == 0 {
@@ -94,7 +97,11 @@ impl Survey<'_> {
     /// The line of a request that is not computed: an error, or a duplicate.
     fn refused(&self, registry: &mut Registry, place: u64, request: &BatchRequest) -> Option<OutputLine> {
         let invalid = |error: OutputError| {
-            OutputLine::not_computed(Some(request.custom_id.clone()), RequestState::Invalid, error.on_line(place))
+            OutputLine::not_computed(
+                Some(request.custom_id.clone()),
+                RequestState::Invalid,
+                error.on_line(place),
+            )
         };
         // What is invalid is no first of its kind.
         if let Err(error) = self.checker.submission(request) {
@@ -103,8 +110,10 @@ impl Survey<'_> {
         match registry.admit(place, request) {
             Admission::New => None,
             Admission::NameTaken { first_place } => {
-                let message =
-                    format!("the custom_id {:?} is used on line {first_place} too; change one", request.custom_id);
+                let message = format!(
+                    "the custom_id {:?} is used on line {first_place} too; change one",
+                    request.custom_id
+                );
                 Some(invalid(OutputError::new("duplicate_custom_id", message).at("/custom_id")))
             }
             Admission::Duplicate { first, first_place } => {
@@ -146,7 +155,8 @@ impl Survey<'_> {
             before_id = page.last().map(|(scene, _)| scene.id.clone());
             let is_last = page.len() < PAGE as usize;
             for (scene, _) in page {
-                let digest = scene.labels.get(REQUEST_LABEL).and_then(|hex| u128::from_str_radix(hex, 16).ok());
+                let digest =
+                    scene.labels.get(REQUEST_LABEL).and_then(|hex| u128::from_str_radix(hex, 16).ok());
                 if let Some(digest) = digest {
                     known.entry(RequestDigest(digest)).or_insert(scene.id);
                 }

@@ -99,7 +99,10 @@ fn a_batch_that_was_killed_and_interrupted_ends_as_one_that_was_not() {
     assert_eq!(whole.status.code(), Some(5));
     let document: Value = serde_json::from_slice(&whole.stdout).expect("is JSON");
     let counts = &document["request_counts"];
-    assert_eq!((&counts["total"], &counts["succeeded"], &counts["pending"]), (&json!(518), &json!(3), &json!(0)));
+    assert_eq!(
+        (&counts["total"], &counts["succeeded"], &counts["pending"]),
+        (&json!(518), &json!(3), &json!(0))
+    );
 
     let (output, reference) = (lines(at("stopped/output.jsonl")), lines(at("whole/output.jsonl")));
     assert_eq!(output.keys().collect::<Vec<_>>(), reference.keys().collect::<Vec<_>>());
@@ -145,7 +148,8 @@ fn a_recipe_makes_archives_and_a_second_run_makes_nothing() {
 #[test]
 fn a_failed_request_is_begun_again_on_demand_alone() {
     let home = tempfile::tempdir().unwrap();
-    let line = json!({ "custom_id": "a", "body": { "text": "a qwrtz", "options": { "on_unknown": "fail" } } });
+    let line =
+        json!({ "custom_id": "a", "body": { "text": "a qwrtz", "options": { "on_unknown": "fail" } } });
     std::fs::write(home.path().join("a.jsonl"), line.to_string()).unwrap();
     let mut attempts = Vec::new();
     for more in [&[][..], &[], &["--retry-failed"]] {

@@ -63,7 +63,10 @@ pub(super) fn read(json: &[u8]) -> Result<Recipe, RecipeErrors> {
     let document: Document = match json_error::parse(json) {
         Ok(document) => document,
         Err(error) if error.is_malformed => {
-            errors.add("", format!("is no JSON: {} (line {}, column {})", error.detail, error.line, error.column));
+            errors.add(
+                "",
+                format!("is no JSON: {} (line {}, column {})", error.detail, error.line, error.column),
+            );
             return Err(RecipeErrors(errors.0));
         }
         Err(error) => {
@@ -178,7 +181,9 @@ fn templates(texts: &[String], slots: &[(String, Vec<String>)], errors: &mut Err
             number.ok_or_else(|| format!("uses the slot {name:?}, which has no values in `slots`"))
         });
         match parsed {
-            Ok(_) if !used_texts.insert(text.trim()) => errors.add(pointer, "is in the list twice; remove one"),
+            Ok(_) if !used_texts.insert(text.trim()) => {
+                errors.add(pointer, "is in the list twice; remove one")
+            }
             Ok(template) => templates.push(template),
             Err(detail) => errors.add(pointer, detail),
         }
@@ -204,7 +209,10 @@ fn seeds(document: Option<&Value>, errors: &mut Errors) -> Seeds {
                 match value.as_u64().filter(|seed| *seed <= MAX_SEED) {
                     None => errors.add(format!("/seeds/{index}"), wrong()),
                     Some(seed) if !used.insert(seed) => {
-                        errors.add(format!("/seeds/{index}"), format!("{seed} is in the list twice; remove one"));
+                        errors.add(
+                            format!("/seeds/{index}"),
+                            format!("{seed} is in the list twice; remove one"),
+                        );
                     }
                     Some(_) => {}
                 }
@@ -242,8 +250,11 @@ fn options(document: Option<&Value>, errors: &mut Errors) -> Vec<RequestOptions>
     match document {
         None | Some(Value::Null) => vec![RequestOptions::default()],
         Some(Value::Array(list)) => {
-            let options: Vec<RequestOptions> =
-                list.iter().enumerate().map(|(index, value)| read(value, format!("/options/{index}"))).collect();
+            let options: Vec<RequestOptions> = list
+                .iter()
+                .enumerate()
+                .map(|(index, value)| read(value, format!("/options/{index}")))
+                .collect();
             if options.is_empty() {
                 errors.add("/options", "is empty; give at least one object, or leave `options` out");
             }

@@ -35,7 +35,9 @@ impl Template {
             let inside = &from_brace[1..];
             let close = match inside.find(['{', '}']) {
                 Some(close) if inside[close..].starts_with('}') => close,
-                _ => return Err(format!("has a `{{` at character {} that is not closed", column(from_brace))),
+                _ => {
+                    return Err(format!("has a `{{` at character {} that is not closed", column(from_brace)));
+                }
             };
             let slot = slot_of(inside[..close].trim())
                 .map_err(|detail| format!("{detail} (character {})", column(from_brace)))?;

@@ -31,7 +31,8 @@ fn a_recipe_is_the_product_of_templates_slots_options_and_seeds() {
     });
     let requests = expanded(&document);
     assert_eq!(requests.len(), (2 * 2 + 2) * 2 * 2);
-    let shown: Vec<_> = requests.iter().map(|r| (r.custom_id.as_str(), r.body.text.as_deref().unwrap())).collect();
+    let shown: Vec<_> =
+        requests.iter().map(|r| (r.custom_id.as_str(), r.body.text.as_deref().unwrap())).collect();
     assert_eq!(shown[0], ("t0_red_2_o0_s5", "a red mug next to 2 spoons"));
     assert_eq!(shown[1], ("t0_red_2_o0_s6", "a red mug next to 2 spoons"));
     assert_eq!(shown[2], ("t0_red_2_o1_s5", "a red mug next to 2 spoons"));
@@ -55,13 +56,17 @@ fn long_names_are_cut_until_they_fit() {
     let values: Vec<String> = (0..20).map(long).collect();
     for slot_count in [1, 2, 5, 12, 40] {
         let slot = |k: usize| format!("s{k}");
-        let slots: serde_json::Map<String, Value> = (0..slot_count).map(|k| (slot(k), json!(values))).collect();
+        let slots: serde_json::Map<String, Value> =
+            (0..slot_count).map(|k| (slot(k), json!(values))).collect();
         let template: String = (0..slot_count).map(|k| format!("{{{}}} ", slot(k))).collect();
         let select = json!({ "mode": "sample", "count": 20, "seed": 1 });
         let mut document = json!({ "templates": [template], "slots": slots });
         if slot_count > 12 {
             // More combinations than a number can count are refused.
-            document["slots"] = (0..slot_count).map(|k| (slot(k), json!(["x", "y"]))).collect::<serde_json::Map<_, _>>().into();
+            document["slots"] = (0..slot_count)
+                .map(|k| (slot(k), json!(["x", "y"])))
+                .collect::<serde_json::Map<_, _>>()
+                .into();
         }
         document["select"] = select;
         document["seeds"] = json!([scene::request::MAX_SEED]);
@@ -89,8 +94,16 @@ fn wrong_recipes_state_every_place() {
         (json!({ "templates": template() }), "/templates/0", "\"color\", which has no values"),
         (json!({ "templates": template(), "slots": { "color": [] } }), "/slots/color", "has no values"),
         (json!({ "templates": template(), "slots": { "color": "red" } }), "/slots/color", "must be a list"),
-        (json!({ "templates": template(), "slots": { "color": ["red", null] } }), "/slots/color/1", "text or a number"),
-        (json!({ "templates": template(), "slots": { "color": ["red", " red"] } }), "/slots/color/1", "twice"),
+        (
+            json!({ "templates": template(), "slots": { "color": ["red", null] } }),
+            "/slots/color/1",
+            "text or a number",
+        ),
+        (
+            json!({ "templates": template(), "slots": { "color": ["red", " red"] } }),
+            "/slots/color/1",
+            "twice",
+        ),
         (json!({ "templates": ["a mug"], "slots": colors() }), "/slots/color", "no template uses it"),
         (json!({ "templates": ["a mug"], "slots": { "a/b": [1] } }), "/slots/a~1b", "no template uses it"),
         (json!({ "templates": ["a mug"], "seeds": [] }), "/seeds", "is empty"),
@@ -98,9 +111,21 @@ fn wrong_recipes_state_every_place() {
         (json!({ "templates": ["a mug"], "seeds": [1, 1] }), "/seeds/1", "twice"),
         (json!({ "templates": ["a mug"], "seeds": 7 }), "/seeds", "a list, or an object"),
         (json!({ "templates": ["a mug"], "seeds": { "first": 0 } }), "/seeds", "must have `count`"),
-        (json!({ "templates": ["a mug"], "seeds": { "first": 0, "count": 0 } }), "/seeds/count", "at least 1"),
-        (json!({ "templates": ["a mug"], "seeds": { "first": 9, "count": u64::MAX } }), "/seeds", "whole numbers"),
-        (json!({ "templates": ["a mug"], "options": { "max_objects": 99 } }), "/options/max_objects", "1 to 64"),
+        (
+            json!({ "templates": ["a mug"], "seeds": { "first": 0, "count": 0 } }),
+            "/seeds/count",
+            "at least 1",
+        ),
+        (
+            json!({ "templates": ["a mug"], "seeds": { "first": 9, "count": u64::MAX } }),
+            "/seeds",
+            "whole numbers",
+        ),
+        (
+            json!({ "templates": ["a mug"], "options": { "max_objects": 99 } }),
+            "/options/max_objects",
+            "1 to 64",
+        ),
         (json!({ "templates": ["a mug"], "options": [{}, { "max": 1 }] }), "/options/1/max", "not known"),
         (json!({ "templates": ["a mug"], "options": [{}, {}] }), "/options/1", "twice"),
         (json!({ "templates": ["a mug"], "options": [] }), "/options", "is empty"),
@@ -110,7 +135,11 @@ fn wrong_recipes_state_every_place() {
             "/select/count",
             "from 1 to 2",
         ),
-        (json!({ "templates": ["a mug"], "select": { "mode": "sample", "count": 1 } }), "/select", "must have `seed`"),
+        (
+            json!({ "templates": ["a mug"], "select": { "mode": "sample", "count": 1 } }),
+            "/select",
+            "must have `seed`",
+        ),
         (
             json!({ "templates": ["{a} {b}"], "slots": { "a": many, "b": many } }),
             "",
