@@ -78,7 +78,8 @@ impl OutputLine {
     /// A request that asks for the same scene as an earlier one.
     pub fn duplicate(custom_id: String, first: &str, first_place: u64, place: u64) -> Self {
         let message = format!(
-            "asks for the same scene as {first:?} on line {first_place}, which is made once; give it another seed"
+            "asks for the same scene as {first:?} on line {first_place}, which is made once; \
+             give it another seed"
         );
         let error = OutputError::new("duplicate_request", message).on_line(place);
         Self {
@@ -87,7 +88,7 @@ impl OutputLine {
         }
     }
 
-    /// Whether the line belongs to the file of errors: there is no bundle, and another request will not give one.
+    /// Whether the line belongs to the file of errors: there is no bundle of the request.
     pub fn is_error(&self) -> bool {
         matches!(self.state, RequestState::Failed | RequestState::Cancelled | RequestState::Invalid)
     }
@@ -120,8 +121,8 @@ mod tests {
         };
         assert_eq!(
             line.text(),
-            "{\"custom_id\":\"a\",\"scene_id\":\"s\",\"state\":\"succeeded\",\"verdict\":\"pass\",\"bundle\":\"a\",\
-             \"error\":null,\"cpu_s\":1.5,\"attempts\":1}\n"
+            "{\"custom_id\":\"a\",\"scene_id\":\"s\",\"state\":\"succeeded\",\"verdict\":\"pass\",\
+             \"bundle\":\"a\",\"error\":null,\"cpu_s\":1.5,\"attempts\":1}\n"
         );
         assert_eq!(serde_json::from_str::<OutputLine>(&line.text()).expect("reads"), line);
         assert!(!line.is_error());

@@ -1,4 +1,4 @@
-//! Takes stock at the start of a run: which requests are invalid, duplicates, finished by an earlier run, or to be done.
+//! Takes stock at the start of a run: which requests are invalid, duplicates, finished earlier, or to be done.
 
 use std::collections::HashMap;
 

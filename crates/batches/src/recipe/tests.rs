@@ -80,6 +80,7 @@ fn long_names_are_cut_until_they_fit() {
 fn wrong_recipes_state_every_place() {
     let template = || json!(["a {color} mug"]);
     let colors = || json!({ "color": ["red", "blue"] });
+    let sample = |count: u64| json!({ "mode": "sample", "count": count, "seed": 0 });
     let many: Vec<usize> = (0..1001).collect();
     for (document, pointer, says) in [
         (json!({}), "", "must have `templates`"),
@@ -131,7 +132,7 @@ fn wrong_recipes_state_every_place() {
         (json!({ "templates": ["a mug"], "options": [] }), "/options", "is empty"),
         (json!({ "templates": ["a mug"], "select": { "mode": "all" } }), "/select/mode", "product"),
         (
-            json!({ "templates": template(), "slots": colors(), "select": { "mode": "sample", "count": 3, "seed": 0 } }),
+            json!({ "templates": template(), "slots": colors(), "select": sample(3) }),
             "/select/count",
             "from 1 to 2",
         ),
@@ -172,17 +173,20 @@ fn all_errors_are_found_at_once() {
 fn documents() -> impl Strategy<Value = Value> {
     let values = || prop::collection::btree_set("[a-c]{1,2}", 1..5);
     let templates = prop::sample::subsequence(vec!["{a} mug", "cup {b}", "{b} on {a}"], 1..=3);
-    (templates, values(), values(), 1_u64..4, any::<bool>()).prop_map(|(templates, a, b, count, has_options)| {
-        let uses = |slot: &str| templates.iter().any(|template| template.contains(slot));
-        let mut slots = serde_json::Map::new();
-        for (name, values) in [("a", a), ("b", b)] {
-            if uses(&format!("{{{name}}}")) {
-                slots.insert(name.to_owned(), json!(values));
+    (templates, values(), values(), 1_u64..4, any::<bool>()).prop_map(
+        |(templates, a, b, count, has_options)| {
+            let uses = |slot: &str| templates.iter().any(|template| template.contains(slot));
+            let mut slots = serde_json::Map::new();
+            for (name, values) in [("a", a), ("b", b)] {
+                if uses(&format!("{{{name}}}")) {
+                    slots.insert(name.to_owned(), json!(values));
+                }
             }
-        }
-        let options = if has_options { json!([{}, { "max_objects": 9 }]) } else { json!({}) };
-        json!({ "templates": templates, "slots": slots, "seeds": { "first": 3, "count": count }, "options": options })
-    })
+            let options = if has_options { json!([{}, { "max_objects": 9 }]) } else { json!({}) };
+            let seeds = json!({ "first": 3, "count": count });
+            json!({ "templates": templates, "slots": slots, "seeds": seeds, "options": options })
+        },
+    )
 }
 
 proptest! {
@@ -197,7 +201,11 @@ proptest! {
     }
 
     #[test]
-    fn a_sample_has_distinct_requests_of_the_product(document in documents(), share in 0.01_f64..=1.0, seed in 0_u64..99) {
+    fn a_sample_has_distinct_requests_of_the_product(
+        document in documents(),
+        share in 0.01_f64..=1.0,
+        seed in 0_u64..99,
+    ) {
         let all: Vec<BatchRequest> = expanded(&document);
         let count = ((all.len() as f64 * share).ceil() as usize).min(all.len());
         let mut sampled = document;
