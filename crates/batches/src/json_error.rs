@@ -19,8 +19,13 @@ pub(crate) struct JsonError {
     pub detail: String,
 }
 
-/// A value out of JSON.
+/// A value out of a JSON object.
 pub(crate) fn parse<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, JsonError> {
+    // Serde would read a list as the fields of a struct.
+    if bytes.trim_ascii_start().starts_with(b"[") {
+        let detail = "must be an object, not a list".to_owned();
+        return Err(JsonError { is_malformed: false, line: 1, column: 1, pointer: String::new(), detail });
+    }
     let mut json = serde_json::Deserializer::from_slice(bytes);
     let value = serde_path_to_error::deserialize(&mut json).map_err(|error| {
         let pointer = pointer_of(error.path());

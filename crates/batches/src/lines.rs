@@ -162,7 +162,7 @@ mod tests {
             ("nonsense", "malformed_json", Some(2), None, "expected"),
             (r#"{"custom_id":"a"}"#, "invalid_request", Some(17), Some(""), "must have `body`"),
             (r#"{"body":{"text":"a mug"}}"#, "invalid_request", Some(25), Some(""), "must have `custom_id`"),
-            (r#"["a"]"#, "invalid_request", Some(5), Some(""), "`body`"),
+            (r#"["a"]"#, "invalid_request", Some(1), Some(""), "not a list"),
             (
                 r#"{"custom_id":"a","body":{"txet":"a mug"}}"#,
                 "invalid_request",

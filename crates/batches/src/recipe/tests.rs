@@ -158,7 +158,7 @@ fn wrong_recipes_state_every_place() {
         assert!(found, "{document}: {errors:?}");
     }
     let malformed = Recipe::parse(b"{\n\"templates\": [").expect_err("no JSON").to_string();
-    assert!(malformed.contains("line 2, column 15"), "{malformed}");
+    assert!(malformed.contains("line 2, column 14"), "{malformed}");
 }
 
 #[test]
