@@ -12,6 +12,7 @@ pub mod generate;
 pub mod bundle_input;
 pub mod edit;
 pub mod diff;
+pub mod batch;
 pub mod parse;
 pub mod progress;
 pub mod output_dir;
@@ -50,6 +51,8 @@ enum Command {
     Edit(edit::Arguments),
     /// Show what differs between the scenes of two bundles.
     Diff(diff::Arguments),
+    /// Make many scenes from one file of requests or from a recipe, without a server.
+    Batch(batch::Arguments),
     /// Show what a text is understood as, without making a scene.
     Parse(parse::Arguments),
     /// Run the job server.
@@ -76,6 +79,7 @@ pub fn main() -> ExitCode {
         Command::Generate(arguments) => generate::run(arguments),
         Command::Edit(arguments) => edit::run(arguments),
         Command::Diff(arguments) => diff::run(arguments),
+        Command::Batch(arguments) => batch::run(arguments),
         Command::Parse(arguments) => parse::run(arguments),
         Command::Serve(arguments) => serve::run(arguments),
         Command::Worker(arguments) => worker::run(arguments),

@@ -18,6 +18,8 @@ pub enum Exit {
     Quarantined,
     /// 4: the scene could not be made.
     JobFailed,
+    /// 5: some requests of a batch have no scene that passes; the files of the batch say why.
+    BatchIncomplete,
     /// 130: stopped with Ctrl-C or by SIGTERM.
     Interrupted,
 }
@@ -31,6 +33,7 @@ impl Exit {
             Self::Usage => 2,
             Self::Quarantined => 3,
             Self::JobFailed => 4,
+            Self::BatchIncomplete => 5,
             Self::Interrupted => 130,
         }
     }

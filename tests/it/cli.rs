@@ -2,6 +2,7 @@
 
 mod commands;
 mod edits;
+mod batch;
 mod backups;
 mod deployment;
 mod telemetry;

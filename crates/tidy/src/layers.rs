@@ -52,6 +52,7 @@ pub const CRATES: &[Layer] = &[
     // Of the domain types it takes the support tree alone.
     layer("physics", &["geometry", "runtime", "scene"], PURE),
     layer("editing", &["catalog", "geometry", "physics", "runtime", "scene"], PURE),
+    layer("batches", &["runtime", "scene"], PURE),
     layer(
         "export",
         &["geometry", "imaging", "mesh_io", "runtime", "scene"],

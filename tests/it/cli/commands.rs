@@ -30,7 +30,7 @@ fn version_and_help() {
     assert_eq!(version.status.code(), Some(0));
     let help = text(&run(home.path(), &["--help"]).stdout);
     for command in
-        ["generate", "edit", "diff", "parse", "serve", "worker", "queue", "migrate", "check-config"]
+        ["generate", "edit", "diff", "batch", "parse", "serve", "worker", "queue", "migrate", "check-config"]
     {
         assert!(help.contains(command), "{help}");
     }
