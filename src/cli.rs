@@ -14,6 +14,7 @@ pub mod output_dir;
 pub mod scene_summary;
 pub mod certificate;
 pub mod text_account;
+pub mod dataset;
 pub mod serve;
 pub mod worker;
 pub mod queue;
@@ -44,6 +45,8 @@ enum Command {
     Generate(generate::Arguments),
     /// Show what a text is understood as, without making a scene.
     Parse(parse::Arguments),
+    /// Freeze finished scenes as a dataset, verify it, print its statistics.
+    Dataset(dataset::Arguments),
     /// Run the job server.
     Serve(serve::Arguments),
     /// Take jobs from a shared database, without the HTTP interface.
@@ -67,6 +70,7 @@ pub fn main() -> ExitCode {
     run(Cli::try_parse(), |cli| match cli.command {
         Command::Generate(arguments) => generate::run(arguments),
         Command::Parse(arguments) => parse::run(arguments),
+        Command::Dataset(arguments) => dataset::run(arguments),
         Command::Serve(arguments) => serve::run(arguments),
         Command::Worker(arguments) => worker::run(arguments),
         Command::Queue(arguments) => queue::run(arguments),
