@@ -191,10 +191,11 @@ fn account(frozen: &FrozenDataset) -> String {
     }
     if let Some(changes) = &manifest.changes {
         text += &format!(
-            "  since version {}: {} scenes added, {} removed\n",
+            "  since version {}: {} scenes added, {} removed, {} in another split\n",
             changes.since_version,
             changes.added.len(),
-            changes.removed.len()
+            changes.removed.len(),
+            changes.moved.len()
         );
     }
     text + &format!("  digest {}\n", manifest.digest)

@@ -99,6 +99,8 @@ pub struct Changes {
     pub since_digest: String,
     pub added: Vec<String>,
     pub removed: Vec<String>,
+    /// Scenes that are in another split than in the version before.
+    pub moved: Vec<String>,
 }
 
 /// A file of the dataset.
@@ -116,6 +118,9 @@ pub struct SceneEntry {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub custom_id: Option<String>,
     pub split: String,
+    /// The split in the version before, if that had the same plan.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub earlier_split: Option<String>,
     /// Scenes of one group share something that counts as leakage, directly or through others.
     pub group: String,
     /// The shard or the archive that holds the scene.

@@ -77,10 +77,9 @@ pub fn freeze(
 ) -> Result<FrozenDataset, DatasetError> {
     check_name(&request.name)?;
     let (selected, selection) = select(request, notify)?;
-    let entries = divide(&selected, request);
     let home = request.out.join(&request.name);
     let latest = versions::latest(&home)?;
-    let inputs_digest = inputs_digest(request, &entries, &selection)?;
+    let inputs_digest = inputs_digest(request, &selected, &selection)?;
     if let Some((manifest, folder)) = &latest
         && manifest.inputs_digest == inputs_digest
         && request.version.is_none_or(|version| version == manifest.version)
@@ -98,6 +97,8 @@ pub fn freeze(
             last + 1
         )));
     }
+    let before = latest.as_ref().map(|(manifest, _)| manifest);
+    let entries = divide(&selected, request, &versions::earlier_splits(before, &request.plan));
     let folder = home.join(format!("v{version}"));
     std::fs::create_dir_all(&folder).map_err(DatasetError::file("create", &folder))?;
     let planned: Vec<PlannedScene> = entries
@@ -150,7 +151,7 @@ pub fn freeze(
             statement: request.leakage_rules.statement(),
         },
         layout: request.layout,
-        changes: latest.as_ref().map(|(before, _)| versions::changes(before, &planned)),
+        changes: before.map(|before| versions::changes(before, &planned)),
         files: listed,
         scenes: stored_entries(entries, &containers),
     };
@@ -174,10 +175,14 @@ fn check_name(name: &str) -> Result<(), DatasetError> {
 }
 
 /// Entries without their places in files, sorted by split and id.
-fn divide<'a>(selected: &'a [Candidate], request: &FreezeRequest) -> Vec<(SceneEntry, &'a Candidate)> {
+fn divide<'a>(
+    selected: &'a [Candidate],
+    request: &FreezeRequest,
+    earlier: &BTreeMap<String, String>,
+) -> Vec<(SceneEntry, &'a Candidate)> {
     let shares: Vec<Shareable> = selected.iter().map(|candidate| Shareable::of(&candidate.facts)).collect();
     let groups = splits::groups(&shares, &request.leakage_rules);
-    let assigned = splits::assign(&groups, &request.plan);
+    let assigned = splits::assign(&groups, &request.plan, earlier);
     let mut of_scene: BTreeMap<&str, (String, &String)> = BTreeMap::new();
     for (group, split) in groups.iter().zip(&assigned) {
         for id in group.scenes() {
@@ -196,6 +201,7 @@ fn divide<'a>(selected: &'a [Candidate], request: &FreezeRequest) -> Vec<(SceneE
                 id: facts.id.clone(),
                 custom_id: candidate.custom_id.clone(),
                 split,
+                earlier_split: earlier.get(&facts.id).cloned(),
                 group,
                 path: String::new(),
                 size: 0,
@@ -221,11 +227,13 @@ fn splits_of(entries: &[(SceneEntry, &Candidate)]) -> Vec<String> {
 
 fn inputs_digest(
     request: &FreezeRequest,
-    entries: &[(SceneEntry, &Candidate)],
+    selected: &[Candidate],
     selection: &Selection,
 ) -> Result<String, DatasetError> {
-    let scenes: Vec<_> =
-        entries.iter().map(|(entry, _)| json!([entry.id, entry.manifest_sha256, entry.custom_id])).collect();
+    let scenes: Vec<_> = selected
+        .iter()
+        .map(|Candidate { facts, custom_id, .. }| json!([facts.id, facts.manifest_sha256, custom_id]))
+        .collect();
     let inputs = json!({
         "scenes": scenes,
         "plan": request.plan,

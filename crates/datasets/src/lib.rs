@@ -14,7 +14,7 @@
 //!
 //! let plan: SplitPlan = "train=0.5,test=0.5".parse()?;
 //! let groups = [Group::of(["a", "b"]), Group::of(["c", "d"])];
-//! let splits = assign(&groups, &plan);
+//! let splits = assign(&groups, &plan, &Default::default());
 //! assert_ne!(splits[0], splits[1]);
 //! # Ok::<(), String>(())
 //! ```

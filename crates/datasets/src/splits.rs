@@ -4,9 +4,13 @@
 //! assigned first, each to the split that lacks the largest number of scenes; groups of one size are in the order of a
 //! digest of seed and scenes. The number of scenes of every split differs from its ratio by less than the size of the
 //! largest group: the last group of an overfull split was given to it when no split lacked more.
+//!
+//! Scenes of an earlier version keep their split, so that none moves from training to tests: a group goes to the split
+//! that the majority of these scenes had, before all other groups, and the bound holds for the others only roughly.
 //! Cost: O(n log n) in the number of keys.
 
-use std::collections::HashMap;
+use std::cmp::{Ordering, Reverse};
+use std::collections::{BTreeMap, HashMap};
 use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
@@ -116,24 +120,41 @@ fn root(parents: &mut [usize], mut index: usize) -> usize {
     index
 }
 
-/// The split of every group, by its name. It depends on the plan and on the set of groups, not on their order.
-pub fn assign(groups: &[Group], plan: &SplitPlan) -> Vec<String> {
+/// The split of every group, by its name. `earlier` holds the splits of scenes in the version before. The result depends
+/// on the plan, on `earlier` and on the set of groups, not on their order.
+pub fn assign(groups: &[Group], plan: &SplitPlan, earlier: &BTreeMap<String, String>) -> Vec<String> {
     let total: usize = groups.iter().map(|group| group.scenes.len()).sum();
     let mut missing: Vec<f64> = plan.ratios.iter().map(|split| split.ratio * total as f64).collect();
     let rank = |group: &Group| sha256(format!("{}\n{}", plan.seed, group.scenes.join("\n")).as_bytes());
-    let mut order: Vec<(usize, String, usize)> = groups
-        .iter()
-        .enumerate()
-        .map(|(index, group)| (usize::MAX - group.scenes.len(), rank(group), index))
-        .collect();
-    order.sort();
+    let mut order: Vec<(Reverse<usize>, String, usize)> = Vec::with_capacity(groups.len());
     let mut names = vec![String::new(); groups.len()];
+    for (index, group) in groups.iter().enumerate() {
+        match kept_split(group, plan, earlier) {
+            Some(split) => {
+                missing[split] -= group.scenes.len() as f64;
+                names[index].clone_from(&plan.ratios[split].name);
+            }
+            None => order.push((Reverse(group.scenes.len()), rank(group), index)),
+        }
+    }
+    order.sort();
     for (_, _, index) in order {
-        // The first of equals, so that the order of the plan decides.
-        let split = (0..missing.len()).rev().max_by(|&a, &b| missing[a].total_cmp(&missing[b]));
-        let Some(split) = split else { continue };
+        let Some(split) = first_max(&missing, f64::total_cmp) else { continue };
         missing[split] -= groups[index].scenes.len() as f64;
         names[index].clone_from(&plan.ratios[split].name);
     }
     names
+}
+
+/// Index of the split that the majority of the group's earlier scenes had; the first of equals.
+fn kept_split(group: &Group, plan: &SplitPlan, earlier: &BTreeMap<String, String>) -> Option<usize> {
+    let splits: Vec<&String> = group.scenes.iter().filter_map(|id| earlier.get(id)).collect();
+    let votes = plan.ratios.iter().map(|ratio| splits.iter().filter(|split| ***split == ratio.name).count());
+    let votes: Vec<usize> = votes.collect();
+    first_max(&votes, usize::cmp).filter(|split| votes[*split] > 0)
+}
+
+/// Index of the largest value; the first of equals, so that the order of the plan decides.
+fn first_max<T>(values: &[T], compare: impl Fn(&T, &T) -> Ordering) -> Option<usize> {
+    (0..values.len()).rev().max_by(|&a, &b| compare(&values[a], &values[b]))
 }

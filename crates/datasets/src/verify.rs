@@ -306,7 +306,10 @@ impl Check<'_> {
         }
         let shares: Vec<Shareable> = scenes.iter().map(|(shares, _)| shares.clone()).collect();
         let groups = splits::groups(&shares, rules);
-        let assigned = splits::assign(&groups, &manifest.splits.plan);
+        let earlier = manifest.scenes.iter();
+        let earlier =
+            earlier.filter_map(|scene| Some((scene.id.clone(), scene.earlier_split.clone()?))).collect();
+        let assigned = splits::assign(&groups, &manifest.splits.plan, &earlier);
         let mut expected: BTreeMap<&str, (String, &str)> = BTreeMap::new();
         for (group, split) in groups.iter().zip(&assigned) {
             for id in group.scenes() {

@@ -1,23 +1,36 @@
 //! Versions of a dataset: folders `vNUMBER` of which the complete ones hold `dataset.json`.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use crate::dataset_manifest::{self, Changes, DatasetManifest};
 use crate::error::DatasetError;
 use crate::progress::PlannedScene;
+use crate::splits::SplitPlan;
 
-/// The scenes that the new version adds and those that it no longer has.
+/// The scenes that the new version adds, those that it no longer has, and those in another split.
 pub fn changes(before: &DatasetManifest, planned: &[PlannedScene]) -> Changes {
-    let old: BTreeSet<&str> = before.scenes.iter().map(|scene| scene.id.as_str()).collect();
-    let new: BTreeSet<&str> = planned.iter().map(|scene| scene.id.as_str()).collect();
-    let owned = |ids: Vec<&&str>| ids.into_iter().map(|id| (*id).to_owned()).collect();
+    let splits = before.scenes.iter().map(|scene| (scene.id.as_str(), scene.split.as_str()));
+    let splits: BTreeMap<&str, &str> = splits.collect();
+    let ids: BTreeSet<&str> = planned.iter().map(|scene| scene.id.as_str()).collect();
+    let is_moved =
+        |scene: &&PlannedScene| splits.get(scene.id.as_str()).is_some_and(|split| *split != scene.split);
+    let mut moved: Vec<String> = planned.iter().filter(is_moved).map(|scene| scene.id.clone()).collect();
+    moved.sort();
     Changes {
         since_version: before.version,
         since_digest: before.digest.clone(),
-        added: owned(new.difference(&old).collect()),
-        removed: owned(old.difference(&new).collect()),
+        added: ids.iter().filter(|id| !splits.contains_key(*id)).map(|id| (*id).to_owned()).collect(),
+        removed: splits.keys().filter(|id| !ids.contains(*id)).map(|id| (*id).to_owned()).collect(),
+        moved,
     }
+}
+
+/// The splits of the version before, by scene; none if that had another plan.
+pub fn earlier_splits(before: Option<&DatasetManifest>, plan: &SplitPlan) -> BTreeMap<String, String> {
+    let scenes =
+        before.filter(|before| before.splits.plan == *plan).into_iter().flat_map(|before| &before.scenes);
+    scenes.map(|scene| (scene.id.clone(), scene.split.clone())).collect()
 }
 
 /// The complete version with the largest number, and its folder.

@@ -20,7 +20,7 @@ fn scene(id: &str) -> Shareable {
 
 fn with_splits(scenes: &[Shareable], rules: &LeakageRules, plan: &SplitPlan) -> Vec<(Shareable, String)> {
     let groups = groups(scenes, rules);
-    let assigned = assign(&groups, plan);
+    let assigned = assign(&groups, plan, &BTreeMap::new());
     let of: BTreeMap<&str, &String> = groups
         .iter()
         .zip(&assigned)
@@ -73,7 +73,7 @@ proptest! {
             .enumerate()
             .map(|(k, size)| Group::of((0..*size).map(|m| format!("g{k}-{m}"))))
             .collect();
-        let assigned = assign(&groups, &plan);
+        let assigned = assign(&groups, &plan, &BTreeMap::new());
         let total: usize = sizes.iter().sum();
         let largest = sizes.iter().copied().max().unwrap_or(0) as f64;
         for split in &plan.ratios {
@@ -148,9 +148,21 @@ fn the_checker_finds_a_leak_of_every_kind() {
 #[test]
 fn another_seed_gives_another_assignment() {
     let groups: Vec<Group> = (0..20).map(|k| Group::of([format!("s{k}")])).collect();
-    let of_seed = |seed| assign(&groups, &SplitPlan { seed, ..plan("a=0.5,b=0.5") });
+    let of_seed = |seed| assign(&groups, &SplitPlan { seed, ..plan("a=0.5,b=0.5") }, &BTreeMap::new());
     assert_eq!(of_seed(1), of_seed(1));
     assert_ne!(of_seed(1), of_seed(2));
+}
+
+#[test]
+fn groups_keep_the_split_that_the_majority_of_their_scenes_had() {
+    let groups = [Group::of(["a", "b", "c"]), Group::of(["d"]), Group::of(["e", "f"]), Group::of(["g"])];
+    let earlier = [("a", "test"), ("b", "train"), ("c", "train"), ("d", "test"), ("e", "gone")];
+    let earlier = earlier.map(|(id, split)| (id.to_owned(), split.to_owned())).into();
+    let assigned = assign(&groups, &plan("test=0.5,train=0.5"), &earlier);
+    // Tests lack 2.5 scenes of the others, training half a scene.
+    assert_eq!(assigned, ["train", "test", "test", "test"]);
+    let tied = [("a", "train"), ("b", "test")].map(|(id, split)| (id.to_owned(), split.to_owned())).into();
+    assert_eq!(assign(&groups[..1], &plan("test=0.5,train=0.5"), &tied), ["test"]);
 }
 
 #[test]

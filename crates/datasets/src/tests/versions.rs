@@ -1,12 +1,16 @@
 //! Versions, filters and the output of batches.
 
+use std::collections::BTreeMap;
 use std::fs;
 
 use serde_json::json;
 
 use super::fixture::{MUG, ObjectSpec, Place, SceneSpec};
+use crate::dataset_manifest::DatasetManifest;
 use crate::filter::Filter;
 use crate::freeze::{FreezeRequest, freeze};
+use crate::splits::SplitPlan;
+use crate::verify::verify;
 
 #[test]
 fn an_unchanged_set_is_the_same_version_and_a_changed_one_the_next() {
@@ -22,6 +26,33 @@ fn an_unchanged_set_is_the_same_version_and_a_changed_one_the_next() {
     let changes = second.manifest.changes.expect("a change");
     assert_eq!((changes.since_version, changes.since_digest), (1, first.manifest.digest));
     assert_eq!((changes.added, changes.removed), (vec!["new".to_owned()], vec!["scene11".to_owned()]));
+}
+
+#[test]
+fn scenes_keep_their_split_in_the_next_version_of_the_same_plan() {
+    let place = Place::with_scenes();
+    let splits = |manifest: &DatasetManifest| -> BTreeMap<String, String> {
+        manifest.scenes.iter().map(|scene| (scene.id.clone(), scene.split.clone())).collect()
+    };
+    let first = splits(&place.freeze("out").manifest);
+    for k in 0..9 {
+        SceneSpec::of_text(&format!("new{k}"), &format!("New text {k}")).write_folder(&place.path("bundles"));
+    }
+    let second = place.freeze("out");
+    let changes = second.manifest.changes.clone().expect("a change");
+    assert_eq!((changes.added.len(), changes.moved.len()), (9, 0));
+    let kept: BTreeMap<String, String> =
+        splits(&second.manifest).into_iter().filter(|(id, _)| first.contains_key(id)).collect();
+    assert_eq!(kept, first);
+    assert_eq!(verify(&second.folder, &mut |_, _| {}).expect("a dataset").faults, []);
+    // Another seed is another plan, which divides all scenes anew.
+    let plan = SplitPlan { seed: 3, ..place.request("out").plan };
+    let third = freeze(&FreezeRequest { plan, ..place.request("out") }, &mut |_| {}).expect("a dataset");
+    assert!(third.manifest.scenes.iter().all(|scene| scene.earlier_split.is_none()));
+    let moved = third.manifest.changes.expect("a change").moved;
+    let differing =
+        third.manifest.scenes.iter().filter(|scene| splits(&second.manifest)[&scene.id] != scene.split);
+    assert_eq!(moved.len(), differing.count());
 }
 
 #[test]
