@@ -19,6 +19,7 @@ pub mod output_dir;
 pub mod scene_summary;
 pub mod certificate;
 pub mod text_account;
+pub mod dataset;
 pub mod serve;
 pub mod worker;
 pub mod queue;
@@ -55,6 +56,8 @@ enum Command {
     Batch(batch::Arguments),
     /// Show what a text is understood as, without making a scene.
     Parse(parse::Arguments),
+    /// Freeze finished scenes as a dataset, verify it, print its statistics.
+    Dataset(dataset::Arguments),
     /// Run the job server.
     Serve(serve::Arguments),
     /// Take jobs from a shared database, without the HTTP interface.
@@ -81,6 +84,7 @@ pub fn main() -> ExitCode {
         Command::Diff(arguments) => diff::run(arguments),
         Command::Batch(arguments) => batch::run(arguments),
         Command::Parse(arguments) => parse::run(arguments),
+        Command::Dataset(arguments) => dataset::run(arguments),
         Command::Serve(arguments) => serve::run(arguments),
         Command::Worker(arguments) => worker::run(arguments),
         Command::Queue(arguments) => queue::run(arguments),

@@ -58,6 +58,12 @@ pub const CRATES: &[Layer] = &[
         &["geometry", "imaging", "mesh_io", "runtime", "scene"],
         &[SERVERS, CLIENTS, ROWS, TASKS, FILES, SYSTEM],
     ),
+    // Datasets are files on a disk: it reads bundles and writes shards.
+    layer(
+        "datasets",
+        &["export", "geometry", "imaging", "runtime", "scene"],
+        &[SERVERS, CLIENTS, ROWS, TASKS, FUTURES, SYSTEM, CLOCKS, CHANCE],
+    ),
     layer("ports", &["geometry", "imaging", "pose_estimation", "runtime", "scene"], PURE_BUT_FUTURES),
     layer(
         "embedded",
