@@ -1,7 +1,7 @@
 """Whether a relation of an edit holds between bodies of a finished scene.
 
-Written again from the documented tolerances: distances 1 cm, yaws and facing 10 degrees, positions 2 cm, next to at most
-15 cm apart, contacts 1.5 cm, overlap along a direction 1.5 cm, regions a twentieth of half the table.
+Written again from the documented tolerances: distances 1 cm, yaws and facing 10 degrees, positions 2 cm, next to at
+most 15 cm apart, contacts 1.5 cm, overlap along a direction 1.5 cm, regions a twentieth of half the table.
 """
 
 import math

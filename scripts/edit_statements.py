@@ -1,4 +1,4 @@
-"""What single operations state, checked on the finished scene. Geometry that a later operation changes is not checked."""
+"""What single operations state, checked on the finished scene. What a later operation moves is not checked."""
 
 import math
 from dataclasses import dataclass

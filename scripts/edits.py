@@ -41,8 +41,7 @@ class Operation:
 def complaints(parent: Scene, child: Scene, operations: list, document: dict | None = None) -> list:
     """What is not as stated; empty where the edit is right. `document` is what the command printed."""
     found = Comparison(parent, child, operations)
-    wrong = list(found.wrong) + found.certificate(document) + found.lineage()
-    wrong += found.unmentioned(document)
+    wrong = found.wrong + found.certificate(document) + found.lineage() + found.unmentioned(document)
     for index, operation in enumerate(operations):
         later = found.later(index)
         context = Context(parent, found.child_bodies, child, found.added, later, bool(found.about(index) & later))
@@ -101,10 +100,8 @@ class Comparison:
                 self.added[k] = fitting
                 free = [name for name in free if name not in fitting]
                 if len(fitting) != operation.count:
-                    what = " or ".join(operation.categories) or "objects"
-                    self.wrong.append(
-                        f"operation {k + 1} ({operation.name}): {len(fitting)} {what} added instead of {operation.count}"
-                    )
+                    told = f"{len(fitting)} {' or '.join(operation.categories) or 'objects'}"
+                    self.wrong.append(f"operation {k + 1} ({operation.name}) added {told} instead of {operation.count}")
         for name in free:
             self.wrong.append(f"{name} ({self.child_bodies[name].category}) appeared, and no operation asks for it")
 
@@ -149,8 +146,8 @@ class Comparison:
         return set(self.names(words)) | set(words) | set(self.added.get(index, []))
 
     def unmentioned(self, document) -> list:
-        """Bodies that no operation is about: the same pose to the last bit, or a reported movement; the same otherwise."""
-        wrong, reported = [], self.reported_movements(document)
+        """Bodies that no operation is about: the same to the last bit, or a reported movement."""
+        reported, wrong = self.reported_movements(document)
         touched = set().union(*(self.touched(k) for k in range(len(self.operations))))
         changed = {name for op in self.operations if op.name in ("resize", "recolor", "relabel") for name in op.targets}
         for name, before in self.parent.bodies.items():
@@ -170,12 +167,14 @@ class Comparison:
                 wrong.append(f"{name} stands on {after.parent}, before on {before.parent}, and the report is silent")
         return wrong
 
-    def reported_movements(self, document) -> dict:
+    def reported_movements(self, document) -> tuple:
+        """(name to movement, what is wrong with the lists)."""
         told = [self.child.report, document or {}]
         lists = [(one.get("edit") or {}).get("moved") or [] for one in told]
+        wrong = []
         if document is not None and sorted(map(str, lists[0])) != sorted(map(str, lists[1])):
-            self.wrong.append("report.json and the printed document list different movements")
-        return {movement["name"]: movement for movement in lists[0]}
+            wrong.append("report.json and the printed document list different movements")
+        return {movement["name"]: movement for movement in lists[0]}, wrong
 
     def certificate(self, document) -> list:
         wrong = []
@@ -192,8 +191,8 @@ class Comparison:
         source = self.child.scene.get("request", {}).get("input", {})
         if source.get("kind") != "edit" or source.get("parent") != self.parent.id:
             return [f"the scene does not name its parent {self.parent.id}: {source}"]
-        count = len(source.get("operations", []))
-        return [] if count == len(self.operations) else [f"the scene names {count} operations of {len(self.operations)}"]
+        count, asked = len(source.get("operations", [])), len(self.operations)
+        return [] if count == asked else [f"the scene names {count} operations of {asked}"]
 
 
 def reasons(told: dict) -> list:
