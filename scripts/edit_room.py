@@ -9,7 +9,7 @@ import math
 from dataclasses import dataclass
 
 from edit_geometry import (
-    bounds, center_of, convex_hull, depth_m, minkowski_sum, outline_holds, rows_of, shifted, turned
+    area_m2, bounds, center_of, convex_hull, depth_m, minkowski_sum, outline_holds, rows_of, shifted, sides, turned
 )
 from edit_scene import TABLE, Body, Scene
 
@@ -110,7 +110,8 @@ def free_place(
         for yaw in yaws:
             prisms = [Prism(turned(one.polygon, yaw), one.low_m, one.high_m) for one in shape.prisms]
             footprint = convex_hull([corner for one in prisms for corner in one.polygon])
-            free = free_cells(prisms, obstacles, height_m, first, counts, clearance_m)
+            limits = [] if carriers is not None else outline_limits(scene.outline, footprint, max(0.0, clearance_m))
+            free = free_cells(prisms, obstacles, height_m, first, counts, clearance_m, limits)
             balance = turned([shape.center_of_mass], yaw)[0]
             for row, column in free:
                 center = (first[0] + column * STEP_M, first[1] + row * STEP_M)
@@ -121,8 +122,8 @@ def free_place(
                 top_m = height_m + max(one.high_m for one in prisms)
                 found = Found(corners, center_of(corners), shape.yaw_rad + yaw, height_m, top_m)
                 # What stands on an object may stick out over the edge of the table.
-                on_table = carriers is not None or outline_holds(scene.outline, corners, max(0.0, clearance_m))
-                if on_table and accepts(found):
+                is_inside = carriers is not None or limits
+                if accepts(found) and (is_inside or outline_holds(scene.outline, corners, max(0.0, clearance_m))):
                     return found
     return None
 
@@ -136,10 +137,37 @@ def grid(low, high, around) -> tuple:
     return low, tuple(int((high[k] - low[k]) / STEP_M) + 1 for k in (0, 1))
 
 
-def free_cells(prisms, obstacles, height_m, first, counts, clearance_m):
-    """(row, column) of the centers at which no prism comes nearer than the clearance to an obstacle at its height."""
+def outline_limits(outline, footprint, margin_m) -> list:
+    """Half-planes (x, y, limit) of centers that keep the footprint inside a convex outline; none for a concave one."""
+    hull = convex_hull(outline)
+    if area_m2(hull) - abs(area_m2(outline)) > 1e-6:
+        return []
+    limits = []
+    for (x, y), (u, v) in sides(hull):
+        length = math.hypot(u - x, v - y)
+        nx, ny = (v - y) / length, (x - u) / length
+        reach_m = max(p * nx + q * ny for p, q in footprint)
+        limits.append((nx, ny, x * nx + y * ny - reach_m - margin_m))
+    return limits
+
+
+def free_cells(prisms, obstacles, height_m, first, counts, clearance_m, limits=()):
+    """(row, column) of the centers within the limits at which no prism comes nearer than the clearance to an obstacle at
+    its height."""
     columns, count = counts
     blocked = [bytearray(columns) for _ in range(count)]
+    for row in range(count if limits else 0):
+        low, high, y = first[0], first[0] + columns * STEP_M, first[1] + row * STEP_M
+        for nx, ny, limit in limits:
+            if abs(nx) < 1e-12:
+                high = high if ny * y <= limit else low - STEP_M
+            elif nx > 0:
+                high = min(high, (limit - ny * y) / nx)
+            else:
+                low = max(low, (limit - ny * y) / nx)
+        start = min(columns, max(0, math.ceil((low - first[0]) / STEP_M)))
+        end = max(start, min(columns, math.floor((high - first[0]) / STEP_M) + 1))
+        blocked[row][:start], blocked[row][end:] = b"\1" * start, b"\1" * (columns - end)
     ring = octagon(max(0.0, clearance_m))
     for one in prisms:
         mirrored = minkowski_sum(convex_hull([(-x, -y) for x, y in one.polygon]), ring)

@@ -390,6 +390,26 @@ class Room(unittest.TestCase):
             self.assertGreaterEqual(distance_m(place.footprint, other.footprint), 0.01 - 1e-9)
         self.assertTrue(outline_holds(found.outline, place.footprint, 0.01 - 1e-9))
 
+    def test_outlines_bound_the_search_whether_convex_or_not(self):
+        notched = [[-0.6, -0.3], [0.6, -0.3], [0.6, 0.3], [0.0, -0.2], [-0.6, 0.3]]
+        shape = box((0.303, 0.207, 0.1))
+        for outline, straight in ((OUTLINE, 0), (notched, 0), (OUTLINE, 3)):
+            found = scene()
+            found.outline = [tuple(corner) for corner in outline]
+            yaws = [0.1 * straight]
+            slow = [
+                (round(x / 100 - 0.6, 3), round(y / 100 - 0.3, 3)) for x in range(121) for y in range(61)
+                if outline_holds(found.outline, shifted(turned(shape.prisms[0].polygon, yaws[0]),
+                                                        (x / 100 - 0.6, y / 100 - 0.3)), 0.01)
+            ]
+            seen = []
+            free_place(found, shape, [], levels_of(found, "table"), yaws=yaws,
+                       accepts=lambda place: seen.append(place) or False)
+            if outline is OUTLINE:
+                self.assertEqual(sorted((round(p.center[0], 3), round(p.center[1], 3)) for p in seen), sorted(slow))
+            place = free_place(found, shape, [], levels_of(found, "table"), yaws=yaws)
+            self.assertTrue(outline_holds(found.outline, place.footprint, 0.01 - 1e-9))
+
     def test_a_turned_object_fits_where_a_straight_one_does_not(self):
         walls = scene(body("a_1", -0.35, 0, size=(0.5, 0.6, 0.2)), body("b_1", 0.35, 0, size=(0.5, 0.6, 0.2)))
         shape = box((0.3, 0.1, 0.1))
