@@ -15,6 +15,7 @@ class Category:
     low_m: tuple
     high_m: tuple
     affordances: tuple
+    substance: str
 
 
 def read() -> dict:
@@ -25,7 +26,7 @@ def read() -> dict:
                 label, size = entry["label"], entry["size"]
                 found[entry["name"]] = Category(
                     entry["name"], label, entry.get("plural", label + "s"), tuple(size["low_m"]),
-                    tuple(size["high_m"]), tuple(entry.get("affordances", ())),
+                    tuple(size["high_m"]), tuple(entry.get("affordances", ())), entry.get("substance", ""),
                 )
     return found
 

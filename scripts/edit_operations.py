@@ -1,8 +1,6 @@
 """Plans operations for a scene. A planner remembers what its operations are about, so that a later one of a chain does
 not undo an earlier one."""
 
-import math
-
 from edit_catalog import CATEGORIES
 from edit_places import Choices, has_use, is_upright
 from edit_scene import TABLE
@@ -21,6 +19,7 @@ COLORS = ["red", "blue", "green", "yellow", "white", "black"]
 # What is small enough for a container.
 SMALL = {"dice": "a die", "egg": "an egg", "lemon": "a lemon", "apple": "an apple"}
 THEMES = ["office desk", "dining table", "workbench"]
+METALS = ("steel", "aluminum", "brass", "cast_iron", "copper")
 TABLE_MATERIALS = ["oak", "walnut", "marble", "glass", "steel"]
 
 
@@ -165,9 +164,9 @@ class Planner(Choices):
             if kind != "material":
                 wire["color"] = self.chance.choice(COLORS)
             if kind != "color":
-                # The lightest and the heaviest of common materials: one of them is another than before.
-                volume = math.prod(body.size_m)
-                wire["material"] = "wood" if body.mass_kg / volume > 1500 else "steel"
+                # Another material than that of the category, so that the mass changes.
+                substance = CATEGORIES[body.category].substance if body.category in CATEGORIES else ""
+                wire["material"] = "wood" if substance in METALS else "steel"
             return Operation(wire, [body.name], color=wire.get("color"))
         return None
 

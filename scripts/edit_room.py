@@ -152,8 +152,7 @@ def outline_limits(outline, footprint, margin_m) -> list:
 
 
 def free_cells(prisms, obstacles, height_m, first, counts, clearance_m, limits=()):
-    """(row, column) of the centers within the limits at which no prism comes nearer than the clearance to an obstacle at
-    its height."""
+    """(row, column) of the centers within the limits with nothing nearer to a prism than the clearance."""
     columns, count = counts
     blocked = [bytearray(columns) for _ in range(count)]
     for row in range(count if limits else 0):

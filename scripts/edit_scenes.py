@@ -59,14 +59,20 @@ class Parent:
 
 
 def text_parents(lab: Path, binary: Path, folder: Path, count: int = len(TEXTS)) -> list:
-    """Scenes of the first texts; what cannot be made is a problem, for the bar of texts is another one."""
+    """Certified scenes of the first texts; one that is quarantined is made once more with another seed."""
     texts = TEXTS[:count]
     found = []
     for number, text in enumerate(texts):
         print(f"scene {number + 1} of {len(texts)}: {text}", flush=True)
-        out = made(binary, folder / f"text_{number:02}", text, SEED + number)
-        outcome = words.parse(lab, [text], SEED + number)[0]
-        found.append(Parent(out.name, out, read_scene(out), stated_colors(outcome)))
+        for seed in (SEED + number, SEED + number + len(TEXTS)):
+            out = made(binary, folder / f"text_{number:02}", text, seed)
+            scene = read_scene(out)
+            if scene.report["verdict"] == "pass":
+                outcome = words.parse(lab, [text], seed)[0]
+                found.append(Parent(out.name, out, scene, stated_colors(outcome)))
+                break
+        else:
+            raise Problem(f"no certified scene of {text!r}: {out}")
     return found
 
 

@@ -24,6 +24,8 @@ from server import Problem
 
 SCENES, EDITS, SEED, ROUNDS = 40, 200, 34, 5
 COST_BAR = 0.25
+# Who refuses everything does nothing wrong.
+DONE_BAR = 0.5
 # An operation is asked for this often where the number of edits allows for it.
 PLANNED = 10
 # Fifteen objects.
@@ -114,7 +116,11 @@ def edit_bars(found, edits) -> list:
     done = sum(one.outcome == RIGHT for one in found)
     planned = Counter(operation.name for one in found if not one.case.refused for operation in one.case.operations)
     rarest = min(planned[name] for name in PLANS)
-    bars = [(f"Wrong edits of {len(found)}", str(wrong), "0", wrong == 0), ("Edits done", str(done), "some", done > 0)]
+    possible = sum(not one.case.refused for one in found)
+    bars = [
+        (f"Wrong edits of {len(found)}", str(wrong), "0", wrong == 0),
+        (f"Done of {possible} that seem possible", str(done), percent(DONE_BAR, 0), done >= DONE_BAR * possible),
+    ]
     if edits >= EDITS:
         bars.append(("Uses of the rarest operation", str(rarest), str(PLANNED), rarest >= PLANNED))
     return bars
