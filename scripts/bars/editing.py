@@ -19,7 +19,7 @@ from edit_operations import PLANS
 from edit_refused import REFUSED as REFUSALS
 from edit_runs import NO_ROOM, OUTCOMES, REFUSED, RIGHT, WRONG, called, edit, judged
 from edit_scenes import TEXTS, image_parents, text_parents
-from judging import finish_setup, judge, start_setup
+from judging import complaints, finish_setup, judge, start_setup
 from server import Problem
 
 SCENES, EDITS, SEED, ROUNDS = 40, 200, 34, 5
@@ -95,14 +95,14 @@ def measured(binary, environment, parents, asked, folder) -> list:
 
 
 def simulate(environment, waiting):
-    """Five seconds of MuJoCo, with the displacement of the certificate; a bundle with nothing wrong is removed."""
+    """Five seconds of MuJoCo, with the displacement of the certificate, and collisions of the meshes by Manifold and FCL;
+    a bundle with nothing wrong is removed."""
     if not waiting:
         return
-    findings = judge(environment, [one.bundle for one in waiting], dss_bar=0.0, only=("mjcf",))
+    findings = judge(environment, [one.bundle for one in waiting], dss_bar=0.0, only=("mjcf", "collisions"))
     for one in waiting:
-        verdict = findings["bundles"][str(one.bundle.resolve())]["mjcf"]
-        wrong = [f"MuJoCo: {words}" for words in verdict["complaints"]]
-        for name, (moved_mm, turned_deg) in verdict["facts"].get("unstable", {}).items():
+        wrong, verdicts = complaints(findings, one.bundle), findings["bundles"][str(one.bundle.resolve())]
+        for name, (moved_mm, turned_deg) in verdicts["mjcf"]["facts"].get("unstable", {}).items():
             wrong.append(f"MuJoCo: {name} moves by {moved_mm} mm and {turned_deg} degrees")
         if wrong:
             one.outcome, one.words = WRONG, one.words + wrong

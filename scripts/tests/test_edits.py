@@ -1,84 +1,21 @@
 """The judge of edits: every statement with a scene that holds it and one that does not, and every kind of violation."""
 
-import copy
-import math
 import struct
 import sys
 import tempfile
 import unittest
 import zlib
 from pathlib import Path
-from types import SimpleNamespace
 
+from edit_bodies import MUG, PLATE, body, changed, scene
 from place import SCRIPTS
 
 sys.path.insert(0, str(SCRIPTS))
 
-from bars import editing as bar  # noqa: E402
 from edit_appearance import mean_color, parts  # noqa: E402
-from edit_cases import Case, cases  # noqa: E402
-from edit_geometry import (  # noqa: E402
-    area_m2, convex_hull, depth_m, distance_m, minkowski_sum, outline_holds, rows_of, shifted, turned
-)
 from edit_operations import PLANS  # noqa: E402
 from edit_predicates import holds  # noqa: E402
-from edit_refusals import place_for  # noqa: E402
-from edit_refused import REFUSED  # noqa: E402
-from edit_room import box, free_place, levels_of, obstacles_of  # noqa: E402
-from edit_runs import NO_ROOM, RIGHT, WRONG, Edited, Judged, refusal_complaints  # noqa: E402
-from edit_scene import Scene, wrapped_rad  # noqa: E402
-from edit_scenes import Parent  # noqa: E402
 from edits import Operation, complaints  # noqa: E402
-
-OUTLINE = [[-0.6, -0.3], [0.6, -0.3], [0.6, 0.3], [-0.6, 0.3]]
-SQUARE = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]
-
-
-def body(name, x, y, z=0.0, size=(0.1, 0.1, 0.1), yaw_deg=0.0, parent="table", relation="on", **more):
-    """A box whose bottom center is at x, y, z (meters)."""
-    half = math.radians(yaw_deg) / 2
-    instance = {
-        "name": name, "label": name.rsplit("_", 1)[0], "category": name.rsplit("_", 1)[0], "size_m": list(size),
-        "translation_m": [x, y, z], "rotation_xyzw": [0.0, 0.0, math.sin(half), math.cos(half)],
-        "yaw_rad": wrapped_rad(math.radians(yaw_deg)), "symmetry_order": 1, "mass_kg": 0.2,
-        "friction": {"static": 0.5, "dynamic": 0.4}, "center_of_mass_m": [0.0, 0.0, 0.5 * size[2]],
-        "support": {"parent": parent, "relation": relation},
-    }
-    return instance | more
-
-
-def box_hull(size):
-    x, y, z = 0.5 * size[0], 0.5 * size[1], size[2]
-    return [(a, b, c) for a in (-x, x) for b in (-y, y) for c in (0.0, z)]
-
-
-def cup(name, x, y, width=0.12, height=0.1, wall=0.01):
-    """A square container of four walls and a floor: its instance and its hulls."""
-    half = 0.5 * width
-    spans = [((-half, half), (-half, half), (0.0, wall))]
-    for low, high in ((-half, wall - half), (half - wall, half)):
-        spans += [((low, high), (-half, half), (wall, height)), ((-half, half), (low, high), (wall, height))]
-    hulls = [[(a, b, c) for a in along for b in across for c in up] for along, across, up in spans]
-    return body(name, x, y, size=(width, width, height)), hulls
-
-
-def scene(*bodies, moved=(), operations=0, verdict="pass", col_s=0, shape="rectangular", folder=None, hulls=()):
-    """A scene; with a number of operations it is the child of the scene `parent`."""
-    table = {"shape": shape, "outline_m": OUTLINE, "size_m": [1.2, 0.6, 0.75], "height_m": 0.75}
-    source = {"kind": "edit", "parent": "parent", "operations": [{"op": "x"}] * operations}
-    told = {"id": "parent", "table": table, "request": {"input": source if operations else {"kind": "text"}},
-            "instances": list(bodies)}
-    report = {"verdict": verdict, "metrics": {"col_s": col_s}, "edit": {"moved": list(moved)}, "reasons": []}
-    own = {one["name"]: [box_hull(one["size_m"])] for one in bodies} | dict(hulls)
-    return Scene(told, own, report, folder)
-
-
-MUG, PLATE, BOOK = body("mug_1", -0.3, 0.0), body("plate_1", 0.3, 0.0), body("book_1", 0.0, 0.2)
-
-
-def changed(instance, **more):
-    return copy.deepcopy(instance) | more
-
 
 # (relation, the first and others that hold it, those that do not, stated distance)
 RELATIONS = [
@@ -108,33 +45,6 @@ RELATIONS = [
     ("from_back_edge", [body("a_1", 0, 0.2)], [body("a_1", 0, 0.15)], 0.05),
     ("from_front_edge", [body("a_1", 0, -0.11)], [body("a_1", 0, 0)], None),
 ]
-
-
-class Geometry(unittest.TestCase):
-    def test_distances_are_those_by_hand(self):
-        self.assertAlmostEqual(distance_m(SQUARE, shifted(SQUARE, (1.5, 0.3))), 0.5)
-        self.assertAlmostEqual(distance_m(SQUARE, shifted(SQUARE, (1.3, 1.4))), 0.5)
-        self.assertAlmostEqual(distance_m(SQUARE, shifted(SQUARE, (0.9, 0.0))), -0.1)
-        self.assertAlmostEqual(depth_m(SQUARE, (0.5, 0.2)), 0.2)
-        self.assertAlmostEqual(depth_m(SQUARE, (0.5, -0.2)), -0.2)
-
-    def test_the_sum_of_polygons_is_the_hull_of_the_sums_of_their_corners(self):
-        for k in range(12):
-            one = turned(SQUARE, 0.3 * k)
-            other = turned([(0.0, 0.0), (2.0, 0.0), (0.5, 0.7)], 0.5 * k)
-            slow = convex_hull([(p[0] + q[0], p[1] + q[1]) for p in one for q in other])
-            self.assertAlmostEqual(area_m2(minkowski_sum(one, other)), area_m2(slow))
-
-    def test_rows_are_cut_where_the_polygon_is(self):
-        found = rows_of([(0.0, 0.0), (2.0, 0.0), (0.0, 2.0)], -0.5, 0.5, 9)
-        self.assertEqual(sorted(found), [1, 2, 3, 4, 5])
-        self.assertEqual(found[2], (0.0, 1.5))
-
-    def test_a_notch_between_the_corners_is_outside(self):
-        notched = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (0.0, 0.0), (-1.0, 1.0)]
-        low, high = [(-0.2, -0.5), (0.2, -0.5), (0.2, -0.3), (-0.2, -0.3)], [(-0.4, 0.2), (-0.3, -0.5), (0.4, 0.2)]
-        self.assertTrue(outline_holds(notched, low, 0.01))
-        self.assertFalse(outline_holds(notched, convex_hull(high), 0.0))
 
 
 class Predicates(unittest.TestCase):
@@ -370,174 +280,6 @@ class Appearance(unittest.TestCase):
         self.assertNotEqual(self.found({"op": "restyle_table", "color": "blue"}), [])
         child = scene(MUG, operations=1, folder=self.folder, shape="round")
         self.assertNotEqual(complaints(scene(MUG), child, [Operation({"op": "restyle_table", "material": "oak"})]), [])
-
-
-class Room(unittest.TestCase):
-    def test_a_gap_of_the_width_and_twice_the_clearance_is_room(self):
-        # Two walls from the front to the back edge.
-        for gap_m, expected in ((0.16, True), (0.11, False)):
-            wall = (0.3, 0.6, 0.2)
-            walls = [body("a_1", -0.5 * gap_m - 0.15, 0, size=wall), body("b_1", 0.5 * gap_m + 0.15, 0, size=wall),
-                     body("c_1", -0.5 * gap_m - 0.45, 0, size=wall), body("d_1", 0.5 * gap_m + 0.45, 0, size=wall)]
-            found = scene(*walls)
-            place = free_place(found, box((0.1, 0.1, 0.1)), obstacles_of(found), levels_of(found, "table"))
-            self.assertEqual(place is not None, expected)
-
-    def test_a_found_place_touches_nothing(self):
-        found = scene(*(body(f"a_{k}", -0.5 + 0.2 * k, 0.1 * (k % 3 - 1), yaw_deg=17 * k) for k in range(6)))
-        place = free_place(found, box((0.15, 0.08, 0.1)), obstacles_of(found), levels_of(found, "table"))
-        for other in found.bodies.values():
-            self.assertGreaterEqual(distance_m(place.footprint, other.footprint), 0.01 - 1e-9)
-        self.assertTrue(outline_holds(found.outline, place.footprint, 0.01 - 1e-9))
-
-    def test_outlines_bound_the_search_whether_convex_or_not(self):
-        notched = [[-0.6, -0.3], [0.6, -0.3], [0.6, 0.3], [0.0, -0.2], [-0.6, 0.3]]
-        shape = box((0.303, 0.207, 0.1))
-        for outline, straight in ((OUTLINE, 0), (notched, 0), (OUTLINE, 3)):
-            found = scene()
-            found.outline = [tuple(corner) for corner in outline]
-            yaws = [0.1 * straight]
-            slow = [
-                (round(x / 100 - 0.6, 3), round(y / 100 - 0.3, 3)) for x in range(121) for y in range(61)
-                if outline_holds(found.outline, shifted(turned(shape.prisms[0].polygon, yaws[0]),
-                                                        (x / 100 - 0.6, y / 100 - 0.3)), 0.01)
-            ]
-            seen = []
-            free_place(found, shape, [], levels_of(found, "table"), yaws=yaws,
-                       accepts=lambda place: seen.append(place) or False)
-            if outline is OUTLINE:
-                self.assertEqual(sorted((round(p.center[0], 3), round(p.center[1], 3)) for p in seen), sorted(slow))
-            place = free_place(found, shape, [], levels_of(found, "table"), yaws=yaws)
-            self.assertTrue(outline_holds(found.outline, place.footprint, 0.01 - 1e-9))
-
-    def test_a_turned_object_fits_where_a_straight_one_does_not(self):
-        walls = scene(body("a_1", -0.35, 0, size=(0.5, 0.6, 0.2)), body("b_1", 0.35, 0, size=(0.5, 0.6, 0.2)))
-        shape = box((0.3, 0.1, 0.1))
-        self.assertIsNone(free_place(walls, shape, obstacles_of(walls), levels_of(walls, "table"), yaws=[0.0]))
-        self.assertIsNotNone(free_place(walls, shape, obstacles_of(walls), levels_of(walls, "table")))
-
-    def test_what_is_above_is_no_obstacle(self):
-        shelf = scene(body("a_1", 0, 0, 0.3, size=(1.2, 0.6, 0.1)))
-        for height_m, expected in ((0.2, True), (0.35, False)):
-            shape = box((0.1, 0.1, height_m))
-            place = free_place(shelf, shape, obstacles_of(shelf), levels_of(shelf, "table"))
-            self.assertEqual(place is not None, expected)
-
-    def test_containers_take_what_fits_between_their_walls(self):
-        told, hulls = cup("cup_1", 0.0, 0.0)
-        operation = Operation({"op": "move", "target": "a_1", "where": {"relation": "in", "target": "cup_1"}}, ["a_1"],
-                              ["cup_1"])
-        for size, expected in (((0.05, 0.05, 0.05), True), ((0.11, 0.11, 0.05), False)):
-            found = scene(told, body("a_1", 0.4, 0, size=size), hulls={"cup_1": hulls})
-            self.assertEqual(bool(place_for(operation, found)), expected)
-
-    def test_refusals_of_single_operations_are_tried(self):
-        blocks = [body("a_1", -0.3, 0.15, size=(0.58, 0.28, 0.2)), body("b_1", 0.3, 0.15, size=(0.58, 0.28, 0.2)),
-                  body("c_1", -0.3, -0.15, size=(0.58, 0.28, 0.2))]
-        free = scene(*blocks, body("mug_1", 0.4, -0.15))
-        blocks.append(body("d_1", 0.3, -0.15, size=(0.58, 0.28, 0.2)))
-        full = scene(*blocks, body("mug_1", 0.3, 0.15, 0.2, parent="b_1"))
-        cases_of = [
-            Operation({"op": "add", "object": "a mug"}, categories=("mug",), count=1),
-            Operation({"op": "move", "target": "mug_1", "where": {"relation": "at_right"}}, ["mug_1"]),
-            Operation({"op": "clutter", "count": 1}, count=1),
-            Operation({"op": "tidy"}),
-        ]
-        for operation in cases_of[:3]:
-            self.assertTrue(place_for(operation, free), operation.wire)
-            self.assertFalse(place_for(operation, full), operation.wire)
-        self.assertTrue(place_for(cases_of[3], scene(MUG, PLATE)))
-        self.assertTrue(place_for(Operation({"op": "stack", "targets": ["plate_1", "mug_1"]}, ["plate_1", "mug_1"]),
-                                  scene(MUG, PLATE)))
-        rotate = Operation({"op": "rotate", "target": "a_1", "by_rad": 1.5}, ["a_1"])
-        self.assertFalse(place_for(rotate, free))
-        self.assertTrue(place_for(Operation({"op": "rotate", "target": "mug_1", "by_rad": 1.5}, ["mug_1"]), free))
-        self.assertTrue(place_for(Operation({"op": "relabel", "target": "mug_1", "label": "x"}, ["mug_1"]), full))
-
-
-class Refusals(unittest.TestCase):
-    REMOVE = Operation({"op": "remove", "target": "the giraffe"})
-    CASE = Case("edit_000", "p", 1, [REMOVE], "unknown object", ("giraffe",))
-
-    def found(self, exit_code=5, **failure):
-        told = {"kind": "unknown_object", "message": "no giraffe is there", "exit_code": 5} | failure
-        return refusal_complaints(Edited(exit_code, {"failure": told}, "", 0.0, []), self.CASE, Path("/nowhere"))
-
-    def test_a_refusal_names_its_reason(self):
-        self.assertEqual(self.found(), [])
-        self.assertNotEqual(self.found(message="no such object"), [])
-        self.assertNotEqual(self.found(message=""), [])
-        self.assertNotEqual(self.found(exit_code=1), [])
-
-    def test_a_refusal_writes_no_scene(self):
-        with tempfile.TemporaryDirectory() as home:
-            (Path(home) / "scene.json").write_text("{}", encoding="utf-8")
-            done = Edited(5, {"failure": {"message": "no giraffe", "exit_code": 5}}, "", 0.0, [])
-            self.assertEqual(refusal_complaints(done, self.CASE, Path(home)), ["a refused edit wrote a scene"])
-
-
-class Generator(unittest.TestCase):
-    def setUp(self):
-        # Wide enough for all sorts of edits.
-        told, hulls = cup("mug_1", -0.45, 0.2)
-        bodies = [told, body("mug_2", -0.2, 0.2), body("book_1", 0.1, 0.2, size=(0.15, 0.2, 0.03)),
-                  body("book_2", 0.4, 0.15, size=(0.15, 0.22, 0.03)), body("apple_1", 0.4, 0.15, 0.03, parent="book_2",
-                  size=(0.07, 0.07, 0.07)), body("laptop_1", -0.3, -0.1, size=(0.33, 0.28, 0.22)),
-                  body("notebook_1", 0.2, -0.15, size=(0.15, 0.2, 0.015))]
-        self.parent = Parent("p", Path("p"), scene(*bodies, hulls={"mug_1": hulls}), {"mug_1": "red", "mug_2": "blue"})
-        self.every = cases([self.parent], 400, 1)
-
-    def test_the_seed_decides_everything(self):
-        self.assertEqual([one.wire() for one in cases([self.parent], 400, 1)], [one.wire() for one in self.every])
-        self.assertNotEqual([one.wire() for one in cases([self.parent], 400, 2)], [one.wire() for one in self.every])
-
-    def test_everything_is_asked_for_often(self):
-        singles = [one.kind() for one in self.every if not one.refused]
-        for kind in PLANS:
-            self.assertGreaterEqual(singles.count(kind), 10, kind)
-        refused = [one.refused for one in self.every if one.refused]
-        self.assertAlmostEqual(len(refused) / len(self.every), 0.15, delta=0.03)
-        self.assertEqual(set(refused), set(REFUSED))
-        self.assertTrue(all(len(one.operations) in (1, 5) for one in self.every))
-        self.assertGreater(sum(one.kind() == "chain" for one in self.every), 40)
-
-    def test_phrases_fit_one_object(self):
-        words = {wire.get("target") for one in self.every for wire in one.wire() if not one.refused}
-        for phrase in ("the red mug", "the first book from the left", "the second mug from the left", "the laptop"):
-            self.assertIn(phrase, words)
-        self.assertNotIn("the mug", words)
-
-    def test_targets_are_there_or_added(self):
-        for one in self.every:
-            for index, operation in enumerate(one.operations):
-                for name in operation.targets + operation.references:
-                    known = int(name[1:]) < index if name.startswith("+") else name in self.parent.scene.bodies
-                    self.assertTrue(known, (one.wire(), name))
-
-
-class Page(unittest.TestCase):
-    def test_wrong_edits_break_the_bar_and_are_listed(self):
-        case = Case("edit_000", "p", 7, [Operation({"op": "tidy"})])
-        right, wrong = Judged(case, RIGHT), Judged(case, WRONG, ["mug_1 vanished"])
-        parents = [SimpleNamespace(is_image=False)]
-        self.assertTrue(all(bar[3] for bar in bar.edit_bars([right], 1)))
-        self.assertFalse(all(bar[3] for bar in bar.edit_bars([right, wrong], 2)))
-        page = bar.edits_page([right, wrong, Judged(case, NO_ROOM, ["refused: full"])], parents)
-        self.assertIn("| tidy | 3 | 1 | 0 | 1 | 1 |", page)
-        self.assertIn("mug_1 vanished", page)
-        self.assertIn('`{"op": "tidy"}`', page)
-
-    def test_operations_that_are_rare_break_the_bar(self):
-        found = [Judged(Case("x", "p", 1, [Operation({"op": kind})] * 10), RIGHT) for kind in PLANS]
-        self.assertTrue(all(bar[3] for bar in bar.edit_bars(found, 200)))
-        found[3].case.operations.pop()
-        self.assertFalse(all(bar[3] for bar in bar.edit_bars(found, 200)))
-
-    def test_the_worst_ratio_counts(self):
-        costs = {"full run": [10.0, 11.0, 9.0]} | dict.fromkeys(bar.SINGLE_EDITS, [2.0, 2.0, 2.0])
-        self.assertTrue(bar.cost_bar(costs)[3])
-        self.assertFalse(bar.cost_bar(costs | {"move": [2.5, 2.5, 2.5]})[3])
-        self.assertIn("| move | 2.00 |", bar.costs_page(costs))
 
 
 if __name__ == "__main__":
