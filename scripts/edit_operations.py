@@ -2,7 +2,7 @@
 not undo an earlier one."""
 
 from edit_catalog import CATEGORIES
-from edit_places import Choices, has_use, is_upright
+from edit_places import Choices, has_own_label, is_flat, is_upright
 from edit_scene import TABLE
 from edits import Operation
 
@@ -90,8 +90,7 @@ class Planner(Choices):
         """All of a label, by a phrase in the plural."""
         for body in self.targets(lambda body: body.category in CATEGORIES and not self.scene.contents(body.name)):
             alike = [other for other in self.scene.bodies.values() if other.label == body.label]
-            is_catalog = body.label == CATEGORIES[body.category].label
-            if is_catalog and 2 <= len(alike) < len(self.scene.bodies) - 1 and not any(
+            if has_own_label(body) and 2 <= len(alike) < len(self.scene.bodies) - 1 and not any(
                 self.scene.contents(other.name) for other in alike
             ):
                 for other in alike:
@@ -192,8 +191,7 @@ class Planner(Choices):
         flat = self.targets(lambda body: is_flat(body) and not self.scene.contents(body.name) and body.parent == TABLE)
         for body in flat:
             alike = [other for other in self.scene.bodies.values() if other.label == body.label]
-            is_named = body.category in CATEGORIES and body.label == CATEGORIES[body.category].label
-            if is_named and 2 <= len(alike) and all(other in flat for other in alike) and self.chance.random() < 0.7:
+            if has_own_label(body) and 2 <= len(alike) and all(other in flat for other in alike) and self.chance.random() < 0.7:
                 for other in alike:
                     self.take(other)
                 wire = {"op": "stack", "targets": [f"the {CATEGORIES[body.category].plural}"]}
@@ -218,11 +216,6 @@ class Planner(Choices):
         if self.chance.random() < 0.5:
             wire["theme"] = self.chance.choice(THEMES)
         return Operation(wire, count=wire["count"])
-
-
-def is_flat(body) -> bool:
-    """Wide, low and with a level top: a book, a plate, a box."""
-    return has_use(body, "support") and is_upright(body) and body.size_m[2] <= 0.6 * min(body.size_m[:2])
 
 
 def is_plausible(body, factor: float) -> bool:

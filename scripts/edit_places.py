@@ -51,7 +51,7 @@ class Choices:
         alike = [other for other in self.scene.bodies.values() if other.label == body.label]
         # A label that is a word of another one: "knife" of "utility knife".
         words = [other.label for other in self.scene.bodies.values() if other.label != body.label]
-        if body.label == "object" or any(body.label in label.split() or label in body.label.split() for label in words):
+        if not has_own_label(body) or any(body.label in label.split() or label in body.label.split() for label in words):
             return []
         # A chain may have added or removed one of the label.
         if body.category in self.categories or any(other.name in self.used for other in alike if other is not body):
@@ -143,9 +143,8 @@ class Choices:
 
     def upon(self, size_m):
         def carries_it(body):
-            can = has_use(body, "support")
             fits = all(side <= wide for side, wide in zip(sorted(size_m[:2]), sorted(body.size_m[:2])))
-            return can and fits and is_upright(body)
+            return fits and is_flat(body)
 
         return self.hosted("on", self.hosts(carries_it))
 
@@ -161,6 +160,16 @@ class Choices:
 
 def has_use(body, use: str) -> bool:
     return body.category in CATEGORIES and use in CATEGORIES[body.category].affordances
+
+
+def has_own_label(body) -> bool:
+    """Whether its label is the word of the catalog: "glass of water" and "balls of yarn" are others."""
+    return body.category in CATEGORIES and body.label == CATEGORIES[body.category].label
+
+
+def is_flat(body) -> bool:
+    """Wide, low and with a level top: a book, a plate, a box."""
+    return has_use(body, "support") and is_upright(body) and body.size_m[2] <= 0.6 * min(body.size_m[:2])
 
 
 def is_upright(body) -> bool:

@@ -7,6 +7,7 @@ from collections import defaultdict
 
 from edit_catalog import CATEGORIES
 from edit_geometry import area_m2, bounds
+from edit_places import has_own_label
 from edit_scene import TABLE
 from edits import Operation
 
@@ -34,7 +35,7 @@ def ambiguous(parent, chance):
     """A phrase that fits several; the reason names them."""
     alike = defaultdict(list)
     for body in parent.scene.bodies.values():
-        if body.label != "object":
+        if has_own_label(body):
             alike[body.label].append(body.name)
     labels = [label for label, names in alike.items() if len(names) > 1]
     if label := chosen(labels, chance):

@@ -95,8 +95,8 @@ def measured(binary, environment, parents, asked, folder) -> list:
 
 
 def simulate(environment, waiting):
-    """Five seconds of MuJoCo, with the displacement of the certificate, and collisions of the meshes by Manifold and FCL;
-    a bundle with nothing wrong is removed."""
+    """Five seconds of MuJoCo, with the displacement of the certificate; Manifold and FCL look for collisions. A bundle
+    with nothing wrong is removed."""
     if not waiting:
         return
     findings = judge(environment, [one.bundle for one in waiting], dss_bar=0.0, only=("mjcf", "collisions"))
