@@ -191,7 +191,8 @@ class Planner(Choices):
         flat = self.targets(lambda body: is_flat(body) and not self.scene.contents(body.name) and body.parent == TABLE)
         for body in flat:
             alike = [other for other in self.scene.bodies.values() if other.label == body.label]
-            if has_own_label(body) and 2 <= len(alike) and all(other in flat for other in alike) and self.chance.random() < 0.7:
+            are_flat = len(alike) >= 2 and all(other in flat for other in alike)
+            if has_own_label(body) and are_flat and self.chance.random() < 0.7:
                 for other in alike:
                     self.take(other)
                 wire = {"op": "stack", "targets": [f"the {CATEGORIES[body.category].plural}"]}

@@ -51,7 +51,8 @@ class Choices:
         alike = [other for other in self.scene.bodies.values() if other.label == body.label]
         # A label that is a word of another one: "knife" of "utility knife".
         words = [other.label for other in self.scene.bodies.values() if other.label != body.label]
-        if not has_own_label(body) or any(body.label in label.split() or label in body.label.split() for label in words):
+        is_inside = any(body.label in label.split() or label in body.label.split() for label in words)
+        if is_inside or not has_own_label(body):
             return []
         # A chain may have added or removed one of the label.
         if body.category in self.categories or any(other.name in self.used for other in alike if other is not body):
