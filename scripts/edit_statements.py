@@ -241,7 +241,7 @@ def restyled(operation, index, context) -> list:
     material, color = operation.wire.get("material"), operation.wire.get("color")
     if color and not has_color(context.child.folder, TABLE, color):
         wrong.append(f"the table is not {color}")
-    elif material and not color and not any(material in part.material for part in found):
+    elif material and not color and all(part.material != material for part in found):
         wrong.append(f"the table has {', '.join(part.material for part in found)}, and no {material}")
     return wrong
 
