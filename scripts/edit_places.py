@@ -1,7 +1,7 @@
 """Which objects of a scene an edit may be about, the words for them, and places to put them."""
 
 from edit_catalog import CATEGORIES
-from edit_geometry import bounds, distance_m
+from edit_geometry import bounds, distance_m, outline_depth_m
 from edit_predicates import DIRECTIONS, REGIONS
 from edit_scene import TABLE
 
@@ -83,7 +83,7 @@ class Choices:
 
     def place(self, body=None):
         """(where, referred bodies) beside an object, in a region, at coordinates, or at a distance from an edge."""
-        kinds = [self.beside, self.beside, self.region, self.position, self.edge, self.between]
+        kinds = [self.beside, self.beside, self.region, self.position, self.offset, self.edge, self.between]
         self.chance.shuffle(kinds)
         for kind in kinds:
             if made := kind(body):
@@ -116,6 +116,14 @@ class Choices:
         if self.chance.random() < 0.5:
             where["yaw_rad"] = round(self.chance.uniform(-3.1, 3.1), 2)
         return where, []
+
+    def offset(self, body):
+        """A few centimeters from where it is, on the table."""
+        if body is None or body.parent != TABLE:
+            return None
+        by = [round(self.chance.choice([-1, 1]) * self.chance.uniform(0.03, 0.12), 3) for _ in (0, 1)]
+        center = [body.center[k] + by[k] for k in (0, 1)]
+        return ({"offset_m": by}, []) if outline_depth_m(self.scene.outline, center) > 0.1 else None
 
     def edge(self, body):
         if self.scene.table["shape"] not in ("rectangular", "square"):

@@ -58,7 +58,10 @@ def move(operation, scene, targets, references) -> str:
     for name in left_out[1:]:
         inner = scene.bodies[name]
         shape.prisms += [prism(hull, body.center, body.bottom_m) for hull in inner.hulls]
-    found = placed(shape, operation.wire["where"], scene, references, obstacles_of(scene, left_out))
+    place = operation.wire["where"]
+    if "offset_m" in place:
+        place = {"position_m": [body.center[k] + place["offset_m"][k] for k in (0, 1)]}
+    found = placed(shape, place, scene, references, obstacles_of(scene, left_out))
     return told(found) if found else ""
 
 

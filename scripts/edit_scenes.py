@@ -114,9 +114,10 @@ def image_parents(lab: Path, binary: Path, folder: Path, count: int = IMAGES) ->
 
 def made(binary: Path, out: Path, source, seed: int) -> Path:
     """The folder of a scene; one that an interrupted run of the same program left is kept."""
-    mark = out / "made_by.json"
+    # Beside the bundle, of which every file is listed in its manifest.
+    mark = out.with_name(f"{out.name}.made.json")
     stamp = {"source": str(source), "seed": seed, "program": program_stamp(binary)}
-    if mark.is_file() and json.loads(mark.read_text(encoding="utf-8")) == stamp:
+    if out.is_dir() and mark.is_file() and json.loads(mark.read_text(encoding="utf-8")) == stamp:
         return out
     generate(binary, out, source, seed)
     mark.write_text(json.dumps(stamp), encoding="utf-8")

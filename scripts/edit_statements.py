@@ -108,6 +108,11 @@ def place_complaints(body, place, references, context) -> list:
         origin = body.pose[0][:2]
         away_m = min(math.dist(wanted, body.center), math.dist(wanted, origin))
         wrong = [] if away_m <= POSITION_TOLERANCE_M else [f"{body.name} is {100 * away_m:.1f} cm from {wanted}"]
+    elif "offset_m" in place:
+        before, by = context.before(body), place["offset_m"]
+        shift = [body.center[k] - before.center[k] for k in (0, 1)] if before else by
+        away_m = math.dist(shift, by)
+        wrong = [] if away_m <= POSITION_TOLERANCE_M else [f"{body.name} moved by {shift}, not by {by}"]
     else:
         wrong = relation_complaints(body, place, references, context)
     if "yaw_rad" in place and body.yaw_rad is not None:

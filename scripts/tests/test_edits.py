@@ -83,6 +83,8 @@ STATEMENTS = [
      categories=("cup",), count=1), [MUG], [body("mug_1", -0.3, 0, size=(0.1, 0.1, 0.2), category="cup")], [MUG]),
     ("move to coordinates", Operation({"op": "move", "target": "mug_1", "where": {"position_m": [0.1, 0.1]}},
      ["mug_1"]), [MUG], [body("mug_1", 0.115, 0.1)], [body("mug_1", 0.13, 0.1)]),
+    ("move by", Operation({"op": "move", "target": "mug_1", "where": {"offset_m": [0.1, 0.0]}}, ["mug_1"]), [MUG],
+     [body("mug_1", -0.2, 0.01)], [body("mug_1", 0.1, 0.0)]),
     ("move with a yaw", Operation({"op": "move", "target": "mug_1", "where": {"position_m": [0, 0], "yaw_rad": 0.5}},
      ["mug_1"]), [MUG], [body("mug_1", 0, 0, yaw_deg=30)], [body("mug_1", 0, 0)]),
     ("move carries", Operation({"op": "move", "target": "mug_1", "where": {"relation": "at_right"}}, ["mug_1"]),
