@@ -162,6 +162,7 @@ async fn work(
         records,
         money,
         report,
+        retries_failed: arguments.retry_failed,
         window: AHEAD * config.worker.concurrency,
         active: Default::default(),
         deferred: None,

@@ -40,6 +40,7 @@ pub(super) struct Engine<'a> {
     pub(super) records: Records,
     pub(super) money: Money,
     pub(super) report: Report,
+    pub(super) retries_failed: bool,
     /// Requests that are in the queue at the same time.
     pub(super) window: usize,
     pub(super) active: BTreeMap<JobId, ActiveRequest>,
@@ -145,17 +146,17 @@ impl Engine<'_> {
     /// Puts a request into the queue, finds the job of an earlier run, or defers it until there is money.
     async fn begin(&mut self, request: BatchRequest) -> Result<(), Failure> {
         let digest = request.digest();
-        if let Some(scene_id) = self.stock.known.get(&digest).cloned() {
-            if let Some(job_id) = self.earlier_job(&scene_id).await? {
-                let mut promised = MicroUsd::ZERO;
-                if self.money.is_limited() {
-                    let spending = self.store.spending(&DEFAULT_TENANT, &scene_id).await.map_err(failed)?;
-                    promised = MicroUsd(spending.budget);
-                    self.money.note_promise(promised);
-                }
-                self.follow_job(job_id, scene_id, request.custom_id, promised);
-                return Ok(());
+        if let Some(scene_id) = self.stock.known.get(&digest).cloned()
+            && let Some(job_id) = self.earlier_job(&scene_id).await?
+        {
+            let mut promised = MicroUsd::ZERO;
+            if self.money.is_limited() {
+                let spending = self.store.spending(&DEFAULT_TENANT, &scene_id).await.map_err(failed)?;
+                promised = MicroUsd(spending.budget);
+                self.money.note_promise(promised);
             }
+            self.follow_job(job_id, scene_id, request.custom_id, promised);
+            return Ok(());
         }
         let wanted = request.body.options.budget(self.checker.usual_budget_usd());
         let granted = match self.money.promise(wanted) {
@@ -201,12 +202,13 @@ impl Engine<'_> {
         }
     }
 
-    /// The job of a scene of an earlier run, a new one if it failed; `None` if there is none.
+    /// The job of a scene of an earlier run, or a new one if it failed and is to be retried; `None` if there is none.
     async fn earlier_job(&self, scene_id: &SceneId) -> Result<Option<JobId>, Failure> {
         let Some(job) = self.store.latest_job(&DEFAULT_TENANT, scene_id).await.map_err(failed)? else {
             return Ok(None);
         };
-        if !job.state.is_final() {
+        let has_failed = matches!(job.state, JobState::Failed | JobState::Cancelled);
+        if !(self.retries_failed && has_failed) {
             return Ok(Some(job.id));
         }
         Ok(Some(match self.store.retry(&DEFAULT_TENANT, &job.id, None).await.map_err(failed)? {

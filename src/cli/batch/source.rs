@@ -88,10 +88,10 @@ impl Source {
 
     /// The requests in order, from the beginning.
     pub(super) fn entries(&self) -> Result<impl Iterator<Item = Result<Entry, Failure>> + '_, Failure> {
-        let entries: Box<dyn Iterator<Item = Result<Entry, Failure>>> = match &self.kind {
+        let entries: Box<dyn Iterator<Item = Result<Entry, Failure>> + '_> = match &self.kind {
             Kind::Lines => {
                 let file = File::open(&self.path).map_err(|error| unreadable(&self.path, &error))?;
-                Box::new(LineReader::new(BufReader::new(file)).map(|line| {
+                Box::new(LineReader::new(BufReader::new(file)).map(|line| -> Result<Entry, Failure> {
                     let line = line.map_err(|error| unreadable(&self.path, &error))?;
                     let content = line
                         .content

@@ -129,9 +129,9 @@ fn a_recipe_makes_archives_and_a_second_run_makes_nothing() {
     let home = tempfile::tempdir().unwrap();
     let recipe = json!({ "templates": ["{item}"], "slots": { "item": ["a mug", "a bowl"] }, "seeds": [7] });
     std::fs::write(home.path().join("recipe.json"), recipe.to_string()).unwrap();
-    let arguments = ["recipe.json", "--out", "out", "--zip", "--limit", "1"];
+    let arguments = ["recipe.json", "--out", "out", "--zip", "--limit", "1", "--json"];
     for finished in [1, 0] {
-        let done = run(home.path(), &[&arguments[..], &["--json"]].concat());
+        let done = run(home.path(), &arguments);
         assert_eq!(done.status.code(), Some(0), "{}", text(&done.stderr));
         let document: Value = serde_json::from_slice(&done.stdout).expect("is JSON");
         assert_eq!(document["finished_in_this_run"], finished);
@@ -152,8 +152,8 @@ fn a_failed_request_is_begun_again_on_demand_alone() {
         json!({ "custom_id": "a", "body": { "text": "a qwrtz", "options": { "on_unknown": "fail" } } });
     std::fs::write(home.path().join("a.jsonl"), line.to_string()).unwrap();
     let mut attempts = Vec::new();
-    for more in [&[][..], &[], &["--retry-failed"]] {
-        let done = run(home.path(), &[&["a.jsonl", "--out", "out", "--json"][..], more].concat());
+    for more in [vec![], vec![], vec!["--retry-failed"]] {
+        let done = run(home.path(), &[vec!["a.jsonl", "--out", "out", "--json"], more].concat());
         assert_eq!(done.status.code(), Some(5), "{}", text(&done.stderr));
         let document: Value = serde_json::from_slice(&done.stdout).expect("is JSON");
         attempts.push(document["finished_in_this_run"].as_u64());
@@ -175,18 +175,18 @@ fn what_will_not_do_is_said_before_the_work() {
     std::fs::create_dir(home.path().join("full")).unwrap();
     write("full/thesis.tex", "years of work");
     for (arguments, says) in [
-        (&["good.jsonl"][..], "--out"),
-        (&["missing.jsonl", "--out", "out"], "missing.jsonl: No such file"),
-        (&["full", "--out", "out"], "is not a file"),
-        (&["notes.txt", "--out", "out"], "neither .jsonl"),
-        (&["slots.json", "--out", "out"], "/slots/color: has no values"),
-        (&["good.jsonl", "--out", "full"], "holds no batch"),
-        (&["good.jsonl", "--out", "notes.txt"], "is a file"),
-        (&["good.jsonl", "--out", "out", "--workers", "0"], "worker.concurrency (--workers): 0"),
-        (&["good.jsonl", "--out", "out", "--budget=-1"], "--budget must be from 0"),
-        (&["good.jsonl", "--out", "out", "--set", "dro.keeep=2"], "nearest is dro.keep"),
+        (vec!["good.jsonl"], "--out"),
+        (vec!["missing.jsonl", "--out", "out"], "missing.jsonl: No such file"),
+        (vec!["full", "--out", "out"], "is not a file"),
+        (vec!["notes.txt", "--out", "out"], "neither .jsonl"),
+        (vec!["slots.json", "--out", "out"], "/slots/color: has no values"),
+        (vec!["good.jsonl", "--out", "full"], "holds no batch"),
+        (vec!["good.jsonl", "--out", "notes.txt"], "is a file"),
+        (vec!["good.jsonl", "--out", "out", "--workers", "0"], "worker.concurrency (--workers): 0"),
+        (vec!["good.jsonl", "--out", "out", "--budget=-1"], "--budget must be from 0"),
+        (vec!["good.jsonl", "--out", "out", "--set", "dro.keeep=2"], "nearest is dro.keep"),
     ] {
-        let done = run(home.path(), arguments);
+        let done = run(home.path(), &arguments);
         let complaint = text(&done.stderr);
         assert_eq!(done.status.code(), Some(2), "{arguments:?}: {complaint}");
         assert!(complaint.contains(says), "{arguments:?}: {complaint}");
