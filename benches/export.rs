@@ -112,6 +112,7 @@ fn finished(scene: &Breakfast, bodies: &[Body]) -> Scene {
         instances: instances.collect(),
         metrics: METRICS,
         text: None,
+        edit: None,
     }
 }
 

@@ -223,6 +223,7 @@ pub(super) fn specimen() -> (Scene, Certificate, Assets, Images) {
         instances,
         metrics,
         text: Some(account()),
+        edit: None,
     };
     let asset = |name: &str, category: &str, visual, hulls| BodyAsset {
         name: name.into(),
