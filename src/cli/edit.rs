@@ -38,8 +38,8 @@ pub struct Arguments {
     job: JobOptions,
 }
 
-/// Makes the scene, writes its bundle, prints its certificate and the operations. With `--json`, failures are printed as
-/// a document, too.
+/// Makes the scene, writes its bundle, prints its certificate and the operations. With `--json`, failures are printed
+/// as a document, too.
 pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
     let is_json = arguments.job.json;
     scene_summary::with_failure_document(edit(arguments), is_json)

@@ -1,7 +1,7 @@
 //! A job of the command line: one scene, here and now, by the server's code path, into a folder.
 //!
-//! Everything that can be refused is refused before the work: arguments, settings, the input, the folder. Settings given
-//! with `--set` that shape scenes become the request's own, so the bundle states them.
+//! Everything that can be refused is refused before the work: arguments, settings, the input, the folder. Settings
+//! given with `--set` that shape scenes become the request's own, so the bundle states them.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

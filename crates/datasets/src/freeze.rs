@@ -1,7 +1,8 @@
 //! Freezes a set of scenes as one version of a named dataset: `OUT/NAME/vVERSION/`.
 //!
-//! Bundles are read twice: once for the facts that decide about selection and splits, once to be packed. `dataset.json`
-//! is written last, so a folder without it is an interrupted freeze, and the same command goes on there.
+//! Bundles are read twice: once for the facts that decide about selection and splits, once to be packed.
+//! `dataset.json` is written last, so a folder without it is an interrupted freeze, and the same command goes on
+//! there.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};

@@ -1,7 +1,7 @@
 //! Records of finished containers, by which an interrupted freeze goes on.
 //!
-//! A record beside the dataset (`.freeze/`) states what a shard holds and which scene no longer fitted. A shard is kept
-//! if a fresh freeze would write the same: the scenes, the next scene, the bounds and the bytes are equal.
+//! A record beside the dataset (`.freeze/`) states what a shard holds and which scene no longer fitted. A shard is
+//! kept if a fresh freeze would write the same: the scenes, the next scene, the bounds and the bytes are equal.
 
 use std::path::{Path, PathBuf};
 

@@ -1,23 +1,24 @@
 //! Operations read from an English instruction: "move the mug to the left of the laptop, put a spoon in it, and remove
 //! the lamp".
 //!
-//! The text is split into clauses with a verb each; a clause without a verb repeats the one before it. Objects that exist
-//! stay phrases as written, which [`crate::references`] resolves when the operation is carried out. New objects are
-//! singular with an indefinite article and a count.
+//! The text is split into clauses with a verb each; a clause without a verb repeats the one before it. Objects that
+//! exist stay phrases as written, which [`crate::references`] resolves when the operation is carried out. New objects
+//! are singular with an indefinite article and a count.
 //!
-//! - A definite phrase is an object of the scene, an indefinite one is new: "put the mug on the tray" moves, "put a mug on
-//!   the tray" adds. "Some" and "a few" are 3, "several" is 4, a plural without a number is 2, clutter is 5 objects.
+//! - A definite phrase is an object of the scene, an indefinite one is new: "put the mug on the tray" moves, "put a
+//!   mug on the tray" adds. "Some" and "a few" are 3, "several" is 4, a plural without a number is 2, clutter is 5
+//!   objects.
 //! - "It" and "them" are what the last command changed or made; in "a fork to the left of the plate and a knife to the
-//!   right of it", the plate. A new object is named by its label ("the red mug"): who carries the operations out prefers
-//!   the newest object that fits ([`crate::references::resolve_newest`]).
-//! - After a change that makes a phrase unfit ("move the leftmost book ... and paint it red"), an operation on "it"
+//!   right of it", the plate. A new object is named by its label ("the red mug"): who carries the operations out
+//!   prefers the newest object that fits ([`crate::references::resolve_newest`]).
+//! - After a change that makes a phrase unfit ("move the leftmost book ... and color it red"), an operation on "it"
 //!   precedes the change, or the text is refused.
-//! - Left and right are as seen from the front edge; forward is toward it. Clockwise is as seen from above and negative.
-//!   "Bigger" is a factor of 1.25, "a bit bigger" 1.1, "much bigger" 1.5; "smaller" is the inverse.
+//! - Left and right are as seen from the front edge; forward is toward it. Clockwise is as seen from above and
+//!   negative. "Bigger" is a factor of 1.25, "a bit bigger" 1.1, "much bigger" 1.5; "smaller" is the inverse.
 //!
-//! Nothing is dropped: a word without a meaning, a negation, a condition, a question, an open choice or an unclear pronoun
-//! is an [`InstructionError`] with the words and what to say instead. Cost is linear in the operations and quadratic in the
-//! words of a clause.
+//! Nothing is dropped: a word without a meaning, a negation, a condition, a question, an open choice or an unclear
+//! pronoun is an [`InstructionError`] with the words and what to say instead. Cost is linear in the operations and
+//! quadratic in the words of a clause.
 //!
 //! ```
 //! use editing::instruction;
@@ -43,7 +44,7 @@ mod moves;
 mod removals;
 mod turns;
 mod sizes;
-mod looks;
+mod appearance;
 mod clauses;
 
 use std::ops::Range;

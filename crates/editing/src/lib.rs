@@ -2,8 +2,8 @@
 //!
 //! [`instruction`] reads operations from a sentence, [`references`] finds the objects that a phrase means, [`place`]
 //! searches free places in a [`Workspace`], and [`rest`] lets objects come to rest there while all others stay. The
-//! crate depends on geometry, physics, the catalog and the domain types; it must not depend on the pipeline, storage or
-//! providers.
+//! crate depends on geometry, physics, the catalog and the domain types; it must not depend on the pipeline, storage
+//! or providers.
 
 pub mod object;
 pub mod references;

@@ -14,7 +14,7 @@ use crate::workspace::Workspace;
 use geometry::Pose;
 use geometry::pose::wrap_angle_rad;
 use scene::{RelationKind, SupportRelation, Supporter};
-use search::{Search, Turned};
+use search::{Orientation, Search};
 
 /// Free space that the search keeps around an object where there is enough of it, and at least.
 const CLEARANCES_M: [f64; 2] = [0.01, 0.003];
@@ -115,11 +115,11 @@ impl Workspace {
     ) -> Result<Candidate, NoPlace> {
         let query = PlaceQuery::default();
         let search = Search::new(self, object, &query, supporter, 0.001, STEPS_M[0]);
-        let turned = Turned::new(search.object, world_from_object.rotation);
-        let center_m = world_from_object.translation_m.truncate() + turned.offset_m;
+        let orientation = Orientation::new(search.object, world_from_object.rotation);
+        let center_m = world_from_object.translation_m.truncate() + orientation.offset_m;
         let name = || self.objects[object].body.name.clone();
         let place = || "where it is".to_owned();
-        let scored = search.posed(&turned, center_m);
+        let scored = search.posed(&orientation, center_m);
         let pose = scored.ok_or_else(|| NoPlace::TooLarge { object: name(), place: place() })?;
         match search.obstacle_of(&pose) {
             None => Ok(Candidate { world_from_object: pose, supporter }),

@@ -1,12 +1,12 @@
 //! The objects that a phrase means: a name (`mug_1`) or an English noun phrase ("the second book from the left").
 //!
-//! Directions are as seen from the front edge. Ranks count from the left unless the phrase says from where. A noun names
-//! what has it in its label; else what is of the category, of the superclass ("fruit"), or of a category with that
-//! synonym. A color or material is that of the label or the measured one; where one object is meant and exactly one
-//! label says it, that object is meant. "Small" and "large" compare the objects that otherwise fit. In "the spoon in the
-//! mug" the spoon may tell which mug is meant. "The mug next to the lamp" is at most 15 cm away, or the only one within
-//! 30 cm. No word is ignored: an unknown word is an error. "The other mug" does not say which one it is not: it is an
-//! error where several fit, and "the mug other than the red mug" is none.
+//! Directions are as seen from the front edge. Ranks count from the left unless the phrase says from where. A noun
+//! names what has it in its label; else what is of the category, of the superclass ("fruit"), or of a category with
+//! that synonym. A color or material is that of the label or the measured one; where one object is meant and exactly
+//! one label says it, that object is meant. "Small" and "large" compare the objects that otherwise fit. In "the spoon
+//! in the mug" the spoon may tell which mug is meant. "The mug next to the lamp" is at most 15 cm away, or the only
+//! one within 30 cm. No word is ignored: an unknown word is an error. "The other mug" does not say which one it is
+//! not: it is an error where several fit, and "the mug other than the red mug" is none.
 //!
 //! A phrase costs the product of its words, the objects and the synonyms of their categories.
 

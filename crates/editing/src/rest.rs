@@ -16,8 +16,8 @@ use scene::predicates::{PosedRelation, holds};
 /// Objects whose boxes are farther apart do not meet while one of them settles.
 const REACH_M: f64 = 0.05;
 
-/// An object that is put down slides no farther than this, meters, and turns no more than this, radians: round ones roll
-/// a little, and what turns more has fallen over. In a container it may.
+/// An object that is put down slides no farther than this, meters, and turns no more than this, radians: round ones
+/// roll a little, and what turns more has fallen over. In a container it may.
 const MAX_SLIDE_M: f64 = 0.015;
 const MAX_TURN_RAD: f64 = 0.5;
 

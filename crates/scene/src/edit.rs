@@ -69,7 +69,7 @@ pub enum EditOperation {
     },
     /// Another label; the mesh stays.
     Relabel { target: String, label: String },
-    /// Another look of the table. Its shape and size stay.
+    /// Another color or material of the table. Its shape and size stay.
     RestyleTable {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         material: Option<String>,

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use super::draft::{Draft, load as load_geometry};
-use super::operations::{Given, NewTable, carry_out, color_named, known_material};
+use super::operations::{NewTable, OperationInputs, carry_out, color_named, known_material};
 use super::{Additions, refused, view};
 use crate::pipeline::checkpoint::Stage;
 use crate::pipeline::composition::Composition;
@@ -109,7 +109,7 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Composition, S
     Ok(composition)
 }
 
-/// Tables with another look, by index of the operation.
+/// Tables with another color or material, by index of the operation.
 async fn tables(context: &Context, inputs: &Inputs) -> Result<BTreeMap<usize, NewTable>, StageError> {
     let mut tables = BTreeMap::new();
     let mut recognized = inputs.parent.recognition.table.clone();
@@ -126,7 +126,7 @@ async fn tables(context: &Context, inputs: &Inputs) -> Result<BTreeMap<usize, Ne
         let raw = generator.table(&context.call(), recognized.clone()).await?;
         let same = raw.outline_m == inputs.parent.table.outline_m;
         if !same {
-            let why = "this table cannot be made again with the same top; its look stays".to_owned();
+            let why = "this table cannot be made again with the same top; its color stays".to_owned();
             return Err(refuse(why));
         }
         let hulls = artifact_io::hulls(context, &inputs.parent.bodies[0].hulls).await?;
@@ -158,7 +158,7 @@ fn carry_out_all(
     for (index, operation) in inputs.operations.iter().enumerate() {
         cancel.check()?;
         let new = inputs.additions.get(&index).into_iter().flatten();
-        let given = Given {
+        let given = OperationInputs {
             additions: new.zip(additions.remove(&index).into_iter().flatten()).collect(),
             table: tables.remove(&index),
             seed: child_seed(inputs.seed, &format!("edit {index}")),

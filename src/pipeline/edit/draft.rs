@@ -19,8 +19,8 @@ use geometry::solid_query::MeshSolid;
 use runtime::CancelFlag;
 use scene::{InstanceId, Provenance, ReconstructionMethod, SupportRelation, Supporter};
 
-/// Bodies, their geometry, and the same as a workspace; lists of objects have the same order, and bodies have the table
-/// first.
+/// Bodies, their geometry, and the same as a workspace; lists of objects have the same order, and bodies have the
+/// table first.
 pub(super) struct Draft<'a> {
     pub composition: Composition,
     pub loaded: Vec<Loaded>,

@@ -1,14 +1,14 @@
 //! The operations: each changes a draft, or says why it cannot.
 
-mod look;
+mod appearance;
 mod shape;
 
 use std::f64::consts::TAU;
 
 use glam::DVec2;
 
-pub(super) use look::{color_named, known_material};
-use look::{recolor, relabel, restyle_table};
+pub(super) use appearance::{color_named, known_material};
+use appearance::{recolor, relabel, restyle_table};
 use shape::{resize, rotate};
 
 use super::additions::NewObject;
@@ -22,15 +22,15 @@ use scene::edit::OperationResult;
 use scene::{EditOperation, EditPlace, InstanceId, RelationKind, SupportRelation, Supporter};
 
 /// What an operation is given besides the draft.
-pub(super) struct Given<'a> {
+pub(super) struct OperationInputs<'a> {
     /// Made for this operation, with their geometry.
     pub additions: Vec<(&'a NewObject, Loaded)>,
-    /// The table that a change of its look needs.
+    /// The table that a change of its appearance needs.
     pub table: Option<NewTable>,
     pub seed: u64,
 }
 
-/// A table with another look.
+/// A table with another appearance.
 pub(super) struct NewTable {
     pub loaded: Loaded,
     pub material: Option<String>,
@@ -45,7 +45,7 @@ pub(super) struct NewTable {
 pub(super) fn carry_out(
     draft: &mut Draft,
     operation: &EditOperation,
-    given: Given,
+    given: OperationInputs,
 ) -> Result<OperationResult, String> {
     let (objects, sentence) = match operation {
         EditOperation::Add { place, .. } => add(draft, place.as_ref(), given)?,
@@ -73,7 +73,8 @@ type Done = Result<(Vec<InstanceId>, String), String>;
 fn one(draft: &Draft, phrase: &str) -> Result<usize, String> {
     if is_table(phrase) {
         return Err(
-            "the table cannot be moved, removed, replaced or resized; restyle_table changes its look".into(),
+            "the table cannot be moved, removed, replaced or resized; restyle_table changes its appearance"
+                .into(),
         );
     }
     match several(draft, phrase)?[..] {
@@ -141,7 +142,7 @@ fn query(draft: &Draft, object: usize, place: &EditPlace) -> Result<PlaceQuery, 
     })
 }
 
-fn put_all(draft: &mut Draft, given: Given) -> Result<Vec<usize>, String> {
+fn put_all(draft: &mut Draft, given: OperationInputs) -> Result<Vec<usize>, String> {
     given.additions.into_iter().map(|(new, loaded)| draft.add(new, loaded)).collect()
 }
 
@@ -149,7 +150,7 @@ fn ids(draft: &Draft, objects: &[usize]) -> Vec<InstanceId> {
     objects.iter().map(|object| draft.id(*object)).collect()
 }
 
-fn add(draft: &mut Draft, place: Option<&EditPlace>, given: Given) -> Done {
+fn add(draft: &mut Draft, place: Option<&EditPlace>, given: OperationInputs) -> Done {
     let added = put_all(draft, given)?;
     let mut where_ = String::new();
     for &object in &added {
@@ -163,7 +164,7 @@ fn add(draft: &mut Draft, place: Option<&EditPlace>, given: Given) -> Done {
     Ok((ids(draft, &added), format!("added {} {where_}", names(draft, &added))))
 }
 
-fn clutter(draft: &mut Draft, given: Given) -> Done {
+fn clutter(draft: &mut Draft, given: OperationInputs) -> Done {
     let seed = given.seed;
     let (low, high) = draft.workspace.outline.bounds();
     let added = put_all(draft, given)?;
@@ -213,7 +214,7 @@ fn remove(draft: &mut Draft, phrase: &str, with_contents: bool) -> Done {
     Ok((removed, format!("removed {words}")))
 }
 
-fn replace(draft: &mut Draft, phrase: &str, given: Given) -> Done {
+fn replace(draft: &mut Draft, phrase: &str, given: OperationInputs) -> Done {
     let target = one(draft, phrase)?;
     let (old_name, old_pose, supporter) =
         (draft.name(target).to_owned(), draft.pose(target), draft.supporter(target));

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::draft::{Draft, load};
-use super::operations::{Given, carry_out};
+use super::operations::{OperationInputs, carry_out};
 use super::{parent, refused};
 use crate::pipeline::Settings;
 use crate::pipeline::error::StageError;
@@ -19,8 +19,8 @@ use scene::edit::{MovedObject, OperationResult};
 pub struct Prediction {
     /// Results of the operations that need no new object.
     pub operations: Vec<OperationResult>,
-    /// Indices of operations whose objects are made, and placed, only when the edit runs; later operations are predicted
-    /// without them.
+    /// Indices of operations whose objects are made, and placed, only when the edit runs; later operations are
+    /// predicted without them.
     pub undetermined: Vec<usize>,
     /// Objects that no operation names and that would move.
     pub moved: Vec<MovedObject>,
@@ -64,7 +64,7 @@ pub fn predict(
             undetermined.push(index);
             continue;
         }
-        let given = Given { additions: Vec::new(), table: None, seed: 0 };
+        let given = OperationInputs { additions: Vec::new(), table: None, seed: 0 };
         let done = carry_out(&mut draft, operation, given);
         cancel.check()?;
         match done {

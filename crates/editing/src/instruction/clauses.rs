@@ -1,5 +1,5 @@
-//! The clauses of an instruction: a verb and what it asks for, a wish, or what an object should be like. A clause without
-//! a verb repeats the verb of the one before it ("a fork on the left and a knife on the right").
+//! The clauses of an instruction: a verb and what it asks for, a request, or what an object should be like. A clause
+//! without a verb repeats the verb of the one before it ("a fork on the left and a knife on the right").
 
 use super::cursor::{Cursor, Outcome};
 use super::measures::BIGGER;
@@ -178,12 +178,12 @@ impl Cursor {
         }
     }
 
-    /// A clause with a verb, a wish, or a clause that begins with its object; which verb a further object repeats.
+    /// A clause with a verb, a request, or a clause that begins with its object; which verb a further object repeats.
     fn next_clause(&mut self) -> Outcome<Frame> {
         let start = self.at;
-        if let Some(length) = self.wish_length(start) {
+        if let Some(length) = self.polite_length(start) {
             self.at += length;
-            return self.wish();
+            return self.polite_request();
         }
         if self.modal_after(start).is_some() {
             return self.subject_first();
@@ -223,7 +223,7 @@ impl Cursor {
     }
 
     /// What follows "I want": new objects, or how existing ones should be.
-    fn wish(&mut self) -> Outcome<Frame> {
+    fn polite_request(&mut self) -> Outcome<Frame> {
         let start = self.at;
         if !self.is_definite(start) {
             self.add_or_move(Frame::Add)?;

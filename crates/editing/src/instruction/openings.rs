@@ -139,20 +139,20 @@ impl Cursor {
         }
         let asks = self.tokens.get(end).is_some_and(|token| token.asks);
         let auxiliary = asks && matches!(word, "can" | "could" | "do" | "would" | "will" | "there");
-        if QUESTIONS.contains(&word) || (auxiliary && !self.is_wish(self.at)) {
+        if QUESTIONS.contains(&word) || (auxiliary && !self.is_polite_request(self.at)) {
             return Err(self.error(self.at, end, Reason::Question));
         }
         Ok(())
     }
 
-    /// "could I have", "can we get": a wish in the form of a question.
-    pub fn is_wish(&self, index: usize) -> bool {
-        self.wish_length(index).is_some()
+    /// "could I have", "can we get": a request in the form of a question.
+    pub fn is_polite_request(&self, index: usize) -> bool {
+        self.polite_length(index).is_some()
     }
 
     /// The number of words of "I want", "there should be" and the like.
-    pub fn wish_length(&self, index: usize) -> Option<usize> {
-        let wishes = [
+    pub fn polite_length(&self, index: usize) -> Option<usize> {
+        let openings = [
             "i want to have",
             "i would like to have",
             "id like to have",
@@ -178,6 +178,6 @@ impl Cursor {
             "have",
             "to see",
         ];
-        self.length_of_any(index, &wishes)
+        self.length_of_any(index, &openings)
     }
 }

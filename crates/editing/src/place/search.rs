@@ -59,7 +59,7 @@ pub(super) struct Search<'a> {
 }
 
 /// The object in one orientation; its footprint is the same at every place.
-pub(super) struct Turned {
+pub(super) struct Orientation {
     rotation: DQuat,
     /// From the object's origin to the center of its footprint.
     pub offset_m: DVec2,
@@ -70,7 +70,7 @@ pub(super) struct Turned {
     high_m: f64,
 }
 
-impl Turned {
+impl Orientation {
     pub fn new(object: &WorkspaceObject, rotation: DQuat) -> Self {
         let footprint = object.footprint_at(&Pose { translation_m: DVec3::ZERO, rotation });
         let offset_m = footprint.center();
@@ -90,7 +90,7 @@ impl Turned {
     }
 }
 
-pub(super) struct Found {
+pub(super) struct SearchResult {
     pub candidates: Vec<Candidate>,
     /// Whether the object fits on the surface if nothing else is there.
     pub has_fitted: bool,
@@ -129,13 +129,13 @@ impl<'a> Search<'a> {
         self.supporter.relation == SupportRelation::In && self.supporter.parent.is_some()
     }
 
-    pub fn run(&self, blocked_by: &mut Vec<usize>) -> Found {
-        let mut found = Found { candidates: Vec::new(), has_fitted: false };
+    pub fn run(&self, blocked_by: &mut Vec<usize>) -> SearchResult {
+        let mut found = SearchResult { candidates: Vec::new(), has_fitted: false };
         for rotation in self.rotations() {
-            let mut fitting = self.fitting(&Turned::new(self.object, rotation));
+            let mut fitting = self.fitting(&Orientation::new(self.object, rotation));
             found.has_fitted |= !fitting.is_empty();
             fitting.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-            // Free ones among the best; the whole grid is looked at before the next yaw is.
+            // Free ones among the best; the whole grid is searched before the next yaw is.
             for chunk in fitting.chunks(64) {
                 let hindered: Vec<Option<usize>> =
                     chunk.par_iter().map(|scored| self.obstacle_of(&scored.pose)).collect();
@@ -210,13 +210,13 @@ impl<'a> Search<'a> {
     }
 
     /// Every place of the grid where the object meets the query, without regard to obstacles.
-    fn fitting(&self, turned: &Turned) -> Vec<Scored> {
+    fn fitting(&self, orientation: &Orientation) -> Vec<Scored> {
         let (low, high) = match &self.surface {
             Some(surface) => surface.bounds(),
             None => self.workspace.outline.bounds(),
         };
         if let Some(position_m) = self.query.position_m {
-            return self.scored(turned, position_m).into_iter().collect();
+            return self.scored(orientation, position_m).into_iter().collect();
         }
         let cells = ((high - low) / self.step_m).ceil().max(DVec2::ONE);
         let (columns, rows) = (cells.x as usize + 1, cells.y as usize + 1);
@@ -224,20 +224,20 @@ impl<'a> Search<'a> {
             .into_par_iter()
             .filter_map(|cell| {
                 let at = DVec2::new((cell % columns) as f64, (cell / columns) as f64);
-                self.scored(turned, low + self.step_m * at)
+                self.scored(orientation, low + self.step_m * at)
             })
             .collect()
     }
 
     /// The object with the center of its footprint at a point, let down onto the surface; `None` beyond its edge.
-    pub fn posed(&self, turned: &Turned, center_m: DVec2) -> Option<Pose> {
-        let rotation = turned.rotation;
-        let xy_m = center_m - turned.offset_m;
-        let mut pose = Pose { translation_m: xy_m.extend(DROP_GAP_M - turned.low_m), rotation };
+    pub fn posed(&self, orientation: &Orientation, center_m: DVec2) -> Option<Pose> {
+        let rotation = orientation.rotation;
+        let xy_m = center_m - orientation.offset_m;
+        let mut pose = Pose { translation_m: xy_m.extend(DROP_GAP_M - orientation.low_m), rotation };
         match self.supporter.parent {
             None => {
                 let depth_m = |corner: DVec2| self.workspace.outline.depth_inside_m(corner);
-                if !turned.corners_m.iter().all(|corner| depth_m(center_m + *corner) >= EDGE_MARGIN_M) {
+                if !orientation.corners_m.iter().all(|corner| depth_m(center_m + *corner) >= EDGE_MARGIN_M) {
                     return None;
                 }
             }
@@ -264,9 +264,9 @@ impl<'a> Search<'a> {
     }
 
     /// The object with the center of its footprint at a point, if that meets the query.
-    fn scored(&self, turned: &Turned, center_m: DVec2) -> Option<Scored> {
-        let pose = self.posed(turned, center_m)?;
-        let footprint = turned.footprint(center_m, &pose);
+    fn scored(&self, orientation: &Orientation, center_m: DVec2) -> Option<Scored> {
+        let pose = self.posed(orientation, center_m)?;
+        let footprint = orientation.footprint(center_m, &pose);
         if self.is_container() {
             let rim_m = self.surface.as_ref()?.top_m;
             if footprint.bottom_m >= rim_m - 0.003 {
@@ -287,7 +287,7 @@ impl<'a> Search<'a> {
         let Some(kind) = self.query.relation else {
             let usual_m = match self.query.near_m {
                 Some(_) => 0.0,
-                // Anywhere: rather toward the middle, where a robot reaches.
+                // Anywhere: rather toward the center, where a robot reaches.
                 None => {
                     let (low, high) = outline.bounds();
                     0.2 * center.distance(0.5 * (low + high))

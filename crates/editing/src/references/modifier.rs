@@ -50,8 +50,8 @@ pub(super) enum Modifier {
     LabelWord(String),
 }
 
-/// Reads the words before a noun. `is_label_word` says whether the label of an object that fits has the word. The error
-/// lists words without a meaning.
+/// Reads the words before a noun. `is_label_word` says whether the label of an object that fits has the word. The
+/// error lists words without a meaning.
 pub(super) fn modifiers(
     words: &[String],
     is_label_word: impl Fn(&str) -> bool,

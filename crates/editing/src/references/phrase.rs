@@ -1,8 +1,8 @@
 //! Noun phrases and their parts, before they meet a scene.
 //!
-//! A phrase is a quantity ("both", "the two"), a body of modifiers and noun ("small red mug"), qualifiers ("on the tray",
-//! "from the left") and exceptions ("except the red one"). Which words of the body are the noun depends on the labels of
-//! the scene and is decided in `selection`.
+//! A phrase is a quantity ("both", "the two"), a body of modifiers and noun ("small red mug"), qualifiers ("on the
+//! tray", "from the left") and exceptions ("except the red one"). Which words of the body are the noun depends on the
+//! labels of the scene and is decided in `selection`.
 
 use super::qualifier::{Direction, Qualifier, qualifier};
 use super::vocabulary::vocabulary;

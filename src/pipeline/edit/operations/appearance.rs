@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{Done, Given, NewTable, ids, names, one, several};
+use super::{Done, NewTable, OperationInputs, ids, names, one, several};
 use crate::pipeline::edit::draft::{Draft, load};
 use crate::pipeline::edit::recolor::recolored;
 use catalog::{named_color, physical, substance};
@@ -15,10 +15,10 @@ pub(super) fn recolor(draft: &mut Draft, phrase: &str, color: Option<&str>, mate
     }
     let targets = several(draft, phrase)?;
     for &target in &targets {
-        let look = color.or_else(|| material.and_then(material_color));
+        let appearance = color.or_else(|| material.and_then(material_color));
         let geometry = &draft.loaded[target + 1];
-        let mesh = match look {
-            Some(look) => recolored(&geometry.mesh, look),
+        let mesh = match appearance {
+            Some(appearance) => recolored(&geometry.mesh, appearance),
             None => (*geometry.mesh).clone(),
         };
         let loaded = load(mesh, geometry.hulls.clone())?;
@@ -30,12 +30,15 @@ pub(super) fn recolor(draft: &mut Draft, phrase: &str, color: Option<&str>, mate
             recognized.material = Some(material.to_owned());
         }
     }
-    let look: Vec<String> = [color.map(|_| "color"), material.map(|_| "material")]
+    let appearance: Vec<String> = [color.map(|_| "color"), material.map(|_| "material")]
         .into_iter()
         .flatten()
         .map(str::to_owned)
         .collect();
-    Ok((ids(draft, &targets), format!("changed the {} of {}", look.join(" and "), names(draft, &targets))))
+    Ok((
+        ids(draft, &targets),
+        format!("changed the {} of {}", appearance.join(" and "), names(draft, &targets)),
+    ))
 }
 
 /// The color of a word.
@@ -52,7 +55,7 @@ pub(in crate::pipeline::edit) fn known_material(material: &str) -> Result<(), St
     })
 }
 
-/// What a material looks like, where it has a color of its own.
+/// The usual color of a material, where it has one.
 fn material_color(material: &str) -> Option<Rgb> {
     let hex = match material {
         "steel" | "stainless_steel" | "metal" => 0xb8_bc_c0,
@@ -80,7 +83,7 @@ pub(super) fn relabel(draft: &mut Draft, phrase: &str, label: &str) -> Done {
     Ok((ids(draft, &[target]), format!("labeled {} as {label:?}", draft.name(target))))
 }
 
-pub(super) fn restyle_table(draft: &mut Draft, given: Given) -> Done {
+pub(super) fn restyle_table(draft: &mut Draft, given: OperationInputs) -> Done {
     let NewTable { loaded, material, color } = given.table.ok_or("no table was made")?;
     draft.replace_table(loaded, material.as_deref())?;
     let recognition = Arc::make_mut(&mut draft.composition.recognition);
@@ -90,5 +93,5 @@ pub(super) fn restyle_table(draft: &mut Draft, given: Given) -> Done {
     if material.is_some() {
         recognition.table.material = material;
     }
-    Ok((Vec::new(), "changed the look of the table".to_owned()))
+    Ok((Vec::new(), "changed the appearance of the table".to_owned()))
 }

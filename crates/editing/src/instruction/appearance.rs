@@ -11,7 +11,7 @@ use scene::EditOperation;
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Complement {
     Factor(f64),
-    Look { color: Option<String>, material: Option<String> },
+    Appearance { color: Option<String>, material: Option<String> },
 }
 
 impl Cursor {
@@ -39,7 +39,7 @@ impl Cursor {
         let material = material_length.map(|length| self.text(at, at + length));
         at += material_length.unwrap_or(0);
         let found = color.is_some() || material.is_some();
-        (found && self.is_boundary(at)).then_some((Complement::Look { color, material }, at - index))
+        (found && self.is_boundary(at)).then_some((Complement::Appearance { color, material }, at - index))
     }
 
     /// Where the complement of the clause begins.
@@ -77,7 +77,7 @@ impl Cursor {
         self.at += length;
         match complement {
             Complement::Factor(factor) => self.resized(targets, factor, index),
-            Complement::Look { color, material } => {
+            Complement::Appearance { color, material } => {
                 let first = self.operations.len();
                 for target in targets {
                     let operation = if is_table(&target.phrase) {
