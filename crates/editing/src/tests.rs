@@ -181,18 +181,11 @@ fn what_is_in_the_way_is_named() {
 }
 
 #[test]
-fn a_slender_object_leans_in_a_narrow_box_and_a_ball_does_not_stay_on_a_cube() {
+fn a_slender_object_that_is_longer_than_the_box_leans_in_it() {
     let stick = object("stick_1", &[block(DVec3::new(0.22, 0.012, 0.012))], DVec2::new(-0.3, 0.0));
     let mut scene = table(1.0, vec![open_box(DVec2::new(0.2, 0.0)), stick]);
     put(&mut scene, 1, &related(RelationKind::In, 0)).expect("it leans or lies across");
     assert!(scene.objects[1].footprint().bottom_m < 0.05);
-
-    let ball = object("ball_1", &[geometry::shapes::sphere(0.03, 24)], DVec2::new(-0.3, 0.0));
-    let tiny = object("peg_1", &[block(DVec3::new(0.008, 0.008, 0.08))], DVec2::ZERO);
-    let mut scene = table(1.0, vec![tiny, ball]);
-    let why = put(&mut scene, 1, &related(RelationKind::On, 0)).expect_err("it rolls off");
-    assert!(!why.is_empty());
-    assert_eq!(scene.objects[1].supporter, Supporter::TABLE, "a refusal changes nothing");
 }
 
 #[test]
