@@ -39,7 +39,7 @@ fn score(file: &str) -> Score {
     let mut score = Score { total: sentences.sentence.len(), ..Score::default() };
     for Sentence { text, operations, error } in sentences.sentence {
         let expected = operations.as_ref().map(|json| -> Vec<EditOperation> {
-            let expected = serde_json::from_str(json).expect(json);
+            let expected: Vec<EditOperation> = serde_json::from_str(json).expect(json);
             assert_eq!(scene::edit::violations(&expected), [], "{json}");
             expected
         });
