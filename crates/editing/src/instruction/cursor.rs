@@ -50,7 +50,8 @@ impl Cursor {
     /// The tokens as written, separated by spaces.
     pub fn text(&self, from: usize, to: usize) -> String {
         let mut text = String::new();
-        for token in &self.tokens[from..to.min(self.tokens.len())] {
+        let to = to.min(self.tokens.len());
+        for token in &self.tokens[from.min(to)..to] {
             if !text.is_empty() && !matches!(token.word.as_str(), "'s" | ",") {
                 text.push(' ');
             }
