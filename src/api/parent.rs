@@ -100,7 +100,7 @@ mod tests {
     fn bundle_id_is_that_of_the_folder() {
         let archive = archive_with("scene-0d9cd785067890c78cc5/README.md");
         assert_eq!(bundle_id(&archive).as_deref(), Some("0d9cd785067890c78cc5"));
-        assert_eq!(bundle_id(&archive[..64]).as_deref(), Some("0d9cd785067890c78cc5"));
+        assert_eq!(bundle_id(&archive[..66]).as_deref(), Some("0d9cd785067890c78cc5"));
         for (start, what) in [
             (archive[..40].to_vec(), "a cut name"),
             (archive_with("README.md"), "no folder"),
