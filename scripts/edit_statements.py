@@ -13,6 +13,8 @@ from edit_scene import TABLE, Body, Scene, angle_rad, inverse_placed, wrapped_ra
 CARRIED_M = 0.02
 # Of a resized object.
 SIZE_TOLERANCE, MASS_TOLERANCE = 0.02, 0.1
+# What grows may have to step aside.
+RESIZED_M = 0.05
 # A new material changes the mass; the pose settles by no more than this.
 SETTLED_M, SETTLED_RAD = 0.002, 0.02
 # Tidied objects are at least this far apart.
@@ -176,9 +178,9 @@ def rotated(operation, index, context) -> list:
     return wrong
 
 
-def place_kept_complaints(before, after) -> list:
+def place_kept_complaints(before, after, tolerance_m=POSITION_TOLERANCE_M) -> list:
     away_m = min(math.dist(before.center, after.center), math.dist(before.pose[0][:2], after.pose[0][:2]))
-    if away_m > POSITION_TOLERANCE_M:
+    if away_m > tolerance_m:
         return [f"{after.name} is {100 * away_m:.1f} cm from its place"]
     return [f"{after.name} stands on {after.parent}, not on {before.parent}"] if before.parent != after.parent else []
 
@@ -195,7 +197,7 @@ def resized(operation, index, context) -> list:
         if abs(math.log(body.mass_kg / before.mass_kg) - 3 * math.log(factor)) > MASS_TOLERANCE:
             wrong.append(f"{body.name} weighs {body.mass_kg / before.mass_kg:.3f} times as much, not {factor**3:.3f}")
         if not context.superseded:
-            wrong += place_kept_complaints(before, body)
+            wrong += place_kept_complaints(before, body, RESIZED_M)
     return wrong
 
 
