@@ -25,7 +25,7 @@ pub struct Arguments {
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Write a set of finished scenes as a version of a dataset; the same command goes on after an interruption.
-    Freeze(FreezeArguments),
+    Freeze(Box<FreezeArguments>),
     /// Read every byte of a dataset again, and report each difference.
     Verify(ReadArguments),
     /// Compute the statistics of a dataset from its scenes.
@@ -104,7 +104,7 @@ struct StatsArguments {
 /// Runs the subcommand.
 pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
     match arguments.command {
-        Command::Freeze(arguments) => run_freeze(arguments),
+        Command::Freeze(arguments) => run_freeze(*arguments),
         Command::Verify(arguments) => run_verify(&arguments),
         Command::Stats(arguments) => run_stats(&arguments),
     }

@@ -25,7 +25,7 @@ pub struct Line {
 pub struct LineError {
     /// The name of the request, where it can be read.
     pub custom_id: Option<String>,
-    pub error: OutputError,
+    pub error: Box<OutputError>,
 }
 
 /// Reads requests from a text.
@@ -84,7 +84,7 @@ impl<R: BufRead> Iterator for LineReader<R> {
             if !fits {
                 let message = format!("the line is longer than {MAX_LINE_BYTES} bytes");
                 let error = OutputError::new("line_too_long", message).on_line(number);
-                let content = Err(LineError { custom_id: None, error });
+                let content = Err(LineError { custom_id: None, error: Box::new(error) });
                 return Some(Ok(Line { number, content }));
             }
             // Some editors begin a file with a byte order mark.
@@ -105,7 +105,7 @@ fn request(text: &[u8], number: u64) -> Result<BatchRequest, LineError> {
             Some(violation) => {
                 let error = OutputError::new("invalid_request", violation.detail).on_line(number);
                 let custom_id = Some(request.custom_id);
-                Err(LineError { custom_id, error: error.at(violation.pointer) })
+                Err(LineError { custom_id, error: Box::new(error.at(violation.pointer)) })
             }
         },
         Err(found) => {
@@ -115,7 +115,7 @@ fn request(text: &[u8], number: u64) -> Result<BatchRequest, LineError> {
                 ..OutputError::new(code, found.detail).on_line(number)
             };
             let error = if found.is_malformed { error } else { error.at(found.pointer) };
-            Err(LineError { custom_id: custom_id(text), error })
+            Err(LineError { custom_id: custom_id(text), error: Box::new(error) })
         }
     }
 }
@@ -155,7 +155,9 @@ mod tests {
     #[test]
     fn a_wrong_line_states_its_place_and_the_others_are_read() {
         let good = r#"{"custom_id":"good","body":{"text":"a mug"}}"#;
-        let cases: [(&str, &str, Option<u64>, Option<&str>, &str); 12] = [
+        /// Line, code, column, pointer, words of the message.
+        type Case = (&'static str, &'static str, Option<u64>, Option<&'static str>, &'static str);
+        let cases: [Case; 12] = [
             (r#"{"custom_id":"a","body":{"text":"a mug"}"#, "malformed_json", Some(40), None, "EOF"),
             (r#"{"custom_id":"a" "body":{}}"#, "malformed_json", Some(18), None, "expected"),
             (r#"{"custom_id":"a","body":{"text":"a mug"}} x"#, "malformed_json", Some(43), None, "trailing"),

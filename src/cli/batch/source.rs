@@ -95,7 +95,7 @@ impl Source {
                     let line = line.map_err(|error| unreadable(&self.path, &error))?;
                     let content = line
                         .content
-                        .map_err(|wrong| Rejection { custom_id: wrong.custom_id, error: wrong.error });
+                        .map_err(|wrong| Rejection { custom_id: wrong.custom_id, error: *wrong.error });
                     Ok(Entry { place: line.number, content })
                 }))
             }

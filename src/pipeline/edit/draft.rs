@@ -132,11 +132,6 @@ impl<'a> Draft<'a> {
         }
     }
 
-    /// Whether a body has another mesh or other hulls than the parent's.
-    pub fn is_changed(&self, name: &str) -> bool {
-        self.changed.contains(name)
-    }
-
     /// The objects as phrases find them.
     pub fn editable(&self) -> Vec<EditableObject> {
         let recognized = &self.composition.recognition.objects;

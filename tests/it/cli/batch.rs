@@ -92,7 +92,7 @@ fn a_batch_that_was_killed_and_interrupted_ends_as_one_that_was_not() {
     let done = run(home.path(), &stopped);
     let log = text(&done.stderr);
     assert_eq!(done.status.code(), Some(5), "{log}");
-    assert!(log.contains("batch.jsonl:517:49: EOF"), "{log}");
+    assert!(log.contains("batch.jsonl:517:48: EOF"), "{log}");
     assert!(text(&done.stdout).contains("3 of 518 requests succeeded, 514 duplicate, 1 invalid"));
 
     let whole = run(home.path(), &["batch.jsonl", "--out", "whole", "--workers", "2", "--json"]);

@@ -32,7 +32,7 @@ fn a_recipe_is_the_product_of_templates_slots_options_and_seeds() {
     let requests = expanded(&document);
     assert_eq!(requests.len(), (2 * 2 + 2) * 2 * 2);
     let shown: Vec<_> =
-        requests.iter().map(|r| (r.custom_id.as_str(), r.body.text.as_deref().unwrap())).collect();
+        requests.iter().map(|r| (r.custom_id.as_str(), r.body.text.as_deref().expect("a text"))).collect();
     assert_eq!(shown[0], ("t0_red_2_o0_s5", "a red mug next to 2 spoons"));
     assert_eq!(shown[1], ("t0_red_2_o0_s6", "a red mug next to 2 spoons"));
     assert_eq!(shown[2], ("t0_red_2_o1_s5", "a red mug next to 2 spoons"));
