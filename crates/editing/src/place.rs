@@ -40,6 +40,8 @@ pub struct PlaceQuery {
     pub yaw_rad: Option<f64>,
     /// Where it would best be, if there is room: the place that it has now.
     pub near_m: Option<DVec2>,
+    /// Largest distance from `near_m`.
+    pub within_m: Option<f64>,
     /// The yaw to prefer where none is stated.
     pub usual_yaw_rad: f64,
 }

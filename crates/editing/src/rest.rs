@@ -6,7 +6,7 @@ use crate::place::Candidate;
 use crate::workspace::{Workspace, WorkspaceObject};
 use geometry::Pose;
 use geometry::collide::{PlacedSolid, penetration};
-use physics::settle::{SettleError, angle_between_rad, settle};
+use physics::settle::{SettleError, angle_between_rad, settle, simulate_to_the_end};
 use physics::{Body, CertifySettings, SettleSettings};
 use runtime::{CancelFlag, Cancelled};
 use scene::RelationKind;
@@ -20,6 +20,13 @@ const REACH_M: f64 = 0.05;
 /// roll a little, and what turns more has fallen over. In a container it may.
 const MAX_SLIDE_M: f64 = 0.015;
 const MAX_TURN_RAD: f64 = 0.5;
+
+/// What moves and turns less than this in the time of a simulation stays, meters and radians.
+const STILL_M: f64 = 0.002;
+const STILL_RAD: f64 = 0.1;
+
+/// Simulations until an object must stay.
+const MAX_SETTLINGS: usize = 4;
 
 /// What a simulation needs.
 #[derive(Clone, Copy, Debug)]
@@ -84,6 +91,27 @@ impl From<SettleError> for RestFault {
     }
 }
 
+/// Poses in which the bodies stay for seconds: what moves on slowly after it came to rest, as round objects do, is let
+/// move on.
+fn lasting_rest(
+    bodies: &mut [Body],
+    settings: RestSettings,
+    cancel: &CancelFlag,
+) -> Result<Vec<Pose>, RestFault> {
+    for _ in 0..MAX_SETTLINGS {
+        let settled = settle(bodies, settings.settle, cancel)?;
+        bodies.iter_mut().zip(&settled.poses).for_each(|(body, pose)| body.world_from_object = *pose);
+        let later = simulate_to_the_end(bodies, settings.settle, cancel)?;
+        let stays = later.displacements_m.iter().all(|moved_m| *moved_m < STILL_M)
+            && later.rotations_rad.iter().all(|turned_rad| *turned_rad < STILL_RAD);
+        if settled.at_rest && stays {
+            return Ok(settled.poses);
+        }
+        bodies.iter_mut().zip(&later.poses).for_each(|(body, pose)| body.world_from_object = *pose);
+    }
+    Err(RestFault::Restless)
+}
+
 impl Workspace {
     /// Puts an object, with what rests on it, at a candidate's place, and lets it come to rest there.
     ///
@@ -122,11 +150,8 @@ impl Workspace {
         let body = |object: &WorkspaceObject, fixed: bool| Body { fixed, ..object.body.clone() };
         let mut bodies = vec![body(&self.table, true)];
         bodies.extend(near.iter().map(|&index| body(&self.objects[index], !moving.contains(&index))));
-        let settled = settle(&bodies, settings.settle, cancel)?;
-        if !settled.at_rest {
-            return Err(RestFault::Restless);
-        }
-        for (&index, pose) in near.iter().zip(&settled.poses[1..]) {
+        let poses = lasting_rest(&mut bodies, settings, cancel)?;
+        for (&index, pose) in near.iter().zip(&poses[1..]) {
             if !moving.contains(&index) {
                 continue;
             }

@@ -168,6 +168,11 @@ fn carry_out_all(
         cancel.check()?;
         results.push(done.map_err(|why| refused(index, operation, why))?);
     }
+    let settled = draft.settle_containers();
+    cancel.check()?;
+    settled.map_err(|why| {
+        StageError::permanent("edit_refused", format!("after all operations {why}; nothing was changed"))
+    })?;
     let (mut composition, loaded, changed, moved) = draft.finish();
     composition.edit = Some(EditAccount { parent: inputs.parent_id.clone(), operations: results, moved });
     composition.resolve = scene::certificate::ResolveFinding {

@@ -1,6 +1,7 @@
 //! The scene while operations are carried out on it.
 
 mod finish;
+mod rest;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -13,11 +14,11 @@ use crate::pipeline::composition::{BodyParts, Composition};
 use crate::pipeline::resolve::{Loaded, ResolvedBody, body};
 use catalog::physical_properties;
 use editing::workspace::{Workspace, WorkspaceObject};
-use editing::{EditableObject, PlaceQuery, RestSettings};
+use editing::{EditableObject, RestSettings};
 use geometry::Pose;
 use geometry::solid_query::MeshSolid;
 use runtime::CancelFlag;
-use scene::{InstanceId, Provenance, ReconstructionMethod, SupportRelation, Supporter};
+use scene::{InstanceId, Provenance, ReconstructionMethod, Supporter};
 
 /// Bodies, their geometry, and the same as a workspace; lists of objects have the same order, and bodies have the
 /// table first.
@@ -150,79 +151,6 @@ impl<'a> Draft<'a> {
                 supporter: object.supporter,
             })
             .collect()
-    }
-
-    /// Searches a place for an object and lets it come to rest there, with what rests on it.
-    ///
-    /// # Errors
-    ///
-    /// Why there is no place, in words.
-    pub fn find_and_rest(&mut self, object: usize, query: &PlaceQuery) -> Result<(), String> {
-        let candidates = self.workspace.places(object, query).map_err(|error| error.to_string())?;
-        let mut fault = None;
-        for candidate in candidates {
-            self.cancel.check().map_err(|error| error.to_string())?;
-            match self.workspace.put_down(object, &candidate, self.rest, &self.cancel) {
-                Ok(()) => return Ok(()),
-                Err(error) => fault = Some(error),
-            }
-        }
-        let place = self.workspace.place_in_words(query);
-        let why = fault.map_or_else(String::new, |fault| format!(": {fault}"));
-        Err(format!("{} does not stay {place}{why}", self.name(object)))
-    }
-
-    /// Lets an object come to rest straight below or above a pose.
-    ///
-    /// # Errors
-    ///
-    /// Why it may not be there, in words.
-    pub fn rest_at(&mut self, object: usize, pose: Pose, supporter: Supporter) -> Result<(), String> {
-        let candidate =
-            self.workspace.place_at(object, pose, supporter).map_err(|error| error.to_string())?;
-        self.workspace
-            .put_down(object, &candidate, self.rest, &self.cancel)
-            .map_err(|fault| format!("{} does not stay there: {fault}", self.name(object)))
-    }
-
-    /// Lets objects come to rest again on or in what carries them now: where they are, or else near.
-    ///
-    /// # Errors
-    ///
-    /// Why there is no room for one of them, in words.
-    pub fn rest_again(&mut self, objects: &[(usize, Supporter)], cause: &str) -> Result<(), String> {
-        for &(object, supporter) in objects {
-            self.may_move(&self.workspace.branch(object), cause);
-            let mut anchored = self.workspace.objects[object].clone();
-            anchored.is_placed = true;
-            anchored.supporter = supporter;
-            self.workspace.objects[object] = anchored;
-            let pose = self.pose(object);
-            let is_container = supporter.relation == SupportRelation::In && supporter.parent.is_some();
-            if !is_container && self.rest_at(object, pose, supporter).is_ok() {
-                continue;
-            }
-            let relation = supporter.parent.map(|_| match supporter.relation {
-                SupportRelation::On => scene::RelationKind::On,
-                SupportRelation::In => scene::RelationKind::In,
-            });
-            let near_m = Some(self.center_m(object));
-            let usual_yaw_rad = pose.yaw_rad().unwrap_or(0.0);
-            let query = PlaceQuery {
-                relation,
-                target: supporter.parent,
-                near_m,
-                usual_yaw_rad,
-                ..PlaceQuery::default()
-            };
-            let found = self.find_and_rest(object, &query);
-            let anywhere = PlaceQuery { near_m, usual_yaw_rad, ..PlaceQuery::default() };
-            match found {
-                Err(_) if supporter.parent.is_some() => self.find_and_rest(object, &anywhere)?,
-                found => found?,
-            }
-        }
-        Ok(())
     }
 
     /// Adds an object that has no place yet; its index.

@@ -19,6 +19,7 @@ use editing::place::nearest_right_angle_rad;
 use editing::references::{self, ReferenceError};
 use runtime::seed::child_seed;
 use scene::edit::OperationResult;
+use scene::predicates::POSITION_TOLERANCE_M;
 use scene::{EditOperation, EditPlace, InstanceId, RelationKind, SupportRelation, Supporter};
 
 /// What an operation is given besides the draft.
@@ -138,6 +139,7 @@ fn query(draft: &Draft, object: usize, place: &EditPlace) -> Result<PlaceQuery, 
         position_m: place.position_m,
         yaw_rad: place.yaw_rad,
         near_m: None,
+        within_m: None,
         usual_yaw_rad: draft.pose(object).yaw_rad().unwrap_or(0.0),
     })
 }
@@ -277,7 +279,13 @@ fn move_to(draft: &mut Draft, phrase: &str, place: &EditPlace) -> Done {
         if let Some(offset_m) = place.offset_m {
             let mut pose = draft.pose(target);
             pose.translation_m += offset_m.extend(0.0);
-            draft.rest_at(target, pose, draft.supporter(target))?;
+            let supporter = draft.supporter(target);
+            let wanted_m = draft.center_m(target) + offset_m;
+            if let Err(why) = draft.rest_at(target, pose, supporter) {
+                let query =
+                    PlaceQuery { near_m: Some(wanted_m), ..draft.near_by(target, POSITION_TOLERANCE_M) };
+                draft.find_and_rest(target, &query).map_err(|_| why)?;
+            }
             "by the stated distance".clone_into(&mut where_);
             continue;
         }

@@ -284,6 +284,9 @@ impl<'a> Search<'a> {
         let outline = &self.workspace.outline;
         let center = footprint.center();
         let away_m = self.query.near_m.map_or(0.0, |near_m| near_m.distance(center));
+        if self.query.within_m.is_some_and(|within_m| away_m > within_m) {
+            return None;
+        }
         let Some(kind) = self.query.relation else {
             let usual_m = match self.query.near_m {
                 Some(_) => 0.0,

@@ -83,7 +83,7 @@ mod tests {
     fn basic_words_mean_the_colors_nearest_to_them() {
         let cases = [
             (0xb5_43_2f, "red"),
-            (0x2f_4b_66, "blue"),
+            (0x2f_5b_96, "blue"),
             (0x3f_6b_52, "green"),
             (0xd9_a4_41, "yellow"),
             (0xe8_e4_da, "white"),

@@ -8,7 +8,10 @@ use super::{Done, ids, names, one, place_branches, several};
 use crate::pipeline::edit::draft::{self, Draft};
 use editing::PlaceQuery;
 use geometry::pose::wrap_angle_rad;
-use scene::{RelationKind, SupportRelation, Supporter};
+use scene::Supporter;
+
+/// An object that is turned or resized stays within this of its place, meters.
+const MAX_STEP_M: f64 = 0.018;
 
 pub(super) fn rotate(
     draft: &mut Draft,
@@ -44,7 +47,13 @@ pub(super) fn rotate(
         draft.is_named(target);
         let load = draft.workspace.branch(target);
         draft.may_move(&load, &format!("it turns with {}", draft.name(target).to_owned()));
-        draft.rest_at(target, turned, draft.supporter(target))?;
+        let supporter = draft.supporter(target);
+        if let Err(why) = draft.rest_at(target, turned, supporter) {
+            // At the edge of the table, or beside another object, a small step makes room.
+            let wanted_rad = wrap_angle_rad(yaw_rad + turn_rad);
+            let query = PlaceQuery { yaw_rad: Some(wanted_rad), ..draft.near_by(target, MAX_STEP_M) };
+            draft.find_and_rest(target, &query).map_err(|_| why)?;
+        }
     }
     Ok((ids(draft, &targets), format!("turned {}", names(draft, &targets))))
 }
@@ -73,20 +82,10 @@ pub(super) fn resize(draft: &mut Draft, phrase: &str, factor: f64) -> Done {
         parts.hull_fit = parts.hull_fit.scaled(factor);
         parts.provenance.notes.push(format!("resized by {factor:.2} in an edit"));
         let pose = draft.pose(target);
-        if draft.rest_at(target, pose, draft.supporter(target)).is_err() {
-            let supporter = draft.supporter(target);
-            let relation = supporter.parent.map(|_| match supporter.relation {
-                SupportRelation::On => RelationKind::On,
-                SupportRelation::In => RelationKind::In,
-            });
-            let query = PlaceQuery {
-                relation,
-                target: supporter.parent,
-                near_m: Some(draft.center_m(target)),
-                usual_yaw_rad: pose.yaw_rad().unwrap_or(0.0),
-                ..PlaceQuery::default()
-            };
-            draft.find_and_rest(target, &query)?;
+        let supporter = draft.supporter(target);
+        if let Err(why) = draft.rest_at(target, pose, supporter) {
+            let query = draft.near_by(target, MAX_STEP_M);
+            draft.find_and_rest(target, &query).map_err(|_| why)?;
         }
         place_branches(draft, &load);
         let cause = format!("{} was resized below it", draft.name(target));
