@@ -1,8 +1,8 @@
 //! Clutter: the share of the table top that objects cover, seen from above.
 //!
-//! The footprint of an object is the convex hull of the projected corners of its box (`size_m` at its pose). The area of
-//! the union, clipped to the table's outline, is integrated over horizontal lines: exact along x, midpoint rule along y.
-//! Cost: lines x objects.
+//! The footprint of an object is the convex hull of the projected corners of its box (`size_m` at its pose). The area
+//! of the union, clipped to the table's outline, is integrated over horizontal lines: exact along x, midpoint rule
+//! along y. Cost: lines x objects.
 
 use glam::{DVec2, DVec3};
 

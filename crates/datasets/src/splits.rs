@@ -120,8 +120,8 @@ fn root(parents: &mut [usize], mut index: usize) -> usize {
     index
 }
 
-/// The split of every group, by its name. `earlier` holds the splits of scenes in the version before. The result depends
-/// on the plan, on `earlier` and on the set of groups, not on their order.
+/// The split of every group, by its name. `earlier` holds the splits of scenes in the version before. The result
+/// depends on the plan, on `earlier` and on the set of groups, not on their order.
 pub fn assign(groups: &[Group], plan: &SplitPlan, earlier: &BTreeMap<String, String>) -> Vec<String> {
     let total: usize = groups.iter().map(|group| group.scenes.len()).sum();
     let mut missing: Vec<f64> = plan.ratios.iter().map(|split| split.ratio * total as f64).collect();
