@@ -77,8 +77,9 @@ impl ContainerRecord {
     pub fn write(&self, folder: &Path) -> Result<(), DatasetError> {
         let bytes = serde_json::to_vec(self)
             .map_err(|error| DatasetError::dataset(Path::new(&self.file.path), error.to_string()))?;
-        let path = record_path(Path::new(""), &self.file.path);
-        files::write(folder, &path.to_string_lossy(), &bytes).map(drop)
+        let path = record_path(folder, &self.file.path);
+        // It is not synced: a record that is lost or torn costs its container, which is written again.
+        std::fs::write(&path, bytes).map_err(DatasetError::file("write", &path))
     }
 }
 

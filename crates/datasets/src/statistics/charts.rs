@@ -66,14 +66,17 @@ impl Chart<'_> {
         }
         line(page, [LEFT, BOTTOM], [right, BOTTOM], "axis");
         text(page, [(LEFT + right) / 2.0, BOTTOM + 46.0], "title mid", self.axis);
-        self.vertical_title(page, [20.0, (TOP + BOTTOM) / 2.0], self.counted);
+        let turn = format!("rotate(-90 20 {:.1})", (TOP + BOTTOM) / 2.0);
+        let y = format!("{:.1}", (TOP + BOTTOM) / 2.0);
+        let attributes = [("x", "20"), ("y", y.as_str()), ("class", "title mid"), ("transform", &turn)];
+        page.leaf("text", &attributes, self.counted);
         page.close();
     }
 
     /// Counts by name as horizontal bars, in the order given.
     pub fn rows(&self, page: &mut Markup, bars: &[(String, usize)]) {
         const LEFT: f64 = 210.0;
-        const TOP: f64 = 40.0;
+        const TOP: f64 = 56.0;
         const PITCH: f64 = 22.0;
         let bottom = TOP + PITCH * bars.len().max(1) as f64;
         let right = WIDTH - 60.0;
@@ -93,7 +96,8 @@ impl Chart<'_> {
         }
         line(page, [LEFT, TOP], [LEFT, bottom], "axis");
         text(page, [(LEFT + right) / 2.0, bottom + 44.0], "title mid", self.counted);
-        self.vertical_title(page, [20.0, (TOP + bottom) / 2.0], self.axis);
+        // Above the names, where charts with few bars have room for it.
+        text(page, [LEFT - 8.0, TOP - 8.0], "title end", self.axis);
         page.close();
     }
 
@@ -108,13 +112,6 @@ impl Chart<'_> {
         ];
         page.open("svg", &attributes);
         text(page, [WIDTH / 2.0, 20.0], "heading mid", self.title);
-    }
-
-    fn vertical_title(&self, page: &mut Markup, at: [f64; 2], words: &str) {
-        let turn = format!("rotate(-90 {:.1} {:.1})", at[0], at[1]);
-        let (x, y) = (format!("{:.1}", at[0]), format!("{:.1}", at[1]));
-        let attributes = [("x", x.as_str()), ("y", &y), ("class", "title mid"), ("transform", &turn)];
-        page.leaf("text", &attributes, words);
     }
 }
 
