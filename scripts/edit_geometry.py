@@ -90,6 +90,21 @@ def separation_m(a, b) -> float:
     return found
 
 
+def simplified(polygon, tolerance_m: float = 0.001) -> list:
+    """A convex polygon with fewer corners: those that are left out lie within the tolerance of it."""
+    kept = list(polygon)
+    for corner in polygon:
+        if len(kept) > 8:
+            k = kept.index(corner)
+            # Between the neighbors that are left, all the corners that were left out count.
+            first, last = kept[k - 1], kept[(k + 1) % len(kept)]
+            start, end = polygon.index(first), polygon.index(last)
+            between = polygon[start:end] if start < end else polygon[start:] + polygon[:end]
+            if all(segment_distance_m(point, first, last) <= tolerance_m for point in between):
+                kept.remove(corner)
+    return kept
+
+
 def outline_depth_m(outline, point) -> float:
     """Distance of a point to the edge of a simple polygon; positive inside."""
     inside = False

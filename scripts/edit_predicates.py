@@ -56,9 +56,13 @@ def holds(kind, body, outline, target=None, second=None, stated_m=None) -> bool:
     if kind == "in":
         return is_above(body, target) and target.bottom_m - 0.002 < body.bottom_m < target.top_m
     if kind in DIRECTIONS:
-        free = stated_m is None or is_close(distance_m(body.footprint, target.footprint), stated_m)
-        return free and is_toward(body, target, DIRECTIONS[kind])
+        # The distance takes the longest.
+        if not is_toward(body, target, DIRECTIONS[kind]):
+            return False
+        return stated_m is None or is_apart_by(body, target, stated_m)
     if kind == "next_to":
+        if lowest_distance_m(body, target) > (NEXT_TO_M if stated_m is None else stated_m + DISTANCE_TOLERANCE_M):
+            return False
         free_m = distance_m(body.footprint, target.footprint)
         near = free_m <= NEXT_TO_M if stated_m is None else is_close(free_m, stated_m)
         return near and free_m > -DISTANCE_TOLERANCE_M
@@ -71,6 +75,18 @@ def holds(kind, body, outline, target=None, second=None, stated_m=None) -> bool:
 
 def is_close(found_m, stated_m) -> bool:
     return abs(found_m - stated_m) <= DISTANCE_TOLERANCE_M + ROUNDING
+
+
+def is_apart_by(body, target, stated_m) -> bool:
+    if lowest_distance_m(body, target) > stated_m + DISTANCE_TOLERANCE_M + ROUNDING:
+        return False
+    return is_close(distance_m(body.footprint, target.footprint), stated_m)
+
+
+def lowest_distance_m(body, target) -> float:
+    """A lower bound of the free distance: that of the circles around the footprints."""
+    reach_m = sum(max(math.dist(one.center, corner) for corner in one.footprint) for one in (body, target))
+    return math.dist(body.center, target.center) - reach_m
 
 
 def is_above(body, target) -> bool:

@@ -9,13 +9,16 @@ import math
 from dataclasses import dataclass
 
 from edit_geometry import (
-    area_m2, bounds, center_of, convex_hull, depth_m, minkowski_sum, outline_holds, rows_of, shifted, sides, turned
+    area_m2, bounds, center_of, convex_hull, depth_m, minkowski_sum, outline_holds, rows_of, shifted, sides, simplified,
+    turned
 )
 from edit_scene import TABLE, Body, Scene
 
 STEP_M = 0.01
 YAWS = 16
 CLEARANCE_M = 0.01
+# An object to place is searched with so many prisms, one above the other.
+LAYERS = 4
 # Hulls that touch do not overlap in height.
 TOUCH_M = 0.001
 
@@ -104,12 +107,13 @@ def free_place(
     Yaws are added to that of the shape; all sixteen unless they are given.
     """
     yaws = [2 * math.pi * k / YAWS for k in range(YAWS)] if yaws is None else yaws
+    layers = layered(shape.prisms)
     for height_m, carriers in levels:
         low, high = bounds(scene.outline) if carriers is None else bounds([p for part in carriers for p in part])
         first, counts = grid(low, high, around)
         for yaw in yaws:
-            prisms = [Prism(turned(one.polygon, yaw), one.low_m, one.high_m) for one in shape.prisms]
-            footprint = convex_hull([corner for one in prisms for corner in one.polygon])
+            prisms = [Prism(turned(one.polygon, yaw), one.low_m, one.high_m) for one in layers]
+            footprint = simplified(convex_hull([corner for one in prisms for corner in one.polygon]))
             limits = [] if carriers is not None else outline_limits(scene.outline, footprint, max(0.0, clearance_m))
             free = free_cells(prisms, obstacles, height_m, first, counts, clearance_m, limits)
             balance = turned([shape.center_of_mass], yaw)[0]
@@ -135,6 +139,20 @@ def grid(low, high, around) -> tuple:
         steps = round(half_m / STEP_M)
         return (center[0] - steps * STEP_M, center[1] - steps * STEP_M), (2 * steps + 1, 2 * steps + 1)
     return low, tuple(int((high[k] - low[k]) / STEP_M) + 1 for k in (0, 1))
+
+
+def layered(prisms: list) -> list:
+    """At most `LAYERS` prisms that enclose the prisms: the convex footprint of what is at each height."""
+    low, high = min(one.low_m for one in prisms), max(one.high_m for one in prisms)
+    if len(prisms) <= LAYERS:
+        return prisms
+    found, step = [], (high - low) / LAYERS
+    for k in range(LAYERS):
+        start, end = low + k * step, low + (k + 1) * step
+        corners = [corner for one in prisms if one.low_m < end and one.high_m > start for corner in one.polygon]
+        if corners:
+            found.append(Prism(convex_hull(corners), start, end))
+    return found
 
 
 def outline_limits(outline, footprint, margin_m) -> list:

@@ -1,5 +1,6 @@
 """The search for room and its geometry, against cases by hand and slow references."""
 
+import math
 import sys
 import unittest
 
@@ -9,10 +10,11 @@ from place import SCRIPTS
 sys.path.insert(0, str(SCRIPTS))
 
 from edit_geometry import (  # noqa: E402
-    area_m2, convex_hull, depth_m, distance_m, minkowski_sum, outline_holds, rows_of, shifted, turned,
+    area_m2, convex_hull, depth_m, distance_m, minkowski_sum, outline_holds, rows_of, shifted, simplified,
+    turned,
 )
 from edit_refusals import place_for  # noqa: E402
-from edit_room import box, free_place, levels_of, obstacles_of  # noqa: E402
+from edit_room import Prism, box, free_place, layered, levels_of, obstacles_of  # noqa: E402
 from edits import Operation  # noqa: E402
 
 SQUARE = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]
@@ -32,6 +34,13 @@ class Geometry(unittest.TestCase):
             other = turned([(0.0, 0.0), (2.0, 0.0), (0.5, 0.7)], 0.5 * k)
             slow = convex_hull([(p[0] + q[0], p[1] + q[1]) for p in one for q in other])
             self.assertAlmostEqual(area_m2(minkowski_sum(one, other)), area_m2(slow))
+
+    def test_simplified_polygons_keep_within_the_tolerance(self):
+        circle = [(0.1 * math.cos(0.05 * k), 0.1 * math.sin(0.05 * k)) for k in range(125)]
+        found = simplified(circle)
+        self.assertLess(len(found), 40)
+        self.assertTrue(all(depth_m(found, corner) >= -0.001 - 1e-9 for corner in circle))
+        self.assertEqual(simplified(SQUARE), SQUARE)
 
     def test_rows_are_cut_where_the_polygon_is(self):
         found = rows_of([(0.0, 0.0), (2.0, 0.0), (0.0, 2.0)], -0.5, 0.5, 9)
@@ -82,6 +91,20 @@ class Room(unittest.TestCase):
                 self.assertEqual(sorted((round(p.center[0], 3), round(p.center[1], 3)) for p in seen), sorted(slow))
             place = free_place(found, shape, [], levels_of(found, "table"), yaws=yaws)
             self.assertTrue(outline_holds(found.outline, place.footprint, 0.01 - 1e-9))
+
+    def test_layers_enclose_the_hulls_at_their_heights(self):
+        # A lamp: a small base, a pole, and a shade to one side.
+        parts = [((0.1, 0.1), 0.0, 0.02, 0.0), ((0.02, 0.02), 0.02, 0.4, 0.0), ((0.2, 0.1), 0.31, 0.4, 0.15)]
+        prisms = [Prism(shifted([(-0.5 * x, -0.5 * y), (0.5 * x, -0.5 * y), (0.5 * x, 0.5 * y), (-0.5 * x, 0.5 * y)],
+                                (aside, 0.0)), low, high) for (x, y), low, high, aside in parts]
+        found = layered(prisms * 2)
+        self.assertEqual(len(found), 4)
+        for one in prisms:
+            for layer in found:
+                if one.low_m < layer.high_m and one.high_m > layer.low_m:
+                    self.assertTrue(all(depth_m(layer.polygon, corner) >= -1e-9 for corner in one.polygon))
+        widths = [max(x for x, _ in layer.polygon) for layer in found]
+        self.assertEqual([round(width, 3) for width in widths], [0.05, 0.01, 0.01, 0.25])
 
     def test_a_turned_object_fits_where_a_straight_one_does_not(self):
         walls = scene(body("a_1", -0.35, 0, size=(0.5, 0.6, 0.2)), body("b_1", 0.35, 0, size=(0.5, 0.6, 0.2)))
