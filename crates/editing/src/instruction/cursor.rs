@@ -55,7 +55,10 @@ impl Cursor {
             if !text.is_empty() && !matches!(token.word.as_str(), "'s" | ",") {
                 text.push(' ');
             }
-            text.push_str(&token.text);
+            // A phrase may begin the sentence.
+            let is_article =
+                matches!(token.word.as_str(), "the" | "a" | "an" | "all" | "both" | "every" | "each");
+            text.push_str(if is_article { &token.word } else { &token.text });
         }
         text
     }

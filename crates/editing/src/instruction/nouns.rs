@@ -167,6 +167,7 @@ pub(super) fn supports(phrase: &str, support: SupportRelation) -> bool {
         category.label == noun
             || category.name.replace('_', " ") == noun
             || vocabulary().is_alias(&category.name, noun)
+            || category.synonyms.iter().any(|synonym| synonym == noun)
     };
     catalog::categories().iter().find(name).is_none_or(|category| category.affords(affordance))
 }

@@ -42,6 +42,7 @@ const FURTHER_REFERENCES: &[(&str, &str)] = &[
     ("purple", "lavender"),
     ("beige", "cream"),
     ("gray", "silver"),
+    ("white", "off white"),
     ("gray", "graphite"),
 ];
 
