@@ -171,11 +171,12 @@ class Comparison:
         """(name to movement, what is wrong with the lists)."""
         printed = document or {}
         # The command prints the account of the edit with the summary of the scene.
-        accounts = [self.child.report.get("edit"), printed.get("edit") or (printed.get("summary") or {}).get("edit")]
+        written = self.child.report.get("edit") or self.child.scene.get("edit")
+        accounts = [written, printed.get("edit") or (printed.get("summary") or {}).get("edit")]
         lists = [(account or {}).get("moved") or [] for account in accounts]
         wrong = []
         if document is not None and sorted(map(str, lists[0])) != sorted(map(str, lists[1])):
-            wrong.append("report.json and the printed document list different movements")
+            wrong.append("the bundle and the printed document list different movements")
         return {movement["name"]: movement for movement in lists[0]}, wrong
 
     def certificate(self, document) -> list:
