@@ -32,7 +32,7 @@ fn bench(criterion: &mut Criterion) {
             .collect(),
     };
     let (images, settings) = (Images::default(), &scene.config.export);
-    let write = || write_formats(black_box(&finished), &certificate, &assets, &images, settings);
+    let write = || write_formats(black_box(&finished), &certificate, &assets, &images, Vec::new(), settings);
     let files = write().expect("the breakfast can be written");
     criterion.bench_function("export/formats", |b| b.iter(write));
     criterion.bench_function("export/archive", |b| b.iter(|| zip_bundle(black_box(&files))));
@@ -112,6 +112,7 @@ fn finished(scene: &Breakfast, bodies: &[Body]) -> Scene {
         instances: instances.collect(),
         metrics: METRICS,
         text: None,
+        edit: None,
     }
 }
 

@@ -17,6 +17,12 @@ pub mod image;
 mod data_uri;
 mod json_detail;
 pub mod scenes;
+mod terms;
+mod enqueue;
+pub mod parent;
+mod edit_operations;
+pub mod edits;
+pub mod lineage;
 pub mod download;
 pub mod bundle;
 mod rebuild;
@@ -38,11 +44,12 @@ use bytes::Bytes;
 use futures::future::BoxFuture;
 use metrics_exporter_prometheus::PrometheusHandle;
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 use tokio::sync::Semaphore;
 use tokio_util::sync::CancellationToken;
 
-use scene::SceneRequest;
 use scene::text_account::TextAccount;
+use scene::{EditOperation, SceneRequest};
 use store::{Store, queue};
 
 use admission::AllowedHosts;
@@ -121,6 +128,14 @@ pub type Validate = Arc<dyn Fn(&SceneRequest) -> Vec<FieldError> + Send + Sync>;
 /// texts. The error is that of the field `/text`. Made by `app::pipeline::understand`.
 pub type Understand = Arc<dyn Fn(&SceneRequest) -> Result<Option<TextAccount>, FieldError> + Send + Sync>;
 
+/// The operations of an instruction in words. The error is that of the field `/text`. Made by
+/// `app::pipeline::read_instruction`.
+pub type ReadInstruction = Arc<dyn Fn(&str) -> Result<Vec<EditOperation>, FieldError> + Send + Sync>;
+
+/// What an edit will do to the scene in an archive, without making a scene; `None` where nothing is predicted. It
+/// computes, so it blocks. Made by `app::pipeline::predict`.
+pub type Predict = Arc<dyn Fn(&SceneRequest, &[u8]) -> Result<Option<Value>, Problem> + Send + Sync>;
+
 /// Fetches an image from a client's address, at most so many bytes; an error is for the client to read. Made by
 /// `app::fetching`.
 pub type FetchImage = Arc<dyn Fn(String, usize) -> BoxFuture<'static, Result<Bytes, String>> + Send + Sync>;
@@ -129,6 +144,8 @@ pub type FetchImage = Arc<dyn Fn(String, usize) -> BoxFuture<'static, Result<Byt
 pub struct Services {
     pub validate: Validate,
     pub understand: Understand,
+    pub read_instruction: ReadInstruction,
+    pub predict: Predict,
     pub fetch_image: FetchImage,
     pub metrics: PrometheusHandle,
 }
@@ -141,6 +158,8 @@ pub struct Api {
     pub queue: Arc<queue::Settings>,
     pub validate: Validate,
     pub understand: Understand,
+    pub read_instruction: ReadInstruction,
+    pub predict: Predict,
     pub fetch_image: FetchImage,
     pub metrics: PrometheusHandle,
     /// Cancelled when the process is to end: not ready any more.
@@ -172,7 +191,7 @@ impl Api {
         services: Services,
         shutdown: CancellationToken,
     ) -> Self {
-        let Services { validate, understand, fetch_image, metrics } = services;
+        let Services { validate, understand, read_instruction, predict, fetch_image, metrics } = services;
         let semaphore = |permits: usize| Arc::new(Semaphore::new(permits.clamp(1, Semaphore::MAX_PERMITS)));
         let max_streams = settings.max_event_streams.min(Limits::new(&settings).total.div_ceil(2));
         Self {
@@ -191,6 +210,8 @@ impl Api {
             queue: Arc::new(queue),
             validate,
             understand,
+            read_instruction,
+            predict,
             fetch_image,
             metrics,
             draining: shutdown.child_token(),
@@ -219,6 +240,8 @@ pub fn routes() -> Vec<(Method, &'static str, MethodRouter<Api>)> {
         (Method::GET, "/scenes/{scene_id}", get(scenes::show)),
         (Method::DELETE, "/scenes/{scene_id}", delete(scenes::remove)),
         (Method::GET, "/scenes/{scene_id}/bundle", get(bundle::download)),
+        (Method::POST, "/scenes/{scene_id}/edits", post(edits::submit)),
+        (Method::GET, "/scenes/{scene_id}/lineage", get(lineage::show)),
         (Method::GET, "/scenes/{scene_id}/artifacts", get(artifacts::list)),
         (Method::GET, "/scenes/{scene_id}/artifacts/{*name}", get(artifacts::download)),
         (Method::GET, "/jobs", get(jobs::list)),

@@ -7,13 +7,19 @@ pub mod exit;
 pub mod options;
 pub mod terminal;
 pub mod signals;
+pub mod local_job;
 pub mod generate;
+pub mod bundle_input;
+pub mod edit;
+pub mod diff;
+pub mod batch;
 pub mod parse;
 pub mod progress;
 pub mod output_dir;
 pub mod scene_summary;
 pub mod certificate;
 pub mod text_account;
+pub mod dataset;
 pub mod serve;
 pub mod worker;
 pub mod queue;
@@ -42,8 +48,16 @@ struct Cli {
 enum Command {
     /// Make one scene here and now, without a server.
     Generate(generate::Arguments),
+    /// Make a scene from a finished one, by operations or by an instruction in words.
+    Edit(edit::Arguments),
+    /// Show what differs between the scenes of two bundles.
+    Diff(diff::Arguments),
+    /// Make many scenes from one file of requests or from a recipe, without a server.
+    Batch(batch::Arguments),
     /// Show what a text is understood as, without making a scene.
     Parse(parse::Arguments),
+    /// Freeze finished scenes as a dataset, verify it, print its statistics.
+    Dataset(dataset::Arguments),
     /// Run the job server.
     Serve(serve::Arguments),
     /// Take jobs from a shared database, without the HTTP interface.
@@ -66,7 +80,11 @@ enum Command {
 pub fn main() -> ExitCode {
     run(Cli::try_parse(), |cli| match cli.command {
         Command::Generate(arguments) => generate::run(arguments),
+        Command::Edit(arguments) => edit::run(arguments),
+        Command::Diff(arguments) => diff::run(arguments),
+        Command::Batch(arguments) => batch::run(arguments),
         Command::Parse(arguments) => parse::run(arguments),
+        Command::Dataset(arguments) => dataset::run(arguments),
         Command::Serve(arguments) => serve::run(arguments),
         Command::Worker(arguments) => worker::run(arguments),
         Command::Queue(arguments) => queue::run(arguments),

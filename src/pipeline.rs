@@ -22,6 +22,8 @@ pub mod resolve;
 pub mod preview;
 pub mod certify;
 pub mod bundle;
+pub mod composition;
+pub mod edit;
 
 use std::sync::Arc;
 
@@ -39,7 +41,7 @@ use pose_estimation::yaw::YawSettings;
 use render::RenderSettings;
 use resources::StageResources;
 use scene::text_account::TextAccount;
-use scene::{Recognition, SceneRequest, SupportTree};
+use scene::{Input, Recognition, SceneRequest, SupportTree};
 use store::artifacts::BuiltScene;
 
 /// What a stage function gets besides its inputs.
@@ -129,7 +131,11 @@ pub async fn build_scene(
     services: StageResources,
     settings: Arc<Settings>,
 ) -> Result<BuiltScene, StageError> {
-    match run_stages(request, checkpoints, services, settings, Until::BundleWritten).await? {
+    if matches!(request.input, Input::Edit { .. }) {
+        return edit::edit_scene(request, checkpoints, services, settings).await;
+    }
+    let stages = checkpoints.for_stages(&STAGES, Arc::new(services));
+    match run_stages(request, stages, settings, Until::BundleWritten).await? {
         Reached::Bundle(rows) => Ok(*rows),
         Reached::Objects(_) => unreachable!("the stages ran until the bundle was written"),
     }
@@ -146,7 +152,17 @@ pub async fn prepare_objects(
     services: StageResources,
     settings: Arc<Settings>,
 ) -> Result<PreparedObjects, StageError> {
-    match run_stages(request, checkpoints, services, settings, Until::ObjectsPrepared).await? {
+    let stages = checkpoints.for_stages(&STAGES, Arc::new(services));
+    prepare_objects_with(request, stages, settings).await
+}
+
+/// The same with stages that have been opened already.
+async fn prepare_objects_with(
+    request: SceneRequest,
+    stages: Checkpoints<StageResources>,
+    settings: Arc<Settings>,
+) -> Result<PreparedObjects, StageError> {
+    match run_stages(request, stages, settings, Until::ObjectsPrepared).await? {
         Reached::Objects(objects) => Ok(*objects),
         Reached::Bundle(_) => unreachable!("the stages ran until the objects were prepared"),
     }
@@ -155,15 +171,13 @@ pub async fn prepare_objects(
 /// All stages, in order.
 async fn run_stages(
     request: SceneRequest,
-    checkpoints: Checkpoints,
-    services: StageResources,
+    stages: Checkpoints<StageResources>,
     settings: Arc<Settings>,
     until: Until,
 ) -> Result<Reached, StageError> {
     let request = Arc::new(request.without_budget());
-    let ports = services.ports.clone();
+    let ports = stages.services().ports.clone();
     let identity = certify::SceneIdentity::new(&request, &ports, &settings)?;
-    let stages = checkpoints.for_stages(&STAGES, Arc::new(services));
 
     let inputs = reference::Inputs::new(&request, &ports);
     let reference = stages.run(reference::STAGE, inputs, reference::run).await?;

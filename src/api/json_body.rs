@@ -39,22 +39,32 @@ pub async fn json_bytes(api: &Api, body: Body) -> Result<ReceivedBody, Problem> 
 /// A [`Problem`] with the place where the bytes stop being JSON, or the value stops being a `T`.
 pub fn parse<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Problem> {
     json_outline::check(bytes)?;
-    serde_path_to_error::deserialize(&mut serde_json::Deserializer::from_slice(bytes)).map_err(|error| {
-        let mut pointer = String::new();
-        for segment in error.path() {
-            match segment {
-                Segment::Seq { index } => pointer.push_str(&format!("/{index}")),
-                Segment::Map { key } => {
-                    let key: String = key.chars().take(200).collect();
-                    pointer.push('/');
-                    pointer.push_str(&key.replace('~', "~0").replace('/', "~1"));
-                }
-                Segment::Enum { .. } | Segment::Unknown => {}
-            }
+    serde_path_to_error::deserialize(&mut serde_json::Deserializer::from_slice(bytes))
+        .map_err(|error| Problem::invalid(vec![field_error(&error)]))
+}
+
+/// Where a value stops being of its type, and why.
+pub(super) fn field_error(error: &serde_path_to_error::Error<serde_json::Error>) -> FieldError {
+    let mut pointer = String::new();
+    for segment in error.path() {
+        match segment {
+            Segment::Seq { index } => pointer.push_str(&format!("/{index}")),
+            Segment::Map { key } => pointer.push_str(&pointer_segment(key)),
+            Segment::Enum { .. } | Segment::Unknown => {}
         }
-        let detail: String = json_detail(&error.inner().to_string()).chars().take(300).collect();
-        Problem::invalid(vec![FieldError::new(pointer, detail)])
-    })
+    }
+    FieldError::new(pointer, detail_of(error.inner()))
+}
+
+/// A name as a segment of a JSON pointer.
+pub(super) fn pointer_segment(name: &str) -> String {
+    let name: String = name.chars().take(200).collect();
+    format!("/{}", name.replace('~', "~0").replace('/', "~1"))
+}
+
+/// The detail of an error of serde, of bounded length.
+pub(super) fn detail_of(error: &serde_json::Error) -> String {
+    json_detail(&error.to_string()).chars().take(300).collect()
 }
 
 /// [`parse`] on a thread that may block, where the body is large. The reservation covers the value.

@@ -5,19 +5,28 @@
 //! value of them is allocated. Serde reads a list as a struct's fields in order, which the contract does not.
 
 use std::fmt;
+use std::fmt::Write as _;
 
 use serde::de::{DeserializeSeed, Deserializer, Error, MapAccess, SeqAccess, Visitor};
 
 use super::error::{FieldError, Problem, ProblemType};
 
-/// Levels of lists and objects; a body has four.
+/// Levels of lists and objects; a body has five.
 const MAX_DEPTH: usize = 8;
 
-/// Values in all; a body has fewer than 200.
-const MAX_VALUES: usize = 2000;
+/// Values in all; a body has fewer than 200, the longest list of operations fewer than 3,000.
+const MAX_VALUES: usize = 3000;
 
-/// Where a list stands in place of an object.
-const OBJECTS: [&str; 5] = ["", "/image", "/options", "/options/table", "/options/metric_anchor"];
+/// Where an object must not be a list. A star stands for the index of an item.
+const OBJECTS: [&str; 7] = [
+    "",
+    "/image",
+    "/options",
+    "/options/table",
+    "/options/metric_anchor",
+    "/operations/*",
+    "/operations/*/where",
+];
 
 /// Checks a body.
 ///
@@ -107,14 +116,19 @@ impl<'de> Visitor<'de> for Node<'_> {
 
     fn visit_seq<A: SeqAccess<'de>>(mut self, mut items: A) -> Result<(), A::Error> {
         self.descend()?;
-        if self.0.list.is_none() && OBJECTS.contains(&self.0.pointer.as_str()) {
+        if self.0.list.is_none() && OBJECTS.iter().any(|object| matches(object, &self.0.pointer)) {
             self.0.list = Some(self.0.pointer.clone());
         }
         let length = self.0.pointer.len();
-        // No object of `OBJECTS` lies in a list.
-        self.0.pointer.push_str("/-");
-        while items.next_element_seed(Node(self.0))?.is_some() {}
-        self.0.pointer.truncate(length);
+        for index in 0.. {
+            // Writing to a string cannot fail.
+            let _ = write!(self.0.pointer, "/{index}");
+            let more = items.next_element_seed(Node(self.0))?.is_some();
+            self.0.pointer.truncate(length);
+            if !more {
+                break;
+            }
+        }
         self.0.depth -= 1;
         Ok(())
     }
@@ -129,6 +143,12 @@ impl<'de> Visitor<'de> for Node<'_> {
         self.0.depth -= 1;
         Ok(())
     }
+}
+
+/// Whether a pointer is one of a pattern of [`OBJECTS`].
+fn matches(pattern: &str, pointer: &str) -> bool {
+    pattern.split('/').count() == pointer.split('/').count()
+        && pattern.split('/').zip(pointer.split('/')).all(|(wanted, part)| wanted == "*" || wanted == part)
 }
 
 /// Appends the name of a value to its pointer, as far as it can matter.
@@ -177,8 +197,8 @@ mod tests {
             (body(&deep(8)), "malformed_json"),
             (body(&deep(100)), "malformed_json"),
             (body(&deep(1_000_000)), "malformed_json"),
-            (body(&format!("[{}0]", "0,".repeat(1_900))), "fine"),
-            (body(&format!("[{}0]", "0,".repeat(2_000))), "malformed_json"),
+            (body(&format!("[{}0]", "0,".repeat(2_900))), "fine"),
+            (body(&format!("[{}0]", "0,".repeat(3_000))), "malformed_json"),
             (body(&format!("[{}[]]", "[],".repeat(1_000_000))), "malformed_json"),
         ] {
             assert!(is_json(&text));
@@ -197,10 +217,13 @@ mod tests {
             ("{\"options\": []}", "/options"),
             ("{\"options\": {\"table\": [1]}}", "/options/table"),
             ("{\"\\u0069mage\": []}", "/image"),
+            ("{\"operations\": [{}, []]}", "/operations/1"),
+            ("{\"operations\": [{\"where\": [\"on\"]}]}", "/operations/0/where"),
         ] {
             let problem = check(text.as_bytes()).expect_err(text);
             assert_eq!((problem.code, problem.errors[0].pointer.as_str()), ("invalid_body", pointer));
         }
         assert_eq!(code("{\"options\": {\"table\": {\"size_m\": [1, 2, 3]}}}"), "fine");
+        assert_eq!(code("{\"operations\": [{\"where\": {\"position_m\": [1, 2]}}]}"), "fine");
     }
 }

@@ -6,10 +6,8 @@ use std::collections::BTreeMap;
 
 use axum::extract::Request;
 use bytes::Bytes;
-use jiff::Timestamp;
 use serde::Deserialize;
 use serde_json::json;
-use uuid::Uuid;
 
 use super::admission::overloaded;
 use super::body::BodyReader;
@@ -21,10 +19,10 @@ use super::image::UploadedImage;
 use super::json_body::parse_apart;
 pub use super::json_body::{json_bytes, media_type, parse};
 use super::query::Time;
+use super::terms::Terms;
 use super::{Api, Settings, Validate, form_body, image};
-use scene::Violation;
-use scene::request::{MAX_SEED, RequestOptions};
-use scene::{Input, SceneRequest, TenantId};
+use scene::request::RequestOptions;
+use scene::{Input, SceneId, SceneRequest, TenantId};
 use store::queue::{self, Schedule};
 use store::scenes::NewScene;
 use store::{Digest, Store, StoreError};
@@ -56,13 +54,12 @@ pub struct ImageSource {
     pub url: Option<String>,
 }
 
-/// Largest priority, and smallest below zero.
-const MAX_PRIORITY: i64 = 100;
-
 /// A submission that may be enqueued.
 #[derive(Debug)]
 pub struct Submission {
     pub request: SceneRequest,
+    /// The scene that it is made from.
+    pub parent_id: Option<SceneId>,
     pub labels: BTreeMap<String, String>,
     pub priority: i64,
     /// Milliseconds since 1970.
@@ -70,6 +67,8 @@ pub struct Submission {
     pub deadline_ms: Option<i64>,
     /// To be stored before the request that names it.
     pub image: Option<UploadedImage>,
+    /// An archive that the request names, where it is not stored yet.
+    pub bundle: Option<Bytes>,
     /// The same for the same content, whatever its form; a seed drawn here does not count.
     pub body_digest: Digest,
 }
@@ -81,12 +80,18 @@ impl Submission {
         Schedule { priority, not_before_ms, deadline_ms, ..Schedule::usual(queue.clone()) }
     }
 
-    /// Stores the image, if there is one, and returns the row to insert. `default_budget_usd` applies to requests
-    /// without a budget.
+    /// The same as a scene made from `parent`, which is part of its content.
+    pub fn child_of(self, parent: SceneId) -> Self {
+        let body_digest = Digest::of(format!("{parent} {}", self.body_digest).as_bytes());
+        Self { parent_id: Some(parent), body_digest, ..self }
+    }
+
+    /// Stores the image and the archive, if there are any, and returns the row to insert. `default_budget_usd` applies
+    /// to requests without a budget.
     ///
     /// # Errors
     ///
-    /// A [`StoreError`] if the image cannot be stored.
+    /// A [`StoreError`] if they cannot be stored.
     pub async fn into_row(
         self,
         store: &Store,
@@ -97,8 +102,12 @@ impl Submission {
         if let Some(image) = self.image {
             store.blobs().put(image.bytes).await?;
         }
+        if let Some(bundle) = self.bundle {
+            store.blobs().put(bundle).await?;
+        }
         Ok(NewScene {
             tenant_id,
+            parent_id: self.parent_id,
             budget_micro_usd: self.request.options.budget(default_budget_usd).0,
             request: json!(self.request),
             labels: self.labels,
@@ -212,23 +221,18 @@ pub fn validate(
     settings: &Settings,
     validate_settings: &Validate,
 ) -> Result<Submission, Problem> {
-    let mut errors = Vec::new();
-    let mut wrong = |pointer: &str, detail: String| errors.push(FieldError::new(pointer, detail));
-    if body.seed.is_some_and(|seed| seed > MAX_SEED) {
-        wrong("/seed", format!("must be at most {MAX_SEED}"));
-    }
-    check_labels(&body.labels, &mut wrong);
-    for Violation { pointer, detail } in body.options.violations() {
-        wrong(&format!("/options{pointer}"), detail);
-    }
-    let schedule = check_schedule(&body, &mut wrong);
+    let SceneBody { text: given, image: _, seed, labels, options, priority, not_before, deadline } = body;
+    let terms = Terms { seed, labels, options, priority, not_before, deadline };
+    let mut errors = terms.errors();
     let mut text = None;
-    match &body.text {
+    match &given {
         Some(given) => match check_text(given, settings.max_text_chars) {
             Ok(checked) => text = Some(checked),
-            Err(detail) => wrong("/text", detail),
+            Err(detail) => errors.push(FieldError::new("/text", detail)),
         },
-        None if image.is_none() => wrong("", "give `text`, `image`, or both; there is none".into()),
+        None if image.is_none() => {
+            errors.push(FieldError::new("", "give `text`, `image`, or both; there is none"));
+        }
         None => {}
     }
     if !errors.is_empty() {
@@ -241,45 +245,15 @@ pub fn validate(
         }
         None => Input::Text { text: text.unwrap_or_default() },
     };
-    let mut content =
-        json!({ "input": input, "seed": body.seed, "labels": body.labels, "options": body.options });
-    if schedule != (0, None, None) {
-        content["schedule"] = json!(schedule);
-    }
-    let body_digest = Digest::of(content.to_string().as_bytes());
-    let seed = body.seed.unwrap_or_else(draw_seed);
-    let request = SceneRequest { version: SceneRequest::VERSION, input, seed, options: body.options };
-    let errors = validate_settings(&request);
-    if !errors.is_empty() {
-        return Err(Problem::invalid(errors));
-    }
-    let (priority, not_before_ms, deadline_ms) = schedule;
-    Ok(Submission { request, labels: body.labels, priority, not_before_ms, deadline_ms, image, body_digest })
+    Ok(Submission { image, ..terms.submission(input, validate_settings)? })
 }
 
-/// Priority, and the times in milliseconds since 1970.
-fn check_schedule(body: &SceneBody, wrong: &mut impl FnMut(&str, String)) -> (i64, Option<i64>, Option<i64>) {
-    let priority = body.priority.unwrap_or(0);
-    if priority.abs() > MAX_PRIORITY {
-        wrong("/priority", format!("must be from -{MAX_PRIORITY} to {MAX_PRIORITY}"));
-    }
-    let (not_before_ms, deadline_ms) = (body.not_before.map(Time::as_ms), body.deadline.map(Time::as_ms));
-    if deadline_ms.is_some_and(|deadline_ms| deadline_ms <= not_before_ms.unwrap_or(0)) {
-        wrong("/deadline", "must be later than `not_before`".into());
-    } else if deadline_ms.is_some_and(|deadline_ms| deadline_ms <= Timestamp::now().as_millisecond()) {
-        wrong("/deadline", "has passed already".into());
-    }
-    (priority, not_before_ms, deadline_ms)
-}
-
-/// A random seed, for a request without one; the scene reports it.
-fn draw_seed() -> u64 {
-    // The version's four bits are the same in every one; the others are random.
-    let random = Uuid::new_v4().as_u128();
-    ((random ^ (random >> 64)) as u64) & MAX_SEED
-}
-
-fn check_text(text: &str, max_chars: usize) -> Result<String, String> {
+/// A text of a request without surrounding white space.
+///
+/// # Errors
+///
+/// What is wrong with it, as the detail of a [`FieldError`].
+pub(super) fn check_text(text: &str, max_chars: usize) -> Result<String, String> {
     let length = text.chars().count();
     let text = text.trim();
     if text.is_empty() {
@@ -290,28 +264,5 @@ fn check_text(text: &str, max_chars: usize) -> Result<String, String> {
         Err("contains control characters; remove them".into())
     } else {
         Ok(text.to_owned())
-    }
-}
-
-/// Whether a label may have this key and this value.
-pub(super) fn is_label(key: &str, value: &str) -> bool {
-    is_label_key(key) && value.chars().count() <= 255 && !value.chars().any(char::is_control)
-}
-
-fn is_label_key(key: &str) -> bool {
-    (1..=63).contains(&key.len())
-        && key.bytes().all(|b| b.is_ascii_alphanumeric() || matches!(b, b'_' | b'-' | b'.'))
-}
-
-fn check_labels(labels: &BTreeMap<String, String>, wrong: &mut impl FnMut(&str, String)) {
-    if labels.len() > 32 {
-        wrong("/labels", "has more than 32 entries".into());
-    }
-    for (key, value) in labels.iter().take(33) {
-        if !is_label_key(key) {
-            wrong("/labels", "keys have 1 to 63 letters, digits, `_`, `-` or `.`".into());
-        } else if !is_label(key, value) {
-            wrong(&format!("/labels/{key}"), "values have at most 255 characters, none of control".into());
-        }
     }
 }

@@ -3,23 +3,27 @@
 use std::sync::Arc;
 
 use futures::FutureExt;
+use serde_json::json;
 
 use super::features::Features;
 use super::network;
 use super::remote::Remote;
-use crate::api::{FieldError, Understand, Validate};
+use crate::api::error::ProblemType;
+use crate::api::{FieldError, Predict, Problem, ReadInstruction, Understand, Validate};
 use crate::config::{Config, ConfigErrors, Resolved};
 use crate::pipeline;
 use crate::pipeline::Settings;
 use crate::pipeline::error::StageError;
 use crate::pipeline::resources::StageResources;
 use crate::worker::{BuildScene, JobContext};
+use editing::instruction;
 use embedded::single_view_reconstruction::{ReadingNetwork, SingleViewSettings};
 use embedded::{EmbeddedSettings, analyst};
 use gpu::Compute;
 use ports::Ports;
 use remote::settings::AnalystProvider;
-use scene::SceneRequest;
+use runtime::CancelFlag;
+use scene::{Input, SceneRequest};
 
 /// What was made when the program started: networks read from files of weights, and remote models.
 #[derive(Clone)]
@@ -85,6 +89,43 @@ pub fn understand(resolved: &Resolved) -> Understand {
     })
 }
 
+/// Reads the operations of an instruction in words.
+pub fn read_instruction() -> ReadInstruction {
+    Arc::new(|text: &str| {
+        instruction::read(text).map_err(|error| FieldError::new("/text", error.to_string()))
+    })
+}
+
+/// Predicts places and collisions of an edit, with the settings that its request asks for.
+pub fn predict(resolved: &Resolved) -> Predict {
+    let resolved = resolved.clone();
+    let shared = stages(&resolved.config);
+    Arc::new(move |request: &SceneRequest, archive: &[u8]| {
+        let Input::Edit { operations, .. } = &request.input else { return Ok(None) };
+        let own = match request.options.set.is_empty() {
+            true => None,
+            false => Some(own_settings(&resolved, request).map_err(not_predicted)?),
+        };
+        let settings = own.as_ref().unwrap_or(&shared);
+        // Nothing can ask it to stop: it takes as long as the placement of a few objects.
+        let predicted = pipeline::edit::predict(archive, operations, settings, &CancelFlag::default());
+        predicted.map(|prediction| Some(json!(prediction))).map_err(not_predicted)
+    })
+}
+
+/// Why there is no prediction, for the client.
+fn not_predicted(error: StageError) -> Problem {
+    let kind = match error.code {
+        "edit_refused" | "settings_invalid" => ProblemType::InvalidRequest,
+        "parent_unreadable" => ProblemType::Conflict,
+        _ => {
+            tracing::error!(error = error.chain(), "an edit could not be predicted");
+            ProblemType::Internal
+        }
+    };
+    Problem::new(kind, error.code, error.message)
+}
+
 /// The settings of one request; it was checked when it came, but the server may have been configured
 /// anew since.
 fn own(
@@ -92,13 +133,21 @@ fn own(
     models: &Models,
     request: &SceneRequest,
 ) -> Result<(Ports, Arc<Settings>), StageError> {
-    let resolved = resolved.with(&request.options.set).map_err(|errors| {
+    Ok(assembled(&with_own(resolved, request)?, models))
+}
+
+/// The settings of the stages alone.
+fn own_settings(resolved: &Resolved, request: &SceneRequest) -> Result<Settings, StageError> {
+    Ok(stages(&with_own(resolved, request)?.config))
+}
+
+fn with_own(resolved: &Resolved, request: &SceneRequest) -> Result<Resolved, StageError> {
+    resolved.with(&request.options.set).map_err(|errors| {
         StageError::permanent(
             "settings_invalid",
             format!("the request's own settings do not fit this server any more: {errors}"),
         )
-    })?;
-    Ok(assembled(&resolved, models))
+    })
 }
 
 fn assembled(resolved: &Resolved, models: &Models) -> (Ports, Arc<Settings>) {

@@ -148,6 +148,8 @@ fn interface(
     let services = api::Services {
         validate: super::pipeline::validate(resolved),
         understand: super::pipeline::understand(resolved),
+        read_instruction: super::pipeline::read_instruction(),
+        predict: super::pipeline::predict(resolved),
         fetch_image: super::fetching::fetch_image(settings),
         metrics: metrics::recorder(),
     };

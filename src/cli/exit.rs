@@ -6,23 +6,42 @@ use std::process::ExitCode;
 /// Exit codes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Exit {
-    /// 0: done; a generated scene passed its certificate.
-    Success = 0,
+    /// 0: done; a generated scene passed its certificate, two scenes are equal.
+    Success,
     /// 1: something around the program failed: disk, network, permissions.
-    Error = 1,
+    Error,
+    /// 1, as of other programs that compare: two scenes differ. Every failure of the comparison is 2.
+    Different,
     /// 2: the arguments, the configuration or the input will not do; nothing was begun.
-    Usage = 2,
+    Usage,
     /// 3: the scene was made and its bundle written, and its certificate says quarantine.
-    Quarantined = 3,
+    Quarantined,
     /// 4: the scene could not be made.
-    JobFailed = 4,
+    JobFailed,
+    /// 5: some requests of a batch have no scene that passes; the files of the batch say why.
+    BatchIncomplete,
     /// 130: stopped with Ctrl-C or by SIGTERM.
-    Interrupted = 130,
+    Interrupted,
+}
+
+impl Exit {
+    /// The number that the process ends with.
+    pub const fn code(self) -> u8 {
+        match self {
+            Self::Success => 0,
+            Self::Error | Self::Different => 1,
+            Self::Usage => 2,
+            Self::Quarantined => 3,
+            Self::JobFailed => 4,
+            Self::BatchIncomplete => 5,
+            Self::Interrupted => 130,
+        }
+    }
 }
 
 impl From<Exit> for ExitCode {
     fn from(exit: Exit) -> Self {
-        Self::from(exit as u8)
+        Self::from(exit.code())
     }
 }
 

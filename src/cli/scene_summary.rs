@@ -101,10 +101,10 @@ impl Outcome {
     }
 
     /// The JSON document.
-    pub fn document(&self, total_ms: u128) -> String {
+    pub fn document(&self, total_ms: u128) -> Value {
         let reasons = self.certificate.as_ref().map_or(&[][..], |certificate| &certificate.reasons);
         let reasons: Vec<&str> = reasons.iter().map(|reason| reason.sentence.as_str()).collect();
-        let document = json!({
+        json!({
             "scene_id": self.scene_id,
             "seed": self.seed,
             "verdict": if self.passed { "pass" } else { "quarantine" },
@@ -115,8 +115,7 @@ impl Outcome {
             "total_ms": u64::try_from(total_ms).unwrap_or(u64::MAX),
             "paths": self.paths,
             "failure": null,
-        });
-        format!("{document:#}\n")
+        })
     }
 }
 
@@ -131,14 +130,14 @@ pub fn with_failure_document(done: Result<Exit, Failure>, is_json: bool) -> Resu
 /// The JSON document of a scene that was not made.
 fn failure_document(failure: &Failure) -> String {
     let kind = match failure.exit {
-        Exit::Success | Exit::Quarantined | Exit::Error => "error",
+        Exit::Success | Exit::Quarantined | Exit::Different | Exit::BatchIncomplete | Exit::Error => "error",
         Exit::Usage => "usage",
         Exit::JobFailed => "job_failed",
         Exit::Interrupted => "interrupted",
     };
     let mut document = json!({
         "verdict": null,
-        "failure": { "kind": kind, "message": failure.message, "exit_code": failure.exit as u8 },
+        "failure": { "kind": kind, "message": failure.message, "exit_code": failure.exit.code() },
     });
     if let Some(problem) = &failure.problem {
         document["failure"]["problem"] = problem.clone();

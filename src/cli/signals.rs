@@ -19,7 +19,7 @@ pub fn stop_on_signal(says: &'static str) -> Result<CancellationToken, Failure> 
         stopping.cancel();
         either(&mut interrupt, &mut terminate).await;
         terminal::note("stopped at once; finished stages are kept");
-        std::process::exit(Exit::Interrupted as i32);
+        std::process::exit(i32::from(Exit::Interrupted.code()));
     });
     Ok(stop)
 }

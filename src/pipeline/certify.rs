@@ -17,28 +17,23 @@ use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use super::checkpoint::{ArtifactRef, Stage};
+use super::composition::{BodyParts, Composition};
 use super::error::StageError;
 use super::preview::PreviewSettings;
-use super::resolve::{Loaded, ResolvedBody, load};
-use super::{Context, PreparedObjects, Settings, artifact_io, place, reconstruct, resolve, rotate, segment};
+use super::resolve::{Loaded, load};
+use super::{Context, PreparedObjects, Settings, artifact_io, place, reconstruct, resolve, segment};
 use export::ExportSettings;
-use geometry::Outline;
-use geometry::decompose::HullFit;
-use geometry::repair::Repair;
 use physics::{CertifySettings, SettleSettings};
 use ports::{Adapter, Ports};
 use render::RenderSettings;
 use scene::certificate::{AdapterUsed, Appearance, MadeWith, Metrics, ResolveFinding, Verdict};
-use scene::text_account::TextAccount;
-use scene::{
-    Input, InstanceMask, Provenance, Recognition, ReconstructionMethod, SceneRequest, SupportTree, Supporter,
-};
+use scene::{Input, Provenance, SceneRequest};
 use store::Digest;
 
 pub use plausibility::HealthSettings;
 pub use vlm_rating::AppraiseSettings;
 
-pub const STAGE: Stage = Stage { name: "certify", version: 10 };
+pub const STAGE: Stage = Stage { name: "certify", version: 11 };
 
 /// Section `[fidelity]`.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
@@ -91,24 +86,7 @@ impl SceneIdentity {
 #[derive(Clone, Serialize)]
 pub struct Inputs {
     identity: SceneIdentity,
-    image: ArtifactRef,
-    recognition: Arc<Recognition>,
-    masks: Vec<InstanceMask>,
-    /// The table first.
-    bodies: Vec<BodyParts>,
-    /// Of the bodies after the table.
-    supports: SupportTree,
-    table: place::PlacedTable,
-    /// Of the objects, in order.
-    yaws: Vec<rotate::Output>,
-    /// How their meshes were made.
-    methods: Vec<ReconstructionMethod>,
-    /// The table from above as the layout saw it; drawn on the sheet of an image.
-    top_view: ArtifactRef,
-    /// Standard error of the scene's scale, as a share of it, where the objects voted on it.
-    scale_error: Option<f64>,
-    resolve: ResolveFinding,
-    account: Option<TextAccount>,
+    composition: Composition,
     certify: CertifySettings,
     settle: SettleSettings,
     fidelity: FidelitySettings,
@@ -123,23 +101,6 @@ pub struct Inputs {
     /// Name of the GPU that renders the previews; absent where the CPU does.
     #[serde(skip_serializing_if = "Option::is_none")]
     gpu: Option<String>,
-}
-
-/// One body with everything the stages found out about it.
-#[derive(Clone, Serialize)]
-struct BodyParts {
-    resolved: ResolvedBody,
-    mesh: ArtifactRef,
-    /// The mesh alone, drawn before it was rescaled, which no image of it shows; the table's is drawn here.
-    thumbnail: Option<ArtifactRef>,
-    hulls: ArtifactRef,
-    /// Largest distance by which a hull sticks out of the mesh, meters.
-    hull_excess_m: f64,
-    hull_fit: HullFit,
-    repair: Repair,
-    scale: f64,
-    symmetry_order: u32,
-    provenance: Provenance,
 }
 
 /// The certified scene.
@@ -210,8 +171,7 @@ impl Inputs {
                 provenance: provenance(&raw_meshes[index], rescaled.into_iter().chain(shrunk).collect()),
             });
         }
-        Ok(Self {
-            identity,
+        let composition = Composition {
             image: reference.image.clone(),
             recognition: recognition.clone(),
             masks: masks.masks.clone(),
@@ -228,6 +188,22 @@ impl Inputs {
                 gave_way: resolved.gave_way.clone(),
             },
             account: objects.account.clone(),
+            edit: None,
+        };
+        Ok(Self::of(identity, composition, ports, settings, gpu))
+    }
+
+    /// The same for a scene that has been put together already.
+    pub fn of(
+        identity: SceneIdentity,
+        composition: Composition,
+        ports: &Ports,
+        settings: &Settings,
+        gpu: Option<String>,
+    ) -> Self {
+        Self {
+            identity,
+            composition,
             certify: settings.certify.clone(),
             settle: settings.settle.clone(),
             fidelity: settings.fidelity.clone(),
@@ -238,29 +214,25 @@ impl Inputs {
             feature_extractor: ports.feature_extractor.adapter(),
             appraise: vlm_rating::RatingRequest::new(&settings.appraise, ports.analyst.adapter()),
             gpu,
-        })
-    }
-
-    fn outline(&self) -> &Outline {
-        &self.table.outline_m
-    }
-
-    /// The name of the supporting body.
-    fn name_of(&self, supporter: Supporter) -> &str {
-        let body = supporter.parent.map_or(0, |parent| parent + 1);
-        &self.bodies[body].resolved.name
+        }
     }
 }
 
 pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageError> {
-    let parts = inputs.bodies.iter().map(|body| load(&context, &body.resolved.name, &body.mesh, &body.hulls));
+    let parts = inputs
+        .composition
+        .bodies
+        .iter()
+        .map(|body| load(&context, &body.resolved.name, &body.mesh, &body.hulls));
     let loaded: Vec<Loaded> = futures::future::try_join_all(parts).await?;
     let (inputs, loaded) = context.cpu(move || upright_frame::in_upright_frames(inputs, loaded)).await??;
     let loaded = Arc::new(loaded);
-    let reference = artifact_io::image(&context, &inputs.image).await?;
-    let mut drawn =
-        write::StoredImages { reference_png: context.get(&inputs.image).await?, thumbnails: Vec::new() };
-    for body in &inputs.bodies {
+    let reference = artifact_io::image(&context, &inputs.composition.image).await?;
+    let mut drawn = write::StoredImages {
+        reference_png: context.get(&inputs.composition.image).await?,
+        thumbnails: Vec::new(),
+    };
+    for body in &inputs.composition.bodies {
         drawn.thumbnails.push(match &body.thumbnail {
             Some(thumbnail) => Some(context.get(thumbnail).await?),
             None => None,
@@ -303,12 +275,12 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
     };
 
     if matches!(inputs.identity.request.input, Input::Image { .. }) {
-        let top_view = artifact_io::image(&context, &inputs.top_view).await?;
+        let top_view = artifact_io::image(&context, &inputs.composition.top_view).await?;
         let (given, rendered) = (inputs.clone(), images.clone());
         let drawn = move || {
             sheet::drawn(&sheet::Panels {
                 image: &reference,
-                masks: &segment::drawn_on(&reference, &given.masks),
+                masks: &segment::drawn_on(&reference, &given.composition.masks),
                 top_view: &top_view,
                 scene: &rendered.scene_view,
                 agreement: &rendered.agreement,
@@ -331,12 +303,13 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
     context.put_json("report.json", &certified.certificate).await?;
     let certificate = &certified.certificate;
     let summary = json!({
-        "objects": inputs.recognition.objects.len(),
-        "table": inputs.recognition.table.label,
-        "text": inputs.account,
+        "objects": inputs.composition.recognition.objects.len(),
+        "table": inputs.composition.recognition.table.label,
+        "text": inputs.composition.account,
+        "edit": inputs.composition.edit,
         "fidelity": certificate.fidelity,
-        "resolve": inputs.resolve.log,
-        "gave_way": inputs.resolve.gave_way,
+        "resolve": inputs.composition.resolve.log,
+        "gave_way": inputs.composition.resolve.gave_way,
     });
     Ok(Output {
         archive: context.put("scene.zip", "application/zip", certified.archive).await?,

@@ -2,7 +2,7 @@
 
 An image is a real PNG; an address of an image is that of one (CONTRACT_IMAGE_URL); a text that is only validated names one
 thing that stands on tables, a known width is that of the table, and words for tables are known ones; settings have the values of the document's examples, as ranges of numbers in texts are not
-expressed; times are soon; a seed such as 7.0 is 7; an idempotency key is used once. Everything else is as the fuzzer draws it from
+expressed; what an edit changes is something that any scene permits; times are soon; a seed such as 7.0 is 7; an idempotency key is used once. Everything else is as the fuzzer draws it from
 openapi.yaml, and requests that are meant to be refused are left alone.
 """
 
@@ -21,6 +21,8 @@ HOURS_FROM_NOW = {"not_before": 1, "deadline": 2}
 TABLE_WORDS = {"model": "desk", "material": "oak", "color": "red"}
 # The fuzzed server has no chat model, which these settings want.
 WITHOUT_CHAT = {"appraise.ratings": "false", "appraise.tasks": "0"}
+SUBMISSIONS = ("POST /scenes", "POST /scenes/{scene_id}/edits")
+EDIT = {"operations": [{"op": "tidy"}], "text": "tidy the table"}
 count = itertools.count()
 
 
@@ -45,7 +47,7 @@ def before_call(context, case, kwargs):
 
 
 def replace(case):
-    if case.operation.label != "POST /scenes" or case.meta is None or not case.meta.generation.mode.is_positive:
+    if case.operation.label not in SUBMISSIONS or case.meta is None or not case.meta.generation.mode.is_positive:
         return
     if "Idempotency-Key" in (case.headers or {}):
         case.headers["Idempotency-Key"] = f"{case.headers['Idempotency-Key'][:200]}-{next(count)}"
@@ -62,6 +64,10 @@ def replace(case):
         image["base64"] = base64.b64encode(IMAGES[next(count) % len(IMAGES)]).decode()
     elif isinstance(image, dict) and "url" in image:
         image["url"] = os.environ["CONTRACT_IMAGE_URL"]
+    if case.operation.label != "POST /scenes":
+        for name, value in EDIT.items():
+            if request.get(name) is not None:
+                request[name] = value
     now = datetime.datetime.now(datetime.timezone.utc)
     for name, hours in HOURS_FROM_NOW.items():
         if request.get(name) is not None:
@@ -73,7 +79,7 @@ def replace(case):
     document = case.operation.schema.raw_schema["components"]["schemas"]["SceneSettings"]["properties"]
     for name in settings:
         settings[name] = WITHOUT_CHAT.get(name) or document[name].get("examples", [settings[name]])[0]
-    if (case.query or {}).get("validate_only") in (True, "true"):
+    if case.operation.label == "POST /scenes" and (case.query or {}).get("validate_only") in (True, "true"):
         if request.get("text") is not None:
             request["text"] = SENTENCES[next(count) % len(SENTENCES)]
         if options.get("metric_anchor"):

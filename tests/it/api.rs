@@ -1,6 +1,7 @@
 //! The HTTP API as clients see it.
 
 mod submissions;
+mod edits;
 mod listing;
 mod documents;
 mod downloads;

@@ -3,3 +3,4 @@
 mod truth;
 mod text_account;
 mod features;
+mod edit;

@@ -90,6 +90,11 @@ fn density_from_mass(kind: &Category) -> Option<f64> {
     Some(density_kg_m3)
 }
 
+/// Whether a word names a finish of tables (`oak`), which has a substance beneath.
+pub fn is_finish(name: &str) -> bool {
+    FINISHES.iter().any(|(finish, _)| *finish == name)
+}
+
 /// Name of the main substance of an object of the category; `material` as in
 /// [`physical_properties`].
 pub fn made_of<'a>(category_name: &str, material: Option<&'a str>) -> &'a str {

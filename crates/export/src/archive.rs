@@ -115,3 +115,33 @@ pub fn manifest_entries(archive: &[u8]) -> Result<BTreeMap<String, manifest::Man
     }
     Ok(entries)
 }
+
+/// The files of an archive whose paths satisfy `is_wanted`, by path, each compared with the manifest.
+///
+/// # Errors
+///
+/// [`ExportError::AssetsMismatch`] if the archive is no bundle, or if a file is not the one that its manifest lists;
+/// [`ExportError::Archive`] if it cannot be unpacked.
+pub fn wanted_files(
+    archive: &[u8],
+    is_wanted: impl Fn(&str) -> bool,
+) -> Result<BTreeMap<String, Vec<u8>>, ExportError> {
+    let entries = manifest_entries(archive)?;
+    let mut archive = ZipArchive::new(Cursor::new(archive))?;
+    let mut files = BTreeMap::new();
+    for index in 0..archive.len() {
+        let mut entry = archive.by_index(index)?;
+        let name = entry.name()?.into_owned();
+        let Some((_, path)) = name.split_once('/') else { continue };
+        let Some(listed) = entries.get(path).filter(|_| is_wanted(path)) else { continue };
+        let mut bytes = Vec::new();
+        entry.read_to_end(&mut bytes).map_err(ZipError::from)?;
+        if manifest::entry_of(&bytes, &listed.media_type).sha256 != listed.sha256 {
+            return Err(ExportError::AssetsMismatch(format!(
+                "{path} is not the file that the manifest lists; download the bundle again"
+            )));
+        }
+        files.insert(path.to_owned(), bytes);
+    }
+    Ok(files)
+}

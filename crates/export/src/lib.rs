@@ -79,7 +79,7 @@ impl ExportError {
     }
 }
 
-/// Writes every file of the bundle, sorted by path.
+/// Writes every file of the bundle, sorted by path; `more` are files that the caller wrote.
 ///
 /// # Errors
 ///
@@ -91,6 +91,7 @@ pub fn write_formats(
     certificate: &Certificate,
     assets: &Assets,
     images: &Images,
+    more: Vec<BundleFile>,
     settings: &ExportSettings,
 ) -> Result<Vec<BundleFile>, ExportError> {
     let bodies = body::bodies(scene, assets)?;
@@ -99,6 +100,7 @@ pub fn write_formats(
         BundleFile::text("scene.schema.json", SCENE_SCHEMA.to_owned(), "schema", "application/schema+json"),
     ];
     files.extend(images.files());
+    files.extend(more);
     let wavefronts: Vec<Wavefront> = bodies.par_iter().map(Wavefront::of).collect();
     // The formats are independent, so they are written in parallel; their order in the bundle is fixed.
     let ((usd, urdf), (mjcf, (sdf, glb))) = rayon::join(

@@ -211,6 +211,12 @@ pub enum RelationKind {
 }
 
 impl RelationKind {
+    /// Whether the relation is to another object, never to the table.
+    pub fn target_is_object(self) -> bool {
+        use RelationKind::{Behind, Between, InFrontOf, LeftOf, NextTo, RightOf, StackedOn};
+        matches!(self, LeftOf | RightOf | InFrontOf | Behind | NextTo | Between | StackedOn)
+    }
+
     /// Whether the relation makes the target the support.
     pub fn is_support(self) -> bool {
         matches!(self, Self::On | Self::In | Self::StackedOn)

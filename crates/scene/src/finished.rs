@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Certificate, Instance, SceneRequest, Support, Table};
 use crate::certificate::Metrics;
+use crate::edit::EditAccount;
 use crate::support_tree::{InvalidSupport, SupportTree, Supporter};
 use crate::text_account::TextAccount;
 use crate::validation::{Violation, Violations, validated};
@@ -30,6 +31,9 @@ pub struct Scene {
     /// What was understood of the text, and what was not; `None` for scenes of images.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub text: Option<TextAccount>,
+    /// What an edit did; `None` for a scene that was made from a text or an image.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub edit: Option<EditAccount>,
 }
 
 validated!(Scene);

@@ -22,6 +22,7 @@ pub mod id;
 pub mod name;
 pub mod request;
 pub mod description;
+pub mod edit;
 pub mod text_account;
 pub mod predicates;
 pub mod table;
@@ -38,6 +39,7 @@ pub use certificate::Certificate;
 pub use description::{
     Arrangement, ArrangementKind, ObjectSpec, Relation, RelationKind, RequestedPose, SceneDescription,
 };
+pub use edit::{EditOperation, EditPlace};
 pub use finished::Scene;
 pub use geometry::{Friction, MassProperties};
 pub use id::{JobId, SceneId, TenantId};

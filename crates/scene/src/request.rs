@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::{MicroUsd, TableSpec};
+use crate::edit::{self, EditOperation};
 use crate::validation::{Violation, Violations, validated};
 
 /// Largest seed that JavaScript numbers and signed SQL integers represent exactly.
@@ -37,6 +38,9 @@ impl SceneRequest {
         violations.require(self.version == Self::VERSION, "/version", format!("must be {}", Self::VERSION));
         violations.require(self.seed <= MAX_SEED, "/seed", format!("must be at most {MAX_SEED}"));
         violations.extend("/options", self.options.violations());
+        if let Input::Edit { operations, .. } = &self.input {
+            violations.extend("/input/operations", edit::violations(operations));
+        }
         violations.into_vec()
     }
 
@@ -91,7 +95,7 @@ impl RequestOptions {
     }
 }
 
-/// Source of the scene. Edits and variants of existing scenes will be further kinds.
+/// Source of the scene. Variants of existing scenes will be a further kind.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Input {
@@ -106,14 +110,26 @@ pub enum Input {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         text: Option<String>,
     },
+    /// A finished scene with operations on it.
+    Edit {
+        /// Id of the parent in its `scene.json`.
+        parent: String,
+        /// Digest of the parent's bundle archive in the object store.
+        bundle_sha256: String,
+        operations: Vec<EditOperation>,
+        /// The instruction that the operations were read from.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        text: Option<String>,
+    },
 }
 
 impl Input {
-    /// The text, alone or beside an image.
+    /// The text that describes objects, alone or beside an image.
     pub fn text(&self) -> Option<&str> {
         match self {
             Self::Text { text } => Some(text),
             Self::Image { text, .. } => text.as_deref(),
+            Self::Edit { .. } => None,
         }
     }
 

@@ -26,6 +26,7 @@ mod writer;
 mod database;
 mod changes;
 pub mod scenes;
+pub mod lineage;
 pub mod queue;
 pub mod stage_claims;
 pub mod jobs;

@@ -21,6 +21,8 @@ const IDEMPOTENCY_MS: i64 = 24 * 3600 * 1000;
 #[derive(Clone, Debug)]
 pub struct NewScene {
     pub tenant_id: TenantId,
+    /// The scene that it is made from, of the same tenant.
+    pub parent_id: Option<SceneId>,
     /// The versioned request, as JSON.
     pub request: Value,
     pub labels: BTreeMap<String, String>,
@@ -220,11 +222,12 @@ async fn submit(
     let columns = QueueColumns::of_new(schedule.as_ref(), &new.request, now);
     let scene_id: SceneId = database::parse_id(&Uuid::now_v7().to_string(), "scenes")?;
     sqlx::query(
-        "INSERT INTO scenes (id, tenant_id, state, request, labels, budget_micro_usd, created_at, updated_at)
-         VALUES ($1, $2, 'pending', $3, $4, $5, $6, $7)",
+        "INSERT INTO scenes (id, tenant_id, parent_id, state, request, labels, budget_micro_usd, created_at, updated_at)
+         VALUES ($1, $2, $3, 'pending', $4, $5, $6, $7, $8)",
     )
     .bind(scene_id.as_str())
     .bind(new.tenant_id.as_str())
+    .bind(new.parent_id.as_ref().map(SceneId::as_str))
     .bind(new.request.to_string())
     .bind(json!(new.labels).to_string())
     .bind(new.budget_micro_usd)
@@ -323,7 +326,7 @@ pub(super) async fn delete(
     Ok(DeleteOutcome::Done)
 }
 
-fn scene_of(row: &AnyRow) -> Result<SceneRow, StoreError> {
+pub(super) fn scene_of(row: &AnyRow) -> Result<SceneRow, StoreError> {
     let state: String = row.try_get("state")?;
     let json = |column: &'static str| -> Result<Option<Value>, StoreError> {
         let text: Option<String> = row.try_get(column)?;

@@ -6,6 +6,7 @@
 mod tenants;
 mod submissions;
 mod lists;
+mod lineage;
 mod claims;
 mod turns;
 mod deaths;
@@ -96,6 +97,7 @@ conformance! {
     submissions::a_dropped_caller_leaves_a_whole_submission,
     lists::jobs_are_listed_by_state_kind_scene_and_age_newest_first,
     lists::places_follow_rank_and_age_and_ends_the_durations_so_far,
+    lineage::ancestors_come_oldest_first_and_children_newest_first,
     claims::jobs_are_claimed_oldest_first_and_once_each,
     claims::a_claim_may_be_restricted_to_one_job,
     claims::an_expired_lease_is_claimed_again_with_the_next_epoch,
@@ -133,6 +135,7 @@ conformance! {
 fn new_scene() -> NewScene {
     NewScene {
         tenant_id: DEFAULT_TENANT.clone(),
+        parent_id: None,
         request: json!({ "seed": 1 }),
         labels: BTreeMap::new(),
         budget_micro_usd: 1_000,

@@ -51,10 +51,18 @@ pub const CRATES: &[Layer] = &[
     layer("scene", &["geometry", "imaging"], PURE),
     // Of the domain types it takes the support tree alone.
     layer("physics", &["geometry", "runtime", "scene"], PURE),
+    layer("editing", &["catalog", "geometry", "physics", "runtime", "scene"], PURE),
+    layer("batches", &["runtime", "scene"], PURE),
     layer(
         "export",
         &["geometry", "imaging", "mesh_io", "runtime", "scene"],
         &[SERVERS, CLIENTS, ROWS, TASKS, FILES, SYSTEM],
+    ),
+    // Datasets are files on a disk: it reads bundles and writes shards.
+    layer(
+        "datasets",
+        &["export", "geometry", "imaging", "runtime", "scene"],
+        &[SERVERS, CLIENTS, ROWS, TASKS, FUTURES, SYSTEM, CLOCKS, CHANCE],
     ),
     layer("ports", &["geometry", "imaging", "pose_estimation", "runtime", "scene"], PURE_BUT_FUTURES),
     layer(
@@ -109,6 +117,7 @@ pub const ROOT_MODULES: &[Layer] = &[
         "pipeline",
         &[
             "catalog",
+            "editing",
             "export",
             "geometry",
             "gpu",

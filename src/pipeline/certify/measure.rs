@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use super::{Inputs, plausibility};
+use crate::pipeline::composition::BodyParts;
 use crate::pipeline::error::StageError;
 use crate::pipeline::resolve::{Loaded, body};
 use crate::pipeline::rotate;
@@ -40,7 +41,7 @@ pub(super) struct Measured {
 
 /// No simulation can tell anything of a body that cannot be.
 fn check_bodies(inputs: &Inputs, loaded: &[Loaded]) -> Result<(), StageError> {
-    for (geometry, body) in loaded.iter().zip(&inputs.bodies) {
+    for (geometry, body) in loaded.iter().zip(&inputs.composition.bodies) {
         let physical = &body.resolved.physical;
         plausibility::check_size(&body.resolved.name, &geometry.mesh, &inputs.health)?;
         let contact = Contact {
@@ -67,7 +68,7 @@ pub(super) fn measure(
     check_bodies(inputs, loaded)?;
     let placed: Vec<PlacedSolid> = loaded
         .iter()
-        .zip(&inputs.bodies)
+        .zip(&inputs.composition.bodies)
         .map(|(geometry, body)| PlacedSolid {
             solid: &geometry.solid,
             world_from_object: body.resolved.settled,
@@ -75,8 +76,11 @@ pub(super) fn measure(
         .collect();
     let shipped = bodies(inputs, loaded, |body| body.resolved.settled);
     let aligned = bodies(inputs, loaded, |body| body.resolved.aligned);
+    // An edited scene has no poses but those that it ships.
+    let same = shipped.iter().zip(&aligned).all(|(a, b)| a.world_from_object == b.world_from_object);
+    let still_aligned = || if same { None } else { Some(still(inputs, &aligned, cancel)) };
     let ((from_shipped, from_aligned), (found, supports)) = rayon::join(
-        || rayon::join(|| still(inputs, &shipped, cancel), || still(inputs, &aligned, cancel)),
+        || rayon::join(|| still(inputs, &shipped, cancel), still_aligned),
         || {
             rayon::join(
                 || collisions(&placed, &inputs.certify, cancel),
@@ -84,10 +88,11 @@ pub(super) fn measure(
             )
         },
     );
+    let from_shipped = from_shipped?;
     Ok(Measured {
         health: plausibility::health(inputs, loaded),
-        from_shipped: from_shipped?,
-        from_aligned: from_aligned?,
+        from_aligned: from_aligned.unwrap_or_else(|| Ok(from_shipped.clone()))?,
+        from_shipped,
         found: found?,
         supports: supports?,
     })
@@ -110,7 +115,7 @@ pub(super) fn certificate(
         dss_aligned: from_aligned.dss,
         dss_shipped: from_shipped.dss,
     };
-    let name_of = |index: usize| inputs.bodies[index].resolved.name.clone();
+    let name_of = |index: usize| inputs.composition.bodies[index].resolved.name.clone();
     let collisions: Vec<Collision> = found
         .colliding
         .iter()
@@ -118,7 +123,7 @@ pub(super) fn certificate(
         .collect();
     let mut objects = Vec::with_capacity(supports.len());
     for (index, finding) in supports.iter().enumerate() {
-        let (body, geometry) = (&inputs.bodies[index + 1], &loaded[index + 1]);
+        let (body, geometry) = (&inputs.composition.bodies[index + 1], &loaded[index + 1]);
         let name = InstanceId::new(&body.resolved.name)
             .map_err(|error| StageError::permanent("invalid_name", error.to_string()))?;
         let poses = &body.resolved;
@@ -137,13 +142,13 @@ pub(super) fn certificate(
             inside_outline: outline_margin_m >= -OUTLINE_TOLERANCE_M,
             silhouette_iou: likeness.objects[index].overlap,
             color_difference: likeness.objects[index].color_distance,
-            method: inputs.methods[index],
-            rotation: rotation_finding(&inputs.yaws[index]),
+            method: inputs.composition.methods[index],
+            rotation: rotation_finding(&inputs.composition.yaws[index]),
         });
     }
     let fidelity = fidelity(inputs, &objects, likeness, appearance);
     let mut reasons = reasons(inputs, &collisions, supports, from_shipped, &objects, &fidelity);
-    for (found, body) in health.iter().zip(&inputs.bodies) {
+    for (found, body) in health.iter().zip(&inputs.composition.bodies) {
         reasons.extend(plausibility::reasons(found, &body.resolved.physical.friction, &inputs.health));
     }
     Ok(Certificate {
@@ -167,9 +172,9 @@ pub(super) fn certificate(
         },
         objects,
         bodies: health.clone(),
-        scale_error: inputs.scale_error,
+        scale_error: inputs.composition.scale_error,
         collisions,
-        resolve: inputs.resolve.clone(),
+        resolve: inputs.composition.resolve.clone(),
         // Filled in later by the rating model.
         appraisal: None,
         made_with: inputs.identity.made_with.clone(),
@@ -192,7 +197,7 @@ fn fidelity(
         Regions { share: found.share, largest: found.largest.iter().map(region).collect() }
     };
     let mut methods = BTreeMap::<ReconstructionMethod, usize>::new();
-    inputs.methods.iter().for_each(|method| *methods.entry(*method).or_default() += 1);
+    inputs.composition.methods.iter().for_each(|method| *methods.entry(*method).or_default() += 1);
     Fidelity {
         silhouette_iou: objects.iter().map(|object| object.silhouette_iou).sum::<f64>() / count,
         color_difference: likeness.color_distance,
@@ -219,7 +224,7 @@ fn movement(found: &Movement) -> Displacement {
 
 /// Why the verdict is what it is, in one sentence.
 fn summary(inputs: &Inputs, pairs: usize, reasons: &[Reason]) -> String {
-    let objects = inputs.bodies.len().saturating_sub(1);
+    let objects = inputs.composition.bodies.len().saturating_sub(1);
     match reasons {
         [] if objects == 0 => "The table is sound, and nothing stands on it.".to_owned(),
         [] => format!(
@@ -252,8 +257,9 @@ fn rotation_finding(yaw: &rotate::Output) -> RotationFinding {
     }
 }
 
-fn bodies(inputs: &Inputs, loaded: &[Loaded], pose: impl Fn(&super::BodyParts) -> Pose) -> Vec<Body> {
+fn bodies(inputs: &Inputs, loaded: &[Loaded], pose: impl Fn(&BodyParts) -> Pose) -> Vec<Body> {
     inputs
+        .composition
         .bodies
         .iter()
         .zip(loaded)
@@ -288,7 +294,7 @@ fn supports(
     (1..placed.len())
         .into_par_iter()
         .map(|index| {
-            let carriers = carriers(&inputs.supports, index);
+            let carriers = carriers(&inputs.composition.supports, index);
             Ok(support(placed, bodies, index, &carriers, &inputs.certify, cancel)?)
         })
         .collect()
@@ -297,8 +303,9 @@ fn supports(
 /// Depth of the hulls' farthest corner inside the table's outline; negative outside.
 fn outline_margin_m(inputs: &Inputs, geometry: &Loaded, world_from_object: &Pose) -> f64 {
     let corners = geometry.hulls.iter().flat_map(|hull| &hull.points);
-    let depth_m =
-        |corner| inputs.outline().depth_inside_m(world_from_object.transform_point(corner).truncate());
+    let depth_m = |corner| {
+        inputs.composition.outline().depth_inside_m(world_from_object.transform_point(corner).truncate())
+    };
     corners.map(|corner| depth_m(*corner)).fold(f64::INFINITY, f64::min)
 }
 

@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::Inputs;
+use crate::pipeline::composition::BodyParts;
 use crate::pipeline::error::StageError;
 use crate::pipeline::resolve::Loaded;
 use geometry::convex_hull::{FlatPlanes, planes};
@@ -71,7 +72,7 @@ const MAX_CORNERS: usize = 20_000;
 
 /// Every body, the table first.
 pub(super) fn health(inputs: &Inputs, loaded: &[Loaded]) -> Vec<BodyHealth> {
-    let of = |(body, geometry): (&super::BodyParts, &Loaded)| {
+    let of = |(body, geometry): (&BodyParts, &Loaded)| {
         let (mass_kg, volume_m3) = (body.resolved.physical.mass.mass_kg, enclosed_m3(&geometry.mesh));
         BodyHealth {
             name: body.resolved.name.clone(),
@@ -90,7 +91,7 @@ pub(super) fn health(inputs: &Inputs, loaded: &[Loaded]) -> Vec<BodyHealth> {
             repair: body.repair,
         }
     };
-    inputs.bodies.par_iter().zip(loaded).map(of).collect()
+    inputs.composition.bodies.par_iter().zip(loaded).map(of).collect()
 }
 
 /// What a body of a scene cannot be.

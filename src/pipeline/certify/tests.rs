@@ -4,20 +4,26 @@ use glam::{DQuat, DVec2, DVec3};
 use serde::de::DeserializeOwned;
 
 use super::*;
+use crate::pipeline::resolve::ResolvedBody;
+use crate::pipeline::rotate;
 use catalog::PhysicalProperties;
 use export::Images;
 use geometry::convex_hull::convex_hull;
-use geometry::decompose::{DecomposeSettings, decompose_and_fit};
+use geometry::decompose::{DecomposeSettings, HullFit, decompose_and_fit};
 use geometry::mass_properties::solid_mass_properties;
+use geometry::repair::Repair;
 use geometry::rotational_symmetry::RotationalSymmetry;
 use geometry::solid_query::MeshSolid;
-use geometry::{Camera, Friction, Material, Pose, Rgb, Solid, TexturedMesh, shapes};
+use geometry::{Camera, Friction, Material, Outline, Pose, Rgb, Solid, TexturedMesh, shapes};
 use imaging::Mask;
 use runtime::CancelFlag;
 use scene::certificate::{Certificate, ReasonCode};
 use scene::recognition::{CameraKnowledge, RecognizedTable, StandsOn};
 use scene::request::RequestOptions;
-use scene::{Input, InstanceId, RecognizedObject, ReconstructionMethod, TableShape};
+use scene::{
+    Input, InstanceId, InstanceMask, Recognition, RecognizedObject, ReconstructionMethod, SupportTree,
+    Supporter, TableShape,
+};
 use vision::image_similarity::{MismatchRegion, MismatchRegions, ObjectSimilarity, SceneSimilarity};
 
 /// A section of the built-in settings.
@@ -167,29 +173,35 @@ pub(super) fn sound() -> Planted {
                 settings: serde_json::Value::Null,
             },
         },
-        image: artifact("picture"),
-        recognition: Arc::new(Recognition {
-            camera,
-            camera_is: CameraKnowledge::Known,
-            table,
-            objects: ids.iter().map(object).collect(),
-        }),
-        masks: ids.iter().map(|id| InstanceMask { id: id.clone(), visible: Mask::empty(64, 48) }).collect(),
-        bodies,
-        supports: SupportTree::new(vec![Supporter::TABLE; 2]).expect("a tree"),
-        table: place::PlacedTable {
-            mesh: artifact("table"),
-            hulls: artifact("hulls"),
-            outline_m: Outline::new(shapes::rectangle(1.0, 1.0)).expect("a square"),
-            size_m: DVec3::new(1.0, 1.0, 0.03),
-            rescaled: false,
+        composition: Composition {
+            image: artifact("picture"),
+            recognition: Arc::new(Recognition {
+                camera,
+                camera_is: CameraKnowledge::Known,
+                table,
+                objects: ids.iter().map(object).collect(),
+            }),
+            masks: ids
+                .iter()
+                .map(|id| InstanceMask { id: id.clone(), visible: Mask::empty(64, 48) })
+                .collect(),
+            bodies,
+            supports: SupportTree::new(vec![Supporter::TABLE; 2]).expect("a tree"),
+            table: place::PlacedTable {
+                mesh: artifact("table"),
+                hulls: artifact("hulls"),
+                outline_m: Outline::new(shapes::rectangle(1.0, 1.0)).expect("a square"),
+                size_m: DVec3::new(1.0, 1.0, 0.03),
+                rescaled: false,
+            },
+            yaws: vec![yaw.clone(), yaw],
+            methods: vec![ReconstructionMethod::Box; 2],
+            top_view: artifact("top"),
+            scale_error: None,
+            resolve: ResolveFinding { rounds: 1, log: Vec::new(), gave_way: Vec::new() },
+            account: None,
+            edit: None,
         },
-        yaws: vec![yaw.clone(), yaw],
-        methods: vec![ReconstructionMethod::Box; 2],
-        top_view: artifact("top"),
-        scale_error: None,
-        resolve: ResolveFinding { rounds: 1, log: Vec::new(), gave_way: Vec::new() },
-        account: None,
         certify: section("certify"),
         settle: section("settle"),
         fidelity: section("fidelity"),
@@ -240,11 +252,11 @@ impl Planted {
     }
 
     fn physical(&mut self, body: usize) -> &mut PhysicalProperties {
-        &mut self.inputs.bodies[body].resolved.physical
+        &mut self.inputs.composition.bodies[body].resolved.physical
     }
 
     fn settled(&mut self, body: usize) -> &mut Pose {
-        &mut self.inputs.bodies[body].resolved.settled
+        &mut self.inputs.composition.bodies[body].resolved.settled
     }
 }
 
@@ -281,7 +293,7 @@ fn image_similarity_is_reported_per_object() {
 #[test]
 fn displacement_is_reported_by_cause() {
     let planted = Planted::with(|planted| {
-        let resolved = &mut planted.inputs.bodies[1].resolved;
+        let resolved = &mut planted.inputs.composition.bodies[1].resolved;
         resolved.aligned.translation_m.x += 0.004;
         resolved.planned.translation_m.z += 0.001;
         resolved.planned.rotation = DQuat::from_rotation_z(0.1) * resolved.planned.rotation;
@@ -316,7 +328,7 @@ fn a_hull_that_leaves_a_part_out_is_a_missing_collider() {
         planted.loaded[1].hulls[0].points.iter_mut().for_each(|p| p.x = p.x.min(0.0));
     });
     assert!(planted.codes().contains(&ReasonCode::MissingCollider));
-    let planted = Planted::with(|planted| planted.inputs.bodies[1].hull_excess_m = 0.06);
+    let planted = Planted::with(|planted| planted.inputs.composition.bodies[1].hull_excess_m = 0.06);
     assert_eq!(planted.codes(), [ReasonCode::ProtrudingCollider]);
 }
 
@@ -335,13 +347,13 @@ fn hulls_that_fill_a_cup_are_detected_by_its_openings() {
     let (_, cup) = body("cup", cup, Pose::IDENTITY);
     let (_, fit) =
         decompose_and_fit(&cup.mesh, &section("decompose"), &CancelFlag::default()).expect("a cup");
-    let planted = Planted::with(|planted| planted.inputs.bodies[1].hull_fit = fit);
+    let planted = Planted::with(|planted| planted.inputs.composition.bodies[1].hull_fit = fit);
     let certificate = planted.certificate().expect("it can be measured");
     assert_eq!((certificate.verdict, certificate.bodies[1].hull_fit), (Verdict::Pass, fit));
     // One hull to a cup: what a simulator makes of a body for which nothing else is said.
     let coarse = DecomposeSettings { max_hulls: 1, joined_excess_m: 1.0, ..section("decompose") };
     let (_, filled) = decompose_and_fit(&cup.mesh, &coarse, &CancelFlag::default()).expect("a cup");
-    let planted = Planted::with(|planted| planted.inputs.bodies[1].hull_fit = filled);
+    let planted = Planted::with(|planted| planted.inputs.composition.bodies[1].hull_fit = filled);
     assert_eq!(planted.codes(), [ReasonCode::ClosedOpening], "{filled:?}");
 }
 

@@ -8,7 +8,8 @@ use std::sync::Arc;
 
 use glam::DQuat;
 
-use super::{BodyParts, Inputs};
+use super::Inputs;
+use crate::pipeline::composition::BodyParts;
 use crate::pipeline::error::StageError;
 use crate::pipeline::resolve::Loaded;
 use geometry::Pose;
@@ -20,6 +21,7 @@ pub(super) fn in_upright_frames(
     mut loaded: Vec<Loaded>,
 ) -> Result<(Arc<Inputs>, Vec<Loaded>), StageError> {
     let tipped: Vec<(usize, DQuat)> = inputs
+        .composition
         .recognition
         .objects
         .iter()
@@ -33,7 +35,7 @@ pub(super) fn in_upright_frames(
     }
     let mut inputs = (*inputs).clone();
     for (body, tipped_from_upright) in tipped {
-        turn_upright(&mut inputs.bodies[body], &mut loaded[body], tipped_from_upright)?;
+        turn_upright(&mut inputs.composition.bodies[body], &mut loaded[body], tipped_from_upright)?;
     }
     Ok((Arc::new(inputs), loaded))
 }
@@ -91,31 +93,31 @@ mod tests {
         // 0.16 m tall when upright; it lies with its top toward +x.
         let at = Pose::upright(DVec3::new(0.1, 0.2, 0.0), 0.4);
         let (parts, geometry) = body("cube_2", block(DVec3::new(0.16, 0.06, 0.05)), at);
-        (planted.inputs.bodies[2], planted.loaded[2]) = (parts, geometry);
-        let mut recognition = (*planted.inputs.recognition).clone();
+        (planted.inputs.composition.bodies[2], planted.loaded[2]) = (parts, geometry);
+        let mut recognition = (*planted.inputs.composition.recognition).clone();
         recognition.objects[1].tipped = Some(TippedPose {
             pose: RequestedPose::LyingOnSide,
             upright_size_m: DVec3::new(0.05, 0.06, 0.16),
             tipped_from_upright: DQuat::from_rotation_y(FRAC_PI_2),
         });
-        planted.inputs.recognition = Arc::new(recognition);
+        planted.inputs.composition.recognition = Arc::new(recognition);
         let before = planted.inputs.clone();
-        let corners_before = corners(&planted.loaded[2], &before.bodies[2]);
+        let corners_before = corners(&planted.loaded[2], &before.composition.bodies[2]);
         let (after, loaded) = in_upright_frames(Arc::new(planted.inputs), planted.loaded).expect("a solid");
 
-        let (resolved, geometry) = (&after.bodies[2].resolved, &loaded[2]);
+        let (resolved, geometry) = (&after.composition.bodies[2].resolved, &loaded[2]);
         let size_m = geometry.mesh.size_m();
         assert!((size_m - DVec3::new(0.05, 0.06, 0.16)).abs().max_element() < 1e-6, "{size_m}");
         let top = resolved.settled.rotation * DVec3::Z;
         assert!(top.z.abs() < 1e-9 && (top.truncate().to_angle() - 0.4).abs() < 1e-9, "{top}");
         // Nothing moves in the world: mesh, hulls, center of mass and principal moments along its axes.
-        for (a, b) in corners(geometry, &after.bodies[2]).iter().zip(&corners_before) {
+        for (a, b) in corners(geometry, &after.composition.bodies[2]).iter().zip(&corners_before) {
             assert!(a.distance(*b) < 1e-7, "{a} {b}");
         }
         let center = |body: &BodyParts| {
             body.resolved.settled.transform_point(body.resolved.physical.mass.center_of_mass_m)
         };
-        assert!(center(&after.bodies[2]).distance(center(&before.bodies[2])) < 1e-9);
+        assert!(center(&after.composition.bodies[2]).distance(center(&before.composition.bodies[2])) < 1e-9);
         let longest = |body: &BodyParts| {
             let mass = body.resolved.physical.mass;
             let axes = [DVec3::X, DVec3::Y, DVec3::Z];
@@ -123,9 +125,15 @@ mod tests {
             let smallest = (0..3).min_by(|&a, &b| moments[a].total_cmp(&moments[b])).expect("three");
             body.resolved.settled.rotation * (mass.principal_axes_xyzw * axes[smallest])
         };
-        assert!(longest(&after.bodies[2]).dot(longest(&before.bodies[2])).abs() > 1.0 - 1e-9);
+        assert!(
+            longest(&after.composition.bodies[2]).dot(longest(&before.composition.bodies[2])).abs()
+                > 1.0 - 1e-9
+        );
         let low = geometry.hulls[0].points.iter().map(|p| p.z).fold(f64::INFINITY, f64::min);
         assert!(low.abs() < 1e-6, "{low}");
-        assert_eq!(after.bodies[1].resolved.settled, before.bodies[1].resolved.settled);
+        assert_eq!(
+            after.composition.bodies[1].resolved.settled,
+            before.composition.bodies[1].resolved.settled
+        );
     }
 }

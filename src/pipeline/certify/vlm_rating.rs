@@ -57,7 +57,7 @@ pub(super) async fn appraise(
     if asked.settings.ratings {
         let after = match &inputs.identity.request.input {
             Input::Text { text } => MadeAfter::Text(text.clone()),
-            Input::Image { .. } => MadeAfter::Image(reference),
+            Input::Image { .. } | Input::Edit { .. } => MadeAfter::Image(reference),
         };
         let question = Judgement { after, scene_view, seed: child_seed(seed, "judge") };
         let said = analyst.judge(&call, question).await;
@@ -101,11 +101,12 @@ fn given<T>(
 
 /// The scene's objects in words and numbers.
 fn objects(inputs: &Inputs, loaded: &[Loaded]) -> Result<Vec<TaskObject>, StageError> {
-    let objects = inputs.recognition.objects.iter().zip(&inputs.bodies[1..]).zip(&loaded[1..]);
+    let objects =
+        inputs.composition.recognition.objects.iter().zip(&inputs.composition.bodies[1..]).zip(&loaded[1..]);
     objects
         .enumerate()
         .map(|(index, ((object, body), geometry))| {
-            let supporter = inputs.supports.supporter(index);
+            let supporter = inputs.composition.supports.supporter(index);
             let name = InstanceId::new(&body.resolved.name)
                 .map_err(|error| StageError::permanent("invalid_name", error.to_string()))?;
             // To a millimeter and a gram: what is asked is the same wherever the last digits differ.
@@ -117,7 +118,7 @@ fn objects(inputs: &Inputs, loaded: &[Loaded]) -> Result<Vec<TaskObject>, StageE
                 size_m: geometry.mesh.size_m().to_array().map(rounded),
                 mass_kg: rounded(body.resolved.physical.mass.mass_kg),
                 relation: supporter.relation,
-                carried_by: inputs.name_of(supporter).to_owned(),
+                carried_by: inputs.composition.name_of(supporter).to_owned(),
             })
         })
         .collect()

@@ -7,8 +7,9 @@ use bytes::Bytes;
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::Inputs;
 use super::grasp::grasp;
-use super::{BodyParts, Inputs};
+use crate::pipeline::composition::{BodyParts, StoredComposition};
 use crate::pipeline::error::StageError;
 use crate::pipeline::preview;
 use crate::pipeline::preview::{PreviewBody, Studio};
@@ -62,7 +63,7 @@ pub(super) fn render(
 ) -> Result<Rendered, GpuError> {
     let bodies: Vec<PreviewBody> = loaded
         .iter()
-        .zip(&inputs.bodies)
+        .zip(&inputs.composition.bodies)
         .map(|(geometry, body)| PreviewBody {
             mesh: &geometry.mesh,
             world_from_object: body.resolved.settled,
@@ -84,12 +85,12 @@ pub(super) fn render(
         };
         (body.resolved.name.clone(), image)
     };
-    let camera = &inputs.recognition.camera;
+    let camera = &inputs.composition.recognition.camera;
     let view = || -> Result<_, GpuError> {
         let seen = studio.reference_geometry(camera);
-        let masks = (2..inputs.masks.len() as u32 + 2).into_par_iter();
+        let masks = (2..inputs.composition.masks.len() as u32 + 2).into_par_iter();
         let in_scene: Vec<Mask> = masks.map(|id| seen.mask(id)).collect();
-        let in_image: Vec<&Mask> = inputs.masks.iter().map(|mask| &mask.visible).collect();
+        let in_image: Vec<&Mask> = inputs.composition.masks.iter().map(|mask| &mask.visible).collect();
         let scene_view = studio.reference_view(camera, &inputs.preview)?;
         let (likeness, agreement) = compare(reference, &scene_view, &in_image, &in_scene);
         let small = fitted(reference, scene_view.width_px(), scene_view.height_px());
@@ -105,7 +106,8 @@ pub(super) fn render(
                     rayon::join(
                         || studio.top(&inputs.preview).map(|image| (encode_png(&image), image)),
                         || {
-                            let bodies = loaded.par_iter().zip(&inputs.bodies).zip(&drawn.thumbnails);
+                            let bodies =
+                                loaded.par_iter().zip(&inputs.composition.bodies).zip(&drawn.thumbnails);
                             bodies.map(thumbnail).collect()
                         },
                     )
@@ -135,9 +137,9 @@ pub(super) fn files(
 ) -> Result<Certified, StageError> {
     let scene = scene(inputs, loaded, &certificate)?;
     let asset = |index: usize, label: &str, category: &str, material: Option<&str>| {
-        let physical = &inputs.bodies[index].resolved.physical;
+        let physical = &inputs.composition.bodies[index].resolved.physical;
         BodyAsset {
-            name: inputs.bodies[index].resolved.name.clone(),
+            name: inputs.composition.bodies[index].resolved.name.clone(),
             label: label.to_owned(),
             category: category.to_owned(),
             wikidata_item: wikidata_item(category).to_owned(),
@@ -149,7 +151,7 @@ pub(super) fn files(
             torsional_friction_m: physical.torsional_friction_m,
         }
     };
-    let (table, objects) = (&inputs.recognition.table, &inputs.recognition.objects);
+    let (table, objects) = (&inputs.composition.recognition.table, &inputs.composition.recognition.objects);
     let of_object = |(index, object): (usize, &RecognizedObject)| {
         asset(index + 1, &object.label, &object.category, object.material.as_deref())
     };
@@ -157,7 +159,9 @@ pub(super) fn files(
         table: asset(0, &table.label, TABLE_CATEGORY, table.material.as_deref()),
         instances: objects.par_iter().enumerate().map(of_object).collect(),
     };
-    let archive = write_formats(&scene, &certificate, &assets, images, &inputs.export)
+    let hulls = loaded.iter().map(|geometry| geometry.hulls.clone()).collect();
+    let archive = StoredComposition::file(&inputs.composition, hulls)
+        .and_then(|file| write_formats(&scene, &certificate, &assets, images, vec![file], &inputs.export))
         .and_then(|files| zip_bundle(&files))
         .map_err(|error| StageError::permanent(error.code(), format!("writing the bundle: {error}")))?;
     Ok(Certified { certificate, archive })
@@ -170,14 +174,14 @@ const TABLE_CATEGORY: &str = "table";
 fn scene(inputs: &Inputs, loaded: &[Loaded], certificate: &Certificate) -> Result<Scene, StageError> {
     let invalid = |error: scene::name::InvalidName| StageError::permanent("invalid_name", error.to_string());
     let hulls = |index: usize| u32::try_from(loaded[index].hulls.len()).unwrap_or(u32::MAX);
-    let table_body = &inputs.bodies[0].resolved;
-    let recognized = &inputs.recognition.table;
+    let table_body = &inputs.composition.bodies[0].resolved;
+    let recognized = &inputs.composition.recognition.table;
     let table = Table {
         name: table_body.name.clone(),
         label: recognized.label.clone(),
         shape: recognized.shape,
-        outline_m: inputs.table.outline_m.clone(),
-        height_m: inputs.table.size_m.z,
+        outline_m: inputs.composition.table.outline_m.clone(),
+        height_m: inputs.composition.table.size_m.z,
         model: recognized.model.clone(),
         size_m: loaded[0].mesh.size_m(),
         mass: table_body.physical.mass,
@@ -186,18 +190,20 @@ fn scene(inputs: &Inputs, loaded: &[Loaded], certificate: &Certificate) -> Resul
         hulls: hulls(0),
         mesh: format!("glb/{}.glb", table_body.name),
     };
-    let mut instances = Vec::with_capacity(inputs.recognition.objects.len());
-    for (index, object) in inputs.recognition.objects.iter().enumerate() {
-        let body = &inputs.bodies[index + 1];
-        let supporter = inputs.supports.supporter(index);
+    let mut instances = Vec::with_capacity(inputs.composition.recognition.objects.len());
+    for (index, object) in inputs.composition.recognition.objects.iter().enumerate() {
+        let body = &inputs.composition.bodies[index + 1];
+        let supporter = inputs.composition.supports.supporter(index);
         instances.push(Instance {
             name: InstanceId::new(&body.resolved.name).map_err(invalid)?,
             label: object.label.clone(),
             category: object.category.clone(),
             // The mesh of a recognized object may also come from its image.
-            stand_in: inputs.methods[index] == ReconstructionMethod::Category
+            stand_in: inputs.composition.methods[index] == ReconstructionMethod::Category
                 && is_stand_in(&object.category),
-            image: ImageRegion { bbox_px: inputs.masks[index].visible.bbox_px().unwrap_or_default() },
+            image: ImageRegion {
+                bbox_px: inputs.composition.masks[index].visible.bbox_px().unwrap_or_default(),
+            },
             world_from_object: body.resolved.settled,
             yaw_rad: body.resolved.settled.yaw_rad(),
             symmetry_order: body.symmetry_order,
@@ -206,7 +212,10 @@ fn scene(inputs: &Inputs, loaded: &[Loaded], certificate: &Certificate) -> Resul
             mass: body.resolved.physical.mass,
             friction: body.resolved.physical.friction,
             restitution: body.resolved.physical.restitution,
-            support: Support { parent: inputs.name_of(supporter).to_owned(), relation: supporter.relation },
+            support: Support {
+                parent: inputs.composition.name_of(supporter).to_owned(),
+                relation: supporter.relation,
+            },
             hulls: hulls(index + 1),
             mesh: format!("glb/{}.glb", body.resolved.name),
             provenance: body.provenance.clone(),
@@ -218,10 +227,11 @@ fn scene(inputs: &Inputs, loaded: &[Loaded], certificate: &Certificate) -> Resul
         seed: inputs.identity.request.seed,
         request: inputs.identity.request.clone(),
         frame: Frame::world(),
-        camera: inputs.recognition.camera,
+        camera: inputs.composition.recognition.camera,
         table,
         instances,
         metrics: certificate.metrics,
-        text: inputs.account.clone(),
+        text: inputs.composition.account.clone(),
+        edit: inputs.composition.edit.clone(),
     })
 }

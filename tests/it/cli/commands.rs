@@ -29,7 +29,9 @@ fn version_and_help() {
     assert_eq!(text(&version.stdout), format!("tabletopgen {}\n", env!("CARGO_PKG_VERSION")));
     assert_eq!(version.status.code(), Some(0));
     let help = text(&run(home.path(), &["--help"]).stdout);
-    for command in ["generate", "parse", "serve", "worker", "queue", "migrate", "check-config"] {
+    for command in
+        ["generate", "edit", "diff", "batch", "parse", "serve", "worker", "queue", "migrate", "check-config"]
+    {
         assert!(help.contains(command), "{help}");
     }
     assert!(text(&run(home.path(), &["generate", "--help"]).stdout).contains("--artifacts"));

@@ -108,9 +108,20 @@ fn every_object_names_its_fields_and_requests_have_no_others() {
         }
     });
     let schemas = &DOCUMENT["components"]["schemas"];
-    for name in
-        ["TextSubmission", "ImageSubmission", "SceneForm", "FormRequest", "Options", "TableSpec", "Retry"]
-    {
+    for name in [
+        "TextSubmission",
+        "ImageSubmission",
+        "SceneForm",
+        "FormRequest",
+        "Options",
+        "TableSpec",
+        "Retry",
+        "OperationsEdit",
+        "InstructionEdit",
+        "EditOptions",
+        "EditPlace",
+        "MoveOperation",
+    ] {
         assert_eq!(schemas[name]["additionalProperties"], Value::Bool(false), "{name}");
     }
 }

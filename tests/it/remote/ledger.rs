@@ -34,6 +34,7 @@ async fn claimed(budget_micro_usd: i64) -> (Arc<tempfile::TempDir>, Store, Claim
     let store = opened(directory.path()).await;
     let new = NewScene {
         tenant_id: DEFAULT_TENANT.clone(),
+        parent_id: None,
         request: json!({ "version": 1, "input": { "kind": "text", "text": "a" }, "seed": 1, "options": {} }),
         labels: BTreeMap::new(),
         budget_micro_usd,

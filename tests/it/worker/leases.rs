@@ -22,6 +22,7 @@ async fn store() -> (tempfile::TempDir, Store) {
     let store = opened(directory.path()).await;
     let new = NewScene {
         tenant_id: DEFAULT_TENANT.clone(),
+        parent_id: None,
         request: json!({ "seed": 1 }),
         labels: BTreeMap::new(),
         budget_micro_usd: 0,

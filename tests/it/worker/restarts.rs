@@ -170,6 +170,7 @@ async fn submit(store: &Store, text: &str) -> JobId {
         json!({ "version": 1, "input": { "kind": "text", "text": text }, "seed": 7, "options": {} });
     let new = NewScene {
         tenant_id: DEFAULT_TENANT.clone(),
+        parent_id: None,
         request,
         labels: Default::default(),
         budget_micro_usd: 0,

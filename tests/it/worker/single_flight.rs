@@ -18,6 +18,7 @@ use crate::harness::server::settings;
 async fn submit(store: &Store) -> JobId {
     let new = NewScene {
         tenant_id: DEFAULT_TENANT.clone(),
+        parent_id: None,
         request: json!({ "version": 1, "input": { "kind": "text", "text": "a mug" }, "seed": 7, "options": {} }),
         labels: Default::default(),
         budget_micro_usd: 0,

@@ -99,6 +99,16 @@ fn verdict(page: &mut Html, report: &Report<'_>) {
                 page.close();
             }
         }
+        Input::Edit { parent, operations, text, .. } => {
+            let count = operations.len();
+            let plural = if count == 1 { "" } else { "s" };
+            page.leaf("p", &[("class", "asked")], &format!("scene {parent} with {count} operation{plural}"));
+            if let Some(text) = text {
+                page.open("blockquote", &[]);
+                page.user_text(text);
+                page.close();
+            }
+        }
     }
     page.close();
 }

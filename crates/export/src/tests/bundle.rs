@@ -147,7 +147,7 @@ fn export_errors_name_the_invalid_body() {
     let error = |change: fn(&mut Scene, &mut Assets)| {
         let (mut scene, certificate, mut assets, images) = specimen();
         change(&mut scene, &mut assets);
-        write_formats(&scene, &certificate, &assets, &images, &settings(UsdForm::Usdc))
+        write_formats(&scene, &certificate, &assets, &images, Vec::new(), &settings(UsdForm::Usdc))
             .expect_err("unsound")
             .to_string()
     };

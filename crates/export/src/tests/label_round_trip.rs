@@ -36,7 +36,8 @@ fn every_format_preserves_labels() {
         let (mut scene, certificate, assets, images) = specimen();
         scene.instances[0].label = label.clone();
         scene.table.label = label.clone();
-        let files = write_formats(&scene, &certificate, &assets, &images, &settings(UsdForm::Usdc));
+        let files =
+            write_formats(&scene, &certificate, &assets, &images, Vec::new(), &settings(UsdForm::Usdc));
         // Writing reads back the labels of URDF, MJCF, SDF and GLB, and every number beside them.
         let files = files.unwrap_or_else(|error| panic!("{label:?}: {error}"));
 
@@ -59,8 +60,8 @@ fn every_format_preserves_labels() {
 #[test]
 fn read_back_rejects_a_changed_label() {
     let (mut scene, certificate, assets, images) = specimen();
-    let files =
-        write_formats(&scene, &certificate, &assets, &images, &settings(UsdForm::Usdc)).expect("sound");
+    let files = write_formats(&scene, &certificate, &assets, &images, Vec::new(), &settings(UsdForm::Usdc))
+        .expect("sound");
     scene.instances[0].label = "plain".into();
     let bodies = body::bodies(&scene, &assets).expect("sound");
     let error = read_back(&bodies, &files).expect_err("the files tell the old label");

@@ -10,7 +10,7 @@ use crate::*;
 fn code_of(plant: impl FnOnce(&mut Scene, &mut Assets)) -> &'static str {
     let (mut scene, certificate, mut assets, images) = specimen();
     plant(&mut scene, &mut assets);
-    let refused = write_formats(&scene, &certificate, &assets, &images, &settings(UsdForm::Usdc));
+    let refused = write_formats(&scene, &certificate, &assets, &images, Vec::new(), &settings(UsdForm::Usdc));
     refused.expect_err("a fault was planted").code()
 }
 

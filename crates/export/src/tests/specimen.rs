@@ -223,6 +223,7 @@ pub(super) fn specimen() -> (Scene, Certificate, Assets, Images) {
         instances,
         metrics,
         text: Some(account()),
+        edit: None,
     };
     let asset = |name: &str, category: &str, visual, hulls| BodyAsset {
         name: name.into(),
@@ -446,7 +447,8 @@ pub(super) fn files() -> Vec<BundleFile> {
 
 pub(super) fn files_with(usd: UsdForm) -> Vec<BundleFile> {
     let (scene, certificate, assets, images) = specimen();
-    write_formats(&scene, &certificate, &assets, &images, &settings(usd)).expect("the specimen is sound")
+    write_formats(&scene, &certificate, &assets, &images, Vec::new(), &settings(usd))
+        .expect("the specimen is sound")
 }
 
 pub(super) fn text<'a>(files: &'a [BundleFile], path: &str) -> &'a str {

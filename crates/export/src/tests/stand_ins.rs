@@ -7,7 +7,7 @@ use crate::*;
 fn written(is_stand_in: bool, form: UsdForm) -> Vec<BundleFile> {
     let (mut scene, certificate, assets, images) = specimen();
     scene.instances[1].stand_in = is_stand_in;
-    write_formats(&scene, &certificate, &assets, &images, &settings(form)).expect("sound")
+    write_formats(&scene, &certificate, &assets, &images, Vec::new(), &settings(form)).expect("sound")
 }
 
 /// The mark of `box_1` in every file that describes it, and its label beside it.

@@ -73,6 +73,7 @@ pub async fn opened(
     let store = tabletopgen::app::open(data_dir, config).await?;
     let new = NewScene {
         tenant_id: DEFAULT_TENANT.clone(),
+        parent_id: None,
         request: json!(request),
         labels: Default::default(),
         budget_micro_usd: request.options.budget(config.server.usual_budget_usd).0,

@@ -24,6 +24,7 @@ async fn opened(directory: &Path) -> (Store, Digest) {
 async fn submit(store: &Store, image: &Digest) {
     let new = NewScene {
         tenant_id: DEFAULT_TENANT.clone(),
+        parent_id: None,
         request: json!({ "input": { "sha256": image.as_str() } }),
         labels: BTreeMap::new(),
         budget_micro_usd: 0,

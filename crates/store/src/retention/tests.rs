@@ -75,6 +75,7 @@ on_both_databases! {
 async fn submitted(store: &Store, request: serde_json::Value) -> (SceneId, JobId) {
     let new = NewScene {
         tenant_id: DEFAULT_TENANT.clone(),
+        parent_id: None,
         request,
         labels: BTreeMap::new(),
         budget_micro_usd: 0,

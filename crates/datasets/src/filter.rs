@@ -1,0 +1,117 @@
+//! Conditions on certificate, content and labels that select scenes.
+//!
+//! The text form is a list of `key=value` with commas: `verdict=any,min_objects=3,category=mug,label.state=succeeded`.
+
+use std::collections::BTreeMap;
+use std::str::FromStr;
+
+use serde::{Deserialize, Serialize};
+
+use crate::batch_output::BatchRecord;
+use crate::facts::SceneFacts;
+
+/// Conditions; a scene must meet all. The default accepts every scene that passed its certificate.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Filter {
+    pub verdict: VerdictCondition,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub min_objects: Option<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_objects: Option<usize>,
+    /// Each category must occur.
+    pub required_categories: Vec<String>,
+    /// None of the categories may occur.
+    pub excluded_categories: Vec<String>,
+    /// Labels of the batch's record, by name.
+    pub labels: BTreeMap<String, String>,
+}
+
+/// Condition on the certificate.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum VerdictCondition {
+    #[default]
+    Pass,
+    Quarantine,
+    Any,
+}
+
+impl Filter {
+    /// The first condition that the scene does not meet, by its name; `None` for a scene that is selected.
+    pub fn refusal(&self, facts: &SceneFacts, record: Option<&BatchRecord>) -> Option<&'static str> {
+        let count = facts.objects.len();
+        let has = |category: &String| facts.objects.iter().any(|object| object.category == *category);
+        let meets_label = |(name, value): (&String, &String)| {
+            record.and_then(|record| record.label(name)).is_some_and(|label| label == *value)
+        };
+        let verdict = match self.verdict {
+            VerdictCondition::Pass => facts.passed(),
+            VerdictCondition::Quarantine => !facts.passed(),
+            VerdictCondition::Any => true,
+        };
+        let conditions = [
+            ("verdict", verdict),
+            ("min_objects", self.min_objects.is_none_or(|min| count >= min)),
+            ("max_objects", self.max_objects.is_none_or(|max| count <= max)),
+            ("required_category", self.required_categories.iter().all(has)),
+            ("excluded_category", !self.excluded_categories.iter().any(has)),
+            ("label", self.labels.iter().all(meets_label)),
+        ];
+        conditions.into_iter().find(|(_, met)| !met).map(|(name, _)| name)
+    }
+
+    /// Adds one condition in its text form.
+    ///
+    /// # Errors
+    ///
+    /// A sentence that states the correction.
+    pub fn add(&mut self, key: &str, value: &str) -> Result<(), String> {
+        let number = || value.parse().map_err(|_| format!("{key} needs a whole number, not {value:?}"));
+        match key {
+            "verdict" => {
+                self.verdict = match value {
+                    "pass" => VerdictCondition::Pass,
+                    "quarantine" => VerdictCondition::Quarantine,
+                    "any" => VerdictCondition::Any,
+                    _ => return Err(format!("verdict is pass, quarantine or any, not {value:?}")),
+                };
+            }
+            "min_objects" => self.min_objects = Some(number()?),
+            "max_objects" => self.max_objects = Some(number()?),
+            "category" => self.required_categories.push(value.to_owned()),
+            "not_category" => self.excluded_categories.push(value.to_owned()),
+            _ => match key.strip_prefix("label.") {
+                Some(name) if !name.is_empty() => {
+                    self.labels.insert(name.to_owned(), value.to_owned());
+                }
+                _ => {
+                    return Err(format!(
+                        "{key:?} is no condition; give verdict, min_objects, max_objects, category, \
+                         not_category or label.NAME"
+                    ));
+                }
+            },
+        }
+        Ok(())
+    }
+}
+
+impl FromStr for Filter {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let mut filter = Self::default();
+        for condition in text.split(',').map(str::trim).filter(|condition| !condition.is_empty()) {
+            let (key, value) = condition
+                .split_once('=')
+                .ok_or_else(|| format!("{condition:?} is not of the form KEY=VALUE"))?;
+            filter.add(key.trim(), value.trim())?;
+        }
+        for list in [&mut filter.required_categories, &mut filter.excluded_categories] {
+            list.sort();
+            list.dedup();
+        }
+        Ok(filter)
+    }
+}

@@ -1,0 +1,186 @@
+//! The search for a free place: a grid over a surface, by yaw, with the hulls of everything else as obstacles.
+//!
+//! The search is exhaustive within its grid (1 cm, and 5 mm where that finds nothing; 16 yaws), so that a refusal
+//! means that there is no room. Candidates are ordered by how well they fit the relation; the caller lets them come to
+//! rest in this order ([`crate::rest`]). World frame, meters, radians.
+
+mod search;
+
+use std::f64::consts::FRAC_PI_2;
+
+use glam::DVec2;
+
+use crate::workspace::Workspace;
+use geometry::Pose;
+use geometry::pose::wrap_angle_rad;
+use scene::{RelationKind, SupportRelation, Supporter};
+use search::{Orientation, Search};
+
+/// Free space that the search keeps around an object where there is enough of it, and at least.
+const CLEARANCES_M: [f64; 2] = [0.01, 0.003];
+
+/// Grid steps, meters.
+const STEPS_M: [f64; 2] = [0.01, 0.005];
+
+/// Cells along the longer side of a container.
+const CONTAINER_CELLS: f64 = 14.0;
+
+/// Where an object is to be.
+#[derive(Clone, Debug, Default)]
+pub struct PlaceQuery {
+    /// `None` for anywhere on the table, or for `position_m`.
+    pub relation: Option<RelationKind>,
+    pub target: Option<usize>,
+    pub second_target: Option<usize>,
+    /// Stated free distance to the target or edge.
+    pub distance_m: Option<f64>,
+    /// Stated center on the table.
+    pub position_m: Option<DVec2>,
+    /// Stated yaw.
+    pub yaw_rad: Option<f64>,
+    /// Where it would best be, if there is room: the place that it has now.
+    pub near_m: Option<DVec2>,
+    /// Largest distance from `near_m`.
+    pub within_m: Option<f64>,
+    /// The yaw to prefer where none is stated.
+    pub usual_yaw_rad: f64,
+}
+
+/// A pose from which an object may come to rest.
+#[derive(Clone, Copy, Debug)]
+pub struct Candidate {
+    pub world_from_object: Pose,
+    pub supporter: Supporter,
+}
+
+/// There is no free place.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum NoPlace {
+    #[error("{object} does not fit {place}: it is larger than the space there")]
+    TooLarge { object: String, place: String },
+    #[error("there is no free place {place} for {object}: {} in the way", blockers(.by))]
+    Blocked { object: String, place: String, by: Vec<String> },
+}
+
+fn blockers(by: &[String]) -> String {
+    match by {
+        [] => "the edge of the table is".to_owned(),
+        [only] => format!("{only} is"),
+        [first, last] => format!("{first} and {last} are"),
+        [first, second, ..] => format!("{first}, {second} and others are"),
+    }
+}
+
+impl Workspace {
+    /// Places where an object may be let down, the best first; at least one.
+    ///
+    /// # Errors
+    ///
+    /// [`NoPlace`] if no place of the grid is free.
+    pub fn places(&self, object: usize, query: &PlaceQuery) -> Result<Vec<Candidate>, NoPlace> {
+        let mut blocked_by: Vec<usize> = Vec::new();
+        let mut fits_nowhere = true;
+        for supporter in self.surfaces(query) {
+            for (clearance_m, step_m) in self.passes(supporter) {
+                let search = Search::new(self, object, query, supporter, clearance_m, step_m);
+                let found = search.run(&mut blocked_by);
+                if !found.candidates.is_empty() {
+                    return Ok(found.candidates);
+                }
+                fits_nowhere &= !found.has_fitted;
+                if !found.has_fitted && step_m <= STEPS_M[1] {
+                    break;
+                }
+            }
+        }
+        let (object, place) = (self.objects[object].body.name.clone(), self.place_in_words(query));
+        if fits_nowhere {
+            return Err(NoPlace::TooLarge { object, place });
+        }
+        blocked_by.sort_unstable();
+        blocked_by.dedup();
+        let by = blocked_by.into_iter().map(|other| self.objects[other].body.name.clone()).collect();
+        Err(NoPlace::Blocked { object, place, by })
+    }
+
+    /// The place straight below or above a pose: same position and orientation in the plane, let down onto the
+    /// supporter.
+    ///
+    /// # Errors
+    ///
+    /// [`NoPlace`] if the object would reach over the table's edge, or into another one.
+    pub fn place_at(
+        &self,
+        object: usize,
+        world_from_object: Pose,
+        supporter: Supporter,
+    ) -> Result<Candidate, NoPlace> {
+        let query = PlaceQuery::default();
+        let search = Search::new(self, object, &query, supporter, 0.001, STEPS_M[0]);
+        let orientation = Orientation::new(search.object, world_from_object.rotation);
+        let center_m = world_from_object.translation_m.truncate() + orientation.offset_m;
+        let name = || self.objects[object].body.name.clone();
+        let place = || "where it is".to_owned();
+        let scored = search.posed(&orientation, center_m);
+        let pose = scored.ok_or_else(|| NoPlace::TooLarge { object: name(), place: place() })?;
+        match search.obstacle_of(&pose) {
+            None => Ok(Candidate { world_from_object: pose, supporter }),
+            Some(other) => {
+                let by = vec![self.objects[other].body.name.clone()];
+                Err(NoPlace::Blocked { object: name(), place: place(), by })
+            }
+        }
+    }
+
+    /// Clearance and grid step of each pass over a surface.
+    fn passes(&self, supporter: Supporter) -> Vec<(f64, f64)> {
+        if let (Some(parent), SupportRelation::In) = (supporter.parent, supporter.relation) {
+            // Objects in a container touch each other, and every place costs a cast onto all hulls.
+            let (low, high) = self.objects[parent].footprint().bounds();
+            let step_m = ((high - low).max_element() / CONTAINER_CELLS).clamp(0.004, 0.02);
+            return vec![(CLEARANCES_M[1], step_m)];
+        }
+        CLEARANCES_M.iter().flat_map(|clearance_m| STEPS_M.map(|step_m| (*clearance_m, step_m))).collect()
+    }
+
+    /// The surfaces to search, in order.
+    fn surfaces(&self, query: &PlaceQuery) -> Vec<Supporter> {
+        match (query.relation, query.target) {
+            (Some(RelationKind::On | RelationKind::StackedOn), Some(target)) => vec![Supporter::on(target)],
+            (Some(RelationKind::In), Some(target)) => vec![Supporter::containing(target)],
+            (Some(_), Some(target)) => {
+                let beside = self.surface_beside(target);
+                if beside == Supporter::TABLE { vec![beside] } else { vec![beside, Supporter::TABLE] }
+            }
+            _ => vec![Supporter::TABLE],
+        }
+    }
+
+    /// The place in words, for messages.
+    pub fn place_in_words(&self, query: &PlaceQuery) -> String {
+        let name = |index: Option<usize>| match index {
+            Some(index) => self.objects[index].body.name.clone(),
+            None => "the table".to_owned(),
+        };
+        match query.relation {
+            None if query.position_m.is_some() => "at the stated position".to_owned(),
+            None => "on the table".to_owned(),
+            Some(RelationKind::Between) => {
+                format!("between {} and {}", name(query.target), name(query.second_target))
+            }
+            Some(relation) => {
+                let words = serde_json::to_value(relation).ok();
+                let words = words.as_ref().and_then(|value| value.as_str()).unwrap_or("at").replace('_', " ");
+                match query.target {
+                    Some(_) => format!("{words} {}", name(query.target)),
+                    None => format!("{words} of the table"),
+                }
+            }
+        }
+    }
+}
+
+/// The multiple of a right angle that is nearest to a yaw.
+pub fn nearest_right_angle_rad(yaw_rad: f64) -> f64 {
+    wrap_angle_rad((yaw_rad / FRAC_PI_2).round() * FRAC_PI_2)
+}

@@ -1,0 +1,148 @@
+//! A valid submission becomes a scene with a job, once for each idempotency key; the answer is the scene.
+
+use std::time::Duration;
+
+use axum::Json;
+use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+
+use super::Api;
+use super::error::{Problem, ProblemType};
+use super::scenes::{find, latest_job};
+use super::submission::Submission;
+use super::views::SceneView;
+use crate::spans;
+use scene::SceneId;
+use scene::job::SceneState;
+use store::DEFAULT_TENANT;
+use store::queue::QueueFull;
+use store::retention::QuotaOutcome;
+use store::scenes::SubmitOutcome;
+
+/// What the headers of a request for a new scene ask for.
+pub(super) struct Delivery {
+    idempotency_key: Option<String>,
+    wait: Option<Duration>,
+}
+
+impl Delivery {
+    /// Reads `Idempotency-Key` and `Prefer`.
+    ///
+    /// # Errors
+    ///
+    /// A [`Problem`] for a key of another form.
+    pub fn of(api: &Api, headers: &HeaderMap) -> Result<Self, Problem> {
+        Ok(Self {
+            idempotency_key: idempotency_key(headers)?,
+            wait: preferred_wait(headers, api.settings.max_wait_secs),
+        })
+    }
+}
+
+/// Enqueues a submission, waits as long as the client prefers, and answers with the scene.
+///
+/// # Errors
+///
+/// A [`Problem`] where there is no space for the scene, the key came with another body, or the store does not answer.
+pub(super) async fn enqueue(
+    api: &Api,
+    submission: Submission,
+    delivery: Delivery,
+) -> Result<Response, Problem> {
+    if let QuotaOutcome::Exceeded { used_bytes, quota_bytes } = api.store.quota(&DEFAULT_TENANT).await? {
+        return Err(Problem::quota_exceeded(used_bytes, quota_bytes));
+    }
+    let Delivery { idempotency_key, wait } = delivery;
+    let budget_usd = api.settings.usual_budget_usd;
+    let schedule = submission.schedule(&api.queue);
+    let new = submission.into_row(&api.store, DEFAULT_TENANT.clone(), budget_usd, idempotency_key).await?;
+    let scene_id = match api.store.submit_scheduled(new, schedule).await? {
+        SubmitOutcome::Created { scene_id, job_id } => {
+            metrics::counter!("tabletopgen_scenes_submitted_total").increment(1);
+            spans::submitted(&scene_id, &job_id);
+            scene_id
+        }
+        SubmitOutcome::Replayed { scene_id, job_id } => {
+            spans::submitted(&scene_id, &job_id);
+            scene_id
+        }
+        SubmitOutcome::QueueFull(full) => return Ok(queue_full(full)),
+        SubmitOutcome::KeyReused => {
+            return Err(Problem::new(
+                ProblemType::InvalidRequest,
+                "idempotency_key_reused",
+                "this Idempotency-Key came with another body before; use a new key for a new scene",
+            ));
+        }
+    };
+    if let Some(wait) = wait {
+        wait_for(api, &scene_id, wait).await?;
+    }
+    let scene = find(api, &scene_id).await?;
+    let status = if scene.state == SceneState::Pending { StatusCode::ACCEPTED } else { StatusCode::OK };
+    // Without `Prefer` the answer is always 202: the same request gets the same answer.
+    let status = if wait.is_some() { status } else { StatusCode::ACCEPTED };
+    let location = format!("/scenes/{scene_id}");
+    let job = latest_job(api, &scene_id).await?;
+    let mut response = (status, Json(SceneView::new(scene, job))).into_response();
+    if let Ok(location) = HeaderValue::from_str(&location) {
+        response.headers_mut().insert(header::LOCATION, location);
+    }
+    if let Some(wait) = wait
+        && let Ok(applied) = HeaderValue::from_str(&format!("wait={}", wait.as_secs()))
+    {
+        response.headers_mut().insert("preference-applied", applied);
+    }
+    Ok(response)
+}
+
+/// 429 with the time after which there may be room.
+fn queue_full(full: QueueFull) -> Response {
+    let detail = format!(
+        "{} jobs wait in the queue, and no more may; send the request again in {} seconds",
+        full.limit, full.retry_after_secs
+    );
+    let mut response = Problem::new(ProblemType::TooManyRequests, "queue_full", detail).into_response();
+    response.headers_mut().insert(header::RETRY_AFTER, HeaderValue::from(full.retry_after_secs));
+    response
+}
+
+fn idempotency_key(headers: &HeaderMap) -> Result<Option<String>, Problem> {
+    let Some(key) = headers.get("idempotency-key") else { return Ok(None) };
+    let key = key.to_str().ok().filter(|key| {
+        (1..=255).contains(&key.len()) && key.bytes().all(|byte| (0x21..=0x7e).contains(&byte))
+    });
+    key.map(|key| Some(key.to_owned())).ok_or_else(|| {
+        Problem::new(
+            ProblemType::MalformedRequest,
+            "invalid_idempotency_key",
+            "Idempotency-Key has 1 to 255 visible ASCII characters, such as a UUID",
+        )
+    })
+}
+
+/// `Prefer: wait=N`; what cannot be understood is ignored, as preferences are.
+fn preferred_wait(headers: &HeaderMap, max_secs: u64) -> Option<Duration> {
+    let preferences = headers.get_all("prefer").into_iter().filter_map(|value| value.to_str().ok());
+    preferences
+        .flat_map(|value| value.split(','))
+        .find_map(|preference| preference.trim().strip_prefix("wait=")?.trim().parse::<u64>().ok())
+        .map(|seconds| Duration::from_secs(seconds.min(max_secs)))
+}
+
+/// Returns when the scene is no longer pending, or after `wait`, or when the process is to end.
+async fn wait_for(api: &Api, scene_id: &SceneId, wait: Duration) -> Result<(), Problem> {
+    let deadline = tokio::time::Instant::now() + wait;
+    let mut changes = api.store.changes();
+    loop {
+        let scene = api.store.scene(&DEFAULT_TENANT, scene_id).await?;
+        if scene.is_none_or(|scene| scene.state != SceneState::Pending) {
+            return Ok(());
+        }
+        tokio::select! {
+            () = tokio::time::sleep_until(deadline) => return Ok(()),
+            () = api.shutdown.cancelled() => return Ok(()),
+            _ = changes.changed() => {}
+        }
+    }
+}

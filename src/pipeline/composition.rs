@@ -1,0 +1,110 @@
+//! A finished scene as the stages know it: what the certificate is made from, and what an edit starts from.
+//!
+//! The bundle holds it as `composition.json` with the convex hulls; meshes are the bundle's own `glb/<name>.glb`. So a
+//! scene can be edited wherever its bundle is.
+
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use super::checkpoint::ArtifactRef;
+use super::resolve::ResolvedBody;
+use super::{place, rotate};
+use export::BundleFile;
+use export::ExportError;
+use geometry::decompose::HullFit;
+use geometry::repair::Repair;
+use geometry::{ConvexHull, Outline};
+use scene::certificate::ResolveFinding;
+use scene::edit::EditAccount;
+use scene::text_account::TextAccount;
+use scene::{InstanceMask, Provenance, Recognition, ReconstructionMethod, SupportTree, Supporter};
+
+/// Path of the stored composition in a bundle.
+pub const PATH: &str = "composition.json";
+
+/// Everything that is known of a scene, but its name and the settings it is measured with.
+#[derive(Clone, Serialize, Deserialize)]
+pub struct Composition {
+    /// The reference image.
+    pub image: ArtifactRef,
+    pub recognition: Arc<Recognition>,
+    pub masks: Vec<InstanceMask>,
+    /// The table first.
+    pub bodies: Vec<BodyParts>,
+    /// Of the bodies after the table.
+    pub supports: SupportTree,
+    pub table: place::PlacedTable,
+    /// Of the objects, in order.
+    pub yaws: Vec<rotate::Output>,
+    /// How their meshes were made.
+    pub methods: Vec<ReconstructionMethod>,
+    /// The table from above as the layout saw it; drawn on the sheet of an image.
+    pub top_view: ArtifactRef,
+    /// Standard error of the scene's scale, as a share of it, where the objects voted on it.
+    pub scale_error: Option<f64>,
+    pub resolve: ResolveFinding,
+    pub account: Option<TextAccount>,
+    /// What an edit did; `None` for a scene that was made from a text or an image.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub edit: Option<EditAccount>,
+}
+
+/// One body with everything the stages found out about it.
+#[derive(Clone, Serialize, Deserialize)]
+pub struct BodyParts {
+    pub resolved: ResolvedBody,
+    pub mesh: ArtifactRef,
+    /// The mesh alone, drawn before it was rescaled, which no image of it shows; without one it is drawn anew.
+    pub thumbnail: Option<ArtifactRef>,
+    pub hulls: ArtifactRef,
+    /// Largest distance by which a hull sticks out of the mesh, meters.
+    pub hull_excess_m: f64,
+    pub hull_fit: HullFit,
+    pub repair: Repair,
+    pub scale: f64,
+    pub symmetry_order: u32,
+    pub provenance: Provenance,
+}
+
+impl Composition {
+    /// Edge of the table's top.
+    pub fn outline(&self) -> &Outline {
+        &self.table.outline_m
+    }
+
+    /// The name of the supporting body.
+    pub fn name_of(&self, supporter: Supporter) -> &str {
+        let body = supporter.parent.map_or(0, |parent| parent + 1);
+        &self.bodies[body].resolved.name
+    }
+}
+
+/// `composition.json`.
+#[derive(Serialize, Deserialize)]
+pub struct StoredComposition {
+    /// [`StoredComposition::FORMAT`].
+    pub format: String,
+    pub composition: Composition,
+    /// Of each body, in its frame, meters.
+    pub hulls: Vec<Vec<ConvexHull>>,
+}
+
+impl StoredComposition {
+    /// Raised when a stored composition is read otherwise.
+    pub const FORMAT: &str = "tabletopgen-composition/1";
+
+    /// The file of a bundle. `composition` has its bodies in the frames of the bundle, where no object is tipped.
+    ///
+    /// # Errors
+    ///
+    /// [`ExportError::Json`] for a number that JSON does not have.
+    pub fn file(composition: &Composition, hulls: Vec<Vec<ConvexHull>>) -> Result<BundleFile, ExportError> {
+        let mut composition = composition.clone();
+        let mut recognition = (*composition.recognition).clone();
+        recognition.objects.iter_mut().for_each(|object| object.tipped = None);
+        composition.recognition = Arc::new(recognition);
+        let stored = Self { format: Self::FORMAT.to_owned(), composition, hulls };
+        Ok(BundleFile::new(PATH, serde_json::to_vec(&stored)?, "composition", "application/json"))
+    }
+}

@@ -1,0 +1,94 @@
+//! An edit: a scene from a finished one and operations on it.
+//!
+//! The stage `parent` unpacks the parent's bundle. Objects that operations add are made by the ordinary stages, from a
+//! text that names only them; meshes, hulls and paid calls of all other objects are the parent's. The stage `edit`
+//! carries the operations out, and the result is certified and written like every scene.
+
+pub mod parent;
+mod additions;
+mod apply;
+mod draft;
+mod operations;
+pub mod predict;
+mod recolor;
+mod view;
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+pub use predict::{Prediction, predict};
+
+use super::certify::{self, SceneIdentity};
+use super::checkpoint::Checkpoints;
+use super::error::StageError;
+use super::resources::StageResources;
+use super::{Settings, bundle};
+use scene::{EditOperation, Input, SceneRequest};
+use store::Digest;
+use store::artifacts::BuiltScene;
+
+/// The stages of an edit in order. Those between `parent` and `edit` run for added objects only, `theme` for
+/// clutter.
+pub const STAGES: [&str; 14] = [
+    "parent",
+    "theme",
+    "reference",
+    "recognize",
+    "segment",
+    "complete",
+    "reconstruct",
+    "canonicalize",
+    "decompose",
+    "refine_camera",
+    "rotate",
+    "edit",
+    "certify",
+    "bundle",
+];
+
+/// Builds the scene of a request for an edit.
+///
+/// # Errors
+///
+/// The error of the first stage that fails. `edit_refused` names the operation and the reason; nothing is written then.
+pub async fn edit_scene(
+    request: SceneRequest,
+    checkpoints: Checkpoints,
+    services: StageResources,
+    settings: Arc<Settings>,
+) -> Result<BuiltScene, StageError> {
+    let Input::Edit { parent: parent_id, bundle_sha256, operations, .. } = request.input.clone() else {
+        return Err(StageError::permanent("no_edit", "editing: the request is not for an edit"));
+    };
+    let request = request.without_budget();
+    let ports = services.ports.clone();
+    let identity = SceneIdentity::new(&request, &ports, &settings)?;
+    let stages = checkpoints.for_stages(&STAGES, Arc::new(services));
+
+    let bundle = Digest::parse(&bundle_sha256).map_err(|error| {
+        StageError::permanent("parent_unreadable", format!("reading the parent: {error}"))
+    })?;
+    let parent = stages.run(parent::STAGE, parent::Inputs { bundle }, parent::run).await?;
+
+    let additions = additions::make(&request, &operations, &parent, &stages, &settings).await?;
+
+    let inputs =
+        apply::Inputs::new(parent_id, parent, operations, additions, request.seed, &ports, &settings);
+    let composition = stages.run(apply::STAGE, inputs, apply::run).await?;
+
+    let gpu = stages.services().gpu_name().await;
+    let inputs = certify::Inputs::of(identity, composition, &ports, &settings, gpu);
+    let certified = stages.run(certify::STAGE, inputs, certify::run).await?;
+
+    let bundle = stages.run(bundle::STAGE, bundle::Inputs { certified }, bundle::run).await?;
+    Ok(bundle.into_rows())
+}
+
+/// Objects made for the operations that need new ones, by index of the operation.
+type Additions = BTreeMap<usize, Vec<additions::NewObject>>;
+
+/// Why an operation is not carried out.
+fn refused(index: usize, operation: &EditOperation, why: impl std::fmt::Display) -> StageError {
+    let message = format!("operation {} ({}): {why}; nothing was changed", index + 1, operation.name());
+    StageError::permanent("edit_refused", message)
+}

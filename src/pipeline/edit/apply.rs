@@ -1,0 +1,189 @@
+//! The stage `edit`: the operations, carried out in order on the parent scene.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use serde::Serialize;
+
+use super::draft::{Draft, load as load_geometry};
+use super::operations::{NewTable, OperationInputs, carry_out, color_named, known_material};
+use super::{Additions, refused, view};
+use crate::pipeline::checkpoint::Stage;
+use crate::pipeline::composition::Composition;
+use crate::pipeline::error::StageError;
+use crate::pipeline::preview::PreviewSettings;
+use crate::pipeline::resolve::{Loaded, load};
+use crate::pipeline::{Context, Settings, artifact_io};
+use editing::RestSettings;
+use physics::{CertifySettings, SettleSettings};
+use ports::{Adapter, Ports};
+use render::RenderSettings;
+use runtime::seed::child_seed;
+use scene::EditOperation;
+use scene::edit::{EditAccount, OperationResult};
+
+pub const STAGE: Stage = Stage { name: "edit", version: 1 };
+
+#[derive(Serialize)]
+pub struct Inputs {
+    /// Id of the parent in its `scene.json`.
+    parent_id: String,
+    parent: Composition,
+    operations: Vec<EditOperation>,
+    additions: Additions,
+    seed: u64,
+    settle: SettleSettings,
+    certify: CertifySettings,
+    render: RenderSettings,
+    preview: PreviewSettings,
+    mesh_generator: Adapter,
+}
+
+impl Inputs {
+    pub fn new(
+        parent_id: String,
+        parent: Composition,
+        operations: Vec<EditOperation>,
+        additions: Additions,
+        seed: u64,
+        ports: &Ports,
+        settings: &Settings,
+    ) -> Self {
+        Self {
+            parent_id,
+            parent,
+            operations,
+            additions,
+            seed,
+            settle: settings.settle.clone(),
+            certify: settings.certify.clone(),
+            render: settings.render.clone(),
+            preview: settings.preview.clone(),
+            mesh_generator: ports.mesh_generator.adapter(),
+        }
+    }
+}
+
+pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Composition, StageError> {
+    let bodies = &inputs.parent.bodies;
+    let parts = bodies.iter().map(|body| load(&context, &body.resolved.name, &body.mesh, &body.hulls));
+    let loaded: Vec<Loaded> = futures::future::try_join_all(parts).await?;
+    let mut additions: BTreeMap<usize, Vec<Loaded>> = BTreeMap::new();
+    for (index, objects) in &inputs.additions {
+        let parts = objects
+            .iter()
+            .map(|new| load(&context, new.recognized.id.as_str(), &new.canonical.mesh, &new.hulls.hulls));
+        additions.insert(*index, futures::future::try_join_all(parts).await?);
+    }
+    let tables = tables(&context, &inputs).await?;
+
+    let (given, cancel) = (inputs.clone(), context.cancel().clone());
+    let edited = context.cpu(move || carry_out_all(&given, loaded, additions, tables, cancel)).await??;
+    let Edited { mut composition, loaded, changed } = edited;
+    for (body, geometry) in composition.bodies.iter_mut().zip(&loaded) {
+        let name = body.resolved.name.clone();
+        if changed.contains(&name) {
+            body.mesh =
+                artifact_io::put_mesh(&context, &format!("{name}.glb"), (*geometry.mesh).clone()).await?;
+            body.hulls = context.put_json(&format!("{name}_hulls.json"), &geometry.hulls).await?;
+            (body.resolved.mesh, body.resolved.hulls) = (body.mesh.clone(), body.hulls.clone());
+        }
+    }
+    (composition.table.mesh, composition.table.hulls) =
+        (composition.bodies[0].mesh.clone(), composition.bodies[0].hulls.clone());
+
+    let given = inputs.clone();
+    let (composition, image, masks) = context
+        .cpu(move || {
+            let rendered = view::rendered(&composition, &loaded, &given.render, &given.preview);
+            rendered.map(|(image, masks)| (composition, image, masks))
+        })
+        .await?
+        .map_err(|error| {
+            StageError::transient("gpu_failed", format!("rendering the edited scene: {error}"))
+        })?;
+    let mut composition = composition;
+    composition.image = artifact_io::put_image(&context, "reference.png", image).await?;
+    composition.masks = masks;
+    context.put_json("account.json", &composition.edit).await?;
+    Ok(composition)
+}
+
+/// Tables with another color or material, by index of the operation.
+async fn tables(context: &Context, inputs: &Inputs) -> Result<BTreeMap<usize, NewTable>, StageError> {
+    let mut tables = BTreeMap::new();
+    let mut recognized = inputs.parent.recognition.table.clone();
+    for (index, operation) in inputs.operations.iter().enumerate() {
+        let EditOperation::RestyleTable { material, color } = operation else { continue };
+        let refuse = |why: String| refused(index, operation, why);
+        let color = color.as_deref().map(color_named).transpose().map_err(refuse)?;
+        if let Some(material) = material {
+            known_material(material).map_err(refuse)?;
+        }
+        recognized.color = color.or(recognized.color);
+        recognized.material = material.clone().or(recognized.material);
+        let generator = &context.services().ports.mesh_generator;
+        let raw = generator.table(&context.call(), recognized.clone()).await?;
+        let same = raw.outline_m == inputs.parent.table.outline_m;
+        if !same {
+            let why = "this table cannot be made again with the same top; its color stays".to_owned();
+            return Err(refuse(why));
+        }
+        let hulls = artifact_io::hulls(context, &inputs.parent.bodies[0].hulls).await?;
+        let loaded = context.cpu(move || load_geometry(raw.mesh, hulls)).await?.map_err(refuse)?;
+        tables.insert(index, NewTable { loaded, material: recognized.material.clone(), color });
+    }
+    Ok(tables)
+}
+
+struct Edited {
+    composition: Composition,
+    loaded: Vec<Loaded>,
+    /// Names of the bodies with other geometry.
+    changed: std::collections::BTreeSet<String>,
+}
+
+fn carry_out_all(
+    inputs: &Inputs,
+    loaded: Vec<Loaded>,
+    mut additions: BTreeMap<usize, Vec<Loaded>>,
+    mut tables: BTreeMap<usize, NewTable>,
+    cancel: runtime::CancelFlag,
+) -> Result<Edited, StageError> {
+    let rest = RestSettings { settle: &inputs.settle, certify: &inputs.certify };
+    let unusable =
+        |why: String| StageError::permanent("no_collision_geometry", format!("editing the parent: {why}"));
+    let mut draft = Draft::new(inputs.parent.clone(), loaded, rest, cancel.clone()).map_err(unusable)?;
+    let mut results: Vec<OperationResult> = Vec::with_capacity(inputs.operations.len());
+    for (index, operation) in inputs.operations.iter().enumerate() {
+        cancel.check()?;
+        let new = inputs.additions.get(&index).into_iter().flatten();
+        let given = OperationInputs {
+            additions: new.zip(additions.remove(&index).into_iter().flatten()).collect(),
+            table: tables.remove(&index),
+            seed: child_seed(inputs.seed, &format!("edit {index}")),
+        };
+        let done = carry_out(&mut draft, operation, given);
+        // A cancelled simulation is no refusal.
+        cancel.check()?;
+        results.push(done.map_err(|why| refused(index, operation, why))?);
+    }
+    let settled = draft.settle_containers();
+    cancel.check()?;
+    settled.map_err(|why| {
+        StageError::permanent("edit_refused", format!("after all operations {why}; nothing was changed"))
+    })?;
+    let (mut composition, loaded, changed, moved) = draft.finish();
+    composition.edit = Some(EditAccount { parent: inputs.parent_id.clone(), operations: results, moved });
+    composition.resolve = scene::certificate::ResolveFinding {
+        rounds: 1,
+        log: composition
+            .edit
+            .iter()
+            .flat_map(|edit| &edit.operations)
+            .map(|done| done.sentence.clone())
+            .collect(),
+        gave_way: Vec::new(),
+    };
+    Ok(Edited { composition, loaded, changed })
+}

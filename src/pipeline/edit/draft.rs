@@ -1,0 +1,320 @@
+//! The scene while operations are carried out on it.
+
+mod finish;
+mod rest;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use glam::DVec2;
+
+use super::additions::NewObject;
+use super::recolor;
+use crate::pipeline::composition::{BodyParts, Composition};
+use crate::pipeline::resolve::{Loaded, ResolvedBody, body};
+use catalog::physical_properties;
+use editing::workspace::{Workspace, WorkspaceObject};
+use editing::{EditableObject, RestSettings};
+use geometry::Pose;
+use geometry::solid_query::MeshSolid;
+use runtime::CancelFlag;
+use scene::{InstanceId, Provenance, ReconstructionMethod, Supporter};
+
+/// Bodies, their geometry, and the same as a workspace; lists of objects have the same order, and bodies have the
+/// table first.
+pub(super) struct Draft<'a> {
+    pub composition: Composition,
+    pub loaded: Vec<Loaded>,
+    pub workspace: Workspace,
+    pub rest: RestSettings<'a>,
+    pub cancel: CancelFlag,
+    /// Of the parent, by name.
+    parent_poses: BTreeMap<String, Pose>,
+    /// Objects that operations name, which may move.
+    named: BTreeSet<String>,
+    /// Why other objects moved.
+    causes: BTreeMap<String, String>,
+    /// Bodies whose mesh or hulls are new.
+    changed: BTreeSet<String>,
+    /// Names of the objects that operations added, in order.
+    added: Vec<String>,
+}
+
+impl<'a> Draft<'a> {
+    /// The parent as a draft.
+    ///
+    /// # Errors
+    ///
+    /// A sentence that names the body whose hulls cannot be used.
+    pub fn new(
+        composition: Composition,
+        loaded: Vec<Loaded>,
+        rest: RestSettings<'a>,
+        cancel: CancelFlag,
+    ) -> Result<Self, String> {
+        let mut objects = Vec::with_capacity(loaded.len());
+        for (index, (geometry, parts)) in loaded.iter().zip(&composition.bodies).enumerate() {
+            let supporter = index
+                .checked_sub(1)
+                .map_or(Supporter::TABLE, |object| composition.supports.supporter(object));
+            objects.push(workspace_object(geometry, &parts.resolved, supporter, index == 0)?);
+        }
+        let table = objects.remove(0);
+        let parent_poses = composition
+            .bodies
+            .iter()
+            .map(|parts| (parts.resolved.name.clone(), parts.resolved.settled))
+            .collect();
+        Ok(Self {
+            workspace: Workspace { outline: composition.outline().clone(), table, objects },
+            composition,
+            loaded,
+            rest,
+            cancel,
+            parent_poses,
+            named: BTreeSet::new(),
+            causes: BTreeMap::new(),
+            changed: BTreeSet::new(),
+            added: Vec::new(),
+        })
+    }
+
+    pub fn len(&self) -> usize {
+        self.workspace.objects.len()
+    }
+
+    pub fn name(&self, object: usize) -> &str {
+        &self.workspace.objects[object].body.name
+    }
+
+    pub fn id(&self, object: usize) -> InstanceId {
+        self.composition.recognition.objects[object].id.clone()
+    }
+
+    pub fn parts(&mut self, object: usize) -> &mut BodyParts {
+        &mut self.composition.bodies[object + 1]
+    }
+
+    pub fn pose(&self, object: usize) -> Pose {
+        self.workspace.objects[object].body.world_from_object
+    }
+
+    pub fn supporter(&self, object: usize) -> Supporter {
+        self.workspace.objects[object].supporter
+    }
+
+    /// Center of the footprint.
+    pub fn center_m(&self, object: usize) -> DVec2 {
+        self.workspace.objects[object].footprint().center()
+    }
+
+    /// Indices of the objects that operations added, the latest last.
+    pub fn newest(&self) -> Vec<usize> {
+        let position = |name: &String| (0..self.len()).find(|object| self.name(*object) == name);
+        self.added.iter().filter_map(position).collect()
+    }
+
+    /// Objects that rest directly on or in another one.
+    pub fn load(&self, object: usize) -> Vec<usize> {
+        (0..self.len()).filter(|other| self.supporter(*other).parent == Some(object)).collect()
+    }
+
+    /// Notes that an operation names an object.
+    pub fn is_named(&mut self, object: usize) {
+        let name = self.name(object).to_owned();
+        self.named.insert(name);
+    }
+
+    /// Notes why objects that no operation names may move.
+    pub fn may_move(&mut self, objects: &[usize], cause: &str) {
+        for &object in objects {
+            let name = self.name(object).to_owned();
+            self.causes.entry(name).or_insert_with(|| cause.to_owned());
+        }
+    }
+
+    /// The objects as phrases find them.
+    pub fn editable(&self) -> Vec<EditableObject> {
+        let recognized = &self.composition.recognition.objects;
+        recognized
+            .iter()
+            .zip(&self.workspace.objects)
+            .zip(&self.loaded[1..])
+            .map(|((recognized, object), geometry)| EditableObject {
+                name: recognized.id.clone(),
+                label: recognized.label.clone(),
+                category: recognized.category.clone(),
+                color: recolor::main_color(&geometry.mesh),
+                material: recognized.material.clone(),
+                size_m: geometry.mesh.size_m(),
+                footprint: object.footprint(),
+                supporter: object.supporter,
+            })
+            .collect()
+    }
+
+    /// Adds an object that has no place yet; its index.
+    ///
+    /// # Errors
+    ///
+    /// What is wrong with its mesh, in words.
+    pub fn add(&mut self, new: &NewObject, loaded: Loaded) -> Result<usize, String> {
+        let id = self.free_name(&new.recognized.id);
+        let physical =
+            physical_properties(&loaded.mesh, &new.recognized.category, new.recognized.material.as_deref())
+                .map_err(|error| error.to_string())?;
+        let mut physical = physical;
+        if let Some(mass_kg) = new.recognized.mass_kg {
+            physical.mass = physical.mass.with_mass(mass_kg);
+        }
+        let resolved = ResolvedBody {
+            name: id.to_string(),
+            mesh: new.canonical.mesh.clone(),
+            hulls: new.hulls.hulls.clone(),
+            scale: 1.0,
+            aligned: Pose::IDENTITY,
+            planned: Pose::IDENTITY,
+            settled: Pose::IDENTITY,
+            displacement_m: 0.0,
+            rotation_rad: 0.0,
+            physical,
+        };
+        let mut object = workspace_object(&loaded, &resolved, Supporter::TABLE, false)?;
+        object.is_placed = false;
+        self.workspace.objects.push(object);
+        self.loaded.push(loaded);
+        self.composition.bodies.push(BodyParts {
+            mesh: resolved.mesh.clone(),
+            hulls: resolved.hulls.clone(),
+            resolved,
+            thumbnail: Some(new.canonical.image.clone()),
+            hull_excess_m: new.hulls.max_excess_m,
+            hull_fit: new.hulls.fit,
+            repair: new.hulls.repair,
+            scale: 1.0,
+            symmetry_order: new.yaw.symmetry_order,
+            provenance: Provenance {
+                mesh_by: new.raw.made_by.clone(),
+                licence: new.raw.licence.clone(),
+                notes: new.raw.notes.clone(),
+            },
+        });
+        self.composition.yaws.push(new.yaw.clone());
+        self.composition.methods.push(new.raw.method.unwrap_or(ReconstructionMethod::Generated));
+        let mut recognized = new.recognized.clone();
+        recognized.id = id;
+        // An edit places upright objects; the pose of a tipped one is that of its mesh.
+        recognized.tipped = None;
+        Arc::make_mut(&mut self.composition.recognition).objects.push(recognized);
+        let object = self.len() - 1;
+        self.is_named(object);
+        self.added.push(self.name(object).to_owned());
+        Ok(object)
+    }
+
+    /// The name with the next number that no object of this scene or of its parent has.
+    fn free_name(&self, made: &InstanceId) -> InstanceId {
+        let stem = made.as_str().trim_end_matches(|c: char| c.is_ascii_digit()).trim_end_matches('_');
+        let taken = |name: &str| {
+            self.parent_poses.contains_key(name)
+                || self.workspace.objects.iter().any(|object| object.body.name == name)
+        };
+        (1..)
+            .map(|number| InstanceId::numbered(stem, number))
+            .find(|name| !taken(name.as_str()))
+            .unwrap_or_else(|| made.clone())
+    }
+
+    /// Removes an object; the indices of what rested on or in it, as they are afterward.
+    pub fn remove(&mut self, object: usize) -> Vec<usize> {
+        let loose = self.workspace.remove(object);
+        self.loaded.remove(object + 1);
+        self.composition.bodies.remove(object + 1);
+        self.composition.yaws.remove(object);
+        self.composition.methods.remove(object);
+        Arc::make_mut(&mut self.composition.recognition).objects.remove(object);
+        loose
+    }
+
+    /// Gives an object other geometry; its physical properties follow.
+    ///
+    /// # Errors
+    ///
+    /// What is wrong with the mesh, in words.
+    pub fn reshape(&mut self, object: usize, loaded: Loaded, factor: f64) -> Result<(), String> {
+        let recognized = &self.composition.recognition.objects[object];
+        let (category, material) = (recognized.category.clone(), recognized.material.clone());
+        let before = self.composition.bodies[object + 1].resolved.physical.mass.mass_kg;
+        let mut physical = physical_properties(&loaded.mesh, &category, material.as_deref())
+            .map_err(|error| error.to_string())?;
+        // What a text states, or what is in it, scales with the volume.
+        physical.mass = physical.mass.with_mass(before * factor.powi(3));
+        self.replace_geometry(object, loaded, physical)
+    }
+
+    /// Gives an object another mesh of the same shape.
+    pub fn repaint(&mut self, object: usize, loaded: Loaded, material: Option<&str>) -> Result<(), String> {
+        let category = self.composition.recognition.objects[object].category.clone();
+        let physical = match material {
+            None => self.composition.bodies[object + 1].resolved.physical,
+            Some(material) => physical_properties(&loaded.mesh, &category, Some(material))
+                .map_err(|error| error.to_string())?,
+        };
+        self.replace_geometry(object, loaded, physical)
+    }
+
+    fn replace_geometry(
+        &mut self,
+        object: usize,
+        loaded: Loaded,
+        physical: catalog::PhysicalProperties,
+    ) -> Result<(), String> {
+        let supporter = self.supporter(object);
+        let pose = self.pose(object);
+        let name = self.name(object).to_owned();
+        let parts = self.parts(object);
+        parts.resolved.physical = physical;
+        parts.resolved.settled = pose;
+        parts.thumbnail = None;
+        let resolved = parts.resolved.clone();
+        self.workspace.objects[object] = workspace_object(&loaded, &resolved, supporter, false)?;
+        self.loaded[object + 1] = loaded;
+        self.changed.insert(name);
+        Ok(())
+    }
+
+    /// Gives the table another mesh.
+    pub fn replace_table(&mut self, loaded: Loaded, material: Option<&str>) -> Result<(), String> {
+        let physical =
+            physical_properties(&loaded.mesh, "table", material).map_err(|error| error.to_string())?;
+        let parts = &mut self.composition.bodies[0];
+        parts.resolved.physical = physical;
+        let name = parts.resolved.name.clone();
+        self.workspace.table = workspace_object(&loaded, &parts.resolved, Supporter::TABLE, true)?;
+        self.loaded[0] = loaded;
+        self.changed.insert(name);
+        Ok(())
+    }
+}
+
+fn workspace_object(
+    geometry: &Loaded,
+    resolved: &ResolvedBody,
+    supporter: Supporter,
+    fixed: bool,
+) -> Result<WorkspaceObject, String> {
+    let body = body(&resolved.name, geometry, resolved.settled, &resolved.physical, fixed);
+    WorkspaceObject::new(body, geometry.solid.clone(), supporter, true)
+        .map_err(|error| format!("{}: {error}", resolved.name))
+}
+
+/// Mesh, solid and hulls of other geometry.
+///
+/// # Errors
+///
+/// What is wrong with the mesh, in words.
+pub(super) fn load(mesh: geometry::TexturedMesh, hulls: Vec<geometry::ConvexHull>) -> Result<Loaded, String> {
+    let mesh = mesh.snap_to_f32();
+    let solid = MeshSolid::new(&mesh).map_err(|error| error.to_string())?;
+    Ok(Loaded { mesh: Arc::new(mesh), solid: Arc::new(solid), hulls })
+}

@@ -1,0 +1,117 @@
+//! How objects of a draft find a place and come to rest.
+
+use super::Draft;
+use editing::PlaceQuery;
+use geometry::Pose;
+use scene::{RelationKind, SupportRelation, Supporter};
+
+impl Draft<'_> {
+    /// The surface that carries an object, within a distance of the object's place.
+    pub fn near_by(&self, object: usize, within_m: f64) -> PlaceQuery {
+        let supporter = self.supporter(object);
+        let relation = supporter.parent.map(|_| match supporter.relation {
+            SupportRelation::On => RelationKind::On,
+            SupportRelation::In => RelationKind::In,
+        });
+        PlaceQuery {
+            relation,
+            target: supporter.parent,
+            near_m: Some(self.center_m(object)),
+            within_m: Some(within_m),
+            usual_yaw_rad: self.pose(object).yaw_rad().unwrap_or(0.0),
+            ..PlaceQuery::default()
+        }
+    }
+
+    /// Lets everything in containers come to rest together where one of the contents has moved: each was put down while
+    /// the others were fixed.
+    ///
+    /// # Errors
+    ///
+    /// What does not come to rest, in words.
+    pub fn settle_containers(&mut self) -> Result<(), String> {
+        for container in 0..self.len() {
+            let contents: Vec<usize> = self
+                .load(container)
+                .into_iter()
+                .filter(|object| self.supporter(*object).relation == SupportRelation::In)
+                .collect();
+            let has_moved =
+                |object: &usize| self.parent_poses.get(self.name(*object)) != Some(&self.pose(*object));
+            if contents.len() < 2 || !contents.iter().any(has_moved) {
+                continue;
+            }
+            let moving: Vec<usize> =
+                contents.iter().flat_map(|object| self.workspace.branch(*object)).collect();
+            let cause = format!("it lies in {} with an object that moved", self.name(container));
+            let mut settled = self.workspace.clone();
+            settled
+                .come_to_rest(&moving, self.rest, &self.cancel)
+                .map_err(|fault| format!("the contents of {} do not stay: {fault}", self.name(container)))?;
+            self.workspace = settled;
+            self.may_move(&moving, &cause);
+        }
+        Ok(())
+    }
+
+    /// Searches a place for an object and lets it come to rest there, with what rests on it.
+    ///
+    /// # Errors
+    ///
+    /// Why there is no place, in words.
+    pub fn find_and_rest(&mut self, object: usize, query: &PlaceQuery) -> Result<(), String> {
+        let candidates = self.workspace.places(object, query).map_err(|error| error.to_string())?;
+        let mut fault = None;
+        for candidate in candidates {
+            self.cancel.check().map_err(|error| error.to_string())?;
+            match self.workspace.put_down(object, &candidate, self.rest, &self.cancel) {
+                Ok(()) => return Ok(()),
+                Err(error) => fault = Some(error),
+            }
+        }
+        let place = self.workspace.place_in_words(query);
+        let why = fault.map_or_else(String::new, |fault| format!(": {fault}"));
+        Err(format!("{} does not stay {place}{why}", self.name(object)))
+    }
+
+    /// Lets an object come to rest straight below or above a pose.
+    ///
+    /// # Errors
+    ///
+    /// Why it may not be there, in words.
+    pub fn rest_at(&mut self, object: usize, pose: Pose, supporter: Supporter) -> Result<(), String> {
+        let candidate =
+            self.workspace.place_at(object, pose, supporter).map_err(|error| error.to_string())?;
+        self.workspace
+            .put_down(object, &candidate, self.rest, &self.cancel)
+            .map_err(|fault| format!("{} does not stay there: {fault}", self.name(object)))
+    }
+
+    /// Lets objects come to rest again on or in what carries them now: where they are, or else near.
+    ///
+    /// # Errors
+    ///
+    /// Why there is no room for one of them, in words.
+    pub fn rest_again(&mut self, objects: &[(usize, Supporter)], cause: &str) -> Result<(), String> {
+        for &(object, supporter) in objects {
+            self.may_move(&self.workspace.branch(object), cause);
+            let mut anchored = self.workspace.objects[object].clone();
+            anchored.is_placed = true;
+            anchored.supporter = supporter;
+            self.workspace.objects[object] = anchored;
+            let pose = self.pose(object);
+            let is_container = supporter.relation == SupportRelation::In && supporter.parent.is_some();
+            if !is_container && self.rest_at(object, pose, supporter).is_ok() {
+                continue;
+            }
+            let query = PlaceQuery { within_m: None, ..self.near_by(object, 0.0) };
+            let found = self.find_and_rest(object, &query);
+            let anywhere = PlaceQuery { relation: None, target: None, ..query };
+            match found {
+                Err(_) if supporter.parent.is_some() => self.find_and_rest(object, &anywhere)?,
+                found => found?,
+            }
+        }
+        Ok(())
+    }
+}

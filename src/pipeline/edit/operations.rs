@@ -1,0 +1,371 @@
+//! The operations: each changes a draft, or says why it cannot.
+
+mod appearance;
+mod shape;
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use glam::DVec2;
+
+pub(super) use appearance::{color_named, known_material};
+use appearance::{recolor, relabel, restyle_table};
+use shape::{resize, rotate};
+
+use super::additions::NewObject;
+use super::draft::Draft;
+use crate::pipeline::resolve::Loaded;
+use editing::PlaceQuery;
+use editing::place::nearest_right_angle_rad;
+use editing::references::{self, ReferenceError};
+use geometry::pose::wrap_angle_rad;
+use runtime::seed::child_seed;
+use scene::edit::OperationResult;
+use scene::predicates::POSITION_TOLERANCE_M;
+use scene::{EditOperation, EditPlace, InstanceId, RelationKind, SupportRelation, Supporter};
+
+/// What an operation is given besides the draft.
+pub(super) struct OperationInputs<'a> {
+    /// Made for this operation, with their geometry.
+    pub additions: Vec<(&'a NewObject, Loaded)>,
+    /// The table that a change of its appearance needs.
+    pub table: Option<NewTable>,
+    pub seed: u64,
+}
+
+/// A table with another appearance.
+pub(super) struct NewTable {
+    pub loaded: Loaded,
+    pub material: Option<String>,
+    pub color: Option<geometry::Rgb>,
+}
+
+/// Carries one operation out.
+///
+/// # Errors
+///
+/// Why it is refused, in words.
+pub(super) fn carry_out(
+    draft: &mut Draft,
+    operation: &EditOperation,
+    given: OperationInputs,
+) -> Result<OperationResult, String> {
+    let (objects, sentence) = match operation {
+        EditOperation::Add { place, .. } => add(draft, place.as_ref(), given)?,
+        EditOperation::Clutter { .. } => clutter(draft, given)?,
+        EditOperation::Remove { target, with_contents } => remove(draft, target, *with_contents)?,
+        EditOperation::Replace { target, .. } => replace(draft, target, given)?,
+        EditOperation::Move { target, place } => move_to(draft, target, place)?,
+        EditOperation::Rotate { target, by_rad, to_rad, facing } => {
+            rotate(draft, target, *by_rad, *to_rad, facing.as_deref())?
+        }
+        EditOperation::Resize { target, factor } => resize(draft, target, *factor)?,
+        EditOperation::Recolor { target, color, material } => {
+            recolor(draft, target, color.as_deref(), material.as_deref())?
+        }
+        EditOperation::Relabel { target, label } => relabel(draft, target, label)?,
+        EditOperation::RestyleTable { .. } => restyle_table(draft, given)?,
+        EditOperation::Stack { targets } => stack(draft, targets)?,
+        EditOperation::Tidy => tidy(draft)?,
+    };
+    Ok(OperationResult { op: operation.name().to_owned(), objects, sentence })
+}
+
+type Done = Result<(Vec<InstanceId>, String), String>;
+
+fn one(draft: &Draft, phrase: &str) -> Result<usize, String> {
+    if is_table(phrase) {
+        return Err(
+            "the table cannot be moved, removed, replaced or resized; restyle_table changes its appearance"
+                .into(),
+        );
+    }
+    match several(draft, phrase)?[..] {
+        [object] => Ok(object),
+        ref candidates => Err(ReferenceError::Ambiguous {
+            phrase: phrase.trim().to_owned(),
+            candidates: ids(draft, candidates),
+        }
+        .to_string()),
+    }
+}
+
+fn several(draft: &Draft, phrase: &str) -> Result<Vec<usize>, String> {
+    if is_table(phrase) {
+        return Err("the table is none of the objects".into());
+    }
+    references::resolve_newest(&draft.editable(), phrase, &draft.newest()).map_err(|error| error.to_string())
+}
+
+fn is_table(phrase: &str) -> bool {
+    let phrase = phrase.trim().to_ascii_lowercase();
+    let bare = phrase.strip_prefix("the ").unwrap_or(&phrase);
+    matches!(bare, "table" | "desk" | "tabletop" | "table top" | "workbench" | "bench" | "counter")
+}
+
+fn names(draft: &Draft, objects: &[usize]) -> String {
+    let names: Vec<&str> = objects.iter().map(|object| draft.name(*object)).collect();
+    names.join(", ")
+}
+
+/// The place that an operation states, for an object.
+fn query(draft: &Draft, object: usize, place: &EditPlace) -> Result<PlaceQuery, String> {
+    let target = match place.target.as_deref() {
+        None => None,
+        Some(phrase) if is_table(phrase) => match place.relation {
+            Some(RelationKind::On) => None,
+            _ => return Err("a place relative to the table is one of its regions, or `on` it".into()),
+        },
+        Some(phrase) => Some(one(draft, phrase)?),
+    };
+    let second_target = place.second_target.as_deref().map(|phrase| one(draft, phrase)).transpose()?;
+    let branch = draft.workspace.branch(object);
+    for other in [target, second_target].into_iter().flatten() {
+        if other == object {
+            return Err(format!("{} cannot be placed relative to itself", draft.name(object)));
+        }
+        if branch.contains(&other) {
+            let (object, other) = (draft.name(object), draft.name(other));
+            return Err(format!("{other} rests on or in {object}, so {object} cannot go there"));
+        }
+    }
+    let relation = match (place.relation, target) {
+        (Some(RelationKind::On), None) => None,
+        (relation, _) => relation,
+    };
+    Ok(PlaceQuery {
+        relation,
+        target,
+        second_target,
+        distance_m: place.distance_m,
+        position_m: place.position_m,
+        yaw_rad: place.yaw_rad,
+        near_m: None,
+        within_m: None,
+        usual_yaw_rad: draft.pose(object).yaw_rad().unwrap_or(0.0),
+    })
+}
+
+fn put_all(draft: &mut Draft, given: OperationInputs) -> Result<Vec<usize>, String> {
+    given.additions.into_iter().map(|(new, loaded)| draft.add(new, loaded)).collect()
+}
+
+fn ids(draft: &Draft, objects: &[usize]) -> Vec<InstanceId> {
+    objects.iter().map(|object| draft.id(*object)).collect()
+}
+
+fn add(draft: &mut Draft, place: Option<&EditPlace>, given: OperationInputs) -> Done {
+    let added = put_all(draft, given)?;
+    let mut where_ = String::new();
+    for &object in &added {
+        let query = match place {
+            Some(place) => query(draft, object, place)?,
+            None => PlaceQuery::default(),
+        };
+        draft.find_and_rest(object, &query)?;
+        where_ = draft.workspace.place_in_words(&query);
+    }
+    Ok((ids(draft, &added), format!("added {} {where_}", names(draft, &added))))
+}
+
+fn clutter(draft: &mut Draft, given: OperationInputs) -> Done {
+    let seed = given.seed;
+    let (low, high) = draft.workspace.outline.bounds();
+    let added = put_all(draft, given)?;
+    for &object in &added {
+        let share = |axis: &str| unit(child_seed(seed, &format!("{axis} of {}", draft.name(object))));
+        let at = DVec2::new(share("x"), share("y"));
+        let query = PlaceQuery {
+            near_m: Some(low + at * (high - low)),
+            usual_yaw_rad: TAU * share("yaw"),
+            ..PlaceQuery::default()
+        };
+        draft.find_and_rest(object, &query)?;
+    }
+    Ok((ids(draft, &added), format!("added {}", names(draft, &added))))
+}
+
+/// A number in 0..1 from the upper bits of a seed.
+fn unit(seed: u64) -> f64 {
+    (seed >> 11) as f64 / (1_u64 << 53) as f64
+}
+
+fn remove(draft: &mut Draft, phrase: &str, with_contents: bool) -> Done {
+    let mut targets = several(draft, phrase)?;
+    if with_contents {
+        let all: Vec<usize> = targets.iter().flat_map(|target| draft.workspace.branch(*target)).collect();
+        targets.extend(all);
+    }
+    targets.sort_unstable();
+    targets.dedup();
+    let (removed, words) = (ids(draft, &targets), names(draft, &targets));
+    // From the top, so that what stands on another removed object does not fall first.
+    let order = draft.workspace.supports();
+    let mut left: Vec<InstanceId> = order
+        .order()
+        .iter()
+        .rev()
+        .filter(|object| targets.contains(object))
+        .map(|object| draft.id(*object))
+        .collect();
+    for id in left.drain(..) {
+        let Some(object) = (0..draft.len()).find(|object| draft.id(*object) == id) else { continue };
+        let loose = draft.remove(object);
+        let again: Vec<(usize, Supporter)> =
+            loose.iter().map(|&object| (object, draft.supporter(object))).collect();
+        draft.rest_again(&again, &format!("{id} was removed from below it"))?;
+    }
+    Ok((removed, format!("removed {words}")))
+}
+
+fn replace(draft: &mut Draft, phrase: &str, given: OperationInputs) -> Done {
+    let target = one(draft, phrase)?;
+    let (old_name, old_pose, supporter) =
+        (draft.name(target).to_owned(), draft.pose(target), draft.supporter(target));
+    let center_m = draft.center_m(target);
+    let load: Vec<(InstanceId, SupportRelation)> = draft
+        .load(target)
+        .into_iter()
+        .map(|object| (draft.id(object), draft.supporter(object).relation))
+        .collect();
+    // Until the new object stands, what rested on the old one is in nothing's way.
+    for object in draft.workspace.branch(target) {
+        draft.workspace.objects[object].is_placed = object == target;
+    }
+    let shift = |object: usize| object - usize::from(object > target);
+    draft.remove(target);
+    let supporter = Supporter { parent: supporter.parent.map(shift), relation: supporter.relation };
+    let added = put_all(draft, given)?;
+    let &[new] = added.as_slice() else { return Err("it needs exactly one new object".into()) };
+    let relation = supporter.parent.map(|_| match supporter.relation {
+        SupportRelation::On => RelationKind::On,
+        SupportRelation::In => RelationKind::In,
+    });
+    let query = PlaceQuery {
+        relation,
+        target: supporter.parent,
+        near_m: Some(center_m),
+        usual_yaw_rad: old_pose.yaw_rad().unwrap_or(0.0),
+        ..PlaceQuery::default()
+    };
+    draft.find_and_rest(new, &query)?;
+    let again: Vec<(usize, Supporter)> = load
+        .iter()
+        .filter_map(|(id, relation)| {
+            let object = (0..draft.len()).find(|object| draft.id(*object) == *id)?;
+            Some((object, Supporter { parent: Some(new), relation: *relation }))
+        })
+        .collect();
+    place_branches(draft, &again);
+    draft.rest_again(&again, &format!("{old_name} was replaced below it"))?;
+    Ok((ids(draft, &added), format!("replaced {old_name} by {}", draft.name(new))))
+}
+
+/// Objects and what rests on them are in the way again.
+fn place_branches(draft: &mut Draft, objects: &[(usize, Supporter)]) {
+    for &(object, _) in objects {
+        for member in draft.workspace.branch(object) {
+            draft.workspace.objects[member].is_placed = true;
+        }
+    }
+}
+
+fn move_to(draft: &mut Draft, phrase: &str, place: &EditPlace) -> Done {
+    let targets = several(draft, phrase)?;
+    let mut where_ = String::new();
+    for &target in &targets {
+        let query = query(draft, target, place)?;
+        draft.is_named(target);
+        let load = draft.workspace.branch(target);
+        draft.may_move(&load, &format!("it moves with {}", draft.name(target).to_owned()));
+        if let Some(offset_m) = place.offset_m {
+            let mut pose = draft.pose(target);
+            pose.translation_m += offset_m.extend(0.0);
+            let supporter = draft.supporter(target);
+            let wanted_m = draft.center_m(target) + offset_m;
+            if let Err(why) = draft.rest_at(target, pose, supporter) {
+                let query =
+                    PlaceQuery { near_m: Some(wanted_m), ..draft.near_by(target, POSITION_TOLERANCE_M) };
+                draft.find_and_rest(target, &query).map_err(|_| why)?;
+            }
+            "by the stated distance".clone_into(&mut where_);
+            continue;
+        }
+        draft.find_and_rest(target, &query)?;
+        where_ = draft.workspace.place_in_words(&query);
+    }
+    Ok((ids(draft, &targets), format!("moved {} {where_}", names(draft, &targets))))
+}
+
+fn stack(draft: &mut Draft, phrases: &[String]) -> Done {
+    let mut targets = match phrases {
+        [phrase] => {
+            let mut targets = several(draft, phrase)?;
+            let area_m2 = |object: &usize| {
+                let (low, high) = draft.workspace.objects[*object].footprint().bounds();
+                (high - low).element_product()
+            };
+            targets.sort_by(|a, b| area_m2(b).total_cmp(&area_m2(a)));
+            targets
+        }
+        phrases => phrases.iter().map(|phrase| one(draft, phrase)).collect::<Result<_, _>>()?,
+    };
+    let count = targets.len();
+    targets.dedup();
+    if targets.len() < 2 || targets.len() != count {
+        return Err("a stack needs at least two different objects".into());
+    }
+    for pair in targets.windows(2) {
+        let &[below, above] = pair else { continue };
+        if draft.workspace.branch(above).contains(&below) {
+            let (below, above) = (draft.name(below), draft.name(above));
+            return Err(format!("{below} rests on or in {above}; name the lower one first"));
+        }
+        if draft.supporter(above) == Supporter::on(below) {
+            continue;
+        }
+        draft.is_named(above);
+        let load = draft.workspace.branch(above);
+        draft.may_move(&load, &format!("it moves with {}", draft.name(above).to_owned()));
+        let query = PlaceQuery {
+            relation: Some(RelationKind::On),
+            target: Some(below),
+            usual_yaw_rad: draft.pose(above).yaw_rad().unwrap_or(0.0),
+            ..PlaceQuery::default()
+        };
+        draft.find_and_rest(above, &query)?;
+    }
+    Ok((ids(draft, &targets), format!("stacked {}, the first at the bottom", names(draft, &targets))))
+}
+
+fn tidy(draft: &mut Draft) -> Done {
+    let mut targets: Vec<usize> =
+        (0..draft.len()).filter(|object| draft.supporter(*object) == Supporter::TABLE).collect();
+    let area_m2 = |object: &usize| {
+        let (low, high) = draft.workspace.objects[*object].footprint().bounds();
+        (high - low).element_product()
+    };
+    targets.sort_by(|a, b| area_m2(b).total_cmp(&area_m2(a)));
+    let mut aligned = Vec::new();
+    for &target in &targets {
+        let Some(yaw_rad) = draft.pose(target).yaw_rad() else { continue };
+        let nearest_rad = nearest_right_angle_rad(yaw_rad);
+        let near_m = Some(draft.center_m(target));
+        // A long object may fit along one side of the table only; one that fits along none stays as it is.
+        let turns = [nearest_rad, nearest_rad + FRAC_PI_2];
+        let is_aligned = turns.into_iter().any(|turn_rad| {
+            let yaw_rad = Some(wrap_angle_rad(turn_rad));
+            draft.find_and_rest(target, &PlaceQuery { yaw_rad, near_m, ..PlaceQuery::default() }).is_ok()
+        });
+        if is_aligned {
+            draft.is_named(target);
+            let load = draft.workspace.branch(target);
+            draft.may_move(&load, &format!("it moves with {}", draft.name(target).to_owned()));
+            aligned.push(target);
+        }
+    }
+    if aligned.is_empty() {
+        return Err("nothing on the table can be aligned".into());
+    }
+    let targets = aligned;
+    Ok((ids(draft, &targets), format!("aligned {}", names(draft, &targets))))
+}

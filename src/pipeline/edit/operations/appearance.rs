@@ -1,0 +1,97 @@
+//! Operations on colors, materials and labels.
+
+use std::sync::Arc;
+
+use super::{Done, NewTable, OperationInputs, ids, names, one, several};
+use crate::pipeline::edit::draft::{Draft, load};
+use crate::pipeline::edit::recolor::recolored;
+use catalog::{named_color, physical, substance};
+use geometry::Rgb;
+
+pub(super) fn recolor(draft: &mut Draft, phrase: &str, color: Option<&str>, material: Option<&str>) -> Done {
+    let color = color.map(color_named).transpose()?;
+    if let Some(material) = material {
+        known_material(material)?;
+    }
+    let targets = several(draft, phrase)?;
+    for &target in &targets {
+        let appearance = color.or_else(|| material.and_then(material_color));
+        let geometry = &draft.loaded[target + 1];
+        let mesh = match appearance {
+            Some(appearance) => recolored(&geometry.mesh, appearance),
+            None => (*geometry.mesh).clone(),
+        };
+        let loaded = load(mesh, geometry.hulls.clone())?;
+        draft.repaint(target, loaded, material)?;
+        let recognition = Arc::make_mut(&mut draft.composition.recognition);
+        let recognized = &mut recognition.objects[target];
+        recognized.color = color.or(recognized.color);
+        if let Some(material) = material {
+            recognized.material = Some(material.to_owned());
+        }
+    }
+    let appearance: Vec<String> = [color.map(|_| "color"), material.map(|_| "material")]
+        .into_iter()
+        .flatten()
+        .map(str::to_owned)
+        .collect();
+    Ok((
+        ids(draft, &targets),
+        format!("changed the {} of {}", appearance.join(" and "), names(draft, &targets)),
+    ))
+}
+
+/// The color of a word.
+pub(in crate::pipeline::edit) fn color_named(word: &str) -> Result<Rgb, String> {
+    named_color(&word.trim().to_ascii_lowercase())
+        .ok_or_else(|| format!("{word:?} is no color that is known; give one such as red, navy or beige"))
+}
+
+/// Whether a material is known.
+pub(in crate::pipeline::edit) fn known_material(material: &str) -> Result<(), String> {
+    let is_known = substance(material).is_some() || physical::is_finish(material);
+    is_known.then_some(()).ok_or_else(|| {
+        format!("{material:?} is no material that is known; give one such as wood, steel or glass")
+    })
+}
+
+/// The usual color of a material, where it has one.
+fn material_color(material: &str) -> Option<Rgb> {
+    let hex = match material {
+        "steel" | "stainless_steel" | "metal" => 0xb8_bc_c0,
+        "aluminum" | "aluminium" => 0xc8_cb_ce,
+        "wood" | "oak" => 0xb0_84_55,
+        "walnut" => 0x5e_42_2d,
+        "pine" | "birch" | "bamboo" => 0xd8_b9_86,
+        "plastic" => 0xd8_d8_d4,
+        "ceramic" | "porcelain" => 0xee_eb_e4,
+        "stone" | "marble" => 0xcf_cc_c6,
+        "copper" => 0xb4_70_3f,
+        "brass" => 0xc2_9b_4a,
+        "leather" => 0x7a_4d_2e,
+        "cardboard" | "paper" => 0xc9_a9_7c,
+        "rubber" => 0x33_34_36,
+        _ => return None,
+    };
+    Some(Rgb::hex(hex))
+}
+
+pub(super) fn relabel(draft: &mut Draft, phrase: &str, label: &str) -> Done {
+    let target = one(draft, phrase)?;
+    let recognition = Arc::make_mut(&mut draft.composition.recognition);
+    label.trim().clone_into(&mut recognition.objects[target].label);
+    Ok((ids(draft, &[target]), format!("labeled {} as {label:?}", draft.name(target))))
+}
+
+pub(super) fn restyle_table(draft: &mut Draft, given: OperationInputs) -> Done {
+    let NewTable { loaded, material, color } = given.table.ok_or("no table was made")?;
+    draft.replace_table(loaded, material.as_deref())?;
+    let recognition = Arc::make_mut(&mut draft.composition.recognition);
+    if color.is_some() {
+        recognition.table.color = color;
+    }
+    if material.is_some() {
+        recognition.table.material = material;
+    }
+    Ok((Vec::new(), "changed the appearance of the table".to_owned()))
+}
