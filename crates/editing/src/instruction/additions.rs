@@ -26,6 +26,9 @@ impl Cursor {
             let end = self
                 .phrase_end(from, &|index| self.preposition_at(index).is_some() || self.is_at(index, "with"));
             let new = self.new_objects(end)?;
+            if let NewObjects::Objects { object, count } = &new {
+                self.discourse.mention(&definite(object, *count), false);
+            }
             let with = self.added_with(&new)?;
             items.push((from, new, with));
             let next = self.at + self.connector_at(self.at);

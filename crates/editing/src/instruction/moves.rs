@@ -22,6 +22,7 @@ impl Cursor {
                     " on the ",
                     usize::from(!self.has_rank(from, end)),
                 );
+                self.discourse.mention(&phrase, false);
                 targets.push(Target { phrase, pronoun: false });
             }
             let next = self.at + self.connector_at(self.at);
@@ -99,6 +100,9 @@ impl Cursor {
             {
                 at += 1 + length;
                 continue;
+            }
+            if self.is_at(at, "closer") {
+                return Ok(at);
             }
             match self.preposition_at(at) {
                 Some(length) => {

@@ -72,7 +72,7 @@ impl Cursor {
             return Ok(None);
         }
         self.at = end;
-        let offset_m = Some(direction * distance_m);
+        let offset_m = Some(direction * distance_m + DVec2::ZERO);
         Ok(Some(EditPlace { offset_m, ..EditPlace::default() }))
     }
 

@@ -18,7 +18,9 @@ impl Cursor {
                     return self.not_understood(start, "name the object");
                 }
                 self.at = end;
-                targets.push(Target { phrase: self.target_text(start, end), pronoun: false });
+                let phrase = self.target_text(start, end);
+                self.discourse.mention(&phrase, false);
+                targets.push(Target { phrase, pronoun: false });
             }
             let next = self.at + self.connector_at(self.at);
             // "the tray and everything on it" is the tray with its contents.
