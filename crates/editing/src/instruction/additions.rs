@@ -4,6 +4,8 @@ use super::Reason;
 use super::clauses::Frame;
 use super::cursor::{Cursor, Outcome};
 use super::nouns::{NewObjects, definite};
+use crate::references::vocabulary;
+use catalog::stand_in::Obstacle;
 use scene::{EditOperation, EditPlace, RelationKind};
 
 impl Cursor {
@@ -60,6 +62,17 @@ impl Cursor {
             let found = self.place()?;
             if found.offset_m.is_some() {
                 return Err(self.error(pronoun_at, self.at, Reason::OffsetOfNew));
+            }
+            let is_drink = |new: &NewObjects| match new {
+                NewObjects::Objects { object, .. } => vocabulary().is_drink(object),
+                NewObjects::Clutter { .. } => false,
+            };
+            if found.relation == Some(RelationKind::In) && items.iter().any(|(_, new, _)| is_drink(new)) {
+                return Err(self.error(
+                    start,
+                    self.at,
+                    Reason::NotPlaceable(Obstacle::Substance.explanation()),
+                ));
             }
             place = Some(found);
         }

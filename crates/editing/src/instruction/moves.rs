@@ -48,6 +48,12 @@ impl Cursor {
             );
         }
         let place = self.place()?;
+        // What all the others are put on stays where it is.
+        for target in &mut targets {
+            if let Some(landmark) = place.target.as_ref().filter(|_| target.phrase == "everything") {
+                target.phrase = format!("everything except {landmark}");
+            }
+        }
         self.discourse.place = Some(place.clone()).filter(|place| place.offset_m.is_none());
         self.placed(&targets, &place, start)
     }

@@ -92,6 +92,18 @@ impl Cursor {
         if !self.is_at(self.at, "right of") {
             let _ = self.take_any(&["directly", "just", "immediately", "exactly", "right"]);
         }
+        // "to its left" is to the left of it.
+        let sides = [
+            ("to its left", LeftOf),
+            ("to its right", RightOf),
+            ("on its left", LeftOf),
+            ("on its right", RightOf),
+        ];
+        if let Some((pattern, kind)) = sides.into_iter().find(|(pattern, _)| self.is_at(self.at, pattern)) {
+            self.at += 2;
+            "it".clone_into(&mut self.tokens[self.at].word);
+            return self.relation(start, pattern, kind, distance_m);
+        }
         if let Some((region, is_edge, at)) = self.region_at(self.at) {
             self.at = at;
             return self.region(start, region, is_edge, distance_m);
@@ -151,6 +163,7 @@ impl Cursor {
     /// What "to" an object means: into a container, onto what is made to carry others, else next to it.
     fn destination_relation(&self, start: usize, target: &str) -> Outcome<RelationKind> {
         match super::nouns::category_of(target) {
+            Some(category) if category.label.ends_with("tray") => Ok(On),
             Some(category) if category.affords(Affordance::Container) => Ok(In),
             Some(category) if CARRIERS.contains(&category.group.as_str()) => Ok(On),
             Some(category) if !category.affords(Affordance::Support) => Ok(NextTo),
@@ -229,9 +242,8 @@ impl Cursor {
             self.at += 1;
             return Ok(Some(phrase.clone()));
         }
-        let new = self.discourse.topic.as_ref().is_some_and(|topic| !topic.made_at.is_empty());
         let beside = |kind: RelationKind| kind.target_is_object();
-        if landmark.as_ref().is_some_and(|(before, _)| beside(*before) && beside(kind)) && !new {
+        if landmark.as_ref().is_some_and(|(before, _)| beside(*before) && beside(kind)) {
             return Err(self.error(start, start + 1, Reason::UnclearPronoun));
         }
         let targets = self.pronoun()?.unwrap_or_default();
