@@ -95,3 +95,11 @@ fn sentences_written_before_the_grammar_do_what_a_reader_expects() {
     assert!(score.wrong.is_empty(), "{}", score.wrong.join("\n"));
     assert!(score.right >= 54, "{}: {}", score.right, score.refused.join("\n"));
 }
+
+#[test]
+fn sentences_written_after_the_grammar_do_nothing_else_than_a_reader_expects() {
+    let score = score(include_str!("sentences_unseen.toml"));
+    report("sentences_unseen.toml", &score);
+    assert_eq!(score.total, 20);
+    assert!(score.wrong.is_empty(), "{}", score.wrong.join("\n"));
+}
