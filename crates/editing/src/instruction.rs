@@ -94,11 +94,13 @@ pub enum Reason {
     #[error("this stands for an object that was removed; name another one")]
     Removed,
     #[error(
-        "after the change before it, {0:?} may fit another object; give its name, or make two instructions of it"
+        "after the change before it, {0:?} may fit another object; give its name, or make two instructions of \
+         it"
     )]
     Changed(String),
     #[error(
-        "it is not said how far; give a distance (10 cm to the left) or a place (to the left of the laptop, on the left side)"
+        "it is not said how far; give a distance (10 cm to the left) or a place (to the left of the laptop, on \
+         the left side)"
     )]
     HowFar,
     #[error("it is not said how far it turns; give an angle (by 90 degrees) or what it faces")]
@@ -120,13 +122,17 @@ pub enum Reason {
     )]
     Attachment,
     #[error(
-        "removal from the table or from the other object? say \"remove the spoon\" or \"take the spoon out of the mug\""
+        "removal from the table or from the other object? say \"remove the spoon\" or \"take the spoon out of \
+         the mug\""
     )]
     RemoveFrom,
     #[error(
-        "to swap two objects is not supported; move one after the other, or replace by a new object (\"a wine glass\")"
+        "to swap two objects is not supported; move one after the other, or replace by a new object (\"a wine \
+         glass\")"
     )]
     Swap,
+    #[error("in, on or next to it? say which")]
+    Destination,
     #[error("one object replaces one; name one new object, singular")]
     OneForOne,
     #[error("the table cannot be moved, removed or replaced; \"make the table oak\" changes its look")]

@@ -4,6 +4,8 @@ use super::Reason;
 use super::clauses::Frame;
 use super::cursor::{Cursor, Outcome};
 use super::nouns::{NewObjects, definite};
+use crate::references::vocabulary;
+use catalog::stand_in::Obstacle;
 use scene::{EditOperation, EditPlace, RelationKind};
 
 impl Cursor {
@@ -26,6 +28,9 @@ impl Cursor {
             let end = self
                 .phrase_end(from, &|index| self.preposition_at(index).is_some() || self.is_at(index, "with"));
             let new = self.new_objects(end)?;
+            if let NewObjects::Objects { object, count } = &new {
+                self.discourse.mention(&definite(object, *count), false);
+            }
             let with = self.added_with(&new)?;
             items.push((from, new, with));
             let next = self.at + self.connector_at(self.at);
@@ -57,6 +62,17 @@ impl Cursor {
             let found = self.place()?;
             if found.offset_m.is_some() {
                 return Err(self.error(pronoun_at, self.at, Reason::OffsetOfNew));
+            }
+            let is_drink = |new: &NewObjects| match new {
+                NewObjects::Objects { object, .. } => vocabulary().is_drink(object),
+                NewObjects::Clutter { .. } => false,
+            };
+            if found.relation == Some(RelationKind::In) && items.iter().any(|(_, new, _)| is_drink(new)) {
+                return Err(self.error(
+                    start,
+                    self.at,
+                    Reason::NotPlaceable(Obstacle::Substance.explanation()),
+                ));
             }
             place = Some(found);
         }

@@ -181,7 +181,8 @@ impl Cursor {
         let is_name = |index: usize| {
             let boundary =
                 self.is_end(index) || matches!(self.word(index), "," | "then" | "please" | "thanks");
-            let clause = self.word(index) == "and" && self.is_verb(index + self.connector_at(index));
+            let next = index + self.connector_at(index);
+            let clause = self.word(index) == "and" && (self.is_verb(next) || self.is_beginning(next));
             index < self.tokens.len() && (self.tokens[index].quoted || (!boundary && !clause))
         };
         let end = (begin..=self.tokens.len()).find(|&index| !is_name(index)).unwrap_or(begin);

@@ -223,6 +223,7 @@ impl Cursor {
         if let Some(length) = self.length_of_any(at, &emphasis)
             && self.length_of_any(at + length, PREPOSITIONS).is_some()
             && !self.is_at(at, "right of")
+            && (at == 0 || self.word(at - 1) != "the")
         {
             at += length;
         }

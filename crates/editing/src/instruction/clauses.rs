@@ -193,7 +193,7 @@ impl Cursor {
         let Some((verb, frame)) = found else {
             return self.not_understood(
                 start,
-                "begin with what to do: add, remove, replace, move, rotate, resize, paint, rename, stack, tidy up",
+                "begin with what to do: add, remove, replace, move, rotate, resize, paint, rename, stack or tidy",
             );
         };
         self.at += verb.split(' ').count();

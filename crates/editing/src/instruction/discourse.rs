@@ -74,7 +74,10 @@ impl Cursor {
             return Ok(());
         };
         let earlier = self.operations[changed_at].clone();
-        let is_absolute = |operation: &EditOperation| matches!(operation, EditOperation::Move { place, .. } if place.offset_m.is_none());
+        let is_absolute = |operation: &EditOperation| match operation {
+            EditOperation::Move { place, .. } => place.offset_m.is_none(),
+            _ => false,
+        };
         if is_absolute(&operation) && is_absolute(&earlier) && changed_at + 1 == self.operations.len() {
             self.operations[changed_at] = operation;
             return Ok(());

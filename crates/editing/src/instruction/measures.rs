@@ -58,6 +58,10 @@ impl Cursor {
         if let Some((pattern, rad)) = turns.into_iter().find(|(pattern, _)| self.is_at(index, pattern)) {
             return Some(Angle { rad, length: pattern.split(' ').count() });
         }
+        if matches!(self.word(index), "-" | "minus") {
+            let angle = self.angle_at(index + 1)?;
+            return Some(Angle { rad: -angle.rad, length: angle.length + 1 });
+        }
         let (value, length) = self.number_at(index)?;
         match self.word(index + length) {
             "degrees" | "degree" | "°" | "deg" => {

@@ -22,6 +22,7 @@ impl Cursor {
                     " on the ",
                     usize::from(!self.has_rank(from, end)),
                 );
+                self.discourse.mention(&phrase, false);
                 targets.push(Target { phrase, pronoun: false });
             }
             let next = self.at + self.connector_at(self.at);
@@ -47,6 +48,12 @@ impl Cursor {
             );
         }
         let place = self.place()?;
+        // What all the others are put on stays where it is.
+        for target in &mut targets {
+            if let Some(landmark) = place.target.as_ref().filter(|_| target.phrase == "everything") {
+                target.phrase = format!("everything except {landmark}");
+            }
+        }
         self.discourse.place = Some(place.clone()).filter(|place| place.offset_m.is_none());
         self.placed(&targets, &place, start)
     }
@@ -99,6 +106,9 @@ impl Cursor {
             {
                 at += 1 + length;
                 continue;
+            }
+            if self.is_at(at, "closer") {
+                return Ok(at);
             }
             match self.preposition_at(at) {
                 Some(length) => {

@@ -2,9 +2,9 @@
 
 use super::Reason;
 use super::cursor::{Cursor, Outcome};
-use crate::references::{color_of, is_noun, material_of, number, theme_of, vocabulary};
-use catalog::Affordance;
+use crate::references::{color_of, is_noun, is_of_catalog, material_of, number, theme_of, vocabulary};
 use catalog::stand_in::{Placeability, placeability};
+use catalog::{Affordance, Category};
 use scene::SupportRelation;
 
 /// New objects that a phrase asks for.
@@ -108,10 +108,14 @@ pub(super) fn noun_of(phrase: &str) -> String {
             || vocabulary().is_shade(word)
             || PLACES.contains(word)
     };
-    let start = words.iter().take(words.len() - 1).take_while(|word| is_modifier(word)).count();
-    let follows = |word: &&&str| {
-        !PLACES.contains(*word) && !matches!(**word, "with" | "that" | "which" | "except" | "but")
+    let ends = |word: &&str| {
+        PLACES.contains(word) || matches!(*word, "of" | "with" | "that" | "which" | "except" | "but")
     };
+    // A modifier that nothing follows is the noun ("the orange", "the glass of water").
+    let is_before_noun =
+        |pair: &&[&str]| is_modifier(&pair[0]) && (!ends(&pair[1]) || DETERMINERS.contains(&pair[0]));
+    let start = words.windows(2).take_while(is_before_noun).count();
+    let follows = |word: &&&str| !ends(word) || **word == "of";
     words[start..].iter().take_while(follows).copied().collect::<Vec<_>>().join(" ")
 }
 
@@ -155,21 +159,24 @@ fn with_article(noun: &str) -> String {
     if vowel && !like_you { format!("an {noun}") } else { format!("a {noun}") }
 }
 
-/// Whether the category of a phrase holds other objects that way; true where it is not known.
-pub(super) fn supports(phrase: &str, support: SupportRelation) -> bool {
+/// The category of the noun of a phrase; `None` where it is not known.
+pub(super) fn category_of(phrase: &str) -> Option<&'static Category> {
     let noun = noun_of(phrase);
     let noun = noun.split(" of ").next().unwrap_or_default();
+    let is_name = |category: &&Category| category.label == noun || category.name.replace('_', " ") == noun;
+    let is_alias = |category: &&Category| vocabulary().is_alias(&category.name, noun);
+    let is_synonym = |category: &&Category| category.synonyms.iter().any(|synonym| synonym == noun);
+    let all = || catalog::categories().iter();
+    all().find(is_name).or_else(|| all().find(is_alias)).or_else(|| all().find(is_synonym))
+}
+
+/// Whether the category of a phrase holds other objects that way; true where it is not known.
+pub(super) fn supports(phrase: &str, support: SupportRelation) -> bool {
     let affordance = match support {
         SupportRelation::On => Affordance::Support,
         SupportRelation::In => Affordance::Container,
     };
-    let name = |category: &&catalog::Category| {
-        category.label == noun
-            || category.name.replace('_', " ") == noun
-            || vocabulary().is_alias(&category.name, noun)
-            || category.synonyms.iter().any(|synonym| synonym == noun)
-    };
-    catalog::categories().iter().find(name).is_none_or(|category| category.affords(affordance))
+    category_of(phrase).is_none_or(|category| category.affords(affordance))
 }
 
 impl Cursor {
@@ -214,10 +221,12 @@ impl Cursor {
             count = count.or((last == "ones").then_some(BARE_PLURAL));
         }
         self.check_noun(&noun, start, end)?;
+        // "a pair of glasses" is one object.
+        let whole_pair = pair && is_of_catalog(&format!("pair of {}", noun.to_lowercase()));
         let two_in_one = vocabulary().is_plural_only(noun.split(" of ").next().unwrap_or_default());
         let singular = singular_of_head(&noun).filter(|one| is_noun(&noun_of(one)) && *one != noun);
         let (object, count) = match (count, singular) {
-            (Some(2), _) if pair && two_in_one && singular_of_head(&noun).is_none() => {
+            (Some(2), _) if whole_pair || (pair && two_in_one && singular_of_head(&noun).is_none()) => {
                 (format!("a pair of {noun}"), 1)
             }
             (Some(count), None) if count > 1 && two_in_one => {
@@ -261,8 +270,7 @@ impl Cursor {
                 Some(Placeability::NotPlaceable(obstacle)) => Some(obstacle),
                 _ => None,
             };
-            let in_catalog =
-                crate::references::is_of_catalog(&phrase) || crate::references::is_of_catalog(&singular);
+            let in_catalog = is_of_catalog(&phrase) || is_of_catalog(&singular);
             match obstacle {
                 _ if in_catalog => return Ok(()),
                 Some(obstacle) => {
@@ -273,5 +281,35 @@ impl Cursor {
             }
         }
         Err(self.error(start, end, Reason::UnknownObject))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn noun_of_a_phrase_is_without_modifiers_and_places() {
+        let cases = [
+            ("the two red mugs on the tray", "mugs"),
+            ("the glass of water", "glass of water"),
+            ("the orange", "orange"),
+            ("the orange on the tray", "orange"),
+            ("a large wooden cutting board", "cutting board"),
+            ("the second book from the left", "book"),
+            ("the leftmost cup of coffee", "cup of coffee"),
+            ("mug_1", "mug_1"),
+        ];
+        for (phrase, noun) in cases {
+            assert_eq!(noun_of(phrase), noun, "{phrase}");
+        }
+    }
+
+    #[test]
+    fn new_objects_are_named_by_their_label() {
+        assert_eq!(definite("a red mug", 1), "the red mug");
+        assert_eq!(definite("a fork", 2), "the two forks");
+        assert_eq!(definite("a glass of water", 2), "the two glasses of water");
+        assert_eq!(definite("a pair of scissors", 1), "the scissors");
     }
 }

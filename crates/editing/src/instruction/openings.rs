@@ -51,6 +51,7 @@ const POLITE: &[&str] = &[
     "again",
     "lastly",
     "i think we should",
+    "i think",
     "in addition",
     "additionally",
     "and",

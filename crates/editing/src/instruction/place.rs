@@ -3,6 +3,7 @@
 use super::Reason;
 use super::cursor::{Cursor, Outcome};
 use crate::references::vocabulary;
+use catalog::Affordance;
 use scene::RelationKind::{
     self, AtLeft, AtRight, Behind, Between, In, InFrontOf, LeftOf, NextTo, On, RightOf,
 };
@@ -48,6 +49,9 @@ const RELATIONS: &[(&str, RelationKind)] = &[
     ("at", NextTo),
 ];
 
+/// Groups of the catalog whose objects are made to carry others.
+const CARRIERS: &[&str] = &["carrier", "dish", "board", "mat", "tableware", "cloth"];
+
 impl Cursor {
     /// The place at the cursor.
     pub fn place(&mut self) -> Outcome<EditPlace> {
@@ -88,6 +92,18 @@ impl Cursor {
         if !self.is_at(self.at, "right of") {
             let _ = self.take_any(&["directly", "just", "immediately", "exactly", "right"]);
         }
+        // "to its left" is to the left of it.
+        let sides = [
+            ("to its left", LeftOf),
+            ("to its right", RightOf),
+            ("on its left", LeftOf),
+            ("on its right", RightOf),
+        ];
+        if let Some((pattern, kind)) = sides.into_iter().find(|(pattern, _)| self.is_at(self.at, pattern)) {
+            self.at += 2;
+            "it".clone_into(&mut self.tokens[self.at].word);
+            return self.relation(start, pattern, kind, distance_m);
+        }
         if let Some((region, is_edge, at)) = self.region_at(self.at) {
             self.at = at;
             return self.region(start, region, is_edge, distance_m);
@@ -104,7 +120,8 @@ impl Cursor {
         }
         self.not_understood(
             start,
-            "say on, in, next to, left of, right of, in front of, behind or between and an object, or a part of the table",
+            "say on, in, next to, left of, right of, in front of, behind or between and an object, or a part of \
+             the table",
         )
     }
 
@@ -120,6 +137,7 @@ impl Cursor {
             return Err(self.error(start, self.at, Reason::HowFar));
         }
         let target = self.landmark(kind)?;
+        let kind = if pattern == "to" { self.destination_relation(start, &target)? } else { kind };
         if let Some((by_m, length)) = self.trailing_distance() {
             distance_m = Some(by_m);
             self.at += length;
@@ -140,6 +158,17 @@ impl Cursor {
         }
         self.discourse.landmark = Some((kind, target.clone()));
         Ok(EditPlace { distance_m, ..EditPlace::related(kind, target) })
+    }
+
+    /// What "to" an object means: into a container, onto what is made to carry others, else next to it.
+    fn destination_relation(&self, start: usize, target: &str) -> Outcome<RelationKind> {
+        match super::nouns::category_of(target) {
+            Some(category) if category.label.ends_with("tray") => Ok(On),
+            Some(category) if category.affords(Affordance::Container) => Ok(In),
+            Some(category) if CARRIERS.contains(&category.group.as_str()) => Ok(On),
+            Some(category) if !category.affords(Affordance::Support) => Ok(NextTo),
+            _ => Err(self.error(start, self.at, Reason::Destination)),
+        }
     }
 
     /// "by 10 cm", "10 cm away" after the object.
@@ -164,21 +193,36 @@ impl Cursor {
         if let Some(phrase) = self.landmark_pronoun(kind)? {
             return Ok(phrase);
         }
+        let table = self.table_end(start);
         let stops = |index: usize| {
             self.distance_at(index).is_some()
                 || self.is_at(index, "by")
                 || self.is_at(index, "on the table")
                 || self.is_at(index, "facing")
         };
-        let end = self.phrase_end(start, &stops);
+        let end = table.unwrap_or_else(|| self.phrase_end(start, &stops));
         if end == start {
             return self.not_understood(start, "name the object that the place is relative to");
+        }
+        if matches!(self.word(end - 1), "corner" | "edge" | "side" | "end" | "border") {
+            return self
+                .not_understood(start, "say which part of the table: the back left corner, the left edge");
         }
         if self.is_at(start, "a") || self.is_at(start, "an") {
             return Err(self.error(start, end, Reason::NewLandmark));
         }
         self.at = end;
         Ok(self.target_text(start, end))
+    }
+
+    /// The end of "the table" where a place or nothing follows.
+    fn table_end(&self, start: usize) -> Option<usize> {
+        let article = matches!(self.word(start), "the" | "my" | "this" | "our");
+        let noun =
+            |length: usize| vocabulary().is_table(&self.text(start + 1, start + 1 + length).to_lowercase());
+        let end =
+            [2, 1].into_iter().find(|&length| article && noun(length)).map(|length| start + 1 + length)?;
+        (self.is_boundary(end) || self.preposition_at(end).is_some()).then_some(end)
     }
 
     /// What "it" of a place stands for: the topic, or the last landmark in "a fork left of the plate and a knife right
@@ -198,9 +242,8 @@ impl Cursor {
             self.at += 1;
             return Ok(Some(phrase.clone()));
         }
-        let new = self.discourse.topic.as_ref().is_some_and(|topic| !topic.made_at.is_empty());
         let beside = |kind: RelationKind| kind.target_is_object();
-        if landmark.as_ref().is_some_and(|(before, _)| beside(*before) && beside(kind)) && !new {
+        if landmark.as_ref().is_some_and(|(before, _)| beside(*before) && beside(kind)) {
             return Err(self.error(start, start + 1, Reason::UnclearPronoun));
         }
         let targets = self.pronoun()?.unwrap_or_default();

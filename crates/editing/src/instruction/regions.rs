@@ -72,7 +72,7 @@ impl Cursor {
             return Ok(None);
         }
         self.at = end;
-        let offset_m = Some(direction * distance_m);
+        let offset_m = Some(direction * distance_m + DVec2::ZERO);
         Ok(Some(EditPlace { offset_m, ..EditPlace::default() }))
     }
 
@@ -82,7 +82,7 @@ impl Cursor {
             ["at", "in", "on", "to", "into", "toward", "towards", "near", "from", "along", "away from"];
         let length = self.length_of_any(index, &prepositions).filter(|_| index < self.tokens.len())?;
         let mut at = index + length;
-        at += usize::from(matches!(self.word(at), "the" | "its"));
+        at += usize::from(self.is_at(at, "the"));
         at += usize::from(matches!(self.word(at), "very"));
         let mut region: Option<(i8, i8)> = None;
         while let Some((x, y)) = side(self.word(at)) {

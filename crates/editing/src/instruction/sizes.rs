@@ -34,11 +34,11 @@ impl Cursor {
         if self.take_any(&["a little bit", "a little", "a bit", "slightly"]) {
             return usual.map(|_| if grows { 1.1 } else { 1.0 / 1.1 });
         }
-        if self.take("up") {
-            return Some(usual.unwrap_or(BIGGER));
-        }
-        if self.take("down") {
-            return Some(1.0 / BIGGER);
+        if self.length_of_any(self.at, &["up", "down"]).is_some() {
+            let up = self.is_at(self.at, "up");
+            self.at += 1;
+            let usual = if up { BIGGER } else { 1.0 / BIGGER };
+            return self.factor_of(Some(usual), up);
         }
         if self.take("twice") {
             return grows.then_some(2.0);

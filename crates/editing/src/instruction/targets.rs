@@ -18,7 +18,9 @@ impl Cursor {
                     return self.not_understood(start, "name the object");
                 }
                 self.at = end;
-                targets.push(Target { phrase: self.target_text(start, end), pronoun: false });
+                let phrase = self.target_text(start, end);
+                self.discourse.mention(&phrase, false);
+                targets.push(Target { phrase, pronoun: false });
             }
             let next = self.at + self.connector_at(self.at);
             // "the tray and everything on it" is the tray with its contents.
@@ -33,18 +35,22 @@ impl Cursor {
     /// The phrase of the tokens; "other" and "one" say which.
     pub fn target_text(&self, from: usize, to: usize) -> String {
         let text = self.text(from, to);
-        let last = self.word(to.saturating_sub(1));
         if self.is_at(from, "the other") && to > from + 2 {
             let noun = self.text(from + 2, to).to_lowercase();
             if let Some(other) = self.discourse.other(&noun) {
                 return other;
             }
         }
-        if matches!(last, "one" | "ones")
-            && to > from + 1
+        let is_noun = |index: &usize| {
+            let ends = index + 1 == to || self.preposition_at(index + 1).is_some();
+            matches!(self.word(*index), "one" | "ones")
+                && (ends || matches!(self.word(index + 1), "that" | "which" | "with"))
+        };
+        if let Some(index) = (from + 1..to).find(is_noun)
             && let Some(noun) = self.discourse.last_noun()
         {
-            return format!("{}{noun}", &text[..text.len() - last.len()]);
+            let rest = self.text(index + 1, to);
+            return format!("{} {noun} {rest}", self.text(from, index)).trim_end().to_owned();
         }
         text
     }

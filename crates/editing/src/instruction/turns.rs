@@ -29,7 +29,8 @@ impl Cursor {
             return self.not_understood(start, "objects turn about the vertical axis only");
         }
         if self.is_at(self.at, "into") {
-            return self.not_understood(start, "say: replace it with ...");
+            self.at = start;
+            return self.change_to();
         }
         let (mut angle_rad, mut sign, mut around) = (None, None, false);
         loop {

@@ -56,7 +56,8 @@ pub(super) fn words(phrase: &str) -> Vec<String> {
     let mut words = Vec::new();
     let spaced = phrase.to_lowercase().replace(',', " , ").replace(['-', '–'], " ");
     for word in spaced.split_whitespace() {
-        let word: String = word.chars().filter(|c| !matches!(c, '"' | '\'' | '’' | '“' | '”')).collect();
+        let is_quote = |c: &char| matches!(c, '"' | '\'' | '’' | '“' | '”');
+        let word: String = word.chars().filter(|c| !is_quote(c)).collect();
         let word = word.trim_end_matches(['.', '!', ';', ':']);
         if !word.is_empty() {
             words.push(word.to_owned());

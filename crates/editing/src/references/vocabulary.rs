@@ -194,6 +194,11 @@ impl Vocabulary {
             || self.short_names.get(noun).is_some_and(|name| name == category)
     }
 
+    /// Whether the word alone is a drink ("water"), which stands for a vessel of it.
+    pub fn is_drink(&self, noun: &str) -> bool {
+        self.drinks.values().flatten().any(|word| word == noun)
+    }
+
     pub fn is_alias_of_any(&self, noun: &str) -> bool {
         let mut words = self.aliases.values().chain(self.drinks.values()).flatten();
         words.any(|word| word == noun) || self.short_names.contains_key(noun)
