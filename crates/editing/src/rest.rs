@@ -7,7 +7,7 @@ use crate::workspace::{Workspace, WorkspaceObject};
 use geometry::Pose;
 use geometry::collide::{PlacedSolid, penetration};
 use physics::settle::{SettleError, angle_between_rad, settle, simulate_to_the_end};
-use physics::{Body, CertifySettings, SettleSettings};
+use physics::{Body, CertifySettings, SettleSettings, support};
 use runtime::{CancelFlag, Cancelled};
 use scene::RelationKind;
 use scene::SupportRelation;
@@ -51,6 +51,8 @@ pub enum RestFault {
     LeftSupporter {
         supporter: String,
     },
+    /// Its contacts do not carry its center of mass, which the certificate demands.
+    NotCarried,
     /// Its mesh reaches into another one's.
     Collides {
         other: String,
@@ -71,6 +73,9 @@ impl fmt::Display for RestFault {
                 write!(f, "it slides {mm:.0} mm and turns {degrees:.0} degrees there")
             }
             Self::LeftSupporter { supporter } => write!(f, "it does not stay with {supporter}"),
+            Self::NotCarried => {
+                f.write_str("it rests, but its contacts do not lie around its center of mass")
+            }
             Self::Collides { other } => write!(f, "it would reach into {other}"),
             Self::NotSimulated { reason } => f.write_str(reason),
             Self::Cancelled => f.write_str("the job was cancelled"),
@@ -166,6 +171,7 @@ impl Workspace {
         for &index in moving {
             self.judge_support(index)?;
             self.judge_collisions(index, &near, settings.certify, cancel)?;
+            self.judge_contacts(index, &near, settings.certify, cancel)?;
         }
         Ok(())
     }
@@ -238,6 +244,37 @@ impl Workspace {
         } else {
             Err(RestFault::LeftSupporter { supporter: self.objects[parent].body.name.clone() })
         }
+    }
+
+    /// As the certificate does: the contacts of an object lie around its center of mass.
+    fn judge_contacts(
+        &self,
+        index: usize,
+        near: &[usize],
+        certify: &CertifySettings,
+        cancel: &CancelFlag,
+    ) -> Result<(), RestFault> {
+        let members: Vec<&WorkspaceObject> =
+            std::iter::once(&self.table).chain(near.iter().map(|&other| &self.objects[other])).collect();
+        let solids: Vec<PlacedSolid> = members
+            .iter()
+            .map(|member| PlacedSolid {
+                solid: &member.solid,
+                world_from_object: member.body.world_from_object,
+            })
+            .collect();
+        let bodies: Vec<Body> = members.iter().map(|member| member.body.clone()).collect();
+        let position = |object: usize| near.iter().position(|&other| other == object).map(|at| at + 1);
+        let supporter = self.objects[index].supporter;
+        let mates = near.iter().copied().filter(|&other| {
+            let is_mate = supporter.relation == SupportRelation::In && supporter.parent.is_some();
+            is_mate && other != index && self.objects[other].supporter == supporter
+        });
+        let below = supporter.parent.map_or(Some(0), position);
+        let carriers: Vec<usize> = below.into_iter().chain(mates.filter_map(position)).collect();
+        let Some(object) = position(index) else { return Ok(()) };
+        let found = support(&solids, &bodies, object, &carriers, certify, cancel)?;
+        if found.is_supported() { Ok(()) } else { Err(RestFault::NotCarried) }
     }
 
     fn judge_collisions(

@@ -23,6 +23,9 @@ const EDGE_MARGIN_M: f64 = 0.005;
 /// Height at which an object is let go above its supporter.
 const DROP_GAP_M: f64 = 0.0005;
 
+/// Candidates of one orientation in a container.
+const CANDIDATES_PER_ORIENTATION: usize = 2;
+
 /// Most candidates of one search.
 const MAX_CANDIDATES: usize = 12;
 
@@ -135,6 +138,7 @@ impl<'a> Search<'a> {
             let mut fitting = self.fitting(&Orientation::new(self.object, rotation));
             found.has_fitted |= !fitting.is_empty();
             fitting.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+            let before = found.candidates.len();
             // Free ones among the best; the whole grid is searched before the next yaw is.
             for chunk in fitting.chunks(64) {
                 let hindered: Vec<Option<usize>> =
@@ -147,9 +151,16 @@ impl<'a> Search<'a> {
                         Some(other) => blocked_by.push(other),
                     }
                 }
+                if self.is_container() {
+                    // Of each orientation a few, since how an object leans decides whether it rests.
+                    found.candidates.truncate(before + CANDIDATES_PER_ORIENTATION);
+                }
                 if found.candidates.len() >= MAX_CANDIDATES {
                     found.candidates.truncate(MAX_CANDIDATES);
                     return found;
+                }
+                if self.is_container() && found.candidates.len() > before {
+                    break;
                 }
             }
             // A container may need another orientation.
