@@ -3,6 +3,7 @@
 import math
 
 from edit_catalog import CATEGORIES
+from edit_geometry import shifted, turned
 from edit_predicates import NEXT_TO_M, POSITION_TOLERANCE_M, holds
 from edit_room import box, free_place, levels_of, obstacles_of, prism, shape_of
 from edit_scene import TABLE, Scene, wrapped_rad
@@ -106,13 +107,13 @@ def occupied(shape, found) -> list:
     return [prism(hull)]
 
 
-def in_place(scene, name, shape, yaws) -> str:
-    """A place within the tolerance of the present one, at its height."""
+def in_place(scene, name, shape, yaws, around=None) -> str:
+    """A place within the tolerance of the present one, or `around` another, at its height."""
     body = scene.bodies[name]
     obstacles = obstacles_of(scene, [name, *scene.contents(name)])
     # What carries it was at rest below it before.
     levels = [(body.bottom_m, [body.footprint])] if body.parent != TABLE else levels_of(scene, TABLE)
-    around = (body.center, POSITION_TOLERANCE_M)
+    around = around or (body.center, POSITION_TOLERANCE_M)
     found = free_place(scene, shape, obstacles, levels, yaws=yaws, around=around)
     return told(found) if found else ""
 
@@ -130,7 +131,10 @@ def rotate(operation, scene, targets, references) -> str:
         wanted = body.yaw_rad + operation.wire["by_rad"]
     else:
         wanted = operation.wire["to_rad"]
-    return in_place(scene, body.name, shape_of(body), [wrapped_rad(wanted - body.yaw_rad)])
+    turn, origin = wrapped_rad(wanted - body.yaw_rad), body.pose[0][:2]
+    # About the axis through its origin, and nowhere else.
+    center = shifted(turned(shifted([body.center], (-origin[0], -origin[1])), turn), origin)[0]
+    return in_place(scene, body.name, shape_of(body), [turn], (center, 0.0))
 
 
 def resize(operation, scene, targets, references) -> str:

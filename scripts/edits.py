@@ -169,11 +169,14 @@ class Comparison:
 
     def reported_movements(self, document) -> tuple:
         """(name to movement, what is wrong with the lists)."""
-        told = [self.child.report, document or {}]
-        lists = [(one.get("edit") or {}).get("moved") or [] for one in told]
+        printed = document or {}
+        # The command prints the account of the edit with the summary of the scene.
+        written = self.child.report.get("edit") or self.child.scene.get("edit")
+        accounts = [written, printed.get("edit") or (printed.get("summary") or {}).get("edit")]
+        lists = [(account or {}).get("moved") or [] for account in accounts]
         wrong = []
         if document is not None and sorted(map(str, lists[0])) != sorted(map(str, lists[1])):
-            wrong.append("report.json and the printed document list different movements")
+            wrong.append("the bundle and the printed document list different movements")
         return {movement["name"]: movement for movement in lists[0]}, wrong
 
     def certificate(self, document) -> list:

@@ -15,6 +15,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import cargo_results
+import edit_sample
 import postgres
 import tools
 import words_sample
@@ -74,6 +75,7 @@ def main() -> int:
         ("sample scenes", lambda: make_sample(target)),
         ("judges' environment", finish_environment),
         ("judges", lambda: judge_sample(target, environment)),
+        ("edits", lambda: check_edits(target, environment)),
         ("layers of USD", judge_layers_beside_kills),
         ("judges' own test", lambda: test_judges(target, environment)),
         ("killed while models are asked", lambda: finish_kills(kills)),
@@ -265,6 +267,13 @@ def check_words(target: Path) -> str:
     # Scenes of an earlier run would be taken for those of this one.
     shutil.rmtree(folder, ignore_errors=True)
     return words_sample.check(programs / "tabletopgen-lab", programs / "tabletopgen", folder)
+
+
+def check_edits(target: Path, environment: Path) -> str:
+    programs, folder = target / "debug", target / "edits"
+    # Scenes of an earlier run would be taken for those of this one.
+    shutil.rmtree(folder, ignore_errors=True)
+    return edit_sample.check(programs / "tabletopgen-lab", programs / "tabletopgen", folder, environment)
 
 
 def make_sample(target: Path) -> str:

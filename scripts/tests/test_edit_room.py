@@ -127,6 +127,12 @@ class Room(unittest.TestCase):
             found = scene(told, body("a_1", 0.4, 0, size=size), hulls={"cup_1": hulls})
             self.assertEqual(bool(place_for(operation, found)), expected)
 
+    def test_a_turn_is_tried_at_its_place_only(self):
+        turn = Operation({"op": "rotate", "target": "a_1", "by_rad": 0.5 * math.pi}, ["a_1"])
+        for y, expected in ((0.1, True), (0.155, False)):
+            found = scene(body("a_1", 0.0, y, size=(0.3, 0.1, 0.1)))
+            self.assertEqual(bool(place_for(turn, found)), expected)
+
     def test_refusals_of_single_operations_are_tried(self):
         blocks = [body("a_1", -0.3, 0.15, size=(0.58, 0.28, 0.2)), body("b_1", 0.3, 0.15, size=(0.58, 0.28, 0.2)),
                   body("c_1", -0.3, -0.15, size=(0.58, 0.28, 0.2))]

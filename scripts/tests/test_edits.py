@@ -184,6 +184,9 @@ class Statements(unittest.TestCase):
         parent, child = scene(MUG), scene(MUG, operations=1)
         told = {"verdict": "pass", "metrics": {"col_s": 0.0}, "edit": {"moved": []}}
         self.assertEqual(complaints(parent, child, [NOTHING], told), [])
+        fallen = scene(MUG, body("plate_1", 0.35, 0.0), operations=1, moved=[FALL])
+        for account in ({"edit": {"moved": [FALL]}}, {"edit": None, "summary": {"edit": {"moved": [FALL]}}}):
+            self.assertEqual(complaints(scene(MUG, PLATE), fallen, [NOTHING], told | account), [])
         for wrong in ({"verdict": "quarantine"}, {"metrics": {"col_s": 1}}, {"edit": {"moved": [FALL]}}):
             self.assertNotEqual(complaints(parent, child, [NOTHING], told | wrong), [], wrong)
 

@@ -74,7 +74,7 @@ pub fn write(folder: &Path, path: &str, bytes: &[u8]) -> Result<FileEntry, Datas
     write_beside(folder, path, &format!("{path}.partial"), bytes)
 }
 
-/// As [`write`], with the relative path of the unfinished file.
+/// As [`write()`], with the relative path of the unfinished file.
 ///
 /// # Errors
 ///

@@ -13,6 +13,7 @@ use glam::DVec2;
 use crate::workspace::Workspace;
 use geometry::Pose;
 use geometry::pose::wrap_angle_rad;
+use scene::predicates::{PosedRelation, holds};
 use scene::{RelationKind, SupportRelation, Supporter};
 use search::{Orientation, Search};
 
@@ -130,6 +131,21 @@ impl Workspace {
                 Err(NoPlace::Blocked { object: name(), place: place(), by })
             }
         }
+    }
+
+    /// Whether an object that is placed meets the relation of a query.
+    pub fn meets(&self, object: usize, query: &PlaceQuery) -> bool {
+        let Some(kind) = query.relation else { return true };
+        let footprint = |index: usize| self.objects[index].footprint();
+        let (target, second) = (query.target.map(footprint), query.second_target.map(footprint));
+        let relation = PosedRelation {
+            kind,
+            object: &footprint(object),
+            target: target.as_ref(),
+            second_target: second.as_ref(),
+            distance_m: query.distance_m,
+        };
+        holds(&relation, &self.outline)
     }
 
     /// Clearance and grid step of each pass over a surface.

@@ -33,6 +33,8 @@ const MAX_SETTLINGS: usize = 4;
 pub struct RestSettings<'a> {
     pub settle: &'a SettleSettings,
     pub certify: &'a CertifySettings,
+    /// Whether an object may roll and turn over before it rests: what loses its support has no pose to keep.
+    pub may_roll: bool,
 }
 
 /// Why an object may not stay where it came to rest.
@@ -156,7 +158,9 @@ impl Workspace {
                 continue;
             }
             let before = self.objects[index].body.world_from_object;
-            self.judge_slide(index, &before, pose)?;
+            if !settings.may_roll {
+                self.judge_slide(index, &before, pose)?;
+            }
             self.objects[index].body.world_from_object = *pose;
         }
         for &index in moving {
@@ -164,6 +168,12 @@ impl Workspace {
             self.judge_collisions(index, &near, settings.certify, cancel)?;
         }
         Ok(())
+    }
+
+    /// Whether an object is within the outline of the table.
+    pub fn is_on_table(&self, object: usize) -> bool {
+        let footprint = self.objects[object].footprint();
+        footprint.corners().iter().all(|corner| self.outline.contains(*corner))
     }
 
     /// The moving objects and all whose boxes they may reach.

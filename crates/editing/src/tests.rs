@@ -98,7 +98,7 @@ fn table(side_m: f64, objects: Vec<WorkspaceObject>) -> Workspace {
 /// Puts an object down at the best place where it may stay.
 fn put(workspace: &mut Workspace, object: usize, query: &PlaceQuery) -> Result<(), String> {
     let (settle, certify) = (settle_settings(), certify_settings());
-    let settings = RestSettings { settle: &settle, certify: &certify };
+    let settings = RestSettings { settle: &settle, certify: &certify, may_roll: false };
     let mut fault = String::new();
     for candidate in workspace.places(object, query).map_err(|error| error.to_string())? {
         match workspace.put_down(object, &candidate, settings, &CancelFlag::default()) {
@@ -205,7 +205,7 @@ fn what_rests_on_an_object_moves_with_it() {
 #[test]
 fn an_object_that_would_reach_into_another_is_not_left_there() {
     let (settle, certify) = (settle_settings(), certify_settings());
-    let settings = RestSettings { settle: &settle, certify: &certify };
+    let settings = RestSettings { settle: &settle, certify: &certify, may_roll: false };
     let mut scene =
         table(1.0, vec![cube("cube_1", 0.06, DVec2::ZERO), cube("cube_2", 0.06, DVec2::new(0.3, 0.0))]);
     let overlapping = crate::Candidate {

@@ -14,7 +14,12 @@ from server import Problem
 CLIENTS, TURNS = (1, 32), 3
 PROMISED_SECONDS, LEAST_SHARE = 10, 0.9
 # Nothing of it is to be refused for being too much.
-UNBOUNDED = {"worker.concurrency": "1", "server.max_connections": "4096"}
+UNBOUNDED = {
+    "worker.concurrency": "1",
+    "server.max_connections": "4096",
+    "queue.max_jobs": "1000000",
+    "queue.max_jobs_per_tenant": "1000000",
+}
 
 
 def measure(bench) -> Finding:

@@ -81,8 +81,12 @@ def measure_cores(bench) -> Finding:
 
 
 def pin(pid: int, chosen: list):
-    """Every thread of a process; what it forks later inherits that."""
-    for thread in Path(f"/proc/{pid}/task").iterdir():
-        os.sched_setaffinity(int(thread.name), chosen)
-    for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split():
+    """Every thread of a process; what it forks later inherits that. Processes and threads that end meanwhile are left out."""
+    try:
+        for thread in Path(f"/proc/{pid}/task").iterdir():
+            os.sched_setaffinity(int(thread.name), chosen)
+        children = Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
+    except (FileNotFoundError, ProcessLookupError):
+        return
+    for child in children:
         pin(int(child), chosen)

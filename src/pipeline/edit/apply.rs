@@ -150,7 +150,7 @@ fn carry_out_all(
     mut tables: BTreeMap<usize, NewTable>,
     cancel: runtime::CancelFlag,
 ) -> Result<Edited, StageError> {
-    let rest = RestSettings { settle: &inputs.settle, certify: &inputs.certify };
+    let rest = RestSettings { settle: &inputs.settle, certify: &inputs.certify, may_roll: false };
     let unusable =
         |why: String| StageError::permanent("no_collision_geometry", format!("editing the parent: {why}"));
     let mut draft = Draft::new(inputs.parent.clone(), loaded, rest, cancel.clone()).map_err(unusable)?;

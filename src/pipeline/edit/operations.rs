@@ -3,7 +3,7 @@
 mod appearance;
 mod shape;
 
-use std::f64::consts::TAU;
+use std::f64::consts::{FRAC_PI_2, TAU};
 
 use glam::DVec2;
 
@@ -17,6 +17,7 @@ use crate::pipeline::resolve::Loaded;
 use editing::PlaceQuery;
 use editing::place::nearest_right_angle_rad;
 use editing::references::{self, ReferenceError};
+use geometry::pose::wrap_angle_rad;
 use runtime::seed::child_seed;
 use scene::edit::OperationResult;
 use scene::predicates::POSITION_TOLERANCE_M;
@@ -344,17 +345,27 @@ fn tidy(draft: &mut Draft) -> Done {
         (high - low).element_product()
     };
     targets.sort_by(|a, b| area_m2(b).total_cmp(&area_m2(a)));
+    let mut aligned = Vec::new();
     for &target in &targets {
         let Some(yaw_rad) = draft.pose(target).yaw_rad() else { continue };
-        let query = PlaceQuery {
-            yaw_rad: Some(nearest_right_angle_rad(yaw_rad)),
-            near_m: Some(draft.center_m(target)),
-            ..PlaceQuery::default()
-        };
-        draft.is_named(target);
-        let load = draft.workspace.branch(target);
-        draft.may_move(&load, &format!("it moves with {}", draft.name(target).to_owned()));
-        draft.find_and_rest(target, &query)?;
+        let nearest_rad = nearest_right_angle_rad(yaw_rad);
+        let near_m = Some(draft.center_m(target));
+        // A long object may fit along one side of the table only; one that fits along none stays as it is.
+        let turns = [nearest_rad, nearest_rad + FRAC_PI_2];
+        let is_aligned = turns.into_iter().any(|turn_rad| {
+            let yaw_rad = Some(wrap_angle_rad(turn_rad));
+            draft.find_and_rest(target, &PlaceQuery { yaw_rad, near_m, ..PlaceQuery::default() }).is_ok()
+        });
+        if is_aligned {
+            draft.is_named(target);
+            let load = draft.workspace.branch(target);
+            draft.may_move(&load, &format!("it moves with {}", draft.name(target).to_owned()));
+            aligned.push(target);
+        }
     }
+    if aligned.is_empty() {
+        return Err("nothing on the table can be aligned".into());
+    }
+    let targets = aligned;
     Ok((ids(draft, &targets), format!("aligned {}", names(draft, &targets))))
 }

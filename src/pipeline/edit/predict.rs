@@ -49,7 +49,7 @@ pub fn predict(
         let mesh: TexturedMesh = read_mesh_glb(bytes).map_err(|error| unreadable(error.to_string()))?;
         loaded.push(load(mesh, hulls).map_err(unreadable)?);
     }
-    let rest = RestSettings { settle: &settings.settle, certify: &settings.certify };
+    let rest = RestSettings { settle: &settings.settle, certify: &settings.certify, may_roll: false };
     let mut draft = Draft::new(stored.composition, loaded, rest, cancel.clone()).map_err(unreadable)?;
     let (mut results, mut undetermined) = (Vec::new(), Vec::new());
     for (index, operation) in operations.iter().enumerate() {

@@ -1,7 +1,7 @@
 //! How objects of a draft find a place and come to rest.
 
 use super::Draft;
-use editing::PlaceQuery;
+use editing::{PlaceQuery, RestFault, RestSettings};
 use geometry::Pose;
 use scene::{RelationKind, SupportRelation, Supporter};
 
@@ -62,11 +62,22 @@ impl Draft<'_> {
     pub fn find_and_rest(&mut self, object: usize, query: &PlaceQuery) -> Result<(), String> {
         let candidates = self.workspace.places(object, query).map_err(|error| error.to_string())?;
         let mut fault = None;
-        for candidate in candidates {
+        for candidate in &candidates {
             self.cancel.check().map_err(|error| error.to_string())?;
-            match self.workspace.put_down(object, &candidate, self.rest, &self.cancel) {
+            match self.workspace.put_down(object, candidate, self.rest, &self.cancel) {
                 Ok(()) => return Ok(()),
                 Err(error) => fault = Some(error),
+            }
+        }
+        // A round object rolls wherever it is put; it may, as long as its relation still holds where it rests.
+        let may_roll = RestSettings { may_roll: true, ..self.rest };
+        let has_slipped = matches!(fault, Some(RestFault::Slipped { .. })) && query.position_m.is_none();
+        for candidate in candidates.iter().filter(|_| has_slipped) {
+            let mut rolled = self.workspace.clone();
+            let put = rolled.put_down(object, candidate, may_roll, &self.cancel);
+            if put.is_ok() && rolled.meets(object, query) && rolled.is_on_table(object) {
+                self.workspace = rolled;
+                return Ok(());
             }
         }
         let place = self.workspace.place_in_words(query);
