@@ -101,7 +101,6 @@ fn sentences_written_after_the_grammar_do_nothing_else_than_a_reader_expects() {
     let score = score(include_str!("sentences_unseen.toml"));
     report("sentences_unseen.toml", &score);
     assert_eq!(score.total, 20);
-    // "On top of the other books" and "the teapot halfway" become phrases that are refused when they are carried out.
-    assert!(score.wrong.len() <= 2, "{}", score.wrong.join("\n"));
-    assert!(score.right >= 14, "{}: {}", score.right, score.refused.join("\n"));
+    assert!(score.wrong.is_empty(), "{}", score.wrong.join("\n"));
+    assert!(score.right >= 17, "{}: {}", score.right, score.refused.join("\n"));
 }

@@ -12,6 +12,11 @@ impl Cursor {
     /// New objects, or a move where the objects exist: "put a mug on the tray", "put the mug on the tray".
     pub fn add_or_move(&mut self, frame: Frame) -> Outcome<()> {
         if self.is_definite(self.at) {
+            // "set the mug's color to green"
+            let owner = self.phrase_end(self.at, &|index| self.is_at(index, "'s"));
+            if self.length_of_any(owner, &["'s color to", "'s colour to", "'s material to"]).is_some() {
+                return self.change_to();
+            }
             return self.relocate(frame == Frame::Move);
         }
         if frame == Frame::Move {

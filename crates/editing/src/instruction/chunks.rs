@@ -219,7 +219,17 @@ impl Cursor {
     pub fn preposition_at(&self, index: usize) -> Option<usize> {
         let distance = self.distance_at(index).map_or(0, |(_, length)| length);
         let mut at = index + distance;
-        let emphasis = ["directly", "right", "just", "immediately", "exactly", "further", "a little further"];
+        let emphasis = [
+            "directly",
+            "right",
+            "just",
+            "immediately",
+            "exactly",
+            "halfway",
+            "midway",
+            "further",
+            "a little further",
+        ];
         if let Some(length) = self.length_of_any(at, &emphasis)
             && self.length_of_any(at + length, PREPOSITIONS).is_some()
             && !self.is_at(at, "right of")

@@ -155,7 +155,8 @@ impl Cursor {
             if self.at >= self.tokens.len() {
                 return Ok(());
             }
-            let gap = self.at + self.connector_at(self.at);
+            let mut gap = self.at + self.connector_at(self.at);
+            gap += usize::from(gap > self.at && self.is_at(gap, "then"));
             let repeats = gap > self.at && self.is_phrase(gap) && self.modal_after(gap).is_none();
             if let Some(frame) = frame.filter(|_| repeats) {
                 self.at = gap;
@@ -165,6 +166,10 @@ impl Cursor {
                 let _ = self.take("would you mind") || self.take("do you mind");
                 if self.at >= self.tokens.len() && !self.operations.is_empty() {
                     return Ok(());
+                }
+                // A greeting is a sentence of its own.
+                if self.is_at(self.at, ".") {
+                    continue;
                 }
                 self.check_clause()?;
                 frame = Some(self.next_clause()?);

@@ -90,7 +90,8 @@ impl Cursor {
             return Ok(offset);
         }
         if !self.is_at(self.at, "right of") {
-            let _ = self.take_any(&["directly", "just", "immediately", "exactly", "right"]);
+            let _ =
+                self.take_any(&["directly", "just", "immediately", "exactly", "right", "halfway", "midway"]);
         }
         // "to its left" is to the left of it.
         let sides = [
@@ -211,8 +212,12 @@ impl Cursor {
         if self.is_at(start, "a") || self.is_at(start, "an") {
             return Err(self.error(start, end, Reason::NewLandmark));
         }
+        let phrase = self.target_text(start, end);
+        if super::discourse::is_plural(&phrase) {
+            return Err(self.error(start, end, Reason::SeveralLandmarks));
+        }
         self.at = end;
-        Ok(self.target_text(start, end))
+        Ok(phrase)
     }
 
     /// The end of "the table" where a place or nothing follows.
