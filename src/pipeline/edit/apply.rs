@@ -6,7 +6,7 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use super::draft::{Draft, load as load_geometry};
-use super::operations::{NewTable, OperationInputs, carry_out, color_named, known_material};
+use super::operations::{NewTable, OperationInputs, carry_out, color_named, material_named};
 use super::{Additions, refused, view};
 use crate::pipeline::checkpoint::Stage;
 use crate::pipeline::composition::Composition;
@@ -117,11 +117,10 @@ async fn tables(context: &Context, inputs: &Inputs) -> Result<BTreeMap<usize, Ne
         let EditOperation::RestyleTable { material, color } = operation else { continue };
         let refuse = |why: String| refused(index, operation, why);
         let color = color.as_deref().map(color_named).transpose().map_err(refuse)?;
-        if let Some(material) = material {
-            known_material(material).map_err(refuse)?;
-        }
+        let material =
+            material.as_deref().map(|words| material_named(words, true)).transpose().map_err(refuse)?;
         recognized.color = color.or(recognized.color);
-        recognized.material = material.clone().or(recognized.material);
+        recognized.material = material.or(recognized.material);
         let generator = &context.services().ports.mesh_generator;
         let raw = generator.table(&context.call(), recognized.clone()).await?;
         let same = raw.outline_m == inputs.parent.table.outline_m;

@@ -7,7 +7,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 use glam::DVec2;
 
-pub(super) use appearance::{color_named, known_material};
+pub(super) use appearance::{color_named, material_named};
 use appearance::{recolor, relabel, restyle_table};
 use shape::{resize, rotate};
 

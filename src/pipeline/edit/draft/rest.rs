@@ -71,7 +71,9 @@ impl Draft<'_> {
         }
         // A round object rolls wherever it is put; it may, as long as its relation still holds where it rests.
         let may_roll = RestSettings { may_roll: true, ..self.rest };
-        let has_slipped = matches!(fault, Some(RestFault::Slipped { .. })) && query.position_m.is_none();
+        let has_slipped = matches!(fault, Some(RestFault::Slipped { .. }))
+            && query.position_m.is_none()
+            && query.yaw_rad.is_none();
         for candidate in candidates.iter().filter(|_| has_slipped) {
             let mut rolled = self.workspace.clone();
             let put = rolled.put_down(object, candidate, may_roll, &self.cancel);

@@ -6,13 +6,13 @@ use super::{Done, NewTable, OperationInputs, ids, names, one, several};
 use crate::pipeline::edit::draft::{Draft, load};
 use crate::pipeline::edit::recolor::recolored;
 use catalog::{named_color, physical, substance};
+use editing::references;
 use geometry::Rgb;
 
 pub(super) fn recolor(draft: &mut Draft, phrase: &str, color: Option<&str>, material: Option<&str>) -> Done {
     let color = color.map(color_named).transpose()?;
-    if let Some(material) = material {
-        known_material(material)?;
-    }
+    let material = material.map(|words| material_named(words, false)).transpose()?;
+    let material = material.as_deref();
     let targets = several(draft, phrase)?;
     for &target in &targets {
         let appearance = color.or_else(|| material.and_then(material_color));
@@ -41,17 +41,24 @@ pub(super) fn recolor(draft: &mut Draft, phrase: &str, color: Option<&str>, mate
     ))
 }
 
-/// The color of a word.
-pub(in crate::pipeline::edit) fn color_named(word: &str) -> Result<Rgb, String> {
-    named_color(&word.trim().to_ascii_lowercase())
-        .ok_or_else(|| format!("{word:?} is no color that is known; give one such as red, navy or beige"))
+/// The color of words such as "red" and "dark blue".
+pub(in crate::pipeline::edit) fn color_named(words: &str) -> Result<Rgb, String> {
+    let lower = words.trim().to_ascii_lowercase();
+    references::color_of(&lower)
+        .or_else(|| named_color(&lower))
+        .ok_or_else(|| format!("{words:?} is no color that is known; give one such as red, navy or beige"))
 }
 
-/// Whether a material is known.
-pub(in crate::pipeline::edit) fn known_material(material: &str) -> Result<(), String> {
-    let is_known = substance(material).is_some() || physical::is_finish(material);
-    is_known.then_some(()).ok_or_else(|| {
-        format!("{material:?} is no material that is known; give one such as wood, steel or glass")
+/// The name of a material in the catalog; of a table, its finish where the material has one.
+pub(in crate::pipeline::edit) fn material_named(words: &str, of_table: bool) -> Result<String, String> {
+    let lower = words.trim().to_ascii_lowercase();
+    if let Some(word) = references::material_of(&lower) {
+        let finish = word.table.as_ref().filter(|_| of_table);
+        return Ok(finish.unwrap_or(&word.substance).clone());
+    }
+    let is_known = substance(&lower).is_some() || physical::is_finish(&lower);
+    is_known.then_some(lower).ok_or_else(|| {
+        format!("{words:?} is no material that is known; give one such as wood, steel or glass")
     })
 }
 
