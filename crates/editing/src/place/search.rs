@@ -245,13 +245,14 @@ impl<'a> Search<'a> {
         let rotation = orientation.rotation;
         let xy_m = center_m - orientation.offset_m;
         let mut pose = Pose { translation_m: xy_m.extend(DROP_GAP_M - orientation.low_m), rotation };
+        // Nothing reaches over the edge of the table, wherever it stands.
+        let margin_m = if self.supporter.parent.is_none() { EDGE_MARGIN_M } else { 0.0 };
+        let depth_m = |corner: DVec2| self.workspace.outline.depth_inside_m(corner);
+        if !orientation.corners_m.iter().all(|corner| depth_m(center_m + *corner) >= margin_m) {
+            return None;
+        }
         match self.supporter.parent {
-            None => {
-                let depth_m = |corner: DVec2| self.workspace.outline.depth_inside_m(corner);
-                if !orientation.corners_m.iter().all(|corner| depth_m(center_m + *corner) >= EDGE_MARGIN_M) {
-                    return None;
-                }
-            }
+            None => {}
             Some(parent) => {
                 let surface = self.surface.as_ref()?;
                 if depth_in_convex_m(surface.corners(), center_m) < 0.0 {
