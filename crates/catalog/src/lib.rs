@@ -19,7 +19,6 @@ mod recipe;
 mod assembly;
 mod kit;
 mod mesh_cache;
-pub mod color;
 pub mod substance;
 mod wikidata;
 pub mod stand_in;
@@ -32,7 +31,6 @@ pub mod crafting;
 pub mod tables;
 
 pub use category::{Affordance, Category, Facing, SizeRange, State, Zone, categories, category};
-pub use color::named_color;
 pub use kit::{Shape, ShapeError};
 pub use physical::{PhysicalProperties, made_of, physical_properties};
 pub use recipe::{Generator, Order, Recipe, build, build_cached};

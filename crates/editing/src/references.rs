@@ -28,6 +28,7 @@ pub(crate) use phrase::number;
 pub(crate) use vocabulary::vocabulary;
 
 use crate::EditableObject;
+use runtime::edit_distance;
 use scene::InstanceId;
 use selection::Selector;
 
@@ -135,20 +136,4 @@ fn nearest_names(objects: &[EditableObject], words: &str) -> Vec<InstanceId> {
         .collect();
     scored.sort();
     scored.into_iter().take(5).map(|(_, name)| name.clone()).collect()
-}
-
-/// Levenshtein distance in characters.
-fn edit_distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, ca) in a.chars().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, &cb) in b.iter().enumerate() {
-            let next = (diagonal + usize::from(ca != cb)).min(row[j] + 1).min(row[j + 1] + 1);
-            diagonal = row[j + 1];
-            row[j + 1] = next;
-        }
-    }
-    row[b.len()]
 }

@@ -2,16 +2,14 @@
 
 use std::fmt;
 
-use crate::place::Candidate;
+use crate::place::{Candidate, PlaceQuery};
 use crate::workspace::{Workspace, WorkspaceObject};
 use geometry::Pose;
 use geometry::collide::{PlacedSolid, penetration};
 use physics::settle::{SettleError, angle_between_rad, settle, simulate_to_the_end};
 use physics::{Body, CertifySettings, SettleSettings, support};
 use runtime::{CancelFlag, Cancelled};
-use scene::RelationKind;
 use scene::SupportRelation;
-use scene::predicates::{PosedRelation, holds};
 
 /// Objects whose boxes are farther apart do not meet while one of them settles.
 const REACH_M: f64 = 0.05;
@@ -227,19 +225,12 @@ impl Workspace {
                 Err(RestFault::LeftSupporter { supporter: "the table".to_owned() })
             };
         };
-        let (footprint, target) = (object.footprint(), self.objects[parent].footprint());
-        let kind = match object.supporter.relation {
-            SupportRelation::On => RelationKind::On,
-            SupportRelation::In => RelationKind::In,
+        let query = PlaceQuery {
+            relation: Some(object.supporter.relation.into()),
+            target: Some(parent),
+            ..PlaceQuery::default()
         };
-        let relation = PosedRelation {
-            kind,
-            object: &footprint,
-            target: Some(&target),
-            second_target: None,
-            distance_m: None,
-        };
-        if holds(&relation, &self.outline) {
+        if self.meets(index, &query) {
             Ok(())
         } else {
             Err(RestFault::LeftSupporter { supporter: self.objects[parent].body.name.clone() })

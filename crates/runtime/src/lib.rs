@@ -1,4 +1,5 @@
-//! Process-level utilities: cancellation, one bounded CPU pool, child seeds, digests and error chains as text.
+//! Process-level utilities: cancellation, one bounded CPU pool, child seeds, digests, spelling distances
+//! and error chains as text.
 //!
 //! The crate knows no domain type. It must not depend on any other crate of the workspace.
 //!
@@ -17,7 +18,9 @@ pub mod cpu;
 pub mod digest;
 pub mod error;
 pub mod seed;
+pub mod spelling;
 
 pub use cancel::{CancelFlag, Cancelled};
 pub use cpu::{ComputationFailed, CpuPool, panic_text};
 pub use error::error_chain;
+pub use spelling::edit_distance;

@@ -4,6 +4,7 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use super::{Friction, InstanceId, MassProperties};
+use crate::description::RelationKind;
 use geometry::Pose;
 
 /// An instance of `scene.json`. The object frame is the frame of the canonical mesh: +z up, +y toward its back, origin
@@ -63,6 +64,15 @@ pub struct Support {
 pub enum SupportRelation {
     On,
     In,
+}
+
+impl From<SupportRelation> for RelationKind {
+    fn from(relation: SupportRelation) -> Self {
+        match relation {
+            SupportRelation::On => Self::On,
+            SupportRelation::In => Self::In,
+        }
+    }
 }
 
 /// Reconstruction method of a mesh.

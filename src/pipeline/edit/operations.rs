@@ -236,10 +236,7 @@ fn replace(draft: &mut Draft, phrase: &str, given: OperationInputs) -> Done {
     let supporter = Supporter { parent: supporter.parent.map(shift), relation: supporter.relation };
     let added = put_all(draft, given)?;
     let &[new] = added.as_slice() else { return Err("it needs exactly one new object".into()) };
-    let relation = supporter.parent.map(|_| match supporter.relation {
-        SupportRelation::On => RelationKind::On,
-        SupportRelation::In => RelationKind::In,
-    });
+    let relation = supporter.parent.map(|_| RelationKind::from(supporter.relation));
     let query = PlaceQuery {
         relation,
         target: supporter.parent,
@@ -276,7 +273,7 @@ fn move_to(draft: &mut Draft, phrase: &str, place: &EditPlace) -> Done {
         let query = query(draft, target, place)?;
         draft.is_named(target);
         let load = draft.workspace.branch(target);
-        draft.may_move(&load, &format!("it moves with {}", draft.name(target).to_owned()));
+        draft.may_move(&load, &format!("it moves with {}", draft.name(target)));
         if let Some(offset_m) = place.offset_m {
             let mut pose = draft.pose(target);
             pose.translation_m += offset_m.extend(0.0);
@@ -325,7 +322,7 @@ fn stack(draft: &mut Draft, phrases: &[String]) -> Done {
         }
         draft.is_named(above);
         let load = draft.workspace.branch(above);
-        draft.may_move(&load, &format!("it moves with {}", draft.name(above).to_owned()));
+        draft.may_move(&load, &format!("it moves with {}", draft.name(above)));
         let query = PlaceQuery {
             relation: Some(RelationKind::On),
             target: Some(below),
@@ -359,7 +356,7 @@ fn tidy(draft: &mut Draft) -> Done {
         if is_aligned {
             draft.is_named(target);
             let load = draft.workspace.branch(target);
-            draft.may_move(&load, &format!("it moves with {}", draft.name(target).to_owned()));
+            draft.may_move(&load, &format!("it moves with {}", draft.name(target)));
             aligned.push(target);
         }
     }

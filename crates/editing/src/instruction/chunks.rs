@@ -78,10 +78,9 @@ const BOUNDARIES: &[&str] = &[
     "as", "for",
 ];
 
-const BEGINNINGS: &[&str] = &[
+/// Words that begin a phrase for objects that exist.
+const DEFINITE: &[&str] = &[
     "the",
-    "a",
-    "an",
     "my",
     "our",
     "your",
@@ -97,16 +96,13 @@ const BEGINNINGS: &[&str] = &[
     "every",
     "each",
     "everything",
-    "anything",
     "it",
     "them",
-    "another",
-    "some",
-    "several",
-    "half",
-    "any",
     "its",
 ];
+
+/// Words that begin a phrase for new objects, or for any.
+const INDEFINITE: &[&str] = &["a", "an", "anything", "another", "some", "several", "half", "any"];
 
 /// Words that are a verb where an object follows them and a noun elsewhere are among these.
 const VERBS: &[&str] = &[
@@ -274,7 +270,10 @@ impl Cursor {
 
     pub fn is_beginning(&self, index: usize) -> bool {
         let word = self.word(index);
-        BEGINNINGS.contains(&word) || word.contains('_') || self.number_at(index).is_some()
+        DEFINITE.contains(&word)
+            || INDEFINITE.contains(&word)
+            || word.contains('_')
+            || self.number_at(index).is_some()
     }
 
     /// Whether a noun phrase begins there.
@@ -289,32 +288,11 @@ impl Cursor {
     /// Whether a definite phrase begins there: existing objects rather than new ones.
     pub fn is_definite(&self, index: usize) -> bool {
         let word = self.word(index);
-        let definite = [
-            "the",
-            "my",
-            "our",
-            "your",
-            "his",
-            "her",
-            "their",
-            "this",
-            "that",
-            "these",
-            "those",
-            "all",
-            "both",
-            "every",
-            "each",
-            "everything",
-            "it",
-            "them",
-            "its",
-        ];
         let part = |at: usize| {
             self.is_at(at, "of") && matches!(self.word(at + 1), "the" | "my" | "these" | "those" | "them")
         };
         let count = self.quantity_at(index).map_or(1, |(_, length)| length);
-        definite.contains(&word) || word.contains('_') || part(index + count)
+        DEFINITE.contains(&word) || word.contains('_') || part(index + count)
     }
 
     /// The end of the noun phrase that begins at an index: a boundary or what `stops` it. Places belong to it unless

@@ -2,9 +2,10 @@
 //! nearest known word is read as that word. An English noun outside the catalog stays as it is, except a rare one
 //! (`grammar.rare_nouns`).
 
-use super::lexicon::{Lexicon, edit_distance};
+use super::lexicon::Lexicon;
 use super::tokens::{Source, Token};
 use super::verbs::verbs;
+use runtime::edit_distance;
 
 /// Maximum number of words of a text that are compared with the vocabulary.
 const MAX_WORDS: usize = 32;

@@ -13,6 +13,7 @@ use super::themes::Themes;
 use super::tokens::{Token, tokenize};
 use super::vocabulary::Vocabulary;
 use catalog::{Category, TableModel};
+use runtime::edit_distance;
 
 /// A meaning of a phrase.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -315,22 +316,6 @@ fn normalize(phrase: &str) -> String {
         })
         .collect::<Vec<_>>()
         .join(" ")
-}
-
-/// Levenshtein distance in characters.
-pub(super) fn edit_distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, ca) in a.chars().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, &cb) in b.iter().enumerate() {
-            let next = (diagonal + usize::from(ca != cb)).min(row[j] + 1).min(row[j + 1] + 1);
-            diagonal = row[j + 1];
-            row[j + 1] = next;
-        }
-    }
-    row[b.len()]
 }
 
 #[cfg(test)]

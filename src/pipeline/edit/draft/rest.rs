@@ -9,10 +9,7 @@ impl Draft<'_> {
     /// The surface that carries an object, within a distance of the object's place.
     pub fn near_by(&self, object: usize, within_m: f64) -> PlaceQuery {
         let supporter = self.supporter(object);
-        let relation = supporter.parent.map(|_| match supporter.relation {
-            SupportRelation::On => RelationKind::On,
-            SupportRelation::In => RelationKind::In,
-        });
+        let relation = supporter.parent.map(|_| RelationKind::from(supporter.relation));
         PlaceQuery {
             relation,
             target: supporter.parent,

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::{Done, NewTable, OperationInputs, ids, names, one, several};
 use crate::pipeline::edit::draft::{Draft, load};
 use crate::pipeline::edit::recolor::recolored;
-use catalog::{named_color, physical, substance};
+use catalog::{physical, substance};
 use editing::references;
 use geometry::Rgb;
 
@@ -43,9 +43,7 @@ pub(super) fn recolor(draft: &mut Draft, phrase: &str, color: Option<&str>, mate
 
 /// The color of words such as "red" and "dark blue".
 pub(in crate::pipeline::edit) fn color_named(words: &str) -> Result<Rgb, String> {
-    let lower = words.trim().to_ascii_lowercase();
-    references::color_of(&lower)
-        .or_else(|| named_color(&lower))
+    references::color_of(words.trim())
         .ok_or_else(|| format!("{words:?} is no color that is known; give one such as red, navy or beige"))
 }
 

@@ -46,7 +46,7 @@ pub(super) fn rotate(
         turned.translation_m = center_m + turn * (pose.translation_m - center_m);
         draft.is_named(target);
         let load = draft.workspace.branch(target);
-        draft.may_move(&load, &format!("it turns with {}", draft.name(target).to_owned()));
+        draft.may_move(&load, &format!("it turns with {}", draft.name(target)));
         let supporter = draft.supporter(target);
         if let Err(why) = draft.rest_at(target, turned, supporter) {
             // At the edge of the table, or beside another object, a small step makes room.
