@@ -22,6 +22,7 @@ mod enqueue;
 pub mod parent;
 mod edit_operations;
 pub mod edits;
+pub mod variants;
 pub mod lineage;
 pub mod download;
 pub mod bundle;
@@ -241,6 +242,7 @@ pub fn routes() -> Vec<(Method, &'static str, MethodRouter<Api>)> {
         (Method::DELETE, "/scenes/{scene_id}", delete(scenes::remove)),
         (Method::GET, "/scenes/{scene_id}/bundle", get(bundle::download)),
         (Method::POST, "/scenes/{scene_id}/edits", post(edits::submit)),
+        (Method::POST, "/scenes/{scene_id}/variants", post(variants::submit)),
         (Method::GET, "/scenes/{scene_id}/lineage", get(lineage::show)),
         (Method::GET, "/scenes/{scene_id}/artifacts", get(artifacts::list)),
         (Method::GET, "/scenes/{scene_id}/artifacts/{*name}", get(artifacts::download)),

@@ -11,6 +11,7 @@ pub mod local_job;
 pub mod generate;
 pub mod bundle_input;
 pub mod edit;
+pub mod variants;
 pub mod diff;
 pub mod batch;
 pub mod parse;
@@ -50,6 +51,8 @@ enum Command {
     Generate(generate::Arguments),
     /// Make a scene from a finished one, by operations or by an instruction in words.
     Edit(edit::Arguments),
+    /// Make scenes from a finished one that differ in layout, meshes, colors, light and more.
+    Variants(variants::Arguments),
     /// Show what differs between the scenes of two bundles.
     Diff(diff::Arguments),
     /// Make many scenes from one file of requests or from a recipe, without a server.
@@ -81,6 +84,7 @@ pub fn main() -> ExitCode {
     run(Cli::try_parse(), |cli| match cli.command {
         Command::Generate(arguments) => generate::run(arguments),
         Command::Edit(arguments) => edit::run(arguments),
+        Command::Variants(arguments) => variants::run(arguments),
         Command::Diff(arguments) => diff::run(arguments),
         Command::Batch(arguments) => batch::run(arguments),
         Command::Parse(arguments) => parse::run(arguments),

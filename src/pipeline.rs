@@ -131,7 +131,7 @@ pub async fn build_scene(
     services: StageResources,
     settings: Arc<Settings>,
 ) -> Result<BuiltScene, StageError> {
-    if matches!(request.input, Input::Edit { .. }) {
+    if matches!(request.input, Input::Edit { .. } | Input::Variant { .. }) {
         return edit::edit_scene(request, checkpoints, services, settings).await;
     }
     let stages = checkpoints.for_stages(&STAGES, Arc::new(services));

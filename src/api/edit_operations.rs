@@ -48,7 +48,8 @@ fn read_one(item: &Value) -> Result<EditOperation, FieldError> {
     }
     let operation = EditOperation::deserialize(item).map_err(|error| first_error(fields, &error))?;
     // Serde accepts any fields beside the tag where there are none.
-    let extra = fields.keys().find(|name| operation == EditOperation::Tidy && *name != "op");
+    let is_bare = matches!(operation, EditOperation::Tidy | EditOperation::Rearrange);
+    let extra = fields.keys().find(|name| is_bare && *name != "op");
     match extra {
         Some(name) => Err(FieldError::new(pointer_segment(name), "is not known here; it must be left out")),
         None => Ok(operation),

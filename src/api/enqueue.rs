@@ -10,18 +10,18 @@ use super::Api;
 use super::error::{Problem, ProblemType};
 use super::scenes::{find, latest_job};
 use super::submission::Submission;
-use super::views::SceneView;
+use super::views::{JobView, SceneView};
 use crate::spans;
 use scene::SceneId;
 use scene::job::SceneState;
 use store::DEFAULT_TENANT;
 use store::queue::QueueFull;
 use store::retention::QuotaOutcome;
-use store::scenes::SubmitOutcome;
+use store::scenes::{NewRows, SubmitOutcome};
 
 /// What the headers of a request for a new scene ask for.
 pub(super) struct Delivery {
-    idempotency_key: Option<String>,
+    pub(super) idempotency_key: Option<String>,
     wait: Option<Duration>,
 }
 
@@ -49,41 +49,25 @@ pub(super) async fn enqueue(
     submission: Submission,
     delivery: Delivery,
 ) -> Result<Response, Problem> {
-    if let QuotaOutcome::Exceeded { used_bytes, quota_bytes } = api.store.quota(&DEFAULT_TENANT).await? {
-        return Err(Problem::quota_exceeded(used_bytes, quota_bytes));
-    }
     let Delivery { idempotency_key, wait } = delivery;
-    let budget_usd = api.settings.usual_budget_usd;
-    let schedule = submission.schedule(&api.queue);
-    let new = submission.into_row(&api.store, DEFAULT_TENANT.clone(), budget_usd, idempotency_key).await?;
-    let scene_id = match api.store.submit_scheduled(new, schedule).await? {
-        SubmitOutcome::Created { scene_id, job_id } => {
-            metrics::counter!("tabletopgen_scenes_submitted_total").increment(1);
-            spans::submitted(&scene_id, &job_id);
-            scene_id
-        }
-        SubmitOutcome::Replayed { scene_id, job_id } => {
-            spans::submitted(&scene_id, &job_id);
-            scene_id
-        }
-        SubmitOutcome::QueueFull(full) => return Ok(queue_full(full)),
-        SubmitOutcome::KeyReused => {
-            return Err(Problem::new(
-                ProblemType::InvalidRequest,
-                "idempotency_key_reused",
-                "this Idempotency-Key came with another body before; use a new key for a new scene",
-            ));
-        }
+    let Enqueued { scene_id, rows } = match enqueue_one(api, submission, idempotency_key).await? {
+        Ok(enqueued) => enqueued,
+        Err(full) => return Ok(queue_full(full)),
     };
     if let Some(wait) = wait {
         wait_for(api, &scene_id, wait).await?;
     }
-    let scene = find(api, &scene_id).await?;
+    let (scene, job) = match (rows, wait) {
+        (Some(rows), None) => {
+            let outlook = api.store.outlook_of_new(&DEFAULT_TENANT, &rows).await?;
+            (rows.scene, Some(JobView::new(rows.job, outlook)))
+        }
+        _ => (find(api, &scene_id).await?, latest_job(api, &scene_id).await?),
+    };
     let status = if scene.state == SceneState::Pending { StatusCode::ACCEPTED } else { StatusCode::OK };
     // Without `Prefer` the answer is always 202: the same request gets the same answer.
     let status = if wait.is_some() { status } else { StatusCode::ACCEPTED };
     let location = format!("/scenes/{scene_id}");
-    let job = latest_job(api, &scene_id).await?;
     let mut response = (status, Json(SceneView::new(scene, job))).into_response();
     if let Ok(location) = HeaderValue::from_str(&location) {
         response.headers_mut().insert(header::LOCATION, location);
@@ -96,8 +80,50 @@ pub(super) async fn enqueue(
     Ok(response)
 }
 
+/// A scene that was enqueued, now or by an earlier request with the same key.
+pub(super) struct Enqueued {
+    pub scene_id: SceneId,
+    /// What was written now.
+    rows: Option<Box<NewRows>>,
+}
+
+/// Enqueues a submission. Inner `Err` where the queue has no room.
+///
+/// # Errors
+///
+/// As [`enqueue`].
+pub(super) async fn enqueue_one(
+    api: &Api,
+    submission: Submission,
+    idempotency_key: Option<String>,
+) -> Result<Result<Enqueued, QueueFull>, Problem> {
+    if let QuotaOutcome::Exceeded { used_bytes, quota_bytes } = api.store.quota(&DEFAULT_TENANT).await? {
+        return Err(Problem::quota_exceeded(used_bytes, quota_bytes));
+    }
+    let budget_usd = api.settings.usual_budget_usd;
+    let schedule = submission.schedule(&api.queue);
+    let new = submission.into_row(&api.store, DEFAULT_TENANT.clone(), budget_usd, idempotency_key).await?;
+    match api.store.submit_scheduled(new, schedule).await? {
+        SubmitOutcome::Created { scene_id, job_id, rows } => {
+            metrics::counter!("tabletopgen_scenes_submitted_total").increment(1);
+            spans::submitted(&scene_id, &job_id);
+            Ok(Ok(Enqueued { scene_id, rows: Some(rows) }))
+        }
+        SubmitOutcome::Replayed { scene_id, job_id } => {
+            spans::submitted(&scene_id, &job_id);
+            Ok(Ok(Enqueued { scene_id, rows: None }))
+        }
+        SubmitOutcome::QueueFull(full) => Ok(Err(full)),
+        SubmitOutcome::KeyReused => Err(Problem::new(
+            ProblemType::InvalidRequest,
+            "idempotency_key_reused",
+            "this Idempotency-Key came with another body before; use a new key for a new scene",
+        )),
+    }
+}
+
 /// 429 with the time after which there may be room.
-fn queue_full(full: QueueFull) -> Response {
+pub(super) fn queue_full(full: QueueFull) -> Response {
     let detail = format!(
         "{} jobs wait in the queue, and no more may; send the request again in {} seconds",
         full.limit, full.retry_after_secs

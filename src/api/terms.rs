@@ -99,7 +99,7 @@ impl Terms {
 }
 
 /// A random seed, for a request without one; the scene reports it.
-fn draw_seed() -> u64 {
+pub(super) fn draw_seed() -> u64 {
     // The version's four bits are the same in every one; the others are random.
     let random = Uuid::new_v4().as_u128();
     ((random ^ (random >> 64)) as u64) & MAX_SEED

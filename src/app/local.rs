@@ -36,7 +36,7 @@ pub async fn run(
     let new = submission.into_row(store, DEFAULT_TENANT.clone(), budget_usd, None).await?;
     // The caller of this process has the first place, however many jobs the data directory holds.
     let (scene_id, job_id) = match store.submit(new).await? {
-        SubmitOutcome::Created { scene_id, job_id } | SubmitOutcome::Replayed { scene_id, job_id } => {
+        SubmitOutcome::Created { scene_id, job_id, .. } | SubmitOutcome::Replayed { scene_id, job_id } => {
             (scene_id, job_id)
         }
         SubmitOutcome::KeyReused | SubmitOutcome::QueueFull(_) => {

@@ -93,7 +93,7 @@ fn predict(resolved: &Resolved, submission: &Submission, archive: &[u8]) -> Resu
 }
 
 /// One line for each operation, and for each object that moved although no operation names it.
-fn lines(account: &EditAccount) -> String {
+pub(super) fn lines(account: &EditAccount) -> String {
     let mut text = String::new();
     for (index, operation) in account.operations.iter().enumerate() {
         // Writing to a string cannot fail.

@@ -188,6 +188,7 @@ impl Inputs {
                 gave_way: resolved.gave_way.clone(),
             },
             account: objects.account.clone(),
+            light: None,
             edit: None,
         };
         Ok(Self::of(identity, composition, ports, settings, gpu))

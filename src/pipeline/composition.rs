@@ -18,7 +18,7 @@ use geometry::{ConvexHull, Outline};
 use scene::certificate::ResolveFinding;
 use scene::edit::EditAccount;
 use scene::text_account::TextAccount;
-use scene::{InstanceMask, Provenance, Recognition, ReconstructionMethod, SupportTree, Supporter};
+use scene::{InstanceMask, Light, Provenance, Recognition, ReconstructionMethod, SupportTree, Supporter};
 
 /// Path of the stored composition in a bundle.
 pub const PATH: &str = "composition.json";
@@ -45,6 +45,9 @@ pub struct Composition {
     pub scale_error: Option<f64>,
     pub resolve: ResolveFinding,
     pub account: Option<TextAccount>,
+    /// Where it is not the usual studio's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub light: Option<Light>,
     /// What an edit did; `None` for a scene that was made from a text or an image.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub edit: Option<EditAccount>,

@@ -11,6 +11,7 @@ mod draft;
 mod operations;
 pub mod predict;
 mod recolor;
+mod variation;
 mod view;
 
 use std::collections::BTreeMap;
@@ -23,7 +24,7 @@ use super::checkpoint::Checkpoints;
 use super::error::StageError;
 use super::resources::StageResources;
 use super::{Settings, bundle};
-use scene::{EditOperation, Input, SceneRequest};
+use scene::{EditOperation, Input, Randomize, SceneRequest};
 use store::Digest;
 use store::artifacts::BuiltScene;
 
@@ -57,8 +58,16 @@ pub async fn edit_scene(
     services: StageResources,
     settings: Arc<Settings>,
 ) -> Result<BuiltScene, StageError> {
-    let Input::Edit { parent: parent_id, bundle_sha256, operations, .. } = request.input.clone() else {
-        return Err(StageError::permanent("no_edit", "editing: the request is not for an edit"));
+    let (parent_id, bundle_sha256, change) = match request.input.clone() {
+        Input::Edit { parent, bundle_sha256, operations, .. } => {
+            (parent, bundle_sha256, Change::Stated(operations))
+        }
+        Input::Variant { parent, bundle_sha256, randomize } => {
+            (parent, bundle_sha256, Change::Drawn(randomize))
+        }
+        Input::Text { .. } | Input::Image { .. } => {
+            return Err(StageError::permanent("no_edit", "editing: the request is not for an edit"));
+        }
     };
     let request = request.without_budget();
     let ports = services.ports.clone();
@@ -70,10 +79,14 @@ pub async fn edit_scene(
     })?;
     let parent = stages.run(parent::STAGE, parent::Inputs { bundle }, parent::run).await?;
 
+    let (operations, is_drawn) = match change {
+        Change::Stated(operations) => (operations, false),
+        Change::Drawn(randomize) => (variation::drawn(&parent, &randomize, request.seed), true),
+    };
     let additions = additions::make(&request, &operations, &parent, &stages, &settings).await?;
 
-    let inputs =
-        apply::Inputs::new(parent_id, parent, operations, additions, request.seed, &ports, &settings);
+    let plan = apply::Plan { parent_id, operations, additions, is_drawn, seed: request.seed };
+    let inputs = apply::Inputs::new(parent, plan, &ports, &settings);
     let composition = stages.run(apply::STAGE, inputs, apply::run).await?;
 
     let gpu = stages.services().gpu_name().await;
@@ -82,6 +95,13 @@ pub async fn edit_scene(
 
     let bundle = stages.run(bundle::STAGE, bundle::Inputs { certified }, bundle::run).await?;
     Ok(bundle.into_rows())
+}
+
+/// What changes the parent.
+enum Change {
+    Stated(Vec<EditOperation>),
+    /// Operations that the seed draws.
+    Drawn(Randomize),
 }
 
 /// Objects made for the operations that need new ones, by index of the operation.

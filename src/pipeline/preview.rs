@@ -9,6 +9,7 @@ use geometry::{Camera, Pose, TexturedMesh};
 use gpu::{Gpu, GpuError};
 use imaging::Image;
 use render::gpu::GpuSceneCache;
+use scene::Light;
 use render::{Background, GeometryFrame, Lighting, RenderObject, RenderSettings, SceneCache, TopView, View};
 
 /// Section `[preview]`.
@@ -38,6 +39,8 @@ pub struct Studio<'a> {
     bodies: &'a [PreviewBody<'a>],
     scene_cache: Arc<SceneCache<'a>>,
     on_gpu: Option<GpuSceneCache<'a>>,
+    /// Where it is not the studio's.
+    lit_by: Option<Light>,
     low_m: DVec3,
     high_m: DVec3,
 }
@@ -51,7 +54,13 @@ impl<'a> Studio<'a> {
             .collect();
         let (low_m, high_m) = bounds(bodies);
         let scene_cache = Arc::new(SceneCache::new(objects, quality));
-        Self { bodies, scene_cache, on_gpu: None, low_m, high_m }
+        Self { bodies, scene_cache, on_gpu: None, lit_by: None, low_m, high_m }
+    }
+
+    /// The same in another light, which stays where it is when the viewer moves.
+    pub fn lit_by(mut self, light: Option<Light>) -> Self {
+        self.lit_by = light;
+        self
     }
 
     /// The same, rendered by the GPU.
@@ -69,7 +78,11 @@ impl<'a> Studio<'a> {
     }
 
     fn light(&self, azimuth_rad: f64) -> (Lighting, Background) {
-        let lighting = Lighting::studio(azimuth_rad - 0.7, 0.95, 0.6);
+        let mut lighting = Lighting::studio(azimuth_rad - 0.7, 0.95, 0.6);
+        if let Some(light) = &self.lit_by {
+            lighting.toward_key = light.toward_light();
+            lighting.key_color *= light.intensity as f32;
+        }
         (lighting, Background::light_with_floor(self.low_m.z))
     }
 

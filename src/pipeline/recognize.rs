@@ -47,7 +47,7 @@ impl Inputs {
     pub fn new(request: &SceneRequest, reference: &reference::Output, ports: &Ports) -> Self {
         let text = match &request.input {
             Input::Image { text, .. } => text.clone(),
-            Input::Text { .. } | Input::Edit { .. } => None,
+            Input::Text { .. } | Input::Edit { .. } | Input::Variant { .. } => None,
         };
         Self {
             image: reference.image.clone(),

@@ -94,7 +94,7 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
     match &inputs.input {
         Input::Text { text } => rendered(&context, &inputs, text).await,
         Input::Image { sha256, .. } => given(&context, sha256).await,
-        Input::Edit { .. } => Err(StageError::permanent(
+        Input::Edit { .. } | Input::Variant { .. } => Err(StageError::permanent(
             "not_a_reference",
             "making a reference image: an edit starts from its parent, which has one",
         )),

@@ -121,6 +121,7 @@ impl Inputs {
 }
 
 /// Geometry of one body, loaded.
+#[derive(Clone)]
 pub(super) struct Loaded {
     pub mesh: Arc<TexturedMesh>,
     pub solid: Arc<MeshSolid>,

@@ -88,7 +88,7 @@ impl SceneFacts {
             return Err(refuse(bundle, reason));
         }
         let (parent, image_sha256) = match &scene.request.input {
-            Input::Edit { parent, .. } => (Some(parent.clone()), None),
+            Input::Edit { parent, .. } | Input::Variant { parent, .. } => (Some(parent.clone()), None),
             Input::Image { sha256, .. } => (None, Some(sha256.clone())),
             Input::Text { .. } => (None, None),
         };

@@ -45,6 +45,8 @@ pub struct PlaceQuery {
     pub within_m: Option<f64>,
     /// The yaw to prefer where none is stated.
     pub usual_yaw_rad: f64,
+    /// Whether every place where the relation holds is as good as any other, and only `near_m` decides.
+    pub by_nearness: bool,
 }
 
 /// A pose from which an object may come to rest.

@@ -24,6 +24,7 @@ pub mod number;
 pub mod xml;
 pub mod wavefront;
 pub mod usd;
+mod sun;
 pub mod urdf;
 pub mod mjcf;
 pub mod sdf;

@@ -18,6 +18,7 @@ use geometry::Material;
 use scene::Scene;
 
 use super::number::spaced;
+use super::sun::Sun;
 use super::wavefront::Wavefront;
 use super::xml::XmlDocument;
 use super::{Body, BundleFile, ExportSettings};
@@ -136,7 +137,8 @@ fn scene_xml(scene: &Scene, bodies: &[Body], settings: &ExportSettings) -> Strin
     }
     document.close();
     document.open("worldbody", &[]);
-    let sun = [("name", "sun"), ("pos", "-0.6 -1 2.5"), ("dir", "0.2 0.35 -1"), ("diffuse", "0.6 0.6 0.6")];
+    let Sun { position_m, direction, brightness } = Sun::of(scene, 0.6);
+    let sun = [("name", "sun"), ("pos", &*position_m), ("dir", &*direction), ("diffuse", &*brightness)];
     document.empty("light", &sun);
     write_camera(&mut document, scene);
     let floor = spaced(&[0.0, 0.0, -scene.table.height_m]);

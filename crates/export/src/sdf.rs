@@ -17,6 +17,7 @@ use geometry::Pose;
 use scene::Scene;
 
 use super::number::spaced;
+use super::sun::Sun;
 use super::urdf::origin;
 use super::wavefront::{Wavefront, hull_file, visual_file};
 use super::xml::{LABEL_NAMESPACE, XmlDocument};
@@ -96,9 +97,10 @@ fn world(scene: &Scene, bodies: &[Body], settings: &ExportSettings) -> String {
     document.open("world", &[("name", &format!("scene_{}", scene.id))]);
     document.text_element("gravity", &spaced(&[0.0, 0.0, -settings.gravity_m_s2]));
     document.open("light", &[("name", "sun"), ("type", "directional")]);
-    document.text_element("pose", "-0.6 -1 2.5 0 0 0");
-    document.text_element("direction", "0.2 0.35 -1");
-    document.text_element("diffuse", "0.8 0.8 0.8 1");
+    let Sun { position_m, direction, brightness } = Sun::of(scene, 0.8);
+    document.text_element("pose", &format!("{position_m} 0 0 0"));
+    document.text_element("direction", &direction);
+    document.text_element("diffuse", &format!("{brightness} 1"));
     document.text_element("cast_shadows", "true");
     document.close();
     write_floor(&mut document, scene);

@@ -1,11 +1,15 @@
 //! Edits: operations that derive a scene from a finished one.
 
-use glam::DVec2;
+mod place;
+mod camera_move;
+
 use serde::{Deserialize, Serialize};
 
-use crate::InstanceId;
-use crate::description::RelationKind;
+use crate::{InstanceId, Light};
 use crate::validation::{Violation, Violations};
+
+pub use camera_move::CameraMove;
+pub use place::EditPlace;
 
 /// Largest number of operations of one edit.
 pub const MAX_OPERATIONS: usize = 64;
@@ -86,89 +90,36 @@ pub enum EditOperation {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         theme: Option<String>,
     },
-}
-
-/// A place: a relation to another object or to the table, coordinates, or a displacement.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct EditPlace {
-    /// `on`, `in`, `left_of`, `right_of`, `in_front_of`, `behind`, `next_to`, `between`, a region of the table
-    /// (`at_center`, `at_back_left`, ...), or a distance from an edge (`from_left_edge`, ...).
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub relation: Option<RelationKind>,
-    /// The other object; absent for the table.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub target: Option<String>,
-    /// The second object of `between`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub second_target: Option<String>,
-    /// Free distance to the target or to the edge, meters.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub distance_m: Option<f64>,
-    /// Center of the object on the table top, from its center: x to the right, y to the back, meters.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub position_m: Option<DVec2>,
-    /// Displacement from where a moved object is: x to the right, y to the back, meters.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub offset_m: Option<DVec2>,
-    /// Rotation about the vertical axis; 0 faces the front edge. Chosen where it is absent.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub yaw_rad: Option<f64>,
-}
-
-impl EditPlace {
-    /// A relation to an object.
-    pub fn related(relation: RelationKind, target: impl Into<String>) -> Self {
-        Self { relation: Some(relation), target: Some(target.into()), ..Self::default() }
-    }
-
-    /// A region of the table.
-    pub fn at(region: RelationKind) -> Self {
-        Self { relation: Some(region), ..Self::default() }
-    }
-
-    fn violations(&self) -> Vec<Violation> {
-        use RelationKind::{Around, Between, Facing, In, ParallelTo, StackedOn};
-        let mut violations = Violations::default();
-        let given = usize::from(self.relation.is_some())
-            + usize::from(self.position_m.is_some())
-            + usize::from(self.offset_m.is_some());
-        violations.require(given == 1, "", "give one of `relation`, `position_m` and `offset_m`");
-        if let Some(relation) = self.relation {
-            let supported = !matches!(relation, Around | Facing | ParallelTo | StackedOn);
-            violations.require(supported, "/relation", "is no place; give on, in, left_of, ... or a region");
-            let needs_target = relation.target_is_object() || relation == In;
-            violations.require(
-                !needs_target || self.target.is_some(),
-                "/target",
-                "names the object that the relation is to; it is missing",
-            );
-            violations.require(
-                needs_target || relation == RelationKind::On || self.target.is_none(),
-                "/target",
-                "a region of the table has no target",
-            );
-            violations.require(
-                (relation == Between) == self.second_target.is_some(),
-                "/second_target",
-                "is the second object of `between`, and of nothing else",
-            );
-        }
-        let distance = self.distance_m.is_none_or(|distance_m| (0.0..=5.0).contains(&distance_m));
-        violations.require(distance, "/distance_m", "must be from 0 to 5 meters");
-        let position = self.position_m.is_none_or(|at| at.is_finite() && at.abs().max_element() <= 5.0);
-        violations.require(position, "/position_m", "must be within 5 meters of the center of the table");
-        let offset = self.offset_m.is_none_or(|by| by.is_finite() && by.abs().max_element() <= 5.0);
-        violations.require(offset, "/offset_m", "must be up to 5 meters");
-        violations.require(is_angle(self.yaw_rad), "/yaw_rad", ANGLE);
-        violations.into_vec()
-    }
+    /// Another mesh of the same kind, with the same name, in the same place.
+    Remake { target: String },
+    /// New places for what stands on the table. Relations that a text states still hold, and what rests on or in an
+    /// object moves with it.
+    Rearrange,
+    /// Another mass or friction, by factors.
+    SetPhysics {
+        target: String,
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        mass_factor: Option<f64>,
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        friction_factor: Option<f64>,
+    },
+    /// Another light.
+    Relight(Light),
+    /// Another view of the reference camera: turned about the center of the table and raised, nearer or farther, or
+    /// with another focal length.
+    MoveCamera(CameraMove),
 }
 
 const ANGLE: &str = "must be from -6.3 to 6.3 radians";
 
 fn is_angle(angle_rad: Option<f64>) -> bool {
     angle_rad.is_none_or(|angle_rad| (-6.3..=6.3).contains(&angle_rad))
+}
+
+const FACTOR: &str = "must be from 0.25 to 4";
+
+fn is_factor(factor: Option<f64>) -> bool {
+    factor.is_none_or(|factor| (0.25..=4.0).contains(&factor))
 }
 
 fn one() -> u32 {
@@ -195,6 +146,11 @@ impl EditOperation {
             Self::Stack { .. } => "stack",
             Self::Tidy => "tidy",
             Self::Clutter { .. } => "clutter",
+            Self::Remake { .. } => "remake",
+            Self::Rearrange => "rearrange",
+            Self::SetPhysics { .. } => "set_physics",
+            Self::Relight(_) => "relight",
+            Self::MoveCamera(_) => "move_camera",
         }
     }
 
@@ -219,11 +175,18 @@ impl EditOperation {
             | Self::Move { target, .. }
             | Self::Rotate { target, .. }
             | Self::Resize { target, .. }
+            | Self::Remake { target }
+            | Self::SetPhysics { target, .. }
             | Self::Recolor { target, .. } => phrase("/target", target),
             Self::Stack { targets } => {
                 targets.iter().enumerate().for_each(|(k, target)| phrase(&format!("/targets/{k}"), target));
             }
-            Self::RestyleTable { .. } | Self::Tidy | Self::Clutter { .. } => {}
+            Self::RestyleTable { .. }
+            | Self::Tidy
+            | Self::Clutter { .. }
+            | Self::Rearrange
+            | Self::Relight(_)
+            | Self::MoveCamera(_) => {}
         }
         match self {
             Self::Add { count, place, .. } => {
@@ -262,6 +225,14 @@ impl EditOperation {
                 let range = (1..=MAX_ADDED).contains(count);
                 violations.require(range, "/count", format!("must be from 1 to {MAX_ADDED}"));
             }
+            Self::SetPhysics { mass_factor, friction_factor, .. } => {
+                let any = mass_factor.is_some() || friction_factor.is_some();
+                violations.require(any, "", "give `mass_factor`, `friction_factor`, or both");
+                violations.require(is_factor(*mass_factor), "/mass_factor", FACTOR);
+                violations.require(is_factor(*friction_factor), "/friction_factor", FACTOR);
+            }
+            Self::Relight(light) => violations.extend("", light.violations()),
+            Self::MoveCamera(change) => violations.extend("", change.violations()),
             _ => {}
         }
         violations.into_vec()
@@ -313,67 +284,4 @@ pub fn violations(operations: &[EditOperation]) -> Vec<Violation> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn read(json: &str) -> EditOperation {
-        serde_json::from_str(json).expect(json)
-    }
-
-    #[test]
-    fn operations_are_read_from_their_wire_form_and_written_the_same() {
-        for json in [
-            r#"{"op":"add","object":"a spoon","where":{"relation":"in","target":"mug_1"}}"#,
-            r#"{"op":"remove","target":"the desk lamp"}"#,
-            r#"{"op":"move","target":"mug_1","where":{"position_m":[0.1,-0.2],"yaw_rad":1.5}}"#,
-            r#"{"op":"move","target":"mug_1","where":{"offset_m":[-0.1,0.0]}}"#,
-            r#"{"op":"rotate","target":"mug_1","by_rad":0.5}"#,
-            r#"{"op":"stack","targets":["the books"]}"#,
-            r#"{"op":"tidy"}"#,
-        ] {
-            let operation = read(json);
-            assert_eq!(operation.violations(), [], "{json}");
-            assert_eq!(serde_json::to_string(&operation).expect("text"), json);
-        }
-    }
-
-    #[test]
-    fn violations_point_at_the_wrong_field() {
-        let pointers = |json: &str| -> Vec<String> {
-            violations(&[read(json)]).into_iter().map(|violation| violation.pointer).collect()
-        };
-        let cases = [
-            (r#"{"op":"add","object":"","count":99}"#, vec!["/0/object", "/0/count"]),
-            (r#"{"op":"move","target":"a","where":{}}"#, vec!["/0/where"]),
-            (r#"{"op":"move","target":"a","where":{"relation":"left_of"}}"#, vec!["/0/where/target"]),
-            (
-                r#"{"op":"move","target":"a","where":{"relation":"at_left","target":"b"}}"#,
-                vec!["/0/where/target"],
-            ),
-            (
-                r#"{"op":"move","target":"a","where":{"relation":"between","target":"b"}}"#,
-                vec!["/0/where/second_target"],
-            ),
-            (
-                r#"{"op":"move","target":"a","where":{"offset_m":[0.1,0],"relation":"at_left"}}"#,
-                vec!["/0/where"],
-            ),
-            (r#"{"op":"move","target":"a","where":{"offset_m":[9,0]}}"#, vec!["/0/where/offset_m"]),
-            (r#"{"op":"add","object":"a","where":{"offset_m":[0.1,0]}}"#, vec!["/0/where/offset_m"]),
-            (r#"{"op":"rotate","target":"a"}"#, vec!["/0"]),
-            (r#"{"op":"resize","target":"a","factor":9}"#, vec!["/0/factor"]),
-            (r#"{"op":"recolor","target":"a"}"#, vec!["/0"]),
-            (r#"{"op":"stack","targets":[]}"#, vec!["/0/targets"]),
-        ];
-        for (json, expected) in cases {
-            assert_eq!(pointers(json), expected, "{json}");
-        }
-        assert_eq!(violations(&[]).len(), 1);
-    }
-
-    #[test]
-    fn unknown_fields_are_refused() {
-        assert!(serde_json::from_str::<EditOperation>(r#"{"op":"remove","target":"a","x":1}"#).is_err());
-        assert!(serde_json::from_str::<EditOperation>(r#"{"op":"explode"}"#).is_err());
-    }
-}
+mod tests;

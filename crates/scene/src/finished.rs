@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Certificate, Instance, SceneRequest, Support, Table};
+use super::{Certificate, Instance, Light, SceneRequest, Support, Table};
 use crate::certificate::Metrics;
 use crate::edit::EditAccount;
 use crate::support_tree::{InvalidSupport, SupportTree, Supporter};
@@ -31,6 +31,9 @@ pub struct Scene {
     /// What was understood of the text, and what was not; `None` for scenes of images.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub text: Option<TextAccount>,
+    /// The light, where an edit changed it; without one, that of the usual studio.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub light: Option<Light>,
     /// What an edit did; `None` for a scene that was made from a text or an image.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub edit: Option<EditAccount>,

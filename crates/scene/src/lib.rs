@@ -23,6 +23,8 @@ pub mod name;
 pub mod request;
 pub mod description;
 pub mod edit;
+pub mod light;
+pub mod variant;
 pub mod text_account;
 pub mod predicates;
 pub mod table;
@@ -41,6 +43,7 @@ pub use description::{
 };
 pub use edit::{EditOperation, EditPlace};
 pub use finished::Scene;
+pub use light::Light;
 pub use geometry::{Friction, MassProperties};
 pub use id::{JobId, SceneId, TenantId};
 pub use instance::{Instance, Provenance, ReconstructionMethod, Support, SupportRelation};
@@ -52,6 +55,7 @@ pub use recognition::{
 };
 pub use request::{Input, SceneRequest};
 pub use support_tree::{SupportTree, Supporter};
+pub use variant::Randomize;
 pub use table::{Table, TableShape, TableSpec};
 pub use text_account::{
     Goal, GoalPredicate, PredicateKind, TextMeaning, TextSpan, Understood, Unrecognized, UnrecognizedReason,

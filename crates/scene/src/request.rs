@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::{MicroUsd, TableSpec};
+use super::{MicroUsd, Randomize, TableSpec};
 use crate::edit::{self, EditOperation};
 use crate::validation::{Violation, Violations, validated};
 
@@ -40,6 +40,9 @@ impl SceneRequest {
         violations.extend("/options", self.options.violations());
         if let Input::Edit { operations, .. } = &self.input {
             violations.extend("/input/operations", edit::violations(operations));
+        }
+        if let Input::Variant { randomize, .. } = &self.input {
+            violations.extend("/input/randomize", randomize.violations());
         }
         violations.into_vec()
     }
@@ -95,7 +98,7 @@ impl RequestOptions {
     }
 }
 
-/// Source of the scene. Variants of existing scenes will be a further kind.
+/// Source of the scene.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Input {
@@ -121,6 +124,14 @@ pub enum Input {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         text: Option<String>,
     },
+    /// A finished scene with operations on it that the seed draws.
+    Variant {
+        /// Id of the parent in its `scene.json`.
+        parent: String,
+        /// Digest of the parent's bundle archive in the object store.
+        bundle_sha256: String,
+        randomize: Randomize,
+    },
 }
 
 impl Input {
@@ -129,7 +140,7 @@ impl Input {
         match self {
             Self::Text { text } => Some(text),
             Self::Image { text, .. } => text.as_deref(),
-            Self::Edit { .. } => None,
+            Self::Edit { .. } | Self::Variant { .. } => None,
         }
     }
 

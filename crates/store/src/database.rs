@@ -21,6 +21,8 @@ static POSTGRES_MIGRATIONS: sqlx::migrate::Migrator = sqlx::migrate!("../../migr
 
 /// How long a caller waits for a connection of the pool before the database counts as unreachable.
 const ACQUIRE_TIMEOUT: Duration = Duration::from_secs(5);
+/// A connection that rested longer is tested before its next use; a test costs a round trip.
+const UNTESTED: Duration = Duration::from_secs(1);
 
 /// The write-ahead log of SQLite shrinks to this after a burst of writes.
 const MAX_IDLE_LOG_BYTES: u32 = 16 << 20;
@@ -144,6 +146,15 @@ pub(super) async fn postgres_pool(url: &str, settings: &Settings) -> Result<AnyP
     AnyPoolOptions::new()
         .max_connections(settings.connections.clamp(2, 256))
         .acquire_timeout(ACQUIRE_TIMEOUT)
+        .test_before_acquire(false)
+        .before_acquire(|connection, metadata| {
+            Box::pin(async move {
+                if metadata.idle_for > UNTESTED {
+                    connection.ping().await?;
+                }
+                Ok(true)
+            })
+        })
         .connect_with(AnyConnectOptions::from_str(url).map_err(opened)?)
         .await
         .map_err(opened)

@@ -32,6 +32,9 @@ pub struct EventHead {
     pub state: JobState,
 }
 
+/// Number of the first event of a job.
+pub(super) const FIRST_SEQ: i64 = 1;
+
 /// Appends an event inside the caller's transaction.
 pub(super) async fn append(
     connection: &mut AnyConnection,
@@ -45,6 +48,18 @@ pub(super) async fn append(
             .bind(job_id.as_str())
             .fetch_one(&mut *connection)
             .await?;
+    insert(connection, job_id, seq, now_ms, kind, data).await
+}
+
+/// Inserts the event of a number that the caller took from the job's row.
+pub(super) async fn insert(
+    connection: &mut AnyConnection,
+    job_id: &JobId,
+    seq: i64,
+    now_ms: i64,
+    kind: &str,
+    data: &Value,
+) -> Result<(), StoreError> {
     sqlx::query("INSERT INTO events (job_id, seq, at, kind, data) VALUES ($1, $2, $3, $4, $5)")
         .bind(job_id.as_str())
         .bind(seq)

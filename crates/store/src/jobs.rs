@@ -253,7 +253,7 @@ async fn retry(
         _ => None,
     };
     let columns = QueueColumns::of_retry(connection, &job_id, now).await?;
-    let new_id =
+    let job =
         scenes::insert_job(connection, &tenant_id, &scene_id, Some(&job_id), salt, columns, now).await?;
     sqlx::query(
         "UPDATE scenes SET state = 'pending', stripped_at = NULL, failure_code = NULL, failure_message = NULL,
@@ -264,7 +264,7 @@ async fn retry(
     .bind(scene_id.as_str())
     .execute(&mut *connection)
     .await?;
-    Ok(RetryOutcome::Created { job_id: new_id, scene_id })
+    Ok(RetryOutcome::Created { job_id: job.id, scene_id })
 }
 
 /// Columns of [`job_in`] for a query that joins jobs as `j`.

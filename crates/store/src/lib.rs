@@ -79,6 +79,7 @@ pub struct Store {
     is_shared: bool,
     quota: Arc<Quota>,
     room: Arc<queue::Room>,
+    paces: Arc<outlook::Paces>,
     /// Released with the last handle.
     _lock: Option<Arc<File>>,
 }
@@ -120,6 +121,7 @@ impl Store {
             is_shared,
             quota,
             room: Arc::default(),
+            paces: Arc::default(),
             _lock: lock.map(Arc::new),
         })
     }

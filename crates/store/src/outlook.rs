@@ -5,19 +5,27 @@
 //! jobs that run now: of n jobs beside each other, n end in a mean duration. Nothing is estimated before a job has
 //! succeeded, nor for queued jobs while none runs.
 //!
-//! Cost: three statements for any number of jobs, none where all have ended.
+//! Cost: three statements for any number of jobs, none where all have ended. The outlook of a job that was submitted a
+//! moment ago takes its place from the count that admitted it, and the pace that this process read less than
+//! [`FRESH`] ago, so that most submissions read nothing.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
+use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
 use sqlx::{AnyConnection, AssertSqlSafe, Row};
 
 use super::jobs::JobRow;
+use super::scenes::NewRows;
 use super::{Store, StoreError, database};
 use scene::TenantId;
 use scene::job::JobState;
 
 /// The durations of so many jobs are averaged.
 const MEASURED_JOBS: i64 = 50;
+
+/// How long a pace serves the outlooks of new jobs.
+const FRESH: Duration = Duration::from_millis(250);
 
 /// What is likely to become of a job; empty where it has ended.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -28,7 +36,12 @@ pub struct Outlook {
     pub finish_at_ms: Option<i64>,
 }
 
+/// The newest paces that this process read, by tenant.
+#[derive(Debug, Default)]
+pub(crate) struct Paces(Mutex<BTreeMap<TenantId, (Instant, Pace)>>);
+
 /// What the jobs of the store tell about others.
+#[derive(Clone, Copy, Debug)]
 struct Pace {
     /// Of the newest jobs that succeeded; `None` before the first.
     mean_ms: Option<i64>,
@@ -50,6 +63,40 @@ impl Store {
             Outlook { queue_position, finish_at_ms: pace.finish_at_ms(job, queue_position) }
         };
         Ok(jobs.iter().map(outlook).collect())
+    }
+
+    /// The outlook of a job that was submitted a moment ago; its place may be a few too high, as jobs that were claimed
+    /// in the last moment still count.
+    ///
+    /// # Errors
+    ///
+    /// A [`StoreError`] if the database does not answer.
+    pub async fn outlook_of_new(&self, tenant_id: &TenantId, rows: &NewRows) -> Result<Outlook, StoreError> {
+        let Some(place) = rows.last_place else {
+            return Ok(self.outlooks(tenant_id, &[&rows.job]).await?.pop().unwrap_or_default());
+        };
+        let pace = match self.paces.fresh(tenant_id) {
+            Some(pace) => pace,
+            None => {
+                let pace = pace(&mut *self.readers.acquire().await?, tenant_id).await?;
+                self.paces.keep(tenant_id, pace);
+                pace
+            }
+        };
+        let queue_position = Some(place);
+        Ok(Outlook { queue_position, finish_at_ms: pace.finish_at_ms(&rows.job, queue_position) })
+    }
+}
+
+impl Paces {
+    fn fresh(&self, tenant_id: &TenantId) -> Option<Pace> {
+        let paces = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        paces.get(tenant_id).filter(|(read_at, _)| read_at.elapsed() < FRESH).map(|(_, pace)| *pace)
+    }
+
+    fn keep(&self, tenant_id: &TenantId, pace: Pace) {
+        let mut paces = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        paces.insert(tenant_id.clone(), (Instant::now(), pace));
     }
 }
 

@@ -76,6 +76,6 @@ async fn rebuild(
     let columns = QueueColumns::of_retry(connection, &job_id, now).await?;
     let rebuilt =
         scenes::insert_job(connection, tenant_id, scene_id, Some(&job_id), salt_from, columns, now).await?;
-    tracing::warn!(%scene_id, job_id = %rebuilt, "stored bytes of a scene are gone; a job makes them again");
-    Ok(RebuildOutcome::Enqueued(rebuilt))
+    tracing::warn!(%scene_id, job_id = %rebuilt.id, "stored bytes of a scene are gone; a job makes them again");
+    Ok(RebuildOutcome::Enqueued(rebuilt.id))
 }

@@ -38,6 +38,8 @@ pub enum SubmitOutcome {
     Created {
         scene_id: SceneId,
         job_id: JobId,
+        /// What was written, so that an answer need not read it.
+        rows: Box<NewRows>,
     },
     /// The key was used before with the same body; these are the ids of the first submission.
     Replayed {
@@ -50,8 +52,17 @@ pub enum SubmitOutcome {
     QueueFull(QueueFull),
 }
 
+/// The rows of a new scene, as they were committed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NewRows {
+    pub scene: SceneRow,
+    pub job: JobRow,
+    /// Jobs of the tenant that wait, with this one; `None` where its schedule puts it before or behind others.
+    pub(super) last_place: Option<i64>,
+}
+
 /// A scene's row.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SceneRow {
     pub id: SceneId,
     pub parent_id: Option<SceneId>,
@@ -106,15 +117,21 @@ impl Store {
     }
 
     async fn enqueue(&self, new: NewScene, schedule: Option<Schedule>) -> Result<SubmitOutcome, StoreError> {
-        let full = match &schedule {
-            Some(schedule) => self.room.take(&self.readers, &new.tenant_id, &schedule.queue).await?,
-            None => None,
+        let (place, full) = match &schedule {
+            Some(schedule) => match self.room.take(&self.readers, &new.tenant_id, &schedule.queue).await? {
+                Ok(place) => (schedule.is_usual().then_some(place), None),
+                Err(full) => (None, Some(full)),
+            },
+            None => (None, None),
         };
-        let submitted = self
+        let mut submitted = self
             .writer
             .write("enqueue a scene", move |connection| Box::pin(submit(connection, new, schedule, full)))
             .await?;
         self.announce();
+        if let SubmitOutcome::Created { rows, .. } = &mut submitted {
+            rows.last_place = place;
+        }
         Ok(submitted)
     }
 
@@ -235,7 +252,8 @@ async fn submit(
     .bind(now)
     .execute(&mut *connection)
     .await?;
-    let job_id = insert_job(connection, &new.tenant_id, &scene_id, None, None, columns, now).await?;
+    let job = insert_job(connection, &new.tenant_id, &scene_id, None, None, columns, now).await?;
+    let job_id = job.id.clone();
     if let Some((key, body_digest)) = new.idempotency {
         sqlx::query(
             "INSERT INTO idempotency (tenant_id, key, body_digest, scene_id, job_id, expires_at)
@@ -250,10 +268,24 @@ async fn submit(
         .execute(connection)
         .await?;
     }
-    Ok(SubmitOutcome::Created { scene_id, job_id })
+    let scene = SceneRow {
+        id: scene_id.clone(),
+        parent_id: new.parent_id,
+        state: SceneState::Pending,
+        verdict: None,
+        failure_code: None,
+        failure_message: None,
+        request: new.request,
+        labels: new.labels,
+        summary: None,
+        metrics: None,
+        created_at_ms: now,
+        updated_at_ms: now,
+    };
+    Ok(SubmitOutcome::Created { scene_id, job_id, rows: Box::new(NewRows { scene, job, last_place: None }) })
 }
 
-/// Inserts a queued job of a scene with its first event.
+/// Inserts a queued job of a scene with its first event, and returns its row.
 pub(super) async fn insert_job(
     connection: &mut AnyConnection,
     tenant_id: &TenantId,
@@ -262,7 +294,7 @@ pub(super) async fn insert_job(
     salt_from: Option<(&str, &str)>,
     columns: QueueColumns,
     now_ms: i64,
-) -> Result<JobId, StoreError> {
+) -> Result<JobRow, StoreError> {
     let job_id: JobId = database::parse_id(&Uuid::now_v7().to_string(), "jobs")?;
     let kind = if retry_of.is_some() { JobKind::Retry } else { JobKind::Generate };
     // A retry from a stage salts keys with its own id, so that it finds its own checkpoints after a restart.
@@ -273,8 +305,8 @@ pub(super) async fn insert_job(
     };
     sqlx::query(
         "INSERT INTO jobs (id, tenant_id, kind, scene_id, retry_of, from_stage, salt, state, created_at, priority,
-                           not_before, rank_at, deadline_at, request_version)
-         VALUES ($1, $2, $3, $4, $5, $6, $7, 'queued', $8, $9, $10, $11, $12, $13)",
+                           not_before, rank_at, deadline_at, request_version, next_seq)
+         VALUES ($1, $2, $3, $4, $5, $6, $7, 'queued', $8, $9, $10, $11, $12, $13, $14)",
     )
     .bind(job_id.as_str())
     .bind(tenant_id.as_str())
@@ -289,10 +321,28 @@ pub(super) async fn insert_job(
     .bind(columns.rank_at)
     .bind(columns.deadline_at)
     .bind(columns.request_version)
+    .bind(events::FIRST_SEQ + 1)
     .execute(&mut *connection)
     .await?;
-    events::append(connection, &job_id, now_ms, "job_queued", &json!({ "scene_id": scene_id })).await?;
-    Ok(job_id)
+    let queued = json!({ "scene_id": scene_id });
+    events::insert(connection, &job_id, events::FIRST_SEQ, now_ms, "job_queued", &queued).await?;
+    Ok(JobRow {
+        id: job_id,
+        kind,
+        scene_id: Some(scene_id.clone()),
+        retry_of: retry_of.cloned(),
+        from_stage: from_stage.map(str::to_owned),
+        state: JobState::Queued,
+        rank_at_ms: columns.rank_at,
+        attempt: 0,
+        epoch: 0,
+        failure_class: None,
+        failure_code: None,
+        failure_message: None,
+        created_at_ms: now_ms,
+        started_at_ms: None,
+        finished_at_ms: None,
+    })
 }
 
 pub(super) async fn delete(

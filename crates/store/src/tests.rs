@@ -145,7 +145,7 @@ fn new_scene() -> NewScene {
 
 async fn submitted(store: &Store) -> (SceneId, JobId) {
     match store.submit(new_scene()).await.expect("submits") {
-        SubmitOutcome::Created { scene_id, job_id } => (scene_id, job_id),
+        SubmitOutcome::Created { scene_id, job_id, .. } => (scene_id, job_id),
         other => panic!("a submission without a key is {other:?}"),
     }
 }

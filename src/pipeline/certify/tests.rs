@@ -200,6 +200,7 @@ pub(super) fn sound() -> Planted {
             scale_error: None,
             resolve: ResolveFinding { rounds: 1, log: Vec::new(), gave_way: Vec::new() },
             account: None,
+            light: None,
             edit: None,
         },
         certify: section("certify"),

@@ -57,7 +57,7 @@ pub(super) async fn appraise(
     if asked.settings.ratings {
         let after = match &inputs.identity.request.input {
             Input::Text { text } => MadeAfter::Text(text.clone()),
-            Input::Image { .. } | Input::Edit { .. } => MadeAfter::Image(reference),
+            Input::Image { .. } | Input::Edit { .. } | Input::Variant { .. } => MadeAfter::Image(reference),
         };
         let question = Judgement { after, scene_view, seed: child_seed(seed, "judge") };
         let said = analyst.judge(&call, question).await;

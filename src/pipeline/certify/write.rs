@@ -69,7 +69,7 @@ pub(super) fn render(
             world_from_object: body.resolved.settled,
         })
         .collect();
-    let studio = Studio::new(&bodies, &inputs.render);
+    let studio = Studio::new(&bodies, &inputs.render).lit_by(inputs.composition.light);
     let studio = match gpu {
         Some(gpu) => studio.on(gpu)?,
         None => studio,
@@ -232,6 +232,7 @@ fn scene(inputs: &Inputs, loaded: &[Loaded], certificate: &Certificate) -> Resul
         instances,
         metrics: certificate.metrics,
         text: inputs.composition.account.clone(),
+        light: inputs.composition.light,
         edit: inputs.composition.edit.clone(),
     })
 }

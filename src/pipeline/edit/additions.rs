@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use serde::Serialize;
 
-use super::{Additions, refused};
+use super::{Additions, refused, variation};
 use crate::pipeline::checkpoint::{Checkpoints, Stage};
 use crate::pipeline::composition::Composition;
 use crate::pipeline::error::StageError;
@@ -51,7 +51,7 @@ pub(super) async fn make(
     settings: &Arc<Settings>,
 ) -> Result<Additions, StageError> {
     let themes = themes(request, operations, parent, stages).await?;
-    let (text, lines) = listed(operations, &themes);
+    let (text, lines) = listed(operations, &themes, |target| variation::phrase_of(parent, target));
     let mut additions = Additions::new();
     if !lines.is_empty() {
         let objects = prepare_objects_with(asked(request, text), stages.clone(), settings.clone()).await?;
@@ -143,13 +143,22 @@ fn theme_of(parent: &Composition) -> String {
     theme.unwrap_or_else(|| "a cluttered office desk".to_owned())
 }
 
-/// A text that lists the objects of every operation that adds some.
-fn listed(operations: &[EditOperation], themes: &BTreeMap<usize, Vec<String>>) -> (String, Vec<Line>) {
+/// A text that lists the objects of every operation that adds some. `same_kind` is the phrase of another object like
+/// one of the parent.
+fn listed(
+    operations: &[EditOperation],
+    themes: &BTreeMap<usize, Vec<String>>,
+    same_kind: impl Fn(&str) -> Option<String>,
+) -> (String, Vec<Line>) {
     let (mut text, mut lines) = (String::new(), Vec::new());
     for (index, operation) in operations.iter().enumerate() {
         let (phrase, count) = match operation {
             EditOperation::Add { object, count, .. } => (counted(object, *count as usize), *count as usize),
             EditOperation::Replace { object, .. } => (counted(object, 1), 1),
+            EditOperation::Remake { target } => match same_kind(target) {
+                Some(phrase) => (counted(&phrase, 1), 1),
+                None => continue,
+            },
             EditOperation::Clutter { .. } => {
                 let labels = themes.get(&index).map_or(&[][..], Vec::as_slice);
                 let phrases: Vec<String> = labels.iter().map(|label| counted(label, 1)).collect();
@@ -238,12 +247,21 @@ mod tests {
             read(r#"{"op":"add","object":"fork","count":2}"#),
             read(r#"{"op":"replace","target":"mug_1","object":"An apple"}"#),
             read(r#"{"op":"clutter","count":2}"#),
+            read(r#"{"op":"remake","target":"plate_1"}"#),
         ];
         let themes = BTreeMap::from([(4, vec!["pen".to_owned(), "stapler".to_owned()])]);
-        let (text, lines) = listed(&operations, &themes);
-        assert_eq!(text, "one red mug, 2 fork, one apple, one pen, one stapler");
+        let same_kind = |name: &str| (name == "plate_1").then(|| "blue plate".to_owned());
+        let (text, lines) = listed(&operations, &themes, same_kind);
+        assert_eq!(text, "one red mug, 2 fork, one apple, one pen, one stapler, one blue plate");
         let found: Vec<(usize, &str)> =
             lines.iter().map(|line| (line.index, &text[line.start..line.end])).collect();
-        assert_eq!(found, [(0, "one red mug"), (2, "2 fork"), (3, "one apple"), (4, "one pen, one stapler")]);
+        let expected = [
+            (0, "one red mug"),
+            (2, "2 fork"),
+            (3, "one apple"),
+            (4, "one pen, one stapler"),
+            (5, "one blue plate"),
+        ];
+        assert_eq!(found, expected);
     }
 }

@@ -24,14 +24,24 @@ use scene::edit::{EditAccount, OperationResult};
 
 pub const STAGE: Stage = Stage { name: "edit", version: 1 };
 
+/// What is done to the parent.
+#[derive(Serialize)]
+pub struct Plan {
+    /// Id of the parent in its `scene.json`.
+    pub parent_id: String,
+    pub operations: Vec<EditOperation>,
+    pub(super) additions: Additions,
+    /// Whether a seed drew the operations: one that cannot be carried out is left out then.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub is_drawn: bool,
+    pub seed: u64,
+}
+
 #[derive(Serialize)]
 pub struct Inputs {
-    /// Id of the parent in its `scene.json`.
-    parent_id: String,
     parent: Composition,
-    operations: Vec<EditOperation>,
-    additions: Additions,
-    seed: u64,
+    #[serde(flatten)]
+    plan: Plan,
     settle: SettleSettings,
     certify: CertifySettings,
     render: RenderSettings,
@@ -40,21 +50,10 @@ pub struct Inputs {
 }
 
 impl Inputs {
-    pub fn new(
-        parent_id: String,
-        parent: Composition,
-        operations: Vec<EditOperation>,
-        additions: Additions,
-        seed: u64,
-        ports: &Ports,
-        settings: &Settings,
-    ) -> Self {
+    pub fn new(parent: Composition, plan: Plan, ports: &Ports, settings: &Settings) -> Self {
         Self {
-            parent_id,
             parent,
-            operations,
-            additions,
-            seed,
+            plan,
             settle: settings.settle.clone(),
             certify: settings.certify.clone(),
             render: settings.render.clone(),
@@ -69,7 +68,7 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Composition, S
     let parts = bodies.iter().map(|body| load(&context, &body.resolved.name, &body.mesh, &body.hulls));
     let loaded: Vec<Loaded> = futures::future::try_join_all(parts).await?;
     let mut additions: BTreeMap<usize, Vec<Loaded>> = BTreeMap::new();
-    for (index, objects) in &inputs.additions {
+    for (index, objects) in &inputs.plan.additions {
         let parts = objects
             .iter()
             .map(|new| load(&context, new.recognized.id.as_str(), &new.canonical.mesh, &new.hulls.hulls));
@@ -113,7 +112,7 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Composition, S
 async fn tables(context: &Context, inputs: &Inputs) -> Result<BTreeMap<usize, NewTable>, StageError> {
     let mut tables = BTreeMap::new();
     let mut recognized = inputs.parent.recognition.table.clone();
-    for (index, operation) in inputs.operations.iter().enumerate() {
+    for (index, operation) in inputs.plan.operations.iter().enumerate() {
         let EditOperation::RestyleTable { material, color } = operation else { continue };
         let refuse = |why: String| refused(index, operation, why);
         let color = color.as_deref().map(color_named).transpose().map_err(refuse)?;
@@ -124,6 +123,9 @@ async fn tables(context: &Context, inputs: &Inputs) -> Result<BTreeMap<usize, Ne
         let generator = &context.services().ports.mesh_generator;
         let raw = generator.table(&context.call(), recognized.clone()).await?;
         let same = raw.outline_m == inputs.parent.table.outline_m;
+        if !same && inputs.plan.is_drawn {
+            continue;
+        }
         if !same {
             let why = "this table cannot be made again with the same top; its color stays".to_owned();
             return Err(refuse(why));
@@ -133,6 +135,13 @@ async fn tables(context: &Context, inputs: &Inputs) -> Result<BTreeMap<usize, Ne
         tables.insert(index, NewTable { loaded, material: recognized.material.clone(), color });
     }
     Ok(tables)
+}
+
+/// The account of a drawn operation that the scene has no room for.
+fn left_out(operation: &EditOperation, why: &str) -> OperationResult {
+    let op = operation.name().to_owned();
+    let sentence = format!("left {op} out: {why}");
+    OperationResult { op, objects: Vec::new(), sentence }
 }
 
 struct Edited {
@@ -153,19 +162,27 @@ fn carry_out_all(
     let unusable =
         |why: String| StageError::permanent("no_collision_geometry", format!("editing the parent: {why}"));
     let mut draft = Draft::new(inputs.parent.clone(), loaded, rest, cancel.clone()).map_err(unusable)?;
-    let mut results: Vec<OperationResult> = Vec::with_capacity(inputs.operations.len());
-    for (index, operation) in inputs.operations.iter().enumerate() {
+    let mut results: Vec<OperationResult> = Vec::with_capacity(inputs.plan.operations.len());
+    for (index, operation) in inputs.plan.operations.iter().enumerate() {
         cancel.check()?;
-        let new = inputs.additions.get(&index).into_iter().flatten();
+        let new = inputs.plan.additions.get(&index).into_iter().flatten();
         let given = OperationInputs {
             additions: new.zip(additions.remove(&index).into_iter().flatten()).collect(),
             table: tables.remove(&index),
-            seed: child_seed(inputs.seed, &format!("edit {index}")),
+            seed: child_seed(inputs.plan.seed, &format!("edit {index}")),
         };
+        let before = inputs.plan.is_drawn.then(|| draft.clone());
         let done = carry_out(&mut draft, operation, given);
         // A cancelled simulation is no refusal.
         cancel.check()?;
-        results.push(done.map_err(|why| refused(index, operation, why))?);
+        match (done, before) {
+            (Ok(done), _) => results.push(done),
+            (Err(why), Some(before)) => {
+                draft = before;
+                results.push(left_out(operation, &why));
+            }
+            (Err(why), None) => return Err(refused(index, operation, why)),
+        }
     }
     let settled = draft.settle_containers();
     cancel.check()?;
@@ -173,7 +190,7 @@ fn carry_out_all(
         StageError::permanent("edit_refused", format!("after all operations {why}; nothing was changed"))
     })?;
     let (mut composition, loaded, changed, moved) = draft.finish();
-    composition.edit = Some(EditAccount { parent: inputs.parent_id.clone(), operations: results, moved });
+    composition.edit = Some(EditAccount { parent: inputs.plan.parent_id.clone(), operations: results, moved });
     composition.resolve = scene::certificate::ResolveFinding {
         rounds: 1,
         log: composition

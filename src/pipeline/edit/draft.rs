@@ -22,6 +22,7 @@ use scene::{InstanceId, Provenance, ReconstructionMethod, Supporter};
 
 /// Bodies, their geometry, and the same as a workspace; lists of objects have the same order, and bodies have the
 /// table first.
+#[derive(Clone)]
 pub(super) struct Draft<'a> {
     pub composition: Composition,
     pub loaded: Vec<Loaded>,
@@ -223,6 +224,32 @@ impl<'a> Draft<'a> {
             .map(|number| InstanceId::numbered(stem, number))
             .find(|name| !taken(name.as_str()))
             .unwrap_or_else(|| made.clone())
+    }
+
+    /// Gives an object the name and the label of one that is removed.
+    pub fn rename(&mut self, object: usize, id: &InstanceId, label: String) {
+        let old = self.name(object).to_owned();
+        let new = id.to_string();
+        self.parts(object).resolved.name.clone_from(&new);
+        self.workspace.objects[object].body.name.clone_from(&new);
+        let recognized = &mut Arc::make_mut(&mut self.composition.recognition).objects[object];
+        (recognized.id, recognized.label) = (id.clone(), label);
+        self.added.iter_mut().filter(|name| **name == old).for_each(|name| name.clone_from(&new));
+        self.named.insert(new);
+    }
+
+    /// Takes over what was changed of the physical properties of an object.
+    ///
+    /// # Errors
+    ///
+    /// What is wrong with its hulls, in words.
+    pub fn refresh(&mut self, object: usize) -> Result<(), String> {
+        let mut resolved = self.composition.bodies[object + 1].resolved.clone();
+        resolved.settled = self.pose(object);
+        let supporter = self.supporter(object);
+        self.workspace.objects[object] =
+            workspace_object(&self.loaded[object + 1], &resolved, supporter, false)?;
+        Ok(())
     }
 
     /// Removes an object; the indices of what rested on or in it, as they are afterward.

@@ -1,6 +1,8 @@
 //! The operations: each changes a draft, or says why it cannot.
 
 mod appearance;
+mod environment;
+mod rearrange;
 mod shape;
 
 use std::f64::consts::{FRAC_PI_2, TAU};
@@ -9,7 +11,9 @@ use glam::DVec2;
 
 pub(super) use appearance::{color_named, material_named};
 use appearance::{recolor, relabel, restyle_table};
-use shape::{resize, rotate};
+use environment::{move_camera, relight};
+use rearrange::rearrange;
+use shape::{resize, rotate, set_physics};
 
 use super::additions::NewObject;
 use super::draft::Draft;
@@ -66,6 +70,13 @@ pub(super) fn carry_out(
         EditOperation::RestyleTable { .. } => restyle_table(draft, given)?,
         EditOperation::Stack { targets } => stack(draft, targets)?,
         EditOperation::Tidy => tidy(draft)?,
+        EditOperation::Remake { target } => remake(draft, target, given)?,
+        EditOperation::Rearrange => rearrange(draft, given.seed)?,
+        EditOperation::SetPhysics { target, mass_factor, friction_factor } => {
+            set_physics(draft, target, *mass_factor, *friction_factor)?
+        }
+        EditOperation::Relight(light) => relight(draft, *light)?,
+        EditOperation::MoveCamera(change) => move_camera(draft, change)?,
     };
     Ok(OperationResult { op: operation.name().to_owned(), objects, sentence })
 }
@@ -142,6 +153,7 @@ fn query(draft: &Draft, object: usize, place: &EditPlace) -> Result<PlaceQuery, 
         near_m: None,
         within_m: None,
         usual_yaw_rad: draft.pose(object).yaw_rad().unwrap_or(0.0),
+        by_nearness: false,
     })
 }
 
@@ -215,6 +227,16 @@ fn remove(draft: &mut Draft, phrase: &str, with_contents: bool) -> Done {
         draft.rest_again(&again, &format!("{id} was removed from below it"))?;
     }
     Ok((removed, format!("removed {words}")))
+}
+
+fn remake(draft: &mut Draft, phrase: &str, given: OperationInputs) -> Done {
+    let target = one(draft, phrase)?;
+    let (id, label) = (draft.id(target), draft.composition.recognition.objects[target].label.clone());
+    replace(draft, id.as_str(), given)?;
+    // The new object is the last one; it takes the name of the old one, so that a text's account still holds.
+    let object = draft.len() - 1;
+    draft.rename(object, &id, label);
+    Ok((vec![id.clone()], format!("gave {id} another mesh of its kind")))
 }
 
 fn replace(draft: &mut Draft, phrase: &str, given: OperationInputs) -> Done {

@@ -57,6 +57,7 @@ pub fn predict(
             operation,
             EditOperation::Add { .. }
                 | EditOperation::Replace { .. }
+                | EditOperation::Remake { .. }
                 | EditOperation::Clutter { .. }
                 | EditOperation::RestyleTable { .. }
         );

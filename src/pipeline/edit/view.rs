@@ -24,7 +24,7 @@ pub(super) fn rendered(
             world_from_object: body.resolved.settled,
         })
         .collect();
-    let studio = Studio::new(&bodies, render);
+    let studio = Studio::new(&bodies, render).lit_by(composition.light);
     let camera = &composition.recognition.camera;
     // Without a device this is the CPU's work, which does not fail.
     let image = studio.reference_view(camera, preview)?;

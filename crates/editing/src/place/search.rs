@@ -320,6 +320,9 @@ impl<'a> Search<'a> {
         if !kind.is_support() && !holds(&relation, outline) {
             return None;
         }
+        if self.query.by_nearness {
+            return Some(away_m);
+        }
         let Some(target) = &self.target else {
             let edge_m = edge_distance_m(kind, footprint, outline);
             let off_m = match (edge_m, self.query.distance_m) {

@@ -90,6 +90,9 @@ pub(crate) fn vague_sets() -> &'static [VagueSet] {
 /// ```
 pub fn color_of(words: &str) -> Option<Rgb> {
     let words = words.to_lowercase().replace('-', " ");
+    if words.starts_with('#') {
+        return read_hex(&words);
+    }
     let plain = |word: &str| VOCABULARY.colors.get(word).and_then(|hex| read_hex(hex));
     plain(&words).or_else(|| {
         let (shade, color) = words.split_once(' ')?;

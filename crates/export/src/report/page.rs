@@ -109,6 +109,9 @@ fn verdict(page: &mut Html, report: &Report<'_>) {
                 page.close();
             }
         }
+        Input::Variant { parent, .. } => {
+            page.leaf("p", &[("class", "asked")], &format!("a variant of scene {parent}"));
+        }
     }
     page.close();
 }

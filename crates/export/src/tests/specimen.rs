@@ -222,6 +222,7 @@ pub(super) fn specimen() -> (Scene, Certificate, Assets, Images) {
         },
         instances,
         metrics,
+        light: None,
         text: Some(account()),
         edit: None,
     };

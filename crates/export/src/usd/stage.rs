@@ -35,8 +35,14 @@ pub fn stage(
     world.add(sky);
     let mut sun = Prim::new("DistantLight", "sun");
     sun.set("inputs:angle", Value::Float(2.0));
-    sun.set("inputs:intensity", Value::Float(settings.usd_sun_intensity as f32));
-    set_pose(&mut sun, DVec3::ZERO, DQuat::from_rotation_y(0.35) * DQuat::from_rotation_x(0.5));
+    let brightness = scene.light.map_or(1.0, |light| light.intensity);
+    sun.set("inputs:intensity", Value::Float((brightness * settings.usd_sun_intensity) as f32));
+    // A distant light shines along its -z axis.
+    let rotation = match &scene.light {
+        Some(light) => DQuat::from_rotation_arc(DVec3::Z, light.toward_light()),
+        None => DQuat::from_rotation_y(0.35) * DQuat::from_rotation_x(0.5),
+    };
+    set_pose(&mut sun, DVec3::ZERO, rotation);
     world.add(sun);
     world.add(reference_camera(&scene.camera));
     Layer { custom_data: Dictionary::default().with("scene", Value::string(&scene.id)), root: world }

@@ -43,15 +43,16 @@ struct Count {
 }
 
 impl Room {
-    /// Takes a place for a job of the tenant, or tells that there is none.
+    /// Takes a place for a job of the tenant: the number of its jobs that wait, with this one. Inner `Err` where there
+    /// is none.
     pub(crate) async fn take(
         &self,
         readers: &AnyPool,
         tenant_id: &TenantId,
         settings: &Settings,
-    ) -> Result<Option<QueueFull>, StoreError> {
-        if self.take_counted(tenant_id, settings) {
-            return Ok(None);
+    ) -> Result<Result<i64, QueueFull>, StoreError> {
+        if let Some(place) = self.take_counted(tenant_id, settings) {
+            return Ok(Ok(place));
         }
         let mut connection = readers.acquire().await?;
         let (all, own): (i64, i64) = sqlx::query_as(
@@ -67,7 +68,7 @@ impl Room {
         } else {
             let count = Count { counted: Instant::now(), all: all + 1, own: own + 1 };
             self.counts.lock().unwrap_or_else(PoisonError::into_inner).insert(tenant_id.clone(), count);
-            return Ok(None);
+            return Ok(Ok(own + 1));
         };
         // One job has to leave the queue: the mean interval between the tenant's claims of the last ten minutes.
         let now = database::now_ms(&mut connection).await?;
@@ -77,13 +78,13 @@ impl Room {
                 .bind(now - WINDOW_SECS * 1000)
                 .fetch_one(&mut *connection)
                 .await?;
-        Ok(Some(QueueFull { limit, retry_after_secs: (WINDOW_SECS / claims.max(1)).clamp(1, 60) }))
+        Ok(Err(QueueFull { limit, retry_after_secs: (WINDOW_SECS / claims.max(1)).clamp(1, 60) }))
     }
 
     /// Takes a place by a fresh count that is far from the limits.
-    fn take_counted(&self, tenant_id: &TenantId, settings: &Settings) -> bool {
+    fn take_counted(&self, tenant_id: &TenantId, settings: &Settings) -> Option<i64> {
         let mut counts = self.counts.lock().unwrap_or_else(PoisonError::into_inner);
-        let Some(count) = counts.get_mut(tenant_id) else { return false };
+        let count = counts.get_mut(tenant_id)?;
         let is_far = |jobs: i64, limit: i64| jobs < limit - limit / 10 - 1;
         let is_room = count.counted.elapsed() < FRESH
             && is_far(count.own, settings.max_jobs_per_tenant)
@@ -92,6 +93,6 @@ impl Room {
             count.all += 1;
             count.own += 1;
         }
-        is_room
+        is_room.then_some(count.own)
     }
 }

@@ -53,6 +53,11 @@ impl Schedule {
         Self { queue, priority: 0, not_before_ms: None, deadline_ms: None }
     }
 
+    /// Whether the job is the last of its tenant's queue when it comes.
+    pub(crate) fn is_usual(&self) -> bool {
+        self.priority == 0 && self.not_before_ms.is_none()
+    }
+
     fn columns(&self, request_version: i64, now_ms: i64) -> QueueColumns {
         let not_before = self.not_before_ms.unwrap_or(0);
         let advance_ms = self.priority.saturating_mul(self.queue.priority_step_secs.saturating_mul(1000));

@@ -82,7 +82,7 @@ async fn submitted(store: &Store, request: serde_json::Value) -> (SceneId, JobId
         idempotency: None,
     };
     match store.submit(new).await.expect("submits") {
-        SubmitOutcome::Created { scene_id, job_id } => (scene_id, job_id),
+        SubmitOutcome::Created { scene_id, job_id, .. } => (scene_id, job_id),
         other => panic!("{other:?}"),
     }
 }

@@ -19,7 +19,7 @@ pub(super) async fn one_key_at_once_makes_one_scene(place: Place) {
     let mut replayed = Vec::new();
     for submission in submissions {
         match submission.await.expect("runs").expect("submits") {
-            SubmitOutcome::Created { scene_id, job_id } => created.push((scene_id, job_id)),
+            SubmitOutcome::Created { scene_id, job_id, .. } => created.push((scene_id, job_id)),
             SubmitOutcome::Replayed { scene_id, job_id } => replayed.push((scene_id, job_id)),
             other => panic!("the body is the same: {other:?}"),
         }

@@ -58,6 +58,28 @@ pub(super) fn rotate(
     Ok((ids(draft, &targets), format!("turned {}", names(draft, &targets))))
 }
 
+pub(super) fn set_physics(
+    draft: &mut Draft,
+    phrase: &str,
+    mass_factor: Option<f64>,
+    friction_factor: Option<f64>,
+) -> Done {
+    let targets = several(draft, phrase)?;
+    for &target in &targets {
+        let physical = &mut draft.parts(target).resolved.physical;
+        let mass_kg = physical.mass.mass_kg * mass_factor.unwrap_or(1.0);
+        physical.mass = physical.mass.with_mass(mass_kg);
+        let factor = friction_factor.unwrap_or(1.0);
+        physical.friction.static_coefficient *= factor;
+        physical.friction.dynamic_coefficient *= factor;
+        draft.refresh(target)?;
+    }
+    let of = |what: &str, factor: Option<f64>| factor.map(|factor| format!("{what} by {factor:.2}"));
+    let changed: Vec<String> =
+        [of("mass", mass_factor), of("friction", friction_factor)].into_iter().flatten().collect();
+    Ok((ids(draft, &targets), format!("changed of {} {}", names(draft, &targets), changed.join(" and "))))
+}
+
 pub(super) fn resize(draft: &mut Draft, phrase: &str, factor: f64) -> Done {
     let targets = several(draft, phrase)?;
     for &target in &targets {

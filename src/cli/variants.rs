@@ -1,0 +1,123 @@
+//! `variants`: several new scenes from a bundle, by operations that seeds draw, by the server's code path.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use serde_json::{Value, json};
+
+use super::bundle_input::BundleInput;
+use super::edit::lines;
+use super::generate::refused;
+use super::local_job::{JobConfig, JobOptions};
+use super::{Exit, Failure, certificate, scene_summary, terminal};
+use crate::api::edits::EditOptions;
+use crate::api::parent::ParentBundle;
+use crate::api::submission::Submission;
+use crate::api::variants::{self, VariantsBody};
+use crate::app;
+use scene::edit::EditAccount;
+use scene::{Randomize, Scene};
+use store::Digest;
+
+/// Arguments of `variants`.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// The bundle of the scene: its folder, or its archive
+    #[arg(long, value_name = "DIR_OR_ZIP")]
+    bundle: PathBuf,
+    /// Number of variants
+    #[arg(long, value_name = "N", default_value_t = 10)]
+    count: u32,
+    /// What differs: layout, meshes, sizes, colors, materials, table, light, camera, mass, friction [default: all]
+    #[arg(long, value_name = "AXES", value_delimiter = ',', value_parser = axis)]
+    vary: Vec<Randomize>,
+    #[command(flatten)]
+    job: JobOptions,
+}
+
+fn axis(name: &str) -> Result<Randomize, String> {
+    let known = || format!("is none of {}", Randomize::AXES.join(", "));
+    Randomize::only(name.trim()).ok_or_else(known)
+}
+
+/// Makes the variants one after the other, each in its folder. A variant that is there already is left as it is, so the
+/// same command goes on where it stopped. With `--json`, failures are printed as a document, too.
+pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
+    let is_json = arguments.job.json;
+    scene_summary::with_failure_document(make(arguments), is_json)
+}
+
+fn make(mut arguments: Arguments) -> Result<Exit, Failure> {
+    let JobConfig { resolved, own } = arguments.job.configure()?;
+    let bundle = BundleInput::open(&arguments.bundle)?;
+    let id = bundle.scene()?.id;
+    let archive = bundle.into_archive()?;
+    let parent = ParentBundle { id, digest: Digest::of(&archive) };
+    let body = VariantsBody {
+        count: arguments.count,
+        randomize: arguments.vary.iter().copied().reduce(Randomize::and),
+        seed: arguments.job.seed,
+        options: EditOptions { set: own, ..EditOptions::default() },
+        ..VariantsBody::default()
+    };
+    let made = variants::validate(body, &parent, &app::pipeline::validate(&resolved))
+        .map_err(|problem| refused(problem, "--vary"))?;
+    let out = arguments.job.out.clone().unwrap_or_else(|| PathBuf::from("out/variants"));
+    if !arguments.job.json {
+        terminal::note(&format!("{} variants by seed {}, in {}", made.submissions.len(), made.seed, out.display()));
+    }
+    let archive = bytes::Bytes::from(archive);
+    let (mut documents, mut exit) = (Vec::new(), Exit::Success);
+    for (index, submission) in made.submissions.into_iter().enumerate() {
+        let folder = out.join(format!("variant_{:04}", index + 1));
+        if is_there(&folder, &submission)? {
+            terminal::note(&format!("{} is there already", folder.display()));
+            continue;
+        }
+        arguments.job.out = Some(folder.clone());
+        let submission = Submission { bundle: Some(archive.clone()), ..submission };
+        let job = match arguments.job.run(&resolved, submission) {
+            Ok(job) => job,
+            // The others may still succeed.
+            Err(failure) if failure.exit == Exit::JobFailed => {
+                terminal::complain(&format!("{}: {failure}", folder.display()));
+                documents.push(json!({ "folder": folder, "failure": failure.to_string() }));
+                exit = Exit::JobFailed;
+                continue;
+            }
+            Err(failure) => return Err(failure),
+        };
+        if exit == Exit::Success {
+            exit = job.exit();
+        }
+        if arguments.job.json {
+            documents.push(job.outcome.document(job.total_ms));
+        } else {
+            terminal::print(&certificate::table(&job.outcome, job.total_ms));
+            let account = serde_json::from_value::<EditAccount>(job.outcome.summary["edit"].clone());
+            terminal::print(&account.map(|account| lines(&account)).unwrap_or_default());
+        }
+    }
+    if arguments.job.json {
+        terminal::print(&format!("{:#}\n", Value::Array(documents)));
+    }
+    Ok(exit)
+}
+
+/// Whether the folder holds this variant.
+///
+/// # Errors
+///
+/// A [`Failure`] of kind usage where it holds another scene.
+fn is_there(folder: &Path, submission: &Submission) -> Result<bool, Failure> {
+    let Ok(document) = std::fs::read(folder.join("scene.json")) else { return Ok(false) };
+    let scene: Option<Scene> = serde_json::from_slice(&document).ok();
+    let asked = &submission.request;
+    match scene {
+        Some(scene) if scene.request.input == asked.input && scene.request.seed == asked.seed => Ok(true),
+        _ => Err(Failure::usage(format!(
+            "{} holds another scene; choose another --out, or give the --seed of the variants that are there",
+            folder.display()
+        ))),
+    }
+}
