@@ -39,6 +39,8 @@ struct LineageEntry {
     verdict: Option<String>,
     /// Of an edit.
     operations: Option<Value>,
+    /// Of a variant.
+    randomize: Option<Value>,
     /// The instruction of an edit, or what describes the scene.
     text: Option<String>,
     created_at: String,
@@ -52,6 +54,7 @@ impl LineageEntry {
         let input = &scene.request["input"];
         Self {
             operations: input.get("operations").cloned(),
+            randomize: input.get("randomize").cloned(),
             text: input["text"].as_str().map(str::to_owned),
             id: scene.id,
             parent: scene.parent_id,

@@ -64,7 +64,12 @@ fn make(mut arguments: Arguments) -> Result<Exit, Failure> {
         .map_err(|problem| refused(problem, "--vary"))?;
     let out = arguments.job.out.clone().unwrap_or_else(|| PathBuf::from("out/variants"));
     if !arguments.job.json {
-        terminal::note(&format!("{} variants by seed {}, in {}", made.submissions.len(), made.seed, out.display()));
+        terminal::note(&format!(
+            "{} variants by seed {}, in {}",
+            made.submissions.len(),
+            made.seed,
+            out.display()
+        ));
     }
     let archive = bytes::Bytes::from(archive);
     let (mut documents, mut exit) = (Vec::new(), Exit::Success);

@@ -9,8 +9,8 @@ use geometry::{Camera, Pose, TexturedMesh};
 use gpu::{Gpu, GpuError};
 use imaging::Image;
 use render::gpu::GpuSceneCache;
-use scene::Light;
 use render::{Background, GeometryFrame, Lighting, RenderObject, RenderSettings, SceneCache, TopView, View};
+use scene::Light;
 
 /// Section `[preview]`.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]

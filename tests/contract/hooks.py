@@ -21,7 +21,7 @@ HOURS_FROM_NOW = {"not_before": 1, "deadline": 2}
 TABLE_WORDS = {"model": "desk", "material": "oak", "color": "red"}
 # The fuzzed server has no chat model, which these settings want.
 WITHOUT_CHAT = {"appraise.ratings": "false", "appraise.tasks": "0"}
-SUBMISSIONS = ("POST /scenes", "POST /scenes/{scene_id}/edits")
+SUBMISSIONS = ("POST /scenes", "POST /scenes/{scene_id}/edits", "POST /scenes/{scene_id}/variants")
 EDIT = {"operations": [{"op": "tidy"}], "text": "tidy the table"}
 count = itertools.count()
 
@@ -64,7 +64,9 @@ def replace(case):
         image["base64"] = base64.b64encode(IMAGES[next(count) % len(IMAGES)]).decode()
     elif isinstance(image, dict) and "url" in image:
         image["url"] = os.environ["CONTRACT_IMAGE_URL"]
-    if case.operation.label != "POST /scenes":
+    if case.operation.label.endswith("/variants") and isinstance(request.get("count"), (int, float)):
+        request["count"] = min(int(request["count"]), 3)
+    if case.operation.label.endswith("/edits"):
         for name, value in EDIT.items():
             if request.get(name) is not None:
                 request[name] = value

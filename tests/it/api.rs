@@ -2,6 +2,7 @@
 
 mod submissions;
 mod edits;
+mod variants;
 mod listing;
 mod documents;
 mod downloads;

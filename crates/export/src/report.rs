@@ -12,6 +12,7 @@ mod page;
 
 use serde::Serialize;
 
+use scene::edit::EditAccount;
 use scene::text_account::TextAccount;
 use scene::{Certificate, Scene};
 
@@ -40,6 +41,8 @@ impl Report<'_> {
             seed: u64,
             #[serde(skip_serializing_if = "Option::is_none")]
             text: Option<&'a TextAccount>,
+            #[serde(skip_serializing_if = "Option::is_none")]
+            edit: Option<&'a EditAccount>,
             #[serde(flatten)]
             certificate: &'a Certificate,
             parity: &'a RoundTripReport,
@@ -49,6 +52,7 @@ impl Report<'_> {
             scene: &self.scene.id,
             seed: self.scene.seed,
             text: self.scene.text.as_ref(),
+            edit: self.scene.edit.as_ref(),
             certificate: self.certificate,
             parity: self.round_trip,
         };

@@ -5,8 +5,8 @@ mod camera_move;
 
 use serde::{Deserialize, Serialize};
 
-use crate::{InstanceId, Light};
 use crate::validation::{Violation, Violations};
+use crate::{InstanceId, Light};
 
 pub use camera_move::CameraMove;
 pub use place::EditPlace;

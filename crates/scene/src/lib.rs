@@ -43,10 +43,10 @@ pub use description::{
 };
 pub use edit::{EditOperation, EditPlace};
 pub use finished::Scene;
-pub use light::Light;
 pub use geometry::{Friction, MassProperties};
 pub use id::{JobId, SceneId, TenantId};
 pub use instance::{Instance, Provenance, ReconstructionMethod, Support, SupportRelation};
+pub use light::Light;
 pub use money::MicroUsd;
 pub use name::InstanceId;
 pub use recognition::{
@@ -55,12 +55,12 @@ pub use recognition::{
 };
 pub use request::{Input, SceneRequest};
 pub use support_tree::{SupportTree, Supporter};
-pub use variant::Randomize;
 pub use table::{Table, TableShape, TableSpec};
 pub use text_account::{
     Goal, GoalPredicate, PredicateKind, TextMeaning, TextSpan, Understood, Unrecognized, UnrecognizedReason,
 };
 pub use validation::{InvalidValue, Violation};
+pub use variant::Randomize;
 
 #[cfg(test)]
 mod tests;

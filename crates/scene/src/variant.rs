@@ -66,9 +66,8 @@ impl Randomize {
     };
 
     /// Names of the axes, in the order in which they are applied.
-    pub const AXES: [&str; 10] = [
-        "meshes", "sizes", "colors", "materials", "mass", "friction", "table", "layout", "light", "camera",
-    ];
+    pub const AXES: [&str; 10] =
+        ["meshes", "sizes", "colors", "materials", "mass", "friction", "table", "layout", "light", "camera"];
 
     /// One axis alone within its usual range; `None` for a name that is no axis.
     pub fn only(axis: &str) -> Option<Self> {

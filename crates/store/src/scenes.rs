@@ -42,10 +42,7 @@ pub enum SubmitOutcome {
         rows: Box<NewRows>,
     },
     /// The key was used before with the same body; these are the ids of the first submission.
-    Replayed {
-        scene_id: SceneId,
-        job_id: JobId,
-    },
+    Replayed { scene_id: SceneId, job_id: JobId },
     /// The key was used before with another body; nothing was enqueued.
     KeyReused,
     /// The queue has no room; nothing was enqueued.

@@ -191,7 +191,8 @@ impl Engine<'_> {
         row.labels.insert(REQUEST_LABEL.to_owned(), digest.to_string());
         row.labels.entry("custom_id".to_owned()).or_insert_with(|| request.custom_id.clone());
         match self.store.submit(row).await.map_err(failed)? {
-            SubmitOutcome::Created { scene_id, job_id, .. } | SubmitOutcome::Replayed { scene_id, job_id } => {
+            SubmitOutcome::Created { scene_id, job_id, .. }
+            | SubmitOutcome::Replayed { scene_id, job_id } => {
                 self.follow_job(job_id, scene_id, request.custom_id, granted);
                 Ok(())
             }

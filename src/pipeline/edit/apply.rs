@@ -190,7 +190,8 @@ fn carry_out_all(
         StageError::permanent("edit_refused", format!("after all operations {why}; nothing was changed"))
     })?;
     let (mut composition, loaded, changed, moved) = draft.finish();
-    composition.edit = Some(EditAccount { parent: inputs.plan.parent_id.clone(), operations: results, moved });
+    composition.edit =
+        Some(EditAccount { parent: inputs.plan.parent_id.clone(), operations: results, moved });
     composition.resolve = scene::certificate::ResolveFinding {
         rounds: 1,
         log: composition

@@ -16,9 +16,8 @@ use scene::text_account::TextMeaning;
 use scene::{EditOperation, InstanceId, Light, Randomize, RecognizedObject};
 
 /// Colors of objects whose category has none.
-const COLORS: [&str; 12] = [
-    "red", "orange", "yellow", "green", "teal", "blue", "purple", "pink", "brown", "beige", "white", "gray",
-];
+const COLORS: [&str; 12] =
+    ["red", "orange", "yellow", "green", "teal", "blue", "purple", "pink", "brown", "beige", "white", "gray"];
 
 /// Groups of categories that come in several materials, and the materials.
 const MATERIALS: [(&[&str], &[&str]); 3] = [
@@ -42,7 +41,8 @@ pub(super) fn drawn(parent: &Composition, randomize: &Randomize, seed: u64) -> V
     let stated = Stated::of(parent);
     let mut operations = Vec::new();
     let objects = &parent.recognition.objects;
-    let each = |operations: &mut Vec<EditOperation>, draw: &dyn Fn(&RecognizedObject) -> Option<EditOperation>| {
+    let each = |operations: &mut Vec<EditOperation>,
+                draw: &dyn Fn(&RecognizedObject) -> Option<EditOperation>| {
         operations.extend(objects.iter().filter_map(draw));
     };
     let rng = |axis: &str, object: &RecognizedObject| child_rng(seed, &format!("{axis} of {}", object.id));

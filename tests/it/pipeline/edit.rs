@@ -134,3 +134,48 @@ fn an_edit_that_cannot_be_done_is_refused_and_writes_nothing() {
         assert!(!folder.join("no").join("scene.json").exists(), "{operations}");
     }
 }
+
+#[test]
+fn variants_differ_and_keep_what_the_text_states() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let text = "a red mug to the left of a laptop, a bowl with an apple in it, and two books";
+    made(folder, &["generate", "--text", text, "--seed", "3", "--out", "parent"]);
+    let variants = ["variants", "--bundle", "parent", "--count", "2", "--seed", "7", "--out", "made"];
+    let axes = ["--vary", "layout,meshes,sizes,light,camera,mass,friction,table"];
+    made(folder, &[&variants[..], &axes[..]].concat());
+    let before = scene(folder, "parent");
+    let x = |scene: &Value, name: &str| pose(scene, name).0[0].as_f64().unwrap();
+    let mut places = Vec::new();
+    for bundle in ["made/variant_0001", "made/variant_0002"] {
+        let after = scene(folder, bundle);
+        let names = |scene: &Value| -> Vec<Value> {
+            let mut names: Vec<Value> =
+                scene["instances"].as_array().unwrap().iter().map(|object| object["name"].clone()).collect();
+            names.sort_by_key(ToString::to_string);
+            names
+        };
+        assert_eq!(names(&after), names(&before));
+        assert!(x(&after, "mug_1") < x(&after, "laptop_1"), "{bundle}");
+        let apple = instance(&after, "apple_1").expect("an apple");
+        assert_eq!(apple["support"], json!({ "parent": "bowl_1", "relation": "in" }));
+        assert_eq!(after["metrics"]["col_s"], 0.0, "{bundle}");
+        assert_ne!(after["camera"], before["camera"]);
+        assert!(after["light"]["azimuth_rad"].is_number(), "{bundle}");
+        assert_eq!(after["edit"]["moved"], json!([]), "every movement is one that the layout asks for");
+        let kg = |scene: &Value| instance(scene, "bowl_1").unwrap()["mass_kg"].as_f64().unwrap();
+        assert_ne!(kg(&after), kg(&before));
+        places.push(pose(&after, "laptop_1"));
+    }
+    assert_ne!(places[0], places[1]);
+    // The same command leaves what is there, and another seed does not mix with it.
+    let manifest = || std::fs::read(folder.join("made/variant_0002/manifest.json")).unwrap();
+    let first = manifest();
+    std::fs::remove_dir_all(folder.join("made/variant_0002")).unwrap();
+    made(folder, &[&variants[..], &axes[..]].concat());
+    assert_eq!(manifest(), first, "a variant is made again to the byte");
+    let other = ["variants", "--bundle", "parent", "--count", "1", "--seed", "8", "--out", "made"];
+    let refused = tabletopgen(folder, &other);
+    assert!(!refused.status.success());
+    assert!(String::from_utf8_lossy(&refused.stderr).contains("holds another scene"));
+}

@@ -168,3 +168,13 @@ fn describe_keeps_mug_size_in_range_with_spoon_inside() {
         assert!(size_of("mug_1").x <= mug.size.high_m.x, "seed {seed}: {}", size_of("mug_1"));
     }
 }
+
+#[test]
+fn every_category_is_found_by_its_own_label() {
+    // Variants of a scene ask for another object of a category by its label.
+    for category in categories().iter().filter(|category| category.group != "stand_in") {
+        let description = describe_seed(&format!("one {}", category.label), 1);
+        let found: Vec<&str> = description.objects.iter().map(|object| object.category.as_str()).collect();
+        assert_eq!(found, [category.name.as_str()], "{}", category.label);
+    }
+}

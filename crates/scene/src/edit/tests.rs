@@ -45,10 +45,7 @@ fn violations_point_at_the_wrong_field() {
             r#"{"op":"move","target":"a","where":{"relation":"between","target":"b"}}"#,
             vec!["/0/where/second_target"],
         ),
-        (
-            r#"{"op":"move","target":"a","where":{"offset_m":[0.1,0],"relation":"at_left"}}"#,
-            vec!["/0/where"],
-        ),
+        (r#"{"op":"move","target":"a","where":{"offset_m":[0.1,0],"relation":"at_left"}}"#, vec!["/0/where"]),
         (r#"{"op":"move","target":"a","where":{"offset_m":[9,0]}}"#, vec!["/0/where/offset_m"]),
         (r#"{"op":"add","object":"a","where":{"offset_m":[0.1,0]}}"#, vec!["/0/where/offset_m"]),
         (r#"{"op":"rotate","target":"a"}"#, vec!["/0"]),

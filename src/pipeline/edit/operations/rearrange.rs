@@ -123,10 +123,16 @@ fn query_of(understood: &Understood, relation: RelationKind, targets: &[usize]) 
 
 fn states_distance(text: &str) -> bool {
     let is_unit = |word: &str| {
-        ["cm", "mm", "m", "inch", "inches", "in"].contains(&word) || word.contains("meter") || word.contains("metre")
+        ["cm", "mm", "m", "inch", "inches", "in"].contains(&word)
+            || word.contains("meter")
+            || word.contains("metre")
     };
     text.chars().any(|c| c.is_ascii_digit())
-        || text.to_ascii_lowercase().split(|c: char| !c.is_ascii_alphabetic()).filter(|word| *word != "in").any(is_unit)
+        || text
+            .to_ascii_lowercase()
+            .split(|c: char| !c.is_ascii_alphabetic())
+            .filter(|word| *word != "in")
+            .any(is_unit)
 }
 
 /// What carries an object directly or indirectly and stands on the table.
