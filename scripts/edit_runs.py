@@ -45,7 +45,9 @@ class Judged:
     bundle: Path | None = None
 
 
-def edit(binary: Path, bundle: Path, wire: list, seed: int, out: Path, threads: int | None = None) -> Edited:
+def edit(
+    binary: Path, bundle: Path, wire: list, seed: int, out: Path, threads: int | None = None, options=()
+) -> Edited:
     """One call of the command; the CPU time is that of the process and what it waited for."""
     shutil.rmtree(out, ignore_errors=True)
     out.parent.mkdir(parents=True, exist_ok=True)
@@ -54,7 +56,7 @@ def edit(binary: Path, bundle: Path, wire: list, seed: int, out: Path, threads: 
     command = [str(binary), "edit", "--bundle", str(bundle), "--operations", str(operations), "--seed", str(seed),
                "--out", str(out), "--json"]
     command += ["--threads", str(threads)] if threads else []
-    return called(command)
+    return called([*command, *options])
 
 
 def called(command: list) -> Edited:

@@ -1,11 +1,12 @@
 """Edits: two hundred on forty scenes do what they state, and nothing else; what is refused is impossible.
 
     PYTHONPATH=scripts python3 -m bars.editing [--target-dir target] [--scenes 40] [--edits 200] [--seed 34]
-        [--only edits,cost] [--rounds 5]
+        [--only edits,cost,synthesizer] [--rounds 5] [--layouts 20]
 
 Half of the scenes are of texts, half of synthetic images. `scripts/edits.py` judges the written bundles from their
 poses and hulls, by code that shares nothing with the program; MuJoCo simulates every result for five seconds; refusals
-are checked by a search for free space (`scripts/edit_room.py`).
+are checked by a search for free space (`scripts/edit_room.py`). The part `synthesizer` has a page and a bar of its own
+(`scripts/bars/synthesizer`).
 """
 
 import shutil
@@ -14,6 +15,8 @@ from collections import Counter, defaultdict
 
 from bars.page import arguments, lab_beside, percent, table, write
 from bars.run import run
+from bars.synthesizer.report import write_page
+from bars.synthesizer.runs import LAYOUTS, placements
 from edit_cases import cases
 from edit_operations import PLANS
 from edit_refused import REFUSED as REFUSALS
@@ -23,6 +26,7 @@ from judging import complaints, finish_setup, judge, start_setup
 from server import Problem
 
 SCENES, EDITS, SEED, ROUNDS = 40, 200, 34, 5
+PARTS = ("edits", "cost", "synthesizer")
 COST_BAR = 0.25
 # Who refuses everything does nothing wrong.
 DONE_BAR = 0.5
@@ -45,11 +49,14 @@ SIMULATED_AT_ONCE = 10
 
 
 def main() -> bool:
-    given = arguments(__doc__.splitlines()[0], scenes=SCENES, edits=EDITS, seed=SEED, only="edits,cost", rounds=ROUNDS)
-    unknown = set(given.only.split(",")) - {"edits", "cost"}
+    given = arguments(
+        __doc__.splitlines()[0], scenes=SCENES, edits=EDITS, seed=SEED, only=",".join(PARTS), rounds=ROUNDS,
+        layouts=LAYOUTS,
+    )
+    unknown = set(given.only.split(",")) - set(PARTS)
     if unknown:
-        raise Problem(f"--only names edits and cost, not {', '.join(sorted(unknown))}")
-    pages, bars = [], []
+        raise Problem(f"--only names {', '.join(PARTS)}, not {', '.join(sorted(unknown))}")
+    pages, bars, holds_beside = [], [], True
     if "edits" in given.only:
         environment = given.target_dir / "judges"
         finish_setup(start_setup(environment))
@@ -62,9 +69,13 @@ def main() -> bool:
         costs = measured_costs(given.binary, given.work / "editing", given.rounds)
         pages.append(costs_page(costs))
         bars.append(cost_bar(costs))
-    rows = [[what, value, bar, "holds" if holds else "DOES NOT HOLD"] for what, value, bar, holds in bars]
-    write("editing", "Edits", "\n\n".join([table(["", "found", "bar", ""], rows), *pages]))
-    return all(holds for *_, holds in bars)
+    if "synthesizer" in given.only:
+        runs = placements(given.binary, given.target_dir, given.work / "synthesizer", given.layouts)
+        holds_beside = write_page(runs)
+    if pages:
+        rows = [[what, value, bar, "holds" if holds else "DOES NOT HOLD"] for what, value, bar, holds in bars]
+        write("editing", "Edits", "\n\n".join([table(["", "found", "bar", ""], rows), *pages]))
+    return holds_beside and all(holds for *_, holds in bars)
 
 
 def scenes(given) -> list:

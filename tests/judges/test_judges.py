@@ -21,6 +21,7 @@ from pxr import Sdf
 import collisions
 import solids
 from left_out import LEFT_OUT
+from test_layouts import check_layouts
 
 
 def edit_text(path, change):
@@ -292,7 +293,8 @@ def main():
             falls = verdict.facts["stable"] < verdict.facts["movable"]
             assert verdict.accepted and falls, f"a falling body counts as stable: {verdict}"
     without = f", without {', '.join(LEFT_OUT)}" if LEFT_OUT else ""
-    print(f"the judges reject all {broken} broken bundles and tell all {check_depths()} depths{without}")
+    told = f"tell all {check_depths()} depths and {check_layouts(good)} layouts"
+    print(f"the judges reject all {broken} broken bundles and {told}{without}")
 
 
 if __name__ == "__main__":
