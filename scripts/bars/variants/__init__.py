@@ -1,0 +1,1 @@
+"""Variants: what they must keep, and how much they differ."""
