@@ -29,7 +29,7 @@ TEXTS = [
     "A wooden desk with a laptop, a red mug to the left of the laptop, a notebook in front of it and a lamp at the back",
     "A kitchen table with a bowl with two apples in it, a plate to the right of the bowl, a blue mug and a jar behind it",
     "A dining table with a stack of three plates, a wine bottle next to them, two glasses and a salt shaker",
-    "A round table with a vase in the center, two candles, a book at the front and a remote control next to the book",
+    "A round wooden table with a vase in the center, two candles, a book at the front and a remote control next to the book",
     "A workbench with a toolbox at the back left, a hammer, a wrench to the right of the hammer and a tape measure",
     "A table with exactly a mug, a book and an apple between them",
 ]

@@ -10,6 +10,7 @@ use rand::RngExt;
 use crate::pipeline::composition::Composition;
 use catalog::tables::TABLE_MATERIALS;
 use catalog::{Category, category};
+use editing::references::{color_of, material_of};
 use runtime::seed::{Rng, child_rng};
 use scene::edit::CameraMove;
 use scene::text_account::TextMeaning;
@@ -148,7 +149,7 @@ fn drawn_material(object: &RecognizedObject, rng: &mut Rng) -> Option<String> {
 struct Stated {
     properties: BTreeMap<InstanceId, BTreeMap<String, String>>,
     stand_ins: BTreeSet<InstanceId>,
-    /// Whether it says something about the table.
+    /// Whether it says what the table is made of, or its color.
     table: bool,
 }
 
@@ -167,7 +168,7 @@ impl Stated {
                         of_object.insert(property.clone(), value.clone());
                     }
                 }
-                TextMeaning::Table => stated.table = true,
+                TextMeaning::Table => stated.table |= states_finish(&understood.span.text),
                 _ => {}
             }
         }
@@ -187,6 +188,15 @@ impl Stated {
     }
 }
 
+/// Whether words about a table name a color or a material.
+fn states_finish(words: &str) -> bool {
+    let words = words.split(|c: char| !c.is_alphanumeric()).map(str::to_lowercase);
+    let is_finish = |word: &str| TABLE_MATERIALS.contains(&word);
+    words
+        .into_iter()
+        .any(|word| color_of(&word).is_some() || material_of(&word).is_some() || is_finish(&word))
+}
+
 /// The phrase of which another object of the same kind is made: its category, and what a text states of its looks.
 pub(super) fn phrase_of(parent: &Composition, name: &str) -> Option<String> {
     let object = parent.recognition.objects.iter().find(|object| object.id.as_str() == name)?;
@@ -196,4 +206,32 @@ pub(super) fn phrase_of(parent: &Composition, name: &str) -> Option<String> {
         stated.properties.get(&object.id).and_then(|properties| properties.get(property)).cloned()
     });
     Some(words.chain([kind.clone()]).collect::<Vec<_>>().join(" "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_kind_of_table_leaves_its_finish_open_and_a_color_or_material_does_not() {
+        for (words, expected) in [
+            ("kitchen table", false),
+            ("A round dining table", false),
+            ("wooden desk", true),
+            ("white table", true),
+            ("Oak workbench", true),
+            ("a glass-topped table", true),
+        ] {
+            assert_eq!(states_finish(words), expected, "{words}");
+        }
+    }
+
+    #[test]
+    fn factors_stay_within_their_share() {
+        let mut rng = child_rng(7, "size");
+        let drawn: Vec<f64> = (0..1000).map(|_| factor(&mut rng, 0.1)).collect();
+        assert!(drawn.iter().all(|factor| (0.9..=1.1).contains(factor)));
+        let mean = drawn.iter().sum::<f64>() / 1000.0;
+        assert!((mean - 1.0).abs() < 0.01, "{mean}");
+    }
 }
