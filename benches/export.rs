@@ -87,12 +87,7 @@ fn finished(scene: &Breakfast, bodies: &[Body]) -> Scene {
         format: Scene::FORMAT.into(),
         id: "bench".into(),
         seed: SEED,
-        request: SceneRequest {
-            version: SceneRequest::VERSION,
-            input: Input::Text { text: TEXT.into() },
-            seed: SEED,
-            options: RequestOptions::default(),
-        },
+        request: SceneRequest::new(Input::Text { text: TEXT.into() }, SEED, RequestOptions::default()),
         frame: Frame::world(),
         camera: seen.camera,
         table: Table {

@@ -78,7 +78,7 @@ impl Terms {
         }
         let body_digest = Digest::of(content.to_string().as_bytes());
         let seed = self.seed.unwrap_or_else(draw_seed);
-        let request = SceneRequest { version: SceneRequest::VERSION, input, seed, options: self.options };
+        let request = SceneRequest::new(input, seed, self.options);
         let errors = validate_settings(&request);
         if !errors.is_empty() {
             return Err(Problem::invalid(errors));

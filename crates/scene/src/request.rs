@@ -14,12 +14,13 @@ pub const MAX_SEED: u64 = (1 << 53) - 1;
 /// Largest budget of a scene, US dollars.
 pub const MAX_BUDGET_USD: f64 = 10_000.0;
 
-/// A request as stored with its scene. A deserialized value is valid: the version is [`Self::VERSION`], and the seed
-/// and the options are in their ranges.
+/// A request as stored with its scene. A deserialized value is valid: the version is at most [`Self::VERSION`], and the
+/// seed and the options are in their ranges.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(remote = "Self")]
 pub struct SceneRequest {
-    /// Version of the stored format; raised when the meaning of a stored request changes.
+    /// Version of the stored format: the first one that has the kind of its input. A worker leaves jobs alone whose
+    /// version is newer than it reads.
     pub version: u32,
     pub input: Input,
     /// 0..=[`MAX_SEED`].
@@ -30,12 +31,19 @@ pub struct SceneRequest {
 validated!(SceneRequest);
 
 impl SceneRequest {
-    pub const VERSION: u32 = 1;
+    /// The newest version that this program reads. Raised when a stored request has something new.
+    pub const VERSION: u32 = 2;
+
+    /// A request in the oldest version that has its input.
+    pub fn new(input: Input, seed: u64, options: RequestOptions) -> Self {
+        Self { version: input.version(), input, seed, options }
+    }
 
     /// Every violation of the guarantees.
     fn violations(&self) -> Vec<Violation> {
         let mut violations = Violations::default();
-        violations.require(self.version == Self::VERSION, "/version", format!("must be {}", Self::VERSION));
+        let version = (1..=Self::VERSION).contains(&self.version);
+        violations.require(version, "/version", format!("must be from 1 to {}", Self::VERSION));
         violations.require(self.seed <= MAX_SEED, "/seed", format!("must be at most {MAX_SEED}"));
         violations.extend("/options", self.options.violations());
         if let Input::Edit { operations, .. } = &self.input {
@@ -135,6 +143,14 @@ pub enum Input {
 }
 
 impl Input {
+    /// The first version of the stored format that has this kind of input.
+    fn version(&self) -> u32 {
+        match self {
+            Self::Text { .. } | Self::Image { .. } => 1,
+            Self::Edit { .. } | Self::Variant { .. } => 2,
+        }
+    }
+
     /// The text that describes objects, alone or beside an image.
     pub fn text(&self) -> Option<&str> {
         match self {

@@ -40,7 +40,7 @@ fn scene_request_rejects_values_out_of_range() {
     check::<SceneRequest>(
         &request(),
         &[
-            ("/version", json!(2), "/version"),
+            ("/version", json!(3), "/version"),
             ("/seed", json!(1_u64 << 53), "/seed"),
             ("/options/max_objects", json!(0), "/options/max_objects"),
             ("/options/max_objects", json!(65), "/options/max_objects"),

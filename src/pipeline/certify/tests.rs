@@ -161,12 +161,11 @@ pub(super) fn sound() -> Planted {
     let inputs = Inputs {
         identity: SceneIdentity {
             id: "0123".into(),
-            request: SceneRequest {
-                version: SceneRequest::VERSION,
-                input: Input::Text { text: "two cubes".into() },
-                seed: 7,
-                options: RequestOptions::default(),
-            },
+            request: SceneRequest::new(
+                Input::Text { text: "two cubes".into() },
+                7,
+                RequestOptions::default(),
+            ),
             made_with: MadeWith {
                 version: "0".into(),
                 adapters: Vec::new(),

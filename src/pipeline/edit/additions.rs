@@ -121,16 +121,12 @@ async fn theme(context: Context, inputs: Arc<ThemeInputs>) -> Result<Vec<String>
 /// A request for objects alone.
 fn asked(request: &SceneRequest, text: String) -> SceneRequest {
     let options = &request.options;
-    SceneRequest {
-        version: SceneRequest::VERSION,
-        input: Input::Text { text },
-        seed: child_seed(request.seed, "add") & MAX_SEED,
-        options: RequestOptions {
-            on_unknown: Some(options.on_unknown.unwrap_or(OnUnknown::StandIn)),
-            set: options.set.clone(),
-            ..RequestOptions::default()
-        },
-    }
+    let options = RequestOptions {
+        on_unknown: Some(options.on_unknown.unwrap_or(OnUnknown::StandIn)),
+        set: options.set.clone(),
+        ..RequestOptions::default()
+    };
+    SceneRequest::new(Input::Text { text }, child_seed(request.seed, "add") & MAX_SEED, options)
 }
 
 /// What the parent's text says the table is for; of an image, its table.

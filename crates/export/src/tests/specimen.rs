@@ -198,12 +198,7 @@ pub(super) fn specimen() -> (Scene, Certificate, Assets, Images) {
         format: Scene::FORMAT.into(),
         id: "specimen0001".into(),
         seed: 7,
-        request: SceneRequest {
-            version: SceneRequest::VERSION,
-            input: Input::Text { text: NASTY_LABEL.into() },
-            seed: 7,
-            options: RequestOptions::default(),
-        },
+        request: SceneRequest::new(Input::Text { text: NASTY_LABEL.into() }, 7, RequestOptions::default()),
         frame: Frame::world(),
         camera: Camera::orbit(640, 480, 0.7, DVec3::new(0.0, 0.0, 0.02), 0.0, 0.8, 1.6),
         table: Table {

@@ -134,12 +134,8 @@ struct Rendered {
 impl LayoutBench {
     /// The scene request of the stages.
     pub fn request(scene: &BenchmarkScene) -> SceneRequest {
-        SceneRequest {
-            version: SceneRequest::VERSION,
-            input: scene::Input::Text { text: scene.text.to_owned() },
-            seed: scene.seed,
-            options: scene.options(),
-        }
+        let input = scene::Input::Text { text: scene.text.to_owned() };
+        SceneRequest::new(input, scene.seed, scene.options())
     }
 
     /// Scores a scene; `checkpoints` belong to a job with [`Self::request`].
