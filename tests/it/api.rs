@@ -2,6 +2,8 @@
 
 mod submissions;
 mod edits;
+mod batches;
+mod datasets;
 mod listing;
 mod documents;
 mod downloads;

@@ -42,7 +42,7 @@ pub use description::{
 pub use edit::{EditOperation, EditPlace};
 pub use finished::Scene;
 pub use geometry::{Friction, MassProperties};
-pub use id::{JobId, SceneId, TenantId};
+pub use id::{BatchId, DatasetId, JobId, SceneId, TenantId};
 pub use instance::{Instance, Provenance, ReconstructionMethod, Support, SupportRelation};
 pub use money::MicroUsd;
 pub use name::InstanceId;
