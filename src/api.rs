@@ -24,7 +24,10 @@ mod edit_operations;
 pub mod edits;
 pub mod variants;
 pub mod lineage;
+pub mod batches;
+pub mod datasets;
 pub mod download;
+mod pieces;
 pub mod bundle;
 mod rebuild;
 pub mod artifacts;
@@ -149,6 +152,8 @@ pub struct Services {
     pub predict: Predict,
     pub fetch_image: FetchImage,
     pub metrics: PrometheusHandle,
+    /// Largest number of requests of one batch.
+    pub max_batch_requests: u64,
 }
 
 /// What handlers share; cloning shares it.
@@ -163,6 +168,8 @@ pub struct Api {
     pub predict: Predict,
     pub fetch_image: FetchImage,
     pub metrics: PrometheusHandle,
+    /// Largest number of requests of one batch.
+    pub max_batch_requests: u64,
     /// Cancelled when the process is to end: not ready any more.
     pub draining: CancellationToken,
     /// Cancelled when the listener closes: streams end.
@@ -173,6 +180,8 @@ pub struct Api {
     pixel_blocks: Arc<Semaphore>,
     /// Images are fetched a few at a time.
     fetches: Arc<Semaphore>,
+    /// Requests of batches are checked and stored for a few batches at a time.
+    receptions: Arc<Semaphore>,
     /// Requests that are being answered.
     requests: Arc<Semaphore>,
     body_memory: BodyMemory,
@@ -192,13 +201,22 @@ impl Api {
         services: Services,
         shutdown: CancellationToken,
     ) -> Self {
-        let Services { validate, understand, read_instruction, predict, fetch_image, metrics } = services;
+        let Services {
+            validate,
+            understand,
+            read_instruction,
+            predict,
+            fetch_image,
+            metrics,
+            max_batch_requests,
+        } = services;
         let semaphore = |permits: usize| Arc::new(Semaphore::new(permits.clamp(1, Semaphore::MAX_PERMITS)));
         let max_streams = settings.max_event_streams.min(Limits::new(&settings).total.div_ceil(2));
         Self {
             decoders: semaphore(2),
             pixel_blocks: semaphore(max_pixel_blocks(&settings) as usize),
             fetches: semaphore(4),
+            receptions: semaphore(2),
             requests: semaphore(settings.max_requests),
             body_memory: BodyMemory::new(settings.body_memory_bytes),
             hosts: Arc::new(AllowedHosts::new(&settings.listen, &settings.allowed_hosts)),
@@ -215,6 +233,7 @@ impl Api {
             predict,
             fetch_image,
             metrics,
+            max_batch_requests,
             draining: shutdown.child_token(),
             shutdown,
         }
@@ -246,6 +265,20 @@ pub fn routes() -> Vec<(Method, &'static str, MethodRouter<Api>)> {
         (Method::GET, "/scenes/{scene_id}/lineage", get(lineage::show)),
         (Method::GET, "/scenes/{scene_id}/artifacts", get(artifacts::list)),
         (Method::GET, "/scenes/{scene_id}/artifacts/{*name}", get(artifacts::download)),
+        (Method::POST, "/batches", post(batches::submit)),
+        (Method::GET, "/batches", get(batches::list)),
+        (Method::GET, "/batches/{batch_id}", get(batches::show)),
+        (Method::GET, "/batches/{batch_id}/output", get(batches::output)),
+        (Method::GET, "/batches/{batch_id}/errors", get(batches::errors)),
+        (Method::POST, "/batches/{batch_id}/cancel", post(batches::cancel)),
+        (Method::POST, "/batches/{batch_id}/retry", post(batches::retry)),
+        (Method::POST, "/datasets", post(datasets::submit)),
+        (Method::GET, "/datasets", get(datasets::list)),
+        (Method::GET, "/datasets/{dataset_id}", get(datasets::show)),
+        (Method::POST, "/datasets/{dataset_id}/verify", post(datasets::verify)),
+        (Method::GET, "/datasets/{dataset_id}/archive", get(datasets::archive)),
+        (Method::GET, "/datasets/{dataset_id}/files", get(datasets::files)),
+        (Method::GET, "/datasets/{dataset_id}/files/{*name}", get(datasets::download)),
         (Method::GET, "/jobs", get(jobs::list)),
         (Method::GET, "/jobs/{job_id}", get(jobs::show)),
         (Method::GET, "/jobs/{job_id}/stages", get(jobs::stages)),

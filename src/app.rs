@@ -16,6 +16,8 @@ pub mod pipeline;
 pub mod role;
 mod process;
 mod upkeep;
+mod feeding;
+mod freezing;
 pub mod service;
 pub mod local;
 

@@ -35,6 +35,7 @@ use pose_estimation::top_view_layout::TopViewSettings;
 use pose_estimation::upright::UprightSettings;
 use pose_estimation::yaw::YawSettings;
 use remote::ProviderSettings;
+use remote::settings::{AnalystProvider, ImageGeneratorProvider, MeshProvider, SegmenterProvider};
 use render::RenderSettings;
 use vision::NetworkReadingSettings;
 use vision::category_fit::CategoryFitSettings;
@@ -51,6 +52,7 @@ pub struct Config {
     pub store: store::Settings,
     pub worker: worker::Settings,
     pub queue: store::queue::Settings,
+    pub batches: store::batches::Settings,
     pub compute: ComputeSettings,
     pub log: LogSettings,
     pub telemetry: TelemetrySettings,
@@ -122,6 +124,17 @@ pub enum LogFormat {
     Text,
     /// One JSON object a line.
     Json,
+}
+
+impl Config {
+    /// Whether scenes call models that may cost money.
+    pub fn calls_remote_models(&self) -> bool {
+        let providers = &self.providers;
+        providers.analyst.iter().any(|provider| *provider != AnalystProvider::Embedded)
+            || providers.image_generator.iter().any(|provider| *provider != ImageGeneratorProvider::Embedded)
+            || providers.segmenter.iter().any(|provider| *provider != SegmenterProvider::Embedded)
+            || providers.mesh_generator.iter().any(|provider| *provider != MeshProvider::Embedded)
+    }
 }
 
 /// Whether a request may set a key (`section.name`) to this value. The keys are those with `; request` in

@@ -28,3 +28,6 @@ pub mod worker;
 
 // 3. Stages turn it into a scene.
 pub mod pipeline;
+
+// 4. Finished scenes become a dataset.
+pub mod freezer;

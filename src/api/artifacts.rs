@@ -7,7 +7,7 @@ use axum::response::{IntoResponse, Response};
 use serde_json::json;
 
 use super::Api;
-use super::download::{Download, respond};
+use super::download::{Content, Download, respond};
 use super::error::Problem;
 use super::rebuild::missing_bytes;
 use super::scenes::{find, parse_id};
@@ -39,7 +39,7 @@ pub async fn download(
         size: file.size,
         media_type: &file.media_type,
         file_name: None,
-        bytes: None,
+        content: Content::Stored,
     };
     match respond(&api, &method, &headers, what).await? {
         Some(response) => Ok(response),

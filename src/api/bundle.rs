@@ -14,7 +14,7 @@ use zip::result::ZipResult;
 use zip::{ZipArchive, ZipWriter};
 
 use super::Api;
-use super::download::{Download, respond};
+use super::download::{Content, Download, respond};
 use super::error::{Problem, ProblemType};
 use super::query::Parameters;
 use super::rebuild::missing_bytes;
@@ -88,7 +88,7 @@ pub async fn download(
             size: row.size,
             media_type: "application/zip",
             file_name: Some(format!("scene-{scene_id}{suffix}.zip")),
-            bytes: unstored,
+            content: unstored.map_or(Content::Stored, Content::Memory),
         };
         if let Some(response) = respond(&api, &method, &headers, what).await? {
             return Ok(response);

@@ -11,6 +11,7 @@ use bytes::Bytes;
 
 use super::Api;
 use super::error::{Problem, ProblemType};
+use super::pieces::{self, Piece};
 use store::Digest;
 
 /// What to send.
@@ -21,8 +22,16 @@ pub struct Download<'a> {
     pub media_type: &'a str,
     /// Suggested name; `None` shows it in place.
     pub file_name: Option<String>,
-    /// The bytes, where they are not in the store.
-    pub bytes: Option<Bytes>,
+    pub content: Content,
+}
+
+/// Where the bytes are.
+pub enum Content {
+    /// In the blob with the digest.
+    Stored,
+    Memory(Bytes),
+    /// In several pieces, whose digest the caller knows.
+    Pieces(Vec<Piece>),
 }
 
 /// The response to a request with this method and these headers; `None` if the stored bytes are missing or damaged.
@@ -49,12 +58,12 @@ pub async fn respond(
     if let Some(disposition) = &disposition {
         set(header::CONTENT_DISPOSITION, disposition);
     }
-    if matches(headers, header::IF_NONE_MATCH, &etag) {
+    if has_tag(headers, header::IF_NONE_MATCH, &etag) {
         fields.remove(header::CONTENT_TYPE);
         return Ok(Some((StatusCode::NOT_MODIFIED, fields).into_response()));
     }
     // The address is signed for GET.
-    if method == Method::GET && what.bytes.is_none() {
+    if method == Method::GET && matches!(what.content, Content::Stored) {
         let address =
             api.store.blobs().presigned(what.digest, what.media_type, disposition.as_deref()).await?;
         if let Some(Ok(address)) = address.map(|address| HeaderValue::from_str(&address)) {
@@ -67,7 +76,7 @@ pub async fn respond(
         }
     }
     let wanted = headers.get(header::RANGE).and_then(|range| range.to_str().ok());
-    let still_same = !headers.contains_key(header::IF_RANGE) || matches(headers, header::IF_RANGE, &etag);
+    let still_same = !headers.contains_key(header::IF_RANGE) || has_tag(headers, header::IF_RANGE, &etag);
     let range = match wanted.filter(|_| still_same).map(|text| parse_range(text, what.size)) {
         None | Some(Wanted::Everything) => None,
         Some(Wanted::Part(range)) => Some(range),
@@ -84,12 +93,15 @@ pub async fn respond(
             return Ok(Some(response));
         }
     };
-    let body = match &what.bytes {
-        Some(bytes) => Body::from(match &range {
+    let body = match what.content {
+        Content::Memory(bytes) => Body::from(match &range {
             Some(range) => bytes.slice(range.start as usize..range.end as usize),
-            None => bytes.clone(),
+            None => bytes,
         }),
-        None => match api.store.blobs().stream(what.digest, range.clone()).await? {
+        Content::Pieces(pieces) => {
+            pieces::body(api.store.clone(), pieces, range.clone().unwrap_or(0..what.size))
+        }
+        Content::Stored => match api.store.blobs().stream(what.digest, range.clone()).await? {
             Some(stream) => Body::from_stream(stream),
             None => return Ok(None),
         },
@@ -125,7 +137,7 @@ pub fn served_as<'a>(headers: &HeaderMap, media_type: &'a str) -> &'a str {
 }
 
 /// Whether a list of entity tags holds `etag` (compared weakly) or `*`.
-fn matches(headers: &HeaderMap, name: header::HeaderName, etag: &str) -> bool {
+fn has_tag(headers: &HeaderMap, name: header::HeaderName, etag: &str) -> bool {
     let lists = headers.get_all(name).into_iter().filter_map(|value| value.to_str().ok());
     lists
         .flat_map(|list| list.split(','))

@@ -27,6 +27,8 @@ pub struct ListParameters {
     kind: Option<JobKind>,
     /// Only jobs of this scene.
     scene: Option<IdFilter>,
+    /// Only jobs of this batch.
+    batch: Option<IdFilter>,
     created_after: Option<Time>,
     page_size: PageSize,
     page_token: Option<PageToken>,
@@ -49,6 +51,7 @@ pub async fn list(
         state: parameters.state,
         kind: parameters.kind,
         scene: parameters.scene.and_then(IdFilter::id),
+        batch: parameters.batch.and_then(IdFilter::id),
         created_after_ms: parameters.created_after.map(Time::as_ms),
         before_id: parameters.page_token.and_then(PageToken::last_id),
         limit: size + 1,

@@ -18,7 +18,7 @@ const MAX_DEPTH: usize = 8;
 const MAX_VALUES: usize = 3000;
 
 /// Where an object must not be a list. A star stands for the index of an item.
-const OBJECTS: [&str; 7] = [
+const OBJECTS: [&str; 9] = [
     "",
     "/image",
     "/options",
@@ -26,6 +26,8 @@ const OBJECTS: [&str; 7] = [
     "/options/metric_anchor",
     "/operations/*",
     "/operations/*/where",
+    "/filter",
+    "/splits",
 ];
 
 /// Checks a body.

@@ -66,7 +66,12 @@ pub const METRICS: &[Metric] = &[
     counter(
         "tabletopgen_scenes_submitted_total",
         &[],
-        "Scenes created, repeats of an idempotency key excluded",
+        "Scenes created, repeats of an idempotency key excluded; without those of batches",
+    ),
+    counter(
+        "tabletopgen_batches_submitted_total",
+        &[],
+        "Batches created, repeats of an idempotency key excluded",
     ),
     counter("tabletopgen_jobs_finished_total", &["class", "outcome"], "Jobs that ended, by class of failure"),
     counter(

@@ -52,6 +52,8 @@ async fn serve(resolved: &Resolved, data_dir: &Path, build: Option<BuildScene>) 
     let (draining, closing) = (CancellationToken::new(), CancellationToken::new());
     if worker.is_some() {
         super::upkeep::start(&store, config, &draining);
+        super::feeding::start(&store, config, &draining);
+        super::freezing::start(&store, config, data_dir, &draining);
     }
     let api = interface(resolved, &config.server, &store, &draining, &closing);
     let (router, settings, closed) = (api::router(api), config.server.clone(), closing.clone());
@@ -84,6 +86,8 @@ pub async fn start_worker(
     let worker = super::worker(&store, config, build)?;
     let (draining, closing) = (CancellationToken::new(), CancellationToken::new());
     super::upkeep::start(&store, config, &draining);
+    super::feeding::start(&store, config, &draining);
+    super::freezing::start(&store, config, data_dir, &draining);
     let listener = listener.map(|listener| {
         let settings = api::Settings {
             listen: listen_on.unwrap_or_default().to_owned(),
@@ -152,6 +156,7 @@ fn interface(
         predict: super::pipeline::predict(resolved),
         fetch_image: super::fetching::fetch_image(settings),
         metrics: metrics::recorder(),
+        max_batch_requests: resolved.config.batches.max_requests,
     };
     let queue = resolved.config.queue.clone();
     let mut api = Api::new(store.clone(), settings.clone(), queue, services, closing.clone());

@@ -3,6 +3,8 @@
 mod submissions;
 mod edits;
 mod variants;
+mod batches;
+mod datasets;
 mod listing;
 mod documents;
 mod downloads;

@@ -4,3 +4,4 @@ pub mod script;
 pub mod server;
 pub mod contract;
 pub mod databases;
+pub mod tiny_bundle;

@@ -40,6 +40,11 @@ impl RequestState {
         !matches!(self, Self::Pending | Self::Running)
     }
 
+    /// Inverse of [`Self::as_str`].
+    pub fn parse(text: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|state| state.as_str() == text)
+    }
+
     /// The word of the JSON form.
     pub fn as_str(self) -> &'static str {
         match self {
@@ -72,8 +77,13 @@ pub struct RequestCounts {
 impl RequestCounts {
     /// Counts a further request.
     pub fn add(&mut self, state: RequestState) {
-        self.total += 1;
-        *self.of(state) += 1;
+        self.add_many(state, 1);
+    }
+
+    /// Counts so many further requests.
+    pub fn add_many(&mut self, state: RequestState, count: u64) {
+        self.total += count;
+        *self.of(state) += count;
     }
 
     /// Counts a request that went from one state to another.
@@ -161,6 +171,7 @@ mod tests {
     fn words_of_states_are_those_of_json() {
         for state in S::ALL {
             assert_eq!(serde_json::to_value(state).expect("JSON"), state.as_str());
+            assert_eq!(S::parse(state.as_str()), Some(state));
         }
     }
 }

@@ -4,6 +4,8 @@
 
 use std::collections::HashMap;
 
+use super::counts::RequestState;
+use super::output::{OutputError, OutputLine};
 use super::request::{BatchRequest, RequestDigest};
 
 /// The requests of a batch so far.
@@ -48,6 +50,25 @@ impl Registry {
         self.scenes.insert(digest, (place, request.custom_id.as_str().into()));
         Admission::New
     }
+
+    /// Takes the next request as [`Self::admit`]; the result is its line if it is not computed.
+    pub fn refusal(&mut self, place: u64, request: &BatchRequest) -> Option<OutputLine> {
+        match self.admit(place, request) {
+            Admission::New => None,
+            Admission::NameTaken { first_place } => {
+                let message = format!(
+                    "the custom_id {:?} is used on line {first_place} too; change one",
+                    request.custom_id
+                );
+                let error = OutputError::new("duplicate_custom_id", message).at("/custom_id").on_line(place);
+                let custom_id = Some(request.custom_id.clone());
+                Some(OutputLine::not_computed(custom_id, RequestState::Invalid, error))
+            }
+            Admission::Duplicate { first, first_place } => {
+                Some(OutputLine::duplicate(request.custom_id.clone(), &first, first_place, place))
+            }
+        }
+    }
 }
 
 #[cfg(test)]
@@ -75,5 +96,15 @@ mod tests {
         ] {
             assert_eq!(registry.admit(place, &request), expected, "line {place}");
         }
+        for (place, request, state, says) in [
+            (9, request("a", "a pen", 7), RequestState::Invalid, "\"a\" is used on line 1"),
+            (10, request("f", "a cup", 7), RequestState::Duplicate, "as \"d\" on line 6"),
+        ] {
+            let line = registry.refusal(place, &request).expect("is refused");
+            let error = line.error.expect("says why");
+            assert_eq!((line.state, error.line), (state, Some(place)));
+            assert!(error.message.contains(says), "{}", error.message);
+        }
+        assert_eq!(registry.refusal(11, &request("g", "a pan", 7)), None);
     }
 }

@@ -165,7 +165,12 @@ pub fn freeze(
     Ok(FrozenDataset { folder, manifest, existed: false, kept: containers.kept })
 }
 
-fn check_name(name: &str) -> Result<(), DatasetError> {
+/// Checks the name of a dataset, which becomes that of a folder.
+///
+/// # Errors
+///
+/// [`DatasetError::Request`] with the requirement that the name does not meet.
+pub fn check_name(name: &str) -> Result<(), DatasetError> {
     let is_word = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || matches!(c, '-' | '_');
     if (1..=64).contains(&name.len()) && name.chars().all(is_word) {
         return Ok(());

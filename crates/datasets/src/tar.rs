@@ -36,7 +36,12 @@ pub fn write_end(archive: &mut impl Write) -> io::Result<()> {
     archive.write_all(&[0; 2 * BLOCK])
 }
 
-fn header(name: &str, size: u64) -> io::Result<[u8; BLOCK]> {
+/// The header of a member, which precedes its content.
+///
+/// # Errors
+///
+/// If the name is longer than 100 bytes, or the content larger than 8 GiB.
+pub fn header(name: &str, size: u64) -> io::Result<[u8; BLOCK]> {
     if name.is_empty() || name.len() > 100 || !name.is_ascii() || size > MAX_SIZE {
         return Err(io::Error::other(format!("{name:?} with {size} bytes does not fit into a tar header")));
     }

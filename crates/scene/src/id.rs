@@ -1,4 +1,4 @@
-//! Identifiers of tenants, scenes and jobs. Each is a type of its own, so that they cannot be swapped.
+//! Identifiers of tenants, scenes, jobs, batches and datasets, each a type of its own, so that they cannot be swapped.
 
 use std::fmt;
 use std::str::FromStr;
@@ -72,6 +72,16 @@ id!(
     /// Id of a job.
     JobId,
     "job"
+);
+id!(
+    /// Id of a batch, many requests for scenes that were submitted together.
+    BatchId,
+    "batch"
+);
+id!(
+    /// Id of a dataset, one frozen version of a set of scenes.
+    DatasetId,
+    "dataset"
 );
 
 fn is_valid(text: &str) -> bool {

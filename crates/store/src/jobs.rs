@@ -5,9 +5,9 @@ use sqlx::{AnyConnection, AssertSqlSafe, Row};
 
 use super::database::Dialect;
 use super::queue::QueueColumns;
-use super::{Store, StoreError, database, scenes};
+use super::{Store, StoreError, batches, database, scenes};
 use scene::job::{JobKind, JobState, SceneState};
-use scene::{JobId, SceneId, TenantId};
+use scene::{BatchId, JobId, SceneId, TenantId};
 
 /// A job's row.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -38,6 +38,7 @@ pub struct JobFilter {
     pub state: Option<JobState>,
     pub kind: Option<JobKind>,
     pub scene: Option<SceneId>,
+    pub batch: Option<BatchId>,
     pub created_after_ms: Option<i64>,
     /// Only jobs older than this id, the last id of the previous page.
     pub before_id: Option<JobId>,
@@ -100,9 +101,11 @@ impl Store {
         if let Some(kind) = filter.kind {
             conditions.push_str(&format!(" AND kind = '{}'", kind.as_str()));
         }
-        for (condition, wanted) in
-            [("scene_id =", filter.scene.map(String::from)), ("id <", filter.before_id.map(String::from))]
-        {
+        for (condition, wanted) in [
+            ("scene_id =", filter.scene.map(String::from)),
+            ("batch_id =", filter.batch.map(String::from)),
+            ("id <", filter.before_id.map(String::from)),
+        ] {
             if let Some(text) = wanted {
                 texts.push(text);
                 conditions.push_str(&format!(" AND {condition} ${}", texts.len()));
@@ -193,7 +196,7 @@ impl Store {
     }
 }
 
-async fn retry(
+pub(super) async fn retry(
     connection: &mut AnyConnection,
     tenant_id: TenantId,
     job_id: JobId,
@@ -264,6 +267,7 @@ async fn retry(
     .bind(scene_id.as_str())
     .execute(&mut *connection)
     .await?;
+    batches::scene_retried(connection, &scene_id, &job.id, now).await?;
     Ok(RetryOutcome::Created { job_id: job.id, scene_id })
 }
 

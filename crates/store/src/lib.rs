@@ -27,6 +27,8 @@ mod database;
 mod changes;
 pub mod scenes;
 pub mod lineage;
+pub mod batches;
+pub mod datasets;
 pub mod queue;
 pub mod stage_claims;
 pub mod jobs;

@@ -298,7 +298,7 @@ async fn renew(
     Ok(answers)
 }
 
-async fn cancel(
+pub(super) async fn cancel(
     connection: &mut AnyConnection,
     tenant_id: TenantId,
     job_id: JobId,

@@ -199,7 +199,7 @@ impl Store {
     }
 }
 
-async fn submit(
+pub(super) async fn submit(
     connection: &mut AnyConnection,
     new: NewScene,
     schedule: Option<Schedule>,

@@ -7,6 +7,8 @@ mod tenants;
 mod submissions;
 mod lists;
 mod lineage;
+mod batches;
+mod datasets;
 mod claims;
 mod turns;
 mod deaths;
@@ -98,6 +100,17 @@ conformance! {
     lists::jobs_are_listed_by_state_kind_scene_and_age_newest_first,
     lists::places_follow_rank_and_age_and_ends_the_durations_so_far,
     lineage::ancestors_come_oldest_first_and_children_newest_first,
+    batches::feeders_at_once_give_every_item_one_scene,
+    batches::items_settle_as_their_scenes_end,
+    batches::a_cancelled_batch_stops_and_a_retry_makes_the_rest,
+    batches::items_together_stay_within_the_budget_of_their_batch,
+    batches::a_key_makes_one_batch_and_nobody_sees_half_of_one,
+    batches::a_batch_leaves_half_of_the_queue_to_others,
+    datasets::freezes_of_one_name_follow_each_other,
+    datasets::of_claims_at_once_each_dataset_goes_to_one_process,
+    datasets::a_dead_freezer_is_replaced_and_fenced,
+    datasets::a_version_is_verified_on_request,
+    datasets::files_and_keys_belong_to_their_dataset_and_tenant,
     claims::jobs_are_claimed_oldest_first_and_once_each,
     claims::a_claim_may_be_restricted_to_one_job,
     claims::an_expired_lease_is_claimed_again_with_the_next_epoch,

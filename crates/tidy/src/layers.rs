@@ -102,7 +102,8 @@ pub const CRATES: &[Layer] = &[
         &[SERVERS, CLIENTS, ROWS],
     ),
     // The client of S3 is that of `object_store`; it takes the provider of cryptography that is installed.
-    layer("store", &["runtime", "scene"], &[SERVERS, CLIENTS]).but(&["rustls::crypto"]),
+    // Rows of batches have the states, counts and budget of the command line's.
+    layer("store", &["batches", "runtime", "scene"], &[SERVERS, CLIENTS]).but(&["rustls::crypto"]),
     layer("tidy", &[], &[SERVERS, CLIENTS, ROWS, TASKS, FUTURES]),
     // For tests alone.
     layer("test_settings", &[], PURE),
@@ -136,7 +137,12 @@ pub const ROOT_MODULES: &[Layer] = &[
         &[SERVERS, CLIENTS, ROWS],
     ),
     layer("worker", &["pipeline", "runtime", "scene", "spans", "store"], &[SERVERS, CLIENTS, ROWS]),
-    layer("api", &["imaging", "runtime", "scene", "spans", "store"], &[CLIENTS, ROWS]),
+    layer(
+        "api",
+        &["batches", "datasets", "freezer", "imaging", "runtime", "scene", "spans", "store"],
+        &[CLIENTS, ROWS],
+    ),
+    layer("freezer", &["datasets", "runtime", "scene", "store"], &[SERVERS, CLIENTS, ROWS]),
     // What requests and jobs say of themselves in the log and in traces.
     layer("spans", &["scene"], &[SERVERS, CLIENTS, ROWS, TASKS]),
     // Settings structs stand beside their algorithms; config only gathers them.

@@ -4,8 +4,9 @@ use std::path::PathBuf;
 
 use bytes::Bytes;
 
+use crate::api::batches::refused;
 use crate::api::submission::{self, SceneBody, Submission};
-use crate::api::{self, Problem, Validate};
+use crate::api::{self, Validate};
 use crate::app;
 use crate::app::config::Resolved;
 use batches::{BatchRequest, OutputError};
@@ -60,13 +61,4 @@ impl Checker {
         let bytes = std::fs::read(&path).map_err(|error| wrong(format!("cannot be read: {error}")))?;
         Ok(Some(bytes.into()))
     }
-}
-
-fn refused(problem: Problem) -> OutputError {
-    let Some(first) = problem.errors.first() else {
-        return OutputError::new(problem.code, problem.detail);
-    };
-    let pointer = format!("/body{}", first.pointer);
-    let details: Vec<&str> = problem.errors.iter().map(|error| error.detail.as_str()).collect();
-    OutputError::new("invalid_request", details.join("; ")).at(pointer)
 }

@@ -3,7 +3,6 @@
 use crate::app::config::Config;
 use crate::cli::Failure;
 use batches::{BatchBudget, Grant};
-use remote::settings::{AnalystProvider, ImageGeneratorProvider, MeshProvider, SegmenterProvider};
 use scene::MicroUsd;
 use scene::request::MAX_BUDGET_USD;
 
@@ -21,7 +20,7 @@ pub(super) fn checked(usd: f64) -> Result<MicroUsd, Failure> {
 impl Money {
     /// Without remote models nothing costs anything, and nothing has to wait for money.
     pub(super) fn new(config: &Config, total: Option<MicroUsd>) -> Self {
-        Self(total.filter(|_| calls_remote_models(config)).map(BatchBudget::new))
+        Self(total.filter(|_| config.calls_remote_models()).map(BatchBudget::new))
     }
 
     /// Whether costs have to be known.
@@ -52,12 +51,4 @@ impl Money {
             budget.settle(promised, spent);
         }
     }
-}
-
-fn calls_remote_models(config: &Config) -> bool {
-    let providers = &config.providers;
-    providers.analyst.iter().any(|provider| *provider != AnalystProvider::Embedded)
-        || providers.image_generator.iter().any(|provider| *provider != ImageGeneratorProvider::Embedded)
-        || providers.segmenter.iter().any(|provider| *provider != SegmenterProvider::Embedded)
-        || providers.mesh_generator.iter().any(|provider| *provider != MeshProvider::Embedded)
 }

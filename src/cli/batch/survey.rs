@@ -14,9 +14,7 @@ use super::source::{Rejection, Source};
 use crate::cli::backup::failed;
 use crate::cli::{Exit, Failure};
 use batches::request::MAX_REQUESTS;
-use batches::{
-    Admission, BatchRequest, OutputError, OutputLine, Registry, RequestCounts, RequestDigest, RequestState,
-};
+use batches::{BatchRequest, OutputLine, Registry, RequestCounts, RequestDigest, RequestState};
 use scene::job::JobState;
 use scene::{MicroUsd, SceneId};
 use store::scenes::SceneFilter;
@@ -96,30 +94,12 @@ impl Survey<'_> {
 
     /// The line of a request that is not computed: an error, or a duplicate.
     fn refused(&self, registry: &mut Registry, place: u64, request: &BatchRequest) -> Option<OutputLine> {
-        let invalid = |error: OutputError| {
-            OutputLine::not_computed(
-                Some(request.custom_id.clone()),
-                RequestState::Invalid,
-                error.on_line(place),
-            )
-        };
         // What is invalid is no first of its kind.
         if let Err(error) = self.checker.submission(request) {
-            return Some(invalid(error));
+            let custom_id = Some(request.custom_id.clone());
+            return Some(OutputLine::not_computed(custom_id, RequestState::Invalid, error.on_line(place)));
         }
-        match registry.admit(place, request) {
-            Admission::New => None,
-            Admission::NameTaken { first_place } => {
-                let message = format!(
-                    "the custom_id {:?} is used on line {first_place} too; change one",
-                    request.custom_id
-                );
-                Some(invalid(OutputError::new("duplicate_custom_id", message).at("/custom_id")))
-            }
-            Admission::Duplicate { first, first_place } => {
-                Some(OutputLine::duplicate(request.custom_id.clone(), &first, first_place, place))
-            }
-        }
+        registry.refusal(place, request)
     }
 
     /// The line of a request that an earlier run finished.

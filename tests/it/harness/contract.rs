@@ -3,9 +3,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::LazyLock;
 
+use batches::{BatchState, RequestState};
 use hyper::Method;
 use scene::job::{JobKind, JobState, SceneState};
 use serde_json::Value;
+use store::datasets::DatasetState;
 use tabletopgen::api;
 use tabletopgen::config::keys::{Allowed, Key, keys};
 
@@ -43,6 +45,9 @@ fn words_of_the_document_are_those_of_the_program() {
     for (schema, known) in [
         ("ProblemType", uris()),
         ("SceneState", names(&SceneState::ALL, SceneState::as_str)),
+        ("DatasetState", names(&DatasetState::ALL, DatasetState::as_str)),
+        ("BatchState", names(&BatchState::ALL, BatchState::as_str)),
+        ("RequestState", names(&RequestState::ALL, RequestState::as_str)),
         ("JobState", names(&JobState::ALL, JobState::as_str)),
         ("JobKind", names(&JobKind::ALL, JobKind::as_str)),
     ] {
@@ -121,6 +126,15 @@ fn every_object_names_its_fields_and_requests_have_no_others() {
         "EditOptions",
         "EditPlace",
         "MoveOperation",
+        "BatchRecipe",
+        "SeedRange",
+        "RecipeProduct",
+        "RecipeSample",
+        "BatchRequestLine",
+        "BatchRequestBody",
+        "BatchRetry",
+        "DatasetSubmission",
+        "DatasetFilter",
     ] {
         assert_eq!(schemas[name]["additionalProperties"], Value::Bool(false), "{name}");
     }

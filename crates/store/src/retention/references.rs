@@ -22,6 +22,8 @@ pub enum ReferenceKind {
     Bundle,
     /// The answer of a remote model to a job that may still need it.
     Answer,
+    /// A file of a dataset; nothing can make it again.
+    Dataset,
     /// The image of a request; nothing can make it again.
     Input,
 }
@@ -30,7 +32,7 @@ pub enum ReferenceKind {
 pub(super) async fn estimate(pool: &AnyPool) -> Result<u64, StoreError> {
     let count: i64 = sqlx::query_scalar(
         "SELECT CAST((SELECT COUNT(*) FROM artifacts) + 4 * (SELECT COUNT(*) FROM checkpoints)
-                   + (SELECT COUNT(*) FROM bundle_archives) AS BIGINT)",
+                   + (SELECT COUNT(*) FROM bundle_archives) + (SELECT COUNT(*) FROM dataset_files) AS BIGINT)",
     )
     .fetch_one(pool)
     .await?;
@@ -68,24 +70,26 @@ pub(crate) async fn for_each_reference(
             }
         }
     }
-    for (kind, table, name) in
-        [(ReferenceKind::Artifact, "artifacts", "name"), (ReferenceKind::Bundle, "bundle_archives", "format")]
-    {
+    for (kind, table, owner, name) in [
+        (ReferenceKind::Artifact, "artifacts", "scene_id", "name"),
+        (ReferenceKind::Bundle, "bundle_archives", "scene_id", "format"),
+        (ReferenceKind::Dataset, "dataset_files", "dataset_id", "path"),
+    ] {
         let sql = format!(
-            "SELECT scene_id, {name} AS name, digest FROM {table}
-             WHERE scene_id > $1 OR (scene_id = $2 AND {name} > $3) ORDER BY scene_id, {name} LIMIT $4"
+            "SELECT {owner} AS owner, {name} AS name, digest FROM {table}
+             WHERE {owner} > $1 OR ({owner} = $2 AND {name} > $3) ORDER BY {owner}, {name} LIMIT $4"
         );
-        let (mut scene, mut name) = (String::new(), String::new());
+        let (mut owner, mut name) = (String::new(), String::new());
         loop {
             let rows = sqlx::query(sqlx::AssertSqlSafe(sql.as_str()))
-                .bind(&scene)
-                .bind(&scene)
+                .bind(&owner)
+                .bind(&owner)
                 .bind(&name)
                 .bind(PAGE_ROWS)
                 .fetch_all(pool)
                 .await?;
             let Some(last) = rows.last() else { break };
-            (scene, name) = (last.try_get("scene_id")?, last.try_get("name")?);
+            (owner, name) = (last.try_get("owner")?, last.try_get("name")?);
             for row in &rows {
                 visit(kind, Digest::parse(&row.try_get::<String, _>("digest")?)?);
             }

@@ -82,7 +82,11 @@ impl Store {
         let end =
             now.saturating_sub(i64::try_from(settings.deleted_hours).unwrap_or(i64::MAX / HOUR_MS) * HOUR_MS);
         report.purged_scenes = self.each_scene(&purged, end, dry_run, Treatment::Purge).await?;
-        if dry_run { Ok(()) } else { self.return_free_pages().await }
+        if dry_run {
+            return Ok(());
+        }
+        self.discard_abandoned_batches().await?;
+        self.return_free_pages().await
     }
 
     /// Gives the free pages of a SQLite file back to the file system. Files of earlier versions keep and reuse them, as

@@ -1,0 +1,134 @@
+//! Requests of clients: to freeze a dataset, and to verify a version.
+
+use serde_json::Value;
+use sqlx::{AnyConnection, AssertSqlSafe, Row};
+use uuid::Uuid;
+
+use super::DatasetState;
+use crate::database::Dialect;
+use crate::{Digest, Store, StoreError, database};
+use scene::{DatasetId, TenantId};
+
+/// A dataset to be frozen.
+#[derive(Clone, Debug)]
+pub struct NewDataset {
+    pub tenant_id: TenantId,
+    pub name: String,
+    /// What is asked for, as JSON.
+    pub request: Value,
+    pub idempotency_key: Option<String>,
+    pub body_digest: Digest,
+}
+
+/// Result of a submission.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum SubmitDatasetOutcome {
+    Created(DatasetId),
+    /// The key was used before with the same body.
+    Replayed(DatasetId),
+    /// The key was used before with another body; nothing was enqueued.
+    KeyReused,
+}
+
+/// Result of a request to verify a version.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum VerifyOutcome {
+    /// It waits, or is under way already.
+    Accepted,
+    /// There is no version to verify.
+    NotFrozen(DatasetState),
+    NotFound,
+}
+
+impl Store {
+    /// Enqueues a freeze, once for each idempotency key.
+    pub async fn submit_dataset(&self, new: NewDataset) -> Result<SubmitDatasetOutcome, StoreError> {
+        let submitted = self
+            .writer
+            .write("enqueue a dataset", move |connection| Box::pin(submit(connection, new)))
+            .await?;
+        self.announce();
+        Ok(submitted)
+    }
+
+    /// Enqueues the verification of a version.
+    pub async fn verify_dataset(
+        &self,
+        tenant_id: &TenantId,
+        id: &DatasetId,
+    ) -> Result<VerifyOutcome, StoreError> {
+        let (tenant_id, id) = (tenant_id.clone(), id.clone());
+        let outcome = self
+            .writer
+            .write("enqueue a verification", move |connection| {
+                Box::pin(async move { verify(connection, &tenant_id, &id).await })
+            })
+            .await?;
+        self.announce();
+        Ok(outcome)
+    }
+}
+
+async fn submit(connection: &mut AnyConnection, new: NewDataset) -> Result<SubmitDatasetOutcome, StoreError> {
+    if let Some(key) = &new.idempotency_key {
+        let earlier =
+            sqlx::query("SELECT id, body_digest FROM datasets WHERE tenant_id = $1 AND idempotency_key = $2")
+                .bind(new.tenant_id.as_str())
+                .bind(key)
+                .fetch_optional(&mut *connection)
+                .await?;
+        if let Some(earlier) = earlier {
+            let is_same = earlier.try_get::<String, _>("body_digest")? == new.body_digest.as_str();
+            let id = database::id(&earlier, "datasets", "id")?;
+            return Ok(if is_same {
+                SubmitDatasetOutcome::Replayed(id)
+            } else {
+                SubmitDatasetOutcome::KeyReused
+            });
+        }
+    }
+    let now = database::now_ms(connection).await?;
+    let id: DatasetId = database::parse_id(&Uuid::now_v7().to_string(), "datasets")?;
+    sqlx::query(
+        "INSERT INTO datasets (id, tenant_id, name, state, request, idempotency_key, body_digest, created_at)
+         VALUES ($1, $2, $3, 'queued', $4, $5, $6, $7)",
+    )
+    .bind(id.as_str())
+    .bind(new.tenant_id.as_str())
+    .bind(new.name)
+    .bind(new.request.to_string())
+    .bind(new.idempotency_key)
+    .bind(new.body_digest.as_str())
+    .bind(now)
+    .execute(connection)
+    .await?;
+    Ok(SubmitDatasetOutcome::Created(id))
+}
+
+async fn verify(
+    connection: &mut AnyConnection,
+    tenant_id: &TenantId,
+    id: &DatasetId,
+) -> Result<VerifyOutcome, StoreError> {
+    let lock = Dialect::of(connection).lock();
+    let query = format!("SELECT state FROM datasets WHERE id = $1 AND tenant_id = $2 {lock}");
+    let state: Option<String> = sqlx::query_scalar(AssertSqlSafe(query))
+        .bind(id.as_str())
+        .bind(tenant_id.as_str())
+        .fetch_optional(&mut *connection)
+        .await?;
+    let Some(state) = state.as_deref().and_then(DatasetState::parse) else {
+        return Ok(VerifyOutcome::NotFound);
+    };
+    if state != DatasetState::Finished {
+        return Ok(VerifyOutcome::NotFrozen(state));
+    }
+    sqlx::query(
+        "UPDATE datasets SET verify_state = 'queued', attempt = 0, steps_done = 0, steps_all = 0
+         WHERE id = $1 AND (verify_state IS NULL OR verify_state = 'finished')",
+    )
+    .bind(id.as_str())
+    .execute(connection)
+    .await?;
+    Ok(VerifyOutcome::Accepted)
+}

@@ -1,0 +1,124 @@
+//! The body of `POST /batches`: read on a thread that may block, stored in groups as it is read.
+//!
+//! Memory holds the body and a few groups, not the requests that a recipe makes.
+
+use axum::extract::Request;
+use tokio::sync::mpsc;
+
+use super::parameters::SubmitParameters;
+use super::requests::{BodyKind, Reader};
+use crate::api::Api;
+use crate::api::admission::overloaded;
+use crate::api::body::{BodyReader, ReceivedBody};
+use crate::api::error::{Problem, ProblemType};
+use crate::api::json_body::media_type;
+use scene::BatchId;
+use store::batches::{NewBatch, NewItem, PublishOutcome};
+use store::retention::QuotaOutcome;
+use store::{DEFAULT_TENANT, Digest};
+
+/// Requests that are stored in one transaction.
+const GROUP: usize = 1000;
+/// Groups that wait for the store.
+const GROUPS_AHEAD: usize = 2;
+
+/// Stores a batch once for each idempotency key; its id.
+pub(super) async fn receive(
+    api: &Api,
+    parameters: SubmitParameters,
+    key: Option<String>,
+    request: Request,
+) -> Result<BatchId, Problem> {
+    let (parts, body) = request.into_parts();
+    let kind = BodyKind::of(&media_type(&parts.headers))?;
+    let body = BodyReader::new(api, &parts, body, api.settings.max_body_bytes).collect().await?;
+    let _permit = api.requests.clone().try_acquire_owned().map_err(|_| overloaded())?;
+    let name = parameters.name.map(|name| name.0).unwrap_or_default();
+    let budget = parameters.budget_usd.map(|budget| budget.0.amount());
+    let stated = format!("{kind:?} {name:?} {budget:?} ");
+    let (body, body_digest) = digested(stated, body).await?;
+    if let Some(key) = &key
+        && let Some((id, earlier_digest)) = api.store.batch_by_key(&DEFAULT_TENANT, key).await?
+    {
+        return if earlier_digest == body_digest.as_str() { Ok(id) } else { Err(key_reused()) };
+    }
+    if let QuotaOutcome::Exceeded { used_bytes, quota_bytes } = api.store.quota(&DEFAULT_TENANT).await? {
+        return Err(Problem::quota_exceeded(used_bytes, quota_bytes));
+    }
+    let new = NewBatch { tenant_id: DEFAULT_TENANT.clone(), name, budget, idempotency_key: key, body_digest };
+    let id = api.store.begin_batch(new).await?;
+    if let Err(problem) = store_requests(api, &id, kind, body).await {
+        // What cannot be removed now, a sweep removes.
+        if let Err(error) = api.store.discard_batch(&id).await {
+            tracing::warn!(error = error.chain(), batch_id = %id, "a refused batch was not removed");
+        }
+        return Err(problem);
+    }
+    match api.store.publish_batch(&id).await? {
+        PublishOutcome::Published => {
+            metrics::counter!("tabletopgen_batches_submitted_total").increment(1);
+            Ok(id)
+        }
+        PublishOutcome::Replayed(earlier) => Ok(earlier),
+        PublishOutcome::KeyReused => Err(key_reused()),
+    }
+}
+
+fn key_reused() -> Problem {
+    Problem::new(
+        ProblemType::InvalidRequest,
+        "idempotency_key_reused",
+        "this Idempotency-Key came with another body before; use a new key for a new batch",
+    )
+}
+
+/// The body with the digest of everything that is asked for. It takes a moment for a large body, so it is computed
+/// apart.
+async fn digested(stated: String, body: ReceivedBody) -> Result<(ReceivedBody, Digest), Problem> {
+    let computed = tokio::task::spawn_blocking(move || {
+        let content = Digest::of(&body);
+        (body, Digest::of(format!("{stated}{content}").as_bytes()))
+    });
+    computed.await.map_err(|_| stopped())
+}
+
+fn stopped() -> Problem {
+    let detail = "a bug stopped the reader of the body; the log has the details under this request id";
+    Problem::new(ProblemType::Internal, "internal_error", detail)
+}
+
+/// Reads, checks and stores every request of the body.
+async fn store_requests(api: &Api, id: &BatchId, kind: BodyKind, body: ReceivedBody) -> Result<(), Problem> {
+    let _turn = api.receptions.clone().acquire_owned().await.ok();
+    let (groups, mut received) = mpsc::channel(GROUPS_AHEAD);
+    let (settings, validate) = (api.settings.clone(), api.validate.clone());
+    let max_requests = api.max_batch_requests;
+    let reading = tokio::task::spawn_blocking(move || {
+        let reader = Reader { settings: &settings, validate: &validate, max_requests };
+        read(&reader, kind, &body, &groups)
+    });
+    while let Some(group) = received.recv().await {
+        // An error drops the receiver, and the reader stops at its next group.
+        api.store.append_items(id, group).await?;
+    }
+    reading.await.unwrap_or_else(|_| Err(stopped()))
+}
+
+fn read(
+    reader: &Reader<'_>,
+    kind: BodyKind,
+    body: &ReceivedBody,
+    groups: &mpsc::Sender<Vec<NewItem>>,
+) -> Result<(), Problem> {
+    let mut group = Vec::with_capacity(GROUP);
+    reader.read(kind, body, |item| {
+        group.push(item);
+        group.len() < GROUP
+            || groups.blocking_send(std::mem::replace(&mut group, Vec::with_capacity(GROUP))).is_ok()
+    })?;
+    if !group.is_empty() {
+        // Nobody receives where the store has failed, which is the error that the client gets.
+        let _ = groups.blocking_send(group);
+    }
+    Ok(())
+}

@@ -1,0 +1,167 @@
+//! The requests of a body one by one: read, checked as `POST /scenes` checks them, and compared with those before.
+
+use std::io::Cursor;
+
+use serde::de::IgnoredAny;
+
+use crate::api::error::{FieldError, Problem, ProblemType};
+use crate::api::submission::{self, SceneBody};
+use crate::api::{Settings, Validate};
+use ::batches::{BatchRequest, LineReader, OutputError, Recipe, Registry};
+use scene::MicroUsd;
+use serde_json::json;
+use store::batches::{ItemContent, NewItem};
+
+/// Largest recipe. It is short, however many requests it makes; its values are in memory together.
+const MAX_RECIPE_BYTES: usize = 2 << 20;
+
+/// What a body is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum BodyKind {
+    /// One request per line.
+    Lines,
+    /// A recipe that expands to requests.
+    Recipe,
+}
+
+impl BodyKind {
+    /// The kind of a media type.
+    pub(super) fn of(media_type: &str) -> Result<Self, Problem> {
+        match media_type {
+            "application/jsonl" | "application/x-ndjson" | "application/x-jsonlines" => Ok(Self::Lines),
+            "application/json" => Ok(Self::Recipe),
+            _ => Err(Problem::new(
+                ProblemType::UnsupportedMediaType,
+                "body_format",
+                "send application/jsonl with one request per line, or a recipe as application/json",
+            )),
+        }
+    }
+}
+
+/// Reads requests and checks them.
+pub(super) struct Reader<'a> {
+    pub(super) settings: &'a Settings,
+    pub(super) validate: &'a Validate,
+    pub(super) max_requests: u64,
+}
+
+impl Reader<'_> {
+    /// Gives every request of the body to `take`, until that returns `false`.
+    ///
+    /// # Errors
+    ///
+    /// A [`Problem`] for a recipe that will not do, and for a body of no request or of too many.
+    pub(super) fn read(
+        &self,
+        kind: BodyKind,
+        body: &[u8],
+        mut take: impl FnMut(NewItem) -> bool,
+    ) -> Result<(), Problem> {
+        let mut registry = Registry::default();
+        let mut count = 0;
+        let mut next =
+            |place, custom_id, request: Result<BatchRequest, OutputError>| -> Result<bool, Problem> {
+                count += 1;
+                if count > self.max_requests {
+                    return Err(self.too_many());
+                }
+                let content = match request {
+                    Ok(request) => self.content(&mut registry, place, request),
+                    Err(error) => ItemContent::Invalid(error),
+                };
+                Ok(take(NewItem { place, custom_id, content }))
+            };
+        match kind {
+            BodyKind::Lines => {
+                // Reading memory does not fail.
+                for line in LineReader::new(Cursor::new(body)).map_while(Result::ok) {
+                    let (custom_id, content) = match line.content {
+                        Ok(request) => (Some(request.custom_id.clone()), Ok(request)),
+                        Err(wrong) => (wrong.custom_id, Err(*wrong.error)),
+                    };
+                    if !next(line.number, custom_id, content)? {
+                        return Ok(());
+                    }
+                }
+            }
+            BodyKind::Recipe => {
+                let recipe = read_recipe(body)?;
+                if recipe.request_count() > self.max_requests {
+                    return Err(self.too_many());
+                }
+                for (place, request) in (1..).zip(recipe.requests()) {
+                    if !next(place, Some(request.custom_id.clone()), Ok(request))? {
+                        return Ok(());
+                    }
+                }
+            }
+        }
+        if count == 0 {
+            let detail = "has no requests; send at least one line";
+            return Err(Problem::invalid(vec![FieldError::new("", detail)]));
+        }
+        Ok(())
+    }
+
+    fn too_many(&self) -> Problem {
+        let detail = format!("has more than {} requests; send several batches", self.max_requests);
+        Problem::invalid(vec![FieldError::new("", detail)])
+    }
+
+    /// What is stored of a request.
+    fn content(&self, registry: &mut Registry, place: u64, request: BatchRequest) -> ItemContent {
+        // What is invalid is no first of its kind.
+        if request.body.image.is_some() {
+            let message = "a batch of the server has texts only; submit images to /scenes one by one";
+            let error = OutputError::new("invalid_request", message).at("/body/image");
+            return ItemContent::Invalid(error.on_line(place));
+        }
+        let body = SceneBody {
+            text: request.body.text.clone(),
+            seed: Some(request.body.seed()),
+            labels: request.body.labels.clone(),
+            options: request.body.options.clone(),
+            ..SceneBody::default()
+        };
+        let submission = match submission::validate(body, None, self.settings, self.validate) {
+            Ok(submission) => submission,
+            Err(problem) => return ItemContent::Invalid(refused(problem).on_line(place)),
+        };
+        if let Some(line) = registry.refusal(place, &request) {
+            let error = line.error.unwrap_or_default();
+            return match line.duplicate_of {
+                Some(of) => ItemContent::Duplicate { of, error },
+                None => ItemContent::Invalid(error),
+            };
+        }
+        let budget: MicroUsd = submission.request.options.budget(self.settings.usual_budget_usd);
+        ItemContent::Request { request: json!(submission.request), labels: submission.labels, budget }
+    }
+}
+
+fn read_recipe(body: &[u8]) -> Result<Recipe, Problem> {
+    if body.len() > MAX_RECIPE_BYTES {
+        let detail =
+            format!("a recipe has at most {MAX_RECIPE_BYTES} bytes; send requests as application/jsonl");
+        return Err(Problem::new(ProblemType::PayloadTooLarge, "body_too_large", detail));
+    }
+    if let Err(error) = serde_json::from_slice::<IgnoredAny>(body) {
+        let detail = format!("the body is no JSON of a recipe: {error}");
+        return Err(Problem::new(ProblemType::MalformedRequest, "malformed_json", detail));
+    }
+    Recipe::parse(body).map_err(|errors| {
+        let errors = errors.0.into_iter().map(|error| FieldError::new(error.pointer, error.detail));
+        Problem::invalid(errors.collect())
+    })
+}
+
+/// The refusal of the body of a scene, as an error of a request of a batch.
+pub fn refused(problem: Problem) -> OutputError {
+    let Some(first) = problem.errors.first() else {
+        return OutputError::new(problem.code, problem.detail);
+    };
+    let pointer = format!("/body{}", first.pointer);
+    let details: Vec<&str> = problem.errors.iter().map(|error| error.detail.as_str()).collect();
+    OutputError::new("invalid_request", details.join("; ")).at(pointer)
+}

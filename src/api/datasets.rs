@@ -1,0 +1,234 @@
+//! `/datasets`: freeze, list, show, download, verify.
+//!
+//! A dataset is frozen in the background (see `freezer`). The files of a version never change; each has a strong
+//! `ETag`, its SHA-256, and is sent in ranges.
+
+mod request;
+mod views;
+
+use axum::Json;
+use axum::extract::{Path, Request, State};
+use axum::http::{HeaderMap, HeaderValue, Method, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use bytes::Bytes;
+use serde::{Deserialize, Serialize};
+use serde_json::json;
+
+use super::Api;
+use super::download::{Content, Download, respond};
+use super::enqueue::idempotency_key;
+use super::error::{Problem, ProblemType};
+use super::json_body::{json_bytes, media_type, parse};
+use super::pieces::{self, Piece};
+use super::query::{PageSize, PageToken, Parameters};
+use ::datasets::tar;
+use scene::DatasetId;
+use store::datasets::{
+    DatasetFile, DatasetFilter, DatasetRow, DatasetState, NewDataset, SubmitDatasetOutcome, VerifyOutcome,
+};
+use store::{DEFAULT_TENANT, Digest};
+
+use request::{DatasetBody, check_source};
+use views::{DatasetFileView, DatasetView};
+
+/// `POST /datasets`.
+pub async fn submit(State(api): State<Api>, request: Request) -> Result<Response, Problem> {
+    let key = idempotency_key(request.headers())?;
+    if media_type(request.headers()) != "application/json" {
+        let detail = "send application/json such as {\"name\": \"kitchen\", \"label\": \"project:demo\"}";
+        return Err(Problem::new(ProblemType::UnsupportedMediaType, "body_format", detail));
+    }
+    let bytes = json_bytes(&api, request.into_body()).await?;
+    let body: DatasetBody = parse(&bytes)?;
+    let (name, request) = body.checked()?;
+    check_source(&api, &request.source).await?;
+    let request = json!(request);
+    let new = NewDataset {
+        tenant_id: DEFAULT_TENANT.clone(),
+        body_digest: Digest::of(format!("{name} {request}").as_bytes()),
+        name,
+        request,
+        idempotency_key: key,
+    };
+    match api.store.submit_dataset(new).await? {
+        SubmitDatasetOutcome::Created(id) | SubmitDatasetOutcome::Replayed(id) => accepted(&api, &id).await,
+        SubmitDatasetOutcome::KeyReused => Err(Problem::new(
+            ProblemType::InvalidRequest,
+            "idempotency_key_reused",
+            "this Idempotency-Key came with another body before; use a new key for a new dataset",
+        )),
+    }
+}
+
+/// Parameters of `GET /datasets`.
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ListParameters {
+    name: Option<String>,
+    state: Option<request::StateFilter>,
+    page_size: PageSize,
+    page_token: Option<PageToken>,
+}
+
+/// A page of datasets.
+#[derive(Serialize)]
+struct DatasetPage {
+    datasets: Vec<DatasetView>,
+    next_page_token: Option<String>,
+}
+
+/// `GET /datasets`.
+pub async fn list(
+    State(api): State<Api>,
+    Parameters(parameters): Parameters<ListParameters>,
+) -> Result<Response, Problem> {
+    let size = parameters.page_size.get();
+    let filter = DatasetFilter {
+        name: parameters.name,
+        state: parameters.state.map(|state| state.0),
+        before_id: parameters.page_token.and_then(PageToken::last_id),
+        limit: size + 1,
+    };
+    let mut rows = api.store.datasets(&DEFAULT_TENANT, filter).await?;
+    let more = rows.len() > size as usize;
+    rows.truncate(size as usize);
+    let next = rows.last().filter(|_| more).and_then(|dataset| PageToken::after(dataset.id.as_str()));
+    let page = DatasetPage {
+        datasets: rows.into_iter().map(DatasetView::new).collect(),
+        next_page_token: next.map(|token| token.to_string()),
+    };
+    Ok(Json(page).into_response())
+}
+
+/// `GET /datasets/{dataset_id}`.
+pub async fn show(State(api): State<Api>, Path(dataset_id): Path<String>) -> Result<Response, Problem> {
+    let dataset = find(&api, &parse_id(&dataset_id)?).await?;
+    Ok(Json(DatasetView::new(dataset)).into_response())
+}
+
+/// `POST /datasets/{dataset_id}/verify`.
+pub async fn verify(State(api): State<Api>, Path(dataset_id): Path<String>) -> Result<Response, Problem> {
+    let dataset_id = parse_id(&dataset_id)?;
+    match api.store.verify_dataset(&DEFAULT_TENANT, &dataset_id).await? {
+        VerifyOutcome::Accepted => accepted(&api, &dataset_id).await,
+        VerifyOutcome::NotFrozen(state) => Err(not_frozen(state)),
+        VerifyOutcome::NotFound => Err(Problem::not_found("dataset", dataset_id.as_str())),
+    }
+}
+
+/// `GET /datasets/{dataset_id}/files`.
+pub async fn files(State(api): State<Api>, Path(dataset_id): Path<String>) -> Result<Response, Problem> {
+    let dataset = frozen(&api, &dataset_id).await?;
+    let files = api.store.dataset_files(&dataset.id).await?;
+    let files: Vec<DatasetFileView> =
+        files.into_iter().map(|file| DatasetFileView::new(&dataset.id, file)).collect();
+    Ok(Json(json!({ "files": files })).into_response())
+}
+
+/// `GET /datasets/{dataset_id}/files/{name}`.
+pub async fn download(
+    State(api): State<Api>,
+    Path((dataset_id, path)): Path<(String, String)>,
+    method: Method,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    let dataset = frozen(&api, &dataset_id).await?;
+    let file = api.store.dataset_file(&dataset.id, &path).await?;
+    let file = file.ok_or_else(|| Problem::not_found("file of the dataset", &path))?;
+    let base = path.rsplit('/').next().unwrap_or_default();
+    let name = format!("{}-v{}-{base}", dataset.name, dataset.version.unwrap_or(0));
+    let what = Download {
+        digest: &file.digest,
+        size: file.size,
+        media_type: &file.media_type,
+        // Pages and documents are shown in place.
+        file_name: (file.media_type == "application/x-tar").then_some(name),
+        content: Content::Stored,
+    };
+    respond(&api, &method, &headers, what).await?.ok_or_else(damaged)
+}
+
+/// `GET /datasets/{dataset_id}/archive`.
+pub async fn archive(
+    State(api): State<Api>,
+    Path(dataset_id): Path<String>,
+    method: Method,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    let dataset = frozen(&api, &dataset_id).await?;
+    let version = dataset.version.unwrap_or(0);
+    let files = api.store.dataset_files(&dataset.id).await?;
+    let listed: String = files.iter().map(|file| format!("{} {}\n", file.digest, file.path)).collect();
+    let pieces = tar_of(version, files).map_err(|error| {
+        tracing::error!(%error, dataset_id = %dataset.id, "a file of a dataset does not fit into an archive");
+        let detail = "the files of this dataset do not fit into an archive; download them one by one";
+        Problem::new(ProblemType::Internal, "archive_unwritable", detail)
+    })?;
+    let what = Download {
+        // Names and digests determine every byte.
+        digest: &Digest::of(format!("v{version}\n{listed}").as_bytes()),
+        size: pieces::size(&pieces),
+        media_type: "application/x-tar",
+        file_name: Some(format!("{}-v{version}.tar", dataset.name)),
+        content: Content::Pieces(pieces),
+    };
+    respond(&api, &method, &headers, what).await?.ok_or_else(damaged)
+}
+
+/// The pieces of a tar archive with the folder of a version.
+fn tar_of(version: i64, files: Vec<DatasetFile>) -> std::io::Result<Vec<Piece>> {
+    let mut pieces = Vec::with_capacity(3 * files.len() + 1);
+    for DatasetFile { path, digest, size, .. } in files {
+        let header = tar::header(&format!("v{version}/{path}"), size)?;
+        let padding = tar::member_bytes(size) - header.len() as u64 - size;
+        pieces.push(Piece::Memory(Bytes::copy_from_slice(&header)));
+        pieces.push(Piece::Blob(digest, size));
+        pieces.push(Piece::Memory(Bytes::from(vec![0; padding as usize])));
+    }
+    pieces.push(Piece::Memory(Bytes::from(vec![0; tar::END_BYTES as usize])));
+    Ok(pieces)
+}
+
+fn damaged() -> Problem {
+    Problem::new(
+        ProblemType::Gone,
+        "dataset_damaged",
+        "the bytes of this file are lost or damaged; verify the dataset, and freeze its scenes again",
+    )
+}
+
+/// 202 with the dataset and its address.
+async fn accepted(api: &Api, dataset_id: &DatasetId) -> Result<Response, Problem> {
+    let view = DatasetView::new(find(api, dataset_id).await?);
+    let location = HeaderValue::from_str(&view.links.this);
+    let mut response = (StatusCode::ACCEPTED, Json(view)).into_response();
+    if let Ok(location) = location {
+        response.headers_mut().insert(header::LOCATION, location);
+    }
+    Ok(response)
+}
+
+/// The dataset id in a path. A text that is no id names no dataset.
+fn parse_id(text: &str) -> Result<DatasetId, Problem> {
+    text.parse().map_err(|_| Problem::not_found("dataset", text))
+}
+
+/// A dataset that is there.
+async fn find(api: &Api, dataset_id: &DatasetId) -> Result<DatasetRow, Problem> {
+    let dataset = api.store.dataset(&DEFAULT_TENANT, dataset_id).await?;
+    dataset.ok_or_else(|| Problem::not_found("dataset", dataset_id.as_str()))
+}
+
+/// A dataset with a version.
+async fn frozen(api: &Api, dataset_id: &str) -> Result<DatasetRow, Problem> {
+    let dataset = find(api, &parse_id(dataset_id)?).await?;
+    if dataset.state == DatasetState::Finished { Ok(dataset) } else { Err(not_frozen(dataset.state)) }
+}
+
+fn not_frozen(state: DatasetState) -> Problem {
+    let (code, detail) = match state {
+        DatasetState::Failed => ("dataset_failed", "this dataset has no files; see its failure"),
+        _ => ("dataset_not_ready", "this dataset is not frozen yet; ask for its state until it is finished"),
+    };
+    Problem::new(ProblemType::Conflict, code, detail)
+}

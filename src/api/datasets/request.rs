@@ -1,0 +1,170 @@
+//! The body of `POST /datasets`.
+
+use serde::Deserialize;
+use serde_json::{Map, Value};
+
+use crate::api::Api;
+use crate::api::error::{FieldError, Problem, ProblemType};
+use crate::api::query::LabelFilter;
+use crate::freezer::{DatasetRequest, DatasetSource};
+use datasets::filter::Filter;
+use datasets::freeze;
+use datasets::sharing::LeakageRules;
+use datasets::splits::SplitPlan;
+use scene::job::SceneState;
+use scene::request::MAX_SEED;
+use scene::{BatchId, SceneId};
+use store::DEFAULT_TENANT;
+use store::datasets::DatasetState;
+
+/// Largest shard that may be asked for, MiB: a shard is in memory at once while it is stored.
+const MAX_SHARD_MB: u64 = 256;
+/// The usual one, MiB.
+const USUAL_SHARD_MB: u64 = 64;
+/// Largest number of scenes that may be named one by one; their ids fit into a small body.
+const MAX_SCENES: usize = 1500;
+/// The usual ratios of the splits.
+const USUAL_SPLITS: &str = "train=0.8,validation=0.1,test=0.1";
+
+/// The body, not validated.
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct DatasetBody {
+    name: String,
+    /// The scenes of this batch.
+    batch: Option<BatchId>,
+    scenes: Option<Vec<SceneId>>,
+    /// The scenes with this label, `key:value`.
+    label: Option<LabelFilter>,
+    filter: Filter,
+    /// Ratios by name, in the order of the splits.
+    splits: Option<Map<String, Value>>,
+    /// Of the assignment to splits.
+    seed: u64,
+    /// What scenes of different splits must not share.
+    disjoint: Option<Vec<String>>,
+    shard_mb: Option<u64>,
+    shard_scenes: Option<usize>,
+}
+
+/// State that a list is filtered by.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(try_from = "String")]
+pub(super) struct StateFilter(pub(super) DatasetState);
+
+impl TryFrom<String> for StateFilter {
+    type Error = &'static str;
+
+    fn try_from(text: String) -> Result<Self, Self::Error> {
+        DatasetState::parse(&text).map(Self).ok_or("must be queued, running, finished or failed")
+    }
+}
+
+impl DatasetBody {
+    /// The name and the request to store.
+    ///
+    /// # Errors
+    ///
+    /// A [`Problem`] with every value that will not do.
+    pub(super) fn checked(self) -> Result<(String, DatasetRequest), Problem> {
+        let mut errors = Vec::new();
+        let mut wrong = |pointer: &str, detail: String| errors.push(FieldError::new(pointer, detail));
+        if let Err(error) = freeze::check_name(&self.name) {
+            wrong("/name", error.to_string());
+        }
+        let scenes = self.scenes.as_ref().map_or(1, Vec::len);
+        if !(1..=MAX_SCENES).contains(&scenes) {
+            wrong(
+                "/scenes",
+                format!("must name from 1 to {MAX_SCENES} scenes; label more, and give the label"),
+            );
+        }
+        let given = [self.batch.is_some(), self.scenes.is_some(), self.label.is_some()];
+        if given.iter().filter(|is_given| **is_given).count() != 1 {
+            wrong("", "give one of `batch`, `scenes` and `label`".into());
+        }
+        let source = match (self.batch, self.scenes, self.label) {
+            (Some(batch), _, _) => DatasetSource::Batch(batch),
+            (None, scenes, None) => DatasetSource::Scenes(scenes.unwrap_or_default()),
+            (None, _, Some(label)) => DatasetSource::Label { key: label.key, value: label.value },
+        };
+        let plan = plan(self.splits, self.seed).unwrap_or_else(|detail| {
+            wrong("/splits", detail);
+            SplitPlan { ratios: Vec::new(), seed: 0 }
+        });
+        if self.seed > MAX_SEED {
+            wrong("/seed", format!("must be at most {MAX_SEED}"));
+        }
+        let disjoint = self.disjoint.map_or(Ok(LeakageRules::ALL), |kinds| kinds.join(",").parse());
+        let disjoint = disjoint.unwrap_or_else(|detail| {
+            wrong("/disjoint", detail);
+            LeakageRules::NONE
+        });
+        let shard_mb = self.shard_mb.unwrap_or(USUAL_SHARD_MB);
+        if !(1..=MAX_SHARD_MB).contains(&shard_mb) {
+            wrong("/shard_mb", format!("must be from 1 to {MAX_SHARD_MB}"));
+        }
+        if self.shard_scenes == Some(0) {
+            wrong("/shard_scenes", "must be at least 1".into());
+        }
+        if !errors.is_empty() {
+            return Err(Problem::invalid(errors));
+        }
+        let request = DatasetRequest {
+            version: DatasetRequest::VERSION,
+            source,
+            filter: self.filter,
+            splits: plan,
+            disjoint,
+            shard_bytes: shard_mb << 20,
+            shard_scenes: self.shard_scenes,
+        };
+        Ok((self.name, request))
+    }
+}
+
+/// The plan in the text form that the command line has, which is checked there.
+fn plan(splits: Option<Map<String, Value>>, seed: u64) -> Result<SplitPlan, String> {
+    let text = match splits {
+        None => USUAL_SPLITS.to_owned(),
+        Some(splits) => {
+            let parts: Vec<String> = splits.iter().map(|(name, ratio)| format!("{name}={ratio}")).collect();
+            parts.join(",")
+        }
+    };
+    let plan: SplitPlan = text.parse()?;
+    Ok(SplitPlan { seed, ..plan })
+}
+
+/// Refuses a source that is not there, or that can still change.
+///
+/// # Errors
+///
+/// A [`Problem`] that names it.
+pub(super) async fn check_source(api: &Api, source: &DatasetSource) -> Result<(), Problem> {
+    match source {
+        DatasetSource::Batch(id) => {
+            let Some(batch) = api.store.batch(&DEFAULT_TENANT, id).await? else {
+                return Err(Problem::invalid(vec![FieldError::new("/batch", "there is no such batch")]));
+            };
+            if !batch.state.is_final() {
+                let detail = "this batch has not ended; freeze it then, or cancel it";
+                return Err(Problem::new(ProblemType::Conflict, "batch_not_ended", detail));
+            }
+        }
+        DatasetSource::Scenes(ids) => {
+            let mut errors = Vec::new();
+            for (index, id) in ids.iter().enumerate() {
+                let scene = api.store.scene(&DEFAULT_TENANT, id).await?;
+                if scene.is_none_or(|scene| scene.state == SceneState::Deleted) {
+                    errors.push(FieldError::new(format!("/scenes/{index}"), "there is no such scene"));
+                }
+            }
+            if !errors.is_empty() {
+                return Err(Problem::invalid(errors));
+            }
+        }
+        DatasetSource::Label { .. } => {}
+    }
+    Ok(())
+}

@@ -1,0 +1,61 @@
+//! Verification of a version: its blobs become a folder again, and every byte of that is read and compared.
+
+use std::path::Path;
+
+use serde_json::json;
+
+use super::{FreezeError, Freezer, Steps, apart, sources};
+use datasets::verify;
+use store::datasets::DatasetClaim;
+
+/// Faults that are listed; the number of all is stated.
+const MAX_FAULTS: usize = 100;
+
+impl Freezer {
+    /// Verifies a version and records what was found.
+    pub(super) async fn verify(
+        &self,
+        claim: &DatasetClaim,
+        folder: &Path,
+        steps: &Steps,
+    ) -> Result<(), FreezeError> {
+        let version = folder.join("version");
+        for file in self.store.dataset_files(&claim.lease.id).await? {
+            let target = version.join(&file.path);
+            let parent = target.parent().unwrap_or(&version);
+            std::fs::create_dir_all(parent).map_err(FreezeError::file("create", parent))?;
+            let is_there = std::fs::metadata(&target).is_ok_and(|about| about.len() == file.size);
+            // A blob that is missing or damaged leaves a file out, which is a fault of the version.
+            if !is_there && !sources::copy_blob(&self.store, &file.digest, &target).await? {
+                tracing::warn!(dataset_id = %claim.lease.id, path = file.path, "a file of a dataset is lost");
+            }
+        }
+        let steps = steps.clone();
+        let verified = apart(move || {
+            Ok(verify::verify(&version, &mut |done, all| steps.set(done, all))
+                .map_err(|error| error.to_string()))
+        });
+        let found = match verified.await? {
+            Ok(verification) => {
+                let faults = &verification.faults;
+                let listed = faults.iter().take(MAX_FAULTS);
+                let listed: Vec<_> =
+                    listed.map(|fault| json!({ "path": fault.path, "reason": fault.reason })).collect();
+                json!({
+                    "intact": faults.is_empty(),
+                    "scenes": verification.facts.len(),
+                    "bytes": verification.bytes,
+                    "fault_count": faults.len(),
+                    "faults": listed,
+                })
+            }
+            // Without a manifest there is nothing to compare with.
+            Err(reason) => json!({
+                "intact": false, "scenes": 0, "bytes": 0, "fault_count": 1,
+                "faults": [{ "path": datasets::dataset_manifest::PATH, "reason": reason }],
+            }),
+        };
+        self.store.finish_verification(&claim.lease, found).await?;
+        Ok(())
+    }
+}

@@ -1,0 +1,135 @@
+//! Freezing a version in the work folder, and its files as blobs.
+
+use std::path::{Path, PathBuf};
+
+use serde_json::json;
+
+use super::request::DatasetRequest;
+use super::{FreezeError, Freezer, Steps, apart, sources};
+use datasets::dataset_manifest::{self, Layout};
+use datasets::freeze::{self, FreezeRequest, FrozenDataset, Progress};
+use datasets::{licences, statistics};
+use store::datasets::{DatasetClaim, DatasetFile, DatasetRow, FreezeResult, FrozenVersion};
+
+impl Freezer {
+    /// Freezes a dataset and records its version.
+    pub(super) async fn freeze(
+        &self,
+        claim: &DatasetClaim,
+        folder: &Path,
+        steps: &Steps,
+    ) -> Result<(), FreezeError> {
+        let dataset = &claim.dataset;
+        let request: DatasetRequest = serde_json::from_value(dataset.request.clone()).map_err(|error| {
+            FreezeError::Request(format!(
+                "the stored request belongs to another version ({error}); freeze again"
+            ))
+        })?;
+        let tenant_id = &dataset.tenant_id;
+        let records =
+            sources::gather(&self.store, tenant_id, &request.source, &folder.join("sources"), steps).await?;
+        let out = folder.join("out");
+        let earlier = self.store.latest_version(tenant_id, &dataset.name).await?;
+        if let Some(earlier) = &earlier {
+            self.place_earlier(earlier, &out).await?;
+        }
+        let frozen = frozen(dataset, request, records, out, steps.clone()).await?;
+        let manifest = &frozen.manifest;
+        let paths = match &earlier {
+            Some(earlier) if frozen.existed => {
+                self.store.share_dataset_files(&claim.lease, earlier).await?;
+                let files = self.store.dataset_files(&claim.lease.id).await?;
+                files.into_iter().map(|file| file.path).collect()
+            }
+            _ => self.put_files(claim, &frozen, steps).await?,
+        };
+        let summary = json!({
+            "counts": manifest.counts, "selection": manifest.selection, "changes": manifest.changes,
+            "unchanged": frozen.existed,
+        });
+        let version = FrozenVersion {
+            version: i64::from(manifest.version),
+            digest: manifest.digest.clone(),
+            summary,
+            paths,
+        };
+        self.store.finish_freeze(&claim.lease, FreezeResult::Frozen(version)).await?;
+        Ok(())
+    }
+
+    /// Puts the manifest of the version before where a freeze looks for it.
+    async fn place_earlier(&self, earlier: &DatasetRow, out: &Path) -> Result<(), FreezeError> {
+        let lost = || {
+            let message =
+                format!("the manifest of version {:?} of {} is lost", earlier.version, earlier.name);
+            FreezeError::Request(format!("{message}; restore it from a backup, or freeze under another name"))
+        };
+        let manifest =
+            self.store.dataset_file(&earlier.id, dataset_manifest::PATH).await?.ok_or_else(lost)?;
+        let folder = out.join(&earlier.name).join(format!("v{}", earlier.version.unwrap_or(0)));
+        std::fs::create_dir_all(&folder).map_err(FreezeError::file("create", &folder))?;
+        let target = folder.join(dataset_manifest::PATH);
+        if sources::copy_blob(&self.store, &manifest.digest, &target).await? { Ok(()) } else { Err(lost()) }
+    }
+
+    /// Stores the files of a version as blobs, each with its row; their paths.
+    async fn put_files(
+        &self,
+        claim: &DatasetClaim,
+        frozen: &FrozenDataset,
+        steps: &Steps,
+    ) -> Result<Vec<String>, FreezeError> {
+        let listed = frozen.manifest.files.iter().map(|file| file.path.clone());
+        let paths: Vec<String> = listed.chain([dataset_manifest::PATH.to_owned()]).collect();
+        for (index, path) in paths.iter().enumerate() {
+            let place = frozen.folder.join(path);
+            // A shard is in memory at once; its size is bounded.
+            let bytes = tokio::fs::read(&place).await.map_err(FreezeError::file("read", &place))?;
+            let size = bytes.len() as u64;
+            let digest = self.store.blobs().put(bytes).await?;
+            let media_type = media_type(path).to_owned();
+            let file = DatasetFile { path: path.clone(), digest, size, media_type };
+            self.store.record_dataset_file(&claim.lease, file).await?;
+            steps.set(index + 1, paths.len());
+        }
+        Ok(paths)
+    }
+}
+
+async fn frozen(
+    dataset: &DatasetRow,
+    request: DatasetRequest,
+    records: PathBuf,
+    out: PathBuf,
+    steps: Steps,
+) -> Result<FrozenDataset, FreezeError> {
+    let request = FreezeRequest {
+        name: dataset.name.clone(),
+        version: None,
+        sources: Vec::new(),
+        batch_output: Some(records),
+        filter: request.filter,
+        plan: request.splits,
+        leakage_rules: request.disjoint,
+        layout: Layout::Shards { max_bytes: request.shard_bytes, max_scenes: request.shard_scenes },
+        out,
+    };
+    apart(move || {
+        let frozen = freeze::freeze(&request, &mut |progress| {
+            let (Progress::Read { done, all } | Progress::Packed { done, all }) = progress;
+            steps.set(done, all);
+        });
+        Ok(frozen?)
+    })
+    .await
+}
+
+/// The media type of a file of a version.
+fn media_type(path: &str) -> &'static str {
+    match path {
+        dataset_manifest::PATH | statistics::JSON_PATH => "application/json",
+        statistics::PAGE_PATH => "text/html; charset=utf-8",
+        licences::PATH => "text/markdown; charset=utf-8",
+        _ => "application/x-tar",
+    }
+}
