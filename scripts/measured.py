@@ -2,7 +2,7 @@
 
 Colors, materials and states are those of the description of the same text and seed, whose objects have the names of the
 instances; everything else is measured. Left, right, front and behind, on, in and next to are those of `places.py`. The
-tolerances are the constants below; distances are between the boxes.
+tolerances are the constants below; distances are between the outlines from above.
 """
 
 import dataclasses
@@ -10,6 +10,7 @@ import itertools
 import math
 
 from described import chains
+from edit_geometry import distance_m
 from places import Thing, holds, stands_on
 
 # Neighbors of a row, a column or a grid line deviate at most this much from a straight line.
@@ -129,7 +130,9 @@ def measured(item, thing):
 
 
 def gap_cm(a, b) -> float:
-    """Horizontal distance of the boxes."""
+    """Horizontal distance of the footprints, or of the boxes where one is not known."""
+    if a.footprint and b.footprint:
+        return 100 * max(0.0, distance_m(a.footprint, b.footprint))
     return 100 * math.hypot(*(max(a.low[k] - b.high[k], b.low[k] - a.high[k], 0.0) for k in (0, 1)))
 
 

@@ -57,6 +57,12 @@ class Thing:
         corners = [self.at((x, y, z)) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (0, 1)]
         self.low = [min(corner[k] for corner in corners) for k in range(3)]
         self.high = [max(corner[k] for corner in corners) for k in range(3)]
+        # The outline of its hulls from above where it is known; else that of the box, which is larger.
+        self.footprint = [tuple(corner) for corner in instance.get("footprint", ())]
+        for k in (0, 1) if self.footprint else ():
+            along = [corner[k] for corner in self.footprint]
+            self.low[k], self.high[k] = min(along), max(along)
+            self.center[k] = 0.5 * (self.low[k] + self.high[k])
 
     def at(self, shares):
         """A point of the box in the world; shares of its size, the bottom at 0."""

@@ -13,6 +13,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from described import Described
+from edit_geometry import convex_hull
+from edit_scene import placed, read_hulls, rotation
 from generating import generate
 from measured import Measured
 from server import Problem
@@ -63,6 +65,13 @@ class SceneOutcome:
     def tells(self) -> bool:
         """Whether the program itself says that something is not as the text asks for."""
         return bool(self.failure or self.reasons or self.unmet or not self.certified)
+
+
+def footprint(bundle: Path, instance: dict) -> list:
+    """The outline of an instance's hulls from above; empty for a bundle without URDF."""
+    turn = rotation(instance["rotation_xyzw"])
+    hulls = read_hulls(bundle / "urdf" / instance["name"])
+    return convex_hull([placed(turn, instance["translation_m"], point)[:2] for hull in hulls for point in hull])
 
 
 class SceneMaker:
@@ -130,7 +139,10 @@ class SceneMaker:
             "unmet": scene.get("text", {}).get("unmet", []),
             "scene": {
                 "table": {key: scene["table"][key] for key in TABLE},
-                "instances": [{key: one[key] for key in INSTANCE} for one in scene["instances"]],
+                "instances": [
+                    {key: one[key] for key in INSTANCE} | {"footprint": footprint(out, one)}
+                    for one in scene["instances"]
+                ],
             },
         }
         self.keep(wanted, record)

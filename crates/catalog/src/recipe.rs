@@ -89,9 +89,18 @@ mod tests {
 
     use rayon::prelude::*;
 
+    use std::f64::consts::FRAC_PI_2;
+
     use super::*;
+    use crate::category::State;
     use crate::{categories, substance};
+    use geometry::collide::{CollisionRule, PlacedSolid, penetration};
+    use geometry::shapes::block;
     use geometry::shells::shells;
+    use geometry::solid_query::MeshSolid;
+    use geometry::{Material, Pose};
+    use glam::DQuat;
+    use runtime::CancelFlag;
     use runtime::seed::child_seed;
 
     fn recipe(category: &Category, seed: u64) -> Recipe {
@@ -367,5 +376,37 @@ mod tests {
             })
             .collect();
         assert_none(&objections(&recipes, &[closed, in_size_and_budget, dressed, stands]));
+    }
+
+    #[test]
+    fn what_lies_on_a_table_does_not_reach_into_it() {
+        // The necks of bottles have slivers, beside which the nearest face does not tell inside from outside.
+        let table = block(DVec3::new(2.0, 2.0, 0.04)).translated(DVec3::new(0.0, 0.0, -0.04));
+        let mut table_mesh = TexturedMesh::default();
+        table_mesh.add(table, &Material::plain("oak", Rgb::hex(0xb0_84_55), 0.5));
+        let table = MeshSolid::new(&table_mesh).expect("a table");
+        let table = PlacedSolid { solid: &table, world_from_object: Pose::IDENTITY };
+        let rule =
+            CollisionRule { penetration_m: 0.001, wall_share: 0.25, min_wall_m: 0.0004, spacing_m: 0.001 };
+        let lying: Vec<&Category> =
+            categories().iter().filter(|category| category.can_be(State::Lying)).collect();
+        assert!(lying.len() > 10, "{}", lying.len());
+        let faults: Vec<String> = lying
+            .par_iter()
+            .flat_map_iter(|category| (0..3).map(move |seed| (*category, seed)))
+            .filter_map(|(category, seed)| {
+                let mesh = build(&recipe(category, seed)).expect("it has a generator");
+                let solid = MeshSolid::new(&mesh).expect("a solid");
+                let turn = DQuat::from_rotation_z(0.7 * seed as f64) * DQuat::from_rotation_x(FRAC_PI_2);
+                let turn = turn * DQuat::from_rotation_z(0.37 + seed as f64);
+                let lowest_m = mesh.positions.iter().map(|p| (turn * *p).z).fold(f64::INFINITY, f64::min);
+                let pose = Pose { translation_m: DVec3::new(0.0, 0.0, -lowest_m), rotation: turn };
+                let placed = PlacedSolid { solid: &solid, world_from_object: pose };
+                let found =
+                    penetration(&placed, &table, &rule, &CancelFlag::default()).expect("not cancelled");
+                found.map(|found| format!("{} {seed}: {:.1} mm", category.name, 1000.0 * found.depth_m))
+            })
+            .collect();
+        assert!(faults.is_empty(), "{faults:?}");
     }
 }

@@ -179,14 +179,18 @@ impl MeshSolid {
 
     /// For a point inside: (depth, thickness of the wall it lies in), the wall measured from the
     /// nearest surface point through the point to the far side. `None` outside.
+    ///
+    /// Beside slivers, whose normals are rounded, the nearest face may say that a point outside lies inside. From such a
+    /// point the surface is met an even number of times on the way on, usually never.
     pub fn depth_and_wall_m(&self, point: DVec3) -> Option<(f64, f64)> {
         let found = self.locate(point, 0.0).filter(|found| found.depth_m > 0.0)?;
         let inward = (point - found.surface_point).normalize_or_zero();
-        let beyond = self.shells[found.shell]
-            .surface
-            .cast_local_ray(&Ray::new(point, inward), f64::MAX, true)
-            .unwrap_or(0.0);
-        Some((found.depth_m, found.depth_m + beyond))
+        let shell = &self.shells[found.shell];
+        let beyond = shell.surface.cast_local_ray(&Ray::new(point, inward), f64::MAX, true);
+        if beyond.is_none() && shell.outward && self.watertight {
+            return None;
+        }
+        Some((found.depth_m, found.depth_m + beyond.unwrap_or(0.0)))
     }
 
     /// The shells in their order.

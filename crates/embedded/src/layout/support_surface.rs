@@ -140,18 +140,18 @@ fn is_corner(place: RelationKind) -> bool {
 
 /// Range of a named region in normalized coordinates: x from left to right, y from front to back.
 fn region(place: RelationKind) -> Option<((f64, f64), (f64, f64))> {
-    // Corners leave out the central third, so that they exist on round tables.
-    const CORNER: f64 = 0.34;
+    // Thirds of the table. Late attempts, and the relation itself, are content with less.
+    const THIRD: f64 = 0.34;
     Some(match place {
-        RelationKind::AtCenter => ((-0.4, 0.4), (-0.4, 0.4)),
-        RelationKind::AtBack => ((-0.95, 0.95), (0.12, 1.0)),
-        RelationKind::AtFront => ((-0.95, 0.95), (-1.0, -0.12)),
-        RelationKind::AtLeft => ((-1.0, -0.2), (-0.95, 0.95)),
-        RelationKind::AtRight => ((0.2, 1.0), (-0.95, 0.95)),
-        RelationKind::AtBackLeft => ((-0.98, -CORNER), (CORNER, 0.98)),
-        RelationKind::AtBackRight => ((CORNER, 0.98), (CORNER, 0.98)),
-        RelationKind::AtFrontLeft => ((-0.98, -CORNER), (-0.98, -CORNER)),
-        RelationKind::AtFrontRight => ((CORNER, 0.98), (-0.98, -CORNER)),
+        RelationKind::AtCenter => ((-0.32, 0.32), (-0.32, 0.32)),
+        RelationKind::AtBack => ((-0.95, 0.95), (THIRD, 1.0)),
+        RelationKind::AtFront => ((-0.95, 0.95), (-1.0, -THIRD)),
+        RelationKind::AtLeft => ((-1.0, -THIRD), (-0.95, 0.95)),
+        RelationKind::AtRight => ((THIRD, 1.0), (-0.95, 0.95)),
+        RelationKind::AtBackLeft => ((-0.98, -THIRD), (THIRD, 0.98)),
+        RelationKind::AtBackRight => ((THIRD, 0.98), (THIRD, 0.98)),
+        RelationKind::AtFrontLeft => ((-0.98, -THIRD), (-0.98, -THIRD)),
+        RelationKind::AtFrontRight => ((THIRD, 0.98), (-0.98, -THIRD)),
         _ => return None,
     })
 }
