@@ -195,7 +195,7 @@ pub(crate) async fn apart<T: Send + 'static>(
 ) -> Result<T, FreezeError> {
     let (answer, result) = oneshot::channel();
     let spawned = std::thread::Builder::new().name("freezer".into()).spawn(move || {
-        // Nobody waits any more where the work was given up.
+        // The receiver is gone where the work was given up.
         let _ = answer.send(work());
     });
     spawned.map_err(FreezeError::file("start a thread for", Path::new(FOLDER)))?;

@@ -57,7 +57,7 @@ impl Freezer {
         Ok(())
     }
 
-    /// Puts the manifest of the version before where a freeze looks for it.
+    /// Puts the manifest of the version before in its place in the work folder.
     async fn place_earlier(&self, earlier: &DatasetRow, out: &Path) -> Result<(), FreezeError> {
         let lost = || {
             let message =

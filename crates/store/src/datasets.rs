@@ -68,7 +68,7 @@ pub struct DatasetRow {
     pub summary: Option<Value>,
     pub failure_code: Option<String>,
     pub failure_message: Option<String>,
-    /// `queued`, `running` or `finished`; `None` if nobody asked for a verification.
+    /// `queued`, `running` or `finished`; `None` if none was asked for.
     pub verify_state: Option<String>,
     /// What the last verification found.
     pub verification: Option<Value>,

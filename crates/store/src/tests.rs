@@ -104,7 +104,7 @@ conformance! {
     batches::items_settle_as_their_scenes_end,
     batches::a_cancelled_batch_stops_and_a_retry_makes_the_rest,
     batches::items_together_stay_within_the_budget_of_their_batch,
-    batches::a_key_makes_one_batch_and_nobody_sees_half_of_one,
+    batches::a_key_makes_one_batch_which_appears_whole,
     batches::a_batch_leaves_half_of_the_queue_to_others,
     datasets::freezes_of_one_name_follow_each_other,
     datasets::of_claims_at_once_each_dataset_goes_to_one_process,

@@ -117,7 +117,7 @@ fn read(
             || groups.blocking_send(std::mem::replace(&mut group, Vec::with_capacity(GROUP))).is_ok()
     })?;
     if !group.is_empty() {
-        // Nobody receives where the store has failed, which is the error that the client gets.
+        // The receiver is gone where the store has failed, which is the error that the client gets.
         let _ = groups.blocking_send(group);
     }
     Ok(())

@@ -113,7 +113,7 @@ async fn begin_again(
     let retried = jobs::retry(connection, batch.tenant_id.clone(), job_id.clone(), None).await?;
     Ok(match retried {
         RetryOutcome::Created { job_id, scene_id } => Some((scene_id, job_id)),
-        // Somebody else retried the job, and perhaps it has succeeded by now.
+        // Another client retried the job, and perhaps it has succeeded by now.
         RetryOutcome::StillActive | RetryOutcome::SceneIs(SceneState::Ready) => {
             Some((scene_id.clone(), job_id.clone()))
         }

@@ -102,7 +102,7 @@ async fn feed(connection: &mut AnyConnection, id: &BatchId, rules: &FeedRules) -
             .bind(id.as_str())
             .execute(connection)
             .await?;
-        // Who waits for the end is told of it.
+        // The end is a change that others wait for.
         fed.settled += 1;
     }
     Ok(fed)

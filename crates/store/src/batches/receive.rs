@@ -1,7 +1,7 @@
 //! Storing a new batch: its row, its items in groups, and the moment from which it exists.
 //!
 //! Each group is a transaction of its own, so that other writers wait for none of a hundred thousand items. A process
-//! that dies in between leaves a batch that nobody can see; a later sweep removes it.
+//! that dies in between leaves a batch that no query finds; a later sweep removes it.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! Batches: every item gets one scene, whoever feeds; at most a window of them is in the queue.
+//! Batches: every item gets one scene, however many processes feed; at most a window of them is in the queue.
 
 use std::collections::BTreeSet;
 
@@ -286,7 +286,7 @@ pub(super) async fn items_together_stay_within_the_budget_of_their_batch(place: 
     assert_eq!(waiting, 3, "250 are free, and 50, 100 and 100 are asked for");
 }
 
-pub(super) async fn a_key_makes_one_batch_and_nobody_sees_half_of_one(place: Place) {
+pub(super) async fn a_key_makes_one_batch_which_appears_whole(place: Place) {
     let store = place.store();
     let keyed = |body: &[u8]| NewBatch {
         idempotency_key: Some("key".into()),
