@@ -1,0 +1,1 @@
+//! Paths between configurations that touch nothing.

@@ -1,0 +1,1 @@
+//! When a path is where: timing within the limits of velocity, acceleration and jerk.
