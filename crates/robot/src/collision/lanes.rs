@@ -6,8 +6,6 @@
 
 use std::ops::{Add, Mul, Sub};
 
-use wide::CmpLt;
-
 /// The number of configurations that are checked together.
 pub const LANE_COUNT: usize = 8;
 
