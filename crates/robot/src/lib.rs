@@ -6,6 +6,9 @@
 //! workspace and reads no clock, no file and no environment.
 
 pub mod collision;
+pub mod export;
+pub mod inverse;
+pub mod kinematics;
 pub mod model;
 pub mod planning;
 pub mod trajectory;
