@@ -13,6 +13,7 @@ pub mod checker;
 mod enclosing;
 pub mod exact;
 pub mod lane_arm;
+mod lane_vector;
 mod lane_world;
 pub mod lanes;
 pub mod obstacle;

@@ -18,4 +18,5 @@ mod tree;
 
 pub use failure::{PlanFailure, StraightMotionObstacle};
 pub use planner::{Plan, Planner, Problem, plan};
+pub use sampler::SampleOrder;
 pub use settings::{DynamicDomain, PlanSettings, SimplifySettings};

@@ -2,7 +2,8 @@
 
 use super::arm::{Arm, MAX_BODIES, MAX_JOINTS};
 use super::lane_arm::{Configuration, LaneArm, LaneBody, LaneFrame, ROUNDING_MARGIN_M};
-use super::lane_world::{LaneObstacle, LaneWorld};
+use super::lane_vector::LaneVector;
+use super::lane_world::LaneWorld;
 use super::lanes::{Backend, LANE_COUNT, LaneTask, Lanes};
 use super::obstacle::Obstacle;
 
@@ -78,8 +79,15 @@ impl LaneTask for Block<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self, token: L::Token) -> bool {
-        let row = |joint: usize| L::from_array(token, std::array::from_fn(|k| self.configurations[k][joint]));
-        touches(self.checker, token, &std::array::from_fn(row))
+        let mut positions = [L::splat(token, 0.0); MAX_JOINTS];
+        for joint in 0..MAX_JOINTS {
+            let mut lanes = [0.0; LANE_COUNT];
+            for (lane, configuration) in lanes.iter_mut().zip(self.configurations) {
+                *lane = configuration[joint];
+            }
+            positions[joint] = L::from_array(token, lanes);
+        }
+        touches(self.checker, token, &positions)
     }
 }
 
@@ -95,61 +103,86 @@ impl LaneTask for Edge<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self, token: L::Token) -> bool {
-        let share = L::from_array(token, std::array::from_fn(|k| (k + 1) as f32 / LANE_COUNT as f32));
-        let change: Configuration = std::array::from_fn(|joint| self.to[joint] - self.from[joint]);
-        let length = change.iter().map(|c| c * c).sum::<f32>().sqrt();
-        let blocks = (length * self.checks_per_unit / LANE_COUNT as f32).ceil().max(1.0);
-        let back = change.map(|c| L::splat(token, c / (LANE_COUNT as f32 * blocks)));
-        let mut positions: [L; MAX_JOINTS] = std::array::from_fn(|joint| {
-            L::splat(token, self.from[joint]) + L::splat(token, change[joint]) * share
-        });
+        let share = L::from_array(token, SHARES);
+        let (mut change, mut square) = ([0.0; MAX_JOINTS], 0.0);
+        for joint in 0..MAX_JOINTS {
+            change[joint] = self.to[joint] - self.from[joint];
+            square += change[joint] * change[joint];
+        }
+        let blocks = (square.sqrt() * self.checks_per_unit / LANE_COUNT as f32).ceil().max(1.0);
+        let (mut positions, mut back) = ([share; MAX_JOINTS], [share; MAX_JOINTS]);
+        for joint in 0..MAX_JOINTS {
+            positions[joint] = share.like(self.from[joint]) + share.like(change[joint]) * share;
+            back[joint] = share.like(change[joint] / (LANE_COUNT as f32 * blocks));
+        }
         for _ in 0..blocks as usize {
             if touches(self.checker, token, &positions) {
                 return true;
             }
-            positions = std::array::from_fn(|joint| positions[joint] - back[joint]);
+            for joint in 0..MAX_JOINTS {
+                positions[joint] = positions[joint] - back[joint];
+            }
         }
         false
     }
 }
+
+/// Where the first eight points of an edge are.
+const SHARES: [f32; LANE_COUNT] = [0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0];
 
 /// Whether the arm touches anything in any of eight configurations.
 #[inline(always)]
 fn touches<L: Lanes>(checker: &Checker, token: L::Token, positions: &[L; MAX_JOINTS]) -> bool {
     let arm = &checker.arm;
     let frames = arm.frames(token, positions);
-    let mut centers_m = [[L::splat(token, 0.0); 3]; MAX_BODIES];
-    for (body, center_m) in arm.bodies.iter().zip(&mut centers_m) {
+    let mut centers_m = [LaneVector::splat(token, [0.0; 3]); MAX_BODIES];
+    for (index, body) in arm.bodies.iter().enumerate() {
         let frame = &frames[body.frame];
-        *center_m = frame.place(body.bounding.center_m);
-        if body.frame > 0 && touches_world(&checker.world, token, body, frame, *center_m) {
+        let center_m = frame.place(body.bounding.center_m);
+        centers_m[index] = center_m;
+        if body.frame > 0 && touches_world(&checker.world, body, frame, center_m) {
             return true;
         }
     }
-    arm.pairs.iter().any(|&(a, b)| {
+    for &(a, b) in &arm.pairs {
         let (first, second) = (&arm.bodies[a], &arm.bodies[b]);
-        meet(centers_m[a], first.bounding.radius_m, centers_m[b], second.bounding.radius_m)
+        if meet(centers_m[a], first.bounding.radius_m, centers_m[b], second.bounding.radius_m)
             && bodies_touch(first, &frames[first.frame], second, &frames[second.frame], centers_m[b])
-    })
+        {
+            return true;
+        }
+    }
+    false
 }
 
 /// Whether a body, whose bounding sphere has its center at `center_m`, touches an obstacle in any lane.
 #[inline(always)]
 fn touches_world<L: Lanes>(
     world: &LaneWorld,
-    token: L::Token,
     body: &LaneBody,
     frame: &LaneFrame<L>,
-    center_m: [L; 3],
+    center_m: LaneVector<L>,
 ) -> bool {
+    let token = center_m.x.token();
     let reach_m = body.bounding.radius_m;
-    let low_m = center_m.map(|part| part.min_lane() - reach_m);
-    let high_m = center_m.map(|part| part.max_lane() + reach_m);
-    let touched = |obstacle: &LaneObstacle| {
-        obstacle.hits(center_m, reach_m) != 0
-            && body.spheres.iter().any(|s| obstacle.hits(frame.place(s.center_m), s.radius_m) != 0)
-    };
-    world.any_near::<L>(token, low_m, high_m, touched)
+    let LaneVector { x, y, z } = center_m;
+    let low = LaneVector::<L>::splat(token, [x.min_lane() - reach_m, y.min_lane() - reach_m, z.min_lane() - reach_m]);
+    let high = LaneVector::<L>::splat(token, [x.max_lane() + reach_m, y.max_lane() + reach_m, z.max_lane() + reach_m]);
+    for group in 0..world.group_count() {
+        let mut near = world.near(group, low, high);
+        while near != 0 {
+            let obstacle = &world.obstacles[LANE_COUNT * group + near.trailing_zeros() as usize];
+            if obstacle.hits(center_m, reach_m) != 0 {
+                for sphere in &body.spheres {
+                    if obstacle.hits(frame.place(sphere.center_m), sphere.radius_m) != 0 {
+                        return true;
+                    }
+                }
+            }
+            near &= near - 1;
+        }
+    }
+    false
 }
 
 /// Whether spheres of two bodies meet in any lane.
@@ -159,19 +192,24 @@ fn bodies_touch<L: Lanes>(
     first_frame: &LaneFrame<L>,
     second: &LaneBody,
     second_frame: &LaneFrame<L>,
-    second_center_m: [L; 3],
+    second_center_m: LaneVector<L>,
 ) -> bool {
-    first.spheres.iter().any(|a| {
+    for a in &first.spheres {
         let center_m = first_frame.place(a.center_m);
-        meet(center_m, a.radius_m, second_center_m, second.bounding.radius_m)
-            && second.spheres.iter().any(|b| meet(center_m, a.radius_m, second_frame.place(b.center_m), b.radius_m))
-    })
+        if meet(center_m, a.radius_m, second_center_m, second.bounding.radius_m) {
+            for b in &second.spheres {
+                if meet(center_m, a.radius_m, second_frame.place(b.center_m), b.radius_m) {
+                    return true;
+                }
+            }
+        }
+    }
+    false
 }
 
 /// Whether two spheres meet in any lane.
 #[inline(always)]
-fn meet<L: Lanes>(a_m: [L; 3], a_radius_m: f32, b_m: [L; 3], b_radius_m: f32) -> bool {
-    let [x, y, z]: [L; 3] = std::array::from_fn(|row| a_m[row] - b_m[row]);
+fn meet<L: Lanes>(a_m: LaneVector<L>, a_radius_m: f32, b_m: LaneVector<L>, b_radius_m: f32) -> bool {
     let reach_m = a_radius_m + b_radius_m;
-    (x * x + y * y + z * z).below(x.like(reach_m * reach_m)) != 0
+    (a_m - b_m).square().below(a_m.x.like(reach_m * reach_m)) != 0
 }

@@ -1,6 +1,7 @@
 //! The arm in `f32`, eight configurations at a time.
 
 use super::arm::{Arm, JointMotion, MAX_JOINTS, Sphere};
+use super::lane_vector::LaneVector;
 use super::lanes::Lanes;
 use super::sine::sin_cos;
 
@@ -55,8 +56,8 @@ pub struct LaneBody {
 /// The axes and the origin of a frame in the frame of the base.
 #[derive(Clone, Copy)]
 pub struct LaneFrame<L> {
-    axes: [[L; 3]; 3],
-    origin_m: [L; 3],
+    axes: [LaneVector<L>; 3],
+    origin_m: LaneVector<L>,
 }
 
 impl LaneArm {
@@ -99,8 +100,8 @@ impl LaneArm {
     #[inline(always)]
     pub fn frames<L: Lanes>(&self, token: L::Token, positions: &[L; MAX_JOINTS]) -> [LaneFrame<L>; MAX_JOINTS + 1] {
         let mut frames = [LaneFrame::base(token); MAX_JOINTS + 1];
-        for (index, joint) in self.joints.iter().enumerate() {
-            frames[index + 1] = frames[index].child(joint, positions[index]);
+        for index in 0..self.joints.len().min(MAX_JOINTS) {
+            frames[index + 1] = frames[index].child(&self.joints[index], positions[index]);
         }
         frames
     }
@@ -109,52 +110,48 @@ impl LaneArm {
 impl<L: Lanes> LaneFrame<L> {
     #[inline(always)]
     fn base(token: L::Token) -> Self {
-        let (zero, one) = (L::splat(token, 0.0), L::splat(token, 1.0));
-        Self { axes: [[one, zero, zero], [zero, one, zero], [zero, zero, one]], origin_m: [zero; 3] }
+        let axes = [
+            LaneVector::splat(token, [1.0, 0.0, 0.0]),
+            LaneVector::splat(token, [0.0, 1.0, 0.0]),
+            LaneVector::splat(token, [0.0, 0.0, 1.0]),
+        ];
+        Self { axes, origin_m: LaneVector::splat(token, [0.0; 3]) }
     }
 
     /// A direction of this frame in the frame of the base.
     #[inline(always)]
-    fn turn(&self, [x, y, z]: [f32; 3]) -> [L; 3] {
-        let [ax, ay, az] = self.axes;
-        std::array::from_fn(|row| {
-            let like = |value: f32| ax[row].like(value);
-            ax[row] * like(x) + ay[row] * like(y) + az[row] * like(z)
-        })
+    fn turn(&self, [x, y, z]: [f32; 3]) -> LaneVector<L> {
+        self.axes[0].scaled(x) + self.axes[1].scaled(y) + self.axes[2].scaled(z)
     }
 
     /// A point of this frame in the frame of the base.
     #[inline(always)]
-    pub fn place(&self, point_m: [f32; 3]) -> [L; 3] {
-        let turned = self.turn(point_m);
-        std::array::from_fn(|row| turned[row] + self.origin_m[row])
+    pub fn place(&self, point_m: [f32; 3]) -> LaneVector<L> {
+        self.turn(point_m) + self.origin_m
     }
 
     #[inline(always)]
     fn child(&self, joint: &LaneJoint, position: L) -> Self {
         let [x, y, z] = match &joint.rotation {
-            LaneRotation::Axes(sources) => {
-                sources.map(|(source, sign)| self.axes[source].map(|part| part * part.like(sign)))
+            LaneRotation::Axes([(x, x_sign), (y, y_sign), (z, z_sign)]) => {
+                [self.axes[*x].scaled(*x_sign), self.axes[*y].scaled(*y_sign), self.axes[*z].scaled(*z_sign)]
             }
-            LaneRotation::Columns(columns) => columns.map(|column| self.turn(column)),
+            LaneRotation::Columns([x, y, z]) => [self.turn(*x), self.turn(*y), self.turn(*z)],
         };
         let mut origin_m = self.origin_m;
-        for (axis, along_m) in self.axes.iter().zip(joint.translation_m) {
-            if along_m != 0.0 {
-                origin_m = std::array::from_fn(|row| origin_m[row] + axis[row] * axis[row].like(along_m));
+        for axis in 0..3 {
+            if joint.translation_m[axis] != 0.0 {
+                origin_m = origin_m + self.axes[axis].scaled(joint.translation_m[axis]);
             }
         }
         match joint.motion {
             JointMotion::Turn => {
                 let (sine, cosine) = sin_cos(position);
-                let turned_x = std::array::from_fn(|row| x[row] * cosine + y[row] * sine);
-                let turned_y = std::array::from_fn(|row| y[row] * cosine - x[row] * sine);
+                let turned_x = x.times(cosine) + y.times(sine);
+                let turned_y = y.times(cosine) - x.times(sine);
                 Self { axes: [turned_x, turned_y, z], origin_m }
             }
-            JointMotion::Slide => {
-                let origin_m = std::array::from_fn(|row| origin_m[row] + z[row] * position);
-                Self { axes: [x, y, z], origin_m }
-            }
+            JointMotion::Slide => Self { axes: [x, y, z], origin_m: origin_m + z.times(position) },
         }
     }
 }

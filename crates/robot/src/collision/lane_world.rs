@@ -2,6 +2,7 @@
 
 use nalgebra::{Isometry3, Point3};
 
+use super::lane_vector::LaneVector;
 use super::lanes::{LANE_COUNT, Lanes};
 use super::obstacle::{Obstacle, Solid};
 use super::polyhedron::ConvexPolyhedron;
@@ -63,32 +64,23 @@ impl LaneWorld {
         Self { boxes: boxes.collect(), obstacles: obstacles.iter().map(LaneObstacle::new).collect() }
     }
 
-    /// Calls `visit` with each obstacle whose box meets the given one, until it answers `true`; answers what it did.
+    /// The number of groups of eight obstacles.
+    pub fn group_count(&self) -> usize {
+        self.boxes.len()
+    }
+
+    /// The obstacles of a group whose boxes meet the one from `low` to `high`: bit `k` is obstacle `8 group + k`.
     #[inline(always)]
-    pub fn any_near<L: Lanes>(
-        &self,
-        token: L::Token,
-        low_m: [f32; 3],
-        high_m: [f32; 3],
-        mut visit: impl FnMut(&LaneObstacle) -> bool,
-    ) -> bool {
-        let low = low_m.map(|value| L::splat(token, value));
-        let high = high_m.map(|value| L::splat(token, value));
-        for (index, group) in self.boxes.iter().enumerate() {
-            let mut near = u8::MAX;
-            for axis in 0..3 {
-                near &= L::from_array(token, group.low_m[axis]).below(high[axis]);
-                near &= low[axis].below(L::from_array(token, group.high_m[axis]));
-            }
-            while near != 0 {
-                let obstacle = &self.obstacles[LANE_COUNT * index + near.trailing_zeros() as usize];
-                if visit(obstacle) {
-                    return true;
-                }
-                near &= near - 1;
-            }
-        }
-        false
+    pub fn near<L: Lanes>(&self, group: usize, low: LaneVector<L>, high: LaneVector<L>) -> u8 {
+        let token = low.x.token();
+        let [low_x, low_y, low_z] = self.boxes[group].low_m;
+        let [high_x, high_y, high_z] = self.boxes[group].high_m;
+        L::from_array(token, low_x).below(high.x)
+            & L::from_array(token, low_y).below(high.y)
+            & L::from_array(token, low_z).below(high.z)
+            & low.x.below(L::from_array(token, high_x))
+            & low.y.below(L::from_array(token, high_y))
+            & low.z.below(L::from_array(token, high_z))
     }
 }
 
@@ -122,35 +114,36 @@ impl LaneObstacle {
 
     /// The spheres that touch the obstacle: bit `k` for the sphere around lane `k` of `center_m`.
     #[inline(always)]
-    pub fn hits<L: Lanes>(&self, center_m: [L; 3], radius_m: f32) -> u8 {
-        let like = |value: f32| center_m[0].like(value);
-        let from = |origin_m: [f32; 3]| -> [L; 3] { std::array::from_fn(|row| center_m[row] - like(origin_m[row])) };
-        let dot = |a: [L; 3], b: [f32; 3]| a[0] * like(b[0]) + a[1] * like(b[1]) + a[2] * like(b[2]);
-        let square = |a: [L; 3]| a[0] * a[0] + a[1] * a[1] + a[2] * a[2];
+    pub fn hits<L: Lanes>(&self, center_m: LaneVector<L>, radius_m: f32) -> u8 {
+        let zero = center_m.x.like(0.0);
         match self {
             Self::Sphere { center_m: origin_m, radius_m: other_m } => {
-                square(from(*origin_m)).below(like((radius_m + other_m) * (radius_m + other_m)))
+                let reach_m = radius_m + other_m;
+                center_m.minus(*origin_m).square().below(zero.like(reach_m * reach_m))
             }
-            Self::Cuboid { frame, half_extents_m } => {
-                let offset = from(frame.center_m);
-                let excess: [L; 3] = std::array::from_fn(|k| {
-                    (dot(offset, frame.axes[k]).abs() - like(half_extents_m[k])).max(like(0.0))
-                });
-                square(excess).below(like(radius_m * radius_m))
+            Self::Cuboid { frame, half_extents_m: [half_x, half_y, half_z] } => {
+                let offset = center_m.minus(frame.center_m);
+                let excess = LaneVector {
+                    x: (offset.dot(frame.axes[0]).abs() - zero.like(*half_x)).max(zero),
+                    y: (offset.dot(frame.axes[1]).abs() - zero.like(*half_y)).max(zero),
+                    z: (offset.dot(frame.axes[2]).abs() - zero.like(*half_z)).max(zero),
+                };
+                excess.square().below(zero.like(radius_m * radius_m))
             }
             Self::Cylinder { center_m: origin_m, axis, radius_m: other_m, half_length_m } => {
-                let offset = from(*origin_m);
-                let along = dot(offset, *axis);
-                let across: [L; 3] = std::array::from_fn(|row| offset[row] - along * like(axis[row]));
-                let radial = (square(across).sqrt() - like(*other_m)).max(like(0.0));
-                let axial = (along.abs() - like(*half_length_m)).max(like(0.0));
-                (radial * radial + axial * axial).below(like(radius_m * radius_m))
+                let offset = center_m.minus(*origin_m);
+                let along = offset.dot(*axis);
+                let across = offset - LaneVector::splat(zero.token(), *axis).times(along);
+                let radial = (across.square().sqrt() - zero.like(*other_m)).max(zero);
+                let axial = (along.abs() - zero.like(*half_length_m)).max(zero);
+                (radial * radial + axial * axial).below(zero.like(radius_m * radius_m))
             }
             Self::Capsule { center_m: origin_m, axis, radius_m: other_m, half_length_m } => {
-                let offset = from(*origin_m);
-                let along = dot(offset, *axis).max(like(-half_length_m)).min(like(*half_length_m));
-                let across: [L; 3] = std::array::from_fn(|row| offset[row] - along * like(axis[row]));
-                square(across).below(like((radius_m + other_m) * (radius_m + other_m)))
+                let offset = center_m.minus(*origin_m);
+                let along = offset.dot(*axis).max(zero.like(-half_length_m)).min(zero.like(*half_length_m));
+                let across = offset - LaneVector::splat(zero.token(), *axis).times(along);
+                let reach_m = radius_m + other_m;
+                across.square().below(zero.like(reach_m * reach_m))
             }
             Self::Hull(hull) => hull.hits(center_m, radius_m),
         }
@@ -170,20 +163,22 @@ impl LaneHull {
     /// A sphere farther than its radius from one plane is apart; one that is on the inner side of all touches. What is
     /// between, near an edge or a corner, is measured exactly.
     #[inline(always)]
-    fn hits<L: Lanes>(&self, center_m: [L; 3], radius_m: f32) -> u8 {
-        let [x, y, z] = center_m;
-        let radius = x.like(radius_m);
-        let mut highest = x.like(f32::NEG_INFINITY);
-        for ([nx, ny, nz], offset_m) in &self.planes {
-            let height = x * x.like(*nx) + y * x.like(*ny) + z * x.like(*nz) - x.like(*offset_m);
-            highest = highest.max(height);
+    fn hits<L: Lanes>(&self, center_m: LaneVector<L>, radius_m: f32) -> u8 {
+        let radius = center_m.x.like(radius_m);
+        let mut highest = radius.like(f32::NEG_INFINITY);
+        for (normal, offset_m) in &self.planes {
+            highest = highest.max(center_m.dot(*normal) - radius.like(*offset_m));
             if highest.below(radius) == 0 {
                 return 0;
             }
         }
         let near = highest.below(radius);
-        let outside = near & x.like(0.0).below(highest);
-        if outside == 0 { near } else { near & !self.apart(outside, center_m.map(L::to_array), radius_m) }
+        let outside = near & radius.like(0.0).below(highest);
+        if outside == 0 {
+            return near;
+        }
+        let centers_m = [center_m.x.to_array(), center_m.y.to_array(), center_m.z.to_array()];
+        near & !self.apart(outside, centers_m, radius_m)
     }
 
     /// The lanes of `asked` whose sphere does not touch the solid.

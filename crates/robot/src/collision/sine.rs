@@ -16,21 +16,33 @@ const PI_LOWER: f32 = (PI - PI_UPPER as f64) as f32;
 /// The angle is reduced to a half turn around zero, where Taylor's polynomials of degree 11 and 12 are within 6e-8.
 #[inline(always)]
 pub fn sin_cos<L: Lanes>(angle_rad: L) -> (L, L) {
-    let constant = |value: f32| angle_rad.like(value);
-    let shift = constant(ROUNDING_SHIFT);
-    let half_turns = (angle_rad * constant(1.0 / std::f32::consts::PI) + shift) - shift;
-    let rest = (angle_rad - half_turns * constant(PI_UPPER)) - half_turns * constant(PI_LOWER);
+    let shift = angle_rad.like(ROUNDING_SHIFT);
+    let (one, two) = (angle_rad.like(1.0), angle_rad.like(2.0));
+    let half_turns = (angle_rad * angle_rad.like(1.0 / std::f32::consts::PI) + shift) - shift;
+    let rest = (angle_rad - half_turns * angle_rad.like(PI_UPPER)) - half_turns * angle_rad.like(PI_LOWER);
     // The sign is -1 after an odd number of half turns: `odd` is then 1 or -1, else 0.
-    let odd = half_turns - constant(2.0) * ((half_turns * constant(0.5) + shift) - shift);
-    let sign = constant(1.0) - constant(2.0) * odd * odd;
+    let odd = half_turns - two * ((half_turns * angle_rad.like(0.5) + shift) - shift);
+    let sign = one - two * odd * odd;
     let square = rest * rest;
-    let polynomial = |coefficients: [f32; 6]| {
-        let [first, others @ ..] = coefficients;
-        others.into_iter().fold(constant(first), |sum, next| sum * square + constant(next))
-    };
-    let sine = polynomial([-1.0 / 39_916_800.0, 1.0 / 362_880.0, -1.0 / 5040.0, 1.0 / 120.0, -1.0 / 6.0, 1.0]) * rest;
-    let cosine = polynomial([1.0 / 479_001_600.0, -1.0 / 3_628_800.0, 1.0 / 40_320.0, -1.0 / 720.0, 1.0 / 24.0, -0.5]);
-    (sign * sine, sign * (cosine * square + constant(1.0)))
+    let sine = polynomial(square, SINE) * rest;
+    let cosine = polynomial(square, COSINE) * square + one;
+    (sign * sine, sign * cosine)
+}
+
+/// Coefficients of x^11, x^9, ..., x.
+const SINE: [f32; 6] = [-1.0 / 39_916_800.0, 1.0 / 362_880.0, -1.0 / 5040.0, 1.0 / 120.0, -1.0 / 6.0, 1.0];
+/// Coefficients of x^12, x^10, ..., x^2.
+const COSINE: [f32; 6] =
+    [1.0 / 479_001_600.0, -1.0 / 3_628_800.0, 1.0 / 40_320.0, -1.0 / 720.0, 1.0 / 24.0, -0.5];
+
+/// The polynomial with these coefficients, from the highest power to the constant.
+#[inline(always)]
+fn polynomial<L: Lanes>(x: L, coefficients: [f32; 6]) -> L {
+    let mut sum = x.like(coefficients[0]);
+    for coefficient in &coefficients[1..] {
+        sum = sum * x + x.like(*coefficient);
+    }
+    sum
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use rand::Rng;
 
 use super::failure::PlanFailure;
 use super::rrt_connect::{Search, connect, length};
-use super::sampler::Sampler;
+use super::sampler::{SampleOrder, Sampler};
 use super::settings::PlanSettings;
 use super::simplify::simplify;
 use crate::collision::arm::MAX_JOINTS;
@@ -95,7 +95,7 @@ impl<'a> Planner<'a> {
 
     /// Simplifies a path that was found between `start` and one of `goals`.
     pub fn finish(&self, found: &FoundPath, start: &[f64], goals: &[Vec<f64>], rng: &mut impl Rng) -> Plan {
-        let mut sampler = Sampler::new(self.arm.joints().iter().map(|joint| joint.limits), rng);
+        let mut sampler = Sampler::new(self.arm.joints().iter().map(|joint| joint.limits), SampleOrder::Shifted, rng);
         let points = simplify(&self.checker, &found.points, &self.settings, &mut sampler, rng);
         let mut path: Vec<Vec<f64>> =
             points.iter().map(|point| point[..self.arm.dof()].iter().map(|&p| f64::from(p)).collect()).collect();

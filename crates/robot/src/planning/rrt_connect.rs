@@ -41,7 +41,7 @@ pub fn connect(
         other.add(goal, None);
     }
     let mut grown_is_start = true;
-    let mut sampler = Sampler::new(limits, rng);
+    let mut sampler = Sampler::new(limits, settings.sample_order, rng);
     let domain = settings.domain;
     for samples in 1..=settings.max_samples {
         if grown.len() + other.len() >= settings.max_nodes {

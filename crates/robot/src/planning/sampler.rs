@@ -9,9 +9,17 @@ use crate::model::limits::JointLimits;
 /// The bases of the sequence. Two is left out: pairs with it are the least even at first.
 const BASES: [u64; MAX_JOINTS] = [3, 5, 7, 11, 13, 17, 19, 23];
 
-/// A Halton sequence over the ranges of the joints, moved as a whole by a random offset.
-///
-/// The offset makes the sequence a random one, and keeps it as even (Cranley and Patterson, 1976).
+/// Which sequence of configurations a search tries.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SampleOrder {
+    /// The Halton sequence from its begin: every search tries the same configurations.
+    Fixed,
+    /// The same sequence, moved as a whole by a random offset that keeps it as even (Cranley and Patterson, 1976).
+    /// Other random numbers give other paths.
+    Shifted,
+}
+
+/// A Halton sequence over the ranges of the joints.
 pub struct Sampler {
     digits: [HaltonDigits; MAX_JOINTS],
     offset: [f32; MAX_JOINTS],
@@ -21,13 +29,16 @@ pub struct Sampler {
 
 impl Sampler {
     /// A sequence over `limits`; joints that the arm lacks stay at 0.
-    pub fn new(limits: impl Iterator<Item = JointLimits>, rng: &mut impl Rng) -> Self {
+    pub fn new(limits: impl Iterator<Item = JointLimits>, order: SampleOrder, rng: &mut impl Rng) -> Self {
         let (mut low, mut range) = ([0.0; MAX_JOINTS], [0.0; MAX_JOINTS]);
         for (joint, limit) in limits.enumerate().take(MAX_JOINTS) {
             low[joint] = limit.min_position as f32;
             range[joint] = (limit.max_position - limit.min_position) as f32;
         }
-        let offset = std::array::from_fn(|_| rng.random_range(0.0..1.0));
+        let offset = match order {
+            SampleOrder::Fixed => [0.0; MAX_JOINTS],
+            SampleOrder::Shifted => std::array::from_fn(|_| rng.random_range(0.0..1.0)),
+        };
         Self { digits: BASES.map(HaltonDigits::new), offset, low, range }
     }
 
@@ -100,7 +111,7 @@ mod tests {
             max_effort: 1.0,
         };
         let mut rng = ChaCha8Rng::seed_from_u64(5);
-        let mut sampler = Sampler::new([limits(-1.0, 2.0), limits(0.0, 0.5)].into_iter(), &mut rng);
+        let mut sampler = Sampler::new([limits(-1.0, 2.0), limits(0.0, 0.5)].into_iter(), SampleOrder::Shifted, &mut rng);
         let mut counts = [[0; 10]; 2];
         for _ in 0..1000 {
             let sample = sampler.next();

@@ -1,5 +1,7 @@
 //! What a planner may spend, and how finely it checks.
 
+use super::sampler::SampleOrder;
+
 /// Settings of [`plan`](super::plan). The defaults suit arms of six and seven turning joints.
 ///
 /// Lengths in joint space are Euclidean: radians, and meters for a joint that slides.
@@ -11,7 +13,8 @@ pub struct PlanSettings {
     pub checks_per_unit: f32,
     /// Distance that is kept from obstacles, and half of it between bodies of the arm.
     pub padding_m: f64,
-    /// The most random configurations that are tried.
+    pub sample_order: SampleOrder,
+    /// The most configurations that are tried.
     pub max_samples: usize,
     /// The most configurations that both trees hold together.
     pub max_nodes: usize,
@@ -53,6 +56,7 @@ impl Default for PlanSettings {
             step: 1.0,
             checks_per_unit: 32.0,
             padding_m: 0.0,
+            sample_order: SampleOrder::Fixed,
             max_samples: 100_000,
             max_nodes: 100_000,
             domain: DynamicDomain { radius: 4.0, change: 1e-4, min_radius: 1.0 },

@@ -82,14 +82,17 @@ impl LaneTask for Nearest<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self, token: L::Token) -> (usize, f32) {
-        let dof = self.tree.dof;
-        let asked = self.configuration.map(|position| L::splat(token, position));
+        let dof = self.tree.dof.min(MAX_JOINTS);
+        let mut asked = [L::splat(token, 0.0); MAX_JOINTS];
+        for joint in 0..dof {
+            asked[joint] = L::splat(token, self.configuration[joint]);
+        }
         let (mut best, mut least) = (0, f32::INFINITY);
         let mut bound = L::splat(token, least);
         for (index, block) in self.tree.blocks.iter().enumerate() {
             let mut square = L::splat(token, 0.0);
-            for (row, position) in block.iter().zip(asked).take(dof) {
-                let difference = L::from_array(token, *row) - position;
+            for joint in 0..dof {
+                let difference = L::from_array(token, block[joint]) - asked[joint];
                 square = square + difference * difference;
             }
             let mut nearer = square.below(bound);
