@@ -3,8 +3,8 @@
     python3 scripts/robots.py [--target-dir target]
 
 Writes each robot and variant below TARGET/robots with the example `write_robot`, makes the environment
-TARGET/robot-judges from tests/judges/robots/requirements.txt, and runs tests/judges/robots/judge.py. The published model
-of the Panda that its kinematics are compared with is fetched from PyPI with the other packages.
+TARGET/robot-judges from tests/judges/robots/requirements.txt, and runs tests/judges/robots/judge.py. The published
+model of the Panda that its kinematics are compared with is fetched from PyPI with the other packages.
 """
 
 import argparse

@@ -17,7 +17,7 @@ use crate::model::Robot;
 pub use damped::{DampedLeastSquares, NotReached};
 pub use offset_elbow::OffsetElbow;
 pub use ortho_parallel::OrthoParallel;
-pub use straight_line::{LineError, LineSettings, follow_line};
+pub use straight_line::{LineAccuracy, LineError, follow_line};
 
 /// The closed form of an arm.
 #[derive(Clone, Debug)]

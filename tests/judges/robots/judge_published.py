@@ -9,8 +9,8 @@ import pinocchio
 from pinocchio_model import joint_vector, load_published_panda
 from poses import Largest
 
-# alpha of the link before in degrees, a of the link before and d in mm; the offset of theta in degrees, for the firmware
-# of today and of before S-V1.6-3.
+# alpha of the link before in degrees, a of the link before and d in mm; the offset of theta in degrees, for the
+# firmware of today and of before S-V1.6-3.
 PIPER = (
     (0, 0, 123, 0, 0),
     (-90, 0, 0, -172.22, -174.22),

@@ -1,7 +1,7 @@
 """usd-core opens robot.usda: an articulation whose joints fit the poses of the links, with the stated masses."""
 
 import numpy as np
-from pxr import Usd, UsdGeom, UsdPhysics, UsdUtils
+from pxr import Usd, UsdGeom, UsdPhysics, UsdValidation
 
 from poses import Largest
 
@@ -31,9 +31,9 @@ def judge(folder, robot):
             complaints.append(f"{link} is no rigid body")
         elif mass_kg is not None and abs(UsdPhysics.MassAPI(prim).GetMassAttr().Get() - mass_kg) > SINGLE:
             complaints.append(f"{link} has another mass")
-    checker = UsdUtils.ComplianceChecker(arkit=False, skipARKitRootLayerCheck=True)
-    checker.CheckCompliance(path)
-    complaints += checker.GetErrors() + checker.GetFailedChecks()
+    validators = UsdValidation.ValidationRegistry().GetOrLoadAllValidators()
+    for error in UsdValidation.ValidationContext(validators).Validate(stage):
+        complaints.append(f"{error.GetName()}: {error.GetMessage()}")
     return {"joints": len(joints), **largest.facts()}, complaints + largest.complaints("joint frames differ", SINGLE)
 
 

@@ -1,7 +1,7 @@
 //! MJCF: one file without meshes, with servos, contact options and a home pose.
 //!
 //! Each moving joint of the arm has a position servo; one more drives the gripper, whose fingers an equality couples.
-//! Gravity does not act on the robot, as its controller compensates it. Shapes that are seen are in group 2, those that
+//! Gravity does not act on the robot: its controller compensates it. Shapes that are seen are in group 2, those that
 //! only collide in group 3. The tool frame is a site.
 
 use nalgebra::Isometry3;

@@ -1,7 +1,7 @@
 //! Damped least squares: from a start to a pose, for any arm.
 //!
-//! A step solves `(J Jᵀ + λ² I) y = e` and moves by `Jᵀ y`; damping keeps steps short near singularities. Joints beyond
-//! six move toward a rest configuration in the null space. Positions are clamped to the limits after each step, and a
+//! A step solves `(J Jᵀ + λ² I) y = e` and moves by `Jᵀ y`; damping keeps steps short near singularities. What
+//! six joints leave free moves toward a rest configuration. Positions are clamped to the limits after each step, and a
 //! step that does not bring the tool nearer raises the damping (Nakamura and Hanafusa 1986; Levenberg and Marquardt).
 
 use nalgebra::{DVector, Isometry3, Matrix6, Vector6};
@@ -26,7 +26,7 @@ pub struct DampedLeastSquares {
 /// The tool did not reach its target from this start.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[error(
-    "the tool stays {position_m:.6} m and {rotation_rad:.6} rad from its target; start elsewhere or choose another pose"
+    "the tool stays {position_m:.6} m and {rotation_rad:.6} rad from its target; start elsewhere or take another pose"
 )]
 pub struct NotReached {
     pub position_m: f64,

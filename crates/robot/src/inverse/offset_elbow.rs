@@ -2,7 +2,7 @@
 //!
 //! The first three axes meet in the shoulder, the fourth lies beside the line of the arm, the fifth and sixth meet in
 //! the wrist, and the seventh lies beside the sixth. With the last joint at a stated position the wrist follows from
-//! the pose of the tool. The triangle of shoulder, elbow and wrist gives the fourth joint; the direction of the forearm
+//! the pose of the tool. The triangle of shoulder, elbow and wrist gives the fourth joint; the forearm's direction
 //! must be square to the sixth axis and leave the wrist at the triangle's angle, which gives the sixth; the rest are
 //! angles of rotations. Method: He and Liu, "Analytical inverse kinematics for Franka Emika Panda" (2021), with both
 //! signs of the elbow's angle. Each position of the last joint has at most eight solutions, mostly up to four.

@@ -1,6 +1,6 @@
 //! Six joints with an ortho-parallel base and a spherical wrist, in closed form.
 //!
-//! The first axis is perpendicular to the second, the third parallel to the second, and the last three meet in a point.
+//! The first axis is perpendicular to the second, the third parallel to the second, and the last three meet.
 //! Lengths are those of Brandstötter, Angerer and Hofbaur, "An analytical solution of the inverse kinematics problem
 //! of industrial serial manipulators with an ortho-parallel basis and a spherical wrist" (2014). They are found from
 //! the joint axes at position zero, so that any placement of frames, sign and zero of the joints is accepted.

@@ -9,12 +9,14 @@ use crate::model::Robot;
 
 /// How finely a line is followed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LineSettings {
+pub struct LineAccuracy {
     /// The longest way of the tool between two configurations.
     pub max_step_m: f64,
+    /// The largest turn of the tool between two configurations.
     pub max_step_rad: f64,
     /// The largest change of one joint between two configurations; a larger one is a jump to another branch.
     pub max_joint_step: f64,
+    /// What finds each configuration from the one before.
     pub solver: DampedLeastSquares,
 }
 
@@ -29,7 +31,7 @@ pub enum LineError {
     Jump { percent: f64, jump: f64 },
 }
 
-impl LineSettings {
+impl LineAccuracy {
     /// Steps of 5 mm, to a micrometer.
     pub const FINE: Self = Self {
         max_step_m: 0.005,
@@ -55,12 +57,12 @@ pub fn follow_line(
     robot: &Robot,
     start: &[f64],
     base_from_tool: &Isometry3<f64>,
-    settings: &LineSettings,
+    accuracy: &LineAccuracy,
 ) -> Result<Vec<Vec<f64>>, LineError> {
     let from = tool_pose(robot, start);
     let way_m = (base_from_tool.translation.vector - from.translation.vector).norm();
     let turn_rad = from.rotation.angle_to(&base_from_tool.rotation);
-    let steps = (way_m / settings.max_step_m).max(turn_rad / settings.max_step_rad).ceil().max(1.0);
+    let steps = (way_m / accuracy.max_step_m).max(turn_rad / accuracy.max_step_rad).ceil().max(1.0);
     let turn = (base_from_tool.rotation * from.rotation.inverse()).scaled_axis();
     let mut path = vec![start.to_vec()];
     let mut positions = start.to_vec();
@@ -70,12 +72,12 @@ pub fn follow_line(
         let rotation = nalgebra::UnitQuaternion::from_scaled_axis(turn * share) * from.rotation;
         let target = Isometry3::from_parts(Translation3::from(translation), rotation);
         let percent = 100.0 * share;
-        let next = settings
+        let next = accuracy
             .solver
             .solve(robot, &target, &positions, start)
             .map_err(|cause| LineError::NotReached { percent, cause })?;
         let jump = next.iter().zip(&positions).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        if jump > settings.max_joint_step {
+        if jump > accuracy.max_joint_step {
             return Err(LineError::Jump { percent, jump });
         }
         positions.clone_from(&next);

@@ -126,11 +126,11 @@ fn cover_box(half: Vector3<f64>, tolerance_m: f64) -> Vec<CoverSphere> {
 
 fn cover_cylinder(radius_m: f64, half_length_m: f64, tolerance_m: f64) -> Vec<CoverSphere> {
     let primitive = Primitive::Cylinder { radius_m, half_length_m };
-    let most_across = (3.0 * radius_m / tolerance_m).ceil() as usize + 1;
-    let most_along = (2.0 * half_length_m / tolerance_m).ceil() as usize + 1;
+    let max_across = (3.0 * radius_m / tolerance_m).ceil() as usize + 1;
+    let max_along = (2.0 * half_length_m / tolerance_m).ceil() as usize + 1;
     let mut best: Option<Vec<CoverSphere>> = None;
-    for across in 1..=most_across {
-        for along in 1..=most_along {
+    for across in 1..=max_across {
+        for along in 1..=max_along {
             let spheres = cylinder_grid(radius_m, half_length_m, [across, across, along]);
             let sticks_out = |s: &CoverSphere| primitive.signed_distance_m(&s.center_m) + s.radius_m;
             let is_fewer = best.as_ref().is_none_or(|best| spheres.len() < best.len());
@@ -139,7 +139,7 @@ fn cover_cylinder(radius_m: f64, half_length_m: f64, tolerance_m: f64) -> Vec<Co
             }
         }
     }
-    best.unwrap_or_else(|| cylinder_grid(radius_m, half_length_m, [most_across, most_across, most_along]))
+    best.unwrap_or_else(|| cylinder_grid(radius_m, half_length_m, [max_across, max_across, max_along]))
 }
 
 /// The spheres around the cells of a grid that meet the cylinder; around whole slices where the grid is one cell wide.
