@@ -59,7 +59,8 @@ static auto read_problem(std::istream &in) -> Problem
         }
         if (word == "capsule")
         {
-            auto capsule = vamp::collision::factory::capsule::endpoints::flat(v[0], v[1], v[2], v[3], v[4], v[5], v[6]);
+            namespace endpoints = vamp::collision::factory::capsule::endpoints;
+            auto capsule = endpoints::flat(v[0], v[1], v[2], v[3], v[4], v[5], v[6]);
             auto &capsules = capsule.xv == 0.F and capsule.yv == 0.F ? input.z_aligned_capsules : input.capsules;
             capsules.emplace_back(capsule);
         }
@@ -96,8 +97,8 @@ static void plan(const Problem &problem, int repeats)
         {
             break;
         }
-        const auto simple =
-            vamp::planning::simplify<Robot, rake, Robot::resolution>(result.path, problem.environment, simplify_settings, rng);
+        const auto simple = vamp::planning::simplify<Robot, rake, Robot::resolution>(
+            result.path, problem.environment, simplify_settings, rng);
         plan_ns = std::min(plan_ns, result.nanoseconds);
         total_ns = std::min(total_ns, result.nanoseconds + simple.nanoseconds);
         raw_cost = result.path.cost();

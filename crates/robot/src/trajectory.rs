@@ -13,7 +13,7 @@ pub mod time_law;
 #[cfg(test)]
 mod tests;
 
-pub use curve::{Curve, CurveError};
+pub use curve::{Corners, Curve, CurveError};
 pub use free::time_free_path;
 pub use time_law::TimeLaw;
 
@@ -48,6 +48,7 @@ pub struct TrajectoryPoint {
 pub struct TrajectorySettings {
     /// How far control points are apart, in the Euclidean metric of joint space; corners are off by up to a third.
     pub spacing: f64,
+    pub corners: Corners,
     /// The share of the joints' limits that is used, above 0 and up to 1.
     pub velocity_share: f64,
     pub acceleration_share: f64,
@@ -55,7 +56,7 @@ pub struct TrajectorySettings {
 
 impl Default for TrajectorySettings {
     fn default() -> Self {
-        Self { spacing: 0.1, velocity_share: 1.0, acceleration_share: 0.5 }
+        Self { spacing: 0.1, corners: Corners::Rounded, velocity_share: 1.0, acceleration_share: 0.5 }
     }
 }
 
@@ -68,10 +69,12 @@ pub enum TrajectoryError {
     LimitCount { path: usize, limits: usize },
     #[error("joint {joint} has a limit of velocity, acceleration or jerk that is not greater than 0")]
     Limits { joint: usize },
-    #[error("the shares of velocity and acceleration are {velocity} and {acceleration}; they must be in 0..=1, not 0")]
+    #[error(
+        "the shares of velocity and acceleration are {velocity} and {acceleration}; they must be in 0..=1, not 0"
+    )]
     Shares { velocity: f64, acceleration: f64 },
-    #[error("the rounded path touches something even with control points {spacing} apart; plan with more padding")]
-    NotFree { spacing: f64 },
+    #[error("the path touches something even where the motion is on it")]
+    NotFree,
 }
 
 impl Trajectory {
@@ -89,12 +92,14 @@ impl Trajectory {
         if !in_range(velocity) || !in_range(acceleration) {
             return Err(TrajectoryError::Shares { velocity, acceleration });
         }
-        let curve = Curve::along(path, settings.spacing)?;
+        let curve = Curve::along(path, settings.spacing, settings.corners)?;
         if curve.dof() != limits.len() {
             return Err(TrajectoryError::LimitCount { path: curve.dof(), limits: limits.len() });
         }
         let sound = |l: &JointLimits| {
-            [l.max_velocity, l.max_acceleration, l.max_jerk].iter().all(|&limit| limit > 0.0 && limit.is_finite())
+            [l.max_velocity, l.max_acceleration, l.max_jerk]
+                .iter()
+                .all(|&limit| limit > 0.0 && limit.is_finite())
         };
         if let Some(joint) = limits.iter().position(|limit| !sound(limit)) {
             return Err(TrajectoryError::Limits { joint });
@@ -140,7 +145,8 @@ impl Trajectory {
         let rate = |later: &[f64], earlier: &[f64]| -> Vec<f64> {
             later.iter().zip(earlier).map(|(a, b)| (a - b) / self.window_s).collect()
         };
-        let (later, earlier) = (unfiltered(&self.curve, &self.law, time_s), unfiltered(&self.curve, &self.law, before_s));
+        let (later, earlier) =
+            (unfiltered(&self.curve, &self.law, time_s), unfiltered(&self.curve, &self.law, before_s));
         TrajectoryPoint {
             time_s,
             position: rate(&self.integral(time_s), &self.integral(before_s)),

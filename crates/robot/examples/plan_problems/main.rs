@@ -91,7 +91,8 @@ fn solve(planner: &Planner, entry: &ProblemEntry, repeats: usize, seed: u64) -> 
         let limits: Vec<_> = planner.arm().joints().iter().map(|joint| joint.limits).collect();
         let begin = Instant::now();
         let settings = TrajectorySettings::default();
-        let timed = time_free_path(&path, &limits, &settings, planner.checker(), planner.settings().checks_per_unit);
+        let timed =
+            time_free_path(&path, &limits, &settings, planner.checker(), planner.settings().checks_per_unit);
         solution.trajectory_us = begin.elapsed().as_secs_f64() * 1e6;
         solution.duration_s = timed.map_or(0.0, |trajectory| trajectory.duration_s());
         solution = Solution { found_length, length, samples, nodes, path, ..solution };

@@ -8,7 +8,7 @@ use crate::model::limits::JointLimits;
 /// The most joints that the checks handle: one lane of a stored configuration each.
 pub const MAX_JOINTS: usize = 8;
 /// The most bodies of an arm, what it carries included.
-pub const MAX_BODIES: usize = 24;
+pub const MAX_BODIES: usize = 16;
 
 /// A sphere in the frame of the body it belongs to.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -86,7 +86,9 @@ impl Arm {
         }
         let sound = |joint: &ArmJoint| {
             let (low, high) = (joint.limits.min_position, joint.limits.max_position);
-            low.is_finite() && high.is_finite() && low < high
+            low.is_finite()
+                && high.is_finite()
+                && low < high
                 && joint.parent_from_joint.to_homogeneous().iter().all(|entry| entry.is_finite())
         };
         if let Some(joint) = joints.iter().position(|joint| !sound(joint)) {
@@ -118,7 +120,8 @@ impl Arm {
     pub fn holding(&self, held: ArmBody, touching: &[usize]) -> Result<Self, ArmError> {
         let new = self.bodies.len();
         let apart = |&other: &usize| self.bodies[other].frame != held.frame && !touching.contains(&other);
-        let pairs = self.pairs.iter().copied().chain((0..new).filter(apart).map(|other| (other, new))).collect();
+        let pairs =
+            self.pairs.iter().copied().chain((0..new).filter(apart).map(|other| (other, new))).collect();
         let bodies = self.bodies.iter().cloned().chain([held.clone()]).collect();
         Self::new(self.joints.clone(), bodies, pairs)
     }
@@ -162,7 +165,11 @@ impl Arm {
 
     /// No point of a body moves farther than this when each joint moves from `from` to `to`, each at a constant rate.
     pub fn motion_bound_m(&self, body: usize, from: &[f64], to: &[f64]) -> f64 {
-        self.reach_m[body].iter().zip(from.iter().zip(to)).map(|(reach_m, (a, b))| reach_m * (b - a).abs()).sum()
+        self.reach_m[body]
+            .iter()
+            .zip(from.iter().zip(to))
+            .map(|(reach_m, (a, b))| reach_m * (b - a).abs())
+            .sum()
     }
 }
 

@@ -32,7 +32,9 @@ impl Checker {
         let padding_m = padding_m.max(0.0);
         let fixed = arm.bodies().iter().filter(|body| body.frame == 0).flat_map(|body| &body.spheres);
         let base_hit = fixed.clone().any(|sphere| {
-            obstacles.iter().any(|o| o.signed_distance_m(&sphere.center_m) < sphere.radius_m + padding_m + ROUNDING_MARGIN_M)
+            obstacles.iter().any(|o| {
+                o.signed_distance_m(&sphere.center_m) < sphere.radius_m + padding_m + ROUNDING_MARGIN_M
+            })
         });
         Self { arm: LaneArm::new(arm, padding_m), world: LaneWorld::new(obstacles), backend, base_hit }
     }
@@ -57,13 +59,14 @@ impl Checker {
 
     /// Whether the arm touches nothing in a configuration.
     pub fn is_free(&self, configuration: &Configuration) -> bool {
-        !self.base_hit && !self.backend.run(Block { checker: self, configurations: &[*configuration; LANE_COUNT] })
+        !self.base_hit
+            && !self.backend.run(Block { checker: self, configurations: &[*configuration; LANE_COUNT] })
     }
 
     /// Whether the arm touches nothing on the straight way from `from`, which is not itself checked, to `to`.
     ///
-    /// It is checked at `checks_per_unit` points, at least eight, for each unit of the distance in joint space. They
-    /// are spread evenly over the whole edge at first and then moved back together, so that a collision is found early.
+    /// It is checked at `checks_per_unit` points for each unit of the distance in joint space, and at least at eight.
+    /// Eight are spread over the whole edge and then moved back together, so that a collision is found early.
     pub fn edge_is_free(&self, from: &Configuration, to: &Configuration, checks_per_unit: f32) -> bool {
         !self.base_hit && !self.backend.run(Edge { checker: self, from, to, checks_per_unit })
     }
@@ -87,7 +90,8 @@ impl LaneTask for Block<'_> {
             }
             positions[joint] = L::from_array(token, lanes);
         }
-        touches(self.checker, token, &positions)
+        let mut scratch = Scratch::new(token);
+        touches(self.checker, &positions, &mut scratch)
     }
 }
 
@@ -115,8 +119,9 @@ impl LaneTask for Edge<'_> {
             positions[joint] = share.like(self.from[joint]) + share.like(change[joint]) * share;
             back[joint] = share.like(change[joint] / (LANE_COUNT as f32 * blocks));
         }
+        let mut scratch = Scratch::new(token);
         for _ in 0..blocks as usize {
-            if touches(self.checker, token, &positions) {
+            if touches(self.checker, &positions, &mut scratch) {
                 return true;
             }
             for joint in 0..MAX_JOINTS {
@@ -130,12 +135,26 @@ impl LaneTask for Edge<'_> {
 /// Where the first eight points of an edge are.
 const SHARES: [f32; LANE_COUNT] = [0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0];
 
+/// Where frames and bounding spheres are. It is made once for an edge: to fill it takes as long as a part of a check.
+struct Scratch<L> {
+    frames: [LaneFrame<L>; MAX_JOINTS + 1],
+    centers_m: [LaneVector<L>; MAX_BODIES],
+}
+
+impl<L: Lanes> Scratch<L> {
+    #[inline(always)]
+    fn new(token: L::Token) -> Self {
+        let frames = [LaneFrame::base(token); MAX_JOINTS + 1];
+        Self { frames, centers_m: [LaneVector::splat(token, [0.0; 3]); MAX_BODIES] }
+    }
+}
+
 /// Whether the arm touches anything in any of eight configurations.
 #[inline(always)]
-fn touches<L: Lanes>(checker: &Checker, token: L::Token, positions: &[L; MAX_JOINTS]) -> bool {
+fn touches<L: Lanes>(checker: &Checker, positions: &[L; MAX_JOINTS], scratch: &mut Scratch<L>) -> bool {
     let arm = &checker.arm;
-    let frames = arm.frames(token, positions);
-    let mut centers_m = [LaneVector::splat(token, [0.0; 3]); MAX_BODIES];
+    arm.place_frames(positions, &mut scratch.frames);
+    let Scratch { frames, centers_m } = scratch;
     for (index, body) in arm.bodies.iter().enumerate() {
         let frame = &frames[body.frame];
         let center_m = frame.place(body.bounding.center_m);
@@ -166,8 +185,14 @@ fn touches_world<L: Lanes>(
     let token = center_m.x.token();
     let reach_m = body.bounding.radius_m;
     let LaneVector { x, y, z } = center_m;
-    let low = LaneVector::<L>::splat(token, [x.min_lane() - reach_m, y.min_lane() - reach_m, z.min_lane() - reach_m]);
-    let high = LaneVector::<L>::splat(token, [x.max_lane() + reach_m, y.max_lane() + reach_m, z.max_lane() + reach_m]);
+    let low = LaneVector::<L>::splat(
+        token,
+        [x.min_lane() - reach_m, y.min_lane() - reach_m, z.min_lane() - reach_m],
+    );
+    let high = LaneVector::<L>::splat(
+        token,
+        [x.max_lane() + reach_m, y.max_lane() + reach_m, z.max_lane() + reach_m],
+    );
     for group in 0..world.group_count() {
         let mut near = world.near(group, low, high);
         while near != 0 {

@@ -15,7 +15,8 @@ pub fn enclosing_sphere(spheres: &[Sphere]) -> Sphere {
     let reach_m = |center: &Point3<f64>, sphere: &Sphere| (sphere.center_m - center).norm() + sphere.radius_m;
     let radius_m = |center: &Point3<f64>| spheres.iter().map(|s| reach_m(center, s)).fold(0.0, f64::max);
     let mut center_m = Point3::from(
-        spheres.iter().map(|s| s.center_m.coords).sum::<nalgebra::Vector3<f64>>() / spheres.len().max(1) as f64,
+        spheres.iter().map(|s| s.center_m.coords).sum::<nalgebra::Vector3<f64>>()
+            / spheres.len().max(1) as f64,
     );
     let mut best = Sphere { center_m, radius_m: radius_m(&center_m) };
     for step in 1..=STEPS {

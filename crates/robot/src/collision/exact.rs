@@ -69,10 +69,12 @@ impl Arm {
         });
         let to_bodies = self.pairs().iter().map(|&(a, b)| {
             let all = placed[a].iter().flat_map(|a| placed[b].iter().map(move |b| (a, b)));
-            let distances_m = all.map(|((a_m, a_radius_m), (b_m, b_radius_m))| {
-                (a_m - b_m).norm() - a_radius_m - b_radius_m
-            });
-            Clearance { distance_m: distances_m.fold(f64::INFINITY, f64::min), between: Contact::Bodies(a, b) }
+            let distances_m = all
+                .map(|((a_m, a_radius_m), (b_m, b_radius_m))| (a_m - b_m).norm() - a_radius_m - b_radius_m);
+            Clearance {
+                distance_m: distances_m.fold(f64::INFINITY, f64::min),
+                between: Contact::Bodies(a, b),
+            }
         });
         to_obstacles.chain(to_bodies).collect()
     }

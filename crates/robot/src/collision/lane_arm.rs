@@ -96,20 +96,22 @@ impl LaneArm {
         self.joints.len()
     }
 
-    /// The frames of the base and of all joints; those beyond the last joint are copies of the base.
+    /// Computes the frame of each joint; entry 0 is the base, which `frames` must hold already.
     #[inline(always)]
-    pub fn frames<L: Lanes>(&self, token: L::Token, positions: &[L; MAX_JOINTS]) -> [LaneFrame<L>; MAX_JOINTS + 1] {
-        let mut frames = [LaneFrame::base(token); MAX_JOINTS + 1];
+    pub fn place_frames<L: Lanes>(
+        &self,
+        positions: &[L; MAX_JOINTS],
+        frames: &mut [LaneFrame<L>; MAX_JOINTS + 1],
+    ) {
         for index in 0..self.joints.len().min(MAX_JOINTS) {
             frames[index + 1] = frames[index].child(&self.joints[index], positions[index]);
         }
-        frames
     }
 }
 
 impl<L: Lanes> LaneFrame<L> {
     #[inline(always)]
-    fn base(token: L::Token) -> Self {
+    pub fn base(token: L::Token) -> Self {
         let axes = [
             LaneVector::splat(token, [1.0, 0.0, 0.0]),
             LaneVector::splat(token, [0.0, 1.0, 0.0]),

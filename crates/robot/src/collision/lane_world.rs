@@ -190,6 +190,8 @@ impl LaneHull {
             let in_solid = self.base_from_solid.inverse_transform_point(&center);
             self.exact.signed_distance_m(&in_solid) >= f64::from(radius_m)
         };
-        (0..LANE_COUNT).filter(|&lane| asked & (1 << lane) != 0 && is_apart(lane)).fold(0, |bits, lane| bits | 1 << lane)
+        (0..LANE_COUNT)
+            .filter(|&lane| asked & (1 << lane) != 0 && is_apart(lane))
+            .fold(0, |bits, lane| bits | 1 << lane)
     }
 }

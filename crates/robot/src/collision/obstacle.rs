@@ -37,7 +37,10 @@ impl Obstacle {
     }
 
     /// A box from half its edges.
-    pub fn cuboid(base_from_solid: Isometry3<f64>, half_extents_m: Vector3<f64>) -> Result<Self, ObstacleError> {
+    pub fn cuboid(
+        base_from_solid: Isometry3<f64>,
+        half_extents_m: Vector3<f64>,
+    ) -> Result<Self, ObstacleError> {
         half_extents_m.iter().try_for_each(|&half_m| length("half extent", half_m))?;
         Self::placed(Solid::Cuboid { half_extents_m }, base_from_solid)
     }
@@ -54,7 +57,11 @@ impl Obstacle {
     }
 
     /// All points within `radius_m` of a segment along z of its own frame, `half_length_m` each way from its origin.
-    pub fn capsule(base_from_solid: Isometry3<f64>, radius_m: f64, half_length_m: f64) -> Result<Self, ObstacleError> {
+    pub fn capsule(
+        base_from_solid: Isometry3<f64>,
+        radius_m: f64,
+        half_length_m: f64,
+    ) -> Result<Self, ObstacleError> {
         length("radius", radius_m)?;
         length("half length", half_length_m)?;
         Self::placed(Solid::Capsule { radius_m, half_length_m }, base_from_solid)
@@ -114,7 +121,9 @@ impl Obstacle {
             Solid::Cuboid { half_extents_m } => rotation.matrix().abs() * half_extents_m,
             Solid::Cylinder { radius_m, half_length_m } => {
                 let axis = rotation * Vector3::z();
-                axis.map(|along| along.abs() * half_length_m + radius_m * (1.0 - along * along).max(0.0).sqrt())
+                axis.map(|along| {
+                    along.abs() * half_length_m + radius_m * (1.0 - along * along).max(0.0).sqrt()
+                })
             }
             Solid::Capsule { radius_m, half_length_m } => {
                 (rotation * Vector3::z()).abs() * *half_length_m + Vector3::repeat(*radius_m)
@@ -166,7 +175,10 @@ mod tests {
             (&sphere, [0.3, 0.4, 1.0], 0.4),
         ] {
             let distance_m = solid.signed_distance_m(&Point3::from(point));
-            assert!((distance_m - expected_m).abs() < 1e-12, "{solid:?} {point:?}: {distance_m}, not {expected_m}");
+            assert!(
+                (distance_m - expected_m).abs() < 1e-12,
+                "{solid:?} {point:?}: {distance_m}, not {expected_m}"
+            );
         }
     }
 

@@ -38,7 +38,9 @@ pub enum PolyhedronError {
     NoSuchCorner { triangle: usize },
     #[error("corner {point} of the polyhedron is not a finite position")]
     NotFinite { point: usize },
-    #[error("corner {point} lies {outside_m} m outside the face {triangle}: not convex, or its faces point inward")]
+    #[error(
+        "corner {point} lies {outside_m} m outside the face {triangle}: not convex, or its faces point inward"
+    )]
     NotConvex { point: usize, triangle: usize, outside_m: f64 },
     #[error("the polyhedron is flat")]
     Flat,
@@ -75,7 +77,8 @@ impl ConvexPolyhedron {
             }
             // Triangles of one face share its plane.
             let known = |other: &Plane| {
-                (other.normal - normal).norm() < 1e-9 && (other.offset_m - plane.offset_m).abs() < 1e-9 * size_m
+                (other.normal - normal).norm() < 1e-9
+                    && (other.offset_m - plane.offset_m).abs() < 1e-9 * size_m
             };
             if !planes.iter().any(known) {
                 planes.push(plane);
@@ -98,7 +101,8 @@ impl ConvexPolyhedron {
 
     /// The distance from a point to the surface, negative inside.
     pub fn signed_distance_m(&self, point: &Point3<f64>) -> f64 {
-        let highest_m = self.planes.iter().map(|plane| plane.height_m(point)).fold(f64::NEG_INFINITY, f64::max);
+        let highest_m =
+            self.planes.iter().map(|plane| plane.height_m(point)).fold(f64::NEG_INFINITY, f64::max);
         if highest_m <= 0.0 {
             return highest_m;
         }
@@ -110,7 +114,8 @@ impl ConvexPolyhedron {
 /// The distance from a point to a triangle, which may be as thin as a line.
 fn distance_to_triangle_m(point: &Point3<f64>, [a, b, c]: [Point3<f64>; 3]) -> f64 {
     let edges = [(a, b), (b, c), (c, a)];
-    let to_edges = || edges.iter().map(|(p, q)| distance_to_segment_m(point, p, q)).fold(f64::INFINITY, f64::min);
+    let to_edges =
+        || edges.iter().map(|(p, q)| distance_to_segment_m(point, p, q)).fold(f64::INFINITY, f64::min);
     let across = (b - a).cross(&(c - a));
     let area = across.norm();
     if area == 0.0 {
@@ -162,10 +167,16 @@ mod tests {
     fn what_is_not_convex_or_not_solid_is_refused() {
         let (points, triangles) = corner();
         let inward = triangles.iter().map(|&[a, b, c]| [a, c, b]).collect();
-        assert!(matches!(ConvexPolyhedron::new(points.clone(), inward), Err(PolyhedronError::NotConvex { .. })));
+        assert!(matches!(
+            ConvexPolyhedron::new(points.clone(), inward),
+            Err(PolyhedronError::NotConvex { .. })
+        ));
         let flat: Vec<_> = points.iter().map(|p| Point3::new(p.x, p.y, 0.0)).collect();
         assert!(ConvexPolyhedron::new(flat, triangles.clone()).is_err());
         let missing = vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 4]];
-        assert_eq!(ConvexPolyhedron::new(points, missing), Err(PolyhedronError::NoSuchCorner { triangle: 3 }));
+        assert_eq!(
+            ConvexPolyhedron::new(points, missing),
+            Err(PolyhedronError::NoSuchCorner { triangle: 3 })
+        );
     }
 }

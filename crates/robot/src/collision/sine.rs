@@ -70,7 +70,9 @@ mod tests {
             let (sines, cosines) = Backend::fastest().run(OfAngles(angles));
             for ((angle, sine), cosine) in angles.into_iter().zip(sines).zip(cosines) {
                 let (true_sine, true_cosine) = f64::from(angle).sin_cos();
-                worst = worst.max((f64::from(sine) - true_sine).abs()).max((f64::from(cosine) - true_cosine).abs());
+                worst = worst
+                    .max((f64::from(sine) - true_sine).abs())
+                    .max((f64::from(cosine) - true_cosine).abs());
             }
         }
         assert!(worst < 4e-7, "{worst:e}");

@@ -76,7 +76,8 @@ fn random_hull(rng: &mut ChaCha8Rng) -> ConvexPolyhedron {
         let mut part = |value: f64| value * rng.random_range(0.03..0.25);
         Point3::new(part(x), part(y), part(z))
     };
-    let points = [[1.0, 1.0, 1.0], [-1.0, -1.0, 1.0], [-1.0, 1.0, -1.0], [1.0, -1.0, -1.0]].map(&mut near).to_vec();
+    let points =
+        [[1.0, 1.0, 1.0], [-1.0, -1.0, 1.0], [-1.0, 1.0, -1.0], [1.0, -1.0, -1.0]].map(&mut near).to_vec();
     ConvexPolyhedron::new(points, vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]).expect("a tetrahedron")
 }
 
@@ -127,7 +128,10 @@ fn the_fast_check_agrees_with_exact_distances() {
             } else {
                 hit_count += 1;
                 // Two spheres that each have the margin, and the rounding errors themselves.
-                assert!(clearance.distance_m < 2.5 * ROUNDING_MARGIN_M, "{positions:?} is free: {clearance:?}");
+                assert!(
+                    clearance.distance_m < 2.5 * ROUNDING_MARGIN_M,
+                    "{positions:?} is free: {clearance:?}"
+                );
             }
         }
     }
@@ -152,8 +156,10 @@ fn what_almost_touches_is_judged_within_the_margin() {
         // Padding as wide as the clearance closes the gap; a little less leaves it open.
         let (closed_m, open_m) = (clearance.distance_m, clearance.distance_m - 2.5 * ROUNDING_MARGIN_M);
         let free_with = |padding_m: f64| {
-            let obstacle_only = Arm::new(arm.joints().to_vec(), arm.bodies().to_vec(), vec![]).expect("an arm");
-            Checker::new(&obstacle_only, std::slice::from_ref(obstacle), padding_m).is_free(&lanes_of(&positions))
+            let obstacle_only =
+                Arm::new(arm.joints().to_vec(), arm.bodies().to_vec(), vec![]).expect("an arm");
+            Checker::new(&obstacle_only, std::slice::from_ref(obstacle), padding_m)
+                .is_free(&lanes_of(&positions))
         };
         assert!(!free_with(closed_m), "{positions:?}: {obstacle:?} at {closed_m} m");
         assert!(open_m <= 0.0 || free_with(open_m), "{positions:?}: {obstacle:?} at {closed_m} m");
@@ -174,8 +180,7 @@ fn an_edge_is_free_only_if_its_points_are() {
             let share = f64::from(k) / 64.0;
             from.iter().zip(&to).map(|(a, b)| a + share * (b - a)).collect::<Vec<_>>()
         });
-        let least_m =
-            points.map(|p| arm.clearance(&p, &obstacles).distance_m).fold(f64::INFINITY, f64::min);
+        let least_m = points.map(|p| arm.clearance(&p, &obstacles).distance_m).fold(f64::INFINITY, f64::min);
         // 64 points on each edge, the same that the exact check looks at.
         let length = from.iter().zip(&to).map(|(a, b)| (b - a).powi(2)).sum::<f64>().sqrt();
         let is_free = checker.edge_is_free(&lanes_of(&from), &lanes_of(&to), (63.9 / length) as f32);
@@ -197,7 +202,8 @@ fn what_the_gripper_holds_collides_too() {
     let tip = arm.frames(&positions)[7] * Point3::new(0.0, 0.0, 0.3);
     let obstacles = [Obstacle::sphere(tip, 0.02).expect("a sphere")];
     assert!(Checker::new(&arm, &obstacles, 0.0).is_free(&lanes_of(&positions)));
-    let bar = ArmBody { frame: 7, spheres: vec![Sphere { center_m: Point3::new(0.0, 0.0, 0.27), radius_m: 0.02 }] };
+    let bar =
+        ArmBody { frame: 7, spheres: vec![Sphere { center_m: Point3::new(0.0, 0.0, 0.27), radius_m: 0.02 }] };
     let holding = arm.holding(bar, &[5]).expect("an arm");
     assert!(!Checker::new(&holding, &obstacles, 0.0).is_free(&lanes_of(&positions)));
     let clearance = holding.clearance(&positions, &obstacles);
@@ -217,7 +223,8 @@ fn a_certified_path_is_free_between_its_points() {
         [Obstacle::cylinder(pose, 0.005, 0.5).expect("a pole")]
     };
     assert_eq!(arm.certify_path(&path, &pole(1.2), 0.0, 1e-4), Ok(()));
-    let contact = arm.certify_path(&path, &pole(0.5), 0.0, 1e-4).expect_err("the arm passes through the pole");
+    let contact =
+        arm.certify_path(&path, &pole(0.5), 0.0, 1e-4).expect_err("the arm passes through the pole");
     assert!(contact.segment == 0 && contact.clearance.distance_m < 0.0, "{contact:?}");
 }
 
@@ -230,7 +237,8 @@ proptest::proptest! {
         for (index, body) in arm.bodies().iter().enumerate() {
             let bound_m = arm.motion_bound_m(index, &from, &to);
             for sphere in &body.spheres {
-                let moved_m = arm.frames(&to)[body.frame] * sphere.center_m - arm.frames(&from)[body.frame] * sphere.center_m;
+                let place = |positions: &[f64]| arm.frames(positions)[body.frame] * sphere.center_m;
+                let moved_m = place(&to) - place(&from);
                 proptest::prop_assert!(moved_m.norm() <= bound_m + 1e-12);
             }
         }

@@ -15,9 +15,11 @@ pub enum PlanFailure {
     GoalUnreachable,
     #[error("every goal has a joint outside of its limits; the first one has joint {joint} at {position}")]
     GoalOutsideLimits { joint: usize, position: f64 },
-    #[error("every goal is in collision; the first one has {} m between {:?}", clearance.distance_m, clearance.between)]
+    #[error("every goal is in collision; the first has {} m between {:?}", clearance.distance_m, clearance.between)]
     GoalInCollision { clearance: Clearance },
-    #[error("no path after {samples} samples and with {nodes} nodes; raise the limits, or the goal cannot be reached")]
+    #[error(
+        "no path after {samples} samples with {nodes} nodes; raise the limits, or the goal cannot be reached"
+    )]
     NoPath { samples: usize, nodes: usize },
     #[error("the straight motion stops {reached} of the way to its end: {obstacle}")]
     StraightMotionBlocked { reached: f64, obstacle: StraightMotionObstacle },

@@ -85,20 +85,29 @@ impl<'a> Planner<'a> {
     ///
     /// # Errors
     /// Why there is no path; see [`PlanFailure`].
-    pub fn search(&self, start: &[f64], goals: &[Vec<f64>], rng: &mut impl Rng) -> Result<FoundPath, PlanFailure> {
+    pub fn search(
+        &self,
+        start: &[f64],
+        goals: &[Vec<f64>],
+        rng: &mut impl Rng,
+    ) -> Result<FoundPath, PlanFailure> {
         let from = self.check_start(start)?;
         let goals = self.goals(goals)?;
         let limits = self.arm.joints().iter().map(|joint| joint.limits);
-        let Search { path, samples, nodes } = connect(&self.checker, limits, from, &goals, &self.settings, rng);
+        let Search { path, samples, nodes } =
+            connect(&self.checker, limits, from, &goals, &self.settings, rng);
         path.map(|points| FoundPath { points, samples, nodes }).ok_or(PlanFailure::NoPath { samples, nodes })
     }
 
     /// Simplifies a path that was found between `start` and one of `goals`.
     pub fn finish(&self, found: &FoundPath, start: &[f64], goals: &[Vec<f64>], rng: &mut impl Rng) -> Plan {
-        let mut sampler = Sampler::new(self.arm.joints().iter().map(|joint| joint.limits), SampleOrder::Shifted, rng);
+        let mut sampler =
+            Sampler::new(self.arm.joints().iter().map(|joint| joint.limits), SampleOrder::Shifted, rng);
         let points = simplify(&self.checker, &found.points, &self.settings, &mut sampler, rng);
-        let mut path: Vec<Vec<f64>> =
-            points.iter().map(|point| point[..self.arm.dof()].iter().map(|&p| f64::from(p)).collect()).collect();
+        let mut path: Vec<Vec<f64>> = points
+            .iter()
+            .map(|point| point[..self.arm.dof()].iter().map(|&p| f64::from(p)).collect())
+            .collect();
         // The ends as they were given, not as rounded to `f32`.
         if let Some(first) = path.first_mut() {
             *first = start.to_vec();
@@ -137,14 +146,16 @@ impl<'a> Planner<'a> {
     fn goals(&self, goals: &[Vec<f64>]) -> Result<Vec<Configuration>, PlanFailure> {
         goals.iter().try_for_each(|goal| self.has_all_joints(goal))?;
         let first = goals.first().ok_or(PlanFailure::GoalUnreachable)?;
-        let within: Vec<&Vec<f64>> = goals.iter().filter(|goal| self.outside_limits(goal).is_none()).collect();
+        let within: Vec<&Vec<f64>> =
+            goals.iter().filter(|goal| self.outside_limits(goal).is_none()).collect();
         let Some(&first_within) = within.first() else {
             let (joint, position) = self.outside_limits(first).unwrap_or_default();
             return Err(PlanFailure::GoalOutsideLimits { joint, position });
         };
         let mut free = Vec::with_capacity(within.len());
         for group in within.chunks(LANE_COUNT) {
-            let lanes: [Configuration; LANE_COUNT] = std::array::from_fn(|k| padded(group[k.min(group.len() - 1)]));
+            let lanes: [Configuration; LANE_COUNT] =
+                std::array::from_fn(|k| padded(group[k.min(group.len() - 1)]));
             let colliding = self.checker.colliding(&lanes);
             free.extend((0..group.len()).filter(|k| colliding & (1 << k) == 0).map(|k| lanes[k]));
         }

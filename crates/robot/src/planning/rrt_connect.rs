@@ -30,7 +30,8 @@ pub fn connect(
     settings: &PlanSettings,
     rng: &mut impl Rng,
 ) -> Search {
-    let free = |from: &Configuration, to: &Configuration| checker.edge_is_free(from, to, settings.checks_per_unit);
+    let free =
+        |from: &Configuration, to: &Configuration| checker.edge_is_free(from, to, settings.checks_per_unit);
     if let Some(&goal) = goals.iter().find(|goal| free(&start, goal)) {
         return Search { path: Some(vec![start, goal]), samples: 0, nodes: 2 };
     }

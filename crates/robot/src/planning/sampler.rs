@@ -7,7 +7,7 @@ use crate::collision::lane_arm::Configuration;
 use crate::model::limits::JointLimits;
 
 /// The bases of the sequence. Two is left out: pairs with it are the least even at first.
-const BASES: [u64; MAX_JOINTS] = [3, 5, 7, 11, 13, 17, 19, 23];
+const BASES: [u32; MAX_JOINTS] = [3, 5, 7, 11, 13, 17, 19, 23];
 
 /// Which sequence of configurations a search tries.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -54,33 +54,36 @@ impl Sampler {
     }
 }
 
-/// The radical inverses of 1, 2, 3, … in one base, as a fraction of integers.
+/// The radical inverses of 1, 2, 3, ... in one base: the digits of the number, mirrored at the point.
 #[derive(Clone, Copy)]
 struct HaltonDigits {
-    base: u64,
-    numerator: u64,
-    denominator: u64,
+    base: u32,
+    /// The last digit of the number, and the number without it.
+    last: u32,
+    others: u32,
+    /// What the other digits add.
+    rest: f64,
 }
 
 impl HaltonDigits {
-    fn new(base: u64) -> Self {
-        Self { base, numerator: 0, denominator: 1 }
+    fn new(base: u32) -> Self {
+        Self { base, last: 0, others: 0, rest: 0.0 }
     }
 
-    /// Adds one to the mirrored number: trailing digits that are full become 0, and the next one grows.
     fn next(&mut self) -> f32 {
-        let rest = self.denominator - self.numerator;
-        if rest == 1 {
-            self.numerator = 1;
-            self.denominator *= self.base;
-        } else {
-            let mut place = self.denominator / self.base;
-            while rest <= place {
-                place /= self.base;
+        self.last += 1;
+        if self.last == self.base {
+            self.last = 0;
+            self.others += 1;
+            let (mut digits, mut place) = (self.others, 1.0 / f64::from(self.base));
+            self.rest = 0.0;
+            while digits > 0 {
+                place /= f64::from(self.base);
+                self.rest += place * f64::from(digits % self.base);
+                digits /= self.base;
             }
-            self.numerator = (self.base + 1) * place - rest;
         }
-        (self.numerator as f64 / self.denominator as f64) as f32
+        (f64::from(self.last) / f64::from(self.base) + self.rest) as f32
     }
 }
 
@@ -111,7 +114,8 @@ mod tests {
             max_effort: 1.0,
         };
         let mut rng = ChaCha8Rng::seed_from_u64(5);
-        let mut sampler = Sampler::new([limits(-1.0, 2.0), limits(0.0, 0.5)].into_iter(), SampleOrder::Shifted, &mut rng);
+        let mut sampler =
+            Sampler::new([limits(-1.0, 2.0), limits(0.0, 0.5)].into_iter(), SampleOrder::Shifted, &mut rng);
         let mut counts = [[0; 10]; 2];
         for _ in 0..1000 {
             let sample = sampler.next();

@@ -145,7 +145,10 @@ impl Draft<'_> {
             let [before, point, after] = [index - 1, index, index + 1].map(|i| self.points[i].configuration);
             let moved = toward(&point, &sampler.next(), self.settings.simplify.perturb_share);
             let length = |middle: &Configuration| distance(&before, middle) + distance(middle, &after);
-            if length(&moved) < length(&point) && self.is_free(&before, &moved) && self.is_free(&moved, &after) {
+            if length(&moved) < length(&point)
+                && self.is_free(&before, &moved)
+                && self.is_free(&moved, &after)
+            {
                 self.points[index] = self.numbered(moved);
                 changed = true;
             }

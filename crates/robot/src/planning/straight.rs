@@ -52,17 +52,26 @@ pub fn straight(
     let mut path = vec![start.to_vec()];
     for step in 1..=count {
         let share = step as f64 / count as f64;
-        let blocked = |obstacle| PlanFailure::StraightMotionBlocked { reached: (step - 1) as f64 / count as f64, obstacle };
+        let blocked = |obstacle| PlanFailure::StraightMotionBlocked {
+            reached: (step - 1) as f64 / count as f64,
+            obstacle,
+        };
         let wanted = between(&base_from_start, base_from_end, share);
         let before = &path[path.len() - 1];
-        let next = kinematics.solve_near(&wanted, before).ok_or_else(|| blocked(StraightMotionObstacle::OutOfReach))?;
+        let next = kinematics
+            .solve_near(&wanted, before)
+            .ok_or_else(|| blocked(StraightMotionObstacle::OutOfReach))?;
         if before.iter().zip(&next).any(|(a, b)| (b - a).abs() > settings.max_joint_step) {
             return Err(blocked(StraightMotionObstacle::Jump));
         }
         if planner.outside_limits(&next).is_some() {
             return Err(blocked(StraightMotionObstacle::JointLimit));
         }
-        if !planner.checker().edge_is_free(&padded(before), &padded(&next), planner.settings().checks_per_unit) {
+        if !planner.checker().edge_is_free(
+            &padded(before),
+            &padded(&next),
+            planner.settings().checks_per_unit,
+        ) {
             return Err(blocked(StraightMotionObstacle::Collision));
         }
         path.push(next);

@@ -90,7 +90,8 @@ fn each_failure_has_its_reason() {
     assert_eq!(code(&[], &BEFORE, &[bent.to_vec()], &settings), Err("goal_outside_limits"));
     assert_eq!(code(&inside(&BEHIND), &BEFORE, &goals, &settings), Err("goal_in_collision"));
     let few = PlanSettings { max_samples: 3, ..settings.clone() };
-    let high = [Obstacle::cuboid(Isometry3::translation(0.65, 0.0, 0.7), Vector3::new(0.5, 0.02, 0.7)).expect("a wall")];
+    let high = [Obstacle::cuboid(Isometry3::translation(0.65, 0.0, 0.7), Vector3::new(0.5, 0.02, 0.7))
+        .expect("a wall")];
     assert_eq!(code(&high, &BEFORE, &goals, &few), Err("no_path"));
     // One goal that can be reached is enough.
     assert!(code(&[], &BEFORE, &[bent.to_vec(), BEHIND.to_vec()], &settings).is_ok());
@@ -156,7 +157,8 @@ fn the_tool_moves_straight_up_and_back_along_its_axis() {
     let kinematics = Numeric(&arm);
     let settings = StraightSettings::default();
     let begin = kinematics.base_from_tool(&BEFORE);
-    let lift = straight_by(&planner, &kinematics, &BEFORE, Vector3::new(0.0, 0.0, 0.1), &settings).expect("a lift");
+    let lift =
+        straight_by(&planner, &kinematics, &BEFORE, Vector3::new(0.0, 0.0, 0.1), &settings).expect("a lift");
     assert_eq!(lift.len(), 21);
     for ends in lift.windows(2) {
         let middle: Vec<f64> = ends[0].iter().zip(&ends[1]).map(|(a, b)| 0.5 * (a + b)).collect();
@@ -165,7 +167,8 @@ fn the_tool_moves_straight_up_and_back_along_its_axis() {
     }
     let path = approach(&planner, &kinematics, &BEFORE, 0.08, &settings).expect("an approach");
     assert_eq!(path[path.len() - 1], BEFORE);
-    let way = begin.inverse_transform_point(&Point3::from(kinematics.base_from_tool(&path[0]).translation.vector));
+    let way =
+        begin.inverse_transform_point(&Point3::from(kinematics.base_from_tool(&path[0]).translation.vector));
     assert!((way.coords - Vector3::new(0.0, 0.0, -0.08)).norm() < 1e-6, "{way}");
 }
 

@@ -10,6 +10,15 @@ pub struct Curve {
     spans: Vec<[Vec<f64>; 4]>,
 }
 
+/// What a curve does at the corners of its path.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Corners {
+    /// It rounds them.
+    Rounded,
+    /// It comes to rest at each of them, and is nowhere off the path.
+    Stopped,
+}
+
 /// The derivatives of a curve by its parameter.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CurvePoint {
@@ -32,7 +41,7 @@ impl Curve {
     ///
     /// # Errors
     /// If the path has no configurations, or some that are not finite or of another length.
-    pub fn along(path: &[Vec<f64>], spacing: f64) -> Result<Self, CurveError> {
+    pub fn along(path: &[Vec<f64>], spacing: f64, corners: Corners) -> Result<Self, CurveError> {
         if !(spacing > 0.0) {
             return Err(CurveError::Spacing(spacing));
         }
@@ -42,11 +51,16 @@ impl Curve {
             return Err(CurveError::Malformed);
         }
         let mut controls = vec![first.clone()];
-        for ends in path.windows(2) {
+        for (index, ends) in path.windows(2).enumerate() {
+            // Three equal control points: the curve passes through them, along the path, and has no derivatives there.
+            if index > 0 && corners == Corners::Stopped {
+                controls.extend([ends[0].clone(), ends[0].clone()]);
+            }
             let length = ends[0].iter().zip(&ends[1]).map(|(a, b)| (b - a).powi(2)).sum::<f64>().sqrt();
             // A path may stay where it is; a curve with two equal control points would come to a rest there.
             let count = (length / spacing).ceil() as usize;
-            controls.extend((1..=count).map(|k| mix(&[(1.0, &ends[0]), (-share(k, count), &ends[0]), (share(k, count), &ends[1])])));
+            let share = |k: usize| k as f64 / count as f64;
+            controls.extend((1..=count).map(|k| mix(&[(1.0 - share(k), &ends[0]), (share(k), &ends[1])])));
         }
         Ok(Self::with_controls(&controls))
     }
@@ -68,12 +82,15 @@ impl Curve {
                 let [wa, wb, wc, wd] = weights.map(|weight| weight / 6.0);
                 mix(&[(wa, &a), (wb, &b), (wc, &c), (wd, &d)])
             };
-            [[1.0, 4.0, 1.0, 0.0], [-3.0, 0.0, 3.0, 0.0], [3.0, -6.0, 3.0, 0.0], [-1.0, 3.0, -3.0, 1.0]].map(of)
+            [[1.0, 4.0, 1.0, 0.0], [-3.0, 0.0, 3.0, 0.0], [3.0, -6.0, 3.0, 0.0], [-1.0, 3.0, -3.0, 1.0]]
+                .map(of)
         });
         let spans: Vec<_> = spans.collect();
         // A path of one configuration is a curve that stays there.
         let rest = || vec![0.0; controls[0].len()];
-        Self { spans: if spans.is_empty() { vec![[controls[0].clone(), rest(), rest(), rest()]] } else { spans } }
+        Self {
+            spans: if spans.is_empty() { vec![[controls[0].clone(), rest(), rest(), rest()]] } else { spans },
+        }
     }
 
     /// The number of spans between knots, which is the end of the parameter's range.
@@ -100,10 +117,6 @@ impl Curve {
     }
 }
 
-fn share(k: usize, count: usize) -> f64 {
-    k as f64 / count as f64
-}
-
 /// The weighted sum of vectors.
 fn mix(terms: &[(f64, &Vec<f64>)]) -> Vec<f64> {
     let length = terms.first().map_or(0, |(_, vector)| vector.len());
@@ -120,7 +133,7 @@ mod tests {
 
     #[test]
     fn the_curve_begins_and_ends_with_the_path_and_stays_near() {
-        let curve = Curve::along(&corner(), 0.1).expect("a curve");
+        let curve = Curve::along(&corner(), 0.1, Corners::Rounded).expect("a curve");
         let end = curve.span_count() as f64;
         for (parameter, expected) in [(0.0, [0.0, 0.0]), (end, [1.0, 2.0]), (5.0, [0.5, 0.0])] {
             let position = curve.at(parameter).position;
@@ -133,7 +146,7 @@ mod tests {
 
     #[test]
     fn derivatives_are_those_of_the_position_and_continuous() {
-        let curve = Curve::along(&corner(), 0.3).expect("a curve");
+        let curve = Curve::along(&corner(), 0.3, Corners::Rounded).expect("a curve");
         let step = 1e-5;
         for k in 1..100 {
             let parameter = curve.span_count() as f64 * f64::from(k) / 100.0;
@@ -141,22 +154,39 @@ mod tests {
             for joint in 0..2 {
                 let first = (after.position[joint] - before.position[joint]) / (2.0 * step);
                 let second = (after.first[joint] - before.first[joint]) / (2.0 * step);
-                assert!((first - here.first[joint]).abs() < 1e-8 && (second - here.second[joint]).abs() < 1e-4);
+                assert!(
+                    (first - here.first[joint]).abs() < 1e-8 && (second - here.second[joint]).abs() < 1e-4
+                );
             }
         }
     }
 
     #[test]
+    fn a_curve_that_stops_at_corners_is_on_the_path() {
+        let curve = Curve::along(&corner(), 0.3, Corners::Stopped).expect("a curve");
+        for k in 0..=1000 {
+            let position = curve.at(curve.span_count() as f64 * f64::from(k) / 1000.0).position;
+            assert!(position[1].abs().min((position[0] - 1.0).abs()) < 1e-12, "{position:?}");
+        }
+    }
+
+    #[test]
     fn a_path_that_stays_is_a_curve_that_stays() {
-        let curve = Curve::along(&[vec![0.5, 1.0], vec![0.5, 1.0]], 0.1).expect("a curve");
-        assert_eq!(curve.at(0.7), CurvePoint { position: vec![0.5, 1.0], first: vec![0.0; 2], second: vec![0.0; 2] });
+        let curve = Curve::along(&[vec![0.5, 1.0], vec![0.5, 1.0]], 0.1, Corners::Rounded).expect("a curve");
+        assert_eq!(
+            curve.at(0.7),
+            CurvePoint { position: vec![0.5, 1.0], first: vec![0.0; 2], second: vec![0.0; 2] }
+        );
     }
 
     #[test]
     fn malformed_paths_are_refused() {
-        assert_eq!(Curve::along(&[], 0.1), Err(CurveError::Malformed));
-        assert_eq!(Curve::along(&[vec![0.0], vec![0.0, 1.0]], 0.1), Err(CurveError::Malformed));
-        assert_eq!(Curve::along(&[vec![f64::NAN]], 0.1), Err(CurveError::Malformed));
-        assert_eq!(Curve::along(&corner(), 0.0), Err(CurveError::Spacing(0.0)));
+        assert_eq!(Curve::along(&[], 0.1, Corners::Rounded), Err(CurveError::Malformed));
+        assert_eq!(
+            Curve::along(&[vec![0.0], vec![0.0, 1.0]], 0.1, Corners::Rounded),
+            Err(CurveError::Malformed)
+        );
+        assert_eq!(Curve::along(&[vec![f64::NAN]], 0.1, Corners::Rounded), Err(CurveError::Malformed));
+        assert_eq!(Curve::along(&corner(), 0.0, Corners::Rounded), Err(CurveError::Spacing(0.0)));
     }
 }

@@ -1,21 +1,20 @@
 //! Trajectories that touch nothing where they round a corner of their path.
 
-use super::{Trajectory, TrajectoryError, TrajectorySettings};
+use super::{Corners, Trajectory, TrajectoryError, TrajectorySettings};
 use crate::collision::Checker;
 use crate::collision::arm::MAX_JOINTS;
 use crate::collision::lane_arm::Configuration;
 use crate::model::limits::JointLimits;
 
-/// How often the spacing of control points is halved before a path is given up.
-const HALVINGS: usize = 5;
+/// How often the spacing of control points is halved before the motion stops at corners instead.
+const HALVINGS: usize = 2;
 
-/// Times a free path, with corners so tight that the motion is free too.
+/// Times a free path, with corners so tight that the motion is free too; if need be, it stops at each of them.
 ///
-/// It is checked at `checks_per_unit` points for each unit of its length, as the edges of the path were. A path that
-/// is free has a free trajectory if its corners keep some distance.
+/// It is checked at `checks_per_unit` points for each unit of its length, as the edges of the path were.
 ///
 /// # Errors
-/// As [`Trajectory::along`], and if the motion touches something however tight its corners are.
+/// As [`Trajectory::along`], and if the motion touches something even where it is on the path.
 pub fn time_free_path(
     path: &[Vec<f64>],
     limits: &[JointLimits],
@@ -23,15 +22,16 @@ pub fn time_free_path(
     checker: &Checker,
     checks_per_unit: f32,
 ) -> Result<Trajectory, TrajectoryError> {
-    let mut spacing = settings.spacing;
-    for _ in 0..=HALVINGS {
-        let trajectory = Trajectory::along(path, limits, &TrajectorySettings { spacing, ..*settings })?;
+    let halved =
+        |times: usize| TrajectorySettings { spacing: settings.spacing / (1 << times) as f64, ..*settings };
+    let stopped = TrajectorySettings { corners: Corners::Stopped, ..*settings };
+    for attempt in (0..=HALVINGS).map(halved).chain([stopped]) {
+        let trajectory = Trajectory::along(path, limits, &attempt)?;
         if is_free(&trajectory, checker, checks_per_unit) {
             return Ok(trajectory);
         }
-        spacing *= 0.5;
     }
-    Err(TrajectoryError::NotFree { spacing: 2.0 * spacing })
+    Err(TrajectoryError::NotFree)
 }
 
 /// Whether the motion is free. It is checked as a chain of edges, each as short as a few of its control points.

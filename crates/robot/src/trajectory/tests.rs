@@ -31,8 +31,10 @@ fn velocity_acceleration_and_jerk_stay_within_their_limits() {
     let limits = limits(7);
     let settings = TrajectorySettings { acceleration_share: 1.0, ..TrajectorySettings::default() };
     let mut peaks = [0.0_f64; 3];
-    for _ in 0..20 {
+    for round in 0..20 {
         let path = random_path(&mut rng, 7);
+        let corners = if round % 4 == 3 { Corners::Stopped } else { Corners::Rounded };
+        let settings = TrajectorySettings { corners, ..settings };
         let trajectory = Trajectory::along(&path, &limits, &settings).expect("a trajectory");
         let step_s = 1e-4;
         let mut before = trajectory.at(0.0);
@@ -60,7 +62,8 @@ fn velocity_acceleration_and_jerk_stay_within_their_limits() {
 fn derivatives_are_those_of_the_position() {
     let mut rng = ChaCha8Rng::seed_from_u64(22);
     let path = random_path(&mut rng, 3);
-    let trajectory = Trajectory::along(&path, &limits(3), &TrajectorySettings::default()).expect("a trajectory");
+    let trajectory =
+        Trajectory::along(&path, &limits(3), &TrajectorySettings::default()).expect("a trajectory");
     let step_s = 1e-5;
     for k in 1..200 {
         let time_s = trajectory.duration_s() * f64::from(k) / 200.0;
@@ -69,7 +72,11 @@ fn derivatives_are_those_of_the_position() {
             let velocity = (after.position[joint] - before.position[joint]) / (2.0 * step_s);
             let acceleration = (after.velocity[joint] - before.velocity[joint]) / (2.0 * step_s);
             assert!((velocity - here.velocity[joint]).abs() < 1e-6, "{velocity} {:?}", here.velocity);
-            assert!((acceleration - here.acceleration[joint]).abs() < 0.01, "{acceleration} {:?}", here.acceleration);
+            assert!(
+                (acceleration - here.acceleration[joint]).abs() < 0.01,
+                "{acceleration} {:?}",
+                here.acceleration
+            );
         }
     }
 }
@@ -78,10 +85,12 @@ fn derivatives_are_those_of_the_position() {
 fn samples_begin_and_end_at_rest_at_the_ends_of_the_path() {
     let mut rng = ChaCha8Rng::seed_from_u64(23);
     let path = random_path(&mut rng, 6);
-    let trajectory = Trajectory::along(&path, &limits(6), &TrajectorySettings::default()).expect("a trajectory");
+    let trajectory =
+        Trajectory::along(&path, &limits(6), &TrajectorySettings::default()).expect("a trajectory");
     let samples = trajectory.sample(250.0);
     assert_eq!(samples.len(), (trajectory.duration_s() * 250.0).ceil() as usize + 1);
-    for (sample, expected) in [(&samples[0], &path[0]), (&samples[samples.len() - 1], &path[path.len() - 1])] {
+    for (sample, expected) in [(&samples[0], &path[0]), (&samples[samples.len() - 1], &path[path.len() - 1])]
+    {
         for joint in 0..6 {
             assert!((sample.position[joint] - expected[joint]).abs() < 1e-9);
             assert!(sample.velocity[joint].abs() < 1e-9);

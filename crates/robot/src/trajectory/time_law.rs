@@ -49,7 +49,8 @@ impl TimeLaw {
         let count = INTERVALS_PER_SPAN * curve.span_count();
         let step = 1.0 / INTERVALS_PER_SPAN as f64;
         let points: Vec<CurvePoint> = (0..=count).map(|k| curve.at(k as f64 * step)).collect();
-        let intervals: Vec<Interval> = points.windows(2).map(|ends| Interval::new(&ends[0], &ends[1], limits, step)).collect();
+        let intervals: Vec<Interval> =
+            points.windows(2).map(|ends| Interval::new(&ends[0], &ends[1], limits, step)).collect();
         // Backward: the greatest squared rate from which the end can still be obeyed.
         let mut controllable = vec![0.0; count + 1];
         for k in (0..count).rev() {
@@ -172,6 +173,7 @@ impl Interval {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::trajectory::Corners;
 
     fn limits(max_velocity: f64, max_acceleration: f64) -> JointLimits {
         JointLimits {
@@ -186,12 +188,12 @@ mod tests {
 
     #[test]
     fn a_straight_motion_takes_as_long_as_a_trapezoid() {
-        let curve = Curve::along(&[vec![0.0, 0.0], vec![2.0, 1.0]], 0.05).expect("a curve");
+        let curve = Curve::along(&[vec![0.0, 0.0], vec![2.0, 1.0]], 0.05, Corners::Rounded).expect("a curve");
         // The first joint needs 2 rad at 1 rad/s and 4 rad/s²: v/a + d/v. The second is slower than its limits.
         let law = TimeLaw::fastest(&curve, &[limits(1.0, 4.0), limits(1.0, 4.0)]);
         assert!((law.duration_s() - 2.25).abs() < 2e-3, "{}", law.duration_s());
         // Too short for full speed: 2 sqrt(d/a).
-        let short = Curve::along(&[vec![0.0], vec![0.16]], 0.01).expect("a curve");
+        let short = Curve::along(&[vec![0.0], vec![0.16]], 0.01, Corners::Rounded).expect("a curve");
         let law = TimeLaw::fastest(&short, &[limits(1.0, 4.0)]);
         assert!((law.duration_s() - 0.4).abs() < 2e-3, "{}", law.duration_s());
     }
@@ -199,7 +201,7 @@ mod tests {
     #[test]
     fn the_law_begins_and_ends_at_rest_and_never_goes_back() {
         let path = vec![vec![0.0, 0.0], vec![1.0, 0.2], vec![0.2, 1.0], vec![0.2, -1.0]];
-        let curve = Curve::along(&path, 0.1).expect("a curve");
+        let curve = Curve::along(&path, 0.1, Corners::Rounded).expect("a curve");
         let law = TimeLaw::fastest(&curve, &[limits(1.0, 4.0), limits(2.0, 3.0)]);
         assert_eq!(law.at(0.0).1, 0.0);
         assert_eq!(law.at(law.duration_s() + 1.0), (curve.span_count() as f64, 0.0, 0.0));
