@@ -24,6 +24,11 @@ pub mod contact {
     pub const NOSLIP_ITERATIONS: u32 = 10;
     /// Time constant and damping ratio of the equality between the fingers.
     pub const MIMIC_SOLREF: [f64; 2] = [0.005, 1.0];
+    /// Time constant and damping ratio of contacts of pads, and their impedance: a grip of 40 N sinks in by 0.1 mm.
+    pub const PAD_SOLREF: [f64; 2] = [0.004, 1.0];
+    pub const PAD_SOLIMP: [f64; 3] = [0.95, 0.99, 0.001];
+    /// The weight of a pad's contact parameters against those of what it touches.
+    pub const PAD_SOLMIX: f64 = 1000.0;
     /// Torsional and rolling friction of all shapes, in meters.
     pub const TORSIONAL_FRICTION_M: f64 = 0.005;
     pub const ROLLING_FRICTION_M: f64 = 0.0001;

@@ -88,7 +88,7 @@ def grip(text, robot):
     model.opt.gravity[:] = gravity
     start = in_tool(data, robot)
     step(model, data, 3.0)
-    gap = 2 * data.joint(robot["gripper_joint"]).qpos[0]
+    gap = sum(data.joint(finger).qpos[0] for finger in finger_joints(model, robot))
     return float(np.linalg.norm(in_tool(data, robot) - start)), float(gap)
 
 

@@ -1,6 +1,6 @@
 //! MJCF: one file without meshes, with servos, contact options and a home pose.
 //!
-//! Each moving joint of the arm has a position servo; one more drives the gripper, whose fingers an equality couples.
+//! Each moving joint of the arm has a position servo; one more drives the gripper through a tendon to all fingers.
 //! Gravity does not act on the robot: its controller compensates it. Shapes that are seen are in group 2, those that
 //! only collide in group 3. The tool frame is a site.
 
@@ -53,12 +53,24 @@ fn write_defaults(document: &mut XmlDocument, robot: &Robot) {
         |sliding: f64| spaced(&[sliding, contact::TORSIONAL_FRICTION_M, contact::ROLLING_FRICTION_M]);
     let housing = friction(contact::HOUSING_FRICTION);
     let pad = friction(robot.gripper().pad_friction);
+    let (solref, solimp) = (spaced(&contact::PAD_SOLREF), spaced(&contact::PAD_SOLIMP));
+    let solmix = spaced(&[contact::PAD_SOLMIX]);
     document.open("default", &[]);
     for (class, attributes) in [
         ("visual", vec![("group", "2"), ("contype", "0"), ("conaffinity", "0")]),
         ("housing", vec![("group", "2"), ("friction", housing.as_str())]),
         ("collision", vec![("group", "3"), ("friction", housing.as_str())]),
-        ("pad", vec![("group", "2"), ("friction", pad.as_str()), ("condim", "4")]),
+        (
+            "pad",
+            vec![
+                ("group", "2"),
+                ("friction", pad.as_str()),
+                ("condim", "4"),
+                ("solref", solref.as_str()),
+                ("solimp", solimp.as_str()),
+                ("solmix", solmix.as_str()),
+            ],
+        ),
     ] {
         document.open("default", &[("class", class)]);
         document.empty("geom", &attributes);
@@ -138,8 +150,8 @@ fn write_inertia(document: &mut XmlDocument, link: &Link) {
 fn write_geom(document: &mut XmlDocument, robot: &Robot, shape: &Shape) {
     let class = match shape.role {
         ShapeRole::Visual => "visual",
+        _ if shape.is_pad => "pad",
         ShapeRole::Collision => "collision",
-        ShapeRole::Both if shape.is_pad => "pad",
         ShapeRole::Both => "housing",
     };
     let (kind, size) = match shape.primitive {
@@ -170,10 +182,22 @@ fn write_contact(document: &mut XmlDocument, robot: &Robot) {
     document.close();
 }
 
+/// Couples the fingers twice: a tendon shares the force of the one servo equally, and an equality, which then carries
+/// no load in a centered grip, keeps the fingers level.
 fn write_coupling(document: &mut XmlDocument, robot: &Robot) {
     let Some(master) = robot.links()[robot.gripper().link].joint.as_ref() else { return };
+    let followers = mimics(robot);
+    document.open("tendon", &[]);
+    document.open("fixed", &[("name", &master.name)]);
+    let share = 1.0 / (1 + followers.len()) as f64;
+    document.empty("joint", &[("joint", &master.name), ("coef", &spaced(&[share]))]);
+    for (joint, multiplier, _) in &followers {
+        document.empty("joint", &[("joint", joint), ("coef", &spaced(&[share / multiplier]))]);
+    }
+    document.close();
+    document.close();
     document.open("equality", &[]);
-    for (joint, multiplier, offset) in mimics(robot) {
+    for (joint, multiplier, offset) in followers {
         document.empty(
             "joint",
             &[
@@ -211,11 +235,11 @@ fn write_servos(document: &mut XmlDocument, robot: &Robot) {
         else {
             continue;
         };
-        let force = match moving.source {
-            PositionSource::Arm(_) => moving.limits.max_effort,
+        let (transmission, force) = match moving.source {
+            PositionSource::Arm(_) => ("joint", moving.limits.max_effort),
             PositionSource::Gripper { .. } if robot.links()[robot.gripper().link].name == link.name => {
-                // The equality shares the force of the one servo among all fingers.
-                robot.gripper().grip_force_n * (1 + mimics(robot).len()) as f64
+                let fingers = 1 + mimics(robot).len();
+                ("tendon", robot.gripper().grip_force_n * fingers as f64)
             }
             PositionSource::Gripper { .. } => continue,
         };
@@ -223,7 +247,7 @@ fn write_servos(document: &mut XmlDocument, robot: &Robot) {
             "position",
             &[
                 ("name", &joint.name),
-                ("joint", &joint.name),
+                (transmission, &joint.name),
                 ("kp", &spaced(&[moving.drive.stiffness])),
                 ("kv", &spaced(&[moving.drive.damping])),
                 ("ctrlrange", &spaced(&[moving.limits.min_position, moving.limits.max_position])),

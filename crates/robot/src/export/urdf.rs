@@ -1,9 +1,9 @@
 //! URDF: one file without meshes.
 //!
 //! A capsule is a cylinder and two spheres, since the format has no capsule. Position limits, velocity and effort are
-//! stated; acceleration, jerk and servos have no place. The tool frame is a link without a body.
+//! stated; acceleration, jerk and servos have no place. The tool frame is a link of a milligram.
 
-use nalgebra::{Isometry3, Translation3};
+use nalgebra::{Isometry3, Matrix3, Translation3, Vector3};
 
 use super::model_name;
 use super::numbers::{rpy, spaced, xyz};
@@ -28,7 +28,7 @@ pub fn write_urdf(robot: &Robot) -> String {
         }
     }
     let tool = robot.tool();
-    document.empty("link", &[("name", &tool.name)]);
+    write_frame(&mut document, &tool.name);
     document.open("joint", &[("name", &format!("{}_joint", tool.name)), ("type", "fixed")]);
     document.empty("parent", &[("link", &robot.links()[tool.link].name)]);
     document.empty("child", &[("link", &tool.name)]);
@@ -62,6 +62,14 @@ fn write_link(document: &mut XmlDocument, robot: &Robot, link: &Link) {
             }
         }
     }
+    document.close();
+}
+
+/// A link without a body. PyBullet gives links without inertia a kilogram, so that it states next to nothing.
+fn write_frame(document: &mut XmlDocument, name: &str) {
+    document.open("link", &[("name", name)]);
+    let tensor_kg_m2 = Matrix3::identity() * 1e-9;
+    write_inertia(document, &Inertia { mass_kg: 1e-6, center_m: Vector3::zeros(), tensor_kg_m2 });
     document.close();
 }
 

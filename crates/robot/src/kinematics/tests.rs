@@ -16,7 +16,7 @@ fn panda_tool_is_where_published_poses_put_it() {
         ([0.0, -FRAC_PI_4, 0.0, -3.0 * FRAC_PI_4, 0.0, FRAC_PI_2, FRAC_PI_4], [0.30689, 0.0, 0.48688]),
         ([0.0, FRAC_PI_8, 0.0, -5.0 * FRAC_PI_8, 0.0, 3.0 * FRAC_PI_4, FRAC_PI_4], [0.61501, 0.0, 0.16978]),
         ([0.0, PI / 16.0, 0.0, -5.0 * PI / 6.0, 0.0, PI - 0.2, FRAC_PI_4], [0.45811, 0.0, 0.0922]),
-        ([0.0, 0.0, 0.0, -1.57079, 0.0, 1.57079, -0.7853], [0.5545, 0.0, 0.5211]),
+        ([0.0, 0.0, 0.0, -FRAC_PI_2, 0.0, FRAC_PI_2, -FRAC_PI_4], [0.5545, 0.0, 0.5211]),
     ];
     for (positions, expected) in cases {
         let apart = tool_position("panda", &positions) - Vector3::from(expected);
