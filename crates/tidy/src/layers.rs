@@ -53,6 +53,8 @@ pub const CRATES: &[Layer] = &[
     layer("physics", &["geometry", "runtime", "scene"], PURE),
     layer("editing", &["catalog", "geometry", "physics", "runtime", "scene"], PURE),
     layer("batches", &["runtime", "scene"], PURE),
+    // Stands alone, so that it can be used without scenes; its linear algebra is nalgebra.
+    layer("robot", &[], PURE),
     layer(
         "export",
         &["geometry", "imaging", "mesh_io", "runtime", "scene"],
