@@ -107,6 +107,7 @@ fn finished(scene: &Breakfast, bodies: &[Body]) -> Scene {
         instances: instances.collect(),
         metrics: METRICS,
         text: None,
+        light: None,
         edit: None,
     }
 }
