@@ -328,7 +328,7 @@ async fn a_retry_makes_what_failed_and_nothing_else() {
 #[tokio::test]
 async fn what_the_budget_does_not_cover_fails_and_a_larger_one_makes_it() {
     // Something can cost money, so budgets count; the script spends none.
-    let server = Server::with(&Script::new(&[]), &[("providers.analyst", "openai")]).await;
+    let server = Server::with(&Script::new(&[]), &[("providers.analyst", "chat")]).await;
     let id = submit(&server, "?budget_usd=0", &lines(3)).await;
     let batch = ends(&server, &id).await;
     assert_eq!(counts(&batch), expected([("failed", 3)]));
