@@ -120,18 +120,19 @@ fn a_corner_that_would_be_cut_through_something_is_made_tighter() {
         (positions[0], positions[1]) = (first, second);
         positions
     };
-    let path = [with(0.0, 0.3), with(2.4, 0.3), with(2.4, -0.9)];
+    let path = [with(-1.0, 0.6), with(1.0, 0.6), with(1.0, -0.6)];
     let limits: Vec<JointLimits> = arm.joints().iter().map(|joint| joint.limits).collect();
     let wide = TrajectorySettings { spacing: 2.4, ..TrajectorySettings::default() };
-    // Where the tool is when the wide corner is cut: an obstacle that the path itself passes.
     let cut = Trajectory::along(&path, &limits, &wide).expect("a trajectory");
-    let middle = (0..400).map(|k| cut.at(cut.duration_s() * f64::from(k) / 400.0).position);
-    let farthest = middle.max_by(|a, b| {
-        let off = |p: &Vec<f64>| (p[0] - 2.4).abs().min((p[1] - 0.3).abs());
-        off(a).total_cmp(&off(b))
-    });
-    let spot = arm.frames(&farthest.expect("a point"))[7] * nalgebra::Point3::new(0.0, 0.0, 0.2);
-    let obstacles = [Obstacle::sphere(spot, 0.005).expect("a sphere")];
+    // An obstacle in the tool, at a moment of the wide motion, that the arm would not touch on the path itself.
+    let obstacle_at = |k: i32| {
+        let position = cut.at(cut.duration_s() * f64::from(k) / 100.0).position;
+        let spot = arm.frames(&position)[7] * nalgebra::Point3::new(0.0, 0.0, 0.16);
+        [Obstacle::sphere(spot, 0.005).expect("a sphere")]
+    };
+    let passes = |obstacles: &[Obstacle; 1]| arm.certify_path(&path, obstacles, 0.001, 1e-3).is_ok();
+    let obstacles =
+        (0..=100).map(obstacle_at).find(passes).expect("a place that only the wide motion touches");
     let checker = Checker::new(&arm, &obstacles, 0.0);
     let tight = time_free_path(&path, &limits, &wide, &checker, 64.0).expect("a tighter corner");
     assert!(tight.curve().span_count() > cut.curve().span_count());
