@@ -21,11 +21,14 @@ import toppra.constraint
 
 SPACING = 0.1
 MAX_DIFFERENCE = 0.01
-GRID_POINTS_PER_SPAN = 12
+GRID_POINTS_PER_SPAN = 6
 
 
 class UniformSpline(toppra.interpolator.AbstractGeometricPath):
-    """The uniform cubic B-spline whose control points lie on a path."""
+    """The uniform cubic B-spline whose control points lie on a path.
+
+    Its parameter is about the length of the path: toppra's solver fails on derivatives that are far from 1.
+    """
 
     def __init__(self, path):
         controls = [numpy.array(path[0])]
@@ -37,7 +40,7 @@ class UniformSpline(toppra.interpolator.AbstractGeometricPath):
         self.spline = scipy.interpolate.BSpline(numpy.arange(-3, len(controls) + 1), numpy.array(controls), 3)
 
     def __call__(self, position, order=0):
-        return self.spline(position, nu=order)
+        return self.spline(numpy.asarray(position) / SPACING, nu=order) / SPACING**order
 
     @property
     def dof(self):
@@ -45,7 +48,7 @@ class UniformSpline(toppra.interpolator.AbstractGeometricPath):
 
     @property
     def path_interval(self):
-        return numpy.array([0.0, float(self.span_count)])
+        return numpy.array([0.0, SPACING * self.span_count])
 
     @property
     def waypoints(self):
@@ -61,7 +64,7 @@ def duration_s(path, joints) -> float:
             bounds[1], discretization_scheme=toppra.constraint.DiscretizationType.Interpolation
         ),
     ]
-    grid = numpy.linspace(0, spline.span_count, GRID_POINTS_PER_SPAN * spline.span_count + 1)
+    grid = numpy.linspace(0, SPACING * spline.span_count, GRID_POINTS_PER_SPAN * spline.span_count + 1)
     algorithm = toppra.algorithm.TOPPRA(constraints, spline, gridpoints=grid, solver_wrapper="seidel")
     _, rates, _ = algorithm.compute_parameterization(0, 0)
     return float(numpy.sum(2 * numpy.diff(grid) / (rates[1:] + rates[:-1])))

@@ -152,7 +152,7 @@ impl Draft<'_> {
         for _ in 0..attempts {
             let index = rng.random_range(1..self.points.len() - 1);
             let [before, point, after] = [index - 1, index, index + 1].map(|i| self.points[i].configuration);
-            let moved = toward(&point, &sampler.next(), self.settings.simplify.perturb_share);
+            let moved = toward(&point, &sampler.sample(), self.settings.simplify.perturb_share);
             let length = |middle: &Configuration| distance(&before, middle) + distance(middle, &after);
             if length(&moved) < length(&point)
                 && self.is_free(&before, &moved)
