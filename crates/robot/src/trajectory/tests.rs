@@ -119,7 +119,7 @@ fn a_corner_that_would_be_cut_through_something_is_made_tighter() {
         (positions[0], positions[1]) = (first, second);
         positions
     };
-    let path = [with(-1.0, 0.6), with(1.0, 0.6), with(1.0, -0.6)];
+    let path = [with(-1.0, 0.6), with(1.0, 0.6), with(1.0, 1.8)];
     let limits: Vec<JointLimits> = arm.joints().iter().map(|joint| joint.limits).collect();
     let wide = TrajectorySettings { spacing: 2.4, ..TrajectorySettings::default() };
     let cut = Trajectory::along(&path, &limits, &wide).expect("a trajectory");
