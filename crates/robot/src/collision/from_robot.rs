@@ -4,8 +4,8 @@ use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 
 use super::arm::{Arm, ArmBody, ArmError, ArmJoint, JointMotion, Sphere};
 use crate::model::ArmSpheres;
-use crate::model::link::{MovingKind, PositionSource};
 use crate::model::Robot;
+use crate::model::link::{MovingKind, PositionSource};
 use crate::model::sphere_model::SphereModel;
 
 impl Arm {
