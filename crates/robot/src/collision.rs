@@ -12,6 +12,7 @@ pub mod arm;
 pub mod checker;
 mod enclosing;
 pub mod exact;
+mod from_robot;
 pub mod lane_arm;
 mod lane_vector;
 mod lane_world;

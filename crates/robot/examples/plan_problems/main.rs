@@ -14,7 +14,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use robot::collision::Obstacle;
 use robot::planning::{Plan, PlanFailure, PlanSettings, Planner};
-use robot::trajectory::{TrajectorySettings, time_free_path};
+use robot::trajectory::{Corners, Curve, TimeLaw, TrajectorySettings, time_free_path};
 use serde::Serialize;
 
 use crate::problems::{ProblemEntry, ProblemFile};
@@ -31,7 +31,10 @@ struct Solution {
     total_us: f64,
     /// Timing of the path, which is not part of the total.
     trajectory_us: f64,
+    /// 0 if the path could not be timed.
     duration_s: f64,
+    /// What the path takes within the limits of velocity and acceleration alone, with rounded corners.
+    unfiltered_s: f64,
     found_length: f64,
     length: f64,
     samples: usize,
@@ -81,6 +84,7 @@ fn solve(planner: &Planner, entry: &ProblemEntry, repeats: usize, seed: u64) -> 
         total_us,
         trajectory_us: 0.0,
         duration_s: 0.0,
+        unfiltered_s: 0.0,
         found_length: 0.0,
         length: 0.0,
         samples: 0,
@@ -95,6 +99,9 @@ fn solve(planner: &Planner, entry: &ProblemEntry, repeats: usize, seed: u64) -> 
             time_free_path(&path, &limits, &settings, planner.checker(), planner.settings().checks_per_unit);
         solution.trajectory_us = begin.elapsed().as_secs_f64() * 1e6;
         solution.duration_s = timed.map_or(0.0, |trajectory| trajectory.duration_s());
+        if let Ok(curve) = Curve::along(&path, settings.spacing, Corners::Rounded) {
+            solution.unfiltered_s = TimeLaw::fastest(&curve, &limits).duration_s();
+        }
         solution = Solution { found_length, length, samples, nodes, path, ..solution };
     }
     solution

@@ -109,9 +109,9 @@ impl LaneTask for Edge<'_> {
     fn run<L: Lanes>(self, token: L::Token) -> bool {
         let share = L::from_array(token, SHARES);
         let (mut change, mut square) = ([0.0; MAX_JOINTS], 0.0);
-        for joint in 0..MAX_JOINTS {
-            change[joint] = self.to[joint] - self.from[joint];
-            square += change[joint] * change[joint];
+        for (change, (from, to)) in change.iter_mut().zip(self.from.iter().zip(self.to)) {
+            *change = to - from;
+            square += *change * *change;
         }
         let blocks = (square.sqrt() * self.checks_per_unit / LANE_COUNT as f32).ceil().max(1.0);
         let (mut positions, mut back) = ([share; MAX_JOINTS], [share; MAX_JOINTS]);

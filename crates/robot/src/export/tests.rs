@@ -1,3 +1,5 @@
+//! Tests of the written files: counts and limits as in the model; independent programs judge the rest.
+
 use super::*;
 
 fn robots() -> [Robot; 3] {

@@ -1,3 +1,5 @@
+//! Tests of inverse kinematics by forward kinematics of random configurations.
+
 use nalgebra::{Translation3, UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -1,3 +1,5 @@
+//! Tests of forward kinematics against published poses, and of the Jacobian against differences.
+
 use nalgebra::{Vector3, Vector6};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

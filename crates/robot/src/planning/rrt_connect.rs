@@ -52,7 +52,7 @@ pub fn connect(
             std::mem::swap(&mut grown, &mut other);
             grown_is_start = !grown_is_start;
         }
-        let sample = sampler.next();
+        let sample = sampler.sample();
         let (near, near_distance) = grown.nearest(&sample);
         let node = *grown.node(near);
         if node.radius < near_distance {

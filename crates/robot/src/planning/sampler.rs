@@ -43,7 +43,7 @@ impl Sampler {
     }
 
     /// The next configuration, within the limits.
-    pub fn next(&mut self) -> Configuration {
+    pub fn sample(&mut self) -> Configuration {
         std::array::from_fn(|joint| {
             if self.range[joint] == 0.0 {
                 return self.low[joint];
@@ -118,7 +118,7 @@ mod tests {
             Sampler::new([limits(-1.0, 2.0), limits(0.0, 0.5)].into_iter(), SampleOrder::Shifted, &mut rng);
         let mut counts = [[0; 10]; 2];
         for _ in 0..1000 {
-            let sample = sampler.next();
+            let sample = sampler.sample();
             assert_eq!(sample[2..], [0.0; 6]);
             counts[0][((sample[0] + 1.0) / 0.3).floor() as usize] += 1;
             counts[1][(sample[1] / 0.05).floor() as usize] += 1;

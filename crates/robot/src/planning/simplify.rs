@@ -41,6 +41,7 @@ pub fn simplify(
     let points = (0..).zip(path).map(|(number, &configuration)| Point { configuration, number }).collect();
     let mut draft = Draft { checker, settings, points, next_number: path.len() as u32, blocked: Vec::new() };
     let simplify = &settings.simplify;
+    let mut rounds = vec![draft.points.clone()];
     for _ in 0..simplify.max_rounds {
         let shortened = draft.take_shortcuts();
         let reduced = draft.leave_out(simplify.reduce_attempts, rng);
@@ -49,8 +50,12 @@ pub fn simplify(
         if !(shortened || reduced || moved || rounded) {
             break;
         }
+        rounds.push(draft.points.clone());
     }
-    draft.points.iter().map(|point| point.configuration).collect()
+    // Half of a free edge is checked at other points than the edge was, and may graze what they missed. The last round
+    // counts whose edges are all free as they are; the first entry is the path as it was found.
+    let sound = rounds.iter().skip(1).rev().find(|points| draft.is_path_free(points));
+    sound.unwrap_or(&rounds[0]).iter().map(|point| point.configuration).collect()
 }
 
 impl Draft<'_> {
@@ -61,6 +66,10 @@ impl Draft<'_> {
 
     fn is_free(&self, from: &Configuration, to: &Configuration) -> bool {
         self.checker.edge_is_free(from, to, self.settings.checks_per_unit)
+    }
+
+    fn is_path_free(&self, points: &[Point]) -> bool {
+        points.windows(2).all(|ends| self.is_free(&ends[0].configuration, &ends[1].configuration))
     }
 
     /// Whether the edge between two points of the path is free; remembers if it is not.
@@ -143,7 +152,7 @@ impl Draft<'_> {
         for _ in 0..attempts {
             let index = rng.random_range(1..self.points.len() - 1);
             let [before, point, after] = [index - 1, index, index + 1].map(|i| self.points[i].configuration);
-            let moved = toward(&point, &sampler.next(), self.settings.simplify.perturb_share);
+            let moved = toward(&point, &sampler.sample(), self.settings.simplify.perturb_share);
             let length = |middle: &Configuration| distance(&before, middle) + distance(middle, &after);
             if length(&moved) < length(&point)
                 && self.is_free(&before, &moved)

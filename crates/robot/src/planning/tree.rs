@@ -84,8 +84,8 @@ impl LaneTask for Nearest<'_> {
     fn run<L: Lanes>(self, token: L::Token) -> (usize, f32) {
         let dof = self.tree.dof.min(MAX_JOINTS);
         let mut asked = [L::splat(token, 0.0); MAX_JOINTS];
-        for joint in 0..dof {
-            asked[joint] = L::splat(token, self.configuration[joint]);
+        for (lanes, position) in asked.iter_mut().zip(self.configuration) {
+            *lanes = L::splat(token, *position);
         }
         let (mut best, mut least) = (0, f32::INFINITY);
         let mut bound = L::splat(token, least);

@@ -42,7 +42,7 @@ impl Curve {
     /// # Errors
     /// If the path has no configurations, or some that are not finite or of another length.
     pub fn along(path: &[Vec<f64>], spacing: f64, corners: Corners) -> Result<Self, CurveError> {
-        if !(spacing > 0.0) {
+        if spacing.is_nan() || spacing <= 0.0 {
             return Err(CurveError::Spacing(spacing));
         }
         let first = path.first().ok_or(CurveError::Malformed)?;

@@ -5,7 +5,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::*;
 use crate::collision::tests::seven_joints;
-use crate::collision::{Checker, Obstacle};
+use crate::collision::{Arm, Checker, Obstacle};
 
 /// Limits like those of the Panda's first joints, with a jerk that is felt.
 fn limits(dof: usize) -> Vec<JointLimits> {
@@ -91,10 +91,8 @@ fn samples_begin_and_end_at_rest_at_the_ends_of_the_path() {
     assert_eq!(samples.len(), (trajectory.duration_s() * 250.0).ceil() as usize + 1);
     for (sample, expected) in [(&samples[0], &path[0]), (&samples[samples.len() - 1], &path[path.len() - 1])]
     {
-        for joint in 0..6 {
-            assert!((sample.position[joint] - expected[joint]).abs() < 1e-9);
-            assert!(sample.velocity[joint].abs() < 1e-9);
-        }
+        assert!(sample.position.iter().zip(expected).all(|(p, e)| (p - e).abs() < 1e-9));
+        assert!(sample.velocity.iter().all(|v| v.abs() < 1e-9));
     }
 }
 
@@ -113,25 +111,27 @@ fn the_motion_stays_near_its_path() {
 
 #[test]
 fn a_corner_that_would_be_cut_through_something_is_made_tighter() {
-    let arm = seven_joints();
+    let whole = seven_joints();
+    let arm = Arm::new(whole.joints().to_vec(), whole.bodies().to_vec(), Vec::new()).expect("an arm");
     let rest = [0.0, 0.3, 0.0, -1.5, 0.0, 1.8, 0.0];
     let with = |first: f64, second: f64| {
         let mut positions = rest.to_vec();
         (positions[0], positions[1]) = (first, second);
         positions
     };
-    let path = [with(0.0, 0.3), with(2.4, 0.3), with(2.4, -0.9)];
+    let path = [with(-1.0, 0.6), with(1.0, 0.6), with(1.0, 1.8)];
     let limits: Vec<JointLimits> = arm.joints().iter().map(|joint| joint.limits).collect();
     let wide = TrajectorySettings { spacing: 2.4, ..TrajectorySettings::default() };
-    // Where the tool is when the wide corner is cut: an obstacle that the path itself passes.
     let cut = Trajectory::along(&path, &limits, &wide).expect("a trajectory");
-    let middle = (0..400).map(|k| cut.at(cut.duration_s() * f64::from(k) / 400.0).position);
-    let farthest = middle.max_by(|a, b| {
-        let off = |p: &Vec<f64>| (p[0] - 2.4).abs().min((p[1] - 0.3).abs());
-        off(a).total_cmp(&off(b))
-    });
-    let spot = arm.frames(&farthest.expect("a point"))[7] * nalgebra::Point3::new(0.0, 0.0, 0.2);
-    let obstacles = [Obstacle::sphere(spot, 0.005).expect("a sphere")];
+    // An obstacle in the tool, at a moment of the wide motion, that the arm would not touch on the path itself.
+    let obstacle_at = |k: i32| {
+        let position = cut.at(cut.duration_s() * f64::from(k) / 100.0).position;
+        let spot = arm.frames(&position)[7] * nalgebra::Point3::new(0.0, 0.0, 0.16);
+        [Obstacle::sphere(spot, 0.005).expect("a sphere")]
+    };
+    let passes = |obstacles: &[Obstacle; 1]| arm.certify_path(&path, obstacles, 0.001, 1e-3).is_ok();
+    let obstacles =
+        (0..=100).map(obstacle_at).find(passes).expect("a place that only the wide motion touches");
     let checker = Checker::new(&arm, &obstacles, 0.0);
     let tight = time_free_path(&path, &limits, &wide, &checker, 64.0).expect("a tighter corner");
     assert!(tight.curve().span_count() > cut.curve().span_count());

@@ -1,3 +1,5 @@
+//! Tests of eight configurations at a time against forward kinematics.
+
 use nalgebra::Point3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

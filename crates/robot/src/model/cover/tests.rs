@@ -1,3 +1,5 @@
+//! Tests that spheres contain primitives and stick out by no more than the tolerance.
+
 use proptest::prelude::*;
 
 use super::*;

@@ -1,3 +1,5 @@
+//! Tests of the robots that are built in, of a made-up one, and of refusals.
+
 use super::*;
 
 const GANTRY: &str = include_str!("../../../tests/robots/gantry.toml");

@@ -1,3 +1,5 @@
+//! Tests of volume, inertia and distance against sampled points and cases by hand.
+
 use super::*;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
