@@ -80,7 +80,8 @@ async fn the_same_key_names_the_same_variants() {
     let body = json!({ "count": 2 }).to_string();
     let first = server.call(Method::POST, &path, &headers, body.clone()).await;
     let second = server.call(Method::POST, &path, &headers, body).await;
-    assert_eq!((first.status, first.json()), (202, second.json()));
+    assert_eq!(first.status, 202, "{first:?}");
+    assert_eq!(first.json(), second.json());
     assert_eq!(children(&server, &parent).await, 2);
     let other = json!({ "count": 2, "randomize": { "layout": true } }).to_string();
     let reused = server.call(Method::POST, &path, &headers, other).await;
