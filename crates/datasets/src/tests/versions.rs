@@ -147,6 +147,22 @@ fn the_output_of_a_batch_names_bundles_labels_and_failures() {
 }
 
 #[test]
+fn records_find_their_bundles_by_place_where_they_name_scenes_of_a_store() {
+    let place = Place::new();
+    let batch = place.path("batch");
+    SceneSpec::of_text("aaa", "1").write_folder(&batch);
+    let record = json!({
+        "custom_id": "x-1", "scene_id": "01a216d3-878a-719e-a363-dd669da309aa", "state": "succeeded", "bundle": "aaa",
+    });
+    let output = batch.join("output.jsonl");
+    fs::write(&output, record.to_string()).expect("a file");
+    let request = FreezeRequest { sources: Vec::new(), batch_output: Some(output), ..place.request("out") };
+    let manifest = freeze(&request, &mut |_| {}).expect("a dataset").manifest;
+    assert_eq!(manifest.scenes[0].custom_id.as_deref(), Some("x-1"));
+    assert!(manifest.selection.without_bundle.is_empty());
+}
+
+#[test]
 fn copies_count_once_and_different_bundles_of_one_scene_are_refused() {
     let place = Place::new();
     let bundles = place.path("bundles");
