@@ -2,8 +2,8 @@
 
 use super::*;
 use crate::queue::{AttemptOutcome, Schedule};
-use scene::TenantId;
 use scene::job::{Failure, JobState};
+use scene::{SceneRequest, TenantId};
 
 /// The schedule of a request that states none.
 pub(super) fn usual() -> Schedule {
@@ -130,7 +130,8 @@ pub(super) async fn a_claim_knows_the_time_until_its_deadline(place: Place) {
 
 pub(super) async fn a_request_of_a_newer_version_is_left_to_newer_workers(place: Place) {
     let store = place.handle(0);
-    let newer = NewScene { request: json!({ "version": 2, "seed": 1 }), ..new_scene() };
+    let newer =
+        NewScene { request: json!({ "version": SceneRequest::VERSION + 1, "seed": 1 }), ..new_scene() };
     store.submit(newer).await.expect("answers");
     let known = submit(&store, &DEFAULT_TENANT, usual()).await;
     assert_eq!(claimed(&store, "worker").await.lease.job_id, known);
