@@ -9,7 +9,7 @@ use std::error::Error;
 use std::hint::black_box;
 use std::time::Instant;
 
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, Translation3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -50,9 +50,23 @@ fn main() -> Result<(), Box<dyn Error>> {
             microseconds[POSES * 99 / 100],
             microseconds[POSES - 1],
         );
+        unreachable(&arm, &targets[..1000]);
         damped(&robot, &goals[..1000], &targets[..1000]);
     }
     Ok(())
+}
+
+/// The time until a pose is known to be out of reach: each target one meter further out.
+#[expect(clippy::print_stdout, reason = "the table is what this program is for")]
+fn unreachable(arm: &InverseKinematics, targets: &[Isometry3<f64>]) {
+    let start = Instant::now();
+    let further = targets.iter().map(|target| {
+        let outward = target.translation.vector.normalize();
+        Translation3::from(outward) * target
+    });
+    let found = further.filter(|target| !arm.solve(target).is_empty()).count();
+    let microseconds = start.elapsed().as_secs_f64() * 1e6 / targets.len() as f64;
+    println!("  one meter further out: {found} of {} solved, {microseconds:.0} us mean", targets.len());
 }
 
 /// Damped least squares from starts within 0.3 of a solution in each joint.

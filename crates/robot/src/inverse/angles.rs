@@ -21,6 +21,18 @@ pub(super) fn within(limits: &JointLimits, angle_rad: f64) -> Option<f64> {
         .map(|angle| angle.clamp(limits.min_position, limits.max_position))
 }
 
+/// Computes how far `angle_rad` is from the limits modulo full turns; 0 where `within` finds a position.
+pub(super) fn beyond(limits: &JointLimits, angle_rad: f64) -> f64 {
+    if within(limits, angle_rad).is_some() {
+        return 0.0;
+    }
+    let from = |limit: f64| {
+        let turn = (angle_rad - limit) / TAU;
+        TAU * (turn - turn.round()).abs()
+    };
+    from(limits.min_position).min(from(limits.max_position))
+}
+
 /// The positions within limits, or `None` where one joint has none.
 pub(super) fn all_within<const N: usize>(
     limits: &[JointLimits; N],
@@ -79,6 +91,14 @@ mod tests {
         assert_eq!(within(&limits(3.0, 3.5), 3.2 - TAU), Some(3.2 - TAU + TAU));
         assert_eq!(within(&limits(-1.0, 1.0), 1.0 + 1e-10), Some(1.0));
         assert_eq!(within(&limits(-1.0, 1.0), 1.1), None);
+    }
+
+    #[test]
+    fn distance_from_limits_is_the_shorter_way_around() {
+        let limits = limits(-1.0, 2.0);
+        assert_eq!(beyond(&limits, 1.5 + TAU), 0.0);
+        assert!((beyond(&limits, 2.25) - 0.25).abs() < 1e-12);
+        assert!((beyond(&limits, -1.5 - TAU) - 0.5).abs() < 1e-12);
     }
 
     #[test]
