@@ -158,7 +158,7 @@ async fn lines_that_will_not_do_are_errors_with_pointers() {
             "/body/image",
             "/scenes",
         ),
-        (body(json!({ "text": "a", "colour": 1 })), "invalid_request", "/body/colour", "colour"),
+        (body(json!({ "text": "a", "colour": 1 })), "invalid_request", "/body/colour", "is not known here"),
         (
             body(json!({ "text": "a", "options": { "set": { "decompose.max_hulls": "0" } } })),
             "invalid_request",
@@ -213,7 +213,7 @@ async fn a_recipe_expands_and_its_errors_have_pointers() {
         (with("slots", json!({})), "/templates/0", "color"),
         (with("seeds", json!([1, 1])), "/seeds/1", "twice"),
         (with("seeds", json!({ "first": 0, "count": 4 })), "", "6 requests"),
-        (with("colours", json!([])), "/colours", "colours"),
+        (with("colours", json!([])), "/colours", "is not known here"),
         (json!([]), "", "list"),
     ] {
         let reply = send(&recipe).await;
