@@ -180,8 +180,8 @@ impl MeshSolid {
     /// For a point inside: (depth, thickness of the wall it lies in), the wall measured from the
     /// nearest surface point through the point to the far side. `None` outside.
     ///
-    /// Beside slivers, whose normals are rounded, the nearest face may say that a point outside lies inside. From such a
-    /// point the surface is met an even number of times on the way on, usually never.
+    /// Beside slivers, whose normals are rounded, the nearest face may say that a point outside lies inside. From such
+    /// a point the surface is met an even number of times on the way on, usually never.
     pub fn depth_and_wall_m(&self, point: DVec3) -> Option<(f64, f64)> {
         let found = self.locate(point, 0.0).filter(|found| found.depth_m > 0.0)?;
         let inward = (point - found.surface_point).normalize_or_zero();

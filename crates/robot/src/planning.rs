@@ -19,4 +19,4 @@ mod tree;
 pub use failure::{PlanFailure, StraightMotionObstacle};
 pub use planner::{Plan, Planner, Problem, plan};
 pub use sampler::SampleOrder;
-pub use settings::{DynamicDomain, PlanSettings, SimplifySettings};
+pub use settings::{DynamicDomain, PlanOptions, SimplifySettings};

@@ -45,7 +45,7 @@ pub struct TrajectoryPoint {
 
 /// Settings of a trajectory.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TrajectorySettings {
+pub struct TrajectoryOptions {
     /// How far control points are apart, in the Euclidean metric of joint space; corners are off by up to a third.
     pub spacing: f64,
     pub corners: Corners,
@@ -54,7 +54,7 @@ pub struct TrajectorySettings {
     pub acceleration_share: f64,
 }
 
-impl Default for TrajectorySettings {
+impl Default for TrajectoryOptions {
     fn default() -> Self {
         Self { spacing: 0.1, corners: Corners::Rounded, velocity_share: 1.0, acceleration_share: 0.5 }
     }
@@ -85,7 +85,7 @@ impl Trajectory {
     pub fn along(
         path: &[Vec<f64>],
         limits: &[JointLimits],
-        settings: &TrajectorySettings,
+        settings: &TrajectoryOptions,
     ) -> Result<Self, TrajectoryError> {
         let in_range = |share: f64| share > 0.0 && share <= 1.0;
         let (velocity, acceleration) = (settings.velocity_share, settings.acceleration_share);

@@ -197,7 +197,7 @@ fn states_finish(words: &str) -> bool {
         .any(|word| color_of(&word).is_some() || material_of(&word).is_some() || is_finish(&word))
 }
 
-/// The phrase of which another object of the same kind is made: its category, and what a text states of its looks.
+/// The phrase of which another object of the same kind is made: its category, and what a text states of its appearance.
 pub(super) fn phrase_of(parent: &Composition, name: &str) -> Option<String> {
     let object = parent.recognition.objects.iter().find(|object| object.id.as_str() == name)?;
     let kind = &visible_category(object)?.label;

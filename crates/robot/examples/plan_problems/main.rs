@@ -13,8 +13,8 @@ use std::time::Instant;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use robot::collision::Obstacle;
-use robot::planning::{Plan, PlanFailure, PlanSettings, Planner};
-use robot::trajectory::{Corners, Curve, TimeLaw, TrajectorySettings, time_free_path};
+use robot::planning::{Plan, PlanFailure, PlanOptions, Planner};
+use robot::trajectory::{Corners, Curve, TimeLaw, TrajectoryOptions, time_free_path};
 use serde::Serialize;
 
 use crate::problems::{ProblemEntry, ProblemFile};
@@ -54,7 +54,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut solutions = Vec::with_capacity(file.problems.len());
     for entry in &file.problems {
         let obstacles = entry.obstacles()?;
-        let planner = Planner::new(&arm, &obstacles, PlanSettings::default());
+        let planner = Planner::new(&arm, &obstacles, PlanOptions::default());
         solutions.push(solve(&planner, entry, repeats, seed));
     }
     std::fs::write(output, serde_json::to_vec(&solutions)?)?;
@@ -94,7 +94,7 @@ fn solve(planner: &Planner, entry: &ProblemEntry, repeats: usize, seed: u64) -> 
     if let Ok(Plan { path, found_length, length, samples, nodes }) = result {
         let limits: Vec<_> = planner.arm().joints().iter().map(|joint| joint.limits).collect();
         let begin = Instant::now();
-        let settings = TrajectorySettings::default();
+        let settings = TrajectoryOptions::default();
         let timed =
             time_free_path(&path, &limits, &settings, planner.checker(), planner.settings().checks_per_unit);
         solution.trajectory_us = begin.elapsed().as_secs_f64() * 1e6;

@@ -21,7 +21,7 @@ impl Clearance {
     }
 }
 
-/// Two things that are near each other.
+/// Two shapes that are near each other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Contact {
     /// Nothing can touch: there are no obstacles and no pairs.
@@ -84,19 +84,19 @@ impl Arm {
         self.clearances(positions, obstacles).into_iter().fold(Clearance::NOTHING, Clearance::nearer)
     }
 
-    /// Certifies that nothing comes nearer than `least_m - tolerance_m` anywhere on a path, between its points too.
+    /// Certifies that nothing comes nearer than `min_clearance_m - tolerance_m` anywhere on a path, between its points too.
     ///
-    /// A piece of a segment is certified if, in its middle, each body has more clearance than it can lose on half of
+    /// A piece of a segment is certified if, at its midpoint, each body has more clearance than it can lose on half of
     /// the piece; otherwise it is halved. Where pieces get so short that a body moves less than `tolerance_m` on
-    /// them, a clearance of `least_m` at their middle is enough. `tolerance_m` must be greater than 0.
+    /// them, a clearance of `min_clearance_m` at their midpoint is enough. `tolerance_m` must be greater than 0.
     ///
     /// # Errors
-    /// The first place where the clearance is less than `least_m`.
+    /// The first place where the clearance is less than `min_clearance_m`.
     pub fn certify_path(
         &self,
         path: &[Vec<f64>],
         obstacles: &[Obstacle],
-        least_m: f64,
+        min_clearance_m: f64,
         tolerance_m: f64,
     ) -> Result<(), PathContact> {
         for (segment, ends) in path.windows(2).enumerate() {
@@ -105,7 +105,9 @@ impl Arm {
                 let share = 0.5 * (from + to);
                 let clearances = self.clearances(&between(&ends[0], &ends[1], share), obstacles);
                 let moves_m = |body: usize| 0.5 * (to - from) * self.motion_bound_m(body, &ends[0], &ends[1]);
-                if let Some(&clearance) = clearances.iter().find(|clearance| clearance.distance_m < least_m) {
+                if let Some(&clearance) =
+                    clearances.iter().find(|clearance| clearance.distance_m < min_clearance_m)
+                {
                     return Err(PathContact { segment, share, clearance });
                 }
                 let certified = clearances.iter().all(|clearance| {
@@ -114,7 +116,7 @@ impl Arm {
                         Contact::Obstacle { body, .. } => moves_m(body),
                         Contact::Bodies(a, b) => moves_m(a) + moves_m(b),
                     };
-                    clearance.distance_m - loses_m >= least_m || loses_m <= tolerance_m
+                    clearance.distance_m - loses_m >= min_clearance_m || loses_m <= tolerance_m
                 });
                 if !certified {
                     pieces.extend([(share, to), (from, share)]);

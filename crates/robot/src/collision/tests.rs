@@ -180,16 +180,16 @@ fn an_edge_is_free_only_if_its_points_are() {
             let share = f64::from(k) / 64.0;
             from.iter().zip(&to).map(|(a, b)| a + share * (b - a)).collect::<Vec<_>>()
         });
-        let least_m = points.map(|p| arm.clearance(&p, &obstacles).distance_m).fold(f64::INFINITY, f64::min);
-        // 64 points on each edge, the same that the exact check looks at.
+        let min_m = points.map(|p| arm.clearance(&p, &obstacles).distance_m).fold(f64::INFINITY, f64::min);
+        // 64 points on each edge, the same that the exact check measures.
         let length = from.iter().zip(&to).map(|(a, b)| (b - a).powi(2)).sum::<f64>().sqrt();
         let is_free = checker.edge_is_free(&lanes_of(&from), &lanes_of(&to), (63.9 / length) as f32);
         if is_free {
             free += 1;
-            assert!(least_m > 0.0, "{least_m}");
+            assert!(min_m > 0.0, "{min_m}");
         } else {
             blocked += 1;
-            assert!(least_m < 2.5 * ROUNDING_MARGIN_M, "{least_m}");
+            assert!(min_m < 2.5 * ROUNDING_MARGIN_M, "{min_m}");
         }
     }
     assert!(free > 200 && blocked > 200, "{free} free, {blocked} blocked");
@@ -217,7 +217,7 @@ fn a_certified_path_is_free_between_its_points() {
     let mut to = from.clone();
     (from[0], to[0]) = (-1.0, 1.0);
     let path = [from, to];
-    // A pole in the middle of the sweep, thinner than the step between the ends.
+    // A pole halfway along the sweep, thinner than the step between the ends.
     let pole = |x_m: f64| {
         let pose = Isometry3::translation(x_m, 0.0, 0.5);
         [Obstacle::cylinder(pose, 0.005, 0.5).expect("a pole")]

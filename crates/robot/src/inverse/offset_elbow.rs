@@ -226,8 +226,8 @@ impl Attempt {
     }
 }
 
-/// The positions of the sixth joint at which the forearm, square to the sixth axis, is at the angle with the `cosine` to
-/// the vector from shoulder to wrist, whose coordinates along the axes of the sixth link are `local`.
+/// The positions of the sixth joint at which the forearm, square to the sixth axis, is at the angle with the `cosine`
+/// to the vector from shoulder to wrist, whose coordinates along the axes of the sixth link are `local`.
 fn wrist_angles(local: &Vector3<f64>, cosine: f64) -> impl Iterator<Item = f64> {
     let center = f64::atan2(local.x, local.y);
     let opening = (cosine.abs() <= 1.0).then(|| cosine.acos());

@@ -5,7 +5,7 @@ use rand::Rng;
 use super::failure::PlanFailure;
 use super::rrt_connect::{Search, connect, length};
 use super::sampler::{SampleOrder, Sampler};
-use super::settings::PlanSettings;
+use super::settings::PlanOptions;
 use super::simplify::simplify;
 use crate::collision::arm::MAX_JOINTS;
 use crate::collision::lane_arm::Configuration;
@@ -41,14 +41,14 @@ pub struct Planner<'a> {
     arm: &'a Arm,
     obstacles: &'a [Obstacle],
     checker: Checker,
-    settings: PlanSettings,
+    settings: PlanOptions,
 }
 
 /// Plans a path. Equal problems, settings and random numbers give equal paths, on every processor.
 ///
 /// # Errors
 /// Why there is no path; see [`PlanFailure`].
-pub fn plan(problem: &Problem, settings: &PlanSettings, rng: &mut impl Rng) -> Result<Plan, PlanFailure> {
+pub fn plan(problem: &Problem, settings: &PlanOptions, rng: &mut impl Rng) -> Result<Plan, PlanFailure> {
     let planner = Planner::new(problem.arm, problem.obstacles, settings.clone());
     let search = planner.search(problem.start, problem.goals, rng)?;
     Ok(planner.finish(&search, problem.start, problem.goals, rng))
@@ -63,7 +63,7 @@ pub struct FoundPath {
 }
 
 impl<'a> Planner<'a> {
-    pub fn new(arm: &'a Arm, obstacles: &'a [Obstacle], settings: PlanSettings) -> Self {
+    pub fn new(arm: &'a Arm, obstacles: &'a [Obstacle], settings: PlanOptions) -> Self {
         let checker = Checker::new(arm, obstacles, settings.padding_m);
         Self { arm, obstacles, checker, settings }
     }
@@ -73,7 +73,7 @@ impl<'a> Planner<'a> {
         &self.checker
     }
 
-    pub fn settings(&self) -> &PlanSettings {
+    pub fn settings(&self) -> &PlanOptions {
         &self.settings
     }
 

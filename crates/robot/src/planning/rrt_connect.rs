@@ -4,7 +4,7 @@ use rand::Rng;
 
 use super::metric::{distance, toward};
 use super::sampler::Sampler;
-use super::settings::PlanSettings;
+use super::settings::PlanOptions;
 use super::tree::Tree;
 use crate::collision::Checker;
 use crate::collision::lane_arm::Configuration;
@@ -27,7 +27,7 @@ pub fn connect(
     limits: impl Iterator<Item = JointLimits>,
     start: Configuration,
     goals: &[Configuration],
-    settings: &PlanSettings,
+    settings: &PlanOptions,
     rng: &mut impl Rng,
 ) -> Search {
     let free =

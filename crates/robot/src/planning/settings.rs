@@ -6,7 +6,7 @@ use super::sampler::SampleOrder;
 ///
 /// Lengths in joint space are Euclidean: radians, and meters for a joint that slides.
 #[derive(Clone, Debug, PartialEq)]
-pub struct PlanSettings {
+pub struct PlanOptions {
     /// How far a tree grows at once.
     pub step: f32,
     /// How many configurations are checked for each unit of length, at least eight on each edge.
@@ -50,7 +50,7 @@ pub struct SimplifySettings {
     pub perturb_share: f32,
 }
 
-impl Default for PlanSettings {
+impl Default for PlanOptions {
     fn default() -> Self {
         Self {
             step: 1.0,

@@ -4,14 +4,14 @@ use rand::{Rng, RngExt};
 
 use super::metric::{distance, toward};
 use super::sampler::Sampler;
-use super::settings::PlanSettings;
+use super::settings::PlanOptions;
 use crate::collision::Checker;
 use crate::collision::lane_arm::Configuration;
 
 /// A path in work. Each configuration has a number, so that an edge that was found blocked is not checked again.
 struct Draft<'a> {
     checker: &'a Checker,
-    settings: &'a PlanSettings,
+    settings: &'a PlanOptions,
     points: Vec<Point>,
     next_number: u32,
     blocked: Vec<(u32, u32)>,
@@ -27,7 +27,7 @@ struct Point {
 pub fn simplify(
     checker: &Checker,
     path: &[Configuration],
-    settings: &PlanSettings,
+    settings: &PlanOptions,
     sampler: &mut Sampler,
     rng: &mut impl Rng,
 ) -> Vec<Configuration> {
@@ -99,7 +99,7 @@ impl Draft<'_> {
         self.points.len() < before
     }
 
-    /// Halves each edge and moves each corner towards the middle of its neighbors: one step of a quadratic B-spline.
+    /// Halves each edge and moves each corner toward the midpoint of its neighbors: one step of a quadratic B-spline.
     fn cut_corners(&mut self) -> bool {
         if self.points.len() < 3 {
             return false;
@@ -107,8 +107,8 @@ impl Draft<'_> {
         let mut halved = Vec::with_capacity(2 * self.points.len());
         for index in 0..self.points.len() - 1 {
             let (from, to) = (self.points[index], self.points[index + 1]);
-            let middle = self.numbered(toward(&from.configuration, &to.configuration, 0.5));
-            halved.extend([from, middle]);
+            let midpoint = self.numbered(toward(&from.configuration, &to.configuration, 0.5));
+            halved.extend([from, midpoint]);
         }
         halved.extend(self.points.last());
         self.points = halved;
@@ -153,7 +153,7 @@ impl Draft<'_> {
             let index = rng.random_range(1..self.points.len() - 1);
             let [before, point, after] = [index - 1, index, index + 1].map(|i| self.points[i].configuration);
             let moved = toward(&point, &sampler.sample(), self.settings.simplify.perturb_share);
-            let length = |middle: &Configuration| distance(&before, middle) + distance(middle, &after);
+            let length = |midpoint: &Configuration| distance(&before, midpoint) + distance(midpoint, &after);
             if length(&moved) < length(&point)
                 && self.is_free(&before, &moved)
                 && self.is_free(&moved, &after)

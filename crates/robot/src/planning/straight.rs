@@ -16,7 +16,7 @@ pub trait ToolKinematics {
 
 /// How finely a straight motion is made.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct StraightSettings {
+pub struct StraightOptions {
     /// The tool moves and turns by at most this between two configurations.
     pub max_step_m: f64,
     pub max_step_rad: f64,
@@ -24,7 +24,7 @@ pub struct StraightSettings {
     pub max_joint_step: f64,
 }
 
-impl Default for StraightSettings {
+impl Default for StraightOptions {
     fn default() -> Self {
         Self { max_step_m: 0.005, max_step_rad: 0.05, max_joint_step: 0.2 }
     }
@@ -42,7 +42,7 @@ pub fn straight(
     kinematics: &impl ToolKinematics,
     start: &[f64],
     base_from_end: &Isometry3<f64>,
-    settings: &StraightSettings,
+    settings: &StraightOptions,
 ) -> Result<Vec<Vec<f64>>, PlanFailure> {
     planner.check_start(start)?;
     let base_from_start = kinematics.base_from_tool(start);
@@ -88,7 +88,7 @@ pub fn straight_by(
     kinematics: &impl ToolKinematics,
     start: &[f64],
     offset_m: Vector3<f64>,
-    settings: &StraightSettings,
+    settings: &StraightOptions,
 ) -> Result<Vec<Vec<f64>>, PlanFailure> {
     let base_from_end = Translation3::from(offset_m) * kinematics.base_from_tool(start);
     straight(planner, kinematics, start, &base_from_end, settings)
@@ -103,7 +103,7 @@ pub fn approach(
     kinematics: &impl ToolKinematics,
     grasp: &[f64],
     distance_m: f64,
-    settings: &StraightSettings,
+    settings: &StraightOptions,
 ) -> Result<Vec<Vec<f64>>, PlanFailure> {
     let back = kinematics.base_from_tool(grasp).rotation * (Vector3::z() * -distance_m);
     let mut path = straight_by(planner, kinematics, grasp, back, settings)?;

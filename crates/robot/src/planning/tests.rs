@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector, Isometry3, Point3, Translation3, Vector3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use super::straight::{StraightSettings, ToolKinematics, approach, straight_by};
+use super::straight::{StraightOptions, ToolKinematics, approach, straight_by};
 use super::*;
 use crate::collision::tests::{random_positions, random_world, seven_joints};
 use crate::collision::{Arm, Obstacle};
@@ -22,7 +22,7 @@ fn plan_over_wall(seed: u64) -> (Arm, Plan) {
     let (arm, obstacles) = (seven_joints(), [wall()]);
     let goals = [BEHIND.to_vec()];
     let problem = Problem { arm: &arm, obstacles: &obstacles, start: &BEFORE, goals: &goals };
-    let settings = PlanSettings { sample_order: SampleOrder::Shifted, ..PlanSettings::default() };
+    let settings = PlanOptions { sample_order: SampleOrder::Shifted, ..PlanOptions::default() };
     let plan = plan(&problem, &settings, &mut ChaCha8Rng::seed_from_u64(seed)).expect("a plan");
     (arm, plan)
 }
@@ -53,7 +53,7 @@ fn random_worlds_are_solved_with_free_paths() {
         let (start, goal) = (random_positions(&mut rng, &arm), random_positions(&mut rng, &arm));
         let goals = [goal];
         let problem = Problem { arm: &arm, obstacles: &obstacles, start: &start, goals: &goals };
-        let settings = PlanSettings { padding_m: 0.01, max_samples: 2000, ..PlanSettings::default() };
+        let settings = PlanOptions { padding_m: 0.01, max_samples: 2000, ..PlanOptions::default() };
         match plan(&problem, &settings, &mut rng) {
             Ok(plan) => {
                 solved += 1;
@@ -75,11 +75,11 @@ fn each_failure_has_its_reason() {
         let tip = arm.frames(positions)[7] * Point3::new(0.0, 0.0, 0.1);
         [Obstacle::sphere(tip, 0.05).expect("a sphere")]
     };
-    let code = |obstacles: &[Obstacle], start: &[f64], goals: &[Vec<f64>], settings: &PlanSettings| {
+    let code = |obstacles: &[Obstacle], start: &[f64], goals: &[Vec<f64>], settings: &PlanOptions| {
         let problem = Problem { arm: &arm, obstacles, start, goals };
         plan(&problem, settings, &mut ChaCha8Rng::seed_from_u64(1)).map_err(|failure| failure.code())
     };
-    let settings = PlanSettings::default();
+    let settings = PlanOptions::default();
     let goals = [BEHIND.to_vec()];
     let mut bent = BEFORE;
     bent[3] = 3.0;
@@ -89,7 +89,7 @@ fn each_failure_has_its_reason() {
     assert_eq!(code(&[], &BEFORE, &[], &settings), Err("goal_unreachable"));
     assert_eq!(code(&[], &BEFORE, &[bent.to_vec()], &settings), Err("goal_outside_limits"));
     assert_eq!(code(&inside(&BEHIND), &BEFORE, &goals, &settings), Err("goal_in_collision"));
-    let few = PlanSettings { max_samples: 3, ..settings.clone() };
+    let few = PlanOptions { max_samples: 3, ..settings.clone() };
     let high = [Obstacle::cuboid(Isometry3::translation(0.65, 0.0, 0.7), Vector3::new(0.5, 0.02, 0.7))
         .expect("a wall")];
     assert_eq!(code(&high, &BEFORE, &goals, &few), Err("no_path"));
@@ -102,7 +102,7 @@ fn every_operation_keeps_a_path_free_and_makes_it_no_longer() {
     let (arm, obstacles) = (seven_joints(), [wall()]);
     let goals = [BEHIND.to_vec()];
     let problem = Problem { arm: &arm, obstacles: &obstacles, start: &BEFORE, goals: &goals };
-    let mut settings = PlanSettings { sample_order: SampleOrder::Shifted, ..PlanSettings::default() };
+    let mut settings = PlanOptions { sample_order: SampleOrder::Shifted, ..PlanOptions::default() };
     (settings.simplify.reduce_attempts, settings.simplify.perturb_attempts) = (10, 10);
     for seed in 0..20 {
         let plan = plan(&problem, &settings, &mut ChaCha8Rng::seed_from_u64(seed)).expect("a plan");
@@ -153,16 +153,16 @@ impl ToolKinematics for Numeric<'_> {
 #[test]
 fn the_tool_moves_straight_up_and_back_along_its_axis() {
     let arm = seven_joints();
-    let planner = Planner::new(&arm, &[], PlanSettings::default());
+    let planner = Planner::new(&arm, &[], PlanOptions::default());
     let kinematics = Numeric(&arm);
-    let settings = StraightSettings::default();
+    let settings = StraightOptions::default();
     let begin = kinematics.base_from_tool(&BEFORE);
     let lift =
         straight_by(&planner, &kinematics, &BEFORE, Vector3::new(0.0, 0.0, 0.1), &settings).expect("a lift");
     assert_eq!(lift.len(), 21);
     for ends in lift.windows(2) {
-        let middle: Vec<f64> = ends[0].iter().zip(&ends[1]).map(|(a, b)| 0.5 * (a + b)).collect();
-        let off = kinematics.base_from_tool(&middle).translation.vector - begin.translation.vector;
+        let midpoint: Vec<f64> = ends[0].iter().zip(&ends[1]).map(|(a, b)| 0.5 * (a + b)).collect();
+        let off = kinematics.base_from_tool(&midpoint).translation.vector - begin.translation.vector;
         assert!(off.xy().norm() < 1e-4 && (0.0..0.1).contains(&off.z), "{off}");
     }
     let path = approach(&planner, &kinematics, &BEFORE, 0.08, &settings).expect("an approach");
@@ -176,7 +176,7 @@ fn the_tool_moves_straight_up_and_back_along_its_axis() {
 fn a_straight_motion_says_what_stops_it() {
     let arm = seven_joints();
     let kinematics = Numeric(&arm);
-    let settings = StraightSettings::default();
+    let settings = StraightOptions::default();
     let begin = kinematics.base_from_tool(&BEFORE).translation.vector;
     let ceiling = Obstacle::cuboid(
         Isometry3::translation(begin.x, begin.y, begin.z + 0.9),
@@ -184,7 +184,7 @@ fn a_straight_motion_says_what_stops_it() {
     );
     let obstacles = [ceiling.expect("a ceiling")];
     let code = |obstacles: &[Obstacle], offset_m: Vector3<f64>| {
-        let planner = Planner::new(&arm, obstacles, PlanSettings::default());
+        let planner = Planner::new(&arm, obstacles, PlanOptions::default());
         straight_by(&planner, &kinematics, &BEFORE, offset_m, &settings).map_err(|failure| failure.code())
     };
     assert_eq!(code(&obstacles, Vector3::new(0.0, 0.0, 0.5)), Err("straight_motion_collision"));

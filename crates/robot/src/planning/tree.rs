@@ -87,8 +87,8 @@ impl LaneTask for Nearest<'_> {
         for (lanes, position) in asked.iter_mut().zip(self.configuration) {
             *lanes = L::splat(token, *position);
         }
-        let (mut best, mut least) = (0, f32::INFINITY);
-        let mut bound = L::splat(token, least);
+        let (mut best, mut nearest) = (0, f32::INFINITY);
+        let mut bound = L::splat(token, nearest);
         for (index, block) in self.tree.blocks.iter().enumerate() {
             let mut square = L::splat(token, 0.0);
             for joint in 0..dof {
@@ -102,14 +102,14 @@ impl LaneTask for Nearest<'_> {
             let squares = square.to_array();
             while nearer != 0 {
                 let lane = nearer.trailing_zeros() as usize;
-                if squares[lane] < least {
-                    (best, least) = (LANE_COUNT * index + lane, squares[lane]);
+                if squares[lane] < nearest {
+                    (best, nearest) = (LANE_COUNT * index + lane, squares[lane]);
                 }
                 nearer &= nearer - 1;
             }
-            bound = L::splat(token, least);
+            bound = L::splat(token, nearest);
         }
-        (best, least)
+        (best, nearest)
     }
 }
 

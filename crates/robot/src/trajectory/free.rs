@@ -1,6 +1,6 @@
 //! Trajectories that touch nothing where they round a corner of their path.
 
-use super::{Corners, Trajectory, TrajectoryError, TrajectorySettings};
+use super::{Corners, Trajectory, TrajectoryError, TrajectoryOptions};
 use crate::collision::Checker;
 use crate::collision::arm::MAX_JOINTS;
 use crate::collision::lane_arm::Configuration;
@@ -18,13 +18,13 @@ const HALVINGS: usize = 2;
 pub fn time_free_path(
     path: &[Vec<f64>],
     limits: &[JointLimits],
-    settings: &TrajectorySettings,
+    settings: &TrajectoryOptions,
     checker: &Checker,
     checks_per_unit: f32,
 ) -> Result<Trajectory, TrajectoryError> {
     let halved =
-        |times: usize| TrajectorySettings { spacing: settings.spacing / (1 << times) as f64, ..*settings };
-    let stopped = TrajectorySettings { corners: Corners::Stopped, ..*settings };
+        |times: usize| TrajectoryOptions { spacing: settings.spacing / (1 << times) as f64, ..*settings };
+    let stopped = TrajectoryOptions { corners: Corners::Stopped, ..*settings };
     for attempt in (0..=HALVINGS).map(halved).chain([stopped]) {
         let trajectory = Trajectory::along(path, limits, &attempt)?;
         if is_free(&trajectory, checker, checks_per_unit) {

@@ -29,12 +29,12 @@ fn random_path(rng: &mut ChaCha8Rng, dof: usize) -> Vec<Vec<f64>> {
 fn velocity_acceleration_and_jerk_stay_within_their_limits() {
     let mut rng = ChaCha8Rng::seed_from_u64(21);
     let limits = limits(7);
-    let settings = TrajectorySettings { acceleration_share: 1.0, ..TrajectorySettings::default() };
+    let settings = TrajectoryOptions { acceleration_share: 1.0, ..TrajectoryOptions::default() };
     let mut peaks = [0.0_f64; 3];
     for round in 0..20 {
         let path = random_path(&mut rng, 7);
         let corners = if round % 4 == 3 { Corners::Stopped } else { Corners::Rounded };
-        let settings = TrajectorySettings { corners, ..settings };
+        let settings = TrajectoryOptions { corners, ..settings };
         let trajectory = Trajectory::along(&path, &limits, &settings).expect("a trajectory");
         let step_s = 1e-4;
         let mut before = trajectory.at(0.0);
@@ -63,7 +63,7 @@ fn derivatives_are_those_of_the_position() {
     let mut rng = ChaCha8Rng::seed_from_u64(22);
     let path = random_path(&mut rng, 3);
     let trajectory =
-        Trajectory::along(&path, &limits(3), &TrajectorySettings::default()).expect("a trajectory");
+        Trajectory::along(&path, &limits(3), &TrajectoryOptions::default()).expect("a trajectory");
     let step_s = 1e-5;
     for k in 1..200 {
         let time_s = trajectory.duration_s() * f64::from(k) / 200.0;
@@ -86,7 +86,7 @@ fn samples_begin_and_end_at_rest_at_the_ends_of_the_path() {
     let mut rng = ChaCha8Rng::seed_from_u64(23);
     let path = random_path(&mut rng, 6);
     let trajectory =
-        Trajectory::along(&path, &limits(6), &TrajectorySettings::default()).expect("a trajectory");
+        Trajectory::along(&path, &limits(6), &TrajectoryOptions::default()).expect("a trajectory");
     let samples = trajectory.sample(250.0);
     assert_eq!(samples.len(), (trajectory.duration_s() * 250.0).ceil() as usize + 1);
     for (sample, expected) in [(&samples[0], &path[0]), (&samples[samples.len() - 1], &path[path.len() - 1])]
@@ -99,7 +99,7 @@ fn samples_begin_and_end_at_rest_at_the_ends_of_the_path() {
 #[test]
 fn the_motion_stays_near_its_path() {
     let path = vec![vec![0.0, 0.0], vec![1.0, 0.0], vec![1.0, 1.0]];
-    let settings = TrajectorySettings { spacing: 0.06, ..TrajectorySettings::default() };
+    let settings = TrajectoryOptions { spacing: 0.06, ..TrajectoryOptions::default() };
     let trajectory = Trajectory::along(&path, &limits(2), &settings).expect("a trajectory");
     let window_s = 2.0 * 0.5 * 8.5 / 400.0;
     let allowed = 0.06 / 3.0 + 8.5 * window_s * window_s / 24.0;
@@ -121,7 +121,7 @@ fn a_corner_that_would_be_cut_through_something_is_made_tighter() {
     };
     let path = [with(-1.0, 0.6), with(1.0, 0.6), with(1.0, 1.8)];
     let limits: Vec<JointLimits> = arm.joints().iter().map(|joint| joint.limits).collect();
-    let wide = TrajectorySettings { spacing: 2.4, ..TrajectorySettings::default() };
+    let wide = TrajectoryOptions { spacing: 2.4, ..TrajectoryOptions::default() };
     let cut = Trajectory::along(&path, &limits, &wide).expect("a trajectory");
     // An obstacle in the tool, at a moment of the wide motion, that the arm would not touch on the path itself.
     let obstacle_at = |k: i32| {
@@ -143,12 +143,12 @@ fn a_corner_that_would_be_cut_through_something_is_made_tighter() {
 #[test]
 fn limits_and_shares_that_allow_no_motion_are_refused() {
     let path = [vec![0.0, 0.0], vec![1.0, 1.0]];
-    let settings = TrajectorySettings::default();
+    let settings = TrajectoryOptions::default();
     let mut still = limits(2);
     still[1].max_jerk = 0.0;
     assert_eq!(Trajectory::along(&path, &still, &settings), Err(TrajectoryError::Limits { joint: 1 }));
     let few = Trajectory::along(&path, &limits(1), &settings);
     assert_eq!(few, Err(TrajectoryError::LimitCount { path: 2, limits: 1 }));
-    let fast = TrajectorySettings { velocity_share: 1.5, ..settings };
+    let fast = TrajectoryOptions { velocity_share: 1.5, ..settings };
     assert!(matches!(Trajectory::along(&path, &limits(2), &fast), Err(TrajectoryError::Shares { .. })));
 }

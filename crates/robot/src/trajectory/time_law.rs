@@ -59,8 +59,8 @@ impl TimeLaw {
         // Forward: as fast as that allows.
         let mut squares = vec![0.0; count + 1];
         for k in 0..count {
-            let (least, greatest) = intervals[k].range(squares[k], controllable[k + 1], step);
-            let u = greatest.max(least);
+            let (lowest, greatest) = intervals[k].range(squares[k], controllable[k + 1], step);
+            let u = greatest.max(lowest);
             squares[k + 1] = (squares[k] + 2.0 * step * u).clamp(0.0, controllable[k + 1]);
         }
         Self::through(&squares, step)
@@ -161,12 +161,12 @@ impl Interval {
         greatest
     }
 
-    /// The least and greatest acceleration of the parameter at squared rate `x`.
+    /// The lowest and greatest acceleration of the parameter at squared rate `x`.
     fn range(&self, x: f64, next: f64, step: f64) -> (f64, f64) {
         let at = |bound: &Bound| bound.offset + bound.slope * x;
-        let least = self.lower.iter().map(at).fold(-0.5 * x / step, f64::max);
+        let lowest = self.lower.iter().map(at).fold(-0.5 * x / step, f64::max);
         let greatest = self.upper.iter().map(at).fold(0.5 * (next - x) / step, f64::min);
-        (least, greatest)
+        (lowest, greatest)
     }
 }
 

@@ -23,12 +23,12 @@ const DRAWS: usize = 6;
 const TURN_RAD: f64 = 0.5;
 
 /// A stated relation that holds before the objects move.
-struct Kept {
+struct MetDemand {
     object: usize,
     query: PlaceQuery,
 }
 
-impl Kept {
+impl MetDemand {
     /// The objects that it is relative to.
     fn targets(&self) -> impl Iterator<Item = usize> {
         self.query.target.into_iter().chain(self.query.second_target)
@@ -38,7 +38,7 @@ impl Kept {
 /// What a text demands of a layout.
 #[derive(Default)]
 struct Demands {
-    kept: Vec<Kept>,
+    met: Vec<MetDemand>,
     /// Objects that stay where they are: those of arrangements, and those with a stated distance or position.
     fixed: Vec<usize>,
 }
@@ -79,7 +79,7 @@ fn demands(draft: &Draft) -> Demands {
                 match query_of(understood, *relation, &targets) {
                     Some(query) => {
                         let met = objects.iter().filter(|object| draft.workspace.meets(**object, &query));
-                        demands.kept.extend(met.map(|&object| Kept { object, query: query.clone() }));
+                        demands.met.extend(met.map(|&object| MetDemand { object, query: query.clone() }));
                     }
                     None => demands.fixed.extend(objects.into_iter().chain(targets)),
                 }
@@ -153,8 +153,8 @@ fn in_order(movable: &mut Vec<usize>, draft: &Draft, demands: &Demands) {
     let mut left = std::mem::take(movable);
     while !left.is_empty() {
         let waits = |object: usize| {
-            let own = demands.kept.iter().filter(|kept| root(&draft.workspace, kept.object) == object);
-            own.flat_map(Kept::targets).any(|target| {
+            let own = demands.met.iter().filter(|met| root(&draft.workspace, met.object) == object);
+            own.flat_map(MetDemand::targets).any(|target| {
                 let target = root(&draft.workspace, target);
                 target != object && left.contains(&target)
             })
@@ -189,7 +189,7 @@ fn put_somewhere(draft: &mut Draft, object: usize, demands: &Demands, seed: u64)
     let order = draft.composition.yaws[object].symmetry_order;
     let turn_rad = if order == 1 { TURN_RAD } else { PI };
     let yaw_rad = draft.pose(object).yaw_rad().unwrap_or(0.0);
-    let own = demands.kept.iter().find(|kept| kept.object == object);
+    let own = demands.met.iter().find(|met| met.object == object);
     let mut why = String::new();
     for draw in 0..DRAWS {
         let share = |axis: &str| unit(child_seed(seed, &format!("{axis} {draw}")));
@@ -197,7 +197,7 @@ fn put_somewhere(draft: &mut Draft, object: usize, demands: &Demands, seed: u64)
             near_m: Some(low + DVec2::new(share("x"), share("y")) * (high - low)),
             usual_yaw_rad: wrap_angle_rad(yaw_rad + turn_rad * (2.0 * share("yaw") - 1.0)) % TAU,
             by_nearness: true,
-            ..own.map(|kept| kept.query.clone()).unwrap_or_default()
+            ..own.map(|met| met.query.clone()).unwrap_or_default()
         };
         let candidates = match draft.workspace.places(object, &query) {
             Ok(candidates) => candidates,
@@ -227,9 +227,9 @@ fn keeps(workspace: &Workspace, object: usize, demands: &Demands) -> bool {
     let branch = workspace.branch(object);
     let is_placed = |index: usize| workspace.objects[index].is_placed;
     demands
-        .kept
+        .met
         .iter()
-        .filter(|kept| branch.contains(&kept.object) || kept.targets().any(|target| branch.contains(&target)))
-        .filter(|kept| is_placed(kept.object) && kept.targets().all(is_placed))
-        .all(|kept| workspace.meets(kept.object, &kept.query))
+        .filter(|met| branch.contains(&met.object) || met.targets().any(|target| branch.contains(&target)))
+        .filter(|met| is_placed(met.object) && met.targets().all(is_placed))
+        .all(|met| workspace.meets(met.object, &met.query))
 }
