@@ -84,7 +84,8 @@ impl Arm {
         self.clearances(positions, obstacles).into_iter().fold(Clearance::NOTHING, Clearance::nearer)
     }
 
-    /// Certifies that nothing comes nearer than `min_clearance_m - tolerance_m` anywhere on a path, between its points too.
+    /// Certifies that nothing comes nearer than `min_clearance_m - tolerance_m` anywhere on a path, also between its
+    /// points.
     ///
     /// A piece of a segment is certified if, at its midpoint, each body has more clearance than it can lose on half of
     /// the piece; otherwise it is halved. Where pieces get so short that a body moves less than `tolerance_m` on
