@@ -1,6 +1,6 @@
 //! New places for everything on the table, within what a text states.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 
 use glam::DVec2;
 
@@ -121,18 +121,15 @@ fn query_of(understood: &Understood, relation: RelationKind, targets: &[usize]) 
     Some(PlaceQuery { relation: Some(relation), target, second_target, ..PlaceQuery::default() })
 }
 
+/// Whether words name a length: a digit or a unit is among them. The account of a text has no distances.
 fn states_distance(text: &str) -> bool {
     let is_unit = |word: &str| {
-        ["cm", "mm", "m", "inch", "inches", "in"].contains(&word)
+        ["cm", "mm", "m", "inch", "inches"].contains(&word)
             || word.contains("meter")
             || word.contains("metre")
     };
-    text.chars().any(|c| c.is_ascii_digit())
-        || text
-            .to_ascii_lowercase()
-            .split(|c: char| !c.is_ascii_alphabetic())
-            .filter(|word| *word != "in")
-            .any(is_unit)
+    let text = text.to_ascii_lowercase();
+    text.chars().any(|c| c.is_ascii_digit()) || text.split(|c: char| !c.is_ascii_alphabetic()).any(is_unit)
 }
 
 /// What carries an object directly or indirectly and stands on the table.
@@ -195,7 +192,7 @@ fn put_somewhere(draft: &mut Draft, object: usize, demands: &Demands, seed: u64)
         let share = |axis: &str| unit(child_seed(seed, &format!("{axis} {draw}")));
         let query = PlaceQuery {
             near_m: Some(low + DVec2::new(share("x"), share("y")) * (high - low)),
-            usual_yaw_rad: wrap_angle_rad(yaw_rad + turn_rad * (2.0 * share("yaw") - 1.0)) % TAU,
+            usual_yaw_rad: wrap_angle_rad(yaw_rad + turn_rad * (2.0 * share("yaw") - 1.0)),
             by_nearness: true,
             ..own.map(|met| met.query.clone()).unwrap_or_default()
         };
