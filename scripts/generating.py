@@ -5,6 +5,8 @@ import json
 import os
 import shutil
 import subprocess
+import tempfile
+import threading
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,6 +18,7 @@ from server import Problem
 class Generated:
     folder: Path
     seconds: float
+    cpu_s: float
     told: dict
 
 
@@ -37,9 +40,7 @@ def generate(
     command += ["--data-dir", str(data)] if data else []
     start = time.perf_counter()
     try:
-        run = subprocess.run(
-            command, capture_output=True, text=True, timeout=seconds, env=dict(os.environ, **(environment or {}))
-        )
+        run = run_alone(command, seconds, dict(os.environ, **(environment or {})))
     except subprocess.TimeoutExpired:
         raise Problem(f"{asked[1]!r} was not done within {seconds} s")
     except OSError as error:
@@ -50,11 +51,43 @@ def generate(
     except ValueError:
         told = None
     # 3 is a quarantined scene, whose bundle is written.
-    if run.returncode not in (0, 3) or told is None:
+    if run.exit_code not in (0, 3) or told is None:
         last = "\n  ".join((run.stderr or run.stdout).strip().splitlines()[-12:])
-        why = (told or {}).get("failure", {}).get("message") or f"exit code {run.returncode}:\n  {last}"
+        why = (told or {}).get("failure", {}).get("message") or f"exit code {run.exit_code}:\n  {last}"
         raise Problem(f"{asked[1]!r} gave no scene: {why}")
-    return Generated(out, took, told)
+    return Generated(out, took, run.cpu_s, told)
+
+
+@dataclass
+class Run:
+    exit_code: int
+    stdout: str
+    stderr: str
+    # Of this process and what it waited for, whatever else runs at the same time.
+    cpu_s: float
+
+
+def run_alone(command: list, seconds: float, environment: dict) -> Run:
+    with tempfile.TemporaryFile() as stdout, tempfile.TemporaryFile() as stderr:
+        process = subprocess.Popen(command, stdout=stdout, stderr=stderr, env=environment)
+        late = threading.Event()
+        timer = threading.Timer(seconds, lambda: (late.set(), process.kill()))
+        timer.start()
+        try:
+            _, status, usage = os.wait4(process.pid, 0)
+        except BaseException:
+            process.kill()
+            raise
+        finally:
+            timer.cancel()
+        process.returncode = os.waitstatus_to_exitcode(status)
+        if late.is_set():
+            raise subprocess.TimeoutExpired(command, seconds)
+        told = []
+        for file in (stdout, stderr):
+            file.seek(0)
+            told.append(file.read().decode("utf-8", "replace"))
+    return Run(process.returncode, *told, usage.ru_utime + usage.ru_stime)
 
 
 def fingerprint(folder: Path) -> str:

@@ -40,7 +40,7 @@ class SceneOutcome:
     def __init__(self, wanted: SceneText, record=None, failure=""):
         self.failure, self.view = failure, None
         record = record or {}
-        self.seconds = record.get("seconds")
+        self.cpu_s = record.get("cpu_s")
         self.reasons = record.get("reasons", [])
         self.unmet = record.get("unmet", [])
         self.certified = record.get("verdict") == "pass"
@@ -121,7 +121,7 @@ class SceneMaker:
             record = self.make_record(wanted)
         except Problem:
             return SceneOutcome(wanted, before)
-        if before is not None and before["seconds"] < record["seconds"]:
+        if before is not None and before["cpu_s"] < record["cpu_s"]:
             self.keep(wanted, before)
             record = before
         return SceneOutcome(wanted, record)
@@ -135,7 +135,7 @@ class SceneMaker:
             "seed": wanted.seed,
             "verdict": made.told["verdict"],
             "reasons": made.told["reasons"],
-            "seconds": made.seconds,
+            "cpu_s": made.cpu_s,
             "unmet": scene.get("text", {}).get("unmet", []),
             "scene": {
                 "table": {key: scene["table"][key] for key in TABLE},
@@ -170,5 +170,5 @@ class SceneMaker:
     def show(self, wanted: SceneText, found: SceneOutcome, total: int):
         self.done += 1
         left = (time.monotonic() - self.began) / self.done * (total - self.done) / 60
-        said = found.failure or f"{'pass' if found.certified else 'quarantine'} in {found.seconds:.1f} s"
+        said = found.failure or f"{'pass' if found.certified else 'quarantine'} in {found.cpu_s:.1f} CPU s"
         print(f"[{self.done}/{total}] {wanted.name}: {said[:200]} (about {left:.0f} min left)", flush=True)

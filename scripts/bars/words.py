@@ -240,8 +240,8 @@ def generated_scenes(lab, maker, count) -> Part:
     body = (
         f"{total['parsed']} of {len(every)} sentences of `scripts/generated_sentences.py` are understood; "
         f"{total['silent']} words have no account. {total['held']} of {tried} scenes hold what their sentence asks "
-        f"for. Times are of {maker.jobs} scenes at once, one thread each.\n\n"
-        + table(["objects", "scenes", "median s", "slowest s"], rows)
+        f"for. Times are processor time of scenes with one thread.\n\n"
+        + table(["objects", "scenes", "median CPU s", "slowest CPU s"], rows)
     )
     return Part("Generated sentences", bars, body, failures + slow)
 
@@ -255,27 +255,27 @@ def parsed_alone(lab, text) -> dict:
 
 
 def times(scenes, objects) -> dict:
-    """Number of objects to the seconds of the scenes with so many."""
+    """Number of objects to the processor time of the scenes with so many, seconds."""
     seconds = defaultdict(list)
     for name, found in scenes.items():
-        if found.seconds is not None:
-            seconds[objects[name]].append(found.seconds)
+        if found.cpu_s is not None:
+            seconds[objects[name]].append(found.cpu_s)
     return seconds
 
 
 def slow_scenes(maker, wanted, scenes, objects) -> list:
-    """(name, words) of those over the limit, also when made once more alone: other work on the machine slows a scene,
-    and nothing makes it faster than it is."""
+    """(name, words) of those over the limit, also when made once more alone: other work on the machine slows a scene
+    through caches, and nothing makes it faster than it is."""
     medians = {number: statistics.median(runs) for number, runs in times(scenes, objects).items()}
     slow = []
     for name, found in sorted(scenes.items()):
         limit = SLOW * medians.get(objects[name], 0.0)
-        if found.seconds is not None and found.seconds > limit:
-            print(f"{name} took {found.seconds:.1f} s, once more ...", flush=True)
+        if found.cpu_s is not None and found.cpu_s > limit:
+            print(f"{name} took {found.cpu_s:.1f} CPU s, once more ...", flush=True)
             found = maker.again(wanted[name])
-            if found.seconds > limit:
+            if found.cpu_s > limit:
                 median = medians[objects[name]]
-                slow.append((name, f"{found.seconds:.1f} s, the median of {objects[name]} objects is {median:.1f} s"))
+                slow.append((name, f"{found.cpu_s:.1f} CPU s, the median of {objects[name]} objects is {median:.1f}"))
     return slow
 
 

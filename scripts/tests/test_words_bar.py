@@ -14,13 +14,13 @@ from bars import words as bar  # noqa: E402
 
 
 def scenes(**seconds):
-    return {name: SimpleNamespace(seconds=one) for name, one in seconds.items()}
+    return {name: SimpleNamespace(cpu_s=one) for name, one in seconds.items()}
 
 
 class Slow(unittest.TestCase):
     def slow(self, found, objects, again=()):
         """The names over the limit; `again` has the seconds of those that are made once more."""
-        maker = SimpleNamespace(again=lambda name: SimpleNamespace(seconds=dict(again)[name]))
+        maker = SimpleNamespace(again=lambda name: SimpleNamespace(cpu_s=dict(again)[name]))
         with contextlib.redirect_stdout(io.StringIO()):
             return [name for name, _ in bar.slow_scenes(maker, {name: name for name in found}, found, objects)]
 

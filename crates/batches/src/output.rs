@@ -17,7 +17,7 @@ pub struct OutputLine {
     pub bundle: Option<String>,
     pub error: Option<OutputError>,
     /// Duration of the computation of all stages together, seconds. Stages that were found are not counted.
-    pub cpu_s: f64,
+    pub stages_s: f64,
     /// Number of times that a worker began the request.
     pub attempts: u64,
     /// The request that asks for the same scene, for a duplicate.
@@ -69,7 +69,7 @@ impl OutputLine {
             verdict: None,
             bundle: None,
             error: Some(error),
-            cpu_s: 0.0,
+            stages_s: 0.0,
             attempts: 0,
             duplicate_of: None,
         }
@@ -115,14 +115,14 @@ mod tests {
             verdict: Some("pass".into()),
             bundle: Some("a".into()),
             error: None,
-            cpu_s: 1.5,
+            stages_s: 1.5,
             attempts: 1,
             duplicate_of: None,
         };
         assert_eq!(
             line.text(),
             "{\"custom_id\":\"a\",\"scene_id\":\"s\",\"state\":\"succeeded\",\"verdict\":\"pass\",\
-             \"bundle\":\"a\",\"error\":null,\"cpu_s\":1.5,\"attempts\":1}\n"
+             \"bundle\":\"a\",\"error\":null,\"stages_s\":1.5,\"attempts\":1}\n"
         );
         assert_eq!(serde_json::from_str::<OutputLine>(&line.text()).expect("reads"), line);
         assert!(!line.is_error());

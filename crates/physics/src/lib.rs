@@ -13,8 +13,9 @@
 //! ```
 
 pub mod body;
-mod hull_set;
-mod contacts;
+pub mod hull_set;
+pub mod contacts;
+pub mod rolling;
 pub mod settle;
 pub mod metrics;
 pub mod support;

@@ -319,7 +319,7 @@ pub(super) async fn line_of(
 ) -> Result<OutputLine, Failure> {
     let stages = store.stages(&DEFAULT_TENANT, &job.id).await.map_err(failed)?;
     let computed = stages.iter().filter(|stage| stage.runs > 0).filter_map(|stage| stage.elapsed_ms);
-    let cpu_ms: i64 = computed.sum();
+    let stages_ms: i64 = computed.sum();
     let mut line = OutputLine {
         custom_id: Some(custom_id.to_owned()),
         scene_id: Some(scene.id.to_string()),
@@ -327,7 +327,7 @@ pub(super) async fn line_of(
         verdict: scene.verdict.clone(),
         bundle: None,
         error: None,
-        cpu_s: cpu_ms as f64 / 1000.0,
+        stages_s: stages_ms as f64 / 1000.0,
         attempts: u64::try_from(job.epoch).unwrap_or(0),
         duplicate_of: None,
     };

@@ -51,7 +51,7 @@ impl Report {
             let error = line.error.as_ref().map(|error| format!(": {} ({})", error.message, error.code));
             let (done, all) = (counts.finished(), counts.computed());
             let error = error.unwrap_or_default();
-            self.line(&format!("{done}/{all} {name} {} {:.1} s{error}", line.state.as_str(), line.cpu_s));
+            self.line(&format!("{done}/{all} {name} {} {:.1} s{error}", line.state.as_str(), line.stages_s));
         }
     }
 

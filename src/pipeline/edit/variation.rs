@@ -57,7 +57,8 @@ pub(super) fn drawn(parent: &Composition, randomize: &Randomize, seed: u64) -> V
     }
     if randomize.sizes > 0.0 {
         each(&mut operations, &|object| {
-            let is_free = !["size", "volume"].iter().any(|property| stated.says(&object.id, property));
+            let is_free =
+                !["size", "volume", "mass"].iter().any(|property| stated.says(&object.id, property));
             let factor = factor(&mut rng("size", object), randomize.sizes);
             is_free.then(|| EditOperation::Resize { target: object.id.to_string(), factor })
         });

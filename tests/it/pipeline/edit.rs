@@ -139,7 +139,7 @@ fn an_edit_that_cannot_be_done_is_refused_and_writes_nothing() {
 fn variants_differ_and_keep_what_the_text_states() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    let text = "a red mug to the left of a laptop, a bowl with an apple in it, and two books";
+    let text = "a red mug to the left of a laptop, a bowl with an apple in it, two books and a 300 g stapler";
     made(folder, &["generate", "--text", text, "--seed", "3", "--out", "parent"]);
     let variants = ["variants", "--bundle", "parent", "--count", "2", "--seed", "7", "--out", "made"];
     let axes = ["--vary", "layout,meshes,sizes,light,camera,mass,friction,table"];
@@ -163,8 +163,9 @@ fn variants_differ_and_keep_what_the_text_states() {
         assert_ne!(after["camera"], before["camera"]);
         assert!(after["light"]["azimuth_rad"].is_number(), "{bundle}");
         assert_eq!(after["edit"]["moved"], json!([]), "every movement is one that the layout asks for");
-        let kg = |scene: &Value| instance(scene, "bowl_1").unwrap()["mass_kg"].as_f64().unwrap();
-        assert_ne!(kg(&after), kg(&before));
+        let kg = |scene: &Value, name: &str| instance(scene, name).unwrap()["mass_kg"].as_f64().unwrap();
+        assert_ne!(kg(&after, "bowl_1"), kg(&before, "bowl_1"));
+        assert_eq!(kg(&after, "stapler_1"), kg(&before, "stapler_1"), "the text states its mass");
         places.push(pose(&after, "laptop_1"));
     }
     assert_ne!(places[0], places[1]);

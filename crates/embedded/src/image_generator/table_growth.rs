@@ -23,6 +23,8 @@ const GROWTH: [f64; 5] = [1.15, 1.35, 1.6, 2.0, 2.5];
 const MAX_SIDE_M: f64 = 3.5;
 /// Arrangements tried for each step after the first.
 const ARRANGEMENTS_PER_STEP: u32 = 3;
+/// Arrangements tried for more visibility of what is in containers, as long as each of these objects shows a little.
+const ARRANGEMENTS_FOR_CONTENTS: u32 = 2;
 /// Layouts without room after which a step gives up.
 const MAX_FULL_TABLES: u32 = 2;
 
@@ -180,7 +182,11 @@ fn arrange(
                 cancel,
             )
         })?;
-        let sufficient = viewpoint.min_visible_share >= settings.image_generator.min_visible_share;
+        let wanted_share = settings.image_generator.min_visible_share;
+        let contents_show = viewpoint.min_visible_share > 0.0
+            && viewpoint.min_open_visible_share >= wanted_share
+            && number + 1 >= ARRANGEMENTS_FOR_CONTENTS;
+        let sufficient = viewpoint.min_visible_share >= wanted_share || contents_show;
         let better =
             best.as_ref().is_none_or(|(_, best)| viewpoint.min_visible_share > best.min_visible_share);
         if better {

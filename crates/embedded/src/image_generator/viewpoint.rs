@@ -16,6 +16,7 @@ use geometry::{Camera, Pose};
 use render::{Lighting, RenderObject, View, render_geometry};
 use runtime::seed::{Rng, child_rng};
 use runtime::{CancelFlag, Cancelled};
+use scene::RelationKind;
 
 /// Width of the id images that measure visibility, pixels.
 const TRIAL_PX: u32 = 360;
@@ -26,6 +27,8 @@ pub(super) struct Viewpoint {
     pub lighting: Lighting,
     /// Minimum over the objects of visible over total silhouette area, at trial size.
     pub min_visible_share: f64,
+    /// The same over the objects that are not in another one: a container hides its contents in every arrangement.
+    pub min_open_visible_share: f64,
     /// Names of objects without a visible pixel.
     pub hidden: Vec<String>,
 }
@@ -48,10 +51,18 @@ pub(super) fn choose(
         let camera = framed(&points, sample_angles(settings, &mut rng), settings);
         let shares = visible_shares(table, objects, arrangement, &camera);
         let min_share = shares.iter().copied().fold(1.0, f64::min);
+        let open = objects.iter().zip(&shares).filter(|(object, _)| !is_contained(object));
+        let min_open_visible_share = open.map(|(_, share)| *share).fold(1.0, f64::min);
         let hidden = objects.iter().zip(&shares).filter(|(_, share)| **share <= 0.0);
         let hidden = hidden.map(|(object, _)| object.spec.id.to_string()).collect();
         if best.as_ref().is_none_or(|best| min_share > best.min_visible_share) {
-            best = Some(Viewpoint { camera, lighting, min_visible_share: min_share, hidden });
+            best = Some(Viewpoint {
+                camera,
+                lighting,
+                min_visible_share: min_share,
+                min_open_visible_share,
+                hidden,
+            });
         }
         if min_share >= settings.min_visible_share {
             break;
@@ -59,6 +70,14 @@ pub(super) fn choose(
     }
     // The loop tries at least one camera.
     Ok(best.expect("the loop above runs at least once"))
+}
+
+fn is_contained(object: &SceneObject) -> bool {
+    object
+        .spec
+        .relations
+        .iter()
+        .any(|relation| relation.kind == RelationKind::In && relation.target.is_some())
 }
 
 /// Azimuth and elevation of a camera.

@@ -123,7 +123,7 @@ fn kind_of(draft: &Draft, parsed: &ParsedText, link: &Link, from: usize, to: usi
             } else {
                 measured_size::apply(measures, host.size.typical_m())
             };
-            let fits = fits_in(item.size.typical_m(), host_m);
+            let fits = fits_in(item.size.typical_m(), host_m, capacity_m3(host, host_m));
             // Food goes on a plate, a glass beside it, a cup on a saucer, every object on a tray.
             let dishes = ["cutlery", "vessel", "dish"].contains(&item.group.as_str());
             let served = match host.name.as_str() {
@@ -167,7 +167,8 @@ pub(super) fn at(item: &Category, host: &Category) -> RelationKind {
 fn holds(item: &Category, host: &Category) -> bool {
     let (item_m, host_m) = (item.size.typical_m(), host.size.typical_m());
     let is_open_container = host.affords(Affordance::Container) && !is_carrier(host);
-    (encloses(host) && is_smaller(item_m, host_m)) || (is_open_container && fits_in(item_m, host_m))
+    (encloses(host) && is_smaller(item_m, host_m))
+        || (is_open_container && fits_in(item_m, host_m, capacity_m3(host, host_m)))
 }
 
 /// Whether the category has an inside that its mesh does not open.
@@ -204,7 +205,7 @@ pub(super) fn is_carrier(category: &Category) -> bool {
 pub(super) fn fits(item: &Category, host: &Category, kind: RelationKind) -> bool {
     let (item_m, host_m) = (item.size.typical_m(), host.size.typical_m());
     match kind {
-        In => host.affords(Affordance::Container) && fits_in(item_m, host_m),
+        In => host.affords(Affordance::Container) && fits_in(item_m, host_m, capacity_m3(host, host_m)),
         _ => {
             (is_carrier(host) || host.affords(Affordance::Support) || host.affords(Affordance::Container))
                 && item_m.truncate().max_element() < 0.8 * host_m.truncate().max_element()
@@ -212,8 +213,14 @@ pub(super) fn fits(item: &Category, host: &Category, kind: RelationKind) -> bool
     }
 }
 
+/// What a container of this size holds, cubic meters, where the catalog knows it for the typical size.
+fn capacity_m3(vessel: &Category, vessel_m: DVec3) -> Option<f64> {
+    let scale = vessel_m.element_product() / vessel.size.typical_m().element_product();
+    vessel.container_volume_m3.map(|volume_m3| scale * volume_m3)
+}
+
 /// Whether the narrower side of an object fits through the opening of a vessel of this size.
-fn fits_in(item_m: DVec3, vessel_m: DVec3) -> bool {
+fn fits_in(item_m: DVec3, vessel_m: DVec3, capacity_m3: Option<f64>) -> bool {
     let opening = 0.85 * vessel_m.x.min(vessel_m.y);
     // A banana lies across a shallow bowl.
     let shallow = vessel_m.z < 0.7 * vessel_m.x.min(vessel_m.y);
@@ -223,10 +230,11 @@ fn fits_in(item_m: DVec3, vessel_m: DVec3) -> bool {
     {
         return true;
     }
-    // A folded towel lies along an oblong basket.
+    // A folded towel lies along an oblong basket. A mug is oblong only because of its handle.
     let (item_long, item_short) = (item_m.x.max(item_m.y), item_m.x.min(item_m.y));
     let (long, short) = (vessel_m.x.max(vessel_m.y), vessel_m.x.min(vessel_m.y));
-    if long > 1.1 * short && item_long < 0.85 * long && item_short < 0.85 * short {
+    let has_room = capacity_m3.is_none_or(|most_m3| item_m.element_product() < most_m3);
+    if has_room && long > 1.1 * short && item_long < 0.85 * long && item_short < 0.85 * short {
         return true;
     }
     let mut extents = item_m.to_array();
@@ -255,6 +263,7 @@ pub(super) fn keep_what_fits(draft: &mut Draft) -> Vec<usize> {
         };
         let host = draft.category(to);
         let (item_m, host_m) = (draft.objects[object].size_m, draft.objects[to].size_m);
+        let capacity_m3 = capacity_m3(host, host_m);
         // An overturned container carries objects on its bottom.
         let is_overturned =
             draft.objects[to].pose == RequestedPose::UpsideDown && host.affords(Affordance::Container);
@@ -264,12 +273,12 @@ pub(super) fn keep_what_fits(draft: &mut Draft) -> Vec<usize> {
         let narrow = |size: DVec3| size.x.min(size.y);
         let kind = match kind {
             On if container && covers(draft.category(object)) => On,
-            In if container && fits_in(item_m, host_m) => In,
+            In if container && fits_in(item_m, host_m, capacity_m3) => In,
             In if encloses(host) && is_smaller(item_m, host_m) => {
                 replaced.push(object);
                 continue;
             }
-            On if container && !carries && fits_in(item_m, host_m) => In,
+            On if container && !carries && fits_in(item_m, host_m, capacity_m3) => In,
             In | On if carries && narrow(item_m) < 2.2 * narrow(host_m) => On,
             _ => NextTo,
         };

@@ -11,12 +11,10 @@ use super::{SettleError, SettleSettings};
 use crate::Body;
 use crate::contacts::HullContacts;
 use crate::hull_set::HullSet;
+use crate::rolling::{GRAVITY_M_S2, resist_rolling};
 use geometry::Pose;
 use geometry::collision_shape::{BrokenHull, from_parry, to_parry};
 use runtime::CancelFlag;
-
-/// Standard gravity, m/s^2.
-const GRAVITY_M_S2: f64 = 9.81;
 
 /// Contacts are computed anew when a pair moved by this much against each other, meters; in between the
 /// engine follows the known points.
@@ -119,28 +117,6 @@ pub(super) fn run(
         .collect::<Result<_, _>>()?;
     let at_rest = rested >= steps_at_rest.min(steps);
     Ok(Run { poses, excursion_m, at_rest, simulated_s: done as f64 / settings.steps_per_s })
-}
-
-/// Rolling and spinning resistance, which the engine lacks: of a body that touches something, a torque of its
-/// rolling friction times its weight takes what it can of the angular momentum, as dry friction does. So
-/// what is too slow or leans too little to overcome it stops and stays, and what falls over is not held.
-fn resist_rolling(world: &mut PhysicsWorld, bodies: &[&Body], handles: &[RigidBodyHandle]) {
-    let step_s = world.integration_parameters.dt;
-    for (body, &handle) in bodies.iter().zip(handles).filter(|(body, _)| !body.fixed) {
-        let highest = body.rolling_friction_m * body.mass.mass_kg * GRAVITY_M_S2 * step_s;
-        let touches = world.bodies[handle].colliders().iter().any(|&collider| {
-            let mut pairs = world.narrow_phase.contact_pairs_with(collider);
-            pairs.any(|pair| pair.total_impulse_magnitude() > 0.0)
-        });
-        if !touches || highest <= 0.0 {
-            continue;
-        }
-        let moving = &mut world.bodies[handle];
-        let (spin, inertia) = (moving.angvel(), moving.mass_properties().effective_angular_inertia());
-        let momentum = (inertia * spin).length();
-        let left = if momentum > highest { 1.0 - highest / momentum } else { 0.0 };
-        moving.set_angvel(spin * left, false);
-    }
 }
 
 /// Distance of the farthest corner from the center of mass.

@@ -76,7 +76,7 @@ fn item(row: &AnyRow) -> Result<ItemRow, StoreError> {
         verdict,
         bundle: None,
         error,
-        cpu_s: number("cpu_ms")? as f64 / 1000.0,
+        stages_s: number("cpu_ms")? as f64 / 1000.0,
         attempts: number("attempts")?,
         duplicate_of: row.try_get("duplicate_of")?,
     };

@@ -92,6 +92,16 @@ impl Parser<'_, '_> {
             && self.parsed.mentions[m].position_m.is_none()
     }
 
+    /// Whether a mention is a row, a stack or the like of its own: "a row of pencils and a marker in a mug" fills the mug
+    /// with the marker alone.
+    fn is_arranged(&self, m: usize) -> bool {
+        let last = self.subject.last();
+        let is_own =
+            |mentions: &[usize]| mentions.contains(&m) && !last.is_some_and(|l| mentions.contains(l));
+        self.parsed.mentions[m].stacked
+            || self.parsed.arrangements.iter().any(|group| is_own(&group.mentions))
+    }
+
     /// The members of the current list that a support applies to: all of "A, B and C in a box" that fit the target.
     fn supported(&self, kind: RelationKind, targets: &[usize]) -> Vec<usize> {
         let attached = self.attached();
@@ -113,6 +123,7 @@ impl Parser<'_, '_> {
                 attached.contains(&m)
                     || (m != *target
                         && self.is_bare(m)
+                        && !(kind == RelationKind::In && self.is_arranged(m))
                         && category(m).is_some_and(|item| fits(item, host, kind)))
             })
             .collect();

@@ -310,6 +310,26 @@ const TABLE: &[(&str, &str, &[&str])] = &[
     ),
     // Coordination.
     (
+        "A row of four color pencils, two boxes of crayons and a marker in a mug.",
+        "4 color_pencil, 2 crayon_box, 1 marker, 1 mug",
+        &["marker_1 in mug_1", "!crayon_box_1 in", "!color_pencil_1 in"],
+    ),
+    (
+        "A stack of two boxes and a marker in a mug.",
+        "2 storage_case, 1 marker, 1 mug",
+        &["marker_1 in mug_1", "!storage_case_1 in"],
+    ),
+    (
+        "A row of three pens and a ruler in a box.",
+        "3 pen, 1 ruler, 1 cardboard_box",
+        &["ruler_1 in cardboard_box_1", "!pen_1 in"],
+    ),
+    (
+        "A pen, two pencils and a marker in a mug.",
+        "1 pen, 2 pencil, 1 marker, 1 mug",
+        &["pen_1 in mug_1", "pencil_2 in mug_1"],
+    ),
+    (
         "Bananas and pears, two of each, in a fruit bowl.",
         "2 banana, 2 pear, 1 bowl",
         &["banana_2 in bowl_1", "pear_2 in bowl_1"],
