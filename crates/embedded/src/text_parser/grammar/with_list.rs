@@ -171,8 +171,9 @@ impl Parser<'_, '_> {
                 Some((_, next_end)) if !each && self.stands_by_itself(next_end) => false,
                 // "and next to it a lamp" begins another clause.
                 Some((next, next_end)) if matches!(next.head, Head::Objects(_) | Head::One) => {
-                    // "a mug with a spoon in it and two eggs": a member without a relation of its own ends the list.
-                    if has_place && !each && !self.place_word_at(next_end) {
+                    // "a mug with a spoon in it and two eggs": a member without a relation to the host ends the list.
+                    let at_host = self.place_word_at(next_end) && !self.is_beside_another(next_end, host);
+                    if has_place && !each && !at_host {
                         break;
                     }
                     let bare = next.count.is_none() && next.plural;
@@ -344,6 +345,19 @@ impl Parser<'_, '_> {
             self.word_at(at),
             Some("in" | "on" | "to" | "at" | "inside" | "atop" | "next" | "beside" | "behind" | "under")
         )
+    }
+
+    /// "behind a plate", "to the left of a knife" at `at`: a place beside an object other than the host.
+    fn is_beside_another(&self, at: usize, host: usize) -> bool {
+        let Some((_, length)) = preposition_at(self.tokens, at) else { return false };
+        let Some((phrase, _)) = noun_phrase(self.lexicon, self.tokens, at + length) else { return false };
+        match &phrase.head {
+            Head::Objects(meanings) => {
+                let known = &self.parsed.mentions[host].meanings;
+                !phrase.is_table() && !meanings.iter().any(|meaning| known.contains(meaning))
+            }
+            _ => false,
+        }
     }
 
     fn all_singular(&self) -> bool {
