@@ -87,7 +87,8 @@ def axes(xyzw):
 
 def holds(thing, where, host, by_name) -> bool:
     if where == "on":
-        return carried_by(thing, host, by_name) and host.over(thing.center) and thing.center[2] > host.center[2]
+        # A paper clip in the well of a plate is below the height of the rim.
+        return carried_by(thing, host, by_name) and host.over(thing.center) and thing.center[2] > host.low[2]
     if where == "in":
         inside = host.over(thing.lowest_end) and thing.lowest_end[2] < host.high[2]
         return carried_by(thing, host, by_name) and inside

@@ -24,6 +24,7 @@ mod edit_operations;
 pub mod edits;
 pub mod variants;
 pub mod lineage;
+pub mod tasks;
 pub mod batches;
 pub mod datasets;
 pub mod download;
@@ -150,6 +151,7 @@ pub struct Services {
     pub understand: Understand,
     pub read_instruction: ReadInstruction,
     pub predict: Predict,
+    pub propose_tasks: tasks::ProposeTasks,
     pub fetch_image: FetchImage,
     pub metrics: PrometheusHandle,
     /// Largest number of requests of one batch.
@@ -166,6 +168,7 @@ pub struct Api {
     pub understand: Understand,
     pub read_instruction: ReadInstruction,
     pub predict: Predict,
+    pub propose_tasks: tasks::ProposeTasks,
     pub fetch_image: FetchImage,
     pub metrics: PrometheusHandle,
     /// Largest number of requests of one batch.
@@ -206,6 +209,7 @@ impl Api {
             understand,
             read_instruction,
             predict,
+            propose_tasks,
             fetch_image,
             metrics,
             max_batch_requests,
@@ -231,6 +235,7 @@ impl Api {
             understand,
             read_instruction,
             predict,
+            propose_tasks,
             fetch_image,
             metrics,
             max_batch_requests,
@@ -263,6 +268,7 @@ pub fn routes() -> Vec<(Method, &'static str, MethodRouter<Api>)> {
         (Method::POST, "/scenes/{scene_id}/edits", post(edits::submit)),
         (Method::POST, "/scenes/{scene_id}/variants", post(variants::submit)),
         (Method::GET, "/scenes/{scene_id}/lineage", get(lineage::show)),
+        (Method::GET, "/scenes/{scene_id}/tasks", get(tasks::list)),
         (Method::GET, "/scenes/{scene_id}/artifacts", get(artifacts::list)),
         (Method::GET, "/scenes/{scene_id}/artifacts/{*name}", get(artifacts::download)),
         (Method::POST, "/batches", post(batches::submit)),

@@ -13,6 +13,8 @@ pub mod remote;
 mod fetching;
 mod listening;
 pub mod pipeline;
+pub mod tasks;
+pub mod executions;
 pub mod role;
 mod process;
 mod upkeep;

@@ -12,6 +12,8 @@ pub mod generate;
 pub mod bundle_input;
 pub mod edit;
 pub mod variants;
+pub mod tasks;
+pub mod execute;
 pub mod diff;
 pub mod batch;
 pub mod parse;
@@ -53,6 +55,10 @@ enum Command {
     Edit(edit::Arguments),
     /// Make scenes from a finished one that differ in layout, meshes, colors, light and more.
     Variants(variants::Arguments),
+    /// Propose tasks for a robot in a finished scene, or read one from an instruction.
+    Tasks(tasks::Arguments),
+    /// Let a simulated robot do a task in a finished scene.
+    Execute(execute::Arguments),
     /// Show what differs between the scenes of two bundles.
     Diff(diff::Arguments),
     /// Make many scenes from one file of requests or from a recipe, without a server.
@@ -85,6 +91,8 @@ pub fn main() -> ExitCode {
         Command::Generate(arguments) => generate::run(arguments),
         Command::Edit(arguments) => edit::run(arguments),
         Command::Variants(arguments) => variants::run(arguments),
+        Command::Tasks(arguments) => tasks::run(arguments),
+        Command::Execute(arguments) => execute::run(arguments),
         Command::Diff(arguments) => diff::run(arguments),
         Command::Batch(arguments) => batch::run(arguments),
         Command::Parse(arguments) => parse::run(arguments),

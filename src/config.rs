@@ -27,6 +27,8 @@ use embedded::text_parser;
 use export::ExportSettings;
 use geometry::decompose::DecomposeSettings;
 use gpu::ComputeSettings;
+use manipulation::execution::ExecutionSettings;
+use manipulation::grasp::GraspSettings;
 use physics::metrics::CertifySettings;
 use physics::resolve::ResolveSettings;
 use physics::settle::SettleSettings;
@@ -77,6 +79,8 @@ pub struct Config {
     pub fidelity: FidelitySettings,
     pub health: HealthSettings,
     pub appraise: AppraiseSettings,
+    pub grasps: GraspSettings,
+    pub execution: ExecutionSettings,
     pub preview: PreviewSettings,
     pub export: ExportSettings,
 }

@@ -23,6 +23,7 @@ pub mod preview;
 pub mod certify;
 pub mod bundle;
 pub mod composition;
+pub mod task_scene;
 pub mod edit;
 
 use std::sync::Arc;

@@ -154,6 +154,7 @@ fn interface(
         understand: super::pipeline::understand(resolved),
         read_instruction: super::pipeline::read_instruction(),
         predict: super::pipeline::predict(resolved),
+        propose_tasks: super::tasks::propose_tasks(resolved),
         fetch_image: super::fetching::fetch_image(settings),
         metrics: metrics::recorder(),
         max_batch_requests: resolved.config.batches.max_requests,

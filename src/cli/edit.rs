@@ -26,7 +26,7 @@ pub struct Arguments {
     #[arg(long, value_name = "DIR_OR_ZIP")]
     bundle: PathBuf,
     /// What to change, in words
-    #[arg(long, value_name = "TEXT")]
+    #[arg(long, value_name = "TEXT", allow_hyphen_values = true)]
     text: Option<String>,
     /// The same as a list of operations: JSON, or a file of it
     #[arg(long, value_name = "FILE_OR_JSON")]

@@ -20,6 +20,8 @@ pub enum Exit {
     JobFailed,
     /// 5: some requests of a batch have no scene that passes; the files of the batch say why.
     BatchIncomplete,
+    /// 6: a robot did not do its task; the report says why.
+    TaskFailed,
     /// 130: stopped with Ctrl-C or by SIGTERM.
     Interrupted,
 }
@@ -34,6 +36,7 @@ impl Exit {
             Self::Quarantined => 3,
             Self::JobFailed => 4,
             Self::BatchIncomplete => 5,
+            Self::TaskFailed => 6,
             Self::Interrupted => 130,
         }
     }

@@ -18,7 +18,7 @@ use scene::request::RequestOptions;
 #[command(group(ArgGroup::new("input").required(true).multiple(true).args(["text", "image"])))]
 pub struct Arguments {
     /// What stands on the table, in words; beside an image, what is in it
-    #[arg(long, value_name = "TEXT")]
+    #[arg(long, value_name = "TEXT", allow_hyphen_values = true)]
     text: Option<String>,
     /// An image of a table: PNG, JPEG or WebP
     #[arg(long, value_name = "FILE")]

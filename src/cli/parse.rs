@@ -16,7 +16,7 @@ use scene::request::MAX_SEED;
 #[derive(Debug, Args)]
 pub struct Arguments {
     /// What stands on the table, in words
-    #[arg(value_name = "TEXT")]
+    #[arg(value_name = "TEXT", allow_hyphen_values = true)]
     text: String,
     /// The seed of the scene, which selects what a theme adds [default: random]
     #[arg(

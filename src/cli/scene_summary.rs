@@ -130,7 +130,12 @@ pub fn with_failure_document(done: Result<Exit, Failure>, is_json: bool) -> Resu
 /// The JSON document of a scene that was not made.
 fn failure_document(failure: &Failure) -> String {
     let kind = match failure.exit {
-        Exit::Success | Exit::Quarantined | Exit::Different | Exit::BatchIncomplete | Exit::Error => "error",
+        Exit::Success
+        | Exit::Quarantined
+        | Exit::Different
+        | Exit::BatchIncomplete
+        | Exit::TaskFailed
+        | Exit::Error => "error",
         Exit::Usage => "usage",
         Exit::JobFailed => "job_failed",
         Exit::Interrupted => "interrupted",

@@ -149,6 +149,7 @@ impl Inputs {
             scale: 1.0,
             symmetry_order: 1,
             provenance: provenance(raw_meshes.last().ok_or_else(missing)?, Vec::new()),
+            grasp: None,
         }];
         for (index, ((resolved, placed), yaw)) in
             bodies_on_table.iter().zip(&layout.instances).zip(yaws).enumerate()
@@ -169,6 +170,7 @@ impl Inputs {
                 scale,
                 symmetry_order: yaw.symmetry_order,
                 provenance: provenance(&raw_meshes[index], rescaled.into_iter().chain(shrunk).collect()),
+                grasp: None,
             });
         }
         let composition = Composition {

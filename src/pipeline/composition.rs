@@ -5,6 +5,7 @@
 
 use std::sync::Arc;
 
+use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use super::checkpoint::ArtifactRef;
@@ -19,6 +20,7 @@ use scene::certificate::ResolveFinding;
 use scene::edit::EditAccount;
 use scene::text_account::TextAccount;
 use scene::{InstanceMask, Light, Provenance, Recognition, ReconstructionMethod, SupportTree, Supporter};
+use store::Digest;
 
 /// Path of the stored composition in a bundle.
 pub const PATH: &str = "composition.json";
@@ -68,6 +70,18 @@ pub struct BodyParts {
     pub scale: f64,
     pub symmetry_order: u32,
     pub provenance: Provenance,
+    /// How a gripper takes it, once certified: an edit takes it from the parent for what it does not change.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub grasp: Option<FoundGrasp>,
+}
+
+/// The result of a search for a grasp.
+#[derive(Clone, PartialEq, Serialize, Deserialize)]
+pub struct FoundGrasp {
+    /// Of everything that decides the result.
+    pub key: Digest,
+    /// Where the two fingers touch, object frame, meters; `None` where no gripper has room.
+    pub contacts_m: Option<[DVec3; 2]>,
 }
 
 impl Composition {

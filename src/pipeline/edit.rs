@@ -18,6 +18,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 pub use predict::{Prediction, predict};
+pub(super) use recolor::main_color;
 
 use super::certify::{self, SceneIdentity};
 use super::checkpoint::Checkpoints;

@@ -84,10 +84,31 @@ impl PosedFootprint {
         convex_distance_m(&self.corners, &other.corners)
     }
 
+    /// Direction of the long side: [`long_side_rad`].
+    pub fn long_side_rad(&self) -> f64 {
+        long_side_rad(&self.corners, self.yaw_rad)
+    }
+
     /// World direction of the front.
     pub fn front(&self) -> DVec2 {
         DVec2::from_angle(self.yaw_rad - FRAC_PI_2)
     }
+}
+
+/// By so much a side is longer than the other one, as a factor, where an object has a long side.
+const LONGER: f64 = 1.1;
+
+/// Direction of the longer side of a convex footprint with that yaw, radians, up to half turns: that of its own x axis,
+/// unless it is longer along y. A ruler parallel to a keyboard has parallel long sides.
+pub fn long_side_rad(corners: &[DVec2], yaw_rad: f64) -> f64 {
+    let extent_m = |direction: DVec2| {
+        let along = corners.iter().map(|corner| corner.dot(direction));
+        let range = (f64::INFINITY, f64::NEG_INFINITY);
+        let (low, high) = along.fold(range, |(low, high), at| (low.min(at), high.max(at)));
+        high - low
+    };
+    let x = DVec2::from_angle(yaw_rad);
+    if extent_m(x.perp()) > LONGER * extent_m(x) { yaw_rad + FRAC_PI_2 } else { yaw_rad }
 }
 
 /// A relation between posed footprints.
@@ -111,7 +132,7 @@ pub struct PosedRelation<'a> {
 /// - Between: the center projects into the central third of the segment between the centers of the targets, at most a
 ///   quarter of its length (at least 2 cm) off, and overlaps neither.
 /// - Facing: the front points to the target's center (without a target: to the table's) within
-///   [`YAW_TOLERANCE_RAD`]. Parallel: the yaw equals the target's up to half turns within the same tolerance.
+///   [`YAW_TOLERANCE_RAD`]. Parallel: the long sides are, within the same tolerance.
 /// - On, stacked: the center is above the target and the bottom between the target's bottom and top. In: the same, and
 ///   the bottom is below the rim.
 /// - Places and distances to edges: [`is_at_place`], [`edge_distance_m`].
@@ -160,7 +181,7 @@ pub fn holds(relation: &PosedRelation, table: &Outline) -> bool {
             toward.length() < 1e-6 || off <= YAW_TOLERANCE_RAD
         }
         (ParallelTo, target) => {
-            let turn = object.yaw_rad - target.map_or(0.0, |target| target.yaw_rad);
+            let turn = object.long_side_rad() - target.map_or(0.0, PosedFootprint::long_side_rad);
             wrap_angle_rad(2.0 * turn).abs() <= 2.0 * YAW_TOLERANCE_RAD
         }
         (kind, None) => match edge_distance_m(kind, object, table) {

@@ -55,6 +55,8 @@ pub const CRATES: &[Layer] = &[
     layer("batches", &["runtime", "scene"], PURE),
     // Stands alone, so that it can be used without scenes; its linear algebra is nalgebra.
     layer("robot", &[], PURE),
+    layer("tasks", &["catalog", "editing", "geometry", "physics", "runtime", "scene"], PURE),
+    layer("manipulation", &["geometry", "physics", "robot", "scene", "tasks"], PURE),
     layer(
         "export",
         &["geometry", "imaging", "mesh_io", "runtime", "scene"],
@@ -134,6 +136,7 @@ pub const ROOT_MODULES: &[Layer] = &[
             "scene",
             "soft_raster",
             "store",
+            "tasks",
             "vision",
         ],
         &[SERVERS, CLIENTS, ROWS],
@@ -159,6 +162,7 @@ pub const ROOT_MODULES: &[Layer] = &[
             "gpu",
             "http_client",
             "imaging",
+            "manipulation",
             "physics",
             "pipeline",
             "ports",

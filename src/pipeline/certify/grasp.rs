@@ -2,15 +2,46 @@
 
 use catalog::{Affordance, PhysicalProperties, category};
 use geometry::parallel_grasp::{Gripper, ParallelGrasp, parallel_grasp};
+use store::Digest;
 
+use crate::pipeline::composition::FoundGrasp;
 use crate::pipeline::resolve::Loaded;
 
-/// A grasp of an object that the catalog says can be taken; `None` of others, and where a common gripper has no room.
-pub(super) fn grasp(
+/// Raised when [`grasp`] gives other results for the same object.
+const SEARCH: &str = "parallel_grasp/1";
+
+/// The grasp of an object: the `known` one if everything that decides it is as it was, otherwise a new one.
+pub(super) fn known_or_found(
+    known: Option<&FoundGrasp>,
     category_name: &str,
     physical: &PhysicalProperties,
     geometry: &Loaded,
-) -> Option<ParallelGrasp> {
+) -> FoundGrasp {
+    let key = key(category_name, physical, geometry);
+    match known.filter(|known| known.key == key) {
+        Some(known) => known.clone(),
+        None => {
+            let found = grasp(category_name, physical, geometry);
+            FoundGrasp { key, contacts_m: found.map(|grasp| grasp.contacts_m) }
+        }
+    }
+}
+
+/// Of the shape, the hulls and what else the search reads.
+fn key(category_name: &str, physical: &PhysicalProperties, geometry: &Loaded) -> Digest {
+    let (mesh, hulls) = (&geometry.mesh, &geometry.hulls);
+    let mut bytes = format!("{SEARCH} {category_name} ").into_bytes();
+    bytes.extend(physical.friction.dynamic_coefficient.to_le_bytes());
+    let points = [&physical.mass.center_of_mass_m].into_iter().chain(&mesh.positions);
+    let points = points.chain(hulls.iter().flat_map(|hull| &hull.points));
+    bytes.extend(points.flat_map(|point| point.to_array()).flat_map(f64::to_le_bytes));
+    let corners = mesh.triangles().chain(hulls.iter().flat_map(|hull| hull.triangles.iter().copied()));
+    bytes.extend(corners.flatten().flat_map(u32::to_le_bytes));
+    Digest::of(&bytes)
+}
+
+/// A grasp of an object that the catalog says can be taken; `None` of others, and where a common gripper has no room.
+fn grasp(category_name: &str, physical: &PhysicalProperties, geometry: &Loaded) -> Option<ParallelGrasp> {
     category(category_name).filter(|category| category.affords(Affordance::Graspable))?;
     let friction = physical.friction.dynamic_coefficient;
     let center_of_mass_m = physical.mass.center_of_mass_m;
@@ -28,7 +59,7 @@ mod tests {
     use geometry::convex_hull::{distance_above, planes};
     use geometry::decompose::{DecomposeSettings, decompose};
     use geometry::solid_query::MeshSolid;
-    use geometry::{ConvexHull, DVec3};
+    use geometry::{ConvexHull, DVec3, Friction};
     use runtime::CancelFlag;
 
     /// The catalog's object of typical size and its grasp.
@@ -103,6 +134,26 @@ mod tests {
             })
             .collect();
         assert!(sample.len() > 40 && failures.is_empty(), "{failures:#?}");
+    }
+
+    #[test]
+    fn a_grasp_is_searched_again_only_where_the_object_differs() {
+        let (mut loaded, found) = taken(category("mug").expect("in the catalog"));
+        let physical = physical_properties(&loaded.mesh, "mug", None).expect("a mass");
+        let first = known_or_found(None, "mug", &physical, &loaded);
+        assert_eq!(first.contacts_m, found.map(|grasp| grasp.contacts_m));
+        let planted = FoundGrasp { contacts_m: Some([DVec3::X, DVec3::Y]), ..first.clone() };
+        let known = |physical: &PhysicalProperties, loaded: &Loaded| {
+            known_or_found(Some(&planted), "mug", physical, loaded).contacts_m
+        };
+        assert_eq!(known(&physical, &loaded), planted.contacts_m);
+        let slippery = PhysicalProperties {
+            friction: Friction { dynamic_coefficient: 0.1, ..physical.friction },
+            ..physical.clone()
+        };
+        assert_ne!(known(&slippery, &loaded), planted.contacts_m);
+        loaded.hulls[0].points[0].x += 1e-4;
+        assert_ne!(known(&physical, &loaded), planted.contacts_m);
     }
 
     #[test]

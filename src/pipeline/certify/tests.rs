@@ -83,6 +83,7 @@ pub(super) fn body(name: &str, solid: Solid, world_from_object: Pose) -> (BodyPa
         scale: 1.0,
         symmetry_order: 1,
         provenance: Provenance { mesh_by: "by hand".into(), licence: "CC0-1.0".into(), notes: Vec::new() },
+        grasp: None,
     };
     let loaded = Loaded {
         solid: Arc::new(MeshSolid::new(&mesh).expect("a solid")),

@@ -8,7 +8,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::Inputs;
-use super::grasp::grasp;
+use super::grasp::known_or_found;
 use crate::pipeline::composition::{BodyParts, StoredComposition};
 use crate::pipeline::error::StageError;
 use crate::pipeline::preview;
@@ -17,6 +17,7 @@ use crate::pipeline::resolve::Loaded;
 use catalog::stand_in::is_stand_in;
 use catalog::{made_of, wikidata_item};
 use export::{Assets, BodyAsset, Images, write_formats, zip_bundle};
+use geometry::parallel_grasp::ParallelGrasp;
 use gpu::{Gpu, GpuError};
 use imaging::codec::encode_png;
 use imaging::{Image, Mask};
@@ -136,22 +137,34 @@ pub(super) fn files(
     images: &Images,
 ) -> Result<Certified, StageError> {
     let scene = scene(inputs, loaded, &certificate)?;
+    let (table, objects) = (&inputs.composition.recognition.table, &inputs.composition.recognition.objects);
+    let categories: Vec<&str> =
+        [TABLE_CATEGORY].into_iter().chain(objects.iter().map(|o| o.category.as_str())).collect();
+    let mut composition = inputs.composition.clone();
+    let bodies = composition.bodies.par_iter_mut().zip(loaded).zip(&categories);
+    bodies.for_each(|((body, geometry), category)| {
+        let found = known_or_found(body.grasp.as_ref(), category, &body.resolved.physical, geometry);
+        body.grasp = Some(found);
+    });
     let asset = |index: usize, label: &str, category: &str, material: Option<&str>| {
-        let physical = &inputs.composition.bodies[index].resolved.physical;
+        let BodyParts { resolved, grasp, .. } = &composition.bodies[index];
+        let physical = &resolved.physical;
         BodyAsset {
-            name: inputs.composition.bodies[index].resolved.name.clone(),
+            name: resolved.name.clone(),
             label: label.to_owned(),
             category: category.to_owned(),
             wikidata_item: wikidata_item(category).to_owned(),
             substance: made_of(category, material).to_owned(),
-            grasp: grasp(category, physical, &loaded[index]),
+            grasp: grasp
+                .as_ref()
+                .and_then(|found| found.contacts_m)
+                .map(|contacts_m| ParallelGrasp { contacts_m }),
             visual: (*loaded[index].mesh).clone(),
             hulls: loaded[index].hulls.clone(),
             rolling_friction_m: physical.rolling_friction_m,
             torsional_friction_m: physical.torsional_friction_m,
         }
     };
-    let (table, objects) = (&inputs.composition.recognition.table, &inputs.composition.recognition.objects);
     let of_object = |(index, object): (usize, &RecognizedObject)| {
         asset(index + 1, &object.label, &object.category, object.material.as_deref())
     };
@@ -160,7 +173,7 @@ pub(super) fn files(
         instances: objects.par_iter().enumerate().map(of_object).collect(),
     };
     let hulls = loaded.iter().map(|geometry| geometry.hulls.clone()).collect();
-    let archive = StoredComposition::file(&inputs.composition, hulls)
+    let archive = StoredComposition::file(&composition, hulls)
         .and_then(|file| write_formats(&scene, &certificate, &assets, images, vec![file], &inputs.export))
         .and_then(|files| zip_bundle(&files))
         .map_err(|error| StageError::permanent(error.code(), format!("writing the bundle: {error}")))?;

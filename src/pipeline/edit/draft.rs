@@ -199,6 +199,7 @@ impl<'a> Draft<'a> {
                 licence: new.raw.licence.clone(),
                 notes: new.raw.notes.clone(),
             },
+            grasp: None,
         });
         self.composition.yaws.push(new.yaw.clone());
         self.composition.methods.push(new.raw.method.unwrap_or(ReconstructionMethod::Generated));

@@ -27,7 +27,7 @@ pub(super) fn recolored(mesh: &TexturedMesh, color: Rgb) -> TexturedMesh {
 }
 
 /// The color that covers most of the surface.
-pub(super) fn main_color(mesh: &TexturedMesh) -> Option<Rgb> {
+pub(in crate::pipeline) fn main_color(mesh: &TexturedMesh) -> Option<Rgb> {
     main_material(mesh).map(|main| mean_color(mesh, main))
 }
 

@@ -101,6 +101,10 @@ impl Selector<'_> {
         region: Region,
         plural: bool,
     ) -> Outcome<Vec<usize>> {
+        // The words before fit none; the caller says so.
+        if pool.is_empty() {
+            return Ok(pool);
+        }
         let inside: Vec<usize> =
             pool.iter().copied().filter(|&index| is_in_region(self.objects, index, region)).collect();
         if plural || inside.len() == 1 || (pool.len() == 1 && inside.is_empty()) {

@@ -18,7 +18,7 @@ use super::{Footprint, Placement};
 use geometry::polygon::convex_distance_m;
 use geometry::pose::wrap_angle_rad;
 use scene::RelationKind;
-use scene::predicates::{NEXT_TO_M, direction_of, place_shares};
+use scene::predicates::{NEXT_TO_M, direction_of, long_side_rad, place_shares};
 
 /// Sweeps over the demands.
 const SWEEPS: usize = 16;
@@ -181,13 +181,17 @@ impl LayoutAttempt<'_> {
                 }
             }
             DemandKind::Parallel { target } => {
-                let target_yaw = match target {
-                    Some(target) => find(target).map(|(_, yaw_rad)| yaw_rad),
-                    None => Some(0.0),
+                let along = |(footprint, yaw_rad): (Footprint, f64)| {
+                    (long_side_rad(footprint.corners(), yaw_rad), yaw_rad)
                 };
-                let Some(target_yaw) = target_yaw else { return at };
+                let of_target = match target {
+                    Some(target) => find(target).map(along),
+                    None => Some((0.0, 0.0)),
+                };
+                let Some((target_rad, target_yaw)) = of_target else { return at };
                 // Half turns are parallel.
-                let off = 0.5 * wrap_angle_rad(2.0 * (target_yaw - yaw_rad));
+                let own_rad = long_side_rad(footprint.corners(), yaw_rad);
+                let off = 0.5 * wrap_angle_rad(2.0 * (target_rad - own_rad));
                 match target {
                     Some(target) if is_here(target) => turned(target, target_yaw - off),
                     _ => turned(demand.object, yaw_rad + off),

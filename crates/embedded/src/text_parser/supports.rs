@@ -233,7 +233,7 @@ fn fits_in(item_m: DVec3, vessel_m: DVec3, capacity_m3: Option<f64>) -> bool {
     // A folded towel lies along an oblong basket. A mug is oblong only because of its handle.
     let (item_long, item_short) = (item_m.x.max(item_m.y), item_m.x.min(item_m.y));
     let (long, short) = (vessel_m.x.max(vessel_m.y), vessel_m.x.min(vessel_m.y));
-    let has_room = capacity_m3.is_none_or(|most_m3| item_m.element_product() < most_m3);
+    let has_room = capacity_m3.is_none_or(|limit_m3| item_m.element_product() < limit_m3);
     if has_room && long > 1.1 * short && item_long < 0.85 * long && item_short < 0.85 * short {
         return true;
     }

@@ -66,6 +66,9 @@ fn relations_to_one_object_hold_within_their_tolerances() {
         (Facing, yawed(cube(0.3, 0.0), -FRAC_PI_2 + 0.18), None, false),
         (ParallelTo, yawed(cube(0.3, 0.0), PI + 0.1), None, true),
         (ParallelTo, yawed(cube(0.3, 0.0), 0.2), None, false),
+        // A ruler whose long side is its own y axis.
+        (ParallelTo, yawed(block(0.3, 0.0, 0.4, 0.03), PI / 2.0), None, true),
+        (ParallelTo, block(0.3, 0.0, 0.03, 0.4), None, false),
         (On, raised(0.04, 0.0, 0.1, 0.1, 0.1), None, true),
         (On, raised(0.0, 0.0, 0.1, 0.1, 0.0), None, false),
         (On, raised(0.07, 0.0, 0.1, 0.1, 0.1), None, false),

@@ -92,8 +92,8 @@ impl Parser<'_, '_> {
             && self.parsed.mentions[m].position_m.is_none()
     }
 
-    /// Whether a mention is a row, a stack or the like of its own: "a row of pencils and a marker in a mug" fills the mug
-    /// with the marker alone.
+    /// Whether a mention is a row, a stack or the like of its own: in "a row of pencils and a marker in a mug", the
+    /// marker alone is in the mug.
     fn is_arranged(&self, m: usize) -> bool {
         let last = self.subject.last();
         let is_own =

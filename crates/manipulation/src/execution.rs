@@ -1,0 +1,169 @@
+//! A task as a sequence of picks and places, planned and simulated.
+//!
+//! The base stands where the arm reaches all grasps and places best, or at a given pose. Each step starts from the
+//! present poses of the objects. It chooses a grasp and a place whose straight motions the arm can make (approach,
+//! lift, lower, retreat), plans the motions between them, and makes them in [`ManipulationWorld`]: servos with bounded
+//! effort, and grips that hold by friction alone. After the lift the place is planned anew for the measured pose in the
+//! hand. In the end the predicates of the goal decide from poses and contacts.
+//!
+//! World frame, SI units. Equal scenes, grasps, settings and random numbers give equal bytes.
+
+mod attempt;
+mod base;
+mod motions;
+mod obstacles;
+mod place;
+mod reach;
+mod record;
+mod refusal;
+mod runner;
+mod scene;
+mod settings;
+mod steps;
+mod verdict;
+mod work;
+
+use std::collections::BTreeMap;
+
+use geometry::Pose;
+use nalgebra::Isometry3;
+use rand::Rng;
+use robot::model::Robot;
+use serde::{Deserialize, Serialize};
+use tasks::{Disturbance, Goal, PredicateOutcome, Task};
+
+pub use record::{Frame, Phase, Recording};
+pub use refusal::Refusal;
+pub use scene::{SceneError, TaskScene};
+pub use settings::ExecutionSettings;
+pub use steps::{Step, steps};
+
+use crate::frames::to_pose;
+use crate::grasp::{Grasp, GraspSettings, grasps};
+use crate::world::{ManipulationWorld, WorldError, WorldOptions};
+use attempt::Attempt;
+use motions::Motions;
+use runner::Runner;
+use scene::Shapes;
+
+/// Places for the base that are tried before a task has no path.
+const BASES: usize = 6;
+
+/// The grasps of objects by their names, best first.
+pub type GraspBook = BTreeMap<String, Vec<Grasp>>;
+
+/// What became of a task.
+#[derive(Clone, Debug, Serialize)]
+pub struct Execution {
+    pub robot: String,
+    /// The variant of the robot's model.
+    pub variant: Option<String>,
+    pub world_from_base: Pose,
+    pub succeeded: bool,
+    /// Why it did not succeed.
+    pub failure: Option<Failure>,
+    /// What exactly went wrong, in words.
+    pub detail: Option<String>,
+    /// The verdicts about the goal's predicates at the end.
+    pub predicates: Vec<PredicateOutcome>,
+    /// Objects beside the goal that were moved too far.
+    pub disturbed: Vec<Disturbance>,
+    pub picks: Vec<PickReport>,
+    pub duration_s: f64,
+    pub recording: Recording,
+}
+
+/// Why a task did not succeed. The names are stable.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Failure {
+    /// No configuration of the arm reaches a grasp or a place.
+    Unreachable,
+    /// No grasp of an object is known to hold it, or the fingers did not get hold of it.
+    NoGrasp,
+    /// No free motion was found, or there is no free place.
+    NoPath,
+    /// The object moved in the hand, and the goal is not reached.
+    Slipped,
+    /// The hand lost the object.
+    Dropped,
+    /// All motions were made, and a predicate does not hold.
+    GoalNotMet,
+    /// The goal is reached, but other objects were moved.
+    DisturbedOthers,
+}
+
+/// One object that was picked up.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PickReport {
+    pub object: String,
+    pub grasp: Grasp,
+    /// How far the gripped point moved in the hand until it was let go, meters.
+    pub slip_m: f64,
+}
+
+/// Finds the grasps of the objects that a goal moves.
+///
+/// # Errors
+/// If one of them cannot be simulated.
+pub fn find_grasps(
+    scene: &TaskScene,
+    goal: &Goal,
+    robot: &Robot,
+    settings: &GraspSettings,
+    rng: &mut impl Rng,
+) -> Result<GraspBook, WorldError> {
+    let moved = goal.moved_objects();
+    let objects = moved.iter().filter_map(|name| scene.index(name.as_str()));
+    let found = objects.map(|index| {
+        let object = &scene.objects[index];
+        Ok((object.name.clone(), grasps(object, robot, settings, rng)?))
+    });
+    found.collect()
+}
+
+/// Executes a task. The robot starts at its home configuration, with its base at `world_from_base` or at a place that
+/// is chosen. A task that fails is an [`Execution`] with its reason.
+///
+/// # Errors
+/// If the task is not attempted; see [`Refusal`].
+pub fn execute(
+    scene: &TaskScene,
+    robot: &Robot,
+    task: &Task,
+    grasps: &GraspBook,
+    world_from_base: Option<&Isometry3<f64>>,
+    settings: &ExecutionSettings,
+    rng: &mut impl Rng,
+) -> Result<Execution, Refusal> {
+    let shapes = Shapes::new(scene)?;
+    refusal::check(scene, &shapes, robot, &task.goal, grasps, settings)?;
+    let bases = match world_from_base {
+        Some(base) => vec![*base],
+        None => work::bases_for(scene, &shapes, robot, &task.goal, grasps, settings),
+    };
+    let mut first_failure: Option<Execution> = None;
+    for base in bases.iter().take(BASES) {
+        let motions = Motions::new(scene, robot, *base, settings)?;
+        if !base::reaches_table(&motions) {
+            continue;
+        }
+        let (home, opening_m) = (&robot.home().positions, robot.home().opening_m);
+        let world =
+            ManipulationWorld::new(&scene.bodies(), robot, base, home, opening_m, &WorldOptions::default())?;
+        let runner = Runner::new(world, &motions, settings.record_hz);
+        let mut attempt = Attempt::new(&motions, &shapes, task, grasps, runner);
+        let failure = attempt.run(rng).err();
+        // A base from which not even the first motion was found is no reason to give up.
+        let gave_up = failure.is_some() && attempt.has_not_moved();
+        let execution = attempt.finish(failure, to_pose(base));
+        if !gave_up {
+            return Ok(execution);
+        }
+        first_failure.get_or_insert(execution);
+    }
+    first_failure.ok_or(Refusal::TableOutOfReach)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,351 @@
+//! The motions of a pick and of a place: which of them an arm can make.
+
+use geometry::{DVec3, Pose};
+use nalgebra::{Isometry3, Vector3};
+use rand::Rng;
+use robot::collision::{Arm, ArmError, Checker, ConvexPolyhedron, Obstacle};
+use robot::model::Robot;
+use robot::planning::straight::{StraightOptions, straight_by};
+use robot::planning::{PlanFailure, PlanOptions, Planner, Problem, SampleOrder, plan};
+use robot::trajectory::{Trajectory, TrajectoryError, TrajectoryOptions, time_free_path};
+
+use super::obstacles::{PlannerArms, Surroundings, polyhedra};
+use super::reach::Reach;
+use super::scene::TaskScene;
+use super::settings::ExecutionSettings;
+use crate::frames::{from_vector, to_isometry};
+use crate::grasp::{Grasp, HandShape};
+
+/// Configurations that are tried for one pose of the tool.
+const CONFIGURATIONS: usize = 4;
+/// HeldObject objects touch what they rest on; their way is checked from this far above it, meters.
+const OFF_SUPPORT_M: f64 = 0.004;
+
+/// An arm at its place in a scene.
+pub(crate) struct Motions<'a> {
+    pub scene: &'a TaskScene,
+    pub robot: &'a Robot,
+    pub reach: Reach<'a>,
+    pub arms: PlannerArms,
+    pub hand: HandShape,
+    pub world_from_base: Isometry3<f64>,
+    pub settings: &'a ExecutionSettings,
+    /// The hulls of the table and of each object, in their own frames.
+    table_solids: Vec<ConvexPolyhedron>,
+    solids: Vec<Vec<ConvexPolyhedron>>,
+}
+
+/// A grasp that the arm reaches straight, and from which it can raise the object.
+#[derive(Clone, Debug)]
+pub(crate) struct PickOption {
+    pub grasp: Grasp,
+    /// From before the grasp to it, and from it upward.
+    pub approach: Vec<Vec<f64>>,
+    pub lift: Vec<Vec<f64>>,
+}
+
+/// A place that the arm reaches straight from above with the object in its hand, and leaves again.
+#[derive(Clone, Debug)]
+pub(crate) struct PlaceOption {
+    pub lower: Vec<Vec<f64>>,
+    pub retreat: Vec<Vec<f64>>,
+}
+
+/// What the hand holds.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct HeldObject {
+    pub object: usize,
+    pub tool_from_object: Pose,
+    pub opening_m: f64,
+    pub release_opening_m: f64,
+    /// Of each pad.
+    pub force_n: f64,
+}
+
+/// Why a motion was not found.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub(crate) enum MotionFailure {
+    #[error(transparent)]
+    Plan(#[from] PlanFailure),
+    #[error(transparent)]
+    Timing(#[from] TrajectoryError),
+    #[error(transparent)]
+    Arm(#[from] ArmError),
+}
+
+/// The objects but one in their poses: what the straight motions of a hand with that one must pass.
+pub(crate) struct Neighbors {
+    blocks: Vec<Obstacle>,
+    exact: Surroundings,
+}
+
+impl<'a> Motions<'a> {
+    /// # Errors
+    /// If the planner cannot handle the robot.
+    pub fn new(
+        scene: &'a TaskScene,
+        robot: &'a Robot,
+        world_from_base: Isometry3<f64>,
+        settings: &'a ExecutionSettings,
+    ) -> Result<Self, ArmError> {
+        let (reach, arms, hand) = (Reach::new(robot), PlannerArms::new(robot)?, HandShape::new(robot));
+        let solids = scene.objects.iter().map(|object| polyhedra(&object.hulls)).collect();
+        let table_solids = polyhedra(&scene.table.hulls);
+        Ok(Self { scene, robot, reach, arms, hand, world_from_base, settings, table_solids, solids })
+    }
+
+    /// Grasps that the arm reaches with the objects in these poses, in the order in which they are given.
+    pub fn picks(&self, object: usize, poses: &[Pose], grasps: &[Grasp], near: &[f64]) -> Vec<PickOption> {
+        let neighbors = self.neighbors(object, poses);
+        let planner = self.straight_planner(&neighbors.blocks);
+        let mut found = Vec::new();
+        for grasp in grasps.iter().take(self.settings.max_grasps) {
+            for grasp in [*grasp, grasp.mirrored()] {
+                let world_from_tool = poses[object] * grasp.object_from_tool;
+                if self.hand_reaches(&world_from_tool, &grasp, object, &neighbors.exact) {
+                    found.extend(self.pick(&world_from_tool, &grasp, &planner, near));
+                }
+                if found.len() >= self.settings.max_options {
+                    return found;
+                }
+            }
+        }
+        found
+    }
+
+    /// Whether the hand passes everything on its way to a grasp, and the held object on its way up.
+    fn hand_reaches(
+        &self,
+        world_from_tool: &Pose,
+        grasp: &Grasp,
+        object: usize,
+        others: &Surroundings,
+    ) -> bool {
+        let gap_m = self.settings.hand_gap_m;
+        let back = -self.settings.approach_m * (world_from_tool.rotation * DVec3::Z);
+        let opened = self.hand.solids(grasp.pregrasp_opening_m, true);
+        if !others.are_passed(&opened, world_from_tool, back, gap_m) {
+            return false;
+        }
+        let held = HeldObject {
+            object,
+            tool_from_object: grasp.object_from_tool.inverse(),
+            opening_m: grasp.opening_m,
+            release_opening_m: grasp.pregrasp_opening_m,
+            force_n: grasp.force_n,
+        };
+        self.rises(world_from_tool, &held, others)
+    }
+
+    /// Whether the closed hand and what it holds pass everything between a pose and where they are raised to.
+    fn rises(&self, world_from_tool: &Pose, held: &HeldObject, others: &Surroundings) -> bool {
+        let up = DVec3::new(0.0, 0.0, self.settings.lift_m);
+        let raised = Pose { translation_m: world_from_tool.translation_m + up, ..*world_from_tool };
+        let closed = self.hand.solids(held.opening_m, true);
+        let object = self.held_solids(held);
+        others.are_passed(&closed, &raised, -up, self.settings.hand_gap_m)
+            && others.are_passed(&object, &raised, DVec3::new(0.0, 0.0, OFF_SUPPORT_M) - up, 0.0)
+    }
+
+    fn held_solids(&self, held: &HeldObject) -> Vec<Vec<DVec3>> {
+        let hulls = &self.scene.objects[held.object].hulls;
+        let place = |p: &DVec3| held.tool_from_object.transform_point(*p);
+        hulls.iter().map(|hull| hull.points.iter().map(place).collect()).collect()
+    }
+
+    fn pick(
+        &self,
+        world_from_tool: &Pose,
+        grasp: &Grasp,
+        planner: &Planner,
+        near: &[f64],
+    ) -> Option<PickOption> {
+        let base_from_tool = self.world_from_base.inverse() * to_isometry(world_from_tool);
+        let back = base_from_tool.rotation * (Vector3::z() * -self.settings.approach_m);
+        let up = self.up() * self.settings.lift_m;
+        self.reach.best(&base_from_tool, near, CONFIGURATIONS).iter().find_map(|at| {
+            let mut approach = self.straight(planner, at, back)?;
+            approach.reverse();
+            Some(PickOption { grasp: *grasp, approach, lift: self.straight(planner, at, up)? })
+        })
+    }
+
+    /// What the straight motions with an object must pass.
+    pub fn neighbors(&self, object: usize, poses: &[Pose]) -> Neighbors {
+        let exact = Surroundings::new(&self.scene.table, &self.scene.objects, poses, &[object]);
+        Neighbors { blocks: self.obstacles(poses, &[object]), exact }
+    }
+
+    /// How the arm puts what it holds to a pose. Where the hand does not get as low between its neighbors, the object
+    /// is let fall by up to `max_fall_m`.
+    pub fn place(
+        &self,
+        held: &HeldObject,
+        world_from_object: &Pose,
+        neighbors: &Neighbors,
+        near: &[f64],
+        max_fall_m: f64,
+    ) -> Option<PlaceOption> {
+        let gaps = [self.settings.release_gap_m, 0.015, 0.03, 0.05];
+        let mut allowed = gaps.iter().filter(|gap| **gap <= max_fall_m.max(self.settings.release_gap_m));
+        allowed.find_map(|&gap_m| {
+            let gap = DVec3::new(0.0, 0.0, gap_m);
+            let end = Pose { translation_m: world_from_object.translation_m + gap, ..*world_from_object };
+            self.place_at(&(end * held.tool_from_object.inverse()), held, neighbors, near)
+        })
+    }
+
+    fn place_at(
+        &self,
+        world_from_tool: &Pose,
+        held: &HeldObject,
+        neighbors: &Neighbors,
+        near: &[f64],
+    ) -> Option<PlaceOption> {
+        let base_from_tool = self.world_from_base.inverse() * to_isometry(world_from_tool);
+        let configurations = self.reach.best(&base_from_tool, near, CONFIGURATIONS);
+        if configurations.is_empty() {
+            return None;
+        }
+        let back = -self.settings.approach_m * (world_from_tool.rotation * DVec3::Z);
+        let opened = self.hand.solids(held.release_opening_m, true);
+        let gap_m = 0.5 * self.settings.hand_gap_m;
+        let passes = neighbors.exact.are_passed(&opened, world_from_tool, back, gap_m)
+            && self.rises(world_from_tool, held, &neighbors.exact);
+        if !passes {
+            return None;
+        }
+        let planner = self.straight_planner(&neighbors.blocks);
+        let back = base_from_tool.rotation * (Vector3::z() * -self.settings.approach_m);
+        let up = self.up() * self.settings.lift_m;
+        configurations.iter().find_map(|at| {
+            let mut lower = self.straight(&planner, at, up)?;
+            lower.reverse();
+            Some(PlaceOption { lower, retreat: self.straight(&planner, at, back)? })
+        })
+    }
+
+    /// A motion with an empty hand, among objects in these poses, to any of `goals`.
+    ///
+    /// # Errors
+    /// Why there is none.
+    pub fn move_free(
+        &self,
+        start: &[f64],
+        goals: &[Vec<f64>],
+        poses: &[Pose],
+        rng: &mut impl Rng,
+    ) -> Result<(Vec<Vec<f64>>, Trajectory), MotionFailure> {
+        let blocks = self.obstacles(poses, &[]);
+        self.transit(&self.arms.whole, start, goals, &blocks, self.settings.free_shares, rng)
+    }
+
+    /// A motion with an object in the hand to any of `goals`.
+    ///
+    /// # Errors
+    /// Why there is none.
+    pub fn carry(
+        &self,
+        held: &HeldObject,
+        start: &[f64],
+        goals: &[Vec<f64>],
+        poses: &[Pose],
+        rng: &mut impl Rng,
+    ) -> Result<(Vec<Vec<f64>>, Trajectory), MotionFailure> {
+        let hulls = &self.scene.objects[held.object].hulls;
+        let arm = self.arms.holding(self.robot, hulls, &held.tool_from_object)?;
+        let blocks = self.obstacles(poses, &[held.object]);
+        self.transit(&arm, start, goals, &blocks, self.settings.carrying_shares, rng)
+    }
+
+    /// The time law of a straight motion.
+    ///
+    /// # Errors
+    /// If the path is malformed.
+    pub fn time_straight(&self, path: &[Vec<f64>]) -> Result<Trajectory, MotionFailure> {
+        let options = timing(self.settings.straight_shares);
+        Ok(Trajectory::along(path, self.robot.limits(), &options)?)
+    }
+
+    fn transit(
+        &self,
+        arm: &Arm,
+        start: &[f64],
+        goals: &[Vec<f64>],
+        blocks: &[Obstacle],
+        shares: [f64; 2],
+        rng: &mut impl Rng,
+    ) -> Result<(Vec<Vec<f64>>, Trajectory), MotionFailure> {
+        let options = |padding_m: f64| PlanOptions {
+            padding_m,
+            max_samples: self.settings.max_samples,
+            sample_order: SampleOrder::Shifted,
+            ..PlanOptions::default()
+        };
+        let problem = Problem { arm, obstacles: blocks, start, goals };
+        // Where the hand is between objects the full distance cannot be kept at the ends.
+        let mut failure = None;
+        for padding_m in [self.settings.padding_m, 0.0] {
+            match plan(&problem, &options(padding_m), rng) {
+                Ok(found) => {
+                    let checker = Checker::new(arm, blocks, 0.5 * padding_m);
+                    let timed =
+                        time_free_path(&found.path, self.robot.limits(), &timing(shares), &checker, 32.0);
+                    return Ok((found.path, timed?));
+                }
+                Err(reason) => failure = Some(reason),
+            }
+        }
+        Err(failure.unwrap_or(PlanFailure::GoalUnreachable).into())
+    }
+
+    fn straight(&self, planner: &Planner, start: &[f64], offset: Vector3<f64>) -> Option<Vec<Vec<f64>>> {
+        straight_by(planner, &self.reach, start, offset, &StraightOptions::default()).ok()
+    }
+
+    fn straight_planner<'b>(&'b self, blocks: &'b [Obstacle]) -> Planner<'b> {
+        let options = PlanOptions { padding_m: self.settings.hand_gap_m, ..PlanOptions::default() };
+        Planner::new(&self.arms.without_hand, blocks, options)
+    }
+
+    /// Up in the frame of the base.
+    fn up(&self) -> Vector3<f64> {
+        self.world_from_base.rotation.inverse() * Vector3::z()
+    }
+
+    /// The table and the objects in the frame of the base, without those that are skipped.
+    fn obstacles(&self, poses: &[Pose], skipped: &[usize]) -> Vec<Obstacle> {
+        let base_from_world = self.world_from_base.inverse();
+        let kept = self.solids.iter().enumerate().filter(|(index, _)| !skipped.contains(index));
+        let table = (&self.table_solids, self.scene.table.world_from_object);
+        let placed = std::iter::once(table).chain(kept.map(|(index, solids)| (solids, poses[index])));
+        placed
+            .flat_map(|(solids, pose)| {
+                let base_from_object = base_from_world * to_isometry(&pose);
+                solids.iter().filter_map(move |solid| Obstacle::hull(base_from_object, solid.clone()).ok())
+            })
+            .collect()
+    }
+
+    /// The wrench that carries a weight at a point of the tool's frame, as what the servos' targets are ahead: each by
+    /// its torque over its stiffness.
+    pub fn lead(&self, positions: &[f64], mass_kg: f64, tool_from_center: DVec3) -> Vec<f64> {
+        let jacobian = robot::kinematics::jacobian(self.robot, positions);
+        let tool = robot::kinematics::tool_pose(self.robot, positions);
+        let force = self.up() * (mass_kg * physics::rolling::GRAVITY_M_S2);
+        let arm = tool.rotation * from_vector(tool_from_center);
+        let torque = arm.cross(&force);
+        let joints = self.robot.arm_joints().enumerate();
+        joints
+            .map(|(k, joint)| {
+                let column = jacobian.column(k);
+                let effort = column.fixed_rows::<3>(0).dot(&force) + column.fixed_rows::<3>(3).dot(&torque);
+                effort / joint.drive.stiffness
+            })
+            .collect()
+    }
+}
+
+fn timing([velocity_share, acceleration_share]: [f64; 2]) -> TrajectoryOptions {
+    TrajectoryOptions { velocity_share, acceleration_share, ..TrajectoryOptions::default() }
+}

@@ -1,0 +1,224 @@
+//! Where an object can be put down so that predicates hold.
+//!
+//! Candidates are places over the target, in its opening, around it, or all over the table. The object is dropped
+//! straight at each of them in the orientation that it has, turned about the vertical; a candidate is good if it rests
+//! on what it shall, keeps away from everything else, and the predicates hold there.
+
+use geometry::drop_cast::{PosedShape, are_closer, drop_height};
+use geometry::{DQuat, DVec2, Outline, Pose};
+use tasks::{
+    GoalPredicate, PosedObject, PredicateKind, Situation, evaluation::evaluate_predicate, posed_object::find,
+};
+
+use super::scene::Shapes;
+
+/// Distance between candidates on the table, meters.
+const SPACING_M: f64 = 0.03;
+/// Distance from objects that the object shall not touch, meters: fingers need room.
+const KEEP_AWAY_M: f64 = 0.02;
+/// Distance of what is set aside from places that are needed, meters.
+const ROOM_M: f64 = 0.06;
+/// Distance of an object from the edge of the table, meters.
+const EDGE_M: f64 = 0.02;
+/// Turns about the vertical that are tried, in quarters of a right angle.
+const TURNS: [f64; 8] = [0.0, 1.0, -1.0, 2.0, -2.0, 3.0, -3.0, 4.0];
+/// The most turns that are offered at one place.
+const TURNS_AT_PLACE: usize = 3;
+/// The gap to a neighbor that is aimed at, meters.
+const NEIGHBOR_GAP_M: f64 = 0.05;
+
+/// What is known when a place is sought.
+pub(crate) struct PlaceSearch<'a> {
+    pub outline: &'a Outline,
+    pub shapes: &'a Shapes,
+    pub table: PosedShape<'a>,
+    pub start: &'a [PosedObject],
+    pub now: &'a [PosedObject],
+    /// The index of the object that is moved.
+    pub object: usize,
+    /// How many places are enough.
+    pub wanted: usize,
+}
+
+impl PlaceSearch<'_> {
+    /// Poses of the object at which it rests and `predicates` hold, the best first. Those of `kept` are not broken.
+    pub fn places(&self, predicates: &[GoalPredicate], kept: &[GoalPredicate]) -> Vec<Pose> {
+        let mut found: Vec<Pose> = Vec::new();
+        for at in self.ranked(predicates) {
+            for turn in TURNS {
+                if found.len() == self.wanted {
+                    return found;
+                }
+                let pose = self.dropped(at, turn * std::f64::consts::FRAC_PI_4);
+                if let Some(pose) = pose.filter(|pose| self.is_good(pose, predicates, kept)) {
+                    let there = found.iter().filter(|p| p.translation_m.distance(pose.translation_m) < 1e-3);
+                    if there.count() < TURNS_AT_PLACE {
+                        found.push(pose);
+                    }
+                }
+            }
+        }
+        found
+    }
+
+    /// Free poses on the table, the nearest first: away from everything, and from where `taken` stand at the start,
+    /// since another object shall go there.
+    pub fn free_places(&self, taken: &[&PosedObject]) -> Vec<Pose> {
+        let mut found = Vec::new();
+        for at in self.ranked(&[]) {
+            let Some(pose) = self.dropped(at, 0.0).filter(|pose| self.is_good(pose, &[], &[])) else {
+                continue;
+            };
+            let placed = self.own().at(pose).footprint();
+            if taken.iter().all(|other| placed.distance_m(&other.footprint()) > ROOM_M) {
+                found.push(pose);
+            }
+            if found.len() == self.wanted {
+                break;
+            }
+        }
+        found
+    }
+
+    /// The pose in which another object was, put down in the own orientation.
+    pub fn place_of(&self, other: &PosedObject) -> Vec<Pose> {
+        let at = other.footprint().center();
+        let own = self.own().footprint().center() - self.own().world_from_object.translation_m.truncate();
+        let poses = TURNS.iter().filter_map(|turn| {
+            let turn_rad = turn * std::f64::consts::FRAC_PI_4;
+            let off = DVec2::from_angle(turn_rad).rotate(own);
+            self.dropped(at - off, turn_rad)
+        });
+        poses.filter(|pose| self.keeps_away(pose, &[])).collect()
+    }
+
+    fn own(&self) -> &PosedObject {
+        &self.now[self.object]
+    }
+
+    /// Places of the object's origin, the most promising first.
+    fn ranked(&self, predicates: &[GoalPredicate]) -> Vec<DVec2> {
+        let over = predicates.iter().find_map(|predicate| {
+            let target = find(self.now, predicate.target.as_ref()?)?;
+            match predicate.predicate {
+                PredicateKind::In => Some(self.in_opening(target)),
+                PredicateKind::On | PredicateKind::StackedOn => Some(over(target)),
+                _ => None,
+            }
+        });
+        let own = self.own();
+        // The origin is not always at the center of the object.
+        let off = own.footprint().center() - own.world_from_object.translation_m.truncate();
+        if let Some(over) = over {
+            return over.into_iter().map(|at| at - off).collect();
+        }
+        let near = predicates.iter().find_map(|p| find(self.now, p.target.as_ref()?));
+        let (low, high) = self.outline.bounds();
+        let steps = ((high - low) / SPACING_M).floor();
+        let mut places: Vec<(f64, DVec2)> = Vec::new();
+        for i in 0..=steps.x as i32 {
+            for j in 0..=steps.y as i32 {
+                let at = low + SPACING_M * DVec2::new(f64::from(i), f64::from(j));
+                if self.outline.depth_inside_m(at) > EDGE_M {
+                    places.push((self.cost_m(at - off, near), at - off));
+                }
+            }
+        }
+        places.sort_by(|a, b| a.0.total_cmp(&b.0));
+        places.into_iter().map(|(_, at)| at).collect()
+    }
+
+    /// What a place on the table costs: off the wanted gap to a neighbor, or the way from where the object is.
+    fn cost_m(&self, at: DVec2, near: Option<&PosedObject>) -> f64 {
+        let own = self.own();
+        let way_m = own.world_from_object.translation_m.truncate().distance(at);
+        match near {
+            None => way_m,
+            Some(near) => {
+                let pose = Pose {
+                    translation_m: at.extend(own.world_from_object.translation_m.z),
+                    ..own.world_from_object
+                };
+                let gap_m = own.at(pose).footprint().distance_m(&near.footprint());
+                (gap_m - NEIGHBOR_GAP_M).abs() + 0.1 * way_m
+            }
+        }
+    }
+
+    /// Places in an opening, its center first.
+    fn in_opening(&self, target: &PosedObject) -> Vec<DVec2> {
+        let Some(opening) = target.shape.opening() else { return over(target) };
+        let center = opening.center_m();
+        let radius_m = opening.depth_inside_m(center).max(0.0);
+        let offsets = rings(&[0.0, 0.25, 0.5, 0.75]).into_iter().map(|offset| {
+            let at = center + (radius_m * offset).extend(0.0);
+            target.world_from_object.transform_point(at).truncate()
+        });
+        offsets.collect()
+    }
+
+    /// The object dropped with its origin at a place, turned about the vertical.
+    fn dropped(&self, at: DVec2, turn_rad: f64) -> Option<Pose> {
+        let rotation = DQuat::from_rotation_z(turn_rad) * self.own().world_from_object.rotation;
+        let others = self.now.iter().enumerate().filter(|(index, _)| *index != self.object);
+        let supporters: Vec<PosedShape> =
+            others.map(|(_, other)| other.posed_shape()).chain([self.table]).collect();
+        let shape = self.shapes.shapes[self.object].collision();
+        let height_m = drop_height(shape, rotation, at, &supporters)?;
+        Some(Pose { translation_m: at.extend(height_m), rotation })
+    }
+
+    fn is_good(&self, pose: &Pose, predicates: &[GoalPredicate], kept: &[GoalPredicate]) -> bool {
+        let supports: Vec<&PosedObject> = predicates
+            .iter()
+            .filter(|p| {
+                matches!(p.predicate, PredicateKind::In | PredicateKind::On | PredicateKind::StackedOn)
+            })
+            .filter_map(|p| find(self.now, p.target.as_ref()?))
+            .collect();
+        let placed = self.own().at(*pose);
+        if supports.is_empty() {
+            let footprint = placed.footprint();
+            let on_table = footprint.bottom_m < 0.003;
+            let inside = footprint.corners().iter().all(|p| self.outline.depth_inside_m(*p) > EDGE_M);
+            if !on_table || !inside {
+                return false;
+            }
+        }
+        if !self.keeps_away(pose, &supports) {
+            return false;
+        }
+        let mut then: Vec<PosedObject> = self.now.to_vec();
+        then[self.object] = placed;
+        let situation = Situation { table: self.outline, start: self.start, now: &then, contacts: &[] };
+        predicates.iter().chain(kept).all(|predicate| evaluate_predicate(predicate, &situation).holds)
+    }
+
+    /// Whether the object at a pose is away from all others but its supports.
+    fn keeps_away(&self, pose: &Pose, supports: &[&PosedObject]) -> bool {
+        let placed = self.own().at(*pose);
+        self.now.iter().enumerate().all(|(index, other)| {
+            index == self.object
+                || supports.iter().any(|support| support.name == other.name)
+                || !are_closer(&placed.posed_shape(), &other.posed_shape(), KEEP_AWAY_M)
+        })
+    }
+}
+
+/// Places over a target, its center first.
+fn over(target: &PosedObject) -> Vec<DVec2> {
+    let footprint = target.footprint();
+    let (low, high) = footprint.bounds();
+    let half = 0.5 * (high - low);
+    rings(&[0.0, 0.2, 0.4, 0.6, 0.8]).into_iter().map(|offset| footprint.center() + half * offset).collect()
+}
+
+/// Points on circles about the origin.
+fn rings(radii: &[f64]) -> Vec<DVec2> {
+    let ring = |&radius: &f64| {
+        let count = if radius == 0.0 { 1 } else { 8 };
+        (0..count)
+            .map(move |k| radius * DVec2::from_angle(std::f64::consts::TAU * f64::from(k) / f64::from(count)))
+    };
+    radii.iter().flat_map(ring).collect()
+}

@@ -1,0 +1,47 @@
+//! What happened in an execution, frame by frame.
+
+use geometry::Pose;
+use serde::{Deserialize, Serialize};
+
+/// The record of an execution at even times.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Recording {
+    pub rate_hz: f64,
+    /// The joints of the arm, in the order of the frames' numbers.
+    pub joints: Vec<String>,
+    /// The objects, in the order of the frames' poses.
+    pub objects: Vec<String>,
+    pub frames: Vec<Frame>,
+}
+
+/// One time of a record.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Frame {
+    pub time_s: f64,
+    pub phase: Phase,
+    /// What the servos pull to from this time on: a position servo with the stiffness and damping of the model that
+    /// follows these targets repeats the motion. They lead the motion by what damping and held weights hold back.
+    pub joint_targets: Vec<f64>,
+    pub joint_positions: Vec<f64>,
+    pub joint_velocities: Vec<f64>,
+    /// How far the pads are asked to be apart, and are, meters.
+    pub opening_target_m: f64,
+    pub opening_m: f64,
+    /// `world_from_object`.
+    pub object_poses: Vec<Pose>,
+}
+
+/// What the robot does at a time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Phase {
+    Transit,
+    Approach,
+    Close,
+    Lift,
+    Carry,
+    Lower,
+    Open,
+    Retreat,
+    Rest,
+}

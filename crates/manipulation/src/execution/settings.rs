@@ -1,0 +1,41 @@
+//! How an execution moves, and what it may spend.
+
+use serde::{Deserialize, Serialize};
+
+/// Section `[execution]`: settings of [`execute`](super::execute).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ExecutionSettings {
+    /// The hand comes to a grasp and leaves it straight from this far, meters.
+    pub approach_m: f64,
+    /// Objects are raised by this before they are carried, and lowered by it, meters.
+    pub lift_m: f64,
+    /// Objects are let go this far above where they will rest, meters.
+    pub release_gap_m: f64,
+    /// Distance that the arm keeps from obstacles while it carries or moves freely, meters.
+    pub padding_m: f64,
+    /// Distance that the hand keeps from other objects on its straight motions, meters.
+    pub hand_gap_m: f64,
+    /// Shares of the joints' limits of velocity and acceleration with a free hand.
+    pub free_shares: [f64; 2],
+    /// The same with an object in the hand.
+    pub carrying_shares: [f64; 2],
+    /// The same on straight motions to and from a grasp.
+    pub straight_shares: [f64; 2],
+    /// How fast each finger moves, m/s.
+    pub finger_speed_m_s: f64,
+    /// The most grasps of an object that are considered.
+    pub max_grasps: usize,
+    /// The most places for an object that are considered.
+    pub max_places: usize,
+    /// The most grasps whose motions are planned before there is no path.
+    pub max_options: usize,
+    /// Samples of the planner for one motion.
+    pub max_samples: usize,
+    /// Frames of the record in a second.
+    pub record_hz: f64,
+    /// The base stands on a plate of this height on the table, meters.
+    pub mount_m: f64,
+    /// A share of the weight that the strongest grip of both pads could hold by friction; heavier objects are refused.
+    pub payload_share: f64,
+}

@@ -1,0 +1,199 @@
+//! Whole tasks in small scenes.
+
+use geometry::shapes::{block, cylinder};
+use geometry::{DVec2, DVec3, Outline};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+use super::*;
+use crate::test_scenes::{body, box_body};
+
+fn scene(objects: Vec<physics::Body>) -> TaskScene {
+    let corners = [(-0.6, -0.4), (0.6, -0.4), (0.6, 0.4), (-0.6, 0.4)].map(DVec2::from);
+    let top = block(DVec3::new(1.2, 0.8, 0.03)).translated(DVec3::new(0.0, 0.0, -0.03));
+    TaskScene {
+        table: physics::Body { fixed: true, ..box_body("table", top, 10.0, Pose::IDENTITY) },
+        outline: Outline::new(corners.to_vec()).expect("a rectangle"),
+        objects,
+    }
+}
+
+/// A plate with a raised rim of eight pieces, 20 cm wide.
+fn plate(at: DVec2) -> physics::Body {
+    let floor = cylinder(0.09, 0.008, 0.0, 32);
+    body("plate_1", vec![floor], 0.4, Pose::upright(at.extend(0.0), 0.0))
+}
+
+fn cube(name: &str, at: DVec2, yaw_rad: f64) -> physics::Body {
+    box_body(name, block(DVec3::splat(0.045)), 0.1, Pose::upright(at.extend(0.0), yaw_rad))
+}
+
+fn task(goal: &str) -> Task {
+    Task::new("a test", serde_json::from_str(goal).expect("a goal"), "panda")
+}
+
+fn few() -> GraspSettings {
+    GraspSettings { surface_points: 300, max_trials: 10, wanted_stable: 6, ..test_settings::section("grasps") }
+}
+
+fn book(scene: &TaskScene, robot: &Robot, task: &Task) -> GraspBook {
+    let mut rng = ChaCha8Rng::seed_from_u64(1);
+    find_grasps(scene, &task.goal, robot, &few(), &mut rng).expect("objects")
+}
+
+fn run(scene: &TaskScene, robot: &Robot, task: &Task, seed: u64) -> Result<Execution, Refusal> {
+    run_with(scene, robot, task, &book(scene, robot, task), seed)
+}
+
+fn run_with(
+    scene: &TaskScene,
+    robot: &Robot,
+    task: &Task,
+    grasps: &GraspBook,
+    seed: u64,
+) -> Result<Execution, Refusal> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    execute(scene, robot, task, grasps, None, &test_settings::section::<ExecutionSettings>("execution"), &mut rng)
+}
+
+fn panda() -> Robot {
+    Robot::built_in("panda", None).expect("built in")
+}
+
+fn explained(execution: &Execution) -> String {
+    format!(
+        "{} failure {:?} ({:?}), {:.1} s, base {:?}, picks {:?}, predicates {:?}, disturbed {:?}",
+        execution.robot,
+        execution.failure,
+        execution.detail,
+        execution.duration_s,
+        execution.world_from_base,
+        execution.picks,
+        execution.predicates,
+        execution.disturbed
+    )
+}
+
+#[test]
+fn a_block_is_put_on_a_plate() {
+    let robot = panda();
+    let task = task(r#"[{"predicate": "on", "object": "block_1", "target": "plate_1"}]"#);
+    let mut grasps = None;
+    for seed in 0..10 {
+        let angle = 0.6 * seed as f64;
+        let scene = scene(vec![
+            cube("block_1", DVec2::new(-0.15, 0.05) + 0.04 * DVec2::from_angle(angle), angle),
+            plate(DVec2::new(0.15, -0.05)),
+            cube("other_1", DVec2::new(0.0, 0.2), 0.3),
+        ]);
+        // The grasps are those of the block, wherever it stands.
+        let grasps = grasps.get_or_insert_with(|| book(&scene, &robot, &task));
+        let execution = run_with(&scene, &robot, &task, grasps, seed).expect("attempted");
+        assert!(execution.succeeded, "seed {seed}: {}", explained(&execution));
+        let frames = &execution.recording.frames;
+        assert!(frames.len() as f64 > 45.0 * execution.duration_s, "{}", frames.len());
+        assert!(execution.picks[0].slip_m < 2e-3, "{}", explained(&execution));
+    }
+}
+
+#[test]
+fn the_small_arm_puts_a_block_on_a_plate() {
+    let robot = Robot::built_in("piper", None).expect("built in");
+    let task = task(r#"[{"predicate": "on", "object": "block_1", "target": "plate_1"}]"#);
+    let scene = scene(vec![cube("block_1", DVec2::new(-0.1, 0.05), 0.4), plate(DVec2::new(0.12, -0.05))]);
+    let execution = run(&scene, &robot, &task, 1).expect("attempted");
+    assert!(execution.succeeded, "{}", explained(&execution));
+}
+
+#[test]
+fn blocks_are_stacked_swapped_and_lifted() {
+    let robot = panda();
+    let scene = scene(vec![
+        cube("red_1", DVec2::new(-0.15, 0.1), 0.4),
+        cube("blue_1", DVec2::new(0.1, 0.12), 0.0),
+        plate(DVec2::new(0.1, -0.15)),
+    ]);
+    for goal in [
+        r#"[{"predicate": "stacked_on", "object": "red_1", "target": "blue_1"},
+            {"predicate": "on", "object": "blue_1", "target": "plate_1"}]"#,
+        r#"[{"predicate": "swapped", "object": "red_1", "target": "blue_1"}]"#,
+        r#"[{"predicate": "lifted", "object": "red_1"}]"#,
+        r#"[{"predicate": "left_of", "object": "blue_1", "target": "red_1"}]"#,
+        r#"[{"predicate": "next_to", "object": "blue_1", "target": "plate_1"},
+            {"predicate": "at_left", "object": "red_1"}]"#,
+    ] {
+        let execution = run(&scene, &robot, &task(goal), 3).expect("attempted");
+        assert!(execution.succeeded, "{goal}: {}", explained(&execution));
+    }
+}
+
+#[test]
+fn equal_seeds_give_equal_bytes() {
+    let robot = panda();
+    let task = task(r#"[{"predicate": "on", "object": "block_1", "target": "plate_1"}]"#);
+    let scene = scene(vec![cube("block_1", DVec2::new(-0.1, 0.05), 0.4), plate(DVec2::new(0.15, -0.05))]);
+    let json = || serde_json::to_string(&run(&scene, &robot, &task, 2).expect("attempted")).expect("JSON");
+    assert_eq!(json(), json());
+}
+
+#[test]
+fn what_cannot_be_done_is_refused_with_a_code() {
+    let robot = panda();
+    let heavy = physics::Body {
+        name: "heavy_1".to_owned(),
+        ..box_body("heavy_1", block(DVec3::splat(0.05)), 8.0, Pose::upright(DVec3::new(-0.3, 0.2, 0.0), 0.0))
+    };
+    let wide =
+        box_body("wide_1", block(DVec3::splat(0.2)), 0.5, Pose::upright(DVec3::new(0.3, 0.2, 0.0), 0.0));
+    let scene = scene(vec![
+        cube("block_1", DVec2::new(-0.1, 0.05), 0.4),
+        cube("block_2", DVec2::new(-0.2, -0.2), 0.4),
+        plate(DVec2::new(0.15, -0.05)),
+        heavy,
+        wide,
+    ]);
+    let code = |goal: &str| {
+        let task = task(goal);
+        let mut rng = ChaCha8Rng::seed_from_u64(1);
+        let settings: ExecutionSettings = test_settings::section("execution");
+        let result = execute(&scene, &robot, &task, &GraspBook::new(), None, &settings, &mut rng);
+        result.err().map(|refusal| refusal.code())
+    };
+    let on = |object: &str, target: &str| {
+        format!(r#"[{{"predicate": "on", "object": "{object}", "target": "{target}"}}]"#)
+    };
+    assert_eq!(code(&on("block_9", "plate_1")), Some("unknown_object"));
+    assert_eq!(code(&on("block_1", "bowl_1")), Some("unknown_object"));
+    assert_eq!(code(&on("heavy_1", "plate_1")), Some("object_too_heavy"));
+    assert_eq!(code(&on("wide_1", "plate_1")), Some("object_too_wide"));
+    assert_eq!(code(r#"[{"predicate": "on", "object": "block_1"}]"#), Some("goal_already_true"));
+    assert_eq!(code(r#"[{"predicate": "upside_down", "object": "block_1"}]"#), Some("unsupported_goal"));
+    let both = r#"[{"predicate": "stacked_on", "object": "block_1", "target": "plate_1"},
+        {"predicate": "stacked_on", "object": "block_2", "target": "plate_1"}]"#;
+    assert_eq!(code(both), Some("goal_conflict"));
+    let far = Isometry3::translation(5.0, 0.0, 0.0);
+    let task = task(&on("block_1", "plate_1"));
+    let mut rng = ChaCha8Rng::seed_from_u64(1);
+    let result = execute(
+        &scene,
+        &robot,
+        &task,
+        &GraspBook::new(),
+        Some(&far),
+        &test_settings::section::<ExecutionSettings>("execution"),
+        &mut rng,
+    );
+    assert_eq!(result.err().map(|refusal| refusal.code()), Some("table_out_of_reach"));
+}
+
+#[test]
+fn an_object_without_a_stable_grasp_is_a_failure() {
+    let scene = scene(vec![cube("block_1", DVec2::new(-0.1, 0.05), 0.4), plate(DVec2::new(0.15, -0.05))]);
+    let task = task(r#"[{"predicate": "on", "object": "block_1", "target": "plate_1"}]"#);
+    let mut rng = ChaCha8Rng::seed_from_u64(1);
+    let base = Isometry3::translation(-0.5, 0.0, 0.02);
+    let settings: ExecutionSettings = test_settings::section("execution");
+    let execution = execute(&scene, &panda(), &task, &GraspBook::new(), Some(&base), &settings, &mut rng);
+    assert_eq!(execution.expect("attempted").failure, Some(Failure::NoGrasp));
+    assert_eq!(serde_json::to_string(&Failure::DisturbedOthers).expect("JSON"), "\"disturbed_others\"");
+}

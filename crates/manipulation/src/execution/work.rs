@@ -1,0 +1,71 @@
+//! What the steps of a goal need: places for objects, and a place for the base.
+
+use geometry::Pose;
+use nalgebra::Isometry3;
+use robot::model::Robot;
+use tasks::{Goal, GoalPredicate, PosedObject};
+
+use super::GraspBook;
+use super::base::{Alternatives, bases, tool_poses};
+use super::place::PlaceSearch;
+use super::scene::{Shapes, TaskScene};
+use super::settings::ExecutionSettings;
+use super::steps::{Step, steps};
+
+/// Where the object of a step may go.
+#[expect(clippy::too_many_arguments, reason = "the state of an attempt, also before there is one")]
+pub(crate) fn places(
+    scene: &TaskScene,
+    shapes: &Shapes,
+    start: &[PosedObject],
+    now: &[PosedObject],
+    object: usize,
+    step: &Step,
+    done: &[GoalPredicate],
+    settings: &ExecutionSettings,
+) -> Vec<Pose> {
+    let search = PlaceSearch {
+        outline: &scene.outline,
+        shapes,
+        table: shapes.posed_table(scene),
+        start,
+        now,
+        object,
+        wanted: settings.max_places,
+    };
+    match step {
+        Step::Place { predicates, .. } => search.places(predicates, done),
+        Step::SetAside { object: name, other } => {
+            let taken = [name, other].into_iter().filter_map(|name| tasks::posed_object::find(start, name));
+            search.free_places(&taken.collect::<Vec<_>>())
+        }
+        Step::TakePlaceOf { other, .. } => {
+            tasks::posed_object::find(start, other).map_or_else(Vec::new, |other| search.place_of(other))
+        }
+        Step::Lift { .. } => Vec::new(),
+    }
+}
+
+/// Places for the base from which the arm can pick up all that a goal moves, and put it down.
+pub(crate) fn bases_for(
+    scene: &TaskScene,
+    shapes: &Shapes,
+    robot: &Robot,
+    goal: &Goal,
+    grasps: &GraspBook,
+    settings: &ExecutionSettings,
+) -> Vec<Isometry3<f64>> {
+    let start = shapes.posed(&scene.poses());
+    let mut work: Vec<Alternatives> = Vec::new();
+    for step in steps(goal) {
+        let name = step.object().as_str();
+        let (Some(object), Some(grasps)) = (scene.index(name), grasps.get(name)) else { continue };
+        work.push(tool_poses(&scene.objects[object].world_from_object, grasps));
+        // Steps that come later are planned as if the earlier ones had not been made.
+        let places = places(scene, shapes, &start, &start, object, &step, &[], settings);
+        if let Some(place) = places.first() {
+            work.push(tool_poses(place, grasps));
+        }
+    }
+    bases(scene, robot, &work, settings)
+}

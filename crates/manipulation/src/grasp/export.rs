@@ -1,0 +1,82 @@
+//! Grasps as files: isaac_grasp YAML, and a record for JSON.
+
+use std::fmt::Write;
+
+use geometry::Pose;
+use robot::model::Robot;
+use serde::{Deserialize, Serialize};
+
+use super::{Grasp, Verdict};
+
+/// The grasps of one object with one gripper.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct GraspFile {
+    pub robot: String,
+    /// The frame that poses place in the object's frame: z away from the arm, fingers close along y.
+    pub gripper_frame: String,
+    pub gripper_joint: String,
+    pub grasps: Vec<GraspRecord>,
+}
+
+/// One grasp; lengths in meters, quaternions as x, y, z, w.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct GraspRecord {
+    pub object_from_tool: Pose,
+    pub opening_m: f64,
+    pub pregrasp_opening_m: f64,
+    /// Of each pad.
+    pub force_n: f64,
+    pub confidence: f64,
+    pub verdict: Verdict,
+    pub slip_m: f64,
+}
+
+impl GraspFile {
+    pub fn new(robot: &Robot, grasps: &[Grasp]) -> Self {
+        let record = |grasp: &Grasp| GraspRecord {
+            object_from_tool: grasp.object_from_tool,
+            opening_m: grasp.opening_m,
+            pregrasp_opening_m: grasp.pregrasp_opening_m,
+            force_n: grasp.force_n,
+            confidence: grasp.confidence,
+            verdict: grasp.verdict,
+            slip_m: grasp.slip_m,
+        };
+        Self {
+            robot: robot.name().to_owned(),
+            gripper_frame: robot.tool().name.clone(),
+            gripper_joint: gripper_joint(robot).to_owned(),
+            grasps: grasps.iter().map(record).collect(),
+        }
+    }
+}
+
+/// The name of the joint that moves the fingers.
+fn gripper_joint(robot: &Robot) -> &str {
+    robot.links()[robot.gripper().link].joint.as_ref().map_or("", |joint| &joint.name)
+}
+
+/// The grasps in the format `isaac_grasp` 1.0: poses of the gripper's frame, here the tool, in the object's frame.
+/// `object_frame` names the object.
+pub fn isaac_grasp_yaml(robot: &Robot, object_frame: &str, grasps: &[Grasp]) -> String {
+    let joint = gripper_joint(robot);
+    let mut text = format!(
+        "format: isaac_grasp\nformat_version: 1.0\nobject_frame: {object_frame}\ngripper_frame: {}\n",
+        robot.tool().name
+    );
+    text.push_str(if grasps.is_empty() { "grasps: {}\n" } else { "grasps:\n" });
+    for (index, grasp) in grasps.iter().enumerate() {
+        let Pose { translation_m: p, rotation: q } = grasp.object_from_tool;
+        let closed = robot.gripper_position(grasp.opening_m);
+        let opened = robot.gripper_position(grasp.pregrasp_opening_m);
+        // Writing to a string cannot fail.
+        let _ = write!(
+            text,
+            "  grasp_{index}:\n    confidence: {}\n    position: [{}, {}, {}]\n    orientation: {{w: {}, xyz: [{}, \
+             {}, {}]}}\n    cspace_position:\n      {joint}: {closed}\n    pregrasp_cspace_position:\n      {joint}: \
+             {opened}\n",
+            grasp.confidence, p.x, p.y, p.z, q.w, q.x, q.y, q.z
+        );
+    }
+    text
+}

@@ -1,0 +1,99 @@
+//! What a robot can grasp and lift, as numbers.
+
+use geometry::parallel_grasp::{Gripper, parallel_grasp};
+use geometry::shells::Shell;
+use geometry::solid_query::MeshSolid;
+use glam::DVec2;
+use serde::{Deserialize, Serialize};
+
+use crate::convex_width::narrowest_width_m;
+use crate::posed_object::ObjectShape;
+
+/// Opening of the gripper that must stay free on both sides together, meters.
+pub const OPENING_MARGIN_M: f64 = 0.005;
+
+/// Opening with which any object can be grasped that has opposite sides at all, meters.
+const ANY_OPENING_M: f64 = 0.6;
+/// Coefficient of friction between finger and object.
+const FRICTION: f64 = 0.5;
+
+/// The limits of a robot that decide whether it can move an object.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RobotLimits {
+    /// As tasks name it.
+    pub name: String,
+    /// Widest distance between the fingers, meters.
+    pub max_opening_m: f64,
+    /// Largest mass that it lifts, kilograms.
+    pub max_payload_kg: f64,
+}
+
+impl RobotLimits {
+    /// Widest object between the fingers, meters.
+    pub fn max_width_m(&self) -> f64 {
+        self.max_opening_m - OPENING_MARGIN_M
+    }
+}
+
+/// Whether a gripper of this opening can grasp a shape in its upright pose, or how wide the gripper would have to open.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum GraspWidth {
+    /// Distance between the fingers, meters.
+    Fits(f64),
+    /// The narrowest place, meters.
+    TooWide(f64),
+    /// The object has no opposite sides.
+    Nowhere,
+}
+
+/// The width at which a gripper of this opening grasps a shape: between its narrowest sides, or where
+/// [`parallel_grasp`] finds a grasp on its hulls (a wall, a handle). Takes milliseconds.
+pub fn grasp_width(shape: &ObjectShape, opening_m: f64) -> GraspWidth {
+    let widest_m = opening_m - OPENING_MARGIN_M;
+    let narrowest_m = narrowest_m(shape);
+    if narrowest_m <= widest_m {
+        return GraspWidth::Fits(narrowest_m);
+    }
+    let shells: Vec<Shell> = shape
+        .hulls()
+        .iter()
+        .map(|hull| Shell { points: hull.points.clone(), triangles: hull.triangles.clone() })
+        .collect();
+    let Ok(solid) = MeshSolid::from_shells(&shells) else { return GraspWidth::Nowhere };
+    let width_m = |opening_m: f64| {
+        let gripper = Gripper { opening_m, ..Gripper::COMMON };
+        let grasp = parallel_grasp(&solid, shape.hulls(), shape.center_of_mass_m, FRICTION, gripper)?;
+        Some(grasp.contacts_m[0].distance(grasp.contacts_m[1]))
+    };
+    match width_m(widest_m) {
+        Some(width_m) => GraspWidth::Fits(width_m),
+        None => width_m(ANY_OPENING_M).map_or(GraspWidth::Nowhere, GraspWidth::TooWide),
+    }
+}
+
+/// Smallest horizontal width of the whole object in its upright pose, meters.
+pub fn narrowest_m(shape: &ObjectShape) -> f64 {
+    let points: Vec<DVec2> =
+        shape.hulls().iter().flat_map(|hull| &hull.points).map(|point| point.truncate()).collect();
+    narrowest_width_m(&points)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_scenes::{container, solid_box};
+
+    #[test]
+    fn narrow_side_and_wall_are_grasped() {
+        let width = |object: crate::PosedObject| grasp_width(&object.shape, 0.08);
+        assert!(
+            matches!(width(solid_box("a", [0.2, 0.05, 0.1], [0.0; 3])), GraspWidth::Fits(w) if (w - 0.05).abs() < 1e-6)
+        );
+        assert!(
+            matches!(width(solid_box("a", [0.2, 0.15, 0.1], [0.0; 3])), GraspWidth::TooWide(w) if w > 0.075)
+        );
+        // A wall of 4 mm.
+        assert!(matches!(width(container("a", [0.2, 0.15, 0.1], [0.0; 3])), GraspWidth::Fits(w) if w < 0.02));
+    }
+}

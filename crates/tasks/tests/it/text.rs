@@ -1,0 +1,49 @@
+//! Instructions in a made scene, with the right goals, as `sentences.toml` states them.
+
+use crate::made_scene::made_scene;
+use embedded::text_parser::{DescribeOptions, TextParserSettings, describe};
+use serde::Deserialize;
+use tasks::goal::formula;
+use tasks::{Reading, Refusal, Task, TaskScene};
+
+#[derive(Deserialize)]
+struct Sentences {
+    sentences: Vec<[String; 2]>,
+}
+
+fn task_of(text: &str, scene: &TaskScene) -> Result<Task, Refusal> {
+    let settings: TextParserSettings = test_settings::section("analyst");
+    let options = DescribeOptions { max_objects: 64, table: None, on_unknown: Default::default() };
+    let reading = Reading::new(text, scene);
+    let description = describe(reading.text(), 1, &options, &settings)
+        .map_err(|error| Refusal::InstructionNotUnderstood { parts: vec![error.to_string()] })?;
+    reading.task(&description, "panda")
+}
+
+#[test]
+fn sentences_have_the_goals_that_the_table_states() {
+    let table: Sentences = toml::from_str(include_str!("sentences.toml")).expect("the table parses");
+    assert!(table.sentences.len() >= 40);
+    let scene = made_scene();
+    let mut wrong = Vec::new();
+    for [text, expected] in &table.sentences {
+        let (found, detail) = match task_of(text, &scene) {
+            Ok(task) => {
+                let formulas: Vec<String> = task.goal.predicates().iter().map(formula).collect();
+                (formulas.join(", "), String::new())
+            }
+            Err(refusal) => (format!("!{}", refusal.code()), refusal.to_string()),
+        };
+        if found != *expected {
+            wrong.push(format!("{text:?}: {expected}, not {found} {detail}"));
+        }
+    }
+    assert!(wrong.is_empty(), "{} of {}\n{}", wrong.len(), table.sentences.len(), wrong.join("\n"));
+}
+
+#[test]
+fn task_keeps_the_instruction_as_written() {
+    let task = task_of("put mug_1 on tray_1, please ", &made_scene()).expect("a task");
+    assert_eq!(task.instruction, "put mug_1 on tray_1, please");
+    assert_eq!(task.robot, "panda");
+}

@@ -1,0 +1,94 @@
+//! `/scenes/{scene_id}/tasks`: what a robot could do in a finished scene, with goals that are decided from poses.
+
+use std::sync::Arc;
+
+use axum::Json;
+use axum::extract::{Path, State};
+use axum::response::{IntoResponse, Response};
+use serde::Deserialize;
+use serde_json::Value;
+
+use super::Api;
+use super::admission::overloaded;
+use super::error::{Problem, ProblemType};
+use super::parent::ParentBundle;
+use super::query::Parameters;
+use super::rebuild::missing_bytes;
+use super::scenes::{find, parse_id};
+use super::submission::check_text;
+use scene::request::MAX_SEED;
+
+/// Most tasks of one answer.
+pub const MAX_TASKS: usize = 50;
+
+/// Which tasks a client asks for.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct TasksRequest {
+    /// Name of a robot in `config/robots/`.
+    pub robot: String,
+    /// Number of proposals, 1..=50.
+    pub count: usize,
+    /// The same scene, seed and robot give the same proposals.
+    pub seed: u64,
+    /// An instruction to read in place of proposals.
+    pub text: Option<String>,
+}
+
+impl Default for TasksRequest {
+    fn default() -> Self {
+        Self { robot: "panda".to_owned(), count: 5, seed: 0, text: None }
+    }
+}
+
+/// The tasks of the scene in an archive. It computes, so it blocks. Made by `app::tasks::propose_tasks`.
+pub type ProposeTasks = Arc<dyn Fn(&[u8], &TasksRequest) -> Result<Value, Problem> + Send + Sync>;
+
+/// `GET /scenes/{scene_id}/tasks`.
+pub async fn list(
+    State(api): State<Api>,
+    Path(scene_id): Path<String>,
+    Parameters(request): Parameters<TasksRequest>,
+) -> Result<Response, Problem> {
+    let scene_id = parse_id(&scene_id)?;
+    check(&request, api.settings.max_text_chars)?;
+    let _permit = api.requests.clone().try_acquire_owned().map_err(|_| overloaded())?;
+    let scene = find(&api, &scene_id).await?;
+    let bundle = ParentBundle::of(&api, &scene, true).await?;
+    let permit = api.decoders.clone().acquire_owned().await.ok();
+    let Some(archive) = api.store.blobs().get(&bundle.digest).await? else {
+        return Err(missing_bytes(&api, &scene_id).await);
+    };
+    let propose = api.propose_tasks.clone();
+    let proposed = tokio::task::spawn_blocking(move || {
+        let _permit = permit;
+        propose(&archive, &request)
+    });
+    let document = proposed.await.unwrap_or_else(|_| {
+        let detail = "a bug stopped the proposals; the log has the details under this request id";
+        Err(Problem::new(ProblemType::Internal, "internal_error", detail))
+    })?;
+    Ok(Json(document).into_response())
+}
+
+/// Checks the values of a request; the command line has the same bounds.
+///
+/// # Errors
+///
+/// [`Problem`] for a count out of range, or a text that is empty or too long.
+pub fn check(request: &TasksRequest, max_text_chars: usize) -> Result<(), Problem> {
+    let invalid = |name: &str, why: String| {
+        let detail = format!("query parameters: {name} {why}");
+        Problem::new(ProblemType::MalformedRequest, "invalid_parameter", detail)
+    };
+    if !(1..=MAX_TASKS).contains(&request.count) {
+        return Err(invalid("count", format!("must be a whole number from 1 to {MAX_TASKS}")));
+    }
+    if request.seed > MAX_SEED {
+        return Err(invalid("seed", format!("must be at most {MAX_SEED}")));
+    }
+    match &request.text {
+        Some(text) => check_text(text, max_text_chars).map(|_| ()).map_err(|why| invalid("text", why)),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,82 @@
+//! A task in the scene of a bundle, executed by a simulated robot.
+
+use super::tasks::instructed_task;
+use crate::api::error::{Problem, ProblemType};
+use crate::api::tasks::TasksRequest;
+use crate::config::Resolved;
+use crate::pipeline::composition::BodyParts;
+use crate::pipeline::task_scene::BundleScene;
+use geometry::ConvexHull;
+use manipulation::execution::{Execution, Refusal, TaskScene, execute, find_grasps};
+use physics::Body;
+use robot::model::Robot;
+use runtime::seed::child_rng;
+use tasks::Task;
+
+/// What is executed.
+#[derive(Clone, Debug)]
+pub enum TaskSource {
+    /// An instruction in words.
+    Text(String),
+    Task(Box<Task>),
+}
+
+/// Executes a task. Takes seconds: grasps are tried in simulation first.
+///
+/// # Errors
+///
+/// A [`Problem`] with the code of the refusal, where the task is not attempted. A task that fails is an [`Execution`].
+pub fn run(
+    bundle: &BundleScene,
+    source: TaskSource,
+    robot_name: &str,
+    seed: u64,
+    resolved: &Resolved,
+) -> Result<(Task, Execution), Problem> {
+    let task = match source {
+        TaskSource::Text(text) => {
+            let request =
+                TasksRequest { robot: robot_name.to_owned(), text: Some(text), ..TasksRequest::default() };
+            instructed_task(&request, bundle, resolved)?
+        }
+        TaskSource::Task(task) => *task,
+    };
+    let robot = Robot::built_in(&task.robot, None)
+        .map_err(|error| Problem::new(ProblemType::InvalidRequest, "unknown_robot", error.to_string()))?;
+    let scene = task_scene(bundle)?;
+    let broken = |error: manipulation::world::WorldError| {
+        Problem::new(ProblemType::Conflict, "broken_scene", error.to_string())
+    };
+    let mut rng = child_rng(seed, "grasps");
+    let grasps =
+        find_grasps(&scene, &task.goal, &robot, &resolved.config.grasps, &mut rng).map_err(broken)?;
+    let mut rng = child_rng(seed, "execution");
+    let done = execute(&scene, &robot, &task, &grasps, None, &resolved.config.execution, &mut rng);
+    done.map(|execution| (task, execution)).map_err(|refusal| refused(&refusal))
+}
+
+/// Table and objects as the simulation of the robot has them.
+fn task_scene(bundle: &BundleScene) -> Result<TaskScene, Problem> {
+    let composition = &bundle.stored.composition;
+    let body = |(index, (parts, hulls)): (usize, (&BodyParts, &Vec<ConvexHull>))| {
+        let physical = &parts.resolved.physical;
+        Body {
+            name: parts.resolved.name.clone(),
+            hulls: hulls.clone(),
+            world_from_object: parts.resolved.settled,
+            mass: physical.mass,
+            friction: physical.friction,
+            restitution: physical.restitution,
+            rolling_friction_m: physical.rolling_friction_m,
+            fixed: index == 0,
+        }
+    };
+    let mut bodies = composition.bodies.iter().zip(&bundle.stored.hulls).enumerate().map(body);
+    let no_table = || Problem::new(ProblemType::Conflict, "broken_scene", "the scene has no table");
+    let table = bodies.next().ok_or_else(no_table)?;
+    Ok(TaskScene { table, outline: composition.outline().clone(), objects: bodies.collect() })
+}
+
+fn refused(refusal: &Refusal) -> Problem {
+    Problem::new(ProblemType::InvalidRequest, refusal.code(), refusal.to_string())
+}

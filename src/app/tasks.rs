@@ -1,0 +1,118 @@
+//! Tasks for a robot in the scene of a bundle: proposed by rules, read from an instruction, or the scene's own.
+
+use std::sync::Arc;
+
+use serde::Serialize;
+use serde_json::json;
+
+use crate::api::error::{FieldError, Problem, ProblemType};
+use crate::api::tasks::{ProposeTasks, TasksRequest};
+use crate::config::Resolved;
+use crate::pipeline::error::StageError;
+use crate::pipeline::task_scene::{self, BundleScene};
+use embedded::analyst;
+use remote::settings::AnalystProvider;
+use robot::model::{Robot, library};
+use scene::request::RequestOptions;
+use tasks::proposals::{ProposedTask, propose};
+use tasks::text::own_task;
+use tasks::{Reading, Refusal, RobotLimits, Task, validate};
+
+/// Newtons that a kilogram weighs.
+const GRAVITY_M_S2: f64 = 9.81;
+/// Share of the friction that the grip can give which carries the load; the rest is for accelerations.
+const LOAD_SHARE: f64 = 0.5;
+
+/// The tasks of a scene.
+#[derive(Clone, Debug, Serialize)]
+pub struct SceneTasks {
+    pub robot: String,
+    pub seed: u64,
+    /// That of the scene's own text, where it was an instruction.
+    pub own: Option<Task>,
+    /// That of the instruction that was given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub instructed: Option<Task>,
+    /// Where no instruction was given.
+    pub proposed: Vec<ProposedTask>,
+}
+
+/// Proposes tasks for scenes, or reads them. A scene's text is read by the embedded parser.
+pub fn propose_tasks(resolved: &Resolved) -> ProposeTasks {
+    let resolved = resolved.clone();
+    Arc::new(move |archive: &[u8], request: &TasksRequest| {
+        // An unknown robot is found before the bundle is unpacked.
+        limits_of(&request.robot)?;
+        let bundle = task_scene::of_archive(archive).map_err(unreadable)?;
+        tasks_of(&bundle, request, &resolved).map(|found| json!(found))
+    })
+}
+
+/// The tasks of a scene that was read.
+///
+/// # Errors
+///
+/// A [`Problem`] with the code of the refusal, for an unknown robot or an instruction that is no feasible task.
+pub fn tasks_of(
+    bundle: &BundleScene,
+    request: &TasksRequest,
+    resolved: &Resolved,
+) -> Result<SceneTasks, Problem> {
+    let robot = limits_of(&request.robot)?;
+    let (instructed, proposed) = match &request.text {
+        Some(_) => (Some(instructed_task(request, bundle, resolved)?), Vec::new()),
+        None => (None, propose(&bundle.tasks, request.count, request.seed, &robot)),
+    };
+    let own = own_task(&bundle.scene, &robot.name);
+    Ok(SceneTasks { robot: robot.name, seed: request.seed, own, instructed, proposed })
+}
+
+/// The task of an instruction.
+///
+/// # Errors
+///
+/// As [`tasks_of`].
+pub fn instructed_task(
+    request: &TasksRequest,
+    bundle: &BundleScene,
+    resolved: &Resolved,
+) -> Result<Task, Problem> {
+    let robot = limits_of(&request.robot)?;
+    let text = request.text.as_deref().unwrap_or_default();
+    let analysts = &resolved.config.providers.analyst;
+    if !analysts.iter().all(|provider| *provider == AnalystProvider::Embedded) {
+        let detail = "a remote model reads texts here (providers.analyst), and it is not asked for tasks; set \
+                      providers.analyst to embedded, or leave the instruction out";
+        return Err(Problem::new(ProblemType::Conflict, "remote_analyst", detail));
+    }
+    let reading = Reading::new(text, &bundle.tasks);
+    let options = RequestOptions::default();
+    let description =
+        analyst::describe(reading.text(), bundle.scene.seed, &options, &resolved.config.analyst)
+            .map_err(|error| Problem::invalid(vec![FieldError::new("/text", error.to_string())]))?;
+    let task = reading.task(&description, &robot.name).map_err(|refusal| refused(&refusal))?;
+    validate(&task, &bundle.tasks, &[robot]).map_err(|refusal| refused(&refusal))?;
+    Ok(task)
+}
+
+/// What a robot can take and lift, from its file.
+fn limits_of(name: &str) -> Result<RobotLimits, Problem> {
+    let known = || library::names().map(str::to_owned).collect();
+    let unknown = || refused(&Refusal::UnknownRobot { robot: name.to_owned(), known: known() });
+    let robot = Robot::built_in(name, None).map_err(|_| unknown())?;
+    let gripper = robot.gripper();
+    let friction_n = 2.0 * gripper.pad_friction * gripper.grip_force_n;
+    Ok(RobotLimits {
+        name: name.to_owned(),
+        max_opening_m: gripper.max_opening_m,
+        max_payload_kg: LOAD_SHARE * friction_n / GRAVITY_M_S2,
+    })
+}
+
+fn refused(refusal: &Refusal) -> Problem {
+    Problem::new(ProblemType::InvalidRequest, refusal.code(), refusal.to_string())
+}
+
+fn unreadable(error: StageError) -> Problem {
+    Problem::new(ProblemType::Conflict, error.code, error.message)
+}

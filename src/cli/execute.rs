@@ -1,0 +1,122 @@
+//! `execute`: a simulated robot does a task in the scene of a bundle.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use serde_json::{Value, json};
+
+use super::bundle_input::BundleInput;
+use super::generate::refused;
+use super::options::ConfigOptions;
+use super::{Exit, Failure, scene_summary, terminal};
+use crate::app::executions::{TaskSource, run as execute_task};
+use crate::pipeline::task_scene;
+use manipulation::execution::Execution;
+use tasks::Task;
+
+/// Arguments of `execute`.
+#[derive(Debug, Args)]
+#[command(after_help = "The exit code is 0 for a task that was done, and 6 for one that failed.")]
+pub struct Arguments {
+    /// The bundle of the scene: its folder, or its archive
+    #[arg(long, visible_alias = "scene", value_name = "DIR_OR_ZIP")]
+    bundle: PathBuf,
+    /// An instruction in words, or the file of a task as `tasks --out` writes it
+    #[arg(long, value_name = "TEXT_OR_FILE", allow_hyphen_values = true)]
+    task: String,
+    /// The robot of an instruction in words
+    #[arg(long, value_name = "NAME", default_value = "panda")]
+    robot: String,
+    /// Same scene, task and seed: same motion, to the byte
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    seed: u64,
+    /// Write the verdict (`execution.json`) and the motion (`trajectory.json`) into this folder
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Print one JSON document, without the motion
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    options: ConfigOptions,
+}
+
+/// Executes the task and prints the verdict. With `--json`, failures are printed as a document, too.
+pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
+    let is_json = arguments.json;
+    scene_summary::with_failure_document(execute(&arguments), is_json)
+}
+
+fn execute(arguments: &Arguments) -> Result<Exit, Failure> {
+    let resolved = arguments.options.load(Vec::new())?;
+    let source = source(&arguments.task)?;
+    let archive = BundleInput::open(&arguments.bundle)?.into_archive()?;
+    let bundle = task_scene::of_archive(&archive).map_err(|error| Failure::usage(error.message))?;
+    let (task, execution) = execute_task(&bundle, source, &arguments.robot, arguments.seed, &resolved)
+        .map_err(|problem| refused(problem, "--task"))?;
+    let document = document(&task, &execution, arguments.seed)?;
+    if let Some(folder) = &arguments.out {
+        write(folder, &document, &execution)?;
+    }
+    match arguments.json {
+        true => terminal::print(&format!("{document:#}\n")),
+        false => terminal::print(&verdict_text(&task, &execution)),
+    }
+    Ok(if execution.succeeded { Exit::Success } else { Exit::TaskFailed })
+}
+
+/// A file of a task, or the text itself.
+fn source(given: &str) -> Result<TaskSource, Failure> {
+    if !given.ends_with(".json") {
+        return Ok(TaskSource::Text(given.to_owned()));
+    }
+    let text = std::fs::read_to_string(given)
+        .map_err(|error| Failure::usage(format!("cannot read the task {given}: {error}")))?;
+    serde_json::from_str(&text)
+        .map(TaskSource::Task)
+        .map_err(|error| Failure::usage(format!("{given} is no task: {error}")))
+}
+
+/// The verdict without the motion.
+fn document(task: &Task, execution: &Execution, seed: u64) -> Result<Value, Failure> {
+    let json_failed = |error: serde_json::Error| Failure::new(Exit::Error, format!("the verdict: {error}"));
+    let mut verdict = serde_json::to_value(execution).map_err(json_failed)?;
+    if let Some(members) = verdict.as_object_mut() {
+        members.remove("recording");
+    }
+    Ok(json!({ "task": task, "seed": seed, "execution": verdict }))
+}
+
+fn verdict_text(task: &Task, execution: &Execution) -> String {
+    let mut text = format!("{}: {}\n", execution.robot, task.instruction);
+    // Writing to a string does not fail.
+    let verdict = match execution.failure {
+        None => "done".to_owned(),
+        Some(failure) => format!("failed, {}", json!(failure).as_str().unwrap_or_default()),
+    };
+    let _ = writeln!(text, "  {verdict} after {:.1} s", execution.duration_s);
+    if let Some(detail) = &execution.detail {
+        let _ = writeln!(text, "  {detail}");
+    }
+    for pick in &execution.picks {
+        let _ = writeln!(text, "  picked {}, slip {:.1} mm", pick.object, 1e3 * pick.slip_m);
+    }
+    for moved in &execution.disturbed {
+        let _ = writeln!(text, "  moved besides: {}", json!(moved));
+    }
+    text
+}
+
+fn write(folder: &Path, document: &Value, execution: &Execution) -> Result<(), Failure> {
+    std::fs::create_dir_all(folder)
+        .map_err(|error| Failure::usage(format!("cannot make {}: {error}", folder.display())))?;
+    for (name, content) in [
+        ("execution.json", format!("{document:#}\n")),
+        ("trajectory.json", format!("{}\n", json!(execution.recording))),
+    ] {
+        let path = folder.join(name);
+        std::fs::write(&path, content)
+            .map_err(|error| Failure::usage(format!("cannot write {}: {error}", path.display())))?;
+    }
+    Ok(())
+}

@@ -1,0 +1,121 @@
+//! `tasks`: what a robot could do in the scene of a bundle.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use serde_json::json;
+
+use super::bundle_input::BundleInput;
+use super::generate::refused;
+use super::options::ConfigOptions;
+use super::{Exit, Failure, scene_summary, terminal};
+use crate::api::tasks::{TasksRequest, check};
+use crate::app::tasks::{SceneTasks, tasks_of};
+use crate::pipeline::task_scene::{self, BundleScene};
+use tasks::proposals::Difficulty;
+use tasks::{Task, bddl, goal};
+
+/// Arguments of `tasks`.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// The bundle of the scene: its folder, or its archive
+    #[arg(long, value_name = "DIR_OR_ZIP")]
+    bundle: PathBuf,
+    /// The robot that has to do them
+    #[arg(long, value_name = "NAME", default_value = "panda")]
+    robot: String,
+    /// Number of proposed tasks
+    #[arg(long, value_name = "N", default_value_t = 5)]
+    count: usize,
+    /// The same scene, seed and robot: the same proposals
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    seed: u64,
+    /// Read this instruction in place of proposing tasks
+    #[arg(long, value_name = "TEXT", allow_hyphen_values = true)]
+    text: Option<String>,
+    /// Also write each task as JSON and as a BDDL problem into this folder
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Print one JSON document instead of the table
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    options: ConfigOptions,
+}
+
+/// Prints the tasks. With `--json`, failures are printed as a document, too.
+pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
+    let is_json = arguments.json;
+    scene_summary::with_failure_document(tasks(arguments), is_json)
+}
+
+fn tasks(arguments: Arguments) -> Result<Exit, Failure> {
+    let resolved = arguments.options.load(Vec::new())?;
+    let Arguments { robot, count, seed, text, .. } = arguments;
+    let request = TasksRequest { robot, count, seed, text };
+    let refusal = |problem| refused(problem, "--text");
+    check(&request, resolved.config.server.max_text_chars).map_err(refusal)?;
+    let archive = BundleInput::open(&arguments.bundle)?.into_archive()?;
+    let bundle = task_scene::of_archive(&archive).map_err(|error| Failure::usage(error.message))?;
+    let found = tasks_of(&bundle, &request, &resolved).map_err(refusal)?;
+    if let Some(folder) = &arguments.out {
+        write(folder, &found, &bundle)?;
+    }
+    match arguments.json {
+        true => terminal::print(&format!("{:#}\n", json!(found))),
+        false => terminal::print(&table(&found)),
+    }
+    Ok(Exit::Success)
+}
+
+/// One paragraph a task.
+fn table(found: &SceneTasks) -> String {
+    let mut text = String::new();
+    // Writing to a string does not fail.
+    if let Some(own) = &found.own {
+        let _ = writeln!(text, "the scene's own: {}\n     {}", own.instruction, goal_of(own));
+    }
+    if let Some(instructed) = &found.instructed {
+        let _ = writeln!(text, "{}\n     {}", instructed.instruction, goal_of(instructed));
+        return text;
+    }
+    for (number, proposed) in found.proposed.iter().enumerate() {
+        let Difficulty { overall, objects, steps, precision_m, .. } = proposed.difficulty;
+        let _ = writeln!(
+            text,
+            "{:>3}. {}\n     {}\n     difficulty {overall:.2}: {objects} objects, {steps} steps, {:.0} mm precise",
+            number + 1,
+            proposed.task.instruction,
+            goal_of(&proposed.task),
+            1e3 * precision_m,
+        );
+    }
+    if found.proposed.is_empty() {
+        let _ = writeln!(text, "{} has nothing to do here: no object of the scene can be moved", found.robot);
+    }
+    text
+}
+
+fn goal_of(task: &Task) -> String {
+    task.goal.predicates().iter().map(goal::formula).collect::<Vec<_>>().join(", ")
+}
+
+/// `task_0001.json` and `task_0001.bddl` of each task, and the domain of all.
+fn write(folder: &Path, found: &SceneTasks, bundle: &BundleScene) -> Result<(), Failure> {
+    let written = |name: &str, text: String| {
+        let path = folder.join(name);
+        std::fs::write(&path, text)
+            .map_err(|error| Failure::usage(format!("cannot write {}: {error}", path.display())))
+    };
+    std::fs::create_dir_all(folder)
+        .map_err(|error| Failure::usage(format!("cannot make {}: {error}", folder.display())))?;
+    written("domain.bddl", bddl::domain())?;
+    let proposed = found.proposed.iter().map(|proposed| &proposed.task);
+    for (number, task) in found.instructed.iter().chain(proposed).enumerate() {
+        let name = format!("task_{:04}", number + 1);
+        written(&format!("{name}.json"), format!("{:#}\n", json!(task)))?;
+        written(&format!("{name}.bddl"), bddl::problem(&name, task, &bundle.tasks))?;
+    }
+    Ok(())
+}
