@@ -18,6 +18,7 @@ pub mod posed_object;
 pub mod proposals;
 pub mod refusal;
 pub mod robot_limits;
+mod stacks;
 pub mod task;
 pub mod task_scene;
 pub mod text;

@@ -20,6 +20,7 @@ use scene::SceneDescription;
 
 use crate::goal::Goal;
 use crate::refusal::Refusal;
+use crate::stacks::chained;
 use crate::task::Task;
 use crate::task_scene::TaskScene;
 
@@ -72,6 +73,6 @@ pub fn own_task(scene: &scene::Scene, robot: &str) -> Option<Task> {
     let goal = scene.text.as_ref()?.goal.as_ref()?;
     let is_present = |name: &scene::InstanceId| scene.instances.iter().any(|object| &object.name == name);
     let complete = goal.predicates.iter().flat_map(crate::goal::named).all(is_present);
-    let predicates = Goal::new(goal.predicates.clone()).ok().filter(|_| complete)?;
+    let predicates = Goal::new(chained(goal.predicates.clone())).ok().filter(|_| complete)?;
     Some(Task::new(goal.instruction.clone(), predicates, robot))
 }

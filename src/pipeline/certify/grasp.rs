@@ -149,7 +149,7 @@ mod tests {
         assert_eq!(known(&physical, &loaded), planted.contacts_m);
         let slippery = PhysicalProperties {
             friction: Friction { dynamic_coefficient: 0.1, ..physical.friction },
-            ..physical.clone()
+            ..physical
         };
         assert_ne!(known(&slippery, &loaded), planted.contacts_m);
         loaded.hulls[0].points[0].x += 1e-4;

@@ -19,7 +19,7 @@ use crate::grasp::{Grasp, Verdict};
 /// A finger holds if it presses with at least this share of the gripper's force.
 const HOLDING_SHARE: f64 = 0.25;
 /// Objects fall into openings by at most this, meters.
-const MAX_FALL_M: f64 = 0.05;
+const MAX_FALL_M: f64 = 0.125;
 /// Times that an object is reached for again when the fingers did not get hold of it.
 const RETRIES: usize = 1;
 /// After the fingers have closed or opened they rest for this time, seconds.

@@ -186,7 +186,7 @@ impl<'a> Motions<'a> {
         near: &[f64],
         max_fall_m: f64,
     ) -> Option<PlaceOption> {
-        let gaps = [self.settings.release_gap_m, 0.015, 0.03, 0.05];
+        let gaps = [self.settings.release_gap_m, 0.015, 0.03, 0.05, 0.075, 0.1, 0.125];
         let mut allowed = gaps.iter().filter(|gap| **gap <= max_fall_m.max(self.settings.release_gap_m));
         allowed.find_map(|&gap_m| {
             let gap = DVec3::new(0.0, 0.0, gap_m);

@@ -33,7 +33,12 @@ fn task(goal: &str) -> Task {
 }
 
 fn few() -> GraspSettings {
-    GraspSettings { surface_points: 300, max_trials: 10, wanted_stable: 6, ..test_settings::section("grasps") }
+    GraspSettings {
+        surface_points: 300,
+        max_trials: 10,
+        wanted_stable: 6,
+        ..test_settings::section("grasps")
+    }
 }
 
 fn book(scene: &TaskScene, robot: &Robot, task: &Task) -> GraspBook {
@@ -53,7 +58,15 @@ fn run_with(
     seed: u64,
 ) -> Result<Execution, Refusal> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    execute(scene, robot, task, grasps, None, &test_settings::section::<ExecutionSettings>("execution"), &mut rng)
+    execute(
+        scene,
+        robot,
+        task,
+        grasps,
+        None,
+        &test_settings::section::<ExecutionSettings>("execution"),
+        &mut rng,
+    )
 }
 
 fn panda() -> Robot {

@@ -13,6 +13,7 @@ use super::noun_phrases::{NounPhrase, noun_phrases};
 use super::resolution::{Resolved, resolved};
 use crate::goal::Goal;
 use crate::refusal::Refusal;
+use crate::stacks::chained;
 
 /// Phrases of the goal's objects, resolved.
 struct Referents<'a> {
@@ -49,7 +50,7 @@ pub(super) fn goal(reading: &Reading, description: &SceneDescription) -> Result<
     for predicate in &stated {
         predicates.extend(referents.over_scene(predicate, reading)?);
     }
-    Goal::new(predicates).map_err(|_| Refusal::NoGoal)
+    Goal::new(chained(predicates)).map_err(|_| Refusal::NoGoal)
 }
 
 /// "put the cup with the spoon on the tray": where the spoon tells which cup is meant, it belongs to the phrase of the
