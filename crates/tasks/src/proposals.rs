@@ -2,8 +2,9 @@
 //!
 //! What a robot can grasp and lift, and nothing rests on, may be moved: into containers, onto supports and stacks,
 //! beside others, to another's place, or up. Each proposal passes [`crate::validate`]: its goal is not reached yet, and
-//! there is a free place for it. Kinds take turns, and objects that few proposals have come first, so that a few
-//! proposals differ. The same scene, seed and robot give the same proposals. Up to half a second per proposal.
+//! there is a free place for it, with ample space. Kinds take turns, and objects that few proposals have come first, so
+//! that a few proposals differ. The same scene, seed and robot give the same proposals. Up to half a second per
+//! proposal.
 
 mod candidates;
 mod difficulty;
@@ -24,7 +25,7 @@ use crate::goal::Goal;
 use crate::robot_limits::RobotLimits;
 use crate::task::Task;
 use crate::task_scene::TaskScene;
-use crate::validation::{end_state, validate};
+use crate::validation::{is_spacious, validate_spacious};
 use runtime::seed::child_rng;
 
 /// Candidates of one kind that are tried in one turn.
@@ -131,7 +132,7 @@ fn next_feasible(
             Some(proposal) => return Some(proposal),
             // Of two steps, the first one that fails alone is at fault.
             None => {
-                let failed = steps.iter().find(|step| steps.len() == 1 || end_state(step, scene).is_err());
+                let failed = steps.iter().find(|step| steps.len() == 1 || !is_spacious(step, scene));
                 infeasible.extend(failed.into_iter().flat_map(|step| step.predicates().to_vec()));
             }
         }
@@ -144,6 +145,6 @@ fn proposal(candidate: Candidate, scene: &TaskScene, robot: &RobotLimits) -> Opt
     let difficulty = Difficulty::of(&candidate.goal, scene);
     let wordings = Wordings::of(&candidate, scene)?;
     let task = Task::new(wordings.default.clone(), candidate.goal, &*robot.name);
-    validate(&task, scene, std::slice::from_ref(robot)).ok()?;
+    validate_spacious(&task, scene, robot).ok()?;
     Some(ProposedTask { kind: candidate.kind, task, wordings, difficulty })
 }

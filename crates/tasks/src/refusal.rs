@@ -39,8 +39,8 @@ pub enum Refusal {
     #[error("{object} cannot be grasped by a parallel gripper: move another object")]
     NotGraspable { object: InstanceId },
     #[error(
-        "{object} is {width_m:.3} m wide where it can be grasped, the gripper of {robot} opens to {opening_m:.3} m: \
-        use another robot or object"
+        "{object} is {width_m:.3} m wide between its narrowest sides and has no part to grasp, the gripper of {robot} \
+        opens to {opening_m:.3} m: use another robot or object"
     )]
     ObjectTooWide { object: InstanceId, robot: String, width_m: f64, opening_m: f64 },
     #[error(

@@ -12,8 +12,6 @@ use crate::posed_object::ObjectShape;
 /// Opening of the gripper that must stay free on both sides together, meters.
 pub const OPENING_MARGIN_M: f64 = 0.005;
 
-/// Opening with which any object can be grasped that has opposite sides at all, meters.
-const ANY_OPENING_M: f64 = 0.6;
 /// Coefficient of friction between finger and object.
 const FRICTION: f64 = 0.5;
 
@@ -36,15 +34,13 @@ impl RobotLimits {
     }
 }
 
-/// Whether a gripper of this opening can grasp a shape in its upright pose, or how wide the gripper would have to open.
+/// Whether a gripper of this opening can grasp a shape in its upright pose, or how wide it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum GraspWidth {
     /// Distance between the fingers, meters.
     Fits(f64),
-    /// The narrowest place, meters.
+    /// Between its narrowest sides, meters; no narrower part can be grasped.
     TooWide(f64),
-    /// The object has no opposite sides.
-    Nowhere,
 }
 
 /// The width at which a gripper of this opening grasps a shape: between its narrowest sides, or where
@@ -60,15 +56,13 @@ pub fn grasp_width(shape: &ObjectShape, opening_m: f64) -> GraspWidth {
         .iter()
         .map(|hull| Shell { points: hull.points.clone(), triangles: hull.triangles.clone() })
         .collect();
-    let Ok(solid) = MeshSolid::from_shells(&shells) else { return GraspWidth::Nowhere };
-    let width_m = |opening_m: f64| {
-        let gripper = Gripper { opening_m, ..Gripper::COMMON };
-        let grasp = parallel_grasp(&solid, shape.hulls(), shape.center_of_mass_m, FRICTION, gripper)?;
-        Some(grasp.contacts_m[0].distance(grasp.contacts_m[1]))
+    let Ok(solid) = MeshSolid::from_shells(&shells) else {
+        return GraspWidth::TooWide(narrowest_m);
     };
-    match width_m(widest_m) {
-        Some(width_m) => GraspWidth::Fits(width_m),
-        None => width_m(ANY_OPENING_M).map_or(GraspWidth::Nowhere, GraspWidth::TooWide),
+    let gripper = Gripper { opening_m: widest_m, ..Gripper::COMMON };
+    match parallel_grasp(&solid, shape.hulls(), shape.center_of_mass_m, FRICTION, gripper) {
+        Some(grasp) => GraspWidth::Fits(grasp.contacts_m[0].distance(grasp.contacts_m[1])),
+        None => GraspWidth::TooWide(narrowest_m),
     }
 }
 

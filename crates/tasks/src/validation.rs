@@ -10,6 +10,8 @@ mod end_state;
 mod free_spot;
 
 pub use end_state::end_state;
+use end_state::end_state_with;
+use free_spot::{AMPLE_SPACE_M, NO_SPACE_M};
 
 use scene::InstanceId;
 use scene::text_account::{GoalPredicate, PredicateKind};
@@ -28,6 +30,19 @@ use crate::task_scene::TaskScene;
 ///
 /// The first [`Refusal`], in the order above.
 pub fn validate(task: &Task, scene: &TaskScene, robots: &[RobotLimits]) -> Result<(), Refusal> {
+    checked(task, scene, robots, NO_SPACE_M)
+}
+
+/// As [`validate`], and there is ample space beside each place, so that the search is short.
+///
+/// # Errors
+///
+/// As for [`validate`].
+pub(crate) fn validate_spacious(task: &Task, scene: &TaskScene, robot: &RobotLimits) -> Result<(), Refusal> {
+    checked(task, scene, std::slice::from_ref(robot), AMPLE_SPACE_M)
+}
+
+fn checked(task: &Task, scene: &TaskScene, robots: &[RobotLimits], space_m: f64) -> Result<(), Refusal> {
     let Some(robot) = robots.iter().find(|robot| robot.name == task.robot) else {
         let known = robots.iter().map(|robot| robot.name.clone()).collect();
         return Err(Refusal::UnknownRobot { robot: task.robot.clone(), known });
@@ -41,7 +56,12 @@ pub fn validate(task: &Task, scene: &TaskScene, robots: &[RobotLimits]) -> Resul
             require_movable(object, scene, robot)?;
         }
     }
-    end_state(&task.goal, scene).map(|_| ())
+    end_state_with(&task.goal, scene, space_m).map(|_| ())
+}
+
+/// Whether a goal has places with ample space.
+pub(crate) fn is_spacious(goal: &Goal, scene: &TaskScene) -> bool {
+    end_state_with(goal, scene, AMPLE_SPACE_M).is_ok()
 }
 
 /// Every object of the goal is in the scene.
@@ -121,7 +141,6 @@ pub fn require_movable(object: usize, scene: &TaskScene, robot: &RobotLimits) ->
     }
     match shape.grasp_width(robot.max_opening_m) {
         GraspWidth::Fits(_) => Ok(()),
-        GraspWidth::Nowhere => Err(Refusal::NotGraspable { object: name.clone() }),
         GraspWidth::TooWide(width_m) => Err(Refusal::ObjectTooWide {
             object: name.clone(),
             robot: robot.name.clone(),

@@ -10,7 +10,7 @@ use scene::predicates::direction_of;
 use scene::text_account::{GoalPredicate, PredicateKind};
 use scene::{InstanceId, RelationKind};
 
-use super::free_spot::may_be_free;
+use super::free_spot::{NO_SPACE_M, may_be_free};
 use super::in_words;
 use crate::convex_width::narrowest_width_m;
 use crate::evaluation::{MAX_DIRECTION_OVERLAP_M, Reason, Situation, evaluate_predicate, relation_of};
@@ -27,8 +27,22 @@ use crate::task_scene::TaskScene;
 /// [`Refusal::TargetTooSmall`] where objects fit a target alone but not together, [`Refusal::NoFreePlace`] where one
 /// does not fit, and [`Refusal::BrokenScene`] for hulls that cannot be searched.
 pub fn end_state(goal: &Goal, scene: &TaskScene) -> Result<Vec<PosedObject>, Refusal> {
+    end_state_with(goal, scene, NO_SPACE_M)
+}
+
+/// As [`end_state`], for places with this distance to other objects.
+///
+/// # Errors
+///
+/// As for [`end_state`].
+pub(super) fn end_state_with(
+    goal: &Goal,
+    scene: &TaskScene,
+    space_m: f64,
+) -> Result<Vec<PosedObject>, Refusal> {
     let broken = |error: crate::task_scene::SceneFault| Refusal::BrokenScene { reason: error.to_string() };
-    let mut end = EndState { scene, workspace: scene.workspace().map_err(broken)?, placed: Vec::new() };
+    let mut end =
+        EndState { scene, workspace: scene.workspace().map_err(broken)?, placed: Vec::new(), space_m };
     for predicates in by_object(goal) {
         end.place(&predicates)?;
     }
@@ -64,6 +78,7 @@ struct EndState<'a> {
     workspace: Workspace,
     /// Objects that have their place, with the target of their support.
     placed: Vec<(usize, Option<usize>)>,
+    space_m: f64,
 }
 
 impl EndState<'_> {
@@ -90,10 +105,11 @@ impl EndState<'_> {
             let reason = "there is too little space up to the edge of the table".to_owned();
             return Err(Refusal::NoFreePlace { predicate: in_words(main), reason });
         }
-        let chosen = match may_be_free(&self.workspace, &self.scene.posed()[object], object, &query) {
-            true => self.first_holding(object, &query, predicates),
-            false => Err("other objects are in the way".to_owned()),
-        };
+        let chosen =
+            match may_be_free(&self.workspace, &self.scene.posed()[object], object, &query, self.space_m) {
+                true => self.first_holding(object, &query, predicates),
+                false => Err("other objects are in the way".to_owned()),
+            };
         match (chosen, target) {
             (Ok(candidate), _) => {
                 self.put(object, candidate);
@@ -176,8 +192,12 @@ impl EndState<'_> {
         if others.is_empty() {
             return None;
         }
-        let alone =
-            EndState { scene: self.scene, workspace: self.scene.workspace().ok()?, placed: Vec::new() };
+        let alone = EndState {
+            scene: self.scene,
+            workspace: self.scene.workspace().ok()?,
+            placed: Vec::new(),
+            space_m: self.space_m,
+        };
         alone.first_holding(object, query, predicates).ok()?;
         let name = |index: usize| self.scene.posed()[index].name.clone();
         let objects = others.into_iter().chain([object]).map(name).collect();

@@ -2,7 +2,8 @@
 //!
 //! The exact search takes tens of seconds to find that there is none. Here the footprint of the object is laid over a
 //! grid of 1 cm in sixteen yaws; in its way are the convex parts of other objects at the heights that it would occupy.
-//! The test errs toward free places: overlaps of up to half a step count as free. At most a tenth of a second.
+//! With [`NO_SPACE_M`] the test errs toward free places; with [`AMPLE_SPACE_M`] the exact search finds one soon. At
+//! most a tenth of a second.
 
 use editing::{PlaceQuery, Workspace, WorkspaceObject};
 use geometry::ConvexHull;
@@ -15,6 +16,10 @@ use crate::evaluation::OVERHANG_M;
 use crate::posed_object::PosedObject;
 
 const STEP_M: f64 = 0.01;
+/// Free distance to others: overlaps of up to half a step count as free, meters.
+pub(super) const NO_SPACE_M: f64 = -0.5 * STEP_M;
+/// Free distance to others that is more than the exact search keeps at first, meters.
+pub(super) const AMPLE_SPACE_M: f64 = 0.012;
 /// Yaws, those of the exact search.
 const YAWS: u32 = 16;
 /// Heights of parts that may be touched on top of a support, meters.
@@ -27,12 +32,14 @@ struct Part {
     high: DVec2,
 }
 
-/// Whether the object may have a place that meets the query; `true` for containers, which are not tested.
+/// Whether the object may have a place that meets the query, with this distance to others; `true` for containers, which
+/// are not tested.
 pub(super) fn may_be_free(
     workspace: &Workspace,
     posed: &PosedObject,
     object: usize,
     query: &PlaceQuery,
+    space_m: f64,
 ) -> bool {
     let target = query.target.map(|target| workspace.objects[target].footprint());
     let support = match query.relation {
@@ -77,7 +84,7 @@ pub(super) fn may_be_free(
                     && !parts.iter().any(|part| {
                         let apart =
                             (center - reach).cmpgt(part.high).any() || part.low.cmpgt(center + reach).any();
-                        !apart && convex_distance_m(&part.corners, &moved) < -0.5 * STEP_M
+                        !apart && convex_distance_m(&part.corners, &moved) < space_m
                     })
             })
         })
