@@ -240,7 +240,7 @@ def generated_scenes(lab, maker, count) -> Part:
     body = (
         f"{total['parsed']} of {len(every)} sentences of `scripts/generated_sentences.py` are understood; "
         f"{total['silent']} words have no account. {total['held']} of {tried} scenes hold what their sentence asks "
-        f"for. Times are processor time of scenes with one thread.\n\n"
+        "for. Times are processor time of scenes with one thread.\n\n"
         + table(["objects", "scenes", "median CPU s", "slowest CPU s"], rows)
     )
     return Part("Generated sentences", bars, body, failures + slow)

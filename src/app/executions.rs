@@ -1,8 +1,7 @@
 //! A task in the scene of a bundle, executed by a simulated robot.
 
-use super::tasks::instructed_task;
+use super::tasks::{instructed_task, limits_of};
 use crate::api::error::{Problem, ProblemType};
-use crate::api::tasks::TasksRequest;
 use crate::config::Resolved;
 use crate::pipeline::composition::BodyParts;
 use crate::pipeline::task_scene::BundleScene;
@@ -34,11 +33,7 @@ pub fn run(
     resolved: &Resolved,
 ) -> Result<(Task, Execution), Problem> {
     let task = match source {
-        TaskSource::Text(text) => {
-            let request =
-                TasksRequest { robot: robot_name.to_owned(), text: Some(text), ..TasksRequest::default() };
-            instructed_task(&request, bundle, resolved)?
-        }
+        TaskSource::Text(text) => instructed_task(&text, bundle, &limits_of(robot_name)?, resolved)?,
         TaskSource::Task(task) => *task,
     };
     let robot = Robot::built_in(&task.robot, None)

@@ -11,6 +11,7 @@ use crate::config::Resolved;
 use crate::pipeline::error::StageError;
 use crate::pipeline::task_scene::{self, BundleScene};
 use embedded::analyst;
+use physics::rolling::GRAVITY_M_S2;
 use remote::settings::AnalystProvider;
 use robot::model::{Robot, library};
 use scene::request::RequestOptions;
@@ -18,8 +19,6 @@ use tasks::proposals::{ProposedTask, propose};
 use tasks::text::own_task;
 use tasks::{Reading, Refusal, RobotLimits, Task, validate};
 
-/// Newtons that a kilogram weighs.
-const GRAVITY_M_S2: f64 = 9.81;
 /// Share of the friction that the grip can give which carries the load; the rest is for accelerations.
 const LOAD_SHARE: f64 = 0.5;
 
@@ -42,25 +41,25 @@ pub fn propose_tasks(resolved: &Resolved) -> ProposeTasks {
     let resolved = resolved.clone();
     Arc::new(move |archive: &[u8], request: &TasksRequest| {
         // An unknown robot is found before the bundle is unpacked.
-        limits_of(&request.robot)?;
+        let robot = limits_of(&request.robot)?;
         let bundle = task_scene::of_archive(archive).map_err(unreadable)?;
-        tasks_of(&bundle, request, &resolved).map(|found| json!(found))
+        tasks_of(&bundle, request, robot, &resolved).map(|found| json!(found))
     })
 }
 
-/// The tasks of a scene that was read.
+/// The tasks of a scene that was read, for the robot of the request.
 ///
 /// # Errors
 ///
-/// A [`Problem`] with the code of the refusal, for an unknown robot or an instruction that is no feasible task.
+/// A [`Problem`] with the code of the refusal, for an instruction that is no feasible task.
 pub fn tasks_of(
     bundle: &BundleScene,
     request: &TasksRequest,
+    robot: RobotLimits,
     resolved: &Resolved,
 ) -> Result<SceneTasks, Problem> {
-    let robot = limits_of(&request.robot)?;
     let (instructed, proposed) = match &request.text {
-        Some(_) => (Some(instructed_task(request, bundle, resolved)?), Vec::new()),
+        Some(text) => (Some(instructed_task(text, bundle, &robot, resolved)?), Vec::new()),
         None => (None, propose(&bundle.tasks, request.count, request.seed, &robot)),
     };
     let own = own_task(&bundle.scene, &robot.name);
@@ -73,12 +72,11 @@ pub fn tasks_of(
 ///
 /// As [`tasks_of`].
 pub fn instructed_task(
-    request: &TasksRequest,
+    text: &str,
     bundle: &BundleScene,
+    robot: &RobotLimits,
     resolved: &Resolved,
 ) -> Result<Task, Problem> {
-    let robot = limits_of(&request.robot)?;
-    let text = request.text.as_deref().unwrap_or_default();
     let analysts = &resolved.config.providers.analyst;
     if !analysts.iter().all(|provider| *provider == AnalystProvider::Embedded) {
         let detail = "a remote model reads texts here (providers.analyst), and it is not asked for tasks; set \
@@ -91,12 +89,16 @@ pub fn instructed_task(
         analyst::describe(reading.text(), bundle.scene.seed, &options, &resolved.config.analyst)
             .map_err(|error| Problem::invalid(vec![FieldError::new("/text", error.to_string())]))?;
     let task = reading.task(&description, &robot.name).map_err(|refusal| refused(&refusal))?;
-    validate(&task, &bundle.tasks, &[robot]).map_err(|refusal| refused(&refusal))?;
+    validate(&task, &bundle.tasks, std::slice::from_ref(robot)).map_err(|refusal| refused(&refusal))?;
     Ok(task)
 }
 
 /// What a robot can take and lift, from its file.
-fn limits_of(name: &str) -> Result<RobotLimits, Problem> {
+///
+/// # Errors
+///
+/// A [`Problem`] with the code `unknown_robot`.
+pub fn limits_of(name: &str) -> Result<RobotLimits, Problem> {
     let known = || library::names().map(str::to_owned).collect();
     let unknown = || refused(&Refusal::UnknownRobot { robot: name.to_owned(), known: known() });
     let robot = Robot::built_in(name, None).map_err(|_| unknown())?;

@@ -11,7 +11,7 @@ use super::generate::refused;
 use super::options::ConfigOptions;
 use super::{Exit, Failure, scene_summary, terminal};
 use crate::api::tasks::{TasksRequest, check};
-use crate::app::tasks::{SceneTasks, tasks_of};
+use crate::app::tasks::{SceneTasks, limits_of, tasks_of};
 use crate::pipeline::task_scene::{self, BundleScene};
 use tasks::proposals::Difficulty;
 use tasks::{Task, bddl, goal};
@@ -56,9 +56,10 @@ fn tasks(arguments: Arguments) -> Result<Exit, Failure> {
     let request = TasksRequest { robot, count, seed, text };
     let refusal = |problem| refused(problem, "--text");
     check(&request, resolved.config.server.max_text_chars).map_err(refusal)?;
+    let robot = limits_of(&request.robot).map_err(refusal)?;
     let archive = BundleInput::open(&arguments.bundle)?.into_archive()?;
     let bundle = task_scene::of_archive(&archive).map_err(|error| Failure::usage(error.message))?;
-    let found = tasks_of(&bundle, &request, &resolved).map_err(refusal)?;
+    let found = tasks_of(&bundle, &request, robot, &resolved).map_err(refusal)?;
     if let Some(folder) = &arguments.out {
         write(folder, &found, &bundle)?;
     }

@@ -33,7 +33,7 @@ use store::Digest;
 pub use plausibility::HealthSettings;
 pub use vlm_rating::AppraiseSettings;
 
-pub const STAGE: Stage = Stage { name: "certify", version: 12 };
+pub const STAGE: Stage = Stage { name: "certify", version: 13 };
 
 /// Section `[fidelity]`.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]

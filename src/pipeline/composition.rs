@@ -111,6 +111,28 @@ impl StoredComposition {
     /// Raised when a stored composition is read otherwise.
     pub const FORMAT: &str = "tabletopgen-composition/1";
 
+    /// Reads the file of a bundle.
+    ///
+    /// # Errors
+    ///
+    /// Why this program does not read it, in words.
+    pub fn read(bytes: &[u8]) -> Result<Self, String> {
+        let stored: Self = serde_json::from_slice(bytes).map_err(|error| error.to_string())?;
+        if stored.format != Self::FORMAT {
+            return Err(format!(
+                "its composition has the format {}, and this program reads {}",
+                stored.format,
+                Self::FORMAT
+            ));
+        }
+        let Composition { bodies, recognition, yaws, methods, supports, .. } = &stored.composition;
+        let objects = recognition.objects.len();
+        let is_whole = bodies.len() == objects + 1
+            && [yaws.len(), methods.len(), supports.len()].iter().all(|n| *n == objects)
+            && stored.hulls.len() == bodies.len();
+        if is_whole { Ok(stored) } else { Err("its lists of objects have different lengths".to_owned()) }
+    }
+
     /// The file of a bundle. `composition` has its bodies in the frames of the bundle, where no object is tipped.
     ///
     /// # Errors

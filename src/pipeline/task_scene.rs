@@ -33,12 +33,9 @@ pub fn of_archive(archive: &[u8]) -> Result<BundleScene, StageError> {
     let mut files = wanted_files(archive, is_wanted).map_err(unreadable)?;
     let mut taken = |path: &str| files.remove(path).ok_or_else(|| unreadable(format!("it has no {path}")));
     let scene: Scene = serde_json::from_slice(&taken(SCENE)?).map_err(unreadable)?;
-    let stored: StoredComposition = serde_json::from_slice(&taken(composition::PATH)?).map_err(unreadable)?;
+    let stored = StoredComposition::read(&taken(composition::PATH)?).map_err(unreadable)?;
     let objects = &stored.composition.recognition.objects;
-    if stored.format != StoredComposition::FORMAT
-        || stored.hulls.len() != scene.instances.len() + 1
-        || objects.len() != scene.instances.len()
-    {
+    if objects.len() != scene.instances.len() {
         return Err(unreadable("scene.json and composition.json are of different scenes"));
     }
     let mut appearances = Vec::with_capacity(objects.len());

@@ -80,22 +80,7 @@ pub(super) fn unpacked(archive: &[u8]) -> Result<Parent, StageError> {
     let bytes = files.remove(composition::PATH).ok_or_else(|| {
         unreadable(&"it has no composition.json, as bundles of earlier versions; make the scene again")
     })?;
-    let stored: StoredComposition = serde_json::from_slice(&bytes).map_err(|error| unreadable(&error))?;
-    if stored.format != StoredComposition::FORMAT {
-        return Err(unreadable(&format!(
-            "its composition has the format {}, and this program reads {}",
-            stored.format,
-            StoredComposition::FORMAT
-        )));
-    }
-    let Composition { bodies, recognition, yaws, methods, .. } = &stored.composition;
-    let objects = recognition.objects.len();
-    let is_whole = bodies.len() == objects + 1
-        && [yaws.len(), methods.len(), stored.composition.supports.len()].iter().all(|n| *n == objects)
-        && stored.hulls.len() == bodies.len();
-    if !is_whole {
-        return Err(unreadable(&"its lists of objects have different lengths"));
-    }
+    let stored = StoredComposition::read(&bytes).map_err(|error| unreadable(&error))?;
     Ok(Parent { stored, files })
 }
 
