@@ -3,6 +3,7 @@
 
 mod plausibility;
 mod grasp;
+mod finished_demands;
 mod upright_frame;
 mod measure;
 mod vlm_rating;
@@ -27,13 +28,13 @@ use physics::{CertifySettings, SettleSettings};
 use ports::{Adapter, Ports};
 use render::RenderSettings;
 use scene::certificate::{AdapterUsed, Appearance, MadeWith, Metrics, ResolveFinding, Verdict};
-use scene::{Input, Provenance, SceneRequest};
+use scene::{Input, Provenance, SceneDescription, SceneRequest};
 use store::Digest;
 
 pub use plausibility::HealthSettings;
 pub use vlm_rating::AppraiseSettings;
 
-pub const STAGE: Stage = Stage { name: "certify", version: 13 };
+pub const STAGE: Stage = Stage { name: "certify", version: 14 };
 
 /// Section `[fidelity]`.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
@@ -87,6 +88,9 @@ impl SceneIdentity {
 pub struct Inputs {
     identity: SceneIdentity,
     composition: Composition,
+    /// The demands of the text, where it is known which object is which.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    stated: Option<Arc<SceneDescription>>,
     certify: CertifySettings,
     settle: SettleSettings,
     fidelity: FidelitySettings,
@@ -193,7 +197,8 @@ impl Inputs {
             light: None,
             edit: None,
         };
-        Ok(Self::of(identity, composition, ports, settings, gpu))
+        let stated = reference.stated.clone();
+        Ok(Self { stated, ..Self::of(identity, composition, ports, settings, gpu) })
     }
 
     /// The same for a scene that has been put together already.
@@ -207,6 +212,7 @@ impl Inputs {
         Self {
             identity,
             composition,
+            stated: None,
             certify: settings.certify.clone(),
             settle: settings.settle.clone(),
             fidelity: settings.fidelity.clone(),
@@ -228,7 +234,12 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
         .iter()
         .map(|body| load(&context, &body.resolved.name, &body.mesh, &body.hulls));
     let loaded: Vec<Loaded> = futures::future::try_join_all(parts).await?;
-    let (inputs, loaded) = context.cpu(move || upright_frame::in_upright_frames(inputs, loaded)).await??;
+    let (inputs, loaded) = context
+        .cpu(move || {
+            let inputs = finished_demands::evaluated(inputs, &loaded);
+            upright_frame::in_upright_frames(inputs, loaded)
+        })
+        .await??;
     let loaded = Arc::new(loaded);
     let reference = artifact_io::image(&context, &inputs.composition.image).await?;
     let mut drawn = write::StoredImages {

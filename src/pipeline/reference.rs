@@ -16,10 +16,10 @@ use ports::{
 use render::annotate::fitted;
 use scene::request::RequestOptions;
 use scene::text_account::TextAccount;
-use scene::{Input, InstanceId, SceneRequest};
+use scene::{Input, InstanceId, SceneDescription, SceneRequest};
 use store::Digest;
 
-pub const STAGE: Stage = Stage { name: "reference", version: 9 };
+pub const STAGE: Stage = Stage { name: "reference", version: 10 };
 
 /// Largest side of the reference image, pixels; larger images are reduced, smaller ones stay.
 const MAX_SIDE_PX: u32 = 1280;
@@ -46,6 +46,15 @@ pub struct Output {
     pub top: Option<TopRef>,
     /// The account of the text; `None` for an image.
     pub account: Option<TextAccount>,
+    /// The demands of the text, where the image generator knows which object of the image is which of the text.
+    pub stated: Option<Arc<SceneDescription>>,
+}
+
+impl Output {
+    /// The yaw that the text states for an object.
+    pub fn stated_yaw_rad(&self, object: &InstanceId) -> Option<f64> {
+        self.stated.as_ref()?.objects.iter().find(|stated| stated.id == *object)?.yaw_rad
+    }
 }
 
 /// An object drawn alone.
@@ -110,9 +119,10 @@ async fn rendered(context: &Context, inputs: &Inputs, text: &str) -> Result<Outp
     let generated = ports.image_generator.reference(&call, Arc::new(description), inputs.seed).await?;
     let account = Some(TextAccount { unmet: generated.unmet, ..account });
     let image = artifact_io::put_image(context, "reference.png", generated.image).await?;
-    let mut output = Output { image, known: None, alone: Vec::new(), top: None, account };
-    if let Some(SyntheticGroundTruth { known, truth, alone, top }) = generated.ground_truth {
+    let mut output = Output { image, known: None, alone: Vec::new(), top: None, account, stated: None };
+    if let Some(SyntheticGroundTruth { known, stated, truth, alone, top }) = generated.ground_truth {
         output.known = Some(context.put_json("known.json", &known).await?);
+        output.stated = Some(Arc::new(stated));
         // Nothing reads it again: it is not part of the output, so no stage can take it as input.
         context.put_json("truth.json", &truth).await?;
         let stored = alone.into_iter().map(|drawn| async move {
@@ -140,7 +150,7 @@ async fn given(context: &Context, sha256: &str) -> Result<Output, StageError> {
         .await?;
     let image = decoded.map_err(|error: imaging::codec::CodecError| unreadable(error.to_string()))?;
     let image = artifact_io::put_image(context, "reference.png", image).await?;
-    Ok(Output { image, known: None, alone: Vec::new(), top: None, account: None })
+    Ok(Output { image, known: None, alone: Vec::new(), top: None, account: None, stated: None })
 }
 
 fn fitted_down(image: Image) -> Image {

@@ -20,7 +20,7 @@ use render::annotate::{Curve, plot_curves};
 use scene::{InstanceId, InstanceMask, Recognition, SupportTree};
 use soft_raster::gpu::LARGEST_SIDE_PX;
 
-pub const STAGE: Stage = Stage { name: "rotate", version: 8 };
+pub const STAGE: Stage = Stage { name: "rotate", version: 9 };
 
 #[derive(Serialize)]
 pub struct Inputs {
@@ -32,6 +32,9 @@ pub struct Inputs {
     hiders: Mask,
     /// Meshes of everything below it, nearest first.
     below: Vec<ArtifactRef>,
+    /// That the text states, of an object that the image generator names.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    stated_yaw_rad: Option<f64>,
     dro: YawSettings,
     /// Name of the GPU; absent where the CPU does it all.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -99,6 +102,7 @@ pub fn inputs(
                 visible: mask.visible.clone(),
                 hiders: hiders(&masks.masks, &instances_at, index, supports),
                 below: supports.ancestors(index).map(|below| canonical_meshes[below].mesh.clone()).collect(),
+                stated_yaw_rad: reference.stated_yaw_rad(&object.id),
                 dro: settings.dro.clone(),
                 gpu: gpu.clone(),
             };
@@ -160,6 +164,7 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
                 unknown: &given.hiders,
                 support_height_m: support_height_m(below.iter().map(AsRef::as_ref)),
                 image: Some(&image),
+                stated_yaw_rad: given.stated_yaw_rad,
             };
             // A GPU that was given up since fails: the key says that it is the GPU's result.
             let gpu = given.gpu.as_ref().and_then(|_| compute.opened());

@@ -51,13 +51,7 @@ impl WorkspaceObject {
 
     /// Its vertical projection in a pose.
     pub fn footprint_at(&self, world_from_object: &Pose) -> PosedFootprint {
-        let (mut low_m, mut high_m) = (f64::INFINITY, f64::NEG_INFINITY);
-        let mut corners: Vec<DVec2> = Vec::new();
-        for point in self.shape.points(world_from_object) {
-            (low_m, high_m) = (low_m.min(point.z), high_m.max(point.z));
-            corners.push(point.truncate());
-        }
-        PosedFootprint::new(&corners, world_from_object.yaw_rad().unwrap_or(0.0), low_m, high_m)
+        PosedFootprint::of_points(self.shape.points(world_from_object), world_from_object)
     }
 
     /// Its vertical projection where it is.

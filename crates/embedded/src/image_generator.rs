@@ -208,6 +208,7 @@ fn render_as_described(
     Ok(GeneratedReference {
         unmet: unmet(&stated, &footprints, &table.outline),
         ground_truth: Some(SyntheticGroundTruth {
+            stated,
             known: ground_truth::image(&table, &objects, &viewpoint, &frame, masks),
             truth: ground_truth::truth(&objects, &arrangement),
             alone,

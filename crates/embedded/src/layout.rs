@@ -233,11 +233,8 @@ pub fn lay_out(
 
 /// Footprint and height range of a posed mesh, for [`scene::predicates`]. A pose without a yaw has yaw 0.
 pub fn posed_footprint(mesh: &TexturedMesh, world_from_object: &Pose) -> PosedFootprint {
-    let points: Vec<DVec3> = mesh.positions.iter().map(|p| world_from_object.transform_point(*p)).collect();
-    let bottom_m = points.iter().map(|p| p.z).fold(f64::INFINITY, f64::min);
-    let top_m = points.iter().map(|p| p.z).fold(f64::NEG_INFINITY, f64::max);
-    let corners: Vec<DVec2> = points.iter().map(|p| p.truncate()).collect();
-    PosedFootprint::new(&corners, world_from_object.yaw_rad().unwrap_or(0.0), bottom_m, top_m)
+    let points = mesh.positions.iter().map(|point| world_from_object.transform_point(*point));
+    PosedFootprint::of_points(points, world_from_object)
 }
 
 /// Poses of all members of the groups on the table.

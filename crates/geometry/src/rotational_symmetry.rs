@@ -58,6 +58,15 @@ impl RotationalSymmetry {
         a
     }
 
+    /// Of the yaws that the shape cannot tell from `yaw_rad`, the one nearest to `wanted_rad`, not wrapped.
+    pub fn nearest_equivalent_rad(&self, yaw_rad: f64, wanted_rad: f64) -> f64 {
+        if self.order == 0 {
+            return wanted_rad;
+        }
+        let period_rad = TAU / f64::from(self.order);
+        yaw_rad + period_rad * ((wanted_rad - yaw_rad) / period_rad).round()
+    }
+
     /// The symmetry of the mesh's surface. Without a surface: order 1 about the origin.
     pub fn of(mesh: &TexturedMesh) -> Self {
         let triangles: Vec<[u32; 3]> =

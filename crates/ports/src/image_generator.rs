@@ -45,6 +45,8 @@ pub struct GeneratedReference {
 #[derive(Clone, Debug)]
 pub struct SyntheticGroundTruth {
     pub known: ImageAnnotations,
+    /// The demands that the finished scene is compared with.
+    pub stated: SceneDescription,
     /// For tests and evaluation; no stage takes it as input.
     pub truth: Truth,
     /// Each object rendered without the others, as `complete` returns.

@@ -112,6 +112,8 @@ pub struct YawProblem<'a> {
     pub support_height_m: f64,
     /// The camera's image; where it is given its colors choose among poses with the same outline.
     pub image: Option<&'a Image>,
+    /// A yaw that is stated in words. It decides between yaws that the symmetry of the shape makes equivalent.
+    pub stated_yaw_rad: Option<f64>,
 }
 
 /// The estimated yaw with its confidence.
@@ -232,7 +234,12 @@ pub fn estimate_yaw_on(
         let chosen = choice::choose(&colors, &outlines, settings, cancel)?;
         (yaw_rad, symmetry_order) = (chosen.yaw_rad, chosen.symmetry_order);
     }
-    let yaw_rad = wrap_angle_rad(yaw_rad);
+    // What this camera cannot tell apart need not be the same: a symmetry is one of the shape too.
+    let shape_symmetry = RotationalSymmetry::of(problem.mesh);
+    let yaw_rad = wrap_angle_rad(match problem.stated_yaw_rad {
+        Some(stated_rad) => shape_symmetry.nearest_equivalent_rad(yaw_rad, stated_rad),
+        None => yaw_rad,
+    });
     let seen_m = Comparison::new(&mesh, camera, problem.support_height_m, &fine_crop, settings)
         .standing_at(best.place.filter(|_| part_hidden))
         .seen_m(yaw_rad);
@@ -245,8 +252,6 @@ pub fn estimate_yaw_on(
     };
     let outline_loss = colored.map_or(loss, |colored| colored.outline_loss);
     let confidence = confidence(outline_loss, &poses, outline_order, step_rad, settings);
-    // What this camera cannot tell apart need not be the same: a symmetry is one of the shape too.
-    let shape_symmetry = RotationalSymmetry::of(problem.mesh);
     let symmetry_order = shape_symmetry.order_with(symmetry_order);
     let representative_yaw_rad = symmetry::representative(yaw_rad, symmetry_order);
     Ok(YawEstimate {

@@ -11,13 +11,13 @@ mod unmet;
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
 use crate::description::RelationKind;
 pub use arrangements::{arrangement_holds, pyramid_layers};
-use geometry::Outline;
 use geometry::polygon::{convex_distance_m, convex_hull_2d, depth_in_convex_m};
 use geometry::pose::wrap_angle_rad;
+use geometry::{Outline, Pose};
 pub use places::{edge_distance_m, is_at_place, place_shares};
 pub use unmet::{Unmet, UnmetDemand, unmet};
 
@@ -57,6 +57,17 @@ impl PosedFootprint {
         let first = corners.first().copied().unwrap_or_default();
         let (low, high) = corners.iter().fold((first, first), |(l, h), &c| (l.min(c), h.max(c)));
         Self { corners, center: 0.5 * (low + high), yaw_rad, bottom_m, top_m }
+    }
+
+    /// The projection of points in the world, meters, of an object in that pose. A pose without a yaw has yaw 0.
+    pub fn of_points(world_points: impl IntoIterator<Item = DVec3>, world_from_object: &Pose) -> Self {
+        let (mut bottom_m, mut top_m) = (f64::INFINITY, f64::NEG_INFINITY);
+        let mut corners: Vec<DVec2> = Vec::new();
+        for point in world_points {
+            (bottom_m, top_m) = (bottom_m.min(point.z), top_m.max(point.z));
+            corners.push(point.truncate());
+        }
+        Self::new(&corners, world_from_object.yaw_rad().unwrap_or(0.0), bottom_m, top_m)
     }
 
     /// Convex counter-clockwise.

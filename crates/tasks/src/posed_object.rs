@@ -88,13 +88,8 @@ impl PosedObject {
 
     /// Its vertical projection with its height range.
     pub fn footprint(&self) -> PosedFootprint {
-        let (mut low_m, mut high_m) = (f64::INFINITY, f64::NEG_INFINITY);
-        let mut corners: Vec<DVec2> = Vec::new();
-        for point in self.shape.collision.points(&self.world_from_object) {
-            (low_m, high_m) = (low_m.min(point.z), high_m.max(point.z));
-            corners.push(point.truncate());
-        }
-        PosedFootprint::new(&corners, self.world_from_object.yaw_rad().unwrap_or(0.0), low_m, high_m)
+        let points = self.shape.collision.points(&self.world_from_object);
+        PosedFootprint::of_points(points, &self.world_from_object)
     }
 
     /// Angle between its upright axis and the vertical, radians.

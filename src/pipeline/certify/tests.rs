@@ -203,6 +203,7 @@ pub(super) fn sound() -> Planted {
             light: None,
             edit: None,
         },
+        stated: None,
         certify: section("certify"),
         settle: section("settle"),
         fidelity: section("fidelity"),

@@ -58,7 +58,15 @@ fn seen(mesh: &TexturedMesh, at: DVec3, yaw_rad: f64) -> Mask {
 
 fn estimated(mesh: &TexturedMesh, mask: &Mask, unknown: &Mask) -> YawEstimate {
     let camera = camera();
-    let problem = YawProblem { mesh, camera: &camera, mask, unknown, support_height_m: 0.0, image: None };
+    let problem = YawProblem {
+        mesh,
+        camera: &camera,
+        mask,
+        unknown,
+        support_height_m: 0.0,
+        image: None,
+        stated_yaw_rad: None,
+    };
     estimate_yaw(&problem, &settings(), &CancelFlag::default()).expect("estimated")
 }
 
@@ -147,6 +155,7 @@ fn estimate_yaw_uses_support_height() {
             unknown: &none,
             support_height_m: 0.12,
             image: None,
+            stated_yaw_rad: None,
         };
         let estimate = estimate_yaw(&problem, &settings(), &CancelFlag::default()).expect("estimated");
         assert!(error_deg(&estimate, yaw_rad, 1) < 0.5, "{yaw_rad}: {}", estimate.yaw_rad);
@@ -192,6 +201,7 @@ fn estimate_yaw_is_thread_independent_and_cancellable() {
         unknown: &none,
         support_height_m: 0.0,
         image: None,
+        stated_yaw_rad: None,
     };
     assert!(matches!(estimate_yaw(&problem, &settings(), &cancel), Err(YawError::Cancelled(_))));
     let nothing = YawProblem { mask: &none, ..problem };
@@ -239,6 +249,7 @@ fn half_turns_of_a_block_with_a_badge(color: u32, settings: &YawSettings, order:
             unknown: &none,
             support_height_m: 0.0,
             image: Some(&frame.color),
+            stated_yaw_rad: None,
         };
         let estimate = estimate_yaw(&problem, settings, &CancelFlag::default()).expect("estimated");
         assert!(error_deg(&estimate, yaw_rad, 1) < 0.5, "{yaw_rad}: {}", estimate.yaw_rad);
@@ -247,5 +258,10 @@ fn half_turns_of_a_block_with_a_badge(color: u32, settings: &YawSettings, order:
         assert!(canonical.abs() < 0.01);
         let blind = estimated(&mesh, &mask, &none);
         assert_eq!(blind.symmetry_order, 2);
+        // What a text states decides between the half turns, against the colors; it is no yaw of its own.
+        let stated_yaw_rad = Some(yaw_rad + std::f64::consts::PI - 0.3);
+        let stated = YawProblem { stated_yaw_rad, ..problem };
+        let turned = estimate_yaw(&stated, settings, &CancelFlag::default()).expect("estimated");
+        assert!(error_deg(&turned, yaw_rad + std::f64::consts::PI, 1) < 0.5, "{}", turned.yaw_rad);
     }
 }

@@ -299,6 +299,12 @@ impl Parser<'_, '_> {
 
     /// After "and": another object, another action with the same verb ("and the spoon in the mug"), or the end.
     pub(super) fn after_conjunction(&mut self, action: &mut Action) -> bool {
+        if let Some(next) = self.next_step_of_same_verb(action) {
+            self.parsed.account.used(self.at..next);
+            self.finish(action);
+            self.at = next;
+            return true;
+        }
         let next = self.at + 1;
         let conjunction = self.word(0);
         if conjunction != Some("and") && conjunction != Some("or") {
@@ -353,6 +359,21 @@ impl Parser<'_, '_> {
             return true;
         }
         false
+    }
+
+    /// Where a further step begins that leaves out its verb: "put the apple in the bowl, then the spoon next to it".
+    fn next_step_of_same_verb(&self, action: &Action) -> Option<usize> {
+        const THEN: [&str; 5] = ["then", "afterwards", "next", "finally", "lastly"];
+        let then = self.at + usize::from(self.word(0) == Some("and"));
+        let next = then + 1;
+        let continues = self.word_at(then).is_some_and(|word| THEN.contains(&word))
+            && !action.objects.is_empty()
+            && !(action.paths.is_empty() && action.sources.is_empty())
+            && verbs().opener_at(self.tokens, next).is_none()
+            && self.verb_begins(next).is_none()
+            && !self.is_statement(next);
+        let (phrase, end) = noun_phrase(self.lexicon, self.tokens, next).filter(|_| continues)?;
+        (!phrase.negated && self.path_follows(end)).then_some(next)
     }
 
     /// The number of words of a verb at `at` that is no noun ("and water bottle", "and brush in the jar").

@@ -35,6 +35,22 @@ const TASKS: &[(&str, &str, &[&str])] = &[
     ("set the fork down to the left of the plate", "left_of fork_1 plate_1", &["fork_1 right_of plate_1"]),
     ("place the candle at the back of the table", "at_back candle_1", &["candle_1 at_front"]),
     ("put the stapler in the front left corner", "at_front_left stapler_1", &["stapler_1 at_back_right"]),
+    (
+        "put the apple in the bowl, then the spoon next to it",
+        "in apple_1 bowl_1, next_to spoon_1 bowl_1",
+        &["1 apple, 1 bowl, 1 spoon", "!in bowl_1", "!spoon_1 next_to bowl_1"],
+    ),
+    (
+        "Put the fork on the plate and then the mug on the coaster.",
+        "on fork_1 plate_1, on mug_1 coaster_1",
+        &["!on plate_1", "!on coaster_1"],
+    ),
+    (
+        "move the egg from the plate to the bowl, then the croissant to the tray",
+        "in egg_1 bowl_1, on croissant_1 tray_1",
+        &["egg_1 on plate_1", "!croissant_1 on tray_1"],
+    ),
+    ("put the mug on the tray, then lift the bowl", "on mug_1 tray_1, lifted bowl_1", &[]),
     ("take the spoon out of the mug", "out_of spoon_1 mug_1", &["spoon_1 in mug_1"]),
     ("move the egg from the plate to the bowl", "in egg_1 bowl_1", &["egg_1 on plate_1"]),
     ("take the croissant off the plate", "off croissant_1 plate_1", &["croissant_1 on plate_1"]),

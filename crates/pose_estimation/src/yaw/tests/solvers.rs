@@ -54,6 +54,7 @@ impl Shot {
             unknown: &self.unknown,
             support_height_m: 0.0,
             image: self.image.as_ref(),
+            stated_yaw_rad: None,
         }
     }
 
