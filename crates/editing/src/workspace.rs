@@ -2,8 +2,6 @@
 
 use std::sync::Arc;
 
-use glam::DVec2;
-
 use geometry::collision_shape::{BrokenHull, CollisionShape};
 use geometry::drop_cast::PosedShape;
 use geometry::solid_query::MeshSolid;

@@ -37,7 +37,7 @@ mod stated_demands_tests;
 #[cfg(test)]
 mod tests;
 
-use glam::{DQuat, DVec2, DVec3};
+use glam::{DQuat, DVec2};
 use serde::{Deserialize, Serialize};
 
 use self::footprint::Footprint;

@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 use geometry::collision_shape::{BrokenHull, CollisionShape};
 use geometry::drop_cast::PosedShape;
 use geometry::{ConvexHull, Pose};
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 use scene::InstanceId;
 use scene::predicates::PosedFootprint;
 
