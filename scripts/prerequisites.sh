@@ -18,6 +18,8 @@ if ! command -v "${CARGO:-cargo}" >/dev/null 2>&1; then
     missing "cargo is installed but not on the PATH; run: . \"\$HOME/.cargo/env\""
 fi
 command -v "${CC:-cc}" >/dev/null 2>&1 || missing "a C compiler named ${CC:-cc} (Debian: apt install build-essential), or set CC to yours"
+# The video encoder is C++.
+command -v "${CXX:-c++}" >/dev/null 2>&1 || missing "a C++ compiler named ${CXX:-c++} (Debian: apt install build-essential), or set CXX to yours"
 
 case $purpose in
 build) exit 0 ;;

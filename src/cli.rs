@@ -14,6 +14,7 @@ pub mod edit;
 pub mod variants;
 pub mod tasks;
 pub mod execute;
+pub mod judge;
 pub mod diff;
 pub mod batch;
 pub mod parse;
@@ -59,6 +60,8 @@ enum Command {
     Tasks(tasks::Arguments),
     /// Let a simulated robot do a task in a finished scene.
     Execute(execute::Arguments),
+    /// Decide whether a task is done in poses that another simulator reports.
+    Judge(judge::Arguments),
     /// Show what differs between the scenes of two bundles.
     Diff(diff::Arguments),
     /// Make many scenes from one file of requests or from a recipe, without a server.
@@ -93,6 +96,7 @@ pub fn main() -> ExitCode {
         Command::Variants(arguments) => variants::run(arguments),
         Command::Tasks(arguments) => tasks::run(arguments),
         Command::Execute(arguments) => execute::run(arguments),
+        Command::Judge(arguments) => judge::run(arguments),
         Command::Diff(arguments) => diff::run(arguments),
         Command::Batch(arguments) => batch::run(arguments),
         Command::Parse(arguments) => parse::run(arguments),

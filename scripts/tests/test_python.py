@@ -63,7 +63,7 @@ class Chosen(unittest.TestCase):
 class Prerequisites(unittest.TestCase):
     def setUp(self):
         self.place = self.enterContext(Place())
-        for name in ("cargo", "cc"):
+        for name in ("cargo", "cc", "c++"):
             self.place.program(name)
 
     def run_for(self, *purpose, **environment):
@@ -107,6 +107,8 @@ class Prerequisites(unittest.TestCase):
         self.assertEqual(self.run_for("build"), (0, "", ""))
 
     def test_what_is_missing_is_named(self):
+        (self.place.path / "c++").unlink()
+        self.assertIn("a C++ compiler named c++", self.run_for("build")[2])
         (self.place.path / "cc").unlink()
         self.assertIn("a C compiler named cc", self.run_for("build")[2])
         (self.place.path / "cargo").unlink()

@@ -1,5 +1,9 @@
 //! A task in the scene of a bundle, executed by a simulated robot.
 
+pub mod files;
+pub mod parquet_table;
+pub mod video;
+
 use super::tasks::{instructed_task, limits_of};
 use crate::api::error::{Problem, ProblemType};
 use crate::config::Resolved;
@@ -20,6 +24,15 @@ pub enum TaskSource {
     Task(Box<Task>),
 }
 
+/// A task that was executed.
+#[derive(Clone, Debug)]
+pub struct Executed {
+    pub task: Task,
+    pub robot: Robot,
+    pub seed: u64,
+    pub execution: Execution,
+}
+
 /// Executes a task. Takes seconds: grasps are tried in simulation first.
 ///
 /// # Errors
@@ -31,9 +44,11 @@ pub fn run(
     robot_name: &str,
     seed: u64,
     resolved: &Resolved,
-) -> Result<(Task, Execution), Problem> {
+) -> Result<Executed, Problem> {
     let task = match source {
-        TaskSource::Text(text) => instructed_task(&text, bundle, &limits_of(robot_name)?, resolved)?,
+        TaskSource::Text(text) => {
+            instructed_task(&text, bundle, &limits_of(robot_name, &resolved.config.execution)?, resolved)?
+        }
         TaskSource::Task(task) => *task,
     };
     let robot = Robot::built_in(&task.robot, None)
@@ -47,7 +62,8 @@ pub fn run(
         find_grasps(&scene, &task.goal, &robot, &resolved.config.grasps, &mut rng).map_err(broken)?;
     let mut rng = child_rng(seed, "execution");
     let done = execute(&scene, &robot, &task, &grasps, None, &resolved.config.execution, &mut rng);
-    done.map(|execution| (task, execution)).map_err(|refusal| refused(&refusal))
+    let execution = done.map_err(|refusal| refused(&refusal))?;
+    Ok(Executed { task, robot, seed, execution })
 }
 
 /// Table and objects as the simulation of the robot has them.

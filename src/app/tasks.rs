@@ -11,16 +11,13 @@ use crate::config::Resolved;
 use crate::pipeline::error::StageError;
 use crate::pipeline::task_scene::{self, BundleScene};
 use embedded::analyst;
-use physics::rolling::GRAVITY_M_S2;
+use manipulation::execution::ExecutionSettings;
 use remote::settings::AnalystProvider;
 use robot::model::{Robot, library};
 use scene::request::RequestOptions;
 use tasks::proposals::{ProposedTask, propose};
 use tasks::text::own_task;
 use tasks::{Reading, Refusal, RobotLimits, Task, validate};
-
-/// Share of the friction that the grip can give which carries the load; the rest is for accelerations.
-const LOAD_SHARE: f64 = 0.5;
 
 /// The tasks of a scene.
 #[derive(Clone, Debug, Serialize)]
@@ -41,7 +38,7 @@ pub fn propose_tasks(resolved: &Resolved) -> ProposeTasks {
     let resolved = resolved.clone();
     Arc::new(move |archive: &[u8], request: &TasksRequest| {
         // An unknown robot is found before the bundle is unpacked.
-        let robot = limits_of(&request.robot)?;
+        let robot = limits_of(&request.robot, &resolved.config.execution)?;
         let bundle = task_scene::of_archive(archive).map_err(unreadable)?;
         tasks_of(&bundle, request, robot, &resolved).map(|found| json!(found))
     })
@@ -98,16 +95,15 @@ pub fn instructed_task(
 /// # Errors
 ///
 /// A [`Problem`] with the code `unknown_robot`.
-pub fn limits_of(name: &str) -> Result<RobotLimits, Problem> {
+pub fn limits_of(name: &str, execution: &ExecutionSettings) -> Result<RobotLimits, Problem> {
     let known = || library::names().map(str::to_owned).collect();
     let unknown = || refused(&Refusal::UnknownRobot { robot: name.to_owned(), known: known() });
     let robot = Robot::built_in(name, None).map_err(|_| unknown())?;
     let gripper = robot.gripper();
-    let friction_n = 2.0 * gripper.pad_friction * gripper.grip_force_n;
     Ok(RobotLimits {
         name: name.to_owned(),
         max_opening_m: gripper.max_opening_m,
-        max_payload_kg: LOAD_SHARE * friction_n / GRAVITY_M_S2,
+        max_payload_kg: execution.max_payload_kg(gripper),
     })
 }
 

@@ -4,14 +4,16 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use serde_json::{Value, json};
+use serde_json::json;
 
 use super::bundle_input::BundleInput;
 use super::generate::refused;
 use super::options::ConfigOptions;
 use super::{Exit, Failure, scene_summary, terminal};
-use crate::app::executions::{TaskSource, run as execute_task};
+use crate::app::executions::video::video;
+use crate::app::executions::{TaskSource, files, run as execute_task};
 use crate::pipeline::task_scene;
+use export::BundleFile;
 use manipulation::execution::Execution;
 use tasks::Task;
 
@@ -31,9 +33,12 @@ pub struct Arguments {
     /// Same scene, task and seed: same motion, to the byte
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
-    /// Write the verdict (`execution.json`) and the motion (`trajectory.json`) into this folder
+    /// Write verdict, task, motion, and the robot in the scene as MJCF, URDF and USD into this folder
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Also write a video of the motion, `video.mp4`, into the folder of --out; takes some seconds
+    #[arg(long, requires = "out")]
+    video: bool,
     /// Print one JSON document, without the motion
     #[arg(long)]
     json: bool,
@@ -52,17 +57,22 @@ fn execute(arguments: &Arguments) -> Result<Exit, Failure> {
     let source = source(&arguments.task)?;
     let archive = BundleInput::open(&arguments.bundle)?.into_archive()?;
     let bundle = task_scene::of_archive(&archive).map_err(|error| Failure::usage(error.message))?;
-    let (task, execution) = execute_task(&bundle, source, &arguments.robot, arguments.seed, &resolved)
-        .map_err(|problem| refused(problem, "--task"))?;
-    let document = document(&task, &execution, arguments.seed)?;
+    let refusal = |problem| refused(problem, "--task");
+    let executed =
+        execute_task(&bundle, source, &arguments.robot, arguments.seed, &resolved).map_err(refusal)?;
     if let Some(folder) = &arguments.out {
-        write(folder, &document, &execution)?;
+        let mut written = files::files(&archive, &executed).map_err(refusal)?;
+        if arguments.video {
+            let bytes = video(&archive, &executed).map_err(refusal)?;
+            written.push(BundleFile::new("video.mp4", bytes, "video", "video/mp4"));
+        }
+        write(folder, &written)?;
     }
     match arguments.json {
-        true => terminal::print(&format!("{document:#}\n")),
-        false => terminal::print(&verdict_text(&task, &execution)),
+        true => terminal::print(&format!("{:#}\n", files::verdict(&executed))),
+        false => terminal::print(&verdict_text(&executed.task, &executed.execution)),
     }
-    Ok(if execution.succeeded { Exit::Success } else { Exit::TaskFailed })
+    Ok(if executed.execution.succeeded { Exit::Success } else { Exit::TaskFailed })
 }
 
 /// A file of a task, or the text itself.
@@ -75,16 +85,6 @@ fn source(given: &str) -> Result<TaskSource, Failure> {
     serde_json::from_str(&text)
         .map(TaskSource::Task)
         .map_err(|error| Failure::usage(format!("{given} is no task: {error}")))
-}
-
-/// The verdict without the motion.
-fn document(task: &Task, execution: &Execution, seed: u64) -> Result<Value, Failure> {
-    let json_failed = |error: serde_json::Error| Failure::new(Exit::Error, format!("the verdict: {error}"));
-    let mut verdict = serde_json::to_value(execution).map_err(json_failed)?;
-    if let Some(members) = verdict.as_object_mut() {
-        members.remove("recording");
-    }
-    Ok(json!({ "task": task, "seed": seed, "execution": verdict }))
 }
 
 fn verdict_text(task: &Task, execution: &Execution) -> String {
@@ -107,15 +107,13 @@ fn verdict_text(task: &Task, execution: &Execution) -> String {
     text
 }
 
-fn write(folder: &Path, document: &Value, execution: &Execution) -> Result<(), Failure> {
-    std::fs::create_dir_all(folder)
-        .map_err(|error| Failure::usage(format!("cannot make {}: {error}", folder.display())))?;
-    for (name, content) in [
-        ("execution.json", format!("{document:#}\n")),
-        ("trajectory.json", format!("{}\n", json!(execution.recording))),
-    ] {
-        let path = folder.join(name);
-        std::fs::write(&path, content)
+/// Writes files below a folder.
+fn write(folder: &Path, files: &[BundleFile]) -> Result<(), Failure> {
+    for file in files {
+        let path = folder.join(&file.path);
+        let written = path.parent().map_or(Ok(()), std::fs::create_dir_all);
+        written
+            .and_then(|()| std::fs::write(&path, &file.bytes))
             .map_err(|error| Failure::usage(format!("cannot write {}: {error}", path.display())))?;
     }
     Ok(())

@@ -56,7 +56,7 @@ fn tasks(arguments: Arguments) -> Result<Exit, Failure> {
     let request = TasksRequest { robot, count, seed, text };
     let refusal = |problem| refused(problem, "--text");
     check(&request, resolved.config.server.max_text_chars).map_err(refusal)?;
-    let robot = limits_of(&request.robot).map_err(refusal)?;
+    let robot = limits_of(&request.robot, &resolved.config.execution).map_err(refusal)?;
     let archive = BundleInput::open(&arguments.bundle)?.into_archive()?;
     let bundle = task_scene::of_archive(&archive).map_err(|error| Failure::usage(error.message))?;
     let found = tasks_of(&bundle, &request, robot, &resolved).map_err(refusal)?;

@@ -7,11 +7,13 @@
 //!
 //! - [`execution`]: a task as a sequence of picks and places, planned and simulated
 //! - [`grasp`]: grasps of objects, tried in simulation
+//! - [`link_meshes`]: what is seen of a robot
 //! - [`world`]: an arm with a gripper among rigid bodies, simulated
 
 pub mod execution;
 pub mod frames;
 pub mod grasp;
+pub mod link_meshes;
 pub mod mechanism;
 mod swept;
 pub mod world;

@@ -16,17 +16,14 @@ mod contact_forces;
 mod options;
 mod robot_body;
 
-use geometry::collision_shape::{from_parry, to_parry};
+use geometry::collision_shape::from_parry;
 use geometry::{DVec3, Pose};
 use nalgebra::Isometry3;
 use physics::Body;
-use physics::contacts::HullContacts;
-use physics::hull_set::HullSet;
-use physics::rolling::{GRAVITY_M_S2, resist_rolling};
-use rapier3d_f64::geometry::NarrowPhase;
+use physics::rigid_world::{ContactOptions, UnfitBody};
+use physics::rolling::resist_rolling;
 use rapier3d_f64::prelude::{
-    ActiveHooks, ColliderBuilder, FrictionModel, Group, InteractionGroups, InteractionTestMode, PhysicsWorld,
-    RigidBodyBuilder, RigidBodyHandle, SharedShape,
+    ActiveHooks, Group, InteractionGroups, InteractionTestMode, PhysicsWorld, RigidBodyHandle,
 };
 use robot::model::Robot;
 
@@ -36,8 +33,6 @@ pub use options::WorldOptions;
 use crate::mechanism::Mechanism;
 use robot_body::{RobotBody, object_groups};
 
-/// Contacts are computed anew when a pair moved by this much against each other, meters.
-const RECYCLE_M: f64 = 1e-5;
 /// What turns with something else keeps its relative pose, and the engine would keep the directions of their contacts
 /// in the world: what a turning hand holds would turn in the hand. The engine computes contacts of colliders with hooks
 /// anew in every step, although there is no hook.
@@ -60,10 +55,8 @@ pub struct ManipulationWorld {
 /// Why a scene cannot be simulated.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum WorldError {
-    #[error("the hull {hull} of {name} is flat or broken; decompose its mesh again")]
-    BrokenHull { name: String, hull: usize },
-    #[error("the mass or inertia of {name} is not positive; compute its mass properties again")]
-    BadMass { name: String },
+    #[error(transparent)]
+    Unfit(#[from] UnfitBody),
     #[error("the start has {found} joints and the robot {expected}")]
     WrongLength { found: usize, expected: usize },
     #[error("the robot has no mass in {part} or joints that the simulation does not take")]
@@ -127,11 +120,15 @@ impl ManipulationWorld {
         if start.len() != mechanism.arm_parts.len() {
             return Err(WorldError::WrongLength { found: start.len(), expected: mechanism.arm_parts.len() });
         }
-        let mut world = empty_world(options);
+        let contacts = contact_options(options);
+        let mut world = contacts.empty_world();
+        // Otherwise what the hand holds creeps by tens of micrometers whenever it is accelerated.
+        world.integration_parameters.friction_in_bias_pass = true;
+        let groups = InteractionGroups::new(object_groups(), Group::ALL, InteractionTestMode::And);
         let handles = objects
             .iter()
-            .map(|object| insert(&mut world, object, options))
-            .collect::<Result<Vec<_>, WorldError>>()?;
+            .map(|object| contacts.insert(&mut world, object, |collider| collider.collision_groups(groups)))
+            .collect::<Result<Vec<_>, UnfitBody>>()?;
         let robot = RobotBody::insert(
             &mut world,
             robot,
@@ -254,63 +251,15 @@ impl ManipulationWorld {
     }
 }
 
-fn empty_world(options: &WorldOptions) -> PhysicsWorld {
-    let mut world = PhysicsWorld::new();
-    world.narrow_phase = NarrowPhase::with_query_dispatcher(HullContacts);
-    world.gravity = DVec3::new(0.0, 0.0, -GRAVITY_M_S2);
-    let parameters = &mut world.integration_parameters;
-    parameters.dt = 1.0 / options.steps_per_s;
-    parameters.num_solver_iterations = options.solver_iterations;
-    parameters.length_unit = options.length_unit_m;
-    parameters.contact_softness.natural_frequency = options.contact_frequency_hz;
-    parameters.static_contact_softness.natural_frequency = options.contact_frequency_hz;
-    parameters.friction_model = FrictionModel::Coulomb;
-    parameters.contact_clustering = false;
-    parameters.normalized_contact_recycle_distance = RECYCLE_M / options.length_unit_m;
-    parameters.max_ccd_substeps = 0;
-    // Otherwise what the hand holds creeps by tens of micrometers whenever it is accelerated.
-    parameters.friction_in_bias_pass = true;
-    world
-}
-
-fn insert(
-    world: &mut PhysicsWorld,
-    body: &Body,
-    options: &WorldOptions,
-) -> Result<RigidBodyHandle, WorldError> {
-    let hulls = HullSet::new(&body.hulls);
-    let broken = |hull: &geometry::contact_hull::ContactHull| hull.points.len() < 4 || hull.planes.len() < 4;
-    if let Some(hull) = hulls.hulls.iter().position(broken) {
-        return Err(WorldError::BrokenHull { name: body.name.clone(), hull });
+fn contact_options(options: &WorldOptions) -> ContactOptions {
+    ContactOptions {
+        steps_per_s: options.steps_per_s,
+        solver_iterations: options.solver_iterations,
+        contact_frequency_hz: options.contact_frequency_hz,
+        length_unit_m: options.length_unit_m,
+        damping_per_s: options.damping_per_s,
+        look_ahead_m: LOOK_AHEAD_M,
     }
-    let positive = body.mass.mass_kg > 0.0 && body.mass.inertia_diagonal_kg_m2.min_element() > 0.0;
-    if !body.fixed && !positive {
-        return Err(WorldError::BadMass { name: body.name.clone() });
-    }
-    let builder = if body.fixed { RigidBodyBuilder::fixed() } else { RigidBodyBuilder::dynamic() };
-    let mass = rapier3d_f64::prelude::MassProperties::with_principal_inertia_frame(
-        body.mass.center_of_mass_m,
-        body.mass.mass_kg,
-        body.mass.inertia_diagonal_kg_m2,
-        body.mass.principal_axes_xyzw,
-    );
-    let rigid = builder
-        .pose(to_parry(&body.world_from_object))
-        .additional_mass_properties(mass)
-        .linear_damping(options.damping_per_s)
-        .angular_damping(options.damping_per_s)
-        .soft_ccd_prediction(LOOK_AHEAD_M)
-        .can_sleep(false);
-    let handle = world.insert_body(rigid);
-    if !body.hulls.is_empty() {
-        let collider = ColliderBuilder::new(SharedShape::new(hulls))
-            .density(0.0)
-            .friction(body.friction.dynamic_coefficient)
-            .restitution(body.restitution)
-            .collision_groups(InteractionGroups::new(object_groups(), Group::ALL, InteractionTestMode::And));
-        world.insert_collider(collider, Some(handle));
-    }
-    Ok(handle)
 }
 
 #[cfg(test)]

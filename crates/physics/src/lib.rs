@@ -16,6 +16,7 @@ pub mod body;
 pub mod hull_set;
 pub mod contacts;
 pub mod rolling;
+pub mod rigid_world;
 pub mod settle;
 pub mod metrics;
 pub mod support;

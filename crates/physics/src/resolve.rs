@@ -26,6 +26,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::metrics::{CertifySettings, collisions, stability};
+use super::rigid_world::UnfitBody;
 use super::settle::{SettleError, SettleSettings, angle_between_rad, settle};
 use super::support::{SupportFinding, carriers, support};
 use super::{Body, SettledPoses};
@@ -199,7 +200,8 @@ pub fn resolve(
         .iter()
         .map(|body| {
             CollisionShape::new(&body.hulls)
-                .map_err(|source| SettleError::BrokenHull { name: body.name.clone(), source })
+                .map_err(|source| UnfitBody::BrokenHull { name: body.name.clone(), source })
+                .map_err(SettleError::from)
         })
         .collect::<Result<Vec<_>, _>>()?;
     let tree = BodyTree::new(problem.supports);

@@ -14,8 +14,8 @@ mod world;
 use serde::{Deserialize, Serialize};
 
 use super::Body;
+use super::rigid_world::UnfitBody;
 use geometry::Pose;
-use geometry::collision_shape::BrokenHull;
 use runtime::{CancelFlag, Cancelled};
 
 /// Section `[settle]`.
@@ -59,10 +59,8 @@ pub struct SettledPoses {
 /// Why bodies could not be simulated.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SettleError {
-    #[error("settling {name}: {source}")]
-    BrokenHull { name: String, source: BrokenHull },
-    #[error("settling {name}: its mass or inertia is not positive; compute its mass properties again")]
-    BadMass { name: String },
+    #[error("settling: {0}")]
+    Unfit(#[from] UnfitBody),
     #[error("settling {name}: the simulation diverged; it starts too deep inside another object")]
     Diverged { name: String },
     #[error(transparent)]
@@ -166,6 +164,6 @@ mod tests {
         let mut massless = bodies.clone();
         massless[1].mass.mass_kg = 0.0;
         let refused = settle(&massless, &settings(), &CancelFlag::default());
-        assert_eq!(refused, Err(SettleError::BadMass { name: "ball".into() }));
+        assert_eq!(refused, Err(SettleError::Unfit(UnfitBody::BadMass { name: "ball".into() })));
     }
 }

@@ -3,6 +3,7 @@
 //! All three have the same links, joints, limits, masses, shapes and tool frame. Link names are those of the robot's
 //! file. What differs is stated in the module of each format.
 
+mod in_scene;
 mod mjcf;
 mod numbers;
 mod urdf;
@@ -12,6 +13,7 @@ mod xml;
 use crate::model::Robot;
 use crate::model::checked_pairs;
 
+pub use in_scene::{mjcf_prefix, write_mjcf_in_scene, write_urdf_in_scene, write_usd_in_scene};
 pub use mjcf::write_mjcf;
 pub use urdf::write_urdf;
 pub use usd::write_usd;

@@ -18,6 +18,7 @@ pub mod posed_object;
 pub mod proposals;
 pub mod refusal;
 pub mod robot_limits;
+pub mod scene_state;
 mod stacks;
 pub mod task;
 pub mod task_scene;

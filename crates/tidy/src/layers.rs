@@ -41,6 +41,7 @@ pub const CRATES: &[Layer] = &[
     layer("runtime", &[], PURE).but(&["tokio::sync"]),
     layer("imaging", &[], PURE),
     layer("gpu", &[], PURE).but(&["std::env::var"]),
+    layer("video", &["imaging"], PURE),
     layer("geometry", &["imaging", "runtime"], PURE),
     layer("mesh_io", &["geometry", "imaging"], PURE),
     layer("soft_raster", &["geometry", "gpu", "imaging"], PURE),

@@ -9,6 +9,8 @@ pub struct Recording {
     pub rate_hz: f64,
     /// The joints of the arm, in the order of the frames' numbers.
     pub joints: Vec<String>,
+    /// The joint whose servo moves all fingers.
+    pub gripper_joint: String,
     /// The objects, in the order of the frames' poses.
     pub objects: Vec<String>,
     pub frames: Vec<Frame>,
@@ -27,6 +29,8 @@ pub struct Frame {
     /// How far the pads are asked to be apart, and are, meters.
     pub opening_target_m: f64,
     pub opening_m: f64,
+    /// Where the gripper's servo pulls its joint to: the position that belongs to `opening_target_m`.
+    pub gripper_target: f64,
     /// `world_from_object`.
     pub object_poses: Vec<Pose>,
 }

@@ -2,7 +2,6 @@
 
 use geometry::DVec3;
 use physics::Body;
-use physics::rolling::GRAVITY_M_S2;
 use robot::model::Robot;
 use tasks::evaluation::is_decidable;
 use tasks::{Goal, PosedObject, PredicateKind, Situation, evaluate};
@@ -105,7 +104,7 @@ fn can_be_taken(
     if object.fixed {
         return Err(Refusal::ObjectFixed { name });
     }
-    let max_kg = settings.payload_share * 2.0 * gripper.pad_friction * gripper.max_force_n / GRAVITY_M_S2;
+    let max_kg = settings.max_payload_kg(gripper);
     if object.mass.mass_kg > max_kg {
         return Err(Refusal::ObjectTooHeavy { name, mass_kg: object.mass.mass_kg, max_kg });
     }

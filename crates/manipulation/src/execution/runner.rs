@@ -31,11 +31,12 @@ impl<'a> Runner<'a> {
         let joint =
             |link: &usize| motions.robot.links()[*link].joint.as_ref().map(|joint| joint.name.clone());
         let joints = motions.robot.arm_links().iter().filter_map(joint).collect();
+        let gripper_joint = joint(&motions.robot.gripper().link).unwrap_or_default();
         let objects = motions.scene.objects.iter().map(|object| object.name.clone()).collect();
         Self {
             commanded: world.joint_positions(),
             opening_target_m: world.opening_m(),
-            recording: Recording { rate_hz, joints, objects, frames: Vec::new() },
+            recording: Recording { rate_hz, joints, gripper_joint, objects, frames: Vec::new() },
             load: None,
             load_share: 0.0,
             phase: Phase::Transit,
@@ -148,6 +149,7 @@ impl<'a> Runner<'a> {
             joint_velocities: self.world.joint_velocities(),
             opening_target_m: self.opening_target_m,
             opening_m: self.world.opening_m(),
+            gripper_target: self.motions.robot.gripper_position(self.opening_target_m),
             object_poses: self.poses(),
         });
     }

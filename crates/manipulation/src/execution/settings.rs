@@ -1,5 +1,7 @@
 //! How an execution moves, and what it may spend.
 
+use physics::rolling::GRAVITY_M_S2;
+use robot::model::Gripper;
 use serde::{Deserialize, Serialize};
 
 /// Section `[execution]`: settings of [`execute`](super::execute).
@@ -38,4 +40,12 @@ pub struct ExecutionSettings {
     pub mount_m: f64,
     /// A share of the weight that the strongest grip of both pads could hold by friction; heavier objects are refused.
     pub payload_share: f64,
+}
+
+impl ExecutionSettings {
+    /// The heaviest object that a gripper may carry; the rest of its friction is for accelerations.
+    pub fn max_payload_kg(&self, gripper: &Gripper) -> f64 {
+        let friction_n = 2.0 * gripper.pad_friction * gripper.max_force_n;
+        self.payload_share * friction_n / GRAVITY_M_S2
+    }
 }

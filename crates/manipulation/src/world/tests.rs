@@ -183,7 +183,7 @@ fn broken_objects_are_named() {
         0.0,
         &WorldOptions::default(),
     );
-    assert_eq!(world.err(), Some(WorldError::BadMass { name: "box".to_owned() }));
+    assert_eq!(world.err(), Some(WorldError::Unfit(UnfitBody::BadMass { name: "box".to_owned() })));
     let world = ManipulationWorld::new(&[], &robot, &base, &[0.0], 0.0, &WorldOptions::default());
     assert_eq!(world.err(), Some(WorldError::WrongLength { found: 1, expected: 7 }));
 }

@@ -1,24 +1,15 @@
 //! The simulation of one island.
 
 use glam::DVec3;
-use rapier3d_f64::geometry::NarrowPhase;
-use rapier3d_f64::prelude::{
-    ColliderBuilder, FrictionModel, MassProperties as RapierMass, PhysicsWorld, RigidBodyBuilder,
-    RigidBodyHandle, SharedShape,
-};
+use rapier3d_f64::prelude::RigidBodyHandle;
 
 use super::{SettleError, SettleSettings};
 use crate::Body;
-use crate::contacts::HullContacts;
-use crate::hull_set::HullSet;
-use crate::rolling::{GRAVITY_M_S2, resist_rolling};
+use crate::rigid_world::{ContactOptions, UnfitBody};
+use crate::rolling::resist_rolling;
 use geometry::Pose;
-use geometry::collision_shape::{BrokenHull, from_parry, to_parry};
+use geometry::collision_shape::from_parry;
 use runtime::CancelFlag;
-
-/// Contacts are computed anew when a pair moved by this much against each other, meters; in between the
-/// engine follows the known points.
-const RECYCLE_M: f64 = 1e-5;
 
 /// Contacts of moving bodies are predicted up to this distance, meters.
 const LOOK_AHEAD_M: f64 = 0.02;
@@ -49,11 +40,12 @@ pub(super) fn run(
     may_end_early: bool,
     cancel: &CancelFlag,
 ) -> Result<Run, SettleError> {
-    let mut world = empty_world(settings);
+    let options = contact_options(settings);
+    let mut world = options.empty_world();
     let handles = bodies
         .iter()
-        .map(|body| insert(&mut world, body, settings))
-        .collect::<Result<Vec<RigidBodyHandle>, SettleError>>()?;
+        .map(|body| options.insert(&mut world, body, |collider| collider))
+        .collect::<Result<Vec<RigidBodyHandle>, UnfitBody>>()?;
     let reach_m: Vec<f64> = bodies.iter().map(|body| reach_m(body)).collect();
     let start: Vec<(DVec3, glam::DQuat)> = handles
         .iter()
@@ -125,58 +117,13 @@ pub(super) fn reach_m(body: &Body) -> f64 {
     body.hulls.iter().flat_map(|h| &h.points).map(|p| (*p - center).length()).fold(0.0, f64::max)
 }
 
-fn empty_world(settings: &SettleSettings) -> PhysicsWorld {
-    let mut world = PhysicsWorld::new();
-    world.narrow_phase = NarrowPhase::with_query_dispatcher(HullContacts);
-    world.gravity = DVec3::new(0.0, 0.0, -GRAVITY_M_S2);
-    let parameters = &mut world.integration_parameters;
-    parameters.dt = 1.0 / settings.steps_per_s;
-    parameters.num_solver_iterations = settings.solver_iterations;
-    parameters.length_unit = settings.length_unit_m;
-    parameters.contact_softness.natural_frequency = settings.contact_frequency_hz;
-    parameters.static_contact_softness.natural_frequency = settings.contact_frequency_hz;
-    parameters.friction_model = FrictionModel::Coulomb;
-    // Our contacts are merged already, and fast objects use a larger contact distance instead of sweeping.
-    parameters.contact_clustering = false;
-    parameters.normalized_contact_recycle_distance = RECYCLE_M / settings.length_unit_m;
-    parameters.max_ccd_substeps = 0;
-    world
-}
-
-fn insert(
-    world: &mut PhysicsWorld,
-    body: &Body,
-    settings: &SettleSettings,
-) -> Result<RigidBodyHandle, SettleError> {
-    let hulls = HullSet::new(&body.hulls);
-    if let Some(hull) = hulls.hulls.iter().position(|hull| hull.points.len() < 4 || hull.planes.len() < 4) {
-        let source = BrokenHull { hull, points: body.hulls[hull].points.len() };
-        return Err(SettleError::BrokenHull { name: body.name.clone(), source });
+fn contact_options(settings: &SettleSettings) -> ContactOptions {
+    ContactOptions {
+        steps_per_s: settings.steps_per_s,
+        solver_iterations: settings.solver_iterations,
+        contact_frequency_hz: settings.contact_frequency_hz,
+        length_unit_m: settings.length_unit_m,
+        damping_per_s: settings.damping_per_s,
+        look_ahead_m: LOOK_AHEAD_M,
     }
-    let positive = body.mass.mass_kg > 0.0 && body.mass.inertia_diagonal_kg_m2.min_element() > 0.0;
-    if !body.fixed && !positive {
-        return Err(SettleError::BadMass { name: body.name.clone() });
-    }
-    let builder = if body.fixed { RigidBodyBuilder::fixed() } else { RigidBodyBuilder::dynamic() };
-    let rigid = builder
-        .pose(to_parry(&body.world_from_object))
-        .additional_mass_properties(RapierMass::with_principal_inertia_frame(
-            body.mass.center_of_mass_m,
-            body.mass.mass_kg,
-            body.mass.inertia_diagonal_kg_m2,
-            body.mass.principal_axes_xyzw,
-        ))
-        .linear_damping(settings.damping_per_s)
-        .angular_damping(settings.damping_per_s)
-        .soft_ccd_prediction(LOOK_AHEAD_M)
-        .can_sleep(false);
-    let handle = world.insert_body(rigid);
-    if !body.hulls.is_empty() {
-        let collider = ColliderBuilder::new(SharedShape::new(hulls))
-            .density(0.0)
-            .friction(body.friction.dynamic_coefficient)
-            .restitution(body.restitution);
-        world.insert_collider(collider, Some(handle));
-    }
-    Ok(handle)
 }

@@ -15,6 +15,12 @@ pub fn write_urdf(robot: &Robot) -> String {
     let mut document = XmlDocument::new();
     document.comment(&robot.sources().join("; "));
     document.open("robot", &[("name", &model_name(robot))]);
+    write_elements(&mut document, robot);
+    document.finish()
+}
+
+/// Writes materials, links and joints into the element of a robot.
+pub(super) fn write_elements(document: &mut XmlDocument, robot: &Robot) {
     for material in robot.materials() {
         document.open("material", &[("name", &material.name)]);
         let [red, green, blue] = material.srgb;
@@ -22,19 +28,18 @@ pub fn write_urdf(robot: &Robot) -> String {
         document.close();
     }
     for link in robot.links() {
-        write_link(&mut document, robot, link);
+        write_link(document, robot, link);
         if let Some(joint) = &link.joint {
-            write_joint(&mut document, robot, link, joint);
+            write_joint(document, robot, link, joint);
         }
     }
     let tool = robot.tool();
-    write_frame(&mut document, &tool.name);
+    write_frame(document, &tool.name);
     document.open("joint", &[("name", &format!("{}_joint", tool.name)), ("type", "fixed")]);
     document.empty("parent", &[("link", &robot.links()[tool.link].name)]);
     document.empty("child", &[("link", &tool.name)]);
-    write_origin(&mut document, &tool.link_from_tool);
+    write_origin(document, &tool.link_from_tool);
     document.close();
-    document.finish()
 }
 
 fn write_link(document: &mut XmlDocument, robot: &Robot, link: &Link) {

@@ -11,9 +11,14 @@ pub(super) struct XmlDocument {
 
 impl XmlDocument {
     pub(super) fn new() -> Self {
-        let mut document = Self { writer: Writer::new_with_indent(Vec::new(), b' ', 2), open: Vec::new() };
+        let mut document = Self::fragment();
         document.write(Event::Decl(BytesDecl::new("1.0", Some("utf-8"), None)));
         document
+    }
+
+    /// Elements that become a part of another document.
+    pub(super) fn fragment() -> Self {
+        Self { writer: Writer::new_with_indent(Vec::new(), b' ', 2), open: Vec::new() }
     }
 
     pub(super) fn comment(&mut self, text: &str) {

@@ -1,0 +1,112 @@
+//! What is seen of a robot, as meshes: one for each link, in its frame.
+
+use geometry::shapes::{block, cylinder, sphere};
+use geometry::{DVec3, Material, Pose, Rgb, Solid, TexturedMesh};
+use robot::model::{Primitive, Robot};
+
+use crate::frames::{to_pose, to_vector};
+
+/// Sides of round shapes.
+const SEGMENTS: usize = 32;
+const ROUGHNESS: f32 = 0.45;
+
+/// Meshes of the visible shapes of each link, in the order of `Robot::links`; a link without any has an empty mesh.
+pub fn link_meshes(robot: &Robot) -> Vec<TexturedMesh> {
+    robot
+        .links()
+        .iter()
+        .map(|link| {
+            let mut mesh = TexturedMesh::default();
+            for shape in link.shapes.iter().filter(|shape| shape.is_visible()) {
+                let stated = &robot.materials()[shape.material];
+                let [red, green, blue] = stated.srgb.map(|channel| (255.0 * channel).round() as u32);
+                let color = Rgb::hex(red << 16 | green << 8 | blue);
+                let material = Material::plain(&stated.name, color, ROUGHNESS);
+                let link_from_shape = to_pose(&shape.link_from_shape);
+                for solid in solids(&shape.primitive) {
+                    mesh.add(posed(solid, &link_from_shape), &material);
+                }
+            }
+            mesh
+        })
+        .collect()
+}
+
+/// Closed solids that together are the primitive, about its center.
+fn solids(primitive: &Primitive) -> Vec<Solid> {
+    let tube = |radius_m: f64, half_length_m: f64| {
+        let bottom = DVec3::new(0.0, 0.0, -half_length_m);
+        cylinder(radius_m, 2.0 * half_length_m, 0.0, SEGMENTS).translated(bottom)
+    };
+    match *primitive {
+        Primitive::Box { half_size_m } => {
+            let half_m = to_vector(&half_size_m);
+            vec![block(2.0 * half_m).translated(DVec3::new(0.0, 0.0, -half_m.z))]
+        }
+        Primitive::Cylinder { radius_m, half_length_m } => vec![tube(radius_m, half_length_m)],
+        Primitive::Sphere { radius_m } => vec![ball(radius_m, 0.0)],
+        Primitive::Capsule { radius_m, half_length_m } => {
+            vec![ball(radius_m, -half_length_m), tube(radius_m, half_length_m), ball(radius_m, half_length_m)]
+        }
+    }
+}
+
+/// A ball with its center at that height.
+fn ball(radius_m: f64, center_z_m: f64) -> Solid {
+    sphere(radius_m, SEGMENTS).translated(DVec3::new(0.0, 0.0, center_z_m - radius_m))
+}
+
+fn posed(mut solid: Solid, pose: &Pose) -> Solid {
+    for position in &mut solid.positions {
+        *position = pose.transform_point(*position);
+    }
+    solid
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn meshes_are_the_shapes_that_are_seen() {
+        for name in ["panda", "piper"] {
+            let robot = Robot::built_in(name, None).expect("built in");
+            let meshes = link_meshes(&robot);
+            assert_eq!(meshes.len(), robot.links().len());
+            for (link, mesh) in robot.links().iter().zip(&meshes) {
+                let visible: Vec<_> = link.shapes.iter().filter(|shape| shape.is_visible()).collect();
+                assert_eq!(mesh.positions.is_empty(), visible.is_empty(), "{}", link.name);
+                for point in &mesh.positions {
+                    let outside = visible.iter().map(|shape| {
+                        let local = to_pose(&shape.link_from_shape).inverse().transform_point(*point);
+                        shape.primitive.signed_distance_m(&nalgebra::Point3::new(local.x, local.y, local.z))
+                    });
+                    let outside_m = outside.fold(f64::INFINITY, f64::min);
+                    assert!(
+                        outside_m < 1e-6,
+                        "{} of {name}: {outside_m} m outside of every shape",
+                        link.name
+                    );
+                }
+                // The ends of every shape are there.
+                for shape in visible {
+                    let reach_m = |direction: DVec3| {
+                        mesh.positions.iter().map(|p| p.dot(direction)).fold(f64::NEG_INFINITY, f64::max)
+                    };
+                    let pose = to_pose(&shape.link_from_shape);
+                    let half_m = match shape.primitive {
+                        Primitive::Box { half_size_m } => half_size_m.z,
+                        Primitive::Cylinder { half_length_m, .. } => half_length_m,
+                        Primitive::Capsule { radius_m, half_length_m } => half_length_m + radius_m,
+                        Primitive::Sphere { radius_m } => radius_m,
+                    };
+                    for side in [-1.0, 1.0] {
+                        let end = pose.transform_point(DVec3::new(0.0, 0.0, side * half_m));
+                        let along = pose.transform_vector(DVec3::new(0.0, 0.0, side));
+                        assert!(reach_m(along) >= end.dot(along) - 1e-9, "{} of {name}", link.name);
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,270 @@
+"""Robots at work: proposed tasks in generated scenes, the tasks of the paper, and MuJoCo's opinion of both.
+
+    PYTHONPATH=scripts python3 -m bars.robot [--target-dir target] [--scenes 100] [--tasks 3] [--seeds 100] [--jobs 2]
+        [--only all|scenes|paper]
+
+`scenes` generated sentences of at least three objects become scenes. For each, `tasks` tasks are proposed, their BDDL is
+read by PyPI `bddl`, and they are executed; each task of the paper is executed in its scene with `seeds` seeds by both
+robots. MuJoCo repeats what was done from its joint targets (tests/judges/robots/replay.py). What was executed is kept
+under the target directory: the same program goes on where it was interrupted. All of it takes hours on two cores.
+"""
+
+import hashlib
+import json
+import shutil
+import statistics
+import subprocess
+from collections import Counter
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from pathlib import Path
+
+from bars.page import ROOT, arguments, percent, table, write
+from bars.run import run
+from generated_sentences import generated
+from generating import generate, run_alone
+from server import Problem
+from virtual_environment import environment_of
+
+JUDGES = ROOT / "tests" / "judges" / "robots"
+CHECK_BDDL = ROOT / "tests" / "judges" / "tasks" / "check_bddl.py"
+# The bars.
+DONE, AGREED, PAPER = 0.90, 0.95, 0.95
+# A task that takes longer than this to execute is given up.
+EXECUTE_S = 600
+# Scenes have at least so many objects.
+LEAST_OBJECTS = 3
+# 6 is a task that was attempted and failed, 2 one that is refused.
+ATTEMPTED = (0, 6)
+KITCHEN = "A kitchen table with a cucumber, a bowl, a carrot, a salt shaker and a cutting board"
+COFFEE = "A coffee table with a cup, an apple and a magazine"
+PAPER_TASKS = {
+    "cucumber": (KITCHEN, "put the cucumber in the bowl"),
+    "carrot": (KITCHEN, "put the carrot on the cutting board, then the salt shaker on the cutting board"),
+    "swap": (COFFEE, "swap the cup and the apple"),
+    "mango": ("A table with a mango and a plate", "put the mango on the plate"),
+    "strawberry": ("A table with a strawberry and a mug", "put the strawberry in the mug"),
+    "blocks": (
+        "A table with a red block, a blue block and a plate",
+        "put the red block on the plate, then stack the blue block on the red block",
+    ),
+}
+ROBOTS = ("panda", "piper")
+
+
+class Bench:
+    """The program, MuJoCo, and what both have done so far."""
+
+    def __init__(self, given):
+        with given.binary.open("rb") as program:
+            digest = hashlib.file_digest(program, "sha256").hexdigest()[:12]
+        self.binary, self.jobs = given.binary, given.jobs
+        self.folder = given.work / "robot" / digest
+        self.folder.mkdir(parents=True, exist_ok=True)
+        pins = (JUDGES / "requirements.txt").read_text(encoding="utf-8").splitlines()
+        pins = [pin for pin in pins if pin and not pin.startswith("#")]
+        self.python = environment_of(given.target_dir, "robot-judges", pins) / "bin" / "python"
+
+    def scene(self, name: str, text: str, seed: int) -> Path:
+        """The bundle of a text."""
+        bundle = self.folder / "scenes" / name
+        if not (bundle / "manifest.json").is_file():
+            made = generate(self.binary, bundle, text, seed, threads=1)
+            if made.told["verdict"] != "pass":
+                shutil.rmtree(bundle)
+                raise Problem(f"{text!r} is in quarantine: {made.told['reasons']}")
+        return bundle
+
+    def proposed(self, bundle: Path, count: int, seed: int) -> list:
+        """Proposed tasks, as they are printed. Their files have to be what the parser of BEHAVIOR reads."""
+        out = self.folder / "tasks" / bundle.name
+        asked = ["tasks", "--bundle", bundle, "--count", count, "--seed", seed, "--out", out, "--json"]
+        found = json.loads(self.call(asked, (0,)).stdout)["proposed"]
+        if found:
+            checked = subprocess.run([self.python, CHECK_BDDL, out], capture_output=True, text=True)
+            if checked.returncode != 0:
+                raise Problem(f"the BDDL of {out}: {checked.stdout or checked.stderr}")
+        return found
+
+    def executed(self, name: str, bundle: Path, task, seed: int, robot: str) -> dict:
+        """What became of a task (a dictionary, or an instruction), and what MuJoCo says of it."""
+        path = self.folder / "executions" / f"{name}.json"
+        if path.is_file():
+            return json.loads(path.read_text(encoding="utf-8"))
+        out = self.folder / "out" / name
+        out.mkdir(parents=True, exist_ok=True)
+        if isinstance(task, dict):
+            (out / "given.json").write_text(json.dumps(task), encoding="utf-8")
+        source = out / "given.json" if isinstance(task, dict) else task
+        asked = ["execute", "--bundle", bundle, "--task", source, "--robot", robot, "--seed", seed, "--out", out]
+        ran = self.call([*asked, "--json"], None)
+        record = {"cpu_s": ran.cpu_s, **self.outcome(ran)}
+        if record["outcome"] == "done":
+            record["replay"] = self.replayed(bundle, out)
+        shutil.rmtree(out)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(json.dumps(record), encoding="utf-8")
+        return record
+
+    @staticmethod
+    def outcome(ran) -> dict:
+        told = json.loads(ran.stdout) if ran.stdout.startswith("{") else {}
+        if ran.exit_code in ATTEMPTED and "execution" in told:
+            execution = told["execution"]
+            return {
+                "outcome": execution["failure"] or "done",
+                "detail": execution["detail"],
+                "instruction": told["task"]["instruction"],
+                "duration_s": execution["duration_s"],
+                "slip_m": max((pick["slip_m"] for pick in execution["picks"]), default=0.0),
+            }
+        failure = told.get("failure", {})
+        code = failure.get("problem", {}).get("code", f"exit {ran.exit_code}")
+        return {"outcome": code, "detail": failure.get("message", ran.stderr[-300:])}
+
+    def replayed(self, bundle: Path, out: Path) -> dict:
+        command = [self.python, JUDGES / "replay.py", self.binary, bundle, out]
+        ran = subprocess.run([str(part) for part in command], capture_output=True, text=True)
+        if ran.returncode not in (0, 1) or not ran.stdout.startswith("{"):
+            raise Problem(f"MuJoCo did not repeat {out.name}: {ran.stderr[-500:]}")
+        return json.loads(ran.stdout)
+
+    def call(self, words: list, expected):
+        command = [str(self.binary), *map(str, words)]
+        ran = run_alone(command, EXECUTE_S, {"RAYON_NUM_THREADS": "1", "PATH": "/usr/bin:/bin"})
+        if expected is not None and ran.exit_code not in expected:
+            raise Problem(f"{' '.join(command)}: {ran.stderr[-500:] or ran.stdout[-500:]}")
+        return ran
+
+    def each(self, what: str, every: list, work) -> list:
+        """`work` on all of them, `jobs` at once, in their order; a problem is a record with its reason."""
+        done = 0
+
+        def safely(one):
+            try:
+                return work(one)
+            except Exception as problem:  # one that fails must not end the measurement of the others
+                return [{"outcome": "problem", "detail": str(problem)[:300], "cpu_s": 0.0}]
+
+        with ThreadPoolExecutor(self.jobs) as pool:
+            waiting = {pool.submit(safely, one): k for k, one in enumerate(every)}
+            found = [None] * len(every)
+            for future in as_completed(waiting):
+                found[waiting[future]] = future.result()
+                done += 1
+                said = ", ".join(record["outcome"] for record in future.result())
+                print(f"[{done}/{len(every)}] {what} {every[waiting[future]]}: {said}", flush=True)
+        return found
+
+
+def main() -> bool:
+    given = arguments(__doc__.splitlines()[0], scenes=100, tasks=3, seeds=100, jobs=2, only="all")
+    bench = Bench(given)
+    parts = []
+    if given.only in ("all", "scenes"):
+        parts.append(in_scenes(bench, given.scenes, given.tasks))
+    if given.only in ("all", "paper"):
+        parts.append(of_paper(bench, given.seeds))
+    bars = [bar for part in parts for bar in part[0]]
+    rows = [[what, value, f"{100 * bar:g} %", "holds" if holds else "DOES NOT HOLD"] for what, value, bar, holds in bars]
+    pages = [table(["", "found", "bar", ""], rows)] + [part[1] for part in parts]
+    write("robot", "Robots at work", "\n\n".join(pages))
+    return all(holds for *_, holds in bars)
+
+
+def share(what: str, found: int, total: int, bar: float) -> tuple:
+    value = found / total if total else 0.0
+    return what, f"{percent(value)} of {total}", bar, value >= bar
+
+
+def agreement(records: list) -> tuple:
+    replays = [record["replay"] for record in records if record["outcome"] == "done"]
+    return sum(replay["reached"] for replay in replays), len(replays)
+
+
+def in_scenes(bench: Bench, scenes: int, count: int) -> tuple:
+    wanted = [one for one in generated() if one.objects >= LEAST_OBJECTS][:scenes]
+
+    def work(number: int) -> list:
+        sentence = wanted[number]
+        bundle = bench.scene(f"scene_{number:03}", sentence.text, sentence.seed)
+        tasks = bench.proposed(bundle, count, number)
+        records = []
+        for k, proposal in enumerate(tasks):
+            record = bench.executed(f"scene_{number:03}_{k}", bundle, proposal["task"], number, "panda")
+            records.append({"kind": proposal["kind"], "instruction": proposal["task"]["instruction"], **record})
+        return records
+
+    found = [record for records in bench.each("scene", list(range(len(wanted))), work) for record in records]
+    done = [record for record in found if record["outcome"] == "done"]
+    agreed, replayed = agreement(found)
+    bars = [
+        share("Proposed tasks that are done", len(done), len(found), DONE),
+        share("Of these, MuJoCo satisfies the goal too", agreed, replayed, AGREED),
+    ]
+    kinds = sorted({record.get("kind", "") for record in found})
+    rows = [
+        [kind or "-", len(of), sum(r["outcome"] == "done" for r in of), *agreement(of)[:1], outcomes(of)]
+        for kind in kinds
+        for of in [[record for record in found if record.get("kind", "") == kind]]
+    ]
+    failures = [
+        f"- {record.get('instruction', '')!r}: {record['outcome']}, {record.get('detail') or 'no detail'}"
+        for record in found
+        if record["outcome"] != "done"
+    ]
+    apart = [
+        f"- {record['instruction']!r}: {[p['reason'] for p in record['replay']['predicates'] if not p['holds']]}"
+        for record in done
+        if not record["replay"]["reached"]
+    ]
+    body = [
+        f"## Proposed tasks\n\n{len(wanted)} scenes of generated sentences, up to {count} proposed tasks each, by the "
+        f"Panda. Half of the executions took at most {median(done, 'cpu_s')} s of processor time, grasps included, for "
+        f"{median(done, 'duration_s')} s of motion.",
+        table(["kind", "tasks", "done", "MuJoCo agrees", "others"], rows),
+    ]
+    body += ["What failed:\n\n" + "\n".join(failures)] if failures else []
+    body += ["Where MuJoCo ends elsewhere:\n\n" + "\n".join(apart)] if apart else []
+    return bars, "\n\n".join(body)
+
+
+def median(records: list, key: str) -> str:
+    values = [record[key] for record in records]
+    return f"{statistics.median(values):.1f}" if values else "-"
+
+
+def outcomes(records: list) -> str:
+    counts = Counter(record["outcome"] for record in records if record["outcome"] != "done")
+    return ", ".join(f"{name} {count}" for name, count in counts.most_common()) or "-"
+
+
+def of_paper(bench: Bench, seeds: int) -> tuple:
+    every = [(name, robot, seed) for name in PAPER_TASKS for robot in ROBOTS for seed in range(seeds)]
+
+    def work(one: tuple) -> list:
+        name, robot, seed = one
+        text, instruction = PAPER_TASKS[name]
+        bundle = bench.scene(f"paper_{'kitchen' if text == KITCHEN else name}_{seed}", text, seed)
+        return [bench.executed(f"paper_{name}_{robot}_{seed}", bundle, instruction, seed, robot)]
+
+    # Two robots and two tasks share scenes: make each once.
+    for text, name in {PAPER_TASKS[name][0]: name for name in reversed(PAPER_TASKS)}.items():
+        for seed in range(seeds):
+            try:
+                bench.scene(f"paper_{'kitchen' if text == KITCHEN else name}_{seed}", text, seed)
+            except Problem as problem:
+                print(problem, flush=True)
+    found = dict(zip(every, (records[0] for records in bench.each("paper", every, work))))
+    bars, rows = [], []
+    for name, (_, instruction) in PAPER_TASKS.items():
+        for robot in ROBOTS:
+            of = [found[name, robot, seed] for seed in range(seeds)]
+            done, (agreed, replayed) = sum(r["outcome"] == "done" for r in of), agreement(of)
+            bars.append(share(f"{instruction}, {robot}", done, seeds, PAPER))
+            rows.append([instruction, robot, seeds, done, f"{agreed} of {replayed}", outcomes(of)])
+    body = table(["task", "robot", "seeds", "done", "MuJoCo agrees", "others"], rows)
+    return bars, f"## Tasks of the paper\n\nEach seed is another scene of the same text.\n\n{body}"
+
+
+if __name__ == "__main__":
+    run(main)
