@@ -36,6 +36,8 @@ pub enum VideoError {
     FrameSize { width_px: u32, height_px: u32, frame: usize },
     #[error("encoding frame {frame} of a video: {source}")]
     Encoder { frame: usize, source: openh264::Error },
+    #[error("writing a video: it has no frames; add one first")]
+    Empty,
     #[error("writing a video: {0}")]
     File(#[from] MuxerError),
 }
@@ -52,7 +54,7 @@ impl VideoEncoder {
             return Err(VideoError::Size { width_px, height_px });
         }
         let config = EncoderConfig::new()
-            .usage_type(UsageType::ScreenContentNonRealTime)
+            .usage_type(UsageType::CameraVideoRealTime)
             .rate_control_mode(RateControlMode::Off)
             .bitrate(BitRate::from_bps(8_000_000))
             .qp(QpRange::new(QUANTIZER, QUANTIZER))
@@ -91,8 +93,11 @@ impl VideoEncoder {
     ///
     /// # Errors
     ///
-    /// [`VideoError::File`] for a video without frames.
+    /// [`VideoError::Empty`] for a video without frames, and where the file cannot be composed.
     pub fn finish(self) -> Result<Vec<u8>, VideoError> {
+        if self.samples.is_empty() {
+            return Err(VideoError::Empty);
+        }
         let mut bytes = Vec::new();
         let mut muxer = MuxerBuilder::new(&mut bytes)
             .video(VideoCodec::H264, self.width_px, self.height_px, self.frames_per_s)
@@ -164,6 +169,6 @@ mod tests {
         assert!(matches!(VideoEncoder::new(63, 48, 25.0), Err(VideoError::Size { .. })));
         let mut video = VideoEncoder::new(32, 32, 25.0).expect("a size");
         assert!(matches!(video.add(&frame(0)), Err(VideoError::FrameSize { .. })));
-        assert!(matches!(video.finish(), Err(VideoError::File(_))), "no frames");
+        assert!(matches!(video.finish(), Err(VideoError::Empty)));
     }
 }
