@@ -5,7 +5,8 @@ use std::f64::consts::TAU;
 use super::Executed;
 use crate::api::error::{Problem, ProblemType};
 use export::archive::wanted_files;
-use geometry::{Camera, Pose, TexturedMesh};
+use geometry::shapes::block;
+use geometry::{Camera, DVec3, Material, Pose, Rgb, TexturedMesh};
 use manipulation::execution::Frame;
 use manipulation::frames::{to_isometry, to_pose};
 use manipulation::link_meshes::link_meshes;
@@ -22,10 +23,12 @@ const HEIGHT_PX: u32 = 480;
 const IMAGES_PER_S: f64 = 25.0;
 /// Images that are in memory at the same time.
 const BATCH: usize = 16;
+/// Side of the column below a base beside the table, meters.
+const STAND_M: f64 = 0.2;
 const FOV_X_RAD: f64 = 0.75;
 const ELEVATION_RAD: f64 = 0.5;
 /// The camera stands so far from the table, as a multiple of what has to be seen.
-const DISTANCE: f64 = 1.5;
+const DISTANCE: f64 = 1.9;
 /// Without the sky's shadows, which cost most.
 const QUALITY: RenderSettings =
     RenderSettings { supersampling: 2, shadow_map_px: 512, sky_directions: 0, sky_map_px: 32 };
@@ -50,7 +53,8 @@ pub fn video(archive: &[u8], executed: &Executed) -> Result<Vec<u8>, Problem> {
         read_mesh_glb(&bytes).map_err(|error| broken(error.to_string()))
     });
     let scene: Vec<TexturedMesh> = meshes.collect::<Result<_, Problem>>()?;
-    let stage = Stage { links: link_meshes(&executed.robot), scene, executed };
+    let stage =
+        Stage { links: link_meshes(&executed.robot), stand: stand(&scene[0], executed), scene, executed };
     let camera = stage.camera();
     let every = (recording.rate_hz / IMAGES_PER_S).round().max(1.0) as usize;
     let shown: Vec<&Frame> = recording.frames.iter().step_by(every).collect();
@@ -70,6 +74,8 @@ pub fn video(archive: &[u8], executed: &Executed) -> Result<Vec<u8>, Problem> {
 /// What is shown.
 struct Stage<'a> {
     links: Vec<TexturedMesh>,
+    /// From the floor to the base, beside the table; empty on it.
+    stand: TexturedMesh,
     /// The table first, then the objects in the order of the record.
     scene: Vec<TexturedMesh>,
     executed: &'a Executed,
@@ -83,7 +89,7 @@ impl Stage<'_> {
         let to_camera = -base_m.truncate();
         // Azimuth 0 is at the front edge, which is toward -y.
         let opposite_rad = to_camera.x.atan2(-to_camera.y);
-        let target_m = (0.35 * base_m).with_z(0.12);
+        let target_m = (0.45 * base_m).with_z(0.2);
         let seen_m = table_m.truncate().length().max(1.2);
         Camera::orbit(
             WIDTH_PX,
@@ -102,15 +108,38 @@ impl Stage<'_> {
         let links = link_poses(robot, &frame.joint_positions, frame.opening_m);
         let links = links.iter().map(|pose| to_pose(&(base * pose)));
         let scene = std::iter::once(Pose::IDENTITY).chain(frame.object_poses.iter().copied());
-        let shown = self.scene.iter().zip(scene).chain(self.links.iter().zip(links));
+        let stand = std::iter::once((&self.stand, Pose::IDENTITY));
+        let shown = self.scene.iter().zip(scene).chain(stand).chain(self.links.iter().zip(links));
         let objects: Vec<RenderObject> = shown
             .filter(|(mesh, _)| !mesh.positions.is_empty())
             .zip(1..)
             .map(|((mesh, world_from_object), id)| RenderObject { mesh, world_from_object, id })
             .collect();
-        let floor_m = self.scene[0].positions.iter().map(|point| point.z).fold(0.0, f64::min);
+        let floor_m = floor_m(&self.scene[0]);
         let lighting = Lighting::studio(camera.azimuth_rad() - 0.7, 0.95, 0.6);
         let background = Background::light_with_floor(floor_m);
         SceneCache::new(objects, &QUALITY).color(lighting, background, &View::Perspective(*camera))
     }
+}
+
+/// Height of the floor, where the legs of the table end.
+fn floor_m(table: &TexturedMesh) -> f64 {
+    table.positions.iter().map(|point| point.z).fold(0.0, f64::min)
+}
+
+/// What the base stands on: nothing is simulated of it.
+fn stand(table: &TexturedMesh, executed: &Executed) -> TexturedMesh {
+    let mut mesh = TexturedMesh::default();
+    let base = &executed.execution.world_from_base;
+    let (floor_m, (low, high)) = (floor_m(table), table.bounds());
+    let at = base.translation_m.truncate();
+    let is_on_table = at.cmpge(low.truncate()).all() && at.cmple(high.truncate()).all();
+    let height_m = base.translation_m.z - floor_m;
+    if !is_on_table && height_m > 0.0 {
+        let mut column = block(DVec3::new(STAND_M, STAND_M, height_m));
+        let on_floor = Pose { translation_m: at.extend(floor_m), rotation: base.rotation };
+        column.positions.iter_mut().for_each(|point| *point = on_floor.transform_point(*point));
+        mesh.add(column, &Material::plain("stand", Rgb::hex(0x8a_8f_96), 0.6));
+    }
+    mesh
 }
