@@ -25,6 +25,8 @@ const MAX_SIDE_M: f64 = 3.5;
 const ARRANGEMENTS_PER_STEP: u32 = 3;
 /// Arrangements tried for more visibility of what is in containers, as long as each of these objects shows a little.
 const ARRANGEMENTS_FOR_CONTENTS: u32 = 2;
+/// Of an object that others hide in every arrangement, this share of its silhouette has to show.
+const MIN_HIDDEN_SHARE: f64 = 0.05;
 /// Layouts without room after which a step gives up.
 const MAX_FULL_TABLES: u32 = 2;
 
@@ -183,10 +185,14 @@ fn arrange(
             )
         })?;
         let wanted_share = settings.image_generator.min_visible_share;
-        let contents_show = viewpoint.min_visible_share > 0.0
-            && viewpoint.min_open_visible_share >= wanted_share
-            && number + 1 >= ARRANGEMENTS_FOR_CONTENTS;
-        let sufficient = viewpoint.min_visible_share >= wanted_share || contents_show;
+        // Where contents hide, another arrangement may show them; what lies below others it cannot.
+        let contents_may_show = number + 1 < ARRANGEMENTS_FOR_CONTENTS;
+        let counted_share = match contents_may_show {
+            true => viewpoint.min_uncovered_visible_share,
+            false => viewpoint.min_open_visible_share,
+        };
+        let sufficient = viewpoint.min_visible_share >= MIN_HIDDEN_SHARE.min(wanted_share)
+            && counted_share >= wanted_share;
         let better =
             best.as_ref().is_none_or(|(_, best)| viewpoint.min_visible_share > best.min_visible_share);
         if better {

@@ -27,7 +27,9 @@ pub(super) struct Viewpoint {
     pub lighting: Lighting,
     /// Minimum over the objects of visible over total silhouette area, at trial size.
     pub min_visible_share: f64,
-    /// The same over the objects that are not in another one: a container hides its contents in every arrangement.
+    /// The same over the objects that nothing rests on: what is below in a stack is covered in every arrangement.
+    pub min_uncovered_visible_share: f64,
+    /// The same over those of these that are not in another one: a container hides its contents in most arrangements.
     pub min_open_visible_share: f64,
     /// Names of objects without a visible pixel.
     pub hidden: Vec<String>,
@@ -50,9 +52,13 @@ pub(super) fn choose(
         cancel.check()?;
         let camera = framed(&points, sample_angles(settings, &mut rng), settings);
         let shares = visible_shares(table, objects, arrangement, &camera);
-        let min_share = shares.iter().copied().fold(1.0, f64::min);
-        let open = objects.iter().zip(&shares).filter(|(object, _)| !is_contained(object));
-        let min_open_visible_share = open.map(|(_, share)| *share).fold(1.0, f64::min);
+        let min_of = |counts: &dyn Fn(&SceneObject) -> bool| {
+            let counted = objects.iter().zip(&shares).filter(|(object, _)| counts(object));
+            counted.map(|(_, share)| *share).fold(1.0, f64::min)
+        };
+        let min_share = min_of(&|_| true);
+        let min_uncovered_visible_share = min_of(&|object| !is_covered(object, objects));
+        let min_open_visible_share = min_of(&|object| !is_covered(object, objects) && !is_contained(object));
         let hidden = objects.iter().zip(&shares).filter(|(_, share)| **share <= 0.0);
         let hidden = hidden.map(|(object, _)| object.spec.id.to_string()).collect();
         if best.as_ref().is_none_or(|best| min_share > best.min_visible_share) {
@@ -60,6 +66,7 @@ pub(super) fn choose(
                 camera,
                 lighting,
                 min_visible_share: min_share,
+                min_uncovered_visible_share,
                 min_open_visible_share,
                 hidden,
             });
@@ -70,6 +77,16 @@ pub(super) fn choose(
     }
     // The loop tries at least one camera.
     Ok(best.expect("the loop above runs at least once"))
+}
+
+/// Whether another object rests on it.
+fn is_covered(object: &SceneObject, objects: &[SceneObject]) -> bool {
+    let relations = objects.iter().flat_map(|other| &other.spec.relations);
+    relations.into_iter().any(|relation| {
+        relation.kind.is_support()
+            && relation.kind != RelationKind::In
+            && relation.target.as_ref() == Some(&object.spec.id)
+    })
 }
 
 fn is_contained(object: &SceneObject) -> bool {
