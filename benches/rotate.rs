@@ -25,6 +25,7 @@ fn bench(criterion: &mut Criterion) {
             unknown: &nothing_hides,
             support_height_m: 0.0,
             image: Some(&scene.generated.image),
+            stated_yaw_rad: None,
         })
         .collect();
     let turn = |problem: &YawProblem, settings| estimate_yaw(black_box(problem), settings, &cancel);
