@@ -104,8 +104,8 @@ class Bench:
         record = {"cpu_s": ran.cpu_s, **self.outcome(ran)}
         if record["outcome"] == "done":
             record["replay"] = self.replayed(bundle, out)
-        if is_read and (out / "trajectory.json").is_file():
-            record["files"] = self.read(out)
+            if is_read:
+                record["files"] = self.read(out)
         shutil.rmtree(out)
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(json.dumps(record), encoding="utf-8")

@@ -62,7 +62,8 @@ fn execute(arguments: &Arguments) -> Result<Exit, Failure> {
         execute_task(&bundle, source, &arguments.robot, arguments.seed, &resolved).map_err(refusal)?;
     if let Some(folder) = &arguments.out {
         let mut written = files::files(&archive, &executed).map_err(refusal)?;
-        if arguments.video {
+        // Where not even the first motion was found, there is nothing to show.
+        if arguments.video && !executed.execution.recording.frames.is_empty() {
             let bytes = video(&archive, &executed).map_err(refusal)?;
             written.push(BundleFile::new("video.mp4", bytes, "video", "video/mp4"));
         }

@@ -106,9 +106,15 @@ impl<'a, 'c> Draft<'a, 'c> {
     /// Adds an object with the next free number of its category.
     pub fn add(&mut self, kind: Kind<'c>, label: String, attributes: Attributes, requested: bool) -> usize {
         let name = kind.name();
-        let number = 1 + self.objects.iter().filter(|object| object.kind.name() == name).count();
+        let mut number = 1 + self.objects.iter().filter(|object| object.kind.name() == name).count();
+        let mut id = InstanceId::numbered(&name, number);
+        // Different names may have the same form as an id.
+        while self.objects.iter().any(|object| object.id == id) {
+            number += 1;
+            id = InstanceId::numbered(&name, number);
+        }
         self.objects.push(DraftObject {
-            id: InstanceId::numbered(&name, number),
+            id,
             kind,
             label,
             color: attributes.colors.first().copied().or(attributes.material_color),

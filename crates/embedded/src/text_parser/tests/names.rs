@@ -88,3 +88,12 @@ fn one_stand_in_is_one_object_for_later_sentences() {
     let summary = summary(&describe_seed("A parsnip and a plate. The parsnip is on the plate.", 1));
     assert_eq!(summary, "1 carrot, 1 plate | parsnip_1 on plate_1");
 }
+
+/// Found by fuzzing: "teacup s" and "teacup" both had the ids `teacup_1` and `teacup_2`.
+#[test]
+fn ids_are_unique_where_names_differ_in_form_alone() {
+    let description = describe_seed("two teacu s, two teacurs", 1);
+    let mut ids: Vec<&str> = description.objects.iter().map(|object| object.id.as_str()).collect();
+    ids.sort_unstable();
+    assert_eq!(ids, ["teacup_1", "teacup_2", "teacup_3", "teacup_4"]);
+}
