@@ -16,6 +16,8 @@ use super::scene::Shapes;
 const SPACING_M: f64 = 0.03;
 /// Distance from objects that the object shall not touch, meters: fingers need room.
 const KEEP_AWAY_M: f64 = 0.02;
+/// What ends no higher than this above the lowest point of the object is below it, meters.
+const BELOW_M: f64 = 0.001;
 /// Distance of what is set aside from places that are needed, meters.
 const ROOM_M: f64 = 0.06;
 /// Distance of an object from the edge of the table, meters.
@@ -194,12 +196,15 @@ impl PlaceSearch<'_> {
         predicates.iter().chain(kept).all(|predicate| evaluate_predicate(predicate, &situation).holds)
     }
 
-    /// Whether the object at a pose is away from all others but its supports.
+    /// Whether the object at a pose is away from all others but its supports, and but what ends below it: the fingers
+    /// do not get as low.
     fn keeps_away(&self, pose: &Pose, supports: &[&PosedObject]) -> bool {
         let placed = self.own().at(*pose);
+        let bottom_m = placed.footprint().bottom_m;
         self.now.iter().enumerate().all(|(index, other)| {
             index == self.object
                 || supports.iter().any(|support| support.name == other.name)
+                || other.footprint().top_m < bottom_m + BELOW_M
                 || !are_closer(&placed.posed_shape(), &other.posed_shape(), KEEP_AWAY_M)
         })
     }

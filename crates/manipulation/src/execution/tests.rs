@@ -210,3 +210,19 @@ fn an_object_without_a_stable_grasp_is_a_failure() {
     assert_eq!(execution.expect("attempted").failure, Some(Failure::NoGrasp));
     assert_eq!(serde_json::to_string(&Failure::DisturbedOthers).expect("JSON"), "\"disturbed_others\"");
 }
+
+/// Regression: a place on the upper one of two thin objects was refused, because the lower one is within the distance
+/// that fingers need.
+#[test]
+fn what_lies_below_the_support_is_in_nobodys_way() {
+    let robot = panda();
+    let task = task(r#"[{"predicate": "on", "object": "block_1", "target": "book_2"}]"#);
+    let thin = |name: &str, z_m: f64| {
+        let at = Pose::upright(DVec3::new(0.15, 0.0, z_m), 0.0);
+        box_body(name, block(DVec3::new(0.15, 0.2, 0.012)), 0.4, at)
+    };
+    let block_1 = cube("block_1", DVec2::new(-0.15, 0.05), 0.2);
+    let scene = scene(vec![block_1, thin("book_1", 0.0), thin("book_2", 0.012)]);
+    let execution = run(&scene, &robot, &task, 1).expect("attempted");
+    assert!(execution.succeeded, "{}", explained(&execution));
+}
