@@ -28,6 +28,7 @@ use serde::{Deserialize, Serialize};
 use crate::world::{WorldError, WorldOptions};
 use antipodal::{Candidate, candidates};
 
+pub(crate) use export::gripper_joint;
 pub use export::{GraspFile, GraspRecord, isaac_grasp_yaml};
 pub use hand_shape::HandShape;
 pub use settings::{GraspSettings, TrialSettings};

@@ -38,7 +38,6 @@ pub use refusal::Refusal;
 pub use robot_limits::RobotLimits;
 pub use scene::text_account::{GoalPredicate, PredicateKind};
 pub use task::{Limits, Task};
-/// The earlier name of [`ObjectAppearance`].
 pub use task_scene::{ObjectAppearance, TaskScene};
 pub use text::Reading;
 pub use validation::validate;

@@ -18,7 +18,7 @@ use crate::grasp::{Grasp, HandShape};
 
 /// Configurations that are tried for one pose of the tool.
 const CONFIGURATIONS: usize = 4;
-/// HeldObject objects touch what they rest on; their way is checked from this far above it, meters.
+/// Held objects touch what they rest on; their way is checked from this far above it, meters.
 const OFF_SUPPORT_M: f64 = 0.004;
 
 /// An arm at its place in a scene.

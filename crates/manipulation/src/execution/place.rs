@@ -201,11 +201,12 @@ impl PlaceSearch<'_> {
     fn keeps_away(&self, pose: &Pose, supports: &[&PosedObject]) -> bool {
         let placed = self.own().at(*pose);
         let bottom_m = placed.footprint().bottom_m;
+        let ends_below = |other: &PosedObject| other.footprint().top_m < bottom_m + BELOW_M;
         self.now.iter().enumerate().all(|(index, other)| {
             index == self.object
                 || supports.iter().any(|support| support.name == other.name)
-                || other.footprint().top_m < bottom_m + BELOW_M
                 || !are_closer(&placed.posed_shape(), &other.posed_shape(), KEEP_AWAY_M)
+                || ends_below(other)
         })
     }
 }

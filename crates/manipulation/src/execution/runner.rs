@@ -5,6 +5,7 @@ use robot::trajectory::Trajectory;
 
 use super::motions::Motions;
 use super::record::{Frame, Phase, Recording};
+use crate::grasp::gripper_joint;
 use crate::world::ManipulationWorld;
 
 /// The table is the first body of the world.
@@ -31,7 +32,7 @@ impl<'a> Runner<'a> {
         let joint =
             |link: &usize| motions.robot.links()[*link].joint.as_ref().map(|joint| joint.name.clone());
         let joints = motions.robot.arm_links().iter().filter_map(joint).collect();
-        let gripper_joint = joint(&motions.robot.gripper().link).unwrap_or_default();
+        let gripper_joint = gripper_joint(motions.robot).to_owned();
         let objects = motions.scene.objects.iter().map(|object| object.name.clone()).collect();
         Self {
             commanded: world.joint_positions(),

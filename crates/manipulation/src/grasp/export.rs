@@ -52,7 +52,7 @@ impl GraspFile {
 }
 
 /// The name of the joint that moves the fingers.
-fn gripper_joint(robot: &Robot) -> &str {
+pub(crate) fn gripper_joint(robot: &Robot) -> &str {
     robot.links()[robot.gripper().link].joint.as_ref().map_or("", |joint| &joint.name)
 }
 

@@ -5,10 +5,11 @@
 
 use nalgebra::Isometry3;
 
+use super::mjcf::write_option;
+use super::model_name;
 use super::numbers::{rpy, spaced, tuple, wxyz, xyz};
 use super::urdf::write_elements;
 use super::xml::XmlDocument;
-use super::{contact, model_name};
 use crate::model::Robot;
 
 /// Prefix of the robot's names in the combined MJCF file.
@@ -28,17 +29,7 @@ pub fn write_mjcf_in_scene(
     let mut document = XmlDocument::new();
     document.open("mujoco", &[("model", &format!("scene_with_{name}"))]);
     document.empty("include", &[("file", scene_path)]);
-    // What is gripped creeps without these; see `contact`.
-    document.empty(
-        "option",
-        &[
-            ("timestep", &spaced(&[contact::TIMESTEP_S])),
-            ("integrator", "implicitfast"),
-            ("cone", "elliptic"),
-            ("impratio", &spaced(&[contact::IMPRATIO])),
-            ("noslip_iterations", &contact::NOSLIP_ITERATIONS.to_string()),
-        ],
-    );
+    write_option(&mut document);
     document.open("asset", &[]);
     document.empty("model", &[("name", &name), ("file", robot_path)]);
     document.close();

@@ -19,16 +19,7 @@ pub fn write_mjcf(robot: &Robot) -> String {
     document.comment(&robot.sources().join("; "));
     document.open("mujoco", &[("model", &model_name(robot))]);
     document.empty("compiler", &[("angle", "radian"), ("autolimits", "true")]);
-    document.empty(
-        "option",
-        &[
-            ("timestep", &spaced(&[contact::TIMESTEP_S])),
-            ("integrator", "implicitfast"),
-            ("cone", "elliptic"),
-            ("impratio", &spaced(&[contact::IMPRATIO])),
-            ("noslip_iterations", &contact::NOSLIP_ITERATIONS.to_string()),
-        ],
-    );
+    write_option(&mut document);
     write_defaults(&mut document, robot);
     document.open("asset", &[]);
     for material in robot.materials() {
@@ -45,6 +36,20 @@ pub fn write_mjcf(robot: &Robot) -> String {
     write_servos(&mut document, robot);
     write_home(&mut document, robot);
     document.finish()
+}
+
+/// Writes how contacts are solved: with MuJoCo's defaults, what is gripped creeps.
+pub(super) fn write_option(document: &mut XmlDocument) {
+    document.empty(
+        "option",
+        &[
+            ("timestep", &spaced(&[contact::TIMESTEP_S])),
+            ("integrator", "implicitfast"),
+            ("cone", "elliptic"),
+            ("impratio", &spaced(&[contact::IMPRATIO])),
+            ("noslip_iterations", &contact::NOSLIP_ITERATIONS.to_string()),
+        ],
+    );
 }
 
 /// Friction is sliding, torsional and rolling; pads resist turning too.
