@@ -5,7 +5,7 @@ import math
 from edit_catalog import CATEGORIES
 from edit_geometry import shifted, turned
 from edit_predicates import NEXT_TO_M, POSITION_TOLERANCE_M, holds
-from edit_room import box, free_place, levels_of, obstacles_of, prism, shape_of
+from edit_room import box, free_place, levels_of, obstacles_of, prism, shape_of, top_of
 from edit_scene import TABLE, Scene, wrapped_rad
 
 # An object of clutter is taken to be this large.
@@ -166,14 +166,15 @@ def stack(operation, scene, targets, references) -> str:
         return ""
     below, found = bodies[0], None
     top, shift = [prism(hull) for hull in below.hulls], below.top_m
+    carriers = [top_of(hull) for hull in below.hulls if max(point[2] for point in hull) >= shift - 0.001]
     for body in bodies[1:]:
         obstacles = obstacles + top
-        carriers = [one.polygon for one in top if one.high_m >= shift - 0.001]
         shape = shape_of(body)
         found = free_place(scene, shape, obstacles, [(shift, carriers)])
         if found is None:
             return ""
         top, shift = occupied(shape, found), found.top_m
+        carriers = [one.polygon for one in top]
     return told(found) if found else "its present place"
 
 

@@ -2,7 +2,8 @@
 
 A hull counts as the prism over its footprint between its lowest and its highest point. That takes more room than the
 hull, so a place that is found is free; one that is not found proves nothing. An object stands on a level: the table
-top, or the top of a hull of the object that carries it, with its center of mass above that hull.
+top, or the flat top of a hull of the object that carries it, with its center of mass above that top. So nothing stands on
+the rim of a plate.
 """
 
 import math
@@ -21,6 +22,8 @@ CLEARANCE_M = 0.01
 LAYERS = 4
 # Hulls that touch do not overlap in height.
 TOUCH_M = 0.001
+# What is no lower than this below the highest point of a hull is its top.
+TOP_M = 0.002
 
 
 @dataclass
@@ -93,9 +96,15 @@ def levels_of(scene: Scene, supporter: str) -> list:
         return [(0.0, None)]
     tops = {}
     for hull in scene.bodies[supporter].hulls:
-        one = prism(hull)
-        tops.setdefault(round(one.high_m / TOUCH_M), []).append(one)
-    return [(max(one.high_m for one in found), [one.polygon for one in found]) for _, found in sorted(tops.items())]
+        high_m = max(point[2] for point in hull)
+        tops.setdefault(round(high_m / TOUCH_M), []).append((high_m, top_of(hull)))
+    return [(max(high_m for high_m, _ in found), [top for _, top in found]) for _, found in sorted(tops.items())]
+
+
+def top_of(hull) -> list:
+    """The polygon of what is highest of a hull."""
+    high_m = max(point[2] for point in hull)
+    return convex_hull([point[:2] for point in hull if point[2] > high_m - TOP_M])
 
 
 def free_place(

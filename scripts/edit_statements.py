@@ -31,7 +31,8 @@ class Context:
     bodies: dict
     child: Scene
     added: dict
-    # What later operations move or remove.
+    # What earlier operations move; what later ones move or remove.
+    earlier: set
     later: set
     # Whether this operation is about any of it.
     superseded: bool
@@ -45,8 +46,7 @@ class Context:
 
     def before(self, body: Body) -> Body | None:
         """The body in the parent; `None` for what an operation added."""
-        known = {id(other): name for name, other in self.bodies.items()}
-        return self.parent.bodies.get(known[id(body)])
+        return self.parent.bodies.get(known_name(body, self))
 
 
 def statement(operation, index: int, context: Context) -> list:
@@ -216,10 +216,15 @@ def recolored(operation, index, context) -> list:
             wrong.append(f"mass and friction of {body.name} are those of before, not those of {material}")
         if not material and not same_substance:
             wrong.append(f"mass or friction of {body.name} changed with its color")
-        if not context.superseded and material:
+        if not context.superseded and material and known_name(body, context) not in context.earlier:
             if math.dist(before.pose[0], body.pose[0]) > SETTLED_M or angle_rad(before, body) > SETTLED_RAD:
                 wrong.append(f"{body.name} moved although only its material changed")
     return wrong
+
+
+def known_name(body: Body, context: Context) -> str:
+    """The name by which the operations know a body."""
+    return next((name for name, other in context.bodies.items() if other is body), body.name)
 
 
 def has_color(folder, name: str, color: str) -> bool:

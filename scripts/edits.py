@@ -44,7 +44,9 @@ def complaints(parent: Scene, child: Scene, operations: list, document: dict | N
     wrong = found.wrong + found.certificate(document) + found.lineage() + found.unmentioned(document)
     for index, operation in enumerate(operations):
         later = found.later(index)
-        context = Context(parent, found.child_bodies, child, found.added, later, bool(found.about(index) & later))
+        earlier = set().union(*(found.touched(k) for k in range(index)))
+        superseded = bool(found.about(index) & later)
+        context = Context(parent, found.child_bodies, child, found.added, earlier, later, superseded)
         told = statement(operation, index, context)
         wrong += [f"operation {index + 1} ({operation.name}): {words}" for words in told]
     return wrong

@@ -79,7 +79,7 @@ class Bench:
     def proposed(self, bundle: Path, count: int, seed: int) -> list:
         """Proposed tasks, as they are printed. Their files have to be what the parser of BEHAVIOR reads."""
         out = self.folder / "tasks" / bundle.name
-        asked = ["tasks", "--bundle", bundle, "--count", count, "--seed", seed, "--out", out, "--json"]
+        asked = ["tasks", "--bundle", bundle, "--count", count, "--seed", seed, "--rehearse", "--out", out, "--json"]
         found = json.loads(self.call(asked, (0,)).stdout)["proposed"]
         if found:
             checked = subprocess.run([self.python, CHECK_BDDL, out], capture_output=True, text=True)

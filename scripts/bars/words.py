@@ -103,7 +103,7 @@ def sentences(lab, maker, count) -> Part:
     for entry, outcome in zip(every, outcomes):
         silent = words.sentence_unaccounted(entry, outcome, ignored)
         parsed = words.sentence_complaints(entry, outcome)
-        scene, tells = parsed, is_reported(outcome)
+        scene, tells = parsed, is_reported(outcome) or is_a_goal(entry, outcome)
         if found := scenes.get(entry["id"]):
             scene = found.complaints(lambda view: words.sentence_complaints(entry, outcome, view))
             tells = tells or found.tells()
@@ -155,6 +155,13 @@ def is_chosen(entry, every, count) -> bool:
 def is_reported(outcome) -> bool:
     """Whether the answer says of anything that it was not done."""
     return "error" in outcome or bool(outcome["description"].get("unrecognized"))
+
+
+def is_a_goal(entry, outcome) -> bool:
+    """Whether the answer names what is expected of the scene as the goal of an instruction instead."""
+    goal = (outcome.get("description", {}).get("goal") or {}).get("predicates", [])
+    stated = {predicate["predicate"] for predicate in goal}
+    return any(asked["relation"] in stated for asked in entry.get("relations", ()))
 
 
 def tasks(lab, maker, count) -> Part:

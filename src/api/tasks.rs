@@ -20,6 +20,8 @@ use scene::request::MAX_SEED;
 
 /// Most tasks of one answer.
 pub const MAX_TASKS: usize = 50;
+/// Most of those that are rehearsed.
+const MAX_REHEARSED: usize = 10;
 
 /// Which tasks a client asks for.
 #[derive(Clone, Debug, Deserialize)]
@@ -33,11 +35,14 @@ pub struct TasksRequest {
     pub seed: u64,
     /// An instruction to read in place of proposals.
     pub text: Option<String>,
+    /// Whether only tasks are proposed whose grasps hold in simulation and whose motions the arm can make. Takes
+    /// seconds for each object.
+    pub rehearsed: bool,
 }
 
 impl Default for TasksRequest {
     fn default() -> Self {
-        Self { robot: "panda".to_owned(), count: 5, seed: 0, text: None }
+        Self { robot: "panda".to_owned(), count: 5, seed: 0, text: None, rehearsed: false }
     }
 }
 
@@ -83,6 +88,9 @@ pub fn check(request: &TasksRequest, max_text_chars: usize) -> Result<(), Proble
     };
     if !(1..=MAX_TASKS).contains(&request.count) {
         return Err(invalid("count", format!("must be a whole number from 1 to {MAX_TASKS}")));
+    }
+    if request.rehearsed && request.count > MAX_REHEARSED {
+        return Err(invalid("count", format!("must be at most {MAX_REHEARSED} where tasks are rehearsed")));
     }
     if request.seed > MAX_SEED {
         return Err(invalid("seed", format!("must be at most {MAX_SEED}")));

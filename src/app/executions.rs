@@ -57,9 +57,7 @@ pub fn run(
     let broken = |error: manipulation::world::WorldError| {
         Problem::new(ProblemType::Conflict, "broken_scene", error.to_string())
     };
-    let mut rng = child_rng(seed, "grasps");
-    let grasps =
-        find_grasps(&scene, &task.goal, &robot, &resolved.config.grasps, &mut rng).map_err(broken)?;
+    let grasps = find_grasps(&scene, &task.goal, &robot, &resolved.config.grasps, seed).map_err(broken)?;
     let mut rng = child_rng(seed, "execution");
     let done = execute(&scene, &robot, &task, &grasps, None, &resolved.config.execution, &mut rng);
     let execution = done.map_err(|refusal| refused(&refusal))?;
@@ -67,7 +65,11 @@ pub fn run(
 }
 
 /// Table and objects as the simulation of the robot has them.
-fn task_scene(bundle: &BundleScene) -> Result<TaskScene, Problem> {
+///
+/// # Errors
+///
+/// A [`Problem`] for a bundle without a table.
+pub(super) fn task_scene(bundle: &BundleScene) -> Result<TaskScene, Problem> {
     let composition = &bundle.stored.composition;
     let body = |(index, (parts, hulls)): (usize, (&BodyParts, &Vec<ConvexHull>))| {
         let physical = &parts.resolved.physical;

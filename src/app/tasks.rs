@@ -11,11 +11,11 @@ use crate::config::Resolved;
 use crate::pipeline::error::StageError;
 use crate::pipeline::task_scene::{self, BundleScene};
 use embedded::analyst;
-use manipulation::execution::ExecutionSettings;
+use manipulation::execution::{ExecutionSettings, Rehearsal};
 use remote::settings::AnalystProvider;
 use robot::model::{Robot, library};
 use scene::request::RequestOptions;
-use tasks::proposals::{ProposedTask, propose};
+use tasks::proposals::{ProposedTask, propose, propose_if};
 use tasks::text::own_task;
 use tasks::{Reading, Refusal, RobotLimits, Task, validate};
 
@@ -57,10 +57,27 @@ pub fn tasks_of(
 ) -> Result<SceneTasks, Problem> {
     let (instructed, proposed) = match &request.text {
         Some(text) => (Some(instructed_task(text, bundle, &robot, resolved)?), Vec::new()),
+        None if request.rehearsed => (None, rehearsed(bundle, request, &robot, resolved)?),
         None => (None, propose(&bundle.tasks, request.count, request.seed, &robot)),
     };
     let own = own_task(&bundle.scene, &robot.name);
     Ok(SceneTasks { robot: robot.name, seed: request.seed, own, instructed, proposed })
+}
+
+/// Proposals whose grasps hold and whose motions the arm can make.
+fn rehearsed(
+    bundle: &BundleScene,
+    request: &TasksRequest,
+    limits: &RobotLimits,
+    resolved: &Resolved,
+) -> Result<Vec<ProposedTask>, Problem> {
+    let robot = built_in(&limits.name)?;
+    let (scene, config) = (super::executions::task_scene(bundle)?, &resolved.config);
+    let rehearsal = Rehearsal::new(&scene, &robot, &config.grasps, &config.execution, request.seed);
+    let mut rehearsal =
+        rehearsal.map_err(|error| Problem::new(ProblemType::Conflict, "broken_scene", error.to_string()))?;
+    let mut can_be_done = |task: &Task| rehearsal.can_be_done(task);
+    Ok(propose_if(&bundle.tasks, request.count, request.seed, limits, &mut can_be_done))
 }
 
 /// The task of an instruction.
@@ -96,15 +113,19 @@ pub fn instructed_task(
 ///
 /// A [`Problem`] with the code `unknown_robot`.
 pub fn limits_of(name: &str, execution: &ExecutionSettings) -> Result<RobotLimits, Problem> {
-    let known = || library::names().map(str::to_owned).collect();
-    let unknown = || refused(&Refusal::UnknownRobot { robot: name.to_owned(), known: known() });
-    let robot = Robot::built_in(name, None).map_err(|_| unknown())?;
+    let robot = built_in(name)?;
     let gripper = robot.gripper();
     Ok(RobotLimits {
         name: name.to_owned(),
         max_opening_m: gripper.max_opening_m,
         max_payload_kg: execution.max_payload_kg(gripper),
     })
+}
+
+fn built_in(name: &str) -> Result<Robot, Problem> {
+    let known = || library::names().map(str::to_owned).collect();
+    let unknown = |_| refused(&Refusal::UnknownRobot { robot: name.to_owned(), known: known() });
+    Robot::built_in(name, None).map_err(unknown)
 }
 
 fn refused(refusal: &Refusal) -> Problem {

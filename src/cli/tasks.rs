@@ -34,6 +34,10 @@ pub struct Arguments {
     /// Read this instruction in place of proposing tasks
     #[arg(long, value_name = "TEXT", allow_hyphen_values = true)]
     text: Option<String>,
+    /// Propose only what the arm can do: grasps are tried in simulation, and its motions are planned; takes seconds for
+    /// each object
+    #[arg(long, conflicts_with = "text")]
+    rehearse: bool,
     /// Also write each task as JSON and as a BDDL problem into this folder
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -52,8 +56,8 @@ pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
 
 fn tasks(arguments: Arguments) -> Result<Exit, Failure> {
     let resolved = arguments.options.load(Vec::new())?;
-    let Arguments { robot, count, seed, text, .. } = arguments;
-    let request = TasksRequest { robot, count, seed, text };
+    let Arguments { robot, count, seed, text, rehearse, .. } = arguments;
+    let request = TasksRequest { robot, count, seed, text, rehearsed: rehearse };
     let refusal = |problem| refused(problem, "--text");
     check(&request, resolved.config.server.max_text_chars).map_err(refusal)?;
     let robot = limits_of(&request.robot, &resolved.config.execution).map_err(refusal)?;

@@ -54,6 +54,8 @@ pub struct PlaceQuery {
 pub struct Candidate {
     pub world_from_object: Pose,
     pub supporter: Supporter,
+    /// The yaw that it must have at rest, up to its symmetry; `None` if any will do.
+    pub stated_yaw_rad: Option<f64>,
 }
 
 /// There is no free place.
@@ -127,7 +129,7 @@ impl Workspace {
         let scored = search.posed(&orientation, center_m);
         let pose = scored.ok_or_else(|| NoPlace::TooLarge { object: name(), place: place() })?;
         match search.obstacle_of(&pose) {
-            None => Ok(Candidate { world_from_object: pose, supporter }),
+            None => Ok(Candidate { world_from_object: pose, supporter, stated_yaw_rad: None }),
             Some(other) => {
                 let by = vec![self.objects[other].body.name.clone()];
                 Err(NoPlace::Blocked { object: name(), place: place(), by })

@@ -1,6 +1,9 @@
 //! How objects come to rest while everything else stays where it is, and whether they may stay there.
 
+use std::f64::consts::TAU;
 use std::fmt;
+
+use glam::{DQuat, DVec3};
 
 use crate::place::{Candidate, PlaceQuery};
 use crate::workspace::{Workspace, WorkspaceObject};
@@ -10,6 +13,7 @@ use physics::settle::{SettleError, angle_between_rad, settle, simulate_to_the_en
 use physics::{Body, CertifySettings, SettleSettings, support};
 use runtime::{CancelFlag, Cancelled};
 use scene::SupportRelation;
+use scene::predicates::YAW_TOLERANCE_RAD;
 
 /// Objects whose boxes are farther apart do not meet while one of them settles.
 const REACH_M: f64 = 0.05;
@@ -25,6 +29,12 @@ const STILL_RAD: f64 = 0.1;
 
 /// Simulations until an object must stay.
 const MAX_SETTLINGS: usize = 4;
+
+/// How often an object that rolled is turned back to the yaw of its place.
+const MAX_TURNS_BACK: usize = 3;
+
+/// An object at rest has its stated yaw up to this, radians: half of what a reader of the scene accepts.
+const STATED_YAW_RAD: f64 = 0.5 * YAW_TOLERANCE_RAD;
 
 /// What a simulation needs.
 #[derive(Clone, Copy, Debug)]
@@ -43,6 +53,10 @@ pub enum RestFault {
     /// It slid, rolled or fell over.
     Slipped {
         distance_m: f64,
+        angle_rad: f64,
+    },
+    /// It came to rest with another yaw than the stated one.
+    Turned {
         angle_rad: f64,
     },
     /// It came to rest outside its container, or beside what it was put on.
@@ -69,6 +83,9 @@ impl fmt::Display for RestFault {
             Self::Slipped { distance_m, angle_rad } => {
                 let (mm, degrees) = (1000.0 * distance_m, angle_rad.to_degrees());
                 write!(f, "it slides {mm:.0} mm and turns {degrees:.0} degrees there")
+            }
+            Self::Turned { angle_rad } => {
+                write!(f, "it turns {:.0} degrees away from the stated yaw", angle_rad.to_degrees())
             }
             Self::LeftSupporter { supporter } => write!(f, "it does not stay with {supporter}"),
             Self::NotCarried => {
@@ -118,7 +135,8 @@ fn lasting_rest(
 }
 
 impl Workspace {
-    /// Puts an object, with what rests on it, at a candidate's place, and lets it come to rest there.
+    /// Puts an object, with what rests on it, at a candidate's place, and lets it come to rest there. What rolls is put
+    /// back there as it came to lie: so it stays, and with the candidate's yaw.
     ///
     /// # Errors
     ///
@@ -130,13 +148,77 @@ impl Workspace {
         settings: RestSettings,
         cancel: &CancelFlag,
     ) -> Result<(), RestFault> {
+        let mut at = *candidate;
+        let mut fault = None;
+        for _ in 0..=MAX_TURNS_BACK {
+            let lying = match self.at_rest(object, &at, settings, cancel) {
+                Ok(rested) => match rested.turn_from_stated_rad(object, candidate) {
+                    Some(angle_rad) => {
+                        fault = Some(RestFault::Turned { angle_rad });
+                        rested
+                    }
+                    None => {
+                        *self = rested;
+                        return Ok(());
+                    }
+                },
+                Err(slipped @ RestFault::Slipped { .. }) if fault.is_none() => {
+                    let may_roll = RestSettings { may_roll: true, ..settings };
+                    let Ok(rolled) = self.at_rest(object, &at, may_roll, cancel) else { return Err(slipped) };
+                    fault = Some(slipped);
+                    rolled
+                }
+                Err(other) => return Err(fault.unwrap_or(other)),
+            };
+            let lying = lying.objects[object].body.world_from_object;
+            let Some(back) = self.turned_back(object, &lying, candidate) else { break };
+            at = back;
+        }
+        Err(fault.unwrap_or(RestFault::Restless))
+    }
+
+    /// The workspace with an object at rest at a candidate's place.
+    fn at_rest(
+        &self,
+        object: usize,
+        candidate: &Candidate,
+        settings: RestSettings,
+        cancel: &CancelFlag,
+    ) -> Result<Self, RestFault> {
         let mut changed = self.clone();
         changed.move_branch(object, candidate.world_from_object);
         changed.objects[object].supporter = candidate.supporter;
         changed.objects[object].is_placed = true;
         changed.come_to_rest(&changed.branch(object), settings, cancel)?;
-        *self = changed;
-        Ok(())
+        Ok(changed)
+    }
+
+    /// The turn by which an object has another yaw than the stated one; `None` if it has that.
+    fn turn_from_stated_rad(&self, object: usize, candidate: &Candidate) -> Option<f64> {
+        let object = &self.objects[object];
+        let yaw_rad = object.body.world_from_object.yaw_rad()?;
+        let off_rad = match object.symmetry_order {
+            0 => 0.0,
+            order => {
+                let period_rad = TAU / f64::from(order);
+                let off_rad = (candidate.stated_yaw_rad? - yaw_rad).rem_euclid(period_rad);
+                off_rad.min(period_rad - off_rad)
+            }
+        };
+        (off_rad > STATED_YAW_RAD).then_some(off_rad)
+    }
+
+    /// The candidate's place and yaw for an object that lies as it came to lie; `None` if it does not fit so.
+    fn turned_back(&self, object: usize, lying: &Pose, candidate: &Candidate) -> Option<Candidate> {
+        let wanted = &candidate.world_from_object;
+        let turn_rad = candidate.stated_yaw_rad.or(wanted.yaw_rad())? - lying.yaw_rad()?;
+        let center_m = self.objects[object].footprint_at(wanted).center();
+        let rotation = (DQuat::from_rotation_z(turn_rad) * lying.rotation).normalize();
+        let about_origin = Pose { translation_m: DVec3::ZERO, rotation };
+        let offset_m = self.objects[object].footprint_at(&about_origin).center();
+        let pose = Pose { translation_m: (center_m - offset_m).extend(0.0), rotation };
+        let found = self.place_at(object, pose, candidate.supporter).ok()?;
+        Some(Candidate { stated_yaw_rad: candidate.stated_yaw_rad, ..found })
     }
 
     /// Lets objects come to rest; all others are fixed.

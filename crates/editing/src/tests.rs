@@ -211,6 +211,7 @@ fn an_object_that_would_reach_into_another_is_not_left_there() {
     let overlapping = crate::Candidate {
         world_from_object: Pose::upright(DVec3::new(0.03, 0.0, 0.0), 0.0),
         supporter: Supporter::TABLE,
+        stated_yaw_rad: None,
     };
     let fault = scene.put_down(1, &overlapping, settings, &CancelFlag::default()).expect_err("they overlap");
     assert!(!matches!(fault, RestFault::Cancelled), "{fault}");

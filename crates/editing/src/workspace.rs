@@ -21,6 +21,9 @@ pub struct WorkspaceObject {
     pub supporter: Supporter,
     /// Whether it has a pose yet; without one it is in no other object's way.
     pub is_placed: bool,
+    /// Number of turns about the vertical that show the same object in one revolution; 0 if every turn does. One unless
+    /// set otherwise.
+    pub symmetry_order: u32,
 }
 
 impl WorkspaceObject {
@@ -36,7 +39,7 @@ impl WorkspaceObject {
         is_placed: bool,
     ) -> Result<Self, BrokenHull> {
         let shape = CollisionShape::new(&body.hulls)?;
-        Ok(Self { body, shape, solid, supporter, is_placed })
+        Ok(Self { body, shape, solid, supporter, is_placed, symmetry_order: 1 })
     }
 
     pub(crate) fn posed(&self) -> PosedShape<'_> {

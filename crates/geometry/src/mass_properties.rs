@@ -129,7 +129,7 @@ impl Moments {
 }
 
 /// Eigenvalues and the rotation whose columns are the eigenvectors (`object_from_principal`).
-fn symmetric_eigen(mut m: DMat3) -> (DVec3, DQuat) {
+pub(crate) fn symmetric_eigen(mut m: DMat3) -> (DVec3, DQuat) {
     let mut axes = DMat3::IDENTITY;
     let scale = (m.x_axis.length() + m.y_axis.length() + m.z_axis.length()).max(f64::MIN_POSITIVE);
     for _ in 0..32 {

@@ -180,17 +180,30 @@ impl MeshSolid {
     /// For a point inside: (depth, thickness of the wall it lies in), the wall measured from the
     /// nearest surface point through the point to the far side. `None` outside.
     ///
-    /// Beside slivers, whose normals are rounded, the nearest face may say that a point outside lies inside. From such
-    /// a point the surface is met an even number of times on the way on, usually never.
+    /// Beside slivers, whose normals are rounded, the nearest face may say that a point outside lies inside. Of closed
+    /// shells, rays from the point decide.
     pub fn depth_and_wall_m(&self, point: DVec3) -> Option<(f64, f64)> {
-        let found = self.locate(point, 0.0).filter(|found| found.depth_m > 0.0)?;
+        let nearest = self.locate(point, 0.0).filter(|found| found.depth_m > 0.0)?;
+        let is_doubtful = self.watertight && self.shells[nearest.shell].outward;
+        let found = match is_doubtful && !self.shells[nearest.shell].encloses(point) {
+            true => self.deepest_enclosing(point)?,
+            false => nearest,
+        };
         let inward = (point - found.surface_point).normalize_or_zero();
         let shell = &self.shells[found.shell];
         let beyond = shell.surface.cast_local_ray(&Ray::new(point, inward), f64::MAX, true);
-        if beyond.is_none() && shell.outward && self.watertight {
-            return None;
-        }
         Some((found.depth_m, found.depth_m + beyond.unwrap_or(0.0)))
+    }
+
+    /// Of the outward shells that rays find around a point, the one in which it is deepest.
+    fn deepest_enclosing(&self, point: DVec3) -> Option<Located> {
+        let around =
+            self.shells.iter().enumerate().filter(|(_, shell)| shell.outward && shell.encloses(point));
+        let located = around.map(|(index, shell)| {
+            let surface_point = shell.surface.project_local_point(point, false).point;
+            Located { depth_m: (surface_point - point).length(), shell: index, surface_point }
+        });
+        located.max_by(|a, b| a.depth_m.total_cmp(&b.depth_m))
     }
 
     /// The shells in their order.
@@ -209,7 +222,39 @@ impl SolidShell {
     pub(crate) fn box_distance_m(&self, point: DVec3) -> f64 {
         (self.low - point).max(point - self.high).max(DVec3::ZERO).length()
     }
+
+    /// Whether a point is inside a closed shell: most of three rays from it cross the surface an odd number of times.
+    fn encloses(&self, point: DVec3) -> bool {
+        if self.box_distance_m(point) > 0.0 {
+            return false;
+        }
+        // Along no axis or diagonal of a modeled object.
+        let directions = [
+            DVec3::new(0.36, 0.48, 0.8),
+            DVec3::new(-0.615, 0.332, -0.715),
+            DVec3::new(0.271, -0.893, 0.359),
+        ];
+        let odd = directions.iter().filter(|direction| self.crossings(point, **direction) % 2 == 1);
+        odd.count() >= 2
+    }
+
+    /// How often a ray crosses the surface.
+    fn crossings(&self, point: DVec3, direction: DVec3) -> usize {
+        let (mut from, mut count) = (point, 0);
+        while count < MAX_CROSSINGS
+            && let Some(distance_m) = self.surface.cast_local_ray(&Ray::new(from, direction), f64::MAX, false)
+        {
+            from += (distance_m + BEYOND_SURFACE_M) * direction;
+            count += 1;
+        }
+        count
+    }
 }
+
+/// Step past a crossing, meters.
+const BEYOND_SURFACE_M: f64 = 1e-7;
+/// A ray that crosses a surface more often is stuck in it.
+const MAX_CROSSINGS: usize = 256;
 
 #[derive(Clone, Copy)]
 struct Located {
@@ -221,7 +266,7 @@ struct Located {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shapes::{block, shell_of_revolution, sphere};
+    use crate::shapes::{block, lathe, shell_of_revolution, sphere};
     use crate::{Material, Rgb, Solid};
     use glam::DVec2;
     use proptest::prelude::*;
@@ -263,6 +308,27 @@ mod tests {
         let hollow = MeshSolid::new(&mesh([cube, hole])).expect("a hollow cube");
         assert!((hollow.depth_m(DVec3::new(0.0, 0.0, 0.05)) + 0.025).abs() < 1e-9);
         assert!((hollow.depth_m(DVec3::new(0.0, 0.0, 0.01)) - 0.01).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_point_in_the_groove_of_a_lathed_body_is_outside() {
+        // Ribs with edges like slivers; between them the nearest faces contradict each other.
+        let mut profile = vec![DVec2::ZERO, DVec2::new(0.03, 0.0)];
+        for k in 0..12 {
+            let z = 0.01 + 0.015 * f64::from(k);
+            profile.extend(
+                [(0.03, 0.0), (0.0288, 0.0008), (0.0288, 0.0062), (0.03, 0.00621)]
+                    .map(|(radius, above)| DVec2::new(radius, z + above)),
+            );
+        }
+        profile.push(DVec2::new(0.0, 0.2));
+        let bottle = MeshSolid::new(&mesh([lathe(&profile, 40)])).expect("a bottle");
+        for k in 0..20_000 {
+            let (turn, height) = (f64::from(k) * 0.618_034, f64::from(k) * 0.754_878);
+            let angle_rad = turn.fract() * std::f64::consts::TAU;
+            let point = DVec3::new(0.0301 * angle_rad.cos(), 0.0301 * angle_rad.sin(), 0.2 * height.fract());
+            assert_eq!(bottle.depth_and_wall_m(point), None, "{point}");
+        }
     }
 
     #[test]

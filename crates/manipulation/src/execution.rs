@@ -16,6 +16,7 @@ mod place;
 mod reach;
 mod record;
 mod refusal;
+mod rehearsal;
 mod runner;
 mod scene;
 mod settings;
@@ -27,13 +28,16 @@ use std::collections::BTreeMap;
 
 use geometry::Pose;
 use nalgebra::Isometry3;
+use physics::Body;
 use rand::Rng;
 use robot::model::Robot;
+use runtime::seed::child_rng;
 use serde::{Deserialize, Serialize};
 use tasks::{Disturbance, Goal, PredicateOutcome, Task};
 
 pub use record::{Frame, Phase, Recording};
 pub use refusal::Refusal;
+pub use rehearsal::Rehearsal;
 pub use scene::{SceneError, TaskScene};
 pub use settings::ExecutionSettings;
 pub use steps::{Step, steps};
@@ -102,7 +106,8 @@ pub struct PickReport {
     pub slip_m: f64,
 }
 
-/// Finds the grasps of the objects that a goal moves.
+/// Finds the grasps of the objects that a goal moves. Those of an object depend on the seed and on nothing else in the
+/// scene.
 ///
 /// # Errors
 /// If one of them cannot be simulated.
@@ -111,15 +116,25 @@ pub fn find_grasps(
     goal: &Goal,
     robot: &Robot,
     settings: &GraspSettings,
-    rng: &mut impl Rng,
+    seed: u64,
 ) -> Result<GraspBook, WorldError> {
     let moved = goal.moved_objects();
     let objects = moved.iter().filter_map(|name| scene.index(name.as_str()));
     let found = objects.map(|index| {
         let object = &scene.objects[index];
-        Ok((object.name.clone(), grasps(object, robot, settings, rng)?))
+        Ok((object.name.clone(), grasps_of(object, robot, settings, seed)?))
     });
     found.collect()
+}
+
+/// The grasps of one object.
+fn grasps_of(
+    object: &Body,
+    robot: &Robot,
+    settings: &GraspSettings,
+    seed: u64,
+) -> Result<Vec<Grasp>, WorldError> {
+    grasps(object, robot, settings, &mut child_rng(seed, &format!("grasps of {}", object.name)))
 }
 
 /// Executes a task. The robot starts at its home configuration, with its base at `world_from_base` or at a place that

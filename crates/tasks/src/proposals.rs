@@ -74,6 +74,18 @@ pub struct ProposedTask {
 
 /// Up to `count` tasks for a robot; fewer where the scene has no more.
 pub fn propose(scene: &TaskScene, count: usize, seed: u64, robot: &RobotLimits) -> Vec<ProposedTask> {
+    propose_if(scene, count, seed, robot, &mut |_| true)
+}
+
+/// As [`propose`], of the tasks that pass one more check, such as a rehearsal of the arm's motions. It is asked last,
+/// once for each task.
+pub fn propose_if(
+    scene: &TaskScene,
+    count: usize,
+    seed: u64,
+    robot: &RobotLimits,
+    can_be_done: &mut dyn FnMut(&Task) -> bool,
+) -> Vec<ProposedTask> {
     let mut rng = child_rng(seed, "proposals");
     let mut pool: BTreeMap<ProposalKind, Vec<Candidate>> = BTreeMap::new();
     for candidate in candidates(scene, robot) {
@@ -93,7 +105,8 @@ pub fn propose(scene: &TaskScene, count: usize, seed: u64, robot: &RobotLimits) 
             break;
         }
         let list = pool.get_mut(&kind);
-        let found = list.and_then(|list| next_feasible(list, &uses, &mut infeasible, scene, robot));
+        let found =
+            list.and_then(|list| next_feasible(list, &uses, &mut infeasible, scene, robot, can_be_done));
         idle_turns = if found.is_some() { 0 } else { idle_turns + 1 };
         if let Some(proposal) = found {
             for name in proposal.task.goal.named_objects() {
@@ -113,6 +126,7 @@ fn next_feasible(
     infeasible: &mut Vec<GoalPredicate>,
     scene: &TaskScene,
     robot: &RobotLimits,
+    can_be_done: &mut dyn FnMut(&Task) -> bool,
 ) -> Option<ProposedTask> {
     let used = |goal: &Goal| -> usize {
         goal.named_objects().into_iter().map(|name| uses.get(name).copied().unwrap_or_default()).sum()
@@ -128,7 +142,7 @@ fn next_feasible(
         tries += 1;
         let steps: Vec<Goal> =
             candidate.goal.predicates().iter().filter_map(|step| Goal::new([step.clone()]).ok()).collect();
-        match proposal(candidate, scene, robot) {
+        match proposal(candidate, scene, robot).filter(|found| can_be_done(&found.task)) {
             Some(proposal) => return Some(proposal),
             // Of two steps, the first one that fails alone is at fault.
             None => {

@@ -58,7 +58,11 @@ impl<'a> Draft<'a> {
             let supporter = index
                 .checked_sub(1)
                 .map_or(Supporter::TABLE, |object| composition.supports.supporter(object));
-            objects.push(workspace_object(geometry, &parts.resolved, supporter, index == 0)?);
+            let mut object = workspace_object(geometry, &parts.resolved, supporter, index == 0)?;
+            if let Some(yaw) = index.checked_sub(1).and_then(|object| composition.yaws.get(object)) {
+                object.symmetry_order = yaw.symmetry_order;
+            }
+            objects.push(object);
         }
         let table = objects.remove(0);
         let parent_poses = composition
@@ -181,7 +185,7 @@ impl<'a> Draft<'a> {
             physical,
         };
         let mut object = workspace_object(&loaded, &resolved, Supporter::TABLE, false)?;
-        object.is_placed = false;
+        (object.is_placed, object.symmetry_order) = (false, new.yaw.symmetry_order);
         self.workspace.objects.push(object);
         self.loaded.push(loaded);
         self.composition.bodies.push(BodyParts {
@@ -247,10 +251,7 @@ impl<'a> Draft<'a> {
     pub fn refresh(&mut self, object: usize) -> Result<(), String> {
         let mut resolved = self.composition.bodies[object + 1].resolved.clone();
         resolved.settled = self.pose(object);
-        let supporter = self.supporter(object);
-        self.workspace.objects[object] =
-            workspace_object(&self.loaded[object + 1], &resolved, supporter, false)?;
-        Ok(())
+        self.rebuild(object, &resolved)
     }
 
     /// Removes an object; the indices of what rested on or in it, as they are afterward.
@@ -297,7 +298,6 @@ impl<'a> Draft<'a> {
         loaded: Loaded,
         physical: catalog::PhysicalProperties,
     ) -> Result<(), String> {
-        let supporter = self.supporter(object);
         let pose = self.pose(object);
         let name = self.name(object).to_owned();
         let parts = self.parts(object);
@@ -305,9 +305,17 @@ impl<'a> Draft<'a> {
         parts.resolved.settled = pose;
         parts.thumbnail = None;
         let resolved = parts.resolved.clone();
-        self.workspace.objects[object] = workspace_object(&loaded, &resolved, supporter, false)?;
         self.loaded[object + 1] = loaded;
         self.changed.insert(name);
+        self.rebuild(object, &resolved)
+    }
+
+    /// Makes the object of the workspace again, of its geometry and its properties of now.
+    fn rebuild(&mut self, object: usize, resolved: &ResolvedBody) -> Result<(), String> {
+        let WorkspaceObject { supporter, symmetry_order, .. } = self.workspace.objects[object];
+        let mut rebuilt = workspace_object(&self.loaded[object + 1], resolved, supporter, false)?;
+        rebuilt.symmetry_order = symmetry_order;
+        self.workspace.objects[object] = rebuilt;
         Ok(())
     }
 

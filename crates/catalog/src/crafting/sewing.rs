@@ -83,11 +83,11 @@ pub(super) fn yarn_ball(order: &mut Order) -> TexturedMesh {
         let turn = DQuat::from_rotation_z(bundle * 1.9 + 0.3)
             * DQuat::from_rotation_x(0.5 + 0.62 * bundle)
             * DQuat::from_rotation_z(order.uniform(0.0, 0.4));
-        let radius = (37.6_f64.powi(2) - offset * offset).sqrt();
+        let radius = (36.8_f64.powi(2) - offset * offset).sqrt();
         let ring: Vec<DVec3> = (0..30)
             .map(|s| turn * (radius * DVec2::from_angle(TAU * f64::from(s) / 30.0)).extend(offset))
             .collect();
-        let solid = sweep_closed(&ring, &circle(2.3, 5), turn * DVec3::Z);
+        let solid = sweep_closed(&ring, &circle(2.1, 5), turn * DVec3::Z);
         object.put(resting(solid, floor), [0.0; 3], if k % 2 == 0 { &strand } else { &shade });
     }
     let tail = curve(

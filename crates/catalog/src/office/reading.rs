@@ -10,7 +10,7 @@ use super::parts::*;
 use crate::Order;
 use crate::tables::grain::along_repeating;
 use crate::texture::{mapped_from_above, printed_page};
-use geometry::shapes::{rectangle, ring, rounded_rectangle};
+use geometry::shapes::{lathe, rectangle, rounded_rectangle};
 use geometry::{DVec2, DVec3, Material, Rgb, TexturedMesh};
 
 const PAPER: Rgb = Rgb::hex(0xf1_ea_d8);
@@ -102,16 +102,18 @@ pub fn notebook(order: &mut Order) -> TexturedMesh {
     mesh.add(mapped_from_above(tag), &label);
     if spiral {
         let wire = Material::metal("wire", Rgb::hex(0x8a_8d_92), 0.35);
-        let loops = (d / 0.0125) as i32;
-        let bar = 0.0009;
+        // A coil on a core: one body with ripples, which one hull covers.
+        let (loops, bar) = ((d / 0.0125) as i32, 0.0013);
+        let (outer, inner) = (wire_radius, wire_radius - bar);
+        let mut profile = vec![DVec2::new(0.0, -0.5 * d), DVec2::new(inner, -0.5 * d)];
         for k in 0..loops {
             let y = -0.5 * d + (f64::from(k) + 0.5) * d / f64::from(loops);
-            let turn = ring(wire_radius - bar, bar, 16, 5)
-                .translated(DVec3::NEG_Z * bar)
-                .rotated(DQuat::from_rotation_x(0.5 * PI))
-                .translated(at(left + 0.15 * wire_radius, y, 0.5 * h));
-            mesh.add(turn, &wire);
+            let ripple = [(inner, -1.6 * bar), (outer, -0.8 * bar), (outer, 0.8 * bar), (inner, 1.6 * bar)];
+            profile.extend(ripple.map(|(radius, along)| DVec2::new(radius, y + along)));
         }
+        profile.extend([DVec2::new(inner, 0.5 * d), DVec2::new(0.0, 0.5 * d)]);
+        let coil = lathe(&profile, 20).rotated(DQuat::from_rotation_x(-0.5 * PI));
+        mesh.add(coil.translated(at(left + 0.15 * wire_radius, 0.0, 0.5 * h)), &wire);
     } else {
         let elastic = plain("elastic", 0x1d_1d_20, 0.8);
         let x = 0.36 * w;

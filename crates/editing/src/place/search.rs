@@ -145,9 +145,11 @@ impl<'a> Search<'a> {
                     chunk.par_iter().map(|scored| self.obstacle_of(&scored.pose)).collect();
                 for (scored, obstacle) in chunk.iter().zip(hindered) {
                     match obstacle {
-                        None => found
-                            .candidates
-                            .push(Candidate { world_from_object: scored.pose, supporter: self.supporter }),
+                        None => found.candidates.push(Candidate {
+                            world_from_object: scored.pose,
+                            supporter: self.supporter,
+                            stated_yaw_rad: self.query.yaw_rad,
+                        }),
                         Some(other) => blocked_by.push(other),
                     }
                 }

@@ -8,7 +8,7 @@
 use std::collections::HashMap;
 use std::sync::{Mutex, PoisonError};
 
-use glam::{DVec2, DVec3};
+use glam::{DMat3, DVec2, DVec3};
 
 use super::DecomposeSettings;
 use super::excess::excess;
@@ -16,6 +16,7 @@ use super::field::Field;
 use super::fitted_hull::FittedHull;
 use super::profile::{convex_parts, crosses_itself};
 use crate::convex_hull::convex_hull;
+use crate::mass_properties::symmetric_eigen;
 use crate::shells::Shell;
 use runtime::{CancelFlag, Cancelled};
 
@@ -59,28 +60,50 @@ enum Outcome {
 }
 
 impl Revolution {
-    /// Recognizes a body of revolution about an axis parallel to x, y or z.
+    /// Recognizes a body of revolution about an axis parallel to x, y or z, or about any other: objects that lie on
+    /// their side are seldom level.
     pub(super) fn recognize(shell: &Shell) -> Option<Self> {
         let (low, high) = shell.bounds();
-        [DVec3::Z, DVec3::X, DVec3::Y].into_iter().find_map(|axis| {
+        let (center, half) = (0.5 * (low + high), 0.5 * (high - low));
+        let along_axes = [DVec3::Z, DVec3::X, DVec3::Y].into_iter().find_map(|axis| {
             let one = if axis == DVec3::X { DVec3::Y } else { DVec3::X };
             let other = axis.cross(one);
-            Self::about(shell, 0.5 * (low + high), axis, one, other, 0.5 * (high - low))
+            let widths = [half.dot(one.abs()), half.dot(other.abs())];
+            Self::about(shell, center, axis, [one, other], widths, half.length())
+        });
+        along_axes.or_else(|| Self::recognize_by_spread(shell, half.length()))
+    }
+
+    /// The corners of a body of revolution have their mean on its axis, and its axis as one of their principal axes. The
+    /// spread along the other two gives how they are scaled.
+    fn recognize_by_spread(shell: &Shell, size: f64) -> Option<Self> {
+        let count = shell.points.len() as f64;
+        let center = shell.points.iter().sum::<DVec3>() / count;
+        let outer = |d: DVec3| DMat3::from_cols(d * d.x, d * d.y, d * d.z);
+        let spread = shell.points.iter().map(|p| outer(*p - center)).fold(DMat3::ZERO, |a, b| a + b);
+        let (values, turn) = symmetric_eigen(spread * (1.0 / count));
+        let (axes, widths) = (DMat3::from_quat(turn), values.max(DVec3::ZERO).map(f64::sqrt));
+        (0..3).find_map(|k| {
+            let (one, other) = ((k + 1) % 3, (k + 2) % 3);
+            let across = [axes.col(one), axes.col(other)];
+            Self::about(shell, center, axes.col(k), across, [widths[one], widths[other]], size)
         })
     }
 
+    /// Widths are those along the directions across, in any unit; `size` is that of the shell, for tolerances.
     fn about(
         shell: &Shell,
         center: DVec3,
         axis: DVec3,
-        one: DVec3,
-        other: DVec3,
-        half: DVec3,
+        [one, other]: [DVec3; 2],
+        [a, b]: [f64; 2],
+        size: f64,
     ) -> Option<Self> {
-        let (a, b) = (half.dot(one.abs()), half.dot(other.abs()));
         let widest = a.max(b);
+        if a.min(b) < SAME * widest {
+            return None;
+        }
         let across = [one * (a / widest), other * (b / widest)];
-        let size = half.length();
         // (radius, height, angle) of each corner.
         let polar: Vec<(f64, f64, f64)> = shell
             .points

@@ -3,7 +3,7 @@
 use super::*;
 use crate::shapes::{block, lathe, ring, shell_of_revolution, sphere, tube};
 use crate::{Material, Rgb, Solid};
-use glam::{DVec2, DVec3};
+use glam::{DQuat, DVec2, DVec3};
 
 pub(super) fn settings() -> DecomposeSettings {
     DecomposeSettings {
@@ -240,5 +240,23 @@ fn piece_volume_is_that_of_the_solid_in_its_cell() {
     for (piece, volume_m3) in pieces.iter().zip(volumes) {
         let hull = convex_hull(&piece.spanning_points(), usize::MAX, 0.0).expect("a hull");
         assert!(volume_m3 < hull.volume_m3() * (1.0 + 1e-9));
+    }
+}
+
+#[test]
+fn a_lying_vase_is_cut_as_a_standing_one() {
+    let outside =
+        [(0.03, 0.0), (0.05, 0.03), (0.06, 0.08), (0.05, 0.12), (0.024, 0.17), (0.02, 0.2), (0.03, 0.23)];
+    let outside = outside.map(|(radius, z)| DVec2::new(radius, z));
+    let standing = mesh([shell_of_revolution(&outside, 0.004, 0.007, 40)]);
+    let turn = DQuat::from_rotation_y(1.4) * DQuat::from_rotation_x(0.7);
+    for squeeze in [1.0, 0.97] {
+        let squeezed = standing.clone().scaled(DVec3::new(squeeze, 1.0, 1.0));
+        let lying = squeezed.clone().rotated(turn).snap_to_f32();
+        let [upright, tipped] = [squeezed, lying]
+            .map(|mesh| decompose(&mesh, &settings(), &CancelFlag::default()).expect("a vase"));
+        assert!(tipped.max_excess_m < 1.2 * upright.max_excess_m + 0.001, "{}", tipped.max_excess_m);
+        let volume = tipped.hull_volume_m3 / upright.hull_volume_m3;
+        assert!((0.9..1.1).contains(&volume), "{volume}");
     }
 }

@@ -297,7 +297,7 @@ impl<'a> Attempt<'a> {
 }
 
 /// How far an object may fall at the end of a step: into an opening, where hands do not always fit, some way.
-fn max_fall_m(step: &Step) -> f64 {
+pub(super) fn max_fall_m(step: &Step) -> f64 {
     match step {
         Step::Place { predicates, .. } if predicates.iter().any(|p| p.predicate == PredicateKind::In) => {
             MAX_FALL_M
@@ -306,7 +306,8 @@ fn max_fall_m(step: &Step) -> f64 {
     }
 }
 
-fn held_as(object: usize, grasp: &Grasp) -> HeldObject {
+/// An object in the hand as a grasp intends it.
+pub(super) fn held_as(object: usize, grasp: &Grasp) -> HeldObject {
     HeldObject {
         object,
         tool_from_object: grasp.object_from_tool.inverse(),

@@ -5,7 +5,7 @@
 //! on what it shall, keeps away from everything else, and the predicates hold there.
 
 use geometry::drop_cast::{PosedShape, are_closer, drop_height};
-use geometry::{DQuat, DVec2, Outline, Pose};
+use geometry::{DQuat, DVec2, DVec3, Outline, Pose};
 use tasks::{
     GoalPredicate, PosedObject, PredicateKind, Situation, evaluation::evaluate_predicate, posed_object::find,
 };
@@ -24,6 +24,10 @@ const ROOM_M: f64 = 0.06;
 const EDGE_M: f64 = 0.02;
 /// Turns about the vertical that are tried, in quarters of a right angle.
 const TURNS: [f64; 8] = [0.0, 1.0, -1.0, 2.0, -2.0, 3.0, -3.0, 4.0];
+/// How far long objects are tilted into an opening that they do not fit lying, radians.
+const TILTS_RAD: [f64; 6] = [0.35, -0.35, 0.61, -0.61, 0.87, -0.87];
+/// An object is long if its length is this many times its second extent.
+const LONG: f64 = 2.0;
 /// The most turns that are offered at one place.
 const TURNS_AT_PLACE: usize = 3;
 /// The gap to a neighbor that is aimed at, meters.
@@ -43,15 +47,31 @@ pub(crate) struct PlaceSearch<'a> {
 }
 
 impl PlaceSearch<'_> {
-    /// Poses of the object at which it rests and `predicates` hold, the best first. Those of `kept` are not broken.
+    /// Poses of the object at which it rests and `predicates` hold, the best first. Those of `kept` are not broken. What
+    /// is too long for an opening is tilted into it; the hand lets it go so.
     pub fn places(&self, predicates: &[GoalPredicate], kept: &[GoalPredicate]) -> Vec<Pose> {
+        let upright = self.places_in(&[DQuat::IDENTITY], predicates, kept);
+        let goes_in = predicates.iter().any(|predicate| predicate.predicate == PredicateKind::In);
+        match self.long_axis().filter(|_| goes_in && upright.is_empty()) {
+            None => upright,
+            Some(axis) => {
+                let across = DVec3::Z.cross(axis).normalize_or_zero();
+                let tilts = TILTS_RAD.map(|tilt_rad| DQuat::from_axis_angle(across, tilt_rad));
+                self.places_in(&tilts, predicates, kept)
+            }
+        }
+    }
+
+    /// As [`Self::places`], in the orientation of now with each of `tilts` and turned about the vertical.
+    fn places_in(&self, tilts: &[DQuat], predicates: &[GoalPredicate], kept: &[GoalPredicate]) -> Vec<Pose> {
         let mut found: Vec<Pose> = Vec::new();
         for at in self.ranked(predicates) {
-            for turn in TURNS {
+            for (turn, tilt) in TURNS.iter().flat_map(|turn| tilts.iter().map(move |tilt| (turn, tilt))) {
                 if found.len() == self.wanted {
                     return found;
                 }
-                let pose = self.dropped(at, turn * std::f64::consts::FRAC_PI_4);
+                let turn = DQuat::from_rotation_z(turn * std::f64::consts::FRAC_PI_4) * *tilt;
+                let pose = self.dropped(at, turn);
                 if let Some(pose) = pose.filter(|pose| self.is_good(pose, predicates, kept)) {
                     let there = found.iter().filter(|p| p.translation_m.distance(pose.translation_m) < 1e-3);
                     if there.count() < TURNS_AT_PLACE {
@@ -63,12 +83,23 @@ impl PlaceSearch<'_> {
         found
     }
 
+    /// The direction of a long object that lies, in the world; `None` for what is not long, or stands.
+    fn long_axis(&self) -> Option<DVec3> {
+        let (low, high) = self.shapes.shapes[self.object].collision().bounds(&Pose::IDENTITY);
+        let size = (high - low).to_array();
+        let longest = (0..3).max_by(|a, b| size[*a].total_cmp(&size[*b]))?;
+        let second_m = (0..3).filter(|k| *k != longest).map(|k| size[k]).fold(0.0, f64::max);
+        let axis = self.own().world_from_object.transform_vector(DVec3::AXES[longest]);
+        (size[longest] > LONG * second_m && axis.z.abs() < 0.5).then_some(axis)
+    }
+
     /// Free poses on the table, the nearest first: away from everything, and from where `taken` stand at the start,
     /// since another object shall go there.
     pub fn free_places(&self, taken: &[&PosedObject]) -> Vec<Pose> {
         let mut found = Vec::new();
         for at in self.ranked(&[]) {
-            let Some(pose) = self.dropped(at, 0.0).filter(|pose| self.is_good(pose, &[], &[])) else {
+            let Some(pose) = self.dropped(at, DQuat::IDENTITY).filter(|pose| self.is_good(pose, &[], &[]))
+            else {
                 continue;
             };
             let placed = self.own().at(pose).footprint();
@@ -89,9 +120,9 @@ impl PlaceSearch<'_> {
         let poses = TURNS.iter().filter_map(|turn| {
             let turn_rad = turn * std::f64::consts::FRAC_PI_4;
             let off = DVec2::from_angle(turn_rad).rotate(own);
-            self.dropped(at - off, turn_rad)
+            self.dropped(at - off, DQuat::from_rotation_z(turn_rad))
         });
-        poses.filter(|pose| self.keeps_away(pose, &[])).collect()
+        poses.filter(|pose| self.keeps_away(pose, &[], &[])).collect()
     }
 
     fn own(&self) -> &PosedObject {
@@ -159,9 +190,9 @@ impl PlaceSearch<'_> {
         offsets.collect()
     }
 
-    /// The object dropped with its origin at a place, turned about the vertical.
-    fn dropped(&self, at: DVec2, turn_rad: f64) -> Option<Pose> {
-        let rotation = DQuat::from_rotation_z(turn_rad) * self.own().world_from_object.rotation;
+    /// The object dropped with its origin at a place, turned from its orientation of now.
+    fn dropped(&self, at: DVec2, turn: DQuat) -> Option<Pose> {
+        let rotation = (turn * self.own().world_from_object.rotation).normalize();
         let others = self.now.iter().enumerate().filter(|(index, _)| *index != self.object);
         let supporters: Vec<PosedShape> =
             others.map(|(_, other)| other.posed_shape()).chain([self.table]).collect();
@@ -187,7 +218,10 @@ impl PlaceSearch<'_> {
                 return false;
             }
         }
-        if !self.keeps_away(pose, &supports) {
+        let containers = predicates.iter().filter(|p| p.predicate == PredicateKind::In);
+        let containers: Vec<&PosedObject> =
+            containers.filter_map(|p| find(self.now, p.target.as_ref()?)).collect();
+        if !self.keeps_away(pose, &supports, &containers) {
             return false;
         }
         let mut then: Vec<PosedObject> = self.now.to_vec();
@@ -197,16 +231,24 @@ impl PlaceSearch<'_> {
     }
 
     /// Whether the object at a pose is away from all others but its supports, and but what ends below it: the fingers
-    /// do not get as low.
-    fn keeps_away(&self, pose: &Pose, supports: &[&PosedObject]) -> bool {
+    /// do not get as low. It may lie on what is in the container that it goes into.
+    fn keeps_away(&self, pose: &Pose, supports: &[&PosedObject], containers: &[&PosedObject]) -> bool {
         let placed = self.own().at(*pose);
         let bottom_m = placed.footprint().bottom_m;
         let ends_below = |other: &PosedObject| other.footprint().top_m < bottom_m + BELOW_M;
+        let is_mate = |other: &PosedObject| {
+            containers.iter().any(|container| {
+                let center_m =
+                    container.world_from_object.inverse().transform_point(other.center_of_mass_m());
+                container.shape.opening().is_some_and(|opening| opening.depth_inside_m(center_m) > 0.0)
+            })
+        };
         self.now.iter().enumerate().all(|(index, other)| {
             index == self.object
                 || supports.iter().any(|support| support.name == other.name)
                 || !are_closer(&placed.posed_shape(), &other.posed_shape(), KEEP_AWAY_M)
                 || ends_below(other)
+                || is_mate(other)
         })
     }
 }

@@ -42,8 +42,7 @@ fn few() -> GraspSettings {
 }
 
 fn book(scene: &TaskScene, robot: &Robot, task: &Task) -> GraspBook {
-    let mut rng = ChaCha8Rng::seed_from_u64(1);
-    find_grasps(scene, &task.goal, robot, &few(), &mut rng).expect("objects")
+    find_grasps(scene, &task.goal, robot, &few(), 1).expect("objects")
 }
 
 fn run(scene: &TaskScene, robot: &Robot, task: &Task, seed: u64) -> Result<Execution, Refusal> {

@@ -1,7 +1,7 @@
 //! How objects of a draft find a place and come to rest.
 
 use super::Draft;
-use editing::{PlaceQuery, RestFault, RestSettings};
+use editing::{Candidate, PlaceQuery, RestFault, RestSettings};
 use geometry::Pose;
 use scene::{RelationKind, SupportRelation, Supporter};
 
@@ -90,8 +90,33 @@ impl Draft<'_> {
     ///
     /// Why it may not be there, in words.
     pub fn rest_at(&mut self, object: usize, pose: Pose, supporter: Supporter) -> Result<(), String> {
-        let candidate =
-            self.workspace.place_at(object, pose, supporter).map_err(|error| error.to_string())?;
+        self.rest_with(object, pose, supporter, None)
+    }
+
+    /// As [`Self::rest_at`], with a stated yaw at rest.
+    ///
+    /// # Errors
+    ///
+    /// Why it may not be there, in words.
+    pub fn rest_turned(
+        &mut self,
+        object: usize,
+        pose: Pose,
+        supporter: Supporter,
+        yaw_rad: f64,
+    ) -> Result<(), String> {
+        self.rest_with(object, pose, supporter, Some(yaw_rad))
+    }
+
+    fn rest_with(
+        &mut self,
+        object: usize,
+        pose: Pose,
+        supporter: Supporter,
+        stated_yaw_rad: Option<f64>,
+    ) -> Result<(), String> {
+        let place = self.workspace.place_at(object, pose, supporter).map_err(|error| error.to_string())?;
+        let candidate = Candidate { stated_yaw_rad, ..place };
         self.workspace
             .put_down(object, &candidate, self.rest, &self.cancel)
             .map_err(|fault| format!("{} does not stay there: {fault}", self.name(object)))

@@ -48,9 +48,9 @@ pub(super) fn rotate(
         let load = draft.workspace.branch(target);
         draft.may_move(&load, &format!("it turns with {}", draft.name(target)));
         let supporter = draft.supporter(target);
-        if let Err(why) = draft.rest_at(target, turned, supporter) {
+        let wanted_rad = wrap_angle_rad(yaw_rad + turn_rad);
+        if let Err(why) = draft.rest_turned(target, turned, supporter, wanted_rad) {
             // At the edge of the table, or beside another object, a small step makes room.
-            let wanted_rad = wrap_angle_rad(yaw_rad + turn_rad);
             let query = PlaceQuery { yaw_rad: Some(wanted_rad), ..draft.near_by(target, MAX_STEP_M) };
             draft.find_and_rest(target, &query).map_err(|_| why)?;
         }

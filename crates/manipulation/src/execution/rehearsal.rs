@@ -1,0 +1,118 @@
+//! Whether an arm can make the motions of a task, without a simulation.
+
+use std::collections::BTreeMap;
+
+use geometry::Pose;
+use robot::model::Robot;
+use tasks::{GoalPredicate, Situation, Task, evaluation::evaluate_predicate};
+
+use super::attempt::{held_as, max_fall_m};
+use super::motions::Motions;
+use super::scene::{SceneError, Shapes, TaskScene};
+use super::settings::ExecutionSettings;
+use super::steps::{Step, steps};
+use super::work::{bases_for, places};
+use super::{BASES, GraspBook, base, grasps_of, refusal};
+use crate::grasp::{Grasp, GraspSettings, Verdict};
+
+/// Rehearses tasks in one scene with one robot: each step with the straight motions of its grasp and its place, as if
+/// objects came to rest exactly where they are put. The motions between them are not planned, and nothing is simulated
+/// but the grasps, once for each object.
+pub struct Rehearsal<'a> {
+    scene: &'a TaskScene,
+    shapes: Shapes,
+    robot: &'a Robot,
+    grasp_settings: &'a GraspSettings,
+    settings: &'a ExecutionSettings,
+    seed: u64,
+    known: BTreeMap<String, Vec<Grasp>>,
+}
+
+impl<'a> Rehearsal<'a> {
+    /// Grasps are those of an execution with the same seed.
+    ///
+    /// # Errors
+    /// If an object has a hull that is not convex.
+    pub fn new(
+        scene: &'a TaskScene,
+        robot: &'a Robot,
+        grasp_settings: &'a GraspSettings,
+        settings: &'a ExecutionSettings,
+        seed: u64,
+    ) -> Result<Self, SceneError> {
+        let shapes = Shapes::new(scene)?;
+        Ok(Self { scene, shapes, robot, grasp_settings, settings, seed, known: BTreeMap::new() })
+    }
+
+    /// Whether the arm can make all steps of a task from one place of its base.
+    pub fn can_be_done(&mut self, task: &Task) -> bool {
+        let grasps = self.grasps(task);
+        let (scene, robot, settings) = (self.scene, self.robot, self.settings);
+        if refusal::check(scene, &self.shapes, robot, &task.goal, &grasps, settings).is_err() {
+            return false;
+        }
+        let bases = bases_for(scene, &self.shapes, robot, &task.goal, &grasps, settings);
+        bases.iter().take(BASES).any(|base| {
+            let motions = Motions::new(scene, robot, *base, settings);
+            motions.is_ok_and(|motions| {
+                base::reaches_table(&motions) && self.is_rehearsed(&motions, task, &grasps).is_some()
+            })
+        })
+    }
+
+    /// The grasps of what a task moves; what cannot be simulated has none.
+    fn grasps(&mut self, task: &Task) -> GraspBook {
+        let moved = task.goal.moved_objects();
+        let objects = moved.iter().filter_map(|name| self.scene.index(name.as_str()));
+        for object in objects.map(|index| &self.scene.objects[index]) {
+            if !self.known.contains_key(&object.name) {
+                let found = grasps_of(object, self.robot, self.grasp_settings, self.seed);
+                self.known.insert(object.name.clone(), found.unwrap_or_default());
+            }
+        }
+        let known = |name: &str| Some((name.to_owned(), self.known.get(name)?.clone()));
+        moved.iter().filter_map(|name| known(name.as_str())).collect()
+    }
+
+    /// `None` if a step has no grasp or no place that the arm reaches and leaves.
+    fn is_rehearsed(&self, motions: &Motions, task: &Task, grasps: &GraspBook) -> Option<()> {
+        let mut poses = self.scene.poses();
+        let start = self.shapes.posed(&poses);
+        let mut arm = self.robot.home().positions.clone();
+        let mut done: Vec<GoalPredicate> = Vec::new();
+        for step in steps(&task.goal) {
+            let now = self.shapes.posed(&poses);
+            let situation = Situation { table: &self.scene.outline, start: &start, now: &now, contacts: &[] };
+            let holds = |predicate| evaluate_predicate(predicate, &situation).holds;
+            if matches!(&step, Step::Place { predicates, .. } if predicates.iter().all(holds)) {
+                continue;
+            }
+            let name = step.object().as_str();
+            let object = self.scene.index(name)?;
+            let stable = grasps.get(name)?.iter().filter(|grasp| grasp.verdict == Verdict::Stable);
+            let stable: Vec<Grasp> = stable.copied().collect();
+            let picks = motions.picks(object, &poses, &stable, &arm);
+            if matches!(step, Step::Lift { .. }) {
+                arm.clone_from(picks.first()?.lift.last()?);
+                continue;
+            }
+            let (scene, shapes) = (self.scene, &self.shapes);
+            let offered = places(scene, shapes, &start, &now, object, &step, &done, self.settings);
+            let neighbors = motions.neighbors(object, &poses);
+            let (place, retreat) = picks.iter().find_map(|pick| {
+                let held = held_as(object, &pick.grasp);
+                let near = pick.lift.last()?;
+                offered.iter().find_map(|place: &Pose| {
+                    let option = motions.place(&held, place, &neighbors, near, max_fall_m(&step))?;
+                    Some((*place, option.retreat))
+                })
+            })?;
+            poses[object] = place;
+            arm.clone_from(retreat.last()?);
+            if let Step::Place { predicates, .. } = step {
+                done.extend(predicates);
+            }
+        }
+        Some(())
+    }
+}
