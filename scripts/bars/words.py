@@ -161,7 +161,8 @@ def is_a_goal(entry, outcome) -> bool:
     """Whether the answer names what is expected of the scene as the goal of an instruction instead."""
     goal = (outcome.get("description", {}).get("goal") or {}).get("predicates", [])
     stated = {predicate["predicate"] for predicate in goal}
-    return any(asked["relation"] in stated for asked in entry.get("relations", ()))
+    asked = [one["relation"] for one in entry.get("relations", ())]
+    return any(stated & set([words] if isinstance(words, str) else words) for words in asked)
 
 
 def tasks(lab, maker, count) -> Part:

@@ -24,7 +24,7 @@ use scene::{Recognition, RecognizedObject, SupportTree};
 use relaxation::{Attempt, Infeasible};
 pub use relaxation::{NoSpaceSettings, OnNoSpace};
 
-pub const STAGE: Stage = Stage { name: "resolve", version: 9 };
+pub const STAGE: Stage = Stage { name: "resolve", version: 10 };
 
 #[derive(Serialize)]
 pub struct Inputs {

@@ -13,9 +13,9 @@ use glam::DVec2;
 use crate::workspace::Workspace;
 use geometry::Pose;
 use geometry::pose::wrap_angle_rad;
-use scene::predicates::{PosedRelation, holds};
+use scene::predicates::{PosedFootprint, PosedRelation, holds};
 use scene::{RelationKind, SupportRelation, Supporter};
-use search::{Orientation, Search};
+use search::{Orientation, Search, reaches_into};
 
 /// Free space that the search keeps around an object where there is enough of it, and at least.
 const CLEARANCES_M: [f64; 2] = [0.01, 0.003];
@@ -45,6 +45,8 @@ pub struct PlaceQuery {
     pub within_m: Option<f64>,
     /// The yaw to prefer where none is stated.
     pub usual_yaw_rad: f64,
+    /// Free distance to the outlines of what stands beside it, seen from above; 0 if only the bodies keep apart.
+    pub outline_gap_m: f64,
     /// Whether every place where the relation holds is as good as any other, and only `near_m` decides.
     pub by_nearness: bool,
 }
@@ -149,7 +151,11 @@ impl Workspace {
             second_target: second.as_ref(),
             distance_m: query.distance_m,
         };
-        holds(&relation, &self.outline)
+        let is_within = |container: &PosedFootprint| {
+            let placed = &self.objects[object];
+            kind != RelationKind::In || reaches_into(placed, &placed.body.world_from_object, container)
+        };
+        holds(&relation, &self.outline) && target.as_ref().is_none_or(is_within)
     }
 
     /// Clearance and grid step of each pass over a surface.

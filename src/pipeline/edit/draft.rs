@@ -18,7 +18,7 @@ use editing::{EditableObject, RestSettings};
 use geometry::Pose;
 use geometry::solid_query::MeshSolid;
 use runtime::CancelFlag;
-use scene::{InstanceId, Provenance, ReconstructionMethod, Supporter};
+use scene::{InstanceId, Provenance, ReconstructionMethod, SupportRelation, Supporter};
 
 /// Bodies, their geometry, and the same as a workspace; lists of objects have the same order, and bodies have the
 /// table first.
@@ -31,6 +31,8 @@ pub(super) struct Draft<'a> {
     pub cancel: CancelFlag,
     /// Of the parent, by name.
     parent_poses: BTreeMap<String, Pose>,
+    /// What was in each container of the parent, by name.
+    parent_contents: BTreeMap<String, BTreeSet<String>>,
     /// Objects that operations name, which may move.
     named: BTreeSet<String>,
     /// Why other objects moved.
@@ -70,6 +72,14 @@ impl<'a> Draft<'a> {
             .iter()
             .map(|parts| (parts.resolved.name.clone(), parts.resolved.settled))
             .collect();
+        let mut parent_contents: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
+        for object in &objects {
+            if let (Some(parent), SupportRelation::In) = (object.supporter.parent, object.supporter.relation)
+            {
+                let contents = parent_contents.entry(objects[parent].body.name.clone()).or_default();
+                contents.insert(object.body.name.clone());
+            }
+        }
         Ok(Self {
             workspace: Workspace { outline: composition.outline().clone(), table, objects },
             composition,
@@ -77,6 +87,7 @@ impl<'a> Draft<'a> {
             rest,
             cancel,
             parent_poses,
+            parent_contents,
             named: BTreeSet::new(),
             causes: BTreeMap::new(),
             changed: BTreeSet::new(),

@@ -27,6 +27,9 @@ use scene::edit::OperationResult;
 use scene::predicates::POSITION_TOLERANCE_M;
 use scene::{EditOperation, EditPlace, InstanceId, RelationKind, SupportRelation, Supporter};
 
+/// Tidied objects are this far apart, seen from above, meters.
+const TIDY_GAP_M: f64 = 0.008;
+
 /// What an operation is given besides the draft.
 pub(super) struct OperationInputs<'a> {
     /// Made for this operation, with their geometry.
@@ -152,6 +155,7 @@ fn query(draft: &Draft, object: usize, place: &EditPlace) -> Result<PlaceQuery, 
         yaw_rad: place.yaw_rad,
         near_m: None,
         within_m: None,
+        outline_gap_m: 0.0,
         usual_yaw_rad: draft.pose(object).yaw_rad().unwrap_or(0.0),
         by_nearness: false,
     })
@@ -373,7 +377,9 @@ fn tidy(draft: &mut Draft) -> Done {
         let turns = [nearest_rad, nearest_rad + FRAC_PI_2];
         let is_aligned = turns.into_iter().any(|turn_rad| {
             let yaw_rad = Some(wrap_angle_rad(turn_rad));
-            draft.find_and_rest(target, &PlaceQuery { yaw_rad, near_m, ..PlaceQuery::default() }).is_ok()
+            let outline_gap_m = TIDY_GAP_M;
+            let query = PlaceQuery { yaw_rad, near_m, outline_gap_m, ..PlaceQuery::default() };
+            draft.find_and_rest(target, &query).is_ok()
         });
         if is_aligned {
             draft.is_named(target);

@@ -35,6 +35,9 @@ const USUAL_GAP_M: f64 = 0.04;
 /// An object longer than this many times its second extent may stand upright in a container.
 const SLENDERNESS: f64 = 2.0;
 
+/// What is in a container reaches at least this far below its rim, meters.
+const BELOW_RIM_M: f64 = 0.003;
+
 /// Lean of slender objects in a container from the vertical, radians.
 const LEAN_RAD: f64 = 0.22;
 
@@ -97,6 +100,12 @@ pub(super) struct SearchResult {
     pub candidates: Vec<Candidate>,
     /// Whether the object fits on the surface if nothing else is there.
     pub has_fitted: bool,
+}
+
+/// Whether what is below the rim of a container is within its outline: a toaster that stands over a jar is not in it.
+pub(super) fn reaches_into(object: &WorkspaceObject, pose: &Pose, container: &PosedFootprint) -> bool {
+    let below = object.shape.points(pose).filter(|point| point.z < container.top_m - BELOW_RIM_M);
+    below.into_iter().all(|point| depth_in_convex_m(container.corners(), point.truncate()) > -BELOW_RIM_M)
 }
 
 impl<'a> Search<'a> {
@@ -282,11 +291,11 @@ impl<'a> Search<'a> {
         let pose = self.posed(orientation, center_m)?;
         let footprint = orientation.footprint(center_m, &pose);
         if self.is_container() {
-            let rim_m = self.surface.as_ref()?.top_m;
-            if footprint.bottom_m >= rim_m - 0.003 {
+            let surface = self.surface.as_ref()?;
+            if footprint.bottom_m >= surface.top_m - BELOW_RIM_M || !reaches_into(self.object, &pose, surface)
+            {
                 return None;
             }
-            let surface = self.surface.as_ref()?;
             let off_m = surface.center().distance(center_m);
             return Some(Scored { cost: 4.0 * footprint.bottom_m + off_m, pose });
         }
@@ -377,6 +386,14 @@ impl<'a> Search<'a> {
             if supports || is_mate {
                 // It was let down onto these; they touch.
                 return false;
+            }
+            let gap_m = self.query.outline_gap_m;
+            if gap_m > 0.0 && obstacle.supporter == self.supporter {
+                let (own, other) = (self.object.footprint_at(pose), obstacle.footprint());
+                let are_beside = own.bottom_m < other.top_m && other.bottom_m < own.top_m;
+                if are_beside && own.distance_m(&other) < gap_m {
+                    return true;
+                }
             }
             // Below what stands on a tray, the tray's own rim is no obstacle but the supporter.
             members.iter().any(|member| are_closer(member, &obstacle.posed(), self.clearance_m))

@@ -10,6 +10,10 @@ use vision::{PosedPrimitive, PrimitiveKind};
 
 /// Segments of a solid of revolution.
 const AROUND: usize = 48;
+/// A turned body may be tipped by at least this angle before it falls, radians (8 degrees).
+const STEADY_RAD: f64 = 0.14;
+/// Height of a foot that is added, share of the body's.
+const FOOT_SHARE: f64 = 0.03;
 /// Cells of the inflation grid: about four triangles each.
 const SQUARES: u32 = 700;
 
@@ -19,7 +23,7 @@ pub(super) fn primitive_mesh(fit: &PosedPrimitive) -> (Solid, ReconstructionMeth
     let made = match &fit.kind {
         PrimitiveKind::Turned { profile } => {
             let mut closed = vec![DVec2::ZERO];
-            closed.extend(profile);
+            closed.extend(with_a_foot(profile));
             closed.push(DVec2::new(0.0, fit.size.z));
             Some((lathe(&closed, AROUND), ReconstructionMethod::Turned))
         }
@@ -35,6 +39,30 @@ pub(super) fn primitive_mesh(fit: &PosedPrimitive) -> (Solid, ReconstructionMeth
     };
     made.filter(|(solid, _)| solid.is_watertight() && solid.volume_m3() > 0.0)
         .unwrap_or_else(|| (block(fit.size.max(DVec3::splat(1e-4))), ReconstructionMethod::Box))
+}
+
+/// The profile, (radius, height) upward from z = 0, with a base wide enough to stand on: what an image shows of the foot
+/// of a stem may be narrower than any object stands on.
+fn with_a_foot(profile: &[DVec2]) -> Vec<DVec2> {
+    // Slices between neighboring points, as cylinders.
+    let (mut volume, mut moment) = (0.0, 0.0);
+    for pair in profile.windows(2) {
+        let radius_m = 0.5 * (pair[0].x + pair[1].x);
+        let slice = radius_m * radius_m * (pair[1].y - pair[0].y).abs();
+        volume += slice;
+        moment += slice * 0.5 * (pair[0].y + pair[1].y);
+    }
+    let height_m = profile.iter().map(|p| p.y).fold(0.0, f64::max);
+    let center_of_mass_m = if volume > 0.0 { moment / volume } else { 0.5 * height_m };
+    let base_m = profile.first().map_or(0.0, |p| p.x);
+    let wanted_m = center_of_mass_m * STEADY_RAD.tan();
+    if base_m >= wanted_m {
+        return profile.to_vec();
+    }
+    let foot_m = FOOT_SHARE * height_m;
+    let mut widened = vec![DVec2::new(wanted_m, 0.0), DVec2::new(wanted_m, foot_m)];
+    widened.extend(profile.iter().filter(|p| p.y > foot_m));
+    widened
 }
 
 /// Silhouette of the unoccluded primitive in the camera's image; `None` if part of it lies behind the camera.
@@ -72,4 +100,21 @@ pub(super) fn silhouette(fit: &PosedPrimitive, camera: &Camera) -> Option<Mask> 
         }
     }
     Some(mask)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_turned_body_has_a_foot_to_stand_on() {
+        let stem = [(0.003, 0.0), (0.003, 0.1), (0.05, 0.12), (0.05, 0.2)];
+        let stem = stem.map(|(radius, height)| DVec2::new(radius, height));
+        let standing = with_a_foot(&stem);
+        assert!(standing[0].x > 0.015 && standing[0].x < 0.03, "{standing:?}");
+        assert_eq!(standing[standing.len() - 1], stem[3]);
+        assert!(standing.windows(2).all(|pair| pair[0].y <= pair[1].y), "{standing:?}");
+        let cup = [(0.03, 0.0), (0.04, 0.1)].map(|(radius, height)| DVec2::new(radius, height));
+        assert_eq!(with_a_foot(&cup), cup);
+    }
 }

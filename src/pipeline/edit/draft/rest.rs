@@ -3,7 +3,12 @@
 use super::Draft;
 use editing::{Candidate, PlaceQuery, RestFault, RestSettings};
 use geometry::Pose;
+use physics::settle::angle_between_rad;
 use scene::{RelationKind, SupportRelation, Supporter};
+
+/// Contents that move and turn by less stay where they are, meters and radians.
+const STAYS_M: f64 = 0.0005;
+const STAYS_RAD: f64 = 0.01;
 
 impl Draft<'_> {
     /// The surface that carries an object, within a distance of the object's place.
@@ -20,8 +25,8 @@ impl Draft<'_> {
         }
     }
 
-    /// Lets everything in containers come to rest together where one of the contents has moved: each was put down while
-    /// the others were fixed.
+    /// Lets everything in containers come to rest together where one of the contents has moved, as each was put down while
+    /// the others were fixed, or has left: the others may have leaned on it. What stays where it is keeps its exact pose.
     ///
     /// # Errors
     ///
@@ -35,7 +40,8 @@ impl Draft<'_> {
                 .collect();
             let has_moved =
                 |object: &usize| self.parent_poses.get(self.name(*object)) != Some(&self.pose(*object));
-            if contents.len() < 2 || !contents.iter().any(has_moved) {
+            let is_new_together = contents.len() > 1 && contents.iter().any(has_moved);
+            if contents.is_empty() || !(is_new_together || self.has_lost(container, &contents)) {
                 continue;
             }
             let moving: Vec<usize> =
@@ -45,10 +51,24 @@ impl Draft<'_> {
             settled
                 .come_to_rest(&moving, self.rest, &self.cancel)
                 .map_err(|fault| format!("the contents of {} do not stay: {fault}", self.name(container)))?;
-            self.workspace = settled;
-            self.may_move(&moving, &cause);
+            let stays = |object: &usize| {
+                let (before, after) = (self.pose(*object), settled.objects[*object].body.world_from_object);
+                before.translation_m.distance(after.translation_m) < STAYS_M
+                    && angle_between_rad(&before, &after) < STAYS_RAD
+            };
+            if !moving.iter().all(stays) {
+                self.workspace = settled;
+                self.may_move(&moving, &cause);
+            }
         }
         Ok(())
+    }
+
+    /// Whether something that was in a container of the parent is not among its contents.
+    fn has_lost(&self, container: usize, contents: &[usize]) -> bool {
+        let is_there = |name: &String| contents.iter().any(|object| self.name(*object) == name);
+        let before = self.parent_contents.get(self.name(container));
+        before.is_some_and(|names| !names.iter().all(is_there))
     }
 
     /// Searches a place for an object and lets it come to rest there, with what rests on it.
