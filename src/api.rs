@@ -25,6 +25,7 @@ pub mod edits;
 pub mod variants;
 pub mod lineage;
 pub mod tasks;
+pub mod executions;
 pub mod batches;
 pub mod datasets;
 pub mod download;
@@ -152,6 +153,7 @@ pub struct Services {
     pub read_instruction: ReadInstruction,
     pub predict: Predict,
     pub propose_tasks: tasks::ProposeTasks,
+    pub execute_task: executions::ExecuteTask,
     pub fetch_image: FetchImage,
     pub metrics: PrometheusHandle,
     /// Largest number of requests of one batch.
@@ -169,6 +171,7 @@ pub struct Api {
     pub read_instruction: ReadInstruction,
     pub predict: Predict,
     pub propose_tasks: tasks::ProposeTasks,
+    pub execute_task: executions::ExecuteTask,
     pub fetch_image: FetchImage,
     pub metrics: PrometheusHandle,
     /// Largest number of requests of one batch.
@@ -181,6 +184,8 @@ pub struct Api {
     decoders: Arc<Semaphore>,
     /// Pixels that are being decoded, in blocks: of the largest image there is one at a time.
     pixel_blocks: Arc<Semaphore>,
+    /// Robots do one task at a time.
+    executions: Arc<Semaphore>,
     /// Images are fetched a few at a time.
     fetches: Arc<Semaphore>,
     /// Requests of batches are checked and stored for a few batches at a time.
@@ -210,6 +215,7 @@ impl Api {
             read_instruction,
             predict,
             propose_tasks,
+            execute_task,
             fetch_image,
             metrics,
             max_batch_requests,
@@ -219,6 +225,7 @@ impl Api {
         Self {
             decoders: semaphore(2),
             pixel_blocks: semaphore(max_pixel_blocks(&settings) as usize),
+            executions: semaphore(1),
             fetches: semaphore(4),
             receptions: semaphore(2),
             requests: semaphore(settings.max_requests),
@@ -236,6 +243,7 @@ impl Api {
             read_instruction,
             predict,
             propose_tasks,
+            execute_task,
             fetch_image,
             metrics,
             max_batch_requests,
@@ -269,6 +277,7 @@ pub fn routes() -> Vec<(Method, &'static str, MethodRouter<Api>)> {
         (Method::POST, "/scenes/{scene_id}/variants", post(variants::submit)),
         (Method::GET, "/scenes/{scene_id}/lineage", get(lineage::show)),
         (Method::GET, "/scenes/{scene_id}/tasks", get(tasks::list)),
+        (Method::POST, "/scenes/{scene_id}/executions", post(executions::run)),
         (Method::GET, "/scenes/{scene_id}/artifacts", get(artifacts::list)),
         (Method::GET, "/scenes/{scene_id}/artifacts/{*name}", get(artifacts::download)),
         (Method::POST, "/batches", post(batches::submit)),

@@ -4,11 +4,17 @@ pub mod files;
 pub mod parquet_table;
 pub mod video;
 
+use std::sync::Arc;
+
 use super::tasks::{instructed_task, limits_of};
 use crate::api::error::{Problem, ProblemType};
+use crate::api::executions::{
+    ExecuteTask, ExecutionAnswer, ExecutionFormat, ExecutionRequest, RequestedTask,
+};
 use crate::config::Resolved;
 use crate::pipeline::composition::BodyParts;
-use crate::pipeline::task_scene::BundleScene;
+use crate::pipeline::task_scene::{BundleScene, of_archive};
+use export::archive::zip_files;
 use geometry::ConvexHull;
 use manipulation::execution::{Execution, Refusal, TaskScene, execute, find_grasps};
 use physics::Body;
@@ -31,6 +37,32 @@ pub struct Executed {
     pub robot: Robot,
     pub seed: u64,
     pub execution: Execution,
+}
+
+/// Executes tasks in the scenes of archives, for the interface.
+pub fn execute_task(resolved: &Resolved) -> ExecuteTask {
+    let resolved = resolved.clone();
+    Arc::new(move |archive: &[u8], request: &ExecutionRequest| {
+        let (source, robot) = match &request.task {
+            RequestedTask::Text { text, robot } => {
+                // An unknown robot is found before the bundle is unpacked.
+                limits_of(robot, &resolved.config.execution)?;
+                (TaskSource::Text(text.clone()), robot.as_str())
+            }
+            RequestedTask::Task(task) => (TaskSource::Task(task.clone()), task.robot.as_str()),
+        };
+        let bundle = of_archive(archive)
+            .map_err(|error| Problem::new(ProblemType::Conflict, error.code, error.message))?;
+        let executed = run(&bundle, source, robot, request.seed, &resolved)?;
+        if request.format == ExecutionFormat::Json {
+            return Ok(ExecutionAnswer::Document(files::document(&executed)));
+        }
+        let written = files::all_files(archive, &executed, request.video)?;
+        let zipped = zip_files(&written, "execution/").map_err(|error| {
+            Problem::new(ProblemType::Internal, "archive_failed", format!("packing the execution: {error}"))
+        })?;
+        Ok(ExecutionAnswer::Archive(zipped))
+    })
 }
 
 /// Executes a task. Takes seconds: grasps are tried in simulation first.

@@ -155,6 +155,7 @@ fn interface(
         read_instruction: super::pipeline::read_instruction(),
         predict: super::pipeline::predict(resolved),
         propose_tasks: super::tasks::propose_tasks(resolved),
+        execute_task: super::executions::execute_task(resolved),
         fetch_image: super::fetching::fetch_image(settings),
         metrics: metrics::recorder(),
         max_batch_requests: resolved.config.batches.max_requests,

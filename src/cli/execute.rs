@@ -10,7 +10,6 @@ use super::bundle_input::BundleInput;
 use super::generate::refused;
 use super::options::ConfigOptions;
 use super::{Exit, Failure, scene_summary, terminal};
-use crate::app::executions::video::video;
 use crate::app::executions::{TaskSource, files, run as execute_task};
 use crate::pipeline::task_scene;
 use export::BundleFile;
@@ -61,13 +60,7 @@ fn execute(arguments: &Arguments) -> Result<Exit, Failure> {
     let executed =
         execute_task(&bundle, source, &arguments.robot, arguments.seed, &resolved).map_err(refusal)?;
     if let Some(folder) = &arguments.out {
-        let mut written = files::files(&archive, &executed).map_err(refusal)?;
-        // Where not even the first motion was found, there is nothing to show.
-        if arguments.video && !executed.execution.recording.frames.is_empty() {
-            let bytes = video(&archive, &executed).map_err(refusal)?;
-            written.push(BundleFile::new("video.mp4", bytes, "video", "video/mp4"));
-        }
-        write(folder, &written)?;
+        write(folder, &files::all_files(&archive, &executed, arguments.video).map_err(refusal)?)?;
     }
     match arguments.json {
         true => terminal::print(&format!("{:#}\n", files::verdict(&executed))),

@@ -3,6 +3,7 @@
 mod submissions;
 mod edits;
 mod variants;
+mod executions;
 mod tasks;
 mod batches;
 mod datasets;

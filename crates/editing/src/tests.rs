@@ -1,15 +1,16 @@
 //! Free places and rest, on made scenes of blocks and a box without a lid.
 
+use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
-use glam::{DVec2, DVec3};
+use glam::{DQuat, DVec2, DVec3};
 
 use crate::place::{NoPlace, PlaceQuery};
 use crate::rest::{RestFault, RestSettings};
 use crate::workspace::{Workspace, WorkspaceObject};
 use geometry::convex_hull::convex_hull;
 use geometry::mass_properties::solid_mass_properties;
-use geometry::shapes::block;
+use geometry::shapes::{block, prism};
 use geometry::solid_query::MeshSolid;
 use geometry::{Friction, Material, Outline, Pose, Rgb, Solid, TexturedMesh};
 use physics::{Body, CertifySettings, SettleSettings};
@@ -216,4 +217,29 @@ fn an_object_that_would_reach_into_another_is_not_left_there() {
     let fault = scene.put_down(1, &overlapping, settings, &CancelFlag::default()).expect_err("they overlap");
     assert!(!matches!(fault, RestFault::Cancelled), "{fault}");
     assert_eq!(scene.objects[1].body.world_from_object.translation_m.x, 0.3);
+}
+
+#[test]
+fn what_rolls_as_it_is_put_down_lies_at_its_place_with_its_yaw() {
+    let (settle, certify) = (settle_settings(), certify_settings());
+    let settings = RestSettings { settle: &settle, certify: &certify, may_roll: false };
+    // A bar with three sides, on one of its edges, falls onto a side.
+    let sides = [DVec2::new(-0.03, 0.0), DVec2::new(0.03, 0.0), DVec2::new(0.0, 0.052)];
+    let bar = prism(&sides, 0.2).rotated(DQuat::from_rotation_x(FRAC_PI_2));
+    let mut scene = table(1.0, vec![object("bar_1", &[bar], DVec2::new(0.3, 0.3))]);
+    let wanted_m = DVec2::new(-0.1, 0.05);
+    for yaw_rad in [0.0, 0.7, -2.0] {
+        let on_edge = DQuat::from_rotation_z(yaw_rad) * DQuat::from_rotation_y(1.2);
+        let footprint =
+            scene.objects[0].footprint_at(&Pose { translation_m: DVec3::ZERO, rotation: on_edge });
+        let at_m = (wanted_m - footprint.center()).extend(0.0);
+        let pose = Pose { translation_m: at_m, rotation: on_edge };
+        let place = scene.place_at(0, pose, Supporter::TABLE).expect("an empty table");
+        let candidate = crate::Candidate { stated_yaw_rad: Some(yaw_rad), ..place };
+        scene.put_down(0, &candidate, settings, &CancelFlag::default()).expect("it lies on a side");
+        let found = &scene.objects[0];
+        assert!(found.footprint().center().distance(wanted_m) < 0.01, "{:?}", found.footprint().center());
+        let off_rad = found.body.world_from_object.yaw_rad().expect("a yaw") - yaw_rad;
+        assert!(off_rad.abs() < 0.09, "{off_rad}");
+    }
 }

@@ -20,6 +20,15 @@ pub fn zip_bundle(files: &[BundleFile]) -> Result<Vec<u8>, ExportError> {
     let scene = files.iter().find(|file| file.path == "scene.json");
     let scene = scene.ok_or_else(|| ExportError::AssetsMismatch("there is no scene.json".to_owned()))?;
     let SceneId { id } = serde_json::from_slice(&scene.bytes)?;
+    zip_files(files, &format!("scene-{id}/"))
+}
+
+/// An archive of files, sorted by path, with `folder` before each path. Equal files give equal bytes.
+///
+/// # Errors
+///
+/// [`ExportError`] if a file cannot be packed.
+pub fn zip_files(files: &[BundleFile], folder: &str) -> Result<Vec<u8>, ExportError> {
     let mut sorted: Vec<&BundleFile> = files.iter().collect();
     sorted.sort_by(|a, b| a.path.cmp(&b.path));
     // Formats share meshes and textures; equal contents are compressed once.
@@ -43,7 +52,7 @@ pub fn zip_bundle(files: &[BundleFile]) -> Result<Vec<u8>, ExportError> {
     let mut archive = ZipWriter::new(Cursor::new(Vec::with_capacity(packed.iter().map(Vec::len).sum())));
     for (file, content) in sorted.iter().zip(contents) {
         let mut alone = ZipArchive::new(Cursor::new(packed[content].as_slice()))?;
-        archive.raw_copy_file_rename(alone.by_index_raw(0)?, format!("scene-{id}/{}", file.path))?;
+        archive.raw_copy_file_rename(alone.by_index_raw(0)?, format!("{folder}{}", file.path))?;
     }
     Ok(archive.finish()?.into_inner())
 }

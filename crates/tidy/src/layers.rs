@@ -57,7 +57,7 @@ pub const CRATES: &[Layer] = &[
     // Stands alone, so that it can be used without scenes; its linear algebra is nalgebra.
     layer("robot", &[], PURE),
     layer("tasks", &["catalog", "editing", "geometry", "physics", "runtime", "scene"], PURE),
-    layer("manipulation", &["geometry", "physics", "robot", "scene", "tasks"], PURE),
+    layer("manipulation", &["geometry", "physics", "robot", "runtime", "scene", "tasks"], PURE),
     layer(
         "export",
         &["geometry", "imaging", "mesh_io", "runtime", "scene"],

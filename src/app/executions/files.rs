@@ -4,6 +4,7 @@ use serde_json::{Value, json};
 
 use super::Executed;
 use super::parquet_table::parquet_table;
+use super::video::video;
 use crate::api::error::{Problem, ProblemType};
 use export::BundleFile;
 use export::archive::wanted_files;
@@ -25,6 +26,26 @@ pub fn verdict(executed: &Executed) -> Value {
         members.remove("recording");
     }
     json!({ "task": executed.task, "seed": executed.seed, "execution": verdict })
+}
+
+/// The verdict with the motion.
+pub fn document(executed: &Executed) -> Value {
+    let mut document = verdict(executed);
+    document["trajectory"] = json!(executed.execution.recording);
+    document
+}
+
+/// [`files`], with a video if one is wanted. Where not even the first motion was found, there is nothing to show.
+///
+/// # Errors
+///
+/// As [`files`], and where the video cannot be made.
+pub fn all_files(archive: &[u8], executed: &Executed, with_video: bool) -> Result<Vec<BundleFile>, Problem> {
+    let mut written = files(archive, executed)?;
+    if with_video && !executed.execution.recording.frames.is_empty() {
+        written.push(BundleFile::new("video.mp4", video(archive, executed)?, "video", "video/mp4"));
+    }
+    Ok(written)
 }
 
 /// `execution.json`, `task.json`, `trajectory.json`, `trajectory.parquet`, and in `mjcf/`, `urdf/` and `usd/` the files

@@ -41,8 +41,8 @@ pub(super) fn primitive_mesh(fit: &PosedPrimitive) -> (Solid, ReconstructionMeth
         .unwrap_or_else(|| (block(fit.size.max(DVec3::splat(1e-4))), ReconstructionMethod::Box))
 }
 
-/// The profile, (radius, height) upward from z = 0, with a base wide enough to stand on: what an image shows of the foot
-/// of a stem may be narrower than any object stands on.
+/// The profile, (radius, height) upward from z = 0, with a base wide enough to stand on: what an image shows of the
+/// foot of a stem may be narrower than any object stands on.
 fn with_a_foot(profile: &[DVec2]) -> Vec<DVec2> {
     // Slices between neighboring points, as cylinders.
     let (mut volume, mut moment) = (0.0, 0.0);

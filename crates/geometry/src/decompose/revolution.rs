@@ -74,8 +74,8 @@ impl Revolution {
         along_axes.or_else(|| Self::recognize_by_spread(shell, half.length()))
     }
 
-    /// The corners of a body of revolution have their mean on its axis, and its axis as one of their principal axes. The
-    /// spread along the other two gives how they are scaled.
+    /// The corners of a body of revolution have their mean on its axis, and its axis as one of their principal axes.
+    /// The spread along the other two gives how they are scaled.
     fn recognize_by_spread(shell: &Shell, size: f64) -> Option<Self> {
         let count = shell.points.len() as f64;
         let center = shell.points.iter().sum::<DVec3>() / count;

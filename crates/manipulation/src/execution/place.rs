@@ -47,8 +47,8 @@ pub(crate) struct PlaceSearch<'a> {
 }
 
 impl PlaceSearch<'_> {
-    /// Poses of the object at which it rests and `predicates` hold, the best first. Those of `kept` are not broken. What
-    /// is too long for an opening is tilted into it; the hand lets it go so.
+    /// Poses of the object at which it rests and `predicates` hold, the best first. Those of `kept` are not broken.
+    /// What is too long for an opening is tilted into it; the hand lets it go so.
     pub fn places(&self, predicates: &[GoalPredicate], kept: &[GoalPredicate]) -> Vec<Pose> {
         let upright = self.places_in(&[DQuat::IDENTITY], predicates, kept);
         let goes_in = predicates.iter().any(|predicate| predicate.predicate == PredicateKind::In);

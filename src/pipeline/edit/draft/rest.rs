@@ -25,8 +25,9 @@ impl Draft<'_> {
         }
     }
 
-    /// Lets everything in containers come to rest together where one of the contents has moved, as each was put down while
-    /// the others were fixed, or has left: the others may have leaned on it. What stays where it is keeps its exact pose.
+    /// Lets everything in containers come to rest together where one of the contents has moved, as each was put down
+    /// while the others were fixed, or has left: the others may have leaned on it. What stays where it is keeps its
+    /// exact pose.
     ///
     /// # Errors
     ///
