@@ -1,6 +1,6 @@
 //! The HTTP interface: every route on this screen, one file per resource.
 //!
-//! Handlers read and write rows and blobs; they never build anything. What they accept is checked in
+//! Handlers read and write rows and blobs; workers build what is kept. What they accept is checked in
 //! full before it is enqueued, and what they refuse is a problem document that says what to change.
 
 pub mod error;

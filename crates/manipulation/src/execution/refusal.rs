@@ -15,7 +15,7 @@ use crate::world::WorldError;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Refusal {
     #[error("the goal names {name}, which is not in the scene; name one of its objects")]
-    UnknownObject { name: String },
+    AbsentObject { name: String },
     #[error(
         "{name} is thicker everywhere than the gripper opens ({opening_m} m); choose another object or robot"
     )]
@@ -46,13 +46,13 @@ impl Refusal {
     /// A short name for statistics and clients.
     pub fn code(&self) -> &'static str {
         match self {
-            Self::UnknownObject { .. } => "unknown_object",
+            Self::AbsentObject { .. } => "absent_object",
             Self::ObjectTooWide { .. } => "object_too_wide",
             Self::ObjectTooHeavy { .. } => "object_too_heavy",
             Self::ObjectFixed { .. } => "object_fixed",
             Self::GoalAlreadyTrue => "goal_already_true",
             Self::GoalConflict { .. } => "goal_conflict",
-            Self::UnsupportedGoal { .. } => "unsupported_goal",
+            Self::UnsupportedGoal { .. } => "predicate_not_supported",
             Self::TableOutOfReach => "table_out_of_reach",
             Self::Scene(_) => "broken_object",
             Self::World(_) => "broken_object",
@@ -71,7 +71,7 @@ pub(crate) fn check(
     settings: &ExecutionSettings,
 ) -> Result<(), Refusal> {
     for name in goal.named_objects() {
-        scene.index(name.as_str()).ok_or_else(|| Refusal::UnknownObject { name: name.to_string() })?;
+        scene.index(name.as_str()).ok_or_else(|| Refusal::AbsentObject { name: name.to_string() })?;
     }
     for predicate in goal.predicates() {
         let kind = predicate.predicate;
