@@ -165,15 +165,17 @@ def rotated(operation, index, context) -> list:
         return wrong
     for body in context.of(operation.targets):
         before = context.before(body)
+        # A turn is relative to the pose that earlier operations left, which the end does not show.
+        is_first = known_name(body, context) not in context.earlier
         if facing := context.of(operation.references):
             if body.symmetry_order == 1 and not holds("facing", body, context.child.outline, facing[0]):
                 wrong.append(f"{body.name} does not face {facing[0].name}")
-        elif body.yaw_rad is not None and before is not None:
+        elif body.yaw_rad is not None and before is not None and (is_first or "to_rad" in operation.wire):
             wanted = operation.wire.get("to_rad")
             wanted = before.yaw_rad + operation.wire["by_rad"] if wanted is None else wanted
             if abs(wrapped_rad(body.yaw_rad - wanted, body.symmetry_order)) > YAW_TOLERANCE_RAD:
                 wrong.append(f"the yaw of {body.name} is {body.yaw_rad:.3f} rad, not {wrapped_rad(wanted):.3f}")
-        if before is not None:
+        if before is not None and is_first:
             wrong += place_kept_complaints(before, body) + carried_complaints(body, context)
     return wrong
 
