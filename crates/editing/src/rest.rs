@@ -55,6 +55,8 @@ pub enum RestFault {
         distance_m: f64,
         angle_rad: f64,
     },
+    /// It came to rest near its place, but the relation to others does not hold there.
+    LeftPlace,
     /// It came to rest with another yaw than the stated one.
     Turned {
         angle_rad: f64,
@@ -84,6 +86,7 @@ impl fmt::Display for RestFault {
                 let (mm, degrees) = (1000.0 * distance_m, angle_rad.to_degrees());
                 write!(f, "it slides {mm:.0} mm and turns {degrees:.0} degrees there")
             }
+            Self::LeftPlace => f.write_str("it slides too far from there"),
             Self::Turned { angle_rad } => {
                 write!(f, "it turns {:.0} degrees away from the stated yaw", angle_rad.to_degrees())
             }

@@ -28,6 +28,8 @@ const TURNS: [f64; 8] = [0.0, 1.0, -1.0, 2.0, -2.0, 3.0, -3.0, 4.0];
 const TILTS_RAD: [f64; 6] = [0.35, -0.35, 0.61, -0.61, 0.87, -0.87];
 /// An object is long if its length is this many times its second extent.
 const LONG: f64 = 2.0;
+/// Of so many times the wanted number of tilted poses the best are taken.
+const CHOICE_OF_TILTED: usize = 4;
 /// The most turns that are offered at one place.
 const TURNS_AT_PLACE: usize = 3;
 /// The gap to a neighbor that is aimed at, meters.
@@ -50,24 +52,43 @@ impl PlaceSearch<'_> {
     /// Poses of the object at which it rests and `predicates` hold, the best first. Those of `kept` are not broken.
     /// What is too long for an opening is tilted into it; the hand lets it go so.
     pub fn places(&self, predicates: &[GoalPredicate], kept: &[GoalPredicate]) -> Vec<Pose> {
-        let upright = self.places_in(&[DQuat::IDENTITY], predicates, kept);
+        let upright = self.places_in(&[DQuat::IDENTITY], self.wanted, predicates, kept);
         let goes_in = predicates.iter().any(|predicate| predicate.predicate == PredicateKind::In);
         match self.long_axis().filter(|_| goes_in && upright.is_empty()) {
             None => upright,
             Some(axis) => {
                 let across = DVec3::Z.cross(axis).normalize_or_zero();
                 let tilts = TILTS_RAD.map(|tilt_rad| DQuat::from_axis_angle(across, tilt_rad));
-                self.places_in(&tilts, predicates, kept)
+                let mut tilted = self.places_in(&tilts, CHOICE_OF_TILTED * self.wanted, predicates, kept);
+                // What weighs beside a container tips it.
+                let off_m = |pose: &Pose| self.off_center_m(pose, predicates);
+                tilted.sort_by(|a, b| off_m(a).total_cmp(&off_m(b)));
+                tilted.truncate(self.wanted);
+                tilted
             }
         }
     }
 
-    /// As [`Self::places`], in the orientation of now with each of `tilts` and turned about the vertical.
-    fn places_in(&self, tilts: &[DQuat], predicates: &[GoalPredicate], kept: &[GoalPredicate]) -> Vec<Pose> {
+    /// How far the center of mass is from above the center of the container that the object goes into.
+    fn off_center_m(&self, pose: &Pose, predicates: &[GoalPredicate]) -> f64 {
+        let into = predicates.iter().find(|predicate| predicate.predicate == PredicateKind::In);
+        let container = into.and_then(|predicate| find(self.now, predicate.target.as_ref()?));
+        let center_m = self.own().at(*pose).center_of_mass_m().truncate();
+        container.map_or(0.0, |container| container.footprint().center().distance(center_m))
+    }
+
+    /// Up to `wanted` places, in the orientation of now with each of `tilts` and turned about the vertical.
+    fn places_in(
+        &self,
+        tilts: &[DQuat],
+        wanted: usize,
+        predicates: &[GoalPredicate],
+        kept: &[GoalPredicate],
+    ) -> Vec<Pose> {
         let mut found: Vec<Pose> = Vec::new();
         for at in self.ranked(predicates) {
             for (turn, tilt) in TURNS.iter().flat_map(|turn| tilts.iter().map(move |tilt| (turn, tilt))) {
-                if found.len() == self.wanted {
+                if found.len() == wanted {
                     return found;
                 }
                 let turn = DQuat::from_rotation_z(turn * std::f64::consts::FRAC_PI_4) * *tilt;

@@ -179,7 +179,10 @@ fn what_cannot_be_done_is_refused_with_a_code() {
     assert_eq!(code(&on("heavy_1", "plate_1")), Some("object_too_heavy"));
     assert_eq!(code(&on("wide_1", "plate_1")), Some("object_too_wide"));
     assert_eq!(code(r#"[{"predicate": "on", "object": "block_1"}]"#), Some("goal_already_true"));
-    assert_eq!(code(r#"[{"predicate": "upside_down", "object": "block_1"}]"#), Some("predicate_not_supported"));
+    assert_eq!(
+        code(r#"[{"predicate": "upside_down", "object": "block_1"}]"#),
+        Some("predicate_not_supported")
+    );
     let both = r#"[{"predicate": "stacked_on", "object": "block_1", "target": "plate_1"},
         {"predicate": "stacked_on", "object": "block_2", "target": "plate_1"}]"#;
     assert_eq!(code(both), Some("goal_conflict"));

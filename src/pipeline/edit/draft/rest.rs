@@ -82,8 +82,13 @@ impl Draft<'_> {
         let mut fault = None;
         for candidate in &candidates {
             self.cancel.check().map_err(|error| error.to_string())?;
-            match self.workspace.put_down(object, candidate, self.rest, &self.cancel) {
-                Ok(()) => return Ok(()),
+            let mut rested = self.workspace.clone();
+            match rested.put_down(object, candidate, self.rest, &self.cancel) {
+                Ok(()) if rested.meets(object, query) => {
+                    self.workspace = rested;
+                    return Ok(());
+                }
+                Ok(()) => fault = Some(RestFault::LeftPlace),
                 Err(error) => fault = Some(error),
             }
         }
