@@ -1,7 +1,7 @@
 //! `/scenes/{scene_id}/executions`: a simulated robot does a task in a finished scene.
 //!
-//! The answer is computed while the client waits, one at a time in a process, and it is not stored: the same scene, task,
-//! robot and seed give the same bytes again.
+//! The answer is computed while the client waits, one at a time in a process, and it is not stored: the same scene,
+//! task, robot and seed give the same bytes again.
 
 use std::sync::Arc;
 
@@ -22,7 +22,6 @@ use super::rebuild::missing_bytes;
 use super::scenes::{find, parse_id};
 use super::submission::check_text;
 use scene::request::MAX_SEED;
-use tasks::Task;
 
 /// The body of a request, not validated.
 #[derive(Clone, Debug, Deserialize)]
@@ -31,7 +30,7 @@ pub struct ExecutionBody {
     /// An instruction in words, or [`Self::task`].
     pub text: Option<String>,
     /// A task as `GET /scenes/{scene_id}/tasks` gives it; it names its robot.
-    pub task: Option<Box<Task>>,
+    pub task: Option<Value>,
     /// The robot of an instruction in words.
     pub robot: String,
     pub seed: u64,
@@ -75,8 +74,12 @@ pub struct ExecutionRequest {
 /// An instruction for a robot, or a task.
 #[derive(Clone, Debug)]
 pub enum RequestedTask {
-    Text { text: String, robot: String },
-    Task(Box<Task>),
+    Text {
+        text: String,
+        robot: String,
+    },
+    /// In its JSON form.
+    Task(Value),
 }
 
 /// An execution in the form that was asked for.

@@ -7,7 +7,7 @@ pub mod video;
 use std::sync::Arc;
 
 use super::tasks::{instructed_task, limits_of};
-use crate::api::error::{Problem, ProblemType};
+use crate::api::error::{FieldError, Problem, ProblemType};
 use crate::api::executions::{
     ExecuteTask, ExecutionAnswer, ExecutionFormat, ExecutionRequest, RequestedTask,
 };
@@ -20,6 +20,7 @@ use manipulation::execution::{Execution, Refusal, TaskScene, execute, find_grasp
 use physics::Body;
 use robot::model::Robot;
 use runtime::seed::child_rng;
+use serde::Deserialize;
 use tasks::Task;
 
 /// What is executed.
@@ -44,16 +45,20 @@ pub fn execute_task(resolved: &Resolved) -> ExecuteTask {
     let resolved = resolved.clone();
     Arc::new(move |archive: &[u8], request: &ExecutionRequest| {
         let (source, robot) = match &request.task {
-            RequestedTask::Text { text, robot } => {
-                // An unknown robot is found before the bundle is unpacked.
-                limits_of(robot, &resolved.config.execution)?;
-                (TaskSource::Text(text.clone()), robot.as_str())
+            RequestedTask::Text { text, robot } => (TaskSource::Text(text.clone()), robot.clone()),
+            RequestedTask::Task(task) => {
+                let task = Task::deserialize(task).map_err(|error| {
+                    Problem::invalid(vec![FieldError::new("/task", format!("is no task: {error}"))])
+                })?;
+                let robot = task.robot.clone();
+                (TaskSource::Task(Box::new(task)), robot)
             }
-            RequestedTask::Task(task) => (TaskSource::Task(task.clone()), task.robot.as_str()),
         };
+        // An unknown robot is found before the bundle is unpacked.
+        limits_of(&robot, &resolved.config.execution)?;
         let bundle = of_archive(archive)
             .map_err(|error| Problem::new(ProblemType::Conflict, error.code, error.message))?;
-        let executed = run(&bundle, source, robot, request.seed, &resolved)?;
+        let executed = run(&bundle, source, &robot, request.seed, &resolved)?;
         if request.format == ExecutionFormat::Json {
             return Ok(ExecutionAnswer::Document(files::document(&executed)));
         }
