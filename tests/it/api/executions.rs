@@ -13,10 +13,10 @@ async fn executions_are_of_finished_scenes_and_of_one_task() {
     let path = format!("/scenes/{scene}/executions");
     for (query, body, expected) in [
         ("", r#"{"text": "lift the mug", "robot": "hal"}"#, (422, "unknown_robot")),
-        ("", r#"{"robot": "panda"}"#, (422, "invalid_request")),
-        ("", r#"{"text": " "}"#, (422, "invalid_request")),
-        ("", r#"{"text": "lift the mug", "video": true}"#, (422, "invalid_request")),
-        ("", r#"{"text": "lift the mug", "arms": 2}"#, (422, "invalid_request")),
+        ("", r#"{"robot": "panda"}"#, (422, "invalid_body")),
+        ("", r#"{"text": " "}"#, (422, "invalid_body")),
+        ("", r#"{"text": "lift the mug", "video": true}"#, (422, "invalid_body")),
+        ("", r#"{"text": "lift the mug", "arms": 2}"#, (422, "invalid_body")),
         ("?format=tar", r#"{"text": "lift the mug"}"#, (400, "invalid_parameter")),
         // The scripted bundle has no objects.
         ("?format=zip", r#"{"text": "lift the mug", "video": true}"#, (409, "bundle_unreadable")),

@@ -135,6 +135,7 @@ fn every_object_names_its_fields_and_requests_have_no_others() {
         "BatchRetry",
         "DatasetSubmission",
         "DatasetFilter",
+        "ExecutionRequest",
     ] {
         assert_eq!(schemas[name]["additionalProperties"], Value::Bool(false), "{name}");
     }
