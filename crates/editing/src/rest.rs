@@ -30,6 +30,9 @@ const STILL_RAD: f64 = 0.1;
 /// Simulations until an object must stay.
 const MAX_SETTLINGS: usize = 4;
 
+/// What rests farther than this from its place is put there once more as it came to lie, meters.
+const BESIDE_M: f64 = 0.004;
+
 /// How often an object that rolled is turned back to the yaw of its place.
 const MAX_TURNS_BACK: usize = 3;
 
@@ -153,6 +156,8 @@ impl Workspace {
     ) -> Result<(), RestFault> {
         let mut at = *candidate;
         let mut fault = None;
+        // Where it came to rest a little beside its place.
+        let mut beside: Option<Self> = None;
         for _ in 0..=MAX_TURNS_BACK {
             let lying = match self.at_rest(object, &at, settings, cancel) {
                 Ok(rested) => match rested.turn_from_stated_rad(object, candidate) {
@@ -160,11 +165,16 @@ impl Workspace {
                         fault = Some(RestFault::Turned { angle_rad });
                         rested
                     }
+                    None if beside.is_none() && rested.is_beside(object, candidate) => {
+                        beside = Some(rested.clone());
+                        rested
+                    }
                     None => {
                         *self = rested;
                         return Ok(());
                     }
                 },
+                Err(_) if beside.is_some() => break,
                 Err(slipped @ RestFault::Slipped { .. }) if fault.is_none() => {
                     let may_roll = RestSettings { may_roll: true, ..settings };
                     let Ok(rolled) = self.at_rest(object, &at, may_roll, cancel) else { return Err(slipped) };
@@ -177,7 +187,20 @@ impl Workspace {
             let Some(back) = self.turned_back(object, &lying, candidate) else { break };
             at = back;
         }
-        Err(fault.unwrap_or(RestFault::Restless))
+        match beside {
+            Some(rested) => {
+                *self = rested;
+                Ok(())
+            }
+            None => Err(fault.unwrap_or(RestFault::Restless)),
+        }
+    }
+
+    /// Whether an object rests off the place of a candidate, as seen from above. In a container it may.
+    fn is_beside(&self, object: usize, candidate: &Candidate) -> bool {
+        let wanted_m = self.objects[object].footprint_at(&candidate.world_from_object).center();
+        let off_m = self.objects[object].footprint().center().distance(wanted_m);
+        !self.is_contained(object) && off_m > BESIDE_M
     }
 
     /// The workspace with an object at rest at a candidate's place.

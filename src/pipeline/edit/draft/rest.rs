@@ -1,7 +1,9 @@
 //! How objects of a draft find a place and come to rest.
 
+use glam::DVec3;
+
 use super::Draft;
-use editing::{Candidate, PlaceQuery, RestFault, RestSettings};
+use editing::{Candidate, PlaceQuery, RestFault, RestSettings, Workspace};
 use geometry::Pose;
 use physics::settle::angle_between_rad;
 use scene::{RelationKind, SupportRelation, Supporter};
@@ -9,6 +11,9 @@ use scene::{RelationKind, SupportRelation, Supporter};
 /// Contents that move and turn by less stay where they are, meters and radians.
 const STAYS_M: f64 = 0.0005;
 const STAYS_RAD: f64 = 0.01;
+
+/// An upright axis that turns farther than this has fallen over, radians.
+const FALLEN_RAD: f64 = 0.2;
 
 impl Draft<'_> {
     /// The surface that carries an object, within a distance of the object's place.
@@ -72,12 +77,40 @@ impl Draft<'_> {
         before.is_some_and(|names| !names.iter().all(is_there))
     }
 
-    /// Searches a place for an object and lets it come to rest there, with what rests on it.
+    /// Searches a place for an object and lets it come to rest there, with what rests on it. For what falls over there,
+    /// such as a pen that leaned in its holder, a place is searched again as it lies.
     ///
     /// # Errors
     ///
     /// Why there is no place, in words.
     pub fn find_and_rest(&mut self, object: usize, query: &PlaceQuery) -> Result<(), String> {
+        let Err(why) = self.find_as_it_is(object, query) else { return Ok(()) };
+        let Some(lying) = self.fallen_over(object, query) else { return Err(why) };
+        let standing = std::mem::replace(&mut self.workspace, lying);
+        self.find_as_it_is(object, query).map_err(|_| {
+            self.workspace = standing;
+            why
+        })
+    }
+
+    /// The workspace with an object in the orientation in which it comes to rest where a query would have it; `None` if
+    /// that is the one of now, or something rests on it.
+    fn fallen_over(&self, object: usize, query: &PlaceQuery) -> Option<Workspace> {
+        if self.workspace.branch(object).len() > 1 {
+            return None;
+        }
+        let first = *self.workspace.places(object, query).ok()?.first()?;
+        let (may_roll, mut fallen) = (RestSettings { may_roll: true, ..self.rest }, self.workspace.clone());
+        fallen.put_down(object, &first, may_roll, &self.cancel).ok()?;
+        let (now, then) = (self.pose(object), fallen.objects[object].body.world_from_object);
+        let up = |pose: &Pose| pose.transform_vector(DVec3::Z);
+        let mut lying = self.workspace.clone();
+        lying.objects[object].body.world_from_object.rotation = then.rotation;
+        (up(&now).angle_between(up(&then)) > FALLEN_RAD).then_some(lying)
+    }
+
+    /// As [`Self::find_and_rest`], in the orientation of now or turned about the vertical.
+    fn find_as_it_is(&mut self, object: usize, query: &PlaceQuery) -> Result<(), String> {
         let candidates = self.workspace.places(object, query).map_err(|error| error.to_string())?;
         let mut fault = None;
         for candidate in &candidates {
