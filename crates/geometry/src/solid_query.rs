@@ -312,7 +312,7 @@ mod tests {
 
     #[test]
     fn a_point_in_the_groove_of_a_lathed_body_is_outside() {
-        // Ribs with edges like slivers; between them the nearest faces contradict each other.
+        // Ribs with an edge that is nearly a sliver. Rays from the grooves between them meet the next rib.
         let mut profile = vec![DVec2::ZERO, DVec2::new(0.03, 0.0)];
         for k in 0..12 {
             let z = 0.01 + 0.015 * f64::from(k);
