@@ -9,7 +9,7 @@ use crate::assembly::{
     points, resting, rolled, turned_ring, wood, yawed,
 };
 use crate::texture::{Noise, draw_text, draw_texture, fabric_weave, fill_disc, fill_rectangle, stripes};
-use geometry::shapes::{circle, cylinder, lathe, prism, rounded_block, sphere, sweep_closed, tube};
+use geometry::shapes::{circle, cylinder, lathe, prism, rounded_block, sphere, tube};
 use geometry::{Material, Rgb, TexturedMesh};
 use imaging::{Image, Texture};
 
@@ -67,29 +67,32 @@ pub(super) fn thread_spool(order: &mut Order) -> TexturedMesh {
     object.fitted(order.size_m)
 }
 
-/// Ball of yarn: windings in all directions, the end trailing on the table.
+/// Ball of yarn, the end trailing on the table. The windings are ripples of one body, which one hull
+/// covers: as rings of their own each would be decomposed into sectors.
 pub(super) fn yarn_ball(order: &mut Order) -> TexturedMesh {
     let mut object = Assembly::new();
-    let yarn = Material::textured("yarn", stripes(order.color, order.color.scaled(0.66), 40), 0.95);
-    let strand = Material::plain("strand", order.color.scaled(1.08), 0.95);
-    let shade = Material::plain("shaded_strand", order.color.scaled(0.82), 0.95);
+    let axes: Vec<DVec3> = (0..7)
+        .map(|k| {
+            let bundle = f64::from(k);
+            DQuat::from_rotation_z(1.9 * bundle + 0.3)
+                * DQuat::from_rotation_x(0.5 + 0.62 * bundle + order.uniform(0.0, 0.3))
+                * DVec3::Z
+        })
+        .collect();
+    let (crest, shade) = (order.color.scaled(1.1), order.color.scaled(0.62));
+    let windings = draw_texture(384, 192, |u, v| {
+        let (turn, polar) = (TAU * f64::from(u), PI * f64::from(v));
+        let direction = (polar.sin() * DVec2::from_angle(turn)).extend(-polar.cos());
+        shade.mix(crest, winding_height(&axes, direction).1 as f32)
+    });
+    let yarn = Material::textured("yarn", windings, 0.95);
+    let strand = Material::plain("strand", order.color, 0.95);
     let floor = -35.0;
-    let core = sphere(36.5, 32).translated(DVec3::NEG_Z * 36.5);
-    object.put(resting(core.rotated(DQuat::from_rotation_x(1.1)), floor), [0.0; 3], &yarn);
-    for k in 0..13 {
-        // Bundles of near-great circles, three side by side, in turned planes.
-        let bundle = f64::from(k / 3);
-        let offset = (f64::from(k % 3) - 1.0) * 6.2 + if k == 12 { 14.0 } else { 0.0 };
-        let turn = DQuat::from_rotation_z(bundle * 1.9 + 0.3)
-            * DQuat::from_rotation_x(0.5 + 0.62 * bundle)
-            * DQuat::from_rotation_z(order.uniform(0.0, 0.4));
-        let radius = (36.8_f64.powi(2) - offset * offset).sqrt();
-        let ring: Vec<DVec3> = (0..30)
-            .map(|s| turn * (radius * DVec2::from_angle(TAU * f64::from(s) / 30.0)).extend(offset))
-            .collect();
-        let solid = sweep_closed(&ring, &circle(2.1, 5), turn * DVec3::Z);
-        object.put(resting(solid, floor), [0.0; 3], if k % 2 == 0 { &strand } else { &shade });
+    let mut ball = sphere(36.5, 72).translated(DVec3::NEG_Z * 36.5);
+    for p in &mut ball.positions {
+        *p += winding_height(&axes, p.normalize()).0 * p.normalize();
     }
+    object.put(resting(ball, floor), [0.0; 3], &yarn);
     let tail = curve(
         &[
             (6.0, -30.0, -22.0),
@@ -103,6 +106,20 @@ pub(super) fn yarn_ball(order: &mut Order) -> TexturedMesh {
     );
     object.put(resting(tube(&tail, 2.2, 8), floor), [0.0; 3], &strand);
     object.fitted(order.size_m)
+}
+
+/// Height above the core (millimeters) and brightness (0 in a groove, 1 on a crest) of the outermost
+/// winding in a direction: three strands side by side around each axis, the later axes over the
+/// earlier ones, and fine windings around the first axis where none of them lies.
+fn winding_height(axes: &[DVec3], direction: DVec3) -> (f64, f64) {
+    const STRAND: f64 = 6.2;
+    const RADIUS: f64 = 36.5;
+    let across = |axis: &DVec3| RADIUS * axis.dot(direction).clamp(-1.0, 1.0).asin();
+    let covering = axes.iter().rev().map(across).find(|s| s.abs() < 1.5 * STRAND);
+    let (s, width, height) = covering.map_or((across(&axes[0]), 0.5 * STRAND, 0.0), |s| (s, STRAND, 1.6));
+    let from_crest = s / width - (s / width).round();
+    let roundness = (PI * from_crest).cos();
+    (height * roundness, (0.25 + 0.75 * roundness) * if covering.is_some() { 1.0 } else { 0.8 })
 }
 
 /// Sewing machine: bed, pillar, arm, needle, hand wheel, stitch chart, thread on its pin.

@@ -77,9 +77,10 @@ pub fn notebook(order: &mut Order) -> TexturedMesh {
     let (w, d, h) = (size.x, size.y, size.z);
     let spiral = order.pick(3) < 2;
     let mut mesh = TexturedMesh::default();
-    let wire_radius = if spiral { 0.5 * h } else { 0.0 };
-    let (left, z0, z1) =
-        if spiral { (-0.5 * w + wire_radius, 0.0, 0.82 * h) } else { (-0.5 * w, 0.0, h - 0.0009) };
+    let (z0, z1) = (0.0, h - 0.0009);
+    // Within the covers: notebooks of a stack lie on these and do not rock on the coils.
+    let wire_radius = if spiral { 0.5 * z1 - 0.0006 } else { 0.0 };
+    let left = -0.5 * w + wire_radius;
     let corner = 0.008;
     let sheet = 0.0016;
     mesh.add(rounded(at(left, -0.5 * d, z0), at(0.5 * w, 0.5 * d, z0 + sheet), corner, 0.0004), &cover);
@@ -102,18 +103,19 @@ pub fn notebook(order: &mut Order) -> TexturedMesh {
     mesh.add(mapped_from_above(tag), &label);
     if spiral {
         let wire = Material::metal("wire", Rgb::hex(0x8a_8d_92), 0.35);
-        // A coil on a core: one body with ripples, which one hull covers.
+        // A coil on a core: one body with ripples, which one hull covers. Few corners, since each is looked up where
+        // notebooks lie on each other.
         let (loops, bar) = ((d / 0.0125) as i32, 0.0013);
         let (outer, inner) = (wire_radius, wire_radius - bar);
         let mut profile = vec![DVec2::new(0.0, -0.5 * d), DVec2::new(inner, -0.5 * d)];
         for k in 0..loops {
             let y = -0.5 * d + (f64::from(k) + 0.5) * d / f64::from(loops);
-            let ripple = [(inner, -1.6 * bar), (outer, -0.8 * bar), (outer, 0.8 * bar), (inner, 1.6 * bar)];
+            let ripple = [(inner, -1.5 * bar), (outer, 0.0), (inner, 1.5 * bar)];
             profile.extend(ripple.map(|(radius, along)| DVec2::new(radius, y + along)));
         }
         profile.extend([DVec2::new(inner, 0.5 * d), DVec2::new(0.0, 0.5 * d)]);
-        let coil = lathe(&profile, 20).rotated(DQuat::from_rotation_x(-0.5 * PI));
-        mesh.add(coil.translated(at(left + 0.15 * wire_radius, 0.0, 0.5 * h)), &wire);
+        let coil = lathe(&profile, 14).rotated(DQuat::from_rotation_x(-0.5 * PI));
+        mesh.add(coil.translated(at(left + 0.15 * wire_radius, 0.0, 0.5 * z1)), &wire);
     } else {
         let elastic = plain("elastic", 0x1d_1d_20, 0.8);
         let x = 0.36 * w;
