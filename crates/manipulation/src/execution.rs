@@ -17,6 +17,7 @@ mod reach;
 mod record;
 mod refusal;
 mod rehearsal;
+mod release;
 mod runner;
 mod scene;
 mod settings;

@@ -8,6 +8,7 @@ use tasks::{
 
 use super::motions::{HeldObject, MotionFailure, Motions, PickOption, PlaceOption};
 use super::record::Phase;
+use super::release::ReleaseTrials;
 use super::runner::Runner;
 use super::scene::Shapes;
 use super::steps::{Step, steps};
@@ -120,6 +121,12 @@ impl<'a> Attempt<'a> {
         )
     }
 
+    /// Tries of what becomes of the object of a step when it is let go.
+    fn release_trials<'b>(&'b self, object: usize, step: &'b Step, poses: &'b [Pose]) -> ReleaseTrials<'b> {
+        let (scene, shapes) = (self.motions.scene, self.shapes);
+        ReleaseTrials::new(scene, shapes, &self.start, poses, object, step.predicates(), &self.done)
+    }
+
     /// Gets hold of an object and raises it.
     fn pick(&mut self, object: usize, step: &Step, rng: &mut impl Rng) -> Result<HeldObject, Failure> {
         let name = self.motions.scene.objects[object].name.as_str();
@@ -168,13 +175,22 @@ impl<'a> Attempt<'a> {
             let places = self.places(object, step);
             let neighbors = self.motions.neighbors(object, &poses);
             let max_fall_m = max_fall_m(step);
-            let can_finish = |pick: &PickOption| {
+            let trials = self.release_trials(object, step, &poses);
+            let can_finish = |pick: &PickOption, is_tried: bool| {
                 let held = held_as(object, &pick.grasp);
                 let near = pick.lift.last().unwrap_or(&commanded);
                 let finish = |place| self.motions.place(&held, place, &neighbors, near, max_fall_m);
-                places.iter().any(|place| finish(place).is_some())
+                let stays = |option: PlaceOption| !is_tried || trials.succeeds(&option.released);
+                places.iter().any(|place| finish(place).is_some_and(stays))
             };
-            picks.into_iter().filter(|pick| can_finish(pick)).collect()
+            // Where no trial succeeds, the task is attempted all the same.
+            let tried: Vec<PickOption> =
+                picks.iter().filter(|pick| can_finish(pick, true)).cloned().collect();
+            if tried.is_empty() {
+                picks.into_iter().filter(|pick| can_finish(pick, false)).collect()
+            } else {
+                tried
+            }
         };
         let goals: Vec<Vec<f64>> = useful.iter().filter_map(|pick| pick.approach.first().cloned()).collect();
         if goals.is_empty() {
@@ -240,11 +256,17 @@ impl<'a> Attempt<'a> {
         let places = self.places(held.object, step);
         let neighbors = self.motions.neighbors(held.object, &poses);
         let max_fall_m = max_fall_m(step);
-        let options: Vec<PlaceOption> = places
+        let trials = self.release_trials(held.object, step, &poses);
+        let within: Vec<PlaceOption> = places
             .iter()
             .filter_map(|place| self.motions.place(held, place, &neighbors, &commanded, max_fall_m))
-            .take(self.motions.settings.max_options)
             .collect();
+        let tried = within.iter().filter(|option| trials.succeeds(&option.released));
+        let mut options: Vec<PlaceOption> = tried.take(self.motions.settings.max_options).cloned().collect();
+        if options.is_empty() {
+            options = within;
+            options.truncate(self.motions.settings.max_options);
+        }
         let goals: Vec<Vec<f64>> =
             options.iter().filter_map(|option| option.lower.first().cloned()).collect();
         if goals.is_empty() {

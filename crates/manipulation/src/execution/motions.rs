@@ -49,6 +49,8 @@ pub(crate) struct PickOption {
 pub(crate) struct PlaceOption {
     pub lower: Vec<Vec<f64>>,
     pub retreat: Vec<Vec<f64>>,
+    /// The object's pose when the fingers open.
+    pub released: Pose,
 }
 
 /// What the hand holds.
@@ -221,7 +223,8 @@ impl<'a> Motions<'a> {
         configurations.iter().find_map(|at| {
             let mut lower = self.straight(&planner, at, up)?;
             lower.reverse();
-            Some(PlaceOption { lower, retreat: self.straight(&planner, at, back)? })
+            let released = *world_from_tool * held.tool_from_object;
+            Some(PlaceOption { lower, retreat: self.straight(&planner, at, back)?, released })
         })
     }
 

@@ -10,6 +10,7 @@ use tasks::{
     GoalPredicate, PosedObject, PredicateKind, Situation, evaluation::evaluate_predicate, posed_object::find,
 };
 
+use super::release::ReleaseTrials;
 use super::scene::Shapes;
 
 /// Distance between candidates on the table, meters.
@@ -25,11 +26,15 @@ const EDGE_M: f64 = 0.02;
 /// Turns about the vertical that are tried, in quarters of a right angle.
 const TURNS: [f64; 8] = [0.0, 1.0, -1.0, 2.0, -2.0, 3.0, -3.0, 4.0];
 /// How far long objects are tilted into an opening that they do not fit lying, radians.
-const TILTS_RAD: [f64; 6] = [0.35, -0.35, 0.61, -0.61, 0.87, -0.87];
+const TILTS_RAD: [f64; 10] = [0.2, -0.2, 0.3, -0.3, 0.4, -0.4, 0.55, -0.55, 0.8, -0.8];
 /// An object is long if its length is this many times its second extent.
 const LONG: f64 = 2.0;
-/// Of so many times the wanted number of tilted poses the best are taken.
-const CHOICE_OF_TILTED: usize = 4;
+/// Of so many times the wanted number of tilted poses the best are tried.
+const CHOICE_OF_TILTED: usize = 16;
+/// Enough tilted poses in which the object stays.
+const TILTED: usize = 6;
+/// Height above its place at which a trial lets an object go, meters.
+const TRIAL_GAP_M: f64 = 0.002;
 /// The most turns that are offered at one place.
 const TURNS_AT_PLACE: usize = 3;
 /// The gap to a neighbor that is aimed at, meters.
@@ -46,6 +51,8 @@ pub(crate) struct PlaceSearch<'a> {
     pub object: usize,
     /// How many places are enough.
     pub wanted: usize,
+    /// Of releases of the object.
+    pub trials: &'a ReleaseTrials<'a>,
 }
 
 impl PlaceSearch<'_> {
@@ -63,8 +70,13 @@ impl PlaceSearch<'_> {
                 // What weighs beside a container tips it.
                 let off_m = |pose: &Pose| self.off_center_m(pose, predicates);
                 tilted.sort_by(|a, b| off_m(a).total_cmp(&off_m(b)));
+                let gap = DVec3::new(0.0, 0.0, TRIAL_GAP_M);
+                let stays = |pose: &&Pose| {
+                    self.trials.succeeds(&Pose { translation_m: pose.translation_m + gap, ..**pose })
+                };
+                let staying: Vec<Pose> = tilted.iter().filter(stays).take(TILTED).copied().collect();
                 tilted.truncate(self.wanted);
-                tilted
+                if staying.is_empty() { tilted } else { staying }
             }
         }
     }

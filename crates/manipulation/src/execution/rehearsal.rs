@@ -8,6 +8,7 @@ use tasks::{GoalPredicate, Situation, Task, evaluation::evaluate_predicate};
 
 use super::attempt::{held_as, max_fall_m};
 use super::motions::Motions;
+use super::release::ReleaseTrials;
 use super::scene::{SceneError, Shapes, TaskScene};
 use super::settings::ExecutionSettings;
 use super::steps::{Step, steps};
@@ -17,7 +18,7 @@ use crate::grasp::{Grasp, GraspSettings, Verdict};
 
 /// Rehearses tasks in one scene with one robot: each step with the straight motions of its grasp and its place, as if
 /// objects came to rest exactly where they are put. The motions between them are not planned, and nothing is simulated
-/// but the grasps, once for each object.
+/// but the grasps, once for each object, and what becomes of an object that is let go.
 pub struct Rehearsal<'a> {
     scene: &'a TaskScene,
     shapes: Shapes,
@@ -99,12 +100,13 @@ impl<'a> Rehearsal<'a> {
             let (scene, shapes) = (self.scene, &self.shapes);
             let offered = places(scene, shapes, &start, &now, object, &step, &done, self.settings);
             let neighbors = motions.neighbors(object, &poses);
+            let trials = ReleaseTrials::new(scene, shapes, &start, &poses, object, step.predicates(), &done);
             let (place, retreat) = picks.iter().find_map(|pick| {
                 let held = held_as(object, &pick.grasp);
                 let near = pick.lift.last()?;
                 offered.iter().find_map(|place: &Pose| {
                     let option = motions.place(&held, place, &neighbors, near, max_fall_m(&step))?;
-                    Some((*place, option.retreat))
+                    trials.succeeds(&option.released).then_some((*place, option.retreat))
                 })
             })?;
             poses[object] = place;

@@ -25,6 +25,14 @@ impl Step {
             | Self::Lift { object } => object,
         }
     }
+
+    /// What the step brings about; of those that only make room, nothing that predicates say.
+    pub fn predicates(&self) -> &[GoalPredicate] {
+        match self {
+            Self::Place { predicates, .. } => predicates,
+            Self::SetAside { .. } | Self::TakePlaceOf { .. } | Self::Lift { .. } => &[],
+        }
+    }
 }
 
 /// The steps of a goal: what others shall rest on or stand beside is moved first, and what is lifted last. Objects that

@@ -8,6 +8,7 @@ use tasks::{Goal, GoalPredicate, PosedObject};
 use super::GraspBook;
 use super::base::{Alternatives, bases, tool_poses};
 use super::place::PlaceSearch;
+use super::release::ReleaseTrials;
 use super::scene::{Shapes, TaskScene};
 use super::settings::ExecutionSettings;
 use super::steps::{Step, steps};
@@ -24,6 +25,8 @@ pub(crate) fn places(
     done: &[GoalPredicate],
     settings: &ExecutionSettings,
 ) -> Vec<Pose> {
+    let poses: Vec<Pose> = now.iter().map(|object| object.world_from_object).collect();
+    let trials = ReleaseTrials::new(scene, shapes, start, &poses, object, step.predicates(), done);
     let search = PlaceSearch {
         outline: &scene.outline,
         shapes,
@@ -32,6 +35,7 @@ pub(crate) fn places(
         now,
         object,
         wanted: settings.max_places,
+        trials: &trials,
     };
     match step {
         Step::Place { predicates, .. } => search.places(predicates, done),
