@@ -214,7 +214,7 @@ def recolored(operation, index, context) -> list:
         if before.size_m != body.size_m or before.label != body.label:
             wrong.append(f"the size or the label of {body.name} changed")
         same_substance = before.mass_kg == body.mass_kg and before.friction == body.friction
-        if material and same_substance:
+        if material and same_substance and not is_made_of(context.parent.folder, before.name, material):
             wrong.append(f"mass and friction of {body.name} are those of before, not those of {material}")
         if not material and not same_substance:
             wrong.append(f"mass or friction of {body.name} changed with its color")
@@ -227,6 +227,11 @@ def recolored(operation, index, context) -> list:
 def known_name(body: Body, context: Context) -> str:
     """The name by which the operations know a body."""
     return next((name for name, other in context.bodies.items() if other is body), body.name)
+
+
+def is_made_of(folder, name: str, material: str) -> bool:
+    """Whether a part of the surface shows the material, which does not change the body then."""
+    return any(part.material == material for part in parts(folder, name))
 
 
 def has_color(folder, name: str, color: str) -> bool:

@@ -3,12 +3,13 @@
 use std::f64::consts::TAU;
 use std::fmt;
 
-use glam::{DQuat, DVec3};
+use glam::{DQuat, DVec2, DVec3};
 
 use crate::place::{Candidate, PlaceQuery};
 use crate::workspace::{Workspace, WorkspaceObject};
 use geometry::Pose;
 use geometry::collide::{PlacedSolid, penetration};
+use geometry::polygon::{convex_hull_2d, depth_in_convex_m};
 use physics::settle::{SettleError, angle_between_rad, settle, simulate_to_the_end};
 use physics::{Body, CertifySettings, SettleSettings, support};
 use runtime::{CancelFlag, Cancelled};
@@ -38,6 +39,13 @@ const MAX_TURNS_BACK: usize = 3;
 
 /// An object at rest has its stated yaw up to this, radians: half of what a reader of the scene accepts.
 const STATED_YAW_RAD: f64 = 0.5 * YAW_TOLERANCE_RAD;
+
+/// Depth below an object in which points of its supporter count as its top, meters.
+const TOP_LAYER_M: f64 = 0.002;
+
+/// The center of mass of an object lies at least so deep inside the top of what carries it, as a share of half the
+/// smaller extent of its outline: a book may balance on an orange, and nobody would put it there.
+const BALANCED_SHARE: f64 = 0.2;
 
 /// What a simulation needs.
 #[derive(Clone, Copy, Debug)]
@@ -70,6 +78,10 @@ pub enum RestFault {
     },
     /// Its contacts do not carry its center of mass, which the certificate demands.
     NotCarried,
+    /// It balances on a top that is much narrower than itself.
+    TooNarrow {
+        supporter: String,
+    },
     /// Its mesh reaches into another one's.
     Collides {
         other: String,
@@ -96,6 +108,9 @@ impl fmt::Display for RestFault {
             Self::LeftSupporter { supporter } => write!(f, "it does not stay with {supporter}"),
             Self::NotCarried => {
                 f.write_str("it rests, but its contacts do not lie around its center of mass")
+            }
+            Self::TooNarrow { supporter } => {
+                write!(f, "the top of {supporter} is too narrow below it, so that it would only balance")
             }
             Self::Collides { other } => write!(f, "it would reach into {other}"),
             Self::NotSimulated { reason } => f.write_str(reason),
@@ -278,6 +293,7 @@ impl Workspace {
             self.judge_support(index)?;
             self.judge_collisions(index, &near, settings.certify, cancel)?;
             self.judge_contacts(index, &near, settings.certify, cancel)?;
+            self.judge_breadth(index)?;
         }
         Ok(())
     }
@@ -374,6 +390,30 @@ impl Workspace {
         let Some(object) = position(index) else { return Ok(()) };
         let found = support(&solids, &bodies, object, &carriers, certify, cancel)?;
         if found.is_supported() { Ok(()) } else { Err(RestFault::NotCarried) }
+    }
+
+    /// Whether the top of what an object stands on reaches far enough around its center of mass.
+    fn judge_breadth(&self, index: usize) -> Result<(), RestFault> {
+        let object = &self.objects[index];
+        let (Some(parent), SupportRelation::On) = (object.supporter.parent, object.supporter.relation) else {
+            return Ok(());
+        };
+        let (below, footprint) = (&self.objects[parent], object.footprint());
+        let top: Vec<DVec2> = below
+            .shape
+            .points(&below.body.world_from_object)
+            .filter(|point| point.z > footprint.bottom_m - TOP_LAYER_M)
+            .map(DVec3::truncate)
+            .collect();
+        let pose = &object.body.world_from_object;
+        let center_of_mass_m = pose.transform_point(object.body.mass.center_of_mass_m).truncate();
+        let depth_m = depth_in_convex_m(&convex_hull_2d(&top), center_of_mass_m);
+        let half_m = depth_in_convex_m(footprint.corners(), footprint.center());
+        if depth_m >= BALANCED_SHARE * half_m {
+            Ok(())
+        } else {
+            Err(RestFault::TooNarrow { supporter: below.body.name.clone() })
+        }
     }
 
     fn judge_collisions(

@@ -243,3 +243,15 @@ fn what_rolls_as_it_is_put_down_lies_at_its_place_with_its_yaw() {
         assert!(off_rad.abs() < 0.09, "{off_rad}");
     }
 }
+
+#[test]
+fn a_board_may_lie_on_a_broad_block_and_not_balance_on_a_narrow_one() {
+    for (width_m, may_stay) in [(0.06, true), (0.012, false)] {
+        let post = object("post_1", &[block(DVec3::new(width_m, width_m, 0.03))], DVec2::ZERO);
+        let board = object("board_1", &[block(DVec3::new(0.2, 0.2, 0.02))], DVec2::new(0.3, 0.3));
+        let mut scene = table(1.0, vec![post, board]);
+        let put = put(&mut scene, 1, &related(RelationKind::On, 0));
+        assert_eq!(put.is_ok(), may_stay, "{width_m} m: {put:?}");
+        assert!(put.err().is_none_or(|why| why.contains("too narrow")), "{width_m} m");
+    }
+}

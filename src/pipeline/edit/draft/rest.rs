@@ -52,7 +52,7 @@ impl Draft<'_> {
             }
             let moving: Vec<usize> =
                 contents.iter().flat_map(|object| self.workspace.branch(*object)).collect();
-            let cause = format!("it lies in {} with an object that moved", self.name(container));
+            let cause = format!("it lies in {}, whose contents changed", self.name(container));
             let mut settled = self.workspace.clone();
             settled
                 .come_to_rest(&moving, self.rest, &self.cancel)
