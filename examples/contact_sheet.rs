@@ -153,10 +153,9 @@ fn scenes(out: &Path, sentences: &[&str]) -> Result<usize, Box<dyn Error>> {
             Ok(generated) => {
                 std::fs::write(out.join(format!("scene_{number:02}.png")), encode_png(&generated.image))?;
                 if let Some(ground_truth) = &generated.ground_truth {
-                    std::fs::write(
-                        out.join(format!("top_{number:02}.png")),
-                        encode_png(&ground_truth.top.image),
-                    )?;
+                    if let Some(top) = &ground_truth.top {
+                        std::fs::write(out.join(format!("top_{number:02}.png")), encode_png(&top.image))?;
+                    }
                     let alone: Vec<(&Image, &str)> = ground_truth
                         .alone
                         .iter()

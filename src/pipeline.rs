@@ -108,7 +108,10 @@ pub struct PreparedObjects {
 }
 
 /// Where [`run_stages`] ends.
+#[derive(Clone, Copy, PartialEq)]
 enum Until {
+    /// The same without a table, for objects that another scene takes.
+    ObjectsAlone,
     ObjectsPrepared,
     BundleWritten,
 }
@@ -154,16 +157,25 @@ pub async fn prepare_objects(
     settings: Arc<Settings>,
 ) -> Result<PreparedObjects, StageError> {
     let stages = checkpoints.for_stages(&STAGES, Arc::new(services));
-    prepare_objects_with(request, stages, settings).await
+    objects_until(Until::ObjectsPrepared, request, stages, settings).await
 }
 
-/// The same with stages that have been opened already.
-async fn prepare_objects_with(
+/// The objects of a request for another scene, without a table, with stages that have been opened already.
+async fn prepare_objects_alone(
     request: SceneRequest,
     stages: Checkpoints<StageResources>,
     settings: Arc<Settings>,
 ) -> Result<PreparedObjects, StageError> {
-    match run_stages(request, stages, settings, Until::ObjectsPrepared).await? {
+    objects_until(Until::ObjectsAlone, request, stages, settings).await
+}
+
+async fn objects_until(
+    until: Until,
+    request: SceneRequest,
+    stages: Checkpoints<StageResources>,
+    settings: Arc<Settings>,
+) -> Result<PreparedObjects, StageError> {
+    match run_stages(request, stages, settings, until).await? {
         Reached::Objects(objects) => Ok(*objects),
         Reached::Bundle(_) => unreachable!("the stages ran until the objects were prepared"),
     }
@@ -180,7 +192,8 @@ async fn run_stages(
     let ports = stages.services().ports.clone();
     let identity = certify::SceneIdentity::new(&request, &ports, &settings)?;
 
-    let inputs = reference::Inputs::new(&request, &ports);
+    let alone = until == Until::ObjectsAlone;
+    let inputs = reference::Inputs::new(&request, &ports, alone);
     let reference = stages.run(reference::STAGE, inputs, reference::run).await?;
 
     let inputs = recognize::Inputs::new(&request, &reference, &ports);
@@ -195,7 +208,10 @@ async fn run_stages(
     let inputs = complete::inputs(&reference, &recognition, &masks, &ports);
     let completions = stages.run_each(complete::STAGE, inputs, complete::run).await?;
 
-    let inputs = reconstruct::inputs(&request, &reference, &recognition, &completions, &ports);
+    let mut inputs = reconstruct::inputs(&request, &reference, &recognition, &completions, &ports);
+    if alone {
+        inputs.truncate(recognition.objects.len());
+    }
     let raw_meshes = stages.run_each(reconstruct::STAGE, inputs, reconstruct::run).await?;
 
     let inputs = canonicalize::inputs(&recognition, &completions, &raw_meshes, &ports, &settings);
@@ -244,7 +260,7 @@ async fn run_stages(
         yaws,
         stages,
     };
-    if matches!(until, Until::ObjectsPrepared) {
+    if until != Until::BundleWritten {
         return Ok(Reached::Objects(Box::new(objects)));
     }
     let stages = &objects.stages;

@@ -99,6 +99,9 @@ pub struct Inputs {
     render: RenderSettings,
     export: ExportSettings,
     feature_extractor: Adapter,
+    /// The parent's bundle, of an edit: what is packed there is copied. It decides no byte of the result.
+    #[serde(skip)]
+    parent_bundle: Option<Digest>,
     /// Absent where no model is asked for its opinion.
     #[serde(skip_serializing_if = "Option::is_none")]
     appraise: Option<vlm_rating::RatingRequest>,
@@ -141,7 +144,8 @@ impl Inputs {
             notes: raw.notes.iter().cloned().chain(more).collect(),
         };
         let (table, bodies_on_table) = resolved.bodies.split_first().ok_or_else(missing)?;
-        let table_hulls = hulls.last().ok_or_else(missing)?;
+        let table_hulls = reconstruct::of_table(recognition, hulls).ok_or_else(missing)?;
+        let table_mesh = reconstruct::of_table(recognition, raw_meshes).ok_or_else(missing)?;
         let mut bodies = vec![BodyParts {
             resolved: table.clone(),
             mesh: table.mesh.clone(),
@@ -152,7 +156,7 @@ impl Inputs {
             repair: table_hulls.repair,
             scale: 1.0,
             symmetry_order: 1,
-            provenance: provenance(raw_meshes.last().ok_or_else(missing)?, Vec::new()),
+            provenance: provenance(table_mesh, Vec::new()),
             grasp: None,
         }];
         for (index, ((resolved, placed), yaw)) in
@@ -221,9 +225,17 @@ impl Inputs {
             render: settings.render.clone(),
             export: settings.export.clone(),
             feature_extractor: ports.feature_extractor.adapter(),
+            parent_bundle: None,
             appraise: vlm_rating::RatingRequest::new(&settings.appraise, ports.analyst.adapter()),
             gpu,
         }
+    }
+}
+
+impl Inputs {
+    /// The same of an edit whose parent has this bundle.
+    pub fn with_parent(self, bundle: Digest) -> Self {
+        Self { parent_bundle: Some(bundle), ..self }
     }
 }
 
@@ -305,13 +317,18 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
         artifact_io::put_image(&context, "sheet.png", drawn).await?;
     }
 
+    // Without the parent's bundle everything is packed anew.
+    let packed_before = match &inputs.parent_bundle {
+        Some(bundle) => context.blob(bundle, "the parent's bundle").await.ok(),
+        None => None,
+    };
     let given = inputs.clone();
     let certified = context
         .cpu(move || {
             let mut certificate =
                 measure::certificate(&given, &loaded, &measured, &images.likeness, appearance)?;
             certificate.appraisal = appraisal;
-            write::files(&given, &loaded, certificate, &images.images)
+            write::files(&given, &loaded, certificate, &images.images, packed_before.as_deref())
         })
         .await??;
     context.put_json("report.json", &certified.certificate).await?;

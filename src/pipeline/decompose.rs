@@ -37,7 +37,7 @@ pub struct Output {
     pub fit: HullFit,
 }
 
-/// The objects in the order of recognition, then the table.
+/// The objects in the order of recognition, then the table where there is one.
 pub fn inputs(
     recognition: &Recognition,
     raw: &[reconstruct::Output],
@@ -45,9 +45,7 @@ pub fn inputs(
     settings: &Settings,
 ) -> Result<Vec<(InstanceId, Inputs)>, StageError> {
     let of = |mesh: &ArtifactRef| Inputs { mesh: mesh.clone(), decompose: settings.decompose.clone() };
-    let table = raw.last().ok_or_else(|| {
-        StageError::permanent("table_missing", "decomposing: no mesh of the table was made; run again")
-    })?;
+    let table = reconstruct::of_table(recognition, raw);
     let table_id =
         InstanceId::new("table").map_err(|error| StageError::permanent("invalid_name", error.to_string()))?;
     Ok(recognition
@@ -55,7 +53,7 @@ pub fn inputs(
         .iter()
         .zip(canonical)
         .map(|(object, canonical)| (object.id.clone(), of(&canonical.mesh)))
-        .chain(std::iter::once((table_id, of(&table.mesh))))
+        .chain(table.map(|table| (table_id, of(&table.mesh))))
         .collect())
 }
 

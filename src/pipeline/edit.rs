@@ -78,7 +78,8 @@ pub async fn edit_scene(
     let bundle = Digest::parse(&bundle_sha256).map_err(|error| {
         StageError::permanent("parent_unreadable", format!("reading the parent: {error}"))
     })?;
-    let parent = stages.run(parent::STAGE, parent::Inputs { bundle }, parent::run).await?;
+    let inputs = parent::Inputs { bundle: bundle.clone() };
+    let parent = stages.run(parent::STAGE, inputs, parent::run).await?;
 
     let (operations, is_drawn) = match change {
         Change::Stated(operations) => (operations, false),
@@ -91,7 +92,7 @@ pub async fn edit_scene(
     let composition = stages.run(apply::STAGE, inputs, apply::run).await?;
 
     let gpu = stages.services().gpu_name().await;
-    let inputs = certify::Inputs::of(identity, composition, &ports, &settings, gpu);
+    let inputs = certify::Inputs::of(identity, composition, &ports, &settings, gpu).with_parent(bundle);
     let certified = stages.run(certify::STAGE, inputs, certify::run).await?;
 
     let bundle = stages.run(bundle::STAGE, bundle::Inputs { certified }, bundle::run).await?;

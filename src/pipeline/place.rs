@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use super::checkpoint::{ArtifactRef, Stage};
 use super::error::StageError;
-use super::{Context, PreparedObjects, artifact_io, reference, rotate};
+use super::{Context, PreparedObjects, artifact_io, reconstruct, reference, rotate};
 use geometry::{Outline, Pose};
 use imaging::Image;
 use ports::{Adapter, TopBoxes, TopCheck, TopVerdict, TopViewImage, TopViewRequest};
@@ -119,7 +119,9 @@ impl Inputs {
     pub fn new(objects: &PreparedObjects, yaws: &[rotate::Output]) -> Result<Self, StageError> {
         let PreparedObjects { request, ports, settings, reference, recognition, masks, .. } = objects;
         let PreparedObjects { supports, raw_meshes, canonical_meshes, hulls, .. } = objects;
-        let (table, table_hulls) = raw_meshes.last().zip(hulls.last()).ok_or_else(no_table)?;
+        let table = reconstruct::of_table(recognition, raw_meshes);
+        let (table, table_hulls) =
+            table.zip(reconstruct::of_table(recognition, hulls)).ok_or_else(no_table)?;
         let instances = recognition
             .objects
             .iter()

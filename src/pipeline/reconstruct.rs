@@ -84,6 +84,11 @@ pub fn inputs(
     inputs
 }
 
+/// What a stage made of the table, which comes after the objects; `None` where objects alone are made.
+pub fn of_table<'a, T>(recognition: &Recognition, made: &'a [T]) -> Option<&'a T> {
+    made.get(recognition.objects.len())
+}
+
 pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageError> {
     let (call, generator) = (context.call(), &context.services().ports.mesh_generator);
     match &inputs.subject {

@@ -35,6 +35,9 @@ pub struct Inputs {
     options: RequestOptions,
     analyst: Adapter,
     image_generator: Adapter,
+    /// Whether the image is only there to take its objects from.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    of_objects_alone: bool,
 }
 
 /// The reference image and, where its image generator is a program, what that knows.
@@ -83,13 +86,14 @@ pub struct TopRef {
 }
 
 impl Inputs {
-    pub fn new(request: &SceneRequest, ports: &Ports) -> Self {
+    pub fn new(request: &SceneRequest, ports: &Ports, of_objects_alone: bool) -> Self {
         Self {
             input: request.input.of_reference(),
             seed: request.seed,
             options: options_for_key(request),
             analyst: ports.analyst.adapter(),
             image_generator: ports.image_generator.adapter(),
+            of_objects_alone,
         }
     }
 }
@@ -116,7 +120,12 @@ async fn rendered(context: &Context, inputs: &Inputs, text: &str) -> Result<Outp
         ports.analyst.describe(&call, text.to_owned(), inputs.seed, inputs.options.clone()).await?;
     context.put_json("description.json", &description).await?;
     let account = description.account();
-    let generated = ports.image_generator.reference(&call, Arc::new(description), inputs.seed).await?;
+    let (generator, description) = (&ports.image_generator, Arc::new(description));
+    let generated = if inputs.of_objects_alone {
+        generator.reference_of_objects(&call, description, inputs.seed).await?
+    } else {
+        generator.reference(&call, description, inputs.seed).await?
+    };
     let account = Some(TextAccount { unmet: generated.unmet, ..account });
     let image = artifact_io::put_image(context, "reference.png", generated.image).await?;
     let mut output = Output { image, known: None, alone: Vec::new(), top: None, account, stated: None };
@@ -130,8 +139,10 @@ async fn rendered(context: &Context, inputs: &Inputs, text: &str) -> Result<Outp
             let completion = put_completion(context, &name, drawn.completion).await?;
             Ok::<_, StageError>(AloneRef { id: drawn.id, completion })
         });
-        let (alone, top) = futures::try_join!(futures::future::try_join_all(stored), put_top(context, top))?;
-        (output.alone, output.top) = (alone, Some(top));
+        output.alone = futures::future::try_join_all(stored).await?;
+        if let Some(top) = top {
+            output.top = Some(put_top(context, top).await?);
+        }
     }
     Ok(output)
 }

@@ -71,11 +71,13 @@ impl Inputs {
                 below: supports.ancestors(index).map(|below| canonical_meshes[below].mesh.clone()).collect(),
             })
             .collect();
-        let table = masks.table.as_ref().zip(raw_meshes.last()).map(|(visible, table)| {
-            let mut hiders = Mask::empty(visible.width_px(), visible.height_px());
-            masks.masks.iter().for_each(|mask| hiders.unite(&mask.visible));
-            Table { mesh: table.mesh.clone(), visible: visible.clone(), hiders }
-        });
+        let table = masks.table.as_ref().zip(reconstruct::of_table(recognition, raw_meshes)).map(
+            |(visible, table)| {
+                let mut hiders = Mask::empty(visible.width_px(), visible.height_px());
+                masks.masks.iter().for_each(|mask| hiders.unite(&mask.visible));
+                Table { mesh: table.mesh.clone(), visible: visible.clone(), hiders }
+            },
+        );
         Some(Self { camera: recognition.camera, table, objects, dro: settings.dro.clone() })
     }
 }

@@ -138,8 +138,22 @@ impl ImageGenerator for EmbeddedImageGenerator {
         seed: u64,
     ) -> Answer<'a, GeneratedReference> {
         let settings = self.settings();
-        call.compute(Port::ImageGenerator, move |cancel| render(&description, seed, &settings, cancel))
-            .boxed()
+        let work = move |cancel: &CancelFlag| render(&description, seed, &settings, Wanted::Scene, cancel);
+        call.compute(Port::ImageGenerator, work).boxed()
+    }
+
+    fn reference_of_objects<'a>(
+        &'a self,
+        call: &'a Call,
+        description: Arc<SceneDescription>,
+        seed: u64,
+    ) -> Answer<'a, GeneratedReference> {
+        let mut settings = self.settings();
+        // Isolated views keep their resolution.
+        let shared = &mut settings.image_generator;
+        (shared.width_px, shared.height_px) = (shared.width_px / 2, shared.height_px / 2);
+        let work = move |cancel: &CancelFlag| render(&description, seed, &settings, Wanted::Objects, cancel);
+        call.compute(Port::ImageGenerator, work).boxed()
     }
 
     fn complete<'a>(&'a self, call: &'a Call, request: CompletionRequest) -> Answer<'a, Completion> {
@@ -160,19 +174,28 @@ impl ImageGenerator for EmbeddedImageGenerator {
     }
 }
 
+/// What an image is rendered for.
+#[derive(Clone, Copy, PartialEq)]
+enum Wanted {
+    Scene,
+    /// The objects alone: nobody asks for the view from above.
+    Objects,
+}
+
 /// Renders a description, all steps in order.
 fn render(
     description: &SceneDescription,
     seed: u64,
     settings: &Settings,
+    wanted: Wanted,
     cancel: &CancelFlag,
 ) -> Result<GeneratedReference, ProviderError> {
     let supported = arrangement_supports::with_supports(description);
-    match render_as_described(&supported, seed, settings, cancel) {
+    match render_as_described(&supported, seed, settings, wanted, cancel) {
         // What cannot be stacked (a pyramid of balls) stands on the table, and the arrangement is reported as unmet.
         Err(error @ ProviderError::Rejected { .. }) if supported != *description => {
             tracing::debug!(%error, "the supports of an arrangement do not hold");
-            render_as_described(description, seed, settings, cancel)
+            render_as_described(description, seed, settings, wanted, cancel)
         }
         rendered => rendered,
     }
@@ -183,6 +206,7 @@ fn render_as_described(
     description: &SceneDescription,
     seed: u64,
     settings: &Settings,
+    wanted: Wanted,
     cancel: &CancelFlag,
 ) -> Result<GeneratedReference, ProviderError> {
     let objects = timed("meshes", || objects::build(&description.objects))?;
@@ -199,7 +223,10 @@ fn render_as_described(
                 timed("alone", || isolated_views::render(&scene, &objects, &masks, settings, cancel))?;
             Ok::<_, ProviderError>((frame, masks, alone))
         },
-        || timed("top view", || top_view::render(&scene, &objects, &table, settings, cancel)),
+        || {
+            let top = || timed("top view", || top_view::render(&scene, &objects, &table, settings, cancel));
+            (wanted == Wanted::Scene).then(top).transpose()
+        },
     );
     let ((frame, masks, alone), top) = (views?, top?);
     let posed = objects.iter().zip(&arrangement.poses);

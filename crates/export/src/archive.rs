@@ -12,7 +12,26 @@ use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
 use super::{BundleFile, ExportError, manifest};
 
 /// The archive's bytes. Entries lie under `scene-<id>/`, sorted by path; equal files give equal bytes.
+///
+/// # Errors
+///
+/// [`ExportError`] if a file cannot be packed.
 pub fn zip_bundle(files: &[BundleFile]) -> Result<Vec<u8>, ExportError> {
+    zip_with(files, &bundle_folder(files)?, None)
+}
+
+/// As [`zip_bundle`]. What the archive of the parent scene has under the same path, to the byte, is copied as it is
+/// packed there.
+///
+/// # Errors
+///
+/// [`ExportError`] if a file cannot be packed.
+pub fn zip_derived_bundle(files: &[BundleFile], parent: &[u8]) -> Result<Vec<u8>, ExportError> {
+    zip_with(files, &bundle_folder(files)?, EarlierArchive::read(parent).as_ref())
+}
+
+/// The folder of all entries.
+fn bundle_folder(files: &[BundleFile]) -> Result<String, ExportError> {
     #[derive(Deserialize)]
     struct SceneId {
         id: String,
@@ -20,7 +39,7 @@ pub fn zip_bundle(files: &[BundleFile]) -> Result<Vec<u8>, ExportError> {
     let scene = files.iter().find(|file| file.path == "scene.json");
     let scene = scene.ok_or_else(|| ExportError::AssetsMismatch("there is no scene.json".to_owned()))?;
     let SceneId { id } = serde_json::from_slice(&scene.bytes)?;
-    zip_files(files, &format!("scene-{id}/"))
+    Ok(format!("scene-{id}/"))
 }
 
 /// An archive of files, sorted by path, with `folder` before each path. Equal files give equal bytes.
@@ -29,6 +48,14 @@ pub fn zip_bundle(files: &[BundleFile]) -> Result<Vec<u8>, ExportError> {
 ///
 /// [`ExportError`] if a file cannot be packed.
 pub fn zip_files(files: &[BundleFile], folder: &str) -> Result<Vec<u8>, ExportError> {
+    zip_with(files, folder, None)
+}
+
+fn zip_with(
+    files: &[BundleFile],
+    folder: &str,
+    earlier: Option<&EarlierArchive>,
+) -> Result<Vec<u8>, ExportError> {
     let mut sorted: Vec<&BundleFile> = files.iter().collect();
     sorted.sort_by(|a, b| a.path.cmp(&b.path));
     // Formats share meshes and textures; equal contents are compressed once.
@@ -47,8 +74,11 @@ pub fn zip_files(files: &[BundleFile], folder: &str) -> Result<Vec<u8>, ExportEr
         contents.push(content);
     }
     // Each file is compressed in parallel as an archive of its own; the compressed entries are then copied.
-    let packed: Vec<Vec<u8>> =
-        different.into_par_iter().map(single_entry_archive).collect::<Result<_, ZipError>>()?;
+    let pack = |file: &BundleFile| match earlier.and_then(|earlier| earlier.packed(file)) {
+        Some(packed) => Ok(packed),
+        None => single_entry_archive(file),
+    };
+    let packed: Vec<Vec<u8>> = different.into_par_iter().map(pack).collect::<Result<_, ZipError>>()?;
     let mut archive = ZipWriter::new(Cursor::new(Vec::with_capacity(packed.iter().map(Vec::len).sum())));
     for (file, content) in sorted.iter().zip(contents) {
         let mut alone = ZipArchive::new(Cursor::new(packed[content].as_slice()))?;
@@ -57,16 +87,55 @@ pub fn zip_files(files: &[BundleFile], folder: &str) -> Result<Vec<u8>, ExportEr
     Ok(archive.finish()?.into_inner())
 }
 
+/// An archive that was written before, of another state of the scene.
+struct EarlierArchive<'a> {
+    archive: ZipArchive<Cursor<&'a [u8]>>,
+    folder: String,
+}
+
+impl<'a> EarlierArchive<'a> {
+    /// `None` for what is no archive of one folder.
+    fn read(bytes: &'a [u8]) -> Option<Self> {
+        let archive = ZipArchive::new(Cursor::new(bytes)).ok()?;
+        let folder = archive.file_names().next()?.ok()?.split_once('/')?.0.to_owned();
+        Some(Self { archive, folder })
+    }
+
+    /// An archive with a file as the one entry, as it is packed here; `None` if it is not here, or other bytes are.
+    fn packed(&self, file: &BundleFile) -> Option<Vec<u8>> {
+        // A clone shares the directory and has a place of its own to read.
+        let mut archive = self.archive.clone();
+        let index = archive.index_for_name(&format!("{}/{}", self.folder, file.path))?;
+        let mut entry = archive.by_index(index).ok()?;
+        if entry.size() != file.bytes.len() as u64 || entry.compression() != compression_of(file).0 {
+            return None;
+        }
+        let mut bytes = Vec::with_capacity(file.bytes.len());
+        entry.read_to_end(&mut bytes).ok()?;
+        drop(entry);
+        if bytes != file.bytes {
+            return None;
+        }
+        let mut alone = ZipWriter::new(Cursor::new(Vec::new()));
+        alone.raw_copy_file_rename(archive.by_index_raw(index).ok()?, file.path.as_str()).ok()?;
+        Some(alone.finish().ok()?.into_inner())
+    }
+}
+
 /// Compression level. Meshes and USD text become 5 % larger than at the default level 6, in half the time.
 const DEFLATE_LEVEL: i64 = 4;
 
-/// An archive with one entry.
-fn single_entry_archive(file: &BundleFile) -> Result<Vec<u8>, ZipError> {
-    // PNG files are already compressed.
-    let (method, level) = match file.media_type.as_str() {
+/// Method and level. PNG files are already compressed.
+fn compression_of(file: &BundleFile) -> (CompressionMethod, Option<i64>) {
+    match file.media_type.as_str() {
         "image/png" => (CompressionMethod::Stored, None),
         _ => (CompressionMethod::Deflated, Some(DEFLATE_LEVEL)),
-    };
+    }
+}
+
+/// An archive with one entry.
+fn single_entry_archive(file: &BundleFile) -> Result<Vec<u8>, ZipError> {
+    let (method, level) = compression_of(file);
     let options = SimpleFileOptions::default()
         .compression_method(method)
         .compression_level(level)

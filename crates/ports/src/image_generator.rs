@@ -24,6 +24,17 @@ pub trait ImageGenerator: Send + Sync {
         seed: u64,
     ) -> Answer<'a, GeneratedReference>;
 
+    /// A reference image from which objects are taken one by one. Where they stand does not matter, so that an adapter
+    /// may draw it smaller and without a view from above.
+    fn reference_of_objects<'a>(
+        &'a self,
+        call: &'a Call,
+        description: Arc<SceneDescription>,
+        seed: u64,
+    ) -> Answer<'a, GeneratedReference> {
+        self.reference(call, description, seed)
+    }
+
     /// A clean, unoccluded image of one instance.
     fn complete<'a>(&'a self, call: &'a Call, request: CompletionRequest) -> Answer<'a, Completion>;
 
@@ -51,8 +62,8 @@ pub struct SyntheticGroundTruth {
     pub truth: Truth,
     /// Each object rendered without the others, as `complete` returns.
     pub alone: Vec<IsolatedRender>,
-    /// The same arrangement from above, as `top_view` returns.
-    pub top: TopViewImage,
+    /// The same arrangement from above, as `top_view` returns; absent where only the objects were wanted.
+    pub top: Option<TopViewImage>,
 }
 
 /// `reference/known.json`: labels, masks and camera of a rendered image. Other embedded adapters may read it instead of

@@ -135,6 +135,18 @@ impl ImageGenerator for FallbackChain<dyn ImageGenerator> {
         Box::pin(self.ask(move |image_generator| image_generator.reference(call, description.clone(), seed)))
     }
 
+    fn reference_of_objects<'a>(
+        &'a self,
+        call: &'a Call,
+        description: Arc<SceneDescription>,
+        seed: u64,
+    ) -> Answer<'a, GeneratedReference> {
+        let ask = move |image_generator: &'a dyn ImageGenerator| {
+            image_generator.reference_of_objects(call, description.clone(), seed)
+        };
+        Box::pin(self.ask(ask))
+    }
+
     fn complete<'a>(&'a self, call: &'a Call, request: CompletionRequest) -> Answer<'a, Completion> {
         Box::pin(self.ask(move |image_generator| image_generator.complete(call, request.clone())))
     }

@@ -212,6 +212,7 @@ pub(super) fn sound() -> Planted {
         render: section("render"),
         export: section("export"),
         feature_extractor: Adapter::new("none", "1", &()),
+        parent_bundle: None,
         appraise: None,
         gpu: None,
     };
@@ -275,7 +276,7 @@ fn a_sound_scene_passes_and_is_packed() {
     );
     let density = certificate.bodies[1].density_kg_m3;
     assert!((density - 700.0).abs() < 1e-6 && certificate.bodies[1].uncovered_m < 1e-9, "{density}");
-    let certified = write::files(&planted.inputs, &planted.loaded, certificate, &Images::default());
+    let certified = write::files(&planted.inputs, &planted.loaded, certificate, &Images::default(), None);
     assert!(certified.is_ok_and(|certified| !certified.archive.is_empty()));
 }
 

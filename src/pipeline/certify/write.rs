@@ -16,6 +16,7 @@ use crate::pipeline::preview::{PreviewBody, Studio};
 use crate::pipeline::resolve::Loaded;
 use catalog::stand_in::is_stand_in;
 use catalog::{made_of, wikidata_item};
+use export::archive::zip_derived_bundle;
 use export::{Assets, BodyAsset, Images, write_formats, zip_bundle};
 use geometry::parallel_grasp::ParallelGrasp;
 use gpu::{Gpu, GpuError};
@@ -129,12 +130,13 @@ pub(super) fn render(
     Ok(Rendered { images, scene_view: Arc::new(scene_view), top_view, agreement, likeness })
 }
 
-/// Writes every format, reads it back and packs it.
+/// Writes every format, reads it back and packs it; files that an earlier archive has are copied from there.
 pub(super) fn files(
     inputs: &Inputs,
     loaded: &[Loaded],
     certificate: Certificate,
     images: &Images,
+    packed_before: Option<&[u8]>,
 ) -> Result<Certified, StageError> {
     let scene = scene(inputs, loaded, &certificate)?;
     let (table, objects) = (&inputs.composition.recognition.table, &inputs.composition.recognition.objects);
@@ -175,7 +177,10 @@ pub(super) fn files(
     let hulls = loaded.iter().map(|geometry| geometry.hulls.clone()).collect();
     let archive = StoredComposition::file(&composition, hulls)
         .and_then(|file| write_formats(&scene, &certificate, &assets, images, vec![file], &inputs.export))
-        .and_then(|files| zip_bundle(&files))
+        .and_then(|files| match packed_before {
+            Some(parent) => zip_derived_bundle(&files, parent),
+            None => zip_bundle(&files),
+        })
         .map_err(|error| StageError::permanent(error.code(), format!("writing the bundle: {error}")))?;
     Ok(Certified { certificate, archive })
 }

@@ -11,7 +11,7 @@ use crate::pipeline::composition::Composition;
 use crate::pipeline::error::StageError;
 use crate::pipeline::resources::StageResources;
 use crate::pipeline::{
-    Context, PreparedObjects, Settings, canonicalize, decompose, prepare_objects_with, reconstruct, rotate,
+    Context, PreparedObjects, Settings, canonicalize, decompose, prepare_objects_alone, reconstruct, rotate,
 };
 use ports::Adapter;
 use runtime::seed::child_seed;
@@ -54,7 +54,7 @@ pub(super) async fn make(
     let (text, lines) = listed(operations, &themes, |target| variation::phrase_of(parent, target));
     let mut additions = Additions::new();
     if !lines.is_empty() {
-        let objects = prepare_objects_with(asked(request, text), stages.clone(), settings.clone()).await?;
+        let objects = prepare_objects_alone(asked(request, text), stages.clone(), settings.clone()).await?;
         for line in lines {
             let made = of_line(&objects, &line, &operations[line.index])?;
             additions.insert(line.index, made);

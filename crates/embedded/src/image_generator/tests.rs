@@ -119,7 +119,7 @@ async fn ground_truth_matches_image_description_and_top_view() {
     assert!(description.objects.iter().any(|o| o.relations.iter().any(|r| r.kind == RelationKind::In)));
 
     // The top view is centered on the table, and the masks agree with the poses.
-    let top = ground_truth.top.known.expect("ground truth");
+    let top = ground_truth.top.expect("a view from above").known.expect("ground truth");
     let [x0, y0, x1, y1] = top.table.bbox_px().expect("a table").map(f64::from);
     let meters_per_px = table.size_m.x / (x1 - x0);
     for (mask, instance) in top.objects.iter().zip(&ground_truth.truth.instances) {

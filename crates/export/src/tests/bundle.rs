@@ -180,3 +180,17 @@ fn manifest_lists_every_file() {
         assert_eq!(sizes.get(file.path.as_str()), Some(&(file.bytes.len() as u64)), "{}", file.path);
     }
 }
+
+#[test]
+fn a_derived_bundle_is_packed_to_the_same_bytes_whatever_its_parent_has() {
+    let files = files();
+    let whole = zip_bundle(&files).expect("packs");
+    assert_eq!(archive::zip_derived_bundle(&files, &whole).expect("packs"), whole);
+    // A parent with other bytes, of the same length, in one file, and without another.
+    let mut other: Vec<BundleFile> = files.iter().filter(|file| file.path != "README.md").cloned().collect();
+    let changed = other.iter_mut().find(|file| file.path.ends_with(".obj")).expect("a mesh");
+    changed.bytes[0] ^= 1;
+    let parent = zip_bundle(&other).expect("packs");
+    assert_eq!(archive::zip_derived_bundle(&files, &parent).expect("packs"), whole);
+    assert_eq!(archive::zip_derived_bundle(&files, b"no archive").expect("packs"), whole);
+}

@@ -331,7 +331,7 @@ fn from_generated(generated: GeneratedReference, seed: u64) -> Result<Recognized
         masks: ground_truth.known.masks,
         table: Some(ground_truth.known.table_mask),
         alone: ground_truth.alone.into_iter().map(|alone| alone.completion).collect(),
-        top: Some(ground_truth.top),
+        top: ground_truth.top,
         rendered: true,
         seed,
     })
