@@ -18,7 +18,6 @@ use super::error::{FieldError, Problem, ProblemType};
 use super::json_body::{media_type, parse_apart};
 use super::parent::ParentBundle;
 use super::query::{Parameters, Time};
-use super::rebuild::missing_bytes;
 use super::scenes::{SubmitParameters, find, parse_id};
 use super::submission::{Submission, check_text};
 use super::terms::Terms;
@@ -91,19 +90,9 @@ async fn predict(
     parent: &ParentBundle,
     request: &SceneRequest,
 ) -> Result<Option<Value>, Problem> {
-    let permit = api.decoders.clone().acquire_owned().await.ok();
-    let Some(archive) = api.store.blobs().get(&parent.digest).await? else {
-        return Err(missing_bytes(api, scene_id).await);
-    };
+    let permit = api.decoders.clone().acquire_owned().await.map_err(|_| overloaded())?;
     let (predict, request) = (api.predict.clone(), request.clone());
-    let predicted = tokio::task::spawn_blocking(move || {
-        let _permit = permit;
-        predict(&request, &archive)
-    });
-    predicted.await.unwrap_or_else(|_| {
-        let detail = "a bug stopped the prediction; the log has the details under this request id";
-        Err(Problem::new(ProblemType::Internal, "internal_error", detail))
-    })
+    parent.compute(api, scene_id, permit, move |archive| predict(&request, archive)).await
 }
 
 /// Validates an edit of the parent; the result may be enqueued, once it has the parent's row.

@@ -18,7 +18,6 @@ use super::error::{FieldError, Problem, ProblemType};
 use super::json_body::{json_bytes, media_type, parse};
 use super::parent::ParentBundle;
 use super::query::Parameters;
-use super::rebuild::missing_bytes;
 use super::scenes::{find, parse_id};
 use super::submission::check_text;
 use scene::request::MAX_SEED;
@@ -112,18 +111,8 @@ pub async fn run(
     let scene = find(&api, &scene_id).await?;
     let bundle = ParentBundle::of(&api, &scene, true).await?;
     let permit = api.executions.clone().try_acquire_owned().map_err(|_| overloaded())?;
-    let Some(archive) = api.store.blobs().get(&bundle.digest).await? else {
-        return Err(missing_bytes(&api, &scene_id).await);
-    };
     let execute = api.execute_task.clone();
-    let executed = tokio::task::spawn_blocking(move || {
-        let _permit = permit;
-        execute(&archive, &asked)
-    });
-    let answer = executed.await.unwrap_or_else(|_| {
-        let detail = "a bug stopped the execution; the log has the details under this request id";
-        Err(Problem::new(ProblemType::Internal, "internal_error", detail))
-    })?;
+    let answer = bundle.compute(&api, &scene_id, permit, move |archive| execute(archive, &asked)).await?;
     Ok(match answer {
         ExecutionAnswer::Document(document) => Json(document).into_response(),
         ExecutionAnswer::Archive(bytes) => {

@@ -1,10 +1,12 @@
 //! The finished scene that another is made from.
 
 use futures::TryStreamExt;
+use tokio::sync::OwnedSemaphorePermit;
 
 use super::Api;
 use super::error::{Problem, ProblemType};
 use super::rebuild::missing_bytes;
+use scene::SceneId;
 use scene::job::SceneState;
 use store::scenes::SceneRow;
 use store::{DEFAULT_TENANT, Digest};
@@ -44,6 +46,31 @@ impl ParentBundle {
             return Err(Problem::new(ProblemType::Internal, "bundle_unreadable", detail));
         };
         Ok(Self { id, digest: archive.digest })
+    }
+
+    /// Computes with the archive, off the threads that serve requests, and keeps `permit` until that is done.
+    ///
+    /// # Errors
+    ///
+    /// A [`Problem`] where the bytes are gone, where `work` fails, and where it panics.
+    pub(super) async fn compute<T: Send + 'static>(
+        &self,
+        api: &Api,
+        scene_id: &SceneId,
+        permit: OwnedSemaphorePermit,
+        work: impl FnOnce(&[u8]) -> Result<T, Problem> + Send + 'static,
+    ) -> Result<T, Problem> {
+        let Some(archive) = api.store.blobs().get(&self.digest).await? else {
+            return Err(missing_bytes(api, scene_id).await);
+        };
+        let computed = tokio::task::spawn_blocking(move || {
+            let _permit = permit;
+            work(&archive)
+        });
+        computed.await.unwrap_or_else(|_| {
+            let detail = "a bug stopped this computation; the log has the details under this request id";
+            Err(Problem::new(ProblemType::Internal, "internal_error", detail))
+        })
     }
 }
 

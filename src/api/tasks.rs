@@ -13,7 +13,6 @@ use super::admission::overloaded;
 use super::error::{Problem, ProblemType};
 use super::parent::ParentBundle;
 use super::query::Parameters;
-use super::rebuild::missing_bytes;
 use super::scenes::{find, parse_id};
 use super::submission::check_text;
 use scene::request::MAX_SEED;
@@ -60,19 +59,14 @@ pub async fn list(
     let _permit = api.requests.clone().try_acquire_owned().map_err(|_| overloaded())?;
     let scene = find(&api, &scene_id).await?;
     let bundle = ParentBundle::of(&api, &scene, true).await?;
-    let permit = api.decoders.clone().acquire_owned().await.ok();
-    let Some(archive) = api.store.blobs().get(&bundle.digest).await? else {
-        return Err(missing_bytes(&api, &scene_id).await);
+    // Rehearsals simulate for seconds, as executions do; the rest takes milliseconds.
+    let permit = if request.rehearsed {
+        api.executions.clone().try_acquire_owned().map_err(|_| overloaded())?
+    } else {
+        api.decoders.clone().acquire_owned().await.map_err(|_| overloaded())?
     };
     let propose = api.propose_tasks.clone();
-    let proposed = tokio::task::spawn_blocking(move || {
-        let _permit = permit;
-        propose(&archive, &request)
-    });
-    let document = proposed.await.unwrap_or_else(|_| {
-        let detail = "a bug stopped the proposals; the log has the details under this request id";
-        Err(Problem::new(ProblemType::Internal, "internal_error", detail))
-    })?;
+    let document = bundle.compute(&api, &scene_id, permit, move |archive| propose(archive, &request)).await?;
     Ok(Json(document).into_response())
 }
 
