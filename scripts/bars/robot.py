@@ -1,12 +1,14 @@
 """Robots at work: proposed tasks in generated scenes, the tasks of the paper, and MuJoCo's opinion of both.
 
     PYTHONPATH=scripts python3 -m bars.robot [--target-dir target] [--scenes 100] [--tasks 3] [--seeds 100] [--jobs 2]
-        [--only all|scenes|paper]
+        [--only all|scenes|paper] [--readers yes|no] [--minutes 0]
 
 `scenes` generated sentences of at least three objects become scenes. For each, `tasks` tasks are proposed, their BDDL is
 read by PyPI `bddl`, and they are executed; each task of the paper is executed in its scene with `seeds` seeds by both
 robots. MuJoCo repeats what was done from its joint targets (tests/judges/robots/replay.py). What was executed is kept
-under the target directory: the same program goes on where it was interrupted. All of it takes hours on two cores.
+under the target directory: the same program goes on where it was interrupted, and records that another machine made are used
+if they are put there. All of it takes hours on two cores. Nothing new is begun after `minutes` (0: no limit); without
+`readers`, the executions whose files other programs read are left out.
 """
 
 import hashlib
@@ -14,9 +16,12 @@ import json
 import shutil
 import statistics
 import subprocess
+import threading
+import time
 import zlib
-from collections import Counter
+from collections import Counter, defaultdict
 from concurrent.futures import ThreadPoolExecutor, as_completed
+from functools import partial
 from pathlib import Path
 
 from bars.page import ROOT, arguments, percent, table, write
@@ -30,7 +35,7 @@ JUDGES = ROOT / "tests" / "judges" / "robots"
 CHECK_BDDL = ROOT / "tests" / "judges" / "tasks" / "check_bddl.py"
 # The bars.
 DONE, AGREED, PAPER = 0.90, 0.95, 0.95
-READ_ONE_IN = 10
+READ_ONE_IN = 30
 # A task that takes longer than this to execute is given up.
 EXECUTE_S = 600
 # Scenes have at least so many objects.
@@ -59,7 +64,9 @@ class Bench:
     def __init__(self, given):
         with given.binary.open("rb") as program:
             digest = hashlib.file_digest(program, "sha256").hexdigest()[:12]
-        self.binary, self.jobs = given.binary, given.jobs
+        self.binary, self.jobs, self.has_readers = given.binary, given.jobs, given.readers == "yes"
+        self.ends = time.monotonic() + 60 * given.minutes if given.minutes else float("inf")
+        self.making = defaultdict(threading.Lock)
         self.folder = given.work / "robot" / digest
         self.folder.mkdir(parents=True, exist_ok=True)
         pins = (JUDGES / "requirements.txt").read_text(encoding="utf-8").splitlines()
@@ -69,37 +76,52 @@ class Bench:
     def scene(self, name: str, text: str, seed: int) -> Path:
         """The bundle of a text."""
         bundle = self.folder / "scenes" / name
-        if not (bundle / "manifest.json").is_file():
-            made = generate(self.binary, bundle, text, seed, threads=1)
-            if made.told["verdict"] != "pass":
-                shutil.rmtree(bundle)
-                raise Problem(f"{text!r} is in quarantine: {made.told['reasons']}")
+        with self.making[name]:
+            if not (bundle / "manifest.json").is_file():
+                self.expect_time()
+                made = generate(self.binary, bundle, text, seed, threads=1)
+                if made.told["verdict"] != "pass":
+                    shutil.rmtree(bundle)
+                    raise Problem(f"{text!r} is in quarantine: {made.told['reasons']}")
         return bundle
 
-    def proposed(self, bundle: Path, count: int, seed: int) -> list:
+    def expect_time(self):
+        if time.monotonic() > self.ends:
+            raise Problem("there was no time left for it")
+
+    def proposed(self, name: str, scene, count: int, seed: int) -> list:
         """Proposed tasks, as they are printed. Their files have to be what the parser of BEHAVIOR reads."""
-        out = self.folder / "tasks" / bundle.name
+        path = self.folder / "tasks" / f"{name}.json"
+        if path.is_file():
+            return json.loads(path.read_text(encoding="utf-8"))
+        bundle, out = scene(), self.folder / "out" / f"tasks_{name}"
+        self.expect_time()
         asked = ["tasks", "--bundle", bundle, "--count", count, "--seed", seed, "--rehearse", "--out", out, "--json"]
         found = json.loads(self.call(asked, (0,)).stdout)["proposed"]
         if found:
             checked = subprocess.run([self.python, CHECK_BDDL, out], capture_output=True, text=True)
             if checked.returncode != 0:
                 raise Problem(f"the BDDL of {out}: {checked.stdout or checked.stderr}")
+        shutil.rmtree(out, ignore_errors=True)
+        keep(path, found)
         return found
 
-    def executed(self, name: str, bundle: Path, task, seed: int, robot: str) -> dict:
-        """What became of a task (a dictionary, or an instruction), and what MuJoCo says of it."""
+    def executed(self, name: str, scene, task, seed: int, robot: str) -> dict:
+        """What became of a task (a dictionary, or an instruction) in a scene, and what MuJoCo says of it."""
         path = self.folder / "executions" / f"{name}.json"
         if path.is_file():
             return json.loads(path.read_text(encoding="utf-8"))
-        out = self.folder / "out" / name
+        # The files of one execution in so many are read by other programs, its video too.
+        is_read = zlib.crc32(name.encode()) % READ_ONE_IN == 0
+        if is_read and not self.has_readers:
+            raise Problem("the readers of its files are not here")
+        bundle, out = scene(), self.folder / "out" / name
+        self.expect_time()
         out.mkdir(parents=True, exist_ok=True)
         if isinstance(task, dict):
             (out / "given.json").write_text(json.dumps(task), encoding="utf-8")
         source = out / "given.json" if isinstance(task, dict) else task
         asked = ["execute", "--bundle", bundle, "--task", source, "--robot", robot, "--seed", seed, "--out", out]
-        # The files of one execution in so many are read by other programs, its video too.
-        is_read = zlib.crc32(name.encode()) % READ_ONE_IN == 0
         ran = self.call([*asked, "--json", *(["--video"] if is_read else [])], None)
         record = {"cpu_s": ran.cpu_s, **self.outcome(ran)}
         if record["outcome"] == "done":
@@ -107,8 +129,7 @@ class Bench:
             if is_read:
                 record["files"] = self.read(out)
         shutil.rmtree(out)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(json.dumps(record), encoding="utf-8")
+        keep(path, record)
         return record
 
     @staticmethod
@@ -169,8 +190,16 @@ class Bench:
         return found
 
 
+def keep(path: Path, told):
+    path.parent.mkdir(parents=True, exist_ok=True)
+    written = path.with_suffix(".part")
+    written.write_text(json.dumps(told), encoding="utf-8")
+    written.rename(path)
+
+
 def main() -> bool:
-    given = arguments(__doc__.splitlines()[0], scenes=100, tasks=3, seeds=100, jobs=2, only="all")
+    options = {"scenes": 100, "tasks": 3, "seeds": 100, "jobs": 2, "only": "all", "readers": "yes", "minutes": 0.0}
+    given = arguments(__doc__.splitlines()[0], **options)
     bench = Bench(given)
     parts = []
     if given.only in ("all", "scenes"):
@@ -199,11 +228,11 @@ def in_scenes(bench: Bench, scenes: int, count: int) -> tuple:
 
     def work(number: int) -> list:
         sentence = wanted[number]
-        bundle = bench.scene(f"scene_{number:03}", sentence.text, sentence.seed)
-        tasks = bench.proposed(bundle, count, number)
+        name = f"scene_{number:03}"
+        scene = partial(bench.scene, name, sentence.text, sentence.seed)
         records = []
-        for k, proposal in enumerate(tasks):
-            record = bench.executed(f"scene_{number:03}_{k}", bundle, proposal["task"], number, "panda")
+        for k, proposal in enumerate(bench.proposed(name, scene, count, number)):
+            record = bench.executed(f"{name}_{k}", scene, proposal["task"], number, "panda")
             records.append({"kind": proposal["kind"], "instruction": proposal["task"]["instruction"], **record})
         return records
 
@@ -256,21 +285,15 @@ def outcomes(records: list) -> str:
 
 
 def of_paper(bench: Bench, seeds: int) -> tuple:
-    every = [(name, robot, seed) for name in PAPER_TASKS for robot in ROBOTS for seed in range(seeds)]
+    every = [(name, robot, seed) for seed in range(seeds) for name in PAPER_TASKS for robot in ROBOTS]
 
     def work(one: tuple) -> list:
         name, robot, seed = one
         text, instruction = PAPER_TASKS[name]
-        bundle = bench.scene(f"paper_{'kitchen' if text == KITCHEN else name}_{seed}", text, seed)
-        return [bench.executed(f"paper_{name}_{robot}_{seed}", bundle, instruction, seed, robot)]
+        # Two robots and two tasks share scenes.
+        scene = partial(bench.scene, f"paper_{'kitchen' if text == KITCHEN else name}_{seed}", text, seed)
+        return [bench.executed(f"paper_{name}_{robot}_{seed}", scene, instruction, seed, robot)]
 
-    # Two robots and two tasks share scenes: make each once.
-    for text, name in {PAPER_TASKS[name][0]: name for name in reversed(PAPER_TASKS)}.items():
-        for seed in range(seeds):
-            try:
-                bench.scene(f"paper_{'kitchen' if text == KITCHEN else name}_{seed}", text, seed)
-            except Problem as problem:
-                print(problem, flush=True)
     found = dict(zip(every, (records[0] for records in bench.each("paper", every, work))))
     bars, rows = [], []
     for name, (_, instruction) in PAPER_TASKS.items():
