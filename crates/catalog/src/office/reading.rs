@@ -77,8 +77,9 @@ pub fn notebook(order: &mut Order) -> TexturedMesh {
     let (w, d, h) = (size.x, size.y, size.z);
     let spiral = order.pick(3) < 2;
     let mut mesh = TexturedMesh::default();
-    let (z0, z1) = (0.0, h - 0.0009);
-    // Within the covers: notebooks of a stack lie on these and do not rock on the coils.
+    // What rises above the cover: an elastic band and a sticker, or hardly anything. Notebooks of a stack lie on their
+    // covers, and rock neither on coils nor on stickers.
+    let (z0, z1, sticker) = if spiral { (0.0, h - 0.0002, 0.0001) } else { (0.0, h - 0.0009, 0.0006) };
     let wire_radius = if spiral { 0.5 * z1 - 0.0006 } else { 0.0 };
     let left = -0.5 * w + wire_radius;
     let corner = 0.008;
@@ -96,7 +97,7 @@ pub fn notebook(order: &mut Order) -> TexturedMesh {
     let (lx, ly) = (left + 0.5 * (0.5 * w - left), 0.18 * d);
     let tag = rounded(
         at(lx - 0.24 * w, ly - 0.1 * d, z1 - 0.0006),
-        at(lx + 0.24 * w, ly + 0.1 * d, z1 + 0.0006),
+        at(lx + 0.24 * w, ly + 0.1 * d, z1 + sticker),
         0.003,
         0.0003,
     );
