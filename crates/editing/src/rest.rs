@@ -44,7 +44,7 @@ const STATED_YAW_RAD: f64 = 0.5 * YAW_TOLERANCE_RAD;
 const TOP_LAYER_M: f64 = 0.002;
 
 /// The center of mass of an object lies at least so deep inside the top of what carries it, as a share of half the
-/// smaller extent of its outline: a book may balance on an orange, and nobody would put it there.
+/// smaller extent of its outline: a book that balances on an orange is no stable scene.
 const BALANCED_SHARE: f64 = 0.2;
 
 /// What a simulation needs.

@@ -178,7 +178,7 @@ impl ImageGenerator for EmbeddedImageGenerator {
 #[derive(Clone, Copy, PartialEq)]
 enum Wanted {
     Scene,
-    /// The objects alone: nobody asks for the view from above.
+    /// The objects alone, without the view from above.
     Objects,
 }
 

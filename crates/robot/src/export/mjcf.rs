@@ -38,7 +38,7 @@ pub fn write_mjcf(robot: &Robot) -> String {
     document.finish()
 }
 
-/// Writes how contacts are solved: with MuJoCo's defaults, what is gripped creeps.
+/// Writes how contacts are solved, and memory for it: with MuJoCo's defaults, what is gripped creeps.
 pub(super) fn write_option(document: &mut XmlDocument) {
     document.empty(
         "option",
@@ -50,6 +50,9 @@ pub(super) fn write_option(document: &mut XmlDocument) {
             ("noslip_iterations", &contact::NOSLIP_ITERATIONS.to_string()),
         ],
     );
+    // The iterations against slip need the square of the number of contact forces: with 225 contacts MuJoCo's own
+    // 16 MB are not enough, and it ends the simulation.
+    document.empty("size", &[("memory", "256M")]);
 }
 
 /// Friction is sliding, torsional and rolling; pads resist turning too.
