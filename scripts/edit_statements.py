@@ -230,8 +230,8 @@ def known_name(body: Body, context: Context) -> str:
 
 
 def is_made_of(folder, name: str, material: str) -> bool:
-    """Whether a part of the surface shows the material, which does not change the body then."""
-    return any(part.material == material for part in parts(folder, name))
+    """Whether a part of the surface shows the material, which does not change the body then; without files, none."""
+    return folder is not None and any(part.material == material for part in parts(folder, name))
 
 
 def has_color(folder, name: str, color: str) -> bool:
