@@ -15,6 +15,8 @@ CARRIED_M = 0.02
 SIZE_TOLERANCE, MASS_TOLERANCE = 0.02, 0.1
 # What grows may have to step aside.
 RESIZED_M = 0.05
+# Distance of colors that a reader tells apart.
+OTHER_COLOR = 0.1
 # A new material changes the mass; the pose settles by no more than this.
 SETTLED_M, SETTLED_RAD = 0.002, 0.02
 # Tidied objects are at least this far apart.
@@ -214,7 +216,8 @@ def recolored(operation, index, context) -> list:
         if before.size_m != body.size_m or before.label != body.label:
             wrong.append(f"the size or the label of {body.name} changed")
         same_substance = before.mass_kg == body.mass_kg and before.friction == body.friction
-        if material and same_substance and not is_made_of(context.parent.folder, before.name, material):
+        # Categories with a density of their own keep it, and two substances may have one friction: then it shows.
+        if material and same_substance and not looks_other(context, before, body):
             wrong.append(f"mass and friction of {body.name} are those of before, not those of {material}")
         if not material and not same_substance:
             wrong.append(f"mass or friction of {body.name} changed with its color")
@@ -229,9 +232,14 @@ def known_name(body: Body, context: Context) -> str:
     return next((name for name, other in context.bodies.items() if other is body), body.name)
 
 
-def is_made_of(folder, name: str, material: str) -> bool:
-    """Whether a part of the surface shows the material, which does not change the body then; without files, none."""
-    return folder is not None and any(part.material == material for part in parts(folder, name))
+def looks_other(context: Context, before: Body, after: Body) -> bool:
+    """Whether the largest part of a body has another color than before; without files it has not."""
+    if context.parent.folder is None or context.child.folder is None:
+        return False
+    colors = [
+        parts(scene.folder, body.name)[0].color for scene, body in ((context.parent, before), (context.child, after))
+    ]
+    return math.dist(*colors) > OTHER_COLOR
 
 
 def has_color(folder, name: str, color: str) -> bool:

@@ -399,12 +399,12 @@ impl Workspace {
             return Ok(());
         };
         let (below, footprint) = (&self.objects[parent], object.footprint());
-        let top: Vec<DVec2> = below
-            .shape
-            .points(&below.body.world_from_object)
-            .filter(|point| point.z > footprint.bottom_m - TOP_LAYER_M)
-            .map(DVec3::truncate)
-            .collect();
+        let points = || below.shape.points(&below.body.world_from_object);
+        // What is tilted reaches below the top that carries it.
+        let is_covered = |point: &DVec3| depth_in_convex_m(footprint.corners(), point.truncate()) >= 0.0;
+        let level_m = points().filter(is_covered).map(|point| point.z).fold(footprint.bottom_m, f64::max);
+        let top: Vec<DVec2> =
+            points().filter(|point| point.z > level_m - TOP_LAYER_M).map(DVec3::truncate).collect();
         let pose = &object.body.world_from_object;
         let center_of_mass_m = pose.transform_point(object.body.mass.center_of_mass_m).truncate();
         let depth_m = depth_in_convex_m(&convex_hull_2d(&top), center_of_mass_m);
