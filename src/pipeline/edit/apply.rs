@@ -22,7 +22,7 @@ use runtime::seed::child_seed;
 use scene::EditOperation;
 use scene::edit::{EditAccount, OperationResult};
 
-pub const STAGE: Stage = Stage { name: "edit", version: 4 };
+pub const STAGE: Stage = Stage { name: "edit", version: 5 };
 
 /// What is done to the parent.
 #[derive(Serialize)]

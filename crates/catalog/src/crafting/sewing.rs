@@ -80,7 +80,7 @@ pub(super) fn yarn_ball(order: &mut Order) -> TexturedMesh {
         })
         .collect();
     let (crest, shade) = (order.color.scaled(1.1), order.color.scaled(0.62));
-    let windings = draw_texture(384, 192, |u, v| {
+    let windings = draw_texture(256, 128, |u, v| {
         let (turn, polar) = (TAU * f64::from(u), PI * f64::from(v));
         let direction = (polar.sin() * DVec2::from_angle(turn)).extend(-polar.cos());
         shade.mix(crest, winding_height(&axes, direction).1 as f32)
