@@ -99,7 +99,7 @@ pub struct Inputs {
     render: RenderSettings,
     export: ExportSettings,
     feature_extractor: Adapter,
-    /// The parent's bundle, of an edit: what is packed there is copied. It decides no byte of the result.
+    /// The parent's bundle, of an edit: what is packed there is copied. The request in the key names it already.
     #[serde(skip)]
     parent_bundle: Option<Digest>,
     /// Absent where no model is asked for its opinion.
@@ -230,9 +230,7 @@ impl Inputs {
             gpu,
         }
     }
-}
 
-impl Inputs {
     /// The same of an edit whose parent has this bundle.
     pub fn with_parent(self, bundle: Digest) -> Self {
         Self { parent_bundle: Some(bundle), ..self }

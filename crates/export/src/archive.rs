@@ -117,10 +117,15 @@ impl<'a> EarlierArchive<'a> {
             return None;
         }
         let mut alone = ZipWriter::new(Cursor::new(Vec::new()));
-        alone.raw_copy_file_rename(archive.by_index_raw(index).ok()?, file.path.as_str()).ok()?;
+        // An archive that another program packed has other dates.
+        let packed = archive.by_index_raw(index).ok()?;
+        alone.raw_copy_file_touch(packed, DateTime::DEFAULT, Some(FILE_MODE)).ok()?;
         Some(alone.finish().ok()?.into_inner())
     }
 }
+
+/// Permissions of every entry.
+const FILE_MODE: u32 = 0o644;
 
 /// Compression level. Meshes and USD text become 5 % larger than at the default level 6, in half the time.
 const DEFLATE_LEVEL: i64 = 4;
@@ -140,7 +145,7 @@ fn single_entry_archive(file: &BundleFile) -> Result<Vec<u8>, ZipError> {
         .compression_method(method)
         .compression_level(level)
         .last_modified_time(DateTime::DEFAULT)
-        .unix_permissions(0o644);
+        .unix_permissions(FILE_MODE);
     let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
     archive.start_file(file.path.as_str(), options)?;
     archive.write_all(&file.bytes)?;
