@@ -24,6 +24,10 @@ const ACQUIRE_TIMEOUT: Duration = Duration::from_secs(5);
 /// A connection that rested longer is tested before its next use; a test costs a round trip.
 const UNTESTED: Duration = Duration::from_secs(1);
 
+/// PostgreSQL ends a transaction whose process is silent for this long, so that one that is stopped, or cut off, does
+/// not keep its rows locked beyond its lease. Shorter than the shortest lease.
+pub(super) const MAX_SILENCE: Duration = Duration::from_secs(4);
+
 /// The write-ahead log of SQLite shrinks to this after a burst of writes.
 const MAX_IDLE_LOG_BYTES: u32 = 16 << 20;
 
@@ -147,6 +151,14 @@ pub(super) async fn postgres_pool(url: &str, settings: &Settings) -> Result<AnyP
         .max_connections(settings.connections.clamp(2, 256))
         .acquire_timeout(ACQUIRE_TIMEOUT)
         .test_before_acquire(false)
+        .after_connect(|connection, _| {
+            let silence_ms = MAX_SILENCE.as_millis();
+            let limit = format!("SET idle_in_transaction_session_timeout = {silence_ms}");
+            Box::pin(async move {
+                sqlx::raw_sql(AssertSqlSafe(limit)).execute(connection).await?;
+                Ok(())
+            })
+        })
         .before_acquire(|connection, metadata| {
             Box::pin(async move {
                 if metadata.idle_for > UNTESTED {

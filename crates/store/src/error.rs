@@ -68,11 +68,11 @@ impl StoreError {
         }
     }
 
-    /// Whether the database rolled a transaction back because of another one: a serialization failure, a deadlock, or
-    /// the same key inserted twice. Repeated, it sees what the other one wrote.
+    /// Whether the database rolled a transaction back because of another one: a serialization failure, a deadlock, the
+    /// same key inserted twice, or a silence that others could not wait for. Repeated, it sees what the others wrote.
     pub(super) fn is_collision(&self) -> bool {
         let Self::Sql { source: sqlx::Error::Database(error), .. } = self else { return false };
-        matches!(error.code().as_deref(), Some("40001" | "40P01" | "23505"))
+        matches!(error.code().as_deref(), Some("40001" | "40P01" | "23505" | "25P03"))
     }
 
     /// Message and causes on one line, for the log.

@@ -16,6 +16,7 @@ mod stage_claims;
 mod fences;
 mod stages;
 mod wake_ups;
+mod frozen;
 
 use std::collections::BTreeMap;
 use std::time::Duration;

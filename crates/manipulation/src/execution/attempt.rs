@@ -257,15 +257,24 @@ impl<'a> Attempt<'a> {
         let neighbors = self.motions.neighbors(held.object, &poses);
         let max_fall_m = max_fall_m(step);
         let trials = self.release_trials(held.object, step, &poses);
-        let within: Vec<PlaceOption> = places
-            .iter()
-            .filter_map(|place| self.motions.place(held, place, &neighbors, &commanded, max_fall_m))
-            .collect();
-        let tried = within.iter().filter(|option| trials.succeeds(&option.released));
-        let mut options: Vec<PlaceOption> = tried.take(self.motions.settings.max_options).cloned().collect();
+        let max_options = self.motions.settings.max_options;
+        let in_reach =
+            places.iter().filter_map(|at| self.motions.place(held, at, &neighbors, &commanded, max_fall_m));
+        let (mut options, mut unstable) = (Vec::new(), Vec::new());
+        for option in in_reach {
+            if trials.succeeds(&option.released) {
+                options.push(option)
+            } else {
+                unstable.push(option)
+            }
+            if options.len() == max_options {
+                break;
+            }
+        }
+        // Where no trial succeeds, the task is attempted all the same.
         if options.is_empty() {
-            options = within;
-            options.truncate(self.motions.settings.max_options);
+            options = unstable;
+            options.truncate(max_options);
         }
         let goals: Vec<Vec<f64>> =
             options.iter().filter_map(|option| option.lower.first().cloned()).collect();
