@@ -10,7 +10,7 @@ from place import SCRIPTS
 
 sys.path.insert(0, str(SCRIPTS))
 
-from bars.reliability import bare, plot  # noqa: E402
+from bars.reliability import audit, bare, plot  # noqa: E402
 from bars.reliability.proxy import Proxy  # noqa: E402
 from bars.reliability.scenes import complaints, quantile, tally  # noqa: E402
 from bars.reliability.soak import growth_of  # noqa: E402
@@ -153,6 +153,30 @@ class Proxies(unittest.TestCase):
                 proxy.refuse()
                 with self.assertRaises(ConnectionRefusedError):
                     socket.create_connection(("127.0.0.1", proxy.port), timeout=5)
+
+
+class LateWrites(unittest.TestCase):
+    def late(self, *rows):
+        return audit.late_among([(user, inside, takes, table, "job") for user, inside, takes, table in rows])
+
+    def test_a_rescue_and_what_follows_it_are_in_time(self):
+        rows = [
+            ("worker0", "1", "claim", "jobs"),
+            ("worker0", "2", "", "stages"),
+            ("worker1", "3", "", "jobs"),
+            ("worker1", "3", "rescue", "jobs"),
+            ("worker1", "3", "", "events"),
+            ("worker1", "4", "claim", "jobs"),
+            ("worker1", "5", "", "stages"),
+        ]
+        self.assertEqual(self.late(*rows), [])
+
+    def test_what_the_worker_of_before_writes_is_late(self):
+        begin = [("worker0", "1", "claim", "jobs"), ("worker1", "2", "rescue", "jobs")]
+        self.assertEqual(len(self.late(*begin, ("worker0", "3", "", "stages"))), 1)
+        claim = ("worker1", "3", "claim", "jobs")
+        self.assertEqual(len(self.late(*begin, claim, ("worker0", "4", "", "events"))), 1)
+        self.assertEqual(len(self.late(begin[0], ("worker1", "2", "", "stages"))), 1, "without a claim")
 
 
 if __name__ == "__main__":

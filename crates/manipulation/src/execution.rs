@@ -10,6 +10,7 @@
 
 mod attempt;
 mod base;
+mod fingers;
 mod motions;
 mod obstacles;
 mod place;

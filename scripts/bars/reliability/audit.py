@@ -28,14 +28,17 @@ CREATE TRIGGER audit_of_jobs AFTER UPDATE OF state ON jobs FOR EACH ROW
 
 CREATE TABLE written (id BIGSERIAL PRIMARY KEY, by_user TEXT NOT NULL DEFAULT session_user,
     inside BIGINT NOT NULL DEFAULT txid_current(),
-    claims BOOLEAN NOT NULL, into_table TEXT NOT NULL, job_id TEXT NOT NULL);
+    takes TEXT NOT NULL, into_table TEXT NOT NULL, job_id TEXT NOT NULL);
 CREATE FUNCTION audit_claim() RETURNS trigger LANGUAGE plpgsql AS $$ BEGIN
-    INSERT INTO written (claims, into_table, job_id) VALUES (NEW.epoch > OLD.epoch, 'jobs', NEW.id);
+    INSERT INTO written (takes, into_table, job_id) VALUES (
+        CASE WHEN NEW.epoch > OLD.epoch THEN 'claim'
+             WHEN OLD.lease_until <= EXTRACT(EPOCH FROM clock_timestamp()) * 1000 AND NEW.lease_until IS NULL
+             THEN 'rescue' ELSE '' END, 'jobs', NEW.id);
     RETURN NULL;
 END $$;
 CREATE TRIGGER audit_of_claims AFTER UPDATE ON jobs FOR EACH ROW EXECUTE FUNCTION audit_claim();
 CREATE FUNCTION audit_write() RETURNS trigger LANGUAGE plpgsql AS $$ BEGIN
-    INSERT INTO written (claims, into_table, job_id) VALUES (FALSE, TG_TABLE_NAME, NEW.job_id);
+    INSERT INTO written (takes, into_table, job_id) VALUES ('', TG_TABLE_NAME, NEW.job_id);
     RETURN NULL;
 END $$;
 CREATE TRIGGER audit_of_stages AFTER INSERT OR UPDATE ON stages FOR EACH ROW EXECUTE FUNCTION audit_write();
@@ -65,15 +68,20 @@ def double_commits(service) -> list:
 
 
 def late_writes(service) -> list:
-    """Rows of a job that a worker wrote after another had claimed the job; PostgreSQL only, where each has its own
-    user.
+    """Rows of a job that a worker wrote after another had claimed the job, or had taken it from the worker because its
+    lease had run out; PostgreSQL only, where each has its own user.
     """
-    rows = service.rows("SELECT by_user, inside, claims, into_table, job_id FROM written ORDER BY id")
-    claiming = {(inside, job) for _, inside, claims, _, job in rows if claims == "t"}
+    return late_among(service.rows("SELECT by_user, inside, takes, into_table, job_id FROM written ORDER BY id"))
+
+
+def late_among(rows) -> list:
+    """The late ones of these writes: user, transaction, `claim`, `rescue` or nothing, table, job. All writes of a
+    transaction that claims or rescues a job belong to that."""
+    taken = {(inside, job): takes for _, inside, takes, _, job in rows if takes}
     holder, late = {}, []
     for user, inside, _, table, job in rows:
-        if (inside, job) in claiming:
-            holder[job] = user
+        if takes := taken.get((inside, job)):
+            holder[job] = user if takes == "claim" else "no worker"
         elif user.startswith("worker") and holder.get(job, user) != user:
-            late.append(f"{user} wrote into {table} of a job that {holder[job]} holds")
+            late.append(f"late: {user} wrote into {table} of a job that {holder[job]} holds")
     return late

@@ -94,7 +94,7 @@ def pauses_of(bench, store, pauses, wrong) -> list:
             if store == "postgres":
                 writes = audit.late_writes(service)
                 late += len(writes)
-                found += [f"late: {line}" for line in writes]
+                found += writes
             found += outcome(service.api, scene_id, job_id, digests[number]) + audit.double_commits(service)
     wrong += found
     counts = tally(found)

@@ -3,6 +3,7 @@
 use geometry::{DVec3, Pose};
 use robot::trajectory::Trajectory;
 
+use super::fingers::FingerCommand;
 use super::motions::Motions;
 use super::record::{Frame, Phase, Recording};
 use crate::grasp::gripper_joint;
@@ -20,7 +21,7 @@ pub(crate) struct Runner<'a> {
     motions: &'a Motions<'a>,
     /// Where the arm was asked to be last.
     pub commanded: Vec<f64>,
-    opening_target_m: f64,
+    fingers: FingerCommand,
     /// Mass and center of mass in the tool's frame of what is held, and the share of it that the servos carry now.
     load: Option<(f64, DVec3)>,
     load_share: f64,
@@ -36,7 +37,7 @@ impl<'a> Runner<'a> {
         let objects = motions.scene.objects.iter().map(|object| object.name.clone()).collect();
         Self {
             commanded: world.joint_positions(),
-            opening_target_m: world.opening_m(),
+            fingers: FingerCommand::resting(motions.robot, world.opening_m()),
             recording: Recording { rate_hz, joints, gripper_joint, objects, frames: Vec::new() },
             load: None,
             load_share: 0.0,
@@ -86,7 +87,7 @@ impl<'a> Runner<'a> {
     /// Moves the fingers, and waits until they have had the time for it and `settle_s` more.
     pub fn move_fingers(&mut self, phase: Phase, opening_m: f64, speed_m_s: f64, force_n: f64, wait_s: f64) {
         self.phase = phase;
-        self.opening_target_m = opening_m;
+        self.fingers.command(opening_m, speed_m_s, force_n);
         self.world.set_gripper(opening_m, speed_m_s, force_n);
         self.wait(phase, wait_s);
     }
@@ -128,6 +129,7 @@ impl<'a> Runner<'a> {
             None => vec![0.0; positions.len()],
         };
         let targets: Vec<f64> = positions.iter().zip(&lead).map(|(q, lead)| q + lead).collect();
+        self.fingers.advance(self.world.opening_m(), 1.0 / self.world.options().steps_per_s);
         self.record(&targets, velocities);
         self.world.set_joint_targets(&targets, velocities);
         self.world.step();
@@ -148,9 +150,9 @@ impl<'a> Runner<'a> {
             joint_targets,
             joint_positions: self.world.joint_positions(),
             joint_velocities: self.world.joint_velocities(),
-            opening_target_m: self.opening_target_m,
+            opening_target_m: self.fingers.opening_target_m(),
             opening_m: self.world.opening_m(),
-            gripper_target: self.motions.robot.gripper_position(self.opening_target_m),
+            gripper_target: self.motions.robot.gripper_position(self.fingers.opening_target_m()),
             object_poses: self.poses(),
         });
     }
