@@ -258,7 +258,19 @@ impl<'a> Motions<'a> {
         let hulls = &self.scene.objects[held.object].hulls;
         let arm = self.arms.holding(self.robot, hulls, &held.tool_from_object)?;
         let blocks = self.obstacles(poses, &[held.object]);
-        self.transit(&arm, start, goals, &blocks, self.settings.carrying_shares, rng)
+        let shares = self.settings.carrying_shares;
+        let close = |failure: &MotionFailure| {
+            let MotionFailure::Plan(failure) = failure else { return false };
+            matches!(failure, PlanFailure::StartInCollision { .. } | PlanFailure::GoalInCollision { .. })
+        };
+        match self.transit(&arm, start, goals, &blocks, shares, rng) {
+            // The spheres around a long object that hangs down a little meet the table before it does.
+            Err(failure) if close(&failure) => {
+                let arm = self.arms.holding_closely(self.robot, hulls, &held.tool_from_object)?;
+                self.transit(&arm, start, goals, &blocks, shares, rng)
+            }
+            done => done,
+        }
     }
 
     /// The time law of a straight motion.

@@ -14,6 +14,8 @@ use crate::swept::Swept;
 
 /// Spheres that cover a held object have about this radius at most, meters.
 const MAX_SPHERE_M: f64 = 0.02;
+/// The same where a held object is close to something: small spheres stick out less, and take longer.
+const MAX_CLOSE_SPHERE_M: f64 = 0.006;
 /// And at least this many cells along its longest side.
 const CELLS: f64 = 4.0;
 
@@ -112,11 +114,34 @@ impl PlannerArms {
         hulls: &[ConvexHull],
         tool_from_object: &Pose,
     ) -> Result<Arm, ArmError> {
+        self.holding_covered(robot, hulls, tool_from_object, MAX_SPHERE_M)
+    }
+
+    /// The same with small spheres, for an object that is close to something.
+    ///
+    /// # Errors
+    /// As [`Self::holding`].
+    pub fn holding_closely(
+        &self,
+        robot: &Robot,
+        hulls: &[ConvexHull],
+        tool_from_object: &Pose,
+    ) -> Result<Arm, ArmError> {
+        self.holding_covered(robot, hulls, tool_from_object, MAX_CLOSE_SPHERE_M)
+    }
+
+    fn holding_covered(
+        &self,
+        robot: &Robot,
+        hulls: &[ConvexHull],
+        tool_from_object: &Pose,
+        max_sphere_m: f64,
+    ) -> Result<Arm, ArmError> {
         let home = &robot.home().positions;
         let frames = self.whole.frames(home);
         let frame_from_tool = frames[self.hand_frame].inverse() * tool_pose(robot, home);
         let frame_from_object = frame_from_tool * to_isometry(tool_from_object);
-        let spheres = spheres(hulls).into_iter().map(|(center, radius_m)| Sphere {
+        let spheres = spheres(hulls, max_sphere_m).into_iter().map(|(center, radius_m)| Sphere {
             center_m: frame_from_object * Point3::from(from_vector(center)),
             radius_m,
         });
@@ -126,12 +151,12 @@ impl PlannerArms {
 }
 
 /// Spheres that cover hulls: one for each cell of a grid that meets one.
-fn spheres(hulls: &[ConvexHull]) -> Vec<(DVec3, f64)> {
+fn spheres(hulls: &[ConvexHull], max_sphere_m: f64) -> Vec<(DVec3, f64)> {
     let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     let points = hulls.iter().flat_map(|hull| &hull.points);
     let (low, high) = points.fold(start, |(low, high), p| (low.min(*p), high.max(*p)));
     let size = high - low;
-    let cell_m = (size.max_element() / CELLS).min(2.0 * MAX_SPHERE_M / 3.0_f64.sqrt()).max(2e-3);
+    let cell_m = (size.max_element() / CELLS).min(2.0 * max_sphere_m / 3.0_f64.sqrt()).max(2e-3);
     let counts = (size / cell_m).ceil().max(DVec3::ONE);
     let step = size / counts;
     let radius_m = 0.5 * step.length();
@@ -161,11 +186,14 @@ mod tests {
     #[test]
     fn spheres_cover_an_object() {
         let hulls = [hull(&block(DVec3::new(0.2, 0.03, 0.01)))];
-        let cover = spheres(&hulls);
-        assert!(cover.len() < 80, "{}", cover.len());
-        for i in 0..=20 {
-            let p = DVec3::new(-0.1 + 0.01 * f64::from(i), 0.015, 0.01);
-            assert!(cover.iter().any(|(center, radius_m)| center.distance(p) <= radius_m + 1e-9), "{p}");
+        for (max_sphere_m, most) in [(MAX_SPHERE_M, 80), (MAX_CLOSE_SPHERE_M, 400)] {
+            let cover = spheres(&hulls, max_sphere_m);
+            assert!(cover.len() < most, "{}", cover.len());
+            assert!(cover.iter().all(|(_, radius_m)| *radius_m <= max_sphere_m + 1e-9));
+            for i in 0..=20 {
+                let p = DVec3::new(-0.1 + 0.01 * f64::from(i), 0.015, 0.01);
+                assert!(cover.iter().any(|(center, radius_m)| center.distance(p) <= radius_m + 1e-9), "{p}");
+            }
         }
     }
 
