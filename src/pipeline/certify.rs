@@ -69,7 +69,9 @@ impl SceneIdentity {
         let mut settings = serde_json::to_value(settings).unwrap_or_default();
         if let (None, Some(sections)) = (&request.options.robot, settings.as_object_mut()) {
             // Without a robot they decide nothing.
-            ["grasps", "execution"].map(|section| sections.shift_remove(section));
+            for section in ["grasps", "execution"] {
+                sections.shift_remove(section);
+            }
         }
         let decides = json!({
             "request": request, "adapters": adapters, "settings": settings,
