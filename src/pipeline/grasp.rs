@@ -1,4 +1,4 @@
-//! Stage 11, for each object that is for grippers, where the request names a robot: grasps that hold it in simulation.
+//! After `resolve`, where the request names a robot, for each object that is for grippers: grasps that hold it.
 //!
 //! The object stands alone on a plane, turned as it rests in the scene. Its place and its yaw decide no grasp, and its
 //! tilt is rounded to a milliradian, so that equal objects share their grasps: within a scene they are tried once, and

@@ -1,8 +1,8 @@
-//! Stage 12, where the request names a robot: what it can do in the finished scene.
+//! After `grasp`, where the request names a robot: what it can do in the finished scene.
 //!
 //! An object is pickable if one of its grasps is free of table and neighbors there, and the arm makes the straight
-//! motions to it and up. Up to three tasks are proposed by the usual rules, of objects that are pickable, and executed in
-//! simulation. Seconds for each object and each task.
+//! motions to it and up. Up to three tasks are proposed by the usual rules, of objects that are pickable, and executed
+//! in simulation. Seconds for each object and each task.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;

@@ -19,8 +19,8 @@ pub const MAX_BUDGET_USD: f64 = 10_000.0;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(remote = "Self")]
 pub struct SceneRequest {
-    /// Version of the stored format: the first one that has the kind of its input, and its options. A worker leaves jobs alone whose
-    /// version is newer than it reads.
+    /// Version of the stored format: the first one that has the kind of its input, and its options. A worker leaves
+    /// jobs alone whose version is newer than it reads.
     pub version: u32,
     pub input: Input,
     /// 0..=[`MAX_SEED`].
