@@ -79,6 +79,7 @@ fn finished(scene: &Breakfast, bodies: &[Body]) -> Scene {
             },
             hulls: body.hulls.len() as u32,
             mesh: format!("glb/{}.glb", body.name),
+            grasps: None,
             provenance: Provenance { mesh_by: "bench".into(), licence: "CC0-1.0".into(), notes: Vec::new() },
         }
     });
@@ -156,6 +157,7 @@ fn certificate(scene: &Breakfast) -> Certificate {
         collisions: Vec::new(),
         resolve: ResolveFinding { rounds: 1, log: Vec::new(), gave_way: Vec::new() },
         appraisal: None,
+        robot: None,
         made_with: MadeWith { version: "0".into(), adapters: Vec::new(), settings: serde_json::Value::Null },
     }
 }

@@ -19,6 +19,9 @@ pub mod refine_camera;
 pub mod rotate;
 pub mod place;
 pub mod resolve;
+pub mod grasp;
+pub mod rehearse;
+mod robot_trial;
 pub mod preview;
 pub mod certify;
 pub mod bundle;
@@ -34,6 +37,8 @@ use checkpoint::{Checkpoints, StageContext};
 use error::StageError;
 use export::ExportSettings;
 use geometry::decompose::DecomposeSettings;
+use manipulation::execution::ExecutionSettings;
+use manipulation::grasp::GraspSettings;
 use physics::{CertifySettings, ResolveSettings, SettleSettings};
 use ports::Ports;
 use pose_estimation::top_view_layout::TopViewSettings;
@@ -49,8 +54,8 @@ use store::artifacts::BuiltScene;
 pub type Context = StageContext<StageResources>;
 
 /// The stages in the order in which a scene passes through them. `refine_camera` runs only where a model judged the
-/// camera.
-pub const STAGES: [&str; 13] = [
+/// camera, `grasp` and `rehearse` only for a request that names a robot.
+pub const STAGES: [&str; 15] = [
     "reference",
     "recognize",
     "segment",
@@ -62,6 +67,8 @@ pub const STAGES: [&str; 13] = [
     "rotate",
     "place",
     "resolve",
+    "grasp",
+    "rehearse",
     "certify",
     "bundle",
 ];
@@ -86,6 +93,8 @@ pub struct Settings {
     pub appraise: certify::AppraiseSettings,
     pub preview: preview::PreviewSettings,
     pub export: ExportSettings,
+    pub grasps: GraspSettings,
+    pub execution: ExecutionSettings,
 }
 
 /// What the stages before `place` leave behind.
@@ -272,7 +281,9 @@ async fn run_stages(
 
     let gpu = stages.services().gpu_name().await;
     let inputs = certify::Inputs::new(identity, &objects, &layout, &resolved, gpu)?;
-    let certified = stages.run(certify::STAGE, inputs, certify::run).await?;
+    let (request, composition) = (&objects.request, inputs.composition());
+    let robot = robot_trial::tried(stages, request, composition, &objects.settings).await?;
+    let certified = stages.run(certify::STAGE, inputs.with_robot(robot), certify::run).await?;
 
     let bundle = stages.run(bundle::STAGE, bundle::Inputs { certified }, bundle::run).await?;
     Ok(Reached::Bundle(Box::new(bundle.into_rows())))

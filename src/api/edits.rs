@@ -48,6 +48,7 @@ pub struct EditBody {
 #[serde(deny_unknown_fields, default)]
 pub struct EditOptions {
     pub budget_usd: Option<f64>,
+    pub robot: Option<String>,
     pub set: BTreeMap<String, String>,
 }
 
@@ -108,8 +109,8 @@ pub fn validate(
     read_instruction: &ReadInstruction,
 ) -> Result<Submission, Problem> {
     let EditBody { operations, text, seed, labels, options, priority, not_before, deadline, .. } = body;
-    let EditOptions { budget_usd, set } = options;
-    let options = RequestOptions { budget_usd, set, ..RequestOptions::default() };
+    let EditOptions { budget_usd, robot, set } = options;
+    let options = RequestOptions { budget_usd, robot, set, ..RequestOptions::default() };
     let terms = Terms { seed, labels, options, priority, not_before, deadline };
     let mut errors = terms.errors();
     let (operations, text) = match (operations, text) {

@@ -232,6 +232,7 @@ mod tests {
             "/options/metric_anchor/width_m",
             "/options/max_objects",
             "/options/budget_usd",
+            "/options/robot",
             "/options/set",
             "/options/set/k",
             "/unknown",

@@ -160,8 +160,8 @@ pub fn validate(
     validate_settings: &Validate,
 ) -> Result<Variants, Problem> {
     let VariantsBody { count, randomize, seed, labels, options, priority, not_before, deadline, .. } = body;
-    let EditOptions { budget_usd, set } = options;
-    let options = RequestOptions { budget_usd, set, ..RequestOptions::default() };
+    let EditOptions { budget_usd, robot, set } = options;
+    let options = RequestOptions { budget_usd, robot, set, ..RequestOptions::default() };
     let terms = Terms { seed, labels, options, priority, not_before, deadline };
     let mut errors = terms.errors();
     if !(1..=MAX_VARIANTS).contains(&count) {

@@ -12,12 +12,9 @@ use crate::api::executions::{
     ExecuteTask, ExecutionAnswer, ExecutionFormat, ExecutionRequest, RequestedTask,
 };
 use crate::config::Resolved;
-use crate::pipeline::composition::BodyParts;
-use crate::pipeline::task_scene::{BundleScene, of_archive};
+use crate::pipeline::task_scene::{BundleScene, of_archive, simulated};
 use export::archive::zip_files;
-use geometry::ConvexHull;
 use manipulation::execution::{Execution, Refusal, TaskScene, execute, find_grasps};
-use physics::Body;
 use robot::model::Robot;
 use runtime::seed::child_rng;
 use serde::Deserialize;
@@ -107,24 +104,8 @@ pub fn run(
 ///
 /// A [`Problem`] for a bundle without a table.
 pub(super) fn task_scene(bundle: &BundleScene) -> Result<TaskScene, Problem> {
-    let composition = &bundle.stored.composition;
-    let body = |(index, (parts, hulls)): (usize, (&BodyParts, &Vec<ConvexHull>))| {
-        let physical = &parts.resolved.physical;
-        Body {
-            name: parts.resolved.name.clone(),
-            hulls: hulls.clone(),
-            world_from_object: parts.resolved.settled,
-            mass: physical.mass,
-            friction: physical.friction,
-            restitution: physical.restitution,
-            rolling_friction_m: physical.rolling_friction_m,
-            fixed: index == 0,
-        }
-    };
-    let mut bodies = composition.bodies.iter().zip(&bundle.stored.hulls).enumerate().map(body);
     let no_table = || Problem::new(ProblemType::Conflict, "broken_scene", "the scene has no table");
-    let table = bodies.next().ok_or_else(no_table)?;
-    Ok(TaskScene { table, outline: composition.outline().clone(), objects: bodies.collect() })
+    simulated(&bundle.stored.composition, bundle.stored.hulls.iter()).ok_or_else(no_table)
 }
 
 fn refused(refusal: &Refusal) -> Problem {

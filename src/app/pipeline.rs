@@ -23,6 +23,7 @@ use gpu::Compute;
 use ports::Ports;
 use remote::settings::AnalystProvider;
 use runtime::CancelFlag;
+use scene::request::RequestOptions;
 use scene::{Input, SceneRequest};
 
 /// What was made when the program started: networks read from files of weights, and remote models.
@@ -61,17 +62,25 @@ pub fn build_pipeline(resolved: &Resolved) -> Result<BuildScene, ConfigErrors> {
     }))
 }
 
-/// Checks `options.set` against the configuration.
+/// Checks `options.set` against the configuration, and `options.robot` against the robots that are known.
 pub fn validate(resolved: &Resolved) -> Validate {
     let resolved = resolved.clone();
     Arc::new(move |request: &SceneRequest| {
-        if request.options.set.is_empty() {
-            return Vec::new();
+        let mut errors: Vec<FieldError> = unknown_robot(&request.options).into_iter().collect();
+        if !request.options.set.is_empty() {
+            let wrong = resolved.with(&request.options.set).err().map_or_else(Vec::new, |errors| errors.0);
+            let place = |key: &str| format!("/options/set/{}", key.replace('~', "~0").replace('/', "~1"));
+            errors.extend(wrong.into_iter().map(|error| FieldError::new(place(&error.key), error.detail)));
         }
-        let errors = resolved.with(&request.options.set).err().map_or_else(Vec::new, |errors| errors.0);
-        let place = |key: &str| format!("/options/set/{}", key.replace('~', "~0").replace('/', "~1"));
-        errors.into_iter().map(|error| FieldError::new(place(&error.key), error.detail)).collect()
+        errors
     })
+}
+
+fn unknown_robot(options: &RequestOptions) -> Option<FieldError> {
+    let name = options.robot.as_deref()?;
+    let known: Vec<&str> = robot::model::library::names().collect();
+    let detail = || format!("must be one of {}, not {name:?}", known.join(", "));
+    (!known.contains(&name)).then(|| FieldError::new("/options/robot", detail()))
 }
 
 /// The account of a request's text by the embedded parser, if it is the one that describes texts.
@@ -173,6 +182,8 @@ pub fn stages(config: &Config) -> Settings {
         appraise: config.appraise,
         preview: config.preview,
         export: config.export,
+        grasps: config.grasps,
+        execution: config.execution,
     }
 }
 

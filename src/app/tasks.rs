@@ -113,13 +113,7 @@ pub fn instructed_task(
 ///
 /// A [`Problem`] with the code `unknown_robot`.
 pub fn limits_of(name: &str, execution: &ExecutionSettings) -> Result<RobotLimits, Problem> {
-    let robot = built_in(name)?;
-    let gripper = robot.gripper();
-    Ok(RobotLimits {
-        name: name.to_owned(),
-        max_opening_m: gripper.max_opening_m,
-        max_payload_kg: execution.max_payload_kg(gripper),
-    })
+    Ok(execution.limits_of(&built_in(name)?))
 }
 
 fn built_in(name: &str) -> Result<Robot, Problem> {

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use super::scene_summary::Outcome;
 use super::text_account;
 use scene::Certificate;
-use scene::certificate::ObjectCertificate;
+use scene::certificate::{ObjectCertificate, RobotFinding};
 use scene::text_account::TextAccount;
 
 /// Verdict, metrics and objects of a finished scene, and where it lies.
@@ -34,6 +34,9 @@ pub fn table(outcome: &Outcome, total_ms: u128) -> String {
     }
     if let Some(certificate) = &outcome.certificate {
         objects(&mut text, certificate);
+        if let Some(finding) = &certificate.robot {
+            text.push_str(&robot(finding));
+        }
         for reason in &certificate.reasons {
             let _ = writeln!(text, "  quarantined: {}", reason.sentence);
         }
@@ -85,5 +88,43 @@ fn objects(text: &mut String, certificate: &Certificate) {
             flaws.join(", ")
         );
         let _ = writeln!(text, "{}", line.trim_end());
+    }
+}
+
+/// What a robot can do in the scene: a line with the counts, and one for each task.
+fn robot(finding: &RobotFinding) -> String {
+    let RobotFinding { name, objects, pickable, tasks_proposed, tasks_done, tasks } = finding;
+    let mut text = format!(
+        "  {name} picks up {pickable} of {objects} objects and does {tasks_done} of {tasks_proposed} tasks\n"
+    );
+    for task in tasks {
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "    {:<12} {}", task.outcome, task.instruction);
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use scene::certificate::TaskTried;
+
+    #[test]
+    fn counts_and_tasks_of_a_robot_have_lines() {
+        let tried = |instruction: &str, outcome: &str| TaskTried {
+            instruction: instruction.to_owned(),
+            outcome: outcome.to_owned(),
+        };
+        let finding = RobotFinding {
+            name: "panda".to_owned(),
+            objects: 3,
+            pickable: 2,
+            tasks_proposed: 2,
+            tasks_done: 1,
+            tasks: vec![tried("Lift the mug.", "done"), tried("Put the mug on the tray.", "no_path")],
+        };
+        let expected = "  panda picks up 2 of 3 objects and does 1 of 2 tasks\n    done         Lift the mug.\n    \
+                        no_path      Put the mug on the tray.\n";
+        assert_eq!(robot(&finding), expected);
     }
 }

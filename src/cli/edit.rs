@@ -56,7 +56,7 @@ fn edit(mut arguments: Arguments) -> Result<Exit, Failure> {
         operations,
         text: arguments.text.clone(),
         seed: arguments.job.seed,
-        options: EditOptions { set: own, ..EditOptions::default() },
+        options: EditOptions { set: own, robot: arguments.job.robot.clone(), ..EditOptions::default() },
         ..EditBody::default()
     };
     let submission = edits::validate(

@@ -41,7 +41,11 @@ fn generate(mut arguments: Arguments) -> Result<Exit, Failure> {
     let body = SceneBody {
         text: arguments.text,
         seed: arguments.job.seed,
-        options: RequestOptions { set: own, ..arguments.reading.request_options() },
+        options: RequestOptions {
+            set: own,
+            robot: arguments.job.robot.clone(),
+            ..arguments.reading.request_options()
+        },
         ..SceneBody::default()
     };
     let settings = &resolved.config.server;
@@ -91,6 +95,7 @@ fn refusal_message(problem: crate::api::Problem, text: &str) -> String {
         let option = match error.pointer.as_str() {
             "/text" => text.to_owned(),
             "/options/max_objects" => "--max-objects".to_owned(),
+            "/options/robot" => "--robot".to_owned(),
             "" => "input".to_owned(),
             pointer => match pointer.strip_prefix("/options/set/") {
                 Some(key) => format!("--set {}", key.replace("~1", "/").replace("~0", "~")),

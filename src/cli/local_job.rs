@@ -38,6 +38,10 @@ pub struct JobOptions {
     /// Folder for the bundle [default: out/SHORT_ID]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
+    /// Try this robot in the finished scene, panda or piper: its grasps of each object, what it can pick up, and tasks;
+    /// takes seconds for each object
+    #[arg(long, value_name = "NAME")]
+    pub robot: Option<String>,
     /// Write into a folder that holds other objects
     #[arg(long)]
     pub force: bool,

@@ -57,7 +57,7 @@ fn make(mut arguments: Arguments) -> Result<Exit, Failure> {
         count: arguments.count,
         randomize: arguments.vary.iter().copied().reduce(Randomize::and),
         seed: arguments.job.seed,
-        options: EditOptions { set: own, ..EditOptions::default() },
+        options: EditOptions { set: own, robot: arguments.job.robot.clone(), ..EditOptions::default() },
         ..VariantsBody::default()
     };
     let made = variants::validate(body, &parent, &app::pipeline::validate(&resolved))

@@ -4,13 +4,13 @@
 mod plausibility;
 mod grasp;
 mod finished_demands;
-mod upright_frame;
+pub(super) mod upright_frame;
 mod measure;
 mod vlm_rating;
 mod write;
 mod sheet;
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;
 
 use std::sync::Arc;
 
@@ -22,7 +22,9 @@ use super::composition::{BodyParts, Composition};
 use super::error::StageError;
 use super::preview::PreviewSettings;
 use super::resolve::{Loaded, load};
-use super::{Context, PreparedObjects, Settings, artifact_io, place, reconstruct, resolve, segment};
+use super::{
+    Context, PreparedObjects, Settings, artifact_io, place, reconstruct, rehearse, resolve, segment,
+};
 use export::ExportSettings;
 use physics::{CertifySettings, SettleSettings};
 use ports::{Adapter, Ports};
@@ -64,7 +66,13 @@ impl SceneIdentity {
             ports.feature_extractor.adapter(),
         ];
         let ports = ["SceneAnalyst", "Painter", "Segmenter", "MeshGenerator", "FeatureExtractor"];
-        let settings = serde_json::to_value(settings).unwrap_or_default();
+        let mut settings = serde_json::to_value(settings).unwrap_or_default();
+        if let (None, Some(sections)) = (&request.options.robot, settings.as_object_mut()) {
+            // Without a robot they decide nothing.
+            for section in ["grasps", "execution"] {
+                sections.shift_remove(section);
+            }
+        }
         let decides = json!({
             "request": request, "adapters": adapters, "settings": settings,
             "version": env!("CARGO_PKG_VERSION"),
@@ -102,6 +110,9 @@ pub struct Inputs {
     /// The parent's bundle, of an edit: what is packed there is copied. The request in the key names it already.
     #[serde(skip)]
     parent_bundle: Option<Digest>,
+    /// Absent where the request names no robot.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    robot: Option<Arc<rehearse::Output>>,
     /// Absent where no model is asked for its opinion.
     #[serde(skip_serializing_if = "Option::is_none")]
     appraise: Option<vlm_rating::RatingRequest>,
@@ -226,9 +237,20 @@ impl Inputs {
             export: settings.export.clone(),
             feature_extractor: ports.feature_extractor.adapter(),
             parent_bundle: None,
+            robot: None,
             appraise: vlm_rating::RatingRequest::new(&settings.appraise, ports.analyst.adapter()),
             gpu,
         }
+    }
+
+    /// The scene, as it is certified.
+    pub fn composition(&self) -> &Composition {
+        &self.composition
+    }
+
+    /// The same with what a robot can do in the scene.
+    pub fn with_robot(self, robot: Option<Arc<rehearse::Output>>) -> Self {
+        Self { robot, ..self }
     }
 
     /// The same of an edit whose parent has this bundle.
@@ -326,12 +348,13 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
             let mut certificate =
                 measure::certificate(&given, &loaded, &measured, &images.likeness, appearance)?;
             certificate.appraisal = appraisal;
+            certificate.robot = given.robot.as_ref().map(|tried| tried.finding.clone());
             write::files(&given, &loaded, certificate, &images.images, packed_before.as_deref())
         })
         .await??;
     context.put_json("report.json", &certified.certificate).await?;
     let certificate = &certified.certificate;
-    let summary = json!({
+    let mut summary = json!({
         "objects": inputs.composition.recognition.objects.len(),
         "table": inputs.composition.recognition.table.label,
         "text": inputs.composition.account,
@@ -340,6 +363,9 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
         "resolve": inputs.composition.resolve.log,
         "gave_way": inputs.composition.resolve.gave_way,
     });
+    if let Some(robot) = &certificate.robot {
+        summary["robot"] = json!(robot);
+    }
     Ok(Output {
         archive: context.put("scene.zip", "application/zip", certified.archive).await?,
         verdict: certificate.verdict,

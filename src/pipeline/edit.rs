@@ -24,14 +24,14 @@ use super::certify::{self, SceneIdentity};
 use super::checkpoint::Checkpoints;
 use super::error::StageError;
 use super::resources::StageResources;
-use super::{Settings, bundle};
+use super::{Settings, bundle, robot_trial};
 use scene::{EditOperation, Input, Randomize, SceneRequest};
 use store::Digest;
 use store::artifacts::BuiltScene;
 
 /// The stages of an edit in order. Those between `parent` and `edit` run for added objects only, `theme` for
-/// clutter.
-pub const STAGES: [&str; 14] = [
+/// clutter, `grasp` and `rehearse` for a request that names a robot.
+pub const STAGES: [&str; 16] = [
     "parent",
     "theme",
     "reference",
@@ -44,6 +44,8 @@ pub const STAGES: [&str; 14] = [
     "refine_camera",
     "rotate",
     "edit",
+    "grasp",
+    "rehearse",
     "certify",
     "bundle",
 ];
@@ -93,7 +95,8 @@ pub async fn edit_scene(
 
     let gpu = stages.services().gpu_name().await;
     let inputs = certify::Inputs::of(identity, composition, &ports, &settings, gpu).with_parent(bundle);
-    let certified = stages.run(certify::STAGE, inputs, certify::run).await?;
+    let robot = robot_trial::tried(&stages, &request, inputs.composition(), &settings).await?;
+    let certified = stages.run(certify::STAGE, inputs.with_robot(robot), certify::run).await?;
 
     let bundle = stages.run(bundle::STAGE, bundle::Inputs { certified }, bundle::run).await?;
     Ok(bundle.into_rows())

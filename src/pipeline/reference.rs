@@ -98,9 +98,10 @@ impl Inputs {
     }
 }
 
-/// The request's options without `set`, which is in the resolved settings already.
+/// The request's options without `set`, which is in the resolved settings already, and without the robot, which comes
+/// when the scene is finished.
 pub(super) fn options_for_key(request: &SceneRequest) -> RequestOptions {
-    RequestOptions { set: Default::default(), ..request.options.clone() }
+    RequestOptions { set: Default::default(), robot: None, ..request.options.clone() }
 }
 
 pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageError> {

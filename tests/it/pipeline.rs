@@ -4,3 +4,4 @@ mod truth;
 mod text_account;
 mod features;
 mod edit;
+mod robot;

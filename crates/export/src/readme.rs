@@ -23,8 +23,17 @@ pub fn write(scene: &Scene, bodies: &[Body], usd_form: UsdForm) -> BundleFile {
         .replace("{usd_stage}", usd::stage_path(usd_form))
         .replace("{usd_prop}", &usd::prop_path(usd_form, "<name>"))
         .replace("{stand_ins}", stand_ins)
+        .replace("{grasps}", &grasps(scene))
         .replace("{rows}", &rows);
     BundleFile::text("README.md", text, "readme", "text/markdown")
+}
+
+/// The section of a bundle with grasps.
+fn grasps(scene: &Scene) -> String {
+    let tried = scene.instances.iter().find_map(|instance| instance.grasps.as_ref());
+    tried.map_or_else(String::new, |file| {
+        GRASPS.replace("{robot}", &cell(&file.robot)).replace("{frame}", &file.gripper_frame)
+    })
 }
 
 /// A label escaped for a cell of a Markdown table.
@@ -53,5 +62,23 @@ A stand-in is a plain shape of the size of an object that the catalog does not h
 format marks it: `stand_in` in `scene.json`, among the extras of glTF nodes and in `tabletopgen:label` elements of URDF,
 the attribute `tabletopgen:stand_in` of USD prims and of SDF models, and `stand_in_<name>` texts in MJCF.
 ";
+
+/// How the robot of the request takes the objects.
+const GRASPS: &str = r#"
+## Grasps
+
+`grasps` of an object in `scene.json` lists how `{robot}` takes it, the best first: the hand closed, lifted, shook and held the
+object in simulation. Poses place the frame `{frame}` (z away from the arm, fingers close along y) in the object's frame.
+`grasps/<name>.yaml` has the same in the format `isaac_grasp`; objects without a stable grasp have no file. Grasps are of the
+object alone on a plane; `robot` in `report.json` counts the objects that can be picked up where they are.
+
+```python
+import json
+scene = json.load(open("scene.json", encoding="utf-8"))
+for o in scene["instances"]:
+    for grasp in o.get("grasps", {}).get("grasps", [])[:1]:
+        print(o["name"], grasp["object_from_tool"], grasp["opening_m"], grasp["force_n"])
+```
+"#;
 
 const TEMPLATE: &str = include_str!("readme_template.md");

@@ -99,6 +99,21 @@ pub enum Failure {
     DisturbedOthers,
 }
 
+impl Failure {
+    /// A short name for statistics and clients: that of files.
+    pub fn code(self) -> &'static str {
+        match self {
+            Self::Unreachable => "unreachable",
+            Self::NoGrasp => "no_grasp",
+            Self::NoPath => "no_path",
+            Self::Slipped => "slipped",
+            Self::Dropped => "dropped",
+            Self::GoalNotMet => "goal_not_met",
+            Self::DisturbedOthers => "disturbed_others",
+        }
+    }
+}
+
 /// One object that was picked up.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PickReport {

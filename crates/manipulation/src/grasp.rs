@@ -29,8 +29,9 @@ use crate::world::{WorldError, WorldOptions};
 use antipodal::{Candidate, candidates};
 
 pub(crate) use export::gripper_joint;
-pub use export::{GraspFile, GraspRecord, isaac_grasp_yaml};
+pub use export::{grasp_file, isaac_grasp_yaml};
 pub use hand_shape::HandShape;
+pub use scene::grasps::GraspVerdict as Verdict;
 pub use settings::{GraspSettings, TrialSettings};
 pub use solid::HullSolid;
 pub use trial::{TrialResult, try_grasp, try_grasp_with};
@@ -53,20 +54,6 @@ pub struct Grasp {
     pub slip_m: f64,
     /// By how much the object turned in the hand from when it was gripped; 0 if it was not tried.
     pub turn_rad: f64,
-}
-
-/// What a trial in simulation said.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Verdict {
-    /// The object stayed and slipped less than allowed.
-    Stable,
-    /// The object stayed, but slipped or turned.
-    Slipped,
-    /// The fingers did not hold the object when they had closed, or lost it later.
-    Dropped,
-    /// Enough better candidates were stable.
-    Untested,
 }
 
 /// Finds grasps of an object, the stable ones first, each group by falling confidence.

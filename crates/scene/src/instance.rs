@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Friction, InstanceId, MassProperties};
 use crate::description::RelationKind;
+use crate::grasps::GraspFile;
 use geometry::Pose;
 
 /// An instance of `scene.json`. The object frame is the frame of the canonical mesh: +z up, +y toward its back, origin
@@ -38,6 +39,10 @@ pub struct Instance {
     pub hulls: u32,
     /// Path of the visual mesh (GLB) in the bundle.
     pub mesh: String,
+    /// How the robot of the request takes it: only grasps that were stable, the best first. `None` where no robot was
+    /// tried, or the object is not for grippers.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub grasps: Option<GraspFile>,
     pub provenance: Provenance,
 }
 

@@ -29,6 +29,7 @@ pub mod text_account;
 pub mod predicates;
 pub mod table;
 pub mod recognition;
+pub mod grasps;
 pub mod instance;
 pub mod support_tree;
 pub mod money;

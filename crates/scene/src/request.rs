@@ -19,8 +19,8 @@ pub const MAX_BUDGET_USD: f64 = 10_000.0;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(remote = "Self")]
 pub struct SceneRequest {
-    /// Version of the stored format: the first one that has the kind of its input. A worker leaves jobs alone whose
-    /// version is newer than it reads.
+    /// Version of the stored format: the first one that has the kind of its input, and its options. A worker leaves
+    /// jobs alone whose version is newer than it reads.
     pub version: u32,
     pub input: Input,
     /// 0..=[`MAX_SEED`].
@@ -32,11 +32,11 @@ validated!(SceneRequest);
 
 impl SceneRequest {
     /// The newest version that this program reads. Raised when a stored request has something new.
-    pub const VERSION: u32 = 2;
+    pub const VERSION: u32 = 3;
 
-    /// A request in the oldest version that has its input.
+    /// A request in the oldest version that has its input and its options.
     pub fn new(input: Input, seed: u64, options: RequestOptions) -> Self {
-        Self { version: input.version(), input, seed, options }
+        Self { version: input.version().max(options.version()), input, seed, options }
     }
 
     /// Every violation of the guarantees.
@@ -92,12 +92,19 @@ impl RequestOptions {
                 violations.require(length, format!("/table/{name}"), "must have 1 to 63 characters");
             }
         }
+        let robot = self.robot.as_ref().is_none_or(|name| (1..=63).contains(&name.chars().count()));
+        violations.require(robot, "/robot", "must have 1 to 63 characters");
         violations.require(self.set.len() <= 64, "/set", "has more than 64 entries");
         for (key, value) in self.set.iter().take(65) {
             let short = key.len() <= 100 && value.len() <= 1000;
             violations.require(short, "/set", "keys have at most 100 bytes and values at most 1000");
         }
         violations.into_vec()
+    }
+
+    /// The first version of the stored format that has these options.
+    fn version(&self) -> u32 {
+        if self.robot.is_some() { 3 } else { 1 }
     }
 
     /// Maximum total cost of remote calls: the request's budget, else the server's default in US dollars.
@@ -188,6 +195,9 @@ pub struct RequestOptions {
     /// What happens to objects of the text that the catalog does not have.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub on_unknown: Option<OnUnknown>,
+    /// Name of a robot that is tried in the finished scene: its grasps of the objects, what it can pick up, and tasks.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub robot: Option<String>,
     /// `key = value` overrides of the resolved settings, validated against the configuration.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub set: BTreeMap<String, String>,

@@ -40,7 +40,7 @@ fn scene_request_rejects_values_out_of_range() {
     check::<SceneRequest>(
         &request(),
         &[
-            ("/version", json!(3), "/version"),
+            ("/version", json!(SceneRequest::VERSION + 1), "/version"),
             ("/seed", json!(1_u64 << 53), "/seed"),
             ("/options/max_objects", json!(0), "/options/max_objects"),
             ("/options/max_objects", json!(65), "/options/max_objects"),
@@ -51,9 +51,23 @@ fn scene_request_rejects_values_out_of_range() {
             ("/options/table/size_m/0", json!(-1.2), "/options/table/size_m/0"),
             ("/options/table/size_m/2", json!(9), "/options/table/size_m/2"),
             ("/options/table/model", json!(""), "/options/table/model"),
+            ("/options/robot", json!(""), "/options/robot"),
             ("/options/set", json!({ "a": "x".repeat(1001) }), "/options/set"),
         ],
     );
+}
+
+/// Workers of an earlier version do not know the option, and leave such a request to others.
+#[test]
+fn a_request_for_a_robot_has_a_newer_version() {
+    let input = || Input::Text { text: "a mug".into() };
+    let of = |robot: Option<&str>| {
+        let options = RequestOptions { robot: robot.map(str::to_owned), ..RequestOptions::default() };
+        SceneRequest::new(input(), 7, options)
+    };
+    assert_eq!((of(None).version, of(Some("panda")).version), (1, 3));
+    let stored = serde_json::to_value(of(None)).expect("JSON");
+    assert_eq!(stored["options"], json!({}));
 }
 
 fn recognized(id: &str, stands_on: Value) -> Value {

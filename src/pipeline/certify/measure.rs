@@ -177,6 +177,7 @@ pub(super) fn certificate(
         resolve: inputs.composition.resolve.clone(),
         // Filled in later by the rating model.
         appraisal: None,
+        robot: None,
         made_with: inputs.identity.made_with.clone(),
     })
 }

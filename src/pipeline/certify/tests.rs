@@ -33,12 +33,12 @@ fn section<T: DeserializeOwned>(name: &str) -> T {
 }
 
 /// Two cubes of 6 cm, 20 cm apart on a table of one square meter.
-pub(super) struct Planted {
-    pub(super) inputs: Inputs,
-    pub(super) loaded: Vec<Loaded>,
+pub(in crate::pipeline) struct Planted {
+    pub(in crate::pipeline) inputs: Inputs,
+    pub(in crate::pipeline) loaded: Vec<Loaded>,
 }
 
-pub(super) fn body(name: &str, solid: Solid, world_from_object: Pose) -> (BodyParts, Loaded) {
+pub(in crate::pipeline) fn body(name: &str, solid: Solid, world_from_object: Pose) -> (BodyParts, Loaded) {
     let mut mesh = TexturedMesh::default();
     mesh.add(solid.clone(), &Material::plain("wood", Rgb::hex(0x806040), 0.5));
     let physical = PhysicalProperties {
@@ -105,7 +105,7 @@ fn likeness() -> SceneSimilarity {
     }
 }
 
-pub(super) fn sound() -> Planted {
+pub(in crate::pipeline) fn sound() -> Planted {
     let block = |side: f64| shapes::block(DVec3::splat(side));
     let top = shapes::block(DVec3::new(1.0, 1.0, 0.03)).translated(DVec3::new(0.0, 0.0, -0.03));
     let at = |x: f64| Pose::upright(DVec3::new(x, 0.0, 0.0), 0.3);
@@ -213,6 +213,7 @@ pub(super) fn sound() -> Planted {
         export: section("export"),
         feature_extractor: Adapter::new("none", "1", &()),
         parent_bundle: None,
+        robot: None,
         appraise: None,
         gpu: None,
     };

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use glam::DQuat;
 
 use super::Inputs;
-use crate::pipeline::composition::BodyParts;
+use crate::pipeline::composition::{BodyParts, Composition};
 use crate::pipeline::error::StageError;
 use crate::pipeline::resolve::Loaded;
 use geometry::Pose;
@@ -20,31 +20,34 @@ pub(super) fn in_upright_frames(
     inputs: Arc<Inputs>,
     mut loaded: Vec<Loaded>,
 ) -> Result<(Arc<Inputs>, Vec<Loaded>), StageError> {
-    let tipped: Vec<(usize, DQuat)> = inputs
-        .composition
-        .recognition
-        .objects
-        .iter()
-        .enumerate()
-        .filter_map(|(object, recognized)| {
-            Some((object + 1, recognized.tipped.as_ref()?.tipped_from_upright))
-        })
-        .collect();
-    if tipped.is_empty() {
+    if inputs.composition.recognition.objects.iter().all(|object| object.tipped.is_none()) {
         return Ok((inputs, loaded));
     }
     let mut inputs = (*inputs).clone();
-    for (body, tipped_from_upright) in tipped {
-        turn_upright(&mut inputs.composition.bodies[body], &mut loaded[body], tipped_from_upright)?;
-    }
+    turned_upright(&mut inputs.composition, &mut loaded)?;
     Ok((Arc::new(inputs), loaded))
 }
 
+/// Gives tipped objects their upright frames. For each body, how its frame was changed: `upright_from_tipped`.
+pub(in crate::pipeline) fn turned_upright(
+    composition: &mut Composition,
+    loaded: &mut [Loaded],
+) -> Result<Vec<Option<Pose>>, StageError> {
+    let mut changes = vec![None; composition.bodies.len()];
+    for (index, recognized) in composition.recognition.objects.iter().enumerate() {
+        let Some(tipped) = &recognized.tipped else { continue };
+        let (body, geometry) = (&mut composition.bodies[index + 1], &mut loaded[index + 1]);
+        changes[index + 1] = Some(turn_upright(body, geometry, tipped.tipped_from_upright)?);
+    }
+    Ok(changes)
+}
+
+/// Returns `upright_from_tipped`.
 fn turn_upright(
     body: &mut BodyParts,
     geometry: &mut Loaded,
     tipped_from_upright: DQuat,
-) -> Result<(), StageError> {
+) -> Result<Pose, StageError> {
     let rotation = tipped_from_upright.inverse();
     let turned = (*geometry.mesh).clone().rotated(rotation);
     let (low, high) = turned.bounds();
@@ -66,7 +69,7 @@ fn turn_upright(
     let mass = &mut resolved.physical.mass;
     mass.center_of_mass_m = upright_from_tipped.transform_point(mass.center_of_mass_m);
     mass.principal_axes_xyzw = (rotation * mass.principal_axes_xyzw).normalize();
-    Ok(())
+    Ok(upright_from_tipped)
 }
 
 #[cfg(test)]

@@ -13,11 +13,12 @@ use crate::pipeline::composition::{BodyParts, StoredComposition};
 use crate::pipeline::error::StageError;
 use crate::pipeline::preview;
 use crate::pipeline::preview::{PreviewBody, Studio};
+use crate::pipeline::rehearse::ObjectGrasps;
 use crate::pipeline::resolve::Loaded;
 use catalog::stand_in::is_stand_in;
 use catalog::{made_of, wikidata_item};
 use export::archive::zip_derived_bundle;
-use export::{Assets, BodyAsset, Images, write_formats, zip_bundle};
+use export::{Assets, BodyAsset, BundleFile, Images, write_formats, zip_bundle};
 use geometry::parallel_grasp::ParallelGrasp;
 use gpu::{Gpu, GpuError};
 use imaging::codec::encode_png;
@@ -157,10 +158,10 @@ pub(super) fn files(
             category: category.to_owned(),
             wikidata_item: wikidata_item(category).to_owned(),
             substance: made_of(category, material).to_owned(),
-            grasp: grasp
-                .as_ref()
-                .and_then(|found| found.contacts_m)
-                .map(|contacts_m| ParallelGrasp { contacts_m }),
+            grasp: robot_grasps(inputs, index).and_then(ObjectGrasps::best).or_else(|| {
+                let contacts_m = grasp.as_ref()?.contacts_m?;
+                Some(ParallelGrasp { contacts_m })
+            }),
             visual: (*loaded[index].mesh).clone(),
             hulls: loaded[index].hulls.clone(),
             rolling_friction_m: physical.rolling_friction_m,
@@ -175,14 +176,27 @@ pub(super) fn files(
         instances: objects.par_iter().enumerate().map(of_object).collect(),
     };
     let hulls = loaded.iter().map(|geometry| geometry.hulls.clone()).collect();
+    let grasps = scene.instances.iter().enumerate().filter_map(|(index, instance)| {
+        let grasps = robot_grasps(inputs, index + 1).filter(|grasps| !grasps.file.grasps.is_empty())?;
+        let path = format!("grasps/{}.yaml", instance.name);
+        Some(BundleFile::text(path, grasps.yaml.clone(), "grasps", "application/yaml"))
+    });
     let archive = StoredComposition::file(&composition, hulls)
-        .and_then(|file| write_formats(&scene, &certificate, &assets, images, vec![file], &inputs.export))
+        .and_then(|file| {
+            let more = std::iter::once(file).chain(grasps).collect();
+            write_formats(&scene, &certificate, &assets, images, more, &inputs.export)
+        })
         .and_then(|files| match packed_before {
             Some(parent) => zip_derived_bundle(&files, parent),
             None => zip_bundle(&files),
         })
         .map_err(|error| StageError::permanent(error.code(), format!("writing the bundle: {error}")))?;
     Ok(Certified { certificate, archive })
+}
+
+/// The grasps that a robot has of a body, the table first.
+fn robot_grasps(inputs: &Inputs, body: usize) -> Option<&ObjectGrasps> {
+    inputs.robot.as_ref()?.objects.get(body.checked_sub(1)?)?.as_ref()
 }
 
 /// What the table is called among categories.
@@ -236,6 +250,7 @@ fn scene(inputs: &Inputs, loaded: &[Loaded], certificate: &Certificate) -> Resul
             },
             hulls: hulls(index + 1),
             mesh: format!("glb/{}.glb", body.resolved.name),
+            grasps: robot_grasps(inputs, index + 1).map(|grasps| grasps.file.clone()),
             provenance: body.provenance.clone(),
         });
     }

@@ -152,6 +152,7 @@ async fn bad_edits_are_refused_with_pointers_and_nothing_is_enqueued() {
         (with("options", json!([])), "/options"),
         (with("options", json!({ "budget_usd": -1 })), "/options/budget_usd"),
         (with("options", json!({ "max_objects": 5 })), "/options/max_objects"),
+        (with("options", json!({ "robot": "hal" })), "/options/robot"),
         (
             with("options", json!({ "set": { "decompose.max_hulls": "0" } })),
             "/options/set/decompose.max_hulls",

@@ -192,6 +192,8 @@ async fn bad_json_is_refused_with_advice_and_nothing_is_enqueued() {
             "/options/max_objects",
         ),
         (json!({ "text": "a", "options": { "max_object": 5 } }), 422, "invalid_body", "/options/max_object"),
+        (json!({ "text": "a", "options": { "robot": "hal" } }), 422, "invalid_body", "/options/robot"),
+        (json!({ "text": "a", "options": { "robot": "" } }), 422, "invalid_body", "/options/robot"),
         (
             json!({ "text": "a", "options": { "table": { "shape": "hexagonal" } } }),
             422,

@@ -57,6 +57,11 @@ fn what_will_not_do_is_said_before_the_work() {
         (vec!["generate", "--text", "a mug", "--seed", "-1"], 2, "--seed"),
         (vec!["generate", "--text", "a mug", "--seed", "9007199254740992"], 2, "9007199254740991"),
         (vec!["generate", "--text", "a mug", "--max-objects", "0"], 2, "--max-objects must be from 1 to 64"),
+        (
+            vec!["generate", "--text", "a mug", "--robot", "hal"],
+            2,
+            "--robot must be one of panda, piper, not \"hal\"",
+        ),
         (vec!["generate", "--text", "a mug", "--threads", "9999"], 2, "worker.cpu_threads (--threads): 9999"),
         (vec!["generate", "--text", "a mug", "--set", "dro.keeep=2"], 2, "nearest is dro.keep"),
         (

@@ -43,6 +43,9 @@ pub fn write(report: &Report<'_>) -> String {
         figure(page, images.beside.as_ref(), caption);
         sections::likeness::write(page, report);
     });
+    if let Some(finding) = &report.certificate.robot {
+        section(&mut page, "What a robot can do", |page| sections::robot::write(page, finding));
+    }
     if let Some(appraisal) = &report.certificate.appraisal {
         section(&mut page, "What a model thinks of it", |page| {
             sections::appraisal::write(page, report, appraisal);

@@ -6,5 +6,6 @@ pub mod objects;
 pub mod bodies;
 pub mod likeness;
 pub mod appraisal;
+pub mod robot;
 pub mod formats;
 pub mod provenance;

@@ -12,10 +12,11 @@ use imaging::{Image, Texture};
 use scene::appraisal::{Appraisal, Criterion, ModelResponse, ProposedTask, Rating, TaskKind};
 use scene::certificate::{
     Appearance, BodyHealth, Displacement, Displacements, Fidelity, HealthThresholds, MadeWith, MethodShare,
-    Metrics, ObjectCertificate, Region, Regions, Relaxation, RelaxationKind, ResolveFinding, RotationFinding,
-    Thresholds, Verdict,
+    Metrics, ObjectCertificate, Region, Regions, Relaxation, RelaxationKind, ResolveFinding, RobotFinding,
+    RotationFinding, TaskTried, Thresholds, Verdict,
 };
 use scene::finished::Frame;
+use scene::grasps::{GraspFile, GraspRecord, GraspVerdict};
 use scene::instance::{ImageRegion, SupportRelation};
 use scene::predicates::{Unmet, UnmetDemand};
 use scene::request::RequestOptions;
@@ -167,6 +168,20 @@ pub(super) fn specimen() -> (Scene, Certificate, Assets, Images) {
             support: Support { parent: "table".into(), relation: SupportRelation::On },
             hulls: hulls as u32,
             mesh: format!("glb/{name}.glb"),
+            grasps: (name == "mug_1").then(|| GraspFile {
+                robot: "panda".into(),
+                gripper_frame: "panda_tool".into(),
+                gripper_joint: "finger_joint1".into(),
+                grasps: vec![GraspRecord {
+                    object_from_tool: Pose::upright(DVec3::new(0.0, 0.04, 0.08), 0.3),
+                    opening_m: 0.005,
+                    pregrasp_opening_m: 0.025,
+                    force_n: 20.0,
+                    confidence: 0.8,
+                    verdict: GraspVerdict::Stable,
+                    slip_m: 0.0001,
+                }],
+            }),
             provenance: Provenance {
                 mesh_by: "by hand".into(),
                 licence: "CC0-1.0".into(),
@@ -290,6 +305,14 @@ pub(super) fn specimen() -> (Scene, Certificate, Assets, Images) {
         },
         objects: objects(),
         appraisal: Some(appraisal()),
+        robot: Some(RobotFinding {
+            name: "panda".into(),
+            objects: 2,
+            pickable: 1,
+            tasks_proposed: 1,
+            tasks_done: 0,
+            tasks: vec![TaskTried { instruction: NASTY_LABEL.into(), outcome: "no_path".into() }],
+        }),
         bodies: health(),
         scale_error: None,
         collisions: Vec::new(),

@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 
 use geometry::Pose;
 use robot::model::Robot;
-use tasks::{GoalPredicate, Situation, Task, evaluation::evaluate_predicate};
+use scene::InstanceId;
+use tasks::{Goal, GoalPredicate, PredicateKind, Situation, Task, evaluation::evaluate_predicate};
 
 use super::attempt::{held_as, max_fall_m};
 use super::motions::Motions;
@@ -45,18 +46,37 @@ impl<'a> Rehearsal<'a> {
         Ok(Self { scene, shapes, robot, grasp_settings, settings, seed, known: BTreeMap::new() })
     }
 
+    /// Whether the arm can pick an object up where it is, with one of these grasps and from some place of its base: a
+    /// stable grasp is free of table and neighbors on the way to the object and up with it, and the arm makes both
+    /// motions.
+    pub fn can_be_picked(&self, object: &InstanceId, grasps: &[Grasp]) -> bool {
+        let lifted = GoalPredicate {
+            predicate: PredicateKind::Lifted,
+            object: object.clone(),
+            target: None,
+            second_target: None,
+        };
+        let book = GraspBook::from([(object.to_string(), grasps.to_vec())]);
+        let goal = Goal::new([lifted]);
+        goal.is_ok_and(|goal| self.is_possible(&Task::new("", goal, self.robot.name()), &book))
+    }
+
     /// Whether the arm can make all steps of a task from one place of its base.
     pub fn can_be_done(&mut self, task: &Task) -> bool {
         let grasps = self.grasps(task);
+        self.is_possible(task, &grasps)
+    }
+
+    fn is_possible(&self, task: &Task, grasps: &GraspBook) -> bool {
         let (scene, robot, settings) = (self.scene, self.robot, self.settings);
-        if refusal::check(scene, &self.shapes, robot, &task.goal, &grasps, settings).is_err() {
+        if refusal::check(scene, &self.shapes, robot, &task.goal, grasps, settings).is_err() {
             return false;
         }
-        let bases = bases_for(scene, &self.shapes, robot, &task.goal, &grasps, settings);
+        let bases = bases_for(scene, &self.shapes, robot, &task.goal, grasps, settings);
         bases.iter().take(BASES).any(|base| {
             let motions = Motions::new(scene, robot, *base, settings);
             motions.is_ok_and(|motions| {
-                base::reaches_table(&motions) && self.is_rehearsed(&motions, task, &grasps).is_some()
+                base::reaches_table(&motions) && self.is_rehearsed(&motions, task, grasps).is_some()
             })
         })
     }

@@ -1,8 +1,9 @@
 //! How an execution moves, and what it may spend.
 
 use physics::rolling::GRAVITY_M_S2;
-use robot::model::Gripper;
+use robot::model::{Gripper, Robot};
 use serde::{Deserialize, Serialize};
+use tasks::RobotLimits;
 
 /// Section `[execution]`: settings of [`execute`](super::execute).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -43,6 +44,16 @@ pub struct ExecutionSettings {
 }
 
 impl ExecutionSettings {
+    /// What a robot can take and lift, from its file.
+    pub fn limits_of(&self, robot: &Robot) -> RobotLimits {
+        let gripper = robot.gripper();
+        RobotLimits {
+            name: robot.name().to_owned(),
+            max_opening_m: gripper.max_opening_m,
+            max_payload_kg: self.max_payload_kg(gripper),
+        }
+    }
+
     /// The heaviest object that a gripper may carry; the rest of its friction is for accelerations.
     pub fn max_payload_kg(&self, gripper: &Gripper) -> f64 {
         let friction_n = 2.0 * gripper.pad_friction * gripper.max_force_n;

@@ -4,6 +4,7 @@ use geometry::shapes::{block, cylinder};
 use geometry::{DVec2, DVec3, Outline};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
+use scene::InstanceId;
 
 use super::*;
 use crate::test_scenes::{body, box_body};
@@ -210,7 +211,17 @@ fn an_object_without_a_stable_grasp_is_a_failure() {
     let settings: ExecutionSettings = test_settings::section("execution");
     let execution = execute(&scene, &panda(), &task, &GraspBook::new(), Some(&base), &settings, &mut rng);
     assert_eq!(execution.expect("attempted").failure, Some(Failure::NoGrasp));
-    assert_eq!(serde_json::to_string(&Failure::DisturbedOthers).expect("JSON"), "\"disturbed_others\"");
+    for failure in [
+        Failure::Unreachable,
+        Failure::NoGrasp,
+        Failure::NoPath,
+        Failure::Slipped,
+        Failure::Dropped,
+        Failure::GoalNotMet,
+        Failure::DisturbedOthers,
+    ] {
+        assert_eq!(serde_json::to_value(failure).expect("JSON"), failure.code());
+    }
 }
 
 /// Regression: a place on the upper one of two thin objects was refused, because the lower one is within the distance
@@ -227,4 +238,34 @@ fn what_lies_below_the_support_is_in_nobodys_way() {
     let scene = scene(vec![block_1, thin("book_1", 0.0), thin("book_2", 0.012)]);
     let execution = run(&scene, &robot, &task, 1).expect("attempted");
     assert!(execution.succeeded, "{}", explained(&execution));
+}
+
+#[test]
+fn an_object_between_others_cannot_be_picked() {
+    let robot = panda();
+    let settings: ExecutionSettings = test_settings::section("execution");
+    let goal = task(r#"[{"predicate": "lifted", "object": "block_1"}]"#);
+    let block_1 = cube("block_1", DVec2::new(-0.1, 0.05), 0.0);
+    // Four walls, 3 mm away and taller than fingers are long.
+    let wall = |name: &str, x_m: f64, y_m: f64| {
+        let solid = block(DVec3::new(0.051, 0.051, 0.25));
+        let at = Pose::upright(DVec3::new(-0.1 + x_m, 0.05 + y_m, 0.0), 0.0);
+        box_body(name, solid, 0.5, at)
+    };
+    let walls =
+        [("wall_1", 0.051, 0.0), ("wall_2", -0.051, 0.0), ("wall_3", 0.0, 0.051), ("wall_4", 0.0, -0.051)];
+    let alone = scene(vec![block_1.clone()]);
+    let walled_in =
+        scene(std::iter::once(block_1).chain(walls.map(|(name, x, y)| wall(name, x, y))).collect());
+    let book = book(&alone, &robot, &goal);
+    let name = InstanceId::new("block_1").expect("a name");
+    let can_be_picked = |scene: &TaskScene, grasps: &[Grasp]| {
+        let rehearsal = Rehearsal::new(scene, &robot, &few(), &settings, 1).expect("a scene");
+        rehearsal.can_be_picked(&name, grasps)
+    };
+    let grasps = &book["block_1"];
+    assert!(grasps.iter().any(|grasp| grasp.verdict == crate::grasp::Verdict::Stable), "{grasps:#?}");
+    assert!(can_be_picked(&alone, grasps));
+    assert!(!can_be_picked(&alone, &[]));
+    assert!(!can_be_picked(&walled_in, grasps));
 }

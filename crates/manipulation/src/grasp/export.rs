@@ -4,50 +4,26 @@ use std::fmt::Write;
 
 use geometry::Pose;
 use robot::model::Robot;
-use serde::{Deserialize, Serialize};
+use scene::grasps::{GraspFile, GraspRecord};
 
-use super::{Grasp, Verdict};
+use super::Grasp;
 
-/// The grasps of one object with one gripper.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct GraspFile {
-    pub robot: String,
-    /// The frame that poses place in the object's frame: z away from the arm, fingers close along y.
-    pub gripper_frame: String,
-    pub gripper_joint: String,
-    pub grasps: Vec<GraspRecord>,
-}
-
-/// One grasp; lengths in meters, quaternions as x, y, z, w.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct GraspRecord {
-    pub object_from_tool: Pose,
-    pub opening_m: f64,
-    pub pregrasp_opening_m: f64,
-    /// Of each pad.
-    pub force_n: f64,
-    pub confidence: f64,
-    pub verdict: Verdict,
-    pub slip_m: f64,
-}
-
-impl GraspFile {
-    pub fn new(robot: &Robot, grasps: &[Grasp]) -> Self {
-        let record = |grasp: &Grasp| GraspRecord {
-            object_from_tool: grasp.object_from_tool,
-            opening_m: grasp.opening_m,
-            pregrasp_opening_m: grasp.pregrasp_opening_m,
-            force_n: grasp.force_n,
-            confidence: grasp.confidence,
-            verdict: grasp.verdict,
-            slip_m: grasp.slip_m,
-        };
-        Self {
-            robot: robot.name().to_owned(),
-            gripper_frame: robot.tool().name.clone(),
-            gripper_joint: gripper_joint(robot).to_owned(),
-            grasps: grasps.iter().map(record).collect(),
-        }
+/// The record of grasps for JSON.
+pub fn grasp_file(robot: &Robot, grasps: &[Grasp]) -> GraspFile {
+    let record = |grasp: &Grasp| GraspRecord {
+        object_from_tool: grasp.object_from_tool,
+        opening_m: grasp.opening_m,
+        pregrasp_opening_m: grasp.pregrasp_opening_m,
+        force_n: grasp.force_n,
+        confidence: grasp.confidence,
+        verdict: grasp.verdict,
+        slip_m: grasp.slip_m,
+    };
+    GraspFile {
+        robot: robot.name().to_owned(),
+        gripper_frame: robot.tool().name.clone(),
+        gripper_joint: gripper_joint(robot).to_owned(),
+        grasps: grasps.iter().map(record).collect(),
     }
 }
 

@@ -4,6 +4,7 @@ use geometry::DQuat;
 use geometry::shapes::{cylinder, sphere};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
+use scene::grasps::GraspFile;
 
 use super::*;
 use crate::test_scenes::{block, body, box_body};
@@ -124,7 +125,7 @@ fn files_state_the_grasps() {
     assert_eq!(first["orientation"]["w"].as_f64(), Some(grasps[0].object_from_tool.rotation.w));
     let closed = first["cspace_position"]["finger_joint1"].as_f64().expect("a position");
     assert!((closed - 0.5 * grasps[0].opening_m).abs() < 1e-12);
-    let file = GraspFile::new(&robot, &grasps);
+    let file = grasp_file(&robot, &grasps);
     let back: GraspFile = serde_json::from_str(&serde_json::to_string(&file).expect("JSON")).expect("a file");
     assert_eq!(back, file);
 }

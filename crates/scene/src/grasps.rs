@@ -1,0 +1,50 @@
+//! Grasps of one object with the gripper of a robot, as bundles state them. They were tried in simulation.
+
+use serde::{Deserialize, Serialize};
+
+use geometry::Pose;
+
+/// The grasps of one object with one gripper.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GraspFile {
+    pub robot: String,
+    /// The frame that poses place in the object's frame: z away from the arm, fingers close along y.
+    pub gripper_frame: String,
+    pub gripper_joint: String,
+    /// The best first.
+    pub grasps: Vec<GraspRecord>,
+}
+
+/// One grasp; lengths in meters, quaternions as x, y, z, w.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GraspRecord {
+    /// The tool when the fingers have closed.
+    pub object_from_tool: Pose,
+    /// How far the pads are apart when they hold the object.
+    pub opening_m: f64,
+    /// How far they are apart when the hand approaches.
+    pub pregrasp_opening_m: f64,
+    /// Of each pad, newtons.
+    pub force_n: f64,
+    /// 0..=1; above 0.5 only if the grasp was stable.
+    pub confidence: f64,
+    pub verdict: GraspVerdict,
+    /// How far the gripped point moved in the hand while it was shaken; 0 if it was not tried.
+    pub slip_m: f64,
+}
+
+/// What the trial of a grasp in simulation said.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum GraspVerdict {
+    /// The object stayed and slipped less than allowed.
+    Stable,
+    /// The object stayed, but slipped or turned.
+    Slipped,
+    /// The fingers did not hold the object when they had closed, or lost it later.
+    Dropped,
+    /// Enough better candidates were stable.
+    Untested,
+}
