@@ -16,6 +16,7 @@ from pathlib import Path
 
 import cargo_results
 import edit_sample
+import pick_place_sample
 import postgres
 import tools
 import words_sample
@@ -73,6 +74,7 @@ def main() -> int:
         ("programs", build_programs),
         ("words", lambda: check_words(target)),
         ("sample scenes", lambda: make_sample(target)),
+        ("picks and places", lambda: check_picks_and_places(target)),
         ("judges' environment", finish_environment),
         ("judges", lambda: judge_sample(target, environment)),
         ("edits", lambda: check_edits(target, environment)),
@@ -267,6 +269,11 @@ def check_words(target: Path) -> str:
     # Scenes of an earlier run would be taken for those of this one.
     shutil.rmtree(folder, ignore_errors=True)
     return words_sample.check(programs / "tabletopgen-lab", programs / "tabletopgen", folder)
+
+
+def check_picks_and_places(target: Path) -> str:
+    bundles = [sample_folder(target, sentence) for sentence in chosen()[:2]]
+    return pick_place_sample.check(target / "debug" / "tabletopgen-lab", bundles)
 
 
 def check_edits(target: Path, environment: Path) -> str:

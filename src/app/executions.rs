@@ -106,7 +106,7 @@ pub fn run(
 /// # Errors
 ///
 /// A [`Problem`] for a bundle without a table.
-pub(super) fn task_scene(bundle: &BundleScene) -> Result<TaskScene, Problem> {
+pub fn task_scene(bundle: &BundleScene) -> Result<TaskScene, Problem> {
     let composition = &bundle.stored.composition;
     let body = |(index, (parts, hulls)): (usize, (&BodyParts, &Vec<ConvexHull>))| {
         let physical = &parts.resolved.physical;
