@@ -5,10 +5,11 @@
 
 `scenes` generated sentences of at least three objects become scenes. For each, `tasks` tasks are proposed, their BDDL is
 read by PyPI `bddl`, and they are executed; each task of the paper is executed in its scene with `seeds` seeds by both
-robots. `problems` picks and places in the scenes are planned (bars/pick_place.py). MuJoCo repeats what was done from its joint targets (tests/judges/robots/replay.py). What was executed is kept
-under the target directory: the same program goes on where it was interrupted, and records that another machine made are used
-if they are put there. All of it takes hours on two cores. Nothing new is begun after `minutes` (0: no limit); without
-`readers`, the executions whose files other programs read are left out.
+robots. MuJoCo repeats what was done from its joint targets (tests/judges/robots/replay.py). `problems` picks and places in
+the same scenes are planned (bars/pick_place.py). What was done is kept under the target directory: the same program goes on
+where it was interrupted, and records that another machine made are used if they are put there. All of it takes hours on two
+cores. Nothing new is begun after `minutes` (0: no limit); without `readers`, the executions whose files other programs read
+are left out.
 """
 
 import hashlib

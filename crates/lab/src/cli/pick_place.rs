@@ -1,10 +1,11 @@
 //! `pick-place`: makes pick-and-place motion problems in the scene of a bundle, and plans them.
 //!
-//! Each object is put to a random free place of the table, and on one random other object, where that is possible. Each
-//! pick and place leaves two motions to the planner, and each of these gives one line of JSON: whether an execution
-//! would have planned it, in what time, and what the exact check says of the path and of the motion along it. What is
-//! not planned, or touches something, is tried by all other means for ten seconds. An object without a problem gives
-//! one line with the reason. Equal scenes and seeds give equal lines but for the seconds.
+//! Each object is put to a random free place of the table, and on one random other object, where that is possible.
+//! Each pick and place leaves two motions to the planner, and each of these gives one line of JSON: whether an
+//! execution would have planned it, in what time, and what the exact check says of the path and of the motion along
+//! it. What is not planned, or touches something, is tried by all other means for ten seconds. An object without a
+//! problem gives one line with the reason. Equal scenes and seeds give equal lines but for the seconds, and but for
+//! what the ten seconds are enough for.
 
 use std::path::PathBuf;
 use std::time::{Duration, Instant};

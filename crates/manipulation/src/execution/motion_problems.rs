@@ -1,8 +1,8 @@
 //! Motion problems of picks and places: what an execution asks its planner, without a simulation.
 //!
 //! An object is grasped where candidates by geometry say, and put to a random free place on the table or on another
-//! object. Base, straight motions and obstacles are those of an execution. Two motions are left to the planner: with an
-//! empty hand from home to before the grasp, and with the object from where it was raised to above its place.
+//! object. Base, straight motions and obstacles are those of an execution. Two motions are left to the planner: with
+//! an empty hand from home to before the grasp, and with the object from where it was raised to above its place.
 //!
 //! World frame, SI units; configurations are joint positions. Equal scenes, settings and seeds give equal problems.
 
