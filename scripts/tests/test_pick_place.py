@@ -7,7 +7,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from bars.page import with_section
-from bars.pick_place import summary
+from bars.pick_place import LEAST_SCENES, summary
 
 
 def motion(problem, kind, **changed):
@@ -22,8 +22,9 @@ def both(problem, **changed):
     return [motion(problem, "transit"), motion(problem, "carry", **changed)]
 
 
-def found(lines):
-    [(_, value, _, holds)], text = summary([{"scene": 7, "lines": lines}])
+def found(lines, wanted=1):
+    scenes = [{"scene": 7, "lines": lines}] + [{"scene": 8 + k, "lines": []} for k in range(LEAST_SCENES - 1)]
+    [(_, value, _, holds)], text = summary(scenes, wanted)
     return value, holds, text
 
 
@@ -47,6 +48,11 @@ class PickAndPlaceTest(unittest.TestCase):
         value, holds, text = found([{"object": "a", "support": None, "no_problem": "too_heavy"}])
         self.assertEqual((value, holds), ("0.0 % of 0", False))
         self.assertIn("too_heavy 1", text)
+
+    def test_too_few_hold_no_bar(self):
+        value, holds, text = found(both("a/table"), wanted=2)
+        self.assertEqual((value, holds), ("100.0 % of 1", False))
+        self.assertIn("Too few for the bar, which wants 2", text)
 
     def test_a_section_is_replaced_or_comes_last(self):
         page = "# Robots\n\nlead\n\n## One\n\nold\n\n## Two\n\nkept\n"
