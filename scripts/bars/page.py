@@ -4,6 +4,7 @@ import argparse
 import hashlib
 import os
 import platform
+import re
 import subprocess
 import time
 from pathlib import Path
@@ -45,6 +46,28 @@ def write(bar: str, title: str, body: str):
     path = RESULTS / f"{bar}.md"
     path.write_text(f"# {title}\n\n{made}\n\n{body.rstrip()}\n", encoding="utf-8")
     print(f"{body}\n\nwritten to {path.relative_to(ROOT)}", flush=True)
+
+
+def write_section(bar: str, options: str, heading: str, body: str):
+    """The part of docs/results/BAR.md below a heading alone, with the command and the commit that made it."""
+    path = RESULTS / f"{bar}.md"
+    page = path.read_text(encoding="utf-8") if path.is_file() else f"# {bar.capitalize()}\n"
+    day = time.strftime("%Y-%m-%d", time.gmtime())
+    made = f"`make bars BARS={bar} BARS_OPTIONS=\"{options}\"` at commit {commit()} on {day}, {machine()}."
+    path.write_text(with_section(page, heading, f"{made}\n\n{body.rstrip()}"), encoding="utf-8")
+    print(f"{body}\n\nwritten to {path.relative_to(ROOT)}", flush=True)
+
+
+def with_section(page: str, heading: str, body: str) -> str:
+    """A page whose section of that heading has another body; a new section comes last."""
+    section = f"## {heading}\n\n{body}\n"
+    lead, *sections = re.split(r"^(?=## )", page, flags=re.MULTILINE)
+    named = [k for k, one in enumerate(sections) if one.split("\n", 1)[0] == f"## {heading}"]
+    if named:
+        sections[named[0]] = section
+    else:
+        sections.append(section)
+    return "\n\n".join(part.rstrip() for part in [lead, *sections]) + "\n"
 
 
 def commit() -> str:

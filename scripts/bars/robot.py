@@ -1,14 +1,15 @@
 """Robots at work: proposed tasks in generated scenes, the tasks of the paper, and MuJoCo's opinion of both.
 
     PYTHONPATH=scripts python3 -m bars.robot [--target-dir target] [--scenes 100] [--tasks 3] [--seeds 100] [--jobs 2]
-        [--only all|scenes|paper] [--readers yes|no] [--minutes 0]
+        [--only all|scenes|paper|pick_place] [--problems 300] [--readers yes|no] [--minutes 0]
 
 `scenes` generated sentences of at least three objects become scenes. For each, `tasks` tasks are proposed, their BDDL is
 read by PyPI `bddl`, and they are executed; each task of the paper is executed in its scene with `seeds` seeds by both
-robots. MuJoCo repeats what was done from its joint targets (tests/judges/robots/replay.py). What was executed is kept
-under the target directory: the same program goes on where it was interrupted, and records that another machine made are used
-if they are put there. All of it takes hours on two cores. Nothing new is begun after `minutes` (0: no limit); without
-`readers`, the executions whose files other programs read are left out.
+robots. MuJoCo repeats what was done from its joint targets (tests/judges/robots/replay.py). `problems` picks and places in
+the same scenes are planned (bars/pick_place.py). What was done is kept under the target directory: the same program goes on
+where it was interrupted, and records that another machine made are used if they are put there. All of it takes hours on two
+cores. Nothing new is begun after `minutes` (0: no limit); without `readers`, the executions whose files other programs read
+are left out.
 """
 
 import hashlib
@@ -24,7 +25,8 @@ from concurrent.futures import ThreadPoolExecutor, as_completed
 from functools import partial
 from pathlib import Path
 
-from bars.page import ROOT, arguments, percent, table, write
+from bars import pick_place
+from bars.page import ROOT, arguments, percent, table, write, write_section
 from bars.run import run
 from generated_sentences import generated
 from generating import generate, run_alone
@@ -198,7 +200,8 @@ def keep(path: Path, told):
 
 
 def main() -> bool:
-    options = {"scenes": 100, "tasks": 3, "seeds": 100, "jobs": 2, "only": "all", "readers": "yes", "minutes": 0.0}
+    options = {"scenes": 100, "tasks": 3, "seeds": 100, "jobs": 2, "only": "all", "problems": 300, "readers": "yes"}
+    options["minutes"] = 0.0
     given = arguments(__doc__.splitlines()[0], **options)
     bench = Bench(given)
     parts = []
@@ -206,11 +209,25 @@ def main() -> bool:
         parts.append(in_scenes(bench, given.scenes, given.tasks))
     if given.only in ("all", "paper"):
         parts.append(of_paper(bench, given.seeds))
+    if given.only in ("all", "pick_place"):
+        bars, body = pick_place.measure(bench, scene_sentences(), given.problems)
+        if given.only == "pick_place":
+            body = f"{bar_table(bars)}\n\n{body}"
+            write_section("robot", "--only pick_place", pick_place.HEADING, body)
+            return all(holds for *_, holds in bars)
+        parts.append((bars, f"## {pick_place.HEADING}\n\n{body}"))
     bars = [bar for part in parts for bar in part[0]]
-    rows = [[what, value, f"{100 * bar:g} %", "holds" if holds else "DOES NOT HOLD"] for what, value, bar, holds in bars]
-    pages = [table(["", "found", "bar", ""], rows)] + [part[1] for part in parts]
-    write("robot", "Robots at work", "\n\n".join(pages))
+    write("robot", "Robots at work", "\n\n".join([bar_table(bars)] + [part[1] for part in parts]))
     return all(holds for *_, holds in bars)
+
+
+def bar_table(bars: list) -> str:
+    rows = [[what, value, f"{100 * bar:g} %", "holds" if holds else "DOES NOT HOLD"] for what, value, bar, holds in bars]
+    return table(["", "found", "bar", ""], rows)
+
+
+def scene_sentences() -> list:
+    return [one for one in generated() if one.objects >= LEAST_OBJECTS]
 
 
 def share(what: str, found: int, total: int, bar: float) -> tuple:
@@ -224,7 +241,7 @@ def agreement(records: list) -> tuple:
 
 
 def in_scenes(bench: Bench, scenes: int, count: int) -> tuple:
-    wanted = [one for one in generated() if one.objects >= LEAST_OBJECTS][:scenes]
+    wanted = scene_sentences()[:scenes]
 
     def work(number: int) -> list:
         sentence = wanted[number]

@@ -103,7 +103,7 @@ pub fn run(
 /// # Errors
 ///
 /// A [`Problem`] for a bundle without a table.
-pub(super) fn task_scene(bundle: &BundleScene) -> Result<TaskScene, Problem> {
+pub fn task_scene(bundle: &BundleScene) -> Result<TaskScene, Problem> {
     let no_table = || Problem::new(ProblemType::Conflict, "broken_scene", "the scene has no table");
     simulated(&bundle.stored.composition, bundle.stored.hulls.iter()).ok_or_else(no_table)
 }

@@ -8,6 +8,8 @@
 //! with stages removed ([`ablation`]). No stage reads the truth: the inputs of the stages pass through wrappers of
 //! the ports ([`prerendered_reference`], [`recording_mesh_generator`], [`jittering_segmenter`]).
 //!
+//! [`persistent_planner`]: tells whether a motion problem can be solved at all.
+//!
 //! Guarantees: the same binary and settings give the same scores with any number of threads.
 
 pub mod scenes;
@@ -23,3 +25,4 @@ pub mod ablation;
 pub mod statistics;
 pub mod report;
 pub mod images;
+pub mod persistent_planner;

@@ -5,6 +5,7 @@
 pub mod mock_vendors;
 pub mod evaluate;
 pub mod parse;
+pub mod pick_place;
 pub mod synthesize;
 pub mod split;
 
@@ -28,6 +29,8 @@ enum Command {
     Synthesize(synthesize::Arguments),
     /// Describe texts with the embedded parser, one JSON document per text, without building scenes.
     Parse(parse::Arguments),
+    /// Make pick-and-place motion problems in the scene of a bundle and plan them, one JSON document per motion.
+    PickPlace(pick_place::Arguments),
     /// Serve the protocols of all remote models with the embedded adapters, for use without keys.
     MockVendors(mock_vendors::Arguments),
 }
@@ -38,6 +41,7 @@ pub fn main() -> ExitCode {
         Command::Evaluate(arguments) => evaluate::run(arguments),
         Command::Synthesize(arguments) => synthesize::run(arguments),
         Command::Parse(arguments) => parse::run(arguments),
+        Command::PickPlace(arguments) => pick_place::run(arguments),
         Command::MockVendors(arguments) => mock_vendors::run(arguments),
     })
 }

@@ -11,6 +11,7 @@
 mod attempt;
 mod base;
 mod fingers;
+mod motion_problems;
 mod motions;
 mod obstacles;
 mod place;
@@ -23,6 +24,7 @@ mod runner;
 mod scene;
 mod settings;
 mod steps;
+mod transit;
 mod verdict;
 mod work;
 
@@ -37,12 +39,14 @@ use runtime::seed::child_rng;
 use serde::{Deserialize, Serialize};
 use tasks::{Disturbance, Goal, PredicateOutcome, Task};
 
+pub use motion_problems::{MotionProblem, NoProblem, PickAndPlace, PickAndPlaces};
 pub use record::{Frame, Phase, Recording};
 pub use refusal::Refusal;
 pub use rehearsal::Rehearsal;
 pub use scene::{SceneError, TaskScene};
 pub use settings::ExecutionSettings;
 pub use steps::{Step, steps};
+pub use transit::FreePath;
 
 use crate::frames::to_pose;
 use crate::grasp::{Grasp, GraspSettings, grasps};

@@ -11,7 +11,7 @@ fn run(home: &Path, arguments: &[&str]) -> Output {
 fn help_lists_every_command() {
     let home = tempfile::tempdir().unwrap();
     let help = String::from_utf8(run(home.path(), &["--help"]).stdout).unwrap();
-    for command in ["evaluate", "synthesize", "parse", "mock-vendors"] {
+    for command in ["evaluate", "synthesize", "parse", "pick-place", "mock-vendors"] {
         assert!(help.contains(command), "{help}");
     }
 }
@@ -26,6 +26,8 @@ fn invalid_arguments_are_refused_before_the_work() {
         (vec!["evaluate", "--set", "layout", "--scenes", "0"], 2, "--scenes"),
         (vec!["evaluate", "--set", "layout", "--out", "/proc/none"], 1, "cannot write /proc/none"),
         (vec!["parse", "--texts", "/proc/none"], 1, "cannot read /proc/none"),
+        (vec!["pick-place", "--bundle", "/proc/none"], 2, "cannot read the bundle /proc/none"),
+        (vec!["pick-place", "--bundle", ".", "--robot", "crane"], 2, "crane"),
         (vec!["dance"], 2, "unrecognized subcommand"),
     ] {
         let done = run(home.path(), &arguments);

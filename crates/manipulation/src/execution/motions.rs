@@ -3,16 +3,17 @@
 use geometry::{DVec3, Pose};
 use nalgebra::{Isometry3, Vector3};
 use rand::Rng;
-use robot::collision::{Arm, ArmError, Checker, ConvexPolyhedron, Obstacle};
+use robot::collision::{Arm, ArmError, ConvexPolyhedron, Obstacle};
 use robot::model::Robot;
 use robot::planning::straight::{StraightOptions, straight_by};
-use robot::planning::{PlanFailure, PlanOptions, Planner, Problem, SampleOrder, plan};
-use robot::trajectory::{Trajectory, TrajectoryError, TrajectoryOptions, time_free_path};
+use robot::planning::{PlanFailure, PlanOptions, Planner, Problem};
+use robot::trajectory::{Trajectory, TrajectoryError};
 
 use super::obstacles::{PlannerArms, Surroundings, polyhedra};
 use super::reach::Reach;
 use super::scene::TaskScene;
 use super::settings::ExecutionSettings;
+use super::transit::{plan_free, time_free, timing};
 use crate::frames::{from_vector, to_isometry};
 use crate::grasp::{Grasp, HandShape};
 
@@ -291,27 +292,10 @@ impl<'a> Motions<'a> {
         shares: [f64; 2],
         rng: &mut impl Rng,
     ) -> Result<(Vec<Vec<f64>>, Trajectory), MotionFailure> {
-        let options = |padding_m: f64| PlanOptions {
-            padding_m,
-            max_samples: self.settings.max_samples,
-            sample_order: SampleOrder::Shifted,
-            ..PlanOptions::default()
-        };
         let problem = Problem { arm, obstacles: blocks, start, goals };
-        // Where the hand is between objects the full distance cannot be kept at the ends.
-        let mut failure = None;
-        for padding_m in [self.settings.padding_m, 0.0] {
-            match plan(&problem, &options(padding_m), rng) {
-                Ok(found) => {
-                    let checker = Checker::new(arm, blocks, 0.5 * padding_m);
-                    let timed =
-                        time_free_path(&found.path, self.robot.limits(), &timing(shares), &checker, 32.0);
-                    return Ok((found.path, timed?));
-                }
-                Err(reason) => failure = Some(reason),
-            }
-        }
-        Err(failure.unwrap_or(PlanFailure::GoalUnreachable).into())
+        let found = plan_free(&problem, self.settings, rng)?;
+        let timed = time_free(&problem, &found, self.robot.limits(), shares)?;
+        Ok((found.path, timed))
     }
 
     fn straight(&self, planner: &Planner, start: &[f64], offset: Vector3<f64>) -> Option<Vec<Vec<f64>>> {
@@ -329,7 +313,7 @@ impl<'a> Motions<'a> {
     }
 
     /// The table and the objects in the frame of the base, without those that are skipped.
-    fn obstacles(&self, poses: &[Pose], skipped: &[usize]) -> Vec<Obstacle> {
+    pub fn obstacles(&self, poses: &[Pose], skipped: &[usize]) -> Vec<Obstacle> {
         let base_from_world = self.world_from_base.inverse();
         let kept = self.solids.iter().enumerate().filter(|(index, _)| !skipped.contains(index));
         let table = (&self.table_solids, self.scene.table.world_from_object);
@@ -359,8 +343,4 @@ impl<'a> Motions<'a> {
             })
             .collect()
     }
-}
-
-fn timing([velocity_share, acceleration_share]: [f64; 2]) -> TrajectoryOptions {
-    TrajectoryOptions { velocity_share, acceleration_share, ..TrajectoryOptions::default() }
 }

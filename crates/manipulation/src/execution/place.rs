@@ -129,21 +129,16 @@ impl PlaceSearch<'_> {
     /// Free poses on the table, the nearest first: away from everything, and from where `taken` stand at the start,
     /// since another object shall go there.
     pub fn free_places(&self, taken: &[&PosedObject]) -> Vec<Pose> {
-        let mut found = Vec::new();
-        for at in self.ranked(&[]) {
-            let Some(pose) = self.dropped(at, DQuat::IDENTITY).filter(|pose| self.is_good(pose, &[], &[]))
-            else {
-                continue;
-            };
-            let placed = self.own().at(pose).footprint();
-            if taken.iter().all(|other| placed.distance_m(&other.footprint()) > ROOM_M) {
-                found.push(pose);
-            }
-            if found.len() == self.wanted {
-                break;
-            }
-        }
-        found
+        let ranked = self.ranked(&[]).into_iter();
+        ranked.filter_map(|at| self.free_place(at, DQuat::IDENTITY, taken)).take(self.wanted).collect()
+    }
+
+    /// The pose on the table with the origin at a place and turned from now, if it is free as in
+    /// [`PlaceSearch::free_places`].
+    pub fn free_place(&self, at: DVec2, turn: DQuat, taken: &[&PosedObject]) -> Option<Pose> {
+        let pose = self.dropped(at, turn).filter(|pose| self.is_good(pose, &[], &[]))?;
+        let placed = self.own().at(pose).footprint();
+        taken.iter().all(|other| placed.distance_m(&other.footprint()) > ROOM_M).then_some(pose)
     }
 
     /// The pose in which another object was, put down in the own orientation.
