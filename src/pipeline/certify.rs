@@ -1,7 +1,7 @@
 //! Stage 11: the certificate. What was built is measured (collisions, support, stability, containment,
 //! likeness to the image), rendered, rated by a model where that is wanted, written in every format and read back.
 
-mod plausibility;
+pub(super) mod plausibility;
 mod grasp;
 mod finished_demands;
 pub(super) mod upright_frame;

@@ -3,7 +3,8 @@
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
-use super::{Recognition, Scene, SceneRequest};
+use super::request::RequestOptions;
+use super::{Input, Recognition, Scene, SceneRequest};
 
 /// A change of a JSON document: pointer, new value, and the pointer that the error must name.
 type Case = (&'static str, Value, &'static str);

@@ -19,10 +19,10 @@ use physics::{CertifySettings, SettleSettings};
 use ports::{Adapter, Ports};
 use render::RenderSettings;
 use runtime::seed::child_seed;
-use scene::EditOperation;
 use scene::edit::{EditAccount, OperationResult};
+use scene::{EditOperation, InstanceId, SupportRelation};
 
-pub const STAGE: Stage = Stage { name: "edit", version: 5 };
+pub const STAGE: Stage = Stage { name: "edit", version: 6 };
 
 /// What is done to the parent.
 #[derive(Serialize)]
@@ -151,6 +151,15 @@ struct Edited {
     changed: std::collections::BTreeSet<String>,
 }
 
+/// What each object rests on, which a text may state.
+fn supports(draft: &Draft) -> BTreeMap<InstanceId, (Option<InstanceId>, SupportRelation)> {
+    let support = |object: usize| {
+        let supporter = draft.supporter(object);
+        (draft.id(object), (supporter.parent.map(|parent| draft.id(parent)), supporter.relation))
+    };
+    (0..draft.len()).map(support).collect()
+}
+
 fn carry_out_all(
     inputs: &Inputs,
     loaded: Vec<Loaded>,
@@ -172,7 +181,12 @@ fn carry_out_all(
             seed: child_seed(inputs.plan.seed, &format!("edit {index}")),
         };
         let before = inputs.plan.is_drawn.then(|| draft.clone());
-        let done = carry_out(&mut draft, operation, given);
+        let done = carry_out(&mut draft, operation, given).and_then(|done| match &before {
+            Some(before) if supports(before) != supports(&draft) => {
+                Err("something would come to rest on something else".to_owned())
+            }
+            _ => Ok(done),
+        });
         // A cancelled simulation is no refusal.
         cancel.check()?;
         match (done, before) {

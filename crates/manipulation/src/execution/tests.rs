@@ -1,10 +1,10 @@
 //! Whole tasks in small scenes.
 
+use ::scene::InstanceId;
 use geometry::shapes::{block, cylinder};
 use geometry::{DVec2, DVec3, Outline};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use scene::InstanceId;
 
 use super::*;
 use crate::test_scenes::{body, box_body};
@@ -260,7 +260,8 @@ fn an_object_between_others_cannot_be_picked() {
     let book = book(&alone, &robot, &goal);
     let name = InstanceId::new("block_1").expect("a name");
     let can_be_picked = |scene: &TaskScene, grasps: &[Grasp]| {
-        let rehearsal = Rehearsal::new(scene, &robot, &few(), &settings, 1).expect("a scene");
+        let trials = few();
+        let rehearsal = Rehearsal::new(scene, &robot, &trials, &settings, 1).expect("a scene");
         rehearsal.can_be_picked(&name, grasps)
     };
     let grasps = &book["block_1"];

@@ -3,11 +3,15 @@
 use std::sync::Arc;
 
 use super::{Done, NewTable, OperationInputs, ids, names, one, several};
+use crate::pipeline::certify::plausibility::uncovered_m;
 use crate::pipeline::edit::draft::{Draft, load};
 use crate::pipeline::edit::recolor::recolored;
 use catalog::{physical, substance};
 use editing::references;
 use geometry::Rgb;
+
+/// A table in another material may stick out of the hulls of the one before by this, meters.
+const MAX_UNCOVERED_M: f64 = 0.01;
 
 pub(super) fn recolor(draft: &mut Draft, phrase: &str, color: Option<&str>, material: Option<&str>) -> Done {
     let color = color.map(color_named).transpose()?;
@@ -90,6 +94,10 @@ pub(super) fn relabel(draft: &mut Draft, phrase: &str, label: &str) -> Done {
 
 pub(super) fn restyle_table(draft: &mut Draft, given: OperationInputs) -> Done {
     let NewTable { loaded, material, color } = given.table.ok_or("no table was made")?;
+    // It keeps the hulls of the table before.
+    if uncovered_m(&loaded.mesh, &loaded.hulls) > MAX_UNCOVERED_M {
+        return Err("this table cannot be made again in the same shape; its appearance stays".into());
+    }
     draft.replace_table(loaded, material.as_deref())?;
     let recognition = Arc::make_mut(&mut draft.composition.recognition);
     if color.is_some() {
