@@ -27,7 +27,7 @@ SCENE_S = 900
 
 def plan_scene(lab: Path, bundle: Path, seed: int, most: int, robot: str = "panda") -> list:
     """The lines that `tabletopgen-lab pick-place` prints of one scene."""
-    words = ["pick-place", "--bundle", bundle, "--robot", robot, "--seed", seed, "--most", most]
+    words = ["pick-place", "--bundle", bundle, "--robot", robot, "--seed", seed, "--max-problems", most]
     command = [str(lab), *map(str, words)]
     ran = run_alone(command, SCENE_S, {"RAYON_NUM_THREADS": "1", "PATH": "/usr/bin:/bin"})
     if ran.exit_code != 0:

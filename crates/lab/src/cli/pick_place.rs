@@ -46,7 +46,7 @@ pub struct Arguments {
     seed: u64,
     /// The most picks and places
     #[arg(long, value_name = "N", default_value_t = 10)]
-    most: usize,
+    max_problems: usize,
     #[command(flatten)]
     config: ConfigOptions,
 }
@@ -79,7 +79,7 @@ struct MotionRecord {
     /// The exact check certifies the path, and the motion along it.
     path_is_free: bool,
     motion_is_free: bool,
-    /// A free path exists, whoever found it.
+    /// A free path exists, whatever found it.
     solvable: bool,
     /// Why it was not solved, or where it touches what.
     detail: Option<String>,
@@ -95,7 +95,7 @@ pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
     let scene = task_scene(&bundle).map_err(|problem| Failure::usage(problem.detail))?;
     let problems = PickAndPlaces::new(&scene, &robot, &config.grasps, &config.execution, arguments.seed)
         .map_err(|error| Failure::usage(error.to_string()))?;
-    let mut left = arguments.most;
+    let mut left = arguments.max_problems;
     for object in shuffled(&scene, arguments.seed, "objects") {
         if left == 0 {
             break;
@@ -105,12 +105,12 @@ pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
     Ok(Exit::Success)
 }
 
-/// Plans the problems with one object, at most `most`; returns how many there were.
+/// Plans the problems with one object, at most `max_problems`; returns how many there were.
 fn print_object(
     problems: &PickAndPlaces,
     scene: &TaskScene,
     object: usize,
-    most: usize,
+    max_problems: usize,
     settings: &ExecutionSettings,
     seed: u64,
 ) -> Result<usize, Failure> {
@@ -127,7 +127,7 @@ fn print_object(
     others.retain(|other| *other != object);
     let supports = others.into_iter().take(SUPPORTS).map(Some);
     for support in std::iter::once(None).chain(supports) {
-        if made == most {
+        if made == max_problems {
             break;
         }
         match problems.problem(object, support, &grasps) {

@@ -186,9 +186,9 @@ mod tests {
     #[test]
     fn spheres_cover_an_object() {
         let hulls = [hull(&block(DVec3::new(0.2, 0.03, 0.01)))];
-        for (max_sphere_m, most) in [(MAX_SPHERE_M, 80), (MAX_CLOSE_SPHERE_M, 400)] {
+        for (max_sphere_m, max_count) in [(MAX_SPHERE_M, 80), (MAX_CLOSE_SPHERE_M, 400)] {
             let cover = spheres(&hulls, max_sphere_m);
-            assert!(cover.len() < most, "{}", cover.len());
+            assert!(cover.len() < max_count, "{}", cover.len());
             assert!(cover.iter().all(|(_, radius_m)| *radius_m <= max_sphere_m + 1e-9));
             for i in 0..=20 {
                 let p = DVec3::new(-0.1 + 0.01 * f64::from(i), 0.015, 0.01);

@@ -1,4 +1,4 @@
-//! A process that stops in the middle of a transaction. On PostgreSQL alone: SQLite has one process.
+//! A process that stops within a transaction. On PostgreSQL alone: SQLite has one process.
 
 use std::sync::Arc;
 use std::time::Instant;
