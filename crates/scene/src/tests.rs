@@ -31,6 +31,7 @@ fn request() -> Value {
             "metric_anchor": { "object": "mug", "width_m": 0.09 },
             "max_objects": 8,
             "budget_usd": 1.5,
+            "robot": "panda",
             "set": { "dro.seed": "1" },
         },
     })
