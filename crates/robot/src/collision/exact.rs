@@ -57,16 +57,8 @@ impl Arm {
     /// What is nearest to touching: for each body its nearest obstacle, and for each pair its nearest spheres.
     fn clearances(&self, positions: &[f64], obstacles: &[Obstacle]) -> Vec<Clearance> {
         let placed = self.placed_spheres(positions);
-        let to_obstacles = placed.iter().enumerate().map(|(body, spheres)| {
-            let distance_m = |solid: &Obstacle| {
-                spheres.iter().map(|(c, r)| solid.signed_distance_m(c) - r).fold(f64::INFINITY, f64::min)
-            };
-            let each = obstacles.iter().enumerate().map(|(obstacle, solid)| Clearance {
-                distance_m: distance_m(solid),
-                between: Contact::Obstacle { body, obstacle },
-            });
-            each.fold(Clearance::NOTHING, Clearance::nearer)
-        });
+        let to_obstacles =
+            placed.iter().enumerate().map(|(body, spheres)| nearest_obstacle(body, spheres, obstacles));
         let to_bodies = self.pairs().iter().map(|&(a, b)| {
             let all = placed[a].iter().flat_map(|a| placed[b].iter().map(move |b| (a, b)));
             let distances_m = all
@@ -126,6 +118,32 @@ impl Arm {
         }
         Ok(())
     }
+}
+
+/// What a body, as spheres by their centers and radii, is nearest to. Obstacles whose boxes are farther away than the
+/// nearest one so far are left out.
+fn nearest_obstacle(body: usize, spheres: &[(Point3<f64>, f64)], obstacles: &[Obstacle]) -> Clearance {
+    let bound_m = |solid: &Obstacle| {
+        spheres.iter().map(|(c, r)| solid.least_distance_m(c) - r).fold(f64::INFINITY, f64::min)
+    };
+    let mut by_bound: Vec<(f64, usize)> =
+        obstacles.iter().enumerate().map(|(index, solid)| (bound_m(solid), index)).collect();
+    by_bound.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    let mut nearest = Clearance::NOTHING;
+    for (bound_m, obstacle) in by_bound {
+        if bound_m >= nearest.distance_m {
+            break;
+        }
+        let solid = &obstacles[obstacle];
+        for (center, radius_m) in spheres {
+            if solid.least_distance_m(center) - radius_m < nearest.distance_m {
+                let distance_m = solid.signed_distance_m(center) - radius_m;
+                nearest =
+                    nearest.nearer(Clearance { distance_m, between: Contact::Obstacle { body, obstacle } });
+            }
+        }
+    }
+    nearest
 }
 
 /// The configuration at a share of the way from one to another.

@@ -9,6 +9,8 @@ use super::polyhedron::ConvexPolyhedron;
 pub struct Obstacle {
     solid: Solid,
     base_from_solid: Isometry3<f64>,
+    /// The least and greatest corner of the axis-aligned box around it, in the frame of the base.
+    bounds_m: (Vector3<f64>, Vector3<f64>),
 }
 
 /// A solid in its own frame: the origin is at its center, and a cylinder or capsule is along z.
@@ -77,7 +79,8 @@ impl Obstacle {
             let value = base_from_solid.to_string();
             return Err(ObstacleError { what: "place", value, must_be: "finite" });
         }
-        Ok(Self { solid, base_from_solid })
+        let bounds_m = solid.bounds_m(&base_from_solid);
+        Ok(Self { solid, base_from_solid, bounds_m })
     }
 
     pub(super) fn solid(&self) -> &Solid {
@@ -113,22 +116,37 @@ impl Obstacle {
 
     /// The least and greatest corner of the axis-aligned box around it, in the frame of the base.
     pub fn bounds_m(&self) -> (Vector3<f64>, Vector3<f64>) {
-        let pose = &self.base_from_solid;
+        self.bounds_m
+    }
+
+    /// A bound below [`Self::signed_distance_m`] from a box: the distance to the box around the solid, or minus
+    /// infinity within that box.
+    pub fn least_distance_m(&self, point_in_base: &Point3<f64>) -> f64 {
+        let (low, high) = &self.bounds_m;
+        let outside = (low - point_in_base.coords).sup(&(point_in_base.coords - high)).sup(&Vector3::zeros());
+        let distance_m = outside.norm();
+        if distance_m > 0.0 { distance_m } else { f64::NEG_INFINITY }
+    }
+}
+
+impl Solid {
+    /// The least and greatest corner of the axis-aligned box around a solid at a pose, in the frame of that pose.
+    fn bounds_m(&self, pose: &Isometry3<f64>) -> (Vector3<f64>, Vector3<f64>) {
         let center = pose.translation.vector;
         let rotation = pose.rotation.to_rotation_matrix();
-        let reach: Vector3<f64> = match &self.solid {
-            Solid::Sphere { radius_m } => Vector3::repeat(*radius_m),
-            Solid::Cuboid { half_extents_m } => rotation.matrix().abs() * half_extents_m,
-            Solid::Cylinder { radius_m, half_length_m } => {
+        let reach: Vector3<f64> = match self {
+            Self::Sphere { radius_m } => Vector3::repeat(*radius_m),
+            Self::Cuboid { half_extents_m } => rotation.matrix().abs() * half_extents_m,
+            Self::Cylinder { radius_m, half_length_m } => {
                 let axis = rotation * Vector3::z();
                 axis.map(|along| {
                     along.abs() * half_length_m + radius_m * (1.0 - along * along).max(0.0).sqrt()
                 })
             }
-            Solid::Capsule { radius_m, half_length_m } => {
+            Self::Capsule { radius_m, half_length_m } => {
                 (rotation * Vector3::z()).abs() * *half_length_m + Vector3::repeat(*radius_m)
             }
-            Solid::Hull(hull) => {
+            Self::Hull(hull) => {
                 let placed = || hull.points_m().iter().map(|point| (pose * point).coords);
                 let low = placed().fold(Vector3::repeat(f64::INFINITY), |low, point| low.inf(&point));
                 let high = placed().fold(Vector3::repeat(f64::NEG_INFINITY), |high, point| high.sup(&point));

@@ -138,6 +138,29 @@ fn the_fast_check_agrees_with_exact_distances() {
     assert!(free_count > 2000 && hit_count > 2000, "{free_count} free, {hit_count} not");
 }
 
+/// Far obstacles are left out by their boxes; each obstacle measured alone is the slow reference.
+#[test]
+fn the_nearest_of_many_obstacles_is_found() {
+    let mut rng = ChaCha8Rng::seed_from_u64(7);
+    let arm = seven_joints();
+    let mut found = std::collections::HashSet::new();
+    for _ in 0..60 {
+        let obstacles = random_world(&mut rng, 30);
+        for _ in 0..20 {
+            let positions = random_positions(&mut rng, &arm);
+            let alone = |solid| arm.clearance(&positions, std::slice::from_ref(solid)).distance_m;
+            let expected_m = obstacles.iter().map(alone).fold(f64::INFINITY, f64::min);
+            let clearance = arm.clearance(&positions, &obstacles);
+            assert_eq!(clearance.distance_m, expected_m, "{positions:?}: {clearance:?}");
+            if let Contact::Obstacle { obstacle, .. } = clearance.between {
+                assert_eq!(alone(&obstacles[obstacle]), expected_m);
+                found.insert(obstacle);
+            }
+        }
+    }
+    assert_eq!(found.len(), 30, "each place in the list is the nearest once");
+}
+
 /// Worlds in which one obstacle touches the arm within micrometers show what the margin is worth.
 #[test]
 fn what_almost_touches_is_judged_within_the_margin() {
