@@ -121,7 +121,8 @@ def compile_typescript(python: Path, folder: Path) -> str:
 
 def generate_client(python: Path, folder: Path):
     command = [python.parent / "openapi-python-client", "generate", "--path", DOCUMENT, "--output-path", folder / "client"]
-    words = told([*command, "--overwrite", "--fail-on-warning"], "openapi-python-client", environment_of(python), folder)
+    command += ["--config", CONTRACT / "python_client.yaml", "--overwrite", "--fail-on-warning"]
+    words = told(command, "openapi-python-client", environment_of(python), folder)
     print(words.strip(), flush=True)
 
 
