@@ -29,6 +29,8 @@ IMAGE = ROOT / "docs" / "demo_table.png"
 NODE_PACKAGES = ("openapi-typescript@7.13.0", "typescript@5.9.3")
 TSC = ("--noEmit", "--strict", "--target", "es2022", "--module", "nodenext", "--lib", "es2022,dom")
 FUZZ_SECONDS = 1800
+# tests/contract/hooks.py has an instruction for it.
+SCENE = "a mug and a book"
 # Nobody waits for scenes or for events of scenes, of which there are thousands.
 QUICK = ("server.max_wait_secs=1", "server.max_event_stream_secs=1", "store.fsync=false")
 # A page of results wants at least so many examples an operation.
@@ -54,9 +56,10 @@ def main() -> bool:
         try:
             client = run_client(python, folder, server)
             print(f"openapi-python-client: {json.dumps(client)}", flush=True)
+            scene = finished_scene(server)
             # Else the scenes of thousands of requests would be made beside them.
             told([given.binary, "queue", "pause", "--data-dir", folder / "data"], "pausing the queue")
-            report = fuzz(python, folder, server, images, given.examples, given.seed)
+            report = fuzz(python, folder, server, images, scene, given.examples, given.seed)
             alive = server.request("GET", "/healthz")[0] == 200
         finally:
             # Thousands of scenes may be waiting, which nobody wants.
@@ -132,13 +135,22 @@ def run_client(python: Path, folder: Path, server: Server) -> dict:
     return json.loads(told(command, "the generated client", around, folder))
 
 
-def fuzz(python: Path, folder: Path, server: Server, images, examples: int, seed: int) -> dict:
+def finished_scene(server: Server) -> str:
+    """A scene that the fuzzer may ask, edit and vary, and in which a robot may work."""
+    scene = server.submit_text(SCENE, seed=7)
+    server.wait(scene["job"]["id"])
+    return scene["id"]
+
+
+def fuzz(python: Path, folder: Path, server: Server, images, scene: str, examples: int, seed: int) -> dict:
     """The report of Schemathesis, with the answers of every operation counted."""
     base = f"http://127.0.0.1:{server.port}"
     options = ["--config-file", CONTRACT / "schemathesis.toml", "--no-color", "run", DOCUMENT, "--url", base]
     options += ["--max-examples", examples, "--seed", seed, "--report", "json,ndjson"]
     options += ["--report-json-path", folder / "report.json", "--report-ndjson-path", folder / "report.ndjson"]
-    around = dict(environment_of(python), SCHEMATHESIS_HOOKS=str(CONTRACT / "hooks.py"), CONTRACT_IMAGE_URL=images.url)
+    around = environment_of(python)
+    around |= {"SCHEMATHESIS_HOOKS": str(CONTRACT / "hooks.py"), "CONTRACT_IMAGE_URL": images.url}
+    around["CONTRACT_SCENE_ID"] = scene
     began = time.monotonic()
     with open(folder / "schemathesis.txt", "w") as words:
         command = [str(part) for part in [python.parent / "st", *options]]

@@ -1,9 +1,12 @@
 """What no schema can express, for requests that are meant to be valid: the fuzzer's values are replaced there.
 
 An image is a real PNG; an address of an image is that of one (CONTRACT_IMAGE_URL); a text that is only validated names one
-thing that stands on tables, a known width is that of the table, and words for tables are known ones; settings have the values of the document's examples, as ranges of numbers in texts are not
-expressed; what an edit changes is something that any scene permits; robots are known ones; times are soon; a seed such as 7.0 is 7; an idempotency key is used once. Everything else is as the fuzzer draws it from
-openapi.yaml, and requests that are meant to be refused are left alone.
+thing that stands on tables, a known width is that of the table, and words for tables are known ones; settings have the
+values of the document's examples, as ranges of numbers in texts are not expressed; what an edit changes is something that
+any scene permits; robots are known ones; few tasks are rehearsed; a dataset has one source, a label, and its splits share
+all of it; a sample is of one combination; times are soon; a number such as 7.0 is 7; an idempotency key is used once. Every
+other request about a scene is about one that is finished (CONTRACT_SCENE_ID), as the fuzzer does not wait for its own.
+Everything else is as the fuzzer draws it from openapi.yaml, and requests that are meant to be refused are left alone.
 """
 
 import base64
@@ -23,6 +26,13 @@ TABLE_WORDS = {"model": "desk", "material": "oak", "color": "red"}
 WITHOUT_CHAT = {"appraise.ratings": "false", "appraise.tasks": "0"}
 SUBMISSIONS = ("POST /scenes", "POST /scenes/{scene_id}/edits", "POST /scenes/{scene_id}/variants")
 EDIT = {"operations": [{"op": "tidy"}], "text": "tidy the table"}
+EXECUTE = "POST /scenes/{scene_id}/executions"
+TASKS = "GET /scenes/{scene_id}/tasks"
+# Something that an arm can do in the finished scene. It takes seconds, so one request in so many does it.
+INSTRUCTION, EXECUTED_ONE_IN = "pick up the mug", 10
+REHEARSED_ONE_IN = 10
+MOST_REHEARSED = 2
+WHOLE = ("seed", "priority", "count", "max_retries", "shard_mb", "shard_scenes")
 count = itertools.count()
 
 
@@ -46,21 +56,75 @@ def before_call(context, case, kwargs):
     case._sync_validated_hashes()
 
 
-def with_a_known_robot(case):
-    """No schema lists the robots: they are files."""
-    if case.operation.label == "GET /scenes/{scene_id}/tasks" and "robot" in (case.query or {}):
-        case.query["robot"] = "panda"
-    if case.operation.label == "POST /scenes/{scene_id}/executions" and isinstance(case.body, dict):
-        case.body["robot"] = "panda"
+def about_the_finished_scene(case):
+    """Every other request about a scene is about the finished one, but for those that would end it."""
+    finished = os.environ.get("CONTRACT_SCENE_ID")
+    label, number = case.operation.label, next(count)
+    if not finished or "{scene_id}" not in label or label.startswith("DELETE"):
+        return
+    if label == EXECUTE:
+        if isinstance(case.body, dict) and number % EXECUTED_ONE_IN == 0:
+            case.path_parameters["scene_id"] = finished
+            case.body.pop("task", None)
+            case.body["text"] = INSTRUCTION
+    elif number % 2 == 0:
+        case.path_parameters["scene_id"] = finished
+
+
+def about_tasks(case):
+    query = case.query or {}
+    if "robot" in query:
+        query["robot"] = "panda"
+    # An instruction in words is read, and is seldom one when it is random.
+    query.pop("text", None)
+    if query.get("rehearsed") in (True, "true"):
+        query["rehearsed"] = "true" if next(count) % REHEARSED_ONE_IN == 0 else "false"
+        query["count"] = min(int(query.get("count", MOST_REHEARSED)), MOST_REHEARSED)
+
+
+def of_a_label(body: dict):
+    """One source of three, and the only one that may name what is not there."""
+    body.pop("batch", None)
+    body.pop("scenes", None)
+    if body.get("label") is None:
+        body["label"] = "project:demo"
+    if body.get("splits") is not None:
+        body["splits"] = {"train": 0.8, "test": 0.2}
+
+
+def of_few_combinations(body: dict):
+    """A sample may not be of more combinations than there are, and a recipe not of more than a million."""
+    if (body.get("select") or {}).get("count") is not None:
+        body["select"]["count"] = 1
 
 
 def replace(case):
-    if case.meta is not None and case.meta.generation.mode.is_positive:
-        with_a_known_robot(case)
-    if case.operation.label not in SUBMISSIONS or case.meta is None or not case.meta.generation.mode.is_positive:
+    if case.meta is None or not case.meta.generation.mode.is_positive:
         return
+    about_the_finished_scene(case)
     if "Idempotency-Key" in (case.headers or {}):
         case.headers["Idempotency-Key"] = f"{case.headers['Idempotency-Key'][:200]}-{next(count)}"
+    if case.operation.label == TASKS:
+        about_tasks(case)
+    if isinstance(case.body, dict):
+        whole_numbers(case.body)
+        if case.operation.label == EXECUTE:
+            case.body["robot"] = "panda"
+        if case.operation.label == "POST /datasets":
+            of_a_label(case.body)
+        if case.operation.label == "POST /batches":
+            of_few_combinations(case.body)
+    if case.operation.label in SUBMISSIONS:
+        replace_in_submission(case)
+
+
+def whole_numbers(body: dict):
+    for name in WHOLE:
+        if isinstance(body.get(name), float):
+            body[name] = int(body[name])
+
+
+def replace_in_submission(case):
     if not isinstance(case.body, dict):
         return
     form = case.media_type == "multipart/form-data"
@@ -84,9 +148,10 @@ def replace(case):
     for name, hours in HOURS_FROM_NOW.items():
         if request.get(name) is not None:
             request[name] = (now + datetime.timedelta(hours=hours)).isoformat()
-    if isinstance(request.get("seed"), float):
-        request["seed"] = int(request["seed"])
+    whole_numbers(request)
     options = request.get("options") or {}
+    if options.get("robot") is not None:
+        options["robot"] = "panda"
     settings = options.get("set") or {}
     document = case.operation.schema.raw_schema["components"]["schemas"]["SceneSettings"]["properties"]
     for name in settings:

@@ -32,7 +32,8 @@ struct Document {
 #[derive(Deserialize)]
 #[serde(tag = "mode", rename_all = "snake_case", deny_unknown_fields, expecting = "an object with `mode`")]
 enum Select {
-    Product,
+    // Braces: serde lets a variant without them have unknown members.
+    Product {},
     Sample { count: u64, seed: u64 },
 }
 
@@ -83,9 +84,9 @@ pub(super) fn read(json: &[u8]) -> Result<Recipe, RecipeErrors> {
     }
     let counts = combinations(&templates, &slots, options.len() as u64 * seeds.count());
     let total = counts.as_ref().and_then(|counts| counts.last()).map(|last| last.first + last.count);
-    let sample = match (document.select.unwrap_or(Select::Product), total) {
-        (Select::Product, Some(total)) if total <= MAX_REQUESTS => None,
-        (Select::Product, total) => {
+    let sample = match (document.select.unwrap_or(Select::Product {}), total) {
+        (Select::Product {}, Some(total)) if total <= MAX_REQUESTS => None,
+        (Select::Product {}, total) => {
             errors.add("", too_many(total));
             None
         }

@@ -132,6 +132,11 @@ fn wrong_recipes_state_every_place() {
         (json!({ "templates": ["a mug"], "options": [] }), "/options", "is empty"),
         (json!({ "templates": ["a mug"], "select": { "mode": "all" } }), "/select/mode", "product"),
         (
+            json!({ "templates": ["a mug"], "select": { "mode": "product", "count": 3 } }),
+            "/select",
+            "not known",
+        ),
+        (
             json!({ "templates": template(), "slots": colors(), "select": sample(3) }),
             "/select/count",
             "from 1 to 2",

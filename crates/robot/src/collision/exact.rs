@@ -124,7 +124,7 @@ impl Arm {
 /// nearest one so far are left out.
 fn nearest_obstacle(body: usize, spheres: &[(Point3<f64>, f64)], obstacles: &[Obstacle]) -> Clearance {
     let bound_m = |solid: &Obstacle| {
-        spheres.iter().map(|(c, r)| solid.least_distance_m(c) - r).fold(f64::INFINITY, f64::min)
+        spheres.iter().map(|(c, r)| solid.min_distance_m(c) - r).fold(f64::INFINITY, f64::min)
     };
     let mut by_bound: Vec<(f64, usize)> =
         obstacles.iter().enumerate().map(|(index, solid)| (bound_m(solid), index)).collect();
@@ -136,7 +136,7 @@ fn nearest_obstacle(body: usize, spheres: &[(Point3<f64>, f64)], obstacles: &[Ob
         }
         let solid = &obstacles[obstacle];
         for (center, radius_m) in spheres {
-            if solid.least_distance_m(center) - radius_m < nearest.distance_m {
+            if solid.min_distance_m(center) - radius_m < nearest.distance_m {
                 let distance_m = solid.signed_distance_m(center) - radius_m;
                 nearest =
                     nearest.nearer(Clearance { distance_m, between: Contact::Obstacle { body, obstacle } });

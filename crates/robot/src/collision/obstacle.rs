@@ -121,7 +121,7 @@ impl Obstacle {
 
     /// A bound below [`Self::signed_distance_m`] from a box: the distance to the box around the solid, or minus
     /// infinity within that box.
-    pub fn least_distance_m(&self, point_in_base: &Point3<f64>) -> f64 {
+    pub fn min_distance_m(&self, point_in_base: &Point3<f64>) -> f64 {
         let (low, high) = &self.bounds_m;
         let outside = (low - point_in_base.coords).sup(&(point_in_base.coords - high)).sup(&Vector3::zeros());
         let distance_m = outside.norm();
