@@ -1,4 +1,13 @@
 //! Robot demonstration episodes as datasets: LeRobot v3.0 and v2.1, robomimic HDF5, and Parquet with PNG.
+//!
+//! A [`DatasetDescription`] states what is recorded. An [`EpisodeEncoder`] takes the frames of one episode and makes an
+//! [`EpisodeUnit`], which a job can store. A [`DatasetAssembler`] takes units in ascending numbers and writes every
+//! format at once, without encoding again. Equal episodes give equal bytes, whoever made their units.
+//!
+//! `state[t]` precedes `action[t]`, and the action is the commanded target. Meters, radians, quaternions w first, images
+//! with row 0 at the top, cameras with OpenCV axes.
+//!
+//! The crate knows nothing about scenes, planning, clocks and random numbers. It writes files and reads none but its own.
 
 // What is recorded.
 pub mod error;
@@ -18,6 +27,19 @@ pub mod encoder;
 pub mod unit;
 mod unit_bytes;
 
+// A dataset.
+mod part_folder;
+pub mod placement;
+mod numeric_features;
+mod dataset_statistics;
+mod parquet_table;
+mod json_lines;
+pub mod lerobot;
+pub mod card;
+pub mod assembler;
+
+pub use assembler::DatasetAssembler;
+pub use description::DatasetDescription;
 pub use encoder::EpisodeEncoder;
 pub use error::EpisodeError;
 pub use unit::EpisodeUnit;

@@ -1,0 +1,1 @@
+//! Datasets are written and read back.
