@@ -16,8 +16,10 @@ use crate::format::{Encodings, Format};
 use crate::json_lines::JsonLines;
 use crate::lerobot::v21::LeRobotV21;
 use crate::lerobot::v30::{FileLimits, LeRobotV30};
+use crate::parquet_and_png::ParquetAndPng;
 use crate::part_folder::{PartFolder, make_folder, write_file};
 use crate::placement::Placement;
+use crate::robomimic::Robomimic;
 use crate::unit::EpisodeUnit;
 
 /// A dataset that is being written.
@@ -36,6 +38,8 @@ pub struct DatasetAssembler {
 enum Writer {
     LeRobotV30(Box<LeRobotV30>),
     LeRobotV21(LeRobotV21),
+    Robomimic(Robomimic),
+    ParquetAndPng(ParquetAndPng),
 }
 
 impl DatasetAssembler {
@@ -200,8 +204,9 @@ impl Writer {
             Format::LeRobotV21 { images } => {
                 LeRobotV21::create(root, images, description).map(Self::LeRobotV21)
             }
-            Format::Robomimic | Format::ParquetAndPng { .. } => {
-                Err(EpisodeError::description("this format has no writer", "choose LeRobot"))
+            Format::Robomimic => Robomimic::create(&root, description).map(Self::Robomimic),
+            Format::ParquetAndPng { depth } => {
+                ParquetAndPng::create(root, depth, description).map(Self::ParquetAndPng)
             }
         }
     }
@@ -216,6 +221,8 @@ impl Writer {
         match self {
             Self::LeRobotV30(writer) => writer.add(unit, place, description, statistics),
             Self::LeRobotV21(writer) => writer.add(unit, place, description, statistics),
+            Self::Robomimic(writer) => writer.add(unit, place, description),
+            Self::ParquetAndPng(writer) => writer.add(unit, place, description),
         }
     }
 
@@ -227,6 +234,8 @@ impl Writer {
         match self {
             Self::LeRobotV30(writer) => writer.finish(description, statistics),
             Self::LeRobotV21(writer) => writer.finish(description, statistics),
+            Self::Robomimic(writer) => writer.finish(),
+            Self::ParquetAndPng(writer) => writer.finish(description, statistics),
         }
     }
 }

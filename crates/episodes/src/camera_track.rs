@@ -60,10 +60,10 @@ impl CameraEncoder {
         let (width_px, height_px) = (self.camera.width_px, self.camera.height_px);
         let track = &mut self.track;
         if let Some(depth_m) = frame.depth_m {
-            if self.encodings.gray_png {
+            if self.encodings.depth_png {
                 track.depth_png.push(gray_png(&millimeters(depth_m), width_px, height_px));
             }
-            if self.encodings.zlib {
+            if self.encodings.depth_zlib {
                 track
                     .depth_zlib
                     .push(zlib(&depth_m.iter().flat_map(|d| d.to_le_bytes()).collect::<Vec<u8>>()));
@@ -71,10 +71,10 @@ impl CameraEncoder {
         }
         if let (Some(ids), Some(width)) = (frame.instance_ids, self.camera.instance_ids) {
             let narrow = || ids.iter().map(|id| *id as u16);
-            if self.encodings.gray_png && width == InstanceIdWidth::U16 {
+            if self.encodings.ids_png && width == InstanceIdWidth::U16 {
                 track.ids_png.push(gray_png(&narrow().collect::<Vec<_>>(), width_px, height_px));
             }
-            if self.encodings.zlib {
+            if self.encodings.ids_zlib {
                 let bytes: Vec<u8> = match width {
                     InstanceIdWidth::U16 => narrow().flat_map(u16::to_le_bytes).collect(),
                     InstanceIdWidth::U32 => ids.iter().flat_map(|id| id.to_le_bytes()).collect(),
@@ -86,14 +86,14 @@ impl CameraEncoder {
     }
 
     fn add_image(&mut self, image: &Image) {
-        if !(self.encodings.png || self.encodings.zlib) {
+        if !(self.encodings.rgb_png || self.encodings.rgb_zlib) {
             return;
         }
         let rgb = rgb_of(image);
-        if self.encodings.png {
+        if self.encodings.rgb_png {
             self.track.rgb_png.push(rgb_png(&rgb, image.width_px(), image.height_px()));
         }
-        if self.encodings.zlib {
+        if self.encodings.rgb_zlib {
             self.track.rgb_zlib.push(zlib(&rgb));
         }
     }

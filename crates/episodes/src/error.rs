@@ -4,6 +4,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use parquet::errors::ParquetError;
+use rust_hdf5::Hdf5Error;
 use video::{Mp4Error, VideoError};
 
 /// An error of this crate.
@@ -52,6 +53,13 @@ impl EpisodeError {
                 Err(inner) => Self::write(path, io::Error::other(inner)),
             },
             other => Self::write(path, io::Error::other(other)),
+        }
+    }
+
+    pub(crate) fn hdf5(path: &Path, source: Hdf5Error) -> Self {
+        match source {
+            Hdf5Error::Io(source) => Self::write(path, source),
+            other => Self::write(path, io::Error::other(other.to_string())),
         }
     }
 

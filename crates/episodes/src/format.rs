@@ -33,17 +33,23 @@ pub enum Format {
     ParquetAndPng { depth: DepthStorage },
 }
 
-/// What an episode unit holds of each camera.
+/// What an episode unit holds of each camera. Streams are zlib streams of little-endian numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Encodings {
     /// H.264 samples.
     pub video: bool,
     /// RGB as PNG.
-    pub png: bool,
-    /// RGB, depth in meters and instance ids as zlib streams of little-endian numbers.
-    pub zlib: bool,
-    /// Depth in millimeters, and instance ids of 16 bits, as PNG.
-    pub gray_png: bool,
+    pub rgb_png: bool,
+    /// Depth in millimeters as PNG.
+    pub depth_png: bool,
+    /// Instance ids of 16 bits as PNG.
+    pub ids_png: bool,
+    /// RGB as streams.
+    pub rgb_zlib: bool,
+    /// Depth in meters as streams of f32.
+    pub depth_zlib: bool,
+    /// Instance ids as streams of u16 or u32.
+    pub ids_zlib: bool,
 }
 
 impl Format {
@@ -68,11 +74,17 @@ impl Encodings {
             match format {
                 Format::LeRobotV30 { images } | Format::LeRobotV21 { images } => match images {
                     ImageStorage::Video => all.video = true,
-                    ImageStorage::Png => all.png = true,
+                    ImageStorage::Png => all.rgb_png = true,
                 },
-                Format::Robomimic => all.zlib = true,
-                // Ids of 32 bits and depth in meters come from the streams, the rest from images.
-                Format::ParquetAndPng { .. } => (all.png, all.gray_png, all.zlib) = (true, true, true),
+                Format::Robomimic => (all.rgb_zlib, all.depth_zlib, all.ids_zlib) = (true, true, true),
+                Format::ParquetAndPng { depth } => {
+                    // Ids of 32 bits do not fit PNG and come from streams.
+                    (all.rgb_png, all.ids_png, all.ids_zlib) = (true, true, true);
+                    match depth {
+                        DepthStorage::PngMillimeters => all.depth_png = true,
+                        DepthStorage::ParquetMeters => all.depth_zlib = true,
+                    }
+                }
             }
         }
         all
@@ -80,12 +92,8 @@ impl Encodings {
 
     /// Whether these hold what others need.
     pub fn contain(self, needed: Self) -> bool {
-        let pairs = [
-            (self.video, needed.video),
-            (self.png, needed.png),
-            (self.zlib, needed.zlib),
-            (self.gray_png, needed.gray_png),
-        ];
-        pairs.iter().all(|(has, needs)| *has || !needs)
+        let list =
+            |e: Self| [e.video, e.rgb_png, e.depth_png, e.ids_png, e.rgb_zlib, e.depth_zlib, e.ids_zlib];
+        list(self).into_iter().zip(list(needed)).all(|(has, needs)| has || !needs)
     }
 }

@@ -35,6 +35,8 @@ mod dataset_statistics;
 mod parquet_table;
 mod json_lines;
 pub mod lerobot;
+mod robomimic;
+mod parquet_and_png;
 pub mod card;
 pub mod assembler;
 

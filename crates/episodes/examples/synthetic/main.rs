@@ -8,7 +8,7 @@ use std::error::Error;
 use std::path::Path;
 
 use episodes::DatasetAssembler;
-use episodes::format::{Format, ImageStorage};
+use episodes::format::{DepthStorage, Format, ImageStorage};
 
 /// Every format, as the judges expect them.
 const FORMATS: &[Format] = &[
@@ -16,6 +16,8 @@ const FORMATS: &[Format] = &[
     Format::LeRobotV30 { images: ImageStorage::Png },
     Format::LeRobotV21 { images: ImageStorage::Video },
     Format::LeRobotV21 { images: ImageStorage::Png },
+    Format::Robomimic,
+    Format::ParquetAndPng { depth: DepthStorage::PngMillimeters },
 ];
 
 fn main() -> Result<(), Box<dyn Error>> {
