@@ -1,8 +1,9 @@
 //! Episode units into datasets, in several formats at once, without encoding anything again.
 //!
-//! A job stores each unit when its episode is finished. Whoever assembles the dataset reads them back in ascending numbers;
-//! which worker made a unit, and when, leaves no trace. The assembler holds one unit at a time. It writes below
-//! `FOLDER.part`; only [`DatasetAssembler::finish`] gives the folder its name. After a stop, assembling starts anew.
+//! A job stores each unit when its episode is finished. The job that assembles the dataset reads them back in
+//! ascending numbers; which worker made a unit, and when, leaves no trace. The assembler holds one unit at a time. It
+//! writes below `FOLDER.part`; only [`DatasetAssembler::finish`] gives the folder its name. After a stop, assembling
+//! starts anew.
 
 use std::path::{Path, PathBuf};
 
@@ -47,8 +48,9 @@ impl DatasetAssembler {
     ///
     /// # Errors
     ///
-    /// [`EpisodeError::Folder`] for a folder that exists; [`EpisodeError::Description`] for no format, equal formats, and
-    /// robomimic without ranges of the action; [`EpisodeError::DiskFull`] and [`EpisodeError::Write`] of the disk.
+    /// [`EpisodeError::Folder`] for a folder that exists; [`EpisodeError::Description`] for no format, equal formats,
+    /// and robomimic without ranges of the action; [`EpisodeError::DiskFull`] and [`EpisodeError::Write`] of the
+    /// disk.
     pub fn create(
         folder: &Path,
         description: DatasetDescription,
@@ -96,9 +98,9 @@ impl DatasetAssembler {
     ///
     /// # Errors
     ///
-    /// [`EpisodeError::Order`] for a unit with a number that is not above the last, of another description, or without
-    /// what the formats need; nothing was written then. [`EpisodeError::DiskFull`] and [`EpisodeError::Write`] of the
-    /// disk: the dataset must then be assembled anew.
+    /// [`EpisodeError::Order`] for a unit with a number that is not above the last, of another description, or
+    /// without what the formats need; nothing was written then. [`EpisodeError::DiskFull`] and
+    /// [`EpisodeError::Write`] of the disk: the dataset must then be assembled anew.
     pub fn add(&mut self, unit: &EpisodeUnit) -> Result<Placement, EpisodeError> {
         self.check(unit)?;
         let place = Placement::new(unit, &self.description, self.summary.episodes, self.summary.frames);
@@ -148,8 +150,8 @@ impl DatasetAssembler {
     ///
     /// # Errors
     ///
-    /// [`EpisodeError::Folder`] for no episodes; [`EpisodeError::DiskFull`] and [`EpisodeError::Write`] of the disk. The
-    /// folder keeps the name of a part then.
+    /// [`EpisodeError::Folder`] for no episodes; [`EpisodeError::DiskFull`] and [`EpisodeError::Write`] of the disk.
+    /// The folder keeps the name of a part then.
     pub fn finish(self) -> Result<DatasetSummary, EpisodeError> {
         if self.summary.episodes == 0 {
             let (folder, what) = (self.part.path(""), "no episode was added".to_owned());

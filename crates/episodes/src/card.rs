@@ -86,14 +86,14 @@ pub(crate) fn card_text(
 }
 
 const CONVENTIONS: &str = "\
-- `state[t]` is measured before `action[t]` is sent; `action[t]` is the commanded target. The time of frame t is t over the
-  rate.
-- A gripper's opening is in meters where the name ends in `_m`; where it ends in `_0_closed_1_open`, 0 is closed and 1 open.
+- `state[t]` is measured before `action[t]` is sent; `action[t]` is the commanded target. Frame t is at t over the rate.
+- A gripper's opening is in meters where the name ends in `_m`. Where it ends in `_0_closed_1_open`, 0 is closed.
 - Quaternions are w, x, y, z, as the names say.
 - Images are RGB; row 0 is the top.
 - Depth is along the optical axis in meters unless stated otherwise; 0 where nothing is in sight.
-- `intrinsics` is K in pixels, row by row; the center of the first pixel is at (0.5, 0.5). `world_from_camera` takes points
-  of the camera to the world, row by row, in meters. Cameras have OpenCV axes: x right, y down, z forward.";
+- `intrinsics` is K in pixels, row by row; the center of the first pixel is at (0.5, 0.5).
+- `world_from_camera` takes points of the camera to the world, row by row, in meters. Cameras have OpenCV axes: x right,
+  y down, z forward.";
 
 fn format_text(format: Format) -> String {
     let images = |storage| match storage {

@@ -24,8 +24,8 @@ impl EpisodeEncoder {
     ///
     /// # Errors
     ///
-    /// [`EpisodeError::Episode`] for a task that the dataset does not have; [`EpisodeError::Video`] where a video encoder
-    /// does not start.
+    /// [`EpisodeError::Episode`] for a task that the dataset does not have; [`EpisodeError::Video`] where a video
+    /// encoder does not start.
     pub fn new(
         description: &DatasetDescription,
         formats: &[Format],
@@ -42,13 +42,7 @@ impl EpisodeEncoder {
         let cameras = description
             .cameras()
             .iter()
-            .map(|camera| {
-                begin(camera).map_err(|source| EpisodeError::Video {
-                    episode,
-                    camera: camera.name.clone(),
-                    source,
-                })
-            })
+            .map(|camera| begin(camera).map_err(|source| EpisodeError::video(episode, &camera.name, source)))
             .collect::<Result<_, _>>()?;
         let description = description.clone();
         Ok(Self { description, encodings, header, state: Vec::new(), action: Vec::new(), cameras, frames: 0 })
@@ -58,9 +52,9 @@ impl EpisodeEncoder {
     ///
     /// # Errors
     ///
-    /// [`EpisodeError::Frame`] for a frame that does not fit the description: lengths, sizes, numbers that are not finite
-    /// or outside their range, a pose that is not rigid. [`EpisodeError::Video`] where an encoder fails. The episode
-    /// should be given up then.
+    /// [`EpisodeError::Frame`] for a frame that does not fit the description: lengths, sizes, numbers that are not
+    /// finite or outside their range, a pose that is not rigid. [`EpisodeError::Video`] where an encoder fails. The
+    /// episode should be given up then.
     pub fn add(&mut self, frame: &Frame) -> Result<(), EpisodeError> {
         let episode = self.header.number;
         if let Some((what, correction)) = fault_of(frame, &self.description) {
@@ -70,11 +64,7 @@ impl EpisodeEncoder {
         self.action.extend(frame.action);
         let described = self.description.cameras();
         for ((encoder, camera), image) in self.cameras.iter_mut().zip(described).zip(frame.cameras) {
-            encoder.add(image).map_err(|source| EpisodeError::Video {
-                episode,
-                camera: camera.name.clone(),
-                source,
-            })?;
+            encoder.add(image).map_err(|source| EpisodeError::video(episode, &camera.name, source))?;
         }
         self.frames += 1;
         Ok(())
@@ -84,8 +74,8 @@ impl EpisodeEncoder {
     ///
     /// # Errors
     ///
-    /// [`EpisodeError::Episode`] for no frames, for a failure without a reason, and for actions that are copies of the
-    /// state: a policy that learns from those stands still.
+    /// [`EpisodeError::Episode`] for no frames, for a failure without a reason, and for actions that are copies of
+    /// the state: a policy that learns from those stands still.
     pub fn finish(self, outcome: Outcome) -> Result<EpisodeUnit, EpisodeError> {
         let episode = self.header.number;
         let failed = |what: &str, correction| {

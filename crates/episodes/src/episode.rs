@@ -6,8 +6,8 @@ use serde_json::Value;
 /// Which episode it is, and from what it can be made again.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EpisodeHeader {
-    /// The number of the attempt. Datasets take episodes in ascending numbers, number them anew without gaps, and state
-    /// this number beside the new one.
+    /// The number of the attempt. Datasets take episodes in ascending numbers, number them anew without gaps, and
+    /// state this number beside the new one.
     pub number: u64,
     pub seed: u64,
     /// The place of its task in the description.

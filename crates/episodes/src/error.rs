@@ -29,7 +29,7 @@ pub enum EpisodeError {
     #[error("writing {path}: {source}; check the folder's permissions and its disk")]
     Write { path: PathBuf, source: io::Error },
     #[error("encoding the video of camera {camera} in episode {episode}: {source}")]
-    Video { episode: u64, camera: String, source: VideoError },
+    Video { episode: u64, camera: String, source: Box<VideoError> },
 }
 
 impl EpisodeError {
@@ -37,7 +37,7 @@ impl EpisodeError {
         Self::Description { what: what.into(), correction }
     }
 
-    /// The error of the system at a path; a full disk is told apart.
+    /// The error of the system at a path; a full disk has its own.
     pub(crate) fn write(path: &Path, source: io::Error) -> Self {
         if is_full(&source) {
             Self::DiskFull { path: path.to_owned() }
@@ -61,6 +61,10 @@ impl EpisodeError {
             Hdf5Error::Io(source) => Self::write(path, source),
             other => Self::write(path, io::Error::other(other.to_string())),
         }
+    }
+
+    pub(crate) fn video(episode: u64, camera: &str, source: VideoError) -> Self {
+        Self::Video { episode, camera: camera.to_owned(), source: Box::new(source) }
     }
 
     pub(crate) fn mp4(path: &Path, source: Mp4Error) -> Self {

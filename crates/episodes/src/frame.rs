@@ -1,8 +1,8 @@
 //! One time of an episode, as a recorder hands it over, and what makes it invalid.
 //!
-//! Conventions: `state` is measured before `action` is sent; `action` is the commanded target. Images have row 0 at the
-//! top. Cameras have OpenCV axes (x right, y down, z forward), and `world_from_camera` takes points of the camera to the
-//! world, in meters.
+//! Conventions: `state` is measured before `action` is sent; `action` is the commanded target. Images have row 0 at
+//! the top. Cameras have OpenCV axes (x right, y down, z forward), and `world_from_camera` takes points of the camera
+//! to the world, in meters.
 
 use imaging::Image;
 

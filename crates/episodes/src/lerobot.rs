@@ -1,5 +1,5 @@
-//! LeRobot's formats. Features, tables of frames and metadata are equal in both versions; what differs is how episodes are
-//! divided into files.
+//! LeRobot's formats. Features, tables of frames and metadata are equal in both versions; what differs is how
+//! episodes are divided into files.
 
 pub mod frame_table;
 pub mod info;
@@ -9,7 +9,7 @@ pub mod v21;
 pub mod v30;
 mod episode_rows;
 mod rolling_data;
-mod rolling_video;
+pub(crate) mod rolling_video;
 
 /// Files of a chunk, that is of a folder.
 pub const FILES_A_CHUNK: u64 = 1000;

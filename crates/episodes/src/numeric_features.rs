@@ -12,8 +12,8 @@ pub(crate) struct NumericFeature {
     pub names: Vec<String>,
 }
 
-/// State, action, and for each camera K and pose. The keys of cameras do not begin with `observation`, since policies of
-/// LeRobot would take them for states.
+/// State, action, and for each camera K and pose. The keys of cameras do not begin with `observation`, since policies
+/// of LeRobot would take them for states.
 pub(crate) fn numeric_features(description: &DatasetDescription) -> Vec<NumericFeature> {
     let mut features = vec![
         NumericFeature { key: STATE.to_owned(), names: description.state().full_names() },

@@ -1,5 +1,5 @@
-//! Plain files: one folder an episode, with a Parquet table of frames and PNG images. No reader is needed but those of
-//! Parquet and PNG.
+//! Plain files: one folder an episode, with a Parquet table of frames and PNG images. No reader is needed but those
+//! of Parquet and PNG.
 //!
 //! ```text
 //! dataset.json                                    description, units, conventions, statistics; written last

@@ -235,7 +235,8 @@ fn list(name: &str, element: TypePtr) -> Result<TypePtr, ParquetError> {
         .map(Arc::new)
 }
 
-/// Writes one column. `list` is the length of its lists and how deep they are; a new row begins at repetition level 0.
+/// Writes one column. `list` is the length of its lists and how deep they are; a new row begins at repetition level
+/// 0.
 fn column<D: DataType>(
     rows: &mut Rows<'_>,
     values: &[D::T],

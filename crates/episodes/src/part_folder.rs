@@ -1,7 +1,7 @@
 //! A folder that appears complete or not at all.
 //!
-//! Files are written below `NAME.part`, which also holds a note that it is incomplete. At the end every file reaches the
-//! disk, the note goes, and the folder gets its name.
+//! Files are written below `NAME.part`, which also holds a note that it is incomplete. At the end every file reaches
+//! the disk, the note goes, and the folder gets its name.
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};

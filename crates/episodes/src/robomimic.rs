@@ -15,9 +15,9 @@
 //! | `…/obs/CAMERA_intrinsics`, `CAMERA_world_from_camera` | f32, 3 x 3 and 4 x 4 |
 //! | `mask/train`, `valid`, `success` | names of episodes; each tenth is for validation |
 //!
-//! `next_obs` has no images: they would double the file, and behavior cloning does not read them. Images are chunks of
-//! one frame with gzip, which the unit already holds. The library keeps the headers of all datasets in memory until it
-//! closes the file, about 1 kB each; the frames go to the disk at once.
+//! `next_obs` has no images: they would double the file, and behavior cloning does not read them. Images are chunks
+//! of one frame with gzip, which the unit already holds. The library keeps the headers of all datasets in memory
+//! until it closes the file, about 1 kB each; the frames go to the disk at once.
 
 use std::path::{Path, PathBuf};
 

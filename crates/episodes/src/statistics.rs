@@ -1,8 +1,8 @@
 //! Statistics of features: smallest, largest, mean, standard deviation, and five quantiles, all exact.
 //!
-//! An episode's numbers are sorted in memory ([`of_vectors`]). A dataset's numbers are spooled to a file and selected by
-//! their bits, in memory that does not depend on how many there are ([`spool`]). Images have 256 values a channel, so
-//! their counts are enough ([`histogram`]).
+//! An episode's numbers are sorted in memory ([`of_vectors`]). A dataset's numbers are spooled to a file and selected
+//! by their bits, in memory that does not depend on how many there are ([`spool`]). Images have 256 values a channel,
+//! so their counts are enough ([`histogram`]).
 
 pub mod histogram;
 pub mod moments;

@@ -1,7 +1,7 @@
 //! One finished episode, independent of every other: what a job checkpoints, and what datasets are assembled from.
 //!
-//! A unit knows neither its place in a dataset nor the file it will be in. Its frames are encoded, so that an assembler
-//! copies them. [`EpisodeUnit::to_bytes`] and [`EpisodeUnit::from_bytes`] are its form in a store.
+//! A unit knows neither its place in a dataset nor the file it will be in. Its frames are encoded, so that an
+//! assembler copies them. [`EpisodeUnit::to_bytes`] and [`EpisodeUnit::from_bytes`] are its form in a store.
 
 use crate::EpisodeError;
 use crate::camera_track::CameraTrack;

@@ -6,8 +6,8 @@
 //! | fields | each a length of 8 bytes, little-endian, and as many bytes |
 //! | 32 bytes | SHA-256 of all before |
 //!
-//! The first field is JSON with description, encodings, header, outcome, frames and cameras. State and action follow. Each
-//! camera has ten fields. A list of byte strings is a field whose content has the form of fields. Numbers are
+//! The first field is JSON with description, encodings, header, outcome, frames and cameras. State and action follow.
+//! Each camera has ten fields. A list of byte strings is a field whose content has the form of fields. Numbers are
 //! little-endian.
 
 use serde::{Deserialize, Serialize};

@@ -46,7 +46,8 @@ impl VectorElement {
         Self::new("gripper", "gripper", Unit::OpenFraction).within(0.0, 1.0)
     }
 
-    /// The pose of the end effector in the frame of the robot's base: x, y, z in meters, then the quaternion w, x, y, z.
+    /// The pose of the end effector in the frame of the robot's base: x, y, z in meters, then the quaternion w, x, y,
+    /// z.
     pub fn end_effector_pose() -> [Self; 7] {
         let position =
             |axis: &str| Self::new("end_effector_position", &format!("end_effector_{axis}"), Unit::Meters);
@@ -70,8 +71,8 @@ impl VectorLayout {
     ///
     /// # Errors
     ///
-    /// [`EpisodeError::Description`] for no numbers, names that a format could not carry, equal names, groups that are
-    /// not contiguous, quaternions in another order than w, x, y, z, and ranges that are empty or not finite.
+    /// [`EpisodeError::Description`] for no numbers, names that a format could not carry, equal names, groups that
+    /// are not contiguous, quaternions in another order than w, x, y, z, and ranges that are empty or not finite.
     pub fn new(kind: &str, elements: Vec<VectorElement>) -> Result<Self, EpisodeError> {
         if elements.is_empty() {
             let what = format!("the {kind} has no numbers");

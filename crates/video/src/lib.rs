@@ -1,7 +1,7 @@
 //! Images as a video file: H.264 (4:2:0) in MP4, playable in browsers and readable by PyAV.
 //!
-//! The encoder runs on one thread with a constant quantizer, so that equal images give equal bytes on one machine. The
-//! metadata stands before the samples, so that a player can start before the file is there.
+//! The encoder runs on one thread with a constant quantizer, so that equal images give equal bytes on one machine.
+//! The metadata stands before the samples, so that a player can start before the file is there.
 //!
 //! [`VideoEncoder::finish`] gives the file of one video. [`VideoEncoder::into_samples`] gives the encoded frames, and
 //! [`Mp4File`] puts those of many videos behind each other in one file without encoding them again.

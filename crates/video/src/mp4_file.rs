@@ -1,9 +1,9 @@
 //! An MP4 file that many clips share: samples go to the writer at once, the tables at the end.
 //!
 //! The layout is `ftyp`, `mdat`, `moov` (ISO/IEC 14496-12 and -15), with one chunk per clip. Every frame lasts
-//! [`TICKS_PER_FRAME`] ticks of a clock with `fps * TICKS_PER_FRAME` ticks a second, so that frame `i` begins at exactly
-//! `i / fps` seconds. Colors are declared as what the encoder makes: limited range, matrix of BT.601. Memory holds a few
-//! bytes a frame. Equal clips give equal bytes: there are no times of creation.
+//! [`TICKS_PER_FRAME`] ticks of a clock with `fps * TICKS_PER_FRAME` ticks a second, so that frame `i` begins at
+//! exactly `i / fps` seconds. Colors are declared as what the encoder makes: limited range, matrix of BT.601. Memory
+//! holds a few bytes a frame. Equal clips give equal bytes: there are no times of creation.
 
 use std::io::{self, Seek, SeekFrom, Write};
 
@@ -107,7 +107,8 @@ impl<W: Write + Seek> Mp4File<W> {
     ///
     /// # Errors
     ///
-    /// [`Mp4Error`] for a clip that does not fit the file, before anything is written; [`Mp4Error::Write`] of the writer.
+    /// [`Mp4Error`] for a clip that does not fit the file, before anything is written; [`Mp4Error::Write`] of the
+    /// writer.
     pub fn append(&mut self, clip: &[Sample]) -> Result<(), Mp4Error> {
         let first = clip.first().ok_or(Mp4Error::EmptyClip)?;
         if !first.is_key {

@@ -1,10 +1,11 @@
 //! The units of an H.264 byte stream (ITU-T H.264, annex B), and how MP4 stores them (ISO/IEC 14496-15).
 //!
-//! In a byte stream, start codes precede the units. In MP4, a length of four bytes does, and the parameter sets stand once
-//! in the file's header.
+//! In a byte stream, start codes precede the units. In MP4, a length of four bytes does, and the parameter sets stand
+//! once in the file's header.
 
 const SEQUENCE_PARAMETER_SET: u8 = 7;
-const PICTURE_PARAMETER_SET: u8 = 8;
+/// What the standard names the set of parameters that frames share.
+const PER_IMAGE_PARAMETER_SET: u8 = 8;
 
 /// The settings that a decoder needs before the first frame.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -21,7 +22,7 @@ impl ParameterSets {
             found.next().filter(|_| found.next().is_none()).map(<[u8]>::to_vec)
         };
         let sequence = of_kind(SEQUENCE_PARAMETER_SET).filter(|set| set.len() >= 4)?;
-        Some(Self { sequence, per_image: of_kind(PICTURE_PARAMETER_SET)? })
+        Some(Self { sequence, per_image: of_kind(PER_IMAGE_PARAMETER_SET)? })
     }
 
     /// The AVCDecoderConfigurationRecord for lengths of four bytes.
@@ -43,7 +44,7 @@ impl ParameterSets {
 pub fn length_prefixed(frame: &[u8]) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(frame.len());
     for unit in units(frame) {
-        if !matches!(kind_of(unit), SEQUENCE_PARAMETER_SET | PICTURE_PARAMETER_SET) {
+        if !matches!(kind_of(unit), SEQUENCE_PARAMETER_SET | PER_IMAGE_PARAMETER_SET) {
             bytes.extend((unit.len() as u32).to_be_bytes());
             bytes.extend(unit);
         }

@@ -1,4 +1,5 @@
-//! LeRobot v2.1: a Parquet file and a video file for each episode, and JSON lines about them. GR00T and openpi read it.
+//! LeRobot v2.1: a Parquet file and a video file for each episode, and JSON lines about them. GR00T and openpi read
+//! it.
 
 use std::path::PathBuf;
 

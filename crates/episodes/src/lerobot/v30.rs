@@ -1,7 +1,7 @@
 //! LeRobot v3.0: many episodes in a Parquet file and in a video file.
 //!
-//! An episode stays whole. Memory holds rows about at most [`ROWS_A_GROUP`] episodes, and a few bytes a frame of the open
-//! video files.
+//! An episode stays whole. Memory holds rows about at most [`ROWS_A_GROUP`] episodes, and a few bytes a frame of the
+//! open video files.
 
 use std::path::PathBuf;
 

@@ -1,10 +1,10 @@
 //! Exact quantiles of more numbers than memory holds.
 //!
-//! Rows of f32 go to a file. At the end the file is read twice for every four dimensions: the first time the upper 16 bits
-//! of each number are counted, the second time the lower 16 bits of those whose upper bits hold a wanted rank. Bits are
-//! arranged so that their order is that of the numbers, hence the selected numbers are those that sorting would give.
-//! Memory: at most 11 tables of 65,536 counts for each of four dimensions, 24 MB, for any number of rows. Disk: four bytes
-//! a number until the dataset is complete.
+//! Rows of f32 go to a file. At the end the file is read twice for every four dimensions: the first time the upper 16
+//! bits of each number are counted, the second time the lower 16 bits of those whose upper bits hold a wanted rank.
+//! Bits are arranged so that their order is that of the numbers, hence the selected numbers are those that sorting
+//! would give. Memory: at most 11 tables of 65,536 counts for each of four dimensions, 24 MB, for any number of rows.
+//! Disk: four bytes a number until the dataset is complete.
 
 use std::fs::File;
 use std::io::{BufReader, BufWriter, Read, Write};
