@@ -1,6 +1,7 @@
 //! Tables in Parquet files: columns with names and values, written as row groups with Snappy.
 //!
-//! Names are ordinary column names, also with dots and slashes. No column has nulls. Equal tables give equal bytes.
+//! Names are ordinary column names, also with dots and slashes. There are no nulls; only files have fields that permit
+//! them, since the library `datasets` knows images by this very type. Equal tables give equal bytes.
 
 use std::fs::File;
 use std::io::BufWriter;
@@ -175,10 +176,10 @@ impl Column {
                 list(name, list("element", list("element", number)?)?)
             }
             Self::Files { .. } => Type::group_type_builder(name)
-                .with_repetition(Repetition::REQUIRED)
+                .with_repetition(Repetition::OPTIONAL)
                 .with_fields(vec![
-                    primitive("bytes", Physical::BYTE_ARRAY, None)?,
-                    primitive("path", Physical::BYTE_ARRAY, Some(LogicalType::String))?,
+                    field("bytes", Repetition::OPTIONAL, Physical::BYTE_ARRAY, None)?,
+                    field("path", Repetition::OPTIONAL, Physical::BYTE_ARRAY, Some(LogicalType::String))?,
                 ])
                 .build()
                 .map(Arc::new),
@@ -205,16 +206,27 @@ impl Column {
             Self::ChannelList { values, width } => column::<DoubleType>(rows, values, Some((*width, 3))),
             Self::Files { files, names } => {
                 let files: Vec<ByteArray> = files.iter().map(|file| ByteArray::from(file.clone())).collect();
-                column::<ByteArrayType>(rows, &files, None)?;
-                column::<ByteArrayType>(rows, &texts(names), None)
+                // Both the group and the field are there.
+                let present = vec![2; files.len()];
+                write_column::<ByteArrayType>(rows, &files, Some(&present), None)?;
+                write_column::<ByteArrayType>(rows, &texts(names), Some(&present), None)
             }
         }
     }
 }
 
 fn primitive(name: &str, physical: Physical, logical: Option<LogicalType>) -> Result<TypePtr, ParquetError> {
+    field(name, Repetition::REQUIRED, physical, logical)
+}
+
+fn field(
+    name: &str,
+    repetition: Repetition,
+    physical: Physical,
+    logical: Option<LogicalType>,
+) -> Result<TypePtr, ParquetError> {
     Type::primitive_type_builder(name, physical)
-        .with_repetition(Repetition::REQUIRED)
+        .with_repetition(repetition)
         .with_logical_type(logical)
         .build()
         .map(Arc::new)
@@ -246,10 +258,18 @@ fn column<D: DataType>(
         let repetition: Vec<i16> = (0..values.len()).map(|i| i16::from(i % width != 0)).collect();
         (vec![depth; values.len()], repetition)
     });
-    let (definition, repetition) = match &levels {
-        Some((definition, repetition)) => (Some(definition.as_slice()), Some(repetition.as_slice())),
-        None => (None, None),
-    };
+    match &levels {
+        Some((definition, repetition)) => write_column::<D>(rows, values, Some(definition), Some(repetition)),
+        None => write_column::<D>(rows, values, None, None),
+    }
+}
+
+fn write_column<D: DataType>(
+    rows: &mut Rows<'_>,
+    values: &[D::T],
+    definition: Option<&[i16]>,
+    repetition: Option<&[i16]>,
+) -> Result<(), ParquetError> {
     let mut column =
         rows.next_column()?.ok_or_else(|| ParquetError::General("the schema has fewer columns".into()))?;
     column.typed::<D>().write_batch(values, definition, repetition)?;

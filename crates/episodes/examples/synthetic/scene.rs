@@ -3,7 +3,7 @@
 //! | what | formula |
 //! | --- | --- |
 //! | frames of episode e | `17 + 6 * (e % 3)` |
-//! | action | first joint `sin(0.1 t + e)`, gripper `t % 2` |
+//! | action | first joint `((7 t + 3 e) mod 32) / 8 - 2`, gripper `t mod 2` |
 //! | state | halfway from the last state to the last action: `s[t+1] = s[t] + 0.5 (a[t] - s[t])` |
 //! | image | top rows red, next green, next blue, the rest gray; a yellow square at `x = 2 t + 3 e` |
 //! | depth | `0.5 + 0.001 x + 0.002 y` meters, 0 in the first column |
@@ -76,7 +76,7 @@ pub fn frames(number: u64) -> u64 {
 }
 
 pub fn action(number: u64, t: u64) -> [f32; 2] {
-    [(0.1 * t as f32 + number as f32).sin(), (t % 2) as f32]
+    [((7 * t + 3 * number) % 32) as f32 / 8.0 - 2.0, (t % 2) as f32]
 }
 
 /// States of an episode; each begins with joint and gripper, which follow the action with a delay.

@@ -1,5 +1,7 @@
 //! The frames of an episode as a table: equal columns in v3.0 and v2.1.
 
+use serde_json::{Map, json};
+
 use crate::dataset_statistics::image_key;
 use crate::description::DatasetDescription;
 use crate::format::ImageStorage;
@@ -7,6 +9,22 @@ use crate::numeric_features::{numeric_features, numeric_rows};
 use crate::parquet_table::{Column, Table};
 use crate::placement::Placement;
 use crate::unit::EpisodeUnit;
+
+/// What a file of frames states as key and value: which columns are images, for the library `datasets`.
+pub(crate) fn frame_metadata(
+    description: &DatasetDescription,
+    images: ImageStorage,
+) -> Vec<(&'static str, String)> {
+    match images {
+        ImageStorage::Video => Vec::new(),
+        ImageStorage::Png => {
+            let image = |name: &str| (image_key(name), json!({"_type": "Image"}));
+            let features: Map<_, _> =
+                description.cameras().iter().map(|camera| image(&camera.name)).collect();
+            vec![("huggingface", json!({"info": {"features": features}}).to_string())]
+        }
+    }
+}
 
 /// One row a frame. Images are columns only where they are stored as PNG.
 pub(crate) fn frame_table(

@@ -33,13 +33,15 @@ impl FileNumber {
 pub(crate) struct RollingData {
     folder: PathBuf,
     limit_bytes: u64,
+    metadata: Vec<(&'static str, String)>,
     number: FileNumber,
     file: Option<ParquetFile>,
 }
 
 impl RollingData {
-    pub fn new(folder: PathBuf, limit_bytes: u64) -> Self {
-        Self { folder, limit_bytes, number: FileNumber::default(), file: None }
+    /// Files that each state `metadata` as key and value.
+    pub fn new(folder: PathBuf, limit_bytes: u64, metadata: Vec<(&'static str, String)>) -> Self {
+        Self { folder, limit_bytes, metadata, number: FileNumber::default(), file: None }
     }
 
     /// Which file a table of so many bytes will go into. It ends a file that would become too large.
@@ -59,7 +61,7 @@ impl RollingData {
             none => {
                 let path = self.number.path(&self.folder, "parquet");
                 make_folder(path.parent().unwrap_or(&self.folder))?;
-                none.insert(ParquetFile::create(&path, table, &[])?)
+                none.insert(ParquetFile::create(&path, table, &self.metadata)?)
             }
         };
         file.add(table)

@@ -10,7 +10,7 @@ use crate::dataset_statistics::{NamedStatistics, image_key};
 use crate::description::DatasetDescription;
 use crate::format::ImageStorage;
 use crate::json_lines::JsonLines;
-use crate::lerobot::frame_table::frame_table;
+use crate::lerobot::frame_table::{frame_metadata, frame_table};
 use crate::lerobot::info::{Totals, info_v21};
 use crate::lerobot::modality::modality;
 use crate::lerobot::rolling_video::write_video;
@@ -60,7 +60,11 @@ impl LeRobotV21 {
         let folder = self.root.join(format!("data/chunk-{chunk:03}"));
         make_folder(&folder)?;
         let table = frame_table(unit, place, description, self.images);
-        write_table(&folder.join(format!("episode_{index:06}.parquet")), &table, &[])?;
+        write_table(
+            &folder.join(format!("episode_{index:06}.parquet")),
+            &table,
+            &frame_metadata(description, self.images),
+        )?;
         if self.images == ImageStorage::Video {
             for (camera, track) in description.cameras().iter().zip(unit.cameras()) {
                 let folder = self.root.join(format!("videos/chunk-{chunk:03}")).join(image_key(&camera.name));

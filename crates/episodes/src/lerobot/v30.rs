@@ -10,7 +10,7 @@ use crate::dataset_statistics::{NamedStatistics, image_key};
 use crate::description::DatasetDescription;
 use crate::format::ImageStorage;
 use crate::lerobot::episode_rows::{EpisodeRow, episode_table};
-use crate::lerobot::frame_table::frame_table;
+use crate::lerobot::frame_table::{frame_metadata, frame_table};
 use crate::lerobot::info::{DATA_FILE_MIB, Totals, VIDEO_FILE_MIB, info_v30};
 use crate::lerobot::rolling_data::RollingData;
 use crate::lerobot::rolling_video::RollingVideo;
@@ -70,10 +70,10 @@ impl LeRobotV30 {
         Ok(Self {
             images,
             limits,
-            data: RollingData::new(root.join("data"), limits.data_bytes),
+            data: RollingData::new(root.join("data"), limits.data_bytes, frame_metadata(description, images)),
             videos,
             rows: Vec::new(),
-            episodes: RollingData::new(root.join("meta/episodes"), limits.data_bytes),
+            episodes: RollingData::new(root.join("meta/episodes"), limits.data_bytes, Vec::new()),
             totals: Totals::default(),
             root,
         })
