@@ -69,6 +69,12 @@ pub const CRATES: &[Layer] = &[
         &["export", "geometry", "imaging", "runtime", "scene"],
         &[SERVERS, CLIENTS, ROWS, TASKS, FUTURES, SYSTEM, CLOCKS, CHANCE],
     ),
+    // Episodes know nothing of scenes: they are numbers and images, and become files on a disk.
+    layer(
+        "episodes",
+        &["imaging", "video"],
+        &[SERVERS, CLIENTS, ROWS, TASKS, FUTURES, SYSTEM, CLOCKS, CHANCE],
+    ),
     layer("ports", &["geometry", "imaging", "pose_estimation", "runtime", "scene"], PURE_BUT_FUTURES),
     layer(
         "embedded",

@@ -1,7 +1,13 @@
 //! Images as a video file: H.264 (4:2:0) in MP4, playable in browsers and readable by PyAV.
 //!
-//! The encoder runs on one thread with a constant quantizer, so that equal images give equal bytes on one machine. The
-//! metadata stands before the samples, so that a player can start before the file is there.
+//! The encoder runs on one thread with a constant quantizer, so that equal images give equal bytes on one machine.
+//! The metadata stands before the samples, so that a player can start before the file is there.
+//!
+//! [`VideoEncoder::finish`] gives the file of one video. [`VideoEncoder::into_samples`] gives the encoded frames, and
+//! [`Mp4File`] puts those of many videos behind each other in one file without encoding them again.
+
+mod mp4_file;
+mod parameter_sets;
 
 use imaging::Image;
 use muxide::api::{MuxerBuilder, MuxerError, VideoCodec};
@@ -12,10 +18,20 @@ use openh264::encoder::{
 };
 use openh264::formats::{RgbaSliceU8, YUVBuffer};
 
+pub use mp4_file::{Mp4Error, Mp4File, TICKS_PER_FRAME};
+
 /// Frames between two that can be decoded alone: few, so that a reader can start anywhere.
-const KEY_FRAME_PERIOD: u32 = 10;
+pub const KEY_FRAME_PERIOD: u32 = 10;
 /// Quantizer, 0..=51: about 40 dB on renders.
 const QUANTIZER: u8 = 24;
+
+/// One encoded frame: H.264 with start codes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Sample {
+    pub bytes: Vec<u8>,
+    /// Whether the frame can be decoded alone.
+    pub is_key: bool,
+}
 
 /// A video to which images are added one by one.
 pub struct VideoEncoder {
@@ -23,8 +39,7 @@ pub struct VideoEncoder {
     width_px: u32,
     height_px: u32,
     frames_per_s: f64,
-    /// Encoded frames, and whether each can be decoded alone.
-    samples: Vec<(Vec<u8>, bool)>,
+    samples: Vec<Sample>,
 }
 
 /// Why a video cannot be written.
@@ -85,8 +100,13 @@ impl VideoEncoder {
             .encode(&YUVBuffer::from_rgba8_source(pixels))
             .map_err(|source| VideoError::Encoder { frame, source })?;
         let is_key = matches!(encoded.frame_type(), FrameType::IDR | FrameType::I);
-        self.samples.push((encoded.to_vec(), is_key));
+        self.samples.push(Sample { bytes: encoded.to_vec(), is_key });
         Ok(())
+    }
+
+    /// The encoded frames, in order. The first is a key frame, and so is at least one in [`KEY_FRAME_PERIOD`].
+    pub fn into_samples(self) -> Vec<Sample> {
+        self.samples
     }
 
     /// The bytes of the MP4 file.
@@ -103,8 +123,8 @@ impl VideoEncoder {
             .video(VideoCodec::H264, self.width_px, self.height_px, self.frames_per_s)
             .with_fast_start(true)
             .build()?;
-        for (frame, (sample, is_key)) in self.samples.iter().enumerate() {
-            muxer.write_video(frame as f64 / self.frames_per_s, sample, *is_key)?;
+        for (frame, sample) in self.samples.iter().enumerate() {
+            muxer.write_video(frame as f64 / self.frames_per_s, &sample.bytes, sample.is_key)?;
         }
         muxer.finish()?;
         Ok(bytes)
@@ -113,6 +133,8 @@ impl VideoEncoder {
 
 #[cfg(test)]
 mod tests {
+    use std::io::Cursor;
+
     use openh264::decoder::Decoder;
     use openh264::formats::YUVSource;
 
@@ -138,10 +160,11 @@ mod tests {
     #[test]
     fn frames_decode_to_what_was_added() {
         let video = video(20);
-        assert!(video.samples[0].1 && !video.samples[1].1 && video.samples[10].1, "key frames");
+        let keys: Vec<usize> = (0..20).filter(|frame| video.samples[*frame].is_key).collect();
+        assert_eq!(keys, [0, 10], "key frames");
         let mut decoder = Decoder::new().expect("a decoder");
-        for (number, (sample, _)) in (0..).zip(&video.samples) {
-            let decoded = decoder.decode(sample).expect("decoded").expect("a frame");
+        for (number, sample) in (0..).zip(&video.samples) {
+            let decoded = decoder.decode(&sample.bytes).expect("decoded").expect("a frame");
             let (width, height) = decoded.dimensions();
             let mut rgb = vec![0; 3 * width * height];
             decoded.write_rgb8(&mut rgb);
@@ -162,6 +185,61 @@ mod tests {
         assert_eq!(&bytes[4..8], b"ftyp");
         let at = |name: &[u8]| bytes.windows(4).position(|four| four == name).expect("a box");
         assert!(at(b"moov") < at(b"mdat"), "the metadata come first");
+    }
+
+    #[test]
+    fn clips_share_a_file() {
+        let write = || {
+            let mut file = Mp4File::new(Cursor::new(Vec::new()), 64, 48, 25).expect("a file");
+            for frames in [12, 12, 7] {
+                file.append(&video(frames).into_samples()).expect("appended");
+            }
+            assert_eq!(file.frames(), 31);
+            file.finish().expect("finished").into_inner()
+        };
+        let bytes = write();
+        assert_eq!(bytes, write(), "equal bytes");
+        let body = |name: &[u8]| {
+            let at = bytes.windows(4).rposition(|four| four == name).expect("a box");
+            &bytes[at + 4..]
+        };
+        let number = |bytes: &[u8], at: usize| {
+            u32::from_be_bytes(bytes[4 * at..4 * at + 4].try_into().expect("four bytes"))
+        };
+        // Every clip begins with a key frame: frames 1, 13 and 25, counted from one.
+        let keys = body(b"stss");
+        let keys: Vec<u32> = (2..2 + number(keys, 1) as usize).map(|at| number(keys, at)).collect();
+        assert_eq!(keys, [1, 11, 13, 23, 25]);
+        // Runs of clips: two with 12 frames, then one with 7.
+        assert_eq!((1..8).map(|at| number(body(b"stsc"), at)).collect::<Vec<_>>(), [2, 1, 12, 1, 3, 7, 1]);
+        // The offset of the third clip is that of its first frame.
+        let offsets = body(b"co64");
+        let third = number(offsets, 7) as usize;
+        let sizes = body(b"stsz");
+        let size = number(sizes, 3 + 24) as usize;
+        let expected = parameter_sets::length_prefixed(&video(7).into_samples()[0].bytes);
+        assert_eq!(bytes[third..third + size], expected);
+        // The size of the media reaches to the tables.
+        let media = bytes.windows(4).position(|four| four == b"mdat").expect("a box");
+        let media_bytes = u64::from_be_bytes(bytes[media + 4..media + 12].try_into().expect("eight bytes"));
+        assert_eq!(&bytes[media - 4 + media_bytes as usize + 4..][..4], b"moov");
+    }
+
+    #[test]
+    fn clips_that_do_not_fit_a_file_are_refused() {
+        let mut file = Mp4File::new(Cursor::new(Vec::new()), 64, 48, 25).expect("a file");
+        assert!(matches!(file.append(&[]), Err(Mp4Error::EmptyClip)));
+        let samples = video(3).into_samples();
+        assert!(matches!(file.append(&samples[1..]), Err(Mp4Error::NoKeyFrame)));
+        file.append(&samples).expect("appended");
+        let mut larger = VideoEncoder::new(96, 96, 25.0).expect("a size");
+        larger.add(&Image::filled(96, 96, [1, 2, 3, 255])).expect("encoded");
+        let larger = larger.into_samples();
+        assert!(matches!(file.append(&larger), Err(Mp4Error::OtherSettings { frame: 0 })));
+        assert_eq!(file.frames(), 3, "what is refused leaves no trace");
+        assert!(matches!(Mp4File::new(Cursor::new(Vec::new()), 64, 48, 0), Err(Mp4Error::Size)));
+        let empty = Mp4File::new(Cursor::new(Vec::new()), 64, 48, 25).expect("a file");
+        assert!(matches!(empty.finish(), Err(Mp4Error::EmptyClip)));
     }
 
     #[test]

@@ -1,0 +1,161 @@
+//! The card of a dataset: its `README.md`, as people and hubs read it.
+
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+use crate::dataset_statistics::image_key;
+use crate::description::DatasetDescription;
+use crate::format::{DepthStorage, Format, ImageStorage};
+use crate::vector_layout::VectorLayout;
+
+/// What the caller knows about a dataset and the crate does not.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct DatasetCard {
+    pub title: String,
+    /// The identifier of the license, such as `cc-by-4.0`.
+    pub license: String,
+    /// Programs and data with their versions.
+    pub versions: Vec<(String, String)>,
+    /// What varies between episodes, with ranges and units. Markdown.
+    pub randomization: String,
+    /// How one episode is made again from its record. Markdown.
+    pub regeneration: String,
+    /// How often attempts ended how, by `success` or reason; also those that are not in the dataset.
+    pub attempts: BTreeMap<String, u64>,
+}
+
+/// What was added to a dataset, as its card states it.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct DatasetSummary {
+    pub episodes: u64,
+    pub frames: u64,
+    /// Episodes by `success` or reason of failure.
+    pub outcomes: BTreeMap<String, u64>,
+    /// Smallest and largest seed.
+    pub seeds: Option<(u64, u64)>,
+}
+
+/// The text of `README.md` in the folder of a format.
+pub(crate) fn card_text(
+    card: &DatasetCard,
+    summary: &DatasetSummary,
+    description: &DatasetDescription,
+    format: Format,
+) -> String {
+    let mut text = String::new();
+    let is_lerobot = matches!(format, Format::LeRobotV30 { .. } | Format::LeRobotV21 { .. });
+    let tags = if is_lerobot { "\ntags:\n- LeRobot" } else { "" };
+    let mut line = |content: String| {
+        text.push_str(&content);
+        text.push('\n');
+    };
+    line(format!("---\nlicense: {}\ntask_categories:\n- robotics{tags}\n---\n", one_line(&card.license)));
+    line(format!("# {}\n", one_line(&card.title)));
+    line(format!(
+        "{} episodes with {} frames at {} frames per second; robot `{}`. License: {}.\n",
+        summary.episodes,
+        summary.frames,
+        description.fps(),
+        description.robot_type(),
+        one_line(&card.license)
+    ));
+    line(format!("{}\n", format_text(format)));
+    line("## Tasks\n".into());
+    description.tasks().iter().enumerate().for_each(|(i, task)| line(format!("{i}. {task}")));
+    line(format!("\n## Features\n\n{}", feature_table(description)));
+    line(format!("{CONVENTIONS}\n"));
+    line("## Seeds and records\n".into());
+    if let Some((min, max)) = summary.seeds {
+        line(format!(
+            "Seeds are from {min} to {max}. `records.jsonl` has the seed, the outcome and the record of each"
+        ));
+        line("episode, in the order of the dataset; an episode can be made again from its record.\n".into());
+    }
+    if !card.regeneration.is_empty() {
+        line(format!("{}\n", card.regeneration.trim()));
+    }
+    line(format!("## Randomization\n\n{}\n", or_none(&card.randomization)));
+    line(format!("## Outcomes\n\nEpisodes in the dataset:\n\n{}", count_table(&summary.outcomes)));
+    if !card.attempts.is_empty() {
+        line(format!("All attempts:\n\n{}", count_table(&card.attempts)));
+    }
+    line("## Versions\n".into());
+    line("| program | version |\n| --- | --- |".into());
+    card.versions.iter().for_each(|(name, version)| line(format!("| {} | {} |", cell(name), cell(version))));
+    text
+}
+
+const CONVENTIONS: &str = "\
+- `state[t]` is measured before `action[t]` is sent; `action[t]` is the commanded target. Frame t is at t over the rate.
+- A gripper's opening is in meters where the name ends in `_m`. Where it ends in `_0_closed_1_open`, 0 is closed.
+- Quaternions are w, x, y, z, as the names say.
+- Images are RGB; row 0 is the top.
+- Depth is along the optical axis in meters unless stated otherwise; 0 where nothing is in sight.
+- `intrinsics` is K in pixels, row by row; the center of the first pixel is at (0.5, 0.5).
+- `world_from_camera` takes points of the camera to the world, row by row, in meters. Cameras have OpenCV axes: x right,
+  y down, z forward.";
+
+fn format_text(format: Format) -> String {
+    let images = |storage| match storage {
+        ImageStorage::Video => {
+            "Images are H.264 video, 4:2:0, with a key frame at the start of each episode and at most 10 frames apart."
+        }
+        ImageStorage::Png => "Images are PNG in Parquet, without loss.",
+    };
+    match format {
+        Format::LeRobotV30 { images: storage } => format!("Format: LeRobot v3.0. {}", images(storage)),
+        Format::LeRobotV21 { images: storage } => {
+            format!("Format: LeRobot v2.1 with `meta/modality.json`. {}", images(storage))
+        }
+        Format::Robomimic => {
+            "Format: HDF5 in the layout of robomimic, `dataset.hdf5`. `actions` are scaled to [-1, 1] \
+             by the declared ranges; `action_targets` are in their units."
+                .into()
+        }
+        Format::ParquetAndPng { depth: DepthStorage::PngMillimeters } => {
+            "Format: Parquet and PNG files. Depth is PNG with 16 bits a pixel in millimeters.".into()
+        }
+        Format::ParquetAndPng { depth: DepthStorage::ParquetMeters } => {
+            "Format: Parquet and PNG files. Depth is f32 in Parquet in meters.".into()
+        }
+    }
+}
+
+fn feature_table(description: &DatasetDescription) -> String {
+    let mut table = "| feature | number | unit | range |\n| --- | --- | --- | --- |\n".to_owned();
+    let mut layout = |key: &str, layout: &VectorLayout| {
+        for element in layout.elements() {
+            let range = element.range.map_or_else(String::new, |[min, max]| format!("{min} to {max}"));
+            let (name, unit) = (element.full_name(), element.unit.text());
+            let _ = writeln!(table, "| `{key}` | `{name}` | {unit} | {range} |");
+        }
+    };
+    layout("state", description.state());
+    layout("action", description.action());
+    for camera in description.cameras() {
+        let extras = [(camera.depth, "depth"), (camera.instance_ids.is_some(), "instance ids")];
+        let extras: Vec<&str> = extras.iter().filter(|(has, _)| *has).map(|(_, name)| *name).collect();
+        let recorded =
+            if extras.is_empty() { String::new() } else { format!(", recorded with {}", extras.join(", ")) };
+        let (key, width_px, height_px) = (image_key(&camera.name), camera.width_px, camera.height_px);
+        let _ = writeln!(table, "| `{key}` | RGB {width_px} x {height_px}{recorded} | | |");
+    }
+    table
+}
+
+fn count_table(counts: &BTreeMap<String, u64>) -> String {
+    let rows = counts.iter().map(|(outcome, count)| format!("| {} | {count} |\n", cell(outcome)));
+    format!("| outcome | count |\n| --- | --- |\n{}", rows.collect::<String>())
+}
+
+fn or_none(text: &str) -> &str {
+    if text.trim().is_empty() { "None." } else { text.trim() }
+}
+
+fn cell(text: &str) -> String {
+    one_line(text).replace('|', "\\|")
+}
+
+fn one_line(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}

@@ -1,0 +1,150 @@
+//! Plain files: one folder an episode, with a Parquet table of frames and PNG images. No reader is needed but those
+//! of Parquet and PNG.
+//!
+//! ```text
+//! dataset.json                                    description, units, conventions, statistics; written last
+//! episodes/episode_000000/frames.parquet          one row a frame, columns as in LeRobot
+//! episodes/episode_000000/front/rgb_000000.png    RGB, 8 bits
+//! episodes/episode_000000/front/depth_mm_000000.png        16 bits; or the column `depth_m.front`
+//! episodes/episode_000000/front/instance_ids_000000.png    16 bits; or the column `instance_ids.front` of 32 bits
+//! ```
+
+use std::path::{Path, PathBuf};
+
+use serde_json::json;
+
+use crate::EpisodeError;
+use crate::camera_track::CameraTrack;
+use crate::dataset_statistics::NamedStatistics;
+use crate::description::{CameraDescription, DatasetDescription, InstanceIdWidth};
+use crate::format::{DepthStorage, ImageStorage};
+use crate::lerobot::frame_table::frame_table;
+use crate::lerobot::statistics_json;
+use crate::parquet_table::{Column, Table, write_table};
+use crate::part_folder::{make_folder, write_file};
+use crate::pixels::unzlib;
+use crate::placement::Placement;
+use crate::unit::EpisodeUnit;
+
+/// A dataset of plain files that is being written.
+pub(crate) struct ParquetAndPng {
+    root: PathBuf,
+    depth: DepthStorage,
+    episodes: u64,
+    frames: u64,
+}
+
+impl ParquetAndPng {
+    pub fn create(
+        root: PathBuf,
+        depth: DepthStorage,
+        _description: &DatasetDescription,
+    ) -> Result<Self, EpisodeError> {
+        make_folder(&root.join("episodes"))?;
+        Ok(Self { root, depth, episodes: 0, frames: 0 })
+    }
+
+    pub fn add(
+        &mut self,
+        unit: &EpisodeUnit,
+        place: &Placement,
+        description: &DatasetDescription,
+    ) -> Result<(), EpisodeError> {
+        let folder = self.root.join(format!("episodes/episode_{:06}", place.episode_index));
+        make_folder(&folder)?;
+        // Without columns of images, as beside a video.
+        let mut table = frame_table(unit, place, description, ImageStorage::Video);
+        for (camera, track) in description.cameras().iter().zip(unit.cameras()) {
+            self.add_camera(&folder, camera, track, unit, &mut table)?;
+        }
+        write_table(&folder.join("frames.parquet"), &table, &[])?;
+        self.episodes += 1;
+        self.frames += place.frames;
+        Ok(())
+    }
+
+    fn add_camera(
+        &self,
+        folder: &Path,
+        camera: &CameraDescription,
+        track: &CameraTrack,
+        unit: &EpisodeUnit,
+        table: &mut Table,
+    ) -> Result<(), EpisodeError> {
+        let images = folder.join(&camera.name);
+        make_folder(&images)?;
+        let write_all = |kind: &str, files: &[Vec<u8>]| {
+            let path = |frame: usize| images.join(format!("{kind}_{frame:06}.png"));
+            files.iter().enumerate().try_for_each(|(frame, file)| write_file(&path(frame), file))
+        };
+        write_all("rgb", &track.rgb_png)?;
+        let width = (camera.width_px * camera.height_px) as usize;
+        if camera.depth {
+            match self.depth {
+                DepthStorage::PngMillimeters => write_all("depth_mm", &track.depth_png)?,
+                DepthStorage::ParquetMeters => {
+                    let values = numbers(unit, &track.depth_zlib, width, f32::from_le_bytes)?;
+                    table.push(format!("depth_m.{}", camera.name), Column::FloatList { values, width });
+                }
+            }
+        }
+        match camera.instance_ids {
+            None => Ok(()),
+            Some(InstanceIdWidth::U16) => write_all("instance_ids", &track.ids_png),
+            Some(InstanceIdWidth::U32) => {
+                let values = numbers(unit, &track.ids_zlib, width, u32::from_le_bytes)?;
+                table.push(format!("instance_ids.{}", camera.name), Column::UnsignedList { values, width });
+                Ok(())
+            }
+        }
+    }
+
+    /// Writes the description of the dataset, without which it is not complete.
+    pub fn finish(
+        self,
+        description: &DatasetDescription,
+        statistics: &[NamedStatistics],
+    ) -> Result<(), EpisodeError> {
+        let depth = match self.depth {
+            DepthStorage::PngMillimeters => "depth_mm_*.png, 16 bits, millimeters",
+            DepthStorage::ParquetMeters => "column depth_m.CAMERA, float, meters, row by row from the top",
+        };
+        let dataset = json!({
+            "format": "tabletopgen episodes, Parquet and PNG, version 1",
+            "total_episodes": self.episodes,
+            "total_frames": self.frames,
+            "description": description,
+            "state_names": description.state().full_names(),
+            "action_names": description.action().full_names(),
+            "conventions": {
+                "order": "state[t] is measured before action[t] is sent; action[t] is the commanded target",
+                "images": "RGB, row 0 is the top",
+                "depth": format!("{depth}; along the optical axis; 0 where nothing is in sight"),
+                "intrinsics": "K row by row, pixels",
+                "world_from_camera": "row by row, meters; camera axes: x right, y down, z forward",
+                "quaternions": "w, x, y, z",
+            },
+            "statistics": statistics_json(statistics),
+        });
+        write_file(&self.root.join("dataset.json"), format!("{dataset:#}\n").as_bytes())
+    }
+}
+
+/// The numbers of all frames: `width` a frame.
+fn numbers<T>(
+    unit: &EpisodeUnit,
+    streams: &[Vec<u8>],
+    width: usize,
+    number: impl Fn([u8; 4]) -> T,
+) -> Result<Vec<T>, EpisodeError> {
+    let mut values = Vec::with_capacity(streams.len() * width);
+    for (frame, stream) in streams.iter().enumerate() {
+        let bytes = unzlib(stream, 4 * width).filter(|bytes| bytes.len() == 4 * width);
+        let Some(bytes) = bytes else {
+            let what = format!("frame {frame} of episode {} has a damaged stream", unit.header().number);
+            return Err(EpisodeError::Unit { what });
+        };
+        values.extend(bytes.as_chunks::<4>().0.iter().map(|four| number(*four)));
+    }
+    Ok(values)
+}

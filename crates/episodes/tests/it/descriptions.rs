@@ -1,0 +1,139 @@
+//! What is invalid is refused with the place, the fault and the correction.
+
+use episodes::description::{CameraDescription, DatasetDescription};
+use episodes::episode::{EpisodeHeader, Outcome};
+use episodes::frame::{CameraFrame, Frame};
+use episodes::unit_of_measure::Unit;
+use episodes::vector_layout::{VectorElement, VectorLayout};
+use episodes::{EpisodeEncoder, EpisodeError};
+use imaging::Image;
+
+use crate::reading::V30;
+use crate::scene;
+
+fn layout(elements: Vec<VectorElement>) -> Result<VectorLayout, EpisodeError> {
+    VectorLayout::new("state", elements)
+}
+
+fn joint(name: &str) -> VectorElement {
+    VectorElement::new("arm", name, Unit::Radians)
+}
+
+fn described(
+    robot: &str,
+    fps: u32,
+    cameras: Vec<CameraDescription>,
+    tasks: &[&str],
+) -> Result<DatasetDescription, EpisodeError> {
+    let joints = layout(vec![joint("j")])?;
+    let tasks = tasks.iter().map(|task| (*task).to_owned()).collect();
+    DatasetDescription::new(robot, fps, joints.clone(), joints, cameras, tasks)
+}
+
+fn camera(name: &str, width_px: u32, height_px: u32) -> CameraDescription {
+    CameraDescription { name: name.to_owned(), width_px, height_px, depth: false, instance_ids: None }
+}
+
+fn refuses<T>(result: Result<T, EpisodeError>, part: &str) {
+    let text = result.err().unwrap_or_else(|| panic!("accepted: {part}")).to_string();
+    assert!(text.contains(part), "`{text}` lacks `{part}`");
+    assert!(text.matches(';').count() >= 1, "`{text}` has no correction");
+}
+
+#[test]
+fn layouts_refuse_what_formats_cannot_carry() {
+    refuses(layout(vec![]), "no numbers");
+    refuses(layout(vec![joint("a/b")]), "`a/b` is no name");
+    refuses(layout(vec![joint("")]), "`` is no name");
+    refuses(layout(vec![joint("a"), joint("a")]), "two numbers named `a_rad`");
+    refuses(layout(vec![joint("a").within(1.0, 1.0)]), "range 1 to 1");
+    refuses(layout(vec![joint("a").within(0.0, f32::INFINITY)]), "range 0 to inf");
+    let split = vec![joint("a"), VectorElement::gripper_opening(), joint("b")];
+    refuses(layout(split), "group `arm`");
+    assert!(layout(vec![joint("a"), joint("b"), VectorElement::gripper_opening()]).is_ok());
+}
+
+#[test]
+fn descriptions_refuse_what_formats_cannot_carry() {
+    assert!(described("arm", 30, vec![camera("front", 64, 48)], &["push"]).is_ok());
+    refuses(described("a robot", 30, vec![], &["push"]), "`a robot` is no name");
+    refuses(described("arm", 0, vec![], &["push"]), "0 frames per second");
+    refuses(described("arm", 30, vec![camera("a/b", 64, 48)], &["push"]), "`a/b` is no name");
+    refuses(described("arm", 30, vec![camera("a", 63, 48)], &["push"]), "63 x 48");
+    refuses(described("arm", 30, vec![camera("a", 64, 8)], &["push"]), "64 x 8");
+    let twice = vec![camera("a", 64, 48), camera("a", 64, 48)];
+    refuses(described("arm", 30, twice, &["push"]), "two cameras");
+    refuses(described("arm", 30, vec![], &[]), "no tasks");
+    refuses(described("arm", 30, vec![], &["push", "push"]), "two tasks");
+    refuses(described("arm", 30, vec![], &["push\nlift"]), "task 0");
+}
+
+/// The answer to a frame of the synthetic dataset after a change.
+fn changed(change: impl Fn(&mut [f32], &mut [f32], &mut CameraFrame)) -> Result<(), EpisodeError> {
+    let description = scene::description().expect("a description");
+    let header = EpisodeHeader { number: 7, seed: 0, task: 0, record: serde_json::Value::Null };
+    let mut encoder = EpisodeEncoder::new(&description, &[V30], header).expect("an encoder");
+    let (mut state, mut action) = (scene::states(0)[0], scene::action(0, 0));
+    let (image, depth_m) = (scene::image(0, 0), scene::depth_m());
+    let ids = scene::instance_ids(0, 0, 0);
+    let mut front = CameraFrame {
+        image: &image,
+        depth_m: Some(&depth_m),
+        instance_ids: Some(&ids),
+        intrinsics: scene::INTRINSICS,
+        world_from_camera: scene::world_from_camera(0.0),
+    };
+    let wrist = CameraFrame { depth_m: None, ..front };
+    change(&mut state, &mut action, &mut front);
+    encoder.add(&Frame { state: &state, action: &action, cameras: &[front, wrist] })
+}
+
+#[test]
+fn frames_refuse_numbers_outside_their_meaning() {
+    changed(|_, _, _| {}).expect("a valid frame");
+    refuses(
+        changed(|state, _, _| state[0] = f32::NAN),
+        "frame 0 of episode 7: `joint_1_rad` of the state is NaN",
+    );
+    refuses(changed(|_, action, _| action[0] = 2.5), "outside -2 to 2");
+    refuses(changed(|_, action, _| action[1] = -0.1), "`gripper_0_closed_1_open` of the action is -0.1");
+    refuses(changed(|_, _, front| front.depth_m = None), "camera `front`: depth is missing");
+    refuses(changed(|_, _, front| front.instance_ids = None), "instance ids are missing");
+    refuses(changed(|_, _, front| front.intrinsics[0] = 0.0), "the intrinsics");
+    refuses(changed(|_, _, front| front.intrinsics.swap(2, 6)), "the intrinsics");
+    // Mirrored axes, and a matrix in the order of columns.
+    refuses(changed(|_, _, front| front.world_from_camera[0] = -1.0), "world_from_camera");
+    refuses(changed(|_, _, front| front.world_from_camera.swap(11, 14)), "world_from_camera");
+    // Millimeters where meters belong.
+    let millimeters: Vec<f32> = scene::depth_m().iter().map(|depth| 1000.0 * depth).collect();
+    let millimeters: &'static [f32] = millimeters.leak();
+    refuses(changed(|_, _, front| front.depth_m = Some(millimeters)), "m;");
+    let short: &'static [f32] = &[1.0];
+    refuses(changed(|_, _, front| front.depth_m = Some(short)), "1 numbers");
+    let large: &'static [u32] = vec![70_000; (scene::WIDTH_PX * scene::HEIGHT_PX) as usize].leak();
+    refuses(changed(|_, _, front| front.instance_ids = Some(large)), "70000");
+    let other: &'static Image = Box::leak(Box::new(Image::filled(64, 96, [0; 4])));
+    refuses(changed(|_, _, front| front.image = other), "64 x 96");
+}
+
+#[test]
+fn episodes_refuse_what_teaches_nothing() {
+    let description = scene::description().expect("a description");
+    let header = |task| EpisodeHeader { number: 7, seed: 0, task, record: serde_json::Value::Null };
+    refuses(EpisodeEncoder::new(&description, &[V30], header(2)), "task 2");
+    let empty = || EpisodeEncoder::new(&description, &[V30], header(0)).expect("an encoder");
+    refuses(empty().finish(Outcome::Success), "no frames");
+    let mut wrong = empty();
+    refuses(wrong.add(&Frame { state: &[0.0], action: &[0.0, 0.0], cameras: &[] }), "1 numbers");
+}
+
+#[test]
+fn robomimic_needs_ranges_of_actions() {
+    let description = described("arm", 30, vec![], &["push"]).expect("a description");
+    let folder = tempfile::TempDir::new().expect("a folder");
+    let formats = [episodes::format::Format::Robomimic];
+    let path = folder.path().join("set");
+    let result = episodes::DatasetAssembler::create(&path, description, &formats, scene::card());
+    refuses(result.map(|_| ()), "`j_rad` has no range");
+    assert!(!path.with_extension("part").exists(), "nothing is left behind");
+}
