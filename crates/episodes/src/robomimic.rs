@@ -17,7 +17,7 @@
 //!
 //! `next_obs` has no images: they would double the file, and behavior cloning does not read them. Images are chunks
 //! of one frame with gzip, which the unit already holds. The library keeps the headers of all datasets in memory
-//! until it closes the file, about 1 kB each; the frames go to the disk at once.
+//! until it closes the file; the frames go to the disk at once.
 
 use std::path::{Path, PathBuf};
 
