@@ -4,7 +4,7 @@
 
 Writes TARGET/episodes with the example `synthetic`, makes the environment TARGET/episode-judges from
 tests/judges/episodes/requirements.txt, and runs tests/judges/episodes/check.py. The environment has PyTorch and takes
-about 6 GB.
+about 8 GB.
 """
 
 import argparse
