@@ -10,7 +10,7 @@ use serde::de::DeserializeOwned;
 use uuid::Uuid;
 
 use super::error::{Problem, ProblemType};
-use super::terms::is_label;
+use scene::labels::is_label;
 
 /// The parameters of a query as a struct, which should deny unknown fields. A parameter that is unknown, repeated or
 /// invalid gives the problem `invalid_parameter`.

@@ -10,9 +10,9 @@ use super::Validate;
 use super::error::{FieldError, Problem};
 use super::query::Time;
 use super::submission::Submission;
-use scene::Violation;
 use scene::request::{MAX_SEED, RequestOptions};
 use scene::{Input, SceneRequest};
+use scene::{Violation, labels};
 use store::Digest;
 
 /// Largest priority, and smallest below zero.
@@ -38,7 +38,9 @@ impl Terms {
         if self.seed.is_some_and(|seed| seed > MAX_SEED) {
             wrong("/seed", format!("must be at most {MAX_SEED}"));
         }
-        check_labels(&self.labels, &mut wrong);
+        for Violation { pointer, detail } in labels::violations(&self.labels) {
+            wrong(&format!("/labels{pointer}"), detail);
+        }
         for Violation { pointer, detail } in self.options.violations() {
             wrong(&format!("/options{pointer}"), detail);
         }
@@ -103,27 +105,4 @@ pub(super) fn draw_seed() -> u64 {
     // The version's four bits are the same in every one; the others are random.
     let random = Uuid::new_v4().as_u128();
     ((random ^ (random >> 64)) as u64) & MAX_SEED
-}
-
-/// Whether a label may have this key and this value.
-pub(super) fn is_label(key: &str, value: &str) -> bool {
-    is_label_key(key) && value.chars().count() <= 255 && !value.chars().any(char::is_control)
-}
-
-fn is_label_key(key: &str) -> bool {
-    (1..=63).contains(&key.len())
-        && key.bytes().all(|b| b.is_ascii_alphanumeric() || matches!(b, b'_' | b'-' | b'.'))
-}
-
-fn check_labels(labels: &BTreeMap<String, String>, wrong: &mut impl FnMut(&str, String)) {
-    if labels.len() > 32 {
-        wrong("/labels", "has more than 32 entries".into());
-    }
-    for (key, value) in labels.iter().take(33) {
-        if !is_label_key(key) {
-            wrong("/labels", "keys have 1 to 63 letters, digits, `_`, `-` or `.`".into());
-        } else if !is_label(key, value) {
-            wrong(&format!("/labels/{key}"), "values have at most 255 characters, none of control".into());
-        }
-    }
 }

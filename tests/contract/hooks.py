@@ -32,7 +32,7 @@ TASKS = "GET /scenes/{scene_id}/tasks"
 INSTRUCTION, EXECUTED_ONE_IN = "pick up the mug", 10
 REHEARSED_ONE_IN = 10
 MOST_REHEARSED = 2
-WHOLE = ("seed", "priority", "count", "max_retries", "shard_mb", "shard_scenes")
+WHOLE = ("seed", "priority", "count", "first", "max_retries", "max_objects", "shard_mb", "shard_scenes")
 count = itertools.count()
 
 
@@ -118,10 +118,16 @@ def replace(case):
         replace_in_submission(case)
 
 
-def whole_numbers(body: dict):
-    for name in WHOLE:
-        if isinstance(body.get(name), float):
-            body[name] = int(body[name])
+def whole_numbers(value):
+    """Whole numbers written as such, wherever they stand."""
+    if isinstance(value, list):
+        for one in value:
+            whole_numbers(one)
+    if isinstance(value, dict):
+        for name, one in value.items():
+            if name in WHOLE and isinstance(one, float):
+                value[name] = int(one)
+            whole_numbers(one)
 
 
 def replace_in_submission(case):

@@ -20,6 +20,7 @@
 mod validation;
 pub mod id;
 pub mod name;
+pub mod labels;
 pub mod request;
 pub mod description;
 pub mod edit;

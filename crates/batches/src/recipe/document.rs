@@ -79,6 +79,9 @@ pub(super) fn read(json: &[u8]) -> Result<Recipe, RecipeErrors> {
     let templates = templates(&document.templates, &slots, &mut errors);
     let seeds = seeds(document.seeds.as_ref(), &mut errors);
     let options = options(document.options.as_ref(), &mut errors);
+    for violation in scene::labels::violations(&document.labels) {
+        errors.add(format!("/labels{}", violation.pointer), violation.detail);
+    }
     if !errors.0.is_empty() {
         return Err(RecipeErrors(errors.0));
     }

@@ -83,6 +83,8 @@ fn wrong_recipes_state_every_place() {
     let sample = |count: u64| json!({ "mode": "sample", "count": count, "seed": 0 });
     let many: Vec<usize> = (0..1001).collect();
     for (document, pointer, says) in [
+        (json!({ "templates": ["a mug"], "labels": { "k": "\u{84}" } }), "/labels/k", "none of control"),
+        (json!({ "templates": ["a mug"], "labels": { "a key": "v" } }), "/labels", "keys have"),
         (json!({}), "", "must have `templates`"),
         (json!([]), "", "must be an object"),
         (json!({ "templates": "a mug" }), "/templates", "must be a list"),
