@@ -14,7 +14,7 @@ use crate::api::executions::{
 use crate::config::Resolved;
 use crate::pipeline::task_scene::{BundleScene, of_archive, simulated};
 use export::archive::zip_files;
-use manipulation::execution::{Execution, Refusal, TaskScene, execute, find_grasps};
+use manipulation::execution::{Execution, Refusal, RobotStart, TaskScene, execute, find_grasps};
 use robot::model::Robot;
 use runtime::seed::child_rng;
 use serde::Deserialize;
@@ -93,7 +93,8 @@ pub fn run(
     };
     let grasps = find_grasps(&scene, &task.goal, &robot, &resolved.config.grasps, seed).map_err(broken)?;
     let mut rng = child_rng(seed, "execution");
-    let done = execute(&scene, &robot, &task, &grasps, None, &resolved.config.execution, &mut rng);
+    let done =
+        execute(&scene, &robot, &task, &grasps, &RobotStart::default(), &resolved.config.execution, &mut rng);
     let execution = done.map_err(|refusal| refused(&refusal))?;
     Ok(Executed { task, robot, seed, execution })
 }

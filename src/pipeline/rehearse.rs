@@ -21,7 +21,9 @@ use super::{Context, Settings};
 use geometry::Pose;
 use geometry::parallel_grasp::ParallelGrasp;
 use glam::DVec3;
-use manipulation::execution::{Execution, ExecutionSettings, GraspBook, Refusal, Rehearsal, execute};
+use manipulation::execution::{
+    Execution, ExecutionSettings, GraspBook, Refusal, Rehearsal, RobotStart, execute,
+};
 use manipulation::grasp::{Grasp, GraspSettings, grasp_file, isaac_grasp_yaml};
 use runtime::CancelFlag;
 use runtime::seed::child_rng;
@@ -140,7 +142,8 @@ fn rehearsed(inputs: &Inputs, mut loaded: Vec<Loaded>, cancel: &CancelFlag) -> R
         .map(|proposed| {
             cancel.check()?;
             let mut rng = child_rng(*seed, "execution");
-            let done = execute(&scene, &robot, &proposed.task, &book, None, settings, &mut rng);
+            let done =
+                execute(&scene, &robot, &proposed.task, &book, &RobotStart::default(), settings, &mut rng);
             Ok(TaskTried { instruction: proposed.task.instruction.clone(), outcome: outcome(done) })
         })
         .collect::<Result<_, StageError>>()?;

@@ -36,6 +36,8 @@ pub struct Recipe {
     slots: Vec<(String, Vec<String>)>,
     seeds: Seeds,
     options: Vec<RequestOptions>,
+    /// Whether the document has a list of options, and not one alone.
+    lists_options: bool,
     labels: BTreeMap<String, String>,
     /// Number of combinations of each template, and of those before it.
     counts: Vec<Combinations>,
@@ -137,6 +139,13 @@ impl Recipe {
             Some(sample) => self.combination(sample[index as usize]),
             None => self.combination(index),
         })
+    }
+
+    /// The options of the requests, each with its pointer into the document.
+    pub fn options(&self) -> impl Iterator<Item = (String, &RequestOptions)> {
+        let pointer =
+            |index| if self.lists_options { format!("/options/{index}") } else { "/options".to_owned() };
+        self.options.iter().enumerate().map(move |(index, options)| (pointer(index), options))
     }
 
     fn combinations(&self) -> u64 {

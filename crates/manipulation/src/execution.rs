@@ -62,6 +62,15 @@ const BASES: usize = 6;
 /// The grasps of objects by their names, best first.
 pub type GraspBook = BTreeMap<String, Vec<Grasp>>;
 
+/// Where a robot stands before it begins.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RobotStart {
+    /// Where its base stands; chosen if absent.
+    pub world_from_base: Option<Isometry3<f64>>,
+    /// The joints of its arm; the home configuration if absent.
+    pub joint_positions: Option<Vec<f64>>,
+}
+
 /// What became of a task.
 #[derive(Clone, Debug, Serialize)]
 pub struct Execution {
@@ -158,8 +167,7 @@ fn grasps_of(
     grasps(object, robot, settings, &mut child_rng(seed, &format!("grasps of {}", object.name)))
 }
 
-/// Executes a task. The robot starts at its home configuration, with its base at `world_from_base` or at a place that
-/// is chosen. A task that fails is an [`Execution`] with its reason.
+/// Executes a task. A task that fails is an [`Execution`] with its reason.
 ///
 /// # Errors
 /// If the task is not attempted; see [`Refusal`].
@@ -168,14 +176,14 @@ pub fn execute(
     robot: &Robot,
     task: &Task,
     grasps: &GraspBook,
-    world_from_base: Option<&Isometry3<f64>>,
+    start: &RobotStart,
     settings: &ExecutionSettings,
     rng: &mut impl Rng,
 ) -> Result<Execution, Refusal> {
     let shapes = Shapes::new(scene)?;
     refusal::check(scene, &shapes, robot, &task.goal, grasps, settings)?;
-    let bases = match world_from_base {
-        Some(base) => vec![*base],
+    let bases = match start.world_from_base {
+        Some(base) => vec![base],
         None => work::bases_for(scene, &shapes, robot, &task.goal, grasps, settings),
     };
     let mut first_failure: Option<Execution> = None;
@@ -184,9 +192,10 @@ pub fn execute(
         if !base::reaches_table(&motions) {
             continue;
         }
-        let (home, opening_m) = (&robot.home().positions, robot.home().opening_m);
-        let world =
-            ManipulationWorld::new(&scene.bodies(), robot, base, home, opening_m, &WorldOptions::default())?;
+        let positions = start.joint_positions.as_ref().unwrap_or(&robot.home().positions);
+        let (bodies, opening_m) = (scene.bodies(), robot.home().opening_m);
+        let options = WorldOptions::default();
+        let world = ManipulationWorld::new(&bodies, robot, base, positions, opening_m, &options)?;
         let runner = Runner::new(world, &motions, settings.record_hz);
         let mut attempt = Attempt::new(&motions, &shapes, task, grasps, runner);
         let failure = attempt.run(rng).err();

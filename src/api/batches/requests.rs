@@ -8,7 +8,7 @@ use crate::api::error::{FieldError, Problem, ProblemType};
 use crate::api::submission::{self, SceneBody};
 use crate::api::{Settings, Validate};
 use ::batches::{BatchRequest, LineReader, OutputError, Recipe, Registry};
-use scene::MicroUsd;
+use scene::{Input, MicroUsd, SceneRequest};
 use serde_json::json;
 use store::batches::{ItemContent, NewItem};
 
@@ -87,6 +87,7 @@ impl Reader<'_> {
             }
             BodyKind::Recipe => {
                 let recipe = read_recipe(body)?;
+                self.check_settings(&recipe)?;
                 if recipe.request_count() > self.max_requests {
                     return Err(self.too_many());
                 }
@@ -102,6 +103,19 @@ impl Reader<'_> {
             return Err(Problem::invalid(vec![FieldError::new("", detail)]));
         }
         Ok(())
+    }
+
+    /// Settings that the configuration does not accept would make each request with them invalid.
+    fn check_settings(&self, recipe: &Recipe) -> Result<(), Problem> {
+        let mut errors = Vec::new();
+        for (pointer, options) in recipe.options() {
+            let request = SceneRequest::new(Input::Text { text: String::new() }, 0, options.clone());
+            errors.extend((self.validate)(&request).into_iter().map(|error| {
+                let within = error.pointer.strip_prefix("/options").unwrap_or(&error.pointer);
+                FieldError::new(format!("{pointer}{within}"), error.detail)
+            }));
+        }
+        if errors.is_empty() { Ok(()) } else { Err(Problem::invalid(errors)) }
     }
 
     fn too_many(&self) -> Problem {

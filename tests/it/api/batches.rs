@@ -213,6 +213,8 @@ async fn a_recipe_expands_and_its_errors_have_pointers() {
         (with("slots", json!({})), "/templates/0", "color"),
         (with("seeds", json!([1, 1])), "/seeds/1", "twice"),
         (with("seeds", json!({ "first": 0, "count": 4 })), "", "6 requests"),
+        (with("options", json!([{}, { "set": { "tsa.scale": "AAA" } }])), "/options/1/set/tsa.scale", "AAA"),
+        (with("options", json!({ "set": { "no.such": "1" } })), "/options/set/no.such", "no such key"),
         (with("colours", json!([])), "/colours", "is not known here"),
         (json!([]), "", "list"),
     ] {

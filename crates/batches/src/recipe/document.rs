@@ -120,7 +120,9 @@ pub(super) fn read(json: &[u8]) -> Result<Recipe, RecipeErrors> {
     };
     let names = Names::new(&slots, &extent);
     let counts = counts.unwrap_or_default();
-    Ok(Recipe { templates, slots, seeds, options, labels: document.labels, counts, sample, names })
+    let lists_options = document.options.is_some_and(|options| options.is_array());
+    let labels = document.labels;
+    Ok(Recipe { templates, slots, seeds, options, lists_options, labels, counts, sample, names })
 }
 
 /// Values by slot, in the order of the document.

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use geometry::Pose;
+use nalgebra::Isometry3;
 use robot::model::Robot;
 use scene::InstanceId;
 use tasks::{Goal, GoalPredicate, PredicateKind, Situation, Task, evaluation::evaluate_predicate};
@@ -69,11 +70,15 @@ impl<'a> Rehearsal<'a> {
 
     fn is_possible(&self, task: &Task, grasps: &GraspBook) -> bool {
         let (scene, robot, settings) = (self.scene, self.robot, self.settings);
-        if refusal::check(scene, &self.shapes, robot, &task.goal, grasps, settings).is_err() {
-            return false;
-        }
+        let refused = refusal::check(scene, &self.shapes, robot, &task.goal, grasps, settings).is_err();
+        !refused && self.base_for(task, grasps).is_some()
+    }
+
+    /// The best place for the base from which the arm can make all steps of a task: `world_from_base`.
+    pub fn base_for(&self, task: &Task, grasps: &GraspBook) -> Option<Isometry3<f64>> {
+        let (scene, robot, settings) = (self.scene, self.robot, self.settings);
         let bases = bases_for(scene, &self.shapes, robot, &task.goal, grasps, settings);
-        bases.iter().take(BASES).any(|base| {
+        bases.into_iter().take(BASES).find(|base| {
             let motions = Motions::new(scene, robot, *base, settings);
             motions.is_ok_and(|motions| {
                 base::reaches_table(&motions) && self.is_rehearsed(&motions, task, grasps).is_some()

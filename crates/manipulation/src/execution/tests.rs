@@ -63,10 +63,14 @@ fn run_with(
         robot,
         task,
         grasps,
-        None,
+        &RobotStart::default(),
         &test_settings::section::<ExecutionSettings>("execution"),
         &mut rng,
     )
+}
+
+fn standing(world_from_base: Isometry3<f64>) -> RobotStart {
+    RobotStart { world_from_base: Some(world_from_base), joint_positions: None }
 }
 
 fn panda() -> Robot {
@@ -169,7 +173,8 @@ fn what_cannot_be_done_is_refused_with_a_code() {
         let task = task(goal);
         let mut rng = ChaCha8Rng::seed_from_u64(1);
         let settings: ExecutionSettings = test_settings::section("execution");
-        let result = execute(&scene, &robot, &task, &GraspBook::new(), None, &settings, &mut rng);
+        let result =
+            execute(&scene, &robot, &task, &GraspBook::new(), &RobotStart::default(), &settings, &mut rng);
         result.err().map(|refusal| refusal.code())
     };
     let on = |object: &str, target: &str| {
@@ -195,7 +200,7 @@ fn what_cannot_be_done_is_refused_with_a_code() {
         &robot,
         &task,
         &GraspBook::new(),
-        Some(&far),
+        &standing(far),
         &test_settings::section::<ExecutionSettings>("execution"),
         &mut rng,
     );
@@ -209,7 +214,7 @@ fn an_object_without_a_stable_grasp_is_a_failure() {
     let mut rng = ChaCha8Rng::seed_from_u64(1);
     let base = Isometry3::translation(-0.5, 0.0, 0.02);
     let settings: ExecutionSettings = test_settings::section("execution");
-    let execution = execute(&scene, &panda(), &task, &GraspBook::new(), Some(&base), &settings, &mut rng);
+    let execution = execute(&scene, &panda(), &task, &GraspBook::new(), &standing(base), &settings, &mut rng);
     assert_eq!(execution.expect("attempted").failure, Some(Failure::NoGrasp));
     for failure in [
         Failure::Unreachable,
