@@ -9,6 +9,8 @@ use crate::frames::{to_pose, to_vector};
 /// Sides of round shapes.
 const SEGMENTS: usize = 32;
 const ROUGHNESS: f32 = 0.45;
+/// Side of the column below a base beside the table, meters.
+const STAND_M: f64 = 0.2;
 
 /// Meshes of the visible shapes of each link, in the order of `Robot::links`; a link without any has an empty mesh.
 pub fn link_meshes(robot: &Robot) -> Vec<TexturedMesh> {
@@ -30,6 +32,27 @@ pub fn link_meshes(robot: &Robot) -> Vec<TexturedMesh> {
             mesh
         })
         .collect()
+}
+
+/// Height of the floor, where the legs of the table end.
+pub fn floor_m(table: &TexturedMesh) -> f64 {
+    table.positions.iter().map(|point| point.z).fold(0.0, f64::min)
+}
+
+/// What a base beside the table stands on, from the floor up; empty for one on the table. Nothing is simulated of it.
+pub fn stand_mesh(table: &TexturedMesh, world_from_base: &Pose) -> TexturedMesh {
+    let mut mesh = TexturedMesh::default();
+    let (floor_m, (low, high)) = (floor_m(table), table.bounds());
+    let at = world_from_base.translation_m.truncate();
+    let is_on_table = at.cmpge(low.truncate()).all() && at.cmple(high.truncate()).all();
+    let height_m = world_from_base.translation_m.z - floor_m;
+    if !is_on_table && height_m > 0.0 {
+        let mut column = block(DVec3::new(STAND_M, STAND_M, height_m));
+        let on_floor = Pose { translation_m: at.extend(floor_m), rotation: world_from_base.rotation };
+        column.positions.iter_mut().for_each(|point| *point = on_floor.transform_point(*point));
+        mesh.add(column, &Material::plain("stand", Rgb::hex(0x8a_8f_96), 0.6));
+    }
+    mesh
 }
 
 /// Closed solids that together are the primitive, about its center.

@@ -5,11 +5,10 @@ use std::f64::consts::TAU;
 use super::Executed;
 use crate::api::error::{Problem, ProblemType};
 use export::archive::wanted_files;
-use geometry::shapes::block;
-use geometry::{Camera, DVec3, Material, Pose, Rgb, TexturedMesh};
+use geometry::{Camera, Pose, TexturedMesh};
 use manipulation::execution::Frame;
 use manipulation::frames::{to_isometry, to_pose};
-use manipulation::link_meshes::link_meshes;
+use manipulation::link_meshes::{floor_m, link_meshes, stand_mesh};
 use mesh_io::gltf::read_mesh_glb;
 use rayon::prelude::*;
 use render::{Background, Lighting, RenderObject, RenderSettings, SceneCache, View};
@@ -23,8 +22,6 @@ const HEIGHT_PX: u32 = 480;
 const IMAGES_PER_S: f64 = 25.0;
 /// Images that are in memory at the same time.
 const BATCH: usize = 16;
-/// Side of the column below a base beside the table, meters.
-const STAND_M: f64 = 0.2;
 const FOV_X_RAD: f64 = 0.75;
 const ELEVATION_RAD: f64 = 0.5;
 /// The camera stands so far from the table, as a multiple of what has to be seen.
@@ -54,7 +51,7 @@ pub fn video(archive: &[u8], executed: &Executed) -> Result<Vec<u8>, Problem> {
     });
     let scene: Vec<TexturedMesh> = meshes.collect::<Result<_, Problem>>()?;
     let stage =
-        Stage { links: link_meshes(&executed.robot), stand: stand(&scene[0], executed), scene, executed };
+        Stage { links: link_meshes(&executed.robot), stand: stand_mesh(&scene[0], &executed.execution.world_from_base), scene, executed };
     let camera = stage.camera();
     let every = (recording.rate_hz / IMAGES_PER_S).round().max(1.0) as usize;
     let shown: Vec<&Frame> = recording.frames.iter().step_by(every).collect();
@@ -120,26 +117,4 @@ impl Stage<'_> {
         let background = Background::light_with_floor(floor_m);
         SceneCache::new(objects, &QUALITY).color(lighting, background, &View::Perspective(*camera))
     }
-}
-
-/// Height of the floor, where the legs of the table end.
-fn floor_m(table: &TexturedMesh) -> f64 {
-    table.positions.iter().map(|point| point.z).fold(0.0, f64::min)
-}
-
-/// What the base stands on: nothing is simulated of it.
-fn stand(table: &TexturedMesh, executed: &Executed) -> TexturedMesh {
-    let mut mesh = TexturedMesh::default();
-    let base = &executed.execution.world_from_base;
-    let (floor_m, (low, high)) = (floor_m(table), table.bounds());
-    let at = base.translation_m.truncate();
-    let is_on_table = at.cmpge(low.truncate()).all() && at.cmple(high.truncate()).all();
-    let height_m = base.translation_m.z - floor_m;
-    if !is_on_table && height_m > 0.0 {
-        let mut column = block(DVec3::new(STAND_M, STAND_M, height_m));
-        let on_floor = Pose { translation_m: at.extend(floor_m), rotation: base.rotation };
-        column.positions.iter_mut().for_each(|point| *point = on_floor.transform_point(*point));
-        mesh.add(column, &Material::plain("stand", Rgb::hex(0x8a_8f_96), 0.6));
-    }
-    mesh
 }

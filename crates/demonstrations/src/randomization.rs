@@ -1,0 +1,172 @@
+//! What differs between the demonstrations of a dataset, and by how much.
+
+use scene::Violation;
+use serde::{Deserialize, Serialize};
+
+/// The amplitude of each axis; 0 leaves it as in the scene. Numbers are drawn evenly from `-x` to `x`, factors from
+/// `1 - x` to `1 + x`. Each axis has random numbers of its own, so that switching one on does not change the others.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Randomization {
+    /// Where objects stand on the table, along each axis, meters, with all that they carry.
+    pub position_m: f64,
+    /// How they are turned, radians.
+    pub yaw_rad: f64,
+    /// The probability that an object is absent which the task does not name.
+    pub absent_distractors: f64,
+    /// Factor of the colors of objects, each channel.
+    pub object_color: f64,
+    /// Factor of the color of the table, each channel.
+    pub table_color: f64,
+    /// Azimuth of the light, radians; half of it for the elevation.
+    pub light_direction_rad: f64,
+    /// Factor of the light's brightness.
+    pub light_brightness: f64,
+    /// Factor of the color of the backdrop, each channel.
+    pub backdrop_color: f64,
+    /// The joints of the arm at the start, radians.
+    pub start_rad: f64,
+    /// Cameras along each of their axes, meters.
+    pub camera_position_m: f64,
+    /// Cameras about each of their axes, radians.
+    pub camera_angle_rad: f64,
+    /// Factor of the focal length.
+    pub focal_length: f64,
+    /// Factor of each object's mass.
+    pub mass: f64,
+    /// Factor of each object's friction.
+    pub friction: f64,
+}
+
+/// An axis: its name, its largest amplitude, its unit, and what it is of.
+pub struct Axis {
+    pub name: &'static str,
+    pub max: f64,
+    pub unit: &'static str,
+    pub of: &'static str,
+    amplitude: fn(&Randomization) -> f64,
+}
+
+const fn axis(
+    name: &'static str,
+    max: f64,
+    unit: &'static str,
+    of: &'static str,
+    amplitude: fn(&Randomization) -> f64,
+) -> Axis {
+    Axis { name, max, unit, of, amplitude }
+}
+
+/// All axes.
+pub const AXES: [Axis; 14] = [
+    axis("position_m", 0.3, "m", "objects along x and y, with what they carry", |r| r.position_m),
+    axis("yaw_rad", 3.15, "rad", "objects about the vertical", |r| r.yaw_rad),
+    axis("absent_distractors", 1.0, "probability", "absence of objects that the task does not name", |r| {
+        r.absent_distractors
+    }),
+    axis("object_color", 0.5, "factor", "colors of objects, each channel", |r| r.object_color),
+    axis("table_color", 0.5, "factor", "color of the table, each channel", |r| r.table_color),
+    axis("light_direction_rad", 3.15, "rad", "azimuth of the light, half of it for the elevation", |r| {
+        r.light_direction_rad
+    }),
+    axis("light_brightness", 0.5, "factor", "brightness of the light", |r| r.light_brightness),
+    axis("backdrop_color", 0.5, "factor", "color of the backdrop, each channel", |r| r.backdrop_color),
+    axis("start_rad", 0.3, "rad", "joints of the arm at the start", |r| r.start_rad),
+    axis("camera_position_m", 0.2, "m", "cameras along each of their axes", |r| r.camera_position_m),
+    axis("camera_angle_rad", 0.2, "rad", "cameras about each of their axes", |r| r.camera_angle_rad),
+    axis("focal_length", 0.2, "factor", "focal length", |r| r.focal_length),
+    axis("mass", 0.5, "factor", "mass of each object", |r| r.mass),
+    axis("friction", 0.5, "factor", "friction of each object", |r| r.friction),
+];
+
+impl Randomization {
+    /// Nothing varies but the motion.
+    pub const NONE: Self = Self {
+        position_m: 0.0,
+        yaw_rad: 0.0,
+        absent_distractors: 0.0,
+        object_color: 0.0,
+        table_color: 0.0,
+        light_direction_rad: 0.0,
+        light_brightness: 0.0,
+        backdrop_color: 0.0,
+        start_rad: 0.0,
+        camera_position_m: 0.0,
+        camera_angle_rad: 0.0,
+        focal_length: 0.0,
+        mass: 0.0,
+        friction: 0.0,
+    };
+
+    /// Every axis by a usual amount.
+    pub const USUAL: Self = Self {
+        position_m: 0.05,
+        yaw_rad: 0.5,
+        absent_distractors: 0.2,
+        object_color: 0.15,
+        table_color: 0.2,
+        light_direction_rad: 0.6,
+        light_brightness: 0.2,
+        backdrop_color: 0.2,
+        start_rad: 0.05,
+        camera_position_m: 0.02,
+        camera_angle_rad: 0.02,
+        focal_length: 0.03,
+        mass: 0.2,
+        friction: 0.2,
+    };
+
+    /// Every amplitude that is out of its range.
+    pub fn violations(&self) -> Vec<Violation> {
+        let wrong = AXES.iter().filter(|axis| !(0.0..=axis.max).contains(&(axis.amplitude)(self)));
+        wrong
+            .map(|axis| Violation {
+                pointer: format!("/{}", axis.name),
+                detail: format!("must be from 0 to {}", axis.max),
+            })
+            .collect()
+    }
+
+    /// The axes that vary, as a table in Markdown.
+    pub fn table(&self) -> String {
+        let varied: Vec<&Axis> = AXES.iter().filter(|axis| (axis.amplitude)(self) > 0.0).collect();
+        if varied.is_empty() {
+            return "Nothing varies but the motion.".to_owned();
+        }
+        let row = |axis: &&Axis| {
+            let amplitude = (axis.amplitude)(self);
+            let range = match axis.unit {
+                "factor" => format!("{:.2} to {:.2}", 1.0 - amplitude, 1.0 + amplitude),
+                "probability" => format!("{amplitude}"),
+                unit => format!("-{amplitude} to {amplitude} {unit}"),
+            };
+            format!("| `{}` | {range} | {} |\n", axis.name, axis.of)
+        };
+        let rows: String = varied.iter().map(row).collect();
+        format!("| axis | drawn evenly from | of |\n| --- | --- | --- |\n{rows}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn amplitudes_outside_their_ranges_are_named() {
+        assert!(Randomization::USUAL.violations().is_empty());
+        let wrong = Randomization { mass: 0.6, yaw_rad: -0.1, start_rad: f64::NAN, ..Randomization::NONE };
+        let pointers: Vec<String> = wrong.violations().into_iter().map(|v| v.pointer).collect();
+        assert_eq!(pointers, ["/yaw_rad", "/start_rad", "/mass"]);
+    }
+
+    #[test]
+    fn every_field_is_an_axis() {
+        let fields = serde_json::to_value(Randomization::USUAL).expect("numbers");
+        let names: Vec<&str> = fields.as_object().expect("an object").keys().map(String::as_str).collect();
+        let mut axes: Vec<&str> = AXES.iter().map(|axis| axis.name).collect();
+        axes.sort_unstable();
+        let mut sorted = names;
+        sorted.sort_unstable();
+        assert_eq!(axes, sorted);
+    }
+}

@@ -1,0 +1,239 @@
+//! What all demonstrations of a dataset share.
+
+use episodes::description::{CameraDescription, DatasetDescription, InstanceIdWidth};
+use episodes::format::Format;
+use episodes::EpisodeError;
+use geometry::collision_shape::{BrokenHull, CollisionShape};
+use geometry::{DVec3, Pose, TexturedMesh};
+use manipulation::execution::{ExecutionSettings, GraspBook, Rehearsal, SceneError, TaskScene, find_grasps};
+use manipulation::frames::{to_isometry, to_pose};
+use manipulation::grasp::GraspSettings;
+use manipulation::link_meshes::link_meshes;
+use manipulation::world::WorldError;
+use nalgebra::Isometry3;
+use robot::model::Robot;
+use scene::Supporter;
+use tasks::Task;
+
+use crate::camera::{CameraSpec, Mount};
+use crate::randomization::Randomization;
+use crate::vectors::{action_layout, state_layout};
+
+/// One task, with what is found once for all of its demonstrations.
+pub struct Work {
+    pub task: Task,
+    /// Those of the objects that it moves.
+    pub grasps: GraspBook,
+    /// Where the robot stands.
+    pub world_from_base: Pose,
+}
+
+/// What all demonstrations share. [`Setup::new`] is the only way to make one.
+pub struct Setup {
+    pub(crate) scene: TaskScene,
+    /// What each object stands on.
+    pub(crate) supporters: Vec<Supporter>,
+    /// The collision shapes of the objects.
+    pub(crate) shapes: Vec<CollisionShape>,
+    /// The table first, then the objects.
+    pub(crate) meshes: Vec<TexturedMesh>,
+    pub(crate) link_meshes: Vec<TexturedMesh>,
+    pub(crate) robot: Robot,
+    pub(crate) works: Vec<Work>,
+    pub(crate) cameras: Vec<CameraSpec>,
+    pub(crate) randomization: Randomization,
+    pub(crate) settings: ExecutionSettings,
+    pub(crate) seed: u64,
+    /// Identifies the scene in records.
+    pub(crate) scene_digest: String,
+    pub(crate) formats: Vec<Format>,
+    pub(crate) description: DatasetDescription,
+}
+
+/// A scene for demonstrations.
+pub struct SceneParts {
+    pub scene: TaskScene,
+    /// What each object stands on, in the order of the objects.
+    pub supporters: Vec<Supporter>,
+    /// Of the table first, then of the objects.
+    pub meshes: Vec<TexturedMesh>,
+    /// Identifies the scene in records: a digest of what it was read from.
+    pub digest: String,
+}
+
+/// What is wanted.
+pub struct Wanted {
+    pub cameras: Vec<CameraSpec>,
+    /// Frames per second.
+    pub fps: u32,
+    /// Whether cameras also give depth, and the object at each pixel.
+    pub depth: bool,
+    pub instance_ids: bool,
+    pub randomization: Randomization,
+    /// Everything is drawn from it.
+    pub seed: u64,
+    pub formats: Vec<Format>,
+}
+
+/// Why there can be no demonstrations.
+#[derive(Debug, thiserror::Error)]
+pub enum SetupError {
+    #[error("no task was given")]
+    NoTask,
+    #[error("the scene has {objects} objects, but {what} for {given}")]
+    Parts { objects: usize, what: &'static str, given: usize },
+    #[error("camera {camera}: {fault}")]
+    Camera { camera: String, fault: String },
+    #[error("the task \"{instruction}\": the arm cannot make its motions from any place of its base")]
+    NotFeasible { instruction: String },
+    #[error("the object {name}: {source}")]
+    BrokenHull { name: String, source: BrokenHull },
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    #[error(transparent)]
+    World(#[from] WorldError),
+    #[error(transparent)]
+    Description(#[from] EpisodeError),
+}
+
+/// Finds the grasps of a task, and where the robot stands: what is moved is tried in simulation, which takes seconds.
+///
+/// # Errors
+///
+/// [`SetupError::NotFeasible`] if no place for the base is good; others for a broken scene.
+pub fn prepare(
+    scene: &TaskScene,
+    robot: &Robot,
+    task: Task,
+    grasp_settings: &GraspSettings,
+    settings: &ExecutionSettings,
+    seed: u64,
+) -> Result<Work, SetupError> {
+    let grasps = find_grasps(scene, &task.goal, robot, grasp_settings, seed)?;
+    let rehearsal = Rehearsal::new(scene, robot, grasp_settings, settings, seed)?;
+    let Some(base) = rehearsal.base_for(&task, &grasps) else {
+        return Err(SetupError::NotFeasible { instruction: task.instruction });
+    };
+    Ok(Work { task, grasps, world_from_base: to_pose(&base) })
+}
+
+impl Work {
+    pub(crate) fn base(&self) -> Isometry3<f64> {
+        to_isometry(&self.world_from_base)
+    }
+
+    /// The center of what the task is about: of the objects that it names, somewhat above the table.
+    pub fn center_m(&self, scene: &TaskScene) -> DVec3 {
+        const HEIGHT_M: f64 = 0.06;
+        let named = self.task.goal.named_objects();
+        let at: Vec<DVec3> = named
+            .iter()
+            .filter_map(|name| scene.index(name.as_str()))
+            .map(|index| scene.objects[index].world_from_object.translation_m)
+            .collect();
+        let sum: DVec3 = at.iter().sum();
+        (sum / at.len().max(1) as f64).with_z(HEIGHT_M)
+    }
+}
+
+impl Setup {
+    /// Checks what was given.
+    ///
+    /// # Errors
+    ///
+    /// The first thing that will not do.
+    pub fn new(
+        parts: SceneParts,
+        robot: Robot,
+        works: Vec<Work>,
+        wanted: Wanted,
+        settings: &ExecutionSettings,
+    ) -> Result<Self, SetupError> {
+        if works.is_empty() {
+            return Err(SetupError::NoTask);
+        }
+        let objects = parts.scene.objects.len();
+        for (what, given) in [("supporters", parts.supporters.len()), ("meshes", parts.meshes.len() - 1)] {
+            if given != objects {
+                return Err(SetupError::Parts { objects, what, given });
+            }
+        }
+        let shapes = parts.scene.objects.iter().map(|object| {
+            let broken = |source| SetupError::BrokenHull { name: object.name.clone(), source };
+            CollisionShape::new(&object.hulls).map_err(broken)
+        });
+        let shapes = shapes.collect::<Result<Vec<_>, _>>()?;
+        for camera in &wanted.cameras {
+            if let Some(fault) = camera.fault().or_else(|| inside(camera, &parts)) {
+                return Err(SetupError::Camera { camera: camera.name.clone(), fault });
+            }
+        }
+        let cameras = wanted.cameras.iter().map(|camera| CameraDescription {
+            name: camera.name.clone(),
+            width_px: camera.width_px,
+            height_px: camera.height_px,
+            depth: wanted.depth,
+            instance_ids: wanted.instance_ids.then_some(InstanceIdWidth::U16),
+        });
+        let description = DatasetDescription::new(
+            robot.name(),
+            wanted.fps,
+            state_layout(&robot)?,
+            action_layout(&robot)?,
+            cameras.collect(),
+            works.iter().map(|work| work.task.instruction.clone()).collect(),
+        )?;
+        let settings = ExecutionSettings { record_hz: f64::from(wanted.fps), ..settings.clone() };
+        Ok(Self {
+            link_meshes: link_meshes(&robot),
+            scene: parts.scene,
+            supporters: parts.supporters,
+            meshes: parts.meshes,
+            scene_digest: parts.digest,
+            shapes,
+            robot,
+            works,
+            cameras: wanted.cameras,
+            randomization: wanted.randomization,
+            settings,
+            seed: wanted.seed,
+            formats: wanted.formats,
+            description,
+        })
+    }
+
+    pub fn description(&self) -> &DatasetDescription {
+        &self.description
+    }
+
+    pub fn formats(&self) -> &[Format] {
+        &self.formats
+    }
+
+    /// The task of an attempt: they take turns.
+    pub fn task_of(&self, number: u64) -> usize {
+        (number % self.works.len() as u64) as usize
+    }
+
+    /// What the ids of instances in images mean: the place in the list is the id; 0 is none.
+    pub fn instances(&self) -> Vec<String> {
+        let objects = self.scene.objects.iter().map(|object| object.name.clone());
+        ["none".to_owned(), "table".to_owned()].into_iter().chain(objects).chain(["robot".to_owned()]).collect()
+    }
+}
+
+/// Whether a camera that is fixed to the world is inside of something.
+fn inside(camera: &CameraSpec, parts: &SceneParts) -> Option<String> {
+    if camera.mount != Mount::World {
+        return None;
+    }
+    let (low, high) = parts.meshes[0].bounds();
+    if camera.eye_m.cmpge(low).all() && camera.eye_m.cmple(high).all() {
+        return Some("is inside the table; its top is at z = 0".to_owned());
+    }
+    parts.scene.objects.iter().zip(&parts.meshes[1..]).find_map(|(object, mesh)| {
+        let at = object.world_from_object.inverse().transform_point(camera.eye_m);
+        let (low, high) = mesh.bounds();
+        (at.cmpge(low).all() && at.cmple(high).all()).then(|| format!("is inside {}", object.name))
+    })
+}
