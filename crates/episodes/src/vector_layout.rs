@@ -36,12 +36,14 @@ impl VectorElement {
         Self { range: Some([min, max]), ..self }
     }
 
-    /// The opening between the pads of a gripper, in meters.
+    /// The opening between the pads of a gripper, in meters. Commanded openings of executions are below 0 where a thin
+    /// object is pressed.
     pub fn gripper_opening() -> Self {
         Self::new("gripper_opening", "gripper_opening", Unit::Meters)
     }
 
-    /// The opening of a gripper over its largest: 0 is closed, 1 is open.
+    /// The opening of a gripper over its largest: 0 is closed, 1 is open. Commands of executions have to be clamped
+    /// to this range, since targets that press a thin object are below closed.
     pub fn gripper_fraction() -> Self {
         Self::new("gripper", "gripper", Unit::OpenFraction).within(0.0, 1.0)
     }

@@ -58,6 +58,7 @@ fn kinematics(robot: &Robot) -> Value {
         "gripper_joint": robot.links()[robot.gripper().link].joint.as_ref().map(|joint| &joint.name),
         "tool": robot.tool().name,
         "grip_force_n": robot.gripper().grip_force_n,
+        "max_force_n": robot.gripper().max_force_n,
         "max_opening_m": robot.gripper().max_opening_m,
         "home": sample(robot, &home.positions, home.opening_m),
         "samples": samples,

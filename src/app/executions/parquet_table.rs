@@ -5,8 +5,8 @@
 //! | `time_s` | double, seconds |
 //! | `phase` | string |
 //! | `joint_targets`, `joint_positions`, `joint_velocities` | list of doubles, in the order of `joints`; SI |
-//! | `gripper_target` | double, position of `gripper_joint` |
-//! | `opening_target_m`, `opening_m` | double, meters between the pads |
+//! | `gripper_target` | double, position of `gripper_joint`; below 0 where thin objects are pressed |
+//! | `opening_target_m`, `opening_m` | double, meters between the pads; the target is below 0 as well |
 //! | `pose.NAME` for each object | list of 7 doubles: x, y, z in meters, quaternion x, y, z, w; world frame |
 //!
 //! The metadata of the file has `joints`, `gripper_joint`, `objects` and `rate_hz` as JSON.

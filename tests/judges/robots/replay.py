@@ -76,7 +76,8 @@ class Scene:
                 # Each finger goes half the way; its sign is that of its range.
                 low, high = self.model.joint(name).range
                 side = 1.0 if high > -low else -1.0
-                self.data.joint(name).qpos[0] = side * abs(first["gripper_target"])
+                # Targets that press a thin object are below 0, where no finger is.
+                self.data.joint(name).qpos[0] = side * max(0.0, first["gripper_target"])
         mujoco.mj_forward(self.model, self.data)
 
     def step(self) -> None:

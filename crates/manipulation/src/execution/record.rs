@@ -27,7 +27,7 @@ pub struct Frame {
     pub joint_positions: Vec<f64>,
     pub joint_velocities: Vec<f64>,
     /// How far the pads are asked to be apart at this time, and are, meters. While they hold an object, the target is
-    /// less by what the gripper's servo needs for the force of the grasp.
+    /// less by what the gripper's servo needs for the force of the grasp: below 0 where the object is thin.
     pub opening_target_m: f64,
     pub opening_m: f64,
     /// Where the gripper's servo pulls its joint to: the position that belongs to `opening_target_m`.

@@ -1,6 +1,7 @@
 //! MJCF: one file without meshes, with servos, contact options and a home pose.
 //!
-//! Each moving joint of the arm has a position servo; one more drives the gripper through a tendon to all fingers.
+//! Each moving joint of the arm has a position servo; one more drives the gripper through a tendon to all fingers. Its
+//! targets reach below closed, so that it presses thin objects with its greatest force, too.
 //! Gravity does not act on the robot: its controller compensates it. Shapes that are seen are in group 2, those that
 //! only collide in group 3. The tool frame is a site.
 
@@ -243,11 +244,14 @@ fn write_servos(document: &mut XmlDocument, robot: &Robot) {
         else {
             continue;
         };
-        let (transmission, force) = match moving.source {
-            PositionSource::Arm(_) => ("joint", moving.limits.max_effort),
+        let limits = &moving.limits;
+        let (transmission, force, lead) = match moving.source {
+            PositionSource::Arm(_) => ("joint", limits.max_effort, 0.0),
             PositionSource::Gripper { .. } if robot.links()[robot.gripper().link].name == link.name => {
-                let fingers = 1 + mimics(robot).len();
-                ("tendon", robot.gripper().grip_force_n * fingers as f64)
+                // As far as the target is ahead of the fingers, so strong is the grip; the strongest is within reach.
+                let force_n = robot.gripper().max_force_n;
+                // The joint stops at closed, its target does not: thin objects are pressed as hard as wide ones.
+                ("tendon", force_n * robot.fingers().count() as f64, robot.gripper_lead(force_n))
             }
             PositionSource::Gripper { .. } => continue,
         };
@@ -258,7 +262,7 @@ fn write_servos(document: &mut XmlDocument, robot: &Robot) {
                 (transmission, &joint.name),
                 ("kp", &spaced(&[moving.drive.stiffness])),
                 ("kv", &spaced(&[moving.drive.damping])),
-                ("ctrlrange", &spaced(&[moving.limits.min_position, moving.limits.max_position])),
+                ("ctrlrange", &spaced(&[limits.min_position - lead, limits.max_position])),
                 ("forcerange", &spaced(&[-force, force])),
             ],
         );

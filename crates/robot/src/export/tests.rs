@@ -61,6 +61,27 @@ fn mjcf_has_one_servo_for_each_joint_of_the_arm_and_one_for_the_gripper() {
 }
 
 #[test]
+fn targets_of_the_gripper_in_mjcf_reach_the_greatest_force_on_the_thinnest_objects() {
+    for robot in robots() {
+        let text = write_mjcf(&robot);
+        let document = roxmltree::Document::parse(&text).expect("XML");
+        let root = document.root_element();
+        let servo = children(root, "position").find(|node| node.attribute("tendon").is_some());
+        let numbers = |key| -> Vec<f64> {
+            let text = servo.and_then(|node| node.attribute(key)).expect("numbers");
+            text.split(' ').map(|number| number.parse().expect("a number")).collect()
+        };
+        let [low, high]: [f64; 2] = numbers("ctrlrange").try_into().expect("two");
+        let force_n = numbers("forcerange")[1];
+        let gripper = robot.gripper();
+        assert_eq!(force_n, 2.0 * gripper.max_force_n);
+        assert!((-low * numbers("kp")[0] - force_n).abs() < 1e-9, "{}: {low} when closed", robot.name());
+        assert_eq!(-low, robot.gripper_lead(gripper.max_force_n));
+        assert_eq!(high, robot.gripper_position(gripper.max_opening_m));
+    }
+}
+
+#[test]
 fn pairs_that_are_not_checked_are_excluded() {
     for robot in robots() {
         let excluded = excluded_pairs(&robot);

@@ -3,7 +3,8 @@
 //! Links are siblings below the root, placed where they are at position zero of all joints; the base is fixed to the
 //! world. Every joint moves along or about z of its frames. Lengths are meters; limits and stiffness of joints that
 //! turn are in degrees, as the format wants. The format has no standard coupling of joints: each finger has its own
-//! drive, and both take the same target. Limits of velocity and armature are in the schema of PhysX.
+//! drive with its share of the servo's stiffness, and both take the same target, which may be below closed. Limits of
+//! velocity and armature are in the schema of PhysX.
 
 mod prims;
 
@@ -188,9 +189,9 @@ fn write_motion(layer: &mut Layer, robot: &Robot, moving: &MovingJoint) {
         MovingKind::Revolute => ("angular", 1f64.to_degrees()),
         MovingKind::Prismatic => ("linear", 1.0),
     };
-    let force = match moving.source {
-        PositionSource::Arm(_) => moving.limits.max_effort,
-        PositionSource::Gripper { .. } => robot.gripper().grip_force_n,
+    let (force, share) = match moving.source {
+        PositionSource::Arm(_) => (moving.limits.max_effort, 1.0),
+        PositionSource::Gripper { .. } => (robot.gripper().max_force_n, 1.0 / robot.fingers().count() as f64),
     };
     let home = robot.home();
     let target = robot.joint_position(moving, &home.positions, home.opening_m);
@@ -206,8 +207,8 @@ fn write_motion(layer: &mut Layer, robot: &Robot, moving: &MovingJoint) {
     }
     layer.line(&format!("uniform token drive:{name}:physics:type = \"force\""));
     for (key, value) in [
-        ("stiffness", moving.drive.stiffness / unit),
-        ("damping", moving.drive.damping / unit),
+        ("stiffness", share * moving.drive.stiffness / unit),
+        ("damping", share * moving.drive.damping / unit),
         ("maxForce", force),
         ("targetPosition", target * unit),
     ] {

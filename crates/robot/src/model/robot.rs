@@ -3,7 +3,7 @@
 use nalgebra::Isometry3;
 
 use crate::model::limits::JointLimits;
-use crate::model::link::{Link, MovingJoint, PositionSource};
+use crate::model::link::{Joint, Link, MovingJoint, PositionSource};
 
 /// A checked robot. `Robot::parse` makes one from a file, `Robot::built_in` from a file of this repository.
 ///
@@ -145,6 +145,23 @@ impl Robot {
     /// The position of the gripper's joint at which the pads are `opening_m` apart.
     pub fn gripper_position(&self, opening_m: f64) -> f64 {
         opening_m / self.gripper.opening_per_position
+    }
+
+    /// The links that the gripper's joint and those that mimic it carry.
+    pub fn fingers(&self) -> impl Iterator<Item = (&Link, &Joint, &MovingJoint)> {
+        self.links.iter().filter_map(|link| {
+            let joint = link.joint.as_ref()?;
+            let moving = joint.moving()?;
+            matches!(moving.source, PositionSource::Gripper { .. }).then_some((link, joint, moving))
+        })
+    }
+
+    /// How far below its joint's position the target of the gripper's servo has to be, for each pad to press with a
+    /// force. One servo pulls all fingers, each with an equal share. What the pads hold stops the joint, so that the
+    /// servo's stiffness makes the force of this difference. For objects thinner than it the target is below 0.
+    pub fn gripper_lead(&self, force_n: f64) -> f64 {
+        let servo = self.links[self.gripper.link].joint.as_ref().and_then(Joint::moving);
+        servo.map_or(0.0, |joint| self.fingers().count() as f64 * force_n / joint.drive.stiffness)
     }
 
     /// The position of a moving joint in a configuration of the arm and an opening of the gripper.
