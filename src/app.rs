@@ -14,6 +14,7 @@ mod fetching;
 mod listening;
 pub mod pipeline;
 pub mod tasks;
+pub mod episodes;
 pub mod executions;
 pub mod role;
 mod process;

@@ -14,6 +14,7 @@ pub mod edit;
 pub mod variants;
 pub mod tasks;
 pub mod execute;
+pub mod episodes;
 pub mod judge;
 pub mod diff;
 pub mod batch;
@@ -60,6 +61,8 @@ enum Command {
     Tasks(tasks::Arguments),
     /// Let a simulated robot do a task in a finished scene.
     Execute(execute::Arguments),
+    /// Record many demonstrations of tasks as a dataset that policies are trained on.
+    Episodes(Box<episodes::Arguments>),
     /// Decide whether a task is done in poses that another simulator reports.
     Judge(judge::Arguments),
     /// Show what differs between the scenes of two bundles.
@@ -96,6 +99,7 @@ pub fn main() -> ExitCode {
         Command::Variants(arguments) => variants::run(arguments),
         Command::Tasks(arguments) => tasks::run(arguments),
         Command::Execute(arguments) => execute::run(arguments),
+        Command::Episodes(arguments) => episodes::run(*arguments),
         Command::Judge(arguments) => judge::run(arguments),
         Command::Diff(arguments) => diff::run(arguments),
         Command::Batch(arguments) => batch::run(arguments),

@@ -1,6 +1,7 @@
 //! A task in the scene of a bundle, executed by a simulated robot.
 
 pub mod files;
+pub mod meshes;
 pub mod parquet_table;
 pub mod video;
 
@@ -79,12 +80,7 @@ pub fn run(
     seed: u64,
     resolved: &Resolved,
 ) -> Result<Executed, Problem> {
-    let task = match source {
-        TaskSource::Text(text) => {
-            instructed_task(&text, bundle, &limits_of(robot_name, &resolved.config.execution)?, resolved)?
-        }
-        TaskSource::Task(task) => *task,
-    };
+    let task = task_of(source, bundle, robot_name, resolved)?;
     let robot = Robot::built_in(&task.robot, None)
         .map_err(|error| Problem::new(ProblemType::InvalidRequest, "unknown_robot", error.to_string()))?;
     let scene = task_scene(bundle)?;
@@ -97,6 +93,25 @@ pub fn run(
         execute(&scene, &robot, &task, &grasps, &RobotStart::default(), &resolved.config.execution, &mut rng);
     let execution = done.map_err(|refusal| refused(&refusal))?;
     Ok(Executed { task, robot, seed, execution })
+}
+
+/// The task itself, or that of the instruction.
+///
+/// # Errors
+///
+/// A [`Problem`] with the code of the refusal, for an instruction that is no feasible task.
+pub fn task_of(
+    source: TaskSource,
+    bundle: &BundleScene,
+    robot_name: &str,
+    resolved: &Resolved,
+) -> Result<Task, Problem> {
+    match source {
+        TaskSource::Text(text) => {
+            instructed_task(&text, bundle, &limits_of(robot_name, &resolved.config.execution)?, resolved)
+        }
+        TaskSource::Task(task) => Ok(*task),
+    }
 }
 
 /// Table and objects as the simulation of the robot has them.

@@ -70,7 +70,7 @@ fn execute(arguments: &Arguments) -> Result<Exit, Failure> {
 }
 
 /// A file of a task, or the text itself.
-fn source(given: &str) -> Result<TaskSource, Failure> {
+pub(super) fn source(given: &str) -> Result<TaskSource, Failure> {
     if !given.ends_with(".json") {
         return Ok(TaskSource::Text(given.to_owned()));
     }

@@ -109,7 +109,7 @@ def replace(case):
     if case.operation.label == TASKS:
         about_tasks(case)
     if isinstance(case.body, dict):
-        case.body = whole_numbers(case.body)
+        whole_numbers(case.body)
         if case.operation.label == EXECUTE:
             case.body["robot"] = "panda"
             # A video is in the archive alone, and takes seconds.
@@ -118,17 +118,35 @@ def replace(case):
             of_a_label(case.body)
         if case.operation.label == "POST /batches":
             of_few_combinations(case.body)
+            options = case.body.get("options") or []
+            for one in options if isinstance(options, list) else [options]:
+                possible_options(one, settings_of(case))
+            if isinstance(options, list):
+                options[:] = [one for place, one in enumerate(options) if one not in options[:place]]
     if case.operation.label in SUBMISSIONS:
         replace_in_submission(case)
 
 
 def whole_numbers(value):
-    """The same value with whole numbers written as such, wherever they stand."""
-    if isinstance(value, list):
-        return [whole_numbers(one) for one in value]
-    if isinstance(value, dict):
-        return {name: whole_numbers(one) for name, one in value.items()}
-    return int(value) if isinstance(value, float) and value.is_integer() else value
+    """Writes whole numbers as such, wherever they stand."""
+    items = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    for place, one in list(items):
+        if isinstance(one, float) and one.is_integer():
+            value[place] = int(one)
+        whole_numbers(one)
+
+
+def settings_of(case) -> dict:
+    return case.operation.schema.raw_schema["components"]["schemas"]["SceneSettings"]["properties"]
+
+
+def possible_options(options: dict, document: dict):
+    """A robot that there is, and settings of the document's examples."""
+    if options.get("robot") is not None:
+        options["robot"] = "panda"
+    settings = options.get("set") or {}
+    for name in settings:
+        settings[name] = WITHOUT_CHAT.get(name) or document[name].get("examples", [settings[name]])[0]
 
 
 def replace_in_submission(case):
@@ -156,12 +174,7 @@ def replace_in_submission(case):
         if request.get(name) is not None:
             request[name] = (now + datetime.timedelta(hours=hours)).isoformat()
     options = request.get("options") or {}
-    if options.get("robot") is not None:
-        options["robot"] = "panda"
-    settings = options.get("set") or {}
-    document = case.operation.schema.raw_schema["components"]["schemas"]["SceneSettings"]["properties"]
-    for name in settings:
-        settings[name] = WITHOUT_CHAT.get(name) or document[name].get("examples", [settings[name]])[0]
+    possible_options(options, settings_of(case))
     if case.operation.label == "POST /scenes" and (case.query or {}).get("validate_only") in (True, "true"):
         if request.get("text") is not None:
             request["text"] = SENTENCES[next(count) % len(SENTENCES)]

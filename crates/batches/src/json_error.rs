@@ -2,6 +2,7 @@
 //! what is expected.
 
 use serde::de::DeserializeOwned;
+use serde_json::Value;
 use serde_json::error::Category;
 use serde_path_to_error::Segment;
 
@@ -19,12 +20,11 @@ pub(crate) struct JsonError {
     pub detail: String,
 }
 
-/// A value out of a JSON object.
-pub(crate) fn parse<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, JsonError> {
-    // Serde would read a list as the fields of a struct.
+/// A value out of a JSON object. `objects` are pointers to what must be no list: serde would read its items as the
+/// fields of a struct in order.
+pub(crate) fn parse<T: DeserializeOwned>(bytes: &[u8], objects: &[&str]) -> Result<T, JsonError> {
     if bytes.trim_ascii_start().starts_with(b"[") {
-        let detail = "must be an object, not a list".to_owned();
-        return Err(JsonError { is_malformed: false, line: 1, column: 1, pointer: String::new(), detail });
+        return Err(JsonError { line: 1, column: 1, ..list_at("") });
     }
     let mut json = serde_json::Deserializer::from_slice(bytes);
     let value = serde_path_to_error::deserialize(&mut json).map_err(|error| {
@@ -32,15 +32,31 @@ pub(crate) fn parse<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, JsonError> {
         described(&error.into_inner(), pointer)
     })?;
     json.end().map_err(|error| described(&error, String::new()))?;
-    Ok(value)
+    match serde_json::from_slice(bytes).ok().and_then(|read| list_for_object(&read, objects)) {
+        Some(error) => Err(error),
+        None => Ok(value),
+    }
 }
 
 /// The same out of a value that was read; the error has no column.
-pub(crate) fn convert<T: DeserializeOwned>(value: &serde_json::Value) -> Result<T, JsonError> {
+pub(crate) fn convert<T: DeserializeOwned>(value: &Value, objects: &[&str]) -> Result<T, JsonError> {
+    if let Some(error) = list_for_object(value, objects) {
+        return Err(error);
+    }
     serde_path_to_error::deserialize(value).map_err(|error| {
         let pointer = pointer_of(error.path());
         described(&error.into_inner(), pointer)
     })
+}
+
+fn list_for_object(value: &Value, objects: &[&str]) -> Option<JsonError> {
+    let is_list = |pointer: &&&str| value.pointer(pointer).is_some_and(Value::is_array);
+    objects.iter().find(is_list).map(|pointer| list_at(pointer))
+}
+
+fn list_at(pointer: &str) -> JsonError {
+    let detail = "must be an object, not a list".to_owned();
+    JsonError { is_malformed: false, line: 0, column: 0, pointer: pointer.to_owned(), detail }
 }
 
 /// A key as a part of a JSON pointer.

@@ -96,9 +96,13 @@ impl<R: BufRead> Iterator for LineReader<R> {
     }
 }
 
+/// Objects within a line.
+const OBJECTS: [&str; 5] =
+    ["/body", "/body/image", "/body/options", "/body/options/table", "/body/options/metric_anchor"];
+
 /// The request of one line.
 fn request(text: &[u8], number: u64) -> Result<BatchRequest, LineError> {
-    let parsed: Result<BatchRequest, _> = json_error::parse(text);
+    let parsed: Result<BatchRequest, _> = json_error::parse(text, &OBJECTS);
     match parsed {
         Ok(request) => match request.violations().into_iter().next() {
             None => Ok(request),

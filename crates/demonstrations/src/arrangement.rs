@@ -34,7 +34,8 @@ pub(crate) fn present(setup: &Setup, work: &Work, absent: &[bool]) -> Vec<bool> 
     };
     let objects = 0..setup.scene.objects.len();
     let stays = |root_index: usize| {
-        !absent[root_index] || objects.clone().any(|other| root(setup, other) == root_index && is_named(other))
+        !absent[root_index]
+            || objects.clone().any(|other| root(setup, other) == root_index && is_named(other))
     };
     objects.clone().map(|object| stays(root(setup, object))).collect()
 }
@@ -92,24 +93,20 @@ fn is_free(
     placed: &[usize],
     poses: &[Pose],
 ) -> bool {
-    let posed = |object: usize, pose: &Pose| PosedShape {
-        shape: &setup.shapes[object],
-        world_from_object: *pose,
-    };
+    let posed =
+        |object: usize, pose: &Pose| PosedShape { shape: &setup.shapes[object], world_from_object: *pose };
     group.iter().zip(moved).all(|(object, pose)| {
         let stays_on = depth_inside_m(setup, *object, pose)
             >= depth_inside_m(setup, *object, &start[*object]).min(-OVERHANG_M);
         stays_on
-            && placed.iter().all(|other| {
-                !are_closer(&posed(*object, pose), &posed(*other, &poses[*other]), GAP_M)
-            })
+            && placed
+                .iter()
+                .all(|other| !are_closer(&posed(*object, pose), &posed(*other, &poses[*other]), GAP_M))
     })
 }
 
 /// How far all of an object is inside the edge of the table; negative where it reaches over it.
 fn depth_inside_m(setup: &Setup, object: usize, world_from_object: &Pose) -> f64 {
     let points = setup.shapes[object].points(world_from_object);
-    points
-        .map(|point| setup.scene.outline.depth_inside_m(point.truncate()))
-        .fold(f64::INFINITY, f64::min)
+    points.map(|point| setup.scene.outline.depth_inside_m(point.truncate())).fold(f64::INFINITY, f64::min)
 }

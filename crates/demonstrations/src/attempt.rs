@@ -185,20 +185,20 @@ fn recorded(
     let mut encoder = EpisodeEncoder::new(description, &setup.formats, header)?;
     let stage = Stage::new(setup, work, sample);
     for pair in frames.windows(2) {
-        let poses: Vec<(&str, Pose)> = recording
-            .objects
-            .iter()
-            .map(String::as_str)
-            .zip(pair[0].object_poses.iter().copied())
-            .collect();
+        let poses: Vec<(&str, Pose)> =
+            recording.objects.iter().map(String::as_str).zip(pair[0].object_poses.iter().copied()).collect();
         let seen: Vec<Seen> = stage.images(&pair[0].joint_positions, pair[0].opening_m, &poses);
-        let cameras: Vec<CameraFrame> = seen.iter().zip(description.cameras()).map(|(seen, camera)| CameraFrame {
-            image: &seen.image,
-            depth_m: camera.depth.then_some(seen.depth_m.as_slice()),
-            instance_ids: camera.instance_ids.is_some().then_some(seen.ids.as_slice()),
-            intrinsics: seen.intrinsics,
-            world_from_camera: seen.world_from_camera,
-        }).collect();
+        let cameras: Vec<CameraFrame> = seen
+            .iter()
+            .zip(description.cameras())
+            .map(|(seen, camera)| CameraFrame {
+                image: &seen.image,
+                depth_m: camera.depth.then_some(seen.depth_m.as_slice()),
+                instance_ids: camera.instance_ids.is_some().then_some(seen.ids.as_slice()),
+                intrinsics: seen.intrinsics,
+                world_from_camera: seen.world_from_camera,
+            })
+            .collect();
         let (state, action) = (state(&setup.robot, &pair[0]), action(&setup.robot, &pair[1]));
         encoder.add(&Frame { state: &state, action: &action, cameras: &cameras })?;
     }

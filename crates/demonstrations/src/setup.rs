@@ -1,8 +1,8 @@
 //! What all demonstrations of a dataset share.
 
+use episodes::EpisodeError;
 use episodes::description::{CameraDescription, DatasetDescription, InstanceIdWidth};
 use episodes::format::Format;
-use episodes::EpisodeError;
 use geometry::collision_shape::{BrokenHull, CollisionShape};
 use geometry::{DVec3, Pose, TexturedMesh};
 use manipulation::execution::{ExecutionSettings, GraspBook, Rehearsal, SceneError, TaskScene, find_grasps};
@@ -13,6 +13,8 @@ use manipulation::world::WorldError;
 use nalgebra::Isometry3;
 use robot::model::Robot;
 use scene::Supporter;
+use serde_json::json;
+use sha2::{Digest, Sha256};
 use tasks::Task;
 
 use crate::camera::{CameraSpec, Mount};
@@ -215,10 +217,36 @@ impl Setup {
         (number % self.works.len() as u64) as usize
     }
 
+    /// A digest of everything that attempts depend on.
+    pub fn identity(&self) -> String {
+        let works: Vec<_> =
+            self.works.iter().map(|work| json!([work.task, work.grasps, work.world_from_base])).collect();
+        let identity = json!({
+            "version": env!("CARGO_PKG_VERSION"),
+            "scene": self.scene_digest,
+            "robot": [self.robot.name(), self.robot.variant().unwrap_or_default()],
+            "works": works,
+            "cameras": self.cameras,
+            "randomization": self.randomization,
+            "settings": self.settings,
+            "seed": self.seed,
+            "formats": self.formats.iter().map(|format| format.folder()).collect::<Vec<_>>(),
+        });
+        Sha256::digest(identity.to_string()).iter().map(|byte| format!("{byte:02x}")).collect()
+    }
+
+    pub fn randomization(&self) -> &Randomization {
+        &self.randomization
+    }
+
     /// What the ids of instances in images mean: the place in the list is the id; 0 is none.
     pub fn instances(&self) -> Vec<String> {
         let objects = self.scene.objects.iter().map(|object| object.name.clone());
-        ["none".to_owned(), "table".to_owned()].into_iter().chain(objects).chain(["robot".to_owned()]).collect()
+        ["none".to_owned(), "table".to_owned()]
+            .into_iter()
+            .chain(objects)
+            .chain(["robot".to_owned()])
+            .collect()
     }
 }
 

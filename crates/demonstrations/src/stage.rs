@@ -69,7 +69,11 @@ impl<'a> Stage<'a> {
             let index = setup.scene.index(name)?;
             Some((&self.meshes[index + 1], *pose, index as u32 + 2))
         });
-        let arm = setup.link_meshes.iter().zip(&links).map(|(mesh, pose)| (mesh, to_pose(&(base * pose)), robot_id));
+        let arm = setup
+            .link_meshes
+            .iter()
+            .zip(&links)
+            .map(|(mesh, pose)| (mesh, to_pose(&(base * pose)), robot_id));
         let shown = table.chain(posed).chain([(&self.stand, Pose::IDENTITY, robot_id)]).chain(arm);
         let shown = shown.filter(|(mesh, ..)| !mesh.positions.is_empty());
         let shown = shown.map(|(mesh, world_from_object, id)| RenderObject { mesh, world_from_object, id });
@@ -97,7 +101,8 @@ fn tinted(mesh: &TexturedMesh, tint: [f32; 3]) -> TexturedMesh {
     let mut tinted = mesh.clone();
     for material in &mut tinted.materials {
         let Rgb(color) = material.base_color;
-        material.base_color = Rgb(std::array::from_fn(|channel| (color[channel] * tint[channel]).clamp(0.0, 1.0)));
+        material.base_color =
+            Rgb(std::array::from_fn(|channel| (color[channel] * tint[channel]).clamp(0.0, 1.0)));
     }
     tinted
 }

@@ -3,13 +3,12 @@
 use std::f64::consts::TAU;
 
 use super::Executed;
+use super::meshes::scene_meshes;
 use crate::api::error::{Problem, ProblemType};
-use export::archive::wanted_files;
 use geometry::{Camera, Pose, TexturedMesh};
 use manipulation::execution::Frame;
 use manipulation::frames::{to_isometry, to_pose};
 use manipulation::link_meshes::{floor_m, link_meshes, stand_mesh};
-use mesh_io::gltf::read_mesh_glb;
 use rayon::prelude::*;
 use render::{Background, Lighting, RenderObject, RenderSettings, SceneCache, View};
 use robot::kinematics::link_poses;
@@ -36,22 +35,16 @@ const QUALITY: RenderSettings =
 ///
 /// A [`Problem`] for a bundle without the meshes of its objects.
 pub fn video(archive: &[u8], executed: &Executed) -> Result<Vec<u8>, Problem> {
-    let broken = |why: String| {
-        Problem::new(ProblemType::Conflict, "bundle_unreadable", format!("the video of the execution: {why}"))
-    };
     let recording = &executed.execution.recording;
     let names: Vec<&str> =
         std::iter::once("table").chain(recording.objects.iter().map(String::as_str)).collect();
-    let is_wanted = |path: &str| path.starts_with("glb/") && path != "glb/scene.glb";
-    let mut files = wanted_files(archive, is_wanted).map_err(|error| broken(error.to_string()))?;
-    let meshes = names.iter().map(|name| {
-        let bytes = files.remove(&format!("glb/{name}.glb"));
-        let bytes = bytes.ok_or_else(|| broken(format!("the bundle has no mesh of {name}")))?;
-        read_mesh_glb(&bytes).map_err(|error| broken(error.to_string()))
-    });
-    let scene: Vec<TexturedMesh> = meshes.collect::<Result<_, Problem>>()?;
-    let stage =
-        Stage { links: link_meshes(&executed.robot), stand: stand_mesh(&scene[0], &executed.execution.world_from_base), scene, executed };
+    let scene = scene_meshes(archive, &names)?;
+    let stage = Stage {
+        links: link_meshes(&executed.robot),
+        stand: stand_mesh(&scene[0], &executed.execution.world_from_base),
+        scene,
+        executed,
+    };
     let camera = stage.camera();
     let every = (recording.rate_hz / IMAGES_PER_S).round().max(1.0) as usize;
     let shown: Vec<&Frame> = recording.frames.iter().step_by(every).collect();

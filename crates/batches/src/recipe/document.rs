@@ -14,6 +14,8 @@ use scene::request::{MAX_SEED, RequestOptions};
 
 /// Largest number of templates, of slots, and of values of a slot.
 const MAX_LIST: usize = 100_000;
+/// Objects within options.
+const OPTION_OBJECTS: [&str; 3] = ["", "/table", "/metric_anchor"];
 
 /// The document; values whose errors need a place of their own are read by hand.
 #[derive(Deserialize)]
@@ -61,7 +63,7 @@ impl Errors {
 /// Reads a recipe.
 pub(super) fn read(json: &[u8]) -> Result<Recipe, RecipeErrors> {
     let mut errors = Errors::default();
-    let document: Document = match json_error::parse(json) {
+    let document: Document = match json_error::parse(json, &["/select"]) {
         Ok(document) => document,
         Err(error) if error.is_malformed => {
             errors.add(
@@ -228,7 +230,7 @@ fn seeds(document: Option<&Value>, errors: &mut Errors) -> Seeds {
             }
             return Seeds::List(list.iter().filter_map(Value::as_u64).collect());
         }
-        Some(range) => match json_error::convert::<SeedRange>(range) {
+        Some(range) => match json_error::convert::<SeedRange>(range, &[]) {
             Err(error) => errors.add_json("/seeds", error),
             Ok(SeedRange { count: 0, .. }) => errors.add("/seeds/count", "must be at least 1"),
             Ok(SeedRange { first, count }) => match first.checked_add(count - 1) {
@@ -241,7 +243,10 @@ fn seeds(document: Option<&Value>, errors: &mut Errors) -> Seeds {
 }
 
 fn options(document: Option<&Value>, errors: &mut Errors) -> Vec<RequestOptions> {
-    let mut read = |value: &Value, pointer: String| match json_error::convert::<RequestOptions>(value) {
+    let mut read = |value: &Value, pointer: String| match json_error::convert::<RequestOptions>(
+        value,
+        &OPTION_OBJECTS,
+    ) {
         Ok(options) => {
             for violation in options.violations() {
                 errors.add(format!("{pointer}{}", violation.pointer), violation.detail);

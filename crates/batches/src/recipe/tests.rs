@@ -83,6 +83,13 @@ fn wrong_recipes_state_every_place() {
     let sample = |count: u64| json!({ "mode": "sample", "count": count, "seed": 0 });
     let many: Vec<usize> = (0..1001).collect();
     for (document, pointer, says) in [
+        (json!({ "templates": ["a mug"], "options": [[null, null]] }), "/options/0", "must be an object"),
+        (
+            json!({ "templates": ["a mug"], "options": { "table": ["desk"] } }),
+            "/options/table",
+            "must be an object",
+        ),
+        (json!({ "templates": ["a mug"], "select": ["product"] }), "/select", "must be an object"),
         (json!({ "templates": ["a mug"], "labels": { "k": "\u{84}" } }), "/labels/k", "none of control"),
         (json!({ "templates": ["a mug"], "labels": { "a key": "v" } }), "/labels", "keys have"),
         (json!({}), "", "must have `templates`"),

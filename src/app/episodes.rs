@@ -1,0 +1,110 @@
+//! Demonstrations of tasks in the scene of a bundle, recorded as a dataset that policies are trained on.
+
+pub mod order;
+pub mod recorder;
+mod unit_folder;
+
+use std::collections::BTreeSet;
+
+use super::executions::meshes::scene_meshes;
+use super::executions::{task_of, task_scene};
+use crate::api::error::{FieldError, Problem, ProblemType};
+use crate::config::Resolved;
+use crate::pipeline::task_scene::{BundleScene, of_archive};
+use demonstrations::camera::usual;
+use demonstrations::setup::{SceneParts, Wanted, prepare};
+use demonstrations::{CameraSpec, Setup, SetupError, Work};
+use episodes::EpisodeError;
+use robot::model::Robot;
+use store::Digest;
+
+pub use order::{Cameras, EpisodesOrder};
+
+/// What all demonstrations of an order share. Takes seconds: grasps are tried in simulation.
+///
+/// # Errors
+///
+/// A [`Problem`] with the code of the refusal: for an order that will not do, a scene that is broken, and a task that
+/// the robot cannot do.
+pub fn setup(archive: &[u8], order: &EpisodesOrder, resolved: &Resolved) -> Result<Setup, Problem> {
+    order.check()?;
+    let bundle = of_archive(archive)
+        .map_err(|error| Problem::new(ProblemType::Conflict, error.code, error.message))?;
+    let robot = Robot::built_in(&order.robot, None)
+        .map_err(|error| Problem::new(ProblemType::InvalidRequest, "unknown_robot", error.to_string()))?;
+    let scene = task_scene(&bundle)?;
+    let works = works(&bundle, &scene, &robot, order, resolved)?;
+    let names: Vec<&str> =
+        std::iter::once("table").chain(scene.objects.iter().map(|object| object.name.as_str())).collect();
+    let meshes = scene_meshes(archive, &names)?;
+    let cameras = cameras(order, &works[0], &scene);
+    let supporters = bundle.stored.composition.supports.supporters().to_vec();
+    let digest = Digest::of(archive).to_string();
+    let wanted = Wanted {
+        cameras,
+        fps: order.fps,
+        depth: order.depth,
+        instance_ids: order.instance_ids,
+        randomization: order.randomization,
+        seed: order.seed,
+        formats: order.formats.clone(),
+    };
+    let parts = SceneParts { scene, supporters, meshes, digest };
+    Setup::new(parts, robot, works, wanted, &resolved.config.execution).map_err(|error| refused(&error))
+}
+
+fn works(
+    bundle: &BundleScene,
+    scene: &manipulation::execution::TaskScene,
+    robot: &Robot,
+    order: &EpisodesOrder,
+    resolved: &Resolved,
+) -> Result<Vec<Work>, Problem> {
+    let mut instructions = BTreeSet::new();
+    let config = &resolved.config;
+    let works = order.tasks.iter().enumerate().map(|(index, source)| {
+        let wrong =
+            |detail: String| Problem::invalid(vec![FieldError::new(format!("/tasks/{index}"), detail)]);
+        let task = task_of(source.clone(), bundle, &order.robot, resolved)?;
+        if task.robot != order.robot {
+            return Err(wrong(format!("is for the robot {}, not {}", task.robot, order.robot)));
+        }
+        if !instructions.insert(task.instruction.clone()) {
+            return Err(wrong(format!("\"{}\" is in the list twice", task.instruction)));
+        }
+        prepare(scene, robot, task, &config.grasps, &config.execution, order.seed)
+            .map_err(|error| refused(&error))
+    });
+    works.collect()
+}
+
+fn cameras(
+    order: &EpisodesOrder,
+    work: &Work,
+    scene: &manipulation::execution::TaskScene,
+) -> Vec<CameraSpec> {
+    let (work_m, base_m) = (work.center_m(scene), work.world_from_base.translation_m);
+    match &order.cameras {
+        Cameras::Usual { names, side_px } => {
+            names.iter().filter_map(|name| usual(name, work_m, base_m, *side_px)).collect()
+        }
+        Cameras::Own(cameras) => cameras.clone(),
+    }
+}
+
+fn refused(error: &SetupError) -> Problem {
+    let (kind, code) = match error {
+        SetupError::NoTask => (ProblemType::InvalidRequest, "no_task"),
+        SetupError::Camera { .. } => (ProblemType::InvalidRequest, "camera"),
+        SetupError::NotFeasible { .. } => (ProblemType::InvalidRequest, "not_feasible"),
+        SetupError::Description(EpisodeError::Description { .. }) => {
+            (ProblemType::InvalidRequest, "description")
+        }
+        SetupError::Description(_)
+        | SetupError::Parts { .. }
+        | SetupError::BrokenHull { .. }
+        | SetupError::Scene(_)
+        | SetupError::World(_) => (ProblemType::Conflict, "broken_scene"),
+    };
+    Problem::new(kind, code, error.to_string())
+}

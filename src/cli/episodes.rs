@@ -1,0 +1,308 @@
+//! `episodes`: demonstrations of tasks in the scene of a bundle, as a dataset that policies are trained on.
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
+
+use clap::Args;
+use serde_json::json;
+
+use super::bundle_input::BundleInput;
+use super::execute::source;
+use super::generate::refused;
+use super::options::ConfigOptions;
+use super::{Exit, Failure, runtime, scene_summary, signals, terminal};
+use crate::app::episodes::order::{FORMATS, format_named};
+use crate::app::episodes::recorder::{Amount, RecordError, Recorded, Tally, record};
+use crate::app::episodes::{Cameras, EpisodesOrder, setup};
+use demonstrations::randomization::AXES;
+use demonstrations::{CameraSpec, Randomization};
+use episodes::card::DatasetCard;
+use episodes::format::Format;
+use scene::request::MAX_SEED;
+
+/// Time between two lines of progress.
+const PROGRESS_EVERY: Duration = Duration::from_secs(5);
+
+/// Arguments of `episodes`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Finished episodes are kept in DIR.units until the dataset is complete: after Ctrl-C or a crash \
+                        the same command goes on.\nThe exit code is 6 if too few attempts succeed."
+)]
+pub struct Arguments {
+    /// The bundle of the scene: its folder, or its archive
+    #[arg(long, visible_alias = "scene", value_name = "DIR_OR_ZIP")]
+    bundle: PathBuf,
+    /// An instruction in words, or the file of a task as `tasks --out` writes it; several take turns
+    #[arg(long, value_name = "TEXT_OR_FILE", allow_hyphen_values = true, required = true)]
+    task: Vec<String>,
+    /// The robot
+    #[arg(long, value_name = "NAME", default_value = "panda")]
+    robot: String,
+    /// How many episodes that succeed
+    #[arg(long, value_name = "N")]
+    count: u64,
+    /// Same scene, tasks and options: same dataset, to the byte
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 0,
+        value_parser = clap::value_parser!(u64).range(..=MAX_SEED)
+    )]
+    seed: u64,
+    /// Folder for the dataset, which must not exist
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// lerobot-v3.0, lerobot-v3.0-images, lerobot-v2.1, lerobot-v2.1-images, robomimic, parquet-png
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',', default_value = "lerobot-v3.0", value_parser = format_named)]
+    format: Vec<Format>,
+    /// Usual cameras (side, front, wrist), none, or a file with a list of own ones
+    #[arg(long, value_name = "NAME,...|none|FILE", default_value = "side,front,wrist")]
+    cameras: String,
+    /// Side of the images of usual cameras, pixels
+    #[arg(long, value_name = "PIXELS", default_value_t = 224)]
+    size: u32,
+    /// Frames per second
+    #[arg(long, value_name = "HZ", default_value_t = 15)]
+    fps: u32,
+    /// Also record depth (robomimic and parquet-png)
+    #[arg(long)]
+    depth: bool,
+    /// Also record which object is at each pixel (robomimic and parquet-png)
+    #[arg(long)]
+    instance_ids: bool,
+    /// What differs between episodes: usual, none, or a file with amplitudes
+    #[arg(long, value_name = "usual|none|FILE", default_value = "usual")]
+    randomize: String,
+    /// Change one amplitude of --randomize, such as position_m=0.1 (repeatable)
+    #[arg(long, value_name = "AXIS=X", value_parser = amplitude)]
+    amplitude: Vec<(String, f64)>,
+    /// Attempts until the command gives up [default: 4 for each episode, and 20]
+    #[arg(long, value_name = "N")]
+    max_attempts: Option<u64>,
+    /// Record attempts that fail as episodes, too, beside those that succeed
+    #[arg(long)]
+    keep_failures: bool,
+    /// Attempts at a time [default: one per core]; the dataset does not depend on it
+    #[arg(long, value_name = "N")]
+    workers: Option<usize>,
+    /// Print one JSON document, and no progress
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    options: ConfigOptions,
+}
+
+fn amplitude(text: &str) -> Result<(String, f64), String> {
+    let names = || AXES.iter().map(|axis| axis.name).collect::<Vec<_>>().join(", ");
+    let (name, value) = text.split_once('=').ok_or("must be AXIS=X")?;
+    if !AXES.iter().any(|axis| axis.name == name) {
+        return Err(format!("there is no axis {name}; there are {}", names()));
+    }
+    let value = value.parse().map_err(|_| format!("{value} is no number"))?;
+    Ok((name.to_owned(), value))
+}
+
+/// Records the dataset and prints what it holds. With `--json`, failures are printed as a document, too.
+pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
+    let is_json = arguments.json;
+    scene_summary::with_failure_document(record_episodes(&arguments), is_json)
+}
+
+fn record_episodes(arguments: &Arguments) -> Result<Exit, Failure> {
+    let resolved = arguments.options.load(Vec::new())?;
+    if arguments.out.exists() {
+        let place = arguments.out.display();
+        return Err(Failure::usage(format!("--out {place} exists; give another folder, or remove it")));
+    }
+    let order = order(arguments)?;
+    let archive = BundleInput::open(&arguments.bundle)?.into_archive()?;
+    let refusal = |problem| refused(problem, "--task");
+    if !arguments.json {
+        terminal::note("trying grasps and places for the robot");
+    }
+    let setup = setup(&archive, &order, &resolved).map_err(refusal)?;
+    let amount = Amount {
+        count: order.count,
+        max_attempts: order.max_attempts,
+        keeps_failures: order.keeps_failures,
+        workers: arguments.workers.unwrap_or_else(cores),
+    };
+    let card = DatasetCard {
+        title: title(arguments),
+        license: resolved.config.export.licence.clone(),
+        versions: vec![("tabletopgen".to_owned(), env!("CARGO_PKG_VERSION").to_owned())],
+        randomization: setup.randomization().table(),
+        regeneration:
+            "The same command with the bundle whose digest the records state makes them again, to the byte."
+                .to_owned(),
+        ..DatasetCard::default()
+    };
+    let waiting = runtime()?;
+    let stop = stop_flag(&waiting)?;
+    let progress = Progress::new(order.count, arguments.json);
+    let see = |tally| progress.see(tally);
+    let recorded = record(&setup, &arguments.out, amount, card, &stop, &see).map_err(failure)?;
+    match arguments.json {
+        true => terminal::print(&format!("{:#}\n", document(arguments, &order, &recorded))),
+        false => terminal::print(&summary(arguments, &order, &recorded)),
+    }
+    Ok(Exit::Success)
+}
+
+fn order(arguments: &Arguments) -> Result<EpisodesOrder, Failure> {
+    let tasks = arguments.task.iter().map(|given| source(given)).collect::<Result<_, _>>()?;
+    let mut formats = arguments.format.clone();
+    formats.sort_by_key(|format| FORMATS.iter().position(|known| known == format));
+    formats.dedup();
+    Ok(EpisodesOrder {
+        tasks,
+        robot: arguments.robot.clone(),
+        count: arguments.count,
+        seed: arguments.seed,
+        randomization: randomization(arguments)?,
+        cameras: cameras(arguments)?,
+        fps: arguments.fps,
+        depth: arguments.depth,
+        instance_ids: arguments.instance_ids,
+        formats,
+        keeps_failures: arguments.keep_failures,
+        max_attempts: arguments
+            .max_attempts
+            .unwrap_or_else(|| EpisodesOrder::usual_max_attempts(arguments.count)),
+    })
+}
+
+fn randomization(arguments: &Arguments) -> Result<Randomization, Failure> {
+    let base = match arguments.randomize.as_str() {
+        "usual" => Randomization::USUAL,
+        "none" => Randomization::NONE,
+        file => read_json(file, "amplitudes of --randomize")?,
+    };
+    let mut value = json!(base);
+    for (name, amplitude) in &arguments.amplitude {
+        value[name] = json!(amplitude);
+    }
+    serde_json::from_value(value).map_err(|error| Failure::usage(format!("--amplitude: {error}")))
+}
+
+fn cameras(arguments: &Arguments) -> Result<Cameras, Failure> {
+    if arguments.cameras.ends_with(".json") {
+        let own: Vec<CameraSpec> = read_json(&arguments.cameras, "list of cameras")?;
+        return Ok(Cameras::Own(own));
+    }
+    let names = match arguments.cameras.as_str() {
+        "none" => Vec::new(),
+        names => names.split(',').map(str::to_owned).collect(),
+    };
+    Ok(Cameras::Usual { names, side_px: arguments.size })
+}
+
+fn read_json<T: serde::de::DeserializeOwned>(file: &str, what: &str) -> Result<T, Failure> {
+    let text = std::fs::read_to_string(file)
+        .map_err(|error| Failure::usage(format!("cannot read the {what} in {file}: {error}")))?;
+    serde_json::from_str(&text).map_err(|error| Failure::usage(format!("{file} is no {what}: {error}")))
+}
+
+fn cores() -> usize {
+    std::thread::available_parallelism().map_or(1, std::num::NonZero::get)
+}
+
+fn title(arguments: &Arguments) -> String {
+    let name = arguments.out.file_name().unwrap_or_default();
+    name.to_string_lossy().into_owned()
+}
+
+/// Set by the first Ctrl-C.
+fn stop_flag(runtime: &tokio::runtime::Runtime) -> Result<Arc<AtomicBool>, Failure> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&stop);
+    runtime.block_on(async {
+        let token = signals::stop_on_signal("stopping; attempts that have begun are finished first")?;
+        tokio::spawn(async move {
+            token.cancelled().await;
+            flag.store(true, Ordering::Relaxed);
+        });
+        Ok::<(), Failure>(())
+    })?;
+    Ok(stop)
+}
+
+fn failure(error: RecordError) -> Failure {
+    let exit = match error {
+        RecordError::Stopped { .. } => Exit::Interrupted,
+        RecordError::TooFew { .. } => Exit::TaskFailed,
+        RecordError::Folder(_) | RecordError::Episode(_) => Exit::Error,
+    };
+    Failure::new(exit, error.to_string())
+}
+
+/// Lines about how the recording goes.
+struct Progress {
+    count: u64,
+    quiet: bool,
+    started: Instant,
+    /// When the last line was written, and the tally at the start.
+    last: Mutex<(Option<Instant>, Option<Tally>)>,
+}
+
+impl Progress {
+    fn new(count: u64, quiet: bool) -> Self {
+        Self { count, quiet, started: Instant::now(), last: Mutex::new((None, None)) }
+    }
+
+    fn see(&self, tally: Tally) {
+        if self.quiet {
+            return;
+        }
+        let mut last = self.last.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let first = *last.1.get_or_insert(tally);
+        let is_over = tally.successes >= self.count;
+        if last.0.is_some_and(|written| written.elapsed() < PROGRESS_EVERY) && !is_over {
+            return;
+        }
+        last.0 = Some(Instant::now());
+        let share = 100.0 * tally.successes as f64 / tally.attempts.max(1) as f64;
+        let made = (tally.successes - first.successes) as f64;
+        let left = self.count.saturating_sub(tally.successes) as f64;
+        let time = match made > 0.0 && left > 0.0 {
+            true => format!(", {:.0} s left", self.started.elapsed().as_secs_f64() * left / made),
+            false => String::new(),
+        };
+        let (successes, count) = (tally.successes.min(self.count), self.count);
+        terminal::note(&format!("  {successes} of {count} episodes, {share:.0} % of attempts succeed{time}"));
+    }
+}
+
+fn document(arguments: &Arguments, order: &EpisodesOrder, recorded: &Recorded) -> serde_json::Value {
+    json!({
+        "dataset": arguments.out,
+        "episodes": recorded.summary.episodes,
+        "frames": recorded.summary.frames,
+        "fps": order.fps,
+        "formats": order.formats.iter().map(|format| format.folder()).collect::<Vec<_>>(),
+        "attempts": recorded.attempts,
+    })
+}
+
+fn summary(arguments: &Arguments, order: &EpisodesOrder, recorded: &Recorded) -> String {
+    let folders: Vec<&str> = order.formats.iter().map(|format| format.folder()).collect();
+    let seconds = recorded.summary.frames as f64 / f64::from(order.fps);
+    let mut text = format!(
+        "{} episodes, {:.1} s, in {}: {}\n",
+        recorded.summary.episodes,
+        seconds,
+        shown(&arguments.out),
+        folders.join(", ")
+    );
+    for (outcome, times) in &recorded.attempts {
+        text.push_str(&format!("  {times} {outcome}\n"));
+    }
+    text
+}
+
+fn shown(path: &Path) -> String {
+    path.display().to_string()
+}
