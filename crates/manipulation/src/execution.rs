@@ -11,6 +11,7 @@
 mod attempt;
 mod base;
 mod fingers;
+mod leave;
 mod motion_problems;
 mod motions;
 mod obstacles;

@@ -6,6 +6,7 @@ use tasks::{
     Contact, GoalPredicate, PosedObject, PredicateKind, Situation, Task, evaluation::evaluate_predicate,
 };
 
+use super::leave::way_out;
 use super::motions::{HeldObject, MotionFailure, Motions, PickOption, PlaceOption};
 use super::record::Phase;
 use super::release::ReleaseTrials;
@@ -25,6 +26,8 @@ const MAX_FALL_M: f64 = 0.125;
 const RETRIES: usize = 1;
 /// After the fingers have closed or opened they rest for this time, seconds.
 const SETTLE_S: f64 = 0.15;
+/// The hand leaves by this more than the task asks, since servos do not stop exactly where they are asked to, meters.
+const LEAVING_GAP_M: f64 = 0.001;
 /// Fingers that press gently are slow; they get this much longer than their speed asks for, seconds.
 const MAX_CLOSING_S: f64 = 0.8;
 
@@ -88,7 +91,20 @@ impl<'a> Attempt<'a> {
                 self.done.extend(predicates);
             }
         }
+        if !self.task.goal.ends_in_hand() {
+            self.leave();
+        }
         Ok(())
+    }
+
+    /// Moves the hand as far from everything as the task asks, where the last retreat did not and a way is known.
+    fn leave(&mut self) {
+        let gap_m = self.task.limits.min_gripper_distance_m + LEAVING_GAP_M;
+        let (poses, opening_m) = (self.runner.poses(), self.runner.world.opening_m());
+        let way = way_out(self.motions, &self.runner.commanded, opening_m, &poses, gap_m);
+        if let Some(trajectory) = way.and_then(|path| self.motions.time_straight(&path).ok()) {
+            self.runner.follow(Phase::Retreat, &trajectory);
+        }
     }
 
     /// Whether the predicates of a step hold already.

@@ -302,6 +302,14 @@ impl<'a> Motions<'a> {
         straight_by(planner, &self.reach, start, offset, &StraightOptions::default()).ok()
     }
 
+    /// A straight motion of the empty hand by an offset in the frame of the world, the arm clear of the objects in
+    /// these poses. The hand itself is left to an exact check.
+    pub fn straight_past(&self, poses: &[Pose], start: &[f64], way: Vector3<f64>) -> Option<Vec<Vec<f64>>> {
+        let blocks = self.obstacles(poses, &[]);
+        let planner = self.straight_planner(&blocks);
+        self.straight(&planner, start, self.world_from_base.rotation.inverse() * way)
+    }
+
     fn straight_planner<'b>(&'b self, blocks: &'b [Obstacle]) -> Planner<'b> {
         let options = PlanOptions { padding_m: self.settings.hand_gap_m, ..PlanOptions::default() };
         Planner::new(&self.arms.without_hand, blocks, options)

@@ -1,12 +1,13 @@
 //! The end of an attempt: rest, predicates, and the reason of a failure.
 
-use geometry::{DVec3, Pose};
+use geometry::Pose;
 use tasks::{
     Contact, ContactBody, Goal, GoalPredicate, PosedObject, PredicateKind, Situation, disturbed_others,
     evaluate, evaluation::evaluate_predicate,
 };
 
 use super::attempt::Attempt;
+use super::leave::is_away;
 use super::obstacles::Surroundings;
 use super::record::Phase;
 use super::{Execution, Failure};
@@ -67,11 +68,11 @@ impl Attempt<'_> {
     /// Whether the hand is as far from all objects as the task asks, unless it shall hold one.
     fn has_left(&self) -> bool {
         let (motions, world) = (self.motions, &self.runner.world);
-        let hand = motions.hand.solids(world.opening_m(), true);
         let scene = motions.scene;
-        let others = Surroundings::new(&scene.table, &scene.objects, &self.runner.poses(), &[]);
+        let around = Surroundings::new(&scene.table, &scene.objects, &self.runner.poses(), &[]);
         let gap_m = self.task.limits.min_gripper_distance_m;
-        self.task.goal.ends_in_hand() || others.are_passed(&hand, &world.tool_pose(), DVec3::ZERO, gap_m)
+        self.task.goal.ends_in_hand()
+            || is_away(motions, &around, &world.tool_pose(), world.opening_m(), gap_m)
     }
 
     /// Waits until all objects have rested as long as the task asks, or have had time enough.
