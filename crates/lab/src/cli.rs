@@ -4,6 +4,7 @@
 
 pub mod mock_vendors;
 pub mod evaluate;
+pub mod grasp_categories;
 pub mod grasp_trials;
 pub mod parse;
 pub mod pick_place;
@@ -32,6 +33,8 @@ enum Command {
     Parse(parse::Arguments),
     /// Make pick-and-place motion problems in the scene of a bundle and plan them, one JSON document per motion.
     PickPlace(pick_place::Arguments),
+    /// Try to grasp the typical object of each category of the catalog, one JSON document per category.
+    GraspCategories(grasp_categories::Arguments),
     /// Try grasps of the objects in the scene of a bundle, one JSON document per object.
     GraspTrials(grasp_trials::Arguments),
     /// Serve the protocols of all remote models with the embedded adapters, for use without keys.
@@ -45,6 +48,7 @@ pub fn main() -> ExitCode {
         Command::Synthesize(arguments) => synthesize::run(arguments),
         Command::Parse(arguments) => parse::run(arguments),
         Command::PickPlace(arguments) => pick_place::run(arguments),
+        Command::GraspCategories(arguments) => grasp_categories::run(arguments),
         Command::GraspTrials(arguments) => grasp_trials::run(arguments),
         Command::MockVendors(arguments) => mock_vendors::run(arguments),
     })
