@@ -49,7 +49,7 @@ pub fn usual(name: &str, work_m: DVec3, base_m: DVec3, side_px: u32) -> Option<C
         // Left of the robot, which faces the work; a little to the front, so that the hand hides less.
         "side" => world(0.18 * TAU, 0.55),
         "front" => world(0.0, 0.65),
-        "wrist" => (Mount::Tool, DVec3::new(0.09, 0.0, -0.13), DVec3::new(0.0, 0.0, 0.03), 1.2),
+        "wrist" => (Mount::Tool, DVec3::new(0.08, 0.0, -0.05), DVec3::new(0.0, 0.0, 0.04), 1.2),
         _ => return None,
     };
     Some(CameraSpec {
