@@ -33,6 +33,7 @@ INSTRUCTION, EXECUTED_ONE_IN = "pick up the mug", 10
 REHEARSED_ONE_IN = 10
 MOST_REHEARSED = 2
 MOST_SEEDS = 10
+LARGEST_FIRST_SEED = 2**52
 count = itertools.count()
 
 
@@ -98,6 +99,8 @@ def of_few_combinations(body: dict):
         body["select"]["count"] = 1
     if isinstance(body.get("seeds"), dict):
         body["seeds"]["count"] = min(body["seeds"].get("count", 1), MOST_SEEDS)
+        # The last seed is in the range of seeds, too.
+        body["seeds"]["first"] = min(body["seeds"].get("first", 0), LARGEST_FIRST_SEED)
 
 
 def replace(case):

@@ -2,6 +2,7 @@
 
 mod commands;
 mod edits;
+mod episodes;
 mod executions;
 mod batch;
 mod backups;

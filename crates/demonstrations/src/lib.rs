@@ -24,6 +24,9 @@ pub mod setup;
 pub mod record;
 mod attempt;
 
+#[cfg(test)]
+mod tests;
+
 pub use attempt::{Attempted, attempt};
 pub use camera::{CameraSpec, Mount};
 pub use randomization::Randomization;

@@ -23,3 +23,34 @@ pub(crate) fn motion_window(frames: &[Frame], rate_hz: f64) -> Range<usize> {
     let rest = (REST_S * rate_hz).floor() as usize;
     first..(last + 2 + rest).min(frames.len())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use manipulation::execution::Phase;
+
+    fn frames(targets: &[f64]) -> Vec<Frame> {
+        let frame = |(index, target): (usize, &f64)| Frame {
+            time_s: index as f64 * 0.1,
+            phase: Phase::Transit,
+            joint_targets: vec![*target],
+            joint_positions: vec![*target],
+            joint_velocities: vec![0.0],
+            opening_target_m: 0.08,
+            opening_m: 0.08,
+            gripper_target: 0.04,
+            object_poses: Vec::new(),
+        };
+        targets.iter().enumerate().map(frame).collect()
+    }
+
+    #[test]
+    fn idle_frames_at_the_ends_are_left_out_and_pauses_between_stay() {
+        let still_at_both_ends = frames(&[0.0, 0.0, 0.0, 0.1, 0.1, 0.1, 0.1, 0.2, 0.2, 0.2, 0.2, 0.2]);
+        // From the frame before the first change to two tenths of a second after the last.
+        assert_eq!(motion_window(&still_at_both_ends, 10.0), 2..10);
+        assert_eq!(motion_window(&frames(&[0.0, 0.1, 0.2]), 10.0), 0..3);
+        assert_eq!(motion_window(&frames(&[0.0, 0.0, 0.0]), 10.0), 0..0);
+        assert_eq!(motion_window(&frames(&[]), 10.0), 0..0);
+    }
+}

@@ -75,6 +75,22 @@ pub const CRATES: &[Layer] = &[
         &["imaging", "video"],
         &[SERVERS, CLIENTS, ROWS, TASKS, FUTURES, SYSTEM, CLOCKS, CHANCE],
     ),
+    layer(
+        "demonstrations",
+        &[
+            "episodes",
+            "geometry",
+            "imaging",
+            "manipulation",
+            "physics",
+            "render",
+            "robot",
+            "runtime",
+            "scene",
+            "tasks",
+        ],
+        PURE,
+    ),
     layer("ports", &["geometry", "imaging", "pose_estimation", "runtime", "scene"], PURE_BUT_FUTURES),
     layer(
         "embedded",

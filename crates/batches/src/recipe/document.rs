@@ -14,6 +14,8 @@ use scene::request::{MAX_SEED, RequestOptions};
 
 /// Largest number of templates, of slots, and of values of a slot.
 const MAX_LIST: usize = 100_000;
+/// Longest template, that of the longest text of a scene.
+const MAX_TEMPLATE_CHARS: usize = 4000;
 /// Objects within options.
 const OPTION_OBJECTS: [&str; 3] = ["", "/table", "/metric_anchor"];
 
@@ -172,6 +174,16 @@ fn slot_values(values: &Value, pointer: &str, errors: &mut Errors) -> Vec<String
     texts.collect()
 }
 
+/// What no text of a scene may have, whatever the slots are.
+fn text_fault(text: &str) -> Option<String> {
+    let length = text.chars().count();
+    if length > MAX_TEMPLATE_CHARS {
+        return Some(format!("has {length} characters; say it in at most {MAX_TEMPLATE_CHARS}"));
+    }
+    let is_wrong = |c: char| c.is_control() && !matches!(c, '\n' | '\r' | '\t');
+    text.chars().any(is_wrong).then(|| "contains control characters; remove them".to_owned())
+}
+
 fn templates(texts: &[String], slots: &[(String, Vec<String>)], errors: &mut Errors) -> Vec<Template> {
     if texts.is_empty() {
         errors.add("/templates", "has no templates; give at least one");
@@ -188,6 +200,10 @@ fn templates(texts: &[String], slots: &[(String, Vec<String>)], errors: &mut Err
             used_slots.extend(number);
             number.ok_or_else(|| format!("uses the slot {name:?}, which has no values in `slots`"))
         });
+        if let Some(detail) = text_fault(text) {
+            errors.add(pointer, detail);
+            continue;
+        }
         match parsed {
             Ok(_) if !used_texts.insert(text.trim()) => {
                 errors.add(pointer, "is in the list twice; remove one")

@@ -83,6 +83,8 @@ fn wrong_recipes_state_every_place() {
     let sample = |count: u64| json!({ "mode": "sample", "count": count, "seed": 0 });
     let many: Vec<usize> = (0..1001).collect();
     for (document, pointer, says) in [
+        (json!({ "templates": ["a mug\u{7}"] }), "/templates/0", "control characters"),
+        (json!({ "templates": ["x".repeat(4001)] }), "/templates/0", "at most 4000"),
         (json!({ "templates": ["a mug"], "options": [[null, null]] }), "/options/0", "must be an object"),
         (
             json!({ "templates": ["a mug"], "options": { "table": ["desk"] } }),
